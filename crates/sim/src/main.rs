@@ -1,0 +1,2 @@
+//! leadscrew.
+fn main() {}

@@ -1,0 +1,1 @@
+//! Acceptance tests: send bytes, watch pins.
