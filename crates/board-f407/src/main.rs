@@ -1,2 +1,11 @@
-//! board.
-fn main() {}
+//! Firmware of an STM32F407 board. On a desk this is a program that says how to build it.
+#![cfg_attr(target_os = "none", no_std)]
+#![cfg_attr(target_os = "none", no_main)]
+
+#[cfg(target_os = "none")]
+mod firmware;
+
+#[cfg(not(target_os = "none"))]
+fn main() {
+    eprintln!("board-f407 is firmware: build it with `cargo fw`");
+}

@@ -1,0 +1,23 @@
+//! `cargo fw`: builds the firmware with whichever compiler can, and prints its size.
+use crate::{
+    shell::{self, Failure},
+    toolchain::{self, Toolchain},
+};
+use std::{path::PathBuf, process::Command};
+
+/// Builds `board-f407`; `arguments` go to `cargo build`.
+pub(crate) fn run(arguments: &[String]) -> Result<(), Failure> {
+    let elf = build(&Toolchain::find()?, arguments)?;
+    println!("{}", elf.display());
+    shell::run(Command::new("arm-none-eabi-size").arg(&elf))
+}
+
+/// Builds `board-f407` and returns the path of its ELF.
+pub(crate) fn build(toolchain: &Toolchain, arguments: &[String]) -> Result<PathBuf, Failure> {
+    let mut command = toolchain.build();
+    command
+        .args(["-p", "board-f407", "--profile", "firmware"])
+        .args(arguments);
+    shell::run(command.current_dir(toolchain::root()))?;
+    Ok(toolchain::firmware_dir().join("board-f407"))
+}

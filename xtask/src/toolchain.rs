@@ -1,0 +1,134 @@
+//! Finds a compiler for the microcontroller and builds with it.
+//!
+//! Two worlds, in this order:
+//! 1. rustup's toolchain with the target installed: a plain build.
+//! 2. a compiler with the sources of `core` beside it (Debian: `rustc-web`, `rust-web-src`): `core` is built too.
+//!    That needs `-Zbuild-std`, which a stable compiler only takes with `RUSTC_BOOTSTRAP=1`.
+use crate::shell::{self, Failure};
+use std::{
+    env, fs,
+    path::{Path, PathBuf},
+    process::Command,
+};
+
+/// Cortex-M4 with the single-precision FPU, hard-float calls.
+pub(crate) const TARGET: &str = "thumbv7em-none-eabihf";
+
+/// What to install where no compiler is found.
+const ADVICE: &str = "no Rust compiler for thumbv7em-none-eabihf. With rustup:
+    rustup target add thumbv7em-none-eabihf
+On Debian 12:
+    apt install rustc-web cargo-web rust-web-src";
+
+/// A compiler that can build for [`TARGET`].
+pub(crate) enum Toolchain {
+    /// The target's libraries are installed.
+    Prebuilt,
+    /// The sources of `core` are there instead.
+    FromSource {
+        /// Path of the compiler.
+        rustc: &'static str,
+        /// Path of the cargo that belongs to it.
+        cargo: &'static str,
+        /// Path of the linker.
+        linker: PathBuf,
+    },
+}
+
+impl Toolchain {
+    /// Finds a compiler and says on standard error which one it is.
+    ///
+    /// # Errors
+    /// When there is none, with the commands that install one.
+    pub(crate) fn find() -> Result<Self, Failure> {
+        if has_prebuilt_core("rustc") {
+            eprintln!("compiler: rustc, with its prebuilt {TARGET} libraries");
+            return Ok(Toolchain::Prebuilt);
+        }
+        let (rustc, cargo) = [("rustc", "cargo"), ("/usr/bin/rustc", "/usr/bin/cargo")]
+            .into_iter()
+            .find(|(rustc, _)| has_core_sources(rustc))
+            .ok_or_else(|| Failure::new(ADVICE))?;
+        let linker = find_linker();
+        eprintln!(
+            "compiler: {rustc}, building core from source; linker: {}",
+            linker.display()
+        );
+        Ok(Toolchain::FromSource {
+            rustc,
+            cargo,
+            linker,
+        })
+    }
+
+    /// A `cargo build` for [`TARGET`] with artefacts in [`target_dir`]; the caller adds packages and a profile.
+    pub(crate) fn build(&self) -> Command {
+        let mut command = match self {
+            Toolchain::Prebuilt => Command::new("cargo"),
+            Toolchain::FromSource { cargo, .. } => Command::new(cargo),
+        };
+        command
+            .args(["build", "--target", TARGET, "--target-dir"])
+            .arg(target_dir());
+        if let Toolchain::FromSource { rustc, linker, .. } = self {
+            command
+                .arg("-Zbuild-std=core")
+                .env("RUSTC_BOOTSTRAP", "1")
+                .env("RUSTC", rustc)
+                .env("CARGO_TARGET_THUMBV7EM_NONE_EABIHF_LINKER", linker)
+                // Set by rustup's cargo, which runs this program; it would lead /usr/bin/cargo back to rustup.
+                .env_remove("RUSTUP_TOOLCHAIN");
+        }
+        command
+    }
+}
+
+/// The folder of the workspace.
+pub(crate) fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .parent()
+        .unwrap_or(Path::new("."))
+}
+
+/// Where artefacts go: `CARGO_TARGET_DIR`, or `target` in the workspace.
+pub(crate) fn target_dir() -> PathBuf {
+    env::var_os("CARGO_TARGET_DIR").map_or_else(|| root().join("target"), PathBuf::from)
+}
+
+/// Where a build for [`TARGET`] with the profile `firmware` puts its results.
+pub(crate) fn firmware_dir() -> PathBuf {
+    target_dir().join(TARGET).join("firmware")
+}
+
+fn has_prebuilt_core(rustc: &str) -> bool {
+    let query = ["--print", "target-libdir", "--target", TARGET];
+    let Ok(dir) = shell::output(Command::new(rustc).args(query)) else {
+        return false;
+    };
+    fs::read_dir(dir.trim()).is_ok_and(|entries| {
+        entries
+            .flatten()
+            .any(|entry| entry.file_name().to_string_lossy().starts_with("libcore-"))
+    })
+}
+
+fn has_core_sources(rustc: &str) -> bool {
+    sysroot(rustc).is_some_and(|dir| {
+        dir.join("lib/rustlib/src/rust/library/core/src/lib.rs")
+            .exists()
+    })
+}
+
+fn sysroot(rustc: &str) -> Option<PathBuf> {
+    let path = shell::output(Command::new(rustc).args(["--print", "sysroot"])).ok()?;
+    Some(PathBuf::from(path.trim()))
+}
+
+/// The linker that rustup ships with its compiler (Debian's compiler has none), else the GNU one.
+fn find_linker() -> PathBuf {
+    let host = concat!("lib/rustlib/", env!("HOST_TRIPLE"), "/bin/rust-lld");
+    sysroot("rustc")
+        .map(|dir| dir.join(host))
+        .filter(|path| path.exists())
+        .unwrap_or_else(|| PathBuf::from("arm-none-eabi-ld"))
+}
