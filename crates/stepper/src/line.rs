@@ -1,0 +1,141 @@
+//! One straight move, counted in motor steps: what Bresenham's tracer needs to know of it.
+
+use crate::{MotorMask, MAX_SMOOTHING_LEVEL};
+use core::fmt;
+use core::num::NonZeroU32;
+
+/// The largest number of step events of one line: the tracer's counters hold twice this number
+/// at the finest smoothing in 32 bits.
+pub const MAX_STEP_EVENTS: u32 = (1 << (31 - MAX_SMOOTHING_LEVEL)) - 1;
+
+/// A straight move as motor steps: how many each motor takes, and which way.
+///
+/// The motor with the most steps is the *dominant* one; it steps at every step event.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Line<const MOTORS: usize> {
+    steps: [u32; MOTORS],
+    step_events: NonZeroU32,
+    direction: MotorMask,
+}
+
+/// Why a move is not a line.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum LineError {
+    /// No motor steps.
+    NoSteps,
+    /// A motor would take more than [`MAX_STEP_EVENTS`] steps.
+    TooLong,
+}
+
+impl fmt::Display for LineError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::NoSteps => "the move is shorter than one step",
+            Self::TooLong => "the move has too many steps",
+        })
+    }
+}
+
+impl core::error::Error for LineError {}
+
+impl<const MOTORS: usize> Line<MOTORS> {
+    /// Makes the line that moves each motor by its signed number of steps.
+    ///
+    /// # Errors
+    /// [`LineError`] where nothing moves, or too far.
+    pub fn new(delta: [i32; MOTORS]) -> Result<Self, LineError> {
+        let steps = delta.map(i32::unsigned_abs);
+        let most = steps.iter().copied().max().unwrap_or(0);
+        let step_events = NonZeroU32::new(most).ok_or(LineError::NoSteps)?;
+        if most > MAX_STEP_EVENTS {
+            return Err(LineError::TooLong);
+        }
+        Ok(Self {
+            steps,
+            step_events,
+            direction: negative(delta),
+        })
+    }
+
+    /// Steps that each motor takes.
+    pub const fn steps(&self) -> &[u32; MOTORS] {
+        &self.steps
+    }
+
+    /// Steps of the dominant motor, 1 to [`MAX_STEP_EVENTS`].
+    pub const fn step_events(&self) -> NonZeroU32 {
+        self.step_events
+    }
+
+    /// The motors that turn in the negative direction.
+    pub const fn direction(&self) -> MotorMask {
+        self.direction
+    }
+
+    /// The part of this line that is left once `taken` step events have been made, or `None` where none is.
+    ///
+    /// Main loop: for motion that goes on after another line came between (parking).
+    pub fn rest(&self, taken: u32) -> Option<Self> {
+        let left = NonZeroU32::new(self.step_events.get().checked_sub(taken)?)?;
+        let mut steps = self.steps;
+        for motor in &mut steps {
+            *motor -= taken_of(*motor, self.step_events, taken);
+        }
+        Some(Self {
+            steps,
+            step_events: left,
+            direction: self.direction,
+        })
+    }
+}
+
+/// Steps that a motor with `steps` in `events` has taken after the first `taken` step events:
+/// the nearest whole number to its share, as the tracer finds it.
+fn taken_of(steps: u32, events: NonZeroU32, taken: u32) -> u32 {
+    if steps == events.get() {
+        return taken;
+    }
+    let events = u64::from(events.get());
+    ((u64::from(steps) * u64::from(taken) + events / 2) / events) as u32
+}
+
+fn negative<const MOTORS: usize>(delta: [i32; MOTORS]) -> MotorMask {
+    delta
+        .iter()
+        .enumerate()
+        .filter(|(_, steps)| **steps < 0)
+        .fold(MotorMask::NONE, |mask, (motor, _)| {
+            mask.with(MotorMask::only(motor))
+        })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_motor_with_the_most_steps_is_dominant() {
+        let line = Line::new([3, -7, 0]).unwrap();
+        assert_eq!(line.step_events().get(), 7);
+        assert_eq!(line.direction(), MotorMask::only(1));
+    }
+
+    #[test]
+    fn no_steps_and_too_many_steps_are_refused() {
+        assert_eq!(Line::new([0, 0]), Err(LineError::NoSteps));
+        assert_eq!(Line::new([i32::MIN, 0]), Err(LineError::TooLong));
+        assert!(Line::new([MAX_STEP_EVENTS as i32]).is_ok());
+    }
+
+    #[test]
+    fn the_rest_of_a_line_and_what_was_taken_make_the_line() {
+        let line = Line::new([100, -37, 100, 1]).unwrap();
+        let rest = line.rest(41).unwrap();
+        assert_eq!(rest.steps(), &[59, 37 - 15, 59, 1]);
+        assert_eq!(rest.direction(), line.direction());
+        assert_eq!(line.rest(100), None);
+        assert_eq!(line.rest(101), None);
+    }
+}

@@ -1,0 +1,34 @@
+//! The seam between step generation and hardware.
+
+use crate::{MotorMask, Outputs, Power, Ticks};
+
+/// Pins and timer of the step interrupt. Implemented by the board and by the simulator.
+///
+/// All methods are called from the step interrupt, in the order in which they stand here. None may
+/// wait or fail.
+pub trait StepPort {
+    /// Raises the step pins of `motors` at once and sees to it that they fall again after the pulse
+    /// width (at least the one set; a pulse that is still high is made longer, not shorter).
+    fn step(&mut self, motors: MotorMask);
+
+    /// Sets the direction pins for the next step: those of `negative` turn that way, all others the
+    /// other way.
+    ///
+    /// Takes effect when the pulse under way has ended, at once where none is, so that a driver sees the
+    /// old direction for the whole of the last pulse.
+    fn set_direction(&mut self, negative: MotorMask);
+
+    /// Sets laser or spindle power until further notice.
+    fn set_power(&mut self, power: Power);
+
+    /// Sets the synchronised outputs until further notice.
+    fn set_outputs(&mut self, outputs: Outputs);
+
+    /// Asks for the next interrupt `wait` after the instant at which this one was *due* (so that
+    /// latency does not add up). Returns whether that instant has passed already; the interrupt then
+    /// comes at once.
+    fn arm(&mut self, wait: Ticks) -> bool;
+
+    /// Stops the timer: no interrupt comes until the main loop starts it again.
+    fn rest(&mut self);
+}

@@ -1,0 +1,88 @@
+//! What the main loop hands to the step interrupt.
+
+use crate::{Line, Power, PowerChange};
+use core::num::NonZeroU16;
+use fixed::types::{I32F32, U32F32};
+
+/// Whole counts of the step timer. Its frequency is the planner's to know.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Ticks(pub u32);
+
+/// Time from one tick to the next, in counts of the step timer, in steps of 2⁻³².
+pub type Interval = U32F32;
+
+/// How much an [`Interval`] changes from one tick to the next.
+pub type IntervalChange = I32F32;
+
+/// The finest step smoothing: `2^3` ticks to a step of the dominant motor.
+pub const MAX_SMOOTHING_LEVEL: u32 = 3;
+
+/// Step smoothing: `2^level` ticks to a step of the dominant motor.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Smoothing {
+    /// One tick a step.
+    #[default]
+    None = 0,
+    /// Two ticks a step.
+    Twofold = 1,
+    /// Four ticks a step.
+    Fourfold = 2,
+    /// Eight ticks a step.
+    Eightfold = 3,
+}
+
+impl Smoothing {
+    /// Base-2 logarithm of the ticks to a step, 0 to [`MAX_SMOOTHING_LEVEL`].
+    pub const fn level(self) -> u32 {
+        self as u32
+    }
+}
+
+/// Digital outputs that change in step with the motion, one bit each.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Outputs(pub u16);
+
+/// A run of ticks of one [`Line`], whose interval and power change linearly.
+///
+/// Made by the planner's segmenter (main loop), consumed by [`crate::Stepper`] (step interrupt).
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Segment<const MOTORS: usize> {
+    /// The line that begins with this segment; `None` where the one under way goes on.
+    pub line: Option<Line<MOTORS>>,
+    /// Ticks in this segment: step events times `2^smoothing`.
+    pub ticks: NonZeroU16,
+    /// Ticks to a step event.
+    pub smoothing: Smoothing,
+    /// Time from the segment's start to its first tick.
+    pub interval: Interval,
+    /// What each further interval is longer than the one before.
+    pub interval_change: IntervalChange,
+    /// Power from the segment's start to its first tick.
+    pub power: Power,
+    /// What the power of each further interval is more than that of the one before.
+    pub power_change: PowerChange,
+    /// Synchronised outputs, set at the segment's start.
+    pub outputs: Outputs,
+    /// The power at rest, where motion comes to rest with this segment's last tick; `None` where more
+    /// must follow: if nothing does, that is an underrun.
+    pub at_rest: Option<Power>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_levels_are_the_logarithms_of_the_ticks_to_a_step() {
+        let all = [
+            Smoothing::None,
+            Smoothing::Twofold,
+            Smoothing::Fourfold,
+            Smoothing::Eightfold,
+        ];
+        assert_eq!(all.map(Smoothing::level), [0, 1, 2, MAX_SMOOTHING_LEVEL]);
+    }
+}

@@ -1,0 +1,328 @@
+//! Bresenham's tracer over the dominant motor, timed by linear intervals.
+
+use crate::{
+    Interval, IntervalChange, MotorMask, Outputs, Power, PowerChange, Segment, Ticks,
+    MAX_SMOOTHING_LEVEL,
+};
+
+/// One tick of the step timer: what to do, and how long to wait before it.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Tick {
+    /// Time from the tick before (or from the start out of rest) to this one.
+    pub wait: Ticks,
+    /// The motors that step at this tick; none at most smoothing ticks.
+    pub step: MotorMask,
+    /// The motors that turn in the negative direction.
+    pub direction: MotorMask,
+    /// The power to put out during `wait`, up to this tick.
+    pub power: Power,
+    /// The synchronised outputs from the start of `wait` on.
+    pub outputs: Outputs,
+}
+
+/// What [`Stepper::tick`] found.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Progress {
+    /// The next tick.
+    Tick(Tick),
+    /// Motion has come to rest as planned; put this power out from now on.
+    Rest(Power),
+    /// The segments ran out in the middle of motion.
+    Underrun,
+}
+
+/// Turns segments into ticks.
+///
+/// Lives in the step interrupt. `MOTORS` is 1 to 6 (8 at most).
+#[derive(Clone, Debug)]
+pub struct Stepper<const MOTORS: usize> {
+    counter: [u32; MOTORS],
+    increment: [u32; MOTORS],
+    full: u32,
+    ticks_left: u16,
+    /// Bits of the next [`Interval`].
+    interval: u64,
+    interval_change: IntervalChange,
+    /// The part of a timer count that the waits so far have left over, in 2⁻³² counts.
+    fraction: u32,
+    power: Power,
+    power_change: PowerChange,
+    direction: MotorMask,
+    outputs: Outputs,
+    at_rest: Option<Power>,
+    steps: [u32; MOTORS],
+}
+
+impl<const MOTORS: usize> Default for Stepper<MOTORS> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<const MOTORS: usize> Stepper<MOTORS> {
+    /// Makes a stepper at rest.
+    pub const fn new() -> Self {
+        Self {
+            counter: [0; MOTORS],
+            increment: [0; MOTORS],
+            full: 1,
+            ticks_left: 0,
+            interval: 0,
+            interval_change: IntervalChange::ZERO,
+            fraction: 0,
+            power: Power::OFF,
+            power_change: PowerChange::ZERO,
+            direction: MotorMask::NONE,
+            outputs: Outputs(0),
+            at_rest: Some(Power::OFF),
+            steps: [0; MOTORS],
+        }
+    }
+
+    /// Produces the next tick, taking a segment from `next` where the last one is used up.
+    ///
+    /// Called from the step interrupt. Bounded: no loop but those over the motors.
+    #[inline]
+    pub fn tick(&mut self, next: impl FnOnce() -> Option<Segment<MOTORS>>) -> Progress {
+        if self.ticks_left == 0 {
+            match next() {
+                Some(segment) => self.load(&segment),
+                None => return self.run_out(),
+            }
+        }
+        self.ticks_left -= 1;
+        Progress::Tick(self.advance())
+    }
+
+    /// Forgets the segment under way; the next tick begins a new one.
+    ///
+    /// Called from the step interrupt after a stop.
+    pub fn abort(&mut self) {
+        self.ticks_left = 0;
+        self.at_rest = Some(Power::OFF);
+        self.power = Power::OFF;
+    }
+
+    fn load(&mut self, segment: &Segment<MOTORS>) {
+        if let Some(line) = &segment.line {
+            self.full = line.step_events().get() << MAX_SMOOTHING_LEVEL;
+            self.direction = line.direction();
+            self.steps = *line.steps();
+            self.counter = self.steps.map(|steps| {
+                let whole = steps == line.step_events().get();
+                // The dominant motor steps when a step is complete, the others half-way to it.
+                if whole {
+                    0
+                } else {
+                    self.full / 2
+                }
+            });
+        }
+        let shift = MAX_SMOOTHING_LEVEL - segment.smoothing.level();
+        self.increment = self.steps.map(|steps| steps << shift);
+        self.ticks_left = segment.ticks.get();
+        self.interval = segment.interval.to_bits();
+        self.interval_change = segment.interval_change;
+        self.power = segment.power;
+        self.power_change = segment.power_change;
+        self.outputs = segment.outputs;
+        self.at_rest = segment.at_rest;
+    }
+
+    fn run_out(&mut self) -> Progress {
+        self.fraction = 0;
+        match self.at_rest {
+            Some(power) => Progress::Rest(power),
+            None => {
+                self.abort();
+                Progress::Underrun
+            }
+        }
+    }
+
+    #[inline]
+    fn advance(&mut self) -> Tick {
+        let tick = Tick {
+            wait: self.wait(),
+            step: self.trace(),
+            direction: self.direction,
+            power: self.power,
+            outputs: self.outputs,
+        };
+        self.power = self.power.changed_by(self.power_change);
+        tick
+    }
+
+    /// Whole counts up to the next tick; the fraction is carried on.
+    #[inline]
+    fn wait(&mut self) -> Ticks {
+        let due = self.interval.wrapping_add(u64::from(self.fraction));
+        self.interval = Interval::from_bits(self.interval)
+            .wrapping_add_signed(self.interval_change)
+            .to_bits();
+        self.fraction = due as u32;
+        Ticks((due >> 32) as u32)
+    }
+
+    #[inline]
+    fn trace(&mut self) -> MotorMask {
+        let mut step = 0;
+        for (motor, counter) in self.counter.iter_mut().enumerate() {
+            let sum = *counter + self.increment.get(motor).copied().unwrap_or(0);
+            let full = sum >= self.full;
+            *counter = if full { sum - self.full } else { sum };
+            step |= u8::from(full) << motor;
+        }
+        MotorMask::from_bits(step)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Line, Smoothing};
+    use core::num::NonZeroU16;
+    use proptest::prelude::*;
+
+    fn segment(
+        line: Option<Line<3>>,
+        ticks: u16,
+        smoothing: Smoothing,
+        at_rest: Option<Power>,
+    ) -> Segment<3> {
+        Segment {
+            line,
+            ticks: NonZeroU16::new(ticks).unwrap(),
+            smoothing,
+            interval: Interval::from_num(100),
+            interval_change: IntervalChange::ZERO,
+            power: Power::OFF,
+            power_change: PowerChange::ZERO,
+            outputs: Outputs(0),
+            at_rest,
+        }
+    }
+
+    /// Runs `segments` out and returns their ticks and how they ended.
+    fn run(stepper: &mut Stepper<3>, segments: &[Segment<3>]) -> (Vec<Tick>, Progress) {
+        let mut queue = segments.iter().copied();
+        let mut ticks = Vec::new();
+        loop {
+            match stepper.tick(|| queue.next()) {
+                Progress::Tick(tick) => ticks.push(tick),
+                end => return (ticks, end),
+            }
+        }
+    }
+
+    extern crate std;
+    use std::vec::Vec;
+
+    #[test]
+    fn a_motor_with_as_many_steps_as_the_dominant_one_steps_with_it() {
+        let line = Line::new([4, -4, 1]).unwrap();
+        let seg = segment(Some(line), 16, Smoothing::Fourfold, Some(Power::OFF));
+        let (ticks, _) = run(&mut Stepper::new(), &[seg]);
+        for (k, tick) in ticks.iter().enumerate() {
+            let whole = (k + 1) % 4 == 0;
+            assert_eq!(tick.step.contains(0), whole);
+            assert_eq!(tick.step.contains(1), whole);
+        }
+    }
+
+    #[test]
+    fn a_lone_step_of_a_minor_motor_comes_in_the_middle_of_the_line() {
+        let line = Line::new([100, 1, 0]).unwrap();
+        let seg = segment(Some(line), 100, Smoothing::None, Some(Power::OFF));
+        let (ticks, _) = run(&mut Stepper::new(), &[seg]);
+        let at = ticks.iter().position(|t| t.step.contains(1)).unwrap();
+        assert_eq!(at + 1, 50);
+    }
+
+    #[test]
+    fn power_and_outputs_go_out_with_their_tick_and_rest_ends_the_motion() {
+        let line = Line::new([3, 0, 0]).unwrap();
+        let mut seg = segment(Some(line), 3, Smoothing::None, Some(Power::FULL));
+        seg.power_change = PowerChange::from_num(0.25);
+        seg.outputs = Outputs(5);
+        let (ticks, end) = run(&mut Stepper::new(), &[seg]);
+        let levels: Vec<u16> = ticks.iter().map(|t| t.power.level(100)).collect();
+        assert_eq!(levels, [0, 25, 50]);
+        assert!(ticks.iter().all(|t| t.outputs == Outputs(5)));
+        assert_eq!(end, Progress::Rest(Power::FULL));
+    }
+
+    #[test]
+    fn segments_that_run_out_in_motion_are_an_underrun_once() {
+        let line = Line::new([3, 0, 0]).unwrap();
+        let mut stepper = Stepper::new();
+        let (_, end) = run(
+            &mut stepper,
+            &[segment(Some(line), 2, Smoothing::None, None)],
+        );
+        assert_eq!(end, Progress::Underrun);
+        assert_eq!(stepper.tick(|| None), Progress::Rest(Power::OFF));
+    }
+
+    #[test]
+    fn fractions_of_a_count_are_carried_from_tick_to_tick() {
+        let line = Line::new([1000, 0, 0]).unwrap();
+        let mut seg = segment(Some(line), 1000, Smoothing::None, Some(Power::OFF));
+        seg.interval = Interval::from_bits((100 << 32) + (1 << 30)); // 100.25 counts
+        let (ticks, _) = run(&mut Stepper::new(), &[seg]);
+        let total: u32 = ticks.iter().map(|t| t.wait.0).sum();
+        assert_eq!(total, 100_250);
+    }
+
+    proptest! {
+        /// Against exact division: after k step events each motor has taken the whole number of
+        /// steps nearest to its share, whatever the smoothing does in between.
+        #[test]
+        fn the_tracer_agrees_with_exact_division(
+            x in -300i32..300, y in -300i32..300, z in -300i32..300,
+            cuts in prop::collection::vec((1u16..40, 0usize..4), 1..30),
+        ) {
+            let Ok(line) = Line::new([x, y, z]) else { return Ok(()) };
+            let events = line.step_events().get() as u16;
+            let levels = [Smoothing::None, Smoothing::Twofold, Smoothing::Fourfold, Smoothing::Eightfold];
+            let mut stepper = Stepper::<3>::new();
+            let mut taken = [0u32; 3];
+            let (mut done, mut first) = (0u16, Some(line));
+            let mut cuts = cuts.into_iter().cycle();
+            while done < events {
+                let (n, level) = cuts.next().unwrap();
+                let n = n.min(events - done);
+                let seg = segment(first.take(), n << level, levels[level], Some(Power::OFF));
+                for tick in run(&mut stepper, &[seg]).0 {
+                    prop_assert_eq!(tick.direction, line.direction());
+                    for (m, t) in taken.iter_mut().enumerate() { *t += u32::from(tick.step.contains(m)); }
+                }
+                done += n;
+                for (m, t) in taken.iter().enumerate() {
+                    let exact = u64::from(line.steps()[m]) * u64::from(done);
+                    let half_off = (u64::from(*t) * u64::from(events)).abs_diff(exact) * 2;
+                    prop_assert!(half_off <= u64::from(events));
+                }
+            }
+            prop_assert_eq!(&taken, line.steps());
+        }
+
+        /// Against the closed form p·k + d·k(k−1)/2.
+        #[test]
+        fn tick_k_comes_when_the_formula_says(p in 50_000u64..1<<40, d in -1000i64..1000, n in 1u16..300) {
+            let line = Line::new([300, 0, 0]).unwrap();
+            let mut seg = segment(Some(line), n, Smoothing::None, Some(Power::OFF));
+            seg.interval = Interval::from_bits(p << 8);
+            seg.interval_change = IntervalChange::from_bits(d);
+            let (ticks, _) = run(&mut Stepper::new(), &[seg]);
+            let mut sum = 0u128;
+            for (k, tick) in (1i128..).zip(&ticks) {
+                sum += u128::from(tick.wait.0);
+                let exact = i128::from(p << 8) * k + i128::from(d) * (k * (k - 1) / 2);
+                prop_assert_eq!(sum as i128, exact >> 32);
+            }
+        }
+    }
+}
