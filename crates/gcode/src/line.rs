@@ -1,0 +1,457 @@
+//! The grammar of a line as nom parsers, from the byte up.
+//!
+//! nom combinators say what is rare or short: comments, checksums, the word. The two loops that see every byte of every
+//! line, [`skip_gap`] and [`digits`], are written out; they are nom parsers like any other or called by one.
+
+use nom::branch::alt;
+use nom::bytes::complete::{take_till, take_while1};
+use nom::character::complete::{char, u8 as byte_value};
+use nom::combinator::{eof, map_opt, opt, value};
+use nom::error::ParseError;
+use nom::multi::many0_count;
+use nom::sequence::{delimited, preceded, terminated};
+use nom::{IResult, Parser};
+
+use crate::{Error, ErrorKind, Letter, Number};
+
+/// What a parser here answers: the rest of the line and what it read.
+type Parsed<'a, O> = IResult<&'a [u8], O, Fault>;
+
+/// An [`Error`] as seen from inside the line, where only the bytes left are known.
+#[derive(Debug)]
+pub(crate) struct Fault {
+    kind: ErrorKind,
+    /// Bytes from the faulty one to the end of the line.
+    left: usize,
+}
+
+impl Fault {
+    #[cold]
+    fn at(input: &[u8], kind: ErrorKind) -> nom::Err<Self> {
+        nom::Err::Error(Self {
+            kind,
+            left: input.len(),
+        })
+    }
+}
+
+impl ParseError<&[u8]> for Fault {
+    /// A combinator found a byte that cannot stand there. At the end of a line only a number can still be missing,
+    /// because each word may be the last.
+    #[cold]
+    fn from_error_kind(input: &[u8], _: nom::error::ErrorKind) -> Self {
+        let kind = input.first().map_or(ErrorKind::MissingNumber, |byte| {
+            ErrorKind::UnexpectedByte(*byte)
+        });
+        Self {
+            kind,
+            left: input.len(),
+        }
+    }
+
+    fn append(_: &[u8], _: nom::error::ErrorKind, other: Self) -> Self {
+        other
+    }
+}
+
+/// Turns what a parser here complained about into the error that the caller of the crate sees.
+#[cold]
+pub(crate) fn locate(error: nom::Err<Fault>, length: usize) -> Error {
+    let (kind, left) = match error {
+        nom::Err::Error(fault) | nom::Err::Failure(fault) => (fault.kind, fault.left),
+        // Never answered: all parsers here are complete ones. It would mean that the line ended too soon.
+        nom::Err::Incomplete(_) => (ErrorKind::MissingNumber, 0),
+    };
+    Error {
+        kind,
+        column: length.saturating_sub(left),
+    }
+}
+
+/// Reads over a `/` that opens the line, and answers whether there was one.
+#[inline]
+pub(crate) fn block_delete(line: &[u8]) -> (&[u8], bool) {
+    let start = skip_gap(line);
+    match start.strip_prefix(b"/") {
+        Some(rest) => (rest, true),
+        None => (start, false),
+    }
+}
+
+/// Reads a word: a letter and its number, gaps between them allowed.
+#[inline]
+pub(crate) fn word(input: &[u8]) -> Parsed<'_, (Letter, Number)> {
+    (letter, preceded(gap, number)).parse(input)
+}
+
+/// Answers whether this is `%` and nothing else.
+pub(crate) fn is_demarcation(input: &[u8]) -> bool {
+    delimited(char('%'), gap, eof::<_, Fault>)
+        .parse(input)
+        .is_ok()
+}
+
+/// Reads the checksum that ends a line: `*` and a number from 0 to 255.
+pub(crate) fn checksum(input: &[u8]) -> Parsed<'_, u8> {
+    delimited((char('*'), gap), byte_value, (gap, eof))
+        .parse(input)
+        .map_err(|_: nom::Err<Fault>| Fault::at(input, ErrorKind::BadChecksum))
+}
+
+fn letter(input: &[u8]) -> Parsed<'_, Letter> {
+    map_opt(nom::number::complete::u8, Letter::from_byte).parse(input)
+}
+
+/// Reads a number: a sign or none, digits with at most one point among them.
+///
+/// Nine digits behind the point count, the others are dropped: the value is cut toward zero.
+#[inline]
+fn number(input: &[u8]) -> Parsed<'_, Number> {
+    let (unsigned, negative) = sign(input);
+    let mut whole = 0_u64;
+    let rest = digits(unsigned, |digit| {
+        if whole <= WHOLE_LIMIT {
+            whole = whole * 10 + u64::from(digit);
+        }
+    });
+    let has_whole = rest.len() < unsigned.len();
+    let (rest, places, nanos) = match rest.strip_prefix(b".") {
+        Some(rest) => fraction(rest),
+        None => (rest, 0, 0),
+    };
+    if !has_whole && places == 0 {
+        return Err(no_digits(input, rest));
+    }
+    match Number::from_parts(negative, whole, nanos) {
+        Some(number) => Ok((rest, number)),
+        None => Err(Fault::at(input, ErrorKind::NumberTooLarge)),
+    }
+}
+
+/// Beyond this, far out of a [`Number`]'s range, further digits need not be counted. A power of two less one: the check
+/// looks at one half of the 64 bits only.
+const WHOLE_LIMIT: u64 = (1 << 36) - 1;
+
+/// Reads a sign and the gap behind it; answers whether it was a minus.
+#[inline]
+fn sign(input: &[u8]) -> (&[u8], bool) {
+    match input {
+        [b'-', rest @ ..] => (skip_gap(rest), true),
+        [b'+', rest @ ..] => (skip_gap(rest), false),
+        _ => (input, false),
+    }
+}
+
+/// Reads the digits behind the point; answers how many of them counted, and their value in nanos.
+#[inline]
+fn fraction(input: &[u8]) -> (&[u8], u8, u32) {
+    /// What the digit sequence is to be multiplied by, for 0 to 9 places.
+    const UNITS: [u32; 10] = [
+        1_000_000_000,
+        100_000_000,
+        10_000_000,
+        1_000_000,
+        100_000,
+        10_000,
+        1_000,
+        100,
+        10,
+        1,
+    ];
+    let (mut places, mut sequence) = (0_u8, 0_u32);
+    let rest = digits(input, |digit| {
+        if places < 9 {
+            sequence = sequence * 10 + u32::from(digit);
+            places += 1;
+        }
+    });
+    let unit = UNITS.get(usize::from(places)).copied().unwrap_or(1);
+    (rest, places, sequence * unit)
+}
+
+/// Tells a number that is not there from one that begins and has no digits.
+#[cold]
+fn no_digits(input: &[u8], rest: &[u8]) -> nom::Err<Fault> {
+    let kind = if rest.len() == input.len() {
+        ErrorKind::MissingNumber
+    } else {
+        ErrorKind::BadNumber
+    };
+    Fault::at(input, kind)
+}
+
+/// Hands all digits to `push`, from left to right, and skips the gaps between and behind them.
+#[inline(always)]
+fn digits(mut input: &[u8], mut push: impl FnMut(u8)) -> &[u8] {
+    loop {
+        match input {
+            [byte @ b'0'..=b'9', rest @ ..] => {
+                push(byte - b'0');
+                input = rest;
+            }
+            [byte, ..] if opens_gap(*byte) => input = long_gap(input),
+            _ => return input,
+        }
+    }
+}
+
+/// [`skip_gap`] for use between combinators.
+#[inline]
+fn gap(input: &[u8]) -> Parsed<'_, ()> {
+    Ok((skip_gap(input), ()))
+}
+
+/// Skips blanks and comments, if there are any: seldom, since senders strip them.
+#[inline]
+pub(crate) fn skip_gap(input: &[u8]) -> &[u8] {
+    match input {
+        [byte, ..] if opens_gap(*byte) => long_gap(input),
+        _ => input,
+    }
+}
+
+#[inline(never)]
+fn long_gap(input: &[u8]) -> &[u8] {
+    let blanks = value((), take_while1(is_blank));
+    let skipped: Parsed<'_, usize> = many0_count(alt((blanks, comment))).parse(input);
+    skipped.map_or(input, |(rest, _)| rest)
+}
+
+/// Reads a comment: `(` to `)`, or to the end of the line when it is not closed; `;` to the end of the line.
+fn comment(input: &[u8]) -> Parsed<'_, ()> {
+    let bracketed = delimited(
+        char('('),
+        take_till(|byte| byte == b')' || is_line_end(byte)),
+        opt(char(')')),
+    );
+    let trailing = terminated(char(';'), take_till(is_line_end));
+    alt((value((), bracketed), value((), trailing))).parse(input)
+}
+
+#[inline]
+fn opens_gap(byte: u8) -> bool {
+    is_blank(byte) || byte == b'(' || byte == b';'
+}
+
+#[inline]
+fn is_blank(byte: u8) -> bool {
+    byte <= b' ' && !is_line_end(byte)
+}
+
+#[inline]
+fn is_line_end(byte: u8) -> bool {
+    byte == b'\r' || byte == b'\n'
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{words, Word};
+    use proptest::prelude::*;
+    use std::format;
+    use std::string::{String, ToString};
+    use std::vec::Vec;
+
+    fn read(line: &str) -> Result<Vec<Word>, Error> {
+        words(line.as_bytes()).collect()
+    }
+
+    /// The words of a line as printed, or the kind of its error.
+    fn printed(line: &str) -> Result<String, ErrorKind> {
+        let words = read(line).map_err(|error| error.kind)?;
+        Ok(words
+            .iter()
+            .map(Word::to_string)
+            .collect::<Vec<_>>()
+            .join(" "))
+    }
+
+    fn fails(line: &str, kind: ErrorKind, column: usize) {
+        assert_eq!(read(line), Err(Error { kind, column }), "{line}");
+    }
+
+    #[test]
+    fn a_clean_line_is_its_words() {
+        assert_eq!(
+            printed("G1X12.345Y-6.789F1500").as_deref(),
+            Ok("G1 X12.345 Y-6.789 F1500")
+        );
+        assert_eq!(printed("").as_deref(), Ok(""));
+    }
+
+    #[test]
+    fn small_letters_count_as_capitals() {
+        assert_eq!(printed("g38.2 z-1"), printed("G38.2Z-1"));
+    }
+
+    #[test]
+    fn gaps_mean_nothing_anywhere() {
+        for line in [
+            " G 0\tX1\x002 . 5 ",
+            "G(one)0X(two)12(three).(four)5(five)",
+            "(a;b)G0X12.5;c(d",
+            "G0X1(2)2.5(open",
+        ] {
+            assert_eq!(printed(line).as_deref(), Ok("G0 X12.5"), "{line}");
+        }
+        assert_eq!(printed("X- 1").as_deref(), Ok("X-1"));
+    }
+
+    #[test]
+    fn comments_do_not_nest() {
+        fails("G0(a(b)c)X0", ErrorKind::MissingNumber, 8);
+        fails("G0)X0", ErrorKind::UnexpectedByte(b')'), 2);
+    }
+
+    #[test]
+    fn a_line_break_is_never_swallowed() {
+        for (line, column) in [("G0\nG1", 2), ("G0;a\rG1", 4), ("G0(a\nb)G1", 4)] {
+            let found = line.as_bytes()[column];
+            fails(line, ErrorKind::UnexpectedByte(found), column);
+        }
+    }
+
+    #[test]
+    fn numbers_may_lack_digits_on_one_side_of_the_point() {
+        assert_eq!(
+            printed("X.5Y5.Z-.5A+1B-0C007").as_deref(),
+            Ok("X0.5 Y5 Z-0.5 A1 B0 C7")
+        );
+    }
+
+    #[test]
+    fn numbers_have_no_exponent() {
+        assert_eq!(printed("X1e2").as_deref(), Ok("X1 E2"));
+    }
+
+    #[test]
+    fn a_second_point_is_no_letter() {
+        fails("X1.2.3", ErrorKind::UnexpectedByte(b'.'), 4);
+    }
+
+    #[test]
+    fn a_letter_needs_a_number() {
+        fails("G0X", ErrorKind::MissingNumber, 3);
+        fails("GX0", ErrorKind::MissingNumber, 1);
+        fails("G (open", ErrorKind::MissingNumber, 7);
+    }
+
+    #[test]
+    fn a_number_needs_a_digit() {
+        for line in ["X.", "X-", "X--1", "X+-1", "X-.", "X-Y1", "X. Y1"] {
+            fails(line, ErrorKind::BadNumber, 1);
+        }
+    }
+
+    #[test]
+    fn digits_beyond_the_ninth_place_are_cut() {
+        assert_eq!(
+            printed("X0.1234567899Y-0.0000000009").as_deref(),
+            Ok("X0.123456789 Y0")
+        );
+    }
+
+    #[test]
+    fn numbers_end_where_their_range_ends() {
+        let largest = "9223372036.854775807";
+        assert_eq!(
+            printed(&format!("X-000{largest}9")),
+            Ok(format!("X-{largest}"))
+        );
+        for line in [
+            "X9223372036.854775808",
+            "X-9223372037",
+            "X18446744073709551616",
+            "X100000000000000000000",
+        ] {
+            fails(line, ErrorKind::NumberTooLarge, 1);
+        }
+    }
+
+    #[test]
+    fn what_is_no_letter_is_refused_with_its_column() {
+        for byte in [
+            b'%', b'*', b'/', b'#', b'@', b'[', b'{', b'`', 0x7f, 0x80, 0xef, 0xff,
+        ] {
+            let line = [b'G', b'0', byte, b'1'];
+            let error = Error {
+                kind: ErrorKind::UnexpectedByte(byte),
+                column: 2,
+            };
+            assert_eq!(words(&line).last(), Some(Err(error)));
+        }
+    }
+
+    #[test]
+    fn one_slash_may_open_the_line() {
+        assert_eq!(printed(" /G0").as_deref(), Ok("G0"));
+        fails("//G0", ErrorKind::UnexpectedByte(b'/'), 1);
+    }
+
+    #[test]
+    fn nothing_follows_an_error() {
+        let mut words = words(b"G0%X1");
+        assert!(matches!(words.next(), Some(Ok(_))));
+        assert!(matches!(words.next(), Some(Err(_))));
+        assert_eq!(words.next(), None);
+    }
+
+    /// Reads a decimal the obvious way: cuts the text apart, fills up with zeros, and lets `i128` read it.
+    fn reference(sign: &str, whole: &str, fraction: &str) -> i128 {
+        let nanos: String = fraction
+            .chars()
+            .chain("000000000".chars())
+            .take(9)
+            .collect();
+        let magnitude: i128 = format!("0{whole}{nanos}").parse().unwrap();
+        if sign == "-" {
+            -magnitude
+        } else {
+            magnitude
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn numbers_are_what_i128_makes_of_them(
+            sign in "[+-]?", whole in "[0-9]{1,12}", point in "\\.?", fraction in "[0-9]{0,12}",
+        ) {
+            let fraction = if point.is_empty() { "" } else { fraction.as_str() };
+            let text = format!("X{sign}{whole}{point}{fraction}");
+            let expected = i64::try_from(reference(&sign, &whole, fraction)).map_err(|_| ErrorKind::NumberTooLarge);
+            let found = read(&text).map(|words| words[0].value().nanos()).map_err(|error| error.kind);
+            prop_assert_eq!(found, expected);
+        }
+
+        #[test]
+        fn no_bytes_make_it_panic_or_answer_a_column_off_the_line(line in any::<Vec<u8>>()) {
+            for word in words(&line) {
+                let column = word.map_or_else(|error| error.column, |word| word.column());
+                prop_assert!(column <= line.len());
+            }
+        }
+
+        #[test]
+        fn no_line_of_likely_bytes_makes_it_panic(line in "[GXe0-9.+\\-();/%* \r\n]{0,40}") {
+            for word in words(line.as_bytes()) {
+                let column = word.map_or_else(|error| error.column, |word| word.column());
+                prop_assert!(column <= line.len());
+            }
+        }
+
+        #[test]
+        fn a_word_stands_at_its_column(line in "([ ]?[A-Z][0-9]{1,3}(\\(c\\))?){0,8}") {
+            for word in read(&line).unwrap() {
+                prop_assert_eq!(line.as_bytes()[word.column()], word.letter() as u8 + b'A');
+            }
+        }
+
+        #[test]
+        fn printed_words_read_back(letter in 0..26_usize, nanos in any::<i64>()) {
+            let text = format!("{}{}", Letter::ALL[letter], Number::from_nanos(nanos));
+            let words = read(&text).unwrap();
+            prop_assert_eq!(words[0].value(), Number::from_nanos(nanos));
+            prop_assert_eq!(words[0].to_string(), text);
+        }
+    }
+}

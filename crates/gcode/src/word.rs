@@ -1,0 +1,144 @@
+//! Words: a letter and a number, read one by one.
+
+use core::fmt;
+use core::iter::FusedIterator;
+
+use crate::{line, Error, Number};
+
+macro_rules! letters {
+    ($($letter:ident)*) => {
+        /// The letter of a word. Small letters count as capitals.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+        #[repr(u8)]
+        #[allow(missing_docs, reason = "the letters speak for themselves")]
+        pub enum Letter { $($letter),* }
+
+        impl Letter {
+            /// All letters in order: `ALL[letter as usize] == letter`.
+            pub const ALL: [Self; 26] = [$(Self::$letter),*];
+        }
+    };
+}
+
+letters!(A B C D E F G H I J K L M N O P Q R S T U V W X Y Z);
+
+impl Letter {
+    /// Answers the letter that this byte is in ASCII, capital or small.
+    #[inline]
+    pub fn from_byte(byte: u8) -> Option<Self> {
+        let capital = byte & !0x20; // the bit in which ASCII capitals and small letters differ
+        Self::ALL
+            .get(usize::from(capital.wrapping_sub(b'A')))
+            .copied()
+    }
+
+    /// Answers the capital letter.
+    pub const fn as_char(self) -> char {
+        (b'A' + self as u8) as char
+    }
+}
+
+impl fmt::Display for Letter {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        fmt::Display::fmt(&self.as_char(), f)
+    }
+}
+
+/// A letter with its number, and where it was found.
+///
+/// Words are equal when they say the same, wherever they stand and however they were spelled.
+#[derive(Debug, Clone, Copy)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Word {
+    letter: Letter,
+    value: Number,
+    column: usize,
+}
+
+impl Word {
+    /// Answers the letter.
+    #[inline]
+    pub const fn letter(&self) -> Letter {
+        self.letter
+    }
+
+    /// Answers the number behind the letter.
+    #[inline]
+    pub const fn value(&self) -> Number {
+        self.value
+    }
+
+    /// Answers the offset of the letter in its line, in bytes from 0.
+    #[inline]
+    pub const fn column(&self) -> usize {
+        self.column
+    }
+}
+
+impl PartialEq for Word {
+    fn eq(&self, other: &Self) -> bool {
+        (self.letter, self.value) == (other.letter, other.value)
+    }
+}
+
+impl Eq for Word {}
+
+impl fmt::Display for Word {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}{}", self.letter, self.value)
+    }
+}
+
+/// Reads the words of a line one by one, from left to right.
+///
+/// The iterator ends with the line or with the first error. A `/` that opens the line is skipped; block delete is then
+/// the caller's to notice, or [`parse`](crate::parse)'s. `%` and `*` are no words and hence errors.
+///
+/// Bounded by the length of the line.
+#[inline]
+pub fn words(line: &[u8]) -> Words<'_> {
+    let (rest, _) = line::block_delete(line);
+    Words {
+        length: line.len(),
+        rest,
+    }
+}
+
+/// The words of a line. Made by [`words`].
+#[derive(Debug, Clone)]
+pub struct Words<'a> {
+    /// Length of the whole line in bytes: less what is left, it is the column.
+    length: usize,
+    /// What is still to be read; empty after an error.
+    rest: &'a [u8],
+}
+
+impl Iterator for Words<'_> {
+    type Item = Result<Word, Error>;
+
+    #[inline]
+    fn next(&mut self) -> Option<Self::Item> {
+        let start = line::skip_gap(self.rest);
+        if start.is_empty() {
+            self.rest = start;
+            return None;
+        }
+        Some(match line::word(start) {
+            Ok((rest, (letter, value))) => {
+                self.rest = rest;
+                Ok(Word {
+                    letter,
+                    value,
+                    column: self.length - start.len(),
+                })
+            }
+            Err(error) => {
+                self.rest = &[];
+                Err(line::locate(error, self.length))
+            }
+        })
+    }
+}
+
+impl FusedIterator for Words<'_> {}
