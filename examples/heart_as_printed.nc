@@ -1,0 +1,53 @@
+(Starts with the tool on the surface, at the first point. 1 mm a unit: the rows have no scale.)
+G21 G91 G94 G17
+G0 Z2
+M3 S1000
+G4 P1
+G1 Z-2 F200
+F600
+G1 X10 Y-10
+G1 Y-2
+G1 X6 Y-6
+G1 Y-2
+G1 X2 Y-2
+G1 Y-4
+G1 X2 Y-2
+G1 Y-10
+G1 X-2 Y-2
+G1 Y-2
+G1 X-2 Y2
+G1 Y-2
+G1 X-10 Y-10
+G1 X-2
+G1 X-2 Y2
+G1 X-4
+G1 X-2 Y-2
+G1 X-10
+G1 X-2 Y2
+G1 X-4
+G1 X-54 Y54
+G1 X54 Y54
+G1 X4
+G1 X2 Y2
+G1 X10
+G1 X2 Y-2
+G1 X4
+G1 X2 Y-2
+G1 X2
+G1 X10 Y-10
+G1 Y-2
+G1 X-2 Y-2
+G1 Y-2
+G1 X2 Y-2
+G1 Y-10
+G1 X-2 Y2
+G1 Y-4
+G1 X-2 Y-2
+G1 Y-2
+G1 X-6 Y-6
+G1 Y-2
+G1 X-10 Y-10
+G0 Z2
+M5
+G90
+M30
