@@ -22,10 +22,16 @@ DRILL_BOTTOM_MM = -5000 * DRILL_HALF_STEP_MM  # through the board: default "dril
 DRILL_PLUNGE_MM_MIN = Decimal("131.25")  # 500 half steps/s: its default speed for Z
 EXCELLON_UNIT_MM = Decimal("0.00254")  # 2.4 inch format: the last digit is 0.1 mil
 
+EXCELLON_TOOL = re.compile(r"T(\d+)C(\d*\.?\d+)F\d+S(\d+)")  # inch, inch/min, 1000/min
+EXCELLON_HOLE = re.compile(r"X(\d{6})Y(\d{6})")
+
 # Prototyping machine: speeds follow from its step loops, 190 us and 1 ms for a half step of 3.2 um.
 PRINT_FEED_MM_MIN = 1005  # path speed in X and Y
 PRINT_LIFT_MM_MIN = 192  # Z, which always moves alone
 FEEDER_ON = "M3 S1000"  # the feeder knows on and off only, so S is the full scale of `$30`
+
+RP_HEADER = "RPcode."
+RP_ROW = re.compile(r"([01])" + r"\s+(-?\d+\.?\d*)" * 3 + r"\s*")  # feeder flag, X, Y, Z in mm
 
 # Engraver: its rows have no scale and its Z runs between two adjustable switches, so these four are our choice.
 ENGRAVE_MM_PER_UNIT = 1
@@ -42,16 +48,18 @@ def drill(text):
     lines = comment("X0 Y0: the corner of the board. Z0: the taught height, 17.5 mm above the clearance.")
     lines += [ABSOLUTE_MM, block("G0", z=DRILL_CLEARANCE_MM)]
     tool_loaded = False
-    for row in text.split():
-        if row.startswith("M"):
+    for number, row in enumerate(text.splitlines(), 1):
+        if row == "M30":
             break
-        if tool := re.fullmatch(r"T(\d+)C([\d.]+)F[\d.]+S([\d.]+)", row):
+        if tool := EXCELLON_TOOL.fullmatch(row):
             lines += change_tool(*tool.groups(), already_loaded=not tool_loaded)
             tool_loaded = True
-        elif hole := re.fullmatch(r"X(\d{6})Y(\d{6})", row):
+        elif tool_loaded and (hole := EXCELLON_HOLE.fullmatch(row)):
             lines += drill_hole(*(int(digits) * EXCELLON_UNIT_MM for digits in hole.groups()))
-        elif row != "%":
-            raise ValueError(f"not understood in a drill file: {row!r}")
+        elif row not in ("", "%"):
+            raise not_understood(number, row)
+    if not tool_loaded:
+        raise ValueError("no tool and no hole before the end")
     return lines + ["M5", "G0 Z0", "G0 X0 Y0", "M30"]
 
 
@@ -84,14 +92,15 @@ def extrude(text):
 
     Z moves alone and after X and Y, as on the original; Grbl lets the motion end before it obeys M3 or M5.
     """
-    header, *rows = text.splitlines()
-    if not header.startswith("RPcode."):
-        raise ValueError(f"not the header of an RP code file: {header!r}")
+    if not text.startswith(RP_HEADER):
+        raise not_understood(1, text)
     lines = comment("X0 Y0 Z0: the start point of the part. Heat nozzle and bed first: Grbl has no words for it.")
     lines += [ABSOLUTE_MM, "M5"]
     feeding, at = False, (Decimal(0), Decimal(0), Decimal(0))
-    for row in rows:
-        flag, *target = row.split()
+    for number, row in enumerate(text.splitlines()[1:], 2):
+        if not (match := RP_ROW.fullmatch(row)):
+            raise not_understood(number, row)
+        flag, *target = match.groups()
         target = tuple(map(Decimal, target))
         if feeding != (flag == "1"):
             feeding = not feeding
@@ -117,13 +126,26 @@ def engrave(text):
     lines = comment("Starts with the tool on the surface, at the first point. 1 mm a unit: the rows have no scale.")
     lines += ["G21 G91 G94 G17", block("G0", z=ENGRAVE_LIFT_MM), "M3 S1000", "G4 P1"]
     is_down = False
-    for row in csv.DictReader(text.splitlines()):
-        if is_down != (row["engrave"] == "1"):
-            is_down = not is_down
+    for dx, dy, engraved in engraver_rows(text):
+        if is_down != engraved:
+            is_down = engraved
             lines += move_tool(is_down)
-        x, y = (int(row[name]) * ENGRAVE_MM_PER_UNIT for name in ("dx", "dy"))
-        lines.append(block("G1" if is_down else "G0", **{k: v for k, v in (("x", x), ("y", y)) if v}))
+        moved = {axis: units * ENGRAVE_MM_PER_UNIT for axis, units in (("x", dx), ("y", dy)) if units}
+        if moved:
+            lines.append(block("G1" if is_down else "G0", **moved))
     return lines + (move_tool(False) if is_down else []) + ["M5", "G90", "M30"]
+
+
+def engraver_rows(text):
+    """Yields dx and dy in units, and whether the row is engraved."""
+    reader = csv.DictReader(text.splitlines())
+    if not {"dx", "dy", "engrave"}.issubset(reader.fieldnames or ()):
+        raise not_understood(1, text)
+    for row in reader:
+        try:
+            yield int(row["dx"]), int(row["dy"]), row["engrave"] == "1"
+        except (TypeError, ValueError):
+            raise not_understood(reader.line_num, ",".join(map(str, row.values()))) from None
 
 
 def move_tool(down):
@@ -131,6 +153,11 @@ def move_tool(down):
     if not down:
         return [block("G0", z=ENGRAVE_LIFT_MM)]
     return [block("G1", z=-ENGRAVE_LIFT_MM, f=ENGRAVE_PLUNGE_MM_MIN), block(f=ENGRAVE_FEED_MM_MIN)]
+
+
+def not_understood(number, row):
+    """Returns the error for a row (numbered from 1) that is not in the format of its machine."""
+    return ValueError(f"line {number}: not understood: {row.partition('\n')[0][:40]!r}")
 
 
 CONVERTERS = {"drill": drill, "print": extrude, "engrave": engrave}

@@ -48,11 +48,11 @@ def complaints(name, example):
     path = HERE / name
     if not path.exists() or path.read_bytes() != as_bytes(lines):
         yield "is not what make.py makes: run it without --check and commit the result"
-    settings = (HERE / "settings" / f"{example.settings}.txt").read_text(encoding="ascii")
+    settings = HERE / "settings" / f"{example.settings}.txt"
     try:
-        yield from problems(lines, read_settings(settings))
-    except ValueError as error:
-        yield f"settings/{example.settings}.txt: {error}"
+        yield from problems(lines, read_settings(settings.read_text(encoding="ascii")))
+    except (OSError, ValueError) as error:
+        yield f"settings/{settings.name}: {error}"
 
 
 def as_bytes(lines):
