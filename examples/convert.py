@@ -52,7 +52,7 @@ def drill(text):
         if row == "M30":
             break
         if tool := EXCELLON_TOOL.fullmatch(row):
-            lines += change_tool(*tool.groups(), already_loaded=not tool_loaded)
+            lines += change_tool(*tool.groups(), is_first=not tool_loaded)
             tool_loaded = True
         elif tool_loaded and (hole := EXCELLON_HOLE.fullmatch(row)):
             lines += drill_hole(*(int(digits) * EXCELLON_UNIT_MM for digits in hole.groups()))
@@ -63,12 +63,12 @@ def drill(text):
     return lines + ["M5", "G0 Z0", "G0 X0 Y0", "M30"]
 
 
-def change_tool(tool, diameter_in, speed_krpm, already_loaded):
+def change_tool(tool, diameter_in, speed_krpm, is_first):
     """Names the tool; stops (M0) for the operator to change it, but not for the first, which is in the spindle.
 
     The file's feed in inch/min is left out: 200 inch/min is fifteen times what the machine can do.
     """
-    stop = [] if already_loaded else ["M5", "M0"]
+    stop = [] if is_first else ["M5", "M0"]
     name = comment(f"Tool {tool}: {number_mm(diameter_in)} mm, {diameter_in} inch")
     return [*name, *stop, f"T{tool}", block("M3", s=Decimal(speed_krpm) * 1000), "G4 P1"]
 
@@ -155,9 +155,10 @@ def move_tool(down):
     return [block("G1", z=-ENGRAVE_LIFT_MM, f=ENGRAVE_PLUNGE_MM_MIN), block(f=ENGRAVE_FEED_MM_MIN)]
 
 
-def not_understood(number, row):
-    """Returns the error for a row (numbered from 1) that is not in the format of its machine."""
-    return ValueError(f"line {number}: not understood: {row.partition('\n')[0][:40]!r}")
+def not_understood(number, text):
+    """Returns the error for a row (numbered from 1, at the start of `text`) that is not in its machine's format."""
+    row = text.partition("\n")[0]
+    return ValueError(f"line {number}: not understood: {row[:40]!r}")
 
 
 CONVERTERS = {"drill": drill, "print": extrude, "engrave": engrave}

@@ -64,7 +64,8 @@ class Job:
     def wrong_words(self, text, words):
         """Checks what a line may hold, whatever it means."""
         letters = [letter for letter, _ in words if letter not in "GM"]
-        found = [f"{code} is not for these examples" for code in map("".join, words) if code[0] in "GM" and code not in CODES]
+        codes = [letter + value for letter, value in words if letter in "GM"]
+        found = [f"{code} is not for these examples" for code in codes if code not in CODES]
         found += [f"{value} has too many digits" for _, value in words if len(re.sub(r"\D", "", value)) > DIGIT_LIMIT]
         found += [f"T{value} is too large" for letter, value in words if letter == "T" and float(value) > TOOL_LIMIT]
         if len(text) > LINE_LIMIT:
