@@ -1,18 +1,22 @@
 //! The project's own commands: `cargo xtask NAME`, or `cargo fw`.
+mod call_graph;
 mod fw;
 mod shell;
+mod thumb;
 mod toolchain;
 
 use std::{env, process::ExitCode};
 
 const USAGE: &str = "usage: cargo xtask COMMAND
-    fw [ARGUMENTS]     build the firmware; ARGUMENTS go to `cargo build`";
+    fw [ARGUMENTS]     build the firmware; ARGUMENTS go to `cargo build`
+    thumb              build libraries and firmware for the microcontroller; check what is in them";
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = env::args().skip(1).collect();
     let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
     let done = match words.as_slice() {
         ["fw", ..] => fw::run(&arguments[1..]),
+        ["thumb"] => thumb::run(),
         _ => {
             eprintln!("{USAGE}");
             return ExitCode::from(2);

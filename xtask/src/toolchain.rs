@@ -5,11 +5,7 @@
 //! 2. a compiler with the sources of `core` beside it (Debian: `rustc-web`, `rust-web-src`): `core` is built too.
 //!    That needs `-Zbuild-std`, which a stable compiler only takes with `RUSTC_BOOTSTRAP=1`.
 use crate::shell::{self, Failure};
-use std::{
-    env, fs,
-    path::{Path, PathBuf},
-    process::Command,
-};
+use std::{env, fs, path::PathBuf, process::Command};
 
 /// Cortex-M4 with the single-precision FPU, hard-float calls.
 pub(crate) const TARGET: &str = "thumbv7em-none-eabihf";
@@ -83,11 +79,11 @@ impl Toolchain {
     }
 }
 
-/// The folder of the workspace.
-pub(crate) fn root() -> &'static Path {
-    Path::new(env!("CARGO_MANIFEST_DIR"))
-        .parent()
-        .unwrap_or(Path::new("."))
+/// The folder of the workspace: cargo names that of this program when it runs it.
+pub(crate) fn root() -> PathBuf {
+    let own =
+        env::var_os("CARGO_MANIFEST_DIR").map_or_else(|| PathBuf::from("xtask"), PathBuf::from);
+    own.join("..")
 }
 
 /// Where artefacts go: `CARGO_TARGET_DIR`, or `target` in the workspace.

@@ -1,9 +1,14 @@
 //! Firmware of an STM32F407 board. On a desk this is a program that says how to build it.
 #![cfg_attr(target_os = "none", no_std)]
 #![cfg_attr(target_os = "none", no_main)]
+#![deny(unsafe_code)]
 
 #[cfg(target_os = "none")]
 mod firmware;
+#[cfg(target_os = "none")]
+mod step_port;
+#[cfg(target_os = "none")]
+mod wiring;
 
 #[cfg(not(target_os = "none"))]
 fn main() {

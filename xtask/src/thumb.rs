@@ -1,0 +1,192 @@
+//! `cargo xtask thumb`: the libraries and the firmware built for the microcontroller, and what must not be in them.
+//!
+//! | what | where | why |
+//! |---|---|---|
+//! | software double precision | the libraries' own code, the whole firmware | the FPU is single precision: 84 instructions a product |
+//! | 64-bit division | whatever the step interrupt reaches | 200 to 900 instructions, the whole budget of a tick is 100 |
+//! | a panic, a call through a register | whatever the step interrupt reaches | it cannot fail, and its cost must be known |
+use crate::{
+    call_graph::CallGraph,
+    fw,
+    shell::{self, Failure},
+    toolchain::{self, Toolchain},
+};
+use std::{path::Path, process::Command};
+
+/// The library crates that run on the microcontroller.
+const LIBRARIES: [&str; 4] = [
+    "leadscrew-gcode",
+    "leadscrew-stepper",
+    "leadscrew-planner",
+    "leadscrew-machine",
+];
+/// The vector of the step timer.
+const STEP_INTERRUPT: &str = "TIM2";
+
+/// Builds everything and checks it.
+pub(crate) fn run() -> Result<(), Failure> {
+    let toolchain = Toolchain::find()?;
+    let mut findings = check_libraries(&toolchain)?;
+    let elf = fw::build(&toolchain, &[])?;
+    findings.extend(software_doubles(&elf)?);
+    findings.extend(check_step_interrupt(&elf)?);
+    if findings.is_empty() {
+        Ok(())
+    } else {
+        Err(Failure::new(findings.join("\n")))
+    }
+}
+
+/// Builds the libraries one by one, without link-time optimisation: so their objects hold machine code to look at.
+fn check_libraries(toolchain: &Toolchain) -> Result<Vec<String>, Failure> {
+    let mut build = toolchain.build();
+    build.args([
+        "--profile",
+        "firmware",
+        "--config",
+        "profile.firmware.lto=false",
+    ]);
+    for library in LIBRARIES {
+        build.args(["-p", library]);
+    }
+    shell::run(build.current_dir(toolchain::root()))?;
+    let mut findings = Vec::new();
+    for library in LIBRARIES {
+        let file = format!("lib{}.rlib", library.replace('-', "_"));
+        findings.extend(software_doubles(&toolchain::firmware_dir().join(file))?);
+    }
+    println!("thumb: {} libraries built", LIBRARIES.len());
+    Ok(findings)
+}
+
+/// The double-precision routines that an object, a library or a program names.
+fn software_doubles(file: &Path) -> Result<Vec<String>, Failure> {
+    let listing = shell::output(Command::new("arm-none-eabi-nm").arg(file))?;
+    let symbols = listing
+        .lines()
+        .filter_map(|line| line.split_whitespace().last());
+    let found = symbols.filter(|symbol| is_software_double(symbol));
+    Ok(found
+        .map(|symbol| format!("{}: software double precision: {symbol}", file.display()))
+        .collect())
+}
+
+/// What the step interrupt reaches in the linked firmware and must not.
+fn check_step_interrupt(elf: &Path) -> Result<Vec<String>, Failure> {
+    let mut objdump = Command::new("arm-none-eabi-objdump");
+    let graph = CallGraph::parse(&shell::output(
+        objdump.args(["-d", "--no-show-raw-insn"]).arg(elf),
+    )?);
+    if !graph.contains(STEP_INTERRUPT) {
+        return Err(Failure::new(format!(
+            "{}: no function {STEP_INTERRUPT}",
+            elf.display()
+        )));
+    }
+    println!(
+        "thumb: the step interrupt reaches {} functions",
+        graph.reach(STEP_INTERRUPT)
+    );
+    let findings = graph.findings(STEP_INTERRUPT, forbidden_in_a_step);
+    Ok(findings
+        .into_iter()
+        .map(|finding| format!("{}: {}", finding.path.join(" > "), finding.reason))
+        .collect())
+}
+
+/// Why the step interrupt must not reach this symbol, if it must not.
+fn forbidden_in_a_step(symbol: &str) -> Option<&'static str> {
+    if is_long_division(symbol) {
+        Some("divides 64-bit integers")
+    } else if is_software_double(symbol) {
+        Some("software double precision")
+    } else if symbol.contains("panic") {
+        Some("can panic")
+    } else {
+        None
+    }
+}
+
+/// Run-time ABI for the Arm architecture (IHI 0043) section 4.2 and GCC's names for the same routines, and the
+/// function of `compiler_builtins` behind them.
+fn is_long_division(symbol: &str) -> bool {
+    const NAMES: [&str; 8] = [
+        "__aeabi_uldivmod",
+        "__aeabi_ldivmod",
+        "__udivmoddi4",
+        "__divmoddi4",
+        "__udivdi3",
+        "__umoddi3",
+        "__divdi3",
+        "__moddi3",
+    ];
+    NAMES.contains(&symbol) || symbol.contains("u64_div_rem")
+}
+
+/// Run-time ABI for the Arm architecture (IHI 0043) section 4.1: arithmetic, comparison and conversion of doubles;
+/// and GCC's names, which have `df` (double float) in them: `__muldf3`, `__extendsfdf2`, `__floatsidf`.
+fn is_software_double(symbol: &str) -> bool {
+    let converts_to = ["i2d", "ui2d", "f2d", "l2d", "ul2d"];
+    match symbol.strip_prefix("__aeabi_") {
+        Some(name) => {
+            name.starts_with('d') || name.starts_with("cd") || converts_to.contains(&name)
+        }
+        None => symbol
+            .strip_prefix("__")
+            .is_some_and(|name| name.contains("df") && !name.contains(['_', '.'])),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_family_of_double_routines_is_known() {
+        let names = [
+            "__aeabi_dmul",
+            "__aeabi_drsub",
+            "__aeabi_cdcmple",
+            "__aeabi_d2f",
+            "__aeabi_f2d",
+            "__aeabi_ul2d",
+        ];
+        for name in names.into_iter().chain([
+            "__muldf3",
+            "__extendsfdf2",
+            "__fixdfsi",
+            "__floatunsidf",
+            "__ltdf2",
+        ]) {
+            assert!(is_software_double(name), "{name}");
+        }
+    }
+
+    #[test]
+    fn integer_and_single_routines_are_not_doubles() {
+        let names = [
+            "__aeabi_memcpy",
+            "__aeabi_fmul",
+            "__aeabi_uldivmod",
+            "__mulsf3",
+            "__udivmoddi4",
+            "__pre_init",
+            "handfed",
+        ];
+        for name in names {
+            assert!(!is_software_double(name), "{name}");
+        }
+    }
+
+    #[test]
+    fn long_division_is_known_under_all_its_names() {
+        for name in [
+            "__aeabi_ldivmod",
+            "__udivdi3",
+            "_ZN17compiler_builtins3int19specialized_div_rem11u64_div_rem17hE",
+        ] {
+            assert!(is_long_division(name), "{name}");
+        }
+        assert!(!is_long_division("__aeabi_lmul"));
+    }
+}
