@@ -1,3 +1,14 @@
+//! GRBL 1.1h as a state machine that never waits: bytes in, segments and pins out.
+//!
+//! A [`board`] lends its slow pins and its serial lines; switch interrupts report to [`inputs`]; what a
+//! machine is built with stands in [`config`].
 #![no_std]
 #![forbid(unsafe_code)]
-//! machine.
+
+#[cfg(test)]
+extern crate std;
+
+pub mod board;
+pub mod config;
+pub mod inputs;
+pub mod protocol;

@@ -1,0 +1,132 @@
+//! What the machine asks of its board: slow pins, serial output, the start of the step timer.
+//!
+//! ```text
+//!   Machine::poll(&mut board, now)          switch interrupt         step interrupt
+//!        |                                       |                        |
+//!        v                                       v                        v
+//!   Board: write, switches, enable_motors,   Inputs::on_switches      StepPort
+//!          set_spindle, set_coolant, ...
+//! ```
+//!
+//! Implemented by the firmware's board and by the simulator. Every method is called from the main loop
+//! and none may wait: what takes time is begun, or refused in part ([`Board::write`]).
+
+use core::fmt;
+use leadscrew_stepper::{MotorMask, Power};
+
+/// Microseconds since power-up, as the caller of `Machine::poll` counts them.
+pub type Instant = fugit::TimerInstantU64<1_000_000>;
+
+/// A span of time in microseconds.
+pub type Duration = fugit::TimerDurationU64<1_000_000>;
+
+/// One of the serial lines, counted from 0 in the order in which the machine was given them.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct ChannelId(pub u8);
+
+impl fmt::Display for ChannelId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.0)
+    }
+}
+
+/// Electrical levels of all switches at one instant. Inputs are pulled up: `true` is high, an open switch.
+///
+/// What is *active* follows from the settings (`$5`, `$6`) and the machine's configuration; the board need
+/// not know.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Switches {
+    /// The motors whose limit switch input is high.
+    pub limits: MotorMask,
+    /// Level of the probe input.
+    pub probe: bool,
+    /// Level of the reset button's input.
+    pub reset: bool,
+    /// Level of the feed hold button's input.
+    pub hold: bool,
+    /// Level of the cycle start button's input.
+    pub start: bool,
+    /// Level of the safety door's input.
+    pub door: bool,
+}
+
+impl Switches {
+    /// All inputs open: what a board without any switch reports.
+    pub const OPEN: Self = Self {
+        limits: MotorMask::from_bits(0xFF),
+        probe: true,
+        reset: true,
+        hold: true,
+        start: true,
+        door: true,
+    };
+}
+
+/// Which way the spindle turns, or that it stands. Its power goes apart, step by step.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum SpindleOutput {
+    /// Disabled (M5).
+    #[default]
+    Off,
+    /// Enabled, clockwise (M3; constant power of a laser).
+    Clockwise,
+    /// Enabled, counter-clockwise (M4; a laser's power that follows the speed).
+    CounterClockwise,
+}
+
+/// Coolant valves.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct CoolantOutput {
+    /// Flood valve (M8).
+    pub flood: bool,
+    /// Mist valve (M7).
+    pub mist: bool,
+}
+
+/// How the step port is wired: settings that the board, not the machine, puts into effect.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct PortConfig {
+    /// Least width of a step pulse in microseconds (`$0`), at least 3.
+    pub pulse_us: u8,
+    /// Motors whose step pulse is low (`$2`).
+    pub step_invert: MotorMask,
+    /// Motors whose direction pin is high in the negative direction where others' is low (`$3`).
+    pub direction_invert: MotorMask,
+    /// Whether the drivers are enabled by a high level (`$4`).
+    pub enable_invert: bool,
+}
+
+/// The board under the machine. All methods: main loop, never waiting.
+pub trait Board {
+    /// Makes the step interrupt happen as soon as possible, with the timer running from now on.
+    ///
+    /// The machine has noted `Shared::set_running` before. Called at rest only.
+    fn start_stepping(&mut self);
+
+    /// Takes as many of `bytes` for sending on `channel` as there is room for; returns how many.
+    fn write(&mut self, channel: ChannelId, bytes: &[u8]) -> usize;
+
+    /// Reads all switches at once.
+    fn switches(&self) -> Switches;
+
+    /// Enables or disables all motor drivers.
+    fn enable_motors(&mut self, on: bool);
+
+    /// Sets direction and enable of the spindle. Its power: [`Board::set_power`] and the step interrupt.
+    fn set_spindle(&mut self, output: SpindleOutput);
+
+    /// Sets the spindle's or laser's power. Called while the step timer rests only; in motion, power
+    /// goes through `StepPort::set_power`.
+    fn set_power(&mut self, power: Power);
+
+    /// Sets the coolant valves.
+    fn set_coolant(&mut self, output: CoolantOutput);
+
+    /// Puts the wiring of the step port into effect. Called at rest only.
+    fn configure(&mut self, port: &PortConfig);
+}

@@ -1,0 +1,156 @@
+//! Everything about a machine that is fixed when it is built: sizes, wiring that no setting knows, options
+//! that Grbl chooses when it is compiled.
+
+use crate::board::Duration;
+use heapless::spsc::Queue;
+use leadscrew_stepper::{MotorMask, Segment, Ticks};
+
+/// Segments between the main loop and the step interrupt.
+pub const SEGMENTS: usize = 16;
+
+/// The queue between the main loop and the step interrupt ([`SEGMENTS`] and the one slot that a ring keeps free).
+pub type SegmentQueue<const MOTORS: usize> = Queue<Segment<MOTORS>, { SEGMENTS + 1 }>;
+
+/// Serial lines that one machine can serve.
+pub const CHANNELS: usize = 4;
+
+/// Motion that may be committed to the segment queue: a hold, a cancel or an override acts after no more
+/// than this.
+pub const COMMITTED: Duration = Duration::from_ticks(2_000);
+
+/// Whether an axis is a length or an angle.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum AxisKind {
+    /// Millimetres; inches where G20 is in force.
+    #[default]
+    Linear,
+    /// Degrees, never inches.
+    Rotary,
+}
+
+/// Axes that home together, one bit an axis.
+pub type AxisMask = u8;
+
+/// How the spindle axis gets out of the way while the door is open.
+#[derive(Clone, Copy, PartialEq, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct ParkingConfig {
+    /// The axis that parks: the spindle's, Z.
+    pub axis: usize,
+    /// Machine position to park at, mm.
+    pub target_mm: f32,
+    /// Speed from the pull-out height to the target and back, mm/min.
+    pub rate: f32,
+    /// Speed out of the work and back into it, mm/min.
+    pub pull_out_rate: f32,
+    /// Way out of the work, mm.
+    pub pull_out_mm: f32,
+}
+
+impl ParkingConfig {
+    /// Grbl's parking of Z.
+    pub const GRBL: Self = Self {
+        axis: 2,
+        target_mm: -5.0,
+        rate: 500.0,
+        pull_out_rate: 100.0,
+        pull_out_mm: 5.0,
+    };
+}
+
+/// What Grbl decides when it is compiled.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Options {
+    /// M7 and the mist valve.
+    pub mist: bool,
+    /// A safety door switch.
+    pub door: bool,
+    /// Line numbers in status reports (`Ln:`).
+    pub line_numbers: bool,
+    /// `$HX`, `$HY`, `$HZ`.
+    pub single_axis_homing: bool,
+    /// Parking on an open door.
+    pub parking: Option<ParkingConfig>,
+    /// M56, which allows and forbids parking.
+    pub parking_override: bool,
+}
+
+/// A machine's build: what no setting changes.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct MachineConfig<const AXES: usize> {
+    /// Linear and rotary axes.
+    pub axes: [AxisKind; AXES],
+    /// Counts of the step timer a second.
+    pub timer_hz: u32,
+    /// Step smoothing keeps ticks at least this far apart.
+    pub shortest_tick: Ticks,
+    /// The highest step rate that the board can make, Hz: faster motion is capped, settings that ask for more
+    /// than that alone are refused.
+    pub max_step_rate: u32,
+    /// How many moves may be planned ahead; at most the machine's `MOVES`.
+    pub moves: usize,
+    /// Size of the receive buffer that senders are told (`[OPT:`, `Bf:`), bytes.
+    pub receive_size: u16,
+    /// Motion starts once no line came for so long, or the planner is full; zero: at once, as Grbl.
+    pub start_silence: Duration,
+    /// Axes that home together, in the order in which they home; 0 for the rest.
+    pub homing_cycles: [AxisMask; 4],
+    /// Spindle run-up time after the safety door was closed.
+    pub spindle_delay: Duration,
+    /// Coolant delay after the safety door was closed.
+    pub coolant_delay: Duration,
+    /// Options that Grbl chooses when it is compiled.
+    pub options: Options,
+}
+
+/// The timer of the F407: APB1 times two, counts a second.
+const TIMER_HZ: u32 = 84_000_000;
+
+impl<const AXES: usize> MachineConfig<AXES> {
+    /// A machine for use: deep look-ahead, large buffers, a start that waits for the sender.
+    pub const fn new() -> Self {
+        Self {
+            axes: [AxisKind::Linear; AXES],
+            timer_hz: TIMER_HZ,
+            shortest_tick: Ticks(TIMER_HZ / 100_000),
+            max_step_rate: 250_000,
+            moves: 1024,
+            receive_size: 1024,
+            start_silence: Duration::from_ticks(20_000),
+            homing_cycles: [0b100, 0b011, 0, 0],
+            spindle_delay: Duration::from_ticks(4_000_000),
+            coolant_delay: Duration::from_ticks(1_000_000),
+            options: Options {
+                mist: false,
+                door: false,
+                line_numbers: false,
+                single_axis_homing: false,
+                parking: None,
+                parking_override: false,
+            },
+        }
+    }
+
+    /// A machine that answers as stock Grbl 1.1h does: 15 moves, 128 bytes, a start at once.
+    pub const fn grbl() -> Self {
+        let mut config = Self::new();
+        config.max_step_rate = 500_000;
+        config.moves = 15;
+        config.receive_size = 128;
+        config.start_silence = Duration::from_ticks(0);
+        config
+    }
+
+    /// The motors of `axes`, where each axis has the motor of its own number.
+    pub const fn motors_of(axes: AxisMask) -> MotorMask {
+        MotorMask::from_bits(axes)
+    }
+}
+
+impl<const AXES: usize> Default for MachineConfig<AXES> {
+    fn default() -> Self {
+        Self::new()
+    }
+}

@@ -1,0 +1,358 @@
+//! Switch edges and the probe latch: what happens at the very step of a contact.
+//!
+//! The switch interrupt calls [`Inputs::on_switches`] with the levels of all inputs. Four things cannot
+//! wait for the main loop and are done there and then:
+//!
+//! | input | armed by | at once | later, in `Machine::poll` |
+//! |---|---|---|---|
+//! | limit | `$21=1` | stepping stops | ALARM:1 |
+//! | limit | homing | the motor is locked | next phase once all are |
+//! | probe | probing | the position is latched | hold, `[PRB:` |
+//! | buttons | – | the edge is counted | reset, hold, start, door |
+//!
+//! Each word has one writer. Events are counters that the interrupt advances and the main loop compares
+//! with what it saw last, so that nothing needs a compare-and-swap, which a Cortex-M0 lacks.
+
+use crate::board::Switches;
+use core::sync::atomic::{AtomicBool, AtomicI32, AtomicU8, Ordering};
+use leadscrew_stepper::{MotorMask, Shared};
+
+/// What the probe is waited for.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum ProbeWatch {
+    /// Nothing: no probing under way.
+    Off = 0,
+    /// That it makes contact (G38.2, G38.3).
+    Contact = 1,
+    /// That it loses contact (G38.4, G38.5).
+    Release = 2,
+}
+
+/// Which levels are active, and whether a limit switch stops the machine.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct InputConfig {
+    /// Whether limit switches are active high (`$5`).
+    pub limits_invert: bool,
+    /// Whether the probe is active high (`$6`).
+    pub probe_invert: bool,
+    /// Whether a limit switch stops the machine (`$21`).
+    pub hard_limits: bool,
+    /// Whether there is a safety door switch.
+    pub door: bool,
+}
+
+/// Words shared by the switch interrupts and the main loop.
+#[derive(Debug)]
+pub struct Inputs<const MOTORS: usize> {
+    // Written by the main loop.
+    limits_invert: AtomicBool,
+    probe_invert: AtomicBool,
+    hard_limits: AtomicBool,
+    door_present: AtomicBool,
+    homing: AtomicU8,
+    /// A [`ProbeWatch`] in the low bits, above it a count that tells one watch from the next.
+    watch: AtomicU8,
+    // Written by the switch interrupt.
+    last: AtomicU8,
+    last_limits: AtomicU8,
+    limit_hits: AtomicU8,
+    resets: AtomicU8,
+    holds: AtomicU8,
+    starts: AtomicU8,
+    doors: AtomicU8,
+    /// The value of `watch` that has been met.
+    latched_watch: AtomicU8,
+    latched: [AtomicI32; MOTORS],
+}
+
+/// How many edges there have been, modulo 256, since power-up.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Edges {
+    /// Limit switches that stopped the machine.
+    pub limit_hits: u8,
+    /// Reset button.
+    pub resets: u8,
+    /// Feed hold button.
+    pub holds: u8,
+    /// Cycle start button.
+    pub starts: u8,
+    /// Safety door opened.
+    pub doors: u8,
+}
+
+/// The switches that are active: closed, once settings have had their say.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct ActiveSwitches {
+    /// Motors whose limit switch is active.
+    pub limits: MotorMask,
+    /// Probe contact.
+    pub probe: bool,
+    /// Reset button pressed.
+    pub reset: bool,
+    /// Feed hold button pressed.
+    pub hold: bool,
+    /// Cycle start button pressed.
+    pub start: bool,
+    /// Door open; never where there is no door switch.
+    pub door: bool,
+}
+
+impl ActiveSwitches {
+    const RESET: u8 = 1;
+    const HOLD: u8 = 2;
+    const START: u8 = 4;
+    const DOOR: u8 = 8;
+
+    fn buttons(&self) -> u8 {
+        u8::from(self.reset) * Self::RESET
+            | u8::from(self.hold) * Self::HOLD
+            | u8::from(self.start) * Self::START
+            | u8::from(self.door) * Self::DOOR
+    }
+}
+
+impl<const MOTORS: usize> Default for Inputs<MOTORS> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<const MOTORS: usize> Inputs<MOTORS> {
+    /// The bits of `watch` that say what is awaited.
+    const KIND: u8 = 3;
+
+    /// Makes the words of a board with all switches open.
+    pub const fn new() -> Self {
+        Self {
+            limits_invert: AtomicBool::new(false),
+            probe_invert: AtomicBool::new(false),
+            hard_limits: AtomicBool::new(false),
+            door_present: AtomicBool::new(false),
+            homing: AtomicU8::new(0),
+            watch: AtomicU8::new(ProbeWatch::Off as u8),
+            last: AtomicU8::new(0),
+            last_limits: AtomicU8::new(0),
+            limit_hits: AtomicU8::new(0),
+            resets: AtomicU8::new(0),
+            holds: AtomicU8::new(0),
+            starts: AtomicU8::new(0),
+            doors: AtomicU8::new(0),
+            latched_watch: AtomicU8::new(0),
+            latched: [const { AtomicI32::new(0) }; MOTORS],
+        }
+    }
+
+    /// Acts on the levels of all switches: stops, locks, latches, counts edges.
+    ///
+    /// Called from the switch interrupt at every edge of any input, with the levels read after it. Must not be
+    /// preempted by itself. Bounded: no loop but one over the motors.
+    pub fn on_switches(&self, switches: &Switches, shared: &Shared<MOTORS>) {
+        let active = self.active(switches);
+        self.check_limits(active.limits, shared);
+        self.check_probe(active.probe, shared);
+        self.count_buttons(active.buttons());
+    }
+
+    /// The switches that are active. Any context.
+    pub fn active(&self, switches: &Switches) -> ActiveSwitches {
+        let here = MotorMask::from_bits(((1u16 << MOTORS.min(8)) - 1) as u8);
+        let invert = self.limits_invert.load(Ordering::Relaxed);
+        let high = MotorMask::from_bits(switches.limits.bits() & here.bits());
+        ActiveSwitches {
+            limits: if invert { high } else { here.without(high) },
+            probe: switches.probe == self.probe_invert.load(Ordering::Relaxed),
+            reset: !switches.reset,
+            hold: !switches.hold,
+            start: !switches.start,
+            door: !switches.door && self.door_present.load(Ordering::Relaxed),
+        }
+    }
+
+    /// Puts settings into effect. Main loop.
+    pub fn configure(&self, config: &InputConfig) {
+        self.limits_invert
+            .store(config.limits_invert, Ordering::Relaxed);
+        self.probe_invert
+            .store(config.probe_invert, Ordering::Relaxed);
+        self.door_present.store(config.door, Ordering::Relaxed);
+        self.hard_limits
+            .store(config.hard_limits, Ordering::Release);
+    }
+
+    /// Locks each of `motors` at the step at which its limit switch closes, in place of an alarm; none ends
+    /// that. Main loop; the motor lock is the interrupt's until then.
+    pub fn watch_homing(&self, motors: MotorMask) {
+        self.homing.store(motors.bits(), Ordering::Release);
+    }
+
+    /// Begins to wait for the probe, or ends it. Main loop.
+    ///
+    /// A probe that is as awaited already is seen at the next edge only: ask [`Inputs::active`] first.
+    pub fn watch_probe(&self, watch: ProbeWatch) {
+        let count = self.watch.load(Ordering::Relaxed) | Self::KIND;
+        let next = count.wrapping_add(1) | watch as u8;
+        self.watch.store(next, Ordering::Release);
+    }
+
+    /// The motors' positions at the contact that [`Inputs::watch_probe`] waits for, once it has come.
+    /// Main loop.
+    pub fn latched(&self) -> Option<[i32; MOTORS]> {
+        let watch = self.watch.load(Ordering::Relaxed);
+        let met = self.latched_watch.load(Ordering::Acquire) == watch;
+        (met && watch & Self::KIND != ProbeWatch::Off as u8).then(|| {
+            core::array::from_fn(|motor| {
+                let latched = self.latched.get(motor);
+                latched.map_or(0, |steps| steps.load(Ordering::Relaxed))
+            })
+        })
+    }
+
+    /// Edges so far. Main loop, to compare with those it saw before.
+    pub fn edges(&self) -> Edges {
+        Edges {
+            limit_hits: self.limit_hits.load(Ordering::Acquire),
+            resets: self.resets.load(Ordering::Acquire),
+            holds: self.holds.load(Ordering::Acquire),
+            starts: self.starts.load(Ordering::Acquire),
+            doors: self.doors.load(Ordering::Acquire),
+        }
+    }
+
+    fn check_limits(&self, active: MotorMask, shared: &Shared<MOTORS>) {
+        let before = MotorMask::from_bits(self.last_limits.load(Ordering::Relaxed));
+        self.last_limits.store(active.bits(), Ordering::Relaxed);
+        let homing = self.homing.load(Ordering::Acquire);
+        if homing != 0 {
+            let reached = MotorMask::from_bits(active.bits() & homing);
+            shared.set_motor_lock(shared.motor_lock().with(reached));
+        } else if self.hard_limits.load(Ordering::Acquire) && !active.without(before).is_empty() {
+            shared.set_stop(true);
+            advance(&self.limit_hits);
+        }
+    }
+
+    fn check_probe(&self, contact: bool, shared: &Shared<MOTORS>) {
+        let watch = self.watch.load(Ordering::Acquire);
+        let met = match watch & Self::KIND {
+            kind if kind == ProbeWatch::Contact as u8 => contact,
+            kind if kind == ProbeWatch::Release as u8 => !contact,
+            _ => false,
+        };
+        if !met || self.latched_watch.load(Ordering::Relaxed) == watch {
+            return;
+        }
+        for (latched, step) in self.latched.iter().zip(shared.position()) {
+            latched.store(step, Ordering::Relaxed);
+        }
+        self.latched_watch.store(watch, Ordering::Release);
+    }
+
+    fn count_buttons(&self, active: u8) {
+        let pressed = active & !self.last.load(Ordering::Relaxed);
+        self.last.store(active, Ordering::Relaxed);
+        let buttons = [
+            (ActiveSwitches::RESET, &self.resets),
+            (ActiveSwitches::HOLD, &self.holds),
+            (ActiveSwitches::START, &self.starts),
+            (ActiveSwitches::DOOR, &self.doors),
+        ];
+        for (button, count) in buttons {
+            if pressed & button != 0 {
+                advance(count);
+            }
+        }
+    }
+}
+
+fn advance(count: &AtomicU8) {
+    count.store(
+        count.load(Ordering::Relaxed).wrapping_add(1),
+        Ordering::Release,
+    );
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CLOSED_X: Switches = Switches {
+        limits: MotorMask::from_bits(0xFE),
+        ..Switches::OPEN
+    };
+    const CONTACT: Switches = Switches {
+        probe: false,
+        ..Switches::OPEN
+    };
+
+    fn armed() -> (Inputs<3>, Shared<3>) {
+        let inputs = Inputs::new();
+        inputs.configure(&InputConfig {
+            hard_limits: true,
+            ..InputConfig::default()
+        });
+        (inputs, Shared::new())
+    }
+
+    #[test]
+    fn a_limit_switch_stops_stepping_when_it_closes_and_not_when_it_opens() {
+        let (inputs, shared) = armed();
+        inputs.on_switches(&CLOSED_X, &shared);
+        assert!(shared.is_stopped());
+        assert_eq!(inputs.edges().limit_hits, 1);
+        shared.set_stop(false);
+        inputs.on_switches(&Switches::OPEN, &shared);
+        assert!(!shared.is_stopped());
+    }
+
+    #[test]
+    fn a_limit_switch_that_is_awaited_locks_its_motor_only() {
+        let (inputs, shared) = armed();
+        inputs.watch_homing(MotorMask::from_bits(0b011));
+        inputs.on_switches(&CLOSED_X, &shared);
+        assert_eq!(shared.motor_lock(), MotorMask::only(0));
+        assert!(!shared.is_stopped());
+    }
+
+    #[test]
+    fn the_probe_latches_once_a_watch() {
+        let (inputs, shared) = armed();
+        shared.set_position([1, 2, 3]);
+        inputs.on_switches(&CONTACT, &shared);
+        assert_eq!(inputs.latched(), None);
+        inputs.watch_probe(ProbeWatch::Contact);
+        assert_eq!(inputs.latched(), None);
+        inputs.on_switches(&CONTACT, &shared);
+        shared.set_position([7, 7, 7]);
+        inputs.on_switches(&CONTACT, &shared);
+        assert_eq!(inputs.latched(), Some([1, 2, 3]));
+        inputs.watch_probe(ProbeWatch::Release);
+        assert_eq!(inputs.latched(), None);
+        inputs.on_switches(&Switches::OPEN, &shared);
+        assert_eq!(inputs.latched(), Some([7, 7, 7]));
+        inputs.watch_probe(ProbeWatch::Off);
+        assert_eq!(inputs.latched(), None);
+    }
+
+    #[test]
+    fn a_button_counts_when_pressed_and_a_door_where_there_is_one() {
+        let (inputs, shared) = armed();
+        let pressed = Switches {
+            hold: false,
+            door: false,
+            ..Switches::OPEN
+        };
+        inputs.on_switches(&pressed, &shared);
+        inputs.on_switches(&pressed, &shared);
+        assert_eq!((inputs.edges().holds, inputs.edges().doors), (1, 0));
+        inputs.configure(&InputConfig {
+            door: true,
+            ..InputConfig::default()
+        });
+        inputs.on_switches(&pressed, &shared);
+        assert_eq!(inputs.edges().doors, 1);
+    }
+}
