@@ -1,0 +1,430 @@
+//! From the serial interrupt to the main loop: ordinary bytes in one queue, realtime commands in another.
+//!
+//! ```text
+//!            serial interrupt      |  main loop
+//!                                  |
+//!  byte --> Receiver::receive --+--+--> Inbox::next_realtime   (what, mark)
+//!             | above 0x7F and  |  |
+//!             v unknown         +--+--> Inbox::next_byte
+//!           nothing                |
+//! ```
+//!
+//! A realtime command carries a [`Mark`]: how many ordinary bytes came before it. A reset so drops what was received
+//! before it and nothing else, however late the main loop gets to see it. The order of arrival is kept: the inbox hands
+//! out no byte before the realtime commands that came ahead of it.
+//!
+//! Why no byte can overtake: the receiver queues a command before any later byte, and the queue publishes each entry
+//! with release ordering. Once the inbox sees a byte (acquire), it sees all commands ahead of that byte.
+//!
+//! What happens when something is full: an ordinary byte is lost and counted, as Grbl loses it; `?` is remembered in a
+//! flag, so that some report follows; one place is kept for a reset, and if that is taken, a reset is under way already
+//! and only its mark moves on. Overrides and the like are lost and counted.
+
+use super::realtime::{Byte, Realtime};
+use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use heapless::spsc::{Consumer, Producer, Queue};
+
+/// Slots for realtime commands; one of them stays empty. A burst of overrides at 3 Mbaud comes 3.3 µs apart, so that
+/// the main loop may be away for 200 µs.
+const REALTIME_SLOTS: usize = 64;
+
+/// Slots for ordinary bytes by default: 1024 usable bytes, as one slot of the ring stays empty.
+pub const DEFAULT_RX: usize = 1025;
+
+/// A place in the stream of ordinary bytes: how many came before it since power-up, modulo 2³².
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Mark(u32);
+
+/// A realtime command and its place in the stream.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Request {
+    /// What is asked for.
+    pub realtime: Realtime,
+    /// Where it stood among the ordinary bytes.
+    pub mark: Mark,
+}
+
+/// Words that the two ends share besides the queues. Each is written by the interrupt, but for `report`, which the main
+/// loop clears.
+#[derive(Debug)]
+struct Shared {
+    /// A `?` that found no room.
+    report: AtomicBool,
+    /// The mark of the newest reset.
+    reset: AtomicU32,
+    lost_bytes: AtomicU32,
+    lost_requests: AtomicU32,
+}
+
+/// The memory of one serial channel. `RX` is the number of slots, one more than the bytes that fit.
+#[derive(Debug)]
+pub struct SerialQueue<const RX: usize = DEFAULT_RX> {
+    bytes: Queue<u8, RX>,
+    requests: Queue<Request, REALTIME_SLOTS>,
+    shared: Shared,
+    limit: usize,
+}
+
+impl<const RX: usize> Default for SerialQueue<RX> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<const RX: usize> SerialQueue<RX> {
+    /// Makes an empty channel that takes as many bytes as it has room for.
+    pub const fn new() -> Self {
+        Self::with_limit(RX - 1)
+    }
+
+    /// Makes an empty channel that loses bytes beyond `limit` unread ones: 128 to behave as Grbl does.
+    pub const fn with_limit(limit: usize) -> Self {
+        Self {
+            bytes: Queue::new(),
+            requests: Queue::new(),
+            shared: Shared {
+                report: AtomicBool::new(false),
+                reset: AtomicU32::new(0),
+                lost_bytes: AtomicU32::new(0),
+                lost_requests: AtomicU32::new(0),
+            },
+            limit: if limit < RX { limit } else { RX - 1 },
+        }
+    }
+
+    /// Parts the channel into the end for the serial interrupt and the end for the main loop.
+    pub fn split(&mut self) -> (Receiver<'_>, Inbox<'_>) {
+        let (bytes_in, bytes_out) = self.bytes.split();
+        let (requests_in, requests_out) = self.requests.split();
+        let receiver = Receiver {
+            bytes: bytes_in,
+            requests: requests_in,
+            shared: &self.shared,
+            limit: self.limit,
+            received: 0,
+        };
+        let inbox = Inbox {
+            bytes: bytes_out,
+            requests: requests_out,
+            shared: &self.shared,
+            limit: self.limit,
+            taken: 0,
+        };
+        (receiver, inbox)
+    }
+}
+
+/// The serial interrupt's end of a channel.
+pub struct Receiver<'a> {
+    bytes: Producer<'a, u8>,
+    requests: Producer<'a, Request>,
+    shared: &'a Shared,
+    limit: usize,
+    /// Ordinary bytes queued since power-up, modulo 2³².
+    received: u32,
+}
+
+impl Receiver<'_> {
+    /// Takes a received byte, and answers the realtime command if it is one. Serial interrupt; bounded.
+    ///
+    /// The answer is for a board that wants to act at once; the inbox gets the command in any case.
+    #[inline]
+    pub fn receive(&mut self, byte: u8) -> Option<Realtime> {
+        match Byte::sort(byte) {
+            Byte::Ordinary(byte) => {
+                self.keep(byte);
+                None
+            }
+            Byte::Realtime(realtime) => {
+                self.request(realtime);
+                Some(realtime)
+            }
+            Byte::Unknown => None,
+        }
+    }
+
+    fn keep(&mut self, byte: u8) {
+        if self.bytes.len() < self.limit && self.bytes.enqueue(byte).is_ok() {
+            self.received = self.received.wrapping_add(1);
+        } else {
+            count(&self.shared.lost_bytes);
+        }
+    }
+
+    fn request(&mut self, realtime: Realtime) {
+        let is_reset = realtime == Realtime::Reset;
+        if is_reset {
+            self.shared.reset.store(self.received, Ordering::Release);
+        }
+        let free = self.requests.capacity() - self.requests.len();
+        let request = Request {
+            realtime,
+            mark: Mark(self.received),
+        };
+        if free > usize::from(!is_reset) && self.requests.enqueue(request).is_ok() {
+            return;
+        }
+        match realtime {
+            Realtime::Report => self.shared.report.store(true, Ordering::Release),
+            Realtime::Reset => {} // one is under way, and takes this one's mark
+            Realtime::Hold
+            | Realtime::Resume
+            | Realtime::Door
+            | Realtime::JogCancel
+            | Realtime::Feed(_)
+            | Realtime::Rapid(_)
+            | Realtime::Spindle(_)
+            | Realtime::SpindleStop
+            | Realtime::Flood
+            | Realtime::Mist => count(&self.shared.lost_requests),
+        }
+    }
+}
+
+/// The main loop's end of a channel.
+pub struct Inbox<'a> {
+    bytes: Consumer<'a, u8>,
+    requests: Consumer<'a, Request>,
+    shared: &'a Shared,
+    limit: usize,
+    /// Ordinary bytes taken since power-up, modulo 2³².
+    taken: u32,
+}
+
+impl Inbox<'_> {
+    /// Takes the next realtime command, whatever bytes are still unread before it. Main loop.
+    #[inline]
+    pub fn next_realtime(&mut self) -> Option<Request> {
+        let Some(request) = self.requests.dequeue() else {
+            return self.postponed_report();
+        };
+        let mark = match request.realtime {
+            Realtime::Reset => Mark(self.shared.reset.load(Ordering::Acquire)),
+            Realtime::Report
+            | Realtime::Hold
+            | Realtime::Resume
+            | Realtime::Door
+            | Realtime::JogCancel
+            | Realtime::Feed(_)
+            | Realtime::Rapid(_)
+            | Realtime::Spindle(_)
+            | Realtime::SpindleStop
+            | Realtime::Flood
+            | Realtime::Mist => request.mark,
+        };
+        Some(Request { mark, ..request })
+    }
+
+    /// Takes the next ordinary byte; `None` if there is none, or if a realtime command came before it. Main loop.
+    #[inline]
+    pub fn next_byte(&mut self) -> Option<u8> {
+        if !self.bytes.ready() || self.is_realtime_next() {
+            return None;
+        }
+        self.taken = self.taken.wrapping_add(1);
+        self.bytes.dequeue()
+    }
+
+    /// Drops the unread bytes that came before `mark`. Main loop; bounded by the size of the queue.
+    pub fn drop_before(&mut self, mark: Mark) {
+        let ahead = mark.0.wrapping_sub(self.taken);
+        if ahead as usize > self.bytes.capacity() {
+            return; // the mark has been passed
+        }
+        for _ in 0..ahead {
+            if self.bytes.dequeue().is_some() {
+                self.taken = self.taken.wrapping_add(1);
+            }
+        }
+    }
+
+    /// Answers how many bytes the channel has room for now: the second number of `Bf:`. Main loop.
+    pub fn free(&self) -> usize {
+        self.limit.saturating_sub(self.bytes.len())
+    }
+
+    /// Answers how many unread bytes the channel takes in all: the last number of `[OPT:`. Main loop.
+    pub fn limit(&self) -> usize {
+        self.limit
+    }
+
+    /// Answers how many ordinary bytes were lost for want of room since power-up. Main loop.
+    pub fn lost_bytes(&self) -> u32 {
+        self.shared.lost_bytes.load(Ordering::Relaxed)
+    }
+
+    /// Answers how many realtime commands were lost for want of room since power-up. Main loop.
+    pub fn lost_requests(&self) -> u32 {
+        self.shared.lost_requests.load(Ordering::Relaxed)
+    }
+
+    fn postponed_report(&mut self) -> Option<Request> {
+        let asked = self.shared.report.load(Ordering::Acquire);
+        if asked {
+            self.shared.report.store(false, Ordering::Release);
+        }
+        asked.then_some(Request {
+            realtime: Realtime::Report,
+            mark: Mark(self.taken),
+        })
+    }
+
+    fn is_realtime_next(&self) -> bool {
+        self.requests
+            .peek()
+            .is_some_and(|request| request.mark.0.wrapping_sub(self.taken) as i32 <= 0)
+    }
+}
+
+/// Adds one. Serial interrupt only, so that a load and a store are enough.
+fn count(counter: &AtomicU32) {
+    counter.store(
+        counter.load(Ordering::Relaxed).wrapping_add(1),
+        Ordering::Relaxed,
+    );
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use std::vec::Vec;
+
+    fn receive(receiver: &mut Receiver<'_>, bytes: &[u8]) {
+        for byte in bytes {
+            receiver.receive(*byte);
+        }
+    }
+
+    fn read(inbox: &mut Inbox<'_>) -> Vec<u8> {
+        core::iter::from_fn(|| inbox.next_byte()).collect()
+    }
+
+    #[test]
+    fn realtime_bytes_are_picked_out_of_a_line() {
+        let mut queue = SerialQueue::<64>::new();
+        let (mut receiver, mut inbox) = queue.split();
+        receive(&mut receiver, b"G1?X1\xc2\x91\n");
+        assert_eq!(inbox.next_realtime().unwrap().realtime, Realtime::Report);
+        let step = Realtime::Feed(super::super::realtime::OverrideStep::CoarseUp);
+        assert_eq!(inbox.next_realtime().unwrap().realtime, step);
+        assert_eq!(inbox.next_realtime(), None);
+        assert_eq!(read(&mut inbox), b"G1X1\n");
+    }
+
+    #[test]
+    fn no_byte_overtakes_a_realtime_command() {
+        let mut queue = SerialQueue::<64>::new();
+        let (mut receiver, mut inbox) = queue.split();
+        receive(&mut receiver, b"ab!cd");
+        assert_eq!(read(&mut inbox), b"ab");
+        assert_eq!(inbox.next_realtime().unwrap().realtime, Realtime::Hold);
+        assert_eq!(read(&mut inbox), b"cd");
+    }
+
+    #[test]
+    fn a_reset_drops_what_came_before_it_and_keeps_what_came_after() {
+        let mut queue = SerialQueue::<64>::new();
+        let (mut receiver, mut inbox) = queue.split();
+        receive(&mut receiver, b"G0X1\nG0\x18$G\n");
+        assert_eq!(inbox.next_byte(), Some(b'G'));
+        let reset = inbox.next_realtime().unwrap();
+        inbox.drop_before(reset.mark);
+        assert_eq!(read(&mut inbox), b"$G\n");
+        inbox.drop_before(reset.mark); // passed: nothing happens
+        receive(&mut receiver, b"x");
+        assert_eq!(read(&mut inbox), b"x");
+    }
+
+    #[test]
+    fn a_report_asked_for_after_a_reset_comes_after_it() {
+        let mut queue = SerialQueue::<64>::new();
+        let (mut receiver, mut inbox) = queue.split();
+        receive(&mut receiver, b"!\x18?");
+        let order: Vec<_> = core::iter::from_fn(|| inbox.next_realtime())
+            .map(|request| request.realtime)
+            .collect();
+        assert_eq!(order, [Realtime::Hold, Realtime::Reset, Realtime::Report]);
+    }
+
+    #[test]
+    fn bytes_beyond_the_limit_are_lost_and_counted() {
+        let mut queue = SerialQueue::<1025>::with_limit(128);
+        let (mut receiver, mut inbox) = queue.split();
+        receive(&mut receiver, &[b'x'; 130]);
+        assert_eq!(
+            (inbox.free(), inbox.limit(), inbox.lost_bytes()),
+            (0, 128, 2)
+        );
+        assert_eq!(read(&mut inbox).len(), 128);
+        assert_eq!(inbox.free(), 128);
+    }
+
+    #[test]
+    fn the_default_channel_takes_1024_bytes() {
+        let mut queue = SerialQueue::<DEFAULT_RX>::new();
+        let (mut receiver, inbox) = queue.split();
+        assert_eq!(inbox.free(), 1024);
+        receive(&mut receiver, &[b'x'; 1024]);
+        assert_eq!((inbox.free(), inbox.lost_bytes()), (0, 0));
+    }
+
+    #[test]
+    fn a_limit_beyond_the_room_is_the_room() {
+        let mut queue = SerialQueue::<16>::with_limit(1000);
+        let (_, inbox) = queue.split();
+        assert_eq!(inbox.free(), 15);
+    }
+
+    #[test]
+    fn with_a_full_queue_a_reset_a_report_and_the_newest_mark_survive() {
+        let mut queue = SerialQueue::<64>::new();
+        let (mut receiver, mut inbox) = queue.split();
+        receive(&mut receiver, &[0x91; 100]);
+        receive(&mut receiver, b"?");
+        receive(&mut receiver, b"a\x18b\x18c");
+        let requests: Vec<_> = core::iter::from_fn(|| inbox.next_realtime()).collect();
+        assert_eq!(requests.len(), REALTIME_SLOTS - 2 + 2);
+        assert_eq!(inbox.lost_requests(), 100 - (REALTIME_SLOTS as u32 - 2));
+        let reset = requests[REALTIME_SLOTS - 2];
+        assert_eq!(reset.realtime, Realtime::Reset);
+        assert_eq!(requests.last().unwrap().realtime, Realtime::Report);
+        inbox.drop_before(reset.mark);
+        assert_eq!(read(&mut inbox), b"c");
+    }
+
+    #[test]
+    fn marks_survive_the_wrap_of_their_counter() {
+        let mut queue = SerialQueue::<16>::new();
+        let (mut receiver, mut inbox) = queue.split();
+        receiver.received = u32::MAX - 1;
+        inbox.taken = u32::MAX - 1;
+        receive(&mut receiver, b"abc\x18d");
+        let reset = inbox.next_realtime().unwrap();
+        inbox.drop_before(reset.mark);
+        assert_eq!(read(&mut inbox), b"d");
+    }
+
+    proptest! {
+        #[test]
+        fn ordinary_bytes_arrive_in_order_and_all_others_vanish(bytes in prop::collection::vec(any::<u8>(), 0..200)) {
+            let mut queue = SerialQueue::<256>::new();
+            let (mut receiver, mut inbox) = queue.split();
+            receive(&mut receiver, &bytes);
+            let mut seen = Vec::new();
+            loop {
+                seen.extend(read(&mut inbox));
+                if inbox.next_realtime().is_none() {
+                    break;
+                }
+            }
+            let expected: Vec<u8> = bytes
+                .into_iter()
+                .filter(|byte| matches!(Byte::sort(*byte), Byte::Ordinary(_)))
+                .collect();
+            prop_assert_eq!(seen, expected);
+        }
+    }
+}
