@@ -6,7 +6,7 @@
 use nom::branch::alt;
 use nom::bytes::complete::{take_till, take_while1};
 use nom::character::complete::{char, u8 as byte_value};
-use nom::combinator::{eof, map_opt, opt, value};
+use nom::combinator::{eof, opt, value};
 use nom::error::ParseError;
 use nom::multi::many0_count;
 use nom::sequence::{delimited, preceded, terminated};
@@ -68,17 +68,17 @@ pub(crate) fn locate(error: nom::Err<Fault>, length: usize) -> Error {
     }
 }
 
-/// Reads over a `/` that opens the line, and answers whether there was one.
+/// Reads over the gap and the `/` that may open the line; answers whether there was a `/`.
 #[inline]
 pub(crate) fn block_delete(line: &[u8]) -> (&[u8], bool) {
     let start = skip_gap(line);
     match start.strip_prefix(b"/") {
-        Some(rest) => (rest, true),
+        Some(rest) => (skip_gap(rest), true),
         None => (start, false),
     }
 }
 
-/// Reads a word: a letter and its number, gaps between them allowed.
+/// Reads a word and the gap behind it: a letter and its number, gaps between them allowed.
 #[inline]
 pub(crate) fn word(input: &[u8]) -> Parsed<'_, (Letter, Number)> {
     (letter, preceded(gap, number)).parse(input)
@@ -98,54 +98,23 @@ pub(crate) fn checksum(input: &[u8]) -> Parsed<'_, u8> {
         .map_err(|_: nom::Err<Fault>| Fault::at(input, ErrorKind::BadChecksum))
 }
 
+#[inline]
 fn letter(input: &[u8]) -> Parsed<'_, Letter> {
-    map_opt(nom::number::complete::u8, Letter::from_byte).parse(input)
+    match input {
+        [byte, rest @ ..] => match Letter::from_byte(*byte) {
+            Some(letter) => Ok((rest, letter)),
+            None => Err(Fault::at(input, ErrorKind::UnexpectedByte(*byte))),
+        },
+        [] => Err(Fault::at(input, ErrorKind::MissingNumber)),
+    }
 }
 
-/// Reads a number: a sign or none, digits with at most one point among them.
+/// Reads a number and the gap behind it: a sign or none, digits with at most one point among them.
 ///
 /// Nine digits behind the point count, the others are dropped: the value is cut toward zero.
 #[inline]
 fn number(input: &[u8]) -> Parsed<'_, Number> {
-    let (unsigned, negative) = sign(input);
-    let mut whole = 0_u64;
-    let rest = digits(unsigned, |digit| {
-        if whole <= WHOLE_LIMIT {
-            whole = whole * 10 + u64::from(digit);
-        }
-    });
-    let has_whole = rest.len() < unsigned.len();
-    let (rest, places, nanos) = match rest.strip_prefix(b".") {
-        Some(rest) => fraction(rest),
-        None => (rest, 0, 0),
-    };
-    if !has_whole && places == 0 {
-        return Err(no_digits(input, rest));
-    }
-    match Number::from_parts(negative, whole, nanos) {
-        Some(number) => Ok((rest, number)),
-        None => Err(Fault::at(input, ErrorKind::NumberTooLarge)),
-    }
-}
-
-/// Beyond this, far out of a [`Number`]'s range, further digits need not be counted. A power of two less one: the check
-/// looks at one half of the 64 bits only.
-const WHOLE_LIMIT: u64 = (1 << 36) - 1;
-
-/// Reads a sign and the gap behind it; answers whether it was a minus.
-#[inline]
-fn sign(input: &[u8]) -> (&[u8], bool) {
-    match input {
-        [b'-', rest @ ..] => (skip_gap(rest), true),
-        [b'+', rest @ ..] => (skip_gap(rest), false),
-        _ => (input, false),
-    }
-}
-
-/// Reads the digits behind the point; answers how many of them counted, and their value in nanos.
-#[inline]
-fn fraction(input: &[u8]) -> (&[u8], u8, u32) {
-    /// What the digit sequence is to be multiplied by, for 0 to 9 places.
+    /// Nanos in the last of 0 to 9 decimal places.
     const UNITS: [u32; 10] = [
         1_000_000_000,
         100_000_000,
@@ -158,15 +127,47 @@ fn fraction(input: &[u8]) -> (&[u8], u8, u32) {
         10,
         1,
     ];
-    let (mut places, mut sequence) = (0_u8, 0_u32);
-    let rest = digits(input, |digit| {
-        if places < 9 {
-            sequence = sequence * 10 + u32::from(digit);
-            places += 1;
-        }
+    let (unsigned, negative) = sign(input);
+    let mut value = 0_u32;
+    let mut push = |digit| value = value.wrapping_mul(10).wrapping_add(u32::from(digit));
+    let (rest, wholes) = digits(unsigned, &mut push);
+    let (rest, places) = match rest {
+        [b'.', rest @ ..] => digits(rest, &mut push),
+        _ => (rest, 0),
+    };
+    let nanos = match (wholes + places, UNITS.get(places)) {
+        (0, _) => return Err(no_digits(input, rest)),
+        (1..=9, Some(&unit)) => i64::from(value) * i64::from(unit), // nine digits fit 32 bits: nothing has wrapped
+        _ => long_number(unsigned).ok_or_else(|| Fault::at(input, ErrorKind::NumberTooLarge))?,
+    };
+    Ok((
+        rest,
+        Number::from_nanos(if negative { -nanos } else { nanos }),
+    ))
+}
+
+/// Reads a number of more than nine digits once more, in 64 bits; `None` when that is not enough.
+#[cold]
+fn long_number(unsigned: &[u8]) -> Option<i64> {
+    let (mut whole, mut nanos, mut weight) = (0_i64, 0, 100_000_000);
+    let (rest, _) = digits(unsigned, |digit| {
+        whole = whole.saturating_mul(10).saturating_add(i64::from(digit))
     });
-    let unit = UNITS.get(usize::from(places)).copied().unwrap_or(1);
-    (rest, places, sequence * unit)
+    digits(rest.strip_prefix(b".").unwrap_or(&[]), |digit| {
+        nanos += i64::from(digit) * weight;
+        weight /= 10; // zero from the tenth place on
+    });
+    whole.checked_mul(1_000_000_000)?.checked_add(nanos)
+}
+
+/// Reads a sign and the gap behind it; answers whether it was a minus.
+#[inline]
+fn sign(input: &[u8]) -> (&[u8], bool) {
+    match input {
+        [b'-', rest @ ..] => (skip_gap(rest), true),
+        [b'+', rest @ ..] => (skip_gap(rest), false),
+        _ => (input, false),
+    }
 }
 
 /// Tells a number that is not there from one that begins and has no digits.
@@ -180,17 +181,19 @@ fn no_digits(input: &[u8], rest: &[u8]) -> nom::Err<Fault> {
     Fault::at(input, kind)
 }
 
-/// Hands all digits to `push`, from left to right, and skips the gaps between and behind them.
+/// Hands all digits to `push`, from left to right, and skips the gaps between and behind them; answers how many digits.
 #[inline(always)]
-fn digits(mut input: &[u8], mut push: impl FnMut(u8)) -> &[u8] {
+fn digits(mut input: &[u8], mut push: impl FnMut(u8)) -> (&[u8], usize) {
+    let mut count = 0;
     loop {
         match input {
             [byte @ b'0'..=b'9', rest @ ..] => {
                 push(byte - b'0');
+                count += 1;
                 input = rest;
             }
             [byte, ..] if opens_gap(*byte) => input = long_gap(input),
-            _ => return input,
+            _ => return (input, count),
         }
     }
 }
@@ -230,7 +233,7 @@ fn comment(input: &[u8]) -> Parsed<'_, ()> {
 
 #[inline]
 fn opens_gap(byte: u8) -> bool {
-    is_blank(byte) || byte == b'(' || byte == b';'
+    byte == b';' || byte <= b'(' && (is_blank(byte) || byte == b'(')
 }
 
 #[inline]

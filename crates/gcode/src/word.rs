@@ -110,7 +110,7 @@ pub fn words(line: &[u8]) -> Words<'_> {
 pub struct Words<'a> {
     /// Length of the whole line in bytes: less what is left, it is the column.
     length: usize,
-    /// What is still to be read; empty after an error.
+    /// What is still to be read, no gap in front of it; empty after an error.
     rest: &'a [u8],
 }
 
@@ -119,9 +119,8 @@ impl Iterator for Words<'_> {
 
     #[inline]
     fn next(&mut self) -> Option<Self::Item> {
-        let start = line::skip_gap(self.rest);
+        let start = self.rest;
         if start.is_empty() {
-            self.rest = start;
             return None;
         }
         Some(match line::word(start) {
