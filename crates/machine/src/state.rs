@@ -1,0 +1,225 @@
+//! What the machine is doing, as `?` reports it, and which event leads where.
+//!
+//! ```text
+//!              motion begins                    0x84, door opens (any but Alarm, Check, Sleep, Home)
+//!    +------+ ---------------> +-----+ ---------------------------> +----------------+
+//!    | Idle |   motion ends    | Run |                              | Door: Stopping |
+//!    +------+ <--------------- +-----+                              |   Retracting   |
+//!     ^ ^ |      $J=  +-----+   |   ^                               |   Parked  --~--+--> Restoring --> Idle, Run
+//!     | | +---------> | Jog |   | ! | ~                             +----------------+
+//!     | +------------ +-----+   v   |
+//!     |                  +---------------+       0x18 in motion, limits, failed cycles
+//!     +----- ~ ----------| Hold:Stopping |      any ------------------------------> Alarm -- $X --> Idle
+//!                        | Hold:Complete |
+//!                        +---------------+       Home: $H; Check: $C; Sleep: $SLP, left by 0x18 only
+//! ```
+//!
+//! Phases are data of their state, so that none can contradict another. Each event is one method: it says
+//! what the state becomes, or `None` where the event means nothing there.
+
+/// What the machine is doing.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum State {
+    /// At rest, ready for lines.
+    #[default]
+    Idle,
+    /// A program's motion is under way.
+    Run,
+    /// A jog is under way.
+    Jog(Jog),
+    /// Motion is held.
+    Hold(Hold),
+    /// Homing.
+    Home,
+    /// The safety door is, or was, open.
+    Door(Door),
+    /// Locked until `$X`, `$H` or a reset.
+    Alarm(Lock),
+    /// Lines are checked, nothing moves.
+    Check,
+    /// Asleep until a reset.
+    Sleep,
+}
+
+/// How a jog goes on.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Jog {
+    /// To its end.
+    Moving,
+    /// It slows down; what is left of it is forgotten at rest. `then_door`: the door waits for that.
+    Cancelling {
+        /// Whether the safety door opened meanwhile.
+        then_door: bool,
+    },
+}
+
+/// How far a feed hold has come.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Hold {
+    /// Slowing down on the path (`Hold:1`).
+    Stopping,
+    /// At rest (`Hold:0`).
+    Complete,
+}
+
+/// How far the safety door's sequence has come.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Door {
+    /// Slowing down on the path (`Door:2`).
+    Stopping,
+    /// Pulling out, switching off, parking (`Door:2`).
+    Retracting,
+    /// At rest; the door may be open (`Door:1`) or shut (`Door:0`).
+    Parked,
+    /// Going back, switching on (`Door:3`).
+    Restoring,
+}
+
+/// What unlocks an alarm.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Lock {
+    /// `$X` and `$H` do.
+    Unlockable,
+    /// Only a reset does; lines are not answered (ALARM:1 and 2).
+    Critical,
+}
+
+impl State {
+    /// Whether motion planned by lines or cycles may be under way.
+    pub fn is_moving(self) -> bool {
+        match self {
+            Self::Run | Self::Jog(_) | Self::Home => true,
+            Self::Hold(hold) => hold == Hold::Stopping,
+            Self::Door(door) => door != Door::Parked,
+            Self::Idle | Self::Alarm(_) | Self::Check | Self::Sleep => false,
+        }
+    }
+
+    /// Whether lines are taken and executed at all.
+    pub fn takes_lines(self) -> bool {
+        match self {
+            Self::Idle | Self::Run | Self::Jog(Jog::Moving) | Self::Check => true,
+            Self::Alarm(lock) => lock == Lock::Unlockable,
+            Self::Jog(Jog::Cancelling { .. })
+            | Self::Hold(_)
+            | Self::Home
+            | Self::Door(_)
+            | Self::Sleep => false,
+        }
+    }
+
+    /// Whether motion may be started out of rest.
+    pub fn may_start(self) -> bool {
+        match self {
+            Self::Idle | Self::Run | Self::Jog(Jog::Moving) | Self::Home => true,
+            Self::Jog(Jog::Cancelling { .. })
+            | Self::Hold(_)
+            | Self::Door(_)
+            | Self::Alarm(_)
+            | Self::Check
+            | Self::Sleep => false,
+        }
+    }
+
+    /// After motion of a program began, out of rest.
+    pub fn motion_begins(self) -> Option<Self> {
+        (self == Self::Idle).then_some(Self::Run)
+    }
+
+    /// After motion came to rest with nothing left to do.
+    pub fn motion_ends(self) -> Option<Self> {
+        match self {
+            Self::Run | Self::Jog(_) => Some(Self::Idle),
+            Self::Hold(_)
+            | Self::Door(_)
+            | Self::Idle
+            | Self::Home
+            | Self::Alarm(_)
+            | Self::Check
+            | Self::Sleep => None,
+        }
+    }
+
+    /// After `!` or the hold button. `moving`: whether there is anything to slow down.
+    pub fn feed_hold(self, moving: bool) -> Option<Self> {
+        match self {
+            Self::Idle | Self::Run => Some(Self::Hold(if moving {
+                Hold::Stopping
+            } else {
+                Hold::Complete
+            })),
+            Self::Jog(_) => self.jog_cancel(),
+            Self::Hold(_)
+            | Self::Home
+            | Self::Door(_)
+            | Self::Alarm(_)
+            | Self::Check
+            | Self::Sleep => None,
+        }
+    }
+
+    /// After 0x85.
+    pub fn jog_cancel(self) -> Option<Self> {
+        (self == Self::Jog(Jog::Moving)).then_some(Self::Jog(Jog::Cancelling { then_door: false }))
+    }
+
+    /// After 0x84 or the door's edge. `moving`: whether there is anything to slow down.
+    pub fn door_opens(self, moving: bool) -> Option<Self> {
+        match self {
+            Self::Jog(_) => Some(Self::Jog(Jog::Cancelling { then_door: true })),
+            Self::Idle | Self::Run | Self::Hold(_) => Some(Self::Door(if moving {
+                Door::Stopping
+            } else {
+                Door::Retracting
+            })),
+            Self::Door(Door::Restoring) => Some(Self::Door(Door::Retracting)),
+            Self::Door(_) | Self::Home | Self::Alarm(_) | Self::Check | Self::Sleep => None,
+        }
+    }
+
+    /// After a hold or door has brought motion to rest.
+    pub fn stopped(self) -> Option<Self> {
+        match self {
+            Self::Hold(Hold::Stopping) => Some(Self::Hold(Hold::Complete)),
+            Self::Door(Door::Stopping) => Some(Self::Door(Door::Retracting)),
+            Self::Jog(Jog::Cancelling { then_door }) => Some(if then_door {
+                Self::Door(Door::Retracting)
+            } else {
+                Self::Idle
+            }),
+            Self::Idle
+            | Self::Run
+            | Self::Jog(Jog::Moving)
+            | Self::Hold(Hold::Complete)
+            | Self::Home
+            | Self::Door(_)
+            | Self::Alarm(_)
+            | Self::Check
+            | Self::Sleep => None,
+        }
+    }
+
+    /// The state as status reports spell it. `ajar`: whether the door is open now.
+    pub fn name(self, ajar: bool) -> &'static str {
+        match self {
+            Self::Idle => "Idle",
+            Self::Run => "Run",
+            Self::Jog(_) => "Jog",
+            Self::Hold(Hold::Complete) => "Hold:0",
+            Self::Hold(Hold::Stopping) => "Hold:1",
+            Self::Home => "Home",
+            Self::Door(Door::Parked) if ajar => "Door:1",
+            Self::Door(Door::Parked) => "Door:0",
+            Self::Door(Door::Stopping | Door::Retracting) => "Door:2",
+            Self::Door(Door::Restoring) => "Door:3",
+            Self::Alarm(_) => "Alarm",
+            Self::Check => "Check",
+            Self::Sleep => "Sleep",
+        }
+    }
+}

@@ -1,0 +1,25 @@
+//! What the machine has done so far, counted: for cost models and benchmarks.
+
+/// Counters of the main loop's work since power-up; each wraps around.
+///
+/// A simulator reads them after every `Machine::poll` and charges its CPU for the difference.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Work {
+    /// Calls of `Machine::poll`.
+    pub polls: u32,
+    /// Bytes taken from the receive queues into lines.
+    pub bytes: u32,
+    /// Lines interpreted, `$` lines included.
+    pub lines: u32,
+    /// Moves planned; chords of arcs each count.
+    pub moves: u32,
+    /// Segments made.
+    pub segments: u32,
+    /// Status reports written.
+    pub reports: u32,
+    /// Bytes handed to the board for sending.
+    pub written: u32,
+    /// Realtime requests acted on.
+    pub requests: u32,
+}
