@@ -129,7 +129,7 @@ fn number(input: &[u8]) -> Parsed<'_, Number> {
     ];
     let (unsigned, negative) = sign(input);
     let mut value = 0_u32;
-    let mut push = |digit| value = value.wrapping_mul(10).wrapping_add(u32::from(digit));
+    let mut push = |digit| value = value.wrapping_mul(10).wrapping_add(digit);
     let (rest, wholes) = digits(unsigned, &mut push);
     let (rest, places) = match rest {
         [b'.', rest @ ..] => digits(rest, &mut push),
@@ -183,19 +183,20 @@ fn no_digits(input: &[u8], rest: &[u8]) -> nom::Err<Fault> {
 
 /// Hands all digits to `push`, from left to right, and skips the gaps between and behind them; answers how many digits.
 #[inline(always)]
-fn digits(mut input: &[u8], mut push: impl FnMut(u8)) -> (&[u8], usize) {
+fn digits(mut input: &[u8], mut push: impl FnMut(u32)) -> (&[u8], usize) {
     let mut count = 0;
-    loop {
-        match input {
-            [byte @ b'0'..=b'9', rest @ ..] => {
-                push(byte - b'0');
+    while let [byte, rest @ ..] = input {
+        match char::from(*byte).to_digit(10) {
+            Some(digit) => {
+                push(digit);
                 count += 1;
                 input = rest;
             }
-            [byte, ..] if opens_gap(*byte) => input = long_gap(input),
-            _ => return (input, count),
+            None if opens_gap(*byte) => input = long_gap(input),
+            None => break,
         }
     }
+    (input, count)
 }
 
 /// [`skip_gap`] for use between combinators.
