@@ -11,6 +11,7 @@ extern crate std;
 pub mod board;
 pub mod config;
 pub mod inputs;
+pub mod interpreter;
 pub mod machine;
 pub mod protocol;
 pub mod state;

@@ -1,0 +1,131 @@
+//! Where the coordinate systems of the program lie in the machine.
+//!
+//! ```text
+//! work offset = origin of G54…G59 + G92 + tool length (Z)      machine = work + work offset
+//! ```
+
+use super::command::OffsetId;
+use super::modal_state::WorkSystem;
+use super::Coordinate;
+use core::array::from_fn;
+
+/// The axis along which the tool points: Z.
+pub(super) const TOOL_AXIS: usize = 2;
+
+/// All offsets, exact, in mm or degrees.
+#[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Offsets<const AXES: usize> {
+    systems: [[Coordinate; AXES]; 6],
+    g28: [Coordinate; AXES],
+    g30: [Coordinate; AXES],
+    g92: [Coordinate; AXES],
+    tool_length: Coordinate,
+}
+
+impl<const AXES: usize> Offsets<AXES> {
+    /// Makes offsets that are all zero.
+    pub const fn new() -> Self {
+        let zero = [Coordinate::ZERO; AXES];
+        Self {
+            systems: [zero; 6],
+            g28: zero,
+            g30: zero,
+            g92: zero,
+            tool_length: Coordinate::ZERO,
+        }
+    }
+
+    /// Answers an offset that outlasts power.
+    pub fn get(&self, id: OffsetId) -> &[Coordinate; AXES] {
+        match id {
+            OffsetId::Work(system) => self.system(system),
+            OffsetId::G28 => &self.g28,
+            OffsetId::G30 => &self.g30,
+        }
+    }
+
+    /// Answers the G92 offset, forgotten by a reset.
+    pub fn g92(&self) -> &[Coordinate; AXES] {
+        &self.g92
+    }
+
+    /// Answers the tool length offset along Z, forgotten by a reset.
+    pub fn tool_length(&self) -> Coordinate {
+        self.tool_length
+    }
+
+    /// Answers the sum of all offsets in force while `system` is: what reports call `WCO`.
+    pub fn work_offset(&self, system: WorkSystem) -> [Coordinate; AXES] {
+        let mut sum = self.without_g92(system);
+        for (sum, g92) in sum.iter_mut().zip(&self.g92) {
+            *sum = *sum + *g92;
+        }
+        sum
+    }
+
+    /// Answers the sum that a G92 adds to.
+    pub(super) fn without_g92(&self, system: WorkSystem) -> [Coordinate; AXES] {
+        let mut sum = *self.system(system);
+        if let Some(sum) = sum.get_mut(TOOL_AXIS) {
+            *sum = *sum + self.tool_length;
+        }
+        sum
+    }
+
+    /// Answers the sum that the origin of a system adds to.
+    pub(super) fn without_system(&self) -> [Coordinate; AXES] {
+        from_fn(|axis| {
+            let g92 = self.g92.get(axis).copied().unwrap_or_default();
+            if axis == TOOL_AXIS {
+                g92 + self.tool_length
+            } else {
+                g92
+            }
+        })
+    }
+
+    pub(super) fn set(&mut self, id: OffsetId, value: [Coordinate; AXES]) {
+        match id {
+            OffsetId::Work(system) => {
+                if let Some(slot) = self.systems.get_mut(system as usize) {
+                    *slot = value;
+                }
+            }
+            OffsetId::G28 => self.g28 = value,
+            OffsetId::G30 => self.g30 = value,
+        }
+    }
+
+    pub(super) fn set_g92(&mut self, value: [Coordinate; AXES]) {
+        self.g92 = value;
+    }
+
+    pub(super) fn set_tool_length(&mut self, length: Coordinate) {
+        self.tool_length = length;
+    }
+
+    /// Forgets what does not outlast a reset: G92 and the tool length.
+    pub(super) fn reset(&mut self) {
+        self.g92 = [Coordinate::ZERO; AXES];
+        self.tool_length = Coordinate::ZERO;
+    }
+
+    fn system(&self, system: WorkSystem) -> &[Coordinate; AXES] {
+        let [g54, g55, g56, g57, g58, g59] = &self.systems;
+        match system {
+            WorkSystem::G54 => g54,
+            WorkSystem::G55 => g55,
+            WorkSystem::G56 => g56,
+            WorkSystem::G57 => g57,
+            WorkSystem::G58 => g58,
+            WorkSystem::G59 => g59,
+        }
+    }
+}
+
+impl<const AXES: usize> Default for Offsets<AXES> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
