@@ -16,9 +16,9 @@ pub struct Error {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum ErrorKind {
-    /// This byte stands where only the letter of a word may (Grbl's `error:1`).
+    /// This byte stands where only the letter of a word may.
     UnexpectedByte(u8),
-    /// Nothing that looks like a number follows the letter (Grbl's `error:2`, like the next).
+    /// Nothing that looks like a number follows the letter.
     MissingNumber,
     /// A number begins and has no digit: `-`, `.`, `--1`.
     BadNumber,

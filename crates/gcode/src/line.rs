@@ -1,15 +1,15 @@
 //! The grammar of a line as nom parsers, from the byte up.
 //!
-//! nom combinators say what is rare or short: comments, checksums, the word. The two loops that see every byte of every
-//! line, [`skip_gap`] and [`digits`], are written out; they are nom parsers like any other or called by one.
+//! nom combinators say what is short or rare: the word, comments, the checksum. What every byte of every line passes
+//! through, [`number`] with its [`digits`] and [`skip_gap`], is written out as plain functions from rest to rest.
 
 use nom::branch::alt;
-use nom::bytes::complete::{take_till, take_while1};
-use nom::character::complete::{char, u8 as byte_value};
+use nom::bytes::complete::take_till;
+use nom::character::complete::u8 as byte_value;
 use nom::combinator::{eof, opt, value};
 use nom::error::ParseError;
 use nom::multi::many0_count;
-use nom::sequence::{delimited, preceded, terminated};
+use nom::sequence::{delimited, preceded};
 use nom::{IResult, Parser};
 
 use crate::{Error, ErrorKind, Letter, Number};
@@ -28,25 +28,27 @@ pub(crate) struct Fault {
 impl Fault {
     #[cold]
     fn at(input: &[u8], kind: ErrorKind) -> nom::Err<Self> {
-        nom::Err::Error(Self {
-            kind,
-            left: input.len(),
-        })
+        let left = input.len();
+        nom::Err::Error(Self { kind, left })
+    }
+
+    /// A byte that cannot stand there. At the end of a line only a number can still be missing, because each word may
+    /// be the last.
+    #[cold]
+    fn unexpected(input: &[u8]) -> Self {
+        let missing = ErrorKind::MissingNumber;
+        let kind = input
+            .first()
+            .copied()
+            .map_or(missing, ErrorKind::UnexpectedByte);
+        let left = input.len();
+        Self { kind, left }
     }
 }
 
 impl ParseError<&[u8]> for Fault {
-    /// A combinator found a byte that cannot stand there. At the end of a line only a number can still be missing,
-    /// because each word may be the last.
-    #[cold]
     fn from_error_kind(input: &[u8], _: nom::error::ErrorKind) -> Self {
-        let kind = input.first().map_or(ErrorKind::MissingNumber, |byte| {
-            ErrorKind::UnexpectedByte(*byte)
-        });
-        Self {
-            kind,
-            left: input.len(),
-        }
+        Self::unexpected(input)
     }
 
     fn append(_: &[u8], _: nom::error::ErrorKind, other: Self) -> Self {
@@ -86,27 +88,24 @@ pub(crate) fn word(input: &[u8]) -> Parsed<'_, (Letter, Number)> {
 
 /// Answers whether this is `%` and nothing else.
 pub(crate) fn is_demarcation(input: &[u8]) -> bool {
-    delimited(char('%'), gap, eof::<_, Fault>)
+    delimited(byte(|byte| byte == b'%'), gap, eof::<_, Fault>)
         .parse(input)
         .is_ok()
 }
 
 /// Reads the checksum that ends a line: `*` and a number from 0 to 255.
 pub(crate) fn checksum(input: &[u8]) -> Parsed<'_, u8> {
-    delimited((char('*'), gap), byte_value, (gap, eof))
+    delimited((byte(|byte| byte == b'*'), gap), byte_value, (gap, eof))
         .parse(input)
         .map_err(|_: nom::Err<Fault>| Fault::at(input, ErrorKind::BadChecksum))
 }
 
 #[inline]
 fn letter(input: &[u8]) -> Parsed<'_, Letter> {
-    match input {
-        [byte, rest @ ..] => match Letter::from_byte(*byte) {
-            Some(letter) => Ok((rest, letter)),
-            None => Err(Fault::at(input, ErrorKind::UnexpectedByte(*byte))),
-        },
-        [] => Err(Fault::at(input, ErrorKind::MissingNumber)),
-    }
+    let read = input
+        .split_first()
+        .and_then(|(byte, rest)| Some((rest, Letter::from_byte(*byte)?)));
+    read.ok_or_else(|| nom::Err::Error(Fault::unexpected(input)))
 }
 
 /// Reads a number and the gap behind it: a sign or none, digits with at most one point among them.
@@ -114,19 +113,6 @@ fn letter(input: &[u8]) -> Parsed<'_, Letter> {
 /// Nine digits behind the point count, the others are dropped: the value is cut toward zero.
 #[inline]
 fn number(input: &[u8]) -> Parsed<'_, Number> {
-    /// Nanos in the last of 0 to 9 decimal places.
-    const UNITS: [u32; 10] = [
-        1_000_000_000,
-        100_000_000,
-        10_000_000,
-        1_000_000,
-        100_000,
-        10_000,
-        1_000,
-        100,
-        10,
-        1,
-    ];
     let (unsigned, negative) = sign(input);
     let mut value = 0_u32;
     let mut push = |digit| value = value.wrapping_mul(10).wrapping_add(digit);
@@ -140,11 +126,23 @@ fn number(input: &[u8]) -> Parsed<'_, Number> {
         (1..=9, Some(&unit)) => i64::from(value) * i64::from(unit), // nine digits fit 32 bits: nothing has wrapped
         _ => long_number(unsigned).ok_or_else(|| Fault::at(input, ErrorKind::NumberTooLarge))?,
     };
-    Ok((
-        rest,
-        Number::from_nanos(if negative { -nanos } else { nanos }),
-    ))
+    let nanos = if negative { -nanos } else { nanos };
+    Ok((rest, Number::from_nanos(nanos)))
 }
+
+/// Nanos in the last of 0 to 9 decimal places.
+const UNITS: [u32; 10] = [
+    1_000_000_000,
+    100_000_000,
+    10_000_000,
+    1_000_000,
+    100_000,
+    10_000,
+    1_000,
+    100,
+    10,
+    1,
+];
 
 /// Reads a number of more than nine digits once more, in 64 bits; `None` when that is not enough.
 #[cold]
@@ -216,20 +214,28 @@ pub(crate) fn skip_gap(input: &[u8]) -> &[u8] {
 
 #[inline(never)]
 fn long_gap(input: &[u8]) -> &[u8] {
-    let blanks = value((), take_while1(is_blank));
-    let skipped: Parsed<'_, usize> = many0_count(alt((blanks, comment))).parse(input);
+    let skipped: Parsed<'_, usize> =
+        many0_count(alt((value((), byte(is_blank)), comment))).parse(input);
     skipped.map_or(input, |(rest, _)| rest)
 }
 
 /// Reads a comment: `(` to `)`, or to the end of the line when it is not closed; `;` to the end of the line.
 fn comment(input: &[u8]) -> Parsed<'_, ()> {
     let bracketed = delimited(
-        char('('),
+        byte(|byte| byte == b'('),
         take_till(|byte| byte == b')' || is_line_end(byte)),
-        opt(char(')')),
+        opt(byte(|byte| byte == b')')),
     );
-    let trailing = terminated(char(';'), take_till(is_line_end));
+    let trailing = preceded(byte(|byte| byte == b';'), take_till(is_line_end));
     alt((value((), bracketed), value((), trailing))).parse(input)
+}
+
+/// Reads one byte that is accepted. nom's own `char` and `take_while1` keep a bounds check, and with it a panic.
+fn byte<'a>(accepts: impl Fn(u8) -> bool) -> impl Fn(&'a [u8]) -> Parsed<'a, u8> {
+    move |input: &'a [u8]| match input {
+        [first, rest @ ..] if accepts(*first) => Ok((rest, *first)),
+        _ => Err(nom::Err::Error(Fault::unexpected(input))),
+    }
 }
 
 #[inline]
