@@ -94,9 +94,13 @@ impl<const N: usize> Block<N> {
     /// Reads what ends the words without being one: `%` or a checksum. Anything else is the `error` that it looks like.
     fn end(mut self, line: &[u8], error: Error) -> Result<Self, Error> {
         let (before, rest) = line.split_at_checked(error.column).unwrap_or((line, &[]));
+        let bare = self.words.is_empty() && !self.deleted;
         if error.kind == ErrorKind::UnexpectedByte(b'*') {
             self.checksum = Some(verified_checksum(before, rest)?);
-        } else if self.words.is_empty() && !self.deleted && line::is_demarcation(rest) {
+        } else if error.kind == ErrorKind::UnexpectedByte(b'%')
+            && bare
+            && line::is_demarcation(rest)
+        {
             self.demarcation = true;
         } else {
             return Err(error);
@@ -191,6 +195,8 @@ mod tests {
         fails(b"%1", ErrorKind::UnexpectedByte(b'%'), 0);
         fails(b"/%", ErrorKind::UnexpectedByte(b'%'), 1);
         fails(b"G0%", ErrorKind::UnexpectedByte(b'%'), 2);
+        fails(b"X%", ErrorKind::MissingNumber, 1);
+        fails(b"X*5", ErrorKind::MissingNumber, 1);
     }
 
     #[test]

@@ -58,4 +58,4 @@ mod word;
 pub use block::{parse, Block, DEFAULT_WORDS};
 pub use error::{Error, ErrorKind};
 pub use number::Number;
-pub use word::{words, Letter, Word, Words};
+pub use word::{leading_number, words, Letter, Word, Words};

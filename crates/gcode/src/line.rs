@@ -112,7 +112,7 @@ fn letter(input: &[u8]) -> Parsed<'_, Letter> {
 ///
 /// Nine digits behind the point count, the others are dropped: the value is cut toward zero.
 #[inline]
-fn number(input: &[u8]) -> Parsed<'_, Number> {
+pub(crate) fn number(input: &[u8]) -> Parsed<'_, Number> {
     let (unsigned, negative) = sign(input);
     let mut value = 0_u32;
     let mut push = |digit| value = value.wrapping_mul(10).wrapping_add(digit);
@@ -332,6 +332,21 @@ mod tests {
     #[test]
     fn numbers_have_no_exponent() {
         assert_eq!(printed("X1e2").as_deref(), Ok("X1 E2"));
+    }
+
+    #[test]
+    fn a_leading_number_leaves_the_rest_of_the_text() {
+        let read = |text: &'static str| crate::leading_number(text.as_bytes());
+        let half = Number::from_nanos(-500_000_000);
+        assert_eq!(read("-.5=x"), Ok((half, b"=x".as_slice())));
+        assert_eq!(
+            read("=1").map_err(|error| error.kind),
+            Err(ErrorKind::MissingNumber)
+        );
+        assert_eq!(
+            read("-").map_err(|error| error.kind),
+            Err(ErrorKind::BadNumber)
+        );
     }
 
     #[test]

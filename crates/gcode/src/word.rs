@@ -105,6 +105,18 @@ pub fn words(line: &[u8]) -> Words<'_> {
     }
 }
 
+/// Reads the number that a text begins with, as behind the `$` and the `=` of a setting; answers what follows it, too.
+///
+/// # Errors
+///
+/// As for the number of a word: none there, no digits, or too large.
+pub fn leading_number(text: &[u8]) -> Result<(Number, &[u8]), Error> {
+    match line::number(text) {
+        Ok((rest, number)) => Ok((number, rest)),
+        Err(error) => Err(line::locate(error, text.len())),
+    }
+}
+
 /// The words of a line. Made by [`words`].
 #[derive(Debug, Clone)]
 pub struct Words<'a> {
