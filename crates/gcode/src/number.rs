@@ -81,8 +81,9 @@ impl Number {
         let dividend = rest << 8 | low >> 13 & 0xff;
         let (third, rest) = (dividend / FIVES, dividend % FIVES);
         let inexact = u32::from(rest != 0 || low & 0x1fff != 0);
-        let quotient = first << 19 | second << 8 | third | inexact; // ⌊normal / 2¹³ / 5⁹⌋, at least 28 bits
-                                                                    // magnitude / 2⁹ / 5⁹ = quotient · 2^(13 − 9 − shift): a power of two, hence exact
+        // ⌊normal / 2¹³ / 5⁹⌋, at least 29 bits
+        let quotient = first << 19 | second << 8 | third | inexact;
+        // magnitude / 2⁹ / 5⁹ = quotient · 2^(13 − 9 − shift): a power of two, hence exact
         let scale = f32::from_bits((127 + 13 - TWOS - shift) << 23);
         let value = quotient as f32 * scale;
         if self.0 < 0 {
