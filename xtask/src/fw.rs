@@ -14,7 +14,7 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), Failure> {
 
 /// Builds `board-f407` and returns the path of its ELF.
 pub(crate) fn build(toolchain: &Toolchain, arguments: &[String]) -> Result<PathBuf, Failure> {
-    let mut command = toolchain.build();
+    let mut command = toolchain.build(&toolchain::target_dir());
     command
         .args(["-p", "board-f407", "--profile", "firmware"])
         .args(arguments);

@@ -1,6 +1,8 @@
 //! The project's own commands: `cargo xtask NAME`, or `cargo fw`.
+mod budget;
 mod call_graph;
 mod fw;
+mod icount;
 mod shell;
 mod thumb;
 mod toolchain;
@@ -9,13 +11,16 @@ use std::{env, process::ExitCode};
 
 const USAGE: &str = "usage: cargo xtask COMMAND
     fw [ARGUMENTS]     build the firmware; ARGUMENTS go to `cargo build`
-    thumb              build libraries and firmware for the microcontroller; check what is in them";
+    thumb              build libraries and firmware for the microcontroller; check what is in them
+    icount [--check]   count instructions under QEMU; fail above the budgets";
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = env::args().skip(1).collect();
     let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
     let done = match words.as_slice() {
         ["fw", ..] => fw::run(&arguments[1..]),
+        ["icount"] => icount::run(false),
+        ["icount", "--check"] => icount::run(true),
         ["thumb"] => thumb::run(),
         _ => {
             eprintln!("{USAGE}");

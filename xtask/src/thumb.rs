@@ -39,7 +39,7 @@ pub(crate) fn run() -> Result<(), Failure> {
 
 /// Builds the libraries one by one, without link-time optimisation: so their objects hold machine code to look at.
 fn check_libraries(toolchain: &Toolchain) -> Result<Vec<String>, Failure> {
-    let mut build = toolchain.build();
+    let mut build = toolchain.build(&toolchain::target_dir());
     build.args([
         "--profile",
         "firmware",

@@ -5,7 +5,11 @@
 //! 2. a compiler with the sources of `core` beside it (Debian: `rustc-web`, `rust-web-src`): `core` is built too.
 //!    That needs `-Zbuild-std`, which a stable compiler only takes with `RUSTC_BOOTSTRAP=1`.
 use crate::shell::{self, Failure};
-use std::{env, fs, path::PathBuf, process::Command};
+use std::{
+    env, fs,
+    path::{Path, PathBuf},
+    process::Command,
+};
 
 /// Cortex-M4 with the single-precision FPU, hard-float calls.
 pub(crate) const TARGET: &str = "thumbv7em-none-eabihf";
@@ -57,15 +61,15 @@ impl Toolchain {
         })
     }
 
-    /// A `cargo build` for [`TARGET`] with artefacts in [`target_dir`]; the caller adds packages and a profile.
-    pub(crate) fn build(&self) -> Command {
+    /// A `cargo build` for [`TARGET`] with artefacts in `target_dir`; the caller adds packages and a profile.
+    pub(crate) fn build(&self, target_dir: &Path) -> Command {
         let mut command = match self {
             Toolchain::Prebuilt => Command::new("cargo"),
             Toolchain::FromSource { cargo, .. } => Command::new(cargo),
         };
         command
             .args(["build", "--target", TARGET, "--target-dir"])
-            .arg(target_dir());
+            .arg(target_dir);
         if let Toolchain::FromSource { rustc, linker, .. } = self {
             command
                 .arg("-Zbuild-std=core")

@@ -1,0 +1,230 @@
+//! The step interrupt, its whole body, with three motors stepping at every tick and changing power.
+//!
+//! Region 0: a tick within a segment. Region 1: one that loads a segment of the same line. Region 2: one that loads
+//! a segment that begins a line.
+#![no_std]
+#![no_main]
+
+use core::{
+    hint::black_box,
+    num::NonZeroU16,
+    ptr::{read_volatile, write_volatile},
+};
+use fixed::types::U1F31;
+use heapless::spsc::{Consumer, Queue};
+use icount_firmware::{count, done};
+use leadscrew_stepper::{
+    on_timer, Interval, IntervalChange, Line, MotorMask, Outputs, Power, PowerChange, Segment,
+    Shared, Smoothing, StepInterrupt, StepPort, Ticks,
+};
+
+const MOTORS: usize = 3;
+/// Ticks in a segment: 1 ms at 20 kHz.
+const TICKS: u32 = 20;
+/// Segments in a line.
+const SEGMENTS: u32 = 4;
+const PULSE: u32 = 840;
+/// Flags of the timer's compare registers (RM0090 section 18.4.5).
+const TICK_DUE: u32 = 1 << 1;
+const PULSE_OVER: u32 = 1 << 2;
+const FIRST_STEP_PIN: u32 = 7;
+const FIRST_DIRECTION_PIN: u32 = 10;
+const ALL: u32 = (1 << MOTORS) - 1;
+
+/// Memory in place of the registers of a general-purpose timer and a port; those that the board's port touches.
+#[derive(Default)]
+struct Registers {
+    status: u32,
+    event: u32,
+    counter: u32,
+    compare_tick: u32,
+    compare_pulse: u32,
+    pins: u32,
+    power: u32,
+}
+
+impl Registers {
+    /// What the timer does: counts on to the next tick and says that it is due.
+    fn pass_to(&mut self, due: u32) {
+        self.counter = due;
+        self.status = TICK_DUE;
+    }
+}
+
+/// What `board-f407/src/step_port.rs` does, store for store.
+struct Port<'a> {
+    registers: &'a mut Registers,
+    power_period: u16,
+    due: u32,
+    resting: bool,
+    directions_after_pulse: Option<u32>,
+}
+
+macro_rules! read {
+    ($port:expr, $register:ident) => {
+        // SAFETY: a reference is valid for reads.
+        unsafe { read_volatile(&$port.registers.$register) }
+    };
+}
+
+macro_rules! write {
+    ($port:expr, $register:ident, $value:expr) => {
+        // SAFETY: an exclusive reference is valid for writes.
+        unsafe { write_volatile(&mut $port.registers.$register, $value) }
+    };
+}
+
+impl Port<'_> {
+    /// The tick is due (the timer's flag says so): the end of the pulse comes as an interrupt of its own.
+    fn acknowledge(&mut self) -> bool {
+        let flags = read!(self, status);
+        if flags & PULSE_OVER != 0 {
+            write!(self, status, !PULSE_OVER);
+            self.end_pulse();
+        }
+        if flags & TICK_DUE != 0 {
+            write!(self, status, !TICK_DUE);
+        }
+        !self.resting && flags & TICK_DUE != 0
+    }
+
+    #[inline(never)]
+    fn end_pulse(&mut self) {
+        write!(self, pins, ALL << FIRST_STEP_PIN << 16);
+        if let Some(directions) = self.directions_after_pulse.take() {
+            write!(self, pins, directions);
+        }
+    }
+}
+
+impl StepPort for Port<'_> {
+    fn step(&mut self, motors: MotorMask) {
+        if motors == MotorMask::NONE {
+            return;
+        }
+        write!(
+            self,
+            pins,
+            (u32::from(motors.bits()) & ALL) << FIRST_STEP_PIN
+        );
+        let end = read!(self, counter).wrapping_add(PULSE);
+        write!(self, compare_pulse, end);
+        self.directions_after_pulse = Some(0);
+    }
+
+    fn set_direction(&mut self, negative: MotorMask) {
+        let high = u32::from(negative.bits()) & ALL;
+        let word = (high | (!high & ALL) << 16) << FIRST_DIRECTION_PIN;
+        match &mut self.directions_after_pulse {
+            None => write!(self, pins, word),
+            Some(directions) => *directions = word,
+        }
+    }
+
+    fn set_power(&mut self, power: Power) {
+        write!(self, power, u32::from(power.level(self.power_period)));
+    }
+
+    fn set_outputs(&mut self, _: Outputs) {}
+
+    fn arm(&mut self, wait: Ticks) -> bool {
+        self.resting = false;
+        self.due = self.due.wrapping_add(wait.0);
+        write!(self, compare_tick, self.due);
+        let late = read!(self, counter).wrapping_sub(self.due) < u32::MAX / 2;
+        if late {
+            write!(self, event, 2);
+        }
+        late
+    }
+
+    fn rest(&mut self) {
+        self.resting = true;
+    }
+}
+
+/// The body of the interrupt.
+#[inline(never)]
+fn step_interrupt(
+    state: &mut StepInterrupt<MOTORS>,
+    source: &mut Consumer<'_, Segment<MOTORS>>,
+    shared: &Shared<MOTORS>,
+    port: &mut Port<'_>,
+) {
+    if port.acknowledge() {
+        on_timer(state, source, shared, port);
+    }
+}
+
+/// Segment `number` of the run: four to a line, speeding up, power rising.
+fn segment(number: u32) -> Segment<MOTORS> {
+    let steps = (TICKS * SEGMENTS) as i32;
+    let steps = if number / SEGMENTS % 2 == 0 {
+        [steps; MOTORS]
+    } else {
+        [-steps; MOTORS]
+    };
+    let begins = number % SEGMENTS == 0;
+    Segment {
+        line: begins.then(|| Line::new(steps)).transpose().unwrap(),
+        ticks: NonZeroU16::new(TICKS as u16).unwrap(),
+        smoothing: Smoothing::None,
+        interval: Interval::from_num(4200),
+        interval_change: IntervalChange::from_num(-0.25),
+        power: Power::from_share(U1F31::from_num(0.5)),
+        power_change: PowerChange::from_num(0.001),
+        outputs: Outputs(0),
+        at_rest: None,
+    }
+}
+
+#[cortex_m_rt::entry]
+fn main() -> ! {
+    let mut queue: Queue<Segment<MOTORS>, 4> = Queue::new();
+    let (mut sink, mut source) = queue.split();
+    let mut registers = Registers {
+        status: TICK_DUE,
+        ..Registers::default()
+    };
+    let registers = black_box(&mut registers);
+    let mut port = Port {
+        registers,
+        power_period: 8400,
+        due: 0,
+        resting: false,
+        directions_after_pulse: None,
+    };
+    let mut state = StepInterrupt::new();
+    // Behind a black box: somebody may stop, lock or switch off at any time.
+    let shared = Shared::new();
+    let shared = black_box(&shared);
+
+    // The first call starts out of rest: no step is due, nothing is counted.
+    sink.enqueue(segment(0)).ok().unwrap();
+    step_interrupt(&mut state, &mut source, shared, &mut port);
+    port.registers.pass_to(port.due);
+    for tick in 1..100 * TICKS * SEGMENTS {
+        let call = || step_interrupt(&mut state, &mut source, shared, &mut port);
+        if tick % TICKS != 0 {
+            count::<0, _>(call);
+        } else {
+            sink.enqueue(segment(tick / TICKS)).ok().unwrap();
+            if tick % (TICKS * SEGMENTS) != 0 {
+                count::<1, _>(call);
+            } else {
+                count::<2, _>(call);
+            }
+        }
+        assert_eq!(
+            sink.len(),
+            0,
+            "a segment is loaded in the call for which it was queued"
+        );
+        port.registers.pass_to(port.due);
+        port.end_pulse();
+    }
+    assert_eq!(shared.underruns(), 0);
+    assert_eq!(shared.late_ticks(), 0);
+    assert_eq!(shared.position().map(|steps| steps != 0), [true; MOTORS]);
+    done()
+}

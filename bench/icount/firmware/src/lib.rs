@@ -1,0 +1,44 @@
+//! Markers around what is counted, and the end of a program. A program is a file in `src/bin` that measures one layer.
+//!
+//! What is counted stands in a function that is never inlined, its inputs behind `black_box`: so the count holds for
+//! the code as it is, not for what the compiler knows of the measurement.
+#![no_std]
+
+use core::{arch::asm, panic::PanicInfo};
+use cortex_m_semihosting::debug;
+
+/// Opens a region, 0 to 7: what runs from here to [`close`] is one sample.
+#[inline(always)]
+pub fn open<const REGION: u8>() {
+    // SAFETY: `dbg` is a hint without effect. It may touch memory for all the compiler knows: so nothing moves across it.
+    unsafe { asm!("dbg #{}", const REGION) }
+}
+
+/// Closes the region.
+#[inline(always)]
+pub fn close<const REGION: u8>() {
+    // SAFETY: as in `open`.
+    unsafe { asm!("dbg #{}", const REGION + 8) }
+}
+
+/// Counts one call of `work` in a region. `work` must be a function that is never inlined.
+#[inline(always)]
+pub fn count<const REGION: u8, T>(work: impl FnOnce() -> T) -> T {
+    open::<REGION>();
+    let result = work();
+    close::<REGION>();
+    result
+}
+
+/// Ends the program: the measurement is complete.
+pub fn done() -> ! {
+    debug::exit(debug::EXIT_SUCCESS);
+    loop {}
+}
+
+/// A panic makes the measurement void.
+#[panic_handler]
+fn panic(_: &PanicInfo<'_>) -> ! {
+    debug::exit(debug::EXIT_FAILURE);
+    loop {}
+}

@@ -1,0 +1,219 @@
+//! `cargo xtask icount [--check]`: exact Cortex-M4F instruction counts, under QEMU.
+//!
+//! The programs in `bench/icount/firmware` mark what is to be counted, `bench/icount/plugin.c` counts, and
+//! `bench/budgets.txt` says what each count is, and the most that it may be.
+use crate::{
+    budget::{Budget, Count},
+    shell::{self, Failure},
+    toolchain::{self, Toolchain, TARGET},
+};
+use std::{
+    collections::BTreeMap,
+    fs,
+    path::{Path, PathBuf},
+    process::Command,
+};
+
+/// The program that shows that the plugin counts right, and what it must count in regions 0, 1, 2, ...
+const CALIBRATION: (&str, [u64; 5]) = ("calibrate", [0, 5, 21, 4, 3]);
+/// Longest time that QEMU may take for one program, in seconds.
+const TIME_LIMIT: &str = "120";
+
+/// What a program counted, by region.
+type Counts = BTreeMap<usize, Count>;
+
+/// Counts, prints a table, and with `check` fails where a budget is exceeded.
+pub(crate) fn run(check: bool) -> Result<(), Failure> {
+    let bench = toolchain::root().join("bench");
+    let budgets = Budget::read(&bench.join("budgets.txt"))?;
+    let emulator = Emulator::prepare(&bench.join("icount"))?;
+    emulator.calibrate()?;
+
+    let mut exceeded = Vec::new();
+    let mut programs: BTreeMap<&str, Counts> = BTreeMap::new();
+    println!("{}", Budget::HEADING);
+    for budget in &budgets {
+        if !programs.contains_key(budget.program.as_str()) {
+            programs.insert(&budget.program, emulator.count(&budget.program)?);
+        }
+        let count = programs[budget.program.as_str()].get(&budget.region);
+        let count =
+            count.ok_or_else(|| Failure::new(format!("{}: nothing counted", budget.what)))?;
+        println!("{}", budget.row(count));
+        exceeded.extend(budget.exceeded_by(count));
+    }
+    if check && !exceeded.is_empty() {
+        return Err(Failure::new(exceeded.join("\n")));
+    }
+    Ok(())
+}
+
+/// QEMU with the plugin, and the folder of the programs.
+struct Emulator {
+    plugin: PathBuf,
+    programs: PathBuf,
+}
+
+impl Emulator {
+    /// Compiles the plugin and the programs.
+    fn prepare(sources: &Path) -> Result<Self, Failure> {
+        let target_dir = toolchain::target_dir().join("icount");
+        fs::create_dir_all(&target_dir)
+            .map_err(|error| Failure::new(format!("{}: {error}", target_dir.display())))?;
+        let plugin = target_dir.join("libicount.so");
+        let interface = format!("-DQP_API={}", plugin_interface()?);
+        let mut gcc = Command::new("gcc");
+        gcc.args([
+            "-O2",
+            "-Wall",
+            "-Wextra",
+            "-Werror",
+            "-shared",
+            "-fPIC",
+            "-fvisibility=hidden",
+        ]);
+        shell::run(
+            gcc.arg(interface)
+                .arg("-o")
+                .arg(&plugin)
+                .arg(sources.join("plugin.c")),
+        )?;
+
+        let mut build = Toolchain::find()?.build(&target_dir);
+        build
+            .args(["--bins", "--profile", "firmware"])
+            .current_dir(sources.join("firmware"));
+        // Instead of the flags in the repository's configuration, which are those of the board.
+        build.env("RUSTFLAGS", "-C link-arg=-Tlink.x -C link-arg=--nmagic");
+        shell::run(&mut build)?;
+        Ok(Emulator {
+            plugin,
+            programs: target_dir.join(TARGET).join("firmware"),
+        })
+    }
+
+    /// Fails unless the plugin counts what is known beforehand.
+    fn calibrate(&self) -> Result<(), Failure> {
+        let (program, expected) = CALIBRATION;
+        let counts = self.count(program)?;
+        for (region, expected) in expected.into_iter().enumerate() {
+            let exact = counts
+                .get(&region)
+                .is_some_and(|count| count.smallest == expected && count.largest == expected);
+            if !exact {
+                let found = counts.get(&region);
+                return Err(Failure::new(format!(
+                    "{program}: region {region} has {expected} instructions, not {found:?}"
+                )));
+            }
+        }
+        Ok(())
+    }
+
+    /// Runs a program and returns what it counted.
+    fn count(&self, program: &str) -> Result<Counts, Failure> {
+        let report = self.programs.join(format!("{program}.icount"));
+        let plugin = format!("{},out={}", self.plugin.display(), report.display());
+        let mut qemu = Command::new("timeout");
+        qemu.args([
+            TIME_LIMIT,
+            "qemu-system-arm",
+            "-M",
+            "mps2-an386",
+            "-cpu",
+            "cortex-m4",
+        ]);
+        qemu.args(["-display", "none", "-monitor", "none", "-serial", "none"]);
+        qemu.args(["-semihosting-config", "enable=on,target=native"]);
+        qemu.arg("-plugin")
+            .arg(plugin)
+            .arg("-kernel")
+            .arg(self.programs.join(program));
+        shell::run(&mut qemu).map_err(|failure| Failure::new(format!("{program}: {failure}")))?;
+        let text = fs::read_to_string(&report)
+            .map_err(|error| Failure::new(format!("{}: {error}", report.display())))?;
+        text.lines()
+            .map(|line| {
+                parse_count(line).ok_or_else(|| Failure::new(format!("{program}: `{line}`")))
+            })
+            .collect()
+    }
+}
+
+/// The version of the plugin interface that the installed QEMU asks for.
+fn plugin_interface() -> Result<u32, Failure> {
+    let version = shell::output(Command::new("qemu-system-arm").arg("--version"))?;
+    let major = major_version(&version)
+        .ok_or_else(|| Failure::new(format!("no version in `{version}`")))?;
+    Ok(if major >= 9 { 4 } else { 1 })
+}
+
+/// 7 from `QEMU emulator version 7.2.22 (Debian ...)`.
+fn major_version(text: &str) -> Option<u32> {
+    let (_, version) = text.split_once("version ")?;
+    version.split('.').next()?.parse().ok()
+}
+
+/// Region and count from a line of the plugin's report: region, samples, sum, smallest, largest.
+fn parse_count(line: &str) -> Option<(usize, Count)> {
+    let numbers: Vec<u64> = line
+        .split_whitespace()
+        .map(str::parse)
+        .collect::<Result<_, _>>()
+        .ok()?;
+    let [region, samples, sum, smallest, largest] = numbers[..] else {
+        return None;
+    };
+    Some((
+        usize::try_from(region).ok()?,
+        Count {
+            samples,
+            sum,
+            smallest,
+            largest,
+        },
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_plugin_interface_follows_from_the_first_number_of_the_version() {
+        assert_eq!(
+            major_version("QEMU emulator version 7.2.22 (Debian 1:7.2+dfsg-7)"),
+            Some(7)
+        );
+        assert_eq!(major_version("QEMU emulator version 10.0.2"), Some(10));
+        assert_eq!(major_version("qemu: command not found"), None);
+    }
+
+    #[test]
+    fn a_report_line_has_five_numbers() {
+        let count = Count {
+            samples: 3,
+            sum: 15,
+            smallest: 5,
+            largest: 5,
+        };
+        assert_eq!(parse_count("1 3 15 5 5"), Some((1, count)));
+        assert_eq!(parse_count("1 3 15 5"), None);
+        assert_eq!(parse_count("1 3 15 5 x"), None);
+    }
+
+    /// What is counted must be compiled as the firmware is.
+    #[test]
+    fn the_programs_are_built_with_the_profile_of_the_firmware() {
+        let firmware_profile = |path: PathBuf| {
+            let text = fs::read_to_string(path).unwrap();
+            let start = text.find("[profile.firmware]").unwrap();
+            text[start..].trim().to_owned()
+        };
+        let programs = toolchain::root().join("bench/icount/firmware/Cargo.toml");
+        assert_eq!(
+            firmware_profile(programs).replace("icount-firmware", "board-f407"),
+            firmware_profile(toolchain::root().join("Cargo.toml"))
+        );
+    }
+}
