@@ -2,6 +2,9 @@
 
 pub mod alarm;
 mod codes;
+pub mod line_reader;
+pub mod message;
 pub mod realtime;
 pub mod serial;
 pub mod status;
+pub mod system_command;

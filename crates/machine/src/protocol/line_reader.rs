@@ -1,0 +1,296 @@
+//! Bytes to lines: Grbl's filter.
+//!
+//! Dropped are bytes up to 0x20, `/` anywhere, comments in parentheses and behind `;`. Small letters become capitals. CR
+//! and LF each end a line. Comments do not nest: inside `( )` a `;` is text, behind `;` a `(` is. A `(` left open lasts
+//! to the end of the line; a `)` without a `(` stays and is the interpreter's to refuse. `$` lines are filtered alike.
+//!
+//! Nearly all bytes of a job are capitals, digits, `.` and `-`: they take one look-up and one store.
+
+use super::realtime::Byte;
+use super::status::Status;
+
+/// The longest line of Grbl, in characters after filtering.
+pub const GRBL_LINE_LENGTH: usize = 79;
+
+/// What the filter is passing over.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Skip {
+    Nothing,
+    /// Up to the `)`.
+    Parentheses,
+    /// Up to the end of the line: behind a `;`, or because the line is too long already.
+    Rest,
+}
+
+/// What each byte becomes outside comments, 0 where that takes a closer look (or nothing).
+const KEPT: [u8; 256] = {
+    let mut kept = [0; 256];
+    let mut byte = 0x21;
+    while byte < 0x80 {
+        if !matches!(byte, b'/' | b'(' | b';') {
+            kept[byte as usize] = byte.to_ascii_uppercase();
+        }
+        byte += 1;
+    }
+    kept
+};
+
+/// Answers what a byte becomes outside comments: 0 for blanks, what opens a comment, and what is never part of a line.
+#[inline]
+fn kept(byte: u8) -> u8 {
+    KEPT.get(usize::from(byte)).copied().unwrap_or(0)
+}
+
+impl Skip {
+    /// Answers what to pass over after this byte, which is not the end of the line.
+    fn after(self, byte: u8) -> Self {
+        match (self, byte) {
+            (Self::Nothing, b'(') => Self::Parentheses,
+            (Self::Nothing, b';') => Self::Rest,
+            (Self::Parentheses, b')') => Self::Nothing,
+            (Self::Nothing | Self::Parentheses | Self::Rest, _) => self,
+        }
+    }
+}
+
+/// Collects one line at a time, at most `CAPACITY` characters of it.
+///
+/// The main loop pushes bytes until a line is complete, deals with [`line`](Self::line) for as long as that takes, then
+/// calls [`clear`](Self::clear) and goes on.
+#[derive(Debug, Clone)]
+pub struct LineReader<const CAPACITY: usize> {
+    line: [u8; CAPACITY],
+    length: usize,
+    limit: usize,
+    skip: Skip,
+    too_long: bool,
+}
+
+impl<const CAPACITY: usize> LineReader<CAPACITY> {
+    /// Makes a reader that refuses lines of more than `limit` characters, and of more than `CAPACITY` in any case.
+    pub const fn new(limit: usize) -> Self {
+        Self {
+            line: [0; CAPACITY],
+            length: 0,
+            limit,
+            skip: Skip::Nothing,
+            too_long: false,
+        }
+    }
+
+    /// Takes a byte; answers whether it completed a line. Main loop.
+    #[inline]
+    pub fn push(&mut self, byte: u8) -> bool {
+        let kept = kept(byte);
+        if kept == 0 || self.skip != Skip::Nothing {
+            return self.pass_over(byte);
+        }
+        match self.line.get_mut(self.length) {
+            Some(place) => {
+                *place = kept;
+                self.length += 1;
+            }
+            None => self.give_up(),
+        }
+        false
+    }
+
+    /// Answers the line as far as it has come.
+    ///
+    /// # Errors
+    ///
+    /// [`Status::LineTooLong`]: nothing of the line can be used.
+    pub fn line(&self) -> Result<&[u8], Status> {
+        if self.too_long || self.length > self.limit {
+            return Err(Status::LineTooLong);
+        }
+        Ok(self.line.get(..self.length).unwrap_or(&[]))
+    }
+
+    /// Answers whether nothing has been kept of the line so far.
+    pub fn is_empty(&self) -> bool {
+        self.length == 0
+    }
+
+    /// Forgets the line, to begin the next: after it has been answered, and at a reset.
+    pub fn clear(&mut self) {
+        self.length = 0;
+        self.skip = Skip::Nothing;
+        self.too_long = false;
+    }
+
+    fn pass_over(&mut self, byte: u8) -> bool {
+        let ends = is_line_end(byte);
+        if !ends {
+            self.skip = self.skip.after(byte);
+        }
+        ends
+    }
+
+    #[cold]
+    fn give_up(&mut self) {
+        self.too_long = true;
+        self.skip = Skip::Rest;
+    }
+}
+
+/// Finds where the character at `column` of a filtered line stands in the line as it was sent, for a front end that wants
+/// to point at a fault. Answers the length of `raw` for a column beyond the end.
+pub fn raw_column(raw: &[u8], column: usize) -> usize {
+    let mut skip = Skip::Nothing;
+    let mut ahead = column;
+    for (index, &byte) in raw.iter().enumerate() {
+        if Byte::sort(byte) != Byte::Ordinary(byte) {
+            continue;
+        }
+        let is_kept = skip == Skip::Nothing && kept(byte) != 0;
+        skip = skip.after(byte);
+        match (is_kept, ahead) {
+            (true, 0) => return index,
+            (true, _) => ahead -= 1,
+            (false, _) => {}
+        }
+    }
+    raw.len()
+}
+
+const fn is_line_end(byte: u8) -> bool {
+    matches!(byte, b'\r' | b'\n')
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use std::string::{String, ToString};
+    use std::vec::Vec;
+
+    /// All complete lines of a text, with Grbl's limit.
+    fn lines(text: &[u8]) -> Vec<Result<String, Status>> {
+        let mut reader = LineReader::<128>::new(GRBL_LINE_LENGTH);
+        let mut lines = Vec::new();
+        for byte in text {
+            if reader.push(*byte) {
+                let line = reader.line();
+                lines.push(line.map(|line| String::from_utf8(line.to_vec()).unwrap()));
+                reader.clear();
+            }
+        }
+        lines
+    }
+
+    fn line(text: &str) -> String {
+        let mut all = lines((text.to_string() + "\n").as_bytes());
+        assert_eq!(all.len(), 1);
+        all.remove(0).unwrap()
+    }
+
+    #[test]
+    fn blanks_slashes_and_comments_are_dropped_and_letters_become_capitals() {
+        let cases = [
+            ("g0 x1.5 y-2", "G0X1.5Y-2"),
+            ("G/0X/0", "G0X0"),
+            ("G0\x0b\x0c\x01X0", "G0X0"),
+            ("\0", ""),
+            ("(only a comment)", ""),
+            ("/", ""),
+            ("G0(a(b)c)X0", "G0C)X0"),
+            ("G0(a;b)X0", "G0X0"),
+            ("G0;(a\tX0)", "G0"),
+            ("G0(open X0", "G0"),
+            ("G0)X0", "G0)X0"),
+            ("%*#@", "%*#@"),
+            ("G\x7f0", "G\x7f0"),
+            ("$ $", "$$"),
+            ("$(x)G", "$G"),
+            ("/$G", "$G"),
+            ("$ 1 0 = 1", "$10=1"),
+            ("$I=Hello World", "$I=HELLOWORLD"),
+        ];
+        for (raw, filtered) in cases {
+            assert_eq!(line(raw), filtered, "{raw:?}");
+        }
+    }
+
+    #[test]
+    fn cr_and_lf_each_end_a_line() {
+        assert_eq!(lines(b"G0\r\n\n\rG1\r").len(), 5);
+        assert_eq!(lines(b"(a\nG0\n"), [Ok("".into()), Ok("G0".into())]);
+    }
+
+    #[test]
+    fn a_line_of_79_characters_passes_and_one_of_80_is_refused_once() {
+        let fits = "X".repeat(79);
+        assert_eq!(line(&fits), fits);
+        assert_eq!(line(&(fits.clone() + " ( and a comment )")), fits);
+        for length in [80, 128, 129, 500] {
+            let mut text = "$".repeat(length).into_bytes();
+            text.extend(b"\nG0\n");
+            assert_eq!(lines(&text), [Err(Status::LineTooLong), Ok("G0".into())]);
+        }
+    }
+
+    #[test]
+    fn bytes_above_0x7f_never_get_into_a_line() {
+        assert_eq!(lines(b"G0\x80\xff\xc2X1\n"), [Ok("G0X1".into())]);
+    }
+
+    #[test]
+    fn a_cleared_reader_starts_afresh() {
+        let mut reader = LineReader::<8>::new(8);
+        for byte in b"123456789(" {
+            reader.push(*byte);
+        }
+        reader.clear();
+        assert!(reader.is_empty());
+        reader.push(b'x');
+        assert_eq!(reader.line(), Ok(b"X".as_slice()));
+    }
+
+    #[test]
+    fn a_column_is_found_in_the_raw_line() {
+        let raw = b" g0 (move) /x1?\xc2y2";
+        let find = |column| raw[raw_column(raw, column)];
+        assert_eq!([0, 1, 2, 3, 4, 5].map(find), *b"g0x1y2");
+        assert_eq!(raw_column(raw, 6), raw.len());
+    }
+
+    /// The obvious filter: the text of the line cut into pieces.
+    fn reference(text: &str) -> String {
+        let mut rest = text;
+        let mut kept = String::new();
+        while let Some(start) = rest.find(['(', ';']) {
+            kept += &rest[..start];
+            let end = rest[start..]
+                .find(')')
+                .filter(|_| rest[start..].starts_with('('));
+            rest = end.map_or("", |end| &rest[start + end + 1..]);
+        }
+        kept += rest;
+        kept.retain(|letter| letter > ' ' && letter != '/');
+        kept.to_ascii_uppercase()
+    }
+
+    proptest! {
+        #[test]
+        fn lines_are_what_the_obvious_filter_leaves(text in "[ -~\t]{0,79}") {
+            prop_assert_eq!(line(&text), reference(&text));
+        }
+
+        #[test]
+        fn every_kept_character_has_its_raw_column(text in "[ -~]{0,60}") {
+            let raw = text.replace(['?', '!', '~'], "");
+            let filtered = line(&raw);
+            for (column, character) in filtered.bytes().enumerate() {
+                let at = raw_column(raw.as_bytes(), column);
+                prop_assert_eq!(raw.as_bytes()[at].to_ascii_uppercase(), character);
+            }
+        }
+
+        #[test]
+        fn every_line_end_completes_exactly_one_line(text in prop::collection::vec(any::<u8>(), 0..400)) {
+            let ends = text.iter().filter(|byte| is_line_end(**byte)).count();
+            prop_assert_eq!(lines(&text).len(), ends);
+        }
+    }
+}

@@ -1,0 +1,106 @@
+//! `[MSG:…]` lines: what the machine says without being asked.
+//!
+//! The texts up to `Sleeping` are Grbl's, to the letter: senders look for some of them.
+
+use super::alarm::Alarm;
+use super::status::Status;
+use core::fmt;
+
+/// A message; displayed as the whole line, without its end. At most 68 characters.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Message {
+    /// After ALARM:1 and 2: nothing but 0x18 helps.
+    ResetToContinue,
+    /// After a reset into a locked machine.
+    Locked,
+    /// After `$X` unlocked the machine.
+    Unlocked,
+    /// `$C` switched check mode on.
+    CheckEnabled,
+    /// `$C` switched check mode off.
+    CheckDisabled,
+    /// The safety door opened.
+    CheckDoor,
+    /// A limit switch is active at a reset.
+    CheckLimits,
+    /// M2 or M30.
+    ProgramEnd,
+    /// `$RST=`.
+    RestoringDefaults,
+    /// Spindle or laser goes back on after a stop.
+    RestoringSpindle,
+    /// `$SLP`.
+    Sleeping,
+    /// Steps per mm times maximum rate exceed what the board can do: motion is capped at that.
+    StepRateCapped,
+    /// A refused line in words.
+    Status(Status),
+    /// An alarm in words.
+    Alarm(Alarm),
+}
+
+impl Message {
+    /// Answers the text between `[MSG:` and `]`.
+    pub const fn text(self) -> &'static str {
+        match self {
+            Self::ResetToContinue => "Reset to continue",
+            Self::Locked => "'$H'|'$X' to unlock",
+            Self::Unlocked => "Caution: Unlocked",
+            Self::CheckEnabled => "Enabled",
+            Self::CheckDisabled => "Disabled",
+            Self::CheckDoor => "Check Door",
+            Self::CheckLimits => "Check Limits",
+            Self::ProgramEnd => "Pgm End",
+            Self::RestoringDefaults => "Restoring defaults",
+            Self::RestoringSpindle => "Restoring spindle",
+            Self::Sleeping => "Sleeping",
+            Self::StepRateCapped => "Step rate capped at the limit of the board",
+            Self::Status(status) => status.text(),
+            Self::Alarm(alarm) => alarm.text(),
+        }
+    }
+}
+
+impl fmt::Display for Message {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "[MSG:{}]", self.text())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::string::ToString;
+
+    #[test]
+    fn grbl_s_messages_are_grbl_s() {
+        let cases = [
+            (Message::ResetToContinue, "[MSG:Reset to continue]"),
+            (Message::Locked, "[MSG:'$H'|'$X' to unlock]"),
+            (Message::Unlocked, "[MSG:Caution: Unlocked]"),
+            (Message::CheckEnabled, "[MSG:Enabled]"),
+            (Message::CheckDisabled, "[MSG:Disabled]"),
+            (Message::CheckDoor, "[MSG:Check Door]"),
+            (Message::CheckLimits, "[MSG:Check Limits]"),
+            (Message::ProgramEnd, "[MSG:Pgm End]"),
+            (Message::RestoringDefaults, "[MSG:Restoring defaults]"),
+            (Message::RestoringSpindle, "[MSG:Restoring spindle]"),
+            (Message::Sleeping, "[MSG:Sleeping]"),
+        ];
+        for (message, line) in cases {
+            assert_eq!(message.to_string(), line);
+        }
+    }
+
+    #[test]
+    fn our_own_messages_hold_no_answer() {
+        let texts = Status::ALL.iter().map(|status| Message::Status(*status));
+        let alarms = Alarm::ALL.iter().map(|alarm| Message::Alarm(*alarm));
+        for message in texts.chain(alarms).chain([Message::StepRateCapped]) {
+            let line = message.to_string().to_ascii_lowercase();
+            assert!(!line.contains("ok") && !line.contains("error"), "{line}");
+            assert!(line.len() <= 68, "{line}");
+        }
+    }
+}

@@ -1,0 +1,525 @@
+//! `$` lines.
+//!
+//! What is wrong with a line is looked for in Grbl's order, so that a sender that knows Grbl gets the number it expects:
+//! for `$`, `$$`, `$G`, `$C` and `$X` the spelling, then whether the machine may do it now; for all others the other way
+//! round.
+
+use super::status::Status;
+use leadscrew_gcode::{leading_number, ErrorKind, Number};
+
+/// How many startup lines can be stored: `$N0` and `$N1`.
+pub const STARTUP_LINES: u8 = 2;
+
+/// The longest startup line and build information, in characters.
+pub const MAX_STORED_TEXT: usize = 80;
+
+/// A command that began with `$`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SystemCommand<'a> {
+    /// `$`: list the commands.
+    Help,
+    /// `$$`: list the settings.
+    ShowSettings,
+    /// `$#`: show offsets and the probed position.
+    ShowParameters,
+    /// `$G`: show the modal state.
+    ShowModes,
+    /// `$I`: show version and options.
+    ShowBuild,
+    /// `$I=`: store a text that `$I` shows.
+    StoreBuild(&'a [u8]),
+    /// `$N`: show the startup lines.
+    ShowStartup,
+    /// `$Nx=`: check and store a startup line, empty to delete it.
+    StoreStartup {
+        /// 0 or 1.
+        index: u8,
+        /// The line, filtered.
+        line: &'a [u8],
+    },
+    /// `$C`: check mode on or off.
+    Check,
+    /// `$X`: unlock.
+    Unlock,
+    /// `$H`: home all axes, or `$HX` one.
+    Home(Homing),
+    /// `$J=`: jog; what follows the `=`.
+    Jog(&'a [u8]),
+    /// `$SLP`: sleep.
+    Sleep,
+    /// `$RST=`: go back to the defaults.
+    Restore(Restore),
+    /// `$n=v`: change a setting.
+    Set {
+        /// Number of the setting, cut to a whole one.
+        number: u16,
+        /// Its new value.
+        value: Number,
+    },
+}
+
+/// Which axes to home.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Homing {
+    /// All, in the machine's order.
+    All,
+    /// One, counted from 0 for X.
+    Axis(u8),
+}
+
+/// What goes back to its defaults.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Restore {
+    /// `$`: the settings.
+    Settings,
+    /// `#`: G54 to G59, G28 and G30.
+    Parameters,
+    /// `*`: both, startup lines and build information.
+    All,
+}
+
+/// What the machine is doing, as far as `$` commands care.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Activity {
+    /// At rest, ready.
+    Idle,
+    /// Locked.
+    Alarm,
+    /// Jogging.
+    Jog,
+    /// In check mode.
+    Check,
+    /// Anything else: running, held, homing.
+    Busy,
+}
+
+/// What decides whether a command is taken.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Circumstances {
+    /// What the machine is doing.
+    pub activity: Activity,
+    /// Whether homing is switched on, `$22`.
+    pub homing: bool,
+    /// Whether the machine was built to home single axes.
+    pub single_axis_homing: bool,
+}
+
+impl<'a> SystemCommand<'a> {
+    /// Reads a filtered line that begins with `$`.
+    ///
+    /// # Errors
+    ///
+    /// The one that Grbl gives, but for `$Nx=` beyond the lines there are: [`Status::InvalidStatement`].
+    pub fn parse(line: &'a [u8], now: &Circumstances) -> Result<Self, Status> {
+        match line {
+            [] | [b'$'] => Ok(Self::Help),
+            [_, b'$', rest @ ..] => {
+                alone(rest, Self::ShowSettings)?.allowed(now.activity != Activity::Busy)
+            }
+            [_, b'G', rest @ ..] => alone(rest, Self::ShowModes),
+            [_, b'X', rest @ ..] => alone(rest, Self::Unlock),
+            [_, b'C', rest @ ..] => {
+                let may_toggle = matches!(now.activity, Activity::Idle | Activity::Check);
+                alone(rest, Self::Check)?.allowed(may_toggle)
+            }
+            [_, b'J', rest @ ..] => {
+                require(matches!(now.activity, Activity::Idle | Activity::Jog))?;
+                rest.strip_prefix(b"=")
+                    .map(Self::Jog)
+                    .ok_or(Status::InvalidStatement)
+            }
+            [_, rest @ ..] => {
+                require(matches!(now.activity, Activity::Idle | Activity::Alarm))?;
+                Self::at_rest(rest, now)
+            }
+        }
+    }
+
+    /// Reads one of the commands that want the machine at rest, without its `$`.
+    fn at_rest(text: &'a [u8], now: &Circumstances) -> Result<Self, Status> {
+        match text {
+            [b'#', rest @ ..] => alone(rest, Self::ShowParameters),
+            [b'H', rest @ ..] => homing(rest, now),
+            [b'I'] => Ok(Self::ShowBuild),
+            [b'I', b'=', text @ ..] => storable(text).map(Self::StoreBuild),
+            [b'N'] => Ok(Self::ShowStartup),
+            [b'N', rest @ ..] => {
+                require(now.activity == Activity::Idle)?;
+                startup(rest)
+            }
+            b"SLP" => Ok(Self::Sleep),
+            b"RST=$" => Ok(Self::Restore(Restore::Settings)),
+            b"RST=#" => Ok(Self::Restore(Restore::Parameters)),
+            b"RST=*" => Ok(Self::Restore(Restore::All)),
+            [b'I' | b'S' | b'R', ..] => Err(Status::InvalidStatement),
+            _ => setting(text),
+        }
+    }
+
+    fn allowed(self, allowed: bool) -> Result<Self, Status> {
+        require(allowed).map(|()| self)
+    }
+}
+
+fn require(allowed: bool) -> Result<(), Status> {
+    if allowed {
+        Ok(())
+    } else {
+        Err(Status::NotIdle)
+    }
+}
+
+/// Answers `command` if nothing follows it.
+fn alone<'a>(rest: &[u8], command: SystemCommand<'a>) -> Result<SystemCommand<'a>, Status> {
+    if rest.is_empty() {
+        Ok(command)
+    } else {
+        Err(Status::InvalidStatement)
+    }
+}
+
+fn storable(text: &[u8]) -> Result<&[u8], Status> {
+    if text.len() <= MAX_STORED_TEXT {
+        Ok(text)
+    } else {
+        Err(Status::StoredLineTooLong)
+    }
+}
+
+fn homing<'a>(rest: &[u8], now: &Circumstances) -> Result<SystemCommand<'a>, Status> {
+    if !now.homing {
+        return Err(Status::HomingDisabled);
+    }
+    let axis = match rest {
+        [] => return Ok(SystemCommand::Home(Homing::All)),
+        [axis @ b'X'..=b'Z'] if now.single_axis_homing => axis - b'X',
+        _ => return Err(Status::InvalidStatement),
+    };
+    Ok(SystemCommand::Home(Homing::Axis(axis)))
+}
+
+/// Reads `x=line`.
+fn startup(text: &[u8]) -> Result<SystemCommand<'_>, Status> {
+    let (index, line) = assignment(text)?;
+    let index = u8::try_from(index)
+        .ok()
+        .filter(|index| *index < STARTUP_LINES);
+    let index = index.ok_or(Status::InvalidStatement)?;
+    storable(line).map(|line| SystemCommand::StoreStartup { index, line })
+}
+
+/// Reads `n=v`.
+fn setting<'a>(text: &[u8]) -> Result<SystemCommand<'a>, Status> {
+    let (number, text) = assignment(text)?;
+    let value = match leading_number(text) {
+        Ok((value, [])) => value,
+        Ok(_) => return Err(Status::InvalidStatement),
+        Err(error) => return Err(unreadable(text, error.kind)),
+    };
+    let number = u16::try_from(number).map_err(|_| Status::InvalidStatement)?;
+    Ok(SystemCommand::Set { number, value })
+}
+
+/// Reads a number, cut to a whole one, and the `=` behind it; answers what follows, too.
+fn assignment(text: &[u8]) -> Result<(i64, &[u8]), Status> {
+    let (number, rest) = match leading_number(text) {
+        Ok(read) => read,
+        Err(error) if error.kind == ErrorKind::NumberTooLarge => {
+            return Err(Status::InvalidStatement)
+        }
+        Err(_) => return Err(Status::BadNumber),
+    };
+    let rest = rest.strip_prefix(b"=").ok_or(Status::InvalidStatement)?;
+    Ok((number.trunc(), rest))
+}
+
+/// Answers why a value could not be read.
+fn unreadable(text: &[u8], kind: ErrorKind) -> Status {
+    match (kind, text) {
+        (ErrorKind::NumberTooLarge, [b'-', ..]) => Status::NegativeValue,
+        (ErrorKind::NumberTooLarge, _) => Status::OutOfRange,
+        _ => Status::BadNumber,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const IDLE: Circumstances = Circumstances {
+        activity: Activity::Idle,
+        homing: false,
+        single_axis_homing: false,
+    };
+
+    fn idle(line: &str) -> Result<SystemCommand<'_>, Status> {
+        SystemCommand::parse(line.as_bytes(), &IDLE)
+    }
+
+    #[test]
+    fn every_command_is_recognised() {
+        use SystemCommand::*;
+        let cases = [
+            ("$", Help),
+            ("$$", ShowSettings),
+            ("$#", ShowParameters),
+            ("$G", ShowModes),
+            ("$I", ShowBuild),
+            ("$I=ABC", StoreBuild(b"ABC")),
+            ("$I=", StoreBuild(b"")),
+            ("$N", ShowStartup),
+            (
+                "$N0=G21",
+                StoreStartup {
+                    index: 0,
+                    line: b"G21",
+                },
+            ),
+            (
+                "$N1=",
+                StoreStartup {
+                    index: 1,
+                    line: b"",
+                },
+            ),
+            (
+                "$N0=$H",
+                StoreStartup {
+                    index: 0,
+                    line: b"$H",
+                },
+            ),
+            ("$C", Check),
+            ("$X", Unlock),
+            ("$J=X1F100", Jog(b"X1F100")),
+            ("$J=", Jog(b"")),
+            ("$SLP", Sleep),
+            ("$RST=$", Restore(super::Restore::Settings)),
+            ("$RST=#", Restore(super::Restore::Parameters)),
+            ("$RST=*", Restore(super::Restore::All)),
+        ];
+        for (line, command) in cases {
+            assert_eq!(idle(line), Ok(command), "{line}");
+        }
+    }
+
+    #[test]
+    fn setting_numbers_are_cut_and_values_exact() {
+        let cases = [
+            ("$1=30", 1, 30_000_000_000),
+            ("$1.5=30", 1, 30_000_000_000),
+            ("$0.9=1", 0, 1_000_000_000),
+            ("$+1=1", 1, 1_000_000_000),
+            ("$010=1", 10, 1_000_000_000),
+            ("$11=.5", 11, 500_000_000),
+            ("$11=5.", 11, 5_000_000_000),
+            ("$11=+5", 11, 5_000_000_000),
+            ("$11=-0", 11, 0),
+            ("$1=-1", 1, -1_000_000_000),
+            ("$100=0.123456789", 100, 123_456_789),
+            ("$300=1", 300, 1_000_000_000),
+        ];
+        for (line, number, nanos) in cases {
+            let value = Number::from_nanos(nanos);
+            assert_eq!(
+                idle(line),
+                Ok(SystemCommand::Set { number, value }),
+                "{line}"
+            );
+        }
+    }
+
+    /// Lines of the recorded conversation `dollar_invalid`, and of others like it.
+    #[test]
+    fn malformed_commands_get_the_error_that_grbl_gives() {
+        let bad_number = [
+            "$A", "$Q=1", "$NX", "$N=G20", "$=", "$=1", "$-", "$.", "$1=", "$1=X", "$11=--5",
+            "$11=+-5", "$11=.", "$11=-",
+        ];
+        let invalid = [
+            "$$$",
+            "$GG",
+            "$G1",
+            "$C1",
+            "$X1",
+            "$XX",
+            "$#1",
+            "$I1",
+            "$IX",
+            "$N2",
+            "$N1",
+            "$N0",
+            "$S",
+            "$SL",
+            "$SLP1",
+            "$SLPX",
+            "$R",
+            "$RS",
+            "$RST",
+            "$RST=",
+            "$RST=A",
+            "$RST=$$",
+            "$RST=1",
+            "$RST$",
+            "$J",
+            "$JX1F1",
+            "$1",
+            "$1=1X",
+            "$1=1=1",
+            "$X=1",
+            "$1X=1",
+            "$11=1.2.3",
+            "$11=1E2",
+            "$11=1,5",
+            "$65536=1",
+            "$-1=1",
+            "$99999999999=1",
+        ];
+        for (lines, status) in [
+            (bad_number.as_slice(), Status::BadNumber),
+            (invalid.as_slice(), Status::InvalidStatement),
+        ] {
+            for line in lines {
+                assert_eq!(idle(line), Err(status), "{line}");
+            }
+        }
+    }
+
+    #[test]
+    fn startup_lines_that_do_not_exist_are_refused() {
+        for line in ["$N2=G21", "$N9=G21", "$N-1=G21", "$N256=G21"] {
+            assert_eq!(idle(line), Err(Status::InvalidStatement), "{line}");
+        }
+    }
+
+    #[test]
+    fn a_text_too_long_to_store_is_refused() {
+        let fits = std::format!("$I={}", "A".repeat(MAX_STORED_TEXT));
+        assert!(idle(&fits).is_ok());
+        assert_eq!(idle(&(fits + "A")), Err(Status::StoredLineTooLong));
+        let line = std::format!("$N0={}", "A".repeat(MAX_STORED_TEXT + 1));
+        assert_eq!(idle(&line), Err(Status::StoredLineTooLong));
+    }
+
+    #[test]
+    fn a_value_beyond_all_numbers_is_out_of_range() {
+        assert_eq!(idle("$1=99999999999"), Err(Status::OutOfRange));
+        assert_eq!(idle("$1=-99999999999"), Err(Status::NegativeValue));
+    }
+
+    #[test]
+    fn each_state_takes_the_commands_that_grbl_takes() {
+        use Activity::*;
+        let everywhere = [Idle, Alarm, Jog, Check, Busy].as_slice();
+        let at_rest = [Idle, Alarm].as_slice();
+        let cases = [
+            ("$", everywhere),
+            ("$G", everywhere),
+            ("$X", everywhere),
+            ("$$", [Idle, Alarm, Jog, Check].as_slice()),
+            ("$C", [Idle, Check].as_slice()),
+            ("$J=X1F1", [Idle, Jog].as_slice()),
+            ("$#", at_rest),
+            ("$I", at_rest),
+            ("$I=X", at_rest),
+            ("$N", at_rest),
+            ("$1=25", at_rest),
+            ("$RST=$", at_rest),
+            ("$SLP", at_rest),
+            ("$H", at_rest),
+            ("$N0=", [Idle].as_slice()),
+        ];
+        for (line, taken) in cases {
+            for &activity in everywhere {
+                let now = Circumstances {
+                    activity,
+                    homing: true,
+                    ..IDLE
+                };
+                let found = SystemCommand::parse(line.as_bytes(), &now);
+                let expected = taken.contains(&activity);
+                assert_eq!(
+                    found != Err(Status::NotIdle),
+                    expected,
+                    "{line} {activity:?}"
+                );
+                assert_eq!(found.is_ok(), expected, "{line} {activity:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_state_counts_before_the_spelling_but_for_the_short_commands() {
+        let parse = |line: &'static str, activity| {
+            SystemCommand::parse(line.as_bytes(), &Circumstances { activity, ..IDLE })
+        };
+        assert_eq!(parse("$SLPX", Activity::Busy), Err(Status::NotIdle));
+        assert_eq!(
+            parse("$SLPX", Activity::Alarm),
+            Err(Status::InvalidStatement)
+        );
+        assert_eq!(parse("$H", Activity::Busy), Err(Status::NotIdle));
+        assert_eq!(parse("$$$", Activity::Busy), Err(Status::InvalidStatement));
+        assert_eq!(parse("$CX", Activity::Alarm), Err(Status::InvalidStatement));
+    }
+
+    #[test]
+    fn homing_follows_the_setting_and_the_option() {
+        let parse = |line: &'static str, homing, single_axis_homing| {
+            let now = Circumstances {
+                homing,
+                single_axis_homing,
+                ..IDLE
+            };
+            SystemCommand::parse(line.as_bytes(), &now)
+        };
+        for line in ["$H", "$HX", "$H1", "$HXY"] {
+            assert_eq!(
+                parse(line, false, true),
+                Err(Status::HomingDisabled),
+                "{line}"
+            );
+        }
+        assert_eq!(
+            parse("$H", true, false),
+            Ok(SystemCommand::Home(Homing::All))
+        );
+        for line in ["$HX", "$HA", "$H1", "$HXY"] {
+            assert_eq!(
+                parse(line, true, false),
+                Err(Status::InvalidStatement),
+                "{line}"
+            );
+        }
+        assert_eq!(
+            parse("$HZ", true, true),
+            Ok(SystemCommand::Home(Homing::Axis(2)))
+        );
+        for line in ["$HA", "$HXY", "$HW", "$H["] {
+            assert_eq!(
+                parse(line, true, true),
+                Err(Status::InvalidStatement),
+                "{line}"
+            );
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn no_bytes_make_it_panic(mut line in prop::collection::vec(any::<u8>(), 0..100)) {
+            let _ = SystemCommand::parse(&line, &IDLE);
+            line.insert(0, b'$');
+            let _ = SystemCommand::parse(&line, &IDLE);
+        }
+
+        #[test]
+        fn no_likely_line_makes_it_panic(line in r"\$[$#GINCXHJSLPRTF=*.+\-0-9]{0,20}") {
+            let _ = idle(&line);
+        }
+    }
+}
