@@ -1,0 +1,246 @@
+//! One serial line as the server sees it, whatever carries it: opened, bytes in, bytes out, closed.
+//!
+//! ```text
+//!   client <--- socket or pty ---> reader thread --- Event ---> server loop
+//!                              `-- writer thread <--- Outlet ------'
+//! ```
+//!
+//! A line has one client at a time. Its threads may wait; the server loop never does: events come through a bounded
+//! channel, and what a client does not read is thrown away once its outlet is full.
+
+use std::fmt;
+use std::io;
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{self, SyncSender};
+use std::sync::Arc;
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+/// Events that may wait for the server loop; then reading waits, and the operating system holds the client back.
+const EVENTS: usize = 64;
+
+/// Bytes that are read from a client at a time.
+pub(super) const CHUNK: usize = 4096;
+
+/// Pieces of output that may wait for a client that does not read.
+const OUTLET: usize = 1024;
+
+/// How often a line that is not available is tried again.
+pub(super) const RETRY: Duration = Duration::from_secs(1);
+
+/// Where programs can connect.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub enum LineSpec {
+    /// A pseudo-terminal behind a symbolic link: a serial port for local programs. Unix only.
+    Pty {
+        /// The link, which must not exist.
+        link: PathBuf,
+        /// Whether opening it resets the machine, as it resets an Arduino.
+        reset_on_open: bool,
+    },
+    /// Bytes as they are over TCP, at a host and port.
+    Tcp(String),
+    /// A WebSocket at a host and port, any path.
+    WebSocket(String),
+}
+
+impl fmt::Display for LineSpec {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Pty { link, .. } => write!(f, "pty {}", link.display()),
+            Self::Tcp(address) => write!(f, "tcp {address}"),
+            Self::WebSocket(address) => write!(f, "ws {address}"),
+        }
+    }
+}
+
+/// Why a line is not available.
+#[derive(Debug)]
+pub enum LineError {
+    /// The address cannot be listened on: in use, not this machine's, not allowed.
+    Listen(io::Error),
+    /// There is something at the link's path already.
+    LinkExists,
+    /// The link cannot be made.
+    Link(io::Error),
+    /// The operating system gives no pseudo-terminal.
+    NoPty(io::Error),
+}
+
+impl fmt::Display for LineError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Listen(error) if error.kind() == io::ErrorKind::AddrInUse => {
+                write!(f, "another program listens there already")
+            }
+            Self::Listen(error) => write!(f, "cannot listen there: {error}"),
+            Self::LinkExists => write!(f, "the path exists already: remove it or choose another"),
+            Self::Link(error) => write!(f, "the link cannot be made: {error}"),
+            Self::NoPty(error) => write!(f, "no pseudo-terminal: {error}"),
+        }
+    }
+}
+
+impl std::error::Error for LineError {}
+
+/// What happened on a line.
+#[derive(Debug)]
+pub enum What {
+    /// Programs can connect now, at this address or device.
+    Ready(String),
+    /// Programs cannot connect; it is tried again quietly.
+    Unavailable(LineError),
+    /// A client has come.
+    Opened {
+        /// Who it is, as far as is known.
+        peer: String,
+        /// Where its bytes go.
+        outlet: Outlet,
+    },
+    /// The client has sent bytes; never empty.
+    Bytes(Vec<u8>),
+    /// The client has gone.
+    Closed,
+    /// A second client has come and was sent away.
+    TurnedAway(String),
+    /// A client was sent away because it does not speak the line's protocol.
+    Refused(String),
+}
+
+/// Something that happened on a line.
+#[derive(Debug)]
+pub struct Event {
+    /// The line, counted from 0.
+    pub line: usize,
+    /// What happened.
+    pub what: What,
+}
+
+/// Takes bytes for one client; once the client has gone, nothing.
+#[derive(Debug)]
+pub struct Outlet(SyncSender<Vec<u8>>);
+
+impl Outlet {
+    /// Makes an outlet and what its writer thread reads.
+    pub(super) fn new() -> (Self, mpsc::Receiver<Vec<u8>>) {
+        let (sender, receiver) = mpsc::sync_channel(OUTLET);
+        (Self(sender), receiver)
+    }
+
+    /// Sends `bytes`; answers whether there was room for them. Never waits.
+    pub fn send(&self, bytes: Vec<u8>) -> bool {
+        !matches!(self.0.try_send(bytes), Err(mpsc::TrySendError::Full(_)))
+    }
+}
+
+/// What a line's threads know of the server.
+#[derive(Clone)]
+pub(super) struct Uplink {
+    line: usize,
+    events: SyncSender<Event>,
+    stop: Arc<AtomicBool>,
+}
+
+impl Uplink {
+    /// Tells the server; waits while it is busy. Nobody is left to hear it once the server has gone.
+    pub(super) fn tell(&self, what: What) {
+        let line = self.line;
+        if self.events.send(Event { line, what }).is_err() {
+            self.stop.store(true, Ordering::Relaxed);
+        }
+    }
+
+    /// Whether the threads are to end.
+    pub(super) fn stopped(&self) -> bool {
+        self.stop.load(Ordering::Relaxed)
+    }
+
+    /// Waits for `time`, or until the threads are to end.
+    pub(super) fn pause(&self, time: Duration) {
+        const STEP: Duration = Duration::from_millis(20);
+        let mut left = time;
+        while !left.is_zero() && !self.stopped() {
+            std::thread::sleep(left.min(STEP));
+            left = left.saturating_sub(STEP);
+        }
+    }
+}
+
+/// All lines of a server. Dropping them disconnects the clients, frees the ports and removes the links.
+pub struct Lines {
+    // First: a thread that waits for room among the events must wake before it is joined.
+    events: mpsc::Receiver<Event>,
+    threads: Vec<LineThread>,
+}
+
+struct LineThread {
+    stop: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Lines {
+    /// Opens lines; the first has number 0. What becomes of each comes as its first event.
+    pub fn open(specs: &[LineSpec]) -> Self {
+        let (sender, events) = mpsc::sync_channel(EVENTS);
+        let threads = specs.iter().enumerate();
+        let threads = threads.map(|(line, spec)| LineThread::start(line, spec.clone(), sender.clone()));
+        Self {
+            threads: threads.collect(),
+            events,
+        }
+    }
+
+    /// Waits for the next event, at most for `time`.
+    pub fn next(&self, time: Duration) -> Option<Event> {
+        match self.events.recv_timeout(time) {
+            Ok(event) => Some(event),
+            Err(mpsc::RecvTimeoutError::Timeout) => None,
+            Err(mpsc::RecvTimeoutError::Disconnected) => {
+                std::thread::sleep(time);
+                None
+            }
+        }
+    }
+
+    /// The number of lines.
+    pub fn len(&self) -> usize {
+        self.threads.len()
+    }
+
+    /// Whether there is no line.
+    pub fn is_empty(&self) -> bool {
+        self.threads.is_empty()
+    }
+}
+
+impl LineThread {
+    fn start(line: usize, spec: LineSpec, events: SyncSender<Event>) -> Self {
+        let stop = Arc::new(AtomicBool::new(false));
+        let uplink = Uplink {
+            line,
+            events,
+            stop: stop.clone(),
+        };
+        let thread = Some(std::thread::spawn(move || run(&spec, &uplink)));
+        Self { stop, thread }
+    }
+}
+
+impl Drop for LineThread {
+    fn drop(&mut self) {
+        self.stop.store(true, Ordering::Relaxed);
+        if let Some(thread) = self.thread.take() {
+            // A thread that has panicked has nothing left to free.
+            let _ = thread.join();
+        }
+    }
+}
+
+fn run(spec: &LineSpec, uplink: &Uplink) {
+    match spec {
+        LineSpec::Tcp(address) => super::listener::run(address, uplink, super::tcp::serve),
+        LineSpec::WebSocket(address) => super::listener::run(address, uplink, super::websocket::serve),
+        LineSpec::Pty { link, .. } => super::pty::run(link, uplink),
+    }
+}

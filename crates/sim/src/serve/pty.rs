@@ -1,0 +1,185 @@
+//! A pseudo-terminal behind a symbolic link: a serial port for local programs.
+//!
+//! ```text
+//!   sender -- opens --> LINK -> /dev/pts/7 (raw) ==== kernel ==== our end, polled
+//! ```
+//!
+//! Our end reports a hang-up while no program has the other end open (Linux, tty_ioctl(4) and pty(7)): that is how
+//! opening and closing are seen. A program that closes and opens again within a few milliseconds may go on as the same
+//! client.
+
+use super::line::{LineError, Outlet, Uplink, What, CHUNK, RETRY};
+use nix::fcntl::OFlag;
+use nix::poll::{poll, PollFd, PollFlags};
+use nix::sys::stat::Mode;
+use nix::sys::termios::{self, FlushArg, SetArg};
+use std::fs::File;
+use std::io::{self, Read, Write};
+use std::os::fd::{AsFd, OwnedFd};
+use std::os::unix::fs::symlink;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::Receiver;
+use std::sync::Arc;
+use std::time::Duration;
+
+/// How often it is looked whether a program has opened the port.
+const CLOSED_POLL: Duration = Duration::from_millis(2);
+
+/// How often it is looked whether the server ends, milliseconds.
+const OPEN_POLL: u16 = 50;
+
+/// Serves one program after the other until the server ends.
+pub(super) fn run(link: &Path, uplink: &Uplink) {
+    let Some(mut port) = open(link, uplink) else {
+        return;
+    };
+    while !uplink.stopped() {
+        if port.is_open() {
+            serve(&mut port, uplink);
+        } else {
+            std::thread::sleep(CLOSED_POLL);
+        }
+    }
+}
+
+/// Makes the port, in the end; says once that it has to wait. `None` where the server ends first.
+fn open(link: &Path, uplink: &Uplink) -> Option<Port> {
+    let mut said = false;
+    while !uplink.stopped() {
+        match Port::new(link) {
+            Ok(port) => {
+                uplink.tell(What::Ready(port.link.device.display().to_string()));
+                return Some(port);
+            }
+            Err(error) => {
+                if !std::mem::replace(&mut said, true) {
+                    uplink.tell(What::Unavailable(error));
+                }
+                uplink.pause(RETRY);
+            }
+        }
+    }
+    None
+}
+
+fn serve(port: &mut Port, uplink: &Uplink) {
+    let Ok(writer) = port.master.try_clone() else {
+        return;
+    };
+    let (outlet, pieces) = Outlet::new();
+    let peer = port.link.path.display().to_string();
+    uplink.tell(What::Opened { peer, outlet });
+    let gone = Arc::new(AtomicBool::new(false));
+    let seen = gone.clone();
+    // Ends when the server drops the outlet; until then it writes nothing to the next program.
+    std::thread::spawn(move || write_all(writer, &pieces, &seen));
+    port.read_all(uplink);
+    gone.store(true, Ordering::Relaxed);
+    uplink.tell(What::Closed);
+    port.forget_unread();
+}
+
+fn write_all(mut writer: File, pieces: &Receiver<Vec<u8>>, gone: &AtomicBool) {
+    for piece in pieces {
+        if gone.load(Ordering::Relaxed) || writer.write_all(&piece).is_err() {
+            return;
+        }
+    }
+}
+
+/// Our end, and the link to the other.
+struct Port {
+    master: File,
+    link: Link,
+}
+
+impl Port {
+    fn new(link: &Path) -> Result<Self, LineError> {
+        let (master, device) = raw_pty().map_err(LineError::NoPty)?;
+        let link = Link::new(link, device)?;
+        Ok(Self {
+            master: File::from(master),
+            link,
+        })
+    }
+
+    fn events(&self, timeout: u16) -> PollFlags {
+        let mut fds = [PollFd::new(self.master.as_fd(), PollFlags::POLLIN)];
+        match poll(&mut fds, timeout) {
+            Ok(_) => fds[0].revents().unwrap_or(PollFlags::empty()),
+            Err(_) => PollFlags::empty(),
+        }
+    }
+
+    /// Whether a program has the port open, or had it and left bytes.
+    fn is_open(&self) -> bool {
+        let events = self.events(0);
+        !events.contains(PollFlags::POLLHUP) || events.contains(PollFlags::POLLIN)
+    }
+
+    /// Reads until the program closes the port or the server ends.
+    fn read_all(&mut self, uplink: &Uplink) {
+        let mut chunk = [0; CHUNK];
+        while !uplink.stopped() {
+            if self.events(OPEN_POLL).is_empty() {
+                continue;
+            }
+            match self.master.read(&mut chunk) {
+                // EIO once the other end is closed and all is read.
+                Ok(0) | Err(_) => return,
+                Ok(count) => uplink.tell(What::Bytes(chunk[..count].to_vec())),
+            }
+        }
+    }
+
+    /// Drops what the program left unread, so that the next one does not get it: only the other end can do that.
+    fn forget_unread(&self) {
+        let flags = OFlag::O_RDWR | OFlag::O_NOCTTY | OFlag::O_NONBLOCK;
+        if let Ok(other) = nix::fcntl::open(&self.link.device, flags, Mode::empty()) {
+            // Where it fails, the next program sees old lines, as it might on a real port.
+            let _ = termios::tcflush(other, FlushArg::TCIFLUSH);
+        }
+    }
+}
+
+/// Opens a pseudo-terminal without echo and line editing: our end, and the path of the other.
+fn raw_pty() -> io::Result<(OwnedFd, PathBuf)> {
+    let pair = nix::pty::openpty(None, None)?;
+    let mut mode = termios::tcgetattr(&pair.slave)?;
+    termios::cfmakeraw(&mut mode);
+    termios::tcsetattr(&pair.slave, SetArg::TCSANOW, &mode)?;
+    let device = nix::unistd::ttyname(&pair.slave)?;
+    Ok((pair.master, device))
+}
+
+/// The symbolic link; removed when dropped.
+struct Link {
+    path: PathBuf,
+    device: PathBuf,
+}
+
+impl Link {
+    fn new(path: &Path, device: PathBuf) -> Result<Self, LineError> {
+        let dangling = path.is_symlink() && !path.exists();
+        if dangling {
+            // Left behind by a server that was killed. A failure shows when the link is made.
+            let _ = std::fs::remove_file(path);
+        }
+        symlink(&device, path).map_err(|error| match error.kind() {
+            io::ErrorKind::AlreadyExists => LineError::LinkExists,
+            _ => LineError::Link(error),
+        })?;
+        let path = path.to_owned();
+        Ok(Self { path, device })
+    }
+}
+
+impl Drop for Link {
+    fn drop(&mut self) {
+        if std::fs::read_link(&self.path).is_ok_and(|target| target == self.device) {
+            // Nothing is left to be done about a link that cannot be removed.
+            let _ = std::fs::remove_file(&self.path);
+        }
+    }
+}

@@ -1,0 +1,104 @@
+//! WebSocket (RFC 6455): the handshake and the frames' format are tungstenite's, the reading is not.
+//!
+//! tungstenite hands out whole messages, or whole frames at best. A realtime command that a sender puts into the first
+//! fragment of a message that it never ends must act at once, and text frames may hold bytes that are no UTF-8. So
+//! [`FrameReader`] passes on each byte of payload as it arrives. The answers go out as text, whole lines to a frame:
+//! one of the senders listens to nothing else.
+
+use super::frame_reader::{Control, FrameReader};
+use super::line::{Outlet, Uplink, What};
+use super::tcp;
+use std::io::Write;
+use std::net::{Shutdown, TcpStream};
+use std::sync::mpsc::Receiver;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+use tungstenite::protocol::frame::coding::{CloseCode, Data, OpCode};
+use tungstenite::protocol::frame::{CloseFrame, Frame};
+
+/// How long a client may take for its handshake.
+const HANDSHAKE: Duration = Duration::from_secs(3);
+
+/// The socket's sending end, used by the writer and by the answers to control frames: whole frames each.
+type Sink = Arc<Mutex<TcpStream>>;
+
+/// Passes bytes between a client and the server until the client goes.
+pub(super) fn serve(stream: TcpStream, peer: String, uplink: &Uplink) {
+    let Some((reader, writer)) = shake_hands(stream) else {
+        return uplink.tell(What::Refused(peer));
+    };
+    let sink: Sink = Arc::new(Mutex::new(writer));
+    let (outlet, pieces) = Outlet::new();
+    uplink.tell(What::Opened { peer, outlet });
+    let for_writer = sink.clone();
+    // Ends when the server drops the outlet.
+    std::thread::spawn(move || write_lines(&for_writer, &pieces));
+    read_frames(&reader, &sink, uplink);
+    // The writer may be stuck with a client that does not read.
+    let _ = reader.shutdown(Shutdown::Both);
+    uplink.tell(What::Closed);
+}
+
+fn shake_hands(stream: TcpStream) -> Option<(TcpStream, TcpStream)> {
+    stream.set_nonblocking(false).ok()?;
+    stream.set_read_timeout(Some(HANDSHAKE)).ok()?;
+    let shaken = tungstenite::accept(stream).ok()?;
+    // Nothing can be lost in tungstenite's buffer: it refuses a client that sends more before it was answered.
+    tcp::prepare(shaken.get_ref().try_clone().ok()?).ok()
+}
+
+fn read_frames(reader: &TcpStream, sink: &Sink, uplink: &Uplink) {
+    let mut frames = FrameReader::new();
+    tcp::read_all(reader, uplink, |bytes| {
+        let mut payload = Vec::new();
+        let mut answers = Vec::new();
+        let read = frames.read(bytes, &mut payload, |control| answers.push(control));
+        if !payload.is_empty() {
+            uplink.tell(What::Bytes(payload));
+        }
+        for control in answers {
+            answer(control, sink, reader);
+        }
+        if read.is_err() {
+            close(sink, reader, CloseCode::Protocol);
+        }
+    });
+}
+
+fn answer(control: Control, sink: &Sink, reader: &TcpStream) {
+    match control {
+        Control::Ping(payload) => send(sink, Frame::pong(payload)),
+        Control::Pong => {}
+        Control::Close => close(sink, reader, CloseCode::Normal),
+    }
+}
+
+/// Says goodbye; the next read finds the end.
+fn close(sink: &Sink, reader: &TcpStream, code: CloseCode) {
+    let reason = "".into();
+    send(sink, Frame::close(Some(CloseFrame { code, reason })));
+    // What fails is closed already.
+    let _ = reader.shutdown(Shutdown::Both);
+}
+
+/// Sends a frame; a connection that fails is seen by the reader.
+fn send(sink: &Sink, frame: Frame) {
+    let mut bytes = Vec::new();
+    let mut socket = sink.lock().unwrap_or_else(PoisonError::into_inner);
+    if frame.format(&mut bytes).is_ok() && socket.write_all(&bytes).is_err() {
+        let _ = socket.shutdown(Shutdown::Both);
+    }
+}
+
+fn write_lines(sink: &Sink, pieces: &Receiver<Vec<u8>>) {
+    let mut begun = Vec::new();
+    for piece in pieces {
+        begun.extend_from_slice(&piece);
+        if let Some(end) = begun.iter().rposition(|byte| *byte == b'\n') {
+            let rest = begun.split_off(end + 1);
+            let lines = String::from_utf8_lossy(&begun).into_owned();
+            begun = rest;
+            send(sink, Frame::message(lines, OpCode::Data(Data::Text), true));
+        }
+    }
+}
