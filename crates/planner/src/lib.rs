@@ -1,3 +1,52 @@
+//! The look-ahead planner: exact targets in, step segments out.
+//!
+//! ```text
+//!  Move ---> Planner::push ---> queue of planned moves ---> Segmenter::next ---> stepper::Segment
+//!  (exact    (motor steps,      (squared speeds, a          (profile of the
+//!   target)   limits along the   monotone stack: the         running move; hold,
+//!             line, junction)    reverse pass)               resume, overrides)
+//!
+//!  Arc ---> chords, each of them a Move
+//! ```
+//!
+//! Speed along the path is a trapezoid in each move: ramp, cruise, ramp. Three rules bound it:
+//!
+//! * no axis is faster, or accelerates more, than [`Config`] allows: along the unit vector `u` of a move
+//!   the rate is `min(rate_i / |u_i|)` and the acceleration `min(acceleration_i / |u_i|)`;
+//! * corners obey *junction deviation* (see `junction`);
+//! * at every instant the path that is queued suffices to stop (see `lookahead`).
+//!
+//! Units: mm, mm/s, mm/s² along the path; whole steps of the dominant motor, steps/s, steps/s² in a
+//! [`Trapezoid`]; timer counts in a segment. `v2` names a squared speed. All real numbers are `f32` and
+//! nothing is fused or widened, so that every machine computes the same bits.
+//!
+//! Everything here is called from the main loop; no call waits.
 #![no_std]
 #![forbid(unsafe_code)]
-//! planner.
+
+mod arc;
+mod config;
+mod coordinate;
+mod fit;
+mod junction;
+mod kinematics;
+mod lookahead;
+mod moves;
+mod planner;
+mod profile;
+mod real;
+mod running;
+mod segmenter;
+mod trigonometry;
+
+pub use arc::{centre_from_radius, Arc};
+pub use config::{Config, Overrides, DEFAULT_TIMER_HZ};
+pub use coordinate::{Coordinate, StepsPerMm, NANOS_PER_MM};
+pub use kinematics::{Cartesian, CoreXy, Kinematics};
+pub use moves::{Feed, Move, MoveKind, MovePower};
+pub use planner::{Planner, PushError, Pushed};
+pub use profile::{Plan, Trapezoid};
+pub use segmenter::Segmenter;
+
+#[cfg(test)]
+extern crate std;

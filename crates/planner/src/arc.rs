@@ -1,0 +1,169 @@
+//! G2 and G3: an arc as chords.
+//!
+//! ```text
+//!        .-'''-.  chord      A chord that spans the angle φ of a circle of radius r stays within r·(1 − cos φ/2) of
+//!      .' _____ '.           it. For the tolerance t that gives φ = 2·√(t·(2r − t)) / r, to first order in t/r, and
+//!     / .'     '. \          n = ⌊ |angle|·r / (2·√(t·(2r − t))) ⌋ chords.
+//! ```
+//!
+//! That count is Grbl's, so that programs take the same steps; being rounded down it overshoots the tolerance by the factor
+//! ((n + 1)/n)² at most. Other axes move in proportion (helix). Each chord's end is the start rotated about the centre,
+//! in `f32` relative to the centre (4·10⁻⁷ of the radius); the last one is the exact end.
+
+use crate::real::{norm2, sqrt};
+use crate::trigonometry::sin_cos;
+use crate::Coordinate;
+use core::f32::consts::TAU;
+
+/// Yields the ends of an arc's chords, the last one the arc's exact end.
+#[derive(Clone, Debug)]
+pub struct Arc<const AXES: usize> {
+    start: [Coordinate; AXES],
+    end: [Coordinate; AXES],
+    /// `end − start`, mm.
+    travel: [f32; AXES],
+    plane: (usize, usize),
+    centre: [Coordinate; 2],
+    /// From the centre to the start, mm.
+    spoke: [f32; 2],
+    radius: f32,
+    /// Turned through from start to end, radians, positive counter-clockwise.
+    angle: f32,
+    chords: u32,
+    made: u32,
+}
+
+/// Angles closer to 0 than this are full circles (Grbl: 5·10⁻⁷ rad).
+const FULL_CIRCLE: f32 = 5e-7;
+
+impl<const AXES: usize> Arc<AXES> {
+    /// Makes the arc from `start` to `end`.
+    ///
+    /// `offset` leads from the start to the centre along the two axes of `plane` (first and second, so
+    /// that counter-clockwise is from first to second); all other axes move in proportion. `tolerance` is in
+    /// mm. Where the ends coincide in the plane, the arc is a full circle.
+    pub fn new(
+        start: [Coordinate; AXES],
+        end: [Coordinate; AXES],
+        offset: [Coordinate; 2],
+        plane: (usize, usize),
+        clockwise: bool,
+        tolerance: f32,
+    ) -> Self {
+        let centre = [0, 1].map(|i| pick(&start, plane)[i] + offset[i]);
+        let spoke = offset.map(|offset| -offset.to_mm());
+        let radius = sqrt(norm2(&spoke));
+        let to = [0, 1].map(|i| (pick(&end, plane)[i] - centre[i]).to_mm());
+        let angle = angle_between(spoke, to, clockwise);
+        let mut travel = [0.0; AXES];
+        for (travel, (end, start)) in travel.iter_mut().zip(end.iter().zip(&start)) {
+            *travel = (*end - *start).to_mm();
+        }
+        Self {
+            start,
+            end,
+            travel,
+            plane,
+            centre,
+            spoke,
+            radius,
+            angle,
+            chords: chords(angle, radius, tolerance),
+            made: 0,
+        }
+    }
+
+    /// The radius at the start, mm.
+    pub const fn radius(&self) -> f32 {
+        self.radius
+    }
+
+    /// How many chords the arc is made of, at least 1. (In G93 each of them takes that share of the time.)
+    pub const fn chords(&self) -> u32 {
+        self.chords
+    }
+
+    /// The point after `made` chords.
+    fn point(&self, made: u32) -> [Coordinate; AXES] {
+        let share = made as f32 / self.chords as f32;
+        let (sin, cos) = sin_cos(self.angle * share);
+        let [x, y] = self.spoke;
+        let turned = [x * cos - y * sin, x * sin + y * cos];
+        let mut point = self.start;
+        for (axis, (point, travel)) in point.iter_mut().zip(&self.travel).enumerate() {
+            *point = if axis == self.plane.0 {
+                self.centre[0] + Coordinate::from_mm(turned[0])
+            } else if axis == self.plane.1 {
+                self.centre[1] + Coordinate::from_mm(turned[1])
+            } else {
+                *point + Coordinate::from_mm(travel * share)
+            };
+        }
+        point
+    }
+}
+
+impl<const AXES: usize> Iterator for Arc<AXES> {
+    type Item = [Coordinate; AXES];
+
+    fn next(&mut self) -> Option<Self::Item> {
+        if self.made >= self.chords {
+            return None;
+        }
+        self.made += 1;
+        Some(if self.made == self.chords {
+            self.end
+        } else {
+            self.point(self.made)
+        })
+    }
+}
+
+/// The offset from an arc's start to its centre for the `R` format, or `None` where the radius does not reach.
+///
+/// `travel` leads from start to end in the plane, mm, and is not 0. A negative radius (mm) asks for the arc of more than half a turn.
+/// Geometry: the centre lies on the bisector of the chord, `√(r² − (chord/2)²)` from its middle.
+pub fn centre_from_radius(travel: [f32; 2], radius: f32, clockwise: bool) -> Option<[f32; 2]> {
+    let [x, y] = travel;
+    let chord2 = norm2(&travel);
+    let height2 = 4.0 * radius * radius - chord2;
+    if height2 < 0.0 || chord2 <= 0.0 {
+        return None;
+    }
+    let ratio = sqrt(height2) / sqrt(chord2);
+    let side = if clockwise == (radius < 0.0) {
+        ratio
+    } else {
+        -ratio
+    };
+    Some([0.5 * (x - y * side), 0.5 * (y + x * side)])
+}
+
+/// The angle from `from` to `to` in the sense of rotation asked for; a full turn where they coincide.
+fn angle_between(from: [f32; 2], to: [f32; 2], clockwise: bool) -> f32 {
+    let cross = from[0] * to[1] - from[1] * to[0];
+    let dot = from[0] * to[0] + from[1] * to[1];
+    let angle = libm::atan2f(cross, dot);
+    if clockwise && angle >= -FULL_CIRCLE {
+        angle - TAU
+    } else if !clockwise && angle <= FULL_CIRCLE {
+        angle + TAU
+    } else {
+        angle
+    }
+}
+
+fn chords(angle: f32, radius: f32, tolerance: f32) -> u32 {
+    let half_chord = sqrt(tolerance * (2.0 * radius - tolerance));
+    let count = (0.5 * angle * radius).abs() / half_chord;
+    if half_chord > 0.0 {
+        (count as u32).max(1)
+    } else {
+        1
+    }
+}
+
+/// The two coordinates of the plane.
+fn pick<const AXES: usize>(point: &[Coordinate; AXES], plane: (usize, usize)) -> [Coordinate; 2] {
+    [plane.0, plane.1].map(|axis| point.get(axis).copied().unwrap_or_default())
+}

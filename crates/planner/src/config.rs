@@ -1,0 +1,158 @@
+//! What the planner must know of the machine, and the numbers derived from it.
+
+use crate::real::{norm2, sqrt};
+use crate::StepsPerMm;
+use leadscrew_stepper::Ticks;
+
+/// The step timer of the F407 board: 84 MHz.
+pub const DEFAULT_TIMER_HZ: u32 = 84_000_000;
+
+/// The slowest speed of a move: Grbl's minimum feed of 1 mm/min, in mm/s.
+pub(crate) const SLOWEST: f32 = 1.0 / 60.0;
+
+/// Settings of the machine, taken over at rest.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Config<const AXES: usize> {
+    /// Steps/mm of each axis's motor.
+    pub steps_per_mm: [StepsPerMm; AXES],
+    /// Highest speed of each axis, mm/s, above 0.
+    pub max_rate: [f32; AXES],
+    /// Highest acceleration of each axis, mm/s², above 0.
+    pub acceleration: [f32; AXES],
+    /// How far the circle that sets a corner's speed stays away from the corner, mm.
+    pub junction_deviation: f32,
+    /// How far a chord may stay away from its arc, mm. For those who make [`crate::Arc`]s.
+    pub arc_tolerance: f32,
+    /// Counts of the step timer in a second.
+    pub timer_hz: u32,
+    /// Step smoothing keeps ticks at least this far apart.
+    pub shortest_tick: Ticks,
+    /// How many moves may be queued, the running one included; no more than the planner's capacity.
+    pub moves: usize,
+}
+
+impl<const AXES: usize> Default for Config<AXES> {
+    /// Grbl's defaults: 250 steps/mm, 500 mm/min, 10 mm/s², 0.01 mm, 0.002 mm; as many moves as there is room for.
+    fn default() -> Self {
+        Self {
+            steps_per_mm: [StepsPerMm::from_nanos(250 * crate::NANOS_PER_MM); AXES],
+            max_rate: [500.0 / 60.0; AXES],
+            acceleration: [10.0; AXES],
+            junction_deviation: 0.01,
+            arc_tolerance: 0.002,
+            timer_hz: DEFAULT_TIMER_HZ,
+            shortest_tick: Ticks(4 * 84), // 4 µs: a tick and its interrupt take less on the F407
+            moves: usize::MAX,
+        }
+    }
+}
+
+/// Shares of the programmed speed at which moves run, in per cent.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Overrides {
+    /// For [`crate::MoveKind::Feed`], 10 to 200.
+    pub feed: u8,
+    /// For [`crate::MoveKind::Rapid`], 25, 50 or 100 in Grbl.
+    pub rapid: u8,
+}
+
+impl Default for Overrides {
+    fn default() -> Self {
+        Self {
+            feed: 100,
+            rapid: 100,
+        }
+    }
+}
+
+/// What `push` needs of a [`Config`], with the divisions done.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Limits<const AXES: usize> {
+    /// 1/rate, s/mm.
+    pub(crate) per_rate: [f32; AXES],
+    /// 1/acceleration, s²/mm.
+    pub(crate) per_acceleration: [f32; AXES],
+    /// Junction deviation, mm.
+    pub(crate) deviation: f32,
+    /// mm in a step.
+    pub(crate) mm_per_step: [f32; AXES],
+    pub(crate) unit: SpeedUnit,
+}
+
+impl<const AXES: usize> Limits<AXES> {
+    pub(crate) fn new(config: &Config<AXES>) -> Self {
+        Self {
+            per_rate: config.max_rate.map(|rate| 1.0 / rate),
+            per_acceleration: config.acceleration.map(|acceleration| 1.0 / acceleration),
+            deviation: config.junction_deviation,
+            mm_per_step: config.steps_per_mm.map(|scale| 1.0 / scale.to_f32()),
+            unit: SpeedUnit::for_top_speed(sqrt(norm2(&config.max_rate))),
+        }
+    }
+}
+
+/// The unit of squared speeds in the look-ahead: a power of two, so that conversion rounds but once.
+///
+/// Chosen so that the square of the machine's largest possible speed (all axes at their rate) lies between 2³⁰ and 2³¹: a squared
+/// speed is then known to 10⁻⁹ of the largest one, and all sums are exact whole numbers.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(crate) struct SpeedUnit {
+    /// Units in 1 mm²/s².
+    per_mm2: f32,
+    /// 1 / `per_mm2`, exact.
+    mm2: f32,
+}
+
+impl SpeedUnit {
+    fn for_top_speed(top: f32) -> Self {
+        const ONE: u32 = 127 << 23;
+        const EXPONENT: u32 = 0xFF << 23;
+        let top_v2 = (top * top).clamp(1e-12, 1e12);
+        // The power of two above `top_v2`, then 2^31 divided by it.
+        let above = (top_v2.to_bits() & EXPONENT) + (1 << 23);
+        let mm2 = f32::from_bits(above + ONE - ((127 + 31) << 23));
+        Self {
+            per_mm2: 1.0 / mm2,
+            mm2,
+        }
+    }
+
+    /// Whole units in `v2` mm²/s², rounded down; `u32::MAX` where there are more.
+    pub(crate) fn units(self, v2: f32) -> u32 {
+        (v2 * self.per_mm2) as u32
+    }
+
+    /// `units` in mm²/s².
+    pub(crate) fn v2(self, units: u32) -> f32 {
+        units as f32 * self.mm2
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn the_top_speed_fills_thirty_one_bits(top in 1e-3f32..1e5) {
+            let units = SpeedUnit::for_top_speed(top).units(top * top);
+            prop_assert!((1 << 30..=1 << 31).contains(&units), "{}", units);
+        }
+
+        #[test]
+        fn units_round_down(top in 1e-3f32..1e5, share in 0.0f32..1.0) {
+            let unit = SpeedUnit::for_top_speed(top);
+            let v2 = top * top * share;
+            prop_assert!(unit.v2(unit.units(v2)) <= v2 * 1.000_000_1);
+        }
+    }
+
+    #[test]
+    fn more_than_fits_saturates() {
+        let unit = SpeedUnit::for_top_speed(100.0);
+        assert_eq!(unit.units(1e30), u32::MAX);
+        assert_eq!(unit.units(-1.0), 0);
+    }
+}

@@ -1,0 +1,215 @@
+//! Exact positions: whole numbers of 10⁻⁹ mm, and steps/mm as an exact decimal.
+//!
+//! A target in steps is `coordinate · steps/mm`, rounded once, half away from zero. Both factors are
+//! decimals with nine places, so the product is a whole number of 10⁻¹⁸ steps in 128 bits and nothing
+//! accumulates from move to move.
+
+use core::ops::{Add, Neg, Sub};
+
+/// Coordinate units in a millimetre (or degree).
+pub const NANOS_PER_MM: i64 = 1_000_000_000;
+
+/// A position or distance: a whole number of 10⁻⁹ mm (or degrees on a rotary axis), ±9.2·10⁹ mm.
+///
+/// Sums saturate: what lies beyond the range is beyond every machine, and [`StepsPerMm::steps`] refuses it.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Coordinate(i64);
+
+impl Coordinate {
+    /// The origin.
+    pub const ZERO: Self = Self(0);
+
+    /// Makes a coordinate from a number of 10⁻⁹ mm.
+    pub const fn from_nanos(nanos: i64) -> Self {
+        Self(nanos)
+    }
+
+    /// The coordinate as a number of 10⁻⁹ mm.
+    pub const fn nanos(self) -> i64 {
+        self.0
+    }
+
+    /// The nearest `f32`, in mm.
+    pub fn to_mm(self) -> f32 {
+        let nanos = NANOS_PER_MM;
+        (self.0 / nanos) as f32 + (self.0 % nanos) as f32 / nanos as f32
+    }
+
+    /// Makes a coordinate from mm, exact to 10⁻⁹ mm or the resolution of `f32`; saturates beyond ±2·10⁹ mm.
+    pub fn from_mm(mm: f32) -> Self {
+        let whole = mm as i32;
+        let rest = ((mm - whole as f32) * NANOS_PER_MM as f32) as i32;
+        Self(i64::from(whole) * NANOS_PER_MM + i64::from(rest))
+    }
+
+    /// Half of the coordinate, rounded towards zero.
+    pub(crate) const fn half(self) -> Self {
+        Self(self.0 / 2)
+    }
+}
+
+impl Add for Coordinate {
+    type Output = Self;
+    fn add(self, other: Self) -> Self {
+        Self(self.0.saturating_add(other.0))
+    }
+}
+
+impl Sub for Coordinate {
+    type Output = Self;
+    fn sub(self, other: Self) -> Self {
+        Self(self.0.saturating_sub(other.0))
+    }
+}
+
+impl Neg for Coordinate {
+    type Output = Self;
+    fn neg(self) -> Self {
+        Self(self.0.saturating_neg())
+    }
+}
+
+/// How many steps a motor takes in a millimetre: an exact decimal in 10⁻⁹ steps/mm.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct StepsPerMm(u64);
+
+/// 5¹⁸: the odd part of the 10¹⁸ between a product of two decimals and a step.
+const ODD: u64 = 3_814_697_265_625;
+/// The power of two in 10¹⁸.
+const EVEN_BITS: u32 = 18;
+/// Half a step, in 10⁻¹⁸ steps.
+const HALF: u128 = 500_000_000_000_000_000;
+
+impl StepsPerMm {
+    /// Makes a scale from a number of 10⁻⁹ steps/mm; its sign is dropped.
+    pub const fn from_nanos(nanos: i64) -> Self {
+        Self(nanos.unsigned_abs())
+    }
+
+    /// The scale as a number of 10⁻⁹ steps/mm.
+    pub const fn nanos(self) -> u64 {
+        self.0
+    }
+
+    /// The nearest `f32`, in steps/mm.
+    pub fn to_f32(self) -> f32 {
+        let nanos = NANOS_PER_MM as u64;
+        (self.0 / nanos) as f32 + (self.0 % nanos) as f32 / nanos as f32
+    }
+
+    /// The exact number of steps at `coordinate`, rounded half away from zero; `None` beyond `i32`.
+    pub fn steps(self, coordinate: Coordinate) -> Option<i32> {
+        let product = u128::from(coordinate.0.unsigned_abs()) * u128::from(self.0);
+        let steps = divide_by_odd((product + HALF) >> EVEN_BITS)?;
+        let steps = i32::try_from(steps).ok()?;
+        Some(if coordinate.0 < 0 { -steps } else { steps })
+    }
+
+    /// The coordinate nearest to `steps`; the origin where the scale is 0.
+    ///
+    /// Not for the path of a line: a 128-bit division.
+    pub fn coordinate(self, steps: i32) -> Coordinate {
+        const STEP: i128 = 1_000_000_000_000_000_000;
+        let scale = i128::from(self.0);
+        let Some(twice) = (i128::from(steps) * STEP * 2).checked_div(scale) else {
+            return Coordinate::ZERO;
+        };
+        let nearest = (twice + i128::from(steps.signum())) / 2;
+        let limits = i128::from(i64::MIN)..=i128::from(i64::MAX);
+        let clamped = nearest.clamp(*limits.start(), *limits.end());
+        Coordinate(clamped as i64)
+    }
+}
+
+/// The whole part of `x / 5¹⁸`, or `None` where it needs more than 31 bits.
+///
+/// An estimate from the top 32 bits of `x` and the reciprocal is too small by 4 at most; the remainder
+/// puts it right. (The compiler's 128-bit division costs twenty times as much.)
+fn divide_by_odd(x: u128) -> Option<u32> {
+    const TOP: u32 = 42;
+    const RECIPROCAL: u64 = ((1u128 << (TOP + 31)) / ODD as u128) as u64;
+    let top = u32::try_from(x >> TOP).ok()?;
+    let mut quotient = (u64::from(top) * RECIPROCAL) >> 31;
+    // The remainder is below 5·5¹⁸: the low 64 bits are enough.
+    let mut remainder = (x as u64).wrapping_sub(quotient.wrapping_mul(ODD));
+    while remainder >= ODD {
+        remainder -= ODD;
+        quotient += 1;
+    }
+    u32::try_from(quotient).ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// Rounds half away from zero by the book, in 128-bit integers.
+    fn by_the_book(nanos: i64, scale: i64) -> Option<i32> {
+        let product = i128::from(nanos) * i128::from(scale);
+        let whole = (product.abs() + HALF as i128) / (2 * HALF as i128);
+        i32::try_from(whole * product.signum()).ok()
+    }
+
+    #[test]
+    fn half_a_step_rounds_away_from_zero() {
+        let scale = StepsPerMm::from_nanos(250 * NANOS_PER_MM);
+        assert_eq!(scale.steps(Coordinate::from_nanos(2_000_000)), Some(1));
+        assert_eq!(scale.steps(Coordinate::from_nanos(-2_000_000)), Some(-1));
+        assert_eq!(scale.steps(Coordinate::from_nanos(1_999_999)), Some(0));
+    }
+
+    #[test]
+    fn what_does_not_fit_is_refused() {
+        let scale = StepsPerMm::from_nanos(NANOS_PER_MM);
+        let far = Coordinate::from_nanos(i64::from(i32::MAX) * NANOS_PER_MM);
+        assert_eq!(scale.steps(far), Some(i32::MAX));
+        assert_eq!(scale.steps(far + Coordinate::from_mm(1.0)), None);
+        let huge = StepsPerMm::from_nanos(i64::MAX);
+        assert_eq!(huge.steps(Coordinate::from_nanos(i64::MIN)), None);
+    }
+
+    #[test]
+    fn a_million_relative_moves_end_where_their_sum_says() {
+        let scale = StepsPerMm::from_nanos(80_370_000_000);
+        let tenth = Coordinate::from_nanos(100_000_000);
+        let (mut target, mut position, mut moved) = (Coordinate::ZERO, 0i32, 0i64);
+        for _ in 0..1_000_000 {
+            target = target + tenth;
+            let steps = scale.steps(target).unwrap();
+            moved += i64::from(steps - position);
+            position = steps;
+        }
+        assert_eq!(moved, 8_037_000);
+    }
+
+    #[test]
+    fn chords_keep_their_millimetres() {
+        assert_eq!(
+            Coordinate::from_mm(-12.5),
+            Coordinate::from_nanos(-12_500_000_000)
+        );
+        assert_eq!(Coordinate::from_nanos(1_250_000_000).to_mm(), 1.25);
+        assert_eq!(Coordinate::from_mm(f32::NAN), Coordinate::ZERO);
+    }
+
+    proptest! {
+        #[test]
+        fn steps_agree_with_rational_arithmetic(nanos in any::<i64>(), scale in 0i64..20_000 * NANOS_PER_MM) {
+            prop_assert_eq!(StepsPerMm::from_nanos(scale).steps(Coordinate(nanos)), by_the_book(nanos, scale));
+        }
+
+        #[test]
+        fn steps_agree_near_the_machine(nanos in -3_000 * NANOS_PER_MM..3_000 * NANOS_PER_MM, scale in 0i64..20_000 * NANOS_PER_MM) {
+            prop_assert_eq!(StepsPerMm::from_nanos(scale).steps(Coordinate(nanos)), by_the_book(nanos, scale));
+        }
+
+        #[test]
+        fn steps_to_coordinate_and_back(steps in -100_000_000i32..100_000_000, scale in NANOS_PER_MM / 100..20_000 * NANOS_PER_MM) {
+            let scale = StepsPerMm::from_nanos(scale);
+            prop_assert_eq!(scale.steps(scale.coordinate(steps)), Some(steps));
+        }
+    }
+}

@@ -1,0 +1,178 @@
+//! From the time that some steps take to ticks whose interval changes linearly.
+//!
+//! A segment of `M` ticks with the first interval `p` and the change `d` reaches tick *k* after `p·k + d·k(k−1)/2`. It is made to
+//! agree with the profile in its middle (`H` after `h` ticks) and at its end (`D` after `M`):
+//!
+//! ```text
+//!   d = 2·(D/M − H/h) / (M − h)        p = D/M − d·(M − 1)/2
+//! ```
+//!
+//! Under constant acceleration `a` (steps/s²) at the speed `v` the time as a function of the step has the third derivative `3a²/v⁵`, so that over `T` seconds
+//! the quadratic is off by about `0.024·T³·a²/v²` ([`longest`] turns that round).
+//!
+//! Intervals have 24 significant bits from `f32`; what rounding them loses is exact in 2⁻³² counts and carried into the next segment.
+
+use crate::real::{least, rough_cube_root};
+use core::num::NonZeroU16;
+use leadscrew_stepper::{Interval, IntervalChange, Smoothing};
+
+/// The longest segment, seconds: what is handed out is out of reach of a feed hold.
+const LONGEST: f32 = 1e-3;
+
+/// `0.25 µs / 0.024`: a quarter of a microsecond is what a segment may be off.
+const TOLERANCE: f32 = 0.25e-6 / 0.024;
+
+/// How long a segment may be at the speed `v` (its lowest, steps/s) and acceleration `a` (not 0, steps/s²), seconds.
+pub(crate) fn longest(v: f32, a: f32) -> f32 {
+    let ratio = v / a;
+    least(LONGEST, rough_cube_root(TOLERANCE * ratio * ratio))
+}
+
+/// How many steps a segment takes that begins at the speed `v` under the acceleration `a`, at least 1.
+pub(crate) fn steps(v: f32, a: f32) -> u32 {
+    let steps = if a > 0.0 {
+        v * longest(v, a)
+    } else if a < 0.0 {
+        // It is slowest at its end.
+        let slowest = v + a * longest(v, -a);
+        let time = if slowest > 0.0 {
+            longest(slowest, -a)
+        } else {
+            0.0
+        };
+        (v + 0.5 * a * time) * time
+    } else {
+        v * LONGEST
+    };
+    (steps as u32).max(1)
+}
+
+/// The longest tick that is not smoothed, seconds: how far other motors may be off (below that, 1/8 of a step is as fine as it gets).
+const FINE: f32 = 5e-6;
+
+/// The least smoothing that brings other motors' steps within [`FINE`] of the true line, where ticks of `interval` seconds a step allow it.
+///
+/// A motor steps at the first tick at or after its time, so a tick's length is the bound. `single` is a segment of
+/// one step near rest, whose last of eight ticks is four times shorter than the mean.
+pub(crate) fn smoothing(interval: f32, shortest_tick: f32, single: bool) -> Smoothing {
+    const LEVELS: [Smoothing; 3] = [Smoothing::None, Smoothing::Twofold, Smoothing::Fourfold];
+    let shortest = if single {
+        4.0 * shortest_tick
+    } else {
+        shortest_tick
+    };
+    let mut tick = interval;
+    for level in LEVELS {
+        if tick <= FINE || 0.5 * tick < shortest {
+            return level;
+        }
+        tick *= 0.5;
+    }
+    Smoothing::Eightfold
+}
+
+/// A linear interval, in counts of the step timer.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(crate) struct Linear {
+    pub(crate) first: f32,
+    pub(crate) change: f32,
+}
+
+impl Linear {
+    /// `ticks` ticks that are even and take `duration` counts.
+    pub(crate) fn even(duration: f32, ticks: f32) -> Self {
+        Self {
+            first: duration / ticks,
+            change: 0.0,
+        }
+    }
+
+    /// `ticks` ticks that take `duration` counts, the first `middle` of them `half` counts.
+    pub(crate) fn through(half: f32, middle: f32, duration: f32, ticks: f32) -> Self {
+        let mean = duration / ticks;
+        let change = 2.0 * (mean - half / middle) / (ticks - middle);
+        Self {
+            first: mean - 0.5 * change * (ticks - 1.0),
+            change,
+        }
+    }
+
+    /// The last of `ticks` intervals.
+    pub(crate) fn last(self, ticks: f32) -> f32 {
+        self.first + self.change * (ticks - 1.0)
+    }
+}
+
+/// What rounding has lost so far, in 2⁻³² counts: the next segment is that much longer.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub(crate) struct Carry(i64);
+
+impl Carry {
+    /// Rounds `linear` such that `ticks` of it and all before it end when `duration` (counts) says.
+    pub(crate) fn round(
+        &mut self,
+        linear: Linear,
+        ticks: NonZeroU16,
+        duration: f32,
+    ) -> (Interval, IntervalChange) {
+        let change = signed_bits(linear.change);
+        self.settle(bits(linear.first), change, ticks, bits(duration))
+    }
+
+    /// Rounds even ticks of a cruise: `ticks` of them, `2^level` in `interval` (2⁻³² counts).
+    pub(crate) fn round_cruise(
+        &mut self,
+        interval: u64,
+        level: u32,
+        ticks: NonZeroU16,
+    ) -> (Interval, IntervalChange) {
+        let duration = interval.wrapping_mul(u64::from(ticks.get() >> level));
+        self.settle(interval >> level, 0, ticks, duration)
+    }
+
+    fn settle(
+        &mut self,
+        first: u64,
+        change: i64,
+        ticks: NonZeroU16,
+        duration: u64,
+    ) -> (Interval, IntervalChange) {
+        let count = i64::from(ticks.get());
+        // Less than half a count, spread evenly: one 32-bit division.
+        let owed = self.0.clamp(i32::MIN.into(), i32::MAX.into()) as i32 / i32::from(ticks.get());
+        let first = first.saturating_add_signed(owed.into());
+        let made = (first as i64)
+            .wrapping_mul(count)
+            .wrapping_add(change.wrapping_mul(count * (count - 1) / 2));
+        self.0 = self.0.wrapping_add((duration as i64).wrapping_sub(made));
+        // A wait beyond the range of the timer was cut short: there is nothing to make up for.
+        if self.0.unsigned_abs() > LARGEST_CARRY {
+            self.0 = 0;
+        }
+        (
+            Interval::from_bits(first),
+            IntervalChange::from_bits(change),
+        )
+    }
+}
+
+/// Sixteen counts: more than rounding a segment can lose, unless it is longer than 2³¹ counts.
+const LARGEST_CARRY: u64 = 16 << 32;
+
+/// `counts` in 2⁻³² counts, exact; the largest there is where it does not fit.
+pub(crate) fn bits(counts: f32) -> u64 {
+    let whole = counts as u32;
+    let rest = (counts - whole as f32) * TWO_32;
+    u64::from(whole) << 32 | u64::from(rest as u32)
+}
+
+fn signed_bits(counts: f32) -> i64 {
+    let magnitude = bits(counts.abs()).min(i64::MAX as u64) as i64;
+    if counts < 0.0 {
+        -magnitude
+    } else {
+        magnitude
+    }
+}
+
+const TWO_32: f32 = 4_294_967_296.0;

@@ -1,0 +1,232 @@
+//! The queue of planned moves and its reverse pass, at constant cost a line.
+//!
+//! The squared speed `e_i` at the start of move *i* may not exceed its `cap_i`, nor what the moves from there on can
+//! brake: `e_i = min(cap_i, e_(i+1) + g_i)` with `g_i = 2·a_i·L_i` and 0 after the last move. With
+//! the potential `Φ_i = Σ g_k` over all `k < i` that is
+//!
+//! ```text
+//!   e_i + Φ_i = min over j ≥ i of (cap_j + Φ_j)        (and Φ_end: rest after the last move)
+//! ```
+//!
+//! a minimum over a sequence that grows at its end and shrinks at its front. The classic monotone queue holds its
+//! candidates in rising order: a new move removes from the back those that are not smaller, the front is the minimum.
+//! Each move enters and leaves once, so a line costs the same however many are queued. The rest after
+//! the last move is not a candidate that removes others, because the next push lifts it.
+//!
+//! Everything is in whole [`SpeedUnit`](crate::config::SpeedUnit)s: gains and caps are rounded down, so that sums are exact and never promise
+//! more than the machine can brake. Potentials count up for ever: 2³² moves of the largest gain fit 64 bits.
+//!
+//! The forward pass is one comparison, made when a move is taken for execution.
+
+use crate::moves::PlannedMove;
+use heapless::Deque;
+
+/// Planned moves, the running one first, with the speed at which each may begin.
+#[derive(Clone, Debug)]
+pub(crate) struct LookAhead<const MOTORS: usize, const CAPACITY: usize> {
+    moves: Deque<PlannedMove<MOTORS>, CAPACITY>,
+    /// Moves that may be the minimum, as their number modulo 2¹⁶, their `cap + potential` rising.
+    candidates: Deque<u16, CAPACITY>,
+    /// Number of the first move, modulo 2¹⁶.
+    first: u16,
+    /// Whether the first move runs: its start no longer limits anything.
+    running: bool,
+    /// `Φ_end`: the potential after the last move.
+    end: u64,
+}
+
+impl<const MOTORS: usize, const CAPACITY: usize> LookAhead<MOTORS, CAPACITY> {
+    /// Numbers of 16 bits must tell all moves apart.
+    const FITS: () = assert!(CAPACITY > 0 && CAPACITY < 1 << 16);
+
+    pub(crate) const fn new() -> Self {
+        let () = Self::FITS;
+        Self {
+            moves: Deque::new(),
+            candidates: Deque::new(),
+            first: 0,
+            running: false,
+            end: 0,
+        }
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.moves.len()
+    }
+
+    /// The move that runs, if one does.
+    pub(crate) fn running(&self) -> Option<&PlannedMove<MOTORS>> {
+        self.moves.front().filter(|_| self.running)
+    }
+
+    /// Appends a move that can brake `gain` and whose `cap` is set; hands it back where there is no room.
+    pub(crate) fn push(
+        &mut self,
+        mut planned: PlannedMove<MOTORS>,
+        gain: u32,
+    ) -> Result<(), PlannedMove<MOTORS>> {
+        planned.potential = self.end;
+        self.moves.push_back(planned)?;
+        self.end = self.end.wrapping_add(u64::from(gain));
+        self.add_candidate(self.moves.len() - 1);
+        Ok(())
+    }
+
+    /// Ends the move that runs, if one does, and starts the next one.
+    pub(crate) fn start_next(&mut self) -> Option<&PlannedMove<MOTORS>> {
+        self.finish();
+        if self.candidates.front() == Some(&self.first) {
+            self.candidates.pop_front();
+        }
+        self.running = !self.moves.is_empty();
+        self.running()
+    }
+
+    /// Removes the move that runs, if one does.
+    pub(crate) fn finish(&mut self) {
+        if self.running {
+            self.moves.pop_front();
+            self.first = self.first.wrapping_add(1);
+            self.running = false;
+        }
+    }
+
+    /// The largest squared speed, in units, at which the running move may end (so that all that follows can be kept).
+    pub(crate) fn exit_limit(&self) -> u32 {
+        let Some(next) = self.moves.get(usize::from(self.running)) else {
+            return 0;
+        };
+        let to_rest = self.end.wrapping_sub(next.potential);
+        let capped = self.candidates.front().and_then(|number| self.key(*number));
+        let limit = capped.map_or(to_rest, |key| to_rest.min(key.wrapping_sub(next.potential)));
+        u32::try_from(limit).unwrap_or(u32::MAX)
+    }
+
+    /// Sets every cap anew and rebuilds the candidates: an override has changed. Linear in the length.
+    ///
+    /// `cap` is given the move before (where there is one) and the move.
+    pub(crate) fn set_caps(
+        &mut self,
+        mut cap: impl FnMut(Option<&PlannedMove<MOTORS>>, &PlannedMove<MOTORS>) -> u32,
+    ) {
+        self.candidates.clear();
+        let mut before: Option<PlannedMove<MOTORS>> = None;
+        for index in 0..self.moves.len() {
+            if let Some(planned) = self.moves.get_mut(index) {
+                planned.cap = cap(before.as_ref(), planned);
+                before = Some(*planned);
+            }
+            if index > 0 || !self.running {
+                self.add_candidate(index);
+            }
+        }
+    }
+
+    /// Forgets all moves.
+    pub(crate) fn clear(&mut self) {
+        self.moves.clear();
+        self.candidates.clear();
+        self.running = false;
+    }
+
+    fn add_candidate(&mut self, index: usize) {
+        let number = self.first.wrapping_add(index as u16);
+        let Some(key) = self.key(number) else { return };
+        while self.candidates.back().and_then(|last| self.key(*last)) >= Some(key) {
+            self.candidates.pop_back();
+        }
+        // There is room: no more candidates than moves.
+        let _ = self.candidates.push_back(number);
+    }
+
+    /// `cap + Φ` of the move with this number.
+    fn key(&self, number: u16) -> Option<u64> {
+        let index = usize::from(number.wrapping_sub(self.first));
+        let planned = self.moves.get(index)?;
+        Some(planned.potential.wrapping_add(u64::from(planned.cap)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Feed, Move, MoveKind, MovePower};
+    use leadscrew_stepper::Outputs;
+    use proptest::prelude::*;
+    use std::vec::Vec;
+
+    fn planned(cap: u32) -> PlannedMove<1> {
+        let of = Move::<1> {
+            target: [crate::Coordinate::ZERO],
+            feed: Feed::Rapid,
+            power: MovePower::Off,
+            speed_limit: None,
+            outputs: Outputs(0),
+            line_number: None,
+            kind: MoveKind::Rapid,
+        };
+        PlannedMove {
+            cap,
+            ..PlannedMove::new(&of, [1])
+        }
+    }
+
+    /// The reverse pass as everybody writes it, over `(cap, gain)`: the start speed of the first move.
+    fn reverse_pass(moves: &[(u32, u32)]) -> u64 {
+        moves.iter().rev().fold(0, |exit, (cap, gain)| {
+            u64::from(*cap).min(exit + u64::from(*gain))
+        })
+    }
+
+    #[test]
+    fn an_empty_queue_ends_at_rest() {
+        let mut queue = LookAhead::<1, 4>::new();
+        assert_eq!(queue.exit_limit(), 0);
+        assert!(queue.push(planned(9), 5).is_ok());
+        queue.start_next();
+        assert_eq!(queue.exit_limit(), 0);
+    }
+
+    #[test]
+    fn a_full_queue_hands_the_move_back() {
+        let mut queue = LookAhead::<1, 2>::new();
+        assert!(queue.push(planned(1), 1).is_ok());
+        assert!(queue.push(planned(2), 1).is_ok());
+        assert_eq!(
+            queue.push(planned(3), 1),
+            Err(planned(3)).map_err(|mut p| {
+                p.potential = 2;
+                p
+            })
+        );
+    }
+
+    proptest! {
+        /// Against the reverse pass, with pushes, starts and changed caps in any order.
+        #[test]
+        fn every_start_speed_is_that_of_a_full_reverse_pass(
+            steps in prop::collection::vec((0u8..10, 0u32..2000, 0u32..500), 1..300),
+        ) {
+            let mut queue = LookAhead::<1, 64>::new();
+            queue.first = 65_500; // numbers wrap on the way
+            let mut model: Vec<(u32, u32)> = Vec::new();
+            let mut running = false;
+            for (what, cap, gain) in steps {
+                match what {
+                    0..=5 => if queue.push(planned(cap), gain).is_ok() { model.push((cap, gain)); },
+                    6..=8 => {
+                        if running { model.remove(0); }
+                        running = queue.start_next().is_some();
+                    }
+                    _ => {
+                        queue.set_caps(|_, planned| planned.cap / 2);
+                        for (cap, _) in &mut model { *cap /= 2; }
+                    }
+                }
+                let next = usize::from(running).min(model.len());
+                prop_assert_eq!(u64::from(queue.exit_limit()), reverse_pass(&model[next..]));
+                prop_assert_eq!(queue.len(), model.len());
+            }
+        }
+    }
+}

@@ -1,0 +1,174 @@
+//! What is asked of the planner, and what it keeps of it.
+
+use crate::Coordinate;
+use leadscrew_stepper::{Outputs, Power};
+
+/// A straight move to an exact target.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Move<const AXES: usize> {
+    /// Where the move ends, machine position.
+    pub target: [Coordinate; AXES],
+    /// The speed asked for.
+    pub feed: Feed,
+    /// Laser or spindle power along the move.
+    pub power: MovePower,
+    /// A further limit along the path, mm/s, that no override lifts (the curvature of an arc).
+    pub speed_limit: Option<f32>,
+    /// Synchronised outputs, set at the move's start.
+    pub outputs: Outputs,
+    /// The `N` word of the line that asked for the move.
+    pub line_number: Option<u32>,
+    /// Which override applies.
+    pub kind: MoveKind,
+}
+
+/// The speed asked for along the path.
+#[derive(Clone, Copy, PartialEq, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Feed {
+    /// As fast as the axes allow.
+    Rapid,
+    /// `F` in G94, in mm/s.
+    PerMinute(f32),
+    /// `F` in G93: the whole move takes 1/F, in 1/s.
+    InverseTime(f32),
+}
+
+/// Laser or spindle power along a move, at the rest after it, and where a feed hold stops in it.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum MovePower {
+    /// Off: rapids in laser mode, or nothing turns.
+    #[default]
+    Off,
+    /// A spindle: the power stays through rests and holds.
+    Spindle {
+        /// Power throughout.
+        power: Power,
+    },
+    /// A laser at constant power (M3); off where a hold stops.
+    Constant {
+        /// Power along the move.
+        power: Power,
+        /// Power at the rest after the move, where one comes.
+        at_rest: Power,
+    },
+    /// A laser whose power follows the speed (M4); off at any rest.
+    Dynamic {
+        /// Power at the programmed feed: half of it at half the speed.
+        power: Power,
+    },
+}
+
+impl MovePower {
+    /// Power at a planned rest after the move.
+    pub(crate) fn at_rest(self) -> Power {
+        match self {
+            Self::Off | Self::Dynamic { .. } => Power::OFF,
+            Self::Spindle { power } => power,
+            Self::Constant { at_rest, .. } => at_rest,
+        }
+    }
+
+    /// Power where a feed hold has stopped.
+    pub(crate) fn held(self) -> Power {
+        match self {
+            Self::Off | Self::Dynamic { .. } | Self::Constant { .. } => Power::OFF,
+            Self::Spindle { power } => power,
+        }
+    }
+}
+
+/// What sort of motion a move is: decides which override applies.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum MoveKind {
+    /// G0: the rapid override.
+    Rapid,
+    /// G1, G2, G3: the feed override.
+    Feed,
+    /// `$J=`: none.
+    Jog,
+    /// Homing, probing, parking: none.
+    System,
+}
+
+/// A move in the queue. Sized for 1024 of them on the F407: 64 bytes with three motors.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(crate) struct PlannedMove<const MOTORS: usize> {
+    /// Braking capacity `Σ 2·a·L` of all moves before this one, in speed units.
+    pub(crate) potential: u64,
+    /// Signed steps of each motor.
+    pub(crate) delta: [i32; MOTORS],
+    pub(crate) power: MovePower,
+    /// Length of the path, mm.
+    pub(crate) length: f32,
+    /// Acceleration along the path, mm/s².
+    pub(crate) acceleration: f32,
+    /// Highest speed along the path whatever the override, mm/s.
+    pub(crate) rate: f32,
+    /// Speed along the path as programmed, mm/s.
+    pub(crate) feed: f32,
+    /// Limit at the move's start by the corner alone, squared, in speed units.
+    pub(crate) corner: u32,
+    /// Limit at the move's start by the corner and both nominal speeds, squared, in speed units.
+    pub(crate) cap: u32,
+    line_number: u32,
+    pub(crate) outputs: Outputs,
+    pub(crate) kind: MoveKind,
+}
+
+/// Stands for no line number: GRBL's end at 10 million.
+const NO_LINE_NUMBER: u32 = u32::MAX;
+
+impl<const MOTORS: usize> PlannedMove<MOTORS> {
+    pub(crate) fn line_number(&self) -> Option<u32> {
+        (self.line_number != NO_LINE_NUMBER).then_some(self.line_number)
+    }
+
+    /// Stores a line number in four bytes.
+    pub(crate) fn pack(line_number: Option<u32>) -> u32 {
+        line_number.unwrap_or(NO_LINE_NUMBER)
+    }
+
+    /// Makes a planned move of `of`, with all that depends on the queue still at 0.
+    pub(crate) fn new<const AXES: usize>(of: &Move<AXES>, delta: [i32; MOTORS]) -> Self {
+        Self {
+            potential: 0,
+            delta,
+            power: of.power,
+            length: 0.0,
+            acceleration: 0.0,
+            rate: 0.0,
+            feed: 0.0,
+            corner: 0,
+            cap: 0,
+            line_number: Self::pack(of.line_number),
+            outputs: of.outputs,
+            kind: of.kind,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_planned_move_of_three_motors_fits_64_bytes() {
+        assert_eq!(core::mem::size_of::<PlannedMove<3>>(), 64);
+    }
+
+    #[test]
+    fn a_laser_is_off_where_it_is_held_and_a_spindle_is_not() {
+        let full = Power::FULL;
+        let laser = MovePower::Constant {
+            power: full,
+            at_rest: full,
+        };
+        assert_eq!((laser.at_rest(), laser.held()), (full, Power::OFF));
+        let spindle = MovePower::Spindle { power: full };
+        assert_eq!((spindle.at_rest(), spindle.held()), (full, full));
+        assert_eq!(MovePower::Dynamic { power: full }.at_rest(), Power::OFF);
+    }
+}

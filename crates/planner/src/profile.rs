@@ -1,0 +1,255 @@
+//! Speed and time along one move.
+//!
+//! ```text
+//!  v²      ___________
+//!         /           \        first ramp: v² = entry² + 2·a·x,  x steps from the start
+//!        /             \       cruise:     v  = cruise
+//!       /               \      last ramp:  v² = exit²  + 2·a·y,  y steps from the end
+//!      |                 |
+//!      start ...... s .... end     (steps of the dominant motor)
+//! ```
+//!
+//! Positions are whole steps, so they are exact; only speeds and lengths of phases are `f32`. Speeds on a ramp are taken from
+//! its outer end, where they are smallest and `v² = 2·a·s` loses nothing. Times come from `t = 2·Δs/(v0 + v1)`, exact under
+//! constant acceleration and free of cancellation. Together the relative error of a time is a few 2⁻²⁴.
+//!
+//! A first ramp goes down where the move begins faster than it is to cruise (an override was lowered).
+//!
+//! Another profile takes the trapezoid's place by answering the same questions: [`Trapezoid::speed`], [`Trapezoid::time`],
+//! [`Trapezoid::stretch`], [`Trapezoid::exit_v2`].
+
+use crate::real::{least, most, sqrt};
+
+/// What a profile is made from: steps of the dominant motor, steps/s, steps/s².
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Plan {
+    /// Step at which the profile begins.
+    pub start: u32,
+    /// Step at which it ends, after `start`.
+    pub end: u32,
+    /// Squared speed at the start.
+    pub entry_v2: f32,
+    /// Speed to cruise at, above 0.
+    pub cruise: f32,
+    /// Squared speed wanted at the end; more where the distance does not suffice to brake, less where it does not
+    /// suffice to accelerate.
+    pub exit_v2: f32,
+    /// Acceleration of both ramps, above 0.
+    pub acceleration: f32,
+}
+
+/// Constant acceleration, constant speed, constant deceleration.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Trapezoid {
+    start: u32,
+    end: u32,
+    entry_v2: f32,
+    cruise: f32,
+    exit_v2: f32,
+    /// Change of v² a step on the first ramp: `±2·a`.
+    first_slope: f32,
+    /// Loss of v² a step on the last ramp.
+    last_slope: f32,
+    /// Length of the first ramp, steps.
+    first: f32,
+    /// Length of the last ramp, steps.
+    last: f32,
+}
+
+/// A stretch of a profile in which the acceleration does not change: how the segmenter cuts.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(crate) struct Stretch {
+    /// Whole steps that are left of it; 0 where it ends within the next step.
+    pub(crate) steps: u32,
+    /// Acceleration in it, steps/s², negative where it slows down.
+    pub(crate) acceleration: f32,
+}
+
+/// How far a speed may miss the one that the distance allows and still count as rounding, as a share of the squared speed.
+const ROUNDING: f32 = 2e-6;
+
+impl Trapezoid {
+    /// Makes the fastest profile that keeps `plan`.
+    ///
+    /// An end that cannot be reached by braking is met as slowly as can be; speeds that differ by no more than rounding errors
+    /// are met exactly.
+    pub fn new(plan: &Plan) -> Self {
+        let cruise_v2 = plan.cruise * plan.cruise;
+        let reach = 2.0 * plan.acceleration * length(plan);
+        let exit_v2 = least(plan.exit_v2, least(cruise_v2, plan.entry_v2 + reach));
+        if plan.entry_v2 - reach > exit_v2 - ROUNDING * plan.entry_v2 {
+            Self::braking(plan, exit_v2)
+        } else {
+            Self::ramps(plan, cruise_v2, exit_v2)
+        }
+    }
+
+    /// The distance only just suffices to brake to `exit_v2`, or does not.
+    fn braking(plan: &Plan, exit_v2: f32) -> Self {
+        let length = length(plan);
+        let slowest = plan.entry_v2 - 2.0 * plan.acceleration * length;
+        let missed = slowest - exit_v2 > ROUNDING * plan.entry_v2;
+        let exit_v2 = if missed { slowest } else { exit_v2 };
+        let slope = most((plan.entry_v2 - exit_v2) / length, 0.0);
+        Self {
+            exit_v2,
+            cruise: sqrt(plan.entry_v2),
+            first: 0.0,
+            last: length,
+            last_slope: slope,
+            ..Self::level(plan)
+        }
+    }
+
+    fn ramps(plan: &Plan, cruise_v2: f32, exit_v2: f32) -> Self {
+        let (length, slope) = (length(plan), 2.0 * plan.acceleration);
+        let down = plan.entry_v2 > cruise_v2;
+        let climb = cruise_v2 - plan.entry_v2;
+        let (first, last) = (climb.abs() / slope, (cruise_v2 - exit_v2) / slope);
+        let level = Self::level(plan);
+        if first + last <= length || down {
+            let last = least(last, length - first);
+            let first_slope = if down { -slope } else { slope };
+            return Self {
+                exit_v2,
+                first,
+                last,
+                first_slope,
+                ..level
+            };
+        }
+        let peak_v2 = 0.5 * (slope * length + plan.entry_v2 + exit_v2);
+        let first = most(least((peak_v2 - plan.entry_v2) / slope, length), 0.0);
+        Self {
+            cruise: sqrt(peak_v2),
+            exit_v2,
+            first,
+            last: length - first,
+            ..level
+        }
+    }
+
+    /// Entry, cruise speed and slopes of `plan`; no ramps yet.
+    fn level(plan: &Plan) -> Self {
+        Self {
+            start: plan.start,
+            end: plan.end,
+            entry_v2: plan.entry_v2,
+            cruise: plan.cruise,
+            exit_v2: plan.exit_v2,
+            first_slope: 2.0 * plan.acceleration,
+            last_slope: 2.0 * plan.acceleration,
+            first: 0.0,
+            last: 0.0,
+        }
+    }
+
+    /// The step at which the profile begins.
+    pub const fn start(&self) -> u32 {
+        self.start
+    }
+
+    /// The step at which the profile ends.
+    pub const fn end(&self) -> u32 {
+        self.end
+    }
+
+    /// Squared speed at the start, steps²/s².
+    pub const fn entry_v2(&self) -> f32 {
+        self.entry_v2
+    }
+
+    /// Speed between the ramps (the peak where there is no cruise), steps/s.
+    pub const fn cruise(&self) -> f32 {
+        self.cruise
+    }
+
+    /// Squared speed at the end, steps²/s².
+    pub const fn exit_v2(&self) -> f32 {
+        self.exit_v2
+    }
+
+    /// Acceleration of the first and deceleration of the last ramp, steps/s²; the first is negative where that ramp goes down.
+    pub const fn accelerations(&self) -> [f32; 2] {
+        [0.5 * self.first_slope, 0.5 * self.last_slope]
+    }
+
+    /// Squared speed `ahead` steps after whole step `step`, steps²/s².
+    pub fn speed_v2(&self, step: u32, ahead: f32) -> f32 {
+        let (x, y) = self.ends(step);
+        let (x, y) = (x + ahead, y - ahead);
+        if y < self.last {
+            self.exit_v2 + self.last_slope * most(y, 0.0)
+        } else if x < self.first {
+            self.entry_v2 + self.first_slope * x
+        } else {
+            self.cruise * self.cruise
+        }
+    }
+
+    /// Speed at a step, steps/s: *v(s)*.
+    pub fn speed(&self, step: u32) -> f32 {
+        sqrt(self.speed_v2(step, 0.0))
+    }
+
+    /// Time from the start to a step, seconds: *t(s)*.
+    pub fn time(&self, step: u32) -> f32 {
+        let steps = step.saturating_sub(self.start) as f32;
+        self.time_over(self.start, sqrt(self.entry_v2), steps).0
+    }
+
+    /// Time that the `steps` after whole step `from` take (seconds), and the speed at their end (steps/s).
+    ///
+    /// `v0` is the speed at `from`.
+    pub(crate) fn time_over(&self, from: u32, v0: f32, steps: f32) -> (f32, f32) {
+        let (x, y) = self.ends(from);
+        let first = most(least(self.first - x, steps), 0.0);
+        let last = most(least(self.last - (y - steps), steps - first), 0.0);
+        let middle = steps - first - last;
+        let (mut time, mut speed) = (0.0, v0);
+        if first > 0.0 {
+            let through = middle > 0.0 || last > 0.0;
+            let v2 = self.entry_v2 + self.first_slope * (x + steps);
+            speed = if through { self.cruise } else { sqrt(v2) };
+            time = 2.0 * first / (v0 + speed);
+        }
+        if middle > 0.0 {
+            speed = self.cruise;
+            time += middle / speed;
+        }
+        if last > 0.0 {
+            let end = sqrt(self.exit_v2 + self.last_slope * most(y - steps, 0.0));
+            time += 2.0 * last / (speed + end);
+            speed = end;
+        }
+        (time, speed)
+    }
+
+    /// The stretch that step `from` lies in.
+    pub(crate) fn stretch(&self, from: u32) -> Stretch {
+        let (x, y) = self.ends(from);
+        let [up, down] = self.accelerations();
+        let (left, acceleration) = if x < self.first {
+            (self.first - x, up)
+        } else if y > self.last {
+            (y - self.last, 0.0)
+        } else {
+            (y, -down)
+        };
+        Stretch {
+            steps: left as u32,
+            acceleration,
+        }
+    }
+
+    /// Steps from the start to `step` and from there to the end.
+    fn ends(&self, step: u32) -> (f32, f32) {
+        let from_start = step.saturating_sub(self.start);
+        let to_end = self.end.saturating_sub(step);
+        (from_start as f32, to_end as f32)
+    }
+}
+
+fn length(plan: &Plan) -> f32 {
+    plan.end.saturating_sub(plan.start) as f32
+}

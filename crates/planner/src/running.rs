@@ -1,0 +1,360 @@
+//! The move under way: where it is, its profile, and the next segment of it.
+
+use crate::fit::{bits, smoothing, steps, Carry, Linear};
+use crate::moves::{MovePower, PlannedMove};
+use crate::planner::Outlook;
+use crate::profile::{Plan, Trapezoid};
+use crate::real::{divide_twice, sqrt};
+use crate::Config;
+use core::num::NonZeroU16;
+use fixed::types::U1F31;
+use leadscrew_stepper::{
+    Interval, IntervalChange, Line, Outputs, Power, PowerChange, Segment, Smoothing,
+};
+
+/// Timer and smoothing, from the configuration.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Timing {
+    /// Counts in a second.
+    pub(crate) hz: f32,
+    /// Smoothing keeps ticks this far apart, seconds.
+    pub(crate) shortest_tick: f32,
+}
+
+impl Timing {
+    pub(crate) fn new<const AXES: usize>(config: &Config<AXES>) -> Self {
+        let hz = config.timer_hz as f32;
+        Self {
+            hz,
+            shortest_tick: config.shortest_tick.0 as f32 / hz,
+        }
+    }
+}
+
+/// What the running move is to do next.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(crate) enum Aim {
+    /// Go on to the end, at this squared speed (mm²/s²) at most, at this nominal speed (mm/s).
+    End { exit_v2: f32, nominal: f32 },
+    /// Come to rest as soon as can be; where the move is too short for that and the next one may be entered, go on into it.
+    Stop { last: bool, nominal: f32 },
+}
+
+/// A planned move that is being executed.
+#[derive(Clone, Debug)]
+pub(crate) struct Running<const MOTORS: usize> {
+    line: Line<MOTORS>,
+    /// Whether the stepper has yet to be told of `line`.
+    announce: bool,
+    /// Whether a motor steps less often than the dominant one: only then smoothing is of use.
+    smooth: bool,
+    /// Steps of the dominant motor handed out.
+    done: u32,
+    /// `done` where `line` begins: not 0 once the line was begun anew.
+    line_start: u32,
+    /// Steps of the dominant motor in the whole move.
+    events: u32,
+    profile: Trapezoid,
+    /// Speed at `done`, steps/s.
+    speed: f32,
+    /// Interval of the cruise, 2⁻³² counts.
+    cruise_interval: u64,
+    /// Steps of the dominant motor in a mm of path.
+    steps_per_mm: f32,
+    /// Steps/s².
+    acceleration: f32,
+    /// 1 / programmed feed, s/step.
+    per_feed: f32,
+    power: MovePower,
+    outputs: Outputs,
+    pub(crate) line_number: Option<u32>,
+    /// What the profile was made from.
+    pub(crate) outlook: Option<Outlook>,
+}
+
+impl<const MOTORS: usize> Running<MOTORS> {
+    /// What all segments have in common until [`Self::segment`] fills it in.
+    const BLANK: Segment<MOTORS> = Segment {
+        line: None,
+        ticks: NonZeroU16::MIN,
+        smoothing: Smoothing::None,
+        interval: Interval::ZERO,
+        interval_change: IntervalChange::ZERO,
+        power: Power::OFF,
+        power_change: PowerChange::ZERO,
+        outputs: Outputs(0),
+        at_rest: None,
+    };
+
+    /// Begins `planned` at the squared speed `entry_v2` (mm²/s²); `None` where it has no steps (never queued).
+    pub(crate) fn new(planned: &PlannedMove<MOTORS>, entry_v2: f32) -> Option<Self> {
+        let line = Line::new(planned.delta).ok()?;
+        let events = line.step_events().get();
+        let steps_per_mm = events as f32 / planned.length;
+        let entry_v2 = entry_v2 * steps_per_mm * steps_per_mm;
+        let acceleration = planned.acceleration * steps_per_mm;
+        let profile = Trapezoid::new(&Plan {
+            start: 0,
+            end: events,
+            entry_v2,
+            cruise: planned.rate * steps_per_mm,
+            exit_v2: 0.0,
+            acceleration,
+        });
+        Some(Self {
+            line,
+            announce: true,
+            smooth: line
+                .steps()
+                .iter()
+                .any(|steps| *steps != 0 && *steps != events),
+            done: 0,
+            line_start: 0,
+            events,
+            profile,
+            speed: sqrt(entry_v2),
+            cruise_interval: 0,
+            steps_per_mm,
+            acceleration,
+            per_feed: 1.0 / (planned.feed * steps_per_mm),
+            power: planned.power,
+            outputs: planned.outputs,
+            line_number: planned.line_number(),
+            outlook: None,
+        })
+    }
+
+    /// Speed along the path at the end of what was handed out, mm/s.
+    pub(crate) fn speed(&self) -> f32 {
+        self.speed / self.steps_per_mm
+    }
+
+    pub(crate) const fn profile(&self) -> &Trapezoid {
+        &self.profile
+    }
+
+    pub(crate) const fn done(&self) -> u32 {
+        self.done
+    }
+
+    /// Whether all steps of the profile have been handed out.
+    pub(crate) fn at_profile_end(&self) -> bool {
+        self.done >= self.profile.end()
+    }
+
+    /// Whether all steps of the move have been handed out.
+    pub(crate) fn at_end(&self) -> bool {
+        self.done >= self.events
+    }
+
+    /// Squared speed at the profile's end, mm²/s².
+    pub(crate) fn exit_v2(&self) -> f32 {
+        self.profile.exit_v2() / (self.steps_per_mm * self.steps_per_mm)
+    }
+
+    /// Has the stepper begin the line anew at `done`: another line came between.
+    pub(crate) fn renew_line(&mut self) {
+        if let Some(rest) = self.line.rest(self.done - self.line_start) {
+            self.line = rest;
+            self.line_start = self.done;
+            self.announce = true;
+        }
+    }
+
+    /// Makes the profile from here on.
+    pub(crate) fn plan(&mut self, aim: Aim, timing: Timing) {
+        let per_mm = self.steps_per_mm;
+        let entry_v2 = self.entry_v2();
+        let (end, cruise, exit_v2) = match aim {
+            Aim::End { exit_v2, nominal } => {
+                (self.events, nominal * per_mm, exit_v2 * per_mm * per_mm)
+            }
+            Aim::Stop { last, nominal } => self.stop(entry_v2, last, nominal * per_mm),
+        };
+        self.profile = Trapezoid::new(&Plan {
+            start: self.done,
+            end,
+            entry_v2,
+            cruise,
+            exit_v2,
+            acceleration: self.acceleration,
+        });
+        let (interval, rest) = divide_twice(timing.hz, self.profile.cruise());
+        self.cruise_interval = bits(interval).saturating_add_signed(if rest < 0.0 {
+            -(bits(-rest) as i64)
+        } else {
+            bits(rest) as i64
+        });
+    }
+
+    fn entry_v2(&self) -> f32 {
+        if self.done == self.profile.start() {
+            self.profile.entry_v2()
+        } else {
+            self.profile.speed_v2(self.done, 0.0)
+        }
+    }
+
+    /// End, cruise speed and squared exit speed of the shortest stop on a whole step.
+    ///
+    /// A single step is made as fast as can be: at a speed near 0 it would take for ever.
+    fn stop(&self, v2: f32, last: bool, nominal: f32) -> (u32, f32, f32) {
+        const ROUNDING: f32 = 1e-6;
+        let distance = v2 / (2.0 * self.acceleration);
+        let whole = distance * (1.0 - ROUNDING);
+        let steps = (whole as u32)
+            .saturating_add(u32::from(whole > (whole as u32) as f32))
+            .max(1);
+        let left = self.events - self.done;
+        if steps > left && !last {
+            return (self.events, sqrt(v2), 0.0);
+        }
+        let cruise = if steps == 1 { nominal } else { sqrt(v2) };
+        (self.done + steps.min(left), cruise, 0.0)
+    }
+
+    /// The next `events` steps at the cruise: even intervals, known to more than 24 bits so that nothing drifts.
+    fn cruise_piece(&self, events: u32, timing: Timing, carry: &mut Carry) -> Segment<MOTORS> {
+        let seconds = 1.0 / self.speed;
+        let smoothing = self.smoothing(seconds, timing, false);
+        let ticks = ticks(events, smoothing);
+        let (interval, interval_change) =
+            carry.round_cruise(self.cruise_interval, smoothing.level(), ticks);
+        let (power, power_change) = self.power_at(self.speed, self.speed, ticks);
+        Segment {
+            ticks,
+            smoothing,
+            interval,
+            interval_change,
+            power,
+            power_change,
+            ..Self::BLANK
+        }
+    }
+
+    /// The next `events` steps on a ramp or across its end.
+    fn ramp_piece(&mut self, events: u32, timing: Timing, carry: &mut Carry) -> Segment<MOTORS> {
+        let (from, all) = (self.done, events as f32);
+        let half = if events > 1 { (events / 2) as f32 } else { 0.5 };
+        let (first, middle_speed) = self.profile.time_over(from, self.speed, half);
+        let (seconds, speed) = if events > 1 {
+            let (second, speed) =
+                self.profile
+                    .time_over(from + events / 2, middle_speed, all - half);
+            (first + second, speed)
+        } else {
+            self.profile.time_over(from, self.speed, all)
+        };
+        self.speed = speed;
+        let smoothing = self.smoothing(seconds / all, timing, events == 1);
+        let ticks = ticks(events, smoothing);
+        let count = f32::from(ticks.get());
+        let duration = seconds * timing.hz;
+        let linear = if ticks.get() > 1 {
+            Linear::through(first * timing.hz, half * count / all, duration, count)
+        } else {
+            Linear::even(duration, count)
+        };
+        let (interval, interval_change) = carry.round(linear, ticks, duration);
+        let (power, power_change) = if events > 1 {
+            let per_tick = all / count * timing.hz;
+            self.power_at(
+                per_tick / linear.first,
+                per_tick / linear.last(count),
+                ticks,
+            )
+        } else {
+            self.power_at(1.0 / seconds, 1.0 / seconds, ticks)
+        };
+        Segment {
+            ticks,
+            smoothing,
+            interval,
+            interval_change,
+            power,
+            power_change,
+            ..Self::BLANK
+        }
+    }
+
+    fn smoothing(&self, interval: f32, timing: Timing, single: bool) -> Smoothing {
+        if interval > LONGEST_WAIT {
+            Smoothing::Eightfold
+        } else if self.smooth {
+            smoothing(interval, timing.shortest_tick, single)
+        } else {
+            Smoothing::None
+        }
+    }
+
+    /// Power of the first tick and its change a tick, from the speeds (steps/s) in the first and the last of them.
+    fn power_at(&self, first: f32, last: f32, ticks: NonZeroU16) -> (Power, PowerChange) {
+        match self.power {
+            MovePower::Off => (Power::OFF, PowerChange::ZERO),
+            MovePower::Spindle { power } | MovePower::Constant { power, .. } => {
+                (power, PowerChange::ZERO)
+            }
+            MovePower::Dynamic { power } => {
+                let full = power.share().to_bits() as f32 * self.per_feed;
+                let (first, last) = (share(full * first), share(full * last));
+                let change = (last as i32 - first as i32) / i32::from(ticks.get());
+                (
+                    Power::from_share(U1F31::from_bits(first)),
+                    PowerChange::from_bits(change),
+                )
+            }
+        }
+    }
+
+    /// Hands out the next segment. `at_rest` says what the power is where the profile ends at rest.
+    pub(crate) fn segment(
+        &mut self,
+        timing: Timing,
+        carry: &mut Carry,
+        held: bool,
+    ) -> Segment<MOTORS> {
+        let stretch = self.profile.stretch(self.done);
+        let events = steps(self.speed, stretch.acceleration)
+            .min(stretch.steps)
+            .clamp(1, MOST_EVENTS);
+        let cruising = stretch.acceleration == 0.0 && stretch.steps > 0;
+        let piece = if cruising {
+            self.cruise_piece(events, timing, carry)
+        } else {
+            self.ramp_piece(events, timing, carry)
+        };
+        self.done += events;
+        let rests = self.at_profile_end() && self.profile.exit_v2() <= 0.0;
+        Segment {
+            line: core::mem::take(&mut self.announce).then_some(self.line),
+            outputs: self.outputs,
+            at_rest: rests.then(|| {
+                if held {
+                    self.power.held()
+                } else {
+                    self.power.at_rest()
+                }
+            }),
+            ..piece
+        }
+    }
+}
+
+/// The most step events of a segment: eightfold smoothed they fit 15 bits. (A millisecond at 300 kHz has 300.)
+const MOST_EVENTS: u32 = 4000;
+
+/// The longest wait for a tick, seconds: beyond it a step is made of eight ticks, because a timer count has 32 bits (51 s
+/// at 84 MHz). The slowest step that this allows takes 8 × 51 s.
+const LONGEST_WAIT: f32 = 25.0;
+
+/// Full power in units of [`Power`].
+const FULL: u32 = 1 << 31;
+
+/// Bits of a power, limited to full.
+fn share(bits: f32) -> u32 {
+    (bits as u32).min(FULL - 1)
+}
+
+fn ticks(events: u32, smoothing: Smoothing) -> NonZeroU16 {
+    NonZeroU16::new((events << smoothing.level()) as u16).unwrap_or(NonZeroU16::MIN)
+}
