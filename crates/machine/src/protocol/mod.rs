@@ -1,10 +1,13 @@
 //! What goes over the wire: bytes to lines and commands, answers to text. No machine inside.
 
 pub mod alarm;
+pub mod cadence;
 mod codes;
+pub mod decimal;
 pub mod line_reader;
 pub mod message;
 pub mod realtime;
+pub mod report;
 pub mod serial;
 pub mod status;
 pub mod system_command;

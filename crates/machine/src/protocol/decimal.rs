@@ -1,0 +1,176 @@
+//! Exact values as the fixed decimals that go over the wire.
+//!
+//! A value is a whole count of 10⁻⁹ mm; the last printed digit stands for a whole count of those, too, in inches as well:
+//! 10⁻⁴ inch = 2 540 000 · 10⁻⁹ mm. One integer division so gives the printed digits, rounded half away from zero. What
+//! rounds to zero has no sign.
+
+use core::fmt;
+use leadscrew_gcode::Number;
+
+/// A number with a fixed count of decimals. Displayed in at most [`Decimal::MAX_LENGTH`] characters.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Decimal {
+    /// The printed digits without the point.
+    digits: i64,
+    /// How many of them stand behind the point, 0 to 4.
+    places: u8,
+}
+
+impl Decimal {
+    /// Longest printed form: sign, 10 digits, point, 3 digits, or 9 and 4 of them for inches.
+    pub const MAX_LENGTH: usize = 15;
+
+    /// A length in millimetres, or an angle, with 3 decimals.
+    pub fn millimetres(value: Number) -> Self {
+        Self::new(value, 1_000_000, 3)
+    }
+
+    /// A length given in millimetres as inches with 4 decimals.
+    pub fn inches(value: Number) -> Self {
+        Self::new(value, 2_540_000, 4)
+    }
+
+    /// A feed given in mm/min as inch/min with 1 decimal.
+    pub fn inches_per_minute(value: Number) -> Self {
+        Self::new(value, 2_540_000_000, 1)
+    }
+
+    /// A value without decimals: feeds in mm/min, speeds in 1/min, whole settings.
+    pub fn whole(value: Number) -> Self {
+        Self::new(value, 1_000_000_000, 0)
+    }
+
+    /// `unit`: what one of the last digit is worth, in 10⁻⁹.
+    fn new(value: Number, unit: i64, places: u8) -> Self {
+        let nanos = value.nanos();
+        let rest = nanos % unit;
+        let away = i64::from(rest.abs() >= unit - rest.abs()) * rest.signum();
+        Self {
+            digits: nanos / unit + away,
+            places,
+        }
+    }
+}
+
+impl fmt::Display for Decimal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let sign = if self.digits < 0 { "-" } else { "" };
+        let magnitude = self.digits.unsigned_abs();
+        let places = usize::from(self.places);
+        let one = 10_u64.pow(u32::from(self.places));
+        write!(f, "{sign}{}", magnitude / one)?;
+        if places > 0 {
+            write!(f, ".{:0places$}", magnitude % one)?;
+        }
+        Ok(())
+    }
+}
+
+/// Answers the nearest number of thousandths to a measured value, for reports: 0 for what is no number.
+pub fn from_f32(value: f32) -> Number {
+    Number::from_nanos(((value * 1000.0) as i64).saturating_mul(1_000_000))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use std::format;
+    use std::string::{String, ToString};
+
+    fn number(text: &str) -> Number {
+        leadscrew_gcode::leading_number(text.as_bytes()).unwrap().0
+    }
+
+    #[test]
+    fn millimetres_have_three_decimals_rounded_half_away_from_zero() {
+        let cases = [
+            ("0", "0.000"),
+            ("-0.0001", "0.000"),
+            ("-0.0005", "-0.001"),
+            ("0.00049", "0.000"),
+            ("1.0005", "1.001"),
+            ("1.9995", "2.000"),
+            ("123.4565", "123.457"),
+            ("1234567.89", "1234567.890"),
+            ("999999.999", "999999.999"),
+            ("12345678", "12345678.000"),
+            ("-4294968", "-4294968.000"),
+        ];
+        for (value, text) in cases {
+            assert_eq!(Decimal::millimetres(number(value)).to_string(), text);
+        }
+    }
+
+    #[test]
+    fn inches_are_exact() {
+        let cases = [
+            ("25.4", "1.0000"),
+            ("-10", "-0.3937"),
+            ("27.4", "1.0787"),
+            ("0.00127", "0.0001"),
+            ("-0.001269999", "0.0000"),
+        ];
+        for (value, text) in cases {
+            assert_eq!(Decimal::inches(number(value)).to_string(), text);
+        }
+        assert_eq!(Decimal::inches_per_minute(number("50")).to_string(), "2.0");
+        assert_eq!(
+            Decimal::inches_per_minute(number("254")).to_string(),
+            "10.0"
+        );
+    }
+
+    #[test]
+    fn whole_numbers_round_half_up() {
+        for (value, text) in [
+            ("0.4", "0"),
+            ("0.5", "1"),
+            ("2.5", "3"),
+            ("99.49", "99"),
+            ("99999999", "99999999"),
+        ] {
+            assert_eq!(Decimal::whole(number(value)).to_string(), text);
+        }
+    }
+
+    #[test]
+    fn the_longest_values_keep_to_the_bound() {
+        for value in [Number::MAX, Number::from_nanos(-i64::MAX)] {
+            for decimal in [
+                Decimal::millimetres(value),
+                Decimal::inches(value),
+                Decimal::whole(value),
+            ] {
+                assert!(decimal.to_string().len() <= Decimal::MAX_LENGTH);
+            }
+        }
+    }
+
+    #[test]
+    fn measured_values_are_cut_to_thousandths() {
+        assert_eq!(from_f32(1.5), number("1.5"));
+        assert_eq!(from_f32(f32::NAN), number("0"));
+        assert_eq!(from_f32(f32::INFINITY), Number::MAX);
+    }
+
+    /// Rounds in `i128`, with room to spare.
+    fn reference(nanos: i64, unit: i128, places: usize) -> String {
+        let magnitude = (i128::from(nanos).abs() * 2 + unit) / (2 * unit);
+        let sign = if nanos < 0 && magnitude > 0 { "-" } else { "" };
+        let digits = format!("{magnitude:0width$}", width = places + 1);
+        let (whole, fraction) = digits.split_at(digits.len() - places);
+        format!("{sign}{whole}.{fraction}")
+    }
+
+    proptest! {
+        #[test]
+        fn decimals_are_what_wide_integers_make_of_them(nanos in any::<i64>(), shift in 0..63_u32) {
+            let nanos = nanos >> shift;
+            let value = Number::from_nanos(nanos);
+            prop_assert_eq!(Decimal::millimetres(value).to_string(), reference(value.nanos(), 1_000_000, 3));
+            prop_assert_eq!(Decimal::inches(value).to_string(), reference(value.nanos(), 2_540_000, 4));
+        }
+    }
+}
