@@ -1,0 +1,202 @@
+//! Carrying a checked line out: state, offsets and position change, commands come out. Nothing here can fail.
+
+use super::check::{Effect, Path, Plan};
+use super::command::{Command, Commands, Feed, OffsetId, Spindle, Travel};
+use super::context::Context;
+use super::modal_state::{FeedMode, ModalState, Motion, Rotation};
+use super::words::{Block, Flow};
+use super::{Coordinate, Interpreter};
+
+impl<const AXES: usize> Interpreter<AXES> {
+    /// Carries a line out, in GRBL's order: feed, speed, tool, spindle, coolant, parking, dwell, modes, offsets, motion,
+    /// end of the program.
+    #[inline]
+    pub(super) fn commit(
+        &mut self,
+        block: &Block<AXES>,
+        plan: &Plan<AXES>,
+        context: &Context<'_, AXES>,
+        commands: &mut Commands<AXES>,
+    ) {
+        let mut modal = block.modal;
+        modal.feed = plan.feed;
+        self.switch(&modal, &plan.path, context.laser_mode, commands);
+        let system_changes = modal.system != self.modal.system;
+        self.modal = modal;
+        self.change_offsets(plan, system_changes, commands);
+        self.go(plan, block.axis_mask != 0, commands);
+        self.end_line(block.flow, commands);
+    }
+
+    /// Spindle, coolant and parking: a command only where something changes.
+    #[inline]
+    fn switch(
+        &self,
+        modal: &ModalState,
+        path: &Path,
+        laser_mode: bool,
+        commands: &mut Commands<AXES>,
+    ) {
+        if spindle_waits(&self.modal, modal, path, laser_mode) {
+            push(commands, Command::Spindle(spindle(modal)));
+        }
+        if self.modal.coolant != modal.coolant {
+            push(commands, Command::Coolant(modal.coolant));
+        }
+        if self.modal.parking != modal.parking {
+            push(commands, Command::ParkingControl(modal.parking));
+        }
+    }
+
+    /// Dwell, tool length, work coordinate system, G10, G28.1, G30.1, G92.
+    #[inline]
+    fn change_offsets(
+        &mut self,
+        plan: &Plan<AXES>,
+        system_changes: bool,
+        commands: &mut Commands<AXES>,
+    ) {
+        let mut shifted = system_changes;
+        if let Some(length) = plan.tool_length {
+            shifted |= length != self.offsets.tool_length();
+            self.offsets.set_tool_length(length);
+        }
+        match plan.effect {
+            Effect::None | Effect::GoTo(_) => {}
+            Effect::Dwell(seconds) => push(commands, Command::Dwell(seconds)),
+            Effect::SetOrigin(system, origin) => {
+                let in_force = system == self.modal.system;
+                self.store(OffsetId::Work(system), origin, in_force, commands);
+                shifted |= in_force;
+            }
+            Effect::SetG92(offset) => {
+                self.offsets.set_g92(offset);
+                shifted = true;
+            }
+            Effect::Store(id) => self.store(id, self.position, false, commands),
+        }
+        if shifted {
+            self.shift_work(commands);
+        }
+    }
+
+    fn store(
+        &mut self,
+        id: OffsetId,
+        value: [Coordinate; AXES],
+        in_force: bool,
+        commands: &mut Commands<AXES>,
+    ) {
+        self.offsets.set(id, value);
+        let command = Command::StoreOffset {
+            id,
+            value,
+            in_force,
+        };
+        push(commands, command);
+    }
+
+    fn shift_work(&mut self, commands: &mut Commands<AXES>) {
+        self.work_offset = self.offsets.work_offset(self.modal.system);
+        push(commands, Command::WorkOffset(self.work_offset));
+    }
+
+    /// G28, G30 and the motion modes.
+    #[inline]
+    fn go(&mut self, plan: &Plan<AXES>, by_way: bool, commands: &mut Commands<AXES>) {
+        if let Effect::GoTo(end) = plan.effect {
+            if by_way {
+                self.rapid(plan, plan.target, commands);
+            }
+            self.rapid(plan, end, commands);
+        }
+        let feed = match (self.modal.motion, self.modal.feed_mode) {
+            (Motion::Rapid, _) => Feed::Rapid,
+            (_, FeedMode::PerMinute) => Feed::PerMinute(plan.feed),
+            (_, FeedMode::InverseTime) => Feed::InverseTime(plan.feed),
+        };
+        let travel = Travel {
+            target: plan.target,
+            feed,
+            spindle: spindle(&self.modal),
+            line_number: plan.line_number,
+        };
+        let command = match plan.path {
+            Path::None => return,
+            Path::Straight => Command::Line(travel),
+            Path::Arc(arc) => Command::Arc { travel, arc },
+            Path::Probe(kind) => Command::Probe { travel, kind },
+        };
+        self.position = plan.target;
+        push(commands, command);
+    }
+
+    fn rapid(
+        &mut self,
+        plan: &Plan<AXES>,
+        target: [Coordinate; AXES],
+        commands: &mut Commands<AXES>,
+    ) {
+        let spindle = Spindle {
+            cutting: false,
+            ..spindle(&self.modal)
+        };
+        self.position = target;
+        let travel = Travel {
+            target,
+            feed: Feed::Rapid,
+            spindle,
+            line_number: plan.line_number,
+        };
+        push(commands, Command::Line(travel));
+    }
+
+    /// M0, M2 and M30.
+    #[inline]
+    fn end_line(&mut self, flow: Flow, commands: &mut Commands<AXES>) {
+        match flow {
+            Flow::Continue => {}
+            Flow::Pause => push(commands, Command::Pause),
+            Flow::End => {
+                push(commands, Command::ProgramEnd);
+                self.modal = self.modal.after_program_end();
+                self.shift_work(commands);
+            }
+        }
+    }
+}
+
+/// Whether the spindle has to wait for motion to end and then change.
+///
+/// A laser changes with the motion instead, and under M4 it is off at rest: only switching it on or off waits, and,
+/// under M3, what changes its power at rest: S, or whether the motion mode cuts, on a line without motion.
+fn spindle_waits(before: &ModalState, after: &ModalState, path: &Path, laser_mode: bool) -> bool {
+    if before.rotation != after.rotation {
+        return true;
+    }
+    let still = matches!(path, Path::None);
+    let mode_changes = before.motion.is_cutting() != after.motion.is_cutting();
+    let speed_changes = before.speed != after.speed;
+    match after.rotation {
+        Rotation::Off => false,
+        Rotation::Clockwise if laser_mode => still && (speed_changes || mode_changes),
+        Rotation::Counterclockwise if laser_mode => false,
+        Rotation::Clockwise | Rotation::Counterclockwise => speed_changes,
+    }
+}
+
+/// The spindle as the modal state has it.
+pub(super) fn spindle(modal: &ModalState) -> Spindle {
+    Spindle {
+        rotation: modal.rotation,
+        speed: modal.speed,
+        cutting: modal.motion.is_cutting(),
+    }
+}
+
+/// Adds a command. There is always room: see [`MAX_COMMANDS`](super::MAX_COMMANDS).
+#[inline]
+fn push<const AXES: usize>(commands: &mut Commands<AXES>, command: Command<AXES>) {
+    let pushed = commands.push(command);
+    debug_assert!(pushed.is_ok(), "a line asks for too many commands");
+}

@@ -1,0 +1,44 @@
+//! Jogs: `$J=` and words.
+
+use super::check::{Check, Purpose};
+use super::command::{Feed, Jog, Travel};
+use super::commit::spindle;
+use super::context::Context;
+use super::fault::Fault;
+use super::modal_state::{FeedMode, ModalState, Motion};
+use super::words::Block;
+use super::Interpreter;
+
+impl<const AXES: usize> Interpreter<AXES> {
+    /// Reads a jog: the line behind `$J=`. `None` where it has no axis words and hence moves nothing.
+    ///
+    /// Changes nothing, as it takes more than a line to accept a jog: the caller looks at the soft limits, and then moves
+    /// the position to the target with [`Self::set_position`].
+    ///
+    /// # Errors
+    ///
+    /// As [`Self::interpret`]; [`InvalidJog`](crate::protocol::status::Status::InvalidJog) for words that would change
+    /// the modal state.
+    pub fn jog(
+        &self,
+        line: &[u8],
+        context: &Context<'_, AXES>,
+    ) -> Result<Option<Jog<AXES>>, Fault> {
+        let modal = ModalState {
+            motion: Motion::Feed,
+            feed_mode: FeedMode::PerMinute,
+            ..self.modal
+        };
+        let block = Block::read(line, &modal, context)?;
+        let plan = Check::new(self, &block, context, Purpose::Jog)
+            .plan()
+            .map_err(|refusal| refusal.locate(line))?;
+        let travel = Travel {
+            target: plan.target,
+            feed: Feed::PerMinute(plan.feed),
+            spindle: spindle(&self.modal),
+            line_number: plan.line_number,
+        };
+        Ok((block.axis_mask != 0).then_some(Jog { travel }))
+    }
+}

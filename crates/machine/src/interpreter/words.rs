@@ -1,0 +1,252 @@
+//! The words of one line, gathered from left to right, each checked as it comes.
+//!
+//! A word is checked in GRBL's order: that it does not claim axis words that are taken (24), that it exists (20, 38)
+//! and its number is whole where it must be (23), that neither its group nor its letter was there before (21, 25),
+//! that it is not negative where it may not be (4).
+
+use super::code::{Code, GWord, MWord};
+use super::command::OffsetId;
+use super::context::Context;
+use super::fault::Fault;
+use super::letters::{Group, Groups, Letters};
+use super::modal_state::{Coolant, ModalState};
+use crate::config::Options;
+use crate::protocol::status::Status;
+use leadscrew_gcode::{words, Letter, Number, Word};
+
+/// What one line says, and the modal state with its words applied.
+#[derive(Debug, Clone)]
+pub(super) struct Block<const AXES: usize> {
+    /// The modal state of the lines before, as this line's words change it. Its feed is still the old one.
+    pub(super) modal: ModalState,
+    /// The letters seen, G and M apart.
+    pub(super) letters: Letters,
+    /// The modal groups seen.
+    pub(super) groups: Groups,
+    /// Who takes the axis words.
+    pub(super) axis_command: AxisCommand,
+    /// The non-modal command.
+    pub(super) non_modal: NonModal,
+    /// What happens at the end of the line.
+    pub(super) flow: Flow,
+    /// Which axes have a word, one bit an axis.
+    pub(super) axis_mask: u8,
+    /// The axis words, in units of the program.
+    pub(super) axes: [Number; AXES],
+    /// I, J, K, in units of the program.
+    pub(super) centre: [Number; 3],
+    pub(super) f: Number,
+    pub(super) l: Number,
+    pub(super) n: Number,
+    pub(super) p: Number,
+    pub(super) r: Number,
+}
+
+/// Who takes the axis words of a line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum AxisCommand {
+    /// There are none, and nobody asks for any.
+    None,
+    /// The motion mode.
+    Motion,
+    /// The non-modal command.
+    NonModal,
+    /// G43.1.
+    SetToolLength,
+    /// G49, which ignores them.
+    CancelToolLength,
+}
+
+/// A command that leaves no mode behind.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum NonModal {
+    /// The line has none.
+    None,
+    /// G4.
+    Dwell,
+    /// G10.
+    SetOrigin,
+    /// G28, G30.
+    GoTo(OffsetId),
+    /// G28.1, G30.1.
+    Store(OffsetId),
+    /// G53.
+    MachineCoordinates,
+    /// G92.
+    SetG92,
+    /// G92.1.
+    ClearG92,
+}
+
+/// What happens at the end of a line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Flow {
+    /// The next line.
+    Continue,
+    /// M0.
+    Pause,
+    /// M2, M30.
+    End,
+}
+
+impl<const AXES: usize> Block<AXES> {
+    /// Gathers the words of a line that begins in `modal`.
+    ///
+    /// # Errors
+    ///
+    /// The first fault from the left.
+    #[inline]
+    pub(super) fn read(
+        line: &[u8],
+        modal: &ModalState,
+        context: &Context<'_, AXES>,
+    ) -> Result<Self, Fault> {
+        let mut block = Self::new(modal);
+        for word in words(line) {
+            let word = word?;
+            block.take(&word, context.options).map_err(|status| Fault {
+                status,
+                column: word.column(),
+            })?;
+        }
+        block.finish();
+        Ok(block)
+    }
+
+    fn new(modal: &ModalState) -> Self {
+        Self {
+            modal: ModalState { tool: 0, ..*modal },
+            letters: Letters::default(),
+            groups: Groups::default(),
+            axis_command: AxisCommand::None,
+            non_modal: NonModal::None,
+            flow: Flow::Continue,
+            axis_mask: 0,
+            axes: [Number::default(); AXES],
+            centre: [Number::default(); 3],
+            f: Number::default(),
+            l: Number::default(),
+            n: Number::default(),
+            p: Number::default(),
+            r: Number::default(),
+        }
+    }
+
+    #[inline]
+    fn take(&mut self, word: &Word, options: &Options) -> Result<(), Status> {
+        match word.letter() {
+            Letter::G => self.take_g(Code::of(word.value())),
+            Letter::M => self.take_m(Code::of(word.value()), options),
+            letter => self.take_value(letter, word.value()),
+        }
+    }
+
+    /// Applies what only the whole line can tell.
+    fn finish(&mut self) {
+        if self.axis_mask != 0 && self.axis_command == AxisCommand::None {
+            self.axis_command = AxisCommand::Motion;
+        }
+        if self.groups.contains(Group::Parking) {
+            self.modal.parking = !self.letters.contains(Letter::P) || self.p != Number::default();
+        }
+    }
+
+    fn take_g(&mut self, code: Code) -> Result<(), Status> {
+        if let Some(command) = code.claims() {
+            if self.axis_command != AxisCommand::None {
+                return Err(Status::AxisWordConflict);
+            }
+            self.axis_command = command;
+        }
+        let word = code.g()?;
+        self.groups.insert(word.group())?;
+        match word {
+            GWord::NonModal(command) => self.non_modal = command,
+            GWord::Motion(motion) => self.modal.motion = motion,
+            GWord::Plane(plane) => self.modal.plane = plane,
+            GWord::Distance(distance) => self.modal.distance = distance,
+            GWord::FeedMode(mode) => self.modal.feed_mode = mode,
+            GWord::Units(units) => self.modal.units = units,
+            GWord::System(system) => self.modal.system = system,
+            GWord::ArcDistance
+            | GWord::CutterCompensation
+            | GWord::ToolLength
+            | GWord::PathControl => {}
+        }
+        Ok(())
+    }
+
+    fn take_m(&mut self, code: Code, options: &Options) -> Result<(), Status> {
+        let word = code.m(options)?;
+        self.groups.insert(word.group())?;
+        match word {
+            MWord::Flow(flow) => self.flow = flow,
+            MWord::Spindle(rotation) => self.modal.rotation = rotation,
+            MWord::Mist => self.modal.coolant.mist = true,
+            MWord::Flood => self.modal.coolant.flood = true,
+            MWord::CoolantOff => self.modal.coolant = Coolant::OFF,
+            MWord::Parking => {}
+        }
+        Ok(())
+    }
+
+    fn take_value(&mut self, letter: Letter, value: Number) -> Result<(), Status> {
+        let mut tool = Number::default();
+        let slot = match letter {
+            Letter::X => self.axis(0)?,
+            Letter::Y => self.axis(1)?,
+            Letter::Z => self.axis(2)?,
+            Letter::A => self.axis(3)?,
+            Letter::B => self.axis(4)?,
+            Letter::C => self.axis(5)?,
+            Letter::F => &mut self.f,
+            Letter::S => &mut self.modal.speed,
+            Letter::T => &mut tool,
+            _ => self.rare_slot(letter)?,
+        };
+        *slot = value;
+        if letter == Letter::T {
+            self.modal.tool = tool_number(tool)?;
+        }
+        self.letters.insert(letter)?;
+        if value < Number::default() && MAY_NOT_BE_NEGATIVE.contains(letter) {
+            return Err(Status::NegativeValue);
+        }
+        Ok(())
+    }
+
+    /// Notes that an axis has a word and answers the place for its value.
+    fn axis(&mut self, index: usize) -> Result<&mut Number, Status> {
+        let slot = self.axes.get_mut(index).ok_or(Status::UnsupportedCommand)?;
+        self.axis_mask |= 1 << index;
+        Ok(slot)
+    }
+
+    fn rare_slot(&mut self, letter: Letter) -> Result<&mut Number, Status> {
+        let [i, j, k] = &mut self.centre;
+        match letter {
+            Letter::I => Ok(i),
+            Letter::J => Ok(j),
+            Letter::K => Ok(k),
+            Letter::L => Ok(&mut self.l),
+            Letter::N => Ok(&mut self.n),
+            Letter::P => Ok(&mut self.p),
+            Letter::R => Ok(&mut self.r),
+            _ => Err(Status::UnsupportedCommand),
+        }
+    }
+}
+
+const MAY_NOT_BE_NEGATIVE: Letters =
+    Letters::of(&[Letter::F, Letter::N, Letter::P, Letter::S, Letter::T]);
+
+/// The largest T word (GRBL: a byte).
+const MAX_TOOL: Number = Number::from_int(255);
+
+/// The whole part of a T word. A negative one is refused elsewhere.
+fn tool_number(value: Number) -> Result<u8, Status> {
+    if value > MAX_TOOL {
+        return Err(Status::ToolTooLarge);
+    }
+    Ok(u8::try_from(value.trunc()).unwrap_or(0))
+}
