@@ -1,1 +1,38 @@
-//! sim.
+//! A leadscrew machine on a desk: the same main loop and the same step interrupt as on the board, on a
+//! clock that counts the cycles of its CPU.
+//!
+//! ```text
+//!   Host ====serial line====> Machine ---segments---> step interrupt ---pins---> Plant
+//!  (Streamer, a test)  <====    |  ^                    ^ |                      |
+//!                               |  +---- switches ------|-|----------------------+
+//!                               +------- SimBoard ------+ +--> Observer
+//! ```
+//!
+//! [`Simulation`] always handles the event that is due next ([`event_loop`]), charges the CPU for it ([`cost`],
+//! [`load`]) and so finds out what comes late. Nothing depends on the machine that it runs on: the same input gives
+//! the same bits.
+//!
+//! It checks on its own what must always hold, and collects [`trouble::Violation`]s: the carriages stand
+//! where the machine counts them, no pulse is short, no direction changes late.
+#![forbid(unsafe_code)]
+
+pub mod board;
+pub mod clock;
+pub mod cost;
+pub mod event_loop;
+pub mod link;
+pub mod load;
+pub mod observer;
+pub mod plant;
+mod position;
+pub mod setup;
+mod stepping;
+pub mod streamer;
+pub mod trouble;
+
+pub use clock::Cycle;
+pub use event_loop::{Simulation, Stopped};
+pub use link::{Host, Rate};
+pub use observer::{Observer, StepEvent};
+pub use setup::{Memory, Setup};
+pub use streamer::{Replies, Reply, Streamer, Streaming};

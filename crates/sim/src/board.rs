@@ -1,0 +1,356 @@
+//! The simulated board: step timer, pins and serial output, as the firmware's board has them.
+//!
+//! TIM2 counts at [`TIMER_HZ`](crate::clock::TIMER_HZ). Compare 1 holds the next tick, compare 2 the end of the
+//! pulse under way. Both raise one interrupt of the highest priority:
+//!
+//! ```text
+//!  tick due     step_edge       step_written            step, step_with_segment
+//!     |------------|-----------------|-----------------------|
+//!   entry        pins rise     direction, power, compare   exit
+//! ```
+//!
+//! The edges of all ticks lag behind the timer by the same [`Costs::step_edge`], but where the interrupt
+//! before has not ended. New directions go out as the pulse ends, so that no edge finds them moving.
+
+use crate::clock::{cycles_of_micros, Cycle, CYCLES_PER_COUNT};
+use crate::cost::Costs;
+use crate::link::Links;
+use crate::observer::{Observer, StepEvent};
+use crate::plant::{Plant, Rise, LEAST_SETUP};
+use crate::trouble::{Late, LateReason, Record, Violation};
+use leadscrew_machine::board::{
+    Board, ChannelId, CoolantOutput, PortConfig, SpindleOutput, Switches,
+};
+use leadscrew_stepper::{MotorMask, Outputs, Power, StepPort, Ticks};
+
+/// Eighths of a dominant motor's step, the finest that smoothing knows.
+pub(crate) const EIGHTHS: u64 = 8;
+
+/// What the board has counted.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct Counts {
+    /// Instants at which at least one motor steps.
+    pub step_events: u64,
+    /// Ticks at which no motor steps.
+    pub smoothing_ticks: u64,
+    /// Steps of the dominant motors, in eighths.
+    pub(crate) dominant_eighths: u64,
+    /// The longest that a tick's interrupt began after it was due, in cycles.
+    pub longest_delay: u64,
+}
+
+/// The board under a simulated machine: implements [`Board`] for its main loop and [`StepPort`] for its step
+/// interrupt.
+#[derive(Debug)]
+pub struct SimBoard<O, const MOTORS: usize> {
+    /// The world beyond the pins.
+    pub plant: Plant<MOTORS>,
+    pub(crate) observer: O,
+    pub(crate) links: Links,
+    pub(crate) counts: Counts,
+    pub(crate) late: Record<Late>,
+    pub(crate) violations: Record<Violation>,
+    pub(crate) first_step: Cycle,
+    pub(crate) last_step: Cycle,
+    pub(crate) last_rest: Cycle,
+    pub(crate) port: PortConfig,
+    /// Set whenever an input may have changed its level.
+    pub(crate) switches_moved: bool,
+    /// Whether the counted position and the plant's have to be put side by side anew.
+    pub(crate) rewired: bool,
+    /// Eighths of a dominant step in each tick of the segment under way.
+    pub(crate) eighths_per_tick: u64,
+    costs: Costs,
+    /// Begin of the interrupt or poll under way.
+    now: Cycle,
+    /// When the next step interrupt is due.
+    step_due: Cycle,
+    /// The instant of the tick that was armed last, from which the next one counts.
+    tick_due: Cycle,
+    /// When the pulse under way is to end.
+    pulse_due: Cycle,
+    direction: MotorMask,
+    power: Power,
+    outputs: Outputs,
+    spindle: SpindleOutput,
+    coolant: CoolantOutput,
+    motors_on: bool,
+}
+
+/// Pulse width before the machine has configured the port: Grbl's `$0`.
+const DEFAULT_PULSE_US: u8 = 10;
+
+impl<O: Observer, const MOTORS: usize> SimBoard<O, MOTORS> {
+    /// Makes a board at power-up.
+    pub(crate) fn new(costs: Costs, links: Links, plant: Plant<MOTORS>, observer: O) -> Self {
+        Self {
+            plant,
+            observer,
+            links,
+            counts: Counts::default(),
+            late: Record::default(),
+            violations: Record::default(),
+            first_step: Cycle::NEVER,
+            last_step: Cycle::ZERO,
+            last_rest: Cycle::ZERO,
+            port: PortConfig {
+                pulse_us: DEFAULT_PULSE_US,
+                ..PortConfig::default()
+            },
+            switches_moved: false,
+            rewired: false,
+            eighths_per_tick: 0,
+            costs,
+            now: Cycle::ZERO,
+            step_due: Cycle::NEVER,
+            tick_due: Cycle::ZERO,
+            pulse_due: Cycle::NEVER,
+            direction: MotorMask::NONE,
+            power: Power::OFF,
+            outputs: Outputs::default(),
+            spindle: SpindleOutput::Off,
+            coolant: CoolantOutput::default(),
+            motors_on: false,
+        }
+    }
+
+    /// When the step interrupt is due next.
+    #[inline]
+    pub(crate) fn step_due(&self) -> Cycle {
+        self.step_due
+    }
+
+    /// When one of the timer's interrupts is due next.
+    #[inline]
+    pub(crate) fn timer_due(&self) -> Cycle {
+        self.step_due.min(self.pulse_due)
+    }
+
+    /// When the pulse under way is to end.
+    #[inline]
+    pub(crate) fn pulse_due(&self) -> Cycle {
+        self.pulse_due
+    }
+
+    /// Begins a poll of the main loop.
+    pub(crate) fn begin_poll(&mut self, now: Cycle) {
+        self.now = now;
+    }
+
+    /// Begins a step interrupt at `now`.
+    #[inline]
+    pub(crate) fn begin_step_interrupt(&mut self, now: Cycle) {
+        self.now = now;
+        self.counts.longest_delay = self.counts.longest_delay.max(now - self.tick_due);
+    }
+
+    /// Lets the step pins fall, then sets the directions that waited for it.
+    #[inline]
+    pub(crate) fn end_pulse(&mut self, now: Cycle) {
+        self.pulse_due = Cycle::NEVER;
+        let width = self.plant.fall(now);
+        self.observer.pulse_end(now);
+        if width < cycles_of_micros(u64::from(self.port.pulse_us)) {
+            self.violate(Violation::PulseTooShort { cycle: now, width });
+        }
+        self.write_direction(now);
+    }
+
+    /// Whether the step timer rests.
+    #[inline]
+    pub(crate) fn is_resting(&self) -> bool {
+        self.step_due == Cycle::NEVER
+    }
+
+    /// Power as it is put out.
+    pub(crate) fn power(&self) -> Power {
+        self.power
+    }
+
+    /// Direction and enable of the spindle as they are put out.
+    pub(crate) fn spindle(&self) -> SpindleOutput {
+        self.spindle
+    }
+
+    /// Notes something that came too late.
+    #[cold]
+    pub(crate) fn note_late(&mut self, cycle: Cycle, reason: LateReason) {
+        let late = Late { cycle, reason };
+        self.observer.late(&late);
+        self.late.push(late);
+    }
+
+    /// Notes something that must never happen.
+    #[cold]
+    pub(crate) fn violate(&mut self, violation: Violation) {
+        self.observer.violation(&violation);
+        self.violations.push(violation);
+    }
+
+    #[cold]
+    fn check_rise(&mut self, cycle: Cycle, rise: &Rise) {
+        if !rise.lost.is_empty() {
+            self.violate(Violation::StepLost {
+                cycle,
+                motors: rise.lost,
+            });
+        }
+        if let Some(setup) = rise.setup.filter(|setup| *setup < LEAST_SETUP) {
+            self.violate(Violation::DirectionNotSettled { cycle, setup });
+        }
+        self.switches_moved |= rise.switches;
+    }
+
+    /// Puts the direction asked for on the pins.
+    #[inline]
+    fn write_direction(&mut self, now: Cycle) {
+        let pins = self.direction.bits() ^ self.port.direction_invert.bits();
+        let pins = MotorMask::from_bits(pins);
+        if pins != self.plant.direction() {
+            self.change_direction(now, pins);
+        }
+    }
+
+    #[cold]
+    fn change_direction(&mut self, now: Cycle, pins: MotorMask) {
+        let moving = self.plant.set_direction(now, pins);
+        self.observer.direction(now, self.direction);
+        if !moving.is_empty() {
+            self.violate(Violation::DirectionInPulse {
+                cycle: now,
+                motors: moving,
+            });
+        }
+    }
+
+    #[inline]
+    fn put_power(&mut self, now: Cycle, power: Power) {
+        if power != self.power {
+            self.power = power;
+            self.observer.power(now, power);
+        }
+    }
+
+    /// When the registers that the step interrupt writes last are written.
+    #[inline]
+    fn written(&self) -> Cycle {
+        self.now + u64::from(self.costs.step_written)
+    }
+}
+
+impl<O: Observer, const MOTORS: usize> StepPort for SimBoard<O, MOTORS> {
+    #[inline]
+    fn step(&mut self, motors: MotorMask) {
+        self.counts.dominant_eighths += self.eighths_per_tick;
+        if motors.is_empty() {
+            self.counts.smoothing_ticks += 1;
+            return;
+        }
+        let edge = self.now + u64::from(self.costs.step_edge);
+        self.counts.step_events += 1;
+        self.first_step = self.first_step.min(edge);
+        self.last_step = edge;
+        let rise = self.plant.raise(edge, motors);
+        if rise.setup.is_some() || rise.switches || !rise.lost.is_empty() {
+            self.check_rise(edge, &rise);
+        }
+        let (negative, power) = (self.direction, self.power);
+        self.observer.step(&StepEvent {
+            cycle: edge,
+            motors,
+            negative,
+            power,
+        });
+        // The timer's count now is rounded down: one count more, so that the pulse is never short.
+        let width = cycles_of_micros(u64::from(self.port.pulse_us)) + CYCLES_PER_COUNT;
+        self.pulse_due = Cycle(edge.0 - edge.0 % CYCLES_PER_COUNT + width);
+    }
+
+    #[inline]
+    fn set_direction(&mut self, negative: MotorMask) {
+        self.direction = negative;
+        if self.pulse_due == Cycle::NEVER {
+            self.write_direction(self.written());
+        }
+    }
+
+    #[inline]
+    fn set_power(&mut self, power: Power) {
+        self.put_power(self.written(), power);
+    }
+
+    #[inline]
+    fn set_outputs(&mut self, outputs: Outputs) {
+        if outputs != self.outputs {
+            self.outputs = outputs;
+            self.observer.outputs(self.written(), outputs);
+        }
+    }
+
+    #[inline]
+    fn arm(&mut self, wait: Ticks) -> bool {
+        self.tick_due = self.tick_due + u64::from(wait.0) * CYCLES_PER_COUNT;
+        let armed = self.now + u64::from(self.costs.step_armed);
+        let late = self.tick_due < armed;
+        self.step_due = self.tick_due;
+        if late {
+            self.step_due = armed;
+            self.note_late(armed, LateReason::TickPassed);
+        }
+        late
+    }
+
+    fn rest(&mut self) {
+        self.step_due = Cycle::NEVER;
+        self.last_rest = self.now;
+        self.observer.running(self.written(), false);
+    }
+}
+
+impl<O: Observer, const MOTORS: usize> Board for SimBoard<O, MOTORS> {
+    fn start_stepping(&mut self) {
+        self.tick_due = self.now;
+        self.step_due = self.now;
+        self.observer.running(self.now, true);
+    }
+
+    fn write(&mut self, channel: ChannelId, bytes: &[u8]) -> usize {
+        self.links.write(channel, bytes, self.now)
+    }
+
+    fn switches(&self) -> Switches {
+        *self.plant.levels()
+    }
+
+    fn enable_motors(&mut self, on: bool) {
+        if on != self.motors_on {
+            self.motors_on = on;
+            self.observer.motors_enabled(self.now, on);
+        }
+    }
+
+    fn set_spindle(&mut self, output: SpindleOutput) {
+        if output != self.spindle {
+            self.spindle = output;
+            self.observer.spindle(self.now, output);
+        }
+    }
+
+    fn set_power(&mut self, power: Power) {
+        self.put_power(self.now, power);
+    }
+
+    fn set_coolant(&mut self, output: CoolantOutput) {
+        if output != self.coolant {
+            self.coolant = output;
+            self.observer.coolant(self.now, output);
+        }
+    }
+
+    fn configure(&mut self, port: &PortConfig) {
+        self.port = *port;
+        self.rewired = true;
+        self.observer.configured(self.now, port);
+        self.write_direction(self.now);
+    }
+}

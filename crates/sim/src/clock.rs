@@ -1,0 +1,108 @@
+//! The simulator's only clock: cycles of the CPU since power-up.
+//!
+//! Every other time is a whole multiple or a rounded-down share of it, so that nothing depends on the
+//! machine that runs the simulation.
+
+use core::fmt;
+use core::ops::{Add, Sub};
+use leadscrew_machine::board::Instant;
+
+/// CPU clock of the STM32F407 at its highest, Hz (data sheet DocID022152, table 14).
+pub const CPU_HZ: u64 = 168_000_000;
+
+/// Counts of the step timer (TIM2) a second: twice the clock of its bus (RM0090 section 7.2).
+pub const TIMER_HZ: u32 = 84_000_000;
+
+/// CPU cycles in one count of the step timer.
+pub const CYCLES_PER_COUNT: u64 = CPU_HZ / TIMER_HZ as u64;
+
+const CYCLES_PER_US: u64 = CPU_HZ / 1_000_000;
+
+/// An instant: CPU cycles since power-up. Spans between two instants are plain `u64` cycles.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default, Hash)]
+pub struct Cycle(pub u64);
+
+impl Cycle {
+    /// Power-up.
+    pub const ZERO: Self = Self(0);
+    /// Later than everything: what is due then does not happen.
+    pub const NEVER: Self = Self(u64::MAX);
+
+    /// The first cycle of a microsecond since power-up.
+    pub const fn from_micros(micros: u64) -> Self {
+        Self(micros.saturating_mul(CYCLES_PER_US))
+    }
+
+    /// The first cycle at which a clock of whole microseconds has reached `instant`.
+    pub const fn from_instant(instant: Instant) -> Self {
+        Self::from_micros(instant.ticks())
+    }
+
+    /// What a clock of whole microseconds shows now: rounded down.
+    pub const fn instant(self) -> Instant {
+        Instant::from_ticks(self.0 / CYCLES_PER_US)
+    }
+
+    /// Seconds since power-up.
+    pub fn seconds(self) -> f64 {
+        seconds(self.0)
+    }
+}
+
+/// A span of `cycles` in seconds.
+pub fn seconds(cycles: u64) -> f64 {
+    cycles as f64 / CPU_HZ as f64
+}
+
+/// A span of `cycles` in microseconds.
+pub fn micros(cycles: u64) -> f64 {
+    cycles as f64 / CYCLES_PER_US as f64
+}
+
+/// The cycles in `micros` microseconds.
+pub const fn cycles_of_micros(micros: u64) -> u64 {
+    micros * CYCLES_PER_US
+}
+
+impl Add<u64> for Cycle {
+    type Output = Self;
+    /// `cycles` later; [`Cycle::NEVER`] stays never.
+    #[inline]
+    fn add(self, cycles: u64) -> Self {
+        Self(self.0.saturating_add(cycles))
+    }
+}
+
+impl Sub for Cycle {
+    type Output = u64;
+    /// Cycles from `earlier` to this instant; 0 where `earlier` is not earlier.
+    #[inline]
+    fn sub(self, earlier: Self) -> u64 {
+        self.0.saturating_sub(earlier.0)
+    }
+}
+
+impl fmt::Display for Cycle {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "cycle {} ({:.6} s)", self.0, self.seconds())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_deadline_in_microseconds_is_reached_at_its_first_cycle() {
+        let deadline = Instant::from_ticks(1000);
+        let cycle = Cycle::from_instant(deadline);
+        assert_eq!(cycle.instant(), deadline);
+        assert!(Cycle(cycle.0 - 1).instant() < deadline);
+    }
+
+    #[test]
+    fn never_stays_never() {
+        assert_eq!(Cycle::NEVER + 5, Cycle::NEVER);
+        assert_eq!(Cycle(3) - Cycle(5), 0);
+    }
+}

@@ -1,0 +1,144 @@
+//! What the CPU of an STM32F407 pays for each piece of work, in cycles.
+//!
+//! # Sources
+//! No board has been measured yet. Until then:
+//!
+//! * Instructions marked *counted* are exact (`cargo xtask icount`, `bench/budgets.txt`); those of Grbl are counts of its
+//!   code in the same way; all others are estimates from the length of the code.
+//! * Cycles are instructions times 1.65: what a step interrupt of 66 instructions took with a cold flash
+//!   accelerator on an emulated F407 at five wait states (131 cycles, 22 of them exception entry and exit:
+//!   109 / 66). A warm one takes 117; the cold figure is the conservative one. The emulator is calibrated
+//!   to within about 15 %.
+//! * Exception entry is 12 cycles, return 10 (Cortex-M4 TRM, ARM 100166, section 3.9.1).
+//!
+//! What is charged when is in [`crate::event_loop`].
+
+use leadscrew_machine::work::Work;
+
+/// Cycles from an interrupt's being due to its first instruction.
+const ENTRY: u32 = 12;
+/// Cycles from an interrupt's last instruction back to what it interrupted.
+const EXIT: u32 = 10;
+
+/// The CPU's price list, in cycles. Interrupts include their entry and exit.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Costs {
+    /// From the timer's compare to the edge of the step pins: entry and some 15 instructions.
+    pub step_edge: u32,
+    /// From the timer's compare to the registers written last (direction, power) in a step interrupt that goes on
+    /// with its segment.
+    pub step_written: u32,
+    /// From the timer's compare to the next compare's being armed in the longest step interrupt: a tick due
+    /// before that is late.
+    pub step_armed: u32,
+    /// A step interrupt that goes on with its segment: 172 instructions with three motors stepping, counted.
+    pub step: u32,
+    /// A step interrupt that takes the first segment of a line: 276 instructions, counted.
+    pub step_with_segment: u32,
+    /// From the timer's second compare to the fall of the step pins: entry and some 10 instructions.
+    pub pulse_edge: u32,
+    /// An interrupt that ends a pulse: 25 instructions.
+    pub pulse_end: u32,
+    /// A switch interrupt: all inputs read and compared, 100 instructions.
+    pub switches: u32,
+    /// A serial interrupt that receives a byte: 45 instructions.
+    pub byte_in: u32,
+    /// A serial interrupt that sends a byte: 30 instructions.
+    pub byte_out: u32,
+    /// A turn of the main loop that finds nothing to do: 120 instructions.
+    pub poll: u32,
+    /// A byte put on its line, or one of an answer printed: 25 instructions.
+    pub byte: u32,
+    /// A line checked and interpreted: 1200 instructions for `G1X12.345Y-6.789F1500` (1191 in Grbl).
+    pub line: u32,
+    /// A move planned: 750 to 1320 instructions in Grbl at 15 moves, 1300 taken.
+    pub planned_move: u32,
+    /// A segment made: 416 to 515 instructions in Grbl for one that begins a move, 600 taken.
+    pub segment: u32,
+    /// A status report printed: 2500 instructions, an estimate.
+    pub report: u32,
+}
+
+impl Costs {
+    /// An STM32F407 at 168 MHz, as described above.
+    pub const F407: Self = Self {
+        step_edge: ENTRY + cycles(15),
+        step_written: ENTRY + cycles(165),
+        step_armed: ENTRY + cycles(276),
+        step: interrupt(172),
+        step_with_segment: interrupt(276),
+        pulse_edge: ENTRY + cycles(10),
+        pulse_end: interrupt(25),
+        switches: interrupt(100),
+        byte_in: interrupt(45),
+        byte_out: interrupt(30),
+        poll: cycles(120),
+        byte: cycles(25),
+        line: cycles(1200),
+        planned_move: cycles(1300),
+        segment: cycles(600),
+        report: cycles(2500),
+    };
+
+    /// A CPU that takes no time: for tests that want the timer's own schedule.
+    pub const NONE: Self = Self {
+        step_edge: 0,
+        step_written: 0,
+        step_armed: 0,
+        step: 0,
+        step_with_segment: 0,
+        pulse_edge: 0,
+        pulse_end: 0,
+        switches: 0,
+        byte_in: 0,
+        byte_out: 0,
+        poll: 0,
+        byte: 0,
+        line: 0,
+        planned_move: 0,
+        segment: 0,
+        report: 0,
+    };
+
+    /// Cycles of one turn of the main loop that has brought its counters from `before` to `after`.
+    pub fn of_poll(&self, before: &Work, after: &Work) -> u64 {
+        let cost = |cost: u32, before: u32, after: u32| {
+            u64::from(cost) * u64::from(after.wrapping_sub(before))
+        };
+        u64::from(self.poll)
+            + cost(self.byte, before.bytes, after.bytes)
+            + cost(self.byte, before.written, after.written)
+            + cost(self.line, before.lines, after.lines)
+            + cost(self.planned_move, before.moves, after.moves)
+            + cost(self.segment, before.segments, after.segments)
+            + cost(self.report, before.reports, after.reports)
+    }
+}
+
+/// Cycles of `instructions` with a cold flash accelerator: 1.65 each, rounded up.
+const fn cycles(instructions: u32) -> u32 {
+    (instructions * 165).div_ceil(100)
+}
+
+/// Cycles of an interrupt of so many instructions, entry and exit included.
+const fn interrupt(instructions: u32) -> u32 {
+    ENTRY + cycles(instructions) + EXIT
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_interrupt_that_was_emulated_costs_what_it_took_there() {
+        assert_eq!(interrupt(66), 131);
+    }
+
+    #[test]
+    fn pins_change_before_the_interrupt_ends() {
+        let c = Costs::F407;
+        assert!(c.step_edge < c.step_written && c.step_written < c.step);
+        assert!(c.step_armed < c.step_with_segment);
+        assert!(c.pulse_edge < c.pulse_end);
+    }
+}

@@ -1,0 +1,183 @@
+//! Who has the CPU: the step interrupt, other interrupts, or the main loop; and how busy it is.
+//!
+//! ```text
+//!  step timer, pulse end   ====          ====            highest priority, one after the other
+//!  serial, switches            ==                        below it: only their time is counted
+//!  main loop                     ======      ======----  the rest; a poll ends later by what interrupts it
+//! ```
+//!
+//! Busy cycles are collected in slots of an eighth of a millisecond; what does not fit into a slot runs on
+//! into the next. The peak is the busiest stretch of eight slots: any millisecond, to an eighth of one.
+
+use crate::clock::{Cycle, CPU_HZ};
+
+/// Slots in a millisecond.
+const SLOTS: usize = 8;
+
+/// Cycles in a slot.
+const SLOT: u64 = CPU_HZ / 1000 / SLOTS as u64;
+
+/// The CPU's time table.
+#[derive(Clone, Debug)]
+pub struct Cpu {
+    interrupt_until: Cycle,
+    main_until: Cycle,
+    busy: u64,
+    /// Busy cycles not yet put into a slot.
+    pending: u64,
+    slot_end: Cycle,
+    slots: [u64; SLOTS],
+    slot: usize,
+    window: u64,
+    peak: u64,
+}
+
+/// How busy the CPU was.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub struct CpuLoad {
+    /// Share of all cycles, 0 to 1.
+    pub mean: f64,
+    /// The largest share of any millisecond, 0 to 1.
+    pub peak: f64,
+}
+
+impl Default for Cpu {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Cpu {
+    /// Makes the table of a CPU that has not run yet.
+    pub const fn new() -> Self {
+        Self {
+            interrupt_until: Cycle::ZERO,
+            main_until: Cycle::ZERO,
+            busy: 0,
+            pending: 0,
+            slot_end: Cycle(SLOT),
+            slots: [0; SLOTS],
+            slot: 0,
+            window: 0,
+            peak: 0,
+        }
+    }
+
+    /// When a timer interrupt that is due at `due` begins: then, or once the one under way has ended.
+    #[inline]
+    pub fn timer_start(&self, due: Cycle) -> Cycle {
+        due.max(self.interrupt_until)
+    }
+
+    /// Charges a timer interrupt that begins at `start`.
+    #[inline]
+    pub fn charge_timer(&mut self, start: Cycle, cycles: u32) {
+        self.interrupt_until = start + u64::from(cycles);
+        self.charge_interrupt(start, cycles);
+    }
+
+    /// Charges an interrupt of lower priority: it lengthens the poll under way.
+    #[inline]
+    pub fn charge_interrupt(&mut self, start: Cycle, cycles: u32) {
+        if self.main_until > start {
+            self.main_until = self.main_until + u64::from(cycles);
+        }
+        self.charge(start, u64::from(cycles));
+    }
+
+    /// When the main loop can go on, if it is woken at `wake`.
+    #[inline]
+    pub fn main_start(&self, wake: Cycle) -> Cycle {
+        wake.max(self.main_until).max(self.interrupt_until)
+    }
+
+    /// Charges a poll that begins at `start`.
+    pub fn charge_main(&mut self, start: Cycle, cycles: u64) {
+        self.main_until = start + cycles;
+        self.charge(start, cycles);
+    }
+
+    /// The load from power-up to `end`.
+    pub fn load(&self, end: Cycle) -> CpuLoad {
+        let mut rest = self.clone();
+        rest.roll(end + SLOTS as u64 * SLOT);
+        CpuLoad {
+            mean: (self.busy as f64 / end.0.max(1) as f64).min(1.0),
+            peak: rest.peak as f64 / (SLOTS as u64 * SLOT) as f64,
+        }
+    }
+
+    #[inline]
+    fn charge(&mut self, now: Cycle, cycles: u64) {
+        if now >= self.slot_end {
+            self.roll(now);
+        }
+        self.busy += cycles;
+        self.pending += cycles;
+    }
+
+    /// Closes all slots that end at `now` or before.
+    fn roll(&mut self, now: Cycle) {
+        while now >= self.slot_end {
+            if self.pending == 0 && self.window == 0 {
+                let idle = (now - self.slot_end) / SLOT + 1;
+                self.slot_end = self.slot_end + idle * SLOT;
+                return;
+            }
+            let busy = self.pending.min(SLOT);
+            self.pending -= busy;
+            self.window = self.window + busy - self.slots[self.slot];
+            self.slots[self.slot] = busy;
+            self.slot = (self.slot + 1) % SLOTS;
+            self.peak = self.peak.max(self.window);
+            self.slot_end = self.slot_end + SLOT;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const MS: u64 = CPU_HZ / 1000;
+
+    #[test]
+    fn an_interrupt_lengthens_the_poll_that_it_interrupts_and_no_other() {
+        let mut cpu = Cpu::new();
+        cpu.charge_main(Cycle(100), 1000);
+        cpu.charge_timer(Cycle(500), 200);
+        assert_eq!(cpu.main_start(Cycle(0)), Cycle(1300));
+        cpu.charge_timer(Cycle(2000), 200);
+        assert_eq!(cpu.main_start(Cycle(0)), Cycle(2200));
+        assert_eq!(cpu.timer_start(Cycle(2100)), Cycle(2200));
+    }
+
+    #[test]
+    fn mean_and_peak_of_a_burst() {
+        let mut cpu = Cpu::new();
+        // Half busy during the second of four milliseconds.
+        for k in 0..100 {
+            cpu.charge_timer(Cycle(MS + k * MS / 100), (MS / 200) as u32);
+        }
+        let load = cpu.load(Cycle(4 * MS));
+        assert!((load.mean - 0.125).abs() < 1e-9);
+        assert!((load.peak - 0.5).abs() < 1e-9);
+    }
+
+    #[test]
+    fn work_that_takes_longer_than_a_millisecond_is_full_load_and_not_more() {
+        let mut cpu = Cpu::new();
+        cpu.charge_main(Cycle(0), 3 * MS);
+        let load = cpu.load(Cycle(10 * MS));
+        assert!((load.peak - 1.0).abs() < 1e-9);
+        assert!((load.mean - 0.3).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_long_rest_is_passed_in_one_go() {
+        let mut cpu = Cpu::new();
+        cpu.charge_timer(Cycle(0), 100);
+        cpu.charge_timer(Cycle(u64::MAX / 4), 100);
+        assert_eq!(cpu.busy, 200);
+    }
+}

@@ -1,0 +1,127 @@
+//! Who watches the pins: file writers, pictures, tests.
+//!
+//! The simulation takes its observer as a type parameter; methods that are not overridden cost nothing.
+//! Two observers are watched with as a pair, none with `()`, an optional one with `Option`.
+
+use crate::clock::Cycle;
+use crate::trouble::{Late, Violation};
+use leadscrew_machine::board::{CoolantOutput, PortConfig, SpindleOutput};
+use leadscrew_stepper::{MotorMask, Outputs, Power};
+
+/// The rising edges of one step event.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct StepEvent {
+    /// When the step pins rise.
+    pub cycle: Cycle,
+    /// The motors that step: never empty.
+    pub motors: MotorMask,
+    /// The motors whose direction is negative.
+    pub negative: MotorMask,
+    /// Spindle or laser power that was put out up to this event.
+    pub power: Power,
+}
+
+/// What can be watched. All cycles rise from call to call.
+#[allow(unused_variables)]
+pub trait Observer {
+    /// Step pins rise.
+    #[inline]
+    fn step(&mut self, event: &StepEvent) {}
+    /// All step pins fall.
+    #[inline]
+    fn pulse_end(&mut self, cycle: Cycle) {}
+    /// Direction pins change.
+    #[inline]
+    fn direction(&mut self, cycle: Cycle, negative: MotorMask) {}
+    /// Spindle or laser power changes.
+    #[inline]
+    fn power(&mut self, cycle: Cycle, power: Power) {}
+    /// Synchronised outputs change.
+    #[inline]
+    fn outputs(&mut self, cycle: Cycle, outputs: Outputs) {}
+    /// The step timer starts out of rest (`true`) or comes to rest.
+    #[inline]
+    fn running(&mut self, cycle: Cycle, running: bool) {}
+    /// The motor drivers are enabled or disabled.
+    #[inline]
+    fn motors_enabled(&mut self, cycle: Cycle, on: bool) {}
+    /// The spindle's direction and enable pins are set.
+    #[inline]
+    fn spindle(&mut self, cycle: Cycle, output: SpindleOutput) {}
+    /// The coolant valves are set.
+    #[inline]
+    fn coolant(&mut self, cycle: Cycle, output: CoolantOutput) {}
+    /// The step port's wiring is set.
+    #[inline]
+    fn configured(&mut self, cycle: Cycle, port: &PortConfig) {}
+    /// Something came too late.
+    #[inline]
+    fn late(&mut self, late: &Late) {}
+    /// Something happened that must never happen.
+    #[inline]
+    fn violation(&mut self, violation: &Violation) {}
+}
+
+impl Observer for () {}
+
+/// Implements every method by calling it on each observer of each iterator.
+macro_rules! forward {
+    (@method $self:ident $observers:tt $name:ident($($arg:ident: $type:ty),*)) => {
+        #[inline]
+        fn $name(&mut $self, $($arg: $type),*) {
+            forward!(@call $observers $name ($($arg),*));
+        }
+    };
+    (@call ($($observers:expr),+) $name:ident $args:tt) => {
+        $(for observer in $observers { observer.$name $args; })+
+    };
+    ($self:ident, $observers:tt) => {
+        forward!(@method $self $observers step(event: &StepEvent));
+        forward!(@method $self $observers pulse_end(cycle: Cycle));
+        forward!(@method $self $observers direction(cycle: Cycle, negative: MotorMask));
+        forward!(@method $self $observers power(cycle: Cycle, power: Power));
+        forward!(@method $self $observers outputs(cycle: Cycle, outputs: Outputs));
+        forward!(@method $self $observers running(cycle: Cycle, running: bool));
+        forward!(@method $self $observers motors_enabled(cycle: Cycle, on: bool));
+        forward!(@method $self $observers spindle(cycle: Cycle, output: SpindleOutput));
+        forward!(@method $self $observers coolant(cycle: Cycle, output: CoolantOutput));
+        forward!(@method $self $observers configured(cycle: Cycle, port: &PortConfig));
+        forward!(@method $self $observers late(late: &Late));
+        forward!(@method $self $observers violation(violation: &Violation));
+    };
+}
+
+impl<A: Observer, B: Observer> Observer for (A, B) {
+    forward!(self, ([&mut self.0], [&mut self.1]));
+}
+
+impl<O: Observer> Observer for Option<O> {
+    forward!(self, (self.iter_mut()));
+}
+
+impl<O: Observer> Observer for &mut O {
+    forward!(self, ([&mut **self]));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[derive(Default)]
+    struct Count(u32);
+
+    impl Observer for Count {
+        fn pulse_end(&mut self, _: Cycle) {
+            self.0 += 1;
+        }
+    }
+
+    #[test]
+    fn pairs_options_and_references_pass_everything_on() {
+        let mut shared = Count::default();
+        let mut all = ((&mut shared, None::<Count>), Some(Count::default()));
+        all.pulse_end(Cycle(1));
+        assert_eq!(all.1.map(|c| c.0), Some(1));
+        assert_eq!(shared.0, 1);
+    }
+}

@@ -1,0 +1,467 @@
+//! The machine beyond the pins: what the motor drivers, the carriage and the switches make of them.
+//!
+//! A driver takes one step at each rising edge, in the direction that its pin shows at that instant. The
+//! plant counts those, knows nothing of G-code, and checks what a driver asks for:
+//!
+//! ```text
+//!  direction ____/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾
+//!                |<- setup ->|
+//!  step      ________________/‾‾‾‾‾‾\____
+//!                            |width|
+//! ```
+//!
+//! A switch changes its level where the carriage passes its place. Between two such places a *window* of
+//! positions says that nothing changes, so that a step costs two comparisons however many switches there are.
+
+use crate::clock::{Cycle, CPU_HZ};
+use leadscrew_machine::board::Switches;
+use leadscrew_stepper::MotorMask;
+
+/// Least time from a change of direction to the step, in cycles: 650 ns (TI DRV8825 data sheet SLVSA73F,
+/// timing requirements; Allegro's A4988 asks for 200 ns).
+pub const LEAST_SETUP: u64 = (650 * (CPU_HZ / 1_000_000)).div_ceil(1000);
+
+/// Steps over which a motor's rate is measured. Fewer would see the unevenness of Bresenham's tracer as speed.
+const RATE_STEPS: usize = 16;
+
+/// A digital input of the board.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Pin {
+    /// The limit switch of a motor.
+    Limit(usize),
+    /// The probe.
+    Probe,
+    /// The reset button.
+    Reset,
+    /// The feed hold button.
+    Hold,
+    /// The cycle start button.
+    Start,
+    /// The safety door.
+    Door,
+}
+
+/// On which side of its place a switch has its level.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Side {
+    /// At the place and above it.
+    AtOrAbove,
+    /// At the place and below it.
+    AtOrBelow,
+}
+
+/// A switch that a carriage works.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Switch {
+    /// The input that it is wired to.
+    pub pin: Pin,
+    /// The motor whose carriage works it.
+    pub motor: usize,
+    /// Which side has `level`; the other has the opposite.
+    pub side: Side,
+    /// Its place in steps of the carriage.
+    pub place: i32,
+    /// Electrical level on `side`; `false` is a closed switch.
+    pub level: bool,
+}
+
+impl Switch {
+    fn level_at(&self, position: i32) -> bool {
+        let on_side = match self.side {
+            Side::AtOrAbove => position >= self.place,
+            Side::AtOrBelow => position <= self.place,
+        };
+        on_side == self.level
+    }
+
+    /// The positions around `position` at which this switch keeps its level.
+    fn window(&self, position: i32) -> (i32, i32) {
+        let last_below = match self.side {
+            Side::AtOrAbove => self.place.saturating_sub(1),
+            Side::AtOrBelow => self.place,
+        };
+        if position <= last_below {
+            (i32::MIN, last_below)
+        } else {
+            (last_below.saturating_add(1), i32::MAX)
+        }
+    }
+}
+
+/// One motor's carriage.
+#[derive(Clone, Debug)]
+struct Carriage {
+    position: i32,
+    /// Nothing changes from `window.0` to `window.1`.
+    window: (i32, i32),
+    pulses: u64,
+    direction_changed: Cycle,
+    first_step: Cycle,
+    last_step: Cycle,
+    /// Instants of the last [`RATE_STEPS`] steps, a ring indexed by the pulse count.
+    recent: [Cycle; RATE_STEPS],
+    /// Shortest time of [`RATE_STEPS`] intervals.
+    fastest: u64,
+}
+
+impl Carriage {
+    fn new() -> Self {
+        Self {
+            position: 0,
+            window: (i32::MIN, i32::MAX),
+            pulses: 0,
+            direction_changed: Cycle::ZERO,
+            first_step: Cycle::NEVER,
+            last_step: Cycle::ZERO,
+            recent: [Cycle::ZERO; RATE_STEPS],
+            fastest: u64::MAX,
+        }
+    }
+
+    /// Moves one step; returns whether a switch may change by it.
+    #[inline]
+    fn step(&mut self, now: Cycle, by: i32) -> bool {
+        self.position = self.position.wrapping_add(by);
+        let slot = &mut self.recent[self.pulses as usize % RATE_STEPS];
+        let span = now.0 - slot.0;
+        *slot = now;
+        if self.pulses < RATE_STEPS as u64 {
+            self.first_step = self.first_step.min(now);
+        } else {
+            self.fastest = self.fastest.min(span);
+        }
+        self.pulses += 1;
+        self.last_step = now;
+        self.position < self.window.0 || self.position > self.window.1
+    }
+
+    /// Highest rate in steps/s over [`RATE_STEPS`] intervals, over all where there were no more.
+    fn peak_rate(&self) -> f64 {
+        let (steps, cycles) = if self.pulses > RATE_STEPS as u64 {
+            (RATE_STEPS as u64, self.fastest)
+        } else {
+            (
+                self.pulses.saturating_sub(1),
+                self.last_step - self.first_step,
+            )
+        };
+        steps as f64 * CPU_HZ as f64 / cycles.max(1) as f64
+    }
+}
+
+/// What rising step pins did.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Rise {
+    /// Motors whose pin was high already: no edge, no step.
+    pub lost: MotorMask,
+    /// The shortest time since a change of direction, where one of the motors had one since its last step.
+    pub setup: Option<u64>,
+    /// Whether a switch may have changed.
+    pub switches: bool,
+}
+
+/// Drivers, carriages and switches.
+#[derive(Clone, Debug)]
+pub struct Plant<const MOTORS: usize> {
+    carriages: [Carriage; MOTORS],
+    high: MotorMask,
+    negative: MotorMask,
+    /// Motors whose direction has changed since their last step.
+    unsettled: MotorMask,
+    raised: Cycle,
+    shortest_pulse: u64,
+    shortest_setup: u64,
+    levels: Switches,
+    switches: Vec<Switch>,
+}
+
+impl<const MOTORS: usize> Default for Plant<MOTORS> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl<const MOTORS: usize> Plant<MOTORS> {
+    /// Makes a plant whose carriages stand at 0, without a switch.
+    pub fn new() -> Self {
+        Self {
+            carriages: core::array::from_fn(|_| Carriage::new()),
+            high: MotorMask::NONE,
+            negative: MotorMask::NONE,
+            unsettled: MotorMask::NONE,
+            raised: Cycle::ZERO,
+            shortest_pulse: u64::MAX,
+            shortest_setup: u64::MAX,
+            levels: Switches::OPEN,
+            switches: Vec::new(),
+        }
+    }
+
+    /// Raises the step pins of `motors`: each that was low makes a step.
+    #[inline]
+    pub fn raise(&mut self, now: Cycle, motors: MotorMask) -> Rise {
+        let rising = motors.without(self.high);
+        let mut switches = false;
+        for (motor, carriage) in self.carriages.iter_mut().enumerate() {
+            if rising.bits() >> motor & 1 == 1 {
+                let by = 1 - 2 * i32::from(self.negative.bits() >> motor & 1);
+                switches |= carriage.step(now, by);
+            }
+        }
+        let lost = motors.without(rising);
+        self.high = self.high.with(rising);
+        self.raised = now;
+        let setup = self.settle(now, rising);
+        Rise {
+            lost,
+            setup,
+            switches,
+        }
+    }
+
+    /// Lets all step pins fall; returns the width of the last pulse in cycles.
+    #[inline]
+    pub fn fall(&mut self, now: Cycle) -> u64 {
+        let width = now - self.raised;
+        self.high = MotorMask::NONE;
+        self.shortest_pulse = self.shortest_pulse.min(width);
+        width
+    }
+
+    /// Sets the direction pins; returns the motors that were in the middle of a pulse.
+    #[inline]
+    pub fn set_direction(&mut self, now: Cycle, negative: MotorMask) -> MotorMask {
+        let changed = MotorMask::from_bits(self.negative.bits() ^ negative.bits());
+        if changed.is_empty() {
+            return MotorMask::NONE;
+        }
+        self.negative = negative;
+        self.unsettled = self.unsettled.with(changed);
+        for (motor, carriage) in self.carriages.iter_mut().enumerate() {
+            if changed.contains(motor) {
+                carriage.direction_changed = now;
+            }
+        }
+        changed.without(changed.without(self.high))
+    }
+
+    /// The direction pins as they are.
+    #[inline]
+    pub fn direction(&self) -> MotorMask {
+        self.negative
+    }
+
+    /// Whether a step pin is high.
+    #[inline]
+    pub fn in_pulse(&self) -> bool {
+        !self.high.is_empty()
+    }
+
+    /// Puts the carriages somewhere else; the controller does not learn of it.
+    pub fn place(&mut self, position: [i32; MOTORS]) {
+        for (carriage, place) in self.carriages.iter_mut().zip(position) {
+            carriage.position = place;
+        }
+        self.update_switches();
+    }
+
+    /// Adds a switch that a carriage works. It takes over its pin from [`Plant::set_pin`].
+    pub fn add_switch(&mut self, switch: Switch) {
+        self.switches.push(switch);
+        self.update_switches();
+    }
+
+    /// Removes all switches; the pins keep their levels.
+    pub fn remove_switches(&mut self) {
+        self.switches.clear();
+        self.update_switches();
+    }
+
+    /// Sets the level of a pin that no switch works, such as a button.
+    pub fn set_pin(&mut self, pin: Pin, high: bool) {
+        set_level(&mut self.levels, pin, high);
+        self.update_switches();
+    }
+
+    /// The levels of all inputs.
+    pub fn levels(&self) -> &Switches {
+        &self.levels
+    }
+
+    /// Brings the levels and the windows up to the carriages' positions; returns whether a level changed.
+    pub fn update_switches(&mut self) -> bool {
+        let before = self.levels;
+        for carriage in &mut self.carriages {
+            carriage.window = (i32::MIN, i32::MAX);
+        }
+        for switch in &self.switches {
+            if let Some(carriage) = self.carriages.get_mut(switch.motor) {
+                let (low, high) = switch.window(carriage.position);
+                carriage.window = (carriage.window.0.max(low), carriage.window.1.min(high));
+                let level = switch.level_at(carriage.position);
+                set_level(&mut self.levels, switch.pin, level);
+            }
+        }
+        self.levels != before
+    }
+
+    /// Where the carriages are, in steps.
+    pub fn position(&self) -> [i32; MOTORS] {
+        core::array::from_fn(|motor| self.carriages[motor].position)
+    }
+
+    /// Steps that each motor has made, either way.
+    pub fn pulses(&self) -> [u64; MOTORS] {
+        core::array::from_fn(|motor| self.carriages[motor].pulses)
+    }
+
+    /// Highest rate of each motor in steps/s, over 16 steps.
+    pub fn peak_rates(&self) -> [f64; MOTORS] {
+        core::array::from_fn(|motor| self.carriages[motor].peak_rate())
+    }
+
+    /// The shortest pulse in cycles; `None` where there was none.
+    pub fn shortest_pulse(&self) -> Option<u64> {
+        Some(self.shortest_pulse).filter(|width| *width != u64::MAX)
+    }
+
+    /// The shortest time from a change of direction to its motor's next step in cycles; `None` where there was none.
+    pub fn shortest_setup(&self) -> Option<u64> {
+        Some(self.shortest_setup).filter(|setup| *setup != u64::MAX)
+    }
+
+    #[inline]
+    fn settle(&mut self, now: Cycle, rising: MotorMask) -> Option<u64> {
+        if self.unsettled.bits() & rising.bits() == 0 {
+            return None;
+        }
+        self.settle_some(now, rising)
+    }
+
+    #[cold]
+    fn settle_some(&mut self, now: Cycle, rising: MotorMask) -> Option<u64> {
+        let stepped = MotorMask::from_bits(self.unsettled.bits() & rising.bits());
+        self.unsettled = self.unsettled.without(stepped);
+        let setup = (0..MOTORS)
+            .filter(|motor| stepped.contains(*motor))
+            .map(|motor| now - self.carriages[motor].direction_changed)
+            .min();
+        self.shortest_setup = self.shortest_setup.min(setup.unwrap_or(u64::MAX));
+        setup
+    }
+}
+
+fn set_level(levels: &mut Switches, pin: Pin, high: bool) {
+    match pin {
+        Pin::Limit(motor) => {
+            let only = MotorMask::only(motor);
+            levels.limits = if high {
+                levels.limits.with(only)
+            } else {
+                levels.limits.without(only)
+            };
+        }
+        Pin::Probe => levels.probe = high,
+        Pin::Reset => levels.reset = high,
+        Pin::Hold => levels.hold = high,
+        Pin::Start => levels.start = high,
+        Pin::Door => levels.door = high,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const X: MotorMask = MotorMask::from_bits(1);
+    const XY: MotorMask = MotorMask::from_bits(3);
+
+    #[test]
+    fn a_step_is_made_at_a_rising_edge_in_the_direction_of_the_pin() {
+        let mut plant = Plant::<2>::new();
+        assert!(plant.raise(Cycle(1000), XY).lost.is_empty());
+        assert_eq!(plant.fall(Cycle(1500)), 500);
+        plant.set_direction(Cycle(1500), X);
+        let rise = plant.raise(Cycle(3000), XY);
+        assert_eq!(rise.setup, Some(1500));
+        assert_eq!(plant.position(), [0, 2]);
+        assert_eq!(plant.pulses(), [2, 2]);
+    }
+
+    #[test]
+    fn a_pin_that_is_high_already_makes_no_step() {
+        let mut plant = Plant::<2>::new();
+        plant.raise(Cycle(1000), X);
+        let rise = plant.raise(Cycle(1100), XY);
+        assert_eq!(rise.lost, X);
+        assert_eq!(plant.position(), [1, 1]);
+    }
+
+    #[test]
+    fn a_direction_that_changes_in_a_pulse_is_noticed() {
+        let mut plant = Plant::<2>::new();
+        plant.raise(Cycle(1000), X);
+        assert_eq!(plant.set_direction(Cycle(1100), XY), X);
+    }
+
+    #[test]
+    fn a_switch_closes_where_it_stands_and_opens_on_the_way_back() {
+        let mut plant = Plant::<1>::new();
+        plant.add_switch(Switch {
+            pin: Pin::Limit(0),
+            motor: 0,
+            side: Side::AtOrBelow,
+            place: -3,
+            level: false,
+        });
+        let mut now = Cycle(1000);
+        let mut step = |plant: &mut Plant<1>, negative| {
+            now = now + 1000;
+            plant.set_direction(now, negative);
+            let rise = plant.raise(now + 500, X);
+            plant.fall(now + 900);
+            rise.switches && plant.update_switches()
+        };
+        assert_eq!([0; 3].map(|_| step(&mut plant, X)), [false, false, true]);
+        assert!(!plant.levels().limits.contains(0));
+        assert!(!step(&mut plant, X));
+        assert_eq!(
+            [0; 2].map(|_| step(&mut plant, MotorMask::NONE)),
+            [false, true]
+        );
+        assert!(plant.levels().limits.contains(0));
+    }
+
+    #[test]
+    fn two_switches_of_one_carriage_keep_to_their_own_places() {
+        let mut plant = Plant::<1>::new();
+        let switch = |pin, side, place| Switch {
+            pin,
+            motor: 0,
+            side,
+            place,
+            level: false,
+        };
+        plant.add_switch(switch(Pin::Limit(0), Side::AtOrAbove, 10));
+        plant.add_switch(switch(Pin::Probe, Side::AtOrBelow, -10));
+        for (position, limit, probe) in [(9, true, true), (10, false, true), (-10, true, false)] {
+            plant.place([position]);
+            assert_eq!(plant.levels().limits.contains(0), limit);
+            assert_eq!(plant.levels().probe, probe);
+        }
+        plant.remove_switches();
+        assert!(!plant.levels().probe);
+    }
+
+    #[test]
+    fn the_peak_rate_is_that_of_the_fastest_sixteen_intervals() {
+        let mut plant = Plant::<1>::new();
+        let mut now = Cycle(0);
+        for interval in [10_000; 20].into_iter().chain([1000; 17]).chain([5000; 30]) {
+            now = now + interval;
+            plant.raise(now, X);
+            plant.fall(now + 100);
+        }
+        assert_eq!(plant.peak_rates(), [CPU_HZ as f64 / 1000.0]);
+    }
+}

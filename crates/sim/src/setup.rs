@@ -1,0 +1,53 @@
+//! What a simulation is made of: its settings, and the memory that main loop and interrupts share.
+
+use crate::cost::Costs;
+use crate::link::Rate;
+use leadscrew_machine::config::{MachineConfig, SegmentQueue, CHANNELS};
+use leadscrew_machine::inputs::Inputs;
+use leadscrew_machine::protocol::serial::SerialQueue;
+use leadscrew_stepper::Shared;
+
+/// What is simulated.
+#[derive(Clone, Debug)]
+pub struct Setup<const AXES: usize> {
+    /// The machine's build.
+    pub machine: MachineConfig<AXES>,
+    /// What its CPU pays.
+    pub costs: Costs,
+    /// Its serial lines, in the order of their channels; as many as the machine can serve at most.
+    pub lines: Vec<Rate>,
+}
+
+impl<const AXES: usize> Setup<AXES> {
+    /// `machine` on an F407 with one serial line.
+    pub fn new(machine: MachineConfig<AXES>, line: Rate) -> Self {
+        Self {
+            machine,
+            costs: Costs::F407,
+            lines: vec![line],
+        }
+    }
+}
+
+/// Everything that crosses between the main loop and interrupts. On the board these are statics; here whoever runs
+/// a [`crate::Simulation`] keeps them, because it borrows them.
+pub struct Memory<const MOTORS: usize> {
+    pub(crate) segments: SegmentQueue<MOTORS>,
+    pub(crate) shared: Shared<MOTORS>,
+    pub(crate) inputs: Inputs<MOTORS>,
+    pub(crate) serial: Vec<SerialQueue>,
+}
+
+impl<const MOTORS: usize> Memory<MOTORS> {
+    /// Makes the memory for a simulation of `setup`.
+    pub fn new<const AXES: usize>(setup: &Setup<AXES>) -> Self {
+        let limit = usize::from(setup.machine.receive_size);
+        let lines = setup.lines.len().min(CHANNELS);
+        Self {
+            segments: SegmentQueue::new(),
+            shared: Shared::new(),
+            inputs: Inputs::new(),
+            serial: (0..lines).map(|_| SerialQueue::with_limit(limit)).collect(),
+        }
+    }
+}

@@ -1,0 +1,245 @@
+//! The timer's interrupts in simulated time: the same [`on_timer`] as on the board, and the ends of pulses.
+
+use crate::board::{SimBoard, EIGHTHS};
+use crate::cost::Costs;
+use crate::load::Cpu;
+use crate::observer::Observer;
+use crate::trouble::LateReason;
+use heapless::spsc::Consumer;
+use leadscrew_stepper::{on_timer, Segment, Shared, StepInterrupt};
+
+/// The step interrupt's end of everything.
+pub(crate) struct Stepping<'a, const MOTORS: usize> {
+    interrupt: StepInterrupt<MOTORS>,
+    segments: Consumer<'a, Segment<MOTORS>>,
+    shared: &'a Shared<MOTORS>,
+    costs: Costs,
+    /// Segments in the queue when it was looked at last.
+    queued: usize,
+    /// Eighths of a dominant step in each tick of the first segment in the queue, once known.
+    front: Option<u64>,
+    underruns: u32,
+}
+
+impl<'a, const MOTORS: usize> Stepping<'a, MOTORS> {
+    pub(crate) fn new(
+        segments: Consumer<'a, Segment<MOTORS>>,
+        shared: &'a Shared<MOTORS>,
+        costs: Costs,
+    ) -> Self {
+        Self {
+            interrupt: StepInterrupt::new(),
+            segments,
+            shared,
+            costs,
+            queued: 0,
+            front: None,
+            underruns: 0,
+        }
+    }
+
+    /// Notes how many segments the main loop has left in the queue. Called after each poll.
+    pub(crate) fn refilled(&mut self) {
+        self.queued = self.segments.len();
+    }
+
+    /// Handles whichever of the timer's two interrupts comes first. Returns whether the main loop is to hear of it:
+    /// a segment was taken, or motion came to rest.
+    #[inline]
+    pub(crate) fn handle<O: Observer>(
+        &mut self,
+        board: &mut SimBoard<O, MOTORS>,
+        cpu: &mut Cpu,
+    ) -> bool {
+        // Where both are pending, the handler ends the pulse first.
+        if board.pulse_due() <= cpu.timer_start(board.step_due()) {
+            let start = cpu.timer_start(board.pulse_due());
+            board.end_pulse(start + u64::from(self.costs.pulse_edge));
+            cpu.charge_timer(start, self.costs.pulse_end);
+            return false;
+        }
+        self.step(board, cpu)
+    }
+
+    #[inline]
+    fn step<O: Observer>(&mut self, board: &mut SimBoard<O, MOTORS>, cpu: &mut Cpu) -> bool {
+        if self.front.is_none() {
+            self.front = self.segments.peek().map(eighths_per_tick);
+        }
+        let start = cpu.timer_start(board.step_due());
+        board.begin_step_interrupt(start);
+        on_timer(&mut self.interrupt, &mut self.segments, self.shared, board);
+        let queued = self.segments.len();
+        if queued == self.queued && !board.is_resting() {
+            cpu.charge_timer(start, self.costs.step);
+            return false;
+        }
+        self.queued = queued;
+        board.eighths_per_tick = self.front.take().unwrap_or(0);
+        cpu.charge_timer(start, self.costs.step_with_segment);
+        if self.shared.underruns() != self.underruns {
+            self.underruns = self.shared.underruns();
+            board.note_late(start, LateReason::Underrun);
+        }
+        true
+    }
+}
+
+fn eighths_per_tick<const MOTORS: usize>(segment: &Segment<MOTORS>) -> u64 {
+    EIGHTHS >> segment.smoothing.level()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::clock::{Cycle, CYCLES_PER_COUNT};
+    use crate::link::Links;
+    use crate::observer::StepEvent;
+    use crate::plant::Plant;
+    use heapless::spsc::Queue;
+    use leadscrew_machine::board::{Board, PortConfig};
+    use leadscrew_stepper::{
+        Interval, IntervalChange, Line, Outputs, Power, PowerChange, Smoothing,
+    };
+    use std::num::NonZeroU16;
+
+    #[derive(Default)]
+    struct Edges(Vec<(u64, u8, u8)>);
+
+    impl Observer for Edges {
+        fn step(&mut self, event: &StepEvent) {
+            self.0
+                .push((event.cycle.0, event.motors.bits(), event.negative.bits()));
+        }
+    }
+
+    /// A segment that makes the whole of a line at `counts` a tick.
+    fn line(delta: [i32; 2], smoothing: Smoothing, counts: u32, at_rest: bool) -> Segment<2> {
+        let line = Line::new(delta).unwrap();
+        let ticks = line.step_events().get() << smoothing.level();
+        Segment {
+            line: Some(line),
+            ticks: NonZeroU16::new(ticks as u16).unwrap(),
+            smoothing,
+            interval: Interval::from_num(counts),
+            interval_change: IntervalChange::ZERO,
+            power: Power::OFF,
+            power_change: PowerChange::ZERO,
+            outputs: Outputs(0),
+            at_rest: at_rest.then_some(Power::OFF),
+        }
+    }
+
+    struct Bench {
+        board: SimBoard<Edges, 2>,
+        cpu: Cpu,
+        shared: Shared<2>,
+    }
+
+    /// Runs `segments` to rest with pulses of `pulse_us`; `taken` is called each time that a segment was taken.
+    fn run(pulse_us: u8, segments: &[Segment<2>], mut taken: impl FnMut()) -> Bench {
+        let costs = Costs::F407;
+        let mut queue: Queue<Segment<2>, 17> = Queue::new();
+        let (mut producer, consumer) = queue.split();
+        segments
+            .iter()
+            .for_each(|segment| producer.enqueue(*segment).unwrap());
+        let shared = Shared::new();
+        let mut cpu = Cpu::new();
+        let mut board = SimBoard::new(costs, Links::new(&[]), Plant::new(), Edges::default());
+        let mut stepping = Stepping::new(consumer, &shared, costs);
+        stepping.refilled();
+        board.begin_poll(Cycle(10_000));
+        board.configure(&PortConfig {
+            pulse_us,
+            ..PortConfig::default()
+        });
+        shared.set_running();
+        board.start_stepping();
+        while board.timer_due() != Cycle::NEVER {
+            if stepping.handle(&mut board, &mut cpu) {
+                taken();
+                stepping.refilled();
+            }
+        }
+        Bench { board, cpu, shared }
+    }
+
+    #[test]
+    fn edges_come_on_the_timers_schedule_with_a_constant_lag() {
+        let steps = [line([3, 1], Smoothing::None, 4200, true)];
+        let bench = run(10, &steps, || ());
+        let first = 10_000 + 4200 * CYCLES_PER_COUNT + u64::from(Costs::F407.step_edge);
+        assert_eq!(
+            bench.board.observer.0,
+            [(first, 1, 0), (first + 8400, 3, 0), (first + 16_800, 1, 0)]
+        );
+        assert!(bench.board.late.is_empty() && bench.board.violations.is_empty());
+    }
+
+    #[test]
+    fn a_pulse_has_at_least_its_width_and_the_direction_changes_after_it() {
+        let there_and_back = [
+            line([2, 0], Smoothing::None, 4200, false),
+            line([-2, 0], Smoothing::None, 4200, true),
+        ];
+        let bench = run(10, &there_and_back, || ());
+        let pulse = bench.board.plant.shortest_pulse().unwrap();
+        assert!((1680..1680 + 100).contains(&pulse), "{pulse}");
+        let setup = bench.board.plant.shortest_setup().unwrap();
+        assert!((8400 - 2000..8400 - 1680).contains(&setup), "{setup}");
+        assert!(bench.board.violations.is_empty());
+        assert_eq!(bench.board.plant.position(), [0, 0]);
+    }
+
+    #[test]
+    fn steps_of_the_dominant_motor_are_told_from_smoothing_ticks() {
+        let bench = run(10, &[line([10, 3], Smoothing::Fourfold, 2000, true)], || ());
+        let counts = bench.board.counts;
+        assert_eq!(counts.dominant_eighths, 10 * EIGHTHS);
+        assert_eq!(counts.step_events + counts.smoothing_ticks, 40);
+        assert_eq!(counts.step_events, 12); // Y's second step falls on one of X's
+    }
+
+    #[test]
+    fn ticks_too_close_for_the_cpu_are_late_and_none_is_lost() {
+        let bench = run(1, &[line([100, 0], Smoothing::None, 210, true)], || ());
+        assert_eq!(bench.board.late.count(), 100);
+        assert_eq!(bench.shared.late_ticks(), 100);
+        assert_eq!(bench.board.plant.position(), [100, 0]);
+        assert!(bench.board.violations.is_empty());
+        assert!(bench.cpu.load(bench.board.last_rest).mean > 0.5);
+    }
+
+    #[test]
+    fn a_pulse_that_is_still_high_loses_the_next_step_and_that_is_a_violation() {
+        let bench = run(10, &[line([4, 0], Smoothing::None, 420, true)], || ());
+        assert_eq!(bench.shared.position(), [4, 0]);
+        assert_eq!(bench.board.plant.position(), [1, 0]);
+        assert_eq!(bench.board.violations.count(), 3);
+    }
+
+    #[test]
+    fn segments_that_run_out_in_motion_are_recorded_as_late() {
+        let bench = run(10, &[line([5, 0], Smoothing::None, 4200, false)], || ());
+        let reasons: Vec<_> = bench
+            .board
+            .late
+            .first()
+            .iter()
+            .map(|late| late.reason)
+            .collect();
+        assert_eq!(reasons, [LateReason::Underrun]);
+    }
+
+    #[test]
+    fn the_main_loop_hears_of_each_segment_taken_and_of_rest() {
+        let mut heard = 0;
+        let two = [
+            line([5, 0], Smoothing::None, 4200, false),
+            line([5, 0], Smoothing::None, 4200, true),
+        ];
+        run(10, &two, || heard += 1);
+        assert_eq!(heard, 3);
+    }
+}

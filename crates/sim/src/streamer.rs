@@ -1,0 +1,444 @@
+//! A sender that streams a program by character counting.
+//!
+//! The machine answers every line with `ok` or `error:N`, in order. The sender knows how many bytes the
+//! receive buffer holds, counts those of all unanswered lines, and sends the next line whenever it fits:
+//!
+//! ```text
+//!  reader --> line --> [ unanswered lines .......... | next ] <= window
+//!                        ^ ok: drop the first
+//! ```
+//!
+//! Memory stays flat: one window of text, one line that is being read, whatever the length of the file.
+
+use crate::clock::Cycle;
+use crate::link::Host;
+use leadscrew_machine::board::ChannelId;
+use std::collections::VecDeque;
+use std::io::{self, BufRead};
+
+/// What the machine has said.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Reply<'a> {
+    /// The line was taken.
+    Ok {
+        /// Its number in the program, from 1.
+        line: u64,
+    },
+    /// The line was refused.
+    Error {
+        /// Its number in the program, from 1.
+        line: u64,
+        /// GRBL's number.
+        code: u8,
+        /// The line as it was sent.
+        text: &'a [u8],
+    },
+    /// The machine locked itself.
+    Alarm(u8),
+    /// Anything else: reports, messages, the banner.
+    Other(&'a [u8]),
+}
+
+/// Takes the machine's replies, in order.
+pub trait Replies {
+    /// A reply has come in at `now`.
+    fn reply(&mut self, reply: &Reply<'_>, now: Cycle);
+}
+
+impl Replies for () {
+    fn reply(&mut self, _: &Reply<'_>, _: Cycle) {}
+}
+
+impl<F: FnMut(&Reply<'_>, Cycle)> Replies for F {
+    fn reply(&mut self, reply: &Reply<'_>, now: Cycle) {
+        self(reply, now);
+    }
+}
+
+/// How a program is streamed.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Streaming {
+    /// Bytes of unanswered lines, at most: the machine's receive buffer (128 for Grbl).
+    pub window: usize,
+    /// Whether lines after a refused one are sent all the same.
+    pub keep_going: bool,
+}
+
+/// An unanswered line.
+#[derive(Clone, Copy, Debug)]
+struct Pending {
+    number: u64,
+    /// Bytes, the line feed included.
+    length: usize,
+}
+
+/// Sends the lines of a reader on channel 0.
+#[derive(Debug)]
+pub struct Streamer<R, F> {
+    lines: Lines<R>,
+    streaming: Streaming,
+    replies: F,
+    pending: VecDeque<Pending>,
+    /// The text of all pending lines.
+    text: VecDeque<u8>,
+    /// Bytes at the end of `text` that are still to be sent.
+    unsent: usize,
+    /// A line that has been read and does not fit yet.
+    waiting: Option<u64>,
+    line: Vec<u8>,
+    incoming: Vec<u8>,
+    state: Sending,
+    answered: u64,
+}
+
+/// Whether there is more to send.
+#[derive(Debug)]
+enum Sending {
+    /// Lines are left.
+    Lines,
+    /// The program has ended, or a line was refused.
+    Done,
+    /// The machine locked itself: no answer comes any more.
+    Locked,
+    /// The reader failed.
+    Failed(io::Error),
+}
+
+impl<R: BufRead, F: Replies> Streamer<R, F> {
+    /// Makes a sender for the lines of `reader`.
+    pub fn new(reader: R, streaming: Streaming, replies: F) -> Self {
+        Self {
+            lines: Lines::new(reader),
+            streaming,
+            replies,
+            pending: VecDeque::new(),
+            text: VecDeque::new(),
+            unsent: 0,
+            waiting: None,
+            line: Vec::new(),
+            incoming: Vec::new(),
+            state: Sending::Lines,
+            answered: 0,
+        }
+    }
+
+    /// Whether nothing is left to send or to wait for.
+    pub fn is_done(&self) -> bool {
+        match self.state {
+            Sending::Lines => false,
+            Sending::Done => self.pending.is_empty(),
+            Sending::Locked | Sending::Failed(_) => true,
+        }
+    }
+
+    /// Lines that have been answered.
+    pub fn answered(&self) -> u64 {
+        self.answered
+    }
+
+    /// Ends the streaming: what takes the replies, or why the program could not be read to its end.
+    ///
+    /// # Errors
+    /// The reader's error.
+    pub fn finish(self) -> io::Result<F> {
+        match self.state {
+            Sending::Failed(error) => Err(error),
+            Sending::Lines | Sending::Done | Sending::Locked => Ok(self.replies),
+        }
+    }
+
+    /// Puts further lines into the window while they fit; a line longer than the window goes alone.
+    fn fill(&mut self) {
+        while matches!(self.state, Sending::Lines) {
+            let Some(number) = self.waiting.or_else(|| self.read()) else {
+                return;
+            };
+            let length = self.line.len() + 1;
+            if !self.text.is_empty() && self.text.len() + length > self.streaming.window {
+                self.waiting = Some(number);
+                return;
+            }
+            self.waiting = None;
+            self.text.extend(&self.line);
+            self.text.push_back(b'\n');
+            self.unsent += length;
+            self.pending.push_back(Pending { number, length });
+        }
+    }
+
+    /// Reads the next line to send; its number, or `None` at the end.
+    fn read(&mut self) -> Option<u64> {
+        match self.lines.next(&mut self.line) {
+            Ok(true) => {
+                hide_realtime(&mut self.line);
+                Some(self.lines.number)
+            }
+            Ok(false) => {
+                self.state = Sending::Done;
+                None
+            }
+            Err(error) => {
+                self.state = Sending::Failed(error);
+                None
+            }
+        }
+    }
+
+    fn reply(&mut self, now: Cycle) {
+        let line = std::mem::take(&mut self.incoming);
+        match answer(&line) {
+            Answer::Ok => self.answer(None, now),
+            Answer::Error(code) => self.answer(Some(code), now),
+            Answer::Alarm(code) => {
+                self.state = Sending::Locked;
+                self.replies.reply(&Reply::Alarm(code), now);
+            }
+            Answer::None if line.is_empty() => {}
+            Answer::None => self.replies.reply(&Reply::Other(&line), now),
+        }
+        self.incoming = line;
+        self.incoming.clear();
+    }
+
+    fn answer(&mut self, error: Option<u8>, now: Cycle) {
+        let Some(Pending {
+            number: line,
+            length,
+        }) = self.pending.pop_front()
+        else {
+            return;
+        };
+        self.answered += 1;
+        match error {
+            None => {
+                self.text.drain(..length);
+                self.replies.reply(&Reply::Ok { line }, now);
+            }
+            Some(code) => {
+                let text: Vec<u8> = self.text.drain(..length).take(length - 1).collect();
+                self.replies.reply(
+                    &Reply::Error {
+                        line,
+                        code,
+                        text: &text,
+                    },
+                    now,
+                );
+                if !self.streaming.keep_going && matches!(self.state, Sending::Lines) {
+                    self.state = Sending::Done;
+                }
+            }
+        }
+    }
+}
+
+impl<R: BufRead, F: Replies> Host for Streamer<R, F> {
+    fn next_byte(&mut self, channel: ChannelId) -> Option<u8> {
+        if channel != ChannelId(0) {
+            return None;
+        }
+        if self.unsent == 0 {
+            self.fill();
+        }
+        let next = self.text.len().checked_sub(self.unsent)?;
+        let byte = self.text.get(next).copied()?;
+        self.unsent -= 1;
+        Some(byte)
+    }
+
+    fn receive(&mut self, channel: ChannelId, byte: u8, now: Cycle) {
+        if channel != ChannelId(0) {
+            return;
+        }
+        match byte {
+            b'\n' => self.reply(now),
+            b'\r' => {}
+            other => self.incoming.push(other),
+        }
+    }
+}
+
+/// What kind of answer a line is.
+enum Answer {
+    Ok,
+    Error(u8),
+    Alarm(u8),
+    None,
+}
+
+fn answer(line: &[u8]) -> Answer {
+    let number = |prefix| parse(line.strip_prefix(prefix)?);
+    if line == b"ok" {
+        Answer::Ok
+    } else if let Some(code) = number(b"error:".as_slice()) {
+        Answer::Error(code)
+    } else if let Some(code) = number(b"ALARM:".as_slice()) {
+        Answer::Alarm(code)
+    } else {
+        Answer::None
+    }
+}
+
+fn parse(digits: &[u8]) -> Option<u8> {
+    std::str::from_utf8(digits).ok()?.parse().ok()
+}
+
+/// Replaces bytes that would act at once, wherever they stand, by one that no line may contain outside a comment:
+/// a comment's `!` must not stop the machine, and columns stay where they are.
+fn hide_realtime(line: &mut [u8]) {
+    for byte in line {
+        if matches!(*byte, b'?' | b'!' | b'~' | 0x18 | 0x80..) {
+            *byte = b'_';
+        }
+    }
+}
+
+/// Lines of a file that end with LF, CR or CR LF. A byte order mark and lines with `%` (tape marks) are left out.
+#[derive(Debug)]
+struct Lines<R> {
+    reader: R,
+    /// Lines read so far, those left out included.
+    number: u64,
+    /// The last line ended with CR: an LF at once belongs to it.
+    after_return: bool,
+}
+
+impl<R: BufRead> Lines<R> {
+    const MARK: &'static [u8] = b"\xEF\xBB\xBF";
+
+    fn new(reader: R) -> Self {
+        Self {
+            reader,
+            number: 0,
+            after_return: false,
+        }
+    }
+
+    /// Reads the next line without its end; `false` at the end of the file.
+    fn next(&mut self, line: &mut Vec<u8>) -> io::Result<bool> {
+        while self.read(line)? {
+            self.number += 1;
+            if self.number == 1 && line.starts_with(Self::MARK) {
+                line.drain(..Self::MARK.len());
+            }
+            if line.trim_ascii_start().first() != Some(&b'%') {
+                return Ok(true);
+            }
+        }
+        Ok(false)
+    }
+
+    fn read(&mut self, line: &mut Vec<u8>) -> io::Result<bool> {
+        line.clear();
+        let mut any = false;
+        loop {
+            let bytes = self.reader.fill_buf()?;
+            if bytes.is_empty() {
+                return Ok(any);
+            }
+            if std::mem::take(&mut self.after_return) && bytes[0] == b'\n' {
+                self.reader.consume(1);
+                continue;
+            }
+            any = true;
+            let end = bytes.iter().position(|byte| matches!(byte, b'\n' | b'\r'));
+            let taken = end.unwrap_or(bytes.len());
+            line.extend_from_slice(&bytes[..taken]);
+            if end.is_some() {
+                self.after_return = bytes[taken] == b'\r';
+                self.reader.consume(taken + 1);
+                return Ok(true);
+            }
+            self.reader.consume(taken);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CHANNEL: ChannelId = ChannelId(0);
+
+    fn stream<'a, F: Replies>(text: &'a str, window: usize, replies: F) -> Streamer<&'a [u8], F> {
+        let streaming = Streaming {
+            window,
+            keep_going: false,
+        };
+        Streamer::new(text.as_bytes(), streaming, replies)
+    }
+
+    fn sent(host: &mut impl Host) -> String {
+        std::iter::from_fn(|| host.next_byte(CHANNEL))
+            .map(char::from)
+            .collect()
+    }
+
+    fn say(host: &mut impl Host, line: &str) {
+        line.bytes()
+            .for_each(|byte| host.receive(CHANNEL, byte, Cycle(1)));
+        host.receive(CHANNEL, b'\r', Cycle(1));
+        host.receive(CHANNEL, b'\n', Cycle(1));
+    }
+
+    #[test]
+    fn a_line_is_sent_when_it_fits_beside_the_unanswered_ones() {
+        let mut host = stream("G1X1\nG1X22\nG1X3", 11, ());
+        assert_eq!(sent(&mut host), "G1X1\nG1X22\n");
+        say(&mut host, "<Idle>");
+        assert_eq!(sent(&mut host), "");
+        say(&mut host, "ok");
+        assert_eq!(sent(&mut host), "G1X3\n");
+        say(&mut host, "ok");
+        assert!(!host.is_done());
+        say(&mut host, "ok");
+        assert!(host.next_byte(CHANNEL).is_none() && host.is_done());
+        assert_eq!(host.answered(), 3);
+    }
+
+    #[test]
+    fn a_line_longer_than_the_window_goes_alone() {
+        let mut host = stream("G1\nG1X123456789\nG2", 8, ());
+        assert_eq!(sent(&mut host), "G1\n");
+        say(&mut host, "ok");
+        assert_eq!(sent(&mut host), "G1X123456789\n");
+    }
+
+    #[test]
+    fn a_refused_line_is_named_and_ends_the_program() {
+        let mut errors = Vec::new();
+        let mut host = stream("%\nG1X1\nG77\nG1X2", 9, |reply: &Reply<'_>, _: Cycle| {
+            if let Reply::Error { line, code, text } = reply {
+                errors.push((*line, *code, text.to_vec()));
+            }
+        });
+        sent(&mut host);
+        say(&mut host, "ok");
+        say(&mut host, "error:20");
+        assert_eq!(sent(&mut host), "");
+        assert!(host.is_done());
+        drop(host);
+        assert_eq!(errors, [(3, 20, b"G77".to_vec())]);
+    }
+
+    #[test]
+    fn an_alarm_ends_the_streaming_at_once() {
+        let mut host = stream("G1X1\nG1X2\n", 99, ());
+        sent(&mut host);
+        say(&mut host, "ALARM:1");
+        assert!(host.is_done());
+        assert_eq!(host.next_byte(CHANNEL), None);
+    }
+
+    #[test]
+    fn every_kind_of_line_end_ends_one_line() {
+        let mut host = stream("\u{FEFF}A\r\nB\rC\n\nD", 99, ());
+        assert_eq!(sent(&mut host), "A\nB\nC\n\nD\n");
+    }
+
+    #[test]
+    fn realtime_bytes_of_a_program_do_not_act() {
+        let mut host = stream("(stop! é?)X1", 99, ());
+        assert_eq!(sent(&mut host), "(stop_ ___)X1\n");
+    }
+}

@@ -1,0 +1,185 @@
+//! What went wrong: late events, which a loaded controller may have, and violations, which nothing may have.
+
+use crate::clock::{micros, Cycle};
+use core::fmt;
+use leadscrew_stepper::MotorMask;
+
+/// Why motion did not keep its schedule.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum LateReason {
+    /// A tick was due before the interrupt that prepared it had armed the timer.
+    TickPassed,
+    /// The main loop did not bring the next segment in time.
+    Underrun,
+    /// The receive queue was full: a byte was lost.
+    ByteLost,
+}
+
+/// Something that came too late.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Late {
+    /// When it was noticed.
+    pub cycle: Cycle,
+    /// What it was.
+    pub reason: LateReason,
+}
+
+impl fmt::Display for Late {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let reason = match self.reason {
+            LateReason::TickPassed => "a tick was due before it was armed",
+            LateReason::Underrun => "segments ran out in motion",
+            LateReason::ByteLost => "a received byte was lost",
+        };
+        write!(f, "{}: {reason}", self.cycle)
+    }
+}
+
+/// Something that must never happen, whatever the load.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub enum Violation {
+    /// A step pin was raised that was still high: the driver saw no edge.
+    StepLost {
+        /// When.
+        cycle: Cycle,
+        /// The motors whose step was lost.
+        motors: MotorMask,
+    },
+    /// A pulse was shorter than `$0`.
+    PulseTooShort {
+        /// The pulse's end.
+        cycle: Cycle,
+        /// Its width in cycles.
+        width: u64,
+    },
+    /// A motor stepped too soon after its direction pin had changed.
+    DirectionNotSettled {
+        /// The step.
+        cycle: Cycle,
+        /// Cycles since the change.
+        setup: u64,
+    },
+    /// A direction pin changed while its motor's step pin was high.
+    DirectionInPulse {
+        /// The change.
+        cycle: Cycle,
+        /// The motors concerned.
+        motors: MotorMask,
+    },
+    /// The carriage is not where the controller counts it.
+    Position {
+        /// When it was noticed.
+        cycle: Cycle,
+        /// The motor.
+        motor: usize,
+        /// Steps that the controller has counted.
+        counted: i32,
+        /// Steps that the carriage has made.
+        made: i32,
+    },
+    /// Power was on at rest though the laser follows the speed (M4).
+    LaserOnAtRest {
+        /// When it was noticed.
+        cycle: Cycle,
+    },
+}
+
+impl fmt::Display for Violation {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::StepLost { cycle, motors } => {
+                write!(
+                    f,
+                    "{cycle}: step of motors {:#b} lost, pin still high",
+                    motors.bits()
+                )
+            }
+            Self::PulseTooShort { cycle, width } => {
+                write!(f, "{cycle}: pulse of {:.3} µs is too short", micros(*width))
+            }
+            Self::DirectionNotSettled { cycle, setup } => {
+                write!(
+                    f,
+                    "{cycle}: step {:.3} µs after its direction",
+                    micros(*setup)
+                )
+            }
+            Self::DirectionInPulse { cycle, motors } => {
+                write!(
+                    f,
+                    "{cycle}: direction of motors {:#b} changed in a pulse",
+                    motors.bits()
+                )
+            }
+            Self::Position {
+                cycle,
+                motor,
+                counted,
+                made,
+            } => {
+                write!(
+                    f,
+                    "{cycle}: motor {motor} counted {counted} steps and made {made}"
+                )
+            }
+            Self::LaserOnAtRest { cycle } => write!(f, "{cycle}: laser on at rest"),
+        }
+    }
+}
+
+/// The first of many, and how many there were.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Record<T> {
+    count: u64,
+    first: Vec<T>,
+}
+
+/// How many are kept in full.
+const KEPT: usize = 100;
+
+impl<T> Default for Record<T> {
+    fn default() -> Self {
+        Self {
+            count: 0,
+            first: Vec::new(),
+        }
+    }
+}
+
+impl<T> Record<T> {
+    /// How many there were.
+    pub fn count(&self) -> u64 {
+        self.count
+    }
+
+    /// The first hundred.
+    pub fn first(&self) -> &[T] {
+        &self.first
+    }
+
+    /// Whether there were none.
+    pub fn is_empty(&self) -> bool {
+        self.count == 0
+    }
+
+    pub(crate) fn push(&mut self, item: T) {
+        self.count += 1;
+        if self.first.len() < KEPT {
+            self.first.push(item);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn all_are_counted_and_the_first_are_kept() {
+        let mut record = Record::default();
+        (0..1000).for_each(|n| record.push(n));
+        assert_eq!(record.count(), 1000);
+        assert_eq!(record.first().len(), KEPT);
+        assert_eq!(record.first()[KEPT - 1], 99);
+    }
+}
