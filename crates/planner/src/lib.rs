@@ -50,3 +50,5 @@ pub use segmenter::Segmenter;
 
 #[cfg(test)]
 extern crate std;
+#[cfg(test)]
+mod reference;

@@ -113,7 +113,7 @@ pub(crate) struct PlannedMove<const MOTORS: usize> {
     pub(crate) corner: u32,
     /// Limit at the move's start by the corner and both nominal speeds, squared, in speed units.
     pub(crate) cap: u32,
-    line_number: u32,
+    pub(crate) line_number: u32,
     pub(crate) outputs: Outputs,
     pub(crate) kind: MoveKind,
 }

@@ -358,3 +358,105 @@ fn share(bits: f32) -> u32 {
 fn ticks(events: u32, smoothing: Smoothing) -> NonZeroU16 {
     NonZeroU16::new((events << smoothing.level()) as u16).unwrap_or(NonZeroU16::MIN)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::reference::{to, Exact, Player};
+    use proptest::prelude::*;
+    use std::vec::Vec;
+
+    const TIMING: Timing = Timing {
+        hz: 84e6,
+        shortest_tick: 4e-6,
+    };
+
+    /// A move of one step a mm, so that mm are steps.
+    fn running(delta: [i32; 2], rate: f32, acceleration: f32, entry_v2: f32) -> Running<2> {
+        let length = delta[0].max(delta[1]) as f32;
+        let planned = PlannedMove {
+            length,
+            acceleration,
+            rate,
+            feed: rate,
+            ..PlannedMove::new(&to(0.0, 0.0, rate), delta)
+        };
+        Running::new(&planned, entry_v2).unwrap()
+    }
+
+    /// Plays a move; returns when each step of either motor came, in seconds.
+    fn play(running: &mut Running<2>, carry: &mut Carry) -> [Vec<f64>; 2] {
+        let mut player = Player::new();
+        let mut edges = [Vec::new(), Vec::new()];
+        while !running.at_profile_end() {
+            for timed in player.play(&running.segment(TIMING, carry, false)) {
+                for (motor, edges) in edges.iter_mut().enumerate() {
+                    if timed.tick.step.contains(motor) {
+                        edges.push(timed.at as f64 / 84e6);
+                    }
+                }
+            }
+        }
+        edges
+    }
+
+    /// The largest distance of a step of motor 0 from the exact profile, in excess of 10⁻⁷ of the time, seconds.
+    fn worst_edge(exact: &Exact, edges: &[f64]) -> f64 {
+        edges.iter().enumerate().fold(0.0, |worst, (k, at)| {
+            let due = exact.time((k + 1) as f64);
+            f64::max(worst, (at - due).abs() - 1e-7 * due)
+        })
+    }
+
+    fn ten_to(exponent: std::ops::Range<f32>) -> impl Strategy<Value = f32> {
+        exponent.prop_map(|e| 10f32.powf(e))
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(600))]
+
+        #[test]
+        fn each_step_of_the_dominant_motor_is_within_a_microsecond(
+            events in ten_to(0.0..5.3), rate in ten_to(1.0..5.47), acceleration in ten_to(2.5..6.6),
+            entry in 0.0f32..1.5, exit in 0.0f32..1.5, minor in 0.0f32..1.0,
+        ) {
+            let events = events as i32;
+            let entry = (entry - 0.5).max(0.0) * rate;
+            let exit = (exit - 0.5).max(0.0) * rate;
+            let mut running = running([events, (minor * events as f32) as i32], rate, acceleration, entry * entry);
+            running.plan(Aim::End { exit_v2: exit * exit, nominal: rate }, TIMING);
+            let exact = Exact::new(running.profile());
+            let edges = play(&mut running, &mut Carry::default());
+            prop_assert_eq!(edges[0].len(), events as usize);
+            let worst = worst_edge(&exact, &edges[0]);
+            prop_assert!(worst < 1e-6, "{} us {:?}", worst * 1e6, running.profile());
+        }
+    }
+
+    #[test]
+    fn the_cases_of_the_segment_study_hold() {
+        for (a, v, n) in [
+            (40e3, 4e3, 4000),
+            (240e3, 16e3, 16_000),
+            (1e6, 1e5, 30_000),
+            (2e6, 250e3, 60_000),
+            (80e3, 250e3, 900_000),
+            (4e6, 3e5, 60_000),
+            (2e3, 2e3, 3000),
+        ] {
+            let mut running = running([n, 0], v, a, 0.0);
+            running.plan(
+                Aim::End {
+                    exit_v2: 0.0,
+                    nominal: v,
+                },
+                TIMING,
+            );
+            let exact = Exact::new(running.profile());
+            let edges = play(&mut running, &mut Carry::default());
+            let worst = worst_edge(&exact, &edges[0]);
+            std::println!("a {a:e} v {v:e} n {n}: {:.3} us", worst * 1e6);
+            assert!(worst < 1e-6);
+        }
+    }
+}

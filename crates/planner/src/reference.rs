@@ -1,0 +1,241 @@
+//! Slow and obvious models that the tests compare with, in `f64`.
+
+use crate::{
+    Cartesian, Config, Coordinate, Feed, Move, MoveKind, MovePower, Planner, Segmenter, Trapezoid,
+};
+use leadscrew_stepper::{Outputs, Progress, Segment, Stepper, Tick};
+use std::vec::Vec;
+
+/// The time of each position of a [`Trapezoid`], from its parameters, in `f64`.
+pub(crate) struct Exact {
+    length: f64,
+    entry_v2: f64,
+    exit_v2: f64,
+    cruise: f64,
+    slopes: [f64; 2],
+    first: f64,
+    last: f64,
+}
+
+impl Exact {
+    pub(crate) fn new(of: &Trapezoid) -> Self {
+        let length = f64::from(of.end() - of.start());
+        let (entry_v2, exit_v2) = (f64::from(of.entry_v2()), f64::from(of.exit_v2()));
+        let slopes = of.accelerations().map(|a| 2.0 * f64::from(a));
+        let mut cruise = f64::from(of.cruise());
+        let mut first = ((cruise * cruise - entry_v2) / slopes[0]).max(0.0);
+        let mut last = ((cruise * cruise - exit_v2) / slopes[1]).max(0.0);
+        if first + last > length && slopes[0] > 0.0 {
+            // The ramps meet before the rounded peak.
+            first = ((slopes[1] * length + exit_v2 - entry_v2) / (slopes[0] + slopes[1]))
+                .clamp(0.0, length);
+            last = length - first;
+            cruise = (entry_v2 + slopes[0] * first)
+                .max(exit_v2 + slopes[1] * last)
+                .sqrt();
+        }
+        Self {
+            length,
+            entry_v2,
+            exit_v2,
+            cruise,
+            slopes,
+            first,
+            last,
+        }
+    }
+
+    /// Seconds from the start to position `s` (steps).
+    pub(crate) fn time(&self, s: f64) -> f64 {
+        let over = |from_v2: f64, slope: f64, s: f64| {
+            2.0 * s / (from_v2.sqrt() + (from_v2 + slope * s).max(0.0).sqrt())
+        };
+        let first = if self.first > 0.0 {
+            over(self.entry_v2, self.slopes[0], s.min(self.first))
+        } else {
+            0.0
+        };
+        let braking = self.length - self.last;
+        let middle = (s.min(braking) - self.first).max(0.0) / self.cruise;
+        let y = self.length - s;
+        let last = if s > braking {
+            let whole = over(self.exit_v2, self.slopes[1], self.last);
+            whole
+                - if y > 0.0 {
+                    over(self.exit_v2, self.slopes[1], y)
+                } else {
+                    0.0
+                }
+        } else {
+            0.0
+        };
+        first + middle + last
+    }
+}
+
+/// A tick and when it comes, in timer counts.
+pub(crate) struct Timed {
+    pub(crate) at: u64,
+    pub(crate) tick: Tick,
+}
+
+/// Runs segments through the real stepper.
+pub(crate) struct Player<const MOTORS: usize> {
+    stepper: Stepper<MOTORS>,
+    pub(crate) now: u64,
+    pub(crate) position: [i32; MOTORS],
+}
+
+impl<const MOTORS: usize> Player<MOTORS> {
+    pub(crate) fn new() -> Self {
+        Self {
+            stepper: Stepper::new(),
+            now: 0,
+            position: [0; MOTORS],
+        }
+    }
+
+    pub(crate) fn play(&mut self, segment: &Segment<MOTORS>) -> Vec<Timed> {
+        let mut next = Some(*segment);
+        let mut ticks = Vec::new();
+        for _ in 0..segment.ticks.get() {
+            let Progress::Tick(tick) = self.stepper.tick(|| next.take()) else {
+                panic!("a segment ended early")
+            };
+            self.now += u64::from(tick.wait.0);
+            for (motor, position) in self.position.iter_mut().enumerate() {
+                let sign = if tick.direction.contains(motor) {
+                    -1
+                } else {
+                    1
+                };
+                *position += sign * i32::from(tick.step.contains(motor));
+            }
+            ticks.push(Timed { at: self.now, tick });
+        }
+        ticks
+    }
+}
+
+/// A machine of two axes, its queue kept as full as it can be.
+pub(crate) struct Rig {
+    pub(crate) planner: Planner<Cartesian, 2, 2, 64>,
+    pub(crate) segmenter: Segmenter<2, 2>,
+    pub(crate) player: Player<2>,
+}
+
+impl Rig {
+    pub(crate) fn new(config: Config<2>) -> Self {
+        Self {
+            planner: Planner::new(config, Cartesian),
+            segmenter: Segmenter::new(),
+            player: Player::new(),
+        }
+    }
+
+    /// Plays one segment; returns whether there was one.
+    pub(crate) fn step(&mut self) -> Option<Segment<2>> {
+        let segment = self.segmenter.next(&mut self.planner)?;
+        self.player.play(&segment);
+        Some(segment)
+    }
+
+    /// Runs all of `moves` and returns the seconds that took.
+    pub(crate) fn run(&mut self, moves: &[Move<2>]) -> f64 {
+        let mut moves = moves.iter();
+        let mut waiting = moves.next();
+        loop {
+            while let Some(next) = waiting.filter(|_| self.planner.has_room()) {
+                self.planner.push(next).unwrap();
+                waiting = moves.next();
+            }
+            if self.step().is_none() {
+                break;
+            }
+        }
+        self.player.now as f64 / f64::from(self.planner.config().timer_hz)
+    }
+}
+
+/// A feed move to (x, y) mm at `feed` mm/s.
+pub(crate) fn to(x: f64, y: f64, feed: f32) -> Move<2> {
+    Move {
+        target: [x, y].map(|mm| Coordinate::from_nanos((mm * 1e9).round() as i64)),
+        feed: Feed::PerMinute(feed),
+        power: MovePower::Off,
+        speed_limit: None,
+        outputs: Outputs(0),
+        line_number: None,
+        kind: MoveKind::Feed,
+    }
+}
+
+/// The shortest time (s) for a polyline in mm with infinite look-ahead, from rest to rest; by the book, in `f64`.
+pub(crate) fn job_time(config: &Config<2>, points: &[[i32; 2]], feed: f64) -> f64 {
+    let limit = |limits: [f32; 2], u: [f64; 2]| {
+        (0..2)
+            .map(|i| f64::from(limits[i]) / u[i].abs())
+            .fold(f64::INFINITY, f64::min)
+    };
+    struct Leg {
+        length: f64,
+        a: f64,
+        v: f64,
+        u: [f64; 2],
+        entry: f64,
+    }
+    let scale = config.steps_per_mm.map(|s| s.nanos() as f64 / 1e9);
+    let mut legs: Vec<Leg> = Vec::new();
+    for pair in points.windows(2) {
+        let d = [0, 1].map(|i| f64::from(pair[1][i] - pair[0][i]) / scale[i]);
+        let length = d[0].hypot(d[1]);
+        if length == 0.0 {
+            continue;
+        }
+        let u = d.map(|d| d / length);
+        let v = feed.min(limit(config.max_rate, u));
+        let entry = legs.last().map_or(0.0, |last| {
+            let cos = -(u[0] * last.u[0] + u[1] * last.u[1]);
+            let s = (0.5 * (1.0 - cos)).sqrt();
+            let n = [u[0] - last.u[0], u[1] - last.u[1]];
+            let m = n[0].hypot(n[1]);
+            let corner = if cos > 0.999999 {
+                0.0
+            } else if cos < -0.999999 {
+                f64::INFINITY
+            } else {
+                limit(config.acceleration, n.map(|n| n / m))
+                    * f64::from(config.junction_deviation)
+                    * s
+                    / (1.0 - s)
+            };
+            corner.min(v * v).min(last.v * last.v)
+        });
+        legs.push(Leg {
+            length,
+            a: limit(config.acceleration, u),
+            v,
+            u,
+            entry,
+        });
+    }
+    let mut exit = 0.0;
+    for leg in legs.iter_mut().rev() {
+        leg.entry = leg.entry.min(exit + 2.0 * leg.a * leg.length);
+        exit = leg.entry;
+    }
+    let (mut e0, mut time) = (0.0f64, 0.0);
+    for i in 0..legs.len() {
+        let leg = &legs[i];
+        let e1 = legs
+            .get(i + 1)
+            .map_or(0.0, |next| next.entry)
+            .min(e0 + 2.0 * leg.a * leg.length);
+        let peak2 = (0.5 * (2.0 * leg.a * leg.length + e0 + e1)).min(leg.v * leg.v);
+        let peak = peak2.sqrt();
+        let cruise = leg.length - (2.0 * peak2 - e0 - e1) / (2.0 * leg.a);
+        time += (2.0 * peak - e0.sqrt() - e1.sqrt()) / leg.a + cruise.max(0.0) / peak;
+        e0 = e1;
+    }
+    time
+}
