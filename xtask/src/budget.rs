@@ -1,5 +1,5 @@
 //! `bench/budgets.txt`: what each count is called, and the most that it may be.
-use crate::shell::Failure;
+use crate::failure::Failure;
 use std::{fs, path::Path};
 
 /// What was counted in one region of a program, in instructions.
@@ -40,16 +40,15 @@ impl Budget {
     /// # Errors
     /// When it cannot be read, or a line is not a budget: the line's number is given.
     pub(crate) fn read(path: &Path) -> Result<Vec<Self>, Failure> {
-        let text = fs::read_to_string(path)
-            .map_err(|error| Failure::new(format!("{}: {error}", path.display())))?;
+        let text = fs::read_to_string(path).map_err(Failure::file(path))?;
         let lines = text
             .lines()
             .enumerate()
             .filter(|(_, line)| !line.trim().is_empty() && !line.starts_with('#'));
         lines
             .map(|(index, line)| {
-                let place = || format!("{}:{}: not a budget: `{line}`", path.display(), index + 1);
-                Self::parse(line).ok_or_else(|| Failure::new(place()))
+                let place = || format!("{}:{}", path.display(), index + 1);
+                Self::parse(line).ok_or_else(|| Failure::unreadable(place(), line))
             })
             .collect()
     }

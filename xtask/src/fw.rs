@@ -1,6 +1,7 @@
 //! `cargo fw`: builds the firmware with whichever compiler can, and prints its size.
 use crate::{
-    shell::{self, Failure},
+    failure::Failure,
+    shell,
     toolchain::{self, Toolchain},
 };
 use std::{path::PathBuf, process::Command};

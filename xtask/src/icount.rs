@@ -4,7 +4,8 @@
 //! `bench/budgets.txt` says what each count is, and the most that it may be.
 use crate::{
     budget::{Budget, Count},
-    shell::{self, Failure},
+    failure::Failure,
+    shell,
     toolchain::{self, Toolchain, TARGET},
 };
 use std::{
@@ -38,12 +39,12 @@ pub(crate) fn run(check: bool) -> Result<(), Failure> {
         }
         let count = programs[budget.program.as_str()].get(&budget.region);
         let count =
-            count.ok_or_else(|| Failure::new(format!("{}: nothing counted", budget.what)))?;
+            count.ok_or_else(|| Failure::finding(format!("{}: nothing counted", budget.what)))?;
         println!("{}", budget.row(count));
         exceeded.extend(budget.exceeded_by(count));
     }
     if check && !exceeded.is_empty() {
-        return Err(Failure::new(exceeded.join("\n")));
+        return Err(Failure::Findings(exceeded));
     }
     Ok(())
 }
@@ -58,8 +59,7 @@ impl Emulator {
     /// Compiles the plugin and the programs.
     fn prepare(sources: &Path) -> Result<Self, Failure> {
         let target_dir = toolchain::target_dir().join("icount");
-        fs::create_dir_all(&target_dir)
-            .map_err(|error| Failure::new(format!("{}: {error}", target_dir.display())))?;
+        fs::create_dir_all(&target_dir).map_err(Failure::file(&target_dir))?;
         let plugin = target_dir.join("libicount.so");
         let interface = format!("-DQP_API={}", plugin_interface()?);
         let mut gcc = Command::new("gcc");
@@ -102,7 +102,7 @@ impl Emulator {
                 .is_some_and(|count| count.smallest == expected && count.largest == expected);
             if !exact {
                 let found = counts.get(&region);
-                return Err(Failure::new(format!(
+                return Err(Failure::finding(format!(
                     "{program}: region {region} has {expected} instructions, not {found:?}"
                 )));
             }
@@ -129,13 +129,10 @@ impl Emulator {
             .arg(plugin)
             .arg("-kernel")
             .arg(self.programs.join(program));
-        shell::run(&mut qemu).map_err(|failure| Failure::new(format!("{program}: {failure}")))?;
-        let text = fs::read_to_string(&report)
-            .map_err(|error| Failure::new(format!("{}: {error}", report.display())))?;
+        shell::run(&mut qemu)?;
+        let text = fs::read_to_string(&report).map_err(Failure::file(&report))?;
         text.lines()
-            .map(|line| {
-                parse_count(line).ok_or_else(|| Failure::new(format!("{program}: `{line}`")))
-            })
+            .map(|line| parse_count(line).ok_or_else(|| Failure::unreadable(program, line)))
             .collect()
     }
 }
@@ -143,8 +140,8 @@ impl Emulator {
 /// The version of the plugin interface that the installed QEMU asks for.
 fn plugin_interface() -> Result<u32, Failure> {
     let version = shell::output(Command::new("qemu-system-arm").arg("--version"))?;
-    let major = major_version(&version)
-        .ok_or_else(|| Failure::new(format!("no version in `{version}`")))?;
+    let major =
+        major_version(&version).ok_or_else(|| Failure::unreadable("QEMU's version", &version))?;
     Ok(if major >= 9 { 4 } else { 1 })
 }
 

@@ -1,6 +1,8 @@
 //! The project's own commands: `cargo xtask NAME`, or `cargo fw`.
+mod bench;
 mod budget;
 mod call_graph;
+mod failure;
 mod fw;
 mod icount;
 mod shell;
@@ -12,6 +14,7 @@ use std::{env, process::ExitCode};
 const USAGE: &str = "usage: cargo xtask COMMAND
     fw [ARGUMENTS]     build the firmware; ARGUMENTS go to `cargo build`
     thumb              build libraries and firmware for the microcontroller; check what is in them
+    bench COMMAND...   count x86-64 instructions per line; COMMAND says {lines} for their number
     icount [--check]   count instructions under QEMU; fail above the budgets";
 
 fn main() -> ExitCode {
@@ -19,6 +22,7 @@ fn main() -> ExitCode {
     let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
     let done = match words.as_slice() {
         ["fw", ..] => fw::run(&arguments[1..]),
+        ["bench", ..] => bench::run(&arguments[1..]),
         ["icount"] => icount::run(false),
         ["icount", "--check"] => icount::run(true),
         ["thumb"] => thumb::run(),

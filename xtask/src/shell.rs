@@ -1,39 +1,17 @@
-//! Runs other programs; a failure names the program and what it said.
-use std::{fmt, process::Command};
-
-/// Why a task stopped: words for the person at the keyboard.
-#[derive(Debug)]
-pub(crate) struct Failure(String);
-
-impl Failure {
-    /// A failure with these words.
-    pub(crate) fn new(words: impl Into<String>) -> Self {
-        Failure(words.into())
-    }
-}
-
-impl fmt::Display for Failure {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.0)
-    }
-}
-
-impl core::error::Error for Failure {}
+//! Runs other programs.
+use crate::failure::Failure;
+use std::{
+    io,
+    process::{Command, ExitStatus, Output},
+};
 
 /// Runs a command with our own standard streams.
 ///
 /// # Errors
 /// When it cannot be started or does not succeed.
 pub(crate) fn run(command: &mut Command) -> Result<(), Failure> {
-    let name = name(command);
-    let status = command
-        .status()
-        .map_err(|error| Failure::new(format!("{name}: {error}")))?;
-    if status.success() {
-        Ok(())
-    } else {
-        Err(Failure::new(format!("{name}: {status}")))
-    }
+    let status = command.status().map_err(not_started(command))?;
+    check(command, status, String::new())
 }
 
 /// Runs a command and returns its standard output.
@@ -41,16 +19,39 @@ pub(crate) fn run(command: &mut Command) -> Result<(), Failure> {
 /// # Errors
 /// When it cannot be started or does not succeed; the words are its standard error.
 pub(crate) fn output(command: &mut Command) -> Result<String, Failure> {
-    let name = name(command);
-    let output = command
-        .output()
-        .map_err(|error| Failure::new(format!("{name}: {error}")))?;
-    if output.status.success() {
-        Ok(String::from_utf8_lossy(&output.stdout).into_owned())
-    } else {
-        let words = String::from_utf8_lossy(&output.stderr).into_owned();
-        Err(Failure::new(format!("{name}: {}\n{words}", output.status)))
+    succeed(command).map(|output| String::from_utf8_lossy(&output.stdout).into_owned())
+}
+
+/// Runs a command and returns its standard error.
+///
+/// # Errors
+/// When it cannot be started or does not succeed; the words are its standard error.
+pub(crate) fn error_output(command: &mut Command) -> Result<String, Failure> {
+    succeed(command).map(|output| String::from_utf8_lossy(&output.stderr).into_owned())
+}
+
+fn succeed(command: &mut Command) -> Result<Output, Failure> {
+    let output = command.output().map_err(not_started(command))?;
+    let words = String::from_utf8_lossy(&output.stderr).into_owned();
+    check(command, output.status, words)?;
+    Ok(output)
+}
+
+fn check(command: &Command, status: ExitStatus, words: String) -> Result<(), Failure> {
+    if status.success() {
+        return Ok(());
     }
+    let program = name(command);
+    Err(Failure::NotDone {
+        program,
+        status,
+        words,
+    })
+}
+
+fn not_started(command: &Command) -> impl FnOnce(io::Error) -> Failure {
+    let program = name(command);
+    move |error| Failure::NotStarted { program, error }
 }
 
 fn name(command: &Command) -> String {

@@ -7,8 +7,8 @@
 //! | a panic, a call through a register | whatever the step interrupt reaches | it cannot fail, and its cost must be known |
 use crate::{
     call_graph::CallGraph,
-    fw,
-    shell::{self, Failure},
+    failure::Failure,
+    fw, shell,
     toolchain::{self, Toolchain},
 };
 use std::{path::Path, process::Command};
@@ -33,7 +33,7 @@ pub(crate) fn run() -> Result<(), Failure> {
     if findings.is_empty() {
         Ok(())
     } else {
-        Err(Failure::new(findings.join("\n")))
+        Err(Failure::Findings(findings))
     }
 }
 
@@ -78,7 +78,7 @@ fn check_step_interrupt(elf: &Path) -> Result<Vec<String>, Failure> {
         objdump.args(["-d", "--no-show-raw-insn"]).arg(elf),
     )?);
     if !graph.contains(STEP_INTERRUPT) {
-        return Err(Failure::new(format!(
+        return Err(Failure::finding(format!(
             "{}: no function {STEP_INTERRUPT}",
             elf.display()
         )));

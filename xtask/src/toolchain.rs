@@ -4,7 +4,7 @@
 //! 1. rustup's toolchain with the target installed: a plain build.
 //! 2. a compiler with the sources of `core` beside it (Debian: `rustc-web`, `rust-web-src`): `core` is built too.
 //!    That needs `-Zbuild-std`, which a stable compiler only takes with `RUSTC_BOOTSTRAP=1`.
-use crate::shell::{self, Failure};
+use crate::{failure::Failure, shell};
 use std::{
     env, fs,
     path::{Path, PathBuf},
@@ -13,12 +13,6 @@ use std::{
 
 /// Cortex-M4 with the single-precision FPU, hard-float calls.
 pub(crate) const TARGET: &str = "thumbv7em-none-eabihf";
-
-/// What to install where no compiler is found.
-const ADVICE: &str = "no Rust compiler for thumbv7em-none-eabihf. With rustup:
-    rustup target add thumbv7em-none-eabihf
-On Debian 12:
-    apt install rustc-web cargo-web rust-web-src";
 
 /// A compiler that can build for [`TARGET`].
 pub(crate) enum Toolchain {
@@ -48,7 +42,7 @@ impl Toolchain {
         let (rustc, cargo) = [("rustc", "cargo"), ("/usr/bin/rustc", "/usr/bin/cargo")]
             .into_iter()
             .find(|(rustc, _)| has_core_sources(rustc))
-            .ok_or_else(|| Failure::new(ADVICE))?;
+            .ok_or(Failure::NoCompiler)?;
         let linker = find_linker();
         eprintln!(
             "compiler: {rustc}, building core from source; linker: {}",

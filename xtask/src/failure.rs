@@ -1,0 +1,96 @@
+//! Why a task stopped, in words for the person at the keyboard.
+use std::{fmt, io, path::PathBuf, process::ExitStatus};
+
+/// Why a task stopped.
+#[derive(Debug)]
+pub(crate) enum Failure {
+    /// A program could not be started.
+    NotStarted {
+        /// Its name.
+        program: String,
+        /// What the system says.
+        error: io::Error,
+    },
+    /// A program ran and did not succeed.
+    NotDone {
+        /// Its name.
+        program: String,
+        /// How it ended.
+        status: ExitStatus,
+        /// What it said on standard error, where that was not shown already.
+        words: String,
+    },
+    /// A file could not be read or written.
+    File {
+        /// Where it is.
+        path: PathBuf,
+        /// What the system says.
+        error: io::Error,
+    },
+    /// A text is not what it should be.
+    Unreadable {
+        /// Where the text stands: a file and a line, or a program.
+        place: String,
+        /// The text.
+        text: String,
+    },
+    /// No compiler can build for the microcontroller.
+    NoCompiler,
+    /// The command to be counted does not say where the number of lines goes.
+    NoPlaceholder,
+    /// Twice the lines took fewer instructions.
+    FewerInstructions,
+    /// Checks failed: one text for each.
+    Findings(Vec<String>),
+}
+
+impl Failure {
+    /// Names the file in an error of the system; for `map_err`.
+    pub(crate) fn file(path: impl Into<PathBuf>) -> impl FnOnce(io::Error) -> Self {
+        let path = path.into();
+        move |error| Failure::File { path, error }
+    }
+
+    /// A text is not what it should be.
+    pub(crate) fn unreadable(place: impl Into<String>, text: impl Into<String>) -> Self {
+        Failure::Unreadable {
+            place: place.into(),
+            text: text.into(),
+        }
+    }
+
+    /// One check failed.
+    pub(crate) fn finding(words: impl Into<String>) -> Self {
+        Failure::Findings(vec![words.into()])
+    }
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Failure::NotStarted { program, error } => write!(f, "{program}: {error}"),
+            Failure::NotDone {
+                program,
+                status,
+                words,
+            } => write!(f, "{program}: {status}\n{words}"),
+            Failure::File { path, error } => write!(f, "{}: {error}", path.display()),
+            Failure::Unreadable { place, text } => write!(f, "{place}: cannot read `{text}`"),
+            Failure::NoCompiler => f.write_str(NO_COMPILER),
+            Failure::NoPlaceholder => {
+                f.write_str("the command must say {lines} where the number of lines goes")
+            }
+            Failure::FewerInstructions => {
+                f.write_str("more lines took fewer instructions: is {lines} obeyed?")
+            }
+            Failure::Findings(findings) => f.write_str(&findings.join("\n")),
+        }
+    }
+}
+
+impl core::error::Error for Failure {}
+
+const NO_COMPILER: &str = "no Rust compiler for thumbv7em-none-eabihf. With rustup:
+    rustup target add thumbv7em-none-eabihf
+On Debian 12:
+    apt install rustc-web cargo-web rust-web-src";
