@@ -167,3 +167,102 @@ fn chords(angle: f32, radius: f32, tolerance: f32) -> u32 {
 fn pick<const AXES: usize>(point: &[Coordinate; AXES], plane: (usize, usize)) -> [Coordinate; 2] {
     [plane.0, plane.1].map(|axis| point.get(axis).copied().unwrap_or_default())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use std::vec::Vec;
+
+    fn point(x: f64, y: f64, z: f64) -> [Coordinate; 3] {
+        [x, y, z].map(|mm| Coordinate::from_nanos((mm * 1e9).round() as i64))
+    }
+
+    fn mm(point: &[Coordinate; 3]) -> [f64; 3] {
+        point.map(|c| c.nanos() as f64 / 1e9)
+    }
+
+    fn offset(x: f64, y: f64) -> [Coordinate; 2] {
+        let [x, y, _] = point(x, y, 0.0);
+        [x, y]
+    }
+
+    #[test]
+    fn coinciding_ends_are_a_full_circle_in_the_sense_asked_for() {
+        let at = point(10.0, 0.0, 0.0);
+        for (clockwise, side) in [(true, -1.0), (false, 1.0)] {
+            let arc = Arc::new(at, at, offset(-10.0, 0.0), (0, 1), clockwise, 0.002);
+            // ⌊π·10 / √(0.002·(20 − 0.002))⌋
+            assert_eq!(arc.chords(), 157);
+            assert_eq!(arc.radius(), 10.0);
+            let points: Vec<_> = arc.collect();
+            assert!(mm(&points[39])[1] * side > 9.9);
+            assert_eq!(points.last(), Some(&at));
+        }
+    }
+
+    #[test]
+    fn an_arc_within_the_tolerance_is_one_straight_chord() {
+        let (start, end) = (point(0.0, 0.0, 0.0), point(0.001, 0.001, 0.0));
+        let arc = Arc::new(start, end, offset(0.001, 0.0), (0, 1), true, 0.5);
+        assert_eq!(arc.collect::<Vec<_>>(), [end]);
+    }
+
+    #[test]
+    fn other_planes_and_other_axes_move_as_they_should() {
+        // G18: from Z to X, with Y moving along.
+        let (start, end) = (point(0.0, 1.0, 5.0), point(5.0, 3.0, 0.0));
+        let arc = Arc::new(start, end, offset(-5.0, 0.0), (2, 0), false, 0.002);
+        let chords = f64::from(arc.chords());
+        for (k, point) in arc.enumerate() {
+            let [x, y, z] = mm(&point);
+            assert!((x.hypot(z) - 5.0).abs() < 1e-5);
+            assert!((y - 1.0 - 2.0 * (k + 1) as f64 / chords).abs() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn a_radius_finds_the_centre_on_the_right_side() {
+        let close = |a: [f32; 2], b: [f32; 2]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-5);
+        let quarter = [10.0, 10.0];
+        assert!(close(
+            centre_from_radius(quarter, 10.0, true).unwrap(),
+            [10.0, 0.0]
+        ));
+        assert!(close(
+            centre_from_radius(quarter, 10.0, false).unwrap(),
+            [0.0, 10.0]
+        ));
+        assert!(close(
+            centre_from_radius(quarter, -10.0, true).unwrap(),
+            [0.0, 10.0]
+        ));
+        assert_eq!(centre_from_radius(quarter, 7.0, true), None);
+        assert_eq!(centre_from_radius([0.0, 0.0], 7.0, true), None);
+    }
+
+    proptest! {
+        /// Points on the circle, chords no further from it than the rounded count allows, the end exact.
+        #[test]
+        fn chords_follow_the_circle(
+            x in -300.0f64..300.0, y in -300.0f64..300.0, radius in 0.01f64..400.0,
+            from in 0.0f64..6.28, sweep in 0.05f64..6.28, clockwise: bool,
+        ) {
+            let at = |angle: f64| point(x + radius * angle.cos(), y + radius * angle.sin(), 0.0);
+            let turned = if clockwise { from - sweep } else { from + sweep };
+            let (start, end) = (at(from), at(turned));
+            let arc = Arc::new(start, end, offset(-radius * from.cos(), -radius * from.sin()), (0, 1), clockwise, 0.002);
+            let allowed = 0.002 * (1.0 + 1.0 / f64::from(arc.chords())).powi(2) * 1.01 + radius * 1e-6;
+            let mut before = mm(&start);
+            let mut last = start;
+            for point in arc {
+                let [px, py, _] = mm(&point);
+                prop_assert!(((px - x).hypot(py - y) - radius).abs() < radius * 1e-6 + 1e-6);
+                let middle = (0.5 * (px + before[0]) - x).hypot(0.5 * (py + before[1]) - y);
+                prop_assert!(radius - middle < allowed, "{} > {}", radius - middle, allowed);
+                (before, last) = ([px, py, 0.0], point);
+            }
+            prop_assert_eq!(last, end);
+        }
+    }
+}

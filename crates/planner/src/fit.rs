@@ -176,3 +176,60 @@ fn signed_bits(counts: f32) -> i64 {
 }
 
 const TWO_32: f32 = 4_294_967_296.0;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn a_segment_lasts_no_longer_than_a_millisecond() {
+        assert_eq!(longest(1e5, 1e3), LONGEST);
+        assert_eq!(steps(20e3, 0.0), 20);
+        assert_eq!(steps(5.0, 0.0), 1);
+    }
+
+    #[test]
+    fn near_rest_a_segment_is_one_step() {
+        assert_eq!(steps(0.0, 1e6), 1);
+        assert_eq!(steps(100.0, -1e6), 1);
+    }
+
+    #[test]
+    fn smoothing_is_no_finer_than_needed_and_never_too_fast() {
+        let level = |interval| smoothing(interval, 4e-6, false).level();
+        assert_eq!(level(5e-6), 0);
+        assert_eq!(level(10e-6), 1);
+        assert_eq!(level(12e-6), 1); // a quarter of it would be too short
+        assert_eq!(level(20e-6), 2);
+        assert_eq!(level(1e-3), 3);
+        assert_eq!(smoothing(1e-3, 100e-6, true).level(), 1);
+    }
+
+    #[test]
+    fn counts_become_bits_exactly_or_saturate() {
+        assert_eq!(bits(1.5), 3 << 31);
+        assert_eq!(signed_bits(-0.25), -(1 << 30));
+        assert_eq!(bits(1e12), u64::MAX);
+        assert_eq!(bits(-1.0), 0);
+    }
+
+    proptest! {
+        /// However segments are rounded, their sum stays within a count of the sum of their durations.
+        #[test]
+        fn rounding_never_adds_up(pieces in prop::collection::vec((2u16..300, 300.0f32..3e4, -0.2f32..0.2), 1..200)) {
+            let mut carry = Carry::default();
+            let (mut due, mut made) = (0u64, 0u64);
+            for (ticks, mean, bend) in pieces {
+                let (count, middle) = (f32::from(ticks), f32::from(ticks / 2));
+                let duration = mean * count;
+                let linear = Linear::through(mean * middle * (1.0 + bend / count), middle, duration, count);
+                let (first, change) = carry.round(linear, NonZeroU16::new(ticks).unwrap(), duration);
+                due += bits(duration);
+                let n = i128::from(ticks);
+                made += (i128::from(first.to_bits()) * n + i128::from(change.to_bits()) * (n * (n - 1) / 2)) as u64;
+                prop_assert!(due.abs_diff(made) < 4 << 32, "{} counts", due.abs_diff(made) >> 32);
+            }
+        }
+    }
+}

@@ -317,7 +317,8 @@ impl<const MOTORS: usize> Running<MOTORS> {
         let events = steps(self.speed, stretch.acceleration)
             .min(stretch.steps)
             .clamp(1, MOST_EVENTS);
-        let cruising = stretch.acceleration == 0.0 && stretch.steps > 0;
+        let even = stretch.acceleration == 0.0 && stretch.steps > 0;
+        let cruising = even && self.speed * LONGEST_WAIT > 1.0;
         let piece = if cruising {
             self.cruise_piece(events, timing, carry)
         } else {
@@ -343,7 +344,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
 /// The most step events of a segment: eightfold smoothed they fit 15 bits. (A millisecond at 300 kHz has 300.)
 const MOST_EVENTS: u32 = 4000;
 
-/// The longest wait for a tick, seconds: beyond it a step is made of eight ticks, because a timer count has 32 bits (51 s
+/// The longest interval that is one wait, seconds: beyond it a step is made of eight ticks, because a timer count has 32 bits (51 s
 /// at 84 MHz). The slowest step that this allows takes 8 × 51 s.
 const LONGEST_WAIT: f32 = 25.0;
 

@@ -204,3 +204,238 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::reference::{job_time, to, Rig};
+    use crate::{Config, Move, MoveKind, MovePower, Overrides};
+    use leadscrew_stepper::Power;
+    use proptest::prelude::*;
+    use std::vec::Vec;
+
+    fn config(rate: f32, acceleration: f32) -> Config<2> {
+        Config {
+            max_rate: [rate; 2],
+            acceleration: [acceleration; 2],
+            ..Config::default()
+        }
+    }
+
+    /// A polyline in steps of 4 µm as moves at `feed` mm/s.
+    fn moves(points: &[[i32; 2]], feed: f32) -> Vec<Move<2>> {
+        let mm = |steps| f64::from(steps) * 0.004;
+        points
+            .iter()
+            .map(|[x, y]| to(mm(*x), mm(*y), feed))
+            .collect()
+    }
+
+    /// Sums differences into points, from the origin.
+    fn path(legs: &[[i32; 2]]) -> Vec<[i32; 2]> {
+        let mut at = [0, 0];
+        let sums = legs.iter().map(|leg| {
+            at = [at[0] + leg[0], at[1] + leg[1]];
+            at
+        });
+        std::iter::once([0, 0]).chain(sums).collect()
+    }
+
+    fn leg() -> impl Strategy<Value = [i32; 2]> {
+        (1i32..6).prop_flat_map(|size| {
+            let most = 4i32.pow(size as u32);
+            [-most..=most, -most..=most]
+        })
+    }
+
+    fn legs() -> impl Strategy<Value = Vec<[i32; 2]>> {
+        prop::collection::vec(leg(), 1..60)
+    }
+
+    #[test]
+    fn a_square_takes_the_time_that_the_textbook_says() {
+        let points = path(&[[5000, 0], [0, 5000], [-5000, 0], [0, -5000]]);
+        let config = config(50.0, 500.0);
+        let seconds = Rig::new(config).run(&moves(&points, 40.0));
+        let ideal = job_time(&config, &points, f64::from(40.0f32));
+        assert!((seconds / ideal - 1.0).abs() < 1e-5, "{seconds} {ideal}");
+    }
+
+    #[test]
+    fn a_hold_at_rest_holds_at_once_and_nothing_moves() {
+        let mut rig = Rig::new(config(50.0, 500.0));
+        rig.planner.push(&to(1.0, 0.0, 40.0)).unwrap();
+        rig.segmenter.hold();
+        assert!(rig.segmenter.is_held());
+        assert_eq!(rig.step(), None);
+        rig.segmenter.resume();
+        assert!(rig.step().is_some());
+    }
+
+    #[test]
+    fn a_hold_stops_in_the_distance_that_acceleration_allows() {
+        let mut rig = Rig::new(config(50.0, 500.0));
+        rig.planner.push(&to(100.0, 0.0, 50.0)).unwrap();
+        while rig.player.position[0] < 10_000 {
+            rig.step();
+        }
+        let from = rig.player.position[0];
+        rig.segmenter.hold();
+        while rig.step().is_some() {}
+        assert!(rig.segmenter.is_held());
+        // 50² / (2·500) mm at 250 steps/mm
+        assert_eq!(rig.player.position[0] - from, 625);
+    }
+
+    #[test]
+    fn a_raised_override_acts_on_the_running_move() {
+        let mut rig = Rig::new(config(100.0, 500.0));
+        rig.planner.push(&to(100.0, 0.0, 20.0)).unwrap();
+        while rig.player.position[0] < 5000 {
+            rig.step();
+        }
+        assert_eq!(rig.segmenter.speed(), 20.0);
+        rig.planner.set_overrides(Overrides {
+            feed: 200,
+            rapid: 100,
+        });
+        rig.step();
+        assert!(rig.segmenter.speed() > 20.0);
+        while rig.player.position[0] < 10_000 {
+            rig.step();
+        }
+        assert_eq!(rig.segmenter.speed(), 40.0);
+        rig.planner.set_overrides(Overrides {
+            feed: 50,
+            rapid: 100,
+        });
+        while rig.player.position[0] < 15_000 {
+            rig.step();
+        }
+        assert_eq!(rig.segmenter.speed(), 10.0);
+        while rig.step().is_some() {}
+        assert_eq!(rig.player.position, [25_000, 0]);
+    }
+
+    #[test]
+    fn power_follows_the_speed_of_every_step() {
+        let power = MovePower::Dynamic { power: Power::FULL };
+        let mut rig = Rig::new(config(100.0, 500.0));
+        rig.planner
+            .push(&Move {
+                power,
+                ..to(20.0, 7.0, 80.0)
+            })
+            .unwrap();
+        let (mut energy, mut steps, mut last) = (0.0, 0u32, None);
+        while let Some(segment) = rig.segmenter.next(&mut rig.planner) {
+            let mut before = rig.player.now;
+            for timed in rig.player.play(&segment) {
+                energy += f64::from(timed.tick.power.share().to_num::<f32>())
+                    * (timed.at - before) as f64;
+                before = timed.at;
+                if timed.tick.step.contains(0) {
+                    // Full power at 80 mm/s along the path.
+                    let due = 84e6 / (80.0 * 5000.0 / 20f64.hypot(7.0));
+                    assert!(
+                        (energy / due - 1.0).abs() < 0.01,
+                        "step {steps}: {}",
+                        energy / due
+                    );
+                    (energy, steps) = (0.0, steps + 1);
+                }
+            }
+            last = segment.at_rest;
+        }
+        assert_eq!(last, Some(Power::OFF));
+        assert_eq!(steps, 5000);
+    }
+
+    #[test]
+    fn the_slowest_step_is_waited_for_in_eight_ticks() {
+        let mut slow = config(50.0, 500.0);
+        slow.steps_per_mm = [crate::StepsPerMm::from_nanos(200_000_000); 2]; // one step a 5 mm
+        let mut rig = Rig::new(slow);
+        let seconds = rig.run(&[to(50.0, 0.0, 0.0)]);
+        // Grbl's slowest feed, 1 mm/min.
+        assert!((seconds / 3000.0 - 1.0).abs() < 1e-3, "{seconds}");
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(200))]
+
+        /// Infinite look-ahead, as long as the queue holds the whole job; 0.1 %.
+        #[test]
+        fn a_job_takes_the_time_of_the_exact_model(legs in legs(), rate in 5.0f32..200.0, acceleration in 10.0f32..5000.0, feed in 1.0f32..300.0) {
+            let config = config(rate, acceleration);
+            let points = path(&legs);
+            let seconds = Rig::new(config).run(&moves(&points, feed));
+            let ideal = job_time(&config, &points, f64::from(feed));
+            prop_assert!((seconds - ideal).abs() <= 1e-3 * ideal, "{} {}", seconds, ideal);
+        }
+
+        /// Rates, accelerations and the steps themselves, with holds and overrides thrown in anywhere.
+        #[test]
+        fn nothing_is_lost_and_no_limit_broken_whatever_comes_between(
+            legs in legs(), acceleration in 50.0f32..5000.0, feed in 1.0f32..100.0,
+            events in prop::collection::vec((1usize..40, 0u8..6), 1..30),
+        ) {
+            let mut rig = Rig::new(config(80.0, acceleration));
+            let points = path(&legs);
+            for point in moves(&points, feed) {
+                rig.planner.push(&point).unwrap();
+            }
+            let mut events = events.into_iter();
+            let (mut wait, mut event) = events.next().unwrap();
+            loop {
+                let segment = rig.step();
+                if let Some((profile, done)) = rig.segmenter.profile() {
+                    let step = 0.004f32; // along the dominant axis; the path is longer
+                    prop_assert!(profile.cruise() * step <= 80.0 * 1.000_001);
+                    for a in profile.accelerations() {
+                        prop_assert!(a.abs() * step <= acceleration * 1.000_003, "{} {}", a * step, acceleration);
+                    }
+                    prop_assert!(done <= profile.end());
+                }
+                if rig.segmenter.is_held() {
+                    prop_assert_eq!(rig.segmenter.speed(), 0.0);
+                    rig.segmenter.resume();
+                } else if let Some(segment) = segment {
+                    prop_assert_eq!(segment.at_rest.is_some(), rig.segmenter.speed() <= 0.0);
+                } else {
+                    break;
+                }
+                wait -= 1;
+                if wait == 0 {
+                    match event {
+                        0 | 1 => rig.segmenter.hold(),
+                        2 => rig.segmenter.resume(),
+                        feed => rig.planner.set_overrides(Overrides { feed: 40 * feed - 60, rapid: 100 }),
+                    }
+                    (wait, event) = events.next().unwrap_or((usize::MAX, 0));
+                }
+            }
+            prop_assert_eq!(rig.player.position, *points.last().unwrap());
+            prop_assert!(rig.planner.is_empty());
+        }
+
+        /// The hold ends the line in hand; another line comes; the rest of the first one goes on to the same end.
+        #[test]
+        fn parking_between_hold_and_resume_loses_no_step(x in 1000i32..9000, y in -9000i32..9000, pause in 1usize..60) {
+            let mut rig = Rig::new(config(80.0, 500.0));
+            rig.planner.push(&moves(&[[x, y]], 60.0)[0]).unwrap();
+            for _ in 0..pause { rig.step(); }
+            rig.segmenter.hold();
+            while rig.step().is_some() {}
+            let mut parking = Rig::new(config(80.0, 500.0));
+            parking.planner.push(&Move { kind: MoveKind::System, ..to(1.0, 2.0, 10.0) }).unwrap();
+            let held = rig.player.position;
+            while let Some(segment) = parking.step() { rig.player.play(&segment); }
+            let parked = rig.player.position;
+            rig.segmenter.renew_line();
+            rig.segmenter.resume();
+            while rig.step().is_some() {}
+            let end = [0, 1].map(|m| rig.player.position[m] - parked[m] + held[m]);
+            prop_assert_eq!(end, [x, y]);
+        }
+    }
+}
