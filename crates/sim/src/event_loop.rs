@@ -172,6 +172,12 @@ where
         self.report_switches(self.now);
     }
 
+    /// Holds an input at a level whatever its switch does; `None` lets it go.
+    pub fn force_pin(&mut self, pin: Pin, level: Option<bool>) {
+        self.board.plant.force(pin, level);
+        self.report_switches(self.now);
+    }
+
     /// Adds a switch that a carriage works.
     pub fn add_switch(&mut self, switch: Switch) {
         self.board.plant.add_switch(switch);

@@ -92,6 +92,8 @@ impl Switch {
 #[derive(Clone, Debug)]
 struct Carriage {
     position: i32,
+    /// Where it was put by hand, less the steps that it had made: `position` less the net steps.
+    origin: i64,
     /// Nothing changes from `window.0` to `window.1`.
     window: (i32, i32),
     pulses: u64,
@@ -108,6 +110,7 @@ impl Carriage {
     fn new() -> Self {
         Self {
             position: 0,
+            origin: 0,
             window: (i32::MIN, i32::MAX),
             pulses: 0,
             direction_changed: Cycle::ZERO,
@@ -173,6 +176,8 @@ pub struct Plant<const MOTORS: usize> {
     shortest_setup: u64,
     levels: Switches,
     switches: Vec<Switch>,
+    /// Pins that are held at a level.
+    forced: Vec<(Pin, bool)>,
 }
 
 impl<const MOTORS: usize> Default for Plant<MOTORS> {
@@ -194,6 +199,7 @@ impl<const MOTORS: usize> Plant<MOTORS> {
             shortest_setup: u64::MAX,
             levels: Switches::OPEN,
             switches: Vec::new(),
+            forced: Vec::new(),
         }
     }
 
@@ -260,6 +266,7 @@ impl<const MOTORS: usize> Plant<MOTORS> {
     /// Puts the carriages somewhere else; the controller does not learn of it.
     pub fn place(&mut self, position: [i32; MOTORS]) {
         for (carriage, place) in self.carriages.iter_mut().zip(position) {
+            carriage.origin += i64::from(place) - i64::from(carriage.position);
             carriage.position = place;
         }
         self.update_switches();
@@ -283,6 +290,13 @@ impl<const MOTORS: usize> Plant<MOTORS> {
         self.update_switches();
     }
 
+    /// Holds a pin at a level whatever its switch does, as a finger or a disturbance; `None` lets it go.
+    pub fn force(&mut self, pin: Pin, level: Option<bool>) {
+        self.forced.retain(|(other, _)| *other != pin);
+        self.forced.extend(level.map(|level| (pin, level)));
+        self.update_switches();
+    }
+
     /// The levels of all inputs.
     pub fn levels(&self) -> &Switches {
         &self.levels
@@ -294,30 +308,45 @@ impl<const MOTORS: usize> Plant<MOTORS> {
         for carriage in &mut self.carriages {
             carriage.window = (i32::MIN, i32::MAX);
         }
-        for switch in &self.switches {
-            if let Some(carriage) = self.carriages.get_mut(switch.motor) {
-                let (low, high) = switch.window(carriage.position);
-                carriage.window = (carriage.window.0.max(low), carriage.window.1.min(high));
-                let level = switch.level_at(carriage.position);
-                set_level(&mut self.levels, switch.pin, level);
+        // Several switches may share a pin: the one on whose side the carriage is decides.
+        for decisive in [false, true] {
+            for switch in &self.switches {
+                if let Some(carriage) = self.carriages.get_mut(switch.motor) {
+                    let (low, high) = switch.window(carriage.position);
+                    carriage.window = (carriage.window.0.max(low), carriage.window.1.min(high));
+                    let level = switch.level_at(carriage.position);
+                    if (level == switch.level) == decisive {
+                        set_level(&mut self.levels, switch.pin, level);
+                    }
+                }
             }
+        }
+        for (pin, level) in &self.forced {
+            set_level(&mut self.levels, *pin, *level);
         }
         self.levels != before
     }
 
     /// Where the carriages are, in steps.
     pub fn position(&self) -> [i32; MOTORS] {
-        core::array::from_fn(|motor| self.carriages[motor].position)
+        self.carriages.each_ref().map(|carriage| carriage.position)
+    }
+
+    /// Steps that each motor has made since power-up, positive less negative, by the level of its direction pin.
+    pub fn net_steps(&self) -> [i64; MOTORS] {
+        self.carriages
+            .each_ref()
+            .map(|carriage| i64::from(carriage.position) - carriage.origin)
     }
 
     /// Steps that each motor has made, either way.
     pub fn pulses(&self) -> [u64; MOTORS] {
-        core::array::from_fn(|motor| self.carriages[motor].pulses)
+        self.carriages.each_ref().map(|carriage| carriage.pulses)
     }
 
     /// Highest rate of each motor in steps/s, over 16 steps.
     pub fn peak_rates(&self) -> [f64; MOTORS] {
-        core::array::from_fn(|motor| self.carriages[motor].peak_rate())
+        self.carriages.each_ref().map(Carriage::peak_rate)
     }
 
     /// The shortest pulse in cycles; `None` where there was none.
@@ -451,6 +480,16 @@ mod tests {
         }
         plant.remove_switches();
         assert!(!plant.levels().probe);
+    }
+
+    #[test]
+    fn a_carriage_put_elsewhere_has_made_no_steps() {
+        let mut plant = Plant::<1>::new();
+        plant.raise(Cycle(1000), X);
+        plant.place([50]);
+        plant.fall(Cycle(1500));
+        plant.raise(Cycle(2000), X);
+        assert_eq!((plant.position(), plant.net_steps()), ([51], [2]));
     }
 
     #[test]

@@ -1,0 +1,159 @@
+//! What a simulation has found out: all that a summary or a test wants to know of a job.
+
+use crate::board::EIGHTHS;
+use crate::clock::{micros, seconds, Cycle};
+use crate::event_loop::Simulation;
+use crate::load::CpuLoad;
+use crate::observer::Observer;
+use crate::streamer::{Replies, Reply};
+use crate::trouble::{Late, Record, Violation};
+use leadscrew_planner::Kinematics;
+
+/// What one motor did.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct MotorOutcome {
+    /// Steps either way.
+    pub pulses: u64,
+    /// Steps in the positive direction less those in the negative.
+    pub net_steps: i64,
+    /// Highest rate in steps/s, measured over 16 steps.
+    pub peak_hz: f64,
+}
+
+/// What a simulation has found out.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Outcome<const MOTORS: usize> {
+    /// From the first byte to the board until motion rests and all has been said, s.
+    pub job_seconds: f64,
+    /// From the first to the last step, s; 0 where there was none.
+    pub motion_seconds: f64,
+    /// Each motor.
+    pub motors: [MotorOutcome; MOTORS],
+    /// Instants at which at least one motor steps.
+    pub step_events: u64,
+    /// Ticks at which none does.
+    pub smoothing_ticks: u64,
+    /// Steps of whichever motor is the dominant one.
+    pub dominant_step_events: u64,
+    /// The highest of the motors' rates, steps/s.
+    pub peak_step_hz: f64,
+    /// The shortest pulse, µs.
+    pub min_pulse_us: Option<f64>,
+    /// The shortest time from a change of direction to its motor's next step, µs.
+    pub min_direction_setup_us: Option<f64>,
+    /// The longest that a step was delayed by the interrupt before it, µs.
+    pub max_step_delay_us: f64,
+    /// What came too late.
+    pub late: Record<Late>,
+    /// What must never happen.
+    pub violations: Record<Violation>,
+    /// How busy the CPU was, since power-up.
+    pub cpu: CpuLoad,
+    /// CPU cycles since power-up.
+    pub cycles: u64,
+}
+
+impl<K, O, const AXES: usize, const MOTORS: usize, const MOVES: usize>
+    Simulation<'_, K, O, AXES, MOTORS, MOVES>
+where
+    K: Kinematics<AXES, MOTORS>,
+    O: Observer,
+{
+    /// Ends the simulation: what was found out, and the observer.
+    pub fn finish(self) -> (Outcome<MOTORS>, O) {
+        (self.outcome(), self.board.observer)
+    }
+
+    /// What has been found out so far.
+    pub fn outcome(&self) -> Outcome<MOTORS> {
+        let board = &self.board;
+        let motors = self.motors();
+        Outcome {
+            job_seconds: seconds(board.last_rest.max(self.last_byte) - self.first_byte),
+            motion_seconds: seconds(board.last_step - board.first_step),
+            motors,
+            step_events: board.counts.step_events,
+            smoothing_ticks: board.counts.smoothing_ticks,
+            dominant_step_events: board.counts.dominant_eighths / EIGHTHS,
+            peak_step_hz: motors.iter().map(|motor| motor.peak_hz).fold(0.0, f64::max),
+            min_pulse_us: board.plant.shortest_pulse().map(micros),
+            min_direction_setup_us: board.plant.shortest_setup().map(micros),
+            max_step_delay_us: micros(board.counts.longest_delay),
+            late: board.late.clone(),
+            violations: board.violations.clone(),
+            cpu: self.cpu.load(self.now()),
+            cycles: (self.now() - Cycle::ZERO),
+        }
+    }
+
+    fn motors(&self) -> [MotorOutcome; MOTORS] {
+        let plant = &self.board.plant;
+        let (pulses, net, peak) = (plant.pulses(), plant.net_steps(), plant.peak_rates());
+        std::array::from_fn(|motor| {
+            let inverted = self.board.port.direction_invert.contains(motor);
+            MotorOutcome {
+                pulses: pulses[motor],
+                net_steps: if inverted { -net[motor] } else { net[motor] },
+                peak_hz: peak[motor],
+            }
+        })
+    }
+}
+
+/// A line that was refused.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct LineError {
+    /// Its number in the program, from 1.
+    pub line: u64,
+    /// GRBL's number.
+    pub code: u8,
+    /// The line as it was sent.
+    pub text: String,
+}
+
+/// What the machine said to a program, for those who need it only afterwards.
+#[derive(Clone, PartialEq, Debug, Default)]
+pub struct Answers {
+    /// Lines that were answered.
+    pub lines: u64,
+    /// Lines that were refused.
+    pub errors: Record<LineError>,
+    /// The alarm that ended the program.
+    pub alarm: Option<u8>,
+}
+
+impl Replies for Answers {
+    fn reply(&mut self, reply: &Reply<'_>, _: Cycle) {
+        match *reply {
+            Reply::Ok { .. } => self.lines += 1,
+            Reply::Error { line, code, text } => {
+                self.lines += 1;
+                let text = String::from_utf8_lossy(text).into_owned();
+                self.errors.push(LineError { line, code, text });
+            }
+            Reply::Alarm(code) => self.alarm = self.alarm.or(Some(code)),
+            Reply::Other(_) => {}
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn answers_are_counted_errors_kept_and_the_first_alarm_remembered() {
+        let mut answers = Answers::default();
+        answers.reply(&Reply::Ok { line: 1 }, Cycle::ZERO);
+        let error = Reply::Error {
+            line: 2,
+            code: 20,
+            text: b"G77",
+        };
+        answers.reply(&error, Cycle::ZERO);
+        answers.reply(&Reply::Alarm(1), Cycle::ZERO);
+        answers.reply(&Reply::Alarm(3), Cycle::ZERO);
+        assert_eq!((answers.lines, answers.alarm), (2, Some(1)));
+        assert_eq!(answers.errors.first()[0].text, "G77");
+    }
+}
