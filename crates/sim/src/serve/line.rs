@@ -11,7 +11,7 @@
 use std::fmt;
 use std::io;
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::mpsc::{self, SyncSender};
 use std::sync::Arc;
 use std::thread::JoinHandle;
@@ -19,6 +19,9 @@ use std::time::Duration;
 
 /// Events that may wait for the server loop; then reading waits, and the operating system holds the client back.
 const EVENTS: usize = 64;
+
+/// Bytes from one client that may wait for the machine before reading waits too.
+const BACKLOG: usize = 64 * 1024;
 
 /// Bytes that are read from a client at a time.
 pub(super) const CHUNK: usize = 4096;
@@ -140,9 +143,20 @@ pub(super) struct Uplink {
     line: usize,
     events: SyncSender<Event>,
     stop: Arc<AtomicBool>,
+    backlog: Arc<AtomicUsize>,
 }
 
 impl Uplink {
+    /// Passes on what a client has sent. Waits while the machine has not taken what it sent before: the operating
+    /// system then holds back a client that floods, and the other lines go on.
+    pub(super) fn pass(&self, bytes: &[u8]) {
+        while self.backlog.load(Ordering::Relaxed) > BACKLOG && !self.stopped() {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        self.backlog.fetch_add(bytes.len(), Ordering::Relaxed);
+        self.tell(What::Bytes(bytes.to_vec()));
+    }
+
     /// Tells the server; waits while it is busy. Nobody is left to hear it once the server has gone.
     pub(super) fn tell(&self, what: What) {
         let line = self.line;
@@ -176,6 +190,7 @@ pub struct Lines {
 
 struct LineThread {
     stop: Arc<AtomicBool>,
+    backlog: Arc<AtomicUsize>,
     thread: Option<JoinHandle<()>>,
 }
 
@@ -203,6 +218,13 @@ impl Lines {
         }
     }
 
+    /// Notes that the machine has taken `count` bytes of a line's events.
+    pub fn taken(&self, line: usize, count: usize) {
+        if let Some(thread) = self.threads.get(line) {
+            thread.backlog.fetch_sub(count, Ordering::Relaxed);
+        }
+    }
+
     /// The number of lines.
     pub fn len(&self) -> usize {
         self.threads.len()
@@ -217,13 +239,10 @@ impl Lines {
 impl LineThread {
     fn start(line: usize, spec: LineSpec, events: SyncSender<Event>) -> Self {
         let stop = Arc::new(AtomicBool::new(false));
-        let uplink = Uplink {
-            line,
-            events,
-            stop: stop.clone(),
-        };
+        let backlog = Arc::new(AtomicUsize::new(0));
+        let uplink = Uplink { line, events, stop: stop.clone(), backlog: backlog.clone() };
         let thread = Some(std::thread::spawn(move || run(&spec, &uplink)));
-        Self { stop, thread }
+        Self { stop, backlog, thread }
     }
 }
 

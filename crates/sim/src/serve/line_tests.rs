@@ -31,7 +31,10 @@ fn expect_bytes(lines: &Lines, expected: &[u8]) {
     let mut got = Vec::new();
     while got.len() < expected.len() {
         match next(lines) {
-            What::Bytes(bytes) => got.extend(bytes),
+            What::Bytes(bytes) => {
+                lines.taken(0, bytes.len());
+                got.extend(bytes);
+            }
             other => panic!("{other:?} after {got:?}"),
         }
     }
@@ -138,6 +141,25 @@ fn dropping_the_lines_frees_the_port_even_under_a_flood() {
     while client.write_all(&[b'x'; 65536]).is_ok() {}
     drop(lines);
     TcpListener::bind(&address).unwrap();
+}
+
+#[test]
+fn a_flood_is_held_back_until_the_machine_takes_it() {
+    let (lines, address) = any_tcp();
+    let mut client = TcpStream::connect(&address).unwrap();
+    opened(&lines);
+    let writing = std::thread::spawn(move || client.write_all(&[b'G'; 1 << 20]).unwrap());
+    let mut waiting = 0;
+    while let Some(event) = lines.next(Duration::from_millis(300)) {
+        match event.what {
+            What::Bytes(bytes) => waiting += bytes.len(),
+            other => panic!("{other:?}"),
+        }
+    }
+    assert!((64 << 10..100 << 10).contains(&waiting), "{waiting}");
+    lines.taken(0, waiting);
+    expect_bytes(&lines, &vec![b'G'; (1 << 20) - waiting]);
+    writing.join().unwrap();
 }
 
 mod websocket {

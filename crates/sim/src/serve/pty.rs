@@ -128,7 +128,7 @@ impl Port {
             match self.master.read(&mut chunk) {
                 // EIO once the other end is closed and all is read.
                 Ok(0) | Err(_) => return,
-                Ok(count) => uplink.tell(What::Bytes(chunk[..count].to_vec())),
+                Ok(count) => uplink.pass(&chunk[..count]),
             }
         }
     }

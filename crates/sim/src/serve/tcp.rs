@@ -18,7 +18,7 @@ pub(super) fn serve(stream: TcpStream, peer: String, uplink: &Uplink) {
     uplink.tell(What::Opened { peer, outlet });
     // Ends when the server drops the outlet.
     std::thread::spawn(move || write_all(writer, &pieces));
-    read_all(&reader, uplink, |bytes| uplink.tell(What::Bytes(bytes.to_vec())));
+    read_all(&reader, uplink, |bytes| uplink.pass(bytes));
     // The writer may be stuck with a client that does not read.
     let _ = reader.shutdown(Shutdown::Both);
     uplink.tell(What::Closed);

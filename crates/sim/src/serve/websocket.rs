@@ -54,7 +54,7 @@ fn read_frames(reader: &TcpStream, sink: &Sink, uplink: &Uplink) {
         let mut answers = Vec::new();
         let read = frames.read(bytes, &mut payload, |control| answers.push(control));
         if !payload.is_empty() {
-            uplink.tell(What::Bytes(payload));
+            uplink.pass(&payload);
         }
         for control in answers {
             answer(control, sink, reader);

@@ -1,0 +1,64 @@
+//! Why a profile cannot be used: where it stands, which key it is, what was expected there.
+
+use std::fmt;
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// Why a profile cannot be used.
+#[derive(Debug)]
+pub enum ProfileError {
+    /// The file cannot be read.
+    Unreadable(PathBuf, io::Error),
+    /// Something in it is not as it must be.
+    Wrong(Wrong),
+}
+
+/// Something in a profile that is not as it must be.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Wrong {
+    /// The file.
+    pub file: PathBuf,
+    /// Its line, from 1.
+    pub line: usize,
+    /// The key, with the tables that it is in: `axes.x.travel`. Empty where the text is no TOML.
+    pub key: String,
+    /// What was found, and what was expected.
+    pub what: String,
+}
+
+impl fmt::Display for ProfileError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Unreadable(file, error) => write!(f, "{}: cannot be read: {error}", file.display()),
+            Self::Wrong(wrong) => wrong.fmt(f),
+        }
+    }
+}
+
+impl fmt::Display for Wrong {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}:{}: ", self.file.display(), self.line)?;
+        if !self.key.is_empty() {
+            write!(f, "{}: ", self.key)?;
+        }
+        f.write_str(&self.what)
+    }
+}
+
+impl std::error::Error for ProfileError {}
+
+impl Wrong {
+    /// Describes an error at a place in `text`, the content of `file`.
+    pub(super) fn new(file: &Path, text: &str, key: String, error: &toml::de::Error) -> Self {
+        let start = error.span().map_or(0, |span| span.start);
+        let before = text.get(..start).unwrap_or(text);
+        // The parser puts "expected …" on a line of its own.
+        let what = error.message().trim().replace('\n', ", ");
+        Self {
+            file: file.to_owned(),
+            line: before.matches('\n').count() + 1,
+            key,
+            what,
+        }
+    }
+}

@@ -1,0 +1,263 @@
+//! Machine profiles: a TOML file that says what a simulated machine is made of.
+//!
+//! ```text
+//!         start                       places are millimetres on the axis' own scale
+//!   low     |                 high
+//!   --|-----#------------------|-->   # carriage at power-up; switches close at `low` and below, `high` and above
+//!     |<------- travel ------->|
+//! ```
+//!
+//! Every key may be left out: then the machine is a stock Grbl's, without any switch. What a machine's settings say
+//! is not the profile's business: it gives their first values, and a state file overrules it.
+//!
+//! `examples/machines/` holds profiles with every key explained.
+
+mod error;
+mod value;
+
+pub use error::{ProfileError, Wrong};
+pub use value::{AxisLetters, BufferSize, LookAhead, PerSecond, Place, Positive, SettingNumber, ValueError};
+
+use serde::Deserialize;
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// A simulated machine.
+#[derive(Clone, PartialEq, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Profile {
+    /// What it is called on the screen.
+    pub name: String,
+    /// How motors move axes.
+    pub kinematics: KinematicsKind,
+    /// Bytes that a sender may have on the way; 1024 where it is left out.
+    pub receive_buffer: Option<BufferSize>,
+    /// Moves planned ahead; 1024 where it is left out.
+    pub look_ahead: Option<LookAhead>,
+    /// Axes that home together, cycle after cycle; as stock Grbl where it is left out: Z, then X and Y.
+    pub homing: Option<Vec<AxisLetters>>,
+    /// First values of settings.
+    pub settings: BTreeMap<SettingNumber, f64>,
+    /// The axes; X, Y and Z are always there.
+    pub axes: Axes,
+    /// What the probe meets.
+    pub probe: Option<Probe>,
+    /// What all switches have in common.
+    pub switches: Switches,
+    /// Whether there is a safety door.
+    pub door: Door,
+    /// What stock Grbl chooses when it is compiled.
+    pub options: Options,
+}
+
+/// How motors move axes.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum KinematicsKind {
+    /// Each axis has its motor.
+    #[default]
+    Cartesian,
+    /// X and Y by two motors together.
+    CoreXy,
+}
+
+/// The axes.
+#[derive(Clone, PartialEq, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Axes {
+    /// X.
+    pub x: Axis,
+    /// Y.
+    pub y: Axis,
+    /// Z.
+    pub z: Axis,
+    /// A fourth axis, where there is one.
+    pub a: Option<Axis>,
+}
+
+/// One axis.
+#[derive(Clone, PartialEq, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Axis {
+    /// Steps of its motor that make a millimetre, as the screws and belts have it; the setting's first value too.
+    pub steps_per_mm: Option<Positive>,
+    /// How far it can go: the first value of `$130`, `$131`, …
+    pub travel: Option<Positive>,
+    /// Where the carriage stands at power-up, mm.
+    pub start: Place,
+    /// Where its limit switches are.
+    pub limits: Limits,
+    /// Whether it turns: degrees instead of millimetres.
+    pub rotary: bool,
+}
+
+/// Where an axis has limit switches; both are wired to one input, as on Grbl's boards.
+#[derive(Clone, Copy, PartialEq, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Limits {
+    /// Closed here and below.
+    pub low: Option<Place>,
+    /// Closed here and above.
+    pub high: Option<Place>,
+}
+
+/// What the probe meets: a plate under the Z axis.
+#[derive(Clone, Copy, PartialEq, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Probe {
+    /// Where Z makes contact: here and below.
+    pub plate_height: Place,
+}
+
+/// What all switches have in common.
+#[derive(Clone, Copy, PartialEq, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Switches {
+    /// Whether limit switches open instead of close (settings: `$5=1`).
+    pub normally_closed: bool,
+    /// How often a wrong level is seen on the limit inputs, as by a cable beside a spindle's.
+    pub glitches: PerSecond,
+    /// How long a wrong level lasts, microseconds; 5 where it is left out.
+    pub glitch_us: Option<u16>,
+}
+
+/// The safety door.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Door {
+    /// Whether there is one.
+    pub fitted: bool,
+    /// Whether it is open at power-up.
+    pub open: bool,
+}
+
+/// What stock Grbl chooses when it is compiled.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Options {
+    /// M7 and the mist valve.
+    pub mist: bool,
+    /// Line numbers in status reports.
+    pub line_numbers: bool,
+    /// `$HX`, `$HY`, `$HZ`.
+    pub single_axis_homing: bool,
+    /// Z parks while the door is open.
+    pub parking: bool,
+    /// M56 forbids and allows parking.
+    pub parking_override: bool,
+}
+
+impl Profile {
+    /// Reads a profile from a file.
+    ///
+    /// # Errors
+    /// [`ProfileError`], with file, line and key.
+    pub fn load(file: &Path) -> Result<Self, ProfileError> {
+        let text = std::fs::read_to_string(file);
+        let text = text.map_err(|error| ProfileError::Unreadable(file.to_owned(), error))?;
+        Self::parse(file, &text).map_err(ProfileError::Wrong)
+    }
+
+    /// Reads a profile from the text of `file`.
+    ///
+    /// # Errors
+    /// [`Wrong`], with file, line and key.
+    pub fn parse(file: &Path, text: &str) -> Result<Self, Wrong> {
+        let wrong = |key, error: &toml::de::Error| Wrong::new(file, text, key, error);
+        let document = toml::Deserializer::parse(text).map_err(|error| wrong(String::new(), &error))?;
+        serde_path_to_error::deserialize(document).map_err(|error| {
+            let key = error.path().to_string();
+            let key = if key == "." { String::new() } else { key };
+            wrong(key, error.inner())
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parse(text: &str) -> Result<Profile, Wrong> {
+        Profile::parse(Path::new("router.toml"), text)
+    }
+
+    fn complaint(text: &str) -> String {
+        parse(text).expect_err("a profile that is wrong").to_string()
+    }
+
+    #[test]
+    fn nothing_is_required() {
+        assert_eq!(parse("").unwrap(), Profile::default());
+    }
+
+    #[test]
+    fn every_key_is_read() {
+        let profile = parse(
+            r#"
+            name = "shop"
+            kinematics = "corexy"
+            receive_buffer = 128
+            look_ahead = 15
+            homing = ["z", "xy"]
+            [settings]
+            "$110" = 5000
+            "$11" = 0.02
+            [axes.x]
+            steps_per_mm = 80
+            travel = 400
+            start = 120.5
+            limits = { low = -1, high = 401 }
+            [axes.a]
+            rotary = true
+            [probe]
+            plate_height = -20
+            [switches]
+            normally_closed = true
+            glitches = 0.5
+            glitch_us = 3
+            [door]
+            fitted = true
+            open = true
+            [options]
+            mist = true
+            line_numbers = true
+            single_axis_homing = true
+            parking = true
+            parking_override = true
+            "#,
+        );
+        let profile = profile.unwrap();
+        assert_eq!(profile.settings[&SettingNumber(11)], 0.02);
+        assert_eq!(profile.axes.x.limits.high.unwrap().mm(), 401.0);
+        assert_eq!(profile.homing.unwrap(), [AxisLetters(0b100), AxisLetters(0b011)]);
+        assert!(profile.axes.a.unwrap().rotary && profile.door.open);
+    }
+
+    #[test]
+    fn complaints_name_file_line_key_and_what_was_expected() {
+        let table = [
+            ("[axes.x]\ntravel = \"far\"", "router.toml:2: axes.x.travel: invalid type: string \"far\", expected f64"),
+            ("\n[axes.x]\ntravel = -3", "router.toml:3: axes.x.travel: expected a number above 0 and below 1e6"),
+            ("[settings]\nsteps = 1", "router.toml:2: settings.steps: expected the name of a setting, such as \"$110\""),
+            ("homing = [\"z\", \"xq\"]", "router.toml:1: homing[1]: expected axes that home together, such as \"z\" or \"xy\""),
+            ("kinematics = \"delta\"", "router.toml:1: kinematics: unknown variant `delta`, expected `cartesian` or `corexy`"),
+            ("[door]\nfited = true", "router.toml:2: door.fited: unknown field `fited`, expected `fitted` or `open`"),
+            ("[probe]", "router.toml:1: probe: missing field `plate_height`"),
+        ];
+        for (text, expected) in table {
+            assert_eq!(complaint(text), expected);
+        }
+    }
+
+    #[test]
+    fn what_is_no_toml_is_shown_with_its_line() {
+        let complaint = complaint("name = \"x\"\n\n[axes.x\n");
+        assert!(complaint.starts_with("router.toml:3: "), "{complaint}");
+    }
+
+    #[test]
+    fn a_file_that_is_not_there_is_named() {
+        let error = Profile::load(Path::new("/nowhere/at/all.toml")).unwrap_err().to_string();
+        assert!(error.starts_with("/nowhere/at/all.toml: cannot be read: "), "{error}");
+    }
+}

@@ -1,0 +1,157 @@
+//! Values that can only be what a machine can have: checked while the file is read, so that errors know their line.
+
+use serde::Deserialize;
+use std::fmt;
+
+/// Why a value is refused.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum ValueError {
+    /// Not above 0, or not finite.
+    NotPositive,
+    /// Not finite, or so far away that steps cannot count it.
+    NotALength,
+    /// No share of time in events a second.
+    NotARate,
+    /// Not the name of a setting.
+    NotASetting,
+    /// Not the letter of an axis, or one twice.
+    NotAxes,
+    /// A buffer too small for one line or larger than the machine's.
+    NotABuffer,
+    /// A look-ahead out of range.
+    NotALookAhead,
+}
+
+impl fmt::Display for ValueError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::NotPositive => "expected a number above 0 and below 1e6",
+            Self::NotALength => "expected a length between -1e6 and 1e6 mm",
+            Self::NotARate => "expected between 0 and 1000 a second",
+            Self::NotASetting => "expected the name of a setting, such as \"$110\"",
+            Self::NotAxes => "expected axes that home together, such as \"z\" or \"xy\"",
+            Self::NotABuffer => "expected 128 to 1024 bytes",
+            Self::NotALookAhead => "expected 2 to 1024 moves",
+        })
+    }
+}
+
+impl std::error::Error for ValueError {}
+
+/// The largest length in a profile, mm: a kilometre.
+const FAR: f64 = 1e6;
+
+/// A number above 0: millimetres, or steps in one.
+#[derive(Clone, Copy, PartialEq, PartialOrd, Debug, Deserialize)]
+#[serde(try_from = "f64")]
+pub struct Positive(f64);
+
+/// A place on an axis, mm.
+#[derive(Clone, Copy, PartialEq, PartialOrd, Debug, Default, Deserialize)]
+#[serde(try_from = "f64")]
+pub struct Place(f64);
+
+/// Events a second, 0 for never.
+#[derive(Clone, Copy, PartialEq, PartialOrd, Debug, Default, Deserialize)]
+#[serde(try_from = "f64")]
+pub struct PerSecond(f64);
+
+/// The number of a setting, written `"$110"`.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Deserialize)]
+#[serde(try_from = "String")]
+pub struct SettingNumber(pub u16);
+
+/// Axes as a mask, written as their letters.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Deserialize)]
+#[serde(try_from = "String")]
+pub struct AxisLetters(pub u8);
+
+/// Bytes that a sender may have on the way.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Deserialize)]
+#[serde(try_from = "u16")]
+pub struct BufferSize(pub u16);
+
+/// Moves planned ahead.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Deserialize)]
+#[serde(try_from = "usize")]
+pub struct LookAhead(pub usize);
+
+impl Positive {
+    /// The number.
+    pub fn get(self) -> f64 {
+        self.0
+    }
+}
+
+impl Place {
+    /// Millimetres.
+    pub fn mm(self) -> f64 {
+        self.0
+    }
+}
+
+impl PerSecond {
+    /// Events a second.
+    pub fn get(self) -> f64 {
+        self.0
+    }
+}
+
+impl TryFrom<f64> for Positive {
+    type Error = ValueError;
+    fn try_from(number: f64) -> Result<Self, ValueError> {
+        let good = number > 0.0 && number < FAR;
+        good.then_some(Self(number)).ok_or(ValueError::NotPositive)
+    }
+}
+
+impl TryFrom<f64> for Place {
+    type Error = ValueError;
+    fn try_from(mm: f64) -> Result<Self, ValueError> {
+        (mm.abs() <= FAR).then_some(Self(mm)).ok_or(ValueError::NotALength)
+    }
+}
+
+impl TryFrom<f64> for PerSecond {
+    type Error = ValueError;
+    fn try_from(rate: f64) -> Result<Self, ValueError> {
+        (0.0..=1000.0).contains(&rate).then_some(Self(rate)).ok_or(ValueError::NotARate)
+    }
+}
+
+impl TryFrom<String> for SettingNumber {
+    type Error = ValueError;
+    fn try_from(name: String) -> Result<Self, ValueError> {
+        let number = name.strip_prefix('$').and_then(|digits| digits.parse().ok());
+        number.map(Self).ok_or(ValueError::NotASetting)
+    }
+}
+
+impl TryFrom<String> for AxisLetters {
+    type Error = ValueError;
+    fn try_from(letters: String) -> Result<Self, ValueError> {
+        let mut mask = 0u8;
+        for letter in letters.chars() {
+            let axis = "xyza".find(letter).ok_or(ValueError::NotAxes)?;
+            if mask >> axis & 1 == 1 {
+                return Err(ValueError::NotAxes);
+            }
+            mask |= 1 << axis;
+        }
+        (mask != 0).then_some(Self(mask)).ok_or(ValueError::NotAxes)
+    }
+}
+
+impl TryFrom<u16> for BufferSize {
+    type Error = ValueError;
+    fn try_from(bytes: u16) -> Result<Self, ValueError> {
+        (128..=1024).contains(&bytes).then_some(Self(bytes)).ok_or(ValueError::NotABuffer)
+    }
+}
+
+impl TryFrom<usize> for LookAhead {
+    type Error = ValueError;
+    fn try_from(moves: usize) -> Result<Self, ValueError> {
+        (2..=1024).contains(&moves).then_some(Self(moves)).ok_or(ValueError::NotALookAhead)
+    }
+}

@@ -1,0 +1,61 @@
+//! What `serve` tells its user: one clear message each.
+
+use super::line::{LineSpec, What};
+use super::state_file::SetAside;
+use std::fmt;
+use std::io;
+use std::path::PathBuf;
+
+/// A message.
+#[derive(Debug)]
+pub enum Note<'a> {
+    /// Something happened on a line.
+    Line(&'a LineSpec, &'a What),
+    /// A client does not read: what it was to get is thrown away.
+    NotRead(&'a LineSpec),
+    /// The machine has lost bytes that came faster than it reads.
+    BytesLost(&'a LineSpec),
+    /// The simulation cannot run as fast as asked for.
+    TooSlow,
+    /// The log cannot be written any more.
+    NoLog(io::Error),
+    /// The state file cannot be written.
+    NoState(PathBuf, io::Error),
+    /// The state file could not be used.
+    SetAside(SetAside),
+    /// The machine starts anew, as an Arduino does when its port is opened.
+    Restarted,
+}
+
+impl fmt::Display for Note<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Line(line, what) => write!(f, "{line}: {what}"),
+            Self::NotRead(line) => write!(f, "{line}: the client does not read; what it does not take is thrown away"),
+            Self::BytesLost(line) => {
+                write!(f, "{line}: bytes were lost: the client sends more than the receive buffer holds")
+            }
+            Self::TooSlow => write!(f, "this computer is too slow for the speed asked for: simulated time falls behind"),
+            Self::NoLog(error) => write!(f, "the log ends here, it cannot be written: {error}"),
+            Self::NoState(file, error) => {
+                write!(f, "{}: settings will not survive, the file cannot be written: {error}", file.display())
+            }
+            Self::SetAside(aside) => aside.fmt(f),
+            Self::Restarted => write!(f, "the machine starts anew because its port was opened"),
+        }
+    }
+}
+
+impl fmt::Display for What {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Ready(at) => write!(f, "ready at {at}"),
+            Self::Unavailable(error) => write!(f, "{error}; it is tried again every second"),
+            Self::Opened { peer, .. } => write!(f, "a client has come: {peer}"),
+            Self::Bytes(bytes) => write!(f, "{} bytes", bytes.len()),
+            Self::Closed => write!(f, "the client has gone"),
+            Self::TurnedAway(peer) => write!(f, "turned away, another client is there: {peer}"),
+            Self::Refused(peer) => write!(f, "refused, no WebSocket client: {peer}"),
+        }
+    }
+}

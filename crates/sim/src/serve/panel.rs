@@ -1,0 +1,68 @@
+//! What `serve` shows its user and what the user presses; a terminal, plain text, or a test.
+
+use super::note::Note;
+use crate::clock::Cycle;
+use leadscrew_machine::board::Switches;
+use std::io::{self, Write};
+
+/// Something that the user presses.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Key {
+    /// Opens or shuts the safety door.
+    Door,
+    /// Presses the feed hold button.
+    Hold,
+    /// Presses the cycle start button.
+    Start,
+    /// Presses the reset button.
+    Reset,
+    /// Touches the probe, or lets go of it.
+    Probe,
+    /// Presses the limit switch of a motor, or lets go of it.
+    Limit(usize),
+    /// Ends the server.
+    Quit,
+}
+
+/// The machine at an instant.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Snapshot {
+    /// Simulated time since power-up.
+    pub now: Cycle,
+    /// The state, as status reports spell it.
+    pub state: &'static str,
+    /// Machine position, mm or degrees, axis by axis.
+    pub position: Vec<f32>,
+    /// Speed on the path, mm/min.
+    pub feed: f32,
+    /// Feed, rapid and spindle overrides, percent.
+    pub overrides: [u8; 3],
+    /// Levels of all switches.
+    pub switches: Switches,
+}
+
+/// Where messages and the machine's state are shown.
+pub trait Panel {
+    /// Shows a message.
+    fn note(&mut self, note: &Note<'_>);
+    /// Shows the machine.
+    fn show(&mut self, machine: &Snapshot);
+    /// What was pressed since it was asked last.
+    fn key(&mut self) -> Option<Key>;
+}
+
+/// Messages as lines of text, nothing else.
+pub struct Plain<W: Write>(pub W);
+
+impl<W: Write> Panel for Plain<W> {
+    fn note(&mut self, note: &Note<'_>) {
+        // There is nobody to tell that nobody reads.
+        let _: io::Result<()> = writeln!(self.0, "{note}").and_then(|()| self.0.flush());
+    }
+
+    fn show(&mut self, _machine: &Snapshot) {}
+
+    fn key(&mut self) -> Option<Key> {
+        None
+    }
+}

@@ -1,0 +1,215 @@
+//! The server loop: clients' bytes into the simulation, its answers back, simulated time tied to real time.
+//!
+//! ```text
+//!   Lines --events--> Wires <--Host--> Simulation <--pins-- keys, glitches
+//!                       |                  |
+//!                    WireLog             Panel
+//! ```
+//!
+//! A turn takes about a millisecond: events, then simulation up to the present, then output. Whatever takes longer is
+//! done by other threads.
+
+use super::buttons::Buttons;
+use super::glitches::Glitches;
+use super::line::{Event, LineSpec, Lines, What};
+use super::note::Note;
+use super::pace::Pace;
+use super::panel::{Key, Panel, Snapshot};
+use super::wire_log::{Way, WireLog};
+use super::wires::Wires;
+use crate::clock::{cycles_of_micros, Cycle};
+use crate::event_loop::Simulation;
+use crate::observer::Observer;
+use leadscrew_planner::Kinematics;
+use std::io;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+/// How long the loop waits for a client's bytes before it lets the machine go on.
+const TICK: Duration = Duration::from_millis(1);
+
+/// How often the machine is shown.
+const SHOW: Duration = Duration::from_millis(100);
+
+/// Simulated time between two looks at what clients have sent, cycles.
+const SLICE: u64 = cycles_of_micros(2_000);
+
+/// Events that are handled before the simulation goes on.
+const EVENTS: usize = 64;
+
+/// Why the server loop came back.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum End {
+    /// The user wants it to end.
+    Stopped,
+    /// The machine is to start anew.
+    Restart,
+}
+
+/// What a server needs from whoever runs it.
+pub struct Surroundings<'s> {
+    /// The wall clock: time since any instant.
+    pub clock: &'s dyn Fn() -> Duration,
+    /// Set when the server is to end.
+    pub stop: &'s AtomicBool,
+    /// Where messages go and keys come from.
+    pub panel: &'s mut dyn Panel,
+}
+
+/// Lines and clients, whatever machine is behind them.
+pub struct Server<'s> {
+    specs: Vec<LineSpec>,
+    lines: Lines,
+    wires: Wires,
+    /// Lines whose client has been told on already.
+    told: Vec<bool>,
+    log: Option<WireLog>,
+    around: Surroundings<'s>,
+    shown: Duration,
+    speed: f64,
+    told_slow: bool,
+}
+
+impl<'s> Server<'s> {
+    /// Opens lines, whose machine is to run `speed` times as fast as the wall clock.
+    pub fn new(specs: Vec<LineSpec>, speed: f64, log: Option<WireLog>, around: Surroundings<'s>) -> Self {
+        Self {
+            lines: Lines::open(&specs),
+            wires: Wires::new(specs.len()),
+            told: vec![false; specs.len()],
+            specs,
+            log,
+            around,
+            shown: Duration::ZERO,
+            speed,
+            told_slow: false,
+        }
+    }
+
+    /// Tells the user something.
+    pub fn note(&mut self, note: &Note<'_>) {
+        self.around.panel.note(note);
+    }
+
+    /// Runs a machine until the user wants it to end or it is to start anew. `each_turn` is called about every millisecond.
+    pub fn run<K, O, const AXES: usize, const MOTORS: usize, const MOVES: usize>(
+        &mut self,
+        simulation: &mut Simulation<'_, K, O, AXES, MOTORS, MOVES>,
+        mut glitches: Glitches,
+        mut each_turn: impl FnMut(&mut Self, &mut Simulation<'_, K, O, AXES, MOTORS, MOVES>) -> Snapshot,
+    ) -> End
+    where
+        K: Kinematics<AXES, MOTORS>,
+        O: Observer,
+    {
+        let mut pace = Pace::new(self.speed, (self.around.clock)(), simulation.now());
+        let mut buttons = Buttons::default();
+        while !self.around.stop.load(Ordering::Relaxed) {
+            if self.wait(simulation.now()) {
+                return End::Restart;
+            }
+            self.advance(simulation, &mut pace, &mut glitches);
+            while let Some(key) = self.around.panel.key() {
+                if key == Key::Quit {
+                    return End::Stopped;
+                }
+                buttons.press(key, simulation);
+            }
+            buttons.release(simulation);
+            let snapshot = each_turn(self, simulation);
+            self.show(&snapshot);
+        }
+        End::Stopped
+    }
+
+    /// Lets the simulation reach the present.
+    fn advance<K, O, const AXES: usize, const MOTORS: usize, const MOVES: usize>(
+        &mut self,
+        simulation: &mut Simulation<'_, K, O, AXES, MOTORS, MOVES>,
+        pace: &mut Pace,
+        glitches: &mut Glitches,
+    ) where
+        K: Kinematics<AXES, MOTORS>,
+        O: Observer,
+    {
+        let due = pace.due((self.around.clock)());
+        let end = due.min(simulation.now() + SLICE.max(pace.cycles(TICK)));
+        glitches.run_until(simulation, &mut self.wires, end);
+        self.deliver(simulation.now());
+        if pace.give_up((self.around.clock)(), simulation.now()) && !self.told_slow {
+            self.told_slow = true;
+            self.around.panel.note(&Note::TooSlow);
+        }
+    }
+
+    /// Takes what clients have sent, waiting a moment for it; answers whether the machine is to start anew.
+    fn wait(&mut self, now: Cycle) -> bool {
+        let mut patience = TICK;
+        for _ in 0..EVENTS {
+            let Some(event) = self.lines.next(patience) else {
+                break;
+            };
+            patience = Duration::ZERO;
+            if self.handle(now, event) {
+                return true;
+            }
+        }
+        false
+    }
+
+    fn handle(&mut self, now: Cycle, event: Event) -> bool {
+        let line = event.line;
+        if let What::Bytes(bytes) = &event.what {
+            self.log(|log| log.bytes(now, line, Way::ToMachine, bytes));
+            self.wires.push(line, bytes);
+            return false;
+        }
+        self.around.panel.note(&Note::Line(&self.specs[line], &event.what));
+        self.log(|log| log.event(now, line, &event.what));
+        match event.what {
+            What::Opened { outlet, .. } => {
+                self.told[line] = false;
+                self.wires.open(line, outlet);
+                return matches!(self.specs[line], LineSpec::Pty { reset_on_open: true, .. });
+            }
+            What::Closed => self.wires.close(line),
+            What::Ready(_) | What::Unavailable(_) | What::Bytes(_) | What::TurnedAway(_) | What::Refused(_) => {}
+        }
+        false
+    }
+
+    /// Sends to the clients what the machine has written.
+    fn deliver(&mut self, now: Cycle) {
+        for line in 0..self.specs.len() {
+            self.lines.taken(line, self.wires.taken(line));
+            let bytes = self.wires.written(line);
+            if bytes.is_empty() {
+                continue;
+            }
+            self.log(|log| log.bytes(now, line, Way::FromMachine, &bytes));
+            if !self.wires.send(line, bytes) && !std::mem::replace(&mut self.told[line], true) {
+                self.around.panel.note(&Note::NotRead(&self.specs[line]));
+            }
+        }
+    }
+
+    fn show(&mut self, machine: &Snapshot) {
+        let now = (self.around.clock)();
+        if now.saturating_sub(self.shown) >= SHOW {
+            self.shown = now;
+            self.around.panel.show(machine);
+            self.log(WireLog::flush);
+        }
+    }
+
+    /// Writes to the log; when that fails, says so and ends it.
+    fn log(&mut self, write: impl FnOnce(&mut WireLog) -> io::Result<()>) {
+        let Some(log) = &mut self.log else {
+            return;
+        };
+        if let Err(error) = write(log) {
+            self.log = None;
+            self.around.panel.note(&Note::NoLog(error));
+        }
+    }
+}

@@ -1,0 +1,219 @@
+//! The machine's flash memory in a file, so that settings survive a restart.
+//!
+//! ```text
+//!   LEADSCREW-STATE | version, 1 byte | the flash memory, byte for byte
+//! ```
+//!
+//! Written to a file beside it, then renamed: whoever reads it finds the old or the new one.
+
+use std::fmt;
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+const MAGIC: &[u8; 15] = b"LEADSCREW-STATE";
+
+/// Version of the file's layout. What the records in it mean is the settings store's business, which has its own.
+const VERSION: u8 = 1;
+
+const HEADER: usize = MAGIC.len() + 1;
+
+/// Why a state file could not be used.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Fault {
+    /// It is no state file.
+    Foreign,
+    /// Another version has written it.
+    Version(u8),
+    /// It has another size than the machine's flash memory.
+    Size {
+        /// Bytes that it should have.
+        expected: usize,
+        /// Bytes that it has.
+        found: usize,
+    },
+}
+
+impl fmt::Display for Fault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Foreign => write!(f, "is no state file"),
+            Self::Version(version) => write!(f, "has version {version}, not {VERSION}"),
+            Self::Size { expected, found } if found < expected => {
+                write!(f, "is cut short: {found} of {expected} bytes")
+            }
+            Self::Size { expected, found } => write!(f, "has {found} bytes, not {expected}"),
+        }
+    }
+}
+
+/// A state file that could not be used, and what became of it.
+#[derive(Debug)]
+pub struct SetAside {
+    file: PathBuf,
+    fault: Fault,
+    kept: io::Result<PathBuf>,
+}
+
+impl fmt::Display for SetAside {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {}; ", self.file.display(), self.fault)?;
+        match &self.kept {
+            Ok(name) => write!(f, "kept as {}, defaults loaded", name.display()),
+            Err(error) => write!(f, "defaults loaded; it cannot be renamed: {error}"),
+        }
+    }
+}
+
+/// What was found in the place of the state file.
+#[derive(Debug)]
+pub enum Found {
+    /// Nothing: the first start.
+    Nothing,
+    /// The flash memory.
+    Image(Vec<u8>),
+    /// Something that cannot be used.
+    Unusable(SetAside),
+}
+
+/// The state file.
+#[derive(Clone, Debug)]
+pub struct StateFile {
+    path: PathBuf,
+}
+
+impl StateFile {
+    /// A state file at `path`, which need not exist.
+    pub fn new(path: PathBuf) -> Self {
+        Self { path }
+    }
+
+    /// The state file of the machine called `name`, in the user's data directory; `None` where there is no such.
+    pub fn of_user(name: &str) -> Option<Self> {
+        let file = format!("{name}.state");
+        Some(Self::new(dirs::data_dir()?.join("leadscrew").join(file)))
+    }
+
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Reads the flash memory, which has `size` bytes. A file that cannot be used gets another name.
+    ///
+    /// # Errors
+    /// Those of reading, other than that there is no file.
+    pub fn load(&self, size: usize) -> io::Result<Found> {
+        let bytes = match std::fs::read(&self.path) {
+            Ok(bytes) => bytes,
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Found::Nothing),
+            Err(error) => return Err(error),
+        };
+        Ok(match image(&bytes, size) {
+            Ok(image) => Found::Image(image.to_vec()),
+            Err(fault) => Found::Unusable(self.set_aside(fault)),
+        })
+    }
+
+    /// Writes the flash memory.
+    ///
+    /// # Errors
+    /// Those of writing; the file is as before then.
+    pub fn save(&self, image: &[u8]) -> io::Result<()> {
+        if let Some(folder) = self.path.parent() {
+            std::fs::create_dir_all(folder)?;
+        }
+        let beside = self.path.with_added_extension("new");
+        let mut file = std::fs::File::create(&beside)?;
+        file.write_all(MAGIC)?;
+        file.write_all(&[VERSION])?;
+        file.write_all(image)?;
+        file.sync_all()?;
+        std::fs::rename(&beside, &self.path)
+    }
+
+    fn set_aside(&self, fault: Fault) -> SetAside {
+        let name = (1..).map(|count: u32| self.path.with_added_extension(format!("kept-{count}")));
+        let free = name.into_iter().find(|name| !name.exists());
+        let kept = match free {
+            Some(name) => std::fs::rename(&self.path, &name).map(|()| name),
+            None => Err(io::ErrorKind::AlreadyExists.into()),
+        };
+        SetAside { file: self.path.clone(), fault, kept }
+    }
+}
+
+fn image(bytes: &[u8], size: usize) -> Result<&[u8], Fault> {
+    let expected = HEADER + size;
+    let found = bytes.len();
+    let begins = bytes.starts_with(MAGIC) || MAGIC.starts_with(bytes);
+    match bytes.split_at_checked(HEADER) {
+        _ if !begins => Err(Fault::Foreign),
+        None => Err(Fault::Size { expected, found }),
+        Some((header, _)) if header[MAGIC.len()] != VERSION => Err(Fault::Version(header[MAGIC.len()])),
+        Some((_, image)) if image.len() == size => Ok(image),
+        Some(_) => Err(Fault::Size { expected, found }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn file() -> (tempfile::TempDir, StateFile) {
+        let folder = tempfile::tempdir().unwrap();
+        let file = StateFile::new(folder.path().join("deeper").join("router.state"));
+        (folder, file)
+    }
+
+    fn load(file: &StateFile) -> Option<Vec<u8>> {
+        match file.load(4).unwrap() {
+            Found::Image(image) => Some(image),
+            Found::Nothing => None,
+            Found::Unusable(aside) => panic!("{aside}"),
+        }
+    }
+
+    #[test]
+    fn what_was_saved_is_loaded() {
+        let (_folder, file) = file();
+        assert_eq!(load(&file), None);
+        file.save(&[1, 2, 3, 4]).unwrap();
+        file.save(&[5, 6, 7, 8]).unwrap();
+        assert_eq!(load(&file), Some(vec![5, 6, 7, 8]));
+    }
+
+    #[test]
+    fn what_cannot_be_used_is_kept_under_another_name_and_said() {
+        let mut other_version = MAGIC.to_vec();
+        other_version.extend([9, 1, 2, 3, 4]);
+        let mut short = MAGIC.to_vec();
+        short.extend([VERSION, 1, 2]);
+        let table: [(&[u8], &str); 5] = [
+            (b"$0=10\n", "is no state file"),
+            (b"", "is cut short: 0 of 20 bytes"),
+            (b"LEADSCREW-", "is cut short: 10 of 20 bytes"),
+            (&short, "is cut short: 18 of 20 bytes"),
+            (&other_version, "has version 9, not 1"),
+        ];
+        let (_folder, file) = file();
+        file.save(&[0; 4]).unwrap();
+        for (count, (bytes, fault)) in (1..).zip(table) {
+            std::fs::write(file.path(), bytes).unwrap();
+            let Found::Unusable(aside) = file.load(4).unwrap() else { panic!("{fault}") };
+            let kept = file.path().with_added_extension(format!("kept-{count}"));
+            let path = file.path().display();
+            let expected = format!("{path}: {fault}; kept as {}, defaults loaded", kept.display());
+            assert_eq!(aside.to_string(), expected);
+            assert_eq!(std::fs::read(kept).unwrap(), bytes);
+            assert_eq!(load(&file), None);
+        }
+    }
+
+    #[test]
+    fn a_place_that_cannot_be_written_is_an_error() {
+        let (folder, _) = file();
+        std::fs::write(folder.path().join("file"), "").unwrap();
+        let file = StateFile::new(folder.path().join("file").join("state"));
+        assert!(file.save(&[0; 4]).is_err());
+    }
+}
