@@ -16,3 +16,4 @@ pub mod machine;
 pub mod protocol;
 pub mod state;
 pub mod work;
+pub mod settings;

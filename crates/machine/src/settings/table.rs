@@ -1,0 +1,227 @@
+//! The table of all settings: `$$`, the checks and the documents are made of it.
+//!
+//! Numbers up to 255 are GRBL's. From 700 on are our own, where GRBL answers `error:3`; `$$` does not print them, because
+//! senders count its 34 rows.
+
+use leadscrew_gcode::Number;
+
+/// What values a setting takes and how it is printed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Kind {
+    /// One bit an axis or option: 0 to 255; a fraction is cut.
+    Mask,
+    /// Off at 0, on at any other of 0 to 255; a fraction is cut.
+    Switch,
+    /// A whole number up to this; a fraction is cut.
+    Whole {
+        /// The largest value.
+        max: u32,
+    },
+    /// An exact decimal, printed with 0 or 3 decimals.
+    Decimal {
+        /// Decimals in print, 0 or 3.
+        places: u8,
+        /// Whether 0 makes sense.
+        zero: bool,
+    },
+}
+
+/// Printed with 3 decimals, zero or more.
+const DECIMAL: Kind = Kind::Decimal {
+    places: 3,
+    zero: true,
+};
+/// Printed with 3 decimals, more than zero.
+const POSITIVE: Kind = Kind::Decimal {
+    places: 3,
+    zero: false,
+};
+/// Printed without decimals, zero or more.
+const ROUNDED: Kind = Kind::Decimal {
+    places: 0,
+    zero: true,
+};
+/// One byte in GRBL.
+const BYTE: Kind = Kind::Whole { max: 255 };
+/// Two bytes.
+const WORD: Kind = Kind::Whole { max: 65_535 };
+
+/// One setting, or one of each axis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Row {
+    /// What follows the `$`; for the first axis.
+    pub number: u16,
+    /// A short name.
+    pub name: &'static str,
+    /// The unit of its value, empty for none.
+    pub unit: &'static str,
+    /// What it does, in one sentence.
+    pub description: &'static str,
+    /// What values it takes.
+    pub kind: Kind,
+    /// Its value in a new machine.
+    pub default: Number,
+    /// Whether `$$` prints it.
+    pub listed: bool,
+}
+
+macro_rules! rows {
+    ($(#[$meta:meta])* $name:ident, $listed:literal {
+        $($variant:ident = $number:literal, $kind:expr, $default:literal, $title:literal, $unit:literal, $description:literal;)*
+    }) => {
+        $(#[$meta])*
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+        #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+        pub enum $name {
+            $(#[doc = concat!("`$", $number, "`, ", $title, ". ", $description)] $variant,)*
+        }
+
+        impl $name {
+            /// All of them, by rising number: `ALL[x as usize] == x`.
+            pub const ALL: &'static [Self] = &[$(Self::$variant),*];
+
+            /// Answers the row of the table. Its default is in 10⁻³.
+            pub const fn row(self) -> Row {
+                match self {
+                    $(Self::$variant => Row {
+                        number: $number,
+                        name: $title,
+                        unit: $unit,
+                        description: $description,
+                        kind: $kind,
+                        default: Number::from_nanos($default * 1_000_000),
+                        listed: $listed || $number < 256,
+                    },)*
+                }
+            }
+        }
+    };
+}
+
+rows! {
+    /// Settings that the machine has once. Defaults are in thousandths.
+    Setting, false {
+        StepPulse = 0, BYTE, 10_000, "Step pulse", "us",
+            "Length of a step pulse, 3 or more.";
+        IdleDelay = 1, BYTE, 25_000, "Motor idle delay", "ms",
+            "Motors stay enabled for so long after motion; 255 keeps them enabled.";
+        StepInvert = 2, Kind::Mask, 0, "Step invert", "mask",
+            "Inverts the step outputs, one bit an axis.";
+        DirectionInvert = 3, Kind::Mask, 0, "Direction invert", "mask",
+            "Reverses axes, one bit an axis.";
+        EnableInvert = 4, Kind::Switch, 0, "Enable invert", "",
+            "Inverts the motor enable output.";
+        LimitInvert = 5, Kind::Switch, 0, "Limit switch invert", "",
+            "Takes the limit inputs as active when high.";
+        ProbeInvert = 6, Kind::Switch, 0, "Probe invert", "",
+            "Takes the probe input as active when high.";
+        ReportMask = 10, Kind::Mask, 1_000, "Status report fields", "mask",
+            "1 reports machine position instead of work position, 2 adds the free buffers.";
+        JunctionDeviation = 11, DECIMAL, 10, "Junction deviation", "mm",
+            "How far a circle that touches both moves may cut a corner: higher is faster through corners.";
+        ArcTolerance = 12, POSITIVE, 2, "Arc tolerance", "mm",
+            "How far the chords of an arc may stray from it.";
+        Inches = 13, Kind::Switch, 0, "Report inches", "",
+            "Reports positions and feeds in inches.";
+        SoftLimits = 20, Kind::Switch, 0, "Soft limits", "",
+            "Refuses motion beyond the travel; needs homing.";
+        HardLimits = 21, Kind::Switch, 0, "Hard limits", "",
+            "Stops at once when a limit switch is hit.";
+        Homing = 22, Kind::Switch, 0, "Homing", "",
+            "Locks the machine at power-up until it is homed.";
+        HomingDirection = 23, Kind::Mask, 0, "Homing direction invert", "mask",
+            "Homes these axes towards their negative end, one bit an axis.";
+        HomingFeed = 24, DECIMAL, 25_000, "Homing locate feed", "mm/min",
+            "Slow speed that locates the switch.";
+        HomingSeek = 25, DECIMAL, 500_000, "Homing search seek", "mm/min",
+            "Fast speed that searches for the switch.";
+        HomingDebounce = 26, WORD, 250_000, "Homing switch debounce", "ms",
+            "Pause between the phases of homing.";
+        HomingPullOff = 27, DECIMAL, 1_000, "Homing pull-off", "mm",
+            "Way off the switch after homing.";
+        MaxSpeed = 30, ROUNDED, 1_000_000, "Maximum spindle speed", "1/min",
+            "The speed or laser power S that gives full output.";
+        MinSpeed = 31, ROUNDED, 0, "Minimum spindle speed", "1/min",
+            "The speed or laser power S that gives the least output.";
+        Laser = 32, Kind::Switch, 0, "Laser mode", "",
+            "Changes power in motion, without stops, and switches it off in rapids.";
+        FaultTexts = 700, Kind::Switch, 0, "Faults in words", "",
+            "Sends a message with the reason before each refused line and after each fault.";
+        StartSilence = 701, WORD, 20_000, "Start silence", "ms",
+            "Motion starts when no line has come for so long or the planner is full; 0 starts at once.";
+    }
+}
+
+rows! {
+    /// Settings of each axis: the number of the first axis, and those after it. Defaults are in thousandths.
+    AxisSetting, true {
+        StepsPerMm = 100, POSITIVE, 250_000, "Steps per millimetre", "step/mm",
+            "Motor steps for a millimetre, or a degree.";
+        MaxRate = 110, POSITIVE, 500_000, "Maximum rate", "mm/min",
+            "Fastest motion of the axis, and its speed in rapids.";
+        Acceleration = 120, POSITIVE, 10_000, "Acceleration", "mm/s2",
+            "How quickly the axis changes speed.";
+        Travel = 130, DECIMAL, 200_000, "Travel", "mm",
+            "How far the axis goes from its home, for soft limits and homing.";
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::vec::Vec;
+
+    fn all() -> Vec<Row> {
+        let scalars = Setting::ALL.iter().map(|setting| setting.row());
+        scalars
+            .chain(AxisSetting::ALL.iter().map(|setting| setting.row()))
+            .collect()
+    }
+
+    #[test]
+    fn a_setting_s_place_in_the_table_is_its_discriminant() {
+        assert!(Setting::ALL
+            .iter()
+            .enumerate()
+            .all(|(place, setting)| *setting as usize == place));
+        assert!(AxisSetting::ALL
+            .iter()
+            .enumerate()
+            .all(|(place, setting)| *setting as usize == place));
+    }
+
+    #[test]
+    fn numbers_are_unique_and_groups_of_axes_ten_apart() {
+        let mut numbers: Vec<u16> = all().iter().map(|row| row.number).collect();
+        numbers.sort_unstable();
+        assert!(numbers.windows(2).all(|pair| pair[0] < pair[1]));
+        assert!(AxisSetting::ALL
+            .windows(2)
+            .all(|pair| pair[1].row().number - pair[0].row().number == 10));
+    }
+
+    #[test]
+    fn only_our_own_settings_are_hidden() {
+        for row in all() {
+            assert_eq!(row.listed, row.number < 256, "${}", row.number);
+        }
+    }
+
+    #[test]
+    fn every_row_is_described_without_words_that_senders_take_for_answers() {
+        for row in all() {
+            assert!(
+                !row.name.is_empty() && row.description.ends_with('.'),
+                "${}",
+                row.number
+            );
+            let words = std::format!("{} {}", row.name, row.description).to_ascii_lowercase();
+            assert!(
+                !words.contains("ok") && !words.contains("error"),
+                "${}",
+                row.number
+            );
+        }
+    }
+}
