@@ -240,6 +240,25 @@ impl Inbox<'_> {
         }
     }
 
+    /// Drops all unread bytes. Main loop; bounded by the size of the queue.
+    pub fn drop_all(&mut self) {
+        for _ in 0..self.bytes.len() {
+            if self.bytes.dequeue().is_some() {
+                self.taken = self.taken.wrapping_add(1);
+            }
+        }
+    }
+
+    /// Answers whether [`next_byte`](Self::next_byte) has a byte. Main loop.
+    pub fn has_bytes(&self) -> bool {
+        self.bytes.ready() && !self.is_realtime_next()
+    }
+
+    /// Answers whether [`next_realtime`](Self::next_realtime) has a command. Main loop.
+    pub fn has_requests(&self) -> bool {
+        self.requests.ready() || self.shared.report.load(Ordering::Acquire)
+    }
+
     /// Answers how many bytes the channel has room for now: the second number of `Bf:`. Main loop.
     pub fn free(&self) -> usize {
         self.limit.saturating_sub(self.bytes.len())

@@ -1,4 +1,7 @@
 //! Settings: their table, their values, and where they survive a power loss.
 
+pub mod flash;
+pub mod record;
+pub mod store;
 pub mod table;
 pub mod values;

@@ -1,0 +1,495 @@
+//! Records that survive a power loss at any moment.
+//!
+//! ```text
+//!   area 1: header | G54 | $100 | commit | $110 | $100 | ...      each change is appended; the last of a key counts
+//!   area 2: header | $100 | G54 | $110 | commit | ...             when full, what counts is copied to the other area
+//! ```
+//!
+//! A record counts once its checksum, written last, is there: before that the old value stands. An area counts once its
+//! commit record is there: before that the other area stands. So each value is the old or the new one, never a mixture,
+//! and so is all that one [`Records::retain`] removes.
+
+use super::flash::{Area, SettingsStore};
+use super::record::{
+    area_header, record, AreaHeader, Payload, RecordHeader, RecordKey, AREA_HEADER, COMMIT,
+    MAX_PAYLOAD, OVERHEAD, RECORD_HEADER,
+};
+use core::fmt;
+use heapless::Vec;
+
+/// The most keys that a store can hold: 24 settings, 4 of each of 9 axes, 8 offsets, 2 lines, 1 text, and some to spare.
+const MAX_KEYS: usize = 96;
+
+/// What was found at power-up.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Condition {
+    /// All that was stored is there.
+    Sound,
+    /// Nothing was ever stored.
+    Blank,
+    /// Power was lost while a change was being written: it did not happen, all else is there.
+    CutShort,
+    /// Something is lost; what could be read is there. The operator is told with `error:7`.
+    Damaged,
+    /// Another version wrote it: nothing is read, and the first change erases it.
+    Foreign,
+}
+
+/// Why a change could not be stored.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum StoreError<E> {
+    /// The memory failed.
+    Flash(E),
+    /// There is no room left.
+    Full,
+    /// The payload is longer than [`MAX_PAYLOAD`].
+    TooLong,
+}
+
+impl<E> From<E> for StoreError<E> {
+    fn from(error: E) -> Self {
+        Self::Flash(error)
+    }
+}
+
+impl<E> fmt::Display for StoreError<E> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Flash(_) => "the memory for settings failed",
+            Self::Full => "the memory for settings is full",
+            Self::TooLong => "the text is too long to be stored",
+        })
+    }
+}
+
+impl<E: fmt::Debug> core::error::Error for StoreError<E> {}
+
+/// Where the newest record of a key is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Place {
+    code: u16,
+    length: u8,
+    offset: usize,
+}
+
+/// The area in use.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Active {
+    area: Area,
+    sequence: u32,
+    /// Where the next record goes; the end of the area if it must be rewritten first.
+    end: usize,
+}
+
+/// The records of a store. All methods are called from the main loop.
+#[derive(Debug, Clone)]
+pub struct Records {
+    active: Option<Active>,
+    index: Vec<Place, MAX_KEYS>,
+}
+
+impl Records {
+    /// Reads what is there. Nothing is written.
+    ///
+    /// # Errors
+    ///
+    /// The memory could not be read.
+    pub fn mount<S: SettingsStore>(flash: &mut S) -> Result<(Self, Condition), S::Error> {
+        let scans = [scan(flash, Area::First)?, scan(flash, Area::Second)?];
+        let [first, second] = scans;
+        let newest = match (first.sequence(), second.sequence()) {
+            (Some(one), Some(two)) if (two.wrapping_sub(one) as i32) < 0 => Area::First,
+            (_, Some(_)) => Area::Second,
+            (Some(_), None) => Area::First,
+            (None, None) => return Ok((Self::blank(), unreadable(&first, &second))),
+        };
+        let (scan, other) = match newest {
+            Area::First => (first, second),
+            Area::Second => (second, first),
+        };
+        Ok(Self::with(newest, scan, &other))
+    }
+
+    /// Reads the value of a key; `None` if it has none. A record that has become unreadable has none, either.
+    ///
+    /// # Errors
+    ///
+    /// The memory could not be read.
+    pub fn read<S: SettingsStore>(
+        &self,
+        flash: &mut S,
+        key: RecordKey,
+    ) -> Result<Option<Payload>, S::Error> {
+        match (self.active, self.place(key.code())) {
+            (Some(active), Some(place)) => read_payload(flash, active.area, place),
+            (None, _) | (_, None) => Ok(None),
+        }
+    }
+
+    /// Stores the value of a key. An empty one removes the key; a value that is stored already is not written again.
+    ///
+    /// # Errors
+    ///
+    /// The value is too long, there is no room, or the memory failed. The old value stands then, but after a failure of
+    /// the memory it may be the new one.
+    pub fn write<S: SettingsStore>(
+        &mut self,
+        flash: &mut S,
+        key: RecordKey,
+        value: &[u8],
+    ) -> Result<(), StoreError<S::Error>> {
+        let record = record(key.code(), value).ok_or(StoreError::TooLong)?;
+        let old = self.read(flash, key)?;
+        if old.as_deref().unwrap_or(&[]) == value {
+            return Ok(());
+        }
+        if self.place(key.code()).is_none() && self.index.is_full() {
+            return Err(StoreError::Full);
+        }
+        if self.room(flash) < record.len() {
+            self.retain(flash, |_| true)?;
+        }
+        if self.room(flash) < record.len() {
+            return Err(StoreError::Full);
+        }
+        let offset = self.append(flash, &record)?;
+        let length = value.len() as u8; // at most MAX_PAYLOAD
+        note(
+            &mut self.index,
+            Place {
+                code: key.code(),
+                length,
+                offset,
+            },
+        );
+        Ok(())
+    }
+
+    /// Removes all keys but those that `keep` is true for: all of them or, if power is lost, none.
+    ///
+    /// # Errors
+    ///
+    /// The memory failed, or there is no room. What was there stands.
+    pub fn retain<S: SettingsStore>(
+        &mut self,
+        flash: &mut S,
+        keep: impl Fn(RecordKey) -> bool,
+    ) -> Result<(), StoreError<S::Error>> {
+        let (area, sequence) = match self.active {
+            Some(active) => (active.area.other(), active.sequence.wrapping_add(1)),
+            None => (Area::First, 0),
+        };
+        flash.erase(area)?;
+        flash.write(area, 0, &area_header(sequence))?;
+        let mut copy = Copy {
+            area,
+            end: AREA_HEADER,
+            index: Vec::new(),
+        };
+        if let Some(active) = self.active {
+            for place in &self.index {
+                if RecordKey::from_code(place.code).is_some_and(&keep) {
+                    copy.take(flash, active.area, *place)?;
+                }
+            }
+        }
+        copy.append(flash, COMMIT, &[])?;
+        let end = copy.end;
+        self.active = Some(Active {
+            area,
+            sequence,
+            end,
+        });
+        self.index = copy.index;
+        Ok(())
+    }
+
+    fn blank() -> Self {
+        Self {
+            active: None,
+            index: Vec::new(),
+        }
+    }
+
+    /// Makes the records of the area in use.
+    fn with(area: Area, scan: Scan, other: &Scan) -> (Self, Condition) {
+        let condition = match (scan.tail, &other.state) {
+            (Tail::Damaged, _) | (_, AreaState::Damaged) => Condition::Damaged,
+            (Tail::CutShort, _) | (_, AreaState::Unfinished) => Condition::CutShort,
+            (Tail::Clean, _) => Condition::Sound,
+        };
+        let active = scan.sequence().map(|sequence| Active {
+            area,
+            sequence,
+            end: scan.end,
+        });
+        (
+            Self {
+                active,
+                index: scan.index,
+            },
+            condition,
+        )
+    }
+
+    fn place(&self, code: u16) -> Option<Place> {
+        self.index.iter().find(|place| place.code == code).copied()
+    }
+
+    fn room<S: SettingsStore>(&self, flash: &S) -> usize {
+        self.active
+            .map_or(0, |active| flash.size().saturating_sub(active.end))
+    }
+
+    /// Appends a record; answers where. After a failure the area is to be rewritten.
+    fn append<S: SettingsStore>(
+        &mut self,
+        flash: &mut S,
+        record: &[u8],
+    ) -> Result<usize, StoreError<S::Error>> {
+        let active = self.active.as_mut().ok_or(StoreError::Full)?;
+        let offset = active.end;
+        active.end = flash.size();
+        flash.write(active.area, offset, record)?;
+        active.end = offset + record.len();
+        Ok(offset)
+    }
+}
+
+/// A rewrite under way.
+struct Copy {
+    area: Area,
+    end: usize,
+    index: Vec<Place, MAX_KEYS>,
+}
+
+impl Copy {
+    /// Copies a record that can be read.
+    fn take<S: SettingsStore>(
+        &mut self,
+        flash: &mut S,
+        from: Area,
+        place: Place,
+    ) -> Result<(), StoreError<S::Error>> {
+        if let Some(payload) = read_payload(flash, from, place)? {
+            let offset = self.end;
+            self.append(flash, place.code, &payload)?;
+            note(&mut self.index, Place { offset, ..place });
+        }
+        Ok(())
+    }
+
+    fn append<S: SettingsStore>(
+        &mut self,
+        flash: &mut S,
+        code: u16,
+        payload: &[u8],
+    ) -> Result<(), StoreError<S::Error>> {
+        let record = record(code, payload).ok_or(StoreError::TooLong)?;
+        if flash.size().saturating_sub(self.end) < record.len() {
+            return Err(StoreError::Full);
+        }
+        flash.write(self.area, self.end, &record)?;
+        self.end += record.len();
+        Ok(())
+    }
+}
+
+/// Notes where the newest record of a key is; an empty record removes the key. Answers whether there was room.
+fn note(index: &mut Vec<Place, MAX_KEYS>, place: Place) -> bool {
+    index.retain(|old| old.code != place.code);
+    place.length == 0 || index.push(place).is_ok()
+}
+
+/// How the records of an area end.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Tail {
+    /// After a whole record.
+    Clean,
+    /// With one whose writing was cut short.
+    CutShort,
+    /// Some record, there or before, is damaged.
+    Damaged,
+}
+
+/// What an area is worth.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum AreaState {
+    /// Its commit record is there.
+    Committed { sequence: u32 },
+    /// Erased.
+    Erased,
+    /// It was being written: the other area stands.
+    Unfinished,
+    /// It may have been committed.
+    Damaged,
+    /// Another version wrote it.
+    Foreign,
+}
+
+/// All that can be read of an area.
+#[derive(Debug)]
+struct Scan {
+    state: AreaState,
+    tail: Tail,
+    end: usize,
+    index: Vec<Place, MAX_KEYS>,
+}
+
+impl Scan {
+    fn empty(state: AreaState) -> Self {
+        Self {
+            state,
+            tail: Tail::Clean,
+            end: AREA_HEADER,
+            index: Vec::new(),
+        }
+    }
+
+    fn sequence(&self) -> Option<u32> {
+        match self.state {
+            AreaState::Committed { sequence } => Some(sequence),
+            AreaState::Erased | AreaState::Unfinished | AreaState::Damaged | AreaState::Foreign => {
+                None
+            }
+        }
+    }
+
+    /// Takes in the record at `self.end`.
+    fn step<S: SettingsStore>(
+        &mut self,
+        flash: &mut S,
+        area: Area,
+        header: RecordHeader,
+        sequence: u32,
+    ) -> Result<(), S::Error> {
+        let RecordHeader { code, length } = header;
+        let place = Place {
+            code,
+            length,
+            offset: self.end,
+        };
+        self.end += header.size();
+        if read_payload(flash, area, place)?.is_none() {
+            self.spoil(flash, area, self.end - 1)?;
+        } else if code == COMMIT {
+            self.state = AreaState::Committed { sequence };
+        } else if !note(&mut self.index, place) {
+            self.tail = Tail::Damaged;
+        }
+        Ok(())
+    }
+
+    /// Notes a bad record. It was cut short if nothing was written from `from` on.
+    fn spoil<S: SettingsStore>(
+        &mut self,
+        flash: &mut S,
+        area: Area,
+        from: usize,
+    ) -> Result<(), S::Error> {
+        let cut = is_erased(flash, area, from)?;
+        self.tail = match self.tail {
+            Tail::Damaged => Tail::Damaged,
+            Tail::Clean | Tail::CutShort if cut => Tail::CutShort,
+            Tail::Clean | Tail::CutShort => Tail::Damaged,
+        };
+        Ok(())
+    }
+}
+
+/// Answers what two areas without a commit record mean.
+fn unreadable(first: &Scan, second: &Scan) -> Condition {
+    let any = |state| first.state == state || second.state == state;
+    if any(AreaState::Foreign) {
+        Condition::Foreign
+    } else if any(AreaState::Damaged) {
+        Condition::Damaged
+    } else if any(AreaState::Unfinished) {
+        Condition::CutShort
+    } else {
+        Condition::Blank
+    }
+}
+
+/// Reads an area from its header to its last record.
+fn scan<S: SettingsStore>(flash: &mut S, area: Area) -> Result<Scan, S::Error> {
+    let mut header = [0; AREA_HEADER];
+    flash.read(area, 0, &mut header)?;
+    let sequence = match AreaHeader::read(&header) {
+        AreaHeader::Valid { sequence } => sequence,
+        AreaHeader::Foreign => return Ok(Scan::empty(AreaState::Foreign)),
+        AreaHeader::Invalid if !is_erased(flash, area, AREA_HEADER)? => {
+            return Ok(Scan::empty(AreaState::Damaged))
+        }
+        AreaHeader::Invalid if header == [0xff; AREA_HEADER] => {
+            return Ok(Scan::empty(AreaState::Erased))
+        }
+        AreaHeader::Invalid => return Ok(Scan::empty(AreaState::Unfinished)),
+    };
+    let mut scan = Scan::empty(AreaState::Unfinished);
+    while scan.end + OVERHEAD <= flash.size() {
+        let mut bytes = [0; RECORD_HEADER];
+        flash.read(area, scan.end, &mut bytes)?;
+        match RecordHeader::read(bytes) {
+            Some(header) if scan.end + header.size() <= flash.size() => {
+                scan.step(flash, area, header, sequence)?
+            }
+            Some(_) | None => {
+                let behind = scan.end + RECORD_HEADER;
+                let is_end = bytes == [0xff; RECORD_HEADER] && is_erased(flash, area, behind)?;
+                if !is_end {
+                    scan.spoil(flash, area, behind)?;
+                }
+                break;
+            }
+        }
+    }
+    if (scan.state, scan.tail) == (AreaState::Unfinished, Tail::Damaged) {
+        scan.state = AreaState::Damaged; // its commit record may be what is damaged
+    }
+    if scan.tail != Tail::Clean {
+        scan.end = flash.size(); // nothing may be appended behind a bad record
+    }
+    Ok(scan)
+}
+
+/// Reads the payload of a record; `None` if it is damaged.
+fn read_payload<S: SettingsStore>(
+    flash: &mut S,
+    area: Area,
+    place: Place,
+) -> Result<Option<Payload>, S::Error> {
+    let header = RecordHeader {
+        code: place.code,
+        length: place.length,
+    };
+    let mut buffer = [0; MAX_PAYLOAD + 4];
+    let Some(body) = buffer.get_mut(..header.size() - RECORD_HEADER) else {
+        return Ok(None);
+    };
+    flash.read(area, place.offset + RECORD_HEADER, body)?;
+    let payload = header.payload(body);
+    Ok(payload.and_then(|payload| Payload::from_slice(payload).ok()))
+}
+
+/// Answers whether nothing was written from `offset` to the end of the area.
+fn is_erased<S: SettingsStore>(flash: &mut S, area: Area, offset: usize) -> Result<bool, S::Error> {
+    let mut buffer = [0; 32];
+    for start in (offset..flash.size()).step_by(buffer.len()) {
+        let length = buffer.len().min(flash.size() - start);
+        let Some(chunk) = buffer.get_mut(..length) else {
+            return Ok(false);
+        };
+        flash.read(area, start, chunk)?;
+        if chunk.iter().any(|byte| *byte != 0xff) {
+            return Ok(false);
+        }
+    }
+    Ok(true)
+}
+
+#[cfg(test)]
+#[path = "store_tests.rs"]
+mod tests;

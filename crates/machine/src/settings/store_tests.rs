@@ -1,0 +1,358 @@
+use super::*;
+use proptest::prelude::*;
+use std::collections::BTreeMap;
+use std::vec::Vec as StdVec;
+
+/// Flash that enforces its rules and loses power after a number of bytes.
+#[derive(Clone)]
+struct MockFlash {
+    areas: [StdVec<u8>; 2],
+    /// Bytes that can still be written or erased.
+    fuel: usize,
+    /// What becomes of the byte that is being written when power goes: these bits stay set.
+    half_written: u8,
+    died_erasing: bool,
+    written: usize,
+}
+
+#[derive(Debug, PartialEq)]
+struct PowerLost;
+
+impl MockFlash {
+    fn new(size: usize) -> Self {
+        Self {
+            areas: [std::vec![0xff; size], std::vec![0xff; size]],
+            fuel: usize::MAX,
+            half_written: 0xff,
+            died_erasing: false,
+            written: 0,
+        }
+    }
+
+    fn burn(&mut self) -> bool {
+        let alive = self.fuel > 0;
+        self.fuel = self.fuel.saturating_sub(1);
+        self.written += usize::from(alive);
+        alive
+    }
+}
+
+impl SettingsStore for MockFlash {
+    type Error = PowerLost;
+
+    fn size(&self) -> usize {
+        self.areas[0].len()
+    }
+
+    fn read(&mut self, area: Area, offset: usize, bytes: &mut [u8]) -> Result<(), PowerLost> {
+        bytes.copy_from_slice(&self.areas[area as usize][offset..][..bytes.len()]);
+        Ok(())
+    }
+
+    fn write(&mut self, area: Area, offset: usize, bytes: &[u8]) -> Result<(), PowerLost> {
+        assert!(offset.is_multiple_of(4) && bytes.len().is_multiple_of(4));
+        for (at, byte) in bytes.iter().enumerate() {
+            let alive = self.burn();
+            let half = self.half_written;
+            let place = &mut self.areas[area as usize][offset + at];
+            assert_eq!(*place, 0xff, "written twice");
+            *place = if alive { *byte } else { *byte | half };
+            if !alive {
+                return Err(PowerLost);
+            }
+        }
+        Ok(())
+    }
+
+    fn erase(&mut self, area: Area) -> Result<(), PowerLost> {
+        for at in 0..self.size() {
+            if at.is_multiple_of(64) && !self.burn() {
+                self.died_erasing = true;
+                return Err(PowerLost);
+            }
+            self.areas[area as usize][at] = 0xff;
+        }
+        Ok(())
+    }
+}
+
+const SIZE: usize = 256;
+
+fn mounted(flash: &mut MockFlash) -> (Records, Condition) {
+    Records::mount(flash).unwrap()
+}
+
+/// A few values of three keys, more than one area holds.
+fn program() -> StdVec<(RecordKey, StdVec<u8>)> {
+    let keys = [
+        RecordKey::Setting(100),
+        RecordKey::Offset(0),
+        RecordKey::Startup(1),
+    ];
+    (0..60_u8)
+        .map(|step| {
+            (
+                keys[usize::from(step % 3)],
+                std::vec![step; usize::from(step % 7) * 5],
+            )
+        })
+        .collect()
+}
+
+/// Runs the program until it is done or power is lost; answers what was acknowledged and what was being written.
+type Outcome = (BTreeMap<u16, StdVec<u8>>, Option<(u16, StdVec<u8>)>);
+fn run(flash: &mut MockFlash) -> Outcome {
+    let (mut records, _) = mounted(flash);
+    let mut stored = BTreeMap::new();
+    for (key, value) in program() {
+        if records.write(flash, key, &value).is_err() {
+            return (stored, Some((key.code(), value)));
+        }
+        stored.insert(key.code(), value);
+    }
+    (stored, None)
+}
+
+fn value(records: &Records, flash: &mut MockFlash, code: u16) -> StdVec<u8> {
+    let key = RecordKey::from_code(code).unwrap();
+    records
+        .read(flash, key)
+        .unwrap()
+        .map(|payload| payload.to_vec())
+        .unwrap_or_default()
+}
+
+#[test]
+fn a_blank_store_has_no_values_and_is_no_loss() {
+    let mut flash = MockFlash::new(SIZE);
+    let (records, condition) = mounted(&mut flash);
+    assert_eq!(condition, Condition::Blank);
+    assert_eq!(records.read(&mut flash, RecordKey::Build), Ok(None));
+    assert_eq!(flash.written, 0);
+}
+
+#[test]
+fn values_are_there_after_a_restart() {
+    let mut flash = MockFlash::new(SIZE);
+    let (stored, _) = run(&mut flash);
+    let (records, condition) = mounted(&mut flash);
+    assert_eq!(condition, Condition::Sound);
+    for (code, expected) in stored {
+        assert_eq!(value(&records, &mut flash, code), expected, "{code:x}");
+    }
+}
+
+#[test]
+fn a_power_loss_after_any_byte_leaves_the_old_or_the_new_value() {
+    let mut whole = MockFlash::new(SIZE);
+    run(&mut whole);
+    assert!(
+        whole.written > 4 * SIZE,
+        "the program must rewrite areas several times"
+    );
+    for half_written in [0xff, 0xf0, 0x5a] {
+        for fuel in 0..whole.written {
+            let mut flash = MockFlash {
+                fuel,
+                half_written,
+                ..MockFlash::new(SIZE)
+            };
+            let (stored, pending) = run(&mut flash);
+            let (key, new) = pending.expect("power was lost");
+            flash.fuel = usize::MAX;
+            let (mut records, condition) = mounted(&mut flash);
+            for (code, old) in &stored {
+                let found = value(&records, &mut flash, *code);
+                let is_new = *code == key && found == new;
+                assert!(
+                    found == *old || is_new,
+                    "{code:x} after {fuel} bytes: {found:?}"
+                );
+            }
+            if half_written == 0xff && !flash.died_erasing {
+                assert_ne!(
+                    condition,
+                    Condition::Damaged,
+                    "after {fuel} bytes nothing is lost"
+                );
+            }
+            records.write(&mut flash, RecordKey::Build, b"ON").unwrap();
+            let (records, condition) = mounted(&mut flash);
+            assert_eq!(value(&records, &mut flash, RecordKey::Build.code()), b"ON");
+            assert_ne!(condition, Condition::Blank);
+        }
+    }
+}
+
+#[test]
+fn every_damaged_byte_is_reported() {
+    let mut sound = MockFlash::new(SIZE);
+    let (mut records, _) = mounted(&mut sound);
+    for (key, value) in program().into_iter().take(5) {
+        records.write(&mut sound, key, &value).unwrap();
+    }
+    let active = records.active.unwrap();
+    for at in 0..active.end {
+        for flip in [0x01, 0x80, 0xff] {
+            let mut flash = sound.clone();
+            flash.areas[active.area as usize][at] ^= flip;
+            let (damaged, condition) = mounted(&mut flash);
+            let same = [100, 0x1000, 0x2001].iter().all(|code| {
+                value(&damaged, &mut flash, *code) == value(&records, &mut sound.clone(), *code)
+            });
+            assert!(
+                condition == Condition::Damaged || condition == Condition::Foreign || same,
+                "byte {at} ^ {flip:x}: {condition:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_damaged_record_costs_its_own_value_only() {
+    let mut flash = MockFlash::new(SIZE);
+    let (mut records, _) = mounted(&mut flash);
+    records
+        .write(&mut flash, RecordKey::Setting(1), &[1; 8])
+        .unwrap();
+    records
+        .write(&mut flash, RecordKey::Setting(2), &[2; 8])
+        .unwrap();
+    let place = records.place(1).unwrap();
+    flash.areas[0][place.offset + RECORD_HEADER] ^= 4;
+    let (records, condition) = mounted(&mut flash);
+    assert_eq!(condition, Condition::Damaged);
+    assert_eq!(value(&records, &mut flash, 1), b"");
+    assert_eq!(value(&records, &mut flash, 2), [2; 8]);
+}
+
+#[test]
+fn after_damage_the_next_change_makes_the_store_sound_again() {
+    let mut flash = MockFlash::new(SIZE);
+    run(&mut flash);
+    let (records, _) = mounted(&mut flash);
+    let active = records.active.unwrap();
+    flash.areas[active.area as usize][active.end - 1] ^= 1;
+    let (mut records, condition) = mounted(&mut flash);
+    assert_eq!(condition, Condition::Damaged);
+    records.write(&mut flash, RecordKey::Build, b"NEW").unwrap();
+    records
+        .write(&mut flash, RecordKey::Build, b"NEWER")
+        .unwrap();
+    flash.erase(active.area).unwrap();
+    assert_eq!(mounted(&mut flash).1, Condition::Sound);
+}
+
+#[test]
+fn removing_many_keys_happens_as_a_whole() {
+    let mut sound = MockFlash::new(SIZE);
+    run(&mut sound);
+    let keeps = |key| !matches!(key, RecordKey::Setting(_) | RecordKey::Offset(_));
+    let values = |flash: &mut MockFlash| {
+        let (records, _) = mounted(flash);
+        [100, 0x1000, 0x2001].map(|code| value(&records, flash, code))
+    };
+    let before = values(&mut sound);
+    let mut after = before.clone();
+    (after[0], after[1]) = (StdVec::new(), StdVec::new());
+    assert_ne!(before, after);
+    let (records, _) = mounted(&mut sound);
+    let mut fuel = 0;
+    loop {
+        let mut flash = MockFlash {
+            fuel,
+            ..sound.clone()
+        };
+        let done = records.clone().retain(&mut flash, keeps).is_ok();
+        flash.fuel = usize::MAX;
+        assert_eq!(
+            values(&mut flash),
+            if done { after.clone() } else { before.clone() },
+            "after {fuel} bytes"
+        );
+        if done {
+            break;
+        }
+        fuel += 1;
+    }
+}
+
+#[test]
+fn a_value_that_is_stored_already_is_not_written_again() {
+    let mut flash = MockFlash::new(SIZE);
+    let (mut records, _) = mounted(&mut flash);
+    records.write(&mut flash, RecordKey::Build, b"A").unwrap();
+    let written = flash.written;
+    records.write(&mut flash, RecordKey::Build, b"A").unwrap();
+    records
+        .write(&mut flash, RecordKey::Startup(0), b"")
+        .unwrap();
+    assert_eq!(flash.written, written);
+}
+
+#[test]
+fn what_does_not_fit_is_refused_and_the_old_values_stand() {
+    let mut flash = MockFlash::new(SIZE);
+    let (mut records, _) = mounted(&mut flash);
+    assert_eq!(
+        records.write(&mut flash, RecordKey::Build, &[0; 81]),
+        Err(StoreError::TooLong)
+    );
+    for number in 0..2 {
+        records
+            .write(&mut flash, RecordKey::Setting(number), &[1; 80])
+            .unwrap();
+    }
+    assert_eq!(
+        records.write(&mut flash, RecordKey::Setting(2), &[1; 80]),
+        Err(StoreError::Full)
+    );
+    let (records, _) = mounted(&mut flash);
+    assert_eq!(value(&records, &mut flash, 1), [1; 80]);
+}
+
+#[test]
+fn another_version_is_not_read() {
+    let mut flash = MockFlash::new(SIZE);
+    run(&mut flash);
+    for area in &mut flash.areas {
+        area[..12].copy_from_slice(&[0x4c, 0x53, 9, 0, 1, 0, 0, 0, 0, 0, 0, 0]);
+        let checksum = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC).checksum(&area[..8]);
+        area[8..12].copy_from_slice(&checksum.to_le_bytes());
+    }
+    let (records, condition) = mounted(&mut flash);
+    assert_eq!((condition, records.index.len()), (Condition::Foreign, 0));
+}
+
+proptest! {
+    #[test]
+    fn any_history_reads_back_as_a_map_does(
+        steps in prop::collection::vec((0..12_u16, prop::collection::vec(any::<u8>(), 0..12), prop::bool::weighted(0.1)), 0..120),
+    ) {
+        let mut flash = MockFlash::new(512);
+        let (mut records, _) = mounted(&mut flash);
+        let mut reference = BTreeMap::new();
+        for (number, payload, restart) in steps {
+            records.write(&mut flash, RecordKey::Setting(number), &payload).unwrap();
+            reference.insert(number, payload);
+            if restart {
+                records = mounted(&mut flash).0;
+            }
+        }
+        for (number, payload) in reference {
+            prop_assert_eq!(value(&records, &mut flash, number), payload);
+        }
+    }
+
+    #[test]
+    fn no_content_of_the_memory_makes_it_panic(bytes in prop::collection::vec(any::<u8>(), 2 * SIZE), sound_header in any::<bool>()) {
+        let mut flash = MockFlash::new(SIZE);
+        flash.areas = [bytes[..SIZE].to_vec(), bytes[SIZE..].to_vec()];
+        if sound_header {
+            flash.areas[0][..AREA_HEADER].copy_from_slice(&area_header(1));
+        }
+        let (mut records, _) = mounted(&mut flash);
+        prop_assert_eq!(records.write(&mut flash, RecordKey::Build, b"A"), Ok(()));
+        prop_assert_eq!(value(&records, &mut flash, RecordKey::Build.code()), b"A");
+    }
+}
