@@ -1,0 +1,156 @@
+//! The answer to `$#`, and what a probing motion found.
+
+use super::{Coordinates, Units};
+use core::fmt;
+use leadscrew_gcode::Number;
+
+/// What `$#` shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Parameters<const AXES: usize> {
+    /// G54 to G59.
+    pub systems: [Coordinates<AXES>; 6],
+    /// G28.
+    pub home: Coordinates<AXES>,
+    /// G30.
+    pub second_home: Coordinates<AXES>,
+    /// G92.
+    pub temporary: Coordinates<AXES>,
+    /// Tool length offset, mm.
+    pub tool_length: Number,
+    /// Where the probe touched last.
+    pub probed: ProbeReport<AXES>,
+    /// Unit of lengths.
+    pub units: Units<AXES>,
+}
+
+impl<const AXES: usize> Parameters<AXES> {
+    /// How many lines `$#` has.
+    pub const LINES: usize = 11;
+
+    /// Answers a line of `$#`, from 0; `None` beyond the last.
+    pub fn line(&self, index: usize) -> Option<ParameterLine<'_, AXES>> {
+        const NAMES: [&str; 9] = [
+            "G54", "G55", "G56", "G57", "G58", "G59", "G28", "G30", "G92",
+        ];
+        let offsets = self
+            .systems
+            .iter()
+            .chain([&self.home, &self.second_home, &self.temporary]);
+        let units = &self.units;
+        match (NAMES.get(index), offsets.into_iter().nth(index)) {
+            (Some(name), Some(values)) => Some(ParameterLine::Offset {
+                name,
+                values,
+                units,
+            }),
+            _ if index == NAMES.len() => Some(ParameterLine::ToolLength {
+                length: self.tool_length,
+                units,
+            }),
+            _ if index == NAMES.len() + 1 => Some(ParameterLine::Probe(&self.probed)),
+            _ => None,
+        }
+    }
+}
+
+/// One line of `$#`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ParameterLine<'a, const AXES: usize> {
+    /// A coordinate system or stored position.
+    Offset {
+        /// Its G-word.
+        name: &'static str,
+        /// Its value, mm.
+        values: &'a Coordinates<AXES>,
+        /// Unit of lengths.
+        units: &'a Units<AXES>,
+    },
+    /// Tool length offset.
+    ToolLength {
+        /// Its value, mm.
+        length: Number,
+        /// Unit of lengths.
+        units: &'a Units<AXES>,
+    },
+    /// The probed position.
+    Probe(&'a ProbeReport<AXES>),
+}
+
+impl<const AXES: usize> fmt::Display for ParameterLine<'_, AXES> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Offset {
+                name,
+                values,
+                units,
+            } => {
+                write!(f, "[{name}:")?;
+                units.list(f, values)?;
+                f.write_str("]")
+            }
+            Self::ToolLength { length, units } => write!(f, "[TLO:{}]", units.length(*length)),
+            Self::Probe(probe) => probe.fmt(f),
+        }
+    }
+}
+
+/// `[PRB:`: after a probing motion and in `$#`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ProbeReport<const AXES: usize> {
+    /// Machine position of the contact, mm.
+    pub position: Coordinates<AXES>,
+    /// Whether the last probing motion made contact.
+    pub success: bool,
+    /// Unit of lengths.
+    pub units: Units<AXES>,
+}
+
+impl<const AXES: usize> fmt::Display for ProbeReport<AXES> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("[PRB:")?;
+        self.units.list(f, &self.position)?;
+        write!(f, ":{}]", u8::from(self.success))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::samples::{number, xyz, MILLIMETRES};
+    use super::*;
+    use std::string::{String, ToString};
+    use std::vec::Vec;
+
+    #[test]
+    fn parameters_are_eleven_lines() {
+        let zero = xyz("0", "0", "0");
+        let probed = ProbeReport {
+            position: xyz("0", "0", "-2"),
+            success: true,
+            units: MILLIMETRES,
+        };
+        let mut parameters = Parameters {
+            systems: [zero; 6],
+            home: xyz("1", "0", "0"),
+            second_home: zero,
+            temporary: xyz("-25.4", "0", "0"),
+            tool_length: number("12.7"),
+            probed,
+            units: MILLIMETRES,
+        };
+        parameters.systems[5] = xyz("5", "6", "-0.0001");
+        let lines: Vec<String> = (0..)
+            .map_while(|index| parameters.line(index))
+            .map(|line| line.to_string())
+            .collect();
+        assert_eq!(lines.len(), Parameters::<3>::LINES);
+        let expected = [
+            "[G59:5.000,6.000,0.000]",
+            "[G28:1.000,0.000,0.000]",
+            "[G30:0.000,0.000,0.000]",
+            "[G92:-25.400,0.000,0.000]",
+            "[TLO:12.700]",
+            "[PRB:0.000,0.000,-2.000:1]",
+        ];
+        assert_eq!(lines[5..], expected);
+    }
+}
