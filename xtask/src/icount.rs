@@ -5,7 +5,7 @@
 use crate::{
     budget::{Budget, Count},
     failure::Failure,
-    shell,
+    shell, thumb,
     toolchain::{self, Toolchain, TARGET},
 };
 use std::{
@@ -110,8 +110,14 @@ impl Emulator {
         Ok(())
     }
 
-    /// Runs a program and returns what it counted.
+    /// Runs a program and returns what it counted. Its ELF is searched for software double precision before: generic
+    /// functions of the libraries are compiled in it, and in the firmware only as far as that uses them.
     fn count(&self, program: &str) -> Result<Counts, Failure> {
+        let elf = self.programs.join(program);
+        let doubles = thumb::software_doubles(&elf)?;
+        if !doubles.is_empty() {
+            return Err(Failure::Findings(doubles));
+        }
         let report = self.programs.join(format!("{program}.icount"));
         let plugin = format!("{},out={}", self.plugin.display(), report.display());
         let mut qemu = Command::new("timeout");
@@ -125,10 +131,7 @@ impl Emulator {
         ]);
         qemu.args(["-display", "none", "-monitor", "none", "-serial", "none"]);
         qemu.args(["-semihosting-config", "enable=on,target=native"]);
-        qemu.arg("-plugin")
-            .arg(plugin)
-            .arg("-kernel")
-            .arg(self.programs.join(program));
+        qemu.arg("-plugin").arg(plugin).arg("-kernel").arg(&elf);
         shell::run(&mut qemu)?;
         let text = fs::read_to_string(&report).map_err(Failure::file(&report))?;
         text.lines()

@@ -60,7 +60,7 @@ fn check_libraries(toolchain: &Toolchain) -> Result<Vec<String>, Failure> {
 }
 
 /// The double-precision routines that an object, a library or a program names.
-fn software_doubles(file: &Path) -> Result<Vec<String>, Failure> {
+pub(crate) fn software_doubles(file: &Path) -> Result<Vec<String>, Failure> {
     let listing = shell::output(Command::new("arm-none-eabi-nm").arg(file))?;
     let symbols = listing
         .lines()

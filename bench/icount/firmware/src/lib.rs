@@ -5,7 +5,7 @@
 #![no_std]
 
 use core::{arch::asm, panic::PanicInfo};
-use cortex_m_semihosting::debug;
+use cortex_m_semihosting::{debug, hprintln};
 
 /// Opens a region, 0 to 7: what runs from here to [`close`] is one sample.
 #[inline(always)]
@@ -36,9 +36,10 @@ pub fn done() -> ! {
     loop {}
 }
 
-/// A panic makes the measurement void.
+/// A panic makes the measurement void: says where, and ends the program as failed.
 #[panic_handler]
-fn panic(_: &PanicInfo<'_>) -> ! {
+fn panic(info: &PanicInfo<'_>) -> ! {
+    hprintln!("{}", info);
     debug::exit(debug::EXIT_FAILURE);
     loop {}
 }
