@@ -8,7 +8,7 @@ use super::arc::{centre_from_radius, check_centre};
 use super::command::{ArcShape, OffsetId};
 use super::context::Context;
 use super::fault::Refusal;
-use super::letters::{Letters, GROUPS_IN_JOGS};
+use super::letters::{Group, Letters, GROUPS_IN_JOGS};
 use super::modal_state::{Distance, FeedMode, Motion, Plane, ProbeKind, Turn, Units, WorkSystem};
 use super::offsets::TOOL_AXIS;
 use super::units::{inches_to_millimetres, millimetres};
@@ -112,13 +112,16 @@ impl<'a, const AXES: usize> Check<'a, AXES> {
         context: &'a Context<'a, AXES>,
         purpose: Purpose,
     ) -> Self {
-        let free = purpose.free_words();
+        let mut unused = block.letters.without(purpose.free_words());
+        if block.groups.contains(Group::Parking) {
+            unused = unused.without(P);
+        }
         Self {
             state,
             block,
             context,
             purpose,
-            unused: block.letters.without(free).without(AXIS_WORDS),
+            unused: unused.without(AXIS_WORDS),
         }
     }
 
@@ -131,6 +134,7 @@ impl<'a, const AXES: usize> Check<'a, AXES> {
     pub(super) fn plan(mut self) -> Result<Plan<AXES>, Refusal> {
         let line_number = self.line_number()?;
         let feed = self.feed()?;
+        self.check_dwell()?;
         let words = self.axis_words()?;
         let tool_length = self.tool_length(&words)?;
         let (effect, target) = match self.block.non_modal {
@@ -190,6 +194,17 @@ impl<'a, const AXES: usize> Check<'a, AXES> {
         Refusal::words(Status::FeedUndefined, F)
     }
 
+    fn check_dwell(&mut self) -> Result<(), Refusal> {
+        if self.block.non_modal != NonModal::Dwell {
+            return Ok(());
+        }
+        if !self.gives(P) {
+            return Err(Refusal::g(Status::MissingWord, 4));
+        }
+        self.unused = self.unused.without(P);
+        Ok(())
+    }
+
     /// The axis words in mm or degrees; zero where there is none.
     #[inline]
     fn axis_words(&self) -> Result<[Coordinate; AXES], Refusal> {
@@ -226,7 +241,7 @@ impl<'a, const AXES: usize> Check<'a, AXES> {
         let here = self.state.position;
         Ok(match command {
             NonModal::None => (Effect::None, self.target(words)?),
-            NonModal::Dwell => (self.dwell()?, self.target(words)?),
+            NonModal::Dwell => (Effect::Dwell(self.block.p), self.target(words)?),
             NonModal::SetOrigin => (self.set_origin(words)?, here),
             NonModal::GoTo(id) => {
                 let target = self.target(words)?;
@@ -244,14 +259,6 @@ impl<'a, const AXES: usize> Check<'a, AXES> {
                 self.target(words)?,
             ),
         })
-    }
-
-    fn dwell(&mut self) -> Result<Effect<AXES>, Refusal> {
-        self.unused = self.unused.without(P);
-        if !self.gives(P) {
-            return Err(Refusal::g(Status::MissingWord, 4));
-        }
-        Ok(Effect::Dwell(self.block.p))
     }
 
     /// G10 L2 (the words are the origin) and L20 (the words are where the axes shall be).

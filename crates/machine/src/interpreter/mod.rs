@@ -161,3 +161,6 @@ impl<const AXES: usize> Default for Interpreter<AXES> {
         Self::new()
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,134 @@
+//! What holds for every line.
+
+use super::Bench;
+use crate::interpreter::Commands;
+use proptest::prelude::*;
+use std::string::String;
+use std::vec::Vec;
+
+/// Words that exist, and values on which something depends.
+fn any_word() -> impl Strategy<Value = String> {
+    let codes = prop::sample::select(std::vec![
+        "G0", "G1", "G2", "G3", "G4", "G10", "G17", "G18", "G19", "G20", "G21", "G28", "G28.1",
+        "G30", "G30.1", "G38.2", "G38.5", "G40", "G43.1", "G49", "G53", "G54", "G55", "G59", "G61",
+        "G80", "G90", "G91", "G91.1", "G92", "G92.1", "G93", "G94", "M0", "M1", "M2", "M3", "M4",
+        "M5", "M7", "M8", "M9", "M30", "M56",
+    ])
+    .prop_map(String::from);
+    let values = prop::sample::select(std::vec![
+        "0",
+        "1",
+        "2",
+        "20",
+        "-1",
+        "0.5",
+        "-0.0001",
+        "100",
+        "1000000",
+        "9000000000",
+        ".1234567891",
+    ]);
+    let letters = prop::sample::select("XYZABCFIJKLNPRST".chars().collect::<Vec<_>>());
+    let valued = (letters, values).prop_map(|(letter, value)| std::format!("{letter}{value}"));
+    prop_oneof![1 => codes, 1 => valued]
+}
+
+fn any_line() -> impl Strategy<Value = Vec<u8>> {
+    let words = prop::collection::vec(any_word(), 0..8).prop_map(|words| words.concat());
+    prop_oneof![
+        6 => words.prop_map(String::into_bytes),
+        1 => prop::collection::vec(any::<u8>(), 0..40),
+        1 => "[A-Z0-9.-]{0,30}".prop_map(String::into_bytes),
+    ]
+}
+
+fn bench(laser_mode: bool) -> Bench<4> {
+    let mut bench = Bench::new();
+    bench.laser_mode = laser_mode;
+    bench.options.mist = true;
+    bench.options.parking_override = true;
+    bench.axes[3] = crate::config::AxisKind::Rotary;
+    bench
+}
+
+fn check(bench: &Bench<4>, line: &[u8]) -> Result<(), super::Fault> {
+    let context = super::Context {
+        axes: &bench.axes,
+        options: &bench.options,
+        laser_mode: bench.laser_mode,
+        reach: &bench.reach,
+    };
+    bench.interpreter.check(line, &context)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(2000))]
+
+    /// Any lines, one after the other: no panic, no half-done line, a check that tells the truth, and never more
+    /// commands than there is room for.
+    #[test]
+    fn lines_are_carried_out_wholly_or_not_at_all(
+        laser_mode: bool,
+        lines in prop::collection::vec(any_line(), 1..20),
+    ) {
+        let mut bench = bench(laser_mode);
+        for line in lines {
+            let before = bench.interpreter.clone();
+            let expected = check(&bench, &line);
+            let answer = bench.send(&line);
+            prop_assert_eq!(expected, answer.clone().map(|_| ()));
+            if let Err(fault) = answer {
+                prop_assert_eq!(&bench.interpreter, &before);
+                prop_assert!(fault.column <= line.len());
+            }
+        }
+    }
+
+    /// The offset that every line uses is the sum of its parts, whatever the lines before.
+    #[test]
+    fn the_work_offset_is_always_that_of_the_system_in_force(
+        lines in prop::collection::vec(any_line(), 1..20),
+    ) {
+        let mut bench = bench(false);
+        for line in lines {
+            let _ = bench.send(&line);
+            let system = bench.interpreter.modal().system;
+            let sum = bench.interpreter.offsets().work_offset(system);
+            prop_assert_eq!(bench.interpreter.work_offset(), &sum);
+        }
+    }
+
+    /// Jogs change nothing, and end within reach.
+    #[test]
+    fn a_jog_ends_within_reach(lines in prop::collection::vec(any_line(), 1..20)) {
+        let mut bench = bench(false);
+        for line in lines {
+            let _ = bench.send(&line);
+            let text = String::from_utf8_lossy(&line).into_owned();
+            if let Ok(Some(jog)) = bench.jog(&text) {
+                for (target, reach) in jog.travel.target.iter().zip(&bench.reach) {
+                    prop_assert!(target.nanos().abs() <= reach.nanos());
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn refused_lines_leave_no_commands() {
+    let mut bench = bench(false);
+    let context = super::Context {
+        axes: &bench.axes,
+        options: &bench.options,
+        laser_mode: false,
+        reach: &bench.reach,
+    };
+    let mut commands = Commands::new();
+    let _ = bench
+        .interpreter
+        .interpret(b"G0X1", &context, &mut commands);
+    let refused = bench
+        .interpreter
+        .interpret(b"G0X1Q", &context, &mut commands);
+    assert!(refused.is_err() && commands.is_empty());
+}
