@@ -52,11 +52,11 @@ const FINE: f32 = 5e-6;
 
 /// The least smoothing that brings other motors' steps within [`FINE`] of the true line, where ticks of `interval` seconds a step allow it.
 ///
-/// A motor steps at the first tick at or after its time, so a tick's length is the bound. `single` is a segment of
-/// one step near rest, whose last of eight ticks is four times shorter than the mean.
-pub(crate) fn smoothing(interval: f32, shortest_tick: f32, single: bool) -> Smoothing {
+/// A motor steps at the first tick at or after its time, so a tick's length is the bound. `from_rest` is a step out of
+/// rest or into it: the shortest of its eight ticks has a quarter of the mean.
+pub(crate) fn smoothing(interval: f32, shortest_tick: f32, from_rest: bool) -> Smoothing {
     const LEVELS: [Smoothing; 3] = [Smoothing::None, Smoothing::Twofold, Smoothing::Fourfold];
-    let shortest = if single {
+    let shortest = if from_rest {
         4.0 * shortest_tick
     } else {
         shortest_tick

@@ -102,23 +102,15 @@ impl<const MOTORS: usize, const CAPACITY: usize> LookAhead<MOTORS, CAPACITY> {
         u32::try_from(limit).unwrap_or(u32::MAX)
     }
 
-    /// Sets every cap anew and rebuilds the candidates: an override has changed. Linear in the length.
-    ///
-    /// `cap` is given the move before (where there is one) and the move.
-    pub(crate) fn set_caps(
-        &mut self,
-        mut cap: impl FnMut(Option<&PlannedMove<MOTORS>>, &PlannedMove<MOTORS>) -> u32,
-    ) {
+    /// Sets every cap anew, in order, and rebuilds the candidates: an override has changed. Linear in the length.
+    pub(crate) fn set_caps(&mut self, mut cap: impl FnMut(&PlannedMove<MOTORS>) -> u32) {
         self.candidates.clear();
-        let mut before: Option<PlannedMove<MOTORS>> = None;
-        for index in 0..self.moves.len() {
-            if let Some(planned) = self.moves.get_mut(index) {
-                planned.cap = cap(before.as_ref(), planned);
-                before = Some(*planned);
-            }
-            if index > 0 || !self.running {
-                self.add_candidate(index);
-            }
+        let skipped = usize::from(self.running);
+        for planned in self.moves.iter_mut() {
+            planned.cap = cap(planned);
+        }
+        for index in skipped..self.moves.len() {
+            self.add_candidate(index);
         }
     }
 
@@ -219,7 +211,7 @@ mod tests {
                         running = queue.start_next().is_some();
                     }
                     _ => {
-                        queue.set_caps(|_, planned| planned.cap / 2);
+                        queue.set_caps(|planned| planned.cap / 2);
                         for (cap, _) in &mut model { *cap /= 2; }
                     }
                 }

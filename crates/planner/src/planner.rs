@@ -176,15 +176,14 @@ where
         }
         self.overrides = overrides;
         let unit = self.limits.unit;
-        let mut last = None;
-        self.queue.set_caps(|before, planned| {
+        let mut before = None;
+        self.queue.set_caps(|planned| {
             let nominal = nominal(overrides, planned);
-            last = Some(nominal);
-            let limit = before.map_or(nominal, |before| self::nominal(overrides, before));
-            let slower = least(nominal, limit);
+            let slower = before.map_or(nominal, |before| least(nominal, before));
+            before = Some(nominal);
             planned.corner.min(unit.units(slower * slower))
         });
-        if let (Some((_, speed)), Some(nominal)) = (&mut self.last, last) {
+        if let (Some((_, speed)), Some(nominal)) = (&mut self.last, before) {
             *speed = nominal;
         }
         self.revision = self.revision.wrapping_add(1);

@@ -47,6 +47,9 @@ impl Exact {
 
     /// Seconds from the start to position `s` (steps).
     pub(crate) fn time(&self, s: f64) -> f64 {
+        if s <= 0.0 {
+            return 0.0;
+        }
         let over = |from_v2: f64, slope: f64, s: f64| {
             2.0 * s / (from_v2.sqrt() + (from_v2 + slope * s).max(0.0).sqrt())
         };
@@ -170,20 +173,40 @@ pub(crate) fn to(x: f64, y: f64, feed: f32) -> Move<2> {
     }
 }
 
-/// The shortest time (s) for a polyline in mm with infinite look-ahead, from rest to rest; by the book, in `f64`.
-pub(crate) fn job_time(config: &Config<2>, points: &[[i32; 2]], feed: f64) -> f64 {
-    let limit = |limits: [f32; 2], u: [f64; 2]| {
-        (0..2)
-            .map(|i| f64::from(limits[i]) / u[i].abs())
-            .fold(f64::INFINITY, f64::min)
-    };
-    struct Leg {
-        length: f64,
-        a: f64,
-        v: f64,
-        u: [f64; 2],
-        entry: f64,
+/// A leg of a polyline: mm, mm/s², mm/s, squared speed at its start by its corner and both speeds.
+struct Leg {
+    length: f64,
+    a: f64,
+    v: f64,
+    u: [f64; 2],
+    entry: f64,
+}
+
+/// The largest value along `u` where each axis has its limit.
+fn limit(limits: [f32; 2], u: [f64; 2]) -> f64 {
+    (0..2)
+        .map(|i| f64::from(limits[i]) / u[i].abs())
+        .fold(f64::INFINITY, f64::min)
+}
+
+/// Junction deviation as the paper writes it.
+fn corner_v2(config: &Config<2>, u0: [f64; 2], u1: [f64; 2]) -> f64 {
+    let cos = -(u0[0] * u1[0] + u0[1] * u1[1]);
+    if cos > 0.999999 {
+        return 0.0;
     }
+    if cos < -0.999999 {
+        return f64::INFINITY;
+    }
+    let s = (0.5 * (1.0 - cos)).sqrt();
+    let n = [u1[0] - u0[0], u1[1] - u0[1]];
+    let m = n[0].hypot(n[1]);
+    limit(config.acceleration, n.map(|n| n / m)) * f64::from(config.junction_deviation) * s
+        / (1.0 - s)
+}
+
+/// The legs between `points` (steps) at `feed` mm/s; those without a step are left out.
+fn legs(config: &Config<2>, points: &[[i32; 2]], feed: f64) -> Vec<Leg> {
     let scale = config.steps_per_mm.map(|s| s.nanos() as f64 / 1e9);
     let mut legs: Vec<Leg> = Vec::new();
     for pair in points.windows(2) {
@@ -195,21 +218,7 @@ pub(crate) fn job_time(config: &Config<2>, points: &[[i32; 2]], feed: f64) -> f6
         let u = d.map(|d| d / length);
         let v = feed.min(limit(config.max_rate, u));
         let entry = legs.last().map_or(0.0, |last| {
-            let cos = -(u[0] * last.u[0] + u[1] * last.u[1]);
-            let s = (0.5 * (1.0 - cos)).sqrt();
-            let n = [u[0] - last.u[0], u[1] - last.u[1]];
-            let m = n[0].hypot(n[1]);
-            let corner = if cos > 0.999999 {
-                0.0
-            } else if cos < -0.999999 {
-                f64::INFINITY
-            } else {
-                limit(config.acceleration, n.map(|n| n / m))
-                    * f64::from(config.junction_deviation)
-                    * s
-                    / (1.0 - s)
-            };
-            corner.min(v * v).min(last.v * last.v)
+            corner_v2(config, last.u, u).min(v * v).min(last.v * last.v)
         });
         legs.push(Leg {
             length,
@@ -219,6 +228,20 @@ pub(crate) fn job_time(config: &Config<2>, points: &[[i32; 2]], feed: f64) -> f6
             entry,
         });
     }
+    legs
+}
+
+/// The squared speed, mm²/s², at which each leg between `points` may begin at the fastest.
+pub(crate) fn corners(config: &Config<2>, points: &[[i32; 2]]) -> Vec<f64> {
+    legs(config, points, f64::INFINITY)
+        .iter()
+        .map(|leg| leg.entry)
+        .collect()
+}
+
+/// The shortest time (s) for a polyline in steps with infinite look-ahead, from rest to rest; by the book, in `f64`.
+pub(crate) fn job_time(config: &Config<2>, points: &[[i32; 2]], feed: f64) -> f64 {
+    let mut legs = legs(config, points, feed);
     let mut exit = 0.0;
     for leg in legs.iter_mut().rev() {
         leg.entry = leg.entry.min(exit + 2.0 * leg.a * leg.length);

@@ -4,7 +4,7 @@ use crate::fit::{bits, smoothing, steps, Carry, Linear};
 use crate::moves::{MovePower, PlannedMove};
 use crate::planner::Outlook;
 use crate::profile::{Plan, Trapezoid};
-use crate::real::{divide_twice, sqrt};
+use crate::real::{divide_twice, least, sqrt};
 use crate::Config;
 use core::num::NonZeroU16;
 use fixed::types::U1F31;
@@ -245,8 +245,9 @@ impl<const MOTORS: usize> Running<MOTORS> {
         } else {
             self.profile.time_over(from, self.speed, all)
         };
+        let from_rest = least(self.speed, speed) * seconds < 0.5 * all;
         self.speed = speed;
-        let smoothing = self.smoothing(seconds / all, timing, events == 1);
+        let smoothing = self.smoothing(seconds / all, timing, from_rest);
         let ticks = ticks(events, smoothing);
         let count = f32::from(ticks.get());
         let duration = seconds * timing.hz;
@@ -277,11 +278,11 @@ impl<const MOTORS: usize> Running<MOTORS> {
         }
     }
 
-    fn smoothing(&self, interval: f32, timing: Timing, single: bool) -> Smoothing {
+    fn smoothing(&self, interval: f32, timing: Timing, from_rest: bool) -> Smoothing {
         if interval > LONGEST_WAIT {
             Smoothing::Eightfold
         } else if self.smooth {
-            smoothing(interval, timing.shortest_tick, single)
+            smoothing(interval, timing.shortest_tick, from_rest)
         } else {
             Smoothing::None
         }
@@ -431,6 +432,16 @@ mod tests {
             prop_assert_eq!(edges[0].len(), events as usize);
             let worst = worst_edge(&exact, &edges[0]);
             prop_assert!(worst < 1e-6, "{} us {:?}", worst * 1e6, running.profile());
+            // Another motor is due half-way to its next step, and comes with the next tick.
+            let per_step = f64::from(events) / edges[1].len() as f64;
+            for (k, at) in edges[1].iter().enumerate().filter(|_| per_step > 1.0) {
+                let s = (k as f64 + 0.5) * per_step;
+                let late = at - exact.time(s);
+                let interval = exact.time((s.floor() + 1.0).min(events.into())) - exact.time(s.floor());
+                let slack = 1e-6 + 1e-7 * at + interval / 16.0;
+                let tick = f64::max(interval / 8.0, 8e-6);
+                prop_assert!((-slack..tick + slack).contains(&late), "{} of {} at {}", late, interval, s);
+            }
         }
     }
 

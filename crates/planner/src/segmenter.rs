@@ -207,7 +207,7 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
 
 #[cfg(test)]
 mod tests {
-    use crate::reference::{job_time, to, Rig};
+    use crate::reference::{corners, job_time, to, Rig};
     use crate::{Config, Move, MoveKind, MovePower, Overrides};
     use leadscrew_stepper::Power;
     use proptest::prelude::*;
@@ -379,8 +379,13 @@ mod tests {
             legs in legs(), acceleration in 50.0f32..5000.0, feed in 1.0f32..100.0,
             events in prop::collection::vec((1usize..40, 0u8..6), 1..30),
         ) {
-            let mut rig = Rig::new(config(80.0, acceleration));
+            let mut limits = config(80.0, acceleration);
+            limits.max_rate[1] = 60.0;
+            limits.acceleration[1] = 0.7 * acceleration;
+            let mut rig = Rig::new(limits);
             let points = path(&legs);
+            let corners = corners(&limits, &points);
+            let (mut moves_begun, mut share) = (0, [0.0; 2]);
             for point in moves(&points, feed) {
                 rig.planner.push(&point).unwrap();
             }
@@ -388,13 +393,23 @@ mod tests {
             let (mut wait, mut event) = events.next().unwrap();
             loop {
                 let segment = rig.step();
-                if let Some((profile, done)) = rig.segmenter.profile() {
-                    let step = 0.004f32; // along the dominant axis; the path is longer
-                    prop_assert!(profile.cruise() * step <= 80.0 * 1.000_001);
-                    for a in profile.accelerations() {
-                        prop_assert!(a.abs() * step <= acceleration * 1.000_003, "{} {}", a * step, acceleration);
+                if let Some(line) = segment.and_then(|segment| segment.line) {
+                    moves_begun += 1;
+                    // mm of each axis in a step of the dominant motor
+                    share = line.steps().map(|n| 0.004 * f64::from(n) / f64::from(line.step_events().get()));
+                }
+                if let Some((profile, _)) = rig.segmenter.profile() {
+                    for (axis, share) in share.iter().enumerate() {
+                        let rate = f64::from(profile.cruise()) * share / f64::from(limits.max_rate[axis]);
+                        prop_assert!(rate <= 1.000_001, "rate {}", rate);
+                        for a in profile.accelerations() {
+                            let a = f64::from(a.abs()) * share / f64::from(limits.acceleration[axis]);
+                            prop_assert!(a <= 1.000_002, "acceleration {}", a);
+                        }
                     }
-                    prop_assert!(done <= profile.end());
+                } else if let Some(corner) = corners.get(moves_begun) {
+                    let v2 = f64::from(rig.segmenter.speed()).powi(2);
+                    prop_assert!(v2 <= corner * 1.000_1 + 1e-9, "corner {} {}", v2, corner);
                 }
                 if rig.segmenter.is_held() {
                     prop_assert_eq!(rig.segmenter.speed(), 0.0);
