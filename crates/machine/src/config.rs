@@ -2,8 +2,12 @@
 //! that Grbl chooses when it is compiled.
 
 use crate::board::Duration;
+use crate::protocol::line_reader::GRBL_LINE_LENGTH;
+use crate::settings::table::Setting;
+use crate::settings::values::Entry;
 use heapless::spsc::Queue;
-use leadscrew_stepper::{MotorMask, Segment, Ticks};
+use leadscrew_gcode::Number;
+use leadscrew_stepper::{Segment, Ticks};
 
 /// Segments between the main loop and the step interrupt.
 pub const SEGMENTS: usize = 16;
@@ -91,10 +95,10 @@ pub struct MachineConfig<const AXES: usize> {
     pub max_step_rate: u32,
     /// How many moves may be planned ahead; at most the machine's `MOVES`.
     pub moves: usize,
-    /// Size of the receive buffer that senders are told (`[OPT:`, `Bf:`), bytes.
-    pub receive_size: u16,
-    /// Motion starts once no line came for so long, or the planner is full; zero: at once, as Grbl.
-    pub start_silence: Duration,
+    /// Characters that a line may have after filtering.
+    pub line_length: usize,
+    /// Where a new machine's settings differ from the table's.
+    pub defaults: &'static [Entry],
     /// Axes that home together, in the order in which they home; 0 for the rest.
     pub homing_cycles: [AxisMask; 4],
     /// Spindle run-up time after the safety door was closed.
@@ -104,6 +108,12 @@ pub struct MachineConfig<const AXES: usize> {
     /// Options that Grbl chooses when it is compiled.
     pub options: Options,
 }
+
+/// `$701=0`: motion starts with the first line, as in Grbl.
+const START_AT_ONCE: Entry = Entry {
+    number: Setting::StartSilence.row().number,
+    value: Number::from_int(0),
+};
 
 /// The timer of the F407: APB1 times two, counts a second.
 const TIMER_HZ: u32 = 84_000_000;
@@ -117,8 +127,8 @@ impl<const AXES: usize> MachineConfig<AXES> {
             shortest_tick: Ticks(TIMER_HZ / 100_000),
             max_step_rate: 250_000,
             moves: 1024,
-            receive_size: 1024,
-            start_silence: Duration::from_ticks(20_000),
+            line_length: GRBL_LINE_LENGTH,
+            defaults: &[],
             homing_cycles: [0b100, 0b011, 0, 0],
             spindle_delay: Duration::from_ticks(4_000_000),
             coolant_delay: Duration::from_ticks(1_000_000),
@@ -138,14 +148,8 @@ impl<const AXES: usize> MachineConfig<AXES> {
         let mut config = Self::new();
         config.max_step_rate = 500_000;
         config.moves = 15;
-        config.receive_size = 128;
-        config.start_silence = Duration::from_ticks(0);
+        config.defaults = &[START_AT_ONCE];
         config
-    }
-
-    /// The motors of `axes`, where each axis has the motor of its own number.
-    pub const fn motors_of(axes: AxisMask) -> MotorMask {
-        MotorMask::from_bits(axes)
     }
 }
 

@@ -8,12 +8,28 @@
 #[cfg(test)]
 extern crate std;
 
+mod apply;
 pub mod board;
 pub mod config;
+mod console;
+mod cycle;
+mod events;
+mod executor;
 pub mod inputs;
 pub mod interpreter;
+mod lines;
+mod listing;
 pub mod machine;
+mod memory;
+mod motion;
+pub mod outputs;
+pub mod overrides;
 pub mod protocol;
-pub mod state;
-pub mod work;
+mod reset;
 pub mod settings;
+mod snapshot;
+pub mod soft_limits;
+pub mod state;
+mod system;
+mod unsaved;
+pub mod work;

@@ -1,13 +1,34 @@
-//! The machine: owns all parts of the main loop, and lends them to each other in `poll`.
+//! The machine: owns all parts of the main loop, and lends them to each other in [`Machine::poll`].
 
-use crate::board::{Board, Instant};
+use crate::apply::{planner_config, spindle_scale};
+use crate::board::{Board, ChannelId, Duration, Instant};
 use crate::config::{MachineConfig, CHANNELS};
-use crate::inputs::Inputs;
+use crate::console::{Console, LINE};
+use crate::cycle::door::DoorCycle;
+use crate::cycle::homing::Homing;
+use crate::cycle::startup::Startup;
+use crate::executor::Executor;
+use crate::inputs::{Edges, Inputs};
+use crate::interpreter::{self, Coordinate, Interpreter};
+use crate::memory::Memory;
+use crate::motion::Motion;
+use crate::outputs::coolant::Coolant;
+use crate::outputs::motors::Motors;
+use crate::outputs::spindle::Spindle;
+use crate::overrides::Overrides;
+use crate::protocol::alarm::Alarm;
+use crate::protocol::cadence::Cadence;
 use crate::protocol::serial::Inbox;
-use crate::state::State;
+use crate::protocol::status::Status;
+use crate::settings::table::Setting;
+use crate::settings::values::Settings;
+use crate::snapshot::Probed;
+use crate::state::{Lock, State};
+use crate::unsaved::Unsaved;
 use crate::work::Work;
 use heapless::spsc::Producer;
 use heapless::Vec;
+use leadscrew_planner::Kinematics;
 use leadscrew_stepper::{Segment, Shared};
 
 /// The main loop's ends of everything that crosses to interrupts.
@@ -32,36 +53,138 @@ pub struct Next {
     pub when: Option<Instant>,
 }
 
+/// Why a line was refused, for front ends that want to point at the fault.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct LineFault {
+    /// The channel that the line came from.
+    pub channel: ChannelId,
+    /// Its answer.
+    pub status: Status,
+    /// Byte offset in the filtered line, from 0.
+    pub column: usize,
+}
+
 /// A GRBL machine with `AXES` axes on `MOTORS` motors that plans up to `MOVES` moves ahead.
 pub struct Machine<'a, K, const AXES: usize, const MOTORS: usize, const MOVES: usize> {
-    config: MachineConfig<AXES>,
-    kinematics: K,
-    links: Links<'a, MOTORS>,
-    state: State,
-    work: Work,
+    pub(crate) config: MachineConfig<AXES>,
+    pub(crate) settings: Settings<AXES>,
+    pub(crate) memory: Memory,
+    pub(crate) state: State,
+    booted: bool,
+
+    pub(crate) console: Console<'a>,
+    pub(crate) interpreter: Interpreter<AXES>,
+    pub(crate) executor: Executor<AXES>,
+    pub(crate) startup: Startup,
+    /// The channel whose job is under way.
+    pub(crate) owner: Option<ChannelId>,
+    pub(crate) last_fault: Option<LineFault>,
+    pub(crate) last_alarm: Option<Alarm>,
+    /// Offsets that are not yet in the store.
+    pub(crate) unsaved: Unsaved,
+
+    pub(crate) motion: Motion<'a, K, AXES, MOTORS, MOVES>,
+    /// Where the planned path ends, exactly.
+    pub(crate) path_end: [Coordinate; AXES],
+    /// `$130` and up.
+    pub(crate) travel: [Coordinate; AXES],
+    /// How far steps can be counted to either side.
+    pub(crate) reach: [Coordinate; AXES],
+    pub(crate) shared: &'a Shared<MOTORS>,
+    pub(crate) inputs: &'a Inputs<MOTORS>,
+    /// Switch edges that have been dealt with.
+    pub(crate) edges: Edges,
+
+    pub(crate) homing: Option<Homing>,
+    pub(crate) door: Option<DoorCycle<AXES>>,
+    pub(crate) parking_allowed: bool,
+    pub(crate) probed: Probed<AXES>,
+
+    pub(crate) overrides: Overrides,
+    pub(crate) spindle: Spindle,
+    /// What the program told the spindle last.
+    pub(crate) last_spindle: interpreter::Spindle,
+    pub(crate) coolant: Coolant,
+    motors: Motors,
+
+    pub(crate) cadence: Cadence,
+    /// What reports show as `WCO`.
+    pub(crate) work_offset: [Coordinate; AXES],
+    pub(crate) work: Work,
 }
 
 impl<'a, K, const AXES: usize, const MOTORS: usize, const MOVES: usize>
     Machine<'a, K, AXES, MOTORS, MOVES>
+where
+    K: Kinematics<AXES, MOTORS> + Clone,
 {
     /// Makes a machine that will boot at its first [`Machine::poll`].
     pub fn new(config: MachineConfig<AXES>, kinematics: K, links: Links<'a, MOTORS>) -> Self {
+        let settings = Settings::new(config.defaults);
+        let planner = planner_config(&settings, &config);
+        let origin = [Coordinate::ZERO; AXES];
         Self {
-            config,
-            kinematics,
-            links,
+            memory: Memory::default(),
             state: State::Idle,
+            booted: false,
+            console: Console::new(links.inboxes, config.line_length.min(LINE)),
+            interpreter: Interpreter::new(),
+            executor: Executor::new(),
+            startup: Startup::new(),
+            owner: None,
+            last_fault: None,
+            last_alarm: None,
+            unsaved: Unsaved::default(),
+            motion: Motion::new(planner, kinematics, links.segments, links.shared),
+            path_end: origin,
+            travel: origin,
+            reach: origin,
+            shared: links.shared,
+            inputs: links.inputs,
+            edges: links.inputs.edges(),
+            homing: None,
+            door: None,
+            parking_allowed: true,
+            probed: Probed {
+                position: origin,
+                contact: false,
+            },
+            overrides: Overrides::NONE,
+            spindle: Spindle::new(spindle_scale(&settings), settings.is_on(Setting::Laser)),
+            last_spindle: interpreter::Spindle::default(),
+            coolant: Coolant::default(),
+            motors: Motors::default(),
+            cadence: Cadence::new(),
+            work_offset: origin,
             work: Work::default(),
+            settings,
+            config,
         }
     }
 
-    /// Does a bounded amount of work: never waits, at most one line, a few segments, one report.
+    /// Does a bounded amount of work: never waits; at most one line, a few segments, a few rows.
     ///
     /// Main loop. `now` never goes back.
     pub fn poll<B: Board>(&mut self, board: &mut B, now: Instant) -> Next {
-        let _ = (board, now, &self.config, &self.kinematics, &self.links);
         self.work.polls = self.work.polls.wrapping_add(1);
-        Next::default()
+        if !self.booted {
+            self.boot(board, now);
+        }
+        self.take_requests(board, now);
+        self.take_edges(board, now);
+        self.watch_motion(board);
+        self.advance_homing(board, now);
+        self.advance_door(board, now);
+        self.execute(board, now);
+        self.feed(board, now);
+        self.report(board);
+        self.list();
+        self.console.flush(board, &mut self.work);
+        self.take_line(board, now);
+        self.feed(board, now);
+        self.console.flush(board, &mut self.work);
+        self.next(now)
     }
 
     /// What the machine is doing.
@@ -69,8 +192,104 @@ impl<'a, K, const AXES: usize, const MOTORS: usize, const MOVES: usize>
         self.state
     }
 
+    /// Where the axes are, counted from steps: machine position.
+    pub fn position(&self) -> [Coordinate; AXES] {
+        self.motion.position()
+    }
+
+    /// The settings in force.
+    pub fn settings(&self) -> &Settings<AXES> {
+        &self.settings
+    }
+
+    /// The overrides in force.
+    pub fn overrides(&self) -> Overrides {
+        self.overrides
+    }
+
     /// What has been done since power-up.
     pub fn work(&self) -> &Work {
         &self.work
     }
+
+    /// Why the last line that was refused was refused.
+    pub fn last_fault(&self) -> Option<LineFault> {
+        self.last_fault
+    }
+
+    /// The last alarm since power-up.
+    pub fn last_alarm(&self) -> Option<Alarm> {
+        self.last_alarm
+    }
+
+    /// Whether nothing is under way: no motion, no line, no list, no output that waits.
+    pub fn is_quiet(&self) -> bool {
+        self.motion.is_idle()
+            && !self.executor.is_busy()
+            && !self.startup.is_running()
+            && self.homing.is_none()
+            && self.console.is_quiet()
+    }
+
+    /// Bytes of output that were lost since power-up because a line's other end had stopped reading.
+    pub fn lost_output(&self) -> u32 {
+        self.console.lost_output()
+    }
+
+    fn boot<B: Board>(&mut self, board: &mut B, now: Instant) {
+        self.booted = true;
+        self.apply_settings(board);
+        board.set_coolant(self.coolant.output());
+        board.enable_motors(false);
+        if self.settings.is_on(Setting::Homing) {
+            self.state = State::Alarm(Lock::Unlockable);
+        }
+        self.greet(board, now);
+    }
+
+    /// Keeps the step interrupt supplied, and the drivers enabled while it runs.
+    fn feed<B: Board>(&mut self, board: &mut B, now: Instant) {
+        let may_start = self.state.may_start();
+        if self.motion.prepare(now, may_start, &mut self.work) {
+            self.motors.enable(board);
+            self.motion.start(board);
+        } else if self.motion.is_at_rest() {
+            let locked = matches!(self.state, State::Alarm(_) | State::Sleep);
+            let delay = self.settings.whole(Setting::IdleDelay);
+            self.motors.rest(delay, locked, board, now);
+        }
+    }
+
+    fn next(&mut self, now: Instant) -> Next {
+        let busy = self.is_busy(now);
+        let delay = self.settings.whole(Setting::IdleDelay);
+        let deadlines = [
+            self.motion.starts_at(),
+            self.executor.dwell_ends(),
+            self.homing.as_ref().and_then(Homing::settles_at),
+            self.door.as_ref().and_then(DoorCycle::waits_until),
+            self.motors.rest_at(delay),
+        ];
+        let next = deadlines.into_iter().flatten().min();
+        Next {
+            busy,
+            when: next.map(|instant| instant.max(now + SHORTEST_SLEEP)),
+        }
+    }
+
+    /// Whether there is something to do that no interrupt will announce.
+    fn is_busy(&mut self, now: Instant) -> bool {
+        let takes_lines = self.can_take_line();
+        let resting = self.motion.is_at_rest();
+        self.console
+            .is_busy(takes_lines && !self.startup.is_running())
+            || takes_lines && self.startup.is_running()
+            || self.motion.is_hungry(now, self.state.may_start())
+            || self.executor.can_advance(resting, self.motion.has_room())
+                && self.state.takes_lines()
+            || self.door.as_ref().is_some_and(DoorCycle::can_advance) && resting
+    }
 }
+
+/// A deadline that has passed is looked at again after this, so that a caller that sleeps until it makes progress.
+const SHORTEST_SLEEP: Duration = Duration::from_ticks(1);

@@ -17,6 +17,8 @@
 //! Phases are data of their state, so that none can contradict another. Each event is one method: it says
 //! what the state becomes, or `None` where the event means nothing there.
 
+use crate::board::Instant;
+
 /// What the machine is doing.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -60,9 +62,17 @@ pub enum Jog {
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Hold {
     /// Slowing down on the path (`Hold:1`).
-    Stopping,
+    Stopping {
+        /// When it began.
+        since: Instant,
+        /// The stop is that of a soft limit: ALARM:2 follows.
+        then_alarm: bool,
+    },
     /// At rest (`Hold:0`).
-    Complete,
+    Complete {
+        /// When the hold began.
+        since: Instant,
+    },
 }
 
 /// How far the safety door's sequence has come.
@@ -94,7 +104,7 @@ impl State {
     pub fn is_moving(self) -> bool {
         match self {
             Self::Run | Self::Jog(_) | Self::Home => true,
-            Self::Hold(hold) => hold == Hold::Stopping,
+            Self::Hold(hold) => matches!(hold, Hold::Stopping { .. }),
             Self::Door(door) => door != Door::Parked,
             Self::Idle | Self::Alarm(_) | Self::Check | Self::Sleep => false,
         }
@@ -146,13 +156,13 @@ impl State {
     }
 
     /// After `!` or the hold button. `moving`: whether there is anything to slow down.
-    pub fn feed_hold(self, moving: bool) -> Option<Self> {
+    pub fn feed_hold(self, moving: bool, now: Instant) -> Option<Self> {
         match self {
-            Self::Idle | Self::Run => Some(Self::Hold(if moving {
-                Hold::Stopping
-            } else {
-                Hold::Complete
+            Self::Idle | Self::Run if moving => Some(Self::Hold(Hold::Stopping {
+                since: now,
+                then_alarm: false,
             })),
+            Self::Idle | Self::Run => Some(Self::Hold(Hold::Complete { since: now })),
             Self::Jog(_) => self.jog_cancel(),
             Self::Hold(_)
             | Self::Home
@@ -185,7 +195,13 @@ impl State {
     /// After a hold or door has brought motion to rest.
     pub fn stopped(self) -> Option<Self> {
         match self {
-            Self::Hold(Hold::Stopping) => Some(Self::Hold(Hold::Complete)),
+            Self::Hold(Hold::Stopping {
+                since,
+                then_alarm: false,
+            }) => Some(Self::Hold(Hold::Complete { since })),
+            Self::Hold(Hold::Stopping {
+                then_alarm: true, ..
+            }) => Some(Self::Alarm(Lock::Critical)),
             Self::Door(Door::Stopping) => Some(Self::Door(Door::Retracting)),
             Self::Jog(Jog::Cancelling { then_door }) => Some(if then_door {
                 Self::Door(Door::Retracting)
@@ -195,7 +211,7 @@ impl State {
             Self::Idle
             | Self::Run
             | Self::Jog(Jog::Moving)
-            | Self::Hold(Hold::Complete)
+            | Self::Hold(Hold::Complete { .. })
             | Self::Home
             | Self::Door(_)
             | Self::Alarm(_)
@@ -210,8 +226,8 @@ impl State {
             Self::Idle => "Idle",
             Self::Run => "Run",
             Self::Jog(_) => "Jog",
-            Self::Hold(Hold::Complete) => "Hold:0",
-            Self::Hold(Hold::Stopping) => "Hold:1",
+            Self::Hold(Hold::Complete { .. }) => "Hold:0",
+            Self::Hold(Hold::Stopping { .. }) => "Hold:1",
             Self::Home => "Home",
             Self::Door(Door::Parked) if ajar => "Door:1",
             Self::Door(Door::Parked) => "Door:0",

@@ -53,6 +53,9 @@ impl Skip {
     }
 }
 
+/// Where the next character goes while none is kept: beyond every line.
+const NOWHERE: usize = usize::MAX;
+
 /// Collects one line at a time, at most `CAPACITY` characters of it.
 ///
 /// The main loop pushes bytes until a line is complete, deals with [`line`](Self::line) for as long as that takes, then
@@ -60,7 +63,10 @@ impl Skip {
 #[derive(Debug, Clone)]
 pub struct LineReader<const CAPACITY: usize> {
     line: [u8; CAPACITY],
-    length: usize,
+    /// Where the next character goes: [`NOWHERE`] while something is passed over, which spares each byte a test.
+    next: usize,
+    /// How many characters were kept before what is passed over.
+    kept: usize,
     limit: usize,
     skip: Skip,
     too_long: bool,
@@ -71,7 +77,8 @@ impl<const CAPACITY: usize> LineReader<CAPACITY> {
     pub const fn new(limit: usize) -> Self {
         Self {
             line: [0; CAPACITY],
-            length: 0,
+            next: 0,
+            kept: 0,
             limit,
             skip: Skip::Nothing,
             too_long: false,
@@ -82,17 +89,15 @@ impl<const CAPACITY: usize> LineReader<CAPACITY> {
     #[inline]
     pub fn push(&mut self, byte: u8) -> bool {
         let kept = kept(byte);
-        if kept == 0 || self.skip != Skip::Nothing {
-            return self.pass_over(byte);
-        }
-        match self.line.get_mut(self.length) {
-            Some(place) => {
+        let next = self.next;
+        match self.line.get_mut(next) {
+            Some(place) if kept != 0 => {
                 *place = kept;
-                self.length += 1;
+                self.next = next + 1;
+                false
             }
-            None => self.give_up(),
+            Some(_) | None => self.pass_over(byte),
         }
-        false
     }
 
     /// Answers the line as far as it has come.
@@ -101,36 +106,49 @@ impl<const CAPACITY: usize> LineReader<CAPACITY> {
     ///
     /// [`Status::LineTooLong`]: nothing of the line can be used.
     pub fn line(&self) -> Result<&[u8], Status> {
-        if self.too_long || self.length > self.limit {
+        if self.too_long || self.length() > self.limit {
             return Err(Status::LineTooLong);
         }
-        Ok(self.line.get(..self.length).unwrap_or(&[]))
+        Ok(self.line.get(..self.length()).unwrap_or(&[]))
     }
 
     /// Answers whether nothing has been kept of the line so far.
     pub fn is_empty(&self) -> bool {
-        self.length == 0
+        self.length() == 0
     }
 
     /// Forgets the line, to begin the next: after it has been answered, and at a reset.
     pub fn clear(&mut self) {
-        self.length = 0;
+        self.next = 0;
         self.skip = Skip::Nothing;
         self.too_long = false;
     }
 
-    fn pass_over(&mut self, byte: u8) -> bool {
-        let ends = is_line_end(byte);
-        if !ends {
-            self.skip = self.skip.after(byte);
+    fn length(&self) -> usize {
+        match self.skip {
+            Skip::Nothing => self.next,
+            Skip::Parentheses | Skip::Rest => self.kept,
         }
-        ends
     }
 
-    #[cold]
-    fn give_up(&mut self) {
-        self.too_long = true;
-        self.skip = Skip::Rest;
+    #[inline(never)]
+    fn pass_over(&mut self, byte: u8) -> bool {
+        if is_line_end(byte) {
+            return true;
+        }
+        let is_full = self.skip == Skip::Nothing && kept(byte) != 0;
+        self.too_long |= is_full;
+        self.kept = self.length();
+        self.skip = if is_full {
+            Skip::Rest
+        } else {
+            self.skip.after(byte)
+        };
+        self.next = match self.skip {
+            Skip::Nothing => self.kept,
+            Skip::Parentheses | Skip::Rest => NOWHERE,
+        };
+        false
     }
 }
 

@@ -1,0 +1,119 @@
+//! Settings put into effect: from exact decimals in the table to what planner, board and inputs work with.
+
+use crate::board::{Board, Duration, PortConfig};
+use crate::config::MachineConfig;
+use crate::inputs::InputConfig;
+use crate::interpreter::MAX_WORD;
+use crate::machine::Machine;
+use crate::motion::PowerRule;
+use crate::outputs::spindle::SpindleScale;
+use crate::settings::table::{AxisSetting, Setting};
+use crate::settings::values::Settings;
+use core::array::from_fn;
+use leadscrew_gcode::Number;
+use leadscrew_planner::{Config, Coordinate, Kinematics, StepsPerMm};
+use leadscrew_stepper::MotorMask;
+
+/// Seconds in a minute: settings are in mm/min, the planner in mm/s.
+const MINUTE: f32 = 60.0;
+
+impl<K, const AXES: usize, const MOTORS: usize, const MOVES: usize>
+    Machine<'_, K, AXES, MOTORS, MOVES>
+where
+    K: Kinematics<AXES, MOTORS> + Clone,
+{
+    /// Puts all settings into effect. At rest with nothing planned: at boot and after a change.
+    pub(crate) fn apply_settings<B: Board>(&mut self, board: &mut B) {
+        let settings = &self.settings;
+        self.travel = travel(settings);
+        self.reach = reach(settings);
+        self.inputs.configure(&self.input_config());
+        let laser = settings.is_on(Setting::Laser);
+        self.spindle.configure(spindle_scale(settings), laser);
+        let silence =
+            Duration::from_ticks(u64::from(settings.whole(Setting::StartSilence)) * 1_000);
+        let config = planner_config(settings, &self.config);
+        self.motion.configure(config, silence);
+        self.update_power();
+        board.configure(&port_config(&self.settings));
+        self.spindle.apply(board);
+    }
+
+    /// What the settings say about switches.
+    pub(crate) fn input_config(&self) -> InputConfig {
+        InputConfig {
+            limits_invert: self.settings.is_on(Setting::LimitInvert),
+            probe_invert: self.settings.is_on(Setting::ProbeInvert),
+            hard_limits: self.settings.is_on(Setting::HardLimits),
+            door: self.config.options.door,
+        }
+    }
+
+    /// Has the motion put out the power that the spindle is to have now.
+    pub(crate) fn update_power(&mut self) {
+        let rule = if self.spindle.is_laser() {
+            PowerRule::Laser {
+                percent: self.overrides.spindle,
+            }
+        } else {
+            PowerRule::Spindle(self.spindle.power())
+        };
+        self.motion.set_power_rule(rule);
+    }
+}
+
+/// The planner's configuration: rates capped at what the board can step.
+pub(crate) fn planner_config<const AXES: usize>(
+    settings: &Settings<AXES>,
+    config: &MachineConfig<AXES>,
+) -> Config<AXES> {
+    let steps_per_mm = settings
+        .axes(AxisSetting::StepsPerMm)
+        .map(|steps| StepsPerMm::from_nanos(steps.nanos()));
+    let rates = settings.axes(AxisSetting::MaxRate);
+    Config {
+        steps_per_mm,
+        max_rate: from_fn(|axis| {
+            let rate = rates.get(axis).map_or(0.0, |rate| rate.to_f32()) / MINUTE;
+            let steps = steps_per_mm.get(axis).map_or(1.0, |steps| steps.to_f32());
+            rate.min(config.max_step_rate as f32 / steps)
+        }),
+        acceleration: settings.axes(AxisSetting::Acceleration).map(Number::to_f32),
+        junction_deviation: settings.value(Setting::JunctionDeviation).to_f32(),
+        arc_tolerance: settings.value(Setting::ArcTolerance).to_f32(),
+        timer_hz: config.timer_hz,
+        shortest_tick: config.shortest_tick,
+        moves: config.moves,
+    }
+}
+
+/// How `S` maps to power.
+pub(crate) fn spindle_scale<const AXES: usize>(settings: &Settings<AXES>) -> SpindleScale {
+    SpindleScale {
+        max: settings.value(Setting::MaxSpeed).to_f32(),
+        min: settings.value(Setting::MinSpeed).to_f32(),
+    }
+}
+
+fn travel<const AXES: usize>(settings: &Settings<AXES>) -> [Coordinate; AXES] {
+    settings
+        .axes(AxisSetting::Travel)
+        .map(|travel| Coordinate::from_nanos(travel.nanos()))
+}
+
+/// How far an axis may go to either side so that its steps, and those of any move, fit 32 bits: 2³⁰ steps.
+fn reach<const AXES: usize>(settings: &Settings<AXES>) -> [Coordinate; AXES] {
+    settings.axes(AxisSetting::StepsPerMm).map(|steps| {
+        let steps = StepsPerMm::from_nanos(steps.nanos());
+        steps.coordinate(1 << 30).min(MAX_WORD)
+    })
+}
+
+fn port_config<const AXES: usize>(settings: &Settings<AXES>) -> PortConfig {
+    PortConfig {
+        pulse_us: u8::try_from(settings.whole(Setting::StepPulse)).unwrap_or(u8::MAX),
+        step_invert: MotorMask::from_bits(settings.mask(Setting::StepInvert)),
+        direction_invert: MotorMask::from_bits(settings.mask(Setting::DirectionInvert)),
+        enable_invert: settings.is_on(Setting::EnableInvert),
+    }
+}

@@ -1,0 +1,242 @@
+//! The serial lines: what comes in line by line, what goes out, and where.
+//!
+//! An answer goes out on the channel that its line came in on, messages and alarms on all. A line is taken only
+//! where its answer has room, so that no answer is ever lost, however slowly the other end reads.
+
+mod output;
+
+use crate::board::{Board, ChannelId};
+use crate::config::CHANNELS;
+use crate::listing::Listing;
+use crate::protocol::line_reader::LineReader;
+use crate::protocol::message::Message;
+use crate::protocol::serial::{Inbox, Request};
+use crate::protocol::status::Status;
+use crate::reset::Discard;
+use crate::work::Work;
+use core::fmt;
+use heapless::Vec;
+pub(crate) use output::Output;
+
+/// The longest line that fits, in characters after filtering.
+pub(crate) const LINE: usize = 128;
+
+/// Bytes read into lines in one poll, per channel: bounds its time.
+const BYTES_A_POLL: usize = 64;
+
+/// One serial line.
+pub(crate) struct Channel<'a> {
+    inbox: Inbox<'a>,
+    reader: LineReader<LINE>,
+    /// The reader holds a whole line, not yet taken.
+    complete: bool,
+    pub(crate) output: Output,
+    /// What is being sent row by row; its line is answered after the last.
+    pub(crate) listing: Option<Listing>,
+    /// A `?` waits for its report.
+    pub(crate) report_due: bool,
+}
+
+/// All serial lines.
+pub(crate) struct Console<'a> {
+    channels: Vec<Channel<'a>, CHANNELS>,
+    /// The channel that is looked at first for the next line.
+    turn: usize,
+}
+
+impl<'a> Console<'a> {
+    /// Makes a console of the lines' ends; lines of more than `limit` characters are refused.
+    pub(crate) fn new(inboxes: Vec<Inbox<'a>, CHANNELS>, limit: usize) -> Self {
+        let channels = inboxes.into_iter().map(|inbox| Channel {
+            inbox,
+            reader: LineReader::new(limit),
+            complete: false,
+            output: Output::new(),
+            listing: None,
+            report_due: false,
+        });
+        Self {
+            channels: channels.collect(),
+            turn: 0,
+        }
+    }
+
+    /// The channel `id`, if there is one.
+    pub(crate) fn channel(&mut self, id: ChannelId) -> Option<&mut Channel<'a>> {
+        self.channels.get_mut(usize::from(id.0))
+    }
+
+    /// All channels with their numbers.
+    pub(crate) fn channels(&mut self) -> impl Iterator<Item = (ChannelId, &mut Channel<'a>)> {
+        (0u8..).map(ChannelId).zip(&mut self.channels)
+    }
+
+    /// Sends a line on all channels.
+    pub(crate) fn broadcast(&mut self, line: impl fmt::Display) {
+        for channel in &mut self.channels {
+            channel.output.line(&line);
+        }
+    }
+
+    /// Sends a message on all channels.
+    pub(crate) fn message(&mut self, message: Message) {
+        self.broadcast(message);
+    }
+
+    /// Sends a line on one channel.
+    pub(crate) fn line(&mut self, id: ChannelId, line: impl fmt::Display) {
+        if let Some(channel) = self.channel(id) {
+            channel.output.line(line);
+        }
+    }
+
+    /// Answers a line on the channel that it came from.
+    pub(crate) fn answer(&mut self, id: ChannelId, result: Result<(), Status>) {
+        match result {
+            Ok(()) => self.line(id, "ok"),
+            Err(status) => self.line(id, format_args!("error:{}", status.number())),
+        }
+    }
+
+    /// Takes the next realtime command of any channel.
+    pub(crate) fn next_request(&mut self) -> Option<(ChannelId, Request)> {
+        self.channels()
+            .find_map(|(id, channel)| Some((id, channel.inbox.next_realtime()?)))
+    }
+
+    /// Reads on until a line is complete that may be taken; returns its channel. While a channel is `owner` of the
+    /// job, others may only ask (`$`).
+    pub(crate) fn read(&mut self, owner: Option<ChannelId>, work: &mut Work) -> Option<ChannelId> {
+        let count = self.channels.len();
+        for offset in 0..count {
+            let index = (self.turn + offset) % count;
+            let Some(channel) = self.channels.get_mut(index) else {
+                continue;
+            };
+            channel.read(work);
+            let id = ChannelId(u8::try_from(index).unwrap_or(u8::MAX));
+            let may_move = owner.is_none_or(|owner| owner == id);
+            if channel.is_ready() && (may_move || channel.asks()) {
+                return Some(id);
+            }
+        }
+        None
+    }
+
+    /// Forgets the line that was taken from `id`; the next one may come from another channel.
+    pub(crate) fn take(&mut self, id: ChannelId) {
+        if let Some(channel) = self.channel(id) {
+            channel.reader.clear();
+            channel.complete = false;
+        }
+        self.turn = usize::from(id.0) + 1;
+    }
+
+    /// Forgets lines begun, lists begun, and what was received as far as `discard` says. After a reset.
+    pub(crate) fn discard(&mut self, discard: Discard) {
+        if discard == Discard::Nothing {
+            return;
+        }
+        for (id, channel) in self.channels() {
+            channel.reader.clear();
+            channel.complete = false;
+            channel.listing = None;
+            match discard {
+                Discard::Before(source, mark) if source == id => channel.inbox.drop_before(mark),
+                Discard::Before(..) | Discard::All => channel.inbox.drop_all(),
+                Discard::Nothing => {}
+            }
+        }
+    }
+
+    /// Hands the board what it takes of the waiting output.
+    pub(crate) fn flush<B: Board>(&mut self, board: &mut B, work: &mut Work) {
+        for (id, channel) in self.channels() {
+            if !channel.output.is_empty() {
+                let sent = channel.output.flush(id, board);
+                work.written = work.written.wrapping_add(sent);
+            }
+        }
+    }
+
+    /// How many channels there are.
+    pub(crate) fn count(&self) -> u8 {
+        self.channels.len() as u8 // CHANNELS at most
+    }
+
+    /// Whether there is something to do at once. `takes_lines`: whether a line would be taken.
+    pub(crate) fn is_busy(&self, takes_lines: bool) -> bool {
+        self.channels.iter().any(|channel| {
+            let asked = channel.report_due || channel.listing.is_some();
+            let has_line = channel.complete || channel.inbox.has_bytes();
+            channel.output.has_room() && (asked || takes_lines && has_line)
+                || channel.inbox.has_requests()
+        })
+    }
+
+    /// Whether no line, list, report or output waits.
+    pub(crate) fn is_quiet(&self) -> bool {
+        self.channels.iter().all(|channel| {
+            !channel.report_due
+                && channel.listing.is_none()
+                && !channel.complete
+                && !channel.inbox.has_bytes()
+                && !channel.inbox.has_requests()
+                && channel.output.is_empty()
+        })
+    }
+
+    /// Bytes of output that were lost since power-up, as a line's other end had stopped reading.
+    pub(crate) fn lost_output(&self) -> u32 {
+        self.channels
+            .iter()
+            .fold(0, |sum, channel| sum.wrapping_add(channel.output.lost()))
+    }
+}
+
+impl Channel<'_> {
+    /// The line that is complete.
+    ///
+    /// # Errors
+    /// [`Status::LineTooLong`].
+    pub(crate) fn line(&self) -> Result<&[u8], Status> {
+        self.reader.line()
+    }
+
+    /// Bytes that the receive queue has room for.
+    pub(crate) fn free(&self) -> usize {
+        self.inbox.free()
+    }
+
+    /// Bytes that the receive queue takes in all.
+    pub(crate) fn limit(&self) -> usize {
+        self.inbox.limit()
+    }
+
+    fn read(&mut self, work: &mut Work) {
+        if self.complete {
+            return;
+        }
+        for _ in 0..BYTES_A_POLL {
+            let Some(byte) = self.inbox.next_byte() else {
+                return;
+            };
+            work.bytes = work.bytes.wrapping_add(1);
+            if self.reader.push(byte) {
+                self.complete = true;
+                return;
+            }
+        }
+    }
+
+    /// Whether the line is a `$` command, empty or too long: nothing that belongs to a job.
+    fn asks(&self) -> bool {
+        self.reader
+            .line()
+            .map_or(true, |line| line.first().is_none_or(|first| *first == b'$'))
+    }
+
+    fn is_ready(&self) -> bool {
+        self.complete && self.listing.is_none() && self.output.has_room()
+    }
+}

@@ -1,0 +1,244 @@
+//! The safety door: stop, switch off, get out of the way; and back again.
+//!
+//! ```text
+//!  Door:2  stop --> pull out --> spindle, coolant off --> park      Door:1 / Door:0 (open / shut)
+//!  Door:3  unpark --> spindle on, 4 s --> coolant on, 1 s --> back into the work --> Run or Idle
+//! ```
+//!
+//! The motions are left out on machines without parking, while parking is forbidden (M56 P0), without homing
+//! (`$22`), and where the spindle is higher than the place to park already. Delays are for what was on; a laser needs none.
+
+use crate::board::{Board, Duration, Instant};
+use crate::config::ParkingConfig;
+use crate::machine::Machine;
+use crate::settings::table::Setting;
+use crate::state::{Door, State};
+use leadscrew_planner::{Coordinate, Feed, Kinematics, Move, MoveKind, MovePower};
+use leadscrew_stepper::Outputs;
+
+/// How far the door's sequence has come.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Step {
+    PullOut,
+    Park,
+    Parked,
+    Unpark,
+    SpindleRunsUp(Instant),
+    CoolantFlows(Instant),
+    Plunge,
+}
+
+/// The door's sequence under way.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct DoorCycle<const AXES: usize> {
+    step: Step,
+    /// Where the path was left, where the machine parked.
+    left_at: Option<[Coordinate; AXES]>,
+}
+
+impl<const AXES: usize> DoorCycle<AXES> {
+    /// Whether it goes on as soon as motion rests.
+    pub(crate) fn can_advance(&self) -> bool {
+        match self.step {
+            Step::PullOut | Step::Park | Step::Unpark | Step::Plunge => true,
+            Step::Parked | Step::SpindleRunsUp(_) | Step::CoolantFlows(_) => false,
+        }
+    }
+
+    /// When `Machine::poll` is to look again.
+    pub(crate) fn waits_until(&self) -> Option<Instant> {
+        match self.step {
+            Step::SpindleRunsUp(instant) | Step::CoolantFlows(instant) => Some(instant),
+            Step::PullOut | Step::Park | Step::Parked | Step::Unpark | Step::Plunge => None,
+        }
+    }
+}
+
+impl<K, const AXES: usize, const MOTORS: usize, const MOVES: usize>
+    Machine<'_, K, AXES, MOTORS, MOVES>
+where
+    K: Kinematics<AXES, MOTORS> + Clone,
+{
+    /// Goes on with the door's sequence. Main loop.
+    pub(crate) fn advance_door<B: Board>(&mut self, board: &mut B, now: Instant) {
+        match self.state {
+            State::Door(Door::Retracting) => self.retract(board),
+            State::Door(Door::Restoring) => self.restore(board, now),
+            State::Door(Door::Stopping | Door::Parked)
+            | State::Idle
+            | State::Run
+            | State::Jog(_)
+            | State::Hold(_)
+            | State::Home
+            | State::Alarm(_)
+            | State::Check
+            | State::Sleep => {}
+        }
+    }
+
+    fn retract<B: Board>(&mut self, board: &mut B) {
+        if !self.motion.is_at_rest() {
+            return;
+        }
+        match self.door.map(|door| door.step) {
+            None => self.begin_retracting(),
+            Some(Step::PullOut) => {
+                self.suspend_outputs(board);
+                self.move_spindle_axis(Step::Park);
+            }
+            Some(Step::Park | Step::Parked) => self.set_door_step(Step::Parked, Door::Parked),
+            // The door opened again on the way back.
+            Some(Step::Unpark | Step::SpindleRunsUp(_) | Step::CoolantFlows(_) | Step::Plunge) => {
+                self.set_door_step(Step::PullOut, Door::Retracting);
+                self.move_spindle_axis(Step::PullOut);
+            }
+        }
+    }
+
+    fn begin_retracting(&mut self) {
+        let position = self.motion.position();
+        let left_at = self
+            .parking()
+            .filter(|parking| parking.is_worth_it(&position))
+            .map(|_| position);
+        self.door = Some(DoorCycle {
+            step: Step::PullOut,
+            left_at,
+        });
+        self.move_spindle_axis(Step::PullOut);
+    }
+
+    fn suspend_outputs<B: Board>(&mut self, board: &mut B) {
+        self.spindle.suspend(board);
+        self.coolant.suspend(board);
+        self.update_power();
+        self.cadence.overrides_changed();
+    }
+
+    /// The door is shut and the operator resumes.
+    pub(crate) fn begin_restoring(&mut self) {
+        self.state = State::Door(Door::Restoring);
+        self.move_spindle_axis(Step::Unpark);
+    }
+
+    fn restore<B: Board>(&mut self, board: &mut B, now: Instant) {
+        if !self.motion.is_at_rest() {
+            return;
+        }
+        match self.door.map(|door| door.step) {
+            None => self.go_on(),
+            Some(Step::PullOut | Step::Park | Step::Parked | Step::Unpark) => {
+                let delay = self.restore_spindle_after_door(board);
+                self.set_door_step(Step::SpindleRunsUp(now + delay), Door::Restoring);
+            }
+            Some(Step::SpindleRunsUp(ready)) if now >= ready => {
+                let delay = self.restore_coolant_after_door(board);
+                self.set_door_step(Step::CoolantFlows(now + delay), Door::Restoring);
+            }
+            Some(Step::CoolantFlows(ready)) if now >= ready => {
+                self.move_spindle_axis(Step::Plunge);
+            }
+            Some(Step::SpindleRunsUp(_) | Step::CoolantFlows(_)) => {}
+            Some(Step::Plunge) => {
+                self.door = None;
+                self.motion.end_aside();
+                self.go_on();
+            }
+        }
+    }
+
+    /// Returns how long to wait for it.
+    fn restore_spindle_after_door<B: Board>(&mut self, board: &mut B) -> Duration {
+        self.spindle.restore(board);
+        self.update_power();
+        if !self.spindle.is_wanted() {
+            return NO_DELAY;
+        }
+        self.cadence.overrides_changed();
+        if self.spindle.is_laser() {
+            return NO_DELAY;
+        }
+        self.config.spindle_delay
+    }
+
+    fn restore_coolant_after_door<B: Board>(&mut self, board: &mut B) -> Duration {
+        self.coolant.restore(board);
+        if !self.coolant.is_wanted() {
+            return NO_DELAY;
+        }
+        self.cadence.overrides_changed();
+        self.config.coolant_delay
+    }
+
+    fn set_door_step(&mut self, step: Step, phase: Door) {
+        if let Some(door) = &mut self.door {
+            door.step = step;
+        }
+        self.state = State::Door(phase);
+    }
+
+    /// Plans the motion of `step`, if the machine parks at all.
+    fn move_spindle_axis(&mut self, step: Step) {
+        let Some(door) = &mut self.door else {
+            return;
+        };
+        door.step = step;
+        let (Some(left_at), Some(parking)) = (door.left_at, self.config.options.parking) else {
+            return;
+        };
+        let (height, rate) = match step {
+            Step::PullOut => (parking.pulled_out(&left_at), parking.pull_out_rate),
+            Step::Park => (parking.target(), parking.rate),
+            Step::Unpark => (parking.pulled_out(&left_at), parking.rate),
+            Step::Plunge => (parking.of(&left_at), parking.pull_out_rate),
+            Step::Parked | Step::SpindleRunsUp(_) | Step::CoolantFlows(_) => return,
+        };
+        let mut target = left_at;
+        if let Some(axis) = target.get_mut(parking.axis) {
+            *axis = height;
+        }
+        let power = MovePower::Spindle {
+            power: self.spindle.power(),
+        };
+        // Where the axis is there already, nothing is planned and the step ends at once.
+        let _ = self.motion.push_aside(&Move {
+            target,
+            feed: Feed::PerMinute(rate / 60.0),
+            power,
+            speed_limit: None,
+            outputs: Outputs(0),
+            line_number: None,
+            kind: MoveKind::System,
+        });
+    }
+
+    /// How to park, where that is allowed now.
+    fn parking(&self) -> Option<ParkingConfig> {
+        let allowed = self.parking_allowed && self.settings.is_on(Setting::Homing);
+        self.config.options.parking.filter(|_| allowed)
+    }
+}
+
+const NO_DELAY: Duration = Duration::from_ticks(0);
+
+impl ParkingConfig {
+    /// Where the spindle axis is.
+    fn of<const AXES: usize>(&self, position: &[Coordinate; AXES]) -> Coordinate {
+        position.get(self.axis).copied().unwrap_or_default()
+    }
+
+    fn target(&self) -> Coordinate {
+        Coordinate::from_mm(self.target_mm)
+    }
+
+    /// Whether the spindle axis is below the place to park.
+    fn is_worth_it<const AXES: usize>(&self, position: &[Coordinate; AXES]) -> bool {
+        self.axis < AXES && self.of(position) < self.target()
+    }
+
+    /// The height at which the tool is out of the work, no higher than the place to park.
+    fn pulled_out<const AXES: usize>(&self, left_at: &[Coordinate; AXES]) -> Coordinate {
+        let out = self.of(left_at) + Coordinate::from_mm(self.pull_out_mm);
+        out.min(self.target())
+    }
+}

@@ -1,0 +1,310 @@
+//! `$H`: finding the limit switches, axis group by axis group.
+//!
+//! ```text
+//!  search ($25, 1.5 x travel) --contact--> pull off ($27) --> locate ($24, 5 x $27) --contact--> pull off
+//!     | no contact: ALARM:9                  | still closed: ALARM:8   | no contact: ALARM:9        |
+//!     v                                      v                         v              next group, or done
+//! ```
+//!
+//! Before each motion the switches have `$26` milliseconds to settle. At the contact the switch interrupt locks the
+//! motor at that very step ([`crate::inputs`]); a group's other axes go on until they meet theirs. Rates are
+//! multiplied by √n for n axes at once, so that each moves at the rate that is set.
+
+use crate::board::{Board, Duration, Instant};
+use crate::config::AxisMask;
+use crate::executor::Origin;
+use crate::inputs::InputConfig;
+use crate::machine::Machine;
+use crate::protocol::alarm::Alarm;
+use crate::reset::Discard;
+use crate::settings::table::Setting;
+use crate::state::State;
+use leadscrew_planner::{Coordinate, Feed, Kinematics, Move, MoveKind, MovePower};
+use leadscrew_stepper::{MotorMask, Outputs};
+
+/// How far a search goes, in travels.
+const SEARCH_TRAVELS: f32 = 1.5;
+/// How far the second approach goes, in pull-off distances.
+const LOCATE_PULL_OFFS: f32 = 5.0;
+
+/// The motions of one group of axes, in order.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Phase {
+    Search,
+    PullOff,
+    Locate,
+    FinalPullOff,
+}
+
+impl Phase {
+    fn next(self) -> Option<Self> {
+        match self {
+            Self::Search => Some(Self::PullOff),
+            Self::PullOff => Some(Self::Locate),
+            Self::Locate => Some(Self::FinalPullOff),
+            Self::FinalPullOff => None,
+        }
+    }
+
+    fn approaches(self) -> bool {
+        matches!(self, Self::Search | Self::Locate)
+    }
+}
+
+/// What homing waits for.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Wait {
+    /// The switches to settle.
+    Settled(Instant),
+    /// The motion of the phase.
+    Motion,
+}
+
+/// Homing under way.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Homing {
+    /// Where `$H` came from.
+    origin: Origin,
+    /// Groups of axes that are still to be homed, the present one first.
+    groups: [AxisMask; 4],
+    phase: Phase,
+    wait: Wait,
+}
+
+impl Homing {
+    /// Groups that have no axis are passed over.
+    fn group(&self) -> Option<AxisMask> {
+        self.groups.iter().copied().find(|group| *group != 0)
+    }
+
+    fn end_group(&mut self) {
+        if let Some(group) = self.groups.iter_mut().find(|group| **group != 0) {
+            *group = 0;
+        }
+    }
+
+    /// When `Machine::poll` is to look again, if it need not at once.
+    pub(crate) fn settles_at(&self) -> Option<Instant> {
+        match self.wait {
+            Wait::Settled(instant) => Some(instant),
+            Wait::Motion => None,
+        }
+    }
+}
+
+impl<K, const AXES: usize, const MOTORS: usize, const MOVES: usize>
+    Machine<'_, K, AXES, MOTORS, MOVES>
+where
+    K: Kinematics<AXES, MOTORS> + Clone,
+{
+    /// Begins to home `groups` of axes, one after the other; the line is answered at the end.
+    pub(crate) fn begin_homing(&mut self, origin: Origin, groups: [AxisMask; 4], now: Instant) {
+        self.state = State::Home;
+        self.inputs.configure(&InputConfig {
+            hard_limits: false,
+            ..self.input_config()
+        });
+        self.homing = Some(Homing {
+            origin,
+            groups,
+            phase: Phase::Search,
+            wait: Wait::Settled(now),
+        });
+    }
+
+    /// Goes on with homing. Main loop.
+    pub(crate) fn advance_homing<B: Board>(&mut self, board: &mut B, now: Instant) {
+        let Some(homing) = self.homing else {
+            return;
+        };
+        let Some(group) = homing.group() else {
+            return self.end_homing();
+        };
+        match homing.wait {
+            Wait::Settled(instant) => {
+                if now >= instant && !self.motion.is_stopping() {
+                    self.begin_phase(homing.phase, group);
+                }
+            }
+            Wait::Motion if homing.phase.approaches() => self.watch_approach(group, board, now),
+            Wait::Motion => self.watch_pull_off(group, board, now),
+        }
+    }
+
+    fn begin_phase(&mut self, phase: Phase, group: AxisMask) {
+        let motors = motors_of(group);
+        self.shared.set_motor_lock(MotorMask::NONE);
+        self.inputs.watch_homing(if phase.approaches() {
+            motors
+        } else {
+            MotorMask::NONE
+        });
+        let next = self.homing_move(phase, group);
+        // A distance of 0 plans nothing: the phase then ends at once.
+        let _ = self.motion.push_aside(&next);
+        if let Some(homing) = &mut self.homing {
+            homing.wait = Wait::Motion;
+        }
+    }
+
+    fn homing_move(&self, phase: Phase, group: AxisMask) -> Move<AXES> {
+        let pull_off = self.settings.value(Setting::HomingPullOff).to_f32();
+        let (distance, rate) = match phase {
+            Phase::Search => (
+                SEARCH_TRAVELS * self.longest_travel(group),
+                self.settings.value(Setting::HomingSeek).to_f32(),
+            ),
+            Phase::Locate => (
+                LOCATE_PULL_OFFS * pull_off,
+                self.settings.value(Setting::HomingFeed).to_f32(),
+            ),
+            Phase::PullOff | Phase::FinalPullOff => {
+                (-pull_off, self.settings.value(Setting::HomingSeek).to_f32())
+            }
+        };
+        let mut target = self.motion.position();
+        for (axis, target) in target.iter_mut().enumerate() {
+            if group >> axis & 1 == 1 {
+                let way = Coordinate::from_mm(distance);
+                *target = if self.homes_negative(axis) {
+                    *target - way
+                } else {
+                    *target + way
+                };
+            }
+        }
+        let axes = group.count_ones() as f32;
+        Move {
+            target,
+            feed: Feed::PerMinute(rate / 60.0 * libm::sqrtf(axes)),
+            power: MovePower::Off,
+            speed_limit: None,
+            outputs: Outputs(0),
+            line_number: None,
+            kind: MoveKind::System,
+        }
+    }
+
+    fn longest_travel(&self, group: AxisMask) -> f32 {
+        let travels = self.travel.iter().enumerate();
+        travels
+            .filter(|(axis, _)| group >> axis & 1 == 1)
+            .fold(0.0, |longest, (_, travel)| travel.to_mm().max(longest))
+    }
+
+    fn homes_negative(&self, axis: usize) -> bool {
+        self.settings.mask(Setting::HomingDirection) >> axis & 1 == 1
+    }
+
+    /// The approach ends once all switches of the group have closed, or without that: ALARM:9.
+    fn watch_approach<B: Board>(&mut self, group: AxisMask, board: &mut B, now: Instant) {
+        let motors = motors_of(group);
+        // A switch that was closed before it was watched has no edge for the interrupt.
+        let closed = self.inputs.active(&board.switches()).limits;
+        let closed = closed.without(closed.without(motors));
+        let lock = self.shared.motor_lock().with(closed);
+        self.shared.set_motor_lock(lock);
+        if motors.without(lock).is_empty() {
+            self.motion.stop();
+            self.end_phase(now);
+        } else if self.motion.is_aside_idle() {
+            self.fail_homing(Alarm::HomingApproach, board, now);
+        }
+    }
+
+    /// The pull-off ends with its motion; a switch that is still closed then is ALARM:8.
+    fn watch_pull_off<B: Board>(&mut self, group: AxisMask, board: &mut B, now: Instant) {
+        if !self.motion.is_aside_idle() {
+            return;
+        }
+        self.motion.end_aside();
+        let closed = self.inputs.active(&board.switches()).limits;
+        let motors = motors_of(group);
+        if closed.without(motors) == closed {
+            self.end_phase(now);
+        } else {
+            self.fail_homing(Alarm::HomingPullOff, board, now);
+        }
+    }
+
+    fn end_phase(&mut self, now: Instant) {
+        self.inputs.watch_homing(MotorMask::NONE);
+        let debounce =
+            Duration::from_ticks(u64::from(self.settings.whole(Setting::HomingDebounce)) * 1_000);
+        let Some(homing) = &mut self.homing else {
+            return;
+        };
+        homing.wait = Wait::Settled(now + debounce);
+        match homing.phase.next() {
+            Some(next) => homing.phase = next,
+            None => {
+                let group = homing.group().unwrap_or(0);
+                homing.end_group();
+                homing.phase = Phase::Search;
+                self.set_home(group);
+            }
+        }
+    }
+
+    /// Declares where the axes of `group` are now: a pull-off away from their switches.
+    fn set_home(&mut self, group: AxisMask) {
+        let pull_off = Coordinate::from_nanos(self.settings.value(Setting::HomingPullOff).nanos());
+        let mut position = self.motion.position();
+        for (axis, (position, travel)) in position.iter_mut().zip(&self.travel).enumerate() {
+            if group >> axis & 1 == 1 {
+                *position = if self.homes_negative(axis) {
+                    pull_off - *travel
+                } else {
+                    Coordinate::ZERO - pull_off
+                };
+            }
+        }
+        self.motion.set_position(&position);
+        self.take_position();
+    }
+
+    fn end_homing(&mut self) {
+        if let Some(homing) = self.homing.take() {
+            self.release_homing();
+            self.state = State::Idle;
+            self.startup.begin(Some(homing.origin));
+        }
+    }
+
+    /// Gives motors and limit switches back to what they are outside homing.
+    pub(crate) fn release_homing(&mut self) {
+        self.inputs.watch_homing(MotorMask::NONE);
+        self.shared.set_motor_lock(MotorMask::NONE);
+        self.inputs.configure(&self.input_config());
+    }
+
+    /// Ends homing with an alarm: message, answer, reset and banner at once.
+    pub(crate) fn fail_homing<B: Board>(&mut self, alarm: Alarm, board: &mut B, now: Instant) {
+        self.fail_homing_and_discard(alarm, Discard::Nothing, board, now);
+    }
+
+    /// 0x18 while homing.
+    pub(crate) fn reset_homing<B: Board>(&mut self, discard: Discard, board: &mut B, now: Instant) {
+        self.fail_homing_and_discard(Alarm::HomingReset, discard, board, now);
+    }
+
+    fn fail_homing_and_discard<B: Board>(
+        &mut self,
+        alarm: Alarm,
+        discard: Discard,
+        board: &mut B,
+        now: Instant,
+    ) {
+        self.motion.stop();
+        self.raise(alarm);
+        if let Some(homing) = self.homing.take() {
+            self.answer(homing.origin, Ok(()));
+        }
+        self.restart(discard, board, now);
+    }
+}
+
+/// The motors of a group: each axis has the motor of its own number.
+fn motors_of(group: AxisMask) -> MotorMask {
+    MotorMask::from_bits(group)
+}

@@ -1,0 +1,335 @@
+//! What cannot wait for a line: realtime commands and switches, each handled in one place.
+
+use crate::board::{Board, ChannelId, CoolantOutput, Duration, Instant};
+use crate::inputs::Edges;
+use crate::machine::Machine;
+use crate::protocol::alarm::Alarm;
+use crate::protocol::message::Message;
+use crate::protocol::realtime::Realtime;
+use crate::protocol::serial::Request;
+use crate::reset::Discard;
+use crate::state::{Door, Hold, Jog, State};
+use leadscrew_planner::Kinematics;
+
+/// Realtime commands handled in one poll: bounds its time.
+const REQUESTS_A_POLL: usize = 8;
+
+/// A resume that comes this soon after the hold was in one burst with it: the hold stays.
+const BURST: Duration = Duration::from_ticks(2_000);
+
+impl<K, const AXES: usize, const MOTORS: usize, const MOVES: usize>
+    Machine<'_, K, AXES, MOTORS, MOVES>
+where
+    K: Kinematics<AXES, MOTORS> + Clone,
+{
+    /// Handles realtime commands in the order in which each channel received them. Main loop.
+    pub(crate) fn take_requests<B: Board>(&mut self, board: &mut B, now: Instant) {
+        for _ in 0..REQUESTS_A_POLL {
+            let Some((channel, request)) = self.console.next_request() else {
+                return;
+            };
+            self.work.requests = self.work.requests.wrapping_add(1);
+            self.handle(channel, request, board, now);
+        }
+    }
+
+    fn handle<B: Board>(&mut self, from: ChannelId, request: Request, board: &mut B, now: Instant) {
+        match request.realtime {
+            Realtime::Reset => self.reset(Discard::Before(from, request.mark), board, now),
+            Realtime::Report => {
+                if let Some(channel) = self.console.channel(from) {
+                    channel.report_due = true;
+                }
+            }
+            Realtime::Hold => self.feed_hold(now),
+            Realtime::Resume => self.resume(board, now),
+            Realtime::Door => self.open_door(board, now),
+            Realtime::JogCancel => self.cancel_jog(),
+            Realtime::Feed(step) => {
+                let changed = self.overrides.step_feed(step);
+                self.override_motion(changed);
+            }
+            Realtime::Rapid(rapid) => {
+                let changed = self.overrides.set_rapid(rapid);
+                self.override_motion(changed);
+            }
+            Realtime::Spindle(step) => {
+                let changed = self.overrides.step_spindle(step);
+                self.override_spindle(changed, board);
+            }
+            Realtime::SpindleStop => self.stop_spindle(board),
+            Realtime::Flood => self.toggle_coolant(false, board),
+            Realtime::Mist => self.toggle_coolant(true, board),
+        }
+    }
+
+    /// Handles switch edges since the last poll. Main loop.
+    pub(crate) fn take_edges<B: Board>(&mut self, board: &mut B, now: Instant) {
+        let edges = self.inputs.edges();
+        let before = core::mem::replace(&mut self.edges, edges);
+        if edges == before {
+            return;
+        }
+        self.take_limit_edge(edges, before, board);
+        if edges.resets != before.resets {
+            self.reset(Discard::All, board, now);
+        }
+        if edges.doors != before.doors {
+            self.open_door(board, now);
+        }
+        let held = edges.holds != before.holds;
+        if held {
+            self.feed_hold(now);
+        }
+        if edges.starts != before.starts && !held {
+            self.resume(board, now);
+        }
+    }
+
+    fn take_limit_edge<B: Board>(&mut self, edges: Edges, before: Edges, board: &mut B) {
+        if edges.limit_hits == before.limit_hits {
+            return;
+        }
+        self.motion.stop();
+        if !matches!(self.state, State::Alarm(_)) {
+            self.switch_outputs_off(board);
+            self.raise(Alarm::HardLimit);
+        }
+    }
+
+    fn feed_hold(&mut self, now: Instant) {
+        let moving = !self.motion.is_idle();
+        if let Some(next) = self.state.feed_hold(moving, now) {
+            self.motion.hold();
+            self.state = next;
+        }
+    }
+
+    fn cancel_jog(&mut self) {
+        if let Some(next) = self.state.jog_cancel() {
+            self.motion.hold();
+            self.state = next;
+        }
+    }
+
+    /// Goes on after a hold, a pause or a closed door.
+    fn resume<B: Board>(&mut self, board: &mut B, now: Instant) {
+        match self.state {
+            State::Hold(Hold::Stopping {
+                then_alarm: true, ..
+            }) => {}
+            State::Hold(Hold::Stopping { since, .. } | Hold::Complete { since }) => {
+                if now >= since + BURST {
+                    self.end_hold(board);
+                }
+            }
+            State::Door(Door::Parked) => {
+                if !self.is_door_open(board) {
+                    self.begin_restoring();
+                }
+            }
+            State::Idle | State::Run => self.motion.release(),
+            State::Jog(_)
+            | State::Home
+            | State::Door(Door::Stopping | Door::Retracting | Door::Restoring)
+            | State::Alarm(_)
+            | State::Check
+            | State::Sleep => {}
+        }
+    }
+
+    fn end_hold<B: Board>(&mut self, board: &mut B) {
+        if self.spindle.is_suspended() {
+            self.restore_spindle(board);
+        }
+        self.go_on();
+    }
+
+    /// Takes up the motion that a hold or the door interrupted.
+    pub(crate) fn go_on(&mut self) {
+        self.motion.resume();
+        self.state = if self.motion.is_idle() {
+            State::Idle
+        } else {
+            State::Run
+        };
+    }
+
+    /// After 0x84 or the door's edge.
+    pub(crate) fn open_door<B: Board>(&mut self, board: &mut B, now: Instant) {
+        if self.state == State::Home {
+            return self.fail_homing(Alarm::HomingDoor, board, now);
+        }
+        let moving = !self.motion.is_at_rest();
+        let Some(next) = self.state.door_opens(moving) else {
+            return;
+        };
+        self.console.message(Message::CheckDoor);
+        self.motion.hold();
+        self.state = next;
+    }
+
+    fn override_motion(&mut self, changed: bool) {
+        if changed {
+            self.cadence.overrides_changed();
+            self.motion.set_overrides(leadscrew_planner::Overrides {
+                feed: self.overrides.feed,
+                rapid: self.overrides.rapid,
+            });
+        }
+    }
+
+    fn override_spindle<B: Board>(&mut self, changed: bool, board: &mut B) {
+        if changed {
+            self.cadence.overrides_changed();
+            self.spindle.set_override(self.overrides.spindle);
+            self.update_power();
+            if self.motion.is_at_rest() {
+                self.spindle.apply(board);
+            }
+        }
+    }
+
+    /// All overrides back to 100 %.
+    pub(crate) fn reset_overrides(&mut self) {
+        self.overrides = crate::overrides::Overrides::NONE;
+        self.spindle.set_override(100);
+        self.update_power();
+        self.override_motion(true);
+    }
+
+    /// 0x9E: in a completed hold, switches the spindle off, or on again.
+    fn stop_spindle<B: Board>(&mut self, board: &mut B) {
+        let held = matches!(self.state, State::Hold(Hold::Complete { .. }));
+        if !held || !self.spindle.is_wanted() {
+            return;
+        }
+        if self.spindle.is_suspended() {
+            self.restore_spindle(board);
+        } else {
+            self.spindle.suspend(board);
+            self.cadence.overrides_changed();
+            self.update_power();
+        }
+    }
+
+    fn restore_spindle<B: Board>(&mut self, board: &mut B) {
+        self.spindle.restore(board);
+        self.update_power();
+        self.cadence.overrides_changed();
+        if self.spindle.is_wanted() {
+            self.console.message(Message::RestoringSpindle);
+        }
+    }
+
+    fn toggle_coolant<B: Board>(&mut self, mist: bool, board: &mut B) {
+        match self.state {
+            State::Idle | State::Run | State::Hold(_) => {}
+            State::Jog(_)
+            | State::Home
+            | State::Door(_)
+            | State::Alarm(_)
+            | State::Check
+            | State::Sleep => return,
+        }
+        if mist && !self.config.options.mist {
+            return;
+        }
+        let mut wanted = self.coolant.wanted();
+        if mist {
+            wanted.mist = !wanted.mist;
+        } else {
+            wanted.flood = !wanted.flood;
+        }
+        self.set_coolant(wanted, board);
+        self.interpreter.set_coolant(crate::interpreter::Coolant {
+            mist: wanted.mist,
+            flood: wanted.flood,
+        });
+    }
+
+    /// Sets the valves, for the program or the operator.
+    pub(crate) fn set_coolant<B: Board>(&mut self, wanted: CoolantOutput, board: &mut B) {
+        if wanted != self.coolant.wanted() {
+            self.coolant.set(wanted, board);
+            self.cadence.overrides_changed();
+        }
+    }
+
+    /// Follows the motion: ends of moves, holds and cancels; segments that ran out. Main loop.
+    pub(crate) fn watch_motion<B: Board>(&mut self, board: &mut B) {
+        if self.motion.take_underrun() {
+            self.motion.stop();
+            self.switch_outputs_off(board);
+            return self.raise(Alarm::AbortedMotion);
+        }
+        match self.state {
+            State::Hold(Hold::Stopping { .. })
+            | State::Door(Door::Stopping)
+            | State::Jog(Jog::Cancelling { .. }) => {
+                if self.motion.is_at_rest() {
+                    self.come_to_rest(board);
+                }
+            }
+            State::Run => {
+                if self.motion.is_idle() && !self.executor.is_probing() {
+                    self.state = State::Idle;
+                }
+            }
+            State::Jog(Jog::Moving) => {
+                if self.motion.is_idle() && !self.executor.is_busy() {
+                    self.state = State::Idle;
+                }
+            }
+            State::Idle
+            | State::Hold(Hold::Complete { .. })
+            | State::Home
+            | State::Door(Door::Retracting | Door::Parked | Door::Restoring)
+            | State::Alarm(_)
+            | State::Check
+            | State::Sleep => {}
+        }
+    }
+
+    /// After a hold, a cancel or an opening door has brought motion to rest.
+    fn come_to_rest<B: Board>(&mut self, board: &mut B) {
+        let Some(next) = self.state.stopped() else {
+            return;
+        };
+        if matches!(self.state, State::Jog(_)) {
+            self.forget_jog();
+        }
+        self.state = next;
+        match next {
+            State::Hold(_) if self.spindle.is_laser() && self.spindle.is_wanted() => {
+                self.spindle.suspend(board);
+                self.update_power();
+            }
+            State::Alarm(_) => {
+                self.motion.forget();
+                self.take_position();
+                self.switch_outputs_off(board);
+                self.raise(Alarm::SoftLimit);
+            }
+            State::Idle
+            | State::Run
+            | State::Jog(_)
+            | State::Hold(_)
+            | State::Home
+            | State::Door(_)
+            | State::Check
+            | State::Sleep => {}
+        }
+    }
+
+    /// Drops what is left of a cancelled jog: its line, too, which is answered.
+    fn forget_jog(&mut self) {
+        self.motion.forget();
+        self.take_position();
+        if self.executor.is_jogging() {
+            if let Some(origin) = self.executor.finish() {
+                self.answer(origin, Ok(()));
+            }
+        }
+    }
+}

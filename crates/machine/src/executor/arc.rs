@@ -1,0 +1,58 @@
+//! An arc, fed to the planner chord by chord as room appears.
+
+use crate::interpreter::{ArcShape, Feed, Travel, Turn};
+use leadscrew_planner::{Arc, Coordinate};
+
+/// Chords planned in one poll: bounds its time.
+pub(crate) const CHORDS_A_POLL: usize = 4;
+
+/// The rest of an arc.
+#[derive(Clone, Debug)]
+pub(crate) struct ArcFeed<const AXES: usize> {
+    chords: Arc<AXES>,
+    /// The end of the next chord, drawn but not planned yet.
+    next: Option<[Coordinate; AXES]>,
+    /// Highest speed on the arc, mm/s: `√(a·r)`, so that the pull towards its centre stays within the limits.
+    pub(crate) speed_limit: f32,
+}
+
+impl<const AXES: usize> ArcFeed<AXES> {
+    /// Makes the arc from `start`. `acceleration`: what both axes of its plane allow, mm/s²; `tolerance` in mm.
+    pub(crate) fn new(
+        start: [Coordinate; AXES],
+        travel: &Travel<AXES>,
+        shape: &ArcShape,
+        acceleration: f32,
+        tolerance: f32,
+    ) -> Self {
+        let plane = shape.plane.axes();
+        let clockwise = shape.turn == Turn::Clockwise;
+        let centre = shape.centre;
+        let mut chords = Arc::new(start, travel.target, centre, plane, clockwise, tolerance);
+        let speed_limit = libm::sqrtf(acceleration * chords.radius());
+        let next = chords.next();
+        Self {
+            chords,
+            next,
+            speed_limit,
+        }
+    }
+
+    /// The end of the next chord; `None` once all are planned.
+    pub(crate) fn peek(&self) -> Option<[Coordinate; AXES]> {
+        self.next
+    }
+
+    /// Goes on to the next chord.
+    pub(crate) fn advance(&mut self) {
+        self.next = self.chords.next();
+    }
+
+    /// How many parts the feed is to be shared among: in G93 the arc as a whole takes the time.
+    pub(crate) fn shares(&self, feed: Feed) -> f32 {
+        match feed {
+            Feed::InverseTime(_) => self.chords.chords() as f32,
+            Feed::Rapid | Feed::PerMinute(_) => 1.0,
+        }
+    }
+}

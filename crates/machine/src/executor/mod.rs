@@ -1,0 +1,165 @@
+//! The line under way: its commands, carried out one after the other as the machine can take them.
+//!
+//! ```text
+//!   line --Interpreter--> Commands --+--> next --> perform --+--> Done: the next one; after the last, `ok`
+//!                                    ^                       |
+//!                                    +---- Wait: again at the next poll
+//! ```
+//!
+//! One line at a time, whoever sent it. What a command waits for (room, rest, a time, a contact) is the data
+//! of its [`Wait`].
+
+mod arc;
+mod perform;
+
+use crate::board::{ChannelId, Instant};
+use crate::interpreter::{Command, Commands};
+use arc::ArcFeed;
+
+/// Where a line came from, and so where its answer goes.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub(crate) enum Origin {
+    /// A serial line.
+    Channel(ChannelId),
+    /// A startup line, by its number.
+    Startup(u8),
+}
+
+/// Which sort of motion a line's moves are.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum LineKind {
+    /// G-code.
+    Program,
+    /// `$J=`.
+    Jog,
+}
+
+/// What the command under way waits for.
+#[derive(Clone, Debug)]
+pub(crate) enum Wait<const AXES: usize> {
+    /// It has not begun.
+    Nothing,
+    /// Room for the arc's next chord.
+    Arc(ArcFeed<AXES>),
+    /// The end of a dwell.
+    Dwell(Instant),
+    /// Contact of the probe, or the end of the motion.
+    Probe(Probing),
+    /// That the operator resumes (M0).
+    Pause,
+}
+
+/// How far a probing motion has come.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Probing {
+    /// It moves, the probe is watched.
+    Moving,
+    /// Contact was made, it slows down.
+    Stopping,
+}
+
+/// Whether a command is carried out.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Progress {
+    /// It is.
+    Done,
+    /// Not yet: again at the next poll.
+    Wait,
+}
+
+/// The line under way, if there is one.
+#[derive(Clone, Debug)]
+pub(crate) struct Executor<const AXES: usize> {
+    /// Where the line came from; `None` while none is under way.
+    origin: Option<Origin>,
+    kind: LineKind,
+    commands: Commands<AXES>,
+    next: usize,
+    wait: Wait<AXES>,
+}
+
+impl<const AXES: usize> Executor<AXES> {
+    /// Makes an executor without a line.
+    pub(crate) const fn new() -> Self {
+        Self {
+            origin: None,
+            kind: LineKind::Program,
+            commands: Commands::new(),
+            next: 0,
+            wait: Wait::Nothing,
+        }
+    }
+
+    /// Where the commands of the next line go; there is none under way. Follow with [`Executor::begin`].
+    pub(crate) fn commands(&mut self) -> &mut Commands<AXES> {
+        &mut self.commands
+    }
+
+    /// Takes on the line whose commands were put into [`Executor::commands`].
+    pub(crate) fn begin(&mut self, origin: Origin, kind: LineKind) {
+        self.origin = Some(origin);
+        self.kind = kind;
+        self.next = 0;
+        self.wait = Wait::Nothing;
+    }
+
+    /// Whether a line is under way.
+    pub(crate) fn is_busy(&self) -> bool {
+        self.origin.is_some()
+    }
+
+    /// Drops the line under way; returns where its answer goes.
+    pub(crate) fn finish(&mut self) -> Option<Origin> {
+        self.wait = Wait::Nothing;
+        self.origin.take()
+    }
+
+    /// Whether the line under way jogs.
+    pub(crate) fn is_jogging(&self) -> bool {
+        self.is_busy() && self.kind == LineKind::Jog
+    }
+
+    /// Whether the line under way waits for the probe.
+    pub(crate) fn is_probing(&self) -> bool {
+        matches!(self.wait, Wait::Probe(_))
+    }
+
+    /// Whether the line under way waits for the operator (M0).
+    pub(crate) fn is_paused(&self) -> bool {
+        matches!(self.wait, Wait::Pause)
+    }
+
+    /// Whether the line under way would go on at once. `resting`: motion rests; `room`: the planner has room.
+    pub(crate) fn can_advance(&self, resting: bool, room: bool) -> bool {
+        self.is_busy()
+            && match self.wait {
+                Wait::Nothing => resting,
+                Wait::Arc(_) => room,
+                Wait::Dwell(_) | Wait::Probe(_) | Wait::Pause => false,
+            }
+    }
+
+    /// When the dwell under way ends.
+    pub(crate) fn dwell_ends(&self) -> Option<Instant> {
+        match self.wait {
+            Wait::Dwell(end) => Some(end),
+            Wait::Nothing | Wait::Arc(_) | Wait::Probe(_) | Wait::Pause => None,
+        }
+    }
+
+    /// The command to carry out, and the sort of motion it is; `None` once all are carried out.
+    fn current(&self) -> Option<(Command<AXES>, LineKind)> {
+        Some((*self.commands.get(self.next)?, self.kind))
+    }
+
+    /// Whether further commands follow the current one.
+    fn has_more(&self) -> bool {
+        self.next + 1 < self.commands.len()
+    }
+
+    fn advance(&mut self) {
+        self.next += 1;
+        self.wait = Wait::Nothing;
+    }
+}

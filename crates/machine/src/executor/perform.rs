@@ -1,0 +1,488 @@
+//! Commands carried out: each either done at once, or begun and waited for.
+
+use super::arc::{ArcFeed, CHORDS_A_POLL};
+use super::{LineKind, Probing, Progress, Wait};
+use crate::board::{Board, CoolantOutput, Duration, Instant, SpindleOutput};
+use crate::inputs::ProbeWatch;
+use crate::interpreter::{
+    ArcShape, Command, Coolant, Feed, OffsetId, ProbeKind, Rotation, Spindle, Travel,
+};
+use crate::machine::Machine;
+use crate::protocol::alarm::Alarm;
+use crate::protocol::message::Message;
+use crate::protocol::status::Status;
+use crate::settings::table::Setting;
+use crate::soft_limits;
+use crate::state::{Hold, Jog, State};
+use leadscrew_gcode::Number;
+use leadscrew_planner::{
+    self as planner, Coordinate, Kinematics, Move, MoveKind, MovePower, PushError, Pushed,
+};
+use leadscrew_stepper::Outputs;
+
+/// Commands carried out in one poll: bounds its time.
+const COMMANDS_A_POLL: usize = 4;
+
+impl<K, const AXES: usize, const MOTORS: usize, const MOVES: usize>
+    Machine<'_, K, AXES, MOTORS, MOVES>
+where
+    K: Kinematics<AXES, MOTORS> + Clone,
+{
+    /// Goes on with the line under way; answers it once all its commands are carried out. Main loop.
+    pub(crate) fn execute<B: Board>(&mut self, board: &mut B, now: Instant) {
+        if !self.executor.is_busy() || !self.state.takes_lines() && !self.executor.is_probing() {
+            return;
+        }
+        for _ in 0..COMMANDS_A_POLL {
+            let Some((command, kind)) = self.executor.current() else {
+                return self.complete_line();
+            };
+            match self.perform(&command, kind, board, now) {
+                Progress::Done => self.executor.advance(),
+                Progress::Wait => return,
+            }
+        }
+    }
+
+    fn complete_line(&mut self) {
+        if let Some(origin) = self.executor.finish() {
+            self.answer(origin, Ok(()));
+        }
+    }
+
+    fn perform<B: Board>(
+        &mut self,
+        command: &Command<AXES>,
+        kind: LineKind,
+        board: &mut B,
+        now: Instant,
+    ) -> Progress {
+        match command {
+            Command::Line(travel) => self.perform_line(travel, kind, board, now),
+            Command::Arc { travel, arc } => self.perform_arc(travel, arc, board, now),
+            Command::Probe { travel, kind } => self.perform_probe(travel, *kind, board, now),
+            Command::Dwell(seconds) => self.perform_dwell(*seconds, now),
+            Command::Spindle(spindle) => self.perform_spindle(spindle, board),
+            Command::Coolant(coolant) => self.perform_coolant(*coolant, board),
+            Command::StoreOffset {
+                id,
+                value: _,
+                in_force,
+            } => self.perform_store(*id, *in_force),
+            Command::WorkOffset(offset) => {
+                self.work_offset = *offset;
+                self.cadence.work_offset_changed();
+                Progress::Done
+            }
+            Command::ParkingControl(allowed) => {
+                self.parking_allowed = *allowed;
+                Progress::Done
+            }
+            Command::Pause => self.perform_pause(now),
+            Command::ProgramEnd => self.perform_program_end(board),
+        }
+    }
+
+    /// Whether all motion has ended; lets it begin if not.
+    fn is_motion_over(&mut self) -> bool {
+        self.motion.release();
+        self.motion.is_idle()
+    }
+
+    fn perform_line<B: Board>(
+        &mut self,
+        travel: &Travel<AXES>,
+        kind: LineKind,
+        board: &mut B,
+        now: Instant,
+    ) -> Progress {
+        if kind == LineKind::Program && !self.is_within_travel(&travel.target) {
+            return self.leave_travel(now);
+        }
+        if self.state == State::Check {
+            return Progress::Done;
+        }
+        let next = Move {
+            target: travel.target,
+            feed: feed(travel.feed, 1.0),
+            power: self.move_power(&travel.spindle),
+            speed_limit: None,
+            outputs: Outputs(0),
+            line_number: travel.line_number,
+            kind: move_kind(travel.feed, kind),
+        };
+        let more = self.executor.has_more();
+        self.push(&next, &travel.spindle, more, board, now)
+    }
+
+    fn perform_arc<B: Board>(
+        &mut self,
+        travel: &Travel<AXES>,
+        shape: &ArcShape,
+        board: &mut B,
+        now: Instant,
+    ) -> Progress {
+        if matches!(self.executor.wait, Wait::Nothing) {
+            let arc = self.arc(travel, shape);
+            self.executor.wait = Wait::Arc(arc);
+        }
+        for _ in 0..CHORDS_A_POLL {
+            match self.perform_chord(travel, board, now) {
+                Some(Progress::Done) => {}
+                Some(Progress::Wait) => return Progress::Wait,
+                None => return Progress::Done,
+            }
+        }
+        Progress::Wait
+    }
+
+    /// Plans the next chord of the arc under way; `None` once there is none.
+    fn perform_chord<B: Board>(
+        &mut self,
+        travel: &Travel<AXES>,
+        board: &mut B,
+        now: Instant,
+    ) -> Option<Progress> {
+        let Wait::Arc(arc) = &self.executor.wait else {
+            return None;
+        };
+        let target = arc.peek()?;
+        let next = Move {
+            target,
+            feed: feed(travel.feed, arc.shares(travel.feed)),
+            power: self.move_power(&travel.spindle),
+            speed_limit: Some(arc.speed_limit),
+            outputs: Outputs(0),
+            line_number: travel.line_number,
+            kind: MoveKind::Feed,
+        };
+        let more = target != travel.target || self.executor.has_more();
+        if !self.is_within_travel(&target) {
+            return Some(self.leave_travel(now));
+        }
+        if self.state != State::Check
+            && self.push(&next, &travel.spindle, more, board, now) == Progress::Wait
+        {
+            return Some(Progress::Wait);
+        }
+        if let Wait::Arc(arc) = &mut self.executor.wait {
+            arc.advance();
+        }
+        Some(Progress::Done)
+    }
+
+    fn arc(&self, travel: &Travel<AXES>, shape: &ArcShape) -> ArcFeed<AXES> {
+        let config = self.motion.config();
+        let (first, second) = shape.plane.axes();
+        let of = |axis: usize| config.acceleration.get(axis).copied().unwrap_or(0.0);
+        let acceleration = of(first).min(of(second));
+        let tolerance = config.arc_tolerance;
+        ArcFeed::new(self.path_end, travel, shape, acceleration, tolerance)
+    }
+
+    /// Plans a move, or waits for room.
+    fn push<B: Board>(
+        &mut self,
+        next: &Move<AXES>,
+        spindle: &Spindle,
+        more: bool,
+        board: &mut B,
+        now: Instant,
+    ) -> Progress {
+        match self.motion.push(next, more, now) {
+            Ok(Pushed::Queued) => {
+                self.work.moves = self.work.moves.wrapping_add(1);
+                self.path_end = next.target;
+                self.want_spindle(spindle);
+                self.motion_begins();
+                Progress::Done
+            }
+            Ok(Pushed::TooShort) => self.stay(next, spindle, board),
+            Err(PushError::Full) => {
+                self.motion.release();
+                Progress::Wait
+            }
+            Err(PushError::TooFar) => self.refuse_move(),
+        }
+    }
+
+    fn motion_begins(&mut self) {
+        if self.executor.is_jogging() && self.state == State::Idle {
+            self.state = State::Jog(Jog::Moving);
+        } else if let Some(next) = self.state.motion_begins() {
+            self.state = next;
+        }
+    }
+
+    /// A move that is not a step long: a laser at constant power still changes, once motion has ended.
+    fn stay<B: Board>(&mut self, next: &Move<AXES>, spindle: &Spindle, board: &mut B) -> Progress {
+        let changes = self.spindle.is_laser()
+            && spindle.rotation == Rotation::Clockwise
+            && self.changes_spindle(spindle);
+        if changes && !self.is_motion_over() {
+            return Progress::Wait;
+        }
+        self.path_end = next.target;
+        self.want_spindle(spindle);
+        if changes {
+            self.spindle.apply(board);
+        }
+        Progress::Done
+    }
+
+    /// A move that motors cannot count: refused, and with it what is left of its line.
+    fn refuse_move(&mut self) -> Progress {
+        self.interpreter.set_position(self.path_end);
+        if let Some(origin) = self.executor.finish() {
+            self.answer(origin, Err(Status::InvalidTarget));
+        }
+        Progress::Wait
+    }
+
+    /// Begins the stop that ends in ALARM:2; the line under way stays unanswered until the reset.
+    fn leave_travel(&mut self, now: Instant) -> Progress {
+        if self.motion.is_idle() {
+            self.raise(Alarm::SoftLimit);
+        } else {
+            self.motion.hold();
+            self.state = State::Hold(Hold::Stopping {
+                since: now,
+                then_alarm: true,
+            });
+        }
+        Progress::Wait
+    }
+
+    fn is_within_travel(&self, target: &[Coordinate; AXES]) -> bool {
+        !self.settings.is_on(Setting::SoftLimits) || soft_limits::allow(target, &self.travel)
+    }
+
+    fn perform_probe<B: Board>(
+        &mut self,
+        travel: &Travel<AXES>,
+        kind: ProbeKind,
+        board: &mut B,
+        now: Instant,
+    ) -> Progress {
+        match self.executor.wait {
+            Wait::Probe(Probing::Moving) => self.watch_probe(kind),
+            Wait::Probe(Probing::Stopping) => {
+                if self.motion.is_at_rest() {
+                    self.end_probe(true, kind);
+                    return Progress::Done;
+                }
+                Progress::Wait
+            }
+            Wait::Nothing | Wait::Arc(_) | Wait::Dwell(_) | Wait::Pause => {
+                self.begin_probe(travel, kind, board, now)
+            }
+        }
+    }
+
+    fn begin_probe<B: Board>(
+        &mut self,
+        travel: &Travel<AXES>,
+        kind: ProbeKind,
+        board: &mut B,
+        now: Instant,
+    ) -> Progress {
+        if !self.is_within_travel(&travel.target) {
+            return self.leave_travel(now);
+        }
+        if self.state == State::Check {
+            return Progress::Done;
+        }
+        if !self.is_motion_over() {
+            return Progress::Wait;
+        }
+        let contact = self.inputs.active(&board.switches()).probe;
+        if contact == kind.toward {
+            self.interpreter.set_position(self.path_end);
+            self.raise(Alarm::ProbeContactTooEarly);
+            return Progress::Done;
+        }
+        self.inputs.watch_probe(if kind.toward {
+            ProbeWatch::Contact
+        } else {
+            ProbeWatch::Release
+        });
+        let next = Move {
+            target: travel.target,
+            feed: feed(travel.feed, 1.0),
+            power: self.move_power(&travel.spindle),
+            speed_limit: None,
+            outputs: Outputs(0),
+            line_number: travel.line_number,
+            kind: MoveKind::System,
+        };
+        if self.push(&next, &travel.spindle, false, board, now) == Progress::Done {
+            self.motion.release();
+            self.executor.wait = Wait::Probe(Probing::Moving);
+        }
+        Progress::Wait
+    }
+
+    fn watch_probe(&mut self, kind: ProbeKind) -> Progress {
+        if self.inputs.latched().is_some() {
+            self.motion.hold();
+            self.executor.wait = Wait::Probe(Probing::Stopping);
+        } else if self.motion.is_idle() {
+            self.end_probe(false, kind);
+            return Progress::Done;
+        }
+        Progress::Wait
+    }
+
+    /// Reports a probing motion that has come to rest, and goes on from where it stopped.
+    fn end_probe(&mut self, contact: bool, kind: ProbeKind) {
+        let latched = self.inputs.latched();
+        self.inputs.watch_probe(ProbeWatch::Off);
+        self.motion.forget();
+        self.take_position();
+        self.probed.contact = contact;
+        match latched {
+            Some(steps) if contact => self.probed.position = self.motion.axes(&steps),
+            _ if kind.must_trigger => self.raise(Alarm::ProbeNoContact),
+            _ => self.probed.position = self.motion.position(),
+        }
+        self.report_probe();
+    }
+
+    fn perform_dwell(&mut self, seconds: Number, now: Instant) -> Progress {
+        if self.state == State::Check {
+            return Progress::Done;
+        }
+        match self.executor.dwell_ends() {
+            Some(end) if now >= end => Progress::Done,
+            Some(_) => Progress::Wait,
+            None => {
+                if self.is_motion_over() {
+                    let micros = seconds.nanos().unsigned_abs() / 1_000;
+                    let end = now + Duration::from_ticks(micros);
+                    self.executor.wait = Wait::Dwell(end);
+                }
+                Progress::Wait
+            }
+        }
+    }
+
+    fn perform_spindle<B: Board>(&mut self, spindle: &Spindle, board: &mut B) -> Progress {
+        if self.state == State::Check {
+            return Progress::Done;
+        }
+        if !self.is_motion_over() {
+            return Progress::Wait;
+        }
+        self.want_spindle(spindle);
+        self.spindle.apply(board);
+        Progress::Done
+    }
+
+    fn perform_coolant<B: Board>(&mut self, coolant: Coolant, board: &mut B) -> Progress {
+        if self.state == State::Check {
+            return Progress::Done;
+        }
+        if !self.is_motion_over() {
+            return Progress::Wait;
+        }
+        self.set_coolant(
+            CoolantOutput {
+                flood: coolant.flood,
+                mist: coolant.mist,
+            },
+            board,
+        );
+        Progress::Done
+    }
+
+    fn perform_store(&mut self, id: OffsetId, in_force: bool) -> Progress {
+        if in_force && self.state != State::Check && !self.is_motion_over() {
+            return Progress::Wait;
+        }
+        self.unsaved.add(id);
+        Progress::Done
+    }
+
+    fn perform_pause(&mut self, now: Instant) -> Progress {
+        if self.state == State::Check || self.executor.is_paused() {
+            return Progress::Done;
+        }
+        if self.is_motion_over() {
+            self.executor.wait = Wait::Pause;
+            self.state = State::Hold(Hold::Complete { since: now });
+        }
+        Progress::Wait
+    }
+
+    fn perform_program_end<B: Board>(&mut self, board: &mut B) -> Progress {
+        if self.state != State::Check {
+            if !self.is_motion_over() {
+                return Progress::Wait;
+            }
+            self.want_spindle(&Spindle::default());
+            self.spindle.apply(board);
+            self.set_coolant(CoolantOutput::default(), board);
+            self.reset_overrides();
+        }
+        self.console.message(Message::ProgramEnd);
+        Progress::Done
+    }
+
+    /// Notes what the spindle is to do with the moves planned from now on.
+    pub(crate) fn want_spindle(&mut self, spindle: &Spindle) {
+        if self.changes_spindle(spindle) {
+            let output = spindle_output(spindle.rotation);
+            self.spindle
+                .want(output, spindle.speed.to_f32(), spindle.cutting);
+            self.last_spindle = *spindle;
+            self.cadence.overrides_changed();
+            self.update_power();
+        }
+    }
+
+    fn changes_spindle(&self, spindle: &Spindle) -> bool {
+        *spindle != self.last_spindle
+    }
+
+    fn move_power(&self, spindle: &Spindle) -> MovePower {
+        if !self.spindle.is_laser() {
+            return MovePower::Spindle {
+                power: self.spindle.power(),
+            };
+        }
+        let power = || self.spindle.programmed_power(spindle.speed.to_f32());
+        match spindle.rotation {
+            Rotation::Clockwise if spindle.cutting => MovePower::Constant {
+                power: power(),
+                at_rest: power(),
+            },
+            Rotation::Counterclockwise if spindle.cutting => MovePower::Dynamic { power: power() },
+            Rotation::Clockwise | Rotation::Counterclockwise | Rotation::Off => MovePower::Off,
+        }
+    }
+}
+
+fn spindle_output(rotation: Rotation) -> SpindleOutput {
+    match rotation {
+        Rotation::Clockwise => SpindleOutput::Clockwise,
+        Rotation::Counterclockwise => SpindleOutput::CounterClockwise,
+        Rotation::Off => SpindleOutput::Off,
+    }
+}
+
+/// The planner's feed for one of `shares` equal parts of a motion.
+fn feed(feed: Feed, shares: f32) -> planner::Feed {
+    match feed {
+        Feed::Rapid => planner::Feed::Rapid,
+        Feed::PerMinute(rate) => planner::Feed::PerMinute(rate.to_f32() / 60.0),
+        Feed::InverseTime(rate) => planner::Feed::InverseTime(rate.to_f32() * shares / 60.0),
+    }
+}
+
+fn move_kind(feed: Feed, kind: LineKind) -> MoveKind {
+    match (kind, feed) {
+        (LineKind::Jog, _) => MoveKind::Jog,
+        (LineKind::Program, Feed::Rapid) => MoveKind::Rapid,
+        (LineKind::Program, Feed::PerMinute(_) | Feed::InverseTime(_)) => MoveKind::Feed,
+    }
+}

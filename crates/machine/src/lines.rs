@@ -1,0 +1,129 @@
+//! Lines: taken one at a time, wherever they come from, and handed to the interpreter or to `$` commands.
+
+use crate::board::{Board, ChannelId, Instant};
+use crate::console::LINE;
+use crate::cycle::startup::Turn;
+use crate::executor::{LineKind, Origin};
+use crate::interpreter::{Context, Fault};
+use crate::machine::{LineFault, Machine};
+use crate::protocol::message::Message;
+use crate::protocol::status::Status;
+use crate::protocol::system_command::STARTUP_LINES;
+use crate::settings::table::Setting;
+use crate::state::State;
+use leadscrew_planner::Kinematics;
+
+/// A filtered line, out of its reader.
+pub(crate) type Line = heapless::Vec<u8, LINE>;
+
+impl<K, const AXES: usize, const MOTORS: usize, const MOVES: usize>
+    Machine<'_, K, AXES, MOTORS, MOVES>
+where
+    K: Kinematics<AXES, MOTORS> + Clone,
+{
+    /// Takes the next line, if the machine can carry one out now. Main loop.
+    pub(crate) fn take_line<B: Board>(&mut self, board: &mut B, now: Instant) {
+        if !self.can_take_line() {
+            return;
+        }
+        if self.startup.is_running() {
+            return self.advance_startup(board, now);
+        }
+        let owner = self.owner.filter(|_| self.state != State::Idle);
+        let Some(id) = self.console.read(owner, &mut self.work) else {
+            return;
+        };
+        let Some(line) = self.console.channel(id).map(|channel| channel.line()) else {
+            return;
+        };
+        let line = line.map(|line| Line::from_slice(line).unwrap_or_default());
+        self.console.take(id);
+        self.work.lines = self.work.lines.wrapping_add(1);
+        match line {
+            Err(status) => self.refuse(Origin::Channel(id), Fault { status, column: 0 }),
+            Ok(line) => self.begin_line(id, &line, board, now),
+        }
+    }
+
+    /// Whether a line would be carried out at once.
+    pub(crate) fn can_take_line(&self) -> bool {
+        self.state.takes_lines() && !self.executor.is_busy() && !self.motion.is_stopping()
+    }
+
+    fn begin_line<B: Board>(&mut self, id: ChannelId, line: &[u8], board: &mut B, now: Instant) {
+        match line.first() {
+            None => self.console.answer(id, Ok(())),
+            Some(b'$') => self.system_line(id, line, board, now),
+            Some(_) => {
+                self.owner = Some(id);
+                self.begin_program_line(Origin::Channel(id), line, board, now);
+            }
+        }
+    }
+
+    fn begin_program_line<B: Board>(
+        &mut self,
+        origin: Origin,
+        line: &[u8],
+        board: &mut B,
+        now: Instant,
+    ) {
+        if let State::Alarm(_) | State::Jog(_) = self.state {
+            let status = Status::Locked;
+            return self.refuse(origin, Fault { status, column: 0 });
+        }
+        let context = Context {
+            axes: &self.config.axes,
+            options: &self.config.options,
+            laser_mode: self.settings.is_on(Setting::Laser),
+            reach: &self.reach,
+        };
+        let commands = self.executor.commands();
+        match self.interpreter.interpret(line, &context, commands) {
+            Ok(()) => {
+                self.executor.begin(origin, LineKind::Program);
+                self.execute(board, now);
+            }
+            Err(fault) => self.refuse(origin, fault),
+        }
+    }
+
+    /// Answers a line with an error, in words, too, where the operator wants them.
+    pub(crate) fn refuse(&mut self, origin: Origin, fault: Fault) {
+        if let Origin::Channel(channel) = origin {
+            self.last_fault = Some(LineFault {
+                channel,
+                status: fault.status,
+                column: fault.column,
+            });
+        }
+        if self.settings.is_on(Setting::FaultTexts) {
+            self.console.message(Message::Status(fault.status));
+        }
+        self.answer(origin, Err(fault.status));
+    }
+
+    fn advance_startup<B: Board>(&mut self, board: &mut B, now: Instant) {
+        match self.startup.advance(STARTUP_LINES) {
+            Turn::Nothing => {}
+            Turn::Answer(origin) => self.answer(origin, Ok(())),
+            Turn::Run(index) => {
+                let line = Line::from_slice(self.memory.startup(index)).unwrap_or_default();
+                if !line.is_empty() {
+                    self.begin_program_line(Origin::Startup(index), &line, board, now);
+                }
+            }
+        }
+    }
+
+    /// `>G20:ok`: on all channels, as nobody sent the line.
+    pub(crate) fn answer_startup(&mut self, index: u8, result: Result<(), Status>) {
+        let line = core::str::from_utf8(self.memory.startup(index)).unwrap_or_default();
+        match result {
+            Ok(()) => self.console.broadcast(format_args!(">{line}:ok")),
+            Err(status) => self
+                .console
+                .broadcast(format_args!(">{line}:error:{}", status.number())),
+        }
+    }
+}

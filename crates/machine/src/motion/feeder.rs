@@ -1,0 +1,154 @@
+//! The main loop's end of the segment queue: hands segments over, and no more than 2 ms of them.
+//!
+//! What is in the queue can no longer be changed: a hold, an override or a cancel acts behind it. The time
+//! committed is the segment under way plus all that wait:
+//!
+//! ```text
+//!    under way (at most its whole length) | waiting ...          | room for one of 1 ms
+//!    <------------------------------ 2 ms ------------------------------------------->
+//! ```
+//!
+//! One segment always waits, even where the one under way is a single step that takes longer: else motion would
+//! run dry at its end.
+
+use crate::board::{Board, Duration};
+use crate::config::{COMMITTED, SEGMENTS};
+use heapless::spsc::Producer;
+use heapless::Deque;
+use leadscrew_stepper::{Segment, Shared};
+
+/// The longest segment that a segmenter hands out, unless one step alone takes longer.
+const LONGEST_SEGMENT: Duration = Duration::from_ticks(1_000);
+
+/// Hands segments to the step interrupt and starts it out of rest. Main loop.
+pub(crate) struct Feeder<'a, const MOTORS: usize> {
+    segments: Producer<'a, Segment<MOTORS>>,
+    shared: &'a Shared<MOTORS>,
+    /// Durations of the segments that wait in the queue and of the one under way, oldest first, timer counts.
+    durations: Deque<u32, { SEGMENTS + 1 }>,
+    /// Their sum.
+    committed: u32,
+    /// [`COMMITTED`] less [`LONGEST_SEGMENT`], timer counts.
+    enough: u32,
+}
+
+impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
+    /// Makes a feeder for a step timer of `timer_hz` counts a second.
+    pub(crate) fn new(
+        segments: Producer<'a, Segment<MOTORS>>,
+        shared: &'a Shared<MOTORS>,
+        timer_hz: u32,
+    ) -> Self {
+        let spare = COMMITTED.ticks() - LONGEST_SEGMENT.ticks();
+        let enough = u64::from(timer_hz) * spare / 1_000_000;
+        Self {
+            segments,
+            shared,
+            durations: Deque::new(),
+            committed: 0,
+            enough: u32::try_from(enough).unwrap_or(u32::MAX),
+        }
+    }
+
+    /// Whether one more segment may be committed.
+    pub(crate) fn has_room(&mut self) -> bool {
+        self.forget_consumed();
+        let starving = self.segments.len() == 0;
+        (starving || self.committed <= self.enough) && self.segments.ready()
+    }
+
+    /// Commits a segment; [`Feeder::has_room`] said yes.
+    pub(crate) fn push(&mut self, segment: Segment<MOTORS>) {
+        let duration = duration(&segment);
+        if self.segments.enqueue(segment).is_ok() && self.durations.push_back(duration).is_ok() {
+            self.committed = self.committed.saturating_add(duration);
+        }
+    }
+
+    /// Whether the step timer rests although segments wait.
+    pub(crate) fn is_to_start(&self) -> bool {
+        self.segments.len() > 0 && !self.shared.is_running()
+    }
+
+    /// Starts the step timer out of rest.
+    pub(crate) fn start<B: Board>(&mut self, board: &mut B) {
+        self.shared.set_running();
+        board.start_stepping();
+    }
+
+    /// Whether nothing is committed and the step timer rests.
+    pub(crate) fn is_at_rest(&self) -> bool {
+        self.segments.len() == 0 && !self.shared.is_running()
+    }
+
+    /// Drops the durations of segments that are over: all but the waiting ones and the one under way.
+    fn forget_consumed(&mut self) {
+        let under_way = usize::from(self.shared.is_running());
+        let left = self.segments.len() + under_way;
+        while self.durations.len() > left {
+            if let Some(over) = self.durations.pop_front() {
+                self.committed = self.committed.saturating_sub(over);
+            }
+        }
+    }
+}
+
+/// How long a segment takes, timer counts, rounded down: `p·n + d·n(n−1)/2`.
+fn duration<const MOTORS: usize>(segment: &Segment<MOTORS>) -> u32 {
+    let ticks = u64::from(segment.ticks.get());
+    let first = (segment.interval.to_bits() >> 16).saturating_mul(ticks) >> 16;
+    let pairs = (ticks * (ticks - 1) / 2) as i64;
+    let change = (segment.interval_change.to_bits() >> 16).saturating_mul(pairs) >> 16;
+    u32::try_from(first.saturating_add_signed(change)).unwrap_or(u32::MAX)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::SegmentQueue;
+    use core::num::NonZeroU16;
+    use leadscrew_stepper::{
+        Interval, IntervalChange, Line, Outputs, Power, PowerChange, Smoothing,
+    };
+
+    fn segment(ticks: u16, interval: u32, change: f64) -> Segment<1> {
+        Segment {
+            line: Line::new([1000]).ok(),
+            ticks: NonZeroU16::new(ticks).unwrap(),
+            smoothing: Smoothing::None,
+            interval: Interval::from_num(interval),
+            interval_change: IntervalChange::from_num(change),
+            power: Power::OFF,
+            power_change: PowerChange::ZERO,
+            outputs: Outputs(0),
+            at_rest: None,
+        }
+    }
+
+    #[test]
+    fn a_segment_lasts_as_long_as_its_intervals_together() {
+        assert_eq!(duration(&segment(4, 100, 0.0)), 400);
+        assert_eq!(duration(&segment(4, 100, 10.0)), 460);
+        assert_eq!(duration(&segment(4, 100, -10.5)), 337);
+        assert_eq!(duration(&segment(u16::MAX, u32::MAX, 0.0)), u32::MAX);
+    }
+
+    #[test]
+    fn no_more_than_two_milliseconds_are_committed() {
+        let mut queue = SegmentQueue::<1>::new();
+        let (producer, mut consumer) = queue.split();
+        let shared = Shared::new();
+        let mut feeder = Feeder::new(producer, &shared, 84_000_000);
+        let mut pushed = 0;
+        while feeder.has_room() {
+            feeder.push(segment(84, 1000, 0.0));
+            pushed += 1;
+        }
+        assert_eq!(pushed, 2);
+        shared.set_running();
+        consumer.dequeue(); // now under way, and counted whole
+        assert!(!feeder.has_room());
+        consumer.dequeue(); // the first is over
+        assert!(feeder.has_room());
+    }
+}

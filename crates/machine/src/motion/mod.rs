@@ -1,0 +1,382 @@
+//! All that moves: planned moves to segments, holds, stops, and where the motors are.
+//!
+//! ```text
+//!   executor --> program: Planner, Segmenter --+
+//!                                              +--> power rule --> Feeder --> step interrupt
+//!   cycles  --> aside:   Planner, Segmenter --+
+//!                (homing, parking)
+//! ```
+//!
+//! There are two queues of moves. The program's may be held half-way through a move while a cycle (parking)
+//! moves the machine aside and back again with the other one; only one of them feeds the step interrupt at a time.
+
+mod feeder;
+mod power;
+
+use crate::board::{Board, Duration, Instant};
+use crate::work::Work;
+use core::array::from_fn;
+use feeder::Feeder;
+use heapless::spsc::Producer;
+use leadscrew_planner::{
+    Config, Coordinate, Kinematics, Move, Overrides, Planner, PushError, Pushed, Segmenter,
+};
+use leadscrew_stepper::{Segment, Shared};
+
+pub(crate) use power::PowerRule;
+
+/// Moves that a cycle may have planned at once.
+const ASIDE_MOVES: usize = 4;
+
+/// Segments made in one poll: bounds its time.
+const SEGMENTS_A_POLL: usize = 4;
+
+/// A planner and what makes segments of its moves.
+struct Track<K, const AXES: usize, const MOTORS: usize, const MOVES: usize> {
+    planner: Planner<K, AXES, MOTORS, MOVES>,
+    segmenter: Segmenter<AXES, MOTORS>,
+}
+
+/// Whose moves feed the step interrupt.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Driver {
+    Program,
+    Aside,
+}
+
+/// Whether the program's motion may begin out of rest.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Start {
+    /// The line under way has more moves to come: not before the planner is full.
+    MoreToCome,
+    /// Lines may still come: not before this instant.
+    After(Instant),
+    /// It has begun, or need not wait.
+    Now,
+}
+
+/// The motion of one machine.
+pub(crate) struct Motion<'a, K, const AXES: usize, const MOTORS: usize, const MOVES: usize> {
+    program: Track<K, AXES, MOTORS, MOVES>,
+    aside: Track<K, AXES, MOTORS, ASIDE_MOVES>,
+    driver: Driver,
+    start: Start,
+    silence: Duration,
+    /// A stop was asked for; nothing is fed until the step interrupt has emptied its queue.
+    stopping: bool,
+    feeder: Feeder<'a, MOTORS>,
+    shared: &'a Shared<MOTORS>,
+    underruns: u32,
+    kinematics: K,
+    power: PowerRule,
+}
+
+impl<'a, K, const AXES: usize, const MOTORS: usize, const MOVES: usize>
+    Motion<'a, K, AXES, MOTORS, MOVES>
+where
+    K: Kinematics<AXES, MOTORS> + Clone,
+{
+    /// Makes the motion of a machine at rest.
+    pub(crate) fn new(
+        config: Config<AXES>,
+        kinematics: K,
+        segments: Producer<'a, Segment<MOTORS>>,
+        shared: &'a Shared<MOTORS>,
+    ) -> Self {
+        let aside = Config {
+            moves: ASIDE_MOVES,
+            ..config
+        };
+        Self {
+            program: Track {
+                planner: Planner::new(config, kinematics.clone()),
+                segmenter: Segmenter::new(),
+            },
+            aside: Track {
+                planner: Planner::new(aside, kinematics.clone()),
+                segmenter: Segmenter::new(),
+            },
+            driver: Driver::Program,
+            start: Start::Now,
+            silence: Duration::from_ticks(0),
+            stopping: false,
+            feeder: Feeder::new(segments, shared, config.timer_hz),
+            shared,
+            underruns: shared.underruns(),
+            kinematics,
+            power: PowerRule::Laser { percent: 100 },
+        }
+    }
+
+    /// Takes over new settings; motion begins `silence` after the last line. At rest, with nothing queued.
+    pub(crate) fn configure(&mut self, config: Config<AXES>, silence: Duration) {
+        self.silence = silence;
+        let aside = Config {
+            moves: ASIDE_MOVES,
+            ..config
+        };
+        self.program.planner.configure(config);
+        self.aside.planner.configure(aside);
+        self.resync();
+    }
+
+    /// The settings in force.
+    pub(crate) fn config(&self) -> &Config<AXES> {
+        self.program.planner.config()
+    }
+
+    /// Sets the overrides of the program's moves.
+    pub(crate) fn set_overrides(&mut self, overrides: Overrides) {
+        self.program.planner.set_overrides(overrides);
+    }
+
+    /// Sets the rule by which power goes out, from the next segment on.
+    pub(crate) fn set_power_rule(&mut self, rule: PowerRule) {
+        self.power = rule;
+    }
+
+    /// Plans a move of the program. `more`: its line has further moves, motion out of rest waits for them.
+    pub(crate) fn push(
+        &mut self,
+        next: &Move<AXES>,
+        more: bool,
+        now: Instant,
+    ) -> Result<Pushed, PushError> {
+        let begins = self.is_idle();
+        let pushed = self.program.planner.push(next)?;
+        if begins || self.start != Start::Now {
+            self.start = if more {
+                Start::MoreToCome
+            } else {
+                Start::After(now + self.silence)
+            };
+        }
+        Ok(pushed)
+    }
+
+    /// Plans a move of a cycle; it feeds the step interrupt until [`Motion::end_aside`].
+    pub(crate) fn push_aside(&mut self, next: &Move<AXES>) -> Result<Pushed, PushError> {
+        if self.driver == Driver::Program {
+            self.driver = Driver::Aside;
+            self.aside.planner.set_position(self.shared.position());
+        }
+        self.aside.planner.push(next)
+    }
+
+    /// Gives the step interrupt back to the program. At rest, with the motors where a hold left them or the
+    /// program's queue empty.
+    pub(crate) fn end_aside(&mut self) {
+        if self.driver == Driver::Aside {
+            self.aside.planner.clear();
+            self.aside.segmenter.abandon();
+            self.driver = Driver::Program;
+            self.program.segmenter.renew_line();
+        }
+    }
+
+    /// Whether the program has room for one more move.
+    pub(crate) fn has_room(&self) -> bool {
+        self.program.planner.has_room()
+    }
+
+    /// Moves of the program that may still be planned: the first number of `Bf:`.
+    pub(crate) fn room(&self) -> usize {
+        self.program.planner.room()
+    }
+
+    /// Lets motion begin without waiting for more lines.
+    pub(crate) fn release(&mut self) {
+        self.start = Start::Now;
+    }
+
+    /// When motion begins by itself, if it waits for lines.
+    pub(crate) fn starts_at(&self) -> Option<Instant> {
+        match self.start {
+            Start::After(instant) if !self.program.planner.is_empty() => Some(instant),
+            Start::After(_) | Start::MoreToCome | Start::Now => None,
+        }
+    }
+
+    /// Begins to slow down on the path, as fast as the limits allow.
+    pub(crate) fn hold(&mut self) {
+        self.program.segmenter.hold();
+    }
+
+    /// Goes on after a hold, or out of its deceleration.
+    pub(crate) fn resume(&mut self) {
+        self.program.segmenter.resume();
+        self.release();
+    }
+
+    /// Forgets all that is planned, of program and cycles. At rest after a hold, or after a stop.
+    pub(crate) fn forget(&mut self) {
+        self.program.planner.clear();
+        self.program.segmenter.abandon();
+        self.end_aside();
+        self.resync();
+    }
+
+    /// Stops before the next step, and forgets all that is planned. Position is kept: no step is made after this.
+    pub(crate) fn stop(&mut self) {
+        self.shared.set_stop(true);
+        self.stopping = true;
+        self.forget();
+    }
+
+    /// Declares the motors' present position to be `steps`. At rest, with nothing queued.
+    pub(crate) fn set_position(&mut self, axes: &[Coordinate; AXES]) {
+        let motors = self.kinematics.motors(axes);
+        let config = self.program.planner.config();
+        let steps = from_fn(|motor| {
+            let scale = config.steps_per_mm.get(motor);
+            let target = motors.get(motor).copied().unwrap_or(Coordinate::ZERO);
+            scale.and_then(|scale| scale.steps(target)).unwrap_or(0)
+        });
+        self.shared.set_position(steps);
+        self.resync();
+    }
+
+    /// Where the axes are, counted from steps. Motors beyond the axes do not count.
+    pub(crate) fn position(&self) -> [Coordinate; AXES] {
+        self.axes(&self.shared.position())
+    }
+
+    /// Where the axes are when the motors are at `steps`.
+    pub(crate) fn axes(&self, steps: &[i32; MOTORS]) -> [Coordinate; AXES] {
+        let config = self.program.planner.config();
+        let motors = from_fn(|motor| {
+            let scale = config.steps_per_mm.get(motor).copied();
+            let steps = steps.get(motor).copied().unwrap_or(0);
+            scale.map_or(Coordinate::ZERO, |scale| scale.coordinate(steps))
+        });
+        self.kinematics.axes(&motors)
+    }
+
+    /// The speed along the path, mm/s; 0 at rest.
+    pub(crate) fn speed(&self) -> f32 {
+        if self.feeder.is_at_rest() {
+            return 0.0;
+        }
+        match self.driver {
+            Driver::Program => self.program.segmenter.speed(),
+            Driver::Aside => self.aside.segmenter.speed(),
+        }
+    }
+
+    /// The line number of the move under way.
+    pub(crate) fn line_number(&self) -> Option<u32> {
+        self.program.segmenter.line_number()
+    }
+
+    /// Whether no step is made and none is committed: where a hold was asked for, it is complete.
+    pub(crate) fn is_at_rest(&self) -> bool {
+        self.feeder.is_at_rest()
+    }
+
+    /// Whether all moves of the program have been made.
+    pub(crate) fn is_idle(&self) -> bool {
+        self.feeder.is_at_rest() && self.is_program_idle()
+    }
+
+    /// Whether all moves of a cycle have been made.
+    pub(crate) fn is_aside_idle(&self) -> bool {
+        self.feeder.is_at_rest() && self.aside.planner.is_empty() && self.aside.segmenter.is_idle()
+    }
+
+    /// Whether a stop still empties the segment queue.
+    pub(crate) fn is_stopping(&self) -> bool {
+        self.stopping
+    }
+
+    /// Whether segments ran out in motion since this was asked last.
+    pub(crate) fn take_underrun(&mut self) -> bool {
+        let before = self.underruns;
+        self.underruns = self.shared.underruns();
+        self.underruns != before
+    }
+
+    /// Commits segments while there is room; returns whether the step timer is to be started. `may_start`: whether
+    /// the program may begin to move now.
+    pub(crate) fn prepare(&mut self, now: Instant, may_start: bool, work: &mut Work) -> bool {
+        self.end_stop();
+        if self.stopping || !self.may_feed(now, may_start) {
+            return false;
+        }
+        for _ in 0..SEGMENTS_A_POLL {
+            if !self.feeder.has_room() {
+                break;
+            }
+            let Some(mut segment) = self.next_segment() else {
+                break;
+            };
+            self.power.apply(&mut segment);
+            self.feeder.push(segment);
+            work.segments = work.segments.wrapping_add(1);
+        }
+        self.feeder.is_to_start()
+    }
+
+    /// Starts the step timer; [`Motion::prepare`] said so.
+    pub(crate) fn start<B: Board>(&mut self, board: &mut B) {
+        self.feeder.start(board);
+    }
+
+    /// Whether one more segment could be committed now: `feed` wants to be called again at once.
+    pub(crate) fn is_hungry(&mut self, now: Instant, may_start: bool) -> bool {
+        !self.stopping
+            && self.may_feed(now, may_start)
+            && self.has_moves()
+            && self.feeder.has_room()
+    }
+
+    fn has_moves(&self) -> bool {
+        match self.driver {
+            Driver::Program => !(self.program.segmenter.is_held() || self.is_program_idle()),
+            Driver::Aside => !(self.aside.planner.is_empty() && self.aside.segmenter.is_idle()),
+        }
+    }
+
+    fn may_feed(&mut self, now: Instant, may_start: bool) -> bool {
+        match self.driver {
+            Driver::Aside => true,
+            Driver::Program if !self.feeder.is_at_rest() => true,
+            Driver::Program => may_start && self.is_released(now),
+        }
+    }
+
+    fn is_released(&mut self, now: Instant) -> bool {
+        let due = match self.start {
+            Start::Now => true,
+            Start::MoreToCome => false,
+            Start::After(instant) => now >= instant,
+        };
+        if due || !self.program.planner.has_room() {
+            self.start = Start::Now;
+        }
+        self.start == Start::Now
+    }
+
+    fn next_segment(&mut self) -> Option<Segment<MOTORS>> {
+        match self.driver {
+            Driver::Program => self.program.segmenter.next(&mut self.program.planner),
+            Driver::Aside => self.aside.segmenter.next(&mut self.aside.planner),
+        }
+    }
+
+    fn end_stop(&mut self) {
+        if self.stopping && self.feeder.is_at_rest() {
+            self.stopping = false;
+            self.shared.set_stop(false);
+        }
+    }
+
+    fn is_program_idle(&self) -> bool {
+        self.program.planner.is_empty() && self.program.segmenter.is_idle()
+    }
+
+    fn resync(&mut self) {
+        let steps = self.shared.position();
+        self.program.planner.set_position(steps);
+        self.aside.planner.set_position(steps);
+    }
+}

@@ -1,0 +1,6 @@
+//! What the machine switches besides motors.
+
+pub mod coolant;
+pub mod spindle;
+
+pub(crate) mod motors;

@@ -1,0 +1,54 @@
+//! Motor drivers: enabled before the first step, disabled some time after the last (`$1`).
+
+use crate::board::{Board, Duration, Instant};
+
+/// `$1=255` keeps motors enabled.
+const ALWAYS: u32 = 255;
+
+/// Whether the drivers are enabled, and since when they are not needed.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub(crate) struct Motors {
+    enabled: bool,
+    idle_since: Option<Instant>,
+}
+
+impl Motors {
+    /// Enables the drivers. Before the step timer is started. Main loop.
+    pub(crate) fn enable<B: Board>(&mut self, board: &mut B) {
+        if !self.enabled {
+            board.enable_motors(true);
+        }
+        self.enabled = true;
+        self.idle_since = None;
+    }
+
+    /// Disables the drivers `delay_ms` after motion ended; 255 stands for never, unless `locked`: in an alarm, and
+    /// asleep, they are disabled in any case. Main loop, while at rest.
+    pub(crate) fn rest<B: Board>(
+        &mut self,
+        delay_ms: u32,
+        locked: bool,
+        board: &mut B,
+        now: Instant,
+    ) {
+        if !self.enabled {
+            return;
+        }
+        let since = *self.idle_since.get_or_insert(now);
+        if (locked || delay_ms != ALWAYS) && now >= since + millis(delay_ms) {
+            board.enable_motors(false);
+            self.enabled = false;
+        }
+    }
+
+    /// When the drivers are to be disabled.
+    pub(crate) fn rest_at(&self, delay_ms: u32) -> Option<Instant> {
+        let since = self.idle_since.filter(|_| self.enabled);
+        since.map(|since| since + millis(delay_ms))
+    }
+}
+
+fn millis(millis: u32) -> Duration {
+    Duration::from_ticks(u64::from(millis) * 1_000)
+}

@@ -1,0 +1,232 @@
+//! The spindle, or the laser in its place: from `S` to a share of full power.
+//!
+//! ```text
+//!   power
+//!     1 |            ______      S0 is off. Up to $31: the least power that is not off.
+//!       |          /             From $31 to $30: in proportion. Where $30 is not above $31,
+//!       |        /               any S above 0 is full power.
+//!   min |__----/
+//!     0 +------+-----+---- S
+//!             $31   $30
+//! ```
+
+use crate::board::{Board, SpindleOutput};
+use fixed::types::U1F31;
+use leadscrew_stepper::Power;
+
+/// The least power that is not off: one of the 255 levels of Grbl's output.
+const LEAST_SHARE: f32 = 1.0 / 255.0;
+
+/// How `S` maps to power: settings `$30` and `$31`.
+#[derive(Clone, Copy, PartialEq, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct SpindleScale {
+    /// Speed at full power (`$30`), RPM.
+    pub max: f32,
+    /// Speed at the least power (`$31`), RPM.
+    pub min: f32,
+}
+
+impl SpindleScale {
+    /// The power for a speed in RPM: 0 to 1, rounded down to 2⁻²⁴ or better.
+    pub fn power(&self, speed: f32) -> Power {
+        if speed <= 0.0 {
+            return Power::OFF;
+        }
+        if self.max <= self.min || speed >= self.max {
+            return Power::FULL;
+        }
+        share((speed - self.min) / (self.max - self.min))
+    }
+
+    /// The speed in RPM that goes with a power: the inverse of [`SpindleScale::power`].
+    pub fn speed(&self, power: Power) -> f32 {
+        if power == Power::OFF {
+            0.0
+        } else {
+            self.min + (self.max - self.min) * power.share().to_num::<f32>()
+        }
+    }
+}
+
+fn share(share: f32) -> Power {
+    let share = share.clamp(LEAST_SHARE, 1.0);
+    // 2³¹ is exact in f32 and the product at most 2³¹: the cast rounds down.
+    Power::from_share(U1F31::from_bits((share * 2_147_483_648.0) as u32))
+}
+
+/// What the spindle is meant to do, and what keeps it from that for now.
+#[derive(Clone, Copy, PartialEq, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Spindle {
+    output: SpindleOutput,
+    /// Programmed speed (`S`), RPM.
+    speed: f32,
+    /// The program is cutting (G1, G2, G3): a laser may be on at rest.
+    cutting: bool,
+    /// Override, percent.
+    percent: u8,
+    /// Kept off by a hold, the door or 0x9E, whatever is wanted.
+    suspended: bool,
+    scale: SpindleScale,
+    /// A laser stands in its place (`$32`).
+    laser: bool,
+}
+
+impl Spindle {
+    /// Makes a spindle that stands.
+    pub fn new(scale: SpindleScale, laser: bool) -> Self {
+        Self {
+            output: SpindleOutput::Off,
+            speed: 0.0,
+            cutting: false,
+            percent: 100,
+            suspended: false,
+            scale,
+            laser,
+        }
+    }
+
+    /// Puts new settings into effect.
+    pub fn configure(&mut self, scale: SpindleScale, laser: bool) {
+        self.scale = scale;
+        self.laser = laser;
+    }
+
+    /// Notes what is wanted from now on; moves bring the power of a laser along. `speed` in RPM.
+    pub fn want(&mut self, output: SpindleOutput, speed: f32, cutting: bool) {
+        self.output = output;
+        self.speed = speed;
+        self.cutting = cutting;
+    }
+
+    /// Sets the override in percent.
+    pub fn set_override(&mut self, percent: u8) {
+        self.percent = percent;
+    }
+
+    /// Switches off until [`Spindle::restore`]; what is wanted is kept. At rest only. Main loop.
+    pub fn suspend<B: Board>(&mut self, board: &mut B) {
+        self.suspended = true;
+        self.apply(board);
+    }
+
+    /// Switches on again what is wanted. At rest only. Main loop.
+    pub fn restore<B: Board>(&mut self, board: &mut B) {
+        self.suspended = false;
+        self.apply(board);
+    }
+
+    /// Puts direction and power out. At rest only. Main loop.
+    pub fn apply<B: Board>(&self, board: &mut B) {
+        let output = if self.suspended {
+            SpindleOutput::Off
+        } else {
+            self.output
+        };
+        board.set_spindle(output);
+        board.set_power(self.power_at_rest());
+    }
+
+    /// Whether a laser stands in the spindle's place.
+    pub fn is_laser(&self) -> bool {
+        self.laser
+    }
+
+    /// Whether it is meant to be on.
+    pub fn is_wanted(&self) -> bool {
+        self.output != SpindleOutput::Off
+    }
+
+    /// Whether it is kept off, although it may be wanted.
+    pub fn is_suspended(&self) -> bool {
+        self.suspended
+    }
+
+    /// The direction, as reports show it (`A:S`, `A:C`), while any power goes with it.
+    pub fn accessory(&self) -> SpindleOutput {
+        if self.actual_speed() > 0.0 {
+            self.output
+        } else {
+            SpindleOutput::Off
+        }
+    }
+
+    /// The power of a move that programs `speed` RPM, before the override.
+    pub fn programmed_power(&self, speed: f32) -> Power {
+        self.scale.power(speed)
+    }
+
+    /// The power of a spindle in motion and at rest.
+    pub fn power(&self) -> Power {
+        self.scale.power(self.actual_speed())
+    }
+
+    /// The power at rest: a laser is on only under M3, and where the program is cutting.
+    pub fn power_at_rest(&self) -> Power {
+        let on = self.cutting && self.output == SpindleOutput::Clockwise;
+        if self.laser && !on {
+            Power::OFF
+        } else {
+            self.power()
+        }
+    }
+
+    /// The speed as reports show it: with the override, no more than `$30`; 0 while off. RPM.
+    pub fn actual_speed(&self) -> f32 {
+        if self.suspended || self.output == SpindleOutput::Off {
+            return 0.0;
+        }
+        (self.speed * f32::from(self.percent) / 100.0).min(self.scale.max)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const GRBL: SpindleScale = SpindleScale {
+        max: 1000.0,
+        min: 0.0,
+    };
+
+    #[test]
+    fn power_is_in_proportion_between_the_two_settings() {
+        assert_eq!(GRBL.power(0.0), Power::OFF);
+        assert_eq!(GRBL.power(500.0).level(1000), 500);
+        assert_eq!(GRBL.power(1000.0), Power::FULL);
+        assert_eq!(GRBL.power(5000.0), Power::FULL);
+    }
+
+    #[test]
+    fn a_speed_at_or_below_the_least_gives_the_least_power() {
+        let scale = SpindleScale {
+            max: 1000.0,
+            min: 200.0,
+        };
+        assert_eq!(scale.power(1.0), scale.power(200.0));
+        assert!(scale.power(1.0) > Power::OFF);
+    }
+
+    #[test]
+    fn where_the_settings_are_not_in_order_any_speed_is_full_power() {
+        let scale = SpindleScale {
+            max: 0.0,
+            min: 100.0,
+        };
+        assert_eq!(scale.power(1.0), Power::FULL);
+        assert_eq!(scale.power(0.0), Power::OFF);
+    }
+
+    #[test]
+    fn a_laser_is_on_at_rest_under_m3_while_cutting_and_never_under_m4() {
+        let mut laser = Spindle::new(GRBL, true);
+        laser.want(SpindleOutput::Clockwise, 1000.0, true);
+        assert_eq!(laser.power_at_rest(), Power::FULL);
+        laser.want(SpindleOutput::Clockwise, 1000.0, false);
+        assert_eq!(laser.power_at_rest(), Power::OFF);
+        laser.want(SpindleOutput::CounterClockwise, 1000.0, true);
+        assert_eq!(laser.power_at_rest(), Power::OFF);
+        assert_eq!(laser.power(), Power::FULL);
+    }
+}

@@ -1,0 +1,153 @@
+//! Power-up, soft reset and alarms: the ways into a known state.
+
+use crate::board::{Board, ChannelId, CoolantOutput, Instant};
+use crate::executor::Origin;
+use crate::inputs::ProbeWatch;
+use crate::machine::Machine;
+use crate::protocol::alarm::Alarm;
+use crate::protocol::cadence::Cadence;
+use crate::protocol::message::Message;
+use crate::protocol::report::BANNER;
+use crate::protocol::serial::Mark;
+use crate::protocol::status::Status;
+use crate::settings::table::Setting;
+use crate::state::{Lock, State};
+use leadscrew_planner::Kinematics;
+
+/// What a reset drops of the bytes received so far.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Discard {
+    /// Nothing: the machine reset itself.
+    Nothing,
+    /// Everything: the reset button.
+    All,
+    /// What one channel received before its 0x18, and everything of the others.
+    Before(ChannelId, Mark),
+}
+
+impl<K, const AXES: usize, const MOTORS: usize, const MOVES: usize>
+    Machine<'_, K, AXES, MOTORS, MOVES>
+where
+    K: Kinematics<AXES, MOTORS> + Clone,
+{
+    /// Soft reset: 0x18 or the reset button. Main loop.
+    ///
+    /// What was received before is dropped, what comes after is kept. A line under way is answered before the
+    /// banner, never after it.
+    pub(crate) fn reset<B: Board>(&mut self, discard: Discard, board: &mut B, now: Instant) {
+        if self.state == State::Home {
+            return self.reset_homing(discard, board, now);
+        }
+        let aborted = self.is_in_motion();
+        self.motion.stop();
+        if aborted {
+            self.raise(Alarm::AbortedMotion);
+        }
+        self.restart(discard, board, now);
+    }
+
+    /// All of a reset but for what the state before says about it.
+    pub(crate) fn restart<B: Board>(&mut self, discard: Discard, board: &mut B, now: Instant) {
+        self.end_cycles();
+        self.complete_lines();
+        self.console.discard(discard);
+        self.switch_outputs_off(board);
+        self.interpreter.reset();
+        self.work_offset = *self.interpreter.work_offset();
+        self.parking_allowed = true;
+        self.take_position();
+        self.reset_overrides();
+        self.state = match self.state {
+            State::Alarm(_) | State::Sleep => State::Alarm(Lock::Unlockable),
+            State::Idle
+            | State::Run
+            | State::Jog(_)
+            | State::Hold(_)
+            | State::Home
+            | State::Door(_)
+            | State::Check => State::Idle,
+        };
+        self.greet(board, now);
+    }
+
+    /// The banner and what follows it: warnings, then startup lines unless locked.
+    pub(crate) fn greet<B: Board>(&mut self, board: &mut B, now: Instant) {
+        self.cadence = Cadence::new();
+        self.console.broadcast("");
+        self.console.broadcast(BANNER);
+        let active = self.inputs.active(&board.switches());
+        if self.settings.is_on(Setting::HardLimits) && !active.limits.is_empty() {
+            self.state = State::Alarm(Lock::Unlockable);
+            self.console.message(Message::CheckLimits);
+        }
+        if let State::Alarm(_) = self.state {
+            self.console.message(Message::Locked);
+            return;
+        }
+        if active.door {
+            self.open_door(board, now);
+        }
+        self.startup.begin(None);
+    }
+
+    /// Locks the machine and says why.
+    pub(crate) fn raise(&mut self, alarm: Alarm) {
+        self.last_alarm = Some(alarm);
+        self.console
+            .broadcast(format_args!("ALARM:{}", alarm.number()));
+        if self.settings.is_on(Setting::FaultTexts) {
+            self.console.message(Message::Alarm(alarm));
+        }
+        let lock = if alarm.needs_reset() {
+            self.console.message(Message::ResetToContinue);
+            Lock::Critical
+        } else {
+            Lock::Unlockable
+        };
+        self.state = State::Alarm(lock);
+    }
+
+    /// Spindle and coolant off, for good.
+    pub(crate) fn switch_outputs_off<B: Board>(&mut self, board: &mut B) {
+        self.want_spindle(&crate::interpreter::Spindle::default());
+        self.spindle.restore(board);
+        self.update_power();
+        self.coolant.restore(board);
+        self.set_coolant(CoolantOutput::default(), board);
+    }
+
+    /// Answers a line on its channel; a startup line on all.
+    pub(crate) fn answer(&mut self, origin: Origin, result: Result<(), Status>) {
+        match origin {
+            Origin::Channel(id) => self.console.answer(id, result),
+            Origin::Startup(line) => self.answer_startup(line, result),
+        }
+    }
+
+    /// Goes on from where the motors are.
+    pub(crate) fn take_position(&mut self) {
+        let position = self.motion.position();
+        self.path_end = position;
+        self.interpreter.set_position(position);
+    }
+
+    fn is_in_motion(&self) -> bool {
+        self.state.is_moving() && !self.motion.is_at_rest()
+    }
+
+    /// The line under way gets its answer while that still means something to its sender.
+    fn complete_lines(&mut self) {
+        let waiting = self.startup.cancel();
+        for origin in self.executor.finish().into_iter().chain(waiting) {
+            self.answer(origin, Ok(()));
+        }
+    }
+
+    /// Ends homing, probing and the door's sequence, without a word.
+    fn end_cycles(&mut self) {
+        self.homing = None;
+        self.door = None;
+        self.release_homing();
+        self.inputs.watch_probe(ProbeWatch::Off);
+    }
+}

@@ -1,0 +1,228 @@
+//! What the machine reports of itself: plain values taken from its parts at one instant.
+
+use crate::board::{Board, SpindleOutput};
+use crate::inputs::ActiveSwitches;
+use crate::interpreter::{
+    Coordinate, Distance, FeedMode, Motion, OffsetId, Plane, Rotation, Turn, Units, WorkSystem,
+};
+use crate::machine::Machine;
+use crate::protocol::decimal;
+use crate::protocol::report::{
+    self, Accessories, ModesReport, OptionsLine, OverridePercents, Parameters, Pins, ProbeReport,
+    Room, StatusReport, Turning,
+};
+use crate::settings::table::Setting;
+use crate::state::State;
+use leadscrew_gcode::Number;
+use leadscrew_planner::Kinematics;
+
+/// Where the probe touched last.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) struct Probed<const AXES: usize> {
+    /// Machine position.
+    pub(crate) position: [Coordinate; AXES],
+    /// Whether the last probing motion made contact.
+    pub(crate) contact: bool,
+}
+
+impl<K, const AXES: usize, const MOTORS: usize, const MOVES: usize>
+    Machine<'_, K, AXES, MOTORS, MOVES>
+where
+    K: Kinematics<AXES, MOTORS> + Clone,
+{
+    /// Answers every `?` that waits and whose channel has room. Main loop.
+    pub(crate) fn report<B: Board>(&mut self, board: &B) {
+        let active = self.inputs.active(&board.switches());
+        for index in 0..self.console.count() {
+            let id = crate::board::ChannelId(index);
+            let free = match self.console.channel(id) {
+                Some(channel) if channel.report_due && channel.output.has_room() => {
+                    channel.report_due = false;
+                    channel.free()
+                }
+                Some(_) | None => continue,
+            };
+            let report = self.status_report(&active, free);
+            self.console.line(id, report);
+            self.work.reports = self.work.reports.wrapping_add(1);
+        }
+    }
+
+    fn status_report(&mut self, active: &ActiveSwitches, free: usize) -> StatusReport<AXES> {
+        let extra = self.cadence.next(self.is_moving_about());
+        let coolant = self.coolant.output();
+        StatusReport {
+            state: self.state.name(active.door),
+            position: numbers(&self.motion.position()),
+            work_offset: numbers(&self.work_offset),
+            mask: self.settings.mask(Setting::ReportMask),
+            room: Room {
+                moves: self.motion.room(),
+                bytes: free,
+            },
+            line_number: self.line_number(),
+            feed: decimal::from_f32(self.motion.speed() * 60.0),
+            speed: decimal::from_f32(self.spindle.actual_speed()),
+            pins: pins(active),
+            overrides: OverridePercents {
+                feed: self.overrides.feed,
+                rapid: self.overrides.rapid,
+                spindle: self.overrides.spindle,
+            },
+            accessories: Accessories {
+                spindle: match self.spindle.accessory() {
+                    SpindleOutput::Off => Turning::Not,
+                    SpindleOutput::Clockwise => Turning::Clockwise,
+                    SpindleOutput::CounterClockwise => Turning::Counterclockwise,
+                },
+                flood: coolant.flood,
+                mist: coolant.mist,
+            },
+            extra,
+            units: self.report_units(),
+        }
+    }
+
+    /// Whether reports take the cadence of a busy machine.
+    fn is_moving_about(&self) -> bool {
+        match self.state {
+            State::Run | State::Jog(_) | State::Hold(_) | State::Home | State::Door(_) => true,
+            State::Idle | State::Alarm(_) | State::Check | State::Sleep => false,
+        }
+    }
+
+    fn line_number(&self) -> Option<u32> {
+        let number = self.motion.line_number();
+        number.filter(|number| self.config.options.line_numbers && *number != 0)
+    }
+
+    /// Sends `[PRB:` on all channels.
+    pub(crate) fn report_probe(&mut self) {
+        let report = self.probe_report();
+        self.console.broadcast(report);
+    }
+
+    /// The answer to `$G`.
+    pub(crate) fn modes(&self) -> ModesReport {
+        let modal = self.interpreter.modal();
+        ModesReport {
+            motion: motion_word(modal.motion),
+            coordinate_system: 54 + modal.system as u8,
+            plane: match modal.plane {
+                Plane::Xy => 17,
+                Plane::Zx => 18,
+                Plane::Yz => 19,
+            },
+            units: match modal.units {
+                Units::Inches => 20,
+                Units::Millimetres => 21,
+            },
+            distance: match modal.distance {
+                Distance::Absolute => 90,
+                Distance::Incremental => 91,
+            },
+            feed_mode: match modal.feed_mode {
+                FeedMode::InverseTime => 93,
+                FeedMode::PerMinute => 94,
+            },
+            spindle: match modal.rotation {
+                Rotation::Clockwise => 3,
+                Rotation::Counterclockwise => 4,
+                Rotation::Off => 5,
+            },
+            mist: modal.coolant.mist,
+            flood: modal.coolant.flood,
+            parking: self.config.options.parking_override && self.parking_allowed,
+            tool: modal.tool,
+            feed: modal.feed,
+            speed: modal.speed,
+            inches: self.settings.is_on(Setting::Inches),
+        }
+    }
+
+    /// The second line of `$I`.
+    pub(crate) fn options_line(&self, bytes: usize) -> OptionsLine {
+        let options = &self.config.options;
+        OptionsLine {
+            line_numbers: options.line_numbers,
+            mist: options.mist,
+            parking: options.parking.is_some(),
+            single_axis_homing: options.single_axis_homing,
+            parking_override: options.parking_override,
+            door: options.door,
+            moves: self.config.moves.min(MOVES),
+            bytes,
+        }
+    }
+
+    /// What `$#` lists.
+    pub(crate) fn parameters(&self) -> Parameters<AXES> {
+        let offsets = self.interpreter.offsets();
+        let system = |system: WorkSystem| numbers(offsets.get(OffsetId::Work(system)));
+        Parameters {
+            systems: WorkSystem::ALL.map(system),
+            home: numbers(offsets.get(OffsetId::G28)),
+            second_home: numbers(offsets.get(OffsetId::G30)),
+            temporary: numbers(offsets.g92()),
+            tool_length: number(offsets.tool_length()),
+            probed: self.probe_report(),
+            units: self.report_units(),
+        }
+    }
+
+    fn probe_report(&self) -> ProbeReport<AXES> {
+        ProbeReport {
+            position: numbers(&self.probed.position),
+            success: self.probed.contact,
+            units: self.report_units(),
+        }
+    }
+
+    fn report_units(&self) -> report::Units<AXES> {
+        report::Units {
+            inches: self.settings.is_on(Setting::Inches),
+            rotary: self
+                .config
+                .axes
+                .map(|axis| axis == crate::config::AxisKind::Rotary),
+        }
+    }
+}
+
+fn number(coordinate: Coordinate) -> Number {
+    Number::from_nanos(coordinate.nanos())
+}
+
+fn numbers<const AXES: usize>(coordinates: &[Coordinate; AXES]) -> [Number; AXES] {
+    coordinates.map(number)
+}
+
+fn pins(active: &ActiveSwitches) -> Pins {
+    Pins {
+        probe: active.probe,
+        limits: active.limits.bits(),
+        door: active.door,
+        reset: active.reset,
+        hold: active.hold,
+        start: active.start,
+    }
+}
+
+/// The number of a motion mode's G word.
+fn motion_word(motion: Motion) -> Number {
+    const TENTH: i64 = 100_000_000;
+    let tenths = match motion {
+        Motion::Rapid => 0,
+        Motion::Feed => 10,
+        Motion::Arc(Turn::Clockwise) => 20,
+        Motion::Arc(Turn::Counterclockwise) => 30,
+        Motion::Probe(kind) => match (kind.toward, kind.must_trigger) {
+            (true, true) => 382,
+            (true, false) => 383,
+            (false, true) => 384,
+            (false, false) => 385,
+        },
+        Motion::Cancelled => 800,
+    };
+    Number::from_nanos(tenths * TENTH)
+}

@@ -1,0 +1,264 @@
+//! `$` commands carried out.
+
+use crate::board::{Board, ChannelId, Instant};
+use crate::executor::{LineKind, Origin};
+use crate::interpreter::{Command, Context, Fault, OffsetId};
+use crate::listing::Listing;
+use crate::machine::Machine;
+use crate::protocol::message::Message;
+use crate::protocol::report::{StartupLine, VersionLine, HELP};
+use crate::protocol::status::Status;
+use crate::protocol::system_command::{
+    Activity, Circumstances, Homing, Restore, SystemCommand, STARTUP_LINES,
+};
+use crate::reset::Discard;
+use crate::settings::table::Setting;
+use crate::settings::values::Entry;
+use crate::soft_limits;
+use crate::state::{Lock, State};
+use leadscrew_gcode::Number;
+use leadscrew_planner::{Coordinate, Kinematics};
+
+/// When a command's line is answered.
+enum Reply {
+    /// Now.
+    Now,
+    /// The command has answered, or will do so.
+    Later,
+}
+
+impl<K, const AXES: usize, const MOTORS: usize, const MOVES: usize>
+    Machine<'_, K, AXES, MOTORS, MOVES>
+where
+    K: Kinematics<AXES, MOTORS> + Clone,
+{
+    /// Carries out a line that begins with `$`. Main loop.
+    pub(crate) fn system_line<B: Board>(
+        &mut self,
+        id: ChannelId,
+        line: &[u8],
+        board: &mut B,
+        now: Instant,
+    ) {
+        let command = SystemCommand::parse(line, &self.circumstances());
+        match command.and_then(|command| self.obey(id, command, board, now)) {
+            Ok(Reply::Now) => self.console.answer(id, Ok(())),
+            Ok(Reply::Later) => {}
+            Err(status) => self.refuse(Origin::Channel(id), Fault { status, column: 0 }),
+        }
+    }
+
+    fn circumstances(&self) -> Circumstances {
+        Circumstances {
+            activity: match self.state {
+                State::Idle => Activity::Idle,
+                State::Alarm(_) => Activity::Alarm,
+                State::Jog(_) => Activity::Jog,
+                State::Check => Activity::Check,
+                State::Run | State::Hold(_) | State::Home | State::Door(_) | State::Sleep => {
+                    Activity::Busy
+                }
+            },
+            homing: self.settings.is_on(Setting::Homing),
+            single_axis_homing: self.config.options.single_axis_homing,
+        }
+    }
+
+    fn obey<B: Board>(
+        &mut self,
+        id: ChannelId,
+        command: SystemCommand<'_>,
+        board: &mut B,
+        now: Instant,
+    ) -> Result<Reply, Status> {
+        match command {
+            SystemCommand::Help => self.console.line(id, HELP),
+            SystemCommand::ShowSettings => return Ok(self.begin_list(id, Listing::Settings(0))),
+            SystemCommand::ShowParameters => return Ok(self.begin_list(id, Listing::Parameters(0))),
+            SystemCommand::ShowModes => self.console.line(id, self.modes()),
+            SystemCommand::ShowBuild => self.show_build(id),
+            SystemCommand::ShowStartup => self.show_startup(id),
+            SystemCommand::StoreBuild(text) => self.memory.set_build(text),
+            SystemCommand::StoreStartup { index, line } => self.store_startup(index, line)?,
+            SystemCommand::Check => return Ok(self.toggle_check(id, board, now)),
+            SystemCommand::Unlock => self.unlock(board)?,
+            SystemCommand::Home(homing) => return self.home(id, homing, board, now),
+            SystemCommand::Jog(line) => return self.jog(id, line, board, now),
+            SystemCommand::Sleep => return Ok(self.sleep(id, board)),
+            SystemCommand::Restore(what) => return Ok(self.restore_defaults(id, what, board, now)),
+            SystemCommand::Set { number, value } => self.set(number, value, board)?,
+        }
+        Ok(Reply::Now)
+    }
+
+    fn begin_list(&mut self, id: ChannelId, listing: Listing) -> Reply {
+        if let Some(channel) = self.console.channel(id) {
+            channel.listing = Some(listing);
+        }
+        Reply::Later
+    }
+
+    fn show_build(&mut self, id: ChannelId) {
+        let bytes = self
+            .console
+            .channel(id)
+            .map_or(0, |channel| channel.limit());
+        let options = self.options_line(bytes);
+        let text = self.memory.build();
+        self.console.line(id, VersionLine { text });
+        self.console.line(id, options);
+    }
+
+    fn show_startup(&mut self, id: ChannelId) {
+        for index in 0..STARTUP_LINES {
+            let line = self.memory.startup(index);
+            self.console.line(id, StartupLine { index, line });
+        }
+    }
+
+    /// Checks the line in the present modal state and keeps it, without carrying it out.
+    fn store_startup(&mut self, index: u8, line: &[u8]) -> Result<(), Status> {
+        if !line.is_empty() {
+            let context = Context {
+                axes: &self.config.axes,
+                options: &self.config.options,
+                laser_mode: self.settings.is_on(Setting::Laser),
+                reach: &self.reach,
+            };
+            let checked = self.interpreter.check(line, &context);
+            checked.map_err(|fault| fault.status)?;
+        }
+        self.memory.set_startup(index, line);
+        Ok(())
+    }
+
+    /// `$C`: leaving check mode resets the machine.
+    fn toggle_check<B: Board>(&mut self, id: ChannelId, board: &mut B, now: Instant) -> Reply {
+        if self.state != State::Check {
+            self.state = State::Check;
+            self.console.message(Message::CheckEnabled);
+            return Reply::Now;
+        }
+        self.console.message(Message::CheckDisabled);
+        self.console.answer(id, Ok(()));
+        self.restart(Discard::Nothing, board, now);
+        Reply::Later
+    }
+
+    fn unlock<B: Board>(&mut self, board: &B) -> Result<(), Status> {
+        let State::Alarm(Lock::Unlockable) = self.state else {
+            return Ok(());
+        };
+        if self.is_door_open(board) {
+            return Err(Status::DoorOpen);
+        }
+        self.state = State::Idle;
+        self.console.message(Message::Unlocked);
+        Ok(())
+    }
+
+    fn home<B: Board>(
+        &mut self,
+        id: ChannelId,
+        homing: Homing,
+        board: &B,
+        now: Instant,
+    ) -> Result<Reply, Status> {
+        if self.is_door_open(board) {
+            return Err(Status::DoorOpen);
+        }
+        let groups = match homing {
+            Homing::All => self.config.homing_cycles,
+            Homing::Axis(axis) => [1u8.checked_shl(u32::from(axis)).unwrap_or(0), 0, 0, 0],
+        };
+        self.begin_homing(Origin::Channel(id), groups, now);
+        Ok(Reply::Later)
+    }
+
+    fn jog<B: Board>(
+        &mut self,
+        id: ChannelId,
+        line: &[u8],
+        board: &mut B,
+        now: Instant,
+    ) -> Result<Reply, Status> {
+        let context = Context {
+            axes: &self.config.axes,
+            options: &self.config.options,
+            laser_mode: self.settings.is_on(Setting::Laser),
+            reach: &self.reach,
+        };
+        let jog = self.interpreter.jog(line, &context);
+        let Some(jog) = jog.map_err(|fault| fault.status)? else {
+            return Ok(Reply::Now);
+        };
+        let target = jog.travel.target;
+        if self.settings.is_on(Setting::SoftLimits) && !soft_limits::allow(&target, &self.travel) {
+            return Err(Status::JogOutOfTravel);
+        }
+        self.interpreter.set_position(target);
+        let commands = self.executor.commands();
+        commands.clear();
+        // The first of an empty list always fits.
+        let _ = commands.push(Command::Line(jog.travel));
+        self.executor.begin(Origin::Channel(id), LineKind::Jog);
+        self.execute(board, now);
+        Ok(Reply::Later)
+    }
+
+    /// `$SLP`: answered first, as Grbl does.
+    fn sleep<B: Board>(&mut self, id: ChannelId, board: &mut B) -> Reply {
+        self.console.answer(id, Ok(()));
+        self.switch_outputs_off(board);
+        self.state = State::Sleep;
+        self.console.message(Message::Sleeping);
+        Reply::Later
+    }
+
+    fn restore_defaults<B: Board>(
+        &mut self,
+        id: ChannelId,
+        what: Restore,
+        board: &mut B,
+        now: Instant,
+    ) -> Reply {
+        let (settings, parameters, texts) = match what {
+            Restore::Settings => (true, false, false),
+            Restore::Parameters => (false, true, false),
+            Restore::All => (true, true, true),
+        };
+        if settings {
+            self.settings.restore_defaults();
+            self.apply_settings(board);
+        }
+        if parameters {
+            for offset in OffsetId::ALL {
+                let zero = [Coordinate::ZERO; AXES];
+                self.interpreter.load_offset(offset, zero);
+            }
+        }
+        if texts {
+            self.memory.clear();
+        }
+        self.console.message(Message::RestoringDefaults);
+        self.console.answer(id, Ok(()));
+        self.restart(Discard::Nothing, board, now);
+        Reply::Later
+    }
+
+    fn set<B: Board>(&mut self, number: u16, value: Number, board: &mut B) -> Result<(), Status> {
+        let entry = Entry { number, value };
+        let inches = self.settings.is_on(Setting::Inches);
+        self.settings.set(entry, self.config.max_step_rate)?;
+        self.apply_settings(board);
+        if self.settings.is_on(Setting::Inches) != inches {
+            self.cadence.work_offset_changed();
+        }
+        Ok(())
+    }
+
+    /// Whether there is a door, and it is open now.
+    pub(crate) fn is_door_open<B: Board>(&self, board: &B) -> bool {
+        self.inputs.active(&board.switches()).door
+    }
+}

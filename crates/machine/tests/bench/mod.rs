@@ -1,0 +1,304 @@
+//! A desk with a machine on it: bytes in, lines out, the step interrupt called when its timer is due.
+//!
+//! Time is counted in timer counts (84 MHz). The main loop polls every 100 µs and whenever it asks to.
+
+#![allow(unreachable_pub, dead_code, reason = "shared by several test files")]
+
+use leadscrew_machine::board::{
+    Board, ChannelId, CoolantOutput, Instant, PortConfig, SpindleOutput, Switches,
+};
+use leadscrew_machine::config::{MachineConfig, SegmentQueue, CHANNELS};
+use leadscrew_machine::inputs::Inputs;
+use leadscrew_machine::machine::{Links, Machine};
+use leadscrew_machine::protocol::serial::{Receiver, SerialQueue};
+use leadscrew_planner::Cartesian;
+use leadscrew_stepper::{
+    on_timer, MotorMask, Outputs, Power, Segment, Shared, StepInterrupt, StepPort, Ticks,
+};
+
+const COUNTS_PER_US: u64 = 84;
+const POLL_EVERY: u64 = 100 * COUNTS_PER_US;
+
+/// Pins and wires, seen from outside.
+#[derive(Debug)]
+pub struct Pins {
+    pub sent: Vec<u8>,
+    /// The sender reads; otherwise the board takes no byte.
+    pub reading: bool,
+    pub pulses: [u32; 3],
+    pub position: [i32; 3],
+    direction: MotorMask,
+    pub power: Power,
+    pub spindle: SpindleOutput,
+    pub coolant: CoolantOutput,
+    pub enabled: bool,
+    pub switches: Switches,
+    now: u64,
+    due: Option<u64>,
+}
+
+impl Board for Pins {
+    fn start_stepping(&mut self) {
+        assert!(self.enabled, "a motor steps while it is disabled");
+        assert_eq!(self.due, None, "the timer is started while it runs");
+        self.due = Some(self.now);
+    }
+    fn write(&mut self, _: ChannelId, bytes: &[u8]) -> usize {
+        if !self.reading {
+            return 0;
+        }
+        self.sent.extend_from_slice(bytes);
+        bytes.len()
+    }
+    fn switches(&self) -> Switches {
+        self.switches
+    }
+    fn enable_motors(&mut self, on: bool) {
+        self.enabled = on;
+    }
+    fn set_spindle(&mut self, output: SpindleOutput) {
+        self.spindle = output;
+    }
+    fn set_power(&mut self, power: Power) {
+        assert_eq!(self.due, None, "the main loop sets power in motion");
+        self.power = power;
+    }
+    fn set_coolant(&mut self, output: CoolantOutput) {
+        self.coolant = output;
+    }
+    fn configure(&mut self, _: &PortConfig) {}
+}
+
+impl StepPort for Pins {
+    fn step(&mut self, motors: MotorMask) {
+        for motor in (0..3).filter(|motor| motors.contains(*motor)) {
+            self.pulses[motor] += 1;
+            let negative = self.direction.contains(motor);
+            self.position[motor] += if negative { -1 } else { 1 };
+        }
+    }
+    fn set_direction(&mut self, negative: MotorMask) {
+        self.direction = negative;
+    }
+    fn set_power(&mut self, power: Power) {
+        self.power = power;
+    }
+    fn set_outputs(&mut self, _: Outputs) {}
+    fn arm(&mut self, wait: Ticks) -> bool {
+        let due = self.due.expect("the timer runs") + u64::from(wait.0);
+        self.due = Some(due);
+        due < self.now
+    }
+    fn rest(&mut self) {
+        self.due = None;
+    }
+}
+
+/// All memory that machine and interrupts share.
+pub struct Memory {
+    segments: SegmentQueue<3>,
+    shared: Shared<3>,
+    inputs: Inputs<3>,
+    serial: SerialQueue<1025>,
+}
+
+impl Memory {
+    pub fn new() -> Self {
+        Self {
+            segments: SegmentQueue::new(),
+            shared: Shared::new(),
+            inputs: Inputs::new(),
+            serial: SerialQueue::new(),
+        }
+    }
+}
+
+/// A machine, its interrupts, and what a sender sees.
+pub struct Session<'a> {
+    pub machine: Machine<'a, Cartesian, 3, 3, 64>,
+    pub pins: Pins,
+    pub shared: &'a Shared<3>,
+    inputs: &'a Inputs<3>,
+    receiver: Receiver<'a>,
+    interrupt: StepInterrupt<3>,
+    segments: heapless::spsc::Consumer<'a, Segment<3>>,
+    /// A switch on the probe input or a limit: closes where the carriage is at or beyond this (motor, steps).
+    pub contact: Option<Contact>,
+    next_poll: u64,
+}
+
+/// A switch that follows the carriage.
+#[derive(Clone, Copy, Debug)]
+pub enum Contact {
+    /// The probe touches where motor 2 is at or below this.
+    Probe(i32),
+    /// The limit switch of each motor is closed where it is at or above this.
+    Limits([i32; 3]),
+}
+
+impl<'a> Session<'a> {
+    /// A machine after power-up, with its banner taken away.
+    pub fn boot(memory: &'a mut Memory, config: MachineConfig<3>) -> Self {
+        let (producer, consumer) = memory.segments.split();
+        let (receiver, inbox) = memory.serial.split();
+        let mut inboxes = heapless::Vec::<_, CHANNELS>::new();
+        assert!(inboxes.push(inbox).is_ok());
+        let links = Links {
+            segments: producer,
+            shared: &memory.shared,
+            inputs: &memory.inputs,
+            inboxes,
+        };
+        let pins = Pins {
+            sent: Vec::new(),
+            reading: true,
+            pulses: [0; 3],
+            position: [0; 3],
+            direction: MotorMask::NONE,
+            power: Power::OFF,
+            spindle: SpindleOutput::Off,
+            coolant: CoolantOutput::default(),
+            enabled: false,
+            switches: Switches::OPEN,
+            now: 0,
+            due: None,
+        };
+        let mut session = Self {
+            machine: Machine::new(config, Cartesian, links),
+            pins,
+            shared: &memory.shared,
+            inputs: &memory.inputs,
+            receiver,
+            interrupt: StepInterrupt::new(),
+            segments: consumer,
+            contact: None,
+            next_poll: 0,
+        };
+        session.wait_ms(1);
+        assert_eq!(session.lines(), ["", "Grbl 1.1h ['$' for help]"]);
+        session
+    }
+
+    /// The serial interrupt receives bytes.
+    pub fn send(&mut self, bytes: impl AsRef<[u8]>) {
+        for byte in bytes.as_ref() {
+            self.receiver.receive(*byte);
+        }
+    }
+
+    /// Sends a line, waits until all is quiet, and returns what was received.
+    pub fn line(&mut self, line: &str) -> Vec<String> {
+        self.send(line);
+        self.send("\n");
+        self.until_quiet();
+        self.lines()
+    }
+
+    /// Sends `?` and returns the report.
+    pub fn status(&mut self) -> String {
+        self.send("?");
+        self.wait_ms(1);
+        let lines = self.lines();
+        lines
+            .into_iter()
+            .find(|line| line.starts_with('<'))
+            .unwrap_or_default()
+    }
+
+    /// The lines received since this was asked last.
+    pub fn lines(&mut self) -> Vec<String> {
+        let sent = String::from_utf8(std::mem::take(&mut self.pins.sent)).unwrap();
+        assert!(sent.is_empty() || sent.ends_with("\r\n"), "{sent:?}");
+        sent.split_terminator("\r\n").map(str::to_owned).collect()
+    }
+
+    pub fn now_us(&self) -> u64 {
+        self.pins.now / COUNTS_PER_US
+    }
+
+    pub fn wait_ms(&mut self, ms: u64) {
+        let end = self.pins.now + ms * 1000 * COUNTS_PER_US;
+        while self.pins.now < end {
+            self.turn();
+        }
+    }
+
+    /// Until nothing moves and nothing waits; at most ten minutes.
+    pub fn until_quiet(&mut self) {
+        let end = self.pins.now + 600_000_000 * COUNTS_PER_US;
+        self.turn();
+        while !(self.machine.is_quiet() && self.pins.due.is_none()) {
+            self.turn();
+            assert!(
+                self.pins.now < end,
+                "never quiet: {:?}",
+                self.machine.state()
+            );
+        }
+    }
+
+    /// Until `done` says so; at most ten minutes.
+    pub fn until(&mut self, mut done: impl FnMut(&Self) -> bool) {
+        let end = self.pins.now + 600_000_000 * COUNTS_PER_US;
+        while !done(self) {
+            self.turn();
+            assert!(self.pins.now < end, "never: {:?}", self.machine.state());
+        }
+    }
+
+    /// One interrupt or one poll, whichever is due first.
+    pub fn turn(&mut self) {
+        match self.pins.due {
+            Some(due) if due <= self.next_poll => {
+                self.pins.now = self.pins.now.max(due);
+                on_timer(
+                    &mut self.interrupt,
+                    &mut self.segments,
+                    self.shared,
+                    &mut self.pins,
+                );
+                self.follow_contact();
+                assert_eq!(self.shared.position(), self.counted());
+            }
+            _ => {
+                self.pins.now = self.pins.now.max(self.next_poll);
+                let now = Instant::from_ticks(self.pins.now / COUNTS_PER_US);
+                let next = self.machine.poll(&mut self.pins, now);
+                let pause = if next.busy { COUNTS_PER_US } else { POLL_EVERY };
+                self.next_poll = self.pins.now + pause;
+            }
+        }
+        assert_eq!(self.shared.underruns(), 0, "the segments ran out");
+    }
+
+    /// Sets switches; the switch interrupt follows.
+    pub fn switch(&mut self, change: impl FnOnce(&mut Switches)) {
+        change(&mut self.pins.switches);
+        self.inputs.on_switches(&self.pins.switches, self.shared);
+    }
+
+    fn follow_contact(&mut self) {
+        let before = self.pins.switches;
+        let position = self.pins.position;
+        match self.contact {
+            None => return,
+            Some(Contact::Probe(below)) => self.pins.switches.probe = position[2] > below,
+            Some(Contact::Limits(above)) => {
+                let open = (0..3).filter(|motor| position[*motor] < above[*motor]);
+                let bits = open.fold(0, |bits, motor| bits | 1 << motor);
+                self.pins.switches.limits = MotorMask::from_bits(bits);
+            }
+        }
+        if self.pins.switches != before {
+            self.inputs.on_switches(&self.pins.switches, self.shared);
+        }
+    }
+
+    /// The plant's position, as long as nobody declares another one (homing does).
+    fn counted(&self) -> [i32; 3] {
+        match self.contact {
+            Some(Contact::Limits(_)) => self.shared.position(),
+            Some(Contact::Probe(_)) | None => self.pins.position,
+        }
+    }
+}

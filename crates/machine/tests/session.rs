@@ -1,0 +1,248 @@
+//! Whole conversations with a machine: bytes in, answers and step pulses out.
+
+mod bench;
+
+use bench::{Contact, Memory, Session};
+use leadscrew_machine::board::SpindleOutput;
+use leadscrew_machine::config::MachineConfig;
+use leadscrew_stepper::Power;
+
+#[test]
+fn a_feed_move_is_answered_and_makes_exactly_its_steps() {
+    let mut memory = Memory::new();
+    let mut session = Session::boot(&mut memory, MachineConfig::grbl());
+    session.line("$110=6000");
+    session.line("$120=500");
+    assert_eq!(session.line("G1 X10 F600"), ["ok"]);
+    assert_eq!(session.pins.pulses, [2500, 0, 0]);
+    assert_eq!(session.pins.position, [2500, 0, 0]);
+    assert!(session
+        .status()
+        .starts_with("<Idle|MPos:10.000,0.000,0.000|FS:0,0"));
+}
+
+#[test]
+fn every_line_gets_one_answer_and_the_path_ends_at_the_exact_step() {
+    let mut memory = Memory::new();
+    let mut session = Session::boot(&mut memory, MachineConfig::grbl());
+    let job = "$120=500\n$121=500\n$110=6000\n$111=6000\nG91\nF3000\nG1X0.1Y0.2\nG1X.1\nX.1Y-.2\n\
+               G2X5Y5I5\nG3X-5Y-5J-5\nG90\nG0X1.234Y-3.21\nG4P0.1\nM3S100\nM5\nG17\n\n(c)\nQ\nG1X0Y0\n";
+    session.send(job);
+    session.until_quiet();
+    let lines = session.lines();
+    assert_eq!(lines.len(), job.lines().count(), "{lines:?}");
+    let refused: Vec<_> = lines.iter().filter(|line| *line != "ok").collect();
+    assert_eq!(refused, ["error:20"]);
+    assert_eq!(session.pins.position, [0, 0, 0]);
+}
+
+#[test]
+fn a_hold_stops_on_the_path_and_a_resume_ends_at_the_target() {
+    let mut memory = Memory::new();
+    let mut session = Session::boot(&mut memory, MachineConfig::grbl());
+    session.line("$120=100");
+    session.send("G1X10Y5F500\n");
+    session.wait_ms(600);
+    session.send("!");
+    session.wait_ms(20);
+    assert!(session.status().starts_with("<Hold:1"));
+    session.wait_ms(500);
+    assert!(session.status().starts_with("<Hold:0"));
+    let [x, y, _] = session.pins.position;
+    assert!(x > 0 && x < 2500 && (x - 2 * y).abs() <= 1, "{x} {y}");
+    session.send("~");
+    session.until_quiet();
+    assert_eq!(session.pins.position, [2500, 1250, 0]);
+}
+
+#[test]
+fn a_reset_in_motion_is_an_alarm_and_keeps_the_position() {
+    let mut memory = Memory::new();
+    let mut session = Session::boot(&mut memory, MachineConfig::grbl());
+    session.send("G1X10F500\nG1X20\n");
+    session.wait_ms(500);
+    session.lines();
+    session.send("\x18?");
+    session.wait_ms(5);
+    let lines = session.lines();
+    assert_eq!(
+        lines[..4],
+        [
+            "ALARM:3",
+            "",
+            "Grbl 1.1h ['$' for help]",
+            "[MSG:'$H'|'$X' to unlock]"
+        ]
+    );
+    assert!(lines[4].starts_with("<Alarm|"), "{lines:?}");
+    assert_eq!(session.line("G0X1"), ["error:9"]);
+    assert_eq!(session.line("$X"), ["[MSG:Caution: Unlocked]", "ok"]);
+    assert_eq!(session.line("G0X1"), ["ok"]);
+    assert_eq!(session.pins.position, [250, 0, 0]);
+}
+
+#[test]
+fn a_jog_is_cancelled_and_the_next_one_starts_from_there() {
+    let mut memory = Memory::new();
+    let mut session = Session::boot(&mut memory, MachineConfig::grbl());
+    session.line("$120=100");
+    assert_eq!(session.line("$J=G91X1F500"), ["ok"]);
+    session.send("$J=X50F500\n");
+    session.wait_ms(500);
+    assert!(session.status().starts_with("<Jog|"));
+    session.lines();
+    session.send([0x85]);
+    session.send("$J=G91X1F500\n");
+    session.until_quiet();
+    assert_eq!(session.lines(), ["ok"]);
+    let stopped = session.pins.position[0] - 250;
+    assert!(stopped > 250 && stopped < 5000, "{stopped}");
+    assert!(session.status().starts_with("<Idle|"));
+}
+
+#[test]
+fn a_probe_reports_the_step_of_the_contact() {
+    let mut memory = Memory::new();
+    let mut session = Session::boot(&mut memory, MachineConfig::grbl());
+    session.line("$112=1000");
+    session.line("$122=100");
+    session.contact = Some(Contact::Probe(-500));
+    let lines = session.line("G38.2Z-10F100");
+    assert_eq!(lines, ["[PRB:0.000,0.000,-2.000:1]", "ok"]);
+    session.contact = None;
+    session.switch(|switches| switches.probe = true);
+    let lines = session.line("G38.2Z-5F300");
+    assert_eq!(lines, ["ALARM:5", "[PRB:0.000,0.000,-2.000:0]", "ok"]);
+}
+
+#[test]
+fn homing_ends_a_pull_off_away_from_the_switches() {
+    let mut memory = Memory::new();
+    let mut session = Session::boot(&mut memory, MachineConfig::grbl());
+    for line in [
+        "$22=1",
+        "$24=100",
+        "$25=1000",
+        "$26=10",
+        "$27=1",
+        "$110=1000",
+        "$111=1000",
+        "$112=1000",
+        "$120=100",
+        "$121=100",
+        "$122=100",
+        "$130=20",
+        "$131=20",
+        "$132=20",
+    ] {
+        assert_eq!(session.line(line), ["ok"]);
+    }
+    session.contact = Some(Contact::Limits([1000, 1500, 500]));
+    assert_eq!(session.line("$H"), ["ok"]);
+    assert!(session
+        .status()
+        .starts_with("<Idle|MPos:-1.000,-1.000,-1.000|"));
+    assert_eq!(session.pins.position, [750, 1250, 250]);
+}
+
+#[test]
+fn homing_without_a_switch_is_alarm_9() {
+    let mut memory = Memory::new();
+    let mut session = Session::boot(&mut memory, MachineConfig::grbl());
+    for line in ["$22=1", "$25=5000", "$112=5000", "$122=500", "$132=5"] {
+        assert_eq!(session.line(line), ["ok"]);
+    }
+    let lines = session.line("$H");
+    assert_eq!(
+        lines,
+        [
+            "ALARM:9",
+            "ok",
+            "",
+            "Grbl 1.1h ['$' for help]",
+            "[MSG:'$H'|'$X' to unlock]"
+        ]
+    );
+}
+
+#[test]
+fn a_limit_switch_stops_at_once_and_only_a_reset_helps() {
+    let mut memory = Memory::new();
+    let mut session = Session::boot(&mut memory, MachineConfig::grbl());
+    session.line("$21=1");
+    session.line("G1X10F500");
+    session.send("G1X0F500\n");
+    session.wait_ms(500);
+    session.lines();
+    session.switch(|switches| switches.limits = leadscrew_stepper::MotorMask::from_bits(0xFE));
+    let at = session.pins.position;
+    session.wait_ms(50);
+    assert_eq!(session.pins.position, at);
+    assert_eq!(session.lines(), ["ALARM:1", "[MSG:Reset to continue]"]);
+    session.send("$X\n");
+    session.wait_ms(50);
+    assert_eq!(session.lines(), [""; 0]);
+    session.send("\x18");
+    session.wait_ms(50);
+    let lines = session.lines();
+    assert_eq!(
+        lines[2..],
+        ["[MSG:Check Limits]", "[MSG:'$H'|'$X' to unlock]"]
+    );
+}
+
+#[test]
+fn the_spindle_waits_for_motion_to_end_and_a_door_switches_it_off_and_on() {
+    let mut memory = Memory::new();
+    let mut session = Session::boot(&mut memory, MachineConfig::grbl());
+    session.line("$120=100");
+    session.line("M3S1000");
+    assert_eq!(session.pins.spindle, SpindleOutput::Clockwise);
+    assert_eq!(session.pins.power, Power::FULL);
+    session.send("G1X10F500\n");
+    session.wait_ms(800);
+    session.send([0x84]);
+    session.wait_ms(600);
+    assert!(session.lines().contains(&"[MSG:Check Door]".to_owned()));
+    assert!(session.status().starts_with("<Door:0|"));
+    assert_eq!(session.pins.power, Power::OFF);
+    session.send("~");
+    session.wait_ms(3000);
+    assert!(session.status().starts_with("<Door:3|"));
+    assert_eq!(session.pins.power, Power::FULL);
+    session.until_quiet();
+    assert_eq!(session.pins.position, [2500, 0, 0]);
+}
+
+#[test]
+fn a_list_goes_out_whole_however_slowly_it_is_read_and_reports_stand_between_its_rows() {
+    let mut memory = Memory::new();
+    let mut session = Session::boot(&mut memory, MachineConfig::grbl());
+    session.pins.reading = false;
+    session.send("$$\n$$\n$#\n?");
+    session.wait_ms(20);
+    session.pins.reading = true;
+    session.until_quiet();
+    let lines = session.lines();
+    assert_eq!(lines.iter().filter(|line| *line == "ok").count(), 3);
+    assert_eq!(
+        lines.iter().filter(|line| line.starts_with('$')).count(),
+        68
+    );
+    assert_eq!(lines.iter().filter(|line| line.starts_with('<')).count(), 1);
+    assert_eq!(session.machine.lost_output(), 0);
+}
+
+#[test]
+fn motors_are_enabled_for_motion_and_let_go_after_the_set_delay() {
+    let mut memory = Memory::new();
+    let mut session = Session::boot(&mut memory, MachineConfig::grbl());
+    session.line("$1=100");
+    assert!(!session.pins.enabled);
+    session.line("G0X0.1");
+    assert!(session.pins.enabled);
+    session.wait_ms(90);
+    assert!(session.pins.enabled);
+    session.wait_ms(20);
+    assert!(!session.pins.enabled);
+}
