@@ -2,6 +2,7 @@
 
 pub mod flash;
 pub mod record;
+mod scan;
 pub mod store;
 pub mod table;
 pub mod values;

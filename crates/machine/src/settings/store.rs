@@ -10,15 +10,9 @@
 //! and so is all that one [`Records::retain`] removes.
 
 use super::flash::{Area, SettingsStore};
-use super::record::{
-    area_header, record, AreaHeader, Payload, RecordHeader, RecordKey, AREA_HEADER, COMMIT,
-    MAX_PAYLOAD, OVERHEAD, RECORD_HEADER,
-};
+use super::record::{area_header, record, Payload, RecordKey, AREA_HEADER, COMMIT};
+use super::scan::{note, read_payload, scan, AreaState, Index, Place, Scan, Tail};
 use core::fmt;
-use heapless::Vec;
-
-/// The most keys that a store can hold: 24 settings, 4 of each of 9 axes, 8 offsets, 2 lines, 1 text, and some to spare.
-const MAX_KEYS: usize = 96;
 
 /// What was found at power-up.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -44,7 +38,7 @@ pub enum StoreError<E> {
     Flash(E),
     /// There is no room left.
     Full,
-    /// The payload is longer than [`MAX_PAYLOAD`].
+    /// The payload is longer than [`MAX_PAYLOAD`](super::record::MAX_PAYLOAD).
     TooLong,
 }
 
@@ -66,14 +60,6 @@ impl<E> fmt::Display for StoreError<E> {
 
 impl<E: fmt::Debug> core::error::Error for StoreError<E> {}
 
-/// Where the newest record of a key is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct Place {
-    code: u16,
-    length: u8,
-    offset: usize,
-}
-
 /// The area in use.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Active {
@@ -87,7 +73,7 @@ struct Active {
 #[derive(Debug, Clone)]
 pub struct Records {
     active: Option<Active>,
-    index: Vec<Place, MAX_KEYS>,
+    index: Index,
 }
 
 impl Records {
@@ -186,7 +172,7 @@ impl Records {
         let mut copy = Copy {
             area,
             end: AREA_HEADER,
-            index: Vec::new(),
+            index: Index::new(),
         };
         if let Some(active) = self.active {
             for place in &self.index {
@@ -209,7 +195,7 @@ impl Records {
     fn blank() -> Self {
         Self {
             active: None,
-            index: Vec::new(),
+            index: Index::new(),
         }
     }
 
@@ -262,7 +248,7 @@ impl Records {
 struct Copy {
     area: Area,
     end: usize,
-    index: Vec<Place, MAX_KEYS>,
+    index: Index,
 }
 
 impl Copy {
@@ -297,108 +283,6 @@ impl Copy {
     }
 }
 
-/// Notes where the newest record of a key is; an empty record removes the key. Answers whether there was room.
-fn note(index: &mut Vec<Place, MAX_KEYS>, place: Place) -> bool {
-    index.retain(|old| old.code != place.code);
-    place.length == 0 || index.push(place).is_ok()
-}
-
-/// How the records of an area end.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Tail {
-    /// After a whole record.
-    Clean,
-    /// With one whose writing was cut short.
-    CutShort,
-    /// Some record, there or before, is damaged.
-    Damaged,
-}
-
-/// What an area is worth.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum AreaState {
-    /// Its commit record is there.
-    Committed { sequence: u32 },
-    /// Erased.
-    Erased,
-    /// It was being written: the other area stands.
-    Unfinished,
-    /// It may have been committed.
-    Damaged,
-    /// Another version wrote it.
-    Foreign,
-}
-
-/// All that can be read of an area.
-#[derive(Debug)]
-struct Scan {
-    state: AreaState,
-    tail: Tail,
-    end: usize,
-    index: Vec<Place, MAX_KEYS>,
-}
-
-impl Scan {
-    fn empty(state: AreaState) -> Self {
-        Self {
-            state,
-            tail: Tail::Clean,
-            end: AREA_HEADER,
-            index: Vec::new(),
-        }
-    }
-
-    fn sequence(&self) -> Option<u32> {
-        match self.state {
-            AreaState::Committed { sequence } => Some(sequence),
-            AreaState::Erased | AreaState::Unfinished | AreaState::Damaged | AreaState::Foreign => {
-                None
-            }
-        }
-    }
-
-    /// Takes in the record at `self.end`.
-    fn step<S: SettingsStore>(
-        &mut self,
-        flash: &mut S,
-        area: Area,
-        header: RecordHeader,
-        sequence: u32,
-    ) -> Result<(), S::Error> {
-        let RecordHeader { code, length } = header;
-        let place = Place {
-            code,
-            length,
-            offset: self.end,
-        };
-        self.end += header.size();
-        if read_payload(flash, area, place)?.is_none() {
-            self.spoil(flash, area, self.end - 1)?;
-        } else if code == COMMIT {
-            self.state = AreaState::Committed { sequence };
-        } else if !note(&mut self.index, place) {
-            self.tail = Tail::Damaged;
-        }
-        Ok(())
-    }
-
-    /// Notes a bad record. It was cut short if nothing was written from `from` on.
-    fn spoil<S: SettingsStore>(
-        &mut self,
-        flash: &mut S,
-        area: Area,
-        from: usize,
-    ) -> Result<(), S::Error> {
-        let cut = is_erased(flash, area, from)?;
-        self.tail = match self.tail {
-            Tail::Damaged => Tail::Damaged,
-            Tail::Clean | Tail::CutShort if cut => Tail::CutShort,
-            Tail::Clean | Tail::CutShort => Tail::Damaged,
-        };
-        Ok(())
-    }
-}
-
 /// Answers what two areas without a commit record mean.
 fn unreadable(first: &Scan, second: &Scan) -> Condition {
     let any = |state| first.state == state || second.state == state;
@@ -411,83 +295,6 @@ fn unreadable(first: &Scan, second: &Scan) -> Condition {
     } else {
         Condition::Blank
     }
-}
-
-/// Reads an area from its header to its last record.
-fn scan<S: SettingsStore>(flash: &mut S, area: Area) -> Result<Scan, S::Error> {
-    let mut header = [0; AREA_HEADER];
-    flash.read(area, 0, &mut header)?;
-    let sequence = match AreaHeader::read(&header) {
-        AreaHeader::Valid { sequence } => sequence,
-        AreaHeader::Foreign => return Ok(Scan::empty(AreaState::Foreign)),
-        AreaHeader::Invalid if !is_erased(flash, area, AREA_HEADER)? => {
-            return Ok(Scan::empty(AreaState::Damaged))
-        }
-        AreaHeader::Invalid if header == [0xff; AREA_HEADER] => {
-            return Ok(Scan::empty(AreaState::Erased))
-        }
-        AreaHeader::Invalid => return Ok(Scan::empty(AreaState::Unfinished)),
-    };
-    let mut scan = Scan::empty(AreaState::Unfinished);
-    while scan.end + OVERHEAD <= flash.size() {
-        let mut bytes = [0; RECORD_HEADER];
-        flash.read(area, scan.end, &mut bytes)?;
-        match RecordHeader::read(bytes) {
-            Some(header) if scan.end + header.size() <= flash.size() => {
-                scan.step(flash, area, header, sequence)?
-            }
-            Some(_) | None => {
-                let behind = scan.end + RECORD_HEADER;
-                let is_end = bytes == [0xff; RECORD_HEADER] && is_erased(flash, area, behind)?;
-                if !is_end {
-                    scan.spoil(flash, area, behind)?;
-                }
-                break;
-            }
-        }
-    }
-    if (scan.state, scan.tail) == (AreaState::Unfinished, Tail::Damaged) {
-        scan.state = AreaState::Damaged; // its commit record may be what is damaged
-    }
-    if scan.tail != Tail::Clean {
-        scan.end = flash.size(); // nothing may be appended behind a bad record
-    }
-    Ok(scan)
-}
-
-/// Reads the payload of a record; `None` if it is damaged.
-fn read_payload<S: SettingsStore>(
-    flash: &mut S,
-    area: Area,
-    place: Place,
-) -> Result<Option<Payload>, S::Error> {
-    let header = RecordHeader {
-        code: place.code,
-        length: place.length,
-    };
-    let mut buffer = [0; MAX_PAYLOAD + 4];
-    let Some(body) = buffer.get_mut(..header.size() - RECORD_HEADER) else {
-        return Ok(None);
-    };
-    flash.read(area, place.offset + RECORD_HEADER, body)?;
-    let payload = header.payload(body);
-    Ok(payload.and_then(|payload| Payload::from_slice(payload).ok()))
-}
-
-/// Answers whether nothing was written from `offset` to the end of the area.
-fn is_erased<S: SettingsStore>(flash: &mut S, area: Area, offset: usize) -> Result<bool, S::Error> {
-    let mut buffer = [0; 32];
-    for start in (offset..flash.size()).step_by(buffer.len()) {
-        let length = buffer.len().min(flash.size() - start);
-        let Some(chunk) = buffer.get_mut(..length) else {
-            return Ok(false);
-        };
-        flash.read(area, start, chunk)?;
-        if chunk.iter().any(|byte| *byte != 0xff) {
-            return Ok(false);
-        }
-    }
-    Ok(true)
 }
 
 #[cfg(test)]

@@ -1,3 +1,4 @@
+use super::super::record::RECORD_HEADER;
 use super::*;
 use proptest::prelude::*;
 use std::collections::BTreeMap;

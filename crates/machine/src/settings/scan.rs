@@ -1,0 +1,201 @@
+//! Reading back what a store holds, whatever state a power loss left it in.
+
+use super::flash::{Area, SettingsStore};
+use super::record::{
+    AreaHeader, Payload, RecordHeader, AREA_HEADER, COMMIT, MAX_PAYLOAD, OVERHEAD, RECORD_HEADER,
+};
+use heapless::Vec;
+
+/// The most keys that a store can hold: 24 settings, 4 of each of 9 axes, 8 offsets, 2 lines, 1 text, and some to spare.
+const MAX_KEYS: usize = 96;
+
+/// The newest record of each key.
+pub(super) type Index = Vec<Place, MAX_KEYS>;
+
+/// Where the newest record of a key is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Place {
+    pub(super) code: u16,
+    pub(super) length: u8,
+    pub(super) offset: usize,
+}
+
+/// How the records of an area end.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Tail {
+    /// After a whole record.
+    Clean,
+    /// With one whose writing was cut short.
+    CutShort,
+    /// Some record, there or before, is damaged.
+    Damaged,
+}
+
+/// What an area is worth.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum AreaState {
+    /// Its commit record is there.
+    Committed { sequence: u32 },
+    /// Erased.
+    Erased,
+    /// It was being written: the other area stands.
+    Unfinished,
+    /// It may have been committed.
+    Damaged,
+    /// Another version wrote it.
+    Foreign,
+}
+
+/// All that can be read of an area.
+#[derive(Debug)]
+pub(super) struct Scan {
+    pub(super) state: AreaState,
+    pub(super) tail: Tail,
+    /// Where the next record goes; the size of the area after a bad one.
+    pub(super) end: usize,
+    pub(super) index: Index,
+}
+
+impl Scan {
+    fn empty(state: AreaState) -> Self {
+        Self {
+            state,
+            tail: Tail::Clean,
+            end: AREA_HEADER,
+            index: Index::new(),
+        }
+    }
+
+    pub(super) fn sequence(&self) -> Option<u32> {
+        match self.state {
+            AreaState::Committed { sequence } => Some(sequence),
+            AreaState::Erased | AreaState::Unfinished | AreaState::Damaged | AreaState::Foreign => {
+                None
+            }
+        }
+    }
+
+    /// Takes in the record at `self.end`.
+    fn step<S: SettingsStore>(
+        &mut self,
+        flash: &mut S,
+        area: Area,
+        header: RecordHeader,
+        sequence: u32,
+    ) -> Result<(), S::Error> {
+        let RecordHeader { code, length } = header;
+        let place = Place {
+            code,
+            length,
+            offset: self.end,
+        };
+        self.end += header.size();
+        if read_payload(flash, area, place)?.is_none() {
+            self.spoil(flash, area, self.end - 1)?;
+        } else if code == COMMIT {
+            self.state = AreaState::Committed { sequence };
+        } else if !note(&mut self.index, place) {
+            self.tail = Tail::Damaged;
+        }
+        Ok(())
+    }
+
+    /// Notes a bad record. It was cut short if nothing was written from `from` on.
+    fn spoil<S: SettingsStore>(
+        &mut self,
+        flash: &mut S,
+        area: Area,
+        from: usize,
+    ) -> Result<(), S::Error> {
+        let cut = is_erased(flash, area, from)?;
+        self.tail = match self.tail {
+            Tail::Damaged => Tail::Damaged,
+            Tail::Clean | Tail::CutShort if cut => Tail::CutShort,
+            Tail::Clean | Tail::CutShort => Tail::Damaged,
+        };
+        Ok(())
+    }
+}
+
+/// Reads an area from its header to its last record.
+pub(super) fn scan<S: SettingsStore>(flash: &mut S, area: Area) -> Result<Scan, S::Error> {
+    let mut header = [0; AREA_HEADER];
+    flash.read(area, 0, &mut header)?;
+    let sequence = match AreaHeader::read(&header) {
+        AreaHeader::Valid { sequence } => sequence,
+        AreaHeader::Foreign => return Ok(Scan::empty(AreaState::Foreign)),
+        AreaHeader::Invalid if !is_erased(flash, area, AREA_HEADER)? => {
+            return Ok(Scan::empty(AreaState::Damaged))
+        }
+        AreaHeader::Invalid if header == [0xff; AREA_HEADER] => {
+            return Ok(Scan::empty(AreaState::Erased))
+        }
+        AreaHeader::Invalid => return Ok(Scan::empty(AreaState::Unfinished)),
+    };
+    let mut scan = Scan::empty(AreaState::Unfinished);
+    while scan.end + OVERHEAD <= flash.size() {
+        let mut bytes = [0; RECORD_HEADER];
+        flash.read(area, scan.end, &mut bytes)?;
+        match RecordHeader::read(bytes) {
+            Some(header) if scan.end + header.size() <= flash.size() => {
+                scan.step(flash, area, header, sequence)?
+            }
+            Some(_) | None => {
+                let behind = scan.end + RECORD_HEADER;
+                let is_end = bytes == [0xff; RECORD_HEADER] && is_erased(flash, area, behind)?;
+                if !is_end {
+                    scan.spoil(flash, area, behind)?;
+                }
+                break;
+            }
+        }
+    }
+    if (scan.state, scan.tail) == (AreaState::Unfinished, Tail::Damaged) {
+        scan.state = AreaState::Damaged; // its commit record may be what is damaged
+    }
+    if scan.tail != Tail::Clean {
+        scan.end = flash.size(); // nothing may be appended behind a bad record
+    }
+    Ok(scan)
+}
+
+/// Reads the payload of a record; `None` if it is damaged.
+pub(super) fn read_payload<S: SettingsStore>(
+    flash: &mut S,
+    area: Area,
+    place: Place,
+) -> Result<Option<Payload>, S::Error> {
+    let header = RecordHeader {
+        code: place.code,
+        length: place.length,
+    };
+    let mut buffer = [0; MAX_PAYLOAD + 4];
+    let Some(body) = buffer.get_mut(..header.size() - RECORD_HEADER) else {
+        return Ok(None);
+    };
+    flash.read(area, place.offset + RECORD_HEADER, body)?;
+    let payload = header.payload(body);
+    Ok(payload.and_then(|payload| Payload::from_slice(payload).ok()))
+}
+
+/// Answers whether nothing was written from `offset` to the end of the area.
+fn is_erased<S: SettingsStore>(flash: &mut S, area: Area, offset: usize) -> Result<bool, S::Error> {
+    let mut buffer = [0; 32];
+    for start in (offset..flash.size()).step_by(buffer.len()) {
+        let length = buffer.len().min(flash.size() - start);
+        let Some(chunk) = buffer.get_mut(..length) else {
+            return Ok(false);
+        };
+        flash.read(area, start, chunk)?;
+        if chunk.iter().any(|byte| *byte != 0xff) {
+            return Ok(false);
+        }
+    }
+    Ok(true)
+}
+
+/// Notes where the newest record of a key is; an empty record removes the key. Answers whether there was room.
+pub(super) fn note(index: &mut Index, place: Place) -> bool {
+    index.retain(|old| old.code != place.code);
+    place.length == 0 || index.push(place).is_ok()
+}
