@@ -57,42 +57,43 @@ impl CallGraph {
 
     /// Number of functions that `entry` can reach, itself included.
     pub(crate) fn reach(&self, entry: &str) -> usize {
-        self.paths_from(entry).len()
+        self.paths_from(entry, |_| true).len()
     }
 
-    /// Everything that `entry` can reach and must not: computed calls, and symbols for which `forbidden` has a reason.
+    /// Everything that `entry` can reach and must not: computed calls, and symbols for which `forbidden` has a reason;
+    /// what lies behind these is not looked at.
     pub(crate) fn findings(
         &self,
         entry: &str,
         forbidden: impl Fn(&str) -> Option<&'static str>,
     ) -> Vec<Finding> {
         let mut findings = Vec::new();
-        for (symbol, path) in self.paths_from(entry) {
-            if let Some(reason) = forbidden(symbol) {
-                findings.push(Finding {
-                    path: path.clone(),
-                    reason: reason.to_owned(),
-                });
-            }
-            let computed = self
-                .0
-                .get(symbol)
-                .and_then(|function| function.computed_call.as_ref());
-            if let Some(instruction) = computed {
-                let reason = format!("calls through a register: `{instruction}`");
-                findings.push(Finding { path, reason });
-            }
+        for (symbol, path) in self.paths_from(entry, |symbol| forbidden(symbol).is_none()) {
+            let reason = forbidden(symbol)
+                .map(str::to_owned)
+                .or_else(|| self.computed_call(symbol));
+            findings.extend(reason.map(|reason| Finding { path, reason }));
         }
         findings
     }
 
-    /// A shortest path to each symbol that `entry` can reach.
-    fn paths_from<'a>(&'a self, entry: &'a str) -> BTreeMap<&'a str, Vec<String>> {
+    /// What is wrong with a function that calls through a register.
+    fn computed_call(&self, symbol: &str) -> Option<String> {
+        let instruction = self.0.get(symbol)?.computed_call.as_ref()?;
+        Some(format!("calls through a register: `{instruction}`"))
+    }
+
+    /// A shortest path to each symbol that `entry` can reach by way of symbols that are `passable`.
+    fn paths_from<'a>(
+        &'a self,
+        entry: &'a str,
+        passable: impl Fn(&str) -> bool,
+    ) -> BTreeMap<&'a str, Vec<String>> {
         let mut paths = BTreeMap::from([(entry, vec![entry.to_owned()])]);
         let mut frontier = vec![entry];
         while !frontier.is_empty() {
             let mut next = Vec::new();
-            for symbol in frontier {
+            for symbol in frontier.into_iter().filter(|symbol| passable(symbol)) {
                 let path = paths[symbol].clone();
                 for callee in self
                     .0
@@ -222,6 +223,17 @@ program:     file format elf32-littlearm
                 path,
                 reason: "divides".to_owned()
             }]
+        );
+    }
+
+    #[test]
+    fn what_lies_behind_a_forbidden_symbol_is_no_further_finding() {
+        let text = CLEAN
+            .replace("udiv\tr0, r0, r1", "bl\t800c400 <__aeabi_uldivmod>")
+            .replace("800c400:\tbx\tlr", "800c400:\tbl\t800c300 <main>");
+        assert_eq!(
+            CallGraph::parse(&text).findings("TIM2", no_division).len(),
+            1
         );
     }
 
