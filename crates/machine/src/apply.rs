@@ -36,7 +36,7 @@ where
         self.motion.configure(config, silence);
         self.update_power();
         board.configure(&port_config(&self.settings));
-        self.spindle.apply(board);
+        self.put_out_spindle(board);
     }
 
     /// What the settings say about switches.
@@ -46,6 +46,23 @@ where
             probe_invert: self.settings.is_on(Setting::ProbeInvert),
             hard_limits: self.settings.is_on(Setting::HardLimits),
             door: self.config.options.door,
+        }
+    }
+
+    /// Puts out direction and power of the spindle; at rest at once, otherwise the power at the next rest and with the
+    /// next segment. Main loop.
+    pub(crate) fn put_out_spindle<B: Board>(&mut self, board: &mut B) {
+        board.set_spindle(self.spindle.output());
+        self.power_due = true;
+        self.put_out_power(board);
+        self.update_power();
+    }
+
+    /// Sets the power at rest, once motion is at rest.
+    pub(crate) fn put_out_power<B: Board>(&mut self, board: &mut B) {
+        if self.power_due && self.motion.is_at_rest() {
+            board.set_power(self.spindle.power_at_rest());
+            self.power_due = false;
         }
     }
 

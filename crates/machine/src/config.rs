@@ -95,6 +95,8 @@ pub struct MachineConfig<const AXES: usize> {
     pub max_step_rate: u32,
     /// How many moves may be planned ahead; at most the machine's `MOVES`.
     pub moves: usize,
+    /// Unread bytes that each serial line is to take, for whoever makes its queue; Grbl's 128, or more.
+    pub receive_size: u16,
     /// Characters that a line may have after filtering.
     pub line_length: usize,
     /// Where a new machine's settings differ from the table's.
@@ -127,6 +129,7 @@ impl<const AXES: usize> MachineConfig<AXES> {
             shortest_tick: Ticks(TIMER_HZ / 100_000),
             max_step_rate: 250_000,
             moves: 1024,
+            receive_size: 1024,
             line_length: GRBL_LINE_LENGTH,
             defaults: &[],
             homing_cycles: [0b100, 0b011, 0, 0],
@@ -148,6 +151,7 @@ impl<const AXES: usize> MachineConfig<AXES> {
         let mut config = Self::new();
         config.max_step_rate = 500_000;
         config.moves = 15;
+        config.receive_size = 128;
         config.defaults = &[START_AT_ONCE];
         config
     }

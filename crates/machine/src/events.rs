@@ -184,9 +184,7 @@ where
             self.cadence.overrides_changed();
             self.spindle.set_override(self.overrides.spindle);
             self.update_power();
-            if self.motion.is_at_rest() {
-                self.spindle.apply(board);
-            }
+            self.put_out_spindle(board);
         }
     }
 
@@ -207,15 +205,16 @@ where
         if self.spindle.is_suspended() {
             self.restore_spindle(board);
         } else {
-            self.spindle.suspend(board);
+            self.spindle.suspend();
+        self.put_out_spindle(board);
             self.cadence.overrides_changed();
             self.update_power();
         }
     }
 
     fn restore_spindle<B: Board>(&mut self, board: &mut B) {
-        self.spindle.restore(board);
-        self.update_power();
+        self.spindle.restore();
+        self.put_out_spindle(board);
         self.cadence.overrides_changed();
         if self.spindle.is_wanted() {
             self.console.message(Message::RestoringSpindle);
@@ -302,7 +301,8 @@ where
         self.state = next;
         match next {
             State::Hold(_) if self.spindle.is_laser() && self.spindle.is_wanted() => {
-                self.spindle.suspend(board);
+                self.spindle.suspend();
+        self.put_out_spindle(board);
                 self.update_power();
             }
             State::Alarm(_) => {

@@ -103,6 +103,8 @@ pub struct Machine<'a, K, const AXES: usize, const MOTORS: usize, const MOVES: u
 
     pub(crate) overrides: Overrides,
     pub(crate) spindle: Spindle,
+    /// The power at rest has changed in motion.
+    pub(crate) power_due: bool,
     /// What the program told the spindle last.
     pub(crate) last_spindle: interpreter::Spindle,
     pub(crate) coolant: Coolant,
@@ -152,6 +154,7 @@ where
             },
             overrides: Overrides::NONE,
             spindle: Spindle::new(spindle_scale(&settings), settings.is_on(Setting::Laser)),
+            power_due: false,
             last_spindle: interpreter::Spindle::default(),
             coolant: Coolant::default(),
             motors: Motors::default(),
@@ -207,6 +210,11 @@ where
         self.overrides
     }
 
+    /// Speed on the path, mm/s; 0 at rest.
+    pub fn speed(&self) -> f32 {
+        self.motion.speed()
+    }
+
     /// What has been done since power-up.
     pub fn work(&self) -> &Work {
         &self.work
@@ -249,6 +257,7 @@ where
 
     /// Keeps the step interrupt supplied, and the drivers enabled while it runs.
     fn feed<B: Board>(&mut self, board: &mut B, now: Instant) {
+        self.put_out_power(board);
         let may_start = self.state.may_start();
         if self.motion.prepare(now, may_start, &mut self.work) {
             self.motors.enable(board);

@@ -110,8 +110,8 @@ where
     /// Spindle and coolant off, for good.
     pub(crate) fn switch_outputs_off<B: Board>(&mut self, board: &mut B) {
         self.want_spindle(&crate::interpreter::Spindle::default());
-        self.spindle.restore(board);
-        self.update_power();
+        self.spindle.restore();
+        self.put_out_spindle(board);
         self.coolant.restore(board);
         self.set_coolant(CoolantOutput::default(), board);
     }

@@ -109,7 +109,8 @@ where
     }
 
     fn suspend_outputs<B: Board>(&mut self, board: &mut B) {
-        self.spindle.suspend(board);
+        self.spindle.suspend();
+        self.put_out_spindle(board);
         self.coolant.suspend(board);
         self.update_power();
         self.cadence.overrides_changed();
@@ -149,8 +150,8 @@ where
 
     /// Returns how long to wait for it.
     fn restore_spindle_after_door<B: Board>(&mut self, board: &mut B) -> Duration {
-        self.spindle.restore(board);
-        self.update_power();
+        self.spindle.restore();
+        self.put_out_spindle(board);
         if !self.spindle.is_wanted() {
             return NO_DELAY;
         }

@@ -225,7 +225,7 @@ where
         self.path_end = next.target;
         self.want_spindle(spindle);
         if changes {
-            self.spindle.apply(board);
+            self.put_out_spindle(board);
         }
         Progress::Done
     }
@@ -374,7 +374,7 @@ where
             return Progress::Wait;
         }
         self.want_spindle(spindle);
-        self.spindle.apply(board);
+        self.put_out_spindle(board);
         Progress::Done
     }
 
@@ -420,7 +420,7 @@ where
                 return Progress::Wait;
             }
             self.want_spindle(&Spindle::default());
-            self.spindle.apply(board);
+            self.put_out_spindle(board);
             self.set_coolant(CoolantOutput::default(), board);
             self.reset_overrides();
         }

@@ -10,7 +10,7 @@
 //!             $31   $30
 //! ```
 
-use crate::board::{Board, SpindleOutput};
+use crate::board::SpindleOutput;
 use fixed::types::U1F31;
 use leadscrew_stepper::Power;
 
@@ -105,27 +105,23 @@ impl Spindle {
         self.percent = percent;
     }
 
-    /// Switches off until [`Spindle::restore`]; what is wanted is kept. At rest only. Main loop.
-    pub fn suspend<B: Board>(&mut self, board: &mut B) {
+    /// Switches off until [`Spindle::restore`]; what is wanted is kept.
+    pub fn suspend(&mut self) {
         self.suspended = true;
-        self.apply(board);
     }
 
-    /// Switches on again what is wanted. At rest only. Main loop.
-    pub fn restore<B: Board>(&mut self, board: &mut B) {
+    /// Switches on again what is wanted.
+    pub fn restore(&mut self) {
         self.suspended = false;
-        self.apply(board);
     }
 
-    /// Puts direction and power out. At rest only. Main loop.
-    pub fn apply<B: Board>(&self, board: &mut B) {
-        let output = if self.suspended {
+    /// The direction to put out.
+    pub fn output(&self) -> SpindleOutput {
+        if self.suspended {
             SpindleOutput::Off
         } else {
             self.output
-        };
-        board.set_spindle(output);
-        board.set_power(self.power_at_rest());
+        }
     }
 
     /// Whether a laser stands in the spindle's place.
