@@ -1,7 +1,7 @@
 //! What one function can reach, read from the disassembly of the linked program.
 //!
 //! Why the disassembly and not a second program that links the step interrupt alone: optimisation across crates
-//! decides what is inlined and which helper is called, so only the program that is flashed can answer. The weak point
+//! decides what is inlined and which routine is called, so only the program that is flashed can answer. The weak point
 //! of the method, a call through a register, whose target the text does not show, is closed by forbidding it:
 //! an unknown call is a finding, as a forbidden one is.
 //!

@@ -10,7 +10,13 @@ use std::{path::PathBuf, process::Command};
 pub(crate) fn run(arguments: &[String]) -> Result<(), Failure> {
     let elf = build(&Toolchain::find()?, arguments)?;
     println!("{}", elf.display());
-    shell::run(Command::new("arm-none-eabi-size").arg(&elf))
+    match shell::run(Command::new("arm-none-eabi-size").arg(&elf)) {
+        Err(Failure::NotStarted { program, .. }) => {
+            eprintln!("note: no sizes without {program} (Debian: binutils-arm-none-eabi)");
+            Ok(())
+        }
+        done => done,
+    }
 }
 
 /// Builds `board-f407` and returns the path of its ELF.

@@ -8,9 +8,8 @@ use defmt_rtt as _;
 use heapless::spsc::{Consumer, Producer, Queue};
 use leadscrew_stepper::{
     on_timer, Interval, IntervalChange, Line, LineError, Outputs, Power, PowerChange, Segment,
-    Shared,
+    Shared, Smoothing, StepInterrupt,
 };
-use leadscrew_stepper::{Smoothing, StepInterrupt};
 use panic_probe as _;
 use stm32f4xx_hal::{
     gpio::{Edge, Input, Pin},
