@@ -5,7 +5,7 @@
 use crate::{failure::Failure, shell};
 use std::process::Command;
 
-/// Lines of the shorter run. Start-up noise is below 0.1 instruction a line; both runs take seconds.
+/// Lines of the shorter run. Twice as many are fewer than any job of `bench/workloads` has.
 const LINES: u64 = 20_000;
 /// What stands for the number of lines in the command.
 const PLACEHOLDER: &str = "{lines}";
