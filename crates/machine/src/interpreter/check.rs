@@ -16,7 +16,6 @@ use super::words::{AxisCommand, Block, NonModal};
 use super::{Coordinate, Interpreter, MAX_WORD};
 use crate::config::AxisKind;
 use crate::protocol::status::Status;
-use core::array::from_fn;
 use leadscrew_gcode::{Letter, Number};
 
 /// What a line comes to. Carrying it out cannot fail.
@@ -30,6 +29,21 @@ pub(super) struct Plan<const AXES: usize> {
     pub(super) path: Path,
     /// Where the axis words lead, machine coordinates; the position where they lead nowhere.
     pub(super) target: [Coordinate; AXES],
+}
+
+impl<const AXES: usize> Plan<AXES> {
+    /// Begins with nothing to do, at this position.
+    #[inline]
+    pub(super) fn new(position: &[Coordinate; AXES]) -> Self {
+        Self {
+            line_number: None,
+            feed: Number::default(),
+            tool_length: None,
+            effect: Effect::None,
+            path: Path::None,
+            target: *position,
+        }
+    }
 }
 
 /// What the non-modal command does.
@@ -125,37 +139,27 @@ impl<'a, const AXES: usize> Check<'a, AXES> {
         }
     }
 
-    /// Checks the line as a whole.
+    /// Checks the line as a whole and fills in what it comes to.
     ///
     /// # Errors
     ///
-    /// The first fault in GRBL's order.
+    /// The first fault in GRBL's order. The plan is then worthless.
     #[inline]
-    pub(super) fn plan(mut self) -> Result<Plan<AXES>, Refusal> {
-        let line_number = self.line_number()?;
-        let feed = self.feed()?;
+    pub(super) fn plan(mut self, plan: &mut Plan<AXES>) -> Result<(), Refusal> {
+        plan.line_number = self.line_number()?;
+        plan.feed = self.feed()?;
         self.check_dwell()?;
-        let words = self.axis_words()?;
-        let tool_length = self.tool_length(&words)?;
-        let (effect, target) = match self.block.non_modal {
-            NonModal::None => (Effect::None, self.target(&words)?),
-            command => self.non_modal(command, &words)?,
-        };
-        let path = self.path(feed, &target)?;
-        if !self.unused.is_empty() {
-            return Err(Refusal::words(Status::UnusedWords, self.unused));
+        plan.tool_length = self.tool_length()?;
+        if self.block.non_modal != NonModal::None {
+            plan.effect = self.effect()?;
         }
-        if self.purpose == Purpose::Jog && !self.is_jog() {
-            return Err(Refusal::not_in_jogs());
+        self.aim(&mut plan.target)?;
+        self.check_machine_coordinates()?;
+        if let Effect::GoTo(end) = &mut plan.effect {
+            self.keep_others(end, &plan.target);
         }
-        Ok(Plan {
-            line_number,
-            feed,
-            tool_length,
-            effect,
-            path,
-            target,
-        })
+        plan.path = self.path(plan.feed, &plan.target)?;
+        self.check_leftovers()
     }
 
     fn line_number(&self) -> Result<Option<u32>, Refusal> {
@@ -205,64 +209,36 @@ impl<'a, const AXES: usize> Check<'a, AXES> {
         Ok(())
     }
 
-    /// The axis words in mm or degrees; zero where there is none.
     #[inline]
-    fn axis_words(&self) -> Result<[Coordinate; AXES], Refusal> {
-        let mut lengths = [Coordinate::ZERO; AXES];
-        if self.block.axis_mask == 0 {
-            return Ok(lengths);
-        }
-        for (axis, (length, word)) in lengths.iter_mut().zip(&self.block.axes).enumerate() {
-            let letter = axis_letter(axis);
-            *length = match self.context.axes.get(axis) {
-                Some(AxisKind::Rotary) => in_range(*word, letter)?,
-                Some(AxisKind::Linear) | None => self.length(*word, letter)?,
-            };
-        }
-        Ok(lengths)
-    }
-
-    fn tool_length(&self, words: &[Coordinate; AXES]) -> Result<Option<Coordinate>, Refusal> {
+    fn tool_length(&self) -> Result<Option<Coordinate>, Refusal> {
         match self.block.axis_command {
+            AxisCommand::None | AxisCommand::Motion | AxisCommand::NonModal => Ok(None),
+            AxisCommand::CancelToolLength => Ok(Some(Coordinate::ZERO)),
             AxisCommand::SetToolLength if self.block.axis_mask != 1 << TOOL_AXIS => {
                 Err(Refusal::g(Status::ToolLengthAxis, 43))
             }
-            AxisCommand::SetToolLength => Ok(words.get(TOOL_AXIS).copied()),
-            AxisCommand::CancelToolLength => Ok(Some(Coordinate::ZERO)),
-            AxisCommand::None | AxisCommand::Motion | AxisCommand::NonModal => Ok(None),
+            AxisCommand::SetToolLength => {
+                let length = self.word(TOOL_AXIS)?;
+                check_magnitude(length, MAX_WORD, TOOL_AXIS)?;
+                Ok(Some(length))
+            }
         }
     }
 
-    fn non_modal(
-        &mut self,
-        command: NonModal,
-        words: &[Coordinate; AXES],
-    ) -> Result<(Effect<AXES>, [Coordinate; AXES]), Refusal> {
-        let here = self.state.position;
-        Ok(match command {
-            NonModal::None => (Effect::None, self.target(words)?),
-            NonModal::Dwell => (Effect::Dwell(self.block.p), self.target(words)?),
-            NonModal::SetOrigin => (self.set_origin(words)?, here),
-            NonModal::GoTo(id) => {
-                let target = self.target(words)?;
-                (self.go_to(id, &target), target)
-            }
-            NonModal::Store(id) => (Effect::Store(id), self.target(words)?),
-            NonModal::MachineCoordinates => {
-                let target = self.target(words)?;
-                self.check_machine_coordinates()?;
-                (Effect::None, target)
-            }
-            NonModal::SetG92 => (self.set_g92(words)?, here),
-            NonModal::ClearG92 => (
-                Effect::SetG92([Coordinate::ZERO; AXES]),
-                self.target(words)?,
-            ),
+    fn effect(&mut self) -> Result<Effect<AXES>, Refusal> {
+        Ok(match self.block.non_modal {
+            NonModal::None | NonModal::MachineCoordinates => Effect::None,
+            NonModal::Dwell => Effect::Dwell(self.block.p),
+            NonModal::SetOrigin => self.set_origin()?,
+            NonModal::GoTo(id) => Effect::GoTo(*self.state.offsets.get(id)),
+            NonModal::Store(id) => Effect::Store(id),
+            NonModal::SetG92 => self.set_g92()?,
+            NonModal::ClearG92 => Effect::SetG92([Coordinate::ZERO; AXES]),
         })
     }
 
     /// G10 L2 (the words are the origin) and L20 (the words are where the axes shall be).
-    fn set_origin(&mut self, words: &[Coordinate; AXES]) -> Result<Effect<AXES>, Refusal> {
+    fn set_origin(&mut self) -> Result<Effect<AXES>, Refusal> {
         let fault = |status| Refusal::g(status, 10);
         if self.block.axis_mask == 0 {
             return Err(fault(Status::NoAxisWords));
@@ -279,8 +255,8 @@ impl<'a, const AXES: usize> Check<'a, AXES> {
         self.unused = self.unused.without(P).without(L);
         let old = self.state.offsets.get(OffsetId::Work(system));
         let origin = match others {
-            None => self.merge(old, words)?,
-            Some(others) => self.merge(old, &self.shift(&others, words))?,
+            None => self.merge(old, |_, word| word)?,
+            Some(others) => self.merge(old, |axis, word| self.shift(&others, axis, word))?,
         };
         Ok(Effect::SetOrigin(system, origin))
     }
@@ -295,83 +271,100 @@ impl<'a, const AXES: usize> Check<'a, AXES> {
         .ok_or(Refusal::words(Status::UnsupportedSystem, P))
     }
 
-    fn set_g92(&self, words: &[Coordinate; AXES]) -> Result<Effect<AXES>, Refusal> {
+    fn set_g92(&self) -> Result<Effect<AXES>, Refusal> {
         if self.block.axis_mask == 0 {
             return Err(Refusal::g(Status::NoAxisWords, 92));
         }
         let offsets = &self.state.offsets;
         let others = offsets.without_g92(self.block.modal.system);
-        let offset = self.merge(offsets.g92(), &self.shift(&others, words))?;
+        let offset = self.merge(offsets.g92(), |axis, word| self.shift(&others, axis, word))?;
         Ok(Effect::SetG92(offset))
     }
 
-    /// The offsets that, with the others, make the present position read as `words`.
-    fn shift(&self, others: &[Coordinate; AXES], words: &[Coordinate; AXES]) -> [Coordinate; AXES] {
-        from_fn(|axis| pick(&self.state.position, axis) - pick(others, axis) - pick(words, axis))
+    /// The offset that, with the others, makes the present position read as `word`.
+    fn shift(&self, others: &[Coordinate; AXES], axis: usize, word: Coordinate) -> Coordinate {
+        pick(&self.state.position, axis) - pick(others, axis) - word
     }
 
-    /// The old offsets, and the new ones on axes that have a word.
+    /// The old offsets, with new ones on axes that have a word.
     fn merge(
         &self,
         old: &[Coordinate; AXES],
-        new: &[Coordinate; AXES],
+        new: impl Fn(usize, Coordinate) -> Coordinate,
     ) -> Result<[Coordinate; AXES], Refusal> {
         let mut merged = *old;
-        for (axis, (merged, new)) in merged.iter_mut().zip(new).enumerate() {
+        for (axis, merged) in merged.iter_mut().enumerate() {
             if self.moves(axis) {
-                *merged = *new;
-                check_magnitude(*new, MAX_WORD, axis)?;
+                *merged = new(axis, self.word(axis)?);
+                check_magnitude(*merged, MAX_WORD, axis)?;
             }
         }
         Ok(merged)
     }
 
-    /// G28 and G30: the axes with a word go to the stored place, without any word all do.
-    fn go_to(&self, id: OffsetId, target: &[Coordinate; AXES]) -> Effect<AXES> {
-        let place = self.state.offsets.get(id);
-        let all = self.block.axis_mask == 0;
-        Effect::GoTo(from_fn(|axis| {
-            let axes = if all || self.moves(axis) {
-                place
-            } else {
-                target
-            };
-            pick(axes, axis)
-        }))
+    /// Leads the target where the axis words do, if they are not an offset.
+    #[inline]
+    fn aim(&self, target: &mut [Coordinate; AXES]) -> Result<(), Refusal> {
+        if self.block.axis_mask == 0 || !self.has_target() {
+            return Ok(());
+        }
+        let modal = &self.block.modal;
+        let other_system;
+        let origin = if self.block.non_modal == NonModal::MachineCoordinates {
+            &[Coordinate::ZERO; AXES]
+        } else if modal.distance == Distance::Incremental {
+            &self.state.position
+        } else if modal.system == self.state.modal.system {
+            &self.state.work_offset
+        } else {
+            other_system = self.state.offsets.work_offset(modal.system);
+            &other_system
+        };
+        let axes = target.iter_mut().zip(origin).zip(self.context.reach);
+        for (axis, ((target, origin), reach)) in axes.enumerate() {
+            if self.moves(axis) {
+                // Saturates beyond all reach.
+                *target = *origin + self.word(axis)?;
+                check_magnitude(*target, *reach, axis)?;
+            }
+        }
+        Ok(())
     }
 
+    /// Whether axis words say where to go.
+    fn has_target(&self) -> bool {
+        match self.block.axis_command {
+            AxisCommand::None | AxisCommand::Motion => true,
+            AxisCommand::NonModal => {
+                !matches!(self.block.non_modal, NonModal::SetOrigin | NonModal::SetG92)
+            }
+            AxisCommand::SetToolLength | AxisCommand::CancelToolLength => false,
+        }
+    }
+
+    /// G28 and G30: with axis words, axes without one stay where the target is.
+    fn keep_others(&self, end: &mut [Coordinate; AXES], target: &[Coordinate; AXES]) {
+        if self.block.axis_mask == 0 {
+            return;
+        }
+        for (axis, (end, target)) in end.iter_mut().zip(target).enumerate() {
+            if !self.moves(axis) {
+                *end = *target;
+            }
+        }
+    }
+
+    #[inline]
     fn check_machine_coordinates(&self) -> Result<(), Refusal> {
+        if self.block.non_modal != NonModal::MachineCoordinates {
+            return Ok(());
+        }
         match self.block.modal.motion {
             Motion::Rapid | Motion::Feed => Ok(()),
             Motion::Arc(_) | Motion::Probe(_) | Motion::Cancelled => {
                 Err(Refusal::g(Status::MachineCoordinatesNeedStraight, 53))
             }
         }
-    }
-
-    /// Where the axis words lead.
-    #[inline]
-    fn target(&self, words: &[Coordinate; AXES]) -> Result<[Coordinate; AXES], Refusal> {
-        let mut target = self.state.position;
-        let modal = &self.block.modal;
-        if self.block.axis_mask == 0 || self.block.axis_command == AxisCommand::SetToolLength {
-            return Ok(target);
-        }
-        let zero = match (self.block.non_modal, modal.distance) {
-            (NonModal::MachineCoordinates, _) => [Coordinate::ZERO; AXES],
-            (_, Distance::Incremental) => target,
-            (_, Distance::Absolute) if modal.system == self.state.modal.system => {
-                self.state.work_offset
-            }
-            (_, Distance::Absolute) => self.state.offsets.work_offset(modal.system),
-        };
-        for (axis, target) in target.iter_mut().enumerate() {
-            if self.moves(axis) {
-                *target = pick(&zero, axis) + pick(words, axis);
-                check_magnitude(*target, pick(self.context.reach, axis), axis)?;
-            }
-        }
-        Ok(target)
     }
 
     /// What the motion mode makes of the line.
@@ -466,20 +459,41 @@ impl<'a, const AXES: usize> Check<'a, AXES> {
             .map(|()| centre)
     }
 
+    #[inline]
+    fn check_leftovers(&self) -> Result<(), Refusal> {
+        if !self.unused.is_empty() {
+            return Err(Refusal::words(Status::UnusedWords, self.unused));
+        }
+        match self.purpose {
+            Purpose::Program => Ok(()),
+            Purpose::Jog if self.is_jog() => Ok(()),
+            Purpose::Jog => Err(Refusal::not_in_jogs()),
+        }
+    }
+
     /// Whether a jog may say all this: it may choose units and distance mode for itself, and machine coordinates.
     fn is_jog(&self) -> bool {
         let modes = self.block.groups.without(GROUPS_IN_JOGS).is_empty();
-        modes
-            && matches!(
-                self.block.non_modal,
-                NonModal::None | NonModal::MachineCoordinates
-            )
+        let non_modal = self.block.non_modal;
+        modes && matches!(non_modal, NonModal::None | NonModal::MachineCoordinates)
     }
 
-    /// A length in units of the program.
+    /// An axis word in mm or degrees.
     #[inline]
+    fn word(&self, axis: usize) -> Result<Coordinate, Refusal> {
+        let word = self.block.axes.get(axis).copied().unwrap_or_default();
+        let linear = self.context.axes.get(axis) != Some(&AxisKind::Rotary);
+        let mm = match self.block.modal.units {
+            Units::Inches if linear => self.in_millimetres(word, axis_letter(axis))?,
+            Units::Inches | Units::Millimetres => word,
+        };
+        Ok(Coordinate::from_nanos(mm.nanos()))
+    }
+
+    /// A radius or an offset to a centre.
     fn length(&self, value: Number, letter: Letters) -> Result<Coordinate, Refusal> {
-        in_range(self.in_millimetres(value, letter)?, letter)
+        let mm = self.in_millimetres(value, letter)?;
+        millimetres(mm).map_err(|status| Refusal::words(status, letter))
     }
 
     #[inline]
@@ -513,10 +527,7 @@ fn axis_letter(axis: usize) -> Letters {
         .map_or(AXIS_WORDS, |letter| Letters::of(&[*letter]))
 }
 
-fn in_range(value: Number, letter: Letters) -> Result<Coordinate, Refusal> {
-    millimetres(value).map_err(|status| Refusal::words(status, letter))
-}
-
+#[inline]
 fn check_magnitude(value: Coordinate, limit: Coordinate, axis: usize) -> Result<(), Refusal> {
     if value.nanos().unsigned_abs() > limit.nanos().unsigned_abs() {
         return Err(Refusal::words(Status::OutOfRange, axis_letter(axis)));

@@ -18,11 +18,11 @@ impl<const AXES: usize> Interpreter<AXES> {
         context: &Context<'_, AXES>,
         commands: &mut Commands<AXES>,
     ) {
-        let mut modal = block.modal;
-        modal.feed = plan.feed;
-        self.switch(&modal, &plan.path, context.laser_mode, commands);
+        let modal = &block.modal;
+        self.switch(modal, &plan.path, context.laser_mode, commands);
         let system_changes = modal.system != self.modal.system;
-        self.modal = modal;
+        self.modal = *modal;
+        self.modal.feed = plan.feed;
         self.change_offsets(plan, system_changes, commands);
         self.go(plan, block.axis_mask != 0, commands);
         self.end_line(block.flow, commands);
@@ -121,14 +121,13 @@ impl<const AXES: usize> Interpreter<AXES> {
             spindle: spindle(&self.modal),
             line_number: plan.line_number,
         };
-        let command = match plan.path {
+        match plan.path {
             Path::None => return,
-            Path::Straight => Command::Line(travel),
-            Path::Arc(arc) => Command::Arc { travel, arc },
-            Path::Probe(kind) => Command::Probe { travel, kind },
-        };
+            Path::Straight => push(commands, Command::Line(travel)),
+            Path::Arc(arc) => push(commands, Command::Arc { travel, arc }),
+            Path::Probe(kind) => push(commands, Command::Probe { travel, kind }),
+        }
         self.position = plan.target;
-        push(commands, command);
     }
 
     fn rapid(
@@ -170,9 +169,13 @@ impl<const AXES: usize> Interpreter<AXES> {
 ///
 /// A laser changes with the motion instead, and under M4 it is off at rest: only switching it on or off waits, and,
 /// under M3, what changes its power at rest: S, or whether the motion mode cuts, on a line without motion.
+#[inline]
 fn spindle_waits(before: &ModalState, after: &ModalState, path: &Path, laser_mode: bool) -> bool {
     if before.rotation != after.rotation {
         return true;
+    }
+    if after.rotation == Rotation::Off {
+        return false;
     }
     let still = matches!(path, Path::None);
     let mode_changes = before.motion.is_cutting() != after.motion.is_cutting();

@@ -1,6 +1,6 @@
 //! Jogs: `$J=` and words.
 
-use super::check::{Check, Purpose};
+use super::check::{Check, Plan, Purpose};
 use super::command::{Feed, Jog, Travel};
 use super::commit::spindle;
 use super::context::Context;
@@ -29,9 +29,11 @@ impl<const AXES: usize> Interpreter<AXES> {
             feed_mode: FeedMode::PerMinute,
             ..self.modal
         };
-        let block = Block::read(line, &modal, context)?;
-        let plan = Check::new(self, &block, context, Purpose::Jog)
-            .plan()
+        let mut block = Block::new(&modal);
+        block.read(line, context)?;
+        let mut plan = Plan::new(&self.position);
+        Check::new(self, &block, context, Purpose::Jog)
+            .plan(&mut plan)
             .map_err(|refusal| refusal.locate(line))?;
         let travel = Travel {
             target: plan.target,

@@ -89,8 +89,10 @@ impl<const AXES: usize> Interpreter<AXES> {
         commands: &mut Commands<AXES>,
     ) -> Result<(), Fault> {
         commands.clear();
-        let block = Block::read(line, &self.modal, context)?;
-        let plan = self.plan(&block, line, context)?;
+        let mut block = Block::new(&self.modal);
+        block.read(line, context)?;
+        let mut plan = Plan::new(&self.position);
+        self.plan(&mut plan, &block, line, context)?;
         self.commit(&block, &plan, context, commands);
         Ok(())
     }
@@ -101,8 +103,9 @@ impl<const AXES: usize> Interpreter<AXES> {
     ///
     /// As [`Self::interpret`].
     pub fn check(&self, line: &[u8], context: &Context<'_, AXES>) -> Result<(), Fault> {
-        let block = Block::read(line, &self.modal, context)?;
-        self.plan(&block, line, context).map(|_| ())
+        let mut block = Block::new(&self.modal);
+        block.read(line, context)?;
+        self.plan(&mut Plan::new(&self.position), &block, line, context)
     }
 
     /// Answers the modal state.
@@ -146,12 +149,13 @@ impl<const AXES: usize> Interpreter<AXES> {
     #[inline]
     fn plan(
         &self,
+        plan: &mut Plan<AXES>,
         block: &Block<AXES>,
         line: &[u8],
         context: &Context<'_, AXES>,
-    ) -> Result<Plan<AXES>, Fault> {
+    ) -> Result<(), Fault> {
         Check::new(self, block, context, Purpose::Program)
-            .plan()
+            .plan(plan)
             .map_err(|refusal| refusal.locate(line))
     }
 }

@@ -41,9 +41,10 @@ pub(super) fn inches_to_millimetres(value: Number) -> Result<Number, Status> {
 /// Quotient and remainder, as on paper in digits of 16 bits: hardware divides 32 bits only.
 fn divide_by_5(n: u64) -> (u64, u32) {
     let (high, low) = ((n >> 32) as u32, n as u32);
-    let middle = high % 5 << 16 | low >> 16;
-    let last = middle % 5 << 16 | low & 0xffff;
-    let quotient = u64::from(high / 5) << 32 | u64::from(middle / 5) << 16 | u64::from(last / 5);
+    let middle = ((high % 5) << 16) | (low >> 16);
+    let last = ((middle % 5) << 16) | (low & 0xffff);
+    let quotient =
+        (u64::from(high / 5) << 32) | (u64::from(middle / 5) << 16) | u64::from(last / 5);
     (quotient, last % 5)
 }
 

@@ -90,30 +90,9 @@ pub(super) enum Flow {
 }
 
 impl<const AXES: usize> Block<AXES> {
-    /// Gathers the words of a line that begins in `modal`.
-    ///
-    /// # Errors
-    ///
-    /// The first fault from the left.
+    /// Begins a line in this modal state.
     #[inline]
-    pub(super) fn read(
-        line: &[u8],
-        modal: &ModalState,
-        context: &Context<'_, AXES>,
-    ) -> Result<Self, Fault> {
-        let mut block = Self::new(modal);
-        for word in words(line) {
-            let word = word?;
-            block.take(&word, context.options).map_err(|status| Fault {
-                status,
-                column: word.column(),
-            })?;
-        }
-        block.finish();
-        Ok(block)
-    }
-
-    fn new(modal: &ModalState) -> Self {
+    pub(super) fn new(modal: &ModalState) -> Self {
         Self {
             modal: ModalState { tool: 0, ..*modal },
             letters: Letters::default(),
@@ -130,6 +109,24 @@ impl<const AXES: usize> Block<AXES> {
             p: Number::default(),
             r: Number::default(),
         }
+    }
+
+    /// Gathers the words of a line.
+    ///
+    /// # Errors
+    ///
+    /// The first fault from the left.
+    #[inline]
+    pub(super) fn read(&mut self, line: &[u8], context: &Context<'_, AXES>) -> Result<(), Fault> {
+        for word in words(line) {
+            let word = word?;
+            self.take(&word, context.options).map_err(|status| Fault {
+                status,
+                column: word.column(),
+            })?;
+        }
+        self.finish();
+        Ok(())
     }
 
     #[inline]
