@@ -12,6 +12,7 @@
 //! and none may wait: what takes time is begun, or refused in part ([`Board::write`]).
 
 use core::fmt;
+use leadscrew_planner::{Coordinate, MoveKind};
 use leadscrew_stepper::{MotorMask, Power};
 
 /// Microseconds since power-up, as the caller of `Machine::poll` counts them.
@@ -129,4 +130,10 @@ pub trait Board {
 
     /// Puts the wiring of the step port into effect. Called at rest only.
     fn configure(&mut self, port: &PortConfig);
+
+    /// Learns of a move of the program as it is planned, to `target` (axes, machine position) with `power`. For boards that
+    /// watch, such as a simulator that draws; others need not care.
+    fn move_planned(&mut self, target: &[Coordinate], kind: MoveKind, power: Power) {
+        let _ = (target, kind, power);
+    }
 }

@@ -61,6 +61,14 @@ pub enum MovePower {
 }
 
 impl MovePower {
+    /// The power that the program asks for along the move, at its programmed feed.
+    pub fn programmed(self) -> Power {
+        match self {
+            Self::Off => Power::OFF,
+            Self::Spindle { power } | Self::Constant { power, .. } | Self::Dynamic { power } => power,
+        }
+    }
+
     /// Power at a planned rest after the move.
     pub(crate) fn at_rest(self) -> Power {
         match self {

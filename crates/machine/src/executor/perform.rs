@@ -193,6 +193,7 @@ where
             Ok(Pushed::Queued) => {
                 self.work.moves = self.work.moves.wrapping_add(1);
                 self.path_end = next.target;
+                board.move_planned(&next.target, next.kind, next.power.programmed());
                 self.want_spindle(spindle);
                 self.motion_begins();
                 Progress::Done
@@ -399,7 +400,7 @@ where
         if in_force && self.state != State::Check && !self.is_motion_over() {
             return Progress::Wait;
         }
-        self.unsaved.add(id);
+        self.unsaved.add_offset(id);
         Progress::Done
     }
 
