@@ -4,14 +4,16 @@
 //! nothing reaches (52), G53 (30), axis words in G80 (31), feed rate (22), arcs (26, 32, then R: 33, 34, or I, J, K: 35,
 //! 33), probing (26, 33), words that nobody took (36).
 
-use super::arc::{centre_from_radius, check_centre};
+mod offsets;
+mod path;
+
 use super::command::{ArcShape, OffsetId};
 use super::context::Context;
 use super::fault::Refusal;
 use super::letters::{Group, Letters, GROUPS_IN_JOGS};
-use super::modal_state::{Distance, FeedMode, Motion, Plane, ProbeKind, Turn, Units, WorkSystem};
+use super::modal_state::{Distance, FeedMode, Motion, ProbeKind, Units, WorkSystem};
 use super::offsets::TOOL_AXIS;
-use super::units::{inches_to_millimetres, millimetres};
+use super::units::inches_to_millimetres;
 use super::words::{AxisCommand, Block, NonModal};
 use super::{Coordinate, Interpreter, MAX_WORD};
 use crate::config::AxisKind;
@@ -237,71 +239,6 @@ impl<'a, const AXES: usize> Check<'a, AXES> {
         })
     }
 
-    /// G10 L2 (the words are the origin) and L20 (the words are where the axes shall be).
-    fn set_origin(&mut self) -> Result<Effect<AXES>, Refusal> {
-        let fault = |status| Refusal::g(status, 10);
-        if self.block.axis_mask == 0 {
-            return Err(fault(Status::NoAxisWords));
-        }
-        if !self.gives(P) && !self.gives(L) {
-            return Err(fault(Status::MissingWord));
-        }
-        let system = self.named_system()?;
-        let others = match self.block.l.trunc() {
-            2 if !self.gives(R) => None,
-            20 => Some(self.state.offsets.without_system()),
-            _ => return Err(Refusal::words(Status::UnsupportedCommand, L)),
-        };
-        self.unused = self.unused.without(P).without(L);
-        let old = self.state.offsets.get(OffsetId::Work(system));
-        let origin = match others {
-            None => self.merge(old, |_, word| word)?,
-            Some(others) => self.merge(old, |axis, word| self.shift(&others, axis, word))?,
-        };
-        Ok(Effect::SetOrigin(system, origin))
-    }
-
-    /// The system that P names; the one in force where it is 0 or missing.
-    fn named_system(&self) -> Result<WorkSystem, Refusal> {
-        match usize::try_from(self.block.p.trunc()) {
-            Ok(0) => Some(self.block.modal.system),
-            Ok(number) => WorkSystem::ALL.get(number - 1).copied(),
-            Err(_) => None,
-        }
-        .ok_or(Refusal::words(Status::UnsupportedSystem, P))
-    }
-
-    fn set_g92(&self) -> Result<Effect<AXES>, Refusal> {
-        if self.block.axis_mask == 0 {
-            return Err(Refusal::g(Status::NoAxisWords, 92));
-        }
-        let offsets = &self.state.offsets;
-        let others = offsets.without_g92(self.block.modal.system);
-        let offset = self.merge(offsets.g92(), |axis, word| self.shift(&others, axis, word))?;
-        Ok(Effect::SetG92(offset))
-    }
-
-    /// The offset that, with the others, makes the present position read as `word`.
-    fn shift(&self, others: &[Coordinate; AXES], axis: usize, word: Coordinate) -> Coordinate {
-        pick(&self.state.position, axis) - pick(others, axis) - word
-    }
-
-    /// The old offsets, with new ones on axes that have a word.
-    fn merge(
-        &self,
-        old: &[Coordinate; AXES],
-        new: impl Fn(usize, Coordinate) -> Coordinate,
-    ) -> Result<[Coordinate; AXES], Refusal> {
-        let mut merged = *old;
-        for (axis, merged) in merged.iter_mut().enumerate() {
-            if self.moves(axis) {
-                *merged = new(axis, self.word(axis)?);
-                check_magnitude(*merged, MAX_WORD, axis)?;
-            }
-        }
-        Ok(merged)
-    }
-
     /// Leads the target where the axis words do, if they are not an offset.
     #[inline]
     fn aim(&self, target: &mut [Coordinate; AXES]) -> Result<(), Refusal> {
@@ -367,98 +304,6 @@ impl<'a, const AXES: usize> Check<'a, AXES> {
         }
     }
 
-    /// What the motion mode makes of the line.
-    #[inline]
-    fn path(&mut self, feed: Number, target: &[Coordinate; AXES]) -> Result<Path, Refusal> {
-        let (motion, still) = (self.block.modal.motion, self.block.axis_mask == 0);
-        if motion == Motion::Cancelled && !still {
-            return Err(Refusal::words(Status::AxisWordsUnused, AXIS_WORDS));
-        }
-        if self.block.axis_command != AxisCommand::Motion {
-            return Ok(Path::None);
-        }
-        if motion.needs_feed() && feed == Number::default() {
-            return Err(self.feed_undefined());
-        }
-        match motion {
-            Motion::Rapid | Motion::Feed if still => Ok(Path::None),
-            Motion::Rapid | Motion::Feed => Ok(Path::Straight),
-            Motion::Arc(turn) => self.arc(turn, target).map(Path::Arc),
-            Motion::Probe(_) if still => Err(Refusal::g(Status::NoAxisWords, 38)),
-            Motion::Probe(_) if *target == self.state.position => {
-                Err(Refusal::words(Status::InvalidTarget, AXIS_WORDS))
-            }
-            Motion::Probe(kind) => Ok(Path::Probe(kind)),
-            Motion::Cancelled => Ok(Path::None),
-        }
-    }
-
-    fn arc(&mut self, turn: Turn, target: &[Coordinate; AXES]) -> Result<ArcShape, Refusal> {
-        let plane = self.block.modal.plane;
-        let (first, second) = plane.axes();
-        if self.block.axis_mask == 0 {
-            let code = match turn {
-                Turn::Clockwise => 2,
-                Turn::Counterclockwise => 3,
-            };
-            return Err(Refusal::g(Status::NoAxisWords, code));
-        }
-        if !self.moves(first) && !self.moves(second) {
-            return Err(Refusal::words(Status::NoAxisWordsInPlane, AXIS_WORDS));
-        }
-        let travel =
-            [first, second].map(|axis| pick(target, axis) - pick(&self.state.position, axis));
-        let centre = if self.gives(R) {
-            self.centre_by_radius(travel, turn)?
-        } else {
-            self.centre_by_offset(travel, plane)?
-        };
-        Ok(ArcShape {
-            plane,
-            turn,
-            centre,
-        })
-    }
-
-    fn centre_by_radius(
-        &mut self,
-        travel: [Coordinate; 2],
-        turn: Turn,
-    ) -> Result<[Coordinate; 2], Refusal> {
-        self.unused = self.unused.without(R);
-        let radius = self.length(self.block.r, R)?;
-        centre_from_radius(travel, radius, turn).map_err(|status| Refusal::words(status, R))
-    }
-
-    fn centre_by_offset(
-        &mut self,
-        travel: [Coordinate; 2],
-        plane: Plane,
-    ) -> Result<[Coordinate; 2], Refusal> {
-        let in_plane = match plane {
-            Plane::Xy => Letters::of(&[Letter::I, Letter::J]),
-            Plane::Zx => Letters::of(&[Letter::K, Letter::I]),
-            Plane::Yz => Letters::of(&[Letter::J, Letter::K]),
-        };
-        if !self.gives(in_plane) {
-            return Err(Refusal::words(Status::ArcCentreMissing, AXIS_WORDS));
-        }
-        self.unused = self.unused.without(CENTRE_WORDS);
-        let [i, j, k] = self.block.centre;
-        let (first, second) = match plane {
-            Plane::Xy => (i, j),
-            Plane::Zx => (k, i),
-            Plane::Yz => (j, k),
-        };
-        let centre = [
-            self.length(first, CENTRE_WORDS)?,
-            self.length(second, CENTRE_WORDS)?,
-        ];
-        check_centre(travel, centre)
-            .map_err(|status| Refusal::words(status, CENTRE_WORDS))
-            .map(|()| centre)
-    }
-
     #[inline]
     fn check_leftovers(&self) -> Result<(), Refusal> {
         if !self.unused.is_empty() {
@@ -488,12 +333,6 @@ impl<'a, const AXES: usize> Check<'a, AXES> {
             Units::Inches | Units::Millimetres => word,
         };
         Ok(Coordinate::from_nanos(mm.nanos()))
-    }
-
-    /// A radius or an offset to a centre.
-    fn length(&self, value: Number, letter: Letters) -> Result<Coordinate, Refusal> {
-        let mm = self.in_millimetres(value, letter)?;
-        millimetres(mm).map_err(|status| Refusal::words(status, letter))
     }
 
     #[inline]

@@ -1,0 +1,118 @@
+//! What the motion mode makes of a line: axis words in G80 (31), feed rate (22), arcs (26, 32, then R: 33, 34, or I, J,
+//! K: 35, 33), probing (26, 33).
+
+use super::{pick, Check, Path, AXIS_WORDS, CENTRE_WORDS, R};
+use crate::interpreter::arc::{centre_from_radius, check_centre};
+use crate::interpreter::command::ArcShape;
+use crate::interpreter::fault::Refusal;
+use crate::interpreter::letters::Letters;
+use crate::interpreter::modal_state::{Motion, Plane, Turn};
+use crate::interpreter::units::millimetres;
+use crate::interpreter::words::AxisCommand;
+use crate::interpreter::Coordinate;
+use crate::protocol::status::Status;
+use leadscrew_gcode::{Letter, Number};
+
+impl<const AXES: usize> Check<'_, AXES> {
+    /// What the motion mode makes of the line.
+    #[inline]
+    pub(super) fn path(
+        &mut self,
+        feed: Number,
+        target: &[Coordinate; AXES],
+    ) -> Result<Path, Refusal> {
+        let (motion, still) = (self.block.modal.motion, self.block.axis_mask == 0);
+        if motion == Motion::Cancelled && !still {
+            return Err(Refusal::words(Status::AxisWordsUnused, AXIS_WORDS));
+        }
+        if self.block.axis_command != AxisCommand::Motion {
+            return Ok(Path::None);
+        }
+        if motion.needs_feed() && feed == Number::default() {
+            return Err(self.feed_undefined());
+        }
+        match motion {
+            Motion::Rapid | Motion::Feed if still => Ok(Path::None),
+            Motion::Rapid | Motion::Feed => Ok(Path::Straight),
+            Motion::Arc(turn) => self.arc(turn, target).map(Path::Arc),
+            Motion::Probe(_) if still => Err(Refusal::g(Status::NoAxisWords, 38)),
+            Motion::Probe(_) if *target == self.state.position => {
+                Err(Refusal::words(Status::InvalidTarget, AXIS_WORDS))
+            }
+            Motion::Probe(kind) => Ok(Path::Probe(kind)),
+            Motion::Cancelled => Ok(Path::None),
+        }
+    }
+
+    fn arc(&mut self, turn: Turn, target: &[Coordinate; AXES]) -> Result<ArcShape, Refusal> {
+        let plane = self.block.modal.plane;
+        let (first, second) = plane.axes();
+        if self.block.axis_mask == 0 {
+            let code = match turn {
+                Turn::Clockwise => 2,
+                Turn::Counterclockwise => 3,
+            };
+            return Err(Refusal::g(Status::NoAxisWords, code));
+        }
+        if !self.moves(first) && !self.moves(second) {
+            return Err(Refusal::words(Status::NoAxisWordsInPlane, AXIS_WORDS));
+        }
+        let travel =
+            [first, second].map(|axis| pick(target, axis) - pick(&self.state.position, axis));
+        let centre = if self.gives(R) {
+            self.centre_by_radius(travel, turn)?
+        } else {
+            self.centre_by_offset(travel, plane)?
+        };
+        Ok(ArcShape {
+            plane,
+            turn,
+            centre,
+        })
+    }
+
+    fn centre_by_radius(
+        &mut self,
+        travel: [Coordinate; 2],
+        turn: Turn,
+    ) -> Result<[Coordinate; 2], Refusal> {
+        self.unused = self.unused.without(R);
+        let radius = self.length(self.block.r, R)?;
+        centre_from_radius(travel, radius, turn).map_err(|status| Refusal::words(status, R))
+    }
+
+    fn centre_by_offset(
+        &mut self,
+        travel: [Coordinate; 2],
+        plane: Plane,
+    ) -> Result<[Coordinate; 2], Refusal> {
+        let in_plane = match plane {
+            Plane::Xy => Letters::of(&[Letter::I, Letter::J]),
+            Plane::Zx => Letters::of(&[Letter::K, Letter::I]),
+            Plane::Yz => Letters::of(&[Letter::J, Letter::K]),
+        };
+        if !self.gives(in_plane) {
+            return Err(Refusal::words(Status::ArcCentreMissing, AXIS_WORDS));
+        }
+        self.unused = self.unused.without(CENTRE_WORDS);
+        let [i, j, k] = self.block.centre;
+        let (first, second) = match plane {
+            Plane::Xy => (i, j),
+            Plane::Zx => (k, i),
+            Plane::Yz => (j, k),
+        };
+        let centre = [
+            self.length(first, CENTRE_WORDS)?,
+            self.length(second, CENTRE_WORDS)?,
+        ];
+        check_centre(travel, centre)
+            .map_err(|status| Refusal::words(status, CENTRE_WORDS))
+            .map(|()| centre)
+    }
+
+    /// A radius or an offset to a centre.
+    fn length(&self, value: Number, letter: Letters) -> Result<Coordinate, Refusal> {
+        let mm = self.in_millimetres(value, letter)?;
+        millimetres(mm).map_err(|status| Refusal::words(status, letter))
+    }
+}
