@@ -20,11 +20,12 @@ use crate::protocol::alarm::Alarm;
 use crate::protocol::cadence::Cadence;
 use crate::protocol::serial::Inbox;
 use crate::protocol::status::Status;
+use crate::settings::store::Records;
 use crate::settings::table::Setting;
 use crate::settings::values::Settings;
+use crate::saving::Unsaved;
 use crate::snapshot::Probed;
 use crate::state::{Lock, State};
-use crate::unsaved::Unsaved;
 use crate::work::Work;
 use heapless::spsc::Producer;
 use heapless::Vec;
@@ -81,8 +82,12 @@ pub struct Machine<'a, K, const AXES: usize, const MOTORS: usize, const MOVES: u
     pub(crate) owner: Option<ChannelId>,
     pub(crate) last_fault: Option<LineFault>,
     pub(crate) last_alarm: Option<Alarm>,
-    /// Offsets that are not yet in the store.
+    /// What is in the store, once it was loaded.
+    pub(crate) records: Option<Records>,
+    /// What is not in the store yet.
     pub(crate) unsaved: Unsaved,
+    /// The store had lost something: said before the banner.
+    pub(crate) stored_values_lost: bool,
 
     pub(crate) motion: Motion<'a, K, AXES, MOTORS, MOVES>,
     /// Where the planned path ends, exactly.
@@ -137,7 +142,9 @@ where
             owner: None,
             last_fault: None,
             last_alarm: None,
+            records: None,
             unsaved: Unsaved::default(),
+            stored_values_lost: false,
             motion: Motion::new(planner, kinematics, links.segments, links.shared),
             path_end: origin,
             travel: origin,
@@ -252,6 +259,10 @@ where
         if self.settings.is_on(Setting::Homing) {
             self.state = State::Alarm(Lock::Unlockable);
         }
+        if self.stored_values_lost {
+            let status = Status::StoreUnreadable.number();
+            self.console.broadcast(format_args!("error:{status}"));
+        }
         self.greet(board, now);
     }
 
@@ -261,7 +272,7 @@ where
         let may_start = self.state.may_start();
         if self.motion.prepare(now, may_start, &mut self.work) {
             self.motors.enable(board);
-            self.motion.start(board);
+            self.motion.start(board, now);
         } else if self.motion.is_at_rest() {
             let locked = matches!(self.state, State::Alarm(_) | State::Sleep);
             let delay = self.settings.whole(Setting::IdleDelay);

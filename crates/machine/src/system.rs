@@ -78,7 +78,10 @@ where
             SystemCommand::ShowModes => self.console.line(id, self.modes()),
             SystemCommand::ShowBuild => self.show_build(id),
             SystemCommand::ShowStartup => self.show_startup(id),
-            SystemCommand::StoreBuild(text) => self.memory.set_build(text),
+            SystemCommand::StoreBuild(text) => {
+                self.memory.set_build(text);
+                self.unsaved.add_build();
+            }
             SystemCommand::StoreStartup { index, line } => self.store_startup(index, line)?,
             SystemCommand::Check => return Ok(self.toggle_check(id, board, now)),
             SystemCommand::Unlock => self.unlock(board)?,
@@ -129,6 +132,7 @@ where
             checked.map_err(|fault| fault.status)?;
         }
         self.memory.set_startup(index, line);
+        self.unsaved.add_startup(index);
         Ok(())
     }
 
@@ -229,16 +233,20 @@ where
         };
         if settings {
             self.settings.restore_defaults();
+            self.unsaved.add_all_settings::<AXES>();
             self.apply_settings(board);
         }
         if parameters {
             for offset in OffsetId::ALL {
                 let zero = [Coordinate::ZERO; AXES];
                 self.interpreter.load_offset(offset, zero);
+                self.unsaved.add_offset(offset);
             }
         }
         if texts {
             self.memory.clear();
+            self.unsaved.add_build();
+            (0..STARTUP_LINES).for_each(|index| self.unsaved.add_startup(index));
         }
         self.console.message(Message::RestoringDefaults);
         self.console.answer(id, Ok(()));
@@ -249,7 +257,10 @@ where
     fn set<B: Board>(&mut self, number: u16, value: Number, board: &mut B) -> Result<(), Status> {
         let entry = Entry { number, value };
         let inches = self.settings.is_on(Setting::Inches);
-        self.settings.set(entry, self.config.max_step_rate)?;
+        let changes = self.settings.set(entry, self.config.max_step_rate)?;
+        for change in changes {
+            self.unsaved.add_setting::<AXES>(change.number);
+        }
         self.apply_settings(board);
         if self.settings.is_on(Setting::Inches) != inches {
             self.cadence.work_offset_changed();

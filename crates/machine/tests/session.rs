@@ -26,7 +26,7 @@ fn every_line_gets_one_answer_and_the_path_ends_at_the_exact_step() {
     let mut memory = Memory::new();
     let mut session = Session::boot(&mut memory, MachineConfig::grbl());
     let job = "$120=500\n$121=500\n$110=6000\n$111=6000\nG91\nF3000\nG1X0.1Y0.2\nG1X.1\nX.1Y-.2\n\
-               G2X5Y5I5\nG3X-5Y-5J-5\nG90\nG0X1.234Y-3.21\nG4P0.1\nM3S100\nM5\nG17\n\n(c)\nQ\nG1X0Y0\n";
+               G2X5Y5I5\nG3X-5Y-5J-5\nG90\nG0X1.234Y-3.21\nG4P0.1\nM3S100\nM5\nG17\n\n(c)\nQ1\nG1X0Y0\n";
     session.send(job);
     session.until_quiet();
     let lines = session.lines();

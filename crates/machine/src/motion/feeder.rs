@@ -1,17 +1,18 @@
 //! The main loop's end of the segment queue: hands segments over, and no more than 2 ms of them.
 //!
 //! What is in the queue can no longer be changed: a hold, an override or a cancel acts behind it. The time
-//! committed is the segment under way plus all that wait:
+//! committed is what is left of the segment under way plus all that wait:
 //!
 //! ```text
-//!    under way (at most its whole length) | waiting ...          | room for one of 1 ms
+//!    left of the one under way | waiting ...          | room for one of 1 ms
 //!    <------------------------------ 2 ms ------------------------------------------->
 //! ```
 //!
-//! One segment always waits, even where the one under way is a single step that takes longer: else motion would
-//! run dry at its end.
+//! The main loop sees a segment begin no earlier than it does, and so takes too much rather than too little for
+//! what is left. One segment always waits, even where the one under way is a single step that takes longer: else
+//! motion would run dry at its end.
 
-use crate::board::{Board, Duration};
+use crate::board::{Board, Duration, Instant};
 use crate::config::{COMMITTED, SEGMENTS};
 use heapless::spsc::Producer;
 use heapless::Deque;
@@ -28,6 +29,10 @@ pub(crate) struct Feeder<'a, const MOTORS: usize> {
     durations: Deque<u32, { SEGMENTS + 1 }>,
     /// Their sum.
     committed: u32,
+    /// When the oldest of them was first seen under way.
+    since: Instant,
+    /// Timer counts in a microsecond, rounded down.
+    counts_per_us: u32,
     /// [`COMMITTED`] less [`LONGEST_SEGMENT`], timer counts.
     enough: u32,
 }
@@ -46,15 +51,17 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
             shared,
             durations: Deque::new(),
             committed: 0,
+            since: Instant::from_ticks(0),
+            counts_per_us: timer_hz / 1_000_000,
             enough: u32::try_from(enough).unwrap_or(u32::MAX),
         }
     }
 
     /// Whether one more segment may be committed.
-    pub(crate) fn has_room(&mut self) -> bool {
-        self.forget_consumed();
+    pub(crate) fn has_room(&mut self, now: Instant) -> bool {
+        self.forget_consumed(now);
         let starving = self.segments.len() == 0;
-        (starving || self.committed <= self.enough) && self.segments.ready()
+        (starving || self.left(now) <= self.enough) && self.segments.ready()
     }
 
     /// Commits a segment; [`Feeder::has_room`] said yes.
@@ -71,7 +78,8 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
     }
 
     /// Starts the step timer out of rest.
-    pub(crate) fn start<B: Board>(&mut self, board: &mut B) {
+    pub(crate) fn start<B: Board>(&mut self, board: &mut B, now: Instant) {
+        self.since = now;
         self.shared.set_running();
         board.start_stepping();
     }
@@ -82,14 +90,27 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
     }
 
     /// Drops the durations of segments that are over: all but the waiting ones and the one under way.
-    fn forget_consumed(&mut self) {
+    fn forget_consumed(&mut self, now: Instant) {
         let under_way = usize::from(self.shared.is_running());
         let left = self.segments.len() + under_way;
         while self.durations.len() > left {
             if let Some(over) = self.durations.pop_front() {
                 self.committed = self.committed.saturating_sub(over);
+                self.since = now;
             }
         }
+    }
+
+    /// The time committed, timer counts.
+    fn left(&self, now: Instant) -> u32 {
+        let under_way = match self.durations.front() {
+            Some(front) if self.shared.is_running() => *front,
+            Some(_) | None => 0,
+        };
+        let elapsed = now.ticks().saturating_sub(self.since.ticks());
+        let elapsed = u32::try_from(elapsed).unwrap_or(u32::MAX);
+        let over = elapsed.saturating_mul(self.counts_per_us).min(under_way);
+        self.committed.saturating_sub(over)
     }
 }
 
@@ -139,16 +160,18 @@ mod tests {
         let (producer, mut consumer) = queue.split();
         let shared = Shared::new();
         let mut feeder = Feeder::new(producer, &shared, 84_000_000);
+        let at = Instant::from_ticks;
         let mut pushed = 0;
-        while feeder.has_room() {
+        while feeder.has_room(at(0)) {
             feeder.push(segment(84, 1000, 0.0));
             pushed += 1;
         }
         assert_eq!(pushed, 2);
         shared.set_running();
-        consumer.dequeue(); // now under way, and counted whole
-        assert!(!feeder.has_room());
-        consumer.dequeue(); // the first is over
-        assert!(feeder.has_room());
+        consumer.dequeue(); // now under way
+        assert!(!feeder.has_room(at(999)));
+        assert!(feeder.has_room(at(1000)));
+        consumer.dequeue(); // seen at once
+        assert!(feeder.has_room(at(1000)));
     }
 }

@@ -303,7 +303,7 @@ where
             return false;
         }
         for _ in 0..SEGMENTS_A_POLL {
-            if !self.feeder.has_room() {
+            if !self.feeder.has_room(now) {
                 break;
             }
             let Some(mut segment) = self.next_segment() else {
@@ -317,8 +317,8 @@ where
     }
 
     /// Starts the step timer; [`Motion::prepare`] said so.
-    pub(crate) fn start<B: Board>(&mut self, board: &mut B) {
-        self.feeder.start(board);
+    pub(crate) fn start<B: Board>(&mut self, board: &mut B, now: Instant) {
+        self.feeder.start(board, now);
     }
 
     /// Whether one more segment could be committed now: `feed` wants to be called again at once.
@@ -326,7 +326,7 @@ where
         !self.stopping
             && self.may_feed(now, may_start)
             && self.has_moves()
-            && self.feeder.has_room()
+            && self.feeder.has_room(now)
     }
 
     fn has_moves(&self) -> bool {

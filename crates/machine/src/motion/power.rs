@@ -51,7 +51,7 @@ mod tests {
     fn the_override_scales_power_up_to_full() {
         let half = scaled(Power::FULL, 50);
         assert_eq!(half.level(1000), 500);
-        assert_eq!(scaled(half, 110).level(1000), 550);
+        assert_eq!(scaled(half, 150).level(1000), 750);
         assert_eq!(scaled(half, 200), Power::FULL);
         assert_eq!(scaled(Power::FULL, 200), Power::FULL);
     }

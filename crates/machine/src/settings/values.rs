@@ -223,7 +223,8 @@ impl<const AXES: usize> Settings<AXES> {
         let _full = changes.push(Entry { number, value }); // two at most
     }
 
-    fn get(&self, key: Key) -> Number {
+    /// Answers the value of any setting, exactly.
+    pub fn get(&self, key: Key) -> Number {
         match key {
             Key::Machine(setting) => self.value(setting),
             Key::Axis(setting, axis) => self.axes(setting).get(axis).copied().unwrap_or(ZERO),
