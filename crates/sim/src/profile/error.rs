@@ -29,7 +29,9 @@ pub struct Wrong {
 impl fmt::Display for ProfileError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Unreadable(file, error) => write!(f, "{}: cannot be read: {error}", file.display()),
+            Self::Unreadable(file, error) => {
+                write!(f, "{}: cannot be read: {error}", file.display())
+            }
             Self::Wrong(wrong) => wrong.fmt(f),
         }
     }
@@ -48,15 +50,21 @@ impl fmt::Display for Wrong {
 impl std::error::Error for ProfileError {}
 
 impl Wrong {
-    /// Describes an error at a place in `text`, the content of `file`.
+    /// Describes what the parser found wrong in `text`, the content of `file`.
     pub(super) fn new(file: &Path, text: &str, key: String, error: &toml::de::Error) -> Self {
         let start = error.span().map_or(0, |span| span.start);
-        let before = text.get(..start).unwrap_or(text);
         // The parser puts "expected …" on a line of its own.
         let what = error.message().trim().replace('\n', ", ");
+        Self::at(file, text, start, key, what)
+    }
+
+    /// Describes what is wrong at byte `start` of `text`, the content of `file`.
+    pub(super) fn at(file: &Path, text: &str, start: usize, key: String, what: String) -> Self {
+        let before = text.get(..start).unwrap_or(text);
+        let line = before.matches('\n').count() + 1;
         Self {
             file: file.to_owned(),
-            line: before.matches('\n').count() + 1,
+            line,
             key,
             what,
         }

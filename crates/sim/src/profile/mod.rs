@@ -13,14 +13,18 @@
 //! `examples/machines/` holds profiles with every key explained.
 
 mod error;
+mod plan;
 mod value;
 
 pub use error::{ProfileError, Wrong};
-pub use value::{AxisLetters, BufferSize, LookAhead, PerSecond, Place, Positive, SettingNumber, ValueError};
+pub use value::{
+    AxisLetters, BufferSize, LookAhead, PerSecond, Place, Positive, SettingNumber, ValueError,
+};
 
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::Path;
+use toml::Spanned;
 
 /// A simulated machine.
 #[derive(Clone, PartialEq, Debug, Default, Deserialize)]
@@ -28,8 +32,6 @@ use std::path::Path;
 pub struct Profile {
     /// What it is called on the screen.
     pub name: String,
-    /// How motors move axes.
-    pub kinematics: KinematicsKind,
     /// Bytes that a sender may have on the way; 1024 where it is left out.
     pub receive_buffer: Option<BufferSize>,
     /// Moves planned ahead; 1024 where it is left out.
@@ -37,7 +39,7 @@ pub struct Profile {
     /// Axes that home together, cycle after cycle; as stock Grbl where it is left out: Z, then X and Y.
     pub homing: Option<Vec<AxisLetters>>,
     /// First values of settings.
-    pub settings: BTreeMap<SettingNumber, f64>,
+    pub settings: BTreeMap<SettingNumber, Spanned<f64>>,
     /// The axes; X, Y and Z are always there.
     pub axes: Axes,
     /// What the probe meets.
@@ -48,17 +50,6 @@ pub struct Profile {
     pub door: Door,
     /// What stock Grbl chooses when it is compiled.
     pub options: Options,
-}
-
-/// How motors move axes.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum KinematicsKind {
-    /// Each axis has its motor.
-    #[default]
-    Cartesian,
-    /// X and Y by two motors together.
-    CoreXy,
 }
 
 /// The axes.
@@ -164,12 +155,20 @@ impl Profile {
     /// [`Wrong`], with file, line and key.
     pub fn parse(file: &Path, text: &str) -> Result<Self, Wrong> {
         let wrong = |key, error: &toml::de::Error| Wrong::new(file, text, key, error);
-        let document = toml::Deserializer::parse(text).map_err(|error| wrong(String::new(), &error))?;
-        serde_path_to_error::deserialize(document).map_err(|error| {
+        let document =
+            toml::Deserializer::parse(text).map_err(|error| wrong(String::new(), &error))?;
+        let profile: Self = serde_path_to_error::deserialize(document).map_err(|error| {
             let key = error.path().to_string();
-            let key = if key == "." { String::new() } else { key };
-            wrong(key, error.inner())
-        })
+            wrong(if key == "." { String::new() } else { key }, error.inner())
+        })?;
+        match profile.refused_setting() {
+            None => Ok(profile),
+            Some((number, status)) => {
+                let start = profile.settings[&number].span().start;
+                let (key, what) = (format!("settings.${}", number.0), status.text().to_owned());
+                Err(Wrong::at(file, text, start, key, what))
+            }
+        }
     }
 }
 
@@ -182,7 +181,9 @@ mod tests {
     }
 
     fn complaint(text: &str) -> String {
-        parse(text).expect_err("a profile that is wrong").to_string()
+        parse(text)
+            .expect_err("a profile that is wrong")
+            .to_string()
     }
 
     #[test]
@@ -195,7 +196,6 @@ mod tests {
         let profile = parse(
             r#"
             name = "shop"
-            kinematics = "corexy"
             receive_buffer = 128
             look_ahead = 15
             homing = ["z", "xy"]
@@ -227,9 +227,12 @@ mod tests {
             "#,
         );
         let profile = profile.unwrap();
-        assert_eq!(profile.settings[&SettingNumber(11)], 0.02);
+        assert_eq!(*profile.settings[&SettingNumber(11)].get_ref(), 0.02);
         assert_eq!(profile.axes.x.limits.high.unwrap().mm(), 401.0);
-        assert_eq!(profile.homing.unwrap(), [AxisLetters(0b100), AxisLetters(0b011)]);
+        assert_eq!(
+            profile.homing.unwrap(),
+            [AxisLetters(0b100), AxisLetters(0b011)]
+        );
         assert!(profile.axes.a.unwrap().rotary && profile.door.open);
     }
 
@@ -240,7 +243,6 @@ mod tests {
             ("\n[axes.x]\ntravel = -3", "router.toml:3: axes.x.travel: expected a number above 0 and below 1e6"),
             ("[settings]\nsteps = 1", "router.toml:2: settings.steps: expected the name of a setting, such as \"$110\""),
             ("homing = [\"z\", \"xq\"]", "router.toml:1: homing[1]: expected axes that home together, such as \"z\" or \"xy\""),
-            ("kinematics = \"delta\"", "router.toml:1: kinematics: unknown variant `delta`, expected `cartesian` or `corexy`"),
             ("[door]\nfited = true", "router.toml:2: door.fited: unknown field `fited`, expected `fitted` or `open`"),
             ("[probe]", "router.toml:1: probe: missing field `plate_height`"),
         ];
@@ -257,7 +259,12 @@ mod tests {
 
     #[test]
     fn a_file_that_is_not_there_is_named() {
-        let error = Profile::load(Path::new("/nowhere/at/all.toml")).unwrap_err().to_string();
-        assert!(error.starts_with("/nowhere/at/all.toml: cannot be read: "), "{error}");
+        let error = Profile::load(Path::new("/nowhere/at/all.toml"))
+            .unwrap_err()
+            .to_string();
+        assert!(
+            error.starts_with("/nowhere/at/all.toml: cannot be read: "),
+            "{error}"
+        );
     }
 }

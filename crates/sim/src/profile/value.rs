@@ -108,21 +108,28 @@ impl TryFrom<f64> for Positive {
 impl TryFrom<f64> for Place {
     type Error = ValueError;
     fn try_from(mm: f64) -> Result<Self, ValueError> {
-        (mm.abs() <= FAR).then_some(Self(mm)).ok_or(ValueError::NotALength)
+        (mm.abs() <= FAR)
+            .then_some(Self(mm))
+            .ok_or(ValueError::NotALength)
     }
 }
 
 impl TryFrom<f64> for PerSecond {
     type Error = ValueError;
     fn try_from(rate: f64) -> Result<Self, ValueError> {
-        (0.0..=1000.0).contains(&rate).then_some(Self(rate)).ok_or(ValueError::NotARate)
+        (0.0..=1000.0)
+            .contains(&rate)
+            .then_some(Self(rate))
+            .ok_or(ValueError::NotARate)
     }
 }
 
 impl TryFrom<String> for SettingNumber {
     type Error = ValueError;
     fn try_from(name: String) -> Result<Self, ValueError> {
-        let number = name.strip_prefix('$').and_then(|digits| digits.parse().ok());
+        let number = name
+            .strip_prefix('$')
+            .and_then(|digits| digits.parse().ok());
         number.map(Self).ok_or(ValueError::NotASetting)
     }
 }
@@ -145,13 +152,19 @@ impl TryFrom<String> for AxisLetters {
 impl TryFrom<u16> for BufferSize {
     type Error = ValueError;
     fn try_from(bytes: u16) -> Result<Self, ValueError> {
-        (128..=1024).contains(&bytes).then_some(Self(bytes)).ok_or(ValueError::NotABuffer)
+        (128..=1024)
+            .contains(&bytes)
+            .then_some(Self(bytes))
+            .ok_or(ValueError::NotABuffer)
     }
 }
 
 impl TryFrom<usize> for LookAhead {
     type Error = ValueError;
     fn try_from(moves: usize) -> Result<Self, ValueError> {
-        (2..=1024).contains(&moves).then_some(Self(moves)).ok_or(ValueError::NotALookAhead)
+        (2..=1024)
+            .contains(&moves)
+            .then_some(Self(moves))
+            .ok_or(ValueError::NotALookAhead)
     }
 }

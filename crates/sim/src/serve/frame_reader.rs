@@ -99,7 +99,12 @@ impl FrameReader {
                         self.0 = begun;
                     }
                 }
-                Place::Payload { kind, left, mask, turn } => {
+                Place::Payload {
+                    kind,
+                    left,
+                    mask,
+                    turn,
+                } => {
                     kind.take(byte ^ mask[*turn], payload);
                     *turn = (*turn + 1) % 4;
                     *left -= 1;
@@ -150,16 +155,25 @@ fn begin(header: &[u8]) -> Result<Option<Place>, FrameError> {
         return Err(FrameError::Control);
     }
     let mask = header.mask.ok_or(FrameError::Unmasked)?;
-    Ok(Some(Place::Payload { kind, left, mask, turn: 0 }))
+    Ok(Some(Place::Payload {
+        kind,
+        left,
+        mask,
+        turn: 0,
+    }))
 }
 
 fn kind_of(opcode: OpCode) -> Result<Kind, FrameError> {
     match opcode {
-        OpCode::Data(coding::Data::Continue | coding::Data::Text | coding::Data::Binary) => Ok(Kind::Data),
+        OpCode::Data(coding::Data::Continue | coding::Data::Text | coding::Data::Binary) => {
+            Ok(Kind::Data)
+        }
         OpCode::Control(coding::Control::Ping) => Ok(Kind::Ping(Vec::new())),
         OpCode::Control(coding::Control::Pong) => Ok(Kind::Pong),
         OpCode::Control(coding::Control::Close) => Ok(Kind::Close),
-        OpCode::Data(coding::Data::Reserved(_)) | OpCode::Control(coding::Control::Reserved(_)) => Err(FrameError::Header),
+        OpCode::Data(coding::Data::Reserved(_)) | OpCode::Control(coding::Control::Reserved(_)) => {
+            Err(FrameError::Header)
+        }
     }
 }
 
@@ -179,7 +193,12 @@ mod tests {
         };
         let mut bytes = Vec::new();
         header.format(payload.len() as u64, &mut bytes).unwrap();
-        bytes.extend(payload.iter().zip(mask.iter().cycle()).map(|(byte, key)| byte ^ key));
+        bytes.extend(
+            payload
+                .iter()
+                .zip(mask.iter().cycle())
+                .map(|(byte, key)| byte ^ key),
+        );
         bytes
     }
 
@@ -236,7 +255,10 @@ mod tests {
         bytes.extend(frame(OpCode::Control(coding::Control::Ping), true, b""));
         bytes.extend(frame(OpCode::Data(Data::Continue), true, b"X1\n"));
         let (payload, controls, _) = read(&[&bytes]);
-        assert_eq!((payload, controls), (b"G0X1\n".to_vec(), vec![Control::Ping(vec![])]));
+        assert_eq!(
+            (payload, controls),
+            (b"G0X1\n".to_vec(), vec![Control::Ping(vec![])])
+        );
     }
 
     #[test]

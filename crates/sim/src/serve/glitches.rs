@@ -1,16 +1,13 @@
 //! Disturbances on the limit inputs: wrong levels for microseconds, at instants that look random and never change.
 
-use super::buttons::level;
+use super::desk::Desk;
 use super::wires::Wires;
 use crate::clock::{cycles_of_micros, Cycle, CPU_HZ};
-use crate::event_loop::Simulation;
-use crate::observer::Observer;
 use crate::plant::Pin;
-use leadscrew_planner::Kinematics;
 
 /// Draws the instants and inputs of glitches.
 #[derive(Clone, Debug)]
-pub struct Glitches {
+pub(super) struct Glitches {
     /// Mean time between two, cycles; `None`: there are none.
     mean: Option<f64>,
     /// How long one lasts, cycles.
@@ -22,7 +19,7 @@ pub struct Glitches {
 
 impl Glitches {
     /// Makes `per_second` glitches of `width_us` microseconds a second, on the average.
-    pub fn new(per_second: f64, width_us: u16) -> Self {
+    pub(super) fn new(per_second: f64, width_us: u16) -> Self {
         let mean = (per_second > 0.0).then(|| CPU_HZ as f64 / per_second);
         let mut glitches = Self {
             mean,
@@ -35,25 +32,17 @@ impl Glitches {
     }
 
     /// Lets the simulation go on to `end`, with glitches on the way.
-    pub(super) fn run_until<K, O, const AXES: usize, const MOTORS: usize, const MOVES: usize>(
-        &mut self,
-        simulation: &mut Simulation<'_, K, O, AXES, MOTORS, MOVES>,
-        wires: &mut Wires,
-        end: Cycle,
-    ) where
-        K: Kinematics<AXES, MOTORS>,
-        O: Observer,
-    {
+    pub(super) fn run_until(&mut self, desk: &mut dyn Desk, wires: &mut Wires, end: Cycle) {
         while self.next <= end {
-            simulation.run_until(wires, self.next);
-            let pin = Pin::Limit((self.draw() % MOTORS as u64) as usize);
-            let wrong = !level(simulation, pin);
-            simulation.force_pin(pin, Some(wrong));
-            simulation.run_until(wires, self.next + self.width);
-            simulation.force_pin(pin, None);
+            desk.run_until(wires, self.next);
+            let pin = Pin::Limit((self.draw() % desk.motors() as u64) as usize);
+            let wrong = !desk.level(pin);
+            desk.force_pin(pin, Some(wrong));
+            desk.run_until(wires, self.next + self.width);
+            desk.force_pin(pin, None);
             self.schedule(self.next + self.width);
         }
-        simulation.run_until(wires, end);
+        desk.run_until(wires, end);
     }
 
     /// Draws the next instant: exponentially distributed.

@@ -113,11 +113,11 @@ pub enum What {
 
 /// Something that happened on a line.
 #[derive(Debug)]
-pub struct Event {
+pub(super) struct Event {
     /// The line, counted from 0.
-    pub line: usize,
+    pub(super) line: usize,
     /// What happened.
-    pub what: What,
+    pub(super) what: What,
 }
 
 /// Takes bytes for one client; once the client has gone, nothing.
@@ -132,7 +132,7 @@ impl Outlet {
     }
 
     /// Sends `bytes`; answers whether there was room for them. Never waits.
-    pub fn send(&self, bytes: Vec<u8>) -> bool {
+    pub(super) fn send(&self, bytes: Vec<u8>) -> bool {
         !matches!(self.0.try_send(bytes), Err(mpsc::TrySendError::Full(_)))
     }
 }
@@ -182,7 +182,7 @@ impl Uplink {
 }
 
 /// All lines of a server. Dropping them disconnects the clients, frees the ports and removes the links.
-pub struct Lines {
+pub(super) struct Lines {
     // First: a thread that waits for room among the events must wake before it is joined.
     events: mpsc::Receiver<Event>,
     threads: Vec<LineThread>,
@@ -196,10 +196,11 @@ struct LineThread {
 
 impl Lines {
     /// Opens lines; the first has number 0. What becomes of each comes as its first event.
-    pub fn open(specs: &[LineSpec]) -> Self {
+    pub(super) fn open(specs: &[LineSpec]) -> Self {
         let (sender, events) = mpsc::sync_channel(EVENTS);
         let threads = specs.iter().enumerate();
-        let threads = threads.map(|(line, spec)| LineThread::start(line, spec.clone(), sender.clone()));
+        let threads =
+            threads.map(|(line, spec)| LineThread::start(line, spec.clone(), sender.clone()));
         Self {
             threads: threads.collect(),
             events,
@@ -207,7 +208,7 @@ impl Lines {
     }
 
     /// Waits for the next event, at most for `time`.
-    pub fn next(&self, time: Duration) -> Option<Event> {
+    pub(super) fn next(&self, time: Duration) -> Option<Event> {
         match self.events.recv_timeout(time) {
             Ok(event) => Some(event),
             Err(mpsc::RecvTimeoutError::Timeout) => None,
@@ -219,20 +220,10 @@ impl Lines {
     }
 
     /// Notes that the machine has taken `count` bytes of a line's events.
-    pub fn taken(&self, line: usize, count: usize) {
+    pub(super) fn taken(&self, line: usize, count: usize) {
         if let Some(thread) = self.threads.get(line) {
             thread.backlog.fetch_sub(count, Ordering::Relaxed);
         }
-    }
-
-    /// The number of lines.
-    pub fn len(&self) -> usize {
-        self.threads.len()
-    }
-
-    /// Whether there is no line.
-    pub fn is_empty(&self) -> bool {
-        self.threads.is_empty()
     }
 }
 
@@ -240,9 +231,18 @@ impl LineThread {
     fn start(line: usize, spec: LineSpec, events: SyncSender<Event>) -> Self {
         let stop = Arc::new(AtomicBool::new(false));
         let backlog = Arc::new(AtomicUsize::new(0));
-        let uplink = Uplink { line, events, stop: stop.clone(), backlog: backlog.clone() };
+        let uplink = Uplink {
+            line,
+            events,
+            stop: stop.clone(),
+            backlog: backlog.clone(),
+        };
         let thread = Some(std::thread::spawn(move || run(&spec, &uplink)));
-        Self { stop, backlog, thread }
+        Self {
+            stop,
+            backlog,
+            thread,
+        }
     }
 }
 
@@ -259,7 +259,9 @@ impl Drop for LineThread {
 fn run(spec: &LineSpec, uplink: &Uplink) {
     match spec {
         LineSpec::Tcp(address) => super::listener::run(address, uplink, super::tcp::serve),
-        LineSpec::WebSocket(address) => super::listener::run(address, uplink, super::websocket::serve),
+        LineSpec::WebSocket(address) => {
+            super::listener::run(address, uplink, super::websocket::serve)
+        }
         LineSpec::Pty { link, .. } => super::pty::run(link, uplink),
     }
 }

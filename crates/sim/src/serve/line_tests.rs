@@ -106,7 +106,10 @@ fn a_port_in_use_is_said_once_and_taken_once_it_is_free() {
     let address = holder.local_addr().unwrap().to_string();
     let lines = Lines::open(&[LineSpec::Tcp(address.clone())]);
     let what = next(&lines);
-    assert!(matches!(what, What::Unavailable(LineError::Listen(_))), "{what:?}");
+    assert!(
+        matches!(what, What::Unavailable(LineError::Listen(_))),
+        "{what:?}"
+    );
     assert!(lines.next(Duration::from_millis(1500)).is_none());
     drop(holder);
     assert_eq!(ready(&lines), address);
@@ -136,7 +139,9 @@ fn a_client_that_does_not_read_costs_nobody_else_anything() {
 fn dropping_the_lines_frees_the_port_even_under_a_flood() {
     let (lines, address) = any_tcp();
     let mut client = TcpStream::connect(&address).unwrap();
-    client.set_write_timeout(Some(Duration::from_millis(200))).unwrap();
+    client
+        .set_write_timeout(Some(Duration::from_millis(200)))
+        .unwrap();
     // Nobody takes the events: the channel fills, then the sockets' buffers.
     while client.write_all(&[b'x'; 65536]).is_ok() {}
     drop(lines);
@@ -178,7 +183,9 @@ mod websocket {
 
     fn connect(address: &str) -> WebSocket<TcpStream> {
         let stream = TcpStream::connect(address).unwrap();
-        tungstenite::client(format!("ws://{address}/"), stream).unwrap().0
+        tungstenite::client(format!("ws://{address}/"), stream)
+            .unwrap()
+            .0
     }
 
     #[test]
@@ -192,7 +199,10 @@ mod websocket {
         expect_bytes(&lines, b"\x85?");
         assert!(outlet.send(b"\r\nGrbl 1.1h ['$' for help]\r\no".to_vec()));
         assert!(outlet.send(b"k\r\n".to_vec()));
-        assert_eq!(client.read().unwrap(), Message::text("\r\nGrbl 1.1h ['$' for help]\r\n"));
+        assert_eq!(
+            client.read().unwrap(),
+            Message::text("\r\nGrbl 1.1h ['$' for help]\r\n")
+        );
         assert_eq!(client.read().unwrap(), Message::text("ok\r\n"));
     }
 
@@ -200,7 +210,11 @@ mod websocket {
     fn fragments_act_before_their_message_ends_and_need_not_be_utf_8() {
         let (lines, _, mut client, _outlet) = connected();
         let fragment = |bytes: &'static [u8], data| {
-            Message::Frame(Frame::message(Bytes::from_static(bytes), OpCode::Data(data), false))
+            Message::Frame(Frame::message(
+                Bytes::from_static(bytes),
+                OpCode::Data(data),
+                false,
+            ))
         };
         client.send(fragment(b"?", Data::Text)).unwrap();
         expect_bytes(&lines, b"?");
@@ -213,8 +227,13 @@ mod websocket {
     #[test]
     fn a_ping_is_answered_and_so_is_goodbye() {
         let (lines, address, mut client, _outlet) = connected();
-        client.send(Message::Ping(Bytes::from_static(b"there?"))).unwrap();
-        assert_eq!(client.read().unwrap(), Message::Pong(Bytes::from_static(b"there?")));
+        client
+            .send(Message::Ping(Bytes::from_static(b"there?")))
+            .unwrap();
+        assert_eq!(
+            client.read().unwrap(),
+            Message::Pong(Bytes::from_static(b"there?"))
+        );
         client.close(None).unwrap();
         while client.read().is_ok() {}
         expect_closed(&lines);
@@ -227,7 +246,9 @@ mod websocket {
         let lines = Lines::open(&[LineSpec::WebSocket("127.0.0.1:0".into())]);
         let address = ready(&lines);
         let mut browser = TcpStream::connect(&address).unwrap();
-        browser.write_all(b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n").unwrap();
+        browser
+            .write_all(b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n")
+            .unwrap();
         assert!(matches!(next(&lines), What::Refused(_)));
         drop(browser);
         connect(&address);
@@ -242,7 +263,11 @@ mod pty {
     use std::path::{Path, PathBuf};
 
     fn open(link: &Path) -> File {
-        OpenOptions::new().read(true).write(true).open(link).unwrap()
+        OpenOptions::new()
+            .read(true)
+            .write(true)
+            .open(link)
+            .unwrap()
     }
 
     fn spec(link: &Path) -> [LineSpec; 1] {
@@ -315,7 +340,10 @@ mod pty {
         let link = folder.path().join("precious");
         std::fs::write(&link, "mine").unwrap();
         let lines = Lines::open(&spec(&link));
-        assert!(matches!(next(&lines), What::Unavailable(LineError::LinkExists)));
+        assert!(matches!(
+            next(&lines),
+            What::Unavailable(LineError::LinkExists)
+        ));
         drop(lines);
         assert_eq!(std::fs::read_to_string(&link).unwrap(), "mine");
     }

@@ -27,7 +27,9 @@ pub(super) fn run(address: &str, uplink: &Uplink, serve: Serve) {
             Ok((stream, peer)) => {
                 if wait_for_end(&client, uplink) {
                     let uplink = uplink.clone();
-                    client = Some(std::thread::spawn(move || serve(stream, peer.to_string(), &uplink)));
+                    client = Some(std::thread::spawn(move || {
+                        serve(stream, peer.to_string(), &uplink)
+                    }));
                 } else {
                     uplink.tell(What::TurnedAway(peer.to_string()));
                 }

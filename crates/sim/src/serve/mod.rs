@@ -1,23 +1,120 @@
-//! serve.
-mod frame_reader;
-pub mod line;
-mod listener;
+//! `leadscrew serve`: a virtual machine in real time, on lines that real senders can open.
+//!
+//! ```text
+//!   LaserGRBL, UGS, ... --tcp, ws, pty--> Lines --> Server --> Simulation     one thread each line and client,
+//!                                                     |            |          one for everything else
+//!                                        Panel, WireLog        StateFile
+//! ```
+//!
+//! Nothing that a client does can stop the server: one that vanishes, floods or does not read costs one message, and
+//! the machine goes on. A line that cannot be opened is tried again until it can.
+
 mod buttons;
-pub mod glitches;
-pub mod note;
-pub mod pace;
-pub mod panel;
-pub mod server;
-pub mod state_file;
-mod wires;
+mod desk;
+mod frame_reader;
+mod glitches;
+mod line;
+mod listener;
+mod note;
+mod pace;
+mod panel;
 #[cfg(unix)]
 mod pty;
 #[cfg(not(unix))]
 #[path = "no_pty.rs"]
 mod pty;
+mod screen;
+mod server;
+mod state_file;
 mod tcp;
 mod websocket;
-pub mod wire_log;
+mod wire_log;
+mod wires;
 
 #[cfg(test)]
 mod line_tests;
+
+pub use line::{LineError, LineSpec, What};
+pub use note::Note;
+pub use panel::{Key, Panel, Plain, Snapshot};
+pub use screen::Screen;
+pub use server::Surroundings;
+pub use state_file::StateFile;
+pub use wire_log::WireLog;
+
+use crate::cost::Costs;
+use crate::event_loop::Simulation;
+use crate::link::Rate;
+use crate::profile::Profile;
+use crate::setup::{Memory, Setup};
+use glitches::Glitches;
+use leadscrew_planner::Cartesian;
+use server::{End, Server};
+
+/// Moves that the simulated machine can plan ahead.
+const MOVES: usize = 1024;
+
+/// How long a glitch lasts where the profile does not say, microseconds.
+const GLITCH_US: u16 = 5;
+
+/// What is served.
+pub struct Service {
+    /// The machine.
+    pub profile: Profile,
+    /// Where programs can connect: as many as a machine has channels at most.
+    pub lines: Vec<LineSpec>,
+    /// How fast the lines are.
+    pub rate: Rate,
+    /// Simulated seconds in a second.
+    pub speed: f64,
+    /// Where settings survive a restart.
+    pub state: Option<StateFile>,
+    /// Where the wire is written down.
+    pub log: Option<WireLog>,
+}
+
+/// Serves until the user wants it to end.
+pub fn serve(service: Service, around: Surroundings<'_>) {
+    let Service {
+        profile,
+        lines,
+        rate,
+        speed,
+        state,
+        log,
+    } = service;
+    let mut server = Server::new(lines, speed, log, around);
+    match profile.axis_count() {
+        4 => run::<4>(&profile, rate, &mut server),
+        _ => run::<3>(&profile, rate, &mut server),
+    }
+}
+
+/// Powers a machine up, and again after each restart.
+fn run<const AXES: usize>(profile: &Profile, rate: Rate, server: &mut Server<'_>) {
+    let glitches = Glitches::new(
+        profile.switches.glitches.get(),
+        profile.switches.glitch_us.unwrap_or(GLITCH_US),
+    );
+    let setup = Setup::<AXES> {
+        machine: profile.config(),
+        receive_buffer: usize::from(profile.receive_buffer()),
+        costs: Costs::F407,
+        lines: vec![rate; server.line_count()],
+    };
+    let mut carriages = profile.start::<AXES>();
+    loop {
+        let mut memory = Memory::new(&setup);
+        let mut simulation =
+            Simulation::<_, _, AXES, AXES, MOVES>::new(&mut memory, &setup, Cartesian, ());
+        simulation.place(carriages);
+        for switch in profile.plant_switches() {
+            simulation.add_switch(switch);
+        }
+        match server.run(&mut simulation, glitches.clone()) {
+            End::Stopped => return,
+            End::Restart => server.note(&Note::Restarted),
+        }
+        carriages = simulation.board().plant.position();
+    }
+}

@@ -6,5 +6,7 @@ use std::path::Path;
 
 /// Says that there are no pseudo-terminals here.
 pub(super) fn run(_link: &Path, uplink: &Uplink) {
-    uplink.tell(What::Unavailable(LineError::NoPty(io::ErrorKind::Unsupported.into())));
+    uplink.tell(What::Unavailable(LineError::NoPty(
+        io::ErrorKind::Unsupported.into(),
+    )));
 }

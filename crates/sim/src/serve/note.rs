@@ -31,14 +31,27 @@ impl fmt::Display for Note<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Line(line, what) => write!(f, "{line}: {what}"),
-            Self::NotRead(line) => write!(f, "{line}: the client does not read; what it does not take is thrown away"),
+            Self::NotRead(line) => write!(
+                f,
+                "{line}: the client does not read; what it does not take is thrown away"
+            ),
             Self::BytesLost(line) => {
-                write!(f, "{line}: bytes were lost: the client sends more than the receive buffer holds")
+                write!(
+                    f,
+                    "{line}: bytes were lost: the client sends more than the receive buffer holds"
+                )
             }
-            Self::TooSlow => write!(f, "this computer is too slow for the speed asked for: simulated time falls behind"),
+            Self::TooSlow => write!(
+                f,
+                "this computer is too slow for the speed asked for: simulated time falls behind"
+            ),
             Self::NoLog(error) => write!(f, "the log ends here, it cannot be written: {error}"),
             Self::NoState(file, error) => {
-                write!(f, "{}: settings will not survive, the file cannot be written: {error}", file.display())
+                write!(
+                    f,
+                    "{}: settings will not survive, the file cannot be written: {error}",
+                    file.display()
+                )
             }
             Self::SetAside(aside) => aside.fmt(f),
             Self::Restarted => write!(f, "the machine starts anew because its port was opened"),

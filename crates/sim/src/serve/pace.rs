@@ -8,7 +8,7 @@ const PATIENCE: Duration = Duration::from_millis(250);
 
 /// Ties the simulation's clock to the wall's.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Pace {
+pub(super) struct Pace {
     /// Simulated seconds in a second.
     speed: f64,
     wall: Duration,
@@ -17,17 +17,17 @@ pub struct Pace {
 
 impl Pace {
     /// The simulation is at `cycle` now, which the wall clock calls `wall`; it is to run `speed` times as fast.
-    pub fn new(speed: f64, wall: Duration, cycle: Cycle) -> Self {
+    pub(super) fn new(speed: f64, wall: Duration, cycle: Cycle) -> Self {
         Self { speed, wall, cycle }
     }
 
     /// Where the simulation should be at `wall`.
-    pub fn due(&self, wall: Duration) -> Cycle {
+    pub(super) fn due(&self, wall: Duration) -> Cycle {
         self.cycle + self.cycles(wall.saturating_sub(self.wall))
     }
 
     /// Gives up what the simulation has fallen behind, if it is too much to catch up; answers whether it did.
-    pub fn give_up(&mut self, wall: Duration, reached: Cycle) -> bool {
+    pub(super) fn give_up(&mut self, wall: Duration, reached: Cycle) -> bool {
         let behind = self.due(wall) - reached;
         let hopeless = behind > self.cycles(PATIENCE);
         if hopeless {
@@ -37,7 +37,7 @@ impl Pace {
     }
 
     /// The cycles that are simulated in `time` of the wall clock.
-    pub fn cycles(&self, time: Duration) -> u64 {
+    pub(super) fn cycles(&self, time: Duration) -> u64 {
         (time.as_secs_f64() * self.speed * CPU_HZ as f64) as u64
     }
 }

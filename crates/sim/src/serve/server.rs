@@ -10,17 +10,15 @@
 //! done by other threads.
 
 use super::buttons::Buttons;
+use super::desk::Desk;
 use super::glitches::Glitches;
 use super::line::{Event, LineSpec, Lines, What};
 use super::note::Note;
 use super::pace::Pace;
-use super::panel::{Key, Panel, Snapshot};
+use super::panel::{Key, Panel};
 use super::wire_log::{Way, WireLog};
 use super::wires::Wires;
 use crate::clock::{cycles_of_micros, Cycle};
-use crate::event_loop::Simulation;
-use crate::observer::Observer;
-use leadscrew_planner::Kinematics;
 use std::io;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
@@ -39,7 +37,7 @@ const EVENTS: usize = 64;
 
 /// Why the server loop came back.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum End {
+pub(super) enum End {
     /// The user wants it to end.
     Stopped,
     /// The machine is to start anew.
@@ -57,7 +55,7 @@ pub struct Surroundings<'s> {
 }
 
 /// Lines and clients, whatever machine is behind them.
-pub struct Server<'s> {
+pub(super) struct Server<'s> {
     specs: Vec<LineSpec>,
     lines: Lines,
     wires: Wires,
@@ -72,7 +70,12 @@ pub struct Server<'s> {
 
 impl<'s> Server<'s> {
     /// Opens lines, whose machine is to run `speed` times as fast as the wall clock.
-    pub fn new(specs: Vec<LineSpec>, speed: f64, log: Option<WireLog>, around: Surroundings<'s>) -> Self {
+    pub(super) fn new(
+        specs: Vec<LineSpec>,
+        speed: f64,
+        log: Option<WireLog>,
+        around: Surroundings<'s>,
+    ) -> Self {
         Self {
             lines: Lines::open(&specs),
             wires: Wires::new(specs.len()),
@@ -86,57 +89,44 @@ impl<'s> Server<'s> {
         }
     }
 
+    /// The number of lines.
+    pub(super) fn line_count(&self) -> usize {
+        self.specs.len()
+    }
+
     /// Tells the user something.
-    pub fn note(&mut self, note: &Note<'_>) {
+    pub(super) fn note(&mut self, note: &Note<'_>) {
         self.around.panel.note(note);
     }
 
-    /// Runs a machine until the user wants it to end or it is to start anew. `each_turn` is called about every millisecond.
-    pub fn run<K, O, const AXES: usize, const MOTORS: usize, const MOVES: usize>(
-        &mut self,
-        simulation: &mut Simulation<'_, K, O, AXES, MOTORS, MOVES>,
-        mut glitches: Glitches,
-        mut each_turn: impl FnMut(&mut Self, &mut Simulation<'_, K, O, AXES, MOTORS, MOVES>) -> Snapshot,
-    ) -> End
-    where
-        K: Kinematics<AXES, MOTORS>,
-        O: Observer,
-    {
-        let mut pace = Pace::new(self.speed, (self.around.clock)(), simulation.now());
+    /// Runs a machine until the user wants it to end or it is to start anew.
+    pub(super) fn run(&mut self, desk: &mut dyn Desk, mut glitches: Glitches) -> End {
+        let mut pace = Pace::new(self.speed, (self.around.clock)(), desk.now());
         let mut buttons = Buttons::default();
         while !self.around.stop.load(Ordering::Relaxed) {
-            if self.wait(simulation.now()) {
+            if self.wait(desk.now()) {
                 return End::Restart;
             }
-            self.advance(simulation, &mut pace, &mut glitches);
+            self.advance(desk, &mut pace, &mut glitches);
             while let Some(key) = self.around.panel.key() {
                 if key == Key::Quit {
                     return End::Stopped;
                 }
-                buttons.press(key, simulation);
+                buttons.press(key, desk);
             }
-            buttons.release(simulation);
-            let snapshot = each_turn(self, simulation);
-            self.show(&snapshot);
+            buttons.release(desk);
+            self.show(desk);
         }
         End::Stopped
     }
 
     /// Lets the simulation reach the present.
-    fn advance<K, O, const AXES: usize, const MOTORS: usize, const MOVES: usize>(
-        &mut self,
-        simulation: &mut Simulation<'_, K, O, AXES, MOTORS, MOVES>,
-        pace: &mut Pace,
-        glitches: &mut Glitches,
-    ) where
-        K: Kinematics<AXES, MOTORS>,
-        O: Observer,
-    {
+    fn advance(&mut self, desk: &mut dyn Desk, pace: &mut Pace, glitches: &mut Glitches) {
         let due = pace.due((self.around.clock)());
-        let end = due.min(simulation.now() + SLICE.max(pace.cycles(TICK)));
-        glitches.run_until(simulation, &mut self.wires, end);
-        self.deliver(simulation.now());
-        if pace.give_up((self.around.clock)(), simulation.now()) && !self.told_slow {
+        let end = due.min(desk.now() + SLICE.max(pace.cycles(TICK)));
+        glitches.run_until(desk, &mut self.wires, end);
+        self.deliver(desk.now());
+        if pace.give_up((self.around.clock)(), desk.now()) && !self.told_slow {
             self.told_slow = true;
             self.around.panel.note(&Note::TooSlow);
         }
@@ -164,18 +154,36 @@ impl<'s> Server<'s> {
             self.wires.push(line, bytes);
             return false;
         }
-        self.around.panel.note(&Note::Line(&self.specs[line], &event.what));
+        self.around
+            .panel
+            .note(&Note::Line(&self.specs[line], &event.what));
         self.log(|log| log.event(now, line, &event.what));
         match event.what {
             What::Opened { outlet, .. } => {
                 self.told[line] = false;
                 self.wires.open(line, outlet);
-                return matches!(self.specs[line], LineSpec::Pty { reset_on_open: true, .. });
+                return self.resets(line);
             }
             What::Closed => self.wires.close(line),
-            What::Ready(_) | What::Unavailable(_) | What::Bytes(_) | What::TurnedAway(_) | What::Refused(_) => {}
+            What::Ready(_)
+            | What::Unavailable(_)
+            | What::Bytes(_)
+            | What::TurnedAway(_)
+            | What::Refused(_) => {}
         }
         false
+    }
+
+    /// Whether opening a line starts the machine anew. What waits to go in is lost then, as in a real reset.
+    fn resets(&mut self, line: usize) -> bool {
+        let resets = match &self.specs[line] {
+            LineSpec::Pty { reset_on_open, .. } => *reset_on_open,
+            LineSpec::Tcp(_) | LineSpec::WebSocket(_) => false,
+        };
+        if resets {
+            (0..self.specs.len()).for_each(|line| self.wires.clear(line));
+        }
+        resets
     }
 
     /// Sends to the clients what the machine has written.
@@ -193,11 +201,11 @@ impl<'s> Server<'s> {
         }
     }
 
-    fn show(&mut self, machine: &Snapshot) {
+    fn show(&mut self, desk: &dyn Desk) {
         let now = (self.around.clock)();
         if now.saturating_sub(self.shown) >= SHOW {
             self.shown = now;
-            self.around.panel.show(machine);
+            self.around.panel.show(&desk.snapshot());
             self.log(WireLog::flush);
         }
     }

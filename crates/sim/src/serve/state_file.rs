@@ -19,7 +19,7 @@ const HEADER: usize = MAGIC.len() + 1;
 
 /// Why a state file could not be used.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Fault {
+pub(super) enum Fault {
     /// It is no state file.
     Foreign,
     /// Another version has written it.
@@ -66,7 +66,7 @@ impl fmt::Display for SetAside {
 
 /// What was found in the place of the state file.
 #[derive(Debug)]
-pub enum Found {
+pub(super) enum Found {
     /// Nothing: the first start.
     Nothing,
     /// The flash memory.
@@ -102,7 +102,7 @@ impl StateFile {
     ///
     /// # Errors
     /// Those of reading, other than that there is no file.
-    pub fn load(&self, size: usize) -> io::Result<Found> {
+    pub(super) fn load(&self, size: usize) -> io::Result<Found> {
         let bytes = match std::fs::read(&self.path) {
             Ok(bytes) => bytes,
             Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Found::Nothing),
@@ -118,7 +118,7 @@ impl StateFile {
     ///
     /// # Errors
     /// Those of writing; the file is as before then.
-    pub fn save(&self, image: &[u8]) -> io::Result<()> {
+    pub(super) fn save(&self, image: &[u8]) -> io::Result<()> {
         if let Some(folder) = self.path.parent() {
             std::fs::create_dir_all(folder)?;
         }
@@ -138,7 +138,11 @@ impl StateFile {
             Some(name) => std::fs::rename(&self.path, &name).map(|()| name),
             None => Err(io::ErrorKind::AlreadyExists.into()),
         };
-        SetAside { file: self.path.clone(), fault, kept }
+        SetAside {
+            file: self.path.clone(),
+            fault,
+            kept,
+        }
     }
 }
 
@@ -149,7 +153,9 @@ fn image(bytes: &[u8], size: usize) -> Result<&[u8], Fault> {
     match bytes.split_at_checked(HEADER) {
         _ if !begins => Err(Fault::Foreign),
         None => Err(Fault::Size { expected, found }),
-        Some((header, _)) if header[MAGIC.len()] != VERSION => Err(Fault::Version(header[MAGIC.len()])),
+        Some((header, _)) if header[MAGIC.len()] != VERSION => {
+            Err(Fault::Version(header[MAGIC.len()]))
+        }
         Some((_, image)) if image.len() == size => Ok(image),
         Some(_) => Err(Fault::Size { expected, found }),
     }
@@ -199,10 +205,15 @@ mod tests {
         file.save(&[0; 4]).unwrap();
         for (count, (bytes, fault)) in (1..).zip(table) {
             std::fs::write(file.path(), bytes).unwrap();
-            let Found::Unusable(aside) = file.load(4).unwrap() else { panic!("{fault}") };
+            let Found::Unusable(aside) = file.load(4).unwrap() else {
+                panic!("{fault}")
+            };
             let kept = file.path().with_added_extension(format!("kept-{count}"));
             let path = file.path().display();
-            let expected = format!("{path}: {fault}; kept as {}, defaults loaded", kept.display());
+            let expected = format!(
+                "{path}: {fault}; kept as {}, defaults loaded",
+                kept.display()
+            );
             assert_eq!(aside.to_string(), expected);
             assert_eq!(std::fs::read(kept).unwrap(), bytes);
             assert_eq!(load(&file), None);

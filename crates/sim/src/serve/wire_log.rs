@@ -36,15 +36,18 @@ impl Way {
 
 /// Writes down what goes over the lines.
 pub struct WireLog {
-    to: Box<dyn Write>,
+    to: Box<dyn Write + Send>,
     /// What has been seen of unfinished lines.
     begun: BTreeMap<(usize, Way), Vec<u8>>,
 }
 
 impl WireLog {
     /// Makes a log.
-    pub fn new(to: impl Write + 'static) -> Self {
-        Self { to: Box::new(to), begun: BTreeMap::new() }
+    pub fn new(to: impl Write + Send + 'static) -> Self {
+        Self {
+            to: Box::new(to),
+            begun: BTreeMap::new(),
+        }
     }
 
     /// Writes down bytes of a line.
@@ -55,8 +58,12 @@ impl WireLog {
         for byte in bytes {
             match (way, Byte::sort(*byte)) {
                 (_, Byte::Ordinary(byte)) => self.ordinary(now, line, way, byte)?,
-                (Way::FromMachine, Byte::Realtime(_) | Byte::Unknown) => self.ordinary(now, line, way, *byte)?,
-                (Way::ToMachine, Byte::Realtime(_) | Byte::Unknown) => self.row(now, line, way.sign(), &escape(&[*byte]))?,
+                (Way::FromMachine, Byte::Realtime(_) | Byte::Unknown) => {
+                    self.ordinary(now, line, way, *byte)?
+                }
+                (Way::ToMachine, Byte::Realtime(_) | Byte::Unknown) => {
+                    self.row(now, line, way.sign(), &escape(&[*byte]))?
+                }
             }
         }
         Ok(())
@@ -101,7 +108,10 @@ impl WireLog {
 /// spelled.
 fn escape(bytes: &[u8]) -> String {
     let text = bytes.strip_suffix(b"\n").unwrap_or(bytes);
-    let text = text.strip_suffix(b"\r").filter(|_| bytes.ends_with(b"\n")).unwrap_or(text);
+    let text = text
+        .strip_suffix(b"\r")
+        .filter(|_| bytes.ends_with(b"\n"))
+        .unwrap_or(text);
     let spell = |byte: &u8| match byte {
         b' '..=b'~' => char::from(*byte).to_string(),
         _ => std::ascii::escape_default(*byte).to_string(),
@@ -112,15 +122,14 @@ fn escape(bytes: &[u8]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::cell::RefCell;
-    use std::rc::Rc;
+    use std::sync::{Arc, Mutex};
 
     #[derive(Clone, Default)]
-    struct Paper(Rc<RefCell<Vec<u8>>>);
+    struct Paper(Arc<Mutex<Vec<u8>>>);
 
     impl Write for Paper {
         fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-            self.0.borrow_mut().write(bytes)
+            self.0.lock().unwrap().write(bytes)
         }
         fn flush(&mut self) -> io::Result<()> {
             Ok(())
@@ -135,7 +144,8 @@ mod tests {
         log.event(at(0), 1, &"a client has come").unwrap();
         log.bytes(at(1), 1, Way::ToMachine, b"G1X?1").unwrap();
         log.bytes(at(2), 0, Way::FromMachine, b"o").unwrap();
-        log.bytes(at(3), 1, Way::ToMachine, b"0\r\n\xC2\x91").unwrap();
+        log.bytes(at(3), 1, Way::ToMachine, b"0\r\n\xC2\x91")
+            .unwrap();
         log.bytes(at(4), 0, Way::FromMachine, b"k\r\n").unwrap();
         let expected = "     0.000000 1 . a client has come\n     \
                              0.001000 1 < ?\n     \
@@ -144,15 +154,16 @@ mod tests {
                              0.003000 1 < \\xc2\n     \
                              0.003000 1 < \\x91\n     \
                              0.004000 0 > ok\n";
-        assert_eq!(String::from_utf8(paper.0.take()).unwrap(), expected);
+        assert_eq!(String::from_utf8(std::mem::take(&mut *paper.0.lock().unwrap())).unwrap(), expected);
     }
 
     #[test]
     fn a_line_without_end_is_cut_and_not_kept() {
         let paper = Paper::default();
         let mut log = WireLog::new(paper.clone());
-        log.bytes(Cycle(0), 0, Way::ToMachine, &[b'x'; 1300]).unwrap();
-        let written = paper.0.take();
+        log.bytes(Cycle(0), 0, Way::ToMachine, &[b'x'; 1300])
+            .unwrap();
+        let written = std::mem::take(&mut *paper.0.lock().unwrap());
         assert_eq!(written.iter().filter(|byte| **byte == b'\n').count(), 2);
         assert_eq!(written.iter().filter(|byte| **byte == b'x').count(), 1024);
     }

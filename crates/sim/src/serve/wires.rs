@@ -33,22 +33,22 @@ struct Wire {
 
 /// All lines, as the simulated machine's host.
 #[derive(Debug)]
-pub struct Wires(Vec<Wire>);
+pub(super) struct Wires(Vec<Wire>);
 
 impl Wires {
     /// Makes `count` lines without clients.
-    pub fn new(count: usize) -> Self {
+    pub(super) fn new(count: usize) -> Self {
         Self((0..count).map(|_| Wire::default()).collect())
     }
 
     /// A client has come.
-    pub fn open(&mut self, line: usize, outlet: Outlet) {
+    pub(super) fn open(&mut self, line: usize, outlet: Outlet) {
         self.0[line].outlet = Some(outlet);
         self.0[line].written.clear();
     }
 
     /// A client has sent bytes.
-    pub fn push(&mut self, line: usize, bytes: &[u8]) {
+    pub(super) fn push(&mut self, line: usize, bytes: &[u8]) {
         let wire = &mut self.0[line];
         let ordinary = |byte: &&u8| matches!(Byte::sort(**byte), Byte::Ordinary(_));
         if let Some(last) = bytes.iter().rfind(ordinary) {
@@ -59,7 +59,7 @@ impl Wires {
     }
 
     /// The client has gone.
-    pub fn close(&mut self, line: usize) {
+    pub(super) fn close(&mut self, line: usize) {
         let wire = &mut self.0[line];
         wire.outlet = None;
         if std::mem::take(&mut wire.mid_line) {
@@ -68,25 +68,28 @@ impl Wires {
     }
 
     /// Forgets what waits to go in: the machine starts anew.
-    pub fn clear(&mut self, line: usize) {
+    pub(super) fn clear(&mut self, line: usize) {
         let wire = &mut self.0[line];
         wire.waiting.clear();
         wire.taken += std::mem::take(&mut wire.owed);
     }
 
     /// How many bytes of clients the machine has taken since it was asked last.
-    pub fn taken(&mut self, line: usize) -> usize {
+    pub(super) fn taken(&mut self, line: usize) -> usize {
         std::mem::take(&mut self.0[line].taken)
     }
 
     /// What the machine has written since it was asked last.
-    pub fn written(&mut self, line: usize) -> Vec<u8> {
+    pub(super) fn written(&mut self, line: usize) -> Vec<u8> {
         std::mem::take(&mut self.0[line].written)
     }
 
     /// Sends bytes to the client, if there is one; answers whether there was room for them.
-    pub fn send(&self, line: usize, bytes: Vec<u8>) -> bool {
-        self.0[line].outlet.as_ref().is_none_or(|outlet| outlet.send(bytes))
+    pub(super) fn send(&self, line: usize, bytes: Vec<u8>) -> bool {
+        self.0[line]
+            .outlet
+            .as_ref()
+            .is_none_or(|outlet| outlet.send(bytes))
     }
 }
 

@@ -1,0 +1,225 @@
+//! What a simulation is made of, after a profile: the machine's build, its first settings, its switches.
+
+use super::{Axis, Profile, SettingNumber};
+use crate::plant::{Pin, Side, Switch};
+use leadscrew_gcode::Number;
+use leadscrew_machine::config::{AxisKind, MachineConfig, Options, ParkingConfig};
+use leadscrew_machine::protocol::status::Status;
+use leadscrew_machine::settings::table::{AxisSetting, Setting};
+use leadscrew_machine::settings::values::{Entry, Settings};
+
+/// The axes of the largest machine.
+const MOST_AXES: usize = 4;
+
+/// The axis that the probe belongs to.
+const Z: usize = 2;
+
+/// Bytes that a sender may have on the way where the profile does not say.
+const RECEIVE_BUFFER: u16 = 1024;
+
+/// Times that settings are tried: some are refused until another one is set.
+const PASSES: usize = 2;
+
+impl Profile {
+    /// The number of axes: 3, or 4 with A.
+    pub fn axis_count(&self) -> usize {
+        3 + usize::from(self.axes.a.is_some())
+    }
+
+    /// Bytes that a sender may have on the way.
+    pub fn receive_buffer(&self) -> u16 {
+        self.receive_buffer.map_or(RECEIVE_BUFFER, |size| size.0)
+    }
+
+    /// The build of a machine with `AXES` axes.
+    pub fn config<const AXES: usize>(&self) -> MachineConfig<AXES> {
+        let mut config = MachineConfig::new();
+        for (kind, axis) in config.axes.iter_mut().zip(self.all_axes()) {
+            *kind = if axis.rotary {
+                AxisKind::Rotary
+            } else {
+                AxisKind::Linear
+            };
+        }
+        config.options = Options {
+            mist: self.options.mist,
+            door: self.door.fitted,
+            line_numbers: self.options.line_numbers,
+            single_axis_homing: self.options.single_axis_homing,
+            parking: self.options.parking.then_some(ParkingConfig::GRBL),
+            parking_override: self.options.parking_override,
+            ..config.options
+        };
+        if let Some(look_ahead) = self.look_ahead {
+            config.moves = look_ahead.0;
+        }
+        if let Some(homing) = &self.homing {
+            let mut cycles = homing.iter().map(|letters| letters.0);
+            config.homing_cycles = config.homing_cycles.map(|_| cycles.next().unwrap_or(0));
+        }
+        // Once a run: the machine keeps its defaults for as long as the program runs.
+        config.defaults = Box::leak(self.first_settings().into_boxed_slice());
+        config
+    }
+
+    /// Where this machine's first settings differ from a stock Grbl's.
+    pub fn first_settings(&self) -> Vec<Entry> {
+        let mut entries = Vec::new();
+        if self.switches.normally_closed {
+            entries.push(entry(Setting::LimitInvert.row().number, 1.0));
+        }
+        for (number, axis) in (0u16..).zip(self.all_axes()) {
+            let of = |setting: AxisSetting| setting.row().number + number;
+            let steps = axis
+                .steps_per_mm
+                .map(|steps| entry(of(AxisSetting::StepsPerMm), steps.get()));
+            let travel = axis
+                .travel
+                .map(|travel| entry(of(AxisSetting::Travel), travel.get()));
+            entries.extend(steps.into_iter().chain(travel));
+        }
+        let own = self.settings.iter();
+        entries.extend(own.map(|(number, value)| entry(number.0, *value.get_ref())));
+        entries
+    }
+
+    /// The first of the settings that the machine refuses, and its answer.
+    pub(super) fn refused_setting(&self) -> Option<(SettingNumber, Status)> {
+        let mut settings = Settings::<MOST_AXES>::new(&[]);
+        let limit = MachineConfig::<MOST_AXES>::new().max_step_rate;
+        let mut refused = None;
+        for _ in 0..PASSES {
+            let mut results = self.settings.iter().map(|(number, value)| {
+                let result = settings.set(entry(number.0, *value.get_ref()), limit);
+                result.err().map(|status| (*number, status))
+            });
+            refused = results.by_ref().fold(None, Option::or);
+        }
+        refused
+    }
+
+    /// The switches that carriages work.
+    pub fn plant_switches(&self) -> Vec<Switch> {
+        let mut switches = Vec::new();
+        for (motor, axis) in self.all_axes().enumerate() {
+            let place = |mm: f64| steps(axis, mm);
+            let limit = |side, place| Switch {
+                pin: Pin::Limit(motor),
+                motor,
+                side,
+                place,
+                level: self.switches.normally_closed,
+            };
+            let low = axis
+                .limits
+                .low
+                .map(|low| limit(Side::AtOrBelow, place(low.mm())));
+            let high = axis
+                .limits
+                .high
+                .map(|high| limit(Side::AtOrAbove, place(high.mm())));
+            switches.extend(low.into_iter().chain(high));
+        }
+        switches.extend(self.probe.map(|probe| Switch {
+            pin: Pin::Probe,
+            motor: Z,
+            side: Side::AtOrBelow,
+            place: steps(&self.axes.z, probe.plate_height.mm()),
+            level: false,
+        }));
+        switches
+    }
+
+    /// Where the carriages stand at power-up, in steps.
+    pub fn start<const MOTORS: usize>(&self) -> [i32; MOTORS] {
+        let mut places = self.all_axes().map(|axis| steps(axis, axis.start.mm()));
+        [0; MOTORS].map(|_: i32| places.next().unwrap_or(0))
+    }
+
+    fn all_axes(&self) -> impl Iterator<Item = &Axis> {
+        [&self.axes.x, &self.axes.y, &self.axes.z]
+            .into_iter()
+            .chain(&self.axes.a)
+    }
+}
+
+/// A place in steps of the carriage.
+fn steps(axis: &Axis, mm: f64) -> i32 {
+    const GRBL: f64 = 250.0;
+    let per_mm = axis.steps_per_mm.map_or(GRBL, |steps| steps.get());
+    (mm * per_mm).round() as i32
+}
+
+fn entry(number: u16, value: f64) -> Entry {
+    let value = Number::from_nanos((value * 1e9).round() as i64);
+    Entry { number, value }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    fn parse(text: &str) -> Profile {
+        Profile::parse(Path::new("test.toml"), text).unwrap()
+    }
+
+    #[test]
+    fn a_profile_without_keys_is_a_stock_grbl_without_switches() {
+        let profile = parse("");
+        let config = profile.config::<3>();
+        assert_eq!(config, MachineConfig::new());
+        assert_eq!(
+            (profile.plant_switches(), profile.start()),
+            (vec![], [0; 3])
+        );
+    }
+
+    #[test]
+    fn what_an_axis_has_becomes_its_first_settings_and_the_settings_win() {
+        let profile = parse(
+            "[axes.y]\nsteps_per_mm = 228.571\ntravel = 300\n[switches]\nnormally_closed = true\n\
+             [settings]\n\"$131\" = 290.5\n\"$20\" = 1\n\"$22\" = 1\n",
+        );
+        let config = profile.config::<3>();
+        let settings = Settings::<3>::new(config.defaults);
+        let steps = settings.axes(AxisSetting::StepsPerMm);
+        assert_eq!(steps[1], Number::from_nanos(228_571_000_000));
+        assert_eq!(
+            settings.axes(AxisSetting::Travel)[1],
+            Number::from_nanos(290_500_000_000)
+        );
+        assert!(settings.is_on(Setting::LimitInvert) && settings.is_on(Setting::SoftLimits));
+    }
+
+    #[test]
+    fn a_setting_that_the_machine_refuses_is_named_with_its_line() {
+        let parse = |text| Profile::parse(Path::new("test.toml"), text).unwrap_err();
+        let complaint = parse("[settings]\n\"$1\" = 25\n\"$0\" = 1\n");
+        assert_eq!((complaint.line, complaint.key.as_str()), (3, "settings.$0"));
+        assert_eq!(complaint.what, Status::StepPulseTooShort.text());
+        assert_eq!(parse("[settings]\n\"$999\" = 1").key, "settings.$999");
+        assert_eq!(parse("[settings]\n\"$20\" = 1").key, "settings.$20");
+    }
+
+    #[test]
+    fn switches_stand_where_the_profile_puts_them() {
+        let profile = parse(
+            "[axes.x]\nsteps_per_mm = 80\nstart = 10\nlimits = { low = -0.5, high = 400 }\n\
+             [axes.a]\nrotary = true\n[probe]\nplate_height = -12\n",
+        );
+        let places: Vec<_> = profile
+            .plant_switches()
+            .iter()
+            .map(|s| (s.pin, s.side, s.place))
+            .collect();
+        let expected = [
+            (Pin::Limit(0), Side::AtOrBelow, -40),
+            (Pin::Limit(0), Side::AtOrAbove, 32_000),
+            (Pin::Probe, Side::AtOrBelow, -3_000),
+        ];
+        assert_eq!(places, expected);
+        assert_eq!(profile.start(), [800, 0, 0, 0]);
+        assert_eq!(profile.config::<4>().axes[3], AxisKind::Rotary);
+    }
+}

@@ -1,0 +1,74 @@
+//! A simulation of any size, as the server sees it.
+
+use super::panel::Snapshot;
+use super::wires::Wires;
+use crate::clock::Cycle;
+use crate::event_loop::Simulation;
+use crate::observer::Observer;
+use crate::plant::Pin;
+use leadscrew_planner::{Coordinate, Kinematics};
+
+/// What the server does with a machine, whatever its axes, motors and kinematics.
+pub(super) trait Desk {
+    /// The simulated present.
+    fn now(&self) -> Cycle;
+    /// Lets time pass up to `end`.
+    fn run_until(&mut self, wires: &mut Wires, end: Cycle);
+    /// Holds an input at a level whatever its switch does; `None` lets it go.
+    fn force_pin(&mut self, pin: Pin, level: Option<bool>);
+    /// The level of an input.
+    fn level(&self, pin: Pin) -> bool;
+    /// The number of motors.
+    fn motors(&self) -> usize;
+    /// What there is to be shown.
+    fn snapshot(&self) -> Snapshot;
+}
+
+impl<K, O, const AXES: usize, const MOTORS: usize, const MOVES: usize> Desk
+    for Simulation<'_, K, O, AXES, MOTORS, MOVES>
+where
+    K: Kinematics<AXES, MOTORS> + Clone,
+    O: Observer,
+{
+    fn now(&self) -> Cycle {
+        self.now()
+    }
+
+    fn run_until(&mut self, wires: &mut Wires, end: Cycle) {
+        self.run_until(wires, end);
+    }
+
+    fn force_pin(&mut self, pin: Pin, level: Option<bool>) {
+        self.force_pin(pin, level);
+    }
+
+    fn level(&self, pin: Pin) -> bool {
+        let levels = self.board().plant.levels();
+        match pin {
+            Pin::Limit(motor) => levels.limits.contains(motor),
+            Pin::Probe => levels.probe,
+            Pin::Reset => levels.reset,
+            Pin::Hold => levels.hold,
+            Pin::Start => levels.start,
+            Pin::Door => levels.door,
+        }
+    }
+
+    fn motors(&self) -> usize {
+        MOTORS
+    }
+
+    fn snapshot(&self) -> Snapshot {
+        let levels = *self.board().plant.levels();
+        let machine = self.machine();
+        let overrides = machine.overrides();
+        Snapshot {
+            now: self.now(),
+            state: machine.state().name(!levels.door),
+            position: machine.position().map(Coordinate::to_mm).to_vec(),
+            feed: machine.speed() * 60.0,
+            overrides: [overrides.feed, overrides.rapid, overrides.spindle],
+            switches: levels,
+        }
+    }
+}
