@@ -6,9 +6,10 @@
 //!     / .'     '. \          n = ⌊ |angle|·r / (2·√(t·(2r − t))) ⌋ chords.
 //! ```
 //!
-//! That count is Grbl's, so that programs take the same steps; being rounded down it overshoots the tolerance by the factor
-//! ((n + 1)/n)² at most. Other axes move in proportion (helix). Each chord's end is the start rotated about the centre,
-//! in `f32` relative to the centre (4·10⁻⁷ of the radius); the last one is the exact end.
+//! That count is Grbl's, so that programs take the same steps; being rounded down it overshoots the
+//! tolerance by the factor ((n + 1)/n)² at most. Other axes move in proportion (helix). Each chord's end
+//! is the start rotated about the centre, in `f32` relative to the centre (4·10⁻⁷ of the radius); the
+//! last one is the exact end.
 
 use crate::real::{norm2, sqrt};
 use crate::trigonometry::sin_cos;
@@ -40,8 +41,8 @@ impl<const AXES: usize> Arc<AXES> {
     /// Makes the arc from `start` to `end`.
     ///
     /// `offset` leads from the start to the centre along the two axes of `plane` (first and second, so
-    /// that counter-clockwise is from first to second); all other axes move in proportion. `tolerance` is in
-    /// mm. Where the ends coincide in the plane, the arc is a full circle.
+    /// that counter-clockwise is from first to second); all other axes move in proportion. `tolerance`
+    /// is in mm. Where the ends coincide in the plane, the arc is a full circle.
     pub fn new(
         start: [Coordinate; AXES],
         end: [Coordinate; AXES],
@@ -50,10 +51,11 @@ impl<const AXES: usize> Arc<AXES> {
         clockwise: bool,
         tolerance: f32,
     ) -> Self {
-        let centre = [0, 1].map(|i| pick(&start, plane)[i] + offset[i]);
+        let ([x0, y0], [x1, y1]) = (pick(&start, plane), pick(&end, plane));
+        let centre = [x0 + offset[0], y0 + offset[1]];
         let spoke = offset.map(|offset| -offset.to_mm());
         let radius = sqrt(norm2(&spoke));
-        let to = [0, 1].map(|i| (pick(&end, plane)[i] - centre[i]).to_mm());
+        let to = [x1 - centre[0], y1 - centre[1]].map(Coordinate::to_mm);
         let angle = angle_between(spoke, to, clockwise);
         let mut travel = [0.0; AXES];
         for (travel, (end, start)) in travel.iter_mut().zip(end.iter().zip(&start)) {
@@ -119,10 +121,12 @@ impl<const AXES: usize> Iterator for Arc<AXES> {
     }
 }
 
-/// The offset from an arc's start to its centre for the `R` format, or `None` where the radius does not reach.
+/// The offset from an arc's start to its centre for the `R` format, or `None` where the radius does not
+/// reach.
 ///
-/// `travel` leads from start to end in the plane, mm, and is not 0. A negative radius (mm) asks for the arc of more than half a turn.
-/// Geometry: the centre lies on the bisector of the chord, `√(r² − (chord/2)²)` from its middle.
+/// `travel` leads from start to end in the plane, mm, and is not 0. A negative radius (mm) asks for the
+/// arc of more than half a turn. Geometry: the centre lies on the bisector of the chord, `√(r² −
+/// (chord/2)²)` from its middle.
 pub fn centre_from_radius(travel: [f32; 2], radius: f32, clockwise: bool) -> Option<[f32; 2]> {
     let [x, y] = travel;
     let chord2 = norm2(&travel);

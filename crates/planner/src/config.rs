@@ -32,7 +32,8 @@ pub struct Config<const AXES: usize> {
 }
 
 impl<const AXES: usize> Default for Config<AXES> {
-    /// Grbl's defaults: 250 steps/mm, 500 mm/min, 10 mm/s², 0.01 mm, 0.002 mm; as many moves as there is room for.
+    /// Grbl's defaults: 250 steps/mm, 500 mm/min, 10 mm/s², 0.01 mm, 0.002 mm; as many moves as there is
+    /// room for.
     fn default() -> Self {
         Self {
             steps_per_mm: [StepsPerMm::from_nanos(250 * crate::NANOS_PER_MM); AXES],
@@ -94,8 +95,9 @@ impl<const AXES: usize> Limits<AXES> {
 
 /// The unit of squared speeds in the look-ahead: a power of two, so that conversion rounds but once.
 ///
-/// Chosen so that the square of the machine's largest possible speed (all axes at their rate) lies between 2³⁰ and 2³¹: a squared
-/// speed is then known to 10⁻⁹ of the largest one, and all sums are exact whole numbers.
+/// Chosen so that the square of the machine's largest possible speed (all axes at their rate) lies
+/// between 2³⁰ and 2³¹: a squared speed is then known to 10⁻⁹ of the largest one, and all sums are exact
+/// whole numbers.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) struct SpeedUnit {
     /// Units in 1 mm²/s².

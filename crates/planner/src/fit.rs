@@ -1,16 +1,19 @@
 //! From the time that some steps take to ticks whose interval changes linearly.
 //!
-//! A segment of `M` ticks with the first interval `p` and the change `d` reaches tick *k* after `p·k + d·k(k−1)/2`. It is made to
-//! agree with the profile in its middle (`H` after `h` ticks) and at its end (`D` after `M`):
+//! A segment of `M` ticks with the first interval `p` and the change `d` reaches tick *k* after `p·k +
+//! d·k(k−1)/2`. It is made to agree with the profile in its middle (`H` after `h` ticks) and at its end
+//! (`D` after `M`):
 //!
 //! ```text
 //!   d = 2·(D/M − H/h) / (M − h)        p = D/M − d·(M − 1)/2
 //! ```
 //!
-//! Under constant acceleration `a` (steps/s²) at the speed `v` the time as a function of the step has the third derivative `3a²/v⁵`, so that over `T` seconds
-//! the quadratic is off by about `0.024·T³·a²/v²` ([`longest`] turns that round).
+//! Under constant acceleration `a` (steps/s²) at the speed `v` the time as a function of the step has
+//! the third derivative `3a²/v⁵`, so that over `T` seconds the quadratic is off by about
+//! `0.024·T³·a²/v²` ([`longest`] turns that round).
 //!
-//! Intervals have 24 significant bits from `f32`; what rounding them loses is exact in 2⁻³² counts and carried into the next segment.
+//! Intervals have 24 significant bits from `f32`; what rounding them loses is exact in 2⁻³² counts and
+//! carried into the next segment.
 
 use crate::real::{least, rough_cube_root};
 use core::num::NonZeroU16;
@@ -22,7 +25,8 @@ const LONGEST: f32 = 1e-3;
 /// `0.25 µs / 0.024`: a quarter of a microsecond is what a segment may be off.
 const TOLERANCE: f32 = 0.25e-6 / 0.024;
 
-/// How long a segment may be at the speed `v` (its lowest, steps/s) and acceleration `a` (not 0, steps/s²), seconds.
+/// How long a segment may be at the speed `v` (its lowest, steps/s) and acceleration `a` (not 0,
+/// steps/s²), seconds.
 pub(crate) fn longest(v: f32, a: f32) -> f32 {
     let ratio = v / a;
     least(LONGEST, rough_cube_root(TOLERANCE * ratio * ratio))
@@ -47,13 +51,15 @@ pub(crate) fn steps(v: f32, a: f32) -> u32 {
     (steps as u32).max(1)
 }
 
-/// The longest tick that is not smoothed, seconds: how far other motors may be off (below that, 1/8 of a step is as fine as it gets).
+/// The longest tick that is not smoothed, seconds: how far other motors may be off (below that, 1/8 of a
+/// step is as fine as it gets).
 const FINE: f32 = 5e-6;
 
-/// The least smoothing that brings other motors' steps within [`FINE`] of the true line, where ticks of `interval` seconds a step allow it.
+/// The least smoothing that brings other motors' steps within [`FINE`] of the true line, where ticks of
+/// `interval` seconds a step allow it.
 ///
-/// A motor steps at the first tick at or after its time, so a tick's length is the bound. `from_rest` is a step out of
-/// rest or into it: the shortest of its eight ticks has a quarter of the mean.
+/// A motor steps at the first tick at or after its time, so a tick's length is the bound. `from_rest` is
+/// a step out of rest or into it: the shortest of its eight ticks has a quarter of the mean.
 pub(crate) fn smoothing(interval: f32, shortest_tick: f32, from_rest: bool) -> Smoothing {
     const LEVELS: [Smoothing; 3] = [Smoothing::None, Smoothing::Twofold, Smoothing::Fourfold];
     let shortest = if from_rest {

@@ -7,7 +7,8 @@
 //!   ------+              allow along the change of direction u1 − u0. The path itself keeps its corner.
 //! ```
 //!
-//! Source: S. K. Jeon, *Improving Grbl: Cornering Algorithm* (2011); the per-axis acceleration as in Grbl 1.1.
+//! Source: S. K. Jeon, *Improving Grbl: Cornering Algorithm* (2011); the per-axis acceleration as in
+//! Grbl 1.1.
 //!
 //! Near θ = 180° the formula cancels in `f32`. With the unit vectors' sum and difference it does not:
 //! `s = |u0 + u1| / 2`, `1 − s² = |u1 − u0|² / 4`, so

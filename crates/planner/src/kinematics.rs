@@ -1,7 +1,7 @@
 //! Which motors move which axes.
 //!
-//! Limits apply to axes, Bresenham's tracer to motors. The maps are linear, so that a straight move is straight
-//! in both, and a map of positions is also one of differences.
+//! Limits apply to axes, Bresenham's tracer to motors. The maps are linear, so that a straight move is
+//! straight in both, and a map of positions is also one of differences.
 
 use crate::Coordinate;
 

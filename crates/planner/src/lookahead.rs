@@ -1,20 +1,22 @@
 //! The queue of planned moves and its reverse pass, at constant cost a line.
 //!
-//! The squared speed `e_i` at the start of move *i* may not exceed its `cap_i`, nor what the moves from there on can
-//! brake: `e_i = min(cap_i, e_(i+1) + g_i)` with `g_i = 2·a_i·L_i` and 0 after the last move. With
-//! the potential `Φ_i = Σ g_k` over all `k < i` that is
+//! The squared speed `e_i` at the start of move *i* may not exceed its `cap_i`, nor what the moves from
+//! there on can brake: `e_i = min(cap_i, e_(i+1) + g_i)` with `g_i = 2·a_i·L_i` and 0 after the last
+//! move. With the potential `Φ_i = Σ g_k` over all `k < i` that is
 //!
 //! ```text
 //!   e_i + Φ_i = min over j ≥ i of (cap_j + Φ_j)        (and Φ_end: rest after the last move)
 //! ```
 //!
-//! a minimum over a sequence that grows at its end and shrinks at its front. The classic monotone queue holds its
-//! candidates in rising order: a new move removes from the back those that are not smaller, the front is the minimum.
-//! Each move enters and leaves once, so a line costs the same however many are queued. The rest after
-//! the last move is not a candidate that removes others, because the next push lifts it.
+//! a minimum over a sequence that grows at its end and shrinks at its front. The classic monotone queue
+//! holds its candidates in rising order: a new move removes from the back those that are not smaller,
+//! the front is the minimum. Each move enters and leaves once, so a line costs the same however many are
+//! queued. The rest after the last move is not a candidate that removes others, because the next push
+//! lifts it.
 //!
-//! Everything is in whole [`SpeedUnit`](crate::config::SpeedUnit)s: gains and caps are rounded down, so that sums are exact and never promise
-//! more than the machine can brake. Potentials count up for ever: 2³² moves of the largest gain fit 64 bits.
+//! Everything is in whole [`SpeedUnit`](crate::config::SpeedUnit)s: gains and caps are rounded down, so
+//! that sums are exact and never promise more than the machine can brake. Potentials count up for ever:
+//! 2³² moves of the largest gain fit 64 bits.
 //!
 //! The forward pass is one comparison, made when a move is taken for execution.
 
@@ -59,6 +61,11 @@ impl<const MOTORS: usize, const CAPACITY: usize> LookAhead<MOTORS, CAPACITY> {
         self.moves.front().filter(|_| self.running)
     }
 
+    /// The first move that does not run.
+    pub(crate) fn next(&self) -> Option<&PlannedMove<MOTORS>> {
+        self.moves.get(usize::from(self.running))
+    }
+
     /// Appends a move that can brake `gain` and whose `cap` is set; hands it back where there is no room.
     pub(crate) fn push(
         &mut self,
@@ -91,9 +98,10 @@ impl<const MOTORS: usize, const CAPACITY: usize> LookAhead<MOTORS, CAPACITY> {
         }
     }
 
-    /// The largest squared speed, in units, at which the running move may end (so that all that follows can be kept).
+    /// The largest squared speed, in units, at which the running move may end (so that all that follows
+    /// can be kept).
     pub(crate) fn exit_limit(&self) -> u32 {
-        let Some(next) = self.moves.get(usize::from(self.running)) else {
+        let Some(next) = self.next() else {
             return 0;
         };
         let to_rest = self.end.wrapping_sub(next.potential);
@@ -102,7 +110,8 @@ impl<const MOTORS: usize, const CAPACITY: usize> LookAhead<MOTORS, CAPACITY> {
         u32::try_from(limit).unwrap_or(u32::MAX)
     }
 
-    /// Sets every cap anew, in order, and rebuilds the candidates: an override has changed. Linear in the length.
+    /// Sets every cap anew, in order, and rebuilds the candidates: an override has changed. Linear in
+    /// the length.
     pub(crate) fn set_caps(&mut self, mut cap: impl FnMut(&PlannedMove<MOTORS>) -> u32) {
         self.candidates.clear();
         let skipped = usize::from(self.running);

@@ -65,7 +65,9 @@ impl MovePower {
     pub fn programmed(self) -> Power {
         match self {
             Self::Off => Power::OFF,
-            Self::Spindle { power } | Self::Constant { power, .. } | Self::Dynamic { power } => power,
+            Self::Spindle { power } | Self::Constant { power, .. } | Self::Dynamic { power } => {
+                power
+            }
         }
     }
 

@@ -220,6 +220,12 @@ where
         self.limits.unit.v2(outlook.exit)
     }
 
+    /// Limit of the corner at the running move's end, squared, mm²/s².
+    pub(crate) fn corner_v2(&self) -> f32 {
+        let next = self.queue.next();
+        self.limits.unit.v2(next.map_or(0, |next| next.corner))
+    }
+
     /// Nominal speed of the running move, mm/s.
     pub(crate) fn running_nominal(&self) -> f32 {
         self.queue

@@ -9,14 +9,15 @@
 //!      start ...... s .... end     (steps of the dominant motor)
 //! ```
 //!
-//! Positions are whole steps, so they are exact; only speeds and lengths of phases are `f32`. Speeds on a ramp are taken from
-//! its outer end, where they are smallest and `v² = 2·a·s` loses nothing. Times come from `t = 2·Δs/(v0 + v1)`, exact under
-//! constant acceleration and free of cancellation. Together the relative error of a time is a few 2⁻²⁴.
+//! Positions are whole steps, so they are exact; only speeds and lengths of phases are `f32`. Speeds on
+//! a ramp are taken from its outer end, where they are smallest and `v² = 2·a·s` loses nothing. Times
+//! come from `t = 2·Δs/(v0 + v1)`, exact under constant acceleration and free of cancellation. Together
+//! the relative error of a time is a few 2⁻²⁴.
 //!
 //! A first ramp goes down where the move begins faster than it is to cruise (an override was lowered).
 //!
-//! Another profile takes the trapezoid's place by answering the same questions: [`Trapezoid::speed`], [`Trapezoid::time`],
-//! [`Trapezoid::stretch`], [`Trapezoid::exit_v2`].
+//! Another profile takes the trapezoid's place by answering the same questions: [`Trapezoid::speed`],
+//! [`Trapezoid::time`], [`Trapezoid::stretch`], [`Trapezoid::exit_v2`].
 
 use crate::real::{least, most, sqrt};
 
@@ -31,8 +32,8 @@ pub struct Plan {
     pub entry_v2: f32,
     /// Speed to cruise at, above 0.
     pub cruise: f32,
-    /// Squared speed wanted at the end; more where the distance does not suffice to brake, less where it does not
-    /// suffice to accelerate.
+    /// Squared speed wanted at the end; more where the distance does not suffice to brake, less where it
+    /// does not suffice to accelerate.
     pub exit_v2: f32,
     /// Acceleration of both ramps, above 0.
     pub acceleration: f32,
@@ -65,14 +66,15 @@ pub(crate) struct Stretch {
     pub(crate) acceleration: f32,
 }
 
-/// How far a speed may miss the one that the distance allows and still count as rounding, as a share of the squared speed.
+/// How far a speed may miss the one that the distance allows and still count as rounding, as a share of
+/// the squared speed.
 const ROUNDING: f32 = 2e-6;
 
 impl Trapezoid {
     /// Makes the fastest profile that keeps `plan`.
     ///
-    /// An end that cannot be reached by braking is met as slowly as can be; speeds that differ by no more than rounding errors
-    /// are met exactly.
+    /// An end that cannot be reached by braking is met as slowly as can be; speeds that differ by no
+    /// more than rounding errors are met exactly.
     pub fn new(plan: &Plan) -> Self {
         let cruise_v2 = plan.cruise * plan.cruise;
         let reach = 2.0 * plan.acceleration * length(plan);
@@ -169,7 +171,8 @@ impl Trapezoid {
         self.exit_v2
     }
 
-    /// Acceleration of the first and deceleration of the last ramp, steps/s²; the first is negative where that ramp goes down.
+    /// Acceleration of the first and deceleration of the last ramp, steps/s²; the first is negative
+    /// where that ramp goes down.
     pub const fn accelerations(&self) -> [f32; 2] {
         [0.5 * self.first_slope, 0.5 * self.last_slope]
     }

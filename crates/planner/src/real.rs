@@ -55,8 +55,8 @@ pub(crate) fn rough_cube_root(x: f32) -> f32 {
 
 /// `a / b` as a sum of two floats, about 45 bits of the quotient.
 ///
-/// The remainder `a − q·b` is exact by Dekker's product (T. J. Dekker, *A floating-point technique for extending
-/// the available precision*, 1971). For `|q|` and `|b|` below 2¹⁰⁰.
+/// The remainder `a − q·b` is exact by Dekker's product (T. J. Dekker, *A floating-point technique for
+/// extending the available precision*, 1971). For `|q|` and `|b|` below 2¹⁰⁰.
 pub(crate) fn divide_twice(a: f32, b: f32) -> (f32, f32) {
     let quotient = a / b;
     let (product, error) = exact_product(quotient, b);

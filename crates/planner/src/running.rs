@@ -1,10 +1,11 @@
 //! The move under way: where it is, its profile, and the next segment of it.
 
+use crate::config::SLOWEST;
 use crate::fit::{bits, smoothing, steps, Carry, Linear};
 use crate::moves::{MovePower, PlannedMove};
 use crate::planner::Outlook;
 use crate::profile::{Plan, Trapezoid};
-use crate::real::{divide_twice, least, sqrt};
+use crate::real::{divide_twice, least, most, sqrt};
 use crate::Config;
 use core::num::NonZeroU16;
 use fixed::types::U1F31;
@@ -33,11 +34,23 @@ impl Timing {
 
 /// What the running move is to do next.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub(crate) enum Aim {
-    /// Go on to the end, at this squared speed (mm²/s²) at most, at this nominal speed (mm/s).
-    End { exit_v2: f32, nominal: f32 },
-    /// Come to rest as soon as can be; where the move is too short for that and the next one may be entered, go on into it.
-    Stop { last: bool, nominal: f32 },
+pub(crate) struct Aim {
+    pub(crate) goal: Goal,
+    /// Squared speed at which the move may end so that all that follows can be kept, mm²/s².
+    pub(crate) exit_v2: f32,
+    /// Limit of the corner at the move's end alone, squared, mm²/s².
+    pub(crate) corner_v2: f32,
+    /// Nominal speed, mm/s.
+    pub(crate) nominal: f32,
+}
+
+/// How far to go.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Goal {
+    /// To the end of the move.
+    End,
+    /// To rest as soon as can be; where the move is too short for that, on into the next one.
+    Stop,
 }
 
 /// A planned move that is being executed.
@@ -86,7 +99,8 @@ impl<const MOTORS: usize> Running<MOTORS> {
         at_rest: None,
     };
 
-    /// Begins `planned` at the squared speed `entry_v2` (mm²/s²); `None` where it has no steps (never queued).
+    /// Begins `planned` at the squared speed `entry_v2` (mm²/s²); `None` where it has no steps (never
+    /// queued).
     pub(crate) fn new(planned: &PlannedMove<MOTORS>, entry_v2: f32) -> Option<Self> {
         let line = Line::new(planned.delta).ok()?;
         let events = line.step_events().get();
@@ -116,7 +130,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
             cruise_interval: 0,
             steps_per_mm,
             acceleration,
-            per_feed: 1.0 / (planned.feed * steps_per_mm),
+            per_feed: 1.0 / (most(planned.feed, SLOWEST) * steps_per_mm),
             power: planned.power,
             outputs: planned.outputs,
             line_number: planned.line_number(),
@@ -163,13 +177,10 @@ impl<const MOTORS: usize> Running<MOTORS> {
 
     /// Makes the profile from here on.
     pub(crate) fn plan(&mut self, aim: Aim, timing: Timing) {
-        let per_mm = self.steps_per_mm;
         let entry_v2 = self.entry_v2();
-        let (end, cruise, exit_v2) = match aim {
-            Aim::End { exit_v2, nominal } => {
-                (self.events, nominal * per_mm, exit_v2 * per_mm * per_mm)
-            }
-            Aim::Stop { last, nominal } => self.stop(entry_v2, last, nominal * per_mm),
+        let (end, cruise, exit_v2) = match aim.goal {
+            Goal::End => self.to_end(entry_v2, aim.exit_v2, aim),
+            Goal::Stop => self.stop(entry_v2, aim),
         };
         self.profile = Trapezoid::new(&Plan {
             start: self.done,
@@ -195,25 +206,44 @@ impl<const MOTORS: usize> Running<MOTORS> {
         }
     }
 
+    /// End, cruise speed and squared exit speed on the way to the end of the move, leaving it at the
+    /// squared speed `exit_v2` (mm²/s²) or as near to it as braking gets.
+    ///
+    /// Braking from a high speed to a slow corner is only as exact as the high speed: the corner's own
+    /// limit has the last word.
+    fn to_end(&self, entry_v2: f32, exit_v2: f32, aim: Aim) -> (u32, f32, f32) {
+        let per_mm = self.steps_per_mm;
+        let (exit_v2, corner_v2) = (exit_v2 * per_mm * per_mm, aim.corner_v2 * per_mm * per_mm);
+        let slowest = entry_v2 - 2.0 * self.acceleration * (self.events - self.done) as f32;
+        let exit_v2 = least(most(exit_v2, slowest), corner_v2);
+        (self.events, aim.nominal * per_mm, exit_v2)
+    }
+
     /// End, cruise speed and squared exit speed of the shortest stop on a whole step.
     ///
     /// A single step is made as fast as can be: at a speed near 0 it would take for ever.
-    fn stop(&self, v2: f32, last: bool, nominal: f32) -> (u32, f32, f32) {
+    fn stop(&self, entry_v2: f32, aim: Aim) -> (u32, f32, f32) {
         const ROUNDING: f32 = 1e-6;
-        let distance = v2 / (2.0 * self.acceleration);
+        let distance = entry_v2 / (2.0 * self.acceleration);
         let whole = distance * (1.0 - ROUNDING);
         let steps = (whole as u32)
             .saturating_add(u32::from(whole > (whole as u32) as f32))
             .max(1);
         let left = self.events - self.done;
-        if steps > left && !last {
-            return (self.events, sqrt(v2), 0.0);
+        if steps > left && aim.exit_v2 > 0.0 {
+            let (end, _, exit_v2) = self.to_end(entry_v2, 0.0, aim);
+            return (end, sqrt(entry_v2), exit_v2);
         }
-        let cruise = if steps == 1 { nominal } else { sqrt(v2) };
-        (self.done + steps.min(left), cruise, 0.0)
+        let fastest = if steps == 1 {
+            aim.nominal * self.steps_per_mm
+        } else {
+            sqrt(entry_v2)
+        };
+        (self.done + steps.min(left), fastest, 0.0)
     }
 
-    /// The next `events` steps at the cruise: even intervals, known to more than 24 bits so that nothing drifts.
+    /// The next `events` steps at the cruise: even intervals, known to more than 24 bits so that nothing
+    /// drifts.
     fn cruise_piece(&self, events: u32, timing: Timing, carry: &mut Carry) -> Segment<MOTORS> {
         let seconds = 1.0 / self.speed;
         let smoothing = self.smoothing(seconds, timing, false);
@@ -288,7 +318,8 @@ impl<const MOTORS: usize> Running<MOTORS> {
         }
     }
 
-    /// Power of the first tick and its change a tick, from the speeds (steps/s) in the first and the last of them.
+    /// Power of the first tick and its change a tick, from the speeds (steps/s) in the first and the
+    /// last of them.
     fn power_at(&self, first: f32, last: f32, ticks: NonZeroU16) -> (Power, PowerChange) {
         match self.power {
             MovePower::Off => (Power::OFF, PowerChange::ZERO),
@@ -342,11 +373,12 @@ impl<const MOTORS: usize> Running<MOTORS> {
     }
 }
 
-/// The most step events of a segment: eightfold smoothed they fit 15 bits. (A millisecond at 300 kHz has 300.)
+/// The most step events of a segment: eightfold smoothed they fit 15 bits. (A millisecond at 300 kHz has
+/// 300.)
 const MOST_EVENTS: u32 = 4000;
 
-/// The longest interval that is one wait, seconds: beyond it a step is made of eight ticks, because a timer count has 32 bits (51 s
-/// at 84 MHz). The slowest step that this allows takes 8 × 51 s.
+/// The longest interval that is one wait, seconds: beyond it a step is made of eight ticks, because a
+/// timer count has 32 bits (51 s at 84 MHz). The slowest step that this allows takes 8 × 51 s.
 const LONGEST_WAIT: f32 = 25.0;
 
 /// Full power in units of [`Power`].
@@ -386,6 +418,15 @@ mod tests {
         Running::new(&planned, entry_v2).unwrap()
     }
 
+    fn to_the_end(exit_v2: f32, nominal: f32) -> Aim {
+        Aim {
+            goal: Goal::End,
+            exit_v2,
+            corner_v2: f32::INFINITY,
+            nominal,
+        }
+    }
+
     /// Plays a move; returns when each step of either motor came, in seconds.
     fn play(running: &mut Running<2>, carry: &mut Carry) -> [Vec<f64>; 2] {
         let mut player = Player::new();
@@ -402,7 +443,8 @@ mod tests {
         edges
     }
 
-    /// The largest distance of a step of motor 0 from the exact profile, in excess of 10⁻⁷ of the time, seconds.
+    /// The largest distance of a step of motor 0 from the exact profile, in excess of 10⁻⁷ of the time,
+    /// seconds.
     fn worst_edge(exact: &Exact, edges: &[f64]) -> f64 {
         edges.iter().enumerate().fold(0.0, |worst, (k, at)| {
             let due = exact.time((k + 1) as f64);
@@ -426,7 +468,7 @@ mod tests {
             let entry = (entry - 0.5).max(0.0) * rate;
             let exit = (exit - 0.5).max(0.0) * rate;
             let mut running = running([events, (minor * events as f32) as i32], rate, acceleration, entry * entry);
-            running.plan(Aim::End { exit_v2: exit * exit, nominal: rate }, TIMING);
+            running.plan(to_the_end(exit * exit, rate), TIMING);
             let exact = Exact::new(running.profile());
             let edges = play(&mut running, &mut Carry::default());
             prop_assert_eq!(edges[0].len(), events as usize);
@@ -457,13 +499,7 @@ mod tests {
             (2e3, 2e3, 3000),
         ] {
             let mut running = running([n, 0], v, a, 0.0);
-            running.plan(
-                Aim::End {
-                    exit_v2: 0.0,
-                    nominal: v,
-                },
-                TIMING,
-            );
+            running.plan(to_the_end(0.0, v), TIMING);
             let exact = Exact::new(running.profile());
             let edges = play(&mut running, &mut Carry::default());
             let worst = worst_edge(&exact, &edges[0]);

@@ -8,15 +8,15 @@
 //!      +-------------------+--------------------------+
 //! ```
 //!
-//! Each call hands out at most 1 ms of motion (one step event where an interval is longer). Before it does, it asks the planner
-//! again how fast the running move may end (the queue may have grown) and whether speeds have changed (overrides); where
-//! something has, the profile is made anew from the step and speed reached. So with two segments in the step queue
-//! everything takes effect within 2 ms.
+//! Each call hands out at most 1 ms of motion (one step event where an interval is longer). Before it
+//! does, it asks the planner again how fast the running move may end (the queue may have grown) and
+//! whether speeds have changed (overrides); where something has, the profile is made anew from the step
+//! and speed reached. So with two segments in the step queue everything takes effect within 2 ms.
 
 use crate::fit::Carry;
 use crate::planner::Outlook;
 use crate::real::sqrt;
-use crate::running::{Aim, Running, Timing};
+use crate::running::{Aim, Goal, Running, Timing};
 use crate::{Kinematics, Planner, Trapezoid};
 use leadscrew_stepper::Segment;
 
@@ -60,7 +60,8 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
 
     /// Hands out the next segment: at most 1 ms of motion, or one step event where that is longer.
     ///
-    /// Takes the next move from `planner` where one ends. `None` where nothing is queued, or a hold has reached rest.
+    /// Takes the next move from `planner` where one ends. `None` where nothing is queued, or a hold has
+    /// reached rest.
     pub fn next<K, const CAPACITY: usize>(
         &mut self,
         planner: &mut Planner<K, AXES, MOTORS, CAPACITY>,
@@ -91,9 +92,11 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
         Some(segment)
     }
 
-    /// Begins a feed hold: from the end of what was handed out, the shortest stop on the path that acceleration allows.
+    /// Begins a feed hold: from the end of what was handed out, the shortest stop on the path that
+    /// acceleration allows.
     ///
-    /// It ends on a whole step; where the running move is too short, in a later one. [`Segmenter::is_held`] tells when.
+    /// It ends on a whole step; where the running move is too short, in a later one.
+    /// [`Segmenter::is_held`] tells when.
     pub fn hold(&mut self) {
         if self.mode == Mode::Going {
             self.mode = if self.is_moving() {
@@ -121,12 +124,14 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
         self.running.is_none()
     }
 
-    /// Forgets the running move and any hold: after a reset or a jog cancel, at rest, together with [`Planner::clear`].
+    /// Forgets the running move and any hold: after a reset or a jog cancel, at rest, together with
+    /// [`Planner::clear`].
     pub fn abandon(&mut self) {
         *self = Self::new();
     }
 
-    /// Has the stepper begin the rest of the running line anew, because another line came between (parking). While held.
+    /// Has the stepper begin the rest of the running line anew, because another line came between
+    /// (parking). While held.
     pub fn renew_line(&mut self) {
         if let Some(running) = &mut self.running {
             running.renew_line();
@@ -172,16 +177,14 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
     where
         K: Kinematics<AXES, MOTORS>,
     {
-        let nominal = planner.running_nominal();
-        match self.mode {
-            Mode::Going => Aim::End {
-                exit_v2: planner.exit_v2(outlook),
-                nominal,
+        Aim {
+            goal: match self.mode {
+                Mode::Going => Goal::End,
+                Mode::Stopping | Mode::Held => Goal::Stop,
             },
-            Mode::Stopping | Mode::Held => Aim::Stop {
-                last: outlook.exit == 0,
-                nominal,
-            },
+            exit_v2: planner.exit_v2(outlook),
+            corner_v2: planner.corner_v2(),
+            nominal: planner.running_nominal(),
         }
     }
 
@@ -409,7 +412,8 @@ mod tests {
                     }
                 } else if let Some(corner) = corners.get(moves_begun) {
                     let v2 = f64::from(rig.segmenter.speed()).powi(2);
-                    prop_assert!(v2 <= corner * 1.000_1 + 1e-9, "corner {} {}", v2, corner);
+                    // Near a reversal the sum of two f32 unit vectors is that uncertain.
+                    prop_assert!(v2 <= corner * 1.000_1, "corner {} {}", v2, corner);
                 }
                 if rig.segmenter.is_held() {
                     prop_assert_eq!(rig.segmenter.speed(), 0.0);
@@ -433,7 +437,8 @@ mod tests {
             prop_assert!(rig.planner.is_empty());
         }
 
-        /// The hold ends the line in hand; another line comes; the rest of the first one goes on to the same end.
+        /// The hold ends the line in hand; another line comes; the rest of the first one goes on to the
+        /// same end.
         #[test]
         fn parking_between_hold_and_resume_loses_no_step(x in 1000i32..9000, y in -9000i32..9000, pause in 1usize..60) {
             let mut rig = Rig::new(config(80.0, 500.0));
