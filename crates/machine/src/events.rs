@@ -81,7 +81,9 @@ where
         if held {
             self.feed_hold(now);
         }
-        if edges.starts != before.starts && !held {
+        // Hold and start together, or start while hold is pressed: the hold stays.
+        let hold_pressed = self.inputs.active(&board.switches()).hold;
+        if edges.starts != before.starts && !held && !hold_pressed {
             self.resume(board, now);
         }
     }
@@ -206,7 +208,7 @@ where
             self.restore_spindle(board);
         } else {
             self.spindle.suspend();
-        self.put_out_spindle(board);
+            self.put_out_spindle(board);
             self.cadence.overrides_changed();
             self.update_power();
         }
@@ -302,7 +304,7 @@ where
         match next {
             State::Hold(_) if self.spindle.is_laser() && self.spindle.is_wanted() => {
                 self.spindle.suspend();
-        self.put_out_spindle(board);
+                self.put_out_spindle(board);
                 self.update_power();
             }
             State::Alarm(_) => {

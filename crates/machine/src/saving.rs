@@ -69,7 +69,9 @@ impl Unsaved {
         }
         if let Some(bit) = lowest(u64::from(self.offsets)) {
             self.offsets &= self.offsets - 1;
-            return OffsetId::ALL.get(bit).map(|id| Item::Offset(bit as u8, *id));
+            return OffsetId::ALL
+                .get(bit)
+                .map(|id| Item::Offset(bit as u8, *id));
         }
         if let Some(bit) = lowest(u64::from(self.startup)) {
             self.startup &= self.startup - 1;
@@ -123,7 +125,8 @@ where
         }
         for index in 0..STARTUP_LINES {
             let line = records.read(store, RecordKey::Startup(index))?;
-            self.memory.set_startup(index, line.as_deref().unwrap_or_default());
+            self.memory
+                .set_startup(index, line.as_deref().unwrap_or_default());
         }
         let build = records.read(store, RecordKey::Build)?;
         self.memory.set_build(build.as_deref().unwrap_or_default());

@@ -77,7 +77,7 @@ where
     }
 
     fn retract<B: Board>(&mut self, board: &mut B) {
-        if !self.motion.is_at_rest() {
+        if !self.motion.is_aside_idle() {
             return;
         }
         match self.door.map(|door| door.step) {
@@ -123,7 +123,7 @@ where
     }
 
     fn restore<B: Board>(&mut self, board: &mut B, now: Instant) {
-        if !self.motion.is_at_rest() {
+        if !self.motion.is_aside_idle() {
             return;
         }
         match self.door.map(|door| door.step) {

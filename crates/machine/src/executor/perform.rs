@@ -433,11 +433,14 @@ where
     pub(crate) fn want_spindle(&mut self, spindle: &Spindle) {
         if self.changes_spindle(spindle) {
             let output = spindle_output(spindle.rotation);
+            let before = self.spindle.accessory();
             self.spindle
                 .want(output, spindle.speed.to_f32(), spindle.cutting);
             self.last_spindle = *spindle;
-            self.cadence.overrides_changed();
             self.update_power();
+            if self.spindle.accessory() != before {
+                self.cadence.overrides_changed();
+            }
         }
     }
 

@@ -268,7 +268,12 @@ impl<'a> Session<'a> {
                 self.next_poll = self.pins.now + pause;
             }
         }
-        assert_eq!(self.shared.underruns(), 0, "the segments ran out at {} us", self.now_us());
+        assert_eq!(
+            self.shared.underruns(),
+            0,
+            "the segments ran out at {} us",
+            self.now_us()
+        );
     }
 
     /// Sets switches; the switch interrupt follows.
