@@ -227,9 +227,9 @@ where
         &self.work
     }
 
-    /// Why the last line that was refused was refused.
-    pub fn last_fault(&self) -> Option<LineFault> {
-        self.last_fault
+    /// Answers why a line was refused, once: at most one is in a [`Machine::poll`].
+    pub fn take_fault(&mut self) -> Option<LineFault> {
+        self.last_fault.take()
     }
 
     /// The last alarm since power-up.
