@@ -44,7 +44,12 @@ where
             Realtime::Hold => self.feed_hold(now),
             Realtime::Resume => self.resume(board, now),
             Realtime::Door => self.open_door(board, now),
-            Realtime::JogCancel => self.cancel_jog(),
+            Realtime::JogCancel => {
+                if let Some(channel) = self.console.channel(from) {
+                    channel.jogs_cancelled = Some(request.mark);
+                }
+                self.cancel_jog();
+            }
             Realtime::Feed(step) => {
                 let changed = self.overrides.step_feed(step);
                 self.override_motion(changed);

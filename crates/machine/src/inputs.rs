@@ -108,10 +108,11 @@ impl ActiveSwitches {
     const DOOR: u8 = 8;
 
     fn buttons(&self) -> u8 {
-        u8::from(self.reset) * Self::RESET
-            | u8::from(self.hold) * Self::HOLD
-            | u8::from(self.start) * Self::START
-            | u8::from(self.door) * Self::DOOR
+        let pressed = |pressed, button| if pressed { button } else { 0 };
+        pressed(self.reset, Self::RESET)
+            | pressed(self.hold, Self::HOLD)
+            | pressed(self.start, Self::START)
+            | pressed(self.door, Self::DOOR)
     }
 }
 

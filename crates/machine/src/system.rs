@@ -200,6 +200,10 @@ where
         if self.settings.is_on(Setting::SoftLimits) && !soft_limits::allow(&target, &self.travel) {
             return Err(Status::JogOutOfTravel);
         }
+        let channel = self.console.channel(id);
+        if channel.is_some_and(|channel| channel.is_jog_cancelled()) {
+            return Ok(Reply::Now);
+        }
         self.interpreter.set_position(target);
         let commands = self.executor.commands();
         commands.clear();

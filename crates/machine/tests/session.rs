@@ -246,3 +246,54 @@ fn motors_are_enabled_for_motion_and_let_go_after_the_set_delay() {
     session.wait_ms(20);
     assert!(!session.pins.enabled);
 }
+
+/// What a job of two lines and a corner may meet at any moment.
+const INTERRUPTIONS: [u8; 4] = [b'!', 0x84, 0x85, 0x18];
+
+#[test]
+fn after_an_interruption_at_any_moment_nothing_moves_and_the_position_is_the_plants() {
+    for byte in INTERRUPTIONS {
+        for after_us in (0..400_000).step_by(7_919) {
+            let mut memory = Memory::new();
+            let mut session = Session::boot(&mut memory, MachineConfig::grbl());
+            session.line("$120=500\n$121=500\n$110=3000\n$111=3000");
+            let jog = byte == 0x85;
+            session.send(if jog {
+                "$J=G91X2Y1F2000\n$J=G91Y2F2000\n"
+            } else {
+                "G1X2Y1F2000\nY3\n"
+            });
+            let start = session.now_us();
+            session.until(|session| session.now_us() >= start + after_us);
+            session.send([byte]);
+            session.wait_ms(120);
+            let at = session.pins.position;
+            session.wait_ms(300);
+            assert_eq!(session.pins.position, at, "{byte:#x} after {after_us} us");
+            assert_eq!(session.pins.position, session.shared.position());
+            let [x, y, _] = at;
+            let on_path = y <= 250 && (x - 2 * y).abs() <= 2 || x == 500;
+            assert!(on_path, "{at:?}: {byte:#x} after {after_us} us");
+            go_on(&mut session, byte, at);
+        }
+    }
+}
+
+/// The right way out of an interruption, and what it leads to.
+fn go_on(session: &mut Session<'_>, byte: u8, at: [i32; 3]) {
+    session.send("~");
+    session.until_quiet();
+    let lines = session.lines();
+    match byte {
+        b'!' | 0x84 => assert_eq!(session.pins.position, [500, 750, 0]),
+        0x18 => {
+            assert_eq!(session.pins.position, at);
+            let moving = lines.contains(&"ALARM:3".to_owned());
+            assert_eq!(moving, session.line("G4P0") == ["error:9"]);
+        }
+        _ => assert_eq!(session.pins.position, at),
+    }
+    session.line("$X");
+    session.line("G90G1X0Y0F2000");
+    assert_eq!(session.pins.position, [0, 0, 0]);
+}

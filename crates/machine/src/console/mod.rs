@@ -10,7 +10,7 @@ use crate::config::CHANNELS;
 use crate::listing::Listing;
 use crate::protocol::line_reader::LineReader;
 use crate::protocol::message::Message;
-use crate::protocol::serial::{Inbox, Request};
+use crate::protocol::serial::{Inbox, Mark, Request};
 use crate::protocol::status::Status;
 use crate::reset::Discard;
 use crate::work::Work;
@@ -35,6 +35,8 @@ pub(crate) struct Channel<'a> {
     pub(crate) listing: Option<Listing>,
     /// A `?` waits for its report.
     pub(crate) report_due: bool,
+    /// Where the last jog cancel stood: jogs sent before it no longer begin.
+    pub(crate) jogs_cancelled: Option<Mark>,
 }
 
 /// All serial lines.
@@ -54,6 +56,7 @@ impl<'a> Console<'a> {
             output: Output::new(),
             listing: None,
             report_due: false,
+            jogs_cancelled: None,
         });
         Self {
             channels: channels.collect(),
@@ -128,6 +131,8 @@ impl<'a> Console<'a> {
         if let Some(channel) = self.channel(id) {
             channel.reader.clear();
             channel.complete = false;
+            let inbox = &channel.inbox;
+            channel.jogs_cancelled = channel.jogs_cancelled.filter(|mark| inbox.is_before(*mark));
         }
         self.turn = usize::from(id.0) + 1;
     }
@@ -211,6 +216,11 @@ impl Channel<'_> {
     /// Bytes that the receive queue takes in all.
     pub(crate) fn limit(&self) -> usize {
         self.inbox.limit()
+    }
+
+    /// Whether the line taken last was sent before a jog cancel.
+    pub(crate) fn is_jog_cancelled(&self) -> bool {
+        self.jogs_cancelled.is_some()
     }
 
     fn read(&mut self, work: &mut Work) {

@@ -11,6 +11,7 @@
 
 mod arc;
 mod perform;
+mod probe;
 
 use crate::board::{ChannelId, Instant};
 use crate::interpreter::{Command, Commands};

@@ -1,12 +1,9 @@
 //! Commands carried out: each either done at once, or begun and waited for.
 
 use super::arc::{ArcFeed, CHORDS_A_POLL};
-use super::{LineKind, Probing, Progress, Wait};
+use super::{LineKind, Progress, Wait};
 use crate::board::{Board, CoolantOutput, Duration, Instant, SpindleOutput};
-use crate::inputs::ProbeWatch;
-use crate::interpreter::{
-    ArcShape, Command, Coolant, Feed, OffsetId, ProbeKind, Rotation, Spindle, Travel,
-};
+use crate::interpreter::{ArcShape, Command, Coolant, Feed, OffsetId, Rotation, Spindle, Travel};
 use crate::machine::Machine;
 use crate::protocol::alarm::Alarm;
 use crate::protocol::message::Message;
@@ -84,7 +81,7 @@ where
     }
 
     /// Whether all motion has ended; lets it begin if not.
-    fn is_motion_over(&mut self) -> bool {
+    pub(super) fn is_motion_over(&mut self) -> bool {
         self.motion.release();
         self.motion.is_idle()
     }
@@ -181,7 +178,7 @@ where
     }
 
     /// Plans a move, or waits for room.
-    fn push<B: Board>(
+    pub(super) fn push<B: Board>(
         &mut self,
         next: &Move<AXES>,
         spindle: &Spindle,
@@ -241,7 +238,7 @@ where
     }
 
     /// Begins the stop that ends in ALARM:2; the line under way stays unanswered until the reset.
-    fn leave_travel(&mut self, now: Instant) -> Progress {
+    pub(super) fn leave_travel(&mut self, now: Instant) -> Progress {
         if self.motion.is_idle() {
             self.raise(Alarm::SoftLimit);
         } else {
@@ -254,99 +251,8 @@ where
         Progress::Wait
     }
 
-    fn is_within_travel(&self, target: &[Coordinate; AXES]) -> bool {
+    pub(super) fn is_within_travel(&self, target: &[Coordinate; AXES]) -> bool {
         !self.settings.is_on(Setting::SoftLimits) || soft_limits::allow(target, &self.travel)
-    }
-
-    fn perform_probe<B: Board>(
-        &mut self,
-        travel: &Travel<AXES>,
-        kind: ProbeKind,
-        board: &mut B,
-        now: Instant,
-    ) -> Progress {
-        match self.executor.wait {
-            Wait::Probe(Probing::Moving) => self.watch_probe(kind),
-            Wait::Probe(Probing::Stopping) => {
-                if self.motion.is_at_rest() {
-                    self.end_probe(true, kind);
-                    return Progress::Done;
-                }
-                Progress::Wait
-            }
-            Wait::Nothing | Wait::Arc(_) | Wait::Dwell(_) | Wait::Pause => {
-                self.begin_probe(travel, kind, board, now)
-            }
-        }
-    }
-
-    fn begin_probe<B: Board>(
-        &mut self,
-        travel: &Travel<AXES>,
-        kind: ProbeKind,
-        board: &mut B,
-        now: Instant,
-    ) -> Progress {
-        if !self.is_within_travel(&travel.target) {
-            return self.leave_travel(now);
-        }
-        if self.state == State::Check {
-            return Progress::Done;
-        }
-        if !self.is_motion_over() {
-            return Progress::Wait;
-        }
-        let contact = self.inputs.active(&board.switches()).probe;
-        if contact == kind.toward {
-            self.interpreter.set_position(self.path_end);
-            self.raise(Alarm::ProbeContactTooEarly);
-            return Progress::Done;
-        }
-        self.inputs.watch_probe(if kind.toward {
-            ProbeWatch::Contact
-        } else {
-            ProbeWatch::Release
-        });
-        let next = Move {
-            target: travel.target,
-            feed: feed(travel.feed, 1.0),
-            power: self.move_power(&travel.spindle),
-            speed_limit: None,
-            outputs: Outputs(0),
-            line_number: travel.line_number,
-            kind: MoveKind::System,
-        };
-        if self.push(&next, &travel.spindle, false, board, now) == Progress::Done {
-            self.motion.release();
-            self.executor.wait = Wait::Probe(Probing::Moving);
-        }
-        Progress::Wait
-    }
-
-    fn watch_probe(&mut self, kind: ProbeKind) -> Progress {
-        if self.inputs.latched().is_some() {
-            self.motion.hold();
-            self.executor.wait = Wait::Probe(Probing::Stopping);
-        } else if self.motion.is_idle() {
-            self.end_probe(false, kind);
-            return Progress::Done;
-        }
-        Progress::Wait
-    }
-
-    /// Reports a probing motion that has come to rest, and goes on from where it stopped.
-    fn end_probe(&mut self, contact: bool, kind: ProbeKind) {
-        let latched = self.inputs.latched();
-        self.inputs.watch_probe(ProbeWatch::Off);
-        self.motion.forget();
-        self.take_position();
-        self.probed.contact = contact;
-        match latched {
-            Some(steps) if contact => self.probed.position = self.motion.axes(&steps),
-            _ if kind.must_trigger => self.raise(Alarm::ProbeNoContact),
-            _ => self.probed.position = self.motion.position(),
-        }
-        self.report_probe();
     }
 
     fn perform_dwell(&mut self, seconds: Number, now: Instant) -> Progress {
@@ -448,7 +354,7 @@ where
         *spindle != self.last_spindle
     }
 
-    fn move_power(&self, spindle: &Spindle) -> MovePower {
+    pub(super) fn move_power(&self, spindle: &Spindle) -> MovePower {
         if !self.spindle.is_laser() {
             return MovePower::Spindle {
                 power: self.spindle.power(),
@@ -475,7 +381,7 @@ fn spindle_output(rotation: Rotation) -> SpindleOutput {
 }
 
 /// The planner's feed for one of `shares` equal parts of a motion.
-fn feed(feed: Feed, shares: f32) -> planner::Feed {
+pub(super) fn feed(feed: Feed, shares: f32) -> planner::Feed {
     match feed {
         Feed::Rapid => planner::Feed::Rapid,
         Feed::PerMinute(rate) => planner::Feed::PerMinute(rate.to_f32() / 60.0),

@@ -60,7 +60,7 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
     /// Whether one more segment may be committed.
     pub(crate) fn has_room(&mut self, now: Instant) -> bool {
         self.forget_consumed(now);
-        let starving = self.segments.len() == 0;
+        let starving = self.segments.is_empty();
         (starving || self.left(now) <= self.enough) && self.segments.ready()
     }
 
@@ -74,7 +74,7 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
 
     /// Whether the step timer rests although segments wait.
     pub(crate) fn is_to_start(&self) -> bool {
-        self.segments.len() > 0 && !self.shared.is_running()
+        !self.segments.is_empty() && !self.shared.is_running()
     }
 
     /// Starts the step timer out of rest.
@@ -86,7 +86,7 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
 
     /// Whether nothing is committed and the step timer rests.
     pub(crate) fn is_at_rest(&self) -> bool {
-        self.segments.len() == 0 && !self.shared.is_running()
+        self.segments.is_empty() && !self.shared.is_running()
     }
 
     /// Drops the durations of segments that are over: all but the waiting ones and the one under way.

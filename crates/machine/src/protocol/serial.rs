@@ -240,6 +240,11 @@ impl Inbox<'_> {
         }
     }
 
+    /// Answers whether the last byte taken came before `mark`. Main loop.
+    pub fn is_before(&self, mark: Mark) -> bool {
+        mark.0.wrapping_sub(self.taken) <= u32::MAX / 2
+    }
+
     /// Drops all unread bytes. Main loop; bounded by the size of the queue.
     pub fn drop_all(&mut self) {
         for _ in 0..self.bytes.len() {

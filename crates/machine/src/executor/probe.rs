@@ -1,0 +1,115 @@
+//! G38.2 to G38.5: straight on until the probe says stop.
+//!
+//! ```text
+//!   wrong state at the start: ALARM:4
+//!   Moving --contact latched by the switch interrupt--> Stopping --at rest--> [PRB:x,y,z:1]
+//!     +--end of the motion without contact--> [PRB:...:0], ALARM:5 where contact was a must
+//! ```
+
+use super::perform::feed;
+use super::{Probing, Progress, Wait};
+use crate::board::{Board, Instant};
+use crate::inputs::ProbeWatch;
+use crate::interpreter::{ProbeKind, Travel};
+use crate::machine::Machine;
+use crate::protocol::alarm::Alarm;
+use crate::state::State;
+use leadscrew_planner::{Kinematics, Move, MoveKind};
+use leadscrew_stepper::Outputs;
+
+impl<K, const AXES: usize, const MOTORS: usize, const MOVES: usize>
+    Machine<'_, K, AXES, MOTORS, MOVES>
+where
+    K: Kinematics<AXES, MOTORS> + Clone,
+{
+    pub(super) fn perform_probe<B: Board>(
+        &mut self,
+        travel: &Travel<AXES>,
+        kind: ProbeKind,
+        board: &mut B,
+        now: Instant,
+    ) -> Progress {
+        match self.executor.wait {
+            Wait::Probe(Probing::Moving) => self.watch_probe(kind),
+            Wait::Probe(Probing::Stopping) => {
+                if self.motion.is_at_rest() {
+                    self.end_probe(true, kind);
+                    return Progress::Done;
+                }
+                Progress::Wait
+            }
+            Wait::Nothing | Wait::Arc(_) | Wait::Dwell(_) | Wait::Pause => {
+                self.begin_probe(travel, kind, board, now)
+            }
+        }
+    }
+
+    fn begin_probe<B: Board>(
+        &mut self,
+        travel: &Travel<AXES>,
+        kind: ProbeKind,
+        board: &mut B,
+        now: Instant,
+    ) -> Progress {
+        if !self.is_within_travel(&travel.target) {
+            return self.leave_travel(now);
+        }
+        if self.state == State::Check {
+            return Progress::Done;
+        }
+        if !self.is_motion_over() {
+            return Progress::Wait;
+        }
+        let contact = self.inputs.active(&board.switches()).probe;
+        if contact == kind.toward {
+            self.interpreter.set_position(self.path_end);
+            self.raise(Alarm::ProbeContactTooEarly);
+            return Progress::Done;
+        }
+        self.inputs.watch_probe(if kind.toward {
+            ProbeWatch::Contact
+        } else {
+            ProbeWatch::Release
+        });
+        let next = Move {
+            target: travel.target,
+            feed: feed(travel.feed, 1.0),
+            power: self.move_power(&travel.spindle),
+            speed_limit: None,
+            outputs: Outputs(0),
+            line_number: travel.line_number,
+            kind: MoveKind::System,
+        };
+        if self.push(&next, &travel.spindle, false, board, now) == Progress::Done {
+            self.motion.release();
+            self.executor.wait = Wait::Probe(Probing::Moving);
+        }
+        Progress::Wait
+    }
+
+    fn watch_probe(&mut self, kind: ProbeKind) -> Progress {
+        if self.inputs.latched().is_some() {
+            self.motion.hold();
+            self.executor.wait = Wait::Probe(Probing::Stopping);
+        } else if self.motion.is_idle() {
+            self.end_probe(false, kind);
+            return Progress::Done;
+        }
+        Progress::Wait
+    }
+
+    /// Reports a probing motion that has come to rest, and goes on from where it stopped.
+    fn end_probe(&mut self, contact: bool, kind: ProbeKind) {
+        let latched = self.inputs.latched();
+        self.inputs.watch_probe(ProbeWatch::Off);
+        self.motion.forget();
+        self.take_position();
+        self.probed.contact = contact;
+        match latched {
+            Some(steps) if contact => self.probed.position = self.motion.axes(&steps),
+            _ if kind.must_trigger => self.raise(Alarm::ProbeNoContact),
+            _ => self.probed.position = self.motion.position(),
+        }
+        self.report_probe();
+    }
+}
