@@ -21,6 +21,7 @@ use crate::trouble::{Late, LateReason, Record, Violation};
 use leadscrew_machine::board::{
     Board, ChannelId, CoolantOutput, PortConfig, SpindleOutput, Switches,
 };
+use leadscrew_planner::{Coordinate, MoveKind};
 use leadscrew_stepper::{MotorMask, Outputs, Power, StepPort, Ticks};
 
 /// Eighths of a dominant motor's step, the finest that smoothing knows.
@@ -141,7 +142,9 @@ impl<O: Observer, const MOTORS: usize> SimBoard<O, MOTORS> {
     #[inline]
     pub(crate) fn begin_step_interrupt(&mut self, now: Cycle) {
         self.now = now;
-        self.counts.longest_delay = self.counts.longest_delay.max(now - self.tick_due);
+        if now > self.tick_due {
+            self.counts.longest_delay = self.counts.longest_delay.max(now - self.tick_due);
+        }
     }
 
     /// Lets the step pins fall, then sets the directions that waited for it.
@@ -154,12 +157,6 @@ impl<O: Observer, const MOTORS: usize> SimBoard<O, MOTORS> {
             self.violate(Violation::PulseTooShort { cycle: now, width });
         }
         self.write_direction(now);
-    }
-
-    /// Whether the step timer rests.
-    #[inline]
-    pub(crate) fn is_resting(&self) -> bool {
-        self.step_due == Cycle::NEVER
     }
 
     /// Power as it is put out.
@@ -345,6 +342,10 @@ impl<O: Observer, const MOTORS: usize> Board for SimBoard<O, MOTORS> {
             self.coolant = output;
             self.observer.coolant(self.now, output);
         }
+    }
+
+    fn move_planned(&mut self, target: &[Coordinate], kind: MoveKind, power: Power) {
+        self.observer.move_planned(target, kind, power);
     }
 
     fn configure(&mut self, port: &PortConfig) {

@@ -25,12 +25,15 @@ pub struct Cycle(pub u64);
 impl Cycle {
     /// Power-up.
     pub const ZERO: Self = Self(0);
-    /// Later than everything: what is due then does not happen.
-    pub const NEVER: Self = Self(u64::MAX);
+    /// Later than everything (1700 years): what is due then does not happen.
+    pub const NEVER: Self = Self(u64::MAX / 2);
 
-    /// The first cycle of a microsecond since power-up.
+    /// The first cycle of a microsecond since power-up; [`Cycle::NEVER`] where that is too late.
     pub const fn from_micros(micros: u64) -> Self {
-        Self(micros.saturating_mul(CYCLES_PER_US))
+        match micros.checked_mul(CYCLES_PER_US) {
+            Some(cycles) if cycles < Self::NEVER.0 => Self(cycles),
+            Some(_) | None => Self::NEVER,
+        }
     }
 
     /// The first cycle at which a clock of whole microseconds has reached `instant`.
@@ -66,10 +69,10 @@ pub const fn cycles_of_micros(micros: u64) -> u64 {
 
 impl Add<u64> for Cycle {
     type Output = Self;
-    /// `cycles` later; [`Cycle::NEVER`] stays never.
+    /// `cycles` later. [`Cycle::NEVER`] leaves room for that.
     #[inline]
     fn add(self, cycles: u64) -> Self {
-        Self(self.0.saturating_add(cycles))
+        Self(self.0 + cycles)
     }
 }
 
@@ -101,8 +104,8 @@ mod tests {
     }
 
     #[test]
-    fn never_stays_never() {
-        assert_eq!(Cycle::NEVER + 5, Cycle::NEVER);
+    fn spans_are_never_negative_and_never_is_out_of_reach() {
+        assert_eq!(Cycle::from_micros(u64::MAX), Cycle::NEVER);
         assert_eq!(Cycle(3) - Cycle(5), 0);
     }
 }

@@ -25,16 +25,20 @@ use crate::observer::Observer;
 use crate::plant::{Pin, Plant, Switch};
 use crate::position::PositionCheck;
 use crate::setup::{Memory, Setup};
-use crate::stepping::Stepping;
+use crate::stepping::{Ran, Stepping};
 use crate::trouble::Violation;
-use leadscrew_machine::board::ChannelId;
+use leadscrew_machine::board::{ChannelId, SpindleOutput};
 use leadscrew_machine::config::CHANNELS;
 use leadscrew_machine::inputs::Inputs;
 use leadscrew_machine::machine::{Links as MachineLinks, Machine, Next};
 use leadscrew_machine::protocol::serial::Receiver;
+use leadscrew_machine::settings::table::Setting;
 use leadscrew_machine::work::Work;
 use leadscrew_planner::Kinematics;
-use leadscrew_stepper::Shared;
+use leadscrew_stepper::{Power, Shared};
+
+/// The last instant at which anything can happen.
+const LAST: Cycle = Cycle(Cycle::NEVER.0 - 1);
 
 /// Why a simulation came back.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -59,6 +63,8 @@ pub struct Simulation<'a, K, O, const AXES: usize, const MOTORS: usize, const MO
     inputs: &'a Inputs<MOTORS>,
     position: PositionCheck<MOTORS>,
     work: Work,
+    /// The laser is on at rest, and that has been noted.
+    laser_noted: bool,
     now: Cycle,
     /// Since when the main loop has reason to run; never: it has none.
     wake: Cycle,
@@ -71,7 +77,7 @@ pub struct Simulation<'a, K, O, const AXES: usize, const MOTORS: usize, const MO
 impl<'a, K, O, const AXES: usize, const MOTORS: usize, const MOVES: usize>
     Simulation<'a, K, O, AXES, MOTORS, MOVES>
 where
-    K: Kinematics<AXES, MOTORS>,
+    K: Kinematics<AXES, MOTORS> + Clone,
     O: Observer,
 {
     /// Puts a machine on a board, at power-up. Its main loop runs for the first time in [`Simulation::run_until`].
@@ -106,6 +112,7 @@ where
             inputs,
             position: PositionCheck::default(),
             work: Work::default(),
+            laser_noted: false,
             now: Cycle::ZERO,
             wake: Cycle::ZERO,
             deadline: Cycle::NEVER,
@@ -156,6 +163,11 @@ where
         &self.machine
     }
 
+    /// The machine, to load and save what it remembers.
+    pub fn machine_mut(&mut self) -> &mut Machine<'a, K, AXES, MOTORS, MOVES> {
+        &mut self.machine
+    }
+
     /// The board, with the plant and its switches.
     pub fn board(&self) -> &SimBoard<O, MOTORS> {
         &self.board
@@ -197,21 +209,20 @@ where
     }
 
     /// Handles the timer's interrupts up to `limit`, or until the main loop can run.
-    #[inline]
     fn run_timer(&mut self, limit: Cycle) {
         loop {
-            let due = self.board.timer_due();
-            if due > limit.min(self.main_due()) || due == Cycle::NEVER {
+            // Interrupts only put the main loop off: until one wakes it, this horizon is never too late.
+            let horizon = limit.min(self.main_due()).min(LAST);
+            if self.board.timer_due() > horizon {
                 return;
             }
-            self.now = self.now.max(due);
-            if self.stepping.handle(&mut self.board, &mut self.cpu) {
-                self.wake = self.wake.min(due);
-            }
-            if self.board.switches_moved {
-                self.board.switches_moved = false;
-                if self.board.plant.update_switches() {
-                    self.report_switches(due);
+            if let Ran::Wake(at) = self.stepping.run(&mut self.board, &mut self.cpu, horizon) {
+                self.now = self.now.max(at);
+                self.wake = self.wake.min(at);
+                if std::mem::take(&mut self.board.switches_moved)
+                    && self.board.plant.update_switches()
+                {
+                    self.report_switches(at);
                 }
             }
         }
@@ -266,23 +277,24 @@ where
         self.wake = self.wake.min(self.now);
     }
 
-    /// Brings to the host what needs no time, and asks it for what it has to send.
+    /// Asks the host for what it has to send, on all lines; brings it what came over those that take no time.
     fn exchange<H: Host>(&mut self, host: &mut H) {
         for channel in (0..self.board.links.count()).map(|number| ChannelId(number as u8)) {
-            while let Some(byte) = self.board.links.take_written(channel) {
-                self.last_byte = self.now;
-                host.receive(channel, byte, self.now);
-            }
-            if !self.board.links.never_waits(channel) {
+            if self.board.links.never_waits(channel) {
+                self.exchange_at_once(channel, host);
+            } else {
                 self.board.links.feed(channel, host, self.now);
-                continue;
             }
-            for _ in 0..PACKET {
-                match host.next_byte(channel) {
-                    Some(byte) => self.receive(channel, byte),
-                    None => break,
-                }
-            }
+        }
+    }
+
+    fn exchange_at_once<H: Host>(&mut self, channel: ChannelId, host: &mut H) {
+        while let Some(byte) = self.board.links.take_written(channel) {
+            self.last_byte = self.now;
+            host.receive(channel, byte, self.now);
+        }
+        for byte in (0..PACKET).map_while(|_| host.next_byte(channel)) {
+            self.receive(channel, byte);
         }
     }
 
@@ -290,7 +302,9 @@ where
         let counted = self.shared.position();
         self.board.begin_poll(self.now);
         let next = self.machine.poll(&mut self.board, self.now.instant());
-        self.stepping.refilled();
+        if let Some(fault) = self.machine.take_fault() {
+            self.board.observer.refused(self.now, &fault);
+        }
         self.charge_poll();
         self.check(&counted);
         self.schedule(&next);
@@ -330,5 +344,122 @@ where
             self.position
                 .compare_from_now(after, self.board.plant.position());
         }
+        if self.is_laser_on_at_rest() && !std::mem::replace(&mut self.laser_noted, true) {
+            self.board.violate(Violation::LaserOnAtRest { cycle: now });
+        }
+    }
+
+    /// Whether a laser whose power follows the speed (M4) is on though nothing moves.
+    fn is_laser_on_at_rest(&mut self) -> bool {
+        let dark = self.shared.is_running()
+            || self.board.power() == Power::OFF
+            || self.board.spindle() != SpindleOutput::CounterClockwise
+            || !self.machine.settings().is_on(Setting::Laser);
+        self.laser_noted &= !dark;
+        !dark
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::link::Rate;
+    use crate::observer::StepEvent;
+    use crate::outcome::{Answers, Outcome};
+    use crate::streamer::{Streamer, Streaming};
+    use leadscrew_machine::config::MachineConfig;
+    use leadscrew_planner::Cartesian;
+    use std::num::NonZeroU32;
+
+    /// Sums up all edges, so that two runs can be held against each other.
+    #[derive(Default)]
+    struct Digest(u64);
+
+    impl Observer for Digest {
+        fn step(&mut self, event: &StepEvent) {
+            let word = event.cycle.0 << 8 | u64::from(event.motors.bits());
+            self.0 = (self.0 ^ word).wrapping_mul(0x100_0000_01B3);
+        }
+    }
+
+    const BAUD: Rate = Rate::Baud(NonZeroU32::new(115_200).unwrap());
+
+    fn run(line: Rate, program: &str) -> (Outcome<3>, Answers, u64) {
+        let setup = Setup::<3>::new(MachineConfig::new(), line);
+        let mut memory = Memory::<3>::new(&setup);
+        let mut sim: Simulation<'_, _, _, 3, 3, 256> =
+            Simulation::new(&mut memory, &setup, Cartesian, Digest::default());
+        let streaming = Streaming {
+            window: 128,
+            keep_going: true,
+        };
+        let mut host = Streamer::new(program.as_bytes(), streaming, Answers::default());
+        let stopped = sim.run_until(&mut host, Cycle::from_micros(600_000_000));
+        assert_eq!(
+            stopped,
+            Stopped::Quiet,
+            "at {}, {:?}",
+            sim.now(),
+            sim.machine().work()
+        );
+        assert!(host.is_done());
+        let (outcome, digest) = sim.finish();
+        assert!(outcome.violations.is_empty(), "{:?}", outcome.violations);
+        assert!(outcome.late.is_empty(), "{:?}", outcome.late);
+        (outcome, host.finish().unwrap(), digest.0)
+    }
+
+    #[test]
+    fn a_line_moves_the_carriage_to_its_end_on_either_link() {
+        for (link, slowest) in [(Rate::NeverWaits, 0.1), (BAUD, 0.1)] {
+            let (outcome, answers, _) = run(link, "G1 X10 F600\n");
+            assert_eq!(outcome.motors.map(|motor| motor.net_steps), [2500, 0, 0]);
+            assert_eq!(outcome.step_events, 2500);
+            assert_eq!(outcome.dominant_step_events, 2500);
+            assert_eq!((answers.lines, answers.errors.count()), (1, 0));
+            // $110=500 bounds the feed: 10 mm at 8.33 mm/s with ramps of 10 mm/s².
+            let ideal = 10.0 / (500.0 / 60.0) + (500.0 / 60.0) / 10.0;
+            let first_step = (2.0f64 * 0.004 / 10.0).sqrt();
+            let error = outcome.motion_seconds - (ideal - first_step);
+            assert!(error.abs() < 1e-4, "{error}");
+            assert!(
+                outcome.job_seconds < ideal + slowest,
+                "{}",
+                outcome.job_seconds
+            );
+            assert!((outcome.peak_step_hz / (250.0 * 500.0 / 60.0) - 1.0).abs() < 1e-3);
+            assert!(outcome.min_pulse_us.unwrap() >= 10.0);
+            assert!(outcome.cpu.mean > 0.0 && outcome.cpu.peak < 0.5);
+        }
+    }
+
+    #[test]
+    fn a_program_of_many_lines_ends_where_it_says_and_twice_on_the_same_cycle() {
+        let program: String = (0..400)
+            .map(|k| {
+                format!(
+                    "G1 X{:.3} Y{:.3} F400\n",
+                    f64::from(k % 7) * 0.11,
+                    f64::from(k) * 0.05
+                )
+            })
+            .collect();
+        let (outcome, answers, digest) = run(BAUD, &program);
+        assert_eq!(answers.lines, 400);
+        let last = (0.11f64 * f64::from(399 % 7) * 250.0).round() as i64;
+        assert_eq!(outcome.motors.map(|motor| motor.net_steps), [last, 4988, 0]);
+        assert_eq!(run(BAUD, &program).2, digest);
+    }
+
+    #[test]
+    fn refused_lines_are_named() {
+        let (_, answers, _) = run(Rate::NeverWaits, "G1 X1 F100\nG77\nG1 X0\n");
+        let errors: Vec<_> = answers
+            .errors
+            .first()
+            .iter()
+            .map(|e| (e.line, e.code))
+            .collect();
+        assert_eq!(errors, [(2, 20)]);
     }
 }

@@ -169,12 +169,11 @@ impl Links {
             .is_some_and(|link| link.rate == Rate::NeverWaits)
     }
 
-    /// Takes what `channel` has sent over a line that takes no time.
+    /// Takes the next byte written to `channel`, which takes no time.
     pub(crate) fn take_written(&mut self, channel: ChannelId) -> Option<u8> {
-        self.links
-            .get_mut(usize::from(channel.0))?
-            .sending
-            .pop_front()
+        let link = self.links.get_mut(usize::from(channel.0))?;
+        debug_assert_eq!(link.rate, Rate::NeverWaits);
+        link.sending.pop_front()
     }
 
     /// Puts the host's next byte on `channel` where the line is free.

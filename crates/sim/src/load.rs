@@ -22,6 +22,7 @@ const SLOT: u64 = CPU_HZ / 1000 / SLOTS as u64;
 pub struct Cpu {
     interrupt_until: Cycle,
     main_until: Cycle,
+    /// Busy cycles put into slots.
     busy: u64,
     /// Busy cycles not yet put into a slot.
     pending: u64,
@@ -102,7 +103,7 @@ impl Cpu {
         let mut rest = self.clone();
         rest.roll(end + SLOTS as u64 * SLOT);
         CpuLoad {
-            mean: (self.busy as f64 / end.0.max(1) as f64).min(1.0),
+            mean: ((self.busy + self.pending) as f64 / end.0.max(1) as f64).min(1.0),
             peak: rest.peak as f64 / (SLOTS as u64 * SLOT) as f64,
         }
     }
@@ -112,7 +113,6 @@ impl Cpu {
         if now >= self.slot_end {
             self.roll(now);
         }
-        self.busy += cycles;
         self.pending += cycles;
     }
 
@@ -126,6 +126,7 @@ impl Cpu {
             }
             let busy = self.pending.min(SLOT);
             self.pending -= busy;
+            self.busy += busy;
             self.window = self.window + busy - self.slots[self.slot];
             self.slots[self.slot] = busy;
             self.slot = (self.slot + 1) % SLOTS;
@@ -178,6 +179,6 @@ mod tests {
         let mut cpu = Cpu::new();
         cpu.charge_timer(Cycle(0), 100);
         cpu.charge_timer(Cycle(u64::MAX / 4), 100);
-        assert_eq!(cpu.busy, 200);
+        assert_eq!(cpu.busy + cpu.pending, 200);
     }
 }

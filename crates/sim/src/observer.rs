@@ -6,6 +6,8 @@
 use crate::clock::Cycle;
 use crate::trouble::{Late, Violation};
 use leadscrew_machine::board::{CoolantOutput, PortConfig, SpindleOutput};
+use leadscrew_machine::machine::LineFault;
+use leadscrew_planner::{Coordinate, MoveKind};
 use leadscrew_stepper::{MotorMask, Outputs, Power};
 
 /// The rising edges of one step event.
@@ -51,6 +53,12 @@ pub trait Observer {
     /// The coolant valves are set.
     #[inline]
     fn coolant(&mut self, cycle: Cycle, output: CoolantOutput) {}
+    /// A move of the program is planned, to `target` (machine position) with `power`.
+    #[inline]
+    fn move_planned(&mut self, target: &[Coordinate], kind: MoveKind, power: Power) {}
+    /// A line was refused.
+    #[inline]
+    fn refused(&mut self, cycle: Cycle, fault: &LineFault) {}
     /// The step port's wiring is set.
     #[inline]
     fn configured(&mut self, cycle: Cycle, port: &PortConfig) {}

@@ -56,7 +56,7 @@ pub struct Outcome<const MOTORS: usize> {
 impl<K, O, const AXES: usize, const MOTORS: usize, const MOVES: usize>
     Simulation<'_, K, O, AXES, MOTORS, MOVES>
 where
-    K: Kinematics<AXES, MOTORS>,
+    K: Kinematics<AXES, MOTORS> + Clone,
     O: Observer,
 {
     /// Ends the simulation: what was found out, and the observer.
@@ -131,7 +131,7 @@ impl Replies for Answers {
                 let text = String::from_utf8_lossy(text).into_owned();
                 self.errors.push(LineError { line, code, text });
             }
-            Reply::Alarm(code) => self.alarm = self.alarm.or(Some(code)),
+            Reply::Alarm { code, .. } => self.alarm = self.alarm.or(Some(code)),
             Reply::Other(_) => {}
         }
     }
@@ -151,8 +151,14 @@ mod tests {
             text: b"G77",
         };
         answers.reply(&error, Cycle::ZERO);
-        answers.reply(&Reply::Alarm(1), Cycle::ZERO);
-        answers.reply(&Reply::Alarm(3), Cycle::ZERO);
+        for code in [1, 3] {
+            let alarm = Reply::Alarm {
+                code,
+                line: 3,
+                text: b"G0X1",
+            };
+            answers.reply(&alarm, Cycle::ZERO);
+        }
         assert_eq!((answers.lines, answers.alarm), (2, Some(1)));
         assert_eq!(answers.errors.first()[0].text, "G77");
     }

@@ -4,7 +4,7 @@ use crate::cost::Costs;
 use crate::link::Rate;
 use leadscrew_machine::config::{MachineConfig, SegmentQueue, CHANNELS};
 use leadscrew_machine::inputs::Inputs;
-use leadscrew_machine::protocol::serial::SerialQueue;
+use leadscrew_machine::protocol::serial::{SerialQueue, DEFAULT_RX};
 use leadscrew_stepper::Shared;
 
 /// What is simulated.
@@ -16,15 +16,18 @@ pub struct Setup<const AXES: usize> {
     pub costs: Costs,
     /// Its serial lines, in the order of their channels; as many as the machine can serve at most.
     pub lines: Vec<Rate>,
+    /// Bytes that each line's receive buffer takes: 128 as Grbl, 1024 at most.
+    pub receive_buffer: usize,
 }
 
 impl<const AXES: usize> Setup<AXES> {
-    /// `machine` on an F407 with one serial line.
+    /// `machine` on an F407 with one serial line and the largest receive buffer.
     pub fn new(machine: MachineConfig<AXES>, line: Rate) -> Self {
         Self {
             machine,
             costs: Costs::F407,
             lines: vec![line],
+            receive_buffer: DEFAULT_RX - 1,
         }
     }
 }
@@ -41,13 +44,14 @@ pub struct Memory<const MOTORS: usize> {
 impl<const MOTORS: usize> Memory<MOTORS> {
     /// Makes the memory for a simulation of `setup`.
     pub fn new<const AXES: usize>(setup: &Setup<AXES>) -> Self {
-        let limit = usize::from(setup.machine.receive_size);
         let lines = setup.lines.len().min(CHANNELS);
         Self {
             segments: SegmentQueue::new(),
             shared: Shared::new(),
             inputs: Inputs::new(),
-            serial: (0..lines).map(|_| SerialQueue::with_limit(limit)).collect(),
+            serial: (0..lines)
+                .map(|_| SerialQueue::with_limit(setup.receive_buffer))
+                .collect(),
         }
     }
 }

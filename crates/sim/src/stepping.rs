@@ -1,6 +1,7 @@
 //! The timer's interrupts in simulated time: the same [`on_timer`] as on the board, and the ends of pulses.
 
 use crate::board::{SimBoard, EIGHTHS};
+use crate::clock::Cycle;
 use crate::cost::Costs;
 use crate::load::Cpu;
 use crate::observer::Observer;
@@ -14,11 +15,20 @@ pub(crate) struct Stepping<'a, const MOTORS: usize> {
     segments: Consumer<'a, Segment<MOTORS>>,
     shared: &'a Shared<MOTORS>,
     costs: Costs,
-    /// Segments in the queue when it was looked at last.
-    queued: usize,
-    /// Eighths of a dominant step in each tick of the first segment in the queue, once known.
-    front: Option<u64>,
+    /// Ticks that the segment under way still has: for so many interrupts none is taken.
+    ticks_left: u16,
+    /// Eighths of a dominant step in each tick of the segment that is being taken.
+    next_eighths: u64,
     underruns: u32,
+}
+
+/// Why [`Stepping::run`] came back.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Ran {
+    /// Nothing more is due up to the horizon.
+    Horizon,
+    /// In the interrupt that began at this instant a segment was taken, motion came to rest, or a switch moved.
+    Wake(Cycle),
 }
 
 impl<'a, const MOTORS: usize> Stepping<'a, MOTORS> {
@@ -32,67 +42,91 @@ impl<'a, const MOTORS: usize> Stepping<'a, MOTORS> {
             segments,
             shared,
             costs,
-            queued: 0,
-            front: None,
+            ticks_left: 0,
+            next_eighths: 0,
             underruns: 0,
         }
     }
 
-    /// Notes how many segments the main loop has left in the queue. Called after each poll.
-    pub(crate) fn refilled(&mut self) {
-        self.queued = self.segments.len();
-    }
-
-    /// Handles whichever of the timer's two interrupts comes first. Returns whether the main loop is to hear of it:
-    /// a segment was taken, or motion came to rest.
+    /// Handles the timer's interrupts that are due up to `horizon`, the earliest first, until the main loop is to hear
+    /// of one. Nobody but the main loop and the switch interrupts, which come between two calls, can stop them.
     #[inline]
-    pub(crate) fn handle<O: Observer>(
+    pub(crate) fn run<O: Observer>(
         &mut self,
         board: &mut SimBoard<O, MOTORS>,
         cpu: &mut Cpu,
-    ) -> bool {
-        // Where both are pending, the handler ends the pulse first.
-        if board.pulse_due() <= cpu.timer_start(board.step_due()) {
-            let start = cpu.timer_start(board.pulse_due());
-            board.end_pulse(start + u64::from(self.costs.pulse_edge));
-            cpu.charge_timer(start, self.costs.pulse_end);
-            return false;
+        horizon: Cycle,
+    ) -> Ran {
+        if self.shared.is_stopped() {
+            self.ticks_left = 0; // from now on, every interrupt throws a segment away
         }
-        self.step(board, cpu)
+        while board.timer_due() <= horizon {
+            let step_start = cpu.timer_start(board.step_due());
+            // Where both are pending, the handler ends the pulse first.
+            if board.pulse_due() <= step_start {
+                let start = cpu.timer_start(board.pulse_due());
+                board.end_pulse(start + u64::from(self.costs.pulse_edge));
+                cpu.charge_timer(start, self.costs.pulse_end);
+            } else if self.step(board, cpu, step_start) || board.switches_moved {
+                return Ran::Wake(step_start);
+            }
+        }
+        Ran::Horizon
     }
 
+    /// Handles a step interrupt. Returns whether it took a segment or came to rest.
     #[inline]
-    fn step<O: Observer>(&mut self, board: &mut SimBoard<O, MOTORS>, cpu: &mut Cpu) -> bool {
-        if self.front.is_none() {
-            self.front = self.segments.peek().map(eighths_per_tick);
+    fn step<O: Observer>(
+        &mut self,
+        board: &mut SimBoard<O, MOTORS>,
+        cpu: &mut Cpu,
+        start: Cycle,
+    ) -> bool {
+        let takes = self.ticks_left == 0;
+        if takes {
+            self.look_ahead();
+        } else {
+            self.ticks_left -= 1;
         }
-        let start = cpu.timer_start(board.step_due());
         board.begin_step_interrupt(start);
         on_timer(&mut self.interrupt, &mut self.segments, self.shared, board);
-        let queued = self.segments.len();
-        if queued == self.queued && !board.is_resting() {
+        if takes {
+            self.taken(board, cpu, start);
+        } else {
             cpu.charge_timer(start, self.costs.step);
-            return false;
         }
-        self.queued = queued;
-        board.eighths_per_tick = self.front.take().unwrap_or(0);
+        takes
+    }
+
+    /// Looks at the segment that the step interrupt is about to take.
+    #[inline(never)]
+    fn look_ahead(&mut self) {
+        let next = self.segments.peek().filter(|_| !self.shared.is_stopped());
+        (self.ticks_left, self.next_eighths) = match next {
+            Some(segment) => (
+                segment.ticks.get() - 1,
+                EIGHTHS >> segment.smoothing.level(),
+            ),
+            None => (0, 0),
+        };
+    }
+
+    /// Charges a step interrupt that has taken a segment, or come to rest where there was none.
+    #[inline(never)]
+    fn taken<O: Observer>(&mut self, board: &mut SimBoard<O, MOTORS>, cpu: &mut Cpu, start: Cycle) {
+        board.eighths_per_tick = self.next_eighths;
         cpu.charge_timer(start, self.costs.step_with_segment);
         if self.shared.underruns() != self.underruns {
             self.underruns = self.shared.underruns();
             board.note_late(start, LateReason::Underrun);
         }
-        true
     }
-}
-
-fn eighths_per_tick<const MOTORS: usize>(segment: &Segment<MOTORS>) -> u64 {
-    EIGHTHS >> segment.smoothing.level()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::clock::{Cycle, CYCLES_PER_COUNT};
+    use crate::clock::CYCLES_PER_COUNT;
     use crate::link::Links;
     use crate::observer::StepEvent;
     use crate::plant::Plant;
@@ -130,6 +164,9 @@ mod tests {
         }
     }
 
+    /// Before never, after everything else.
+    const FOREVER: Cycle = Cycle(Cycle::NEVER.0 - 1);
+
     struct Bench {
         board: SimBoard<Edges, 2>,
         cpu: Cpu,
@@ -148,7 +185,6 @@ mod tests {
         let mut cpu = Cpu::new();
         let mut board = SimBoard::new(costs, Links::new(&[]), Plant::new(), Edges::default());
         let mut stepping = Stepping::new(consumer, &shared, costs);
-        stepping.refilled();
         board.begin_poll(Cycle(10_000));
         board.configure(&PortConfig {
             pulse_us,
@@ -156,11 +192,8 @@ mod tests {
         });
         shared.set_running();
         board.start_stepping();
-        while board.timer_due() != Cycle::NEVER {
-            if stepping.handle(&mut board, &mut cpu) {
-                taken();
-                stepping.refilled();
-            }
+        while let Ran::Wake(_) = stepping.run(&mut board, &mut cpu, FOREVER) {
+            taken();
         }
         Bench { board, cpu, shared }
     }

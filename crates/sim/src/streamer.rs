@@ -34,10 +34,21 @@ pub enum Reply<'a> {
         text: &'a [u8],
     },
     /// The machine locked itself.
-    Alarm(u8),
+    Alarm {
+        /// GRBL's number.
+        code: u8,
+        /// The first unanswered line in the program, from 1; the last answered one where there is none.
+        line: u64,
+        /// That line as it was sent; empty where it has been answered.
+        text: &'a [u8],
+    },
     /// Anything else: reports, messages, the banner.
     Other(&'a [u8]),
 }
+
+/// The longest line that is kept, bytes; the rest of a longer one is dropped, and the machine refuses what is left
+/// (GRBL takes 79 without blanks and comments). It keeps a file without line ends from filling the memory.
+const LONGEST_LINE: usize = 64 * 1024;
 
 /// Takes the machine's replies, in order.
 pub trait Replies {
@@ -131,6 +142,11 @@ impl<R: BufRead, F: Replies> Streamer<R, F> {
         }
     }
 
+    /// Lines read from the program so far, those without anything to send included.
+    pub fn lines(&self) -> u64 {
+        self.lines.number
+    }
+
     /// Lines that have been answered.
     pub fn answered(&self) -> u64 {
         self.answered
@@ -191,7 +207,18 @@ impl<R: BufRead, F: Replies> Streamer<R, F> {
             Answer::Error(code) => self.answer(Some(code), now),
             Answer::Alarm(code) => {
                 self.state = Sending::Locked;
-                self.replies.reply(&Reply::Alarm(code), now);
+                let pending = self.pending.front().copied();
+                let line = pending.map_or(self.lines.number, |pending| pending.number);
+                let length = pending.map_or(0, |pending| pending.length.saturating_sub(1));
+                let text: Vec<u8> = self.text.iter().take(length).copied().collect();
+                self.replies.reply(
+                    &Reply::Alarm {
+                        code,
+                        line,
+                        text: &text,
+                    },
+                    now,
+                );
             }
             Answer::None if line.is_empty() => {}
             Answer::None => self.replies.reply(&Reply::Other(&line), now),
@@ -295,7 +322,7 @@ fn hide_realtime(line: &mut [u8]) {
 
 /// Lines of a file that end with LF, CR or CR LF. A byte order mark and lines with `%` (tape marks) are left out.
 #[derive(Debug)]
-struct Lines<R> {
+pub(crate) struct Lines<R> {
     reader: R,
     /// Lines read so far, those left out included.
     number: u64,
@@ -306,7 +333,7 @@ struct Lines<R> {
 impl<R: BufRead> Lines<R> {
     const MARK: &'static [u8] = b"\xEF\xBB\xBF";
 
-    fn new(reader: R) -> Self {
+    pub(crate) fn new(reader: R) -> Self {
         Self {
             reader,
             number: 0,
@@ -314,8 +341,13 @@ impl<R: BufRead> Lines<R> {
         }
     }
 
+    /// The number of the line read last, from 1; lines left out count.
+    pub(crate) fn number(&self) -> u64 {
+        self.number
+    }
+
     /// Reads the next line without its end; `false` at the end of the file.
-    fn next(&mut self, line: &mut Vec<u8>) -> io::Result<bool> {
+    pub(crate) fn next(&mut self, line: &mut Vec<u8>) -> io::Result<bool> {
         while self.read(line)? {
             self.number += 1;
             if self.number == 1 && line.starts_with(Self::MARK) {
@@ -343,7 +375,8 @@ impl<R: BufRead> Lines<R> {
             any = true;
             let end = bytes.iter().position(|byte| matches!(byte, b'\n' | b'\r'));
             let taken = end.unwrap_or(bytes.len());
-            line.extend_from_slice(&bytes[..taken]);
+            let room = LONGEST_LINE - line.len();
+            line.extend_from_slice(&bytes[..taken.min(room)]);
             if end.is_some() {
                 self.after_return = bytes[taken] == b'\r';
                 self.reader.consume(taken + 1);
@@ -434,6 +467,17 @@ mod tests {
     fn every_kind_of_line_end_ends_one_line() {
         let mut host = stream("\u{FEFF}A\r\nB\rC\n\nD", 99, ());
         assert_eq!(sent(&mut host), "A\nB\nC\n\nD\n");
+    }
+
+    #[test]
+    fn a_line_without_end_is_cut_and_the_next_one_is_whole() {
+        let program = "X".repeat(1_000_000) + "\nG0";
+        let mut lines = Lines::new(std::io::Cursor::new(program));
+        let mut line = Vec::new();
+        assert!(lines.next(&mut line).unwrap());
+        assert_eq!(line.len(), LONGEST_LINE);
+        assert!(lines.next(&mut line).unwrap());
+        assert_eq!(line, b"G0");
     }
 
     #[test]
