@@ -1,11 +1,14 @@
 //! A simulation of any size, as the server sees it.
 
+use super::flash::Flash;
 use super::panel::Snapshot;
 use super::wires::Wires;
 use crate::clock::Cycle;
 use crate::event_loop::Simulation;
 use crate::observer::Observer;
 use crate::plant::Pin;
+use leadscrew_machine::settings::store::Condition;
+use leadscrew_machine::state::State;
 use leadscrew_planner::{Coordinate, Kinematics};
 
 /// What the server does with a machine, whatever its axes, motors and kinematics.
@@ -20,6 +23,10 @@ pub(super) trait Desk {
     fn level(&self, pin: Pin) -> bool;
     /// The number of motors.
     fn motors(&self) -> usize;
+    /// Takes over what is stored, before time passes; answers in what condition it is.
+    fn load(&mut self, flash: &mut Flash) -> Condition;
+    /// Stores what has changed, as far as the machine is at rest.
+    fn save(&mut self, flash: &mut Flash);
     /// What there is to be shown.
     fn snapshot(&self) -> Snapshot;
 }
@@ -56,6 +63,16 @@ where
 
     fn motors(&self) -> usize {
         MOTORS
+    }
+
+    fn load(&mut self, flash: &mut Flash) -> Condition {
+        let Ok(condition) = self.machine_mut().load(flash);
+        condition
+    }
+
+    fn save(&mut self, flash: &mut Flash) {
+        // Where the store is full, the machine has said so on its lines.
+        while self.machine_mut().save(flash) == Ok(true) && self.machine().state() == State::Idle {}
     }
 
     fn snapshot(&self) -> Snapshot {

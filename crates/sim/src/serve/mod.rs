@@ -11,6 +11,7 @@
 
 mod buttons;
 mod desk;
+mod flash;
 mod frame_reader;
 mod glitches;
 mod line;
@@ -23,6 +24,7 @@ mod pty;
 #[cfg(not(unix))]
 #[path = "no_pty.rs"]
 mod pty;
+mod remembered;
 mod screen;
 mod server;
 mod state_file;
@@ -49,6 +51,7 @@ use crate::profile::Profile;
 use crate::setup::{Memory, Setup};
 use glitches::Glitches;
 use leadscrew_planner::Cartesian;
+use remembered::Remembered;
 use server::{End, Server};
 
 /// Moves that the simulated machine can plan ahead.
@@ -85,13 +88,19 @@ pub fn serve(service: Service, around: Surroundings<'_>) {
     } = service;
     let mut server = Server::new(lines, speed, log, around);
     match profile.axis_count() {
-        4 => run::<4>(&profile, rate, &mut server),
-        _ => run::<3>(&profile, rate, &mut server),
+        4 => run::<4>(&profile, rate, state, &mut server),
+        _ => run::<3>(&profile, rate, state, &mut server),
     }
 }
 
 /// Powers a machine up, and again after each restart.
-fn run<const AXES: usize>(profile: &Profile, rate: Rate, server: &mut Server<'_>) {
+fn run<const AXES: usize>(
+    profile: &Profile,
+    rate: Rate,
+    state: Option<StateFile>,
+    server: &mut Server<'_>,
+) {
+    let mut remembered = Remembered::new(state, &mut |note| server.note(note));
     let glitches = Glitches::new(
         profile.switches.glitches.get(),
         profile.switches.glitch_us.unwrap_or(GLITCH_US),
@@ -111,7 +120,8 @@ fn run<const AXES: usize>(profile: &Profile, rate: Rate, server: &mut Server<'_>
         for switch in profile.plant_switches() {
             simulation.add_switch(switch);
         }
-        match server.run(&mut simulation, glitches.clone()) {
+        remembered.load(&mut simulation, &mut |note| server.note(note));
+        match server.run(&mut simulation, glitches.clone(), &mut remembered) {
             End::Stopped => return,
             End::Restart => server.note(&Note::Restarted),
         }

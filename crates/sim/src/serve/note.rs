@@ -21,6 +21,12 @@ pub enum Note<'a> {
     NoLog(io::Error),
     /// The state file cannot be written.
     NoState(PathBuf, io::Error),
+    /// The state file cannot be read.
+    UnreadState(PathBuf, io::Error),
+    /// The last change of a setting was not stored completely.
+    LastChangeLost,
+    /// Some of what was stored is lost.
+    Damaged,
     /// The state file could not be used.
     SetAside(SetAside),
     /// The machine starts anew, as an Arduino does when its port is opened.
@@ -53,6 +59,21 @@ impl fmt::Display for Note<'_> {
                     file.display()
                 )
             }
+            Self::UnreadState(file, error) => {
+                write!(
+                    f,
+                    "{}: cannot be read, defaults loaded: {error}",
+                    file.display()
+                )
+            }
+            Self::LastChangeLost => write!(
+                f,
+                "the last change of a setting was cut short; the value before it is loaded"
+            ),
+            Self::Damaged => write!(
+                f,
+                "some stored settings are lost; their defaults are loaded"
+            ),
             Self::SetAside(aside) => aside.fmt(f),
             Self::Restarted => write!(f, "the machine starts anew because its port was opened"),
         }

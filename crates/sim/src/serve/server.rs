@@ -16,6 +16,7 @@ use super::line::{Event, LineSpec, Lines, What};
 use super::note::Note;
 use super::pace::Pace;
 use super::panel::{Key, Panel};
+use super::remembered::Remembered;
 use super::wire_log::{Way, WireLog};
 use super::wires::Wires;
 use crate::clock::{cycles_of_micros, Cycle};
@@ -100,7 +101,12 @@ impl<'s> Server<'s> {
     }
 
     /// Runs a machine until the user wants it to end or it is to start anew.
-    pub(super) fn run(&mut self, desk: &mut dyn Desk, mut glitches: Glitches) -> End {
+    pub(super) fn run(
+        &mut self,
+        desk: &mut dyn Desk,
+        mut glitches: Glitches,
+        remembered: &mut Remembered,
+    ) -> End {
         let mut pace = Pace::new(self.speed, (self.around.clock)(), desk.now());
         let mut buttons = Buttons::default();
         while !self.around.stop.load(Ordering::Relaxed) {
@@ -115,6 +121,9 @@ impl<'s> Server<'s> {
                 buttons.press(key, desk);
             }
             buttons.release(desk);
+            if let Some(note) = remembered.save(desk) {
+                self.note(&note);
+            }
             self.show(desk);
         }
         End::Stopped

@@ -24,6 +24,8 @@ pub(super) enum Fault {
     Foreign,
     /// Another version has written it.
     Version(u8),
+    /// Another version has written the records in it.
+    Records,
     /// It has another size than the machine's flash memory.
     Size {
         /// Bytes that it should have.
@@ -38,6 +40,7 @@ impl fmt::Display for Fault {
         match self {
             Self::Foreign => write!(f, "is no state file"),
             Self::Version(version) => write!(f, "has version {version}, not {VERSION}"),
+            Self::Records => write!(f, "holds settings of another version"),
             Self::Size { expected, found } if found < expected => {
                 write!(f, "is cut short: {found} of {expected} bytes")
             }
@@ -131,7 +134,8 @@ impl StateFile {
         std::fs::rename(&beside, &self.path)
     }
 
-    fn set_aside(&self, fault: Fault) -> SetAside {
+    /// Gives the file another name.
+    pub(super) fn set_aside(&self, fault: Fault) -> SetAside {
         let name = (1..).map(|count: u32| self.path.with_added_extension(format!("kept-{count}")));
         let free = name.into_iter().find(|name| !name.exists());
         let kept = match free {

@@ -154,7 +154,10 @@ mod tests {
                              0.003000 1 < \\xc2\n     \
                              0.003000 1 < \\x91\n     \
                              0.004000 0 > ok\n";
-        assert_eq!(String::from_utf8(std::mem::take(&mut *paper.0.lock().unwrap())).unwrap(), expected);
+        assert_eq!(
+            String::from_utf8(std::mem::take(&mut *paper.0.lock().unwrap())).unwrap(),
+            expected
+        );
     }
 
     #[test]

@@ -1,0 +1,70 @@
+//! The machine's flash memory, in this computer's.
+
+use leadscrew_machine::settings::flash::{Area, SettingsStore};
+use std::convert::Infallible;
+
+/// Size of an area, bytes: a small sector of the F407 (RM0090, table 5).
+const AREA: usize = 16 * 1024;
+
+/// Two areas, as a board has them.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub(super) struct Flash {
+    bytes: Vec<u8>,
+    changed: bool,
+}
+
+impl Flash {
+    /// Size of both areas, bytes.
+    pub(super) const SIZE: usize = 2 * AREA;
+
+    /// Makes a flash memory that was never written.
+    pub(super) fn blank() -> Self {
+        Self::new(vec![0xFF; Self::SIZE])
+    }
+
+    /// Makes a flash memory that holds [`Flash::SIZE`] bytes.
+    pub(super) fn new(bytes: Vec<u8>) -> Self {
+        Self {
+            bytes,
+            changed: false,
+        }
+    }
+
+    /// All its bytes, if any has changed since it was asked last.
+    pub(super) fn changed(&mut self) -> Option<&[u8]> {
+        std::mem::take(&mut self.changed).then_some(&self.bytes)
+    }
+
+    fn area(&mut self, area: Area) -> &mut [u8] {
+        let (first, second) = self.bytes.split_at_mut(AREA);
+        match area {
+            Area::First => first,
+            Area::Second => second,
+        }
+    }
+}
+
+impl SettingsStore for Flash {
+    type Error = Infallible;
+
+    fn size(&self) -> usize {
+        AREA
+    }
+
+    fn read(&mut self, area: Area, offset: usize, bytes: &mut [u8]) -> Result<(), Infallible> {
+        bytes.copy_from_slice(&self.area(area)[offset..offset + bytes.len()]);
+        Ok(())
+    }
+
+    fn write(&mut self, area: Area, offset: usize, bytes: &[u8]) -> Result<(), Infallible> {
+        self.area(area)[offset..offset + bytes.len()].copy_from_slice(bytes);
+        self.changed = true;
+        Ok(())
+    }
+
+    fn erase(&mut self, area: Area) -> Result<(), Infallible> {
+        self.area(area).fill(0xFF);
+        self.changed = true;
+        Ok(())
+    }
+}

@@ -1,0 +1,73 @@
+//! What outlives a restart of the machine, and where it can, of the program.
+
+use super::desk::Desk;
+use super::flash::Flash;
+use super::note::Note;
+use super::state_file::{Fault, Found, StateFile};
+use leadscrew_machine::settings::store::Condition;
+use std::io;
+
+/// The flash memory and its file.
+pub(super) struct Remembered {
+    flash: Flash,
+    file: Option<StateFile>,
+    /// Whether it has been said that the file cannot be written.
+    told: bool,
+}
+
+impl Remembered {
+    /// Reads the file, if there is to be one; tells `say` what could not be used.
+    pub(super) fn new(file: Option<StateFile>, say: &mut dyn FnMut(&Note<'_>)) -> Self {
+        let flash = file
+            .as_ref()
+            .map_or_else(Flash::blank, |file| read(file, say));
+        Self {
+            flash,
+            file,
+            told: false,
+        }
+    }
+
+    /// Gives a machine what is stored. What another version has stored is put aside.
+    pub(super) fn load(&mut self, desk: &mut dyn Desk, say: &mut dyn FnMut(&Note<'_>)) {
+        match desk.load(&mut self.flash) {
+            Condition::Sound | Condition::Blank => {}
+            Condition::CutShort => say(&Note::LastChangeLost),
+            Condition::Damaged => say(&Note::Damaged),
+            Condition::Foreign => {
+                self.flash = Flash::blank();
+                desk.load(&mut self.flash);
+                if let Some(file) = &self.file {
+                    say(&Note::SetAside(file.set_aside(Fault::Records)));
+                }
+            }
+        }
+    }
+
+    /// Stores what a machine has changed.
+    pub(super) fn save(&mut self, desk: &mut dyn Desk) -> Option<Note<'static>> {
+        desk.save(&mut self.flash);
+        let (image, file) = (self.flash.changed()?, self.file.as_ref()?);
+        match file.save(image) {
+            Ok(()) => {
+                self.told = false;
+                None
+            }
+            Err(error) => {
+                let first = !std::mem::replace(&mut self.told, true);
+                first.then(|| Note::NoState(file.path().to_owned(), error))
+            }
+        }
+    }
+}
+
+fn read(file: &StateFile, say: &mut dyn FnMut(&Note<'_>)) -> Flash {
+    let unreadable = |error: io::Error| Note::UnreadState(file.path().to_owned(), error);
+    match file.load(Flash::SIZE) {
+        Ok(Found::Image(image)) => return Flash::new(image),
+        Ok(Found::Nothing) => {}
+        Ok(Found::Unusable(aside)) => say(&Note::SetAside(aside)),
+        Err(error) => say(&unreadable(error)),
+    }
+    Flash::blank()
+}

@@ -1,0 +1,314 @@
+//! Clients of `serve` in real time: jobs streamed by character counting over TCP and a pty, with polls in between.
+
+use leadscrew_sim::profile::Profile;
+use leadscrew_sim::serve::{
+    serve, Key, LineSpec, Note, Panel, Service, Snapshot, Surroundings, What,
+};
+use leadscrew_sim::Rate;
+use std::collections::VecDeque;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::TcpStream;
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
+use std::sync::Arc;
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+/// Bytes that a sender has on the way at most, as Grbl's senders count.
+const WINDOW: usize = 128;
+
+/// How often a sender asks for a report.
+const POLL: Duration = Duration::from_millis(40);
+
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// Tells where the lines are ready.
+struct Ear(Sender<String>);
+
+impl Panel for Ear {
+    fn note(&mut self, note: &Note<'_>) {
+        if let Note::Line(_, What::Ready(at)) = note {
+            // The test may have heard enough.
+            let _ = self.0.send(at.clone());
+        }
+    }
+    fn show(&mut self, _: &Snapshot) {}
+    fn key(&mut self) -> Option<Key> {
+        None
+    }
+}
+
+/// A server in a thread of its own; ends when dropped.
+struct Served {
+    stop: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
+    ready: Vec<String>,
+}
+
+impl Served {
+    fn new(profile: &str, lines: Vec<LineSpec>, speed: f64) -> Self {
+        let (told, heard) = mpsc::channel();
+        let stop = Arc::new(AtomicBool::new(false));
+        let service = Service {
+            profile: Profile::parse(Path::new("test.toml"), profile).unwrap(),
+            rate: Rate::NeverWaits,
+            speed,
+            state: None,
+            log: None,
+            lines,
+        };
+        let count = service.lines.len();
+        let end = stop.clone();
+        let thread = std::thread::spawn(move || {
+            let begun = Instant::now();
+            let clock = || begun.elapsed();
+            let panel = &mut Ear(told);
+            serve(
+                service,
+                Surroundings {
+                    clock: &clock,
+                    stop: &end,
+                    panel,
+                },
+            );
+        });
+        let ready = (0..count)
+            .map(|_| heard.recv_timeout(PATIENCE).unwrap())
+            .collect();
+        Self {
+            stop,
+            thread: Some(thread),
+            ready,
+        }
+    }
+
+    fn tcp(profile: &str, speed: f64) -> Self {
+        Self::new(profile, vec![LineSpec::Tcp("127.0.0.1:0".into())], speed)
+    }
+
+    fn connect(&self) -> Client {
+        let stream = TcpStream::connect(&self.ready[0]).unwrap();
+        stream.set_nodelay(true).unwrap();
+        Client::new(stream.try_clone().unwrap(), stream)
+    }
+}
+
+impl Drop for Served {
+    fn drop(&mut self) {
+        self.stop.store(true, Ordering::Relaxed);
+        if let Some(thread) = self.thread.take() {
+            let ended = thread.join();
+            assert!(
+                ended.is_ok() || std::thread::panicking(),
+                "the server has panicked"
+            );
+        }
+    }
+}
+
+/// A program at the other end of a line.
+struct Client {
+    to: Box<dyn Write>,
+    lines: Receiver<String>,
+    reports: Vec<String>,
+}
+
+impl Client {
+    fn new(from: impl Read + Send + 'static, to: impl Write + 'static) -> Self {
+        let (line_in, lines) = mpsc::channel();
+        std::thread::spawn(move || {
+            for line in BufReader::new(from).lines().map_while(Result::ok) {
+                if line_in.send(line).is_err() {
+                    return;
+                }
+            }
+        });
+        Self {
+            to: Box::new(to),
+            lines,
+            reports: Vec::new(),
+        }
+    }
+
+    fn send(&mut self, bytes: &[u8]) {
+        self.to.write_all(bytes).unwrap();
+        self.to.flush().unwrap();
+    }
+
+    /// The next line that is neither empty nor a report; `None` when none comes in time.
+    fn hear(&mut self, patience: Duration) -> Option<String> {
+        let until = Instant::now() + patience;
+        loop {
+            let left = until.saturating_duration_since(Instant::now());
+            match self.lines.recv_timeout(left) {
+                Ok(line) if line.is_empty() => {}
+                Ok(line) if line.starts_with('<') => {
+                    assert!(line.ends_with('>'), "{line}");
+                    self.reports.push(line);
+                }
+                Ok(line) => return Some(line),
+                Err(RecvTimeoutError::Timeout) => return None,
+                Err(RecvTimeoutError::Disconnected) => panic!("the server has hung up"),
+            }
+        }
+    }
+
+    fn expect(&mut self, expected: &str) {
+        assert_eq!(self.hear(PATIENCE).as_deref(), Some(expected));
+    }
+
+    fn ask(&mut self) -> String {
+        self.send(b"?");
+        let heard = self.reports.len();
+        let until = Instant::now() + PATIENCE;
+        while self.reports.len() == heard {
+            assert!(Instant::now() < until, "no report");
+            assert_eq!(self.hear(Duration::from_millis(2)), None);
+        }
+        self.reports[heard].clone()
+    }
+
+    fn wait_for(&mut self, state: &str) -> String {
+        let until = Instant::now() + PATIENCE;
+        loop {
+            let report = self.ask();
+            if report.starts_with(&format!("<{state}|")) {
+                return report;
+            }
+            assert!(Instant::now() < until, "no {state}, but {report}");
+        }
+    }
+
+    /// Streams a job by character counting and asks for reports all the while.
+    fn stream(&mut self, job: &str) {
+        let mut waiting: VecDeque<&str> = job.lines().collect();
+        let mut on_the_way: VecDeque<&str> = VecDeque::new();
+        let mut next_poll = Instant::now();
+        while !(waiting.is_empty() && on_the_way.is_empty()) {
+            let used: usize = on_the_way.iter().map(|line| line.len() + 1).sum();
+            match waiting.front() {
+                Some(line) if used + line.len() < WINDOW => {
+                    self.send(format!("{line}\n").as_bytes());
+                    on_the_way.extend(waiting.pop_front());
+                    continue;
+                }
+                Some(_) | None => {}
+            }
+            if Instant::now() >= next_poll {
+                self.send(b"?");
+                next_poll += POLL;
+            }
+            match self.hear(POLL / 4).as_deref() {
+                None => {}
+                Some("ok") => assert!(on_the_way.pop_front().is_some(), "an ok too many"),
+                Some(message) if message.starts_with('[') => {}
+                Some(answer) => panic!("{answer} to {:?}", on_the_way.front()),
+            }
+        }
+        assert_eq!(self.hear(POLL), None);
+    }
+}
+
+const FAST: &str = "[settings]\n\"$110\"=6000\n\"$111\"=6000\n\"$112\"=3000\n\"$120\"=800\n\"$121\"=800\n\"$122\"=800\n";
+
+fn example(name: &str) -> String {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples");
+    std::fs::read_to_string(folder.join(name)).unwrap()
+}
+
+#[test]
+fn a_job_streamed_over_tcp_ends_where_it_should() {
+    let served = Served::tcp(FAST, 20.0);
+    let mut client = served.connect();
+    client.send(b"\x18");
+    client.expect("Grbl 1.1h ['$' for help]");
+    client.stream(&example("heart.nc"));
+    client.send(b"G90 G0 X12.5 Y-3.2 Z1\n");
+    client.expect("ok");
+    let report = client.wait_for("Idle");
+    assert!(report.contains("|MPos:12.500,-3.200,1.000|"), "{report}");
+    let running = client
+        .reports
+        .iter()
+        .filter(|report| report.starts_with("<Run|"));
+    assert!(running.count() > 5, "{:?}", client.reports);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_job_streamed_over_a_pty_ends_where_it_should() {
+    let folder = tempfile::tempdir().unwrap();
+    let link = folder.path().join("ttyGRBL");
+    let spec = LineSpec::Pty {
+        link: link.clone(),
+        reset_on_open: true,
+    };
+    let _served = Served::new(FAST, vec![spec], 20.0);
+    let port = || {
+        std::fs::OpenOptions::new()
+            .read(true)
+            .write(true)
+            .open(&link)
+            .unwrap()
+    };
+    let (from, to) = (port(), port());
+    let mut client = Client::new(from, to);
+    client.expect("Grbl 1.1h ['$' for help]");
+    client.stream(&example("pocket.nc"));
+    client.send(b"G90 G0 X0 Y0 Z0\n");
+    client.expect("ok");
+    let report = client.wait_for("Idle");
+    assert!(report.contains("|MPos:0.000,0.000,0.000|"), "{report}");
+}
+
+#[test]
+fn a_client_that_vanishes_in_mid_line_leaves_no_trace_for_the_next() {
+    let served = Served::tcp(FAST, 1.0);
+    let mut first = TcpStream::connect(&served.ready[0]).unwrap();
+    first.write_all(b"G0X1\nG0X99").unwrap();
+    let mut answer = [0; 4];
+    first.read_exact(&mut answer).unwrap();
+    assert_eq!(&answer, b"ok\r\n");
+    drop(first);
+    let mut second = served.connect();
+    second.send(b"G0X2\n");
+    second.expect("ok");
+    let report = second.wait_for("Idle");
+    assert!(report.contains("|MPos:2.000,0.000,0.000|"), "{report}");
+}
+
+#[test]
+fn a_flood_costs_its_sender_only() {
+    let tcp = || LineSpec::Tcp("127.0.0.1:0".into());
+    let served = Served::new(FAST, vec![tcp(), tcp()], 1.0);
+    let mut flood = TcpStream::connect(&served.ready[0]).unwrap();
+    let stream = TcpStream::connect(&served.ready[1]).unwrap();
+    let mut client = Client::new(stream.try_clone().unwrap(), stream);
+    flood
+        .set_write_timeout(Some(Duration::from_millis(100)))
+        .unwrap();
+    let until = Instant::now() + Duration::from_secs(2);
+    while Instant::now() < until {
+        // What does not fit any more may fail.
+        let _ = flood.write_all(&[b'X'; 4096]);
+        client.ask();
+    }
+    drop(flood);
+    client.wait_for("Idle");
+}
+
+#[test]
+fn an_answer_to_a_realtime_byte_takes_no_longer_than_a_loop_of_the_server() {
+    let served = Served::tcp(FAST, 1.0);
+    let mut client = served.connect();
+    let mut times: Vec<Duration> = (0..50)
+        .map(|_| {
+            let begun = Instant::now();
+            client.ask();
+            begun.elapsed()
+        })
+        .collect();
+    times.sort();
+    assert!(times[25] < Duration::from_millis(20), "{times:?}");
+}
