@@ -153,6 +153,12 @@ where
         }
     }
 
+    /// Lets time pass up to `end`, whether anything happens or not.
+    pub fn wait_until<H: Host>(&mut self, host: &mut H, end: Cycle) {
+        self.run_until(host, end);
+        self.now = self.now.max(end);
+    }
+
     /// The present.
     pub fn now(&self) -> Cycle {
         self.now

@@ -26,6 +26,8 @@ pub mod observer;
 pub mod outcome;
 pub mod plant;
 mod position;
+pub mod profile;
+pub mod serve;
 pub mod setup;
 mod stepping;
 pub mod streamer;

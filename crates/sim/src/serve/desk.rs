@@ -42,7 +42,7 @@ where
     }
 
     fn run_until(&mut self, wires: &mut Wires, end: Cycle) {
-        self.run_until(wires, end);
+        self.wait_until(wires, end);
     }
 
     fn force_pin(&mut self, pin: Pin, level: Option<bool>) {
