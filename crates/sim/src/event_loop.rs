@@ -121,12 +121,19 @@ where
         }
     }
 
-    /// Lets time pass up to `end`, or until nothing is left to happen.
+    /// Lets things happen up to `end`, or until nothing is left to happen: then the present is the instant of the last
+    /// thing that happened.
     pub fn run_until<H: Host>(&mut self, host: &mut H, end: Cycle) -> Stopped {
         self.run_while(host, end, |_| true)
     }
 
-    /// Lets time pass up to `end`, until nothing is left to happen, or until `going` says no after a byte or a poll.
+    /// Lets time pass up to `end`, whether anything happens or not.
+    pub fn wait_until<H: Host>(&mut self, host: &mut H, end: Cycle) {
+        self.run_until(host, end);
+        self.now = self.now.max(end);
+    }
+
+    /// As [`Simulation::run_until`], and only until `going` says no after a byte or a poll.
     pub fn run_while<H: Host>(
         &mut self,
         host: &mut H,
@@ -151,12 +158,6 @@ where
                 return Stopped::Condition;
             }
         }
-    }
-
-    /// Lets time pass up to `end`, whether anything happens or not.
-    pub fn wait_until<H: Host>(&mut self, host: &mut H, end: Cycle) {
-        self.run_until(host, end);
-        self.now = self.now.max(end);
     }
 
     /// The present.
@@ -241,15 +242,11 @@ where
     }
 
     fn stop(&mut self, next: Cycle, end: Cycle) -> Stopped {
-        let timer = self.board.timer_due();
-        if end != Cycle::NEVER {
-            self.now = self.now.max(end);
+        if next.min(self.board.timer_due()) == Cycle::NEVER {
+            return Stopped::Quiet;
         }
-        if next.min(timer) == Cycle::NEVER {
-            Stopped::Quiet
-        } else {
-            Stopped::Reached
-        }
+        self.now = self.now.max(end);
+        Stopped::Reached
     }
 
     fn report_switches(&mut self, now: Cycle) {
