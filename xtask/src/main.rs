@@ -5,6 +5,7 @@ mod call_graph;
 mod failure;
 mod fw;
 mod icount;
+mod senders;
 mod shell;
 mod thumb;
 mod toolchain;
@@ -15,7 +16,8 @@ const USAGE: &str = "usage: cargo xtask COMMAND
     fw [ARGUMENTS]     build the firmware; ARGUMENTS go to `cargo build`
     thumb              build libraries and firmware for the microcontroller; check what is in them
     bench COMMAND...   count x86-64 instructions per line; COMMAND says {lines} for their number
-    icount [--check]   count instructions under QEMU; fail above the budgets";
+    icount [--check]   count instructions under QEMU; fail above the budgets
+    senders [NAME...]  run real senders (meerk40t, grbl-streamer, cncjs) against `leadscrew serve`";
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = env::args().skip(1).collect();
@@ -25,6 +27,7 @@ fn main() -> ExitCode {
         ["bench", ..] => bench::run(&arguments[1..]),
         ["icount"] => icount::run(false),
         ["icount", "--check"] => icount::run(true),
+        ["senders", ..] => senders::run_all(&arguments[1..]),
         ["thumb"] => thumb::run(),
         _ => {
             eprintln!("{USAGE}");

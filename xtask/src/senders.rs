@@ -11,7 +11,12 @@ use std::{
 };
 
 /// Python packages, of the versions that the scripts were written for.
-const PYTHON: [&str; 4] = ["meerk40t==0.9.9100", "grbl-streamer==2.0.2", "pillow", "numpy"];
+const PYTHON: [&str; 4] = [
+    "meerk40t==0.9.9100",
+    "grbl-streamer==2.0.2",
+    "pillow",
+    "numpy",
+];
 
 /// Packages for Node.js, likewise.
 const NODE: [&str; 3] = ["cncjs@1.11.5", "socket.io-client@2", "jsonwebtoken"];
@@ -147,7 +152,7 @@ impl Place {
         let target = std::env::var_os("CARGO_TARGET_DIR");
         let target = target.map_or_else(|| root.join("target"), PathBuf::from);
         let installed = target.join("senders");
-        fs::create_dir_all(&installed).map_err(not_done("create", &installed))?;
+        fs::create_dir_all(&installed).map_err(Failure::file(&installed))?;
         Ok(Self {
             scripts: root.join("tests/senders"),
             leadscrew: target.join("debug/leadscrew"),
@@ -177,10 +182,9 @@ impl Place {
     /// Installs beside a copy of the script: Node.js looks for packages there.
     fn install_node(&self) -> Result<(), Failure> {
         let folder = self.installed.join("cncjs");
-        fs::create_dir_all(&folder).map_err(not_done("create", &folder))?;
+        fs::create_dir_all(&folder).map_err(Failure::file(&folder))?;
         let script = folder.join("cncjs_stream.js");
-        fs::copy(self.scripts.join("cncjs_stream.js"), &script)
-            .map_err(not_done("write", &script))?;
+        fs::copy(self.scripts.join("cncjs_stream.js"), &script).map_err(Failure::file(&script))?;
         if folder.join("node_modules/cncjs").exists() {
             return Ok(());
         }
@@ -193,7 +197,7 @@ impl Place {
         let title = format!("{:?} {}", run.sender, run.arguments.join(" "));
         let served = self.serve(run)?;
         let output = self.command(run, &served).output();
-        let output = output.map_err(not_done("start", &self.scripts))?;
+        let output = output.map_err(Failure::file(&self.scripts))?;
         if output.status.code() == Some(run.code) {
             println!("{title}: as it should");
             return Ok(());
@@ -218,8 +222,8 @@ impl Place {
         // No settings of an earlier run.
         let _ = fs::remove_file(self.installed.join("state"));
         let spawned = command.stdout(Stdio::piped()).spawn();
-        let child = spawned.map_err(not_done("start", &self.leadscrew))?;
-        Served::new(child, link).map_err(not_done("read from", &self.leadscrew))
+        let child = spawned.map_err(Failure::file(&self.leadscrew))?;
+        Served::new(child, link).map_err(Failure::file(&self.leadscrew))
     }
 
     fn command(&self, run: &Run, served: &Served) -> Command {

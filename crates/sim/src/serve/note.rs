@@ -13,8 +13,6 @@ pub enum Note<'a> {
     Line(&'a LineSpec, &'a What),
     /// A client does not read: what it was to get is thrown away.
     NotRead(&'a LineSpec),
-    /// The machine has lost bytes that came faster than it reads.
-    BytesLost(&'a LineSpec),
     /// The simulation cannot run as fast as asked for.
     TooSlow,
     /// The log cannot be written any more.
@@ -41,12 +39,6 @@ impl fmt::Display for Note<'_> {
                 f,
                 "{line}: the client does not read; what it does not take is thrown away"
             ),
-            Self::BytesLost(line) => {
-                write!(
-                    f,
-                    "{line}: bytes were lost: the client sends more than the receive buffer holds"
-                )
-            }
             Self::TooSlow => write!(
                 f,
                 "this computer is too slow for the speed asked for: simulated time falls behind"
