@@ -274,10 +274,14 @@ where
             self.motors.enable(board);
             self.motion.start(board, now);
         } else if self.motion.is_at_rest() {
-            let locked = matches!(self.state, State::Alarm(_) | State::Sleep);
             let delay = self.settings.whole(Setting::IdleDelay);
-            self.motors.rest(delay, locked, board, now);
+            self.motors.rest(delay, self.is_locked(), board, now);
         }
+    }
+
+    /// Whether the motors are not needed whatever `$1` says.
+    fn is_locked(&self) -> bool {
+        matches!(self.state, State::Alarm(_) | State::Sleep)
     }
 
     fn next(&mut self, now: Instant) -> Next {
@@ -288,7 +292,7 @@ where
             self.executor.dwell_ends(),
             self.homing.as_ref().and_then(Homing::settles_at),
             self.door.as_ref().and_then(DoorCycle::waits_until),
-            self.motors.rest_at(delay),
+            self.motors.rest_at(delay, self.is_locked()),
         ];
         let next = deadlines.into_iter().flatten().min();
         Next {

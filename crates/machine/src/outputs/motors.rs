@@ -35,20 +35,36 @@ impl Motors {
         if !self.enabled {
             return;
         }
-        let since = *self.idle_since.get_or_insert(now);
-        if (locked || delay_ms != ALWAYS) && now >= since + millis(delay_ms) {
+        self.idle_since.get_or_insert(now);
+        if self.rest_at(delay_ms, locked).is_some_and(|end| now >= end) {
             board.enable_motors(false);
             self.enabled = false;
         }
     }
 
-    /// When the drivers are to be disabled.
-    pub(crate) fn rest_at(&self, delay_ms: u32) -> Option<Instant> {
-        let since = self.idle_since.filter(|_| self.enabled);
-        since.map(|since| since + millis(delay_ms))
+    /// When the drivers are to be disabled; `None`: not by time.
+    pub(crate) fn rest_at(&self, delay_ms: u32, locked: bool) -> Option<Instant> {
+        let since = self.idle_since.filter(|_| self.enabled)?;
+        (locked || delay_ms != ALWAYS).then(|| since + millis(delay_ms))
     }
 }
 
 fn millis(millis: u32) -> Duration {
     Duration::from_ticks(u64::from(millis) * 1_000)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn motors_that_are_always_enabled_wait_for_nothing() {
+        let motors = Motors {
+            enabled: true,
+            idle_since: Some(Instant::from_ticks(5)),
+        };
+        assert_eq!(motors.rest_at(ALWAYS, false), None);
+        assert_eq!(motors.rest_at(25, false), Some(Instant::from_ticks(25_005)));
+        assert_eq!(motors.rest_at(ALWAYS, true), Some(Instant::from_ticks(255_005)));
+    }
 }
