@@ -32,12 +32,19 @@ pub(crate) const EIGHTHS: u64 = 8;
 pub struct Counts {
     /// Instants at which at least one motor steps.
     pub step_events: u64,
-    /// Ticks at which no motor steps.
-    pub smoothing_ticks: u64,
+    /// Ticks, with or without a step.
+    pub(crate) ticks: u64,
     /// Steps of the dominant motors, in eighths.
     pub(crate) dominant_eighths: u64,
     /// The longest that a tick's interrupt began after it was due, in cycles.
     pub longest_delay: u64,
+}
+
+impl Counts {
+    /// Ticks at which no motor steps.
+    pub fn smoothing_ticks(&self) -> u64 {
+        self.ticks - self.step_events
+    }
 }
 
 /// The board under a simulated machine: implements [`Board`] for its main loop and [`StepPort`] for its step
@@ -59,7 +66,7 @@ pub struct SimBoard<O, const MOTORS: usize> {
     pub(crate) switches_moved: bool,
     /// Whether the counted position and the plant's have to be put side by side anew.
     pub(crate) rewired: bool,
-    /// Eighths of a dominant step in each tick of the segment under way.
+    /// Eighths of a dominant step in each tick of the segment under way; 0 where no tick is due.
     pub(crate) eighths_per_tick: u64,
     costs: Costs,
     /// Begin of the interrupt or poll under way.
@@ -138,10 +145,12 @@ impl<O: Observer, const MOTORS: usize> SimBoard<O, MOTORS> {
         self.now = now;
     }
 
-    /// Begins a step interrupt at `now`.
+    /// Begins a step interrupt at `now`: its tick counts, whether a motor steps or not.
     #[inline]
     pub(crate) fn begin_step_interrupt(&mut self, now: Cycle) {
         self.now = now;
+        self.counts.dominant_eighths += self.eighths_per_tick;
+        self.counts.ticks += u64::from(self.eighths_per_tick != 0);
         if now > self.tick_due {
             self.counts.longest_delay = self.counts.longest_delay.max(now - self.tick_due);
         }
@@ -238,11 +247,6 @@ impl<O: Observer, const MOTORS: usize> SimBoard<O, MOTORS> {
 impl<O: Observer, const MOTORS: usize> StepPort for SimBoard<O, MOTORS> {
     #[inline]
     fn step(&mut self, motors: MotorMask) {
-        self.counts.dominant_eighths += self.eighths_per_tick;
-        if motors.is_empty() {
-            self.counts.smoothing_ticks += 1;
-            return;
-        }
         let edge = self.now + u64::from(self.costs.step_edge);
         self.counts.step_events += 1;
         self.first_step = self.first_step.min(edge);

@@ -17,6 +17,7 @@
 #![forbid(unsafe_code)]
 
 pub mod board;
+pub mod cli;
 pub mod clock;
 pub mod cost;
 pub mod event_loop;
@@ -24,6 +25,7 @@ pub mod link;
 pub mod load;
 pub mod observer;
 pub mod outcome;
+pub mod output;
 pub mod plant;
 mod position;
 pub mod profile;

@@ -1,2 +1,7 @@
-//! leadscrew.
-fn main() {}
+//! The `leadscrew` program.
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    leadscrew_sim::cli::main()
+}

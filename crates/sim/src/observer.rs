@@ -93,6 +93,8 @@ macro_rules! forward {
         forward!(@method $self $observers motors_enabled(cycle: Cycle, on: bool));
         forward!(@method $self $observers spindle(cycle: Cycle, output: SpindleOutput));
         forward!(@method $self $observers coolant(cycle: Cycle, output: CoolantOutput));
+        forward!(@method $self $observers move_planned(target: &[Coordinate], kind: MoveKind, power: Power));
+        forward!(@method $self $observers refused(cycle: Cycle, fault: &LineFault));
         forward!(@method $self $observers configured(cycle: Cycle, port: &PortConfig));
         forward!(@method $self $observers late(late: &Late));
         forward!(@method $self $observers violation(violation: &Violation));

@@ -73,7 +73,7 @@ where
             motion_seconds: seconds(board.last_step - board.first_step),
             motors,
             step_events: board.counts.step_events,
-            smoothing_ticks: board.counts.smoothing_ticks,
+            smoothing_ticks: board.counts.smoothing_ticks(),
             dominant_step_events: board.counts.dominant_eighths / EIGHTHS,
             peak_step_hz: motors.iter().map(|motor| motor.peak_hz).fold(0.0, f64::max),
             min_pulse_us: board.plant.shortest_pulse().map(micros),

@@ -1,0 +1,49 @@
+//! The `leadscrew` command line.
+
+mod args;
+mod check;
+mod complaint;
+mod input;
+mod report;
+mod run;
+mod serve;
+mod serve_args;
+mod setting_args;
+mod settings_file;
+mod watchers;
+
+use args::{Cli, Command};
+use clap::Parser;
+use std::fmt::Display;
+use std::process::ExitCode;
+
+/// The job met an error or an alarm.
+const JOB_FAILED: u8 = 1;
+/// Bad usage, unreadable input, unwritable output.
+const UNUSABLE: u8 = 2;
+
+/// Runs the command that the process was called with.
+///
+/// Exit status: 0 done, 1 the job met an error or an alarm, 2 bad usage or unreadable input.
+pub fn main() -> ExitCode {
+    let result = match Cli::parse().command {
+        Command::Run(args) => run::run(&args),
+        Command::Check(args) => check::check(&args),
+        Command::Serve(args) => serve::run(&args),
+    };
+    match result {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::from(JOB_FAILED),
+        Err(unusable) => {
+            eprintln!("leadscrew: {unusable}");
+            ExitCode::from(UNUSABLE)
+        }
+    }
+}
+
+/// Why a command could not do its work at all.
+type Unusable = Box<dyn Display>;
+
+fn unusable<E: Display + 'static>(error: E) -> Unusable {
+    Box::new(error)
+}

@@ -1,0 +1,22 @@
+//! The picture of a job: the toolpath seen from above, and the speed along time under it.
+//!
+//! ```text
+//!  title, summary line
+//!  +------------------------+
+//!  | Y mm                   |   cuts (laser power as shade), rapids dashed,
+//!  |      toolpath          |   equal scales, grid, start and end marked
+//!  +------------------ X mm +
+//!  | mm/min                 |
+//!  |      speed             |
+//!  +---------------- time s +
+//!  legend
+//! ```
+
+mod scale;
+mod speed;
+mod svg;
+mod toolpath;
+
+pub use speed::SpeedChart;
+pub use svg::{draw, Caption};
+pub use toolpath::{Stroke, StrokeKind, Toolpath};

@@ -1,0 +1,360 @@
+//! Draws the toolpath and the speed chart as one SVG document.
+
+use super::scale::{label, Scale};
+use super::{SpeedChart, Stroke, StrokeKind, Toolpath};
+use svg::node::element::{Circle, Group, Line, Path, Rectangle, Text};
+use svg::Document;
+
+/// The words around the picture.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Caption {
+    /// The job's name.
+    pub title: String,
+    /// One line of figures: time, distance, lines.
+    pub summary: String,
+    /// The S value of full power (`$30`), at the dark end of the shade bar.
+    pub full_power_s: f64,
+}
+
+// The page, in pixels.
+const WIDTH: f64 = 960.0;
+const LEFT: f64 = 80.0;
+const RIGHT: f64 = 24.0;
+const TOP: f64 = 66.0;
+const PLOT_WIDTH: f64 = WIDTH - LEFT - RIGHT;
+const MOST_PLOT_HEIGHT: f64 = 640.0;
+const LEAST_PLOT_HEIGHT: f64 = 160.0;
+const SPEED_HEIGHT: f64 = 150.0;
+const LEGEND_HEIGHT: f64 = 26.0;
+/// Room for tick labels and an axis title under a plot.
+const AXIS_HEIGHT: f64 = 46.0;
+/// Pixels between ticks, about.
+const TICK_SPACING: f64 = 80.0;
+/// Columns of the speed chart: one every other pixel.
+const SPEED_COLUMNS: usize = (PLOT_WIDTH / 2.0) as usize;
+
+const INK: &str = "#333333";
+const GRID: &str = "#e4e4e4";
+const RAPID: &str = "#4a90d9";
+const SPEED: &str = "#2a7f62";
+
+/// A plot's rectangle on the page.
+#[derive(Clone, Copy)]
+struct Frame {
+    top: f64,
+    height: f64,
+}
+
+impl Frame {
+    fn bottom(&self) -> f64 {
+        self.top + self.height
+    }
+}
+
+/// Draws the picture of a job.
+pub fn draw(path: &Toolpath, speed: &SpeedChart, caption: &Caption) -> Document {
+    let (frame, x, y) = plot_area(path);
+    let legend_top = frame.bottom() + AXIS_HEIGHT;
+    let chart = Frame {
+        top: legend_top + LEGEND_HEIGHT + 14.0,
+        height: SPEED_HEIGHT,
+    };
+    let height = chart.bottom() + AXIS_HEIGHT + 6.0;
+    Document::new()
+        .set("viewBox", (0, 0, WIDTH, height))
+        .set("width", WIDTH)
+        .set("height", height)
+        .set("font-family", "Helvetica, Arial, sans-serif")
+        .set("font-size", 12)
+        .add(rectangle(0.0, 0.0, WIDTH, height, "white"))
+        .add(title(caption))
+        .add(axes(frame, &x, &y, "X mm", "Y mm"))
+        .add(strokes(path, &x, &y))
+        .add(ends(path, &x, &y))
+        .add(legend(path, caption, legend_top))
+        .add(speed_chart(speed, chart))
+}
+
+/// The toolpath's frame and scales: the same number of pixels to a millimetre both ways.
+fn plot_area(path: &Toolpath) -> (Frame, Scale, Scale) {
+    let [low, high] = path.bounds().map(|p| p.map(f64::from));
+    let span = [high[0] - low[0], high[1] - low[1]].map(|s| s.max(1e-3) * 1.08);
+    let per_mm = (PLOT_WIDTH / span[0]).min(MOST_PLOT_HEIGHT / span[1]);
+    let height = (span[1] * per_mm).max(LEAST_PLOT_HEIGHT);
+    let frame = Frame { top: TOP, height };
+    let half = [PLOT_WIDTH / per_mm / 2.0, height / per_mm / 2.0];
+    let middle = [(low[0] + high[0]) / 2.0, (low[1] + high[1]) / 2.0];
+    let x = Scale::new(
+        middle[0] - half[0],
+        middle[0] + half[0],
+        LEFT,
+        LEFT + PLOT_WIDTH,
+    );
+    let y = Scale::new(
+        middle[1] - half[1],
+        middle[1] + half[1],
+        frame.bottom(),
+        frame.top,
+    );
+    (frame, x, y)
+}
+
+fn title(caption: &Caption) -> Group {
+    Group::new()
+        .add(
+            text(LEFT, 28.0, &caption.title)
+                .set("font-size", 18)
+                .set("font-weight", "bold"),
+        )
+        .add(text(LEFT, 50.0, &caption.summary))
+}
+
+/// Grid, frame, tick labels and titles of a plot.
+fn axes(frame: Frame, x: &Scale, y: &Scale, x_title: &str, y_title: &str) -> Group {
+    let mut group = Group::new();
+    for value in x.ticks(TICK_SPACING) {
+        let at = x.pixel(value);
+        group = group
+            .add(line([at, frame.top], [at, frame.bottom()], GRID))
+            .add(text(at, frame.bottom() + 16.0, &label(value)).set("text-anchor", "middle"));
+    }
+    for value in y.ticks(TICK_SPACING / 1.6) {
+        let at = y.pixel(value);
+        group = group
+            .add(line([LEFT, at], [LEFT + PLOT_WIDTH, at], GRID))
+            .add(text(LEFT - 6.0, at + 4.0, &label(value)).set("text-anchor", "end"));
+    }
+    let outline = rectangle(LEFT, frame.top, PLOT_WIDTH, frame.height, "none").set("stroke", INK);
+    let middle = (LEFT + PLOT_WIDTH / 2.0, frame.top + frame.height / 2.0);
+    group
+        .add(outline)
+        .add(text(middle.0, frame.bottom() + 36.0, x_title).set("text-anchor", "middle"))
+        .add(text(0.0, 0.0, y_title).set("text-anchor", "middle").set(
+            "transform",
+            format!("translate(22 {}) rotate(-90)", middle.1),
+        ))
+}
+
+fn strokes(path: &Toolpath, x: &Scale, y: &Scale) -> Group {
+    let powered = has_power(path);
+    let mut group = Group::new()
+        .set("fill", "none")
+        .set("stroke-linejoin", "round")
+        .set("stroke-linecap", "round");
+    for stroke in path.strokes() {
+        group = group.add(drawn(stroke, powered, x, y));
+    }
+    group
+}
+
+fn drawn(stroke: &Stroke, powered: bool, x: &Scale, y: &Scale) -> Path {
+    let mut data = String::with_capacity(stroke.points.len() * 14);
+    for (k, [px, py]) in stroke.points.iter().enumerate() {
+        let command = if k == 0 { 'M' } else { 'L' };
+        let (px, py) = (x.pixel(f64::from(*px)), y.pixel(f64::from(*py)));
+        data.push_str(&format!("{command}{px:.2} {py:.2}"));
+    }
+    let path = Path::new().set("d", data);
+    match stroke.kind {
+        StrokeKind::Travel => path
+            .set("stroke", RAPID)
+            .set("stroke-width", 0.8)
+            .set("stroke-dasharray", "4 3"),
+        StrokeKind::Cut { shade } => path
+            .set("stroke", colour(shade, powered))
+            .set("stroke-width", 1.4),
+    }
+}
+
+/// Whether any cut has power: a job without S words is drawn as if at full power.
+fn has_power(path: &Toolpath) -> bool {
+    path.strokes()
+        .iter()
+        .any(|s| matches!(s.kind, StrokeKind::Cut { shade } if shade > 0))
+}
+
+/// Pale for no power, dark for full power.
+fn colour(shade: u8, powered: bool) -> String {
+    const PALE: [f64; 3] = [247.0, 222.0, 200.0];
+    const DARK: [f64; 3] = [92.0, 16.0, 16.0];
+    let share = if powered {
+        f64::from(shade) / f64::from(StrokeKind::SHADES)
+    } else {
+        1.0
+    };
+    let [r, g, b] = [0, 1, 2].map(|k: usize| (PALE[k] + (DARK[k] - PALE[k]) * share) as u8);
+    format!("#{r:02x}{g:02x}{b:02x}")
+}
+
+fn ends(path: &Toolpath, x: &Scale, y: &Scale) -> Group {
+    let [start, end] = path
+        .ends()
+        .map(|[px, py]| (x.pixel(f64::from(px)), y.pixel(f64::from(py))));
+    Group::new()
+        .add(
+            mark(start, 6.0)
+                .set("fill", "none")
+                .set("stroke", SPEED)
+                .set("stroke-width", 2),
+        )
+        .add(mark(end, 3.0).set("fill", INK))
+}
+
+fn mark(at: (f64, f64), radius: f64) -> Circle {
+    Circle::new()
+        .set("cx", at.0)
+        .set("cy", at.1)
+        .set("r", radius)
+}
+
+fn legend(path: &Toolpath, caption: &Caption, top: f64) -> Group {
+    let y = top + LEGEND_HEIGHT / 2.0;
+    let powered = has_power(path);
+    let sample =
+        |from: f64| line([from, y], [from + 34.0, y], RAPID).set("stroke-dasharray", "4 3");
+    let cut = line(
+        [LEFT, y],
+        [LEFT + 34.0, y],
+        &colour(StrokeKind::SHADES, powered),
+    );
+    let mut group = Group::new()
+        .add(cut.set("stroke-width", 2))
+        .add(text(LEFT + 42.0, y + 4.0, "cut"))
+        .add(sample(LEFT + 90.0))
+        .add(text(LEFT + 132.0, y + 4.0, "rapid"))
+        .add(
+            mark((LEFT + 196.0, y), 6.0)
+                .set("fill", "none")
+                .set("stroke", SPEED)
+                .set("stroke-width", 2),
+        )
+        .add(text(LEFT + 208.0, y + 4.0, "start"))
+        .add(mark((LEFT + 264.0, y), 3.0).set("fill", INK))
+        .add(text(LEFT + 274.0, y + 4.0, "end"));
+    if powered {
+        group = group.add(shade_bar(LEFT + 340.0, y, caption.full_power_s));
+    }
+    group
+}
+
+fn shade_bar(left: f64, y: f64, full_power_s: f64) -> Group {
+    let mut group = Group::new().add(text(left, y + 4.0, "power S 0"));
+    let from = left + 62.0;
+    for shade in 0..=StrokeKind::SHADES {
+        let at = from + f64::from(shade) * 9.0;
+        group = group.add(rectangle(at, y - 6.0, 9.0, 12.0, &colour(shade, true)));
+    }
+    let after = from + (f64::from(StrokeKind::SHADES) + 1.0) * 9.0;
+    group.add(text(after + 6.0, y + 4.0, &label(full_power_s)))
+}
+
+fn speed_chart(speed: &SpeedChart, frame: Frame) -> Group {
+    let points = thinned(speed);
+    let top = points.iter().map(|p| p[1]).fold(0.0, f64::max).max(1.0) * 1.1;
+    let x = Scale::new(0.0, speed.end().max(1e-3), LEFT, LEFT + PLOT_WIDTH);
+    let y = Scale::new(0.0, top, frame.bottom(), frame.top);
+    let mut data = format!("M{LEFT} {}", frame.bottom());
+    for [time, value] in &points {
+        data.push_str(&format!("L{:.1} {:.1}", x.pixel(*time), y.pixel(*value)));
+    }
+    data.push_str(&format!("L{:.1} {}Z", x.pixel(speed.end()), frame.bottom()));
+    axes(frame, &x, &y, "time s", "speed mm/min").add(
+        Path::new()
+            .set("d", data)
+            .set("fill", SPEED)
+            .set("fill-opacity", 0.25)
+            .set("stroke", SPEED),
+    )
+}
+
+/// The chart's points, neighbours averaged until there is at most one a column.
+fn thinned(speed: &SpeedChart) -> Vec<[f64; 2]> {
+    let points = speed.points();
+    let joined = points.len().div_ceil(SPEED_COLUMNS).max(1);
+    points
+        .chunks(joined)
+        .map(|group| {
+            let n = group.len() as f64;
+            let sum = group
+                .iter()
+                .fold([0.0, 0.0], |s, p| [s[0] + p[0], s[1] + p[1]]);
+            [sum[0] / n, sum[1] / n]
+        })
+        .collect()
+}
+
+fn text(x: f64, y: f64, content: &str) -> Text {
+    Text::new(content).set("x", x).set("y", y).set("fill", INK)
+}
+
+fn line(from: [f64; 2], to: [f64; 2], colour: &str) -> Line {
+    Line::new()
+        .set("x1", from[0])
+        .set("y1", from[1])
+        .set("x2", to[0])
+        .set("y2", to[1])
+        .set("stroke", colour)
+}
+
+fn rectangle(x: f64, y: f64, width: f64, height: f64, fill: &str) -> Rectangle {
+    Rectangle::new()
+        .set("x", x)
+        .set("y", y)
+        .set("width", width)
+        .set("height", height)
+        .set("fill", fill)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn caption() -> Caption {
+        Caption {
+            title: "a < b & c".to_owned(),
+            summary: "1 s".to_owned(),
+            full_power_s: 1000.0,
+        }
+    }
+
+    fn picture(path: &Toolpath) -> String {
+        let mut speed = SpeedChart::default();
+        speed.went(0.5, [1.0, 0.0, 0.0]);
+        draw(path, &speed, &caption()).to_string()
+    }
+
+    #[test]
+    fn axes_have_names_and_units_and_the_title_is_escaped() {
+        let mut path = Toolpath::new([0.0; 3], true);
+        path.go([10.0, 5.0, 0.0], StrokeKind::cut(0.0));
+        let svg = picture(&path);
+        for part in [
+            "X mm",
+            "Y mm",
+            "time s",
+            "speed mm/min",
+            "a &lt; b &amp; c",
+            ">rapid<",
+        ] {
+            assert!(svg.contains(part), "{part}");
+        }
+        assert!(!svg.contains("power S"));
+    }
+
+    #[test]
+    fn a_laser_job_has_a_shade_bar_up_to_full_power() {
+        let mut path = Toolpath::new([0.0; 3], true);
+        path.go([10.0, 0.0, 0.0], StrokeKind::cut(0.5));
+        let svg = picture(&path);
+        assert!(
+            svg.contains("power S 0") && svg.contains(">\n1000\n<"),
+            "{svg}"
+        );
+    }
+
+    #[test]
+    fn a_job_that_goes_nowhere_still_has_a_picture() {
+        let svg = picture(&Toolpath::new([1.0, 2.0, 3.0], true));
+        assert!(!svg.contains("NaN") && !svg.contains("inf"));
+    }
+}

@@ -1,0 +1,146 @@
+//! The path that the tool took, as strokes of one kind and shade.
+
+/// What the tool does along a stroke.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum StrokeKind {
+    /// A rapid (G0), a jog, or the machine driving itself.
+    Travel,
+    /// A feed move; `shade` is the output's power, 0 (off) to [`StrokeKind::SHADES`] (full).
+    Cut {
+        /// Power in steps of 1/[`StrokeKind::SHADES`].
+        shade: u8,
+    },
+}
+
+impl StrokeKind {
+    /// Shades between off and full power.
+    pub const SHADES: u8 = 16;
+
+    /// A feed move at `share` of full power, 0 to 1.
+    pub fn cut(share: f64) -> Self {
+        Self::Cut {
+            shade: (share * f64::from(Self::SHADES)).round() as u8,
+        }
+    }
+}
+
+/// A polyline drawn in one go: X and Y in mm.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Stroke {
+    /// What the tool did.
+    pub kind: StrokeKind,
+    /// The corners, two at least.
+    pub points: Vec<[f32; 2]>,
+}
+
+/// Collects the moves of a job.
+#[derive(Clone, Debug)]
+pub struct Toolpath {
+    /// `None` where only distances are wanted.
+    strokes: Option<Vec<Stroke>>,
+    at: [f64; 3],
+    start: [f64; 3],
+    cut_mm: f64,
+    travel_mm: f64,
+}
+
+impl Toolpath {
+    /// Starts at `start`, X, Y, Z in mm. Strokes are kept only where they are to be `drawn`: memory stays flat otherwise.
+    pub fn new(start: [f64; 3], drawn: bool) -> Self {
+        Self {
+            strokes: drawn.then(Vec::new),
+            at: start,
+            start,
+            cut_mm: 0.0,
+            travel_mm: 0.0,
+        }
+    }
+
+    /// Goes on to `target`, X, Y, Z in mm.
+    pub fn go(&mut self, target: [f64; 3], kind: StrokeKind) {
+        let length = distance(self.at, target);
+        match kind {
+            StrokeKind::Travel => self.travel_mm += length,
+            StrokeKind::Cut { .. } => self.cut_mm += length,
+        }
+        let from = flat(self.at);
+        self.at = target;
+        let to = flat(target);
+        let Some(strokes) = &mut self.strokes else {
+            return;
+        };
+        if from == to {
+            return;
+        }
+        match strokes.last_mut() {
+            Some(stroke) if stroke.kind == kind => stroke.points.push(to),
+            Some(_) | None => strokes.push(Stroke {
+                kind,
+                points: vec![from, to],
+            }),
+        }
+    }
+
+    /// Length of the feed moves, mm.
+    pub fn cut_mm(&self) -> f64 {
+        self.cut_mm
+    }
+
+    /// Length of all other moves, mm.
+    pub fn travel_mm(&self) -> f64 {
+        self.travel_mm
+    }
+
+    /// The strokes, in order.
+    pub fn strokes(&self) -> &[Stroke] {
+        self.strokes.as_deref().unwrap_or_default()
+    }
+
+    /// Where the path starts and ends: X and Y in mm.
+    pub fn ends(&self) -> [[f32; 2]; 2] {
+        [flat(self.start), flat(self.at)]
+    }
+
+    /// The smallest and the largest X and Y of the path, mm.
+    pub fn bounds(&self) -> [[f32; 2]; 2] {
+        let first = flat(self.start);
+        let points = self.strokes().iter().flat_map(|s| &s.points);
+        points.fold([first, first], |[low, high], p| {
+            [
+                [low[0].min(p[0]), low[1].min(p[1])],
+                [high[0].max(p[0]), high[1].max(p[1])],
+            ]
+        })
+    }
+}
+
+fn flat(point: [f64; 3]) -> [f32; 2] {
+    [point[0] as f32, point[1] as f32]
+}
+
+fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a.iter()
+        .zip(b)
+        .map(|(a, b)| (a - b).powi(2))
+        .sum::<f64>()
+        .sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn moves_of_one_kind_are_one_stroke_and_lengths_add_up() {
+        let mut path = Toolpath::new([0.0; 3], true);
+        path.go([3.0, 4.0, 0.0], StrokeKind::Travel);
+        path.go([3.0, 4.0, -2.0], StrokeKind::cut(0.0));
+        path.go([6.0, 4.0, -2.0], StrokeKind::cut(0.0));
+        path.go([6.0, 8.0, -2.0], StrokeKind::cut(0.0));
+        path.go([6.0, 9.0, -2.0], StrokeKind::cut(1.0));
+        assert_eq!(path.strokes().len(), 3);
+        assert_eq!(path.strokes()[1].points.len(), 3);
+        assert_eq!((path.travel_mm(), path.cut_mm()), (5.0, 10.0));
+        assert_eq!(path.bounds(), [[0.0, 0.0], [6.0, 9.0]]);
+    }
+}
