@@ -1,5 +1,6 @@
 //! The command line.
 
+use super::replay::ReplayArgs;
 use super::serve_args::ServeArgs;
 use clap::{Args, Parser, Subcommand};
 use std::num::NonZeroU32;
@@ -23,6 +24,8 @@ pub(super) enum Command {
     Check(JobArgs),
     /// Be a machine that senders can connect to.
     Serve(ServeArgs),
+    /// Hold a recorded conversation with Grbl again, in virtual time, and print what this machine answers.
+    Replay(ReplayArgs),
 }
 
 /// Options of `run` and `check`.

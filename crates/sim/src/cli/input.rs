@@ -90,11 +90,11 @@ fn from_reader(
 }
 
 /// The offset of the first control byte, where there are too many of them for text: more than one in
-/// ten. (A few NULs in a text do no harm: the machine drops them.)
+/// four. (A few NULs in a text do no harm: the machine drops them.)
 fn binary_at(head: &[u8]) -> Option<usize> {
     let control = |b: &u8| *b < 0x20 && !matches!(b, b'\t' | b'\n' | b'\r' | 0x0B | 0x0C);
     let count = head.iter().filter(|b| control(b)).count();
-    if count * 10 <= head.len() {
+    if count * 4 <= head.len() {
         return None;
     }
     head.iter().position(|b| control(b))

@@ -4,6 +4,7 @@ mod args;
 mod check;
 mod complaint;
 mod input;
+mod replay;
 mod report;
 mod run;
 mod serve;
@@ -30,6 +31,7 @@ pub fn main() -> ExitCode {
         Command::Run(args) => run::run(&args),
         Command::Check(args) => check::check(&args),
         Command::Serve(args) => serve::run(&args),
+        Command::Replay(args) => replay::run(&args),
     };
     match result {
         Ok(true) => ExitCode::SUCCESS,

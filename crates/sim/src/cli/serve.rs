@@ -15,7 +15,7 @@ use std::time::Instant;
 
 /// Why `serve` cannot begin.
 #[derive(Debug)]
-pub enum ServeError {
+pub(super) enum ServeError {
     /// The profile cannot be used.
     Profile(ProfileError),
     /// More lines than a machine has.
@@ -48,7 +48,7 @@ impl std::error::Error for ServeError {}
 static STOP: AtomicBool = AtomicBool::new(false);
 
 /// Serves until Ctrl-C.
-pub fn run(args: &ServeArgs) -> Result<bool, Unusable> {
+pub(super) fn run(args: &ServeArgs) -> Result<bool, Unusable> {
     try_run(args).map(|()| true).map_err(unusable)
 }
 

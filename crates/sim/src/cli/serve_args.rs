@@ -11,39 +11,39 @@ use std::path::{Path, PathBuf};
     after_help = "Addresses without a host are this computer's own: --tcp 2323 is --tcp 127.0.0.1:2323.\n\
     Example: leadscrew serve --tcp 2323 --ws 8081 --machine examples/machines/router.toml"
 )]
-pub struct ServeArgs {
+pub(super) struct ServeArgs {
     /// A serial port for local programs: makes this link, which senders open. May be repeated. Unix only.
     #[arg(long, value_name = "LINK", required_unless_present_any = ["tcp", "ws"])]
-    pub pty: Vec<PathBuf>,
+    pub(super) pty: Vec<PathBuf>,
     /// Opening the serial port resets the machine, as it does an Arduino.
     #[arg(long, requires = "pty")]
-    pub reset_on_open: bool,
+    pub(super) reset_on_open: bool,
     /// A port for raw TCP. May be repeated.
     #[arg(long, value_name = "ADDRESS")]
-    pub tcp: Vec<String>,
+    pub(super) tcp: Vec<String>,
     /// A port for WebSocket clients. May be repeated.
     #[arg(long, value_name = "ADDRESS")]
-    pub ws: Vec<String>,
+    pub(super) ws: Vec<String>,
     /// The machine, a TOML file; without it a stock Grbl without switches. See examples/machines.
     #[arg(long, value_name = "FILE")]
-    pub machine: Option<PathBuf>,
+    pub(super) machine: Option<PathBuf>,
     /// Where settings survive a restart; without it a file in the user's data directory, one for each machine.
     #[arg(long, value_name = "FILE")]
-    pub state: Option<PathBuf>,
+    pub(super) state: Option<PathBuf>,
     /// Write down what goes over the lines, with the time.
     #[arg(long, value_name = "FILE")]
-    pub log: Option<PathBuf>,
+    pub(super) log: Option<PathBuf>,
     /// Simulated seconds in a second.
     #[arg(long, value_name = "N", default_value = "1", value_parser = speed)]
-    pub speed: f64,
+    pub(super) speed: f64,
     /// Speed of the lines in bits per second; without it they never wait.
     #[arg(long, value_name = "N", value_parser = super::args::baud)]
-    pub baud: Option<NonZeroU32>,
+    pub(super) baud: Option<NonZeroU32>,
 }
 
 impl ServeArgs {
     /// Where programs can connect.
-    pub fn lines(&self) -> Vec<LineSpec> {
+    pub(super) fn lines(&self) -> Vec<LineSpec> {
         let reset_on_open = self.reset_on_open;
         let pty = self.pty.iter().map(|link| LineSpec::Pty {
             link: link.clone(),
@@ -55,7 +55,7 @@ impl ServeArgs {
     }
 
     /// The state file: the one named, or that of the machine's profile in the user's data directory.
-    pub fn state_file(&self) -> Option<StateFile> {
+    pub(super) fn state_file(&self) -> Option<StateFile> {
         if let Some(file) = &self.state {
             return Some(StateFile::new(file.clone()));
         }
