@@ -11,7 +11,7 @@
 //! ```
 //!
 //! All pins are on one port, so that the motors step at the same instant: one store to its set/reset register.
-use crate::wiring::{direction_word, step_words};
+use crate::wiring::{direction_word, step_word, STEP_END, STEP_PINS};
 use leadscrew_stepper::{MotorMask, Outputs, Power, Shared, StepPort, Ticks};
 use stm32f4xx_hal::{
     pac::{GPIOE, TIM2, TIM4},
@@ -30,22 +30,10 @@ pub(crate) struct Port {
     power: PwmChannel<TIM4, 0>,
     /// Counts of the PWM timer in a period.
     power_period: u16,
-    /// The instant of the tick that was armed last.
-    due: u32,
     /// No tick is armed.
     resting: bool,
-    pulse: Pulse,
-}
-
-/// The state of the step pins.
-enum Pulse {
-    /// All low.
-    None,
-    /// Some are high; the directions are set when they fall.
-    High {
-        /// The word for the direction pins' port, 0 where they stay as they are.
-        directions: u32,
-    },
+    /// The word for the direction pins: written where no step pin is high, and again whenever a pulse ends.
+    directions: u32,
 }
 
 impl Port {
@@ -64,79 +52,95 @@ impl Port {
             timer,
             power_period: power.get_max_duty(),
             power,
-            due: 0,
             resting: true,
-            pulse: Pulse::None,
+            directions: 0,
         }
     }
 
-    /// Ends the pulse where that is due. Returns whether a tick is due, out of rest when the main loop says so.
+    /// Clears the timer's flags. Returns whether a tick is due, out of rest when the main loop says so.
+    #[inline]
     pub(crate) fn acknowledge<const MOTORS: usize>(&mut self, shared: &Shared<MOTORS>) -> bool {
         let flags = self.timer.sr().read();
-        if flags.cc2if().is_match() {
+        let (tick, pulse_end) = (flags.cc1if().is_match(), flags.cc2if().is_match());
+        if !tick || pulse_end || self.resting {
+            return self.acknowledge_other(tick, pulse_end, shared);
+        }
+        self.timer.sr().write(|w| w.cc1if().clear());
+        true
+    }
+
+    /// All that is not just a tick: ends the pulse where that is due, starts out of rest.
+    /// Declared cold though each pulse comes here once: it keeps the registers free for the tick (8 instructions).
+    #[cold]
+    fn acknowledge_other<const MOTORS: usize>(
+        &mut self,
+        tick: bool,
+        pulse_end: bool,
+        shared: &Shared<MOTORS>,
+    ) -> bool {
+        if pulse_end {
             self.timer.sr().write(|w| w.cc2if().clear());
             self.end_pulse();
         }
-        if flags.cc1if().is_match() {
+        if tick {
             self.timer.sr().write(|w| w.cc1if().clear());
         }
         if self.resting {
             shared.is_running() && self.start()
         } else {
-            flags.cc1if().is_match()
+            tick
         }
     }
 
     /// Makes now the instant from which the first wait counts. An old instant in the compare register may
     /// come round once more (every 51 s) until it is replaced: the flag is cleared after that.
     fn start(&mut self) -> bool {
-        self.due = self.timer.cnt().read().bits();
-        self.timer.ccr1().write(|w| w.ccr().set(self.due));
+        let now = self.timer.cnt().read().bits();
+        self.timer.ccr1().write(|w| w.ccr().set(now));
         self.timer.sr().write(|w| w.cc1if().clear());
+        self.resting = false;
         true
     }
 
     fn end_pulse(&mut self) {
-        write_pins(step_words(MotorMask::from_bits(u8::MAX)).low);
-        if let Pulse::High { directions } = self.pulse {
-            write_pins(directions);
-        }
-        self.pulse = Pulse::None;
+        write_pins(STEP_END);
+        write_pins(self.directions);
     }
 }
 
 impl StepPort for Port {
+    #[inline]
     fn step(&mut self, motors: MotorMask) {
-        if motors == MotorMask::NONE {
-            return;
-        }
-        write_pins(step_words(motors).high);
+        write_pins(step_word(motors));
         let end = self.timer.cnt().read().bits().wrapping_add(PULSE);
         self.timer.ccr2().write(|w| w.ccr().set(end));
-        self.pulse = Pulse::High { directions: 0 };
     }
 
+    #[inline]
     fn set_direction(&mut self, negative: MotorMask) {
-        let word = direction_word(negative);
-        match &mut self.pulse {
-            Pulse::None => write_pins(word),
-            Pulse::High { directions } => *directions = word,
+        self.directions = direction_word(negative);
+        if !pulse_is_high() {
+            write_pins(self.directions);
         }
     }
 
+    /// This board has no synchronised outputs.
+    #[inline]
+    fn set_outputs(&mut self, _: Outputs) {}
+
+    #[inline]
     fn set_power(&mut self, power: Power) {
         self.power.set_duty(power.level(self.power_period));
     }
 
-    /// This board has no synchronised outputs.
-    fn set_outputs(&mut self, _: Outputs) {}
-
+    #[inline]
     fn arm(&mut self, wait: Ticks) -> bool {
-        self.resting = false;
-        self.due = self.due.wrapping_add(wait.0);
-        self.timer.ccr1().write(|w| w.ccr().set(self.due));
+        // The compare register still holds the instant at which this tick was due.
+        let due = self.timer.ccr1().read().bits().wrapping_add(wait.0);
+        self.timer.ccr1().write(|w| w.ccr().set(due));
         // Less than half the timer's range (25 s) ahead is the future. An instant that has passed will not match.
-        let late = self.timer.cnt().read().bits().wrapping_sub(self.due) < u32::MAX / 2;
+        let now = self.timer.cnt().read().bits();
+        let late = now.wrapping_sub(due).cast_signed() >= 0;
         if late {
             self.timer.egr().write(|w| w.cc1g().set_bit());
         }
@@ -146,6 +150,14 @@ impl StepPort for Port {
     fn rest(&mut self) {
         self.resting = true;
     }
+}
+
+/// Whether a step pin is high.
+fn pulse_is_high() -> bool {
+    // SAFETY: a load from the port's output register (RM0090 section 8.4.6) has no effect.
+    #[allow(unsafe_code)]
+    let output = unsafe { (*GPIOE::ptr()).odr().read().bits() };
+    output & STEP_PINS != 0
 }
 
 /// Sets and resets pins of the motors' port in one store (RM0090 section 8.4.7).

@@ -20,21 +20,17 @@ const FIRST_DIRECTION_PIN: u32 = 10;
 /// A bit for each motor.
 const ALL: u32 = (1 << MOTORS) - 1;
 
-/// Words for the port's set/reset register: bit *n* raises pin *n*, bit *n* + 16 lowers it.
-pub(crate) struct StepWords {
-    /// Raises the step pins.
-    pub(crate) high: u32,
-    /// Lowers them.
-    pub(crate) low: u32,
-}
+// Words for the port's set/reset register: bit *n* raises pin *n*, bit *n* + 16 lowers it.
 
-/// The words for the step pins of `motors`.
-pub(crate) fn step_words(motors: MotorMask) -> StepWords {
-    let pins = (u32::from(motors.bits()) & ALL) << FIRST_STEP_PIN;
-    StepWords {
-        high: pins,
-        low: pins << 16,
-    }
+/// Lowers all step pins.
+pub(crate) const STEP_END: u32 = STEP_PINS << 16;
+/// The step pins, a bit each, as the port's output register has them.
+pub(crate) const STEP_PINS: u32 = ALL << FIRST_STEP_PIN;
+
+/// Raises the step pins of `motors`, all of which are below [`MOTORS`]: one shift, since the pins are neighbours.
+#[inline]
+pub(crate) const fn step_word(motors: MotorMask) -> u32 {
+    (motors.bits() as u32) << FIRST_STEP_PIN
 }
 
 /// The word for all direction pins: high for the motors of `negative`, low for the others.

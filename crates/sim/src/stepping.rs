@@ -58,7 +58,9 @@ impl<'a, const MOTORS: usize> Stepping<'a, MOTORS> {
         horizon: Cycle,
     ) -> Ran {
         if self.shared.is_stopped() {
-            self.ticks_left = 0; // from now on, every interrupt throws a segment away
+            // From now on, every interrupt throws the tick that was due and a segment away.
+            self.ticks_left = 0;
+            board.eighths_per_tick = 0;
         }
         while board.timer_due() <= horizon {
             let step_start = cpu.timer_start(board.step_due());
@@ -230,7 +232,7 @@ mod tests {
         let bench = run(10, &[line([10, 3], Smoothing::Fourfold, 2000, true)], || ());
         let counts = bench.board.counts;
         assert_eq!(counts.dominant_eighths, 10 * EIGHTHS);
-        assert_eq!(counts.step_events + counts.smoothing_ticks, 40);
+        assert_eq!(counts.step_events + counts.smoothing_ticks(), 40);
         assert_eq!(counts.step_events, 12); // Y's second step falls on one of X's
     }
 

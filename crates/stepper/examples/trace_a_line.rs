@@ -22,16 +22,19 @@ const COUNTS_PER_MS: u32 = 1000;
 impl StepPort for Drawing {
     fn step(&mut self, motors: MotorMask) {
         for (motor, row) in self.rows.iter_mut().enumerate() {
-            row.push(if motors.contains(motor) { '|' } else { '_' });
+            if motors.contains(motor) {
+                row.pop();
+                row.push('|');
+            }
         }
     }
     fn set_direction(&mut self, _negative: MotorMask) {}
     fn set_power(&mut self, _power: Power) {}
     fn set_outputs(&mut self, _outputs: Outputs) {}
     fn arm(&mut self, wait: Ticks) -> bool {
-        let blank = wait.0.div_ceil(COUNTS_PER_MS).saturating_sub(1);
+        let columns = wait.0.div_ceil(COUNTS_PER_MS);
         for row in &mut self.rows {
-            row.extend((0..blank).map(|_| '_'));
+            row.extend((0..columns).map(|_| '_'));
         }
         false
     }

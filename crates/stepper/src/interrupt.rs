@@ -1,26 +1,35 @@
 //! The body of the step interrupt, shared by board and simulator.
 
-use crate::{Power, Progress, Segment, Shared, StepPort, Stepper, Tick, Ticks};
+use crate::{Line, MotorMask, Power, Segment, Shared, StepPort, Stepper, Ticks};
 use heapless::spsc::Consumer;
 
 /// What the step interrupt keeps between calls.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct StepInterrupt<const MOTORS: usize> {
     stepper: Stepper<MOTORS>,
-    /// The tick that is due at the next call; `None` where that call starts out of rest.
-    due: Option<Tick>,
+    /// The motors that step at the next call; none where that call starts out of rest.
+    due: MotorMask,
+    /// What a step adds to the position of each motor: 1 or -1.
+    sign: [i32; MOTORS],
 }
 
 /// Counts from one call to the next while a stop empties the queue: long enough for the main loop to go
 /// on, short enough for 16 segments to be gone within 100 µs at 84 MHz.
 const DRAIN_INTERVAL: Ticks = Ticks(500);
 
+impl<const MOTORS: usize> Default for StepInterrupt<MOTORS> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 impl<const MOTORS: usize> StepInterrupt<MOTORS> {
     /// Makes the state of a machine at rest.
     pub const fn new() -> Self {
         Self {
             stepper: Stepper::new(),
-            due: None,
+            due: MotorMask::NONE,
+            sign: [1; MOTORS],
         }
     }
 }
@@ -40,51 +49,102 @@ pub fn on_timer<P: StepPort, const MOTORS: usize>(
     if shared.is_stopped() {
         return stop(interrupt, segments, shared, port);
     }
-    if let Some(tick) = interrupt.due.take() {
-        let step = tick.step.without(shared.motor_lock());
+    let step = shared.free(interrupt.due);
+    if !step.is_empty() {
         port.step(step);
-        shared.count(step, tick.direction);
+        shared.count(step, &interrupt.sign);
     }
-    match interrupt.stepper.tick(|| segments.dequeue()) {
-        Progress::Tick(tick) => prepare(interrupt, tick, shared, port),
-        Progress::Rest(power) => rest(power, shared, port),
-        Progress::Underrun => {
-            shared.count_underrun();
-            rest(Power::OFF, shared, port);
-        }
-    }
+    let Some(step) = interrupt.stepper.take_tick() else {
+        return next_segment(interrupt, segments, shared, port);
+    };
+    interrupt.due = step;
+    let power = interrupt.stepper.change_power();
+    prepare(interrupt, power, shared, port);
 }
 
-#[inline]
-fn prepare<P: StepPort, const MOTORS: usize>(
+/// Begins the next segment and prepares its first tick; comes to rest where there is none.
+#[inline(never)]
+fn next_segment<P: StepPort, const MOTORS: usize>(
     interrupt: &mut StepInterrupt<MOTORS>,
-    tick: Tick,
+    segments: &mut Consumer<'_, Segment<MOTORS>>,
     shared: &Shared<MOTORS>,
     port: &mut P,
 ) {
-    interrupt.due = Some(tick);
-    port.set_direction(tick.direction);
-    port.set_power(allowed(tick.power, shared));
-    port.set_outputs(tick.outputs);
-    if port.arm(tick.wait) {
+    let Some(segment) = segments.peek() else {
+        return run_out(interrupt, shared, port);
+    };
+    if let Some(line) = &segment.line {
+        begin(interrupt, line, port);
+    }
+    interrupt.due = interrupt.stepper.load(segment);
+    port.set_outputs(segment.outputs);
+    let power = segment.power;
+    segments.dequeue();
+    prepare(interrupt, Some(power), shared, port);
+}
+
+/// Prepares the tick that was taken. `power` is what is to be put out while it is waited for, where that is something new.
+#[inline(always)]
+fn prepare<P: StepPort, const MOTORS: usize>(
+    interrupt: &mut StepInterrupt<MOTORS>,
+    power: Option<Power>,
+    shared: &Shared<MOTORS>,
+    port: &mut P,
+) {
+    if shared.is_laser_off() {
+        // Once released, the laser comes back at the next tick, not at the next segment only.
+        interrupt.stepper.repeat_power();
+        port.set_power(Power::OFF);
+    } else if let Some(power) = power {
+        port.set_power(power);
+    }
+    if port.arm(interrupt.stepper.wait()) {
         shared.count_late();
     }
 }
 
-fn rest<P: StepPort, const MOTORS: usize>(power: Power, shared: &Shared<MOTORS>, port: &mut P) {
-    port.set_power(allowed(power, shared));
-    port.rest();
-    shared.rest();
+/// Begins a line: its directions hold from now on. A function of its own, for the ticks that load a segment of the
+/// same line: inlined, it costs them seven instructions for registers.
+#[inline(never)]
+fn begin<P: StepPort, const MOTORS: usize>(
+    interrupt: &mut StepInterrupt<MOTORS>,
+    line: &Line<MOTORS>,
+    port: &mut P,
+) {
+    interrupt.stepper.begin(line);
+    let negative = line.direction();
+    for (motor, sign) in interrupt.sign.iter_mut().enumerate() {
+        *sign = if negative.contains(motor) { -1 } else { 1 };
+    }
+    port.set_direction(negative);
+}
+
+/// Comes to rest, planned or not, where there is no further segment.
+#[cold]
+#[inline(never)]
+fn run_out<P: StepPort, const MOTORS: usize>(
+    interrupt: &mut StepInterrupt<MOTORS>,
+    shared: &Shared<MOTORS>,
+    port: &mut P,
+) {
+    interrupt.due = MotorMask::NONE;
+    let planned = interrupt.stepper.run_out();
+    if planned.is_none() {
+        shared.count_underrun();
+    }
+    rest(planned.unwrap_or(Power::OFF), shared, port);
 }
 
 /// Throws away the tick under way and one segment; rests once none is left.
+#[cold]
+#[inline(never)]
 fn stop<P: StepPort, const MOTORS: usize>(
     interrupt: &mut StepInterrupt<MOTORS>,
     segments: &mut Consumer<'_, Segment<MOTORS>>,
     shared: &Shared<MOTORS>,
     port: &mut P,
 ) {
-    interrupt.due = None;
+    interrupt.due = MotorMask::NONE;
     interrupt.stepper.abort();
     match segments.dequeue() {
         Some(_) => {
@@ -95,25 +155,32 @@ fn stop<P: StepPort, const MOTORS: usize>(
     }
 }
 
-#[inline]
-fn allowed<const MOTORS: usize>(power: Power, shared: &Shared<MOTORS>) -> Power {
-    if shared.is_laser_off() {
+fn rest<P: StepPort, const MOTORS: usize>(power: Power, shared: &Shared<MOTORS>, port: &mut P) {
+    let allowed = if shared.is_laser_off() {
         Power::OFF
     } else {
         power
-    }
+    };
+    port.set_power(allowed);
+    port.rest();
+    shared.rest();
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Interval, IntervalChange, Line, MotorMask, Outputs, PowerChange, Smoothing};
+    use crate::{Interval, IntervalChange, Outputs, PowerChange, Smoothing};
     use core::num::NonZeroU16;
     use heapless::spsc::Queue;
+
+    extern crate std;
+    use std::vec::Vec;
 
     #[derive(Default)]
     struct Bench {
         pulses: [u32; 2],
+        /// Each power that was set, in percent.
+        powers: Vec<u16>,
         power: Power,
         direction: MotorMask,
         armed: Option<Ticks>,
@@ -121,6 +188,7 @@ mod tests {
 
     impl StepPort for Bench {
         fn step(&mut self, motors: MotorMask) {
+            assert!(!motors.is_empty());
             for (motor, pulses) in self.pulses.iter_mut().enumerate() {
                 *pulses += u32::from(motors.contains(motor));
             }
@@ -130,6 +198,7 @@ mod tests {
         }
         fn set_power(&mut self, power: Power) {
             self.power = power;
+            self.powers.push(power.level(100));
         }
         fn set_outputs(&mut self, _: Outputs) {}
         fn arm(&mut self, wait: Ticks) -> bool {
@@ -221,6 +290,48 @@ mod tests {
         });
         assert_eq!(port.power, Power::OFF);
         assert_eq!(port.pulses, [9, 0]);
+    }
+
+    #[test]
+    fn the_laser_comes_back_at_the_next_tick_once_it_is_released() {
+        for held in 0..8 {
+            let shared = Shared::new();
+            let (port, calls) = run(&[line([9, 0], Some(Power::OFF))], &shared, |call| {
+                shared.set_laser_off(call == held);
+            });
+            assert_eq!(calls, 10);
+            // The segment's own, none where nothing changes, off while held, then again at each tick; rest.
+            let mut expected = Vec::new();
+            expected.resize(usize::from(held > 0), 100);
+            expected.push(0);
+            expected.resize(expected.len() + 8 - held as usize, 100);
+            expected.push(0);
+            assert_eq!(port.powers, expected, "held at call {held}");
+        }
+    }
+
+    #[test]
+    fn a_power_that_changes_is_set_at_every_tick_and_a_steady_one_once() {
+        let steady = line([4, 0], None);
+        let rising = Segment {
+            power: Power::OFF,
+            power_change: PowerChange::from_num(0.25),
+            ..line([4, 0], Some(Power::OFF))
+        };
+        let (port, _) = run(&[steady, rising], &Shared::new(), |_| ());
+        assert_eq!(port.powers, [100, 0, 25, 50, 75, 0]);
+    }
+
+    #[test]
+    fn a_tick_at_which_no_motor_steps_makes_no_pulse() {
+        let segment = Segment {
+            ticks: NonZeroU16::new(12).unwrap(),
+            smoothing: Smoothing::Fourfold,
+            ..line([3, 1], Some(Power::OFF))
+        };
+        let (port, calls) = run(&[segment], &Shared::new(), |_| ());
+        assert_eq!(port.pulses, [3, 1]);
+        assert_eq!(calls, 13);
     }
 
     #[test]

@@ -4,25 +4,26 @@ use crate::{MotorMask, Outputs, Power, Ticks};
 
 /// Pins and timer of the step interrupt. Implemented by the board and by the simulator.
 ///
-/// All methods are called from the step interrupt, in the order in which they stand here. None may
-/// wait or fail.
+/// All methods are called from the step interrupt, in the order in which they stand here: in each interrupt those that
+/// have something new to say, and [`StepPort::arm`] or [`StepPort::rest`] at its end. None may wait or fail.
 pub trait StepPort {
-    /// Raises the step pins of `motors` at once and sees to it that they fall again after the pulse
-    /// width (at least the one set; a pulse that is still high is made longer, not shorter).
+    /// Raises the step pins of `motors` (at least one, none beyond those of the machine) at once and sees to it that they fall again after the
+    /// pulse width (at least the one set; a pulse that is still high is made longer, not shorter).
     fn step(&mut self, motors: MotorMask);
 
-    /// Sets the direction pins for the next step: those of `negative` turn that way, all others the
-    /// other way.
+    /// Sets the direction pins for the steps to come: those of `negative` turn that way, all others the other way.
+    /// Called where a line begins.
     ///
     /// Takes effect when the pulse under way has ended, at once where none is, so that a driver sees the
     /// old direction for the whole of the last pulse.
     fn set_direction(&mut self, negative: MotorMask);
 
-    /// Sets laser or spindle power until further notice.
-    fn set_power(&mut self, power: Power);
-
-    /// Sets the synchronised outputs until further notice.
+    /// Sets the synchronised outputs until further notice. Called where a segment begins.
     fn set_outputs(&mut self, outputs: Outputs);
+
+    /// Sets laser or spindle power until further notice. Called where a segment begins, where the power changes within
+    /// it, at rest, and at every tick while the laser is held off.
+    fn set_power(&mut self, power: Power);
 
     /// Asks for the next interrupt `wait` after the instant at which this one was *due* (so that
     /// latency does not add up). Returns whether that instant has passed already; the interrupt then

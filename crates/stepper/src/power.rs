@@ -5,52 +5,74 @@ use fixed::types::{I1F31, U1F31};
 /// Output power as a share of full power, 0 to 1 in steps of 2⁻³¹.
 ///
 /// What *full* means (`$30`, the PWM timer's period) is decided outside this crate.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default, Hash)]
-pub struct Power(U1F31);
+///
+/// Kept as what is missing from full power, -2³¹ to 0: there the processor's saturating addition keeps a changing
+/// power to the lower end, and the sign tells of the upper one.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Hash)]
+pub struct Power {
+    missing: i32,
+}
 
 /// How much [`Power`] changes from one tick to the next.
 pub type PowerChange = I1F31;
 
+/// The bits of full power.
+const FULL_BITS: u32 = U1F31::ONE.to_bits();
+
 impl Power {
     /// Output off.
-    pub const OFF: Self = Self(U1F31::ZERO);
+    pub const OFF: Self = Self { missing: i32::MIN };
     /// Full power.
-    pub const FULL: Self = Self(U1F31::ONE);
+    pub const FULL: Self = Self { missing: 0 };
 
     /// Makes a power from a share of full power; more than full is full.
     pub fn from_share(share: U1F31) -> Self {
-        Self(share.min(U1F31::ONE))
+        let missing = share.to_bits().wrapping_sub(FULL_BITS).cast_signed();
+        Self {
+            missing: missing.min(0),
+        }
     }
 
     /// The share of full power, 0 to 1.
     pub const fn share(self) -> U1F31 {
-        self.0
+        U1F31::from_bits(self.missing.cast_unsigned().wrapping_add(FULL_BITS))
     }
 
     /// The compare value for a PWM timer of `period` counts, rounded down: 0 is off, `period` is full.
     ///
     /// Called from the step interrupt: one widening multiplication.
+    #[inline]
     pub const fn level(self, period: u16) -> u16 {
-        ((self.0.to_bits() as u64 * period as u64) >> 31) as u16
+        ((self.share().to_bits() as u64 * period as u64) >> 31) as u16
     }
 
     /// This power after one more tick. Stays within 0 to 1.
     #[must_use]
+    #[inline]
     pub(crate) fn changed_by(self, change: PowerChange) -> Self {
-        Self::from_share(self.0.saturating_add_signed(change))
+        Self {
+            missing: self.missing.saturating_add(change.to_bits()).min(0),
+        }
+    }
+}
+
+impl Default for Power {
+    fn default() -> Self {
+        Self::OFF
     }
 }
 
 #[cfg(feature = "defmt")]
 impl defmt::Format for Power {
     fn format(&self, f: defmt::Formatter<'_>) {
-        defmt::write!(f, "{=u32}/2^31", self.0.to_bits());
+        defmt::write!(f, "{=u32}/2^31", self.share().to_bits());
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use proptest::prelude::*;
 
     #[test]
     fn full_power_is_the_whole_period_and_off_is_nothing() {
@@ -65,5 +87,23 @@ mod tests {
         assert_eq!(Power::OFF.changed_by(-step), Power::OFF);
         assert_eq!(Power::FULL.changed_by(step), Power::FULL);
         assert_eq!(Power::OFF.changed_by(step).level(100), 75);
+    }
+
+    #[test]
+    fn more_than_full_is_full() {
+        assert_eq!(Power::from_share(U1F31::MAX), Power::FULL);
+        assert_eq!(Power::from_share(U1F31::ZERO), Power::default());
+    }
+
+    proptest! {
+        /// Against sums of 64 bits, which cannot overflow.
+        #[test]
+        fn a_change_is_an_addition_kept_within_the_range(share in 0u32..=1 << 31, change: i32) {
+            let power = Power::from_share(U1F31::from_bits(share));
+            prop_assert_eq!(power.share().to_bits(), share);
+            let sum = i64::from(share) + i64::from(change);
+            let changed = power.changed_by(PowerChange::from_bits(change));
+            prop_assert_eq!(i64::from(changed.share().to_bits()), sum.clamp(0, 1 << 31));
+        }
     }
 }

@@ -1,7 +1,7 @@
 //! Bresenham's tracer over the dominant motor, timed by linear intervals.
 
 use crate::{
-    Interval, IntervalChange, MotorMask, Outputs, Power, PowerChange, Segment, Ticks,
+    Interval, IntervalChange, Line, MotorMask, Outputs, Power, PowerChange, Segment, Ticks,
     MAX_SMOOTHING_LEVEL,
 };
 
@@ -38,9 +38,12 @@ pub enum Progress {
 /// Lives in the step interrupt. `MOTORS` is 1 to 6 (8 at most).
 #[derive(Clone, Debug)]
 pub struct Stepper<const MOTORS: usize> {
-    counter: [u32; MOTORS],
-    increment: [u32; MOTORS],
-    full: u32,
+    /// How far each motor is from its next step, less 1: it steps where this falls below 0.
+    left: [i32; MOTORS],
+    /// How far a tick brings each motor.
+    increment: [i32; MOTORS],
+    /// How far it is from step to step: eight times the line's step events.
+    full: i32,
     ticks_left: u16,
     /// Bits of the next [`Interval`].
     interval: u64,
@@ -49,6 +52,8 @@ pub struct Stepper<const MOTORS: usize> {
     fraction: u32,
     power: Power,
     power_change: PowerChange,
+    /// Each tick has a power of its own to put out.
+    power_moves: bool,
     direction: MotorMask,
     outputs: Outputs,
     at_rest: Option<Power>,
@@ -65,7 +70,7 @@ impl<const MOTORS: usize> Stepper<MOTORS> {
     /// Makes a stepper at rest.
     pub const fn new() -> Self {
         Self {
-            counter: [0; MOTORS],
+            left: [0; MOTORS],
             increment: [0; MOTORS],
             full: 1,
             ticks_left: 0,
@@ -74,6 +79,7 @@ impl<const MOTORS: usize> Stepper<MOTORS> {
             fraction: 0,
             power: Power::OFF,
             power_change: PowerChange::ZERO,
+            power_moves: false,
             direction: MotorMask::NONE,
             outputs: Outputs(0),
             at_rest: Some(Power::OFF),
@@ -83,17 +89,111 @@ impl<const MOTORS: usize> Stepper<MOTORS> {
 
     /// Produces the next tick, taking a segment from `next` where the last one is used up.
     ///
-    /// Called from the step interrupt. Bounded: no loop but those over the motors.
-    #[inline]
+    /// The whole stream, for who wants to look at it. The step interrupt takes the same steps one by one and keeps
+    /// of a tick only what it needs. Bounded: no loop but those over the motors.
     pub fn tick(&mut self, next: impl FnOnce() -> Option<Segment<MOTORS>>) -> Progress {
-        if self.ticks_left == 0 {
-            match next() {
-                Some(segment) => self.load(&segment),
-                None => return self.run_out(),
+        let step = match self.take_tick() {
+            Some(step) => {
+                self.change_power();
+                step
             }
+            None => match next() {
+                Some(segment) => {
+                    if let Some(line) = &segment.line {
+                        self.begin(line);
+                    }
+                    self.load(&segment)
+                }
+                None => return self.run_out().map_or(Progress::Underrun, Progress::Rest),
+            },
+        };
+        Progress::Tick(Tick {
+            wait: self.wait(),
+            step,
+            direction: self.direction,
+            power: self.power,
+            outputs: self.outputs,
+        })
+    }
+
+    /// Takes one more tick of the segment. Returns the motors that step at it; `None` where none is left, so that
+    /// it takes another segment.
+    #[inline]
+    pub(crate) fn take_tick(&mut self) -> Option<MotorMask> {
+        self.ticks_left = self.ticks_left.checked_sub(1)?;
+        Some(self.trace())
+    }
+
+    /// Begins a line: the dominant motor steps when a step is complete, the others half-way to it.
+    #[inline]
+    pub(crate) fn begin(&mut self, line: &Line<MOTORS>) {
+        let events = line.step_events().get();
+        self.full = (events << MAX_SMOOTHING_LEVEL).cast_signed();
+        self.direction = line.direction();
+        self.steps = *line.steps();
+        self.left = self.steps.map(|steps| {
+            let way = if steps == events {
+                self.full
+            } else {
+                self.full / 2
+            };
+            way - 1
+        });
+    }
+
+    /// Begins a segment (its line, if it has one, has begun already) and takes its first tick. Returns the motors that
+    /// step at it.
+    #[inline]
+    pub(crate) fn load(&mut self, segment: &Segment<MOTORS>) -> MotorMask {
+        let shift = MAX_SMOOTHING_LEVEL - segment.smoothing.level();
+        self.increment = self.steps.map(|steps| (steps << shift).cast_signed());
+        self.ticks_left = segment.ticks.get() - 1;
+        self.interval = segment.interval.to_bits();
+        self.interval_change = segment.interval_change;
+        self.power = segment.power;
+        self.power_change = segment.power_change;
+        self.power_moves = segment.power_change != PowerChange::ZERO;
+        self.outputs = segment.outputs;
+        self.at_rest = segment.at_rest;
+        self.trace()
+    }
+
+    /// The power of the next tick, if it is another than that of the tick before. Once for each tick but a
+    /// segment's first.
+    #[inline]
+    pub(crate) fn change_power(&mut self) -> Option<Power> {
+        if !self.power_moves {
+            return None;
         }
-        self.ticks_left -= 1;
-        Progress::Tick(self.advance())
+        self.power = self.power.changed_by(self.power_change);
+        Some(self.power)
+    }
+
+    /// Has [`Self::change_power`] return a power at every tick until the segment ends.
+    #[inline]
+    pub(crate) fn repeat_power(&mut self) {
+        self.power_moves = true;
+    }
+
+    /// Whole counts to wait for the tick that was taken; the fraction is carried on. Once for each tick.
+    #[inline]
+    pub(crate) fn wait(&mut self) -> Ticks {
+        let due = self.interval.wrapping_add(u64::from(self.fraction));
+        self.interval = Interval::from_bits(self.interval)
+            .wrapping_add_signed(self.interval_change)
+            .to_bits();
+        self.fraction = due as u32;
+        Ticks((due >> 32) as u32)
+    }
+
+    /// The power at rest, where no segment follows as planned; `None` where one was missing.
+    pub(crate) fn run_out(&mut self) -> Option<Power> {
+        self.fraction = 0;
+        let planned = self.at_rest;
+        if planned.is_none() {
+            self.abort();
+        }
+        planned
     }
 
     /// Forgets the segment under way; the next tick begins a new one.
@@ -105,84 +205,25 @@ impl<const MOTORS: usize> Stepper<MOTORS> {
         self.power = Power::OFF;
     }
 
-    fn load(&mut self, segment: &Segment<MOTORS>) {
-        if let Some(line) = &segment.line {
-            self.full = line.step_events().get() << MAX_SMOOTHING_LEVEL;
-            self.direction = line.direction();
-            self.steps = *line.steps();
-            self.counter = self.steps.map(|steps| {
-                let whole = steps == line.step_events().get();
-                // The dominant motor steps when a step is complete, the others half-way to it.
-                if whole {
-                    0
-                } else {
-                    self.full / 2
-                }
-            });
-        }
-        let shift = MAX_SMOOTHING_LEVEL - segment.smoothing.level();
-        self.increment = self.steps.map(|steps| steps << shift);
-        self.ticks_left = segment.ticks.get();
-        self.interval = segment.interval.to_bits();
-        self.interval_change = segment.interval_change;
-        self.power = segment.power;
-        self.power_change = segment.power_change;
-        self.outputs = segment.outputs;
-        self.at_rest = segment.at_rest;
-    }
-
-    fn run_out(&mut self) -> Progress {
-        self.fraction = 0;
-        match self.at_rest {
-            Some(power) => Progress::Rest(power),
-            None => {
-                self.abort();
-                Progress::Underrun
-            }
-        }
-    }
-
-    #[inline]
-    fn advance(&mut self) -> Tick {
-        let tick = Tick {
-            wait: self.wait(),
-            step: self.trace(),
-            direction: self.direction,
-            power: self.power,
-            outputs: self.outputs,
-        };
-        self.power = self.power.changed_by(self.power_change);
-        tick
-    }
-
-    /// Whole counts up to the next tick; the fraction is carried on.
-    #[inline]
-    fn wait(&mut self) -> Ticks {
-        let due = self.interval.wrapping_add(u64::from(self.fraction));
-        self.interval = Interval::from_bits(self.interval)
-            .wrapping_add_signed(self.interval_change)
-            .to_bits();
-        self.fraction = due as u32;
-        Ticks((due >> 32) as u32)
-    }
-
     #[inline]
     fn trace(&mut self) -> MotorMask {
         let mut step = 0;
-        for (motor, counter) in self.counter.iter_mut().enumerate() {
-            let sum = *counter + self.increment.get(motor).copied().unwrap_or(0);
-            let full = sum >= self.full;
-            *counter = if full { sum - self.full } else { sum };
-            step |= u8::from(full) << motor;
+        let motors = self.left.iter_mut().zip(&self.increment).enumerate();
+        for (motor, (left, increment)) in motors {
+            let next = left.wrapping_sub(*increment);
+            // All ones where the motor steps: masks take fewer instructions than branches.
+            let steps = next >> 31;
+            *left = next.wrapping_add(self.full & steps);
+            step |= steps & 1 << motor;
         }
-        MotorMask::from_bits(step)
+        MotorMask::from_bits(step as u8)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Line, Smoothing};
+    use crate::Smoothing;
     use core::num::NonZeroU16;
     use proptest::prelude::*;
 

@@ -40,13 +40,14 @@ struct Registers {
     compare_tick: u32,
     compare_pulse: u32,
     pins: u32,
+    output: u32,
     power: u32,
 }
 
 impl Registers {
     /// What the timer does: counts on to the next tick and says that it is due.
-    fn pass_to(&mut self, due: u32) {
-        self.counter = due;
+    fn pass_to_tick(&mut self) {
+        self.counter = self.compare_tick;
         self.status = TICK_DUE;
     }
 }
@@ -55,9 +56,8 @@ impl Registers {
 struct Port<'a> {
     registers: &'a mut Registers,
     power_period: u16,
-    due: u32,
     resting: bool,
-    directions_after_pulse: Option<u32>,
+    directions: u32,
 }
 
 macro_rules! read {
@@ -76,8 +76,18 @@ macro_rules! write {
 
 impl Port<'_> {
     /// The tick is due (the timer's flag says so): the end of the pulse comes as an interrupt of its own.
+    #[inline]
     fn acknowledge(&mut self) -> bool {
-        let flags = read!(self, status);
+        let flags = read!(self, status) & (TICK_DUE | PULSE_OVER);
+        if flags != TICK_DUE || self.resting {
+            return self.acknowledge_other(flags);
+        }
+        write!(self, status, !TICK_DUE);
+        true
+    }
+
+    #[cold]
+    fn acknowledge_other(&mut self, flags: u32) -> bool {
         if flags & PULSE_OVER != 0 {
             write!(self, status, !PULSE_OVER);
             self.end_pulse();
@@ -88,50 +98,42 @@ impl Port<'_> {
         !self.resting && flags & TICK_DUE != 0
     }
 
-    #[inline(never)]
+    #[inline]
     fn end_pulse(&mut self) {
         write!(self, pins, ALL << FIRST_STEP_PIN << 16);
-        if let Some(directions) = self.directions_after_pulse.take() {
-            write!(self, pins, directions);
-        }
+        write!(self, pins, self.directions);
     }
 }
 
 impl StepPort for Port<'_> {
+    #[inline]
     fn step(&mut self, motors: MotorMask) {
-        if motors == MotorMask::NONE {
-            return;
-        }
-        write!(
-            self,
-            pins,
-            (u32::from(motors.bits()) & ALL) << FIRST_STEP_PIN
-        );
+        write!(self, pins, u32::from(motors.bits()) << FIRST_STEP_PIN);
         let end = read!(self, counter).wrapping_add(PULSE);
         write!(self, compare_pulse, end);
-        self.directions_after_pulse = Some(0);
     }
 
+    #[inline]
     fn set_direction(&mut self, negative: MotorMask) {
         let high = u32::from(negative.bits()) & ALL;
-        let word = (high | (!high & ALL) << 16) << FIRST_DIRECTION_PIN;
-        match &mut self.directions_after_pulse {
-            None => write!(self, pins, word),
-            Some(directions) => *directions = word,
+        self.directions = (high | (!high & ALL) << 16) << FIRST_DIRECTION_PIN;
+        if read!(self, output) & ALL << FIRST_STEP_PIN == 0 {
+            write!(self, pins, self.directions);
         }
-    }
-
-    fn set_power(&mut self, power: Power) {
-        write!(self, power, u32::from(power.level(self.power_period)));
     }
 
     fn set_outputs(&mut self, _: Outputs) {}
 
+    #[inline]
+    fn set_power(&mut self, power: Power) {
+        write!(self, power, u32::from(power.level(self.power_period)));
+    }
+
+    #[inline]
     fn arm(&mut self, wait: Ticks) -> bool {
-        self.resting = false;
-        self.due = self.due.wrapping_add(wait.0);
-        write!(self, compare_tick, self.due);
-        let late = read!(self, counter).wrapping_sub(self.due) < u32::MAX / 2;
+        let due = read!(self, compare_tick).wrapping_add(wait.0);
+        write!(self, compare_tick, due);
+        let late = read!(self, counter).wrapping_sub(due).cast_signed() >= 0;
         if late {
             write!(self, event, 2);
         }
@@ -190,9 +192,8 @@ fn main() -> ! {
     let mut port = Port {
         registers,
         power_period: 8400,
-        due: 0,
         resting: false,
-        directions_after_pulse: None,
+        directions: 0,
     };
     let mut state = StepInterrupt::new();
     // Behind a black box: somebody may stop, lock or switch off at any time.
@@ -202,7 +203,7 @@ fn main() -> ! {
     // The first call starts out of rest: no step is due, nothing is counted.
     sink.enqueue(segment(0)).ok().unwrap();
     step_interrupt(&mut state, &mut source, shared, &mut port);
-    port.registers.pass_to(port.due);
+    port.registers.pass_to_tick();
     for tick in 1..100 * TICKS * SEGMENTS {
         let call = || step_interrupt(&mut state, &mut source, shared, &mut port);
         if tick % TICKS != 0 {
@@ -220,7 +221,7 @@ fn main() -> ! {
             0,
             "a segment is loaded in the call for which it was queued"
         );
-        port.registers.pass_to(port.due);
+        port.registers.pass_to_tick();
         port.end_pulse();
     }
     assert_eq!(shared.underruns(), 0);
