@@ -1,0 +1,181 @@
+//! The ART accelerator between core and flash (RM0090 section 3.5.2): how long a fetch waits.
+//!
+//! The flash is read in lines of 16 bytes, at `wait states + 1` cycles each. 64 lines of instructions and 8 lines of
+//! constants are kept (ACR.ICEN, DCEN), the next line is read ahead (ACR.PRFTEN).
+//! The manual names the sizes; that the least recently used line is replaced is an assumption.
+
+/// FLASH_ACR: wait states.
+const LATENCY: u32 = 7;
+/// FLASH_ACR.PRFTEN: the next line is read ahead.
+const PREFETCH: u32 = 1 << 8;
+/// FLASH_ACR.ICEN: instruction cache.
+const INSTRUCTIONS: u32 = 1 << 9;
+/// FLASH_ACR.DCEN: data cache.
+const DATA: u32 = 1 << 10;
+/// No line has this number.
+const NONE: u32 = u32::MAX;
+
+/// The lines that are held, and how often one was.
+#[derive(Clone, Debug)]
+pub(crate) struct Art {
+    instructions: Lines<64>,
+    data: Lines<8>,
+    /// The line that the core fetches from, and when it came.
+    current: u32,
+    current_since: u64,
+    current_data: u32,
+    pub(crate) statistics: ArtStatistics,
+}
+
+/// How often the flash had to be waited for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ArtStatistics {
+    /// Lines of instructions that were held.
+    pub instruction_hits: u64,
+    /// Lines of instructions that were read.
+    pub instruction_misses: u64,
+    /// Lines of constants that were read.
+    pub data_misses: u64,
+}
+
+impl Art {
+    /// Empty caches.
+    pub(crate) fn new() -> Self {
+        Art {
+            instructions: Lines::new(),
+            data: Lines::new(),
+            current: NONE,
+            current_since: 0,
+            current_data: NONE,
+            statistics: ArtStatistics::default(),
+        }
+    }
+
+    /// Forgets all lines.
+    pub(crate) fn flush(&mut self) {
+        *self = Art {
+            statistics: self.statistics,
+            ..Art::new()
+        };
+    }
+
+    /// Whether an address lies in the line that the core is fetching from.
+    #[inline(always)]
+    pub(crate) fn is_current(&self, address: u32) -> bool {
+        address >> 4 == self.current
+    }
+
+    /// Cycles to wait for the line of an instruction, at cycle `now`.
+    pub(crate) fn fetch(&mut self, address: u32, acr: u32, now: u64) -> u64 {
+        let line = address >> 4;
+        let next = line == self.current.wrapping_add(1);
+        let held = acr & INSTRUCTIONS != 0 && self.instructions.touch(line);
+        let full = u64::from(acr & LATENCY);
+        let wait = if held {
+            self.statistics.instruction_hits += 1;
+            0
+        } else {
+            self.statistics.instruction_misses += 1;
+            let ahead = now.saturating_sub(self.current_since);
+            if next && acr & PREFETCH != 0 {
+                (full + 1).saturating_sub(ahead)
+            } else {
+                full
+            }
+        };
+        self.current = line;
+        self.current_since = now + wait;
+        wait
+    }
+
+    /// Cycles to wait for a constant in the flash.
+    pub(crate) fn read(&mut self, address: u32, acr: u32) -> u64 {
+        let line = address >> 4;
+        if line == self.current_data {
+            return 0;
+        }
+        self.current_data = line;
+        if acr & DATA != 0 && self.data.touch(line) {
+            return 0;
+        }
+        self.statistics.data_misses += 1;
+        u64::from(acr & LATENCY)
+    }
+}
+
+/// Lines by when they were last used.
+#[derive(Clone, Debug)]
+struct Lines<const COUNT: usize> {
+    line: [u32; COUNT],
+    used: [u64; COUNT],
+    clock: u64,
+}
+
+impl<const COUNT: usize> Lines<COUNT> {
+    fn new() -> Self {
+        Lines {
+            line: [NONE; COUNT],
+            used: [0; COUNT],
+            clock: 0,
+        }
+    }
+
+    /// Whether a line was held; it is from now on, in place of the one not used for longest.
+    fn touch(&mut self, line: u32) -> bool {
+        self.clock += 1;
+        let held = self.line.iter().position(|&held| held == line);
+        let place = held.unwrap_or_else(|| self.oldest());
+        self.line[place] = line;
+        self.used[place] = self.clock;
+        held.is_some()
+    }
+
+    fn oldest(&self) -> usize {
+        let by_use = |&place: &usize| self.used[place];
+        (0..COUNT).min_by_key(by_use).unwrap_or(0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FIVE: u32 = 5;
+
+    #[test]
+    fn a_jump_to_a_line_not_held_waits_for_all_wait_states() {
+        let mut art = Art::new();
+        assert_eq!(art.fetch(0x0800_0100, FIVE | INSTRUCTIONS, 100), 5);
+        assert_eq!(art.fetch(0x0800_0200, FIVE | INSTRUCTIONS, 110), 5);
+        assert_eq!(art.fetch(0x0800_0100, FIVE | INSTRUCTIONS, 120), 0);
+    }
+
+    #[test]
+    fn the_line_read_ahead_is_there_after_its_own_reading_time() {
+        let mut art = Art::new();
+        art.fetch(0x0800_0100, FIVE | PREFETCH, 100); // there at 105
+        assert_eq!(art.fetch(0x0800_0110, FIVE | PREFETCH, 109), 2);
+        let mut slow = Art::new();
+        slow.fetch(0x0800_0100, FIVE | PREFETCH, 100);
+        assert_eq!(slow.fetch(0x0800_0110, FIVE | PREFETCH, 120), 0);
+    }
+
+    #[test]
+    fn the_sixty_fifth_line_replaces_the_oldest() {
+        let mut art = Art::new();
+        for line in 0..65 {
+            art.fetch(line * 16, FIVE | INSTRUCTIONS, 0);
+        }
+        assert_eq!(art.fetch(16, FIVE | INSTRUCTIONS, 0), 0);
+        assert_eq!(art.fetch(0, FIVE | INSTRUCTIONS, 0), 5);
+    }
+
+    #[test]
+    fn constants_in_one_line_wait_once() {
+        let mut art = Art::new();
+        assert_eq!(art.read(0x0800_0100, FIVE | DATA), 5);
+        assert_eq!(art.read(0x0800_010C, FIVE | DATA), 0);
+        art.flush();
+        assert_eq!(art.read(0x0800_0100, FIVE | DATA), 5);
+    }
+}

@@ -1,0 +1,222 @@
+//! What the core reaches at which address (RM0090 section 2.3), and how long that takes.
+use crate::{
+    instruction::Width,
+    machine::Machine,
+    memory::{Memory, Region},
+    peripheral::bitband,
+    record::Cause,
+    timing::FlashTiming,
+    trap::Trap,
+};
+
+impl Machine {
+    /// Reads a word.
+    #[inline(always)]
+    pub(crate) fn read_word(&mut self, address: u32) -> Result<u32, Trap> {
+        match self.memory.sram_word(address) {
+            Some(word) => Ok(word),
+            None => self.read(address, Width::Word),
+        }
+    }
+
+    /// Writes a word.
+    #[inline(always)]
+    pub(crate) fn write_word(&mut self, address: u32, value: u32) -> Result<(), Trap> {
+        self.write(address, Width::Word, value)
+    }
+
+    /// Reads a value, zero-extended.
+    pub(crate) fn read(&mut self, address: u32, width: Width) -> Result<u32, Trap> {
+        if let Some(place) = Memory::place(address) {
+            if place.0 == Region::Flash {
+                self.wait_for_constant(address);
+            }
+            let value = self.memory.read(place, width);
+            return value.ok_or(Trap::Bus { address });
+        }
+        if let Some(bit) = bitband::bit(address) {
+            return Ok(bit.of(self.read(bit.word, Width::Word)?));
+        }
+        match address {
+            0x4000_0000..=0x5FFF_FFFF => self.read_peripheral(address, width),
+            0xE000_0000..=0xE00F_FFFF => {
+                let word = self.private_read(address & !3);
+                Ok(word >> (8 * (address & 3)) & width.mask())
+            }
+            _ => Err(Trap::Bus { address }),
+        }
+    }
+
+    /// Writes a value's lower bits.
+    #[inline(always)]
+    pub(crate) fn write(&mut self, address: u32, width: Width, value: u32) -> Result<(), Trap> {
+        match Memory::place(address) {
+            Some((Region::Flash, offset)) => {
+                self.program(offset, width, value);
+                Ok(())
+            }
+            Some(place) => {
+                let written = self.memory.write(place, width, value);
+                written.ok_or(Trap::Bus { address })
+            }
+            None => self.write_elsewhere(address, width, value),
+        }
+    }
+
+    fn write_elsewhere(&mut self, address: u32, width: Width, value: u32) -> Result<(), Trap> {
+        if let Some(bit) = bitband::bit(address) {
+            let word = self.read(bit.word, Width::Word)?;
+            return self.write(bit.word, Width::Word, bit.set(word, value));
+        }
+        match address {
+            0x4000_0000..=0x5FFF_FFFF => self.write_peripheral(address, width, value),
+            0xE000_0000..=0xE00F_FFFF => {
+                self.private_write(address, width, value);
+                Ok(())
+            }
+            _ => Err(Trap::Bus { address }),
+        }
+    }
+
+    /// A read waits for the store buffer, and for the bridge to a slower bus.
+    fn read_peripheral(&mut self, address: u32, width: Width) -> Result<u32, Trap> {
+        must_align(address, width)?;
+        self.drain_stores();
+        let word = self.register_read(address & !3, self.cycle);
+        self.cycle += u64::from(self.bus_latency(address));
+        Ok(word >> (8 * (address & 3)) & width.mask())
+    }
+
+    /// A write goes into the store buffer: the next access to a peripheral waits for it, not this one.
+    fn write_peripheral(&mut self, address: u32, width: Width, value: u32) -> Result<(), Trap> {
+        must_align(address, width)?;
+        self.drain_stores();
+        self.buffer_free = self.cycle + 1 + u64::from(self.bus_latency(address));
+        let cause = Cause::Core(self.cpu.current());
+        self.write_part(address, width, value, self.cycle, cause);
+        Ok(())
+    }
+
+    /// Writes a part of a register: the rest keeps its value, or is zero where reading says nothing of it.
+    pub(crate) fn write_part(
+        &mut self,
+        address: u32,
+        width: Width,
+        value: u32,
+        cycle: u64,
+        cause: Cause,
+    ) {
+        let (word, shift) = (address & !3, 8 * (address & 3));
+        let mask = width.mask() << shift;
+        let rest = if width == Width::Word || is_write_only(word) {
+            0
+        } else {
+            self.register_read(word, cycle) & !mask
+        };
+        self.register_write(word, rest | value << shift & mask, cycle, cause);
+    }
+
+    /// Waits until the store buffer is empty.
+    pub(crate) fn drain_stores(&mut self) {
+        self.cycle = self.cycle.max(self.buffer_free);
+    }
+
+    /// Cycles that a bridge adds: AHB has none, the APBs have clocks of their own.
+    fn bus_latency(&self, address: u32) -> u32 {
+        match address {
+            0x4002_0000.. => 0,
+            0x4001_0000.. => self.timing.apb_clocks * self.clocks.apb2,
+            _ => self.timing.apb_clocks * self.clocks.apb1,
+        }
+    }
+
+    fn program(&mut self, offset: usize, width: Width, value: u32) {
+        self.cycle = self.cycle.max(self.devices.flash.busy_until);
+        let time = (self.cycle, self.clocks.hclk);
+        if self.devices.flash.program(width, time, &mut self.warnings) {
+            self.remember(offset..offset + width.bytes());
+            self.memory.program(offset, width, value);
+            self.reschedule();
+        }
+    }
+
+    /// A constant comes out of the flash.
+    fn wait_for_constant(&mut self, address: u32) {
+        self.cycle = self.cycle.max(self.devices.flash.busy_until);
+        if self.timing.flash != FlashTiming::ZeroWait {
+            self.cycle += self.art.read(address, self.devices.flash.acr);
+        }
+    }
+}
+
+/// Peripherals answer to aligned accesses only.
+fn must_align(address: u32, width: Width) -> Result<(), Trap> {
+    if address as usize & (width.bytes() - 1) == 0 {
+        Ok(())
+    } else {
+        Err(Trap::Unaligned { address })
+    }
+}
+
+/// GPIOx_BSRR and USART_DR: reading them first would mean something else.
+fn is_write_only(address: u32) -> bool {
+    let set_reset = (0x4002_0000..0x4002_2400).contains(&address) && address & 0x3FF == 0x18;
+    let data = crate::devices::USARTS
+        .iter()
+        .any(|base| base + 4 == address);
+    set_reset || data
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn half_of_a_set_reset_register_can_be_written_alone() {
+        let mut machine = Machine::new(8_000_000);
+        machine.write_word(0x4002_3830, 1).unwrap(); // GPIOA on
+        machine.write_word(0x4002_0000, 0x5555_5555).unwrap();
+        machine.write(0x4002_0018, Width::Half, 0b11).unwrap();
+        machine.write(0x4002_001A, Width::Half, 0b01).unwrap();
+        assert_eq!(machine.read(0x4002_0014, Width::Word), Ok(0b10));
+    }
+
+    #[test]
+    fn a_clock_enable_is_set_through_its_bit_alias() {
+        let mut machine = Machine::new(8_000_000);
+        machine
+            .write_word(0x4200_0000 + 0x23830 * 32 + 3 * 4, 1)
+            .unwrap();
+        assert_eq!(machine.read_word(0x4002_3830), Ok(0x0010_0008));
+    }
+
+    #[test]
+    fn a_peripheral_without_its_clock_reads_zero_with_a_warning() {
+        let mut machine = Machine::new(8_000_000);
+        assert_eq!(machine.read_word(0x4002_0000), Ok(0));
+        assert_eq!(machine.warnings().len(), 1);
+    }
+
+    #[test]
+    fn a_read_of_a_slow_bus_costs_its_clocks_and_waits_for_the_write_before() {
+        let mut machine = Machine::new(8_000_000);
+        machine.write_word(0x4002_3840, 1).unwrap(); // TIM2 on
+        machine.clocks.apb1 = 4;
+        machine.cycle = 100;
+        machine.buffer_free = 0;
+        machine.write_word(0x4000_0034, 5).unwrap();
+        assert_eq!(machine.cycle, 100);
+        machine.read_word(0x4000_0034).unwrap();
+        assert_eq!(machine.cycle, 100 + 1 + 8 + 8);
+    }
+
+    #[test]
+    fn nothing_answers_beyond_the_memories() {
+        let mut machine = Machine::new(8_000_000);
+        let address = 0x2002_0000;
+        assert_eq!(machine.read_word(address), Err(Trap::Bus { address }));
+        assert_eq!(machine.write_word(address, 0), Err(Trap::Bus { address }));
+        let address = 0x4002_3831;
+        assert_eq!(machine.read_word(address), Err(Trap::Unaligned { address }));
+    }
+}

@@ -1,0 +1,58 @@
+//! Instructions out of the memories.
+use crate::{
+    decode::{self, Decoded},
+    instruction::Width,
+    machine::Machine,
+    memory::{Memory, Region, FLASH},
+    timing::FlashTiming,
+    trap::Trap,
+};
+
+impl Machine {
+    /// The instruction at an address; the clock moves on by what the flash makes it wait.
+    #[inline(always)]
+    pub(crate) fn fetch(&mut self, address: u32) -> Result<Decoded, Trap> {
+        let offset = address.wrapping_sub(FLASH) as usize;
+        if offset >= self.memory.flash.len() {
+            return self.fetch_elsewhere(address);
+        }
+        let waits = self.timing.flash != FlashTiming::ZeroWait;
+        if waits && !self.art.is_current(address) {
+            self.wait_for_line(address);
+        }
+        let decoded = self.memory.instruction(offset);
+        let last_half = address & 15 == 14;
+        if last_half && decoded.length == 4 && waits {
+            self.wait_for_line(address + 2);
+        }
+        Ok(decoded)
+    }
+
+    fn wait_for_line(&mut self, address: u32) {
+        let acr = self.devices.flash.acr;
+        self.cycle += self.art.fetch(address, acr, self.cycle);
+    }
+
+    /// From SRAM over the system bus, which takes a cycle more, or from the flash's second place at 0.
+    #[cold]
+    fn fetch_elsewhere(&mut self, address: u32) -> Result<Decoded, Trap> {
+        let trap = Trap::Fetch { address };
+        match Memory::place(address) {
+            Some((Region::Sram, _)) => self.cycle += 1,
+            Some((Region::Flash, _)) => {}
+            Some((Region::Ccm | Region::Signature, _)) | None => return Err(trap),
+        }
+        let half = |address| {
+            let place = Memory::place(address).ok_or(trap)?;
+            let half = self.memory.read(place, Width::Half).ok_or(trap)?;
+            Ok(half as u16)
+        };
+        let first = half(address)?;
+        let second = if decode::is_wide(first) {
+            half(address.wrapping_add(2))?
+        } else {
+            0
+        };
+        Ok(decode::decode(first, second, address))
+    }
+}

@@ -1,0 +1,75 @@
+//! An emulator of the STM32F407 for tests that run firmware as it is.
+//!
+//! It boots an unmodified ELF, talks to its serial ports, drives its inputs, and records every edge of its pins with
+//! its cycle and its cause:
+//!
+//! ```text
+//!            bytes, switches, resets                         edges, duties, bytes
+//!  test ---------------------------> Machine ------------------------------------> test
+//!                                      |
+//!     Cpu <- execute <- decode <- Memory, Art          core: ARMv7E-M with FPv4-SP
+//!      |  \- exception <- Nvic, Scb                    exceptions, faults, priorities
+//!     bus -> registers -> Devices <-> wiring           RM0090's peripherals, an event at a time
+//! ```
+//!
+//! Everything is counted in cycles of HCLK, which the cycle model ([`Timing`]) moves: the flash's wait states behind the
+//! ART accelerator's caches, exception entry and exit, slow peripheral buses. For an upper bound on an interrupt's time
+//! let each begin with cold caches: [`FlashTiming::ArtCold`].
+//!
+//! What is **not** emulated: USB, ADC, SPI, I2C, RTC, DACs, the MPU, contention on the buses, silicon errata. Each
+//! module says what it leaves out of its chapter of the reference manual. No result has been held against silicon; the
+//! core has been held against QEMU (`oracle/README.md`).
+//!
+//! # Example
+//! ```no_run
+//! use leadscrew_f407emu::{Machine, Pin, SerialPort};
+//!
+//! let elf = std::fs::read("target/thumbv7em-none-eabihf/firmware/board-f407")?;
+//! let mut machine = Machine::new(8_000_000);
+//! machine.load_elf(&elf)?;
+//! machine.run_until(10_000_000)?;
+//! machine.uart_send(SerialPort::Usart2, b"G1 X1 F100\n");
+//! machine.pin_at(machine.cycle() + 100_000, Pin::new('C', 0), false); // a switch
+//! machine.run_until(machine.cycle() + 168_000_000)?;
+//! for edge in machine.edges() {
+//!     println!("{} {} {}", edge.cycle, edge.pin, edge.level);
+//! }
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+#![forbid(unsafe_code)]
+
+mod art;
+mod bus;
+mod cpu;
+mod decode;
+mod devices;
+mod elf;
+mod exception;
+mod execute;
+mod instruction;
+mod machine;
+mod memory;
+pub mod oracle;
+mod peripheral;
+mod record;
+mod registers;
+mod reset;
+mod timing;
+mod trap;
+mod warning;
+mod wiring;
+mod world;
+
+pub use art::ArtStatistics;
+pub use devices::SerialPort;
+pub use elf::LoadError;
+pub use machine::Machine;
+pub use peripheral::{
+    iwdg::{LSI_FASTEST_HZ, LSI_SLOWEST_HZ, LSI_TYPICAL_HZ},
+    nvic::Exception,
+    rcc::{Clocks, ResetCause},
+};
+pub use record::{Cause, Duty, Edge, Pin, Profile, Service};
+pub use timing::{FlashTiming, Timing};
+pub use trap::{Stop, Trap};
+pub use warning::Warning;

@@ -1,0 +1,332 @@
+//! The chip as a whole, and the loop that runs it.
+//!
+//! Time is the count of HCLK cycles since power-on. The core carries out one instruction after the other, each moving the
+//! clock by what it costs; before each one, the peripherals' events that are due by then happen at their own cycles.
+use crate::{
+    art::{Art, ArtStatistics},
+    cpu::{Cpu, SP},
+    devices::Devices,
+    elf::{self, LoadError},
+    memory::{Memory, FLASH},
+    peripheral::{
+        nvic::{Exception, Nvic},
+        rcc::{Clocks, ResetCause},
+        scb::Scb,
+    },
+    record::{Cause, Duty, Edge, Pin, Profile, Profiler, Service},
+    reset::Unfinished,
+    timing::Timing,
+    trap::{Stop, Trap},
+    warning::{Warning, Warnings},
+    world::World,
+};
+
+/// What the previous instruction did with the memory: the next access may overlap it.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum LastAccess {
+    None,
+    /// A load into this register.
+    Load(u8),
+    Store,
+}
+
+/// An STM32F407 with its firmware.
+pub struct Machine {
+    pub(crate) cpu: Cpu,
+    pub(crate) nvic: Nvic,
+    pub(crate) scb: Scb,
+    pub(crate) memory: Memory,
+    pub(crate) devices: Devices,
+    pub(crate) art: Art,
+    pub(crate) timing: Timing,
+    pub(crate) cycle: u64,
+    pub(crate) instructions: u64,
+    /// Cycles that the core has slept.
+    pub(crate) slept: u64,
+    /// The cycle of the next event of a peripheral or of the world.
+    pub(crate) next_event: u64,
+    /// The frequencies that RCC makes.
+    pub(crate) clocks: Clocks,
+    pub(crate) last_access: LastAccess,
+    /// The cycle at which the store buffer is empty again.
+    pub(crate) buffer_free: u64,
+    /// The program has asked for a reset.
+    pub(crate) reset_requested: bool,
+    /// The core has locked up.
+    pub(crate) locked: Option<Stop>,
+    pub(crate) unfinished: Unfinished,
+    pub(crate) debugger: bool,
+    pub(crate) world: World,
+    pub(crate) edges: Vec<Edge>,
+    pub(crate) duties: Vec<Duty>,
+    /// Pins of each port whose edges are recorded.
+    pub(crate) watched: [u16; 9],
+    pub(crate) resets: Vec<(u64, ResetCause)>,
+    pub(crate) profiler: Profiler,
+    pub(crate) warnings: Warnings,
+}
+
+impl Machine {
+    /// A chip with erased flash and a crystal of `crystal_hz`; 0 where none is fitted.
+    pub fn new(crystal_hz: u32) -> Box<Machine> {
+        let devices = Devices::new(crystal_hz);
+        let clocks = devices.rcc.clocks();
+        Box::new(Machine {
+            cpu: Cpu::default(),
+            nvic: Nvic::new(),
+            scb: Scb::new(),
+            memory: Memory::new(),
+            devices,
+            art: Art::new(),
+            timing: Timing::default(),
+            cycle: 0,
+            instructions: 0,
+            slept: 0,
+            next_event: 0,
+            clocks,
+            last_access: LastAccess::None,
+            buffer_free: 0,
+            reset_requested: false,
+            locked: None,
+            unfinished: Unfinished::default(),
+            debugger: false,
+            world: World::default(),
+            edges: Vec::new(),
+            duties: Vec::new(),
+            watched: [u16::MAX; 9],
+            resets: Vec::new(),
+            profiler: Profiler::new(),
+            warnings: Warnings::default(),
+        })
+    }
+
+    /// Loads the segments of a 32-bit ELF at their physical addresses and starts the core at its reset vector.
+    ///
+    /// # Errors
+    /// When the file is not an ELF for this chip.
+    pub fn load_elf(&mut self, elf: &[u8]) -> Result<(), LoadError> {
+        elf::load(&mut self.memory, elf)?;
+        self.boot();
+        Ok(())
+    }
+
+    /// The core takes stack pointer and program counter out of the vector table (DDI 0403, B1.5.5).
+    pub(crate) fn boot(&mut self) {
+        let word = |offset: usize| {
+            let bytes = &self.memory.flash[offset..offset + 4];
+            bytes
+                .iter()
+                .rev()
+                .fold(0, |all, &byte| all << 8 | u32::from(byte))
+        };
+        let (stack, start) = (word(0), word(4));
+        self.cpu.r[SP] = stack & !3;
+        self.cpu.next = start & !1;
+        self.update_clocks(self.cycle);
+        let cycle = self.cycle;
+        self.update_all_pins(cycle, Cause::Reset);
+    }
+
+    /// Runs until the clock reaches `cycle`; the instruction under way is finished.
+    ///
+    /// # Errors
+    /// When the core locks up and no watchdog is running, or at a breakpoint with a debugger.
+    pub fn run_until(&mut self, cycle: u64) -> Result<(), Stop> {
+        while self.cycle < cycle {
+            if self.locked.is_some() {
+                self.wait_locked(cycle)?;
+            } else if self.cpu.asleep {
+                self.sleep(cycle);
+            } else {
+                self.step()?;
+            }
+        }
+        Ok(())
+    }
+
+    /// One instruction, after the events and the exception that are due before it.
+    #[inline(always)]
+    pub(crate) fn step(&mut self) -> Result<(), Stop> {
+        if self.cycle >= self.next_event {
+            self.run_events();
+        }
+        if self.cycle < self.devices.flash.busy_until && self.needs_flash() {
+            self.cycle = self.devices.flash.busy_until.min(self.next_event);
+            return Ok(());
+        }
+        if self.nvic.changed {
+            self.take_pending()?;
+        }
+        let (address, it) = (self.cpu.next, self.cpu.it);
+        self.carry_out(address).or_else(|trap| {
+            self.cpu.it = it;
+            self.fault(trap, address)
+        })
+    }
+
+    /// The next instruction, or the vector of an interrupt, has to come out of the flash.
+    fn needs_flash(&self) -> bool {
+        let in_flash = |address: u32| !(0x1000_0000..0x4000_0000).contains(&address);
+        in_flash(self.cpu.next) || (self.nvic.changed && in_flash(self.scb.vtor))
+    }
+
+    #[inline(always)]
+    fn carry_out(&mut self, address: u32) -> Result<(), Trap> {
+        let decoded = self.fetch(address)?;
+        self.cpu.r[15] = address.wrapping_add(4);
+        self.cpu.next = address.wrapping_add(u32::from(decoded.length));
+        self.instructions += 1;
+        self.cpu.in_it = self.cpu.it != 0;
+        if self.cpu.in_it && !self.cpu.passes_it() {
+            self.spend(1);
+            return Ok(());
+        }
+        self.execute(decoded.instruction)
+    }
+
+    /// An instruction has taken cycles, and has left nothing for the next to overlap.
+    #[inline(always)]
+    pub(crate) fn spend(&mut self, cycles: u32) {
+        self.last_access = LastAccess::None;
+        self.cycle += u64::from(cycles);
+    }
+
+    /// Goes on to what may wake the core; PRIMASK does not keep it asleep (DDI 0403, B1.5.19).
+    fn sleep(&mut self, limit: u64) {
+        let mut masks = self.cpu.masks;
+        masks.primask = false;
+        let woken = self.nvic.next(masks).is_some() || self.reset_requested;
+        if woken {
+            self.cpu.asleep = false;
+            return;
+        }
+        let until = self.next_event.min(limit).max(self.cycle);
+        self.slept += until - self.cycle;
+        self.cycle = until;
+        if self.cycle >= self.next_event {
+            self.run_events();
+        }
+    }
+
+    /// A core that has locked up waits for the watchdog.
+    fn wait_locked(&mut self, limit: u64) -> Result<(), Stop> {
+        if let (Some(stop), false) = (self.locked, self.devices.iwdg.is_running()) {
+            return Err(stop);
+        }
+        self.cycle = self.next_event.min(limit).max(self.cycle);
+        if self.cycle >= self.next_event {
+            self.run_events();
+        }
+        Ok(())
+    }
+
+    /// The cycle that the clock has reached.
+    pub fn cycle(&self) -> u64 {
+        self.cycle
+    }
+
+    /// Instructions so far.
+    pub fn instructions(&self) -> u64 {
+        self.instructions
+    }
+
+    /// Cycles that the core has slept.
+    pub fn slept(&self) -> u64 {
+        self.slept
+    }
+
+    /// Address of the next instruction.
+    pub fn pc(&self) -> u32 {
+        self.cpu.next
+    }
+
+    /// The frequencies that the firmware has set.
+    pub fn clocks(&self) -> Clocks {
+        self.clocks
+    }
+
+    /// The cycle model's constants, which may be changed at any time.
+    pub fn timing_mut(&mut self) -> &mut Timing {
+        &mut self.timing
+    }
+
+    /// With a debugger a breakpoint instruction ends the run; without one it is a HardFault.
+    pub fn set_debugger(&mut self, attached: bool) {
+        self.debugger = attached;
+    }
+
+    /// Edges of watched pins since the last [`Machine::clear_records`], in order.
+    pub fn edges(&self) -> &[Edge] {
+        &self.edges
+    }
+
+    /// Edges of one pin.
+    pub fn edges_of(&self, pin: Pin) -> impl Iterator<Item = &Edge> {
+        self.edges.iter().filter(move |edge| edge.pin == pin)
+    }
+
+    /// Changes of PWM since the last [`Machine::clear_records`], in order.
+    pub fn duties(&self) -> &[Duty] {
+        &self.duties
+    }
+
+    /// Resets so far.
+    pub fn resets(&self) -> &[(u64, ResetCause)] {
+        &self.resets
+    }
+
+    /// The statistics of an exception.
+    pub fn profile(&self, exception: Exception) -> &Profile {
+        self.profiler.profile(exception)
+    }
+
+    /// Records every service of every exception from now on.
+    pub fn record_services(&mut self) {
+        self.profiler.services = Some(Vec::new());
+    }
+
+    /// The services recorded since [`Machine::record_services`]; empty without it.
+    pub fn services(&self) -> &[Service] {
+        self.profiler.services.as_deref().unwrap_or(&[])
+    }
+
+    /// What the program did that would not work as intended.
+    pub fn warnings(&self) -> &[Warning] {
+        self.warnings.all()
+    }
+
+    /// How often the flash had to be waited for.
+    pub fn art_statistics(&self) -> ArtStatistics {
+        self.art.statistics
+    }
+
+    /// Forgets edges, changes of PWM, statistics and services; the state of the chip stays.
+    pub fn clear_records(&mut self) {
+        self.edges.clear();
+        self.duties.clear();
+        self.profiler.clear();
+        if let Some(services) = &mut self.profiler.services {
+            services.clear();
+        }
+    }
+
+    /// The flash's content; its first byte is at 0x08000000.
+    pub fn flash(&self) -> &[u8] {
+        &self.memory.flash
+    }
+
+    /// The flash's content, to be changed as by a programmer outside the chip.
+    ///
+    /// # Panics
+    /// When the bytes do not fit behind `address`.
+    pub fn program_flash(&mut self, address: u32, bytes: &[u8]) {
+        let offset = address.wrapping_sub(FLASH) as usize;
+        let loaded = self.memory.load(offset, bytes);
+        assert!(loaded.is_some(), "{address:#010x} is not in the flash");
+    }
+
+    /// The content of SRAM1 and SRAM2; its first byte is at 0x20000000.
+    pub fn sram(&self) -> &[u8] {
+        &self.memory.sram[..]
+    }
+}

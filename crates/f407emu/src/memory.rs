@@ -1,0 +1,240 @@
+//! The memories on the chip (RM0090 section 2.3), and the instructions that have been decoded from the flash.
+use crate::{
+    decode::{self, Decoded},
+    instruction::Width,
+};
+use core::ops::Range;
+
+/// Where the flash begins.
+pub(crate) const FLASH: u32 = 0x0800_0000;
+/// Where SRAM1 begins; SRAM2 follows it.
+pub(crate) const SRAM: u32 = 0x2000_0000;
+/// Where the memory on the core's data bus begins: no DMA reaches it, and no instruction is fetched from it.
+pub(crate) const CCM: u32 = 0x1000_0000;
+const FLASH_SIZE: usize = 1 << 20;
+const SRAM_SIZE: usize = 128 << 10;
+const CCM_SIZE: usize = 64 << 10;
+/// Device signature: unique number and the flash's size in KB (RM0090 chapter 39).
+const SIGNATURE: u32 = 0x1FFF_7A10;
+const SIGNATURE_BYTES: [u8; 20] = *b"leadscrew407\xFF\xFF\xFF\xFF\xFF\xFF\x00\x04";
+
+/// The three memories.
+pub(crate) struct Memory {
+    pub(crate) flash: Box<[u8]>,
+    pub(crate) sram: Box<[u8; SRAM_SIZE]>,
+    pub(crate) ccm: Box<[u8]>,
+    /// By halfword of the flash; forgotten where it is written.
+    decoded: Box<[Option<Decoded>]>,
+}
+
+/// What answers at an address.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Region {
+    Flash,
+    Sram,
+    Ccm,
+    Signature,
+}
+
+impl Memory {
+    /// Erased flash, and RAM full of zeroes.
+    pub(crate) fn new() -> Self {
+        Memory {
+            flash: vec![0xFF; FLASH_SIZE].into(),
+            sram: Box::new([0; SRAM_SIZE]),
+            ccm: vec![0; CCM_SIZE].into(),
+            decoded: vec![None; FLASH_SIZE / 2].into(),
+        }
+    }
+
+    /// The memory at an address and the offset in it; the flash is there a second time at 0 (section 2.4).
+    pub(crate) fn place(address: u32) -> Option<(Region, usize)> {
+        let within = |base: u32, size: usize| {
+            let offset = address.wrapping_sub(base) as usize;
+            (offset < size).then_some(offset)
+        };
+        within(SRAM, SRAM_SIZE)
+            .map(|offset| (Region::Sram, offset))
+            .or_else(|| within(FLASH, FLASH_SIZE).map(|offset| (Region::Flash, offset)))
+            .or_else(|| within(CCM, CCM_SIZE).map(|offset| (Region::Ccm, offset)))
+            .or_else(|| within(0, FLASH_SIZE).map(|offset| (Region::Flash, offset)))
+            .or_else(|| within(SIGNATURE, 20).map(|offset| (Region::Signature, offset)))
+    }
+
+    fn bytes(&self, region: Region) -> &[u8] {
+        match region {
+            Region::Flash => &self.flash,
+            Region::Sram => &self.sram[..],
+            Region::Ccm => &self.ccm,
+            Region::Signature => &SIGNATURE_BYTES,
+        }
+    }
+
+    /// Reads a value from a memory; `None` past its end.
+    pub(crate) fn read(&self, (region, offset): (Region, usize), width: Width) -> Option<u32> {
+        let bytes = self.bytes(region).get(offset..offset + width.bytes())?;
+        Some(little_endian(bytes))
+    }
+
+    /// Writes a value to RAM; `None` past its end, or where it is no RAM.
+    pub(crate) fn write(
+        &mut self,
+        (region, offset): (Region, usize),
+        width: Width,
+        value: u32,
+    ) -> Option<()> {
+        let memory = match region {
+            Region::Sram => &mut self.sram[..],
+            Region::Ccm => &mut self.ccm[..],
+            Region::Flash | Region::Signature => return None,
+        };
+        let bytes = memory.get_mut(offset..offset + width.bytes())?;
+        bytes.copy_from_slice(&value.to_le_bytes()[..width.bytes()]);
+        Some(())
+    }
+
+    /// Reads a word of SRAM quickly; `None` elsewhere.
+    #[inline(always)]
+    pub(crate) fn sram_word(&self, address: u32) -> Option<u32> {
+        let offset = address.wrapping_sub(SRAM) as usize;
+        let bytes = self.sram.get(offset..offset.wrapping_add(4))?;
+        Some(u32::from_le_bytes(bytes.try_into().ok()?))
+    }
+
+    /// Programs a unit of the flash: bits can only be cleared.
+    pub(crate) fn program(&mut self, offset: usize, width: Width, value: u32) {
+        for (index, byte) in value.to_le_bytes()[..width.bytes()].iter().enumerate() {
+            if let Some(stored) = self.flash.get_mut(offset + index) {
+                *stored &= byte;
+            }
+        }
+        self.forget(offset..offset + width.bytes());
+    }
+
+    /// Puts bytes into the flash, as a programmer outside the chip does.
+    pub(crate) fn load(&mut self, offset: usize, bytes: &[u8]) -> Option<()> {
+        let range = offset..offset + bytes.len();
+        self.flash.get_mut(range.clone())?.copy_from_slice(bytes);
+        self.forget(range);
+        Some(())
+    }
+
+    /// Erases a part of the flash.
+    pub(crate) fn erase(&mut self, range: Range<usize>) {
+        self.flash[range.clone()].fill(0xFF);
+        self.forget(range);
+    }
+
+    /// Forgets instructions that may have changed; one may begin in the halfword before.
+    fn forget(&mut self, range: Range<usize>) {
+        let first = (range.start / 2).saturating_sub(1);
+        let end = range.end.div_ceil(2).min(self.decoded.len());
+        self.decoded[first..end].fill(None);
+    }
+
+    /// The instruction at an offset in the flash.
+    #[inline(always)]
+    pub(crate) fn instruction(&mut self, offset: usize) -> Decoded {
+        match self.decoded[offset / 2] {
+            Some(decoded) => decoded,
+            None => self.decode(offset & !1),
+        }
+    }
+
+    #[cold]
+    fn decode(&mut self, offset: usize) -> Decoded {
+        let half = |at: usize| self.flash.get(at..at + 2).map_or(0, little_endian) as u16;
+        let decoded = decode::decode(half(offset), half(offset + 2), FLASH + offset as u32);
+        self.decoded[offset / 2] = Some(decoded);
+        decoded
+    }
+
+    /// Whether an instruction of 32 bits begins at an address in the flash.
+    pub(crate) fn is_wide(&self, address: u32) -> bool {
+        let offset = address.wrapping_sub(FLASH) as usize;
+        let upper = self.flash.get(offset.wrapping_add(1)).copied().unwrap_or(0);
+        decode::is_wide(u16::from(upper) << 8)
+    }
+}
+
+impl Width {
+    /// Bytes of an access.
+    pub(crate) fn bytes(self) -> usize {
+        match self {
+            Width::Byte => 1,
+            Width::Half => 2,
+            Width::Word => 4,
+        }
+    }
+
+    /// The bits of a value that an access moves.
+    pub(crate) fn mask(self) -> u32 {
+        match self {
+            Width::Byte => 0xFF,
+            Width::Half => 0xFFFF,
+            Width::Word => u32::MAX,
+        }
+    }
+}
+
+fn little_endian(bytes: &[u8]) -> u32 {
+    bytes
+        .iter()
+        .rev()
+        .fold(0, |value, &byte| value << 8 | u32::from(byte))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::instruction::{Instruction, System};
+
+    #[test]
+    fn each_memory_has_its_place_and_size() {
+        let place = Memory::place;
+        assert_eq!(place(0x080F_FFFF), Some((Region::Flash, 0xF_FFFF)));
+        assert_eq!(place(0x0000_0004), Some((Region::Flash, 4)));
+        assert_eq!(place(0x2001_FFFF), Some((Region::Sram, 0x1_FFFF)));
+        assert_eq!(place(0x1000_FFFF), Some((Region::Ccm, 0xFFFF)));
+        assert_eq!(place(0x2002_0000), None);
+        assert_eq!(place(0x0810_0000), None);
+    }
+
+    #[test]
+    fn the_signature_says_1024_kilobytes() {
+        let size = Memory::place(0x1FFF_7A22).unwrap();
+        assert_eq!(Memory::new().read(size, Width::Half), Some(1024));
+    }
+
+    #[test]
+    fn programming_clears_bits_and_erasing_sets_them() {
+        let mut memory = Memory::new();
+        memory.program(0x4000, Width::Word, 0x1234_5678);
+        memory.program(0x4000, Width::Byte, 0xF0);
+        let word = Memory::place(0x0800_4000).unwrap();
+        assert_eq!(memory.read(word, Width::Word), Some(0x1234_5670));
+        memory.erase(0x4000..0x8000);
+        assert_eq!(memory.read(word, Width::Word), Some(u32::MAX));
+    }
+
+    #[test]
+    fn an_instruction_that_is_overwritten_is_decoded_anew() {
+        let mut memory = Memory::new();
+        memory.load(0x100, &[0x00, 0xBF]);
+        let nop = memory.instruction(0x100).instruction;
+        assert_eq!(nop, Instruction::System(System::Nop));
+        memory.program(0x100, Width::Half, 0xBE00);
+        let breakpoint = memory.instruction(0x100).instruction;
+        assert_eq!(breakpoint, Instruction::System(System::Breakpoint));
+    }
+
+    #[test]
+    fn accesses_past_the_end_fail() {
+        let memory = Memory::new();
+        assert_eq!(
+            memory.read((Region::Sram, SRAM_SIZE - 2), Width::Word),
+            None
+        );
+        assert_eq!(memory.read((Region::Ccm, CCM_SIZE), Width::Byte), None);
+    }
+}

@@ -1,0 +1,118 @@
+//! One instruction on a given state: what the comparison with another emulator needs (`oracle/README.md`).
+//!
+//! The code stands at the end of 32 KB of SRAM; flash waits are off, floating-point registers are not stacked.
+use crate::{
+    machine::Machine,
+    timing::FlashTiming,
+    trap::{Stop, Trap},
+};
+
+/// Where the instruction stands.
+pub const CODE: u32 = 0x2000_8000;
+/// Bytes of SRAM before it that are set and compared.
+pub const RAM: usize = 0x8000;
+
+/// The registers.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct State {
+    /// r0 to r14.
+    pub r: [u32; 15],
+    /// Flags and GE, where xPSR has them.
+    pub apsr: u32,
+    /// s0 to s31.
+    pub s: [u32; 32],
+    /// The floating-point status register.
+    pub fpscr: u32,
+    /// Address of the next instruction.
+    pub pc: u32,
+}
+
+/// How the instructions ended.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Outcome {
+    /// They were carried out.
+    Done,
+    /// One is undefined.
+    Undefined,
+    /// One had another fault.
+    Fault,
+}
+
+/// A machine for single instructions.
+pub struct Bench(Box<Machine>);
+
+impl Default for Bench {
+    fn default() -> Self {
+        Bench::new()
+    }
+}
+
+impl Bench {
+    /// With the floating-point unit switched on.
+    pub fn new() -> Self {
+        let mut machine = Machine::new(8_000_000);
+        machine.scb.cpacr = 0xF << 20;
+        machine.scb.fpccr = 0;
+        machine.timing.flash = FlashTiming::ZeroWait;
+        Bench(machine)
+    }
+
+    /// The first [`RAM`] bytes of SRAM.
+    pub fn ram(&mut self) -> &mut [u8] {
+        &mut self.0.memory.sram[..RAM]
+    }
+
+    /// Carries out `count` instructions of `code` from `state`, which becomes the state after them.
+    pub fn run(&mut self, code: [u8; 8], count: u32, state: &mut State) -> Outcome {
+        let machine = &mut *self.0;
+        machine.memory.sram[RAM..RAM + 8].copy_from_slice(&code);
+        machine.cpu = Default::default();
+        machine.cpu.r[..15].copy_from_slice(&state.r);
+        machine.cpu.set_apsr(state.apsr);
+        (machine.cpu.s, machine.cpu.fpscr) = (state.s, state.fpscr);
+        machine.cpu.next = CODE;
+        (machine.scb.cfsr, machine.locked) = (0, None);
+        machine.nvic = crate::peripheral::nvic::Nvic::new();
+        // Above every fault: a trap locks up, and leaves the registers to be looked at.
+        machine.cpu.masks.faultmask = true;
+        let outcome = (0..count)
+            .try_for_each(|_| machine.step())
+            .map_or_else(outcome, |()| Outcome::Done);
+        state.r.copy_from_slice(&machine.cpu.r[..15]);
+        state.apsr = machine.cpu.xpsr() & 0xF80F_0000;
+        (state.s, state.fpscr, state.pc) = (machine.cpu.s, machine.cpu.fpscr, machine.cpu.next);
+        outcome
+    }
+}
+
+fn outcome(stop: Stop) -> Outcome {
+    match stop {
+        Stop::Lockup {
+            trap: Trap::Undefined,
+            ..
+        } => Outcome::Undefined,
+        Stop::Lockup { .. } | Stop::Breakpoint { .. } => Outcome::Fault,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_instruction_changes_what_it_says_and_a_trap_is_told_apart() {
+        let mut bench = Bench::new();
+        let mut state = State {
+            r: [1; 15],
+            apsr: 0,
+            s: [0; 32],
+            fpscr: 0,
+            pc: 0,
+        };
+        let adds = [0x88, 0x18, 0x00, 0xBF, 0x00, 0xBF, 0x00, 0xBF]; // adds r0, r1, r2
+        assert_eq!(bench.run(adds, 1, &mut state), Outcome::Done);
+        assert_eq!((state.r[0], state.pc), (2, CODE + 2));
+        let udf = [0x00, 0xDE, 0, 0, 0, 0, 0, 0];
+        assert_eq!(bench.run(udf, 1, &mut state), Outcome::Undefined);
+    }
+}

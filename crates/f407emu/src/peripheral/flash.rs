@@ -1,0 +1,271 @@
+//! The flash interface (RM0090 chapter 3): keys, programming, sector erase, and how long they take.
+//!
+//! The core stalls where it fetches from the flash, or reads it, while an operation is under way. Times are the typical
+//! ones of the data sheet's table 40 at 2.7 to 3.6 V: 16 µs for a unit of any width.
+//!
+//! Not modelled: mass erase, option bytes, write protection, sequence errors.
+use super::NEVER;
+use crate::{
+    instruction::Width,
+    warning::{Warning, Warnings},
+};
+use core::ops::Range;
+
+/// FLASH_KEYR: the two keys.
+const KEYS: [u32; 2] = [0x4567_0123, 0xCDEF_89AB];
+/// FLASH_CR: program, sector erase, start, end-of-operation interrupt, lock.
+const PG: u32 = 1;
+const SER: u32 = 1 << 1;
+const STRT: u32 = 1 << 16;
+const EOPIE: u32 = 1 << 24;
+const LOCK: u32 = 1 << 31;
+/// FLASH_SR: end of operation, parallelism error, sequence error, busy.
+const EOP: u32 = 1;
+const PGPERR: u32 = 1 << 6;
+const PGSERR: u32 = 1 << 7;
+const BSY: u32 = 1 << 16;
+/// Time to program a unit, in µs.
+const PROGRAM_US: u64 = 16;
+
+/// What FLASH_CR has started.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub(crate) struct Erase {
+    /// Offsets in the flash.
+    pub(crate) range: Range<usize>,
+}
+
+/// How far the keys have been given.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Lock {
+    Locked,
+    FirstKey,
+    Open,
+    /// A wrong key: locked until the next reset.
+    Barred,
+}
+
+/// The interface's registers.
+#[derive(Clone, Debug)]
+pub(crate) struct Flash {
+    /// FLASH_ACR: wait states and caches.
+    pub(crate) acr: u32,
+    status: u32,
+    control: u32,
+    lock: Lock,
+    /// The cycle at which the operation under way is over.
+    pub(crate) busy_until: u64,
+    /// The cycle at which the end of an operation has to be reported.
+    report_at: u64,
+}
+
+impl Flash {
+    pub(crate) fn new() -> Self {
+        Flash {
+            acr: 0,
+            status: 0,
+            control: LOCK,
+            lock: Lock::Locked,
+            busy_until: 0,
+            report_at: NEVER,
+        }
+    }
+
+    /// The cycle at which an operation ends whose end causes an interrupt.
+    pub(crate) fn next_event(&self) -> u64 {
+        self.report_at
+    }
+
+    /// The end of an operation is reported.
+    pub(crate) fn event(&mut self) {
+        self.report_at = NEVER;
+        self.status |= EOP;
+    }
+
+    /// The level of the interrupt line.
+    pub(crate) fn interrupt(&self) -> bool {
+        self.status & EOP != 0 && self.control & EOPIE != 0
+    }
+
+    /// Reads the register at `offset` from 0x40023C00.
+    pub(crate) fn read(&self, offset: u32, now: u64) -> u32 {
+        match offset {
+            0x00 => self.acr,
+            0x0C => self.status | if self.busy_until > now { BSY } else { 0 },
+            0x10 => self.control,
+            0x14 => 0x0FFF_AAED, // FLASH_OPTCR as delivered
+            _ => 0,
+        }
+    }
+
+    /// Writes the register at `offset` from 0x40023C00; returns the erase that it starts.
+    pub(crate) fn write(
+        &mut self,
+        offset: u32,
+        value: u32,
+        (now, hclk): (u64, u32),
+        warnings: &mut Warnings,
+    ) -> Option<Erase> {
+        match offset {
+            0x00 => self.acr = value,
+            0x04 => self.write_key(value, warnings),
+            0x0C => self.status &= !(value & 0xF3),
+            0x10 if self.lock == Lock::Open => {
+                return self.write_control(value, (now, hclk), warnings)
+            }
+            _ => {}
+        }
+        None
+    }
+
+    fn write_key(&mut self, key: u32, warnings: &mut Warnings) {
+        self.lock = match (self.lock, key) {
+            (Lock::Locked, key) if key == KEYS[0] => Lock::FirstKey,
+            (Lock::FirstKey, key) if key == KEYS[1] => Lock::Open,
+            (Lock::Open, _) => Lock::Open,
+            (Lock::Locked | Lock::FirstKey | Lock::Barred, _) => {
+                warnings.add(Warning::WrongFlashKey);
+                Lock::Barred
+            }
+        };
+        if self.lock == Lock::Open {
+            self.control &= !LOCK;
+        }
+    }
+
+    fn write_control(
+        &mut self,
+        value: u32,
+        time: (u64, u32),
+        warnings: &mut Warnings,
+    ) -> Option<Erase> {
+        self.control = value & !STRT;
+        if value & LOCK != 0 {
+            self.lock = Lock::Locked;
+        }
+        if value & (SER | STRT) != SER | STRT {
+            return None;
+        }
+        let Some((range, milliseconds)) = sector(value >> 3 & 15, value >> 8 & 3) else {
+            warnings.add(Warning::NoSuchSector);
+            return None;
+        };
+        self.busy(time, milliseconds * 1000);
+        Some(Erase { range })
+    }
+
+    /// Starts to program a unit. Returns whether the settings allow it.
+    pub(crate) fn program(
+        &mut self,
+        width: Width,
+        time: (u64, u32),
+        warnings: &mut Warnings,
+    ) -> bool {
+        if self.lock != Lock::Open || self.control & PG == 0 {
+            self.status |= PGSERR;
+            warnings.add(Warning::FlashWriteNotEnabled);
+            return false;
+        }
+        let expected = match self.control >> 8 & 3 {
+            0 => Width::Byte,
+            1 => Width::Half,
+            _ => Width::Word,
+        };
+        if width != expected {
+            self.status |= PGPERR;
+            warnings.add(Warning::FlashWriteWidth);
+            return false;
+        }
+        self.busy(time, PROGRAM_US);
+        true
+    }
+
+    fn busy(&mut self, (now, hclk): (u64, u32), microseconds: u64) {
+        let cycles = microseconds * u64::from(hclk) / 1_000_000;
+        self.busy_until = self.busy_until.max(now) + cycles;
+        if self.control & EOPIE != 0 {
+            self.report_at = self.busy_until;
+        }
+    }
+}
+
+/// Where a sector lies (RM0090 table 5) and how many ms its erase takes at a parallelism.
+fn sector(number: u32, parallelism: u32) -> Option<(Range<usize>, u64)> {
+    const K: usize = 1024;
+    let number = number as usize;
+    let (start, length, times) = match number {
+        0..=3 => (number * 16 * K, 16 * K, [400, 300, 250]),
+        4 => (64 * K, 64 * K, [1200, 700, 550]),
+        5..=11 => ((number - 4) * 128 * K, 128 * K, [2000, 1300, 1000]),
+        _ => return None,
+    };
+    let time = times[parallelism.min(2) as usize];
+    Some((start..start + length, time))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TIME: (u64, u32) = (0, 168_000_000);
+
+    fn unlocked() -> (Flash, Warnings) {
+        let (mut flash, mut warnings) = (Flash::new(), Warnings::default());
+        for key in KEYS {
+            flash.write(0x04, key, TIME, &mut warnings);
+        }
+        (flash, warnings)
+    }
+
+    #[test]
+    fn control_is_locked_until_both_keys() {
+        let (mut flash, mut warnings) = (Flash::new(), Warnings::default());
+        flash.write(0x10, PG, TIME, &mut warnings);
+        assert_eq!(flash.read(0x10, 0), LOCK);
+        let (mut flash, mut warnings) = unlocked();
+        flash.write(0x10, PG, TIME, &mut warnings);
+        assert_eq!(flash.read(0x10, 0), PG);
+    }
+
+    #[test]
+    fn a_wrong_key_bars_the_flash_until_the_reset() {
+        let (mut flash, mut warnings) = (Flash::new(), Warnings::default());
+        for key in [KEYS[1], KEYS[0], KEYS[1]] {
+            flash.write(0x04, key, TIME, &mut warnings);
+        }
+        assert_eq!(flash.read(0x10, 0), LOCK);
+        assert!(warnings.all().contains(&Warning::WrongFlashKey));
+    }
+
+    #[test]
+    fn sector_sizes_and_places_are_those_of_the_manuals_table_5() {
+        assert_eq!(sector(1, 0), Some((0x4000..0x8000, 400)));
+        assert_eq!(sector(4, 2), Some((0x1_0000..0x2_0000, 550)));
+        assert_eq!(sector(11, 0), Some((0xE_0000..0x10_0000, 2000)));
+        assert_eq!(sector(12, 0), None);
+    }
+
+    #[test]
+    fn an_erase_is_busy_for_its_time_and_reports_its_end_where_asked() {
+        let (mut flash, mut warnings) = unlocked();
+        let erase = flash.write(0x10, SER | STRT | EOPIE | 2 << 3, TIME, &mut warnings);
+        assert_eq!(erase.unwrap().range, 0x8000..0xC000);
+        assert_eq!(flash.busy_until, 67_200_000);
+        assert_eq!(flash.next_event(), 67_200_000);
+        assert_eq!(flash.read(0x0C, 1000), BSY);
+        assert!(!flash.interrupt());
+        flash.event();
+        assert!(flash.interrupt());
+        flash.write(0x0C, EOP, TIME, &mut warnings);
+        assert!(!flash.interrupt());
+    }
+
+    #[test]
+    fn programming_needs_pg_and_the_width_of_psize() {
+        let (mut flash, mut warnings) = unlocked();
+        assert!(!flash.program(Width::Word, TIME, &mut warnings));
+        flash.write(0x10, PG | 2 << 8, TIME, &mut warnings);
+        assert!(!flash.program(Width::Byte, TIME, &mut warnings));
+        assert!(flash.program(Width::Word, TIME, &mut warnings));
+        assert_eq!(flash.busy_until, 2688);
+    }
+}

@@ -1,0 +1,173 @@
+//! The independent watchdog (RM0090 chapter 21): resets the chip unless it is fed in time.
+//!
+//! `timeout = 4 × 2^PR × (RLR + 1) / f_LSI`, with f_LSI anywhere from 17 to 47 kHz (data sheet, table 39): a test runs
+//! at both ends. Once started it cannot be stopped; its own clock runs on whatever happens to the others.
+//!
+//! Not modelled: the time that the registers take to update (SR reads as zero), the option byte that starts it by hardware.
+use super::NEVER;
+
+/// IWDG_KR: feeds the watchdog.
+const FEED: u32 = 0xAAAA;
+/// IWDG_KR: unlocks the other registers.
+const UNLOCK: u32 = 0x5555;
+/// IWDG_KR: starts the watchdog.
+const START: u32 = 0xCCCC;
+
+/// The slowest that the low-speed oscillator may be, in Hz.
+pub const LSI_SLOWEST_HZ: u32 = 17_000;
+/// The fastest that the low-speed oscillator may be, in Hz.
+pub const LSI_FASTEST_HZ: u32 = 47_000;
+/// What it is typically, in Hz.
+pub const LSI_TYPICAL_HZ: u32 = 32_000;
+
+/// The watchdog.
+#[derive(Clone, Debug)]
+pub(crate) struct Iwdg {
+    prescaler: u32,
+    reload: u32,
+    unlocked: bool,
+    lsi_hz: u32,
+    hclk_hz: u32,
+    /// The cycle at which it resets the chip.
+    expires_at: u64,
+}
+
+impl Iwdg {
+    /// Not started, on an oscillator of this frequency.
+    pub(crate) fn new(lsi_hz: u32, hclk_hz: u32) -> Self {
+        Iwdg {
+            prescaler: 0,
+            reload: 0xFFF,
+            unlocked: false,
+            lsi_hz,
+            hclk_hz,
+            expires_at: NEVER,
+        }
+    }
+
+    /// Frequency of its oscillator in Hz.
+    pub(crate) fn lsi_hz(&self) -> u32 {
+        self.lsi_hz
+    }
+
+    /// Sets the oscillator's frequency in Hz: from the next feeding on.
+    pub(crate) fn set_lsi(&mut self, hz: u32) {
+        self.lsi_hz = hz;
+    }
+
+    /// HCLK changes: what is left of the time is another number of cycles.
+    pub(crate) fn set_hclk(&mut self, hz: u32, now: u64) {
+        if self.expires_at != NEVER {
+            let left = self.expires_at.saturating_sub(now);
+            self.expires_at = now + left * u64::from(hz) / u64::from(self.hclk_hz);
+        }
+        self.hclk_hz = hz;
+    }
+
+    /// The cycle at which it resets the chip.
+    pub(crate) fn next_event(&self) -> u64 {
+        self.expires_at
+    }
+
+    /// Whether it has been started.
+    pub(crate) fn is_running(&self) -> bool {
+        self.expires_at != NEVER
+    }
+
+    /// Reads the register at `offset` from 0x40003000.
+    pub(crate) fn read(&self, offset: u32) -> u32 {
+        match offset {
+            0x4 => self.prescaler,
+            0x8 => self.reload,
+            _ => 0,
+        }
+    }
+
+    /// Writes the register at `offset` from 0x40003000.
+    pub(crate) fn write(&mut self, offset: u32, value: u32, now: u64) {
+        match offset {
+            0x0 => self.write_key(value, now),
+            0x4 if self.unlocked => self.prescaler = value & 7,
+            0x8 if self.unlocked => self.reload = value & 0xFFF,
+            _ => {}
+        }
+    }
+
+    fn write_key(&mut self, key: u32, now: u64) {
+        self.unlocked = key == UNLOCK;
+        let started = self.expires_at != NEVER;
+        if key == START || (key == FEED && started) {
+            self.expires_at = now + self.timeout();
+        }
+    }
+
+    /// Cycles of HCLK from a feeding to the reset.
+    fn timeout(&self) -> u64 {
+        let divider = 4u64 << self.prescaler.min(6);
+        let counts = divider * u64::from(self.reload + 1);
+        counts * u64::from(self.hclk_hz) / u64::from(self.lsi_hz)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const HCLK: u32 = 168_000_000;
+
+    fn started(lsi_hz: u32, prescaler: u32, reload: u32) -> Iwdg {
+        let mut watchdog = Iwdg::new(lsi_hz, HCLK);
+        watchdog.write(0x0, UNLOCK, 0);
+        watchdog.write(0x4, prescaler, 0);
+        watchdog.write(0x8, reload, 0);
+        watchdog.write(0x0, START, 0);
+        watchdog
+    }
+
+    fn milliseconds(watchdog: &Iwdg) -> u64 {
+        watchdog.next_event() * 1000 / u64::from(HCLK)
+    }
+
+    #[test]
+    fn the_timeouts_at_32_khz_are_those_of_the_manuals_table() {
+        // RM0090 table 107: the longest timeouts of the shortest and of the longest prescaler
+        assert_eq!(milliseconds(&started(32_000, 0, 0xFFF)), 512);
+        assert_eq!(milliseconds(&started(32_000, 6, 0xFFF)), 32_768);
+    }
+
+    #[test]
+    fn the_oscillators_tolerance_spreads_the_timeout_almost_threefold() {
+        assert_eq!(milliseconds(&started(LSI_SLOWEST_HZ, 0, 169)), 40);
+        assert_eq!(milliseconds(&started(LSI_FASTEST_HZ, 0, 169)), 14);
+    }
+
+    #[test]
+    fn feeding_begins_the_time_anew_and_starts_nothing() {
+        let mut watchdog = started(32_000, 0, 319); // 40 ms
+        watchdog.write(0x0, FEED, 1_680_000);
+        assert_eq!(milliseconds(&watchdog), 50);
+        let mut idle = Iwdg::new(32_000, HCLK);
+        idle.write(0x0, FEED, 0);
+        assert_eq!(idle.next_event(), NEVER);
+    }
+
+    #[test]
+    fn registers_are_locked_until_the_key_and_after_any_other() {
+        let mut watchdog = Iwdg::new(32_000, HCLK);
+        watchdog.write(0x8, 5, 0);
+        assert_eq!(watchdog.read(0x8), 0xFFF);
+        watchdog.write(0x0, UNLOCK, 0);
+        watchdog.write(0x8, 5, 0);
+        assert_eq!(watchdog.read(0x8), 5);
+        watchdog.write(0x0, FEED, 0);
+        watchdog.write(0x8, 6, 0);
+        assert_eq!(watchdog.read(0x8), 5);
+    }
+
+    #[test]
+    fn a_slower_core_leaves_the_time_as_it_is() {
+        let mut watchdog = started(32_000, 0, 319);
+        watchdog.set_hclk(16_000_000, 0);
+        assert_eq!(watchdog.next_event(), 640_000);
+    }
+}

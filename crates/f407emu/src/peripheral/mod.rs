@@ -1,0 +1,21 @@
+//! The peripherals, each a value of its own: registers are read and written at a cycle, `next_event` says when it
+//! changes by itself, and `event` lets it. None knows the others: `crate::wiring` connects them.
+pub(crate) mod bitband;
+pub(crate) mod dma;
+pub(crate) mod dwt;
+pub(crate) mod exti;
+pub(crate) mod flash;
+pub(crate) mod gpio;
+pub(crate) mod iwdg;
+pub(crate) mod nvic;
+pub(crate) mod pwr;
+pub(crate) mod rcc;
+pub(crate) mod scb;
+pub(crate) mod systick;
+pub(crate) mod timer;
+pub(crate) mod timer_map;
+pub(crate) mod timer_output;
+pub(crate) mod usart;
+
+/// The cycle of an event that is not going to come.
+pub(crate) const NEVER: u64 = u64::MAX;

@@ -1,0 +1,71 @@
+//! Power control (RM0090 chapter 5): the voltage detector that warns of a brown-out.
+//!
+//! Not modelled: stop and standby (sleep is), the backup regulator, the detector's thresholds: the supply is good or low.
+
+/// PWR_CR.PVDE: the detector is on.
+const DETECTOR: u32 = 1 << 4;
+/// PWR_CSR.PVDO: the supply is below the threshold.
+const LOW: u32 = 1 << 2;
+/// PWR_CSR.VOSRDY: the core's regulator is at its voltage.
+const REGULATOR_READY: u32 = 1 << 14;
+
+/// The power controller.
+#[derive(Clone, Debug)]
+pub(crate) struct Pwr {
+    control: u32,
+    low: bool,
+}
+
+impl Pwr {
+    /// As after a reset: the regulator at full voltage (PWR_CR.VOS).
+    pub(crate) fn new() -> Self {
+        Pwr {
+            control: 0xC000,
+            low: false,
+        }
+    }
+
+    /// Says how the supply is; returns the new level of EXTI line 16 where that changes (RM0090 section 5.2.3).
+    pub(crate) fn set_supply(&mut self, low: bool) -> Option<bool> {
+        let before = self.output();
+        self.low = low;
+        (self.output() != before).then_some(low)
+    }
+
+    fn output(&self) -> bool {
+        self.low && self.control & DETECTOR != 0
+    }
+
+    /// Reads the register at `offset` from 0x40007000.
+    pub(crate) fn read(&self, offset: u32) -> u32 {
+        match offset {
+            0 => self.control,
+            4 => REGULATOR_READY | if self.output() { LOW } else { 0 },
+            _ => 0,
+        }
+    }
+
+    /// Writes the register at `offset` from 0x40007000.
+    pub(crate) fn write(&mut self, offset: u32, value: u32) {
+        if offset == 0 {
+            self.control = value;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_low_supply_is_reported_where_the_detector_is_on() {
+        let mut pwr = Pwr::new();
+        assert_eq!(pwr.set_supply(true), None);
+        assert_eq!(pwr.set_supply(false), None);
+        pwr.write(0, 0xC000 | DETECTOR);
+        assert_eq!(pwr.set_supply(true), Some(true));
+        assert_eq!(pwr.read(4) & LOW, LOW);
+        assert_eq!(pwr.set_supply(true), None);
+        assert_eq!(pwr.set_supply(false), Some(false));
+    }
+}

@@ -1,0 +1,354 @@
+//! Reset and clock control (RM0090 chapter 7): which clock HCLK is made of, which peripherals have one, why the last
+//! reset came.
+//!
+//! Not modelled: start-up times (a clock that is switched on is ready at once, a crystal that is not there never), clock
+//! outputs, I2S, sleep-mode clock enables, peripheral resets (they read back, and reset nothing).
+use crate::warning::{Warning, Warnings};
+
+/// Registers by their number: a quarter of their offset.
+const CR: usize = 0;
+const PLLCFGR: usize = 1;
+const CFGR: usize = 2;
+const CIR: usize = 3;
+const BDCR: usize = 0x70 / 4;
+const CSR: usize = 0x74 / 4;
+/// Registers up to RCC_PLLI2SCFGR (0x84).
+const REGISTERS: usize = 0x88 / 4;
+
+/// RCC_CR: the internal oscillator, the crystal, the clock security system, the PLLs.
+const HSION: u32 = 1;
+const HSEON: u32 = 1 << 16;
+const HSERDY: u32 = 1 << 17;
+const CSSON: u32 = 1 << 19;
+const PLLON: u32 = 1 << 24;
+const PLLI2SON: u32 = 1 << 26;
+/// RCC_PLLCFGR.PLLSRC: the crystal feeds the PLL.
+const PLL_FROM_CRYSTAL: u32 = 1 << 22;
+/// RCC_CIR: the clock security system has found the crystal stopped.
+const CSSF: u32 = 1 << 7;
+const CSSC: u32 = 1 << 23;
+/// RCC_CSR: remove the reset flags.
+const RMVF: u32 = 1 << 24;
+/// Frequency of the internal oscillator in Hz.
+const HSI_HZ: u32 = 16_000_000;
+
+/// Why a reset came.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum ResetCause {
+    /// Power came on: nothing in RAM survives.
+    PowerOn,
+    /// The reset pin.
+    Pin,
+    /// The program asked for it (AIRCR.SYSRESETREQ).
+    Software,
+    /// The independent watchdog was not fed.
+    Watchdog,
+}
+
+impl ResetCause {
+    /// The flags in RCC_CSR (RM0090 section 7.3.21): every reset pulls the reset pin as well.
+    fn flags(self) -> u32 {
+        const PIN: u32 = 1 << 26;
+        match self {
+            ResetCause::PowerOn => PIN | 1 << 27 | 1 << 25,
+            ResetCause::Pin => PIN,
+            ResetCause::Software => PIN | 1 << 28,
+            ResetCause::Watchdog => PIN | 1 << 29,
+        }
+    }
+}
+
+/// Frequencies of the buses.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Clocks {
+    /// HCLK, the core's clock, in Hz.
+    pub hclk: u32,
+    /// HCLK cycles to a clock of APB1.
+    pub apb1: u32,
+    /// HCLK cycles to a clock of APB2.
+    pub apb2: u32,
+}
+
+impl Clocks {
+    /// HCLK cycles to a clock of a timer on a bus with this divider (RM0090 section 7.2).
+    pub(crate) fn timer(divider: u32) -> u64 {
+        u64::from(if divider == 1 { 1 } else { divider / 2 })
+    }
+}
+
+/// The clock controller.
+#[derive(Clone, Debug)]
+pub(crate) struct Rcc {
+    registers: [u32; REGISTERS],
+    /// 0: no crystal is fitted, or it has stopped.
+    crystal_hz: u32,
+}
+
+impl Rcc {
+    /// After power-on, with a crystal of this frequency.
+    pub(crate) fn new(crystal_hz: u32) -> Self {
+        let mut rcc = Rcc {
+            registers: [0; REGISTERS],
+            crystal_hz,
+        };
+        rcc.reset(ResetCause::PowerOn);
+        rcc
+    }
+
+    /// Sets the reset values; the flags of earlier causes and the backup domain stay.
+    pub(crate) fn reset(&mut self, cause: ResetCause) {
+        let kept = match cause {
+            ResetCause::PowerOn => (0, 0),
+            ResetCause::Pin | ResetCause::Software | ResetCause::Watchdog => {
+                (self.registers[CSR] & !3, self.registers[BDCR])
+            }
+        };
+        self.registers = [0; REGISTERS];
+        self.registers[CR] = 0x83;
+        self.registers[PLLCFGR] = 0x2400_3010;
+        self.registers[0x30 / 4] = 0x0010_0000;
+        self.registers[CSR] = kept.0 | cause.flags();
+        self.registers[BDCR] = kept.1;
+        self.registers[0x84 / 4] = 0x2000_3000;
+    }
+
+    /// Reads the register at `offset` from 0x40023800.
+    pub(crate) fn read(&self, offset: u32) -> u32 {
+        let index = offset as usize / 4;
+        self.registers.get(index).copied().unwrap_or(0)
+    }
+
+    /// Writes the register at `offset` from 0x40023800.
+    pub(crate) fn write(&mut self, offset: u32, value: u32, warnings: &mut Warnings) {
+        match offset as usize / 4 {
+            CR => self.write_control(value),
+            CFGR => self.select(value, warnings),
+            CIR => self.write_interrupts(value),
+            BDCR => self.registers[BDCR] = value & !2 | (value & 1) << 1,
+            CSR => self.write_status(value),
+            index => {
+                if let Some(register) = self.registers.get_mut(index) {
+                    *register = value;
+                }
+            }
+        }
+    }
+
+    fn write_control(&mut self, value: u32) {
+        let on = value & (HSION | HSEON | PLLON | PLLI2SON);
+        let running = if self.crystal_hz == 0 {
+            on & !HSEON
+        } else {
+            on
+        };
+        let ready = HSION << 1 | HSERDY | PLLON << 1 | PLLI2SON << 1;
+        self.registers[CR] = value & !ready | running << 1;
+    }
+
+    fn write_interrupts(&mut self, value: u32) {
+        let flag = self.registers[CIR] & CSSF;
+        let flag = if value & CSSC != 0 { 0 } else { flag };
+        self.registers[CIR] = value & 0x3F00 | flag;
+    }
+
+    fn write_status(&mut self, value: u32) {
+        let flags = self.registers[CSR] & 0xFE00_0000;
+        let flags = if value & RMVF != 0 { 0 } else { flags };
+        self.registers[CSR] = flags | value & 1 | (value & 1) << 1;
+    }
+
+    /// Selects the system clock; SWS says what it is, which is not always what was asked for.
+    fn select(&mut self, value: u32, warnings: &mut Warnings) {
+        let ready = match value & 3 {
+            0 => HSION << 1,
+            1 => HSERDY,
+            _ => PLLON << 1,
+        };
+        let current = if self.registers[CR] & ready != 0 {
+            value & 3
+        } else {
+            warnings.add(Warning::ClockNotReady);
+            self.registers[CFGR] >> 2 & 3
+        };
+        self.registers[CFGR] = value & !0xC | current << 2;
+    }
+
+    /// The crystal stops. Returns whether the clock security system noticed (RM0090 section 7.2.7): then the
+    /// internal oscillator has taken over. Without it the chip would stand still, which is not modelled.
+    pub(crate) fn crystal_fails(&mut self) -> bool {
+        let guarded = self.registers[CR] & CSSON != 0 && self.registers[CR] & HSERDY != 0;
+        self.crystal_hz = 0;
+        if guarded {
+            self.registers[CR] &= !(HSEON | HSERDY | CSSON);
+            if self.registers[PLLCFGR] & PLL_FROM_CRYSTAL != 0 {
+                self.registers[CR] &= !(PLLON | PLLON << 1);
+            }
+            self.registers[CFGR] &= !0xF;
+            self.registers[CIR] |= CSSF;
+        }
+        guarded
+    }
+
+    /// The clock security system asks for the NMI.
+    pub(crate) fn non_maskable(&self) -> bool {
+        self.registers[CIR] & CSSF != 0
+    }
+
+    /// The frequencies that the registers make.
+    pub(crate) fn clocks(&self) -> Clocks {
+        let configuration = self.registers[CFGR];
+        let system = match configuration >> 2 & 3 {
+            0 => HSI_HZ,
+            1 => self.crystal_hz,
+            _ => self.pll().2,
+        };
+        let divided = match configuration >> 4 & 15 {
+            code @ 8..=11 => system >> (code - 7),
+            code @ 12..=15 => system >> (code - 6),
+            _ => system,
+        };
+        Clocks {
+            hclk: divided.max(1),
+            apb1: bus_divider(configuration >> 10),
+            apb2: bus_divider(configuration >> 13),
+        }
+    }
+
+    /// The PLL's input, its oscillator and its output in Hz (RM0090 section 7.3.2).
+    fn pll(&self) -> (u32, u64, u32) {
+        let register = self.registers[PLLCFGR];
+        let source = if register & PLL_FROM_CRYSTAL != 0 {
+            self.crystal_hz
+        } else {
+            HSI_HZ
+        };
+        let input = source / (register & 63).max(1);
+        let oscillator = u64::from(input) * u64::from(register >> 6 & 511);
+        let divider = 2 * u64::from(register >> 16 & 3) + 2;
+        (input, oscillator, (oscillator / divider) as u32)
+    }
+
+    /// Warns of what the chip's limits do not allow (its data sheet, tables 14 and 36; RM0090 table 10).
+    pub(crate) fn check(&self, wait_states: u32, warnings: &mut Warnings) {
+        let Clocks { hclk, apb1, apb2 } = self.clocks();
+        let (input, oscillator, _) = self.pll();
+        let good = (950_000..=2_100_000).contains(&input)
+            && (100_000_000..=432_000_000).contains(&oscillator)
+            && hclk <= 168_000_000;
+        if self.registers[CFGR] >> 2 & 3 == 2 && !good {
+            warnings.add(Warning::PllOutOfRange { hclk });
+        }
+        if hclk / apb1 > 42_000_000 || hclk / apb2 > 84_000_000 {
+            warnings.add(Warning::BusTooFast { hclk });
+        }
+        if (wait_states + 1) * 30_000_000 < hclk {
+            warnings.add(Warning::TooFewWaitStates { hclk });
+        }
+    }
+
+    /// Whether the peripheral at an address has its clock (RM0090 sections 7.3.10 to 7.3.14).
+    pub(crate) fn is_clocked(&self, address: u32) -> bool {
+        let page = address & !0x3FF;
+        let (register, bit) = match page {
+            0x4002_0000..=0x4002_23FF => (0x30, page >> 10 & 15),
+            0x4002_6000 => (0x30, 21),
+            0x4002_6400 => (0x30, 22),
+            0x4000_0000..=0x4000_23FF => (0x40, page >> 10 & 15),
+            0x4000_4400..=0x4000_53FF => (0x40, 17 + ((page - 0x4000_4400) >> 10)),
+            0x4000_7000 => (0x40, 28),
+            0x4001_0000 => (0x44, 0),
+            0x4001_0400 => (0x44, 1),
+            0x4001_1000 => (0x44, 4),
+            0x4001_1400 => (0x44, 5),
+            0x4001_3800 => (0x44, 14),
+            0x4001_4000..=0x4001_4BFF => (0x44, 16 + (page >> 10 & 3)),
+            _ => return true,
+        };
+        self.read(register) >> bit & 1 != 0
+    }
+}
+
+/// The divider of a peripheral bus (RCC_CFGR.PPRE).
+fn bus_divider(code: u32) -> u32 {
+    if code & 4 == 0 {
+        1
+    } else {
+        2 << (code & 3)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn started() -> (Rcc, Warnings) {
+        let (mut rcc, mut warnings) = (Rcc::new(8_000_000), Warnings::default());
+        rcc.write(
+            0x04,
+            4 | 168 << 6 | PLL_FROM_CRYSTAL | 7 << 24,
+            &mut warnings,
+        );
+        rcc.write(0x00, 0x83 | HSEON | PLLON, &mut warnings);
+        rcc.write(0x08, 2 | 5 << 10 | 4 << 13, &mut warnings);
+        (rcc, warnings)
+    }
+
+    #[test]
+    fn eight_megahertz_become_168_with_the_buses_at_42_and_84() {
+        let (rcc, mut warnings) = started();
+        let clocks = rcc.clocks();
+        assert_eq!((clocks.hclk, clocks.apb1, clocks.apb2), (168_000_000, 4, 2));
+        assert_eq!(rcc.read(0x08) & 0xC, 8, "SWS");
+        rcc.check(5, &mut warnings);
+        assert_eq!(warnings.all(), []);
+        rcc.check(4, &mut warnings);
+        let hclk = 168_000_000;
+        assert_eq!(warnings.all(), [Warning::TooFewWaitStates { hclk }]);
+    }
+
+    #[test]
+    fn a_crystal_that_is_not_there_never_becomes_ready() {
+        let (mut rcc, mut warnings) = (Rcc::new(0), Warnings::default());
+        rcc.write(0x00, 0x83 | HSEON, &mut warnings);
+        assert_eq!(rcc.read(0x00) & HSERDY, 0);
+        rcc.write(0x08, 1, &mut warnings);
+        assert_eq!(rcc.clocks().hclk, HSI_HZ);
+        assert_eq!(warnings.all(), [Warning::ClockNotReady]);
+    }
+
+    #[test]
+    fn the_clock_security_system_falls_back_to_the_internal_oscillator() {
+        let (mut rcc, mut warnings) = started();
+        assert!(!rcc.clone().crystal_fails(), "not asked to watch");
+        rcc.write(0x00, rcc.read(0x00) | CSSON, &mut warnings);
+        assert!(rcc.crystal_fails());
+        assert_eq!(rcc.clocks().hclk, HSI_HZ);
+        assert!(rcc.non_maskable());
+        rcc.write(0x0C, CSSC, &mut warnings);
+        assert!(!rcc.non_maskable());
+    }
+
+    #[test]
+    fn reset_flags_add_up_until_they_are_removed() {
+        let mut rcc = Rcc::new(8_000_000);
+        assert_eq!(rcc.read(0x74), 0x0E00_0000);
+        rcc.reset(ResetCause::Watchdog);
+        assert_eq!(rcc.read(0x74), 0x2E00_0000);
+        rcc.write(0x74, RMVF, &mut Warnings::default());
+        rcc.reset(ResetCause::Software);
+        assert_eq!(rcc.read(0x74), 0x1400_0000);
+    }
+
+    #[test]
+    fn each_peripheral_has_its_enable_bit() {
+        let (mut rcc, mut warnings) = started();
+        assert!(!rcc.is_clocked(0x4002_1000));
+        rcc.write(0x30, 1 << 4, &mut warnings); // GPIOE
+        assert!(rcc.is_clocked(0x4002_1000));
+        rcc.write(0x40, 1 << 17 | 1, &mut warnings); // USART2, TIM2
+        assert!(rcc.is_clocked(0x4000_4400) && rcc.is_clocked(0x4000_0000));
+        assert!(!rcc.is_clocked(0x4000_0400));
+        rcc.write(0x44, 1 << 18, &mut warnings); // TIM11
+        assert!(rcc.is_clocked(0x4001_4800) && !rcc.is_clocked(0x4001_4400));
+    }
+}

@@ -1,0 +1,473 @@
+//! A timer's counter (RM0090 chapters 17 to 20): TIM1 to TIM14, counting up.
+//!
+//! The count is worked out from when it was last known: only compare matches and overflows are events.
+//!
+//! ```text
+//!  count ^      ______CCR3___overflow: update event, shadow registers are loaded
+//!        |   __/  :      : __/
+//!        | _/     :      :/
+//!        +--------+------+--------> HCLK cycles, (PSC + 1) × clock for each count
+//! ```
+//!
+//! A flag is up in the very cycle of its match; on the chip it takes a clock of the timer or two more.
+//! Not modelled: counting down or both ways, slave modes, input capture, external clocks, dead times and breaks.
+use super::{
+    timer_map::Instance,
+    timer_output::{Output, Outputs},
+    NEVER,
+};
+use crate::warning::{Warning, Warnings};
+
+/// TIMx_CR1: counter enable, update disable, update request source, one pulse, direction and alignment, ARR preload.
+const CEN: u32 = 1;
+const UDIS: u32 = 1 << 1;
+const URS: u32 = 1 << 2;
+const OPM: u32 = 1 << 3;
+const DIR_CMS: u32 = 7 << 4;
+const ARPE: u32 = 1 << 7;
+/// TIMx_SMCR.SMS: slave mode.
+const SMS: u32 = 7;
+/// TIMx_SR and TIMx_DIER: update, and the first of the compare channels.
+const UIF: u32 = 1;
+const CC1IF: u32 = 1 << 1;
+/// TIMx_DIER: DMA requests at update and compare.
+const UDE: u32 = 1 << 8;
+const CC1DE: u32 = 1 << 9;
+/// TIMx_EGR.UG: make an update event.
+const UG: u32 = 1;
+/// The four compare flags, in SR and EGR.
+const COMPARES: u32 = 0xF << 1;
+
+/// What a timer asks of the DMA controllers.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub(crate) struct TimerRequests {
+    pub(crate) update: bool,
+    /// A bit for each channel.
+    pub(crate) compare: u8,
+}
+
+/// A timer's registers.
+#[derive(Clone, Debug)]
+pub(crate) struct Timer {
+    pub(crate) instance: &'static Instance,
+    cr1: u32,
+    cr2: u32,
+    smcr: u32,
+    dier: u32,
+    sr: u32,
+    psc: u32,
+    arr: u32,
+    rcr: u32,
+    dcr: u32,
+    pub(crate) outputs: Outputs,
+    /// The values in force, until the next update event loads the registers.
+    prescaler: u32,
+    top: u32,
+    repetitions: u32,
+    /// The count at `since`.
+    count: u32,
+    since: u64,
+    /// HCLK cycles to a clock of the timer.
+    clock: u64,
+    next: u64,
+}
+
+impl Timer {
+    /// As after a reset.
+    pub(crate) fn new(instance: &'static Instance) -> Self {
+        let top = instance.mask();
+        Timer {
+            instance,
+            cr1: 0,
+            cr2: 0,
+            smcr: 0,
+            dier: 0,
+            sr: 0,
+            psc: 0,
+            arr: top,
+            rcr: 0,
+            dcr: 0,
+            outputs: Outputs::default(),
+            prescaler: 0,
+            top,
+            repetitions: 0,
+            count: 0,
+            since: 0,
+            clock: 1,
+            next: NEVER,
+        }
+    }
+
+    /// Sets how many HCLK cycles a clock of the timer takes, from now on.
+    pub(crate) fn set_clock(&mut self, cycles: u64, now: u64) {
+        self.synchronise(now);
+        self.since = now;
+        self.clock = cycles;
+        self.plan();
+    }
+
+    /// The cycle of its next match or overflow.
+    pub(crate) fn next_event(&self) -> u64 {
+        self.next
+    }
+
+    /// Whether it counts.
+    fn counts(&self) -> bool {
+        self.cr1 & CEN != 0
+    }
+
+    /// HCLK cycles to a count.
+    fn period(&self) -> u64 {
+        self.clock * (u64::from(self.prescaler) + 1)
+    }
+
+    fn count_at(&self, now: u64) -> u32 {
+        if !self.counts() {
+            return self.count;
+        }
+        let counted = now.saturating_sub(self.since) / self.period();
+        (u64::from(self.count) + counted) as u32
+    }
+
+    /// Brings the known count up to now.
+    fn synchronise(&mut self, now: u64) {
+        self.count = self.count_at(now);
+        if self.counts() {
+            let whole = now.saturating_sub(self.since) / self.period();
+            self.since += whole * self.period();
+        } else {
+            self.since = now;
+        }
+    }
+
+    /// The last count before the overflow: a count already past the top goes on to the end of the register.
+    fn last_count(&self) -> u32 {
+        if self.count > self.top {
+            self.instance.mask()
+        } else {
+            self.top
+        }
+    }
+
+    /// Works out when the next event is.
+    fn plan(&mut self) {
+        if !self.counts() {
+            self.next = NEVER;
+            return;
+        }
+        let last = self.last_count();
+        let overflow = u64::from(last) + 1 - u64::from(self.count);
+        let counts = self
+            .channels()
+            .map(|channel| self.outputs.compare(channel))
+            .filter(|&compare| compare > self.count && compare <= last)
+            .map(|compare| u64::from(compare - self.count))
+            .fold(overflow, u64::min);
+        self.next = self.since + counts * self.period();
+    }
+
+    fn channels(&self) -> core::ops::Range<usize> {
+        0..usize::from(self.instance.channels)
+    }
+
+    /// The count that was planned for has come.
+    pub(crate) fn event(&mut self, now: u64) -> TimerRequests {
+        let last = self.last_count();
+        let counted = now.saturating_sub(self.since) / self.period();
+        let count = u64::from(self.count) + counted;
+        self.since = now;
+        let overflow = count > u64::from(last);
+        self.count = if overflow { 0 } else { count as u32 };
+        let updated = overflow && self.overflow();
+        let matched = self.matches();
+        self.outputs.follow(self.count, matched);
+        self.plan();
+        self.requests(updated, matched)
+    }
+
+    /// Returns whether the overflow is an update event.
+    fn overflow(&mut self) -> bool {
+        if self.cr1 & UDIS != 0 {
+            return false;
+        }
+        if self.repetitions > 0 {
+            self.repetitions -= 1;
+            return false;
+        }
+        self.update();
+        self.sr |= UIF;
+        if self.cr1 & OPM != 0 {
+            self.cr1 &= !CEN;
+        }
+        true
+    }
+
+    /// Loads the shadow registers (RM0090 section 18.3.1).
+    fn update(&mut self) {
+        self.prescaler = self.psc;
+        self.top = self.arr;
+        self.repetitions = self.rcr;
+        self.outputs.update();
+    }
+
+    /// Sets the flags of the channels that match the count; returns a bit for each.
+    fn matches(&mut self) -> u8 {
+        let matched = self
+            .channels()
+            .filter(|&channel| self.outputs.compare(channel) == self.count)
+            .fold(0, |all, channel| all | 1 << channel);
+        self.sr |= u32::from(matched) * CC1IF;
+        matched
+    }
+
+    fn requests(&self, updated: bool, matched: u8) -> TimerRequests {
+        TimerRequests {
+            update: updated && self.dier & UDE != 0,
+            compare: matched & (self.dier / CC1DE) as u8 & 0xF,
+        }
+    }
+
+    /// The level of the update interrupt.
+    pub(crate) fn update_interrupt(&self) -> bool {
+        self.sr & self.dier & UIF != 0
+    }
+
+    /// The level of the compare interrupt.
+    pub(crate) fn compare_interrupt(&self) -> bool {
+        self.sr & self.dier & COMPARES != 0
+    }
+
+    /// A channel's output as a share of time; HCLK cycles high and in all.
+    pub(crate) fn duty(&self, channel: usize) -> Option<(u64, u64)> {
+        let counts = u64::from(self.top) + 1;
+        let high = self.outputs.high_counts(channel, counts)?;
+        let running = if self.counts() { self.period() } else { 0 };
+        Some((high * running, counts * running))
+    }
+
+    /// Reads the register at `offset` from its base.
+    pub(crate) fn read(&self, offset: u32, now: u64) -> u32 {
+        match offset {
+            0x00 => self.cr1,
+            0x04 => self.cr2,
+            0x08 => self.smcr,
+            0x0C => self.dier,
+            0x10 => self.sr,
+            0x24 => self.count_at(now),
+            0x28 => self.psc,
+            0x2C => self.arr,
+            0x30 => self.rcr,
+            0x48 => self.dcr,
+            _ => self.outputs.read(offset),
+        }
+    }
+
+    /// Writes the register at `offset` from its base.
+    pub(crate) fn write(
+        &mut self,
+        offset: u32,
+        value: u32,
+        now: u64,
+        warnings: &mut Warnings,
+    ) -> TimerRequests {
+        self.synchronise(now);
+        let mask = self.instance.mask();
+        let mut requests = TimerRequests::default();
+        match offset {
+            0x00 => self.write_control(value, now),
+            0x04 => self.cr2 = value,
+            0x08 => self.smcr = value,
+            0x0C => self.dier = value,
+            0x10 => self.sr &= value,
+            0x14 => requests = self.generate(value, now),
+            0x24 => (self.count, self.since) = (value & mask, now),
+            0x28 => self.psc = value & 0xFFFF,
+            0x2C => self.write_top(value & mask),
+            0x30 => self.rcr = value & 0xFF,
+            0x48 => self.dcr = value,
+            _ => self.outputs.write(offset, value & self.output_mask(offset)),
+        }
+        if self.cr1 & DIR_CMS != 0 || self.smcr & SMS != 0 {
+            let base = self.instance.base;
+            warnings.add(Warning::TimerMode { base });
+        }
+        self.outputs.follow(self.count, 0);
+        self.plan();
+        requests
+    }
+
+    /// Compare registers are as wide as the counter.
+    fn output_mask(&self, offset: u32) -> u32 {
+        match offset {
+            0x34..=0x40 => self.instance.mask(),
+            _ => u32::MAX,
+        }
+    }
+
+    fn write_control(&mut self, value: u32, now: u64) {
+        if value & !self.cr1 & CEN != 0 {
+            self.since = now;
+        }
+        self.cr1 = value;
+    }
+
+    fn write_top(&mut self, value: u32) {
+        self.arr = value;
+        if self.cr1 & ARPE == 0 {
+            self.top = value;
+        }
+    }
+
+    /// TIMx_EGR: events made by the program.
+    fn generate(&mut self, value: u32, now: u64) -> TimerRequests {
+        let updates = value & UG != 0;
+        if updates {
+            (self.count, self.since) = (0, now);
+        }
+        let updates = updates && self.cr1 & UDIS == 0;
+        if updates {
+            self.update();
+            if self.cr1 & URS == 0 {
+                self.sr |= UIF;
+            }
+        }
+        self.sr |= value & COMPARES;
+        self.requests(updates, (value & COMPARES) as u8 >> 1)
+    }
+
+    /// The level of a pin that the timer drives, if it does.
+    pub(crate) fn level(&self, output: Output) -> Option<bool> {
+        self.outputs.level(output, self.instance.advanced)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::timer_map::INSTANCES;
+    use super::*;
+
+    const TIM2: usize = 1;
+    const TIM3: usize = 2;
+    const CC1IE: u32 = 1 << 1;
+
+    fn timer(index: usize, registers: &[(u32, u32)]) -> Timer {
+        let mut timer = Timer::new(&INSTANCES[index]);
+        timer.set_clock(2, 0);
+        for &(offset, value) in registers {
+            write(&mut timer, offset, value, 0);
+        }
+        timer
+    }
+
+    fn write(timer: &mut Timer, offset: u32, value: u32, now: u64) -> TimerRequests {
+        timer.write(offset, value, now, &mut Warnings::default())
+    }
+
+    #[test]
+    fn a_period_is_the_top_and_one_times_the_prescaler_and_one() {
+        let mut timer = timer(
+            TIM3,
+            &[
+                (0x28, 3),
+                (0x2C, 99),
+                (0x14, UG),
+                (0x10, 0),
+                (0x0C, UIF),
+                (0x00, CEN),
+            ],
+        );
+        assert_eq!(timer.next_event(), 2 * 4 * 100);
+        assert!(!timer.update_interrupt());
+        timer.event(800);
+        assert!(timer.update_interrupt());
+        assert_eq!(timer.next_event(), 1600);
+        write(&mut timer, 0x10, 0, 801);
+        assert!(!timer.update_interrupt());
+    }
+
+    #[test]
+    fn a_prescaler_waits_for_the_update_event() {
+        let mut timer = timer(TIM3, &[(0x2C, 9), (0x00, CEN), (0x28, 9)]);
+        assert_eq!(timer.next_event(), 20);
+        timer.event(20);
+        assert_eq!(timer.next_event(), 20 + 200);
+    }
+
+    #[test]
+    fn a_preloaded_top_waits_for_the_update_event_another_does_not() {
+        let mut preloaded = timer(
+            TIM3,
+            &[
+                (0x00, ARPE),
+                (0x2C, 99),
+                (0x14, UG),
+                (0x00, ARPE | CEN),
+                (0x2C, 9),
+            ],
+        );
+        assert_eq!(preloaded.next_event(), 200);
+        preloaded.event(200);
+        assert_eq!(preloaded.next_event(), 220);
+        let direct = timer(TIM3, &[(0x2C, 99), (0x00, CEN), (0x2C, 9)]);
+        assert_eq!(direct.next_event(), 20);
+    }
+
+    #[test]
+    fn a_free_counter_of_32_bits_matches_its_compare_register() {
+        let mut timer = timer(TIM2, &[(0x0C, CC1IE), (0x34, 840), (0x00, CEN)]);
+        assert_eq!(timer.next_event(), 1680);
+        timer.event(1680);
+        assert!(timer.compare_interrupt());
+        assert_eq!(timer.read(0x24, 1684), 842);
+        write(&mut timer, 0x10, !CC1IF, 1684);
+        assert!(!timer.compare_interrupt());
+        // An instant that has passed comes once the counter has been all the way round.
+        write(&mut timer, 0x34, 100, 2000);
+        assert_eq!(timer.next_event(), 2 << 32);
+    }
+
+    #[test]
+    fn flags_are_cleared_by_zeroes_and_not_set_by_ones() {
+        let mut timer = timer(TIM2, &[(0x34, 10), (0x38, 10), (0x00, CEN)]);
+        timer.event(20);
+        write(&mut timer, 0x10, !CC1IF, 20);
+        assert_eq!(timer.read(0x10, 20), CC1IF << 1);
+    }
+
+    #[test]
+    fn one_pulse_mode_stops_at_the_update() {
+        let mut timer = timer(TIM3, &[(0x2C, 419), (0x00, OPM | URS | CEN)]);
+        timer.event(timer.next_event());
+        assert_eq!(timer.read(0x00, 0) & CEN, 0);
+        assert_eq!(timer.next_event(), NEVER);
+    }
+
+    #[test]
+    fn an_update_by_the_program_sets_the_flag_unless_urs_says_otherwise() {
+        let plain = timer(TIM3, &[(0x14, UG)]);
+        assert_eq!(plain.read(0x10, 0), UIF);
+        let quiet = timer(TIM3, &[(0x00, URS), (0x14, UG)]);
+        assert_eq!(quiet.read(0x10, 0), 0);
+    }
+
+    #[test]
+    fn repetitions_are_overflows_without_an_update() {
+        let mut timer = timer(
+            0,
+            &[(0x2C, 9), (0x30, 1), (0x14, UG), (0x10, 0), (0x00, CEN)],
+        );
+        timer.event(20);
+        assert_eq!(timer.read(0x10, 20) & UIF, 0);
+        timer.event(40);
+        assert_eq!(timer.read(0x10, 40) & UIF, UIF);
+    }
+
+    #[test]
+    fn requests_for_dma_come_where_they_are_enabled() {
+        let mut timer = timer(TIM3, &[(0x2C, 9), (0x34, 5), (0x0C, UDE), (0x00, CEN)]);
+        assert_eq!(timer.event(10), TimerRequests::default());
+        assert!(timer.event(20).update);
+        write(&mut timer, 0x0C, CC1DE, 20);
+        assert_eq!(timer.event(30).compare, 1);
+    }
+}

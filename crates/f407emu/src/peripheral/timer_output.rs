@@ -1,0 +1,269 @@
+//! A timer's compare channels and their outputs: PWM and its relatives (RM0090 sections 17.3.9 to 17.3.11, 18.3.9).
+//!
+//! ```text
+//!  mode 1 (110)  OCxREF = count < CCRx        OCx = OCxREF, inverted by CCxP, while CCxE (and MOE)
+//!  mode 2 (111)  OCxREF = count >= CCRx       OCxN = its complement, while CCxNE
+//! ```
+//!
+//! Where OCxPE is set, a new CCRx counts from the next update event on: a PWM of 50 Hz goes on for up to 20 ms. A
+//! forced level, CCxE and MOE work at once.
+
+/// TIMx_BDTR: outputs stay driven while MOE is off; main output enable.
+const OSSI: u32 = 1 << 10;
+const MOE: u32 = 1 << 15;
+
+/// One of a timer's outputs.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) struct Output {
+    /// 0 for channel 1.
+    pub(crate) channel: u8,
+    /// OCxN.
+    pub(crate) complementary: bool,
+}
+
+/// How a channel makes its reference out of matches (TIMx_CCMR.OCxM).
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Mode {
+    Frozen,
+    ActiveOnMatch,
+    InactiveOnMatch,
+    Toggle,
+    ForcedInactive,
+    ForcedActive,
+    Pwm1,
+    Pwm2,
+}
+
+/// The registers of the channels.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Outputs {
+    ccmr: [u32; 2],
+    ccer: u32,
+    ccr: [u32; 4],
+    bdtr: u32,
+    /// The compare values in force.
+    active: [u32; 4],
+    /// OCxREF.
+    reference: [bool; 4],
+    /// It drove a pin when that was last asked.
+    drove: bool,
+}
+
+impl Outputs {
+    /// The compare value of a channel that is in force.
+    pub(crate) fn compare(&self, channel: usize) -> u32 {
+        self.active[channel]
+    }
+
+    /// Whether the timer drives any pin, or did when this was last asked.
+    pub(crate) fn take_driving(&mut self) -> bool {
+        let driving = self.ccer & 0x5555 != 0;
+        core::mem::replace(&mut self.drove, driving) || driving
+    }
+
+    /// An update event: new compare values come into force.
+    pub(crate) fn update(&mut self) {
+        self.active = self.ccr;
+    }
+
+    /// Brings the references in line with the count and the channels that match it.
+    pub(crate) fn follow(&mut self, count: u32, matched: u8) {
+        for channel in 0..4 {
+            let matches = matched >> channel & 1 != 0;
+            let reference = &mut self.reference[channel];
+            let below = count < self.active[channel];
+            *reference = match mode(self.ccmr, channel) {
+                Mode::Frozen => *reference,
+                Mode::ActiveOnMatch => *reference || matches,
+                Mode::InactiveOnMatch => *reference && !matches,
+                Mode::Toggle => *reference != matches,
+                Mode::ForcedInactive => false,
+                Mode::ForcedActive => true,
+                Mode::Pwm1 => below,
+                Mode::Pwm2 => !below,
+            };
+        }
+    }
+
+    /// The level of an output; `None` where it is left to the pin's pull (RM0090 tables 97 and 99).
+    pub(crate) fn level(&self, output: Output, advanced: bool) -> Option<bool> {
+        let enables = self.ccer >> (4 * output.channel);
+        let (enable, inverted) = if output.complementary {
+            (enables >> 2 & 1, enables >> 3 & 1 != 0)
+        } else {
+            (enables & 1, enables >> 1 & 1 != 0)
+        };
+        if enable == 0 {
+            return None;
+        }
+        if advanced && self.bdtr & MOE == 0 {
+            return (self.bdtr & OSSI != 0).then_some(inverted);
+        }
+        let both = enables & 5 == 5;
+        let complement = output.complementary && both;
+        Some(self.reference[usize::from(output.channel)] ^ complement ^ inverted)
+    }
+
+    /// Counts of a period during which a PWM output is high; `None` for a channel that makes no PWM.
+    pub(crate) fn high_counts(&self, channel: usize, period: u64) -> Option<u64> {
+        let below = u64::from(self.active[channel]).min(period);
+        let active = match mode(self.ccmr, channel) {
+            Mode::Pwm1 => below,
+            Mode::Pwm2 => period - below,
+            Mode::ForcedInactive => 0,
+            Mode::ForcedActive => period,
+            Mode::Frozen | Mode::ActiveOnMatch | Mode::InactiveOnMatch | Mode::Toggle => {
+                return None
+            }
+        };
+        let inverted = self.ccer >> (4 * channel + 1) & 1 != 0;
+        Some(if inverted { period - active } else { active })
+    }
+
+    /// Reads the register at `offset` from the timer's base.
+    pub(crate) fn read(&self, offset: u32) -> u32 {
+        match offset {
+            0x18 => self.ccmr[0],
+            0x1C => self.ccmr[1],
+            0x20 => self.ccer,
+            0x34..=0x40 => self.ccr[(offset as usize - 0x34) / 4],
+            0x44 => self.bdtr,
+            _ => 0,
+        }
+    }
+
+    /// Writes the register at `offset` from the timer's base.
+    pub(crate) fn write(&mut self, offset: u32, value: u32) {
+        match offset {
+            0x18 => self.ccmr[0] = value,
+            0x1C => self.ccmr[1] = value,
+            0x20 => self.ccer = value,
+            0x34..=0x40 => self.write_compare((offset as usize - 0x34) / 4, value),
+            0x44 => self.bdtr = value,
+            _ => {}
+        }
+    }
+
+    fn write_compare(&mut self, channel: usize, value: u32) {
+        self.ccr[channel] = value;
+        if half(self.ccmr, channel) >> 3 & 1 == 0 {
+            self.active[channel] = value;
+        }
+    }
+}
+
+/// The byte of CCMR1 or CCMR2 that is a channel's.
+fn half(ccmr: [u32; 2], channel: usize) -> u32 {
+    ccmr[channel / 2] >> (8 * (channel % 2)) & 0xFF
+}
+
+fn mode(ccmr: [u32; 2], channel: usize) -> Mode {
+    match half(ccmr, channel) >> 4 & 7 {
+        0 => Mode::Frozen,
+        1 => Mode::ActiveOnMatch,
+        2 => Mode::InactiveOnMatch,
+        3 => Mode::Toggle,
+        4 => Mode::ForcedInactive,
+        5 => Mode::ForcedActive,
+        6 => Mode::Pwm1,
+        _ => Mode::Pwm2,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CHANNEL_1: Output = Output {
+        channel: 0,
+        complementary: false,
+    };
+    const CHANNEL_1N: Output = Output {
+        channel: 0,
+        complementary: true,
+    };
+
+    fn pwm(mode: u32, compare: u32) -> Outputs {
+        let mut outputs = Outputs::default();
+        outputs.write(0x18, mode << 4);
+        outputs.write(0x34, compare);
+        outputs.write(0x20, 1);
+        outputs
+    }
+
+    #[test]
+    fn pwm_is_high_below_the_compare_value() {
+        let mut outputs = pwm(6, 3);
+        outputs.follow(2, 0);
+        assert_eq!(outputs.level(CHANNEL_1, false), Some(true));
+        outputs.follow(3, 1);
+        assert_eq!(outputs.level(CHANNEL_1, false), Some(false));
+        assert_eq!(outputs.high_counts(0, 8), Some(3));
+        assert_eq!(pwm(7, 3).high_counts(0, 8), Some(5));
+        assert_eq!(
+            pwm(6, 99).high_counts(0, 8),
+            Some(8),
+            "above the top: always on"
+        );
+    }
+
+    #[test]
+    fn a_preloaded_compare_value_waits_for_the_update() {
+        let mut outputs = pwm(6, 3);
+        outputs.write(0x18, 6 << 4 | 1 << 3);
+        outputs.write(0x34, 5);
+        assert_eq!(outputs.compare(0), 3);
+        outputs.update();
+        assert_eq!(outputs.compare(0), 5);
+    }
+
+    #[test]
+    fn forcing_a_level_works_at_once() {
+        let mut outputs = pwm(6, 8);
+        outputs.follow(0, 0);
+        outputs.write(0x18, 4 << 4);
+        outputs.follow(0, 0);
+        assert_eq!(outputs.level(CHANNEL_1, false), Some(false));
+    }
+
+    #[test]
+    fn an_output_that_is_off_is_left_to_the_pull() {
+        let mut outputs = pwm(6, 8);
+        outputs.write(0x20, 0);
+        assert_eq!(outputs.level(CHANNEL_1, false), None);
+    }
+
+    #[test]
+    fn advanced_timers_need_the_main_output_enable() {
+        let mut outputs = pwm(5, 0);
+        outputs.follow(0, 0);
+        assert_eq!(outputs.level(CHANNEL_1, true), None);
+        outputs.write(0x44, OSSI);
+        assert_eq!(outputs.level(CHANNEL_1, true), Some(false));
+        outputs.write(0x44, MOE);
+        assert_eq!(outputs.level(CHANNEL_1, true), Some(true));
+    }
+
+    #[test]
+    fn the_complementary_output_is_the_opposite_where_both_are_on() {
+        let mut outputs = pwm(5, 0);
+        outputs.follow(0, 0);
+        outputs.write(0x20, 5);
+        assert_eq!(outputs.level(CHANNEL_1N, false), Some(false));
+        outputs.write(0x20, 4);
+        assert_eq!(outputs.level(CHANNEL_1N, false), Some(true));
+    }
+
+    #[test]
+    fn matches_set_clear_and_toggle() {
+        let mut outputs = pwm(3, 5);
+        outputs.follow(5, 1);
+        assert_eq!(outputs.level(CHANNEL_1, false), Some(true));
+        outputs.follow(5, 1);
+        assert_eq!(outputs.level(CHANNEL_1, false), Some(false));
+        outputs.write(0x18, 1 << 4);
+        outputs.follow(5, 1);
+        outputs.follow(0, 0);
+        assert_eq!(outputs.level(CHANNEL_1, false), Some(true));
+    }
+}

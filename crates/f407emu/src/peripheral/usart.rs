@@ -1,0 +1,353 @@
+//! A serial port (RM0090 chapter 30), with a line to the test on the other end.
+//!
+//! A byte on the line lasts a start bit, 8 or 9 bits and the stop bits of the rate that BRR makes; the sender at the other
+//! end uses the same rate. What is sent meanwhile waits at that end: nothing but the program can lose a byte.
+//!
+//! Not modelled: parity and noise, LIN, smartcard, IrDA, hardware flow control, wake-up from mute mode.
+use super::NEVER;
+use crate::warning::{Warning, Warnings};
+use std::collections::VecDeque;
+
+/// USART_SR: overrun, idle line, byte received, transmission complete, data register empty.
+const ORE: u32 = 1 << 3;
+const IDLE: u32 = 1 << 4;
+const RXNE: u32 = 1 << 5;
+const TC: u32 = 1 << 6;
+const TXE: u32 = 1 << 7;
+/// USART_CR1: receiver, transmitter, four interrupt enables, 9 bits, the USART itself, oversampling by 8.
+const RE: u32 = 1 << 2;
+const TE: u32 = 1 << 3;
+const IDLEIE: u32 = 1 << 4;
+const RXNEIE: u32 = 1 << 5;
+const TCIE: u32 = 1 << 6;
+const TXEIE: u32 = 1 << 7;
+const M: u32 = 1 << 12;
+const UE: u32 = 1 << 13;
+const OVER8: u32 = 1 << 15;
+/// USART_CR3: error interrupt, DMA for received bytes, DMA for bytes to be sent.
+const EIE: u32 = 1;
+const DMAR: u32 = 1 << 6;
+const DMAT: u32 = 1 << 7;
+
+/// What a USART asks of the DMA controllers.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub(crate) struct UsartRequests {
+    pub(crate) receive: bool,
+    pub(crate) transmit: bool,
+}
+
+/// A USART's registers and its line.
+#[derive(Clone, Debug)]
+pub(crate) struct Usart {
+    base: u32,
+    status: u32,
+    /// Flags that the last reading of SR has shown: reading DR clears them.
+    shown: u32,
+    received: u8,
+    brr: u32,
+    cr1: u32,
+    cr2: u32,
+    cr3: u32,
+    gtpr: u32,
+    /// HCLK cycles to a clock of its bus.
+    bus_clock: u64,
+    /// The byte on the line and the one waiting in the data register.
+    shifting: Option<u8>,
+    waiting: Option<u8>,
+    sent_at: u64,
+    to_receive: VecDeque<u8>,
+    receive_at: u64,
+    idle_at: u64,
+    /// Bytes that the program has sent.
+    pub(crate) output: Vec<u8>,
+    /// Bytes that came before the last one had been read.
+    pub(crate) overruns: u64,
+}
+
+impl Usart {
+    /// As after a reset, with its registers at `base`.
+    pub(crate) fn new(base: u32) -> Self {
+        Usart {
+            base,
+            status: TC | TXE,
+            shown: 0,
+            received: 0,
+            brr: 0,
+            cr1: 0,
+            cr2: 0,
+            cr3: 0,
+            gtpr: 0,
+            bus_clock: 1,
+            shifting: None,
+            waiting: None,
+            sent_at: NEVER,
+            to_receive: VecDeque::new(),
+            receive_at: NEVER,
+            idle_at: NEVER,
+            output: Vec::new(),
+            overruns: 0,
+        }
+    }
+
+    /// Resets the USART; what is on the line, and what the other end keeps, stays.
+    pub(crate) fn reset(&mut self) {
+        *self = Usart {
+            to_receive: core::mem::take(&mut self.to_receive),
+            receive_at: self.receive_at,
+            output: core::mem::take(&mut self.output),
+            overruns: self.overruns,
+            ..Usart::new(self.base)
+        };
+    }
+
+    /// Sets how many HCLK cycles a clock of its bus takes.
+    pub(crate) fn set_bus_clock(&mut self, cycles: u32) {
+        self.bus_clock = u64::from(cycles);
+    }
+
+    /// The other end sends bytes, from cycle `now` on.
+    pub(crate) fn send(&mut self, bytes: &[u8], now: u64) {
+        self.to_receive.extend(bytes);
+        if self.receive_at == NEVER && !self.to_receive.is_empty() {
+            self.receive_at = now + self.frame();
+        }
+    }
+
+    /// Bytes that the other end has yet to send.
+    pub(crate) fn unsent(&self) -> usize {
+        self.to_receive.len()
+    }
+
+    /// The cycle of its next event.
+    pub(crate) fn next_event(&self) -> u64 {
+        self.receive_at.min(self.idle_at).min(self.sent_at)
+    }
+
+    /// Does what is due.
+    pub(crate) fn event(&mut self, now: u64) -> UsartRequests {
+        let mut requests = UsartRequests::default();
+        if self.receive_at <= now {
+            requests.receive = self.receive(now);
+        }
+        if self.idle_at <= now {
+            self.idle_at = NEVER;
+            self.status |= IDLE;
+        }
+        if self.sent_at <= now {
+            requests.transmit = self.sent(now);
+        }
+        requests
+    }
+
+    /// A byte has arrived. Returns whether DMA is to fetch it.
+    fn receive(&mut self, now: u64) -> bool {
+        let byte = self.to_receive.pop_front();
+        let frame = self.frame();
+        (self.receive_at, self.idle_at) = if self.to_receive.is_empty() {
+            (NEVER, now + frame)
+        } else {
+            (now + frame, NEVER)
+        };
+        let Some(byte) = byte.filter(|_| self.has(UE | RE)) else {
+            return false;
+        };
+        if self.status & RXNE != 0 {
+            self.status |= ORE;
+            self.overruns += 1;
+            return false;
+        }
+        self.received = byte;
+        self.status |= RXNE;
+        self.cr3 & DMAR != 0
+    }
+
+    /// A byte has left. Returns whether DMA is to bring another.
+    fn sent(&mut self, now: u64) -> bool {
+        self.output.extend(self.shifting.take());
+        self.shifting = self.waiting.take();
+        if self.shifting.is_none() {
+            self.sent_at = NEVER;
+            self.status |= TC;
+            return false;
+        }
+        self.sent_at = now + self.frame();
+        self.status |= TXE;
+        self.cr3 & DMAT != 0
+    }
+
+    fn has(&self, bits: u32) -> bool {
+        self.cr1 & bits == bits
+    }
+
+    /// HCLK cycles that a byte takes on the line (RM0090 section 30.3.4).
+    fn frame(&self) -> u64 {
+        let divider = if self.has(OVER8) {
+            (self.brr >> 4) * 8 + (self.brr & 7)
+        } else {
+            self.brr
+        };
+        let stop_bits = if self.cr2 >> 12 & 3 == 2 { 2 } else { 1 };
+        let bits = 1 + if self.has(M) { 9 } else { 8 } + stop_bits;
+        bits * u64::from(divider.max(1)) * self.bus_clock
+    }
+
+    /// The level of its interrupt line (RM0090 table 148).
+    pub(crate) fn interrupt(&self) -> bool {
+        let asked = |enable, flags| self.cr1 & enable != 0 && self.status & flags != 0;
+        let overrun = self.cr3 & (EIE | DMAR) == EIE | DMAR && self.status & ORE != 0;
+        asked(TXEIE, TXE)
+            || asked(TCIE, TC)
+            || asked(RXNEIE, RXNE | ORE)
+            || asked(IDLEIE, IDLE)
+            || overrun
+    }
+
+    /// Reads the register at `offset` from its base.
+    pub(crate) fn read(&mut self, offset: u32) -> u32 {
+        match offset {
+            0x00 => {
+                self.shown = self.status;
+                self.status
+            }
+            0x04 => {
+                self.status &= !(RXNE | self.shown & (ORE | IDLE));
+                self.shown = 0;
+                u32::from(self.received)
+            }
+            0x08 => self.brr,
+            0x0C => self.cr1,
+            0x10 => self.cr2,
+            0x14 => self.cr3,
+            0x18 => self.gtpr,
+            _ => 0,
+        }
+    }
+
+    /// Writes the register at `offset` from its base; returns whether DMA is to bring a byte.
+    pub(crate) fn write(
+        &mut self,
+        offset: u32,
+        value: u32,
+        now: u64,
+        warnings: &mut Warnings,
+    ) -> bool {
+        match offset {
+            0x00 => self.status &= value | !(RXNE | TC),
+            0x04 => return self.transmit(value as u8, now, warnings),
+            0x08 => self.brr = value,
+            0x0C => self.cr1 = value,
+            0x10 => self.cr2 = value,
+            0x14 => {
+                let begins = value & !self.cr3 & DMAT != 0;
+                self.cr3 = value;
+                return begins && self.status & TXE != 0;
+            }
+            0x18 => self.gtpr = value,
+            _ => {}
+        }
+        false
+    }
+
+    fn transmit(&mut self, byte: u8, now: u64, warnings: &mut Warnings) -> bool {
+        if !self.has(UE | TE) {
+            return false;
+        }
+        self.status &= !TC;
+        if self.shifting.is_none() {
+            self.shifting = Some(byte);
+            self.sent_at = now + self.frame();
+            return self.cr3 & DMAT != 0;
+        }
+        if self.waiting.replace(byte).is_some() {
+            warnings.add(Warning::UsartOverwrite { base: self.base });
+        }
+        self.status &= !TXE;
+        false
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 115200 baud on a bus of 42 MHz: 365 clocks of 4 cycles to a bit.
+    fn started() -> (Usart, Warnings) {
+        let (mut usart, mut warnings) = (Usart::new(0x4000_4400), Warnings::default());
+        usart.set_bus_clock(4);
+        usart.write(0x08, 365, 0, &mut warnings);
+        usart.write(0x0C, UE | TE | RE | RXNEIE, 0, &mut warnings);
+        (usart, warnings)
+    }
+
+    #[test]
+    fn a_byte_takes_ten_bits() {
+        let (mut usart, _) = started();
+        usart.send(b"?", 1000);
+        assert_eq!(usart.next_event(), 1000 + 10 * 365 * 4);
+        usart.event(usart.next_event());
+        assert!(usart.interrupt());
+        assert_eq!(usart.read(0x04), u32::from(b'?'));
+        assert!(!usart.interrupt());
+    }
+
+    #[test]
+    fn a_second_byte_before_the_first_was_read_is_lost_and_reported() {
+        let (mut usart, _) = started();
+        usart.send(b"ab", 0);
+        usart.event(usart.next_event());
+        usart.event(usart.next_event());
+        assert_eq!(usart.overruns, 1);
+        assert_eq!(usart.read(0x00) & (ORE | RXNE), ORE | RXNE);
+        assert_eq!(usart.read(0x04), u32::from(b'a'));
+        assert_eq!(usart.read(0x00) & (ORE | RXNE), 0);
+    }
+
+    #[test]
+    fn an_overrun_that_sr_was_not_read_for_stays() {
+        let (mut usart, _) = started();
+        usart.send(b"ab", 0);
+        usart.event(usart.next_event());
+        usart.event(usart.next_event());
+        usart.read(0x04);
+        assert!(usart.interrupt());
+    }
+
+    #[test]
+    fn the_line_is_idle_a_byte_after_the_last() {
+        let (mut usart, _) = started();
+        usart.send(b"a", 0);
+        usart.event(usart.next_event());
+        assert_eq!(usart.read(0x00) & IDLE, 0);
+        usart.event(usart.next_event());
+        assert_eq!(usart.read(0x00) & IDLE, IDLE);
+    }
+
+    #[test]
+    fn two_bytes_leave_one_after_the_other_and_a_third_overwrites() {
+        let (mut usart, mut warnings) = started();
+        usart.write(0x04, u32::from(b'o'), 0, &mut warnings);
+        assert_ne!(usart.read(0x00) & TXE, 0);
+        usart.write(0x04, u32::from(b'k'), 0, &mut warnings);
+        assert_eq!(usart.read(0x00) & TXE, 0);
+        usart.event(14_600);
+        assert_ne!(usart.read(0x00) & TXE, 0);
+        assert_eq!(usart.read(0x00) & TC, 0);
+        usart.event(29_200);
+        assert_eq!(usart.output, b"ok");
+        assert_ne!(usart.read(0x00) & TC, 0);
+        assert_eq!(warnings.all(), []);
+        for byte in b"abc" {
+            usart.write(0x04, u32::from(*byte), 30_000, &mut warnings);
+        }
+        let base = 0x4000_4400;
+        assert_eq!(warnings.all(), [Warning::UsartOverwrite { base }]);
+    }
+
+    #[test]
+    fn oversampling_by_eight_halves_the_divider() {
+        let (mut usart, mut warnings) = started();
+        usart.write(0x0C, UE | TE | RE | OVER8, 0, &mut warnings);
+        usart.write(0x08, 2 << 4 | 5, 0, &mut warnings); // 2 Mbaud at 42 MHz
+        assert_eq!(usart.frame(), 10 * 21 * 4);
+    }
+}

@@ -1,0 +1,226 @@
+//! What a run leaves behind: edges of pins, changes of PWM, statistics of exceptions.
+use crate::peripheral::nvic::{Exception, EXCEPTIONS};
+use core::fmt;
+
+/// A pin.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Hash)]
+pub struct Pin {
+    /// 0 for port A.
+    pub(crate) port: u8,
+    pub(crate) number: u8,
+}
+
+impl Pin {
+    /// A pin by its port's letter, `'A'` to `'I'`, and its number, 0 to 15.
+    ///
+    /// # Panics
+    /// When there is no such pin.
+    pub const fn new(port: char, number: u8) -> Pin {
+        let index = (port as u32).wrapping_sub('A' as u32);
+        assert!(index < 9 && number < 16, "no such pin");
+        Pin {
+            port: index as u8,
+            number,
+        }
+    }
+}
+
+impl fmt::Display for Pin {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "P{}{}", char::from(b'A' + self.port), self.number)
+    }
+}
+
+/// What changed a pin.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Cause {
+    /// The core, with the instruction at this address.
+    Core(u32),
+    /// A stream of a DMA controller (1 or 2).
+    Dma {
+        /// 1 or 2.
+        controller: u8,
+        /// 0 to 7.
+        stream: u8,
+    },
+    /// A timer's output, by the timer's number.
+    Timer(u8),
+    /// The world outside.
+    Input,
+    /// A reset.
+    Reset,
+}
+
+/// A pin's change.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Edge {
+    /// Cycle of HCLK since power-on.
+    pub cycle: u64,
+    /// The pin.
+    pub pin: Pin,
+    /// Its new level.
+    pub level: bool,
+    /// What changed it.
+    pub cause: Cause,
+}
+
+/// A change of the share of time during which a timer drives a pin high.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Duty {
+    /// Cycle of HCLK since power-on.
+    pub cycle: u64,
+    /// The pin.
+    pub pin: Pin,
+    /// HCLK cycles high in a period.
+    pub high: u64,
+    /// HCLK cycles to a period; 0 while the timer stands still.
+    pub period: u64,
+}
+
+/// Statistics of one exception, from entry to the end of the return, without the exceptions nested in it.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct Profile {
+    /// How often it was served.
+    pub count: u64,
+    /// Fewest cycles.
+    pub min: u64,
+    /// Most cycles.
+    pub max: u64,
+    /// Cycles in all.
+    pub total: u64,
+    /// Instructions in all.
+    pub instructions: u64,
+    /// Most instructions.
+    pub max_instructions: u64,
+    /// Most cycles with the exceptions nested in it.
+    pub max_with_nested: u64,
+}
+
+impl Profile {
+    fn add(&mut self, cycles: u64, instructions: u64, with_nested: u64) {
+        self.min = if self.count == 0 {
+            cycles
+        } else {
+            self.min.min(cycles)
+        };
+        self.count += 1;
+        self.max = self.max.max(cycles);
+        self.total += cycles;
+        self.instructions += instructions;
+        self.max_instructions = self.max_instructions.max(instructions);
+        self.max_with_nested = self.max_with_nested.max(with_nested);
+    }
+}
+
+/// One service of an exception.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Service {
+    /// The exception.
+    pub exception: Exception,
+    /// Cycle at which its entry began.
+    pub entry: u64,
+    /// Cycle at which its return was over.
+    pub exit: u64,
+}
+
+/// Handlers that are under way, and what was measured of those that are over.
+#[derive(Clone, Debug)]
+pub(crate) struct Profiler {
+    profiles: Vec<Profile>,
+    running: Vec<Running>,
+    /// Every service, where they are asked for.
+    pub(crate) services: Option<Vec<Service>>,
+}
+
+#[derive(Clone, Debug)]
+struct Running {
+    exception: Exception,
+    entry: u64,
+    instructions: u64,
+    nested_cycles: u64,
+    nested_instructions: u64,
+}
+
+impl Profiler {
+    pub(crate) fn new() -> Self {
+        Profiler {
+            profiles: vec![Profile::default(); usize::from(EXCEPTIONS)],
+            running: Vec::new(),
+            services: None,
+        }
+    }
+
+    /// The statistics of an exception.
+    pub(crate) fn profile(&self, exception: Exception) -> &Profile {
+        &self.profiles[usize::from(exception.number())]
+    }
+
+    /// Forgets what has been measured; handlers under way go on being measured.
+    pub(crate) fn clear(&mut self) {
+        self.profiles.fill(Profile::default());
+    }
+
+    /// A reset: nothing is under way any more.
+    pub(crate) fn abandon(&mut self) {
+        self.running.clear();
+    }
+
+    /// A handler begins.
+    pub(crate) fn enter(&mut self, exception: Exception, entry: u64, instructions: u64) {
+        self.running.push(Running {
+            exception,
+            entry,
+            instructions,
+            nested_cycles: 0,
+            nested_instructions: 0,
+        });
+    }
+
+    /// The handler that began last is over.
+    pub(crate) fn leave(&mut self, exit: u64, instructions: u64) {
+        let Some(running) = self.running.pop() else {
+            return;
+        };
+        let cycles = exit - running.entry;
+        let instructions = instructions - running.instructions;
+        if let Some(outer) = self.running.last_mut() {
+            outer.nested_cycles += cycles;
+            outer.nested_instructions += instructions;
+        }
+        self.profiles[usize::from(running.exception.number())].add(
+            cycles - running.nested_cycles,
+            instructions - running.nested_instructions,
+            cycles,
+        );
+        if let Some(services) = &mut self.services {
+            services.push(Service {
+                exception: running.exception,
+                entry: running.entry,
+                exit,
+            });
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_nested_handler_is_not_charged_to_the_one_it_interrupts() {
+        let mut profiler = Profiler::new();
+        profiler.enter(Exception::irq(38), 100, 10);
+        profiler.enter(Exception::irq(28), 120, 15);
+        profiler.leave(220, 40);
+        profiler.leave(250, 50);
+        let outer = profiler.profile(Exception::irq(38));
+        assert_eq!((outer.max, outer.instructions), (50, 15));
+        assert_eq!(outer.max_with_nested, 150);
+        assert_eq!(profiler.profile(Exception::irq(28)).min, 100);
+    }
+
+    #[test]
+    fn pins_are_written_as_in_the_data_sheet() {
+        assert_eq!(Pin::new('E', 10).to_string(), "PE10");
+    }
+}

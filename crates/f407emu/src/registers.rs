@@ -1,0 +1,269 @@
+//! Registers by their addresses: those of the peripherals (RM0090 table 1), and those of the core (DDI 0403, B3.1).
+use crate::{
+    devices::USARTS,
+    instruction::Width,
+    machine::Machine,
+    peripheral::{nvic::Exception, timer_map::INSTANCES},
+    record::Cause,
+    warning::Warning,
+};
+
+/// A peripheral, by its place in `Devices`.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Device {
+    Rcc,
+    Pwr,
+    Flash,
+    Port(usize),
+    Syscfg,
+    Exti,
+    Dma(usize),
+    Usart(usize),
+    Timer(usize),
+    Iwdg,
+    Other,
+}
+
+impl Device {
+    fn at(address: u32) -> Device {
+        let base = address & !0x3FF;
+        match base {
+            0x4002_0000..=0x4002_23FF => Device::Port((base >> 10 & 15) as usize),
+            0x4002_3800 => Device::Rcc,
+            0x4002_3C00 => Device::Flash,
+            0x4002_6000 => Device::Dma(0),
+            0x4002_6400 => Device::Dma(1),
+            0x4000_3000 => Device::Iwdg,
+            0x4000_7000 => Device::Pwr,
+            0x4001_3800 => Device::Syscfg,
+            0x4001_3C00 => Device::Exti,
+            _ => Device::by_table(base),
+        }
+    }
+
+    fn by_table(base: u32) -> Device {
+        let timer = INSTANCES.iter().position(|timer| timer.base == base);
+        let usart = USARTS.iter().position(|&usart| usart == base);
+        match (timer, usart) {
+            (Some(index), _) => Device::Timer(index),
+            (None, Some(index)) => Device::Usart(index),
+            (None, None) => Device::Other,
+        }
+    }
+}
+
+impl Machine {
+    /// Reads a peripheral's register at a cycle.
+    pub(crate) fn register_read(&mut self, address: u32, now: u64) -> u32 {
+        if !self.is_clocked(address) {
+            return 0;
+        }
+        let (offset, devices) = (address & 0x3FF, &mut self.devices);
+        match Device::at(address) {
+            Device::Rcc => devices.rcc.read(offset),
+            Device::Pwr => devices.pwr.read(offset),
+            Device::Flash => devices.flash.read(offset, now),
+            Device::Port(index) => devices.ports[index].read(offset),
+            Device::Syscfg => devices.exti.read_syscfg(offset),
+            Device::Exti => devices.exti.read(offset),
+            Device::Dma(index) => devices.dma[index].read(offset),
+            Device::Timer(index) => devices.timers[index].read(offset, now),
+            Device::Iwdg => devices.iwdg.read(offset),
+            Device::Usart(index) => {
+                let value = devices.usarts[index].read(offset);
+                self.usart_changed(index);
+                value
+            }
+            Device::Other => {
+                self.warnings.add(Warning::NotModelled { address });
+                self.devices.others.get(&address).copied().unwrap_or(0)
+            }
+        }
+    }
+
+    /// Writes a peripheral's register at a cycle, and lets what depends on it follow.
+    pub(crate) fn register_write(&mut self, address: u32, value: u32, now: u64, cause: Cause) {
+        if !self.is_clocked(address) {
+            return;
+        }
+        let (offset, devices) = (address & 0x3FF, &mut self.devices);
+        match Device::at(address) {
+            Device::Rcc => {
+                devices.rcc.write(offset, value, &mut self.warnings);
+                self.clocks_changed(now);
+            }
+            Device::Pwr => devices.pwr.write(offset, value),
+            Device::Flash => self.flash_write(offset, value, now),
+            Device::Port(index) => {
+                devices.ports[index].write(offset, value);
+                self.update_pins(index, now, cause);
+            }
+            Device::Syscfg => devices.exti.write_syscfg(offset, value),
+            Device::Exti => {
+                devices.exti.write(offset, value);
+                self.exti_changed();
+            }
+            Device::Dma(index) => self.dma_write(index, offset, value, now),
+            Device::Usart(index) => self.usart_write(index, offset, value, now),
+            Device::Timer(index) => self.timer_write(index, offset, value, now, cause),
+            Device::Iwdg => {
+                devices.iwdg.write(offset, value, now);
+                self.reschedule();
+            }
+            Device::Other => {
+                self.warnings.add(Warning::NotModelled { address });
+                self.devices.others.insert(address, value);
+            }
+        }
+    }
+
+    /// Whether a peripheral has its clock; warns where it has not.
+    fn is_clocked(&mut self, address: u32) -> bool {
+        let clocked = self.devices.rcc.is_clocked(address);
+        if !clocked {
+            let pc = self.cpu.current();
+            self.warnings.add(Warning::ClockOff { address, pc });
+        }
+        clocked
+    }
+
+    /// Reads a word of the private peripheral bus.
+    pub(crate) fn private_read(&mut self, address: u32) -> u32 {
+        let now = self.cycle;
+        let offset = address.wrapping_sub(0xE000_E000);
+        match address {
+            0xE000_1000..=0xE000_1FFF => self.devices.dwt.read(address & 0xFFF, now),
+            0xE000_E010..=0xE000_E01F => self.devices.systick.read(address & 0xF, now),
+            0xE000_ED04 => self.pending_state(),
+            0xE000_ED0C => 0xFA05_0000 | u32::from(self.nvic.group) << 8,
+            0xE000_ED18..=0xE000_ED23 => (0..4).fold(0, |word, k| {
+                word | u32::from(self.nvic.priority(4 + offset - 0xD18 + k)) << (8 * k)
+            }),
+            0xE000_ED24 => self.handler_state(),
+            0xE000_E100..=0xE000_E4EF => self.nvic.read(offset),
+            0xE000_E000..=0xE000_EFFF => self.scb.read(offset),
+            0xE004_2000 => 0x1007_6413, // DBGMCU_IDCODE (RM0090 section 38.6.1)
+            _ => 0,
+        }
+    }
+
+    /// Writes a register of the private peripheral bus; priorities can be written byte by byte.
+    pub(crate) fn private_write(&mut self, address: u32, width: Width, value: u32) {
+        let now = self.cycle;
+        let offset = address.wrapping_sub(0xE000_E000);
+        match address {
+            0xE000_1000..=0xE000_1FFF => self.devices.dwt.write(address & 0xFFF, value, now),
+            0xE000_E010..=0xE000_E01F => {
+                self.devices.systick.write(address & 0xF, value, now);
+                self.reschedule();
+            }
+            0xE000_E400..=0xE000_E4EF => self.set_priorities(16 + offset - 0x400, width, value),
+            0xE000_ED18..=0xE000_ED23 => self.set_priorities(4 + offset - 0xD18, width, value),
+            0xE000_ED04 => self.set_pending_state(value),
+            0xE000_ED0C => self.application_control(value),
+            0xE000_ED24 => self.set_handler_state(value),
+            0xE000_E100..=0xE000_E3FF | 0xE000_EF00 => self.nvic.write(offset, value),
+            0xE000_E000..=0xE000_EFFF => self.scb.write(offset, value),
+            _ => {}
+        }
+        self.nvic.changed = true;
+    }
+
+    fn set_priorities(&mut self, first: u32, width: Width, value: u32) {
+        for (number, byte) in (first..).zip(value.to_le_bytes()).take(width.bytes()) {
+            self.nvic.set_priority(number, byte);
+        }
+    }
+
+    /// ICSR (DDI 0403, B3.2.4).
+    fn pending_state(&self) -> u32 {
+        let pending = |exception, bit: u32| u32::from(self.nvic.is_pending(exception)) << bit;
+        u32::from(self.cpu.exception)
+            | pending(Exception::SYSTICK, 26)
+            | pending(Exception::PEND_SV, 28)
+    }
+
+    fn set_pending_state(&mut self, value: u32) {
+        for (bit, exception) in [(28, Exception::PEND_SV), (26, Exception::SYSTICK)] {
+            if value >> bit & 1 != 0 {
+                self.nvic.pend(exception);
+            } else if value >> (bit - 1) & 1 != 0 {
+                self.nvic.unpend(exception);
+            }
+        }
+    }
+
+    /// AIRCR (B3.2.6): takes effect with its key only.
+    fn application_control(&mut self, value: u32) {
+        const KEY: u32 = 0x05FA;
+        const SYSRESETREQ: u32 = 1 << 2;
+        if value >> 16 != KEY {
+            return;
+        }
+        self.nvic.group = (value >> 8 & 7) as u8;
+        if value & SYSRESETREQ != 0 {
+            self.reset_requested = true;
+        }
+    }
+
+    /// SHCSR (B3.2.13): which faults have handlers of their own.
+    fn handler_state(&self) -> u32 {
+        FAULTS.iter().fold(0, |state, &(bit, exception)| {
+            state | u32::from(self.nvic.is_enabled(exception)) << bit
+        })
+    }
+
+    fn set_handler_state(&mut self, value: u32) {
+        for (bit, exception) in FAULTS {
+            self.nvic.enable(exception, value >> bit & 1 != 0);
+        }
+    }
+}
+
+/// Bits of SHCSR that enable faults.
+const FAULTS: [(u32, Exception); 3] = [
+    (16, Exception::MEMORY_FAULT),
+    (17, Exception::BUS_FAULT),
+    (18, Exception::USAGE_FAULT),
+];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_peripheral_is_found_by_its_address() {
+        assert_eq!(Device::at(0x4000_0024), Device::Timer(1));
+        assert_eq!(Device::at(0x4001_1404), Device::Usart(3));
+        assert_eq!(Device::at(0x4002_1018), Device::Port(4));
+        assert_eq!(Device::at(0x4002_6488), Device::Dma(1));
+        assert_eq!(Device::at(0x5000_0000), Device::Other);
+    }
+
+    #[test]
+    fn system_handler_priorities_are_bytes() {
+        let mut machine = Machine::new(8_000_000);
+        machine.private_write(0xE000_ED23, Width::Byte, 0xF0);
+        assert_eq!(machine.nvic.priority(15), 0xF0);
+        assert_eq!(machine.private_read(0xE000_ED20), 0xF000_0000);
+    }
+
+    #[test]
+    fn aircr_needs_its_key() {
+        let mut machine = Machine::new(8_000_000);
+        machine.private_write(0xE000_ED0C, Width::Word, 0x0000_0004);
+        assert!(!machine.reset_requested);
+        machine.private_write(0xE000_ED0C, Width::Word, 0x05FA_0304);
+        assert!(machine.reset_requested);
+        assert_eq!(machine.nvic.group, 3);
+    }
+
+    #[test]
+    fn the_system_timer_can_be_made_pending_and_taken_back() {
+        let mut machine = Machine::new(8_000_000);
+        machine.private_write(0xE000_ED04, Width::Word, 1 << 26);
+        assert_eq!(machine.private_read(0xE000_ED04), 1 << 26);
+        machine.private_write(0xE000_ED04, Width::Word, 1 << 25);
+        assert_eq!(machine.private_read(0xE000_ED04), 0);
+    }
+}

@@ -1,0 +1,136 @@
+//! Resets (RM0090 section 7.1), and what a loss of power leaves in the memories.
+use crate::{
+    art::Art,
+    cpu::Cpu,
+    machine::Machine,
+    memory::FLASH,
+    peripheral::{nvic::Nvic, rcc::ResetCause, scb::Scb},
+    record::Cause,
+};
+use core::ops::Range;
+
+/// An operation of the flash that may still be under way, and what was there before.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Unfinished {
+    range: Range<usize>,
+    before: Vec<u8>,
+}
+
+impl Machine {
+    /// Remembers what an operation of the flash is about to change.
+    pub(crate) fn remember(&mut self, range: Range<usize>) {
+        self.unfinished = Unfinished {
+            before: self.memory.flash[range.clone()].to_vec(),
+            range,
+        };
+    }
+
+    /// Everything starts anew. Pins fall back to inputs at `cycle`; RAM survives all but a loss of power.
+    pub(crate) fn restart(&mut self, cause: ResetCause, cycle: u64) {
+        match cause {
+            ResetCause::PowerOn => self.lose_power(cycle),
+            ResetCause::Pin | ResetCause::Software | ResetCause::Watchdog => {}
+        }
+        self.resets.push((cycle, cause));
+        self.cpu = Cpu::default();
+        self.nvic = Nvic::new();
+        self.scb = Scb::new();
+        self.devices.reset(cause);
+        self.art = Art::new();
+        self.profiler.abandon();
+        self.buffer_free = cycle;
+        self.reset_requested = false;
+        self.locked = None;
+        self.update_all_pins(cycle, Cause::Reset);
+        self.boot();
+    }
+
+    /// RAM comes up with anything in it. Of a unit being programmed some bits have been cleared, of a sector being
+    /// erased some have been set: noise that is the same in every run.
+    fn lose_power(&mut self, cycle: u64) {
+        let mut noise = Noise(cycle | 1);
+        if cycle < self.devices.flash.busy_until {
+            let Unfinished { range, before } = core::mem::take(&mut self.unfinished);
+            let after = &self.memory.flash[range.clone()];
+            let mixed: Vec<u8> = before
+                .iter()
+                .zip(after)
+                .map(|(&before, &after)| before ^ (before ^ after) & noise.byte())
+                .collect();
+            self.program_flash(FLASH + range.start as u32, &mixed);
+        }
+        self.memory.sram.fill_with(|| noise.byte());
+        self.memory.ccm.fill_with(|| noise.byte());
+    }
+}
+
+/// Marsaglia's xorshift.
+struct Noise(u64);
+
+impl Noise {
+    fn byte(&mut self) -> u8 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        (self.0 >> 32) as u8
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::instruction::Width;
+
+    fn unlocked() -> Box<Machine> {
+        let mut machine = Machine::new(8_000_000);
+        for key in [0x4567_0123, 0xCDEF_89AB] {
+            machine.write_word(0x4002_3C04, key).unwrap();
+        }
+        machine
+    }
+
+    #[test]
+    fn power_lost_while_a_word_is_programmed_clears_some_of_its_bits() {
+        let mut machine = unlocked();
+        machine.write_word(0x4002_3C10, 1 | 2 << 8).unwrap();
+        machine.write_word(0x0800_4000, 0).unwrap();
+        machine.restart(ResetCause::PowerOn, machine.cycle() + 10);
+        let word = machine.read(0x0800_4000, Width::Word).unwrap();
+        assert!(word != 0 && word != u32::MAX, "{word:#x}");
+    }
+
+    #[test]
+    fn power_lost_after_the_operation_changes_nothing_more() {
+        let mut machine = unlocked();
+        machine.write_word(0x4002_3C10, 1 | 2 << 8).unwrap();
+        machine.write_word(0x0800_4000, 0x1234).unwrap();
+        let done = machine.devices.flash.busy_until;
+        machine.restart(ResetCause::PowerOn, done);
+        assert_eq!(machine.read_word(0x0800_4000), Ok(0x1234));
+    }
+
+    #[test]
+    fn ram_survives_a_reset_and_not_a_loss_of_power() {
+        let mut machine = Machine::new(8_000_000);
+        machine.write_word(0x2000_0100, 0x5AFE).unwrap();
+        machine.restart(ResetCause::Watchdog, 5);
+        assert_eq!(machine.read_word(0x2000_0100), Ok(0x5AFE));
+        machine.restart(ResetCause::PowerOn, 6);
+        assert_ne!(machine.read_word(0x2000_0100), Ok(0x5AFE));
+        assert_eq!(machine.resets().len(), 2);
+    }
+
+    #[test]
+    fn pins_fall_back_to_inputs() {
+        let mut machine = Machine::new(8_000_000);
+        machine.write_word(0x4002_3830, 1 << 4).unwrap();
+        machine.write_word(0x4002_1000, 1).unwrap();
+        machine.write_word(0x4002_1018, 1).unwrap();
+        machine.restart(ResetCause::Software, 50);
+        let last = machine.edges().last().unwrap();
+        assert_eq!(
+            (last.cycle, last.level, last.cause),
+            (50, false, Cause::Reset)
+        );
+    }
+}

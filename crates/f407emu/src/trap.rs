@@ -1,0 +1,69 @@
+//! What keeps an instruction from being carried out, and what ends a run.
+use core::fmt;
+
+/// Why an instruction was not carried out. The core answers with a fault exception (DDI 0403, B1.5.14).
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Trap {
+    /// The instruction is undefined.
+    Undefined,
+    /// A branch to an address whose lowest bit is 0, where a Cortex-M has no instruction set.
+    InvalidState,
+    /// An exception return that fits no exception.
+    InvalidReturn,
+    /// The floating-point unit is switched off.
+    NoCoprocessor,
+    /// An access that must be aligned is not.
+    Unaligned {
+        /// Address of the access.
+        address: u32,
+    },
+    /// A division by zero, where CCR.DIV_0_TRP asks for a fault.
+    DivideByZero,
+    /// No instruction can be fetched there.
+    Fetch {
+        /// Address of the instruction.
+        address: u32,
+    },
+    /// Nothing answers at that address, or not to such an access.
+    Bus {
+        /// Address of the access.
+        address: u32,
+    },
+    /// Registers could not be stacked on exception entry.
+    Stacking,
+    /// Registers could not be restored on exception return.
+    Unstacking,
+    /// A breakpoint instruction.
+    Breakpoint,
+    /// A supervisor call where its priority does not allow it.
+    SupervisorCall,
+}
+
+/// Why a run ended before its time.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Stop {
+    /// A fault in the handler of a fault: the core has locked up (DDI 0403, B1.5.15). Only a reset helps, such as
+    /// that of the watchdog, which [`crate::Machine::run_until`] waits for where one is running.
+    Lockup {
+        /// Address of the instruction.
+        pc: u32,
+        /// What was wrong with it.
+        trap: Trap,
+    },
+    /// A breakpoint instruction, with [`crate::Machine::set_debugger`].
+    Breakpoint {
+        /// Address of the instruction.
+        pc: u32,
+    },
+}
+
+impl fmt::Display for Stop {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Stop::Lockup { pc, trap } => write!(f, "locked up at {pc:#010x}: {trap:?}"),
+            Stop::Breakpoint { pc } => write!(f, "breakpoint at {pc:#010x}"),
+        }
+    }
+}
+
+impl core::error::Error for Stop {}

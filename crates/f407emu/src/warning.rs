@@ -1,0 +1,109 @@
+//! What a program did that would not work on the chip as intended, or that is not modelled.
+use core::fmt;
+
+/// One kind of mistake; each is recorded once.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Warning {
+    /// A peripheral was accessed while RCC keeps its clock off; nothing happened.
+    ClockOff {
+        /// Address of the register.
+        address: u32,
+        /// Address of the instruction.
+        pc: u32,
+    },
+    /// A clock was selected that is not running; the switch does not happen.
+    ClockNotReady,
+    /// The PLL's input, its oscillator or HCLK is out of range.
+    PllOutOfRange {
+        /// HCLK in Hz.
+        hclk: u32,
+    },
+    /// A peripheral bus is faster than the chip allows (42 MHz APB1, 84 MHz APB2).
+    BusTooFast {
+        /// HCLK in Hz.
+        hclk: u32,
+    },
+    /// The flash has too few wait states for the clock (RM0090 table 10).
+    TooFewWaitStates {
+        /// HCLK in Hz.
+        hclk: u32,
+    },
+    /// A key of the flash interface was wrong: it stays locked until the next reset.
+    WrongFlashKey,
+    /// The flash was written without FLASH_CR.PG.
+    FlashWriteNotEnabled,
+    /// The flash was written with another width than FLASH_CR.PSIZE.
+    FlashWriteWidth,
+    /// A sector was to be erased that does not exist.
+    NoSuchSector,
+    /// A peripheral that is not modelled: it remembers what is written, and no more.
+    NotModelled {
+        /// Address of the register.
+        address: u32,
+    },
+    /// A timer is in a mode that is not modelled: counting down or both ways, or as a slave.
+    TimerMode {
+        /// Base address of the timer.
+        base: u32,
+    },
+    /// A DMA stream was to reach what its controller cannot (RM0090 section 10.3: DMA1 has no GPIO, no DMA has CCM).
+    DmaUnreachable {
+        /// The address.
+        address: u32,
+    },
+    /// A DMA stream packs data in its FIFO, which is not modelled.
+    DmaPacking,
+    /// A byte was written to a USART before it had taken the last one.
+    UsartOverwrite {
+        /// Base address of the USART.
+        base: u32,
+    },
+}
+
+impl fmt::Display for Warning {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Warning::ClockOff { address, pc } => {
+                write!(
+                    f,
+                    "access to {address:#010x} while its clock is off, at {pc:#010x}"
+                )
+            }
+            Warning::ClockNotReady => f.write_str("a clock was selected that is not running"),
+            Warning::PllOutOfRange { hclk } => write!(f, "PLL out of range, HCLK {hclk} Hz"),
+            Warning::BusTooFast { hclk } => write!(f, "peripheral bus too fast, HCLK {hclk} Hz"),
+            Warning::TooFewWaitStates { hclk } => {
+                write!(f, "too few wait states of the flash for {hclk} Hz")
+            }
+            Warning::WrongFlashKey => f.write_str("wrong key for the flash"),
+            Warning::FlashWriteNotEnabled => f.write_str("flash written without PG"),
+            Warning::FlashWriteWidth => f.write_str("flash written with another width than PSIZE"),
+            Warning::NoSuchSector => f.write_str("erase of a sector that does not exist"),
+            Warning::NotModelled { address } => write!(f, "nothing is modelled at {address:#010x}"),
+            Warning::TimerMode { base } => write!(f, "mode of timer {base:#010x} not modelled"),
+            Warning::DmaUnreachable { address } => write!(f, "DMA cannot reach {address:#010x}"),
+            Warning::DmaPacking => f.write_str("packing in a DMA FIFO is not modelled"),
+            Warning::UsartOverwrite { base } => {
+                write!(f, "data register of USART {base:#010x} overwritten")
+            }
+        }
+    }
+}
+
+/// The warnings so far.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Warnings(Vec<Warning>);
+
+impl Warnings {
+    /// Records a warning, unless it is there already.
+    pub(crate) fn add(&mut self, warning: Warning) {
+        if !self.0.contains(&warning) {
+            self.0.push(warning);
+        }
+    }
+
+    /// The warnings in the order of their first occurrence.
+    pub(crate) fn all(&self) -> &[Warning] {
+        &self.0
+    }
+}

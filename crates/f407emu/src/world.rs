@@ -1,0 +1,118 @@
+//! The test bench: what happens outside the chip, and when.
+use crate::{
+    devices::SerialPort,
+    machine::Machine,
+    peripheral::{rcc::ResetCause, NEVER},
+    record::Pin,
+};
+use std::collections::VecDeque;
+
+/// Something that the world does.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Happening {
+    /// A switch or a driver sets a pin.
+    Pin { pin: Pin, level: bool },
+    /// The crystal stops.
+    CrystalStops,
+    /// The supply falls below the voltage detector's threshold, or comes back.
+    Supply { low: bool },
+    /// The reset pin, or the power.
+    Reset(ResetCause),
+}
+
+/// What is going to happen, in order.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct World {
+    happenings: VecDeque<(u64, Happening)>,
+}
+
+impl World {
+    /// The cycle of the next happening.
+    pub(crate) fn next_event(&self) -> u64 {
+        self.happenings.front().map_or(NEVER, |&(cycle, _)| cycle)
+    }
+
+    /// Takes the next happening, if it is due.
+    pub(crate) fn due(&mut self, now: u64) -> Option<Happening> {
+        let due = self.next_event() <= now;
+        due.then(|| self.happenings.pop_front())
+            .flatten()
+            .map(|(_, happening)| happening)
+    }
+
+    /// Adds a happening; those of one cycle keep the order in which they were added.
+    fn add(&mut self, cycle: u64, happening: Happening) {
+        let place = self
+            .happenings
+            .partition_point(|&(other, _)| other <= cycle);
+        self.happenings.insert(place, (cycle, happening));
+    }
+}
+
+impl Machine {
+    /// Sends bytes to a serial port, at the rate that the firmware has set, after those that are still being sent.
+    pub fn uart_send(&mut self, port: SerialPort, bytes: &[u8]) {
+        let cycle = self.cycle;
+        self.devices.usarts[port as usize].send(bytes, cycle);
+        self.reschedule();
+    }
+
+    /// How many bytes the sender at the other end of a serial port still keeps.
+    pub fn uart_unsent(&self, port: SerialPort) -> usize {
+        self.devices.usarts[port as usize].unsent()
+    }
+
+    /// What the firmware has sent on a serial port; the caller may take it out.
+    pub fn uart_out(&mut self, port: SerialPort) -> &mut Vec<u8> {
+        &mut self.devices.usarts[port as usize].output
+    }
+
+    /// Bytes that a serial port has lost because the one before had not been read.
+    pub fn uart_overruns(&self, port: SerialPort) -> u64 {
+        self.devices.usarts[port as usize].overruns
+    }
+
+    /// Sets an input pin at a cycle. From then on the world drives it.
+    pub fn pin_at(&mut self, cycle: u64, pin: Pin, level: bool) {
+        self.at(cycle, Happening::Pin { pin, level });
+    }
+
+    /// The crystal stops at a cycle: the clock security system, where it is on, asks for the NMI.
+    pub fn crystal_stops_at(&mut self, cycle: u64) {
+        self.at(cycle, Happening::CrystalStops);
+    }
+
+    /// The supply falls below the threshold of the voltage detector at a cycle, or comes back.
+    pub fn supply_at(&mut self, cycle: u64, low: bool) {
+        self.at(cycle, Happening::Supply { low });
+    }
+
+    /// A reset at a cycle. [`ResetCause::PowerOn`] is a power cycle: RAM is lost, and an operation of the flash that
+    /// is under way leaves something between the old and the new.
+    pub fn reset_at(&mut self, cycle: u64, cause: ResetCause) {
+        self.at(cycle, Happening::Reset(cause));
+    }
+
+    fn at(&mut self, cycle: u64, happening: Happening) {
+        self.world.add(cycle, happening);
+        self.reschedule();
+    }
+
+    /// Sets the frequency of the watchdog's oscillator in Hz, [`crate::LSI_SLOWEST_HZ`] to [`crate::LSI_FASTEST_HZ`].
+    /// It counts from the next feeding on, so call it before the firmware starts the watchdog.
+    pub fn set_lsi(&mut self, hz: u32) {
+        self.devices.iwdg.set_lsi(hz);
+    }
+
+    /// The level of a pin.
+    pub fn level(&self, pin: Pin) -> bool {
+        self.devices.ports[usize::from(pin.port)].levels >> pin.number & 1 != 0
+    }
+
+    /// Records the edges of a pin, or does not; at first all are recorded.
+    pub fn watch(&mut self, pin: Pin, watched: bool) {
+        let pins = &mut self.watched[usize::from(pin.port)];
+        let mask = 1 << pin.number;
+        *pins = if watched { *pins | mask } else { *pins & !mask };
+    }
+}
