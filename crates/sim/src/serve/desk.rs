@@ -1,6 +1,6 @@
 //! A simulation of any size, as the server sees it.
 
-use super::flash::Flash;
+use crate::flash::Flash;
 use super::panel::Snapshot;
 use super::wires::Wires;
 use crate::clock::Cycle;

@@ -11,7 +11,6 @@
 
 mod buttons;
 mod desk;
-mod flash;
 mod frame_reader;
 mod glitches;
 mod line;

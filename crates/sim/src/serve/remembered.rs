@@ -1,7 +1,7 @@
 //! What outlives a restart of the machine, and where it can, of the program.
 
 use super::desk::Desk;
-use super::flash::Flash;
+use crate::flash::Flash;
 use super::note::Note;
 use super::state_file::{Fault, Found, StateFile};
 use leadscrew_machine::settings::store::Condition;

@@ -8,22 +8,22 @@ const AREA: usize = 16 * 1024;
 
 /// Two areas, as a board has them.
 #[derive(Clone, PartialEq, Eq, Debug)]
-pub(super) struct Flash {
+pub(crate) struct Flash {
     bytes: Vec<u8>,
     changed: bool,
 }
 
 impl Flash {
     /// Size of both areas, bytes.
-    pub(super) const SIZE: usize = 2 * AREA;
+    pub(crate) const SIZE: usize = 2 * AREA;
 
     /// Makes a flash memory that was never written.
-    pub(super) fn blank() -> Self {
+    pub(crate) fn blank() -> Self {
         Self::new(vec![0xFF; Self::SIZE])
     }
 
     /// Makes a flash memory that holds [`Flash::SIZE`] bytes.
-    pub(super) fn new(bytes: Vec<u8>) -> Self {
+    pub(crate) fn new(bytes: Vec<u8>) -> Self {
         Self {
             bytes,
             changed: false,
@@ -31,7 +31,7 @@ impl Flash {
     }
 
     /// All its bytes, if any has changed since it was asked last.
-    pub(super) fn changed(&mut self) -> Option<&[u8]> {
+    pub(crate) fn changed(&mut self) -> Option<&[u8]> {
         std::mem::take(&mut self.changed).then_some(&self.bytes)
     }
 

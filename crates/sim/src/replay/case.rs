@@ -1,0 +1,105 @@
+//! A recorded conversation as it lies on disk.
+
+use leadscrew_machine::config::{MachineConfig, Options, ParkingConfig};
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
+
+/// A conversation with a machine.
+#[derive(Clone, PartialEq, Debug, Deserialize, Serialize)]
+pub struct Case {
+    /// What the machine was built with.
+    #[serde(default)]
+    pub build: Build,
+    /// What was done and what came back, in order.
+    pub exchanges: Vec<Exchange>,
+    /// Name, group, purpose and what else there is: handed on as it was.
+    #[serde(flatten)]
+    pub other: Map<String, Value>,
+}
+
+/// One operation, and the lines that ended before the next one.
+#[derive(Clone, PartialEq, Debug, Deserialize, Serialize)]
+pub struct Exchange {
+    /// What was done: an [`super::Op`].
+    pub op: String,
+    /// When it began, ms of virtual time since the first power-up; power-up itself may go without.
+    #[serde(default)]
+    pub t_ms: Option<f64>,
+    /// Lines without their ends; empty ones too.
+    #[serde(default)]
+    pub recv: Vec<String>,
+}
+
+/// The options with which the recorded Grbl was compiled.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Deserialize, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Build {
+    /// As it comes.
+    #[default]
+    Default,
+    /// Mist coolant.
+    M7,
+    /// Mist coolant, safety door, line numbers in reports, homing of single axes.
+    Ext,
+    /// Safety door and parking, which M56 forbids and allows.
+    Park,
+}
+
+/// Moves that Grbl plans ahead where each keeps its line number, too.
+const MOVES_WITH_LINE_NUMBERS: usize = 14;
+
+impl Build {
+    /// The machine that is built like this.
+    pub fn config(self) -> MachineConfig<3> {
+        let mut config = MachineConfig::grbl();
+        config.options = self.options();
+        if config.options.line_numbers {
+            config.moves = MOVES_WITH_LINE_NUMBERS;
+        }
+        config
+    }
+
+    fn options(self) -> Options {
+        let stock = Options::default();
+        match self {
+            Self::Default => stock,
+            Self::M7 => Options {
+                mist: true,
+                ..stock
+            },
+            Self::Ext => Options {
+                mist: true,
+                door: true,
+                line_numbers: true,
+                single_axis_homing: true,
+                ..stock
+            },
+            Self::Park => Options {
+                door: true,
+                parking: Some(ParkingConfig::GRBL),
+                parking_override: true,
+                ..stock
+            },
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_not_replayed_is_handed_on() {
+        let text = r#"{"name":"a","build":"ext","timing":true,"exchanges":[{"op":"(boot)","t_ms":null,"recv":[""]}]}"#;
+        let case: Case = serde_json::from_str(text).unwrap();
+        assert_eq!(case.build, Build::Ext);
+        let again: Value = serde_json::to_value(&case).unwrap();
+        assert_eq!(again, serde_json::from_str::<Value>(text).unwrap());
+    }
+
+    #[test]
+    fn a_build_that_nobody_recorded_is_refused() {
+        let error = serde_json::from_str::<Case>(r#"{"build":"own","exchanges":[]}"#).unwrap_err();
+        assert!(error.to_string().contains("own"), "{error}");
+    }
+}

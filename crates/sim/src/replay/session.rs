@@ -1,0 +1,192 @@
+//! A machine from power-up to the next, and the operations done to it.
+
+use super::op::Op;
+use super::wire::Wire;
+use super::world::World;
+use crate::clock::{cycles_of_micros, seconds, Cycle};
+use crate::event_loop::{Simulation, Stopped};
+use crate::flash::Flash;
+use crate::setup::{Memory, Setup};
+use leadscrew_machine::state::State;
+use leadscrew_planner::Cartesian;
+use std::time::Duration;
+
+/// Moves that a Grbl plans ahead at most.
+const MOVES: usize = 15;
+
+/// What power-up takes at most until the machine listens.
+const BOOT: Duration = Duration::from_millis(30);
+/// How long `cmd` waits at most.
+const COMMAND: Duration = Duration::from_secs(20);
+/// How long `resp` waits at most.
+const ANSWERS: Duration = Duration::from_secs(60);
+/// How long `idle` waits at most.
+const IDLE: Duration = Duration::from_secs(120);
+/// How long nothing steps before a machine counts as idle.
+const STILL: Duration = Duration::from_millis(25);
+
+/// Simulated time between two looks at what is to be stored and at the condition that is waited for.
+const SLICE: Duration = Duration::from_millis(1);
+
+/// Why a session is over.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Ended {
+    /// The machine lost its power.
+    PowerCycle,
+    /// All operations are done.
+    Done,
+}
+
+/// A machine that has its power.
+pub(super) struct Session<'m> {
+    sim: Simulation<'m, Cartesian, (), 3, 3, MOVES>,
+    flash: &'m mut Flash,
+    wire: &'m mut Wire,
+    world: World,
+    /// When the power came, since the first time that it did.
+    begun: Cycle,
+}
+
+impl<'m> Session<'m> {
+    /// Gives a machine its power, `begun` after the first time.
+    pub(super) fn power_up(
+        memory: &'m mut Memory<3>,
+        setup: &Setup<3>,
+        flash: &'m mut Flash,
+        wire: &'m mut Wire,
+        world: &World,
+        begun: Cycle,
+    ) -> Self {
+        let mut sim = Simulation::new(memory, setup, Cartesian, ());
+        world.wire_to(&mut sim);
+        wire.power_up(begun);
+        let Ok(_) = sim.machine_mut().load(flash);
+        Self {
+            sim,
+            flash,
+            wire,
+            world: world.clone(),
+            begun,
+        }
+    }
+
+    /// Does operations until the power goes; `done` gets the time at which each began, ms, and what came before the next.
+    pub(super) fn hold(
+        &mut self,
+        ops: &[Op],
+        mut done: impl FnMut(Option<f64>, Vec<String>),
+    ) -> Ended {
+        for op in ops {
+            let began = (*op != Op::Boot).then(|| seconds(self.now().0) * 1e3);
+            self.apply(op);
+            done(began, self.wire.take_lines());
+            if *op == Op::PowerCycle {
+                return Ended::PowerCycle;
+            }
+        }
+        Ended::Done
+    }
+
+    /// Time since the first power-up.
+    pub(super) fn now(&self) -> Cycle {
+        self.begun + self.sim.now().0
+    }
+
+    /// What stays when the power goes.
+    pub(super) fn world(&self) -> World {
+        let plant = &self.sim.board().plant;
+        World {
+            levels: *plant.levels(),
+            switches: self.world.switches.clone(),
+            carriages: plant.position(),
+        }
+    }
+
+    fn apply(&mut self, op: &Op) {
+        match op {
+            Op::Boot => self.wait(BOOT),
+            Op::Wait(span) => self.wait(*span),
+            Op::Send(bytes) => self.wire.send(bytes),
+            Op::Command(bytes) => {
+                self.wire.send(bytes);
+                self.wait_for_answers(1, COMMAND);
+            }
+            Op::Answers(count) => self.wait_for_answers(*count, ANSWERS),
+            Op::Idle => {
+                let began = self.sim.now();
+                self.wait_while(IDLE, |session| session.is_idle_since(began));
+            }
+            Op::Quiet(span) => self.wait_until_quiet(*span),
+            Op::Pin(pin, level) => self.sim.set_pin(*pin, *level),
+            Op::Switch(switch) => {
+                self.world.switches.push(*switch);
+                self.sim.add_switch(*switch);
+            }
+            Op::NoSwitch => {
+                self.world.switches.clear();
+                self.sim.remove_switches();
+            }
+            Op::Place(place) => self.sim.place(*place),
+            Op::PowerCycle => self.save(),
+        }
+    }
+
+    fn wait(&mut self, span: Duration) {
+        self.wait_while(span, |_| false);
+    }
+
+    fn wait_for_answers(&mut self, count: u32, limit: Duration) {
+        let last = self.wire.answers() + count;
+        self.wait_while(limit, |session| session.wire.answers() >= last);
+    }
+
+    fn wait_until_quiet(&mut self, span: Duration) {
+        while self.now() < self.wire.last_byte() + cycles(span) {
+            self.advance(self.wire.last_byte() + cycles(span) - self.now(), |_| true);
+        }
+    }
+
+    /// Lets time pass, `limit` at most, until `reached`, which is looked at after each line from the machine, and
+    /// every [`SLICE`].
+    fn wait_while(&mut self, limit: Duration, reached: impl Fn(&Self) -> bool) {
+        let end = self.sim.now() + cycles(limit);
+        while self.sim.now() < end && !reached(self) {
+            let answers = self.wire.answers();
+            self.advance(end - self.sim.now(), |wire| wire.answers() == answers);
+        }
+    }
+
+    /// Lets a [`SLICE`] pass, less if `most` cycles are less, or until `going` says no.
+    fn advance(&mut self, most: u64, going: impl Fn(&Wire) -> bool) {
+        let end = self.sim.now() + most.min(cycles(SLICE));
+        if self.sim.run_while(self.wire, end, going) != Stopped::Condition {
+            self.sim.wait_until(self.wire, end);
+        }
+        self.save();
+    }
+
+    /// Stores what has changed, as far as the machine is at rest.
+    fn save(&mut self) {
+        while self.sim.machine_mut().save(self.flash) == Ok(true)
+            && self.sim.machine().state() == State::Idle
+        {}
+    }
+
+    /// Whether the machine, waited for since `began`, has nothing to do.
+    fn is_idle_since(&self, began: Cycle) -> bool {
+        let still = |since: Cycle| self.sim.now() >= since + cycles(STILL);
+        let ready = match self.sim.machine().state() {
+            State::Idle | State::Alarm(_) | State::Check | State::Sleep => true,
+            State::Run | State::Jog(_) | State::Hold(_) | State::Home | State::Door(_) => false,
+        };
+        ready
+            && still(began)
+            && still(self.sim.board().last_step)
+            && self.wire.is_sent()
+            && self.sim.machine().is_quiet()
+    }
+}
+
+fn cycles(span: Duration) -> u64 {
+    cycles_of_micros(span.as_micros() as u64) // an hour at most
+}
