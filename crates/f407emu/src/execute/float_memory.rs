@@ -17,7 +17,7 @@ impl Machine {
             } => {
                 let address = self.float_address(rn, offset);
                 self.load_floats(address, sd, count)?;
-                return Ok(1 + u32::from(count));
+                Ok(1 + u32::from(count))
             }
             Float::Store {
                 sd,
@@ -27,7 +27,7 @@ impl Machine {
             } => {
                 let address = self.float_address(rn, offset);
                 self.store_floats(address, sd, count)?;
-                return Ok(1 + u32::from(count));
+                Ok(1 + u32::from(count))
             }
             Float::LoadMultiple {
                 sd,
@@ -39,7 +39,7 @@ impl Machine {
                 let (address, base) = self.float_span(rn, count, before);
                 self.load_floats(address, sd, count)?;
                 self.write_float_base(rn, base, writeback);
-                return Ok(1 + u32::from(count));
+                Ok(1 + u32::from(count))
             }
             Float::StoreMultiple {
                 sd,
@@ -51,19 +51,26 @@ impl Machine {
                 let (address, base) = self.float_span(rn, count, before);
                 self.store_floats(address, sd, count)?;
                 self.write_float_base(rn, base, writeback);
-                return Ok(1 + u32::from(count));
+                Ok(1 + u32::from(count))
             }
+            other => Ok(self.transfer_float(other)),
+        }
+    }
+
+    /// Transfers between the registers of the core and of the unit; returns their cycles.
+    fn transfer_float(&mut self, float: Float) -> u32 {
+        match float {
             Float::FromCore { sn, rt } => self.set_s(sn, self.cpu.get(rt)),
             Float::ToCore { sn, rt } => self.cpu.set(rt, self.s(sn)),
             Float::FromCorePair { sm, rt, rt2 } => {
                 self.set_s(sm, self.cpu.get(rt));
                 self.set_s(sm + 1, self.cpu.get(rt2));
-                return Ok(2);
+                return 2;
             }
             Float::ToCorePair { sm, rt, rt2 } => {
                 self.cpu.set(rt, self.s(sm));
                 self.cpu.set(rt2, self.s(sm + 1));
-                return Ok(2);
+                return 2;
             }
             Float::ReadStatus { rt: 15 } => {
                 let kept = self.cpu.xpsr() & 0x080F_0000;
@@ -80,9 +87,13 @@ impl Machine {
             | Float::ToInteger { .. }
             | Float::FromInteger { .. }
             | Float::ToFixed { .. }
-            | Float::FromFixed { .. } => {}
+            | Float::FromFixed { .. }
+            | Float::Load { .. }
+            | Float::Store { .. }
+            | Float::LoadMultiple { .. }
+            | Float::StoreMultiple { .. } => {}
         }
-        Ok(1)
+        1
     }
 
     /// A register's bit pattern.

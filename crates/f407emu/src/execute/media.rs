@@ -56,6 +56,14 @@ impl Machine {
                 let bottom = if top_first { second } else { first };
                 self.cpu.set(rd, top & !0xFFFF | bottom & 0xFFFF);
             }
+            other => self.execute_lanes(other),
+        }
+        self.spend(1);
+    }
+
+    /// Operations on bytes and halves, and those that saturate sums.
+    fn execute_lanes(&mut self, media: Media) {
+        match media {
             Media::Select { rd, rn, rm } => self.select(rd, rn, rm),
             Media::Extend {
                 op,
@@ -81,8 +89,12 @@ impl Machine {
                 rn,
                 rm,
             } => self.parallel(op, signed, result, rd, (rn, rm)),
+            Media::Insert { .. }
+            | Media::Extract { .. }
+            | Media::Saturate { .. }
+            | Media::SaturateHalves { .. }
+            | Media::Pack { .. } => {}
         }
-        self.spend(1);
     }
 
     fn insert(&mut self, rd: u8, rn: u8, lsb: u8, width: u8) {
