@@ -18,7 +18,7 @@
 //!
 //! What is **not** emulated: USB, ADC, SPI, I2C, RTC, DACs, the MPU, contention on the buses, silicon errata. Each
 //! module says what it leaves out of its chapter of the reference manual. No result has been held against silicon; the
-//! core has been held against QEMU (`oracle/README.md`).
+//! core has been held against QEMU (`oracle/README.md`), the peripherals against nothing but their author's knowledge.
 //!
 //! # Example
 //! ```no_run

@@ -1,10 +1,12 @@
 //! The constants of the cycle model.
 //!
-//! What an instruction costs stands where it is carried out, from the table of the Cortex-M4 Technical Reference
-//! Manual (DDI 0439, 3.3.1): one cycle, loads and stores two but one where they follow each other, divisions two to
-//! twelve by the quotient's size, VDIV and VSQRT fourteen. The constants here were fitted to 45 kernels on a cycle-exact
-//! model of the Cortex-M3 without wait states: 30 equal, 11 within a cycle for each loop. Exception entry and exit are
-//! from the manual (12 and 10 cycles, 6 for a tail chain). Nothing has been held against silicon: take figures as ±15 %.
+//! What an instruction costs stands where it is carried out: one cycle, loads and stores two but one where they follow
+//! each other, divisions two to twelve by the quotient's size, VDIV and VSQRT fourteen, exception entry and exit 12 and 10,
+//! a tail chain 6. These are figures of the Cortex-M4 Technical Reference Manual (DDI 0439) as remembered, not looked up.
+//! Branch refills, divisions and tables come from an earlier version of this model, whose constants were fitted to 45
+//! kernels on a cycle-exact Cortex-M3 without wait states (30 equal, 11 within a cycle for each loop): a fit, not a
+//! validation, and not repeated for this code. Exceptions, floats, bus bridges and the flash were not part of it.
+//! Nothing has been held against silicon: ±15 % is a judgement.
 //!
 //! Not modelled: contention of core and DMA on the bus matrix, late arrival of a higher interrupt during entry (it nests).
 

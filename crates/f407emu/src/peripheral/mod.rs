@@ -1,5 +1,8 @@
 //! The peripherals, each a value of its own: registers are read and written at a cycle, `next_event` says when it
 //! changes by itself, and `event` lets it. None knows the others: `crate::wiring` connects them.
+//!
+//! Sections and tables of RM0090 were named without the manual at hand, and the tests have the same origin: neither has
+//! been checked against its text yet.
 pub(crate) mod bitband;
 pub(crate) mod dma;
 pub(crate) mod dwt;
