@@ -1,1 +1,176 @@
 //! Acceptance tests: send bytes, watch pins.
+//!
+//! ```text
+//!   test --text--> Session ==serial lines==> Machine --> step interrupt --> pins --> plant
+//!    ^                |                                                       |
+//!    +--- Run <-------+<-------- Desk: lines heard ------ Recorder <----------+
+//! ```
+//!
+//! A [`Session`] is a machine on its desk, with a [`Desk`] at the other end of its serial lines. [`Session::finish`]
+//! ends it, asserts what must hold after anything that moves, and leaves what happened as a [`Run`].
+
+use leadscrew_machine::board::ChannelId;
+use leadscrew_machine::config::{MachineConfig, CHANNELS};
+use leadscrew_planner::{Cartesian, Kinematics};
+use leadscrew_sim::{
+    Answers, Cycle, Host, Memory, Observer, Outcome, Rate, Setup, Simulation, StepEvent, Stopped,
+    Streamer, Streaming,
+};
+use std::collections::VecDeque;
+
+/// Moves planned ahead, as on the board.
+pub const MOVES: usize = 1024;
+
+/// Later than the end of anything that a test does, after power-up.
+const LIMIT: Cycle = Cycle::from_micros(3_600_000_000);
+
+/// A machine with `N` linear axes and `lines` serial lines that never wait.
+pub fn setup<const N: usize>(lines: usize) -> Setup<N> {
+    let mut setup = Setup::new(MachineConfig::new(), Rate::NeverWaits);
+    setup.lines = vec![Rate::NeverWaits; lines];
+    setup
+}
+
+/// Runs `program` on a machine of three axes after its `settings`, lines as `$$` prints them.
+pub fn run_program(settings: &str, program: &str) -> Run<3> {
+    let setup = setup::<3>(1);
+    let mut memory = Memory::new(&setup);
+    let mut session = Session::new(&mut memory, &setup, Cartesian);
+    session.stream(settings);
+    session.stream(program);
+    session.finish()
+}
+
+/// What happened in a session.
+#[derive(Debug)]
+pub struct Run<const N: usize> {
+    /// What the simulator has found out.
+    pub outcome: Outcome<N>,
+    /// All step events.
+    pub steps: Vec<StepEvent>,
+}
+
+impl<const N: usize> Run<N> {
+    /// Steps of each motor, positive less negative.
+    pub fn net_steps(&self) -> [i64; N] {
+        self.outcome.motors.map(|motor| motor.net_steps)
+    }
+}
+
+/// Keeps all step events.
+#[derive(Debug, Default)]
+pub struct Recorder(Vec<StepEvent>);
+
+impl Observer for Recorder {
+    fn step(&mut self, event: &StepEvent) {
+        self.0.push(*event);
+    }
+}
+
+/// One serial line at the desk.
+#[derive(Debug, Default)]
+struct Wire {
+    to_send: VecDeque<u8>,
+    incoming: Vec<u8>,
+    heard: Vec<String>,
+}
+
+/// Who sits at the other end of all serial lines: sends what it is told to, keeps the lines that it hears.
+#[derive(Debug, Default)]
+pub struct Desk([Wire; CHANNELS]);
+
+impl Host for Desk {
+    fn next_byte(&mut self, channel: ChannelId) -> Option<u8> {
+        self.0[usize::from(channel.0)].to_send.pop_front()
+    }
+
+    fn receive(&mut self, channel: ChannelId, byte: u8, _: Cycle) {
+        let wire = &mut self.0[usize::from(channel.0)];
+        match byte {
+            b'\r' => {}
+            b'\n' => {
+                let line = String::from_utf8(std::mem::take(&mut wire.incoming)).unwrap();
+                wire.heard
+                    .extend(Some(line).filter(|line| !line.is_empty()));
+            }
+            other => wire.incoming.push(other),
+        }
+    }
+}
+
+/// A machine at work, and the desk that it is connected to.
+pub struct Session<'a, K, const N: usize> {
+    /// The machine, its board and its plant.
+    pub sim: Simulation<'a, K, Recorder, N, N, MOVES>,
+    desk: Desk,
+    window: usize,
+}
+
+impl<'a, K: Kinematics<N, N> + Clone, const N: usize> Session<'a, K, N> {
+    /// Switches a machine on and hears its greeting.
+    pub fn new(memory: &'a mut Memory<N>, setup: &Setup<N>, kinematics: K) -> Self {
+        let mut session = Self {
+            sim: Simulation::new(memory, setup, kinematics, Recorder::default()),
+            desk: Desk::default(),
+            window: setup.receive_buffer,
+        };
+        session.until_quiet();
+        let greeting = session.heard(0);
+        assert_eq!(greeting, ["Grbl 1.1h ['$' for help]"]);
+        session
+    }
+
+    /// Sends bytes on a line; they arrive when time passes.
+    pub fn send(&mut self, line: usize, bytes: impl AsRef<[u8]>) {
+        self.desk.0[line].to_send.extend(bytes.as_ref());
+    }
+
+    /// Lines heard on a serial line since they were last asked for; empty ones are left out.
+    pub fn heard(&mut self, line: usize) -> Vec<String> {
+        std::mem::take(&mut self.desk.0[line].heard)
+    }
+
+    /// Sends on line 0 and waits until nothing moves; what is heard on it.
+    pub fn say(&mut self, text: &str) -> Vec<String> {
+        self.send(0, text);
+        self.until_quiet();
+        self.heard(0)
+    }
+
+    /// Lets time pass until nothing is left to happen.
+    pub fn until_quiet(&mut self) {
+        let stopped = self.sim.run_until(&mut self.desk, LIMIT);
+        assert_eq!(stopped, Stopped::Quiet);
+    }
+
+    /// Lets `micros` microseconds pass.
+    pub fn wait_us(&mut self, micros: u64) {
+        let end = self.sim.now() + Cycle::from_micros(micros).0;
+        self.sim.wait_until(&mut self.desk, end);
+    }
+
+    /// Streams lines on line 0 by character counting until all are answered with `ok` and motion rests.
+    pub fn stream(&mut self, text: &str) {
+        let streaming = Streaming {
+            window: self.window,
+            keep_going: false,
+        };
+        let mut host = Streamer::new(text.as_bytes(), streaming, Answers::default());
+        assert_eq!(self.sim.run_until(&mut host, LIMIT), Stopped::Quiet);
+        assert!(host.is_done(), "the machine stands still");
+        let answers = host.finish().unwrap();
+        assert!(answers.errors.is_empty(), "{answers:?}");
+        assert_eq!(answers.alarm, None);
+    }
+
+    /// Ends the session. Nothing may have been late or violated, and the carriages stand where they are counted.
+    pub fn finish(self) -> Run<N> {
+        let counted = self.sim.counted_position().map(i64::from);
+        let (outcome, Recorder(steps)) = self.sim.finish();
+        assert!(outcome.late.is_empty(), "{:?}", outcome.late);
+        assert!(outcome.violations.is_empty(), "{:?}", outcome.violations);
+        let run = Run { outcome, steps };
+        assert_eq!(run.net_steps(), counted, "plant and count");
+        run
+    }
+}
