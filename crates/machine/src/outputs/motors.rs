@@ -65,6 +65,9 @@ mod tests {
         };
         assert_eq!(motors.rest_at(ALWAYS, false), None);
         assert_eq!(motors.rest_at(25, false), Some(Instant::from_ticks(25_005)));
-        assert_eq!(motors.rest_at(ALWAYS, true), Some(Instant::from_ticks(255_005)));
+        assert_eq!(
+            motors.rest_at(ALWAYS, true),
+            Some(Instant::from_ticks(255_005))
+        );
     }
 }

@@ -97,7 +97,7 @@ fn binary_at(head: &[u8]) -> Option<usize> {
     if count * 4 <= head.len() {
         return None;
     }
-    head.iter().position(|b| control(b))
+    head.iter().position(control)
 }
 
 #[cfg(test)]

@@ -1,0 +1,108 @@
+//! Reads the first lines of a G-code file and plans their moves, nothing else: what a line costs from its bytes to its
+//! planned move, for a profiler to count.
+//!
+//! ```text
+//! cargo xtask bench target/release/examples/plan_lines raster.gcode {lines}
+//! ```
+//!
+//! Line reader, interpreter and planner are those of the machine; the queue is emptied whenever it is full. Settings: 250
+//! steps/mm, 2000 mm/min, 200 mm/s², as in `bench/settings/mid.json`.
+
+use leadscrew_machine::config::{AxisKind, Options};
+use leadscrew_machine::interpreter::{Command, Commands, Context, Feed, Interpreter, MAX_WORD};
+use leadscrew_machine::protocol::line_reader::{LineReader, GRBL_LINE_LENGTH};
+use leadscrew_planner::StepsPerMm;
+use leadscrew_planner::{self as planner, Cartesian, Config, Move, MoveKind, MovePower, Planner};
+use leadscrew_stepper::{Outputs, Ticks};
+use std::hint::black_box;
+
+const AXES: usize = 3;
+const MOVES: usize = 1024;
+
+type Queue = Planner<Cartesian, AXES, AXES, MOVES>;
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let mut arguments = std::env::args().skip(1);
+    let (Some(file), Some(count)) = (arguments.next(), arguments.next()) else {
+        return Err("usage: plan_lines FILE LINES".into());
+    };
+    let (text, count) = (std::fs::read(file)?, count.parse()?);
+    let mut queue = Queue::new(config(), Cartesian);
+    let mut interpreter = Interpreter::new();
+    let mut planned = 0;
+    for line in text.split_inclusive(|byte| *byte == b'\n').take(count) {
+        planned += plan_line(line, &mut interpreter, &mut queue);
+    }
+    println!("{planned} moves planned");
+    Ok(())
+}
+
+fn config() -> Config<AXES> {
+    Config {
+        steps_per_mm: [StepsPerMm::from_nanos(250_000_000_000); AXES],
+        max_rate: [2000.0 / 60.0; AXES],
+        acceleration: [200.0; AXES],
+        junction_deviation: 0.010,
+        arc_tolerance: 0.002,
+        timer_hz: 84_000_000,
+        shortest_tick: Ticks(840),
+        moves: MOVES,
+    }
+}
+
+/// Takes a line from its bytes to its planned moves; answers how many they are.
+#[inline(never)]
+fn plan_line(bytes: &[u8], interpreter: &mut Interpreter<AXES>, queue: &mut Queue) -> u32 {
+    let mut reader = LineReader::<128>::new(GRBL_LINE_LENGTH);
+    for byte in bytes {
+        reader.push(*byte);
+    }
+    let context = Context {
+        axes: &[AxisKind::Linear; AXES],
+        options: &Options::default(),
+        laser_mode: true,
+        reach: &[MAX_WORD; AXES],
+    };
+    let mut commands = Commands::new();
+    let line = reader.line().unwrap_or_default();
+    if interpreter
+        .interpret(line, &context, &mut commands)
+        .is_err()
+    {
+        return 0;
+    }
+    let mut planned = 0;
+    for command in &commands {
+        if let Command::Line(travel) = command {
+            planned += 1;
+            push(queue, travel.target, travel.feed);
+        }
+    }
+    black_box(planned)
+}
+
+fn push(queue: &mut Queue, target: [planner::Coordinate; AXES], feed: Feed) {
+    if !queue.has_room() {
+        let end = queue.position();
+        queue.clear();
+        queue.set_position(end);
+    }
+    let (feed, kind) = match feed {
+        Feed::Rapid => (planner::Feed::Rapid, MoveKind::Rapid),
+        Feed::PerMinute(mm) => (planner::Feed::PerMinute(mm.to_f32() / 60.0), MoveKind::Feed),
+        Feed::InverseTime(rate) => (
+            planner::Feed::InverseTime(rate.to_f32() / 60.0),
+            MoveKind::Feed,
+        ),
+    };
+    let next = Move {
+        target,
+        feed,
+        power: MovePower::Off,
+        speed_limit: None,
+        outputs: Outputs(0),
+        line_number: None,
+        kind,
+    };
+    let _ = black_box(queue.push(&next));
+}
