@@ -215,6 +215,12 @@ where
         self.report_switches(self.now);
     }
 
+    /// As [`Simulation::place`], but the switches keep their levels until a carriage steps.
+    pub fn place_unseen(&mut self, position: [i32; MOTORS]) {
+        self.board.plant.place_unseen(position);
+        self.board.rewired = true;
+    }
+
     /// Handles the timer's interrupts up to `limit`, or until the main loop can run.
     fn run_timer(&mut self, limit: Cycle) {
         loop {

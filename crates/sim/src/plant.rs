@@ -88,6 +88,9 @@ impl Switch {
     }
 }
 
+/// A window that no position is in: the next step looks at the switches.
+const NOWHERE: (i32, i32) = (i32::MAX, i32::MIN);
+
 /// One motor's carriage.
 #[derive(Clone, Debug)]
 struct Carriage {
@@ -265,11 +268,17 @@ impl<const MOTORS: usize> Plant<MOTORS> {
 
     /// Puts the carriages somewhere else; the controller does not learn of it.
     pub fn place(&mut self, position: [i32; MOTORS]) {
+        self.place_unseen(position);
+        self.update_switches();
+    }
+
+    /// As [`Plant::place`], but the switches keep their levels until a carriage steps.
+    pub fn place_unseen(&mut self, position: [i32; MOTORS]) {
         for (carriage, place) in self.carriages.iter_mut().zip(position) {
             carriage.origin += i64::from(place) - i64::from(carriage.position);
             carriage.position = place;
+            carriage.window = NOWHERE;
         }
-        self.update_switches();
     }
 
     /// Adds a switch that a carriage works. It takes over its pin from [`Plant::set_pin`].
@@ -479,6 +488,22 @@ mod tests {
             assert_eq!(plant.levels().probe, probe);
         }
         plant.remove_switches();
+        assert!(!plant.levels().probe);
+    }
+
+    #[test]
+    fn a_carriage_put_elsewhere_unseen_works_its_switch_with_the_next_step() {
+        let mut plant = Plant::<1>::new();
+        plant.add_switch(Switch {
+            pin: Pin::Probe,
+            motor: 0,
+            side: Side::AtOrAbove,
+            place: 10,
+            level: false,
+        });
+        plant.place_unseen([50]);
+        assert!(plant.levels().probe);
+        assert!(plant.raise(Cycle(1000), X).switches && plant.update_switches());
         assert!(!plant.levels().probe);
     }
 

@@ -23,7 +23,7 @@ pub struct Exchange {
     /// What was done: an [`super::Op`].
     pub op: String,
     /// When it began, ms of virtual time since the first power-up; power-up itself may go without.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub t_ms: Option<f64>,
     /// Lines without their ends; empty ones too.
     #[serde(default)]
@@ -90,7 +90,7 @@ mod tests {
 
     #[test]
     fn what_is_not_replayed_is_handed_on() {
-        let text = r#"{"name":"a","build":"ext","timing":true,"exchanges":[{"op":"(boot)","t_ms":null,"recv":[""]}]}"#;
+        let text = r#"{"name":"a","build":"ext","timing":true,"exchanges":[{"op":"(boot)","recv":[""]}]}"#;
         let case: Case = serde_json::from_str(text).unwrap();
         assert_eq!(case.build, Build::Ext);
         let again: Value = serde_json::to_value(&case).unwrap();

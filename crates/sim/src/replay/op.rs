@@ -12,7 +12,7 @@
 //! | `pin NAME LEVEL` | an input's level, 1 is open | none |
 //! | `switch NAME AXIS ge/le STEPS [LEVEL]` | an input has LEVEL (0) on that side of the place, the opposite on the other | none |
 //! | `noswitch` | removes the switches, levels stay | none |
-//! | `setpos X Y Z` | puts the carriages there (steps) | none |
+//! | `setpos X Y Z` | puts the carriages there (steps); switches notice with the next step | none |
 //! | `mcureset` | power cycle | none |
 //!
 //! TEXT is everything after the first blank; `\n`, `\r`, `\t` and `\xHH` stand for bytes.

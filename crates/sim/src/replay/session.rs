@@ -126,7 +126,7 @@ impl<'m> Session<'m> {
                 self.world.switches.clear();
                 self.sim.remove_switches();
             }
-            Op::Place(place) => self.sim.place(*place),
+            Op::Place(place) => self.sim.place_unseen(*place),
             Op::PowerCycle => self.save(),
         }
     }
