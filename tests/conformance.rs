@@ -1,0 +1,152 @@
+//! The recorded conversations with Grbl 1.1h: the same lines, but for the differences in `conformance/deviations.toml`.
+//!
+//! Checks what does not depend on time: every line that is no status report, in order (rule 1 of
+//! `conformance/compare.py`). `.ci/run conformance` checks all rules.
+
+use leadscrew_sim::replay::{replay, Case, Exchange};
+use serde_json::Value;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// The number of differences that are permitted at all: D1 to D20.
+const RULES: usize = 20;
+
+fn folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("conformance")
+}
+
+/// All recordings, with their names as rows spell them: `GROUP/NAME`.
+fn cases() -> Vec<(String, Case)> {
+    let mut cases = Vec::new();
+    for group in fs::read_dir(folder().join("cases")).unwrap() {
+        for file in fs::read_dir(group.unwrap().path()).unwrap() {
+            let case: Case =
+                serde_json::from_str(&fs::read_to_string(file.unwrap().path()).unwrap()).unwrap();
+            let of = |key: &str| case.other[key].as_str().unwrap();
+            cases.push((format!("{}/{}", of("group"), of("name")), case));
+        }
+    }
+    cases
+}
+
+/// The rows of permitted differences.
+fn rows() -> Vec<Value> {
+    let text = fs::read_to_string(folder().join("deviations.toml")).unwrap();
+    let mut table: Value = toml::from_str(&text).unwrap();
+    serde_json::from_value(table["row"].take()).unwrap()
+}
+
+fn lines(of: &Value) -> Vec<String> {
+    serde_json::from_value(of.clone()).unwrap()
+}
+
+/// Puts what a row permits in place of what was recorded.
+fn apply(row: &Value, case: &mut Case) {
+    let rule = row["rule"].as_str().unwrap();
+    let known = (1..=RULES).any(|number| rule == format!("D{number}"));
+    assert!(known, "no such rule: {row}");
+    let exchange = &mut case.exchanges[row["op"].as_u64().unwrap() as usize];
+    assert_eq!(
+        exchange.recv,
+        lines(&row["grbl"]),
+        "not what was recorded: {row}"
+    );
+    exchange.recv = lines(&row["leadscrew"]);
+}
+
+/// Every line that is no status report.
+fn said(exchanges: &[Exchange]) -> Vec<&str> {
+    let all = exchanges.iter().flat_map(|exchange| &exchange.recv);
+    all.map(String::as_str)
+        .filter(|line| !(line.starts_with('<') && line.ends_with('>')))
+        .collect()
+}
+
+/// Whether a line is what is expected: to the byte, or, where it tells positions, to one unit of their last place.
+fn agrees(expected: &str, found: &str) -> bool {
+    const POSITIONS: [&str; 10] = [
+        "[G54:", "[G55:", "[G56:", "[G57:", "[G58:", "[G59:", "[G28:", "[G30:", "[G92:", "[TLO:",
+    ];
+    let tolerant = POSITIONS
+        .iter()
+        .chain(&["[PRB:"])
+        .any(|start| expected.starts_with(start));
+    if !tolerant {
+        return expected == found;
+    }
+    let (expected, found) = (parts(expected), parts(found));
+    expected.len() == found.len()
+        && expected
+            .iter()
+            .zip(&found)
+            .all(|(e, f)| e == f || is_near(e, f))
+}
+
+/// The texts between colons, commas and brackets.
+fn parts(line: &str) -> Vec<&str> {
+    line.split([':', ',', '[', ']']).collect()
+}
+
+/// Whether two numbers of 3 or 4 decimals differ by a unit of the last at most.
+fn is_near(expected: &str, found: &str) -> bool {
+    let units = |number: &str| {
+        let (_, places) = number.split_once('.')?;
+        let units: i64 = number.replace('.', "").parse().ok()?;
+        Some((places.len(), units)).filter(|(places, _)| *places >= 3)
+    };
+    match (units(expected), units(found)) {
+        (Some((e_places, e)), Some((f_places, f))) => e_places == f_places && e.abs_diff(f) <= 1,
+        (_, _) => false,
+    }
+}
+
+/// The first line at which two conversations part.
+fn first_difference(expected: &[&str], found: &[&str]) -> Option<String> {
+    (0..expected.len().max(found.len())).find_map(|number| {
+        let (e, f) = (expected.get(number), found.get(number));
+        let same = matches!((e, f), (Some(e), Some(f)) if agrees(e, f));
+        (!same).then(|| format!("line {number}: expected {e:?}, found {f:?}"))
+    })
+}
+
+#[test]
+fn every_recorded_conversation_is_held_as_with_grbl() {
+    let (cases, rows) = (cases(), rows());
+    assert!(cases.len() >= 159, "only {} recordings", cases.len());
+    let mut differences = Vec::new();
+    for (name, mut case) in cases {
+        let answered = replay(&case).unwrap();
+        rows.iter()
+            .filter(|row| row["case"] == *name)
+            .for_each(|row| apply(row, &mut case));
+        let difference = first_difference(&said(&case.exchanges), &said(&answered.exchanges));
+        differences.extend(difference.map(|difference| format!("{name}: {difference}")));
+    }
+    assert!(differences.is_empty(), "\n{}", differences.join("\n"));
+}
+
+#[test]
+fn every_row_of_a_permitted_difference_belongs_to_a_recording() {
+    let cases = cases();
+    for row in rows() {
+        assert!(cases.iter().any(|(name, _)| row["case"] == **name), "{row}");
+    }
+}
+
+#[test]
+fn positions_may_differ_by_a_unit_and_nothing_else_may() {
+    assert!(agrees(
+        "[G54:-0.000,1.000,0.000]",
+        "[G54:0.000,1.001,0.000]"
+    ));
+    assert!(!agrees(
+        "[G54:0.000,1.000,0.000]",
+        "[G54:0.000,1.002,0.000]"
+    ));
+    assert!(!agrees(
+        "[PRB:0.000,0.000,1.000:1]",
+        "[PRB:0.000,0.000,1.000:0]"
+    ));
+    assert!(!agrees("[G54:0.000]", "[G54:0.0000]"));
+    assert!(!agrees("$11=0.010", "$11=0.011"));
+}
