@@ -90,7 +90,8 @@ mod tests {
 
     #[test]
     fn what_is_not_replayed_is_handed_on() {
-        let text = r#"{"name":"a","build":"ext","timing":true,"exchanges":[{"op":"(boot)","recv":[""]}]}"#;
+        let text =
+            r#"{"name":"a","build":"ext","timing":true,"exchanges":[{"op":"(boot)","recv":[""]}]}"#;
         let case: Case = serde_json::from_str(text).unwrap();
         assert_eq!(case.build, Build::Ext);
         let again: Value = serde_json::to_value(&case).unwrap();

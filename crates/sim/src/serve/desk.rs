@@ -1,10 +1,10 @@
 //! A simulation of any size, as the server sees it.
 
-use crate::flash::Flash;
 use super::panel::Snapshot;
 use super::wires::Wires;
 use crate::clock::Cycle;
 use crate::event_loop::Simulation;
+use crate::flash::Flash;
 use crate::observer::Observer;
 use crate::plant::Pin;
 use leadscrew_machine::settings::store::Condition;

@@ -1,9 +1,9 @@
 //! What outlives a restart of the machine, and where it can, of the program.
 
 use super::desk::Desk;
-use crate::flash::Flash;
 use super::note::Note;
 use super::state_file::{Fault, Found, StateFile};
+use crate::flash::Flash;
 use leadscrew_machine::settings::store::Condition;
 use std::io;
 
