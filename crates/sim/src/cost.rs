@@ -3,13 +3,13 @@
 //! # Sources
 //! No board has been measured yet. Until then:
 //!
-//! * Instructions marked *counted* are exact (`cargo xtask icount`, `bench/budgets.txt`); those of Grbl are counts of its
-//!   code in the same way; all others are estimates from the length of the code.
+//! * Instructions marked *counted* are the budgets that exact counts keep to (`cargo xtask icount`,
+//!   `bench/budgets.txt`); all others are estimates from the length of the code.
 //! * Cycles are instructions times 1.65: what a step interrupt of 66 instructions took with a cold flash
 //!   accelerator on an emulated F407 at five wait states (131 cycles, 22 of them exception entry and exit:
 //!   109 / 66). A warm one takes 117; the cold figure is the conservative one. The emulator is calibrated
 //!   to within about 15 %.
-//! * Exception entry is 12 cycles, return 10 (Cortex-M4 TRM, ARM 100166, section 3.9.1).
+//! * An exception takes 12 cycles to enter and 10 to return from, as in that emulator: not checked on silicon.
 //!
 //! What is charged when is in [`crate::event_loop`].
 
@@ -31,9 +31,9 @@ pub struct Costs {
     /// From the timer's compare to the next compare's being armed in the longest step interrupt: a tick due
     /// before that is late.
     pub step_armed: u32,
-    /// A step interrupt that goes on with its segment: 172 instructions with three motors stepping, counted.
+    /// A step interrupt that goes on with its segment: 102 instructions with three motors stepping, counted.
     pub step: u32,
-    /// A step interrupt that takes the first segment of a line: 276 instructions, counted.
+    /// A step interrupt that takes the first segment of a line: 217 instructions, counted.
     pub step_with_segment: u32,
     /// From the timer's second compare to the fall of the step pins: entry and some 10 instructions.
     pub pulse_edge: u32,
@@ -45,15 +45,15 @@ pub struct Costs {
     pub byte_in: u32,
     /// A serial interrupt that sends a byte: 30 instructions.
     pub byte_out: u32,
-    /// A turn of the main loop that finds nothing to do: 120 instructions.
+    /// A turn of the main loop, without what is listed below: 1300 instructions, as on x86-64.
     pub poll: u32,
     /// A byte put on its line, or one of an answer printed: 25 instructions.
     pub byte: u32,
-    /// A line checked and interpreted: 1200 instructions for `G1X12.345Y-6.789F1500` (1191 in Grbl).
+    /// A line checked and interpreted: 1810 instructions for `G1X12.345Y-6.789F1500`, counted.
     pub line: u32,
-    /// A move planned: 750 to 1320 instructions in Grbl at 15 moves, 1300 taken.
+    /// A move planned: 1150 instructions at most with 1024 queued, counted.
     pub planned_move: u32,
-    /// A segment made: 416 to 515 instructions in Grbl for one that begins a move, 600 taken.
+    /// A segment made: 20 step events of 35 instructions each, counted.
     pub segment: u32,
     /// A status report printed: 2500 instructions, an estimate.
     pub report: u32,
@@ -63,20 +63,20 @@ impl Costs {
     /// An STM32F407 at 168 MHz, as described above.
     pub const F407: Self = Self {
         step_edge: ENTRY + cycles(15),
-        step_written: ENTRY + cycles(165),
-        step_armed: ENTRY + cycles(276),
-        step: interrupt(172),
-        step_with_segment: interrupt(276),
+        step_written: ENTRY + cycles(97),
+        step_armed: ENTRY + cycles(217),
+        step: interrupt(102),
+        step_with_segment: interrupt(217),
         pulse_edge: ENTRY + cycles(10),
         pulse_end: interrupt(25),
         switches: interrupt(100),
         byte_in: interrupt(45),
         byte_out: interrupt(30),
-        poll: cycles(120),
+        poll: cycles(1300),
         byte: cycles(25),
-        line: cycles(1200),
-        planned_move: cycles(1300),
-        segment: cycles(600),
+        line: cycles(1810),
+        planned_move: cycles(1150),
+        segment: cycles(700),
         report: cycles(2500),
     };
 

@@ -6,13 +6,13 @@
 //!  main loop                     ======      ======----  the rest; a poll ends later by what interrupts it
 //! ```
 //!
-//! Busy cycles are collected in slots of an eighth of a millisecond; what does not fit into a slot runs on
-//! into the next. The peak is the busiest stretch of eight slots: any millisecond, to an eighth of one.
+//! Busy cycles are collected in slots of a quarter of a millisecond; what does not fit into a slot runs on
+//! into the next. The peak is the busiest stretch of four slots: any millisecond, to a quarter of one.
 
 use crate::clock::{Cycle, CPU_HZ};
 
 /// Slots in a millisecond.
-const SLOTS: usize = 8;
+const SLOTS: usize = 4;
 
 /// Cycles in a slot.
 const SLOT: u64 = CPU_HZ / 1000 / SLOTS as u64;
@@ -124,15 +124,21 @@ impl Cpu {
                 self.slot_end = self.slot_end + idle * SLOT;
                 return;
             }
-            let busy = self.pending.min(SLOT);
-            self.pending -= busy;
-            self.busy += busy;
-            self.window = self.window + busy - self.slots[self.slot];
-            self.slots[self.slot] = busy;
-            self.slot = (self.slot + 1) % SLOTS;
-            self.peak = self.peak.max(self.window);
-            self.slot_end = self.slot_end + SLOT;
+            self.close_slot();
         }
+    }
+
+    #[inline]
+    fn close_slot(&mut self) {
+        let busy = self.pending.min(SLOT);
+        self.pending -= busy;
+        self.busy += busy;
+        let oldest = &mut self.slots[self.slot % SLOTS];
+        self.window = self.window + busy - *oldest;
+        *oldest = busy;
+        self.slot = self.slot.wrapping_add(1);
+        self.peak = self.peak.max(self.window);
+        self.slot_end = self.slot_end + SLOT;
     }
 }
 

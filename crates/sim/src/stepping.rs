@@ -238,7 +238,7 @@ mod tests {
 
     #[test]
     fn ticks_too_close_for_the_cpu_are_late_and_none_is_lost() {
-        let bench = run(1, &[line([100, 0], Smoothing::None, 210, true)], || ());
+        let bench = run(1, &[line([100, 0], Smoothing::None, 150, true)], || ());
         assert_eq!(bench.board.late.count(), 100);
         assert_eq!(bench.shared.late_ticks(), 100);
         assert_eq!(bench.board.plant.position(), [100, 0]);

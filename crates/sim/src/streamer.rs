@@ -54,6 +54,13 @@ const LONGEST_LINE: usize = 64 * 1024;
 pub trait Replies {
     /// A reply has come in at `now`.
     fn reply(&mut self, reply: &Reply<'_>, now: Cycle);
+
+    /// Whether nothing may be sent after `line`, which is about to be sent: where it is known beforehand that it will be
+    /// refused, and the program is to stop there.
+    fn is_last(&mut self, line: &[u8]) -> bool {
+        let _ = line;
+        false
+    }
 }
 
 impl Replies for () {
@@ -96,6 +103,8 @@ pub struct Streamer<R, F> {
     unsent: usize,
     /// A line that has been read and does not fit yet.
     waiting: Option<u64>,
+    /// Nothing may follow the line read last.
+    last: bool,
     line: Vec<u8>,
     incoming: Vec<u8>,
     state: Sending,
@@ -126,6 +135,7 @@ impl<R: BufRead, F: Replies> Streamer<R, F> {
             text: VecDeque::new(),
             unsent: 0,
             waiting: None,
+            last: false,
             line: Vec::new(),
             incoming: Vec::new(),
             state: Sending::Lines,
@@ -175,6 +185,9 @@ impl<R: BufRead, F: Replies> Streamer<R, F> {
                 return;
             }
             self.waiting = None;
+            if self.last {
+                self.state = Sending::Done;
+            }
             self.text.extend(&self.line);
             self.text.push_back(b'\n');
             self.unsent += length;
@@ -187,6 +200,7 @@ impl<R: BufRead, F: Replies> Streamer<R, F> {
         match self.lines.next(&mut self.line) {
             Ok(true) => {
                 hide_realtime(&mut self.line);
+                self.last = self.replies.is_last(&self.line);
                 Some(self.lines.number)
             }
             Ok(false) => {
@@ -393,7 +407,7 @@ mod tests {
 
     const CHANNEL: ChannelId = ChannelId(0);
 
-    fn stream<'a, F: Replies>(text: &'a str, window: usize, replies: F) -> Streamer<&'a [u8], F> {
+    fn stream<F: Replies>(text: &str, window: usize, replies: F) -> Streamer<&[u8], F> {
         let streaming = Streaming {
             window,
             keep_going: false,
