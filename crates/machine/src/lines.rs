@@ -40,7 +40,7 @@ where
         self.console.take(id);
         self.work.lines = self.work.lines.wrapping_add(1);
         match line {
-            Err(status) => self.refuse(Origin::Channel(id), Fault { status, column: 0 }),
+            Err(status) => self.refuse(Origin::Channel(id), status.into()),
             Ok(line) => self.begin_line(id, &line, board, now),
         }
     }
@@ -70,7 +70,7 @@ where
     ) {
         if let State::Alarm(_) | State::Jog(_) = self.state {
             let status = Status::Locked;
-            return self.refuse(origin, Fault { status, column: 0 });
+            return self.refuse(origin, status.into());
         }
         let context = Context {
             axes: &self.config.axes,

@@ -40,11 +40,16 @@ where
         board: &mut B,
         now: Instant,
     ) {
-        let command = SystemCommand::parse(line, &self.circumstances());
-        match command.and_then(|command| self.obey(id, command, board, now)) {
+        let result = match SystemCommand::parse(line, &self.circumstances()) {
+            Ok(command) => self
+                .obey(id, command, board, now)
+                .map_err(|fault| fault.after(command.gcode_column(line))),
+            Err(status) => Err(status.into()),
+        };
+        match result {
             Ok(Reply::Now) => self.console.answer(id, Ok(())),
             Ok(Reply::Later) => {}
-            Err(status) => self.refuse(Origin::Channel(id), Fault { status, column: 0 }),
+            Err(fault) => self.refuse(Origin::Channel(id), fault),
         }
     }
 
@@ -70,7 +75,7 @@ where
         command: SystemCommand<'_>,
         board: &mut B,
         now: Instant,
-    ) -> Result<Reply, Status> {
+    ) -> Result<Reply, Fault> {
         match command {
             SystemCommand::Help => self.console.line(id, HELP),
             SystemCommand::ShowSettings => return Ok(self.begin_list(id, Listing::Settings(0))),
@@ -85,7 +90,7 @@ where
             SystemCommand::StoreStartup { index, line } => self.store_startup(index, line)?,
             SystemCommand::Check => return Ok(self.toggle_check(id, board, now)),
             SystemCommand::Unlock => self.unlock(board)?,
-            SystemCommand::Home(homing) => return self.home(id, homing, board, now),
+            SystemCommand::Home(homing) => return Ok(self.home(id, homing, board, now)?),
             SystemCommand::Jog(line) => return self.jog(id, line, board, now),
             SystemCommand::Sleep => return Ok(self.sleep(id, board)),
             SystemCommand::Restore(what) => return Ok(self.restore_defaults(id, what, board, now)),
@@ -120,7 +125,7 @@ where
     }
 
     /// Checks the line in the present modal state and keeps it, without carrying it out.
-    fn store_startup(&mut self, index: u8, line: &[u8]) -> Result<(), Status> {
+    fn store_startup(&mut self, index: u8, line: &[u8]) -> Result<(), Fault> {
         if !line.is_empty() {
             let context = Context {
                 axes: &self.config.axes,
@@ -128,8 +133,7 @@ where
                 laser_mode: self.settings.is_on(Setting::Laser),
                 reach: &self.reach,
             };
-            let checked = self.interpreter.check(line, &context);
-            checked.map_err(|fault| fault.status)?;
+            self.interpreter.check(line, &context)?;
         }
         self.memory.set_startup(index, line);
         self.unsaved.add_startup(index);
@@ -185,20 +189,19 @@ where
         line: &[u8],
         board: &mut B,
         now: Instant,
-    ) -> Result<Reply, Status> {
+    ) -> Result<Reply, Fault> {
         let context = Context {
             axes: &self.config.axes,
             options: &self.config.options,
             laser_mode: self.settings.is_on(Setting::Laser),
             reach: &self.reach,
         };
-        let jog = self.interpreter.jog(line, &context);
-        let Some(jog) = jog.map_err(|fault| fault.status)? else {
+        let Some(jog) = self.interpreter.jog(line, &context)? else {
             return Ok(Reply::Now);
         };
         let target = jog.travel.target;
         if self.settings.is_on(Setting::SoftLimits) && !soft_limits::allow(&target, &self.travel) {
-            return Err(Status::JogOutOfTravel);
+            return Err(Status::JogOutOfTravel.into());
         }
         let channel = self.console.channel(id);
         if channel.is_some_and(|channel| channel.is_jog_cancelled()) {

@@ -116,6 +116,50 @@ fn a_probe_reports_the_step_of_the_contact() {
 }
 
 #[test]
+fn a_probe_that_touches_in_a_hold_is_answered_after_the_resume_and_moves_no_further() {
+    for then_contact_ms in [5, 300] {
+        let mut memory = Memory::new();
+        let mut session = Session::boot(&mut memory, MachineConfig::grbl());
+        session.line("$112=1000");
+        session.line("$122=100");
+        session.send("G38.2Z-10F200\n");
+        session.wait_ms(300);
+        session.send("!");
+        session.wait_ms(then_contact_ms);
+        session.switch(|switches| switches.probe = false);
+        session.wait_ms(300);
+        assert!(session.status().starts_with("<Hold:0|"));
+        let at = session.pins.position;
+        assert_eq!(session.lines(), [""; 0]);
+        session.send("~");
+        session.wait_ms(100);
+        let lines = session.lines();
+        assert!(
+            lines[0].ends_with(":1]") && lines[1..] == ["ok"],
+            "{lines:?}"
+        );
+        assert_eq!(session.pins.position, at);
+        assert!(session.status().starts_with("<Idle|"));
+    }
+}
+
+#[test]
+fn a_fault_in_a_jog_or_a_startup_line_is_where_it_stands_in_the_whole_line() {
+    let mut memory = Memory::new();
+    let mut session = Session::boot(&mut memory, MachineConfig::grbl());
+    for (line, column) in [
+        ("$J=X1Y-F100", 6),
+        ("$N1=G21Q3", 7),
+        ("$J=X1", 3),
+        ("$99=1", 0),
+    ] {
+        assert!(session.line(line)[0].starts_with("error:"));
+        let fault = session.machine.take_fault().map(|fault| fault.column);
+        assert_eq!(fault, Some(column), "{line}");
+    }
+}
+
+#[test]
 fn homing_ends_a_pull_off_away_from_the_switches() {
     let mut memory = Memory::new();
     let mut session = Session::boot(&mut memory, MachineConfig::grbl());

@@ -27,7 +27,7 @@ where
 {
     /// Goes on with the line under way; answers it once all its commands are carried out. Main loop.
     pub(crate) fn execute<B: Board>(&mut self, board: &mut B, now: Instant) {
-        if !self.executor.is_busy() || !self.state.takes_lines() && !self.executor.is_probing() {
+        if !self.executor.is_busy() || !self.state.takes_lines() {
             return;
         }
         for _ in 0..COMMANDS_A_POLL {

@@ -5,6 +5,9 @@
 //!   Moving --contact latched by the switch interrupt--> Stopping --at rest--> [PRB:x,y,z:1]
 //!     +--end of the motion without contact--> [PRB:...:0], ALARM:5 where contact was a must
 //! ```
+//!
+//! A hold or an open door puts off the end, not the latch: contact made meanwhile ends the probing once motion may go
+//! on, without another step.
 
 use super::perform::feed;
 use super::{Probing, Progress, Wait};
@@ -91,6 +94,10 @@ where
         if self.inputs.latched().is_some() {
             self.motion.hold();
             self.executor.wait = Wait::Probe(Probing::Stopping);
+            if self.motion.is_at_rest() {
+                self.end_probe(true, kind);
+                return Progress::Done;
+            }
         } else if self.motion.is_idle() {
             self.end_probe(false, kind);
             return Progress::Done;

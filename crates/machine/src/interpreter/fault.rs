@@ -25,6 +25,21 @@ impl fmt::Display for Fault {
 
 impl core::error::Error for Fault {}
 
+impl Fault {
+    /// The same fault in a line that has `columns` more in front.
+    pub(crate) fn after(self, columns: usize) -> Self {
+        let column = self.column.saturating_add(columns);
+        Self { column, ..self }
+    }
+}
+
+impl From<Status> for Fault {
+    /// The line as a whole is refused.
+    fn from(status: Status) -> Self {
+        Self { status, column: 0 }
+    }
+}
+
 impl From<Error> for Fault {
     fn from(error: Error) -> Self {
         let status = match error.kind {

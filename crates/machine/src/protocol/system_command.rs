@@ -160,6 +160,28 @@ impl<'a> SystemCommand<'a> {
         }
     }
 
+    /// Where in `line`, which this command was read from, its line of G-code begins; 0 where it has none.
+    pub(crate) fn gcode_column(&self, line: &[u8]) -> usize {
+        match self {
+            Self::Jog(gcode) | Self::StoreStartup { line: gcode, .. } => {
+                line.len().saturating_sub(gcode.len())
+            }
+            Self::Help
+            | Self::ShowSettings
+            | Self::ShowParameters
+            | Self::ShowModes
+            | Self::ShowBuild
+            | Self::ShowStartup
+            | Self::StoreBuild(_)
+            | Self::Check
+            | Self::Unlock
+            | Self::Home(_)
+            | Self::Sleep
+            | Self::Restore(_)
+            | Self::Set { .. } => 0,
+        }
+    }
+
     fn allowed(self, allowed: bool) -> Result<Self, Status> {
         require(allowed).map(|()| self)
     }
