@@ -219,6 +219,19 @@ fn an_error_is_shown_with_its_line_a_caret_and_what_to_do() {
 }
 
 #[test]
+fn a_job_stops_at_its_first_error_unless_told_to_go_on() {
+    let folder = Folder::new();
+    let job = folder.file("job.nc", "G0X1\nG77\nG0X2\nG78\nG0X3\n");
+    for (option, errors, net_steps) in [("--quiet", 1, 250), ("--keep-going", 2, 750)] {
+        let output = leadscrew(&["run", &job, "--json", option]);
+        assert_eq!(output.status.code(), Some(1), "{option}");
+        let json: serde_json::Value = serde_json::from_str(&stdout(&output)).unwrap();
+        assert_eq!(json["errors"].as_array().unwrap().len(), errors, "{option}");
+        assert_eq!(json["axes"]["x"]["net_steps"], net_steps, "{option}");
+    }
+}
+
+#[test]
 fn check_finds_all_errors_at_once_and_soft_limits_too() {
     let folder = Folder::new();
     let job = folder.file(

@@ -59,7 +59,8 @@ enum LineFaultKind {
     OutOfTravel,
 }
 
-struct Checker {
+/// Follows a program line by line without a machine.
+pub(super) struct Checker {
     file: String,
     config: MachineConfig<AXES>,
     settings: Settings<AXES>,
@@ -72,7 +73,8 @@ struct Checker {
 const KEPT: usize = 10_000;
 
 impl Checker {
-    fn new(file: &str, config: MachineConfig<AXES>, settings: Settings<AXES>) -> Self {
+    /// Begins a program called `file` on a machine as it is after power-up.
+    pub(super) fn new(file: &str, config: MachineConfig<AXES>, settings: Settings<AXES>) -> Self {
         Self {
             file: file.to_owned(),
             config,
@@ -92,6 +94,14 @@ impl Checker {
             }
         }
         Ok(lines.number())
+    }
+
+    /// Takes a line; answers whether the machine will refuse it.
+    pub(super) fn refuses(&mut self, raw: &[u8]) -> bool {
+        match self.check_line(raw) {
+            Ok(()) | Err((LineFaultKind::OutOfTravel, _)) => false,
+            Err((LineFaultKind::Refused(_), _)) => true,
+        }
     }
 
     fn check_line(&mut self, raw: &[u8]) -> Finding {

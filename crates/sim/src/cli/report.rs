@@ -42,7 +42,8 @@ struct Json<'a> {
     file: &'a str,
     lines: u64,
     errors: Vec<JsonError<'a>>,
-    alarm: Option<JsonAlarm>,
+    alarm: Option<u8>,
+    alarm_line: Option<u64>,
     job_seconds: f64,
     motion_seconds: f64,
     axes: BTreeMap<char, JsonAxis>,
@@ -65,13 +66,6 @@ struct JsonError<'a> {
     code: u8,
     message: &'a str,
     text: &'a str,
-}
-
-#[derive(Serialize)]
-struct JsonAlarm {
-    line: u64,
-    code: u8,
-    message: &'static str,
 }
 
 #[derive(Serialize)]
@@ -101,11 +95,8 @@ impl<const AXES: usize> Report<AXES> {
             file: &self.file,
             lines: self.lines,
             errors: self.errors.iter().map(json_error).collect(),
-            alarm: self.alarm.as_ref().map(|alarm| JsonAlarm {
-                line: alarm.line,
-                code: alarm.fault.code(),
-                message: alarm.fault.message(),
-            }),
+            alarm: self.alarm.as_ref().map(|alarm| alarm.fault.code()),
+            alarm_line: self.alarm.as_ref().map(|alarm| alarm.line),
             job_seconds: outcome.job_seconds,
             motion_seconds: outcome.motion_seconds,
             axes: self

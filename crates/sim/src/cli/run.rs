@@ -1,6 +1,7 @@
 //! `leadscrew run`: streams a file through the machine's own serial protocol and tells what came of it.
 
 use super::args::JobArgs;
+use super::check::Checker;
 use super::complaint::{Complaint, Fault};
 use super::input::{self, Job};
 use super::report::Report;
@@ -93,7 +94,7 @@ impl Outputs {
 fn steps_per_mm(settings: &Settings<AXES>) -> [f64; AXES] {
     settings
         .axes(AxisSetting::StepsPerMm)
-        .map(|steps| steps.nanos() as f64 * 1e-9)
+        .map(|steps| steps.nanos() as f64 / 1e9)
 }
 
 /// Faults that the machine has found and not yet answered, in order: an answer has no column.
@@ -127,7 +128,8 @@ fn simulate(
         Simulation::new(&mut memory, &setup, Cartesian, observer);
 
     let bar = progress_bar(args, job.size);
-    let complaints = Complaints::new(&job.name, faults, args.quiet);
+    let checker = (!args.keep_going).then(|| Checker::new(&job.name, *config, settings.clone()));
+    let complaints = Complaints::new(&job.name, faults, checker, args.quiet);
     let streaming = Streaming {
         window,
         keep_going: args.keep_going,
@@ -240,6 +242,8 @@ impl<R: BufRead, F: Replies> Host for Operator<R, F> {
 struct Complaints {
     file: String,
     faults: Faults,
+    /// Reads ahead of the machine, so that nothing is sent after the first line that it will refuse.
+    checker: Option<Checker>,
     errors: Vec<Complaint>,
     count: u64,
     alarm: Option<Complaint>,
@@ -247,10 +251,11 @@ struct Complaints {
 }
 
 impl Complaints {
-    fn new(file: &str, faults: Faults, quiet: bool) -> Self {
+    fn new(file: &str, faults: Faults, checker: Option<Checker>, quiet: bool) -> Self {
         Self {
             file: file.to_owned(),
             faults,
+            checker,
             errors: Vec::new(),
             count: 0,
             alarm: None,
@@ -301,6 +306,12 @@ impl Replies for Complaints {
             }
             Reply::Ok { .. } | Reply::Other(_) => {}
         }
+    }
+
+    fn is_last(&mut self, line: &[u8]) -> bool {
+        self.checker
+            .as_mut()
+            .is_some_and(|checker| checker.refuses(line))
     }
 }
 
