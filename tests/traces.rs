@@ -145,8 +145,6 @@ fn most_of(name: &str) -> f64 {
         // Grbl's timer cannot step slower than 30.5 Hz (16 MHz / 65535 / 8); F10 asks for 10.9 Hz on X, 7.3 s in all.
         // Grbl is 2.8 times too fast, we are not.
         "line_slow" => 7.26 / 2.5887,
-        // With 15 moves of look-ahead every move counts: here, up to four segments are made before the next line is read.
-        "collinear" => 1.004,
         _ => SLOWER,
     }
 }

@@ -187,7 +187,6 @@ where
         self.advance_homing(board, now);
         self.advance_door(board, now);
         self.execute(board, now);
-        self.feed(board, now);
         self.report(board);
         self.list();
         self.console.flush(board, &mut self.work);

@@ -28,9 +28,6 @@ pub(crate) use power::PowerRule;
 /// Moves that a cycle may have planned at once.
 const ASIDE_MOVES: usize = 4;
 
-/// Segments made in one poll: bounds its time.
-const SEGMENTS_A_POLL: usize = 4;
-
 /// A planner and what makes segments of its moves.
 struct Track<K, const AXES: usize, const MOTORS: usize, const MOVES: usize> {
     planner: Planner<K, AXES, MOTORS, MOVES>,
@@ -295,23 +292,20 @@ where
         self.underruns != before
     }
 
-    /// Commits segments while there is room; returns whether the step timer is to be started. `may_start`: whether
+    /// Commits one segment where there is room, and no more: a line that waits comes between two of them, so that the next
+    /// segment knows of its move. Returns whether the step timer is to be started. `may_start`: whether
     /// the program may begin to move now.
     pub(crate) fn prepare(&mut self, now: Instant, may_start: bool, work: &mut Work) -> bool {
         self.end_stop();
         if self.stopping || !self.may_feed(now, may_start) {
             return false;
         }
-        for _ in 0..SEGMENTS_A_POLL {
-            if !self.feeder.has_room(now) {
-                break;
+        if self.feeder.has_room(now) {
+            if let Some(mut segment) = self.next_segment() {
+                self.power.apply(&mut segment);
+                self.feeder.push(segment);
+                work.segments = work.segments.wrapping_add(1);
             }
-            let Some(mut segment) = self.next_segment() else {
-                break;
-            };
-            self.power.apply(&mut segment);
-            self.feeder.push(segment);
-            work.segments = work.segments.wrapping_add(1);
         }
         self.feeder.is_to_start()
     }
