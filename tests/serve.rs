@@ -2,7 +2,7 @@
 
 use leadscrew_sim::profile::Profile;
 use leadscrew_sim::serve::{
-    serve, Key, LineSpec, Note, Panel, Service, Snapshot, Surroundings, What,
+    serve, Key, LineSpec, Note, Panel, Service, Snapshot, StateFile, Surroundings,
 };
 use leadscrew_sim::Rate;
 use std::collections::VecDeque;
@@ -23,15 +23,13 @@ const POLL: Duration = Duration::from_millis(40);
 
 const PATIENCE: Duration = Duration::from_secs(60);
 
-/// Tells where the lines are ready.
+/// Passes all messages on.
 struct Ear(Sender<String>);
 
 impl Panel for Ear {
     fn note(&mut self, note: &Note<'_>) {
-        if let Note::Line(_, What::Ready(at)) = note {
-            // The test may have heard enough.
-            let _ = self.0.send(at.clone());
-        }
+        // The test may have heard enough.
+        let _ = self.0.send(note.to_string());
     }
     fn show(&mut self, _: &Snapshot) {}
     fn key(&mut self) -> Option<Key> {
@@ -43,21 +41,27 @@ impl Panel for Ear {
 struct Served {
     stop: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
+    /// Where the lines are.
     ready: Vec<String>,
+    /// What else was said until all lines were ready.
+    said: Vec<String>,
 }
 
 impl Served {
     fn new(profile: &str, lines: Vec<LineSpec>, speed: f64) -> Self {
-        let (told, heard) = mpsc::channel();
-        let stop = Arc::new(AtomicBool::new(false));
-        let service = Service {
+        Self::start(Service {
             profile: Profile::parse(Path::new("test.toml"), profile).unwrap(),
             rate: Rate::NeverWaits,
             speed,
             state: None,
             log: None,
             lines,
-        };
+        })
+    }
+
+    fn start(service: Service) -> Self {
+        let (told, heard) = mpsc::channel();
+        let stop = Arc::new(AtomicBool::new(false));
         let count = service.lines.len();
         let end = stop.clone();
         let thread = std::thread::spawn(move || {
@@ -73,14 +77,32 @@ impl Served {
                 },
             );
         });
-        let ready = (0..count)
-            .map(|_| heard.recv_timeout(PATIENCE).unwrap())
-            .collect();
-        Self {
+        let mut served = Self {
             stop,
             thread: Some(thread),
-            ready,
+            ready: Vec::new(),
+            said: Vec::new(),
+        };
+        while served.ready.len() < count {
+            let note = heard.recv_timeout(PATIENCE).unwrap();
+            match note.split_once(": ready at ") {
+                Some((_, at)) => served.ready.push(at.into()),
+                None => served.said.push(note),
+            }
         }
+        served
+    }
+
+    /// Serves a machine whose settings survive in `file`.
+    fn remembering(file: &Path) -> Self {
+        Self::start(Service {
+            profile: Profile::parse(Path::new("test.toml"), FAST).unwrap(),
+            rate: Rate::NeverWaits,
+            speed: 1.0,
+            state: Some(StateFile::new(file.into())),
+            log: None,
+            lines: vec![LineSpec::Tcp("127.0.0.1:0".into())],
+        })
     }
 
     fn tcp(profile: &str, speed: f64) -> Self {
@@ -167,6 +189,19 @@ impl Client {
             assert_eq!(self.hear(Duration::from_millis(2)), None);
         }
         self.reports[heard].clone()
+    }
+
+    /// What is heard before the `ok` to a line.
+    fn say(&mut self, line: &str) -> Vec<String> {
+        self.send(format!("{line}\n").as_bytes());
+        std::iter::from_fn(|| self.hear(PATIENCE).filter(|heard| heard != "ok")).collect()
+    }
+
+    /// The row of `$$` for a setting.
+    fn setting(&mut self, name: &str) -> Option<String> {
+        let begins = format!("{name}=");
+        let rows = self.say("$$").into_iter();
+        rows.filter(|row| row.starts_with(&begins)).next_back()
     }
 
     fn wait_for(&mut self, state: &str) -> String {
@@ -311,4 +346,71 @@ fn an_answer_to_a_realtime_byte_takes_no_longer_than_a_loop_of_the_server() {
         .collect();
     times.sort();
     assert!(times[25] < Duration::from_millis(20), "{times:?}");
+}
+
+#[test]
+fn what_was_stored_survives_a_restart() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("router.state");
+    {
+        let served = Served::remembering(&file);
+        assert_eq!(served.said, [""; 0]);
+        let mut client = served.connect();
+        assert_eq!(client.setting("$110").as_deref(), Some("$110=6000.000"));
+        for line in ["$110=4321.5", "$N0=G20", "G10 L2 P2 X5.25"] {
+            assert_eq!(client.say(line), [""; 0]);
+        }
+    }
+    let served = Served::remembering(&file);
+    assert_eq!(served.said, [""; 0]);
+    let mut client = served.connect();
+    assert_eq!(client.setting("$110").as_deref(), Some("$110=4321.500"));
+    assert_eq!(client.setting("$111").as_deref(), Some("$111=6000.000"));
+    assert_eq!(client.say("$N"), ["$N0=G20", "$N1="]);
+    assert_eq!(client.say("$#")[1], "[G55:5.250,0.000,0.000]");
+}
+
+#[test]
+fn a_state_file_that_cannot_be_used_is_kept_aside_and_said() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("router.state");
+    Served::remembering(&file).connect().say("$110=4321.5");
+    let sound = std::fs::read(&file).unwrap();
+    let mut other_version = sound.clone();
+    other_version[15] += 1;
+    let half = sound[..sound.len() / 2].to_vec();
+    let table: [(&[u8], &str); 3] = [
+        (&half, "is cut short"),
+        (&other_version, "has version 2, not 1"),
+        (b"$110=4321.5\n", "is no state file"),
+    ];
+    for (count, (bytes, fault)) in (1..).zip(table) {
+        std::fs::write(&file, bytes).unwrap();
+        let served = Served::remembering(&file);
+        let [said] = &served.said[..] else {
+            panic!("{:?}", served.said)
+        };
+        let kept = folder.path().join(format!("router.state.kept-{count}"));
+        assert!(said.contains(fault), "{said}");
+        let told = format!("kept as {}, defaults loaded", kept.display());
+        assert!(said.ends_with(&told), "{said}");
+        assert_eq!(std::fs::read(kept).unwrap(), bytes);
+        let mut client = served.connect();
+        assert_eq!(client.setting("$110").as_deref(), Some("$110=6000.000"));
+    }
+}
+
+#[test]
+fn settings_whose_record_is_damaged_are_said_to_be_lost() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("router.state");
+    Served::remembering(&file).connect().say("$110=4321.5");
+    let mut damaged = std::fs::read(&file).unwrap();
+    let last = damaged.iter().rposition(|&byte| byte != 0xFF).unwrap();
+    damaged[last] ^= 1;
+    std::fs::write(&file, damaged).unwrap();
+    let served = Served::remembering(&file);
+    assert_eq!(served.said.len(), 1, "{:?}", served.said);
+    let mut client = served.connect();
+    assert_eq!(client.setting("$110").as_deref(), Some("$110=6000.000"));
 }
