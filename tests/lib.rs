@@ -9,13 +9,16 @@
 //! A [`Session`] is a machine on its desk, with a [`Desk`] at the other end of its serial lines. [`Session::finish`]
 //! ends it, asserts what must hold after anything that moves, and leaves what happened as a [`Run`].
 
-use leadscrew_machine::board::ChannelId;
+pub mod abuse;
+
+use leadscrew_machine::board::{ChannelId, PortConfig};
 use leadscrew_machine::config::{MachineConfig, CHANNELS};
 use leadscrew_planner::{Cartesian, Kinematics};
 use leadscrew_sim::{
     Answers, Cycle, Host, Memory, Observer, Outcome, Rate, Setup, Simulation, StepEvent, Stopped,
     Streamer, Streaming,
 };
+use leadscrew_stepper::MotorMask;
 use std::collections::VecDeque;
 
 /// Moves planned ahead, as on the board.
@@ -48,6 +51,19 @@ pub struct Run<const N: usize> {
     pub outcome: Outcome<N>,
     /// All step events.
     pub steps: Vec<StepEvent>,
+    /// The electrical levels of the pins whenever pulses begin or end.
+    pub pins: Vec<Pins>,
+}
+
+/// Electrical levels of all step and direction pins, a bit a motor.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Pins {
+    /// A pulse begins, rather than ends.
+    pub pulse: bool,
+    /// Step pins that are high.
+    pub step: u8,
+    /// Direction pins that are high: negative, where not inverted.
+    pub direction: u8,
 }
 
 impl<const N: usize> Run<N> {
@@ -57,13 +73,41 @@ impl<const N: usize> Run<N> {
     }
 }
 
-/// Keeps all step events.
+/// Keeps all step events and levels.
 #[derive(Debug, Default)]
-pub struct Recorder(Vec<StepEvent>);
+pub struct Recorder {
+    steps: Vec<StepEvent>,
+    pins: Vec<Pins>,
+    port: PortConfig,
+    negative: MotorMask,
+}
+
+impl Recorder {
+    fn level(&mut self, stepping: MotorMask) {
+        self.pins.push(Pins {
+            pulse: !stepping.is_empty(),
+            step: stepping.bits() ^ self.port.step_invert.bits(),
+            direction: self.negative.bits() ^ self.port.direction_invert.bits(),
+        });
+    }
+}
 
 impl Observer for Recorder {
     fn step(&mut self, event: &StepEvent) {
-        self.0.push(*event);
+        self.steps.push(*event);
+        self.level(event.motors);
+    }
+
+    fn pulse_end(&mut self, _: Cycle) {
+        self.level(MotorMask::NONE);
+    }
+
+    fn direction(&mut self, _: Cycle, negative: MotorMask) {
+        self.negative = negative;
+    }
+
+    fn configured(&mut self, _: Cycle, port: &PortConfig) {
+        self.port = *port;
     }
 }
 
@@ -166,10 +210,14 @@ impl<'a, K: Kinematics<N, N> + Clone, const N: usize> Session<'a, K, N> {
     /// Ends the session. Nothing may have been late or violated, and the carriages stand where they are counted.
     pub fn finish(self) -> Run<N> {
         let counted = self.sim.counted_position().map(i64::from);
-        let (outcome, Recorder(steps)) = self.sim.finish();
+        let (outcome, Recorder { steps, pins, .. }) = self.sim.finish();
         assert!(outcome.late.is_empty(), "{:?}", outcome.late);
         assert!(outcome.violations.is_empty(), "{:?}", outcome.violations);
-        let run = Run { outcome, steps };
+        let run = Run {
+            outcome,
+            steps,
+            pins,
+        };
         assert_eq!(run.net_steps(), counted, "plant and count");
         run
     }
