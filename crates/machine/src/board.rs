@@ -96,7 +96,7 @@ pub struct PortConfig {
     pub pulse_us: u8,
     /// Motors whose step pulse is low (`$2`).
     pub step_invert: MotorMask,
-    /// Motors whose direction pin is high in the negative direction where others' is low (`$3`).
+    /// Motors whose direction pin is low in the negative direction, where others' is high (`$3`).
     pub direction_invert: MotorMask,
     /// Whether the drivers are enabled by a high level (`$4`).
     pub enable_invert: bool,
