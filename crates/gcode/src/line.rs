@@ -1,7 +1,7 @@
 //! The grammar of a line as nom parsers, from the byte up.
 //!
-//! nom combinators say what is short or rare: the word, comments, the checksum. What every byte of every line passes
-//! through, [`number`] with its [`digits`] and [`skip_gap`], is written out as plain functions from rest to rest.
+//! nom combinators say what is short or rare: comments, the checksum. What every byte of every line passes through,
+//! [`plain_number`], is written out. It leaves to [`number`] whatever is longer than usual, has gaps, or is no number at all.
 
 use nom::branch::alt;
 use nom::bytes::complete::take_till;
@@ -83,7 +83,12 @@ pub(crate) fn block_delete(line: &[u8]) -> (&[u8], bool) {
 /// Reads a word and the gap behind it: a letter and its number, gaps between them allowed.
 #[inline]
 pub(crate) fn word(input: &[u8]) -> Parsed<'_, (Letter, Number)> {
-    (letter, preceded(gap, number)).parse(input)
+    let (rest, letter) = letter(input)?;
+    let (rest, number) = match plain_number(rest) {
+        Some(read) => read,
+        None => preceded(gap, number).parse(rest)?,
+    };
+    Ok((rest, (letter, number)))
 }
 
 /// Answers whether this is `%` and nothing else.
@@ -108,30 +113,39 @@ fn letter(input: &[u8]) -> Parsed<'_, Letter> {
     read.ok_or_else(|| nom::Err::Error(Fault::unexpected(input)))
 }
 
-/// Reads a number and the gap behind it: a sign or none, digits with at most one point among them.
-///
-/// Nine digits behind the point count, the others are dropped: the value is cut toward zero.
+/// Reads a number as nearly all are: a minus or none, one to nine digits with at most one point among them, and behind
+/// it the end of the line or what may be the letter of the next word. `None` for all others, which [`number`] reads.
 #[inline]
-pub(crate) fn number(input: &[u8]) -> Parsed<'_, Number> {
-    let (unsigned, negative) = sign(input);
-    let mut value = 0_u32;
-    let mut push = |digit| value = value.wrapping_mul(10).wrapping_add(digit);
-    let (rest, wholes) = digits(unsigned, &mut push);
-    let (rest, places) = match rest {
-        [b'.', rest @ ..] => digits(rest, &mut push),
-        _ => (rest, 0),
+fn plain_number(input: &[u8]) -> Option<(&[u8], Number)> {
+    let (unsigned, negative) = match input {
+        [b'-', rest @ ..] => (rest, true),
+        _ => (input, false),
     };
-    let nanos = match (wholes + places, UNITS.get(places)) {
-        (0, _) => return Err(no_digits(input, rest)),
-        (1..=9, Some(&unit)) => i64::from(value) * i64::from(unit), // nine digits fit 32 bits: nothing has wrapped
-        _ => long_number(unsigned).ok_or_else(|| Fault::at(input, ErrorKind::NumberTooLarge))?,
+    let (mut bytes, mut value, mut behind_point) = (unsigned.iter(), 0_u32, None);
+    let left = loop {
+        let Some(byte) = bytes.next() else { break 0 };
+        match char::from(*byte).to_digit(10) {
+            Some(digit) => value = value.wrapping_mul(10).wrapping_add(digit),
+            None if *byte >= b'A' => break bytes.len() + 1,
+            None if *byte == b'.' && behind_point.is_none() => behind_point = Some(bytes.len()),
+            None => return None,
+        }
     };
-    let nanos = if negative { -nanos } else { nanos };
-    Ok((rest, Number::from_nanos(nanos)))
+    let (digits, places) = match behind_point {
+        Some(behind) => (unsigned.len() - left - 1, behind - left),
+        None => (unsigned.len() - left, 0),
+    };
+    if !matches!(digits, 1..=9) {
+        return None;
+    }
+    let count = value as i32; // nine digits fit 31 bits: nothing has wrapped
+    let count = if negative { -count } else { count };
+    let (_, rest) = unsigned.split_at_checked(unsigned.len() - left)?;
+    Some((rest, Number::product(count, *UNITS.get(places)?)))
 }
 
 /// Nanos in the last of 0 to 9 decimal places.
-const UNITS: [u32; 10] = [
+const UNITS: [i32; 10] = [
     1_000_000_000,
     100_000_000,
     10_000_000,
@@ -144,22 +158,36 @@ const UNITS: [u32; 10] = [
     1,
 ];
 
-/// Reads a number of more than nine digits once more, in 64 bits; `None` when that is not enough.
+/// Reads any number and the gap behind it: a sign or none, digits with at most one point and gaps among them.
+///
+/// Nine digits behind the point count, the others are dropped: the value is cut toward zero.
 #[cold]
-fn long_number(unsigned: &[u8]) -> Option<i64> {
+pub(crate) fn number(input: &[u8]) -> Parsed<'_, Number> {
+    let (unsigned, negative) = sign(input);
     let (mut whole, mut nanos, mut weight) = (0_i64, 0, 100_000_000);
-    let (rest, _) = digits(unsigned, |digit| {
+    let (rest, wholes) = digits(unsigned, |digit| {
         whole = whole.saturating_mul(10).saturating_add(i64::from(digit))
     });
-    digits(rest.strip_prefix(b".").unwrap_or(&[]), |digit| {
-        nanos += i64::from(digit) * weight;
-        weight /= 10; // zero from the tenth place on
-    });
-    whole.checked_mul(1_000_000_000)?.checked_add(nanos)
+    let (rest, places) = match rest {
+        [b'.', rest @ ..] => digits(rest, |digit| {
+            nanos += i64::from(digit) * weight;
+            weight /= 10; // zero from the tenth place on
+        }),
+        _ => (rest, 0),
+    };
+    if wholes + places == 0 {
+        return Err(no_digits(input, rest));
+    }
+    let magnitude = whole.checked_mul(1_000_000_000);
+    let magnitude = magnitude.and_then(|wholes| wholes.checked_add(nanos));
+    let magnitude = magnitude.ok_or_else(|| Fault::at(input, ErrorKind::NumberTooLarge))?;
+    Ok((
+        rest,
+        Number::from_nanos(if negative { -magnitude } else { magnitude }),
+    ))
 }
 
 /// Reads a sign and the gap behind it; answers whether it was a minus.
-#[inline]
 fn sign(input: &[u8]) -> (&[u8], bool) {
     match input {
         [b'-', rest @ ..] => (skip_gap(rest), true),
@@ -180,7 +208,6 @@ fn no_digits(input: &[u8], rest: &[u8]) -> nom::Err<Fault> {
 }
 
 /// Hands all digits to `push`, from left to right, and skips the gaps between and behind them; answers how many digits.
-#[inline(always)]
 fn digits(mut input: &[u8], mut push: impl FnMut(u32)) -> (&[u8], usize) {
     let mut count = 0;
     while let [byte, rest @ ..] = input {
@@ -446,6 +473,14 @@ mod tests {
             let expected = i64::try_from(reference(&sign, &whole, fraction)).map_err(|_| ErrorKind::NumberTooLarge);
             let found = read(&text).map(|words| words[0].value().nanos()).map_err(|error| error.kind);
             prop_assert_eq!(found, expected);
+        }
+
+        #[test]
+        fn plain_numbers_are_what_the_general_reader_makes_of_them(text in "[+-]?[0-9]{0,10}[.]?[0-9]{0,10}[X%( .]?") {
+            if let Some((rest, value)) = plain_number(text.as_bytes()) {
+                let (general_rest, general) = number(text.as_bytes()).unwrap();
+                prop_assert_eq!((rest, value), (general_rest, general));
+            }
         }
 
         #[test]

@@ -33,6 +33,12 @@ impl Number {
         }
     }
 
+    /// Makes a number of a count of `unit` · 10⁻⁹. No product of 32 bits each comes near the ends of the range.
+    #[inline]
+    pub(crate) const fn product(count: i32, unit: i32) -> Self {
+        Self(count as i64 * unit as i64)
+    }
+
     /// Makes a number of an integer, exactly.
     pub const fn from_int(int: i32) -> Self {
         Self(int as i64 * ONE as i64)
@@ -46,19 +52,13 @@ impl Number {
 
     /// Answers the whole part: rounded toward zero.
     ///
-    /// Below 2199 in magnitude, which is every G, M or T word, this is one hardware division.
+    /// From 0 to 2198, which is every G, M or T word that exists, this is one hardware division.
     #[inline]
     pub fn trunc(self) -> i64 {
         // ⌊n / 10⁹⌋ = ⌊⌊n / 2⁹⌋ / 5⁹⌋
-        let shifted = self.0.unsigned_abs() >> TWOS;
-        let whole = match u32::try_from(shifted) {
+        match u32::try_from(self.0 >> TWOS) {
             Ok(shifted) => i64::from(shifted / FIVES),
-            Err(_) => wide_quotient(shifted),
-        };
-        if self.0 < 0 {
-            -whole
-        } else {
-            whole
+            Err(_) => wide_trunc(self.0),
         }
     }
 
@@ -94,12 +94,12 @@ impl Number {
     }
 }
 
-/// Divides by 5⁹ what is too large for 32 bits. Kept apart, or the compiler sees two equal quotients and calls for the
-/// slow one always.
+/// Divides what is negative or too large for 32 bits. Kept apart, or the compiler sees two equal quotients and calls for
+/// the slow one always.
 #[cold]
 #[inline(never)]
-fn wide_quotient(shifted: u64) -> i64 {
-    (shifted / u64::from(FIVES)) as i64
+fn wide_trunc(nanos: i64) -> i64 {
+    nanos / ONE as i64
 }
 
 impl fmt::Display for Number {
