@@ -90,14 +90,13 @@ impl Code {
         let fraction = value
             .nanos()
             .wrapping_sub(whole.wrapping_mul(1_000_000_000));
-        let wrapped = whole as u8;
         let hundredths = match fraction as i32 {
-            _ if i64::from(wrapped) != whole => WRAPPED,
+            _ if u8::try_from(whole).is_err() => WRAPPED,
             0 => 0,
             fraction => ((fraction.unsigned_abs() + 5_000_000) / 10_000_000) as u16,
         };
         Self {
-            whole: wrapped,
+            whole: whole as u8,
             hundredths,
         }
     }
@@ -127,6 +126,7 @@ impl Code {
     }
 
     /// Answers what it says as a G word.
+    #[inline]
     pub(super) fn g(self) -> Result<GWord, Status> {
         match self.hundredths {
             0 => self.whole_g().ok_or(Status::UnsupportedCommand),
@@ -135,6 +135,7 @@ impl Code {
         }
     }
 
+    #[inline]
     fn whole_g(self) -> Option<GWord> {
         Some(match self.whole {
             0 => GWord::Motion(Motion::Rapid),

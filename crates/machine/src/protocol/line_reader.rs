@@ -131,7 +131,7 @@ impl<const CAPACITY: usize> LineReader<CAPACITY> {
         }
     }
 
-    #[inline(never)]
+    #[cold]
     fn pass_over(&mut self, byte: u8) -> bool {
         if is_line_end(byte) {
             return true;
