@@ -22,7 +22,7 @@ fn main() -> io::Result<()> {
 }
 
 /// Prints the lines of a program and their commands, on a machine with three axes and all options.
-pub fn print_commands(program: &[u8]) -> String {
+pub(crate) fn print_commands(program: &[u8]) -> String {
     let mut interpreter = Interpreter::new();
     let mut printed = String::new();
     for raw in program.split(|byte| *byte == b'\n') {

@@ -25,19 +25,22 @@ where
     /// Goes on with lists; a list is answered `ok` after its last row. Main loop.
     pub(crate) fn list(&mut self) {
         for index in 0..self.console.count() {
+            let id = ChannelId(index);
             for _ in 0..ROWS_A_POLL {
-                self.list_row(ChannelId(index));
+                if !self.list_row(id) {
+                    break;
+                }
             }
         }
     }
 
-    fn list_row(&mut self, id: ChannelId) {
-        let listing = match self.console.channel(id) {
-            Some(channel) if channel.output.has_room() => channel.listing,
-            Some(_) | None => None,
+    /// Sends the next row of the list under way; whether there was one, and room for it.
+    fn list_row(&mut self, id: ChannelId) -> bool {
+        let Some(channel) = self.console.channel(id) else {
+            return false;
         };
-        let Some(listing) = listing else {
-            return;
+        let Some(listing) = channel.listing.filter(|_| channel.output.has_room()) else {
+            return false;
         };
         let next = match listing {
             Listing::Settings(row) => self.settings.listed(row).map(|line| {
@@ -58,5 +61,6 @@ where
         if next.is_none() {
             self.console.answer(id, Ok(()));
         }
+        true
     }
 }

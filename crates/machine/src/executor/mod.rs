@@ -154,6 +154,27 @@ impl<const AXES: usize> Executor<AXES> {
         Some((*self.commands.get(self.next)?, self.kind))
     }
 
+    /// Whether what is to be carried out next is to be planned, for which there must be room.
+    fn moves_next(&self) -> bool {
+        if !matches!(self.wait, Wait::Nothing | Wait::Arc(_)) {
+            return false;
+        }
+        match self.commands.get(self.next) {
+            Some(Command::Line(_) | Command::Arc { .. } | Command::Probe { .. }) => true,
+            Some(
+                Command::Spindle(_)
+                | Command::Coolant(_)
+                | Command::ParkingControl(_)
+                | Command::Dwell(_)
+                | Command::StoreOffset { .. }
+                | Command::WorkOffset(_)
+                | Command::Pause
+                | Command::ProgramEnd,
+            )
+            | None => false,
+        }
+    }
+
     /// Whether further commands follow the current one.
     fn has_more(&self) -> bool {
         self.next + 1 < self.commands.len()

@@ -30,6 +30,9 @@ where
         if !self.executor.is_busy() || !self.state.takes_lines() {
             return;
         }
+        if self.executor.moves_next() && !self.motion.has_room() {
+            return self.motion.release();
+        }
         for _ in 0..COMMANDS_A_POLL {
             let Some((command, kind)) = self.executor.current() else {
                 return self.complete_line();

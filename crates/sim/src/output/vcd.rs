@@ -160,7 +160,7 @@ mod tests {
             "y_direction",
             "#1000\n",
             "#2000\n",
-            "b101",
+            "b0000000000000101",
         ] {
             assert!(text.contains(part), "{part} in\n{text}");
         }

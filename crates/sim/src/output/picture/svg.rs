@@ -334,7 +334,7 @@ mod tests {
             "time s",
             "speed mm/min",
             "a &lt; b &amp; c",
-            ">rapid<",
+            ">\nrapid\n<",
         ] {
             assert!(svg.contains(part), "{part}");
         }
