@@ -161,9 +161,11 @@ struct Link {
 
 impl Link {
     fn new(path: &Path, device: PathBuf) -> Result<Self, LineError> {
+        // Left behind by a server that was killed; its device may be ours by now.
+        let names_ours = std::fs::read_link(path).is_ok_and(|target| target == device);
         let dangling = path.is_symlink() && !path.exists();
-        if dangling {
-            // Left behind by a server that was killed. A failure shows when the link is made.
+        if names_ours || dangling {
+            // A failure shows when the link is made.
             let _ = std::fs::remove_file(path);
         }
         symlink(&device, path).map_err(|error| match error.kind() {
@@ -181,5 +183,24 @@ impl Drop for Link {
             // Nothing is left to be done about a link that cannot be removed.
             let _ = std::fs::remove_file(&self.path);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_link_left_behind_to_a_device_that_is_ours_by_now_is_replaced_and_another_is_not() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("ttyGRBL");
+        let [ours, other] = ["ours", "other"].map(|name| folder.path().join(name));
+        std::fs::write(&ours, "").unwrap();
+        std::fs::write(&other, "").unwrap();
+        symlink(&ours, &path).unwrap();
+        assert!(Link::new(&path, ours.clone()).is_ok());
+        symlink(&other, &path).unwrap();
+        assert!(matches!(Link::new(&path, ours), Err(LineError::LinkExists)));
+        assert_eq!(std::fs::read_link(&path).unwrap(), other);
     }
 }
