@@ -7,13 +7,14 @@
 //!   12860     4243.250   -12.500  y  0.2500  3x xy 2x
 //! ```
 //!
-//! The run's first event is `at` timer counts (84 MHz) after the program's first one; event *k* of the run, from 0, is
+//! The run's first event is `at` timer counts (84 MHz) after the first one since the last rest; event *k* of the run, from 0, is
 //! `k·interval + k(k−1)/2·add` counts later, within one count. Motors under `-` turn in the negative direction (`.`:
-//! none). `power` is a share of full power. `steps` says which motors step at each event: `3x xy` is x, x, x, then both.
+//! none). A pause of more than 0.1 s is a rest and stands in a row of its own, in ms: the main loop ends it, so that it
+//! depends on how busy the CPU is. `power` is a share of full power. `steps` says which motors step at each event: `3x xy` is x, x, x, then both.
 //!
 //! `BLESS=1 cargo test -p leadscrew-tests --test golden_steps` writes the step files anew: look at the difference.
 
-use leadscrew_sim::clock::CYCLES_PER_COUNT;
+use leadscrew_sim::clock::{CYCLES_PER_COUNT, TIMER_HZ};
 use leadscrew_sim::StepEvent;
 use leadscrew_tests::run_program;
 use std::fmt::Write;
@@ -21,6 +22,12 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 const HEADER: &str = "      at     interval       add  -   power  steps\n";
+
+/// Counts in a millisecond.
+const MILLISECOND: i64 = TIMER_HZ as i64 / 1000;
+
+/// A longer interval than this, in counts, is a rest.
+const REST: i64 = 100 * MILLISECOND;
 
 /// One step event in counts of the step timer since the first one.
 #[derive(Clone, Copy)]
@@ -146,13 +153,29 @@ fn steps_of(program: &str) -> String {
         .map(|event| Event::new(event, &steps[0]))
         .collect();
     let mut out = HEADER.to_owned();
-    let mut rest = events.as_slice();
-    while !rest.is_empty() {
-        let row = Row::longest(rest);
-        row.print(&mut out);
-        rest = &rest[row.events.len()..];
+    let mut end = None;
+    for moving in events.chunk_by(|a, b| b.at - a.at <= REST) {
+        let begin = moving[0].at;
+        if let Some(end) = end.replace(moving[moving.len() - 1].at) {
+            let rest = (begin - end + MILLISECOND / 2) / MILLISECOND;
+            writeln!(out, "rest {rest} ms").unwrap();
+        }
+        let since = |event: &Event| Event {
+            at: event.at - begin,
+            ..*event
+        };
+        print_rows(&moving.iter().map(since).collect::<Vec<_>>(), &mut out);
     }
     out
+}
+
+fn print_rows(events: &[Event], out: &mut String) {
+    let mut rest = events;
+    while !rest.is_empty() {
+        let row = Row::longest(rest);
+        row.print(out);
+        rest = &rest[row.events.len()..];
+    }
 }
 
 fn programs() -> Vec<PathBuf> {
