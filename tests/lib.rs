@@ -8,6 +8,7 @@
 //!
 //! A [`Session`] is a machine on its desk, with a [`Desk`] at the other end of its serial lines. [`Session::finish`]
 //! ends it, asserts what must hold after anything that moves, and leaves what happened as a [`Run`].
+#![forbid(unsafe_code)]
 
 pub mod abuse;
 

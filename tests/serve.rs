@@ -200,8 +200,8 @@ impl Client {
     /// The row of `$$` for a setting.
     fn setting(&mut self, name: &str) -> Option<String> {
         let begins = format!("{name}=");
-        let rows = self.say("$$").into_iter();
-        rows.filter(|row| row.starts_with(&begins)).next_back()
+        let mut rows = self.say("$$").into_iter();
+        rows.rfind(|row| row.starts_with(&begins))
     }
 
     fn wait_for(&mut self, state: &str) -> String {

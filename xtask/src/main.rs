@@ -1,4 +1,5 @@
 //! The project's own commands: `cargo xtask NAME`, or `cargo fw`.
+#![forbid(unsafe_code)]
 mod bench;
 mod budget;
 mod call_graph;

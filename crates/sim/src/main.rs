@@ -1,4 +1,5 @@
 //! The `leadscrew` program.
+#![forbid(unsafe_code)]
 
 use std::process::ExitCode;
 

@@ -195,8 +195,10 @@ impl Observer for WaveformFile {
         self.sink.write(|vcd| vcd.enable(cycle.0, high));
     }
 
-    fn configured(&mut self, _: Cycle, port: &PortConfig) {
+    fn configured(&mut self, cycle: Cycle, port: &PortConfig) {
         self.port = *port;
+        let (all, pins) = (self.all, levels(self.high, port.step_invert));
+        self.sink.write(|vcd| vcd.step(cycle.0, all, pins));
     }
 }
 
