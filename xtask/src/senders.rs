@@ -8,18 +8,26 @@ use std::{
     path::{Path, PathBuf},
     process::{Child, Command, Stdio},
     thread,
+    time::Instant,
 };
 
 /// Python packages, of the versions that the scripts were written for.
-const PYTHON: [&str; 4] = [
+const PYTHON: [&str; 7] = [
     "meerk40t==0.9.9100",
     "grbl-streamer==2.0.2",
-    "pillow",
-    "numpy",
+    "gcode-machine==1.0.3",
+    "numpy==2.4.6",
+    "pillow==13.0.0",
+    "pyserial==3.5",
+    "pyusb==1.3.1",
 ];
 
 /// Packages for Node.js, likewise.
-const NODE: [&str; 3] = ["cncjs@1.11.5", "socket.io-client@2", "jsonwebtoken"];
+const NODE: [&str; 3] = [
+    "cncjs@1.11.5",
+    "socket.io-client@2.5.0",
+    "jsonwebtoken@9.0.3",
+];
 
 /// One run of one sender.
 struct Run {
@@ -133,7 +141,12 @@ pub(crate) fn run_all(names: &[String]) -> Result<(), Failure> {
     if runs.iter().any(|run| run.sender == Sender::Cncjs) {
         place.install_node()?;
     }
-    runs.iter().try_for_each(|run| place.perform(run))
+    let failures = runs.iter().filter_map(|run| place.perform(run).err());
+    let findings: Vec<String> = failures.map(|failure| failure.to_string()).collect();
+    if findings.is_empty() {
+        return Ok(());
+    }
+    Err(Failure::Findings(findings))
 }
 
 /// Folders.
@@ -195,11 +208,13 @@ impl Place {
 
     fn perform(&self, run: &Run) -> Result<(), Failure> {
         let title = format!("{:?} {}", run.sender, run.arguments.join(" "));
+        let begun = Instant::now();
         let served = self.serve(run)?;
         let output = self.command(run, &served).output();
         let output = output.map_err(Failure::file(&self.scripts))?;
         if output.status.code() == Some(run.code) {
-            println!("{title}: as it should");
+            let seconds = begun.elapsed().as_secs_f32();
+            println!("{title}: as it should, {seconds:.1} s");
             return Ok(());
         }
         print!("{}", String::from_utf8_lossy(&output.stdout));
@@ -280,11 +295,12 @@ impl Served {
         let mut ready = 0;
         while ready < 2 {
             let line = lines.next().ok_or(io::ErrorKind::UnexpectedEof)??;
-            if let Some((name, at)) = line.split_once(": ready at ") {
-                ready += 1;
-                if name.starts_with("tcp") {
-                    at.clone_into(&mut served.address);
-                }
+            let Some((name, at)) = line.split_once(": ready at ") else {
+                return Err(io::Error::other(line));
+            };
+            ready += 1;
+            if name.starts_with("tcp") {
+                at.clone_into(&mut served.address);
             }
         }
         // A full pipe would stop the server.
