@@ -1,0 +1,232 @@
+//! A hold, a door, a reset or a jog cancel at every step of a short job: nothing moves afterwards that was not asked
+//! for, the position is exact, and it goes on to the exact end where it may.
+//!
+//! The job runs once undisturbed. Then it runs anew for each of its step events, with the byte at the end of the
+//! microsecond before it, and what the motors do is held against the undisturbed run.
+
+use leadscrew_planner::Cartesian;
+use leadscrew_sim::{Memory, StepEvent};
+use leadscrew_tests::{setup, Session};
+
+const SETTINGS: &str =
+    "$100=40\n$101=40\n$102=40\n$110=3000\n$111=3000\n$120=300\n$121=300\n$32=1\n";
+
+/// A line, a corner, an arc and a way back, burnt with a laser that follows the speed.
+const PROGRAM: &str = "M4S700\nG1X2Y1F2000\nY2.5\nG2X3Y3.5R1\nG0X2\n";
+
+const JOGS: &str = "$J=G91X2Y1F2000\n$J=G91Y2F2000\n";
+
+/// Longer than any stop, shorter than any job after the longest hold, µs.
+const STOPPING: u64 = 300_000;
+
+type Desk<'a> = Session<'a, Cartesian, 3>;
+
+/// What the carriages have done: steps with signs, motor by motor.
+///
+/// Not step events: where two motors step between ticks of different segments, they may come at once or one after
+/// the other.
+type Tracks = [Vec<i8>; 3];
+
+fn tracks(steps: &[StepEvent]) -> Tracks {
+    std::array::from_fn(|motor| {
+        let own = steps.iter().filter(|event| event.motors.contains(motor));
+        own.map(|event| 1 - 2 * i8::from(event.negative.contains(motor)))
+            .collect()
+    })
+}
+
+/// Positions after each step event of a run that began at the origin.
+fn places(steps: &[StepEvent]) -> Vec<[i32; 3]> {
+    let mut place = [0; 3];
+    let after = |event: &StepEvent| {
+        for (motor, at) in place.iter_mut().enumerate() {
+            let sign = 1 - 2 * i32::from(event.negative.contains(motor));
+            *at += sign * i32::from(event.motors.contains(motor));
+        }
+        place
+    };
+    let mut all = vec![[0; 3]];
+    all.extend(steps.iter().map(after));
+    all
+}
+
+fn begin<'a>(memory: &'a mut Memory<3>, job: &str) -> Desk<'a> {
+    let mut session = Session::new(memory, &setup::<3>(1), Cartesian);
+    session.stream(SETTINGS);
+    session.send(0, job);
+    session
+}
+
+/// How an interrupted job is looked at.
+struct Case<'a> {
+    job: &'a str,
+    byte: u8,
+    /// The undisturbed run.
+    steps: Vec<StepEvent>,
+}
+
+impl<'a> Case<'a> {
+    fn new(job: &'a str, byte: u8) -> Self {
+        let mut memory = Memory::new(&setup::<3>(1));
+        let mut session = begin(&mut memory, job);
+        session.until_quiet();
+        let steps = session.finish().steps;
+        assert!((150..600).contains(&steps.len()), "{}", steps.len());
+        Self { job, byte, steps }
+    }
+
+    /// Interrupts the job at every step event; `then` gets the session at rest, and returns whether all of the job is
+    /// to be made in the end, or only the steps up to the interruption.
+    fn at_every_step(&self, then: impl Fn(&mut Desk<'_>) -> bool) {
+        let (whole, places) = (tracks(&self.steps), places(&self.steps));
+        for (index, event) in self.steps.iter().enumerate() {
+            let mut memory = Memory::new(&setup::<3>(1));
+            let mut session = begin(&mut memory, self.job);
+            session.wait_us((event.cycle - session.sim.now()) / 168);
+            session.send(0, [self.byte]);
+            session.wait_us(STOPPING);
+            let at = session.sim.board().plant.position();
+            assert_eq!(session.sim.counted_position(), at, "{index}");
+            assert!(
+                places.iter().any(|place| is_near(place, &at)),
+                "{index}: {at:?}"
+            );
+            session.wait_us(1_000_000);
+            assert_eq!(session.sim.board().plant.position(), at, "{index}: moves");
+            assert_eq!(
+                reported(&mut session),
+                at.map(f64::from).map(|steps| steps / 40.0),
+                "{index}"
+            );
+            let goes_on = then(&mut session);
+            let run = session.finish();
+            let made = tracks(&run.steps);
+            for (made, whole) in made.iter().zip(&whole) {
+                assert!(whole.starts_with(made), "{index}: {made:?}");
+            }
+            assert_eq!(
+                made == whole,
+                goes_on || at == places[places.len() - 1],
+                "{index}"
+            );
+        }
+    }
+}
+
+/// Within a step of the path on each axis.
+fn is_near(place: &[i32; 3], at: &[i32; 3]) -> bool {
+    place.iter().zip(at).all(|(a, b)| (a - b).abs() <= 1)
+}
+
+fn report(session: &mut Desk<'_>) -> String {
+    session.send(0, "?");
+    session.wait_us(5_000);
+    let mut heard = session.heard(0).into_iter();
+    heard.rfind(|line| line.starts_with('<')).expect("a report")
+}
+
+/// The machine position of a report, mm; hundredths where steps are 1/40 mm.
+fn reported(session: &mut Desk<'_>) -> [f64; 3] {
+    let report = report(session);
+    let fields = report
+        .split('|')
+        .find_map(|field| field.strip_prefix("MPos:"));
+    let mut numbers = fields
+        .expect("MPos")
+        .split(',')
+        .map(|text| text.parse().unwrap());
+    [(); 3].map(|()| numbers.next().unwrap())
+}
+
+#[test]
+fn a_hold_at_any_step_stops_on_the_path_and_a_resume_ends_at_the_target() {
+    Case::new(PROGRAM, b'!').at_every_step(|session| {
+        assert!(report(session).starts_with("<Hold:0|"));
+        session.send(0, "~");
+        session.until_quiet();
+        assert!(report(session).starts_with("<Idle|"));
+        true
+    });
+}
+
+#[test]
+fn a_door_at_any_step_stops_on_the_path_and_a_resume_ends_at_the_target() {
+    Case::new(PROGRAM, 0x84).at_every_step(|session| {
+        assert!(report(session).starts_with("<Door:0|"));
+        session.send(0, "~");
+        session.until_quiet();
+        assert!(report(session).starts_with("<Idle|"));
+        true
+    });
+}
+
+#[test]
+fn a_reset_at_any_step_is_alarm_3_and_nothing_moves_until_it_is_unlocked() {
+    Case::new(PROGRAM, 0x18).at_every_step(|session| {
+        assert_eq!(
+            session
+                .sim
+                .machine()
+                .last_alarm()
+                .map(|alarm| alarm.number()),
+            Some(3)
+        );
+        assert!(report(session).starts_with("<Alarm|"));
+        assert_eq!(session.say("~\nG0X1\n"), ["ok", "error:9"]);
+        assert_eq!(session.say("$X\n"), ["[MSG:Caution: Unlocked]", "ok"]);
+        false
+    });
+}
+
+#[test]
+fn a_jog_is_cancelled_at_any_step_without_an_alarm() {
+    for byte in [0x85, b'!'] {
+        Case::new(JOGS, byte).at_every_step(|session| {
+            assert_eq!(session.sim.machine().last_alarm(), None);
+            assert!(report(session).starts_with("<Idle|"));
+            session.send(0, "~");
+            session.until_quiet();
+            false
+        });
+    }
+}
+
+#[test]
+fn a_door_ends_a_jog_for_good_at_any_step() {
+    Case::new(JOGS, 0x84).at_every_step(|session| {
+        assert_eq!(session.sim.machine().last_alarm(), None);
+        assert!(report(session).starts_with("<Door:0|"));
+        session.send(0, "~");
+        session.until_quiet();
+        assert!(report(session).starts_with("<Idle|"));
+        false
+    });
+}
+
+#[test]
+fn a_reset_in_a_jog_is_alarm_3_at_any_step() {
+    Case::new(JOGS, 0x18).at_every_step(|session| {
+        assert_eq!(
+            session
+                .sim
+                .machine()
+                .last_alarm()
+                .map(|alarm| alarm.number()),
+            Some(3)
+        );
+        false
+    });
+}
+
+#[test]
+fn a_jog_cancel_is_nothing_to_a_program() {
+    let case = Case::new(PROGRAM, 0x85);
+    for event in case.steps.iter().step_by(7) {
+        let mut memory = Memory::new(&setup::<3>(1));
+        let mut session = begin(&mut memory, PROGRAM);
+        session.wait_us((event.cycle - session.sim.now()) / 168);
+        session.send(0, [0x85]);
+        session.until_quiet();
+        assert_eq!(tracks(&session.finish().steps), tracks(&case.steps));
+    }
+}

@@ -1,0 +1,223 @@
+//! Streams of bytes: any at all, and those of real senders that are easy to get wrong.
+
+use leadscrew_planner::Cartesian;
+use leadscrew_sim::{Cycle, Memory};
+use leadscrew_tests::abuse::endure;
+use leadscrew_tests::{setup, Session};
+use proptest::prelude::*;
+
+type Desk<'a> = Session<'a, Cartesian, 3>;
+
+/// Lines and bytes that mean something; where one is cut, the next begins.
+fn phrase() -> impl Strategy<Value = Vec<u8>> {
+    let lines: &[&[u8]] = &[
+        b"G1X5Y2F3000\n",
+        b"G0X-3\n",
+        b"X1Y1\r\n",
+        b"G91G1Z-2F1000\n",
+        b"G2X2Y2I1J1F2000\n",
+        b"G38.2Z-5F500\n",
+        b"M3S500\n",
+        b"M4S1000\n",
+        b"M5\n",
+        b"M0\n",
+        b"M30\n",
+        b"G4P0.05\n",
+        b"G92X1\n",
+        b"G10L2P1X1\n",
+        b"$J=G91X5F3000\n",
+        b"$J=X0Y0F6000\n",
+        b"$H\n",
+        b"$X\n",
+        b"$C\n",
+        b"$SLP\n",
+        b"$$\n",
+        b"$#\n",
+        b"$G\n",
+        b"$1=255\n",
+        b"$3=5\n",
+        b"$32=1\n",
+        b"$RST=*\n",
+        b"$N0=G1X1F500\n",
+        b"(a comment",
+        b"?",
+        b"!",
+        b"~",
+        b"\x18",
+        b"\x84",
+        b"\x85",
+        b"\x90\x91\x99\x9E\xA0",
+    ];
+    let lines: Vec<Vec<u8>> = lines.iter().map(|line| line.to_vec()).collect();
+    let whole = prop::sample::select(lines);
+    let part = (whole.clone(), 0usize..16).prop_map(|(mut line, length)| {
+        line.truncate(length);
+        line
+    });
+    prop_oneof![
+        8 => whole,
+        2 => part,
+        1 => prop::collection::vec(any::<u8>(), 0..8),
+        // A switch or a button, time, the other line.
+        1 => (0xE0..=0xE7u8).prop_map(|byte| vec![byte]),
+        4 => (0xF0..=0xF7u8).prop_map(|byte| vec![byte]),
+        1 => Just(vec![0xFF]),
+    ]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(512))]
+
+    #[test]
+    fn any_stream_leaves_a_machine_that_answers(
+        build in 0..0x40u8,
+        phrases in prop::collection::vec(phrase(), 0..40),
+    ) {
+        endure(&[vec![build], phrases.concat()].concat());
+    }
+}
+
+fn with_session(run: impl FnOnce(&mut Desk<'_>)) -> [i64; 3] {
+    let setup = setup::<3>(1);
+    let mut memory = Memory::new(&setup);
+    let mut session = Session::new(&mut memory, &setup, Cartesian);
+    session.stream("$110=6000\n$111=6000\n$120=500\n$121=500\n");
+    run(&mut session);
+    session.finish().net_steps()
+}
+
+#[test]
+fn a_realtime_byte_in_utf_8_acts_once_and_leaves_its_line_untouched() {
+    let steps = with_session(|session| {
+        assert_eq!(session.say("G1X1\u{91}0F600\n"), ["ok"]);
+        assert_eq!(session.sim.machine().overrides().feed, 110);
+    });
+    assert_eq!(steps, [2500, 0, 0]);
+}
+
+#[test]
+fn a_jog_right_after_a_cancel_waits_for_the_stop_and_has_one_answer() {
+    with_session(|session| {
+        session.send(0, "$J=G91X50F3000\n");
+        session.wait_us(500_000);
+        assert_eq!(session.heard(0), ["ok"]);
+        let before = session.sim.counted_position()[0];
+        session.send(0, b"\x85$J=G91X1F3000\n");
+        session.until_quiet();
+        assert_eq!(session.heard(0), ["ok"]);
+        let moved = session.sim.counted_position()[0] - before;
+        assert!((250..2500).contains(&moved), "{moved}");
+    });
+}
+
+#[test]
+fn a_reset_leaves_ten_lines_unanswered() {
+    with_session(|session| {
+        session.send(0, "G4P2\n");
+        session.wait_us(100_000);
+        session.send(0, "G1X5F600\n".repeat(9));
+        session.wait_us(10_000);
+        session.heard(0);
+        session.send(0, b"\x18");
+        session.wait_us(10_000);
+        session.send(0, "?");
+        session.until_quiet();
+        let heard = session.heard(0);
+        let banner = heard.iter().position(|line| line.starts_with("Grbl"));
+        let after = &heard[banner.expect("a banner") + 1..];
+        assert!(!after.iter().any(|line| line == "ok"), "{heard:?}");
+        let reports = after.iter().filter(|line| line.starts_with('<'));
+        assert_eq!(reports.count(), 1, "{heard:?}");
+    });
+}
+
+#[test]
+fn a_query_with_a_line_end_is_a_report_and_an_ok() {
+    with_session(|session| {
+        for query in ["?\n", "?\r"] {
+            let heard = session.say(query);
+            let [report, ok] = &heard[..] else {
+                panic!("{heard:?}");
+            };
+            assert!(report.starts_with("<Idle|") && ok == "ok", "{heard:?}");
+        }
+    });
+}
+
+#[test]
+fn a_report_stands_between_the_rows_of_a_list() {
+    with_session(|session| {
+        session.send(0, "$$\n");
+        for _ in 0..40 {
+            session.wait_us(20);
+            session.send(0, "?");
+        }
+        session.until_quiet();
+        let heard = session.heard(0);
+        let rows = heard.iter().filter(|line| line.starts_with('$'));
+        assert_eq!(rows.count(), 34);
+        for line in &heard {
+            let report = line.starts_with('<') && line.ends_with('>');
+            let row = line.starts_with('$') && !line.contains(['<', '>']);
+            assert!(report || row || line == "ok", "{line}");
+        }
+        let ok = heard.iter().position(|line| line == "ok");
+        let first = heard.iter().position(|line| line.starts_with('<'));
+        assert!(first < ok, "{heard:?}");
+    });
+}
+
+/// Free places of the planner and bytes of the receive buffer, as a report shows them.
+fn free(report: &str) -> (usize, usize) {
+    let field = report
+        .split('|')
+        .find_map(|field| field.strip_prefix("Bf:"));
+    let (moves, bytes) = field
+        .expect("Bf")
+        .trim_end_matches('>')
+        .split_once(',')
+        .unwrap();
+    (moves.parse().unwrap(), bytes.parse().unwrap())
+}
+
+#[test]
+fn nothing_is_lost_of_128_bytes_counted_with_a_full_planner_and_a_query_every_40_ms() {
+    const WINDOW: usize = 128;
+    let lines: Vec<_> = (1..400)
+        .map(|k| format!("G1X{}.5Y{}F3000\n", k % 7, k % 5))
+        .collect();
+    let mut setup = setup::<3>(1);
+    setup.machine = leadscrew_machine::config::MachineConfig::grbl();
+    setup.receive_buffer = WINDOW;
+    let mut memory = Memory::new(&setup);
+    let mut session = Session::new(&mut memory, &setup, Cartesian);
+    session.stream("$110=6000\n$111=6000\n$120=500\n$121=500\n$10=3\n");
+    let (mut sent, mut answered, mut full) = (0, 0, 0);
+    let mut query = session.sim.now();
+    while answered < lines.len() {
+        let waiting = |sent: usize| lines[answered..sent].iter().map(String::len).sum::<usize>();
+        while sent < lines.len() && waiting(sent) + lines[sent].len() <= WINDOW {
+            session.send(0, &lines[sent]);
+            sent += 1;
+        }
+        let held = waiting(sent);
+        if session.sim.now() >= query {
+            query = query + Cycle::from_micros(40_000).0;
+            session.send(0, "?");
+        }
+        session.wait_us(1_000);
+        for heard in session.heard(0) {
+            if heard == "ok" {
+                answered += 1;
+                continue;
+            }
+            let (moves, bytes) = free(&heard);
+            full += usize::from(moves == 0);
+            assert!(bytes <= WINDOW && bytes + held >= WINDOW, "{heard} {held}");
+        }
+    }
+    assert!(full > 100, "{full}");
+    session.until_quiet();
+    let run = session.finish();
+    assert_eq!(run.net_steps(), [125, 1000, 0]);
+}
