@@ -121,27 +121,28 @@ fn plain_number(input: &[u8]) -> Option<(&[u8], Number)> {
         [b'-', rest @ ..] => (rest, true),
         _ => (input, false),
     };
-    let (mut bytes, mut value, mut behind_point) = (unsigned.iter(), 0_u32, None);
+    let (mut ahead, mut value, mut behind_point) = (unsigned, 0_u32, None);
     let left = loop {
-        let Some(byte) = bytes.next() else { break 0 };
+        let [byte, behind @ ..] = ahead else { break 0 };
+        ahead = behind;
         match char::from(*byte).to_digit(10) {
             Some(digit) => value = value.wrapping_mul(10).wrapping_add(digit),
-            None if *byte >= b'A' => break bytes.len() + 1,
-            None if *byte == b'.' && behind_point.is_none() => behind_point = Some(bytes.len()),
+            None if *byte >= b'A' => break behind.len() + 1,
+            None if *byte == b'.' && behind_point.is_none() => behind_point = Some(behind.len()),
             None => return None,
         }
     };
-    let (digits, places) = match behind_point {
-        Some(behind) => (unsigned.len() - left - 1, behind - left),
-        None => (unsigned.len() - left, 0),
+    let (number, rest) = unsigned.split_at_checked(unsigned.len() - left)?;
+    let (digits, unit) = match behind_point {
+        Some(behind) => (number.len() - 1, *UNITS.get(behind - left)?),
+        None => (number.len(), UNITS[0]),
     };
     if !matches!(digits, 1..=9) {
         return None;
     }
     let count = value as i32; // nine digits fit 31 bits: nothing has wrapped
     let count = if negative { -count } else { count };
-    let (_, rest) = unsigned.split_at_checked(unsigned.len() - left)?;
-    Some((rest, Number::product(count, *UNITS.get(places)?)))
+    Some((rest, Number::product(count, unit)))
 }
 
 /// Nanos in the last of 0 to 9 decimal places.

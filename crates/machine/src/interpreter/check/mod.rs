@@ -368,7 +368,7 @@ fn axis_letter(axis: usize) -> Letters {
 
 #[inline]
 fn check_magnitude(value: Coordinate, limit: Coordinate, axis: usize) -> Result<(), Refusal> {
-    if value.nanos().unsigned_abs() > limit.nanos().unsigned_abs() {
+    if value.nanos().unsigned_abs() > limit.nanos() as u64 {
         return Err(Refusal::words(Status::OutOfRange, axis_letter(axis)));
     }
     Ok(())
