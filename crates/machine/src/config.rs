@@ -63,6 +63,45 @@ impl ParkingConfig {
     };
 }
 
+/// A second motor on an axis, squared while homing.
+///
+/// The machine's kinematics must turn that motor with that axis: a [`leadscrew_planner::Ganged`].
+#[derive(Clone, Copy, PartialEq, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct DualAxis {
+    /// The axis that it helps to turn.
+    pub axis: usize,
+    /// Its number, beyond those of the axes: its bit in `$2`, `$3` and in the limit inputs.
+    pub motor: usize,
+    /// How far one of the two motors may go on without its switch once the other one has met its own, as a share of the
+    /// axis's travel: farther is ALARM:10.
+    pub tolerance: f32,
+    /// No less than this, mm.
+    pub least_mm: f32,
+    /// No more than this, mm.
+    pub most_mm: f32,
+}
+
+impl DualAxis {
+    /// A second `motor` on `axis`: 5 % of the travel may be between the two switches, at least 2.5 mm and at most 25 mm.
+    pub const fn new(axis: usize, motor: usize) -> Self {
+        Self {
+            axis,
+            motor,
+            tolerance: 0.05,
+            least_mm: 2.5,
+            most_mm: 25.0,
+        }
+    }
+
+    /// How far the two switches may be apart on an axis with this travel, mm.
+    pub(crate) fn allowance(&self, travel_mm: f32) -> f32 {
+        (travel_mm * self.tolerance)
+            .max(self.least_mm)
+            .min(self.most_mm)
+    }
+}
+
 /// What Grbl decides when it is compiled.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -107,6 +146,8 @@ pub struct MachineConfig<const AXES: usize> {
     pub spindle_delay: Duration,
     /// Coolant delay after the safety door was closed.
     pub coolant_delay: Duration,
+    /// The axis with two motors, if there is one.
+    pub dual: Option<DualAxis>,
     /// Options that Grbl chooses when it is compiled.
     pub options: Options,
 }
@@ -135,6 +176,7 @@ impl<const AXES: usize> MachineConfig<AXES> {
             homing_cycles: [0b100, 0b011, 0, 0],
             spindle_delay: Duration::from_ticks(4_000_000),
             coolant_delay: Duration::from_ticks(1_000_000),
+            dual: None,
             options: Options {
                 mist: false,
                 door: false,

@@ -10,7 +10,8 @@
 //! | probe | probing | the position is latched | hold, `[PRB:` |
 //! | buttons | – | the edge is counted | reset, hold, start, door |
 //!
-//! Each word has one writer. Events are counters that the interrupt advances and the main loop compares
+//! Each word has one writer at a time. The motor lock changes hands: it is the main loop's but while
+//! [`Inputs::watch_homing`] has the switch interrupt write it. Events are counters that the interrupt advances and the main loop compares
 //! with what it saw last, so that nothing needs a compare-and-swap, which a Cortex-M0 lacks.
 
 use crate::board::Switches;
@@ -185,7 +186,9 @@ impl<const MOTORS: usize> Inputs<MOTORS> {
     }
 
     /// Locks each of `motors` at the step at which its limit switch closes, in place of an alarm; none ends
-    /// that. Main loop; the motor lock is the interrupt's until then.
+    /// that. Main loop; the motor lock is the interrupt's alone until then, and nobody else may write it.
+    ///
+    /// A switch that is closed already has no edge: lock its motor before this, and look once more after it.
     pub fn watch_homing(&self, motors: MotorMask) {
         self.homing.store(motors.bits(), Ordering::Release);
     }

@@ -15,6 +15,7 @@ use crate::settings::table::Setting;
 use crate::state::State;
 use leadscrew_gcode::Number;
 use leadscrew_planner::Kinematics;
+use leadscrew_stepper::MotorMask;
 
 /// Where the probe touched last.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -63,7 +64,7 @@ where
             line_number: self.line_number(),
             feed: decimal::from_f32(self.motion.speed() * 60.0),
             speed: decimal::from_f32(self.spindle.actual_speed()),
-            pins: pins(active),
+            pins: self.pins(active),
             overrides: OverridePercents {
                 feed: self.overrides.feed,
                 rapid: self.overrides.rapid,
@@ -80,6 +81,22 @@ where
             },
             extra,
             units: self.report_units(),
+        }
+    }
+
+    /// Reports know axes only: the switch of a second motor is its axis's.
+    fn pins(&self, active: &ActiveSwitches) -> Pins {
+        let dual = self.config.dual;
+        let second = dual.filter(|dual| active.limits.contains(dual.motor));
+        let of_axis = second.map_or(MotorMask::NONE, |dual| MotorMask::only(dual.axis));
+        let motor = dual.map_or(MotorMask::NONE, |dual| MotorMask::only(dual.motor));
+        Pins {
+            probe: active.probe,
+            limits: active.limits.without(motor).with(of_axis).bits(),
+            door: active.door,
+            reset: active.reset,
+            hold: active.hold,
+            start: active.start,
         }
     }
 
@@ -195,17 +212,6 @@ fn number(coordinate: Coordinate) -> Number {
 
 fn numbers<const AXES: usize>(coordinates: &[Coordinate; AXES]) -> [Number; AXES] {
     coordinates.map(number)
-}
-
-fn pins(active: &ActiveSwitches) -> Pins {
-    Pins {
-        probe: active.probe,
-        limits: active.limits.bits(),
-        door: active.door,
-        reset: active.reset,
-        hold: active.hold,
-        start: active.start,
-    }
 }
 
 /// The number of a motion mode's G word.

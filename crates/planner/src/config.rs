@@ -1,7 +1,8 @@
 //! What the planner must know of the machine, and the numbers derived from it.
 
 use crate::real::{norm2, sqrt};
-use crate::StepsPerMm;
+use crate::{Kinematics, StepsPerMm};
+use core::array::from_fn;
 use leadscrew_stepper::Ticks;
 
 /// The step timer of the F407 board: 84 MHz.
@@ -13,7 +14,7 @@ pub(crate) const SLOWEST: f32 = 1.0 / 60.0;
 /// Settings of the machine, taken over at rest.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Config<const AXES: usize> {
-    /// Steps/mm of each axis's motor.
+    /// Steps/mm of each axis's motors.
     pub steps_per_mm: [StepsPerMm; AXES],
     /// Highest speed of each axis, mm/s, above 0.
     pub max_rate: [f32; AXES],
@@ -76,8 +77,6 @@ pub(crate) struct Limits<const AXES: usize> {
     pub(crate) per_acceleration: [f32; AXES],
     /// Junction deviation, mm.
     pub(crate) deviation: f32,
-    /// mm in a step.
-    pub(crate) mm_per_step: [f32; AXES],
     pub(crate) unit: SpeedUnit,
 }
 
@@ -87,8 +86,34 @@ impl<const AXES: usize> Limits<AXES> {
             per_rate: config.max_rate.map(|rate| 1.0 / rate),
             per_acceleration: config.acceleration.map(|acceleration| 1.0 / acceleration),
             deviation: config.junction_deviation,
-            mm_per_step: config.steps_per_mm.map(|scale| 1.0 / scale.to_f32()),
             unit: SpeedUnit::for_top_speed(sqrt(norm2(&config.max_rate))),
+        }
+    }
+}
+
+/// How far each motor turns its axis with a step: from the axes' [`Config`], once, so that no move looks it up.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Scales<const MOTORS: usize> {
+    pub(crate) steps_per_mm: [StepsPerMm; MOTORS],
+    /// mm in a step.
+    pub(crate) mm_per_step: [f32; MOTORS],
+}
+
+impl<const MOTORS: usize> Scales<MOTORS> {
+    /// A motor whose axis is not there stands still; its scale matters to nobody.
+    const NO_AXIS: StepsPerMm = StepsPerMm::from_nanos(crate::NANOS_PER_MM);
+
+    pub(crate) fn new<const AXES: usize>(
+        config: &Config<AXES>,
+        kinematics: &impl Kinematics<AXES, MOTORS>,
+    ) -> Self {
+        let steps_per_mm = from_fn(|motor| {
+            let scale = config.steps_per_mm.get(kinematics.axis_of(motor));
+            scale.copied().unwrap_or(Self::NO_AXIS)
+        });
+        Self {
+            steps_per_mm,
+            mm_per_step: steps_per_mm.map(|scale| 1.0 / scale.to_f32()),
         }
     }
 }

@@ -2,11 +2,26 @@
 //!
 //! Limits apply to axes, Bresenham's tracer to motors. The maps are linear, so that a straight move is
 //! straight in both, and a map of positions is also one of differences.
+//!
+//! ```text
+//!             axes     motors
+//!  Cartesian  X ------ 0           one motor an axis
+//!  CoreXy     X, Y --- 0, 1        two belts, each of them moved by both axes
+//!  Ganged     X ------ 0
+//!             Y --+--- 1           two motors on one axis have the same steps at the same ticks: the tracer has
+//!                 +--- 2           the same numbers for both; what tells them apart is a motor lock (homing)
+//! ```
 
 use crate::Coordinate;
+use core::array::from_fn;
 
-/// A linear map between axes and motors and its inverse. Motor *m* has the steps/mm of axis *m*.
+/// A linear map between axes and motors and its inverse. There are at least as many motors as axes.
 pub trait Kinematics<const AXES: usize, const MOTORS: usize> {
+    /// The axis whose steps/mm `motor` has, and for a motor beyond the axes, with which it turns.
+    fn axis_of(&self, motor: usize) -> usize {
+        motor
+    }
+
     /// How far the motors are turned where the axes stand at `axes`.
     fn motors(&self, axes: &[Coordinate; AXES]) -> [Coordinate; MOTORS];
 
@@ -67,6 +82,38 @@ impl<const N: usize> Kinematics<N, N> for CoreXy {
     }
 }
 
+/// As [`Cartesian`], but motor `AXES + k` turns together with the motor of axis `axis_of[k]`.
+///
+/// The axis stands where its own motor, that of its number, says. An axis that is not there stands still.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Ganged<const MORE: usize> {
+    /// The axis of each motor beyond the axes.
+    pub axis_of: [usize; MORE],
+}
+
+impl<const AXES: usize, const MOTORS: usize, const MORE: usize> Kinematics<AXES, MOTORS>
+    for Ganged<MORE>
+{
+    fn axis_of(&self, motor: usize) -> usize {
+        let more = motor.checked_sub(AXES);
+        let axis = more.and_then(|more| self.axis_of.get(more));
+        axis.copied().unwrap_or(motor)
+    }
+
+    fn motors(&self, axes: &[Coordinate; AXES]) -> [Coordinate; MOTORS] {
+        let axis_of = |motor| Kinematics::<AXES, MOTORS>::axis_of(self, motor);
+        from_fn(|motor| axes.get(axis_of(motor)).copied().unwrap_or_default())
+    }
+
+    fn axes_mm(&self, motors: &[f32; MOTORS]) -> [f32; AXES] {
+        from_fn(|axis| motors.get(axis).copied().unwrap_or_default())
+    }
+
+    fn axes(&self, motors: &[Coordinate; MOTORS]) -> [Coordinate; AXES] {
+        from_fn(|axis| motors.get(axis).copied().unwrap_or_default())
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -78,5 +125,15 @@ mod tests {
         assert_eq!(motors, [2.0, 4.0, 7.0].map(Coordinate::from_mm));
         assert_eq!(CoreXy.axes(&motors), axes);
         assert_eq!(CoreXy.axes_mm(&[2.0, 4.0, 7.0]), [3.0, -1.0, 7.0]);
+    }
+
+    #[test]
+    fn a_second_motor_turns_with_its_axis_which_stands_where_the_first_one_does() {
+        let ganged = Ganged { axis_of: [1] };
+        let [x, y, twin] = [3.0, -1.0, 7.0].map(Coordinate::from_mm);
+        assert_eq!(ganged.motors(&[x, y]), [x, y, y]);
+        assert_eq!(ganged.axes(&[x, y, twin]), [x, y]);
+        let axis_of = |motor| Kinematics::<2, 3>::axis_of(&ganged, motor);
+        assert_eq!([0, 1, 2].map(axis_of), [0, 1, 1]);
     }
 }

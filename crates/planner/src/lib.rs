@@ -42,7 +42,7 @@ mod trigonometry;
 pub use arc::{centre_from_radius, Arc};
 pub use config::{Config, Overrides, DEFAULT_TIMER_HZ};
 pub use coordinate::{Coordinate, StepsPerMm, NANOS_PER_MM};
-pub use kinematics::{Cartesian, CoreXy, Kinematics};
+pub use kinematics::{Cartesian, CoreXy, Ganged, Kinematics};
 pub use moves::{Feed, Move, MoveKind, MovePower};
 pub use planner::{Planner, PushError, Pushed};
 pub use profile::{Plan, Trapezoid};

@@ -1,21 +1,22 @@
 //! Moves in, planned moves queued: steps, limits along the line, corners.
 
-use crate::config::{Limits, SLOWEST};
+use crate::config::{Limits, Scales, SLOWEST};
 use crate::junction::junction_v2;
 use crate::lookahead::LookAhead;
 use crate::moves::PlannedMove;
 use crate::real::{least, most, norm2, sqrt, worst};
-use crate::{Config, Feed, Kinematics, Move, MoveKind, Overrides};
+use crate::{Config, Coordinate, Feed, Kinematics, Move, MoveKind, Overrides};
 use core::fmt;
 use leadscrew_stepper::Line;
 
 /// The queue of planned moves of a machine with up to `CAPACITY` of them.
 ///
-/// All methods are for the main loop. `MOTORS` equals `AXES` for all [`Kinematics`] of this crate.
+/// All methods are for the main loop. There are at least as many motors as axes.
 #[derive(Clone, Debug)]
 pub struct Planner<K, const AXES: usize, const MOTORS: usize, const CAPACITY: usize> {
     config: Config<AXES>,
     limits: Limits<AXES>,
+    scales: Scales<MOTORS>,
     kinematics: K,
     overrides: Overrides,
     queue: LookAhead<MOTORS, CAPACITY>,
@@ -70,9 +71,10 @@ where
 {
     /// Makes an empty planner at position 0.
     pub fn new(config: Config<AXES>, kinematics: K) -> Self {
-        const { assert!(AXES == MOTORS, "motor m has the steps/mm of axis m") };
+        const { assert!(AXES <= MOTORS, "an axis has a motor of its own") };
         Self {
             limits: Limits::new(&config),
+            scales: Scales::new(&config, &kinematics),
             config,
             kinematics,
             overrides: Overrides::default(),
@@ -86,6 +88,7 @@ where
     /// Takes over new settings. At rest with an empty queue only; the position in steps stays.
     pub fn configure(&mut self, config: Config<AXES>) {
         self.limits = Limits::new(&config);
+        self.scales = Scales::new(&config, &self.kinematics);
         self.config = config;
         self.last = None;
     }
@@ -108,7 +111,7 @@ where
         if !self.has_room() {
             return Err(PushError::Full);
         }
-        let target = self.target_steps(of).ok_or(PushError::TooFar)?;
+        let target = self.steps_at(&of.target).ok_or(PushError::TooFar)?;
         let delta = difference(&target, &self.position).ok_or(PushError::TooFar)?;
         if delta == [0; MOTORS] {
             return Ok(Pushed::TooShort);
@@ -160,6 +163,38 @@ where
     pub fn set_position(&mut self, steps: [i32; MOTORS]) {
         self.position = steps;
         self.last = None;
+    }
+
+    /// Where the motors stand, in steps, where the axes stand at `axes`; `None` beyond `i32`.
+    pub fn steps_at(&self, axes: &[Coordinate; AXES]) -> Option<[i32; MOTORS]> {
+        let motors = self.kinematics.motors(axes);
+        let mut steps = [0; MOTORS];
+        for ((steps, motor), scale) in steps.iter_mut().zip(motors).zip(self.scales.steps_per_mm) {
+            *steps = scale.steps(motor)?;
+        }
+        Some(steps)
+    }
+
+    /// Where the axes stand where the motors stand at `steps`. Not for the path of a line: 128-bit divisions.
+    pub fn axes_at(&self, steps: &[i32; MOTORS]) -> [Coordinate; AXES] {
+        let mut motors = [Coordinate::ZERO; MOTORS];
+        for ((motor, steps), scale) in motors.iter_mut().zip(steps).zip(self.scales.steps_per_mm) {
+            *motor = scale.coordinate(*steps);
+        }
+        self.kinematics.axes(&motors)
+    }
+
+    /// `steps` with every motor beyond the axes put where the motor of its axis is: what their counts have to be
+    /// before a move, since it brings both to the same one.
+    pub fn ganged(&self, steps: [i32; MOTORS]) -> [i32; MOTORS] {
+        let mut ganged = steps;
+        for (motor, place) in ganged.iter_mut().enumerate().skip(AXES) {
+            *place = steps
+                .get(self.kinematics.axis_of(motor))
+                .copied()
+                .unwrap_or(*place);
+        }
+        ganged
     }
 
     /// The overrides in force.
@@ -233,20 +268,11 @@ where
             .map_or(SLOWEST, |planned| self.nominal(planned))
     }
 
-    fn target_steps(&self, of: &Move<AXES>) -> Option<[i32; MOTORS]> {
-        let motors = self.kinematics.motors(&of.target);
-        let mut steps = [0; MOTORS];
-        for ((steps, motor), scale) in steps.iter_mut().zip(motors).zip(self.config.steps_per_mm) {
-            *steps = scale.steps(motor)?;
-        }
-        Some(steps)
-    }
-
     /// Finds length, direction and limits of the move by `delta` steps.
     fn plan(&self, of: &Move<AXES>, delta: [i32; MOTORS]) -> (PlannedMove<MOTORS>, [f32; AXES]) {
         let mut motors_mm = [0.0; MOTORS];
         for ((mm, steps), mm_per_step) in
-            motors_mm.iter_mut().zip(delta).zip(self.limits.mm_per_step)
+            motors_mm.iter_mut().zip(delta).zip(self.scales.mm_per_step)
         {
             *mm = steps as f32 * mm_per_step;
         }
@@ -322,7 +348,7 @@ fn difference<const MOTORS: usize>(
 mod tests {
     use super::*;
     use crate::reference::to;
-    use crate::{Cartesian, Coordinate, CoreXy, MovePower, StepsPerMm, NANOS_PER_MM};
+    use crate::{Cartesian, CoreXy, Ganged, MovePower, StepsPerMm, NANOS_PER_MM};
     use leadscrew_stepper::Outputs;
     use proptest::prelude::*;
 
@@ -394,6 +420,35 @@ mod tests {
         assert!((running.rate - 50.0).abs() < 1e-4);
         assert!((running.acceleration - 200.0).abs() < 1e-3);
         assert!((running.length - 4.0).abs() < 1e-5);
+    }
+
+    #[test]
+    fn a_second_motor_has_the_steps_of_the_first_and_changes_no_limit() {
+        let config = Config {
+            steps_per_mm: [100, 80].map(|steps| StepsPerMm::from_nanos(steps * NANOS_PER_MM)),
+            ..config()
+        };
+        let mut ganged = Planner::<_, 2, 3, 8>::new(config, Ganged { axis_of: [1] });
+        let mut single = Planner::<_, 2, 2, 8>::new(config, Cartesian);
+        for (x, y) in [(3.0, 4.0), (-1.0, 0.3), (7.0, 7.0)] {
+            ganged.push(&to(x, y, 80.0)).unwrap();
+            single.push(&to(x, y, 80.0)).unwrap();
+            let [x, y] = single.position();
+            assert_eq!(ganged.position(), [x, y, y]);
+            let (ganged, single) = (ganged.outlook(), single.outlook());
+            assert_eq!(ganged, single);
+        }
+        let (ganged, single) = (ganged.start_next().unwrap(), single.start_next().unwrap());
+        assert_eq!(ganged.length, single.length);
+        assert_eq!(ganged.rate, single.rate);
+        assert_eq!(ganged.acceleration, single.acceleration);
+    }
+
+    #[test]
+    fn counts_of_a_second_motor_are_brought_to_those_of_the_first() {
+        let planner = Planner::<_, 2, 3, 8>::new(config(), Ganged { axis_of: [0] });
+        assert_eq!(planner.ganged([5, 6, 9]), [5, 6, 5]);
+        assert_eq!(cartesian().ganged([5, 6]), [5, 6]);
     }
 
     #[test]

@@ -10,6 +10,9 @@
 //!                            |width|
 //! ```
 //!
+//! Every motor has a carriage of its own. Two motors on one axis are the two sides of a gantry, which is square where
+//! their carriages stand at the same place; the plant lets them be skewed as far as they like.
+//!
 //! A switch changes its level where the carriage passes its place. Between two such places a *window* of
 //! positions says that nothing changes, so that a step costs two comparisons however many switches there are.
 

@@ -5,7 +5,8 @@
 //!
 //! | word | written by | read by |
 //! |---|---|---|
-//! | stop, laser off, motor lock | main loop and switch interrupts (store only) | step interrupt, first thing |
+//! | stop, laser off | main loop and switch interrupts (store only) | step interrupt, first thing |
+//! | motor lock | main loop; the switch interrupt alone while the limit switches are watched for homing | step interrupt, first thing |
 //! | position, running, counters | step interrupt | anybody |
 //!
 //! `running` has two writers that never meet: the main loop sets it before it starts the timer, the
@@ -81,7 +82,8 @@ impl<const MOTORS: usize> Shared<MOTORS> {
         self.laser_off.load(Ordering::Relaxed)
     }
 
-    /// Keeps the motors of `lock` from stepping: their pulses are neither made nor counted. Any context.
+    /// Keeps the motors of `lock` from stepping: their pulses are neither made nor counted. Any context, one
+    /// at a time: whoever adds a motor to those that are locked must not be interrupted by another one who does.
     pub fn set_motor_lock(&self, lock: MotorMask) {
         self.free_motors.store(!lock.bits(), Ordering::Relaxed);
     }

@@ -6,12 +6,26 @@
 //!     v                                      v                         v              next group, or done
 //! ```
 //!
-//! Before each motion the switches have `$26` milliseconds to settle. At the contact the switch interrupt locks the
-//! motor at that very step ([`crate::inputs`]); a group's other axes go on until they meet theirs. Rates are
-//! multiplied by √n for n axes at once, so that each moves at the rate that is set.
+//! An axis with two motors ([`crate::config::DualAxis`]) is squared on the way. Each motor is locked at its own switch,
+//! and the approach is over once both are:
+//!
+//! ```text
+//!   start, skewed        first contact         second contact        second motor goes on by $702, then both back
+//!   1 --o                1 --------o|          1 --------o|          1 --------o|
+//!        \\        ->             /      ->            ‖      ->               \\
+//!   2 ----o              2 -----o    |         2 --------o|          2 ---------o|
+//! ```
+//!
+//! How far the one goes on after the other was locked is the difference of their counts, which are the same at the
+//! begin of each motion; more than the configuration allows is ALARM:10. Then both count as one again.
+//!
+//! Before each motion the switches have `$26` milliseconds to settle. The main loop locks the motors whose switch is
+//! closed already, and then leaves the motor lock to the switch interrupt, its only writer until the approach ends. At
+//! the contact that interrupt locks the motor at that very step ([`crate::inputs`]); a group's other axes go on until
+//! they meet theirs. Rates are multiplied by √n for n axes at once, so that each moves at the rate that is set.
 
 use crate::board::{Board, Duration, Instant};
-use crate::config::AxisMask;
+use crate::config::{AxisMask, DualAxis};
 use crate::executor::Origin;
 use crate::inputs::InputConfig;
 use crate::machine::Machine;
@@ -19,6 +33,7 @@ use crate::protocol::alarm::Alarm;
 use crate::reset::Discard;
 use crate::settings::table::Setting;
 use crate::state::State;
+use leadscrew_gcode::Number;
 use leadscrew_planner::{Coordinate, Feed, Kinematics, Move, MoveKind, MovePower};
 use leadscrew_stepper::{MotorMask, Outputs};
 
@@ -33,15 +48,18 @@ enum Phase {
     Search,
     PullOff,
     Locate,
+    /// Of an axis with two motors: the second one by its offset.
+    Offset,
     FinalPullOff,
 }
 
 impl Phase {
-    fn next(self) -> Option<Self> {
+    fn next(self, offset: bool) -> Option<Self> {
         match self {
             Self::Search => Some(Self::PullOff),
             Self::PullOff => Some(Self::Locate),
-            Self::Locate => Some(Self::FinalPullOff),
+            Self::Locate if offset => Some(Self::Offset),
+            Self::Locate | Self::Offset => Some(Self::FinalPullOff),
             Self::FinalPullOff => None,
         }
     }
@@ -123,28 +141,59 @@ where
         match homing.wait {
             Wait::Settled(instant) => {
                 if now >= instant && !self.motion.is_stopping() {
-                    self.begin_phase(homing.phase, group);
+                    self.begin_phase(homing.phase, group, board);
                 }
             }
             Wait::Motion if homing.phase.approaches() => self.watch_approach(group, board, now),
+            Wait::Motion if homing.phase == Phase::Offset => {
+                if self.motion.is_aside_idle() {
+                    self.motion.end_aside();
+                    self.end_phase(now);
+                }
+            }
             Wait::Motion => self.watch_pull_off(group, board, now),
         }
     }
 
-    fn begin_phase(&mut self, phase: Phase, group: AxisMask) {
-        let motors = motors_of(group);
-        self.shared.set_motor_lock(MotorMask::NONE);
-        self.inputs.watch_homing(if phase.approaches() {
-            motors
-        } else {
-            MotorMask::NONE
-        });
+    /// Begins a motion, unless a switch closes in these very instructions: then the next poll begins it.
+    fn begin_phase<B: Board>(&mut self, phase: Phase, group: AxisMask, board: &B) {
+        match phase {
+            Phase::Search | Phase::Locate => {
+                if !self.watch_switches(self.motors_of(group), board) {
+                    return;
+                }
+            }
+            Phase::Offset => {
+                let second = self.motors_of(group).without(MotorMask::from_bits(group));
+                let all = MotorMask::from_bits(u8::MAX);
+                self.shared.set_motor_lock(all.without(second));
+            }
+            Phase::PullOff | Phase::FinalPullOff => self.shared.set_motor_lock(MotorMask::NONE),
+        }
         let next = self.homing_move(phase, group);
         // A distance of 0 plans nothing: the phase then ends at once.
         let _ = self.motion.push_aside(&next);
         if let Some(homing) = &mut self.homing {
             homing.wait = Wait::Motion;
         }
+    }
+
+    /// Locks the motors whose switch is closed already, and has the switch interrupt lock the others. Answers whether it
+    /// has seen all of them; an edge between the two may have found nobody to act on it. At rest.
+    fn watch_switches<B: Board>(&self, motors: MotorMask, board: &B) -> bool {
+        self.inputs.watch_homing(MotorMask::NONE);
+        let lock = self.closed(motors, board);
+        self.shared.set_motor_lock(lock);
+        self.inputs.watch_homing(motors);
+        self.closed(motors, board)
+            .without(self.shared.motor_lock())
+            .is_empty()
+    }
+
+    /// Those of `motors` whose limit switch is closed.
+    fn closed<B: Board>(&self, motors: MotorMask, board: &B) -> MotorMask {
+        let closed = self.inputs.active(&board.switches()).limits;
+        motors.without(motors.without(closed))
     }
 
     fn homing_move(&self, phase: Phase, group: AxisMask) -> Move<AXES> {
@@ -161,10 +210,18 @@ where
             Phase::PullOff | Phase::FinalPullOff => {
                 (-pull_off, self.settings.value(Setting::HomingSeek).to_f32())
             }
+            Phase::Offset => (
+                self.settings.value(Setting::SecondMotorOffset).to_f32(),
+                self.settings.value(Setting::HomingFeed).to_f32(),
+            ),
+        };
+        let moving = match phase {
+            Phase::Offset => self.dual_of(group).map_or(0, |dual| axis_bit(dual.axis)),
+            Phase::Search | Phase::PullOff | Phase::Locate | Phase::FinalPullOff => group,
         };
         let mut target = self.motion.position();
         for (axis, target) in target.iter_mut().enumerate() {
-            if group >> axis & 1 == 1 {
+            if moving >> axis & 1 == 1 {
                 let way = Coordinate::from_mm(distance);
                 *target = if self.homes_negative(axis) {
                     *target - way
@@ -173,7 +230,7 @@ where
                 };
             }
         }
-        let axes = group.count_ones() as f32;
+        let axes = moving.count_ones() as f32;
         Move {
             target,
             feed: Feed::PerMinute(rate / 60.0 * libm::sqrtf(axes)),
@@ -196,15 +253,13 @@ where
         self.settings.mask(Setting::HomingDirection) >> axis & 1 == 1
     }
 
-    /// The approach ends once all switches of the group have closed, or without that: ALARM:9.
+    /// The approach ends once all switches of the group have closed, or without that: ALARM:9; ALARM:10 where the two of
+    /// an axis are too far apart.
     fn watch_approach<B: Board>(&mut self, group: AxisMask, board: &mut B, now: Instant) {
-        let motors = motors_of(group);
-        // A switch that was closed before it was watched has no edge for the interrupt.
-        let closed = self.inputs.active(&board.switches()).limits;
-        let closed = closed.without(closed.without(motors));
-        let lock = self.shared.motor_lock().with(closed);
-        self.shared.set_motor_lock(lock);
-        if motors.without(lock).is_empty() {
+        let lock = self.shared.motor_lock();
+        if self.is_skewed(group) {
+            self.fail_homing(Alarm::HomingDualApproach, board, now);
+        } else if self.motors_of(group).without(lock).is_empty() {
             self.motion.stop();
             self.end_phase(now);
         } else if self.motion.is_aside_idle() {
@@ -218,16 +273,34 @@ where
             return;
         }
         self.motion.end_aside();
-        let closed = self.inputs.active(&board.switches()).limits;
-        let motors = motors_of(group);
-        if closed.without(motors) == closed {
+        if self.closed(self.motors_of(group), board).is_empty() {
             self.end_phase(now);
         } else {
             self.fail_homing(Alarm::HomingPullOff, board, now);
         }
     }
 
+    /// Whether one motor of a dual axis has gone on too far without its switch.
+    fn is_skewed(&self, group: AxisMask) -> bool {
+        let Some(dual) = self.dual_of(group) else {
+            return false;
+        };
+        let counted = self.shared.position();
+        let (Some(first), Some(second)) = (counted.get(dual.axis), counted.get(dual.motor)) else {
+            return false;
+        };
+        let config = self.motion.config();
+        let steps_per_mm = config.steps_per_mm.get(dual.axis);
+        let travel = self.travel.get(dual.axis);
+        let allowed = dual.allowance(travel.map_or(0.0, |travel| travel.to_mm()))
+            * steps_per_mm.map_or(0.0, |scale| scale.to_f32());
+        first.wrapping_sub(*second).unsigned_abs() as f32 > allowed
+    }
+
     fn end_phase(&mut self, now: Instant) {
+        let group = self.homing.as_ref().and_then(Homing::group).unwrap_or(0);
+        let offset = self.settings.value(Setting::SecondMotorOffset) != Number::from_int(0);
+        let offset = offset && self.dual_of(group).is_some();
         self.inputs.watch_homing(MotorMask::NONE);
         let debounce =
             Duration::from_ticks(u64::from(self.settings.whole(Setting::HomingDebounce)) * 1_000);
@@ -235,10 +308,9 @@ where
             return;
         };
         homing.wait = Wait::Settled(now + debounce);
-        match homing.phase.next() {
+        match homing.phase.next(offset) {
             Some(next) => homing.phase = next,
             None => {
-                let group = homing.group().unwrap_or(0);
                 homing.end_group();
                 homing.phase = Phase::Search;
                 self.set_home(group);
@@ -302,9 +374,22 @@ where
         }
         self.restart(discard, board, now);
     }
+
+    /// The axis with two motors, where it is in `group`.
+    fn dual_of(&self, group: AxisMask) -> Option<DualAxis> {
+        let dual = self.config.dual;
+        dual.filter(|dual| group & axis_bit(dual.axis) != 0)
+    }
+
+    /// The motors of a group: each axis has the motor of its own number, one axis perhaps another one.
+    fn motors_of(&self, group: AxisMask) -> MotorMask {
+        let own = MotorMask::from_bits(group);
+        let dual = self.dual_of(group);
+        dual.map_or(own, |dual| own.with(MotorMask::only(dual.motor)))
+    }
 }
 
-/// The motors of a group: each axis has the motor of its own number.
-fn motors_of(group: AxisMask) -> MotorMask {
-    MotorMask::from_bits(group)
+/// The mask of one axis.
+fn axis_bit(axis: usize) -> AxisMask {
+    MotorMask::only(axis).bits()
 }

@@ -15,7 +15,6 @@ mod power;
 
 use crate::board::{Board, Duration, Instant};
 use crate::work::Work;
-use core::array::from_fn;
 use feeder::Feeder;
 use heapless::spsc::Producer;
 use leadscrew_planner::{
@@ -64,7 +63,6 @@ pub(crate) struct Motion<'a, K, const AXES: usize, const MOTORS: usize, const MO
     feeder: Feeder<'a, MOTORS>,
     shared: &'a Shared<MOTORS>,
     underruns: u32,
-    kinematics: K,
     power: PowerRule,
 }
 
@@ -90,7 +88,7 @@ where
                 segmenter: Segmenter::new(),
             },
             aside: Track {
-                planner: Planner::new(aside, kinematics.clone()),
+                planner: Planner::new(aside, kinematics),
                 segmenter: Segmenter::new(),
             },
             driver: Driver::Program,
@@ -100,7 +98,6 @@ where
             feeder: Feeder::new(segments, shared, config.timer_hz),
             shared,
             underruns: shared.underruns(),
-            kinematics,
             power: PowerRule::Laser { percent: 100 },
         }
     }
@@ -155,7 +152,8 @@ where
     pub(crate) fn push_aside(&mut self, next: &Move<AXES>) -> Result<Pushed, PushError> {
         if self.driver == Driver::Program {
             self.driver = Driver::Aside;
-            self.aside.planner.set_position(self.shared.position());
+            let steps = self.gang();
+            self.aside.planner.set_position(steps);
         }
         self.aside.planner.push(next)
     }
@@ -222,13 +220,8 @@ where
 
     /// Declares the motors' present position to be `steps`. At rest, with nothing queued.
     pub(crate) fn set_position(&mut self, axes: &[Coordinate; AXES]) {
-        let motors = self.kinematics.motors(axes);
-        let config = self.program.planner.config();
-        let steps = from_fn(|motor| {
-            let scale = config.steps_per_mm.get(motor);
-            let target = motors.get(motor).copied().unwrap_or(Coordinate::ZERO);
-            scale.and_then(|scale| scale.steps(target)).unwrap_or(0)
-        });
+        // Beyond 2³¹ steps from the origin there is nothing to count from.
+        let steps = self.program.planner.steps_at(axes).unwrap_or([0; MOTORS]);
         self.shared.set_position(steps);
         self.resync();
     }
@@ -240,13 +233,7 @@ where
 
     /// Where the axes are when the motors are at `steps`.
     pub(crate) fn axes(&self, steps: &[i32; MOTORS]) -> [Coordinate; AXES] {
-        let config = self.program.planner.config();
-        let motors = from_fn(|motor| {
-            let scale = config.steps_per_mm.get(motor).copied();
-            let steps = steps.get(motor).copied().unwrap_or(0);
-            scale.map_or(Coordinate::ZERO, |scale| scale.coordinate(steps))
-        });
-        self.kinematics.axes(&motors)
+        self.program.planner.axes_at(steps)
     }
 
     /// The speed along the path, mm/s; 0 at rest.
@@ -369,8 +356,19 @@ where
     }
 
     fn resync(&mut self) {
-        let steps = self.shared.position();
+        let steps = self.gang();
         self.program.planner.set_position(steps);
         self.aside.planner.set_position(steps);
+    }
+
+    /// Declares a second motor's position to be that of its axis, where a motor lock has let them step apart: a skew
+    /// that homing has taken out is not to come back with the next move. Answers the position. At rest.
+    fn gang(&mut self) -> [i32; MOTORS] {
+        let counted = self.shared.position();
+        let steps = self.program.planner.ganged(counted);
+        if steps != counted {
+            self.shared.set_position(steps);
+        }
+        steps
     }
 }

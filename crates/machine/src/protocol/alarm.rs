@@ -25,7 +25,7 @@ codes! {
         HomingApproach = 9, "No limit switch was found",
             "The search reached one and a half times the travel without a contact. Check `$130` and up, `$23`, `$5` and the wiring.";
         HomingDualApproach = 10, "The second motor of the axis found no switch",
-            "The two motors of an axis were too far apart when the first met its switch. Check that switch and square the axis by hand.";
+            "One motor went on too far without its switch after the other one had met its own. Check both switches, and square the axis by hand.";
     }
 }
 

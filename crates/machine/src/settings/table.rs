@@ -9,7 +9,7 @@ use leadscrew_gcode::Number;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Kind {
-    /// One bit an axis or option: 0 to 255; a fraction is cut.
+    /// One bit an axis, motor or option: 0 to 255; a fraction is cut.
     Mask,
     /// Off at 0, on at any other of 0 to 255; a fraction is cut.
     Switch,
@@ -24,6 +24,11 @@ pub enum Kind {
         places: u8,
         /// Whether 0 makes sense.
         zero: bool,
+    },
+    /// An exact decimal to either side of 0, printed with 3 decimals.
+    Signed {
+        /// The largest, whatever its sign.
+        most: u32,
     },
 }
 
@@ -107,9 +112,9 @@ rows! {
         IdleDelay = 1, BYTE, 25_000, "Motor idle delay", "ms",
             "Motors stay enabled for so long after motion; 255 keeps them enabled.";
         StepInvert = 2, Kind::Mask, 0, "Step invert", "mask",
-            "Inverts the step outputs, one bit an axis.";
+            "Inverts the step outputs, one bit a motor.";
         DirectionInvert = 3, Kind::Mask, 0, "Direction invert", "mask",
-            "Reverses axes, one bit an axis.";
+            "Reverses motors, one bit a motor.";
         EnableInvert = 4, Kind::Switch, 0, "Enable invert", "",
             "Inverts the motor enable output.";
         LimitInvert = 5, Kind::Switch, 0, "Limit switch invert", "",
@@ -150,6 +155,8 @@ rows! {
             "Sends a message with the reason before each refused line and after each fault.";
         StartSilence = 701, WORD, 20_000, "Start silence", "ms",
             "Motion starts when no line has come for so long or the planner is full; 0 starts at once.";
+        SecondMotorOffset = 702, Kind::Signed { most: 25 }, 0, "Second motor offset", "mm",
+            "How far the second motor of an axis goes on after its switch when homing squares the axis; back if negative.";
     }
 }
 

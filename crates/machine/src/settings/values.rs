@@ -68,6 +68,10 @@ impl Key {
             Self::Axis(setting, _) => setting.row(),
         }
     }
+
+    fn is_signed(self) -> bool {
+        matches!(self.row().kind, Kind::Signed { .. })
+    }
 }
 
 /// The settings of a machine with at most nine axes.
@@ -145,10 +149,11 @@ impl<const AXES: usize> Settings<AXES> {
     /// The first of: negative value, no such setting, out of range, step pulse too short, soft limits without homing,
     /// step rate too high. Nothing is changed then.
     pub fn set(&mut self, entry: Entry, max_step_rate: u32) -> Result<Changes, Status> {
-        if entry.value < ZERO {
+        let key = Key::from_number(entry.number, AXES);
+        if entry.value < ZERO && !key.is_some_and(Key::is_signed) {
             return Err(Status::NegativeValue);
         }
-        let key = Key::from_number(entry.number, AXES).ok_or(Status::InvalidStatement)?;
+        let key = key.ok_or(Status::InvalidStatement)?;
         let value = fitted(key.row().kind, entry.value)?;
         self.check(key, value, max_step_rate)?;
         let mut changes = Changes::new();
@@ -166,7 +171,7 @@ impl<const AXES: usize> Settings<AXES> {
             return false;
         };
         match fitted(key.row().kind, entry.value) {
-            Ok(value) if value >= ZERO => {
+            Ok(value) if value >= ZERO || key.is_signed() => {
                 self.put(key, value);
                 true
             }
@@ -247,7 +252,7 @@ impl<const AXES: usize> Settings<AXES> {
     fn line(&self, key: Key) -> SettingLine {
         let value = self.get(key);
         let value = match key.row().kind {
-            Kind::Decimal { places: 3, .. } => Decimal::millimetres(value),
+            Kind::Decimal { places: 3, .. } | Kind::Signed { .. } => Decimal::millimetres(value),
             Kind::Decimal { .. } | Kind::Mask | Kind::Switch | Kind::Whole { .. } => {
                 Decimal::whole(value)
             }
@@ -274,6 +279,10 @@ fn fitted(kind: Kind, value: Number) -> Result<Number, Status> {
         Kind::Whole { max } => whole(max),
         Kind::Decimal { zero: false, .. } if value == ZERO => Err(Status::OutOfRange),
         Kind::Decimal { .. } => Ok(value),
+        Kind::Signed { most } => {
+            let fits = value.nanos().unsigned_abs() <= u64::from(most) * ONE as u64;
+            fits.then_some(value).ok_or(Status::OutOfRange)
+        }
     }
 }
 
@@ -450,7 +459,23 @@ mod tests {
         assert!(settings.is_on(Setting::FaultTexts));
         assert_eq!(rows(&settings).len(), 34);
         assert_eq!(settings.unlisted(0).unwrap().to_string(), "$700=1");
-        assert_eq!(settings.unlisted(2), None);
+        assert_eq!(settings.unlisted(3), None);
+    }
+
+    #[test]
+    fn the_second_motor_s_offset_alone_may_be_negative() {
+        let mut settings = Settings::<3>::default();
+        set(&mut settings, "702=-0.25").unwrap();
+        assert_eq!(settings.unlisted(2).unwrap().to_string(), "$702=-0.250");
+        let stored = Entry {
+            number: 702,
+            value: number("-25"),
+        };
+        assert!(settings.load(stored));
+        for line in ["702=25.001", "702=-25.001"] {
+            assert_eq!(set(&mut settings, line), Err(Status::OutOfRange), "{line}");
+        }
+        assert_eq!(settings.value(Setting::SecondMotorOffset), number("-25"));
     }
 
     #[test]

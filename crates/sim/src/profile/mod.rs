@@ -42,6 +42,8 @@ pub struct Profile {
     pub settings: BTreeMap<SettingNumber, Spanned<f64>>,
     /// The axes; X, Y and Z are always there.
     pub axes: Axes,
+    /// A second motor on X or Y, squared while homing.
+    pub second_motor: Option<SecondMotor>,
     /// What the probe meets.
     pub probe: Option<Probe>,
     /// What all switches have in common.
@@ -90,6 +92,32 @@ pub struct Limits {
     pub low: Option<Place>,
     /// Closed here and above.
     pub high: Option<Place>,
+}
+
+/// A second motor on an axis, with a carriage and switches of its own: the other side of a gantry.
+///
+/// Its number, and so its bit in `$2` and `$3`, comes after those of the axes.
+#[derive(Clone, Copy, PartialEq, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SecondMotor {
+    /// The axis that it helps to turn. Its scale is the axis's.
+    pub axis: GantryAxis,
+    /// Where its carriage stands at power-up, mm on the axis's scale; differs from the axis's start where the gantry is
+    /// skewed.
+    pub start: Place,
+    /// Where its limit switches are.
+    #[serde(default)]
+    pub limits: Limits,
+}
+
+/// An axis that may have two motors.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum GantryAxis {
+    /// X.
+    X,
+    /// Y.
+    Y,
 }
 
 /// What the probe meets: a plate under the Z axis.
@@ -209,6 +237,9 @@ mod tests {
             limits = { low = -1, high = 401 }
             [axes.a]
             rotary = true
+            [second_motor]
+            axis = "y"
+            start = 88
             [probe]
             plate_height = -20
             [switches]
@@ -228,6 +259,7 @@ mod tests {
         );
         let profile = profile.unwrap();
         assert_eq!(*profile.settings[&SettingNumber(11)].get_ref(), 0.02);
+        assert_eq!(profile.second_motor.unwrap().axis, GantryAxis::Y);
         assert_eq!(profile.axes.x.limits.high.unwrap().mm(), 401.0);
         assert_eq!(
             profile.homing.unwrap(),
@@ -244,6 +276,7 @@ mod tests {
             ("[settings]\nsteps = 1", "router.toml:2: settings.steps: expected the name of a setting, such as \"$110\""),
             ("homing = [\"z\", \"xq\"]", "router.toml:1: homing[1]: expected axes that home together, such as \"z\" or \"xy\""),
             ("[door]\nfited = true", "router.toml:2: door.fited: unknown field `fited`, expected `fitted` or `open`"),
+            ("[second_motor]\naxis = \"z\"", "router.toml:2: second_motor.axis: unknown variant `z`, expected `x` or `y`"),
             ("[probe]", "router.toml:1: probe: missing field `plate_height`"),
         ];
         for (text, expected) in table {

@@ -1,9 +1,9 @@
 //! What a simulation is made of, after a profile: the machine's build, its first settings, its switches.
 
-use super::{Axis, Profile, SettingNumber};
+use super::{Axis, GantryAxis, Limits, Profile, SecondMotor, SettingNumber};
 use crate::plant::{Pin, Side, Switch};
 use leadscrew_gcode::Number;
-use leadscrew_machine::config::{AxisKind, MachineConfig, Options, ParkingConfig};
+use leadscrew_machine::config::{AxisKind, DualAxis, MachineConfig, Options, ParkingConfig};
 use leadscrew_machine::protocol::status::Status;
 use leadscrew_machine::settings::table::{AxisSetting, Setting};
 use leadscrew_machine::settings::values::{Entry, Settings};
@@ -49,6 +49,9 @@ impl Profile {
             parking: self.options.parking.then_some(ParkingConfig::GRBL),
             parking_override: self.options.parking_override,
         };
+        config.dual = self
+            .second_motor
+            .map(|second| DualAxis::new(second.axis.number(), self.axis_count()));
         if let Some(look_ahead) = self.look_ahead {
             config.moves = look_ahead.0;
         }
@@ -101,23 +104,11 @@ impl Profile {
     pub fn plant_switches(&self) -> Vec<Switch> {
         let mut switches = Vec::new();
         for (motor, axis) in self.all_axes().enumerate() {
-            let place = |mm: f64| steps(axis, mm);
-            let limit = |side, place| Switch {
-                pin: Pin::Limit(motor),
-                motor,
-                side,
-                place,
-                level: self.switches.normally_closed,
-            };
-            let low = axis
-                .limits
-                .low
-                .map(|low| limit(Side::AtOrBelow, place(low.mm())));
-            let high = axis
-                .limits
-                .high
-                .map(|high| limit(Side::AtOrAbove, place(high.mm())));
-            switches.extend(low.into_iter().chain(high));
+            switches.extend(self.limit_switches(motor, axis, axis.limits));
+        }
+        if let Some(second) = &self.second_motor {
+            let (motor, axis) = (self.axis_count(), self.axis_of(second));
+            switches.extend(self.limit_switches(motor, axis, second.limits));
         }
         switches.extend(self.probe.map(|probe| Switch {
             pin: Pin::Probe,
@@ -131,14 +122,53 @@ impl Profile {
 
     /// Where the carriages stand at power-up, in steps.
     pub fn start<const MOTORS: usize>(&self) -> [i32; MOTORS] {
-        let mut places = self.all_axes().map(|axis| steps(axis, axis.start.mm()));
+        let second = self.second_motor.as_ref();
+        let second = second.map(|second| steps(self.axis_of(second), second.start.mm()));
+        let axes = self.all_axes().map(|axis| steps(axis, axis.start.mm()));
+        let mut places = axes.chain(second);
         [0; MOTORS].map(|_: i32| places.next().unwrap_or(0))
+    }
+
+    /// The switches at either end of a motor's way.
+    fn limit_switches(
+        &self,
+        motor: usize,
+        axis: &Axis,
+        limits: Limits,
+    ) -> impl Iterator<Item = Switch> {
+        let limit = |side, mm| Switch {
+            pin: Pin::Limit(motor),
+            motor,
+            side,
+            place: steps(axis, mm),
+            level: self.switches.normally_closed,
+        };
+        let low = limits.low.map(|low| limit(Side::AtOrBelow, low.mm()));
+        let high = limits.high.map(|high| limit(Side::AtOrAbove, high.mm()));
+        low.into_iter().chain(high)
+    }
+
+    fn axis_of(&self, second: &SecondMotor) -> &Axis {
+        match second.axis {
+            GantryAxis::X => &self.axes.x,
+            GantryAxis::Y => &self.axes.y,
+        }
     }
 
     fn all_axes(&self) -> impl Iterator<Item = &Axis> {
         [&self.axes.x, &self.axes.y, &self.axes.z]
             .into_iter()
             .chain(&self.axes.a)
+    }
+}
+
+impl GantryAxis {
+    /// Its number, from 0.
+    pub fn number(self) -> usize {
+        match self {
+            Self::X => 0,
+            Self::Y => 1,
+        }
     }
 }
 
@@ -199,6 +229,19 @@ mod tests {
         assert_eq!(complaint.what, Status::StepPulseTooShort.text());
         assert_eq!(parse("[settings]\n\"$999\" = 1").key, "settings.$999");
         assert_eq!(parse("[settings]\n\"$20\" = 1").key, "settings.$20");
+    }
+
+    #[test]
+    fn a_second_motor_comes_after_the_axes_with_the_scale_of_its_own() {
+        let profile = parse(
+            "[axes.x]\nsteps_per_mm = 80\nstart = 10\nlimits = { low = 0 }\n\
+             [second_motor]\naxis = \"x\"\nstart = 8\nlimits = { low = 0.5 }\n",
+        );
+        assert_eq!(profile.config::<3>().dual, Some(DualAxis::new(0, 3)));
+        assert_eq!(profile.start(), [800, 0, 0, 640]);
+        let switches = profile.plant_switches();
+        let own = switches.iter().find(|s| s.pin == Pin::Limit(3)).unwrap();
+        assert_eq!((own.motor, own.side, own.place), (3, Side::AtOrBelow, 40));
     }
 
     #[test]

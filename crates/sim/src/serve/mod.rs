@@ -49,7 +49,7 @@ use crate::link::Rate;
 use crate::profile::Profile;
 use crate::setup::{Memory, Setup};
 use glitches::Glitches;
-use leadscrew_planner::Cartesian;
+use leadscrew_planner::{Cartesian, Ganged, Kinematics};
 use remembered::Remembered;
 use server::{End, Server};
 
@@ -86,15 +86,21 @@ pub fn serve(service: Service, around: Surroundings<'_>) {
         log,
     } = service;
     let mut server = Server::new(lines, speed, log, around);
-    match profile.axis_count() {
-        4 => run::<4>(&profile, rate, state, &mut server),
-        _ => run::<3>(&profile, rate, state, &mut server),
+    let ganged = profile.second_motor.map(|second| Ganged {
+        axis_of: [second.axis.number()],
+    });
+    match (profile.axis_count(), ganged) {
+        (4, Some(ganged)) => run::<_, 4, 5>(&profile, ganged, rate, state, &mut server),
+        (4, None) => run::<_, 4, 4>(&profile, Cartesian, rate, state, &mut server),
+        (_, Some(ganged)) => run::<_, 3, 4>(&profile, ganged, rate, state, &mut server),
+        (_, None) => run::<_, 3, 3>(&profile, Cartesian, rate, state, &mut server),
     }
 }
 
 /// Powers a machine up, and again after each restart.
-fn run<const AXES: usize>(
+fn run<K: Kinematics<AXES, MOTORS> + Copy, const AXES: usize, const MOTORS: usize>(
     profile: &Profile,
+    kinematics: K,
     rate: Rate,
     state: Option<StateFile>,
     server: &mut Server<'_>,
@@ -110,11 +116,11 @@ fn run<const AXES: usize>(
         costs: Costs::F407,
         lines: vec![rate; server.line_count()],
     };
-    let mut carriages = profile.start::<AXES>();
+    let mut carriages = profile.start::<MOTORS>();
     loop {
         let mut memory = Memory::new(&setup);
         let mut simulation =
-            Simulation::<_, _, AXES, AXES, MOVES>::new(&mut memory, &setup, Cartesian, ());
+            Simulation::<_, _, AXES, MOTORS, MOVES>::new(&mut memory, &setup, kinematics, ());
         simulation.place(carriages);
         for switch in profile.plant_switches() {
             simulation.add_switch(switch);
