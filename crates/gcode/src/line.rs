@@ -121,21 +121,22 @@ fn plain_number(input: &[u8]) -> Option<(&[u8], Number)> {
         [b'-', rest @ ..] => (rest, true),
         _ => (input, false),
     };
-    let (mut ahead, mut value, mut behind_point) = (unsigned, 0_u32, None);
+    let (mut ahead, mut value) = (unsigned, 0_u32);
+    let mut from_point = 0; // bytes from the point to the end of the line: none without a point
     let left = loop {
         let [byte, behind @ ..] = ahead else { break 0 };
-        ahead = behind;
         match char::from(*byte).to_digit(10) {
             Some(digit) => value = value.wrapping_mul(10).wrapping_add(digit),
-            None if *byte >= b'A' => break behind.len() + 1,
-            None if *byte == b'.' && behind_point.is_none() => behind_point = Some(behind.len()),
+            None if *byte >= b'A' => break ahead.len(),
+            None if *byte == b'.' && from_point == 0 => from_point = ahead.len(),
             None => return None,
         }
+        ahead = behind;
     };
     let (number, rest) = unsigned.split_at_checked(unsigned.len() - left)?;
-    let (digits, unit) = match behind_point {
-        Some(behind) => (number.len() - 1, *UNITS.get(behind - left)?),
-        None => (number.len(), UNITS[0]),
+    let (digits, unit) = match from_point {
+        0 => (number.len(), UNITS[0]),
+        _ => (number.len() - 1, *UNITS.get(from_point - 1 - left)?),
     };
     if !matches!(digits, 1..=9) {
         return None;

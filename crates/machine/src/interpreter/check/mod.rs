@@ -260,9 +260,8 @@ impl<'a, const AXES: usize> Check<'a, AXES> {
         let axes = target.iter_mut().zip(origin).zip(self.context.reach);
         for (axis, ((target, origin), reach)) in axes.enumerate() {
             if self.moves(axis) {
-                // Saturates beyond all reach.
-                *target = *origin + self.word(axis)?;
-                check_magnitude(*target, *reach, axis)?;
+                let word = self.word(axis)?;
+                *target = sum_within(*origin, word, *reach).ok_or_else(|| out_of_range(axis))?;
             }
         }
         Ok(())
@@ -366,10 +365,27 @@ fn axis_letter(axis: usize) -> Letters {
         .map_or(AXIS_WORDS, |letter| Letters::of(&[*letter]))
 }
 
+/// The sum of two coordinates, unless it is beyond `limit` to either side.
+#[inline]
+fn sum_within(one: Coordinate, other: Coordinate, limit: Coordinate) -> Option<Coordinate> {
+    let sum = Coordinate::from_nanos(one.nanos().checked_add(other.nanos())?);
+    is_within(sum, limit).then_some(sum)
+}
+
 #[inline]
 fn check_magnitude(value: Coordinate, limit: Coordinate, axis: usize) -> Result<(), Refusal> {
-    if value.nanos().unsigned_abs() > limit.nanos() as u64 {
-        return Err(Refusal::words(Status::OutOfRange, axis_letter(axis)));
+    if !is_within(value, limit) {
+        return Err(out_of_range(axis));
     }
     Ok(())
+}
+
+/// Whether a value is at most `limit`, which is never negative, to either side.
+#[inline]
+fn is_within(value: Coordinate, limit: Coordinate) -> bool {
+    value.nanos().unsigned_abs() <= limit.nanos() as u64
+}
+
+fn out_of_range(axis: usize) -> Refusal {
+    Refusal::words(Status::OutOfRange, axis_letter(axis))
 }
