@@ -259,6 +259,21 @@ fn check_finds_all_errors_at_once_and_soft_limits_too() {
 }
 
 #[test]
+fn check_follows_an_arc_along_its_way() {
+    let folder = Folder::new();
+    let job = folder.file("job.nc", "F100\nG0X-10Y-5\nG2X-10Y-5I5\nG2X-10Y-5I0J10\n");
+    let limits = ["--set", "$22=1", "--set", "$20=1"];
+    let output = leadscrew(&[&["check", &job], &limits[..]].concat());
+    assert_eq!(output.status.code(), Some(1));
+    let message = stderr(&output);
+    assert!(
+        message.contains("job.nc:4: ALARM:2") && message.contains("Y would be at"),
+        "{message}"
+    );
+    assert_eq!(message.matches("ALARM:2").count(), 1, "{message}");
+}
+
+#[test]
 fn an_alarm_ends_the_job_with_its_line() {
     let folder = Folder::new();
     let job = folder.file("job.nc", "G0X-1\nG0X5\nG0X-2\n");

@@ -9,14 +9,16 @@ use super::setting_args::{settings, AXES};
 use super::{unusable, Unusable};
 use crate::streamer::Lines;
 use leadscrew_machine::config::MachineConfig;
-use leadscrew_machine::interpreter::{Command, Commands, Context, Fault as LineFault, Interpreter};
+use leadscrew_machine::interpreter::{
+    ArcShape, Command, Commands, Context, Fault as LineFault, Interpreter, Turn,
+};
 use leadscrew_machine::protocol::alarm::Alarm;
 use leadscrew_machine::protocol::line_reader::{raw_column, LineReader};
 use leadscrew_machine::protocol::system_command::{Activity, Circumstances, SystemCommand};
 use leadscrew_machine::settings::table::{AxisSetting, Setting};
 use leadscrew_machine::settings::values::{Entry, Settings};
 use leadscrew_machine::soft_limits;
-use leadscrew_planner::{Coordinate, StepsPerMm};
+use leadscrew_planner::{Arc, Coordinate, StepsPerMm};
 use std::io::BufRead;
 
 /// Checks the job; answers whether it has no error.
@@ -120,6 +122,7 @@ impl Checker {
 
     fn check_program(&mut self, line: &[u8]) -> Finding {
         let mut commands = Commands::new();
+        let start = *self.interpreter.position();
         let reach = self.reach();
         let context = context(&self.config, &self.settings, &reach);
         self.interpreter
@@ -127,7 +130,46 @@ impl Checker {
             .map_err(refused)?;
         commands
             .iter()
-            .try_for_each(|command| self.check_travel(target(command)))
+            .try_for_each(|command| self.check_command(&start, command))
+    }
+
+    /// Checks where a command goes: an arc along all of its way.
+    fn check_command(&self, start: &[Coordinate; AXES], command: &Command<AXES>) -> Finding {
+        match command {
+            Command::Line(travel) | Command::Probe { travel, .. } => {
+                self.check_travel(&travel.target)
+            }
+            Command::Arc { travel, arc } => self
+                .chords(start, &travel.target, arc)
+                .try_for_each(|chord| self.check_travel(&chord)),
+            Command::Spindle(_)
+            | Command::Coolant(_)
+            | Command::ParkingControl(_)
+            | Command::Dwell(_)
+            | Command::StoreOffset { .. }
+            | Command::WorkOffset(_)
+            | Command::Pause
+            | Command::ProgramEnd => Ok(()),
+        }
+    }
+
+    /// The chords of an arc, as the machine cuts it.
+    fn chords(
+        &self,
+        start: &[Coordinate; AXES],
+        target: &[Coordinate; AXES],
+        arc: &ArcShape,
+    ) -> Arc<AXES> {
+        let tolerance = self.settings.value(Setting::ArcTolerance).to_f32();
+        let clockwise = arc.turn == Turn::Clockwise;
+        Arc::new(
+            *start,
+            *target,
+            arc.centre,
+            arc.plane.axes(),
+            clockwise,
+            tolerance,
+        )
     }
 
     fn check_jog(&mut self, jog: &[u8]) -> Finding {
@@ -135,7 +177,7 @@ impl Checker {
         let context = context(&self.config, &self.settings, &reach);
         match self.interpreter.jog(jog, &context).map_err(refused)? {
             Some(jog) => {
-                self.check_travel(Some(&jog.travel.target))?;
+                self.check_travel(&jog.travel.target)?;
                 self.interpreter.set_position(jog.travel.target);
                 Ok(())
             }
@@ -161,10 +203,10 @@ impl Checker {
     }
 
     /// Whether a target lies within the travel, where soft limits are on.
-    fn check_travel(&self, target: Option<&[Coordinate; AXES]>) -> Finding {
-        let Some(target) = target.filter(|_| self.settings.is_on(Setting::SoftLimits)) else {
+    fn check_travel(&self, target: &[Coordinate; AXES]) -> Finding {
+        if !self.settings.is_on(Setting::SoftLimits) {
             return Ok(());
-        };
+        }
         let travel = self.travel();
         if soft_limits::allow(target, &travel) {
             return Ok(());
@@ -221,23 +263,6 @@ fn context<'a>(
         options: &config.options,
         laser_mode: settings.is_on(Setting::Laser),
         reach,
-    }
-}
-
-/// Where a command moves to, if it moves.
-fn target(command: &Command<AXES>) -> Option<&[Coordinate; AXES]> {
-    match command {
-        Command::Line(travel) | Command::Arc { travel, .. } | Command::Probe { travel, .. } => {
-            Some(&travel.target)
-        }
-        Command::Spindle(_)
-        | Command::Coolant(_)
-        | Command::ParkingControl(_)
-        | Command::Dwell(_)
-        | Command::StoreOffset { .. }
-        | Command::WorkOffset(_)
-        | Command::Pause
-        | Command::ProgramEnd => None,
     }
 }
 
