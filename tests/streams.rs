@@ -77,6 +77,13 @@ proptest! {
     }
 }
 
+/// Found by the property above: the pulse before a stop was still high when the settings were put into effect.
+#[test]
+fn a_direction_that_changes_with_a_setting_waits_for_the_last_pulse() {
+    let script: [&[u8]; 5] = [&[0, 255], b"$3=5\n", &[255], b"G1X5Y2F3000\n", b"M3S500\n"];
+    endure(&script.concat());
+}
+
 fn with_session(run: impl FnOnce(&mut Desk<'_>)) -> [i64; 3] {
     let setup = setup::<3>(1);
     let mut memory = Memory::new(&setup);

@@ -128,7 +128,8 @@ pub trait Board {
     /// Sets the coolant valves.
     fn set_coolant(&mut self, output: CoolantOutput);
 
-    /// Puts the wiring of the step port into effect. Called at rest only.
+    /// Puts the wiring of the step port into effect. Called at rest only, though the last pulse may still be high: a new
+    /// direction waits for its end.
     fn configure(&mut self, port: &PortConfig);
 
     /// Learns of a move of the program as it is planned, to `target` (axes, machine position) with `power`. For boards that

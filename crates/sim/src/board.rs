@@ -77,6 +77,8 @@ pub struct SimBoard<O, const MOTORS: usize> {
     tick_due: Cycle,
     /// When the pulse under way is to end.
     pulse_due: Cycle,
+    /// What `$0` asked for when it began, in cycles.
+    pulse_width: u64,
     direction: MotorMask,
     power: Power,
     outputs: Outputs,
@@ -113,6 +115,7 @@ impl<O: Observer, const MOTORS: usize> SimBoard<O, MOTORS> {
             step_due: Cycle::NEVER,
             tick_due: Cycle::ZERO,
             pulse_due: Cycle::NEVER,
+            pulse_width: 0,
             direction: MotorMask::NONE,
             power: Power::OFF,
             outputs: Outputs::default(),
@@ -162,7 +165,7 @@ impl<O: Observer, const MOTORS: usize> SimBoard<O, MOTORS> {
         self.pulse_due = Cycle::NEVER;
         let width = self.plant.fall(now);
         self.observer.pulse_end(now);
-        if width < cycles_of_micros(u64::from(self.port.pulse_us)) {
+        if width < self.pulse_width {
             self.violate(Violation::PulseTooShort { cycle: now, width });
         }
         self.write_direction(now);
@@ -263,7 +266,8 @@ impl<O: Observer, const MOTORS: usize> StepPort for SimBoard<O, MOTORS> {
             power,
         });
         // The timer's count now is rounded down: one count more, so that the pulse is never short.
-        let width = cycles_of_micros(u64::from(self.port.pulse_us)) + CYCLES_PER_COUNT;
+        self.pulse_width = cycles_of_micros(u64::from(self.port.pulse_us));
+        let width = self.pulse_width + CYCLES_PER_COUNT;
         self.pulse_due = Cycle(edge.0 - edge.0 % CYCLES_PER_COUNT + width);
     }
 
@@ -356,6 +360,9 @@ impl<O: Observer, const MOTORS: usize> Board for SimBoard<O, MOTORS> {
         self.port = *port;
         self.rewired = true;
         self.observer.configured(self.now, port);
-        self.write_direction(self.now);
+        // The last pulse before the rest may still be high.
+        if self.pulse_due == Cycle::NEVER {
+            self.write_direction(self.now);
+        }
     }
 }
