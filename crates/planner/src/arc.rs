@@ -121,28 +121,6 @@ impl<const AXES: usize> Iterator for Arc<AXES> {
     }
 }
 
-/// The offset from an arc's start to its centre for the `R` format, or `None` where the radius does not
-/// reach.
-///
-/// `travel` leads from start to end in the plane, mm, and is not 0. A negative radius (mm) asks for the
-/// arc of more than half a turn. Geometry: the centre lies on the bisector of the chord, `√(r² −
-/// (chord/2)²)` from its middle.
-pub fn centre_from_radius(travel: [f32; 2], radius: f32, clockwise: bool) -> Option<[f32; 2]> {
-    let [x, y] = travel;
-    let chord2 = norm2(&travel);
-    let height2 = 4.0 * radius * radius - chord2;
-    if height2 < 0.0 || chord2 <= 0.0 {
-        return None;
-    }
-    let ratio = sqrt(height2) / sqrt(chord2);
-    let side = if clockwise == (radius < 0.0) {
-        ratio
-    } else {
-        -ratio
-    };
-    Some([0.5 * (x - y * side), 0.5 * (y + x * side)])
-}
-
 /// The angle from `from` to `to` in the sense of rotation asked for; a full turn where they coincide.
 fn angle_between(from: [f32; 2], to: [f32; 2], clockwise: bool) -> f32 {
     let cross = from[0] * to[1] - from[1] * to[0];
@@ -223,26 +201,6 @@ mod tests {
             assert!((x.hypot(z) - 5.0).abs() < 1e-5);
             assert!((y - 1.0 - 2.0 * (k + 1) as f64 / chords).abs() < 1e-6);
         }
-    }
-
-    #[test]
-    fn a_radius_finds_the_centre_on_the_right_side() {
-        let close = |a: [f32; 2], b: [f32; 2]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-5);
-        let quarter = [10.0, 10.0];
-        assert!(close(
-            centre_from_radius(quarter, 10.0, true).unwrap(),
-            [10.0, 0.0]
-        ));
-        assert!(close(
-            centre_from_radius(quarter, 10.0, false).unwrap(),
-            [0.0, 10.0]
-        ));
-        assert!(close(
-            centre_from_radius(quarter, -10.0, true).unwrap(),
-            [0.0, 10.0]
-        ));
-        assert_eq!(centre_from_radius(quarter, 7.0, true), None);
-        assert_eq!(centre_from_radius([0.0, 0.0], 7.0, true), None);
     }
 
     proptest! {

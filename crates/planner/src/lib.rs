@@ -39,7 +39,7 @@ mod running;
 mod segmenter;
 mod trigonometry;
 
-pub use arc::{centre_from_radius, Arc};
+pub use arc::Arc;
 pub use config::{Config, Overrides, DEFAULT_TIMER_HZ};
 pub use coordinate::{Coordinate, StepsPerMm, NANOS_PER_MM};
 pub use kinematics::{Cartesian, CoreXy, Ganged, Kinematics};
