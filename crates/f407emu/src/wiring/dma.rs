@@ -1,0 +1,102 @@
+//! The DMA controllers: requests of the peripherals, and what a stream reaches.
+use crate::{
+    instruction::Width,
+    machine::Machine,
+    memory::{Memory, Region},
+    peripheral::{
+        dma::{self, Transfer},
+        timer_map::Route,
+    },
+    record::Cause,
+    warning::Warning,
+};
+
+impl Machine {
+    pub(crate) fn dma_write(&mut self, index: usize, offset: u32, value: u32, now: u64) {
+        if let Some(stream) = self.devices.dma[index].write(offset, value) {
+            while self.devices.dma[index].is_enabled(stream) {
+                self.move_datum(index, stream, now);
+            }
+        }
+        for stream in 0..8 {
+            self.dma_changed(index, stream);
+        }
+    }
+
+    /// A peripheral asks for a transfer: the streams that listen make it.
+    pub(super) fn request_dma(&mut self, routes: &[Route], now: u64) {
+        for route in routes {
+            let (index, stream) = (usize::from(route.controller), usize::from(route.stream));
+            if self.devices.dma[index].listens(stream, route.channel) {
+                self.move_datum(index, stream, now);
+            }
+        }
+    }
+
+    fn move_datum(&mut self, index: usize, stream: usize, now: u64) {
+        let transfer = self.devices.dma[index].advance(stream);
+        if transfer.packs {
+            self.warnings.add(Warning::DmaPacking);
+        }
+        if let Err(address) = self.transfer(transfer, index, stream, now) {
+            self.warnings.add(Warning::DmaUnreachable { address });
+            self.devices.dma[index].fail(stream);
+        }
+        self.dma_changed(index, stream);
+    }
+
+    fn dma_changed(&mut self, index: usize, stream: usize) {
+        let up = self.devices.dma[index].interrupt(stream);
+        self.nvic.set_line(dma::exception(index, stream), up);
+    }
+
+    /// Moves a datum; the error is the address that cannot be reached.
+    fn transfer(
+        &mut self,
+        transfer: Transfer,
+        index: usize,
+        stream: usize,
+        now: u64,
+    ) -> Result<(), u32> {
+        let Transfer { from, to, .. } = transfer;
+        let width = match transfer.bytes {
+            1 => Width::Byte,
+            2 => Width::Half,
+            _ => Width::Word,
+        };
+        let cause = Cause::Dma {
+            controller: index as u8 + 1,
+            stream: stream as u8,
+        };
+        let value = match dma_memory(from) {
+            Some(place) => self.memory.read(place, width).ok_or(from)?,
+            None if reaches(index, from) => {
+                self.register_read(from & !3, now) >> (8 * (from & 3)) & width.mask()
+            }
+            None => return Err(from),
+        };
+        match dma_memory(to) {
+            Some(place) => self.memory.write(place, width, value).ok_or(to),
+            None if reaches(index, to) => {
+                self.write_part(to, width, value, now, cause);
+                Ok(())
+            }
+            None => Err(to),
+        }
+    }
+}
+
+/// The memories that a DMA controller reaches: CCM is on the core's bus (RM0090 section 2.1).
+fn dma_memory(address: u32) -> Option<(Region, usize)> {
+    let place = Memory::place(address)?;
+    matches!(place.0, Region::Flash | Region::Sram).then_some(place)
+}
+
+/// The peripherals that a controller reaches: DMA1 has no port to AHB1 (RM0090 section 2.1).
+fn reaches(index: usize, address: u32) -> bool {
+    match address {
+        0x4000_0000..=0x4001_FFFF => true,
+        0x4002_0000..=0x4007_FFFF => index == 1,
+        _ => false,
+    }
+}

@@ -1,0 +1,151 @@
+//! How the peripherals are connected: events in the order of time, clocks, and in the files below it interrupt lines,
+//! DMA requests and pins.
+mod dma;
+mod pins;
+mod serial;
+mod timers;
+
+use crate::{
+    machine::Machine,
+    peripheral::{
+        nvic::Exception,
+        rcc::{Clocks, ResetCause},
+    },
+    record::Cause,
+    world::Happening,
+};
+
+impl Machine {
+    /// Lets everything happen that is due by now, in order.
+    #[cold]
+    pub(crate) fn run_events(&mut self) {
+        while self.next_event <= self.cycle {
+            let now = self.next_event;
+            while let Some(happening) = self.world.due(now) {
+                self.happen(happening, now);
+            }
+            self.run_timers(now);
+            self.run_usarts(now);
+            self.run_single_devices(now);
+            self.reschedule();
+        }
+    }
+
+    fn happen(&mut self, happening: Happening, now: u64) {
+        match happening {
+            Happening::Pin { pin, level } => {
+                let port = usize::from(pin.port);
+                self.devices.ports[port].world.set(pin.number, level);
+                self.update_pins(port, now, Cause::Input);
+            }
+            Happening::CrystalStops => {
+                self.devices.rcc.crystal_fails();
+                self.clocks_changed(now);
+            }
+            Happening::Supply { low } => {
+                if let Some(level) = self.devices.pwr.set_supply(low) {
+                    self.devices.exti.line_changed(16, level);
+                    self.exti_changed();
+                }
+            }
+            Happening::Reset(cause) => self.restart(cause, now),
+        }
+    }
+
+    fn run_timers(&mut self, now: u64) {
+        for index in 0..self.devices.timers.len() {
+            if self.devices.timers[index].next_event() <= now {
+                let requests = self.devices.timers[index].event(now);
+                self.timer_changed(index, now, Cause::Timer(index as u8 + 1));
+                self.timer_requests(index, requests, now);
+            }
+        }
+    }
+
+    fn run_usarts(&mut self, now: u64) {
+        for index in 0..self.devices.usarts.len() {
+            if self.devices.usarts[index].next_event() <= now {
+                let requests = self.devices.usarts[index].event(now);
+                self.usart_changed(index);
+                self.usart_requests(index, requests, now);
+            }
+        }
+    }
+
+    fn run_single_devices(&mut self, now: u64) {
+        if self.devices.systick.next_event() <= now && self.devices.systick.event(now) {
+            self.nvic.pend(Exception::SYSTICK);
+        }
+        if self.devices.flash.next_event() <= now {
+            self.devices.flash.event();
+            self.flash_changed();
+        }
+        if self.devices.iwdg.next_event() <= now {
+            self.restart(ResetCause::Watchdog, now);
+        }
+    }
+
+    /// Works out when the next event is.
+    pub(crate) fn reschedule(&mut self) {
+        self.next_event = self.devices.next_event().min(self.world.next_event());
+    }
+
+    // Clocks
+
+    /// RCC or the flash's wait states have changed.
+    pub(crate) fn clocks_changed(&mut self, now: u64) {
+        let wait_states = self.devices.flash.acr & 7;
+        self.devices.rcc.check(wait_states, &mut self.warnings);
+        let stopped = self.devices.rcc.non_maskable();
+        self.nvic.set_line(Exception::NMI, stopped);
+        self.update_clocks(now);
+    }
+
+    /// Tells everything that counts how fast it does.
+    pub(crate) fn update_clocks(&mut self, now: u64) {
+        let clocks = self.devices.rcc.clocks();
+        self.clocks = clocks;
+        for timer in &mut self.devices.timers {
+            let divider = if timer.instance.on_apb2() {
+                clocks.apb2
+            } else {
+                clocks.apb1
+            };
+            timer.set_clock(Clocks::timer(divider), now);
+        }
+        for (usart, base) in self.devices.usarts.iter_mut().zip(crate::devices::USARTS) {
+            let apb2 = base >= 0x4001_0000;
+            usart.set_bus_clock(if apb2 { clocks.apb2 } else { clocks.apb1 });
+        }
+        self.devices.iwdg.set_hclk(clocks.hclk, now);
+        self.reschedule();
+    }
+    // Flash
+
+    pub(crate) fn flash_write(&mut self, offset: u32, value: u32, now: u64) {
+        const RESETS_CACHES: u32 = 3 << 11;
+        let before = self.devices.flash.acr;
+        let time = (now, self.clocks.hclk);
+        let flash = &mut self.devices.flash;
+        if let Some(erase) = flash.write(offset, value, time, &mut self.warnings) {
+            self.remember(erase.range.clone());
+            self.memory.erase(erase.range);
+            self.art.flush();
+        }
+        let acr = self.devices.flash.acr;
+        if acr != before || acr & RESETS_CACHES != 0 {
+            self.art.flush();
+            self.clocks_changed(now);
+        }
+        self.flash_changed();
+        self.reschedule();
+    }
+
+    fn flash_changed(&mut self) {
+        let up = self.devices.flash.interrupt();
+        self.nvic.set_line(Exception::irq(4), up);
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,62 @@
+//! The pins: what drives them, the edges that are recorded, and the external interrupts that follow them.
+use super::timers::outputs;
+use crate::{
+    machine::Machine,
+    peripheral::gpio::Driven,
+    record::{Cause, Edge, Pin},
+};
+
+impl Machine {
+    /// The pins of a port take their new levels: edges are recorded, and may interrupt.
+    pub(crate) fn update_pins(&mut self, port: usize, cycle: u64, cause: Cause) {
+        let levels = self.devices.ports[port].resolve(self.timer_levels(port));
+        let changed = levels ^ self.devices.ports[port].levels;
+        if changed == 0 {
+            return;
+        }
+        self.devices.ports[port].levels = levels;
+        for number in (0..16).filter(|number| changed >> number & 1 != 0) {
+            let level = levels >> number & 1 != 0;
+            if self.watched[port] >> number & 1 != 0 {
+                let pin = Pin {
+                    port: port as u8,
+                    number,
+                };
+                self.edges.push(Edge {
+                    cycle,
+                    pin,
+                    level,
+                    cause,
+                });
+            }
+            self.devices.exti.pin_changed(port, number, level);
+        }
+        self.exti_changed();
+    }
+
+    /// All pins take the levels that the ports' registers make.
+    pub(crate) fn update_all_pins(&mut self, cycle: u64, cause: Cause) {
+        for port in 0..self.devices.ports.len() {
+            self.update_pins(port, cycle, cause);
+        }
+    }
+
+    fn timer_levels(&self, port: usize) -> Driven {
+        let mut driven = Driven::default();
+        if self.devices.ports[port].alternate_pins() == 0 {
+            return driven;
+        }
+        for (pin, timer, output) in outputs(&self.devices.ports[port], port) {
+            if let Some(level) = self.devices.timers[timer].level(output) {
+                driven.set(pin, level);
+            }
+        }
+        driven
+    }
+
+    pub(crate) fn exti_changed(&mut self) {
+        for (exception, up) in self.devices.exti.interrupts() {
+            self.nvic.set_line(exception, up);
+        }
+    }
+}

@@ -1,0 +1,57 @@
+//! The USARTs: their interrupt lines and their DMA requests.
+use crate::{
+    machine::Machine,
+    peripheral::{nvic::Exception, timer_map::Route, usart::UsartRequests},
+};
+
+/// Interrupts of the USARTs, in the order of `Devices` (RM0090 table 61).
+const USART_IRQS: [u8; 4] = [37, 38, 39, 71];
+/// DMA streams of the USARTs (RM0090 tables 42 and 43): of received bytes, and of those to be sent.
+const USART_RECEIVE: [&[Route]; 4] = [
+    &[route(1, 2, 4), route(1, 5, 4)],
+    &[route(0, 5, 4)],
+    &[route(0, 1, 4)],
+    &[route(1, 1, 5), route(1, 2, 5)],
+];
+const USART_TRANSMIT: [&[Route]; 4] = [
+    &[route(1, 7, 4)],
+    &[route(0, 6, 4)],
+    &[route(0, 3, 4), route(0, 4, 7)],
+    &[route(1, 6, 5), route(1, 7, 5)],
+];
+
+const fn route(controller: u8, stream: u8, channel: u8) -> Route {
+    Route {
+        controller,
+        stream,
+        channel,
+    }
+}
+
+impl Machine {
+    pub(crate) fn usart_write(&mut self, index: usize, offset: u32, value: u32, now: u64) {
+        let usart = &mut self.devices.usarts[index];
+        let transmit = usart.write(offset, value, now, &mut self.warnings);
+        self.usart_changed(index);
+        let requests = UsartRequests {
+            receive: false,
+            transmit,
+        };
+        self.usart_requests(index, requests, now);
+        self.reschedule();
+    }
+
+    pub(crate) fn usart_changed(&mut self, index: usize) {
+        let up = self.devices.usarts[index].interrupt();
+        self.nvic.set_line(Exception::irq(USART_IRQS[index]), up);
+    }
+
+    pub(super) fn usart_requests(&mut self, index: usize, requests: UsartRequests, now: u64) {
+        if requests.receive {
+            self.request_dma(USART_RECEIVE[index], now);
+        }
+        if requests.transmit {
+            self.request_dma(USART_TRANSMIT[index], now);
+        }
+    }
+}

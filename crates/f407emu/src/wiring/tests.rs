@@ -1,0 +1,196 @@
+//! Peripherals that work together.
+use crate::{
+    machine::Machine,
+    peripheral::{nvic::Exception, rcc::ResetCause},
+    record::{Cause, Edge, Pin},
+    warning::Warning,
+};
+
+const RCC: u32 = 0x4002_3800;
+const GPIOD: u32 = 0x4002_0C00;
+const TIM4: u32 = 0x4000_0800;
+const LASER: Pin = Pin::new('D', 12);
+
+/// A machine whose core sleeps in a `wfi; b .-2` at the start of SRAM, with these registers written.
+fn machine(registers: &[(u32, u32)]) -> Box<Machine> {
+    let mut machine = Machine::new(8_000_000);
+    machine.write_word(0x2000_0000, 0xE7FD_BF30).unwrap();
+    machine.cpu.next = 0x2000_0000;
+    for enables in [0x30, 0x40, 0x44] {
+        machine.write_word(RCC + enables, u32::MAX).unwrap();
+    }
+    for &(address, value) in registers {
+        machine.write_word(address, value).unwrap();
+    }
+    machine.clear_records();
+    machine
+}
+
+/// TIM4 channel 1 on PD12: 1000 counts, so many of them high.
+fn pwm(high: u32, preload: u32) -> Box<Machine> {
+    machine(&[
+        (GPIOD, 2 << 24),
+        (GPIOD + 0x24, 2 << 16),
+        (TIM4 + 0x2C, 999),
+        (TIM4 + 0x34, high),
+        (TIM4 + 0x18, 6 << 4 | preload << 3),
+        (TIM4 + 0x20, 1),
+        (TIM4 + 0x14, 1),
+        (TIM4, 1),
+    ])
+}
+
+fn edges(machine: &Machine) -> Vec<(u64, bool)> {
+    let start = machine.edges()[0].cycle;
+    let relative = |edge: &Edge| (edge.cycle - start, edge.level);
+    machine.edges_of(LASER).map(relative).collect()
+}
+
+#[test]
+fn a_timers_pwm_makes_edges_on_its_pin() {
+    let mut machine = pwm(250, 0);
+    machine.run_until(3_100).unwrap();
+    let expected = [
+        (0, false),
+        (750, true),
+        (1000, false),
+        (1750, true),
+        (2000, false),
+    ];
+    assert_eq!(edges(&machine)[..5], expected);
+    assert_eq!(machine.edges()[1].cause, Cause::Timer(4));
+}
+
+#[test]
+fn a_preloaded_duty_changes_at_the_end_of_the_period() {
+    let mut machine = pwm(250, 1);
+    machine.run_until(1_100).unwrap();
+    let start = machine.cycle();
+    machine.write_word(TIM4 + 0x34, 500).unwrap();
+    machine.run_until(3_100).unwrap();
+    let last = machine.duties().last().unwrap();
+    assert_eq!((last.high, last.period), (500, 1000));
+    assert!(last.cycle > start + 500);
+}
+
+#[test]
+fn a_laser_forced_off_is_off_at_once() {
+    let mut machine = pwm(900, 1);
+    machine.run_until(1_100).unwrap();
+    assert!(machine.level(LASER));
+    let now = machine.cycle();
+    machine.write_word(TIM4 + 0x18, 4 << 4 | 1 << 3).unwrap();
+    assert!(!machine.level(LASER));
+    assert_eq!(machine.edges().last().unwrap().cycle, now);
+    assert_eq!(machine.duties().last().unwrap().high, 0);
+}
+
+#[test]
+fn a_timer_moves_words_from_memory_to_a_port_without_the_core() {
+    const DMA2_S1: u32 = 0x4002_6400 + 0x10 + 0x18;
+    const TIM8: u32 = 0x4001_0400;
+    let mut machine = machine(&[
+        (GPIOD, 1 << 24),
+        (0x2000_0100, 1 << 12),
+        (0x2000_0104, 1 << 28),
+        (DMA2_S1 + 0x04, 2),
+        (DMA2_S1 + 0x08, GPIOD + 0x18),
+        (DMA2_S1 + 0x0C, 0x2000_0100),
+        (DMA2_S1, 7 << 25 | 10 << 11 | 1 << 10 | 1 << 8 | 1 << 6 | 1),
+        (TIM8 + 0x2C, 99),
+        (TIM8 + 0x0C, 1 << 8),
+        (TIM8, 1),
+    ]);
+    machine.run_until(450).unwrap();
+    let expected = [(0, true), (100, false), (200, true), (300, false)];
+    assert_eq!(edges(&machine)[..4], expected);
+    let (controller, stream) = (2, 1);
+    assert_eq!(machine.edges()[0].cause, Cause::Dma { controller, stream });
+}
+
+#[test]
+fn dma1_has_no_way_to_a_port() {
+    const DMA1_S7: u32 = 0x4002_6000 + 0x10 + 7 * 0x18;
+    let machine = machine(&[
+        (DMA1_S7 + 0x04, 1),
+        (DMA1_S7 + 0x08, GPIOD + 0x18),
+        (DMA1_S7, 3 << 25 | 10 << 11 | 1 << 6 | 1),
+        (0x4000_000C, 1 << 8),
+        (0x4000_0014, 1),
+    ]);
+    let address = GPIOD + 0x18;
+    let unreachable = Warning::DmaUnreachable { address };
+    // The memory address is 0, which is the flash.
+    assert_eq!(machine.warnings(), [unreachable]);
+}
+
+#[test]
+fn a_switch_makes_its_line_pending_at_its_cycle() {
+    let mut machine = machine(&[
+        (0x4001_3808, 2), // EXTICR1: line 0 from port C
+        (0x4001_3C00, 1),
+        (0x4001_3C0C, 1), // falling
+    ]);
+    let switch = Pin::new('C', 0);
+    machine.pin_at(500, switch, true);
+    machine.pin_at(900, switch, false);
+    machine.run_until(890).unwrap();
+    assert!(!machine.nvic.is_pending(Exception::irq(6)));
+    machine.run_until(910).unwrap();
+    assert!(machine.nvic.is_pending(Exception::irq(6)));
+    assert_eq!(machine.edges().last().unwrap().cycle, 900);
+}
+
+#[test]
+fn bytes_come_one_after_the_other_at_the_rate_of_the_port() {
+    const USART2: u32 = 0x4000_4400;
+    let mut machine = machine(&[(USART2 + 0x08, 16), (USART2 + 0x0C, 0x200C)]);
+    let sent_at = machine.cycle();
+    machine.uart_send(crate::SerialPort::Usart2, b"ab");
+    machine.run_until(sent_at + 159).unwrap();
+    assert_eq!(machine.read_word(USART2).unwrap() & 1 << 5, 0);
+    machine.run_until(sent_at + 200).unwrap();
+    assert_eq!(machine.read_word(USART2 + 4), Ok(u32::from(b'a')));
+    machine.run_until(sent_at + 330).unwrap();
+    assert_eq!(machine.read_word(USART2 + 4), Ok(u32::from(b'b')));
+    assert_eq!(machine.uart_overruns(crate::SerialPort::Usart2), 0);
+}
+
+#[test]
+fn an_unfed_watchdog_resets_the_chip_and_its_outputs() {
+    let mut machine = machine(&[
+        (GPIOD, 1 << 24),
+        (GPIOD + 0x18, 1 << 12),
+        (0x4000_3000, 0x5555),
+        (0x4000_3008, 79), // 10 ms at 32 kHz
+        (0x4000_3000, 0xCCCC),
+    ]);
+    let _ = machine.run_until(170_000);
+    let (cycle, cause) = machine.resets()[0];
+    assert_eq!(cause, ResetCause::Watchdog);
+    assert!((160_000..160_200).contains(&cycle), "{cycle}");
+    assert_eq!(machine.edges().last().unwrap().cause, Cause::Reset);
+}
+
+#[test]
+fn a_stopped_crystal_asks_for_the_nmi_where_it_is_watched() {
+    let mut machine = machine(&[(RCC, 0x83 | 1 << 16 | 1 << 19), (RCC + 8, 1)]);
+    assert_eq!(machine.clocks().hclk, 8_000_000);
+    machine.crystal_stops_at(100);
+    machine.cycle = 100;
+    machine.run_events();
+    assert_eq!(machine.clocks().hclk, 16_000_000);
+    assert!(machine.nvic.is_pending(Exception::NMI));
+}
+
+#[test]
+fn a_supply_that_sinks_is_an_edge_of_line_16() {
+    let mut machine = machine(&[
+        (0x4000_7000, 0xC010),
+        (0x4001_3C00, 1 << 16),
+        (0x4001_3C08, 1 << 16),
+    ]);
+    machine.supply_at(100, true);
+    machine.run_until(120).unwrap();
+    assert!(machine.nvic.is_pending(Exception::irq(1)));
+}

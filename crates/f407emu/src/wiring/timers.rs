@@ -1,0 +1,111 @@
+//! The timers: their interrupt lines, their DMA requests, and the pins that their outputs drive.
+use crate::{
+    machine::Machine,
+    peripheral::{
+        gpio::Gpio, nvic::Exception, timer::TimerRequests, timer_map, timer_output::Output,
+    },
+    record::{Cause, Duty, Pin},
+};
+
+impl Machine {
+    pub(crate) fn timer_write(
+        &mut self,
+        index: usize,
+        offset: u32,
+        value: u32,
+        now: u64,
+        cause: Cause,
+    ) {
+        let timer = &mut self.devices.timers[index];
+        let requests = timer.write(offset, value, now, &mut self.warnings);
+        self.timer_changed(index, now, cause);
+        self.timer_requests(index, requests, now);
+        self.reschedule();
+    }
+
+    pub(super) fn timer_changed(&mut self, index: usize, now: u64, cause: Cause) {
+        let timer = &mut self.devices.timers[index];
+        let (instance, drives) = (timer.instance, timer.outputs.take_driving());
+        self.update_timer_line(instance.update_irq);
+        if instance.compare_irq != instance.update_irq {
+            self.update_timer_line(instance.compare_irq);
+        }
+        if drives {
+            self.update_timer_pins(index, now, cause);
+        }
+    }
+
+    /// Several timers may share a line.
+    fn update_timer_line(&mut self, irq: u8) {
+        let up = self.devices.timers.iter().any(|timer| {
+            let instance = timer.instance;
+            (instance.update_irq == irq && timer.update_interrupt())
+                || (instance.compare_irq == irq && timer.compare_interrupt())
+        });
+        self.nvic.set_line(Exception::irq(irq), up);
+    }
+
+    pub(super) fn timer_requests(&mut self, index: usize, requests: TimerRequests, now: u64) {
+        let instance = self.devices.timers[index].instance;
+        if requests.update {
+            self.request_dma(instance.update_dma, now);
+        }
+        for (channel, routes) in instance.compare_dma.iter().enumerate() {
+            if requests.compare >> channel & 1 != 0 {
+                self.request_dma(routes, now);
+            }
+        }
+    }
+
+    /// The pins of a timer's outputs follow it.
+    fn update_timer_pins(&mut self, index: usize, now: u64, cause: Cause) {
+        for port in 0..self.devices.ports.len() {
+            let mut changed = false;
+            for (pin, timer, output) in outputs(&self.devices.ports[port], port) {
+                if timer == index {
+                    changed = true;
+                    self.record_duty(
+                        Pin {
+                            port: port as u8,
+                            number: pin,
+                        },
+                        index,
+                        output,
+                        now,
+                    );
+                }
+            }
+            if changed {
+                self.update_pins(port, now, cause);
+            }
+        }
+    }
+
+    fn record_duty(&mut self, pin: Pin, index: usize, output: Output, now: u64) {
+        let timer = &self.devices.timers[index];
+        let driven = timer.level(output).is_some();
+        let share = timer.duty(usize::from(output.channel)).filter(|_| driven);
+        let (high, period) = share.unwrap_or((0, 0));
+        let last = self.duties.iter().rev().find(|duty| duty.pin == pin);
+        let last = last.map_or((0, 0), |duty| (duty.high, duty.period));
+        if last != (high, period) {
+            self.duties.push(Duty {
+                cycle: now,
+                pin,
+                high,
+                period,
+            });
+        }
+    }
+}
+
+/// The timer outputs on a port's pins: pin, timer and output.
+pub(super) fn outputs(port: &Gpio, index: usize) -> Vec<(u8, usize, Output)> {
+    (0..16)
+        .filter(|pin| port.alternate_pins() >> pin & 1 != 0)
+        .filter_map(|pin| {
+            let (timer, output) = timer_map::output(index, pin, port.function(pin))?;
+            Some((pin, timer, output))
+        })
+        .collect()
+}
