@@ -12,6 +12,7 @@ use crate::peripheral::{
     timer::Timer,
     timer_map::INSTANCES,
     usart::Usart,
+    usb::Usb,
 };
 use core::array;
 use std::collections::HashMap;
@@ -45,6 +46,7 @@ pub(crate) struct Devices {
     pub(crate) systick: SysTick,
     pub(crate) dwt: Dwt,
     pub(crate) iwdg: Iwdg,
+    pub(crate) usb: Usb,
     /// What has been written to peripherals that are not modelled, by address.
     pub(crate) others: HashMap<u32, u32>,
 }
@@ -66,6 +68,7 @@ impl Devices {
             systick: SysTick::new(),
             dwt: Dwt::new(),
             iwdg: Iwdg::new(LSI_TYPICAL_HZ, hclk),
+            usb: Usb::default(),
             others: HashMap::new(),
         }
     }
@@ -89,6 +92,7 @@ impl Devices {
         self.systick = SysTick::new();
         self.dwt = Dwt::new();
         self.iwdg = Iwdg::new(self.iwdg.lsi_hz(), self.rcc.clocks().hclk);
+        self.usb = Usb::default();
         self.others.clear();
     }
 

@@ -16,7 +16,7 @@
 //! ART accelerator's caches, exception entry and exit, slow peripheral buses. For an upper bound on an interrupt's time
 //! let each begin with cold caches: [`FlashTiming::ArtCold`].
 //!
-//! What is **not** emulated: USB, ADC, SPI, I2C, RTC, DACs, the MPU, contention on the buses, silicon errata. Each
+//! What is **not** emulated: USB (it is there, without a cable), ADC, SPI, I2C, RTC, DACs, the MPU, contention on the buses, silicon errata. Each
 //! module says what it leaves out of its chapter of the reference manual. No result has been held against silicon; the
 //! core has been held against QEMU (`oracle/README.md`), the peripherals against nothing but their author's knowledge.
 //!
@@ -69,7 +69,7 @@ pub use peripheral::{
     nvic::Exception,
     rcc::{Clocks, ResetCause},
 };
-pub use record::{Cause, Duty, Edge, Pin, Profile, Service};
+pub use record::{Cause, Duty, Edge, Match, Pin, Profile, Service};
 pub use timing::{FlashTiming, Timing};
 pub use trap::{Stop, Trap};
 pub use warning::Warning;

@@ -13,7 +13,7 @@ use crate::{
         rcc::{Clocks, ResetCause},
         scb::Scb,
     },
-    record::{Cause, Duty, Edge, Pin, Profile, Profiler, Service},
+    record::{Cause, Duty, Edge, Match, Pin, Profile, Profiler, Service},
     reset::Unfinished,
     timing::Timing,
     trap::{Stop, Trap},
@@ -59,6 +59,9 @@ pub struct Machine {
     pub(crate) world: World,
     pub(crate) edges: Vec<Edge>,
     pub(crate) duties: Vec<Duty>,
+    pub(crate) matches: Vec<Match>,
+    /// Channels of each timer whose matches are recorded, a bit each.
+    pub(crate) watched_channels: [u8; 14],
     /// Pins of each port whose edges are recorded.
     pub(crate) watched: [u16; 9],
     pub(crate) resets: Vec<(u64, ResetCause)>,
@@ -93,6 +96,8 @@ impl Machine {
             world: World::default(),
             edges: Vec::new(),
             duties: Vec::new(),
+            matches: Vec::new(),
+            watched_channels: [0; 14],
             watched: [u16::MAX; 9],
             resets: Vec::new(),
             profiler: Profiler::new(),
@@ -270,6 +275,11 @@ impl Machine {
         &self.duties
     }
 
+    /// Matches of watched channels ([`Machine::watch_channel`]) since the last [`Machine::clear_records`], in order.
+    pub fn matches(&self) -> &[Match] {
+        &self.matches
+    }
+
     /// Resets so far.
     pub fn resets(&self) -> &[(u64, ResetCause)] {
         &self.resets
@@ -300,10 +310,11 @@ impl Machine {
         self.art.statistics
     }
 
-    /// Forgets edges, changes of PWM, statistics and services; the state of the chip stays.
+    /// Forgets edges, changes of PWM, matches, statistics and services; the state of the chip stays.
     pub fn clear_records(&mut self) {
         self.edges.clear();
         self.duties.clear();
+        self.matches.clear();
         self.profiler.clear();
         if let Some(services) = &mut self.profiler.services {
             services.clear();

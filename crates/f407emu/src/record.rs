@@ -64,6 +64,19 @@ pub struct Edge {
     pub cause: Cause,
 }
 
+/// A timer's count that has met a compare register: the instant for which a program has asked.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Match {
+    /// Cycle of HCLK since power-on.
+    pub cycle: u64,
+    /// The timer's number, from 1.
+    pub timer: u8,
+    /// The channel's number, from 1.
+    pub channel: u8,
+    /// The program has made it (TIMx_EGR.CCxG), not the count.
+    pub forced: bool,
+}
+
 /// A change of the share of time during which a timer drives a pin high.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Duty {

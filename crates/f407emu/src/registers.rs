@@ -8,6 +8,9 @@ use crate::{
     warning::Warning,
 };
 
+/// Where the registers of USB OTG FS begin.
+const USB: u32 = 0x5000_0000;
+
 /// A peripheral, by its place in `Devices`.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Device {
@@ -21,6 +24,7 @@ enum Device {
     Usart(usize),
     Timer(usize),
     Iwdg,
+    Usb,
     Other,
 }
 
@@ -35,6 +39,7 @@ impl Device {
             0x4002_6400 => Device::Dma(1),
             0x4000_3000 => Device::Iwdg,
             0x4000_7000 => Device::Pwr,
+            0x5000_0000..=0x5003_FFFF => Device::Usb,
             0x4001_3800 => Device::Syscfg,
             0x4001_3C00 => Device::Exti,
             _ => Device::by_table(base),
@@ -69,6 +74,7 @@ impl Machine {
             Device::Dma(index) => devices.dma[index].read(offset),
             Device::Timer(index) => devices.timers[index].read(offset, now),
             Device::Iwdg => devices.iwdg.read(offset),
+            Device::Usb => devices.usb.read(address - USB),
             Device::Usart(index) => {
                 let value = devices.usarts[index].read(offset);
                 self.usart_changed(index);
@@ -110,6 +116,7 @@ impl Machine {
                 devices.iwdg.write(offset, value, now);
                 self.reschedule();
             }
+            Device::Usb => devices.usb.write(address - USB, value),
             Device::Other => {
                 self.warnings.add(Warning::NotModelled { address });
                 self.devices.others.insert(address, value);
@@ -237,7 +244,7 @@ mod tests {
         assert_eq!(Device::at(0x4001_1404), Device::Usart(3));
         assert_eq!(Device::at(0x4002_1018), Device::Port(4));
         assert_eq!(Device::at(0x4002_6488), Device::Dma(1));
-        assert_eq!(Device::at(0x5000_0000), Device::Other);
+        assert_eq!(Device::at(0x5000_0800), Device::Usb);
     }
 
     #[test]

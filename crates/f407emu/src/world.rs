@@ -115,4 +115,12 @@ impl Machine {
         let mask = 1 << pin.number;
         *pins = if watched { *pins | mask } else { *pins & !mask };
     }
+
+    /// Records the matches of a timer's channel from now on: timer 1 to 14, channel 1 to 4.
+    ///
+    /// # Panics
+    /// When there is no such timer.
+    pub fn watch_channel(&mut self, timer: u8, channel: u8) {
+        self.watched_channels[usize::from(timer) - 1] |= 1 << (channel - 1);
+    }
 }

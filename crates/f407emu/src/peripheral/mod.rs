@@ -19,6 +19,7 @@ pub(crate) mod timer;
 pub(crate) mod timer_map;
 pub(crate) mod timer_output;
 pub(crate) mod usart;
+pub(crate) mod usb;
 
 /// The cycle of an event that is not going to come.
 pub(crate) const NEVER: u64 = u64::MAX;

@@ -57,6 +57,7 @@ impl Machine {
             if self.devices.timers[index].next_event() <= now {
                 let requests = self.devices.timers[index].event(now);
                 self.timer_changed(index, now, Cause::Timer(index as u8 + 1));
+                self.record_matches(index, requests.matched, now, false);
                 self.timer_requests(index, requests, now);
             }
         }

@@ -62,6 +62,25 @@ fn a_timers_pwm_makes_edges_on_its_pin() {
 }
 
 #[test]
+fn the_matches_of_a_watched_channel_are_recorded_with_their_origin() {
+    let mut machine = machine(&[(TIM4 + 0x34, 100)]);
+    machine.watch_channel(4, 1);
+    machine.write_word(TIM4, 1).unwrap();
+    let start = machine.cycle();
+    machine.run_until(start + 150).unwrap();
+    machine.write_word(TIM4 + 0x14, 1 << 1).unwrap();
+    let matches = machine.matches().iter();
+    let found: Vec<_> = matches
+        .map(|found| (found.cycle - start, found.forced))
+        .collect();
+    assert_eq!(found, [(100, false), (machine.cycle() - start, true)]);
+    assert_eq!(
+        (machine.matches()[0].timer, machine.matches()[0].channel),
+        (4, 1)
+    );
+}
+
+#[test]
 fn a_preloaded_duty_changes_at_the_end_of_the_period() {
     let mut machine = pwm(250, 1);
     machine.run_until(1_100).unwrap();

@@ -4,7 +4,7 @@ use crate::{
     peripheral::{
         gpio::Gpio, nvic::Exception, timer::TimerRequests, timer_map, timer_output::Output,
     },
-    record::{Cause, Duty, Pin},
+    record::{Cause, Duty, Match, Pin},
 };
 
 impl Machine {
@@ -19,6 +19,7 @@ impl Machine {
         let timer = &mut self.devices.timers[index];
         let requests = timer.write(offset, value, now, &mut self.warnings);
         self.timer_changed(index, now, cause);
+        self.record_matches(index, requests.matched, now, true);
         self.timer_requests(index, requests, now);
         self.reschedule();
     }
@@ -32,6 +33,19 @@ impl Machine {
         }
         if drives {
             self.update_timer_pins(index, now, cause);
+        }
+    }
+
+    /// Records the matches of watched channels, `matched` with a bit for each.
+    pub(super) fn record_matches(&mut self, index: usize, matched: u8, cycle: u64, forced: bool) {
+        let watched = matched & self.watched_channels[index];
+        for channel in (0..4).filter(|channel| watched >> channel & 1 != 0) {
+            self.matches.push(Match {
+                cycle,
+                timer: index as u8 + 1,
+                channel: channel + 1,
+                forced,
+            });
         }
     }
 
