@@ -11,6 +11,7 @@ mod serve;
 mod serve_args;
 mod setting_args;
 mod settings_file;
+mod stream;
 mod watchers;
 
 use args::{Cli, Command};
