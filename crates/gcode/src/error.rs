@@ -22,8 +22,6 @@ pub enum ErrorKind {
     MissingNumber,
     /// A number begins and has no digit: `-`, `.`, `--1`.
     BadNumber,
-    /// The number is beyond ±9 223 372 036.854 775 807, the range of [`Number`](crate::Number).
-    NumberTooLarge,
     /// The line has more words than the [`Block`](crate::Block) has room for.
     TooManyWords,
     /// `*` is not followed by a whole number from 0 to 255 and the end of the line.
@@ -45,7 +43,6 @@ impl fmt::Display for ErrorKind {
             }
             Self::MissingNumber => f.write_str("the letter needs a number"),
             Self::BadNumber => f.write_str("the number has no digits"),
-            Self::NumberTooLarge => f.write_str("the number is too large"),
             Self::TooManyWords => f.write_str("too many words on one line"),
             Self::BadChecksum => {
                 f.write_str("`*` needs a checksum from 0 to 255 and the end of the line")

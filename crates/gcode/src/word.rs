@@ -113,7 +113,7 @@ pub fn words(line: &[u8]) -> Words<'_> {
 ///
 /// # Errors
 ///
-/// As for the number of a word: none there, no digits, or too large.
+/// As for the number of a word: none there, or no digits.
 pub fn leading_number(text: &[u8]) -> Result<(Number, &[u8]), Error> {
     match line::number(text) {
         Ok((rest, number)) => Ok((number, rest)),

@@ -47,7 +47,6 @@ impl From<Error> for Fault {
             | ErrorKind::BadChecksum
             | ErrorKind::ChecksumMismatch { .. } => Status::ExpectedLetter,
             ErrorKind::MissingNumber | ErrorKind::BadNumber => Status::BadNumber,
-            ErrorKind::NumberTooLarge => Status::OutOfRange,
             ErrorKind::TooManyWords => Status::LineTooLong,
         };
         Self {

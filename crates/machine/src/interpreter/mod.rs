@@ -42,7 +42,8 @@ pub use offsets::Offsets;
 use check::{Check, Plan, Purpose};
 use words::Block;
 
-/// The largest axis, centre or radius word, mm or degrees: 10⁶ m, so that no sum of offsets overflows.
+/// The farthest offset, centre or radius, mm or degrees: 10⁶ m, so that no sum of offsets overflows. Offsets end there,
+/// motion beyond it is refused.
 pub const MAX_WORD: Coordinate = Coordinate::from_nanos(1_000_000_000_000_000_000);
 
 /// What G-code leaves from line to line: modal state, offsets, and where the program has got to.

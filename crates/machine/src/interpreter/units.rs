@@ -18,24 +18,21 @@ pub(super) fn millimetres(value: Number) -> Result<Coordinate, Status> {
     Ok(Coordinate::from_nanos(nanos))
 }
 
-/// Multiplies by 25.4. Exact to 8 decimals of an inch; the ninth is rounded to the nearest 10⁻⁹ mm.
-///
-/// # Errors
-///
-/// [`Status::OutOfRange`] when the product is no [`Number`].
-pub(super) fn inches_to_millimetres(value: Number) -> Result<Number, Status> {
+/// Multiplies by 25.4. Exact to 8 decimals of an inch; the ninth is rounded to the nearest 10⁻⁹ mm. Beyond the range of
+/// [`Number`] the product is the end of it.
+pub(super) fn inches_to_millimetres(value: Number) -> Number {
     let inches = value.nanos().unsigned_abs();
-    if inches > i64::MAX.unsigned_abs() / 26 {
-        return Err(Status::OutOfRange);
-    }
     // 25.4·n = 25·n + 2·n/5
     let (fifths, rest) = divide_by_5(inches);
-    let magnitude = (25 * inches + 2 * fifths + u64::from((2 * rest + 2) / 5)) as i64;
-    Ok(Number::from_nanos(if value < Number::default() {
+    let magnitude = 25_u64
+        .saturating_mul(inches)
+        .saturating_add(2 * fifths + u64::from((2 * rest + 2) / 5));
+    let magnitude = i64::try_from(magnitude).unwrap_or(i64::MAX);
+    Number::from_nanos(if value < Number::default() {
         -magnitude
     } else {
         magnitude
-    }))
+    })
 }
 
 /// Quotient and remainder, as on paper in digits of 16 bits: hardware divides 32 bits only.
@@ -57,12 +54,11 @@ mod tests {
     fn a_tenth_of_an_inch_is_2_54_mm() {
         let inches = Number::from_nanos(100_000_000);
         let mm = Number::from_nanos(2_540_000_000);
-        assert_eq!(inches_to_millimetres(inches), Ok(mm));
+        assert_eq!(inches_to_millimetres(inches), mm);
     }
 
     #[test]
-    fn what_does_not_fit_is_refused() {
-        assert_eq!(inches_to_millimetres(Number::MAX), Err(Status::OutOfRange));
+    fn a_length_beyond_all_reach_is_refused() {
         let beyond = Number::from_nanos(MAX_WORD.nanos() + 1);
         assert_eq!(millimetres(beyond), Err(Status::OutOfRange));
         assert_eq!(
@@ -73,11 +69,13 @@ mod tests {
 
     proptest! {
         #[test]
-        fn inches_agree_with_exact_arithmetic(nanos in -i64::MAX / 26..i64::MAX / 26) {
-            let tenths = i128::from(nanos) * 254;
+        fn inches_agree_with_exact_arithmetic(nanos in any::<i64>(), shift in 0..63u32) {
+            let inches = Number::from_nanos(nanos >> shift);
+            let tenths = i128::from(inches.nanos()) * 254;
             let rounded = (tenths + 5 * tenths.signum()) / 10;
-            let mm = inches_to_millimetres(Number::from_nanos(nanos)).unwrap();
-            prop_assert_eq!(i128::from(mm.nanos()), rounded);
+            let most = i128::from(i64::MAX);
+            let mm = inches_to_millimetres(inches);
+            prop_assert_eq!(i128::from(mm.nanos()), rounded.clamp(-most, most));
         }
     }
 }

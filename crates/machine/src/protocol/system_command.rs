@@ -5,7 +5,7 @@
 //! round.
 
 use super::status::Status;
-use leadscrew_gcode::{leading_number, ErrorKind, Number};
+use leadscrew_gcode::{leading_number, Number};
 
 /// How many startup lines can be stored: `$N0` and `$N1`.
 pub const STARTUP_LINES: u8 = 2;
@@ -240,7 +240,7 @@ fn setting<'a>(text: &[u8]) -> Result<SystemCommand<'a>, Status> {
     let value = match leading_number(text) {
         Ok((value, [])) => value,
         Ok(_) => return Err(Status::InvalidStatement),
-        Err(error) => return Err(unreadable(text, error.kind)),
+        Err(_) => return Err(Status::BadNumber),
     };
     let number = u16::try_from(number).map_err(|_| Status::InvalidStatement)?;
     Ok(SystemCommand::Set { number, value })
@@ -248,24 +248,9 @@ fn setting<'a>(text: &[u8]) -> Result<SystemCommand<'a>, Status> {
 
 /// Reads a number, cut to a whole one, and the `=` behind it; answers what follows, too.
 fn assignment(text: &[u8]) -> Result<(i64, &[u8]), Status> {
-    let (number, rest) = match leading_number(text) {
-        Ok(read) => read,
-        Err(error) if error.kind == ErrorKind::NumberTooLarge => {
-            return Err(Status::InvalidStatement)
-        }
-        Err(_) => return Err(Status::BadNumber),
-    };
+    let (number, rest) = leading_number(text).map_err(|_| Status::BadNumber)?;
     let rest = rest.strip_prefix(b"=").ok_or(Status::InvalidStatement)?;
     Ok((number.trunc(), rest))
-}
-
-/// Answers why a value could not be read.
-fn unreadable(text: &[u8], kind: ErrorKind) -> Status {
-    match (kind, text) {
-        (ErrorKind::NumberTooLarge, [b'-', ..]) => Status::NegativeValue,
-        (ErrorKind::NumberTooLarge, _) => Status::OutOfRange,
-        _ => Status::BadNumber,
-    }
 }
 
 #[cfg(test)]
@@ -429,9 +414,9 @@ mod tests {
     }
 
     #[test]
-    fn a_value_beyond_all_numbers_is_out_of_range() {
-        assert_eq!(idle("$1=99999999999"), Err(Status::OutOfRange));
-        assert_eq!(idle("$1=-99999999999"), Err(Status::NegativeValue));
+    fn a_number_of_a_setting_beyond_all_numbers_is_none() {
+        assert_eq!(idle("$99999999999=1"), Err(Status::InvalidStatement));
+        assert_eq!(idle("$N99999999999=G21"), Err(Status::InvalidStatement));
     }
 
     #[test]

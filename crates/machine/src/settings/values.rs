@@ -405,6 +405,8 @@ mod tests {
             ("10=256", OutOfRange),
             ("13=256", OutOfRange),
             ("26=65536", OutOfRange),
+            ("1=99999999999", OutOfRange),
+            ("1=-99999999999", NegativeValue),
             ("100=0", OutOfRange),
             ("111=0", OutOfRange),
             ("122=0", OutOfRange),

@@ -183,7 +183,7 @@ impl<'a, const AXES: usize> Check<'a, AXES> {
                 Err(self.feed_undefined())
             }
             FeedMode::InverseTime => Ok(self.block.f),
-            FeedMode::PerMinute if self.gives(F) => self.in_millimetres(self.block.f, F),
+            FeedMode::PerMinute if self.gives(F) => Ok(self.in_millimetres(self.block.f)),
             FeedMode::PerMinute if self.purpose == Purpose::Jog => Err(self.feed_undefined()),
             FeedMode::PerMinute => Ok(match self.state.modal.feed_mode {
                 FeedMode::InverseTime => Number::default(),
@@ -219,11 +219,7 @@ impl<'a, const AXES: usize> Check<'a, AXES> {
             AxisCommand::SetToolLength if self.block.axis_mask != 1 << TOOL_AXIS => {
                 Err(Refusal::g(Status::ToolLengthAxis, 43))
             }
-            AxisCommand::SetToolLength => {
-                let length = self.word(TOOL_AXIS)?;
-                check_magnitude(length, MAX_WORD, TOOL_AXIS)?;
-                Ok(Some(length))
-            }
+            AxisCommand::SetToolLength => Ok(Some(storable(self.word(TOOL_AXIS)))),
         }
     }
 
@@ -260,7 +256,7 @@ impl<'a, const AXES: usize> Check<'a, AXES> {
         let axes = target.iter_mut().zip(origin).zip(self.context.reach);
         for (axis, ((target, origin), reach)) in axes.enumerate() {
             if self.moves(axis) {
-                let word = self.word(axis)?;
+                let word = self.word(axis);
                 *target = sum_within(*origin, word, *reach).ok_or_else(|| out_of_range(axis))?;
             }
         }
@@ -324,23 +320,21 @@ impl<'a, const AXES: usize> Check<'a, AXES> {
 
     /// An axis word in mm or degrees.
     #[inline]
-    fn word(&self, axis: usize) -> Result<Coordinate, Refusal> {
+    fn word(&self, axis: usize) -> Coordinate {
         let word = self.block.axes.get(axis).copied().unwrap_or_default();
         let linear = self.context.axes.get(axis) != Some(&AxisKind::Rotary);
         let mm = match self.block.modal.units {
-            Units::Inches if linear => self.in_millimetres(word, axis_letter(axis))?,
+            Units::Inches if linear => inches_to_millimetres(word),
             Units::Inches | Units::Millimetres => word,
         };
-        Ok(Coordinate::from_nanos(mm.nanos()))
+        Coordinate::from_nanos(mm.nanos())
     }
 
     #[inline]
-    fn in_millimetres(&self, value: Number, letter: Letters) -> Result<Number, Refusal> {
+    fn in_millimetres(&self, value: Number) -> Number {
         match self.block.modal.units {
-            Units::Millimetres => Ok(value),
-            Units::Inches => {
-                inches_to_millimetres(value).map_err(|status| Refusal::words(status, letter))
-            }
+            Units::Millimetres => value,
+            Units::Inches => inches_to_millimetres(value),
         }
     }
 
@@ -368,22 +362,14 @@ fn axis_letter(axis: usize) -> Letters {
 /// The sum of two coordinates, unless it is beyond `limit` to either side.
 #[inline]
 fn sum_within(one: Coordinate, other: Coordinate, limit: Coordinate) -> Option<Coordinate> {
-    let sum = Coordinate::from_nanos(one.nanos().checked_add(other.nanos())?);
-    is_within(sum, limit).then_some(sum)
+    let sum = one.nanos().checked_add(other.nanos())?;
+    let within = sum.unsigned_abs() <= limit.nanos() as u64; // which is never negative
+    within.then_some(Coordinate::from_nanos(sum))
 }
 
-#[inline]
-fn check_magnitude(value: Coordinate, limit: Coordinate, axis: usize) -> Result<(), Refusal> {
-    if !is_within(value, limit) {
-        return Err(out_of_range(axis));
-    }
-    Ok(())
-}
-
-/// Whether a value is at most `limit`, which is never negative, to either side.
-#[inline]
-fn is_within(value: Coordinate, limit: Coordinate) -> bool {
-    value.nanos().unsigned_abs() <= limit.nanos() as u64
+/// The nearest offset that may be in force: GRBL takes any, and then cannot move there. Neither can we.
+fn storable(offset: Coordinate) -> Coordinate {
+    offset.clamp(-MAX_WORD, MAX_WORD)
 }
 
 fn out_of_range(axis: usize) -> Refusal {

@@ -1,10 +1,10 @@
 //! What G10 and G92 need: axis words (26), for G10 P or L (28), a system that exists (29), and the right L (20).
 
-use super::{check_magnitude, pick, Check, Effect, L, P, R};
+use super::{pick, storable, Check, Effect, L, P, R};
 use crate::interpreter::command::OffsetId;
 use crate::interpreter::fault::Refusal;
 use crate::interpreter::modal_state::WorkSystem;
-use crate::interpreter::{Coordinate, MAX_WORD};
+use crate::interpreter::Coordinate;
 use crate::protocol::status::Status;
 
 impl<const AXES: usize> Check<'_, AXES> {
@@ -26,8 +26,8 @@ impl<const AXES: usize> Check<'_, AXES> {
         self.unused = self.unused.without(P).without(L);
         let old = self.state.offsets.get(OffsetId::Work(system));
         let origin = match others {
-            None => self.merge(old, |_, word| word)?,
-            Some(others) => self.merge(old, |axis, word| self.shift(&others, axis, word))?,
+            None => self.merge(old, |_, word| word),
+            Some(others) => self.merge(old, |axis, word| self.shift(&others, axis, word)),
         };
         Ok(Effect::SetOrigin(system, origin))
     }
@@ -48,7 +48,7 @@ impl<const AXES: usize> Check<'_, AXES> {
         }
         let offsets = &self.state.offsets;
         let others = offsets.without_g92(self.block.modal.system);
-        let offset = self.merge(offsets.g92(), |axis, word| self.shift(&others, axis, word))?;
+        let offset = self.merge(offsets.g92(), |axis, word| self.shift(&others, axis, word));
         Ok(Effect::SetG92(offset))
     }
 
@@ -57,19 +57,18 @@ impl<const AXES: usize> Check<'_, AXES> {
         pick(&self.state.position, axis) - pick(others, axis) - word
     }
 
-    /// The old offsets, with new ones on axes that have a word.
+    /// The old offsets, with new ones on axes that have a word: no farther than [`MAX_WORD`](crate::interpreter::MAX_WORD).
     fn merge(
         &self,
         old: &[Coordinate; AXES],
         new: impl Fn(usize, Coordinate) -> Coordinate,
-    ) -> Result<[Coordinate; AXES], Refusal> {
+    ) -> [Coordinate; AXES] {
         let mut merged = *old;
         for (axis, merged) in merged.iter_mut().enumerate() {
             if self.moves(axis) {
-                *merged = new(axis, self.word(axis)?);
-                check_magnitude(*merged, MAX_WORD, axis)?;
+                *merged = storable(new(axis, self.word(axis)));
             }
         }
-        Ok(merged)
+        merged
     }
 }

@@ -112,7 +112,6 @@ impl<const AXES: usize> Check<'_, AXES> {
 
     /// A radius or an offset to a centre.
     fn length(&self, value: Number, letter: Letters) -> Result<Coordinate, Refusal> {
-        let mm = self.in_millimetres(value, letter)?;
-        millimetres(mm).map_err(|status| Refusal::words(status, letter))
+        millimetres(self.in_millimetres(value)).map_err(|status| Refusal::words(status, letter))
     }
 }

@@ -212,7 +212,49 @@ fn axis_letters_exist_as_far_as_the_machine_has_axes() {
 }
 
 #[test]
-fn a_number_beyond_all_reach_is_refused() {
-    let fault = Bench::<3>::new().send(b"G0X99999999999").unwrap_err();
-    assert_eq!(fault.status, Status::OutOfRange);
+fn a_number_beyond_all_numbers_gets_the_answer_of_its_letter() {
+    Bench::<3>::new().expect(&[
+        ("X1P99999999999", 36),
+        ("G10L2P1X99999999999", 0),
+        ("G92Y-99999999999", 0),
+        ("G43.1Z99999999999", 0),
+        ("F99999999999", 0),
+        ("G20F99999999999", 0),
+        ("S99999999999", 0),
+        ("G4P99999999999", 0),
+        ("T99999999999", 38),
+        ("N99999999999", 27),
+        ("P-99999999999", 4),
+        ("G10L2P99999999999X1", 29),
+        ("G10L99999999999P1X1", 20),
+        ("M99999999999", 23),
+        ("D99999999999", 20),
+    ]);
+}
+
+#[test]
+fn motion_to_a_number_beyond_all_numbers_is_refused_wherever_it_begins() {
+    let offsets = "G10L2P1X-99999999999Y-99999999999Z-99999999999";
+    for line in [
+        "G0X99999999999",
+        "G0X-99999999999",
+        "G91G0X99999999999",
+        "G53G0X99999999999",
+        "G20G0X99999999999",
+        "G28X99999999999",
+        "G1F100Y99999999999",
+        "G2X99999999999I1F100",
+        "G2X1I99999999999F100",
+        "G2X1R99999999999F100",
+        "G38.2Z99999999999F100",
+    ] {
+        for before in ["", offsets, "G92X99999999999Y99999999999Z99999999999"] {
+            let mut bench = Bench::<3>::after(&[before]);
+            let start = bench.position();
+            let fault = bench.send(line.as_bytes()).unwrap_err();
+            assert_eq!(fault.status, Status::OutOfRange, "{before} {line}");
+            assert_eq!(bench.position(), start);
+        }
+        assert!(Bench::<3>::new().jog("X99999999999F100").is_err());
+    }
 }
