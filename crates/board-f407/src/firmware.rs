@@ -1,37 +1,36 @@
-//! Starts the board and runs the step interrupt. No serial line yet: the button moves the motors there and back.
+//! Puts the machine on the board: what is started, which interrupt calls what, and the main loop.
 use crate::{
-    step_port::{Port, TIMER_HZ},
-    wiring::{MOTORS, POWER_HZ},
+    board::{self, F407},
+    clock::{self, Clock},
+    profile::{kinematics, Kinematics, AXES, MOTORS, PROFILE},
+    pwm, safe_state,
+    serial::{self, Outgoing},
+    step_port::Port,
+    wake,
 };
-use core::num::NonZeroU16;
+use core::mem::MaybeUninit;
 use defmt_rtt as _;
-use heapless::spsc::{Consumer, Producer, Queue};
-use leadscrew_stepper::{
-    on_timer, Interval, IntervalChange, Line, LineError, Outputs, Power, PowerChange, Segment,
-    Shared, Smoothing, StepInterrupt,
+use heapless::{spsc::Consumer, Vec};
+use leadscrew_machine::{
+    board::Duration,
+    config::{MachineConfig, SegmentQueue},
+    inputs::Inputs,
+    machine::{Links, Machine},
+    protocol::serial::SerialQueue,
 };
-use panic_probe as _;
-use stm32f4xx_hal::{
-    gpio::{Edge, Input, Pin},
-    prelude::*,
-    rcc::Config,
-};
+use leadscrew_stepper::{on_timer, Segment, Shared, StepInterrupt};
 
-/// Frequency of the board's crystal in Hz (STM32F4-Discovery, UM1472).
-const CRYSTAL_HZ: u32 = 8_000_000;
-/// CPU clock in Hz, the highest that the STM32F407 allows (its data sheet, DocID022152, table 14).
-const CPU_HZ: u32 = 168_000_000;
-/// Step rate of the demonstration in steps/s: slow enough for a motor to start without a ramp.
-const STEP_RATE: u32 = 800;
-/// Steps of each motor in a demonstration: one turn of the first at 8 microsteps.
-const STEPS: [i32; MOTORS] = [1600, 800, -400];
+/// Moves planned ahead.
+const MOVES: usize = 1024;
+/// How long the main loop sleeps at most, in microseconds.
+const LONGEST_SLEEP: Duration = Duration::from_ticks(5_000);
 
-/// Segments waiting for the step interrupt, and one place that the queue needs for itself.
-type Segments = Queue<Segment<MOTORS>, 17>;
+type TheMachine = Machine<'static, Kinematics, AXES, MOTORS, MOVES>;
 
 static SHARED: Shared<MOTORS> = Shared::new();
+static INPUTS: Inputs<MOTORS> = Inputs::new();
 
-#[rtic::app(device = stm32f4xx_hal::pac, peripherals = true)]
+#[rtic::app(device = stm32f4::stm32f407, peripherals = true)]
 mod app {
     use super::*;
 
@@ -41,99 +40,106 @@ mod app {
     #[local]
     struct Local {
         port: Port,
-        source: Consumer<'static, Segment<MOTORS>>,
-        sink: Producer<'static, Segment<MOTORS>>,
-        button: Pin<'A', 0, Input>,
+        segments: Consumer<'static, Segment<MOTORS>>,
+        serial: serial::Port,
+        machine: &'static mut TheMachine,
+        board: F407,
+        clock: Clock,
     }
 
-    #[init(local = [segments: Segments = Queue::new()])]
+    #[init(local = [
+        queue: SegmentQueue<MOTORS> = SegmentQueue::new(),
+        received: SerialQueue = SerialQueue::new(),
+        outgoing: Outgoing = Outgoing::new(),
+        place: MaybeUninit<TheMachine> = MaybeUninit::uninit(),
+    ])]
     fn init(cx: init::Context) -> (SharedResources, Local) {
         let device = cx.device;
-        let clocks = Config::hse(CRYSTAL_HZ.Hz()).sysclk(CPU_HZ.Hz());
-        let mut rcc = device.RCC.freeze(clocks);
-        defmt::info!("leadscrew: CPU at {} Hz", rcc.clocks.sysclk().raw());
+        device.RCC.ahb1enr().modify(|_, w| {
+            w.gpioaen()
+                .enabled()
+                .gpioben()
+                .enabled()
+                .gpiocen()
+                .enabled();
+            w.gpioden().enabled().gpioeen().enabled()
+        });
+        device.RCC.apb1enr().modify(|_, w| {
+            w.tim2en().enabled().tim4en().enabled().tim5en().enabled();
+            w.usart2en().enabled()
+        });
+        safe_state::enter();
+        let source = clock::start(&device.RCC, &device.FLASH, &device.PWR);
+        defmt::info!("leadscrew on {=str}, clock: {}", PROFILE.name, source);
+        board::start_switches();
+        pwm::start();
 
-        let motors = device.GPIOE.split(&mut rcc);
-        motors.pe7.into_push_pull_output();
-        motors.pe8.into_push_pull_output();
-        motors.pe9.into_push_pull_output();
-        motors.pe10.into_push_pull_output();
-        motors.pe11.into_push_pull_output();
-        motors.pe12.into_push_pull_output();
+        let (producer, segments) = cx.local.queue.split();
+        let (receiver, inbox) = cx.local.received.split();
+        let (outgoing, sending) = cx.local.outgoing.split();
+        let mut inboxes = Vec::new();
+        let _ = inboxes.push(inbox);
+        let links = Links {
+            segments: producer,
+            shared: &SHARED,
+            inputs: &INPUTS,
+            inboxes,
+        };
+        let machine = Machine::new(MachineConfig::new(), kinematics(), links);
+        let local = Local {
+            port: Port::new(device.TIM2),
+            segments,
+            serial: serial::Port::new(device.USART2, receiver, sending),
+            machine: cx.local.place.write(machine),
+            board: F407::new(outgoing),
+            clock: Clock::new(device.TIM5),
+        };
+        (SharedResources {}, local)
+    }
 
-        let led = device.GPIOD.split(&mut rcc).pd12;
-        let (_, (power, ..)) = device.TIM4.pwm_hz(POWER_HZ.Hz(), &mut rcc);
-        let port = Port::new(device.TIM2, power.with(led), &mut rcc);
-
-        let mut button = device.GPIOA.split(&mut rcc).pa0.into_input();
-        let (mut exti, mut syscfg) = (device.EXTI, device.SYSCFG.constrain(&mut rcc));
-        button.make_interrupt_source(&mut syscfg);
-        button.trigger_on_edge(&mut exti, Edge::Rising);
-        button.enable_interrupt(&mut exti);
-
-        let (sink, source) = cx.local.segments.split();
-        (
-            SharedResources {},
-            Local {
-                port,
-                source,
-                sink,
-                button,
-            },
-        )
+    /// The main loop: sleeps when it has nothing to do.
+    #[idle(local = [machine, board, clock])]
+    fn idle(cx: idle::Context) -> ! {
+        let idle::LocalResources {
+            machine,
+            board,
+            clock,
+            ..
+        } = cx.local;
+        loop {
+            let now = clock.now();
+            let next = machine.poll(board, now);
+            if !next.busy {
+                let latest = now + LONGEST_SLEEP;
+                clock.wake_at(next.when.map_or(latest, |when| when.min(latest)));
+                wake::sleep();
+            }
+        }
     }
 
     /// The step interrupt. Above everything else, so that nothing delays a step.
-    #[task(binds = TIM2, priority = 16, local = [port, source, state: StepInterrupt<MOTORS> = StepInterrupt::new()])]
+    #[task(binds = TIM2, priority = 16, local = [port, segments, state: StepInterrupt<MOTORS> = StepInterrupt::new()])]
     fn step(cx: step::Context) {
         let step::LocalResources {
             port,
-            source,
+            segments,
             state,
             ..
         } = cx.local;
         if port.acknowledge(&SHARED) {
-            on_timer(state, source, &SHARED, port);
+            on_timer(state, segments, &SHARED, port);
         }
     }
 
-    /// The button: starts a demonstration where none is under way.
-    #[task(binds = EXTI0, priority = 1, local = [sink, button, back: bool = false])]
-    fn press(cx: press::Context) {
-        cx.local.button.clear_interrupt_pending_bit();
-        if SHARED.is_running() {
-            return;
-        }
-        let steps = if *cx.local.back {
-            STEPS.map(|count| -count)
-        } else {
-            STEPS
-        };
-        match demonstration(steps) {
-            Ok(segment) if cx.local.sink.enqueue(segment).is_ok() => {
-                *cx.local.back = !*cx.local.back;
-                SHARED.set_running();
-                rtic::pend(stm32f4xx_hal::pac::Interrupt::TIM2);
-            }
-            Ok(_) => defmt::warn!("no room for another segment"),
-            Err(_) => defmt::warn!("the demonstration is no line"),
-        }
+    /// A byte has come, or can be sent.
+    #[task(binds = USART2, priority = 15, local = [serial])]
+    fn usart(cx: usart::Context) {
+        cx.local.serial.on_interrupt();
     }
-}
 
-/// One line at a constant rate and half power.
-fn demonstration(steps: [i32; MOTORS]) -> Result<Segment<MOTORS>, LineError> {
-    let line = Line::new(steps)?;
-    let ticks = u16::try_from(line.step_events().get()).map_err(|_| LineError::TooLong)?;
-    Ok(Segment {
-        line: Some(line),
-        ticks: NonZeroU16::new(ticks).ok_or(LineError::NoSteps)?,
-        smoothing: Smoothing::None,
-        interval: Interval::from_num(TIMER_HZ / STEP_RATE),
-        interval_change: IntervalChange::ZERO,
-        power: Power::from_share(fixed::types::U1F31::from_num(0.5)),
-        power_change: PowerChange::ZERO,
-        outputs: Outputs(0),
-        at_rest: Some(Power::OFF),
-    })
+    /// The main loop wants to be woken.
+    #[task(binds = TIM5, priority = 1)]
+    fn alarm(_: alarm::Context) {
+        clock::on_alarm();
+    }
 }

@@ -4,11 +4,27 @@
 #![deny(unsafe_code)]
 
 #[cfg(target_os = "none")]
+mod board;
+#[cfg(target_os = "none")]
+mod clock;
+#[cfg(target_os = "none")]
+mod critical;
+#[cfg(target_os = "none")]
 mod firmware;
+#[cfg(target_os = "none")]
+mod gpio;
+#[cfg(target_os = "none")]
+mod profile;
+#[cfg(target_os = "none")]
+mod pwm;
+#[cfg(target_os = "none")]
+mod safe_state;
+#[cfg(target_os = "none")]
+mod serial;
 #[cfg(target_os = "none")]
 mod step_port;
 #[cfg(target_os = "none")]
-mod wiring;
+mod wake;
 
 #[cfg(not(target_os = "none"))]
 fn main() {

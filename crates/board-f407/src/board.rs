@@ -1,0 +1,122 @@
+//! The board under the machine: slow pins and serial output.
+use crate::{
+    profile::{MOTORS, PROFILE},
+    pwm, step_port,
+};
+use heapless::spsc::Producer;
+use leadscrew_machine::board::{
+    Board, ChannelId, CoolantOutput, PortConfig, SpindleOutput, Switches,
+};
+use leadscrew_stepper::{MotorMask, Power};
+use stm32f4::stm32f407::Interrupt;
+
+/// The main loop's end of the board.
+pub(crate) struct F407 {
+    pub(crate) outgoing: Producer<'static, u8>,
+    /// Level of the enable pins that lets the motors go: `$4`.
+    motors_off: bool,
+}
+
+impl F407 {
+    /// Sends bytes by way of `outgoing`.
+    pub(crate) fn new(outgoing: Producer<'static, u8>) -> Self {
+        Self {
+            outgoing,
+            motors_off: true,
+        }
+    }
+}
+
+/// Makes inputs of all switches.
+pub(crate) fn start_switches() {
+    let buttons = [
+        PROFILE.probe,
+        PROFILE.reset,
+        PROFILE.hold,
+        PROFILE.start,
+        PROFILE.door,
+    ];
+    for input in PROFILE.limits.into_iter().chain(buttons).flatten() {
+        input.pin.make_input(input.pull);
+    }
+}
+
+/// The levels of all switches; one that the board does not have is open.
+pub(crate) fn switches() -> Switches {
+    let level = |input: Option<crate::gpio::Input>| input.is_none_or(|input| input.level());
+    let mut limits = MotorMask::NONE;
+    for (motor, input) in PROFILE.limits.into_iter().enumerate().take(MOTORS) {
+        if level(input) {
+            limits = limits.with(MotorMask::only(motor));
+        }
+    }
+    Switches {
+        limits,
+        probe: level(PROFILE.probe),
+        reset: level(PROFILE.reset),
+        hold: level(PROFILE.hold),
+        start: level(PROFILE.start),
+        door: level(PROFILE.door),
+    }
+}
+
+impl Board for F407 {
+    fn start_stepping(&mut self) {
+        rtic::pend(Interrupt::TIM2);
+    }
+
+    fn write(&mut self, channel: ChannelId, bytes: &[u8]) -> usize {
+        match channel {
+            ChannelId(0) => {
+                let taken = bytes
+                    .iter()
+                    .take_while(|byte| self.outgoing.enqueue(**byte).is_ok())
+                    .count();
+                rtic::pend(Interrupt::USART2);
+                taken
+            }
+            ChannelId(_) => bytes.len(),
+        }
+    }
+
+    fn switches(&self) -> Switches {
+        switches()
+    }
+
+    fn enable_motors(&mut self, on: bool) {
+        for pin in PROFILE.enables {
+            pin.make_output(on != self.motors_off);
+        }
+    }
+
+    fn set_spindle(&mut self, output: SpindleOutput) {
+        let (on, reverse) = match output {
+            SpindleOutput::Off => (false, false),
+            SpindleOutput::Clockwise => (true, false),
+            SpindleOutput::CounterClockwise => (true, true),
+        };
+        if let Some(pin) = PROFILE.spindle_reverse {
+            pin.switch(reverse);
+        }
+        if let Some(pin) = PROFILE.spindle {
+            pin.switch(on);
+        }
+    }
+
+    fn set_power(&mut self, power: Power) {
+        pwm::set(power);
+    }
+
+    fn set_coolant(&mut self, output: CoolantOutput) {
+        for (pin, on) in [(PROFILE.flood, output.flood), (PROFILE.mist, output.mist)] {
+            if let Some(pin) = pin {
+                pin.switch(on);
+            }
+        }
+    }
+
+    fn configure(&mut self, port: &PortConfig) {
+        self.motors_off = !port.enable_invert;
+        step_port::configure(port);
+    }
+}

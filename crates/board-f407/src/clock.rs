@@ -1,0 +1,127 @@
+//! Where the clocks come from, and what time it is.
+use crate::{profile::PROFILE, wake::wake};
+use leadscrew_machine::board::Instant;
+use stm32f4::stm32f407::{FLASH, PWR, RCC, TIM5};
+
+/// Counts of the timers on APB1 in a second: twice the clock of their bus (RM0090 section 7.2).
+pub(crate) const APB1_TIMER_HZ: u32 = 84_000_000;
+/// Clock of the bus of USART2 in Hz.
+pub(crate) const APB1_HZ: u32 = 42_000_000;
+/// How often the crystal is looked at before it is given up: some 100 ms with the 16 MHz after reset. A crystal starts
+/// within 2 ms (data sheet, table 36).
+const PATIENCE: u32 = 200_000;
+
+/// What the CPU's clock is made from.
+#[derive(Clone, Copy, PartialEq, Eq, defmt::Format)]
+pub(crate) enum Source {
+    /// The crystal.
+    Crystal,
+    /// The internal oscillator, within 1 % at room temperature: the crystal did not start. Too inexact for USB.
+    Internal,
+}
+
+/// The PLL's settings for an oscillator: divided by `divide`, its frequency times `times` is 336 MHz (RM0090 section 7.3.2).
+/// Half of that is the CPU's 168 MHz, the highest that the STM32F407 allows; a seventh the 48 MHz of USB.
+struct Pll {
+    divide: u8,
+    times: u16,
+}
+
+impl Pll {
+    /// The PLL likes an input of 2 MHz best (least jitter); any whole number of MHz will do.
+    const fn new(oscillator_hz: u32) -> Self {
+        assert!(oscillator_hz.is_multiple_of(1_000_000) && oscillator_hz <= 50_000_000);
+        if oscillator_hz.is_multiple_of(2_000_000) {
+            Self {
+                divide: (oscillator_hz / 2_000_000) as u8,
+                times: 168,
+            }
+        } else {
+            Self {
+                divide: (oscillator_hz / 1_000_000) as u8,
+                times: 336,
+            }
+        }
+    }
+}
+
+const CRYSTAL_PLL: Pll = Pll::new(PROFILE.crystal_hz);
+const INTERNAL_PLL: Pll = Pll::new(16_000_000);
+
+/// Sets the clocks up: CPU 168 MHz, APB1 42 MHz, APB2 84 MHz. The crystal is given up where it does not start.
+pub(crate) fn start(rcc: &RCC, flash: &FLASH, power: &PWR) -> Source {
+    rcc.apb1enr().modify(|_, w| w.pwren().enabled());
+    power.cr().modify(|_, w| w.vos().scale1());
+    rcc.cr().modify(|_, w| w.hseon().on());
+    let ready = (0..PATIENCE).any(|_| rcc.cr().read().hserdy().is_ready());
+    let (pll, source) = if ready {
+        (CRYSTAL_PLL, Source::Crystal)
+    } else {
+        rcc.cr().modify(|_, w| w.hseon().off());
+        (INTERNAL_PLL, Source::Internal)
+    };
+    // SAFETY: both factors are within the range that `Pll::new` keeps (2 to 50, 168 or 336).
+    #[allow(unsafe_code)]
+    rcc.pllcfgr().write(|w| unsafe {
+        w.pllm().bits(pll.divide).plln().bits(pll.times);
+        w.pllp().div2().pllq().bits(7).pllsrc().bit(ready)
+    });
+    rcc.cr().modify(|_, w| w.pllon().on());
+    while rcc.cr().read().pllrdy().is_not_ready() {}
+    // Five wait states at 168 MHz and 2.7 V to 3.6 V (RM0090 table 10), hidden by the caches.
+    flash.acr().write(|w| {
+        w.latency().ws5().prften().enabled();
+        w.icen().enabled().dcen().enabled()
+    });
+    rcc.cfgr()
+        .write(|w| w.sw().pll().ppre1().div4().ppre2().div2());
+    while !rcc.cfgr().read().sws().is_pll() {}
+    source
+}
+
+/// Microseconds since power-up, and the main loop's alarm clock: TIM5 (RM0090 chapter 18).
+pub(crate) struct Clock {
+    timer: TIM5,
+    /// Microseconds since power-up when it was read last.
+    last: u64,
+}
+
+impl Clock {
+    /// Starts the timer at 0.
+    pub(crate) fn new(timer: TIM5) -> Self {
+        const PER_MICROSECOND: u16 = (APB1_TIMER_HZ / 1_000_000) as u16;
+        timer.psc().write(|w| w.psc().set(PER_MICROSECOND - 1));
+        timer.arr().write(|w| w.arr().set(u32::MAX));
+        timer.egr().write(|w| w.ug().update());
+        timer.sr().write(|w| w.uif().clear_bit());
+        timer.dier().write(|w| w.cc1ie().enabled());
+        timer.cr1().write(|w| w.cen().enabled());
+        Self { timer, last: 0 }
+    }
+
+    /// The present. Main loop, at least once an hour: the timer comes round after 71 minutes.
+    pub(crate) fn now(&mut self) -> Instant {
+        let count = self.timer.cnt().read().bits();
+        let passed = count.wrapping_sub(self.last as u32);
+        self.last += u64::from(passed);
+        Instant::from_ticks(self.last)
+    }
+
+    /// Wakes the main loop at `instant`, at once where that has passed. Main loop.
+    pub(crate) fn wake_at(&mut self, instant: Instant) {
+        let due = instant.ticks();
+        self.timer.ccr1().write(|w| w.ccr().set(due as u32));
+        if self.now().ticks() >= due {
+            wake();
+        }
+    }
+}
+
+/// The alarm has gone off. Interrupt of TIM5.
+pub(crate) fn on_alarm() {
+    // SAFETY: this register is written by the interrupt only; a flag is cleared by a zero, all others stay.
+    #[allow(unsafe_code)]
+    let timer = unsafe { &*TIM5::ptr() };
+    timer.sr().write(|w| w.cc1if().clear());
+    wake();
+}

@@ -1,0 +1,30 @@
+//! Critical sections that leave the step interrupt alone.
+//!
+//! The usual way masks every interrupt (PRIMASK); a tick that is due meanwhile is late. Here BASEPRI keeps away all
+//! interrupts but those of the highest priority: that of the steps, who shares nothing with anybody that needs a lock.
+use cortex_m::register::{basepri, basepri_max};
+use critical_section::RawRestoreState;
+
+/// The highest priority that is kept away, as BASEPRI has it: the four bits of the F407 are the upper ones (RM0090 table
+/// 61, PM0214 section 2.3.6). 0 is that of the steps.
+const BELOW_STEPS: u8 = 1 << 4;
+
+struct BelowSteps;
+
+critical_section::set_impl!(BelowSteps);
+
+// SAFETY: what runs while the section is held is the step interrupt and faults. The step interrupt uses no critical
+// section and nothing that is kept in one; a fault ends the program. BASEPRI is put back as it was, so sections nest.
+#[allow(unsafe_code)]
+unsafe impl critical_section::Impl for BelowSteps {
+    unsafe fn acquire() -> RawRestoreState {
+        let before = basepri::read();
+        basepri_max::write(BELOW_STEPS);
+        before.into()
+    }
+
+    unsafe fn release(before: RawRestoreState) {
+        // SAFETY: the value was read from this register.
+        unsafe { basepri::write(before as u8) }
+    }
+}

@@ -1,0 +1,218 @@
+//! Pins as data: a profile names them, this file drives them.
+//!
+//! A HAL has a type for each pin, which a table of pins cannot hold; and its ports build their words bit by bit, where the
+//! step interrupt needs them ready made. All ports have the same registers, 0x400 apart (RM0090 sections 2.3 and 8.4).
+use stm32f4::stm32f407::{gpioi::RegisterBlock, GPIOA};
+
+/// A port of 16 pins.
+#[derive(Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
+#[allow(dead_code)] // no board uses all of them
+pub(crate) enum Bank {
+    A,
+    B,
+    C,
+    D,
+    E,
+    F,
+    G,
+}
+
+impl Bank {
+    /// The port's registers.
+    #[inline(always)]
+    pub(crate) fn registers(self) -> &'static RegisterBlock {
+        let first = GPIOA::ptr() as usize;
+        let address = first + 0x400 * self as usize;
+        // SAFETY: the ports' registers lie 0x400 apart from GPIOA on, and differ in their reset values only. Every access is
+        // volatile; who may write which register stands at the functions that do.
+        #[allow(unsafe_code)]
+        unsafe {
+            &*(address as *const RegisterBlock)
+        }
+    }
+
+    /// Sets and resets pins in one store (RM0090 section 8.4.7): bit *n* raises pin *n*, bit *n* + 16 lowers it. Any
+    /// context: a store cannot interfere with another one.
+    #[inline(always)]
+    pub(crate) fn write(self, word: u32) {
+        // SAFETY: all 32 bits are defined; the register has no other effect than on the pins that the word names.
+        #[allow(unsafe_code)]
+        self.registers().bsrr().write(|w| unsafe { w.bits(word) });
+    }
+}
+
+/// What a pin is pulled to where nothing else drives it.
+#[derive(Clone, Copy, PartialEq, Eq)]
+#[allow(dead_code)] // no board uses all of them
+pub(crate) enum Pull {
+    None = 0,
+    Up = 1,
+    Down = 2,
+}
+
+/// What a pin does (MODER, RM0090 section 8.4.1).
+#[derive(Clone, Copy)]
+enum Mode {
+    Input = 0,
+    Output = 1,
+    Alternate = 2,
+}
+
+/// A pin.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Pin {
+    pub(crate) bank: Bank,
+    /// 0 to 15.
+    pub(crate) number: u8,
+}
+
+impl Pin {
+    /// Names a pin.
+    pub(crate) const fn new(bank: Bank, number: u8) -> Self {
+        assert!(number < 16, "a port has 16 pins");
+        Self { bank, number }
+    }
+
+    /// The word for [`Bank::write`] that raises the pin (`true`) or lowers it.
+    #[inline]
+    pub(crate) const fn word(self, high: bool) -> u32 {
+        if high {
+            1 << self.number
+        } else {
+            1 << (self.number + 16)
+        }
+    }
+
+    /// Raises the pin (`true`) or lowers it. Any context.
+    #[inline]
+    pub(crate) fn set(self, high: bool) {
+        self.bank.write(self.word(high));
+    }
+
+    /// The level at the pin. Any context.
+    #[inline]
+    pub(crate) fn is_high(self) -> bool {
+        self.bank.registers().idr().read().bits() >> self.number & 1 == 1
+    }
+
+    /// Makes the pin an output of this level, without any other level in between. Before the interrupts are on, or where
+    /// nothing else runs any more.
+    pub(crate) fn make_output(self, high: bool) {
+        self.set(high);
+        self.set_mode(Mode::Output);
+    }
+
+    /// Makes the pin an input. Before the interrupts are on.
+    pub(crate) fn make_input(self, pull: Pull) {
+        self.set_pull(pull);
+        self.set_mode(Mode::Input);
+    }
+
+    /// Hands the pin to a peripheral: `function` is its number in the data sheet's table 9. Before the interrupts are on.
+    pub(crate) fn make_alternate(self, function: u8, pull: Pull) {
+        self.set_pull(pull);
+        let (registers, number) = (self.bank.registers(), self.number);
+        let function = u32::from(function);
+        // SAFETY: every value of a pin's four bits is defined (RM0090 section 8.4.9).
+        #[allow(unsafe_code)]
+        if number < 8 {
+            registers
+                .afrl()
+                .modify(|r, w| unsafe { w.bits(field(r.bits(), number, 4, function)) });
+        } else {
+            registers
+                .afrh()
+                .modify(|r, w| unsafe { w.bits(field(r.bits(), number - 8, 4, function)) });
+        }
+        self.set_mode(Mode::Alternate);
+    }
+
+    fn set_pull(self, pull: Pull) {
+        // SAFETY: the value of these two bits is one of those that are defined (RM0090 section 8.4.4).
+        #[allow(unsafe_code)]
+        self.bank
+            .registers()
+            .pupdr()
+            .modify(|r, w| unsafe { w.bits(field(r.bits(), self.number, 2, pull as u32)) });
+    }
+
+    fn set_mode(self, mode: Mode) {
+        // SAFETY: every value of these two bits is defined.
+        #[allow(unsafe_code)]
+        self.bank
+            .registers()
+            .moder()
+            .modify(|r, w| unsafe { w.bits(field(r.bits(), self.number, 2, mode as u32)) });
+    }
+}
+
+/// `register` with the field of pin `number`, `width` bits wide, set to `value`.
+const fn field(register: u32, number: u8, width: u8, value: u32) -> u32 {
+    let shift = number * width;
+    let mask = (1 << width) - 1;
+    register & !(mask << shift) | value << shift
+}
+
+/// An output and which level switches on what hangs on it.
+#[derive(Clone, Copy)]
+pub(crate) struct Output {
+    pub(crate) pin: Pin,
+    pub(crate) active_high: bool,
+}
+
+impl Output {
+    /// An output that is on when high.
+    pub(crate) const fn high(bank: Bank, number: u8) -> Self {
+        Self {
+            pin: Pin::new(bank, number),
+            active_high: true,
+        }
+    }
+
+    /// Switches on or off. Any context.
+    pub(crate) fn switch(self, on: bool) {
+        self.pin.set(on == self.active_high);
+    }
+
+    /// Makes the pin an output that is off.
+    pub(crate) fn make_output(self) {
+        self.pin.make_output(!self.active_high);
+    }
+}
+
+/// An input and which level counts as open.
+#[derive(Clone, Copy)]
+pub(crate) struct Input {
+    pub(crate) pin: Pin,
+    pub(crate) pull: Pull,
+    /// Whether the machine is told the other level: for a button that makes its pin high when pressed.
+    pub(crate) inverted: bool,
+}
+
+impl Input {
+    /// A switch to ground: pulled up.
+    pub(crate) const fn to_ground(bank: Bank, number: u8) -> Self {
+        Self {
+            pin: Pin::new(bank, number),
+            pull: Pull::Up,
+            inverted: false,
+        }
+    }
+
+    /// A switch to the supply: pulled down, told to the machine the other way round.
+    #[allow(dead_code)] // not on every board
+    pub(crate) const fn to_supply(bank: Bank, number: u8) -> Self {
+        Self {
+            pin: Pin::new(bank, number),
+            pull: Pull::Down,
+            inverted: true,
+        }
+    }
+
+    /// The level that the machine is told: `true` is open.
+    #[inline]
+    pub(crate) fn level(self) -> bool {
+        self.pin.is_high() != self.inverted
+    }
+}

@@ -1,0 +1,96 @@
+//! What a board is made of. One file in `profiles/` for each board; this one says what such a file has to name.
+use crate::gpio::{Bank, Input, Output, Pin};
+
+#[path = "profiles/discovery.rs"]
+mod selected;
+
+pub(crate) use selected::{kinematics, Kinematics, AXES, MOTORS, PROFILE};
+
+/// A board: its pins and its crystal.
+pub(crate) struct Profile {
+    /// For the log.
+    pub(crate) name: &'static str,
+    /// Frequency of the crystal in Hz.
+    pub(crate) crystal_hz: u32,
+    /// The serial line.
+    pub(crate) serial: SerialPins,
+    /// Step and direction of each motor.
+    pub(crate) motors: [MotorPins; MOTORS],
+    /// All motors are enabled by these; which level does it is a setting (`$4`).
+    pub(crate) enables: &'static [Pin],
+    /// Laser or spindle power.
+    pub(crate) power: PowerPin,
+    /// Spindle on.
+    pub(crate) spindle: Option<Output>,
+    /// Spindle counter-clockwise.
+    pub(crate) spindle_reverse: Option<Output>,
+    /// Flood coolant.
+    pub(crate) flood: Option<Output>,
+    /// Mist coolant.
+    pub(crate) mist: Option<Output>,
+    /// Limit switches, one input a motor.
+    pub(crate) limits: [Option<Input>; MOTORS],
+    /// Probe.
+    pub(crate) probe: Option<Input>,
+    /// Reset button.
+    pub(crate) reset: Option<Input>,
+    /// Feed hold button.
+    pub(crate) hold: Option<Input>,
+    /// Cycle start button.
+    pub(crate) start: Option<Input>,
+    /// Safety door.
+    pub(crate) door: Option<Input>,
+}
+
+/// Pins of the USART.
+pub(crate) struct SerialPins {
+    pub(crate) transmit: Pin,
+    pub(crate) receive: Pin,
+    /// Bits a second.
+    pub(crate) baud: u32,
+}
+
+/// A motor driver's pins.
+#[derive(Clone, Copy)]
+pub(crate) struct MotorPins {
+    pub(crate) step: Pin,
+    pub(crate) direction: Pin,
+}
+
+impl MotorPins {
+    /// Names both.
+    pub(crate) const fn new(step: Pin, direction: Pin) -> Self {
+        Self { step, direction }
+    }
+}
+
+/// The pin that a timer's channel modulates.
+pub(crate) struct PowerPin {
+    pub(crate) pin: Pin,
+    /// Number of the timer's function in the data sheet's table 9.
+    pub(crate) function: u8,
+    /// Frequency in Hz, 50 to 100 000.
+    pub(crate) frequency: u32,
+}
+
+/// The ports of pins, each once, in the order in which they come first; how many they are.
+pub(crate) const fn banks<const N: usize>(pins: [Pin; N]) -> ([Bank; N], usize) {
+    let (mut banks, mut count, mut pin) = ([Bank::A; N], 0, 0);
+    while pin < N {
+        if index_of(&banks, count, pins[pin].bank) == count {
+            banks[count] = pins[pin].bank;
+            count += 1;
+        }
+        pin += 1;
+    }
+    (banks, count)
+}
+
+/// Where `bank` stands among the first `count`; `count` where it does not.
+pub(crate) const fn index_of<const N: usize>(banks: &[Bank; N], count: usize, bank: Bank) -> usize {
+    let mut place = 0;
+    while place < count && banks[place] as u8 != bank as u8 {
+        place += 1;
+    }
+    place
+}
