@@ -47,6 +47,7 @@ fn config() -> Config<AXES> {
         timer_hz: 84_000_000,
         shortest_tick: Ticks(840),
         moves: MOVES,
+        pixels: 0,
     }
 }
 

@@ -33,7 +33,12 @@ where
         let silence =
             Duration::from_ticks(u64::from(settings.whole(Setting::StartSilence)) * 1_000);
         let config = planner_config(settings, &self.config);
-        self.motion.configure(config, silence);
+        let lead = if laser {
+            settings.whole(Setting::LaserLead)
+        } else {
+            0
+        };
+        self.motion.configure(config, silence, lead);
         self.update_power();
         board.configure(&port_config(&self.settings));
         self.put_out_spindle(board);
@@ -101,6 +106,7 @@ pub(crate) fn planner_config<const AXES: usize>(
         timer_hz: config.timer_hz,
         shortest_tick: config.shortest_tick,
         moves: config.moves,
+        pixels: config.pixels,
     }
 }
 

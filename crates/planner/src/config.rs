@@ -30,11 +30,14 @@ pub struct Config<const AXES: usize> {
     pub shortest_tick: Ticks,
     /// How many moves may be queued, the running one included; no more than the planner's capacity.
     pub moves: usize,
+    /// How many changes of power rows of laser pixels may hold together; no more than the planner has room for. 0: each line
+    /// is a move of its own, as in Grbl.
+    pub pixels: usize,
 }
 
 impl<const AXES: usize> Default for Config<AXES> {
     /// Grbl's defaults: 250 steps/mm, 500 mm/min, 10 mm/s², 0.01 mm, 0.002 mm; as many moves as there is
-    /// room for.
+    /// room for, each a line.
     fn default() -> Self {
         Self {
             steps_per_mm: [StepsPerMm::from_nanos(250 * crate::NANOS_PER_MM); AXES],
@@ -45,6 +48,7 @@ impl<const AXES: usize> Default for Config<AXES> {
             timer_hz: DEFAULT_TIMER_HZ,
             shortest_tick: Ticks(4 * 84), // 4 µs: a tick and its interrupt take less on the F407
             moves: usize::MAX,
+            pixels: 0,
         }
     }
 }

@@ -79,6 +79,21 @@ impl<const MOTORS: usize, const CAPACITY: usize> LookAhead<MOTORS, CAPACITY> {
         Ok(())
     }
 
+    /// The last move, where it does not run.
+    pub(crate) fn last_waiting(&self) -> Option<&PlannedMove<MOTORS>> {
+        let waiting = self.moves.len() > usize::from(self.running);
+        self.moves.back().filter(|_| waiting)
+    }
+
+    /// Puts the same move made longer in the place of the last one, which does not run. It begins as before, and its `gain` is no
+    /// smaller: what is planned stays right.
+    pub(crate) fn lengthen_last(&mut self, longer: PlannedMove<MOTORS>, gain: u32) {
+        if let Some(last) = self.moves.back_mut() {
+            self.end = longer.potential.wrapping_add(u64::from(gain));
+            *last = longer;
+        }
+    }
+
     /// Ends the move that runs, if one does, and starts the next one.
     pub(crate) fn start_next(&mut self) -> Option<&PlannedMove<MOTORS>> {
         self.finish();
@@ -214,7 +229,12 @@ mod tests {
             let mut running = false;
             for (what, cap, gain) in steps {
                 match what {
-                    0..=5 => if queue.push(planned(cap), gain).is_ok() { model.push((cap, gain)); },
+                    0 => if let Some(longer) = queue.last_waiting().copied() {
+                        let (_, old) = model.last_mut().unwrap();
+                        *old += gain;
+                        queue.lengthen_last(longer, *old);
+                    },
+                    1..=5 => if queue.push(planned(cap), gain).is_ok() { model.push((cap, gain)); },
                     6..=8 => {
                         if running { model.remove(0); }
                         running = queue.start_next().is_some();

@@ -46,12 +46,10 @@ pub enum MovePower {
         /// Power throughout.
         power: Power,
     },
-    /// A laser at constant power (M3); off where a hold stops.
+    /// A laser at constant power (M3), at the rest after the move too; off where a hold stops.
     Constant {
         /// Power along the move.
         power: Power,
-        /// Power at the rest after the move, where one comes.
-        at_rest: Power,
     },
     /// A laser whose power follows the speed (M4); off at any rest.
     Dynamic {
@@ -65,9 +63,7 @@ impl MovePower {
     pub fn programmed(self) -> Power {
         match self {
             Self::Off => Power::OFF,
-            Self::Spindle { power } | Self::Constant { power, .. } | Self::Dynamic { power } => {
-                power
-            }
+            Self::Spindle { power } | Self::Constant { power } | Self::Dynamic { power } => power,
         }
     }
 
@@ -75,8 +71,17 @@ impl MovePower {
     pub(crate) fn at_rest(self) -> Power {
         match self {
             Self::Off | Self::Dynamic { .. } => Power::OFF,
-            Self::Spindle { power } => power,
-            Self::Constant { at_rest, .. } => at_rest,
+            Self::Spindle { power } | Self::Constant { power } => power,
+        }
+    }
+
+    /// The same sort of power with another value; off stays off.
+    pub(crate) fn with(self, power: Power) -> Self {
+        match self {
+            Self::Off => Self::Off,
+            Self::Spindle { .. } => Self::Spindle { power },
+            Self::Constant { .. } => Self::Constant { power },
+            Self::Dynamic { .. } => Self::Dynamic { power },
         }
     }
 
@@ -125,7 +130,11 @@ pub(crate) struct PlannedMove<const MOTORS: usize> {
     pub(crate) cap: u32,
     pub(crate) line_number: u32,
     pub(crate) outputs: Outputs,
+    /// Changes of power on the way: how many of the pool's pixels are its own.
+    pub(crate) pixels: u16,
     pub(crate) kind: MoveKind,
+    /// Whether some of its pixels are rapids: then no override lets it be faster than them.
+    pub(crate) has_gaps: bool,
 }
 
 /// Stands for no line number: GRBL's end at 10 million.
@@ -155,7 +164,9 @@ impl<const MOTORS: usize> PlannedMove<MOTORS> {
             cap: 0,
             line_number: Self::pack(of.line_number),
             outputs: of.outputs,
+            pixels: 0,
             kind: of.kind,
+            has_gaps: false,
         }
     }
 }
@@ -172,10 +183,7 @@ mod tests {
     #[test]
     fn a_laser_is_off_where_it_is_held_and_a_spindle_is_not() {
         let full = Power::FULL;
-        let laser = MovePower::Constant {
-            power: full,
-            at_rest: full,
-        };
+        let laser = MovePower::Constant { power: full };
         assert_eq!((laser.at_rest(), laser.held()), (full, Power::OFF));
         let spindle = MovePower::Spindle { power: full };
         assert_eq!((spindle.at_rest(), spindle.held()), (full, full));

@@ -4,16 +4,27 @@ use crate::config::{Limits, Scales, SLOWEST};
 use crate::junction::junction_v2;
 use crate::lookahead::LookAhead;
 use crate::moves::PlannedMove;
+use crate::pixel::{Pixel, Pixels};
 use crate::real::{least, most, norm2, sqrt, worst};
+use crate::row::{is_gap, is_short, Row};
 use crate::{Config, Coordinate, Feed, Kinematics, Move, MoveKind, Overrides};
 use core::fmt;
 use leadscrew_stepper::Line;
 
 /// The queue of planned moves of a machine with up to `CAPACITY` of them.
 ///
+/// Moves of a laser that go straight on and differ in power are planned as one; up to `PIXELS` changes of power wait in them
+/// together.
+///
 /// All methods are for the main loop. There are at least as many motors as axes.
 #[derive(Clone, Debug)]
-pub struct Planner<K, const AXES: usize, const MOTORS: usize, const CAPACITY: usize> {
+pub struct Planner<
+    K,
+    const AXES: usize,
+    const MOTORS: usize,
+    const CAPACITY: usize,
+    const PIXELS: usize = 1,
+> {
     config: Config<AXES>,
     limits: Limits<AXES>,
     scales: Scales<MOTORS>,
@@ -24,6 +35,9 @@ pub struct Planner<K, const AXES: usize, const MOTORS: usize, const CAPACITY: us
     position: [i32; MOTORS],
     /// Direction and nominal speed (mm/s) at the end of the last queued move.
     last: Option<([f32; AXES], f32)>,
+    /// The last queued move, if more may be merged into it.
+    row: Option<Row<MOTORS>>,
+    pixels: Pixels<PIXELS>,
     /// Counts changes after which the running move's profile is out of date.
     revision: u32,
 }
@@ -64,8 +78,8 @@ impl core::error::Error for PushError {}
 /// ramps in `f32` (a few 2⁻²⁴), so that no ramp is steeper than allowed.
 const GAIN_MARGIN: f32 = 1.0 - 1.0 / (1 << 20) as f32;
 
-impl<K, const AXES: usize, const MOTORS: usize, const CAPACITY: usize>
-    Planner<K, AXES, MOTORS, CAPACITY>
+impl<K, const AXES: usize, const MOTORS: usize, const CAPACITY: usize, const PIXELS: usize>
+    Planner<K, AXES, MOTORS, CAPACITY, PIXELS>
 where
     K: Kinematics<AXES, MOTORS>,
 {
@@ -81,6 +95,8 @@ where
             queue: LookAhead::new(),
             position: [0; MOTORS],
             last: None,
+            row: None,
+            pixels: Pixels::new(),
             revision: 0,
         }
     }
@@ -91,6 +107,7 @@ where
         self.scales = Scales::new(&config, &self.kinematics);
         self.config = config;
         self.last = None;
+        self.row = None;
     }
 
     /// The settings in force.
@@ -117,31 +134,72 @@ where
             return Ok(Pushed::TooShort);
         }
         Line::new(delta).map_err(|_| PushError::TooFar)?;
+        if self.merge(of, delta).is_none() {
+            self.append(of, delta)?;
+        }
+        self.position = target;
+        Ok(Pushed::Queued)
+    }
+
+    /// Queues a move of its own.
+    fn append(&mut self, of: &Move<AXES>, delta: [i32; MOTORS]) -> Result<(), PushError> {
         let (planned, direction) = self.plan(of, delta);
         let nominal = self.nominal(&planned);
-        let gain = 2.0 * planned.acceleration * planned.length * GAIN_MARGIN;
-        let gain = self.limits.unit.units(gain);
         self.queue
-            .push(planned, gain)
+            .push(planned, self.gain(&planned))
             .map_err(|_| PushError::Full)?;
-        self.position = target;
         self.last = Some((direction, nominal));
-        Ok(Pushed::Queued)
+        let rows = self.pixel_capacity() > 0;
+        self.row = Row::begin(of, delta).filter(|_| rows);
+        Ok(())
+    }
+
+    /// Makes a move part of the last queued one, where that goes straight on and differs in power only. `None`, and nothing has
+    /// changed, where it is to be a move of its own.
+    fn merge(&mut self, of: &Move<AXES>, delta: [i32; MOTORS]) -> Option<()> {
+        let shorter = *self.queue.last_waiting()?;
+        let (row, pixel) = self.row?.extended(of, delta)?;
+        let longer = PlannedMove {
+            delta: row.delta(),
+            length: sqrt(norm2(&self.axes_mm(row.delta()))),
+            pixels: shorter.pixels.checked_add(1)?,
+            has_gaps: shorter.has_gaps || is_gap(of),
+            ..shorter
+        };
+        let nominal = self.nominal(&longer);
+        let gap = longer.length - shorter.length;
+        let slower = nominal < self.nominal(&shorter);
+        if is_gap(of) && (slower || !is_short(gap, nominal, longer.acceleration)) {
+            return None;
+        }
+        self.queue.lengthen_last(longer, self.gain(&longer));
+        self.pixels.push(pixel);
+        self.row = Some(row);
+        Some(())
     }
 
     /// Whether one more move can be queued.
     pub fn has_room(&self) -> bool {
-        self.room() > 0
+        self.len() < self.capacity() && self.pixels.len() < self.pixel_capacity().max(1)
     }
 
-    /// How many more moves can be queued.
+    /// How many more moves can be queued, as if pixels took room of theirs in proportion: 0 where there is no room, all where
+    /// nothing is queued, fewer the more lines are.
     pub fn room(&self) -> usize {
-        self.capacity().saturating_sub(self.len())
+        let (all, capacity) = (self.capacity(), self.pixel_capacity().max(1));
+        let free = capacity.saturating_sub(self.pixels.len());
+        let free = (all * free).div_ceil(capacity);
+        free.min(all.saturating_sub(self.len()))
     }
 
     /// How many moves the queue holds at most: `Config::moves`, the planner's size at most.
     pub fn capacity(&self) -> usize {
         self.config.moves.min(CAPACITY)
+    }
+
+    /// How many changes of power queued moves hold at most.
+    fn pixel_capacity(&self) -> usize {
+        self.config.pixels.min(PIXELS)
     }
 
     /// How many moves are queued, the running one included.
@@ -163,6 +221,7 @@ where
     pub fn set_position(&mut self, steps: [i32; MOTORS]) {
         self.position = steps;
         self.last = None;
+        self.row = None;
     }
 
     /// Where the motors stand, in steps, where the axes stand at `axes`; `None` beyond `i32`.
@@ -230,7 +289,9 @@ where
     /// [`crate::Segmenter::abandon`].
     pub fn clear(&mut self) {
         self.queue.clear();
+        self.pixels.clear();
         self.last = None;
+        self.row = None;
     }
 
     pub(crate) fn start_next(&mut self) -> Option<&PlannedMove<MOTORS>> {
@@ -239,6 +300,11 @@ where
 
     pub(crate) fn finish(&mut self) {
         self.queue.finish();
+    }
+
+    /// The next change of power, where the running move has one left.
+    pub(crate) fn take_pixel(&mut self) -> Option<Pixel> {
+        self.pixels.pop()
     }
 
     /// What the running move's profile depends on, besides the move.
@@ -268,15 +334,19 @@ where
             .map_or(SLOWEST, |planned| self.nominal(planned))
     }
 
-    /// Finds length, direction and limits of the move by `delta` steps.
-    fn plan(&self, of: &Move<AXES>, delta: [i32; MOTORS]) -> (PlannedMove<MOTORS>, [f32; AXES]) {
+    /// How far each axis goes where the motors make `delta` steps, mm.
+    fn axes_mm(&self, delta: [i32; MOTORS]) -> [f32; AXES] {
         let mut motors_mm = [0.0; MOTORS];
-        for ((mm, steps), mm_per_step) in
-            motors_mm.iter_mut().zip(delta).zip(self.scales.mm_per_step)
-        {
+        let scales = delta.into_iter().zip(self.scales.mm_per_step);
+        for (mm, (steps, mm_per_step)) in motors_mm.iter_mut().zip(scales) {
             *mm = steps as f32 * mm_per_step;
         }
-        let axes_mm = self.kinematics.axes_mm(&motors_mm);
+        self.kinematics.axes_mm(&motors_mm)
+    }
+
+    /// Finds length, direction and limits of the move by `delta` steps.
+    fn plan(&self, of: &Move<AXES>, delta: [i32; MOTORS]) -> (PlannedMove<MOTORS>, [f32; AXES]) {
+        let axes_mm = self.axes_mm(delta);
         let length = sqrt(norm2(&axes_mm));
         let direction = axes_mm.map(|mm| mm / length);
         let mut planned = PlannedMove::new(of, delta);
@@ -291,6 +361,12 @@ where
         };
         (planned.corner, planned.cap) = self.corner(&planned, &direction);
         (planned, direction)
+    }
+
+    /// What a move can brake, in speed units.
+    fn gain(&self, planned: &PlannedMove<MOTORS>) -> u32 {
+        let gain = 2.0 * planned.acceleration * planned.length * GAIN_MARGIN;
+        self.limits.unit.units(gain)
     }
 
     /// The limits at the start of a move: by the corner alone, and by both nominal speeds as well.
@@ -330,7 +406,12 @@ fn nominal<const MOTORS: usize>(overrides: Overrides, planned: &PlannedMove<MOTO
     } else {
         planned.feed * f32::from(percent) * 0.01
     };
-    most(least(planned.rate, asked), SLOWEST)
+    let fastest = if planned.has_gaps {
+        planned.rate * f32::from(overrides.rapid) * 0.01
+    } else {
+        planned.rate
+    };
+    most(least(fastest, asked), SLOWEST)
 }
 
 fn difference<const MOTORS: usize>(

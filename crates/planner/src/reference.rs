@@ -122,7 +122,7 @@ impl<const MOTORS: usize> Player<MOTORS> {
 
 /// A machine of two axes, its queue kept as full as it can be.
 pub(crate) struct Rig {
-    pub(crate) planner: Planner<Cartesian, 2, 2, 1024>,
+    pub(crate) planner: Planner<Cartesian, 2, 2, 1024, 4608>,
     pub(crate) segmenter: Segmenter<2, 2>,
     pub(crate) player: Player<2>,
 }

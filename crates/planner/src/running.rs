@@ -3,6 +3,7 @@
 use crate::config::SLOWEST;
 use crate::fit::{bits, smoothing, steps, Carry, Linear};
 use crate::moves::{MovePower, PlannedMove};
+use crate::pixel::Pixel;
 use crate::planner::Outlook;
 use crate::profile::{Plan, Trapezoid};
 use crate::real::{divide_twice, least, most, sqrt};
@@ -81,6 +82,10 @@ pub(crate) struct Running<const MOTORS: usize> {
     power: MovePower,
     outputs: Outputs,
     pub(crate) line_number: Option<u32>,
+    /// Changes of power that the pool holds for the move.
+    pixels: u16,
+    /// The next change of power, and the step at which it comes.
+    next_pixel: Option<(u32, Pixel)>,
     /// What the profile was made from.
     pub(crate) outlook: Option<Outlook>,
 }
@@ -134,8 +139,22 @@ impl<const MOTORS: usize> Running<MOTORS> {
             power: planned.power,
             outputs: planned.outputs,
             line_number: planned.line_number(),
+            pixels: planned.pixels,
+            next_pixel: None,
             outlook: None,
         })
+    }
+
+    /// Changes the power where the next pixel begins, and asks `next` for the one after it.
+    pub(crate) fn begin_pixel(&mut self, mut next: impl FnMut() -> Option<Pixel>) {
+        if let Some((_, pixel)) = self.next_pixel.take_if(|(at, _)| *at <= self.done) {
+            self.power = self.power.with(pixel.power);
+            self.line_number = pixel.line_number;
+        }
+        if self.next_pixel.is_none() && self.pixels > 0 {
+            self.pixels -= 1;
+            self.next_pixel = next().map(|pixel| (self.done + pixel.after, pixel));
+        }
     }
 
     /// Speed along the path at the end of what was handed out, mm/s.
@@ -323,7 +342,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
     fn power_at(&self, first: f32, last: f32, ticks: NonZeroU16) -> (Power, PowerChange) {
         match self.power {
             MovePower::Off => (Power::OFF, PowerChange::ZERO),
-            MovePower::Spindle { power } | MovePower::Constant { power, .. } => {
+            MovePower::Spindle { power } | MovePower::Constant { power } => {
                 (power, PowerChange::ZERO)
             }
             MovePower::Dynamic { power } => {
@@ -346,8 +365,10 @@ impl<const MOTORS: usize> Running<MOTORS> {
         held: bool,
     ) -> Segment<MOTORS> {
         let stretch = self.profile.stretch(self.done);
+        let pixel = self.next_pixel.map_or(u32::MAX, |(at, _)| at - self.done);
         let events = steps(self.speed, stretch.acceleration)
             .min(stretch.steps)
+            .min(pixel)
             .clamp(1, MOST_EVENTS);
         let even = stretch.acceleration == 0.0 && stretch.steps > 0;
         let cruising = even && self.speed * LONGEST_WAIT > 1.0;

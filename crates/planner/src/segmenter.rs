@@ -62,9 +62,9 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
     ///
     /// Takes the next move from `planner` where one ends. `None` where nothing is queued, or a hold has
     /// reached rest.
-    pub fn next<K, const CAPACITY: usize>(
+    pub fn next<K, const CAPACITY: usize, const PIXELS: usize>(
         &mut self,
-        planner: &mut Planner<K, AXES, MOTORS, CAPACITY>,
+        planner: &mut Planner<K, AXES, MOTORS, CAPACITY, PIXELS>,
     ) -> Option<Segment<MOTORS>>
     where
         K: Kinematics<AXES, MOTORS>,
@@ -76,6 +76,7 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
             Some(running) => running,
             None => Running::new(planner.start_next()?, self.exit_v2)?,
         };
+        running.begin_pixel(|| planner.take_pixel());
         let timing = Timing::new(planner.config());
         let outlook = planner.outlook();
         if running.outlook != Some(outlook) {
@@ -169,9 +170,9 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
         }
     }
 
-    fn aim<K, const CAPACITY: usize>(
+    fn aim<K, const CAPACITY: usize, const PIXELS: usize>(
         &self,
-        planner: &Planner<K, AXES, MOTORS, CAPACITY>,
+        planner: &Planner<K, AXES, MOTORS, CAPACITY, PIXELS>,
         outlook: Outlook,
     ) -> Aim
     where
@@ -189,10 +190,10 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
     }
 
     /// All steps of the profile have been handed out: the move is over, or a hold has stopped in it.
-    fn end_profile<K, const CAPACITY: usize>(
+    fn end_profile<K, const CAPACITY: usize, const PIXELS: usize>(
         &mut self,
         running: Running<MOTORS>,
-        planner: &mut Planner<K, AXES, MOTORS, CAPACITY>,
+        planner: &mut Planner<K, AXES, MOTORS, CAPACITY, PIXELS>,
     ) where
         K: Kinematics<AXES, MOTORS>,
     {

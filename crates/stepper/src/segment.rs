@@ -71,6 +71,17 @@ pub struct Segment<const MOTORS: usize> {
     pub at_rest: Option<Power>,
 }
 
+impl<const MOTORS: usize> Segment<MOTORS> {
+    /// How long it takes, timer counts, rounded down: `p·n + d·n(n−1)/2`. Main loop.
+    pub fn duration(&self) -> u32 {
+        let ticks = u64::from(self.ticks.get());
+        let first = (self.interval.to_bits() >> 16).saturating_mul(ticks) >> 16;
+        let pairs = (ticks * (ticks - 1) / 2) as i64;
+        let change = (self.interval_change.to_bits() >> 16).saturating_mul(pairs) >> 16;
+        u32::try_from(first.saturating_add_signed(change)).unwrap_or(u32::MAX)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -84,5 +95,27 @@ mod tests {
             Smoothing::Eightfold,
         ];
         assert_eq!(all.map(Smoothing::level), [0, 1, 2, MAX_SMOOTHING_LEVEL]);
+    }
+
+    fn segment(ticks: u16, interval: u32, change: f64) -> Segment<1> {
+        Segment {
+            line: None,
+            ticks: NonZeroU16::new(ticks).unwrap(),
+            smoothing: Smoothing::None,
+            interval: Interval::from_num(interval),
+            interval_change: IntervalChange::from_num(change),
+            power: Power::OFF,
+            power_change: PowerChange::ZERO,
+            outputs: Outputs(0),
+            at_rest: None,
+        }
+    }
+
+    #[test]
+    fn a_segment_lasts_as_long_as_its_intervals_together() {
+        assert_eq!(segment(4, 100, 0.0).duration(), 400);
+        assert_eq!(segment(4, 100, 10.0).duration(), 460);
+        assert_eq!(segment(4, 100, -10.5).duration(), 337);
+        assert_eq!(segment(u16::MAX, u32::MAX, 0.0).duration(), u32::MAX);
     }
 }

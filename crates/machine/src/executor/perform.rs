@@ -365,10 +365,7 @@ where
         }
         let power = || self.spindle.programmed_power(spindle.speed.to_f32());
         match spindle.rotation {
-            Rotation::Clockwise if spindle.cutting => MovePower::Constant {
-                power: power(),
-                at_rest: power(),
-            },
+            Rotation::Clockwise if spindle.cutting => MovePower::Constant { power: power() },
             Rotation::Counterclockwise if spindle.cutting => MovePower::Dynamic { power: power() },
             Rotation::Clockwise | Rotation::Counterclockwise | Rotation::Off => MovePower::Off,
         }

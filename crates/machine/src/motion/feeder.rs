@@ -66,7 +66,7 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
 
     /// Commits a segment; [`Feeder::has_room`] said yes.
     pub(crate) fn push(&mut self, segment: Segment<MOTORS>) {
-        let duration = duration(&segment);
+        let duration = segment.duration();
         if self.segments.enqueue(segment).is_ok() && self.durations.push_back(duration).is_ok() {
             self.committed = self.committed.saturating_add(duration);
         }
@@ -114,15 +114,6 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
     }
 }
 
-/// How long a segment takes, timer counts, rounded down: `p·n + d·n(n−1)/2`.
-fn duration<const MOTORS: usize>(segment: &Segment<MOTORS>) -> u32 {
-    let ticks = u64::from(segment.ticks.get());
-    let first = (segment.interval.to_bits() >> 16).saturating_mul(ticks) >> 16;
-    let pairs = (ticks * (ticks - 1) / 2) as i64;
-    let change = (segment.interval_change.to_bits() >> 16).saturating_mul(pairs) >> 16;
-    u32::try_from(first.saturating_add_signed(change)).unwrap_or(u32::MAX)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -144,14 +135,6 @@ mod tests {
             outputs: Outputs(0),
             at_rest: None,
         }
-    }
-
-    #[test]
-    fn a_segment_lasts_as_long_as_its_intervals_together() {
-        assert_eq!(duration(&segment(4, 100, 0.0)), 400);
-        assert_eq!(duration(&segment(4, 100, 10.0)), 460);
-        assert_eq!(duration(&segment(4, 100, -10.5)), 337);
-        assert_eq!(duration(&segment(u16::MAX, u32::MAX, 0.0)), u32::MAX);
     }
 
     #[test]

@@ -1,9 +1,9 @@
 //! All that moves: planned moves to segments, holds, stops, and where the motors are.
 //!
 //! ```text
-//!   executor --> program: Planner, Segmenter --+
-//!                                              +--> power rule --> Feeder --> step interrupt
-//!   cycles  --> aside:   Planner, Segmenter --+
+//!   executor --> program: Planner, Segmenter, lead of the power --+
+//!                                                                 +--> power rule --> Feeder --> step interrupt
+//!   cycles  --> aside:   Planner, Segmenter ----------------------+
 //!                (homing, parking)
 //! ```
 //!
@@ -14,11 +14,13 @@ mod feeder;
 mod power;
 
 use crate::board::{Board, Duration, Instant};
+use crate::config::PIXELS;
 use crate::work::Work;
 use feeder::Feeder;
 use heapless::spsc::Producer;
 use leadscrew_planner::{
-    Config, Coordinate, Kinematics, Move, Overrides, Planner, PushError, Pushed, Segmenter,
+    Config, Coordinate, Kinematics, Move, Overrides, Planner, PowerLead, PushError, Pushed,
+    Segmenter,
 };
 use leadscrew_stepper::{Segment, Shared};
 
@@ -28,8 +30,9 @@ pub(crate) use power::PowerRule;
 const ASIDE_MOVES: usize = 4;
 
 /// A planner and what makes segments of its moves.
-struct Track<K, const AXES: usize, const MOTORS: usize, const MOVES: usize> {
-    planner: Planner<K, AXES, MOTORS, MOVES>,
+struct Track<K, const AXES: usize, const MOTORS: usize, const MOVES: usize, const ROW_PIXELS: usize>
+{
+    planner: Planner<K, AXES, MOTORS, MOVES, ROW_PIXELS>,
     segmenter: Segmenter<AXES, MOTORS>,
 }
 
@@ -53,13 +56,15 @@ enum Start {
 
 /// The motion of one machine.
 pub(crate) struct Motion<'a, K, const AXES: usize, const MOTORS: usize, const MOVES: usize> {
-    program: Track<K, AXES, MOTORS, MOVES>,
-    aside: Track<K, AXES, MOTORS, ASIDE_MOVES>,
+    program: Track<K, AXES, MOTORS, MOVES, PIXELS>,
+    aside: Track<K, AXES, MOTORS, ASIDE_MOVES, 1>,
     driver: Driver,
     start: Start,
     silence: Duration,
     /// A stop was asked for; nothing is fed until the step interrupt has emptied its queue.
     stopping: bool,
+    /// Between the program's segments and the feeder.
+    lead: PowerLead<MOTORS>,
     feeder: Feeder<'a, MOTORS>,
     shared: &'a Shared<MOTORS>,
     underruns: u32,
@@ -80,6 +85,7 @@ where
     ) -> Self {
         let aside = Config {
             moves: ASIDE_MOVES,
+            pixels: 0,
             ..config
         };
         Self {
@@ -95,6 +101,7 @@ where
             start: Start::Now,
             silence: Duration::from_ticks(0),
             stopping: false,
+            lead: PowerLead::new(),
             feeder: Feeder::new(segments, shared, config.timer_hz),
             shared,
             underruns: shared.underruns(),
@@ -102,11 +109,14 @@ where
         }
     }
 
-    /// Takes over new settings; motion begins `silence` after the last line. At rest, with nothing queued.
-    pub(crate) fn configure(&mut self, config: Config<AXES>, silence: Duration) {
+    /// Takes over new settings; motion begins `silence` after the last line, power changes `lead_us` microseconds before the motion
+    /// that it belongs to. At rest, with nothing queued.
+    pub(crate) fn configure(&mut self, config: Config<AXES>, silence: Duration, lead_us: u32) {
         self.silence = silence;
+        self.lead.set(lead_us, config.timer_hz);
         let aside = Config {
             moves: ASIDE_MOVES,
+            pixels: 0,
             ..config
         };
         self.program.planner.configure(config);
@@ -207,6 +217,7 @@ where
     pub(crate) fn forget(&mut self) {
         self.program.planner.clear();
         self.program.segmenter.abandon();
+        self.lead.clear();
         self.end_aside();
         self.resync();
     }
@@ -238,7 +249,7 @@ where
 
     /// The speed along the path, mm/s; 0 at rest.
     pub(crate) fn speed(&self) -> f32 {
-        if self.feeder.is_at_rest() {
+        if self.is_at_rest() {
             return 0.0;
         }
         match self.driver {
@@ -254,17 +265,17 @@ where
 
     /// Whether no step is made and none is committed: where a hold was asked for, it is complete.
     pub(crate) fn is_at_rest(&self) -> bool {
-        self.feeder.is_at_rest()
+        self.feeder.is_at_rest() && self.lead.is_empty()
     }
 
     /// Whether all moves of the program have been made.
     pub(crate) fn is_idle(&self) -> bool {
-        self.feeder.is_at_rest() && self.is_program_idle()
+        self.is_at_rest() && self.is_program_idle()
     }
 
     /// Whether all moves of a cycle have been made.
     pub(crate) fn is_aside_idle(&self) -> bool {
-        self.feeder.is_at_rest() && self.aside.planner.is_empty() && self.aside.segmenter.is_idle()
+        self.is_at_rest() && self.aside.planner.is_empty() && self.aside.segmenter.is_idle()
     }
 
     /// Whether a stop still empties the segment queue.
@@ -312,7 +323,10 @@ where
 
     fn has_moves(&self) -> bool {
         match self.driver {
-            Driver::Program => !(self.program.segmenter.is_held() || self.is_program_idle()),
+            Driver::Program => {
+                let waits = self.program.segmenter.is_held() || self.is_program_idle();
+                !(waits && self.lead.is_empty())
+            }
             Driver::Aside => !(self.aside.planner.is_empty() && self.aside.segmenter.is_idle()),
         }
     }
@@ -320,7 +334,7 @@ where
     fn may_feed(&mut self, now: Instant, may_start: bool) -> bool {
         match self.driver {
             Driver::Aside => true,
-            Driver::Program if !self.feeder.is_at_rest() => true,
+            Driver::Program if !self.is_at_rest() => true,
             Driver::Program => may_start && self.is_released(now),
         }
     }
@@ -339,7 +353,10 @@ where
 
     fn next_segment(&mut self) -> Option<Segment<MOTORS>> {
         match self.driver {
-            Driver::Program => self.program.segmenter.next(&mut self.program.planner),
+            Driver::Program => {
+                let Track { planner, segmenter } = &mut self.program;
+                self.lead.next(|| segmenter.next(planner))
+            }
             Driver::Aside => self.aside.segmenter.next(&mut self.aside.planner),
         }
     }

@@ -157,6 +157,8 @@ rows! {
             "Motion starts when no line has come for so long or the planner is full; 0 starts at once.";
         SecondMotorOffset = 702, Kind::Signed { most: 25 }, 0, "Second motor offset", "mm",
             "How far the second motor of an axis goes on after its switch when homing squares the axis; back if negative.";
+        LaserLead = 703, Kind::Whole { max: leadscrew_planner::LONGEST_LEAD }, 0, "Laser lead", "us",
+            "Changes a laser's power so long before the motion that it belongs to: the delay with which the laser switches.";
     }
 }
 

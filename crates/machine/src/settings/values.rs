@@ -461,7 +461,7 @@ mod tests {
         assert!(settings.is_on(Setting::FaultTexts));
         assert_eq!(rows(&settings).len(), 34);
         assert_eq!(settings.unlisted(0).unwrap().to_string(), "$700=1");
-        assert_eq!(settings.unlisted(3), None);
+        assert_eq!(settings.unlisted(4), None);
     }
 
     #[test]
@@ -478,6 +478,16 @@ mod tests {
             assert_eq!(set(&mut settings, line), Err(Status::OutOfRange), "{line}");
         }
         assert_eq!(settings.value(Setting::SecondMotorOffset), number("-25"));
+    }
+
+    #[test]
+    fn a_laser_s_lead_is_a_millisecond_at_most() {
+        let mut settings = Settings::<3>::default();
+        assert_eq!(settings.whole(Setting::LaserLead), 0);
+        set(&mut settings, "703=137").unwrap();
+        assert_eq!(settings.unlisted(3).unwrap().to_string(), "$703=137");
+        assert_eq!(set(&mut settings, "703=1001"), Err(Status::OutOfRange));
+        assert_eq!(settings.whole(Setting::LaserLead), 137);
     }
 
     #[test]

@@ -1,0 +1,439 @@
+//! Power ahead of time: a laser that switches late is told early.
+//!
+//! A laser answers a change of its power after a while (its driver's rise time, the tube's ignition). At a speed `v` the light
+//! is then `v·delay` behind on the path, to either side in turn on a raster that is burnt in both directions. So the power for the
+//! time `t + lead` is put out at `t`:
+//!
+//! ```text
+//!   motion   | front ...... | second | third ...............|      what waits, oldest first
+//!            |<----- lead ----->|
+//!   power                       ^ for the front's first tick
+//! ```
+//!
+//! Segments wait here until those after them cover the lead. Each is handed out in pieces, one for each segment that its
+//! power comes from; the power changes with a tick, no more than half of one beside its time. Motion is never changed. Out of
+//! rest the first power would have to be put out before motion begins: it stays off there, and what is lost is what a laser
+//! in proportion to speed burns in that time at the slowest. At an end the power at rest comes early.
+
+use core::num::NonZeroU16;
+use fixed::types::U1F31;
+use heapless::Deque;
+use leadscrew_stepper::{Interval, Power, PowerChange, Segment};
+
+/// Segments that may wait. Where a lead spans more, the last one's power is put out for the rest of it.
+const WAITING: usize = 16;
+
+/// The longest lead, µs.
+pub const LONGEST_LEAD: u32 = 1000;
+
+/// Hands on segments with the power of later ones. Main loop.
+#[derive(Clone, Debug)]
+pub struct PowerLead<const MOTORS: usize> {
+    /// Timer counts.
+    lead: u64,
+    waiting: Deque<Segment<MOTORS>, WAITING>,
+}
+
+impl<const MOTORS: usize> Default for PowerLead<MOTORS> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// Where a segment's power comes from.
+struct Source {
+    /// Power there, at the middle of the first tick.
+    power: Power,
+    /// Change of the power in a timer count.
+    slope: f32,
+    /// Timer counts for which it lasts.
+    lasts: u64,
+}
+
+impl<const MOTORS: usize> PowerLead<MOTORS> {
+    /// Makes one that puts out power as it comes.
+    pub const fn new() -> Self {
+        Self {
+            lead: 0,
+            waiting: Deque::new(),
+        }
+    }
+
+    /// Sets the lead in microseconds, up to [`LONGEST_LEAD`], for a step timer of `timer_hz` counts a second. At rest.
+    pub fn set(&mut self, lead_us: u32, timer_hz: u32) {
+        let lead = u64::from(lead_us.min(LONGEST_LEAD));
+        self.lead = lead * u64::from(timer_hz) / 1_000_000;
+    }
+
+    /// Hands out the next segment, taking from `source` what has to be known for its power. `None` where `source` has none and all
+    /// that waited were handed out.
+    pub fn next(
+        &mut self,
+        mut source: impl FnMut() -> Option<Segment<MOTORS>>,
+    ) -> Option<Segment<MOTORS>> {
+        if self.lead == 0 && self.waiting.is_empty() {
+            return source();
+        }
+        self.fill(source);
+        let front = *self.waiting.front()?;
+        let source = self.source(&front);
+        let ticks = ticks_within(&front, source.lasts);
+        match rest_of(&front, ticks) {
+            Some(rest) => {
+                if let Some(waiting) = self.waiting.front_mut() {
+                    *waiting = rest;
+                }
+            }
+            None => {
+                self.waiting.pop_front();
+            }
+        }
+        let change = source.slope * interval(&front) as f32;
+        Some(Segment {
+            ticks,
+            power: source.power,
+            power_change: PowerChange::from_bits(change as i32),
+            at_rest: front.at_rest.filter(|_| ticks == front.ticks),
+            ..front
+        })
+    }
+
+    /// Whether nothing waits.
+    pub fn is_empty(&self) -> bool {
+        self.waiting.is_empty()
+    }
+
+    /// Forgets what waits: after a reset or a jog cancel.
+    pub fn clear(&mut self) {
+        self.waiting.clear();
+    }
+
+    /// Takes segments until they cover the lead after the first of them, or none comes.
+    fn fill(&mut self, mut source: impl FnMut() -> Option<Segment<MOTORS>>) {
+        let mut covered: u64 = self.waiting.iter().map(duration).sum();
+        while !self.waiting.is_full()
+            && covered <= self.waiting.front().map_or(0, duration) + self.lead
+        {
+            let Some(segment) = source() else { return };
+            covered += duration(&segment);
+            // There is room.
+            let _ = self.waiting.push_back(segment);
+        }
+    }
+
+    /// The power for the first tick of `front`, the lead after its middle.
+    fn source(&self, front: &Segment<MOTORS>) -> Source {
+        let mut after = self.lead + (front.interval.to_bits() >> 33);
+        for segment in &self.waiting {
+            let lasts = duration(segment);
+            if after < lasts {
+                return Source::within(segment, after, lasts);
+            }
+            after -= lasts;
+        }
+        Source::steady(self.waiting.back().map_or(Power::OFF, |last| {
+            last.at_rest
+                .unwrap_or_else(|| power_after(last, last.ticks.get().into()))
+        }))
+    }
+}
+
+impl Source {
+    fn steady(power: Power) -> Self {
+        Self {
+            power,
+            slope: 0.0,
+            lasts: u64::MAX,
+        }
+    }
+
+    /// The power `after` counts from the start of `segment`, which takes `lasts`.
+    fn within<const MOTORS: usize>(segment: &Segment<MOTORS>, after: u64, lasts: u64) -> Self {
+        let left = lasts - after;
+        let change = segment.power_change.to_bits();
+        if change == 0 {
+            return Self {
+                lasts: left,
+                ..Self::steady(segment.power)
+            };
+        }
+        // Ticks in a count, by the mean.
+        let rate = f32::from(segment.ticks.get()) / lasts as f32;
+        Self {
+            power: power_after(segment, after as f32 * rate),
+            slope: change as f32 * rate,
+            lasts: left,
+        }
+    }
+}
+
+/// The power `ticks` ticks after a segment's start.
+fn power_after<const MOTORS: usize>(segment: &Segment<MOTORS>, ticks: f32) -> Power {
+    let change = segment.power_change.to_bits() as f32 * ticks;
+    let share = i64::from(segment.power.share().to_bits()) + change as i64;
+    let share = share.clamp(0, U1F31::ONE.to_bits().into());
+    Power::from_share(U1F31::from_bits(share as u32))
+}
+
+/// Timer counts that a segment takes.
+fn duration<const MOTORS: usize>(segment: &Segment<MOTORS>) -> u64 {
+    segment.duration().into()
+}
+
+/// Timer counts of a segment's ticks by the mean, at least 1.
+fn interval<const MOTORS: usize>(segment: &Segment<MOTORS>) -> u64 {
+    (duration(segment) / u64::from(segment.ticks.get())).max(1)
+}
+
+/// How many of a segment's ticks have their middle less than `counts` after the middle of the first. Bounded by the ticks
+/// of a millisecond.
+fn ticks_within<const MOTORS: usize>(segment: &Segment<MOTORS>, counts: u64) -> NonZeroU16 {
+    let change = segment.interval_change.to_bits();
+    let mut interval = segment.interval.to_bits();
+    let (mut ticks, mut after) = (NonZeroU16::MIN, 0);
+    while ticks < segment.ticks {
+        let next = interval.wrapping_add_signed(change);
+        // From middle to middle.
+        after += (interval / 2).wrapping_add(next / 2);
+        if after >> 32 >= counts {
+            break;
+        }
+        interval = next;
+        ticks = ticks.saturating_add(1);
+    }
+    ticks
+}
+
+/// What is left of a segment after `taken` ticks.
+fn rest_of<const MOTORS: usize>(
+    segment: &Segment<MOTORS>,
+    taken: NonZeroU16,
+) -> Option<Segment<MOTORS>> {
+    let left = NonZeroU16::new(segment.ticks.get() - taken.get())?;
+    let change = segment.interval_change.to_bits() * i64::from(taken.get());
+    Some(Segment {
+        line: None,
+        ticks: left,
+        interval: Interval::from_bits(segment.interval.to_bits().wrapping_add_signed(change)),
+        power: power_after(segment, taken.get().into()),
+        ..*segment
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::DEFAULT_TIMER_HZ;
+    use crate::reference::{to, Rig};
+    use crate::{Config, Move, MovePower, Overrides};
+    use proptest::prelude::*;
+    use std::vec::Vec;
+
+    fn share(share: f64) -> Power {
+        Power::from_share(U1F31::from_num(share))
+    }
+
+    /// Steps of 0.004 mm.
+    fn rig(acceleration: f32) -> Rig {
+        Rig::new(Config {
+            max_rate: [500.0; 2],
+            acceleration: [acceleration; 2],
+            pixels: usize::MAX,
+            ..Config::default()
+        })
+    }
+
+    /// What the pins show: when a power was put out, and when the carriage was where (steps).
+    #[derive(Default)]
+    struct Record {
+        powers: Vec<(u64, Power)>,
+        places: Vec<(u64, i32)>,
+    }
+
+    fn run(rig: &mut Rig, lead: &mut PowerLead<2>) -> Record {
+        let mut record = Record::default();
+        loop {
+            let Rig {
+                planner, segmenter, ..
+            } = rig;
+            let Some(segment) = lead.next(|| segmenter.next(planner)) else {
+                break;
+            };
+            let mut from = rig.player.now;
+            let before = rig.player.position[0];
+            let mut at = before;
+            for timed in rig.player.play(&segment) {
+                record.powers.push((from, timed.tick.power));
+                let negative = timed.tick.direction.contains(0);
+                at += i32::from(timed.tick.step.contains(0)) * if negative { -1 } else { 1 };
+                record.places.push((timed.at, at));
+                from = timed.at;
+            }
+            if let Some(rest) = segment.at_rest {
+                record.powers.push((from, rest));
+            }
+        }
+        record
+    }
+
+    /// Where the light of a laser that is `delay` counts late goes on and off, steps.
+    fn burnt(record: &Record, delay: u64) -> Vec<f64> {
+        let mut lit = false;
+        let mut edges = Vec::new();
+        for (at, power) in &record.powers {
+            if lit != (*power > Power::OFF) {
+                lit = !lit;
+                edges.push(record.place(at + delay));
+            }
+        }
+        edges
+    }
+
+    impl Record {
+        fn place(&self, at: u64) -> f64 {
+            let next = self.places.partition_point(|(time, _)| *time < at);
+            let (after, to) = self.places[next.min(self.places.len() - 1)];
+            let (before, from) = next.checked_sub(1).map_or((0, 0), |k| self.places[k]);
+            let part = (at.min(after) - before) as f64 / (after - before).max(1) as f64;
+            f64::from(from) + part.min(1.0) * f64::from(to - from)
+        }
+    }
+
+    fn marks(ends: &[f64], feed: f32) -> Vec<Move<2>> {
+        let marks = ends.iter().enumerate().map(|(k, x)| Move {
+            power: MovePower::Constant {
+                power: if k % 2 == 1 { share(0.5) } else { Power::OFF },
+            },
+            ..to(*x, 0.0, feed)
+        });
+        marks.collect()
+    }
+
+    /// Marks burnt on the way there and on the way back, with a lead for the laser's delay: how far apart (steps) at worst.
+    fn mismatch(lead_us: u32, delay_us: u64, feed: f32) -> f64 {
+        let there = [10.0, 10.5, 12.0, 12.1, 12.3, 12.35, 15.0, 18.0, 30.0];
+        let back = [18.0, 15.0, 12.35, 12.3, 12.1, 12.0, 10.5, 10.0, 0.0];
+        let mut rig = rig(2000.0);
+        for next in marks(&there, feed).iter().chain(&marks(&back, feed)) {
+            rig.planner.push(next).unwrap();
+        }
+        let mut lead = PowerLead::new();
+        lead.set(lead_us, DEFAULT_TIMER_HZ);
+        let record = run(&mut rig, &mut lead);
+        assert!(lead.is_empty());
+        assert_eq!(rig.player.position, [0, 0]);
+        let edges = burnt(&record, delay_us * 84);
+        assert_eq!(edges.len(), 16);
+        let (there, back) = edges.split_at(8);
+        let pairs = there.iter().zip(back.iter().rev());
+        pairs.fold(0.0, |worst, (a, b)| f64::max(worst, (a - b).abs()))
+    }
+
+    #[test]
+    fn both_directions_of_a_raster_meet_within_a_step() {
+        for delay in [50, 137, 400, 1000] {
+            for feed in [20.0, 100.0, 150.0] {
+                let without = mismatch(0, delay, feed);
+                let way = 2.0 * f64::from(feed) * 250.0 * delay as f64 * 1e-6;
+                assert!((without / way - 1.0).abs() < 0.3, "{without} {way}");
+                let with = mismatch(delay as u32, delay, feed);
+                assert!(with <= 1.01, "{delay} us, {feed} mm/s: {with} steps");
+            }
+        }
+    }
+
+    #[test]
+    fn without_a_lead_segments_pass_as_they_are() {
+        let mut rig = rig(500.0);
+        rig.planner.push(&to(1.0, 0.0, 50.0)).unwrap();
+        let mut lead = PowerLead::new();
+        let Rig {
+            planner, segmenter, ..
+        } = &mut rig;
+        let mut copy = segmenter.clone();
+        let mut same = planner.clone();
+        while let Some(segment) = lead.next(|| segmenter.next(planner)) {
+            assert_eq!(Some(segment), copy.next(&mut same));
+        }
+    }
+
+    #[test]
+    fn at_a_planned_rest_the_laser_is_off_a_lead_before_it() {
+        let mut rig = rig(500.0);
+        let power = MovePower::Dynamic { power: Power::FULL };
+        rig.planner
+            .push(&Move {
+                power,
+                ..to(5.0, 0.0, 50.0)
+            })
+            .unwrap();
+        let mut lead = PowerLead::new();
+        lead.set(300, DEFAULT_TIMER_HZ);
+        let record = run(&mut rig, &mut lead);
+        let end = record.places.last().unwrap().0;
+        let off = record
+            .powers
+            .iter()
+            .rev()
+            .find(|(_, power)| *power > Power::OFF)
+            .unwrap()
+            .0;
+        // The last step takes 1/sqrt(2·500·250) s more than the lead.
+        assert!(end - off >= 300 * 84, "{}", end - off);
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(60))]
+
+        /// Motion is the same to the count, and the power is that of the time `lead` later, within the change of half a tick.
+        #[test]
+        fn motion_stays_and_power_comes_by_the_lead_earlier(
+            ends in prop::collection::vec((-8.0f64..8.0, 0u32..=100), 1..30), lead_us in 1u32..=1000,
+            feed in 5.0f32..200.0, acceleration in 100.0f32..5000.0, hold in prop::option::of(5usize..200),
+        ) {
+            let run = |lead_us: u32| {
+                let mut rig = rig(acceleration);
+                for (x, percent) in &ends {
+                    let power = MovePower::Constant { power: share(f64::from(*percent) / 100.0) };
+                    rig.planner.push(&Move { power, ..to(*x, *x * 0.3, feed) }).unwrap();
+                }
+                rig.planner.set_overrides(Overrides { feed: 70, rapid: 100 });
+                let mut lead = PowerLead::new();
+                lead.set(lead_us, DEFAULT_TIMER_HZ);
+                let mut calls = 0;
+                let mut record = Record::default();
+                let Rig { planner, segmenter, player } = &mut rig;
+                loop {
+                    let next = lead.next(|| {
+                        calls += 1;
+                        if Some(calls) == hold { segmenter.hold(); }
+                        if segmenter.is_held() { segmenter.resume(); }
+                        segmenter.next(planner)
+                    });
+                    let Some(segment) = next else { break };
+                    let mut from = player.now;
+                    for timed in player.play(&segment) {
+                        record.powers.push((from, timed.tick.power));
+                        record.places.push((timed.at, timed.tick.step.bits().into()));
+                        from = timed.at;
+                    }
+                }
+                record
+            };
+            let (plain, early) = (run(0), run(lead_us));
+            prop_assert!(plain.places == early.places);
+            let wanted = |at: u64| {
+                let next = plain.powers.partition_point(|(from, _)| *from <= at);
+                plain.powers[next - 1].1
+            };
+            let end = plain.places.last().unwrap().0;
+            for (pair, (until, _)) in early.powers.iter().zip(&early.places) {
+                let (from, power) = *pair;
+                let (from, until) = (from + u64::from(lead_us) * 84, until + u64::from(lead_us) * 84);
+                if until < end && wanted(from) == wanted(until) {
+                    prop_assert_eq!(power, wanted(from), "at {}", from);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,424 @@
+//! A row of a raster: moves that go straight on at one feed and differ in power only are planned as one.
+//!
+//! ```text
+//!   X1 S10   X2 S80   G0 X2.5 S0   G1 X3 S40         one planned move, its first power 10,
+//!   |--------|========|            |----|     -->    and the pixels  80, 0, 40  (see [`crate::pixel`])
+//! ```
+//!
+//! Look-ahead counts moves: were each pixel one, 1024 of 0.1 mm would let a machine of 500 mm/s² go no faster than
+//! 320 mm/s (`√(2·a·N·L)`).
+//!
+//! Which moves: those of a laser that go on in exactly the same direction, counted in steps, at the same feed in mm/min, in the
+//! same mode. So neither limits nor the corner before the row change as it grows.
+//!
+//! A short rapid between pixels (`G0 … S0`) belongs to the row, at the row's speed and without power. A gap of length `L`
+//! lets a rapid gain no more than `a·L/4v²` of its time (accelerating to its middle, from the speed `v`); where that is less
+//! than a thousandth it is left alone. What remains are at most 250 moves in the distance `v²/2a` that stopping takes.
+
+use crate::pixel::{Packed, Pixel};
+use crate::{Feed, Move, MoveKind, MovePower};
+use leadscrew_stepper::{Line, Outputs, Power};
+
+/// The last queued move, while the next one may be merged into it.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(crate) struct Row<const MOTORS: usize> {
+    /// Steps of each motor, with signs.
+    delta: [i32; MOTORS],
+    /// The motor with the most steps.
+    dominant: usize,
+    /// Power at its end.
+    power: MovePower,
+    /// Step of the dominant motor at which that began.
+    changed: u32,
+    /// Feed, mm/s.
+    feed: f32,
+    outputs: Outputs,
+}
+
+impl<const MOTORS: usize> Row<MOTORS> {
+    /// Begins with a move by `delta` steps; `None` where it is no laser's, or has a speed of its own.
+    pub(crate) fn begin<const AXES: usize>(of: &Move<AXES>, delta: [i32; MOTORS]) -> Option<Self> {
+        match of.power {
+            MovePower::Off | MovePower::Spindle { .. } => None,
+            MovePower::Constant { .. } | MovePower::Dynamic { .. } => Some(Self {
+                feed: row_feed(of)?,
+                delta,
+                dominant: dominant(&delta),
+                power: of.power,
+                changed: 0,
+                outputs: of.outputs,
+            }),
+        }
+    }
+
+    /// The row with one more move, and the pixel that it adds; `None` where it does not go on.
+    pub(crate) fn extended<const AXES: usize>(
+        &self,
+        of: &Move<AXES>,
+        delta: [i32; MOTORS],
+    ) -> Option<(Self, Packed)> {
+        let power = self.part(of)?;
+        let longer = self.longer(&delta)?;
+        let changed = self.along(&self.delta).unsigned_abs();
+        let pixel = Pixel {
+            after: changed - self.changed,
+            power,
+            line_number: of.line_number,
+        };
+        let row = Self {
+            delta: longer,
+            power: self.power.with(power),
+            changed,
+            ..*self
+        };
+        Some((row, pixel.packed()?))
+    }
+
+    /// Steps of each motor over the whole row.
+    pub(crate) const fn delta(&self) -> [i32; MOTORS] {
+        self.delta
+    }
+
+    /// The row's steps with those of `delta`; `None` where that leads another way, or farther than one line goes.
+    fn longer(&self, delta: &[i32; MOTORS]) -> Option<[i32; MOTORS]> {
+        let (way, on) = (self.along(&self.delta), self.along(delta));
+        if (way > 0) != (on > 0) {
+            return None;
+        }
+        let mut longer = *delta;
+        for (steps, so_far) in longer.iter_mut().zip(self.delta) {
+            if i64::from(*steps) * i64::from(way) != i64::from(so_far) * i64::from(on) {
+                return None;
+            }
+            *steps = steps.checked_add(so_far)?;
+        }
+        Line::new(longer).ok().map(|_| longer)
+    }
+
+    fn along(&self, delta: &[i32; MOTORS]) -> i32 {
+        delta.get(self.dominant).copied().unwrap_or(0)
+    }
+
+    /// The power of a move that may be a part of the row; `None` where it may not.
+    fn part<const AXES: usize>(&self, of: &Move<AXES>) -> Option<Power> {
+        let power = of.power.programmed();
+        let fits = match of.power {
+            MovePower::Spindle { .. } => false,
+            MovePower::Off => is_gap(of),
+            MovePower::Constant { .. } | MovePower::Dynamic { .. } => {
+                self.power.with(power) == of.power && row_feed(of) == Some(self.feed)
+            }
+        };
+        (fits && of.outputs == self.outputs).then_some(power)
+    }
+}
+
+fn dominant<const MOTORS: usize>(delta: &[i32; MOTORS]) -> usize {
+    let steps = delta.iter().map(|steps| steps.unsigned_abs());
+    steps
+        .enumerate()
+        .max_by_key(|(_, steps)| *steps)
+        .map_or(0, |(motor, _)| motor)
+}
+
+/// The feed in mm/s of a move that may be a part of a row.
+fn row_feed<const AXES: usize>(of: &Move<AXES>) -> Option<f32> {
+    if of.kind != MoveKind::Feed || of.speed_limit.is_some() {
+        return None;
+    }
+    match of.feed {
+        Feed::PerMinute(feed) => Some(feed),
+        Feed::Rapid | Feed::InverseTime(_) => None,
+    }
+}
+
+/// Whether a move is a rapid, short enough to be part of a row or not.
+pub(crate) fn is_gap<const AXES: usize>(of: &Move<AXES>) -> bool {
+    of.kind == MoveKind::Rapid && of.speed_limit.is_none()
+}
+
+/// Whether a rapid of `length` mm gains next to nothing on a row at `speed` mm/s, on a machine that accelerates with
+/// `acceleration` mm/s².
+pub(crate) fn is_short(length: f32, speed: f32, acceleration: f32) -> bool {
+    /// `a·L/v²` that gains a thousandth of the time.
+    const LITTLE: f32 = 4.0 / 1000.0;
+    acceleration * length <= LITTLE * speed * speed
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::reference::{to, Rig};
+    use crate::{Cartesian, Feed, Planner};
+    use crate::{Config, Move, MoveKind, MovePower, Overrides, PushError, Pushed};
+    use fixed::types::U1F31;
+    use leadscrew_stepper::Power;
+    use proptest::prelude::*;
+    use std::vec::Vec;
+
+    fn config(acceleration: f32) -> Config<2> {
+        Config {
+            max_rate: [500.0; 2],
+            acceleration: [acceleration; 2],
+            pixels: usize::MAX,
+            ..Config::default()
+        }
+    }
+
+    /// `percent` of full power, exact in 2⁻²².
+    fn percent(percent: u32) -> Power {
+        Power::from_share(U1F31::from_bits((percent << 22) / 100 * 512))
+    }
+
+    fn pixel(x: f64, feed: f32, power: u32) -> Move<2> {
+        Move {
+            power: MovePower::Constant {
+                power: percent(power),
+            },
+            ..to(x, 0.0, feed)
+        }
+    }
+
+    fn gap(x: f64) -> Move<2> {
+        Move {
+            feed: Feed::Rapid,
+            kind: MoveKind::Rapid,
+            ..to(x, 0.0, 0.0)
+        }
+    }
+
+    /// The power at each step of the dominant motor, and the numbers of the lines, in the order of their segments.
+    fn burn(rig: &mut Rig) -> (Vec<Power>, Vec<Option<u32>>) {
+        let (mut powers, mut lines) = (Vec::new(), Vec::new());
+        while let Some(segment) = rig.segmenter.next(&mut rig.planner) {
+            let played = rig.player.play(&segment);
+            let steps = played.iter().filter(|timed| !timed.tick.step.is_empty());
+            powers.extend(steps.map(|timed| timed.tick.power));
+            lines.push(rig.segmenter.line_number());
+        }
+        lines.dedup();
+        (powers, lines)
+    }
+
+    #[test]
+    fn pixels_that_differ_in_power_are_one_move_and_burn_from_end_to_end() {
+        let mut rig = Rig::new(config(500.0));
+        for k in 1..=100 {
+            let pixel = Move {
+                line_number: Some(k),
+                ..pixel(f64::from(k) * 0.1, 100.0, k % 7 * 10)
+            };
+            assert_eq!(rig.planner.push(&pixel), Ok(Pushed::Queued));
+        }
+        assert_eq!(rig.planner.len(), 1);
+        let (powers, lines) = burn(&mut rig);
+        let due: Vec<Power> = (0..2500)
+            .map(|step| percent((step / 25 + 1) % 7 * 10))
+            .collect();
+        assert!(powers == due);
+        // The last segment ends the move.
+        assert!(lines.iter().flatten().copied().eq(1..=100), "{lines:?}");
+        assert!(rig.planner.is_empty());
+        assert_eq!(rig.planner.room(), 1024);
+    }
+
+    #[test]
+    fn another_feed_mode_direction_or_kind_is_a_move_of_its_own() {
+        let first = pixel(1.0, 100.0, 50);
+        let dynamic = MovePower::Dynamic { power: percent(10) };
+        for other in [
+            pixel(2.0, 90.0, 10),
+            Move {
+                power: dynamic,
+                ..pixel(2.0, 100.0, 10)
+            },
+            pixel(0.5, 100.0, 10),
+            Move {
+                kind: MoveKind::Jog,
+                ..pixel(2.0, 100.0, 10)
+            },
+            Move {
+                speed_limit: Some(50.0),
+                ..pixel(2.0, 100.0, 10)
+            },
+            Move {
+                feed: Feed::InverseTime(1.0),
+                ..pixel(2.0, 100.0, 10)
+            },
+            Move {
+                power: MovePower::Spindle { power: percent(10) },
+                ..pixel(2.0, 100.0, 10)
+            },
+            Move {
+                target: [2.0, 0.5].map(crate::Coordinate::from_mm),
+                ..pixel(2.0, 100.0, 10)
+            },
+        ] {
+            let mut rig = Rig::new(config(500.0));
+            rig.planner.push(&first).unwrap();
+            rig.planner.push(&other).unwrap();
+            assert_eq!(rig.planner.len(), 2, "{other:?}");
+        }
+    }
+
+    #[test]
+    fn a_row_along_a_diagonal_is_one_move_and_one_step_beside_it_is_another() {
+        let pixel = |x: i32, y: i32, power| Move {
+            target: [x, y].map(|steps| crate::Coordinate::from_mm(steps as f32 * 0.004)),
+            ..pixel(0.0, 100.0, power)
+        };
+        let mut rig = Rig::new(config(500.0));
+        for k in 1..50 {
+            rig.planner.push(&pixel(-8 * k, 6 * k, k as u32)).unwrap();
+        }
+        rig.planner.push(&pixel(-404, 303, 70)).unwrap();
+        assert_eq!(rig.planner.len(), 1);
+        rig.planner.push(&pixel(-412, 308, 80)).unwrap();
+        assert_eq!(rig.planner.len(), 2);
+    }
+
+    #[test]
+    fn a_short_gap_belongs_to_the_row_without_power_and_a_long_one_is_a_rapid() {
+        for (length, moves) in [(1.0, 1), (40.0, 3)] {
+            let mut rig = Rig::new(config(500.0));
+            rig.planner.push(&pixel(1.0, 400.0, 50)).unwrap();
+            rig.planner.push(&gap(1.0 + length)).unwrap();
+            rig.planner.push(&pixel(2.0 + length, 400.0, 70)).unwrap();
+            assert_eq!(rig.planner.len(), moves);
+            let steps = 250 * length as usize;
+            let (powers, _) = burn(&mut rig);
+            assert_eq!(powers.len(), 500 + steps);
+            assert!(powers[..250].iter().all(|power| *power == percent(50)));
+            assert!(powers[250..250 + steps]
+                .iter()
+                .all(|power| *power == Power::OFF));
+            assert!(powers[250 + steps..]
+                .iter()
+                .all(|power| *power == percent(70)));
+        }
+    }
+
+    #[test]
+    fn a_row_with_gaps_is_no_faster_than_the_rapid_override_allows() {
+        let mut rig = Rig::new(config(500.0));
+        rig.planner.push(&pixel(100.0, 400.0, 50)).unwrap();
+        rig.planner.push(&gap(101.0)).unwrap();
+        rig.planner.push(&pixel(200.0, 400.0, 50)).unwrap();
+        assert_eq!(rig.planner.len(), 1);
+        let slower = Overrides {
+            feed: 100,
+            rapid: 25,
+        };
+        rig.planner.set_overrides(slower);
+        let mut fastest = 0.0f32;
+        while rig.step().is_some() {
+            fastest = fastest.max(rig.segmenter.speed());
+        }
+        assert!((fastest / 125.0 - 1.0).abs() < 1e-5, "{fastest}");
+        // Where rapids are slower than the row already, a gap is a move of its own.
+        rig.planner.push(&pixel(300.0, 400.0, 50)).unwrap();
+        rig.planner.push(&gap(301.0)).unwrap();
+        assert_eq!(rig.planner.len(), 2);
+    }
+
+    /// 0.05 mm pixels at 500 mm/s²: the row has to be known for 202 mm to go on at 450 mm/s.
+    #[test]
+    fn a_row_of_small_pixels_runs_as_fast_as_one_long_line() {
+        let power = |k: u32| 10 + k * 37 % 90;
+        let mut rig = Rig::new(config(500.0));
+        let row: Vec<Move<2>> = (1..=12_000)
+            .map(|k| pixel(f64::from(k) * 0.05, 450.0, power(k)))
+            .collect();
+        let seconds = rig.run(&row);
+        let mut line = Rig::new(config(500.0));
+        let at_best = line.run(&[pixel(600.0, 450.0, 50)]);
+        assert!(
+            (seconds / at_best - 1.0).abs() < 1e-5,
+            "{seconds} {at_best}"
+        );
+    }
+
+    #[test]
+    fn a_full_pool_is_a_full_queue_until_a_pixel_was_made() {
+        let mut planner = Planner::<_, 2, 2, 8, 4>::new(config(500.0), Cartesian);
+        let mut segmenter = crate::Segmenter::new();
+        let mut rooms = Vec::new();
+        for k in 1..=5 {
+            rooms.push(planner.room());
+            planner.push(&pixel(f64::from(k), 100.0, k * 10)).unwrap();
+        }
+        assert_eq!((rooms, planner.room()), ([8, 7, 6, 4, 2].to_vec(), 0));
+        let next = pixel(6.0, 100.0, 60);
+        assert_eq!(planner.push(&next), Err(PushError::Full));
+        segmenter.next(&mut planner).unwrap();
+        assert_eq!(planner.push(&next), Ok(Pushed::Queued));
+        planner.clear();
+        assert_eq!(planner.room(), 8);
+    }
+
+    /// A part of a program: pixels on from here, a turn, a gap; with sizes and powers.
+    fn parts() -> impl Strategy<Value = Vec<(u8, i32, u32)>> {
+        prop::collection::vec((0u8..12, 1i32..60, 0u32..=100), 1..80)
+    }
+
+    fn program(parts: &[(u8, i32, u32)]) -> Vec<Move<2>> {
+        let (mut at, mut way) = ([0i32, 0], [1i32, 0]);
+        let mut moves = Vec::new();
+        for (what, size, power) in parts {
+            match what {
+                0 => way = [-way[1], way[0]],
+                1 => way = [-way[0], -way[1]],
+                _ => {}
+            }
+            at = [at[0] + way[0] * size, at[1] + way[1] * size];
+            let target = at.map(|steps| crate::Coordinate::from_mm(steps as f32 * 0.004));
+            let of = if *what == 3 {
+                gap(0.0)
+            } else {
+                pixel(0.0, 150.0, *power)
+            };
+            moves.push(Move { target, ..of });
+        }
+        moves
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(200))]
+
+        /// Rows merged or not, interrupted or not: the same power at the same step, and the same end.
+        #[test]
+        fn each_step_has_the_power_of_its_line_whatever_comes_between(
+            parts in parts(), acceleration in 100.0f32..5000.0, hold in prop::option::of(1usize..60), percent in 10u8..200,
+        ) {
+            let moves = program(&parts);
+            let one_by_one = Config { pixels: 0, ..config(acceleration) };
+            let runs = [one_by_one, config(acceleration)].map(|config| {
+                let mut rig = Rig::new(config);
+                for (k, next) in moves.iter().enumerate() {
+                    if k == moves.len() / 2 && hold.is_some() {
+                        rig.planner.set_overrides(Overrides { feed: percent, rapid: 50 });
+                    }
+                    rig.planner.push(next).unwrap();
+                }
+                let mut powers = Vec::new();
+                let mut segments = 0;
+                while let Some(segment) = rig.segmenter.next(&mut rig.planner).or_else(|| {
+                    rig.segmenter.resume();
+                    rig.segmenter.next(&mut rig.planner)
+                }) {
+                    for timed in rig.player.play(&segment) {
+                        if !timed.tick.step.is_empty() {
+                            powers.push((timed.tick.step, timed.tick.power));
+                        }
+                    }
+                    segments += 1;
+                    if hold == Some(segments) {
+                        rig.segmenter.hold();
+                    }
+                }
+                (rig.player.position, powers)
+            });
+            prop_assert_eq!(runs[0].0, runs[1].0);
+            prop_assert!(runs[0].1 == runs[1].1);
+        }
+    }
+}
