@@ -5,6 +5,7 @@ mod budget;
 mod call_graph;
 mod failure;
 mod fw;
+mod fw_test;
 mod icount;
 mod senders;
 mod shell;
@@ -15,6 +16,7 @@ use std::{env, process::ExitCode};
 
 const USAGE: &str = "usage: cargo xtask COMMAND
     fw [ARGUMENTS]     build the firmware; ARGUMENTS go to `cargo build`
+    fw-test [NAME...]  run the firmware in an emulated STM32F407; --subset, --list
     thumb              build libraries and firmware for the microcontroller; check what is in them
     bench COMMAND...   count x86-64 instructions per line; COMMAND says {lines} for their number
     icount [--check]   count instructions under QEMU; fail above the budgets
@@ -25,6 +27,7 @@ fn main() -> ExitCode {
     let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
     let done = match words.as_slice() {
         ["fw", ..] => fw::run(&arguments[1..]),
+        ["fw-test", ..] => fw_test::run(&arguments[1..]),
         ["bench", ..] => bench::run(&arguments[1..]),
         ["icount"] => icount::run(false),
         ["icount", "--check"] => icount::run(true),

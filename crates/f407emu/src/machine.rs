@@ -265,6 +265,16 @@ impl Machine {
         &self.edges
     }
 
+    /// Takes the edges out of the records: for runs whose edges would fill the memory.
+    pub fn take_edges(&mut self) -> Vec<Edge> {
+        core::mem::take(&mut self.edges)
+    }
+
+    /// Takes the matches out of the records.
+    pub fn take_matches(&mut self) -> Vec<Match> {
+        core::mem::take(&mut self.matches)
+    }
+
     /// Edges of one pin.
     pub fn edges_of(&self, pin: Pin) -> impl Iterator<Item = &Edge> {
         self.edges.iter().filter(move |edge| edge.pin == pin)

@@ -1,0 +1,209 @@
+//! The test bench: an emulated board, and somebody at the other end of its serial line.
+//!
+//! Time passes only in [`Bench::run_for`] and what is made of it; whoever waits gives the longest that it may take.
+use crate::{
+    pins::{CPU_HZ, CRYSTAL_HZ, LINE, TICK},
+    steps::Tracker,
+    stream::Stream,
+};
+use leadscrew_f407emu::{FlashTiming, Machine};
+use std::fmt;
+
+/// Why a check has failed, in words.
+#[derive(Clone, Debug)]
+pub(crate) struct Failure(pub(crate) String);
+
+impl<E: core::error::Error> From<E> for Failure {
+    fn from(error: E) -> Self {
+        Failure(error.to_string())
+    }
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+/// Fails with these words.
+pub(crate) fn fail<T>(words: impl Into<String>) -> Result<T, Failure> {
+    Err(Failure(words.into()))
+}
+
+/// Fails with these words unless `held`.
+pub(crate) fn ensure(held: bool, words: impl FnOnce() -> String) -> Result<(), Failure> {
+    if held {
+        Ok(())
+    } else {
+        Err(Failure(words()))
+    }
+}
+
+/// What every banner says.
+const BANNER: &str = "Grbl 1.1h ['$' for help]";
+/// The longest that the firmware may take from reset to its banner, s: it may erase a sector of its settings first,
+/// 0.5 s at most (data sheet DocID022152, table 40: 16 KB at x8 takes 800 ms at most).
+const BOOT_SECONDS: f64 = 2.0;
+/// The longest that a line may take to be answered at rest, s.
+const ANSWER_SECONDS: f64 = 2.0;
+/// Cycles between two looks of whoever listens: 119 µs.
+const SLICE: u64 = 20_000;
+
+/// An emulated board.
+pub(crate) struct Bench {
+    pub(crate) machine: Box<Machine>,
+    /// What the pins of the motors have done.
+    pub(crate) pins: Tracker,
+    /// Bytes of a line that has not ended yet.
+    incoming: Vec<u8>,
+}
+
+impl Bench {
+    /// Switches a board with this firmware on and hears its banner.
+    pub(crate) fn boot(elf: &[u8]) -> Result<Bench, Failure> {
+        let mut bench = Bench::switch_on(elf)?;
+        bench.hear_banner()?;
+        Ok(bench)
+    }
+
+    /// Switches a board on; nothing has been carried out yet.
+    pub(crate) fn switch_on(elf: &[u8]) -> Result<Bench, Failure> {
+        let mut machine = Machine::new(CRYSTAL_HZ);
+        machine.load_elf(elf)?;
+        machine.watch_channel(TICK.0, TICK.1);
+        machine.timing_mut().flash = FlashTiming::ArtCold;
+        Ok(Bench {
+            machine,
+            pins: Tracker::new(),
+            incoming: Vec::new(),
+        })
+    }
+
+    /// Waits for the banner.
+    pub(crate) fn hear_banner(&mut self) -> Result<Vec<String>, Failure> {
+        self.hear_until(BOOT_SECONDS, |line| line == BANNER)
+    }
+
+    /// Lets time pass.
+    pub(crate) fn run_for(&mut self, seconds: f64) -> Result<(), Failure> {
+        self.run_to(self.machine.cycle() + cycles(seconds))
+    }
+
+    /// Lets time pass up to a cycle.
+    pub(crate) fn run_to(&mut self, cycle: u64) -> Result<(), Failure> {
+        let stopped = self.machine.run_until(cycle);
+        self.pins.follow(&mut self.machine);
+        Ok(stopped?)
+    }
+
+    /// Sends bytes.
+    pub(crate) fn send(&mut self, bytes: impl AsRef<[u8]>) {
+        self.machine.uart_send(LINE, bytes.as_ref());
+    }
+
+    /// The lines that have come in since the last call; empty ones are left out.
+    pub(crate) fn heard(&mut self) -> Vec<String> {
+        let mut lines = Vec::new();
+        for byte in std::mem::take(self.machine.uart_out(LINE)) {
+            match byte {
+                b'\r' => {}
+                b'\n' => {
+                    let line = std::mem::take(&mut self.incoming);
+                    lines.extend(Some(String::from_utf8_lossy(&line).into_owned()));
+                }
+                other => self.incoming.push(other),
+            }
+        }
+        lines.retain(|line| !line.is_empty());
+        lines
+    }
+
+    /// Waits for a line; all that were heard up to it.
+    pub(crate) fn hear_until(
+        &mut self,
+        seconds: f64,
+        is_last: impl Fn(&str) -> bool,
+    ) -> Result<Vec<String>, Failure> {
+        let end = self.machine.cycle() + cycles(seconds);
+        let mut all = Vec::new();
+        while self.machine.cycle() < end {
+            self.run_to(end.min(self.machine.cycle() + SLICE))?;
+            all.append(&mut self.heard());
+            if all.iter().any(|line| is_last(line)) {
+                return Ok(all);
+            }
+        }
+        let unfinished = String::from_utf8_lossy(&self.incoming);
+        fail(format!(
+            "waited {seconds} s, heard only {all:?} {unfinished:?}; at {:#x}, {:?}",
+            self.machine.pc(),
+            self.machine.warnings()
+        ))
+    }
+
+    /// Sends a line and waits for its answer; what was heard, the answer included.
+    pub(crate) fn say(&mut self, line: &str) -> Result<Vec<String>, Failure> {
+        self.send(format!("{line}\n"));
+        self.hear_until(ANSWER_SECONDS, is_answer)
+    }
+
+    /// Sends a line that must be answered with `ok`; what was heard before.
+    pub(crate) fn command(&mut self, line: &str) -> Result<Vec<String>, Failure> {
+        let mut heard = self.say(line)?;
+        match heard.pop() {
+            Some(answer) if answer == "ok" => Ok(heard),
+            other => fail(format!("{line}: {heard:?} {other:?}")),
+        }
+    }
+
+    /// Sends lines, each after the answer to the one before; empty ones are left out.
+    pub(crate) fn commands(&mut self, lines: &str) -> Result<(), Failure> {
+        for line in lines.lines().filter(|line| !line.trim().is_empty()) {
+            self.command(line)?;
+        }
+        Ok(())
+    }
+
+    /// A status report.
+    pub(crate) fn status(&mut self) -> Result<String, Failure> {
+        self.send("?");
+        let heard = self.hear_until(ANSWER_SECONDS, |line| line.starts_with('<'))?;
+        let report = heard.into_iter().find(|line| line.starts_with('<'));
+        report.ok_or_else(|| Failure("no status report".into()))
+    }
+
+    /// Waits until a status report begins with `state`; asks at 20 Hz.
+    pub(crate) fn wait_for(&mut self, state: &str, seconds: f64) -> Result<String, Failure> {
+        let end = self.machine.cycle() + cycles(seconds);
+        loop {
+            let status = self.status()?;
+            if status.trim_start_matches('<').starts_with(state) {
+                return Ok(status);
+            }
+            ensure(self.machine.cycle() < end, || {
+                format!("waited {seconds} s for {state}: {status}")
+            })?;
+            self.run_for(0.05)?;
+        }
+    }
+
+    /// Streams a program by character counting and waits for rest; see [`Stream`].
+    pub(crate) fn stream(&mut self, stream: &Stream<'_>) -> Result<(), Failure> {
+        stream.run(self)
+    }
+}
+
+/// Whether a line answers one that was sent.
+pub(crate) fn is_answer(line: &str) -> bool {
+    line == "ok" || line.starts_with("error:")
+}
+
+/// Cycles at full speed in a time.
+pub(crate) fn cycles(seconds: f64) -> u64 {
+    (seconds * CPU_HZ as f64) as u64
+}
+
+/// Microseconds in so many cycles.
+pub(crate) fn micros(cycles: u64) -> f64 {
+    cycles as f64 * 1e6 / CPU_HZ as f64
+}

@@ -1,0 +1,64 @@
+//! Jobs that are wholly queued before they start: the pins against the simulator's schedule.
+use super::Figures;
+use crate::{
+    bench::{Bench, Failure},
+    compare, desk,
+    firmware::Firmware,
+    job::Job,
+    pins::POWER,
+    steps::{jitter, net, Step},
+    stream::Stream,
+};
+
+/// Motion begins when nothing has come for so long: after the whole job.
+const AFTER_ALL: &str = "$701=500\n";
+/// Moves that the machine plans ahead; an arc makes many, and the lines that follow it few.
+const FITS: usize = 1000;
+
+/// A job on the board, sent without waiting for motion; its steps.
+pub(super) fn run_queued(elf: &[u8], job: &Job) -> Result<(Bench, Vec<Step>), Failure> {
+    let mut bench = Bench::boot(elf)?;
+    bench.machine.watch(POWER, false);
+    bench.commands(&job.settings)?;
+    bench.commands(AFTER_ALL)?;
+    bench.pins.clear();
+    bench.stream(&Stream::new(&job.program))?;
+    let steps = std::mem::take(&mut bench.pins.steps);
+    Ok((bench, steps))
+}
+
+/// Holds a queued job against the simulator's; what to say of it.
+fn compare_queued(elf: &[u8], job: &Job) -> Result<String, Failure> {
+    let (_, steps) = run_queued(elf, job)?;
+    let settings = format!("{}{AFTER_ALL}", job.settings);
+    let planned = desk::plan(&settings, &job.program)?;
+    compare::to_the_tick(&steps, &planned)?;
+    Ok(format!(
+        "{} step events to {:?}, jitter {} cycles",
+        steps.len(),
+        net(&steps),
+        jitter(&steps)
+    ))
+}
+
+fn compare_all(elf: &[u8], jobs: &[Job]) -> Result<Figures, Failure> {
+    let mut figures = Figures::default();
+    for job in jobs {
+        let words = compare_queued(elf, job);
+        let words = words.map_err(|failure| Failure(format!("{}: {failure}", job.name)))?;
+        figures.add(&job.name, words);
+    }
+    Ok(figures)
+}
+
+pub(crate) fn queued_traces(firmware: &Firmware) -> Result<Figures, Failure> {
+    let mut jobs = Job::traces()?;
+    jobs.retain(|job| job.lines() < FITS);
+    compare_all(&firmware.elf, &jobs)
+}
+
+pub(crate) fn queued_examples(firmware: &Firmware) -> Result<Figures, Failure> {
+    let names = ["heart.nc", "heart_as_printed.nc", "print_testbar.nc"];
+    let jobs = names.iter().map(|name| Job::example(name));
+    compare_all(&firmware.elf, &jobs.collect::<Result<Vec<_>, _>>()?)
+}

@@ -1,0 +1,146 @@
+//! Holds the steps at the pins against the simulator's.
+use crate::{
+    bench::{ensure, Failure},
+    desk::Planned,
+    pins::{CPU_HZ, CYCLES_PER_COUNT},
+    steps::Step,
+};
+
+/// Motors of the board.
+const MOTORS: usize = 3;
+
+/// Every step event is there, in the same order, with the same motors and directions, and every interval in motion is
+/// the same number of timer counts.
+pub(crate) fn to_the_tick(ours: &[Step], planned: &[Planned]) -> Result<(), Failure> {
+    let mut last: Option<(&Step, &Planned)> = None;
+    for (index, (our, plan)) in ours.iter().zip(planned).enumerate() {
+        ensure(
+            (our.motors, our.negative) == (plan.motors, plan.negative),
+            || format!("step event {index}: {our:?}, planned {plan:?}"),
+        )?;
+        if let (Some((before, planned_before)), false) = (last, plan.first) {
+            let interval = our.due - before.due;
+            let expected = plan.due - planned_before.due;
+            ensure(interval == expected, || {
+                format!("step event {index}: {interval} counts after the one before, planned {expected}")
+            })?;
+        }
+        ensure(!our.late, || format!("step event {index} is late: {our:?}"))?;
+        last = Some((our, plan));
+    }
+    ensure(ours.len() == planned.len(), || {
+        format!("{} step events, planned {}", ours.len(), planned.len())
+    })
+}
+
+/// Every motor takes the same steps in the same directions, and motion takes as long within `tolerance`, a share.
+pub(crate) fn in_path(ours: &[Step], planned: &[Planned], tolerance: f64) -> Result<f64, Failure> {
+    for motor in 0..MOTORS {
+        let path = runs(ours.iter().map(|step| (step.motors, step.negative)), motor);
+        let expected = runs(
+            planned.iter().map(|step| (step.motors, step.negative)),
+            motor,
+        );
+        ensure(path == expected, || {
+            let differs = path.iter().zip(&expected).position(|(a, b)| a != b);
+            format!(
+                "motor {motor}: its steps differ in run {differs:?} of {}",
+                expected.len()
+            )
+        })?;
+    }
+    let time = span(ours.iter().map(|step| step.due));
+    let expected = span(planned.iter().map(|step| step.due));
+    let ratio = time / expected;
+    ensure((ratio - 1.0).abs() <= tolerance, || {
+        format!("motion takes {time:.4} s, planned {expected:.4} s")
+    })?;
+    Ok(ratio)
+}
+
+/// The steps of a motor as runs in one direction.
+fn runs(steps: impl Iterator<Item = (u8, u8)>, motor: usize) -> Vec<(bool, u64)> {
+    let mut runs: Vec<(bool, u64)> = Vec::new();
+    for (motors, negative) in steps {
+        if motors >> motor & 1 == 0 {
+            continue;
+        }
+        let negative = negative >> motor & 1 != 0;
+        match runs.last_mut() {
+            Some((direction, count)) if *direction == negative => *count += 1,
+            _ => runs.push((negative, 1)),
+        }
+    }
+    runs
+}
+
+/// Seconds from the first to the last.
+fn span(mut dues: impl Iterator<Item = u64>) -> f64 {
+    let first = dues.next().unwrap_or(0);
+    let last = dues.last().unwrap_or(first);
+    ((last - first) * CYCLES_PER_COUNT) as f64 / CPU_HZ as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn planned() -> Vec<Planned> {
+        let step = |due, motors, first| Planned {
+            due,
+            motors,
+            negative: 0,
+            first,
+        };
+        vec![
+            step(1000, 1, true),
+            step(1100, 3, false),
+            step(1250, 1, false),
+            step(9000, 1, true),
+        ]
+    }
+
+    fn made(planned: &[Planned]) -> Vec<Step> {
+        let step = |plan: &Planned| Step {
+            due: plan.due + 77,
+            latency: 60,
+            late: false,
+            motors: plan.motors,
+            negative: plan.negative,
+        };
+        planned.iter().map(step).collect()
+    }
+
+    #[test]
+    fn the_same_steps_at_another_time_are_the_same() {
+        to_the_tick(&made(&planned()), &planned()).unwrap();
+        assert_eq!(in_path(&made(&planned()), &planned(), 0.0).unwrap(), 1.0);
+    }
+
+    #[test]
+    fn the_main_loop_says_when_motion_starts_again() {
+        let mut ours = made(&planned());
+        ours[3].due += 500;
+        to_the_tick(&ours, &planned()).unwrap();
+        assert!(in_path(&ours, &planned(), 0.01).is_err());
+    }
+
+    #[test]
+    fn one_count_one_motor_one_direction_or_one_step_too_many_is_found() {
+        let faults: [fn(&mut Vec<Step>); 5] = [
+            |steps| steps[2].due += 1,
+            |steps| steps[1].motors = 2,
+            |steps| steps[1].negative = 2,
+            |steps| steps.push(steps[3]),
+            |steps| steps[0].late = true,
+        ];
+        for (number, fault) in faults.into_iter().enumerate() {
+            let mut ours = made(&planned());
+            fault(&mut ours);
+            assert!(to_the_tick(&ours, &planned()).is_err(), "fault {number}");
+        }
+        let mut ours = made(&planned());
+        ours[1].negative = 2;
+        assert!(in_path(&ours, &planned(), 1.0).is_err());
+    }
+}

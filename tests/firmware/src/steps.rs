@@ -1,0 +1,191 @@
+//! What the pins did: edges become step events, each with the tick that asked for it.
+//!
+//! ```text
+//!  TIM2 CC1   |                |          matches: the timer's schedule
+//!                 ____             ____
+//!  step pin  ____|    |___________|    |  rising edge: `latency` after the last match
+//! ```
+use crate::pins::{CYCLES_PER_COUNT, DIRECTION, STEP};
+use leadscrew_f407emu::{Edge, Machine, Match, Pin};
+
+/// The most that two ports' stores may be apart and still make one step event, cycles.
+const SKEW: u64 = 20;
+
+/// One step event at the pins.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) struct Step {
+    /// The tick that asked for it, in counts of the step timer since power-up.
+    pub(crate) due: u64,
+    /// Cycles from the tick to the rising edges.
+    pub(crate) latency: u32,
+    /// The tick was not met but made up for: its instant had passed when it was armed.
+    pub(crate) late: bool,
+    /// Motors that step, a bit each.
+    pub(crate) motors: u8,
+    /// Motors whose direction is negative, a bit each.
+    pub(crate) negative: u8,
+}
+
+impl Step {
+    /// The cycle of the rising edges.
+    pub(crate) fn edge(&self) -> u64 {
+        self.due * CYCLES_PER_COUNT + u64::from(self.latency)
+    }
+}
+
+/// The shortest times at the pins that a motor driver would complain of, cycles.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) struct Shortest {
+    /// A pulse.
+    pub(crate) pulse: u64,
+    /// From a change of direction to the motor's next rising edge.
+    pub(crate) setup: u64,
+    /// From a motor's last rising edge to a change of its direction.
+    pub(crate) hold: u64,
+}
+
+/// Follows the pins of all motors.
+#[derive(Clone, Debug)]
+pub(crate) struct Tracker {
+    /// All step events since the last [`Tracker::clear`].
+    pub(crate) steps: Vec<Step>,
+    pub(crate) shortest: Shortest,
+    tick: Option<Match>,
+    negative: u8,
+    rose: [Option<u64>; 3],
+    turned: [Option<u64>; 3],
+}
+
+impl Tracker {
+    pub(crate) fn new() -> Self {
+        Tracker {
+            steps: Vec::new(),
+            shortest: Shortest {
+                pulse: u64::MAX,
+                setup: u64::MAX,
+                hold: u64::MAX,
+            },
+            tick: None,
+            negative: 0,
+            rose: [None; 3],
+            turned: [None; 3],
+        }
+    }
+
+    /// Forgets the steps; levels are remembered.
+    pub(crate) fn clear(&mut self) {
+        *self = Tracker {
+            negative: self.negative,
+            tick: self.tick,
+            ..Tracker::new()
+        };
+    }
+
+    /// Takes in what a machine has recorded.
+    pub(crate) fn follow(&mut self, machine: &mut Machine) {
+        let mut ticks = machine.take_matches().into_iter().peekable();
+        for edge in machine.take_edges() {
+            while let Some(tick) = ticks.next_if(|tick| tick.cycle <= edge.cycle) {
+                self.tick = Some(tick);
+            }
+            self.edge(&edge);
+        }
+        self.tick = ticks.last().or(self.tick);
+    }
+
+    fn edge(&mut self, edge: &Edge) {
+        let motor = |pins: [Pin; 3]| pins.iter().position(|&pin| pin == edge.pin);
+        match (motor(STEP), motor(DIRECTION)) {
+            (Some(motor), _) if edge.level => self.rise(motor, edge.cycle),
+            (Some(motor), _) => self.fall(motor, edge.cycle),
+            (None, Some(motor)) => self.turn(motor, edge),
+            (None, None) => {}
+        }
+    }
+
+    fn rise(&mut self, motor: usize, cycle: u64) {
+        if let Some(turned) = self.turned[motor].take() {
+            self.shortest.setup = self.shortest.setup.min(cycle - turned);
+        }
+        self.rose[motor] = Some(cycle);
+        let bit = 1 << motor;
+        if let Some(last) = self.steps.last_mut() {
+            if cycle <= last.edge() + SKEW && last.motors & bit == 0 {
+                last.motors |= bit;
+                return;
+            }
+        }
+        let tick = self.tick.map_or(0, |tick| tick.cycle);
+        self.steps.push(Step {
+            due: tick / CYCLES_PER_COUNT,
+            latency: u32::try_from(cycle - tick).unwrap_or(u32::MAX),
+            late: self.tick.is_none_or(|tick| tick.forced),
+            motors: bit,
+            negative: self.negative,
+        });
+    }
+
+    fn fall(&mut self, motor: usize, cycle: u64) {
+        if let Some(rose) = self.rose[motor] {
+            self.shortest.pulse = self.shortest.pulse.min(cycle - rose);
+        }
+    }
+
+    fn turn(&mut self, motor: usize, edge: &Edge) {
+        if let Some(rose) = self.rose[motor] {
+            self.shortest.hold = self.shortest.hold.min(edge.cycle - rose);
+        }
+        self.turned[motor] = Some(edge.cycle);
+        self.negative = self.negative & !(1 << motor) | u8::from(edge.level) << motor;
+    }
+}
+
+/// Difference between the longest and the shortest latency: what a driver sees as jitter, cycles.
+pub(crate) fn jitter(steps: &[Step]) -> u32 {
+    let latencies = || steps.iter().map(|step| step.latency);
+    latencies().max().unwrap_or(0) - latencies().min().unwrap_or(0)
+}
+
+/// Steps of each motor, positive less negative.
+pub(crate) fn net(steps: &[Step]) -> [i64; 3] {
+    let mut net = [0; 3];
+    for step in steps {
+        for (motor, count) in net.iter_mut().enumerate() {
+            let stepped = i64::from(step.motors >> motor & 1);
+            let sign = 1 - 2 * i64::from(step.negative >> motor & 1);
+            *count += stepped * sign;
+        }
+    }
+    net
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn step(motors: u8, negative: u8) -> Step {
+        Step {
+            due: 0,
+            latency: 50,
+            late: false,
+            motors,
+            negative,
+        }
+    }
+
+    #[test]
+    fn steps_are_counted_in_their_direction() {
+        let steps = [step(0b011, 0b010), step(0b001, 0), step(0b110, 0b100)];
+        assert_eq!(net(&steps), [2, 0, -1]);
+    }
+
+    #[test]
+    fn edges_close_together_are_one_event() {
+        let mut tracker = Tracker::new();
+        tracker.rise(0, 100);
+        tracker.rise(1, 104);
+        tracker.rise(0, 300);
+        let motors: Vec<u8> = tracker.steps.iter().map(|step| step.motors).collect();
+        assert_eq!(motors, [0b011, 0b001]);
+    }
+}
