@@ -92,7 +92,14 @@ impl Machine {
         must_align(address, width)?;
         self.drain_stores();
         self.buffer_free = self.cycle + 1 + u64::from(self.bus_latency(address));
-        let cause = Cause::Core(self.cpu.current());
+        let current = self.cpu.current();
+        if self
+            .writers_of
+            .is_some_and(|of| of.number() == self.cpu.exception)
+        {
+            self.writers.insert((current, address));
+        }
+        let cause = Cause::Core(current);
         self.write_part(address, width, value, self.cycle, cause);
         Ok(())
     }
@@ -170,6 +177,7 @@ fn is_write_only(address: u32) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::peripheral::nvic::Exception;
 
     #[test]
     fn half_of_a_set_reset_register_can_be_written_alone() {
@@ -179,6 +187,19 @@ mod tests {
         machine.write(0x4002_0018, Width::Half, 0b11).unwrap();
         machine.write(0x4002_001A, Width::Half, 0b01).unwrap();
         assert_eq!(machine.read(0x4002_0014, Width::Word), Ok(0b10));
+    }
+
+    #[test]
+    fn the_stores_of_an_exception_are_recorded_and_no_others() {
+        let mut machine = Machine::new(8_000_000);
+        machine.record_writers(Exception::irq(28));
+        machine.write_word(0x4002_3830, 1).unwrap();
+        machine.cpu.exception = Exception::irq(28).number();
+        machine.cpu.r[15] = 0x0800_1004;
+        machine.write_word(0x4002_0018, 1).unwrap();
+        machine.write_word(0x2000_0000, 1).unwrap();
+        let stores: Vec<_> = machine.writers().iter().copied().collect();
+        assert_eq!(stores, [(0x0800_1000, 0x4002_0018)]);
     }
 
     #[test]

@@ -20,6 +20,7 @@ use crate::{
     warning::{Warning, Warnings},
     world::World,
 };
+use std::collections::BTreeSet;
 
 /// What the previous instruction did with the memory: the next access may overlap it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -64,6 +65,9 @@ pub struct Machine {
     pub(crate) watched_channels: [u8; 14],
     /// Pins of each port whose edges are recorded.
     pub(crate) watched: [u16; 9],
+    /// The exception whose stores to peripherals are recorded, and these: address of the instruction, register.
+    pub(crate) writers_of: Option<Exception>,
+    pub(crate) writers: BTreeSet<(u32, u32)>,
     pub(crate) resets: Vec<(u64, ResetCause)>,
     pub(crate) profiler: Profiler,
     pub(crate) warnings: Warnings,
@@ -99,6 +103,8 @@ impl Machine {
             matches: Vec::new(),
             watched_channels: [0; 14],
             watched: [u16::MAX; 9],
+            writers_of: None,
+            writers: BTreeSet::new(),
             resets: Vec::new(),
             profiler: Profiler::new(),
             warnings: Warnings::default(),
@@ -303,6 +309,16 @@ impl Machine {
     /// Records every service of every exception from now on.
     pub fn record_services(&mut self) {
         self.profiler.services = Some(Vec::new());
+    }
+
+    /// Records from now on which instructions of an exception's handler store to peripherals.
+    pub fn record_writers(&mut self, exception: Exception) {
+        self.writers_of = Some(exception);
+    }
+
+    /// The stores recorded since [`Machine::record_writers`]: address of the instruction, address of the register.
+    pub fn writers(&self) -> &BTreeSet<(u32, u32)> {
+        &self.writers
     }
 
     /// The services recorded since [`Machine::record_services`]; empty without it.

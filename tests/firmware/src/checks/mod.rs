@@ -1,5 +1,9 @@
 //! What is checked, by name.
 mod motion;
+mod planted;
+mod raster;
+mod streams;
+mod timing;
 
 use crate::{bench::Failure, firmware::Firmware};
 use std::fmt::{self, Write};
@@ -52,5 +56,65 @@ pub(crate) const CHECKS: &[Check] = &[
         what: "example jobs of up to 1000 moves, wholly queued: every interval equal to the tick",
         subset: false,
         run: motion::queued_examples,
+    },
+    Check {
+        name: "full-queue",
+        what: "jobs longer than the queue on a line that keeps it full: every interval equal to the tick",
+        subset: false,
+        run: streams::full_queue,
+    },
+    Check {
+        name: "stream-short",
+        what: "recorded programs at 115200 baud: the same path, time within 1 %",
+        subset: true,
+        run: streams::short,
+    },
+    Check {
+        name: "stream-traces",
+        what: "all recorded programs at 115200 baud: the same path, time within 1 %",
+        subset: false,
+        run: streams::traces,
+    },
+    Check {
+        name: "stream-examples",
+        what: "example jobs at 115200 baud: the same path, time within 1 %",
+        subset: false,
+        run: streams::examples,
+    },
+    Check {
+        name: "stream-fast",
+        what: "example jobs at 2 Mbaud: the same path, time within 1 %",
+        subset: false,
+        run: streams::fast_examples,
+    },
+    Check {
+        name: "step-interrupt",
+        what: "three motors, cold flash caches: at most 180 cycles from entry to exit",
+        subset: true,
+        run: timing::step_interrupt,
+    },
+    Check {
+        name: "jitter",
+        what: "step edges against the schedule at every ratio of period to pulse: at most 40 cycles",
+        subset: true,
+        run: timing::jitter_at_every_ratio,
+    },
+    Check {
+        name: "rate",
+        what: "three motors at 250 kHz with pulses of 1 us: no late event",
+        subset: true,
+        run: timing::highest_rate,
+    },
+    Check {
+        name: "raster",
+        what: "at least 10 000 lines of 14 bytes a second",
+        subset: true,
+        run: raster::raster_lines,
+    },
+    Check {
+        name: "planted",
+        what: "faults planted in the firmware are found",
+        subset: true,
+        run: planted::planted_faults,
     },
 ];

@@ -1,0 +1,97 @@
+//! Faults that are planted in the firmware must be found: otherwise the checks say nothing.
+//!
+//! Every store of the step interrupt to the step timer or to a port is replaced by an instruction that does nothing, one
+//! at a time: a flag that is not cleared, a compare that is not set, a pin that does not fall.
+use super::Figures;
+use crate::{
+    bench::{ensure, Bench, Failure},
+    compare, desk,
+    firmware::Firmware,
+    job::Job,
+    pins::{POWER, STEP_IRQ},
+    steps::Step,
+    stream::Stream,
+};
+use leadscrew_f407emu::{Exception, Machine};
+use std::collections::BTreeSet;
+
+/// Registers of the step timer (TIM2) and of the ports.
+const TIMER: std::ops::Range<u32> = 0x4000_0000..0x4000_0400;
+const PORTS: std::ops::Range<u32> = 0x4002_0000..0x4002_2400;
+
+/// There and back, with a corner.
+fn job() -> Job {
+    Job::new(
+        "planted",
+        "$0=5\n$701=300\n$120=500\n$121=500\n$122=500\n",
+        "G91G1X2Y1Z0.5F900\nX-2Y1\nX1Y-2\n",
+    )
+}
+
+/// The stores of the step interrupt while the job runs: address of the instruction, register.
+fn stores(elf: &[u8]) -> Result<BTreeSet<(u32, u32)>, Failure> {
+    let mut bench = Bench::boot(elf)?;
+    bench.commands(&job().settings)?;
+    bench.machine.record_writers(Exception::irq(STEP_IRQ));
+    bench.stream(&Stream::new(&job().program))?;
+    let writers = bench.machine.writers().iter().copied();
+    Ok(writers
+        .filter(|(_, register)| TIMER.contains(register) || PORTS.contains(register))
+        .collect())
+}
+
+/// Replaces the instruction at an address by one that does nothing.
+fn plant(machine: &mut Machine, address: u32) {
+    const NARROW: [u8; 2] = [0x00, 0xBF];
+    const WIDE: [u8; 4] = [0xAF, 0xF3, 0x00, 0x80];
+    let offset = (address - 0x0800_0000) as usize;
+    let is_wide = machine.flash()[offset + 1] >= 0xE8;
+    if is_wide {
+        machine.program_flash(address, &WIDE);
+    } else {
+        machine.program_flash(address, &NARROW);
+    }
+}
+
+/// Runs the job and holds it against the simulator's, with the instruction at `fault` replaced where there is one.
+fn run(elf: &[u8], fault: Option<u32>) -> Result<(), Failure> {
+    let job = job();
+    let mut bench = Bench::switch_on(elf)?;
+    if let Some(address) = fault {
+        plant(&mut bench.machine, address);
+    }
+    bench.hear_banner()?;
+    bench.machine.watch(POWER, false);
+    bench.commands(&job.settings)?;
+    bench.pins.clear();
+    Stream::new(&job.program).send_all(&mut bench)?;
+    bench.wait_for("Idle", 5.0)?;
+    let pulse = bench.pins.shortest.pulse;
+    ensure(pulse >= 5 * 168, || format!("a pulse of {pulse} cycles"))?;
+    let steps: &[Step] = &bench.pins.steps;
+    compare::to_the_tick(steps, &desk::plan(&job.settings, &job.program)?)?;
+    Ok(())
+}
+
+pub(crate) fn planted_faults(firmware: &Firmware) -> Result<Figures, Failure> {
+    let elf = &firmware.elf;
+    run(elf, None)?;
+    let stores = stores(elf)?;
+    let mut figures = Figures::default();
+    let mut survivors = Vec::new();
+    for (address, register) in &stores {
+        let found = run(elf, Some(*address));
+        let name = format!("{register:#010x} not written at {address:#010x}");
+        match found {
+            Err(failure) => figures.add(name, failure.0.chars().take(120).collect::<String>()),
+            Ok(()) => survivors.push(name),
+        }
+    }
+    ensure(stores.len() >= 5, || {
+        format!("only {} stores found", stores.len())
+    })?;
+    ensure(survivors.is_empty(), || {
+        format!("not found: {survivors:#?}\n{figures}")
+    })?;
+    Ok(figures)
+}

@@ -1,0 +1,212 @@
+//! How exactly and how fast the step interrupt works.
+use super::Figures;
+use crate::{
+    bench::{ensure, fail, Bench, Failure},
+    firmware::Firmware,
+    pins::{CPU_HZ, CYCLES_PER_COUNT, POWER, STEP_IRQ},
+    steps::{jitter, Step},
+    stream::Stream,
+};
+use leadscrew_f407emu::{Exception, Service};
+
+/// The most that a step edge may be off the timer's schedule, cycles.
+const JITTER: u32 = 40;
+/// The most that a step interrupt may take from entry to exit, cycles.
+const INTERRUPT: u64 = 180;
+/// The step rate of three motors that must be kept up, steps/s.
+const RATE: f64 = 250_000.0;
+
+/// Three motors at 250 steps/mm and up to `rate` steps/s, with the acceleration in mm/s² and the pulse width in µs.
+fn settings(pulse_us: u32, rate: f64, acceleration: u32) -> String {
+    let feed = rate / 250.0 * 60.0;
+    let axis = |axis: u32| {
+        format!(
+            "${}=250\n${}={feed:.0}\n${}={acceleration}\n",
+            100 + axis,
+            110 + axis,
+            120 + axis
+        )
+    };
+    format!(
+        "$0={pulse_us}\n$32=1\n$30=1000\n$701=0\n{}{}{}",
+        axis(0),
+        axis(1),
+        axis(2)
+    )
+}
+
+/// Runs a program while comments keep the line busy and a status query comes ten times a second.
+fn run_busy(elf: &[u8], settings: &str, program: &str) -> Result<Bench, Failure> {
+    let mut bench = Bench::boot(elf)?;
+    bench.machine.watch(POWER, false);
+    bench.commands(settings)?;
+    bench.pins.clear();
+    bench.machine.clear_records();
+    let traffic = "(nothing but traffic)\n".repeat(600);
+    bench.stream(&Stream::new(&format!("{program}{traffic}")).polling(0.1))?;
+    Ok(bench)
+}
+
+/// Rates from rest up to what the pulse leaves room for, and back, for each of some pulse widths.
+pub(crate) fn jitter_at_every_ratio(firmware: &Firmware) -> Result<Figures, Failure> {
+    let mut figures = Figures::default();
+    let mut worst = 0;
+    for (pulse_us, rate) in [
+        (1, 250_000.0),
+        (2, 200_000.0),
+        (3, 166_000.0),
+        (5, 125_000.0),
+        (10, 76_000.0),
+        (20, 42_000.0),
+    ] {
+        let settings = settings(pulse_us, rate, 4000);
+        let bench = run_busy(&firmware.elf, &settings, "G91M4S500\nG1X300Y211Z97F99999\n")?;
+        let steps = &bench.pins.steps;
+        let found = jitter(steps);
+        let late = steps.iter().filter(|step| step.late).count();
+        figures.add(
+            format!("pulse {pulse_us} us, up to {:.0} steps/s", fastest(steps)),
+            format!(
+                "{} step events, latency {} to {} cycles, jitter {found}, {late} late, shortest pulse {:.2} us",
+                steps.len(),
+                steps.iter().map(|step| step.latency).min().unwrap_or(0),
+                steps.iter().map(|step| step.latency).max().unwrap_or(0),
+                bench.pins.shortest.pulse as f64 * 1e6 / CPU_HZ as f64,
+            ),
+        );
+        ensure(
+            bench.pins.shortest.pulse as f64 >= f64::from(pulse_us) * CPU_HZ as f64 / 1e6,
+            || format!("{figures}    a pulse is too short"),
+        )?;
+        worst = worst.max(found);
+    }
+    ensure(worst <= JITTER, || {
+        format!("jitter {worst} cycles\n{figures}")
+    })?;
+    Ok(figures)
+}
+
+/// The highest rate, over eight step events, steps/s.
+fn fastest(steps: &[Step]) -> f64 {
+    let spans = steps.windows(9).map(|window| window[8].due - window[0].due);
+    let shortest = spans.min().unwrap_or(u64::MAX).max(1);
+    8.0 * CPU_HZ as f64 / (shortest * CYCLES_PER_COUNT) as f64
+}
+
+/// Step interrupts in which motors stepped, and all others of the step timer.
+fn interrupts(bench: &Bench) -> (Vec<Service>, Vec<Service>) {
+    let services = bench.machine.services().iter();
+    let ours = services.filter(|service| service.exception == Exception::irq(STEP_IRQ));
+    let edges = &bench.pins.steps;
+    ours.copied().partition(|service| {
+        let next = edges.partition_point(|step| step.edge() < service.entry);
+        edges
+            .get(next)
+            .is_some_and(|step| step.edge() < service.exit && step.motors == 0b111)
+    })
+}
+
+fn longest(services: &[Service]) -> u64 {
+    let lengths = services.iter().map(|service| service.exit - service.entry);
+    lengths.max().unwrap_or(0)
+}
+
+fn mean(services: &[Service]) -> f64 {
+    let lengths = services.iter().map(|service| service.exit - service.entry);
+    lengths.sum::<u64>() as f64 / services.len().max(1) as f64
+}
+
+/// Three motors together, power changing at every tick.
+pub(crate) fn step_interrupt(firmware: &Firmware) -> Result<Figures, Failure> {
+    let mut bench = Bench::boot(&firmware.elf)?;
+    bench.machine.watch(POWER, false);
+    bench.commands(&settings(3, 100_000.0, 2000))?;
+    bench.pins.clear();
+    bench.machine.clear_records();
+    bench.machine.record_services();
+    bench.stream(&Stream::new(
+        "G91M4S1000\nG1X20Y20Z20F99999\nG1X-20Y-20Z-20\n",
+    ))?;
+    let (stepping, others) = interrupts(&bench);
+    let mut lengths: Vec<u64> = stepping.iter().map(|s| s.exit - s.entry).collect();
+    lengths.sort_unstable();
+    let mut figures = Figures::default();
+    let share = |part: usize| {
+        lengths
+            .get(lengths.len() * part / 1000)
+            .copied()
+            .unwrap_or(0)
+    };
+    figures.add(
+        "three motors step, entry to exit",
+        format!(
+            "{} to {} cycles, median {}, 99 % below {}, {} interrupts",
+            share(0),
+            longest(&stepping),
+            share(500),
+            share(990),
+            stepping.len()
+        ),
+    );
+    figures.add(
+        "all others of the timer",
+        format!(
+            "{:.0} cycles in the mean, {} at most",
+            mean(&others),
+            longest(&others)
+        ),
+    );
+    if stepping.is_empty() {
+        return fail("no interrupt with three motors stepping");
+    }
+    ensure(longest(&stepping) <= INTERRUPT, || {
+        format!("more than {INTERRUPT} cycles\n{figures}")
+    })?;
+    Ok(figures)
+}
+
+/// Three motors as fast as they may with the shortest pulse, for a second.
+pub(crate) fn highest_rate(firmware: &Firmware) -> Result<Figures, Failure> {
+    let mut bench = Bench::boot(&firmware.fast)?;
+    bench.machine.watch(POWER, false);
+    bench.commands(&settings(1, RATE, 5000))?;
+    bench.pins.clear();
+    bench.machine.clear_records();
+    bench.machine.record_services();
+    let slept = bench.machine.slept();
+    let began = bench.machine.cycle();
+    bench.stream(&Stream::new("G91M4S500\nG1X1200Y1200Z1200F99999\n").polling(0.1))?;
+    let busy =
+        1.0 - (bench.machine.slept() - slept) as f64 / (bench.machine.cycle() - began) as f64;
+    let steps = &bench.pins.steps;
+    let late = steps.iter().filter(|step| step.late).count();
+    let (stepping, others) = interrupts(&bench);
+    let mut figures = Figures::default();
+    figures.add(
+        "three motors",
+        format!(
+            "{:.0} steps/s, {} step events, {late} late, jitter {} cycles",
+            fastest(steps),
+            steps.len(),
+            jitter(steps)
+        ),
+    );
+    let both = longest(&stepping) + longest(&others);
+    figures.add(
+        "longest interrupt of a step and of a pulse's end",
+        format!(
+            "{} + {} cycles: no more than {:.0} steps/s",
+            longest(&stepping),
+            longest(&others),
+            CPU_HZ as f64 / both as f64
+        ),
+    );
+    figures.add(
+        "CPU in the mean of the whole job",
+        format!("{:.0} %", 100.0 * busy),
+    );
+    ensure(late == 0 && fastest(steps) >= 0.999 * RATE, || {
+        figures.to_string()
+    })?;
+    Ok(figures)
+}
