@@ -202,8 +202,3 @@ pub(crate) fn is_answer(line: &str) -> bool {
 pub(crate) fn cycles(seconds: f64) -> u64 {
     (seconds * CPU_HZ as f64) as u64
 }
-
-/// Microseconds in so many cycles.
-pub(crate) fn micros(cycles: u64) -> f64 {
-    cycles as f64 * 1e6 / CPU_HZ as f64
-}

@@ -52,8 +52,6 @@ pub(crate) fn jitter_at_every_ratio(firmware: &Firmware) -> Result<Figures, Fail
     let mut figures = Figures::default();
     let mut worst = 0;
     for (pulse_us, rate) in [
-        (1, 250_000.0),
-        (2, 200_000.0),
         (3, 166_000.0),
         (5, 125_000.0),
         (10, 76_000.0),
