@@ -86,6 +86,8 @@ pub struct Machine<'a, K, const AXES: usize, const MOTORS: usize, const MOVES: u
     pub(crate) records: Option<Records>,
     /// What is not in the store yet.
     pub(crate) unsaved: Unsaved,
+    /// Not all that the line under way changed could be stored.
+    pub(crate) store_failed: bool,
     /// The store had lost something: said before the banner.
     pub(crate) stored_values_lost: bool,
 
@@ -144,6 +146,7 @@ where
             last_alarm: None,
             records: None,
             unsaved: Unsaved::default(),
+            store_failed: false,
             stored_values_lost: false,
             motion: Motion::new(planner, kinematics, links.segments, links.shared),
             path_end: origin,

@@ -1,7 +1,8 @@
 //! Between the machine and its store: what is loaded at power-up, what is to be written, and when.
 //!
 //! Lines change settings, offsets and texts in memory and note what has to be written; [`Machine::save`] then writes
-//! one record a call, while motion rests: writing flash may stop the CPU for a while.
+//! one record a call, while motion rests: writing flash may stop the CPU for a while. The line that made the change is
+//! answered after that, so that its `ok` says that the change will survive a power loss.
 
 use crate::interpreter::OffsetId;
 use crate::machine::Machine;
@@ -136,13 +137,24 @@ where
         Ok(condition)
     }
 
+    /// Whether there is a store, and something is not in it yet.
+    pub(crate) fn has_unsaved(&self) -> bool {
+        self.records.is_some() && !self.unsaved.is_empty()
+    }
+
     /// Writes one record of what changed, if motion rests; returns whether more is left to write.
     ///
     /// Main loop, after [`Machine::poll`]. Does nothing before [`Machine::load`]. Takes as long as the store does.
     ///
     /// # Errors
-    /// [`StoreError`]: the change is in force, but will not survive a power loss.
+    /// [`StoreError`]: the change is in force, but will not survive a power loss; its line is answered with `error:7`.
     pub fn save<S: SettingsStore>(&mut self, store: &mut S) -> Result<bool, StoreError<S::Error>> {
+        let saved = self.save_one(store);
+        self.store_failed |= saved.is_err();
+        saved
+    }
+
+    fn save_one<S: SettingsStore>(&mut self, store: &mut S) -> Result<bool, StoreError<S::Error>> {
         if self.unsaved.is_empty() || !self.motion.is_at_rest() {
             return Ok(!self.unsaved.is_empty());
         }

@@ -23,6 +23,8 @@ use leadscrew_planner::{Coordinate, Kinematics};
 enum Reply {
     /// Now.
     Now,
+    /// Once what it changed is stored.
+    Stored,
     /// The command has answered, or will do so.
     Later,
 }
@@ -48,6 +50,10 @@ where
         };
         match result {
             Ok(Reply::Now) => self.console.answer(id, Ok(())),
+            Ok(Reply::Stored) => {
+                self.executor.begin_storing(Origin::Channel(id), false);
+                self.execute(board, now);
+            }
             Ok(Reply::Later) => {}
             Err(fault) => self.refuse(Origin::Channel(id), fault),
         }
@@ -86,15 +92,16 @@ where
             SystemCommand::StoreBuild(text) => {
                 self.memory.set_build(text);
                 self.unsaved.add_build();
+                return Ok(Reply::Stored);
             }
-            SystemCommand::StoreStartup { index, line } => self.store_startup(index, line)?,
+            SystemCommand::StoreStartup { index, line } => return self.store_startup(index, line),
             SystemCommand::Check => return Ok(self.toggle_check(id, board, now)),
             SystemCommand::Unlock => self.unlock(board)?,
             SystemCommand::Home(homing) => return Ok(self.home(id, homing, board, now)?),
             SystemCommand::Jog(line) => return self.jog(id, line, board, now),
             SystemCommand::Sleep => return Ok(self.sleep(id, board)),
             SystemCommand::Restore(what) => return Ok(self.restore_defaults(id, what, board, now)),
-            SystemCommand::Set { number, value } => self.set(number, value, board)?,
+            SystemCommand::Set { number, value } => return Ok(self.set(number, value, board)?),
         }
         Ok(Reply::Now)
     }
@@ -125,7 +132,7 @@ where
     }
 
     /// Checks the line in the present modal state and keeps it, without carrying it out.
-    fn store_startup(&mut self, index: u8, line: &[u8]) -> Result<(), Fault> {
+    fn store_startup(&mut self, index: u8, line: &[u8]) -> Result<Reply, Fault> {
         if !line.is_empty() {
             let context = Context {
                 axes: &self.config.axes,
@@ -137,7 +144,7 @@ where
         }
         self.memory.set_startup(index, line);
         self.unsaved.add_startup(index);
-        Ok(())
+        Ok(Reply::Stored)
     }
 
     /// `$C`: leaving check mode resets the machine.
@@ -256,12 +263,17 @@ where
             (0..STARTUP_LINES).for_each(|index| self.unsaved.add_startup(index));
         }
         self.console.message(Message::RestoringDefaults);
-        self.console.answer(id, Ok(()));
-        self.restart(Discard::Nothing, board, now);
+        self.executor.begin_storing(Origin::Channel(id), true);
+        self.execute(board, now);
         Reply::Later
     }
 
-    fn set<B: Board>(&mut self, number: u16, value: Number, board: &mut B) -> Result<(), Status> {
+    fn set<B: Board>(
+        &mut self,
+        number: u16,
+        value: Number,
+        board: &mut B,
+    ) -> Result<Reply, Status> {
         let entry = Entry { number, value };
         let inches = self.settings.is_on(Setting::Inches);
         let changes = self.settings.set(entry, self.config.max_step_rate)?;
@@ -272,7 +284,7 @@ where
         if self.settings.is_on(Setting::Inches) != inches {
             self.cadence.work_offset_changed();
         }
-        Ok(())
+        Ok(Reply::Stored)
     }
 
     /// Whether there is a door, and it is open now.

@@ -49,6 +49,11 @@ pub(crate) enum Wait<const AXES: usize> {
     Probe(Probing),
     /// That the operator resumes (M0).
     Pause,
+    /// That what it changed is stored. `then_restart`: the machine starts anew after the answer (`$RST=`).
+    Stored {
+        /// Whether it does.
+        then_restart: bool,
+    },
 }
 
 /// How far a probing motion has come.
@@ -105,6 +110,13 @@ impl<const AXES: usize> Executor<AXES> {
         self.wait = Wait::Nothing;
     }
 
+    /// Takes on a line that is carried out, and is answered once what it changed is stored.
+    pub(crate) fn begin_storing(&mut self, origin: Origin, then_restart: bool) {
+        self.commands.clear();
+        self.begin(origin, LineKind::Program);
+        self.wait = Wait::Stored { then_restart };
+    }
+
     /// Whether a line is under way.
     pub(crate) fn is_busy(&self) -> bool {
         self.origin.is_some()
@@ -131,12 +143,24 @@ impl<const AXES: usize> Executor<AXES> {
         matches!(self.wait, Wait::Pause)
     }
 
-    /// Whether the line under way would go on at once. `resting`: motion rests; `room`: the planner has room.
+    /// Whether the line under way waits for the store.
+    pub(crate) fn is_storing(&self) -> bool {
+        matches!(self.wait, Wait::Stored { .. })
+    }
+
+    /// Whether the machine starts anew after the line under way.
+    fn then_restart(&self) -> bool {
+        matches!(self.wait, Wait::Stored { then_restart: true })
+    }
+
+    /// Whether the line under way would go on at once. `resting`: motion rests; `room`: the planner has room. The store is
+    /// written between two polls.
     pub(crate) fn can_advance(&self, resting: bool, room: bool) -> bool {
         self.is_busy()
             && match self.wait {
                 Wait::Nothing => resting,
                 Wait::Arc(_) => room,
+                Wait::Stored { .. } => true,
                 Wait::Dwell(_) | Wait::Probe(_) | Wait::Pause => false,
             }
     }
@@ -145,7 +169,9 @@ impl<const AXES: usize> Executor<AXES> {
     pub(crate) fn dwell_ends(&self) -> Option<Instant> {
         match self.wait {
             Wait::Dwell(end) => Some(end),
-            Wait::Nothing | Wait::Arc(_) | Wait::Probe(_) | Wait::Pause => None,
+            Wait::Nothing | Wait::Arc(_) | Wait::Probe(_) | Wait::Pause | Wait::Stored { .. } => {
+                None
+            }
         }
     }
 

@@ -8,6 +8,7 @@ use crate::machine::Machine;
 use crate::protocol::alarm::Alarm;
 use crate::protocol::message::Message;
 use crate::protocol::status::Status;
+use crate::reset::Discard;
 use crate::settings::table::Setting;
 use crate::soft_limits;
 use crate::state::{Hold, Jog, State};
@@ -27,7 +28,7 @@ where
 {
     /// Goes on with the line under way; answers it once all its commands are carried out. Main loop.
     pub(crate) fn execute<B: Board>(&mut self, board: &mut B, now: Instant) {
-        if !self.executor.is_busy() || !self.state.takes_lines() {
+        if !self.executor.is_busy() || !self.state.takes_lines() || self.is_storing() {
             return;
         }
         if self.executor.moves_next() && !self.motion.has_room() {
@@ -35,7 +36,7 @@ where
         }
         for _ in 0..COMMANDS_A_POLL {
             let Some((command, kind)) = self.executor.current() else {
-                return self.complete_line();
+                return self.complete_line(board, now);
             };
             match self.perform(&command, kind, board, now) {
                 Progress::Done => self.executor.advance(),
@@ -44,10 +45,23 @@ where
         }
     }
 
-    fn complete_line(&mut self) {
+    fn complete_line<B: Board>(&mut self, board: &mut B, now: Instant) {
+        let then_restart = self.executor.then_restart();
+        let stored = match core::mem::take(&mut self.store_failed) {
+            true => Err(Status::StoreUnreadable),
+            false => Ok(()),
+        };
         if let Some(origin) = self.executor.finish() {
-            self.answer(origin, Ok(()));
+            self.answer(origin, stored);
         }
+        if then_restart {
+            self.restart(Discard::Nothing, board, now);
+        }
+    }
+
+    /// Whether the line under way waits for [`Machine::save`]. A machine without a store waits for nothing.
+    fn is_storing(&self) -> bool {
+        self.executor.is_storing() && self.has_unsaved()
     }
 
     fn perform<B: Board>(
@@ -64,11 +78,7 @@ where
             Command::Dwell(seconds) => self.perform_dwell(*seconds, now),
             Command::Spindle(spindle) => self.perform_spindle(spindle, board),
             Command::Coolant(coolant) => self.perform_coolant(*coolant, board),
-            Command::StoreOffset {
-                id,
-                value: _,
-                in_force,
-            } => self.perform_store(*id, *in_force),
+            Command::StoreOffset { id, value: _ } => self.perform_store(*id),
             Command::WorkOffset(offset) => {
                 self.work_offset = *offset;
                 self.cadence.work_offset_changed();
@@ -305,12 +315,23 @@ where
         Progress::Done
     }
 
-    fn perform_store(&mut self, id: OffsetId, in_force: bool) -> Progress {
-        if in_force && self.state != State::Check && !self.is_motion_over() {
-            return Progress::Wait;
+    /// Notes an offset that is to be stored, and waits until it is: an `ok` says that it will survive a power loss. The
+    /// store is written at rest, so that this, as in GRBL, waits for motion to end.
+    fn perform_store(&mut self, id: OffsetId) -> Progress {
+        if self.executor.is_storing() {
+            return Progress::Done;
         }
-        self.unsaved.add_offset(id);
-        Progress::Done
+        if self.is_motion_over() {
+            self.unsaved.add_offset(id);
+            self.executor.wait = Wait::Stored {
+                then_restart: false,
+            };
+        }
+        if self.executor.is_storing() && !self.is_storing() {
+            Progress::Done
+        } else {
+            Progress::Wait
+        }
     }
 
     fn perform_pause(&mut self, now: Instant) -> Progress {

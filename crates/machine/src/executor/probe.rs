@@ -41,7 +41,7 @@ where
                 }
                 Progress::Wait
             }
-            Wait::Nothing | Wait::Arc(_) | Wait::Dwell(_) | Wait::Pause => {
+            Wait::Nothing | Wait::Arc(_) | Wait::Dwell(_) | Wait::Pause | Wait::Stored { .. } => {
                 self.begin_probe(travel, kind, board, now)
             }
         }

@@ -28,14 +28,12 @@ pub enum Command<const AXES: usize> {
     ParkingControl(bool),
     /// Wait until motion has ended, then this long, s.
     Dwell(Number),
-    /// Write this to the store: it outlasts power (G10, G28.1, G30.1).
+    /// Wait until motion has ended, then write this to the store: it outlasts power (G10, G28.1, G30.1).
     StoreOffset {
         /// What is stored.
         id: OffsetId,
         /// Its value, machine coordinates.
         value: [Coordinate; AXES],
-        /// The work coordinate system in force has changed: wait until motion has ended before going on.
-        in_force: bool,
     },
     /// From now on this is the work offset that reports subtract and show as `WCO`.
     WorkOffset([Coordinate; AXES]),

@@ -65,35 +65,23 @@ impl<const AXES: usize> Interpreter<AXES> {
             Effect::None | Effect::GoTo(_) => {}
             Effect::Dwell(seconds) => push(commands, Command::Dwell(seconds)),
             Effect::SetOrigin(system, origin) => {
-                let in_force = system == self.modal.system;
-                self.store(OffsetId::Work(system), origin, in_force, commands);
-                shifted |= in_force;
+                self.store(OffsetId::Work(system), origin, commands);
+                shifted |= system == self.modal.system;
             }
             Effect::SetG92(offset) => {
                 self.offsets.set_g92(offset);
                 shifted = true;
             }
-            Effect::Store(id) => self.store(id, self.position, false, commands),
+            Effect::Store(id) => self.store(id, self.position, commands),
         }
         if shifted {
             self.shift_work(commands);
         }
     }
 
-    fn store(
-        &mut self,
-        id: OffsetId,
-        value: [Coordinate; AXES],
-        in_force: bool,
-        commands: &mut Commands<AXES>,
-    ) {
+    fn store(&mut self, id: OffsetId, value: [Coordinate; AXES], commands: &mut Commands<AXES>) {
         self.offsets.set(id, value);
-        let command = Command::StoreOffset {
-            id,
-            value,
-            in_force,
-        };
-        push(commands, command);
+        push(commands, Command::StoreOffset { id, value });
     }
 
     fn shift_work(&mut self, commands: &mut Commands<AXES>) {

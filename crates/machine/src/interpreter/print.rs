@@ -18,14 +18,7 @@ impl<const AXES: usize> Display for Command<AXES> {
             Self::ParkingControl(true) => f.write_str("PARKING on"),
             Self::ParkingControl(false) => f.write_str("PARKING off"),
             Self::Dwell(seconds) => write!(f, "DWELL {seconds} s"),
-            Self::StoreOffset {
-                id,
-                value,
-                in_force,
-            } => {
-                write!(f, "STORE {id}{}", Axes(value))?;
-                f.write_str(if *in_force { " in force" } else { "" })
-            }
+            Self::StoreOffset { id, value } => write!(f, "STORE {id}{}", Axes(value)),
             Self::WorkOffset(offset) => write!(f, "WORK OFFSET{}", Axes(offset)),
             Self::Line(travel) if travel.feed == Feed::Rapid => write!(f, "RAPID{travel}"),
             Self::Line(travel) => write!(f, "FEED{travel}"),

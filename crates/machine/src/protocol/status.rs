@@ -21,7 +21,7 @@ codes! {
         StepPulseTooShort = 6, "The step pulse must be 3 us or longer",
             "Motor drivers miss shorter pulses. Set `$0` to 3 or more.";
         StoreUnreadable = 7, "Stored values were lost, defaults are in force",
-            "What was stored did not pass its checksum, as after a power loss while writing or after an update. Restore the settings from a backup and check the offsets.";
+            "What was stored did not pass its checksum, as after a power loss while writing or after an update; or the memory did not take a change. Restore the settings from a backup and check the offsets.";
         NotIdle = 8, "The command has to wait until the machine is idle",
             "Let the motion end, leave check mode, or unlock the machine, then send the command again.";
         Locked = 9, "G-code is locked while jogging or after a fault",
@@ -81,7 +81,7 @@ codes! {
         ToolTooLarge = 38, "The tool number is too large",
             "T takes 0 to 255.";
         OutOfRange = 52, "The value is out of range",
-            "The setting does not take this value. Nothing was changed.";
+            "The setting does not take this value, or the target is farther away than the machine can count. Nothing was changed.";
     }
 }
 

@@ -71,7 +71,7 @@ where
     }
 
     fn save(&mut self, flash: &mut Flash) {
-        // Where the store is full, the machine has said so on its lines.
+        // Where the store is full, the machine says so: `error:7`.
         while self.machine_mut().save(flash) == Ok(true) && self.machine().state() == State::Idle {}
     }
 

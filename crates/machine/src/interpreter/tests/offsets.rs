@@ -22,7 +22,7 @@ fn g10_l20_makes_the_position_read_as_its_words() {
     let mut bench = Bench::<3>::after(&["G0X10Y5"]);
     assert_eq!(
         bench.run("G10L20P1X0Y0"),
-        ["STORE G54 X10 Y5 Z0 in force", "WORK OFFSET X10 Y5 Z0"]
+        ["STORE G54 X10 Y5 Z0", "WORK OFFSET X10 Y5 Z0"]
     );
     assert_eq!(bench.run("G10L20P2X1"), ["STORE G55 X9 Y0 Z0"]);
     bench.run("G92X3");
@@ -53,7 +53,7 @@ fn g10_without_p_or_with_p0_means_the_system_that_its_line_selects() {
     let mut bench = Bench::<3>::new();
     assert_eq!(
         bench.run("G57G10L2X1"),
-        ["STORE G57 X1 Y0 Z0 in force", "WORK OFFSET X1 Y0 Z0"]
+        ["STORE G57 X1 Y0 Z0", "WORK OFFSET X1 Y0 Z0"]
     );
     bench.run("G10L2P0Y2");
     assert_eq!(origin(&bench, WorkSystem::G57), [1.0, 2.0, 0.0]);
