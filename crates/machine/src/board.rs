@@ -32,6 +32,29 @@ impl fmt::Display for ChannelId {
     }
 }
 
+/// A move of the program that has just been planned.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct PlannedMove<'a> {
+    /// Where it ends: axes, machine position.
+    pub target: &'a [Coordinate],
+    /// What sort of motion it is.
+    pub kind: MoveKind,
+    /// Power as programmed, at the programmed feed.
+    pub power: Power,
+    /// The limit from an arc's curvature, mm/s.
+    pub speed_limit: Option<f32>,
+    /// The line that asked for it, counted as [`Work::lines`](crate::work::Work::lines) does.
+    pub line: u32,
+    /// Signed steps of each motor, of all that was planned as one move with it.
+    pub steps: &'a [i32],
+    /// Highest acceleration along the path, mm/s².
+    pub acceleration: f32,
+    /// Highest speed along the path whatever the override, mm/s.
+    pub rate: f32,
+    /// Speed along the path as programmed, mm/s.
+    pub feed: f32,
+}
+
 /// Electrical levels of all switches at one instant. Inputs are pulled up: `true` is high, an open switch.
 ///
 /// What is *active* follows from the settings (`$5`, `$6`) and the machine's configuration; the board need
@@ -132,9 +155,9 @@ pub trait Board {
     /// direction waits for its end.
     fn configure(&mut self, port: &PortConfig);
 
-    /// Learns of a move of the program as it is planned, to `target` (axes, machine position) with `power`. For boards that
-    /// watch, such as a simulator that draws; others need not care.
-    fn move_planned(&mut self, target: &[Coordinate], kind: MoveKind, power: Power) {
-        let _ = (target, kind, power);
+    /// Learns of a move of the program as it is planned. For boards that watch, such as a simulator that draws; others
+    /// need not care.
+    fn move_planned(&mut self, planned: &PlannedMove<'_>) {
+        let _ = planned;
     }
 }

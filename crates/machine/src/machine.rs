@@ -66,6 +66,30 @@ pub struct LineFault {
     pub column: usize,
 }
 
+/// How motion stands at the end of the segment that was made last.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Committed {
+    /// Speed along the path, mm/s.
+    pub speed: f32,
+    /// What bounds the speed from there on, where it slows down.
+    pub ahead: Ahead,
+}
+
+/// What motion slows down for.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Ahead {
+    /// The program asks for rest: a dwell, a spindle that is switched, a pause, the end.
+    Stop,
+    /// As many moves are queued as fit.
+    LookAhead,
+    /// No further line has come yet.
+    NoLine,
+    /// A corner.
+    Corner,
+    /// A move that is slower.
+    SlowerMove,
+}
+
 /// A GRBL machine with `AXES` axes on `MOTORS` motors that plans up to `MOVES` moves ahead.
 pub struct Machine<'a, K, const AXES: usize, const MOTORS: usize, const MOVES: usize> {
     pub(crate) config: MachineConfig<AXES>,
@@ -222,6 +246,22 @@ where
     /// Speed on the path, mm/s; 0 at rest.
     pub fn speed(&self) -> f32 {
         self.motion.speed()
+    }
+
+    /// How motion stands at the end of the segment that was made last: for those who explain a job.
+    pub fn committed(&self) -> Committed {
+        let (speed, ahead) = self.motion.committed();
+        let waits = self.executor.is_busy() && !self.executor.moves_next();
+        Committed {
+            speed,
+            ahead: match ahead {
+                leadscrew_planner::Ahead::QueueEnd { .. } if waits => Ahead::Stop,
+                leadscrew_planner::Ahead::QueueEnd { full: true } => Ahead::LookAhead,
+                leadscrew_planner::Ahead::QueueEnd { full: false } => Ahead::NoLine,
+                leadscrew_planner::Ahead::Corner => Ahead::Corner,
+                leadscrew_planner::Ahead::SlowerMove => Ahead::SlowerMove,
+            },
+        }
     }
 
     /// What has been done since power-up.

@@ -27,6 +27,7 @@
 mod arc;
 mod config;
 mod coordinate;
+mod explain;
 mod fit;
 mod junction;
 mod kinematics;
@@ -45,6 +46,7 @@ mod trigonometry;
 pub use arc::Arc;
 pub use config::{Config, Overrides, DEFAULT_TIMER_HZ};
 pub use coordinate::{Coordinate, StepsPerMm, NANOS_PER_MM};
+pub use explain::{Ahead, Outline};
 pub use kinematics::{Cartesian, CoreXy, Ganged, Kinematics};
 pub use lead::{PowerLead, LONGEST_LEAD};
 pub use moves::{Feed, Move, MoveKind, MovePower};

@@ -125,6 +125,19 @@ impl<const MOTORS: usize, const CAPACITY: usize> LookAhead<MOTORS, CAPACITY> {
         u32::try_from(limit).unwrap_or(u32::MAX)
     }
 
+    /// The move whose start keeps the next move's start from being faster; `None` where it is the rest at the queue's
+    /// end.
+    pub(crate) fn slow_start(&self) -> Option<&PlannedMove<MOTORS>> {
+        let number = *self.candidates.front()?;
+        self.key(number).filter(|key| *key < self.end)?;
+        self.moves.get(usize::from(number.wrapping_sub(self.first)))
+    }
+
+    /// The move that was queued last.
+    pub(crate) fn newest(&self) -> Option<&PlannedMove<MOTORS>> {
+        self.moves.back()
+    }
+
     /// Sets every cap anew, in order, and rebuilds the candidates: an override has changed. Linear in
     /// the length.
     pub(crate) fn set_caps(&mut self, mut cap: impl FnMut(&PlannedMove<MOTORS>) -> u32) {

@@ -294,6 +294,10 @@ where
         self.row = None;
     }
 
+    pub(crate) const fn queue(&self) -> &LookAhead<MOTORS, CAPACITY> {
+        &self.queue
+    }
+
     pub(crate) fn start_next(&mut self) -> Option<&PlannedMove<MOTORS>> {
         self.queue.start_next()
     }

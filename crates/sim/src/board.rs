@@ -19,9 +19,8 @@ use crate::observer::{Observer, StepEvent};
 use crate::plant::{Plant, Rise, LEAST_SETUP};
 use crate::trouble::{Late, LateReason, Record, Violation};
 use leadscrew_machine::board::{
-    Board, ChannelId, CoolantOutput, PortConfig, SpindleOutput, Switches,
+    Board, ChannelId, CoolantOutput, PlannedMove, PortConfig, SpindleOutput, Switches,
 };
-use leadscrew_planner::{Coordinate, MoveKind};
 use leadscrew_stepper::{MotorMask, Outputs, Power, StepPort, Ticks};
 
 /// Eighths of a dominant motor's step, the finest that smoothing knows.
@@ -352,8 +351,8 @@ impl<O: Observer, const MOTORS: usize> Board for SimBoard<O, MOTORS> {
         }
     }
 
-    fn move_planned(&mut self, target: &[Coordinate], kind: MoveKind, power: Power) {
-        self.observer.move_planned(target, kind, power);
+    fn move_planned(&mut self, planned: &PlannedMove<'_>) {
+        self.observer.move_planned(planned);
     }
 
     fn configure(&mut self, port: &PortConfig) {

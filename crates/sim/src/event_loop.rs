@@ -314,6 +314,9 @@ where
         if let Some(fault) = self.machine.take_fault() {
             self.board.observer.refused(self.now, &fault);
         }
+        if self.machine.work().segments != self.work.segments {
+            self.board.observer.segment_made(&self.machine.committed());
+        }
         self.charge_poll();
         self.check(&counted);
         self.schedule(&next);

@@ -33,6 +33,7 @@ pub mod profile;
 pub mod replay;
 pub mod serve;
 pub mod setup;
+pub mod speed_profile;
 mod stepping;
 pub mod streamer;
 pub mod trouble;

@@ -5,9 +5,8 @@
 
 use crate::clock::Cycle;
 use crate::trouble::{Late, Violation};
-use leadscrew_machine::board::{CoolantOutput, PortConfig, SpindleOutput};
-use leadscrew_machine::machine::LineFault;
-use leadscrew_planner::{Coordinate, MoveKind};
+use leadscrew_machine::board::{CoolantOutput, PlannedMove, PortConfig, SpindleOutput};
+use leadscrew_machine::machine::{Committed, LineFault};
 use leadscrew_stepper::{MotorMask, Outputs, Power};
 
 /// The rising edges of one step event.
@@ -21,6 +20,17 @@ pub struct StepEvent {
     pub negative: MotorMask,
     /// Spindle or laser power that was put out up to this event.
     pub power: Power,
+}
+
+/// A segment as the step interrupt takes it.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Taken<'a> {
+    /// The steps of each motor in the move that begins with it, whichever way; `None` where the one under way goes on.
+    pub line: Option<&'a [u32]>,
+    /// Steps of the dominant motor in it.
+    pub step_events: u32,
+    /// Power in its first and its last tick, as shares of full power.
+    pub power: [f64; 2],
 }
 
 /// What can be watched. All cycles rise from call to call.
@@ -53,9 +63,15 @@ pub trait Observer {
     /// The coolant valves are set.
     #[inline]
     fn coolant(&mut self, cycle: Cycle, output: CoolantOutput) {}
-    /// A move of the program is planned, to `target` (machine position) with `power`.
+    /// A move of the program is planned.
     #[inline]
-    fn move_planned(&mut self, target: &[Coordinate], kind: MoveKind, power: Power) {}
+    fn move_planned(&mut self, planned: &PlannedMove<'_>) {}
+    /// The main loop has made a segment.
+    #[inline]
+    fn segment_made(&mut self, committed: &Committed) {}
+    /// The step interrupt takes a segment, or comes to rest: segments are taken in the order in which they were made.
+    #[inline]
+    fn segment_taken(&mut self, cycle: Cycle, taken: Option<&Taken<'_>>) {}
     /// A line was refused.
     #[inline]
     fn refused(&mut self, cycle: Cycle, fault: &LineFault) {}
@@ -93,7 +109,9 @@ macro_rules! forward {
         forward!(@method $self $observers motors_enabled(cycle: Cycle, on: bool));
         forward!(@method $self $observers spindle(cycle: Cycle, output: SpindleOutput));
         forward!(@method $self $observers coolant(cycle: Cycle, output: CoolantOutput));
-        forward!(@method $self $observers move_planned(target: &[Coordinate], kind: MoveKind, power: Power));
+        forward!(@method $self $observers move_planned(planned: &PlannedMove<'_>));
+        forward!(@method $self $observers segment_made(committed: &Committed));
+        forward!(@method $self $observers segment_taken(cycle: Cycle, taken: Option<&Taken<'_>>));
         forward!(@method $self $observers refused(cycle: Cycle, fault: &LineFault));
         forward!(@method $self $observers configured(cycle: Cycle, port: &PortConfig));
         forward!(@method $self $observers late(late: &Late));

@@ -25,6 +25,10 @@ pub struct MotorOutcome {
 pub struct Outcome<const MOTORS: usize> {
     /// From the first byte to the board until motion rests and all has been said, s.
     pub job_seconds: f64,
+    /// When the first byte came: where `job_seconds` begins.
+    pub first_byte: Cycle,
+    /// `job_seconds` in CPU cycles.
+    pub job_cycles: u64,
     /// From the first to the last step, s; 0 where there was none.
     pub motion_seconds: f64,
     /// Each motor.
@@ -68,8 +72,11 @@ where
     pub fn outcome(&self) -> Outcome<MOTORS> {
         let board = &self.board;
         let motors = self.motors();
+        let job_cycles = board.last_rest.max(self.last_byte) - self.first_byte;
         Outcome {
-            job_seconds: seconds(board.last_rest.max(self.last_byte) - self.first_byte),
+            job_seconds: seconds(job_cycles),
+            first_byte: self.first_byte,
+            job_cycles,
             motion_seconds: seconds(board.last_step - board.first_step),
             motors,
             step_events: board.counts.step_events,

@@ -4,7 +4,7 @@ use crate::board::{SimBoard, EIGHTHS};
 use crate::clock::Cycle;
 use crate::cost::Costs;
 use crate::load::Cpu;
-use crate::observer::Observer;
+use crate::observer::{Observer, Taken};
 use crate::trouble::LateReason;
 use heapless::spsc::Consumer;
 use leadscrew_stepper::{on_timer, Segment, Shared, StepInterrupt};
@@ -86,7 +86,7 @@ impl<'a, const MOTORS: usize> Stepping<'a, MOTORS> {
     ) -> bool {
         let takes = self.ticks_left == 0;
         if takes {
-            self.look_ahead();
+            self.look_ahead(board, start);
         } else {
             self.ticks_left -= 1;
         }
@@ -102,8 +102,10 @@ impl<'a, const MOTORS: usize> Stepping<'a, MOTORS> {
 
     /// Looks at the segment that the step interrupt is about to take.
     #[inline(never)]
-    fn look_ahead(&mut self) {
+    fn look_ahead<O: Observer>(&mut self, board: &mut SimBoard<O, MOTORS>, start: Cycle) {
         let next = self.segments.peek().filter(|_| !self.shared.is_stopped());
+        let taken = next.map(taken);
+        board.observer.segment_taken(start, taken.as_ref());
         (self.ticks_left, self.next_eighths) = match next {
             Some(segment) => (
                 segment.ticks.get() - 1,
@@ -122,6 +124,21 @@ impl<'a, const MOTORS: usize> Stepping<'a, MOTORS> {
             self.underruns = self.shared.underruns();
             board.note_late(start, LateReason::Underrun);
         }
+    }
+}
+
+/// Full power in the units of a power's bits.
+const FULL_POWER: f64 = (1u32 << 31) as f64;
+
+/// A segment as observers see it.
+fn taken<const MOTORS: usize>(segment: &Segment<MOTORS>) -> Taken<'_> {
+    let ticks = segment.ticks.get();
+    let first = f64::from(segment.power.share().to_bits());
+    let rise = f64::from(segment.power_change.to_bits()) * f64::from(ticks - 1);
+    Taken {
+        line: segment.line.as_ref().map(|line| line.steps().as_slice()),
+        step_events: u32::from(ticks) >> segment.smoothing.level(),
+        power: [first / FULL_POWER, (first + rise) / FULL_POWER],
     }
 }
 

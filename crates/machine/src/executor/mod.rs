@@ -181,7 +181,7 @@ impl<const AXES: usize> Executor<AXES> {
     }
 
     /// Whether what is to be carried out next is to be planned, for which there must be room.
-    fn moves_next(&self) -> bool {
+    pub(crate) fn moves_next(&self) -> bool {
         if !matches!(self.wait, Wait::Nothing | Wait::Arc(_)) {
             return false;
         }

@@ -2,7 +2,7 @@
 
 use super::arc::{ArcFeed, CHORDS_A_POLL};
 use super::{LineKind, Progress, Wait};
-use crate::board::{Board, CoolantOutput, Duration, Instant, SpindleOutput};
+use crate::board::{Board, CoolantOutput, Duration, Instant, PlannedMove, SpindleOutput};
 use crate::interpreter::{ArcShape, Command, Coolant, Feed, OffsetId, Rotation, Spindle, Travel};
 use crate::machine::Machine;
 use crate::protocol::alarm::Alarm;
@@ -203,7 +203,7 @@ where
             Ok(Pushed::Queued) => {
                 self.work.moves = self.work.moves.wrapping_add(1);
                 self.path_end = next.target;
-                board.move_planned(&next.target, next.kind, next.power.programmed());
+                self.show_planned(next, board);
                 self.want_spindle(spindle);
                 self.motion_begins();
                 Progress::Done
@@ -215,6 +215,24 @@ where
             }
             Err(PushError::TooFar) => self.refuse_move(),
         }
+    }
+
+    /// Shows a move that has just been queued to a board that watches.
+    fn show_planned<B: Board>(&self, of: &Move<AXES>, board: &mut B) {
+        let Some(outline) = self.motion.newest() else {
+            return;
+        };
+        board.move_planned(&PlannedMove {
+            target: &of.target,
+            kind: of.kind,
+            power: of.power.programmed(),
+            speed_limit: of.speed_limit,
+            line: self.work.lines,
+            steps: &outline.steps,
+            acceleration: outline.acceleration,
+            rate: outline.rate,
+            feed: outline.feed,
+        });
     }
 
     fn motion_begins(&mut self) {

@@ -19,8 +19,8 @@ use crate::work::Work;
 use feeder::Feeder;
 use heapless::spsc::Producer;
 use leadscrew_planner::{
-    Config, Coordinate, Kinematics, Move, Overrides, Planner, PowerLead, PushError, Pushed,
-    Segmenter,
+    Ahead, Config, Coordinate, Kinematics, Move, Outline, Overrides, Planner, PowerLead, PushError,
+    Pushed, Segmenter,
 };
 use leadscrew_stepper::{Segment, Shared};
 
@@ -261,6 +261,19 @@ where
     /// The line number of the move under way.
     pub(crate) fn line_number(&self) -> Option<u32> {
         self.program.segmenter.line_number()
+    }
+
+    /// What the program's newest move was planned with.
+    pub(crate) fn newest(&self) -> Option<Outline<MOTORS>> {
+        self.program.planner.newest()
+    }
+
+    /// The speed at the end of the segment that was committed last, mm/s, and what lies ahead of it.
+    pub(crate) fn committed(&self) -> (f32, Ahead) {
+        match self.driver {
+            Driver::Program => (self.program.segmenter.speed(), self.program.planner.ahead()),
+            Driver::Aside => (self.aside.segmenter.speed(), self.aside.planner.ahead()),
+        }
     }
 
     /// Whether no step is made and none is committed: where a hold was asked for, it is complete.

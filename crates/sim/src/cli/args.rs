@@ -20,6 +20,8 @@ pub(super) struct Cli {
 pub(super) enum Command {
     /// Run a G-code file on the simulated machine.
     Run(JobArgs),
+    /// Show where the time of a job goes: which limit binds when, and what to change to run it faster.
+    Profile(ProfileArgs),
     /// Check a G-code file: report every error in it, move nothing.
     Check(JobArgs),
     /// Be a machine that senders can connect to.
@@ -28,17 +30,54 @@ pub(super) enum Command {
     Replay(ReplayArgs),
 }
 
-/// Options of `run` and `check`.
+/// The machine's settings.
 #[derive(Args, Debug)]
-pub(super) struct JobArgs {
-    /// The G-code file; `-` reads standard input.
-    pub(super) file: String,
+pub(super) struct SettingArgs {
     /// A file of settings, lines as `$$` prints them.
     #[arg(long, value_name = "FILE")]
     pub(super) settings: Option<PathBuf>,
     /// One setting, such as '$110=6000'; may be repeated, later ones win.
     #[arg(long = "set", value_name = "$N=VALUE")]
     pub(super) set: Vec<String>,
+}
+
+/// Options of `profile`.
+#[derive(Args, Debug)]
+pub(super) struct ProfileArgs {
+    /// The G-code file; `-` reads standard input.
+    pub(super) file: String,
+    #[command(flatten)]
+    pub(super) machine: SettingArgs,
+    /// Speed of the serial line in bits per second; without it the line never waits.
+    #[arg(long, value_name = "N", value_parser = baud)]
+    pub(super) baud: Option<NonZeroU32>,
+    /// Draw speed, acceleration, power and what binds along time as an SVG picture.
+    #[arg(long, value_name = "FILE")]
+    pub(super) svg: Option<PathBuf>,
+    /// Write one row of CSV for each stretch in which one limit binds.
+    #[arg(long, value_name = "FILE")]
+    pub(super) csv: Option<PathBuf>,
+    /// Do not run the job again to find out what would make it faster.
+    #[arg(long)]
+    pub(super) no_trials: bool,
+    /// Print the outcome as JSON.
+    #[arg(long)]
+    pub(super) json: bool,
+    /// Go on after an error.
+    #[arg(long)]
+    pub(super) keep_going: bool,
+    /// Print nothing but errors.
+    #[arg(long, short)]
+    pub(super) quiet: bool,
+}
+
+/// Options of `run` and `check`.
+#[derive(Args, Debug)]
+pub(super) struct JobArgs {
+    /// The G-code file; `-` reads standard input.
+    pub(super) file: String,
+    #[command(flatten)]
+    pub(super) machine: SettingArgs,
     /// Speed of the serial line in bits per second; without it the line never waits.
     #[arg(long, value_name = "N", value_parser = baud)]
     pub(super) baud: Option<NonZeroU32>,
@@ -103,6 +142,6 @@ mod tests {
         let Command::Run(job) = Cli::parse_from(args).command else {
             panic!("not run")
         };
-        assert_eq!(job.set, ["$110=6000", "$111=6000"]);
+        assert_eq!(job.machine.set, ["$110=6000", "$111=6000"]);
     }
 }

@@ -27,7 +27,7 @@ use std::io::BufRead;
 /// Where an option or the input cannot be used.
 pub(super) fn check(args: &JobArgs) -> Result<bool, Unusable> {
     let config = MachineConfig::<AXES>::new();
-    let settings = settings(args, &config)?;
+    let settings = settings(&args.machine, &config)?;
     let job = input::open(&args.file).map_err(unusable)?;
     let mut checker = Checker::new(&job.name, config, settings);
     let unreadable = |error| unusable(format!("{}: cannot be read: {error}", args.file));

@@ -4,6 +4,7 @@ mod args;
 mod check;
 mod complaint;
 mod input;
+mod profile;
 mod replay;
 mod report;
 mod run;
@@ -12,6 +13,7 @@ mod serve_args;
 mod setting_args;
 mod settings_file;
 mod stream;
+mod trials;
 mod watchers;
 
 use args::{Cli, Command};
@@ -30,6 +32,7 @@ const UNUSABLE: u8 = 2;
 pub fn main() -> ExitCode {
     let result = match Cli::parse().command {
         Command::Run(args) => run::run(&args),
+        Command::Profile(args) => profile::profile(&args),
         Command::Check(args) => check::check(&args),
         Command::Serve(args) => serve::run(&args),
         Command::Replay(args) => replay::run(&args),

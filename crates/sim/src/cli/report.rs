@@ -60,7 +60,7 @@ struct Json<'a> {
 }
 
 #[derive(Serialize)]
-struct JsonError<'a> {
+pub(super) struct JsonError<'a> {
     line: u64,
     column: Option<usize>,
     code: u8,
@@ -94,7 +94,7 @@ impl<const AXES: usize> Report<AXES> {
         let json = Json {
             file: &self.file,
             lines: self.lines,
-            errors: self.errors.iter().map(json_error).collect(),
+            errors: self.errors.iter().map(error_json).collect(),
             alarm: self.alarm.as_ref().map(|alarm| alarm.fault.code()),
             alarm_line: self.alarm.as_ref().map(|alarm| alarm.line),
             job_seconds: outcome.job_seconds,
@@ -137,7 +137,7 @@ impl<const AXES: usize> Report<AXES> {
     }
 }
 
-fn json_error(complaint: &Complaint) -> JsonError<'_> {
+pub(super) fn error_json(complaint: &Complaint) -> JsonError<'_> {
     JsonError {
         line: complaint.line,
         column: complaint.column.map(|column| column + 1),
@@ -205,15 +205,6 @@ impl<const AXES: usize> fmt::Display for Report<AXES> {
 }
 
 impl<const AXES: usize> Report<AXES> {
-    /// The job's name without its folders, for a picture.
-    pub(super) fn title(&self) -> String {
-        let name = std::path::Path::new(&self.file).file_name();
-        name.map_or_else(
-            || self.file.clone(),
-            |name| name.to_string_lossy().into_owned(),
-        )
-    }
-
     /// One line of figures, for a picture.
     pub(super) fn caption(&self) -> String {
         format!(
@@ -227,12 +218,7 @@ impl<const AXES: usize> Report<AXES> {
     }
 
     fn verdict(&self) -> String {
-        match (&self.alarm, self.error_count) {
-            (Some(alarm), _) => format!("stopped by ALARM:{}", alarm.fault.code()),
-            (None, 0) => "done".to_owned(),
-            (None, 1) => "1 error".to_owned(),
-            (None, count) => format!("{count} errors"),
-        }
+        verdict(self.alarm.as_ref(), self.error_count)
     }
 
     fn line(&self) -> String {
@@ -240,6 +226,25 @@ impl<const AXES: usize> Report<AXES> {
             Some(baud) => format!("{baud} baud"),
             None => "never waits (use --baud for a real one)".to_owned(),
         }
+    }
+}
+
+/// A job's name without its folders, for a picture.
+pub(super) fn title(file: &str) -> String {
+    let name = std::path::Path::new(file).file_name();
+    name.map_or_else(
+        || file.to_owned(),
+        |name| name.to_string_lossy().into_owned(),
+    )
+}
+
+/// How a job ended, in a few words.
+pub(super) fn verdict(alarm: Option<&Complaint>, errors: u64) -> String {
+    match (alarm, errors) {
+        (Some(alarm), _) => format!("stopped by ALARM:{}", alarm.fault.code()),
+        (None, 0) => "done".to_owned(),
+        (None, 1) => "1 error".to_owned(),
+        (None, count) => format!("{count} errors"),
     }
 }
 
@@ -255,7 +260,7 @@ pub(super) fn check_json(file: &str, lines: u64, errors: &[Complaint]) -> String
         lines: u64,
         errors: Vec<JsonError<'a>>,
     }
-    let errors = errors.iter().map(json_error).collect();
+    let errors = errors.iter().map(error_json).collect();
     serde_json::to_string_pretty(&Json {
         file,
         lines,

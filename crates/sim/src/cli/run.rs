@@ -2,7 +2,7 @@
 
 use super::args::JobArgs;
 use super::input::{self, Job};
-use super::report::Report;
+use super::report::{title, Report};
 use super::setting_args::{as_defaults, settings, AXES};
 use super::stream::Stream;
 use super::watchers::{OutputError, Sketch, StepList, WaveformFile};
@@ -22,7 +22,7 @@ use std::time::Instant;
 pub(super) fn run(args: &JobArgs) -> Result<bool, Unusable> {
     let begin = Instant::now();
     let mut config = MachineConfig::<AXES>::new();
-    let settings = settings(args, &config)?;
+    let settings = settings(&args.machine, &config)?;
     config.defaults = as_defaults(&settings);
     let job = input::open(&args.file).map_err(unusable)?;
     let outputs = Outputs::create(args, &settings).map_err(unusable)?;
@@ -87,6 +87,7 @@ fn simulate(
         rate: args.baud.map_or(Rate::NeverWaits, Rate::Baud),
         keep_going: args.keep_going,
         quiet: args.quiet,
+        feed_percent: 100,
     };
     let observer = ((outputs.steps, outputs.vcd), outputs.sketch);
     let done = stream.run(job, observer)?;
@@ -124,7 +125,7 @@ fn draw_picture(
         return Ok(());
     };
     let caption = Caption {
-        title: report.title(),
+        title: title(&report.file),
         summary: report.caption(),
         full_power_s: f64::from(settings.value(Setting::MaxSpeed).to_f32()),
     };

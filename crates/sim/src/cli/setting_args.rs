@@ -1,6 +1,6 @@
 //! The machine's settings from the command line: Grbl's defaults, a file over them, single ones over that.
 
-use super::args::JobArgs;
+use super::args::SettingArgs;
 use super::settings_file::{self, SettingLine};
 use super::{unusable, Unusable};
 use leadscrew_gcode::leading_number;
@@ -16,7 +16,7 @@ pub(super) const AXES: usize = 3;
 /// # Errors
 /// The first that is no setting or is refused, with where it came from and GRBL's words for it.
 pub(super) fn settings(
-    args: &JobArgs,
+    args: &SettingArgs,
     config: &MachineConfig<AXES>,
 ) -> Result<Settings<AXES>, Unusable> {
     let mut lines = match &args.settings {

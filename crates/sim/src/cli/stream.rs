@@ -31,6 +31,9 @@ use std::rc::Rc;
 /// Moves planned ahead, as on the board.
 const MOVES: usize = 1024;
 
+/// The realtime byte that raises the feed override by 10 %.
+const FEED_TEN_MORE: u8 = 0x91;
+
 /// Errors that are kept in full.
 const KEPT_ERRORS: usize = 100;
 
@@ -46,6 +49,8 @@ pub(super) struct Stream<'a> {
     pub(super) keep_going: bool,
     /// Whether nothing but errors is printed.
     pub(super) quiet: bool,
+    /// The feed override, 100 to 200 in tens.
+    pub(super) feed_percent: u8,
 }
 
 /// What came of a job.
@@ -58,6 +63,8 @@ pub(super) struct Streamed<O> {
     pub(super) error_count: u64,
     /// The alarm that ended the job.
     pub(super) alarm: Option<Complaint>,
+    /// The line of the file of each answered line, in the order of the answers; 0 for the operator's own.
+    pub(super) answered: Vec<u64>,
     /// What the simulation found out.
     pub(super) outcome: Outcome<AXES>,
     /// Who watched.
@@ -90,10 +97,13 @@ impl Stream<'_> {
         if self.settings.is_on(Setting::Homing) {
             operator.say(b"$X\n");
         }
+        let tens = usize::from(self.feed_percent.saturating_sub(100) / 10);
+        operator.say(&vec![FEED_TEN_MORE; tens]);
         operate(&mut simulation, &mut operator);
         bar.finish_and_clear();
 
         let lines = operator.streamer.lines();
+        let own = operator.own_lines;
         let complaints = operator
             .streamer
             .finish()
@@ -104,6 +114,9 @@ impl Stream<'_> {
             errors: complaints.errors,
             error_count: complaints.count,
             alarm: complaints.alarm,
+            answered: std::iter::repeat_n(0, own)
+                .chain(complaints.answered)
+                .collect(),
             outcome,
             observer,
         })
@@ -146,6 +159,8 @@ struct Operator<R, F> {
     words: VecDeque<u8>,
     /// Answers to the operator's own lines that are still to come: not the program's.
     own_answers: usize,
+    /// Lines that the operator said before the program began.
+    own_lines: usize,
     answer: Vec<u8>,
 }
 
@@ -155,12 +170,15 @@ impl<R: BufRead, F: Replies> Operator<R, F> {
             streamer,
             words: VecDeque::new(),
             own_answers: 0,
+            own_lines: 0,
             answer: Vec::new(),
         }
     }
 
     fn say(&mut self, words: &[u8]) {
-        self.own_answers += words.iter().filter(|byte| **byte == b'\n').count();
+        let lines = words.iter().filter(|byte| **byte == b'\n').count();
+        self.own_answers += lines;
+        self.own_lines += lines;
         self.words.extend(words);
     }
 
@@ -198,6 +216,8 @@ struct Complaints {
     errors: Vec<Complaint>,
     count: u64,
     alarm: Option<Complaint>,
+    /// The lines that have been answered, in order.
+    answered: Vec<u64>,
     quiet: bool,
 }
 
@@ -210,6 +230,7 @@ impl Complaints {
             errors: Vec::new(),
             count: 0,
             alarm: None,
+            answered: Vec::new(),
             quiet,
         }
     }
@@ -246,7 +267,10 @@ impl Complaints {
 impl Replies for Complaints {
     fn reply(&mut self, reply: &Reply<'_>, _: Cycle) {
         match *reply {
-            Reply::Error { line, code, text } => self.refused(line, code, text),
+            Reply::Error { line, code, text } => {
+                self.answered.push(line);
+                self.refused(line, code, text);
+            }
             Reply::Alarm { code, line, text } => {
                 let Some(alarm) = Alarm::from_number(code) else {
                     return;
@@ -255,7 +279,8 @@ impl Replies for Complaints {
                 eprintln!("{complaint}");
                 self.alarm.get_or_insert(complaint);
             }
-            Reply::Ok { .. } | Reply::Other(_) => {}
+            Reply::Ok { line } => self.answered.push(line),
+            Reply::Other(_) => {}
         }
     }
 

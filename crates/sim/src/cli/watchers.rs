@@ -6,9 +6,9 @@ use crate::observer::{Observer, StepEvent};
 use crate::output::picture::{SpeedChart, StrokeKind, Toolpath};
 use crate::output::steps_csv::StepsCsv;
 use crate::output::vcd::Waveform;
-use leadscrew_machine::board::PortConfig;
+use leadscrew_machine::board::{PlannedMove, PortConfig};
 use leadscrew_machine::outputs::spindle::SpindleScale;
-use leadscrew_planner::{Coordinate, MoveKind};
+use leadscrew_planner::MoveKind;
 use leadscrew_stepper::{MotorMask, Power};
 use std::fs::File;
 use std::io::{self, BufWriter};
@@ -234,10 +234,15 @@ impl Observer for Sketch {
         speed.went(seconds(event.cycle - Cycle::ZERO), [way(0), way(1), way(2)]);
     }
 
-    fn move_planned(&mut self, target: &[Coordinate], kind: MoveKind, power: Power) {
-        let mm = |axis: usize| target.get(axis).map_or(0.0, |c| c.nanos() as f64 * 1e-9);
-        let kind = match kind {
-            MoveKind::Feed => StrokeKind::cut(power.share().to_num()),
+    fn move_planned(&mut self, planned: &PlannedMove<'_>) {
+        let mm = |axis: usize| {
+            planned
+                .target
+                .get(axis)
+                .map_or(0.0, |c| c.nanos() as f64 * 1e-9)
+        };
+        let kind = match planned.kind {
+            MoveKind::Feed => StrokeKind::cut(planned.power.share().to_num()),
             MoveKind::Rapid | MoveKind::Jog | MoveKind::System => StrokeKind::Travel,
         };
         self.path.go([mm(0), mm(1), mm(2)], kind);

@@ -12,11 +12,15 @@
 //!  legend
 //! ```
 
+mod columns;
+mod limits;
+mod page;
 mod scale;
 mod speed;
 mod svg;
 mod toolpath;
 
+pub use limits::draw_limits;
 pub use speed::SpeedChart;
 pub use svg::{draw, Caption};
 pub use toolpath::{Stroke, StrokeKind, Toolpath};

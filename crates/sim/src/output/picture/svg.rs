@@ -1,8 +1,10 @@
 //! Draws the toolpath and the speed chart as one SVG document.
 
+use super::page::{axes, line, page, rectangle, text, Frame};
+use super::page::{AXIS_HEIGHT, INK, LEFT, PLOT_WIDTH, TOP};
 use super::scale::{label, Scale};
 use super::{SpeedChart, Stroke, StrokeKind, Toolpath};
-use svg::node::element::{Circle, Group, Line, Path, Rectangle, Text};
+use svg::node::element::{Circle, Group, Path};
 use svg::Document;
 
 /// The words around the picture.
@@ -17,39 +19,15 @@ pub struct Caption {
 }
 
 // The page, in pixels.
-const WIDTH: f64 = 960.0;
-const LEFT: f64 = 80.0;
-const RIGHT: f64 = 24.0;
-const TOP: f64 = 66.0;
-const PLOT_WIDTH: f64 = WIDTH - LEFT - RIGHT;
 const MOST_PLOT_HEIGHT: f64 = 640.0;
 const LEAST_PLOT_HEIGHT: f64 = 160.0;
 const SPEED_HEIGHT: f64 = 150.0;
 const LEGEND_HEIGHT: f64 = 26.0;
-/// Room for tick labels and an axis title under a plot.
-const AXIS_HEIGHT: f64 = 46.0;
-/// Pixels between ticks, about.
-const TICK_SPACING: f64 = 80.0;
 /// Columns of the speed chart: one every other pixel.
 const SPEED_COLUMNS: usize = (PLOT_WIDTH / 2.0) as usize;
 
-const INK: &str = "#333333";
-const GRID: &str = "#e4e4e4";
 const RAPID: &str = "#4a90d9";
 const SPEED: &str = "#2a7f62";
-
-/// A plot's rectangle on the page.
-#[derive(Clone, Copy)]
-struct Frame {
-    top: f64,
-    height: f64,
-}
-
-impl Frame {
-    fn bottom(&self) -> f64 {
-        self.top + self.height
-    }
-}
 
 /// Draws the picture of a job.
 pub fn draw(path: &Toolpath, speed: &SpeedChart, caption: &Caption) -> Document {
@@ -60,14 +38,7 @@ pub fn draw(path: &Toolpath, speed: &SpeedChart, caption: &Caption) -> Document 
         height: SPEED_HEIGHT,
     };
     let height = chart.bottom() + AXIS_HEIGHT + 6.0;
-    Document::new()
-        .set("viewBox", (0, 0, WIDTH, height))
-        .set("width", WIDTH)
-        .set("height", height)
-        .set("font-family", "Helvetica, Arial, sans-serif")
-        .set("font-size", 12)
-        .add(rectangle(0.0, 0.0, WIDTH, height, "white"))
-        .add(title(caption))
+    page(height, &caption.title, &caption.summary)
         .add(axes(frame, &x, &y, "X mm", "Y mm"))
         .add(strokes(path, &x, &y))
         .add(ends(path, &x, &y))
@@ -97,42 +68,6 @@ fn plot_area(path: &Toolpath) -> (Frame, Scale, Scale) {
         frame.top,
     );
     (frame, x, y)
-}
-
-fn title(caption: &Caption) -> Group {
-    Group::new()
-        .add(
-            text(LEFT, 28.0, &caption.title)
-                .set("font-size", 18)
-                .set("font-weight", "bold"),
-        )
-        .add(text(LEFT, 50.0, &caption.summary))
-}
-
-/// Grid, frame, tick labels and titles of a plot.
-fn axes(frame: Frame, x: &Scale, y: &Scale, x_title: &str, y_title: &str) -> Group {
-    let mut group = Group::new();
-    for value in x.ticks(TICK_SPACING) {
-        let at = x.pixel(value);
-        group = group
-            .add(line([at, frame.top], [at, frame.bottom()], GRID))
-            .add(text(at, frame.bottom() + 16.0, &label(value)).set("text-anchor", "middle"));
-    }
-    for value in y.ticks(TICK_SPACING / 1.6) {
-        let at = y.pixel(value);
-        group = group
-            .add(line([LEFT, at], [LEFT + PLOT_WIDTH, at], GRID))
-            .add(text(LEFT - 6.0, at + 4.0, &label(value)).set("text-anchor", "end"));
-    }
-    let outline = rectangle(LEFT, frame.top, PLOT_WIDTH, frame.height, "none").set("stroke", INK);
-    let middle = (LEFT + PLOT_WIDTH / 2.0, frame.top + frame.height / 2.0);
-    group
-        .add(outline)
-        .add(text(middle.0, frame.bottom() + 36.0, x_title).set("text-anchor", "middle"))
-        .add(text(0.0, 0.0, y_title).set("text-anchor", "middle").set(
-            "transform",
-            format!("translate(22 {}) rotate(-90)", middle.1),
-        ))
 }
 
 fn strokes(path: &Toolpath, x: &Scale, y: &Scale) -> Group {
@@ -281,28 +216,6 @@ fn thinned(speed: &SpeedChart) -> Vec<[f64; 2]> {
             [sum[0] / n, sum[1] / n]
         })
         .collect()
-}
-
-fn text(x: f64, y: f64, content: &str) -> Text {
-    Text::new(content).set("x", x).set("y", y).set("fill", INK)
-}
-
-fn line(from: [f64; 2], to: [f64; 2], colour: &str) -> Line {
-    Line::new()
-        .set("x1", from[0])
-        .set("y1", from[1])
-        .set("x2", to[0])
-        .set("y2", to[1])
-        .set("stroke", colour)
-}
-
-fn rectangle(x: f64, y: f64, width: f64, height: f64, fill: &str) -> Rectangle {
-    Rectangle::new()
-        .set("x", x)
-        .set("y", y)
-        .set("width", width)
-        .set("height", height)
-        .set("fill", fill)
 }
 
 #[cfg(test)]

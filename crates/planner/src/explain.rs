@@ -1,0 +1,115 @@
+//! What bounds motion, in words: for those who explain a job, not for those who make it.
+//!
+//! Nothing here is kept; it is read off the queue when it is asked for.
+
+use crate::{Kinematics, Planner};
+
+/// What a queued move was planned with.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Outline<const MOTORS: usize> {
+    /// Signed steps of each motor.
+    pub steps: [i32; MOTORS],
+    /// Length of the path, mm.
+    pub length: f32,
+    /// Highest acceleration along the path, mm/s².
+    pub acceleration: f32,
+    /// Highest speed along the path whatever the override, mm/s.
+    pub rate: f32,
+    /// Speed along the path as programmed, mm/s.
+    pub feed: f32,
+}
+
+/// What the running move slows down for where it does: the place ahead that bounds its speed.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Ahead {
+    /// The end of all that is queued, where motion must be able to rest.
+    QueueEnd {
+        /// Whether no further move fits.
+        full: bool,
+    },
+    /// A corner.
+    Corner,
+    /// A move that is slower.
+    SlowerMove,
+}
+
+impl<K, const AXES: usize, const MOTORS: usize, const CAPACITY: usize, const PIXELS: usize>
+    Planner<K, AXES, MOTORS, CAPACITY, PIXELS>
+where
+    K: Kinematics<AXES, MOTORS>,
+{
+    /// What the move that was queued last was planned with; `None` where nothing is queued.
+    pub fn newest(&self) -> Option<Outline<MOTORS>> {
+        let planned = self.queue().newest()?;
+        Some(Outline {
+            steps: planned.delta,
+            length: planned.length,
+            acceleration: planned.acceleration,
+            rate: planned.rate,
+            feed: planned.feed,
+        })
+    }
+
+    /// What bounds the speed at the end of the running move, or of the one that has just been handed out.
+    pub fn ahead(&self) -> Ahead {
+        match self.queue().slow_start() {
+            Some(planned) if planned.cap < planned.corner => Ahead::SlowerMove,
+            Some(_) => Ahead::Corner,
+            None => Ahead::QueueEnd {
+                full: !self.has_room(),
+            },
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::reference::to;
+    use crate::{Cartesian, Config, Segmenter};
+
+    fn planner() -> Planner<Cartesian, 2, 2, 3> {
+        Planner::new(Config::default(), Cartesian)
+    }
+
+    /// What the first of these moves, each of two coordinates and a feed in mm/s, slows down for.
+    fn ahead(moves: &[(f64, f64, f32)]) -> Ahead {
+        let mut planner = planner();
+        for (x, y, feed) in moves {
+            planner.push(&to(*x, *y, *feed)).unwrap();
+        }
+        Segmenter::<2, 2>::new().next(&mut planner).unwrap();
+        planner.ahead()
+    }
+
+    #[test]
+    fn a_move_slows_down_for_the_corner_the_slower_move_or_the_end_whichever_binds() {
+        let end = Ahead::QueueEnd { full: false };
+        assert_eq!(ahead(&[(10.0, 0.0, 5.0)]), end);
+        assert_eq!(ahead(&[(10.0, 0.0, 5.0), (10.0, 10.0, 5.0)]), Ahead::Corner);
+        assert_eq!(
+            ahead(&[(10.0, 0.0, 5.0), (20.0, 0.0, 2.0)]),
+            Ahead::SlowerMove
+        );
+        assert_eq!(ahead(&[(1.0, 0.0, 5.0), (1.01, 0.0, 5.0)]), end);
+    }
+
+    #[test]
+    fn a_full_queue_is_told_from_one_with_room() {
+        let moves = [(1.0, 0.0, 5.0), (1.1, 0.0, 5.0), (1.2, 0.0, 5.0)];
+        assert_eq!(ahead(&moves), Ahead::QueueEnd { full: true });
+    }
+
+    #[test]
+    fn the_outline_has_the_limits_along_the_path() {
+        let mut planner = planner();
+        assert_eq!(planner.newest(), None);
+        planner.push(&to(3.0, 4.0, 5.0)).unwrap();
+        let outline = planner.newest().unwrap();
+        assert_eq!(outline.steps, [750, 1000]);
+        assert_eq!((outline.length, outline.feed), (5.0, 5.0));
+        // 10 mm/s² and 500 mm/min on Y, which takes four fifths of the path.
+        assert!((outline.acceleration - 12.5).abs() < 1e-4);
+        assert!((outline.rate * 60.0 - 625.0).abs() < 1e-2);
+    }
+}

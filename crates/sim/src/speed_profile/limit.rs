@@ -1,0 +1,290 @@
+//! What can bind: the limits, their names, and the settings that hold them.
+
+use leadscrew_machine::machine::Ahead;
+
+/// Letters of the axes, in order.
+const LETTERS: [char; 6] = ['X', 'Y', 'Z', 'A', 'B', 'C'];
+
+/// What bounds the speed of a move where nothing slows it down.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+pub enum SpeedLimit {
+    /// The program's `F`.
+    Feed,
+    /// The highest rate of an axis.
+    Rate(usize),
+    /// An arc: the acceleration towards its centre.
+    Arc,
+    /// A limit that the planner found along the path: a curve made of short lines.
+    Curve,
+    /// The highest rate of steps that the board makes.
+    StepRate,
+}
+
+/// A place that has to be passed slowly.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+pub enum Slow {
+    /// A corner: junction deviation.
+    Corner,
+    /// A rest that the program asks for; its begin and its end.
+    Stop,
+    /// The end of the look-ahead: no more moves fit the queue.
+    LookAhead,
+    /// No line was there in time: the serial line, or the machine's CPU.
+    NoLine,
+    /// A slower move, bounded by this.
+    Move(SpeedLimit),
+}
+
+/// What keeps the speed from being higher.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
+pub enum Limit {
+    /// A limit of the move itself.
+    Speed(SpeedLimit),
+    /// The acceleration of an axis, on the way to or from a slow place.
+    Acceleration(usize, Slow),
+    /// Slow places all along: there is no room to speed up between them.
+    Slow(Slow),
+    /// Nothing is to move: a dwell, a pause, waiting for lines.
+    Rest,
+    /// The machine moves by itself (homing).
+    Cycle,
+}
+
+impl From<Ahead> for Slow {
+    /// A slower move is named later, once it has come.
+    fn from(ahead: Ahead) -> Self {
+        match ahead {
+            Ahead::Stop => Self::Stop,
+            Ahead::LookAhead => Self::LookAhead,
+            Ahead::NoLine => Self::NoLine,
+            Ahead::Corner => Self::Corner,
+            Ahead::SlowerMove => Self::Move(SpeedLimit::Feed),
+        }
+    }
+}
+
+/// `X` for 0.
+fn letter(axis: usize) -> char {
+    LETTERS.get(axis).copied().unwrap_or('?')
+}
+
+impl SpeedLimit {
+    /// What it is called.
+    pub fn name(self) -> String {
+        match self {
+            Self::Feed => "feed".to_owned(),
+            Self::Rate(axis) => format!("rate {}", letter(axis)),
+            Self::Arc => "arc".to_owned(),
+            Self::Curve => "curve".to_owned(),
+            Self::StepRate => "step rate".to_owned(),
+        }
+    }
+}
+
+impl Slow {
+    /// What it is called.
+    pub fn name(self) -> String {
+        match self {
+            Self::Corner => "corner".to_owned(),
+            Self::Stop => "stop".to_owned(),
+            Self::LookAhead => "look-ahead".to_owned(),
+            Self::NoLine => "no line".to_owned(),
+            Self::Move(limit) => format!("slower move: {}", limit.name()),
+        }
+    }
+}
+
+impl Limit {
+    /// What it is called in a list.
+    pub fn name(self) -> String {
+        match self {
+            Self::Speed(limit) => limit.name(),
+            Self::Acceleration(axis, _) => format!("acceleration {}", letter(axis)),
+            Self::Slow(slow) => slow.name(),
+            Self::Rest => "rest".to_owned(),
+            Self::Cycle => "cycle".to_owned(),
+        }
+    }
+
+    /// The slow place that a ramp is there for; empty elsewhere.
+    pub fn because(self) -> String {
+        match self {
+            Self::Acceleration(_, slow) => slow.name(),
+            Self::Speed(_) | Self::Slow(_) | Self::Rest | Self::Cycle => String::new(),
+        }
+    }
+
+    /// What to change so that it binds less: settings and words of the program.
+    pub fn held_by(self) -> String {
+        match self {
+            Self::Speed(limit) => limit.held_by(),
+            Self::Acceleration(axis, slow) => match slow {
+                Slow::Corner => format!("${} $11", 120 + axis),
+                Slow::Stop | Slow::LookAhead | Slow::NoLine => format!("${}", 120 + axis),
+                Slow::Move(limit) => join(&format!("${}", 120 + axis), &limit.held_by()),
+            },
+            Self::Slow(slow) => match slow {
+                Slow::Corner => "$11".to_owned(),
+                Slow::Stop | Slow::LookAhead | Slow::NoLine => String::new(),
+                Slow::Move(limit) => limit.held_by(),
+            },
+            Self::Rest | Self::Cycle => String::new(),
+        }
+    }
+}
+
+fn join(one: &str, other: &str) -> String {
+    if other.split(' ').any(|word| word == one) {
+        return other.to_owned();
+    }
+    format!("{one} {other}").trim_end().to_owned()
+}
+
+impl SpeedLimit {
+    fn held_by(self) -> String {
+        match self {
+            Self::Feed => "F".to_owned(),
+            Self::Rate(axis) => format!("${}", 110 + axis),
+            Self::Arc | Self::Curve => "$120 $121".to_owned(),
+            Self::StepRate => String::new(),
+        }
+    }
+}
+
+/// What a limit is found from: the settings of each axis.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Machine {
+    /// Millimetres in a step.
+    pub mm_per_step: Vec<f64>,
+    /// Highest rate, mm/s.
+    pub rate: Vec<f64>,
+    /// Highest acceleration, mm/s².
+    pub acceleration: Vec<f64>,
+}
+
+/// A move as far as its limits go.
+#[derive(Clone, PartialEq, Debug)]
+pub(super) struct Limits {
+    /// Steps of each motor, whichever way.
+    pub(super) steps: Vec<u32>,
+    /// Length of the path, mm.
+    pub(super) length: f64,
+    /// The speed where nothing slows it down, mm/s.
+    pub(super) nominal: f64,
+    /// What that speed comes from.
+    pub(super) speed_limit: SpeedLimit,
+    /// The axis whose acceleration binds on ramps.
+    pub(super) axis: usize,
+}
+
+/// By how much two ways of computing a limit in `f32` may differ.
+const SAME: f64 = 1e-4;
+
+impl Machine {
+    /// The limits of a move with these steps that was planned with `rate` (mm/s, the highest), `feed` (mm/s, the
+    /// programmed; `None` for a rapid) and an arc's limit.
+    pub(super) fn limits(
+        &self,
+        steps: &[i32],
+        rate: f64,
+        feed: Option<f64>,
+        arc: Option<f64>,
+    ) -> Limits {
+        let ways: Vec<f64> = steps
+            .iter()
+            .zip(&self.mm_per_step)
+            .map(|(steps, mm)| f64::from(steps.unsigned_abs()) * mm)
+            .collect();
+        let length = ways.iter().map(|mm| mm * mm).sum::<f64>().sqrt();
+        let (rate_axis, fastest) = least(&self.rate, &ways, length);
+        let (axis, _) = least(&self.acceleration, &ways, length);
+        let below = |limit: f64| rate < limit * (1.0 - SAME);
+        let speed_limit = match arc {
+            _ if feed.is_some_and(|feed| feed <= rate) => SpeedLimit::Feed,
+            Some(arc) if below(fastest) && !below(arc) => SpeedLimit::Arc,
+            Some(_) | None if below(fastest) => SpeedLimit::Curve,
+            Some(_) | None => SpeedLimit::Rate(rate_axis),
+        };
+        Limits {
+            steps: steps.iter().map(|steps| steps.unsigned_abs()).collect(),
+            length,
+            nominal: feed.map_or(rate, |feed| rate.min(feed)),
+            speed_limit,
+            axis,
+        }
+    }
+}
+
+/// The axis that allows least along the path, and how much: `limit_i / |u_i|`.
+fn least(limits: &[f64], ways: &[f64], length: f64) -> (usize, f64) {
+    let along = limits
+        .iter()
+        .zip(ways)
+        .map(|(limit, way)| limit * length / way);
+    along
+        .enumerate()
+        .filter(|(_, limit)| limit.is_finite())
+        .fold((0, f64::INFINITY), |best, next| {
+            if next.1 < best.1 {
+                next
+            } else {
+                best
+            }
+        })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn machine() -> Machine {
+        Machine {
+            mm_per_step: vec![0.01; 2],
+            rate: vec![10.0, 5.0],
+            acceleration: vec![100.0, 300.0],
+        }
+    }
+
+    fn speed_limit(steps: [i32; 2], rate: f64, feed: f64, arc: Option<f64>) -> SpeedLimit {
+        machine().limits(&steps, rate, Some(feed), arc).speed_limit
+    }
+
+    #[test]
+    fn the_least_of_feed_rate_and_curve_is_named() {
+        assert_eq!(speed_limit([100, 0], 10.0, 4.0, None), SpeedLimit::Feed);
+        assert_eq!(
+            speed_limit([-100, 0], 10.0, 40.0, None),
+            SpeedLimit::Rate(0)
+        );
+        assert_eq!(
+            speed_limit([100, 100], 7.071, 40.0, None),
+            SpeedLimit::Rate(1)
+        );
+        assert_eq!(speed_limit([100, 0], 3.0, 40.0, Some(3.0)), SpeedLimit::Arc);
+        assert_eq!(
+            speed_limit([100, 0], 10.0, 40.0, Some(30.0)),
+            SpeedLimit::Rate(0)
+        );
+        assert_eq!(speed_limit([100, 0], 3.0, 40.0, None), SpeedLimit::Curve);
+        let rapid = machine().limits(&[100, 0], 10.0, None, None);
+        assert_eq!(
+            (rapid.speed_limit, rapid.nominal),
+            (SpeedLimit::Rate(0), 10.0)
+        );
+    }
+
+    #[test]
+    fn the_axis_that_allows_least_acceleration_along_the_path_is_named() {
+        let axis = |steps: [i32; 2]| machine().limits(&steps, 1.0, None, None).axis;
+        assert_eq!((axis([100, 100]), axis([10, 100]), axis([0, 5])), (0, 1, 1));
+    }
+
+    #[test]
+    fn what_to_change_names_each_setting_once() {
+        let arc = Limit::Acceleration(0, Slow::Move(SpeedLimit::Arc));
+        assert_eq!(arc.held_by(), "$120 $121");
+        let feed = Limit::Acceleration(1, Slow::Move(SpeedLimit::Feed));
+        assert_eq!(feed.held_by(), "$121 F");
+        assert_eq!(Limit::Acceleration(2, Slow::Stop).held_by(), "$122");
+    }
+}

@@ -1,0 +1,90 @@
+//! Where the time of a job goes: its speed piece by piece, and which limit binds in each piece.
+//!
+//! ```text
+//!  speed       feed            corner      rate of X             stop
+//!          ___________                   ______________
+//!         /           \                 /              \
+//!        / acceleration \______________/                \
+//!  -----|---|----------|---|----------|-|---------------|--|------   stretches
+//!  rest                                                      rest
+//! ```
+//!
+//! The job is cut into [`Stretch`]es without gaps: in each one acceleration is constant and one [`Limit`] binds. They are
+//! taken from the segments that the step interrupt consumed, so that their times add up to the job's, to the cycle;
+//! the speeds between them are the planner's own. A slow place (a corner, a stop) takes no time itself: the time that it
+//! costs is that of the ramps to and from it, and so a ramp names the place that it is there for ([`Slow`]).
+
+mod csv;
+mod limit;
+mod recorder;
+mod shares;
+
+pub use csv::write_csv;
+pub use limit::{Limit, Machine, Slow, SpeedLimit};
+pub use recorder::Recorder;
+pub use shares::{shares, Share};
+
+use crate::clock::Cycle;
+
+/// What the speed does in a stretch.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Phase {
+    /// Nothing moves.
+    Rest,
+    /// It rises.
+    Accelerate,
+    /// It stays.
+    Cruise,
+    /// It falls.
+    Brake,
+}
+
+impl Phase {
+    /// Its name in the list.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Rest => "rest",
+            Self::Accelerate => "accelerate",
+            Self::Cruise => "cruise",
+            Self::Brake => "brake",
+        }
+    }
+}
+
+/// A part of the job in which one limit binds.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Stretch {
+    /// When it begins.
+    pub begin: Cycle,
+    /// When it ends: where the next one begins.
+    pub end: Cycle,
+    /// The line of the file that asked for the move, from 1; 0 at rest and where the machine moves by itself.
+    pub line: u64,
+    /// What the speed does.
+    pub phase: Phase,
+    /// Length of the path, mm.
+    pub length: f64,
+    /// Speed along the path at the begin and at the end, mm/s.
+    pub speed: [f64; 2],
+    /// Power at the begin and at the end, shares of full power.
+    pub power: [f64; 2],
+    /// What keeps the speed from being higher.
+    pub limit: Limit,
+}
+
+impl Stretch {
+    /// How long it takes, CPU cycles.
+    pub fn cycles(&self) -> u64 {
+        self.end - self.begin
+    }
+
+    /// Acceleration along the path, mm/s², negative where it slows down: `(v1² − v0²) / 2s`.
+    pub fn acceleration(&self) -> f64 {
+        let [from, to] = self.speed;
+        if self.length > 0.0 && self.phase != Phase::Cruise {
+            (to * to - from * from) / (2.0 * self.length)
+        } else {
+            0.0
+        }
+    }
+}

@@ -1,0 +1,298 @@
+//! Watches a job and cuts it into stretches.
+//!
+//! ```text
+//!  move_planned  -->  planned moves, oldest first  --+
+//!  segment_made  -->  end speed and what lies ahead --+--> segment_taken: a piece begins, the one before has ended
+//! ```
+//!
+//! Pieces of one move in which speed and power do the same are one stretch.
+
+use super::limit::{Limit, Limits, Machine, Slow, SpeedLimit};
+use super::{Phase, Stretch};
+use crate::clock::Cycle;
+use crate::observer::{Observer, Taken};
+use leadscrew_machine::board::PlannedMove;
+use leadscrew_machine::machine::Committed;
+use leadscrew_planner::MoveKind;
+use std::collections::VecDeque;
+
+/// Cuts a job into stretches.
+#[derive(Debug)]
+pub struct Recorder {
+    machine: Machine,
+    planned: VecDeque<(u32, Limits)>,
+    made: VecDeque<Committed>,
+    /// The move under way; `None` where the machine moves by itself.
+    running: Option<(u32, Limits)>,
+    /// Steps of the dominant motor in it, and mm of path in each.
+    mm_per_event: f64,
+    stretches: Vec<Raw>,
+    /// Speed where the last piece ends, mm/s.
+    speed: f64,
+    /// The slow place that motion has come from.
+    behind: Slow,
+}
+
+/// A stretch whose line and slower moves are not known yet.
+#[derive(Clone, Copy, Debug)]
+struct Raw {
+    stretch: Stretch,
+    /// [`PlannedMove::line`].
+    line: u32,
+    /// What bounds the move where nothing slows it down.
+    speed_limit: Option<SpeedLimit>,
+    /// Mean power and mean speed of its last piece.
+    mean: [f64; 2],
+    /// Whether it begins a move at that speed.
+    begins_nominal: bool,
+}
+
+impl Raw {
+    /// Whether `piece`, which begins a move of `line`, cruises on as this stretch does.
+    fn is_continued_by(&self, line: u32, piece: &Stretch) -> bool {
+        let even = self.stretch.phase == Phase::Cruise && piece.phase == Phase::Cruise;
+        even && self.line == line
+            && self.stretch.limit == piece.limit
+            && (piece.speed[1] - self.stretch.speed[0]).abs() <= EVEN * piece.speed[1]
+    }
+}
+
+/// By how much a speed may miss the nominal one and still be it; and how much of a change is none.
+const SAME: f64 = 1e-3;
+const EVEN: f64 = 1e-6;
+/// By how much power changes within a pixel (share of full power); and how closely it follows the speed.
+const STEADY: f64 = 0.005;
+const FOLLOWS: f64 = 0.03;
+
+impl Recorder {
+    /// Watches a machine from power-up on.
+    pub fn new(machine: Machine) -> Self {
+        Self {
+            machine,
+            planned: VecDeque::new(),
+            made: VecDeque::new(),
+            running: None,
+            mm_per_event: 0.0,
+            stretches: Vec::new(),
+            speed: 0.0,
+            behind: Slow::Stop,
+        }
+    }
+
+    /// The job from `begin` to `end`, cut into stretches without a gap. `file_line` tells the line of the file from
+    /// [`PlannedMove::line`].
+    pub fn finish(
+        mut self,
+        begin: Cycle,
+        end: Cycle,
+        file_line: impl Fn(u32) -> Option<u64>,
+    ) -> Vec<Stretch> {
+        self.close(end);
+        self.name_slower_moves();
+        self.name_end();
+        let stretches = self.stretches.into_iter().map(|raw| Stretch {
+            line: file_line(raw.line).unwrap_or(0),
+            begin: raw.stretch.begin.max(begin).min(end),
+            end: raw.stretch.end.max(begin).min(end),
+            ..raw.stretch
+        });
+        let mut all: Vec<Stretch> = stretches.filter(|s| s.cycles() > 0).collect();
+        let first = all.first().map_or(end, |first| first.begin);
+        if first > begin {
+            all.insert(0, rest(begin, first));
+        }
+        all
+    }
+
+    /// Ends the stretch under way.
+    fn close(&mut self, end: Cycle) {
+        if let Some(last) = self.stretches.last_mut() {
+            last.stretch.end = end;
+        }
+    }
+
+    /// Finds the move that begins with a segment of these steps: planned moves that were joined into one come as
+    /// several, the last of them with all the steps.
+    fn begin_move(&mut self, steps: &[u32]) {
+        let found = self.planned.iter().position(|(_, of)| of.steps == steps);
+        let ended = found.and_then(|last| self.planned.drain(..=last).next_back());
+        let ways = steps.iter().zip(&self.machine.mm_per_step);
+        let square: f64 = ways.map(|(n, mm)| (f64::from(*n) * mm).powi(2)).sum();
+        let events = steps.iter().copied().max().unwrap_or(1).max(1);
+        self.mm_per_event = square.sqrt() / f64::from(events);
+        self.running = ended;
+    }
+
+    fn begin_piece(&mut self, cycle: Cycle, taken: &Taken<'_>, made: &Committed) {
+        let (from, to) = (self.speed, f64::from(made.speed));
+        self.speed = to;
+        let phase = if (to - from).abs() <= EVEN * to.max(from) {
+            Phase::Cruise
+        } else if to > from {
+            Phase::Accelerate
+        } else {
+            Phase::Brake
+        };
+        let ahead = Slow::from(made.ahead);
+        let stretch = Stretch {
+            begin: cycle,
+            end: cycle,
+            line: 0,
+            phase,
+            length: f64::from(taken.step_events) * self.mm_per_event,
+            speed: [from, to],
+            power: taken.power,
+            limit: self.limit(phase, to, ahead),
+        };
+        self.add(stretch, taken.line.is_some());
+        self.pass(&stretch, ahead);
+    }
+
+    /// Remembers the slow place that a piece leads to, or the speed that it has reached.
+    fn pass(&mut self, piece: &Stretch, ahead: Slow) {
+        let Some((_, of)) = &self.running else {
+            return;
+        };
+        let slow = piece.speed[1] < of.nominal * (1.0 - SAME);
+        self.behind = match piece.phase {
+            Phase::Brake => ahead,
+            Phase::Cruise if slow => ahead,
+            Phase::Accelerate if slow => return,
+            Phase::Cruise | Phase::Accelerate => Slow::Move(of.speed_limit),
+            Phase::Rest => Slow::Stop,
+        };
+    }
+
+    fn limit(&self, phase: Phase, speed: f64, ahead: Slow) -> Limit {
+        let Some((_, of)) = &self.running else {
+            return Limit::Cycle;
+        };
+        match phase {
+            Phase::Rest => Limit::Rest,
+            Phase::Accelerate => Limit::Acceleration(of.axis, self.behind),
+            Phase::Brake => Limit::Acceleration(of.axis, ahead),
+            Phase::Cruise if speed < of.nominal * (1.0 - SAME) => Limit::Slow(ahead),
+            Phase::Cruise => Limit::Speed(of.speed_limit),
+        }
+    }
+
+    /// Adds a piece: to the stretch under way where it does the same in the same move, or goes on at the same speed along
+    /// an arc's next chord.
+    fn add(&mut self, piece: Stretch, begins: bool) {
+        let line = self.running.as_ref().map_or(0, |(line, _)| *line);
+        if let Some(last) = self.stretches.last_mut() {
+            // The top of a ramp may be one even step.
+            let top = last.stretch.phase == Phase::Accelerate
+                && matches!(piece.limit, Limit::Slow(_))
+                && piece.length <= self.mm_per_event * 1.5;
+            let chord = begins && last.is_continued_by(line, &piece);
+            let same = !begins && (last.stretch.phase == piece.phase || top) || chord;
+            if same && is_steady(last.mean, mean(&piece)) {
+                last.mean = mean(&piece);
+                last.stretch.length += piece.length;
+                last.stretch.speed[1] = piece.speed[1];
+                last.stretch.power[1] = piece.power[1];
+                if piece.phase == Phase::Brake {
+                    last.stretch.limit = piece.limit;
+                }
+                return;
+            }
+        }
+        self.stretches.push(Raw {
+            stretch: piece,
+            line,
+            speed_limit: self.running.as_ref().map(|(_, of)| of.speed_limit),
+            mean: mean(&piece),
+            begins_nominal: begins
+                && self
+                    .running
+                    .as_ref()
+                    .is_some_and(|(_, of)| piece.speed[0] >= of.nominal * (1.0 - SAME)),
+        });
+    }
+
+    /// Braking for a slower move is told what bounds that move, which comes later.
+    fn name_slower_moves(&mut self) {
+        let mut next = None;
+        for raw in self.stretches.iter_mut().rev() {
+            let limit = raw.stretch.limit;
+            if let (Limit::Acceleration(axis, Slow::Move(_)), Some(next), Phase::Brake) =
+                (limit, next, raw.stretch.phase)
+            {
+                raw.stretch.limit = Limit::Acceleration(axis, Slow::Move(next));
+            }
+            if raw.stretch.phase != Phase::Brake || raw.begins_nominal {
+                next = raw.speed_limit;
+            }
+        }
+    }
+
+    /// Braking at the very end is not for want of a line.
+    fn name_end(&mut self) {
+        let backwards = self.stretches.iter_mut().rev();
+        let last = backwards.skip_while(|raw| raw.stretch.phase == Phase::Rest);
+        for raw in last.take_while(|raw| raw.stretch.phase == Phase::Brake) {
+            if let Limit::Acceleration(axis, Slow::NoLine) = raw.stretch.limit {
+                raw.stretch.limit = Limit::Acceleration(axis, Slow::Stop);
+            }
+        }
+    }
+}
+
+/// Mean power and mean speed of a piece.
+fn mean(piece: &Stretch) -> [f64; 2] {
+    [piece.power, piece.speed].map(|[from, to]| (from + to) / 2.0)
+}
+
+/// Whether from one piece to the next the power stays, or follows the speed: else another pixel has begun.
+fn is_steady(one: [f64; 2], next: [f64; 2]) -> bool {
+    let ([p0, v0], [p1, v1]) = (one, next);
+    (p1 - p0).abs() <= STEADY || (p1 * v0 - p0 * v1).abs() <= FOLLOWS * p0 * v1
+}
+
+fn rest(begin: Cycle, end: Cycle) -> Stretch {
+    Stretch {
+        begin,
+        end,
+        line: 0,
+        phase: Phase::Rest,
+        length: 0.0,
+        speed: [0.0; 2],
+        power: [0.0; 2],
+        limit: Limit::Rest,
+    }
+}
+
+impl Observer for Recorder {
+    fn move_planned(&mut self, planned: &PlannedMove<'_>) {
+        let arc = planned.speed_limit.map(f64::from);
+        let rate = planned.rate.into();
+        let feed = match planned.kind {
+            MoveKind::Rapid => None,
+            MoveKind::Feed | MoveKind::Jog | MoveKind::System => Some(planned.feed.into()),
+        };
+        let limits = self.machine.limits(planned.steps, rate, feed, arc);
+        self.planned.push_back((planned.line, limits));
+    }
+
+    fn segment_made(&mut self, committed: &Committed) {
+        self.made.push_back(*committed);
+    }
+
+    fn segment_taken(&mut self, cycle: Cycle, taken: Option<&Taken<'_>>) {
+        self.close(cycle);
+        let Some(taken) = taken else {
+            // Whatever was made and not taken has been thrown away by a stop.
+            self.made.clear();
+            self.speed = 0.0;
+            self.running = None;
+            return self.add(rest(cycle, cycle), false);
+        };
+        if let Some(steps) = taken.line {
+            self.begin_move(steps);
+        }
+        if let Some(made) = self.made.pop_front() {
+            self.begin_piece(cycle, taken, &made);
+        }
+    }
+}
