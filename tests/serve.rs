@@ -408,9 +408,13 @@ fn settings_whose_record_is_damaged_are_said_to_be_lost() {
     let mut damaged = std::fs::read(&file).unwrap();
     let last = damaged.iter().rposition(|&byte| byte != 0xFF).unwrap();
     damaged[last] ^= 1;
-    std::fs::write(&file, damaged).unwrap();
+    std::fs::write(&file, &damaged).unwrap();
     let served = Served::remembering(&file);
+    let kept = folder.path().join("router.state.kept-1");
+    let told = format!("the file as it was is kept as {}", kept.display());
     assert_eq!(served.said.len(), 1, "{:?}", served.said);
+    assert!(served.said[0].ends_with(&told), "{:?}", served.said);
+    assert_eq!(std::fs::read(kept).unwrap(), damaged);
     let mut client = served.connect();
     assert_eq!(client.setting("$110").as_deref(), Some("$110=6000.000"));
 }

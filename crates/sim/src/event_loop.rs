@@ -191,10 +191,11 @@ where
         self.report_switches(self.now);
     }
 
-    /// Holds an input at a level whatever its switch does; `None` lets it go.
-    pub fn force_pin(&mut self, pin: Pin, level: Option<bool>) {
-        self.board.plant.force(pin, level);
+    /// Holds an input at a level whatever its switch does; `None` lets it go. Returns how it was held before.
+    pub fn force_pin(&mut self, pin: Pin, level: Option<bool>) -> Option<bool> {
+        let before = self.board.plant.force(pin, level);
         self.report_switches(self.now);
+        before
     }
 
     /// Adds a switch that a carriage works.

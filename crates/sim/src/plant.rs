@@ -180,7 +180,10 @@ pub struct Plant<const MOTORS: usize> {
     raised: Cycle,
     shortest_pulse: u64,
     shortest_setup: u64,
+    /// What is seen on the pins.
     levels: Switches,
+    /// What would be seen if no pin were held.
+    wired: Switches,
     switches: Vec<Switch>,
     /// Pins that are held at a level.
     forced: Vec<(Pin, bool)>,
@@ -204,6 +207,7 @@ impl<const MOTORS: usize> Plant<MOTORS> {
             shortest_pulse: u64::MAX,
             shortest_setup: u64::MAX,
             levels: Switches::OPEN,
+            wired: Switches::OPEN,
             switches: Vec::new(),
             forced: Vec::new(),
         }
@@ -298,15 +302,18 @@ impl<const MOTORS: usize> Plant<MOTORS> {
 
     /// Sets the level of a pin that no switch works, such as a button.
     pub fn set_pin(&mut self, pin: Pin, high: bool) {
-        set_level(&mut self.levels, pin, high);
+        set_level(&mut self.wired, pin, high);
         self.update_switches();
     }
 
-    /// Holds a pin at a level whatever its switch does, as a finger or a disturbance; `None` lets it go.
-    pub fn force(&mut self, pin: Pin, level: Option<bool>) {
-        self.forced.retain(|(other, _)| *other != pin);
+    /// Holds a pin at a level whatever its switch does, as a finger or a disturbance; `None` lets it go. Returns how it
+    /// was held before.
+    pub fn force(&mut self, pin: Pin, level: Option<bool>) -> Option<bool> {
+        let held = self.forced.iter().position(|(other, _)| *other == pin);
+        let before = held.map(|held| self.forced.swap_remove(held).1);
         self.forced.extend(level.map(|level| (pin, level)));
         self.update_switches();
+        before
     }
 
     /// The levels of all inputs.
@@ -328,11 +335,12 @@ impl<const MOTORS: usize> Plant<MOTORS> {
                     carriage.window = (carriage.window.0.max(low), carriage.window.1.min(high));
                     let level = switch.level_at(carriage.position);
                     if (level == switch.level) == decisive {
-                        set_level(&mut self.levels, switch.pin, level);
+                        set_level(&mut self.wired, switch.pin, level);
                     }
                 }
             }
         }
+        self.levels = self.wired;
         for (pin, level) in &self.forced {
             set_level(&mut self.levels, *pin, *level);
         }
@@ -492,6 +500,19 @@ mod tests {
         }
         plant.remove_switches();
         assert!(!plant.levels().probe);
+    }
+
+    #[test]
+    fn a_pin_that_is_let_go_is_as_its_switch_or_its_wire_has_it() {
+        let mut plant = Plant::<1>::new();
+        plant.set_pin(Pin::Door, false);
+        assert_eq!(plant.force(Pin::Door, Some(true)), None);
+        assert_eq!(plant.force(Pin::Hold, Some(false)), None);
+        assert!(plant.levels().door && !plant.levels().hold);
+        assert_eq!(plant.force(Pin::Hold, Some(true)), Some(false));
+        assert_eq!(plant.force(Pin::Hold, None), Some(true));
+        plant.force(Pin::Door, None);
+        assert!(!plant.levels().door && plant.levels().hold);
     }
 
     #[test]

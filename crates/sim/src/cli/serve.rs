@@ -59,8 +59,7 @@ fn try_run(args: &ServeArgs) -> Result<(), ServeError> {
     let clock = || begun.elapsed();
     let (clock, stop) = (&clock, &STOP);
     if io::stdout().is_terminal() && io::stdin().is_terminal() {
-        let title = format!("leadscrew {}", service.profile.name);
-        let mut screen = Screen::new(title).map_err(ServeError::Terminal)?;
+        let mut screen = Screen::new(&service.profile).map_err(ServeError::Terminal)?;
         serve(
             service,
             Surroundings {

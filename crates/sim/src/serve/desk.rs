@@ -17,11 +17,13 @@ pub(super) trait Desk {
     fn now(&self) -> Cycle;
     /// Lets time pass up to `end`.
     fn run_until(&mut self, wires: &mut Wires, end: Cycle);
-    /// Holds an input at a level whatever its switch does; `None` lets it go.
-    fn force_pin(&mut self, pin: Pin, level: Option<bool>);
+    /// Holds an input at a level whatever its switch does; `None` lets it go. Returns how it was held before.
+    fn force_pin(&mut self, pin: Pin, level: Option<bool>) -> Option<bool>;
     /// The level of an input.
     fn level(&self, pin: Pin) -> bool;
-    /// The number of motors.
+    /// The number of axes.
+    fn axes(&self) -> usize;
+    /// The number of motors: that of the axes, and second ones.
     fn motors(&self) -> usize;
     /// Takes over what is stored, before time passes; answers in what condition it is.
     fn load(&mut self, flash: &mut Flash) -> Condition;
@@ -45,8 +47,8 @@ where
         self.wait_until(wires, end);
     }
 
-    fn force_pin(&mut self, pin: Pin, level: Option<bool>) {
-        self.force_pin(pin, level);
+    fn force_pin(&mut self, pin: Pin, level: Option<bool>) -> Option<bool> {
+        self.force_pin(pin, level)
     }
 
     fn level(&self, pin: Pin) -> bool {
@@ -59,6 +61,10 @@ where
             Pin::Start => levels.start,
             Pin::Door => levels.door,
         }
+    }
+
+    fn axes(&self) -> usize {
+        AXES
     }
 
     fn motors(&self) -> usize {

@@ -37,9 +37,10 @@ impl Glitches {
             desk.run_until(wires, self.next);
             let pin = Pin::Limit((self.draw() % desk.motors() as u64) as usize);
             let wrong = !desk.level(pin);
-            desk.force_pin(pin, Some(wrong));
+            // A finger may be on the switch.
+            let before = desk.force_pin(pin, Some(wrong));
             desk.run_until(wires, self.next + self.width);
-            desk.force_pin(pin, None);
+            desk.force_pin(pin, before);
             self.schedule(self.next + self.width);
         }
         desk.run_until(wires, end);

@@ -169,6 +169,8 @@ fn a_flood_is_held_back_until_the_machine_takes_it() {
 
 mod websocket {
     use super::*;
+    use tungstenite::client::IntoClientRequest;
+    use tungstenite::http::header::{HeaderValue, SEC_WEBSOCKET_PROTOCOL};
     use tungstenite::protocol::frame::coding::{Data, OpCode};
     use tungstenite::protocol::frame::Frame;
     use tungstenite::{Bytes, Message, WebSocket};
@@ -239,6 +241,25 @@ mod websocket {
         expect_closed(&lines);
         connect(&address);
         opened(&lines);
+    }
+
+    #[test]
+    fn a_client_that_offers_subprotocols_gets_the_first_and_another_gets_none() {
+        let lines = Lines::open(&[LineSpec::WebSocket("127.0.0.1:0".into())]);
+        let address = ready(&lines);
+        for (offered, chosen) in [(Some("arduino, binary"), Some("arduino")), (None, None)] {
+            let stream = TcpStream::connect(&address).unwrap();
+            let mut request = format!("ws://{address}/").into_client_request().unwrap();
+            let offered = offered.map(HeaderValue::from_static);
+            let headers = request.headers_mut();
+            offered.map(|names| headers.insert(SEC_WEBSOCKET_PROTOCOL, names));
+            let (client, response) = tungstenite::client(request, stream).unwrap();
+            let answered = response.headers().get(SEC_WEBSOCKET_PROTOCOL);
+            assert_eq!(answered.map(|name| name.to_str().unwrap()), chosen);
+            opened(&lines);
+            drop(client);
+            expect_closed(&lines);
+        }
     }
 
     #[test]

@@ -17,6 +17,7 @@ mod line;
 mod listener;
 mod note;
 mod pace;
+mod page;
 mod panel;
 #[cfg(unix)]
 mod pty;
@@ -46,6 +47,7 @@ pub use wire_log::WireLog;
 use crate::cost::Costs;
 use crate::event_loop::Simulation;
 use crate::link::Rate;
+use crate::plant::Pin;
 use crate::profile::Profile;
 use crate::setup::{Memory, Setup};
 use glitches::Glitches;
@@ -125,6 +127,7 @@ fn run<K: Kinematics<AXES, MOTORS> + Copy, const AXES: usize, const MOTORS: usiz
         for switch in profile.plant_switches() {
             simulation.add_switch(switch);
         }
+        simulation.set_pin(Pin::Door, !profile.door.open);
         remembered.load(&mut simulation, &mut |note| server.note(note));
         match server.run(&mut simulation, glitches.clone(), &mut remembered) {
             End::Stopped => return,

@@ -1,7 +1,7 @@
 //! What `serve` tells its user: one clear message each.
 
 use super::line::{LineSpec, What};
-use super::state_file::SetAside;
+use super::state_file::{Copied, SetAside};
 use std::fmt;
 use std::io;
 use std::path::PathBuf;
@@ -24,7 +24,7 @@ pub enum Note<'a> {
     /// The last change of a setting was not stored completely.
     LastChangeLost,
     /// Some of what was stored is lost.
-    Damaged,
+    Damaged(Copied),
     /// The state file could not be used.
     SetAside(SetAside),
     /// The machine starts anew, as an Arduino does when its port is opened.
@@ -62,10 +62,7 @@ impl fmt::Display for Note<'_> {
                 f,
                 "the last change of a setting was cut short; the value before it is loaded"
             ),
-            Self::Damaged => write!(
-                f,
-                "some stored settings are lost; their defaults are loaded"
-            ),
+            Self::Damaged(copied) => copied.fmt(f),
             Self::SetAside(aside) => aside.fmt(f),
             Self::Restarted => write!(f, "the machine starts anew because its port was opened"),
         }

@@ -18,8 +18,10 @@ pub enum Key {
     Reset,
     /// Touches the probe, or lets go of it.
     Probe,
-    /// Presses the limit switch of a motor, or lets go of it.
+    /// Presses the limit switch of an axis, or lets go of it.
     Limit(usize),
+    /// Presses the limit switch of the second motor, or lets go of it.
+    SecondMotorLimit,
     /// Ends the server.
     Quit,
 }

@@ -33,7 +33,11 @@ impl Remembered {
         match desk.load(&mut self.flash) {
             Condition::Sound | Condition::Blank => {}
             Condition::CutShort => say(&Note::LastChangeLost),
-            Condition::Damaged => say(&Note::Damaged),
+            Condition::Damaged => {
+                if let Some(file) = &self.file {
+                    say(&Note::Damaged(file.copy()));
+                }
+            }
             Condition::Foreign => {
                 self.flash = Flash::blank();
                 desk.load(&mut self.flash);

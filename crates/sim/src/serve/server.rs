@@ -63,6 +63,7 @@ pub(super) struct Server<'s> {
     /// Lines whose client has been told on already.
     told: Vec<bool>,
     log: Option<WireLog>,
+    buttons: Buttons,
     around: Surroundings<'s>,
     shown: Duration,
     speed: f64,
@@ -83,6 +84,7 @@ impl<'s> Server<'s> {
             told: vec![false; specs.len()],
             specs,
             log,
+            buttons: Buttons::default(),
             around,
             shown: Duration::ZERO,
             speed,
@@ -108,7 +110,7 @@ impl<'s> Server<'s> {
         remembered: &mut Remembered,
     ) -> End {
         let mut pace = Pace::new(self.speed, (self.around.clock)(), desk.now());
-        let mut buttons = Buttons::default();
+        self.buttons.hold_on(desk);
         while !self.around.stop.load(Ordering::Relaxed) {
             if self.wait(desk.now()) {
                 return End::Restart;
@@ -118,9 +120,9 @@ impl<'s> Server<'s> {
                 if key == Key::Quit {
                     return End::Stopped;
                 }
-                buttons.press(key, desk);
+                self.buttons.press(key, desk);
             }
-            buttons.release(desk);
+            self.buttons.release(desk);
             if let Some(note) = remembered.save(desk) {
                 self.note(&note);
             }

@@ -67,6 +67,27 @@ impl fmt::Display for SetAside {
     }
 }
 
+/// A state file with damage in it, and the copy that was made of it.
+#[derive(Debug)]
+pub struct Copied {
+    file: PathBuf,
+    copy: io::Result<PathBuf>,
+}
+
+impl fmt::Display for Copied {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let file = self.file.display();
+        write!(
+            f,
+            "{file}: some stored settings are damaged, their defaults loaded; "
+        )?;
+        match &self.copy {
+            Ok(name) => write!(f, "the file as it was is kept as {}", name.display()),
+            Err(error) => write!(f, "the file cannot be copied: {error}"),
+        }
+    }
+}
+
 /// What was found in the place of the state file.
 #[derive(Debug)]
 pub(super) enum Found {
@@ -136,17 +157,47 @@ impl StateFile {
 
     /// Gives the file another name.
     pub(super) fn set_aside(&self, fault: Fault) -> SetAside {
-        let name = (1..).map(|count: u32| self.path.with_added_extension(format!("kept-{count}")));
-        let free = name.into_iter().find(|name| !name.exists());
-        let kept = match free {
-            Some(name) => std::fs::rename(&self.path, &name).map(|()| name),
-            None => Err(io::ErrorKind::AlreadyExists.into()),
-        };
+        let kept = self.free_name().and_then(|name| {
+            std::fs::rename(&self.path, &name)?;
+            Ok(name)
+        });
         SetAside {
             file: self.path.clone(),
             fault,
             kept,
         }
+    }
+
+    /// Copies the file, of which only some can be used and which is about to be overwritten.
+    pub(super) fn copy(&self) -> Copied {
+        Copied {
+            file: self.path.clone(),
+            copy: self.try_copy(),
+        }
+    }
+
+    fn try_copy(&self) -> io::Result<PathBuf> {
+        let bytes = std::fs::read(&self.path)?;
+        // The damage stays until a setting is stored: one copy is enough for all starts until then.
+        let mut taken = self.names().take_while(|name| name.exists());
+        let same = taken.find(|name| std::fs::read(name).is_ok_and(|kept| kept == bytes));
+        if let Some(name) = same {
+            return Ok(name);
+        }
+        let name = self.free_name()?;
+        std::fs::write(&name, bytes)?;
+        Ok(name)
+    }
+
+    fn free_name(&self) -> io::Result<PathBuf> {
+        let free = self.names().find(|name| !name.exists());
+        free.ok_or_else(|| io::ErrorKind::AlreadyExists.into())
+    }
+
+    /// Names for what is kept aside.
+    fn names(&self) -> impl Iterator<Item = PathBuf> + use<'_> {
+        let name = |count: u32| self.path.with_added_extension(format!("kept-{count}"));
+        (1..).map(name)
     }
 }
 
@@ -222,6 +273,20 @@ mod tests {
             assert_eq!(std::fs::read(kept).unwrap(), bytes);
             assert_eq!(load(&file), None);
         }
+    }
+
+    #[test]
+    fn a_damaged_file_is_copied_once() {
+        let (folder, file) = file();
+        file.save(&[1; 4]).unwrap();
+        let first = file.copy().copy.unwrap();
+        assert_eq!(file.copy().copy.unwrap(), first);
+        file.save(&[2; 4]).unwrap();
+        let second = file.copy().copy.unwrap();
+        assert_eq!(first.extension().unwrap(), "kept-1");
+        assert_eq!(second.extension().unwrap(), "kept-2");
+        drop(folder);
+        assert!(file.copy().copy.is_err());
     }
 
     #[test]

@@ -13,6 +13,8 @@ use std::net::{Shutdown, TcpStream};
 use std::sync::mpsc::Receiver;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
+use tungstenite::handshake::server::{ErrorResponse, Request, Response};
+use tungstenite::http::header::SEC_WEBSOCKET_PROTOCOL;
 use tungstenite::protocol::frame::coding::{CloseCode, Data, OpCode};
 use tungstenite::protocol::frame::{CloseFrame, Frame};
 
@@ -42,9 +44,25 @@ pub(super) fn serve(stream: TcpStream, peer: String, uplink: &Uplink) {
 fn shake_hands(stream: TcpStream) -> Option<(TcpStream, TcpStream)> {
     stream.set_nonblocking(false).ok()?;
     stream.set_read_timeout(Some(HANDSHAKE)).ok()?;
-    let shaken = tungstenite::accept(stream).ok()?;
+    let shaken = tungstenite::accept_hdr(stream, agree).ok()?;
     // Nothing can be lost in tungstenite's buffer: it refuses a client that sends more before it was answered.
     tcp::prepare(shaken.get_ref().try_clone().ok()?).ok()
+}
+
+/// Agrees to the first of the subprotocols that a client offers: one that has offered some hangs up where none of them
+/// is chosen (RFC 6455, section 4.1). They say nothing about the bytes.
+#[allow(
+    clippy::result_large_err,
+    reason = "the callback's type is tungstenite's"
+)]
+fn agree(request: &Request, mut response: Response) -> Result<Response, ErrorResponse> {
+    let offered = request.headers().get(SEC_WEBSOCKET_PROTOCOL);
+    let names = offered.and_then(|names| names.to_str().ok());
+    let first = names.and_then(|names| names.split(',').next());
+    if let Some(Ok(first)) = first.map(|name| name.trim().parse()) {
+        response.headers_mut().insert(SEC_WEBSOCKET_PROTOCOL, first);
+    }
+    Ok(response)
 }
 
 fn read_frames(reader: &TcpStream, sink: &Sink, uplink: &Uplink) {
