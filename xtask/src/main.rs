@@ -20,7 +20,7 @@ const USAGE: &str = "usage: cargo xtask COMMAND
     thumb              build libraries and firmware for the microcontroller; check what is in them
     bench COMMAND...   count x86-64 instructions per line; COMMAND says {lines} for their number
     icount [--check]   count instructions under QEMU; fail above the budgets
-    senders [NAME...]  run real senders (meerk40t, grbl-streamer, cncjs) against `leadscrew serve`";
+    senders [NAME...]  run real senders (meerk40t, grbl-streamer, websockets, cncjs) against `leadscrew serve`";
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = env::args().skip(1).collect();

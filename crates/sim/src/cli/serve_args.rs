@@ -1,28 +1,29 @@
 //! Options of `leadscrew serve`.
 
 use crate::serve::{LineSpec, StateFile};
-use clap::Args;
+use clap::{ArgGroup, Args};
 use std::num::NonZeroU32;
 use std::path::{Path, PathBuf};
 
 /// Options of `serve`.
 #[derive(Args, Debug)]
 #[command(
+    group(ArgGroup::new("line").required(true).multiple(true).args(["pty", "tcp", "ws"])),
     after_help = "Addresses without a host are this computer's own: --tcp 2323 is --tcp 127.0.0.1:2323.\n\
     Example: leadscrew serve --tcp 2323 --ws 8081 --machine examples/machines/router.toml"
 )]
 pub(super) struct ServeArgs {
     /// A serial port for local programs: makes this link, which senders open. May be repeated. Unix only.
-    #[arg(long, value_name = "LINK", required_unless_present_any = ["tcp", "ws"])]
+    #[arg(long, value_name = "LINK")]
     pub(super) pty: Vec<PathBuf>,
     /// Opening the serial port resets the machine, as it does an Arduino.
     #[arg(long, requires = "pty")]
     pub(super) reset_on_open: bool,
     /// A port for raw TCP. May be repeated.
-    #[arg(long, value_name = "ADDRESS")]
+    #[arg(long, value_name = "ADDRESS", value_parser = address)]
     pub(super) tcp: Vec<String>,
     /// A port for WebSocket clients. May be repeated.
-    #[arg(long, value_name = "ADDRESS")]
+    #[arg(long, value_name = "ADDRESS", value_parser = address)]
     pub(super) ws: Vec<String>,
     /// The machine, a TOML file; without it a stock Grbl without switches. See examples/machines.
     #[arg(long, value_name = "FILE")]
@@ -49,8 +50,8 @@ impl ServeArgs {
             link: link.clone(),
             reset_on_open,
         });
-        let tcp = self.tcp.iter().map(|at| LineSpec::Tcp(address(at)));
-        let ws = self.ws.iter().map(|at| LineSpec::WebSocket(address(at)));
+        let tcp = self.tcp.iter().map(|at| LineSpec::Tcp(at.clone()));
+        let ws = self.ws.iter().map(|at| LineSpec::WebSocket(at.clone()));
         pty.chain(tcp).chain(ws).collect()
     }
 
@@ -65,13 +66,13 @@ impl ServeArgs {
 }
 
 /// An address with a host: this computer's own where none is given.
-fn address(text: &str) -> String {
-    let port = text.strip_prefix(':').unwrap_or(text);
-    if port.parse::<u16>().is_ok() {
-        format!("127.0.0.1:{port}")
-    } else {
-        text.to_owned()
+fn address(text: &str) -> Result<String, String> {
+    let (host, port) = text.rsplit_once(':').unwrap_or(("", text));
+    if port.parse::<u16>().is_err() {
+        return Err("expected a port, 0 to 65535, or HOST:PORT".to_owned());
     }
+    let host = if host.is_empty() { "127.0.0.1" } else { host };
+    Ok(format!("{host}:{port}"))
 }
 
 fn speed(text: &str) -> Result<f64, String> {
@@ -128,8 +129,20 @@ mod tests {
 
     #[test]
     fn some_line_is_required() {
-        assert!(parse(&[]).is_err());
+        let usage = parse(&[]).unwrap_err().to_string();
+        assert!(
+            usage.contains("--pty <LINK>|--tcp <ADDRESS>|--ws <ADDRESS>"),
+            "{usage}"
+        );
         assert!(parse(&["--tcp", "1", "--reset-on-open"]).is_err());
+    }
+
+    #[test]
+    fn what_is_no_address_is_refused() {
+        for bad in ["99999", "localhost", "127.0.0.1:", "", "host:http"] {
+            assert!(parse(&["--tcp", bad]).is_err(), "{bad}");
+        }
+        assert!(parse(&["--ws", "[::1]:81"]).is_ok());
     }
 
     #[test]

@@ -55,7 +55,7 @@ impl Wrong {
         let start = error.span().map_or(0, |span| span.start);
         // The parser puts "expected …" on a line of its own.
         let what = error.message().trim().replace('\n', ", ");
-        Self::at(file, text, start, key, what)
+        Self::at(file, text, start, key, in_words(what))
     }
 
     /// Describes what is wrong at byte `start` of `text`, the content of `file`.
@@ -69,4 +69,19 @@ impl Wrong {
             what,
         }
     }
+}
+
+/// Names what was expected as a person would, not by its type.
+fn in_words(what: String) -> String {
+    let words = [
+        ("f64", "a number"),
+        ("u16", "a whole number"),
+        ("usize", "a whole number"),
+        ("a boolean", "true or false"),
+    ];
+    let named = words.iter().find_map(|(kind, word)| {
+        let begin = what.strip_suffix(kind)?.strip_suffix("expected ")?;
+        Some(format!("{begin}expected {word}"))
+    });
+    named.unwrap_or(what)
 }

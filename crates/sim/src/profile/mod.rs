@@ -186,8 +186,10 @@ impl Profile {
         let document =
             toml::Deserializer::parse(text).map_err(|error| wrong(String::new(), &error))?;
         let profile: Self = serde_path_to_error::deserialize(document).map_err(|error| {
-            let key = error.path().to_string();
-            wrong(if key == "." { String::new() } else { key }, error.inner())
+            let path = error.path().to_string();
+            // A setting's value keeps its place in the text, in a structure of the parser's.
+            let key = path.split(".$__").next().unwrap_or_default();
+            wrong(key.trim_start_matches('.').to_owned(), error.inner())
         })?;
         match profile.refused_setting() {
             None => Ok(profile),
@@ -271,8 +273,11 @@ mod tests {
     #[test]
     fn complaints_name_file_line_key_and_what_was_expected() {
         let table = [
-            ("[axes.x]\ntravel = \"far\"", "router.toml:2: axes.x.travel: invalid type: string \"far\", expected f64"),
+            ("[axes.x]\ntravel = \"far\"", "router.toml:2: axes.x.travel: invalid type: string \"far\", expected a number"),
             ("\n[axes.x]\ntravel = -3", "router.toml:3: axes.x.travel: expected a number above 0 and below 1e6"),
+            ("[settings]\n\"$110\" = \"fast\"", "router.toml:2: settings.$110: invalid type: string \"fast\", expected a number"),
+            ("name = 5", "router.toml:1: name: invalid type: integer `5`, expected a string"),
+            ("look_ahead = \"far\"", "router.toml:1: look_ahead: invalid type: string \"far\", expected a whole number"),
             ("[settings]\nsteps = 1", "router.toml:2: settings.steps: expected the name of a setting, such as \"$110\""),
             ("homing = [\"z\", \"xq\"]", "router.toml:1: homing[1]: expected axes that home together, such as \"z\" or \"xy\""),
             ("[door]\nfited = true", "router.toml:2: door.fited: unknown field `fited`, expected `fitted` or `open`"),

@@ -1,0 +1,159 @@
+//! A second client that watches the machine while a sender works.
+
+use crate::failure::Failure;
+use std::{
+    io::{self, BufRead, BufReader, Write},
+    net::TcpStream,
+    sync::{
+        atomic::{AtomicBool, Ordering},
+        Arc,
+    },
+    thread::{self, JoinHandle},
+    time::{Duration, Instant},
+};
+
+/// Time between two questions.
+const POLL: Duration = Duration::from_millis(10);
+
+/// How long an answer may take on a busy computer.
+const PATIENCE: Duration = Duration::from_secs(5);
+
+/// A status report, as far as it is judged.
+#[derive(Clone, PartialEq, Debug)]
+pub(super) struct Sight {
+    /// The state with its sub-state: `Hold:0`.
+    pub(super) state: String,
+    /// Machine position, mm.
+    pub(super) position: Vec<f64>,
+}
+
+/// All that was seen.
+#[derive(Default, Debug)]
+pub(super) struct Seen {
+    /// While the sender was there; never two equal ones in a row.
+    pub(super) sights: Vec<Sight>,
+    /// At rest, after it had gone.
+    pub(super) last: Option<Sight>,
+    /// After the observer had asked for a millimetre of X; `None` where the machine refused.
+    pub(super) moved: Option<Sight>,
+}
+
+/// Watches in a thread of its own.
+pub(super) struct Observer {
+    gone: Arc<AtomicBool>,
+    thread: JoinHandle<io::Result<Seen>>,
+}
+
+impl Observer {
+    /// Begins to watch the machine at `address`.
+    pub(super) fn start(address: &str) -> Result<Self, Failure> {
+        let stream = TcpStream::connect(address).map_err(Failure::file(address))?;
+        let gone = Arc::new(AtomicBool::new(false));
+        let seen = gone.clone();
+        let thread = thread::spawn(move || Watch::new(stream)?.watch(&seen));
+        Ok(Self { gone, thread })
+    }
+
+    /// The sender has gone: waits for rest, and asks for a move.
+    pub(super) fn finish(self) -> Result<Seen, Failure> {
+        self.gone.store(true, Ordering::Relaxed);
+        let joined = self.thread.join();
+        let seen = joined.map_err(|_| Failure::finding("the observer has panicked"))?;
+        seen.map_err(Failure::file("the observer's line"))
+    }
+}
+
+struct Watch {
+    to: TcpStream,
+    from: BufReader<TcpStream>,
+}
+
+impl Watch {
+    fn new(to: TcpStream) -> io::Result<Self> {
+        to.set_nodelay(true)?;
+        to.set_read_timeout(Some(PATIENCE))?;
+        let from = BufReader::new(to.try_clone()?);
+        Ok(Self { to, from })
+    }
+
+    fn watch(mut self, gone: &AtomicBool) -> io::Result<Seen> {
+        let mut seen = Seen::default();
+        while !gone.load(Ordering::Relaxed) {
+            let sight = self.look()?;
+            if seen.sights.last() != Some(&sight) {
+                seen.sights.push(sight);
+            }
+            thread::sleep(POLL);
+        }
+        seen.last = Some(self.rest()?);
+        if self.say("G91 G0 X1")? {
+            seen.moved = Some(self.rest()?);
+        }
+        Ok(seen)
+    }
+
+    /// The next report that shows no motion; the last one where motion does not end.
+    fn rest(&mut self) -> io::Result<Sight> {
+        let until = Instant::now() + PATIENCE;
+        loop {
+            let sight = self.look()?;
+            if !matches!(&*sight.state, "Run" | "Jog" | "Home") || Instant::now() > until {
+                return Ok(sight);
+            }
+            thread::sleep(POLL);
+        }
+    }
+
+    fn look(&mut self) -> io::Result<Sight> {
+        self.to.write_all(b"?")?;
+        loop {
+            if let Some(sight) = sight(&self.line()?) {
+                return Ok(sight);
+            }
+        }
+    }
+
+    /// Sends a line; answers whether it was accepted.
+    fn say(&mut self, line: &str) -> io::Result<bool> {
+        writeln!(self.to, "{line}")?;
+        loop {
+            let answer = self.line()?;
+            if answer == "ok" || answer.starts_with("error") {
+                return Ok(answer == "ok");
+            }
+        }
+    }
+
+    fn line(&mut self) -> io::Result<String> {
+        let mut line = String::new();
+        if self.from.read_line(&mut line)? == 0 {
+            return Err(io::ErrorKind::UnexpectedEof.into());
+        }
+        Ok(line.trim_end().to_owned())
+    }
+}
+
+fn sight(line: &str) -> Option<Sight> {
+    let mut fields = line.strip_prefix('<')?.strip_suffix('>')?.split('|');
+    let state = fields.next()?.to_owned();
+    let place = fields.find_map(|field| field.strip_prefix("MPos:"))?;
+    let position: Result<Vec<f64>, _> = place.split(',').map(str::parse).collect();
+    let position = position.ok()?;
+    Some(Sight { state, position })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_report_is_taken_apart_and_nothing_else_is_one() {
+        let seen = sight("<Hold:0|MPos:1.500,-2.000,0.000|FS:0,0>").unwrap();
+        assert_eq!(
+            (&*seen.state, seen.position),
+            ("Hold:0", vec![1.5, -2.0, 0.0])
+        );
+        assert_eq!(sight("ok"), None);
+        assert_eq!(sight("<Idle|WPos:1,2,3>"), None);
+    }
+}

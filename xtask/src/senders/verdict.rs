@@ -1,0 +1,241 @@
+//! Whether what a sender did was what it was asked for.
+
+use super::observer::{Seen, Sight};
+use super::wire::Wire;
+
+/// What may differ between a target and where the machine rests, mm: half a step, and the report's third decimal.
+const EXACT: f64 = 0.0075;
+
+/// Something that must have happened.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(super) enum Check {
+    /// Every line has its `ok`: no other answer, none too many.
+    AllOk,
+    /// The machine was seen to move.
+    Ran,
+    /// The machine rests at the target of the last line that moves, ready for more.
+    EndsWhereSent,
+    /// It was seen to stand in `Hold:0` and to go on from the same place.
+    HeldAndResumed,
+    /// A jog ended at this X, mm, before the job.
+    JoggedTo(f64),
+    /// It was locked, and then free without having homed.
+    Unlocked,
+    /// It was locked, homed, and then free.
+    Homed,
+    /// A reset in the hold left it free and where the hold had brought it, and it moves by a millimetre when asked to.
+    StoppedInPlace,
+}
+
+impl Check {
+    /// What is not as it should be.
+    pub(super) fn fault(self, wire: &Wire, seen: &Seen) -> Option<String> {
+        let holds = match self {
+            Self::AllOk => return unanswered(wire),
+            Self::Ran => seen.sights.iter().any(|sight| sight.state == "Run"),
+            Self::EndsWhereSent => return elsewhere(wire, seen),
+            Self::HeldAndResumed => held_and_resumed(wire, &seen.sights),
+            Self::JoggedTo(x) => jogged_to(x, &seen.sights),
+            Self::Unlocked => in_order(&seen.sights, &["Alarm", "Idle"]) && !homed(&seen.sights),
+            Self::Homed => in_order(&seen.sights, &["Alarm", "Home", "Idle", "Run"]),
+            Self::StoppedInPlace => return not_in_place(wire, seen),
+        };
+        (!holds).then(|| format!("{self:?} does not hold; states seen: {}", states(seen)))
+    }
+}
+
+fn unanswered(wire: &Wire) -> Option<String> {
+    let count = |begins: &str| {
+        wire.answers
+            .iter()
+            .filter(|line| line.starts_with(begins))
+            .count()
+    };
+    let (ok, sent) = (count("ok"), wire.sent.len());
+    let bad = count("error:") + count("ALARM:");
+    (bad > 0 || ok != sent || sent == 0)
+        .then(|| format!("{ok} ok to {sent} lines, {bad} errors and alarms"))
+}
+
+fn elsewhere(wire: &Wire, seen: &Seen) -> Option<String> {
+    let [x, y] = wire.last_target();
+    let there = |sight: &Sight| sight.state == "Idle" && is_at(sight, [x, y]);
+    let last = seen.last.as_ref();
+    (!last.is_some_and(there)).then(|| format!("ends as {last:?}, not Idle at X{x} Y{y}"))
+}
+
+fn not_in_place(wire: &Wire, seen: &Seen) -> Option<String> {
+    let held = seen.sights.iter().rfind(|sight| sight.state == "Hold:0");
+    let (Some(held), Some(last)) = (held, &seen.last) else {
+        return Some(format!("no Hold:0; states seen: {}", states(seen)));
+    };
+    let asked = in_order(&wire.realtime, &["!", "\\x18"]);
+    let free = last.state == "Idle" && last.position == held.position;
+    let target = [last.position[0] + 1.0, last.position[1]];
+    let moved = seen
+        .moved
+        .as_ref()
+        .is_some_and(|sight| is_at(sight, target));
+    let good = asked && free && moved;
+    (!good).then(|| format!("held as {held:?}, then {last:?}, then {:?}", seen.moved))
+}
+
+fn held_and_resumed(wire: &Wire, sights: &[Sight]) -> bool {
+    let held = sights.iter().position(|sight| sight.state == "Hold:0");
+    let moved_on = held.and_then(|held| {
+        let place = &sights[held].position;
+        let after = sights[held..]
+            .iter()
+            .find(|sight| sight.state != "Hold:0")?;
+        // Ten milliseconds of motion at most are between the two.
+        let near = (after.position.iter().zip(place)).all(|(new, old)| (new - old).abs() < 3.0);
+        Some(after.state == "Run" && near)
+    });
+    in_order(&wire.realtime, &["!", "~"]) && moved_on == Some(true)
+}
+
+fn jogged_to(x: f64, sights: &[Sight]) -> bool {
+    let run = sights.iter().position(|sight| sight.state == "Run");
+    let before = &sights[..run.unwrap_or(sights.len())];
+    let jog = before.iter().position(|sight| sight.state == "Jog");
+    let after = &before[jog.unwrap_or(before.len())..];
+    after
+        .iter()
+        .any(|sight| sight.state == "Idle" && is_at(sight, [x, 0.0]))
+}
+
+fn homed(sights: &[Sight]) -> bool {
+    sights.iter().any(|sight| sight.state == "Home")
+}
+
+fn is_at(sight: &Sight, target: [f64; 2]) -> bool {
+    let off = |(place, target): (&f64, f64)| (place - target).abs();
+    sight
+        .position
+        .iter()
+        .zip(target)
+        .map(off)
+        .all(|off| off <= EXACT)
+}
+
+/// Whether these come one after the other, whatever is between them.
+fn in_order<T: AsRef<str>>(all: &[T], wanted: &[&str]) -> bool {
+    let mut rest = all.iter().map(AsRef::as_ref);
+    wanted.iter().all(|wanted| rest.any(|one| one == *wanted))
+}
+
+impl AsRef<str> for Sight {
+    fn as_ref(&self) -> &str {
+        &self.state
+    }
+}
+
+fn states(seen: &Seen) -> String {
+    let mut states: Vec<&str> = seen.sights.iter().map(AsRef::as_ref).collect();
+    states.dedup();
+    states.join(" ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sight(state: &str, x: f64) -> Sight {
+        let (state, position) = (state.to_owned(), vec![x, 0.0, 0.0]);
+        Sight { state, position }
+    }
+
+    fn seen(states: &[(&str, f64)]) -> Seen {
+        let sights: Vec<Sight> = states.iter().map(|(state, x)| sight(state, *x)).collect();
+        let last = sights.last().cloned();
+        let moved = last
+            .as_ref()
+            .map(|last| sight("Idle", last.position[0] + 1.0));
+        Seen {
+            sights,
+            last,
+            moved,
+        }
+    }
+
+    fn wire(realtime: &[&str]) -> Wire {
+        let owned = |texts: &[&str]| texts.iter().map(|text| (*text).to_owned()).collect();
+        Wire {
+            sent: owned(&["G1X1", "G1X5"]),
+            realtime: owned(realtime),
+            answers: owned(&["ok", "ok"]),
+        }
+    }
+
+    fn holds(check: Check, realtime: &[&str], states: &[(&str, f64)]) -> bool {
+        check.fault(&wire(realtime), &seen(states)).is_none()
+    }
+
+    #[test]
+    fn an_ok_too_few_or_too_many_an_error_and_silence_are_faults() {
+        let answers = |answers: &[&str]| {
+            let answers = answers.iter().map(|text| (*text).to_owned()).collect();
+            unanswered(&Wire {
+                answers,
+                ..wire(&[])
+            })
+        };
+        assert_eq!(answers(&["ok", "ok", "[MSG:Pgm End]"]), None);
+        assert!(answers(&["ok"]).is_some() && answers(&["ok"; 3]).is_some());
+        assert!(answers(&["ok", "error:9"]).is_some());
+        assert!(answers(&["ok", "ok", "ALARM:1"]).is_some());
+        assert!(unanswered(&Wire::default()).is_some());
+    }
+
+    #[test]
+    fn a_job_ends_idle_at_the_last_target() {
+        assert!(holds(Check::EndsWhereSent, &[], &[("Idle", 5.0)]));
+        assert!(!holds(Check::EndsWhereSent, &[], &[("Idle", 4.98)]));
+        assert!(!holds(Check::EndsWhereSent, &[], &[("Alarm", 5.0)]));
+        assert!(!holds(Check::EndsWhereSent, &[], &[]));
+    }
+
+    #[test]
+    fn a_hold_is_seen_and_goes_on_from_its_place() {
+        let held = |states: &[_]| holds(Check::HeldAndResumed, &["?", "!", "~"], states);
+        assert!(held(&[
+            ("Run", 1.0),
+            ("Hold:0", 2.0),
+            ("Run", 2.5),
+            ("Idle", 5.0)
+        ]));
+        assert!(!held(&[("Run", 1.0), ("Hold:0", 2.0)]));
+        assert!(!held(&[("Run", 1.0), ("Hold:0", 2.0), ("Run", 5.5)]));
+        assert!(!held(&[("Run", 1.0), ("Hold:0", 2.0), ("Alarm", 2.0)]));
+        assert!(!held(&[("Run", 1.0), ("Idle", 5.0)]));
+    }
+
+    #[test]
+    fn a_stop_leaves_the_machine_free_where_it_was_held() {
+        let stopped = |states: &[_]| holds(Check::StoppedInPlace, &["!", "\\x18"], states);
+        assert!(stopped(&[("Run", 1.0), ("Hold:0", 2.0), ("Idle", 2.0)]));
+        assert!(!stopped(&[("Run", 1.0), ("Hold:0", 2.0), ("Idle", 2.1)]));
+        assert!(!stopped(&[("Run", 1.0), ("Hold:0", 2.0), ("Alarm", 2.0)]));
+        assert!(!stopped(&[("Run", 1.0), ("Idle", 2.0)]));
+    }
+
+    #[test]
+    fn jogs_homing_and_unlocking_are_seen() {
+        let jog = Check::JoggedTo(3.0);
+        assert!(holds(
+            jog,
+            &[],
+            &[("Jog", 1.0), ("Idle", 3.0), ("Run", 1.0)]
+        ));
+        assert!(!holds(jog, &[], &[("Idle", 3.0), ("Run", 1.0)]));
+        assert!(!holds(
+            jog,
+            &[],
+            &[("Jog", 1.0), ("Run", 1.0), ("Idle", 3.0)]
+        ));
+        let home = [("Alarm", 0.0), ("Home", 0.0), ("Idle", 1.0), ("Run", 2.0)];
+        assert!(holds(Check::Homed, &[], &home) && !holds(Check::Unlocked, &[], &home));
+        let unlock = [("Alarm", 0.0), ("Idle", 1.0), ("Run", 2.0)];
+        assert!(holds(Check::Unlocked, &[], &unlock) && !holds(Check::Homed, &[], &unlock));
+    }
+}

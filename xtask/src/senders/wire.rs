@@ -1,0 +1,92 @@
+//! What went over a sender's line, as the server's log has it.
+
+/// One side's lines and bytes, in their order.
+#[derive(Default, Debug)]
+pub(super) struct Wire {
+    /// Lines of the sender; realtime bytes apart.
+    pub(super) sent: Vec<String>,
+    /// Realtime bytes of the sender, as the log spells them.
+    pub(super) realtime: Vec<String>,
+    /// Lines of the machine while a sender was there.
+    pub(super) answers: Vec<String>,
+}
+
+impl Wire {
+    /// Picks from a log what belongs to the line with this number.
+    ///
+    /// ```text
+    ///     12.034567 0 < G1X10F600          seconds, line, to or from the machine
+    /// ```
+    pub(super) fn read(log: &str, number: &str) -> Self {
+        let mut wire = Self::default();
+        for row in log.lines() {
+            let mut parts = row.trim_start().splitn(4, ' ');
+            let (_, line) = (parts.next(), parts.next().unwrap_or_default());
+            let (way, text) = (parts.next(), parts.next().unwrap_or_default().to_owned());
+            if line != number {
+                continue;
+            }
+            match way {
+                Some("<") if is_realtime(&text) => wire.realtime.push(text),
+                Some("<") => wire.sent.push(text),
+                Some(">") => wire.answers.push(text),
+                Some(_) | None => {}
+            }
+        }
+        wire
+    }
+
+    /// The X and Y of the last line that moves, in force where it says nothing.
+    pub(super) fn last_target(&self) -> [f64; 2] {
+        let mut target = [0.0; 2];
+        let moves = |line: &&String| !line.starts_with('$');
+        for line in self.sent.iter().filter(moves) {
+            for (letter, place) in ['X', 'Y'].into_iter().zip(&mut target) {
+                *place = word(line, letter).unwrap_or(*place);
+            }
+        }
+        target
+    }
+}
+
+/// `?`, `!`, `~`, and what the log spells `\x18` and so on.
+fn is_realtime(text: &str) -> bool {
+    matches!(text, "?" | "!" | "~") || (text.len() == 4 && text.starts_with("\\x"))
+}
+
+fn word(line: &str, letter: char) -> Option<f64> {
+    let (_, rest) = line.split_once(letter)?;
+    let end = rest.find(|c: char| !(c.is_ascii_digit() || matches!(c, '.' | '-')));
+    rest[..end.unwrap_or(rest.len())].parse().ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LOG: &str = "     0.001097 0 > Grbl 1.1h ['$' for help]
+     1.954605 1 < G1 X1.5Y-2 S0\\r
+     1.954605 1 < \\x91
+     1.954605 1 < ?
+     1.954912 2 > <Idle|MPos:0.000,0.000,0.000>
+     1.954912 1 > ok
+     1.954912 1 < \\r
+     1.954912 1 < $J=G91 X9
+     1.954912 1 < G1 Y3
+     1.954912 1 . the client has gone
+";
+
+    #[test]
+    fn lines_realtime_bytes_and_answers_are_told_apart() {
+        let wire = Wire::read(LOG, "1");
+        let sent = ["G1 X1.5Y-2 S0\\r", "\\r", "$J=G91 X9", "G1 Y3"];
+        assert_eq!(wire.sent, sent);
+        assert_eq!(wire.realtime, ["\\x91", "?"]);
+        assert_eq!(wire.answers, ["ok"]);
+    }
+
+    #[test]
+    fn the_last_target_is_put_together_from_the_lines_that_move() {
+        assert_eq!(Wire::read(LOG, "1").last_target(), [1.5, 3.0]);
+    }
+}
