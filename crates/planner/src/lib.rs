@@ -57,4 +57,6 @@ pub use segmenter::Segmenter;
 #[cfg(test)]
 extern crate std;
 #[cfg(test)]
+mod energy_tests;
+#[cfg(test)]
 mod reference;

@@ -157,8 +157,8 @@ where
     /// Makes a move part of the last queued one, where that goes straight on and differs in power only. `None`, and nothing has
     /// changed, where it is to be a move of its own.
     fn merge(&mut self, of: &Move<AXES>, delta: [i32; MOTORS]) -> Option<()> {
+        let (row, pixel) = self.row.as_ref()?.extended(of, delta)?;
         let shorter = *self.queue.last_waiting()?;
-        let (row, pixel) = self.row?.extended(of, delta)?;
         let longer = PlannedMove {
             delta: row.delta(),
             length: sqrt(norm2(&self.axes_mm(row.delta()))),

@@ -348,7 +348,8 @@ impl<const MOTORS: usize> Running<MOTORS> {
             MovePower::Dynamic { power } => {
                 let full = power.share().to_bits() as f32 * self.per_feed;
                 let (first, last) = (share(full * first), share(full * last));
-                let change = (last as i32 - first as i32) / i32::from(ticks.get());
+                let changes = i32::from(ticks.get() - 1).max(1);
+                let change = (last as i32 - first as i32) / changes;
                 (
                     Power::from_share(U1F31::from_bits(first)),
                     PowerChange::from_bits(change),
