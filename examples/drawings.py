@@ -68,6 +68,36 @@ def raster_row(row, row_runs):
     ]
 
 
+# --- delay: a test picture for the laser's switching delay ($703) ---
+DELAY_FEEDS = (2000, 4000, 6000, 8000, 10000)  # mm/min, one band of rows each, from the bottom
+DELAY_ROWS, DELAY_PITCH = 16, 0.2  # a band's rows, mm between them
+DELAY_BAND = 5.0  # mm from band to band
+DELAY_RUN_UP = 12.0  # mm: 10000 mm/min at 1500 mm/s2 take 9.3
+DELAY_MARKS, DELAY_SPACING, DELAY_WIDTH = 8, 5.0, 0.5  # a row's marks, mm from one to the next, mm
+
+
+def delay():
+    """Burns upright bars row by row, there and back: where the laser switches late, a bar's rows are apart, more with the speed."""
+    lines = comment("Bars for setting $703, the laser's delay: one band for each feed. Needs $32=1.")
+    lines += [ABSOLUTE_MM, "M4 S0"]
+    for band, feed in enumerate(DELAY_FEEDS):
+        for row in range(DELAY_ROWS):
+            lines += delay_row(band * DELAY_BAND + row * DELAY_PITCH, feed, row % 2)
+    return lines + ["M5", "G0 X0 Y0", "M30"]
+
+
+def delay_row(y, feed, back):
+    """Burns one row of marks at full feed from the first to the last."""
+    length = 2 * DELAY_RUN_UP + (DELAY_MARKS - 1) * DELAY_SPACING + DELAY_WIDTH
+    starts = [DELAY_RUN_UP + mark * DELAY_SPACING for mark in range(DELAY_MARKS)]
+    edges = [edge for start in starts for edge in (start, start + DELAY_WIDTH)] + [length]
+    if back:
+        edges = [length - edge for edge in edges]
+    powers = [0, 500] * DELAY_MARKS + [0]
+    entry = block("G0", x=length if back else 0.0, y=y)
+    return [entry, *(block("G1", x=x, f=feed, s=power) for x, power in zip(edges, powers))]
+
+
 # --- spiral: short chords, the food of look-ahead ---
 SPIRAL_CENTRE, SPIRAL_RADIUS, SPIRAL_PITCH = 40.0, 36.0, 3.0
 SPIRAL_TOLERANCE = 0.002  # mm between a chord and the curve: Grbl's `$12`

@@ -34,6 +34,7 @@ EXAMPLES = {
     "spiral.nc": Example("router", drawings.spiral),
     "pocket.nc": Example("router", drawings.pocket),
     "raster.nc": Example("laser", drawings.raster),
+    "laser_delay.nc": Example("laser", drawings.delay),
     "drill_holes.nc": Example("drill002", convert.drill, "002_screenshot_holes_40_67.drl"),
     "drill_dip14.nc": Example("drill002", convert.drill, "002_table8_1_dip14_made_up.drl"),
     "print_testbar.nc": Example("printer001", convert.extrude, "001_testbar_50mm_5layers_made_up.rp"),

@@ -144,7 +144,7 @@ pub trait Board {
     /// Sets direction and enable of the spindle. Its power: [`Board::set_power`] and the step interrupt.
     fn set_spindle(&mut self, output: SpindleOutput);
 
-    /// Sets the spindle's or laser's power. Called while the step timer rests only; in motion, power
+    /// Sets the spindle's or laser's power. Called while the step timer rests, and to switch it off after a stop; in motion, power
     /// goes through `StepPort::set_power`.
     fn set_power(&mut self, power: Power);
 

@@ -13,6 +13,7 @@ use crate::protocol::status::Status;
 use crate::settings::table::Setting;
 use crate::state::{Lock, State};
 use leadscrew_planner::Kinematics;
+use leadscrew_stepper::Power;
 
 /// What a reset drops of the bytes received so far.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -107,8 +108,10 @@ where
         self.state = State::Alarm(lock);
     }
 
-    /// Spindle and coolant off, for good.
+    /// Spindle and coolant off, for good. At rest or after a stop: the power goes at once, not with the next step, which may be
+    /// long in coming. (After a stop the step interrupt puts out none.)
     pub(crate) fn switch_outputs_off<B: Board>(&mut self, board: &mut B) {
+        board.set_power(Power::OFF);
         self.want_spindle(&crate::interpreter::Spindle::default());
         self.spindle.restore();
         self.put_out_spindle(board);

@@ -63,6 +63,9 @@ fn worst_error(
     for next in moves(legs) {
         rig.planner.push(&next).unwrap();
     }
+    // Faster than programmed there may be no power left to follow with, in all or a part of a segment.
+    let faster = meddling.iter().any(|(_, feed)| *feed > Some(100));
+    let most = if faster { 0.8 } else { 1.1 };
     let mut worst = (0.0, None);
     let mut legs = legs.iter().copied().enumerate();
     let (mut index, mut leg) = legs.next().unwrap();
@@ -85,7 +88,7 @@ fn worst_error(
             if !timed.tick.step.contains(leg.dominant()) {
                 continue;
             }
-            let clipped = leg.due() >= interval as f64;
+            let clipped = leg.due() >= most * interval as f64;
             if !clipped && interval >= SHORTEST && leg.due() / interval as f64 > FLOOR {
                 let error = energy / leg.due() - 1.0;
                 if error.abs() > f64::abs(worst.0) {

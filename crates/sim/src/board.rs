@@ -171,7 +171,7 @@ impl<O: Observer, const MOTORS: usize> SimBoard<O, MOTORS> {
     }
 
     /// Power as it is put out.
-    pub(crate) fn power(&self) -> Power {
+    pub fn power(&self) -> Power {
         self.power
     }
 

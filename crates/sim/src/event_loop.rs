@@ -33,6 +33,7 @@ use leadscrew_machine::inputs::Inputs;
 use leadscrew_machine::machine::{Links as MachineLinks, Machine, Next};
 use leadscrew_machine::protocol::serial::Receiver;
 use leadscrew_machine::settings::table::Setting;
+use leadscrew_machine::state::{Door, Hold, State};
 use leadscrew_machine::work::Work;
 use leadscrew_planner::Kinematics;
 use leadscrew_stepper::{Power, Shared};
@@ -63,7 +64,7 @@ pub struct Simulation<'a, K, O, const AXES: usize, const MOTORS: usize, const MO
     inputs: &'a Inputs<MOTORS>,
     position: PositionCheck<MOTORS>,
     work: Work,
-    /// The laser is on at rest, and that has been noted.
+    /// The laser is on where it has to be off, and that has been noted.
     laser_noted: bool,
     now: Cycle,
     /// Since when the main loop has reason to run; never: it has none.
@@ -310,6 +311,8 @@ where
 
     fn poll<H: Host>(&mut self, host: &mut H) {
         let counted = self.shared.position();
+        // As motion has left it, before the main loop can mend it.
+        self.check_laser();
         self.board.begin_poll(self.now);
         let next = self.machine.poll(&mut self.board, self.now.instant());
         if let Some(fault) = self.machine.take_fault() {
@@ -357,19 +360,37 @@ where
             self.position
                 .compare_from_now(after, self.board.plant.position());
         }
-        if self.is_laser_on_at_rest() && !std::mem::replace(&mut self.laser_noted, true) {
-            self.board.violate(Violation::LaserOnAtRest { cycle: now });
-        }
+        self.check_laser();
     }
 
-    /// Whether a laser whose power follows the speed (M4) is on though nothing moves.
-    fn is_laser_on_at_rest(&mut self) -> bool {
-        let dark = self.shared.is_running()
-            || self.board.power() == Power::OFF
-            || self.board.spindle() != SpindleOutput::CounterClockwise
-            || !self.machine.settings().is_on(Setting::Laser);
-        self.laser_noted &= !dark;
-        !dark
+    /// Checks that the laser is off where it has to be. Power and state change in polls, and in motion with ticks: so what holds
+    /// before and after each poll holds at every tick of a rest.
+    fn check_laser(&mut self) {
+        let on = self.board.power() != Power::OFF && self.has_laser_to_be_off();
+        if on && !self.laser_noted {
+            self.board.violate(Violation::LaserOn { cycle: self.now });
+        }
+        self.laser_noted = on;
+    }
+
+    fn has_laser_to_be_off(&self) -> bool {
+        let follows_speed = self.board.spindle() == SpindleOutput::CounterClockwise;
+        let resting = !self.shared.is_running();
+        let dark = match self.machine.state() {
+            // A stop takes effect at once, not with the next step only.
+            State::Alarm(_) | State::Sleep => true,
+            State::Hold(Hold::Complete { .. }) | State::Door(Door::Parked) => resting,
+            State::Idle
+            | State::Run
+            | State::Jog(_)
+            | State::Home
+            | State::Check
+            | State::Hold(Hold::Stopping { .. })
+            | State::Door(Door::Stopping | Door::Retracting | Door::Restoring) => {
+                resting && follows_speed
+            }
+        };
+        dark && self.machine.settings().is_on(Setting::Laser)
     }
 }
 
@@ -474,5 +495,32 @@ mod tests {
             .map(|e| (e.line, e.code))
             .collect();
         assert_eq!(errors, [(2, 20)]);
+    }
+
+    /// Whether power that the test puts out at rest after `program` is a violation.
+    fn is_caught(program: &str) -> bool {
+        let setup = Setup::<3>::new(MachineConfig::new(), Rate::NeverWaits);
+        let mut memory = Memory::<3>::new(&setup);
+        let mut sim: Simulation<'_, _, _, 3, 3, 256> =
+            Simulation::new(&mut memory, &setup, Cartesian, ());
+        let streaming = Streaming {
+            window: 128,
+            keep_going: true,
+        };
+        let mut host = Streamer::new(program.as_bytes(), streaming, Answers::default());
+        sim.run_until(&mut host, Cycle::from_micros(60_000_000));
+        assert!(sim.board.violations.is_empty(), "{program}");
+        sim.board.put_power(sim.now, Power::FULL);
+        sim.check_laser();
+        !sim.board.violations.is_empty()
+    }
+
+    #[test]
+    fn a_laser_that_is_on_where_it_has_to_be_off_is_caught() {
+        assert!(is_caught("$32=1\nM4S500\nG1X1F500\n"));
+        assert!(is_caught("$32=1\nM3S500\nG1X1F500\nM0\n"));
+        assert!(is_caught("$32=1\n$SLP\n"));
+        assert!(!is_caught("$32=1\nM3S500\nG1X1F500\n"));
+        assert!(!is_caught("$32=0\nM4S500\nG1X1F500\n"));
     }
 }

@@ -77,8 +77,8 @@ pub enum Violation {
         /// Steps that the carriage has made.
         made: i32,
     },
-    /// Power was on at rest though the laser follows the speed (M4).
-    LaserOnAtRest {
+    /// Laser power was on though it has to be off: at rest under M4, while held, parked, locked or asleep.
+    LaserOn {
         /// When it was noticed.
         cycle: Cycle,
     },
@@ -122,7 +122,7 @@ impl fmt::Display for Violation {
                     "{cycle}: motor {motor} counted {counted} steps and made {made}"
                 )
             }
-            Self::LaserOnAtRest { cycle } => write!(f, "{cycle}: laser on at rest"),
+            Self::LaserOn { cycle } => write!(f, "{cycle}: laser on where it has to be off"),
         }
     }
 }

@@ -1,0 +1,266 @@
+//! Lasers on the simulated pins: rasters at full speed, energy at every step, no light in rapids and rests, and both
+//! directions of a raster in the same place.
+
+use leadscrew_planner::Cartesian;
+use leadscrew_sim::{Memory, Rate, StepEvent};
+use leadscrew_stepper::{MotorMask, Power};
+use leadscrew_tests::{run_program, setup, Session};
+use proptest::prelude::*;
+use std::fmt::Write;
+use std::num::NonZeroU32;
+
+/// CPU cycles in a second.
+const HZ: f64 = 168e6;
+
+/// 80 steps/mm, 500 mm/s, a laser with full power at S1000, and motion that waits for no pause of the sender.
+fn settings(acceleration: u32) -> String {
+    format!("$100=80\n$101=80\n$110=30000\n$111=30000\n$120={acceleration}\n$121={acceleration}\n$32=1\n$30=1000\n")
+}
+
+const X: usize = 0;
+const Y: usize = 1;
+
+/// A row of `count` pixels of `size` µm to the right at 450 mm/s.
+fn row(count: u32, size: u32, line: impl Fn(&mut String, u32, String)) -> String {
+    let mut program = String::from("M4S0\nF27000\n");
+    for k in 1..=count {
+        let at = k * size;
+        line(&mut program, k, format!("X{}.{:03}", at / 1000, at % 1000));
+    }
+    program
+}
+
+/// Seconds from the first to the last step of a row of 600 mm, sent over `rate`.
+fn seconds(rate: Rate, program: &str) -> f64 {
+    let mut setup = setup::<3>(1);
+    setup.lines = vec![rate];
+    let mut memory = Memory::new(&setup);
+    let mut session = Session::new(&mut memory, &setup, Cartesian);
+    session.stream(&settings(500));
+    session.stream(program);
+    let run = session.finish();
+    assert_eq!(run.net_steps(), [48_000, 0, 0]);
+    let (first, last) = (run.steps[0].cycle, run.steps[run.steps.len() - 1].cycle);
+    (last - first) as f64 / HZ
+}
+
+/// A row that was burnt pixel by pixel takes no longer than one line.
+fn runs_at_full_speed(rate: Rate, program: &str) {
+    let at_best = seconds(rate, "M4S500\nG1X600F27000\n");
+    let (reach, feed) = (600.0, 450.0);
+    assert!(
+        (at_best - (reach / feed + feed / 500.0)).abs() < 0.01,
+        "{at_best}"
+    );
+    let taken = seconds(rate, program);
+    assert!(taken <= at_best * 1.001, "{taken} s, one line {at_best} s");
+}
+
+#[test]
+fn a_row_of_tenths_of_a_millimetre_runs_at_450_mm_s() {
+    let program = row(6000, 100, |program, k, x| {
+        writeln!(program, "G1{x}S{}", 100 + k * 37 % 900).unwrap();
+    });
+    runs_at_full_speed(Rate::NeverWaits, &program);
+}
+
+/// 9000 lines/s: they come as they are burnt.
+#[test]
+fn a_row_of_twentieths_runs_at_450_mm_s_over_a_serial_line_of_3_megabaud() {
+    let program = row(12_000, 50, |program, k, x| {
+        writeln!(program, "{x}S{}", 100 + k * 37 % 900).unwrap();
+    });
+    let program = program.replacen("F27000\n", "F27000\nG1\n", 1);
+    let line = Rate::Baud(NonZeroU32::new(3_000_000).unwrap());
+    runs_at_full_speed(line, &program);
+}
+
+/// As LaserGRBL writes a black and white picture: what is white is skipped.
+#[test]
+fn a_row_with_gaps_runs_at_450_mm_s() {
+    let program = row(6000, 100, |program, k, x| match k * k % 11 % 3 {
+        0 => writeln!(program, "G0{x}S0").unwrap(),
+        _ => writeln!(program, "G1{x}S{}", 300 + k % 600).unwrap(),
+    });
+    runs_at_full_speed(Rate::NeverWaits, &program);
+}
+
+/// Two rows and the way between them by rapids: those alone move Y, or X beyond 10 mm.
+fn picture() -> String {
+    let mut program = String::from("M4\n");
+    for (row, y) in [0.5, 1.0, 1.5].iter().enumerate() {
+        writeln!(program, "G0Y{y}").unwrap();
+        let back = row % 2 == 1;
+        for k in 1..=20 {
+            let at = if back { 20 - k } else { k };
+            writeln!(
+                program,
+                "G1X{}.{}F3000S{}",
+                at / 2,
+                at % 2 * 5,
+                50 + k * 311 % 900
+            )
+            .unwrap();
+        }
+        if !back {
+            writeln!(program, "G0X12\nG0X10").unwrap();
+        }
+    }
+    program
+}
+
+/// Steps that only a rapid makes.
+fn dark(steps: &[StepEvent]) -> impl Iterator<Item = (usize, &StepEvent)> {
+    let mut x = 0;
+    steps.iter().enumerate().filter(move |(_, event)| {
+        if event.motors.contains(X) {
+            x += if event.negative.contains(X) { -1 } else { 1 };
+        }
+        event.motors.contains(Y) || x > 800 || x == 800 && event.negative.contains(X)
+    })
+}
+
+/// The laser's other rules are checked by the simulator, before and after each turn of the main loop.
+#[test]
+fn the_laser_is_off_in_every_rapid_whatever_interrupts_the_job() {
+    let program = picture();
+    let whole = run_program(&settings(500), &program);
+    assert!(dark(&whole.steps).count() > 200);
+    assert!(dark(&whole.steps).all(|(_, event)| event.power == Power::OFF));
+    let lit = whole.steps.iter().filter(|event| event.power > Power::OFF);
+    assert!(lit.count() > 2000);
+    for (k, event) in whole.steps.iter().enumerate().step_by(71) {
+        let (byte, after) = [
+            (&b"!"[..], &b"~"[..]),
+            (b"\x84", b"~"),
+            (b"\x91\x91\x97", b"\x90\x95"),
+            (b"\x9A\x9A", b"\x99"),
+            (b"\x18", b"$X\n"),
+        ][k % 5];
+        let mut memory = Memory::new(&setup::<3>(1));
+        let mut session = Session::new(&mut memory, &setup::<3>(1), Cartesian);
+        session.stream(&settings(500));
+        session.send(0, &program);
+        session.wait_us((event.cycle - session.sim.now()) / 168);
+        session.send(0, byte);
+        session.wait_us(700_000);
+        session.send(0, after);
+        session.until_quiet();
+        let run = session.finish();
+        assert!(
+            dark(&run.steps).all(|(_, event)| event.power == Power::OFF),
+            "{k}"
+        );
+    }
+}
+
+/// An underrun apart, power goes with a stop at once, though the next step may be a second away.
+#[test]
+fn a_reset_in_a_slow_move_switches_the_laser_off_at_once() {
+    for mode in ["M3", "M4"] {
+        let setup = setup::<3>(1);
+        let mut memory = Memory::new(&setup);
+        let mut session = Session::new(&mut memory, &setup, Cartesian);
+        session.stream(&settings(500));
+        session.send(0, format!("{mode}S800\nG1X1F1\n"));
+        session.wait_us(2_500_000);
+        assert!(session.sim.board().power() > Power::OFF, "{mode}");
+        session.send(0, "\x18");
+        session.wait_us(1_000);
+        assert_eq!(session.sim.board().power(), Power::OFF, "{mode}");
+        session.until_quiet();
+        session.finish();
+    }
+}
+
+/// Where power goes on or off, in steps of X, `delay_us` after it is put out.
+fn burnt(steps: &[StepEvent], delay_us: u64) -> Vec<f64> {
+    let mut x = 0i32;
+    let mut track: Vec<(u64, i32)> = Vec::new();
+    let (mut lit, mut edges) = (false, Vec::new());
+    for event in steps {
+        if lit != (event.power > Power::OFF) {
+            lit = !lit;
+            edges.push(track.last().map_or(0, |(at, _)| *at) + delay_us * 168);
+        }
+        x += if event.negative.contains(X) { -1 } else { 1 };
+        track.push((event.cycle.0, x));
+    }
+    let place = |at: u64| {
+        let next = track
+            .partition_point(|(time, _)| *time < at)
+            .clamp(1, track.len() - 1);
+        let ((before, from), (after, to)) = (track[next - 1], track[next]);
+        let part = (at.min(after) - before) as f64 / (after - before) as f64;
+        f64::from(from) + part * f64::from(to - from)
+    };
+    edges.into_iter().map(place).collect()
+}
+
+#[test]
+fn both_directions_of_a_raster_burn_in_the_same_place_with_the_laser_s_delay_set() {
+    // Marks from 10 to 11 mm, 12.5 to 13 mm and 20 to 20.1 mm.
+    let there = "G1X10F12000S0\nX11S500\nX12.5S0\nX13S900\nX20S0\nX20.1S300\nX30S0\n";
+    let back = "X20.1S0\nX20S300\nX13S0\nX12.5S900\nX11S0\nX10S500\nX0S0\n";
+    for delay in [0, 150, 500, 1000] {
+        for lead in [0, delay] {
+            let settings = format!("{}$703={lead}\n", settings(2000));
+            let run = run_program(&settings, &format!("M3\n{there}{back}"));
+            let edges = burnt(&run.steps, delay);
+            assert_eq!(edges.len(), 12);
+            let apart = (0..6).map(|k| (edges[k] - edges[11 - k]).abs());
+            let apart = apart.fold(0.0, f64::max);
+            if lead == delay {
+                assert!(apart <= 1.05, "{delay} us: {apart} steps apart");
+            } else {
+                let due = 2.0 * 200.0 * 80.0 * delay as f64 * 1e-6;
+                assert!((apart - due).abs() < 1.1, "{delay} us: {apart} steps apart");
+            }
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+
+    /// Duty times interval at every step, at the pins; the planner's own tests look at more.
+    #[test]
+    fn each_step_on_a_row_gets_its_energy(
+        pixels in prop::collection::vec((1u32..400, 20u32..=1000), 1..60), feed in 60u32..24_000,
+        acceleration in 20u32..8000, bytes in prop::collection::vec((0u64..400_000, prop::sample::select(&b"\x92\x94!"[..])), 0..4),
+    ) {
+        let mut program = format!("M4\nG1F{feed}\n");
+        let mut at = 0;
+        for (steps, power) in &pixels {
+            at += steps;
+            writeln!(program, "X{}.{:04}S{power}", at / 80, at % 80 * 125).unwrap();
+        }
+        let mut memory = Memory::new(&setup::<3>(1));
+        let mut session = Session::new(&mut memory, &setup::<3>(1), Cartesian);
+        session.stream(&settings(acceleration));
+        session.send(0, &program);
+        for (wait, byte) in bytes {
+            session.wait_us(wait);
+            session.send(0, [byte]);
+            if byte == b'!' {
+                session.wait_us(1_500_000);
+                session.send(0, "~");
+            }
+        }
+        session.until_quiet();
+        let steps = session.finish().steps;
+        prop_assert_eq!(steps.len() as u32, at);
+        let powers = pixels.iter().flat_map(|(steps, power)| std::iter::repeat_n(*power, *steps as usize));
+        for (pair, power) in steps.windows(2).zip(powers.skip(1)) {
+            let interval = (pair[1].cycle - pair[0].cycle) as f64;
+            // A held step waits as long as the hold; one that is not 100 timer counts long is not looked at.
+            if !(200.0..0.5 * HZ).contains(&interval) {
+                continue;
+            }
+            let due = f64::from(power) / 1000.0 / 80.0 / (f64::from(feed) / 60.0) * HZ;
+            let energy = pair[1].power.share().to_num::<f64>() * interval;
+            prop_assert!((energy / due - 1.0).abs() < 0.01, "{} of {} counts", energy / due, interval / 2.0);
+            prop_assert_eq!(pair[1].motors, MotorMask::only(X));
+        }
+    }
+}
