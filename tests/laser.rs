@@ -173,6 +173,26 @@ fn a_reset_in_a_slow_move_switches_the_laser_off_at_once() {
     }
 }
 
+#[test]
+fn a_laser_at_rest_is_off_while_held_and_comes_back() {
+    for (hold, resume) in [("M0\n", "~"), ("!", "~")] {
+        let setup = setup::<3>(1);
+        let mut memory = Memory::new(&setup);
+        let mut session = Session::new(&mut memory, &setup, Cartesian);
+        session.stream(&settings(500));
+        session.stream("M3S800\nG1X1F6000\n");
+        let lit = session.sim.board().power();
+        assert!(lit > Power::OFF);
+        session.send(0, hold);
+        session.wait_us(100_000);
+        assert_eq!(session.sim.board().power(), Power::OFF, "{hold}");
+        session.send(0, resume);
+        session.until_quiet();
+        assert_eq!(session.sim.board().power(), lit, "{hold}");
+        session.finish();
+    }
+}
+
 /// Where power goes on or off, in steps of X, `delay_us` after it is put out.
 fn burnt(steps: &[StepEvent], delay_us: u64) -> Vec<f64> {
     let mut x = 0i32;

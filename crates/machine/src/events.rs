@@ -41,7 +41,7 @@ where
                     channel.report_due = true;
                 }
             }
-            Realtime::Hold => self.feed_hold(now),
+            Realtime::Hold => self.feed_hold(board, now),
             Realtime::Resume => self.resume(board, now),
             Realtime::Door => self.open_door(board, now),
             Realtime::JogCancel => {
@@ -84,7 +84,7 @@ where
         }
         let held = edges.holds != before.holds;
         if held {
-            self.feed_hold(now);
+            self.feed_hold(board, now);
         }
         // Hold and start together, or start while hold is pressed: the hold stays.
         let hold_pressed = self.inputs.active(&board.switches()).hold;
@@ -104,11 +104,22 @@ where
         }
     }
 
-    fn feed_hold(&mut self, now: Instant) {
+    fn feed_hold<B: Board>(&mut self, board: &mut B, now: Instant) {
         let moving = !self.motion.is_idle();
         if let Some(next) = self.state.feed_hold(moving, now) {
             self.motion.hold();
             self.state = next;
+            self.darken_held_laser(board);
+        }
+    }
+
+    /// Switches a laser off once a hold or a pause is complete, until it is resumed. A spindle goes on.
+    pub(crate) fn darken_held_laser<B: Board>(&mut self, board: &mut B) {
+        let held = matches!(self.state, State::Hold(Hold::Complete { .. }));
+        if held && self.spindle.is_laser() && self.spindle.is_wanted() {
+            self.spindle.suspend();
+            self.put_out_spindle(board);
+            self.update_power();
         }
     }
 
@@ -307,11 +318,7 @@ where
         }
         self.state = next;
         match next {
-            State::Hold(_) if self.spindle.is_laser() && self.spindle.is_wanted() => {
-                self.spindle.suspend();
-                self.put_out_spindle(board);
-                self.update_power();
-            }
+            State::Hold(_) => self.darken_held_laser(board),
             State::Alarm(_) => {
                 self.motion.forget();
                 self.take_position();
@@ -321,7 +328,6 @@ where
             State::Idle
             | State::Run
             | State::Jog(_)
-            | State::Hold(_)
             | State::Home
             | State::Door(_)
             | State::Check

@@ -401,6 +401,7 @@ mod tests {
     use crate::observer::StepEvent;
     use crate::outcome::{Answers, Outcome};
     use crate::streamer::{Streamer, Streaming};
+    use leadscrew_machine::board::Board;
     use leadscrew_machine::config::MachineConfig;
     use leadscrew_planner::Cartesian;
     use std::num::NonZeroU32;
@@ -510,7 +511,7 @@ mod tests {
         let mut host = Streamer::new(program.as_bytes(), streaming, Answers::default());
         sim.run_until(&mut host, Cycle::from_micros(60_000_000));
         assert!(sim.board.violations.is_empty(), "{program}");
-        sim.board.put_power(sim.now, Power::FULL);
+        Board::set_power(&mut sim.board, Power::FULL);
         sim.check_laser();
         !sim.board.violations.is_empty()
     }

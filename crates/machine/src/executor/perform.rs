@@ -88,7 +88,7 @@ where
                 self.parking_allowed = *allowed;
                 Progress::Done
             }
-            Command::Pause => self.perform_pause(now),
+            Command::Pause => self.perform_pause(board, now),
             Command::ProgramEnd => self.perform_program_end(board),
         }
     }
@@ -352,13 +352,14 @@ where
         }
     }
 
-    fn perform_pause(&mut self, now: Instant) -> Progress {
+    fn perform_pause<B: Board>(&mut self, board: &mut B, now: Instant) -> Progress {
         if self.state == State::Check || self.executor.is_paused() {
             return Progress::Done;
         }
         if self.is_motion_over() {
             self.executor.wait = Wait::Pause;
             self.state = State::Hold(Hold::Complete { since: now });
+            self.darken_held_laser(board);
         }
         Progress::Wait
     }
