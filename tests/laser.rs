@@ -85,6 +85,70 @@ fn a_row_with_gaps_runs_at_450_mm_s() {
     runs_at_full_speed(Rate::NeverWaits, &program);
 }
 
+/// A field of the answer to `?`.
+fn ask(session: &mut Session<'_, Cartesian, 3>, field: &str) -> f64 {
+    session.send(0, "?");
+    session.wait_us(2_000);
+    let heard = session.heard(0);
+    let report = heard.iter().rfind(|line| line.starts_with('<')).unwrap();
+    let mut fields = report.trim_end_matches('>').split('|');
+    let value = fields.find_map(|text| text.strip_prefix(field));
+    let value = value.unwrap_or_else(|| panic!("no {field} in {report}"));
+    value.split(',').next().unwrap().parse().unwrap()
+}
+
+#[test]
+fn free_moves_fall_with_the_pixels_planned_and_come_back_as_they_are_made() {
+    let setup = setup::<3>(1);
+    let mut memory = Memory::new(&setup);
+    let mut session = Session::new(&mut memory, &setup, Cartesian);
+    session.stream(&settings(500));
+    session.stream("$10=3\n");
+    assert_eq!(ask(&mut session, "Bf:"), 1024.0);
+    let mut free = vec![1024.0];
+    session.send(0, "M4G1F60\n");
+    for part in 0..50 {
+        // 80 pixels of 0.1 mm at 1 mm/s, no more than the receive buffer takes; 4608 are a full queue.
+        let pixels = (1..=80).map(|k| format!("X{:.1}S{}\n", f64::from(part * 80 + k) * 0.1, k));
+        session.send(0, pixels.collect::<String>());
+        session.wait_us(20_000);
+        free.push(ask(&mut session, "Bf:"));
+    }
+    let falls = free.windows(2).map(|pair| pair[0] - pair[1]);
+    assert!(
+        falls.clone().all(|fall| (15.0..20.0).contains(&fall)),
+        "{free:?}"
+    );
+    session.wait_us(60_000_000);
+    let later = ask(&mut session, "Bf:");
+    assert!(later > free[50] + 100.0, "{later} {free:?}");
+    session.send(0, "\x18");
+    session.until_quiet();
+    assert_eq!(ask(&mut session, "Bf:"), 1024.0);
+    session.finish();
+}
+
+#[test]
+fn the_line_under_way_is_that_of_the_pixel_under_way() {
+    let mut setup = setup::<3>(1);
+    setup.machine.options.line_numbers = true;
+    let mut memory = Memory::new(&setup);
+    let mut session = Session::new(&mut memory, &setup, Cartesian);
+    session.stream(&settings(500));
+    let row = (1..=40).map(|k| format!("N{}G1X{k}S{}F600\n", k * 10, k * 20));
+    session.send(0, row.fold("M4\n".to_owned(), |all, line| all + &line));
+    session.wait_us(100_000);
+    for _ in 0..30 {
+        let line = ask(&mut session, "Ln:") / 10.0;
+        let x = ask(&mut session, "MPos:");
+        // 4 ms from answer to answer, 2 ms committed.
+        assert!((line - 1.01..line + 0.06).contains(&x), "N{line} at {x}");
+        session.wait_us(107_000);
+    }
+    session.until_quiet();
+    session.finish();
+}
+
 /// Two rows and the way between them by rapids: those alone move Y, or X beyond 10 mm.
 fn picture() -> String {
     let mut program = String::from("M4\n");
