@@ -6,8 +6,8 @@
 //!     +------------> desk: Machine and step interrupt in the simulator ------------Planned----+
 //! ```
 //!
-//! Each check boots a board of its own, with flash caches that are cold at every exception: the slowest that the flash
-//! can be. `fw-test --list` names the checks; those of the subset run in `.ci/run firmware`.
+//! Each check boots a board of its own; those of the interrupts' time empty the flash's caches at every exception.
+//! `cargo fw-test --list` names the checks; those of the subset run in `.ci/run firmware`.
 #![forbid(unsafe_code)]
 mod bench;
 mod checks;

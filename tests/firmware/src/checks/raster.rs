@@ -23,7 +23,7 @@ fn raster() -> String {
         for pixel in 1..=PIXELS {
             let place = if row % 2 == 0 { pixel } else { PIXELS - pixel };
             let power = 100 + (pixel * 7919 + row * 104_729) % 900;
-            let line = format!("G1X{:05.1}S{power}", place as f64 / 10.0);
+            let line = format!("G1X{:06.2}S{power}", place as f64 / 10.0);
             // Writing to a string does not fail.
             let _ = writeln!(program, "{line}");
         }

@@ -38,6 +38,7 @@ fn settings(pulse_us: u32, rate: f64, acceleration: u32) -> String {
 /// Runs a program while comments keep the line busy and a status query comes ten times a second.
 fn run_busy(elf: &[u8], settings: &str, program: &str) -> Result<Bench, Failure> {
     let mut bench = Bench::boot(elf)?;
+    bench.cold();
     bench.machine.watch(POWER, false);
     bench.commands(settings)?;
     bench.pins.clear();
@@ -117,6 +118,7 @@ fn mean(services: &[Service]) -> f64 {
 /// Three motors together, power changing at every tick.
 pub(crate) fn step_interrupt(firmware: &Firmware) -> Result<Figures, Failure> {
     let mut bench = Bench::boot(&firmware.elf)?;
+    bench.cold();
     bench.machine.watch(POWER, false);
     bench.commands(&settings(3, 100_000.0, 2000))?;
     bench.pins.clear();
@@ -167,7 +169,8 @@ pub(crate) fn step_interrupt(firmware: &Firmware) -> Result<Figures, Failure> {
 pub(crate) fn highest_rate(firmware: &Firmware) -> Result<Figures, Failure> {
     let mut bench = Bench::boot(&firmware.fast)?;
     bench.machine.watch(POWER, false);
-    bench.commands(&settings(1, RATE, 5000))?;
+    let pulse = if bench.say("$0=1")? == ["ok"] { 1 } else { 3 };
+    bench.commands(&settings(pulse, RATE, 5000))?;
     bench.pins.clear();
     bench.machine.clear_records();
     bench.machine.record_services();
@@ -181,7 +184,7 @@ pub(crate) fn highest_rate(firmware: &Firmware) -> Result<Figures, Failure> {
     let (stepping, others) = interrupts(&bench);
     let mut figures = Figures::default();
     figures.add(
-        "three motors",
+        format!("three motors, pulses of {pulse} us"),
         format!(
             "{:.0} steps/s, {} step events, {late} late, jitter {} cycles",
             fastest(steps),
