@@ -331,6 +331,7 @@ where
         let delay = self.settings.whole(Setting::IdleDelay);
         let deadlines = [
             self.motion.starts_at(),
+            self.motion.hungry_at(now, self.state.may_start()),
             self.executor.dwell_ends(),
             self.homing.as_ref().and_then(Homing::settles_at),
             self.door.as_ref().and_then(DoorCycle::waits_until),

@@ -64,6 +64,14 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
         (starving || self.left(now) <= self.enough) && self.segments.ready()
     }
 
+    /// When there will be room for one more segment, should the step interrupt take none before: the end of a phase may be
+    /// short, and what waits behind it must be there before it is over. `None` at rest, and where no slot is free.
+    pub(crate) fn room_at(&self, now: Instant) -> Option<Instant> {
+        let too_much = self.left(now).saturating_sub(self.enough);
+        let wait = Duration::from_ticks(too_much.div_ceil(self.counts_per_us).into());
+        (self.shared.is_running() && self.segments.ready()).then(|| now + wait)
+    }
+
     /// Commits a segment; [`Feeder::has_room`] said yes.
     pub(crate) fn push(&mut self, segment: Segment<MOTORS>) {
         let duration = segment.duration();
@@ -156,5 +164,22 @@ mod tests {
         assert!(feeder.has_room(at(1000)));
         consumer.dequeue(); // seen at once
         assert!(feeder.has_room(at(1000)));
+    }
+
+    #[test]
+    fn room_behind_a_short_segment_is_announced_before_it_begins() {
+        let mut queue = SegmentQueue::<1>::new();
+        let (producer, mut consumer) = queue.split();
+        let shared = Shared::new();
+        let mut feeder = Feeder::new(producer, &shared, 84_000_000);
+        let at = Instant::from_ticks;
+        feeder.push(segment(84, 1000, 0.0));
+        assert_eq!(feeder.room_at(at(0)), None, "at rest");
+        shared.set_running();
+        consumer.dequeue(); // 1 ms under way
+        feeder.push(segment(84, 100, 0.0)); // 0.1 ms waits
+        assert!(!feeder.has_room(at(0)));
+        assert_eq!(feeder.room_at(at(0)), Some(at(100)));
+        assert!(feeder.has_room(at(100)));
     }
 }

@@ -334,6 +334,12 @@ where
             && self.feeder.has_room(now)
     }
 
+    /// When [`Motion::is_hungry`] will say yes without an interrupt before.
+    pub(crate) fn hungry_at(&mut self, now: Instant, may_start: bool) -> Option<Instant> {
+        let hungers = !self.stopping && self.may_feed(now, may_start) && self.has_moves();
+        hungers.then(|| self.feeder.room_at(now)).flatten()
+    }
+
     fn has_moves(&self) -> bool {
         match self.driver {
             Driver::Program => {
