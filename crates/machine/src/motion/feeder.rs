@@ -21,6 +21,10 @@ use leadscrew_stepper::{Segment, Shared};
 /// The longest segment that a segmenter hands out, unless one step alone takes longer.
 const LONGEST_SEGMENT: Duration = Duration::from_ticks(1_000);
 
+/// Less than this in the queue and under way is too little to wait for the next segment's begin: several times what the main
+/// loop takes to make one.
+const SHORT: Duration = Duration::from_ticks(500);
+
 /// Hands segments to the step interrupt and starts it out of rest. Main loop.
 pub(crate) struct Feeder<'a, const MOTORS: usize> {
     segments: Producer<'a, Segment<MOTORS>>,
@@ -64,11 +68,13 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
         (starving || self.left(now) <= self.enough) && self.segments.ready()
     }
 
-    /// When there will be room for one more segment, should the step interrupt take none before: the end of a phase may be
-    /// short, and what waits behind it must be there before it is over. `None` at rest, and where no slot is free.
-    pub(crate) fn room_at(&self, now: Instant) -> Option<Instant> {
-        let too_much = self.left(now).saturating_sub(self.enough);
-        let wait = Duration::from_ticks(too_much.div_ceil(self.counts_per_us).into());
+    /// When what is committed will have come down to [`SHORT`], should the step interrupt take no segment before: one that
+    /// waits may be short, and what comes behind it must be there before it is over. `None` at rest, and where no slot is
+    /// free. Later than there is room: what is committed can no longer be changed, so no more of it than is needed.
+    pub(crate) fn short_at(&self, now: Instant) -> Option<Instant> {
+        let short = self.enough / (LONGEST_SEGMENT.ticks() / SHORT.ticks()) as u32;
+        let spare = self.left(now).saturating_sub(short);
+        let wait = Duration::from_ticks(spare.div_ceil(self.counts_per_us).into());
         (self.shared.is_running() && self.segments.ready()).then(|| now + wait)
     }
 
@@ -167,19 +173,19 @@ mod tests {
     }
 
     #[test]
-    fn room_behind_a_short_segment_is_announced_before_it_begins() {
+    fn what_comes_behind_a_short_segment_is_asked_for_before_that_begins() {
         let mut queue = SegmentQueue::<1>::new();
         let (producer, mut consumer) = queue.split();
         let shared = Shared::new();
         let mut feeder = Feeder::new(producer, &shared, 84_000_000);
         let at = Instant::from_ticks;
         feeder.push(segment(84, 1000, 0.0));
-        assert_eq!(feeder.room_at(at(0)), None, "at rest");
+        assert_eq!(feeder.short_at(at(0)), None, "at rest");
         shared.set_running();
         consumer.dequeue(); // 1 ms under way
         feeder.push(segment(84, 100, 0.0)); // 0.1 ms waits
         assert!(!feeder.has_room(at(0)));
-        assert_eq!(feeder.room_at(at(0)), Some(at(100)));
-        assert!(feeder.has_room(at(100)));
+        assert_eq!(feeder.short_at(at(0)), Some(at(600)));
+        assert!(feeder.has_room(at(600)));
     }
 }

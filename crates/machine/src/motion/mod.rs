@@ -334,10 +334,10 @@ where
             && self.feeder.has_room(now)
     }
 
-    /// When [`Motion::is_hungry`] will say yes without an interrupt before.
+    /// When [`Motion::is_hungry`] must be asked again, should no interrupt come before.
     pub(crate) fn hungry_at(&mut self, now: Instant, may_start: bool) -> Option<Instant> {
         let hungers = !self.stopping && self.may_feed(now, may_start) && self.has_moves();
-        hungers.then(|| self.feeder.room_at(now)).flatten()
+        hungers.then(|| self.feeder.short_at(now)).flatten()
     }
 
     fn has_moves(&self) -> bool {

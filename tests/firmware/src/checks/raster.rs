@@ -13,12 +13,12 @@ const RATE: f64 = 10_000.0;
 /// Lines of a row and rows.
 const PIXELS: usize = 4_000;
 const ROWS: usize = 5;
-/// A laser at 80 steps/mm, as fast as the lines come: 1000 mm/s, 0.1 mm a line.
+/// A laser at 80 steps/mm, as fast as the lines come: just over 1000 mm/s, 0.1 mm a line.
 const SETTINGS: &str = "$0=3\n$32=1\n$30=1000\n$31=0\n$100=80\n$101=80\n$110=120000\n$111=120000\n$120=9000\n$121=9000\n";
 
 /// Rows there and back of lines of 14 bytes with their line feed, each with another power.
 fn raster() -> String {
-    let mut program = String::from("G21G90M4S0F110000\n");
+    let mut program = String::from("G21G90M4S0F62000\n");
     for row in 0..ROWS {
         for pixel in 1..=PIXELS {
             let place = if row % 2 == 0 { pixel } else { PIXELS - pixel };

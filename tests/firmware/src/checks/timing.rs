@@ -176,7 +176,7 @@ pub(crate) fn highest_rate(firmware: &Firmware) -> Result<Figures, Failure> {
     bench.machine.record_services();
     let slept = bench.machine.slept();
     let began = bench.machine.cycle();
-    bench.stream(&Stream::new("G91M4S500\nG1X1200Y1200Z1200F99999\n").polling(0.1))?;
+    bench.stream(&Stream::new("G91M4S500\nG1X1200Y1200Z1200F200000\n").polling(0.1))?;
     let busy =
         1.0 - (bench.machine.slept() - slept) as f64 / (bench.machine.cycle() - began) as f64;
     let steps = &bench.pins.steps;
