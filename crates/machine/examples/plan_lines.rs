@@ -42,6 +42,7 @@ fn config() -> Config<AXES> {
         steps_per_mm: [StepsPerMm::from_nanos(250_000_000_000); AXES],
         max_rate: [2000.0 / 60.0; AXES],
         acceleration: [200.0; AXES],
+        jerk: 0.0,
         junction_deviation: 0.010,
         arc_tolerance: 0.002,
         timer_hz: 84_000_000,

@@ -101,6 +101,7 @@ pub(crate) fn planner_config<const AXES: usize>(
             rate.min(config.max_step_rate as f32 / steps)
         }),
         acceleration: settings.axes(AxisSetting::Acceleration).map(Number::to_f32),
+        jerk: settings.value(Setting::Jerk).to_f32(),
         junction_deviation: settings.value(Setting::JunctionDeviation).to_f32(),
         arc_tolerance: settings.value(Setting::ArcTolerance).to_f32(),
         timer_hz: config.timer_hz,

@@ -20,6 +20,8 @@ pub struct Config<const AXES: usize> {
     pub max_rate: [f32; AXES],
     /// Highest acceleration of each axis, mm/s², above 0.
     pub acceleration: [f32; AXES],
+    /// Highest jerk along the path, mm/s³; 0 for no limit.
+    pub jerk: f32,
     /// How far the circle that sets a corner's speed stays away from the corner, mm.
     pub junction_deviation: f32,
     /// How far a chord may stay away from its arc, mm. For those who make [`crate::Arc`]s.
@@ -43,6 +45,7 @@ impl<const AXES: usize> Default for Config<AXES> {
             steps_per_mm: [StepsPerMm::from_nanos(250 * crate::NANOS_PER_MM); AXES],
             max_rate: [500.0 / 60.0; AXES],
             acceleration: [10.0; AXES],
+            jerk: 0.0,
             junction_deviation: 0.01,
             arc_tolerance: 0.002,
             timer_hz: DEFAULT_TIMER_HZ,

@@ -9,7 +9,8 @@
 //!  Arc ---> chords, each of them a Move
 //! ```
 //!
-//! Speed along the path is a trapezoid in each move: ramp, cruise, ramp. Three rules bound it:
+//! Speed along the path is a trapezoid in each move: ramp, cruise, ramp; with a jerk limit the ramps are rounded. Three
+//! rules bound it:
 //!
 //! * no axis is faster, or accelerates more, than [`Config`] allows: along the unit vector `u` of a move
 //!   the rate is `min(rate_i / |u_i|)` and the acceleration `min(acceleration_i / |u_i|)`;
@@ -31,15 +32,18 @@ mod explain;
 mod fit;
 mod junction;
 mod kinematics;
+mod law;
 mod lead;
 mod lookahead;
 mod moves;
 mod pixel;
 mod planner;
 mod profile;
+mod ramp;
 mod real;
 mod row;
 mod running;
+mod s_curve;
 mod segmenter;
 mod trigonometry;
 
@@ -48,15 +52,19 @@ pub use config::{Config, Overrides, DEFAULT_TIMER_HZ};
 pub use coordinate::{Coordinate, StepsPerMm, NANOS_PER_MM};
 pub use explain::{Ahead, Outline};
 pub use kinematics::{Cartesian, CoreXy, Ganged, Kinematics};
+pub use law::Profile;
 pub use lead::{PowerLead, LONGEST_LEAD};
 pub use moves::{Feed, Move, MoveKind, MovePower};
 pub use planner::{Planner, PushError, Pushed};
 pub use profile::{Plan, Trapezoid};
+pub use s_curve::SCurve;
 pub use segmenter::Segmenter;
 
 #[cfg(test)]
 extern crate std;
 #[cfg(test)]
 mod energy_tests;
+#[cfg(test)]
+mod jerk_tests;
 #[cfg(test)]
 mod reference;

@@ -5,6 +5,7 @@ use crate::junction::junction_v2;
 use crate::lookahead::LookAhead;
 use crate::moves::PlannedMove;
 use crate::pixel::{Pixel, Pixels};
+use crate::ramp;
 use crate::real::{least, most, norm2, sqrt, worst};
 use crate::row::{is_gap, is_short, Row};
 use crate::{Config, Coordinate, Feed, Kinematics, Move, MoveKind, Overrides};
@@ -77,6 +78,9 @@ impl core::error::Error for PushError {}
 /// Share of the true braking capacity that the look-ahead counts on: leaves room for the rounding of
 /// ramps in `f32` (a few 2⁻²⁴), so that no ramp is steeper than allowed.
 const GAIN_MARGIN: f32 = 1.0 - 1.0 / (1 << 20) as f32;
+
+/// The largest override: 200 %.
+const MOST_OVERRIDE: f32 = 2.0;
 
 impl<K, const AXES: usize, const MOTORS: usize, const CAPACITY: usize, const PIXELS: usize>
     Planner<K, AXES, MOTORS, CAPACITY, PIXELS>
@@ -369,8 +373,7 @@ where
 
     /// What a move can brake, in speed units.
     fn gain(&self, planned: &PlannedMove<MOTORS>) -> u32 {
-        let gain = 2.0 * planned.acceleration * planned.length * GAIN_MARGIN;
-        self.limits.unit.units(gain)
+        self.limits.unit.units(self.braking(planned))
     }
 
     /// The limits at the start of a move: by the corner alone, and by both nominal speeds as well.
@@ -382,6 +385,20 @@ where
         let unit = self.limits.unit;
         let corner = unit.units(junction_v2(before, direction, &self.limits));
         (corner, corner.min(unit.units(slower * slower)))
+    }
+
+    /// How much the move can brake, as a loss of squared speed, mm²/s².
+    fn braking(&self, planned: &PlannedMove<MOTORS>) -> f32 {
+        let (acceleration, jerk) = (planned.acceleration, self.config.jerk);
+        let gain = 2.0 * acceleration * planned.length;
+        let gain = if jerk > 0.0 {
+            let fastest = most(least(planned.rate, MOST_OVERRIDE * planned.feed), SLOWEST);
+            let limits = ramp::Limits { acceleration, jerk };
+            least(gain, ramp::braking(fastest, planned.length, limits))
+        } else {
+            gain
+        };
+        gain * GAIN_MARGIN
     }
 
     fn nominal(&self, planned: &PlannedMove<MOTORS>) -> f32 {

@@ -5,9 +5,9 @@ use crate::fit::{bits, smoothing, steps, Carry, Linear};
 use crate::moves::{MovePower, PlannedMove};
 use crate::pixel::Pixel;
 use crate::planner::Outlook;
-use crate::profile::{Plan, Trapezoid};
+use crate::profile::Plan;
 use crate::real::{divide_twice, least, most, sqrt};
-use crate::Config;
+use crate::{Config, Profile, SCurve, Trapezoid};
 use core::num::NonZeroU16;
 use fixed::types::U1F31;
 use leadscrew_stepper::{
@@ -43,6 +43,8 @@ pub(crate) struct Aim {
     pub(crate) corner_v2: f32,
     /// Nominal speed, mm/s.
     pub(crate) nominal: f32,
+    /// Limit of the jerk along the path, mm/s³; 0 for none.
+    pub(crate) jerk: f32,
 }
 
 /// How far to go.
@@ -68,7 +70,7 @@ pub(crate) struct Running<const MOTORS: usize> {
     line_start: u32,
     /// Steps of the dominant motor in the whole move.
     events: u32,
-    profile: Trapezoid,
+    profile: Profile,
     /// Speed at `done`, steps/s.
     speed: f32,
     /// Interval of the cruise, 2⁻³² counts.
@@ -112,14 +114,14 @@ impl<const MOTORS: usize> Running<MOTORS> {
         let steps_per_mm = events as f32 / planned.length;
         let entry_v2 = entry_v2 * steps_per_mm * steps_per_mm;
         let acceleration = planned.acceleration * steps_per_mm;
-        let profile = Trapezoid::new(&Plan {
+        let profile = Profile::Trapezoid(Trapezoid::new(&Plan {
             start: 0,
             end: events,
             entry_v2,
             cruise: planned.rate * steps_per_mm,
             exit_v2: 0.0,
             acceleration,
-        });
+        }));
         Some(Self {
             line,
             announce: true,
@@ -162,7 +164,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
         self.speed / self.steps_per_mm
     }
 
-    pub(crate) const fn profile(&self) -> &Trapezoid {
+    pub(crate) const fn profile(&self) -> &Profile {
         &self.profile
     }
 
@@ -196,33 +198,26 @@ impl<const MOTORS: usize> Running<MOTORS> {
 
     /// Makes the profile from here on.
     pub(crate) fn plan(&mut self, aim: Aim, timing: Timing) {
-        let entry_v2 = self.entry_v2();
+        let entry_v2 = self.profile.speed_v2(self.done);
         let (end, cruise, exit_v2) = match aim.goal {
             Goal::End => self.to_end(entry_v2, aim.exit_v2, aim),
             Goal::Stop => self.stop(entry_v2, aim),
         };
-        self.profile = Trapezoid::new(&Plan {
+        let plan = Plan {
             start: self.done,
             end,
             entry_v2,
             cruise,
             exit_v2,
             acceleration: self.acceleration,
-        });
+        };
+        self.profile = Profile::new(&plan, aim.jerk * self.steps_per_mm, &self.profile);
         let (interval, rest) = divide_twice(timing.hz, self.profile.cruise());
         self.cruise_interval = bits(interval).saturating_add_signed(if rest < 0.0 {
             -(bits(-rest) as i64)
         } else {
             bits(rest) as i64
         });
-    }
-
-    fn entry_v2(&self) -> f32 {
-        if self.done == self.profile.start() {
-            self.profile.entry_v2()
-        } else {
-            self.profile.speed_v2(self.done, 0.0)
-        }
     }
 
     /// End, cruise speed and squared exit speed on the way to the end of the move, leaving it at the
@@ -242,12 +237,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
     ///
     /// A single step is made as fast as can be: at a speed near 0 it would take for ever.
     fn stop(&self, entry_v2: f32, aim: Aim) -> (u32, f32, f32) {
-        const ROUNDING: f32 = 1e-6;
-        let distance = entry_v2 / (2.0 * self.acceleration);
-        let whole = distance * (1.0 - ROUNDING);
-        let steps = (whole as u32)
-            .saturating_add(u32::from(whole > (whole as u32) as f32))
-            .max(1);
+        let steps = self.stop_steps(entry_v2, aim.jerk).max(1);
         let left = self.events - self.done;
         if steps > left && aim.exit_v2 > 0.0 {
             let (end, _, exit_v2) = self.to_end(entry_v2, 0.0, aim);
@@ -259,6 +249,18 @@ impl<const MOTORS: usize> Running<MOTORS> {
             sqrt(entry_v2)
         };
         (self.done + steps.min(left), fastest, 0.0)
+    }
+
+    /// Whole steps of the shortest stop.
+    fn stop_steps(&self, entry_v2: f32, jerk: f32) -> u32 {
+        const ROUNDING: f32 = 1e-6;
+        let jerk = jerk * self.steps_per_mm;
+        if jerk > 0.0 {
+            let (speed, acceleration) = self.profile.motion(self.done);
+            return SCurve::stop(speed, acceleration, self.acceleration, jerk);
+        }
+        let whole = entry_v2 / (2.0 * self.acceleration) * (1.0 - ROUNDING);
+        (whole as u32).saturating_add(u32::from(whole > (whole as u32) as f32))
     }
 
     /// The next `events` steps at the cruise: even intervals, known to more than 24 bits so that nothing
@@ -293,6 +295,11 @@ impl<const MOTORS: usize> Running<MOTORS> {
             (first + second, speed)
         } else {
             self.profile.time_over(from, self.speed, all)
+        };
+        let first = if events > 1 {
+            first
+        } else {
+            within_a_step(first, seconds)
         };
         let from_rest = least(self.speed, speed) * seconds < 0.5 * all;
         self.speed = speed;
@@ -406,6 +413,13 @@ const LONGEST_WAIT: f32 = 25.0;
 /// Full power in units of [`Power`].
 const FULL: u32 = 1 << 31;
 
+/// The time of half a step that takes `seconds`, as a linear interval can follow it: under constant acceleration out of
+/// rest it is √½ of the step's; a jerk limit would make it more, and the last interval of the step negative.
+fn within_a_step(half: f32, seconds: f32) -> f32 {
+    const MOST: f32 = 0.7075;
+    least(most(half, (1.0 - MOST) * seconds), MOST * seconds)
+}
+
 /// Bits of a power, limited to full.
 fn share(bits: f32) -> u32 {
     (bits as u32).min(FULL - 1)
@@ -446,6 +460,7 @@ mod tests {
             exit_v2,
             corner_v2: f32::INFINITY,
             nominal,
+            jerk: 0.0,
         }
     }
 
@@ -491,7 +506,7 @@ mod tests {
             let exit = (exit - 0.5).max(0.0) * rate;
             let mut running = running([events, (minor * events as f32) as i32], rate, acceleration, entry * entry);
             running.plan(to_the_end(exit * exit, rate), TIMING);
-            let exact = Exact::new(running.profile());
+            let exact = Exact::of(running.profile());
             let edges = play(&mut running, &mut Carry::default());
             prop_assert_eq!(edges[0].len(), events as usize);
             let worst = worst_edge(&exact, &edges[0]);
@@ -522,7 +537,7 @@ mod tests {
         ] {
             let mut running = running([n, 0], v, a, 0.0);
             running.plan(to_the_end(0.0, v), TIMING);
-            let exact = Exact::new(running.profile());
+            let exact = Exact::of(running.profile());
             let edges = play(&mut running, &mut Carry::default());
             let worst = worst_edge(&exact, &edges[0]);
             std::println!("a {a:e} v {v:e} n {n}: {:.3} us", worst * 1e6);

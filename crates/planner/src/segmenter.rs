@@ -17,7 +17,7 @@ use crate::fit::Carry;
 use crate::planner::Outlook;
 use crate::real::sqrt;
 use crate::running::{Aim, Goal, Running, Timing};
-use crate::{Kinematics, Planner, Trapezoid};
+use crate::{Kinematics, Planner, Profile};
 use leadscrew_stepper::Segment;
 
 /// Turns the planner's moves into segments for the step interrupt. Main loop.
@@ -154,7 +154,7 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
     }
 
     /// The profile of the running move and the step of its dominant motor up to which it was handed out.
-    pub fn profile(&self) -> Option<(&Trapezoid, u32)> {
+    pub fn profile(&self) -> Option<(&Profile, u32)> {
         self.running
             .as_ref()
             .map(|running| (running.profile(), running.done()))
@@ -186,13 +186,14 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
             exit_v2: planner.exit_v2(outlook),
             corner_v2: planner.corner_v2(),
             nominal: planner.running_nominal(),
+            jerk: planner.config().jerk,
         }
     }
 
     /// All steps of the profile have been handed out: the move is over, or a hold has stopped in it.
     fn end_profile<K, const CAPACITY: usize, const PIXELS: usize>(
         &mut self,
-        running: Running<MOTORS>,
+        mut running: Running<MOTORS>,
         planner: &mut Planner<K, AXES, MOTORS, CAPACITY, PIXELS>,
     ) where
         K: Kinematics<AXES, MOTORS>,
@@ -204,6 +205,7 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
         if running.at_end() {
             planner.finish();
         } else {
+            running.outlook = None;
             self.running = Some(running);
         }
     }
@@ -212,7 +214,7 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
 #[cfg(test)]
 mod tests {
     use crate::reference::{corners, job_time, to, Rig};
-    use crate::{Config, Move, MoveKind, MovePower, Overrides};
+    use crate::{Config, Move, MoveKind, MovePower, Overrides, Profile};
     use leadscrew_stepper::Power;
     use proptest::prelude::*;
     use std::vec::Vec;
@@ -402,7 +404,7 @@ mod tests {
                     // mm of each axis in a step of the dominant motor
                     share = line.steps().map(|n| 0.004 * f64::from(n) / f64::from(line.step_events().get()));
                 }
-                if let Some((profile, _)) = rig.segmenter.profile() {
+                if let Some((Profile::Trapezoid(profile), _)) = rig.segmenter.profile() {
                     for (axis, share) in share.iter().enumerate() {
                         let rate = f64::from(profile.cruise()) * share / f64::from(limits.max_rate[axis]);
                         prop_assert!(rate <= 1.000_001, "rate {}", rate);

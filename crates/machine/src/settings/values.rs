@@ -461,7 +461,9 @@ mod tests {
         assert!(settings.is_on(Setting::FaultTexts));
         assert_eq!(rows(&settings).len(), 34);
         assert_eq!(settings.unlisted(0).unwrap().to_string(), "$700=1");
-        assert_eq!(settings.unlisted(4), None);
+        let ours = Setting::ALL.iter().filter(|of| !of.row().listed).count();
+        assert!(settings.unlisted(ours - 1).is_some());
+        assert_eq!(settings.unlisted(ours), None);
     }
 
     #[test]

@@ -1,0 +1,124 @@
+//! Whole jobs under a jerk limit.
+
+use crate::reference::{job_time, to, Rig};
+use crate::{Config, Move, Overrides};
+use proptest::prelude::*;
+use std::vec::Vec;
+
+fn config(acceleration: f32, jerk: f32) -> Config<2> {
+    Config {
+        max_rate: [80.0; 2],
+        acceleration: [acceleration; 2],
+        jerk,
+        ..Config::default()
+    }
+}
+
+/// Points of a polyline in steps of 4 µm, from the origin.
+fn points() -> impl Strategy<Value = Vec<[i32; 2]>> {
+    let leg = (1i32..6).prop_flat_map(|size| {
+        let most = 4i32.pow(size as u32);
+        [-most..=most, -most..=most]
+    });
+    prop::collection::vec(leg, 1..40).prop_map(|legs| {
+        let mut at = [0, 0];
+        let sums = legs.iter().map(|leg| {
+            at = [at[0] + leg[0], at[1] + leg[1]];
+            at
+        });
+        std::iter::once([0, 0]).chain(sums).collect()
+    })
+}
+
+fn moves(points: &[[i32; 2]], feed: f32) -> Vec<Move<2>> {
+    let mm = |steps| f64::from(steps) * 0.004;
+    points
+        .iter()
+        .map(|[x, y]| to(mm(*x), mm(*y), feed))
+        .collect()
+}
+
+/// Speed and acceleration along the path at the end of what was handed out, mm/s and mm/s².
+fn motion(rig: &Rig) -> (f64, f64) {
+    let speed = f64::from(rig.segmenter.speed());
+    let acceleration = rig.segmenter.profile().map_or(0.0, |(profile, done)| {
+        let (steps, change) = profile.motion(done);
+        if steps > 0.0 {
+            f64::from(change) * speed / f64::from(steps)
+        } else {
+            0.0
+        }
+    });
+    (speed, acceleration)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(200))]
+
+    /// With holds, resumes and overrides thrown in anywhere.
+    #[test]
+    fn the_acceleration_never_changes_faster_than_the_jerk(
+        points in points(), acceleration in 50.0f32..5000.0, seconds in 0.003f32..0.3, feed in 1.0f32..100.0,
+        events in prop::collection::vec((1usize..40, 0u8..6), 1..30),
+    ) {
+        let jerk = acceleration / seconds;
+        let mut rig = Rig::new(config(acceleration, jerk));
+        for point in moves(&points, feed) {
+            rig.planner.push(&point).unwrap();
+        }
+        let mut events = events.into_iter();
+        let (mut wait, mut event) = events.next().unwrap();
+        let (mut before, mut at) = (motion(&rig), rig.player.now);
+        loop {
+            let segment = rig.step();
+            let (now, elapsed) = (motion(&rig), (rig.player.now - at) as f64 / 84e6);
+            let change = (now.1 - before.1).abs();
+            // A step that the profile begins or ends in has its jerk in less than the step's time.
+            let slack = 1e-2 * f64::from(acceleration);
+            prop_assert!(change <= f64::from(jerk) * elapsed * 1.01 + slack, "{:?} {:?} in {} s", before, now, elapsed);
+            let gained = (now.0 - before.0).abs();
+            // Along a diagonal both axes share it.
+            let most = 1.4143 * f64::from(acceleration) * elapsed * 1.001 + 1e-4 * (now.0 + before.0);
+            prop_assert!(gained <= most, "{:?} {:?} in {} s", before, now, elapsed);
+            (before, at) = (now, rig.player.now);
+            if rig.segmenter.is_held() {
+                prop_assert_eq!(rig.segmenter.speed(), 0.0);
+                rig.segmenter.resume();
+            } else if let Some(segment) = segment {
+// A plan that changes at the end of a stop may touch rest and go on.
+                prop_assert!(segment.at_rest.is_none() || rig.segmenter.speed() <= 0.0);
+            } else {
+                break;
+            }
+            wait -= 1;
+            if wait == 0 {
+                match event {
+                    0 | 1 => rig.segmenter.hold(),
+                    2 => rig.segmenter.resume(),
+                    feed => rig.planner.set_overrides(Overrides { feed: 40 * feed - 60, rapid: 100 }),
+                }
+                (wait, event) = events.next().unwrap_or((usize::MAX, 0));
+            }
+        }
+        prop_assert_eq!(rig.player.position, *points.last().unwrap());
+        prop_assert!(rig.planner.is_empty());
+    }
+
+    #[test]
+    fn a_jerk_beyond_reach_costs_no_time(points in points(), acceleration in 50.0f32..1000.0, feed in 1.0f32..100.0) {
+        let config = config(acceleration, 1e9);
+        let seconds = Rig::new(config).run(&moves(&points, feed));
+        let ideal = job_time(&config, &points, f64::from(feed));
+        prop_assert!((seconds - ideal).abs() <= 0.02 * ideal + 1e-3, "{} {}", seconds, ideal);
+    }
+}
+
+#[test]
+fn a_move_from_rest_to_rest_takes_the_time_of_the_formula() {
+    let mut rig = Rig::new(config(1000.0, 10_000.0));
+    let seconds = rig.run(&[to(100.0, 0.0, 50.0)]);
+    // The acceleration is not reached: a ramp lasts 2·√(v/jerk), at half the speed in the mean.
+    let ramp = 2.0 * (50.0f64 / 10_000.0).sqrt();
+    let due = 2.0 * ramp + (100.0 - 50.0 * ramp) / 50.0;
+    assert!((seconds - due).abs() < 1e-3, "{seconds} {due}");
+}

@@ -1,0 +1,98 @@
+//! The law by which speed changes along a move: constant acceleration, or limited jerk.
+
+use crate::profile::{Plan, Stretch};
+use crate::real::sqrt;
+use crate::{SCurve, Trapezoid};
+
+/// Speed and time along one move, by either law.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub enum Profile {
+    /// Ramps of constant acceleration.
+    Trapezoid(Trapezoid),
+    /// Ramps of limited jerk.
+    SCurve(SCurve),
+}
+
+impl Profile {
+    /// Makes the fastest profile that keeps `plan` and, where it is above 0, `jerk` (steps/s³). `before` is the profile
+    /// in force where `plan` begins, and stays where its acceleration cannot fall to 0 before the end.
+    pub(crate) fn new(plan: &Plan, jerk: f32, before: &Self) -> Self {
+        if jerk > 0.0 {
+            let (_, acceleration) = before.motion(plan.start);
+            SCurve::new(plan, acceleration, jerk).map_or(*before, Self::SCurve)
+        } else {
+            Self::Trapezoid(Trapezoid::new(plan))
+        }
+    }
+
+    /// The step at which the profile begins.
+    pub const fn start(&self) -> u32 {
+        match self {
+            Self::Trapezoid(of) => of.start(),
+            Self::SCurve(of) => of.start(),
+        }
+    }
+
+    /// The step at which the profile ends.
+    pub const fn end(&self) -> u32 {
+        match self {
+            Self::Trapezoid(of) => of.end(),
+            Self::SCurve(of) => of.end(),
+        }
+    }
+
+    /// Speed between the ramps (the peak where there is no cruise), steps/s.
+    pub const fn cruise(&self) -> f32 {
+        match self {
+            Self::Trapezoid(of) => of.cruise(),
+            Self::SCurve(of) => of.cruise(),
+        }
+    }
+
+    /// Squared speed at the end, steps²/s².
+    pub const fn exit_v2(&self) -> f32 {
+        match self {
+            Self::Trapezoid(of) => of.exit_v2(),
+            Self::SCurve(of) => of.exit_v2(),
+        }
+    }
+
+    /// Squared speed at a step, steps²/s².
+    pub(crate) fn speed_v2(&self, step: u32) -> f32 {
+        match self {
+            Self::Trapezoid(of) if step == of.start() => of.entry_v2(),
+            Self::Trapezoid(of) => of.speed_v2(step, 0.0),
+            Self::SCurve(of) => {
+                let (speed, _) = of.motion(step);
+                speed * speed
+            }
+        }
+    }
+
+    /// Speed (steps/s) at a step, and the acceleration that must not end at once (steps/s², signed): 0 without a jerk
+    /// limit.
+    pub(crate) fn motion(&self, step: u32) -> (f32, f32) {
+        match self {
+            Self::Trapezoid(_) => (sqrt(self.speed_v2(step)), 0.0),
+            Self::SCurve(of) => of.motion(step),
+        }
+    }
+
+    /// Time that the `steps` after whole step `from` take (seconds), and the speed at their end (steps/s).
+    ///
+    /// `v0` is the speed at `from`.
+    pub(crate) fn time_over(&self, from: u32, v0: f32, steps: f32) -> (f32, f32) {
+        match self {
+            Self::Trapezoid(of) => of.time_over(from, v0, steps),
+            Self::SCurve(of) => of.time_over(from, steps),
+        }
+    }
+
+    /// The stretch that step `from` lies in.
+    pub(crate) fn stretch(&self, from: u32) -> Stretch {
+        match self {
+            Self::Trapezoid(of) => of.stretch(from),
+            Self::SCurve(of) => of.stretch(from),
+        }
+    }
+}

@@ -1,0 +1,456 @@
+//! A change of speed whose acceleration changes no faster than a set jerk.
+//!
+//! ```text
+//!  a      ______             ease:   the acceleration grows by `jerk` a second for `ease` seconds
+//!        /      \            steady: it stays for `steady` seconds (none where the change is small)
+//!       /        \           ease:   it falls to 0 again
+//!      0          1  t
+//! ```
+//!
+//! The speed is symmetrical about the middle of the ramp, so its mean is `(v0 + v1)/2` and
+//!
+//! ```text
+//!   peak   = min(a, √(jerk·|v1 − v0|))      ease = peak/jerk      steady = |v1 − v0|/peak − ease
+//!   length = (v0 + v1)/2 · (2·ease + steady)
+//! ```
+//!
+//! (L. Biagiotti, C. Melchiorri, *Trajectory Planning for Automatic Machines and Robots*, 2008, section 3.4: the double-S
+//! profile.) Places are reckoned from the nearer end, where speeds are exact and nothing cancels.
+//!
+//! A ramp can be joined when its acceleration has grown already: [`Ramp::joined`].
+
+use crate::real::{least, most, rough_cube_root, sqrt};
+
+/// One ramp: steps, steps/s, seconds.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(crate) struct Ramp {
+    /// Speeds at its ends, steps/s.
+    v0: f32,
+    v1: f32,
+    /// Jerk while the speed begins to change, signed, steps/s³.
+    jerk: f32,
+    /// Duration of each of the two eases, seconds.
+    ease: f32,
+    /// Time at the largest acceleration, seconds.
+    steady: f32,
+    /// Length of the first ease and of the last one, steps.
+    first: f32,
+    last: f32,
+    /// Length of all of it, steps.
+    whole: f32,
+    /// What was over when the ramp was joined: seconds, steps.
+    skipped: (f32, f32),
+}
+
+/// The limits of a ramp.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(crate) struct Limits {
+    /// Largest acceleration, steps/s², above 0.
+    pub(crate) acceleration: f32,
+    /// Largest jerk, steps/s³, above 0.
+    pub(crate) jerk: f32,
+}
+
+impl Limits {
+    /// The shortest times in which the speed changes by `change` steps/s: an ease, and the steady part. Rounded up.
+    fn times(self, change: f32) -> (f32, f32) {
+        let (a, jerk) = (self.acceleration * SAFE, self.jerk * SAFE);
+        let longest = a / jerk;
+        if change > a * longest {
+            (longest, change / a - longest)
+        } else {
+            (sqrt(change / jerk), 0.0)
+        }
+    }
+}
+
+/// Leaves room for the rounding of a ramp's times, so that neither limit is passed: a few 2⁻²⁴.
+const SAFE: f32 = 1.0 - 1.0 / (1 << 20) as f32;
+
+impl Ramp {
+    /// The shortest ramp from the speed `v0` to `v1`, steps/s.
+    pub(crate) fn between(v0: f32, v1: f32, limits: Limits) -> Self {
+        Self::new(v0, v1, v1 - v0, limits)
+    }
+
+    /// `change` is `v1 - v0`, which may be known better than from the two.
+    fn new(v0: f32, v1: f32, change: f32, limits: Limits) -> Self {
+        let (ease, steady) = limits.times(change.abs());
+        // From what was made of the times, so that the ramp ends on `v1` exactly.
+        let turn = ease * (ease + steady);
+        let jerk = if turn > 0.0 { change / turn } else { 0.0 };
+        let bend = jerk * ease * ease * ease / 6.0;
+        Self {
+            v0,
+            v1,
+            jerk,
+            ease,
+            steady,
+            first: v0 * ease + bend,
+            last: v1 * ease - bend,
+            whole: 0.5 * (v0 + v1) * (2.0 * ease + steady),
+            skipped: (0.0, 0.0),
+        }
+    }
+
+    /// No change at all.
+    pub(crate) fn none(speed: f32) -> Self {
+        Self {
+            v0: speed,
+            v1: speed,
+            jerk: 0.0,
+            ease: 0.0,
+            steady: 0.0,
+            first: 0.0,
+            last: 0.0,
+            whole: 0.0,
+            skipped: (0.0, 0.0),
+        }
+    }
+
+    /// The rest of a ramp to `v1` that is joined at `speed`, when its acceleration has grown to `acceleration` (signed, not 0,
+    /// towards `v1`). `None` where that speed is too near: the acceleration would have to fall at once.
+    pub(crate) fn joined(speed: f32, acceleration: f32, v1: f32, limits: Limits) -> Option<Self> {
+        let past = eased(acceleration, limits);
+        let ramp = Self::new(most(speed - past, 0.0), v1, v1 - speed + past, limits);
+        let grown = acceleration / ramp.jerk;
+        (grown >= 0.0 && grown <= ramp.ease).then(|| ramp.skip(grown))
+    }
+
+    /// The shortest end of a ramp that has `acceleration` (signed) at `speed`: it falls to 0.
+    pub(crate) fn easing(speed: f32, acceleration: f32, limits: Limits) -> Self {
+        let change = eased(acceleration, limits);
+        let (before, after) = (most(speed - change, 0.0), most(speed + change, 0.0));
+        let ramp = Self::new(before, after, 2.0 * change, limits);
+        ramp.skip(ramp.ease)
+    }
+
+    fn skip(self, time: f32) -> Self {
+        Self {
+            skipped: (time, self.place(time)),
+            ..self
+        }
+    }
+
+    /// Speed at the start, steps/s (of the whole ramp, where it was joined).
+    pub(crate) const fn start_speed(&self) -> f32 {
+        self.v0
+    }
+
+    /// Speed at the end, steps/s.
+    pub(crate) const fn end_speed(&self) -> f32 {
+        self.v1
+    }
+
+    /// Steps, a fraction in general.
+    pub(crate) fn length(&self) -> f32 {
+        most(self.whole - self.skipped.1, 0.0)
+    }
+
+    /// Seconds from the place `x0` steps after the start to the place `x1`.
+    ///
+    /// Part by part: within one, the time follows from the speeds at its ends.
+    pub(crate) fn time(&self, x0: f32, x1: f32) -> f32 {
+        let (x0, x1) = (x0 + self.skipped.1, x1 + self.skipped.1);
+        let (first, last) = (self.first, most(self.whole - self.last, self.first));
+        let ends = [
+            x0,
+            most(x0, least(x1, first)),
+            most(x0, least(x1, last)),
+            x1,
+        ];
+        let [a, b, c, d] = ends;
+        self.part(a, b, self.jerk) + self.part(b, c, 0.0) + self.part(c, d, -self.jerk)
+    }
+
+    /// Seconds from place to place of one part, with its jerk: `x1 − x0 = (v0 + v1)/2·t − jerk·t³/12`, by Newton's method.
+    fn part(&self, x0: f32, x1: f32, jerk: f32) -> f32 {
+        const ROUNDS: u32 = 3;
+        let steps = x1 - x0;
+        if steps <= 0.0 {
+            return 0.0;
+        }
+        let (v0, v1) = (self.speed_at(x0), self.speed_at(x1));
+        if jerk != 0.0 && least(v0, v1) < 0.5 * most(v0, v1) {
+            // Near rest that would not settle; nothing much cancels there.
+            return self.whole_time(x1) - self.whole_time(x0);
+        }
+        let mean = 0.5 * (v0 + v1);
+        if mean <= 0.0 {
+            return 0.0;
+        }
+        let mut time = steps / mean;
+        for _ in 0..ROUNDS {
+            let bend = 0.25 * jerk * time * time;
+            time -= (time * (mean - bend / 3.0) - steps) / (mean - bend);
+        }
+        time
+    }
+
+    /// Speed (steps/s) and acceleration (steps/s², signed) at the place `x` steps after the start.
+    pub(crate) fn motion(&self, x: f32) -> (f32, f32) {
+        self.motion_at(x + self.skipped.1)
+    }
+
+    fn speed_at(&self, x: f32) -> f32 {
+        self.motion_at(x).0
+    }
+
+    fn motion_at(&self, x: f32) -> (f32, f32) {
+        let time = self.whole_time(x);
+        let left = self.duration() - time;
+        if time <= self.ease {
+            (self.v0 + 0.5 * self.jerk * time * time, self.jerk * time)
+        } else if left <= self.ease {
+            (self.v1 - 0.5 * self.jerk * left * left, self.jerk * left)
+        } else {
+            let peak = self.jerk * self.ease;
+            (self.v0 + peak * (time - 0.5 * self.ease), peak)
+        }
+    }
+
+    /// The largest acceleration, steps/s², without sign.
+    pub(crate) fn peak(&self) -> f32 {
+        (self.jerk * self.ease).abs()
+    }
+
+    fn duration(&self) -> f32 {
+        2.0 * self.ease + self.steady
+    }
+
+    /// Steps made after `time` seconds of an ease or of the steady part.
+    fn place(&self, time: f32) -> f32 {
+        let late = most(time - self.ease, 0.0);
+        let early = least(time, self.ease);
+        let peak = self.jerk * self.ease;
+        let speed = self.v0 + 0.5 * peak * self.ease;
+        self.v0 * early
+            + self.jerk * early * early * early / 6.0
+            + late * (speed + 0.5 * peak * late)
+    }
+
+    fn whole_time(&self, x: f32) -> f32 {
+        let left = self.whole - x;
+        if x <= self.first {
+            solve(self.v0, self.jerk, x)
+        } else if left <= self.last {
+            self.duration() - solve(self.v1, -self.jerk, left)
+        } else {
+            let peak = self.jerk * self.ease;
+            let speed = self.v0 + 0.5 * peak * self.ease;
+            let past = x - self.first;
+            self.ease + 2.0 * past / (speed + sqrt(speed * speed + 2.0 * peak * past))
+        }
+    }
+}
+
+/// How much the speed changes until `acceleration` (signed) has fallen to 0, steps/s.
+fn eased(acceleration: f32, limits: Limits) -> f32 {
+    0.5 * acceleration * acceleration.abs() / (limits.jerk * SAFE)
+}
+
+/// Steps of the shortest ramp between two speeds, steps/s.
+pub(crate) fn length(v0: f32, v1: f32, limits: Limits) -> f32 {
+    let (ease, steady) = limits.times((v1 - v0).abs());
+    0.5 * (v0 + v1) * (2.0 * ease + steady)
+}
+
+/// About the speed that half a step out of rest gives, steps/s: `v^(3/2)/√jerk` is its length.
+pub(crate) fn half_a_step(limits: Limits) -> f32 {
+    rough_cube_root(0.25 * limits.jerk)
+}
+
+/// How much a move of `length` can brake, as a loss of squared speed: from any speed up to `fastest`, without and
+/// with acceleration 0 at its ends. Never too much, within some per cent of what would be possible.
+///
+/// A loss `g` takes the longest way at the highest speed, and there `length = (v − Δ/2)·T(Δ)` for the change of
+/// speed `Δ`, with `T` the time of a ramp. Solved for `Δ` from below: a mean speed too high gives a change too small.
+pub(crate) fn braking(fastest: f32, length: f32, limits: Limits) -> f32 {
+    const ROUNDS: u32 = 3;
+    let (a, jerk) = (limits.acceleration * SAFE, limits.jerk * SAFE);
+    let mut change = 0.0;
+    for _ in 0..ROUNDS {
+        let time = length / (fastest - 0.5 * change);
+        let steady = a * time - a * a / jerk;
+        change = if jerk * time > 2.0 * a {
+            steady
+        } else {
+            0.25 * jerk * time * time
+        };
+        change = least(change, fastest);
+    }
+    let change = most(change - COARSE * fastest, 0.0);
+    change * (2.0 * fastest - change)
+}
+
+/// How well a speed is known, as a share of it: a loss of speed is counted on less that much, for moves so short that it is
+/// within the rounding. Eight units in the last place.
+const COARSE: f32 = 1.0 / (1 << 20) as f32;
+
+/// The first time at which `v·t + jerk·t³/6` is `x`, with `v` at least 0.
+///
+/// Newton's method from the side from which it converges without overshooting: each term alone, where both have the same
+/// sign, takes longer than the two together; where the speed falls, a steady one is too short.
+fn solve(v: f32, jerk: f32, x: f32) -> f32 {
+    const ROUNDS: u32 = 5;
+    if x <= 0.0 {
+        return 0.0;
+    }
+    let alone = if jerk > 0.0 {
+        ROOT_MARGIN * rough_cube_root(6.0 * x / jerk)
+    } else {
+        f32::INFINITY
+    };
+    let mut time = least(x / v, alone);
+    for _ in 0..ROUNDS {
+        let bend = jerk * time * time;
+        let slope = v + 0.5 * bend;
+        if slope > 0.0 {
+            time -= (time * (v + bend / 6.0) - x) / slope;
+        }
+    }
+    time
+}
+
+/// The rough cube root is at least 0.93 of the true one.
+const ROOT_MARGIN: f32 = 1.0 / 0.93;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn ten_to(exponent: std::ops::Range<f32>) -> impl Strategy<Value = f32> {
+        exponent.prop_map(|e| 10f32.powf(e))
+    }
+
+    fn limits() -> impl Strategy<Value = Limits> {
+        (ten_to(2.0..6.6), ten_to(3.0..9.0))
+            .prop_map(|(acceleration, jerk)| Limits { acceleration, jerk })
+    }
+
+    fn speed() -> impl Strategy<Value = f32> {
+        prop_oneof![Just(0.0f32), ten_to(0.0..5.5)]
+    }
+
+    /// The ramp's place and speed after `t` seconds, in `f64`, by integrating its three parts one after the other.
+    fn exact(ramp: &Ramp, t: f64) -> (f64, f64) {
+        let (ease, steady) = (f64::from(ramp.ease), f64::from(ramp.steady));
+        let (mut x, mut v, mut a, mut left) = (0.0, f64::from(ramp.v0), 0.0, t);
+        let jerk = f64::from(ramp.jerk);
+        for (duration, jerk) in [(ease, jerk), (steady, 0.0), (ease, -jerk)] {
+            let t = duration.min(left);
+            x += v * t + a * t * t / 2.0 + jerk * t * t * t / 6.0;
+            v += a * t + jerk * t * t / 2.0;
+            a += jerk * t;
+            left -= t;
+        }
+        (x, v)
+    }
+
+    proptest! {
+        #[test]
+        fn a_ramp_keeps_both_limits_and_ends_where_it_should(v0 in speed(), v1 in speed(), limits in limits()) {
+            let ramp = Ramp::between(v0, v1, limits);
+            prop_assert!(ramp.peak() <= limits.acceleration && ramp.jerk.abs() <= limits.jerk, "{:?}", ramp);
+            let (x, v) = exact(&ramp, f64::from(ramp.duration()));
+            let scale = f64::from(v0.max(v1));
+            prop_assert!((v - f64::from(v1)).abs() <= 1e-6 * scale, "{} {}", v, v1);
+            prop_assert!((x - f64::from(ramp.length())).abs() <= 1e-6 * x, "{} {}", x, ramp.length());
+            prop_assert_eq!(ramp.length(), length(v0, v1, limits));
+        }
+
+        #[test]
+        fn the_time_of_a_place_is_exact(v0 in speed(), v1 in speed(), limits in limits(), share in 0.0f32..1.0) {
+            let ramp = Ramp::between(v0, v1, limits);
+            let x = share * ramp.length();
+            let t = ramp.time(0.0, x);
+            let (at, v) = exact(&ramp, t.into());
+            // A place is as exact as an f32 can say it.
+            let slack = 4e-7 * f64::from(ramp.length()) + 2e-6 * f64::from(x);
+            let time = 4e-7 * f64::from(ramp.duration()) * v;
+            prop_assert!((at - f64::from(x)).abs() <= slack + time, "{} {} {:?}", at, x, ramp);
+        }
+
+        #[test]
+        fn places_further_on_are_reached_later(v0 in speed(), v1 in speed(), limits in limits()) {
+            let ramp = Ramp::between(v0, v1, limits);
+            let mut last = 0.0;
+            for k in 0..=200 {
+                let time = ramp.time(0.0, ramp.length() * k as f32 / 200.0);
+                prop_assert!(time >= last * (1.0 - 1e-6), "{} {} {}", k, time, last);
+                last = time;
+            }
+        }
+
+        /// Leaving a ramp half-way and joining it again changes nothing.
+        #[test]
+        fn a_ramp_that_is_joined_goes_on_as_before(v0 in speed(), v1 in speed(), limits in limits(), share in 0.05f32..0.95) {
+            let ramp = Ramp::between(v0, v1, limits);
+            let grown = share * ramp.ease;
+            let x = ramp.place(grown);
+            let (speed, acceleration) = ramp.motion(x);
+            if (speed - v0).abs() <= 1e-3 * speed {
+                return Ok(()); // it has hardly begun
+            }
+            let rest = Ramp::joined(speed, acceleration, v1, limits).unwrap();
+            let due = ramp.length() - x;
+            prop_assert!((rest.length() - due).abs() <= 1e-3 * ramp.length(), "{} {}", rest.length(), due);
+            let (now, a) = rest.motion(0.0);
+            prop_assert!((now - speed).abs() <= 1e-3 * speed && (a - acceleration).abs() <= 1e-2 * ramp.peak());
+        }
+
+        #[test]
+        fn an_easing_ramp_begins_as_it_is_and_ends_level(v in ten_to(2.0..5.5), share in -0.9f32..0.9, limits in limits()) {
+            let most = (limits.jerk * v).sqrt().min(limits.acceleration);
+            let acceleration = share * most;
+            let ramp = Ramp::easing(v, acceleration, limits);
+            let (speed, a) = ramp.motion(0.0);
+            prop_assert!((speed - v).abs() <= 1e-3 * v && (a - acceleration).abs() <= 1e-2 * most, "{:?}", ramp);
+            prop_assert!(ramp.motion(ramp.length()).1.abs() <= 1e-2 * most);
+        }
+    }
+
+    proptest! {
+        /// From any speed, to any speed that the gain allows.
+        #[test]
+        fn a_move_is_long_enough_for_the_braking_that_is_counted_on(
+            fastest in ten_to(0.5..5.5), events in ten_to(0.0..5.0), limits in limits(),
+            entry in 0.0f32..=1.0, share in 0.0f32..=1.0,
+        ) {
+            let gain = braking(fastest, events, limits);
+            let v0 = entry * fastest;
+            let v1 = (v0 * v0 - share * gain).max(0.0).sqrt();
+            prop_assert!(length(v0, v1, limits) <= events * 1.000_01, "{} to {}: {}", v0, v1, length(v0, v1, limits));
+        }
+
+        #[test]
+        fn a_long_move_brakes_almost_as_much_as_it_could(fastest in ten_to(0.5..5.5), limits in limits(), share in 0.01f32..0.3) {
+            let change = share * fastest;
+            let events = length(fastest, fastest - change, limits);
+            let due = change * (2.0 * fastest - change);
+            let gain = braking(fastest, events, limits);
+            prop_assert!(gain <= due * 1.000_01 && gain >= 0.95 * due, "{} {}", gain, due);
+        }
+    }
+
+    #[test]
+    fn a_small_change_never_reaches_the_acceleration() {
+        let limits = Limits {
+            acceleration: 1000.0,
+            jerk: 1000.0,
+        };
+        let ramp = Ramp::between(10.0, 20.0, limits);
+        assert!(ramp.peak() <= 100.001 && ramp.peak() > 99.99);
+        assert_eq!(ramp.steady, 0.0);
+    }
+
+    #[test]
+    fn no_change_is_no_ramp() {
+        let limits = Limits {
+            acceleration: 1000.0,
+            jerk: 1000.0,
+        };
+        assert_eq!(Ramp::between(5.0, 5.0, limits), Ramp::none(5.0));
+    }
+}

@@ -1,0 +1,434 @@
+//! Speed and time along one move under a jerk limit.
+//!
+//! ```text
+//!  v          ________
+//!           /          \         easing: an acceleration under way (a plan that changes) falls to 0
+//!          |            |        up:     to the cruise, or down to it
+//!         /              \       cruise: level
+//!     __--                --__   down:   to the speed at the end
+//!   start ...... s ...... end    (steps of the dominant motor)
+//! ```
+//!
+//! The acceleration is 0 where a move ends: a ramp never goes on in the next move. That is safe whatever comes next, and
+//! slow where moves are short; collinear ones are better given as one.
+
+use crate::profile::{Plan, Stretch};
+use crate::ramp::{self, Limits, Ramp};
+use crate::real::{least, most, sqrt};
+
+/// Ramps with limited jerk and a cruise between them.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct SCurve {
+    start: u32,
+    end: u32,
+    easing: Ramp,
+    up: Ramp,
+    cruise: f32,
+    /// Speed between the ramps where rounding leaves a little of the way: not below what half a step gives.
+    level: f32,
+    /// Seen from the end, backwards in time: places near rest are then small numbers, and exact.
+    down: Ramp,
+    limits: Limits,
+}
+
+/// Halvings of a range of speeds: one less than an `f32` has bits.
+const HALVINGS: u32 = 23;
+
+impl SCurve {
+    /// Makes the fastest profile that keeps `plan`, begun with `acceleration` (steps/s², signed) and with `jerk` (steps/s³,
+    /// above 0) as its limit.
+    ///
+    /// An end that cannot be reached by braking is met as slowly as can be. `None` where the acceleration under way
+    /// cannot fall to 0 before the end: the profile in force must then be kept.
+    pub(crate) fn new(plan: &Plan, acceleration: f32, jerk: f32) -> Option<Self> {
+        let limits = Limits {
+            acceleration: plan.acceleration,
+            jerk,
+        };
+        let entry = Entry {
+            speed: sqrt(plan.entry_v2),
+            acceleration,
+            limits,
+        };
+        let length = plan.end.saturating_sub(plan.start) as f32;
+        let exit = entry.exit(least(sqrt(plan.exit_v2), plan.cruise), length)?;
+        let cruise = entry.cruise(plan.cruise, exit, length);
+        let (easing, up) = entry.ramps(cruise);
+        Some(Self {
+            start: plan.start,
+            end: plan.end,
+            easing,
+            up,
+            cruise,
+            level: if cruise < plan.cruise {
+                most(cruise, ramp::half_a_step(limits))
+            } else {
+                cruise
+            },
+            down: Ramp::between(exit, cruise, limits),
+            limits,
+        })
+    }
+
+    /// Whole steps of the shortest stop from `speed` (steps/s) with `acceleration` (steps/s², signed) under way.
+    pub(crate) fn stop(speed: f32, acceleration: f32, largest: f32, jerk: f32) -> u32 {
+        let limits = Limits {
+            acceleration: largest,
+            jerk,
+        };
+        let entry = Entry {
+            speed,
+            acceleration,
+            limits,
+        };
+        let distance = entry.distance(0.0);
+        let whole = distance as u32;
+        whole.saturating_add(u32::from(distance > whole as f32))
+    }
+
+    /// The step at which the profile begins.
+    pub const fn start(&self) -> u32 {
+        self.start
+    }
+
+    /// The step at which the profile ends.
+    pub const fn end(&self) -> u32 {
+        self.end
+    }
+
+    /// Speed between the ramps (the peak where there is no cruise), steps/s.
+    pub const fn cruise(&self) -> f32 {
+        self.cruise
+    }
+
+    /// Squared speed at the end, steps²/s².
+    pub const fn exit_v2(&self) -> f32 {
+        self.down.start_speed() * self.down.start_speed()
+    }
+
+    /// Speed (steps/s) and acceleration (steps/s², signed) at a step.
+    pub fn motion(&self, step: u32) -> (f32, f32) {
+        let (x, y) = self.ends(step);
+        if y < self.down.length() {
+            let (speed, acceleration) = self.down.motion(y);
+            (speed, -acceleration)
+        } else if x < self.easing.length() {
+            self.easing.motion(x)
+        } else if x < self.head() {
+            self.up.motion(x - self.easing.length())
+        } else {
+            (self.cruise, 0.0)
+        }
+    }
+
+    /// Time that the `steps` after whole step `from` take (seconds), and the speed at their end (steps/s).
+    pub(crate) fn time_over(&self, from: u32, steps: f32) -> (f32, f32) {
+        let (x, y) = self.ends(from);
+        let (head, tail) = (self.head(), self.down.length());
+        let first = most(least(head - x, steps), 0.0);
+        let last = most(least(tail - (y - steps), steps - first), 0.0);
+        let middle = steps - first - last;
+        let (mut time, mut speed) = (0.0, self.cruise);
+        if first > 0.0 {
+            time = self.head_time(x, x + first);
+            speed = self.head_speed(x + first);
+        }
+        if middle > 0.0 {
+            time += middle / self.level;
+            speed = self.cruise;
+        }
+        if last > 0.0 {
+            let end = most(y - steps, 0.0);
+            time += self.down.time(end, end + last);
+            speed = self.down.motion(end).0;
+        }
+        if y <= steps {
+            speed = self.down.start_speed();
+        }
+        (time, speed)
+    }
+
+    /// The stretch that step `from` lies in. Its acceleration is the constant one that bends time as much as ramp and
+    /// jerk together can: t‴ = (3a² − v·jerk)/v⁵.
+    pub(crate) fn stretch(&self, from: u32) -> Stretch {
+        let (x, y) = self.ends(from);
+        let (left, peak) = if x < self.head() {
+            let peak = most(self.easing.peak(), self.up.peak());
+            let down = self.up.end_speed() < self.motion(from).0;
+            (self.head() - x, if down { -peak } else { peak })
+        } else if y > self.down.length() {
+            (y - self.down.length(), 0.0)
+        } else {
+            (y, -self.down.peak())
+        };
+        Stretch {
+            steps: left as u32,
+            acceleration: self.bent(peak, from),
+        }
+    }
+
+    fn bent(&self, peak: f32, from: u32) -> f32 {
+        let speed = self.motion(from).0;
+        let bent = sqrt(peak * peak + speed * self.limits.jerk / 3.0);
+        if peak > 0.0 {
+            bent
+        } else if peak < 0.0 {
+            -bent
+        } else {
+            0.0
+        }
+    }
+
+    fn head(&self) -> f32 {
+        self.easing.length() + self.up.length()
+    }
+
+    fn head_time(&self, x0: f32, x1: f32) -> f32 {
+        let eased = self.easing.length();
+        let split = most(x0, least(x1, eased));
+        let mut time = 0.0;
+        if split > x0 {
+            time = self.easing.time(x0, split);
+        }
+        if x1 > split {
+            time += self.up.time(split - eased, x1 - eased);
+        }
+        time
+    }
+
+    fn head_speed(&self, x: f32) -> f32 {
+        let eased = self.easing.length();
+        if x < eased {
+            self.easing.motion(x).0
+        } else {
+            self.up.motion(x - eased).0
+        }
+    }
+
+    /// Steps from the start to `step` and from there to the end.
+    fn ends(&self, step: u32) -> (f32, f32) {
+        let from_start = step.saturating_sub(self.start);
+        let to_end = self.end.saturating_sub(step);
+        (from_start as f32, to_end as f32)
+    }
+}
+
+/// How a profile begins.
+#[derive(Clone, Copy)]
+struct Entry {
+    /// Steps/s.
+    speed: f32,
+    /// Under way, steps/s², signed.
+    acceleration: f32,
+    limits: Limits,
+}
+
+impl Entry {
+    /// The speed once the acceleration under way has fallen to 0.
+    fn level(&self) -> f32 {
+        Ramp::easing(self.speed, self.acceleration, self.limits).end_speed()
+    }
+
+    /// The quickest way to `speed`: a ramp that goes on as begun, or one that follows when the acceleration has fallen to 0.
+    fn ramps(&self, speed: f32) -> (Ramp, Ramp) {
+        if self.acceleration == 0.0 {
+            let up = Ramp::between(self.speed, speed, self.limits);
+            return (Ramp::none(self.speed), up);
+        }
+        match Ramp::joined(self.speed, self.acceleration, speed, self.limits) {
+            Some(up) => (Ramp::none(self.speed), up),
+            None => {
+                let easing = Ramp::easing(self.speed, self.acceleration, self.limits);
+                let up = Ramp::between(easing.end_speed(), speed, self.limits);
+                (easing, up)
+            }
+        }
+    }
+
+    /// Steps on the quickest way to `speed`.
+    fn distance(&self, speed: f32) -> f32 {
+        let (easing, up) = self.ramps(speed);
+        easing.length() + up.length()
+    }
+
+    /// The speed nearest to `wanted` that is reached within `length` steps; `None` where the acceleration under way
+    /// does not even fall to 0.
+    fn exit(&self, wanted: f32, length: f32) -> Option<f32> {
+        if self.distance(wanted) <= length {
+            return Some(wanted);
+        }
+        let level = self.level();
+        (self.distance(level) <= length)
+            .then(|| furthest(level, wanted, |speed| self.distance(speed) <= length))
+    }
+
+    /// The highest speed up to `wanted` from which `exit` can still be reached, `length` steps after the start.
+    fn cruise(&self, wanted: f32, exit: f32, length: f32) -> f32 {
+        let fits = |speed| self.distance(speed) + ramp::length(speed, exit, self.limits) <= length;
+        if fits(wanted) {
+            return wanted;
+        }
+        let slow = most(self.level(), exit);
+        if slow <= wanted && fits(slow) {
+            furthest(slow, wanted, fits)
+        } else {
+            furthest(exit, least(slow, wanted), fits)
+        }
+    }
+}
+
+/// The last speed from `good` towards `bad` that `fits`, where `good` does and `bad` does not.
+fn furthest(mut good: f32, mut bad: f32, fits: impl Fn(f32) -> bool) -> f32 {
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (good + bad);
+        if fits(middle) {
+            good = middle;
+        } else {
+            bad = middle;
+        }
+    }
+    good
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use std::vec::Vec;
+
+    fn ten_to(exponent: std::ops::Range<f32>) -> impl Strategy<Value = f32> {
+        exponent.prop_map(|e| 10f32.powf(e))
+    }
+
+    #[derive(Clone, Copy, Debug)]
+    struct Case {
+        plan: Plan,
+        jerk: f32,
+    }
+
+    fn cases() -> impl Strategy<Value = Case> {
+        (
+            ten_to(0.0..4.5),
+            0.0f32..1.0,
+            0.0f32..1.0,
+            ten_to(1.0..5.4),
+            ten_to(2.5..6.5),
+            ten_to(-2.0..2.0),
+        )
+            .prop_map(|(events, entry, exit, cruise, acceleration, seconds)| {
+                let (entry, exit) = (
+                    (entry - 0.3).max(0.0) * cruise,
+                    (exit - 0.3).max(0.0) * cruise,
+                );
+                let plan = Plan {
+                    start: 0,
+                    end: events as u32,
+                    entry_v2: entry * entry,
+                    cruise,
+                    exit_v2: exit * exit,
+                    acceleration,
+                };
+                Case {
+                    plan,
+                    jerk: acceleration / seconds,
+                }
+            })
+    }
+
+    /// Times of all steps by the profile, in `f64` seconds.
+    fn times(profile: &SCurve) -> Vec<f64> {
+        let mut at = 0.0;
+        (profile.start()..profile.end())
+            .map(|step| {
+                at += f64::from(profile.time_over(step, 1.0).0);
+                at
+            })
+            .collect()
+    }
+
+    proptest! {
+        /// Speed, acceleration and jerk, from step to step.
+        #[test]
+        fn no_limit_is_passed(case in cases()) {
+            let Case { plan, jerk } = case;
+            let profile = SCurve::new(&plan, 0.0, jerk).unwrap();
+            let fastest = plan.cruise.max(plan.entry_v2.sqrt());
+            let mut last = profile.motion(0);
+            for step in 1..=plan.end {
+                let (speed, acceleration) = profile.motion(step);
+                prop_assert!(speed <= fastest * 1.000_001, "{} at {}", speed, step);
+                prop_assert!(acceleration.abs() <= plan.acceleration * 1.000_001);
+                let seconds = profile.time_over(step - 1, 1.0).0;
+                let change = (acceleration - last.1).abs();
+                let slack = 1e-4 * plan.acceleration + 1e-6 * jerk;
+                prop_assert!(change <= jerk * seconds * 1.001 + slack, "jerk {} {} {:?}", change / seconds, jerk, profile);
+                last = (speed, acceleration);
+            }
+            prop_assert!(last.1.abs() <= 1e-2 * plan.acceleration + 1e-6 * jerk, "{:?}", last);
+        }
+
+        /// The profile's own words agree: its times are those of its speeds.
+        #[test]
+        fn time_and_speed_agree(case in cases()) {
+            let profile = SCurve::new(&case.plan, 0.0, case.jerk).unwrap();
+            for step in 0..case.plan.end {
+                let (v0, v1) = (profile.motion(step).0, profile.motion(step + 1).0);
+                let seconds = profile.time_over(step, 1.0).0;
+                prop_assert!(seconds > 0.0);
+                let mean = 1.0 / seconds;
+                let peak = profile.motion(step).1 * profile.motion(step + 1).1 <= 0.0;
+                // Places are known to some 10⁻⁷ of the ramp: 10⁻³ of a step.
+                prop_assert!(mean <= if peak { profile.cruise() } else { v0.max(v1) } * 1.001, "{} {} {}", v0, mean, v1);
+                // A step out of rest takes three times as long as its end speed says, at most.
+                prop_assert!(mean >= 0.3 * v0.min(v1).max(0.3 * v0.max(v1)), "{} {} {}", v0, mean, v1);
+            }
+        }
+
+        /// Stopped and begun again in the middle: it goes on from the same speed and acceleration.
+        #[test]
+        fn a_plan_that_changes_half_way_is_smooth(case in cases(), share in 0.0f32..1.0, lower in 0.1f32..2.0) {
+            let Case { plan, jerk } = case;
+            let before = SCurve::new(&plan, 0.0, jerk).unwrap();
+            let step = (share * plan.end as f32) as u32;
+            prop_assume!(step < plan.end);
+            let (speed, acceleration) = before.motion(step);
+            let changed = Plan { start: step, entry_v2: speed * speed, cruise: lower * plan.cruise, ..plan };
+            let Some(after) = SCurve::new(&changed, acceleration, jerk) else { return Ok(()) };
+            let (v, a) = after.motion(step);
+            let slack = 1e-3 * plan.acceleration + 1e-6 * jerk;
+            prop_assert!((v - speed).abs() <= 1e-3 * speed + 1e-6, "{} {}", v, speed);
+            prop_assert!((a - acceleration).abs() <= slack + 0.05 * acceleration.abs(), "{} {} {:?}", a, acceleration, after);
+        }
+
+        #[test]
+        fn the_shortest_stop_is_a_plan_that_ends_at_rest(case in cases(), share in 0.0f32..1.0) {
+            let Case { plan, jerk } = case;
+            let before = SCurve::new(&plan, 0.0, jerk).unwrap();
+            let step = (share * plan.end as f32) as u32;
+            let (speed, acceleration) = before.motion(step);
+            prop_assume!(speed > 1.0);
+            let steps = SCurve::stop(speed, acceleration, plan.acceleration, jerk);
+            let stop = Plan { start: step, end: step + steps, entry_v2: speed * speed, cruise: speed, exit_v2: 0.0, ..plan };
+            let profile = SCurve::new(&stop, acceleration, jerk).unwrap();
+            prop_assert_eq!(profile.exit_v2(), 0.0);
+        }
+    }
+
+    #[test]
+    fn a_long_move_reaches_its_cruise_and_takes_the_time_of_the_formula() {
+        let plan = Plan {
+            start: 0,
+            end: 100_000,
+            entry_v2: 0.0,
+            cruise: 10_000.0,
+            exit_v2: 0.0,
+            acceleration: 20_000.0,
+        };
+        let profile = SCurve::new(&plan, 0.0, 100_000.0).unwrap();
+        assert_eq!(profile.cruise(), 10_000.0);
+        // Each ramp: v/a + a/jerk = 0.7 s at the mean speed; the rest at the cruise.
+        let due = 2.0 * 0.7 + (100_000.0 - 2.0 * 0.7 * 5000.0) / 10_000.0;
+        let time = *times(&profile).last().unwrap();
+        assert!((time - due).abs() < 1e-4, "{time} {due}");
+    }
+}
