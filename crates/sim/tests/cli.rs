@@ -294,6 +294,38 @@ fn a_program_pause_is_resumed_and_the_program_goes_on() {
 }
 
 #[test]
+fn a_machine_that_wants_homing_is_unlocked_and_that_is_said() {
+    let folder = Folder::new();
+    let job = folder.file("job.nc", "G0X5\n");
+    let output = leadscrew(&["run", &job, "--set", "$22=1"]);
+    assert_eq!(output.status.code(), Some(0));
+    assert!(stderr(&output).contains("unlocked by $X, not homed"));
+    assert!(stdout(&output).contains("ends at 5.000 mm"));
+    let quiet = leadscrew(&["run", &job, "--set", "$22=1", "--quiet"]);
+    assert_eq!(stderr(&quiet), "");
+    assert_eq!(stderr(&leadscrew(&["run", &job])), "");
+}
+
+#[test]
+fn serve_says_what_is_wrong_with_its_options() {
+    unusable_usage(&["serve"], "--pty <LINK>|--tcp <ADDRESS>|--ws <ADDRESS>");
+    unusable_usage(&["serve", "--tcp", "99999"], "expected a port, 0 to 65535");
+    let folder = Folder::new();
+    let profile = folder.file("bad.toml", "[axes.x]\ntravel = -1\n");
+    unusable(
+        &["serve", "--tcp", "0", "--machine", &profile],
+        &["bad.toml:2: axes.x.travel: expected a number above 0"],
+    );
+}
+
+/// Calls the program, expects exit status 2 and this in what it says about its options.
+fn unusable_usage(args: &[&str], part: &str) {
+    let output = leadscrew(args);
+    assert_eq!(output.status.code(), Some(2), "{args:?}");
+    assert!(stderr(&output).contains(part), "{}", stderr(&output));
+}
+
+#[test]
 fn unreadable_jobs_are_refused_with_one_message() {
     let folder = Folder::new();
     let file = |name: &str, content: &[u8]| folder.file(name, content);

@@ -71,6 +71,11 @@ pub(super) struct Streamed<O> {
     pub(super) observer: O,
 }
 
+/// A machine that wants homing is locked at power-up, and here it has no switch to find its home by.
+const UNLOCKED: &str =
+    "leadscrew: homing is on ($22=1), but there are no switches here: unlocked by $X, not homed; \
+    the job starts at machine position 0";
+
 impl Stream<'_> {
     /// Streams `job` to its end while `observer` watches. Errors and alarms are printed as they come.
     ///
@@ -96,6 +101,9 @@ impl Stream<'_> {
         let mut operator = Operator::new(Streamer::new(text, streaming, complaints));
         if self.settings.is_on(Setting::Homing) {
             operator.say(b"$X\n");
+            if !self.quiet {
+                eprintln!("{UNLOCKED}");
+            }
         }
         let tens = usize::from(self.feed_percent.saturating_sub(100) / 10);
         operator.say(&vec![FEED_TEN_MORE; tens]);

@@ -41,6 +41,7 @@ pub fn draw(path: &Toolpath, speed: &SpeedChart, caption: &Caption) -> Document 
     page(height, &caption.title, &caption.summary)
         .add(axes(frame, &x, &y, "X mm", "Y mm"))
         .add(strokes(path, &x, &y))
+        .add(holes(path, &x, &y))
         .add(ends(path, &x, &y))
         .add(legend(path, caption, legend_top))
         .add(speed_chart(speed, chart))
@@ -80,6 +81,22 @@ fn strokes(path: &Toolpath, x: &Scale, y: &Scale) -> Group {
         group = group.add(drawn(stroke, powered, x, y));
     }
     group
+}
+
+fn holes(path: &Toolpath, x: &Scale, y: &Scale) -> Group {
+    let mut group = Group::new();
+    for [px, py] in path.holes() {
+        let at = (x.pixel(f64::from(*px)), y.pixel(f64::from(*py)));
+        group = group.add(hole(at, has_power(path)));
+    }
+    group
+}
+
+fn hole(at: (f64, f64), powered: bool) -> Circle {
+    mark(at, 3.0)
+        .set("fill", "white")
+        .set("stroke", colour(StrokeKind::SHADES, powered))
+        .set("stroke-width", 1.4)
 }
 
 fn drawn(stroke: &Stroke, powered: bool, x: &Scale, y: &Scale) -> Path {
@@ -166,8 +183,16 @@ fn legend(path: &Toolpath, caption: &Caption, top: f64) -> Group {
         .add(text(LEFT + 208.0, y + 4.0, "start"))
         .add(mark((LEFT + 264.0, y), 3.0).set("fill", INK))
         .add(text(LEFT + 274.0, y + 4.0, "end"));
+    let mut after = LEFT + 340.0;
+    if !path.holes().is_empty() {
+        after += 40.0;
+        group =
+            group
+                .add(hole((LEFT + 318.0, y), powered))
+                .add(text(LEFT + 328.0, y + 4.0, "hole"));
+    }
     if powered {
-        group = group.add(shade_bar(LEFT + 340.0, y, caption.full_power_s));
+        group = group.add(shade_bar(after, y, caption.full_power_s));
     }
     group
 }

@@ -38,6 +38,10 @@ pub struct Stroke {
 pub struct Toolpath {
     /// `None` where only distances are wanted.
     strokes: Option<Vec<Stroke>>,
+    /// Where the tool went down and up again without moving aside: X and Y in mm.
+    holes: Vec<[f32; 2]>,
+    /// Whether the last move went straight down at feed.
+    plunged: bool,
     at: [f64; 3],
     start: [f64; 3],
     cut_mm: f64,
@@ -49,6 +53,8 @@ impl Toolpath {
     pub fn new(start: [f64; 3], drawn: bool) -> Self {
         Self {
             strokes: drawn.then(Vec::new),
+            holes: Vec::new(),
+            plunged: false,
             at: start,
             start,
             cut_mm: 0.0,
@@ -63,15 +69,21 @@ impl Toolpath {
             StrokeKind::Travel => self.travel_mm += length,
             StrokeKind::Cut { .. } => self.cut_mm += length,
         }
-        let from = flat(self.at);
+        let (from, to) = (flat(self.at), flat(target));
+        let rise = target[2] - self.at[2];
         self.at = target;
-        let to = flat(target);
         let Some(strokes) = &mut self.strokes else {
             return;
         };
         if from == to {
+            // A hole may be drilled in several strokes.
+            if self.plunged && rise > 0.0 && self.holes.last() != Some(&to) {
+                self.holes.push(to);
+            }
+            self.plunged = rise < 0.0 && kind != StrokeKind::Travel;
             return;
         }
+        self.plunged = false;
         match strokes.last_mut() {
             Some(stroke) if stroke.kind == kind => stroke.points.push(to),
             Some(_) | None => strokes.push(Stroke {
@@ -94,6 +106,11 @@ impl Toolpath {
     /// The strokes, in order.
     pub fn strokes(&self) -> &[Stroke] {
         self.strokes.as_deref().unwrap_or_default()
+    }
+
+    /// Drilled holes, in order: X and Y in mm.
+    pub fn holes(&self) -> &[[f32; 2]] {
+        &self.holes
     }
 
     /// Where the path starts and ends: X and Y in mm.
@@ -142,5 +159,25 @@ mod tests {
         assert_eq!(path.strokes()[1].points.len(), 3);
         assert_eq!((path.travel_mm(), path.cut_mm()), (5.0, 10.0));
         assert_eq!(path.bounds(), [[0.0, 0.0], [6.0, 9.0]]);
+    }
+
+    #[test]
+    fn down_and_up_again_is_a_hole_and_a_plunge_into_a_cut_is_none() {
+        let mut path = Toolpath::new([0.0; 3], true);
+        for y in [1.0, 2.0] {
+            path.go([5.0, y, 0.0], StrokeKind::Travel);
+            for depth in [-1.0, 0.5, -2.0, 1.0] {
+                let kind = if depth < 0.0 {
+                    StrokeKind::cut(0.0)
+                } else {
+                    StrokeKind::Travel
+                };
+                path.go([5.0, y, depth], kind);
+            }
+        }
+        path.go([5.0, 2.0, -1.0], StrokeKind::cut(0.0));
+        path.go([9.0, 2.0, -1.0], StrokeKind::cut(0.0));
+        path.go([9.0, 2.0, 1.0], StrokeKind::Travel);
+        assert_eq!(path.holes(), [[5.0, 1.0], [5.0, 2.0]]);
     }
 }
