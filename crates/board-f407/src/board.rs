@@ -27,6 +27,17 @@ impl F407 {
     }
 }
 
+impl F407 {
+    /// Tells the operator something before the machine speaks.
+    pub(crate) fn say(&mut self, text: Option<&str>) {
+        if let Some(text) = text {
+            for part in ["[MSG:", text, "]\r\n"] {
+                self.write(ChannelId(0), part.as_bytes());
+            }
+        }
+    }
+}
+
 /// Makes inputs of all switches.
 pub(crate) fn start_switches() {
     let buttons = [

@@ -48,9 +48,25 @@ impl Pll {
 const CRYSTAL_PLL: Pll = Pll::new(PROFILE.crystal_hz);
 const INTERNAL_PLL: Pll = Pll::new(16_000_000);
 
+impl Source {
+    /// What the operator is told.
+    pub(crate) const fn text(self) -> Option<&'static str> {
+        match self {
+            Self::Crystal => None,
+            Self::Internal => Some("the crystal does not start: times are exact to 1 %, no USB"),
+        }
+    }
+}
+
 /// Sets the clocks up: CPU 168 MHz, APB1 42 MHz, APB2 84 MHz. The crystal is given up where it does not start.
 pub(crate) fn start(rcc: &RCC, flash: &FLASH, power: &PWR) -> Source {
-    rcc.apb1enr().modify(|_, w| w.pwren().enabled());
+    // A bootloader may have set the clocks up in its own way.
+    rcc.cr().modify(|_, w| w.hsion().on());
+    while rcc.cr().read().hsirdy().is_not_ready() {}
+    rcc.cfgr().modify(|_, w| w.sw().hsi());
+    while !rcc.cfgr().read().sws().is_hsi() {}
+    rcc.cr().modify(|_, w| w.pllon().off());
+
     power.cr().modify(|_, w| w.vos().scale1());
     rcc.cr().modify(|_, w| w.hseon().on());
     let ready = (0..PATIENCE).any(|_| rcc.cr().read().hserdy().is_ready());
@@ -76,6 +92,8 @@ pub(crate) fn start(rcc: &RCC, flash: &FLASH, power: &PWR) -> Source {
     rcc.cfgr()
         .write(|w| w.sw().pll().ppre1().div4().ppre2().div2());
     while !rcc.cfgr().read().sws().is_pll() {}
+    // A crystal that stops is an NMI from here on.
+    rcc.cr().modify(|_, w| w.csson().bit(ready));
     source
 }
 

@@ -3,10 +3,11 @@ use crate::{
     board::{self, F407},
     clock::{self, Clock},
     profile::{kinematics, Kinematics, AXES, MOTORS, PROFILE},
-    pwm, safe_state,
-    serial::{self, Outgoing},
+    pwm, restart,
+    serial::{Catch, Outgoing, Port as SerialPort},
+    settings_flash::Sectors,
     step_port::Port,
-    wake,
+    supply, wake, watchdog,
 };
 use core::mem::MaybeUninit;
 use defmt_rtt as _;
@@ -41,9 +42,10 @@ mod app {
     struct Local {
         port: Port,
         segments: Consumer<'static, Segment<MOTORS>>,
-        serial: serial::Port,
+        serial: SerialPort,
         machine: &'static mut TheMachine,
         board: F407,
+        store: Sectors,
         clock: Clock,
     }
 
@@ -55,22 +57,21 @@ mod app {
     ])]
     fn init(cx: init::Context) -> (SharedResources, Local) {
         let device = cx.device;
-        device.RCC.ahb1enr().modify(|_, w| {
-            w.gpioaen()
-                .enabled()
-                .gpioben()
-                .enabled()
-                .gpiocen()
-                .enabled();
-            w.gpioden().enabled().gpioeen().enabled()
-        });
+        device.RCC.ahb1enr().modify(|_, w| w.dma1en().enabled());
+        device.RCC.apb2enr().modify(|_, w| w.syscfgen().enabled());
         device.RCC.apb1enr().modify(|_, w| {
             w.tim2en().enabled().tim4en().enabled().tim5en().enabled();
-            w.usart2en().enabled()
+            w.usart2en().enabled().pwren().enabled()
         });
-        safe_state::enter();
+        let reason = restart::reason(&device.RCC);
+        supply::watch(&device.PWR, &device.EXTI);
         let source = clock::start(&device.RCC, &device.FLASH, &device.PWR);
-        defmt::info!("leadscrew on {=str}, clock: {}", PROFILE.name, source);
+        defmt::info!(
+            "leadscrew on {=str}, clock: {}, restarted: {}",
+            PROFILE.name,
+            source,
+            reason
+        );
         board::start_switches();
         pwm::start();
 
@@ -86,30 +87,50 @@ mod app {
             inboxes,
         };
         let machine = Machine::new(MachineConfig::new(), kinematics(), links);
+        let machine = cx.local.place.write(machine);
+        let mut store = Sectors::new(device.FLASH, Catch::new(device.DMA1));
+        match machine.load(&mut store) {
+            Ok(condition) => defmt::info!("settings: {}", condition),
+            Err(error) => defmt::error!("settings: {}", error),
+        }
+        if let Err(error) = machine.make_room(&mut store) {
+            defmt::error!("the spare sector of the settings: {}", error);
+        }
+        let mut board = F407::new(outgoing);
+        board.say(source.text());
+        board.say(reason.text());
+        watchdog::start(&device.DBGMCU);
         let local = Local {
             port: Port::new(device.TIM2),
             segments,
-            serial: serial::Port::new(device.USART2, receiver, sending),
-            machine: cx.local.place.write(machine),
-            board: F407::new(outgoing),
+            serial: SerialPort::new(receiver, sending),
+            machine,
+            board,
+            store,
             clock: Clock::new(device.TIM5),
         };
         (SharedResources {}, local)
     }
 
     /// The main loop: sleeps when it has nothing to do.
-    #[idle(local = [machine, board, clock])]
+    #[idle(local = [machine, board, store, clock])]
     fn idle(cx: idle::Context) -> ! {
         let idle::LocalResources {
             machine,
             board,
+            store,
             clock,
             ..
         } = cx.local;
         loop {
+            watchdog::feed();
             let now = clock.now();
             let next = machine.poll(board, now);
-            if !next.busy {
+            let unsaved = machine.save(store).unwrap_or_else(|error| {
+                defmt::error!("a change is not stored: {}", defmt::Debug2Format(&error));
+                false
+            });
+            if !next.busy && !unsaved {
                 let latest = now + LONGEST_SLEEP;
                 clock.wake_at(next.when.map_or(latest, |when| when.min(latest)));
                 wake::sleep();
@@ -135,6 +156,12 @@ mod app {
     #[task(binds = USART2, priority = 15, local = [serial])]
     fn usart(cx: usart::Context) {
         cx.local.serial.on_interrupt();
+    }
+
+    /// The supply is low.
+    #[task(binds = PVD, priority = 15)]
+    fn low_supply(_: low_supply::Context) {
+        supply::on_low()
     }
 
     /// The main loop wants to be woken.

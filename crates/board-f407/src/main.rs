@@ -18,13 +18,21 @@ mod profile;
 #[cfg(target_os = "none")]
 mod pwm;
 #[cfg(target_os = "none")]
+mod restart;
+#[cfg(target_os = "none")]
 mod safe_state;
 #[cfg(target_os = "none")]
 mod serial;
 #[cfg(target_os = "none")]
+mod settings_flash;
+#[cfg(target_os = "none")]
 mod step_port;
 #[cfg(target_os = "none")]
+mod supply;
+#[cfg(target_os = "none")]
 mod wake;
+#[cfg(target_os = "none")]
+mod watchdog;
 
 #[cfg(not(target_os = "none"))]
 fn main() {

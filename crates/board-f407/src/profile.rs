@@ -4,7 +4,7 @@ use crate::gpio::{Bank, Input, Output, Pin};
 #[path = "profiles/discovery.rs"]
 mod selected;
 
-pub(crate) use selected::{kinematics, Kinematics, AXES, MOTORS, PROFILE};
+pub(crate) use selected::{kinematics, Kinematics, AXES, MOTORS, PROFILE, SETTINGS_SECTORS};
 
 /// A board: its pins and its crystal.
 pub(crate) struct Profile {

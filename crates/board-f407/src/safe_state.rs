@@ -1,10 +1,17 @@
-//! The state in which the outputs do no harm, and the ways into it that end the program.
-use crate::profile::PROFILE;
-use core::panic::PanicInfo;
-use cortex_m::peripheral::SCB;
+//! The state in which the outputs do no harm: no step, laser, spindle and coolant off.
+//!
+//! Entered from reset on, before memory is even cleared, and again by whatever ends the program (`restart`). Motors keep
+//! what they have: a Z axis that is let go may drop.
+#![allow(unsafe_code)] // an entry in assembly
 
-/// Makes every pin that could do harm an output that is off: steps low, power, spindle and coolant off.
+use crate::profile::PROFILE;
+use core::arch::global_asm;
+use cortex_m::peripheral::NVIC;
+use stm32f4::stm32f407::{Interrupt, RCC};
+
+/// Makes every pin that could do harm an output that is off. Any context.
 pub(crate) fn enter() {
+    NVIC::mask(Interrupt::TIM2);
     PROFILE.power.pin.make_output(false);
     for motor in PROFILE.motors {
         motor.step.make_output(false);
@@ -21,8 +28,26 @@ pub(crate) fn enter() {
     }
 }
 
-#[panic_handler]
-fn panic(_: &PanicInfo<'_>) -> ! {
+// The first instructions after a reset: memory is as it came up, so that nothing but constants and the stack may be used.
+global_asm!(
+    ".section .text.__pre_init, \"ax\"",
+    ".global __pre_init",
+    ".type __pre_init,%function",
+    ".thumb_func",
+    "__pre_init:",
+    "b {early}",
+    early = sym early,
+);
+
+/// Switches the ports on and makes the outputs safe.
+extern "C" fn early() {
+    // SAFETY: nothing else runs yet.
+    let rcc = unsafe { &*RCC::ptr() };
+    rcc.ahb1enr().modify(|_, w| {
+        w.gpioaen().enabled().gpioben().enabled();
+        w.gpiocen().enabled().gpioden().enabled();
+        w.gpioeen().enabled().gpiofen().enabled();
+        w.gpiogen().enabled()
+    });
     enter();
-    SCB::sys_reset()
 }

@@ -4,10 +4,14 @@
 //!   pin -> interrupt -> Receiver: realtime bytes picked out, all others queued -> main loop
 //!   pin <- interrupt <- queue of bytes to send                                 <- main loop: Board::write
 //! ```
+//!
+//! While the flash is written no interrupt runs, and at 2 Mbaud a byte comes every 5 µs. A DMA stream keeps them then
+//! ([`Catch`]): DMA needs no program.
 use crate::{clock::APB1_HZ, gpio::Pull, profile::PROFILE, wake::wake};
+use core::sync::atomic::{AtomicBool, AtomicU8, Ordering::Relaxed};
 use heapless::spsc::{Consumer, Queue};
 use leadscrew_machine::protocol::serial::Receiver;
-use stm32f4::stm32f407::USART2;
+use stm32f4::stm32f407::{dma2, usart1, Interrupt, DMA1, USART2};
 
 /// Bytes to send, and the place that a ring keeps free.
 pub(crate) type Outgoing = Queue<u8, 1025>;
@@ -15,20 +19,40 @@ pub(crate) type Outgoing = Queue<u8, 1025>;
 /// Function of USART1 to USART3 in the data sheet's table 9.
 const FUNCTION: u8 = 7;
 
+/// Bytes that can come while a record is written: 2 ms at 2 Mbaud are 400.
+const CAUGHT: usize = 512;
+/// Where DMA puts them. In SRAM: DMA does not reach the core coupled memory.
+static CATCH: [AtomicU8; CAUGHT] = [const { AtomicU8::new(0) }; CAUGHT];
+/// Bytes are being caught; the next interrupt ends that.
+static CATCHING: AtomicBool = AtomicBool::new(false);
+/// USART2_RX is channel 4 of stream 5 of DMA1 (RM0090 table 42).
+const CHANNEL: u8 = 4;
+const STREAM: usize = 5;
+
+fn usart() -> &'static usart1::RegisterBlock {
+    // SAFETY: see `Port` and `Catch` for who writes what.
+    #[allow(unsafe_code)]
+    unsafe {
+        &*USART2::ptr()
+    }
+}
+
+fn stream() -> &'static dma2::ST {
+    // SAFETY: nobody else uses this stream. `Catch` starts it, `Port` ends it.
+    #[allow(unsafe_code)]
+    let dma = unsafe { &*DMA1::ptr() };
+    dma.st(STREAM)
+}
+
 /// The interrupt's end of the line.
 pub(crate) struct Port {
-    usart: USART2,
     receiver: Receiver<'static>,
     outgoing: Consumer<'static, u8>,
 }
 
 impl Port {
     /// Starts the line: 8 bits, no parity, one stop bit.
-    pub(crate) fn new(
-        usart: USART2,
-        receiver: Receiver<'static>,
-        outgoing: Consumer<'static, u8>,
-    ) -> Self {
+    pub(crate) fn new(receiver: Receiver<'static>, outgoing: Consumer<'static, u8>) -> Self {
         let pins = &PROFILE.serial;
         pins.transmit.make_alternate(FUNCTION, Pull::None);
         pins.receive.make_alternate(FUNCTION, Pull::Up);
@@ -36,24 +60,23 @@ impl Port {
         let divider = (APB1_HZ + pins.baud / 2) / pins.baud;
         // SAFETY: mantissa and fraction together are the whole divider; 16 to 0xFFFF is defined.
         #[allow(unsafe_code)]
-        usart.brr().write(|w| unsafe { w.bits(divider as u16) });
-        usart.cr1().write(|w| {
+        usart().brr().write(|w| unsafe { w.bits(divider as u16) });
+        usart().cr1().write(|w| {
             w.ue().enabled().te().enabled().re().enabled();
             w.rxneie().enabled()
         });
-        Self {
-            usart,
-            receiver,
-            outgoing,
-        }
+        Self { receiver, outgoing }
     }
 
     /// Takes the byte that has come, sends the next. Interrupt of the USART, or pended by whoever has queued bytes.
     pub(crate) fn on_interrupt(&mut self) {
-        let status = self.usart.sr().read();
+        if CATCHING.load(Relaxed) {
+            self.release();
+        }
+        let status = usart().sr().read();
         // Reading the data after the status clears an overrun as well.
         if status.rxne().bit_is_set() || status.ore().bit_is_set() {
-            let byte = self.usart.dr().read().bits() as u8;
+            let byte = usart().dr().read().bits() as u8;
             if status.rxne().bit_is_set() {
                 self.receiver.receive(byte);
                 wake();
@@ -68,10 +91,88 @@ impl Port {
     fn send(&mut self) {
         let byte = self.outgoing.dequeue();
         if let Some(byte) = byte {
-            self.usart.dr().write(|w| w.dr().set(byte.into()));
+            usart().dr().write(|w| w.dr().set(byte.into()));
         }
-        self.usart
-            .cr1()
-            .modify(|_, w| w.txeie().bit(byte.is_some()));
+        usart().cr1().modify(|_, w| w.txeie().bit(byte.is_some()));
+    }
+
+    /// Takes the bytes that DMA has caught, in their order, and goes on by itself. Bytes may come all the time: DMA goes
+    /// on until they have been caught up with.
+    fn release(&mut self) {
+        let mut taken = 0;
+        loop {
+            taken = self.take_caught(taken);
+            if taken == caught() {
+                break;
+            }
+        }
+        usart().cr3().modify(|_, w| w.dmar().disabled());
+        self.take_caught(taken);
+        stream().cr().modify(|_, w| w.en().disabled());
+        CATCHING.store(false, Relaxed);
+        usart().cr1().modify(|_, w| w.rxneie().enabled());
+        wake();
+    }
+
+    fn take_caught(&mut self, taken: usize) -> usize {
+        let all = caught();
+        for byte in CATCH.iter().take(all).skip(taken) {
+            self.receiver.receive(byte.load(Relaxed));
+        }
+        all
+    }
+}
+
+/// How many bytes DMA has caught.
+fn caught() -> usize {
+    CAUGHT.saturating_sub(stream().ndtr().read().bits() as usize)
+}
+
+/// Keeps the bytes that come while the CPU stands still. The main loop's.
+pub(crate) struct Catch(());
+
+impl Catch {
+    /// Takes the stream: once.
+    pub(crate) fn new(dma: DMA1) -> Self {
+        let stream = dma.st(STREAM);
+        // SAFETY: the USART's data register, and a buffer that is there for ever and as long as the transfers.
+        #[allow(unsafe_code)]
+        unsafe {
+            stream
+                .par()
+                .write(|w| w.bits(usart().dr().as_ptr() as u32));
+            stream.m0ar().write(|w| w.bits(CATCH.as_ptr() as u32));
+        }
+        Self(())
+    }
+
+    /// From here on DMA takes the bytes, 512 at most.
+    pub(crate) fn begin(&mut self) {
+        // The interrupt writes the same registers.
+        critical_section::with(|_| {
+            usart().cr1().modify(|_, w| w.rxneie().disabled());
+            clear_flags();
+            stream().ndtr().write(|w| w.ndt().set(CAUGHT as u16));
+            stream().cr().write(|w| {
+                w.chsel().set(CHANNEL).minc().set_bit();
+                w.pl().very_high().en().enabled()
+            });
+            usart().cr3().modify(|_, w| w.dmar().enabled());
+            CATCHING.store(true, Relaxed);
+        });
+    }
+
+    /// The interrupt takes what was caught, and the bytes from here on.
+    pub(crate) fn end(&mut self) {
+        rtic::pend(Interrupt::USART2);
+    }
+}
+
+/// A stream starts only with its flags cleared (RM0090 section 10.3.17): those of stream 5, bits 6 to 11 of the high register.
+fn clear_flags() {
+    // SAFETY: a store that clears the flags of our stream and no other.
+    #[allow(unsafe_code)]
+    unsafe {
+        (*DMA1::ptr()).hifcr().write(|w| w.bits(0x3D << 6));
     }
 }

@@ -142,6 +142,18 @@ where
         self.records.is_some() && !self.unsaved.is_empty()
     }
 
+    /// Erases what the store holds in vain, so that no change to come has to wait for that. Main loop, after
+    /// [`Machine::load`] and before the first [`Machine::poll`]. Takes as long as the store does: half a second for a flash.
+    ///
+    /// # Errors
+    /// The memory could not be erased; what is stored stands.
+    pub fn make_room<S: SettingsStore>(&self, store: &mut S) -> Result<(), S::Error> {
+        match &self.records {
+            Some(records) => records.erase_spare(store),
+            None => Ok(()),
+        }
+    }
+
     /// Writes one record of what changed, if motion rests; returns whether more is left to write.
     ///
     /// Main loop, after [`Machine::poll`]. Does nothing before [`Machine::load`]. Takes as long as the store does.

@@ -1,6 +1,7 @@
 //! STM32F4-Discovery (ST, MB997; user manual UM1472): the wiring table is in this crate's README.
 use crate::gpio::{Bank::*, Input, Output, Pin};
 use crate::profile::{MotorPins, PowerPin, Profile, SerialPins};
+use crate::settings_flash::Sector;
 
 pub(crate) const AXES: usize = 3;
 pub(crate) const MOTORS: usize = 3;
@@ -9,6 +10,9 @@ pub(crate) type Kinematics = leadscrew_planner::Cartesian;
 pub(crate) const fn kinematics() -> Kinematics {
     leadscrew_planner::Cartesian
 }
+
+/// As `memory.x` has it.
+pub(crate) const SETTINGS_SECTORS: (Sector, Sector) = (Sector::new(1), Sector::new(2));
 
 pub(crate) const PROFILE: Profile = Profile {
     name: "STM32F4-Discovery",

@@ -192,6 +192,18 @@ impl Records {
         Ok(())
     }
 
+    /// Erases the area that is not in use, so that no later change has to. What nobody could read stays as it is.
+    ///
+    /// # Errors
+    ///
+    /// The memory could not be erased: the change that needs the area tries again.
+    pub fn erase_spare<S: SettingsStore>(&self, flash: &mut S) -> Result<(), S::Error> {
+        match self.active {
+            Some(active) => flash.erase(active.area.other()),
+            None => Ok(()),
+        }
+    }
+
     fn blank() -> Self {
         Self {
             active: None,

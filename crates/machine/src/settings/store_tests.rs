@@ -279,6 +279,43 @@ fn removing_many_keys_happens_as_a_whole() {
 }
 
 #[test]
+fn a_spare_area_erased_early_costs_no_value_and_spares_the_next_change_the_erasing() {
+    let mut sound = MockFlash::new(SIZE);
+    run(&mut sound);
+    let (records, _) = mounted(&mut sound);
+    let values = |flash: &mut MockFlash| {
+        let (records, _) = mounted(flash);
+        [100, 0x1000, 0x2001].map(|code| value(&records, flash, code))
+    };
+    let before = values(&mut sound);
+    for fuel in 0..=SIZE / 64 {
+        let mut flash = MockFlash {
+            fuel,
+            ..sound.clone()
+        };
+        let done = records.erase_spare(&mut flash).is_ok();
+        assert_eq!(done, fuel == SIZE / 64);
+        flash.fuel = usize::MAX;
+        assert_eq!(values(&mut flash), before, "after {fuel} blocks");
+        let spare = records.active.unwrap().area.other();
+        assert!(!done || flash.areas[spare as usize] == [0xff; SIZE]);
+    }
+}
+
+#[test]
+fn a_store_that_nobody_could_read_is_not_erased() {
+    let mut flash = MockFlash::new(SIZE);
+    run(&mut flash);
+    for area in &mut flash.areas {
+        area[0] ^= 1;
+    }
+    let (records, _) = mounted(&mut flash);
+    let before = flash.areas.clone();
+    records.erase_spare(&mut flash).unwrap();
+    assert_eq!(flash.areas, before);
+}
+
+#[test]
 fn a_value_that_is_stored_already_is_not_written_again() {
     let mut flash = MockFlash::new(SIZE);
     let (mut records, _) = mounted(&mut flash);

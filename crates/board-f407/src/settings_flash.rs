@@ -1,0 +1,176 @@
+//! The machine's settings in two sectors of the flash (RM0090 chapter 3).
+//!
+//! The CPU stands still while the flash is written, since its program is there: 16 µs a word, 100 µs at most (data sheet,
+//! table 40), under 2 ms for the longest record. Bytes that come meanwhile are caught by DMA ([`crate::serial`]). Erasing
+//! a sector takes half a second: done at start-up where it is needed, later only where both sectors were filled since.
+use crate::{profile::SETTINGS_SECTORS, serial::Catch, watchdog};
+use leadscrew_machine::settings::flash::{Area, SettingsStore};
+use stm32f4::stm32f407::FLASH;
+
+/// Bytes of a sector that are used: all of a small one.
+const AREA: usize = 16 * 1024;
+
+/// A sector of the flash.
+#[derive(Clone, Copy)]
+pub(crate) struct Sector(u8);
+
+impl Sector {
+    /// Sector `number` of the F407: 0 to 11 (RM0090 table 5).
+    pub(crate) const fn new(number: u8) -> Self {
+        assert!(number < 12);
+        Self(number)
+    }
+
+    /// Its first byte: four sectors of 16 KiB, one of 64 KiB, seven of 128 KiB.
+    const fn address(self) -> usize {
+        let offset = match self.0 {
+            small @ 0..=3 => small as usize * 0x4000,
+            4 => 0x1_0000,
+            large => (large as usize - 4) * 0x2_0000,
+        };
+        0x0800_0000 + offset
+    }
+}
+
+/// Why the flash refused.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, defmt::Format)]
+pub(crate) enum FlashError {
+    /// The bytes do not lie within an area, or not on words.
+    OutOfBounds,
+    /// The controller says so: supply too low, sector protected, sequence not kept.
+    Refused,
+}
+
+/// The two sectors.
+pub(crate) struct Sectors {
+    flash: FLASH,
+    catch: Catch,
+}
+
+impl Sectors {
+    /// Takes the flash; `catch` keeps bytes that come while it is written.
+    pub(crate) fn new(flash: FLASH, catch: Catch) -> Self {
+        Self { flash, catch }
+    }
+
+    /// Lets `work` write the flash, then checks what the controller says of it, and forgets what the caches hold.
+    fn unlocked(&self, work: impl FnOnce(&FLASH)) -> Result<(), FlashError> {
+        let flash = &self.flash;
+        flash.keyr().write(|w| w.key().set(0x4567_0123));
+        flash.keyr().write(|w| w.key().set(0xCDEF_89AB));
+        // Errors from before are cleared by ones.
+        // SAFETY: these are the error flags and the end-of-operation flag (RM0090 section 3.9.4).
+        #[allow(unsafe_code)]
+        flash.sr().write(|w| unsafe { w.bits(0xF3) });
+        work(flash);
+        while flash.sr().read().bsy().bit_is_set() {}
+        let errors = flash.sr().read().bits() & 0xF2;
+        // SAFETY: the lock bit alone; PG, SER and the sector number go back to zero.
+        #[allow(unsafe_code)]
+        flash.cr().write(|w| unsafe { w.bits(1 << 31) });
+        self.reset_caches();
+        if errors == 0 {
+            Ok(())
+        } else {
+            Err(FlashError::Refused)
+        }
+    }
+
+    /// What the caches hold may be old (RM0090 section 3.5.3). They have to be off for that.
+    fn reset_caches(&self) {
+        let access = self.flash.acr();
+        access.modify(|_, w| w.dcen().disabled().icen().disabled());
+        access.modify(|_, w| w.dcrst().reset().icrst().reset());
+        access.modify(|_, w| w.dcrst().no_reset().icrst().no_reset());
+        access.modify(|_, w| w.dcen().enabled().icen().enabled());
+    }
+
+    fn erase_sector(&self, sector: Sector) -> Result<(), FlashError> {
+        self.unlocked(|flash| {
+            // SAFETY: sector erase, 32 bits at a time (2.7 V and more), the sector's number, start (RM0090 section 3.9.5).
+            #[allow(unsafe_code)]
+            flash.cr().write(|w| unsafe {
+                w.bits(1 << 16 | 0b10 << 8 | u32::from(sector.0) << 3 | 1 << 1)
+            });
+        })
+    }
+}
+
+/// The address of `length` bytes at `offset`, all of them within the area.
+fn address(area: Area, offset: usize, length: usize) -> Result<usize, FlashError> {
+    let sector = match area {
+        Area::First => SETTINGS_SECTORS.0,
+        Area::Second => SETTINGS_SECTORS.1,
+    };
+    let end = offset.checked_add(length);
+    if end.is_some_and(|end| end <= AREA) {
+        Ok(sector.address() + offset)
+    } else {
+        Err(FlashError::OutOfBounds)
+    }
+}
+
+impl SettingsStore for Sectors {
+    type Error = FlashError;
+
+    fn size(&self) -> usize {
+        AREA
+    }
+
+    fn read(&mut self, area: Area, offset: usize, bytes: &mut [u8]) -> Result<(), FlashError> {
+        let start = address(area, offset, bytes.len())?;
+        for (byte, address) in bytes.iter_mut().zip(start..) {
+            // SAFETY: `address` made sure that all of it is in the sector; volatile, since a write changes it unseen.
+            #[allow(unsafe_code)]
+            unsafe {
+                *byte = (address as *const u8).read_volatile();
+            }
+        }
+        Ok(())
+    }
+
+    fn write(&mut self, area: Area, offset: usize, bytes: &[u8]) -> Result<(), FlashError> {
+        let start = address(area, offset, bytes.len())?;
+        if !start.is_multiple_of(4) || !bytes.len().is_multiple_of(4) {
+            return Err(FlashError::OutOfBounds);
+        }
+        self.catch.begin();
+        let written = self.unlocked(|flash| {
+            // SAFETY: programming, 32 bits at a time.
+            #[allow(unsafe_code)]
+            flash.cr().write(|w| unsafe { w.bits(0b10 << 8 | 1) });
+            for (word, place) in bytes.chunks_exact(4).zip((start..).step_by(4)) {
+                let word = word
+                    .iter()
+                    .rev()
+                    .fold(0, |all, byte| all << 8 | u32::from(*byte));
+                // SAFETY: a word of the sector, erased before; the controller takes one word at a time.
+                #[allow(unsafe_code)]
+                unsafe {
+                    (place as *mut u32).write_volatile(word);
+                }
+                while flash.sr().read().bsy().bit_is_set() {}
+            }
+        });
+        self.catch.end();
+        written
+    }
+
+    fn erase(&mut self, area: Area) -> Result<(), FlashError> {
+        let start = address(area, 0, AREA)?;
+        let blank = (start..start + AREA).step_by(4).all(|place| {
+            // SAFETY: a word of the sector.
+            #[allow(unsafe_code)]
+            let word = unsafe { (place as *const u32).read_volatile() };
+            word == u32::MAX
+        });
+        if blank {
+            return Ok(());
+        }
+        let sector = match area {
+            Area::First => SETTINGS_SECTORS.0,
+            Area::Second => SETTINGS_SECTORS.1,
+        };
+        watchdog::patiently(|| self.erase_sector(sector))
+    }
+}
