@@ -1,21 +1,26 @@
 //! `cargo fw`: builds the firmware with whichever compiler can, and prints its size.
 use crate::{
     failure::Failure,
-    shell,
+    shell, sizes,
     toolchain::{self, Toolchain},
 };
-use std::{path::PathBuf, process::Command};
+use std::path::PathBuf;
 
 /// Builds `board-f407`; `arguments` go to `cargo build`.
 pub(crate) fn run(arguments: &[String]) -> Result<(), Failure> {
     let elf = build(&Toolchain::find()?, arguments)?;
     println!("{}", elf.display());
-    match shell::run(Command::new("arm-none-eabi-size").arg(&elf)) {
+    match sizes::of(&elf) {
         Err(Failure::NotStarted { program, .. }) => {
             eprintln!("note: no sizes without {program} (Debian: binutils-arm-none-eabi)");
             Ok(())
         }
-        done => done,
+        sizes => {
+            for finding in sizes::check(&sizes?)? {
+                eprintln!("note: {finding}");
+            }
+            Ok(())
+        }
     }
 }
 

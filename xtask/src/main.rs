@@ -9,6 +9,7 @@ mod fw_test;
 mod icount;
 mod senders;
 mod shell;
+mod sizes;
 mod thumb;
 mod toolchain;
 

@@ -4,11 +4,13 @@
 //! |---|---|---|
 //! | software double precision | the libraries' own code, the whole firmware | the FPU is single precision: 84 instructions a product |
 //! | 64-bit division | whatever the step interrupt reaches | 198 to 287 instructions (u64 by u64, by u32), the whole budget of a tick is 100 |
+//! | `cpsid`, a write to PRIMASK or FAULTMASK | the whole firmware, but for the start of `main` | it would mask the step interrupt |
+//! | more flash, memory or stack than allowed | the whole firmware | `bench/sizes.txt` |
 //! | a panic, a call through a register | whatever the step interrupt reaches | it cannot fail, and its cost must be known |
 use crate::{
     call_graph::CallGraph,
     failure::Failure,
-    fw, shell,
+    fw, shell, sizes,
     toolchain::{self, Toolchain},
 };
 use std::{path::Path, process::Command};
@@ -30,6 +32,7 @@ pub(crate) fn run() -> Result<(), Failure> {
     let elf = fw::build(&toolchain, &[])?;
     findings.extend(software_doubles(&elf)?);
     findings.extend(check_step_interrupt(&elf)?);
+    findings.extend(sizes::check(&sizes::of(&elf)?)?);
     if findings.is_empty() {
         Ok(())
     } else {
@@ -74,9 +77,8 @@ pub(crate) fn software_doubles(file: &Path) -> Result<Vec<String>, Failure> {
 /// What the step interrupt reaches in the linked firmware and must not.
 fn check_step_interrupt(elf: &Path) -> Result<Vec<String>, Failure> {
     let mut objdump = Command::new("arm-none-eabi-objdump");
-    let graph = CallGraph::parse(&shell::output(
-        objdump.args(["-d", "--no-show-raw-insn"]).arg(elf),
-    )?);
+    let code = shell::output(objdump.args(["-d", "--no-show-raw-insn"]).arg(elf))?;
+    let graph = CallGraph::parse(&code);
     if !graph.contains(STEP_INTERRUPT) {
         return Err(Failure::finding(format!(
             "{}: no function {STEP_INTERRUPT}",
@@ -88,10 +90,31 @@ fn check_step_interrupt(elf: &Path) -> Result<Vec<String>, Failure> {
         graph.reach(STEP_INTERRUPT)
     );
     let findings = graph.findings(STEP_INTERRUPT, forbidden_in_a_step);
-    Ok(findings
+    let reached = findings
         .into_iter()
-        .map(|finding| format!("{}: {}", finding.path.join(" > "), finding.reason))
-        .collect())
+        .map(|finding| format!("{}: {}", finding.path.join(" > "), finding.reason));
+    Ok(reached.chain(masks(&code)).collect())
+}
+
+/// The functions that mask all interrupts, that of the steps as well. RTIC's `main` does so before it lets the first
+/// interrupt in; nothing else may.
+fn masks(code: &str) -> Vec<String> {
+    let (mut function, mut findings) = ("", Vec::new());
+    for line in code.lines() {
+        if let Some((_, name)) = line.split_once(" <").filter(|_| line.ends_with(">:")) {
+            function = name.trim_end_matches(">:");
+        }
+        let instruction = line.split_once(":\t").map_or("", |(_, rest)| rest);
+        let masks = instruction.starts_with("cpsid")
+            || instruction.starts_with("msr\tPRIMASK")
+            || instruction.starts_with("msr\tFAULTMASK");
+        if masks && function != "main" {
+            findings.push(format!(
+                "{function}: masks the step interrupt: `{instruction}`"
+            ));
+        }
+    }
+    findings
 }
 
 /// Why the step interrupt must not reach this symbol, if it must not.
@@ -140,6 +163,18 @@ fn is_software_double(symbol: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn only_main_may_mask_all_interrupts() {
+        let code = "08000100 <main>:\n 8000100:\tcpsid\ti\n 8000102:\tmsr\tBASEPRI, r0\n";
+        assert_eq!(masks(code), [""; 0]);
+        for instruction in ["cpsid\ti", "msr\tPRIMASK, r0", "msr\tFAULTMASK, r1"] {
+            let more = format!("{code}08000200 <acquire>:\n 8000200:\t{instruction}\n");
+            let masks = masks(&more);
+            assert_eq!(masks.len(), 1, "{instruction}");
+            assert!(masks[0].starts_with("acquire: "));
+        }
+    }
 
     #[test]
     fn every_family_of_double_routines_is_known() {

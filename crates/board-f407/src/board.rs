@@ -1,13 +1,10 @@
 //! The board under the machine: slow pins and serial output.
-use crate::{
-    profile::{MOTORS, PROFILE},
-    pwm, step_port,
-};
+use crate::{profile::PROFILE, pwm, step_port, switches};
 use heapless::spsc::Producer;
 use leadscrew_machine::board::{
     Board, ChannelId, CoolantOutput, PortConfig, SpindleOutput, Switches,
 };
-use leadscrew_stepper::{MotorMask, Power};
+use leadscrew_stepper::Power;
 use stm32f4::stm32f407::Interrupt;
 
 /// The main loop's end of the board.
@@ -38,39 +35,6 @@ impl F407 {
     }
 }
 
-/// Makes inputs of all switches.
-pub(crate) fn start_switches() {
-    let buttons = [
-        PROFILE.probe,
-        PROFILE.reset,
-        PROFILE.hold,
-        PROFILE.start,
-        PROFILE.door,
-    ];
-    for input in PROFILE.limits.into_iter().chain(buttons).flatten() {
-        input.pin.make_input(input.pull);
-    }
-}
-
-/// The levels of all switches; one that the board does not have is open.
-pub(crate) fn switches() -> Switches {
-    let level = |input: Option<crate::gpio::Input>| input.is_none_or(|input| input.level());
-    let mut limits = MotorMask::NONE;
-    for (motor, input) in PROFILE.limits.into_iter().enumerate().take(MOTORS) {
-        if level(input) {
-            limits = limits.with(MotorMask::only(motor));
-        }
-    }
-    Switches {
-        limits,
-        probe: level(PROFILE.probe),
-        reset: level(PROFILE.reset),
-        hold: level(PROFILE.hold),
-        start: level(PROFILE.start),
-        door: level(PROFILE.door),
-    }
-}
-
 impl Board for F407 {
     fn start_stepping(&mut self) {
         rtic::pend(Interrupt::TIM2);
@@ -91,7 +55,7 @@ impl Board for F407 {
     }
 
     fn switches(&self) -> Switches {
-        switches()
+        switches::switches()
     }
 
     fn enable_motors(&mut self, on: bool) {

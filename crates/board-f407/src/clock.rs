@@ -1,7 +1,7 @@
 //! Where the clocks come from, and what time it is.
 use crate::{profile::PROFILE, wake::wake};
 use leadscrew_machine::board::Instant;
-use stm32f4::stm32f407::{FLASH, PWR, RCC, TIM5};
+use stm32f4::stm32f407::{tim5, FLASH, PWR, RCC, TIM5};
 
 /// Counts of the timers on APB1 in a second: twice the clock of their bus (RM0090 section 7.2).
 pub(crate) const APB1_TIMER_HZ: u32 = 84_000_000;
@@ -112,7 +112,9 @@ impl Clock {
         timer.arr().write(|w| w.arr().set(u32::MAX));
         timer.egr().write(|w| w.ug().update());
         timer.sr().write(|w| w.uif().clear_bit());
-        timer.dier().write(|w| w.cc1ie().enabled());
+        timer
+            .dier()
+            .write(|w| w.cc1ie().enabled().cc2ie().enabled());
         timer.cr1().write(|w| w.cen().enabled());
         Self { timer, last: 0 }
     }
@@ -135,11 +137,38 @@ impl Clock {
     }
 }
 
-/// The alarm has gone off. Interrupt of TIM5.
-pub(crate) fn on_alarm() {
-    // SAFETY: this register is written by the interrupt only; a flag is cleared by a zero, all others stay.
+fn timer() -> &'static tim5::RegisterBlock {
+    // SAFETY: `Clock` writes compare 1, the functions below compare 2 and the flags, which are cleared by single stores.
     #[allow(unsafe_code)]
-    let timer = unsafe { &*TIM5::ptr() };
-    timer.sr().write(|w| w.cc1if().clear());
-    wake();
+    unsafe {
+        &*TIM5::ptr()
+    }
+}
+
+/// Microseconds, modulo 2³². Any context.
+#[inline]
+pub(crate) fn count() -> u32 {
+    timer().cnt().read().bits()
+}
+
+/// Asks for an interrupt at this count, at once where that has passed. Switch interrupts.
+pub(crate) fn set_filter_alarm(due: u32) {
+    timer().ccr2().write(|w| w.ccr().set(due));
+    if count().wrapping_sub(due).cast_signed() >= 0 {
+        timer().egr().write(|w| w.cc2g().set_bit());
+    }
+}
+
+/// Which alarms have gone off; wakes the main loop where its own has. Returns whether the filter's has. Interrupt of TIM5.
+pub(crate) fn take_alarms() -> bool {
+    let flags = timer().sr().read();
+    // A flag is cleared by a zero, ones leave the others.
+    timer().sr().write(|w| {
+        w.cc1if().bit(!flags.cc1if().bit());
+        w.cc2if().bit(!flags.cc2if().bit())
+    });
+    if flags.cc1if().bit() {
+        wake();
+    }
+    flags.cc2if().bit()
 }

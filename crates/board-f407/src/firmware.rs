@@ -1,13 +1,15 @@
 //! Puts the machine on the board: what is started, which interrupt calls what, and the main loop.
 use crate::{
-    board::{self, F407},
+    board::F407,
     clock::{self, Clock},
     profile::{kinematics, Kinematics, AXES, MOTORS, PROFILE},
     pwm, restart,
     serial::{Catch, Outgoing, Port as SerialPort},
     settings_flash::Sectors,
     step_port::Port,
-    supply, wake, watchdog,
+    supply,
+    switches::{self, Filter},
+    wake, watchdog,
 };
 use core::mem::MaybeUninit;
 use defmt_rtt as _;
@@ -36,7 +38,10 @@ mod app {
     use super::*;
 
     #[shared]
-    struct SharedResources {}
+    struct SharedResources {
+        /// Of interrupts of one priority only: locked without a cost.
+        filter: Filter,
+    }
 
     #[local]
     struct Local {
@@ -72,8 +77,9 @@ mod app {
             source,
             reason
         );
-        board::start_switches();
         pwm::start();
+        let filter = Filter::new(device.EXTI, &device.SYSCFG);
+        INPUTS.on_switches(&switches::switches(), &SHARED);
 
         let (producer, segments) = cx.local.queue.split();
         let (receiver, inbox) = cx.local.received.split();
@@ -109,7 +115,7 @@ mod app {
             store,
             clock: Clock::new(device.TIM5),
         };
-        (SharedResources {}, local)
+        (SharedResources { filter }, local)
     }
 
     /// The main loop: sleeps when it has nothing to do.
@@ -164,9 +170,55 @@ mod app {
         supply::on_low()
     }
 
-    /// The main loop wants to be woken.
-    #[task(binds = TIM5, priority = 1)]
-    fn alarm(_: alarm::Context) {
-        clock::on_alarm();
+    /// The main loop wants to be woken, or a switch has had its time.
+    #[task(binds = TIM5, priority = 14, shared = [filter])]
+    fn alarm(mut cx: alarm::Context) {
+        if clock::take_alarms() {
+            cx.shared
+                .filter
+                .lock(|filter| filter.on_time(&INPUTS, &SHARED));
+        }
+    }
+
+    /// An edge on line 0.
+    #[task(binds = EXTI0, priority = 14, shared = [filter])]
+    fn edge_0(mut cx: edge_0::Context) {
+        cx.shared.filter.lock(|filter| filter.on_edge(&SHARED));
+    }
+
+    /// An edge on line 1.
+    #[task(binds = EXTI1, priority = 14, shared = [filter])]
+    fn edge_1(mut cx: edge_1::Context) {
+        cx.shared.filter.lock(|filter| filter.on_edge(&SHARED));
+    }
+
+    /// An edge on line 2.
+    #[task(binds = EXTI2, priority = 14, shared = [filter])]
+    fn edge_2(mut cx: edge_2::Context) {
+        cx.shared.filter.lock(|filter| filter.on_edge(&SHARED));
+    }
+
+    /// An edge on line 3.
+    #[task(binds = EXTI3, priority = 14, shared = [filter])]
+    fn edge_3(mut cx: edge_3::Context) {
+        cx.shared.filter.lock(|filter| filter.on_edge(&SHARED));
+    }
+
+    /// An edge on line 4.
+    #[task(binds = EXTI4, priority = 14, shared = [filter])]
+    fn edge_4(mut cx: edge_4::Context) {
+        cx.shared.filter.lock(|filter| filter.on_edge(&SHARED));
+    }
+
+    /// An edge on lines 5 to 9.
+    #[task(binds = EXTI9_5, priority = 14, shared = [filter])]
+    fn edge_5(mut cx: edge_5::Context) {
+        cx.shared.filter.lock(|filter| filter.on_edge(&SHARED));
+    }
+
+    /// An edge on lines 10 to 15.
+    #[task(binds = EXTI15_10, priority = 14, shared = [filter])]
+    fn edge_10(mut cx: edge_10::Context) {
+        cx.shared.filter.lock(|filter| filter.on_edge(&SHARED));
     }
 }

@@ -210,6 +210,11 @@ impl Input {
         }
     }
 
+    /// Its line of EXTI, as a bit.
+    pub(crate) const fn line(self) -> u16 {
+        1 << self.pin.number
+    }
+
     /// The level that the machine is told: `true` is open.
     #[inline]
     pub(crate) fn level(self) -> bool {

@@ -30,6 +30,8 @@ mod step_port;
 #[cfg(target_os = "none")]
 mod supply;
 #[cfg(target_os = "none")]
+mod switches;
+#[cfg(target_os = "none")]
 mod wake;
 #[cfg(target_os = "none")]
 mod watchdog;

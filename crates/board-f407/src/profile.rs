@@ -28,6 +28,9 @@ pub(crate) struct Profile {
     pub(crate) flood: Option<Output>,
     /// Mist coolant.
     pub(crate) mist: Option<Output>,
+    /// How long an input keeps a level before it is believed, in microseconds: longer than the spikes of a spindle's cable,
+    /// shorter than a carriage may go on after its limit switch.
+    pub(crate) filter_us: u32,
     /// Limit switches, one input a motor.
     pub(crate) limits: [Option<Input>; MOTORS],
     /// Probe.
@@ -46,8 +49,6 @@ pub(crate) struct Profile {
 pub(crate) struct SerialPins {
     pub(crate) transmit: Pin,
     pub(crate) receive: Pin,
-    /// Bits a second.
-    pub(crate) baud: u32,
 }
 
 /// A motor driver's pins.
@@ -72,6 +73,15 @@ pub(crate) struct PowerPin {
     /// Frequency in Hz, 50 to 100 000.
     pub(crate) frequency: u32,
 }
+
+/// The serial line's rate in bits a second: 115200, or what `LEADSCREW_BAUD` says when the firmware is built.
+pub(crate) const BAUD: u32 = match option_env!("LEADSCREW_BAUD") {
+    Some(text) => match u32::from_str_radix(text, 10) {
+        Ok(baud) => baud,
+        Err(_) => panic!("LEADSCREW_BAUD is no number"),
+    },
+    None => 115_200,
+};
 
 /// The ports of pins, each once, in the order in which they come first; how many they are.
 pub(crate) const fn banks<const N: usize>(pins: [Pin; N]) -> ([Bank; N], usize) {

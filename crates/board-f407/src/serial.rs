@@ -7,7 +7,12 @@
 //!
 //! While the flash is written no interrupt runs, and at 2 Mbaud a byte comes every 5 µs. A DMA stream keeps them then
 //! ([`Catch`]): DMA needs no program.
-use crate::{clock::APB1_HZ, gpio::Pull, profile::PROFILE, wake::wake};
+use crate::{
+    clock::APB1_HZ,
+    gpio::Pull,
+    profile::{BAUD, PROFILE},
+    wake::wake,
+};
 use core::sync::atomic::{AtomicBool, AtomicU8, Ordering::Relaxed};
 use heapless::spsc::{Consumer, Queue};
 use leadscrew_machine::protocol::serial::Receiver;
@@ -57,7 +62,7 @@ impl Port {
         pins.transmit.make_alternate(FUNCTION, Pull::None);
         pins.receive.make_alternate(FUNCTION, Pull::Up);
         // Sixteenths of the clock a bit, rounded (RM0090 section 30.3.4).
-        let divider = (APB1_HZ + pins.baud / 2) / pins.baud;
+        let divider = (APB1_HZ + BAUD / 2) / BAUD;
         // SAFETY: mantissa and fraction together are the whole divider; 16 to 0xFFFF is defined.
         #[allow(unsafe_code)]
         usart().brr().write(|w| unsafe { w.bits(divider as u16) });
@@ -138,9 +143,7 @@ impl Catch {
         // SAFETY: the USART's data register, and a buffer that is there for ever and as long as the transfers.
         #[allow(unsafe_code)]
         unsafe {
-            stream
-                .par()
-                .write(|w| w.bits(usart().dr().as_ptr() as u32));
+            stream.par().write(|w| w.bits(usart().dr().as_ptr() as u32));
             stream.m0ar().write(|w| w.bits(CATCH.as_ptr() as u32));
         }
         Self(())

@@ -1,6 +1,6 @@
 //! Switch edges and the probe latch: what happens at the very step of a contact.
 //!
-//! The switch interrupt calls [`Inputs::on_switches`] with the levels of all inputs. Four things cannot
+//! The switch interrupt calls [`Inputs::on_switches`] with the levels of all inputs. Five things cannot
 //! wait for the main loop and are done there and then:
 //!
 //! | input | armed by | at once | later, in `Machine::poll` |
@@ -8,6 +8,7 @@
 //! | limit | `$21=1` | stepping stops | ALARM:1 |
 //! | limit | homing | the motor is locked | next phase once all are |
 //! | probe | probing | the position is latched | hold, `[PRB:` |
+//! | reset | motion | stepping stops | reset |
 //! | buttons | – | the edge is counted | reset, hold, start, door |
 //!
 //! Each word has one writer at a time. The motor lock changes hands: it is the main loop's but while
@@ -153,10 +154,21 @@ impl<const MOTORS: usize> Inputs<MOTORS> {
     /// Called from the switch interrupt at every edge of any input, with the levels read after it. Must not be
     /// preempted by itself. Bounded: no loop but one over the motors.
     pub fn on_switches(&self, switches: &Switches, shared: &Shared<MOTORS>) {
+        self.on_switches_at(switches, shared, &shared.position());
+    }
+
+    /// As [`Inputs::on_switches`], for a board that filters its inputs: `position` is where the motors stood at the edge
+    /// that has lasted long enough by now.
+    pub fn on_switches_at(
+        &self,
+        switches: &Switches,
+        shared: &Shared<MOTORS>,
+        position: &[i32; MOTORS],
+    ) {
         let active = self.active(switches);
         self.check_limits(active.limits, shared);
-        self.check_probe(active.probe, shared);
-        self.count_buttons(active.buttons());
+        self.check_probe(active.probe, position);
+        self.check_buttons(active.buttons(), shared);
     }
 
     /// The switches that are active. Any context.
@@ -239,7 +251,7 @@ impl<const MOTORS: usize> Inputs<MOTORS> {
         }
     }
 
-    fn check_probe(&self, contact: bool, shared: &Shared<MOTORS>) {
+    fn check_probe(&self, contact: bool, position: &[i32; MOTORS]) {
         let watch = self.watch.load(Ordering::Acquire);
         let met = match watch & Self::KIND {
             kind if kind == ProbeWatch::Contact as u8 => contact,
@@ -249,15 +261,18 @@ impl<const MOTORS: usize> Inputs<MOTORS> {
         if !met || self.latched_watch.load(Ordering::Relaxed) == watch {
             return;
         }
-        for (latched, step) in self.latched.iter().zip(shared.position()) {
+        for (latched, step) in self.latched.iter().zip(*position) {
             latched.store(step, Ordering::Relaxed);
         }
         self.latched_watch.store(watch, Ordering::Release);
     }
 
-    fn count_buttons(&self, active: u8) {
+    fn check_buttons(&self, active: u8, shared: &Shared<MOTORS>) {
         let pressed = active & !self.last.load(Ordering::Relaxed);
         self.last.store(active, Ordering::Relaxed);
+        if pressed & ActiveSwitches::RESET != 0 && shared.is_running() {
+            shared.set_stop(true);
+        }
         let buttons = [
             (ActiveSwitches::RESET, &self.resets),
             (ActiveSwitches::HOLD, &self.holds),
@@ -310,6 +325,32 @@ mod tests {
         shared.set_stop(false);
         inputs.on_switches(&Switches::OPEN, &shared);
         assert!(!shared.is_stopped());
+    }
+
+    #[test]
+    fn a_reset_button_stops_stepping_at_once_and_only_where_there_is_motion() {
+        let pressed = Switches {
+            reset: false,
+            ..Switches::OPEN
+        };
+        for moving in [false, true] {
+            let (inputs, shared) = armed();
+            if moving {
+                shared.set_running();
+            }
+            inputs.on_switches(&pressed, &shared);
+            assert_eq!(shared.is_stopped(), moving);
+            assert_eq!(inputs.edges().resets, 1);
+        }
+    }
+
+    #[test]
+    fn the_probe_latches_the_position_at_the_edge_not_the_one_after_the_filter() {
+        let (inputs, shared) = armed();
+        inputs.watch_probe(ProbeWatch::Contact);
+        shared.set_position([4, 5, 6]);
+        inputs.on_switches_at(&CONTACT, &shared, &[1, 2, 3]);
+        assert_eq!(inputs.latched(), Some([1, 2, 3]));
     }
 
     #[test]

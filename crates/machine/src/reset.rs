@@ -135,7 +135,9 @@ where
     }
 
     fn is_in_motion(&self) -> bool {
-        self.state.is_moving() && !self.motion.is_at_rest()
+        // The reset button stops the motors before the main loop learns of it: by now they may stand.
+        let stopped = self.shared.is_stopped();
+        self.state.is_moving() && (stopped || !self.motion.is_at_rest())
     }
 
     /// The line under way gets its answer while that still means something to its sender.

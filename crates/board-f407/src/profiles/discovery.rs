@@ -20,7 +20,6 @@ pub(crate) const PROFILE: Profile = Profile {
     serial: SerialPins {
         transmit: Pin::new(A, 2),
         receive: Pin::new(A, 3),
-        baud: 115_200,
     },
     motors: [
         MotorPins::new(Pin::new(E, 7), Pin::new(E, 10)),
@@ -39,6 +38,7 @@ pub(crate) const PROFILE: Profile = Profile {
     spindle_reverse: Some(Output::high(D, 14)),
     flood: Some(Output::high(D, 15)),
     mist: Some(Output::high(D, 11)),
+    filter_us: 200,
     limits: [
         Some(Input::to_ground(E, 4)),
         Some(Input::to_ground(E, 5)),
