@@ -1,16 +1,39 @@
-//! `cargo fw`: builds the firmware with whichever compiler can, and prints its size.
+//! `cargo fw`: builds the firmware with whichever compiler can, and prints its size; `cargo fw --run` flashes it, too, and
+//! shows its log.
 use crate::{
     failure::Failure,
     shell, sizes,
     toolchain::{self, Toolchain},
 };
-use std::path::PathBuf;
+use std::{
+    path::{Path, PathBuf},
+    process::Command,
+};
 
-/// Builds `board-f407`; `arguments` go to `cargo build`.
+/// The chip of the STM32F4-Discovery, as probe-rs calls it.
+const CHIP: &str = "STM32F407VGTx";
+
+/// Builds `board-f407`; `arguments` go to `cargo build`, but for `--run`.
 pub(crate) fn run(arguments: &[String]) -> Result<(), Failure> {
-    let elf = build(&Toolchain::find()?, arguments)?;
+    let (ours, others): (Vec<String>, Vec<String>) = arguments
+        .iter()
+        .cloned()
+        .partition(|argument| argument == "--run");
+    let elf = build(&Toolchain::find()?, &others)?;
     println!("{}", elf.display());
-    match sizes::of(&elf) {
+    print_sizes(&elf)?;
+    if ours.is_empty() {
+        return Ok(());
+    }
+    shell::run(
+        Command::new("probe-rs")
+            .args(["run", "--chip", CHIP])
+            .arg(&elf),
+    )
+}
+
+fn print_sizes(elf: &Path) -> Result<(), Failure> {
+    match sizes::of(elf) {
         Err(Failure::NotStarted { program, .. }) => {
             eprintln!("note: no sizes without {program} (Debian: binutils-arm-none-eabi)");
             Ok(())

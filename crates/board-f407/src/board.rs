@@ -1,5 +1,5 @@
 //! The board under the machine: slow pins and serial output.
-use crate::{profile::PROFILE, pwm, step_port, switches};
+use crate::{profile::PROFILE, pwm, serial, step_port, switches};
 use heapless::spsc::Producer;
 use leadscrew_machine::board::{
     Board, ChannelId, CoolantOutput, PortConfig, SpindleOutput, Switches,
@@ -47,7 +47,7 @@ impl Board for F407 {
                     .iter()
                     .take_while(|byte| self.outgoing.enqueue(**byte).is_ok())
                     .count();
-                rtic::pend(Interrupt::USART2);
+                rtic::pend(serial::INTERRUPT);
                 taken
             }
             ChannelId(_) => bytes.len(),

@@ -2,9 +2,9 @@
 use crate::{
     board::F407,
     clock::{self, Clock},
-    profile::{kinematics, Kinematics, AXES, MOTORS, PROFILE},
+    profile::{config, kinematics, Kinematics, AXES, MOTORS, PROFILE},
     pwm, restart,
-    serial::{Catch, Outgoing, Port as SerialPort},
+    serial::{self, Catch, Outgoing, Port as SerialPort},
     settings_flash::Sectors,
     step_port::Port,
     supply,
@@ -16,7 +16,7 @@ use defmt_rtt as _;
 use heapless::{spsc::Consumer, Vec};
 use leadscrew_machine::{
     board::Duration,
-    config::{MachineConfig, SegmentQueue},
+    config::SegmentQueue,
     inputs::Inputs,
     machine::{Links, Machine},
     protocol::serial::SerialQueue,
@@ -41,13 +41,13 @@ mod app {
     struct SharedResources {
         /// Of interrupts of one priority only: locked without a cost.
         filter: Filter,
+        line: SerialPort,
     }
 
     #[local]
     struct Local {
         port: Port,
         segments: Consumer<'static, Segment<MOTORS>>,
-        serial: SerialPort,
         machine: &'static mut TheMachine,
         board: F407,
         store: Sectors,
@@ -62,11 +62,11 @@ mod app {
     ])]
     fn init(cx: init::Context) -> (SharedResources, Local) {
         let device = cx.device;
-        device.RCC.ahb1enr().modify(|_, w| w.dma1en().enabled());
+        serial::enable(&device.RCC);
         device.RCC.apb2enr().modify(|_, w| w.syscfgen().enabled());
         device.RCC.apb1enr().modify(|_, w| {
-            w.tim2en().enabled().tim4en().enabled().tim5en().enabled();
-            w.usart2en().enabled().pwren().enabled()
+            w.tim2en().enabled().tim5en().enabled();
+            w.pwren().enabled()
         });
         let reason = restart::reason(&device.RCC);
         supply::watch(&device.PWR, &device.EXTI);
@@ -77,7 +77,7 @@ mod app {
             source,
             reason
         );
-        pwm::start();
+        pwm::start(&device.RCC);
         let filter = Filter::new(device.EXTI, &device.SYSCFG);
         INPUTS.on_switches(&switches::switches(), &SHARED);
 
@@ -92,9 +92,9 @@ mod app {
             inputs: &INPUTS,
             inboxes,
         };
-        let machine = Machine::new(MachineConfig::new(), kinematics(), links);
+        let machine = Machine::new(config(), kinematics(), links);
         let machine = cx.local.place.write(machine);
-        let mut store = Sectors::new(device.FLASH, Catch::new(device.DMA1));
+        let mut store = Sectors::new(device.FLASH, Catch::new());
         match machine.load(&mut store) {
             Ok(condition) => defmt::info!("settings: {}", condition),
             Err(error) => defmt::error!("settings: {}", error),
@@ -106,16 +106,16 @@ mod app {
         board.say(source.text());
         board.say(reason.text());
         watchdog::start(&device.DBGMCU);
+        let line = SerialPort::new(receiver, sending);
         let local = Local {
             port: Port::new(device.TIM2),
             segments,
-            serial: SerialPort::new(receiver, sending),
             machine,
             board,
             store,
             clock: Clock::new(device.TIM5),
         };
-        (SharedResources { filter }, local)
+        (SharedResources { filter, line }, local)
     }
 
     /// The main loop: sleeps when it has nothing to do.
@@ -158,10 +158,16 @@ mod app {
         }
     }
 
-    /// A byte has come, or can be sent.
-    #[task(binds = USART2, priority = 15, local = [serial])]
-    fn usart(cx: usart::Context) {
-        cx.local.serial.on_interrupt();
+    /// A byte has come, or can be sent, where the line is on USART1.
+    #[task(binds = USART1, priority = 15, shared = [line])]
+    fn usart_1(mut cx: usart_1::Context) {
+        cx.shared.line.lock(|line| line.on_interrupt());
+    }
+
+    /// A byte has come, or can be sent, where the line is on USART2.
+    #[task(binds = USART2, priority = 15, shared = [line])]
+    fn usart_2(mut cx: usart_2::Context) {
+        cx.shared.line.lock(|line| line.on_interrupt());
     }
 
     /// The supply is low.

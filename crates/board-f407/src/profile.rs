@@ -1,10 +1,15 @@
 //! What a board is made of. One file in `profiles/` for each board; this one says what such a file has to name.
 use crate::gpio::{Bank, Input, Output, Pin};
+use crate::{pwm::Timer, serial::Usart};
 
-#[path = "profiles/discovery.rs"]
+// One profile is built in: the Discovery's, unless a feature names another.
+#[cfg_attr(not(feature = "machine-003"), path = "profiles/discovery.rs")]
+#[cfg_attr(feature = "machine-003", path = "profiles/machine_003.rs")]
 mod selected;
 
-pub(crate) use selected::{kinematics, Kinematics, AXES, MOTORS, PROFILE, SETTINGS_SECTORS};
+pub(crate) use selected::{
+    config, kinematics, Kinematics, AXES, MOTORS, PROFILE, SETTINGS_SECTORS,
+};
 
 /// A board: its pins and its crystal.
 pub(crate) struct Profile {
@@ -28,6 +33,8 @@ pub(crate) struct Profile {
     pub(crate) flood: Option<Output>,
     /// Mist coolant.
     pub(crate) mist: Option<Output>,
+    /// Outputs that are always high.
+    pub(crate) high: &'static [Pin],
     /// How long an input keeps a level before it is believed, in microseconds: longer than the spikes of a spindle's cable,
     /// shorter than a carriage may go on after its limit switch.
     pub(crate) filter_us: u32,
@@ -47,6 +54,7 @@ pub(crate) struct Profile {
 
 /// Pins of the USART.
 pub(crate) struct SerialPins {
+    pub(crate) usart: Usart,
     pub(crate) transmit: Pin,
     pub(crate) receive: Pin,
 }
@@ -70,6 +78,9 @@ pub(crate) struct PowerPin {
     pub(crate) pin: Pin,
     /// Number of the timer's function in the data sheet's table 9.
     pub(crate) function: u8,
+    pub(crate) timer: Timer,
+    /// 1 to 4.
+    pub(crate) channel: u8,
     /// Frequency in Hz, 50 to 100 000.
     pub(crate) frequency: u32,
 }

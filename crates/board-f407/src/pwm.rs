@@ -1,49 +1,115 @@
-//! Laser or spindle power: the duty of a timer's channel (RM0090 section 18.3.9).
-use crate::{clock::APB1_TIMER_HZ, gpio::Pull, profile::PROFILE};
+//! Laser or spindle power: the duty of a timer's channel (RM0090 sections 17.3.9 and 18.3.9).
+//!
+//! | frequency | levels above off, timer on APB1 (84 MHz) | on APB2 (168 MHz) |
+//! |---|---|---|
+//! | 50 Hz | 64615 | 64615 |
+//! | 1 kHz | 42000 | 56000 |
+//! | 10 kHz | 8400 | 16800 |
+//! | 100 kHz | 840 | 1680 |
+use crate::{
+    clock::APB1_TIMER_HZ,
+    gpio::Pull,
+    profile::{PowerPin, PROFILE},
+};
 use leadscrew_stepper::Power;
-use stm32f4::stm32f407::TIM4;
+use stm32f4::stm32f407::{tim1::RegisterBlock, RCC, TIM1, TIM3, TIM4, TIM8};
 
-/// Counts of the timer in a period, before they are divided down to 16 bits.
-const CYCLES: u32 = APB1_TIMER_HZ / PROFILE.power.frequency;
-const PRESCALER: u32 = CYCLES.div_ceil(1 << 16);
-/// Counts in a period: the number of levels above off.
-const PERIOD: u16 = {
-    let counts = CYCLES / PRESCALER;
-    if counts > 0xFFFF {
-        0xFFFF
-    } else {
-        counts as u16
+/// A timer that a power pin may hang on. The others have a task already, or no pin of their own.
+#[derive(Clone, Copy, PartialEq, Eq)]
+#[allow(dead_code)] // no board uses all of them
+pub(crate) enum Timer {
+    Tim1,
+    Tim3,
+    Tim4,
+    Tim8,
+}
+
+impl Timer {
+    /// TIM1 and TIM8 have all registers, the others those that they have at the same offsets (RM0090 tables 98 and 104).
+    fn registers(self) -> &'static RegisterBlock {
+        let address = match self {
+            Self::Tim1 => TIM1::ptr(),
+            Self::Tim3 => TIM3::ptr().cast(),
+            Self::Tim4 => TIM4::ptr().cast(),
+            Self::Tim8 => TIM8::ptr(),
+        };
+        // SAFETY: a timer with at least the registers used below; besides `start`, which runs once, only the compare
+        // register is written, in single stores.
+        #[allow(unsafe_code)]
+        unsafe {
+            &*address
+        }
     }
+
+    /// Counts in a second: TIM1 and TIM8 are on APB2.
+    const fn hz(self) -> u32 {
+        match self {
+            Self::Tim1 | Self::Tim8 => 2 * APB1_TIMER_HZ,
+            Self::Tim3 | Self::Tim4 => APB1_TIMER_HZ,
+        }
+    }
+
+    fn enable(self, rcc: &RCC) {
+        match self {
+            Self::Tim1 => rcc.apb2enr().modify(|_, w| w.tim1en().enabled()),
+            Self::Tim3 => rcc.apb1enr().modify(|_, w| w.tim3en().enabled()),
+            Self::Tim4 => rcc.apb1enr().modify(|_, w| w.tim4en().enabled()),
+            Self::Tim8 => rcc.apb2enr().modify(|_, w| w.tim8en().enabled()),
+        };
+    }
+}
+
+const OUTPUT: &PowerPin = &PROFILE.power;
+/// Counts in a period before the timer's clock is divided.
+const CYCLES: u32 = {
+    assert!(50 <= OUTPUT.frequency && OUTPUT.frequency <= 100_000);
+    OUTPUT.timer.hz() / OUTPUT.frequency
+};
+/// Divides the timer's clock so far that a period fits 16 bits.
+const PRESCALER: u32 = CYCLES.div_ceil(0xFFFF);
+/// Counts in a period: the number of levels above off.
+const PERIOD: u16 = (CYCLES / PRESCALER) as u16;
+/// The channel, from 0.
+const CHANNEL: usize = {
+    assert!(1 <= OUTPUT.channel && OUTPUT.channel <= 4);
+    OUTPUT.channel as usize - 1
 };
 
-fn timer() -> &'static stm32f4::stm32f407::tim4::RegisterBlock {
-    // SAFETY: besides `start`, which runs once, only the compare register is written, in single stores.
-    #[allow(unsafe_code)]
-    unsafe {
-        &*TIM4::ptr()
-    }
-}
-
 /// Starts the timer with the output off, and hands it the pin.
-pub(crate) fn start() {
-    let timer = timer();
+pub(crate) fn start(rcc: &RCC) {
+    OUTPUT.timer.enable(rcc);
+    let timer = OUTPUT.timer.registers();
     timer.psc().write(|w| w.psc().set((PRESCALER - 1) as u16));
     timer.arr().write(|w| w.arr().set(PERIOD - 1));
+    // PWM mode 1, compare values taken over at the end of a period: two channels a register (RM0090 section 18.4.7).
+    let mode = 0b0110_1000 << (8 * (CHANNEL % 2));
+    // SAFETY: these bits are the mode and the preload of the channel, in either register.
+    #[allow(unsafe_code)]
+    if CHANNEL < 2 {
+        timer.ccmr1_output().write(|w| unsafe { w.bits(mode) });
+    } else {
+        timer.ccmr2_output().write(|w| unsafe { w.bits(mode) });
+    }
+    // SAFETY: the channel's enable bit, active high.
+    #[allow(unsafe_code)]
     timer
-        .ccmr1_output()
-        .write(|w| w.oc1m().pwm_mode1().oc1pe().enabled());
-    timer.ccer().write(|w| w.cc1e().set_bit());
+        .ccer()
+        .write(|w| unsafe { w.bits(1 << (4 * CHANNEL)) });
     timer.egr().write(|w| w.ug().update());
+    if matches!(OUTPUT.timer, Timer::Tim1 | Timer::Tim8) {
+        timer.bdtr().write(|w| w.moe().enabled());
+    }
     timer.cr1().write(|w| w.cen().enabled().arpe().enabled());
-    PROFILE
-        .power
-        .pin
-        .make_alternate(PROFILE.power.function, Pull::Down);
+    OUTPUT.pin.make_alternate(OUTPUT.function, Pull::Down);
 }
 
-/// Sets the power from the next period on. Step interrupt; main loop at rest.
+/// Sets the power from the next period on. Step interrupt; main loop at rest; switch interrupts where steps are stopped.
 #[inline]
 pub(crate) fn set(power: Power) {
     let level = power.level(PERIOD);
-    timer().ccr1().write(|w| w.ccr().set(level.into()));
+    OUTPUT
+        .timer
+        .registers()
+        .ccr(CHANNEL)
+        .write(|w| w.ccr().set(level));
 }

@@ -17,6 +17,9 @@ pub(crate) fn enter() {
         motor.step.make_output(false);
         motor.direction.make_output(false);
     }
+    for pin in PROFILE.high {
+        pin.make_output(true);
+    }
     let outputs = [
         PROFILE.spindle,
         PROFILE.spindle_reverse,

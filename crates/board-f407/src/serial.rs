@@ -1,4 +1,4 @@
-//! The serial line: USART2, byte by byte (RM0090 chapter 30).
+//! The serial line: USART1 or USART2, byte by byte (RM0090 chapter 30).
 //!
 //! ```text
 //!   pin -> interrupt -> Receiver: realtime bytes picked out, all others queued -> main loop
@@ -16,7 +16,7 @@ use crate::{
 use core::sync::atomic::{AtomicBool, AtomicU8, Ordering::Relaxed};
 use heapless::spsc::{Consumer, Queue};
 use leadscrew_machine::protocol::serial::Receiver;
-use stm32f4::stm32f407::{dma2, usart1, Interrupt, DMA1, USART2};
+use stm32f4::stm32f407::{dma2, usart1, Interrupt, DMA1, DMA2, RCC, USART1, USART2};
 
 /// Bytes to send, and the place that a ring keeps free.
 pub(crate) type Outgoing = Queue<u8, 1025>;
@@ -30,27 +30,79 @@ const CAUGHT: usize = 512;
 static CATCH: [AtomicU8; CAUGHT] = [const { AtomicU8::new(0) }; CAUGHT];
 /// Bytes are being caught; the next interrupt ends that.
 static CATCHING: AtomicBool = AtomicBool::new(false);
-/// USART2_RX is channel 4 of stream 5 of DMA1 (RM0090 table 42).
+/// Both receivers are channel 4 of stream 5: USART2's of DMA1, USART1's of DMA2 (RM0090 tables 42 and 43).
 const CHANNEL: u8 = 4;
 const STREAM: usize = 5;
 
+/// Which USART the line is on.
+#[derive(Clone, Copy, PartialEq, Eq)]
+#[allow(dead_code)] // a board uses one of them
+pub(crate) enum Usart {
+    /// On APB2.
+    Usart1,
+    /// On APB1.
+    Usart2,
+}
+
+const LINE: Usart = PROFILE.serial.usart;
+
+/// The line's interrupt, for whoever has something for it.
+pub(crate) const INTERRUPT: Interrupt = match LINE {
+    Usart::Usart1 => Interrupt::USART1,
+    Usart::Usart2 => Interrupt::USART2,
+};
+
+/// Clock of the USART in Hz.
+const CLOCK_HZ: u32 = match LINE {
+    Usart::Usart1 => 2 * APB1_HZ,
+    Usart::Usart2 => APB1_HZ,
+};
+
 fn usart() -> &'static usart1::RegisterBlock {
+    let address = match LINE {
+        Usart::Usart1 => USART1::ptr(),
+        Usart::Usart2 => USART2::ptr(),
+    };
     // SAFETY: see `Port` and `Catch` for who writes what.
     #[allow(unsafe_code)]
     unsafe {
-        &*USART2::ptr()
+        &*address
+    }
+}
+
+fn dma() -> &'static dma2::RegisterBlock {
+    let address = match LINE {
+        Usart::Usart1 => DMA2::ptr(),
+        Usart::Usart2 => DMA1::ptr(),
+    };
+    // SAFETY: of each controller only one stream is in use. `Catch` starts it, `Port` ends it.
+    #[allow(unsafe_code)]
+    unsafe {
+        &*address
     }
 }
 
 fn stream() -> &'static dma2::ST {
-    // SAFETY: nobody else uses this stream. `Catch` starts it, `Port` ends it.
-    #[allow(unsafe_code)]
-    let dma = unsafe { &*DMA1::ptr() };
-    dma.st(STREAM)
+    dma().st(STREAM)
+}
+
+/// Switches the USART and its DMA controller on. Before anything else here.
+pub(crate) fn enable(rcc: &RCC) {
+    match LINE {
+        Usart::Usart1 => {
+            rcc.apb2enr().modify(|_, w| w.usart1en().enabled());
+            rcc.ahb1enr().modify(|_, w| w.dma2en().enabled());
+        }
+        Usart::Usart2 => {
+            rcc.apb1enr().modify(|_, w| w.usart2en().enabled());
+            rcc.ahb1enr().modify(|_, w| w.dma1en().enabled());
+        }
+    }
 }
 
 /// The interrupt's end of the line.
-pub(crate) struct Port {
+#[allow(unreachable_pub)] // RTIC hands it out in a public type
+pub struct Port {
     receiver: Receiver<'static>,
     outgoing: Consumer<'static, u8>,
 }
@@ -62,7 +114,7 @@ impl Port {
         pins.transmit.make_alternate(FUNCTION, Pull::None);
         pins.receive.make_alternate(FUNCTION, Pull::Up);
         // Sixteenths of the clock a bit, rounded (RM0090 section 30.3.4).
-        let divider = (APB1_HZ + BAUD / 2) / BAUD;
+        let divider = (CLOCK_HZ + BAUD / 2) / BAUD;
         // SAFETY: mantissa and fraction together are the whole divider; 16 to 0xFFFF is defined.
         #[allow(unsafe_code)]
         usart().brr().write(|w| unsafe { w.bits(divider as u16) });
@@ -138,8 +190,8 @@ pub(crate) struct Catch(());
 
 impl Catch {
     /// Takes the stream: once.
-    pub(crate) fn new(dma: DMA1) -> Self {
-        let stream = dma.st(STREAM);
+    pub(crate) fn new() -> Self {
+        let stream = stream();
         // SAFETY: the USART's data register, and a buffer that is there for ever and as long as the transfers.
         #[allow(unsafe_code)]
         unsafe {
@@ -167,7 +219,7 @@ impl Catch {
 
     /// The interrupt takes what was caught, and the bytes from here on.
     pub(crate) fn end(&mut self) {
-        rtic::pend(Interrupt::USART2);
+        rtic::pend(INTERRUPT);
     }
 }
 
@@ -176,6 +228,6 @@ fn clear_flags() {
     // SAFETY: a store that clears the flags of our stream and no other.
     #[allow(unsafe_code)]
     unsafe {
-        (*DMA1::ptr()).hifcr().write(|w| w.bits(0x3D << 6));
+        dma().hifcr().write(|w| w.bits(0x3D << 6));
     }
 }

@@ -1,7 +1,10 @@
 //! STM32F4-Discovery (ST, MB997; user manual UM1472): the wiring table is in this crate's README.
 use crate::gpio::{Bank::*, Input, Output, Pin};
 use crate::profile::{MotorPins, PowerPin, Profile, SerialPins};
+use crate::pwm::Timer;
+use crate::serial::Usart;
 use crate::settings_flash::Sector;
+use leadscrew_machine::config::MachineConfig;
 
 pub(crate) const AXES: usize = 3;
 pub(crate) const MOTORS: usize = 3;
@@ -11,6 +14,10 @@ pub(crate) const fn kinematics() -> Kinematics {
     leadscrew_planner::Cartesian
 }
 
+pub(crate) const fn config() -> MachineConfig<AXES> {
+    MachineConfig::new()
+}
+
 /// As `memory.x` has it.
 pub(crate) const SETTINGS_SECTORS: (Sector, Sector) = (Sector::new(1), Sector::new(2));
 
@@ -18,6 +25,7 @@ pub(crate) const PROFILE: Profile = Profile {
     name: "STM32F4-Discovery",
     crystal_hz: 8_000_000,
     serial: SerialPins {
+        usart: Usart::Usart2,
         transmit: Pin::new(A, 2),
         receive: Pin::new(A, 3),
     },
@@ -30,7 +38,9 @@ pub(crate) const PROFILE: Profile = Profile {
     // The green LED.
     power: PowerPin {
         pin: Pin::new(D, 12),
-        function: 2, // TIM4_CH1
+        function: 2,
+        timer: Timer::Tim4,
+        channel: 1,
         frequency: 10_000,
     },
     // The other three LEDs: orange, red, blue.
@@ -38,6 +48,7 @@ pub(crate) const PROFILE: Profile = Profile {
     spindle_reverse: Some(Output::high(D, 14)),
     flood: Some(Output::high(D, 15)),
     mist: Some(Output::high(D, 11)),
+    high: &[],
     filter_us: 200,
     limits: [
         Some(Input::to_ground(E, 4)),
