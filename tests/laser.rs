@@ -75,6 +75,34 @@ fn a_row_of_twentieths_runs_at_450_mm_s_over_a_serial_line_of_3_megabaud() {
     runs_at_full_speed(line, &program);
 }
 
+/// 18 000 pixels a second are more than the controller prepares: the row is slowed down, and segments do not run out.
+#[test]
+fn a_row_that_asks_for_too_many_pixels_a_second_is_slowed_down() {
+    let there = row(3000, 100, |program, k, x| {
+        writeln!(program, "G1{x}S{}", 100 + k * 37 % 900).unwrap();
+    });
+    let mut program = there.replacen("F27000", "F110000", 1);
+    for k in (0..3000).rev() {
+        writeln!(program, "G1X{}.{}S{}", k / 10, k % 10, 100 + k * 53 % 900).unwrap();
+    }
+    let fast = "$0=3\n$110=120000\n$120=9000\n";
+    for line in [
+        Rate::NeverWaits,
+        Rate::Baud(NonZeroU32::new(2_000_000).unwrap()),
+    ] {
+        let mut setup = setup::<3>(1);
+        setup.lines = vec![line];
+        let mut memory = Memory::new(&setup);
+        let mut session = Session::new(&mut memory, &setup, Cartesian);
+        session.stream(&(settings(500) + fast));
+        session.stream(&program);
+        let run = session.finish();
+        assert_eq!(run.outcome.motors[X].pulses, 48_000);
+        let peak = run.outcome.motors[X].peak_hz / 80.0;
+        assert!((1150.0..1201.0).contains(&peak), "{peak} mm/s");
+    }
+}
+
 /// As LaserGRBL writes a black and white picture: what is white is skipped.
 #[test]
 fn a_row_with_gaps_runs_at_450_mm_s() {

@@ -1,6 +1,6 @@
 //! Moves in, planned moves queued: steps, limits along the line, corners.
 
-use crate::config::{Limits, Scales, SLOWEST};
+use crate::config::{Limits, Scales, PIXELS_A_SECOND, SLOWEST};
 use crate::junction::junction_v2;
 use crate::lookahead::LookAhead;
 use crate::moves::PlannedMove;
@@ -335,11 +335,17 @@ where
         self.limits.unit.v2(next.map_or(0, |next| next.corner))
     }
 
-    /// Nominal speed of the running move, mm/s.
+    /// The speed that the running move is to cruise at, mm/s: its nominal one, and for a row no more than what lets its pixels be
+    /// prepared in time.
     pub(crate) fn running_nominal(&self) -> f32 {
-        self.queue
-            .running()
-            .map_or(SLOWEST, |planned| self.nominal(planned))
+        self.queue.running().map_or(SLOWEST, |planned| {
+            let nominal = self.nominal(planned);
+            if planned.pixels == 0 {
+                return nominal;
+            }
+            let pixel = planned.length / f32::from(planned.pixels);
+            most(least(nominal, pixel * PIXELS_A_SECOND), SLOWEST)
+        })
     }
 
     /// How far each axis goes where the motors make `delta` steps, mm.
