@@ -132,6 +132,8 @@ pub(crate) fn configure(port: &PortConfig) {
 /// What the step interrupt drives.
 pub(crate) struct Port {
     timer: TIM2,
+    /// The instant of the tick that is armed, as compare 1 has it: to read it there takes 16 cycles.
+    due: u32,
     /// No tick is armed.
     resting: bool,
     /// A pulse is under way.
@@ -152,6 +154,7 @@ impl Port {
         timer.cr1().write(|w| w.cen().enabled());
         Port {
             timer,
+            due: 0,
             resting: true,
             pulse: false,
             negative: MotorMask::NONE,
@@ -199,8 +202,8 @@ impl Port {
     /// Makes now the instant from which the first wait counts. An old instant in the compare register may
     /// come round once more (every 51 s) until it is replaced: the flag is cleared after that.
     fn start(&mut self) -> bool {
-        let now = self.timer.cnt().read().bits();
-        self.timer.ccr1().write(|w| w.ccr().set(now));
+        self.due = self.timer.cnt().read().bits();
+        self.timer.ccr1().write(|w| w.ccr().set(self.due));
         self.timer.sr().write(|w| w.cc1if().clear());
         self.resting = false;
         true
@@ -222,6 +225,8 @@ impl StepPort for Port {
         let width = PULSE.load(Relaxed);
         let end = self.timer.cnt().read().bits().wrapping_add(width);
         self.timer.ccr2().write(|w| w.ccr().set(end));
+        // The end of the pulse before may have come since this interrupt began: it must not end this one.
+        self.timer.sr().write(|w| w.cc2if().clear());
         self.pulse = true;
     }
 
@@ -246,9 +251,9 @@ impl StepPort for Port {
 
     #[inline]
     fn arm(&mut self, wait: Ticks) -> bool {
-        // The compare register still holds the instant at which this tick was due.
-        let due = self.timer.ccr1().read().bits().wrapping_add(wait.0);
+        let due = self.due.wrapping_add(wait.0);
         self.timer.ccr1().write(|w| w.ccr().set(due));
+        self.due = due;
         // Less than half the timer's range (25 s) ahead is the future. An instant that has passed will not match.
         let now = self.timer.cnt().read().bits();
         let late = now.wrapping_sub(due).cast_signed() >= 0;

@@ -2,6 +2,7 @@
 mod motion;
 mod planted;
 mod raster;
+mod realtime;
 mod streams;
 mod timing;
 
@@ -90,25 +91,31 @@ pub(crate) const CHECKS: &[Check] = &[
     Check {
         name: "step-interrupt",
         what: "three motors, cold flash caches: at most 180 cycles from entry to exit",
-        subset: true,
+        subset: false,
         run: timing::step_interrupt,
     },
     Check {
         name: "jitter",
         what: "step edges against the schedule at every ratio of period to pulse: at most 40 cycles",
-        subset: true,
+        subset: false,
         run: timing::jitter_at_every_ratio,
     },
     Check {
         name: "rate",
-        what: "three motors at 250 kHz with pulses of 1 us: no late event",
+        what: "three motors at 250 kHz with the shortest pulses: no late event",
         subset: true,
         run: timing::highest_rate,
     },
     Check {
+        name: "reset-byte",
+        what: "0x18 in motion: last step edge within 1 ms, power off",
+        subset: true,
+        run: realtime::reset_byte,
+    },
+    Check {
         name: "raster",
         what: "at least 10 000 lines of 14 bytes a second",
-        subset: true,
+        subset: false,
         run: raster::raster_lines,
     },
     Check {
