@@ -81,9 +81,10 @@ pub(crate) fn start(rcc: &RCC) {
     let timer = OUTPUT.timer.registers();
     timer.psc().write(|w| w.psc().set((PRESCALER - 1) as u16));
     timer.arr().write(|w| w.arr().set(PERIOD - 1));
-    // PWM mode 1, compare values taken over at the end of a period: two channels a register (RM0090 section 18.4.7).
-    let mode = 0b0110_1000 << (8 * (CHANNEL % 2));
-    // SAFETY: these bits are the mode and the preload of the channel, in either register.
+    // PWM mode 1: on while the count is below the compare value; two channels a register (RM0090 section 18.4.7). Without
+    // preload, so that a laser goes off at once and not at the end of the period, up to 20 ms later.
+    let mode = 0b0110_0000 << (8 * (CHANNEL % 2));
+    // SAFETY: these bits are the mode of the channel, in either register.
     #[allow(unsafe_code)]
     if CHANNEL < 2 {
         timer.ccmr1_output().write(|w| unsafe { w.bits(mode) });
@@ -103,7 +104,7 @@ pub(crate) fn start(rcc: &RCC) {
     OUTPUT.pin.make_alternate(OUTPUT.function, Pull::Down);
 }
 
-/// Sets the power from the next period on. Step interrupt; main loop at rest; switch interrupts where steps are stopped.
+/// Sets the power at once. Step interrupt; main loop at rest; switch interrupts where steps are stopped.
 #[inline]
 pub(crate) fn set(power: Power) {
     let level = power.level(PERIOD);
