@@ -19,8 +19,9 @@ use std::collections::BTreeSet;
 const TIMER: std::ops::Range<u32> = 0x4000_0000..0x4000_0400;
 const PORTS: std::ops::Range<u32> = 0x4002_0000..0x4002_2400;
 
-/// Stores whose absence no job of seconds can show: where motion starts, the flag of an instant of 51 s before is cleared.
-const EQUIVALENT: usize = 1;
+/// Stores whose absence this job cannot show: where motion starts, compare and flag of an instant of 51 s before; in a
+/// step, the flag of a pulse's end that falls into that very interrupt.
+const EQUIVALENT: usize = 3;
 
 /// There and back, with a corner.
 fn job() -> Job {
