@@ -39,6 +39,8 @@ where
         let line = line.map(|line| Line::from_slice(line).unwrap_or_default());
         self.console.take(id);
         self.work.lines = self.work.lines.wrapping_add(1);
+        let is_system = matches!(&line, Ok(line) if line.first() == Some(&b'$'));
+        self.program_lines = self.program_lines.wrapping_add(u32::from(!is_system));
         match line {
             Err(status) => self.refuse(Origin::Channel(id), status.into()),
             Ok(line) => self.begin_line(id, &line, board, now),

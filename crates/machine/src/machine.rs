@@ -29,7 +29,7 @@ use crate::state::{Lock, State};
 use crate::work::Work;
 use heapless::spsc::Producer;
 use heapless::Vec;
-use leadscrew_planner::Kinematics;
+use leadscrew_planner::{Kinematics, TimeLeft};
 use leadscrew_stepper::{Segment, Shared};
 
 /// The main loop's ends of everything that crosses to interrupts.
@@ -142,6 +142,10 @@ pub struct Machine<'a, K, const AXES: usize, const MOTORS: usize, const MOVES: u
     motors: Motors,
 
     pub(crate) cadence: Cadence,
+    /// Lines of the program since it began: since power-up, a reset, or the end of the program before.
+    pub(crate) program_lines: u32,
+    /// The time to finish, while it is added up for a report that was asked for.
+    pub(crate) time_left: Option<TimeLeft>,
     /// What reports show as `WCO`.
     pub(crate) work_offset: [Coordinate; AXES],
     pub(crate) work: Work,
@@ -193,6 +197,8 @@ where
             coolant: Coolant::default(),
             motors: Motors::default(),
             cadence: Cadence::new(),
+            program_lines: 0,
+            time_left: None,
             work_offset: origin,
             work: Work::default(),
             settings,
@@ -262,6 +268,18 @@ where
                 leadscrew_planner::Ahead::SlowerMove => Ahead::SlowerMove,
             },
         }
+    }
+
+    /// Lines of the program since it began: since power-up, a reset, or the end of the program before.
+    pub fn program_lines(&self) -> u32 {
+        self.program_lines
+    }
+
+    /// How long it takes to finish what is queued, s. For those at a desk: takes time in proportion to the queue.
+    pub fn time_to_finish(&self) -> f32 {
+        let mut left = self.motion.time_left();
+        while self.motion.add_time(&mut left, MOVES) {}
+        left.seconds()
     }
 
     /// What has been done since power-up.

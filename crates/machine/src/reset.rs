@@ -58,6 +58,8 @@ where
         self.parking_allowed = true;
         self.take_position();
         self.reset_overrides();
+        self.program_lines = 0;
+        self.time_left = None;
         self.state = match self.state {
             State::Alarm(_) | State::Sleep => State::Alarm(Lock::Unlockable),
             State::Idle

@@ -17,6 +17,12 @@ use leadscrew_gcode::Number;
 use leadscrew_planner::Kinematics;
 use leadscrew_stepper::MotorMask;
 
+/// Bit of `$10` that asks for the time to finish.
+const TIME_LEFT: u8 = StatusReport::<0>::TIME_LEFT;
+
+/// Moves whose times are added up in one poll: some 0.1 ms of the F407.
+const TIMED_A_POLL: usize = 64;
+
 /// Where the probe touched last.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) struct Probed<const AXES: usize> {
@@ -31,8 +37,11 @@ impl<K, const AXES: usize, const MOTORS: usize, const MOVES: usize>
 where
     K: Kinematics<AXES, MOTORS> + Clone,
 {
-    /// Answers every `?` that waits and whose channel has room. Main loop.
+    /// Answers every `?` that waits and whose channel has room, once what it has to tell is known. Main loop.
     pub(crate) fn report<B: Board>(&mut self, board: &B) {
+        if !self.console.reports_now() || self.reports(TIME_LEFT) && self.adds_time() {
+            return;
+        }
         let active = self.inputs.active(&board.switches());
         for index in 0..self.console.count() {
             let id = crate::board::ChannelId(index);
@@ -47,6 +56,21 @@ where
             self.console.line(id, report);
             self.work.reports = self.work.reports.wrapping_add(1);
         }
+        self.time_left = None;
+    }
+
+    /// Whether `$10` has this bit.
+    pub(crate) fn reports(&self, bit: u8) -> bool {
+        self.settings.mask(Setting::ReportMask) & bit != 0
+    }
+
+    /// Goes on adding up the time to finish; whether it is not done yet.
+    fn adds_time(&mut self) -> bool {
+        let mut left = self.time_left.unwrap_or_else(|| self.motion.time_left());
+        let more = self.motion.add_time(&mut left, TIMED_A_POLL);
+        self.time_left = Some(left);
+        self.work.timed = self.work.timed.wrapping_add(TIMED_A_POLL as u32);
+        more
     }
 
     fn status_report(&mut self, active: &ActiveSwitches, free: usize) -> StatusReport<AXES> {
@@ -62,6 +86,7 @@ where
                 bytes: free,
             },
             line_number: self.line_number(),
+            time_left: self.time_left.map(|left| decimal::from_f32(left.seconds())),
             feed: decimal::from_f32(self.motion.speed() * 60.0),
             speed: decimal::from_f32(self.spindle.actual_speed()),
             pins: self.pins(active),
@@ -110,7 +135,8 @@ where
 
     fn line_number(&self) -> Option<u32> {
         let number = self.motion.line_number();
-        number.filter(|number| self.config.options.line_numbers && *number != 0)
+        let shown = self.config.options.line_numbers || self.reports(StatusReport::<AXES>::LINE);
+        number.filter(|number| shown && *number != 0)
     }
 
     /// Sends `[PRB:` on all channels.

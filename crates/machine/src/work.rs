@@ -16,6 +16,8 @@ pub struct Work {
     pub moves: u32,
     /// Segments made.
     pub segments: u32,
+    /// Queued moves whose time was added up for status reports, at most.
+    pub timed: u32,
     /// Status reports written.
     pub reports: u32,
     /// Bytes handed to the board for sending.

@@ -45,6 +45,7 @@ mod row;
 mod running;
 mod s_curve;
 mod segmenter;
+mod time_left;
 mod trigonometry;
 
 pub use arc::Arc;
@@ -59,6 +60,7 @@ pub use planner::{Planner, PushError, Pushed};
 pub use profile::{Plan, Trapezoid};
 pub use s_curve::SCurve;
 pub use segmenter::Segmenter;
+pub use time_left::TimeLeft;
 
 #[cfg(test)]
 extern crate std;

@@ -37,6 +37,14 @@ pub(crate) struct LookAhead<const MOTORS: usize, const CAPACITY: usize> {
     end: u64,
 }
 
+/// How far [`LookAhead::walk`] came.
+pub(crate) struct Walked {
+    /// Number of the move after the last one visited.
+    pub(crate) next: u16,
+    /// Moves visited.
+    pub(crate) moves: usize,
+}
+
 impl<const MOTORS: usize, const CAPACITY: usize> LookAhead<MOTORS, CAPACITY> {
     /// Numbers of 16 bits must tell all moves apart.
     const FITS: () = assert!(CAPACITY > 0 && CAPACITY < 1 << 16);
@@ -136,6 +144,81 @@ impl<const MOTORS: usize, const CAPACITY: usize> LookAhead<MOTORS, CAPACITY> {
     /// The move that was queued last.
     pub(crate) fn newest(&self) -> Option<&PlannedMove<MOTORS>> {
         self.moves.back()
+    }
+
+    /// The number of the first move that does not run.
+    pub(crate) fn first_waiting(&self) -> u16 {
+        self.first.wrapping_add(u16::from(self.running))
+    }
+
+    /// Visits up to `most` moves that do not run, from number `from` on, each with the largest squared speed, in units, at which
+    /// it may end. Those before the first that waits are left out.
+    pub(crate) fn walk(
+        &self,
+        from: u16,
+        most: usize,
+        mut visit: impl FnMut(&PlannedMove<MOTORS>, u32),
+    ) -> Walked {
+        let waiting = usize::from(self.running);
+        let asked = usize::from(from.wrapping_sub(self.first));
+        let begin = if asked > self.moves.len() {
+            waiting // it has begun since
+        } else {
+            asked.max(waiting)
+        };
+        let end = begin.saturating_add(most).min(self.moves.len());
+        let mut candidate = self.candidate_after(begin);
+        for index in begin..end {
+            let Some(planned) = self.moves.get(index) else {
+                break;
+            };
+            if self
+                .candidates
+                .get(candidate)
+                .map(|number| self.index(*number))
+                == Some(index)
+            {
+                candidate += 1;
+            }
+            let after = self
+                .moves
+                .get(index + 1)
+                .map_or(self.end, |next| next.potential);
+            let key = self
+                .candidates
+                .get(candidate)
+                .and_then(|number| self.key(*number));
+            let limit = key
+                .map_or(self.end, |key| key.min(self.end))
+                .wrapping_sub(after);
+            visit(planned, u32::try_from(limit).unwrap_or(u32::MAX));
+        }
+        Walked {
+            next: self.first.wrapping_add(end as u16),
+            moves: end.saturating_sub(begin),
+        }
+    }
+
+    /// The place among the candidates of the first one from move `index` on, by bisection.
+    fn candidate_after(&self, index: usize) -> usize {
+        let (mut low, mut high) = (0, self.candidates.len());
+        while low < high {
+            let middle = (low + high) / 2;
+            let before = self
+                .candidates
+                .get(middle)
+                .is_some_and(|number| self.index(*number) < index);
+            if before {
+                low = middle + 1;
+            } else {
+                high = middle;
+            }
+        }
+        low
+    }
+
+    fn index(&self, number: u16) -> usize {
+        usize::from(number.wrapping_sub(self.first))
     }
 
     /// Sets every cap anew, in order, and rebuilds the candidates: an override has changed. Linear in

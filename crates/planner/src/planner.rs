@@ -324,6 +324,11 @@ where
         }
     }
 
+    /// Squared speed in mm²/s² of `units`.
+    pub(crate) fn v2(&self, units: u32) -> f32 {
+        self.limits.unit.v2(units)
+    }
+
     /// Squared speed in mm²/s² of an exit limit.
     pub(crate) fn exit_v2(&self, outlook: Outlook) -> f32 {
         self.limits.unit.v2(outlook.exit)
@@ -407,7 +412,7 @@ where
         gain * GAIN_MARGIN
     }
 
-    fn nominal(&self, planned: &PlannedMove<MOTORS>) -> f32 {
+    pub(crate) fn nominal(&self, planned: &PlannedMove<MOTORS>) -> f32 {
         nominal(self.overrides, planned)
     }
 }

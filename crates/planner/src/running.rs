@@ -164,6 +164,13 @@ impl<const MOTORS: usize> Running<MOTORS> {
         self.speed / self.steps_per_mm
     }
 
+    /// Seconds that what is left of the profile takes, and the speed at its end, mm/s.
+    pub(crate) fn rest(&self) -> (f32, f32) {
+        let steps = self.profile.end().saturating_sub(self.done) as f32;
+        let (seconds, _) = self.profile.time_over(self.done, self.speed, steps);
+        (seconds, sqrt(self.exit_v2()))
+    }
+
     pub(crate) const fn profile(&self) -> &Profile {
         &self.profile
     }

@@ -146,6 +146,13 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
             .map_or_else(|| sqrt(self.exit_v2), Running::speed)
     }
 
+    /// Seconds that what is left of the running move takes, and the speed after it, mm/s.
+    pub(crate) fn rest_of_move(&self) -> (f32, f32) {
+        self.running
+            .as_ref()
+            .map_or_else(|| (0.0, sqrt(self.exit_v2)), Running::rest)
+    }
+
     /// The line number of the running move.
     pub fn line_number(&self) -> Option<u32> {
         self.running

@@ -55,6 +55,8 @@ pub struct Costs {
     pub planned_move: u32,
     /// A segment made: 20 step events of 35 instructions each, counted.
     pub segment: u32,
+    /// A queued move whose time is added up: 150 instructions, an estimate.
+    pub timed: u32,
     /// A status report printed: 2500 instructions, an estimate.
     pub report: u32,
 }
@@ -77,6 +79,7 @@ impl Costs {
         line: cycles(1810),
         planned_move: cycles(1150),
         segment: cycles(700),
+        timed: cycles(150),
         report: cycles(2500),
     };
 
@@ -97,6 +100,7 @@ impl Costs {
         line: 0,
         planned_move: 0,
         segment: 0,
+        timed: 0,
         report: 0,
     };
 
@@ -111,6 +115,7 @@ impl Costs {
             + cost(self.line, before.lines, after.lines)
             + cost(self.planned_move, before.moves, after.moves)
             + cost(self.segment, before.segments, after.segments)
+            + cost(self.timed, before.timed, after.timed)
             + cost(self.report, before.reports, after.reports)
     }
 }

@@ -258,3 +258,31 @@ proptest! {
         }
     }
 }
+
+/// The desk's estimate against the job as it is streamed over lines of two speeds: equal to the tick where the queue never runs
+/// low. (Moves take longer than their lines.)
+#[test]
+fn the_desk_s_time_is_that_of_the_streamed_job_to_the_tick() {
+    let program: String = (0..300)
+        .map(|k| f64::from(k) * 0.7)
+        .map(|angle| {
+            format!(
+                "G1 X{:.3} Y{:.3} F{}\n",
+                9.0 * angle.sin(),
+                7.0 * (angle * 0.3).cos(),
+                300.0 + 50.0 * angle.floor() % 900.0
+            )
+        })
+        .collect();
+    let motion = |more: &[&str]| {
+        let job = Job::new(&program, &[&QUICK[..], more].concat());
+        let json: serde_json::Value =
+            serde_json::from_str(&job.leadscrew("run", &["--json"])).unwrap();
+        (json["motion_seconds"].as_f64().unwrap() * 84e6).round()
+    };
+    let estimate = motion(&[]);
+    assert!(estimate > 60.0 * 84e6, "{estimate} ticks");
+    for baud in ["57600", "115200"] {
+        assert_eq!(motion(&["--baud", baud]), estimate, "{baud} baud");
+    }
+}

@@ -169,6 +169,12 @@ impl<'a> Console<'a> {
         self.channels.len() as u8 // CHANNELS at most
     }
 
+    /// Whether a status report that was asked for can be written.
+    pub(crate) fn reports_now(&self) -> bool {
+        let mut channels = self.channels.iter();
+        channels.any(|channel| channel.report_due && channel.output.has_room())
+    }
+
     /// Whether there is something to do at once. `takes_lines`: whether a line would be taken.
     pub(crate) fn is_busy(&self, takes_lines: bool) -> bool {
         self.channels.iter().any(|channel| {

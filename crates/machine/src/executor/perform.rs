@@ -7,6 +7,7 @@ use crate::interpreter::{ArcShape, Command, Coolant, Feed, OffsetId, Rotation, S
 use crate::machine::Machine;
 use crate::protocol::alarm::Alarm;
 use crate::protocol::message::Message;
+use crate::protocol::report::StatusReport;
 use crate::protocol::status::Status;
 use crate::reset::Discard;
 use crate::settings::table::Setting;
@@ -118,7 +119,7 @@ where
             power: self.move_power(&travel.spindle),
             speed_limit: None,
             outputs: Outputs(0),
-            line_number: travel.line_number,
+            line_number: self.line_of(travel, kind),
             kind: move_kind(travel.feed, kind),
         };
         let more = self.executor.has_more();
@@ -163,7 +164,7 @@ where
             power: self.move_power(&travel.spindle),
             speed_limit: Some(arc.speed_limit),
             outputs: Outputs(0),
-            line_number: travel.line_number,
+            line_number: self.line_of(travel, LineKind::Program),
             kind: MoveKind::Feed,
         };
         let more = target != travel.target || self.executor.has_more();
@@ -188,6 +189,14 @@ where
         let acceleration = of(first).min(of(second));
         let tolerance = config.arc_tolerance;
         ArcFeed::new(self.path_end, travel, shape, acceleration, tolerance)
+    }
+
+    /// The line that reports show for a move: its `N` word, or else how many lines of the program there have been, where
+    /// that is asked for.
+    pub(super) fn line_of(&self, travel: &Travel<AXES>, kind: LineKind) -> Option<u32> {
+        let counted = kind == LineKind::Program && self.reports(StatusReport::<AXES>::LINE);
+        let count = Some(self.program_lines).filter(|_| counted);
+        travel.line_number.or(count)
     }
 
     /// Plans a move, or waits for room.
@@ -374,6 +383,7 @@ where
             self.set_coolant(CoolantOutput::default(), board);
             self.reset_overrides();
         }
+        self.program_lines = 0;
         self.console.message(Message::ProgramEnd);
         Progress::Done
     }

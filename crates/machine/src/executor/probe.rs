@@ -10,7 +10,7 @@
 //! on, without another step.
 
 use super::perform::feed;
-use super::{Probing, Progress, Wait};
+use super::{LineKind, Probing, Progress, Wait};
 use crate::board::{Board, Instant};
 use crate::inputs::ProbeWatch;
 use crate::interpreter::{ProbeKind, Travel};
@@ -80,7 +80,7 @@ where
             power: self.move_power(&travel.spindle),
             speed_limit: None,
             outputs: Outputs(0),
-            line_number: travel.line_number,
+            line_number: self.line_of(travel, LineKind::Program),
             kind: MoveKind::System,
         };
         if self.push(&next, &travel.spindle, false, board, now) == Progress::Done {

@@ -20,7 +20,7 @@ use feeder::Feeder;
 use heapless::spsc::Producer;
 use leadscrew_planner::{
     Ahead, Config, Coordinate, Kinematics, Move, Outline, Overrides, Planner, PowerLead, PushError,
-    Pushed, Segmenter,
+    Pushed, Segmenter, TimeLeft,
 };
 use leadscrew_stepper::{Segment, Shared};
 
@@ -261,6 +261,16 @@ where
     /// The line number of the move under way.
     pub(crate) fn line_number(&self) -> Option<u32> {
         self.program.segmenter.line_number()
+    }
+
+    /// Begins to add up how long the program's queue takes.
+    pub(crate) fn time_left(&self) -> TimeLeft {
+        self.program.planner.time_left(&self.program.segmenter)
+    }
+
+    /// Adds up to `most` moves; whether there were as many.
+    pub(crate) fn add_time(&self, left: &mut TimeLeft, most: usize) -> bool {
+        self.program.planner.add_time(left, most)
     }
 
     /// What the program's newest move was planned with.

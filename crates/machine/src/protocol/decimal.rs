@@ -36,6 +36,11 @@ impl Decimal {
         Self::new(value, 2_540_000_000, 1)
     }
 
+    /// A value with 1 decimal: a time in s.
+    pub fn tenths(value: Number) -> Self {
+        Self::new(value, 100_000_000, 1)
+    }
+
     /// A value without decimals: feeds in mm/min, speeds in 1/min, whole settings.
     pub fn whole(value: Number) -> Self {
         Self::new(value, 1_000_000_000, 0)

@@ -122,7 +122,7 @@ rows! {
         ProbeInvert = 6, Kind::Switch, 0, "Probe invert", "",
             "Takes the probe input as active when high.";
         ReportMask = 10, Kind::Mask, 1_000, "Status report fields", "mask",
-            "1 reports machine position instead of work position, 2 adds the free buffers.";
+            "1 reports machine position instead of work position, 2 adds the free buffers, 4 the line (Ln:), 8 the time to finish (Fin: s).";
         JunctionDeviation = 11, DECIMAL, 10, "Junction deviation", "mm",
             "How far a circle that touches both moves may cut a corner: higher is faster through corners.";
         ArcTolerance = 12, POSITIVE, 2, "Arc tolerance", "mm",

@@ -92,6 +92,8 @@ where
             feed: machine.speed() * 60.0,
             overrides: [overrides.feed, overrides.rapid, overrides.spindle],
             switches: levels,
+            lines: machine.program_lines(),
+            seconds_queued: machine.time_to_finish(),
         }
     }
 }

@@ -63,7 +63,10 @@ impl Page {
         vec![
             format!("state     {}", machine.state),
             format!("position  {}", position.join("  ")),
-            format!("feed      {:.0} mm/min", machine.feed),
+            format!(
+                "feed      {:.0} mm/min   {} lines taken, {:.1} s queued",
+                machine.feed, machine.lines, machine.seconds_queued
+            ),
             format!("override  feed {feed} %   rapid {rapid} %   spindle {spindle} %"),
             format!("switches  {}", self.switches(machine)),
         ]
@@ -164,6 +167,8 @@ mod tests {
                 probe: false,
                 ..Switches::OPEN
             },
+            lines: 120,
+            seconds_queued: 4.25,
         }
     }
 
@@ -177,7 +182,10 @@ mod tests {
             lines[3],
             "position  X      1.500  Y     -2.000  Z      0.000"
         );
-        assert_eq!(lines[4], "feed      600 mm/min");
+        assert_eq!(
+            lines[4],
+            "feed      600 mm/min   120 lines taken, 4.2 s queued"
+        );
         assert_eq!(
             lines[5],
             "override  feed 110 %   rapid 50 %   spindle 100 %"

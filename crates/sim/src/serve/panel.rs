@@ -41,6 +41,10 @@ pub struct Snapshot {
     pub overrides: [u8; 3],
     /// Levels of all switches.
     pub switches: Switches,
+    /// Lines of the program taken since it began. How many are to come, nobody has told the machine.
+    pub lines: u32,
+    /// Time to finish what is queued, s.
+    pub seconds_queued: f32,
 }
 
 /// Where messages and the machine's state are shown.

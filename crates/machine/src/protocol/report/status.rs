@@ -115,12 +115,14 @@ pub struct StatusReport<const AXES: usize> {
     pub position: Coordinates<AXES>,
     /// All offsets added up, mm: work position is machine position less this.
     pub work_offset: Coordinates<AXES>,
-    /// `$10`: bit 0 asks for machine position rather than work position, bit 1 for `Bf:`.
+    /// `$10`: see [`Self::MACHINE_POSITION`] and those after it.
     pub mask: u8,
     /// Room for more.
     pub room: Room,
-    /// Line number of the move under way, on machines that report it.
+    /// Line of the move under way, where it is reported.
     pub line_number: Option<u32>,
+    /// Time to finish what is queued, s, where it is reported.
+    pub time_left: Option<Number>,
     /// Actual feed, mm/min.
     pub feed: Number,
     /// Spindle speed or laser power as programmed and overridden, 0 when off.
@@ -138,8 +140,14 @@ pub struct StatusReport<const AXES: usize> {
 }
 
 impl<const AXES: usize> StatusReport<AXES> {
-    const MACHINE_POSITION: u8 = 1;
-    const ROOM: u8 = 2;
+    /// Bit of `$10`: machine position rather than work position.
+    pub const MACHINE_POSITION: u8 = 1;
+    /// Bit of `$10`: `Bf:`.
+    pub const ROOM: u8 = 2;
+    /// Bit of `$10`: `Ln:` for lines without an `N` word, too.
+    pub const LINE: u8 = 4;
+    /// Bit of `$10`: `Fin:`, the time to finish what is queued, seconds.
+    pub const TIME_LEFT: u8 = 8;
 
     fn positions(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if self.mask & Self::MACHINE_POSITION != 0 {
@@ -183,6 +191,9 @@ impl<const AXES: usize> fmt::Display for StatusReport<AXES> {
         if let Some(number) = self.line_number {
             write!(f, "|Ln:{number}")?;
         }
+        if let Some(seconds) = self.time_left {
+            write!(f, "|Fin:{}", Decimal::tenths(seconds))?;
+        }
         let (feed, speed) = (self.units.feed(self.feed), Decimal::whole(self.speed));
         write!(f, "|FS:{feed},{speed}{}", self.pins)?;
         self.extras(f)?;
@@ -208,6 +219,7 @@ mod tests {
                 bytes: 128,
             },
             line_number: None,
+            time_left: None,
             feed: number("0"),
             speed: number("0"),
             pins: Pins::default(),
@@ -238,6 +250,7 @@ mod tests {
             position: xyz("1.5", "-2", "0.0004"),
             mask: 3,
             line_number: Some(20),
+            time_left: Some(number("61.25")),
             feed: number("380.4"),
             speed: number("1000"),
             pins: Pins {
@@ -252,7 +265,7 @@ mod tests {
             ..idle()
         };
         let expected =
-            "<Hold:1|MPos:1.500,-2.000,0.000|Bf:15,128|Ln:20|FS:380,1000|Pn:PXZHS|WCO:5.000,0.000,-1.000>";
+            "<Hold:1|MPos:1.500,-2.000,0.000|Bf:15,128|Ln:20|Fin:61.3|FS:380,1000|Pn:PXZHS|WCO:5.000,0.000,-1.000>";
         assert_eq!(report.to_string(), expected);
     }
 
@@ -354,6 +367,7 @@ mod tests {
                 bytes: 65535,
             },
             line_number: Some(u32::MAX),
+            time_left: Some(Number::MAX),
             feed: Number::MAX,
             speed: Number::MAX,
             pins: Pins {

@@ -1,0 +1,104 @@
+//! What `$10` adds to status reports: the line under way and the time to finish. Without it, reports are Grbl's.
+
+mod bench;
+
+use bench::{Memory, Session};
+use leadscrew_machine::config::MachineConfig;
+
+/// What follows `|key:` in a report.
+fn field<'a>(report: &'a str, key: &str) -> Option<&'a str> {
+    let fields = report.trim_matches(['<', '>']).split('|');
+    fields
+        .filter_map(|field| field.split_once(':'))
+        .find_map(|(name, value)| (name == key).then_some(value))
+}
+
+fn number(report: &str, key: &str) -> f64 {
+    let value = field(report, key).unwrap_or_else(|| panic!("no {key} in {report}"));
+    value.parse().unwrap()
+}
+
+#[test]
+fn reports_have_neither_line_nor_time_unless_asked() {
+    let mut memory = Memory::new();
+    let mut session = Session::boot(&mut memory, MachineConfig::grbl());
+    session.line("$10=3");
+    session.send("G1X10F500\nN7X20\n");
+    session.wait_ms(500);
+    let report = session.status();
+    assert!(report.starts_with("<Run|MPos:"), "{report}");
+    assert_eq!((field(&report, "Ln"), field(&report, "Fin")), (None, None));
+}
+
+#[test]
+fn a_line_is_counted_from_the_program_s_begin_or_has_its_n_word() {
+    let mut memory = Memory::new();
+    let mut session = Session::boot(&mut memory, MachineConfig::grbl());
+    session.line("$10=5");
+    session.send("G21 (millimetres)\n\nG1X2F500\n$G\nX4\nN700X6\nX8\n");
+    let mut lines = Vec::new();
+    while session.pins.position[0] < 1990 {
+        session.wait_ms(50);
+        if let Some(line) = field(&session.status(), "Ln") {
+            lines.push(line.to_owned());
+        }
+    }
+    lines.dedup();
+    // `$G` waits for rest and is no line of the program.
+    assert_eq!(lines, ["3", "4", "700", "6"]);
+    session.until_quiet();
+    assert_eq!(field(&session.status(), "Ln"), None, "nothing is under way");
+    session.send("M30\nG1X0\n");
+    session.wait_ms(100);
+    assert_eq!(number(&session.status(), "Ln"), 1.0);
+    session.send("\x18");
+    session.wait_ms(10);
+    session.send("$X\nG1X5F400\n");
+    session.wait_ms(100);
+    assert_eq!(number(&session.status(), "Ln"), 1.0);
+}
+
+#[test]
+fn the_time_to_finish_is_what_finishing_takes() {
+    let mut memory = Memory::new();
+    let mut session = Session::boot(&mut memory, MachineConfig::grbl());
+    session.line("$10=9");
+    assert_eq!(number(&session.status(), "Fin"), 0.0);
+    session.line("$120=50");
+    session.send("G1X10F500\nX20F300\nY3\nG0X0Y0\n");
+    let mut told = Vec::new();
+    for _ in 0..8 {
+        session.wait_ms(700);
+        let report = session.status();
+        told.push((session.now_us() as f64 / 1e6, number(&report, "Fin")));
+    }
+    // Not quite the end: `until_quiet` waits for the last step, no longer.
+    session.until_quiet();
+    let end = session.now_us() as f64 / 1e6;
+    for (at, left) in told {
+        assert!(
+            (at + left - end).abs() < 0.1,
+            "{left} s told {} s before",
+            end - at
+        );
+    }
+}
+
+#[test]
+fn a_report_of_a_full_queue_comes_within_a_few_milliseconds() {
+    let mut memory = Memory::new();
+    let mut session = Session::boot(&mut memory, MachineConfig::grbl());
+    session.line("$10=9");
+    let job: String = (1..20).map(|k| format!("G1X{k}F500\n")).collect();
+    session.send(job);
+    session.wait_ms(300);
+    session.lines();
+    session.send("?");
+    session.wait_ms(5);
+    let report = session
+        .lines()
+        .into_iter()
+        .find(|line| line.starts_with('<'));
+    let left = number(&report.unwrap(), "Fin");
+    assert!(left > 1.0, "{left}");
+}
