@@ -11,7 +11,7 @@ use crate::{
     gpio::Pull,
     profile::{PowerPin, PROFILE},
 };
-use leadscrew_stepper::Power;
+use leadscrew_stepper::{Power, PowerScale};
 use stm32f4::stm32f407::{tim1::RegisterBlock, RCC, TIM1, TIM3, TIM4, TIM8};
 
 /// A timer that a power pin may hang on. The others have a task already, or no pin of their own.
@@ -107,7 +107,9 @@ pub(crate) fn start(rcc: &RCC) {
 /// Sets the power at once. Step interrupt; main loop at rest; switch interrupts where steps are stopped.
 #[inline]
 pub(crate) fn set(power: Power) {
-    let level = power.level(PERIOD);
+    const SCALE: PowerScale = PowerScale::new(PERIOD);
+    // At most the period.
+    let level = power.level(SCALE) as u16;
     OUTPUT
         .timer
         .registers()

@@ -51,21 +51,28 @@ pub(crate) fn steps(v: f32, a: f32) -> u32 {
     (steps as u32).max(1)
 }
 
-/// The longest tick that is not smoothed, seconds: how far other motors may be off (below that, 1/8 of a
-/// step is as fine as it gets).
-const FINE: f32 = 5e-6;
+/// The longest tick that is not smoothed, seconds. Motors other than the dominant one are up to half a tick off the
+/// true line, 5 µs at most: what is left is for ticks that are longer than the mean of their segment.
+const FINE: f32 = 9e-6;
 
-/// The least smoothing that brings other motors' steps within [`FINE`] of the true line, where ticks of
-/// `interval` seconds a step allow it.
+/// Where the speed changes, half an eighth of a step may take longer than a sixteenth of the step's time.
+const EVEN: f32 = 1.0;
+
+/// A coarser smoothing begins a segment after it was found to be needed; so much faster it may become in that segment
+/// ([`longest`]: 8 % at 10⁵ steps/s and 4·10⁶ steps/s²).
+const GROWTH: f32 = 1.08;
+
+/// The least smoothing that brings other motors' steps within 5 µs or a sixteenth of a step of the true line,
+/// whichever is more, where ticks allow it: of a segment whose steps take `interval` seconds in the mean.
 ///
-/// A motor steps at the first tick at or after its time, so a tick's length is the bound. `from_rest` is
-/// a step out of rest or into it: the shortest of its eight ticks has a quarter of the mean.
-pub(crate) fn smoothing(interval: f32, shortest_tick: f32, from_rest: bool) -> Smoothing {
+/// `evenness` is the segment's lowest speed as a share of its mean one, 0 for a step out of rest or into it: the
+/// shortest of that one's ticks has a quarter of the mean.
+pub(crate) fn smoothing(interval: f32, shortest_tick: f32, evenness: f32) -> Smoothing {
     const LEVELS: [Smoothing; 3] = [Smoothing::None, Smoothing::Twofold, Smoothing::Fourfold];
-    let shortest = if from_rest {
+    let shortest = if evenness < 0.5 {
         4.0 * shortest_tick
     } else {
-        shortest_tick
+        GROWTH * (2.0 - evenness) * shortest_tick
     };
     let mut tick = interval;
     for level in LEVELS {
@@ -74,7 +81,11 @@ pub(crate) fn smoothing(interval: f32, shortest_tick: f32, from_rest: bool) -> S
         }
         tick *= 0.5;
     }
-    Smoothing::Eightfold
+    if tick <= FINE || 0.5 * tick < shortest || evenness >= EVEN {
+        Smoothing::Eightfold
+    } else {
+        Smoothing::Sixteenfold
+    }
 }
 
 /// A linear interval, in counts of the step timer.
@@ -203,13 +214,15 @@ mod tests {
 
     #[test]
     fn smoothing_is_no_finer_than_needed_and_never_too_fast() {
-        let level = |interval| smoothing(interval, 4e-6, false).level();
-        assert_eq!(level(5e-6), 0);
-        assert_eq!(level(10e-6), 1);
-        assert_eq!(level(12e-6), 1); // a quarter of it would be too short
+        let level = |interval| smoothing(interval, 4e-6, 1.0).level();
+        assert_eq!(level(9e-6), 0);
+        assert_eq!(level(9.1e-6), 1);
         assert_eq!(level(20e-6), 2);
+        assert_eq!(level(40e-6), 3);
+        assert_eq!(smoothing(9.1e-6, 6e-6, 1.0).level(), 0); // half of it would be too short
         assert_eq!(level(1e-3), 3);
-        assert_eq!(smoothing(1e-3, 100e-6, true).level(), 1);
+        assert_eq!(smoothing(1e-3, 100e-6, 0.4).level(), 1);
+        assert_eq!(smoothing(1e-3, 4e-6, 0.0).level(), 4);
     }
 
     #[test]

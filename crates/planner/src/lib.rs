@@ -28,6 +28,8 @@
 mod arc;
 mod config;
 mod coordinate;
+#[cfg(test)]
+mod exactness;
 mod explain;
 mod fit;
 mod junction;

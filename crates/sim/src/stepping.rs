@@ -1,6 +1,6 @@
 //! The timer's interrupts in simulated time: the same [`on_timer`] as on the board, and the ends of pulses.
 
-use crate::board::{SimBoard, EIGHTHS};
+use crate::board::{SimBoard, PARTS};
 use crate::clock::Cycle;
 use crate::cost::Costs;
 use crate::load::Cpu;
@@ -17,8 +17,8 @@ pub(crate) struct Stepping<'a, const MOTORS: usize> {
     costs: Costs,
     /// Ticks that the segment under way still has: for so many interrupts none is taken.
     ticks_left: u16,
-    /// Eighths of a dominant step in each tick of the segment that is being taken.
-    next_eighths: u64,
+    /// Parts of a dominant step in each tick of the segment that is being taken.
+    next_parts: u64,
     underruns: u32,
 }
 
@@ -43,7 +43,7 @@ impl<'a, const MOTORS: usize> Stepping<'a, MOTORS> {
             shared,
             costs,
             ticks_left: 0,
-            next_eighths: 0,
+            next_parts: 0,
             underruns: 0,
         }
     }
@@ -60,7 +60,7 @@ impl<'a, const MOTORS: usize> Stepping<'a, MOTORS> {
         if self.shared.is_stopped() {
             // From now on, every interrupt throws the tick that was due and a segment away.
             self.ticks_left = 0;
-            board.eighths_per_tick = 0;
+            board.parts_per_tick = 0;
         }
         while board.timer_due() <= horizon {
             let step_start = cpu.timer_start(board.step_due());
@@ -106,11 +106,8 @@ impl<'a, const MOTORS: usize> Stepping<'a, MOTORS> {
         let next = self.segments.peek().filter(|_| !self.shared.is_stopped());
         let taken = next.map(taken);
         board.observer.segment_taken(start, taken.as_ref());
-        (self.ticks_left, self.next_eighths) = match next {
-            Some(segment) => (
-                segment.ticks.get() - 1,
-                EIGHTHS >> segment.smoothing.level(),
-            ),
+        (self.ticks_left, self.next_parts) = match next {
+            Some(segment) => (segment.ticks.get() - 1, PARTS >> segment.smoothing.level()),
             None => (0, 0),
         };
     }
@@ -118,7 +115,7 @@ impl<'a, const MOTORS: usize> Stepping<'a, MOTORS> {
     /// Charges a step interrupt that has taken a segment, or come to rest where there was none.
     #[inline(never)]
     fn taken<O: Observer>(&mut self, board: &mut SimBoard<O, MOTORS>, cpu: &mut Cpu, start: Cycle) {
-        board.eighths_per_tick = self.next_eighths;
+        board.parts_per_tick = self.next_parts;
         cpu.charge_timer(start, self.costs.step_with_segment);
         if self.shared.underruns() != self.underruns {
             self.underruns = self.shared.underruns();
@@ -174,6 +171,7 @@ mod tests {
             line: Some(line),
             ticks: NonZeroU16::new(ticks as u16).unwrap(),
             smoothing,
+            early: smoothing,
             interval: Interval::from_num(counts),
             interval_change: IntervalChange::ZERO,
             power: Power::OFF,
@@ -222,9 +220,10 @@ mod tests {
         let steps = [line([3, 1], Smoothing::None, 4200, true)];
         let bench = run(10, &steps, || ());
         let first = 10_000 + 4200 * CYCLES_PER_COUNT + u64::from(Costs::F407.step_edge);
+        // Y is due between two ticks and comes with the one before.
         assert_eq!(
             bench.board.observer.0,
-            [(first, 1, 0), (first + 8400, 3, 0), (first + 16_800, 1, 0)]
+            [(first, 3, 0), (first + 8400, 1, 0), (first + 16_800, 1, 0)]
         );
         assert!(bench.board.late.is_empty() && bench.board.violations.is_empty());
     }
@@ -248,7 +247,7 @@ mod tests {
     fn steps_of_the_dominant_motor_are_told_from_smoothing_ticks() {
         let bench = run(10, &[line([10, 3], Smoothing::Fourfold, 2000, true)], || ());
         let counts = bench.board.counts;
-        assert_eq!(counts.dominant_eighths, 10 * EIGHTHS);
+        assert_eq!(counts.dominant_parts, 10 * PARTS);
         assert_eq!(counts.step_events + counts.smoothing_ticks(), 40);
         assert_eq!(counts.step_events, 12); // Y's second step falls on one of X's
     }

@@ -50,6 +50,7 @@ fn main() {
         line: Some(line),
         ticks: NonZeroU16::new(48).expect("48 is not 0"),
         smoothing: Smoothing::Fourfold,
+        early: Smoothing::Fourfold,
         interval: Interval::from_num(6 * COUNTS_PER_MS),
         interval_change: IntervalChange::from_num(-120),
         power: Power::OFF,

@@ -1,6 +1,6 @@
 //! The body of the step interrupt, shared by board and simulator.
 
-use crate::{Line, MotorMask, Power, Segment, Shared, StepPort, Stepper, Ticks};
+use crate::{Line, MotorMask, Power, Segment, Shared, Smoothing, StepPort, Stepper, Ticks};
 use heapless::spsc::Consumer;
 
 /// What the step interrupt keeps between calls.
@@ -46,20 +46,55 @@ pub fn on_timer<P: StepPort, const MOTORS: usize>(
     shared: &Shared<MOTORS>,
     port: &mut P,
 ) {
-    if shared.is_stopped() {
-        return stop(interrupt, segments, shared, port);
+    if shared.is_restricted() {
+        return restricted(interrupt, segments, shared, port);
     }
-    let step = shared.free(interrupt.due);
-    if !step.is_empty() {
-        port.step(step);
-        shared.count(step, &interrupt.sign);
-    }
+    make_steps(interrupt.due, interrupt, shared, port);
     let Some(step) = interrupt.stepper.take_tick() else {
         return next_segment(interrupt, segments, shared, port);
     };
     interrupt.due = step;
-    let power = interrupt.stepper.change_power();
-    prepare(interrupt, power, shared, port);
+    if let Some(power) = interrupt.stepper.change_power() {
+        port.set_power(power);
+    }
+    arm(interrupt, shared, port);
+}
+
+/// What [`on_timer`] does while there is a stop, a locked motor, or the laser is held off: somebody has asked for one
+/// of them, or asks no longer.
+#[cold]
+#[inline(never)]
+fn restricted<P: StepPort, const MOTORS: usize>(
+    interrupt: &mut StepInterrupt<MOTORS>,
+    segments: &mut Consumer<'_, Segment<MOTORS>>,
+    shared: &Shared<MOTORS>,
+    port: &mut P,
+) {
+    shared.refresh_restricted();
+    if shared.is_stopped() {
+        return stop(interrupt, segments, shared, port);
+    }
+    make_steps(shared.free(interrupt.due), interrupt, shared, port);
+    let Some(step) = interrupt.stepper.take_tick() else {
+        return next_segment(interrupt, segments, shared, port);
+    };
+    interrupt.due = step;
+    interrupt.stepper.change_power();
+    put_out(interrupt, shared, port);
+    arm(interrupt, shared, port);
+}
+
+#[inline(always)]
+fn make_steps<P: StepPort, const MOTORS: usize>(
+    step: MotorMask,
+    interrupt: &StepInterrupt<MOTORS>,
+    shared: &Shared<MOTORS>,
+    port: &mut P,
+) {
+    if !step.is_empty() {
+        port.step(step);
+        shared.count(step, &interrupt.sign);
+    }
 }
 
 /// Begins the next segment and prepares its first tick; comes to rest where there is none.
@@ -74,30 +109,37 @@ fn next_segment<P: StepPort, const MOTORS: usize>(
         return run_out(interrupt, shared, port);
     };
     if let Some(line) = &segment.line {
-        begin(interrupt, line, port);
+        begin(interrupt, line, segment.early, port);
     }
     interrupt.due = interrupt.stepper.load(segment);
     port.set_outputs(segment.outputs);
-    let power = segment.power;
     segments.dequeue();
-    prepare(interrupt, Some(power), shared, port);
+    put_out(interrupt, shared, port);
+    arm(interrupt, shared, port);
 }
 
-/// Prepares the tick that was taken. `power` is what is to be put out while it is waited for, where that is something new.
+/// Puts out the tick's power, or keeps the laser off: once released, it comes back at the next tick.
 #[inline(always)]
-fn prepare<P: StepPort, const MOTORS: usize>(
-    interrupt: &mut StepInterrupt<MOTORS>,
-    power: Option<Power>,
+fn put_out<P: StepPort, const MOTORS: usize>(
+    interrupt: &StepInterrupt<MOTORS>,
     shared: &Shared<MOTORS>,
     port: &mut P,
 ) {
-    if shared.is_laser_off() {
-        // Once released, the laser comes back at the next tick, not at the next segment only.
-        interrupt.stepper.repeat_power();
-        port.set_power(Power::OFF);
-    } else if let Some(power) = power {
-        port.set_power(power);
-    }
+    let power = if shared.is_laser_off() {
+        Power::OFF
+    } else {
+        interrupt.stepper.power()
+    };
+    port.set_power(power);
+}
+
+/// Asks for the tick that was taken.
+#[inline(always)]
+fn arm<P: StepPort, const MOTORS: usize>(
+    interrupt: &mut StepInterrupt<MOTORS>,
+    shared: &Shared<MOTORS>,
+    port: &mut P,
+) {
     if port.arm(interrupt.stepper.wait()) {
         shared.count_late();
     }
@@ -109,9 +151,10 @@ fn prepare<P: StepPort, const MOTORS: usize>(
 fn begin<P: StepPort, const MOTORS: usize>(
     interrupt: &mut StepInterrupt<MOTORS>,
     line: &Line<MOTORS>,
+    early: Smoothing,
     port: &mut P,
 ) {
-    interrupt.stepper.begin(line);
+    interrupt.stepper.begin(line, early);
     let negative = line.direction();
     for (motor, sign) in interrupt.sign.iter_mut().enumerate() {
         *sign = if negative.contains(motor) { -1 } else { 1 };
@@ -169,7 +212,7 @@ fn rest<P: StepPort, const MOTORS: usize>(power: Power, shared: &Shared<MOTORS>,
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Interval, IntervalChange, Outputs, PowerChange, Smoothing};
+    use crate::{Interval, IntervalChange, Outputs, PowerChange, PowerScale};
     use core::num::NonZeroU16;
     use heapless::spsc::Queue;
 
@@ -180,7 +223,7 @@ mod tests {
     struct Bench {
         pulses: [u32; 2],
         /// Each power that was set, in percent.
-        powers: Vec<u16>,
+        powers: Vec<u32>,
         power: Power,
         direction: MotorMask,
         armed: Option<Ticks>,
@@ -198,7 +241,7 @@ mod tests {
         }
         fn set_power(&mut self, power: Power) {
             self.power = power;
-            self.powers.push(power.level(100));
+            self.powers.push(power.level(PowerScale::new(100)));
         }
         fn set_outputs(&mut self, _: Outputs) {}
         fn arm(&mut self, wait: Ticks) -> bool {
@@ -216,6 +259,7 @@ mod tests {
             line: Some(line),
             ticks: NonZeroU16::new(line.step_events().get() as u16).unwrap(),
             smoothing: Smoothing::None,
+            early: Smoothing::None,
             interval: Interval::from_num(1000),
             interval_change: IntervalChange::ZERO,
             power: Power::FULL,
@@ -297,15 +341,15 @@ mod tests {
         for held in 0..8 {
             let shared = Shared::new();
             let (port, calls) = run(&[line([9, 0], Some(Power::OFF))], &shared, |call| {
-                shared.set_laser_off(call == held);
+                if call == held || call == held + 1 {
+                    shared.set_laser_off(call == held);
+                }
             });
             assert_eq!(calls, 10);
-            // The segment's own, none where nothing changes, off while held, then again at each tick; rest.
+            // The segment's own, none where nothing changes, off while held, then once more; rest.
             let mut expected = Vec::new();
             expected.resize(usize::from(held > 0), 100);
-            expected.push(0);
-            expected.resize(expected.len() + 8 - held as usize, 100);
-            expected.push(0);
+            expected.extend([0, 100, 0]);
             assert_eq!(port.powers, expected, "held at call {held}");
         }
     }
@@ -327,6 +371,7 @@ mod tests {
         let segment = Segment {
             ticks: NonZeroU16::new(12).unwrap(),
             smoothing: Smoothing::Fourfold,
+            early: Smoothing::Fourfold,
             ..line([3, 1], Some(Power::OFF))
         };
         let (port, calls) = run(&[segment], &Shared::new(), |_| ());

@@ -38,7 +38,7 @@ pub use interrupt::{on_timer, StepInterrupt};
 pub use line::{Line, LineError, MAX_STEP_EVENTS};
 pub use motors::{MotorMask, MAX_MOTORS};
 pub use port::StepPort;
-pub use power::{Power, PowerChange};
+pub use power::{Power, PowerChange, PowerScale};
 pub use segment::{
     Interval, IntervalChange, Outputs, Segment, Smoothing, Ticks, MAX_SMOOTHING_LEVEL,
 };

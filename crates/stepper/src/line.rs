@@ -1,12 +1,12 @@
 //! One straight move, counted in motor steps: what Bresenham's tracer needs to know of it.
 
-use crate::{MotorMask, MAX_SMOOTHING_LEVEL};
+use crate::{MotorMask, Smoothing, MAX_SMOOTHING_LEVEL};
 use core::fmt;
 use core::num::NonZeroU32;
 
-/// The largest number of step events of one line: the tracer's counters hold twice this number
-/// at the finest smoothing in 32 bits.
-pub const MAX_STEP_EVENTS: u32 = (1 << (31 - MAX_SMOOTHING_LEVEL)) - 1;
+/// The largest number of step events of one line: the tracer's counters hold this number
+/// at the finest smoothing in 30 bits.
+pub const MAX_STEP_EVENTS: u32 = (1 << (30 - MAX_SMOOTHING_LEVEL)) - 1;
 
 /// A straight move as motor steps: how many each motor takes, and which way.
 ///
@@ -74,14 +74,15 @@ impl<const MOTORS: usize> Line<MOTORS> {
         self.direction
     }
 
-    /// The part of this line that is left once `taken` step events have been made, or `None` where none is.
+    /// The part of this line that is left once `taken` step events have been made, the last of them in a segment that
+    /// was `early`; `None` where none is.
     ///
     /// Main loop: for motion that goes on after another line came between (parking).
-    pub fn rest(&self, taken: u32) -> Option<Self> {
+    pub fn rest(&self, taken: u32, early: Smoothing) -> Option<Self> {
         let left = NonZeroU32::new(self.step_events.get().checked_sub(taken)?)?;
         let mut steps = self.steps;
         for motor in &mut steps {
-            *motor -= taken_of(*motor, self.step_events, taken);
+            *motor -= taken_of(*motor, self.step_events, taken, early);
         }
         Some(Self {
             steps,
@@ -91,14 +92,15 @@ impl<const MOTORS: usize> Line<MOTORS> {
     }
 }
 
-/// Steps that a motor with `steps` in `events` has taken after the first `taken` step events:
-/// the nearest whole number to its share, as the tracer finds it.
-fn taken_of(steps: u32, events: NonZeroU32, taken: u32) -> u32 {
+/// Steps that a motor with `steps` in `events` has taken after the first `taken` step events: the nearest whole number
+/// to its share half a tick later, as the tracer finds it.
+fn taken_of(steps: u32, events: NonZeroU32, taken: u32, early: Smoothing) -> u32 {
     if steps == events.get() {
         return taken;
     }
-    let events = u64::from(events.get());
-    ((u64::from(steps) * u64::from(taken) + events / 2) / events) as u32
+    let full = u64::from(events.get()) << MAX_SMOOTHING_LEVEL;
+    let way = u64::from(steps << MAX_SMOOTHING_LEVEL) * u64::from(taken);
+    ((way + u64::from(early.half_tick(steps)) + full / 2) / full) as u32
 }
 
 fn negative<const MOTORS: usize>(delta: [i32; MOTORS]) -> MotorMask {
@@ -132,10 +134,10 @@ mod tests {
     #[test]
     fn the_rest_of_a_line_and_what_was_taken_make_the_line() {
         let line = Line::new([100, -37, 100, 1]).unwrap();
-        let rest = line.rest(41).unwrap();
+        let rest = line.rest(41, Smoothing::Sixteenfold).unwrap();
         assert_eq!(rest.steps(), &[59, 37 - 15, 59, 1]);
         assert_eq!(rest.direction(), line.direction());
-        assert_eq!(line.rest(100), None);
-        assert_eq!(line.rest(101), None);
+        assert_eq!(line.rest(100, Smoothing::None), None);
+        assert_eq!(line.rest(101, Smoothing::None), None);
     }
 }

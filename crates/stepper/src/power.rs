@@ -16,6 +16,20 @@ pub struct Power {
 /// How much [`Power`] changes from one tick to the next.
 pub type PowerChange = I1F31;
 
+/// What turns a [`Power`] into the compare value of a PWM timer.
+///
+/// Twice the timer's period: the upper word of its product with a share of 31 bits is the level, with nothing to shift.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct PowerScale(u32);
+
+impl PowerScale {
+    /// Makes the scale of a timer of `period` counts.
+    pub const fn new(period: u16) -> Self {
+        Self((period as u32) << 1)
+    }
+}
+
 /// The bits of full power.
 const FULL_BITS: u32 = U1F31::ONE.to_bits();
 
@@ -38,12 +52,12 @@ impl Power {
         U1F31::from_bits(self.missing.cast_unsigned().wrapping_add(FULL_BITS))
     }
 
-    /// The compare value for a PWM timer of `period` counts, rounded down: 0 is off, `period` is full.
+    /// The compare value for a PWM timer whose period has the scale `scale`, rounded down: 0 is off, the period is full.
     ///
     /// Called from the step interrupt: one widening multiplication.
     #[inline]
-    pub const fn level(self, period: u16) -> u16 {
-        ((self.share().to_bits() as u64 * period as u64) >> 31) as u16
+    pub const fn level(self, scale: PowerScale) -> u32 {
+        ((self.share().to_bits() as u64 * scale.0 as u64) >> 32) as u32
     }
 
     /// This power after one more tick. Stays within 0 to 1.
@@ -76,9 +90,12 @@ mod tests {
 
     #[test]
     fn full_power_is_the_whole_period_and_off_is_nothing() {
-        assert_eq!(Power::FULL.level(8400), 8400);
-        assert_eq!(Power::FULL.level(u16::MAX), u16::MAX);
-        assert_eq!(Power::OFF.level(8400), 0);
+        assert_eq!(Power::FULL.level(PowerScale::new(8400)), 8400);
+        assert_eq!(
+            Power::FULL.level(PowerScale::new(u16::MAX)),
+            u32::from(u16::MAX)
+        );
+        assert_eq!(Power::OFF.level(PowerScale::new(8400)), 0);
     }
 
     #[test]
@@ -86,7 +103,7 @@ mod tests {
         let step = PowerChange::from_num(0.75);
         assert_eq!(Power::OFF.changed_by(-step), Power::OFF);
         assert_eq!(Power::FULL.changed_by(step), Power::FULL);
-        assert_eq!(Power::OFF.changed_by(step).level(100), 75);
+        assert_eq!(Power::OFF.changed_by(step).level(PowerScale::new(100)), 75);
     }
 
     #[test]

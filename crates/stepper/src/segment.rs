@@ -15,8 +15,8 @@ pub type Interval = U32F32;
 /// How much an [`Interval`] changes from one tick to the next.
 pub type IntervalChange = I32F32;
 
-/// The finest step smoothing: `2^3` ticks to a step of the dominant motor.
-pub const MAX_SMOOTHING_LEVEL: u32 = 3;
+/// The finest step smoothing: `2^4` ticks to a step of the dominant motor.
+pub const MAX_SMOOTHING_LEVEL: u32 = 4;
 
 /// Step smoothing: `2^level` ticks to a step of the dominant motor.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default)]
@@ -31,9 +31,18 @@ pub enum Smoothing {
     Fourfold = 2,
     /// Eight ticks a step.
     Eightfold = 3,
+    /// Sixteen ticks a step.
+    Sixteenfold = 4,
 }
 
 impl Smoothing {
+    /// Half a tick of a motor that takes `steps` in a line, in the tracer's units: sixteenths of a step over the line's
+    /// step events.
+    #[inline]
+    pub(crate) const fn half_tick(self, steps: u32) -> u32 {
+        (steps << (MAX_SMOOTHING_LEVEL - self.level())) >> 1
+    }
+
     /// Base-2 logarithm of the ticks to a step, 0 to [`MAX_SMOOTHING_LEVEL`].
     pub const fn level(self) -> u32 {
         self as u32
@@ -56,6 +65,10 @@ pub struct Segment<const MOTORS: usize> {
     pub ticks: NonZeroU16,
     /// Ticks to a step event.
     pub smoothing: Smoothing,
+    /// The motors other than the dominant one step up to half a tick of this smoothing before their time, so that they
+    /// are as often early as late. No finer than `smoothing`; coarser in the last segment before a coarser one: there
+    /// the half tick that is to come is longer than one of its own.
+    pub early: Smoothing,
     /// Time from the segment's start to its first tick.
     pub interval: Interval,
     /// What each further interval is longer than the one before.
@@ -93,8 +106,9 @@ mod tests {
             Smoothing::Twofold,
             Smoothing::Fourfold,
             Smoothing::Eightfold,
+            Smoothing::Sixteenfold,
         ];
-        assert_eq!(all.map(Smoothing::level), [0, 1, 2, MAX_SMOOTHING_LEVEL]);
+        assert_eq!(all.map(Smoothing::level), [0, 1, 2, 3, MAX_SMOOTHING_LEVEL]);
     }
 
     fn segment(ticks: u16, interval: u32, change: f64) -> Segment<1> {
@@ -102,6 +116,7 @@ mod tests {
             line: None,
             ticks: NonZeroU16::new(ticks).unwrap(),
             smoothing: Smoothing::None,
+            early: Smoothing::None,
             interval: Interval::from_num(interval),
             interval_change: IntervalChange::from_num(change),
             power: Power::OFF,

@@ -5,9 +5,13 @@
 //!
 //! | word | written by | read by |
 //! |---|---|---|
-//! | stop, laser off | main loop and switch interrupts (store only) | step interrupt, first thing |
-//! | motor lock | main loop; the switch interrupt alone while the limit switches are watched for homing | step interrupt, first thing |
+//! | stop, laser off | main loop and switch interrupts (store only) | step interrupt, where restricted |
+//! | motor lock | main loop; the switch interrupt alone while the limit switches are watched for homing | step interrupt, where restricted |
 //! | position, running, counters | step interrupt | anybody |
+//!
+//! A plain tick looks at one word only, *restricted*: whoever stops, locks or switches off sets it afterwards. The step
+//! interrupt clears it before it looks at the three words, and sets it again where one of them still holds: so
+//! nothing that is asked for is missed, whoever interrupts whom in between.
 //!
 //! `running` has two writers that never meet: the main loop sets it before it starts the timer, the
 //! interrupt clears it as it stops the timer.
@@ -19,11 +23,13 @@
 //! stored with release and loaded with acquire order.
 
 use crate::MotorMask;
-use core::sync::atomic::{AtomicBool, AtomicI32, AtomicU32, AtomicU8, Ordering};
+use core::sync::atomic::{compiler_fence, AtomicBool, AtomicI32, AtomicU32, AtomicU8, Ordering};
 
 /// Words shared by the step interrupt, the switch interrupts and the main loop.
 #[derive(Debug)]
 pub struct Shared<const MOTORS: usize> {
+    /// Some of the three that follow may hold.
+    restricted: AtomicBool,
     stop: AtomicBool,
     laser_off: AtomicBool,
     /// The motors that may step: those that are not locked.
@@ -44,6 +50,7 @@ impl<const MOTORS: usize> Shared<MOTORS> {
     /// Makes the words of a machine at rest at position 0, nothing locked.
     pub const fn new() -> Self {
         Self {
+            restricted: AtomicBool::new(false),
             stop: AtomicBool::new(false),
             laser_off: AtomicBool::new(false),
             free_motors: AtomicU8::new(u8::MAX),
@@ -60,6 +67,7 @@ impl<const MOTORS: usize> Shared<MOTORS> {
     /// rests; the laser is off.
     pub fn set_stop(&self, stop: bool) {
         self.stop.store(stop, Ordering::Relaxed);
+        self.restrict();
     }
 
     /// Whether stepping is stopped. Any context.
@@ -74,6 +82,7 @@ impl<const MOTORS: usize> Shared<MOTORS> {
     /// switches the laser off at the board as well: after this call no tick switches it on again.
     pub fn set_laser_off(&self, off: bool) {
         self.laser_off.store(off, Ordering::Relaxed);
+        self.restrict();
     }
 
     /// Whether the laser is held off. Any context.
@@ -86,12 +95,34 @@ impl<const MOTORS: usize> Shared<MOTORS> {
     /// at a time: whoever adds a motor to those that are locked must not be interrupted by another one who does.
     pub fn set_motor_lock(&self, lock: MotorMask) {
         self.free_motors.store(!lock.bits(), Ordering::Relaxed);
+        self.restrict();
     }
 
     /// The motors that are kept from stepping. Any context.
     #[inline]
     pub fn motor_lock(&self) -> MotorMask {
         MotorMask::from_bits(!self.free_motors.load(Ordering::Relaxed))
+    }
+
+    /// Has the next tick look at stop, laser and motor lock.
+    fn restrict(&self) {
+        compiler_fence(Ordering::SeqCst);
+        self.restricted.store(true, Ordering::Relaxed);
+    }
+
+    /// Whether a tick has to look at stop, laser and motor lock. Step interrupt only.
+    #[inline]
+    pub(crate) fn is_restricted(&self) -> bool {
+        self.restricted.load(Ordering::Relaxed)
+    }
+
+    /// Has later ticks look at stop, laser and motor lock only while one of them holds. Step interrupt only.
+    pub(crate) fn refresh_restricted(&self) {
+        self.restricted.store(false, Ordering::Relaxed);
+        compiler_fence(Ordering::SeqCst);
+        if self.is_stopped() || self.is_laser_off() || !self.motor_lock().is_empty() {
+            self.restricted.store(true, Ordering::Relaxed);
+        }
     }
 
     /// The motors of `due` that are not kept from stepping. Step interrupt only.
@@ -180,6 +211,26 @@ mod tests {
         shared.count(MotorMask::from_bits(0b011), &[1, -1, 1]);
         shared.count(MotorMask::from_bits(0b110), &[1, -1, 1]);
         assert_eq!(shared.position(), [1, -2, 1]);
+    }
+
+    #[test]
+    fn a_tick_is_restricted_from_the_first_asking_until_nothing_is_asked_for() {
+        let shared = Shared::<2>::new();
+        assert!(!shared.is_restricted());
+        let ask: [fn(&Shared<2>, bool); 3] = [
+            |shared, on| shared.set_stop(on),
+            |shared, on| shared.set_laser_off(on),
+            |shared, on| shared.set_motor_lock(MotorMask::from_bits(u8::from(on))),
+        ];
+        for ask in ask {
+            ask(&shared, true);
+            assert!(shared.is_restricted());
+            shared.refresh_restricted();
+            assert!(shared.is_restricted());
+            ask(&shared, false);
+            shared.refresh_restricted();
+            assert!(!shared.is_restricted());
+        }
     }
 
     #[test]

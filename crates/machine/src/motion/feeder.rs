@@ -142,6 +142,7 @@ mod tests {
             line: Line::new([1000]).ok(),
             ticks: NonZeroU16::new(ticks).unwrap(),
             smoothing: Smoothing::None,
+            early: Smoothing::None,
             interval: Interval::from_num(interval),
             interval_change: IntervalChange::from_num(change),
             power: Power::OFF,

@@ -46,12 +46,13 @@ pub(crate) fn scaled(power: Power, percent: u8) -> Power {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use leadscrew_stepper::PowerScale;
 
     #[test]
     fn the_override_scales_power_up_to_full() {
         let half = scaled(Power::FULL, 50);
-        assert_eq!(half.level(1000), 500);
-        assert_eq!(scaled(half, 150).level(1000), 750);
+        assert_eq!(half.level(PowerScale::new(1000)), 500);
+        assert_eq!(scaled(half, 150).level(PowerScale::new(1000)), 750);
         assert_eq!(scaled(half, 200), Power::FULL);
         assert_eq!(scaled(Power::FULL, 200), Power::FULL);
     }

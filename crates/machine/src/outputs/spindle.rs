@@ -180,6 +180,7 @@ impl Spindle {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use leadscrew_stepper::PowerScale;
 
     const GRBL: SpindleScale = SpindleScale {
         max: 1000.0,
@@ -189,7 +190,7 @@ mod tests {
     #[test]
     fn power_is_in_proportion_between_the_two_settings() {
         assert_eq!(GRBL.power(0.0), Power::OFF);
-        assert_eq!(GRBL.power(500.0).level(1000), 500);
+        assert_eq!(GRBL.power(500.0).level(PowerScale::new(1000)), 500);
         assert_eq!(GRBL.power(1000.0), Power::FULL);
         assert_eq!(GRBL.power(5000.0), Power::FULL);
     }

@@ -9,7 +9,7 @@ use crate::output::vcd::Waveform;
 use leadscrew_machine::board::{PlannedMove, PortConfig};
 use leadscrew_machine::outputs::spindle::SpindleScale;
 use leadscrew_planner::MoveKind;
-use leadscrew_stepper::{MotorMask, Power};
+use leadscrew_stepper::{MotorMask, Power, PowerScale};
 use std::fs::File;
 use std::io::{self, BufWriter};
 use std::path::{Path, PathBuf};
@@ -134,7 +134,7 @@ pub(super) struct WaveformFile {
 }
 
 /// Counts of the PWM timer at full power in the waveform.
-const PWM_PERIOD: u16 = u16::MAX;
+const PWM_SCALE: PowerScale = PowerScale::new(u16::MAX);
 
 impl WaveformFile {
     /// Creates the file for a machine with `motors` motors.
@@ -187,7 +187,7 @@ impl Observer for WaveformFile {
 
     fn power(&mut self, cycle: Cycle, power: Power) {
         self.sink
-            .write(|vcd| vcd.pwm(cycle.0, power.level(PWM_PERIOD)));
+            .write(|vcd| vcd.pwm(cycle.0, power.level(PWM_SCALE) as u16));
     }
 
     fn motors_enabled(&mut self, cycle: Cycle, on: bool) {

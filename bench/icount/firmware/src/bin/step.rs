@@ -14,7 +14,7 @@ use fixed::types::U1F31;
 use heapless::spsc::{Consumer, Queue};
 use icount_firmware::{count, done};
 use leadscrew_stepper::{
-    on_timer, Interval, IntervalChange, Line, MotorMask, Outputs, Power, PowerChange, Segment,
+    on_timer, Interval, IntervalChange, Line, MotorMask, Outputs, Power, PowerChange, PowerScale, Segment,
     Shared, Smoothing, StepInterrupt, StepPort, Ticks,
 };
 
@@ -55,7 +55,7 @@ impl Registers {
 /// What `board-f407/src/step_port.rs` does, store for store.
 struct Port<'a> {
     registers: &'a mut Registers,
-    power_period: u16,
+    power_scale: PowerScale,
     resting: bool,
     directions: u32,
 }
@@ -126,7 +126,7 @@ impl StepPort for Port<'_> {
 
     #[inline]
     fn set_power(&mut self, power: Power) {
-        write!(self, power, u32::from(power.level(self.power_period)));
+        write!(self, power, power.level(self.power_scale));
     }
 
     #[inline]
@@ -171,6 +171,7 @@ fn segment(number: u32) -> Segment<MOTORS> {
         line: begins.then(|| Line::new(steps)).transpose().unwrap(),
         ticks: NonZeroU16::new(TICKS as u16).unwrap(),
         smoothing: Smoothing::None,
+        early: Smoothing::None,
         interval: Interval::from_num(4200),
         interval_change: IntervalChange::from_num(-0.25),
         power: Power::from_share(U1F31::from_num(0.5)),
@@ -191,7 +192,7 @@ fn main() -> ! {
     let registers = black_box(&mut registers);
     let mut port = Port {
         registers,
-        power_period: 8400,
+        power_scale: PowerScale::new(8400),
         resting: false,
         directions: 0,
     };

@@ -1,0 +1,290 @@
+//! Where the edges of random moves lie, against the move's profile computed exactly.
+//!
+//! `CAMPAIGN=100000 cargo test --release -p leadscrew-planner exactness -- --nocapture` runs so many moves instead of a
+//! few and prints the worst edges.
+
+use crate::fit::Carry;
+use crate::moves::PlannedMove;
+use crate::reference::{to, Exact, Player};
+use crate::running::{Aim, Goal, Running, Timing};
+use leadscrew_stepper::{Interval, Segment, Smoothing};
+use std::vec::Vec;
+
+const HZ: f64 = 84e6;
+const TIMING: Timing = Timing {
+    hz: 84e6,
+    shortest_tick: 4e-6,
+};
+
+/// Moves that are checked where no campaign is asked for.
+const FEW: u32 = 150;
+
+/// The bounds, seconds: the dominant motor's (and 10⁻⁷ of the time since the move began), and what others may be off
+/// where a sixteenth of the dominant motor's interval is less (and what the dominant motor itself may be).
+const DOMINANT: f64 = 1e-6;
+const OTHERS: f64 = 5e-6;
+
+/// Holds and overrides change the speed anywhere in a line, at low speeds by much within one step: more than ticks whose
+/// intervals change linearly can follow. Still other motors come within this share of that step's time.
+const WHERE_INTERRUPTED: f64 = 0.3;
+
+/// xorshift64 (G. Marsaglia, *Xorshift RNGs*, 2003).
+struct Random(u64);
+
+impl Random {
+    fn new(seed: u32) -> Self {
+        let mut random = Self(u64::from(seed) << 20 | 0x9_E377);
+        for _ in 0..8 {
+            random.next();
+        }
+        random
+    }
+
+    /// 0 to 1.
+    fn next(&mut self) -> f32 {
+        self.0 ^= self.0 << 13;
+        self.0 ^= self.0 >> 7;
+        self.0 ^= self.0 << 17;
+        (self.0 >> 40) as f32 / (1 << 24) as f32
+    }
+
+    /// Between two powers of ten.
+    fn ten_to(&mut self, from: f32, to: f32) -> f32 {
+        10f32.powf(from + (to - from) * self.next())
+    }
+
+    /// A speed up to `rate`, or rest.
+    fn speed(&mut self, rate: f32) -> f32 {
+        rate * (2.0 * self.next() - 1.0).max(0.0)
+    }
+}
+
+/// A move, a step a mm, so that mm are steps, and what comes between.
+#[derive(Clone, Copy, Debug)]
+struct Case {
+    seed: u32,
+    delta: [i32; 3],
+    rate: f32,
+    acceleration: f32,
+    entry: f32,
+    exit: f32,
+    /// Whether holds and overrides come between segments.
+    interrupted: bool,
+}
+
+impl Case {
+    fn new(seed: u32) -> Self {
+        let random = &mut Random::new(seed);
+        let events = random.ten_to(0.0, 5.3);
+        let share = |random: &mut Random| (random.next() * events) as i32;
+        let rate = random.ten_to(1.0, 5.477);
+        Self {
+            seed,
+            delta: [events as i32, share(random), share(random)],
+            rate,
+            acceleration: random.ten_to(1.0, 6.602),
+            entry: random.speed(rate),
+            exit: random.speed(rate),
+            interrupted: random.next() < 0.3,
+        }
+    }
+
+    fn running(&self) -> Running<3> {
+        let planned = PlannedMove {
+            length: self.delta[0] as f32,
+            acceleration: self.acceleration,
+            rate: self.rate,
+            feed: self.rate,
+            ..PlannedMove::new(&to(0.0, 0.0, self.rate), self.delta)
+        };
+        Running::new(&planned, self.entry * self.entry).unwrap()
+    }
+
+    fn aim(&self, goal: Goal, share: f32) -> Aim {
+        Aim {
+            goal,
+            exit_v2: self.exit * self.exit,
+            corner_v2: f32::INFINITY,
+            nominal: self.rate * share,
+            jerk: 0.0,
+        }
+    }
+}
+
+/// The profiles that a move ran on, one after the other.
+#[derive(Default)]
+struct Schedule {
+    /// Each one's first step, when that was, and its times from there.
+    profiles: Vec<(f64, f64, Exact)>,
+}
+
+impl Schedule {
+    fn add(&mut self, running: &Running<3>) {
+        let start = f64::from(running.done());
+        let at = self.time(start);
+        self.profiles.retain(|(from, ..)| *from < start);
+        self.profiles
+            .push((start, at, Exact::of(running.profile())));
+    }
+
+    /// Seconds from the move's start to position `s`.
+    fn time(&self, s: f64) -> f64 {
+        let under_way = self.profiles.iter().rev().find(|(from, ..)| *from <= s);
+        under_way.map_or(0.0, |(from, at, exact)| at + exact.time(s - from))
+    }
+}
+
+/// The edges of a move's motors, seconds.
+type Edges = [Vec<f64>; 3];
+
+/// Plays a move; `meddle` may spoil each of its segments.
+fn play(case: &Case, mut meddle: impl FnMut(&mut Segment<3>)) -> (Schedule, Edges) {
+    let random = &mut Random::new(!case.seed);
+    let (mut running, mut player, mut carry) = (case.running(), Player::new(), Carry::default());
+    let (mut schedule, mut edges) = (Schedule::default(), Edges::default());
+    let going = |share| case.aim(Goal::End, share);
+    running.plan(going(1.0), TIMING);
+    schedule.add(&running);
+    while !running.at_end() {
+        let mut segment = running.segment(TIMING, &mut carry, false);
+        meddle(&mut segment);
+        for timed in player.play(&segment) {
+            for (motor, edges) in edges.iter_mut().enumerate() {
+                if timed.tick.step.contains(motor) {
+                    edges.push(timed.at as f64 / HZ);
+                }
+            }
+        }
+        let aim = if running.at_profile_end() {
+            going(1.0)
+        } else if !case.interrupted || random.next() > 0.1 {
+            continue;
+        } else if random.next() < 0.5 {
+            case.aim(Goal::Stop, 1.0)
+        } else {
+            going(0.2 + random.next())
+        };
+        if !running.at_end() {
+            running.plan(aim, TIMING);
+            schedule.add(&running);
+        }
+    }
+    (schedule, edges)
+}
+
+/// How far off edges are, as a share of what they may be.
+#[derive(Clone, Copy, Default, Debug)]
+struct Worst {
+    /// Of the dominant motor, and in seconds beyond 10⁻⁷ of the time.
+    dominant: f64,
+    /// Of the others.
+    others: f64,
+}
+
+fn worst(case: &Case, meddle: impl FnMut(&mut Segment<3>)) -> Worst {
+    let (schedule, edges) = play(case, meddle);
+    for (edges, steps) in edges.iter().zip(case.delta) {
+        assert_eq!(edges.len(), steps as usize, "{case:?}");
+    }
+    let mut worst = Worst::default();
+    for (k, at) in edges[0].iter().enumerate() {
+        let due = schedule.time((k + 1) as f64);
+        let off = (at - due).abs() - 1e-7 * due;
+        worst.dominant = worst.dominant.max(off / DOMINANT);
+    }
+    let events = f64::from(case.delta[0]);
+    let others = edges.iter().filter(|edges| edges.len() < edges_of(case));
+    for edges in others {
+        // A motor is due half-way to its next step.
+        let per_step = events / edges.len() as f64;
+        for (k, at) in edges.iter().enumerate() {
+            let s = (k as f64 + 0.5) * per_step;
+            let due = schedule.time(s);
+            let (begin, end) = (s.floor(), (s.floor() + 1.0).min(events));
+            let [begin, middle, end] = [begin, 0.5 * (begin + end), end].map(|s| schedule.time(s));
+            let interval = end - begin;
+            let bent = (middle - 0.5 * (begin + end)).abs() > 0.005 * interval;
+            let share = if case.interrupted && bent {
+                WHERE_INTERRUPTED
+            } else {
+                1.0 / 16.0
+            };
+            let bound = f64::max(OTHERS, interval * share) + 1e-7 * due + DOMINANT;
+            worst.others = worst.others.max((at - due).abs() / bound);
+        }
+    }
+    worst
+}
+
+fn edges_of(case: &Case) -> usize {
+    case.delta[0] as usize
+}
+
+#[test]
+fn every_edge_of_random_moves_lies_on_the_profile() {
+    let campaign = std::env::var("CAMPAIGN").ok();
+    let moves = campaign.map_or(FEW, |moves| moves.parse().unwrap());
+    let (mut all, mut steps, mut names) = (Worst::default(), 0u64, [0, 0]);
+    for seed in 0..moves {
+        let case = Case::new(seed);
+        let worst = worst(&case, |_| ());
+        if worst.dominant > all.dominant {
+            (all.dominant, names[0]) = (worst.dominant, seed);
+        }
+        if worst.others > all.others {
+            (all.others, names[1]) = (worst.others, seed);
+        }
+        steps += case
+            .delta
+            .iter()
+            .map(|steps| u64::from(steps.unsigned_abs()))
+            .sum::<u64>();
+    }
+    std::println!(
+        "{moves} moves, {steps} steps: dominant {:.3} of 1 us (case {}), others {:.3} of max(5 us, 1/16 interval) (case {})",
+        all.dominant, names[0], all.others, names[1],
+    );
+    assert!(all.dominant < 1.0, "{:?}", Case::new(names[0]));
+    assert!(all.others < 1.0, "{:?}", Case::new(names[1]));
+}
+
+#[test]
+fn intervals_a_count_too_long_and_motors_that_are_never_early_are_found() {
+    let (mut dominant, mut others) = (0.0, 0.0);
+    for seed in 0..100 {
+        let case = Case::new(seed);
+        let longer = worst(&case, |segment| {
+            segment.interval = segment.interval.saturating_add(Interval::ONE);
+        });
+        dominant = f64::max(dominant, longer.dominant);
+        let late = worst(&case, |segment| segment.early = Smoothing::Sixteenfold);
+        others = f64::max(others, late.others);
+    }
+    assert!(dominant > 1.0 && others > 1.0, "{dominant} {others}");
+}
+
+#[test]
+fn the_cases_of_the_segment_study_hold() {
+    for (acceleration, rate, steps) in [
+        (40e3, 4e3, 4000),
+        (240e3, 16e3, 16_000),
+        (1e6, 1e5, 30_000),
+        (2e6, 250e3, 60_000),
+        (80e3, 250e3, 900_000),
+        (4e6, 3e5, 60_000),
+        (2e3, 2e3, 3000),
+    ] {
+        let case = Case {
+            seed: 0,
+            delta: [steps, steps / 3, 0],
+            rate,
+            acceleration,
+            entry: 0.0,
+            exit: 0.0,
+            interrupted: false,
+        };
+        let worst = worst(&case, |_| ());
+        std::println!("a {acceleration:e} v {rate:e} n {steps}: {worst:?}");
+        assert!(worst.dominant < 1.0 && worst.others < 1.0);
+    }
+}
