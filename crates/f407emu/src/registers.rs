@@ -72,7 +72,10 @@ impl Machine {
             Device::Syscfg => devices.exti.read_syscfg(offset),
             Device::Exti => devices.exti.read(offset),
             Device::Dma(index) => devices.dma[index].read(offset),
-            Device::Timer(index) => devices.timers[index].read(offset, now),
+            Device::Timer(index) => {
+                self.catch_up_timer(index, now);
+                self.devices.timers[index].read(offset, now)
+            }
             Device::Iwdg => devices.iwdg.read(offset),
             Device::Usb => devices.usb.read(address - USB),
             Device::Usart(index) => {

@@ -55,10 +55,7 @@ impl Machine {
     fn run_timers(&mut self, now: u64) {
         for index in 0..self.devices.timers.len() {
             if self.devices.timers[index].next_event() <= now {
-                let requests = self.devices.timers[index].event(now);
-                self.timer_changed(index, now, Cause::Timer(index as u8 + 1));
-                self.record_matches(index, requests.matched, now, false);
-                self.timer_requests(index, requests, now);
+                self.timer_event(index, now);
             }
         }
     }

@@ -81,6 +81,28 @@ fn the_matches_of_a_watched_channel_are_recorded_with_their_origin() {
 }
 
 #[test]
+fn no_match_is_lost_while_a_store_to_the_timer_waits() {
+    // A store of SR, in front of it one that fills the store buffer: the match comes before, in and after the wait.
+    for compare in 1..60 {
+        let mut machine = machine(&[(TIM4 + 0x34, compare), (TIM4, 1)]);
+        machine.watch_channel(4, 1);
+        machine.clear_records();
+        let program = [0x6041_6001, 0xE7FD_BF30]; // str r1, [r0]; str r1, [r0, #4]; wfi; b .-2
+        for (place, word) in (0x2000_0000..).step_by(4).zip(program) {
+            machine.write_word(place, word).unwrap();
+        }
+        machine.cpu.r[0] = TIM4 + 0x0C; // DIER, then SR
+        machine.cpu.r[1] = !(1 << 2);
+        let start = machine.cycle();
+        machine.run_until(start + 100).unwrap();
+        let matched = machine.matches().len();
+        assert_eq!(matched, 1, "compare {compare}");
+        let flag = machine.read_word(TIM4 + 0x10).unwrap() & 1 << 1;
+        assert_ne!(flag, 0, "compare {compare}");
+    }
+}
+
+#[test]
 fn a_preloaded_duty_changes_at_the_end_of_the_period() {
     let mut machine = pwm(250, 1);
     machine.run_until(1_100).unwrap();

@@ -16,12 +16,30 @@ impl Machine {
         now: u64,
         cause: Cause,
     ) {
+        self.catch_up_timer(index, now);
         let timer = &mut self.devices.timers[index];
         let requests = timer.write(offset, value, now, &mut self.warnings);
         self.timer_changed(index, now, cause);
         self.record_matches(index, requests.matched, now, true);
         self.timer_requests(index, requests, now);
         self.reschedule();
+    }
+
+    /// Lets a timer's events happen that are due by now. An access comes later than its instruction began, by the time that it
+    /// waits for the flash and for the store buffer: a match meanwhile must not be passed over.
+    pub(crate) fn catch_up_timer(&mut self, index: usize, now: u64) {
+        while self.devices.timers[index].next_event() <= now {
+            let due = self.devices.timers[index].next_event();
+            self.timer_event(index, due);
+        }
+    }
+
+    /// The event that a timer has planned happens now.
+    pub(super) fn timer_event(&mut self, index: usize, now: u64) {
+        let requests = self.devices.timers[index].event(now);
+        self.timer_changed(index, now, Cause::Timer(index as u8 + 1));
+        self.record_matches(index, requests.matched, now, false);
+        self.timer_requests(index, requests, now);
     }
 
     pub(super) fn timer_changed(&mut self, index: usize, now: u64, cause: Cause) {

@@ -16,6 +16,10 @@ const INTERRUPT: u64 = 180;
 /// The step rate of three motors that must be kept up, steps/s.
 const RATE: f64 = 250_000.0;
 
+/// The longest that step events of these jobs may be apart, s: the first from rest comes after sqrt(2 s/a) = 1.4 ms, with
+/// 1/250 mm and the least acceleration, 2000 mm/s²; halfway there is a stop at most. A tick that was lost leaves 51 s.
+const LONGEST_GAP: f64 = 0.01;
+
 /// Three motors at 250 steps/mm and up to `rate` steps/s, with the acceleration in mm/s² and the pulse width in µs.
 fn settings(pulse_us: u32, rate: f64, acceleration: u32) -> String {
     let feed = rate / 250.0 * 60.0;
@@ -61,6 +65,7 @@ pub(crate) fn jitter_at_every_ratio(firmware: &Firmware) -> Result<Figures, Fail
         let settings = settings(pulse_us, rate, 4000);
         let bench = run_busy(&firmware.elf, &settings, "G91M4S500\nG1X300Y211Z97F99999\n")?;
         let steps = &bench.pins.steps;
+        ensure_no_gap(steps)?;
         let found = jitter(steps);
         let late = steps.iter().filter(|step| step.late).count();
         figures.add(
@@ -90,6 +95,20 @@ fn fastest(steps: &[Step]) -> f64 {
     let spans = steps.windows(9).map(|window| window[8].due - window[0].due);
     let shortest = spans.min().unwrap_or(u64::MAX).max(1);
     8.0 * CPU_HZ as f64 / (shortest * CYCLES_PER_COUNT) as f64
+}
+
+/// The longest time between two step events, s.
+fn longest_gap(steps: &[Step]) -> f64 {
+    let gaps = steps.windows(2).map(|pair| pair[1].edge() - pair[0].edge());
+    gaps.max().unwrap_or(0) as f64 / CPU_HZ as f64
+}
+
+/// Motion never stands still.
+fn ensure_no_gap(steps: &[Step]) -> Result<(), Failure> {
+    let gap = longest_gap(steps);
+    ensure(gap <= LONGEST_GAP, || {
+        format!("no step event for {gap:.4} s: a tick was lost")
+    })
 }
 
 /// Step interrupts in which motors stepped, and all others of the step timer.
@@ -181,6 +200,7 @@ pub(crate) fn highest_rate(firmware: &Firmware) -> Result<Figures, Failure> {
         1.0 - (bench.machine.slept() - slept) as f64 / (bench.machine.cycle() - began) as f64;
     let steps = &bench.pins.steps;
     let late = steps.iter().filter(|step| step.late).count();
+    ensure_no_gap(steps)?;
     let (stepping, others) = interrupts(&bench);
     let mut figures = Figures::default();
     figures.add(
