@@ -5,7 +5,8 @@
 //! microsecond before it, and what the motors do is held against the undisturbed run.
 
 use leadscrew_planner::Cartesian;
-use leadscrew_sim::{Memory, StepEvent};
+use leadscrew_sim::plant::{Pin, Side, Switch};
+use leadscrew_sim::{Cycle, Memory, StepEvent};
 use leadscrew_tests::{setup, Session};
 
 const SETTINGS: &str =
@@ -75,15 +76,21 @@ impl<'a> Case<'a> {
         Self { job, byte, steps }
     }
 
+    /// The job begun anew, with the byte sent at the end of the microsecond before `event`.
+    fn interrupted<'m>(&self, memory: &'m mut Memory<3>, event: &StepEvent) -> Desk<'m> {
+        let mut session = begin(memory, self.job);
+        session.wait_us((event.cycle - session.sim.now()) / 168);
+        session.send(0, [self.byte]);
+        session
+    }
+
     /// Interrupts the job at every step event; `then` gets the session at rest, and returns whether all of the job is
     /// to be made in the end, or only the steps up to the interruption.
     fn at_every_step(&self, then: impl Fn(&mut Desk<'_>) -> bool) {
         let (whole, places) = (tracks(&self.steps), places(&self.steps));
         for (index, event) in self.steps.iter().enumerate() {
             let mut memory = Memory::new(&setup::<3>(1));
-            let mut session = begin(&mut memory, self.job);
-            session.wait_us((event.cycle - session.sim.now()) / 168);
-            session.send(0, [self.byte]);
+            let mut session = self.interrupted(&mut memory, event);
             session.wait_us(STOPPING);
             let at = session.sim.board().plant.position();
             assert_eq!(session.sim.counted_position(), at, "{index}");
@@ -118,6 +125,12 @@ fn is_near(place: &[i32; 3], at: &[i32; 3]) -> bool {
     place.iter().zip(at).all(|(a, b)| (a - b).abs() <= 1)
 }
 
+/// The number of the last alarm.
+fn alarm(session: &Desk<'_>) -> Option<u8> {
+    let last = session.sim.machine().last_alarm();
+    last.map(|alarm| alarm.number())
+}
+
 fn report(session: &mut Desk<'_>) -> String {
     session.send(0, "?");
     session.wait_us(5_000);
@@ -136,6 +149,106 @@ fn reported(session: &mut Desk<'_>) -> [f64; 3] {
         .split(',')
         .map(|text| text.parse().unwrap());
     [(); 3].map(|()| numbers.next().unwrap())
+}
+
+/// Homing of X against a switch at 1 mm, or probing down to a plate at −1 mm.
+const CYCLE_SETTINGS: &str =
+    "$22=1\n$24=300\n$25=1200\n$26=2\n$27=0.5\n$130=2\n$112=3000\n$122=300\n";
+
+/// Begins a cycle with its switches in place, and sends `byte` at the end of the microsecond before `cycle`, if any.
+fn cycle<'m>(memory: &'m mut Memory<3>, line: &str, interruption: Option<(u8, Cycle)>) -> Desk<'m> {
+    let mut setup = setup::<3>(1);
+    setup.machine.homing_cycles = [0b001, 0, 0, 0];
+    let mut session = Session::new(memory, &setup, Cartesian);
+    session.stream(SETTINGS);
+    session.stream(CYCLE_SETTINGS);
+    let switch = |pin, motor, side, place| Switch {
+        pin,
+        motor,
+        side,
+        place,
+        level: false,
+    };
+    for switch in [
+        switch(Pin::Limit(0), 0, Side::AtOrAbove, 40),
+        switch(Pin::Probe, 2, Side::AtOrBelow, -40),
+    ] {
+        session.sim.add_switch(switch);
+    }
+    session.send(0, line);
+    if let Some((byte, at)) = interruption {
+        session.wait_us((at - session.sim.now()) / 168);
+        session.send(0, [byte]);
+    }
+    session
+}
+
+/// Interrupts a cycle at every step event: what the motors do then is the beginning of what they did undisturbed, and
+/// nothing moves afterwards that is not asked for.
+fn cycle_at_every_step(line: &str, byte: u8, then: impl Fn(&mut Desk<'_>)) {
+    let mut memory = Memory::new(&setup::<3>(1));
+    let mut session = cycle(&mut memory, line, None);
+    session.until_quiet();
+    let steps = session.into_steps();
+    assert!(steps.len() > 40, "{}", steps.len());
+    let whole = tracks(&steps);
+    for (index, event) in steps.iter().enumerate() {
+        let mut memory = Memory::new(&setup::<3>(1));
+        let mut session = cycle(&mut memory, line, Some((byte, event.cycle)));
+        session.wait_us(STOPPING);
+        let at = session.sim.board().plant.position();
+        session.wait_us(1_000_000);
+        assert_eq!(session.sim.board().plant.position(), at, "{index}: moves");
+        then(&mut session);
+        session.until_quiet();
+        let outcome = session.sim.outcome();
+        assert!(
+            outcome.violations.is_empty(),
+            "{index}: {:?}",
+            outcome.violations
+        );
+        assert!(outcome.late.is_empty(), "{index}: {:?}", outcome.late);
+        let made = tracks(&session.into_steps());
+        for (made, whole) in made.iter().zip(&whole) {
+            assert!(whole.starts_with(made), "{index}: {made:?}");
+        }
+    }
+}
+
+#[test]
+fn homing_ends_with_its_alarm_at_any_step_of_a_reset_or_a_door() {
+    for (byte, number) in [(0x18, 6), (0x84, 7)] {
+        cycle_at_every_step("$H\n", byte, |session| {
+            assert_eq!(alarm(session), Some(number));
+            assert!(report(session).starts_with("<Alarm|"));
+            let heard = session.say("~\nG0X1\n");
+            assert_eq!(heard.last().map(String::as_str), Some("error:9"));
+        });
+    }
+}
+
+#[test]
+fn a_probe_is_aborted_with_alarm_3_at_any_step_of_a_reset() {
+    cycle_at_every_step("G38.2Z-2F400\n", 0x18, |session| {
+        assert_eq!(alarm(session), Some(3));
+        assert!(report(session).starts_with("<Alarm|"));
+    });
+}
+
+#[test]
+fn a_probe_that_is_held_at_any_step_goes_on_to_the_same_contact() {
+    for (byte, state) in [(b'!', "<Hold:0|"), (0x84, "<Door:0|")] {
+        cycle_at_every_step("G38.2Z-2F400\n", byte, |session| {
+            let before = report(session);
+            assert!(before.starts_with(state), "{before}");
+            session.send(0, "~");
+            session.until_quiet();
+            let heard = session.heard(0);
+            let contact = "[PRB:0.000,0.000,-1.000:1]";
+            assert!(heard.iter().any(|line| line == contact), "{heard:?}");
+            assert_eq!(alarm(session), None);
+        });
+    }
 }
 
 #[test]
@@ -163,14 +276,7 @@ fn a_door_at_any_step_stops_on_the_path_and_a_resume_ends_at_the_target() {
 #[test]
 fn a_reset_at_any_step_is_alarm_3_and_nothing_moves_until_it_is_unlocked() {
     Case::new(PROGRAM, 0x18).at_every_step(|session| {
-        assert_eq!(
-            session
-                .sim
-                .machine()
-                .last_alarm()
-                .map(|alarm| alarm.number()),
-            Some(3)
-        );
+        assert_eq!(alarm(session), Some(3));
         assert!(report(session).starts_with("<Alarm|"));
         assert_eq!(session.say("~\nG0X1\n"), ["ok", "error:9"]);
         assert_eq!(session.say("$X\n"), ["[MSG:Caution: Unlocked]", "ok"]);
@@ -182,7 +288,7 @@ fn a_reset_at_any_step_is_alarm_3_and_nothing_moves_until_it_is_unlocked() {
 fn a_jog_is_cancelled_at_any_step_without_an_alarm() {
     for byte in [0x85, b'!'] {
         Case::new(JOGS, byte).at_every_step(|session| {
-            assert_eq!(session.sim.machine().last_alarm(), None);
+            assert_eq!(alarm(session), None);
             assert!(report(session).starts_with("<Idle|"));
             session.send(0, "~");
             session.until_quiet();
@@ -194,7 +300,7 @@ fn a_jog_is_cancelled_at_any_step_without_an_alarm() {
 #[test]
 fn a_door_ends_a_jog_for_good_at_any_step() {
     Case::new(JOGS, 0x84).at_every_step(|session| {
-        assert_eq!(session.sim.machine().last_alarm(), None);
+        assert_eq!(alarm(session), None);
         assert!(report(session).starts_with("<Door:0|"));
         session.send(0, "~");
         session.until_quiet();
@@ -206,14 +312,7 @@ fn a_door_ends_a_jog_for_good_at_any_step() {
 #[test]
 fn a_reset_in_a_jog_is_alarm_3_at_any_step() {
     Case::new(JOGS, 0x18).at_every_step(|session| {
-        assert_eq!(
-            session
-                .sim
-                .machine()
-                .last_alarm()
-                .map(|alarm| alarm.number()),
-            Some(3)
-        );
+        assert_eq!(alarm(session), Some(3));
         false
     });
 }
@@ -221,11 +320,9 @@ fn a_reset_in_a_jog_is_alarm_3_at_any_step() {
 #[test]
 fn a_jog_cancel_is_nothing_to_a_program() {
     let case = Case::new(PROGRAM, 0x85);
-    for event in case.steps.iter().step_by(7) {
+    for event in &case.steps {
         let mut memory = Memory::new(&setup::<3>(1));
-        let mut session = begin(&mut memory, PROGRAM);
-        session.wait_us((event.cycle - session.sim.now()) / 168);
-        session.send(0, [0x85]);
+        let mut session = case.interrupted(&mut memory, event);
         session.until_quiet();
         assert_eq!(tracks(&session.finish().steps), tracks(&case.steps));
     }

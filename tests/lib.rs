@@ -12,14 +12,14 @@
 
 pub mod abuse;
 
-use leadscrew_machine::board::{ChannelId, PortConfig};
+use leadscrew_machine::board::{ChannelId, CoolantOutput, PortConfig};
 use leadscrew_machine::config::{MachineConfig, CHANNELS};
 use leadscrew_planner::{Cartesian, Kinematics};
 use leadscrew_sim::{
     Answers, Cycle, Host, Memory, Observer, Outcome, Rate, Setup, Simulation, StepEvent, Stopped,
     Streamer, Streaming,
 };
-use leadscrew_stepper::MotorMask;
+use leadscrew_stepper::{MotorMask, Power, PowerScale};
 use std::collections::VecDeque;
 
 /// Moves planned ahead, as on the board.
@@ -54,6 +54,19 @@ pub struct Run<const N: usize> {
     pub steps: Vec<StepEvent>,
     /// The electrical levels of the pins whenever pulses begin or end.
     pub pins: Vec<Pins>,
+    /// What else changed, and when.
+    pub signals: Vec<(Cycle, Signal)>,
+}
+
+/// A change of an output that is no step.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Signal {
+    /// Spindle or laser power, thousandths of full power.
+    Power(u32),
+    /// The electrical level of the drivers' enable pin: low enables, where not inverted.
+    EnableHigh(bool),
+    /// The flood valve.
+    Flood(bool),
 }
 
 /// Electrical levels of all step and direction pins, a bit a motor.
@@ -79,8 +92,10 @@ impl<const N: usize> Run<N> {
 pub struct Recorder {
     steps: Vec<StepEvent>,
     pins: Vec<Pins>,
+    signals: Vec<(Cycle, Signal)>,
     port: PortConfig,
     negative: MotorMask,
+    enabled: bool,
 }
 
 impl Recorder {
@@ -90,6 +105,11 @@ impl Recorder {
             step: stepping.bits() ^ self.port.step_invert.bits(),
             direction: self.negative.bits() ^ self.port.direction_invert.bits(),
         });
+    }
+
+    fn enable(&mut self, cycle: Cycle) {
+        let high = self.enabled == self.port.enable_invert;
+        self.signals.push((cycle, Signal::EnableHigh(high)));
     }
 }
 
@@ -107,8 +127,23 @@ impl Observer for Recorder {
         self.negative = negative;
     }
 
-    fn configured(&mut self, _: Cycle, port: &PortConfig) {
+    fn configured(&mut self, cycle: Cycle, port: &PortConfig) {
         self.port = *port;
+        self.enable(cycle);
+    }
+
+    fn power(&mut self, cycle: Cycle, power: Power) {
+        self.signals
+            .push((cycle, Signal::Power(power.level(PowerScale::new(1000)))));
+    }
+
+    fn motors_enabled(&mut self, cycle: Cycle, on: bool) {
+        self.enabled = on;
+        self.enable(cycle);
+    }
+
+    fn coolant(&mut self, cycle: Cycle, output: CoolantOutput) {
+        self.signals.push((cycle, Signal::Flood(output.flood)));
     }
 }
 
@@ -170,6 +205,11 @@ impl<'a, K: Kinematics<N, N> + Clone, const N: usize> Session<'a, K, N> {
         self.desk.0[line].to_send.extend(bytes.as_ref());
     }
 
+    /// Whether bytes still wait to be sent on a line.
+    pub fn is_sending(&self, line: usize) -> bool {
+        !self.desk.0[line].to_send.is_empty()
+    }
+
     /// Lines heard on a serial line since they were last asked for; empty ones are left out.
     pub fn heard(&mut self, line: usize) -> Vec<String> {
         std::mem::take(&mut self.desk.0[line].heard)
@@ -208,16 +248,28 @@ impl<'a, K: Kinematics<N, N> + Clone, const N: usize> Session<'a, K, N> {
         assert_eq!(answers.alarm, None);
     }
 
+    /// Ends the session, whatever came of it: all step events.
+    pub fn into_steps(self) -> Vec<StepEvent> {
+        self.sim.finish().1.steps
+    }
+
     /// Ends the session. Nothing may have been late or violated, and the carriages stand where they are counted.
     pub fn finish(self) -> Run<N> {
+        let late = self.sim.outcome().late;
+        assert!(late.is_empty(), "{late:?}");
+        self.finish_late()
+    }
+
+    /// As [`Session::finish`], though something was late: bytes lost, segments run out.
+    pub fn finish_late(self) -> Run<N> {
         let counted = self.sim.counted_position().map(i64::from);
-        let (outcome, Recorder { steps, pins, .. }) = self.sim.finish();
-        assert!(outcome.late.is_empty(), "{:?}", outcome.late);
+        let (outcome, recorder) = self.sim.finish();
         assert!(outcome.violations.is_empty(), "{:?}", outcome.violations);
         let run = Run {
             outcome,
-            steps,
-            pins,
+            steps: recorder.steps,
+            pins: recorder.pins,
+            signals: recorder.signals,
         };
         assert_eq!(run.net_steps(), counted, "plant and count");
         run

@@ -1,10 +1,11 @@
 //! Streams of bytes: any at all, and those of real senders that are easy to get wrong.
 
 use leadscrew_planner::Cartesian;
-use leadscrew_sim::{Cycle, Memory};
+use leadscrew_sim::{Cycle, Memory, Rate};
 use leadscrew_tests::abuse::endure;
 use leadscrew_tests::{setup, Session};
 use proptest::prelude::*;
+use std::num::NonZeroU32;
 
 type Desk<'a> = Session<'a, Cartesian, 3>;
 
@@ -189,6 +190,13 @@ fn free(report: &str) -> (usize, usize) {
 
 #[test]
 fn nothing_is_lost_of_128_bytes_counted_with_a_full_planner_and_a_query_every_40_ms() {
+    let baud = |baud| Rate::Baud(NonZeroU32::new(baud).unwrap());
+    for rate in [baud(115_200), baud(3_000_000), Rate::NeverWaits] {
+        stream_by_counting(rate);
+    }
+}
+
+fn stream_by_counting(rate: Rate) {
     const WINDOW: usize = 128;
     let lines: Vec<_> = (1..400)
         .map(|k| format!("G1X{}.5Y{}F3000\n", k % 7, k % 5))
@@ -196,6 +204,7 @@ fn nothing_is_lost_of_128_bytes_counted_with_a_full_planner_and_a_query_every_40
     let mut setup = setup::<3>(1);
     setup.machine = leadscrew_machine::config::MachineConfig::grbl();
     setup.receive_buffer = WINDOW;
+    setup.lines = vec![rate];
     let mut memory = Memory::new(&setup);
     let mut session = Session::new(&mut memory, &setup, Cartesian);
     session.stream("$110=6000\n$111=6000\n$120=500\n$121=500\n$10=3\n");

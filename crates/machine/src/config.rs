@@ -67,16 +67,12 @@ impl ParkingConfig {
     };
 }
 
-/// A second motor on an axis, squared while homing.
+/// How far the two switches of an axis with two motors may be apart when it is squared while homing.
 ///
-/// The machine's kinematics must turn that motor with that axis: a [`leadscrew_planner::Ganged`].
+/// Which axis that is, its kinematics say: a [`leadscrew_planner::Ganged`].
 #[derive(Clone, Copy, PartialEq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct DualAxis {
-    /// The axis that it helps to turn.
-    pub axis: usize,
-    /// Its number, beyond those of the axes: its bit in `$2`, `$3` and in the limit inputs.
-    pub motor: usize,
+pub struct Squaring {
     /// How far one of the two motors may go on without its switch once the other one has met its own, as a share of the
     /// axis's travel: farther is ALARM:10.
     pub tolerance: f32,
@@ -86,17 +82,13 @@ pub struct DualAxis {
     pub most_mm: f32,
 }
 
-impl DualAxis {
-    /// A second `motor` on `axis`: 5 % of the travel may be between the two switches, at least 2.5 mm and at most 25 mm.
-    pub const fn new(axis: usize, motor: usize) -> Self {
-        Self {
-            axis,
-            motor,
-            tolerance: 0.05,
-            least_mm: 2.5,
-            most_mm: 25.0,
-        }
-    }
+impl Squaring {
+    /// 5 % of the travel may be between the two switches, at least 2.5 mm and at most 25 mm.
+    pub const GRBL: Self = Self {
+        tolerance: 0.05,
+        least_mm: 2.5,
+        most_mm: 25.0,
+    };
 
     /// How far the two switches may be apart on an axis with this travel, mm.
     pub(crate) fn allowance(&self, travel_mm: f32) -> f32 {
@@ -153,8 +145,8 @@ pub struct MachineConfig<const AXES: usize> {
     pub spindle_delay: Duration,
     /// Coolant delay after the safety door was closed.
     pub coolant_delay: Duration,
-    /// The axis with two motors, if there is one.
-    pub dual: Option<DualAxis>,
+    /// How an axis with two motors is squared, where there is one.
+    pub squaring: Squaring,
     /// Options that Grbl chooses when it is compiled.
     pub options: Options,
 }
@@ -184,7 +176,7 @@ impl<const AXES: usize> MachineConfig<AXES> {
             homing_cycles: [0b100, 0b011, 0, 0],
             spindle_delay: Duration::from_ticks(4_000_000),
             coolant_delay: Duration::from_ticks(1_000_000),
-            dual: None,
+            squaring: Squaring::GRBL,
             options: Options {
                 mist: false,
                 door: false,

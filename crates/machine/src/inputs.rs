@@ -54,6 +54,8 @@ pub struct Inputs<const MOTORS: usize> {
     hard_limits: AtomicBool,
     door_present: AtomicBool,
     homing: AtomicU8,
+    /// Motors that stop together while homing.
+    sharing: AtomicU8,
     /// A [`ProbeWatch`] in the low bits, above it a count that tells one watch from the next.
     watch: AtomicU8,
     // Written by the switch interrupt.
@@ -136,6 +138,7 @@ impl<const MOTORS: usize> Inputs<MOTORS> {
             hard_limits: AtomicBool::new(false),
             door_present: AtomicBool::new(false),
             homing: AtomicU8::new(0),
+            sharing: AtomicU8::new(0),
             watch: AtomicU8::new(ProbeWatch::Off as u8),
             last: AtomicU8::new(0),
             last_limits: AtomicU8::new(0),
@@ -201,7 +204,11 @@ impl<const MOTORS: usize> Inputs<MOTORS> {
     /// that. Main loop; the motor lock is the interrupt's alone until then, and nobody else may write it.
     ///
     /// A switch that is closed already has no edge: lock its motor before this, and look once more after it.
-    pub fn watch_homing(&self, motors: MotorMask) {
+    ///
+    /// Where one of `sharing` is locked, all of them are: motors that turn for several axes
+    /// ([`leadscrew_planner::Kinematics::sharing`]), of which one alone would drag another axis along.
+    pub fn watch_homing(&self, motors: MotorMask, sharing: MotorMask) {
+        self.sharing.store(sharing.bits(), Ordering::Relaxed);
         self.homing.store(motors.bits(), Ordering::Release);
     }
 
@@ -244,7 +251,8 @@ impl<const MOTORS: usize> Inputs<MOTORS> {
         let homing = self.homing.load(Ordering::Acquire);
         if homing != 0 {
             let reached = MotorMask::from_bits(active.bits() & homing);
-            shared.set_motor_lock(shared.motor_lock().with(reached));
+            let sharing = MotorMask::from_bits(self.sharing.load(Ordering::Relaxed));
+            shared.set_motor_lock(shared.motor_lock().with(with_sharing(reached, sharing)));
         } else if self.hard_limits.load(Ordering::Acquire) && !active.without(before).is_empty() {
             shared.set_stop(true);
             advance(&self.limit_hits);
@@ -284,6 +292,15 @@ impl<const MOTORS: usize> Inputs<MOTORS> {
                 advance(count);
             }
         }
+    }
+}
+
+/// These motors, and where one of them shares axes with others, those, too.
+pub(crate) fn with_sharing(motors: MotorMask, sharing: MotorMask) -> MotorMask {
+    if sharing.without(motors) == sharing {
+        motors
+    } else {
+        motors.with(sharing)
     }
 }
 
@@ -356,7 +373,7 @@ mod tests {
     #[test]
     fn a_limit_switch_that_is_awaited_locks_its_motor_only() {
         let (inputs, shared) = armed();
-        inputs.watch_homing(MotorMask::from_bits(0b011));
+        inputs.watch_homing(MotorMask::from_bits(0b011), MotorMask::NONE);
         inputs.on_switches(&CLOSED_X, &shared);
         assert_eq!(shared.motor_lock(), MotorMask::only(0));
         assert!(!shared.is_stopped());

@@ -13,6 +13,7 @@ pub mod board;
 pub mod config;
 mod console;
 mod cycle;
+mod dual;
 mod events;
 mod executor;
 pub mod inputs;

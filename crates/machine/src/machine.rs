@@ -7,6 +7,7 @@ use crate::console::{Console, LINE};
 use crate::cycle::door::DoorCycle;
 use crate::cycle::homing::Homing;
 use crate::cycle::startup::Startup;
+use crate::dual::DualAxis;
 use crate::executor::Executor;
 use crate::inputs::{Edges, Inputs};
 use crate::interpreter::{self, Coordinate, Interpreter};
@@ -127,6 +128,8 @@ pub struct Machine<'a, K, const AXES: usize, const MOTORS: usize, const MOVES: u
     /// Switch edges that have been dealt with.
     pub(crate) edges: Edges,
 
+    /// The axis with two motors, if there is one.
+    pub(crate) dual: Option<DualAxis>,
     pub(crate) homing: Option<Homing>,
     pub(crate) door: Option<DoorCycle<AXES>>,
     pub(crate) parking_allowed: bool,
@@ -161,6 +164,7 @@ where
         let settings = Settings::new(config.defaults);
         let planner = planner_config(&settings, &config);
         let origin = [Coordinate::ZERO; AXES];
+        let dual = DualAxis::of(&kinematics);
         Self {
             memory: Memory::default(),
             state: State::Idle,
@@ -183,6 +187,7 @@ where
             shared: links.shared,
             inputs: links.inputs,
             edges: links.inputs.edges(),
+            dual,
             homing: None,
             door: None,
             parking_allowed: true,

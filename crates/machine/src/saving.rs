@@ -156,7 +156,7 @@ where
 
     /// Writes one record of what changed, if motion rests; returns whether more is left to write.
     ///
-    /// Main loop, after [`Machine::poll`]. Does nothing before [`Machine::load`]. Takes as long as the store does.
+    /// Main loop, after every [`Machine::poll`]: lines that change something wait for it. Does nothing before [`Machine::load`]. Takes as long as the store does.
     ///
     /// # Errors
     /// [`StoreError`]: the change is in force, but will not survive a power loss; its line is answered with `error:7`.

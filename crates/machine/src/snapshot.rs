@@ -111,7 +111,7 @@ where
 
     /// Reports know axes only: the switch of a second motor is its axis's.
     fn pins(&self, active: &ActiveSwitches) -> Pins {
-        let dual = self.config.dual;
+        let dual = self.dual;
         let second = dual.filter(|dual| active.limits.contains(dual.motor));
         let of_axis = second.map_or(MotorMask::NONE, |dual| MotorMask::only(dual.axis));
         let motor = dual.map_or(MotorMask::NONE, |dual| MotorMask::only(dual.motor));
@@ -189,10 +189,12 @@ where
         OptionsLine {
             line_numbers: options.line_numbers,
             mist: options.mist,
+            crossed_belts: !self.motion.sharing().is_empty(),
             parking: options.parking.is_some(),
             single_axis_homing: options.single_axis_homing,
             parking_override: options.parking_override,
             door: options.door,
+            two_motors: self.dual.is_some(),
             moves: self.config.moves.min(MOVES),
             bytes,
         }

@@ -14,12 +14,19 @@
 
 use crate::Coordinate;
 use core::array::from_fn;
+use leadscrew_stepper::MotorMask;
 
 /// A linear map between axes and motors and its inverse. There are at least as many motors as axes.
 pub trait Kinematics<const AXES: usize, const MOTORS: usize> {
     /// The axis whose steps/mm `motor` has, and for a motor beyond the axes, with which it turns.
     fn axis_of(&self, motor: usize) -> usize {
         motor
+    }
+
+    /// Axes that share their motors, those of the same numbers: a motor turns for each of them. They home one by one, and
+    /// a limit switch of any stops all of these motors.
+    fn sharing(&self) -> MotorMask {
+        MotorMask::NONE
     }
 
     /// How far the motors are turned where the axes stand at `axes`.
@@ -57,6 +64,10 @@ impl<const N: usize> Kinematics<N, N> for Cartesian {
 pub struct CoreXy;
 
 impl<const N: usize> Kinematics<N, N> for CoreXy {
+    fn sharing(&self) -> MotorMask {
+        MotorMask::only(0).with(MotorMask::only(1))
+    }
+
     fn motors(&self, axes: &[Coordinate; N]) -> [Coordinate; N] {
         let mut motors = *axes;
         if let [a, b, ..] = motors.as_mut_slice() {

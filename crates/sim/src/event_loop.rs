@@ -26,7 +26,7 @@ use crate::plant::{Pin, Plant, Switch};
 use crate::position::PositionCheck;
 use crate::setup::{Memory, Setup};
 use crate::stepping::{Ran, Stepping};
-use crate::trouble::Violation;
+use crate::trouble::{LateReason, Violation};
 use leadscrew_machine::board::{ChannelId, SpindleOutput};
 use leadscrew_machine::config::CHANNELS;
 use leadscrew_machine::inputs::Inputs;
@@ -282,7 +282,11 @@ where
     fn receive(&mut self, channel: ChannelId, byte: u8) {
         self.first_byte = self.first_byte.min(self.now);
         if let Some(receiver) = self.receivers.get_mut(usize::from(channel.0)) {
+            let lost = receiver.lost_bytes();
             receiver.receive(byte);
+            if receiver.lost_bytes() != lost {
+                self.board.note_late(self.now, LateReason::ByteLost);
+            }
         }
         self.cpu.charge_interrupt(self.now, self.costs.byte_in);
         self.wake = self.wake.min(self.now);

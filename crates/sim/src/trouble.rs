@@ -29,7 +29,9 @@ impl fmt::Display for Late {
         let reason = match self.reason {
             LateReason::TickPassed => "a tick was due before it was armed",
             LateReason::Underrun => "segments ran out in motion",
-            LateReason::ByteLost => "a received byte was lost",
+            LateReason::ByteLost => {
+                "a byte was lost: the sender has sent more than the receive buffer holds"
+            }
         };
         write!(f, "{}: {reason}", self.cycle)
     }

@@ -6,7 +6,7 @@
 //!     v                                      v                         v              next group, or done
 //! ```
 //!
-//! An axis with two motors ([`crate::config::DualAxis`]) is squared on the way. Each motor is locked at its own switch,
+//! An axis with two motors ([`crate::config::Squaring`]) is squared on the way. Each motor is locked at its own switch,
 //! and the approach is over once both are:
 //!
 //! ```text
@@ -19,15 +19,18 @@
 //! How far the one goes on after the other was locked is the difference of their counts, which are the same at the
 //! begin of each motion; more than the configuration allows is ALARM:10. Then both count as one again.
 //!
+//! Axes that share motors (crossed belts) home one by one, whatever their group, and a contact locks all of these motors.
+//!
 //! Before each motion the switches have `$26` milliseconds to settle. The main loop locks the motors whose switch is
 //! closed already, and then leaves the motor lock to the switch interrupt, its only writer until the approach ends. At
 //! the contact that interrupt locks the motor at that very step ([`crate::inputs`]); a group's other axes go on until
 //! they meet theirs. Rates are multiplied by √n for n axes at once, so that each moves at the rate that is set.
 
 use crate::board::{Board, Duration, Instant};
-use crate::config::{AxisMask, DualAxis};
+use crate::config::AxisMask;
+use crate::dual::DualAxis;
 use crate::executor::Origin;
-use crate::inputs::InputConfig;
+use crate::inputs::{with_sharing, InputConfig};
 use crate::machine::Machine;
 use crate::protocol::alarm::Alarm;
 use crate::reset::Discard;
@@ -85,19 +88,25 @@ pub(crate) struct Homing {
     origin: Origin,
     /// Groups of axes that are still to be homed, the present one first.
     groups: [AxisMask; 4],
+    /// Axes that home one by one, whatever their group: those that share motors.
+    one_by_one: AxisMask,
     phase: Phase,
     wait: Wait,
 }
 
 impl Homing {
-    /// Groups that have no axis are passed over.
+    /// The axes that home now. Groups that have no axis left are passed over.
     fn group(&self) -> Option<AxisMask> {
-        self.groups.iter().copied().find(|group| *group != 0)
+        let group = self.groups.iter().copied().find(|group| *group != 0)?;
+        let alone = group & self.one_by_one;
+        let lowest = alone & alone.wrapping_neg();
+        Some(if lowest == 0 { group } else { lowest })
     }
 
     fn end_group(&mut self) {
+        let done = self.group().unwrap_or(0);
         if let Some(group) = self.groups.iter_mut().find(|group| **group != 0) {
-            *group = 0;
+            *group &= !done;
         }
     }
 
@@ -125,6 +134,7 @@ where
         self.homing = Some(Homing {
             origin,
             groups,
+            one_by_one: self.motion.sharing().bits(),
             phase: Phase::Search,
             wait: Wait::Settled(now),
         });
@@ -181,10 +191,11 @@ where
     /// Locks the motors whose switch is closed already, and has the switch interrupt lock the others. Answers whether it
     /// has seen all of them; an edge between the two may have found nobody to act on it. At rest.
     fn watch_switches<B: Board>(&self, motors: MotorMask, board: &B) -> bool {
-        self.inputs.watch_homing(MotorMask::NONE);
-        let lock = self.closed(motors, board);
+        let sharing = self.motion.sharing();
+        self.inputs.watch_homing(MotorMask::NONE, sharing);
+        let lock = with_sharing(self.closed(motors, board), sharing);
         self.shared.set_motor_lock(lock);
-        self.inputs.watch_homing(motors);
+        self.inputs.watch_homing(motors, sharing);
         self.closed(motors, board)
             .without(self.shared.motor_lock())
             .is_empty()
@@ -292,7 +303,8 @@ where
         let config = self.motion.config();
         let steps_per_mm = config.steps_per_mm.get(dual.axis);
         let travel = self.travel.get(dual.axis);
-        let allowed = dual.allowance(travel.map_or(0.0, |travel| travel.to_mm()))
+        let travel = travel.map_or(0.0, |travel| travel.to_mm());
+        let allowed = self.config.squaring.allowance(travel)
             * steps_per_mm.map_or(0.0, |scale| scale.to_f32());
         first.wrapping_sub(*second).unsigned_abs() as f32 > allowed
     }
@@ -301,7 +313,7 @@ where
         let group = self.homing.as_ref().and_then(Homing::group).unwrap_or(0);
         let offset = self.settings.value(Setting::SecondMotorOffset) != Number::from_int(0);
         let offset = offset && self.dual_of(group).is_some();
-        self.inputs.watch_homing(MotorMask::NONE);
+        self.inputs.watch_homing(MotorMask::NONE, MotorMask::NONE);
         let debounce =
             Duration::from_ticks(u64::from(self.settings.whole(Setting::HomingDebounce)) * 1_000);
         let Some(homing) = &mut self.homing else {
@@ -345,7 +357,7 @@ where
 
     /// Gives motors and limit switches back to what they are outside homing.
     pub(crate) fn release_homing(&mut self) {
-        self.inputs.watch_homing(MotorMask::NONE);
+        self.inputs.watch_homing(MotorMask::NONE, MotorMask::NONE);
         self.shared.set_motor_lock(MotorMask::NONE);
         self.inputs.configure(&self.input_config());
     }
@@ -377,8 +389,7 @@ where
 
     /// The axis with two motors, where it is in `group`.
     fn dual_of(&self, group: AxisMask) -> Option<DualAxis> {
-        let dual = self.config.dual;
-        dual.filter(|dual| group & axis_bit(dual.axis) != 0)
+        self.dual.filter(|dual| group & axis_bit(dual.axis) != 0)
     }
 
     /// The motors of a group: each axis has the motor of its own number, one axis perhaps another one.

@@ -22,7 +22,7 @@ use leadscrew_planner::{
     Ahead, Config, Coordinate, Kinematics, Move, Outline, Overrides, Planner, PowerLead, PushError,
     Pushed, Segmenter, TimeLeft,
 };
-use leadscrew_stepper::{Segment, Shared};
+use leadscrew_stepper::{MotorMask, Segment, Shared};
 
 pub(crate) use power::PowerRule;
 
@@ -122,6 +122,11 @@ where
         self.program.planner.configure(config);
         self.aside.planner.configure(aside);
         self.resync();
+    }
+
+    /// Axes that share their motors, those of the same numbers.
+    pub(crate) fn sharing(&self) -> MotorMask {
+        self.program.planner.kinematics().sharing()
     }
 
     /// The settings in force.

@@ -145,6 +145,11 @@ impl Receiver<'_> {
         }
     }
 
+    /// Answers how many ordinary bytes were lost for want of room since power-up. Serial interrupt.
+    pub fn lost_bytes(&self) -> u32 {
+        self.shared.lost_bytes.load(Ordering::Relaxed)
+    }
+
     fn keep(&mut self, byte: u8) {
         if self.bytes.len() < self.limit && self.bytes.enqueue(byte).is_ok() {
             self.received = self.received.wrapping_add(1);

@@ -11,17 +11,18 @@ use leadscrew_machine::config::{MachineConfig, SegmentQueue, CHANNELS};
 use leadscrew_machine::inputs::Inputs;
 use leadscrew_machine::machine::{Links, Machine};
 use leadscrew_machine::protocol::serial::{Receiver, SerialQueue};
-use leadscrew_planner::Cartesian;
+use leadscrew_planner::{Cartesian, Kinematics};
 use leadscrew_stepper::{
     on_timer, MotorMask, Outputs, Power, Segment, Shared, StepInterrupt, StepPort, Ticks,
 };
+use std::cell::Cell;
 
 const COUNTS_PER_US: u64 = 84;
 const POLL_EVERY: u64 = 100 * COUNTS_PER_US;
 
 /// Pins and wires, seen from outside.
 #[derive(Debug)]
-pub struct Pins {
+pub struct Pins<'a> {
     pub sent: Vec<u8>,
     /// The sender reads; otherwise the board takes no byte.
     pub reading: bool,
@@ -32,12 +33,24 @@ pub struct Pins {
     pub spindle: SpindleOutput,
     pub coolant: CoolantOutput,
     pub enabled: bool,
-    pub switches: Switches,
+    pub switches: Cell<Switches>,
+    /// What the switches become behind the main loop's back, right after it has read them this many times more.
+    pub edge: Cell<Option<(u32, Switches)>>,
+    inputs: &'a Inputs<3>,
+    shared: &'a Shared<3>,
     now: u64,
     due: Option<u64>,
 }
 
-impl Board for Pins {
+impl Pins<'_> {
+    /// Sets the switches; the switch interrupt follows.
+    fn set_switches(&self, switches: Switches) {
+        self.switches.set(switches);
+        self.inputs.on_switches(&switches, self.shared);
+    }
+}
+
+impl Board for Pins<'_> {
     fn start_stepping(&mut self) {
         assert!(self.enabled, "a motor steps while it is disabled");
         assert_eq!(self.due, None, "the timer is started while it runs");
@@ -51,7 +64,16 @@ impl Board for Pins {
         bytes.len()
     }
     fn switches(&self) -> Switches {
-        self.switches
+        let seen = self.switches.get();
+        match self.edge.get() {
+            Some((0, then)) => {
+                self.edge.set(None);
+                self.set_switches(then);
+            }
+            Some((reads, then)) => self.edge.set(Some((reads - 1, then))),
+            None => {}
+        }
+        seen
     }
     fn enable_motors(&mut self, on: bool) {
         self.enabled = on;
@@ -70,7 +92,7 @@ impl Board for Pins {
     fn configure(&mut self, _: &PortConfig) {}
 }
 
-impl StepPort for Pins {
+impl StepPort for Pins<'_> {
     fn step(&mut self, motors: MotorMask) {
         for motor in (0..3).filter(|motor| motors.contains(*motor)) {
             self.pulses[motor] += 1;
@@ -115,11 +137,10 @@ impl Memory {
 }
 
 /// A machine, its interrupts, and what a sender sees.
-pub struct Session<'a> {
-    pub machine: Machine<'a, Cartesian, 3, 3, 64>,
-    pub pins: Pins,
+pub struct Session<'a, K = Cartesian> {
+    pub machine: Machine<'a, K, 3, 3, 64>,
+    pub pins: Pins<'a>,
     pub shared: &'a Shared<3>,
-    inputs: &'a Inputs<3>,
     receiver: Receiver<'a>,
     interrupt: StepInterrupt<3>,
     segments: heapless::spsc::Consumer<'a, Segment<3>>,
@@ -135,11 +156,20 @@ pub enum Contact {
     Probe(i32),
     /// The limit switch of each motor is closed where it is at or above this.
     Limits([i32; 3]),
+    /// The limit switches of crossed belts: of each axis, where the carriage is at or above this, steps.
+    Belts([i32; 3]),
 }
 
 impl<'a> Session<'a> {
     /// A machine after power-up, with its banner taken away.
     pub fn boot(memory: &'a mut Memory, config: MachineConfig<3>) -> Self {
+        Self::boot_with(memory, config, Cartesian)
+    }
+}
+
+impl<'a, K: Kinematics<3, 3> + Clone> Session<'a, K> {
+    /// As [`Session::boot`], with these kinematics.
+    pub fn boot_with(memory: &'a mut Memory, config: MachineConfig<3>, kinematics: K) -> Self {
         let (producer, consumer) = memory.segments.split();
         let (receiver, inbox) = memory.serial.split();
         let mut inboxes = heapless::Vec::<_, CHANNELS>::new();
@@ -160,15 +190,17 @@ impl<'a> Session<'a> {
             spindle: SpindleOutput::Off,
             coolant: CoolantOutput::default(),
             enabled: false,
-            switches: Switches::OPEN,
+            switches: Cell::new(Switches::OPEN),
+            edge: Cell::new(None),
+            inputs: &memory.inputs,
+            shared: &memory.shared,
             now: 0,
             due: None,
         };
         let mut session = Self {
-            machine: Machine::new(config, Cartesian, links),
+            machine: Machine::new(config, kinematics, links),
             pins,
             shared: &memory.shared,
-            inputs: &memory.inputs,
             receiver,
             interrupt: StepInterrupt::new(),
             segments: consumer,
@@ -279,31 +311,36 @@ impl<'a> Session<'a> {
 
     /// Sets switches; the switch interrupt follows.
     pub fn switch(&mut self, change: impl FnOnce(&mut Switches)) {
-        change(&mut self.pins.switches);
-        self.inputs.on_switches(&self.pins.switches, self.shared);
+        let mut switches = self.pins.switches.get();
+        change(&mut switches);
+        self.pins.set_switches(switches);
     }
 
     fn follow_contact(&mut self) {
-        let before = self.pins.switches;
-        let position = self.pins.position;
+        let before = self.pins.switches.get();
+        let mut after = before;
+        let [a, b, z] = self.pins.position;
+        let closed = |at: [i32; 3], above: [i32; 3]| {
+            let open = (0..3).filter(|axis| at[*axis] < above[*axis]);
+            MotorMask::from_bits(open.fold(0, |bits, axis| bits | 1 << axis))
+        };
         match self.contact {
             None => return,
-            Some(Contact::Probe(below)) => self.pins.switches.probe = position[2] > below,
-            Some(Contact::Limits(above)) => {
-                let open = (0..3).filter(|motor| position[*motor] < above[*motor]);
-                let bits = open.fold(0, |bits, motor| bits | 1 << motor);
-                self.pins.switches.limits = MotorMask::from_bits(bits);
+            Some(Contact::Probe(below)) => after.probe = z > below,
+            Some(Contact::Limits(above)) => after.limits = closed([a, b, z], above),
+            Some(Contact::Belts(above)) => {
+                after.limits = closed([(a + b) / 2, (a - b) / 2, z], above);
             }
         }
-        if self.pins.switches != before {
-            self.inputs.on_switches(&self.pins.switches, self.shared);
+        if after != before {
+            self.pins.set_switches(after);
         }
     }
 
     /// The plant's position, as long as nobody declares another one (homing does).
     fn counted(&self) -> [i32; 3] {
         match self.contact {
-            Some(Contact::Limits(_)) => self.shared.position(),
+            Some(Contact::Limits(_) | Contact::Belts(_)) => self.shared.position(),
             Some(Contact::Probe(_)) | None => self.pins.position,
         }
     }

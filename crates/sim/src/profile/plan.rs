@@ -3,7 +3,7 @@
 use super::{Axis, GantryAxis, Limits, Profile, SecondMotor, SettingNumber};
 use crate::plant::{Pin, Side, Switch};
 use leadscrew_gcode::Number;
-use leadscrew_machine::config::{AxisKind, DualAxis, MachineConfig, Options, ParkingConfig};
+use leadscrew_machine::config::{AxisKind, MachineConfig, Options, ParkingConfig};
 use leadscrew_machine::protocol::status::Status;
 use leadscrew_machine::settings::table::{AxisSetting, Setting};
 use leadscrew_machine::settings::values::{Entry, Settings};
@@ -49,9 +49,6 @@ impl Profile {
             parking: self.options.parking.then_some(ParkingConfig::GRBL),
             parking_override: self.options.parking_override,
         };
-        config.dual = self
-            .second_motor
-            .map(|second| DualAxis::new(second.axis.number(), self.axis_count()));
         if let Some(look_ahead) = self.look_ahead {
             config.moves = look_ahead.0;
         }
@@ -237,7 +234,6 @@ mod tests {
             "[axes.x]\nsteps_per_mm = 80\nstart = 10\nlimits = { low = 0 }\n\
              [second_motor]\naxis = \"x\"\nstart = 8\nlimits = { low = 0.5 }\n",
         );
-        assert_eq!(profile.config::<3>().dual, Some(DualAxis::new(0, 3)));
         assert_eq!(profile.start(), [800, 0, 0, 640]);
         let switches = profile.plant_switches();
         let own = switches.iter().find(|s| s.pin == Pin::Limit(3)).unwrap();

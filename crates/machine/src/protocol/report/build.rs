@@ -15,7 +15,7 @@ impl fmt::Display for VersionLine<'_> {
     }
 }
 
-/// `[OPT:`, the second line of `$I`.
+/// `[OPT:`, the second line of `$I`. Its letters are those of Grbl's wiki, "Grbl v1.1 Interface".
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct OptionsLine {
@@ -23,6 +23,8 @@ pub struct OptionsLine {
     pub line_numbers: bool,
     /// M7.
     pub mist: bool,
+    /// Axes that share motors, as those of crossed belts.
+    pub crossed_belts: bool,
     /// Parking.
     pub parking: bool,
     /// `$HX`, `$HY`, `$HZ`.
@@ -31,6 +33,8 @@ pub struct OptionsLine {
     pub parking_override: bool,
     /// A safety door switch.
     pub door: bool,
+    /// An axis with two motors, squared while homing.
+    pub two_motors: bool,
     /// Moves that can be planned ahead.
     pub moves: usize,
     /// Bytes that the receive queue takes.
@@ -42,10 +46,12 @@ impl fmt::Display for OptionsLine {
         let letters = [
             (self.line_numbers, "N"),
             (self.mist, "M"),
+            (self.crossed_belts, "C"),
             (self.parking, "P"),
             (self.single_axis_homing, "H"),
             (self.parking_override, "R"),
             (self.door, "+"),
+            (self.two_motors, "2"),
         ];
         f.write_str("[OPT:V")?;
         for (_, letter) in letters.iter().filter(|(present, _)| *present) {
@@ -113,6 +119,12 @@ mod tests {
             ..stock
         };
         assert_eq!(ext.to_string(), "[OPT:VNMH+,14,128]");
+        let gantry = OptionsLine {
+            crossed_belts: true,
+            two_motors: true,
+            ..ext
+        };
+        assert_eq!(gantry.to_string(), "[OPT:VNMCH+2,14,128]");
         let park = OptionsLine {
             parking: true,
             parking_override: true,
