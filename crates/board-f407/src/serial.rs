@@ -105,6 +105,9 @@ pub(crate) fn enable(rcc: &RCC) {
 pub struct Port {
     receiver: Receiver<'static>,
     outgoing: Consumer<'static, u8>,
+    /// An interrupt is asked for when the next byte can be sent. Kept here, because the USART answers slowly, and every byte
+    /// that comes would pay for it.
+    sending: bool,
 }
 
 impl Port {
@@ -122,7 +125,11 @@ impl Port {
             w.ue().enabled().te().enabled().re().enabled();
             w.rxneie().enabled()
         });
-        Self { receiver, outgoing }
+        Self {
+            receiver,
+            outgoing,
+            sending: false,
+        }
     }
 
     /// Takes the byte that has come, sends the next. Interrupt of the USART, or pended by whoever has queued bytes.
@@ -150,7 +157,10 @@ impl Port {
         if let Some(byte) = byte {
             usart().dr().write(|w| w.dr().set(byte.into()));
         }
-        usart().cr1().modify(|_, w| w.txeie().bit(byte.is_some()));
+        if self.sending != byte.is_some() {
+            self.sending = byte.is_some();
+            usart().cr1().modify(|_, w| w.txeie().bit(self.sending));
+        }
     }
 
     /// Takes the bytes that DMA has caught, in their order, and goes on by itself. Bytes may come all the time: DMA goes

@@ -72,10 +72,19 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
     /// waits may be short, and what comes behind it must be there before it is over. `None` at rest, and where no slot is
     /// free. Later than there is room: what is committed can no longer be changed, so no more of it than is needed.
     pub(crate) fn short_at(&self, now: Instant) -> Option<Instant> {
-        let short = self.enough / (LONGEST_SEGMENT.ticks() / SHORT.ticks()) as u32;
-        let spare = self.left(now).saturating_sub(short);
+        let spare = self.left(now).saturating_sub(self.short());
         let wait = Duration::from_ticks(spare.div_ceil(self.counts_per_us).into());
         (self.shared.is_running() && self.segments.ready()).then(|| now + wait)
+    }
+
+    /// Whether motion is about to run dry: less is left than that at which the main loop asked to be woken, so that it is late.
+    pub(crate) fn is_short(&self, now: Instant) -> bool {
+        self.shared.is_running() && self.left(now) < self.short()
+    }
+
+    /// Counts left at which the next segment is asked for at the latest.
+    fn short(&self) -> u32 {
+        self.enough / (LONGEST_SEGMENT.ticks() / SHORT.ticks()) as u32
     }
 
     /// Commits a segment; [`Feeder::has_room`] said yes.
@@ -171,6 +180,23 @@ mod tests {
         assert!(feeder.has_room(at(1000)));
         consumer.dequeue(); // seen at once
         assert!(feeder.has_room(at(1000)));
+    }
+
+    #[test]
+    fn motion_is_short_where_less_than_half_a_millisecond_is_left() {
+        let mut queue = SegmentQueue::<1>::new();
+        let (producer, mut consumer) = queue.split();
+        let shared = Shared::new();
+        let mut feeder = Feeder::new(producer, &shared, 84_000_000);
+        let at = Instant::from_ticks;
+        feeder.push(segment(84, 1000, 0.0)); // 1 ms
+        assert!(!feeder.is_short(at(0)), "at rest");
+        shared.set_running();
+        consumer.dequeue();
+        assert!(!feeder.is_short(at(500)));
+        assert!(feeder.is_short(at(501)));
+        feeder.push(segment(84, 100, 0.0)); // 0.1 ms more
+        assert!(!feeder.is_short(at(600)));
     }
 
     #[test]

@@ -26,6 +26,10 @@ use leadscrew_stepper::{MotorMask, Segment, Shared};
 
 pub(crate) use power::PowerRule;
 
+/// Segments made between two lines where motion is about to run dry. With one only, it does run dry wherever line and segment
+/// together take longer to make than the segment lasts.
+const AT_ONCE: usize = 4;
+
 /// Moves that a cycle may have planned at once.
 const ASIDE_MOVES: usize = 4;
 
@@ -319,21 +323,30 @@ where
     }
 
     /// Commits one segment where there is room, and no more: a line that waits comes between two of them, so that the next
-    /// segment knows of its move. Returns whether the step timer is to be started. `may_start`: whether
-    /// the program may begin to move now.
+    /// segment knows of its move. Where segments are about to run out, they come before the line, [`AT_ONCE`] at most.
+    /// Returns whether the step timer is to be started. `may_start`: whether the program may begin to move now.
     pub(crate) fn prepare(&mut self, now: Instant, may_start: bool, work: &mut Work) -> bool {
         self.end_stop();
         if self.stopping || !self.may_feed(now, may_start) {
             return false;
         }
-        if self.feeder.has_room(now) {
-            if let Some(mut segment) = self.next_segment() {
-                self.power.apply(&mut segment);
-                self.feeder.push(segment);
-                work.segments = work.segments.wrapping_add(1);
+        for _ in 0..AT_ONCE {
+            if !self.feeder.has_room(now) || !self.commit(work) || !self.feeder.is_short(now) {
+                break;
             }
         }
         self.feeder.is_to_start()
+    }
+
+    /// Commits the next segment; whether there is one.
+    fn commit(&mut self, work: &mut Work) -> bool {
+        let Some(mut segment) = self.next_segment() else {
+            return false;
+        };
+        self.power.apply(&mut segment);
+        self.feeder.push(segment);
+        work.segments = work.segments.wrapping_add(1);
+        true
     }
 
     /// Starts the step timer; [`Motion::prepare`] said so.
