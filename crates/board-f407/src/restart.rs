@@ -40,7 +40,7 @@ impl Reason {
         match self {
             Self::Ordinary => None,
             Self::Watchdog => Some("the main loop hung"),
-            Self::Panic => Some("the program found itself in error"),
+            Self::Panic => Some("a fault in the program"),
             Self::Fault => Some("a fault of the processor"),
             Self::StackOverflow => Some("the stack was full"),
             Self::ClockFailure => Some("the crystal stopped"),
