@@ -85,6 +85,12 @@ fn a_direction_that_changes_with_a_setting_waits_for_the_last_pulse() {
     endure(&script.concat());
 }
 
+#[test]
+fn a_laser_that_a_line_switches_on_goes_off_with_the_alarm_of_its_move() {
+    // Laser mode and soft limits; the move leaves the travel out of rest.
+    endure(b"\x4DM3S50G1X5Y2F3000\n3S0\n0");
+}
+
 fn with_session(run: impl FnOnce(&mut Desk<'_>)) -> [i64; 3] {
     let setup = setup::<3>(1);
     let mut memory = Memory::new(&setup);

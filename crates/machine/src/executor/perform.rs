@@ -108,7 +108,7 @@ where
         now: Instant,
     ) -> Progress {
         if kind == LineKind::Program && !self.is_within_travel(&travel.target) {
-            return self.leave_travel(now);
+            return self.leave_travel(board, now);
         }
         if self.state == State::Check {
             return Progress::Done;
@@ -169,7 +169,7 @@ where
         };
         let more = target != travel.target || self.executor.has_more();
         if !self.is_within_travel(&target) {
-            return Some(self.leave_travel(now));
+            return Some(self.leave_travel(board, now));
         }
         if self.state != State::Check
             && self.push(&next, &travel.spindle, more, board, now) == Progress::Wait
@@ -278,8 +278,9 @@ where
     }
 
     /// Begins the stop that ends in ALARM:2; the line under way stays unanswered until the reset.
-    pub(super) fn leave_travel(&mut self, now: Instant) -> Progress {
+    pub(super) fn leave_travel<B: Board>(&mut self, board: &mut B, now: Instant) -> Progress {
         if self.motion.is_idle() {
+            self.switch_outputs_off(board);
             self.raise(Alarm::SoftLimit);
         } else {
             self.motion.hold();

@@ -55,7 +55,7 @@ where
         now: Instant,
     ) -> Progress {
         if !self.is_within_travel(&travel.target) {
-            return self.leave_travel(now);
+            return self.leave_travel(board, now);
         }
         if self.state == State::Check {
             return Progress::Done;
