@@ -72,23 +72,22 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
         if self.mode == Mode::Held {
             return None;
         }
-        let mut running = match self.running.take() {
-            Some(running) => running,
-            None => Running::new(planner.start_next()?, self.exit_v2)?,
-        };
+        if self.running.is_none() {
+            self.running = Running::new(planner.start_next()?, self.exit_v2);
+        }
+        // In place: moved out and back in, it would cost a copy each segment.
+        let running = self.running.as_mut()?;
         running.begin_pixel(|| planner.take_pixel());
         let timing = Timing::new(planner.config());
         let outlook = planner.outlook();
         if running.outlook != Some(outlook) {
-            running.plan(self.aim(planner, outlook), timing);
+            running.plan(aim(self.mode, planner, outlook), timing);
             running.outlook = Some(outlook);
         }
         let stopping = self.mode == Mode::Stopping;
         let segment = running.segment(timing, &mut self.carry, stopping);
         if running.at_profile_end() {
-            self.end_profile(running, planner);
-        } else {
-            self.running = Some(running);
+            self.end_profile(planner);
         }
         Some(segment)
     }
@@ -177,44 +176,47 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
         }
     }
 
-    fn aim<K, const CAPACITY: usize, const PIXELS: usize>(
-        &self,
-        planner: &Planner<K, AXES, MOTORS, CAPACITY, PIXELS>,
-        outlook: Outlook,
-    ) -> Aim
-    where
-        K: Kinematics<AXES, MOTORS>,
-    {
-        Aim {
-            goal: match self.mode {
-                Mode::Going => Goal::End,
-                Mode::Stopping | Mode::Held => Goal::Stop,
-            },
-            exit_v2: planner.exit_v2(outlook),
-            corner_v2: planner.corner_v2(),
-            nominal: planner.running_nominal(),
-            jerk: planner.config().jerk,
-        }
-    }
-
     /// All steps of the profile have been handed out: the move is over, or a hold has stopped in it.
     fn end_profile<K, const CAPACITY: usize, const PIXELS: usize>(
         &mut self,
-        mut running: Running<MOTORS>,
         planner: &mut Planner<K, AXES, MOTORS, CAPACITY, PIXELS>,
     ) where
         K: Kinematics<AXES, MOTORS>,
     {
+        let Some(running) = &mut self.running else {
+            return;
+        };
         self.exit_v2 = running.exit_v2();
         if self.mode == Mode::Stopping && self.exit_v2 <= 0.0 {
             self.mode = Mode::Held;
         }
         if running.at_end() {
+            self.running = None;
             planner.finish();
         } else {
             running.outlook = None;
-            self.running = Some(running);
         }
+    }
+}
+
+/// What the running move is to do next.
+fn aim<K, const AXES: usize, const MOTORS: usize, const CAPACITY: usize, const PIXELS: usize>(
+    mode: Mode,
+    planner: &Planner<K, AXES, MOTORS, CAPACITY, PIXELS>,
+    outlook: Outlook,
+) -> Aim
+where
+    K: Kinematics<AXES, MOTORS>,
+{
+    Aim {
+        goal: match mode {
+            Mode::Going => Goal::End,
+            Mode::Stopping | Mode::Held => Goal::Stop,
+        },
+        exit_v2: planner.exit_v2(outlook),
+        corner_v2: planner.corner_v2(),
+        nominal: planner.running_nominal(),
+        jerk: planner.config().jerk,
     }
 }
 
