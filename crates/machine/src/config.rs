@@ -3,6 +3,7 @@
 
 use crate::board::Duration;
 use crate::protocol::line_reader::GRBL_LINE_LENGTH;
+use crate::protocol::report::StatusReport;
 use crate::settings::table::Setting;
 use crate::settings::values::Entry;
 use heapless::spsc::Queue;
@@ -147,9 +148,15 @@ pub struct MachineConfig<const AXES: usize> {
     pub coolant_delay: Duration,
     /// How an axis with two motors is squared, where there is one.
     pub squaring: Squaring,
+    /// Bits of `$10` that ask for something; the others are kept and change nothing, as in Grbl.
+    pub report_bits: u8,
     /// Options that Grbl chooses when it is compiled.
     pub options: Options,
 }
+
+/// `$10` in Grbl: 1 machine position, 2 `Bf:`. Bits 4 (`Ln:`) and 8 (`Fin:`) are our own.
+const GRBL_REPORT_BITS: u8 = StatusReport::<0>::MACHINE_POSITION | StatusReport::<0>::ROOM;
+const REPORT_BITS: u8 = GRBL_REPORT_BITS | StatusReport::<0>::LINE | StatusReport::<0>::TIME_LEFT;
 
 /// `$701=0`: motion starts with the first line, as in Grbl.
 const START_AT_ONCE: Entry = Entry {
@@ -177,6 +184,7 @@ impl<const AXES: usize> MachineConfig<AXES> {
             spindle_delay: Duration::from_ticks(4_000_000),
             coolant_delay: Duration::from_ticks(1_000_000),
             squaring: Squaring::GRBL,
+            report_bits: REPORT_BITS,
             options: Options {
                 mist: false,
                 door: false,
@@ -188,13 +196,14 @@ impl<const AXES: usize> MachineConfig<AXES> {
         }
     }
 
-    /// A machine that answers as stock Grbl 1.1h does: 15 moves, 128 bytes, a start at once.
+    /// A machine that answers as stock Grbl 1.1h does: 15 moves, 128 bytes, a start at once, two bits of `$10`.
     pub const fn grbl() -> Self {
         let mut config = Self::new();
         config.max_step_rate = 500_000;
         config.moves = 15;
         config.pixels = 0;
         config.receive_size = 128;
+        config.report_bits = GRBL_REPORT_BITS;
         config.defaults = &[START_AT_ONCE];
         config
     }

@@ -59,9 +59,9 @@ where
         self.time_left = None;
     }
 
-    /// Whether `$10` has this bit.
+    /// Whether `$10` has this bit, and the machine knows it.
     pub(crate) fn reports(&self, bit: u8) -> bool {
-        self.settings.mask(Setting::ReportMask) & bit != 0
+        self.settings.mask(Setting::ReportMask) & self.config.report_bits & bit != 0
     }
 
     /// Goes on adding up the time to finish; whether it is not done yet.

@@ -18,11 +18,18 @@ fn number(report: &str, key: &str) -> f64 {
     value.parse().unwrap()
 }
 
-#[test]
-fn reports_have_neither_line_nor_time_unless_asked() {
+/// Grbl's queue and start, with our own bits of `$10`.
+fn with_own_bits() -> MachineConfig<3> {
+    MachineConfig {
+        report_bits: MachineConfig::<3>::new().report_bits,
+        ..MachineConfig::grbl()
+    }
+}
+
+fn assert_reports_as_grbl(config: MachineConfig<3>, mask: &str) {
     let mut memory = Memory::new();
-    let mut session = Session::boot(&mut memory, MachineConfig::grbl());
-    session.line("$10=3");
+    let mut session = Session::boot(&mut memory, config);
+    session.line(mask);
     session.send("G1X10F500\nN7X20\n");
     session.wait_ms(500);
     let report = session.status();
@@ -31,9 +38,19 @@ fn reports_have_neither_line_nor_time_unless_asked() {
 }
 
 #[test]
+fn reports_have_neither_line_nor_time_unless_asked() {
+    assert_reports_as_grbl(with_own_bits(), "$10=3");
+}
+
+#[test]
+fn a_machine_as_grbl_s_keeps_bits_of_10_that_grbl_does_not_know_and_ignores_them() {
+    assert_reports_as_grbl(MachineConfig::grbl(), "$10=255");
+}
+
+#[test]
 fn a_line_is_counted_from_the_program_s_begin_or_has_its_n_word() {
     let mut memory = Memory::new();
-    let mut session = Session::boot(&mut memory, MachineConfig::grbl());
+    let mut session = Session::boot(&mut memory, with_own_bits());
     session.line("$10=5");
     session.send("G21 (millimetres)\n\nG1X2F500\n$G\nX4\nN700X6\nX8\n");
     let mut lines = Vec::new();
@@ -61,7 +78,7 @@ fn a_line_is_counted_from_the_program_s_begin_or_has_its_n_word() {
 #[test]
 fn the_time_to_finish_is_what_finishing_takes() {
     let mut memory = Memory::new();
-    let mut session = Session::boot(&mut memory, MachineConfig::grbl());
+    let mut session = Session::boot(&mut memory, with_own_bits());
     session.line("$10=9");
     assert_eq!(number(&session.status(), "Fin"), 0.0);
     session.line("$120=50");
@@ -87,7 +104,7 @@ fn the_time_to_finish_is_what_finishing_takes() {
 #[test]
 fn a_report_of_a_full_queue_comes_within_a_few_milliseconds() {
     let mut memory = Memory::new();
-    let mut session = Session::boot(&mut memory, MachineConfig::grbl());
+    let mut session = Session::boot(&mut memory, with_own_bits());
     session.line("$10=9");
     let job: String = (1..20).map(|k| format!("G1X{k}F500\n")).collect();
     session.send(job);
