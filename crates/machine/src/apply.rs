@@ -12,7 +12,7 @@ use crate::settings::values::Settings;
 use core::array::from_fn;
 use leadscrew_gcode::Number;
 use leadscrew_planner::{Config, Coordinate, Kinematics, StepsPerMm};
-use leadscrew_stepper::MotorMask;
+use leadscrew_stepper::{MotorMask, Ticks};
 
 /// Seconds in a minute: settings are in mm/min, the planner in mm/s.
 const MINUTE: f32 = 60.0;
@@ -32,7 +32,7 @@ where
         self.spindle.configure(spindle_scale(settings), laser);
         let silence =
             Duration::from_ticks(u64::from(settings.whole(Setting::StartSilence)) * 1_000);
-        let config = planner_config(settings, &self.config);
+        let config = planner_config(settings, &self.config, MOTORS);
         let lead = if laser {
             settings.whole(Setting::LaserLead)
         } else {
@@ -88,7 +88,13 @@ where
 pub(crate) fn planner_config<const AXES: usize>(
     settings: &Settings<AXES>,
     config: &MachineConfig<AXES>,
+    motors: usize,
 ) -> Config<AXES> {
+    let timing = &config.step_timing;
+    let shortest_tick_ns = timing.shortest_tick_ns(port_config(settings).pulse_us, motors);
+    let counts = u64::from(shortest_tick_ns) * u64::from(config.timer_hz);
+    let shortest_tick = Ticks(counts.div_ceil(1_000_000_000) as u32); // 256 µs at most
+    let step_rate = config.timer_hz as f32 / shortest_tick.0 as f32;
     let steps_per_mm = settings
         .axes(AxisSetting::StepsPerMm)
         .map(|steps| StepsPerMm::from_nanos(steps.nanos()));
@@ -98,14 +104,14 @@ pub(crate) fn planner_config<const AXES: usize>(
         max_rate: from_fn(|axis| {
             let rate = rates.get(axis).map_or(0.0, |rate| rate.to_f32()) / MINUTE;
             let steps = steps_per_mm.get(axis).map_or(1.0, |steps| steps.to_f32());
-            rate.min(config.max_step_rate as f32 / steps)
+            rate.min(step_rate / steps)
         }),
         acceleration: settings.axes(AxisSetting::Acceleration).map(Number::to_f32),
         jerk: settings.value(Setting::Jerk).to_f32(),
         junction_deviation: settings.value(Setting::JunctionDeviation).to_f32(),
         arc_tolerance: settings.value(Setting::ArcTolerance).to_f32(),
         timer_hz: config.timer_hz,
-        shortest_tick: config.shortest_tick,
+        shortest_tick,
         moves: config.moves,
         pixels: config.pixels,
     }

@@ -6,9 +6,10 @@ use crate::protocol::line_reader::GRBL_LINE_LENGTH;
 use crate::protocol::report::StatusReport;
 use crate::settings::table::Setting;
 use crate::settings::values::Entry;
+use crate::step_rate::StepTiming;
 use heapless::spsc::Queue;
 use leadscrew_gcode::Number;
-use leadscrew_stepper::{Segment, Ticks};
+use leadscrew_stepper::Segment;
 
 /// Segments between the main loop and the step interrupt.
 pub const SEGMENTS: usize = 16;
@@ -124,11 +125,9 @@ pub struct MachineConfig<const AXES: usize> {
     pub axes: [AxisKind; AXES],
     /// Counts of the step timer a second.
     pub timer_hz: u32,
-    /// Step smoothing keeps ticks at least this far apart.
-    pub shortest_tick: Ticks,
-    /// The highest step rate that the board can make, Hz: faster motion is capped, settings that ask for more
-    /// than that alone are refused.
-    pub max_step_rate: u32,
+    /// What making steps takes on the board: faster motion is capped, settings that ask for more than it can make with any
+    /// others are refused.
+    pub step_timing: StepTiming,
     /// How many moves may be planned ahead; at most the machine's `MOVES`.
     pub moves: usize,
     /// How many changes of power rows of a raster may hold while they are planned, at most [`PIXELS`]; 0: each line is a move of
@@ -173,8 +172,7 @@ impl<const AXES: usize> MachineConfig<AXES> {
         Self {
             axes: [AxisKind::Linear; AXES],
             timer_hz: TIMER_HZ,
-            shortest_tick: Ticks(TIMER_HZ / 100_000),
-            max_step_rate: 250_000,
+            step_timing: StepTiming::F407,
             moves: 1024,
             pixels: PIXELS,
             receive_size: 1024,
@@ -199,7 +197,7 @@ impl<const AXES: usize> MachineConfig<AXES> {
     /// A machine that answers as stock Grbl 1.1h does: 15 moves, 128 bytes, a start at once, two bits of `$10`.
     pub const fn grbl() -> Self {
         let mut config = Self::new();
-        config.max_step_rate = 500_000;
+        config.step_timing = StepTiming::GRBL;
         config.moves = 15;
         config.pixels = 0;
         config.receive_size = 128;

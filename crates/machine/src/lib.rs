@@ -32,5 +32,6 @@ pub mod settings;
 mod snapshot;
 pub mod soft_limits;
 pub mod state;
+pub mod step_rate;
 mod system;
 pub mod work;

@@ -162,7 +162,7 @@ where
     /// Makes a machine that will boot at its first [`Machine::poll`].
     pub fn new(config: MachineConfig<AXES>, kinematics: K, links: Links<'a, MOTORS>) -> Self {
         let settings = Settings::new(config.defaults);
-        let planner = planner_config(&settings, &config);
+        let planner = planner_config(&settings, &config, MOTORS);
         let origin = [Coordinate::ZERO; AXES];
         let dual = DualAxis::of(&kinematics);
         Self {

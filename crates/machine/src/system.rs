@@ -13,9 +13,10 @@ use crate::protocol::system_command::{
 };
 use crate::reset::Discard;
 use crate::settings::table::Setting;
-use crate::settings::values::Entry;
+use crate::settings::values::{Entry, Key};
 use crate::soft_limits;
 use crate::state::{Lock, State};
+use crate::step_rate;
 use leadscrew_gcode::Number;
 use leadscrew_planner::{Coordinate, Kinematics};
 
@@ -276,7 +277,10 @@ where
     ) -> Result<Reply, Status> {
         let entry = Entry { number, value };
         let inches = self.settings.is_on(Setting::Inches);
-        let changes = self.settings.set(entry, self.config.max_step_rate)?;
+        let limits = self.config.step_timing.limits(MOTORS);
+        let changes = self.settings.set(entry, limits);
+        self.say_step_rate(number, changes.as_ref().err());
+        let changes = changes?;
         for change in changes {
             self.unsaved.add_setting::<AXES>(change.number);
         }
@@ -285,6 +289,25 @@ where
             self.cadence.work_offset_changed();
         }
         Ok(Reply::Stored)
+    }
+
+    /// Where the operator wants words, says which rates would work where a setting asks for more steps than can be made.
+    fn say_step_rate(&mut self, number: u16, refused: Option<&Status>) {
+        let key =
+            Key::from_number(number, AXES).filter(|_| self.settings.is_on(Setting::FaultTexts));
+        let Some(key) = key else { return };
+        let timing = &self.config.step_timing;
+        match refused {
+            None => step_rate::capped_by(&self.settings, timing, MOTORS, key)
+                .for_each(|capped| self.console.message(Message::StepRate(capped))),
+            Some(Status::StepRateTooHigh) => {
+                let instead = step_rate::instead(&self.settings, timing, MOTORS, key);
+                if let Some(instead) = instead {
+                    self.console.message(Message::StepRate(instead));
+                }
+            }
+            Some(_) => {}
+        }
     }
 
     /// Whether there is a door, and it is open now.

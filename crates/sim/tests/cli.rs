@@ -387,7 +387,7 @@ fn bad_settings_are_refused_with_their_place() {
         &["missing.txt", "cannot be read"],
     );
     unusable(&["run", &job, "--set", "$999=1"], &["$999=1", "error:3"]);
-    unusable(&["run", &job, "--set", "$0=1"], &["$0=1", "error:6"]);
+    unusable(&["run", &job, "--set", "$0=0.9"], &["$0=0.9", "error:6"]);
     unusable(
         &["run", &job, "--set", "110"],
         &["--set '110'", "expected a setting"],

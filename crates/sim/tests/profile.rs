@@ -160,9 +160,9 @@ fn a_path_that_is_longer_than_the_look_ahead_is_slowed_down_by_it() {
             )
         })
         .collect();
-    let fine = ["--set", "$100=1000", "--set", "$101=1000"];
+    let fine = ["--set", "$0=1", "--set", "$100=1000", "--set", "$101=1000"];
     let fast = ["--set", "$110=12000", "--set", "$111=12000"];
-    let limits = Job::new(&program, &[fine, fast].concat()).limits();
+    let limits = Job::new(&program, &[&fine[..], &fast[..]].concat()).limits();
     let found = limits.iter().any(|limit| limit.contains("look-ahead"));
     assert!(found, "{limits:?}");
 }

@@ -3,7 +3,9 @@
 //! The texts up to `Sleeping` are Grbl's, to the letter: senders look for some of them.
 
 use super::alarm::Alarm;
+use super::decimal::Decimal;
 use super::status::Status;
+use crate::step_rate::Capped;
 use core::fmt;
 
 /// A message; displayed as the whole line, without its end. At most 68 characters.
@@ -32,8 +34,8 @@ pub enum Message {
     RestoringSpindle,
     /// `$SLP`.
     Sleeping,
-    /// Steps per mm times maximum rate exceed what the board can do: motion is capped at that.
-    StepRateCapped,
+    /// A setting asks for more steps than the board can make: what would work.
+    StepRate(Capped),
     /// A refused line in words.
     Status(Status),
     /// An alarm in words.
@@ -41,8 +43,8 @@ pub enum Message {
 }
 
 impl Message {
-    /// Answers the text between `[MSG:` and `]`.
-    pub const fn text(self) -> &'static str {
+    /// Answers what stands between `[MSG:` and `]`, or begins there.
+    const fn text(self) -> &'static str {
         match self {
             Self::ResetToContinue => "Reset to continue",
             Self::Locked => "'$H'|'$X' to unlock",
@@ -55,7 +57,7 @@ impl Message {
             Self::RestoringDefaults => "Restoring defaults",
             Self::RestoringSpindle => "Restoring spindle",
             Self::Sleeping => "Sleeping",
-            Self::StepRateCapped => "Step rate capped at the limit of the board",
+            Self::StepRate(_) => "Step rate",
             Self::Status(status) => status.text(),
             Self::Alarm(alarm) => alarm.text(),
         }
@@ -64,13 +66,23 @@ impl Message {
 
 impl fmt::Display for Message {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "[MSG:{}]", self.text())
+        f.write_str("[MSG:")?;
+        f.write_str(self.text())?;
+        if let Self::StepRate(Capped { number, most }) = self {
+            write!(
+                f,
+                ": ${number} can be {} at most",
+                Decimal::millimetres(*most)
+            )?;
+        }
+        f.write_str("]")
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use leadscrew_gcode::Number;
     use std::string::ToString;
 
     #[test]
@@ -97,7 +109,15 @@ mod tests {
     fn our_own_messages_hold_no_answer() {
         let texts = Status::ALL.iter().map(|status| Message::Status(*status));
         let alarms = Alarm::ALL.iter().map(|alarm| Message::Alarm(*alarm));
-        for message in texts.chain(alarms).chain([Message::StepRateCapped]) {
+        let capped = Message::StepRate(Capped {
+            number: 110,
+            most: Number::from_int(21_818),
+        });
+        assert_eq!(
+            capped.to_string(),
+            "[MSG:Step rate: $110 can be 21818.000 at most]"
+        );
+        for message in texts.chain(alarms).chain([capped]) {
             let line = message.to_string().to_ascii_lowercase();
             assert!(!line.contains("ok") && !line.contains("error"), "{line}");
             assert!(line.len() <= 68, "{line}");

@@ -18,8 +18,8 @@ codes! {
             "Settings and the words F, N, P, S and T take zero or more.";
         HomingDisabled = 5, "Homing is switched off",
             "Set `$22=1` on a machine with limit switches before homing it.";
-        StepPulseTooShort = 6, "The step pulse must be 3 us or longer",
-            "Motor drivers miss shorter pulses. Set `$0` to 3 or more.";
+        StepPulseTooShort = 6, "The step pulse is too short",
+            "The shortest is 1 us, or Grbl's 3 us on a machine that answers as Grbl does. Set `$0` to what the motor drivers ask for.";
         StoreUnreadable = 7, "Stored values were lost, defaults are in force",
             "What was stored did not pass its checksum, as after a power loss while writing or after an update; or the memory did not take a change. Restore the settings from a backup and check the offsets.";
         NotIdle = 8, "The command has to wait until the machine is idle",

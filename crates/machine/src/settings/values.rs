@@ -3,6 +3,7 @@
 use super::table::{AxisSetting, Kind, Row, Setting};
 use crate::protocol::decimal::Decimal;
 use crate::protocol::status::Status;
+use crate::step_rate::StepLimits;
 use core::fmt;
 use heapless::Vec;
 use leadscrew_gcode::Number;
@@ -11,8 +12,6 @@ use leadscrew_gcode::Number;
 const SCALARS: usize = Setting::ALL.len();
 /// Settings that each axis has.
 const GROUPS: usize = AxisSetting::ALL.len();
-/// The shortest step pulse that Grbl allows, µs.
-const SHORTEST_PULSE: Number = Number::from_int(3);
 const ZERO: Number = Number::from_int(0);
 
 /// A setting's number and its value, to be stored and loaded.
@@ -142,20 +141,20 @@ impl<const AXES: usize> Settings<AXES> {
     /// Changes a setting: `$n=v`. Answers what to store, in that order: a power loss in between then leaves no
     /// forbidden combination behind.
     ///
-    /// `max_step_rate`: steps a second that the board can make.
+    /// `limits`: what the board can make.
     ///
     /// # Errors
     ///
     /// The first of: negative value, no such setting, out of range, step pulse too short, soft limits without homing,
     /// step rate too high. Nothing is changed then.
-    pub fn set(&mut self, entry: Entry, max_step_rate: u32) -> Result<Changes, Status> {
+    pub fn set(&mut self, entry: Entry, limits: StepLimits) -> Result<Changes, Status> {
         let key = Key::from_number(entry.number, AXES);
         if entry.value < ZERO && !key.is_some_and(Key::is_signed) {
             return Err(Status::NegativeValue);
         }
         let key = key.ok_or(Status::InvalidStatement)?;
         let value = fitted(key.row().kind, entry.value)?;
-        self.check(key, value, max_step_rate)?;
+        self.check(key, value, limits)?;
         let mut changes = Changes::new();
         let homing_off = key == Key::Machine(Setting::Homing) && value == ZERO;
         if homing_off && self.is_on(Setting::SoftLimits) {
@@ -202,12 +201,11 @@ impl<const AXES: usize> Settings<AXES> {
         machine.chain(axes.flat_map(|setting| (0..AXES).map(|axis| Key::Axis(*setting, axis))))
     }
 
-    fn check(&self, key: Key, value: Number, max_step_rate: u32) -> Result<(), Status> {
-        let rate = i64::from(max_step_rate) * ONE;
+    fn check(&self, key: Key, value: Number, limits: StepLimits) -> Result<(), Status> {
+        let rate = i64::from(limits.highest_rate) * ONE;
+        let pulse = Number::from_int(limits.shortest_pulse_us.into());
         match key {
-            Key::Machine(Setting::StepPulse) if value < SHORTEST_PULSE => {
-                Err(Status::StepPulseTooShort)
-            }
+            Key::Machine(Setting::StepPulse) if value < pulse => Err(Status::StepPulseTooShort),
             Key::Machine(Setting::SoftLimits) if value != ZERO && !self.is_on(Setting::Homing) => {
                 Err(Status::SoftLimitsNeedHoming)
             }
@@ -303,12 +301,13 @@ impl fmt::Display for SettingLine {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::step_rate::StepTiming;
     use proptest::prelude::*;
     use std::string::{String, ToString};
     use std::vec;
 
-    /// The limit of a replayed Grbl.
-    const RATE: u32 = 500_000;
+    /// The limits of a replayed Grbl.
+    const LIMITS: StepLimits = StepTiming::GRBL.limits(3);
 
     fn number(text: &str) -> Number {
         leadscrew_gcode::leading_number(text.as_bytes()).unwrap().0
@@ -320,7 +319,7 @@ mod tests {
             number: n.parse().unwrap(),
             value: number(value),
         };
-        settings.set(entry, RATE)
+        settings.set(entry, LIMITS)
     }
 
     fn rows(settings: &Settings<3>) -> std::vec::Vec<String> {
@@ -555,7 +554,7 @@ mod tests {
         fn every_listed_row_can_be_sent_back(number in 0..1000_u16, nanos in 0..i64::MAX, shift in 0..63_u32) {
             let mut settings = Settings::<3>::default();
             let entry = Entry { number, value: Number::from_nanos(nanos >> shift) };
-            if settings.set(entry, RATE).is_ok() {
+            if settings.set(entry, LIMITS).is_ok() {
                 let printed = rows(&settings);
                 for row in printed.iter().filter(|row| !row.ends_with("=0.000")) {
                     set(&mut settings, &row[1..]).unwrap();

@@ -5,7 +5,7 @@
 use super::args::JobArgs;
 use super::complaint::{Complaint, Fault};
 use super::input;
-use super::setting_args::{settings, AXES};
+use super::setting_args::{instead, say_capped, settings, AXES};
 use super::{unusable, Unusable};
 use crate::streamer::Lines;
 use leadscrew_machine::config::MachineConfig;
@@ -14,6 +14,7 @@ use leadscrew_machine::interpreter::{
 };
 use leadscrew_machine::protocol::alarm::Alarm;
 use leadscrew_machine::protocol::line_reader::{raw_column, LineReader};
+use leadscrew_machine::protocol::status::Status;
 use leadscrew_machine::protocol::system_command::{Activity, Circumstances, SystemCommand};
 use leadscrew_machine::settings::table::{AxisSetting, Setting};
 use leadscrew_machine::settings::values::{Entry, Settings};
@@ -28,6 +29,9 @@ use std::io::BufRead;
 pub(super) fn check(args: &JobArgs) -> Result<bool, Unusable> {
     let config = MachineConfig::<AXES>::new();
     let settings = settings(&args.machine, &config)?;
+    if !args.quiet {
+        say_capped(&settings, &config.step_timing);
+    }
     let job = input::open(&args.file).map_err(unusable)?;
     let mut checker = Checker::new(&job.name, config, settings);
     let unreadable = |error| unusable(format!("{}: cannot be read: {error}", args.file));
@@ -195,9 +199,16 @@ impl Checker {
         let command = SystemCommand::parse(line, &now).map_err(at_once)?;
         if let SystemCommand::Set { number, value } = command {
             let entry = Entry { number, value };
-            self.settings
-                .set(entry, self.config.max_step_rate)
-                .map_err(at_once)?;
+            let timing = &self.config.step_timing;
+            match self.settings.set(entry, timing.limits(AXES)) {
+                Ok(_) => {}
+                Err(Status::StepRateTooHigh) => {
+                    let words = instead(&self.settings, timing, number);
+                    let (kind, _) = at_once(Status::StepRateTooHigh);
+                    return Err((kind, Some(words.trim().to_owned())));
+                }
+                Err(status) => return Err(at_once(status)),
+            }
         }
         Ok(())
     }

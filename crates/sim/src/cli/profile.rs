@@ -17,6 +17,7 @@ use leadscrew_gcode::Number;
 use leadscrew_machine::config::MachineConfig;
 use leadscrew_machine::settings::table::{AxisSetting, Setting};
 use leadscrew_machine::settings::values::{Entry, Key, Settings};
+use leadscrew_machine::step_rate::{StepLimits, StepTiming};
 use serde::Serialize;
 use std::fmt;
 use std::fs::File;
@@ -44,7 +45,7 @@ pub(super) fn profile(args: &ProfileArgs) -> Result<bool, Unusable> {
         keep_going: args.keep_going,
         quiet: args.quiet,
     };
-    let recorder = Recorder::new(machine(&settings));
+    let recorder = Recorder::new(machine(&settings, &config.step_timing));
     let done = course.run(&text, &settings, 100, recorder)?;
     let mut report = ProfileReport::new(&text.name, done);
     if let Some(path) = &args.csv {
@@ -75,7 +76,8 @@ fn without_lead(mut settings: Settings<AXES>) -> Settings<AXES> {
 }
 
 /// What the limits are found from.
-fn machine(settings: &Settings<AXES>) -> Machine {
+fn machine(settings: &Settings<AXES>, timing: &StepTiming) -> Machine {
+    let pulse_us = u8::try_from(settings.whole(Setting::StepPulse)).unwrap_or(u8::MAX);
     let values = |setting| {
         settings
             .axes(setting)
@@ -87,6 +89,7 @@ fn machine(settings: &Settings<AXES>) -> Machine {
             .map(|rate| rate / 60.0)
             .to_vec(),
         acceleration: values(AxisSetting::Acceleration).to_vec(),
+        step_rate: timing.highest_rate(pulse_us, AXES).into(),
     }
 }
 
@@ -135,9 +138,9 @@ impl Course {
         }
     }
 
-    /// The highest step rate of the machine, Hz.
-    pub(super) fn max_step_rate(&self) -> u32 {
-        self.config.max_step_rate
+    /// What the board can make.
+    pub(super) fn step_limits(&self) -> StepLimits {
+        self.config.step_timing.limits(AXES)
     }
 
     /// Runs the job with `settings` and all programmed feeds at `percent`.

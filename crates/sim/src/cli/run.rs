@@ -3,7 +3,7 @@
 use super::args::JobArgs;
 use super::input::{self, Job};
 use super::report::{title, Report};
-use super::setting_args::{as_defaults, settings, AXES};
+use super::setting_args::{as_defaults, say_capped, settings, AXES};
 use super::stream::Stream;
 use super::watchers::{OutputError, Sketch, StepList, WaveformFile};
 use super::{unusable, Unusable};
@@ -24,6 +24,9 @@ pub(super) fn run(args: &JobArgs) -> Result<bool, Unusable> {
     let mut config = MachineConfig::<AXES>::new();
     let settings = settings(&args.machine, &config)?;
     config.defaults = as_defaults(&settings);
+    if !args.quiet {
+        say_capped(&settings, &config.step_timing);
+    }
     let job = input::open(&args.file).map_err(unusable)?;
     let outputs = Outputs::create(args, &settings).map_err(unusable)?;
     let mut report = simulate(args, &config, &settings, job, outputs)?;

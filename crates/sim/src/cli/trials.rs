@@ -6,6 +6,7 @@ use crate::clock::seconds;
 use crate::speed_profile::{Limit, Share, Slow, SpeedLimit};
 use leadscrew_gcode::Number;
 use leadscrew_machine::settings::values::{Entry, Key, Settings};
+use leadscrew_machine::step_rate::StepLimits;
 use serde::Serialize;
 use std::collections::BTreeSet;
 
@@ -120,7 +121,7 @@ fn try_out(
         Change::Double(numbers) => {
             let words: Option<Vec<String>> = numbers
                 .iter()
-                .map(|number| double(&mut changed, *number, course.max_step_rate()))
+                .map(|number| double(&mut changed, *number, course.step_limits()))
                 .collect();
             (words?.join(", "), 100)
         }
@@ -134,10 +135,10 @@ fn try_out(
 }
 
 /// Doubles a setting; says so in words. `None` where the machine refuses it.
-fn double(settings: &mut Settings<AXES>, number: u16, max_step_rate: u32) -> Option<String> {
+fn double(settings: &mut Settings<AXES>, number: u16, limits: StepLimits) -> Option<String> {
     let before = settings.get(Key::from_number(number, AXES)?);
     let value = Number::from_nanos(before.nanos().checked_mul(2)?);
-    settings.set(Entry { number, value }, max_step_rate).ok()?;
+    settings.set(Entry { number, value }, limits).ok()?;
     let [value, before] = [value, before].map(|number| number.nanos() as f64 / 1e9);
     Some(format!("${number}={value} (now {before})"))
 }
@@ -145,6 +146,7 @@ fn double(settings: &mut Settings<AXES>, number: u16, max_step_rate: u32) -> Opt
 #[cfg(test)]
 mod tests {
     use super::*;
+    use leadscrew_machine::step_rate::StepTiming;
 
     fn share(limit: Limit, cycles: u64) -> Share {
         Share { limit, cycles }
@@ -172,8 +174,9 @@ mod tests {
     #[test]
     fn a_setting_is_doubled_and_named_with_its_value_now() {
         let mut settings = Settings::<AXES>::default();
-        let words = double(&mut settings, 121, 250_000);
+        let limits = StepTiming::F407.limits(AXES);
+        let words = double(&mut settings, 121, limits);
         assert_eq!(words.as_deref(), Some("$121=20 (now 10)"));
-        assert_eq!(double(&mut settings, 999, 250_000), None);
+        assert_eq!(double(&mut settings, 999, limits), None);
     }
 }

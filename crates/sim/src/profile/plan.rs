@@ -85,7 +85,9 @@ impl Profile {
     /// The first of the settings that the machine refuses, and its answer.
     pub(super) fn refused_setting(&self) -> Option<(SettingNumber, Status)> {
         let mut settings = Settings::<MOST_AXES>::new(&[]);
-        let limit = MachineConfig::<MOST_AXES>::new().max_step_rate;
+        let limit = MachineConfig::<MOST_AXES>::new()
+            .step_timing
+            .limits(MOST_AXES);
         let mut refused = None;
         for _ in 0..PASSES {
             let mut results = self.settings.iter().map(|(number, value)| {
@@ -221,7 +223,7 @@ mod tests {
     #[test]
     fn a_setting_that_the_machine_refuses_is_named_with_its_line() {
         let parse = |text| Profile::parse(Path::new("test.toml"), text).unwrap_err();
-        let complaint = parse("[settings]\n\"$1\" = 25\n\"$0\" = 1\n");
+        let complaint = parse("[settings]\n\"$1\" = 25\n\"$0\" = 0.9\n");
         assert_eq!((complaint.line, complaint.key.as_str()), (3, "settings.$0"));
         assert_eq!(complaint.what, Status::StepPulseTooShort.text());
         assert_eq!(parse("[settings]\n\"$999\" = 1").key, "settings.$999");

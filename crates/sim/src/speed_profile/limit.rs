@@ -160,6 +160,8 @@ pub struct Machine {
     pub rate: Vec<f64>,
     /// Highest acceleration, mm/s².
     pub acceleration: Vec<f64>,
+    /// Highest rate of steps that the board makes, steps/s.
+    pub step_rate: f64,
 }
 
 /// A move as far as its limits go.
@@ -196,13 +198,17 @@ impl Machine {
             .map(|(steps, mm)| f64::from(steps.unsigned_abs()) * mm)
             .collect();
         let length = ways.iter().map(|mm| mm * mm).sum::<f64>().sqrt();
-        let (rate_axis, fastest) = least(&self.rate, &ways, length);
+        let (rate_axis, by_axis) = least(&self.rate, &ways, length);
+        let most_steps = steps.iter().map(|steps| steps.unsigned_abs()).max();
+        let by_steps = self.step_rate * length / f64::from(most_steps.unwrap_or(1));
+        let fastest = by_axis.min(by_steps);
         let (axis, _) = least(&self.acceleration, &ways, length);
         let below = |limit: f64| rate < limit * (1.0 - SAME);
         let speed_limit = match arc {
             _ if feed.is_some_and(|feed| feed <= rate) => SpeedLimit::Feed,
             Some(arc) if below(fastest) && !below(arc) => SpeedLimit::Arc,
             Some(_) | None if below(fastest) => SpeedLimit::Curve,
+            Some(_) | None if by_steps < by_axis => SpeedLimit::StepRate,
             Some(_) | None => SpeedLimit::Rate(rate_axis),
         };
         Limits {
@@ -242,6 +248,7 @@ mod tests {
             mm_per_step: vec![0.01; 2],
             rate: vec![10.0, 5.0],
             acceleration: vec![100.0, 300.0],
+            step_rate: 1e4,
         }
     }
 
@@ -271,6 +278,18 @@ mod tests {
             (rapid.speed_limit, rapid.nominal),
             (SpeedLimit::Rate(0), 10.0)
         );
+    }
+
+    #[test]
+    fn the_board_s_step_rate_is_named_where_it_is_less_than_the_axis_s() {
+        let slow = Machine {
+            step_rate: 400.0, // 4 mm/s of one axis
+            ..machine()
+        };
+        let limit = |steps: [i32; 2], rate| slow.limits(&steps, rate, Some(40.0), None).speed_limit;
+        assert_eq!(limit([100, 0], 4.0), SpeedLimit::StepRate);
+        assert_eq!(limit([100, 100], 4.0 * 2f64.sqrt()), SpeedLimit::StepRate);
+        assert_eq!(limit([100, 0], 3.0), SpeedLimit::Curve);
     }
 
     #[test]

@@ -1,0 +1,229 @@
+//! How fast steps may follow each other: one function of board, pulse width, direction set-up and number of motors.
+//!
+//! ```text
+//!  tick      |------------ shortest tick ------------|
+//!  interrupt |== step ==|  |= end =|                  |== step ==|
+//!  step pin   ______________                           ______________
+//!         ___|     pulse    |_________________________|
+//!  direction                   X  new |--- set-up ----|
+//!                           |--| pulse end
+//! ```
+//!
+//! Two things bound it: the time that the board's interrupts take, and pins that must have fallen, with new directions
+//! settled, before they rise again. Motion is capped at that rate, and step smoothing keeps to it, too. Settings are
+//! accepted one by one, as senders restore them: only what no other setting could make up for is refused.
+
+use crate::settings::table::{AxisSetting, Setting};
+use crate::settings::values::{Key, Settings};
+use leadscrew_gcode::Number;
+
+/// What making steps takes on a board.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct StepTiming {
+    /// From one tick to the next at least, without what each motor takes, ns.
+    pub tick_ns: u32,
+    /// What each motor takes, ns.
+    pub motor_ns: u32,
+    /// From the instant at which a pulse is to end until its pins are low and new directions are out, ns.
+    pub pulse_end_ns: u32,
+    /// From a change of direction to the step, and from pulse to pulse, at least, ns.
+    pub setup_ns: u32,
+    /// The shortest pulse that `$0` may ask for, µs.
+    pub shortest_pulse_us: u8,
+}
+
+impl StepTiming {
+    /// An STM32F407 at 168 MHz: three motors at 250 kHz with pulses of 1 to 3 µs.
+    ///
+    /// Tick: the longest step interrupt with three motors and the end of its pulse took 459 and 111 cycles in an emulated one
+    /// with cold caches (3.4 µs); 0.6 µs are left for the main loop. A motor: 20 instructions of 1.65 cycles each. A pulse's end:
+    /// entry, and 25 instructions before the last pin is written. Set-up: 650 ns (TI DRV8825, SLVSA73F).
+    pub const F407: Self = Self {
+        tick_ns: 3_400,
+        motor_ns: 200,
+        pulse_end_ns: 350,
+        setup_ns: 650,
+        shortest_pulse_us: 1,
+    };
+
+    /// A board that sets no bound which Grbl does not set: for the same answers to the same settings. Pulses have Grbl's least width.
+    pub const GRBL: Self = Self {
+        tick_ns: 2_000,
+        motor_ns: 0,
+        shortest_pulse_us: 3,
+        ..Self::F407
+    };
+
+    /// From tick to tick at least, ns: with pulses of `pulse_us` on `motors` motors.
+    pub const fn shortest_tick_ns(&self, pulse_us: u8, motors: usize) -> u32 {
+        let work = self.work_ns(motors);
+        let pins = pulse_us as u32 * 1_000 + self.pulse_end_ns + self.setup_ns;
+        if work > pins {
+            work
+        } else {
+            pins
+        }
+    }
+
+    /// The highest step rate with pulses of `pulse_us` on `motors` motors, steps/s.
+    pub const fn highest_rate(&self, pulse_us: u8, motors: usize) -> u32 {
+        1_000_000_000 / self.shortest_tick_ns(pulse_us, motors)
+    }
+
+    /// What `$0` and rates may ask for, whatever the other settings are.
+    pub const fn limits(&self, motors: usize) -> StepLimits {
+        StepLimits {
+            shortest_pulse_us: self.shortest_pulse_us,
+            highest_rate: 1_000_000_000 / self.work_ns(motors),
+        }
+    }
+
+    const fn work_ns(&self, motors: usize) -> u32 {
+        self.tick_ns + self.motor_ns * motors as u32 // eight motors at most
+    }
+}
+
+/// What a setting may not ask for, whatever the others are.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct StepLimits {
+    /// The shortest pulse, µs.
+    pub shortest_pulse_us: u8,
+    /// The highest rate with pulses as short as can be, steps/s.
+    pub highest_rate: u32,
+}
+
+/// A rate setting that asks for more steps than can be made, and what would work.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Capped {
+    /// The setting: `$110` and up, or `$100` and up.
+    pub number: u16,
+    /// The largest value that works with the other settings as they are, rounded down.
+    pub most: Number,
+}
+
+/// Answers the largest `$110` and up of an axis that its steps/mm and `$0` allow, rounded down to 0.01 mm/min.
+pub fn largest_rate<const AXES: usize>(
+    settings: &Settings<AXES>,
+    timing: &StepTiming,
+    motors: usize,
+    axis: usize,
+) -> Capped {
+    let pulse_us = u8::try_from(settings.whole(Setting::StepPulse)).unwrap_or(u8::MAX);
+    let steps = settings.get(Key::Axis(AxisSetting::StepsPerMm, axis));
+    let rate = i64::from(timing.highest_rate(pulse_us, motors));
+    // steps/s in steps/min, over 10⁻⁹ steps/mm: at most 5·10⁵ · 60 · 10¹¹ < 2⁶³.
+    let hundredths = rate * 60 * 100 * ONE / steps.nanos().max(1);
+    Capped {
+        number: Key::Axis(AxisSetting::MaxRate, axis).number(),
+        most: Number::from_nanos(hundredths.saturating_mul(ONE / 100)),
+    }
+}
+
+/// Answers what caps the motion of an axis, where its rate asks for more.
+pub fn capped<const AXES: usize>(
+    settings: &Settings<AXES>,
+    timing: &StepTiming,
+    motors: usize,
+    axis: usize,
+) -> Option<Capped> {
+    let rate = settings.get(Key::Axis(AxisSetting::MaxRate, axis));
+    let largest = largest_rate(settings, timing, motors, axis);
+    (rate > largest.most).then_some(largest)
+}
+
+/// Answers what would work instead of a value that was refused for its step rate.
+pub fn instead<const AXES: usize>(
+    settings: &Settings<AXES>,
+    timing: &StepTiming,
+    motors: usize,
+    key: Key,
+) -> Option<Capped> {
+    match key {
+        Key::Axis(AxisSetting::MaxRate, axis) => Some(largest_rate(settings, timing, motors, axis)),
+        // At 1 mm/s.
+        Key::Axis(AxisSetting::StepsPerMm, _) => Some(Capped {
+            number: key.number(),
+            most: Number::from_nanos(i64::from(timing.limits(motors).highest_rate) * ONE),
+        }),
+        Key::Machine(_) | Key::Axis(_, _) => None,
+    }
+}
+
+/// Answers what caps motion now that `key` was changed: of its axis, or of each where it is the pulse.
+pub fn capped_by<'a, const AXES: usize>(
+    settings: &'a Settings<AXES>,
+    timing: &'a StepTiming,
+    motors: usize,
+    key: Key,
+) -> impl Iterator<Item = Capped> + 'a {
+    let axes = match key {
+        Key::Machine(Setting::StepPulse) => 0..AXES,
+        Key::Axis(AxisSetting::MaxRate | AxisSetting::StepsPerMm, axis) => axis..axis + 1,
+        Key::Machine(_) | Key::Axis(_, _) => 0..0,
+    };
+    axes.filter_map(move |axis| capped(settings, timing, motors, axis))
+}
+
+/// 10⁻⁹ in one.
+const ONE: i64 = 1_000_000_000;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::settings::values::Entry;
+
+    const F407: StepTiming = StepTiming::F407;
+
+    fn with(values: &[(u16, i32)]) -> Settings<3> {
+        let mut settings = Settings::default();
+        for (number, value) in values {
+            let entry = Entry {
+                number: *number,
+                value: Number::from_int(*value),
+            };
+            settings.set(entry, F407.limits(3)).unwrap();
+        }
+        settings
+    }
+
+    #[test]
+    fn three_motors_make_250_000_steps_a_second_with_pulses_of_up_to_3_us() {
+        assert_eq!([1, 2, 3].map(|us| F407.highest_rate(us, 3)), [250_000; 3]);
+        assert_eq!(F407.limits(3).highest_rate, 250_000);
+    }
+
+    #[test]
+    fn longer_pulses_and_more_motors_are_slower() {
+        assert_eq!(F407.highest_rate(10, 3), 90_909);
+        assert_eq!(F407.highest_rate(255, 3), 3906);
+        assert!(F407.highest_rate(1, 4) < 250_000 && F407.highest_rate(1, 1) > 250_000);
+    }
+
+    #[test]
+    fn a_rate_is_capped_by_the_pulse_that_goes_with_it() {
+        let settings = with(&[(0, 10), (110, 30_000), (111, 21_000)]);
+        let of = |axis| capped(&settings, &F407, 3, axis);
+        // 90 909 steps/s · 60 / 250
+        let most = Number::from_nanos(21_818_160_000_000);
+        assert_eq!(
+            [of(0), of(1), of(2)],
+            [Some(Capped { number: 110, most }), None, None]
+        );
+        let short = with(&[(0, 1), (110, 60_000)]);
+        assert_eq!(capped(&short, &F407, 3, 0), None);
+    }
+
+    #[test]
+    fn the_largest_rate_of_the_smallest_scale_saturates() {
+        let mut settings = Settings::<3>::default();
+        let scale = Entry {
+            number: 100,
+            value: Number::from_nanos(1),
+        };
+        settings.set(scale, F407.limits(3)).unwrap();
+        assert!(largest_rate(&settings, &F407, 3, 0).most > Number::from_int(i32::MAX));
+    }
+}
