@@ -10,6 +10,7 @@ mod icount;
 mod senders;
 mod shell;
 mod sizes;
+mod targets;
 mod thumb;
 mod toolchain;
 
@@ -20,6 +21,7 @@ const USAGE: &str = "usage: cargo xtask COMMAND
                        build the firmware; ARGUMENTS go to `cargo build`; --run flashes it and shows its log (probe-rs)
     fw-test [NAME...]  run the firmware in an emulated STM32F407; --subset, --list
     thumb              build libraries and firmware for the microcontroller; check what is in them
+    targets            check the libraries for other processors
     bench COMMAND...   count x86-64 instructions per line; COMMAND says {lines} for their number
     icount [--check]   count instructions under QEMU; fail above the budgets
     senders [NAME...]  run real senders (meerk40t, grbl-streamer, websockets, cncjs) against `leadscrew serve`";
@@ -34,6 +36,7 @@ fn main() -> ExitCode {
         ["icount"] => icount::run(false),
         ["icount", "--check"] => icount::run(true),
         ["senders", ..] => senders::run_all(&arguments[1..]),
+        ["targets"] => targets::run(),
         ["thumb"] => thumb::run(),
         _ => {
             eprintln!("{USAGE}");

@@ -30,13 +30,21 @@ pub(crate) enum Toolchain {
 }
 
 impl Toolchain {
-    /// Finds a compiler and says on standard error which one it is.
+    /// Finds a compiler for [`TARGET`] and says on standard error which one it is.
     ///
     /// # Errors
     /// When there is none, with the commands that install one.
     pub(crate) fn find() -> Result<Self, Failure> {
-        if has_prebuilt_core("rustc") {
-            eprintln!("compiler: rustc, with its prebuilt {TARGET} libraries");
+        Self::find_for(TARGET)
+    }
+
+    /// Finds a compiler for `target` and says on standard error which one it is.
+    ///
+    /// # Errors
+    /// As [`Self::find`].
+    pub(crate) fn find_for(target: &str) -> Result<Self, Failure> {
+        if has_prebuilt_core("rustc", target) {
+            eprintln!("compiler: rustc, with its prebuilt {target} libraries");
             return Ok(Toolchain::Prebuilt);
         }
         let (rustc, cargo) = [("rustc", "cargo"), ("/usr/bin/rustc", "/usr/bin/cargo")]
@@ -57,12 +65,17 @@ impl Toolchain {
 
     /// A `cargo build` for [`TARGET`] with artefacts in `target_dir`; the caller adds packages and a profile.
     pub(crate) fn build(&self, target_dir: &Path) -> Command {
+        self.cargo("build", TARGET, target_dir)
+    }
+
+    /// `cargo VERB` for `target`, as [`Self::build`].
+    pub(crate) fn cargo(&self, verb: &str, target: &str, target_dir: &Path) -> Command {
         let mut command = match self {
             Toolchain::Prebuilt => Command::new("cargo"),
             Toolchain::FromSource { cargo, .. } => Command::new(cargo),
         };
         command
-            .args(["build", "--target", TARGET, "--target-dir"])
+            .args([verb, "--target", target, "--target-dir"])
             .arg(target_dir);
         if let Toolchain::FromSource { rustc, linker, .. } = self {
             command
@@ -94,8 +107,8 @@ pub(crate) fn firmware_dir() -> PathBuf {
     target_dir().join(TARGET).join("firmware")
 }
 
-fn has_prebuilt_core(rustc: &str) -> bool {
-    let query = ["--print", "target-libdir", "--target", TARGET];
+fn has_prebuilt_core(rustc: &str, target: &str) -> bool {
+    let query = ["--print", "target-libdir", "--target", target];
     let Ok(dir) = shell::output(Command::new(rustc).args(query)) else {
         return false;
     };
