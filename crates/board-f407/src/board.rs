@@ -1,6 +1,7 @@
 //! The board under the machine: slow pins and serial output.
 use crate::{profile::PROFILE, pwm, serial, step_port, switches};
 use heapless::spsc::Producer;
+use leadscrew_f407_usb as usb;
 use leadscrew_machine::board::{
     Board, ChannelId, CoolantOutput, PortConfig, SpindleOutput, Switches,
 };
@@ -9,16 +10,18 @@ use stm32f4::stm32f407::Interrupt;
 
 /// The main loop's end of the board.
 pub(crate) struct F407 {
-    pub(crate) outgoing: Producer<'static, u8>,
+    outgoing: Producer<'static, u8>,
+    usb: usb::Writer,
     /// Level of the enable pins that lets the motors go: `$4`.
     motors_off: bool,
 }
 
 impl F407 {
-    /// Sends bytes by way of `outgoing`.
-    pub(crate) fn new(outgoing: Producer<'static, u8>) -> Self {
+    /// Sends bytes by way of `outgoing`, on USB by way of `usb`.
+    pub(crate) fn new(outgoing: Producer<'static, u8>, usb: usb::Writer) -> Self {
         Self {
             outgoing,
+            usb,
             motors_off: true,
         }
     }
@@ -30,6 +33,7 @@ impl F407 {
         if let Some(text) = text {
             for part in ["[MSG:", text, "]\r\n"] {
                 self.write(ChannelId(0), part.as_bytes());
+                self.write(ChannelId(1), part.as_bytes());
             }
         }
     }
@@ -48,6 +52,11 @@ impl Board for F407 {
                     .take_while(|byte| self.outgoing.enqueue(**byte).is_ok())
                     .count();
                 rtic::pend(serial::INTERRUPT);
+                taken
+            }
+            ChannelId(1) => {
+                let taken = self.usb.write(bytes);
+                rtic::pend(Interrupt::OTG_FS);
                 taken
             }
             ChannelId(_) => bytes.len(),

@@ -1,7 +1,14 @@
 //! Where the clocks come from, and what time it is.
 use crate::{profile::PROFILE, wake::wake};
 use leadscrew_machine::board::Instant;
-use stm32f4::stm32f407::{tim5, FLASH, PWR, RCC, TIM5};
+use stm32f4::stm32f407::{tim5, PWR, RCC, TIM5};
+use stm32f4xx_hal::{
+    rcc::{Config, Rcc, RccExt},
+    time::Hertz,
+};
+
+/// Clock of the CPU in Hz: the highest that the STM32F407 allows.
+pub(crate) const CPU_HZ: u32 = 168_000_000;
 
 /// Counts of the timers on APB1 in a second: twice the clock of their bus (RM0090 section 7.2).
 pub(crate) const APB1_TIMER_HZ: u32 = 84_000_000;
@@ -20,34 +27,6 @@ pub(crate) enum Source {
     Internal,
 }
 
-/// The PLL's settings for an oscillator: divided by `divide`, its frequency times `times` is 336 MHz (RM0090 section 7.3.2).
-/// Half of that is the CPU's 168 MHz, the highest that the STM32F407 allows; a seventh the 48 MHz of USB.
-struct Pll {
-    divide: u8,
-    times: u16,
-}
-
-impl Pll {
-    /// The PLL likes an input of 2 MHz best (least jitter); any whole number of MHz will do.
-    const fn new(oscillator_hz: u32) -> Self {
-        assert!(oscillator_hz.is_multiple_of(1_000_000) && oscillator_hz <= 50_000_000);
-        if oscillator_hz.is_multiple_of(2_000_000) {
-            Self {
-                divide: (oscillator_hz / 2_000_000) as u8,
-                times: 168,
-            }
-        } else {
-            Self {
-                divide: (oscillator_hz / 1_000_000) as u8,
-                times: 336,
-            }
-        }
-    }
-}
-
-const CRYSTAL_PLL: Pll = Pll::new(PROFILE.crystal_hz);
-const INTERNAL_PLL: Pll = Pll::new(16_000_000);
-
 impl Source {
     /// What the operator is told.
     pub(crate) const fn text(self) -> Option<&'static str> {
@@ -58,43 +37,47 @@ impl Source {
     }
 }
 
-/// Sets the clocks up: CPU 168 MHz, APB1 42 MHz, APB2 84 MHz. The crystal is given up where it does not start.
-pub(crate) fn start(rcc: &RCC, flash: &FLASH, power: &PWR) -> Source {
-    // A bootloader may have set the clocks up in its own way.
+/// Sets the clocks up: CPU 168 MHz, APB1 42 MHz, APB2 84 MHz, USB 48 MHz. The crystal is given up where it does not start.
+pub(crate) fn start(rcc: RCC, power: &PWR) -> (Rcc, Source) {
+    use_internal_oscillator(&rcc);
+    power.cr().modify(|_, w| w.vos().scale1());
+    let source = find_source(&rcc);
+    let config = match source {
+        Source::Crystal => Config::hse(Hertz::from_raw(PROFILE.crystal_hz)).require_pll48clk(),
+        Source::Internal => Config::hsi(),
+    };
+    let rcc = rcc.freeze(
+        config
+            .sysclk(Hertz::from_raw(CPU_HZ))
+            .pclk1(Hertz::from_raw(APB1_HZ))
+            .pclk2(Hertz::from_raw(2 * APB1_HZ)),
+    );
+    while !rcc.cfgr().read().sws().is_pll() {}
+    // A crystal that stops is an NMI from here on.
+    rcc.cr()
+        .modify(|_, w| w.csson().bit(source == Source::Crystal));
+    (rcc, source)
+}
+
+/// A bootloader may have set the clocks up in its own way: the PLL must be off to be set up again.
+fn use_internal_oscillator(rcc: &RCC) {
     rcc.cr().modify(|_, w| w.hsion().on());
     while rcc.cr().read().hsirdy().is_not_ready() {}
     rcc.cfgr().modify(|_, w| w.sw().hsi());
     while !rcc.cfgr().read().sws().is_hsi() {}
     rcc.cr().modify(|_, w| w.pllon().off());
+    while rcc.cr().read().pllrdy().is_ready() {}
+}
 
-    power.cr().modify(|_, w| w.vos().scale1());
+/// Looks whether the crystal starts: the HAL would wait for it for ever.
+fn find_source(rcc: &RCC) -> Source {
     rcc.cr().modify(|_, w| w.hseon().on());
-    let ready = (0..PATIENCE).any(|_| rcc.cr().read().hserdy().is_ready());
-    let (pll, source) = if ready {
-        (CRYSTAL_PLL, Source::Crystal)
+    if (0..PATIENCE).any(|_| rcc.cr().read().hserdy().is_ready()) {
+        Source::Crystal
     } else {
         rcc.cr().modify(|_, w| w.hseon().off());
-        (INTERNAL_PLL, Source::Internal)
-    };
-    // SAFETY: both factors are within the range that `Pll::new` keeps (2 to 50, 168 or 336).
-    #[allow(unsafe_code)]
-    rcc.pllcfgr().write(|w| unsafe {
-        w.pllm().bits(pll.divide).plln().bits(pll.times);
-        w.pllp().div2().pllq().bits(7).pllsrc().bit(ready)
-    });
-    rcc.cr().modify(|_, w| w.pllon().on());
-    while rcc.cr().read().pllrdy().is_not_ready() {}
-    // Five wait states at 168 MHz and 2.7 V to 3.6 V (RM0090 table 10), hidden by the caches.
-    flash.acr().write(|w| {
-        w.latency().ws5().prften().enabled();
-        w.icen().enabled().dcen().enabled()
-    });
-    rcc.cfgr()
-        .write(|w| w.sw().pll().ppre1().div4().ppre2().div2());
-    while !rcc.cfgr().read().sws().is_pll() {}
-    // A crystal that stops is an NMI from here on.
-    rcc.cr().modify(|_, w| w.csson().bit(ready));
-    source
+        Source::Internal
+    }
 }
 
 /// Microseconds since power-up, and the main loop's alarm clock: TIM5 (RM0090 chapter 18).

@@ -1,8 +1,8 @@
 //! Puts the machine on the board: what is started, which interrupt calls what, and the main loop.
 use crate::{
     board::F407,
-    clock::{self, Clock},
-    profile::{config, kinematics, Kinematics, AXES, MOTORS, PROFILE},
+    clock::{self, Clock, Source},
+    profile::{self, config, kinematics, Kinematics, AXES, MOTORS, PROFILE},
     pwm, restart,
     serial::{self, Catch, Outgoing, Port as SerialPort},
     settings_flash::Sectors,
@@ -11,9 +11,10 @@ use crate::{
     switches::{self, Filter},
     wake, watchdog,
 };
-use core::mem::MaybeUninit;
+use core::{iter, mem::MaybeUninit};
 use defmt_rtt as _;
-use heapless::{spsc::Consumer, Vec};
+use heapless::spsc::Consumer;
+use leadscrew_f407_usb as usb;
 use leadscrew_machine::{
     board::Duration,
     config::SegmentQueue,
@@ -49,6 +50,7 @@ mod app {
         port: Port,
         segments: Consumer<'static, Segment<MOTORS>>,
         machine: &'static mut TheMachine,
+        usb: Option<&'static mut usb::Port>,
         board: F407,
         store: Sectors,
         clock: Clock,
@@ -58,6 +60,9 @@ mod app {
         queue: SegmentQueue<MOTORS> = SegmentQueue::new(),
         received: SerialQueue = SerialQueue::new(),
         outgoing: Outgoing = Outgoing::new(),
+        usb_received: SerialQueue = SerialQueue::new(),
+        usb_outgoing: Outgoing = Outgoing::new(),
+        usb_place: usb::Place = usb::Place::new(),
         place: MaybeUninit<TheMachine> = MaybeUninit::uninit(),
     ])]
     fn init(cx: init::Context) -> (SharedResources, Local) {
@@ -70,27 +75,30 @@ mod app {
         });
         let reason = restart::reason(&device.RCC);
         supply::watch(&device.PWR, &device.EXTI);
-        let source = clock::start(&device.RCC, &device.FLASH, &device.PWR);
+        let (rcc, source) = clock::start(device.RCC, &device.PWR);
         defmt::info!(
             "leadscrew on {=str}, clock: {}, restarted: {}",
             PROFILE.name,
             source,
             reason
         );
-        pwm::start(&device.RCC);
+        pwm::start(&rcc);
         let filter = Filter::new(device.EXTI, &device.SYSCFG);
         INPUTS.on_switches(&switches::switches(), &SHARED);
 
         let (producer, segments) = cx.local.queue.split();
         let (receiver, inbox) = cx.local.received.split();
         let (outgoing, sending) = cx.local.outgoing.split();
-        let mut inboxes = Vec::new();
-        let _ = inboxes.push(inbox);
+        let (usb_receiver, usb_inbox) = cx.local.usb_received.split();
+        let (usb_outgoing, usb_sending) = cx.local.usb_outgoing.split();
+        // In the order of their channels: `F407::write`. The internal oscillator is too inexact for USB.
+        let has_usb = source == Source::Crystal;
+        let inboxes = iter::once(inbox).chain(has_usb.then_some(usb_inbox));
         let links = Links {
             segments: producer,
             shared: &SHARED,
             inputs: &INPUTS,
-            inboxes,
+            inboxes: inboxes.collect(),
         };
         let machine = Machine::new(config(), kinematics(), links);
         let machine = cx.local.place.write(machine);
@@ -102,15 +110,28 @@ mod app {
         if let Err(error) = machine.make_room(&mut store) {
             defmt::error!("the spare sector of the settings: {}", error);
         }
-        let mut board = F407::new(outgoing);
+        let mut board = F407::new(outgoing, usb::Writer::new(usb_outgoing));
         board.say(source.text());
         board.say(reason.text());
         watchdog::start(&device.DBGMCU);
         let line = SerialPort::new(receiver, sending);
+        let registers = (
+            device.OTG_FS_GLOBAL,
+            device.OTG_FS_DEVICE,
+            device.OTG_FS_PWRCLK,
+        );
+        let usb = if has_usb {
+            profile::give_usb_its_pins();
+            let place = cx.local.usb_place;
+            place.start(registers, clock::CPU_HZ, usb_receiver, usb_sending)
+        } else {
+            None
+        };
         let local = Local {
             port: Port::new(device.TIM2),
             segments,
             machine,
+            usb,
             board,
             store,
             clock: Clock::new(device.TIM5),
@@ -168,6 +189,14 @@ mod app {
     #[task(binds = USART2, priority = 15, shared = [line])]
     fn usart_2(mut cx: usart_2::Context) {
         cx.shared.line.lock(|line| line.on_interrupt());
+    }
+
+    /// A packet has come or gone, or the host has something to say.
+    #[task(binds = OTG_FS, priority = 13, local = [usb])]
+    fn packet(cx: packet::Context) {
+        if cx.local.usb.as_mut().is_some_and(|usb| usb.on_interrupt()) {
+            wake::wake();
+        }
     }
 
     /// The supply is low.

@@ -1,5 +1,5 @@
 //! What a board is made of. One file in `profiles/` for each board; this one says what such a file has to name.
-use crate::gpio::{Bank, Input, Output, Pin};
+use crate::gpio::{Bank, Input, Output, Pin, Pull};
 use crate::{pwm::Timer, serial::Usart};
 
 // One profile is built in: the Discovery's, unless a feature names another.
@@ -83,6 +83,14 @@ pub(crate) struct PowerPin {
     pub(crate) channel: u8,
     /// Frequency in Hz, 50 to 100 000.
     pub(crate) frequency: u32,
+}
+
+/// Hands PA11 and PA12 to the USB controller: they are the same on every board, and no profile names them.
+pub(crate) fn give_usb_its_pins() {
+    for number in [11, 12] {
+        // The controller's number in the data sheet's table 9.
+        Pin::new(Bank::A, number).make_alternate(10, Pull::None);
+    }
 }
 
 /// The serial line's rate in bits a second: 115200, or what `LEADSCREW_BAUD` says when the firmware is built.

@@ -39,7 +39,7 @@ where
         let Some(channel) = self.console.channel(id) else {
             return false;
         };
-        let Some(listing) = channel.listing.filter(|_| channel.output.has_room()) else {
+        let Some(listing) = channel.listing.filter(|_| channel.has_room()) else {
             return false;
         };
         let next = match listing {

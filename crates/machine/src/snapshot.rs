@@ -46,7 +46,7 @@ where
         for index in 0..self.console.count() {
             let id = crate::board::ChannelId(index);
             let free = match self.console.channel(id) {
-                Some(channel) if channel.report_due && channel.output.has_room() => {
+                Some(channel) if channel.report_due && channel.has_room() => {
                     channel.report_due = false;
                     channel.free()
                 }

@@ -30,7 +30,6 @@ pub(crate) struct Channel<'a> {
     reader: LineReader<LINE>,
     /// The reader holds a whole line, not yet taken.
     complete: bool,
-    pub(crate) output: Output,
     /// What is being sent row by row; its line is answered after the last.
     pub(crate) listing: Option<Listing>,
     /// A `?` waits for its report.
@@ -53,7 +52,6 @@ impl<'a> Console<'a> {
             inbox,
             reader: LineReader::new(limit),
             complete: false,
-            output: Output::new(),
             listing: None,
             report_due: false,
             jogs_cancelled: None,
@@ -77,7 +75,7 @@ impl<'a> Console<'a> {
     /// Sends a line on all channels.
     pub(crate) fn broadcast(&mut self, line: impl fmt::Display) {
         for channel in &mut self.channels {
-            channel.output.line(&line);
+            channel.inbox.output.line(&line);
         }
     }
 
@@ -89,7 +87,7 @@ impl<'a> Console<'a> {
     /// Sends a line on one channel.
     pub(crate) fn line(&mut self, id: ChannelId, line: impl fmt::Display) {
         if let Some(channel) = self.channel(id) {
-            channel.output.line(line);
+            channel.inbox.output.line(line);
         }
     }
 
@@ -157,8 +155,8 @@ impl<'a> Console<'a> {
     /// Hands the board what it takes of the waiting output.
     pub(crate) fn flush<B: Board>(&mut self, board: &mut B, work: &mut Work) {
         for (id, channel) in self.channels() {
-            if !channel.output.is_empty() {
-                let sent = channel.output.flush(id, board);
+            if !channel.inbox.output.is_empty() {
+                let sent = channel.inbox.output.flush(id, board);
                 work.written = work.written.wrapping_add(sent);
             }
         }
@@ -172,7 +170,7 @@ impl<'a> Console<'a> {
     /// Whether a status report that was asked for can be written.
     pub(crate) fn reports_now(&self) -> bool {
         let mut channels = self.channels.iter();
-        channels.any(|channel| channel.report_due && channel.output.has_room())
+        channels.any(|channel| channel.report_due && channel.has_room())
     }
 
     /// Whether there is something to do at once. `takes_lines`: whether a line would be taken.
@@ -180,8 +178,7 @@ impl<'a> Console<'a> {
         self.channels.iter().any(|channel| {
             let asked = channel.report_due || channel.listing.is_some();
             let has_line = channel.complete || channel.inbox.has_bytes();
-            channel.output.has_room() && (asked || takes_lines && has_line)
-                || channel.inbox.has_requests()
+            channel.has_room() && (asked || takes_lines && has_line) || channel.inbox.has_requests()
         })
     }
 
@@ -193,15 +190,15 @@ impl<'a> Console<'a> {
                 && !channel.complete
                 && !channel.inbox.has_bytes()
                 && !channel.inbox.has_requests()
-                && channel.output.is_empty()
+                && channel.inbox.output.is_empty()
         })
     }
 
     /// Bytes of output that were lost since power-up, as a line's other end had stopped reading.
     pub(crate) fn lost_output(&self) -> u32 {
-        self.channels
-            .iter()
-            .fold(0, |sum, channel| sum.wrapping_add(channel.output.lost()))
+        self.channels.iter().fold(0, |sum, channel| {
+            sum.wrapping_add(channel.inbox.output.lost())
+        })
     }
 }
 
@@ -252,7 +249,12 @@ impl Channel<'_> {
             .map_or(true, |line| line.first().is_none_or(|first| *first == b'$'))
     }
 
+    /// Whether the answer to a line, or a row or a report, fits.
+    pub(crate) fn has_room(&self) -> bool {
+        self.inbox.output.has_room()
+    }
+
     fn is_ready(&self) -> bool {
-        self.complete && self.listing.is_none() && self.output.has_room()
+        self.complete && self.listing.is_none() && self.has_room()
     }
 }

@@ -21,6 +21,7 @@
 //! and only its mark moves on. Overrides and the like are lost and counted.
 
 use super::realtime::{Byte, Realtime};
+use crate::console::Output;
 use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use heapless::spsc::{Consumer, Producer, Queue};
 
@@ -63,8 +64,11 @@ struct Shared {
 pub struct SerialQueue<const RX: usize = DEFAULT_RX> {
     bytes: Queue<u8, RX>,
     requests: Queue<Request, REALTIME_SLOTS>,
+    /// What waits to be sent.
+    output: Output,
     shared: Shared,
-    limit: usize,
+    /// Places that are never used. Not the limit itself: an empty channel is all zeros, and takes no room in a program's image.
+    spare: usize,
 }
 
 impl<const RX: usize> Default for SerialQueue<RX> {
@@ -84,32 +88,35 @@ impl<const RX: usize> SerialQueue<RX> {
         Self {
             bytes: Queue::new(),
             requests: Queue::new(),
+            output: Output::new(),
             shared: Shared {
                 report: AtomicBool::new(false),
                 reset: AtomicU32::new(0),
                 lost_bytes: AtomicU32::new(0),
                 lost_requests: AtomicU32::new(0),
             },
-            limit: if limit < RX { limit } else { RX - 1 },
+            spare: (RX - 1).saturating_sub(limit),
         }
     }
 
     /// Parts the channel into the end for the serial interrupt and the end for the main loop.
     pub fn split(&mut self) -> (Receiver<'_>, Inbox<'_>) {
+        let limit = RX - 1 - self.spare;
         let (bytes_in, bytes_out) = self.bytes.split();
         let (requests_in, requests_out) = self.requests.split();
         let receiver = Receiver {
             bytes: bytes_in,
             requests: requests_in,
             shared: &self.shared,
-            limit: self.limit,
+            limit,
             received: 0,
         };
         let inbox = Inbox {
             bytes: bytes_out,
             requests: requests_out,
+            output: &mut self.output,
             shared: &self.shared,
-            limit: self.limit,
+            limit,
             taken: 0,
         };
         (receiver, inbox)
@@ -192,6 +199,8 @@ impl Receiver<'_> {
 pub struct Inbox<'a> {
     bytes: Consumer<'a, u8>,
     requests: Consumer<'a, Request>,
+    /// What waits to be sent to the other end.
+    pub(crate) output: &'a mut Output,
     shared: &'a Shared,
     limit: usize,
     /// Ordinary bytes taken since power-up, modulo 2³².

@@ -1,0 +1,9 @@
+//! The second serial line of an STM32F407: USB. On a desk this is empty.
+#![cfg_attr(target_os = "none", no_std)]
+#![deny(unsafe_code)]
+
+#[cfg(target_os = "none")]
+mod otg_fs;
+
+#[cfg(target_os = "none")]
+pub use otg_fs::{Place, Port, Registers, Writer};

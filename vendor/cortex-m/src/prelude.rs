@@ -1,0 +1,3 @@
+//! Prelude
+
+pub use eh0::prelude::*;
