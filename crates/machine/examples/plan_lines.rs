@@ -47,6 +47,7 @@ fn config() -> Config<AXES> {
         arc_tolerance: 0.002,
         timer_hz: 84_000_000,
         shortest_tick: Ticks(840),
+        longest_segment: 1e-3,
         moves: MOVES,
         pixels: 0,
     }

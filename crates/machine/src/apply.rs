@@ -112,6 +112,7 @@ pub(crate) fn planner_config<const AXES: usize>(
         arc_tolerance: settings.value(Setting::ArcTolerance).to_f32(),
         timer_hz: config.timer_hz,
         shortest_tick,
+        longest_segment: 0.0, // whoever hands segments on says
         moves: config.moves,
         pixels: config.pixels,
     }

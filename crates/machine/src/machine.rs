@@ -221,6 +221,9 @@ where
         }
         self.take_requests(board, now);
         self.take_edges(board, now);
+        if self.motion.is_short(now) {
+            self.feed(board, now);
+        }
         self.watch_motion(board);
         self.advance_homing(board, now);
         self.advance_door(board, now);
@@ -229,6 +232,8 @@ where
         self.list();
         self.console.flush(board, &mut self.work);
         self.take_line(board, now);
+        // Whatever has come meanwhile acts on the segments that are made now.
+        self.take_requests(board, now);
         self.feed(board, now);
         self.console.flush(board, &mut self.work);
         self.next(now)

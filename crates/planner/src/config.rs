@@ -34,6 +34,9 @@ pub struct Config<const AXES: usize> {
     pub timer_hz: u32,
     /// Step smoothing keeps ticks at least this far apart.
     pub shortest_tick: Ticks,
+    /// The longest segment, seconds, unless one step alone takes longer: what is handed out is out of reach of a hold. No more than
+    /// a millisecond, for which edges are exact.
+    pub longest_segment: f32,
     /// How many moves may be queued, the running one included; no more than the planner's capacity.
     pub moves: usize,
     /// How many changes of power rows of laser pixels may hold together; no more than the planner has room for. 0: each line
@@ -54,6 +57,7 @@ impl<const AXES: usize> Default for Config<AXES> {
             arc_tolerance: 0.002,
             timer_hz: DEFAULT_TIMER_HZ,
             shortest_tick: Ticks(4 * 84), // 4 µs: a tick and its interrupt take less on the F407
+            longest_segment: 1e-3,
             moves: usize::MAX,
             pixels: 0,
         }

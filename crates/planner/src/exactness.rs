@@ -14,6 +14,7 @@ const HZ: f64 = 84e6;
 const TIMING: Timing = Timing {
     hz: 84e6,
     shortest_tick: 4e-6,
+    longest_segment: 1e-3,
 };
 
 /// Moves that are checked where no campaign is asked for.

@@ -19,34 +19,31 @@ use crate::real::{least, rough_cube_root};
 use core::num::NonZeroU16;
 use leadscrew_stepper::{Interval, IntervalChange, Smoothing};
 
-/// The longest segment, seconds: what is handed out is out of reach of a feed hold.
-const LONGEST: f32 = 1e-3;
-
 /// `0.25 µs / 0.024`: a quarter of a microsecond is what a segment may be off.
 const TOLERANCE: f32 = 0.25e-6 / 0.024;
 
 /// How long a segment may be at the speed `v` (its lowest, steps/s) and acceleration `a` (not 0,
-/// steps/s²), seconds.
-pub(crate) fn longest(v: f32, a: f32) -> f32 {
+/// steps/s²), seconds, `most` at most.
+pub(crate) fn longest(v: f32, a: f32, most: f32) -> f32 {
     let ratio = v / a;
-    least(LONGEST, rough_cube_root(TOLERANCE * ratio * ratio))
+    least(most, rough_cube_root(TOLERANCE * ratio * ratio))
 }
 
-/// How many steps a segment takes that begins at the speed `v` under the acceleration `a`, at least 1.
-pub(crate) fn steps(v: f32, a: f32) -> u32 {
+/// How many steps a segment of `most` seconds at most takes that begins at the speed `v` under the acceleration `a`, at least 1.
+pub(crate) fn steps(v: f32, a: f32, most: f32) -> u32 {
     let steps = if a > 0.0 {
-        v * longest(v, a)
+        v * longest(v, a, most)
     } else if a < 0.0 {
         // It is slowest at its end.
-        let slowest = v + a * longest(v, -a);
+        let slowest = v + a * longest(v, -a, most);
         let time = if slowest > 0.0 {
-            longest(slowest, -a)
+            longest(slowest, -a, most)
         } else {
             0.0
         };
         (v + 0.5 * a * time) * time
     } else {
-        v * LONGEST
+        v * most
     };
     (steps as u32).max(1)
 }
@@ -200,16 +197,17 @@ mod tests {
     use proptest::prelude::*;
 
     #[test]
-    fn a_segment_lasts_no_longer_than_a_millisecond() {
-        assert_eq!(longest(1e5, 1e3), LONGEST);
-        assert_eq!(steps(20e3, 0.0), 20);
-        assert_eq!(steps(5.0, 0.0), 1);
+    fn a_segment_lasts_no_longer_than_asked_for() {
+        assert_eq!(longest(1e5, 1e3, 1e-3), 1e-3);
+        assert_eq!(steps(20e3, 0.0, 1e-3), 20);
+        assert_eq!(steps(20e3, 0.0, 475e-6), 9);
+        assert_eq!(steps(5.0, 0.0, 1e-3), 1);
     }
 
     #[test]
     fn near_rest_a_segment_is_one_step() {
-        assert_eq!(steps(0.0, 1e6), 1);
-        assert_eq!(steps(100.0, -1e6), 1);
+        assert_eq!(steps(0.0, 1e6, 1e-3), 1);
+        assert_eq!(steps(100.0, -1e6, 1e-3), 1);
     }
 
     #[test]

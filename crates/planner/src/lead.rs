@@ -10,8 +10,8 @@
 //!   power                       ^ for the front's first tick
 //! ```
 //!
-//! Segments wait here until those after them cover the lead. Each is handed out in pieces, one for each segment that its
-//! power comes from; the power changes with a tick, no more than half of one beside its time. Motion is never changed. Out of
+//! Segments wait here until they cover the time that the front's first tick takes its power from, and no longer: what waits can no
+//! longer be changed. Each is handed out in pieces, one for each segment that its power comes from; the power changes with a tick, no more than half of one beside its time. Motion is never changed. Out of
 //! rest the first power would have to be put out before motion begins: it stays off there, and what is lost is what a laser
 //! in proportion to speed burns in that time at the slowest. At an end the power at rest comes early.
 
@@ -108,11 +108,11 @@ impl<const MOTORS: usize> PowerLead<MOTORS> {
         self.waiting.clear();
     }
 
-    /// Takes segments until they cover the lead after the first of them, or none comes.
+    /// Takes segments until they cover what the front's first tick takes its power from, or none comes.
     fn fill(&mut self, mut source: impl FnMut() -> Option<Segment<MOTORS>>) {
         let mut covered: u64 = self.waiting.iter().map(duration).sum();
         while !self.waiting.is_full()
-            && covered <= self.waiting.front().map_or(0, duration) + self.lead
+            && covered <= self.waiting.front().map_or(0, |front| self.reach(front))
         {
             let Some(segment) = source() else { return };
             covered += duration(&segment);
@@ -121,9 +121,14 @@ impl<const MOTORS: usize> PowerLead<MOTORS> {
         }
     }
 
+    /// From the start of `front` to the lead after the middle of its first tick, timer counts.
+    fn reach(&self, front: &Segment<MOTORS>) -> u64 {
+        self.lead + (front.interval.to_bits() >> 33)
+    }
+
     /// The power for the first tick of `front`, the lead after its middle.
     fn source(&self, front: &Segment<MOTORS>) -> Source {
-        let mut after = self.lead + (front.interval.to_bits() >> 33);
+        let mut after = self.reach(front);
         for segment in &self.waiting {
             let lasts = duration(segment);
             if after < lasts {

@@ -21,6 +21,8 @@ pub(crate) struct Timing {
     pub(crate) hz: f32,
     /// Smoothing keeps ticks this far apart, seconds.
     pub(crate) shortest_tick: f32,
+    /// Segments take no longer, seconds.
+    pub(crate) longest_segment: f32,
 }
 
 impl Timing {
@@ -29,6 +31,7 @@ impl Timing {
         Self {
             hz,
             shortest_tick: config.shortest_tick.0 as f32 / hz,
+            longest_segment: config.longest_segment,
         }
     }
 }
@@ -393,7 +396,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
     ) -> Segment<MOTORS> {
         let stretch = self.profile.stretch(self.done);
         let pixel = self.next_pixel.map_or(u32::MAX, |(at, _)| at - self.done);
-        let events = steps(self.speed, stretch.acceleration)
+        let events = steps(self.speed, stretch.acceleration, timing.longest_segment)
             .min(stretch.steps)
             .min(pixel)
             .clamp(1, MOST_EVENTS);

@@ -8,10 +8,10 @@
 //!      +-------------------+--------------------------+
 //! ```
 //!
-//! Each call hands out at most 1 ms of motion (one step event where an interval is longer). Before it
+//! Each call hands out a segment of at most `Config::longest_segment`, or of one step event where its interval is longer. Before it
 //! does, it asks the planner again how fast the running move may end (the queue may have grown) and
 //! whether speeds have changed (overrides); where something has, the profile is made anew from the step
-//! and speed reached. So with two segments in the step queue everything takes effect within 2 ms.
+//! and speed reached. So everything takes effect behind what was handed out.
 
 use crate::fit::Carry;
 use crate::planner::Outlook;
@@ -58,7 +58,7 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
         }
     }
 
-    /// Hands out the next segment: at most 1 ms of motion, or one step event where that is longer.
+    /// Hands out the next segment: at most `Config::longest_segment` of motion, or one step event where that is longer.
     ///
     /// Takes the next move from `planner` where one ends. `None` where nothing is queued, or a hold has
     /// reached rest.

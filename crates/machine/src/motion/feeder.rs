@@ -4,13 +4,13 @@
 //! committed is what is left of the segment under way plus all that wait:
 //!
 //! ```text
-//!    left of the one under way | waiting ...          | room for one of 1 ms
-//!    <------------------------------ 2 ms ------------------------------------------->
+//!    left of the one under way | waiting ...          | room for the longest | laser's lead
+//!    <--------------------------------- 2 ms ----------------------------------------->
 //! ```
 //!
-//! The main loop sees a segment begin no earlier than it does, and so takes too much rather than too little for
-//! what is left. One segment always waits, even where the one under way is a single step that takes longer: else
-//! motion would run dry at its end.
+//! A segment begins where the one before it ends; the main loop sees that no earlier than it is. It so takes too much rather
+//! than too little for what is left. Where single steps take longer than segments may, the next one is committed as late as can
+//! be: half a millisecond before the one under way ends.
 
 use crate::board::{Board, Duration, Instant};
 use crate::config::{COMMITTED, SEGMENTS};
@@ -18,12 +18,13 @@ use heapless::spsc::Producer;
 use heapless::Deque;
 use leadscrew_stepper::{Segment, Shared};
 
-/// The longest segment that a segmenter hands out, unless one step alone takes longer.
-const LONGEST_SEGMENT: Duration = Duration::from_ticks(1_000);
+/// While segments are made a byte may come that they do not know of: so much less than [`COMMITTED`] is committed. Four segments
+/// of 10 µs.
+const MAKING: Duration = Duration::from_ticks(50);
 
-/// Less than this in the queue and under way is too little to wait for the next segment's begin: several times what the main
-/// loop takes to make one.
-const SHORT: Duration = Duration::from_ticks(500);
+/// Less than this in the queue and under way is too little to wait for the next segment's begin: more than a `Machine::poll`
+/// takes (0.4 ms).
+const SHORT: Duration = Duration::from_ticks(450);
 
 /// Hands segments to the step interrupt and starts it out of rest. Main loop.
 pub(crate) struct Feeder<'a, const MOTORS: usize> {
@@ -33,12 +34,12 @@ pub(crate) struct Feeder<'a, const MOTORS: usize> {
     durations: Deque<u32, { SEGMENTS + 1 }>,
     /// Their sum.
     committed: u32,
-    /// When the oldest of them was first seen under way.
-    since: Instant,
+    /// When the oldest of them began, or was first seen under way, timer counts.
+    since: u64,
     /// Timer counts in a microsecond, rounded down.
     counts_per_us: u32,
-    /// [`COMMITTED`] less [`LONGEST_SEGMENT`], timer counts.
-    enough: u32,
+    /// The power's lead, µs: segments that wait for it are committed, too.
+    lead_us: u32,
 }
 
 impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
@@ -48,24 +49,42 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
         shared: &'a Shared<MOTORS>,
         timer_hz: u32,
     ) -> Self {
-        let spare = COMMITTED.ticks() - LONGEST_SEGMENT.ticks();
-        let enough = u64::from(timer_hz) * spare / 1_000_000;
         Self {
             segments,
             shared,
             durations: Deque::new(),
             committed: 0,
-            since: Instant::from_ticks(0),
+            since: 0,
             counts_per_us: timer_hz / 1_000_000,
-            enough: u32::try_from(enough).unwrap_or(u32::MAX),
+            lead_us: 0,
         }
+    }
+
+    /// Sets how long the power's lead keeps segments waiting, µs, below [`COMMITTED`]. At rest.
+    pub(crate) fn set_lead(&mut self, lead_us: u32) {
+        self.lead_us = lead_us;
+    }
+
+    /// The longest segment that may be handed over, seconds, unless one step alone takes longer: half of what may be committed, so
+    /// that one waits while one is under way.
+    pub(crate) fn longest_segment(&self) -> f32 {
+        self.most_us() as f32 * 0.5e-6
+    }
+
+    /// What may be committed, µs.
+    fn most_us(&self) -> u32 {
+        (COMMITTED - MAKING).ticks() as u32 - self.lead_us
     }
 
     /// Whether one more segment may be committed.
     pub(crate) fn has_room(&mut self, now: Instant) -> bool {
         self.forget_consumed(now);
-        let starving = self.segments.is_empty();
-        (starving || self.left(now) <= self.enough) && self.segments.ready()
+        let most = self.most_us() * self.counts_per_us;
+        // The next one will be about as long as the last.
+        let next = self.durations.back().map_or(0, |last| *last).max(most / 2);
+        let left = self.left(now);
+        let fits = left <= most.saturating_sub(next);
+        (fits || left <= self.short()) && self.segments.ready()
     }
 
     /// When what is committed will have come down to [`SHORT`], should the step interrupt take no segment before: one that
@@ -84,7 +103,7 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
 
     /// Counts left at which the next segment is asked for at the latest.
     fn short(&self) -> u32 {
-        self.enough / (LONGEST_SEGMENT.ticks() / SHORT.ticks()) as u32
+        SHORT.ticks() as u32 * self.counts_per_us
     }
 
     /// Commits a segment; [`Feeder::has_room`] said yes.
@@ -102,7 +121,7 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
 
     /// Starts the step timer out of rest.
     pub(crate) fn start<B: Board>(&mut self, board: &mut B, now: Instant) {
-        self.since = now;
+        self.since = self.counts(now);
         self.shared.set_running();
         board.start_stepping();
     }
@@ -119,7 +138,7 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
         while self.durations.len() > left {
             if let Some(over) = self.durations.pop_front() {
                 self.committed = self.committed.saturating_sub(over);
-                self.since = now;
+                self.since = self.counts(now).min(self.since + u64::from(over));
             }
         }
     }
@@ -130,10 +149,14 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
             Some(front) if self.shared.is_running() => *front,
             Some(_) | None => 0,
         };
-        let elapsed = now.ticks().saturating_sub(self.since.ticks());
-        let elapsed = u32::try_from(elapsed).unwrap_or(u32::MAX);
-        let over = elapsed.saturating_mul(self.counts_per_us).min(under_way);
+        let elapsed = self.counts(now).saturating_sub(self.since);
+        let over = u32::try_from(elapsed).map_or(under_way, |elapsed| elapsed.min(under_way));
         self.committed.saturating_sub(over)
+    }
+
+    /// Timer counts since power-up.
+    fn counts(&self, now: Instant) -> u64 {
+        now.ticks() * u64::from(self.counts_per_us)
     }
 }
 
@@ -170,16 +193,16 @@ mod tests {
         let at = Instant::from_ticks;
         let mut pushed = 0;
         while feeder.has_room(at(0)) {
-            feeder.push(segment(84, 1000, 0.0));
+            feeder.push(segment(84, 975, 0.0));
             pushed += 1;
         }
         assert_eq!(pushed, 2);
         shared.set_running();
         consumer.dequeue(); // now under way
-        assert!(!feeder.has_room(at(999)));
-        assert!(feeder.has_room(at(1000)));
+        assert!(!feeder.has_room(at(974)));
+        assert!(feeder.has_room(at(975)));
         consumer.dequeue(); // seen at once
-        assert!(feeder.has_room(at(1000)));
+        assert!(feeder.has_room(at(975)));
     }
 
     #[test]
@@ -193,8 +216,8 @@ mod tests {
         assert!(!feeder.is_short(at(0)), "at rest");
         shared.set_running();
         consumer.dequeue();
-        assert!(!feeder.is_short(at(500)));
-        assert!(feeder.is_short(at(501)));
+        assert!(!feeder.is_short(at(550)));
+        assert!(feeder.is_short(at(551)));
         feeder.push(segment(84, 100, 0.0)); // 0.1 ms more
         assert!(!feeder.is_short(at(600)));
     }
@@ -212,7 +235,7 @@ mod tests {
         consumer.dequeue(); // 1 ms under way
         feeder.push(segment(84, 100, 0.0)); // 0.1 ms waits
         assert!(!feeder.has_room(at(0)));
-        assert_eq!(feeder.short_at(at(0)), Some(at(600)));
-        assert!(feeder.has_room(at(600)));
+        assert_eq!(feeder.short_at(at(0)), Some(at(650)));
+        assert!(feeder.has_room(at(650)));
     }
 }

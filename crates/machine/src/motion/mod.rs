@@ -20,7 +20,7 @@ use feeder::Feeder;
 use heapless::spsc::Producer;
 use leadscrew_planner::{
     Ahead, Config, Coordinate, Kinematics, Move, Outline, Overrides, Planner, PowerLead, PushError,
-    Pushed, Segmenter, TimeLeft,
+    Pushed, Segmenter, TimeLeft, LONGEST_LEAD,
 };
 use leadscrew_stepper::{MotorMask, Segment, Shared};
 
@@ -87,11 +87,12 @@ where
         segments: Producer<'a, Segment<MOTORS>>,
         shared: &'a Shared<MOTORS>,
     ) -> Self {
-        let aside = Config {
-            moves: ASIDE_MOVES,
-            pixels: 0,
+        let feeder = Feeder::new(segments, shared, config.timer_hz);
+        let config = Config {
+            longest_segment: feeder.longest_segment(),
             ..config
         };
+        let aside = aside(config);
         Self {
             program: Track {
                 planner: Planner::new(config, kinematics.clone()),
@@ -106,7 +107,7 @@ where
             silence: Duration::from_ticks(0),
             stopping: false,
             lead: PowerLead::new(),
-            feeder: Feeder::new(segments, shared, config.timer_hz),
+            feeder,
             shared,
             underruns: shared.underruns(),
             power: PowerRule::Laser { percent: 100 },
@@ -118,13 +119,13 @@ where
     pub(crate) fn configure(&mut self, config: Config<AXES>, silence: Duration, lead_us: u32) {
         self.silence = silence;
         self.lead.set(lead_us, config.timer_hz);
-        let aside = Config {
-            moves: ASIDE_MOVES,
-            pixels: 0,
+        self.feeder.set_lead(lead_us.min(LONGEST_LEAD));
+        let config = Config {
+            longest_segment: self.feeder.longest_segment(),
             ..config
         };
         self.program.planner.configure(config);
-        self.aside.planner.configure(aside);
+        self.aside.planner.configure(aside(config));
         self.resync();
     }
 
@@ -354,6 +355,11 @@ where
         self.feeder.start(board, now);
     }
 
+    /// Whether motion is about to run dry: segments come before anything that takes long.
+    pub(crate) fn is_short(&self, now: Instant) -> bool {
+        self.feeder.is_short(now)
+    }
+
     /// Whether one more segment could be committed now: `feed` wants to be called again at once.
     pub(crate) fn is_hungry(&mut self, now: Instant, may_start: bool) -> bool {
         !self.stopping
@@ -434,5 +440,14 @@ where
             self.shared.set_position(steps);
         }
         steps
+    }
+}
+
+/// The configuration of the queue for cycles.
+fn aside<const AXES: usize>(config: Config<AXES>) -> Config<AXES> {
+    Config {
+        moves: ASIDE_MOVES,
+        pixels: 0,
+        ..config
     }
 }

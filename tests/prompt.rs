@@ -1,0 +1,191 @@
+//! How soon a feed hold or an override acts: what the motors do after the byte is held against the undisturbed run.
+//!
+//! Up to the end of what was committed both make the same step events. The last of these begins the first interval that is
+//! not as planned: there the deceleration begins.
+
+use leadscrew_planner::Cartesian;
+use leadscrew_sim::{Cycle, Memory, StepEvent};
+use leadscrew_tests::{setup, Session};
+use std::fmt::Write;
+
+type Desk<'a> = Session<'a, Cartesian, 3>;
+
+const CYCLES_PER_US: u64 = 168;
+
+/// From the byte to the begin of the deceleration at most, µs.
+const WITHIN: u64 = 2_000;
+
+/// A single step that takes long is committed so much before the one before it ends, µs.
+const AHEAD: u64 = 500;
+
+const SETTINGS: &str =
+    "$0=3\n$32=1\n$110=15000\n$111=15000\n$112=15000\n$120=500\n$121=500\n$122=500\n";
+
+struct Situation {
+    name: &'static str,
+    program: String,
+    /// When the first byte comes after the program's, and how many are tried so far apart, µs.
+    begin: u64,
+    every: u64,
+}
+
+/// Instants tried in each situation.
+const TRIES: u64 = 12;
+
+fn short_moves() -> String {
+    let mut text = String::from("G91M4S500F1500\n");
+    for k in 0..600 {
+        let bend = 0.02 * (f64::from(k) * 0.7).sin();
+        writeln!(text, "G1X0.2Y{bend:.3}").unwrap();
+    }
+    text
+}
+
+fn raster() -> String {
+    let mut text = String::from("G91M4S500F3000\n");
+    for k in 0..800 {
+        writeln!(text, "G1X0.1S{}", k * 37 % 900).unwrap();
+    }
+    text
+}
+
+fn situations() -> Vec<Situation> {
+    let new = |name, program: &str, begin, every| Situation {
+        name,
+        program: program.to_owned(),
+        begin,
+        every,
+    };
+    vec![
+        new("cruise at 50 kHz", "M4S500\nG1X100F12000\n", 450_000, 1_370),
+        new(
+            "cruise at 3.3 kHz, two axes",
+            "M4S500\nG1X9Y5F900\n",
+            200_000,
+            1_370,
+        ),
+        new("speeding up", "M4S500\nG1X100F12000\n", 20_000, 6_370),
+        new("short moves", &short_moves(), 300_000, 7_370),
+        new("a row of pixels", &raster(), 100_000, 3_370),
+        new("1.2 ms a step", "M4S500\nG1X3F200\n", 100_000, 1_137),
+        new("1.6 ms a step", "M4S500\nG1X3F150\n", 100_000, 1_137),
+        new("4 ms a step", "M4S500\nG1X2F60\n", 100_000, 1_137),
+        new("60 ms a step", "M4S500\nG1X0.2F4\n", 300_000, 7_137),
+    ]
+}
+
+/// Runs a situation's program; `byte` comes `after` microseconds after it was sent. When the byte came, and all step events.
+fn run(situation: &Situation, lead_us: u64, byte: Option<(u64, u8)>) -> (Cycle, Vec<StepEvent>) {
+    let setup = setup::<3>(1);
+    let mut memory = Memory::new(&setup);
+    let mut session: Desk<'_> = Session::new(&mut memory, &setup, Cartesian);
+    session.stream(SETTINGS);
+    session.stream(&format!("$703={lead_us}\n"));
+    // As a sender does that keeps the planner full.
+    let lines: Vec<&str> = situation.program.split_inclusive('\n').collect();
+    for some in lines.chunks(40) {
+        session.send(0, some.concat());
+        session.wait_us(20_000);
+    }
+    let (after, byte) = byte.unzip();
+    session.wait_us(after.unwrap_or(0));
+    let at = session.sim.now();
+    session.send(0, byte.as_slice());
+    session.wait_us(3_000_000);
+    (at, session.into_steps())
+}
+
+/// The interval of the step that is under way at `at`, cycles: by the motor that steps most.
+fn interval(steps: &[StepEvent], at: Cycle) -> u64 {
+    let mut edges = steps.iter().filter(|event| event.motors.contains(0));
+    let next = edges.clone().position(|event| event.cycle > at).unwrap();
+    let from = edges.nth(next - 1).unwrap().cycle;
+    let until = edges.next().unwrap().cycle;
+    until - from
+}
+
+/// How long after `at` the runs are the same, cycles.
+fn same_for(undisturbed: &[StepEvent], steps: &[StepEvent], at: Cycle) -> Option<u64> {
+    let pairs = undisturbed.iter().zip(steps);
+    let same = pairs.take_while(|(a, b)| a.cycle == b.cycle && a.motors == b.motors);
+    let last = same.map(|(event, _)| event.cycle).last()?;
+    let all = undisturbed.len() == steps.len() && undisturbed.last()?.cycle == last;
+    (!all).then(|| last.max(at) - at)
+}
+
+/// Tries `byte` at many instants of all situations: the longest time until it acts, µs, is printed.
+fn acts_in_time(byte: u8, lead_us: u64, is_meant: impl Fn(&Situation) -> bool) {
+    for situation in situations().iter().filter(|of| is_meant(of)) {
+        let (_, undisturbed) = run(situation, lead_us, None);
+        let (mut worst, mut slowest) = (0, 0);
+        for k in 0..TRIES {
+            let after = situation.begin + k * situation.every;
+            let (at, steps) = run(situation, lead_us, Some((after, byte)));
+            let step = interval(&undisturbed, at) / CYCLES_PER_US;
+            let same = same_for(&undisturbed, &steps, at)
+                .unwrap_or_else(|| panic!("{}: {byte:#x} does nothing", situation.name));
+            let same = same / CYCLES_PER_US;
+            // A step whose middle is less than the lead before its end waits for the power of the next one.
+            let steps_ahead = if step < 2 * lead_us { 2 * step } else { step };
+            let within = WITHIN.max(steps_ahead + AHEAD);
+            let name = situation.name;
+            assert!(
+                same <= within,
+                "{name}, {byte:#x} after {after} us: {same} us of {within}"
+            );
+            (worst, slowest) = (worst.max(same), slowest.max(step));
+        }
+        println!(
+            "{byte:#x}, $703={lead_us}, {}: acts within {worst} us (a step takes {slowest} us)",
+            situation.name
+        );
+    }
+}
+
+#[test]
+fn a_feed_hold_begins_within_two_milliseconds_or_a_step() {
+    acts_in_time(b'!', 0, |_| true);
+}
+
+#[test]
+fn with_the_longest_lead_a_feed_hold_begins_as_soon() {
+    acts_in_time(b'!', 1000, |_| true);
+    acts_in_time(b'!', 300, |_| true);
+}
+
+#[test]
+fn an_override_acts_within_two_milliseconds_or_a_step() {
+    let steady = |situation: &Situation| situation.name != "speeding up";
+    for byte in [0x91, 0x92, 0x94] {
+        acts_in_time(byte, 0, steady);
+    }
+    acts_in_time(0x92, 1000, steady);
+}
+
+/// The way from where a hold begins to act is the shortest: `v²/2a`, rounded up to a whole step.
+#[test]
+fn a_feed_hold_stops_in_the_shortest_way() {
+    for (situation, speed) in situations()
+        .iter()
+        .zip([200.0, 15.0 / (9f64.hypot(5.0) / 9.0)])
+    {
+        let (_, undisturbed) = run(situation, 0, None);
+        for k in 0..TRIES {
+            let after = situation.begin + k * situation.every;
+            let (at, steps) = run(situation, 0, Some((after, b'!')));
+            let same = same_for(&undisturbed, &steps, at).unwrap();
+            let from = at + same;
+            let stopping = steps
+                .iter()
+                .filter(|event| event.cycle > from && event.motors.contains(0));
+            // Nothing resumes. The first steps may be later by less than a cycle.
+            let made = stopping.count() as f64;
+            let shortest = 250.0 * speed * speed / 1000.0;
+            assert!(
+                made <= shortest + 2.0 && made >= shortest - 6.0,
+                "{}: {made} steps, {shortest} would do",
+                situation.name
+            );
+        }
+    }
+}
