@@ -143,6 +143,7 @@ impl Machine {
         if self.devices.flash.program(width, time, &mut self.warnings) {
             self.remember(offset..offset + width.bytes());
             self.memory.program(offset, width, value);
+            self.record_flash_operation(self.cycle, offset, false);
             self.reschedule();
         }
     }

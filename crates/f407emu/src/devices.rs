@@ -34,6 +34,7 @@ pub enum SerialPort {
 pub(crate) const USARTS: [u32; 4] = [0x4001_1000, 0x4000_4400, 0x4000_4800, 0x4001_1400];
 
 /// The peripherals.
+#[derive(Clone)]
 pub(crate) struct Devices {
     pub(crate) rcc: Rcc,
     pub(crate) pwr: Pwr,
@@ -76,7 +77,7 @@ impl Devices {
     /// Resets all of them. The world goes on driving its pins, and sending.
     pub(crate) fn reset(&mut self, cause: ResetCause) {
         self.rcc.reset(cause);
-        self.pwr = Pwr::new();
+        self.pwr.reset();
         self.flash = Flash::new();
         for (index, port) in self.ports.iter_mut().enumerate() {
             let (world, levels) = (port.world, port.levels);

@@ -69,7 +69,7 @@ pub use peripheral::{
     nvic::Exception,
     rcc::{Clocks, ResetCause},
 };
-pub use record::{Cause, Duty, Edge, Match, Pin, Profile, Service};
+pub use record::{Cause, Duty, Edge, FlashOperation, Match, Pin, Profile, Service, Tamper};
 pub use timing::{FlashTiming, Timing};
 pub use trap::{Stop, Trap};
 pub use warning::Warning;

@@ -13,7 +13,7 @@ use crate::{
         rcc::{Clocks, ResetCause},
         scb::Scb,
     },
-    record::{Cause, Duty, Edge, Match, Pin, Profile, Profiler, Service},
+    record::{Cause, Duty, Edge, FlashOperation, Match, Pin, Profile, Profiler, Service, Tamper},
     reset::Unfinished,
     timing::Timing,
     trap::{Stop, Trap},
@@ -31,7 +31,8 @@ pub(crate) enum LastAccess {
     Store,
 }
 
-/// An STM32F407 with its firmware.
+/// An STM32F407 with its firmware. A clone goes on from the same instant: for tests that try many ends of one beginning.
+#[derive(Clone)]
 pub struct Machine {
     pub(crate) cpu: Cpu,
     pub(crate) nvic: Nvic,
@@ -68,6 +69,9 @@ pub struct Machine {
     /// The exception whose stores to peripherals are recorded, and these: address of the instruction, register.
     pub(crate) writers_of: Option<Exception>,
     pub(crate) writers: BTreeSet<(u32, u32)>,
+    pub(crate) flash_operations: Vec<FlashOperation>,
+    /// What is made of words that the program writes to registers, by their addresses.
+    pub(crate) tampers: Vec<(u32, Tamper)>,
     pub(crate) resets: Vec<(u64, ResetCause)>,
     pub(crate) profiler: Profiler,
     pub(crate) warnings: Warnings,
@@ -105,6 +109,8 @@ impl Machine {
             watched: [u16::MAX; 9],
             writers_of: None,
             writers: BTreeSet::new(),
+            flash_operations: Vec::new(),
+            tampers: Vec::new(),
             resets: Vec::new(),
             profiler: Profiler::new(),
             warnings: Warnings::default(),
@@ -296,6 +302,22 @@ impl Machine {
         &self.matches
     }
 
+    /// Operations of the flash since the last [`Machine::clear_records`], in order.
+    pub fn flash_operations(&self) -> &[FlashOperation] {
+        &self.flash_operations
+    }
+
+    /// Plants a fault: from now on each word that the program writes to the register at `address` is what `tamper` makes of
+    /// it, or is not written at all.
+    pub fn tamper_with(&mut self, address: u32, tamper: Tamper) {
+        self.tampers.push((address, tamper));
+    }
+
+    /// Whether the core sleeps.
+    pub fn is_asleep(&self) -> bool {
+        self.cpu.asleep
+    }
+
     /// Resets so far.
     pub fn resets(&self) -> &[(u64, ResetCause)] {
         &self.resets
@@ -336,11 +358,12 @@ impl Machine {
         self.art.statistics
     }
 
-    /// Forgets edges, changes of PWM, matches, statistics and services; the state of the chip stays.
+    /// Forgets edges, changes of PWM, matches, operations of the flash, statistics and services; the state of the chip stays.
     pub fn clear_records(&mut self) {
         self.edges.clear();
         self.duties.clear();
         self.matches.clear();
+        self.flash_operations.clear();
         self.profiler.clear();
         if let Some(services) = &mut self.profiler.services {
             services.clear();

@@ -19,6 +19,7 @@ const SIGNATURE: u32 = 0x1FFF_7A10;
 const SIGNATURE_BYTES: [u8; 20] = *b"leadscrew407\xFF\xFF\xFF\xFF\xFF\xFF\x00\x04";
 
 /// The three memories.
+#[derive(Clone)]
 pub(crate) struct Memory {
     pub(crate) flash: Box<[u8]>,
     pub(crate) sram: Box<[u8; SRAM_SIZE]>,

@@ -77,6 +77,22 @@ pub struct Match {
     pub forced: bool,
 }
 
+/// An operation of the flash: a unit that is programmed, or a sector that is erased.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct FlashOperation {
+    /// Cycle of HCLK since power-on at which it begins.
+    pub begin: u64,
+    /// The cycle at which it is over.
+    pub end: u64,
+    /// Its first byte.
+    pub address: u32,
+    /// A sector is erased; a unit is programmed otherwise.
+    pub erases: bool,
+}
+
+/// What becomes of a word on its way to a register; `None` where it gets lost.
+pub type Tamper = fn(u32) -> Option<u32>;
+
 /// A change of the share of time during which a timer drives a pin high.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Duty {

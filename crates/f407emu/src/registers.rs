@@ -76,7 +76,7 @@ impl Machine {
                 self.catch_up_timer(index, now);
                 self.devices.timers[index].read(offset, now)
             }
-            Device::Iwdg => devices.iwdg.read(offset),
+            Device::Iwdg => devices.iwdg.read(offset, now),
             Device::Usb => devices.usb.read(address - USB),
             Device::Usart(index) => {
                 let value = devices.usarts[index].read(offset);
@@ -95,13 +95,20 @@ impl Machine {
         if !self.is_clocked(address) {
             return;
         }
+        let Some(value) = self.tampered(address, value, cause) else {
+            return;
+        };
         let (offset, devices) = (address & 0x3FF, &mut self.devices);
         match Device::at(address) {
             Device::Rcc => {
                 devices.rcc.write(offset, value, &mut self.warnings);
                 self.clocks_changed(now);
             }
-            Device::Pwr => devices.pwr.write(offset, value),
+            Device::Pwr => {
+                if let Some(low) = devices.pwr.write(offset, value) {
+                    self.detector_changed(low);
+                }
+            }
             Device::Flash => self.flash_write(offset, value, now),
             Device::Port(index) => {
                 devices.ports[index].write(offset, value);
@@ -125,6 +132,16 @@ impl Machine {
                 self.devices.others.insert(address, value);
             }
         }
+    }
+
+    /// What the planted faults make of a word that the program writes.
+    fn tampered(&self, address: u32, value: u32, cause: Cause) -> Option<u32> {
+        let Cause::Core(_) = cause else {
+            return Some(value);
+        };
+        let ours = self.tampers.iter().filter(|(place, _)| *place == address);
+        ours.map(|(_, tamper)| tamper)
+            .try_fold(value, |value, tamper| tamper(value))
     }
 
     /// Whether a peripheral has its clock; warns where it has not.

@@ -27,9 +27,14 @@ impl Machine {
 
     /// Everything starts anew. Pins fall back to inputs at `cycle`; RAM survives all but a loss of power.
     pub(crate) fn restart(&mut self, cause: ResetCause, cycle: u64) {
+        let mut noise = Noise(cycle | 1);
+        self.leave_unfinished(cycle, &mut noise);
         match cause {
-            ResetCause::PowerOn => self.lose_power(cycle),
-            ResetCause::Pin | ResetCause::Software | ResetCause::Watchdog => {}
+            ResetCause::PowerOn => self.lose_power(&mut noise),
+            ResetCause::Pin
+            | ResetCause::Software
+            | ResetCause::Watchdog
+            | ResetCause::BrownOut => {}
         }
         self.resets.push((cycle, cause));
         self.cpu = Cpu::default();
@@ -45,10 +50,9 @@ impl Machine {
         self.boot();
     }
 
-    /// RAM comes up with anything in it. Of a unit being programmed some bits have been cleared, of a sector being
-    /// erased some have been set: noise that is the same in every run.
-    fn lose_power(&mut self, cycle: u64) {
-        let mut noise = Noise(cycle | 1);
+    /// A reset in an operation of the flash (RM0090 section 3.6.1: its content is not guaranteed then). Of a unit being
+    /// programmed some bits have been cleared, of a sector being erased some have been set: noise that is the same in every run.
+    fn leave_unfinished(&mut self, cycle: u64, noise: &mut Noise) {
         if cycle < self.devices.flash.busy_until {
             let Unfinished { range, before } = core::mem::take(&mut self.unfinished);
             let after = &self.memory.flash[range.clone()];
@@ -59,6 +63,10 @@ impl Machine {
                 .collect();
             self.program_flash(FLASH + range.start as u32, &mixed);
         }
+    }
+
+    /// RAM comes up with anything in it.
+    fn lose_power(&mut self, noise: &mut Noise) {
         self.memory.sram.fill_with(|| noise.byte());
         self.memory.ccm.fill_with(|| noise.byte());
     }
@@ -95,6 +103,19 @@ mod tests {
         machine.write_word(0x4002_3C10, 1 | 2 << 8).unwrap();
         machine.write_word(0x0800_4000, 0).unwrap();
         machine.restart(ResetCause::PowerOn, machine.cycle() + 10);
+        let word = machine.read(0x0800_4000, Width::Word).unwrap();
+        assert!(word != 0 && word != u32::MAX, "{word:#x}");
+    }
+
+    #[test]
+    fn any_reset_in_an_operation_leaves_something_in_between() {
+        let mut machine = unlocked();
+        machine.write_word(0x4002_3C10, 1 | 2 << 8).unwrap();
+        machine.write_word(0x0800_4000, 0).unwrap();
+        let operation = machine.flash_operations()[0];
+        assert_eq!((operation.address, operation.erases), (0x0800_4000, false));
+        assert_eq!(operation.end - operation.begin, 256); // 16 us at 16 MHz
+        machine.restart(ResetCause::Watchdog, operation.end - 1);
         let word = machine.read(0x0800_4000, Width::Word).unwrap();
         assert!(word != 0 && word != u32::MAX, "{word:#x}");
     }

@@ -3,7 +3,10 @@
 //! `timeout = 4 × 2^PR × (RLR + 1) / f_LSI`, with f_LSI anywhere from 17 to 47 kHz (data sheet, table 39): a test runs
 //! at both ends. Once started it cannot be stopped; its own clock runs on whatever happens to the others.
 //!
-//! Not modelled: the time that the registers take to update (SR reads as zero), the option byte that starts it by hardware.
+//! Prescaler and reload value take five clocks of the oscillator to arrive (sections 21.4.2 to 21.4.4): until then SR says
+//! so, and a feeding takes the old ones.
+//!
+//! Not modelled: the option byte that starts it by hardware.
 use super::NEVER;
 
 /// IWDG_KR: feeds the watchdog.
@@ -13,6 +16,12 @@ const UNLOCK: u32 = 0x5555;
 /// IWDG_KR: starts the watchdog.
 const START: u32 = 0xCCCC;
 
+/// IWDG_SR: the prescaler, the reload value have not arrived yet.
+const PVU: u32 = 1;
+const RVU: u32 = 1 << 1;
+/// Clocks of the oscillator that a value takes to arrive.
+const ARRIVES_AFTER: u64 = 5;
+
 /// The slowest that the low-speed oscillator may be, in Hz.
 pub const LSI_SLOWEST_HZ: u32 = 17_000;
 /// The fastest that the low-speed oscillator may be, in Hz.
@@ -20,11 +29,55 @@ pub const LSI_FASTEST_HZ: u32 = 47_000;
 /// What it is typically, in Hz.
 pub const LSI_TYPICAL_HZ: u32 = 32_000;
 
+/// A value on its way into the watchdog's own clock.
+#[derive(Clone, Copy, Debug)]
+struct Arriving {
+    /// What was written last.
+    written: u32,
+    /// What was in force before.
+    before: u32,
+    /// The cycle from which on `written` is in force.
+    at: u64,
+}
+
+impl Arriving {
+    fn new(value: u32) -> Self {
+        Arriving {
+            written: value,
+            before: value,
+            at: 0,
+        }
+    }
+
+    fn is_under_way(self, now: u64) -> bool {
+        now < self.at
+    }
+
+    fn in_force(self, now: u64) -> u32 {
+        if self.is_under_way(now) {
+            self.before
+        } else {
+            self.written
+        }
+    }
+
+    /// A value can be written only once the one before has arrived (section 21.4.4).
+    fn write(&mut self, value: u32, now: u64, at: u64) {
+        if !self.is_under_way(now) {
+            *self = Arriving {
+                written: value,
+                before: self.written,
+                at,
+            };
+        }
+    }
+}
+
 /// The watchdog.
 #[derive(Clone, Debug)]
 pub(crate) struct Iwdg {
-    prescaler: u32,
-    reload: u32,
+    prescaler: Arriving,
+    reload: Arriving,
     unlocked: bool,
     lsi_hz: u32,
     hclk_hz: u32,
@@ -36,8 +89,8 @@ impl Iwdg {
     /// Not started, on an oscillator of this frequency.
     pub(crate) fn new(lsi_hz: u32, hclk_hz: u32) -> Self {
         Iwdg {
-            prescaler: 0,
-            reload: 0xFFF,
+            prescaler: Arriving::new(0),
+            reload: Arriving::new(0xFFF),
             unlocked: false,
             lsi_hz,
             hclk_hz,
@@ -75,20 +128,23 @@ impl Iwdg {
     }
 
     /// Reads the register at `offset` from 0x40003000.
-    pub(crate) fn read(&self, offset: u32) -> u32 {
+    pub(crate) fn read(&self, offset: u32, now: u64) -> u32 {
+        let flag = |value: Arriving, flag| if value.is_under_way(now) { flag } else { 0 };
         match offset {
-            0x4 => self.prescaler,
-            0x8 => self.reload,
+            0x4 => self.prescaler.written,
+            0x8 => self.reload.written,
+            0xC => flag(self.prescaler, PVU) | flag(self.reload, RVU),
             _ => 0,
         }
     }
 
     /// Writes the register at `offset` from 0x40003000.
     pub(crate) fn write(&mut self, offset: u32, value: u32, now: u64) {
+        let at = now + self.cycles(ARRIVES_AFTER);
         match offset {
             0x0 => self.write_key(value, now),
-            0x4 if self.unlocked => self.prescaler = value & 7,
-            0x8 if self.unlocked => self.reload = value & 0xFFF,
+            0x4 if self.unlocked => self.prescaler.write(value & 7, now, at),
+            0x8 if self.unlocked => self.reload.write(value & 0xFFF, now, at),
             _ => {}
         }
     }
@@ -97,15 +153,19 @@ impl Iwdg {
         self.unlocked = key == UNLOCK;
         let started = self.expires_at != NEVER;
         if key == START || (key == FEED && started) {
-            self.expires_at = now + self.timeout();
+            self.expires_at = now + self.timeout(now);
         }
     }
 
-    /// Cycles of HCLK from a feeding to the reset.
-    fn timeout(&self) -> u64 {
-        let divider = 4u64 << self.prescaler.min(6);
-        let counts = divider * u64::from(self.reload + 1);
-        counts * u64::from(self.hclk_hz) / u64::from(self.lsi_hz)
+    /// Cycles of HCLK from a feeding now to the reset.
+    fn timeout(&self, now: u64) -> u64 {
+        let divider = 4u64 << self.prescaler.in_force(now).min(6);
+        self.cycles(divider * u64::from(self.reload.in_force(now) + 1))
+    }
+
+    /// Clocks of the oscillator in cycles of HCLK.
+    fn cycles(&self, clocks: u64) -> u64 {
+        clocks * u64::from(self.hclk_hz) / u64::from(self.lsi_hz)
     }
 }
 
@@ -114,18 +174,20 @@ mod tests {
     use super::*;
 
     const HCLK: u32 = 168_000_000;
+    /// Later than a value takes to arrive: 0.3 ms.
+    const START_AT: u64 = 100_000;
 
     fn started(lsi_hz: u32, prescaler: u32, reload: u32) -> Iwdg {
         let mut watchdog = Iwdg::new(lsi_hz, HCLK);
         watchdog.write(0x0, UNLOCK, 0);
         watchdog.write(0x4, prescaler, 0);
         watchdog.write(0x8, reload, 0);
-        watchdog.write(0x0, START, 0);
+        watchdog.write(0x0, START, START_AT);
         watchdog
     }
 
     fn milliseconds(watchdog: &Iwdg) -> u64 {
-        watchdog.next_event() * 1000 / u64::from(HCLK)
+        (watchdog.next_event() - START_AT) * 1000 / u64::from(HCLK)
     }
 
     #[test]
@@ -144,7 +206,7 @@ mod tests {
     #[test]
     fn feeding_begins_the_time_anew_and_starts_nothing() {
         let mut watchdog = started(32_000, 0, 319); // 40 ms
-        watchdog.write(0x0, FEED, 1_680_000);
+        watchdog.write(0x0, FEED, START_AT + 1_680_000);
         assert_eq!(milliseconds(&watchdog), 50);
         let mut idle = Iwdg::new(32_000, HCLK);
         idle.write(0x0, FEED, 0);
@@ -155,19 +217,34 @@ mod tests {
     fn registers_are_locked_until_the_key_and_after_any_other() {
         let mut watchdog = Iwdg::new(32_000, HCLK);
         watchdog.write(0x8, 5, 0);
-        assert_eq!(watchdog.read(0x8), 0xFFF);
+        assert_eq!(watchdog.read(0x8, 0), 0xFFF);
         watchdog.write(0x0, UNLOCK, 0);
         watchdog.write(0x8, 5, 0);
-        assert_eq!(watchdog.read(0x8), 5);
-        watchdog.write(0x0, FEED, 0);
-        watchdog.write(0x8, 6, 0);
-        assert_eq!(watchdog.read(0x8), 5);
+        assert_eq!(watchdog.read(0x8, 0), 5);
+        watchdog.write(0x0, FEED, START_AT);
+        watchdog.write(0x8, 6, START_AT);
+        assert_eq!(watchdog.read(0x8, START_AT), 5);
+    }
+
+    #[test]
+    fn a_value_is_in_force_five_clocks_of_the_oscillator_later() {
+        let mut watchdog = started(32_000, 0, 319);
+        let five = 5 * u64::from(HCLK) / 32_000;
+        watchdog.write(0x0, UNLOCK, START_AT);
+        watchdog.write(0x8, 79, START_AT);
+        assert_eq!(watchdog.read(0xC, START_AT + five - 1), RVU);
+        watchdog.write(0x8, 5, START_AT + five - 1);
+        watchdog.write(0x0, FEED, START_AT + five - 1);
+        assert_eq!(watchdog.next_event(), START_AT + five - 1 + 6_720_000);
+        assert_eq!(watchdog.read(0xC, START_AT + five), 0);
+        watchdog.write(0x0, FEED, START_AT + five);
+        assert_eq!(watchdog.next_event(), START_AT + five + 1_680_000);
     }
 
     #[test]
     fn a_slower_core_leaves_the_time_as_it_is() {
         let mut watchdog = started(32_000, 0, 319);
-        watchdog.set_hclk(16_000_000, 0);
-        assert_eq!(watchdog.next_event(), 640_000);
+        watchdog.set_hclk(16_000_000, START_AT);
+        assert_eq!(watchdog.next_event(), START_AT + 640_000);
     }
 }

@@ -45,11 +45,21 @@ impl Pwr {
         }
     }
 
-    /// Writes the register at `offset` from 0x40007000.
-    pub(crate) fn write(&mut self, offset: u32, value: u32) {
+    /// A reset leaves the supply as it is.
+    pub(crate) fn reset(&mut self) {
+        *self = Pwr {
+            low: self.low,
+            ..Pwr::new()
+        };
+    }
+
+    /// Writes the register at `offset` from 0x40007000; returns the new level of EXTI line 16 where that changes.
+    pub(crate) fn write(&mut self, offset: u32, value: u32) -> Option<bool> {
+        let before = self.output();
         if offset == 0 {
             self.control = value;
         }
+        (self.output() != before).then_some(self.output())
     }
 }
 
@@ -67,5 +77,21 @@ mod tests {
         assert_eq!(pwr.read(4) & LOW, LOW);
         assert_eq!(pwr.set_supply(true), None);
         assert_eq!(pwr.set_supply(false), Some(false));
+    }
+
+    #[test]
+    fn a_detector_that_is_switched_on_while_the_supply_is_low_rises() {
+        let mut pwr = Pwr::new();
+        pwr.set_supply(true);
+        assert_eq!(pwr.write(0, 0xC000 | DETECTOR), Some(true));
+        assert_eq!(pwr.write(0, 0xC000), Some(false));
+    }
+
+    #[test]
+    fn a_supply_that_is_low_stays_low_over_a_reset() {
+        let mut pwr = Pwr::new();
+        pwr.set_supply(true);
+        pwr.reset();
+        assert_eq!(pwr.write(0, 0xC000 | DETECTOR), Some(true));
     }
 }

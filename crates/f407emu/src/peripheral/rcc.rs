@@ -43,6 +43,8 @@ pub enum ResetCause {
     Software,
     /// The independent watchdog was not fed.
     Watchdog,
+    /// The supply fell below the level of the option bytes (BOR_LEV) and came back: RAM keeps what it has.
+    BrownOut,
 }
 
 impl ResetCause {
@@ -54,6 +56,7 @@ impl ResetCause {
             ResetCause::Pin => PIN,
             ResetCause::Software => PIN | 1 << 28,
             ResetCause::Watchdog => PIN | 1 << 29,
+            ResetCause::BrownOut => PIN | 1 << 25,
         }
     }
 }
@@ -99,9 +102,10 @@ impl Rcc {
     pub(crate) fn reset(&mut self, cause: ResetCause) {
         let kept = match cause {
             ResetCause::PowerOn => (0, 0),
-            ResetCause::Pin | ResetCause::Software | ResetCause::Watchdog => {
-                (self.registers[CSR] & !3, self.registers[BDCR])
-            }
+            ResetCause::Pin
+            | ResetCause::Software
+            | ResetCause::Watchdog
+            | ResetCause::BrownOut => (self.registers[CSR] & !3, self.registers[BDCR]),
         };
         self.registers = [0; REGISTERS];
         self.registers[CR] = 0x83;
@@ -338,6 +342,14 @@ mod tests {
         rcc.write(0x74, RMVF, &mut Warnings::default());
         rcc.reset(ResetCause::Software);
         assert_eq!(rcc.read(0x74), 0x1400_0000);
+    }
+
+    #[test]
+    fn a_brown_out_is_told_from_power_that_comes_on() {
+        let mut rcc = Rcc::new(8_000_000);
+        rcc.write(0x74, RMVF, &mut Warnings::default());
+        rcc.reset(ResetCause::BrownOut);
+        assert_eq!(rcc.read(0x74), 0x0600_0000);
     }
 
     #[test]

@@ -100,10 +100,12 @@ impl Timer {
         }
     }
 
-    /// Sets how many HCLK cycles a clock of the timer takes, from now on.
+    /// Sets how many HCLK cycles a clock of the timer takes, from now on; clocks that the prescaler has counted stay counted.
+    /// Events that are due by now have happened.
     pub(crate) fn set_clock(&mut self, cycles: u64, now: u64) {
         self.synchronise(now);
-        self.since = now;
+        let prescaled = now.saturating_sub(self.since) / self.clock;
+        self.since = now.saturating_sub(prescaled * cycles);
         self.clock = cycles;
         self.plan();
     }

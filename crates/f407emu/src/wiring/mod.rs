@@ -7,11 +7,12 @@ mod timers;
 
 use crate::{
     machine::Machine,
+    memory::FLASH,
     peripheral::{
         nvic::Exception,
         rcc::{Clocks, ResetCause},
     },
-    record::Cause,
+    record::{Cause, FlashOperation},
     world::Happening,
 };
 
@@ -44,12 +45,17 @@ impl Machine {
             }
             Happening::Supply { low } => {
                 if let Some(level) = self.devices.pwr.set_supply(low) {
-                    self.devices.exti.line_changed(16, level);
-                    self.exti_changed();
+                    self.detector_changed(level);
                 }
             }
             Happening::Reset(cause) => self.restart(cause, now),
         }
+    }
+
+    /// The voltage detector is connected to EXTI's line 16 (RM0090 section 5.2.3).
+    pub(crate) fn detector_changed(&mut self, low: bool) {
+        self.devices.exti.line_changed(16, low);
+        self.exti_changed();
     }
 
     fn run_timers(&mut self, now: u64) {
@@ -103,7 +109,9 @@ impl Machine {
     pub(crate) fn update_clocks(&mut self, now: u64) {
         let clocks = self.devices.rcc.clocks();
         self.clocks = clocks;
-        for timer in &mut self.devices.timers {
+        for index in 0..self.devices.timers.len() {
+            self.catch_up_timer(index, now);
+            let timer = &mut self.devices.timers[index];
             let divider = if timer.instance.on_apb2() {
                 clocks.apb2
             } else {
@@ -127,6 +135,7 @@ impl Machine {
         let flash = &mut self.devices.flash;
         if let Some(erase) = flash.write(offset, value, time, &mut self.warnings) {
             self.remember(erase.range.clone());
+            self.record_flash_operation(now, erase.range.start, true);
             self.memory.erase(erase.range);
             self.art.flush();
         }
@@ -137,6 +146,16 @@ impl Machine {
         }
         self.flash_changed();
         self.reschedule();
+    }
+
+    /// The operation at `offset` has begun.
+    pub(crate) fn record_flash_operation(&mut self, begin: u64, offset: usize, erases: bool) {
+        self.flash_operations.push(FlashOperation {
+            begin,
+            end: self.devices.flash.busy_until,
+            address: FLASH + offset as u32,
+            erases,
+        });
     }
 
     fn flash_changed(&mut self) {
