@@ -1,15 +1,22 @@
 //! What a board is made of. One file in `profiles/` for each board; this one says what such a file has to name.
 use crate::gpio::{Bank, Input, Output, Pin, Pull};
 use crate::{pwm::Timer, serial::Usart};
+use leadscrew_machine::config::MachineConfig;
 
 // One profile is built in: the Discovery's, unless a feature names another.
 #[cfg_attr(not(feature = "machine-003"), path = "profiles/discovery.rs")]
 #[cfg_attr(feature = "machine-003", path = "profiles/machine_003.rs")]
 mod selected;
 
-pub(crate) use selected::{
-    config, kinematics, Kinematics, AXES, MOTORS, PROFILE, SETTINGS_SECTORS,
-};
+pub(crate) use selected::{kinematics, Kinematics, AXES, MOTORS, PROFILE, SETTINGS_SECTORS};
+
+/// The profile's machine, with the options that the board has pins for.
+pub(crate) const fn config() -> MachineConfig<AXES> {
+    let mut config = selected::config();
+    config.options.door = PROFILE.door.is_some();
+    config.options.mist = PROFILE.mist.is_some();
+    config
+}
 
 /// A board: its pins and its crystal.
 pub(crate) struct Profile {

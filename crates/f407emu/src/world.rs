@@ -57,6 +57,12 @@ impl Machine {
         self.reschedule();
     }
 
+    /// The rate of a serial port in baud, as the firmware has set it; the other end keeps to it whatever it is.
+    pub fn uart_baud(&self, port: SerialPort) -> u64 {
+        let bit = self.devices.usarts[port as usize].bit_cycles();
+        u64::from(self.clocks.hclk) / bit.max(1)
+    }
+
     /// How many bytes the sender at the other end of a serial port still keeps.
     pub fn uart_unsent(&self, port: SerialPort) -> usize {
         self.devices.usarts[port as usize].unsent()

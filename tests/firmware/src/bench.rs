@@ -2,11 +2,12 @@
 //!
 //! Time passes only in [`Bench::run_for`] and what is made of it; whoever waits gives the longest that it may take.
 use crate::{
+    firmware::Build,
     pins::{CPU_HZ, CRYSTAL_HZ, LINE, TICK},
     steps::Tracker,
     stream::Stream,
 };
-use leadscrew_f407emu::{FlashTiming, Machine};
+use leadscrew_f407emu::{FlashTiming, Machine, Pin};
 use std::fmt;
 
 /// Why a check has failed, in words.
@@ -46,34 +47,43 @@ const BANNER: &str = "Grbl 1.1h ['$' for help]";
 const BOOT_SECONDS: f64 = 2.0;
 /// The longest that a line may take to be answered at rest, s.
 const ANSWER_SECONDS: f64 = 2.0;
+/// How far the line's rate may be off: 1 %, less than half of what a receiver takes with the other end 1 % off as well (RM0090 section 30.3.5).
+const RATE_ERROR: f64 = 0.01;
 /// Cycles between two looks of whoever listens: 119 µs.
 const SLICE: u64 = 20_000;
 
-/// An emulated board.
+/// An emulated board. A clone goes on from the same instant.
+#[derive(Clone)]
 pub(crate) struct Bench {
     pub(crate) machine: Box<Machine>,
     /// What the pins of the motors have done.
     pub(crate) pins: Tracker,
+    /// The rate that the serial line should have, baud.
+    baud: u32,
     /// Bytes of a line that has not ended yet.
     incoming: Vec<u8>,
 }
 
 impl Bench {
     /// Switches a board with this firmware on and hears its banner.
-    pub(crate) fn boot(elf: &[u8]) -> Result<Bench, Failure> {
-        let mut bench = Bench::switch_on(elf)?;
+    pub(crate) fn boot(build: &Build) -> Result<Bench, Failure> {
+        let mut bench = Bench::switch_on(build)?;
         bench.hear_banner()?;
         Ok(bench)
     }
 
     /// Switches a board on; nothing has been carried out yet.
-    pub(crate) fn switch_on(elf: &[u8]) -> Result<Bench, Failure> {
+    pub(crate) fn switch_on(build: &Build) -> Result<Bench, Failure> {
         let mut machine = Machine::new(CRYSTAL_HZ);
-        machine.load_elf(elf)?;
+        machine.load_elf(&build.elf)?;
+        if let Some(fault) = build.fault {
+            machine.tamper_with(fault.register, fault.tamper);
+        }
         machine.watch_channel(TICK.0, TICK.1);
         Ok(Bench {
             machine,
             pins: Tracker::new(),
+            baud: build.baud,
             incoming: Vec::new(),
         })
     }
@@ -84,9 +94,21 @@ impl Bench {
         self.machine.timing_mut().flash = FlashTiming::ArtCold;
     }
 
-    /// Waits for the banner.
+    /// Waits for the banner, which has to come at the right rate.
     pub(crate) fn hear_banner(&mut self) -> Result<Vec<String>, Failure> {
-        self.hear_until(BOOT_SECONDS, |line| line == BANNER)
+        let heard = self.hear_until(BOOT_SECONDS, |line| line == BANNER)?;
+        let (baud, expected) = (self.machine.uart_baud(LINE) as f64, f64::from(self.baud));
+        ensure((baud / expected - 1.0).abs() <= RATE_ERROR, || {
+            format!("the serial line is at {baud} baud")
+        })?;
+        Ok(heard)
+    }
+
+    /// Waits for the banner after a reset; what was being said before is forgotten, what is said before it comes back.
+    pub(crate) fn hear_boot(&mut self) -> Result<Vec<String>, Failure> {
+        self.incoming.clear();
+        self.machine.uart_out(LINE).clear();
+        self.hear_banner()
     }
 
     /// Lets time pass.
@@ -99,6 +121,13 @@ impl Bench {
         let stopped = self.machine.run_until(cycle);
         self.pins.follow(&mut self.machine);
         Ok(stopped?)
+    }
+
+    /// Sets an input in a few cycles; the cycle of its edge.
+    pub(crate) fn set(&mut self, pin: Pin, level: bool) -> u64 {
+        let edge = self.machine.cycle() + 100;
+        self.machine.pin_at(edge, pin, level);
+        edge
     }
 
     /// Sends bytes.
@@ -201,6 +230,11 @@ impl Bench {
 /// Whether a line answers one that was sent.
 pub(crate) fn is_answer(line: &str) -> bool {
     line == "ok" || line.starts_with("error:")
+}
+
+/// Microseconds at full speed from one cycle to another, which may be the earlier one.
+pub(crate) fn micros_between(from: u64, to: u64) -> f64 {
+    (to as f64 - from as f64) * 1e6 / CPU_HZ as f64
 }
 
 /// Cycles at full speed in a time.

@@ -6,8 +6,10 @@ use crate::{
 use leadscrew_machine::config::MachineConfig;
 use leadscrew_planner::Cartesian;
 use leadscrew_sim::{
-    cost::Costs, Answers, Cycle, Memory, Observer, Rate, Setup, Simulation, StepEvent, Stopped,
-    Streamer, Streaming,
+    cost::Costs,
+    plant::{Pin, Side, Switch},
+    Answers, Cycle, Memory, Observer, Rate, Reply, Setup, Simulation, StepEvent, Stopped, Streamer,
+    Streaming,
 };
 
 /// Moves planned ahead, as on the board.
@@ -50,9 +52,48 @@ impl Observer for Schedule {
     }
 }
 
-/// The step events of a program after `settings`.
-pub(crate) fn plan(settings: &str, program: &str) -> Result<Vec<Planned>, Failure> {
+/// What the simulator says of a probing in the negative direction of Z that meets something after so many steps: `[PRB:…]`.
+pub(crate) fn probe(settings: &str, program: &str, contact: usize) -> Result<String, Failure> {
     let mut setup = Setup::<3>::new(MachineConfig::new(), Rate::NeverWaits);
+    setup.costs = Costs::NONE;
+    let mut memory = Memory::<3>::new(&setup);
+    let mut sim: Simulation<'_, _, _, 3, 3, MOVES> =
+        Simulation::new(&mut memory, &setup, Cartesian, Schedule::default());
+    sim.add_switch(Switch {
+        pin: Pin::Probe,
+        motor: 2,
+        side: Side::AtOrBelow,
+        place: -i32::try_from(contact)?,
+        level: false,
+    });
+    let mut report = None;
+    for text in [settings, program] {
+        let streaming = Streaming {
+            window: setup.receive_buffer,
+            keep_going: false,
+        };
+        let replies = |reply: &Reply<'_>, _: Cycle| {
+            if let Reply::Other(line) = reply {
+                let line = String::from_utf8_lossy(line);
+                report = line
+                    .starts_with("[PRB:")
+                    .then(|| line.trim().to_owned())
+                    .or(report.take());
+            }
+        };
+        let mut host = Streamer::new(text.as_bytes(), streaming, replies);
+        let stopped = sim.run_until(&mut host, LIMIT);
+        ensure(stopped == Stopped::Quiet && host.is_done(), || {
+            "the simulator stands still".into()
+        })?;
+    }
+    report.ok_or_else(|| Failure("the simulator says nothing of the probe".into()))
+}
+
+/// The step events of a program after `settings`, over a line of this rate. A slow line leaves less to look ahead over
+/// when motion begins: that takes longer, here and on the board.
+pub(crate) fn plan(settings: &str, program: &str, line: Rate) -> Result<Vec<Planned>, Failure> {
+    let mut setup = Setup::<3>::new(MachineConfig::new(), line);
     setup.costs = Costs::NONE;
     let mut memory = Memory::<3>::new(&setup);
     let mut sim: Simulation<'_, _, _, 3, 3, MOVES> =

@@ -7,7 +7,8 @@
 //! ```
 //!
 //! Each check boots a board of its own; those of the interrupts' time empty the flash's caches at every exception.
-//! `cargo fw-test --list` names the checks; those of the subset run in `.ci/run firmware`.
+//! `cargo fw-test --list` names the checks; those of the subset run in `.ci/run firmware`. `cargo fw-test --planted` plants
+//! faults in the firmware, one after the other, and holds the checks against them.
 #![forbid(unsafe_code)]
 mod bench;
 mod checks;
@@ -16,22 +17,25 @@ mod desk;
 mod firmware;
 mod job;
 mod pins;
+mod planted;
 mod steps;
 mod stream;
 
 use crate::{
     bench::Failure,
-    checks::{Check, CHECKS},
+    checks::{Check, Figures, CHECKS},
     firmware::Firmware,
+    planted::PLANTED,
 };
 use std::{env, process::ExitCode, sync::Mutex, thread, time::Instant};
 
-const USAGE: &str = "usage: fw-test ELF ELF-AT-2-MBAUD [--subset | --list | NAME...]";
+const USAGE: &str =
+    "usage: fw-test ELF ELF-AT-2-MBAUD [--subset | --list | --planted [WORD] | NAME...]";
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = env::args().skip(1).collect();
     let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
-    let [elf, fast, names @ ..] = words.as_slice() else {
+    let [usual, fast, names @ ..] = words.as_slice() else {
         eprintln!("{USAGE}");
         return ExitCode::from(2);
     };
@@ -39,7 +43,7 @@ fn main() -> ExitCode {
         CHECKS.iter().for_each(|check| println!("{check}"));
         return ExitCode::SUCCESS;
     }
-    match select(names).and_then(|checks| run(&Firmware::read(elf, fast)?, &checks)) {
+    match Firmware::read(usual, fast).and_then(|firmware| run(&tasks(&firmware, names)?)) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
             eprintln!("error: {failure}");
@@ -48,13 +52,50 @@ fn main() -> ExitCode {
     }
 }
 
-/// The checks that were asked for; all where none was.
-fn select(names: &[&str]) -> Result<Vec<&'static Check>, Failure> {
+/// Something to be done on one core.
+struct Task<'a> {
+    name: String,
+    run: Box<dyn Fn() -> Result<Figures, Failure> + Sync + 'a>,
+}
+
+/// What was asked for: checks by their names, all where none is named, or planted faults.
+fn tasks<'a>(firmware: &'a Firmware, names: &[&str]) -> Result<Vec<Task<'a>>, Failure> {
     match names {
-        [] => Ok(CHECKS.iter().collect()),
-        ["--subset"] => Ok(CHECKS.iter().filter(|check| check.subset).collect()),
-        names => names.iter().map(|name| find(name)).collect(),
+        [] => Ok(CHECKS
+            .iter()
+            .map(|check| of_check(firmware, check))
+            .collect()),
+        ["--subset"] => {
+            let subset = CHECKS.iter().filter(|check| check.subset);
+            Ok(subset.map(|check| of_check(firmware, check)).collect())
+        }
+        ["--planted"] => Ok(of_planted(firmware, "")),
+        ["--planted", word] => Ok(of_planted(firmware, word)),
+        names => {
+            let checks = names.iter().map(|name| find(name));
+            checks.map(|check| Ok(of_check(firmware, check?))).collect()
+        }
     }
+}
+
+fn of_check<'a>(firmware: &'a Firmware, check: &'a Check) -> Task<'a> {
+    Task {
+        name: check.name.into(),
+        run: Box::new(|| (check.run)(firmware)),
+    }
+}
+
+/// The faults with `word` in their names, each with every check that must find it.
+fn of_planted<'a>(firmware: &'a Firmware, word: &str) -> Vec<Task<'a>> {
+    let faults = PLANTED.iter().filter(|planted| planted.name.contains(word));
+    faults
+        .flat_map(|planted| {
+            planted.checks(CHECKS).map(move |check| Task {
+                name: planted.name.into(),
+                run: Box::new(move || planted.hold(firmware, check)),
+            })
+        })
+        .collect()
 }
 
 fn find(name: &str) -> Result<&'static Check, Failure> {
@@ -62,20 +103,20 @@ fn find(name: &str) -> Result<&'static Check, Failure> {
     check.ok_or_else(|| Failure(format!("no check '{name}'; `--list` names them")))
 }
 
-/// Runs checks on all cores, and prints what each has found in their order.
-fn run(firmware: &Firmware, checks: &[&Check]) -> Result<(), Failure> {
+/// Runs tasks on all cores, and prints what each has found.
+fn run(tasks: &[Task<'_>]) -> Result<(), Failure> {
     let cores = thread::available_parallelism().map_or(1, usize::from);
-    let queue = Mutex::new(checks.iter().enumerate());
+    let queue = Mutex::new(tasks.iter().enumerate());
     let outcomes = thread::scope(|scope| {
-        let workers: Vec<_> = (0..cores)
-            .map(|_| scope.spawn(|| work(firmware, &queue)))
-            .collect();
+        let workers: Vec<_> = (0..cores).map(|_| scope.spawn(|| work(&queue))).collect();
         let finished = workers.into_iter().flat_map(|worker| worker.join());
         finished.flatten().collect::<Vec<(usize, bool)>>()
     });
-    let failed: Vec<&str> = (0..checks.len())
-        .filter(|&index| !outcomes.contains(&(index, true)))
-        .map(|index| checks[index].name)
+    let failed: Vec<&str> = tasks
+        .iter()
+        .enumerate()
+        .filter(|(index, _)| !outcomes.contains(&(*index, true)))
+        .map(|(_, task)| task.name.as_str())
         .collect();
     if failed.is_empty() {
         return Ok(());
@@ -84,23 +125,23 @@ fn run(firmware: &Firmware, checks: &[&Check]) -> Result<(), Failure> {
 }
 
 /// What is left to do.
-type Queue<'a, 'b> = Mutex<std::iter::Enumerate<std::slice::Iter<'a, &'b Check>>>;
+type Queue<'a, 'b> = Mutex<std::iter::Enumerate<std::slice::Iter<'a, Task<'b>>>>;
 
-/// Takes checks until none is left; which of them held.
-fn work(firmware: &Firmware, queue: &Queue<'_, '_>) -> Vec<(usize, bool)> {
+/// Takes tasks until none is left; which of them held.
+fn work(queue: &Queue<'_, '_>) -> Vec<(usize, bool)> {
     let mut held = Vec::new();
     loop {
         let next = queue.lock().ok().and_then(|mut queue| queue.next());
-        let Some((index, check)) = next else {
+        let Some((index, task)) = next else {
             return held;
         };
         let started = Instant::now();
-        let outcome = (check.run)(firmware);
+        let outcome = (task.run)();
         let seconds = started.elapsed().as_secs_f64();
         held.push((index, outcome.is_ok()));
         let text = match outcome {
-            Ok(figures) => format!("ok     {:<16} {seconds:6.1} s\n{figures}", check.name),
-            Err(failure) => format!("FAILED {:<16} {seconds:6.1} s\n    {failure}\n", check.name),
+            Ok(figures) => format!("ok     {:<16} {seconds:6.1} s\n{figures}", task.name),
+            Err(failure) => format!("FAILED {:<16} {seconds:6.1} s\n    {failure}\n", task.name),
         };
         print!("{text}");
     }

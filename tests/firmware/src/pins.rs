@@ -18,5 +18,23 @@ pub(crate) const DIRECTION: [Pin; 3] = [Pin::new('E', 10), Pin::new('E', 11), Pi
 pub(crate) const TICK: (u8, u8) = (2, 1);
 /// Number of the step timer's interrupt.
 pub(crate) const STEP_IRQ: u8 = 28;
+/// Limit switches of X, Y, Z: low when closed.
+pub(crate) const LIMIT: [Pin; 3] = [Pin::new('E', 4), Pin::new('E', 5), Pin::new('E', 6)];
+/// Probe, door, reset and feed hold: low when closed.
+pub(crate) const PROBE: Pin = Pin::new('C', 1);
+pub(crate) const DOOR: Pin = Pin::new('C', 2);
+pub(crate) const RESET: Pin = Pin::new('C', 8);
+pub(crate) const HOLD: Pin = Pin::new('C', 9);
+/// Cycle start: high when pressed.
+pub(crate) const START: Pin = Pin::new('A', 0);
+/// The time that an input keeps its level before it is believed, s.
+pub(crate) const FILTER_SECONDS: f64 = 200e-6;
+/// Spindle on, counter-clockwise; flood and mist coolant.
+pub(crate) const SPINDLE: Pin = Pin::new('D', 13);
+pub(crate) const REVERSE: Pin = Pin::new('D', 14);
+pub(crate) const FLOOD: Pin = Pin::new('D', 15);
+pub(crate) const MIST: Pin = Pin::new('D', 11);
+/// Enable of all motors: low enables.
+pub(crate) const ENABLE: Pin = Pin::new('E', 13);
 /// Power of laser or spindle, a PWM.
 pub(crate) const POWER: Pin = Pin::new('D', 12);

@@ -50,6 +50,8 @@ pub(crate) struct Tracker {
     /// All step events since the last [`Tracker::clear`].
     pub(crate) steps: Vec<Step>,
     pub(crate) shortest: Shortest,
+    /// Edges of all other pins that are watched.
+    pub(crate) others: Vec<Edge>,
     tick: Option<Match>,
     negative: u8,
     rose: [Option<u64>; 3],
@@ -65,6 +67,7 @@ impl Tracker {
                 setup: u64::MAX,
                 hold: u64::MAX,
             },
+            others: Vec::new(),
             tick: None,
             negative: 0,
             rose: [None; 3],
@@ -99,7 +102,7 @@ impl Tracker {
             (Some(motor), _) if edge.level => self.rise(motor, edge.cycle),
             (Some(motor), _) => self.fall(motor, edge.cycle),
             (None, Some(motor)) => self.turn(motor, edge),
-            (None, None) => {}
+            (None, None) => self.others.push(*edge),
         }
     }
 

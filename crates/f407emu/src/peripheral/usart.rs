@@ -179,16 +179,21 @@ impl Usart {
         self.cr1 & bits == bits
     }
 
-    /// HCLK cycles that a byte takes on the line (RM0090 section 30.3.4).
-    fn frame(&self) -> u64 {
+    /// HCLK cycles that a bit takes on the line (RM0090 section 30.3.4).
+    pub(crate) fn bit_cycles(&self) -> u64 {
         let divider = if self.has(OVER8) {
             (self.brr >> 4) * 8 + (self.brr & 7)
         } else {
             self.brr
         };
+        u64::from(divider.max(1)) * self.bus_clock
+    }
+
+    /// HCLK cycles that a byte takes.
+    fn frame(&self) -> u64 {
         let stop_bits = if self.cr2 >> 12 & 3 == 2 { 2 } else { 1 };
         let bits = 1 + if self.has(M) { 9 } else { 8 } + stop_bits;
-        bits * u64::from(divider.max(1)) * self.bus_clock
+        bits * self.bit_cycles()
     }
 
     /// The level of its interrupt line (RM0090 table 148).

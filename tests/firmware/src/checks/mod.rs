@@ -1,9 +1,14 @@
 //! What is checked, by name.
+mod endings;
 mod motion;
-mod planted;
+mod outputs;
+mod probe;
 mod raster;
 mod realtime;
+mod stopping;
+mod stores;
 mod streams;
+mod switches;
 mod timing;
 
 use crate::{bench::Failure, firmware::Firmware};
@@ -113,15 +118,81 @@ pub(crate) const CHECKS: &[Check] = &[
         run: realtime::reset_byte,
     },
     Check {
+        name: "limits",
+        what: "a limit switch: alarm, last step edge within 10 us after the filter's time, laser off",
+        subset: true,
+        run: switches::limit_switches,
+    },
+    Check {
+        name: "reset-button",
+        what: "the reset button: the same",
+        subset: true,
+        run: switches::reset_button,
+    },
+    Check {
+        name: "filter",
+        what: "inputs: what is shorter than the filter's time changes nothing, what is longer does",
+        subset: true,
+        run: switches::filter,
+    },
+    Check {
+        name: "buttons",
+        what: "hold, start, door and reset in a job, which ends at its last step",
+        subset: true,
+        run: switches::buttons,
+    },
+    Check {
+        name: "outputs",
+        what: "spindle, coolant and enable pins follow their words",
+        subset: true,
+        run: outputs::outputs,
+    },
+    Check {
+        name: "probe",
+        what: "the probe's position is that of the simulator",
+        subset: true,
+        run: probe::probe,
+    },
+    Check {
+        name: "homing",
+        what: "homing finds the limit switches and pulls off",
+        subset: true,
+        run: probe::homing,
+    },
+    Check {
+        name: "endings",
+        what: "panic, faults, full stack, crystal, supply: safe within 10 us, then a reset, and the next boot says why",
+        subset: true,
+        run: endings::endings,
+    },
+    Check {
+        name: "resets",
+        what: "reset pin, power and brown-out in full motion: safe at once",
+        subset: true,
+        run: endings::resets,
+    },
+    Check {
+        name: "watchdog",
+        what: "main loop or step interrupt hung, LSI at 17 kHz: safe within 50 ms, and the next boot says why",
+        subset: true,
+        run: endings::watchdog,
+    },
+    Check {
+        name: "normal-work",
+        what: "everything that keeps the main loop busy, LSI at 47 kHz: no reset",
+        subset: true,
+        run: endings::normal_work,
+    },
+    Check {
         name: "raster",
         what: "at least 10 000 lines of 14 bytes a second",
         subset: false,
         run: raster::raster_lines,
     },
     Check {
-        name: "planted",
-        what: "faults planted in the firmware are found",
+        name: "stores",
+        what: "each store of the step interrupt is left out in turn: found",
         subset: true,
-        run: planted::planted_faults,
+        run: stores::left_out,
     },
 ];

@@ -3,12 +3,13 @@ use super::Figures;
 use crate::{
     bench::{Bench, Failure},
     compare, desk,
-    firmware::Firmware,
+    firmware::{Build, Firmware},
     job::Job,
     pins::POWER,
     steps::{jitter, net, Step},
     stream::Stream,
 };
+use leadscrew_sim::Rate;
 
 /// Motion begins when nothing has come for so long: after the whole job.
 const AFTER_ALL: &str = "$701=500\n";
@@ -16,8 +17,8 @@ const AFTER_ALL: &str = "$701=500\n";
 const FITS: usize = 1000;
 
 /// A job on the board, sent without waiting for motion; its steps.
-pub(super) fn run_queued(elf: &[u8], job: &Job) -> Result<(Bench, Vec<Step>), Failure> {
-    let mut bench = Bench::boot(elf)?;
+pub(super) fn run_queued(build: &Build, job: &Job) -> Result<(Bench, Vec<Step>), Failure> {
+    let mut bench = Bench::boot(build)?;
     bench.machine.watch(POWER, false);
     bench.commands(&job.settings)?;
     bench.commands(AFTER_ALL)?;
@@ -28,10 +29,10 @@ pub(super) fn run_queued(elf: &[u8], job: &Job) -> Result<(Bench, Vec<Step>), Fa
 }
 
 /// Holds a queued job against the simulator's; what to say of it.
-fn compare_queued(elf: &[u8], job: &Job) -> Result<String, Failure> {
-    let (_, steps) = run_queued(elf, job)?;
+fn compare_queued(build: &Build, job: &Job) -> Result<String, Failure> {
+    let (_, steps) = run_queued(build, job)?;
     let settings = format!("{}{AFTER_ALL}", job.settings);
-    let planned = desk::plan(&settings, &job.program)?;
+    let planned = desk::plan(&settings, &job.program, Rate::NeverWaits)?;
     compare::to_the_tick(&steps, &planned)?;
     Ok(format!(
         "{} step events to {:?}, jitter {} cycles",
@@ -41,10 +42,10 @@ fn compare_queued(elf: &[u8], job: &Job) -> Result<String, Failure> {
     ))
 }
 
-fn compare_all(elf: &[u8], jobs: &[Job]) -> Result<Figures, Failure> {
+fn compare_all(build: &Build, jobs: &[Job]) -> Result<Figures, Failure> {
     let mut figures = Figures::default();
     for job in jobs {
-        let words = compare_queued(elf, job);
+        let words = compare_queued(build, job);
         let words = words.map_err(|failure| Failure(format!("{}: {failure}", job.name)))?;
         figures.add(&job.name, words);
     }
@@ -54,11 +55,11 @@ fn compare_all(elf: &[u8], jobs: &[Job]) -> Result<Figures, Failure> {
 pub(crate) fn queued_traces(firmware: &Firmware) -> Result<Figures, Failure> {
     let mut jobs = Job::traces()?;
     jobs.retain(|job| job.lines() < FITS);
-    compare_all(&firmware.elf, &jobs)
+    compare_all(&firmware.usual, &jobs)
 }
 
 pub(crate) fn queued_examples(firmware: &Firmware) -> Result<Figures, Failure> {
     let names = ["heart.nc", "heart_as_printed.nc", "print_testbar.nc"];
     let jobs = names.iter().map(|name| Job::example(name));
-    compare_all(&firmware.elf, &jobs.collect::<Result<Vec<_>, _>>()?)
+    compare_all(&firmware.usual, &jobs.collect::<Result<Vec<_>, _>>()?)
 }

@@ -2,14 +2,15 @@
 use super::Figures;
 use crate::{
     bench::{Bench, Failure},
-    compare,
-    desk::{self, Planned},
-    firmware::Firmware,
+    compare, desk,
+    firmware::{Build, Firmware},
     job::Job,
     pins::{LINE, POWER},
     steps::{jitter, Step},
     stream::Stream,
 };
+use leadscrew_sim::Rate;
+use std::num::NonZeroU32;
 
 /// Time between two status queries, s.
 const POLL_SECONDS: f64 = 0.1;
@@ -19,8 +20,8 @@ const TOLERANCE: f64 = 0.01;
 const FULL_FIRST: &str = "$701=500\n";
 
 /// Streams a job; its steps.
-fn run_streamed(elf: &[u8], job: &Job) -> Result<Vec<Step>, Failure> {
-    let mut bench = Bench::boot(elf)?;
+fn run_streamed(build: &Build, job: &Job) -> Result<Vec<Step>, Failure> {
+    let mut bench = Bench::boot(build)?;
     bench.machine.watch(POWER, false);
     bench.commands(&job.settings)?;
     bench.pins.clear();
@@ -32,15 +33,15 @@ fn run_streamed(elf: &[u8], job: &Job) -> Result<Vec<Step>, Failure> {
 
 /// Streams jobs and holds each against the simulator's; `hold` says what must agree, and what it found.
 fn compare_all(
-    elf: &[u8],
+    build: &Build,
     jobs: impl IntoIterator<Item = Result<Job, Failure>>,
-    hold: fn(&[Step], &[Planned]) -> Result<String, Failure>,
+    hold: fn(&[Step], &Job, &Build) -> Result<String, Failure>,
 ) -> Result<Figures, Failure> {
     let mut figures = Figures::default();
     for job in jobs {
         let job = job?;
-        let found = run_streamed(elf, &job).and_then(|steps| {
-            let found = hold(&steps, &desk::plan(&job.settings, &job.program)?)?;
+        let found = run_streamed(build, &job).and_then(|steps| {
+            let found = hold(&steps, &job, build)?;
             Ok(format!("{found}, jitter {} cycles", jitter(&steps)))
         });
         figures.add(
@@ -51,14 +52,17 @@ fn compare_all(
     Ok(figures)
 }
 
-fn exact(steps: &[Step], planned: &[Planned]) -> Result<String, Failure> {
-    compare::to_the_tick(steps, planned)?;
+fn exact(steps: &[Step], job: &Job, _: &Build) -> Result<String, Failure> {
+    let planned = desk::plan(&job.settings, &job.program, Rate::NeverWaits)?;
+    compare::to_the_tick(steps, &planned)?;
     Ok(format!("{} step events, to the tick", steps.len()))
 }
 
-fn same_path(steps: &[Step], planned: &[Planned]) -> Result<String, Failure> {
-    let ratio = compare::in_path(steps, planned, TOLERANCE)?;
-    let words = if compare::to_the_tick(steps, planned).is_ok() {
+fn same_path(steps: &[Step], job: &Job, build: &Build) -> Result<String, Failure> {
+    let line = NonZeroU32::new(build.baud).map_or(Rate::NeverWaits, Rate::Baud);
+    let planned = desk::plan(&job.settings, &job.program, line)?;
+    let ratio = compare::in_path(steps, &planned, TOLERANCE)?;
+    let words = if compare::to_the_tick(steps, &planned).is_ok() {
         "to the tick".into()
     } else {
         format!("{:+.3} % of the time", 100.0 * (ratio - 1.0))
@@ -82,7 +86,7 @@ pub(crate) fn full_queue(firmware: &Firmware) -> Result<Figures, Failure> {
 
 pub(crate) fn short(firmware: &Firmware) -> Result<Figures, Failure> {
     let names = ["corner_090", "spiral", "inch_square", "laser_raster_m4"];
-    compare_all(&firmware.elf, names.map(Job::trace), same_path)
+    compare_all(&firmware.usual, names.map(Job::trace), same_path)
 }
 
 pub(crate) fn examples(firmware: &Firmware) -> Result<Figures, Failure> {
@@ -97,7 +101,7 @@ pub(crate) fn examples(firmware: &Firmware) -> Result<Figures, Failure> {
         "raster.nc",
         "spiral.nc",
     ];
-    compare_all(&firmware.elf, names.map(Job::example), same_path)
+    compare_all(&firmware.usual, names.map(Job::example), same_path)
 }
 
 pub(crate) fn fast_examples(firmware: &Firmware) -> Result<Figures, Failure> {
@@ -106,5 +110,9 @@ pub(crate) fn fast_examples(firmware: &Firmware) -> Result<Figures, Failure> {
 }
 
 pub(crate) fn traces(firmware: &Firmware) -> Result<Figures, Failure> {
-    compare_all(&firmware.elf, Job::traces()?.into_iter().map(Ok), same_path)
+    compare_all(
+        &firmware.usual,
+        Job::traces()?.into_iter().map(Ok),
+        same_path,
+    )
 }

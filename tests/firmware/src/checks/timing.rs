@@ -2,7 +2,7 @@
 use super::Figures;
 use crate::{
     bench::{ensure, fail, Bench, Failure},
-    firmware::Firmware,
+    firmware::{Build, Firmware},
     pins::{CPU_HZ, CYCLES_PER_COUNT, POWER, STEP_IRQ},
     steps::{jitter, Step},
     stream::Stream,
@@ -40,8 +40,8 @@ fn settings(pulse_us: u32, rate: f64, acceleration: u32) -> String {
 }
 
 /// Runs a program while comments keep the line busy and a status query comes ten times a second.
-fn run_busy(elf: &[u8], settings: &str, program: &str) -> Result<Bench, Failure> {
-    let mut bench = Bench::boot(elf)?;
+fn run_busy(build: &Build, settings: &str, program: &str) -> Result<Bench, Failure> {
+    let mut bench = Bench::boot(build)?;
     bench.cold();
     bench.machine.watch(POWER, false);
     bench.commands(settings)?;
@@ -63,7 +63,11 @@ pub(crate) fn jitter_at_every_ratio(firmware: &Firmware) -> Result<Figures, Fail
         (20, 42_000.0),
     ] {
         let settings = settings(pulse_us, rate, 4000);
-        let bench = run_busy(&firmware.elf, &settings, "G91M4S500\nG1X300Y211Z97F99999\n")?;
+        let bench = run_busy(
+            &firmware.usual,
+            &settings,
+            "G91M4S500\nG1X300Y211Z97F99999\n",
+        )?;
         let steps = &bench.pins.steps;
         ensure_no_gap(steps)?;
         let found = jitter(steps);
@@ -136,7 +140,7 @@ fn mean(services: &[Service]) -> f64 {
 
 /// Three motors together, power changing at every tick.
 pub(crate) fn step_interrupt(firmware: &Firmware) -> Result<Figures, Failure> {
-    let mut bench = Bench::boot(&firmware.elf)?;
+    let mut bench = Bench::boot(&firmware.usual)?;
     bench.cold();
     bench.machine.watch(POWER, false);
     bench.commands(&settings(3, 100_000.0, 2000))?;

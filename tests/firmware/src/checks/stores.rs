@@ -1,18 +1,17 @@
-//! Faults that are planted in the firmware must be found: otherwise the checks say nothing.
-//!
 //! Every store of the step interrupt to the step timer or to a port is replaced by an instruction that does nothing, one
-//! at a time: a flag that is not cleared, a compare that is not set, a pin that does not fall.
+//! at a time: a flag that is not cleared, a compare that is not set, a pin that does not fall. Other faults: `planted`.
 use super::Figures;
 use crate::{
     bench::{ensure, Bench, Failure},
     compare, desk,
-    firmware::Firmware,
+    firmware::{Build, Firmware},
     job::Job,
     pins::{POWER, STEP_IRQ},
     steps::Step,
     stream::Stream,
 };
 use leadscrew_f407emu::{Exception, Machine};
+use leadscrew_sim::Rate;
 use std::collections::BTreeSet;
 
 /// Registers of the step timer (TIM2) and of the ports.
@@ -26,15 +25,15 @@ const EQUIVALENT: usize = 3;
 /// There and back, with a corner.
 fn job() -> Job {
     Job::new(
-        "planted",
+        "stores",
         "$0=5\n$701=300\n$120=500\n$121=500\n$122=500\n",
         "G91G1X2Y-1Z0.5F900\nX-2Y-1\nX1Y2\n",
     )
 }
 
 /// The stores of the step interrupt while the job runs: address of the instruction, register.
-fn stores(elf: &[u8]) -> Result<BTreeSet<(u32, u32)>, Failure> {
-    let mut bench = Bench::boot(elf)?;
+fn stores(build: &Build) -> Result<BTreeSet<(u32, u32)>, Failure> {
+    let mut bench = Bench::boot(build)?;
     bench.commands(&job().settings)?;
     bench.machine.record_writers(Exception::irq(STEP_IRQ));
     bench.stream(&Stream::new(&job().program))?;
@@ -58,9 +57,9 @@ fn plant(machine: &mut Machine, address: u32) {
 }
 
 /// Runs the job and holds it against the simulator's, with the instruction at `fault` replaced where there is one.
-fn run(elf: &[u8], fault: Option<u32>) -> Result<(), Failure> {
+fn run(build: &Build, fault: Option<u32>) -> Result<(), Failure> {
     let job = job();
-    let mut bench = Bench::switch_on(elf)?;
+    let mut bench = Bench::switch_on(build)?;
     if let Some(address) = fault {
         plant(&mut bench.machine, address);
     }
@@ -73,18 +72,21 @@ fn run(elf: &[u8], fault: Option<u32>) -> Result<(), Failure> {
     let pulse = bench.pins.shortest.pulse;
     ensure(pulse >= 5 * 168, || format!("a pulse of {pulse} cycles"))?;
     let steps: &[Step] = &bench.pins.steps;
-    compare::to_the_tick(steps, &desk::plan(&job.settings, &job.program)?)?;
+    compare::to_the_tick(
+        steps,
+        &desk::plan(&job.settings, &job.program, Rate::NeverWaits)?,
+    )?;
     Ok(())
 }
 
-pub(crate) fn planted_faults(firmware: &Firmware) -> Result<Figures, Failure> {
-    let elf = &firmware.elf;
-    run(elf, None)?;
-    let stores = stores(elf)?;
+pub(crate) fn left_out(firmware: &Firmware) -> Result<Figures, Failure> {
+    let build = &firmware.usual;
+    run(build, None)?;
+    let stores = stores(build)?;
     let mut figures = Figures::default();
     let mut survivors = Vec::new();
     for (address, register) in &stores {
-        let found = run(elf, Some(*address));
+        let found = run(build, Some(*address));
         let name = format!("{register:#010x} not written at {address:#010x}");
         match found {
             Err(failure) => figures.add(name, failure.0.chars().take(120).collect::<String>()),

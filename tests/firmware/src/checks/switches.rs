@@ -1,0 +1,216 @@
+//! The inputs, driven at the pins: what is believed, when, and what comes of it.
+use super::{
+    stopping::{last_step, moving, power_off, INTERVAL_US, STEPS},
+    Figures,
+};
+use crate::{
+    bench::{cycles, ensure, micros_between, Bench, Failure},
+    firmware::Firmware,
+    pins::{DOOR, FILTER_SECONDS, HOLD, LIMIT, POWER, RESET, START},
+    steps::net,
+};
+use leadscrew_f407emu::Pin;
+
+/// From the end of the filter's time to the last step edge at most, µs.
+const STEPS_US: f64 = 10.0;
+/// From the end of the filter's time to laser off at most, µs.
+const LASER_US: f64 = 10.0;
+/// The filter's time in µs.
+const FILTER_US: f64 = FILTER_SECONDS * 1e6;
+/// The clock of the filter counts microseconds: an edge within one counts as at its begin.
+const COUNT_US: f64 = 1.0;
+/// Edges that are tried: at other places between two steps and two counts, 20.3 µs apart.
+const EDGES: usize = 60;
+const BETWEEN: u64 = 3_413;
+
+/// What an edge of a stopping input came to, µs after the end of the filter's time.
+#[derive(Clone, Copy)]
+struct Stopped {
+    last_step: f64,
+    laser_off: f64,
+}
+
+/// Closes a switch in full motion; the machine then says `words`.
+fn stop_by(mut bench: Bench, pin: Pin, words: &str) -> Result<Stopped, Failure> {
+    bench.heard();
+    let edge = bench.set(pin, false);
+    let believed = edge + cycles(FILTER_SECONDS);
+    bench.hear_until(0.1, |line| line == words)?;
+    bench.run_for(0.02)?;
+    Ok(Stopped {
+        last_step: micros_between(believed, last_step(&bench)),
+        laser_off: micros_between(believed, power_off(&bench)?),
+    })
+}
+
+/// Closes one of `pins` in turn at many instants.
+fn stop_at_many(firmware: &Firmware, pins: &[Pin], words: &str) -> Result<Figures, Failure> {
+    let mut base = moving(&firmware.usual, 0.2)?;
+    base.cold();
+    let mut all = Vec::new();
+    for pin in pins.iter().cycle().take(EDGES) {
+        base.run_to(base.machine.cycle() + BETWEEN)?;
+        all.push(stop_by(base.clone(), *pin, words)?);
+    }
+    let steps = || all.iter().map(|stopped| stopped.last_step);
+    let laser = || all.iter().map(|stopped| stopped.laser_off);
+    let (first, last) = (
+        steps().fold(f64::MAX, f64::min),
+        steps().fold(f64::MIN, f64::max),
+    );
+    let (bright, dark) = (
+        laser().fold(f64::MAX, f64::min),
+        laser().fold(f64::MIN, f64::max),
+    );
+    let mut figures = Figures::default();
+    figures.add(
+        format!("{EDGES} edges, after the filter's {FILTER_US} us"),
+        format!("last step edge {first:.2} to {last:.2} us, laser off {bright:.2} to {dark:.2} us"),
+    );
+    ensure(last <= STEPS_US && dark <= LASER_US, || {
+        format!("too late\n{figures}")
+    })?;
+    ensure(
+        first >= -INTERVAL_US - COUNT_US && bright >= -COUNT_US,
+        || format!("believed too early\n{figures}"),
+    )?;
+    Ok(figures)
+}
+
+pub(crate) fn limit_switches(firmware: &Firmware) -> Result<Figures, Failure> {
+    let figures = stop_at_many(firmware, &LIMIT, "ALARM:1")?;
+    let mut bench = moving(&firmware.usual, 0.1)?;
+    bench.set(LIMIT[1], false);
+    bench.hear_until(0.1, |line| line == "ALARM:1")?;
+    let status = bench.status()?;
+    ensure(
+        status.starts_with("<Alarm|") && status.contains("|Pn:Y"),
+        || status.clone(),
+    )?;
+    Ok(figures)
+}
+
+pub(crate) fn reset_button(firmware: &Firmware) -> Result<Figures, Failure> {
+    stop_at_many(firmware, &[RESET], "ALARM:3")
+}
+
+/// Closes a switch, opens it again and so on, each after so many µs.
+fn bounce(bench: &mut Bench, pin: Pin, closed: bool, micros: &[u64]) -> u64 {
+    let first = bench.set(pin, closed);
+    let mut edge = first;
+    for (index, wait) in micros.iter().enumerate() {
+        edge += wait * 168;
+        bench.machine.pin_at(edge, pin, closed == (index % 2 == 1));
+    }
+    first
+}
+
+/// Spikes and bounces that are over before the filter's time, each of an odd number of edges after the first: open again.
+const SPIKES: [&[u64]; 3] = [&[195], &[5], &[20, 20, 20, 20, 20, 20, 20, 20, 20]];
+/// Pulses and bounces that are closed when the filter's time is over.
+const PULSES: [&[u64]; 2] = [&[205], &[60, 60, 500, 20, 20]];
+
+/// A switch in full motion: spikes change nothing, pulses lead to `state`.
+fn filter_one(base: &Bench, pin: Pin, closed: bool, state: &str) -> Result<(), Failure> {
+    let before = base.clone().status()?;
+    let before = before.split('|').next().unwrap_or_default();
+    for spike in SPIKES {
+        let mut bench = base.clone();
+        bounce(&mut bench, pin, closed, spike);
+        bench.run_for(0.005)?;
+        let status = bench.status()?;
+        ensure(status.starts_with(before), || {
+            format!("{pin}: a spike of {spike:?} us: {status}")
+        })?;
+    }
+    for pulse in PULSES {
+        let mut bench = base.clone();
+        bounce(&mut bench, pin, closed, pulse);
+        bench.run_for(0.005)?;
+        let status = bench.status()?;
+        ensure(status.starts_with(state), || {
+            format!("{pin}: a pulse of {pulse:?} us: {status}, not {state}")
+        })?;
+    }
+    Ok(())
+}
+
+pub(crate) fn filter(firmware: &Firmware) -> Result<Figures, Failure> {
+    let base = moving(&firmware.usual, 0.1)?;
+    for limit in LIMIT {
+        filter_one(&base, limit, false, "<Alarm")?;
+    }
+    filter_one(&base, RESET, false, "<Alarm")?;
+    filter_one(&base, HOLD, false, "<Hold")?;
+    filter_one(&base, DOOR, false, "<Door")?;
+    let mut held = base.clone();
+    held.send("!");
+    held.wait_for("Hold:0", 1.0)?;
+    filter_one(&held, START, true, "<Run")?;
+    let mut figures = Figures::default();
+    figures.add(
+        "7 inputs",
+        format!(
+            "{} spikes passed over, {} pulses believed",
+            7 * SPIKES.len(),
+            7 * PULSES.len()
+        ),
+    );
+    Ok(figures)
+}
+
+/// From the cycle start behind a closed door to motion at most, s: spindle and coolant take their 4 s and 1 s.
+const RESUME_SECONDS: f64 = 8.0;
+
+/// Presses a button for a millisecond.
+fn press(bench: &mut Bench, pin: Pin, pressed: bool) -> Result<(), Failure> {
+    bench.set(pin, pressed);
+    bench.run_for(0.001)?;
+    bench.set(pin, !pressed);
+    bench.run_for(0.001)
+}
+
+/// Nothing steps for a while.
+fn ensure_still(bench: &mut Bench) -> Result<(), Failure> {
+    let steps = bench.pins.steps.len();
+    bench.run_for(0.1)?;
+    ensure(bench.pins.steps.len() == steps, || "motion goes on".into())
+}
+
+/// Feed hold, cycle start and door, one after the other; the job is carried out to its last step all the same.
+pub(crate) fn buttons(firmware: &Firmware) -> Result<Figures, Failure> {
+    let mut bench = moving(&firmware.usual, 0.1)?;
+    press(&mut bench, HOLD, false)?;
+    bench.wait_for("Hold:0", 1.0)?;
+    ensure_still(&mut bench)?;
+    press(&mut bench, START, true)?;
+    bench.wait_for("Run", 0.1)?;
+    bench.run_for(0.1)?;
+    bench.set(DOOR, false);
+    bench.wait_for("Door:1", 2.0)?;
+    ensure_still(&mut bench)?;
+    ensure(!bench.machine.level(POWER), || {
+        "the laser is on behind an open door".into()
+    })?;
+    press(&mut bench, START, true)?;
+    bench.wait_for("Door:1", 0.1)?;
+    bench.set(DOOR, true);
+    bench.wait_for("Door:0", 0.1)?;
+    ensure_still(&mut bench)?;
+    press(&mut bench, START, true)?;
+    bench.wait_for("Run", RESUME_SECONDS)?;
+    ensure(bench.machine.level(POWER), || "the laser stays off".into())?;
+    bench.wait_for("Idle", 5.0)?;
+    let position = net(&bench.pins.steps);
+    ensure(position == [STEPS, 0, 0], || {
+        format!("ends at {position:?}")
+    })?;
+    let mut figures = Figures::default();
+    figures.add(
+        "hold, start, door, start",
+        format!("{STEPS} steps all the same"),
+    );
+    press(&mut bench, RESET, false)?;
+    bench.hear_banner()?;
+    Ok(figures)
+}

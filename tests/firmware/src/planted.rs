@@ -1,0 +1,236 @@
+//! Faults planted in the firmware, and the checks that must find them: `cargo fw-test --planted`.
+//!
+//! A fault is a word that comes out wrong, or not at all, on its way to a register: what a wrong compare, a flag that is not
+//! cleared or a bit that is not set do to the chip. The check `stores` leaves out each store of the step interrupt besides.
+use crate::{
+    bench::Failure,
+    checks::{Check, Figures},
+    firmware::{Fault, Firmware},
+};
+use leadscrew_f407emu::Tamper;
+
+/// A fault and who must find it.
+pub(crate) struct Planted {
+    pub(crate) name: &'static str,
+    fault: Fault,
+    /// Names of checks; each of them must fail.
+    found_by: &'static [&'static str],
+}
+
+/// `tamper` with what is written to `register`.
+const fn planted(
+    name: &'static str,
+    register: u32,
+    tamper: Tamper,
+    found_by: &'static [&'static str],
+) -> Planted {
+    Planted {
+        name,
+        fault: Fault { register, tamper },
+        found_by,
+    }
+}
+
+const TIM2: u32 = 0x4000_0000;
+const TIM5: u32 = 0x4000_0C00;
+const IWDG: u32 = 0x4000_3000;
+const USART2: u32 = 0x4000_4400;
+const PWR: u32 = 0x4000_7000;
+const EXTI: u32 = 0x4001_3C00;
+const GPIOD: u32 = 0x4002_0C00;
+const GPIOE: u32 = 0x4002_1000;
+const RCC: u32 = 0x4002_3800;
+const TIM4: u32 = 0x4000_0800;
+/// Registers of timers.
+const SR: u32 = 0x10;
+const CCR1: u32 = 0x34;
+const CCR2: u32 = 0x38;
+
+/// All of them.
+pub(crate) const PLANTED: &[Planted] = &[
+    planted(
+        "the lowest bit of the next tick lost",
+        TIM2 + CCR1,
+        |word| Some(word & !1),
+        &["queued-traces"],
+    ),
+    planted(
+        "the pulse half a microsecond short",
+        TIM2 + CCR2,
+        |word| Some(word.wrapping_sub(42)),
+        &["jitter"],
+    ),
+    planted(
+        "the step timer's flags not cleared",
+        TIM2 + SR,
+        |_| None,
+        &["queued-traces"],
+    ),
+    planted(
+        "the step pin of X does not rise",
+        GPIOE + 0x18,
+        |word| Some(word & !(1 << 7)),
+        &["queued-traces"],
+    ),
+    planted(
+        "the direction of Y stays positive",
+        GPIOE + 0x18,
+        |word| Some(word & !(1 << 11)),
+        &["queued-traces"],
+    ),
+    planted(
+        "the filter's time 50 us too long",
+        TIM5 + CCR2,
+        |word| Some(word.wrapping_add(50)),
+        &["limits", "reset-button"],
+    ),
+    planted(
+        "the filter's time 50 us too short",
+        TIM5 + CCR2,
+        |word| Some(word.wrapping_sub(50)),
+        &["limits"],
+    ),
+    planted(
+        "the filter's alarm not set",
+        TIM5 + CCR2,
+        |_| None,
+        &["limits", "filter"],
+    ),
+    planted(
+        "edges of limit switches not listened to",
+        EXTI,
+        |word| Some(word & !(7 << 4)),
+        &["limits", "homing"],
+    ),
+    planted(
+        "the door's edge not listened to",
+        EXTI,
+        |word| Some(word & !(1 << 2)),
+        &["buttons"],
+    ),
+    planted(
+        "only openings of the probe count",
+        EXTI + 0x0C,
+        |word| Some(word & !(1 << 1)),
+        &["probe"],
+    ),
+    planted(
+        "an edge's flag not cleared",
+        EXTI + 0x14,
+        |_| None,
+        &["limits"],
+    ),
+    planted(
+        "power changes at the end of a period",
+        TIM4 + 0x18,
+        |word| Some(word | 1 << 3),
+        &["limits"],
+    ),
+    planted(
+        "the laser's pin not taken from its timer",
+        GPIOD,
+        |word| Some(word & !(3 << 24) | 2 << 24),
+        &["endings"],
+    ),
+    planted(
+        "the crystal not watched",
+        RCC,
+        |word| Some(word & !(1 << 19)),
+        &["endings"],
+    ),
+    planted(
+        "the supply not watched",
+        PWR,
+        |word| Some(word & !(1 << 4)),
+        &["endings"],
+    ),
+    planted(
+        "why the last reset came not cleared",
+        RCC + 0x74,
+        |_| None,
+        &["resets"],
+    ),
+    planted(
+        "the watchdog not started",
+        IWDG,
+        |word| (word != 0xCCCC).then_some(word),
+        &["watchdog"],
+    ),
+    planted(
+        "the watchdog's time twice as long",
+        IWDG + 0x08,
+        |word| Some(2 * word),
+        &["watchdog"],
+    ),
+    planted(
+        "the watchdog's time a quarter",
+        IWDG + 0x08,
+        |word| Some(word / 4),
+        &["normal-work"],
+    ),
+    planted(
+        "the watchdog not fed",
+        IWDG,
+        |word| (word != 0xAAAA).then_some(word),
+        &["normal-work"],
+    ),
+    planted(
+        "the rate of the serial line 5 % off",
+        USART2 + 0x08,
+        |word| Some(word + word / 20),
+        &["stream-short"],
+    ),
+];
+
+impl Planted {
+    /// The checks that must find it.
+    pub(crate) fn checks<'a>(
+        &self,
+        all: &'a [Check],
+    ) -> impl Iterator<Item = &'a Check> + use<'a, '_> {
+        let found_by = self.found_by;
+        all.iter()
+            .filter(move |check| found_by.contains(&check.name))
+    }
+
+    /// Runs a check on the firmware with this fault; what it found.
+    ///
+    /// # Errors
+    /// It found nothing.
+    pub(crate) fn hold(&self, firmware: &Firmware, check: &Check) -> Result<Figures, Failure> {
+        match (check.run)(&firmware.with(self.fault)) {
+            Ok(_) => Err(Failure(format!("{} does not find it", check.name))),
+            Err(Failure(words)) => {
+                let mut figures = Figures::default();
+                let first: String = words
+                    .lines()
+                    .next()
+                    .unwrap_or_default()
+                    .chars()
+                    .take(140)
+                    .collect();
+                figures.add(check.name, first);
+                Ok(figures)
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::checks::CHECKS;
+
+    #[test]
+    fn every_fault_names_checks_that_there_are() {
+        for planted in PLANTED {
+            assert!(!planted.found_by.is_empty(), "{}", planted.name);
+            assert_eq!(
+                planted.checks(CHECKS).count(),
+                planted.found_by.len(),
+                "{}",
+                planted.name
+            );
+        }
+    }
+}
