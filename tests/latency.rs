@@ -7,6 +7,7 @@ use leadscrew_machine::state::{Door, Hold, Jog, State};
 use leadscrew_planner::Cartesian;
 use leadscrew_sim::trouble::LateReason;
 use leadscrew_sim::{Memory, Rate};
+use leadscrew_stepper::Power;
 use leadscrew_tests::{setup, Session};
 use std::convert::Infallible;
 use std::num::NonZeroU32;
@@ -184,10 +185,12 @@ impl SettingsStore for Blank {
 fn in_situation(situation: &Situation, rate: Rate, then: impl FnOnce(&mut Desk<'_>)) {
     let mut setup = setup::<3>(1);
     setup.machine = MachineConfig::grbl();
+    setup.machine.options.mist = true;
     setup.lines = vec![rate];
     let mut memory = Memory::new(&setup);
     let mut session = Session::new(&mut memory, &setup, Cartesian);
     session.stream(SETTINGS);
+    session.stream("M3S500");
     if situation.name == "while a setting is written" {
         let Ok(_) = session.sim.machine_mut().load(&mut Blank);
     }
@@ -324,6 +327,65 @@ fn overrides_change_within_a_millisecond_in_every_situation() {
 }
 
 #[test]
+fn overrides_are_back_at_100_percent_within_a_millisecond_in_every_situation() {
+    for situation in &SITUATIONS {
+        for (byte, expected) in [
+            (0x90, (100, 25, 110)),
+            (0x95, (110, 100, 110)),
+            (0x99, (110, 25, 100)),
+        ] {
+            in_situation(situation, Rate::NeverWaits, |session| {
+                session.send(0, [0x91, 0x97, 0x9A]);
+                session.wait_us(ACTS);
+                session.send(0, [byte]);
+                session.wait_us(ACTS);
+                let overrides = session.sim.machine().overrides();
+                let found = (overrides.feed, overrides.rapid, overrides.spindle);
+                assert_eq!(found, expected, "{} {byte:#x}", situation.name);
+            });
+        }
+    }
+}
+
+/// As Grbl has it: the valves in Idle, Run and Hold, the spindle in a hold that is complete.
+#[test]
+fn coolant_and_spindle_are_switched_within_a_millisecond_where_grbl_switches_them() {
+    for situation in &SITUATIONS {
+        for byte in [0x9E, 0xA0, 0xA1] {
+            in_situation(situation, Rate::NeverWaits, |session| {
+                let before = outputs(session);
+                let may = matches!(
+                    (state(session), byte),
+                    (State::Hold(Hold::Complete { .. }), _)
+                        | (State::Idle | State::Run | State::Hold(_), 0xA0 | 0xA1)
+                );
+                session.send(0, [byte]);
+                session.wait_us(ACTS);
+                let (spindle, flood, mist) = before;
+                let after = match byte {
+                    _ if !may => before,
+                    0x9E => (false, flood, mist),
+                    0xA0 => (spindle, !flood, mist),
+                    _ => (spindle, flood, !mist),
+                };
+                let name = situation.name;
+                assert_eq!(outputs(session), after, "{name} {byte:#x}");
+                session.send(0, [byte]);
+                session.wait_us(ACTS);
+                assert_eq!(outputs(session), before, "{name} {byte:#x} again");
+            });
+        }
+    }
+}
+
+/// Whether spindle, flood and mist are on.
+fn outputs(session: &Desk<'_>) -> (bool, bool, bool) {
+    let board = session.sim.board();
+    let coolant = board.coolant();
+    (board.power() != Power::OFF, coolant.flood, coolant.mist)
+}
+
+#[test]
 fn a_reset_is_greeted_within_a_millisecond_in_every_situation() {
     for situation in &SITUATIONS {
         in_situation(situation, Rate::NeverWaits, |session| {
@@ -342,17 +404,19 @@ fn a_report_is_answered_within_five_milliseconds_in_every_situation() {
     for rate in [baud(115_200), baud(3_000_000), Rate::NeverWaits] {
         for situation in &SITUATIONS {
             in_situation(situation, rate, |session| {
-                // What is still on its way to the machine goes first; a list that is being sent is let end.
+                // What is still on its way to the machine goes first.
                 while session.is_sending(0) {
                     session.wait_us(1_000);
                 }
-                if situation.name == "in a list" {
-                    session.wait_us(byte_time(rate) * 1_000);
-                }
                 session.heard(0);
                 session.send(0, "?");
-                // The line's own time, there and back, comes on top: a report has 80 characters at most here.
-                session.wait_us(ANSWERS + 81 * byte_time(rate));
+                // The line's own time, there and back, comes on top: a report has 80 characters at most here, and those
+                // of a list that the board has got already go before it, 64 and a row.
+                let bytes = match situation.name {
+                    "in a list" => 81 + 64 + 20,
+                    _ => 81,
+                };
+                session.wait_us(ANSWERS + bytes * byte_time(rate));
                 let heard = session.heard(0);
                 let report = heard
                     .iter()

@@ -1,7 +1,7 @@
 //! Streams of bytes: any at all, and those of real senders that are easy to get wrong.
 
 use leadscrew_planner::Cartesian;
-use leadscrew_sim::{Cycle, Memory, Rate};
+use leadscrew_sim::{Cycle, Memory, Rate, Setup};
 use leadscrew_tests::abuse::endure;
 use leadscrew_tests::{setup, Session};
 use proptest::prelude::*;
@@ -91,11 +91,27 @@ fn a_laser_that_a_line_switches_on_goes_off_with_the_alarm_of_its_move() {
     endure(b"\x4DM3S50G1X5Y2F3000\n3S0\n0");
 }
 
+fn baud(baud: u32) -> Rate {
+    Rate::Baud(NonZeroU32::new(baud).unwrap())
+}
+
+/// A machine with one serial line of that rate.
+fn one_line(rate: Rate) -> Setup<3> {
+    let mut setup = setup::<3>(1);
+    setup.lines = vec![rate];
+    setup
+}
+
+/// A second and more of motion, in ten lines.
+const JOB: &str = "G21G91G1X2F1500\nY2\nX-2\nY-2\nX2\nY2\nG2X2Y2I2\nG1X-2\nY-2\nX7.33\n";
+
+const QUICK: &str = "$110=6000\n$111=6000\n$120=500\n$121=500\n";
+
 fn with_session(run: impl FnOnce(&mut Desk<'_>)) -> [i64; 3] {
     let setup = setup::<3>(1);
     let mut memory = Memory::new(&setup);
     let mut session = Session::new(&mut memory, &setup, Cartesian);
-    session.stream("$110=6000\n$111=6000\n$120=500\n$121=500\n");
+    session.stream(QUICK);
     run(&mut session);
     session.finish().net_steps()
 }
@@ -146,6 +162,119 @@ fn a_reset_leaves_ten_lines_unanswered() {
 }
 
 #[test]
+fn a_query_up_to_30_ms_after_a_reset_is_answered_after_the_banner() {
+    for rate in [baud(115_200), baud(3_000_000), Rate::NeverWaits] {
+        for (job, millis) in ["", JOB, "$$\n"]
+            .into_iter()
+            .flat_map(|job| (1..=30).map(move |millis| (job, millis)))
+        {
+            let setup = one_line(rate);
+            let mut memory = Memory::new(&setup);
+            let mut session = Session::new(&mut memory, &setup, Cartesian);
+            session.stream(QUICK);
+            session.send(0, job);
+            session.wait_us(20_000);
+            session.heard(0);
+            session.send(0, b"\x18");
+            session.wait_us(millis * 1_000);
+            session.send(0, "?");
+            session.until_quiet();
+            let heard = session.heard(0);
+            let of = |begin: &str| heard.iter().position(|line| line.starts_with(begin));
+            let banner = of("Grbl 1.1h").expect("a banner");
+            let report = of("<").unwrap_or_else(|| panic!("{job:?} {millis}: {heard:?}"));
+            assert!(banner < report, "{job:?} {millis}: {heard:?}");
+            let oks = heard[banner..].iter().filter(|line| *line == "ok");
+            assert_eq!(oks.count(), 0, "{job:?} {millis}: {heard:?}");
+        }
+    }
+}
+
+/// The machine position of a report, as it is written.
+fn mpos(report: &str) -> &str {
+    let fields = report.split('|');
+    fields
+        .filter_map(|field| field.strip_prefix("MPos:"))
+        .next()
+        .expect("MPos")
+}
+
+/// The machine position that the carriages really have, as reports write it.
+fn plant_mpos(session: &Desk<'_>) -> String {
+    let steps = session.sim.board().plant.position();
+    steps
+        .map(|steps| format!("{:.3}", f64::from(steps) / 250.0))
+        .join(",")
+}
+
+fn ask(session: &mut Desk<'_>) -> String {
+    session.send(0, "?");
+    session.wait_us(30_000);
+    let mut heard = session.heard(0).into_iter();
+    let report = heard.rfind(|line| line.starts_with('<'));
+    report.expect("a report")
+}
+
+/// Moments at which an operator may want a job to end, µs.
+const MOMENTS: [u64; 6] = [3_000, 20_000, 80_000, 150_000, 333_333, 700_000];
+
+#[test]
+fn a_hold_half_a_second_and_a_reset_end_a_job_unlocked_where_it_stands() {
+    for rate in [baud(115_200), Rate::NeverWaits] {
+        for moment in MOMENTS {
+            let setup = one_line(rate);
+            let mut memory = Memory::new(&setup);
+            let mut session = Session::new(&mut memory, &setup, Cartesian);
+            session.stream(QUICK);
+            session.send(0, JOB);
+            session.wait_us(moment);
+            session.send(0, "!");
+            session.wait_us(500_000);
+            session.heard(0);
+            assert!(ask(&mut session).starts_with("<Hold:0|"), "{moment}");
+            let stopped = plant_mpos(&session);
+            session.send(0, b"\x18");
+            session.until_quiet();
+            assert_eq!(session.heard(0), ["Grbl 1.1h ['$' for help]"], "{moment}");
+            let report = ask(&mut session);
+            assert!(report.starts_with("<Idle|"), "{moment}: {report}");
+            assert_eq!(mpos(&report), stopped, "{moment}");
+            assert_eq!(plant_mpos(&session), stopped, "{moment}: moved");
+            assert_eq!(session.say("G91G0X1\n"), ["ok"], "{moment}");
+        }
+    }
+}
+
+#[test]
+fn a_hold_a_reset_an_unlock_and_the_old_modes_end_a_job_as_it_was() {
+    for moment in MOMENTS {
+        with_session(|session| {
+            session.stream("G55\nG43.1Z2.5\n");
+            session.send(0, JOB);
+            session.send(0, "$G\n");
+            session.wait_us(moment);
+            let heard = session.heard(0);
+            let modes = heard.into_iter().find(|line| line.starts_with("[GC:"));
+            let modes = modes.expect("modes");
+            let words = modes.trim_start_matches("[GC:").trim_end_matches(']');
+            session.send(0, "!");
+            session.wait_us(1_000_000);
+            let stopped = plant_mpos(session);
+            session.send(0, b"\x18");
+            session.wait_us(1_000_000);
+            session.heard(0);
+            assert_eq!(session.say("$X\n"), ["ok"], "{moment}");
+            assert_eq!(session.say(&format!("{words}\n")), ["ok"], "{words}");
+            assert_eq!(session.say("G43.1Z2.5\n"), ["ok"], "{moment}");
+            let report = ask(session);
+            assert!(report.starts_with("<Idle|"), "{moment}: {report}");
+            assert_eq!(mpos(&report), stopped, "{moment}");
+            assert_eq!(session.say("$G\n")[0], modes, "{moment}");
+        });
+    }
+}
+
+#[test]
 fn a_query_with_a_line_end_is_a_report_and_an_ok() {
     with_session(|session| {
         for query in ["?\n", "?\r"] {
@@ -160,10 +289,19 @@ fn a_query_with_a_line_end_is_a_report_and_an_ok() {
 
 #[test]
 fn a_report_stands_between_the_rows_of_a_list() {
-    with_session(|session| {
+    // A row takes from nothing to half a second.
+    for (rate, pause) in [
+        (Rate::NeverWaits, 20),
+        (baud(3_000_000), 50),
+        (baud(115_200), 1_100),
+        (baud(300), 400_000),
+    ] {
+        let setup = one_line(rate);
+        let mut memory = Memory::new(&setup);
+        let mut session = Session::new(&mut memory, &setup, Cartesian);
         session.send(0, "$$\n");
         for _ in 0..40 {
-            session.wait_us(20);
+            session.wait_us(pause);
             session.send(0, "?");
         }
         session.until_quiet();
@@ -177,8 +315,8 @@ fn a_report_stands_between_the_rows_of_a_list() {
         }
         let ok = heard.iter().position(|line| line == "ok");
         let first = heard.iter().position(|line| line.starts_with('<'));
-        assert!(first < ok, "{heard:?}");
-    });
+        assert!(first.is_some() && first < ok, "{rate:?}: {heard:?}");
+    }
 }
 
 /// Free places of the planner and bytes of the receive buffer, as a report shows them.
@@ -196,7 +334,6 @@ fn free(report: &str) -> (usize, usize) {
 
 #[test]
 fn nothing_is_lost_of_128_bytes_counted_with_a_full_planner_and_a_query_every_40_ms() {
-    let baud = |baud| Rate::Baud(NonZeroU32::new(baud).unwrap());
     for rate in [baud(115_200), baud(3_000_000), Rate::NeverWaits] {
         stream_by_counting(rate);
     }

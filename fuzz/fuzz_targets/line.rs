@@ -24,6 +24,7 @@ struct Bench {
     axes: [AxisKind; AXES],
     options: Options,
     laser_mode: bool,
+    soft_limits: bool,
     reach: [Coordinate; AXES],
     circumstances: Circumstances,
     interpreter: Interpreter<AXES>,
@@ -51,6 +52,7 @@ impl Bench {
             axes,
             options,
             laser_mode: chosen(2),
+            soft_limits: chosen(3),
             reach: [Coordinate::from_nanos(1_000_000_000_000_000); AXES],
             circumstances: Circumstances {
                 activity: activities[usize::from(choice >> 5) % activities.len()],
@@ -98,6 +100,7 @@ impl Bench {
             axes: &self.axes,
             options: &self.options,
             laser_mode: self.laser_mode,
+            soft_limits: self.soft_limits,
             reach: &self.reach,
         };
         let answer = self
@@ -119,13 +122,16 @@ impl Bench {
             axes: &self.axes,
             options: &self.options,
             laser_mode: self.laser_mode,
+            soft_limits: self.soft_limits,
             reach: &self.reach,
         }
     }
 
+    /// Within reach, or just beyond it where soft limits are to say so.
     fn assert_within_reach(&self, target: &[Coordinate; AXES]) {
         for (target, reach) in target.iter().zip(&self.reach) {
-            assert!(target.nanos().unsigned_abs() <= reach.nanos().unsigned_abs());
+            let farthest = reach.nanos().unsigned_abs() + u64::from(self.soft_limits);
+            assert!(target.nanos().unsigned_abs() <= farthest);
         }
     }
 }

@@ -13,7 +13,7 @@ use crate::{
 };
 use core::{iter, mem::MaybeUninit};
 use defmt_rtt as _;
-use heapless::spsc::Consumer;
+use heapless::spsc::{Consumer, Queue};
 use leadscrew_f407_usb as usb;
 use leadscrew_machine::{
     board::Duration,
@@ -28,6 +28,9 @@ use leadscrew_stepper::{on_timer, Segment, Shared, StepInterrupt};
 const MOVES: usize = 1024;
 /// How long the main loop sleeps at most, in microseconds.
 const LONGEST_SLEEP: Duration = Duration::from_ticks(5_000);
+
+/// Bytes to send on USB, and the place that a ring keeps free: they are gone within a millisecond.
+type UsbOutgoing = Queue<u8, 1025>;
 
 type TheMachine = Machine<'static, Kinematics, AXES, MOTORS, MOVES>;
 
@@ -61,7 +64,7 @@ mod app {
         received: SerialQueue = SerialQueue::new(),
         outgoing: Outgoing = Outgoing::new(),
         usb_received: SerialQueue = SerialQueue::new(),
-        usb_outgoing: Outgoing = Outgoing::new(),
+        usb_outgoing: UsbOutgoing = UsbOutgoing::new(),
         usb_place: usb::Place = usb::Place::new(),
         place: MaybeUninit<TheMachine> = MaybeUninit::uninit(),
     ])]

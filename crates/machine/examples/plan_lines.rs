@@ -64,6 +64,7 @@ fn plan_line(bytes: &[u8], interpreter: &mut Interpreter<AXES>, queue: &mut Queu
         axes: &[AxisKind::Linear; AXES],
         options: &Options::default(),
         laser_mode: true,
+        soft_limits: false,
         reach: &[MAX_WORD; AXES],
     };
     let mut commands = Commands::new();

@@ -46,6 +46,7 @@ fn answer(interpreter: &mut Interpreter<3>, raw: &[u8]) -> String {
         axes: &[AxisKind::Linear; 3],
         options: &options,
         laser_mode: false,
+        soft_limits: false,
         reach: &[MAX_WORD; 3],
     };
     let mut reader = LineReader::<{ GRBL_LINE_LENGTH }>::new(GRBL_LINE_LENGTH);

@@ -25,8 +25,8 @@ where
     /// Puts all settings into effect. At rest with nothing planned: at boot and after a change.
     pub(crate) fn apply_settings<B: Board>(&mut self, board: &mut B) {
         let settings = &self.settings;
-        self.travel = travel(settings);
         self.reach = reach(settings);
+        self.travel = travel(settings, &self.reach);
         self.inputs.configure(&self.input_config());
         let laser = settings.is_on(Setting::Laser);
         self.spindle.configure(spindle_scale(settings), laser);
@@ -126,10 +126,17 @@ pub(crate) fn spindle_scale<const AXES: usize>(settings: &Settings<AXES>) -> Spi
     }
 }
 
-fn travel<const AXES: usize>(settings: &Settings<AXES>) -> [Coordinate; AXES] {
-    settings
-        .axes(AxisSetting::Travel)
-        .map(|travel| Coordinate::from_nanos(travel.nanos()))
+/// `$130` and up, no farther than steps can be counted: what lies beyond reach is outside the travel, too.
+fn travel<const AXES: usize>(
+    settings: &Settings<AXES>,
+    reach: &[Coordinate; AXES],
+) -> [Coordinate; AXES] {
+    let travels = settings.axes(AxisSetting::Travel);
+    from_fn(|axis| {
+        let travel = travels.get(axis).map_or(0, |travel| travel.nanos());
+        let reach = reach.get(axis).copied().unwrap_or_default();
+        Coordinate::from_nanos(travel).min(reach)
+    })
 }
 
 /// How far an axis may go to either side so that its steps, and those of any move, fit 32 bits: 2³⁰ steps.

@@ -78,6 +78,7 @@ where
             axes: &self.config.axes,
             options: &self.config.options,
             laser_mode: self.settings.is_on(Setting::Laser),
+            soft_limits: self.settings.is_on(Setting::SoftLimits),
             reach: &self.reach,
         };
         let commands = self.executor.commands();

@@ -1,4 +1,5 @@
-//! Lists that go out row by row as the output has room: `$$`, `$#`.
+//! Lists that go out row by row, each once the board has taken the one before it: `$$`, `$#`. So a report that is asked
+//! for goes out between two rows, and does not wait for the rest of the list.
 
 use crate::board::ChannelId;
 use crate::machine::Machine;
@@ -14,9 +15,6 @@ pub(crate) enum Listing {
     Parameters(usize),
 }
 
-/// Rows sent in one poll: bounds its time.
-const ROWS_A_POLL: usize = 4;
-
 impl<K, const AXES: usize, const MOTORS: usize, const MOVES: usize>
     Machine<'_, K, AXES, MOTORS, MOVES>
 where
@@ -25,22 +23,17 @@ where
     /// Goes on with lists; a list is answered `ok` after its last row. Main loop.
     pub(crate) fn list(&mut self) {
         for index in 0..self.console.count() {
-            let id = ChannelId(index);
-            for _ in 0..ROWS_A_POLL {
-                if !self.list_row(id) {
-                    break;
-                }
-            }
+            self.list_row(ChannelId(index));
         }
     }
 
-    /// Sends the next row of the list under way; whether there was one, and room for it.
-    fn list_row(&mut self, id: ChannelId) -> bool {
+    /// Sends the next row of the list under way, if there is one and nothing waits before it.
+    fn list_row(&mut self, id: ChannelId) {
         let Some(channel) = self.console.channel(id) else {
-            return false;
+            return;
         };
-        let Some(listing) = channel.listing.filter(|_| channel.has_room()) else {
-            return false;
+        let Some(listing) = channel.listing.filter(|_| channel.output_is_empty()) else {
+            return;
         };
         let next = match listing {
             Listing::Settings(row) => self.settings.listed(row).map(|line| {
@@ -61,6 +54,5 @@ where
         if next.is_none() {
             self.console.answer(id, Ok(()));
         }
-        true
     }
 }

@@ -46,8 +46,8 @@ where
         let result = match SystemCommand::parse(line, &self.circumstances()) {
             Ok(command) => self
                 .obey(id, command, board, now)
-                .map_err(|fault| fault.after(command.gcode_column(line))),
-            Err(status) => Err(status.into()),
+                .map_err(|fault| command.locate(fault, line)),
+            Err(fault) => Err(fault),
         };
         match result {
             Ok(Reply::Now) => self.console.answer(id, Ok(())),
@@ -139,6 +139,7 @@ where
                 axes: &self.config.axes,
                 options: &self.config.options,
                 laser_mode: self.settings.is_on(Setting::Laser),
+                soft_limits: self.settings.is_on(Setting::SoftLimits),
                 reach: &self.reach,
             };
             self.interpreter.check(line, &context)?;
@@ -202,6 +203,7 @@ where
             axes: &self.config.axes,
             options: &self.config.options,
             laser_mode: self.settings.is_on(Setting::Laser),
+            soft_limits: self.settings.is_on(Setting::SoftLimits),
             reach: &self.reach,
         };
         let Some(jog) = self.interpreter.jog(line, &context)? else {

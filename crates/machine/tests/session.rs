@@ -144,14 +144,18 @@ fn a_probe_that_touches_in_a_hold_is_answered_after_the_resume_and_moves_no_furt
 }
 
 #[test]
-fn a_fault_in_a_jog_or_a_startup_line_is_where_it_stands_in_the_whole_line() {
+fn a_fault_behind_a_dollar_is_where_it_stands_in_the_whole_line() {
     let mut memory = Memory::new();
     let mut session = Session::boot(&mut memory, MachineConfig::grbl());
     for (line, column) in [
         ("$J=X1Y-F100", 6),
         ("$N1=G21Q3", 7),
         ("$J=X1", 3),
-        ("$99=1", 0),
+        ("$99=1", 1),
+        ("$0=1", 3),
+        ("$20=1", 4),
+        ("$11=1.2.3", 7),
+        ("$G1", 2),
     ] {
         assert!(session.line(line)[0].starts_with("error:"));
         let fault = session.machine.take_fault().map(|fault| fault.column);
@@ -340,4 +344,23 @@ fn go_on(session: &mut Session<'_>, byte: u8, at: [i32; 3]) {
     session.line("$X");
     session.line("G90G1X0Y0F2000");
     assert_eq!(session.pins.position, [0, 0, 0]);
+}
+
+#[test]
+fn with_soft_limits_a_target_beyond_reach_is_alarm_2_and_a_jog_there_error_15() {
+    for travel in ["$130=200", "$130=9000000000"] {
+        let mut memory = Memory::new();
+        let mut session = Session::boot(&mut memory, MachineConfig::grbl());
+        for line in ["$22=1", "$20=1", travel] {
+            assert_eq!(session.line(line), ["ok"]);
+        }
+        assert_eq!(session.line("$J=X-99999999999F100"), ["error:15"]);
+        session.send("G0X-99999999999\n");
+        session.wait_ms(5);
+        assert_eq!(session.lines()[0], "ALARM:2");
+        session.send("\x18");
+        session.until_quiet();
+        assert_eq!(session.pins.position, [0; 3]);
+        assert_eq!(session.lines()[0], "ok");
+    }
 }

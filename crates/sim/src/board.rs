@@ -175,6 +175,11 @@ impl<O: Observer, const MOTORS: usize> SimBoard<O, MOTORS> {
         self.power
     }
 
+    /// The coolant valves as they are put out.
+    pub fn coolant(&self) -> CoolantOutput {
+        self.coolant
+    }
+
     /// Direction and enable of the spindle as they are put out.
     pub(crate) fn spindle(&self) -> SpindleOutput {
         self.spindle

@@ -55,8 +55,8 @@ impl Rate {
 /// Bytes in a packet of a line that never waits: USB full speed, bulk (USB 2.0 specification, 5.8.3).
 pub(crate) const PACKET: usize = 64;
 
-/// Bytes that the board keeps for sending on a line that takes time.
-const SEND_BUFFER: usize = 1024;
+/// Bytes that the board keeps for sending on a line that takes time, as the firmware does.
+const SEND_BUFFER: usize = 64;
 
 /// One line, both ways.
 #[derive(Debug)]

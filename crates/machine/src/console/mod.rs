@@ -155,7 +155,7 @@ impl<'a> Console<'a> {
     /// Hands the board what it takes of the waiting output.
     pub(crate) fn flush<B: Board>(&mut self, board: &mut B, work: &mut Work) {
         for (id, channel) in self.channels() {
-            if !channel.inbox.output.is_empty() {
+            if !channel.output_is_empty() {
                 let sent = channel.inbox.output.flush(id, board);
                 work.written = work.written.wrapping_add(sent);
             }
@@ -176,9 +176,10 @@ impl<'a> Console<'a> {
     /// Whether there is something to do at once. `takes_lines`: whether a line would be taken.
     pub(crate) fn is_busy(&self, takes_lines: bool) -> bool {
         self.channels.iter().any(|channel| {
-            let asked = channel.report_due || channel.listing.is_some();
             let has_line = channel.complete || channel.inbox.has_bytes();
-            channel.has_room() && (asked || takes_lines && has_line) || channel.inbox.has_requests()
+            channel.has_room() && (channel.report_due || takes_lines && has_line)
+                || channel.output_is_empty() && channel.listing.is_some()
+                || channel.inbox.has_requests()
         })
     }
 
@@ -190,7 +191,7 @@ impl<'a> Console<'a> {
                 && !channel.complete
                 && !channel.inbox.has_bytes()
                 && !channel.inbox.has_requests()
-                && channel.inbox.output.is_empty()
+                && channel.output_is_empty()
         })
     }
 
@@ -252,6 +253,11 @@ impl Channel<'_> {
     /// Whether the answer to a line, or a row or a report, fits.
     pub(crate) fn has_room(&self) -> bool {
         self.inbox.output.has_room()
+    }
+
+    /// Whether the board has taken all output.
+    pub(crate) fn output_is_empty(&self) -> bool {
+        self.inbox.output.is_empty()
     }
 
     fn is_ready(&self) -> bool {

@@ -12,6 +12,9 @@ pub struct Context<'a, const AXES: usize> {
     pub options: &'a Options,
     /// `$32`: spindle words are laser words.
     pub laser_mode: bool,
+    /// `$20`: a target beyond `reach` is taken, as one just beyond it, which lies outside every travel: the alarm is
+    /// then the answer, as in Grbl. Without, it is refused.
+    pub soft_limits: bool,
     /// The farthest machine coordinate to either side, by axis: what steps can count. Half the range of `i32` divided
     /// by the steps per mm keeps every move countable, too. At most [`MAX_WORD`](super::MAX_WORD).
     pub reach: &'a [Coordinate; AXES],

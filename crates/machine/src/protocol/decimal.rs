@@ -46,6 +46,14 @@ impl Decimal {
         Self::new(value, 1_000_000_000, 0)
     }
 
+    /// What Grbl prints for a value of this sign that is too large for it: 2³¹ of the last digit.
+    pub fn saturated(self) -> Self {
+        Self {
+            digits: self.digits.signum() << 31,
+            ..self
+        }
+    }
+
     /// `unit`: what one of the last digit is worth, in 10⁻⁹.
     fn new(value: Number, unit: i64, places: u8) -> Self {
         let nanos = value.nanos();
@@ -106,6 +114,15 @@ mod tests {
         for (value, text) in cases {
             assert_eq!(Decimal::millimetres(number(value)).to_string(), text);
         }
+    }
+
+    #[test]
+    fn what_is_too_large_prints_as_grbl_prints_it() {
+        let far = |text| Decimal::millimetres(number(text)).saturated().to_string();
+        assert_eq!(far("1000000000"), "2147483.648");
+        assert_eq!(far("-1000000000"), "-2147483.648");
+        let inches = Decimal::inches(number("1000000000")).saturated();
+        assert_eq!(inches.to_string(), "214748.3648");
     }
 
     #[test]

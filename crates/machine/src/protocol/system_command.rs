@@ -5,6 +5,7 @@
 //! round.
 
 use super::status::Status;
+use crate::interpreter::Fault;
 use leadscrew_gcode::{leading_number, Number};
 
 /// How many startup lines can be stored: `$N0` and `$N1`.
@@ -108,29 +109,47 @@ pub struct Circumstances {
     pub single_axis_homing: bool,
 }
 
+/// What is wrong with a line, and what is left of it from there on: from its length follows the column.
+type Refused<'a> = (Status, &'a [u8]);
+
 impl<'a> SystemCommand<'a> {
     /// Reads a filtered line that begins with `$`.
     ///
     /// # Errors
     ///
-    /// The one that Grbl gives, but for `$Nx=` beyond the lines there are: [`Status::InvalidStatement`].
-    pub fn parse(line: &'a [u8], now: &Circumstances) -> Result<Self, Status> {
+    /// The one that Grbl gives, but for `$Nx=` beyond the lines there are: [`Status::InvalidStatement`]. Its column is 0
+    /// where the line is right and the machine may not carry it out now.
+    pub fn parse(line: &'a [u8], now: &Circumstances) -> Result<Self, Fault> {
+        Self::read(line, now).map_err(|(status, left)| Fault {
+            status,
+            column: line.len().saturating_sub(left.len()),
+        })
+    }
+
+    fn read(line: &'a [u8], now: &Circumstances) -> Result<Self, Refused<'a>> {
+        let require = |allowed: bool| match allowed {
+            true => Ok(()),
+            false => Err((Status::NotIdle, line)),
+        };
         match line {
             [] | [b'$'] => Ok(Self::Help),
             [_, b'$', rest @ ..] => {
-                alone(rest, Self::ShowSettings)?.allowed(now.activity != Activity::Busy)
+                let command = alone(rest, Self::ShowSettings)?;
+                require(now.activity != Activity::Busy).map(|()| command)
             }
             [_, b'G', rest @ ..] => alone(rest, Self::ShowModes),
             [_, b'X', rest @ ..] => alone(rest, Self::Unlock),
             [_, b'C', rest @ ..] => {
-                let may_toggle = matches!(now.activity, Activity::Idle | Activity::Check);
-                alone(rest, Self::Check)?.allowed(may_toggle)
+                let command = alone(rest, Self::Check)?;
+                require(matches!(now.activity, Activity::Idle | Activity::Check)).map(|()| command)
             }
             [_, b'J', rest @ ..] => {
                 require(matches!(now.activity, Activity::Idle | Activity::Jog))?;
-                rest.strip_prefix(b"=")
-                    .map(Self::Jog)
-                    .ok_or(Status::InvalidStatement)
+                behind(b"=", rest).map(Self::Jog)
+            }
+            [_, b'N', rest @ ..] if !rest.is_empty() => {
+                require(now.activity == Activity::Idle)?;
+                startup(rest)
             }
             [_, rest @ ..] => {
                 require(matches!(now.activity, Activity::Idle | Activity::Alarm))?;
@@ -140,31 +159,30 @@ impl<'a> SystemCommand<'a> {
     }
 
     /// Reads one of the commands that want the machine at rest, without its `$`.
-    fn at_rest(text: &'a [u8], now: &Circumstances) -> Result<Self, Status> {
+    fn at_rest(text: &'a [u8], now: &Circumstances) -> Result<Self, Refused<'a>> {
         match text {
             [b'#', rest @ ..] => alone(rest, Self::ShowParameters),
-            [b'H', rest @ ..] => homing(rest, now),
+            [b'H', rest @ ..] => homing(text, rest, now),
             [b'I'] => Ok(Self::ShowBuild),
-            [b'I', b'=', text @ ..] => storable(text).map(Self::StoreBuild),
+            [b'I', rest @ ..] => storable(behind(b"=", rest)?).map(Self::StoreBuild),
             [b'N'] => Ok(Self::ShowStartup),
-            [b'N', rest @ ..] => {
-                require(now.activity == Activity::Idle)?;
-                startup(rest)
-            }
-            b"SLP" => Ok(Self::Sleep),
-            b"RST=$" => Ok(Self::Restore(Restore::Settings)),
-            b"RST=#" => Ok(Self::Restore(Restore::Parameters)),
-            b"RST=*" => Ok(Self::Restore(Restore::All)),
-            [b'I' | b'S' | b'R', ..] => Err(Status::InvalidStatement),
+            [b'S', ..] => alone(behind(b"SLP", text)?, Self::Sleep),
+            [b'R', ..] => restore(behind(b"RST=", text)?),
             _ => setting(text),
         }
     }
 
-    /// Where in `line`, which this command was read from, its line of G-code begins; 0 where it has none.
-    pub(crate) fn gcode_column(&self, line: &[u8]) -> usize {
-        match self {
+    /// Where in `line`, which this command was read from, a fault stands that was found in carrying it out: in its line of
+    /// G-code, at a setting's value, or at the number of a setting that there is not.
+    pub fn locate(&self, fault: Fault, line: &[u8]) -> Fault {
+        let begins = match self {
             Self::Jog(gcode) | Self::StoreStartup { line: gcode, .. } => {
                 line.len().saturating_sub(gcode.len())
+            }
+            Self::Set { .. } if fault.status == Status::InvalidStatement => 1,
+            Self::Set { .. } => {
+                let equals = line.iter().position(|byte| *byte == b'=');
+                equals.map_or(0, |equals| equals + 1)
             }
             Self::Help
             | Self::ShowSettings
@@ -177,80 +195,94 @@ impl<'a> SystemCommand<'a> {
             | Self::Unlock
             | Self::Home(_)
             | Self::Sleep
-            | Self::Restore(_)
-            | Self::Set { .. } => 0,
-        }
-    }
-
-    fn allowed(self, allowed: bool) -> Result<Self, Status> {
-        require(allowed).map(|()| self)
-    }
-}
-
-fn require(allowed: bool) -> Result<(), Status> {
-    if allowed {
-        Ok(())
-    } else {
-        Err(Status::NotIdle)
+            | Self::Restore(_) => 0,
+        };
+        fault.after(begins)
     }
 }
 
 /// Answers `command` if nothing follows it.
-fn alone<'a>(rest: &[u8], command: SystemCommand<'a>) -> Result<SystemCommand<'a>, Status> {
+fn alone<'a>(rest: &'a [u8], command: SystemCommand<'a>) -> Result<SystemCommand<'a>, Refused<'a>> {
     if rest.is_empty() {
         Ok(command)
     } else {
-        Err(Status::InvalidStatement)
+        Err((Status::InvalidStatement, rest))
     }
 }
 
-fn storable(text: &[u8]) -> Result<&[u8], Status> {
-    if text.len() <= MAX_STORED_TEXT {
-        Ok(text)
-    } else {
-        Err(Status::StoredLineTooLong)
+/// Answers what follows a spelling; the fault is at the first character that is not of it.
+fn behind<'a>(spelling: &[u8], text: &'a [u8]) -> Result<&'a [u8], Refused<'a>> {
+    let alike = spelling.iter().zip(text).take_while(|(a, b)| a == b);
+    let (_, rest) = text.split_at_checked(alike.count()).unwrap_or((text, &[]));
+    text.strip_prefix(spelling)
+        .ok_or((Status::InvalidStatement, rest))
+}
+
+fn storable(text: &[u8]) -> Result<&[u8], Refused<'_>> {
+    match text.split_at_checked(MAX_STORED_TEXT) {
+        Some((_, too_much)) if !too_much.is_empty() => Err((Status::StoredLineTooLong, too_much)),
+        Some(_) | None => Ok(text),
     }
 }
 
-fn homing<'a>(rest: &[u8], now: &Circumstances) -> Result<SystemCommand<'a>, Status> {
+/// Reads what stands behind the `H` of `command`.
+fn homing<'a>(
+    command: &'a [u8],
+    axes: &'a [u8],
+    now: &Circumstances,
+) -> Result<SystemCommand<'a>, Refused<'a>> {
     if !now.homing {
-        return Err(Status::HomingDisabled);
+        return Err((Status::HomingDisabled, command));
     }
-    let axis = match rest {
+    let axis = match axes {
         [] => return Ok(SystemCommand::Home(Homing::All)),
         [axis @ b'X'..=b'Z'] if now.single_axis_homing => axis - b'X',
-        _ => return Err(Status::InvalidStatement),
+        [b'X'..=b'Z', rest @ ..] if now.single_axis_homing => {
+            return Err((Status::InvalidStatement, rest))
+        }
+        _ => return Err((Status::InvalidStatement, axes)),
     };
     Ok(SystemCommand::Home(Homing::Axis(axis)))
 }
 
+/// Reads what stands behind `$RST=`.
+fn restore(what: &[u8]) -> Result<SystemCommand<'_>, Refused<'_>> {
+    let (which, rest) = match what {
+        [b'$', rest @ ..] => (Restore::Settings, rest),
+        [b'#', rest @ ..] => (Restore::Parameters, rest),
+        [b'*', rest @ ..] => (Restore::All, rest),
+        _ => return Err((Status::InvalidStatement, what)),
+    };
+    alone(rest, SystemCommand::Restore(which))
+}
+
 /// Reads `x=line`.
-fn startup(text: &[u8]) -> Result<SystemCommand<'_>, Status> {
+fn startup(text: &[u8]) -> Result<SystemCommand<'_>, Refused<'_>> {
     let (index, line) = assignment(text)?;
     let index = u8::try_from(index)
         .ok()
         .filter(|index| *index < STARTUP_LINES);
-    let index = index.ok_or(Status::InvalidStatement)?;
+    let index = index.ok_or((Status::InvalidStatement, text))?;
     storable(line).map(|line| SystemCommand::StoreStartup { index, line })
 }
 
 /// Reads `n=v`.
-fn setting<'a>(text: &[u8]) -> Result<SystemCommand<'a>, Status> {
-    let (number, text) = assignment(text)?;
-    let value = match leading_number(text) {
-        Ok((value, [])) => value,
-        Ok(_) => return Err(Status::InvalidStatement),
-        Err(_) => return Err(Status::BadNumber),
-    };
-    let number = u16::try_from(number).map_err(|_| Status::InvalidStatement)?;
-    Ok(SystemCommand::Set { number, value })
+fn setting(text: &[u8]) -> Result<SystemCommand<'_>, Refused<'_>> {
+    let (number, assigned) = assignment(text)?;
+    let (value, rest) = number_of(assigned)?;
+    let number = u16::try_from(number).map_err(|_| (Status::InvalidStatement, text))?;
+    alone(rest, SystemCommand::Set { number, value })
 }
 
 /// Reads a number, cut to a whole one, and the `=` behind it; answers what follows, too.
-fn assignment(text: &[u8]) -> Result<(i64, &[u8]), Status> {
-    let (number, rest) = leading_number(text).map_err(|_| Status::BadNumber)?;
-    let rest = rest.strip_prefix(b"=").ok_or(Status::InvalidStatement)?;
-    Ok((number.trunc(), rest))
+fn assignment(text: &[u8]) -> Result<(i64, &[u8]), Refused<'_>> {
+    let (number, rest) = number_of(text)?;
+    Ok((number.trunc(), behind(b"=", rest)?))
+}
+
+/// Reads the number that a text begins with; answers what follows it, too.
+fn number_of(text: &[u8]) -> Result<(Number, &[u8]), Refused<'_>> {
+    leading_number(text).map_err(|_| (Status::BadNumber, text))
 }
 
 #[cfg(test)]
@@ -264,8 +296,13 @@ mod tests {
         single_axis_homing: false,
     };
 
+    /// The status alone.
+    fn parse<'a>(line: &'a str, now: &Circumstances) -> Result<SystemCommand<'a>, Status> {
+        SystemCommand::parse(line.as_bytes(), now).map_err(|fault| fault.status)
+    }
+
     fn idle(line: &str) -> Result<SystemCommand<'_>, Status> {
-        SystemCommand::parse(line.as_bytes(), &IDLE)
+        parse(line, &IDLE)
     }
 
     #[test]
@@ -398,6 +435,48 @@ mod tests {
     }
 
     #[test]
+    fn the_fault_stands_at_the_first_character_that_is_wrong() {
+        let cases = [
+            ("$A", 1),
+            ("$$$", 2),
+            ("$GG", 2),
+            ("$X=1", 2),
+            ("$J", 2),
+            ("$JX1F1", 2),
+            ("$SLX", 3),
+            ("$SLP1", 4),
+            ("$RST", 4),
+            ("$RST=A", 5),
+            ("$RST=$$", 6),
+            ("$I1", 2),
+            ("$N2=G21", 2),
+            ("$N0", 3),
+            ("$H", 1),
+            ("$1", 2),
+            ("$1=", 3),
+            ("$11=--5", 4),
+            ("$1=1X", 4),
+            ("$11=1.2.3", 7),
+            ("$65536=1", 1),
+        ];
+        for (line, column) in cases {
+            match SystemCommand::parse(line.as_bytes(), &IDLE) {
+                Err(fault) => assert_eq!(fault.column, column, "{line}"),
+                Ok(command) => panic!("{line}: {command:?}"),
+            }
+        }
+        let long = std::format!("$I={}", "A".repeat(MAX_STORED_TEXT + 2));
+        let fault = SystemCommand::parse(long.as_bytes(), &IDLE).unwrap_err();
+        assert_eq!(fault.column, 3 + MAX_STORED_TEXT);
+        let busy = Circumstances {
+            activity: Activity::Busy,
+            ..IDLE
+        };
+        let fault = SystemCommand::parse(b"$1=5", &busy).unwrap_err();
+        assert_eq!((fault.status, fault.column), (Status::NotIdle, 0));
+    }
+
+    #[test]
     fn startup_lines_that_do_not_exist_are_refused() {
         for line in ["$N2=G21", "$N9=G21", "$N-1=G21", "$N256=G21"] {
             assert_eq!(idle(line), Err(Status::InvalidStatement), "{line}");
@@ -448,7 +527,7 @@ mod tests {
                     homing: true,
                     ..IDLE
                 };
-                let found = SystemCommand::parse(line.as_bytes(), &now);
+                let found = parse(line, &now);
                 let expected = taken.contains(&activity);
                 assert_eq!(
                     found != Err(Status::NotIdle),
@@ -462,9 +541,7 @@ mod tests {
 
     #[test]
     fn the_state_counts_before_the_spelling_but_for_the_short_commands() {
-        let parse = |line: &'static str, activity| {
-            SystemCommand::parse(line.as_bytes(), &Circumstances { activity, ..IDLE })
-        };
+        let parse = |line: &'static str, activity| parse(line, &Circumstances { activity, ..IDLE });
         assert_eq!(parse("$SLPX", Activity::Busy), Err(Status::NotIdle));
         assert_eq!(
             parse("$SLPX", Activity::Alarm),
@@ -483,7 +560,7 @@ mod tests {
                 single_axis_homing,
                 ..IDLE
             };
-            SystemCommand::parse(line.as_bytes(), &now)
+            parse(line, &now)
         };
         for line in ["$H", "$HX", "$H1", "$HXY"] {
             assert_eq!(

@@ -22,6 +22,9 @@ use leadscrew_machine::soft_limits;
 use leadscrew_planner::{Arc, Coordinate, StepsPerMm};
 use std::io::BufRead;
 
+/// What a jog begins with.
+const JOG: &[u8] = b"$J=";
+
 /// Checks the job; answers whether it has no error.
 ///
 /// # Errors
@@ -179,9 +182,18 @@ impl Checker {
     fn check_jog(&mut self, jog: &[u8]) -> Finding {
         let reach = self.reach();
         let context = context(&self.config, &self.settings, &reach);
+        let refused = |fault: LineFault| {
+            let column = fault.column + JOG.len();
+            refused(LineFault { column, ..fault })
+        };
         match self.interpreter.jog(jog, &context).map_err(refused)? {
             Some(jog) => {
-                self.check_travel(&jog.travel.target)?;
+                let column = JOG.len();
+                let refuse = |(_, detail)| {
+                    let status = Status::JogOutOfTravel;
+                    (LineFaultKind::Refused(LineFault { status, column }), detail)
+                };
+                self.check_travel(&jog.travel.target).map_err(refuse)?;
                 self.interpreter.set_position(jog.travel.target);
                 Ok(())
             }
@@ -195,19 +207,15 @@ impl Checker {
             homing: self.settings.is_on(Setting::Homing),
             single_axis_homing: self.config.options.single_axis_homing,
         };
-        let at_once = |status| refused(LineFault { status, column: 0 });
-        let command = SystemCommand::parse(line, &now).map_err(at_once)?;
+        let command = SystemCommand::parse(line, &now).map_err(refused)?;
         if let SystemCommand::Set { number, value } = command {
             let entry = Entry { number, value };
             let timing = &self.config.step_timing;
-            match self.settings.set(entry, timing.limits(AXES)) {
-                Ok(_) => {}
-                Err(Status::StepRateTooHigh) => {
-                    let words = instead(&self.settings, timing, number);
-                    let (kind, _) = at_once(Status::StepRateTooHigh);
-                    return Err((kind, Some(words.trim().to_owned())));
-                }
-                Err(status) => return Err(at_once(status)),
+            if let Err(status) = self.settings.set(entry, timing.limits(AXES)) {
+                let fault = command.locate(status.into(), line);
+                let words = || instead(&self.settings, timing, number).trim().to_owned();
+                let detail = (status == Status::StepRateTooHigh).then(words);
+                return Err((LineFaultKind::Refused(fault), detail));
             }
         }
         Ok(())
@@ -227,7 +235,8 @@ impl Checker {
 
     fn travel(&self) -> [Coordinate; AXES] {
         let travel = self.settings.axes(AxisSetting::Travel);
-        travel.map(|mm| Coordinate::from_nanos(mm.nanos()))
+        let reach = self.reach();
+        std::array::from_fn(|axis| Coordinate::from_nanos(travel[axis].nanos()).min(reach[axis]))
     }
 
     /// How far steps can be counted: as the machine itself limits coordinates.
@@ -273,6 +282,7 @@ fn context<'a>(
         axes: &config.axes,
         options: &config.options,
         laser_mode: settings.is_on(Setting::Laser),
+        soft_limits: settings.is_on(Setting::SoftLimits),
         reach,
     }
 }

@@ -258,9 +258,9 @@ impl Drop for LineThread {
 
 fn run(spec: &LineSpec, uplink: &Uplink) {
     match spec {
-        LineSpec::Tcp(address) => super::listener::run(address, uplink, super::tcp::serve),
+        LineSpec::Tcp(address) => super::listener::run(address, uplink, super::tcp::PROTOCOL),
         LineSpec::WebSocket(address) => {
-            super::listener::run(address, uplink, super::websocket::serve)
+            super::listener::run(address, uplink, super::websocket::PROTOCOL)
         }
         LineSpec::Pty { link, .. } => super::pty::run(link, uplink),
     }

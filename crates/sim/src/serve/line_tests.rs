@@ -191,6 +191,21 @@ mod websocket {
     }
 
     #[test]
+    fn a_second_client_is_told_why_it_is_turned_away() {
+        let (lines, address, _client, _outlet) = connected();
+        let stream = TcpStream::connect(&address).unwrap();
+        let second = tungstenite::client(format!("ws://{address}/"), stream);
+        let Err(tungstenite::HandshakeError::Failure(tungstenite::Error::Http(answer))) = second
+        else {
+            panic!("{second:?}");
+        };
+        assert_eq!(answer.status().as_u16(), 503);
+        let words = answer.body().as_deref().unwrap_or_default();
+        assert!(words.starts_with(b"Another client"), "{words:?}");
+        assert!(matches!(next(&lines), What::TurnedAway(_)));
+    }
+
+    #[test]
     fn text_and_binary_go_in_and_whole_lines_of_text_come_out() {
         let (lines, _, mut client, outlet) = connected();
         client.send(Message::text("$I\n")).unwrap();

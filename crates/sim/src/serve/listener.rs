@@ -13,11 +13,17 @@ const POLL: Duration = Duration::from_millis(5);
 /// back within milliseconds.
 const GRACE: Duration = Duration::from_millis(500);
 
-/// Talks to one client until it goes.
-pub(super) type Serve = fn(TcpStream, String, &Uplink);
+/// How clients are met.
+#[derive(Clone, Copy)]
+pub(super) struct Protocol {
+    /// Talks to one client until it goes.
+    pub(super) serve: fn(TcpStream, String, &Uplink),
+    /// Sends a client away that comes while another is there: in a thread of its own, for seconds at most.
+    pub(super) turn_away: fn(TcpStream),
+}
 
 /// Listens at `address` until the server ends.
-pub(super) fn run(address: &str, uplink: &Uplink, serve: Serve) {
+pub(super) fn run(address: &str, uplink: &Uplink, protocol: Protocol) {
     let Some(listener) = listen(address, uplink) else {
         return;
     };
@@ -28,9 +34,10 @@ pub(super) fn run(address: &str, uplink: &Uplink, serve: Serve) {
                 if wait_for_end(&client, uplink) {
                     let uplink = uplink.clone();
                     client = Some(std::thread::spawn(move || {
-                        serve(stream, peer.to_string(), &uplink)
+                        (protocol.serve)(stream, peer.to_string(), &uplink)
                     }));
                 } else {
+                    std::thread::spawn(move || (protocol.turn_away)(stream));
                     uplink.tell(What::TurnedAway(peer.to_string()));
                 }
             }

@@ -1,6 +1,7 @@
 //! Raw TCP: bytes as they are, both ways.
 
 use super::line::{Outlet, Uplink, What, CHUNK};
+use super::listener::Protocol;
 use std::io::{self, Read, Write};
 use std::net::{Shutdown, TcpStream};
 use std::sync::mpsc::Receiver;
@@ -9,8 +10,14 @@ use std::time::Duration;
 /// How often a reader looks whether it is to end.
 const LOOK: Duration = Duration::from_millis(50);
 
+/// Who is turned away finds the connection closed: raw bytes have no words for it.
+pub(super) const PROTOCOL: Protocol = Protocol {
+    serve,
+    turn_away: drop,
+};
+
 /// Passes bytes between a client and the server until the client goes.
-pub(super) fn serve(stream: TcpStream, peer: String, uplink: &Uplink) {
+fn serve(stream: TcpStream, peer: String, uplink: &Uplink) {
     let Ok((reader, writer)) = prepare(stream) else {
         return uplink.tell(What::Refused(peer));
     };

@@ -6,9 +6,10 @@
 //! one of the senders listens to nothing else.
 
 use super::frame_reader::{Control, FrameReader};
-use super::line::{Outlet, Uplink, What};
+use super::line::{Outlet, Uplink, What, CHUNK};
+use super::listener::Protocol;
 use super::tcp;
-use std::io::Write;
+use std::io::{Read, Write};
 use std::net::{Shutdown, TcpStream};
 use std::sync::mpsc::Receiver;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -24,8 +25,13 @@ const HANDSHAKE: Duration = Duration::from_secs(3);
 /// The socket's sending end, used by the writer and by the answers to control frames: whole frames each.
 type Sink = Arc<Mutex<TcpStream>>;
 
+pub(super) const PROTOCOL: Protocol = Protocol { serve, turn_away };
+
+/// What a client is told that comes while another is there.
+const BUSY: &str = "Another client is connected: this line takes one at a time.\r\n";
+
 /// Passes bytes between a client and the server until the client goes.
-pub(super) fn serve(stream: TcpStream, peer: String, uplink: &Uplink) {
+fn serve(stream: TcpStream, peer: String, uplink: &Uplink) {
     let Some((reader, writer)) = shake_hands(stream) else {
         return uplink.tell(What::Refused(peer));
     };
@@ -39,6 +45,23 @@ pub(super) fn serve(stream: TcpStream, peer: String, uplink: &Uplink) {
     // The writer may be stuck with a client that does not read.
     let _ = reader.shutdown(Shutdown::Both);
     uplink.tell(What::Closed);
+}
+
+/// Answers the handshake with what is the matter.
+fn turn_away(mut stream: TcpStream) {
+    let prepared = stream.set_nonblocking(false);
+    let prepared = prepared.and_then(|()| stream.set_read_timeout(Some(HANDSHAKE)));
+    // The request is read first: a connection closed upon unread bytes loses its answer.
+    if prepared.is_ok() && stream.read(&mut [0; CHUNK]).is_ok() {
+        // RFC 9110, section 15.6.4; in one piece, as some clients read no further.
+        let answer = format!(
+            "HTTP/1.1 503 Service Unavailable\r\nContent-Type: text/plain\r\nContent-Length: {}\r\n\
+             Connection: close\r\n\r\n{BUSY}",
+            BUSY.len()
+        );
+        // A client that has gone wants no answer.
+        let _ = stream.write_all(answer.as_bytes());
+    }
 }
 
 fn shake_hands(stream: TcpStream) -> Option<(TcpStream, TcpStream)> {

@@ -58,6 +58,7 @@ fn main() -> ! {
         axes: &[AxisKind::Linear; 3],
         options: &options,
         laser_mode: false,
+        soft_limits: false,
         reach: &[MAX_WORD; 3],
     };
     let mut machine = Machine {

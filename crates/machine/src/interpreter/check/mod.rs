@@ -257,10 +257,30 @@ impl<'a, const AXES: usize> Check<'a, AXES> {
         for (axis, ((target, origin), reach)) in axes.enumerate() {
             if self.moves(axis) {
                 let word = self.word(axis);
-                *target = sum_within(*origin, word, *reach).ok_or_else(|| out_of_range(axis))?;
+                let sum = sum_within(*origin, word, *reach);
+                *target = match sum {
+                    Some(sum) => sum,
+                    None => self.beyond(axis, *origin, *reach)?,
+                };
             }
         }
         Ok(())
+    }
+
+    /// Where an axis word leads that leads beyond the axis's reach: nowhere, unless soft limits are to say so.
+    #[cold]
+    fn beyond(
+        &self,
+        axis: usize,
+        origin: Coordinate,
+        reach: Coordinate,
+    ) -> Result<Coordinate, Refusal> {
+        if !self.context.soft_limits {
+            return Err(Refusal::words(Status::OutOfRange, axis_letter(axis)));
+        }
+        let outside = reach + Coordinate::from_nanos(1);
+        let sum = origin.nanos().saturating_add(self.word(axis).nanos());
+        Ok(if sum < 0 { -outside } else { outside })
     }
 
     /// Whether axis words say where to go.
@@ -370,8 +390,4 @@ fn sum_within(one: Coordinate, other: Coordinate, limit: Coordinate) -> Option<C
 /// The nearest offset that may be in force: GRBL takes any, and then cannot move there. Neither can we.
 fn storable(offset: Coordinate) -> Coordinate {
     offset.clamp(-MAX_WORD, MAX_WORD)
-}
-
-fn out_of_range(axis: usize) -> Refusal {
-    Refusal::words(Status::OutOfRange, axis_letter(axis))
 }

@@ -21,6 +21,7 @@ pub(super) struct Bench<const AXES: usize> {
     pub(super) options: Options,
     pub(super) axes: [AxisKind; AXES],
     pub(super) laser_mode: bool,
+    pub(super) soft_limits: bool,
     pub(super) reach: [Coordinate; AXES],
 }
 
@@ -32,6 +33,7 @@ impl<const AXES: usize> Bench<AXES> {
             options: Options::default(),
             axes: [AxisKind::Linear; AXES],
             laser_mode: false,
+            soft_limits: false,
             reach: [mm(1e6); AXES],
         }
     }
@@ -51,6 +53,7 @@ impl<const AXES: usize> Bench<AXES> {
             axes: &self.axes,
             options: &self.options,
             laser_mode: self.laser_mode,
+            soft_limits: self.soft_limits,
             reach: &self.reach,
         };
         self.interpreter
@@ -63,6 +66,7 @@ impl<const AXES: usize> Bench<AXES> {
             axes: &self.axes,
             options: &self.options,
             laser_mode: self.laser_mode,
+            soft_limits: self.soft_limits,
             reach: &self.reach,
         };
         self.interpreter.jog(line.as_bytes(), &context)

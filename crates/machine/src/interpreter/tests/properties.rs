@@ -56,6 +56,7 @@ fn check(bench: &Bench<4>, line: &[u8]) -> Result<(), super::Fault> {
         axes: &bench.axes,
         options: &bench.options,
         laser_mode: bench.laser_mode,
+        soft_limits: false,
         reach: &bench.reach,
     };
     bench.interpreter.check(line, &context)
@@ -121,6 +122,7 @@ fn refused_lines_leave_no_commands() {
         axes: &bench.axes,
         options: &bench.options,
         laser_mode: false,
+        soft_limits: false,
         reach: &bench.reach,
     };
     let mut commands = Commands::new();

@@ -258,3 +258,29 @@ fn motion_to_a_number_beyond_all_numbers_is_refused_wherever_it_begins() {
         assert!(Bench::<3>::new().jog("X99999999999F100").is_err());
     }
 }
+
+/// As in Grbl, where a target may be as far away as it likes: the alarm is the answer.
+#[test]
+fn with_soft_limits_a_target_beyond_reach_is_taken_and_lies_outside_every_travel() {
+    for (line, sign) in [
+        ("G0X99999999999", 1),
+        ("G0X-99999999999", -1),
+        ("G91G0X99999999999", 1),
+        ("G53G0X-99999999999", -1),
+        ("G92X-99999999999\nX0", 1),
+        ("G38.2X-99999999999F100", -1),
+    ] {
+        let mut bench = Bench::<3>::new();
+        bench.soft_limits = true;
+        for line in line.lines() {
+            bench.send(line.as_bytes()).unwrap();
+        }
+        let target = bench.interpreter.position()[0];
+        let outside = (bench.reach[0].nanos() + 1) * sign;
+        assert_eq!(target.nanos(), outside, "{line}");
+    }
+    let mut bench = Bench::<3>::new();
+    bench.soft_limits = true;
+    let jog = bench.jog("X99999999999F100").unwrap().unwrap();
+    assert!(jog.travel.target[0] > bench.reach[0]);
+}

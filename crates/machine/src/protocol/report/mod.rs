@@ -15,6 +15,7 @@ pub use parameters::{ParameterLine, Parameters, ProbeReport};
 pub use status::{Accessories, OverridePercents, Pins, Room, StatusReport, Turning};
 
 use super::decimal::Decimal;
+use crate::interpreter::MAX_WORD;
 use core::fmt;
 use leadscrew_gcode::Number;
 
@@ -45,11 +46,18 @@ pub struct Units<const AXES: usize> {
 }
 
 impl<const AXES: usize> Units<AXES> {
+    /// A length that was cut to the largest there is prints as Grbl prints all that it cannot: an offset that no motion
+    /// can use.
     fn length(&self, value: Number) -> Decimal {
-        if self.inches {
+        let decimal = if self.inches {
             Decimal::inches(value)
         } else {
             Decimal::millimetres(value)
+        };
+        if value.nanos().unsigned_abs() < MAX_WORD.nanos().unsigned_abs() {
+            decimal
+        } else {
+            decimal.saturated()
         }
     }
 
