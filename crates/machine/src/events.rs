@@ -24,12 +24,17 @@ where
 {
     /// Handles realtime commands in the order in which each channel received them. Main loop.
     pub(crate) fn take_requests<B: Board>(&mut self, board: &mut B, now: Instant) {
+        let overrides = self.overrides;
         for _ in 0..REQUESTS_A_POLL {
             let Some((channel, request)) = self.console.next_request() else {
-                return;
+                break;
             };
             self.work.requests = self.work.requests.wrapping_add(1);
             self.handle(channel, request, board, now);
+        }
+        if self.overrides != overrides {
+            // Once, however many came: the queue is planned anew.
+            self.override_motion();
         }
     }
 
@@ -51,12 +56,14 @@ where
                 self.cancel_jog();
             }
             Realtime::Feed(step) => {
-                let changed = self.overrides.step_feed(step);
-                self.override_motion(changed);
+                if self.overrides.step_feed(step) {
+                    self.cadence.overrides_changed();
+                }
             }
             Realtime::Rapid(rapid) => {
-                let changed = self.overrides.set_rapid(rapid);
-                self.override_motion(changed);
+                if self.overrides.set_rapid(rapid) {
+                    self.cadence.overrides_changed();
+                }
             }
             Realtime::Spindle(step) => {
                 let changed = self.overrides.step_spindle(step);
@@ -187,14 +194,11 @@ where
         self.state = next;
     }
 
-    fn override_motion(&mut self, changed: bool) {
-        if changed {
-            self.cadence.overrides_changed();
-            self.motion.set_overrides(leadscrew_planner::Overrides {
-                feed: self.overrides.feed,
-                rapid: self.overrides.rapid,
-            });
-        }
+    fn override_motion(&mut self) {
+        self.motion.set_overrides(leadscrew_planner::Overrides {
+            feed: self.overrides.feed,
+            rapid: self.overrides.rapid,
+        });
     }
 
     fn override_spindle<B: Board>(&mut self, changed: bool, board: &mut B) {
@@ -211,7 +215,8 @@ where
         self.overrides = crate::overrides::Overrides::NONE;
         self.spindle.set_override(100);
         self.update_power();
-        self.override_motion(true);
+        self.cadence.overrides_changed();
+        self.override_motion();
     }
 
     /// 0x9E: in a completed hold, switches the spindle off, or on again.
