@@ -84,9 +84,9 @@ impl<'a> Case<'a> {
         session
     }
 
-    /// Interrupts the job at every step event; `then` gets the session at rest, and returns whether all of the job is
-    /// to be made in the end, or only the steps up to the interruption.
-    fn at_every_step(&self, then: impl Fn(&mut Desk<'_>) -> bool) {
+    /// Interrupts the job at every step event; `then` gets the session at rest and whether all steps were made, and returns
+    /// whether all of the job is to be made in the end, or only the steps up to the interruption.
+    fn at_every_step(&self, then: impl Fn(&mut Desk<'_>, bool) -> bool) {
         let (whole, places) = (tracks(&self.steps), places(&self.steps));
         for (index, event) in self.steps.iter().enumerate() {
             let mut memory = Memory::new(&setup::<3>(1));
@@ -105,17 +105,14 @@ impl<'a> Case<'a> {
                 at.map(f64::from).map(|steps| steps / 40.0),
                 "{index}"
             );
-            let goes_on = then(&mut session);
+            let all_made = at == places[places.len() - 1];
+            let goes_on = then(&mut session, all_made);
             let run = session.finish();
             let made = tracks(&run.steps);
             for (made, whole) in made.iter().zip(&whole) {
                 assert!(whole.starts_with(made), "{index}: {made:?}");
             }
-            assert_eq!(
-                made == whole,
-                goes_on || at == places[places.len() - 1],
-                "{index}"
-            );
+            assert_eq!(made == whole, goes_on || all_made, "{index}");
         }
     }
 }
@@ -278,7 +275,7 @@ fn a_probe_that_is_held_at_any_step_goes_on_to_the_same_contact() {
 
 #[test]
 fn a_hold_at_any_step_stops_on_the_path_and_a_resume_ends_at_the_target() {
-    Case::new(PROGRAM, b'!').at_every_step(|session| {
+    Case::new(PROGRAM, b'!').at_every_step(|session, _| {
         assert!(report(session).starts_with("<Hold:0|"));
         session.send(0, "~");
         session.until_quiet();
@@ -289,7 +286,7 @@ fn a_hold_at_any_step_stops_on_the_path_and_a_resume_ends_at_the_target() {
 
 #[test]
 fn a_door_at_any_step_stops_on_the_path_and_a_resume_ends_at_the_target() {
-    Case::new(PROGRAM, 0x84).at_every_step(|session| {
+    Case::new(PROGRAM, 0x84).at_every_step(|session, _| {
         assert!(report(session).starts_with("<Door:0|"));
         session.send(0, "~");
         session.until_quiet();
@@ -300,7 +297,7 @@ fn a_door_at_any_step_stops_on_the_path_and_a_resume_ends_at_the_target() {
 
 #[test]
 fn a_reset_at_any_step_is_alarm_3_and_nothing_moves_until_it_is_unlocked() {
-    Case::new(PROGRAM, 0x18).at_every_step(|session| {
+    Case::new(PROGRAM, 0x18).at_every_step(|session, _| {
         assert_eq!(alarm(session), Some(3));
         assert!(report(session).starts_with("<Alarm|"));
         assert_eq!(session.say("~\nG0X1\n"), ["ok", "error:9"]);
@@ -312,7 +309,7 @@ fn a_reset_at_any_step_is_alarm_3_and_nothing_moves_until_it_is_unlocked() {
 #[test]
 fn a_jog_is_cancelled_at_any_step_without_an_alarm() {
     for byte in [0x85, b'!'] {
-        Case::new(JOGS, byte).at_every_step(|session| {
+        Case::new(JOGS, byte).at_every_step(|session, _| {
             assert_eq!(alarm(session), None);
             assert!(report(session).starts_with("<Idle|"));
             session.send(0, "~");
@@ -324,7 +321,7 @@ fn a_jog_is_cancelled_at_any_step_without_an_alarm() {
 
 #[test]
 fn a_door_ends_a_jog_for_good_at_any_step() {
-    Case::new(JOGS, 0x84).at_every_step(|session| {
+    Case::new(JOGS, 0x84).at_every_step(|session, _| {
         assert_eq!(alarm(session), None);
         assert!(report(session).starts_with("<Door:0|"));
         session.send(0, "~");
@@ -336,8 +333,10 @@ fn a_door_ends_a_jog_for_good_at_any_step() {
 
 #[test]
 fn a_reset_in_a_jog_is_alarm_3_at_any_step() {
-    Case::new(JOGS, 0x18).at_every_step(|session| {
-        assert_eq!(alarm(session), Some(3));
+    Case::new(JOGS, 0x18).at_every_step(|session, all_made| {
+        // The reset may have come behind the last step: nothing was left to abort then.
+        let found = alarm(session);
+        assert!(found == Some(3) || all_made && found.is_none());
         false
     });
 }

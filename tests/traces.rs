@@ -74,7 +74,7 @@ impl Recording {
     fn run(&self) -> Outcome<3> {
         let baud = Rate::Baud(NonZeroU32::new(115_200).unwrap());
         let setup = Setup::<3>::new(MachineConfig::grbl(), baud);
-        let mut memory = Memory::<3>::new(&setup);
+        let mut memory = Memory::new(&setup);
         let mut sim: Simulation<'_, _, _, 3, 3, 15> =
             Simulation::new(&mut memory, &setup, Cartesian, ());
         for text in [self.settings(), self.program.clone()] {

@@ -17,7 +17,7 @@ use heapless::spsc::{Consumer, Queue};
 use leadscrew_f407_usb as usb;
 use leadscrew_machine::{
     board::Duration,
-    config::SegmentQueue,
+    config::{MoveQueues, SegmentQueue},
     inputs::Inputs,
     machine::{Links, Machine},
     protocol::serial::SerialQueue,
@@ -61,6 +61,7 @@ mod app {
 
     #[init(local = [
         queue: SegmentQueue<MOTORS> = SegmentQueue::new(),
+        moves: MoveQueues<MOTORS, MOVES> = MoveQueues::new(),
         received: SerialQueue = SerialQueue::new(),
         outgoing: Outgoing = Outgoing::new(),
         usb_received: SerialQueue = SerialQueue::new(),
@@ -98,6 +99,7 @@ mod app {
         let has_usb = source == Source::Crystal;
         let inboxes = iter::once(inbox).chain(has_usb.then_some(usb_inbox));
         let links = Links {
+            moves: cx.local.moves,
             segments: producer,
             shared: &SHARED,
             inputs: &INPUTS,

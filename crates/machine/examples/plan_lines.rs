@@ -19,7 +19,7 @@ use std::hint::black_box;
 const AXES: usize = 3;
 const MOVES: usize = 1024;
 
-type Queue = Planner<Cartesian, AXES, AXES, MOVES>;
+type Queue<'q> = Planner<'q, Cartesian, AXES, AXES>;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut arguments = std::env::args().skip(1);
@@ -27,7 +27,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         return Err("usage: plan_lines FILE LINES".into());
     };
     let (text, count) = (std::fs::read(file)?, count.parse()?);
-    let mut queue = Queue::new(config(), Cartesian);
+    let mut room = planner::Queue::<AXES, MOVES>::new();
+    let mut queue = Queue::new(config(), Cartesian, &mut room);
     let mut interpreter = Interpreter::new();
     let mut planned = 0;
     for line in text.split_inclusive(|byte| *byte == b'\n').take(count) {
@@ -44,6 +45,7 @@ fn config() -> Config<AXES> {
         acceleration: [200.0; AXES],
         jerk: 0.0,
         junction_deviation: 0.010,
+        corner_rule: planner::CornerRule::Grbl,
         arc_tolerance: 0.002,
         timer_hz: 84_000_000,
         shortest_tick: Ticks(840),
@@ -55,7 +57,7 @@ fn config() -> Config<AXES> {
 
 /// Takes a line from its bytes to its planned moves; answers how many they are.
 #[inline(never)]
-fn plan_line(bytes: &[u8], interpreter: &mut Interpreter<AXES>, queue: &mut Queue) -> u32 {
+fn plan_line(bytes: &[u8], interpreter: &mut Interpreter<AXES>, queue: &mut Queue<'_>) -> u32 {
     let mut reader = LineReader::<128>::new(GRBL_LINE_LENGTH);
     for byte in bytes {
         reader.push(*byte);
@@ -103,7 +105,7 @@ fn push(queue: &mut Queue, target: [planner::Coordinate; AXES], feed: Feed) {
         target,
         feed,
         power: MovePower::Off,
-        speed_limit: None,
+        curve: None,
         outputs: Outputs(0),
         line_number: None,
         kind,

@@ -11,7 +11,7 @@ use crate::settings::table::{AxisSetting, Setting};
 use crate::settings::values::Settings;
 use core::array::from_fn;
 use leadscrew_gcode::Number;
-use leadscrew_planner::{Config, Coordinate, Kinematics, StepsPerMm};
+use leadscrew_planner::{Config, Coordinate, CornerRule, Kinematics, StepsPerMm};
 use leadscrew_stepper::{MotorMask, Ticks};
 
 /// Seconds in a minute: settings are in mm/min, the planner in mm/s.
@@ -109,6 +109,11 @@ pub(crate) fn planner_config<const AXES: usize>(
         acceleration: settings.axes(AxisSetting::Acceleration).map(Number::to_f32),
         jerk: settings.value(Setting::Jerk).to_f32(),
         junction_deviation: settings.value(Setting::JunctionDeviation).to_f32(),
+        corner_rule: if settings.is_on(Setting::GrblCorners) {
+            CornerRule::Grbl
+        } else {
+            CornerRule::Limits
+        },
         arc_tolerance: settings.value(Setting::ArcTolerance).to_f32(),
         timer_hz: config.timer_hz,
         shortest_tick,

@@ -7,8 +7,9 @@ use crate::protocol::report::StatusReport;
 use crate::settings::table::Setting;
 use crate::settings::values::Entry;
 use crate::step_rate::StepTiming;
-use heapless::spsc::Queue;
+use heapless::spsc;
 use leadscrew_gcode::Number;
+use leadscrew_planner::Queue;
 use leadscrew_stepper::Segment;
 
 /// Segments between the main loop and the step interrupt.
@@ -19,7 +20,34 @@ pub const SEGMENTS: usize = 16;
 pub const PIXELS: usize = 4608;
 
 /// The queue between the main loop and the step interrupt ([`SEGMENTS`] and the one slot that a ring keeps free).
-pub type SegmentQueue<const MOTORS: usize> = Queue<Segment<MOTORS>, { SEGMENTS + 1 }>;
+pub type SegmentQueue<const MOTORS: usize> = spsc::Queue<Segment<MOTORS>, { SEGMENTS + 1 }>;
+
+/// Moves that a cycle may have planned at once.
+pub(crate) const ASIDE_MOVES: usize = 4;
+
+/// Where planned moves are kept, `MOVES` of the program: by far the largest part of a machine. A machine borrows it, so
+/// that it can be a `static` and need not be built on a stack (see [`Queue`]).
+#[derive(Debug)]
+pub struct MoveQueues<const MOTORS: usize, const MOVES: usize> {
+    pub(crate) program: Queue<MOTORS, MOVES, PIXELS>,
+    pub(crate) aside: Queue<MOTORS, ASIDE_MOVES>,
+}
+
+impl<const MOTORS: usize, const MOVES: usize> MoveQueues<MOTORS, MOVES> {
+    /// Empty queues.
+    pub const fn new() -> Self {
+        Self {
+            program: Queue::new(),
+            aside: Queue::new(),
+        }
+    }
+}
+
+impl<const MOTORS: usize, const MOVES: usize> Default for MoveQueues<MOTORS, MOVES> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
 
 /// Serial lines that one machine can serve.
 pub const CHANNELS: usize = 4;
@@ -163,6 +191,12 @@ const START_AT_ONCE: Entry = Entry {
     value: Number::from_int(0),
 };
 
+/// `$704=1`: corners as in Grbl.
+const GRBL_CORNERS: Entry = Entry {
+    number: Setting::GrblCorners.row().number,
+    value: Number::from_int(1),
+};
+
 /// The timer of the F407: APB1 times two, counts a second.
 const TIMER_HZ: u32 = 84_000_000;
 
@@ -194,7 +228,7 @@ impl<const AXES: usize> MachineConfig<AXES> {
         }
     }
 
-    /// A machine that answers as stock Grbl 1.1h does: 15 moves, 128 bytes, a start at once, two bits of `$10`.
+    /// A machine that answers as stock Grbl 1.1h does: 15 moves, 128 bytes, a start at once, two bits of `$10`, its corners.
     pub const fn grbl() -> Self {
         let mut config = Self::new();
         config.step_timing = StepTiming::GRBL;
@@ -202,7 +236,7 @@ impl<const AXES: usize> MachineConfig<AXES> {
         config.pixels = 0;
         config.receive_size = 128;
         config.report_bits = GRBL_REPORT_BITS;
-        config.defaults = &[START_AT_ONCE];
+        config.defaults = &[START_AT_ONCE, GRBL_CORNERS];
         config
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::apply::{planner_config, spindle_scale};
 use crate::board::{Board, ChannelId, Duration, Instant};
-use crate::config::{MachineConfig, CHANNELS};
+use crate::config::{MachineConfig, MoveQueues, CHANNELS};
 use crate::console::{Console, LINE};
 use crate::cycle::door::DoorCycle;
 use crate::cycle::homing::Homing;
@@ -33,8 +33,10 @@ use heapless::Vec;
 use leadscrew_planner::{Kinematics, TimeLeft};
 use leadscrew_stepper::{Segment, Shared};
 
-/// The main loop's ends of everything that crosses to interrupts.
-pub struct Links<'a, const MOTORS: usize> {
+/// What a machine borrows: room for its moves, and the main loop's ends of everything that crosses to interrupts.
+pub struct Links<'a, const MOTORS: usize, const MOVES: usize> {
+    /// Where planned moves are kept: no interrupt's business, but too large to be a part of the machine.
+    pub moves: &'a mut MoveQueues<MOTORS, MOVES>,
     /// Segments for the step interrupt, from a [`crate::config::SegmentQueue`].
     pub segments: Producer<'a, Segment<MOTORS>>,
     /// Words shared with the step interrupt.
@@ -116,7 +118,7 @@ pub struct Machine<'a, K, const AXES: usize, const MOTORS: usize, const MOVES: u
     /// The store had lost something: said before the banner.
     pub(crate) stored_values_lost: bool,
 
-    pub(crate) motion: Motion<'a, K, AXES, MOTORS, MOVES>,
+    pub(crate) motion: Motion<'a, K, AXES, MOTORS>,
     /// Where the planned path ends, exactly.
     pub(crate) path_end: [Coordinate; AXES],
     /// `$130` and up.
@@ -160,7 +162,11 @@ where
     K: Kinematics<AXES, MOTORS> + Clone,
 {
     /// Makes a machine that will boot at its first [`Machine::poll`].
-    pub fn new(config: MachineConfig<AXES>, kinematics: K, links: Links<'a, MOTORS>) -> Self {
+    pub fn new(
+        config: MachineConfig<AXES>,
+        kinematics: K,
+        links: Links<'a, MOTORS, MOVES>,
+    ) -> Self {
         let settings = Settings::new(config.defaults);
         let planner = planner_config(&settings, &config, MOTORS);
         let origin = [Coordinate::ZERO; AXES];
@@ -180,7 +186,13 @@ where
             unsaved: Unsaved::default(),
             store_failed: false,
             stored_values_lost: false,
-            motion: Motion::new(planner, kinematics, links.segments, links.shared),
+            motion: Motion::new(
+                planner,
+                kinematics,
+                links.moves,
+                links.segments,
+                links.shared,
+            ),
             path_end: origin,
             travel: origin,
             reach: origin,
@@ -379,6 +391,7 @@ where
         self.console
             .is_busy(takes_lines && !self.startup.is_running())
             || takes_lines && self.startup.is_running()
+            || self.motion.is_renewing()
             || self.motion.is_hungry(now, self.state.may_start())
             || self.executor.can_advance(resting, self.motion.has_room())
                 && self.state.takes_lines()

@@ -3,7 +3,7 @@
 //! `cargo run -p leadscrew-planner --example plan_a_square`
 
 use leadscrew_planner::{
-    Arc, Cartesian, Config, Coordinate, Feed, Move, MoveKind, MovePower, Planner, Segmenter,
+    Arc, Cartesian, Config, Coordinate, Feed, Move, MoveKind, MovePower, Planner, Queue, Segmenter,
 };
 use leadscrew_stepper::{Outputs, Segment};
 
@@ -14,7 +14,8 @@ fn main() {
         ..Config::default()
     };
     let hz = f64::from(config.timer_hz);
-    let mut planner = Planner::<_, 3, 3, 256>::new(config, Cartesian);
+    let mut queue = Queue::<3, 256>::new();
+    let mut planner = Planner::new(config, Cartesian, &mut queue);
     for target in path(config.arc_tolerance) {
         planner
             .push(&feed(target))
@@ -64,7 +65,7 @@ fn feed(target: [Coordinate; 3]) -> Move<3> {
         target,
         feed: Feed::PerMinute(50.0),
         power: MovePower::Off,
-        speed_limit: None,
+        curve: None,
         outputs: Outputs(0),
         line_number: None,
         kind: MoveKind::Feed,

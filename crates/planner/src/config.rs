@@ -1,6 +1,6 @@
 //! What the planner must know of the machine, and the numbers derived from it.
 
-use crate::real::{norm2, sqrt};
+use crate::real::{least, most, norm2, sqrt};
 use crate::{Kinematics, StepsPerMm};
 use core::array::from_fn;
 use leadscrew_stepper::Ticks;
@@ -15,6 +15,18 @@ pub(crate) const SLOWEST: f32 = 1.0 / 60.0;
 /// a line for each falls behind at 12 000. A row that asks for more is slowed down, so that segments do not run out.
 pub(crate) const PIXELS_A_SECOND: f32 = 9_000.0;
 
+/// What bounds the speed where the direction changes.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum CornerRule {
+    /// Junction deviation alone, between each move and the next, as in Grbl: its times. Arcs and curves of short
+    /// moves may then ask for several times the acceleration.
+    Grbl,
+    /// Junction deviation at corners, and `v² ≤ a·R` on arcs and on curves of short moves.
+    #[default]
+    Limits,
+}
+
 /// Settings of the machine, taken over at rest.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Config<const AXES: usize> {
@@ -28,6 +40,8 @@ pub struct Config<const AXES: usize> {
     pub jerk: f32,
     /// How far the circle that sets a corner's speed stays away from the corner, mm.
     pub junction_deviation: f32,
+    /// What bounds the speed at corners and on curves.
+    pub corner_rule: CornerRule,
     /// How far a chord may stay away from its arc, mm. For those who make [`crate::Arc`]s.
     pub arc_tolerance: f32,
     /// Counts of the step timer in a second.
@@ -45,8 +59,8 @@ pub struct Config<const AXES: usize> {
 }
 
 impl<const AXES: usize> Default for Config<AXES> {
-    /// Grbl's defaults: 250 steps/mm, 500 mm/min, 10 mm/s², 0.01 mm, 0.002 mm; as many moves as there is
-    /// room for, each a line.
+    /// Grbl's defaults: 250 steps/mm, 500 mm/min, 10 mm/s², 0.01 mm, 0.002 mm; the rule that keeps the
+    /// limits; as many moves as there is room for, each a line.
     fn default() -> Self {
         Self {
             steps_per_mm: [StepsPerMm::from_nanos(250 * crate::NANOS_PER_MM); AXES],
@@ -54,6 +68,7 @@ impl<const AXES: usize> Default for Config<AXES> {
             acceleration: [10.0; AXES],
             jerk: 0.0,
             junction_deviation: 0.01,
+            corner_rule: CornerRule::default(),
             arc_tolerance: 0.002,
             timer_hz: DEFAULT_TIMER_HZ,
             shortest_tick: Ticks(4 * 84), // 4 µs: a tick and its interrupt take less on the F407
@@ -83,27 +98,53 @@ impl Default for Overrides {
     }
 }
 
-/// What `push` needs of a [`Config`], with the divisions done.
+/// Share of each limit that is made use of. The rest, 32 roundings of an `f32`, is more than all roundings between a
+/// setting and a ramp together (20 at most): what is planned is within the setting in exact arithmetic.
+pub(crate) const MARGIN: f32 = 1.0 - 1.0 / (1 << 19) as f32;
+
+/// What `push` needs of a [`Config`], with the divisions done; limits less their [`MARGIN`].
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Limits<const AXES: usize> {
     /// 1/rate, s/mm.
     pub(crate) per_rate: [f32; AXES],
     /// 1/acceleration, s²/mm.
     pub(crate) per_acceleration: [f32; AXES],
+    /// The largest of them: 1/acceleration of the weakest axis, s²/mm.
+    pub(crate) per_weakest: f32,
     /// Junction deviation, mm.
     pub(crate) deviation: f32,
+    /// How far short moves may stray from a straight line and still count as one, mm (see `strokes`).
+    pub(crate) tolerance: f32,
     pub(crate) unit: SpeedUnit,
 }
 
 impl<const AXES: usize> Limits<AXES> {
     pub(crate) fn new(config: &Config<AXES>) -> Self {
+        let per_acceleration = config.acceleration.map(|a| 1.0 / (a * MARGIN));
         Self {
-            per_rate: config.max_rate.map(|rate| 1.0 / rate),
-            per_acceleration: config.acceleration.map(|acceleration| 1.0 / acceleration),
+            per_weakest: per_acceleration
+                .iter()
+                .fold(0.0, |weakest, k| most(weakest, *k)),
+            per_acceleration,
+            tolerance: tolerance(config),
+            per_rate: config.max_rate.map(|rate| 1.0 / (rate * MARGIN)),
             deviation: config.junction_deviation,
             unit: SpeedUnit::for_top_speed(sqrt(norm2(&config.max_rate))),
         }
     }
+}
+
+/// How far short moves may stray from a straight line and still count as one, mm: twice as far as
+/// junction deviation, six times as far as rounding to steps and to three decimals can put a point beside its line, and so far
+/// that the turn which rounding makes of it is less than junction deviation `d` allows at the speed that the length
+/// of a stroke is made for (`8·a·d/(4ε/l)² ≥ v²` with `l = v·√(t/a)`; 1 mm at most).
+fn tolerance<const AXES: usize>(config: &Config<AXES>) -> f32 {
+    const DECIMALS: f32 = 0.0007; // half of 0.001 mm on two axes
+    let step = config.steps_per_mm.map(|scale| 1.0 / scale.to_f32());
+    let rounding = 0.5 * sqrt(norm2(&step)) + DECIMALS;
+    let deviation = config.junction_deviation;
+    let by_turn = least(3.0 * rounding * rounding / most(deviation, 1e-6), 1.0);
+    most(most(2.0 * deviation, 6.0 * rounding), by_turn)
 }
 
 /// How far each motor turns its axis with a step: from the axes' [`Config`], once, so that no move looks it up.

@@ -125,20 +125,18 @@ impl StepsPerMm {
 
 /// The whole part of `x / 5¹⁸`, or `None` where it needs more than 31 bits.
 ///
-/// An estimate from the top 32 bits of `x` and the reciprocal is too small by 4 at most; the remainder
-/// puts it right. (The compiler's 128-bit division costs twenty times as much.)
+/// An estimate from the top 32 bits of `x` and the reciprocal is too small by 2 at most (0.58 for what is below the top, 1 for
+/// what the reciprocal lacks, and it is rounded down); the remainder puts it right, in two steps: of a loop the compiler
+/// makes a division. (Its 128-bit division costs twenty times as much.)
 fn divide_by_odd(x: u128) -> Option<u32> {
-    const TOP: u32 = 42;
-    const RECIPROCAL: u64 = ((1u128 << (TOP + 31)) / ODD as u128) as u64;
+    const TOP: u32 = 41;
+    const RECIPROCAL: u64 = ((1u128 << (TOP + 32)) / ODD as u128) as u64;
     let top = u32::try_from(x >> TOP).ok()?;
-    let mut quotient = (u64::from(top) * RECIPROCAL) >> 31;
-    // The remainder is below 5·5¹⁸: the low 64 bits are enough.
-    let mut remainder = (x as u64).wrapping_sub(quotient.wrapping_mul(ODD));
-    while remainder >= ODD {
-        remainder -= ODD;
-        quotient += 1;
-    }
-    u32::try_from(quotient).ok()
+    let quotient = (u64::from(top) * RECIPROCAL) >> 32;
+    // The remainder is below 3·5¹⁸: the low 64 bits are enough.
+    let remainder = (x as u64).wrapping_sub(quotient.wrapping_mul(ODD));
+    let more = u64::from(remainder >= ODD) + u64::from(remainder >= 2 * ODD);
+    u32::try_from(quotient + more).ok()
 }
 
 #[cfg(test)]

@@ -1,14 +1,15 @@
 //! Energy on the path: under M4 each step gets what the program asks for a millimetre, from the first out of rest to the last.
 
-use crate::reference::{to, Rig};
+use crate::reference::{to, Rig, RigQueue};
 use crate::{Config, Move, MovePower, Overrides};
 use fixed::types::U1F31;
 use leadscrew_stepper::Power;
 use proptest::prelude::*;
 use std::vec::Vec;
 
-/// Power that is less than this share is not looked at: ten levels of 2⁻³¹ are a hundred-millionth.
-const FLOOR: f64 = 1e-6;
+/// Power that is less than this share is not looked at: pixels keep theirs in 2⁻²² (see `pixel`), of which this is 200; a level
+/// of the board's PWM is more.
+const FLOOR: f64 = 4.8e-5;
 
 /// Shorter intervals, timer counts, are not looked at: rounding to whole counts alone is a hundredth of them.
 const SHORTEST: u64 = 100;
@@ -59,7 +60,8 @@ fn worst_error(
     legs: &[Leg],
     meddling: &Meddling,
 ) -> (f64, Option<(usize, u32, f64)>) {
-    let mut rig = Rig::new(config);
+    let mut queue = RigQueue::new();
+    let mut rig = Rig::new(config, &mut queue);
     for next in moves(legs) {
         rig.planner.push(&next).unwrap();
     }

@@ -33,8 +33,7 @@ pub enum Ahead {
     SlowerMove,
 }
 
-impl<K, const AXES: usize, const MOTORS: usize, const CAPACITY: usize, const PIXELS: usize>
-    Planner<K, AXES, MOTORS, CAPACITY, PIXELS>
+impl<K, const AXES: usize, const MOTORS: usize> Planner<'_, K, AXES, MOTORS>
 where
     K: Kinematics<AXES, MOTORS>,
 {
@@ -65,11 +64,11 @@ where
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::reference::to;
+    use crate::reference::{queue, to};
     use crate::{Cartesian, Config, Segmenter};
 
-    fn planner() -> Planner<Cartesian, 2, 2, 3> {
-        Planner::new(Config::default(), Cartesian)
+    fn planner() -> Planner<'static, Cartesian, 2, 2> {
+        Planner::new(Config::default(), Cartesian, queue::<2, 3>())
     }
 
     /// What the first of these moves, each of two coordinates and a feed in mm/s, slows down for.

@@ -1,6 +1,6 @@
 //! Whole jobs under a jerk limit.
 
-use crate::reference::{job_time, to, Rig};
+use crate::reference::{job_time, to, Rig, RigQueue};
 use crate::{Config, Move, Overrides};
 use proptest::prelude::*;
 use std::vec::Vec;
@@ -10,6 +10,7 @@ fn config(acceleration: f32, jerk: f32) -> Config<2> {
         max_rate: [80.0; 2],
         acceleration: [acceleration; 2],
         jerk,
+        corner_rule: crate::CornerRule::Grbl, // that of the model
         ..Config::default()
     }
 }
@@ -39,7 +40,7 @@ fn moves(points: &[[i32; 2]], feed: f32) -> Vec<Move<2>> {
 }
 
 /// Speed and acceleration along the path at the end of what was handed out, mm/s and mm/s².
-fn motion(rig: &Rig) -> (f64, f64) {
+fn motion(rig: &Rig<'_>) -> (f64, f64) {
     let speed = f64::from(rig.segmenter.speed());
     let acceleration = rig.segmenter.profile().map_or(0.0, |(profile, done)| {
         let (steps, change) = profile.motion(done);
@@ -62,7 +63,8 @@ proptest! {
         events in prop::collection::vec((1usize..40, 0u8..6), 1..30),
     ) {
         let jerk = acceleration / seconds;
-        let mut rig = Rig::new(config(acceleration, jerk));
+        let mut queue = RigQueue::new();
+        let mut rig = Rig::new(config(acceleration, jerk), &mut queue);
         for point in moves(&points, feed) {
             rig.planner.push(&point).unwrap();
         }
@@ -107,7 +109,7 @@ proptest! {
     #[test]
     fn a_jerk_beyond_reach_costs_no_time(points in points(), acceleration in 50.0f32..1000.0, feed in 1.0f32..100.0) {
         let config = config(acceleration, 1e9);
-        let seconds = Rig::new(config).run(&moves(&points, feed));
+        let seconds = Rig::new(config, &mut RigQueue::new()).run(&moves(&points, feed));
         let ideal = job_time(&config, &points, f64::from(feed));
         prop_assert!((seconds - ideal).abs() <= 0.02 * ideal + 1e-3, "{} {}", seconds, ideal);
     }
@@ -115,7 +117,8 @@ proptest! {
 
 #[test]
 fn a_move_from_rest_to_rest_takes_the_time_of_the_formula() {
-    let mut rig = Rig::new(config(1000.0, 10_000.0));
+    let mut queue = RigQueue::new();
+    let mut rig = Rig::new(config(1000.0, 10_000.0), &mut queue);
     let seconds = rig.run(&[to(100.0, 0.0, 50.0)]);
     // The acceleration is not reached: a ramp lasts 2·√(v/jerk), at half the speed in the mean.
     let ramp = 2.0 * (50.0f64 / 10_000.0).sqrt();

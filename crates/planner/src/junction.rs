@@ -15,10 +15,13 @@
 //! `v² = a·d·s·(1 + s)/(1 − s²) = 4·a·d·s·(1 + s) / |u1 − u0|²`.
 
 use crate::config::Limits;
-use crate::real::{norm2, sqrt, worst};
+use crate::real::{most, norm2, sqrt, worst};
 
 /// Corners whose `|cos θ|` is within this of 1 count as straight on or as reversal (Grbl: 0.999999).
 const FLAT: f32 = 1e-6;
+
+/// How far sum and difference of two unit vectors may be from the true ones: seven roundings of an `f32` to either side.
+const UNCERTAIN: f32 = 4e-7;
 
 /// The squared speed (mm²/s²) at which the direction may change from `u0` to `u1` (unit vectors): 0 at a
 /// reversal, infinite straight on.
@@ -39,9 +42,11 @@ pub(crate) fn junction_v2<const AXES: usize>(
     if sum2 < 2.0 * FLAT {
         return 0.0;
     }
-    let s = 0.5 * sqrt(sum2);
+    let s = most(0.5 * sqrt(sum2) - UNCERTAIN, 0.0);
     // a = |change| / worst: one factor |change| of the formula's square cancels.
-    let per_acceleration = worst(&change, &limits.per_acceleration) * sqrt(change2);
+    let per_acceleration = (worst(&change, &limits.per_acceleration)
+        + UNCERTAIN * limits.per_weakest)
+        * (sqrt(change2) + UNCERTAIN);
     4.0 * limits.deviation * s * (1.0 + s) / per_acceleration
 }
 
@@ -81,7 +86,7 @@ mod tests {
     fn a_right_angle_is_taken_as_the_paper_says() {
         let v2 = junction_v2(&[1.0, 0.0], &[0.0, 1.0], &limits([10.0, 10.0]));
         let expected = 10.0 * 0.01 / (1.0 - 0.5f32.sqrt());
-        assert!((v2 - expected).abs() < 1e-6);
+        assert!((v2 - expected).abs() < 2e-6);
     }
 
     proptest! {
@@ -91,7 +96,8 @@ mod tests {
             let (u0, u1) = (u(heading), u(heading + turn));
             let v2 = junction_v2(&u0.map(|x| x as f32), &u1.map(|x| x as f32), &limits([x, y]));
             let exact = by_the_book(turn, u0, u1, [x.into(), y.into()]);
-            prop_assert!((f64::from(v2) / exact - 1.0).abs() < 1e-4, "{} {}", v2, exact);
+            let ratio = f64::from(v2) / exact;
+            prop_assert!(ratio > 1.0 - 1e-3 && ratio <= 1.0, "{} {}", v2, exact);
         }
     }
 }

@@ -229,7 +229,7 @@ fn rest_of<const MOTORS: usize>(
 mod tests {
     use super::*;
     use crate::config::DEFAULT_TIMER_HZ;
-    use crate::reference::{to, Rig};
+    use crate::reference::{to, Rig, RigQueue};
     use crate::{Config, Move, MovePower, Overrides};
     use proptest::prelude::*;
     use std::vec::Vec;
@@ -239,13 +239,16 @@ mod tests {
     }
 
     /// Steps of 0.004 mm.
-    fn rig(acceleration: f32) -> Rig {
-        Rig::new(Config {
-            max_rate: [500.0; 2],
-            acceleration: [acceleration; 2],
-            pixels: usize::MAX,
-            ..Config::default()
-        })
+    fn rig(acceleration: f32, queue: &mut RigQueue) -> Rig<'_> {
+        Rig::new(
+            Config {
+                max_rate: [500.0; 2],
+                acceleration: [acceleration; 2],
+                pixels: usize::MAX,
+                ..Config::default()
+            },
+            queue,
+        )
     }
 
     /// What the pins show: when a power was put out, and when the carriage was where (steps).
@@ -255,7 +258,7 @@ mod tests {
         places: Vec<(u64, i32)>,
     }
 
-    fn run(rig: &mut Rig, lead: &mut PowerLead<2>) -> Record {
+    fn run(rig: &mut Rig<'_>, lead: &mut PowerLead<2>) -> Record {
         let mut record = Record::default();
         loop {
             let Rig {
@@ -318,7 +321,8 @@ mod tests {
     fn mismatch(lead_us: u32, delay_us: u64, feed: f32) -> f64 {
         let there = [10.0, 10.5, 12.0, 12.1, 12.3, 12.35, 15.0, 18.0, 30.0];
         let back = [18.0, 15.0, 12.35, 12.3, 12.1, 12.0, 10.5, 10.0, 0.0];
-        let mut rig = rig(2000.0);
+        let mut queue = RigQueue::new();
+        let mut rig = rig(2000.0, &mut queue);
         for next in marks(&there, feed).iter().chain(&marks(&back, feed)) {
             rig.planner.push(next).unwrap();
         }
@@ -349,14 +353,17 @@ mod tests {
 
     #[test]
     fn without_a_lead_segments_pass_as_they_are() {
-        let mut rig = rig(500.0);
+        let mut queue = RigQueue::new();
+        let mut rig = rig(500.0, &mut queue);
         rig.planner.push(&to(1.0, 0.0, 50.0)).unwrap();
         let mut lead = PowerLead::new();
         let Rig {
             planner, segmenter, ..
         } = &mut rig;
         let mut copy = segmenter.clone();
-        let mut same = planner.clone();
+        let mut other_queue = RigQueue::new();
+        let mut same = self::rig(500.0, &mut other_queue).planner;
+        same.push(&to(1.0, 0.0, 50.0)).unwrap();
         while let Some(segment) = lead.next(|| segmenter.next(planner)) {
             assert_eq!(Some(segment), copy.next(&mut same));
         }
@@ -364,7 +371,8 @@ mod tests {
 
     #[test]
     fn at_a_planned_rest_the_laser_is_off_a_lead_before_it() {
-        let mut rig = rig(500.0);
+        let mut queue = RigQueue::new();
+        let mut rig = rig(500.0, &mut queue);
         let power = MovePower::Dynamic { power: Power::FULL };
         rig.planner
             .push(&Move {
@@ -397,7 +405,8 @@ mod tests {
             feed in 5.0f32..200.0, acceleration in 100.0f32..5000.0, hold in prop::option::of(5usize..200),
         ) {
             let run = |lead_us: u32| {
-                let mut rig = rig(acceleration);
+                let mut queue = RigQueue::new();
+                let mut rig = rig(acceleration, &mut queue);
                 for (x, percent) in &ends {
                     let power = MovePower::Constant { power: share(f64::from(*percent) / 100.0) };
                     rig.planner.push(&Move { power, ..to(*x, *x * 0.3, feed) }).unwrap();

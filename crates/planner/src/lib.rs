@@ -14,7 +14,7 @@
 //!
 //! * no axis is faster, or accelerates more, than [`Config`] allows: along the unit vector `u` of a move
 //!   the rate is `min(rate_i / |u_i|)` and the acceleration `min(acceleration_i / |u_i|)`;
-//! * corners obey *junction deviation* (see `junction`);
+//! * corners obey *junction deviation* (see `junction`), curves `v² ≤ a·R` (see `curve` and `strokes`);
 //! * at every instant the path that is queued suffices to stop (see `lookahead`).
 //!
 //! Units: mm, mm/s, mm/s² along the path; whole steps of the dominant motor, steps/s, steps/s² in a
@@ -26,8 +26,10 @@
 #![forbid(unsafe_code)]
 
 mod arc;
+mod candidates;
 mod config;
 mod coordinate;
+mod curve;
 #[cfg(test)]
 mod exactness;
 mod explain;
@@ -41,18 +43,21 @@ mod moves;
 mod pixel;
 mod planner;
 mod profile;
+mod queue;
 mod ramp;
 mod real;
 mod row;
 mod running;
 mod s_curve;
 mod segmenter;
+mod strokes;
 mod time_left;
 mod trigonometry;
 
 pub use arc::Arc;
-pub use config::{Config, Overrides, DEFAULT_TIMER_HZ};
+pub use config::{Config, CornerRule, Overrides, DEFAULT_TIMER_HZ};
 pub use coordinate::{Coordinate, StepsPerMm, NANOS_PER_MM};
+pub use curve::Curve;
 pub use explain::{Ahead, Outline};
 pub use kinematics::{Cartesian, CoreXy, Ganged, Kinematics};
 pub use law::Profile;
@@ -60,6 +65,7 @@ pub use lead::{PowerLead, LONGEST_LEAD};
 pub use moves::{Feed, Move, MoveKind, MovePower};
 pub use planner::{Planner, PushError, Pushed};
 pub use profile::{Plan, Trapezoid};
+pub use queue::Queue;
 pub use s_curve::SCurve;
 pub use segmenter::Segmenter;
 pub use time_left::TimeLeft;
@@ -67,8 +73,12 @@ pub use time_left::TimeLeft;
 #[cfg(test)]
 extern crate std;
 #[cfg(test)]
+mod edges_tests;
+#[cfg(test)]
 mod energy_tests;
 #[cfg(test)]
 mod jerk_tests;
+#[cfg(test)]
+mod limits_tests;
 #[cfg(test)]
 mod reference;

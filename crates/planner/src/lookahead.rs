@@ -9,32 +9,39 @@
 //! ```
 //!
 //! a minimum over a sequence that grows at its end and shrinks at its front. The classic monotone queue
-//! holds its candidates in rising order: a new move removes from the back those that are not smaller,
-//! the front is the minimum. Each move enters and leaves once, so a line costs the same however many are
-//! queued. The rest after the last move is not a candidate that removes others, because the next push
+//! holds its candidates in rising order: a new move removes from the back those that are not smaller (found by
+//! halving, so that no line costs much more than another), the front is the minimum. Each move enters and leaves
+//! once, so a line costs the same however many are queued. The rest after the last move is not a candidate that removes others, because the next push
 //! lifts it.
 //!
 //! Everything is in whole [`SpeedUnit`](crate::config::SpeedUnit)s: gains and caps are rounded down, so
 //! that sums are exact and never promise more than the machine can brake. Potentials count up for ever:
 //! 2³² moves of the largest gain fit 64 bits.
 //!
+//! An override changes all caps. That is done in slices, from the running end: at each moment the plan keeps the new
+//! caps of the moves up to some place and the old ones of those after it (see `candidates`). Both keep every limit of the
+//! machine; they differ in the speed asked for.
+//!
 //! The forward pass is one comparison, made when a move is taken for execution.
 
+use crate::candidates::Candidates;
 use crate::moves::PlannedMove;
-use heapless::Deque;
+use heapless::deque::DequeView;
 
 /// Planned moves, the running one first, with the speed at which each may begin.
-#[derive(Clone, Debug)]
-pub(crate) struct LookAhead<const MOTORS: usize, const CAPACITY: usize> {
-    moves: Deque<PlannedMove<MOTORS>, CAPACITY>,
+#[derive(Debug)]
+pub(crate) struct LookAhead<'q, const MOTORS: usize> {
+    moves: &'q mut DequeView<PlannedMove<MOTORS>>,
     /// Moves that may be the minimum, as their number modulo 2¹⁶, their `cap + potential` rising.
-    candidates: Deque<u16, CAPACITY>,
+    candidates: Candidates<'q>,
     /// Number of the first move, modulo 2¹⁶.
     first: u16,
     /// Whether the first move runs: its start no longer limits anything.
     running: bool,
     /// `Φ_end`: the potential after the last move.
     end: u64,
+    /// How many moves at the front have their new caps, while caps change.
+    renewed: Option<usize>,
 }
 
 /// How far [`LookAhead::walk`] came.
@@ -45,23 +52,30 @@ pub(crate) struct Walked {
     pub(crate) moves: usize,
 }
 
-impl<const MOTORS: usize, const CAPACITY: usize> LookAhead<MOTORS, CAPACITY> {
-    /// Numbers of 16 bits must tell all moves apart.
-    const FITS: () = assert!(CAPACITY > 0 && CAPACITY < 1 << 16);
-
-    pub(crate) const fn new() -> Self {
-        let () = Self::FITS;
+impl<'q, const MOTORS: usize> LookAhead<'q, MOTORS> {
+    /// No moves, in room for them and for as many candidates.
+    pub(crate) fn new(
+        room: &'q mut DequeView<PlannedMove<MOTORS>>,
+        candidates: &'q mut [u16],
+    ) -> Self {
+        room.clear();
         Self {
-            moves: Deque::new(),
-            candidates: Deque::new(),
+            moves: room,
+            candidates: Candidates::new(candidates),
             first: 0,
             running: false,
             end: 0,
+            renewed: None,
         }
     }
 
     pub(crate) fn len(&self) -> usize {
-        self.moves.len()
+        self.moves.storage_len()
+    }
+
+    /// How many moves there is room for.
+    pub(crate) fn capacity(&self) -> usize {
+        self.moves.storage_capacity()
     }
 
     /// The move that runs, if one does.
@@ -74,22 +88,24 @@ impl<const MOTORS: usize, const CAPACITY: usize> LookAhead<MOTORS, CAPACITY> {
         self.moves.get(usize::from(self.running))
     }
 
-    /// Appends a move that can brake `gain` and whose `cap` is set; hands it back where there is no room.
+    /// Appends a move that can brake `gain` and whose `cap` is set; hands it back where there is no room. Not while
+    /// caps change.
     pub(crate) fn push(
         &mut self,
         mut planned: PlannedMove<MOTORS>,
         gain: u32,
     ) -> Result<(), PlannedMove<MOTORS>> {
         planned.potential = self.end;
+        let (number, key) = (self.number(self.moves.storage_len()), planned.key());
         self.moves.push_back(planned)?;
         self.end = self.end.wrapping_add(u64::from(gain));
-        self.add_candidate(self.moves.len() - 1);
+        self.add_candidate(number, key);
         Ok(())
     }
 
     /// The last move, where it does not run.
     pub(crate) fn last_waiting(&self) -> Option<&PlannedMove<MOTORS>> {
-        let waiting = self.moves.len() > usize::from(self.running);
+        let waiting = self.moves.storage_len() > usize::from(self.running);
         self.moves.back().filter(|_| waiting)
     }
 
@@ -102,12 +118,58 @@ impl<const MOTORS: usize, const CAPACITY: usize> LookAhead<MOTORS, CAPACITY> {
         }
     }
 
+    /// Lowers limits of the last `count` moves that do not run: `lower` is given each of them, and answers what it can
+    /// brake where that becomes less. Not while caps change. Linear in `count`.
+    ///
+    /// `cap` may not grow: so a move that was no candidate is none afterwards.
+    pub(crate) fn lower_last(
+        &mut self,
+        count: usize,
+        lower: impl Fn(&mut PlannedMove<MOTORS>) -> Option<u32>,
+    ) {
+        let len = self.moves.storage_len();
+        let from = len.saturating_sub(count).max(usize::from(self.running));
+        let first = self.first;
+        self.candidates
+            .keep(|number| usize::from(number.wrapping_sub(first)) < from);
+        // What the moves so far have lost of their gains.
+        let mut lost = 0;
+        for index in from..len {
+            let after = self.moves.get(index + 1);
+            let after = after.map_or(self.end, |planned| planned.potential);
+            let Some(planned) = self.moves.get_mut(index) else {
+                break;
+            };
+            let before = after.wrapping_sub(planned.potential);
+            planned.potential = planned.potential.wrapping_sub(lost);
+            if let Some(gain) = lower(planned) {
+                lost += before.saturating_sub(u64::from(gain));
+            }
+            let key = planned.key();
+            self.add_candidate(self.number(index), key);
+        }
+        self.end = self.end.wrapping_sub(lost);
+    }
+
+    /// Whether the moves before the last `count` ones suffice to stop from the squared speed `committed` (units) at which the
+    /// running one ends: then nothing that becomes of the last ones takes back what it was promised.
+    pub(crate) fn stops_before_last(&self, count: usize, committed: u32) -> bool {
+        let (Some(next), Some(from)) = (
+            self.next(),
+            self.moves
+                .get(self.moves.storage_len().saturating_sub(count)),
+        ) else {
+            return true;
+        };
+        let before = from.potential.wrapping_sub(next.potential);
+        // Where `from` runs, or is the next one, there is nothing before it.
+        (before >= u64::from(committed) || committed <= 1) && before < 1 << 63
+    }
+
     /// Ends the move that runs, if one does, and starts the next one.
     pub(crate) fn start_next(&mut self) -> Option<&PlannedMove<MOTORS>> {
         self.finish();
-        if self.candidates.front() == Some(&self.first) {
-            self.candidates.pop_front();
-        }
+        self.candidates.leave(self.first);
         self.running = !self.moves.is_empty();
         self.running()
     }
@@ -118,6 +180,7 @@ impl<const MOTORS: usize, const CAPACITY: usize> LookAhead<MOTORS, CAPACITY> {
             self.moves.pop_front();
             self.first = self.first.wrapping_add(1);
             self.running = false;
+            self.renewed = self.renewed.map(|count| count.saturating_sub(1));
         }
     }
 
@@ -128,16 +191,21 @@ impl<const MOTORS: usize, const CAPACITY: usize> LookAhead<MOTORS, CAPACITY> {
             return 0;
         };
         let to_rest = self.end.wrapping_sub(next.potential);
-        let capped = self.candidates.front().and_then(|number| self.key(*number));
-        let limit = capped.map_or(to_rest, |key| to_rest.min(key.wrapping_sub(next.potential)));
+        let keys = self.candidates.first().into_iter().flatten();
+        let limit = keys
+            .filter_map(|number| self.key(number))
+            .fold(to_rest, |limit, key| {
+                limit.min(key.wrapping_sub(next.potential))
+            });
         u32::try_from(limit).unwrap_or(u32::MAX)
     }
 
     /// The move whose start keeps the next move's start from being faster; `None` where it is the rest at the queue's
     /// end.
     pub(crate) fn slow_start(&self) -> Option<&PlannedMove<MOTORS>> {
-        let number = *self.candidates.front()?;
-        self.key(number).filter(|key| *key < self.end)?;
+        let keys = self.candidates.first().into_iter().flatten();
+        let keyed = keys.filter_map(|number| Some((self.key(number)?, number)));
+        let (_, number) = keyed.min().filter(|(key, _)| *key < self.end)?;
         self.moves.get(usize::from(number.wrapping_sub(self.first)))
     }
 
@@ -161,77 +229,79 @@ impl<const MOTORS: usize, const CAPACITY: usize> LookAhead<MOTORS, CAPACITY> {
     ) -> Walked {
         let waiting = usize::from(self.running);
         let asked = usize::from(from.wrapping_sub(self.first));
-        let begin = if asked > self.moves.len() {
+        let begin = if asked > self.moves.storage_len() {
             waiting // it has begun since
         } else {
             asked.max(waiting)
         };
-        let end = begin.saturating_add(most).min(self.moves.len());
-        let mut candidate = self.candidate_after(begin);
+        let end = begin.saturating_add(most).min(self.moves.storage_len());
+        let mut places = self.candidates.places(|number| self.index(number) < begin);
         for index in begin..end {
             let Some(planned) = self.moves.get(index) else {
                 break;
             };
-            if self
-                .candidates
-                .get(candidate)
-                .map(|number| self.index(*number))
-                == Some(index)
-            {
-                candidate += 1;
-            }
+            self.candidates.skip(&mut places, self.number(index));
             let after = self
                 .moves
                 .get(index + 1)
                 .map_or(self.end, |next| next.potential);
-            let key = self
-                .candidates
-                .get(candidate)
-                .and_then(|number| self.key(*number));
-            let limit = key
-                .map_or(self.end, |key| key.min(self.end))
+            let keys = self.candidates.at_places(places).into_iter().flatten();
+            let limit = keys
+                .filter_map(|number| self.key(number))
+                .fold(self.end, u64::min)
                 .wrapping_sub(after);
             visit(planned, u32::try_from(limit).unwrap_or(u32::MAX));
         }
         Walked {
-            next: self.first.wrapping_add(end as u16),
+            next: self.number(end),
             moves: end.saturating_sub(begin),
         }
-    }
-
-    /// The place among the candidates of the first one from move `index` on, by bisection.
-    fn candidate_after(&self, index: usize) -> usize {
-        let (mut low, mut high) = (0, self.candidates.len());
-        while low < high {
-            let middle = (low + high) / 2;
-            let before = self
-                .candidates
-                .get(middle)
-                .is_some_and(|number| self.index(*number) < index);
-            if before {
-                low = middle + 1;
-            } else {
-                high = middle;
-            }
-        }
-        low
     }
 
     fn index(&self, number: u16) -> usize {
         usize::from(number.wrapping_sub(self.first))
     }
 
-    /// Sets every cap anew, in order, and rebuilds the candidates: an override has changed. Linear in
-    /// the length.
-    pub(crate) fn set_caps(&mut self, mut cap: impl FnMut(&PlannedMove<MOTORS>) -> u32) {
-        self.candidates.clear();
-        let skipped = usize::from(self.running);
-        for planned in self.moves.iter_mut() {
-            planned.cap = cap(planned);
+    /// Begins to set every cap anew: an override has changed. Go on with [`LookAhead::renew`].
+    pub(crate) fn begin_renewal(&mut self) {
+        let (moves, first) = (&*self.moves, self.first);
+        let key = |number: u16| key_of(moves, number.wrapping_sub(first));
+        self.candidates.join(key);
+        self.candidates.begin_anew(self.moves.storage_len());
+        self.renewed = Some(0);
+    }
+
+    /// Whether caps change.
+    pub(crate) const fn is_renewing(&self) -> bool {
+        self.renewed.is_some()
+    }
+
+    /// Sets the caps of up to `count` further moves anew: `cap` is given each of them with the one before it.
+    pub(crate) fn renew(
+        &mut self,
+        count: usize,
+        cap: impl Fn(Option<&PlannedMove<MOTORS>>, &PlannedMove<MOTORS>) -> u32,
+    ) {
+        let Some(from) = self.renewed else { return };
+        let to = from.saturating_add(count).min(self.moves.storage_len());
+        for index in from..to {
+            let before = index.checked_sub(1).and_then(|index| self.moves.get(index));
+            let cap = self
+                .moves
+                .get(index)
+                .map_or(0, |planned| cap(before, planned));
+            let number = self.number(index);
+            self.candidates.leave(number);
+            let Some(planned) = self.moves.get_mut(index) else {
+                break;
+            };
+            planned.cap = cap;
+            let key = planned.key();
+            if index > 0 || !self.running {
+                self.add_candidate(number, key);
+            }
         }
-        for index in skipped..self.moves.len() {
-            self.add_candidate(index);
-        }
+        self.renewed = (to < self.moves.storage_len()).then_some(to);
     }
 
     /// Forgets all moves.
@@ -239,40 +309,49 @@ impl<const MOTORS: usize, const CAPACITY: usize> LookAhead<MOTORS, CAPACITY> {
         self.moves.clear();
         self.candidates.clear();
         self.running = false;
+        self.renewed = None;
     }
 
-    fn add_candidate(&mut self, index: usize) {
-        let number = self.first.wrapping_add(index as u16);
-        let Some(key) = self.key(number) else { return };
-        while self.candidates.back().and_then(|last| self.key(*last)) >= Some(key) {
-            self.candidates.pop_back();
-        }
-        // There is room: no more candidates than moves.
-        let _ = self.candidates.push_back(number);
+    /// Makes the move `number`, the last one that has one, a candidate with its `key`.
+    fn add_candidate(&mut self, number: u16, key: u64) {
+        let (moves, first) = (&*self.moves, self.first);
+        self.candidates
+            .keep(|other| key_of(moves, other.wrapping_sub(first)) < Some(key));
+        self.candidates.push(number);
+    }
+
+    fn number(&self, index: usize) -> u16 {
+        self.first.wrapping_add(index as u16)
     }
 
     /// `cap + Φ` of the move with this number.
     fn key(&self, number: u16) -> Option<u64> {
-        let index = usize::from(number.wrapping_sub(self.first));
-        let planned = self.moves.get(index)?;
-        Some(planned.potential.wrapping_add(u64::from(planned.cap)))
+        key_of(self.moves, number.wrapping_sub(self.first))
     }
+}
+
+fn key_of<const MOTORS: usize>(moves: &DequeView<PlannedMove<MOTORS>>, index: u16) -> Option<u64> {
+    moves.get(usize::from(index)).map(PlannedMove::key)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Feed, Move, MoveKind, MovePower};
+    use crate::{Feed, Move, MoveKind, MovePower, Queue};
     use leadscrew_stepper::Outputs;
     use proptest::prelude::*;
     use std::vec::Vec;
+
+    fn look_ahead<const MOVES: usize>(room: &mut Queue<1, MOVES>) -> LookAhead<'_, 1> {
+        LookAhead::new(room.moves.as_mut_view(), &mut room.candidates)
+    }
 
     fn planned(cap: u32) -> PlannedMove<1> {
         let of = Move::<1> {
             target: [crate::Coordinate::ZERO],
             feed: Feed::Rapid,
             power: MovePower::Off,
-            speed_limit: None,
+            curve: None,
             outputs: Outputs(0),
             line_number: None,
             kind: MoveKind::Rapid,
@@ -292,7 +371,8 @@ mod tests {
 
     #[test]
     fn an_empty_queue_ends_at_rest() {
-        let mut queue = LookAhead::<1, 4>::new();
+        let mut room = Queue::<1, 4>::new();
+        let mut queue = look_ahead(&mut room);
         assert_eq!(queue.exit_limit(), 0);
         assert!(queue.push(planned(9), 5).is_ok());
         queue.start_next();
@@ -301,7 +381,8 @@ mod tests {
 
     #[test]
     fn a_full_queue_hands_the_move_back() {
-        let mut queue = LookAhead::<1, 2>::new();
+        let mut room = Queue::<1, 2>::new();
+        let mut queue = look_ahead(&mut room);
         assert!(queue.push(planned(1), 1).is_ok());
         assert!(queue.push(planned(2), 1).is_ok());
         assert_eq!(
@@ -314,32 +395,53 @@ mod tests {
     }
 
     proptest! {
-        /// Against the reverse pass, with pushes, starts and changed caps in any order.
+        /// Against the reverse pass, with pushes, starts, lowered ends and caps that change bit by bit, in any order.
         #[test]
         fn every_start_speed_is_that_of_a_full_reverse_pass(
             steps in prop::collection::vec((0u8..10, 0u32..2000, 0u32..500), 1..300),
         ) {
-            let mut queue = LookAhead::<1, 64>::new();
+            let mut room = Queue::<1, 64>::new();
+        let mut queue = look_ahead(&mut room);
             queue.first = 65_500; // numbers wrap on the way
             let mut model: Vec<(u32, u32)> = Vec::new();
             let mut running = false;
+            let mut to_do = 0; // moves at the end whose caps are to change
+            let change = |cap: u32| (cap * 7 + 13) % 2000;
             for (what, cap, gain) in steps {
                 match what {
-                    0 => if let Some(longer) = queue.last_waiting().copied() {
+                    0 => if let (Some(longer), false) = (queue.last_waiting().copied(), queue.is_renewing()) {
                         let (_, old) = model.last_mut().unwrap();
                         *old += gain;
-                        queue.lengthen_last(longer, *old);
+                        queue.lengthen_last(PlannedMove { length: *old as f32, ..longer }, *old);
                     },
-                    1..=5 => if queue.push(planned(cap), gain).is_ok() { model.push((cap, gain)); },
-                    6..=8 => {
-                        if running { model.remove(0); }
+                    1..=5 => if !queue.is_renewing() && queue.push(planned(cap), gain).is_ok() {
+                        queue.moves.back_mut().unwrap().length = gain as f32;
+                        model.push((cap, gain));
+                    },
+                    6..=7 => {
+                        if running { model.remove(0); to_do = to_do.min(model.len()); }
                         running = queue.start_next().is_some();
                     }
+                    8 => if !queue.is_renewing() {
+                        let count = cap as usize % 6;
+                        queue.lower_last(count, |planned| {
+                            planned.cap /= 2;
+                            planned.length = (planned.length * 0.75).trunc();
+                            Some(planned.length as u32)
+                        });
+                        let from = model.len().saturating_sub(count).max(running.into());
+                        for (cap, gain) in model.iter_mut().skip(from) { *cap /= 2; *gain = *gain * 3 / 4; }
+                    },
                     _ => {
-                        queue.set_caps(|planned| planned.cap / 2);
-                        for (cap, _) in &mut model { *cap /= 2; }
+                        queue.begin_renewal();
+                        to_do = model.len();
                     }
                 }
+                queue.renew(3, |_, planned| change(planned.cap));
+                let done = model.len() - to_do;
+                for (cap, _) in model.iter_mut().skip(done).take(3) { *cap = change(*cap); }
+                to_do = to_do.saturating_sub(3);
+                prop_assert_eq!(queue.is_renewing(), to_do > 0);
                 let next = usize::from(running).min(model.len());
                 prop_assert_eq!(u64::from(queue.exit_limit()), reverse_pass(&model[next..]));
                 prop_assert_eq!(queue.len(), model.len());

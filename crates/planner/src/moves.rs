@@ -1,6 +1,8 @@
 //! What is asked of the planner, and what it keeps of it.
 
-use crate::Coordinate;
+use crate::curve::Bend;
+use crate::real::least;
+use crate::{Coordinate, Curve};
 use leadscrew_stepper::{Outputs, Power};
 
 /// A straight move to an exact target.
@@ -12,8 +14,8 @@ pub struct Move<const AXES: usize> {
     pub feed: Feed,
     /// Laser or spindle power along the move.
     pub power: MovePower,
-    /// A further limit along the path, mm/s, that no override lifts (the curvature of an arc).
-    pub speed_limit: Option<f32>,
+    /// The arc that the move is a chord of.
+    pub curve: Option<Curve>,
     /// Synchronised outputs, set at the move's start.
     pub outputs: Outputs,
     /// The `N` word of the line that asked for the move.
@@ -168,6 +170,25 @@ impl<const MOTORS: usize> PlannedMove<MOTORS> {
             kind: of.kind,
             has_gaps: false,
         }
+    }
+
+    /// `cap + Φ`: where it is the smallest one from some move on, this move's start bounds that one's (see `lookahead`).
+    pub(crate) fn key(&self) -> u64 {
+        self.potential.wrapping_add(u64::from(self.cap))
+    }
+
+    /// Takes over the limits of a curve.
+    pub(crate) fn bend(&mut self, bend: &Bend) {
+        self.rate = least(self.rate, bend.rate);
+        self.acceleration = least(self.acceleration, bend.ramps);
+    }
+
+    /// The highest speed at any override, squared, mm²/s². Ramps on curves are given what it leaves, so that no override
+    /// changes them.
+    pub(crate) fn top_v2(&self) -> f32 {
+        const HIGHEST_OVERRIDE: f32 = 2.0;
+        let top = least(self.rate, self.feed * HIGHEST_OVERRIDE);
+        top * top
     }
 }
 

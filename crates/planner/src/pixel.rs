@@ -9,7 +9,7 @@
 //! ```
 
 use fixed::types::U1F31;
-use heapless::Deque;
+use heapless::deque::DequeView;
 use leadscrew_stepper::Power;
 
 /// A change of power on the way along a planned move.
@@ -67,16 +67,23 @@ impl Packed {
 }
 
 /// The pixels of all planned moves, in the order in which they are made.
-#[derive(Clone, Debug)]
-pub(crate) struct Pixels<const SIZE: usize>(Deque<Packed, SIZE>);
+#[derive(Debug)]
+pub(crate) struct Pixels<'q>(&'q mut DequeView<Packed>);
 
-impl<const SIZE: usize> Pixels<SIZE> {
-    pub(crate) const fn new() -> Self {
-        Self(Deque::new())
+impl<'q> Pixels<'q> {
+    /// No pixels, in room for them.
+    pub(crate) fn new(room: &'q mut DequeView<Packed>) -> Self {
+        room.clear();
+        Self(room)
+    }
+
+    /// How many there is room for.
+    pub(crate) fn capacity(&self) -> usize {
+        self.0.storage_capacity()
     }
 
     pub(crate) fn len(&self) -> usize {
-        self.0.len()
+        self.0.storage_len()
     }
 
     /// Appends a pixel; the caller has seen that there is room.
@@ -131,7 +138,8 @@ mod tests {
             after in 0u32..1 << 17, share in 0u32..=1 << 31, number in prop::option::of(0u32..10_000_000),
         ) {
             let power = Power::from_share(U1F31::from_bits(share));
-            let mut pixels = Pixels::<2>::new();
+            let mut room = heapless::Deque::<_, 2>::new();
+            let mut pixels = Pixels::new(room.as_mut_view());
             pixels.push(Pixel { after, power, line_number: number }.packed().unwrap());
             prop_assert_eq!(pixels.len(), 1);
             let pixel = pixels.pop().unwrap();

@@ -92,7 +92,9 @@ impl Trapezoid {
         let slowest = plan.entry_v2 - 2.0 * plan.acceleration * length;
         let missed = slowest - exit_v2 > ROUNDING * plan.entry_v2;
         let exit_v2 = if missed { slowest } else { exit_v2 };
+        // What rounding adds to a ramp, the speed that it begins with takes: no ramp is steeper than planned.
         let slope = most((plan.entry_v2 - exit_v2) / length, 0.0);
+        let slope = least(slope, 2.0 * plan.acceleration);
         Self {
             exit_v2,
             cruise: sqrt(plan.entry_v2),

@@ -1,10 +1,11 @@
 //! Slow and obvious models that the tests compare with, in `f64`.
 
 use crate::{
-    Cartesian, Config, Coordinate, Feed, Move, MoveKind, MovePower, Planner, Profile, Segmenter,
-    Trapezoid,
+    Cartesian, Config, Coordinate, Feed, Move, MoveKind, MovePower, Planner, Profile, Queue,
+    Segmenter, Trapezoid,
 };
 use leadscrew_stepper::{Outputs, Progress, Segment, Stepper, Tick};
+use std::boxed::Box;
 use std::vec::Vec;
 
 /// The time of each position of a [`Trapezoid`], from its parameters, in `f64`.
@@ -129,17 +130,26 @@ impl<const MOTORS: usize> Player<MOTORS> {
     }
 }
 
+/// Room for a few moves that lasts as long as the tests.
+pub(crate) fn queue<const MOTORS: usize, const MOVES: usize>() -> &'static mut Queue<MOTORS, MOVES>
+{
+    Box::leak(Box::new(Queue::new()))
+}
+
+/// Room for the moves of a [`Rig`].
+pub(crate) type RigQueue = Queue<2, 1024, 4608>;
+
 /// A machine of two axes, its queue kept as full as it can be.
-pub(crate) struct Rig {
-    pub(crate) planner: Planner<Cartesian, 2, 2, 1024, 4608>,
+pub(crate) struct Rig<'q> {
+    pub(crate) planner: Planner<'q, Cartesian, 2, 2>,
     pub(crate) segmenter: Segmenter<2, 2>,
     pub(crate) player: Player<2>,
 }
 
-impl Rig {
-    pub(crate) fn new(config: Config<2>) -> Self {
+impl<'q> Rig<'q> {
+    pub(crate) fn new(config: Config<2>, queue: &'q mut RigQueue) -> Self {
         Self {
-            planner: Planner::new(config, Cartesian),
+            planner: Planner::new(config, Cartesian, queue),
             segmenter: Segmenter::new(),
             player: Player::new(),
         }
@@ -175,7 +185,7 @@ pub(crate) fn to(x: f64, y: f64, feed: f32) -> Move<2> {
         target: [x, y].map(|mm| Coordinate::from_nanos((mm * 1e9).round() as i64)),
         feed: Feed::PerMinute(feed),
         power: MovePower::Off,
-        speed_limit: None,
+        curve: None,
         outputs: Outputs(0),
         line_number: None,
         kind: MoveKind::Feed,

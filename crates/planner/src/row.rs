@@ -123,7 +123,7 @@ fn dominant<const MOTORS: usize>(delta: &[i32; MOTORS]) -> usize {
 
 /// The feed in mm/s of a move that may be a part of a row.
 fn row_feed<const AXES: usize>(of: &Move<AXES>) -> Option<f32> {
-    if of.kind != MoveKind::Feed || of.speed_limit.is_some() {
+    if of.kind != MoveKind::Feed || of.curve.is_some() {
         return None;
     }
     match of.feed {
@@ -134,7 +134,7 @@ fn row_feed<const AXES: usize>(of: &Move<AXES>) -> Option<f32> {
 
 /// Whether a move is a rapid, short enough to be part of a row or not.
 pub(crate) fn is_gap<const AXES: usize>(of: &Move<AXES>) -> bool {
-    of.kind == MoveKind::Rapid && of.speed_limit.is_none()
+    of.kind == MoveKind::Rapid && of.curve.is_none()
 }
 
 /// Whether a rapid of `length` mm gains next to nothing on a row at `speed` mm/s, on a machine that accelerates with
@@ -147,7 +147,8 @@ pub(crate) fn is_short(length: f32, speed: f32, acceleration: f32) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use crate::reference::{to, Rig};
+    use crate::reference::{to, Rig, RigQueue};
+    use crate::Queue;
     use crate::{Cartesian, Feed, Planner};
     use crate::{Config, Move, MoveKind, MovePower, Overrides, PushError, Pushed};
     use fixed::types::U1F31;
@@ -187,7 +188,7 @@ mod tests {
     }
 
     /// The power at each step of the dominant motor, and the numbers of the lines, in the order of their segments.
-    fn burn(rig: &mut Rig) -> (Vec<Power>, Vec<Option<u32>>) {
+    fn burn(rig: &mut Rig<'_>) -> (Vec<Power>, Vec<Option<u32>>) {
         let (mut powers, mut lines) = (Vec::new(), Vec::new());
         while let Some(segment) = rig.segmenter.next(&mut rig.planner) {
             let played = rig.player.play(&segment);
@@ -201,7 +202,8 @@ mod tests {
 
     #[test]
     fn pixels_that_differ_in_power_are_one_move_and_burn_from_end_to_end() {
-        let mut rig = Rig::new(config(500.0));
+        let mut queue = RigQueue::new();
+        let mut rig = Rig::new(config(500.0), &mut queue);
         for k in 1..=100 {
             let pixel = Move {
                 line_number: Some(k),
@@ -237,7 +239,10 @@ mod tests {
                 ..pixel(2.0, 100.0, 10)
             },
             Move {
-                speed_limit: Some(50.0),
+                curve: Some(crate::Curve {
+                    radius: 50.0,
+                    acceleration: 500.0,
+                }),
                 ..pixel(2.0, 100.0, 10)
             },
             Move {
@@ -253,7 +258,8 @@ mod tests {
                 ..pixel(2.0, 100.0, 10)
             },
         ] {
-            let mut rig = Rig::new(config(500.0));
+            let mut queue = RigQueue::new();
+            let mut rig = Rig::new(config(500.0), &mut queue);
             rig.planner.push(&first).unwrap();
             rig.planner.push(&other).unwrap();
             assert_eq!(rig.planner.len(), 2, "{other:?}");
@@ -266,7 +272,8 @@ mod tests {
             target: [x, y].map(|steps| crate::Coordinate::from_mm(steps as f32 * 0.004)),
             ..pixel(0.0, 100.0, power)
         };
-        let mut rig = Rig::new(config(500.0));
+        let mut queue = RigQueue::new();
+        let mut rig = Rig::new(config(500.0), &mut queue);
         for k in 1..50 {
             rig.planner.push(&pixel(-8 * k, 6 * k, k as u32)).unwrap();
         }
@@ -279,7 +286,8 @@ mod tests {
     #[test]
     fn a_short_gap_belongs_to_the_row_without_power_and_a_long_one_is_a_rapid() {
         for (length, moves) in [(1.0, 1), (40.0, 3)] {
-            let mut rig = Rig::new(config(500.0));
+            let mut queue = RigQueue::new();
+            let mut rig = Rig::new(config(500.0), &mut queue);
             rig.planner.push(&pixel(1.0, 400.0, 50)).unwrap();
             rig.planner.push(&gap(1.0 + length)).unwrap();
             rig.planner.push(&pixel(2.0 + length, 400.0, 70)).unwrap();
@@ -299,7 +307,8 @@ mod tests {
 
     #[test]
     fn a_row_with_gaps_is_no_faster_than_the_rapid_override_allows() {
-        let mut rig = Rig::new(config(500.0));
+        let mut queue = RigQueue::new();
+        let mut rig = Rig::new(config(500.0), &mut queue);
         rig.planner.push(&pixel(100.0, 400.0, 50)).unwrap();
         rig.planner.push(&gap(101.0)).unwrap();
         rig.planner.push(&pixel(200.0, 400.0, 50)).unwrap();
@@ -324,12 +333,14 @@ mod tests {
     #[test]
     fn a_row_of_small_pixels_runs_as_fast_as_one_long_line() {
         let power = |k: u32| 10 + k * 37 % 90;
-        let mut rig = Rig::new(config(500.0));
+        let mut queue = RigQueue::new();
+        let mut rig = Rig::new(config(500.0), &mut queue);
         let row: Vec<Move<2>> = (1..=12_000)
             .map(|k| pixel(f64::from(k) * 0.05, 450.0, power(k)))
             .collect();
         let seconds = rig.run(&row);
-        let mut line = Rig::new(config(500.0));
+        let mut line_queue = RigQueue::new();
+        let mut line = Rig::new(config(500.0), &mut line_queue);
         let at_best = line.run(&[pixel(600.0, 450.0, 50)]);
         assert!(
             (seconds / at_best - 1.0).abs() < 1e-5,
@@ -339,7 +350,8 @@ mod tests {
 
     #[test]
     fn a_full_pool_is_a_full_queue_until_a_pixel_was_made() {
-        let mut planner = Planner::<_, 2, 2, 8, 4>::new(config(500.0), Cartesian);
+        let mut room = Queue::<2, 8, 4>::new();
+        let mut planner = Planner::<_, 2, 2>::new(config(500.0), Cartesian, &mut room);
         let mut segmenter = crate::Segmenter::new();
         let mut rooms = Vec::new();
         for k in 1..=5 {
@@ -392,7 +404,8 @@ mod tests {
             let moves = program(&parts);
             let one_by_one = Config { pixels: 0, ..config(acceleration) };
             let runs = [one_by_one, config(acceleration)].map(|config| {
-                let mut rig = Rig::new(config);
+                let mut queue = RigQueue::new();
+                let mut rig = Rig::new(config, &mut queue);
                 for (k, next) in moves.iter().enumerate() {
                     if k == moves.len() / 2 && hold.is_some() {
                         rig.planner.set_overrides(Overrides { feed: percent, rapid: 50 });

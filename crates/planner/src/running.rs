@@ -214,7 +214,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
     pub(crate) fn plan(&mut self, aim: Aim, timing: Timing) {
         let entry_v2 = self.profile.speed_v2(self.done);
         let (end, cruise, exit_v2) = match aim.goal {
-            Goal::End => self.to_end(entry_v2, aim.exit_v2, aim),
+            Goal::End => self.to_end(aim),
             Goal::Stop => self.stop(entry_v2, aim),
         };
         let plan = Plan {
@@ -234,16 +234,13 @@ impl<const MOTORS: usize> Running<MOTORS> {
         });
     }
 
-    /// End, cruise speed and squared exit speed on the way to the end of the move, leaving it at the
-    /// squared speed `exit_v2` (mm²/s²) or as near to it as braking gets.
+    /// End, cruise speed and squared exit speed on the way to the end of the move.
     ///
-    /// Braking from a high speed to a slow corner is only as exact as the high speed: the corner's own
-    /// limit has the last word.
-    fn to_end(&self, entry_v2: f32, exit_v2: f32, aim: Aim) -> (u32, f32, f32) {
+    /// What braking from a high speed gets to is only as exact as the high speed; the plan's exit speed is exact and
+    /// has the last word: else the difference would add up from move to move.
+    fn to_end(&self, aim: Aim) -> (u32, f32, f32) {
         let per_mm = self.steps_per_mm;
-        let (exit_v2, corner_v2) = (exit_v2 * per_mm * per_mm, aim.corner_v2 * per_mm * per_mm);
-        let slowest = entry_v2 - 2.0 * self.acceleration * (self.events - self.done) as f32;
-        let exit_v2 = least(most(exit_v2, slowest), corner_v2);
+        let exit_v2 = least(aim.exit_v2, aim.corner_v2) * per_mm * per_mm;
         (self.events, aim.nominal * per_mm, exit_v2)
     }
 
@@ -254,8 +251,9 @@ impl<const MOTORS: usize> Running<MOTORS> {
         let steps = self.stop_steps(entry_v2, aim.jerk).max(1);
         let left = self.events - self.done;
         if steps > left && aim.exit_v2 > 0.0 {
-            let (end, _, exit_v2) = self.to_end(entry_v2, 0.0, aim);
-            return (end, sqrt(entry_v2), exit_v2);
+            let (end, _, exit_v2) = self.to_end(aim);
+            let slowest = most(entry_v2 - 2.0 * self.acceleration * left as f32, 0.0);
+            return (end, sqrt(entry_v2), least(exit_v2, slowest));
         }
         let fastest = if steps == 1 {
             aim.nominal * self.steps_per_mm

@@ -62,13 +62,11 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
     ///
     /// Takes the next move from `planner` where one ends. `None` where nothing is queued, or a hold has
     /// reached rest.
-    pub fn next<K, const CAPACITY: usize, const PIXELS: usize>(
-        &mut self,
-        planner: &mut Planner<K, AXES, MOTORS, CAPACITY, PIXELS>,
-    ) -> Option<Segment<MOTORS>>
+    pub fn next<K>(&mut self, planner: &mut Planner<'_, K, AXES, MOTORS>) -> Option<Segment<MOTORS>>
     where
         K: Kinematics<AXES, MOTORS>,
     {
+        planner.renew();
         if self.mode == Mode::Held {
             return None;
         }
@@ -83,6 +81,7 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
         if running.outlook != Some(outlook) {
             running.plan(aim(self.mode, planner, outlook), timing);
             running.outlook = Some(outlook);
+            planner.commit(running.exit_v2());
         }
         let stopping = self.mode == Mode::Stopping;
         let segment = running.segment(timing, &mut self.carry, stopping);
@@ -177,10 +176,8 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
     }
 
     /// All steps of the profile have been handed out: the move is over, or a hold has stopped in it.
-    fn end_profile<K, const CAPACITY: usize, const PIXELS: usize>(
-        &mut self,
-        planner: &mut Planner<K, AXES, MOTORS, CAPACITY, PIXELS>,
-    ) where
+    fn end_profile<K>(&mut self, planner: &mut Planner<'_, K, AXES, MOTORS>)
+    where
         K: Kinematics<AXES, MOTORS>,
     {
         let Some(running) = &mut self.running else {
@@ -200,9 +197,9 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
 }
 
 /// What the running move is to do next.
-fn aim<K, const AXES: usize, const MOTORS: usize, const CAPACITY: usize, const PIXELS: usize>(
+fn aim<K, const AXES: usize, const MOTORS: usize>(
     mode: Mode,
-    planner: &Planner<K, AXES, MOTORS, CAPACITY, PIXELS>,
+    planner: &Planner<'_, K, AXES, MOTORS>,
     outlook: Outlook,
 ) -> Aim
 where
@@ -222,8 +219,8 @@ where
 
 #[cfg(test)]
 mod tests {
-    use crate::reference::{corners, job_time, to, Rig};
-    use crate::{Config, Move, MoveKind, MovePower, Overrides, Profile};
+    use crate::reference::{corners, job_time, to, Rig, RigQueue};
+    use crate::{Config, CornerRule, Move, MoveKind, MovePower, Overrides, Profile};
     use leadscrew_stepper::Power;
     use proptest::prelude::*;
     use std::vec::Vec;
@@ -232,6 +229,7 @@ mod tests {
         Config {
             max_rate: [rate; 2],
             acceleration: [acceleration; 2],
+            corner_rule: CornerRule::Grbl,
             ..Config::default()
         }
     }
@@ -270,14 +268,15 @@ mod tests {
     fn a_square_takes_the_time_that_the_textbook_says() {
         let points = path(&[[5000, 0], [0, 5000], [-5000, 0], [0, -5000]]);
         let config = config(50.0, 500.0);
-        let seconds = Rig::new(config).run(&moves(&points, 40.0));
+        let seconds = Rig::new(config, &mut RigQueue::new()).run(&moves(&points, 40.0));
         let ideal = job_time(&config, &points, f64::from(40.0f32));
         assert!((seconds / ideal - 1.0).abs() < 1e-5, "{seconds} {ideal}");
     }
 
     #[test]
     fn a_hold_at_rest_holds_at_once_and_nothing_moves() {
-        let mut rig = Rig::new(config(50.0, 500.0));
+        let mut queue = RigQueue::new();
+        let mut rig = Rig::new(config(50.0, 500.0), &mut queue);
         rig.planner.push(&to(1.0, 0.0, 40.0)).unwrap();
         rig.segmenter.hold();
         assert!(rig.segmenter.is_held());
@@ -288,7 +287,8 @@ mod tests {
 
     #[test]
     fn a_hold_stops_in_the_distance_that_acceleration_allows() {
-        let mut rig = Rig::new(config(50.0, 500.0));
+        let mut queue = RigQueue::new();
+        let mut rig = Rig::new(config(50.0, 500.0), &mut queue);
         rig.planner.push(&to(100.0, 0.0, 50.0)).unwrap();
         while rig.player.position[0] < 10_000 {
             rig.step();
@@ -303,7 +303,8 @@ mod tests {
 
     #[test]
     fn a_raised_override_acts_on_the_running_move() {
-        let mut rig = Rig::new(config(100.0, 500.0));
+        let mut queue = RigQueue::new();
+        let mut rig = Rig::new(config(100.0, 500.0), &mut queue);
         rig.planner.push(&to(100.0, 0.0, 20.0)).unwrap();
         while rig.player.position[0] < 5000 {
             rig.step();
@@ -334,7 +335,8 @@ mod tests {
     #[test]
     fn power_follows_the_speed_of_every_step() {
         let power = MovePower::Dynamic { power: Power::FULL };
-        let mut rig = Rig::new(config(100.0, 500.0));
+        let mut queue = RigQueue::new();
+        let mut rig = Rig::new(config(100.0, 500.0), &mut queue);
         rig.planner
             .push(&Move {
                 power,
@@ -369,7 +371,8 @@ mod tests {
     fn the_slowest_step_is_waited_for_in_eight_ticks() {
         let mut slow = config(50.0, 500.0);
         slow.steps_per_mm = [crate::StepsPerMm::from_nanos(200_000_000); 2]; // one step a 5 mm
-        let mut rig = Rig::new(slow);
+        let mut queue = RigQueue::new();
+        let mut rig = Rig::new(slow, &mut queue);
         let seconds = rig.run(&[to(50.0, 0.0, 0.0)]);
         // Grbl's slowest feed, 1 mm/min.
         assert!((seconds / 3000.0 - 1.0).abs() < 1e-3, "{seconds}");
@@ -383,7 +386,7 @@ mod tests {
         fn a_job_takes_the_time_of_the_exact_model(legs in legs(), rate in 5.0f32..200.0, acceleration in 10.0f32..5000.0, feed in 1.0f32..300.0) {
             let config = config(rate, acceleration);
             let points = path(&legs);
-            let seconds = Rig::new(config).run(&moves(&points, feed));
+            let seconds = Rig::new(config, &mut RigQueue::new()).run(&moves(&points, feed));
             let ideal = job_time(&config, &points, f64::from(feed));
             prop_assert!((seconds - ideal).abs() <= 1e-3 * ideal, "{} {}", seconds, ideal);
         }
@@ -397,7 +400,8 @@ mod tests {
             let mut limits = config(80.0, acceleration);
             limits.max_rate[1] = 60.0;
             limits.acceleration[1] = 0.7 * acceleration;
-            let mut rig = Rig::new(limits);
+            let mut queue = RigQueue::new();
+            let mut rig = Rig::new(limits, &mut queue);
             let points = path(&legs);
             let corners = corners(&limits, &points);
             let (mut moves_begun, mut share) = (0, [0.0; 2]);
@@ -457,12 +461,14 @@ mod tests {
         /// same end.
         #[test]
         fn parking_between_hold_and_resume_loses_no_step(x in 1000i32..9000, y in -9000i32..9000, pause in 1usize..60) {
-            let mut rig = Rig::new(config(80.0, 500.0));
+            let mut queue = RigQueue::new();
+            let mut rig = Rig::new(config(80.0, 500.0), &mut queue);
             rig.planner.push(&moves(&[[x, y]], 60.0)[0]).unwrap();
             for _ in 0..pause { rig.step(); }
             rig.segmenter.hold();
             while rig.step().is_some() {}
-            let mut parking = Rig::new(config(80.0, 500.0));
+            let mut parking_queue = RigQueue::new();
+            let mut parking = Rig::new(config(80.0, 500.0), &mut parking_queue);
             parking.planner.push(&Move { kind: MoveKind::System, ..to(1.0, 2.0, 10.0) }).unwrap();
             let held = rig.player.position;
             while let Some(segment) = parking.step() { rig.player.play(&segment); }

@@ -32,8 +32,7 @@ impl TimeLeft {
     }
 }
 
-impl<K, const AXES: usize, const MOTORS: usize, const CAPACITY: usize, const PIXELS: usize>
-    Planner<K, AXES, MOTORS, CAPACITY, PIXELS>
+impl<K, const AXES: usize, const MOTORS: usize> Planner<'_, K, AXES, MOTORS>
 where
     K: Kinematics<AXES, MOTORS>,
 {
@@ -95,12 +94,12 @@ impl Stretch {
 
 #[cfg(test)]
 mod tests {
-    use crate::reference::{to, Rig};
+    use crate::reference::{to, Rig, RigQueue};
     use crate::{Config, Overrides};
     use proptest::prelude::*;
 
     /// The time left, added up `most` moves at a time.
-    fn seconds(rig: &Rig, most: usize) -> f64 {
+    fn seconds(rig: &Rig<'_>, most: usize) -> f64 {
         let mut left = rig.planner.time_left(&rig.segmenter);
         while rig.planner.add_time(&mut left, most) {}
         left.seconds().into()
@@ -108,12 +107,16 @@ mod tests {
 
     #[test]
     fn an_empty_queue_takes_no_time() {
-        assert_eq!(seconds(&Rig::new(Config::default()), 8), 0.0);
+        assert_eq!(
+            seconds(&Rig::new(Config::default(), &mut RigQueue::new()), 8),
+            0.0
+        );
     }
 
     #[test]
     fn moves_that_begin_while_it_is_added_up_are_skipped() {
-        let mut rig = Rig::new(Config::default());
+        let mut queue = RigQueue::new();
+        let mut rig = Rig::new(Config::default(), &mut queue);
         for k in 1..=4 {
             rig.planner.push(&to(f64::from(k), 0.0, 5.0)).unwrap();
         }
@@ -133,11 +136,12 @@ mod tests {
             points in prop::collection::vec((-20.0f64..20.0, -20.0f64..20.0, 0.5f32..60.0), 1..60),
             acceleration in 10.0f32..3000.0, feed in 10u8..200, most in 1usize..40,
         ) {
+            let mut queue = RigQueue::new();
             let mut rig = Rig::new(Config {
                 max_rate: [50.0, 80.0],
                 acceleration: [acceleration; 2],
                 ..Config::default()
-            });
+            }, &mut queue);
             rig.planner.set_overrides(Overrides { feed, rapid: 100 });
             for (x, y, feed) in &points {
                 rig.planner.push(&to(*x, *y, *feed)).unwrap();

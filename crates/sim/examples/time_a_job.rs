@@ -30,7 +30,7 @@ impl Observer for Events {
 
 fn simulate<O: Observer>(program: &[u8], observer: O) -> (Outcome<3>, O) {
     let setup = Setup::<3>::new(MachineConfig::new(), Rate::NeverWaits);
-    let mut memory = Memory::<3>::new(&setup);
+    let mut memory = Memory::new(&setup);
     let mut sim: Simulation<'_, _, _, 3, 3, 1024> =
         Simulation::new(&mut memory, &setup, Cartesian, observer);
     let streaming = Streaming {

@@ -83,7 +83,7 @@ where
 {
     /// Puts a machine on a board, at power-up. Its main loop runs for the first time in [`Simulation::run_until`].
     pub fn new(
-        memory: &'a mut Memory<MOTORS>,
+        memory: &'a mut Memory<MOTORS, MOVES>,
         setup: &Setup<AXES>,
         kinematics: K,
         observer: O,
@@ -92,6 +92,7 @@ where
         let (shared, inputs) = (&memory.shared, &memory.inputs);
         let (receivers, inboxes) = memory.serial.iter_mut().map(|queue| queue.split()).unzip();
         let links = MachineLinks {
+            moves: &mut memory.moves,
             segments: producer,
             shared,
             inputs,
@@ -425,7 +426,7 @@ mod tests {
 
     fn run(line: Rate, program: &str) -> (Outcome<3>, Answers, u64) {
         let setup = Setup::<3>::new(MachineConfig::new(), line);
-        let mut memory = Memory::<3>::new(&setup);
+        let mut memory = Memory::new(&setup);
         let mut sim: Simulation<'_, _, _, 3, 3, 256> =
             Simulation::new(&mut memory, &setup, Cartesian, Digest::default());
         let streaming = Streaming {
@@ -505,7 +506,7 @@ mod tests {
     /// Whether power that the test puts out at rest after `program` is a violation.
     fn is_caught(program: &str) -> bool {
         let setup = Setup::<3>::new(MachineConfig::new(), Rate::NeverWaits);
-        let mut memory = Memory::<3>::new(&setup);
+        let mut memory = Memory::new(&setup);
         let mut sim: Simulation<'_, _, _, 3, 3, 256> =
             Simulation::new(&mut memory, &setup, Cartesian, ());
         let streaming = Streaming {

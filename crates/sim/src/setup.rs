@@ -2,7 +2,7 @@
 
 use crate::cost::Costs;
 use crate::link::Rate;
-use leadscrew_machine::config::{MachineConfig, SegmentQueue, CHANNELS};
+use leadscrew_machine::config::{MachineConfig, MoveQueues, SegmentQueue, CHANNELS};
 use leadscrew_machine::inputs::Inputs;
 use leadscrew_machine::protocol::serial::{SerialQueue, DEFAULT_RX};
 use leadscrew_stepper::Shared;
@@ -32,20 +32,22 @@ impl<const AXES: usize> Setup<AXES> {
     }
 }
 
-/// Everything that crosses between the main loop and interrupts. On the board these are statics; here whoever runs
+/// Room for planned moves, and everything that crosses between the main loop and interrupts. On the board these are statics; here whoever runs
 /// a [`crate::Simulation`] keeps them, because it borrows them.
-pub struct Memory<const MOTORS: usize> {
+pub struct Memory<const MOTORS: usize, const MOVES: usize = 1024> {
+    pub(crate) moves: Box<MoveQueues<MOTORS, MOVES>>,
     pub(crate) segments: SegmentQueue<MOTORS>,
     pub(crate) shared: Shared<MOTORS>,
     pub(crate) inputs: Inputs<MOTORS>,
     pub(crate) serial: Vec<SerialQueue>,
 }
 
-impl<const MOTORS: usize> Memory<MOTORS> {
+impl<const MOTORS: usize, const MOVES: usize> Memory<MOTORS, MOVES> {
     /// Makes the memory for a simulation of `setup`.
     pub fn new<const AXES: usize>(setup: &Setup<AXES>) -> Self {
         let lines = setup.lines.len().min(CHANNELS);
         Self {
+            moves: Box::default(),
             segments: SegmentQueue::new(),
             shared: Shared::new(),
             inputs: Inputs::new(),

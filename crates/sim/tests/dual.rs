@@ -74,7 +74,7 @@ fn session(profile: &Profile, lines: &str) -> (Vec<String>, [i32; 2], State) {
 /// Lets the machine of a profile talk to `host` until nothing is left to happen.
 fn run(profile: &Profile, host: &mut impl Host) -> ([i32; 2], State) {
     let setup = Setup::<3>::new(profile.config(), Rate::NeverWaits);
-    let mut memory = Memory::<4>::new(&setup);
+    let mut memory = Memory::new(&setup);
     let kinematics = Ganged { axis_of: [1] };
     let mut sim: Gantry<'_> = Simulation::new(&mut memory, &setup, kinematics, ());
     sim.place(profile.start());

@@ -56,7 +56,7 @@ impl Observer for Schedule {
 pub(crate) fn probe(settings: &str, program: &str, contact: usize) -> Result<String, Failure> {
     let mut setup = Setup::<3>::new(MachineConfig::new(), Rate::NeverWaits);
     setup.costs = Costs::NONE;
-    let mut memory = Memory::<3>::new(&setup);
+    let mut memory = Memory::new(&setup);
     let mut sim: Simulation<'_, _, _, 3, 3, MOVES> =
         Simulation::new(&mut memory, &setup, Cartesian, Schedule::default());
     sim.add_switch(Switch {

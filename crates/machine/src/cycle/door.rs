@@ -206,7 +206,7 @@ where
             target,
             feed: Feed::PerMinute(rate / 60.0),
             power,
-            speed_limit: None,
+            curve: None,
             outputs: Outputs(0),
             line_number: None,
             kind: MoveKind::System,

@@ -246,7 +246,7 @@ where
             target,
             feed: Feed::PerMinute(rate / 60.0 * libm::sqrtf(axes)),
             power: MovePower::Off,
-            speed_limit: None,
+            curve: None,
             outputs: Outputs(0),
             line_number: None,
             kind: MoveKind::System,

@@ -1,7 +1,7 @@
 //! An arc, fed to the planner chord by chord as room appears.
 
 use crate::interpreter::{ArcShape, Feed, Travel, Turn};
-use leadscrew_planner::{Arc, Coordinate};
+use leadscrew_planner::{Arc, Coordinate, Curve};
 
 /// Chords planned in one poll: bounds its time.
 pub(crate) const CHORDS_A_POLL: usize = 4;
@@ -12,8 +12,8 @@ pub(crate) struct ArcFeed<const AXES: usize> {
     chords: Arc<AXES>,
     /// The end of the next chord, drawn but not planned yet.
     next: Option<[Coordinate; AXES]>,
-    /// Highest speed on the arc, mm/s: `√(a·r)`, so that the pull towards its centre stays within the limits.
-    pub(crate) speed_limit: f32,
+    /// What bounds the speed on it.
+    pub(crate) curve: Curve,
 }
 
 impl<const AXES: usize> ArcFeed<AXES> {
@@ -29,12 +29,15 @@ impl<const AXES: usize> ArcFeed<AXES> {
         let clockwise = shape.turn == Turn::Clockwise;
         let centre = shape.centre;
         let mut chords = Arc::new(start, travel.target, centre, plane, clockwise, tolerance);
-        let speed_limit = libm::sqrtf(acceleration * chords.radius());
+        let curve = Curve {
+            radius: chords.radius(),
+            acceleration,
+        };
         let next = chords.next();
         Self {
             chords,
             next,
-            speed_limit,
+            curve,
         }
     }
 

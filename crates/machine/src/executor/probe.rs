@@ -78,7 +78,7 @@ where
             target: travel.target,
             feed: feed(travel.feed, 1.0),
             power: self.move_power(&travel.spindle),
-            speed_limit: None,
+            curve: None,
             outputs: Outputs(0),
             line_number: self.line_of(travel, LineKind::Program),
             kind: MoveKind::System,

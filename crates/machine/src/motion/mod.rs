@@ -14,13 +14,13 @@ mod feeder;
 mod power;
 
 use crate::board::{Board, Duration, Instant};
-use crate::config::PIXELS;
+use crate::config::{MoveQueues, ASIDE_MOVES};
 use crate::work::Work;
 use feeder::Feeder;
 use heapless::spsc::Producer;
 use leadscrew_planner::{
-    Ahead, Config, Coordinate, Kinematics, Move, Outline, Overrides, Planner, PowerLead, PushError,
-    Pushed, Segmenter, TimeLeft, LONGEST_LEAD,
+    Ahead, Config, Coordinate, CornerRule, Curve, Kinematics, Move, Outline, Overrides, Planner,
+    PowerLead, PushError, Pushed, Segmenter, TimeLeft, LONGEST_LEAD,
 };
 use leadscrew_stepper::{MotorMask, Segment, Shared};
 
@@ -30,13 +30,9 @@ pub(crate) use power::PowerRule;
 /// together take longer to make than the segment lasts.
 const AT_ONCE: usize = 4;
 
-/// Moves that a cycle may have planned at once.
-const ASIDE_MOVES: usize = 4;
-
 /// A planner and what makes segments of its moves.
-struct Track<K, const AXES: usize, const MOTORS: usize, const MOVES: usize, const ROW_PIXELS: usize>
-{
-    planner: Planner<K, AXES, MOTORS, MOVES, ROW_PIXELS>,
+struct Track<'a, K, const AXES: usize, const MOTORS: usize> {
+    planner: Planner<'a, K, AXES, MOTORS>,
     segmenter: Segmenter<AXES, MOTORS>,
 }
 
@@ -59,9 +55,9 @@ enum Start {
 }
 
 /// The motion of one machine.
-pub(crate) struct Motion<'a, K, const AXES: usize, const MOTORS: usize, const MOVES: usize> {
-    program: Track<K, AXES, MOTORS, MOVES, PIXELS>,
-    aside: Track<K, AXES, MOTORS, ASIDE_MOVES, 1>,
+pub(crate) struct Motion<'a, K, const AXES: usize, const MOTORS: usize> {
+    program: Track<'a, K, AXES, MOTORS>,
+    aside: Track<'a, K, AXES, MOTORS>,
     driver: Driver,
     start: Start,
     silence: Duration,
@@ -75,15 +71,15 @@ pub(crate) struct Motion<'a, K, const AXES: usize, const MOTORS: usize, const MO
     power: PowerRule,
 }
 
-impl<'a, K, const AXES: usize, const MOTORS: usize, const MOVES: usize>
-    Motion<'a, K, AXES, MOTORS, MOVES>
+impl<'a, K, const AXES: usize, const MOTORS: usize> Motion<'a, K, AXES, MOTORS>
 where
     K: Kinematics<AXES, MOTORS> + Clone,
 {
     /// Makes the motion of a machine at rest.
-    pub(crate) fn new(
+    pub(crate) fn new<const MOVES: usize>(
         config: Config<AXES>,
         kinematics: K,
+        queues: &'a mut MoveQueues<MOTORS, MOVES>,
         segments: Producer<'a, Segment<MOTORS>>,
         shared: &'a Shared<MOTORS>,
     ) -> Self {
@@ -95,11 +91,11 @@ where
         let aside = aside(config);
         Self {
             program: Track {
-                planner: Planner::new(config, kinematics.clone()),
+                planner: Planner::new(config, kinematics.clone(), &mut queues.program),
                 segmenter: Segmenter::new(),
             },
             aside: Track {
-                planner: Planner::new(aside, kinematics),
+                planner: Planner::new(aside, kinematics, &mut queues.aside),
                 segmenter: Segmenter::new(),
             },
             driver: Driver::Program,
@@ -328,6 +324,7 @@ where
     /// Returns whether the step timer is to be started. `may_start`: whether the program may begin to move now.
     pub(crate) fn prepare(&mut self, now: Instant, may_start: bool, work: &mut Work) -> bool {
         self.end_stop();
+        self.program.planner.renew();
         if self.stopping || !self.may_feed(now, may_start) {
             return false;
         }
@@ -358,6 +355,19 @@ where
     /// Whether motion is about to run dry: segments come before anything that takes long.
     pub(crate) fn is_short(&self, now: Instant) -> bool {
         self.feeder.is_short(now)
+    }
+
+    /// The speed that the arc of a move allows, mm/s.
+    pub(crate) fn arc_speed(&self, of: &Move<AXES>) -> Option<f32> {
+        match self.config().corner_rule {
+            CornerRule::Limits => of.curve.map(Curve::top_speed),
+            CornerRule::Grbl => None,
+        }
+    }
+
+    /// Whether a change of overrides has not reached all planned moves yet.
+    pub(crate) fn is_renewing(&self) -> bool {
+        self.program.planner.is_renewing()
     }
 
     /// Whether one more segment could be committed now: `feed` wants to be called again at once.

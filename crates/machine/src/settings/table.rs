@@ -159,6 +159,8 @@ rows! {
             "How far the second motor of an axis goes on after its switch when homing squares the axis; back if negative.";
         LaserLead = 703, Kind::Whole { max: leadscrew_planner::LONGEST_LEAD }, 0, "Laser lead", "us",
             "Changes a laser's power so long before the motion that it belongs to: the delay with which the laser switches.";
+        GrblCorners = 704, Kind::Switch, 0, "Grbl's corner rule", "",
+            "Bounds speed by junction deviation alone, as Grbl does: quicker round arcs and curves, at more than their acceleration.";
         Jerk = 705, ROUNDED, 0, "Jerk", "mm/s3",
             "How fast the acceleration along the path may change; 0 for no limit.";
     }

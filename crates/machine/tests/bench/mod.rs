@@ -7,7 +7,7 @@
 use leadscrew_machine::board::{
     Board, ChannelId, CoolantOutput, Instant, PortConfig, SpindleOutput, Switches,
 };
-use leadscrew_machine::config::{MachineConfig, SegmentQueue, CHANNELS};
+use leadscrew_machine::config::{MachineConfig, MoveQueues, SegmentQueue, CHANNELS};
 use leadscrew_machine::inputs::Inputs;
 use leadscrew_machine::machine::{Links, Machine};
 use leadscrew_machine::protocol::serial::{Receiver, SerialQueue};
@@ -119,6 +119,7 @@ impl StepPort for Pins<'_> {
 
 /// All memory that machine and interrupts share.
 pub struct Memory {
+    moves: Box<MoveQueues<3, 64>>,
     segments: SegmentQueue<3>,
     shared: Shared<3>,
     inputs: Inputs<3>,
@@ -128,6 +129,7 @@ pub struct Memory {
 impl Memory {
     pub fn new() -> Self {
         Self {
+            moves: Box::default(),
             segments: SegmentQueue::new(),
             shared: Shared::new(),
             inputs: Inputs::new(),
@@ -175,6 +177,7 @@ impl<'a, K: Kinematics<3, 3> + Clone> Session<'a, K> {
         let mut inboxes = heapless::Vec::<_, CHANNELS>::new();
         assert!(inboxes.push(inbox).is_ok());
         let links = Links {
+            moves: &mut memory.moves,
             segments: producer,
             shared: &memory.shared,
             inputs: &memory.inputs,

@@ -33,8 +33,19 @@ pub(super) struct Report<const AXES: usize> {
     pub(super) travel_mm: f64,
     /// Bits a second of the serial line; `None`: it never waits.
     pub(super) baud: Option<NonZeroU32>,
+    /// The time by the other corner rule, where that was found out.
+    pub(super) other_rule: Option<OtherRule>,
     /// How long the simulation took, s.
     pub(super) wall_seconds: f64,
+}
+
+/// What the job would take by the other of the two corner rules (`$704`).
+#[derive(Debug)]
+pub(super) struct OtherRule {
+    /// Whether it is Grbl's.
+    pub(super) is_grbl: bool,
+    /// From the first to the last step, s.
+    pub(super) motion_seconds: f64,
 }
 
 #[derive(Serialize)]
@@ -80,6 +91,19 @@ struct JsonAxis {
 struct JsonCpu {
     mean: f64,
     peak: f64,
+}
+
+impl OtherRule {
+    /// What the rule in force costs or saves.
+    fn beside(&self, motion_seconds: f64) -> String {
+        let other = duration(self.motion_seconds);
+        let share = (motion_seconds / self.motion_seconds - 1.0) * 100.0;
+        if self.is_grbl {
+            format!("all limits kept: {share:+.1} % beside {other} by Grbl's rule ($704=1)")
+        } else {
+            format!("Grbl's: {share:+.1} % beside {other} with all limits kept ($704=0)")
+        }
+    }
 }
 
 impl<const AXES: usize> Report<AXES> {
@@ -167,6 +191,9 @@ impl<const AXES: usize> fmt::Display for Report<AXES> {
                 duration(outcome.motion_seconds)
             ),
         )?;
+        if let Some(rule) = &self.other_rule {
+            row(f, "corner rule", &rule.beside(outcome.motion_seconds))?;
+        }
         row(
             f,
             "distance",

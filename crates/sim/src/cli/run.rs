@@ -2,17 +2,18 @@
 
 use super::args::JobArgs;
 use super::input::{self, Job};
-use super::report::{title, Report};
+use super::report::{title, OtherRule, Report};
 use super::setting_args::{as_defaults, say_capped, settings, AXES};
 use super::stream::Stream;
 use super::watchers::{OutputError, Sketch, StepList, WaveformFile};
 use super::{unusable, Unusable};
 use crate::link::Rate;
 use crate::output::picture::{draw, Caption};
+use leadscrew_gcode::Number;
 use leadscrew_machine::config::MachineConfig;
 use leadscrew_machine::outputs::spindle::SpindleScale;
 use leadscrew_machine::settings::table::{AxisSetting, Setting};
-use leadscrew_machine::settings::values::Settings;
+use leadscrew_machine::settings::values::{Entry, Settings};
 use std::time::Instant;
 
 /// Runs the job; answers whether it met neither an error nor an alarm.
@@ -30,9 +31,44 @@ pub(super) fn run(args: &JobArgs) -> Result<bool, Unusable> {
     let job = input::open(&args.file).map_err(unusable)?;
     let outputs = Outputs::create(args, &settings).map_err(unusable)?;
     let mut report = simulate(args, &config, &settings, job, outputs)?;
+    if report.is_clean() && !args.json && !args.quiet {
+        report.other_rule = other_rule(args, &config, &settings);
+    }
     report.wall_seconds = begin.elapsed().as_secs_f64();
     tell(args, &report);
     Ok(report.is_clean())
+}
+
+/// How long motion takes by the other corner rule; `None` where the job cannot be read once more. Nothing is told of it.
+fn other_rule(
+    args: &JobArgs,
+    config: &MachineConfig<AXES>,
+    settings: &Settings<AXES>,
+) -> Option<OtherRule> {
+    let is_grbl = !settings.is_on(Setting::GrblCorners);
+    let mut other = settings.clone();
+    let loaded = other.load(Entry {
+        number: Setting::GrblCorners.row().number,
+        value: Number::from_int(is_grbl.into()),
+    });
+    let is_file = std::fs::metadata(&args.file).is_ok_and(|file| file.is_file());
+    let job = input::open(&args.file).ok().filter(|_| is_file && loaded)?;
+    let stream = Stream {
+        config: MachineConfig {
+            defaults: as_defaults(&other),
+            ..*config
+        },
+        settings: &other,
+        rate: args.baud.map_or(Rate::NeverWaits, Rate::Baud),
+        keep_going: args.keep_going,
+        quiet: true,
+        feed_percent: 100,
+    };
+    let done = stream.run(job, ()).ok()?;
+    Some(OtherRule {
+        is_grbl,
+        motion_seconds: done.outcome.motion_seconds,
+    })
 }
 
 /// All that watches a run.
@@ -112,6 +148,7 @@ fn simulate(
         cut_mm: sketch.path.cut_mm(),
         travel_mm: sketch.path.travel_mm(),
         baud: args.baud,
+        other_rule: None,
         wall_seconds: 0.0,
     };
     draw_picture(args, settings, &sketch, &report).map_err(unusable)?;

@@ -1,19 +1,29 @@
 //! Planning one line, and the preparation of segments.
 //!
-//! Region 0: a move of a spiral pushed into a queue of 1024 that is kept full. Region 1: a segment of 1 ms in cruise at
-//! 20 kHz, of a line with three axes: [`EVENTS`] step events.
+//! Region 0: a move of a spiral pushed into a queue of 1024 that is kept full, by Grbl's corner rule at 2000 mm/min and
+//! 200 mm/s²; regions 2 to 5: at the other settings of [`SETTINGS`]. Region 1: a segment of 1 ms in cruise at 20 kHz, of
+//! a line with three axes: [`EVENTS`] step events.
 #![no_std]
 #![no_main]
 
 use core::hint::black_box;
 use icount_firmware::{count, done};
 use leadscrew_planner::{
-    Cartesian, Config, Coordinate, Feed, Move, MoveKind, MovePower, Planner, PushError, Pushed,
-    Segmenter,
+    Cartesian, Config, Coordinate, CornerRule, Feed, Move, MoveKind, MovePower, Planner, PushError,
+    Pushed, Queue, Segmenter,
 };
 use leadscrew_stepper::{Outputs, Segment};
 
-type Queue = Planner<Cartesian, 3, 3, 1024>;
+/// Rates in mm/min and accelerations in mm/s² at which a spiral is planned.
+const SETTINGS: [(u16, u16); 5] = [
+    (2000, 200),
+    (500, 10),
+    (5000, 200),
+    (5000, 1000),
+    (5000, 10),
+];
+
+type ThePlanner<'q> = Planner<'q, Cartesian, 3, 3>;
 
 /// Step events that a segment of the second measurement covers: 1 ms at 20 kHz.
 const EVENTS: u16 = 20;
@@ -21,12 +31,12 @@ const EVENTS: u16 = 20;
 const CRUISE: f32 = 80.4;
 
 #[inline(never)]
-fn push(planner: &mut Queue, of: &Move<3>) -> Result<Pushed, PushError> {
+fn push(planner: &mut ThePlanner<'_>, of: &Move<3>) -> Result<Pushed, PushError> {
     planner.push(of)
 }
 
 #[inline(never)]
-fn prepare(segmenter: &mut Segmenter<3, 3>, planner: &mut Queue) -> Option<Segment<3>> {
+fn prepare(segmenter: &mut Segmenter<3, 3>, planner: &mut ThePlanner<'_>) -> Option<Segment<3>> {
     segmenter.next(planner)
 }
 
@@ -35,7 +45,7 @@ fn feed(x: f32, y: f32, z: f32, speed: f32) -> Move<3> {
         target: [x, y, z].map(Coordinate::from_mm),
         feed: Feed::PerMinute(speed),
         power: MovePower::Off,
-        speed_limit: None,
+        curve: None,
         outputs: Outputs(0),
         line_number: None,
         kind: MoveKind::Feed,
@@ -52,13 +62,15 @@ fn spiral() -> impl Iterator<Item = Move<3>> {
     })
 }
 
-/// Keeps the queue full with a spiral at 2000 mm/min and 200 mm/s².
-fn plan_a_spiral(planner: &mut Queue) {
+/// Keeps the queue full with a spiral at F2000.
+fn plan_a_spiral<const REGION: u8>(planner: &mut ThePlanner<'_>, (rate, acceleration): (u16, u16)) {
     planner.configure(Config {
-        max_rate: [2000.0 / 60.0; 3],
-        acceleration: [200.0; 3],
+        max_rate: [f32::from(rate) / 60.0; 3],
+        acceleration: [f32::from(acceleration); 3],
+        corner_rule: CornerRule::Grbl,
         ..Config::default()
     });
+    planner.set_position([0; 3]);
     let mut segmenter = Segmenter::new();
     for of in spiral().take(planner.capacity()) {
         assert!(push(planner, &of) == Ok(Pushed::Queued));
@@ -67,13 +79,13 @@ fn plan_a_spiral(planner: &mut Queue) {
         while !planner.has_room() {
             assert!(prepare(&mut segmenter, planner).is_some());
         }
-        assert!(count::<0, _>(|| push(planner, black_box(&of))) == Ok(Pushed::Queued));
+        assert!(count::<REGION, _>(|| push(planner, black_box(&of))) == Ok(Pushed::Queued));
     }
     while prepare(&mut segmenter, planner).is_some() {}
 }
 
 /// Prepares the segments of a long line once it has reached its speed.
-fn cruise(planner: &mut Queue) {
+fn cruise(planner: &mut ThePlanner<'_>) {
     planner.configure(Config {
         max_rate: [CRUISE; 3],
         acceleration: [1000.0; 3],
@@ -97,9 +109,15 @@ fn cruise(planner: &mut Queue) {
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    let mut planner = Queue::new(Config::default(), Cartesian);
+    let mut queue = Queue::<3, 1024>::new();
+    let mut planner = ThePlanner::new(Config::default(), Cartesian, &mut queue);
     let planner = black_box(&mut planner);
-    plan_a_spiral(planner);
+    let [mid, slow, fast_slow, fast, far] = SETTINGS;
+    plan_a_spiral::<0>(planner, mid);
+    plan_a_spiral::<2>(planner, slow);
+    plan_a_spiral::<3>(planner, fast_slow);
+    plan_a_spiral::<4>(planner, fast);
+    plan_a_spiral::<5>(planner, far);
     cruise(planner);
     done()
 }

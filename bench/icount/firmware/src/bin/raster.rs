@@ -12,7 +12,7 @@ use heapless::{spsc::Consumer, String, Vec};
 use icount_firmware::{count, done};
 use leadscrew_machine::{
     board::{Board, ChannelId, CoolantOutput, Instant, PortConfig, SpindleOutput, Switches},
-    config::{MachineConfig, SegmentQueue, CHANNELS},
+    config::{MachineConfig, MoveQueues, SegmentQueue, CHANNELS},
     inputs::Inputs,
     machine::{Links, Machine},
     protocol::serial::{Receiver, SerialQueue},
@@ -30,7 +30,7 @@ const AHEAD: u32 = 1500;
 const SPEEDING_UP: u32 = 1000;
 const COUNTED: u32 = 2000;
 
-const SETTINGS: &str = "$110=30000\n$120=5000\n$32=1\n$30=1000\nM4S0F30000\n";
+const SETTINGS: &str = "$0=3\n$110=30000\n$120=5000\n$32=1\n$30=1000\nM4S0F30000\n";
 
 /// Counts answers; keeps the timer's next interrupt.
 struct Bench {
@@ -127,11 +127,13 @@ impl Session<'_> {
 fn main() -> ! {
     let (mut segments, shared, inputs) = (SegmentQueue::new(), Shared::new(), Inputs::new());
     let mut serial = SerialQueue::<1025>::new();
+    let mut moves = MoveQueues::new();
     let (producer, consumer) = segments.split();
     let (receiver, inbox) = serial.split();
     let mut inboxes = Vec::<_, CHANNELS>::new();
     assert!(inboxes.push(inbox).is_ok());
     let links = Links {
+        moves: &mut moves,
         segments: producer,
         shared: &shared,
         inputs: &inputs,

@@ -1,0 +1,158 @@
+//! No limit is broken on the motors: the second difference of the places that the step edges say, over 5 to 50 ms.
+//!
+//! An axis whose acceleration is `a` at most has `|x(t−h) − 2·x(t) + x(t+h)| ≤ a·h²`. Three places are whole steps, each half a
+//! step from the line at most: four steps more are allowed. Where one part of a program meets the next there is a corner,
+//! whose speed jumps: windows with one in them are left out (`limits_tests` compares its speed with junction deviation).
+
+use crate::limits_tests::{program, Program};
+use crate::reference::{Rig, RigQueue};
+use crate::{Config, CornerRule};
+use proptest::prelude::*;
+use proptest::test_runner::{TestCaseError, TestRng, TestRunner};
+use std::vec::Vec;
+use std::{format, println, string::String};
+
+/// Half lengths of windows, ms.
+const WINDOWS: [f64; 5] = [5.0, 10.0, 20.0, 35.0, 50.0];
+
+/// Places are looked at so often, ms.
+const EVERY: f64 = 3.0;
+
+/// Longer than this, s, a program is not looked at.
+const LONGEST: f64 = 10.0;
+
+/// When each step of each axis came (s) and where it led, and when the parts of the program began.
+#[derive(Default)]
+struct Edges {
+    steps: [Vec<(f64, i32)>; 2],
+    corners: Vec<f64>,
+    end: f64,
+}
+
+impl Edges {
+    fn of(program: &Program, settings: Config<2>) -> Self {
+        let mut queue = RigQueue::new();
+        let mut rig = Rig::new(settings, &mut queue);
+        let mut firsts = Vec::new();
+        for cut in program.moves() {
+            let before = rig.planner.position();
+            rig.planner.push(&cut.of).expect("room");
+            if rig.planner.position() != before {
+                firsts.push(cut.is_first);
+            }
+        }
+        let mut edges = Self::default();
+        let mut firsts = firsts.into_iter();
+        while let Some(segment) = rig.segmenter.next(&mut rig.planner) {
+            let seconds = |counts: u64| counts as f64 / f64::from(settings.timer_hz);
+            if segment.line.is_some() && firsts.next() == Some(true) {
+                edges.corners.push(seconds(rig.player.now));
+            }
+            let mut position = rig.player.position;
+            for timed in rig.player.play(&segment) {
+                for (motor, steps) in edges.steps.iter_mut().enumerate() {
+                    if timed.tick.step.contains(motor) {
+                        position[motor] += if timed.tick.direction.contains(motor) {
+                            -1
+                        } else {
+                            1
+                        };
+                        steps.push((seconds(timed.at), position[motor]));
+                    }
+                }
+            }
+            edges.end = seconds(rig.player.now);
+            if edges.end > LONGEST {
+                break;
+            }
+        }
+        edges.corners.push(edges.end);
+        edges
+    }
+
+    /// Where an axis stands.
+    fn at(&self, axis: usize, time: f64) -> f64 {
+        let steps = &self.steps[axis];
+        let after = steps.partition_point(|(at, _)| *at <= time);
+        after
+            .checked_sub(1)
+            .map_or(0.0, |last| f64::from(steps[last].1))
+    }
+
+    /// The largest second difference less four steps, as a share of `a·h²`.
+    fn worst(&self, program: &Program) -> f64 {
+        let limits = program.config();
+        let mut worst = 0.0f64;
+        for window in WINDOWS {
+            let h = window / 1000.0;
+            let count = ((self.end - 2.0 * h) * 1000.0 / EVERY).max(0.0) as usize;
+            for t in (0..count).map(|k| h + k as f64 * EVERY / 1000.0) {
+                let corner = self.corners.partition_point(|corner| *corner < t - h);
+                if self
+                    .corners
+                    .get(corner)
+                    .is_some_and(|corner| *corner <= t + h)
+                {
+                    continue;
+                }
+                for axis in 0..2 {
+                    let x = |time| self.at(axis, time);
+                    let difference = (x(t - h) - 2.0 * x(t) + x(t + h)).abs() - 4.0;
+                    let steps_per_mm = limits.steps_per_mm[axis].nanos() as f64 / 1e9;
+                    let allowed = f64::from(limits.acceleration[axis]) * h * h * steps_per_mm;
+                    worst = worst.max(difference / allowed);
+                }
+            }
+        }
+        worst
+    }
+}
+
+fn campaign(cases: u32, plant: impl Fn(&mut Config<2>)) -> Result<f64, String> {
+    let config = ProptestConfig {
+        cases,
+        failure_persistence: None,
+        max_shrink_iters: 50,
+        ..ProptestConfig::default()
+    };
+    // The same programs each time, but for campaigns.
+    let mut runner = if cases > 1000 {
+        TestRunner::new(config)
+    } else {
+        let rng = TestRng::deterministic_rng(config.rng_algorithm);
+        TestRunner::new_with_rng(config, rng)
+    };
+    let worst = core::cell::Cell::new(0.0f64);
+    let result = runner.run(&program(), |program| {
+        // Finer than 0.0025 mm, four steps are less than what a chord strays from its arc.
+        prop_assume!(program.steps_per_mm.iter().all(|steps| *steps <= 400));
+        let mut settings = Config {
+            corner_rule: CornerRule::Limits,
+            ..program.config()
+        };
+        plant(&mut settings);
+        let share = Edges::of(&program, settings).worst(&program);
+        worst.set(worst.get().max(share));
+        if share > 1.0 {
+            return Err(TestCaseError::fail(format!("{share} of the acceleration")));
+        }
+        Ok(())
+    });
+    result
+        .map(|()| worst.get())
+        .map_err(|error| format!("{error}"))
+}
+
+#[test]
+fn no_axis_accelerates_more_than_its_setting_says() {
+    let worst = campaign(150, |_| ()).unwrap_or_else(|error| panic!("{error}"));
+    println!("second differences: at most {worst} of the acceleration");
+}
+
+#[test]
+fn two_per_cent_more_acceleration_is_seen_on_the_step_edges() {
+    for axis in 0..2 {
+        let plant = |config: &mut Config<2>| config.acceleration[axis] *= 1.02;
+        assert!(campaign(300, plant).is_err(), "axis {axis}");
+    }
+}

@@ -1,0 +1,341 @@
+//! Curves and corners of a path that is cut into short moves.
+//!
+//! Coordinates are rounded to steps and to a few decimals, so the direction of a short move says little, and the turn from
+//! one short move to the next says nothing. So short moves are joined to *strokes* until the path has turned by more than
+//! rounding can explain, or is so long that no turn that is still hidden in it could bound the speed:
+//!
+//! ```text
+//!      stroke             next stroke
+//!    o-o--o-o-o___o_                        a stroke ends where it has strayed by the tolerance t from the straight
+//!                   ‾‾o--__                 line on which the last one lies, or with the length v·√(t/a), in which the
+//!                      t | ‾o-_             sharpest curve that v allows (R = v²/a) strays by t
+//!    - - - - - - - - - - - - - -o
+//! ```
+//!
+//! * Where one stroke meets the next, junction deviation rules. A move that is long enough is a stroke of its own: between
+//!   long moves this is Grbl's rule.
+//! * Over a window of four strokes, the turn from the first to the last one divided by the distance of their middles is
+//!   the curvature: turns count with their sign. A circle strays by t in the length `√(t·R)`: at 250 steps/mm and Grbl's `$11` and
+//!   `$12` t is 0.017 mm, 8 times `$12`: a stroke is one chord of `$12`, the window four.
+//!   The limits of all moves in the window are lowered, those that are queued already with them.
+//! * A corner that is slower by junction deviation than the curvature of its window is a corner, not a curve.
+//!
+//! The acceleration on a curve is shared as on an arc (see `curve`). With `u` along the path and `n` across,
+//! `a_t·u + a_n·n` keeps to `a_i` on each axis if `√(a_t² + a_n²) ≤ a_i / √(u_i² + n_i²)` (Cauchy and Schwarz), and also if
+//! `a_t·|u_i| + a_n·|n_i| ≤ a_i`: whichever leaves more to the ramps.
+
+use crate::config::Limits;
+use crate::curve::Bend;
+use crate::junction::junction_v2;
+use crate::real::{least, most, norm2, sqrt};
+use crate::Curve;
+
+/// Strokes that a window reaches back from its last one.
+const BACK: usize = 3;
+
+/// Share of a window's radius that is relied on: rounding can make a fifth too much of it.
+const CERTAIN: f32 = 0.8;
+
+/// Where a curve takes less than this share of the acceleration it is taken as straight: a line's rounding looks like
+/// a curve that takes a twentieth. (What is left to the ramps is then too much by 0.8 % at most, by the square.)
+const STRAIGHT: f32 = 0.09;
+
+/// A piece of path that counts as straight.
+#[derive(Clone, Copy, Debug)]
+struct Stroke<const AXES: usize> {
+    direction: [f32; AXES],
+    /// mm.
+    length: f32,
+    /// How many moves it is made of.
+    moves: usize,
+    /// Whether it is no part of a curve of short moves.
+    alone: bool,
+    /// Highest squared speed of its moves, at any override, mm²/s².
+    top_v2: f32,
+    /// Squared speed at its start by junction deviation, mm²/s².
+    corner_v2: f32,
+    /// Squared speed on it by the curvature of windows so far, mm²/s².
+    curve_v2: f32,
+}
+
+/// The strokes at the end of the queue.
+#[derive(Clone, Debug)]
+pub(crate) struct Strokes<const AXES: usize> {
+    /// The last ones that are complete, the latest first.
+    complete: [Option<Stroke<AXES>>; BACK + 1],
+    /// From the end of the last complete one to the end of the queue, mm.
+    open: [f32; AXES],
+    /// Moves in the open one.
+    open_moves: usize,
+    /// The highest `top_v2` of them.
+    open_top_v2: f32,
+    /// The last move, mm.
+    last: [f32; AXES],
+    /// Direction in which the first stroke from rest begins, once it is long enough to tell.
+    begin: Option<[f32; AXES]>,
+}
+
+/// A move as far as it matters here.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Piece<const AXES: usize> {
+    /// mm.
+    pub(crate) vector: [f32; AXES],
+    /// mm.
+    pub(crate) length: f32,
+    /// Highest speed squared, at any override, mm²/s².
+    pub(crate) top_v2: f32,
+    /// Whether it is a chord of an arc whose radius is known.
+    pub(crate) is_chord: bool,
+}
+
+/// A limit for the last moves of the queue.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(crate) struct Bound<T> {
+    /// How many moves.
+    pub(crate) moves: usize,
+    pub(crate) limit: T,
+}
+
+impl<const AXES: usize> Piece<AXES> {
+    /// Whether a length is `times` that of the longest stroke; both squared.
+    fn exceeds(&self, length2: f32, times2: f32, limits: &Limits<AXES>) -> bool {
+        length2 >= times2 * limits.tolerance * self.top_v2 * limits.per_weakest
+    }
+
+    /// Whether it is a stroke of its own, and no part of a curve of short moves.
+    pub(crate) fn stands_alone(&self, limits: &Limits<AXES>) -> bool {
+        const LONGER: f32 = 2.0;
+        let length2 = self.length * self.length;
+        self.is_chord || self.exceeds(length2, LONGER * LONGER, limits)
+    }
+}
+
+impl<const AXES: usize> Strokes<AXES> {
+    pub(crate) const fn new() -> Self {
+        Self {
+            complete: [None; BACK + 1],
+            open: [0.0; AXES],
+            open_moves: 0,
+            open_top_v2: 0.0,
+            last: [0.0; AXES],
+            begin: None,
+        }
+    }
+
+    /// Whether the open stroke is to be completed before `piece` is added.
+    pub(crate) fn ends_before(&self, piece: &Piece<AXES>, limits: &Limits<AXES>) -> bool {
+        if self.open_moves == 0 {
+            return false;
+        }
+        let along = dot(&self.open, &piece.vector);
+        let (open2, tolerance2) = (norm2(&self.open), limits.tolerance * limits.tolerance);
+        let longer2 = piece.length * piece.length - tolerance2;
+        along < 0.0
+            || dot(&self.last, &piece.vector) < 0.0
+            || longer2 > 0.0 && (open2 * longer2 > along * along || piece.stands_alone(limits))
+    }
+
+    /// Adds a move; answers whether the stroke is to be completed with it.
+    pub(crate) fn add(&mut self, piece: &Piece<AXES>, limits: &Limits<AXES>) -> bool {
+        for (open, moved) in self.open.iter_mut().zip(&piece.vector) {
+            *open += moved;
+        }
+        self.open_moves += 1;
+        self.open_top_v2 = most(self.open_top_v2, piece.top_v2);
+        self.last = piece.vector;
+        let length2 = norm2(&self.open);
+        if piece.is_chord || piece.exceeds(length2, 1.0, limits) {
+            return true;
+        }
+        self.straight_on(length2, limits).is_some_and(|straight| {
+            let along = dot(&straight, &self.open);
+            along < 0.0 || length2 - along * along > limits.tolerance * limits.tolerance
+        })
+    }
+
+    /// The direction from which the open stroke, with the squared length `length2`, strays: that of the last one, or, from
+    /// rest, that in which it began itself. `None` while rounding hides that.
+    fn straight_on(&mut self, length2: f32, limits: &Limits<AXES>) -> Option<[f32; AXES]> {
+        const TELLS: f32 = 8.0; // times the tolerance: rounding turns it by some hundredths
+        if let [Some(last), ..] = &self.complete {
+            return Some(last.direction);
+        }
+        let enough = TELLS * limits.tolerance;
+        if self.begin.is_none() && length2 >= enough * enough {
+            let per_length = 1.0 / sqrt(length2);
+            self.begin = Some(self.open.map(|x| x * per_length));
+        }
+        self.begin
+    }
+
+    /// The last move has become longer by `vector`, straight on, `more` mm; `alone`: it stands alone now.
+    pub(crate) fn lengthen_last(&mut self, vector: &[f32; AXES], more: f32, alone: bool) {
+        if self.open_moves > 0 {
+            for (open, moved) in self.open.iter_mut().zip(vector) {
+                *open += moved;
+            }
+        } else if let [Some(last), ..] = &mut self.complete {
+            last.length += more;
+            last.alone |= alone;
+        }
+    }
+
+    /// Completes the open stroke; answers the limit of its corner (squared speed, mm²/s²). `alone`: it is a single
+    /// move that stands alone.
+    pub(crate) fn complete(&mut self, alone: bool, limits: &Limits<AXES>) -> Bound<f32> {
+        let length = most(sqrt(norm2(&self.open)), f32::MIN_POSITIVE);
+        let per_length = 1.0 / length;
+        let direction = self.open.map(|x| x * per_length);
+        let moves = self.open_moves;
+        let [last, second, third, _] = self.complete;
+        let (corner_v2, inner) = match &last {
+            Some(last) => (
+                junction_v2(&last.direction, &direction, limits),
+                last.moves.saturating_sub(1),
+            ),
+            None => (f32::INFINITY, 0),
+        };
+        let stroke = Stroke {
+            direction,
+            length,
+            moves,
+            alone,
+            top_v2: self.open_top_v2,
+            corner_v2,
+            curve_v2: f32::INFINITY,
+        };
+        self.complete = [Some(stroke), last, second, third];
+        self.open = [0.0; AXES];
+        self.open_moves = 0;
+        self.open_top_v2 = 0.0;
+        Bound {
+            moves: moves + inner,
+            limit: corner_v2,
+        }
+    }
+
+    /// What the window that ends with the last complete stroke leaves to its moves, where that is less than what windows
+    /// before it left.
+    pub(crate) fn curve(&mut self, limits: &Limits<AXES>) -> Option<Bound<Bend>> {
+        let window = Window::of(&self.complete)?;
+        let (curve_v2, bend) = window.bend(limits)?;
+        if window.sharpest_v2 < curve_v2 {
+            return None;
+        }
+        // A change of less than this, as rounding makes it, is not worth the work.
+        const WORTH: f32 = 0.97;
+        let (mut all, mut moves) = (self.open_moves, 0);
+        for stroke in self.complete.iter_mut().take(window.strokes).flatten() {
+            all += stroke.moves;
+            if curve_v2 < stroke.curve_v2 * WORTH {
+                stroke.curve_v2 = curve_v2;
+                moves = all;
+            }
+        }
+        (moves > 0).then_some(Bound { moves, limit: bend })
+    }
+}
+
+/// The last strokes, as many as belong to one curve.
+struct Window<const AXES: usize> {
+    strokes: usize,
+    /// Sum and difference of the directions at its ends.
+    sum: [f32; AXES],
+    change: [f32; AXES],
+    /// Between the middles of its ends, mm.
+    length: f32,
+    /// The slowest corner within, squared, mm²/s².
+    sharpest_v2: f32,
+    /// Highest squared speed at any override, mm²/s².
+    top_v2: f32,
+}
+
+impl<const AXES: usize> Window<AXES> {
+    /// `None` where it has no more than one stroke.
+    fn of(complete: &[Option<Stroke<AXES>>; BACK + 1]) -> Option<Self> {
+        let mut strokes = complete.iter().map_while(|stroke| stroke.as_ref());
+        let last = strokes.next().filter(|stroke| !stroke.alone)?;
+        let (mut newer, mut count) = (last, 1);
+        let (mut length, mut sharpest_v2, mut top_v2) = (0.0, f32::INFINITY, last.top_v2);
+        for stroke in strokes.take_while(|stroke| !stroke.alone) {
+            length += 0.5 * (newer.length + stroke.length);
+            sharpest_v2 = least(sharpest_v2, newer.corner_v2);
+            top_v2 = most(top_v2, stroke.top_v2);
+            newer = stroke;
+            count += 1;
+        }
+        let (mut sum, mut change) = (last.direction, last.direction);
+        for ((sum, change), first) in sum.iter_mut().zip(&mut change).zip(&newer.direction) {
+            *sum += first;
+            *change -= first;
+        }
+        (count > 1).then_some(Self {
+            strokes: count,
+            sum,
+            change,
+            length,
+            sharpest_v2,
+            top_v2,
+        })
+    }
+
+    /// The highest squared speed, and what is left to the moves; `None` where the curvature hardly matters.
+    fn bend(&self, limits: &Limits<AXES>) -> Option<(f32, Bend)> {
+        let change2 = norm2(&self.change);
+        let pull = self.top_v2 * limits.per_weakest;
+        let straight = STRAIGHT * self.length;
+        if change2 * pull * pull <= straight * straight {
+            return None;
+        }
+        let (along, across) = (1.0 / sqrt(norm2(&self.sum)), 1.0 / sqrt(change2));
+        let (along, across) = (self.sum.map(|x| x * along), self.change.map(|x| x * across));
+        // The angle of which this is the chord, to its third power.
+        let turn = sqrt(change2) * (1.0 + change2 / 24.0);
+        let curve = Curve {
+            radius: CERTAIN * self.length / turn,
+            acceleration: 1.0 / sqrt(worst_of_plane(&along, &across, limits)),
+        };
+        let v2 = curve.top_v2();
+        let mut bend = curve.bend(self.top_v2);
+        let pull = least(v2, self.top_v2) / curve.radius;
+        bend.ramps = most(
+            bend.ramps,
+            left_beside(pull, 0.5 * turn, &along, &across, limits),
+        );
+        Some((v2, bend))
+    }
+}
+
+/// The largest `(u_i² + n_i²)/a_i²`: 1/a² with the acceleration `a` that all directions of the plane allow.
+fn worst_of_plane<const AXES: usize>(
+    along: &[f32; AXES],
+    across: &[f32; AXES],
+    limits: &Limits<AXES>,
+) -> f32 {
+    let ends = along.iter().zip(across).zip(&limits.per_acceleration);
+    ends.fold(0.0, |worst, ((u, n), k)| {
+        most(worst, (u * u + n * n) * k * k)
+    })
+}
+
+/// The acceleration that is left along the path on each axis beside `pull` (mm/s²) across it: the smallest
+/// `(a_i − pull·|n_i|)/|u_i|`, where both directions may be turned by `turn`.
+fn left_beside<const AXES: usize>(
+    pull: f32,
+    turn: f32,
+    along: &[f32; AXES],
+    across: &[f32; AXES],
+    limits: &Limits<AXES>,
+) -> f32 {
+    let axes = along.iter().zip(across).zip(&limits.per_acceleration);
+    axes.fold(f32::INFINITY, |left, ((u, n), k)| {
+        let (u, n) = (u.abs(), n.abs());
+        let (u, n) = (u + turn * n, n + turn * u);
+        // Of an axis that does not move, nothing is asked.
+        least(left, (1.0 - pull * n * k) / most(u * k, f32::MIN_POSITIVE))
+    })
+}
+
+fn dot<const N: usize>(a: &[f32; N], b: &[f32; N]) -> f32 {
+    a.iter().zip(b).fold(0.0, |sum, (a, b)| sum + a * b)
+}
