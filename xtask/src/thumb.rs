@@ -5,7 +5,7 @@
 //! | software double precision | the libraries' own code, the whole firmware | the FPU is single precision: 84 instructions a product |
 //! | 64-bit division | whatever the step interrupt reaches | 198 to 287 instructions (u64 by u64, by u32), the whole budget of a tick is 100 |
 //! | `cpsid`, a write to PRIMASK or FAULTMASK | the whole firmware, but for the start of `main` | it would mask the step interrupt |
-//! | more flash, memory or stack than allowed | the whole firmware | `bench/sizes.txt` |
+//! | more flash, memory or stack than allowed | the whole firmware, each profile of it | `bench/sizes.txt` |
 //! | a panic, a call through a register | whatever the step interrupt reaches | it cannot fail, and its cost must be known |
 use crate::{
     call_graph::CallGraph,
@@ -22,6 +22,8 @@ const LIBRARIES: [&str; 4] = [
     "leadscrew-planner",
     "leadscrew-machine",
 ];
+/// Profiles of the board besides the Discovery's, as features.
+const PROFILES: [&str; 3] = ["machine-003", "skr-2", "dual-y"];
 /// The vector of the step timer.
 const STEP_INTERRUPT: &str = "TIM2";
 
@@ -29,15 +31,26 @@ const STEP_INTERRUPT: &str = "TIM2";
 pub(crate) fn run() -> Result<(), Failure> {
     let toolchain = Toolchain::find()?;
     let mut findings = check_libraries(&toolchain)?;
-    let elf = fw::build(&toolchain, &[])?;
-    findings.extend(software_doubles(&elf)?);
-    findings.extend(check_step_interrupt(&elf)?);
-    findings.extend(sizes::check(&sizes::of(&elf)?)?);
+    for profile in PROFILES {
+        println!("thumb: {profile}");
+        let features = ["--features", profile].map(String::from);
+        findings.extend(check_firmware(&fw::build(&toolchain, &features)?)?);
+    }
+    // The usual one last: it is what stays where `cargo fw` puts it.
+    println!("thumb: the Discovery");
+    findings.extend(check_firmware(&fw::build(&toolchain, &[])?)?);
     if findings.is_empty() {
         Ok(())
     } else {
         Err(Failure::Findings(findings))
     }
+}
+
+fn check_firmware(elf: &Path) -> Result<Vec<String>, Failure> {
+    let mut findings = software_doubles(elf)?;
+    findings.extend(check_step_interrupt(elf)?);
+    findings.extend(sizes::check(&sizes::of(elf)?)?);
+    Ok(findings)
 }
 
 /// Builds the libraries one by one, without link-time optimisation: so their objects hold machine code to look at.

@@ -101,6 +101,7 @@ impl Board for F407 {
 
     fn configure(&mut self, port: &PortConfig) {
         self.motors_off = !port.enable_invert;
+        switches::set_filter(port.filter_us);
         step_port::configure(port);
     }
 }

@@ -2,7 +2,7 @@
 use crate::{
     board::F407,
     clock::{self, Clock, Source},
-    profile::{self, config, kinematics, Kinematics, AXES, MOTORS, PROFILE},
+    profile::{self, config, kinematics, Kinematics, AXES, MOTORS, MOVES, PROFILE},
     pwm, restart,
     serial::{self, Catch, Outgoing, Port as SerialPort},
     settings_flash::Sectors,
@@ -24,8 +24,6 @@ use leadscrew_machine::{
 };
 use leadscrew_stepper::{on_timer, Segment, Shared, StepInterrupt};
 
-/// Moves planned ahead.
-const MOVES: usize = 1024;
 /// How long the main loop sleeps at most, in microseconds.
 const LONGEST_SLEEP: Duration = Duration::from_ticks(5_000);
 

@@ -4,8 +4,12 @@ use crate::{pwm::Timer, serial::Usart};
 use leadscrew_machine::config::MachineConfig;
 
 // One profile is built in: the Discovery's, unless a feature names another.
-#[cfg_attr(not(feature = "machine-003"), path = "profiles/discovery.rs")]
+#[cfg_attr(
+    not(any(feature = "machine-003", feature = "skr-2")),
+    path = "profiles/discovery.rs"
+)]
 #[cfg_attr(feature = "machine-003", path = "profiles/machine_003.rs")]
+#[cfg_attr(feature = "skr-2", path = "profiles/skr_2.rs")]
 mod selected;
 
 pub(crate) use selected::{kinematics, Kinematics, AXES, MOTORS, PROFILE, SETTINGS_SECTORS};
@@ -17,6 +21,9 @@ pub(crate) const fn config() -> MachineConfig<AXES> {
     config.options.mist = PROFILE.mist.is_some();
     config
 }
+
+/// Moves planned ahead: what SRAM holds. A fourth motor takes 8 bytes of each.
+pub(crate) const MOVES: usize = if MOTORS > 3 { 960 } else { 1024 };
 
 /// A board: its pins and its crystal.
 pub(crate) struct Profile {
@@ -42,9 +49,6 @@ pub(crate) struct Profile {
     pub(crate) mist: Option<Output>,
     /// Outputs that are always high.
     pub(crate) high: &'static [Pin],
-    /// How long an input keeps a level before it is believed, in microseconds: longer than the spikes of a spindle's cable,
-    /// shorter than a carriage may go on after its limit switch.
-    pub(crate) filter_us: u32,
     /// Limit switches, one input a motor.
     pub(crate) limits: [Option<Input>; MOTORS],
     /// Probe.

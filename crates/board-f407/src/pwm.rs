@@ -12,7 +12,7 @@ use crate::{
     profile::{PowerPin, PROFILE},
 };
 use leadscrew_stepper::{Power, PowerScale};
-use stm32f4::stm32f407::{tim1::RegisterBlock, RCC, TIM1, TIM3, TIM4, TIM8};
+use stm32f4::stm32f407::{tim1::RegisterBlock, RCC, TIM1, TIM3, TIM4, TIM8, TIM9};
 
 /// A timer that a power pin may hang on. The others have a task already, or no pin of their own.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -22,16 +22,19 @@ pub(crate) enum Timer {
     Tim3,
     Tim4,
     Tim8,
+    /// Channels 1 and 2.
+    Tim9,
 }
 
 impl Timer {
-    /// TIM1 and TIM8 have all registers, the others those that they have at the same offsets (RM0090 tables 98 and 104).
+    /// TIM1 and TIM8 have all registers, the others those that they have at the same offsets (RM0090 sections 17.4, 18.4 and 19.4).
     fn registers(self) -> &'static RegisterBlock {
         let address = match self {
             Self::Tim1 => TIM1::ptr(),
             Self::Tim3 => TIM3::ptr().cast(),
             Self::Tim4 => TIM4::ptr().cast(),
             Self::Tim8 => TIM8::ptr(),
+            Self::Tim9 => TIM9::ptr().cast(),
         };
         // SAFETY: a timer with at least the registers used below; besides `start`, which runs once, only the compare
         // register is written, in single stores.
@@ -41,10 +44,10 @@ impl Timer {
         }
     }
 
-    /// Counts in a second: TIM1 and TIM8 are on APB2.
+    /// Counts in a second: TIM1, TIM8 and TIM9 are on APB2.
     const fn hz(self) -> u32 {
         match self {
-            Self::Tim1 | Self::Tim8 => 2 * APB1_TIMER_HZ,
+            Self::Tim1 | Self::Tim8 | Self::Tim9 => 2 * APB1_TIMER_HZ,
             Self::Tim3 | Self::Tim4 => APB1_TIMER_HZ,
         }
     }
@@ -55,6 +58,7 @@ impl Timer {
             Self::Tim3 => rcc.apb1enr().modify(|_, w| w.tim3en().enabled()),
             Self::Tim4 => rcc.apb1enr().modify(|_, w| w.tim4en().enabled()),
             Self::Tim8 => rcc.apb2enr().modify(|_, w| w.tim8en().enabled()),
+            Self::Tim9 => rcc.apb2enr().modify(|_, w| w.tim9en().enabled()),
         };
     }
 }

@@ -3,7 +3,7 @@
 //! ```text
 //!            edge: position latched            level looked at: still there? then it counts
 //!  input  ____|‾|_|‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾|‾‾‾‾‾‾‾‾‾
-//!             |<----- the profile's filter ----->|
+//!             |<----- the filter's time, $706 -->|
 //! ```
 //!
 //! Each input is on a line of EXTI of its own: its pin's number, whatever the port (RM0090 section 12.2.5). Further edges
@@ -16,7 +16,7 @@ use crate::{
     pwm,
     wake::wake,
 };
-use core::sync::atomic::{AtomicU16, Ordering::Relaxed};
+use core::sync::atomic::{AtomicU16, AtomicU32, Ordering::Relaxed};
 use leadscrew_machine::{board::Switches, inputs::Inputs};
 use leadscrew_stepper::{MotorMask, Power, Shared};
 use stm32f4::stm32f407::{EXTI, SYSCFG};
@@ -49,6 +49,13 @@ const LINES: u16 = {
 
 /// The levels that are believed, one bit a line. Written by the switch interrupts.
 static LEVELS: AtomicU16 = AtomicU16::new(0);
+/// How long a level has to last, in microseconds. Written by the main loop at rest.
+static TIME_US: AtomicU32 = AtomicU32::new(0);
+
+/// Sets the filter's time. Main loop, at rest: at start-up before the machine listens, and after a change of `$706`.
+pub(crate) fn set_filter(microseconds: u32) {
+    TIME_US.store(microseconds, Relaxed);
+}
 
 fn all() -> impl Iterator<Item = Input> {
     PROFILE.limits.into_iter().chain(BUTTONS).flatten()
@@ -107,7 +114,7 @@ impl Filter {
         if PROFILE.probe.is_some_and(|probe| fresh & probe.line() != 0) {
             self.at_probe = shared.position();
         }
-        let due = clock::count().wrapping_add(PROFILE.filter_us);
+        let due = clock::count().wrapping_add(TIME_US.load(Relaxed));
         for (line, when) in self.due.iter_mut().enumerate() {
             if fresh >> line & 1 == 1 {
                 *when = due;

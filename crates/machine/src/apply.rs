@@ -158,5 +158,6 @@ fn port_config<const AXES: usize>(settings: &Settings<AXES>) -> PortConfig {
         step_invert: MotorMask::from_bits(settings.mask(Setting::StepInvert)),
         direction_invert: MotorMask::from_bits(settings.mask(Setting::DirectionInvert)),
         enable_invert: settings.is_on(Setting::EnableInvert),
+        filter_us: settings.whole(Setting::SwitchFilter),
     }
 }

@@ -111,7 +111,7 @@ pub struct CoolantOutput {
     pub mist: bool,
 }
 
-/// How the step port is wired: settings that the board, not the machine, puts into effect.
+/// How step port and switches are wired: settings that the board, not the machine, puts into effect.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct PortConfig {
@@ -123,6 +123,8 @@ pub struct PortConfig {
     pub direction_invert: MotorMask,
     /// Whether the drivers are enabled by a high level (`$4`).
     pub enable_invert: bool,
+    /// How long a switch input keeps a new level before the board believes it, in microseconds, 0 to 10 000 (`$706`).
+    pub filter_us: u32,
 }
 
 /// The board under the machine. All methods: main loop, never waiting.
@@ -151,7 +153,7 @@ pub trait Board {
     /// Sets the coolant valves.
     fn set_coolant(&mut self, output: CoolantOutput);
 
-    /// Puts the wiring of the step port into effect. Called at rest only, though the last pulse may still be high: a new
+    /// Puts the wiring into effect. Called at rest only, though the last pulse may still be high: a new
     /// direction waits for its end.
     fn configure(&mut self, port: &PortConfig);
 

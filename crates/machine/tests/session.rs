@@ -364,3 +364,14 @@ fn with_soft_limits_a_target_beyond_reach_is_alarm_2_and_a_jog_there_error_15() 
         assert_eq!(session.lines()[0], "ok");
     }
 }
+
+#[test]
+fn the_board_filters_its_switches_as_long_as_706_says() {
+    let mut memory = Memory::new();
+    let mut session = Session::boot(&mut memory, MachineConfig::grbl());
+    assert_eq!(session.pins.port.filter_us, 200);
+    assert_eq!(session.line("$706=50"), ["ok"]);
+    assert_eq!(session.pins.port.filter_us, 50);
+    assert_ne!(session.line("$706=10001"), ["ok"]);
+    assert_eq!(session.pins.port.filter_us, 50);
+}

@@ -18,7 +18,7 @@ pub(crate) const fn config() -> MachineConfig<AXES> {
     MachineConfig::new()
 }
 
-/// As `memory.x` has it.
+/// As `memory/discovery.x` has it.
 pub(crate) const SETTINGS_SECTORS: (Sector, Sector) = (Sector::new(1), Sector::new(2));
 
 pub(crate) const PROFILE: Profile = Profile {
@@ -49,7 +49,6 @@ pub(crate) const PROFILE: Profile = Profile {
     flood: Some(Output::high(D, 15)),
     mist: Some(Output::high(D, 11)),
     high: &[],
-    filter_us: 200,
     limits: [
         Some(Input::to_ground(E, 4)),
         Some(Input::to_ground(E, 5)),

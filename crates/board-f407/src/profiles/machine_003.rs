@@ -51,7 +51,7 @@ pub(crate) const fn config() -> MachineConfig<AXES> {
     config
 }
 
-/// As `memory.x` has it.
+/// As `memory/discovery.x` has it.
 pub(crate) const SETTINGS_SECTORS: (Sector, Sector) = (Sector::new(1), Sector::new(2));
 
 pub(crate) const PROFILE: Profile = Profile {
@@ -82,7 +82,6 @@ pub(crate) const PROFILE: Profile = Profile {
     mist: None,
     // They feed the switches of Z.
     high: &[Pin::new(D, 1), Pin::new(D, 3)],
-    filter_us: 200,
     // The upper switch is Z's limit, the lower one the probe: `G38.2 Z-50 F100` lowers the tool onto it.
     limits: [None, None, Some(Input::to_supply(D, 2))],
     probe: Some(Input::to_supply(D, 4)),

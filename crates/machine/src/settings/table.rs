@@ -163,6 +163,8 @@ rows! {
             "Bounds speed by junction deviation alone, as Grbl does: quicker round arcs and curves, at more than their acceleration.";
         Jerk = 705, ROUNDED, 0, "Jerk", "mm/s3",
             "How fast the acceleration along the path may change; 0 for no limit.";
+        SwitchFilter = 706, Kind::Whole { max: 10_000 }, 200_000, "Switch filter", "us",
+            "How long a switch keeps a new level before it counts: longer than the spikes of a spindle's cable.";
     }
 }
 

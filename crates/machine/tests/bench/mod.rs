@@ -33,6 +33,7 @@ pub struct Pins<'a> {
     pub spindle: SpindleOutput,
     pub coolant: CoolantOutput,
     pub enabled: bool,
+    pub port: PortConfig,
     pub switches: Cell<Switches>,
     /// What the switches become behind the main loop's back, right after it has read them this many times more.
     pub edge: Cell<Option<(u32, Switches)>>,
@@ -89,7 +90,9 @@ impl Board for Pins<'_> {
     fn set_coolant(&mut self, output: CoolantOutput) {
         self.coolant = output;
     }
-    fn configure(&mut self, _: &PortConfig) {}
+    fn configure(&mut self, port: &PortConfig) {
+        self.port = *port;
+    }
 }
 
 impl StepPort for Pins<'_> {
@@ -193,6 +196,7 @@ impl<'a, K: Kinematics<3, 3> + Clone> Session<'a, K> {
             spindle: SpindleOutput::Off,
             coolant: CoolantOutput::default(),
             enabled: false,
+            port: PortConfig::default(),
             switches: Cell::new(Switches::OPEN),
             edge: Cell::new(None),
             inputs: &memory.inputs,
