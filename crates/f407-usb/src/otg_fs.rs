@@ -12,7 +12,10 @@
 //! goes on. Without a host bytes go nowhere, but for the first kilobyte after power-up, the banner: whoever comes first reads that.
 //!
 //! Reviewed, but never run: the emulator has a controller without a cable.
-use core::sync::atomic::{AtomicU8, Ordering::Relaxed};
+use core::{
+    mem::MaybeUninit,
+    sync::atomic::{AtomicU8, Ordering::Relaxed},
+};
 use heapless::{
     spsc::{Consumer, Producer},
     Vec,
@@ -99,8 +102,9 @@ type Bus = UsbBus<Controller>;
 pub struct Place {
     /// Packets until they are read: two endpoints of 64 bytes, in words.
     packets: [u32; 2 * PACKET / 4],
-    bus: Option<UsbBusAllocator<Bus>>,
-    port: Option<Port>,
+    /// Uninitialised, not `None`, which is not all zeros and would be a kilobyte of the program's image.
+    bus: MaybeUninit<UsbBusAllocator<Bus>>,
+    port: MaybeUninit<Port>,
 }
 
 impl Default for Place {
@@ -114,8 +118,8 @@ impl Place {
     pub const fn new() -> Self {
         Self {
             packets: [0; 2 * PACKET / 4],
-            bus: None,
-            port: None,
+            bus: MaybeUninit::uninit(),
+            port: MaybeUninit::uninit(),
         }
     }
 
@@ -136,8 +140,8 @@ impl Place {
             cpu_hz,
         };
         let bus = UsbBus::new(controller, &mut self.packets);
-        let port = Port::new(self.bus.insert(bus), receiver, outgoing)?;
-        Some(self.port.insert(port))
+        let port = Port::new(self.bus.write(bus), receiver, outgoing)?;
+        Some(self.port.write(port))
     }
 }
 
