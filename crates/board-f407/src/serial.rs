@@ -18,9 +18,9 @@ use heapless::spsc::{Consumer, Queue};
 use leadscrew_machine::protocol::serial::Receiver;
 use stm32f4::stm32f407::{dma2, usart1, Interrupt, DMA1, DMA2, RCC, USART1, USART2};
 
-/// Bytes to send, and the place that a ring keeps free. Few, as a report waits for those before it: 64 are 6 ms at 115 200
-/// baud. What the queue does not take waits in the machine.
-pub(crate) type Outgoing = Queue<u8, 65>;
+/// Bytes to send, and the place that a ring keeps free. Few, as a report waits for those before it: 128 are 11 ms at 115 200
+/// baud, and the two messages that may come before the banner fit in. What the queue does not take waits in the machine.
+pub(crate) type Outgoing = Queue<u8, 129>;
 
 /// Function of USART1 to USART3 in the data sheet's table 9.
 const FUNCTION: u8 = 7;

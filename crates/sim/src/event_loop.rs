@@ -200,6 +200,11 @@ where
         before
     }
 
+    /// Puts the carriages of X and Y on crossed belts. At power-up.
+    pub fn cross_belts(&mut self) {
+        self.board.plant.cross_belts();
+    }
+
     /// Adds a switch that a carriage works.
     pub fn add_switch(&mut self, switch: Switch) {
         self.board.plant.add_switch(switch);

@@ -56,7 +56,7 @@ impl Rate {
 pub(crate) const PACKET: usize = 64;
 
 /// Bytes that the board keeps for sending on a line that takes time, as the firmware does.
-const SEND_BUFFER: usize = 64;
+const SEND_BUFFER: usize = 128;
 
 /// One line, both ways.
 #[derive(Debug)]

@@ -13,6 +13,9 @@
 //! Every motor has a carriage of its own. Two motors on one axis are the two sides of a gantry, which is square where
 //! their carriages stand at the same place; the plant lets them be skewed as far as they like.
 //!
+//! On crossed belts the first two motors move one carriage in X and Y: it stands at half their sum and half their
+//! difference.
+//!
 //! A switch changes its level where the carriage passes its place. Between two such places a *window* of
 //! positions says that nothing changes, so that a step costs two comparisons however many switches there are.
 
@@ -58,7 +61,7 @@ pub enum Side {
 pub struct Switch {
     /// The input that it is wired to.
     pub pin: Pin,
-    /// The motor whose carriage works it.
+    /// The motor whose carriage works it; on crossed belts 0 and 1 are X and Y, which both motors move.
     pub motor: usize,
     /// Which side has `level`; the other has the opposite.
     pub side: Side,
@@ -185,6 +188,8 @@ pub struct Plant<const MOTORS: usize> {
     /// What would be seen if no pin were held.
     wired: Switches,
     switches: Vec<Switch>,
+    /// Motors 0 and 1 are on crossed belts.
+    crossed: bool,
     /// Pins that are held at a level.
     forced: Vec<(Pin, bool)>,
 }
@@ -209,6 +214,7 @@ impl<const MOTORS: usize> Plant<MOTORS> {
             levels: Switches::OPEN,
             wired: Switches::OPEN,
             switches: Vec::new(),
+            crossed: false,
             forced: Vec::new(),
         }
     }
@@ -288,6 +294,11 @@ impl<const MOTORS: usize> Plant<MOTORS> {
         }
     }
 
+    /// Puts motors 0 and 1 on crossed belts. Before there are switches.
+    pub fn cross_belts(&mut self) {
+        self.crossed = true;
+    }
+
     /// Adds a switch that a carriage works. It takes over its pin from [`Plant::set_pin`].
     pub fn add_switch(&mut self, switch: Switch) {
         self.switches.push(switch);
@@ -330,13 +341,26 @@ impl<const MOTORS: usize> Plant<MOTORS> {
         // Several switches may share a pin: the one on whose side the carriage is decides.
         for decisive in [false, true] {
             for switch in &self.switches {
-                if let Some(carriage) = self.carriages.get_mut(switch.motor) {
-                    let (low, high) = switch.window(carriage.position);
-                    carriage.window = (carriage.window.0.max(low), carriage.window.1.min(high));
-                    let level = switch.level_at(carriage.position);
-                    if (level == switch.level) == decisive {
-                        set_level(&mut self.wired, switch.pin, level);
+                let place = match self.carriages.as_slice() {
+                    [a, b, ..] if self.crossed && switch.motor < 2 => {
+                        let both = [a.position + b.position, a.position - b.position];
+                        Some(both[switch.motor].div_euclid(2))
                     }
+                    all => all.get(switch.motor).map(|carriage| carriage.position),
+                };
+                let Some(place) = place else { continue };
+                let level = switch.level_at(place);
+                if (level == switch.level) == decisive {
+                    set_level(&mut self.wired, switch.pin, level);
+                }
+                if self.crossed && switch.motor < 2 {
+                    // Each step of either motor may pass it.
+                    self.carriages[..2]
+                        .iter_mut()
+                        .for_each(|carriage| carriage.window = NOWHERE);
+                } else if let Some(carriage) = self.carriages.get_mut(switch.motor) {
+                    let (low, high) = switch.window(place);
+                    carriage.window = (carriage.window.0.max(low), carriage.window.1.min(high));
                 }
             }
         }

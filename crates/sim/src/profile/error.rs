@@ -58,6 +58,21 @@ impl Wrong {
         Self::at(file, text, start, key, in_words(what))
     }
 
+    /// Describes what is wrong with a key of the top level of `text`, the content of `file`.
+    pub(super) fn at_key(file: &Path, text: &str, key: &str, what: &str) -> Self {
+        let mut starts = text.match_indices(key).map(|(start, _)| start);
+        let begins_line =
+            |start: &usize| text[..*start].trim_end_matches([' ', '\t']).ends_with('\n');
+        let start = starts.find(|start| *start == 0 || begins_line(start));
+        Self::at(
+            file,
+            text,
+            start.unwrap_or(0),
+            key.to_owned(),
+            what.to_owned(),
+        )
+    }
+
     /// Describes what is wrong at byte `start` of `text`, the content of `file`.
     pub(super) fn at(file: &Path, text: &str, start: usize, key: String, what: String) -> Self {
         let before = text.get(..start).unwrap_or(text);

@@ -36,6 +36,8 @@ pub struct Profile {
     pub receive_buffer: Option<BufferSize>,
     /// Moves planned ahead; 1024 where it is left out.
     pub look_ahead: Option<LookAhead>,
+    /// What turns X and Y.
+    pub kinematics: Belts,
     /// Axes that home together, cycle after cycle; as stock Grbl where it is left out: Z, then X and Y.
     pub homing: Option<Vec<AxisLetters>>,
     /// First values of settings.
@@ -108,6 +110,32 @@ pub struct SecondMotor {
     /// Where its limit switches are.
     #[serde(default)]
     pub limits: Limits,
+    /// How far its switch may be from the first motor's.
+    #[serde(default)]
+    pub squaring: Squaring,
+}
+
+/// How far one of two motors may go on without its switch while homing: farther is ALARM:10. As Grbl where it is left out.
+#[derive(Clone, Copy, PartialEq, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Squaring {
+    /// A share of the axis's travel, 0.05 is 5 %.
+    pub tolerance: Option<Positive>,
+    /// No less than this, mm.
+    pub least: Option<Positive>,
+    /// No more than this, mm.
+    pub most: Option<Positive>,
+}
+
+/// What turns X and Y.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Belts {
+    /// A motor each.
+    #[default]
+    Cartesian,
+    /// Two crossed belts, each turned by both: their steps are X's and Y's `steps_per_mm`, which must be the same.
+    CoreXy,
 }
 
 /// An axis that may have two motors.
@@ -191,6 +219,9 @@ impl Profile {
             let key = path.split(".$__").next().unwrap_or_default();
             wrong(key.trim_start_matches('.').to_owned(), error.inner())
         })?;
+        if let Some((key, what)) = profile.contradiction() {
+            return Err(Wrong::at_key(file, text, key, what));
+        }
         match profile.refused_setting() {
             None => Ok(profile),
             Some((number, status)) => {
@@ -228,6 +259,7 @@ mod tests {
             name = "shop"
             receive_buffer = 128
             look_ahead = 15
+            kinematics = "cartesian"
             homing = ["z", "xy"]
             [settings]
             "$110" = 5000
@@ -242,6 +274,7 @@ mod tests {
             [second_motor]
             axis = "y"
             start = 88
+            squaring = { tolerance = 0.1, least = 1, most = 5 }
             [probe]
             plate_height = -20
             [switches]
@@ -282,6 +315,10 @@ mod tests {
             ("homing = [\"z\", \"xq\"]", "router.toml:1: homing[1]: expected axes that home together, such as \"z\" or \"xy\""),
             ("[door]\nfited = true", "router.toml:2: door.fited: unknown field `fited`, expected `fitted` or `open`"),
             ("[second_motor]\naxis = \"z\"", "router.toml:2: second_motor.axis: unknown variant `z`, expected `x` or `y`"),
+            ("kinematics = \"delta\"", "router.toml:1: kinematics: unknown variant `delta`, expected `cartesian` or `corexy`"),
+            ("\nkinematics = \"corexy\"\n[second_motor]\naxis = \"y\"\nstart = 0", "router.toml:2: kinematics: expected `cartesian` beside a second motor"),
+            ("kinematics = \"corexy\"\n[axes.x]\nsteps_per_mm = 80", "router.toml:1: kinematics: expected X and Y with the same steps_per_mm on crossed belts"),
+            ("[second_motor]\naxis = \"y\"\nstart = 0\nsquaring = { least = -1 }", "router.toml:4: second_motor.squaring.least: expected a number above 0 and below 1e6"),
             ("[probe]", "router.toml:1: probe: missing field `plate_height`"),
         ];
         for (text, expected) in table {

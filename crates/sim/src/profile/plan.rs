@@ -1,9 +1,9 @@
 //! What a simulation is made of, after a profile: the machine's build, its first settings, its switches.
 
-use super::{Axis, GantryAxis, Limits, Profile, SecondMotor, SettingNumber};
+use super::{Axis, Belts, GantryAxis, Limits, Positive, Profile, SecondMotor, SettingNumber};
 use crate::plant::{Pin, Side, Switch};
 use leadscrew_gcode::Number;
-use leadscrew_machine::config::{AxisKind, MachineConfig, Options, ParkingConfig};
+use leadscrew_machine::config::{AxisKind, MachineConfig, Options, ParkingConfig, Squaring};
 use leadscrew_machine::protocol::status::Status;
 use leadscrew_machine::settings::table::{AxisSetting, Setting};
 use leadscrew_machine::settings::values::{Entry, Settings};
@@ -56,6 +56,16 @@ impl Profile {
             let mut cycles = homing.iter().map(|letters| letters.0);
             config.homing_cycles = config.homing_cycles.map(|_| cycles.next().unwrap_or(0));
         }
+        if let Some(second) = &self.second_motor {
+            let own = second.squaring;
+            let grbl = config.squaring;
+            let or = |own: Option<Positive>, grbl: f32| own.map_or(grbl, |own| own.get() as f32);
+            config.squaring = Squaring {
+                tolerance: or(own.tolerance, grbl.tolerance),
+                least_mm: or(own.least, grbl.least_mm),
+                most_mm: or(own.most, grbl.most_mm),
+            };
+        }
         // Once a run: the machine keeps its defaults for as long as the program runs.
         config.defaults = Box::leak(self.first_settings().into_boxed_slice());
         config
@@ -80,6 +90,21 @@ impl Profile {
         let own = self.settings.iter();
         entries.extend(own.map(|(number, value)| entry(number.0, *value.get_ref())));
         entries
+    }
+
+    /// A key that contradicts others, and what was expected.
+    pub(super) fn contradiction(&self) -> Option<(&'static str, &'static str)> {
+        let expected = match self.kinematics {
+            Belts::Cartesian => return None,
+            Belts::CoreXy if self.second_motor.is_some() => {
+                "expected `cartesian` beside a second motor"
+            }
+            Belts::CoreXy if self.axes.x.steps_per_mm != self.axes.y.steps_per_mm => {
+                "expected X and Y with the same steps_per_mm on crossed belts"
+            }
+            Belts::CoreXy => return None,
+        };
+        Some(("kinematics", expected))
     }
 
     /// The first of the settings that the machine refuses, and its answer.
@@ -125,7 +150,11 @@ impl Profile {
         let second = second.map(|second| steps(self.axis_of(second), second.start.mm()));
         let axes = self.all_axes().map(|axis| steps(axis, axis.start.mm()));
         let mut places = axes.chain(second);
-        [0; MOTORS].map(|_: i32| places.next().unwrap_or(0))
+        let mut motors = [0; MOTORS].map(|_: i32| places.next().unwrap_or(0));
+        if let (Belts::CoreXy, [a, b, ..]) = (self.kinematics, motors.as_mut_slice()) {
+            (*a, *b) = (*a + *b, *a - *b);
+        }
+        motors
     }
 
     /// The switches at either end of a motor's way.

@@ -6,6 +6,7 @@ use serde_json::{Map, Value};
 
 /// A conversation with a machine.
 #[derive(Clone, PartialEq, Debug, Deserialize, Serialize)]
+#[serde(expecting = "an object with `exchanges`")]
 pub struct Case {
     /// What the machine was built with.
     #[serde(default)]

@@ -48,10 +48,10 @@ use crate::cost::Costs;
 use crate::event_loop::Simulation;
 use crate::link::Rate;
 use crate::plant::Pin;
-use crate::profile::Profile;
+use crate::profile::{Belts, Profile};
 use crate::setup::{Memory, Setup};
 use glitches::Glitches;
-use leadscrew_planner::{Cartesian, Ganged, Kinematics};
+use leadscrew_planner::{Cartesian, CoreXy, Ganged, Kinematics};
 use remembered::Remembered;
 use server::{End, Server};
 
@@ -91,7 +91,10 @@ pub fn serve(service: Service, around: Surroundings<'_>) {
     let ganged = profile.second_motor.map(|second| Ganged {
         axis_of: [second.axis.number()],
     });
+    let crossed = profile.kinematics == Belts::CoreXy;
     match (profile.axis_count(), ganged) {
+        (4, None) if crossed => run::<_, 4, 4>(&profile, CoreXy, rate, state, &mut server),
+        (_, None) if crossed => run::<_, 3, 3>(&profile, CoreXy, rate, state, &mut server),
         (4, Some(ganged)) => run::<_, 4, 5>(&profile, ganged, rate, state, &mut server),
         (4, None) => run::<_, 4, 4>(&profile, Cartesian, rate, state, &mut server),
         (_, Some(ganged)) => run::<_, 3, 4>(&profile, ganged, rate, state, &mut server),
@@ -123,6 +126,9 @@ fn run<K: Kinematics<AXES, MOTORS> + Copy, const AXES: usize, const MOTORS: usiz
         let mut memory = Memory::new(&setup);
         let mut simulation =
             Simulation::<_, _, AXES, MOTORS, MOVES>::new(&mut memory, &setup, kinematics, ());
+        if profile.kinematics == Belts::CoreXy {
+            simulation.cross_belts();
+        }
         simulation.place(carriages);
         for switch in profile.plant_switches() {
             simulation.add_switch(switch);
