@@ -140,7 +140,9 @@ impl Machine {
     fn program(&mut self, offset: usize, width: Width, value: u32) {
         self.cycle = self.cycle.max(self.devices.flash.busy_until);
         let time = (self.cycle, self.clocks.hclk);
-        if self.devices.flash.program(width, time, &mut self.warnings) {
+        let micros = self.timing.program_us;
+        let flash = &mut self.devices.flash;
+        if flash.program(width, micros, time, &mut self.warnings) {
             self.remember(offset..offset + width.bytes());
             self.memory.program(offset, width, value);
             self.record_flash_operation(self.cycle, offset, false);

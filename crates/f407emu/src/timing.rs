@@ -29,6 +29,8 @@ pub struct Timing {
     pub apb_clocks: u32,
     /// How instructions and constants come out of the flash.
     pub flash: FlashTiming,
+    /// Time in which the flash programs a unit of any width, µs: 16 typically, 100 at most (data sheet, table 40).
+    pub program_us: u32,
 }
 
 /// How the flash's wait states are charged (RM0090 section 3.5).
@@ -53,6 +55,7 @@ impl Default for Timing {
             float_context: 17,
             apb_clocks: 2,
             flash: FlashTiming::Art,
+            program_us: 16,
         }
     }
 }

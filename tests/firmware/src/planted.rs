@@ -40,6 +40,7 @@ const EXTI: u32 = 0x4001_3C00;
 const GPIOD: u32 = 0x4002_0C00;
 const GPIOE: u32 = 0x4002_1000;
 const RCC: u32 = 0x4002_3800;
+const FLASH: u32 = 0x4002_3C00;
 const TIM4: u32 = 0x4000_0800;
 /// Registers of timers.
 const SR: u32 = 0x10;
@@ -173,6 +174,36 @@ pub(crate) const PLANTED: &[Planted] = &[
         IWDG,
         |word| (word != 0xAAAA).then_some(word),
         &["normal-work"],
+    ),
+    planted(
+        "bytes that come while the flash is written not caught",
+        USART2 + 0x14,
+        |word| Some(word & !(1 << 6)),
+        &["flash-stall"],
+    ),
+    planted(
+        "the flash not unlocked",
+        FLASH + 0x04,
+        |_| None,
+        &["power-loss"],
+    ),
+    planted(
+        "the flash programmed byte by byte",
+        FLASH + 0x10,
+        |word| Some(word & !(3 << 8)),
+        &["power-loss"],
+    ),
+    planted(
+        "the wrong sector erased",
+        FLASH + 0x10,
+        |word| {
+            Some(if word & 1 << 16 == 0 {
+                word
+            } else {
+                word ^ 3 << 3
+            })
+        },
+        &["sector-change"],
     ),
     planted(
         "the rate of the serial line 5 % off",

@@ -1,7 +1,7 @@
 //! The flash interface (RM0090 chapter 3): keys, programming, sector erase, and how long they take.
 //!
 //! The core stalls where it fetches from the flash, or reads it, while an operation is under way. Times are the typical
-//! ones of the data sheet's table 40 at 2.7 to 3.6 V: 16 µs for a unit of any width.
+//! ones of the data sheet's table 40 at 2.7 to 3.6 V; that of a unit can be set ([`crate::Timing`]).
 //!
 //! Not modelled: mass erase, option bytes, write protection, sequence errors.
 use super::NEVER;
@@ -24,8 +24,6 @@ const EOP: u32 = 1;
 const PGPERR: u32 = 1 << 6;
 const PGSERR: u32 = 1 << 7;
 const BSY: u32 = 1 << 16;
-/// Time to program a unit, in µs.
-const PROGRAM_US: u64 = 16;
 
 /// What FLASH_CR has started.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -153,10 +151,11 @@ impl Flash {
         Some(Erase { range })
     }
 
-    /// Starts to program a unit. Returns whether the settings allow it.
+    /// Starts to program a unit, which takes `micros`. Returns whether the settings allow it.
     pub(crate) fn program(
         &mut self,
         width: Width,
+        micros: u32,
         time: (u64, u32),
         warnings: &mut Warnings,
     ) -> bool {
@@ -175,7 +174,7 @@ impl Flash {
             warnings.add(Warning::FlashWriteWidth);
             return false;
         }
-        self.busy(time, PROGRAM_US);
+        self.busy(time, micros.into());
         true
     }
 
@@ -262,10 +261,10 @@ mod tests {
     #[test]
     fn programming_needs_pg_and_the_width_of_psize() {
         let (mut flash, mut warnings) = unlocked();
-        assert!(!flash.program(Width::Word, TIME, &mut warnings));
+        assert!(!flash.program(Width::Word, 16, TIME, &mut warnings));
         flash.write(0x10, PG | 2 << 8, TIME, &mut warnings);
-        assert!(!flash.program(Width::Byte, TIME, &mut warnings));
-        assert!(flash.program(Width::Word, TIME, &mut warnings));
+        assert!(!flash.program(Width::Byte, 16, TIME, &mut warnings));
+        assert!(flash.program(Width::Word, 16, TIME, &mut warnings));
         assert_eq!(flash.busy_until, 2688);
     }
 }

@@ -2,6 +2,7 @@
 mod endings;
 mod motion;
 mod outputs;
+mod power_loss;
 mod probe;
 mod raster;
 mod realtime;
@@ -182,6 +183,24 @@ pub(crate) const CHECKS: &[Check] = &[
         what: "everything that keeps the main loop busy, LSI at 47 kHz: no reset",
         subset: true,
         run: endings::normal_work,
+    },
+    Check {
+        name: "power-loss",
+        what: "power lost at every operation of the flash that a record takes: the old or the new value",
+        subset: true,
+        run: power_loss::power_loss,
+    },
+    Check {
+        name: "sector-change",
+        what: "power lost at every operation of the change to the other sector: the old or the new value",
+        subset: true,
+        run: power_loss::sector_change,
+    },
+    Check {
+        name: "flash-stall",
+        what: "a record: at most 2 ms, and nothing that comes meanwhile is lost",
+        subset: true,
+        run: power_loss::flash_stall,
     },
     Check {
         name: "raster",

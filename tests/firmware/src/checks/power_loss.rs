@@ -1,0 +1,335 @@
+//! Settings in the flash: power that is lost at any of its operations, and how long they hold everything up.
+use super::Figures;
+use crate::{
+    bench::{ensure, micros_between, Bench, Failure},
+    firmware::{Build, Firmware},
+    pins::LINE,
+    steps::net,
+};
+use leadscrew_f407emu::{FlashOperation, ResetCause, LSI_FASTEST_HZ};
+use std::fmt::Write;
+
+/// What is in the store before: none of it a default.
+const KNOWN: &str = "$30=12000\n$100=123.456\n$101=80\n$110=4000\n$120=77\n$N0=G54\nG10L2P1X1.5Y2.25\nG10L2P3Z-4\nG28.1\n$I=old\n";
+/// Lines that write a record each: a setting, an offset, a startup line, the text of `$I`.
+const WRITES: [&str; 4] = [
+    "$100=250.125",
+    "G10L2P1X-3.5Y0Z7",
+    "$N0=G21G90G94G54G17(and no more than this)",
+    "$I=a board on a bench",
+];
+/// Times in which the flash programs a word, µs: typically and at most (data sheet, table 40), with the longest that a record may
+/// hold the CPU up. The longest record has 21 words; the buffer for what comes meanwhile takes 2.56 ms.
+const PROGRAMMING: [(u32, f64); 2] = [(16, 2_000.0), (100, 2_200.0)];
+
+/// All that is stored, as the machine tells it.
+fn stored(bench: &mut Bench) -> Result<Vec<String>, Failure> {
+    let mut all = Vec::new();
+    for question in ["$$", "$#", "$N", "$I"] {
+        all.append(&mut bench.command(question)?);
+    }
+    all.retain(|line| line.starts_with(['$', '[']) && !line.starts_with("[MSG:"));
+    Ok(all)
+}
+
+/// A board with something in its store.
+fn with_known(build: &Build) -> Result<Bench, Failure> {
+    let mut bench = Bench::switch_on(build)?;
+    bench.machine.set_lsi(LSI_FASTEST_HZ);
+    bench.hear_banner()?;
+    bench.commands(KNOWN)?;
+    bench.machine.clear_records();
+    Ok(bench)
+}
+
+/// Loses power at a cycle and switches on again; what is stored then.
+fn after_loss(mut bench: Bench, cycle: u64) -> Result<(Bench, Vec<String>), Failure> {
+    bench.machine.reset_at(cycle, ResetCause::PowerOn);
+    bench.run_to(cycle + 100)?;
+    bench.hear_boot()?;
+    let stored = stored(&mut bench)?;
+    Ok((bench, stored))
+}
+
+/// Instants in an operation: before anything has happened, in its midst, just before its end.
+fn instants(operation: &FlashOperation) -> [u64; 4] {
+    let FlashOperation { begin, end, .. } = *operation;
+    [begin, begin + 1, begin.midpoint(end), end - 1]
+}
+
+/// The store goes on working: another change, and it is there after the power has been away.
+fn ensure_usable(mut bench: Bench) -> Result<(), Failure> {
+    bench.command("$121=55.5")?;
+    let expected = stored(&mut bench)?;
+    let now = bench.machine.cycle();
+    let (_, found) = after_loss(bench, now + 1_000)?;
+    ensure(found == expected, || differences(&found, &expected))
+}
+
+fn differences(found: &[String], expected: &[String]) -> String {
+    let others = found.iter().filter(|line| !expected.contains(line));
+    let missing = expected.iter().filter(|line| !found.contains(line));
+    let (others, missing): (Vec<_>, Vec<_>) = (others.collect(), missing.collect());
+    format!("found {others:?} in place of {missing:?}")
+}
+
+/// What was found after the power had been away: all that was there before, or all that should be there after.
+#[derive(Default)]
+struct Found {
+    old: usize,
+    new: usize,
+}
+
+/// Something that writes the flash, from the same instant each time.
+struct Change<'a> {
+    start: &'a Bench,
+    /// Sets it off.
+    begin: &'a dyn Fn(&mut Bench),
+    old: &'a [String],
+    new: &'a [String],
+}
+
+impl Change<'_> {
+    /// Loses power at a cycle after the begin.
+    fn cut(&self, cycle: u64, found: &mut Found) -> Result<Bench, Failure> {
+        let mut bench = self.start.clone();
+        (self.begin)(&mut bench);
+        let (bench, stored) = after_loss(bench, cycle)?;
+        if stored == self.new {
+            found.new += 1;
+        } else if stored == self.old {
+            ensure(found.new == 0, || "the old value comes back".into())?;
+            found.old += 1;
+        } else {
+            return Err(Failure(format!(
+                "a mixture: {}",
+                differences(&stored, self.new)
+            )));
+        }
+        Ok(bench)
+    }
+
+    /// Loses power at every one of these operations, and after them.
+    fn cut_at_all(&self, operations: &[FlashOperation]) -> Result<Found, Failure> {
+        let mut found = Found::default();
+        for operation in operations {
+            for (index, cycle) in instants(operation).into_iter().enumerate() {
+                let bench = self.cut(cycle, &mut found);
+                let bench = bench.map_err(|Failure(words)| {
+                    Failure(format!(
+                        "power lost at instant {index} of {operation:x?}: {words}"
+                    ))
+                })?;
+                if index == 2 {
+                    ensure_usable(bench)?;
+                }
+            }
+        }
+        let end = operations.last().map_or(0, |operation| operation.end);
+        self.cut(end, &mut found)?;
+        Ok(found)
+    }
+}
+
+/// The operations of the flash that a line leads to, and what is stored after it.
+fn operations_of(start: &Bench, line: &str) -> Result<(Vec<FlashOperation>, Vec<String>), Failure> {
+    let mut bench = start.clone();
+    bench.command(line)?;
+    let operations = bench.machine.flash_operations().to_vec();
+    ensure(!operations.is_empty(), || format!("{line} is not stored"))?;
+    Ok((operations, stored(&mut bench)?))
+}
+
+pub(crate) fn power_loss(firmware: &Firmware) -> Result<Figures, Failure> {
+    let start = with_known(&firmware.fast)?;
+    let old = stored(&mut start.clone())?;
+    let mut figures = Figures::default();
+    for line in WRITES {
+        let (operations, new) = operations_of(&start, line)?;
+        ensure(old != new, || format!("{line} changes nothing"))?;
+        let change = Change {
+            start: &start,
+            begin: &|bench| bench.send(format!("{line}\n")),
+            old: &old,
+            new: &new,
+        };
+        let found = change.cut_at_all(&operations);
+        let found = found.map_err(|failure| Failure(format!("{line}: {failure}")))?;
+        ensure(found.old > 0 && found.new > 0, || {
+            format!("{line}: never the old or never the new value")
+        })?;
+        figures.add(
+            line,
+            format!(
+                "{} operations; {} times the old value, {} times the new one",
+                operations.len(),
+                found.old,
+                found.new
+            ),
+        );
+    }
+    Ok(figures)
+}
+
+/// Bytes of a sector.
+const SECTOR: u32 = 16 * 1024;
+/// Lines that fill a sector of 16 KiB, at most.
+const FILLING: u32 = 2_000;
+
+/// Changes a setting until a sector is full; the board before the line that changes to the other one, and that line.
+fn fill(mut bench: Bench) -> Result<(Bench, String), Failure> {
+    for value in 0..FILLING {
+        let line = format!("$102={}", 100 + value % 900);
+        bench.machine.clear_records();
+        let before = bench.clone();
+        bench.command(&line)?;
+        let operations = bench.machine.flash_operations();
+        // A sector begins with its header.
+        let copies = |operation: &FlashOperation| operation.address.is_multiple_of(SECTOR);
+        if operations.iter().any(copies) {
+            return Ok((before, line));
+        }
+    }
+    Err(Failure("the sector never fills".into()))
+}
+
+/// Loses power at operations of the change from one sector to the other, and of what is erased at start-up after it.
+pub(crate) fn sector_change(firmware: &Firmware) -> Result<Figures, Failure> {
+    let mut figures = Figures::default();
+    let mut start = with_known(&firmware.fast)?;
+    for name in [
+        "the spare sector blank",
+        "the spare sector full of old records",
+    ] {
+        let (before, line) = fill(start)?;
+        let old = stored(&mut before.clone())?;
+        let (operations, new) = operations_of(&before, &line)?;
+        let change = Change {
+            start: &before,
+            begin: &|bench| bench.send(format!("{line}\n")),
+            old: &old,
+            new: &new,
+        };
+        let found = change.cut_at_all(&operations)?;
+        let erased = operations
+            .iter()
+            .filter(|operation| operation.erases)
+            .count();
+        figures.add(
+            name,
+            format!("{} operations, {erased} of them an erase; {} times the old value, {} times the new one", operations.len(), found.old, found.new),
+        );
+        start = before;
+        start.command(&line)?;
+    }
+    ensure(start.machine.resets().is_empty(), || {
+        format!("{:?}", start.machine.resets())
+    })?;
+    figures.add(
+        "the spare sector erased at start-up",
+        at_start_up(&mut start)?,
+    );
+    Ok(figures)
+}
+
+fn at_start_up(start: &mut Bench) -> Result<String, Failure> {
+    let all = stored(start)?;
+    start.machine.clear_records();
+    let restart = |bench: &mut Bench| {
+        let now = bench.machine.cycle();
+        bench.machine.reset_at(now + 1_000, ResetCause::Pin);
+    };
+    let mut booted = start.clone();
+    restart(&mut booted);
+    booted.run_for(0.001)?;
+    booted.hear_boot()?;
+    let operations = booted.machine.flash_operations().to_vec();
+    ensure(operations.iter().any(|operation| operation.erases), || {
+        "nothing is erased".into()
+    })?;
+    let change = Change {
+        start,
+        begin: &restart,
+        old: &all,
+        new: &all,
+    };
+    let found = change.cut_at_all(&operations)?;
+    Ok(format!(
+        "{} operations, {} times all that was stored",
+        operations.len(),
+        found.new
+    ))
+}
+
+/// Moves that come while a record is written: 60 lines, together 1000 steps and more.
+fn moves() -> (String, i64) {
+    let (mut lines, mut steps) = (String::new(), 0);
+    for index in 1..=60 {
+        // 250 steps/mm: 4 µm a step. Writing to a string does not fail.
+        let _ = writeln!(lines, "X{:.3}", f64::from(index % 37 + 1) * 0.004);
+        steps += i64::from(index % 37 + 1);
+    }
+    (lines, steps)
+}
+
+/// Sends a line that is stored and moves right behind it, with a status query in their midst; how long the flash takes, µs.
+fn stall(mut bench: Bench, line: &str) -> Result<f64, Failure> {
+    let (moves, steps) = moves();
+    let (first, second) = moves.split_at(moves.len() / 2);
+    bench.pins.clear();
+    bench.send(format!("{line}\n{first}?{second}"));
+    let mut heard = Vec::new();
+    while heard.iter().filter(|line| *line == "ok").count() < 1 + moves.lines().count() {
+        let more = bench.hear_until(1.0, |_| true)?;
+        ensure(
+            !more
+                .iter()
+                .any(|line| line.starts_with("error") || line.starts_with("ALARM")),
+            || format!("{more:?}"),
+        )?;
+        heard.extend(more);
+    }
+    ensure(heard.iter().any(|line| line.starts_with('<')), || {
+        "no status report".into()
+    })?;
+    let lost = bench.machine.uart_overruns(LINE);
+    ensure(lost == 0, || format!("{lost} bytes lost"))?;
+    bench.wait_for("Idle", 10.0)?;
+    let moved = net(&bench.pins.steps);
+    ensure(moved == [steps, 0, 0], || {
+        format!("{moved:?} steps, not {steps}")
+    })?;
+    let operations = bench.machine.flash_operations();
+    let (Some(first), Some(last)) = (operations.first(), operations.last()) else {
+        return Err(Failure("nothing is stored".into()));
+    };
+    Ok(micros_between(first.begin, last.end))
+}
+
+pub(crate) fn flash_stall(firmware: &Firmware) -> Result<Figures, Failure> {
+    let mut bench = with_known(&firmware.fast)?;
+    bench.commands("$100=250\n$110=6000\n$120=500\nG91G1F3000\n")?;
+    bench.machine.clear_records();
+    // 79 characters, the most that a line may have.
+    let longest = format!("$N1=G21G90G94G54G17G40G49G80F{:0>50}", 1000);
+    let lines = [
+        "$30=24000",
+        "G10L2P2X-123.456Y234.567Z-0.001",
+        "$I=a board on a bench",
+        &longest,
+    ];
+    let mut figures = Figures::default();
+    for line in lines {
+        for (program_us, at_most) in PROGRAMMING {
+            bench.machine.timing_mut().program_us = program_us;
+            let micros = stall(bench.clone(), line);
+            let micros = micros.map_err(|failure| Failure(format!("{line}: {failure}")))?;
+            figures.add(
+                format!("a line of {} bytes, {program_us} us a word", line.len()),
+                format!("{micros:.0} us, nothing lost"),
+            );
+            ensure(micros <= at_most, || format!("too long\n{figures}"))?;
+        }
+    }
+    Ok(figures)
+}
