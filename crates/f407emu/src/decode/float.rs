@@ -2,7 +2,7 @@
 //!
 //! Not modelled: VCVTB and VCVTT (half precision), which decode as undefined.
 use super::{bit, bits, register};
-use crate::instruction::{Float, FloatOp, FloatUnary, Instruction};
+use crate::instruction::{Direction, Float, FloatOp, FloatUnary, Instruction};
 
 /// Table A6-1; coprocessors other than 10 and 11 are not there.
 pub(super) fn decode(word: u32) -> Instruction {
@@ -171,26 +171,21 @@ fn transfer_pair(word: u32) -> Option<Float> {
 /// Table A6-5.
 fn load_or_store(word: u32) -> Option<Float> {
     let (before, add, writeback) = (bit(word, 24), bit(word, 23), bit(word, 21));
-    let (double, load) = (is_double(word), bit(word, 20));
+    let double = is_double(word);
+    let direction = if bit(word, 20) {
+        Direction::Load
+    } else {
+        Direction::Store
+    };
     let (sd, rn) = (first_register(word)?, register(word, 16));
     if before && !writeback {
         let magnitude = (bits(word, 0, 8) << 2) as i16;
-        let offset = if add { magnitude } else { -magnitude };
-        let count = if double { 2 } else { 1 };
-        return Some(if load {
-            Float::Load {
-                sd,
-                count,
-                rn,
-                offset,
-            }
-        } else {
-            Float::Store {
-                sd,
-                count,
-                rn,
-                offset,
-            }
+        return Some(Float::Memory {
+            direction,
+            sd,
+            count: if double { 2 } else { 1 },
+            rn,
+            offset: if add { magnitude } else { -magnitude },
         });
     }
     let count = bits(word, 0, 8) as u8 & if double { !1 } else { !0 };
@@ -198,22 +193,13 @@ fn load_or_store(word: u32) -> Option<Float> {
     if before == add || past_the_end {
         return None;
     }
-    Some(if load {
-        Float::LoadMultiple {
-            sd,
-            count,
-            rn,
-            writeback,
-            before,
-        }
-    } else {
-        Float::StoreMultiple {
-            sd,
-            count,
-            rn,
-            writeback,
-            before,
-        }
+    Some(Float::Multiple {
+        direction,
+        sd,
+        count,
+        rn,
+        writeback,
+        before,
     })
 }
 

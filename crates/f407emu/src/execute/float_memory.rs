@@ -1,6 +1,10 @@
 //! Floating-point registers to and from the memory and the core.
 use super::memory::must_be_word_aligned;
-use crate::{instruction::Float, machine::Machine, trap::Trap};
+use crate::{
+    instruction::{Direction, Float},
+    machine::Machine,
+    trap::Trap,
+};
 
 /// The bits of FPSCR that exist.
 const FPSCR_MASK: u32 = 0xF7C0_009F;
@@ -9,27 +13,19 @@ impl Machine {
     /// Loads, stores and transfers; returns their cycles. Calculations are carried out elsewhere, and cost nothing here.
     pub(super) fn move_float(&mut self, float: Float) -> Result<u32, Trap> {
         match float {
-            Float::Load {
+            Float::Memory {
+                direction,
                 sd,
                 count,
                 rn,
                 offset,
             } => {
                 let address = self.float_address(rn, offset);
-                self.load_floats(address, sd, count)?;
+                self.move_floats(direction, address, sd, count)?;
                 Ok(1 + u32::from(count))
             }
-            Float::Store {
-                sd,
-                count,
-                rn,
-                offset,
-            } => {
-                let address = self.float_address(rn, offset);
-                self.store_floats(address, sd, count)?;
-                Ok(1 + u32::from(count))
-            }
-            Float::LoadMultiple {
+            Float::Multiple {
+                direction,
                 sd,
                 count,
                 rn,
@@ -37,19 +33,7 @@ impl Machine {
                 before,
             } => {
                 let (address, base) = self.float_span(rn, count, before);
-                self.load_floats(address, sd, count)?;
-                self.write_float_base(rn, base, writeback);
-                Ok(1 + u32::from(count))
-            }
-            Float::StoreMultiple {
-                sd,
-                count,
-                rn,
-                writeback,
-                before,
-            } => {
-                let (address, base) = self.float_span(rn, count, before);
-                self.store_floats(address, sd, count)?;
+                self.move_floats(direction, address, sd, count)?;
                 self.write_float_base(rn, base, writeback);
                 Ok(1 + u32::from(count))
             }
@@ -88,10 +72,8 @@ impl Machine {
             | Float::FromInteger { .. }
             | Float::ToFixed { .. }
             | Float::FromFixed { .. }
-            | Float::Load { .. }
-            | Float::Store { .. }
-            | Float::LoadMultiple { .. }
-            | Float::StoreMultiple { .. } => {}
+            | Float::Memory { .. }
+            | Float::Multiple { .. } => {}
         }
         1
     }
@@ -129,20 +111,23 @@ impl Machine {
         }
     }
 
-    fn load_floats(&mut self, address: u32, first: u8, count: u8) -> Result<(), Trap> {
+    fn move_floats(
+        &mut self,
+        direction: Direction,
+        address: u32,
+        first: u8,
+        count: u8,
+    ) -> Result<(), Trap> {
         must_be_word_aligned(address)?;
         for index in 0..count {
-            let value = self.read_word(address.wrapping_add(4 * u32::from(index)))?;
-            self.set_s(first + index, value);
-        }
-        Ok(())
-    }
-
-    fn store_floats(&mut self, address: u32, first: u8, count: u8) -> Result<(), Trap> {
-        must_be_word_aligned(address)?;
-        for index in 0..count {
-            let value = self.s(first + index);
-            self.write_word(address.wrapping_add(4 * u32::from(index)), value)?;
+            let address = address.wrapping_add(4 * u32::from(index));
+            match direction {
+                Direction::Load => {
+                    let value = self.read_word(address)?;
+                    self.set_s(first + index, value);
+                }
+                Direction::Store => self.write_word(address, self.s(first + index))?,
+            }
         }
         Ok(())
     }

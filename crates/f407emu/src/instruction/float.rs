@@ -57,27 +57,17 @@ pub(crate) enum Float {
         fraction: i8,
         sd: u8,
     },
-    /// VLDR; `count` is 2 for a double register.
-    Load {
+    /// VLDR, VSTR; `count` is 2 for a double register.
+    Memory {
+        direction: Direction,
         sd: u8,
         count: u8,
         rn: u8,
         offset: i16,
     },
-    Store {
-        sd: u8,
-        count: u8,
-        rn: u8,
-        offset: i16,
-    },
-    LoadMultiple {
-        sd: u8,
-        count: u8,
-        rn: u8,
-        writeback: bool,
-        before: bool,
-    },
-    StoreMultiple {
+    /// VLDM, VSTM.
+    Multiple {
+        direction: Direction,
         sd: u8,
         count: u8,
         rn: u8,
@@ -128,4 +118,11 @@ pub(crate) enum FloatUnary {
     Absolute,
     Negate,
     SquareRoot,
+}
+
+/// Between registers and memory.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Direction {
+    Load,
+    Store,
 }
