@@ -91,8 +91,8 @@ impl<'q> Candidates<'q> {
         }
     }
 
-    /// Keeps those for which `stays`: all up to some place, none after it. One or two questions where one or none
-    /// goes, one for each doubling of the length otherwise.
+    /// Keeps those for which `stays`: all up to some place, none after it. One or two questions where one or none goes, two
+    /// for each doubling of their number otherwise.
     pub(crate) fn keep(&mut self, stays: impl Fn(u16) -> bool) {
         let stays = |list: &Self, index| list.at(list.done, index).is_some_and(&stays);
         let Some(last) = self.done.len.checked_sub(1) else {
@@ -101,15 +101,22 @@ impl<'q> Candidates<'q> {
         if stays(self, last) {
             return;
         }
-        let (mut kept, mut gone) = (0, last);
-        let mut middle = last.saturating_sub(1);
+        let (mut gone, mut reach) = (last, 1);
+        let mut kept = loop {
+            match last.checked_sub(reach) {
+                None => break 0,
+                Some(place) if stays(self, place) => break place + 1,
+                Some(place) => gone = place,
+            }
+            reach *= 2;
+        };
         while kept < gone {
+            let middle = (kept + gone) / 2;
             if stays(self, middle) {
                 kept = middle + 1;
             } else {
                 gone = middle;
             }
-            middle = (kept + gone) / 2;
         }
         self.done.len = kept;
     }

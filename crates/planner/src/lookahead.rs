@@ -9,7 +9,7 @@
 //! ```
 //!
 //! a minimum over a sequence that grows at its end and shrinks at its front. The classic monotone queue
-//! holds its candidates in rising order: a new move removes from the back those that are not smaller (found by
+//! holds its candidates in rising order: a new move removes from the back those that are not smaller (found by doubling and
 //! halving, so that no line costs much more than another), the front is the minimum. Each move enters and leaves
 //! once, so a line costs the same however many are queued. The rest after the last move is not a candidate that removes others, because the next push
 //! lifts it.
@@ -132,8 +132,8 @@ impl<'q, const MOTORS: usize> LookAhead<'q, MOTORS> {
         let first = self.first;
         self.candidates
             .keep(|number| usize::from(number.wrapping_sub(first)) < from);
-        // What the moves so far have lost of their gains.
-        let mut lost = 0;
+        // What the moves so far have lost of their gains; the key of the one before.
+        let (mut lost, mut last) = (0, None);
         for index in from..len {
             let after = self.moves.get(index + 1);
             let after = after.map_or(self.end, |planned| planned.potential);
@@ -146,7 +146,13 @@ impl<'q, const MOTORS: usize> LookAhead<'q, MOTORS> {
                 lost += before.saturating_sub(u64::from(gain));
             }
             let key = planned.key();
-            self.add_candidate(self.number(index), key);
+            let number = self.number(index);
+            if last.is_some_and(|last| last < key) {
+                self.candidates.push(number);
+            } else {
+                self.add_candidate(number, key);
+            }
+            last = Some(key);
         }
         self.end = self.end.wrapping_sub(lost);
     }

@@ -5,7 +5,7 @@
 /// The correctly rounded square root; 0 for what is negative (a rounding error below 0).
 pub(crate) fn sqrt(x: f32) -> f32 {
     if x > 0.0 {
-        libm::sqrtf(x)
+        leadscrew_fpu::sqrt(x)
     } else {
         0.0
     }
