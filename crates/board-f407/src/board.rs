@@ -1,6 +1,6 @@
 //! The board under the machine: slow pins and serial output.
 use crate::{profile::PROFILE, pwm, serial, step_port, switches};
-use heapless::{spsc::Producer, Deque};
+use heapless::spsc::Producer;
 use leadscrew_f407_usb as usb;
 use leadscrew_machine::board::{
     Board, ChannelId, CoolantOutput, PortConfig, SpindleOutput, Switches,
@@ -8,15 +8,10 @@ use leadscrew_machine::board::{
 use leadscrew_stepper::Power;
 use stm32f4::stm32f407::Interrupt;
 
-/// Parts of two messages.
-const UNSAID: usize = 6;
-
 /// The main loop's end of the board.
 pub(crate) struct F407 {
     outgoing: Producer<'static, u8>,
     usb: usb::Writer,
-    /// What the serial line has still to be told before the machine speaks: its queue takes less than that.
-    unsaid: Deque<&'static [u8], UNSAID>,
     /// Level of the enable pins that lets the motors go: `$4`.
     motors_off: bool,
 }
@@ -27,35 +22,20 @@ impl F407 {
         Self {
             outgoing,
             usb,
-            unsaid: Deque::new(),
             motors_off: true,
         }
     }
 }
 
 impl F407 {
-    /// Tells the operator something before the machine speaks. At start-up, twice at most.
-    pub(crate) fn say(&mut self, text: Option<&'static str>) {
+    /// Tells the operator something before the machine speaks.
+    pub(crate) fn say(&mut self, text: Option<&str>) {
         if let Some(text) = text {
             for part in ["[MSG:", text, "]\r\n"] {
-                // There is room for two texts.
-                let _ = self.unsaid.push_back(part.as_bytes());
+                self.write(ChannelId(0), part.as_bytes());
                 self.write(ChannelId(1), part.as_bytes());
             }
         }
-    }
-
-    /// Goes on with that; returns whether all of it has been said. Main loop, before the machine is polled.
-    pub(crate) fn say_on(&mut self) -> bool {
-        while let Some(part) = self.unsaid.pop_front() {
-            let taken = self.write(ChannelId(0), part);
-            if let Some(rest) = part.get(taken..).filter(|rest| !rest.is_empty()) {
-                // It has just come from there.
-                let _ = self.unsaid.push_front(rest);
-                return false;
-            }
-        }
-        true
     }
 }
 

@@ -152,12 +152,6 @@ mod app {
             clock,
             ..
         } = cx.local;
-        while !board.say_on() {
-            watchdog::feed();
-            let latest = clock.now() + LONGEST_SLEEP;
-            clock.wake_at(latest);
-            wake::sleep();
-        }
         loop {
             watchdog::feed();
             let now = clock.now();
