@@ -56,9 +56,9 @@ pub(crate) const PLANTED: &[Planted] = &[
         &["queued-traces"],
     ),
     planted(
-        "the pulse half a microsecond short",
+        "the pulse a microsecond short",
         TIM2 + CCR2,
-        |word| Some(word.wrapping_sub(42)),
+        |word| Some(word.wrapping_sub(84)),
         &["jitter"],
     ),
     planted(
