@@ -84,7 +84,7 @@ where
     }
 }
 
-/// The planner's configuration: rates capped at what the board can step.
+/// The planner's configuration; what the board can step caps its rates.
 pub(crate) fn planner_config<const AXES: usize>(
     settings: &Settings<AXES>,
     config: &MachineConfig<AXES>,
@@ -94,18 +94,13 @@ pub(crate) fn planner_config<const AXES: usize>(
     let shortest_tick_ns = timing.shortest_tick_ns(port_config(settings).pulse_us, motors);
     let counts = u64::from(shortest_tick_ns) * u64::from(config.timer_hz);
     let shortest_tick = Ticks(counts.div_ceil(1_000_000_000) as u32); // 256 µs at most
-    let step_rate = config.timer_hz as f32 / shortest_tick.0 as f32;
     let steps_per_mm = settings
         .axes(AxisSetting::StepsPerMm)
         .map(|steps| StepsPerMm::from_nanos(steps.nanos()));
     let rates = settings.axes(AxisSetting::MaxRate);
     Config {
         steps_per_mm,
-        max_rate: from_fn(|axis| {
-            let rate = rates.get(axis).map_or(0.0, |rate| rate.to_f32()) / MINUTE;
-            let steps = steps_per_mm.get(axis).map_or(1.0, |steps| steps.to_f32());
-            rate.min(step_rate / steps)
-        }),
+        max_rate: rates.map(|rate| rate.to_f32() / MINUTE),
         acceleration: settings.axes(AxisSetting::Acceleration).map(Number::to_f32),
         jerk: settings.value(Setting::Jerk).to_f32(),
         junction_deviation: settings.value(Setting::JunctionDeviation).to_f32(),

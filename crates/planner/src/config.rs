@@ -46,7 +46,7 @@ pub struct Config<const AXES: usize> {
     pub arc_tolerance: f32,
     /// Counts of the step timer in a second.
     pub timer_hz: u32,
-    /// Step smoothing keeps ticks at least this far apart.
+    /// Ticks are at least this far apart: no motor steps faster, and step smoothing keeps to it.
     pub shortest_tick: Ticks,
     /// The longest segment, seconds, unless one step alone takes longer: what is handed out is out of reach of a hold. No more than
     /// a millisecond, for which edges are exact.
@@ -111,6 +111,8 @@ pub(crate) struct Limits<const AXES: usize> {
     pub(crate) per_acceleration: [f32; AXES],
     /// The largest of them: 1/acceleration of the weakest axis, s²/mm.
     pub(crate) per_weakest: f32,
+    /// Highest step rate of a motor, steps/s.
+    pub(crate) step_rate: f32,
     /// Junction deviation, mm.
     pub(crate) deviation: f32,
     /// How far short moves may stray from a straight line and still count as one, mm (see `strokes`).
@@ -128,6 +130,7 @@ impl<const AXES: usize> Limits<AXES> {
             per_acceleration,
             tolerance: tolerance(config),
             per_rate: config.max_rate.map(|rate| 1.0 / (rate * MARGIN)),
+            step_rate: config.timer_hz as f32 / config.shortest_tick.0.max(1) as f32,
             deviation: config.junction_deviation,
             unit: SpeedUnit::for_top_speed(sqrt(norm2(&config.max_rate))),
         }

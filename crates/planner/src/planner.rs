@@ -312,10 +312,11 @@ where
     /// Plans a few more of the queued moves for a change of overrides; returns whether more of them are left.
     ///
     /// All limits are kept meanwhile; the moves that are left are planned for the speed asked for before the change.
-    /// No move can be queued until it is over: at most 16 calls for 1024 moves. [`Planner::push`] and
-    /// [`crate::Segmenter::next`] call it too. Bounded: 64 moves.
+    /// No move can be queued until it is over: at most 64 calls for 1024 moves. [`Planner::push`] and
+    /// [`crate::Segmenter::next`] call it too. Bounded: 16 moves, since a `Machine::poll` may call it for
+    /// each segment that it makes.
     pub fn renew(&mut self) -> bool {
-        const A_CALL: usize = 64;
+        const A_CALL: usize = 16;
         if !self.queue.is_renewing() {
             return false;
         }
@@ -427,7 +428,12 @@ where
         let mut planned = PlannedMove::new(of, delta);
         planned.length = length;
         planned.acceleration = 1.0 / worst(&direction, &self.limits.per_acceleration);
-        planned.rate = 1.0 / worst(&direction, &self.limits.per_rate);
+        let steps = delta.iter().map(|steps| steps.unsigned_abs()).max();
+        let per_step = length / steps.unwrap_or(1) as f32;
+        planned.rate = least(
+            1.0 / worst(&direction, &self.limits.per_rate),
+            self.limits.step_rate * per_step,
+        );
         planned.feed = match of.feed {
             Feed::Rapid => planned.rate,
             Feed::PerMinute(speed) => speed,
@@ -708,6 +714,23 @@ mod tests {
         assert!((running.rate - 50.0).abs() < 1e-4);
         assert!((running.acceleration - 200.0).abs() < 1e-3);
         assert!((running.length - 4.0).abs() < 1e-5);
+    }
+
+    #[test]
+    fn no_motor_steps_faster_than_the_board_where_belts_cross() {
+        let config = Config {
+            max_rate: [2000.0; 2],
+            shortest_tick: leadscrew_stepper::Ticks(840), // 100 kHz at 84 MHz
+            ..config()
+        };
+        let mut queue = Queue::<2, 8>::new();
+        let mut planner = Planner::new(config, CoreXy, &mut queue);
+        // 500 steps/mm of one motor along the diagonal, 250 along an axis.
+        for (x, y, rate) in [(4.0, 4.0, 282.84), (8.0, 4.0, 400.0)] {
+            planner.push(&to(x, y, 1e4)).unwrap();
+            let found = planner.newest().unwrap().rate;
+            assert!((found - rate).abs() < 0.01, "{found}");
+        }
     }
 
     #[test]

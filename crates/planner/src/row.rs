@@ -409,6 +409,7 @@ mod tests {
                 for (k, next) in moves.iter().enumerate() {
                     if k == moves.len() / 2 && hold.is_some() {
                         rig.planner.set_overrides(Overrides { feed: percent, rapid: 50 });
+                        while rig.planner.renew() {}
                     }
                     rig.planner.push(next).unwrap();
                 }
