@@ -7,7 +7,9 @@ use crate::fit::Carry;
 use crate::moves::PlannedMove;
 use crate::reference::{to, Exact, Player};
 use crate::running::{Aim, Goal, Running, Timing};
+use crate::Profile;
 use leadscrew_stepper::{Interval, Segment, Smoothing};
+use std::boxed::Box;
 use std::vec::Vec;
 
 const HZ: f64 = 84e6;
@@ -25,8 +27,8 @@ const FEW: u32 = 150;
 const DOMINANT: f64 = 1e-6;
 const OTHERS: f64 = 5e-6;
 
-/// Holds and overrides change the speed anywhere in a line, at low speeds by much within one step: more than ticks whose
-/// intervals change linearly can follow. Still other motors come within this share of that step's time.
+/// Holds and overrides change the speed anywhere in a line, at low speeds by much within one step, and a jerk limit bends the
+/// first step out of rest: more than ticks whose intervals change linearly can follow. Still other motors come within this share of that step's time.
 const WHERE_INTERRUPTED: f64 = 0.3;
 
 /// xorshift64 (G. Marsaglia, *Xorshift RNGs*, 2003).
@@ -71,6 +73,8 @@ struct Case {
     exit: f32,
     /// Whether holds and overrides come between segments.
     interrupted: bool,
+    /// Steps/s³; 0 for no limit.
+    jerk: f32,
 }
 
 impl Case {
@@ -87,6 +91,18 @@ impl Case {
             entry: random.speed(rate),
             exit: random.speed(rate),
             interrupted: random.next() < 0.3,
+            jerk: 0.0,
+        }
+    }
+
+    /// The same with a jerk limit: the acceleration grows in 1 to 100 ms.
+    fn with_jerk(seed: u32) -> Self {
+        let case = Self::new(seed);
+        let seconds = Random::new(seed ^ 0x5555).ten_to(-3.0, -1.0);
+        Self {
+            jerk: case.acceleration / seconds,
+            interrupted: false,
+            ..case
         }
     }
 
@@ -107,8 +123,21 @@ impl Case {
             exit_v2: self.exit * self.exit,
             corner_v2: f32::INFINITY,
             nominal: self.rate * share,
-            jerk: 0.0,
+            jerk: self.jerk,
         }
+    }
+}
+
+/// Seconds from the start of a profile to a place in it.
+type Times = Box<dyn Fn(f64) -> f64>;
+
+fn times(profile: &Profile) -> Times {
+    match *profile {
+        Profile::Trapezoid(of) => {
+            let exact = Exact::new(&of);
+            Box::new(move |s| exact.time(s))
+        }
+        Profile::SCurve(of) => Box::new(move |s| of.exact_time(s)),
     }
 }
 
@@ -116,22 +145,24 @@ impl Case {
 #[derive(Default)]
 struct Schedule {
     /// Each one's first step, when that was, and its times from there.
-    profiles: Vec<(f64, f64, Exact)>,
+    profiles: Vec<(f64, f64, Times)>,
 }
 
 impl Schedule {
     fn add(&mut self, running: &Running<3>) {
+        if running.profile().start() < running.done() {
+            return; // the one in force is kept
+        }
         let start = f64::from(running.done());
         let at = self.time(start);
         self.profiles.retain(|(from, ..)| *from < start);
-        self.profiles
-            .push((start, at, Exact::of(running.profile())));
+        self.profiles.push((start, at, times(running.profile())));
     }
 
     /// Seconds from the move's start to position `s`.
     fn time(&self, s: f64) -> f64 {
         let under_way = self.profiles.iter().rev().find(|(from, ..)| *from <= s);
-        under_way.map_or(0.0, |(from, at, exact)| at + exact.time(s - from))
+        under_way.map_or(0.0, |(from, at, exact)| at + exact(s - from))
     }
 }
 
@@ -205,7 +236,7 @@ fn worst(case: &Case, meddle: impl FnMut(&mut Segment<3>)) -> Worst {
             let [begin, middle, end] = [begin, 0.5 * (begin + end), end].map(|s| schedule.time(s));
             let interval = end - begin;
             let bent = (middle - 0.5 * (begin + end)).abs() > 0.005 * interval;
-            let share = if case.interrupted && bent {
+            let share = if (case.interrupted || case.jerk > 0.0) && bent {
                 WHERE_INTERRUPTED
             } else {
                 1.0 / 16.0
@@ -223,11 +254,21 @@ fn edges_of(case: &Case) -> usize {
 
 #[test]
 fn every_edge_of_random_moves_lies_on_the_profile() {
+    check(FEW, Case::new);
+}
+
+#[test]
+fn with_a_jerk_limit_every_edge_of_undisturbed_moves_lies_on_the_profile() {
+    check(FEW / 5, Case::with_jerk);
+}
+
+/// Checks `few` moves, or as many as a campaign asks for.
+fn check(few: u32, case: impl Fn(u32) -> Case) {
     let campaign = std::env::var("CAMPAIGN").ok();
-    let moves = campaign.map_or(FEW, |moves| moves.parse().unwrap());
+    let moves = campaign.map_or(few, |moves| moves.parse().unwrap());
     let (mut all, mut steps, mut names) = (Worst::default(), 0u64, [0, 0]);
     for seed in 0..moves {
-        let case = Case::new(seed);
+        let case = case(seed);
         let worst = worst(&case, |_| ());
         if worst.dominant > all.dominant {
             (all.dominant, names[0]) = (worst.dominant, seed);
@@ -245,8 +286,8 @@ fn every_edge_of_random_moves_lies_on_the_profile() {
         "{moves} moves, {steps} steps: dominant {:.3} of 1 us (case {}), others {:.3} of max(5 us, 1/16 interval) (case {})",
         all.dominant, names[0], all.others, names[1],
     );
-    assert!(all.dominant < 1.0, "{:?}", Case::new(names[0]));
-    assert!(all.others < 1.0, "{:?}", Case::new(names[1]));
+    assert!(all.dominant < 1.0, "{:?}", case(names[0]));
+    assert!(all.others < 1.0, "{:?}", case(names[1]));
 }
 
 #[test]
@@ -283,6 +324,7 @@ fn the_cases_of_the_segment_study_hold() {
             entry: 0.0,
             exit: 0.0,
             interrupted: false,
+            jerk: 0.0,
         };
         let worst = worst(&case, |_| ());
         std::println!("a {acceleration:e} v {rate:e} n {steps}: {worst:?}");

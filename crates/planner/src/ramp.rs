@@ -315,6 +315,50 @@ fn solve(v: f32, jerk: f32, x: f32) -> f32 {
 /// The rough cube root is at least 0.93 of the true one.
 const ROOT_MARGIN: f32 = 1.0 / 0.93;
 
+/// What the tests compare with, in `f64`.
+#[cfg(test)]
+impl Ramp {
+    /// Place and speed after `t` seconds (of the whole ramp, where it was joined), by integrating its three parts one after the other.
+    fn exact(&self, t: f64) -> (f64, f64) {
+        let (ease, steady) = (f64::from(self.ease), f64::from(self.steady));
+        let (mut x, mut v, mut a, mut left) = (0.0, f64::from(self.v0), 0.0, t);
+        let jerk = f64::from(self.jerk);
+        for (duration, jerk) in [(ease, jerk), (steady, 0.0), (ease, -jerk)] {
+            let t = duration.min(left);
+            x += v * t + a * t * t / 2.0 + jerk * t * t * t / 6.0;
+            v += a * t + jerk * t * t / 2.0;
+            a += jerk * t;
+            left -= t;
+        }
+        (x, v)
+    }
+
+    fn exact_duration(&self) -> f64 {
+        2.0 * f64::from(self.ease) + f64::from(self.steady)
+    }
+
+    /// Its length from where it was joined, steps.
+    pub(crate) fn exact_length(&self) -> f64 {
+        self.exact(self.exact_duration()).0 - self.exact(self.skipped.0.into()).0
+    }
+
+    /// Seconds to the place `x` steps after where it was joined, by halving.
+    pub(crate) fn exact_time(&self, x: f64) -> f64 {
+        let joined = f64::from(self.skipped.0);
+        let place = x + self.exact(joined).0;
+        let (mut early, mut late) = (joined, self.exact_duration());
+        for _ in 0..100 {
+            let middle = 0.5 * (early + late);
+            if self.exact(middle).0 < place {
+                early = middle;
+            } else {
+                late = middle;
+            }
+        }
+        late - joined
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -333,19 +377,8 @@ mod tests {
         prop_oneof![Just(0.0f32), ten_to(0.0..5.5)]
     }
 
-    /// The ramp's place and speed after `t` seconds, in `f64`, by integrating its three parts one after the other.
     fn exact(ramp: &Ramp, t: f64) -> (f64, f64) {
-        let (ease, steady) = (f64::from(ramp.ease), f64::from(ramp.steady));
-        let (mut x, mut v, mut a, mut left) = (0.0, f64::from(ramp.v0), 0.0, t);
-        let jerk = f64::from(ramp.jerk);
-        for (duration, jerk) in [(ease, jerk), (steady, 0.0), (ease, -jerk)] {
-            let t = duration.min(left);
-            x += v * t + a * t * t / 2.0 + jerk * t * t * t / 6.0;
-            v += a * t + jerk * t * t / 2.0;
-            a += jerk * t;
-            left -= t;
-        }
-        (x, v)
+        ramp.exact(t)
     }
 
     proptest! {

@@ -1,8 +1,8 @@
 //! Slow and obvious models that the tests compare with, in `f64`.
 
 use crate::{
-    Cartesian, Config, Coordinate, Feed, Move, MoveKind, MovePower, Planner, Profile, Queue,
-    Segmenter, Trapezoid,
+    Cartesian, Config, Coordinate, Feed, Move, MoveKind, MovePower, Planner, Queue, Segmenter,
+    Trapezoid,
 };
 use leadscrew_stepper::{Outputs, Progress, Segment, Stepper, Tick};
 use std::boxed::Box;
@@ -20,14 +20,6 @@ pub(crate) struct Exact {
 }
 
 impl Exact {
-    /// The profile of a move without a jerk limit.
-    pub(crate) fn of(profile: &Profile) -> Self {
-        match profile {
-            Profile::Trapezoid(of) => Self::new(of),
-            Profile::SCurve(_) => panic!("no trapezoid"),
-        }
-    }
-
     pub(crate) fn new(of: &Trapezoid) -> Self {
         let length = f64::from(of.end() - of.start());
         let (entry_v2, exit_v2) = (f64::from(of.entry_v2()), f64::from(of.exit_v2()));

@@ -213,6 +213,26 @@ impl SCurve {
     }
 }
 
+#[cfg(test)]
+impl SCurve {
+    /// Seconds from the start to the place `s` steps after it, in `f64`: what the tests compare with.
+    pub(crate) fn exact_time(&self, s: f64) -> f64 {
+        let length = f64::from(self.end - self.start);
+        let [easing, up, down] = [&self.easing, &self.up, &self.down].map(Ramp::exact_length);
+        let head = easing + up;
+        let mut time = self.easing.exact_time(s.min(easing));
+        if s > easing {
+            time += self.up.exact_time(s.min(head) - easing);
+        }
+        time += (s.min(length - down) - head).max(0.0) / f64::from(self.level);
+        let left = length - s;
+        if left < down {
+            time += self.down.exact_time(down) - self.down.exact_time(left);
+        }
+        time
+    }
+}
+
 /// How a profile begins.
 #[derive(Clone, Copy)]
 struct Entry {
