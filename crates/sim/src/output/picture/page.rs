@@ -76,24 +76,32 @@ pub(super) fn axes(frame: Frame, x: &Scale, y: &Scale, x_title: &str, y_title: &
         ))
 }
 
+/// Pixels to two decimals: finer is not seen, and would differ with each tick of a job's time.
+fn hundredths(pixels: f64) -> f64 {
+    (pixels * 100.0).round() / 100.0
+}
+
 pub(super) fn text(x: f64, y: f64, content: &str) -> Text {
-    Text::new(content).set("x", x).set("y", y).set("fill", INK)
+    Text::new(content)
+        .set("x", hundredths(x))
+        .set("y", hundredths(y))
+        .set("fill", INK)
 }
 
 pub(super) fn line(from: [f64; 2], to: [f64; 2], colour: &str) -> Line {
     Line::new()
-        .set("x1", from[0])
-        .set("y1", from[1])
-        .set("x2", to[0])
-        .set("y2", to[1])
+        .set("x1", hundredths(from[0]))
+        .set("y1", hundredths(from[1]))
+        .set("x2", hundredths(to[0]))
+        .set("y2", hundredths(to[1]))
         .set("stroke", colour)
 }
 
 pub(super) fn rectangle(x: f64, y: f64, width: f64, height: f64, fill: &str) -> Rectangle {
     Rectangle::new()
-        .set("x", x)
-        .set("y", y)
-        .set("width", width)
-        .set("height", height)
+        .set("x", hundredths(x))
+        .set("y", hundredths(y))
+        .set("width", hundredths(width))
+        .set("height", hundredths(height))
         .set("fill", fill)
 }
