@@ -430,3 +430,43 @@ fn bad_usage_is_explained() {
         assert!(stderr(&output).contains("Usage") || stderr(&output).contains("--help"));
     }
 }
+
+/// A program whose reader has gone, as `leadscrew run job.nc | head -1` does it.
+fn unread(args: &[&str]) -> Output {
+    let (reader, writer) = std::io::pipe().unwrap();
+    drop(reader);
+    let mut program = Command::new(env!("CARGO_BIN_EXE_leadscrew"));
+    program.args(args).stdout(writer).output().unwrap()
+}
+
+#[test]
+fn a_reader_that_has_seen_enough_is_no_failure() {
+    let folder = Folder::new();
+    let job = folder.file("job.nc", "G1 X1 F600\n");
+    for args in [
+        ["run", &job].as_slice(),
+        &["run", "--json", &job],
+        &["check", &job],
+        &["profile", "--no-trials", &job],
+    ] {
+        let output = unread(args);
+        assert_eq!(
+            output.status.code(),
+            Some(0),
+            "{args:?}: {}",
+            stderr(&output)
+        );
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn an_output_that_cannot_be_written_is_said() {
+    let folder = Folder::new();
+    let job = folder.file("job.nc", "G1 X1 F600\n");
+    let full = fs::File::options().write(true).open("/dev/full").unwrap();
+    let mut program = Command::new(env!("CARGO_BIN_EXE_leadscrew"));
+    let output = program.args(["run", &job]).stdout(full).output().unwrap();
+    assert_eq!(output.status.code(), Some(2));
+    assert!(stderr(&output).contains("standard output: "));
+}

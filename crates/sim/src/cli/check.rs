@@ -5,6 +5,8 @@
 use super::args::JobArgs;
 use super::complaint::{Complaint, Fault};
 use super::input;
+use super::report::check_json;
+use super::said::say;
 use super::setting_args::{instead, say_capped, settings, AXES};
 use super::{unusable, Unusable};
 use crate::streamer::Lines;
@@ -39,23 +41,22 @@ pub(super) fn check(args: &JobArgs) -> Result<bool, Unusable> {
     let mut checker = Checker::new(&job.name, config, settings);
     let unreadable = |error| unusable(format!("{}: cannot be read: {error}", args.file));
     let lines = checker.check_all(job.text).map_err(unreadable)?;
-    tell(args, &checker, lines);
+    tell(args, &checker, lines)?;
     Ok(checker.count == 0)
 }
 
-fn tell(args: &JobArgs, checker: &Checker, lines: u64) {
+fn tell(args: &JobArgs, checker: &Checker, lines: u64) -> Result<(), Unusable> {
     if args.json {
-        println!(
-            "{}",
-            super::report::check_json(&checker.file, lines, &checker.complaints)
-        );
+        say(check_json(&checker.file, lines, &checker.complaints))
     } else if !args.quiet {
         let verdict = match checker.count {
             0 => "no error".to_owned(),
             1 => "1 error".to_owned(),
             count => format!("{count} errors"),
         };
-        println!("{}: {lines} lines, {verdict}", checker.file);
+        say(format!("{}: {lines} lines, {verdict}", checker.file))
+    } else {
+        Ok(())
     }
 }
 

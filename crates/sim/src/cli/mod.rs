@@ -8,6 +8,7 @@ mod profile;
 mod replay;
 mod report;
 mod run;
+mod said;
 mod serve;
 mod serve_args;
 mod setting_args;

@@ -4,6 +4,7 @@ use super::args::ProfileArgs;
 use super::complaint::Complaint;
 use super::input::{self, Job};
 use super::report::{duration, error_json, title, verdict, JsonError};
+use super::said::say;
 use super::setting_args::{as_defaults, settings, AXES};
 use super::stream::{Stream, Streamed};
 use super::trials::{trials, Trial};
@@ -59,9 +60,9 @@ pub(super) fn profile(args: &ProfileArgs) -> Result<bool, Unusable> {
         report.trials = trials(&course, &text, &settings, report.job_cycles, &report.shares);
     }
     if args.json {
-        println!("{}", report.json());
+        say(report.json())?;
     } else if !args.quiet {
-        print!("{report}");
+        say(&report)?;
     }
     Ok(report.is_clean())
 }

@@ -1,5 +1,6 @@
 //! `leadscrew replay`: a recorded conversation with Grbl, held again with this machine in virtual time.
 
+use super::said::say;
 use super::{unusable, Unusable};
 use crate::replay::{replay, Case, ReplayError};
 use clap::Args;
@@ -41,7 +42,7 @@ pub(super) fn run(args: &ReplayArgs) -> Result<bool, Unusable> {
     let answered =
         replay(&case).map_err(|error| unusable(Failure::BadOp(args.case.clone(), error)))?;
     let text = serde_json::to_string_pretty(&answered).map_err(unusable)?;
-    println!("{text}");
+    say(text)?;
     Ok(true)
 }
 

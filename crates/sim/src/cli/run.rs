@@ -3,6 +3,7 @@
 use super::args::JobArgs;
 use super::input::{self, Job};
 use super::report::{title, OtherRule, Report};
+use super::said::say;
 use super::setting_args::{as_defaults, say_capped, settings, AXES};
 use super::stream::Stream;
 use super::watchers::{OutputError, Sketch, StepList, WaveformFile};
@@ -35,7 +36,7 @@ pub(super) fn run(args: &JobArgs) -> Result<bool, Unusable> {
         report.other_rule = other_rule(args, &config, &settings);
     }
     report.wall_seconds = begin.elapsed().as_secs_f64();
-    tell(args, &report);
+    tell(args, &report)?;
     Ok(report.is_clean())
 }
 
@@ -172,10 +173,12 @@ fn draw_picture(
     OutputError::in_file(path, svg::save(path, &draw(&sketch.path, speed, &caption)))
 }
 
-fn tell(args: &JobArgs, report: &Report<AXES>) {
+fn tell(args: &JobArgs, report: &Report<AXES>) -> Result<(), Unusable> {
     if args.json {
-        println!("{}", report.json());
+        say(report.json())
     } else if !args.quiet {
-        print!("{report}");
+        say(report)
+    } else {
+        Ok(())
     }
 }
