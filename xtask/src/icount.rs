@@ -1,7 +1,7 @@
 //! `cargo xtask icount [--check]`: exact Cortex-M4F instruction counts, under QEMU.
 //!
 //! The programs in `bench/icount/firmware` mark what is to be counted, `bench/icount/plugin.c` counts, and
-//! `bench/budgets.txt` says what each count is, and the most that it may be.
+//! `bench/budgets.txt` says what each count is, and the most that it may be. The planner's bits are compared with those of this machine.
 use crate::{
     budget::{Budget, Count},
     failure::Failure,
@@ -17,6 +17,8 @@ use std::{
 
 /// The program that shows that the plugin counts right, and what it must count in regions 0, 1, 2, ...
 const CALIBRATION: (&str, [u64; 5]) = ("calibrate", [0, 5, 21, 4, 3]);
+/// The program that prints a checksum of what the planner makes, and the planner's example that does so here.
+const SAME_BITS: &str = "same_bits";
 /// Longest time that QEMU may take for one program, in seconds.
 const TIME_LIMIT: &str = "120";
 
@@ -43,6 +45,7 @@ pub(crate) fn run(check: bool) -> Result<(), Failure> {
         println!("{}", budget.row(count));
         exceeded.extend(budget.exceeded_by(count));
     }
+    emulator.compare_bits()?;
     if check && !exceeded.is_empty() {
         return Err(Failure::Findings(exceeded));
     }
@@ -110,6 +113,23 @@ impl Emulator {
         Ok(())
     }
 
+    /// Fails unless the planner makes the same moves and segments, to the bit, on the microcontroller and here.
+    fn compare_bits(&self) -> Result<(), Failure> {
+        let elf = self.programs.join(SAME_BITS);
+        let there = shell::output(&mut machine(&elf))?;
+        let mut cargo = Command::new(env!("CARGO"));
+        cargo.args(["run", "--quiet", "-p", "leadscrew-planner", "--example"]);
+        let here = shell::output(cargo.arg(SAME_BITS).current_dir(toolchain::root()))?;
+        let (there, here) = (there.trim(), here.trim());
+        if there.len() != 16 || there != here {
+            return Err(Failure::finding(format!(
+                "random programs: the planner's checksum is {there} on a Cortex-M4F and {here} here"
+            )));
+        }
+        println!("{there}: checksum of the planner's moves and segments, the same as here");
+        Ok(())
+    }
+
     /// Runs a program and returns what it counted. Its ELF is searched for software double precision before: generic
     /// functions of the libraries are compiled in it, and in the firmware only as far as that uses them.
     fn count(&self, program: &str) -> Result<Counts, Failure> {
@@ -120,24 +140,23 @@ impl Emulator {
         }
         let report = self.programs.join(format!("{program}.icount"));
         let plugin = format!("{},out={}", self.plugin.display(), report.display());
-        let mut qemu = Command::new("timeout");
-        qemu.args([
-            TIME_LIMIT,
-            "qemu-system-arm",
-            "-M",
-            "mps2-an386",
-            "-cpu",
-            "cortex-m4",
-        ]);
-        qemu.args(["-display", "none", "-monitor", "none", "-serial", "none"]);
-        qemu.args(["-semihosting-config", "enable=on,target=native"]);
-        qemu.arg("-plugin").arg(plugin).arg("-kernel").arg(&elf);
-        shell::run(&mut qemu)?;
+        shell::run(machine(&elf).arg("-plugin").arg(plugin))?;
         let text = fs::read_to_string(&report).map_err(Failure::file(&report))?;
         text.lines()
             .map(|line| parse_count(line).ok_or_else(|| Failure::unreadable(program, line)))
             .collect()
     }
+}
+
+/// QEMU with a program.
+fn machine(elf: &Path) -> Command {
+    let mut qemu = Command::new("timeout");
+    qemu.args([TIME_LIMIT, "qemu-system-arm"]);
+    qemu.args(["-M", "mps2-an386", "-cpu", "cortex-m4"]);
+    qemu.args(["-display", "none", "-monitor", "none", "-serial", "none"]);
+    qemu.args(["-semihosting-config", "enable=on,target=native"]);
+    qemu.arg("-kernel").arg(elf);
+    qemu
 }
 
 /// The version of the plugin interface that the installed QEMU asks for.

@@ -9,7 +9,7 @@
 //! waits for each answer, as on any line of Grbl's. DTR and the rate that the host sets mean nothing here.
 //!
 //! A host that does not read stops nobody: the queue fills, then the machine takes no more lines from it, the other line
-//! goes on. Without a host bytes go nowhere, but for what the queue takes after power-up, the banner: whoever comes first reads that.
+//! goes on. Without a host bytes go nowhere, but for the first kilobyte after power-up, the banner: whoever comes first reads that.
 //!
 //! Reviewed, but never run: the emulator has a controller without a cable.
 use core::{

@@ -4,6 +4,8 @@
 //! the code as it is, not for what the compiler knows of the measurement.
 #![no_std]
 
+pub mod session;
+
 use core::{arch::asm, panic::PanicInfo};
 use cortex_m_semihosting::{debug, hprintln};
 
