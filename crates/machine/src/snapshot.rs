@@ -76,6 +76,7 @@ where
     fn status_report(&mut self, active: &ActiveSwitches, free: usize) -> StatusReport<AXES> {
         let extra = self.cadence.next(self.is_moving_about());
         let coolant = self.coolant.output();
+        let speed = self.spindle.reported_speed(self.motion.power());
         StatusReport {
             state: self.state.name(active.door),
             position: numbers(&self.motion.position()),
@@ -88,7 +89,7 @@ where
             line_number: self.line_number(),
             time_left: self.time_left.map(|left| decimal::from_f32(left.seconds())),
             feed: decimal::from_f32(self.motion.speed() * 60.0),
-            speed: decimal::from_f32(self.spindle.actual_speed()),
+            speed: decimal::from_f32(speed),
             pins: self.pins(active),
             overrides: OverridePercents {
                 feed: self.overrides.feed,
@@ -96,7 +97,7 @@ where
                 spindle: self.overrides.spindle,
             },
             accessories: Accessories {
-                spindle: match self.spindle.accessory() {
+                spindle: match self.spindle.turning_at(speed) {
                     SpindleOutput::Off => Turning::Not,
                     SpindleOutput::Clockwise => Turning::Clockwise,
                     SpindleOutput::CounterClockwise => Turning::Counterclockwise,

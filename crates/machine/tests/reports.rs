@@ -119,3 +119,42 @@ fn a_report_of_a_full_queue_comes_within_a_few_milliseconds() {
     let left = number(&report.unwrap(), "Fin");
     assert!(left > 1.0, "{left}");
 }
+
+/// As Grbl: the speed of a report is that of the power, and `A:` stands while there is any.
+#[test]
+fn a_laser_s_speed_in_a_report_is_that_of_its_power_now() {
+    let mut memory = Memory::new();
+    let mut session = Session::boot(&mut memory, MachineConfig::grbl());
+    for line in ["$32=1", "$110=3000", "$120=100", "F600"] {
+        assert_eq!(session.line(line), ["ok"]);
+    }
+    let mut speed = |line: &str, moving: bool| {
+        session.send(line);
+        session.send("\n");
+        session.wait_ms(if moving { 300 } else { 20 });
+        session.lines();
+        let report = session.status();
+        assert_eq!(report.starts_with("<Run|"), moving, "{line}: {report}");
+        session.until_quiet();
+        let field = report
+            .split('|')
+            .find_map(|field| field.strip_prefix("FS:"));
+        let speed = field
+            .unwrap()
+            .trim_end_matches('>')
+            .split_once(',')
+            .unwrap()
+            .1;
+        speed.parse::<u32>().unwrap()
+    };
+    assert_eq!(speed("M3S500", false), 0, "G0 is dark");
+    assert_eq!(speed("G1", false), 500, "on at rest");
+    assert_eq!(speed("G1X8", true), 500);
+    assert_eq!(speed("G0X0", true), 0);
+    assert_eq!(speed("M4", false), 0);
+    assert_eq!(speed("G1", false), 0, "dark at rest under M4");
+    assert_eq!(speed("G1X8", true), 500, "at the feed");
+    let slow = speed("G1X0F6000", true);
+    assert!((50..250).contains(&slow), "far from the feed: {slow}");
+    assert_eq!(speed("M5", false), 0);
+}

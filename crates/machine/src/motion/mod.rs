@@ -22,7 +22,7 @@ use leadscrew_planner::{
     Ahead, Config, Coordinate, CornerRule, Curve, Kinematics, Move, Outline, Overrides, Planner,
     PowerLead, PushError, Pushed, Segmenter, TimeLeft, LONGEST_LEAD,
 };
-use leadscrew_stepper::{MotorMask, Segment, Shared};
+use leadscrew_stepper::{MotorMask, Power, Segment, Shared};
 
 pub(crate) use power::PowerRule;
 
@@ -69,6 +69,8 @@ pub(crate) struct Motion<'a, K, const AXES: usize, const MOTORS: usize> {
     shared: &'a Shared<MOTORS>,
     underruns: u32,
     power: PowerRule,
+    /// That of the segment committed last.
+    power_out: Power,
 }
 
 impl<'a, K, const AXES: usize, const MOTORS: usize> Motion<'a, K, AXES, MOTORS>
@@ -107,6 +109,7 @@ where
             shared,
             underruns: shared.underruns(),
             power: PowerRule::Laser { percent: 100 },
+            power_out: Power::OFF,
         }
     }
 
@@ -264,6 +267,11 @@ where
         }
     }
 
+    /// The power that is put out in motion; `None` at rest.
+    pub(crate) fn power(&self) -> Option<Power> {
+        (!self.is_at_rest()).then_some(self.power_out)
+    }
+
     /// The line number of the move under way.
     pub(crate) fn line_number(&self) -> Option<u32> {
         self.program.segmenter.line_number()
@@ -342,6 +350,7 @@ where
             return false;
         };
         self.power.apply(&mut segment);
+        self.power_out = segment.power;
         self.feeder.push(segment);
         work.segments = work.segments.wrapping_add(1);
         true

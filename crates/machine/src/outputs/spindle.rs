@@ -139,12 +139,31 @@ impl Spindle {
         self.suspended
     }
 
-    /// The direction, as reports show it (`A:S`, `A:C`), while any power goes with it.
+    /// The direction, while any power goes with it.
     pub fn accessory(&self) -> SpindleOutput {
-        if self.actual_speed() > 0.0 {
+        self.turning_at(self.actual_speed())
+    }
+
+    /// The direction, as reports show it (`A:S`, `A:C`), at a speed in RPM: a laser that is dark does not turn.
+    pub fn turning_at(&self, speed: f32) -> SpindleOutput {
+        if speed > 0.0 {
             self.output
         } else {
             SpindleOutput::Off
+        }
+    }
+
+    /// The speed as reports show it, RPM: a laser's is that of the power it has now, whatever `S` says. `in_motion`: the
+    /// power that is put out, where there is motion.
+    pub fn reported_speed(&self, in_motion: Option<Power>) -> f32 {
+        if !self.laser || self.suspended {
+            return self.actual_speed();
+        }
+        let power = in_motion.unwrap_or_else(|| self.power_at_rest());
+        if power == self.power() {
+            self.actual_speed()
+        } else {
+            self.scale.speed(power)
         }
     }
 
@@ -168,7 +187,7 @@ impl Spindle {
         }
     }
 
-    /// The speed as reports show it: with the override, no more than `$30`; 0 while off. RPM.
+    /// The speed that is wanted now: with the override, no more than `$30`; 0 while off. RPM.
     pub fn actual_speed(&self) -> f32 {
         if self.suspended || self.output == SpindleOutput::Off {
             return 0.0;
