@@ -24,8 +24,8 @@ const LIBRARIES: [&str; 4] = [
 ];
 /// Profiles of the board besides the Discovery's, as features.
 const PROFILES: [&str; 3] = ["machine-003", "skr-2", "dual-y"];
-/// The vector of the step timer.
-const STEP_INTERRUPT: &str = "TIM2";
+/// The vectors of the step timer, and of the one that ends a pulse.
+const STEP_INTERRUPTS: [&str; 2] = ["TIM2", "TIM1_TRG_COM_TIM11"];
 
 /// Builds everything and checks it.
 pub(crate) fn run() -> Result<(), Failure> {
@@ -92,21 +92,23 @@ fn check_step_interrupt(elf: &Path) -> Result<Vec<String>, Failure> {
     let mut objdump = Command::new("arm-none-eabi-objdump");
     let code = shell::output(objdump.args(["-d", "--no-show-raw-insn"]).arg(elf))?;
     let graph = CallGraph::parse(&code);
-    if !graph.contains(STEP_INTERRUPT) {
-        return Err(Failure::finding(format!(
-            "{}: no function {STEP_INTERRUPT}",
-            elf.display()
-        )));
+    let mut all = masks(&code);
+    for interrupt in STEP_INTERRUPTS {
+        if !graph.contains(interrupt) {
+            let elf = elf.display();
+            return Err(Failure::finding(format!("{elf}: no function {interrupt}")));
+        }
+        println!(
+            "thumb: {interrupt} reaches {} functions",
+            graph.reach(interrupt)
+        );
+        let findings = graph.findings(interrupt, forbidden_in_a_step);
+        let reached = findings
+            .into_iter()
+            .map(|finding| format!("{}: {}", finding.path.join(" > "), finding.reason));
+        all.extend(reached);
     }
-    println!(
-        "thumb: the step interrupt reaches {} functions",
-        graph.reach(STEP_INTERRUPT)
-    );
-    let findings = graph.findings(STEP_INTERRUPT, forbidden_in_a_step);
-    let reached = findings
-        .into_iter()
-        .map(|finding| format!("{}: {}", finding.path.join(" > "), finding.reason));
-    Ok(reached.chain(masks(&code)).collect())
+    Ok(all)
 }
 
 /// The functions that mask all interrupts, that of the steps as well. RTIC's `main` does so before it lets the first

@@ -41,7 +41,7 @@ impl F407 {
 
 impl Board for F407 {
     fn start_stepping(&mut self) {
-        rtic::pend(Interrupt::TIM2);
+        rtic::pend(step_port::PULSE_END_INTERRUPT);
     }
 
     fn write(&mut self, channel: ChannelId, bytes: &[u8]) -> usize {

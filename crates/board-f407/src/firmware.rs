@@ -6,14 +6,13 @@ use crate::{
     pwm, restart,
     serial::{self, Catch, Outgoing, Port as SerialPort},
     settings_flash::Sectors,
-    step_port::Port,
-    supply,
+    step_interrupt, supply,
     switches::{self, Filter},
     wake, watchdog,
 };
 use core::{iter, mem::MaybeUninit};
 use defmt_rtt as _;
-use heapless::spsc::{Consumer, Queue};
+use heapless::spsc::Queue;
 use leadscrew_f407_usb as usb;
 use leadscrew_machine::{
     board::Duration,
@@ -22,7 +21,7 @@ use leadscrew_machine::{
     machine::{Links, Machine},
     protocol::serial::SerialQueue,
 };
-use leadscrew_stepper::{on_timer, Segment, Shared, StepInterrupt};
+use leadscrew_stepper::Shared;
 
 /// How long the main loop sleeps at most, in microseconds.
 const LONGEST_SLEEP: Duration = Duration::from_ticks(5_000);
@@ -32,7 +31,7 @@ type UsbOutgoing = Queue<u8, 1025>;
 
 type TheMachine = Machine<'static, Kinematics, AXES, MOTORS, MOVES>;
 
-static SHARED: Shared<MOTORS> = Shared::new();
+pub(crate) static SHARED: Shared<MOTORS> = Shared::new();
 static INPUTS: Inputs<MOTORS> = Inputs::new();
 
 #[rtic::app(device = stm32f4::stm32f407, peripherals = true)]
@@ -48,8 +47,6 @@ mod app {
 
     #[local]
     struct Local {
-        port: Port,
-        segments: Consumer<'static, Segment<MOTORS>>,
         machine: &'static mut TheMachine,
         usb: Option<&'static mut usb::Port>,
         board: F407,
@@ -70,7 +67,10 @@ mod app {
     fn init(cx: init::Context) -> (SharedResources, Local) {
         let device = cx.device;
         serial::enable(&device.RCC);
-        device.RCC.apb2enr().modify(|_, w| w.syscfgen().enabled());
+        device.RCC.apb2enr().modify(|_, w| {
+            w.syscfgen().enabled();
+            w.tim11en().enabled()
+        });
         device.RCC.apb1enr().modify(|_, w| {
             w.tim2en().enabled().tim5en().enabled();
             w.pwren().enabled()
@@ -130,9 +130,8 @@ mod app {
         } else {
             None
         };
+        step_interrupt::start(device.TIM2, device.TIM11, segments);
         let local = Local {
-            port: Port::new(device.TIM2),
-            segments,
             machine,
             usb,
             board,
@@ -165,20 +164,6 @@ mod app {
                 clock.wake_at(next.when.map_or(latest, |when| when.min(latest)));
                 wake::sleep();
             }
-        }
-    }
-
-    /// The step interrupt. Above everything else, so that nothing delays a step.
-    #[task(binds = TIM2, priority = 16, local = [port, segments, state: StepInterrupt<MOTORS> = StepInterrupt::new()])]
-    fn step(cx: step::Context) {
-        let step::LocalResources {
-            port,
-            segments,
-            state,
-            ..
-        } = cx.local;
-        if port.acknowledge(&SHARED) {
-            on_timer(state, segments, &SHARED, port);
         }
     }
 

@@ -26,6 +26,8 @@ mod serial;
 #[cfg(target_os = "none")]
 mod settings_flash;
 #[cfg(target_os = "none")]
+mod step_interrupt;
+#[cfg(target_os = "none")]
 mod step_port;
 #[cfg(target_os = "none")]
 mod supply;

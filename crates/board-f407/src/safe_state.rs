@@ -4,7 +4,7 @@
 //! what they have: a Z axis that is let go may drop.
 #![allow(unsafe_code)] // an entry in assembly
 
-use crate::profile::PROFILE;
+use crate::{profile::PROFILE, step_port::PULSE_END_INTERRUPT};
 use core::arch::global_asm;
 use cortex_m::peripheral::NVIC;
 use stm32f4::stm32f407::{Interrupt, RCC};
@@ -12,6 +12,7 @@ use stm32f4::stm32f407::{Interrupt, RCC};
 /// Makes every pin that could do harm an output that is off. Any context.
 pub(crate) fn enter() {
     NVIC::mask(Interrupt::TIM2);
+    NVIC::mask(PULSE_END_INTERRUPT);
     PROFILE.power.pin.make_output(false);
     for motor in PROFILE.motors {
         motor.step.make_output(false);

@@ -1,14 +1,18 @@
 //! Step pins, direction pins and step timer: the board's side of the step interrupt.
 //!
-//! TIM2 counts freely at [`APB1_TIMER_HZ`] (RM0090 section 18.3). Its first compare register holds the instant of the next
-//! tick, its second one the end of the pulse under way:
+//! TIM2 counts freely at [`APB1_TIMER_HZ`] (RM0090 section 18.3). Its compare register holds the instant of the next tick.
+//! TIM11 counts a pulse once (one-pulse mode, section 19.3.9) and says when it is over:
 //!
 //! ```text
-//!  compare 1   |                 |          next tick: steps, then the tick after it is prepared
-//!  compare 2        |                 |     end of the pulse: pins low, new directions out
-//!              __________             _____
-//!  step pin __|     ^    |___________|
+//!  TIM2       |                 |          next tick: steps, then the tick after it is prepared
+//!  TIM11         |====>|           |====>| end of the pulse: pins low, new directions out
+//!                 _____             _____
+//!  step pin _____|     |___________|
 //! ```
+//!
+//! Both interrupts have the highest priority, so that neither interrupts the other: what they share needs no lock. Where a
+//! tick is due so soon after a pulse's end that it would have to wait for that interrupt, the end comes early and waits
+//! for both, first the end, then the tick ([`Port::meet`]): edges keep their distance from the schedule.
 //!
 //! What goes to the ports for each set of motors stands ready in a table ([`Words`]): one store for each port that has
 //! step pins, one after the other. Boards with all of them on one port step all motors at the same instant.
@@ -23,9 +27,13 @@ use core::{
     array::from_fn,
     sync::atomic::{AtomicBool, AtomicU32, Ordering::Relaxed},
 };
+use cortex_m::peripheral::NVIC;
 use leadscrew_machine::board::PortConfig;
 use leadscrew_stepper::{MotorMask, Outputs, Power, Shared, StepPort, Ticks};
-use stm32f4::stm32f407::{Interrupt, TIM2};
+use stm32f4::stm32f407::{Interrupt, TIM11, TIM2};
+
+/// The interrupt of TIM11: the main loop pends it where there is something to start, or new tables to follow.
+pub(crate) const PULSE_END_INTERRUPT: Interrupt = Interrupt::TIM1_TRG_COM_TIM11;
 
 /// Sets of motors.
 const SETS: usize = 1 << MOTORS;
@@ -123,90 +131,231 @@ pub(crate) fn configure(port: &PortConfig) {
     for (word, end) in PULSE_END.iter().zip(ends) {
         word.store(end, Relaxed);
     }
-    // The timer's count at the edge is rounded down: one count more, so that a pulse is never short.
-    PULSE.store(u32::from(port.pulse_us) * MICROSECOND + 1, Relaxed);
+    PULSE.store(u32::from(port.pulse_us) * MICROSECOND, Relaxed);
     REWIRED.store(true, Relaxed);
-    rtic::pend(Interrupt::TIM2);
+    rtic::pend(PULSE_END_INTERRUPT);
 }
 
-/// What the step interrupt drives.
+/// Counts from the look at the time to the start of a pulse: as it is at most ticks. Only [`Port::meet`] relies on it.
+const RISE: u32 = 20;
+/// A tick that is due within so many counts of a pulse's end would be delayed by the interrupt that ends the pulse (0.9 µs).
+const NEAR: u32 = 72;
+/// Counts from the interrupt at a pulse's end to where it has ended the pulse and waits for the tick, at most.
+const READY: u32 = 72;
+/// How much sooner a pulse may end than worked out from [`RISE`], in counts.
+const EARLY: u32 = 8;
+/// Counts from the look at the time to the next tick's being armed, at most: what is further off has not passed by then.
+/// 3 µs.
+const ARMED: u32 = 252;
+/// Counts that it takes to have a pulse's end come early, at most.
+const SETTING: u32 = 32;
+
+/// Counts of TIM11, which is on APB2, in one of TIM2.
+const PULSE_COUNTS: u32 = 2;
+
+/// Whether an instant has come: less than half the timer's range (25 s) ahead is the future.
+#[inline(always)]
+fn has_come(instant: u32, now: u32) -> bool {
+    now.wrapping_sub(instant).cast_signed() >= 0
+}
+
+/// What the timer is about.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Phase {
+    /// A tick is armed, and no step pin is high.
+    Low,
+    /// A tick is armed, and a pulse is under way.
+    Pulse,
+    /// No tick is armed, and the pulse before is under way.
+    LastPulse,
+    /// No tick is armed.
+    Rest,
+}
+
+impl Phase {
+    fn is_pulse(self) -> bool {
+        match self {
+            Self::Pulse | Self::LastPulse => true,
+            Self::Low | Self::Rest => false,
+        }
+    }
+
+    fn with_pins_low(self) -> Self {
+        match self {
+            Self::Pulse | Self::Low => Self::Low,
+            Self::LastPulse | Self::Rest => Self::Rest,
+        }
+    }
+
+    fn in_motion(self) -> Self {
+        if self.is_pulse() {
+            Self::Pulse
+        } else {
+            Self::Low
+        }
+    }
+
+    fn at_rest(self) -> Self {
+        if self.is_pulse() {
+            Self::LastPulse
+        } else {
+            Self::Rest
+        }
+    }
+}
+
+/// What the step interrupts drive: that of TIM2, a tick, and that of TIM11, the end of a pulse.
 pub(crate) struct Port {
     timer: TIM2,
+    pulse: TIM11,
+    phase: Phase,
+    /// When this interrupt looked at the time.
+    now: u32,
     /// The instant of the tick that is armed, as compare 1 has it: to read it there takes 16 cycles.
     due: u32,
-    /// No tick is armed.
-    resting: bool,
-    /// A pulse is under way.
-    pulse: bool,
+    /// The instant at which the pulse that was made last ends, within [`EARLY`].
+    end: u32,
+    /// The end of the pulse comes early, to wait for the tick.
+    meets: bool,
     /// The motors that turn the negative way: written where no step pin is high, and again whenever a pulse ends.
     negative: MotorMask,
 }
 
 impl Port {
-    /// Starts the timer; no tick comes until the first [`Port::acknowledge`] of a running machine.
-    pub(crate) fn new(timer: TIM2) -> Self {
+    /// Starts the timer; no tick comes until the main loop starts the machine.
+    pub(crate) fn new(timer: TIM2, pulse: TIM11) -> Self {
         timer.arr().write(|w| w.arr().set(u32::MAX));
         timer.egr().write(|w| w.ug().update());
-        timer.sr().write(|w| w.uif().clear_bit());
-        timer
-            .dier()
-            .write(|w| w.cc1ie().enabled().cc2ie().enabled());
         timer.cr1().write(|w| w.cen().enabled());
+        Self::stop_counting(&pulse);
+        pulse.dier().write(|w| w.uie().enabled());
         Port {
             timer,
+            pulse,
+            phase: Phase::Rest,
+            now: 0,
             due: 0,
-            resting: true,
-            pulse: false,
+            end: 0,
+            meets: false,
             negative: MotorMask::NONE,
         }
     }
 
-    /// Clears the timer's flags. Returns whether a tick is due, out of rest when the main loop says so.
-    #[inline]
-    pub(crate) fn acknowledge(&mut self, shared: &Shared<MOTORS>) -> bool {
-        let flags = self.timer.sr().read();
-        let (tick, pulse_end) = (flags.cc1if().is_match(), flags.cc2if().is_match());
-        if !tick || pulse_end || self.resting {
-            return self.acknowledge_other(tick, pulse_end, shared);
-        }
+    /// Looks at the time, and clears the flag of the tick that is due.
+    #[inline(always)]
+    pub(crate) fn acknowledge(&mut self) {
+        self.now = self.count();
         self.timer.sr().write(|w| w.cc1if().clear());
-        true
     }
 
-    /// All that is not just a tick: ends the pulse where that is due, starts out of rest.
-    /// Declared cold though each pulse comes here once: it keeps the registers free for the tick (8 instructions).
+    /// Ends the pulse where that is due, starts out of rest. Returns whether a tick is due as well, out of rest when the
+    /// main loop says so; after that comes [`Port::after_tick`]. Interrupt of TIM11, or pended by the main loop.
+    #[inline(always)]
+    pub(crate) fn on_pulse_end(&mut self, shared: &Shared<MOTORS>) -> bool {
+        // Before the look at the counter: an end that comes in between is not lost.
+        self.pulse.sr().write(|w| w.uif().clear_bit());
+        // The end of the pulse before can come as well: in the tick that has made this one.
+        if self.meets && has_come(self.end.wrapping_sub(2 * NEAR), self.count()) {
+            self.end_and_wait();
+            return true;
+        }
+        // A tick that has come in between has started it again.
+        if self.phase.is_pulse() && self.pulse.cr1().read().cen().is_disabled() {
+            self.phase = self.phase.with_pins_low();
+            self.end_pulse();
+        }
+        match self.phase {
+            Phase::Low | Phase::Pulse => false,
+            Phase::Rest | Phase::LastPulse => self.start_when_asked(shared),
+        }
+    }
+
+    /// Waits for the end of the pulse, and for the tick that is due just after it.
+    #[inline(always)]
+    fn end_and_wait(&mut self) {
+        self.meets = false;
+        self.wait(self.end);
+        self.end_pulse();
+        self.phase = Phase::Low;
+        self.set_pulse(PULSE.load(Relaxed) * PULSE_COUNTS);
+        self.wait(self.due);
+        self.acknowledge();
+    }
+
+    /// Forgets the interrupt of a tick that was waited for: its flag has pended it. Where the tick that is armed has come
+    /// by now, it is asked for anew.
+    #[inline(always)]
+    pub(crate) fn after_tick(&mut self) {
+        NVIC::unpend(Interrupt::TIM2);
+        if has_come(self.due, self.count()) && self.phase != Phase::Rest {
+            self.timer.egr().write(|w| w.cc1g().set_bit());
+        }
+    }
+
+    /// Has the interrupt at the pulse's end wait for the tick that is due just after it, and come early where it would not be
+    /// ready in time: 0.8 µs of waiting at most.
     #[cold]
-    fn acknowledge_other(&mut self, tick: bool, pulse_end: bool, shared: &Shared<MOTORS>) -> bool {
-        if pulse_end {
-            self.timer.sr().write(|w| w.cc2if().clear());
-            self.end_pulse();
+    #[inline(never)]
+    fn meet(&mut self) {
+        if !self.phase.is_pulse() {
+            return;
         }
-        if tick {
-            self.timer.sr().write(|w| w.cc1if().clear());
+        self.meets = true;
+        let ready = self.due.wrapping_sub(READY);
+        if has_come(self.end, ready) {
+            return;
         }
-        if self.resting {
-            self.follow_wiring();
-            shared.is_running() && self.start()
+        let ahead = ready.wrapping_sub(self.count()).cast_signed();
+        if ahead <= SETTING.cast_signed() {
+            // It must not say so once more at the end.
+            Self::stop_counting(&self.pulse);
+            rtic::pend(PULSE_END_INTERRUPT);
         } else {
-            tick
+            let passed = self.pulse.cnt().read().cnt().bits();
+            self.set_pulse(u32::from(passed) + ahead.cast_unsigned() * PULSE_COUNTS);
         }
     }
 
-    /// Puts the pins to the levels that new tables ask for; where a pulse is under way, its end does.
-    fn follow_wiring(&mut self) {
-        if REWIRED.swap(false, Relaxed) && !self.pulse {
+    /// Stopped, the counter is ready to be set to 0 without that being the end of a pulse.
+    fn stop_counting(pulse: &TIM11) {
+        pulse.cr1().write(|w| {
+            w.cen().disabled().opm().enabled();
+            w.urs().counter_only()
+        });
+    }
+
+    /// Waits for an instant that is near.
+    #[inline(always)]
+    fn wait(&self, instant: u32) {
+        while !has_come(instant, self.count()) {}
+    }
+
+    /// Sets the counts of TIM11 that a pulse lasts.
+    fn set_pulse(&self, counts: u32) {
+        // 255 µs at most, 42 840 counts.
+        self.pulse.arr().write(|w| w.arr().set(counts as u16));
+    }
+
+    #[inline(always)]
+    fn count(&self) -> u32 {
+        self.timer.cnt().read().bits()
+    }
+
+    /// Puts the pins to the levels that new tables ask for (where a pulse is under way, its end does), and makes now the
+    /// instant from which the first wait counts, where the main loop has started the machine.
+    fn start_when_asked(&mut self, shared: &Shared<MOTORS>) -> bool {
+        if self.phase == Phase::Rest && REWIRED.swap(false, Relaxed) {
+            self.set_pulse(PULSE.load(Relaxed) * PULSE_COUNTS);
             self.end_pulse();
         }
-    }
-
-    /// Makes now the instant from which the first wait counts. An old instant in the compare register may
-    /// come round once more (every 51 s) until it is replaced: the flag is cleared after that.
-    fn start(&mut self) -> bool {
-        self.due = self.timer.cnt().read().bits();
-        self.timer.ccr1().write(|w| w.ccr().set(self.due));
-        self.timer.sr().write(|w| w.cc1if().clear());
-        self.resting = false;
-        true
+        let started = shared.is_running();
+        if started {
+            self.phase = self.phase.in_motion();
+            self.now = self.count();
+            self.due = self.now;
+            self.timer.dier().write(|w| w.cc1ie().enabled());
+        }
+        started
     }
 
     fn end_pulse(&mut self) {
@@ -214,7 +363,6 @@ impl Port {
             bank.write(word.load(Relaxed));
         }
         DIRECTIONS.write(&DIRECTION_BANKS.0, self.negative);
-        self.pulse = false;
     }
 }
 
@@ -222,18 +370,19 @@ impl StepPort for Port {
     #[inline]
     fn step(&mut self, motors: MotorMask) {
         STEPS.write(&STEP_BANKS.0, motors);
-        let width = PULSE.load(Relaxed);
-        let end = self.timer.cnt().read().bits().wrapping_add(width);
-        self.timer.ccr2().write(|w| w.ccr().set(end));
-        // The end of the pulse before may have come since this interrupt began: it must not end this one.
-        self.timer.sr().write(|w| w.cc2if().clear());
-        self.pulse = true;
+        self.pulse.egr().write(|w| w.ug().update());
+        self.pulse.cr1().write(|w| {
+            w.cen().enabled().opm().enabled();
+            w.urs().counter_only()
+        });
+        self.phase = Phase::Pulse;
+        self.end = self.now.wrapping_add(PULSE.load(Relaxed) + RISE);
     }
 
     #[inline]
     fn set_direction(&mut self, negative: MotorMask) {
         self.negative = negative;
-        if !self.pulse {
+        if !self.phase.is_pulse() {
             DIRECTIONS.write(&DIRECTION_BANKS.0, negative);
         }
     }
@@ -251,12 +400,16 @@ impl StepPort for Port {
 
     #[inline]
     fn arm(&mut self, wait: Ticks) -> bool {
-        let due = self.due.wrapping_add(wait.0);
-        self.timer.ccr1().write(|w| w.ccr().set(due));
-        self.due = due;
-        // Less than half the timer's range (25 s) ahead is the future. An instant that has passed will not match.
-        let now = self.timer.cnt().read().bits();
-        let late = now.wrapping_sub(due).cast_signed() >= 0;
+        self.due = self.due.wrapping_add(wait.0);
+        self.timer.ccr1().write(|w| w.ccr().set(self.due));
+        if self.due.wrapping_sub(self.end).wrapping_add(EARLY) < NEAR + EARLY {
+            self.meet();
+        }
+        // An instant that has passed will not match. One that is far off need not be looked at.
+        if !has_come(self.due.wrapping_sub(ARMED), self.now) {
+            return false;
+        }
+        let late = has_come(self.due, self.count());
         if late {
             self.timer.egr().write(|w| w.cc1g().set_bit());
         }
@@ -264,7 +417,9 @@ impl StepPort for Port {
     }
 
     fn rest(&mut self) {
-        self.resting = true;
+        self.phase = self.phase.at_rest();
+        // The instant in the compare register comes round every 51 s.
+        self.timer.dier().reset();
         wake();
     }
 }

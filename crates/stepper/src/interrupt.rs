@@ -38,8 +38,8 @@ impl<const MOTORS: usize> StepInterrupt<MOTORS> {
 ///
 /// Called from the step interrupt (and once by whoever starts the timer out of rest, in its place).
 /// The steps come first, so that their jitter is that of the interrupt's entry. Bounded: no loop but
-/// those over the motors.
-#[inline]
+/// those over the motors. Inlined in every caller: a call would cost the registers that it keeps.
+#[inline(always)]
 pub fn on_timer<P: StepPort, const MOTORS: usize>(
     interrupt: &mut StepInterrupt<MOTORS>,
     segments: &mut Consumer<'_, Segment<MOTORS>>,

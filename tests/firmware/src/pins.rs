@@ -16,8 +16,10 @@ pub(crate) const STEP: [Pin; 3] = [Pin::new('E', 7), Pin::new('E', 8), Pin::new(
 pub(crate) const DIRECTION: [Pin; 3] = [Pin::new('E', 10), Pin::new('E', 11), Pin::new('E', 12)];
 /// Timer and channel whose matches are the ticks of motion.
 pub(crate) const TICK: (u8, u8) = (2, 1);
-/// Number of the step timer's interrupt.
+/// Number of the step timer's interrupt (TIM2).
 pub(crate) const STEP_IRQ: u8 = 28;
+/// Number of the interrupt that ends a pulse (TIM11).
+pub(crate) const PULSE_IRQ: u8 = 26;
 /// Limit switches of X, Y, Z: low when closed.
 pub(crate) const LIMIT: [Pin; 3] = [Pin::new('E', 4), Pin::new('E', 5), Pin::new('E', 6)];
 /// Probe, door, reset and feed hold: low when closed.

@@ -6,7 +6,7 @@ use crate::{
     compare, desk,
     firmware::{Build, Firmware},
     job::Job,
-    pins::{POWER, STEP_IRQ},
+    pins::{POWER, PULSE_IRQ, STEP_IRQ},
     steps::Step,
     stream::Stream,
 };
@@ -14,8 +14,9 @@ use leadscrew_f407emu::{Exception, Machine};
 use leadscrew_sim::Rate;
 use std::collections::BTreeSet;
 
-/// Registers of the step timer (TIM2) and of the ports.
+/// Registers of the step timer (TIM2), of that of pulses (TIM11), and of the ports.
 const TIMER: std::ops::Range<u32> = 0x4000_0000..0x4000_0400;
+const PULSE_TIMER: std::ops::Range<u32> = 0x4001_4800..0x4001_4C00;
 const PORTS: std::ops::Range<u32> = 0x4002_0000..0x4002_2400;
 
 /// Stores whose absence this job cannot show: where motion starts, compare and flag of an instant of 51 s before; in a
@@ -31,16 +32,19 @@ fn job() -> Job {
     )
 }
 
-/// The stores of the step interrupt while the job runs: address of the instruction, register.
+/// The stores of the step interrupts while the job runs: address of the instruction, register.
 fn stores(build: &Build) -> Result<BTreeSet<(u32, u32)>, Failure> {
-    let mut bench = Bench::boot(build)?;
-    bench.commands(&job().settings)?;
-    bench.machine.record_writers(Exception::irq(STEP_IRQ));
-    bench.stream(&Stream::new(&job().program))?;
-    let writers = bench.machine.writers().iter().copied();
-    Ok(writers
-        .filter(|(_, register)| TIMER.contains(register) || PORTS.contains(register))
-        .collect())
+    let ranges = [TIMER, PULSE_TIMER, PORTS];
+    let mut all = BTreeSet::new();
+    for irq in [STEP_IRQ, PULSE_IRQ] {
+        let mut bench = Bench::boot(build)?;
+        bench.commands(&job().settings)?;
+        bench.machine.record_writers(Exception::irq(irq));
+        bench.stream(&Stream::new(&job().program))?;
+        all.extend(bench.machine.writers());
+    }
+    all.retain(|(_, register)| ranges.iter().any(|range| range.contains(register)));
+    Ok(all)
 }
 
 /// Replaces the instruction at an address by one that does nothing.

@@ -3,7 +3,7 @@ use super::Figures;
 use crate::{
     bench::{ensure, fail, Bench, Failure},
     firmware::{Build, Firmware},
-    pins::{CPU_HZ, CYCLES_PER_COUNT, POWER, STEP_IRQ},
+    pins::{CPU_HZ, CYCLES_PER_COUNT, POWER, PULSE_IRQ, STEP_IRQ},
     steps::{jitter, Step},
     stream::Stream,
 };
@@ -115,17 +115,23 @@ fn ensure_no_gap(steps: &[Step]) -> Result<(), Failure> {
     })
 }
 
-/// Step interrupts in which motors stepped, and all others of the step timer.
+/// Step interrupts in which three motors stepped, and those that ended a pulse and nothing else.
 fn interrupts(bench: &Bench) -> (Vec<Service>, Vec<Service>) {
-    let services = bench.machine.services().iter();
-    let ours = services.filter(|service| service.exception == Exception::irq(STEP_IRQ));
     let edges = &bench.pins.steps;
-    ours.copied().partition(|service| {
+    let steps = |service: &Service| {
         let next = edges.partition_point(|step| step.edge() < service.entry);
-        edges
-            .get(next)
-            .is_some_and(|step| step.edge() < service.exit && step.motors == 0b111)
-    })
+        edges.get(next).filter(|step| step.edge() < service.exit)
+    };
+    let all = bench.machine.services().iter();
+    let of = |irq| {
+        let exception = Exception::irq(irq);
+        all.clone()
+            .filter(move |service| service.exception == exception)
+    };
+    let ticks = of(STEP_IRQ).chain(of(PULSE_IRQ));
+    let stepping = ticks.filter(|service| steps(service).is_some_and(|step| step.motors == 0b111));
+    let ends = of(PULSE_IRQ).filter(|service| steps(service).is_none());
+    (stepping.copied().collect(), ends.copied().collect())
 }
 
 fn longest(services: &[Service]) -> u64 {
@@ -172,7 +178,7 @@ pub(crate) fn step_interrupt(firmware: &Firmware) -> Result<Figures, Failure> {
         ),
     );
     figures.add(
-        "all others of the timer",
+        "a pulse ends",
         format!(
             "{:.0} cycles in the mean, {} at most",
             mean(&others),
