@@ -32,6 +32,7 @@ const fn planted(
 }
 
 const TIM2: u32 = 0x4000_0000;
+const TIM11: u32 = 0x4001_4800;
 const TIM5: u32 = 0x4000_0C00;
 const IWDG: u32 = 0x4000_3000;
 const USART2: u32 = 0x4000_4400;
@@ -44,6 +45,7 @@ const FLASH: u32 = 0x4002_3C00;
 const TIM4: u32 = 0x4000_0800;
 /// Registers of timers.
 const SR: u32 = 0x10;
+const ARR: u32 = 0x2C;
 const CCR1: u32 = 0x34;
 const CCR2: u32 = 0x38;
 
@@ -57,8 +59,8 @@ pub(crate) const PLANTED: &[Planted] = &[
     ),
     planted(
         "the pulse a microsecond short",
-        TIM2 + CCR2,
-        |word| Some(word.wrapping_sub(84)),
+        TIM11 + ARR,
+        |word| Some(word.wrapping_sub(168)),
         &["jitter"],
     ),
     planted(
