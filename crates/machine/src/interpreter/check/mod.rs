@@ -257,30 +257,13 @@ impl<'a, const AXES: usize> Check<'a, AXES> {
         for (axis, ((target, origin), reach)) in axes.enumerate() {
             if self.moves(axis) {
                 let word = self.word(axis);
-                let sum = sum_within(*origin, word, *reach);
-                *target = match sum {
-                    Some(sum) => sum,
-                    None => self.beyond(axis, *origin, *reach)?,
-                };
+                let soft_limits = self.context.soft_limits;
+                *target = sum_within(*origin, word, *reach)
+                    .or_else(|| soft_limits.then(|| beyond(*origin, word, *reach)))
+                    .ok_or_else(|| out_of_range(axis))?;
             }
         }
         Ok(())
-    }
-
-    /// Where an axis word leads that leads beyond the axis's reach: nowhere, unless soft limits are to say so.
-    #[cold]
-    fn beyond(
-        &self,
-        axis: usize,
-        origin: Coordinate,
-        reach: Coordinate,
-    ) -> Result<Coordinate, Refusal> {
-        if !self.context.soft_limits {
-            return Err(Refusal::words(Status::OutOfRange, axis_letter(axis)));
-        }
-        let outside = reach + Coordinate::from_nanos(1);
-        let sum = origin.nanos().saturating_add(self.word(axis).nanos());
-        Ok(if sum < 0 { -outside } else { outside })
     }
 
     /// Whether axis words say where to go.
@@ -385,6 +368,22 @@ fn sum_within(one: Coordinate, other: Coordinate, limit: Coordinate) -> Option<C
     let sum = one.nanos().checked_add(other.nanos())?;
     let within = sum.unsigned_abs() <= limit.nanos() as u64; // which is never negative
     within.then_some(Coordinate::from_nanos(sum))
+}
+
+/// A target outside every travel, on the side to which the sum of two coordinates leads beyond `limit`. By values: lent to a
+/// function, a check could not stay in registers (a tenth of a line's instructions).
+#[cold]
+fn beyond(one: Coordinate, other: Coordinate, limit: Coordinate) -> Coordinate {
+    let outside = limit + Coordinate::from_nanos(1);
+    if one.nanos().saturating_add(other.nanos()) < 0 {
+        -outside
+    } else {
+        outside
+    }
+}
+
+fn out_of_range(axis: usize) -> Refusal {
+    Refusal::words(Status::OutOfRange, axis_letter(axis))
 }
 
 /// The nearest offset that may be in force: GRBL takes any, and then cannot move there. Neither can we.
