@@ -634,3 +634,30 @@ fn a_curve_that_begins_at_rest_is_a_curve_from_its_first_piece_on() {
     let worst = run(&program, program.config(), &program.config());
     assert!(worst.is_ok_and(|worst| worst.curve < 0.8));
 }
+
+/// No stroke ends with the last pieces of a path; there a strong axis could double its speed within one of them.
+#[test]
+fn a_curve_that_ends_at_rest_is_a_curve_up_to_its_last_piece() {
+    let cut = |from, turn| Part::Cut {
+        from,
+        radius: 1.0,
+        turn,
+        piece: 0.02,
+    };
+    let program = Program {
+        parts: vec![
+            (cut(0.0, -0.3), 1.0, MoveKind::Feed),
+            (cut(3.262_475, -3.311_922), 234.0, MoveKind::Feed),
+        ],
+        events: Vec::new(),
+        rates: [5.0; 2],
+        accelerations: [10.0, 4822.3374],
+        steps_per_mm: [250; 2],
+        rule: CornerRule::Limits,
+    };
+    let worst = run(&program, program.config(), &program.config());
+    assert!(
+        worst.as_ref().is_ok_and(|worst| worst.curve < 1.0),
+        "{worst:?}"
+    );
+}

@@ -464,7 +464,7 @@ where
     /// Queues a planned move by the rule that keeps the limits: corners and curves of strokes.
     fn queue_in_stroke(
         &mut self,
-        planned: PlannedMove<MOTORS>,
+        mut planned: PlannedMove<MOTORS>,
         direction: [f32; AXES],
         is_chord: bool,
     ) {
@@ -478,10 +478,14 @@ where
             let corner = self.strokes.complete(false, &self.limits);
             self.lower_corner(corner, piece.top_v2);
             self.lower_curve();
+            self.strokes.leave_curve();
         }
         let from_rest = self.last.is_none();
         let free = if from_rest { 0.0 } else { f32::INFINITY };
         if !self.strokes.add(&piece, &self.limits) {
+            if let Some(curve) = self.strokes.open_curve() {
+                planned.bend(&curve);
+            }
             return self.enqueue(planned, direction, free);
         }
         let alone = piece.stands_alone(&self.limits);

@@ -18,6 +18,8 @@
 //!   the curvature: turns count with their sign. A circle strays by t in the length `√(t·R)`: at 250 steps/mm and Grbl's `$11` and
 //!   `$12` t is 0.017 mm, 8 times `$12`: a stroke is one chord of `$12`, the window four.
 //!   The limits of all moves in the window are lowered, those that are queued already with them.
+//! * Until the open stroke is complete, its moves are held to the curvature of the last window: at the end of a path no
+//!   window follows, and an axis that is much stronger than the other reaches its highest speed in one move.
 //! * A corner that is slower by junction deviation than the curvature of its window is a corner, not a curve.
 //!
 //! The acceleration on a curve is shared as on an arc (see `curve`). With `u` along the path and `n` across,
@@ -73,6 +75,8 @@ pub(crate) struct Strokes<const AXES: usize> {
     last: [f32; AXES],
     /// Direction in which the first stroke from rest begins, once it is long enough to tell.
     begin: Option<[f32; AXES]>,
+    /// What the window that ends with the last complete stroke leaves to moves on the same curve.
+    curve: Option<Bend>,
 }
 
 /// A move as far as it matters here.
@@ -119,7 +123,19 @@ impl<const AXES: usize> Strokes<AXES> {
             open_top_v2: 0.0,
             last: [0.0; AXES],
             begin: None,
+            curve: None,
         }
+    }
+
+    /// What the curve of which the open stroke is the end leaves to its moves. It is not complete, so no window has it yet; at the
+    /// end of a path none ever will.
+    pub(crate) const fn open_curve(&self) -> Option<Bend> {
+        self.curve
+    }
+
+    /// The open stroke begins at a corner, and is no part of the curve before it.
+    pub(crate) fn leave_curve(&mut self) {
+        self.curve = None;
     }
 
     /// Whether the open stroke is to be completed before `piece` is added.
@@ -217,11 +233,13 @@ impl<const AXES: usize> Strokes<AXES> {
     /// What the window that ends with the last complete stroke leaves to its moves, where that is less than what windows
     /// before it left.
     pub(crate) fn curve(&mut self, limits: &Limits<AXES>) -> Option<Bound<Bend>> {
+        self.curve = None;
         let window = Window::of(&self.complete)?;
         let (curve_v2, bend) = window.bend(limits)?;
         if window.sharpest_v2 < curve_v2 {
             return None;
         }
+        self.curve = Some(bend);
         // A change of less than this, as rounding makes it, is not worth the work.
         const WORTH: f32 = 0.97;
         let (mut all, mut moves) = (self.open_moves, 0);
