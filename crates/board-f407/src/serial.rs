@@ -29,8 +29,11 @@ const FUNCTION: u8 = 7;
 const CAUGHT: usize = 512;
 /// Where DMA puts them. In SRAM: DMA does not reach the core coupled memory.
 static CATCH: [AtomicU8; CAUGHT] = [const { AtomicU8::new(0) }; CAUGHT];
-/// Bytes are being caught; the next interrupt ends that.
+/// DMA has the bytes that come. `Catch` begins that, the interrupt ends it.
 static CATCHING: AtomicBool = AtomicBool::new(false);
+/// The flash is written: the next interrupt takes the bytes back. One that comes before, for a byte to be sent or since it
+/// was pending when DMA got the bytes, leaves them to it.
+static WRITTEN: AtomicBool = AtomicBool::new(false);
 /// Both receivers are channel 4 of stream 5: USART2's of DMA1, USART1's of DMA2 (RM0090 tables 42 and 43).
 const CHANNEL: u8 = 4;
 const STREAM: usize = 5;
@@ -135,12 +138,13 @@ impl Port {
 
     /// Takes the byte that has come, sends the next. Interrupt of the USART, or pended by whoever has queued bytes.
     pub(crate) fn on_interrupt(&mut self) {
-        if CATCHING.load(Relaxed) {
+        if CATCHING.load(Relaxed) && WRITTEN.load(Relaxed) {
             self.release();
         }
+        let receives = !CATCHING.load(Relaxed);
         let status = usart().sr().read();
         // Reading the data after the status clears an overrun as well.
-        if status.rxne().bit_is_set() || status.ore().bit_is_set() {
+        if receives && (status.rxne().bit_is_set() || status.ore().bit_is_set()) {
             let byte = usart().dr().read().bits() as u8;
             if status.rxne().bit_is_set() {
                 self.receiver.receive(byte);
@@ -228,12 +232,14 @@ impl Catch {
                 w.pl().very_high().en().enabled()
             });
             usart().cr3().modify(|_, w| w.dmar().enabled());
+            WRITTEN.store(false, Relaxed);
             CATCHING.store(true, Relaxed);
         });
     }
 
     /// The interrupt takes what was caught, and the bytes from here on.
     pub(crate) fn end(&mut self) {
+        WRITTEN.store(true, Relaxed);
         rtic::pend(INTERRUPT);
     }
 }

@@ -228,29 +228,32 @@ impl Usart {
         }
     }
 
-    /// Writes the register at `offset` from its base; returns whether DMA is to bring a byte.
+    /// Writes the register at `offset` from its base; returns what DMA is to do.
     pub(crate) fn write(
         &mut self,
         offset: u32,
         value: u32,
         now: u64,
         warnings: &mut Warnings,
-    ) -> bool {
+    ) -> UsartRequests {
+        let mut requests = UsartRequests::default();
         match offset {
             0x00 => self.status &= value | !(RXNE | TC),
-            0x04 => return self.transmit(value as u8, now, warnings),
+            0x04 => requests.transmit = self.transmit(value as u8, now, warnings),
             0x08 => self.brr = value,
             0x0C => self.cr1 = value,
             0x10 => self.cr2 = value,
             0x14 => {
-                let begins = value & !self.cr3 & DMAT != 0;
+                // A flag that is up by then asks at once.
+                let begins = value & !self.cr3;
                 self.cr3 = value;
-                return begins && self.status & TXE != 0;
+                requests.transmit = begins & DMAT != 0 && self.status & TXE != 0;
+                requests.receive = begins & DMAR != 0 && self.status & RXNE != 0;
             }
             0x18 => self.gtpr = value,
             _ => {}
         }
-        false
+        requests
     }
 
     fn transmit(&mut self, byte: u8, now: u64, warnings: &mut Warnings) -> bool {
@@ -305,6 +308,16 @@ mod tests {
         assert_eq!(usart.read(0x00) & (ORE | RXNE), ORE | RXNE);
         assert_eq!(usart.read(0x04), u32::from(b'a'));
         assert_eq!(usart.read(0x00) & (ORE | RXNE), 0);
+    }
+
+    #[test]
+    fn a_byte_that_is_there_when_dma_is_enabled_is_asked_for() {
+        let (mut usart, mut warnings) = started();
+        assert!(!usart.write(0x14, DMAR, 0, &mut warnings).receive);
+        usart.write(0x14, 0, 0, &mut warnings);
+        usart.send(b"a", 0);
+        assert!(!usart.event(usart.next_event()).receive);
+        assert!(usart.write(0x14, DMAR, 0, &mut warnings).receive);
     }
 
     #[test]

@@ -31,12 +31,8 @@ const fn route(controller: u8, stream: u8, channel: u8) -> Route {
 impl Machine {
     pub(crate) fn usart_write(&mut self, index: usize, offset: u32, value: u32, now: u64) {
         let usart = &mut self.devices.usarts[index];
-        let transmit = usart.write(offset, value, now, &mut self.warnings);
+        let requests = usart.write(offset, value, now, &mut self.warnings);
         self.usart_changed(index);
-        let requests = UsartRequests {
-            receive: false,
-            transmit,
-        };
         self.usart_requests(index, requests, now);
         self.reschedule();
     }

@@ -272,14 +272,18 @@ fn moves() -> (String, i64) {
     (lines, steps)
 }
 
-/// Sends a line that is stored and moves right behind it, with a status query in their midst; how long the flash takes, µs.
-fn stall(mut bench: Bench, line: &str) -> Result<f64, Failure> {
+/// Sends lines, one of which is stored, and at `cycle` (at once where that is past) moves behind them, with a status query
+/// in their midst; how long the flash takes, µs.
+fn stall(mut bench: Bench, lines: &str, cycle: u64) -> Result<f64, Failure> {
     let (moves, steps) = moves();
     let (first, second) = moves.split_at(moves.len() / 2);
     bench.pins.clear();
-    bench.send(format!("{line}\n{first}?{second}"));
+    bench.send(format!("{lines}\n"));
+    bench.run_to(cycle)?;
+    bench.send(format!("{first}?{second}"));
+    let answers = lines.lines().count() + moves.lines().count();
     let mut heard = Vec::new();
-    while heard.iter().filter(|line| *line == "ok").count() < 1 + moves.lines().count() {
+    while heard.iter().filter(|line| *line == "ok").count() < answers {
         let more = bench.hear_until(1.0, |_| true)?;
         ensure(
             !more
@@ -299,11 +303,57 @@ fn stall(mut bench: Bench, line: &str) -> Result<f64, Failure> {
     ensure(moved == [steps, 0, 0], || {
         format!("{moved:?} steps, not {steps}")
     })?;
+    let (begin, end) = writing(&bench)?;
+    Ok(micros_between(begin, end))
+}
+
+/// The cycles at which the flash has begun to write and was done with it.
+fn writing(bench: &Bench) -> Result<(u64, u64), Failure> {
     let operations = bench.machine.flash_operations();
     let (Some(first), Some(last)) = (operations.first(), operations.last()) else {
         return Err(Failure("nothing is stored".into()));
     };
-    Ok(micros_between(first.begin, last.end))
+    Ok((first.begin, last.end))
+}
+
+/// Cycles of a byte at 2 Mbaud.
+const BYTE: u64 = 840;
+/// Cycles before the first word that are tried: more than it takes from where DMA is begun, and the interrupt before it.
+const BEFORE: u64 = 700;
+/// Cycles from one instant that is tried to the next: less than from masking interrupts to handing the bytes over to DMA.
+const APART: usize = 5;
+
+/// Whether bytes go out while the flash is written because of these lines.
+fn is_sending(bench: &Bench, lines: &str, begin: u64, end: u64) -> Result<bool, Failure> {
+    let mut bench = bench.clone();
+    bench.send(format!("{lines}\n"));
+    bench.run_to(begin)?;
+    let before = bench.machine.uart_out(LINE).len();
+    bench.run_to(end)?;
+    Ok(bench.machine.uart_out(LINE).len() > before)
+}
+
+/// Bytes begin to come at every instant of the handing over to DMA: on a silent line, and with the end of a list going out.
+fn at_every_instant(bench: &Bench) -> Result<String, Failure> {
+    let mut count = 0;
+    for lines in ["$30=24000", "$#\n$30=24000"] {
+        let mut alone = bench.clone();
+        alone.send(format!("{lines}\n"));
+        alone.run_for(0.05)?;
+        let (begin, end) = writing(&alone)?;
+        ensure(
+            is_sending(bench, lines, begin, end)? == lines.starts_with("$#"),
+            || format!("{lines:?}: the wrong one sends while the flash is written"),
+        )?;
+        for arrival in (begin - BEFORE..begin).step_by(APART) {
+            let before = begin - arrival;
+            stall(bench.clone(), lines, arrival - BYTE).map_err(|failure| {
+                Failure(format!("{lines:?}, {before} cycles before: {failure}"))
+            })?;
+            count += 1;
+        }
+    }
+    Ok(format!("{count} tried, nothing lost"))
 }
 
 pub(crate) fn flash_stall(firmware: &Firmware) -> Result<Figures, Failure> {
@@ -322,7 +372,7 @@ pub(crate) fn flash_stall(firmware: &Firmware) -> Result<Figures, Failure> {
     for line in lines {
         for (program_us, at_most) in PROGRAMMING {
             bench.machine.timing_mut().program_us = program_us;
-            let micros = stall(bench.clone(), line);
+            let micros = stall(bench.clone(), line, 0);
             let micros = micros.map_err(|failure| Failure(format!("{line}: {failure}")))?;
             figures.add(
                 format!("a line of {} bytes, {program_us} us a word", line.len()),
@@ -331,5 +381,10 @@ pub(crate) fn flash_stall(firmware: &Firmware) -> Result<Figures, Failure> {
             ensure(micros <= at_most, || format!("too long\n{figures}"))?;
         }
     }
+    bench.machine.timing_mut().program_us = PROGRAMMING[0].0;
+    figures.add(
+        "bytes from every instant of the begin on",
+        at_every_instant(&bench)?,
+    );
     Ok(figures)
 }
