@@ -661,3 +661,22 @@ fn a_curve_that_ends_at_rest_is_a_curve_up_to_its_last_piece() {
         "{worst:?}"
     );
 }
+
+/// The override asks for less than can be reached any more; what can be is only as exact as the high speed before.
+#[test]
+fn an_override_on_the_way_down_to_a_corner_leaves_the_corner_its_limit() {
+    let line = |x, y| Part::Line { x, y };
+    let program = Program {
+        parts: vec![
+            (line(18.513_798, 13.930_845), 243.32104, MoveKind::Feed),
+            (line(-48.765_215, 0.0), 29.168034, MoveKind::Feed),
+        ],
+        events: vec![(106, Event::Feed(10))],
+        rates: [225.08354, 266.23572],
+        accelerations: [3476.111, 1865.888],
+        steps_per_mm: [250, 454],
+        rule: CornerRule::Limits,
+    };
+    let worst = run(&program, program.config(), &program.config());
+    assert!(worst.is_ok(), "{worst:?}");
+}

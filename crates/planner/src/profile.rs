@@ -68,7 +68,7 @@ pub(crate) struct Stretch {
 
 /// How far a speed may miss the one that the distance allows and still count as rounding, as a share of
 /// the squared speed.
-const ROUNDING: f32 = 2e-6;
+pub(crate) const ROUNDING: f32 = 2e-6;
 
 impl Trapezoid {
     /// Makes the fastest profile that keeps `plan`.

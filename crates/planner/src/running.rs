@@ -5,7 +5,7 @@ use crate::fit::{bits, smoothing, steps, Carry, Linear};
 use crate::moves::{MovePower, PlannedMove};
 use crate::pixel::Pixel;
 use crate::planner::Outlook;
-use crate::profile::Plan;
+use crate::profile::{Plan, ROUNDING};
 use crate::real::{divide_twice, least, most, sqrt};
 use crate::{Config, Profile, SCurve, Trapezoid};
 use core::num::NonZeroU16;
@@ -238,10 +238,17 @@ impl<const MOTORS: usize> Running<MOTORS> {
     ///
     /// What braking from a high speed gets to is only as exact as the high speed; the plan's exit speed is exact and
     /// has the last word: else the difference would add up from move to move.
+    ///
+    /// Where an override asks for less than can be reached any more, the corner has it: it was planned for.
     fn to_end(&self, aim: Aim) -> (u32, f32, f32) {
         let per_mm = self.steps_per_mm;
-        let exit_v2 = least(aim.exit_v2, aim.corner_v2) * per_mm * per_mm;
-        (self.events, aim.nominal * per_mm, exit_v2)
+        let [exit_v2, corner_v2] = [aim.exit_v2, aim.corner_v2].map(|v2| v2 * per_mm * per_mm);
+        let entry_v2 = self.profile.speed_v2(self.done);
+        let left = (self.events - self.done) as f32;
+        let slowest = entry_v2 - 2.0 * self.acceleration * left;
+        let missed = aim.jerk <= 0.0 && slowest - exit_v2 > ROUNDING * entry_v2;
+        let exit_v2 = if missed { slowest } else { exit_v2 };
+        (self.events, aim.nominal * per_mm, least(exit_v2, corner_v2))
     }
 
     /// End, cruise speed and squared exit speed of the shortest stop on a whole step.
