@@ -428,12 +428,7 @@ where
         let mut planned = PlannedMove::new(of, delta);
         planned.length = length;
         planned.acceleration = 1.0 / worst(&direction, &self.limits.per_acceleration);
-        let steps = delta.iter().map(|steps| steps.unsigned_abs()).max();
-        let per_step = length / steps.unwrap_or(1) as f32;
-        planned.rate = least(
-            1.0 / worst(&direction, &self.limits.per_rate),
-            self.limits.step_rate * per_step,
-        );
+        planned.rate = self.rate(&planned, &direction);
         planned.feed = match of.feed {
             Feed::Rapid => planned.rate,
             Feed::PerMinute(speed) => speed,
@@ -443,6 +438,16 @@ where
             planned.bend(&curve.bend(planned.top_v2()));
         }
         (planned, direction)
+    }
+
+    /// The highest speed of a move by the rates of the axes and the step rate of the board, mm/s.
+    fn rate(&self, planned: &PlannedMove<MOTORS>, direction: &[f32; AXES]) -> f32 {
+        let steps = planned.delta.iter().map(|steps| steps.unsigned_abs()).max();
+        let per_step = planned.length / steps.unwrap_or(1) as f32;
+        least(
+            1.0 / worst(direction, &self.limits.per_rate),
+            self.limits.step_rate * per_step,
+        )
     }
 
     /// Queues a planned move whose corner may be taken at the squared speed `corner_v2`, mm²/s². There is room.
@@ -511,7 +516,7 @@ where
         let alone = piece.stands_alone(&self.limits);
         if alone {
             longer.acceleration = 1.0 / worst(direction, &self.limits.per_acceleration);
-            longer.rate = 1.0 / worst(direction, &self.limits.per_rate);
+            longer.rate = self.rate(longer, direction);
         }
         self.strokes.lengthen_last(&piece.vector, more, alone);
     }

@@ -267,6 +267,25 @@ mod tests {
     }
 
     #[test]
+    fn a_row_that_outgrows_any_curve_is_no_faster_than_the_board() {
+        let config = Config {
+            max_rate: [2000.0; 2],
+            shortest_tick: leadscrew_stepper::Ticks(840), // 100 kHz at 84 MHz
+            ..config(500.0)
+        };
+        let mut queue = RigQueue::new();
+        let mut rig = Rig::new(config, &mut queue);
+        for k in 1..=100 {
+            rig.planner
+                .push(&pixel(f64::from(k), 1e4, k as u32))
+                .unwrap();
+            let fastest = rig.planner.newest().unwrap().rate;
+            assert!(fastest <= 400.01, "{fastest} mm/s of 250 steps/mm");
+        }
+        assert_eq!(rig.planner.len(), 1);
+    }
+
+    #[test]
     fn a_row_along_a_diagonal_is_one_move_and_one_step_beside_it_is_another() {
         let pixel = |x: i32, y: i32, power| Move {
             target: [x, y].map(|steps| crate::Coordinate::from_mm(steps as f32 * 0.004)),
