@@ -37,7 +37,8 @@ impl StepTiming {
     /// An STM32F407 at 168 MHz: three motors at 250 kHz with pulses of 1 to 3 µs.
     ///
     /// Tick: the longest step interrupt with three motors and the end of its pulse took 459 and 111 cycles in an emulated one
-    /// with cold caches (3.4 µs); 0.6 µs are left for the main loop. A motor: 20 instructions of 1.65 cycles each. A pulse's end:
+    /// with cold caches (3.4 µs; 438 and 104 since then, `cargo fw-test step-interrupt`); 0.6 µs are left for the main loop. A
+    /// motor: 20 instructions of 1.65 cycles each (`crates/sim/src/cost.rs`), rounded to 0.2 µs. A pulse's end:
     /// entry, and 25 instructions before the last pin is written. Set-up: 650 ns (TI DRV8825, SLVSA73F).
     pub const F407: Self = Self {
         tick_ns: 3_400,
