@@ -1,0 +1,184 @@
+//! A move that runs, against the settings in exact arithmetic.
+
+use super::program::Cut;
+use crate::config::Limits;
+use crate::{Config, CornerRule, Curve, Trapezoid};
+use num_rational::BigRational;
+use num_traits::ToPrimitive;
+use std::{format, string::String};
+
+/// The largest share of each limit that was made use of.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Worst {
+    pub(super) rate: f64,
+    pub(super) acceleration: f64,
+    pub(super) arc: f64,
+    pub(super) corner: f64,
+    pub(super) curve: f64,
+    pub(super) jump: f64,
+}
+
+impl Worst {
+    pub(super) fn and(self, other: Self) -> Self {
+        Self {
+            rate: self.rate.max(other.rate),
+            acceleration: self.acceleration.max(other.acceleration),
+            arc: self.arc.max(other.arc),
+            corner: self.corner.max(other.corner),
+            curve: self.curve.max(other.curve),
+            jump: self.jump.max(other.jump),
+        }
+    }
+}
+
+fn exact(x: f32) -> BigRational {
+    BigRational::from_float(x).expect("a number")
+}
+
+fn whole(x: i64) -> BigRational {
+    BigRational::from_integer(x.into())
+}
+
+fn float(x: &BigRational) -> f64 {
+    x.to_f64().expect("a number")
+}
+
+/// By how much more than its acceleration a profile changes the squared speed from its start to its end, as a share of
+/// that: what rounding makes of speeds.
+fn joint(profile: &Trapezoid) -> f64 {
+    let (entry, exit) = (exact(profile.entry_v2()), exact(profile.exit_v2()));
+    let [up, down] = profile.accelerations().map(|a| exact(a.abs()));
+    let length = whole(i64::from(profile.end() - profile.start()));
+    let change = if entry > exit {
+        &entry - &exit
+    } else {
+        &exit - &entry
+    };
+    let more = change - whole(2) * up.max(down) * length;
+    let most = exact(profile.entry_v2().max(profile.exit_v2()).max(1.0));
+    float(&(more / most)).max(0.0)
+}
+
+/// A move that runs, with its geometry.
+pub(super) struct Leg {
+    /// mm of each axis in a step of the dominant motor.
+    share: [BigRational; 2],
+    /// mm.
+    length: f64,
+    u: [f64; 2],
+    curve: Option<Curve>,
+    circle: Option<[f64; 2]>,
+}
+
+impl Leg {
+    pub(super) fn new(cut: &Cut, delta: [i32; 2], scale: [i64; 2]) -> Self {
+        let events = i64::from(delta[0].abs().max(delta[1].abs()));
+        let mm = [0, 1].map(|i| f64::from(delta[i]) / scale[i] as f64);
+        let length = mm[0].hypot(mm[1]);
+        Self {
+            share: [0, 1].map(|i| whole(delta[i].abs().into()) / whole(scale[i]) / whole(events)),
+            length,
+            u: mm.map(|mm| mm / length),
+            curve: cut.of.curve,
+            circle: cut.circle,
+        }
+    }
+
+    /// Path in a step, squared, mm².
+    fn step2(&self) -> BigRational {
+        self.share.iter().map(|share| share * share).sum()
+    }
+
+    fn v2(&self, steps_v2: f32) -> f64 {
+        f64::from(steps_v2) * float(&self.step2())
+    }
+
+    /// The settings against one profile.
+    pub(super) fn check(&self, profile: &Trapezoid, limits: &Config<2>) -> Result<Worst, String> {
+        let mut worst = Worst {
+            jump: joint(profile),
+            ..Worst::default()
+        };
+        let [up, down] = profile.accelerations().map(|a| exact(a.abs()));
+        let a = up.max(down);
+        for (axis, share) in self.share.iter().enumerate() {
+            let rate = exact(profile.cruise()) * share / exact(limits.max_rate[axis]);
+            let acceleration = &a * share / exact(limits.acceleration[axis]);
+            if rate > whole(1) || acceleration > whole(1) {
+                return Err(format!(
+                    "axis {axis}: rate {} acceleration {}",
+                    float(&rate),
+                    float(&acceleration)
+                ));
+            }
+            worst.rate = worst.rate.max(float(&rate));
+            worst.acceleration = worst.acceleration.max(float(&acceleration));
+        }
+        if limits.corner_rule == CornerRule::Limits {
+            if let Some(curve) = self.curve {
+                let v2 = exact(profile.cruise()) * exact(profile.cruise()) * self.step2();
+                let pull = v2 / exact(curve.radius);
+                let total2 = &pull * &pull + &a * &a * self.step2();
+                let limit = exact(limits.acceleration[0]).min(exact(limits.acceleration[1]));
+                let share2 = total2 / (&limit * &limit);
+                if share2 > whole(1) {
+                    return Err(format!("arc: {}", float(&share2).sqrt()));
+                }
+                worst.arc = float(&share2).sqrt();
+            }
+            if let Some([radius, length]) = self.circle {
+                // Less than a window, and it is a corner.
+                let stroke = (f64::from(Limits::new(limits).tolerance) * radius).sqrt();
+                if length < 8.0 * stroke {
+                    return Ok(worst);
+                }
+                let pull = self.v2(profile.cruise() * profile.cruise()) / radius;
+                worst.curve = pull / f64::from(limits.acceleration[0].min(limits.acceleration[1]));
+                if worst.curve > 1.0 {
+                    return Err(format!("curve: {}", worst.curve));
+                }
+            }
+        }
+        Ok(worst)
+    }
+
+    /// Whether it is too long to be a part of a stroke.
+    pub(super) fn stands_alone(&self, limits: &Config<2>) -> bool {
+        let [rate2, a] = [
+            limits
+                .max_rate
+                .iter()
+                .map(|rate| f64::from(rate * rate))
+                .sum(),
+            f64::from(limits.acceleration[0].min(limits.acceleration[1])),
+        ];
+        let tolerance = f64::from(Limits::new(limits).tolerance);
+        limits.corner_rule == CornerRule::Grbl
+            || self.curve.is_some()
+            || self.length * self.length > 4.01 * tolerance * rate2 / a
+    }
+}
+
+/// Junction deviation between two legs, by the book.
+pub(super) fn corner_v2(before: &Leg, after: &Leg, limits: &Config<2>) -> f64 {
+    let [x0, y0] = before.u;
+    let [x1, y1] = after.u;
+    let (dot, cross) = (x0 * x1 + y0 * y1, x0 * y1 - y0 * x1);
+    if dot > 0.999_999 {
+        return f64::INFINITY;
+    }
+    // 1 + dot, and 1 − dot, each without cancellation
+    let (plus, minus) = if dot < 0.0 {
+        (cross * cross / (1.0 - dot), 1.0 - dot)
+    } else {
+        (1.0 + dot, cross * cross / (1.0 + dot))
+    };
+    if plus < 1e-6 {
+        return 0.0;
+    }
+    let (s, change) = ((plus / 2.0).sqrt(), (2.0 * minus).sqrt());
+    let a = (0..2)
+        .map(|i| f64::from(limits.acceleration[i]) * change / (after.u[i] - before.u[i]).abs())
+        .fold(f64::INFINITY, f64::min);
+    a * f64::from(limits.junction_deviation) * s * (1.0 + s) / (minus / 2.0)
+}

@@ -1,0 +1,287 @@
+//! No limit is broken: random programs, each planned move, ramp and corner against the settings in exact arithmetic.
+//!
+//! A profile's speeds and accelerations are `f32`: each is a rational number, and so are steps/mm and the settings. Only
+//! junction deviation has roots in it; it is compared in `f64`, a thousand times finer than the margin that the
+//! planner keeps.
+//!
+//! 1000 programs each time; as a campaign:
+//! `PROPTEST_CASES=100000 cargo test --release -p leadscrew-planner limits_tests -- --nocapture`.
+
+mod leg;
+mod program;
+
+use crate::reference::{to, Rig, RigQueue};
+use crate::{
+    Config, CornerRule, MoveKind, Overrides, Profile, StepsPerMm, Trapezoid, NANOS_PER_MM,
+};
+use leg::{corner_v2, Leg, Worst};
+use program::{Event, Part};
+use proptest::prelude::*;
+use proptest::test_runner::{TestCaseError, TestRng, TestRunner};
+use std::vec::Vec;
+use std::{format, println, string::String, vec};
+
+pub(crate) use program::{program, Program};
+
+/// Runs a program as a planner with `settings` does, and checks it against `limits`.
+fn run(program: &Program, settings: Config<2>, limits: &Config<2>) -> Result<Worst, String> {
+    let mut queue = RigQueue::new();
+    let mut rig = Rig::new(settings, &mut queue);
+    let mut worst = Worst::default();
+    let mut events = program.events.iter().copied();
+    let mut event = events.next();
+    let mut cancelling = false;
+    let all = program.moves();
+    let mut legs: Vec<Leg> = Vec::new();
+    let mut queued = all.iter().filter_map(|cut| {
+        let before = rig.planner.position();
+        while rig.planner.is_renewing() {
+            rig.planner.renew();
+        }
+        rig.planner.push(&cut.of).expect("room");
+        let after = rig.planner.position();
+        let delta = [0, 1].map(|i| after[i] - before[i]);
+        (delta != [0, 0]).then(|| Leg::new(cut, delta, program.steps_per_mm))
+    });
+    legs.extend(queued.by_ref());
+    drop(queued);
+    let mut begun = 0;
+    let mut last: Option<(Trapezoid, usize)> = None;
+    while let Some(segment) = rig.segmenter.next(&mut rig.planner) {
+        begun += usize::from(segment.line.is_some());
+        let leg = &legs[begun - 1];
+        if let Some((Profile::Trapezoid(profile), _)) = rig.segmenter.profile() {
+            if last.as_ref().is_none_or(|(last, _)| last != profile) {
+                worst = worst.and(leg.check(profile, limits)?);
+                // A profile goes on with the speed that the last one had there.
+                if let Some((before, _)) = last.filter(|(_, of)| *of == begun) {
+                    let start = profile.start();
+                    let (was, is) = (before.speed_v2(start, 0.0), profile.entry_v2());
+                    worst.jump = worst
+                        .jump
+                        .max(f64::from((was - is).abs()) / f64::from(is.max(1.0)));
+                }
+            }
+            last = Some((*profile, begun));
+        } else if let Some(next) = legs.get(begun).filter(|_| !rig.planner.is_empty()) {
+            let v2 = f64::from(rig.segmenter.speed()).powi(2);
+            if leg.stands_alone(limits) && next.stands_alone(limits) {
+                let corner = corner_v2(leg, next, limits);
+                if v2 > corner {
+                    return Err(format!("corner: {v2} instead of {corner}"));
+                }
+                if v2 > 0.0 && corner < f64::INFINITY {
+                    worst.corner = worst.corner.max(v2 / corner);
+                }
+            }
+        }
+        match &mut event {
+            Some((0, what)) => {
+                let overrides = rig.planner.overrides();
+                match *what {
+                    Event::Hold => rig.segmenter.hold(),
+                    Event::Resume => rig.segmenter.resume(),
+                    Event::Feed(feed) => rig.planner.set_overrides(Overrides { feed, ..overrides }),
+                    Event::Rapid(rapid) => {
+                        rig.planner.set_overrides(Overrides { rapid, ..overrides })
+                    }
+                    Event::Cancel => {
+                        rig.segmenter.hold();
+                        cancelling = true;
+                    }
+                }
+                event = events.next();
+            }
+            Some((wait, _)) => *wait -= 1,
+            None => {}
+        }
+        if rig.segmenter.is_held() {
+            if cancelling {
+                break;
+            }
+            rig.segmenter.resume();
+        }
+    }
+    if rig.segmenter.speed() > 0.0 {
+        return Err(String::from("ends in motion"));
+    }
+    Ok(worst)
+}
+
+/// The largest shares over many programs; fails at the first one that breaks a limit.
+fn campaign(cases: u32, plant: impl Fn(&mut Config<2>)) -> Result<Worst, String> {
+    let config = ProptestConfig {
+        cases,
+        failure_persistence: None,
+        ..ProptestConfig::default()
+    };
+    // The same programs each time, but for campaigns.
+    let mut runner = if cases > 1000 {
+        TestRunner::new(config)
+    } else {
+        let rng = TestRng::deterministic_rng(config.rng_algorithm);
+        TestRunner::new_with_rng(config, rng)
+    };
+    let worst = core::cell::Cell::new(Worst::default());
+    let result = runner.run(&program(), |program| {
+        let limits = program.config();
+        let mut settings = limits;
+        plant(&mut settings);
+        let of = run(&program, settings, &limits).map_err(TestCaseError::fail)?;
+        worst.set(worst.get().and(of));
+        Ok(())
+    });
+    result
+        .map(|()| worst.get())
+        .map_err(|error| format!("{error}"))
+}
+
+fn cases() -> u32 {
+    let asked = std::env::var("PROPTEST_CASES").ok();
+    asked.and_then(|cases| cases.parse().ok()).unwrap_or(1000)
+}
+
+/// A line cut into 0.01 mm, planned as it comes: at rest at its end, in the time that the queue allows.
+#[test]
+fn a_line_in_short_pieces_ends_at_rest_and_as_soon_as_one_move_does() {
+    for angle in [0.1f64, 0.3, 0.5, 0.8, 1.1] {
+        let config = Config {
+            max_rate: [2000.0 / 60.0; 2],
+            acceleration: [200.0; 2],
+            steps_per_mm: [StepsPerMm::from_nanos(4000 * NANOS_PER_MM); 2],
+            ..Config::default()
+        };
+        let at = |length: f64| {
+            let mm = [length * angle.cos(), length * angle.sin()].map(|x| (x * 1e3).round() / 1e3);
+            to(mm[0], mm[1], 30.0)
+        };
+        let pieces: Vec<_> = (1..=4000).map(|k| at(f64::from(k) * 0.01)).collect();
+        let mut queue = RigQueue::new();
+        let mut rig = Rig::new(config, &mut queue);
+        let cut = rig.run(&pieces);
+        assert_eq!(rig.segmenter.speed(), 0.0, "at {angle}");
+        let whole = Rig::new(config, &mut RigQueue::new()).run(&[at(40.0)]);
+        assert!(cut / whole < 1.01, "at {angle}: {cut} {whole}");
+    }
+}
+
+/// The same at 83 mm/s, for which the queue is too short, and at coarse steps: at rest at the end.
+#[test]
+fn motion_that_outruns_a_short_queue_ends_at_rest() {
+    for angle in [0.1f64, 0.3, 0.5, 0.8, 1.1] {
+        let mut queue = RigQueue::new();
+        let mut rig = Rig::new(
+            Config {
+                max_rate: [5000.0 / 60.0; 2],
+                acceleration: [200.0; 2],
+                ..Config::default()
+            },
+            &mut queue,
+        );
+        let at = |k: u32| {
+            let length = f64::from(k) * 0.01;
+            let mm = [length * angle.cos(), length * angle.sin()].map(|x| (x * 1e3).round() / 1e3);
+            to(mm[0], mm[1], 80.0)
+        };
+        let moves: Vec<_> = (1..=6000).map(at).collect();
+        rig.run(&moves);
+        assert_eq!(rig.segmenter.speed(), 0.0, "at {angle}");
+    }
+}
+
+#[test]
+fn no_program_breaks_a_limit() {
+    let worst = campaign(cases(), |_| ()).unwrap_or_else(|error| panic!("{error}"));
+    println!(
+        "{} programs, largest shares of the limits: {worst:?}",
+        cases()
+    );
+    assert!(
+        worst.acceleration > 0.9999,
+        "limits are made use of: {worst:?}"
+    );
+    assert!(worst.jump < 4e-6, "{worst:?}");
+}
+
+#[test]
+fn a_limit_that_is_broken_by_two_per_cent_is_found() {
+    type Plant = fn(&mut Config<2>);
+    let faults: [(&str, Plant); 4] = [
+        ("acceleration of x", |config| config.acceleration[0] *= 1.02),
+        ("acceleration of y", |config| config.acceleration[1] *= 1.02),
+        ("rate of x", |config| config.max_rate[0] *= 1.02),
+        ("junction deviation", |config| {
+            config.junction_deviation *= 1.02
+        }),
+    ];
+    for (what, plant) in faults {
+        assert!(campaign(1000, plant).is_err(), "{what}");
+    }
+}
+
+/// From rest there is no stroke before the first one that it could stray from.
+#[test]
+fn a_curve_that_begins_at_rest_is_a_curve_from_its_first_piece_on() {
+    let curve = Part::Cut {
+        from: 4.708,
+        radius: 1.0,
+        turn: 3.57,
+        piece: 0.0565,
+    };
+    let program = Program {
+        parts: vec![(curve, 1.0, MoveKind::Rapid)],
+        events: Vec::new(),
+        rates: [143.0, 265.0],
+        accelerations: [2297.0, 10.0],
+        steps_per_mm: [250, 250],
+        rule: CornerRule::Limits,
+    };
+    let worst = run(&program, program.config(), &program.config());
+    assert!(worst.is_ok_and(|worst| worst.curve < 0.8));
+}
+
+/// No stroke ends with the last pieces of a path; there a strong axis could double its speed within one of them.
+#[test]
+fn a_curve_that_ends_at_rest_is_a_curve_up_to_its_last_piece() {
+    let cut = |from, turn| Part::Cut {
+        from,
+        radius: 1.0,
+        turn,
+        piece: 0.02,
+    };
+    let program = Program {
+        parts: vec![
+            (cut(0.0, -0.3), 1.0, MoveKind::Feed),
+            (cut(3.262_475, -3.311_922), 234.0, MoveKind::Feed),
+        ],
+        events: Vec::new(),
+        rates: [5.0; 2],
+        accelerations: [10.0, 4822.3374],
+        steps_per_mm: [250; 2],
+        rule: CornerRule::Limits,
+    };
+    let worst = run(&program, program.config(), &program.config());
+    assert!(
+        worst.as_ref().is_ok_and(|worst| worst.curve < 1.0),
+        "{worst:?}"
+    );
+}
+
+/// The override asks for less than can be reached any more; what can be is only as exact as the high speed before.
+#[test]
+fn an_override_on_the_way_down_to_a_corner_leaves_the_corner_its_limit() {
+    let line = |x, y| Part::Line { x, y };
+    let program = Program {
+        parts: vec![
+            (line(18.513_798, 13.930_845), 243.32104, MoveKind::Feed),
+            (line(-48.765_215, 0.0), 29.168034, MoveKind::Feed),
+        ],
+        events: vec![(106, Event::Feed(10))],
+        rates: [225.08354, 266.23572],
+        accelerations: [3476.111, 1865.888],
+        steps_per_mm: [250, 454],
+        rule: CornerRule::Limits,
+    };
+    let worst = run(&program, program.config(), &program.config());
+    assert!(worst.is_ok(), "{worst:?}");
+}

@@ -1,0 +1,231 @@
+//! Random programs: lines, arcs, curves and lines in pieces, and what comes in between.
+
+use crate::reference::to;
+use crate::{
+    Arc, Config, Coordinate, CornerRule, Curve, Feed, Move, MoveKind, StepsPerMm, NANOS_PER_MM,
+};
+use core::f64::consts::TAU;
+use proptest::prelude::*;
+use std::vec;
+use std::vec::Vec;
+
+/// A part of a program, from where the last one ended.
+#[derive(Clone, Debug)]
+pub(super) enum Part {
+    /// mm.
+    Line { x: f64, y: f64 },
+    /// A G2 or G3: where it begins on its circle (radians), radius (mm), turned through.
+    Arc { from: f64, radius: f64, turn: f64 },
+    /// A circle as CAM cuts it, points rounded to 3 decimals: besides, the length of a piece.
+    Cut {
+        from: f64,
+        radius: f64,
+        turn: f64,
+        piece: f64,
+    },
+    /// A line in pieces.
+    CutLine { angle: f64, length: f64, piece: f64 },
+}
+
+/// What comes in between, after so many segments.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Event {
+    Hold,
+    Resume,
+    Feed(u8),
+    Rapid(u8),
+    /// A hold, and at its rest all that is left is forgotten.
+    Cancel,
+}
+
+#[derive(Clone, Debug)]
+pub(crate) struct Program {
+    pub(super) parts: Vec<(Part, f32, MoveKind)>,
+    pub(super) events: Vec<(usize, Event)>,
+    pub(super) rates: [f32; 2],
+    pub(super) accelerations: [f32; 2],
+    pub(crate) steps_per_mm: [i64; 2],
+    pub(super) rule: CornerRule,
+}
+
+fn part() -> impl Strategy<Value = Part> {
+    let angle = || 0.0..TAU;
+    let turn = || prop_oneof![0.3..TAU, -TAU..-0.3];
+    prop_oneof![
+        3 => (-2.0f64..2.0, angle()).prop_map(|(size, angle)| {
+            let length = 10f64.powf(size);
+            Part::Line { x: length * angle.cos(), y: length * angle.sin() }
+        }),
+        1 => (-50.0f64..50.0).prop_map(|x| Part::Line { x, y: 0.0 }),
+        2 => (angle(), -0.5f64..1.2, turn()).prop_map(|(from, size, turn)| Part::Arc { from, radius: 10f64.powf(size), turn }),
+        2 => (angle(), 0.0f64..1.5, turn(), 0.02f64..0.3).prop_map(|(from, size, turn, piece)| {
+            let radius = 10f64.powf(size);
+            // As near to the circle as the chords of an arc: farther away, corners are corners.
+            Part::Cut { from, radius, turn, piece: piece.min((8.0 * 0.002 * radius).sqrt()) }
+        }),
+        1 => (angle(), 0.1f64..2.0, 0.01f64..0.1).prop_map(|(angle, length, piece)| Part::CutLine { angle, length, piece }),
+    ]
+}
+
+fn event() -> impl Strategy<Value = Event> {
+    prop_oneof![
+        2 => Just(Event::Hold),
+        3 => Just(Event::Resume),
+        3 => (10u8..=200).prop_map(Event::Feed),
+        1 => prop::sample::select(vec![25u8, 50, 100]).prop_map(Event::Rapid),
+        1 => Just(Event::Cancel),
+    ]
+}
+
+pub(crate) fn program() -> impl Strategy<Value = Program> {
+    let kind = prop::sample::select(vec![
+        MoveKind::Feed,
+        MoveKind::Feed,
+        MoveKind::Rapid,
+        MoveKind::Jog,
+    ]);
+    let parts = prop::collection::vec((part(), 1.0f32..300.0, kind), 1..5);
+    let events = prop::collection::vec((1usize..150, event()), 0..12);
+    let limits = (
+        prop::array::uniform2(5.0f32..300.0),
+        prop::array::uniform2(10.0f32..5000.0),
+    );
+    let scale = prop::array::uniform2(prop_oneof![Just(250i64), 80i64..1000]);
+    let rule = prop::sample::select(vec![
+        CornerRule::Limits,
+        CornerRule::Limits,
+        CornerRule::Grbl,
+    ]);
+    (parts, events, limits, scale, rule).prop_map(
+        |(parts, events, (rates, accelerations), steps_per_mm, rule)| Program {
+            parts,
+            events,
+            rates,
+            accelerations,
+            steps_per_mm,
+            rule,
+        },
+    )
+}
+
+/// A move, and the circle that it was cut from: radius, length of the arc, mm.
+pub(crate) struct Cut {
+    pub(crate) of: Move<2>,
+    /// Whether a part of the program begins with it.
+    pub(crate) is_first: bool,
+    pub(super) circle: Option<[f64; 2]>,
+}
+
+impl Program {
+    pub(crate) fn config(&self) -> Config<2> {
+        Config {
+            max_rate: self.rates,
+            acceleration: self.accelerations,
+            steps_per_mm: self
+                .steps_per_mm
+                .map(|steps| StepsPerMm::from_nanos(steps * NANOS_PER_MM)),
+            corner_rule: self.rule,
+            ..Config::default()
+        }
+    }
+
+    pub(crate) fn moves(&self) -> Vec<Cut> {
+        let mut at = [0.0, 0.0];
+        let mut moves = Vec::new();
+        for (part, feed, kind) in &self.parts {
+            let (mut cuts, end) = self.cut(part, at, *feed, *kind);
+            if let Some(first) = cuts.first_mut() {
+                first.is_first = true;
+            }
+            moves.extend(cuts);
+            at = end;
+        }
+        moves
+    }
+
+    fn cut(&self, part: &Part, at: [f64; 2], feed: f32, kind: MoveKind) -> (Vec<Cut>, [f64; 2]) {
+        let rounded = |x: f64| (x * 1000.0).round() / 1000.0;
+        let of = |[x, y]: [f64; 2]| Move {
+            feed: if kind == MoveKind::Rapid {
+                Feed::Rapid
+            } else {
+                Feed::PerMinute(feed)
+            },
+            kind,
+            ..to(rounded(x), rounded(y), feed)
+        };
+        let line = |end: [f64; 2], pieces: usize| {
+            let share = |k: usize| k as f64 / pieces as f64;
+            let point = |k| [0, 1].map(|i| at[i] + (end[i] - at[i]) * share(k));
+            let cuts = (1..=pieces).map(|k| Cut {
+                of: of(point(k)),
+                is_first: false,
+                circle: None,
+            });
+            (cuts.collect(), end)
+        };
+        let on_circle = |from: f64, radius: f64, angle: f64| {
+            [
+                at[0] + radius * (angle.cos() - from.cos()),
+                at[1] + radius * (angle.sin() - from.sin()),
+            ]
+        };
+        match *part {
+            Part::Line { x, y } => line([at[0] + x, at[1] + y], 1),
+            Part::CutLine {
+                angle,
+                length,
+                piece,
+            } => {
+                let end = [at[0] + length * angle.cos(), at[1] + length * angle.sin()];
+                line(end, (length / piece).ceil() as usize)
+            }
+            Part::Cut {
+                from,
+                radius,
+                turn,
+                piece,
+            } => {
+                let pieces = ((radius * turn.abs() / piece).ceil() as usize).min(240);
+                let point =
+                    |k: usize| on_circle(from, radius, from + turn * k as f64 / pieces as f64);
+                let cuts = (1..=pieces).map(|k| Cut {
+                    of: of(point(k)),
+                    is_first: false,
+                    circle: Some([radius, radius * turn.abs()]),
+                });
+                (cuts.collect(), point(pieces))
+            }
+            Part::Arc { from, radius, turn } => {
+                let mm = |x: f64| Coordinate::from_nanos((rounded(x) * 1e9).round() as i64);
+                let (end, centre) = (
+                    on_circle(from, radius, from + turn),
+                    on_circle(from, 0.0, 0.0),
+                );
+                let offset = [-radius * from.cos(), -radius * from.sin()].map(mm);
+                let chords = Arc::new(
+                    centre.map(mm),
+                    end.map(mm),
+                    offset,
+                    (0, 1),
+                    turn < 0.0,
+                    0.002,
+                );
+                let curve = Curve {
+                    radius: chords.radius(),
+                    acceleration: self.accelerations[0].min(self.accelerations[1]),
+                };
+                let cuts = chords.map(|target| Cut {
+                    of: Move {
+                        target,
+                        curve: Some(curve),
+                        ..of(end)
+                    },
+                    is_first: false,
+                    circle: None,
+                });
+                (cuts.collect(), end)
+            }
+        }
+    }
+}

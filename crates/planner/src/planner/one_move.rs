@@ -1,0 +1,131 @@
+//! One move on its own: steps, length, limits along it, and how fast it runs where nothing else bounds it.
+
+use super::Planner;
+use crate::config::{SpeedUnit, PIXELS_A_SECOND, SLOWEST};
+use crate::moves::PlannedMove;
+use crate::ramp;
+use crate::real::{least, most, norm2, sqrt, worst};
+use crate::{CornerRule, Feed, Kinematics, Move, MoveKind, Overrides};
+
+/// Share of the true braking capacity that the look-ahead counts on: leaves room for the rounding of
+/// ramps in `f32` (a few 2⁻²⁴), so that no ramp is steeper than allowed.
+const GAIN_MARGIN: f32 = 1.0 - 1.0 / (1 << 20) as f32;
+
+impl<K, const AXES: usize, const MOTORS: usize> Planner<'_, K, AXES, MOTORS>
+where
+    K: Kinematics<AXES, MOTORS>,
+{
+    /// Finds length, direction and limits of the move by `delta` steps.
+    pub(super) fn plan(
+        &self,
+        of: &Move<AXES>,
+        delta: [i32; MOTORS],
+    ) -> (PlannedMove<MOTORS>, [f32; AXES]) {
+        let axes_mm = self.axes_mm(delta);
+        let length = sqrt(norm2(&axes_mm));
+        let direction = axes_mm.map(|mm| mm / length);
+        let mut planned = PlannedMove::new(of, delta);
+        planned.length = length;
+        planned.acceleration = 1.0 / worst(&direction, &self.limits.per_acceleration);
+        planned.rate = self.rate(&planned, &direction);
+        planned.feed = match of.feed {
+            Feed::Rapid => planned.rate,
+            Feed::PerMinute(speed) => speed,
+            Feed::InverseTime(per_second) => per_second * length,
+        };
+        if let (Some(curve), CornerRule::Limits) = (of.curve, self.config.corner_rule) {
+            planned.bend(&curve.bend(planned.top_v2()));
+        }
+        (planned, direction)
+    }
+
+    /// How far each axis goes where the motors make `delta` steps, mm.
+    pub(super) fn axes_mm(&self, delta: [i32; MOTORS]) -> [f32; AXES] {
+        let mut motors_mm = [0.0; MOTORS];
+        let scales = delta.into_iter().zip(self.scales.mm_per_step);
+        for (mm, (steps, mm_per_step)) in motors_mm.iter_mut().zip(scales) {
+            *mm = steps as f32 * mm_per_step;
+        }
+        self.kinematics.axes_mm(&motors_mm)
+    }
+
+    /// The highest speed of a move by the rates of the axes and the step rate of the board, mm/s.
+    pub(super) fn rate(&self, planned: &PlannedMove<MOTORS>, direction: &[f32; AXES]) -> f32 {
+        let steps = planned.delta.iter().map(|steps| steps.unsigned_abs()).max();
+        let per_step = planned.length / steps.unwrap_or(1) as f32;
+        least(
+            1.0 / worst(direction, &self.limits.per_rate),
+            self.limits.step_rate * per_step,
+        )
+    }
+
+    /// What a move can brake, in speed units.
+    pub(super) fn gain(&self, planned: &PlannedMove<MOTORS>) -> u32 {
+        gain(self.limits.unit, self.config.jerk, planned)
+    }
+
+    pub(crate) fn nominal(&self, planned: &PlannedMove<MOTORS>) -> f32 {
+        nominal(self.overrides, planned)
+    }
+
+    /// The speed that the running move is to cruise at, mm/s: its nominal one, and for a row no more than what lets its pixels be
+    /// prepared in time.
+    pub(crate) fn running_nominal(&self) -> f32 {
+        self.queue.running().map_or(SLOWEST, |planned| {
+            let nominal = self.nominal(planned);
+            if planned.pixels == 0 {
+                return nominal;
+            }
+            let pixel = planned.length / f32::from(planned.pixels);
+            most(least(nominal, pixel * PIXELS_A_SECOND), SLOWEST)
+        })
+    }
+}
+
+/// The speed that a move runs at where nothing else limits it, mm/s.
+pub(super) fn nominal<const MOTORS: usize>(
+    overrides: Overrides,
+    planned: &PlannedMove<MOTORS>,
+) -> f32 {
+    let percent = match planned.kind {
+        MoveKind::Rapid => overrides.rapid,
+        MoveKind::Feed => overrides.feed,
+        MoveKind::Jog | MoveKind::System => 100,
+    };
+    let asked = if percent == 100 {
+        planned.feed
+    } else {
+        planned.feed * f32::from(percent) * 0.01
+    };
+    let fastest = if planned.has_gaps {
+        planned.rate * f32::from(overrides.rapid) * 0.01
+    } else {
+        planned.rate
+    };
+    most(least(fastest, asked), SLOWEST)
+}
+
+/// Limit at the start of a move by its `corner` (units), its `nominal` speed and that of the move `before` it (mm/s); squared,
+/// in units.
+pub(super) fn cap(unit: SpeedUnit, before: Option<f32>, nominal: f32, corner: u32) -> u32 {
+    let slower = before.map_or(nominal, |before| least(nominal, before));
+    corner.min(unit.units(slower * slower))
+}
+
+/// What a move can brake, squared speed in units.
+pub(super) fn gain<const MOTORS: usize>(
+    unit: SpeedUnit,
+    jerk: f32,
+    planned: &PlannedMove<MOTORS>,
+) -> u32 {
+    let acceleration = planned.acceleration;
+    let gain = 2.0 * acceleration * planned.length;
+    let gain = if jerk > 0.0 {
+        let fastest = most(sqrt(planned.top_v2()), SLOWEST);
+        let limits = ramp::Limits { acceleration, jerk };
+        least(gain, ramp::braking(fastest, planned.length, limits))
+    } else {
+        gain
+    };
+    unit.units(gain * GAIN_MARGIN)
+}

@@ -1,0 +1,56 @@
+//! Changes of overrides, carried through the queue a few moves at a time.
+
+use super::one_move::{cap, nominal};
+use super::Planner;
+use crate::{Kinematics, Overrides};
+
+impl<K, const AXES: usize, const MOTORS: usize> Planner<'_, K, AXES, MOTORS>
+where
+    K: Kinematics<AXES, MOTORS>,
+{
+    /// The overrides in force.
+    pub const fn overrides(&self) -> Overrides {
+        self.overrides
+    }
+
+    /// Changes the overrides and begins to plan the queued moves anew, the first ones first.
+    ///
+    /// The running move follows at the next [`crate::Segmenter::next`]; the others with [`Planner::renew`].
+    pub fn set_overrides(&mut self, overrides: Overrides) {
+        if overrides == self.overrides {
+            return;
+        }
+        self.overrides = overrides;
+        self.queue.begin_renewal();
+        self.renew();
+        self.revision = self.revision.wrapping_add(1);
+    }
+
+    /// Whether a change of overrides has not reached all queued moves yet.
+    pub const fn is_renewing(&self) -> bool {
+        self.queue.is_renewing()
+    }
+
+    /// Plans a few more of the queued moves for a change of overrides; returns whether more of them are left.
+    ///
+    /// All limits are kept meanwhile; the moves that are left are planned for the speed asked for before the change.
+    /// No move can be queued until it is over: at most 64 calls for 1024 moves. [`Planner::push`] and
+    /// [`crate::Segmenter::next`] call it too. Bounded: 16 moves, since a `Machine::poll` may call it for
+    /// each segment that it makes.
+    pub fn renew(&mut self) -> bool {
+        const A_CALL: usize = 16;
+        if !self.queue.is_renewing() {
+            return false;
+        }
+        let (overrides, unit) = (self.overrides, self.limits.unit);
+        self.queue.renew(A_CALL, |before, planned| {
+            let before = before.map(|before| nominal(overrides, before));
+            cap(unit, before, nominal(overrides, planned), planned.corner)
+        });
+        let last = self.queue.newest().map(|last| nominal(overrides, last));
+        if let (Some((_, speed)), Some(nominal)) = (&mut self.last, last) {
+            *speed = nominal;
+        }
+        self.queue.is_renewing()
+    }
+}

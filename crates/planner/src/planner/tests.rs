@@ -1,0 +1,227 @@
+//! Steps, limits along the line, room, overrides.
+
+use super::*;
+use crate::config::SLOWEST;
+use crate::reference::{queue, to};
+use crate::{
+    Cartesian, CoreXy, CornerRule, Curve, Feed, Ganged, MoveKind, MovePower, StepsPerMm,
+    NANOS_PER_MM,
+};
+use leadscrew_stepper::Outputs;
+use proptest::prelude::*;
+
+fn config() -> Config<2> {
+    Config {
+        max_rate: [100.0, 50.0],
+        acceleration: [500.0, 200.0],
+        ..Config::default()
+    }
+}
+
+fn cartesian() -> Planner<'static, Cartesian, 2, 2> {
+    Planner::new(config(), Cartesian, queue::<2, 8>())
+}
+
+#[test]
+fn a_move_of_less_than_half_a_step_is_nothing() {
+    let mut planner = cartesian();
+    assert_eq!(planner.push(&to(0.0019, 0.0, 10.0)), Ok(Pushed::TooShort));
+    assert!(planner.is_empty());
+    assert_eq!(planner.push(&to(0.002, 0.0, 10.0)), Ok(Pushed::Queued));
+    assert_eq!(planner.position(), [1, 0]);
+}
+
+#[test]
+fn a_full_queue_and_a_target_out_of_reach_change_nothing() {
+    let mut planner = cartesian();
+    assert_eq!(planner.push(&to(9e6, 0.0, 10.0)), Err(PushError::TooFar));
+    for k in 1..=8 {
+        assert_eq!(
+            planner.push(&to(f64::from(k), 0.0, 10.0)),
+            Ok(Pushed::Queued)
+        );
+    }
+    assert_eq!(planner.push(&to(9.0, 0.0, 10.0)), Err(PushError::Full));
+    assert_eq!(planner.position(), [2000, 0]);
+    planner.clear();
+    assert_eq!(planner.room(), 8);
+}
+
+#[test]
+fn fewer_moves_than_there_is_room_for_can_be_used() {
+    let mut planner = Planner::<_, 2, 2>::new(
+        Config {
+            moves: 2,
+            ..config()
+        },
+        Cartesian,
+        queue::<2, 8>(),
+    );
+    planner.push(&to(1.0, 0.0, 10.0)).unwrap();
+    planner.push(&to(2.0, 0.0, 10.0)).unwrap();
+    assert_eq!(planner.push(&to(3.0, 0.0, 10.0)), Err(PushError::Full));
+}
+
+#[test]
+fn limits_along_a_diagonal_are_those_of_the_weakest_axis() {
+    let (planned, _) = cartesian().plan(&to(3.0, 4.0, 1e3), [750, 1000]);
+    assert!((planned.length - 5.0).abs() < 1e-5);
+    assert!((planned.rate - 62.5).abs() < 1e-3);
+    assert!((planned.acceleration - 250.0).abs() < 1e-3);
+}
+
+#[test]
+fn limits_apply_to_axes_where_belts_cross() {
+    let mut planner = Planner::<_, 2, 2>::new(config(), CoreXy, queue::<2, 8>());
+    planner.push(&to(0.0, 4.0, 1e3)).unwrap();
+    assert_eq!(planner.position(), [1000, -1000]);
+    let running = *planner.start_next().unwrap();
+    assert!((running.rate - 50.0).abs() < 1e-4);
+    assert!((running.acceleration - 200.0).abs() < 1e-3);
+    assert!((running.length - 4.0).abs() < 1e-5);
+}
+
+#[test]
+fn no_motor_steps_faster_than_the_board_where_belts_cross() {
+    let config = Config {
+        max_rate: [2000.0; 2],
+        shortest_tick: leadscrew_stepper::Ticks(840), // 100 kHz at 84 MHz
+        ..config()
+    };
+    let mut queue = Queue::<2, 8>::new();
+    let mut planner = Planner::new(config, CoreXy, &mut queue);
+    // 500 steps/mm of one motor along the diagonal, 250 along an axis.
+    for (x, y, rate) in [(4.0, 4.0, 282.84), (8.0, 4.0, 400.0)] {
+        planner.push(&to(x, y, 1e4)).unwrap();
+        let found = planner.newest().unwrap().rate;
+        assert!((found - rate).abs() < 0.01, "{found}");
+    }
+}
+
+#[test]
+fn a_second_motor_has_the_steps_of_the_first_and_changes_no_limit() {
+    let config = Config {
+        steps_per_mm: [100, 80].map(|steps| StepsPerMm::from_nanos(steps * NANOS_PER_MM)),
+        ..config()
+    };
+    let mut ganged = Planner::<_, 2, 3>::new(config, Ganged { axis_of: [1] }, queue::<3, 8>());
+    let mut single = Planner::<_, 2, 2>::new(config, Cartesian, queue::<2, 8>());
+    for (x, y) in [(3.0, 4.0), (-1.0, 0.3), (7.0, 7.0)] {
+        ganged.push(&to(x, y, 80.0)).unwrap();
+        single.push(&to(x, y, 80.0)).unwrap();
+        let [x, y] = single.position();
+        assert_eq!(ganged.position(), [x, y, y]);
+        let (ganged, single) = (ganged.outlook(), single.outlook());
+        assert_eq!(ganged, single);
+    }
+    let (ganged, single) = (ganged.start_next().unwrap(), single.start_next().unwrap());
+    assert_eq!(ganged.length, single.length);
+    assert_eq!(ganged.rate, single.rate);
+    assert_eq!(ganged.acceleration, single.acceleration);
+}
+
+#[test]
+fn counts_of_a_second_motor_are_brought_to_those_of_the_first() {
+    let planner = Planner::<_, 2, 3>::new(config(), Ganged { axis_of: [0] }, queue::<3, 8>());
+    assert_eq!(planner.ganged([5, 6, 9]), [5, 6, 5]);
+    assert_eq!(cartesian().ganged([5, 6]), [5, 6]);
+}
+
+#[test]
+fn overrides_scale_their_own_kind_only_and_never_beyond_the_rate() {
+    let mut planner = cartesian();
+    planner.set_overrides(Overrides {
+        feed: 200,
+        rapid: 25,
+    });
+    let nominal = |feed: f32, kind| {
+        let of = Move {
+            kind,
+            ..to(1.0, 0.0, feed)
+        };
+        planner.nominal(&planner.plan(&of, [250, 0]).0)
+    };
+    assert_eq!(nominal(10.0, MoveKind::Feed), 20.0);
+    assert!((nominal(80.0, MoveKind::Feed) - 100.0).abs() < 1e-3);
+    assert_eq!(nominal(80.0, MoveKind::Rapid), 20.0);
+    assert_eq!(nominal(10.0, MoveKind::Jog), 10.0);
+    assert_eq!(nominal(0.0, MoveKind::System), SLOWEST);
+}
+
+#[test]
+fn inverse_time_is_along_the_path() {
+    let planner = cartesian();
+    let of = Move {
+        feed: Feed::InverseTime(2.0),
+        ..to(3.0, 4.0, 0.0)
+    };
+    let (planned, _) = planner.plan(&of, [750, 1000]);
+    assert!((planned.feed - 10.0).abs() < 1e-5);
+}
+
+#[test]
+fn an_arc_bounds_the_speed_and_leaves_less_for_ramps_unless_grbls_rule_is_in_force() {
+    let chord = |feed| Move {
+        curve: Some(Curve {
+            radius: 2.0,
+            acceleration: 200.0,
+        }),
+        ..to(0.3, 0.4, feed)
+    };
+    let mut planner = cartesian();
+    let (fast, _) = planner.plan(&chord(50.0), [75, 100]);
+    assert!((fast.rate * fast.rate - 320.0).abs() < 1e-2);
+    assert!((fast.acceleration - 120.0).abs() < 1e-2);
+    // At 200 % the feed of 5 mm/s is 10: a pull of 50 mm/s².
+    let (slow, _) = planner.plan(&chord(5.0), [75, 100]);
+    assert!((slow.acceleration - 200.0 * (1.0f32 - 0.0625).sqrt()).abs() < 1e-2);
+    planner.configure(Config {
+        corner_rule: CornerRule::Grbl,
+        ..config()
+    });
+    let (grbl, _) = planner.plan(&chord(50.0), [75, 100]);
+    assert!((grbl.acceleration - 250.0).abs() < 1e-2);
+    assert!((grbl.rate - 62.5).abs() < 1e-3);
+}
+
+#[test]
+fn an_override_that_is_taken_back_leaves_the_plan_as_it_was() {
+    let mut planner = cartesian();
+    for k in 1..8 {
+        planner
+            .push(&to(f64::from(k), f64::from(k % 2), 10.0))
+            .unwrap();
+    }
+    planner.start_next();
+    let before = planner.outlook();
+    planner.set_overrides(Overrides {
+        feed: 10,
+        rapid: 100,
+    });
+    assert!(planner.outlook().exit < before.exit);
+    planner.set_overrides(Overrides::default());
+    assert_eq!(planner.outlook().exit, before.exit);
+    assert_ne!(planner.outlook(), before);
+}
+
+proptest! {
+    /// Position after any program, against rational arithmetic (half away from zero), with odd scales.
+    #[test]
+    fn the_end_of_the_queue_is_where_exact_arithmetic_says(
+        moves in prop::collection::vec((-1_000_000_000_000i64..1_000_000_000_000, -900_000_000_000i64..900_000_000_000), 1..8),
+        scale in 1i64..2_000_000_000_000,
+    ) {
+        let config = Config { steps_per_mm: [StepsPerMm::from_nanos(scale); 2], ..config() };
+        let mut planner = Planner::<_, 2, 2>::new(config, Cartesian, queue::<2, 8>());
+        for (x, y) in moves {
+            let of = Move { target: [x, y].map(Coordinate::from_nanos), power: MovePower::Off, outputs: Outputs(0), ..to(0.0, 0.0, 1.0) };
+            planner.push(&of).unwrap();
+            let steps = [x, y].map(|nanos| {
+                let product = i128::from(nanos) * i128::from(scale);
+                let one = i128::from(NANOS_PER_MM) * i128::from(NANOS_PER_MM);
+                ((product.abs() + one / 2) / one * product.signum()) as i32
+            });
+            prop_assert_eq!(planner.position(), steps);
+        }
+    }
+}
