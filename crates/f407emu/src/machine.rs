@@ -74,6 +74,8 @@ pub struct Machine {
     pub(crate) tampers: Vec<(u32, Tamper)>,
     pub(crate) resets: Vec<(u64, ResetCause)>,
     pub(crate) profiler: Profiler,
+    /// Cycles spent at each half-word of the flash, where that is recorded.
+    spent: Vec<u64>,
     pub(crate) warnings: Warnings,
 }
 
@@ -113,6 +115,7 @@ impl Machine {
             tampers: Vec::new(),
             resets: Vec::new(),
             profiler: Profiler::new(),
+            spent: Vec::new(),
             warnings: Warnings::default(),
         })
     }
@@ -171,14 +174,20 @@ impl Machine {
             self.cycle = self.devices.flash.busy_until.min(self.next_event);
             return Ok(());
         }
+        let before = self.cycle;
         if self.nvic.changed {
             self.take_pending()?;
         }
         let (address, it) = (self.cpu.next, self.cpu.it);
-        self.carry_out(address).or_else(|trap| {
+        let carried_out = self.carry_out(address).or_else(|trap| {
             self.cpu.it = it;
             self.fault(trap, address)
-        })
+        });
+        let place = address.wrapping_sub(FLASH) as usize / 2;
+        if let Some(spent) = self.spent.get_mut(place) {
+            *spent += self.cycle - before;
+        }
+        carried_out
     }
 
     /// The next instruction, or the vector of an interrupt, has to come out of the flash.
@@ -326,6 +335,16 @@ impl Machine {
     /// The statistics of an exception.
     pub fn profile(&self, exception: Exception) -> &Profile {
         self.profiler.profile(exception)
+    }
+
+    /// Adds up from now on the cycles that each instruction of the flash takes, entries into exceptions with their first one.
+    pub fn record_cycles(&mut self) {
+        self.spent = vec![0; self.memory.flash.len() / 2];
+    }
+
+    /// The cycles since [`Machine::record_cycles`], for each half-word of the flash; empty without it.
+    pub fn cycles_spent(&self) -> &[u64] {
+        &self.spent
     }
 
     /// Records every service of every exception from now on.

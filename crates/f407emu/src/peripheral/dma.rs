@@ -269,6 +269,29 @@ mod tests {
         assert!(dma.is_enabled(5));
     }
 
+    /// RM0090 section 10.3.8: the count is reloaded with what it was when the stream was enabled, and requests go on being
+    /// served; section 10.5.1: the flags of half and of the whole come in every round.
+    #[test]
+    fn a_circular_stream_reloads_its_count_and_shows_each_half() {
+        const HALF: u32 = HTIF << 6;
+        const WHOLE: u32 = TCIF << 6;
+        let mut dma = stream_5(CIRC, 4);
+        let at = |dma: &Dma| (dma.read(0x10 + 5 * STRIDE + 0x04), dma.read(0x4));
+        for _ in 0..2 {
+            dma.advance(5);
+            assert_eq!(at(&dma), (3, 0));
+            dma.advance(5);
+            assert_eq!(at(&dma), (2, HALF));
+            dma.advance(5);
+            assert_eq!(at(&dma), (1, HALF));
+            dma.advance(5);
+            assert_eq!(at(&dma), (4, HALF | WHOLE));
+            assert!(dma.interrupt(5));
+            dma.write(0xC, HALF | WHOLE);
+            assert!(!dma.interrupt(5));
+        }
+    }
+
     #[test]
     fn two_buffers_take_turns() {
         let mut dma = stream_5(DBM, 1);

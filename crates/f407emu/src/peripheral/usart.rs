@@ -175,6 +175,15 @@ impl Usart {
         self.cr3 & DMAT != 0
     }
 
+    /// What it asks of DMA as things stand: for as long as a flag is up and its DMA is enabled (RM0090 section 30.3.13).
+    pub(crate) fn requests(&self) -> UsartRequests {
+        let asks = |enable, flag| self.cr3 & enable != 0 && self.status & flag != 0;
+        UsartRequests {
+            receive: asks(DMAR, RXNE),
+            transmit: asks(DMAT, TXE),
+        }
+    }
+
     fn has(&self, bits: u32) -> bool {
         self.cr1 & bits == bits
     }
@@ -245,10 +254,8 @@ impl Usart {
             0x10 => self.cr2 = value,
             0x14 => {
                 // A flag that is up by then asks at once.
-                let begins = value & !self.cr3;
                 self.cr3 = value;
-                requests.transmit = begins & DMAT != 0 && self.status & TXE != 0;
-                requests.receive = begins & DMAR != 0 && self.status & RXNE != 0;
+                requests = self.requests();
             }
             0x18 => self.gtpr = value,
             _ => {}

@@ -18,6 +18,8 @@ impl Machine {
                 self.move_datum(index, stream, now);
             }
         }
+        // A stream that has been enabled finds the requests that wait.
+        self.repeat_usart_requests(now);
         for stream in 0..8 {
             self.dma_changed(index, stream);
         }

@@ -42,6 +42,15 @@ impl Machine {
         self.nvic.set_line(Exception::irq(USART_IRQS[index]), up);
     }
 
+    /// What the USARTs ask of DMA is still asked for: for a stream that listens from now on.
+    pub(super) fn repeat_usart_requests(&mut self, now: u64) {
+        for index in 0..self.devices.usarts.len() {
+            let requests = self.devices.usarts[index].requests();
+            self.usart_requests(index, requests, now);
+        }
+        self.reschedule();
+    }
+
     pub(super) fn usart_requests(&mut self, index: usize, requests: UsartRequests, now: u64) {
         if requests.receive {
             self.request_dma(USART_RECEIVE[index], now);

@@ -1,5 +1,6 @@
 //! Peripherals that work together.
 use crate::{
+    instruction::Width,
     machine::Machine,
     peripheral::{nvic::Exception, rcc::ResetCause},
     record::{Cause, Edge, Pin},
@@ -233,7 +234,6 @@ fn a_switch_makes_its_line_pending_at_its_cycle() {
 
 #[test]
 fn bytes_come_one_after_the_other_at_the_rate_of_the_port() {
-    const USART2: u32 = 0x4000_4400;
     let mut machine = machine(&[(USART2 + 0x08, 16), (USART2 + 0x0C, 0x200C)]);
     let sent_at = machine.cycle();
     machine.uart_send(crate::SerialPort::Usart2, b"ab");
@@ -244,6 +244,60 @@ fn bytes_come_one_after_the_other_at_the_rate_of_the_port() {
     machine.run_until(sent_at + 330).unwrap();
     assert_eq!(machine.read_word(USART2 + 4), Ok(u32::from(b'b')));
     assert_eq!(machine.uart_overruns(crate::SerialPort::Usart2), 0);
+}
+
+const USART2: u32 = 0x4000_4400;
+const DMA1_S5: u32 = 0x4002_6000 + 0x10 + 5 * 0x18;
+const DMA1_S6: u32 = 0x4002_6000 + 0x10 + 6 * 0x18;
+
+/// RM0090 section 30.3.13, reception using DMA: each byte is taken from DR to memory, here as the half-words that DR has.
+#[test]
+fn dma_takes_received_bytes_round_and_round() {
+    let mut machine = machine(&[
+        (USART2 + 0x08, 16),
+        (USART2 + 0x14, 1 << 6),
+        (USART2 + 0x0C, 0x200C),
+        (DMA1_S5 + 0x04, 4),
+        (DMA1_S5 + 0x08, USART2 + 4),
+        (DMA1_S5 + 0x0C, 0x2000_0100),
+        (DMA1_S5, 4 << 25 | 5 << 11 | 1 << 10 | 1 << 8 | 1),
+    ]);
+    machine.uart_send(crate::SerialPort::Usart2, b"abcdef");
+    machine.run_until(machine.cycle() + 1_200).unwrap();
+    let places = (0x2000_0100..).step_by(2).take(4);
+    let found: Vec<_> = places
+        .map(|place| machine.read(place, Width::Half).unwrap())
+        .collect();
+    assert_eq!(found, b"efcd".map(u32::from));
+    assert_eq!(machine.read_word(DMA1_S5 + 0x04), Ok(2));
+    assert_eq!(machine.read_word(USART2).unwrap() & 1 << 5, 0);
+    assert_eq!(machine.uart_overruns(crate::SerialPort::Usart2), 0);
+}
+
+/// RM0090 section 30.3.13, transmission using DMA: the request is there while TXE and DMAT are, whichever side is enabled first.
+#[test]
+fn dma_sends_bytes_from_memory_and_says_when_the_last_is_in_the_port() {
+    let mut machine = machine(&[
+        (USART2 + 0x08, 16),
+        (USART2 + 0x14, 1 << 7),
+        (USART2 + 0x0C, 0x200C),
+        (0x2000_0100, u32::from_le_bytes(*b"ok\r\n")),
+        (DMA1_S6 + 0x04, 4),
+        (DMA1_S6 + 0x08, USART2 + 4),
+        (DMA1_S6 + 0x0C, 0x2000_0100),
+        (DMA1_S6, 4 << 25 | 1 << 10 | 1 << 6 | 1 << 4 | 1),
+    ]);
+    let (started, transfer_complete) = (machine.cycle(), Exception::irq(17));
+    machine.run_until(started + 310).unwrap();
+    assert!(!machine.nvic.is_pending(transfer_complete));
+    machine.run_until(started + 330).unwrap();
+    assert!(machine.nvic.is_pending(transfer_complete));
+    assert_eq!(machine.read_word(DMA1_S6).unwrap() & 1, 0);
+    machine.run_until(started + 650).unwrap();
+    assert_eq!(
+        machine.uart_out(crate::SerialPort::Usart2).as_slice(),
+        b"ok\r\n"
+    );
 }
 
 #[test]
