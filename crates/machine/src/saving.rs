@@ -1,7 +1,7 @@
 //! Between the machine and its store: what is loaded at power-up, what is to be written, and when.
 //!
 //! Lines change settings, offsets and texts in memory and note what has to be written; [`Machine::save`] then writes
-//! one record a call, while motion rests: writing flash may stop the CPU for a while. The line that made the change is
+//! one record a call, a long one in parts, while motion rests: writing flash may stop the CPU for a while. The line that made the change is
 //! answered after that, so that its `ok` says that the change will survive a power loss.
 
 use crate::interpreter::OffsetId;
@@ -9,7 +9,7 @@ use crate::machine::Machine;
 use crate::protocol::system_command::STARTUP_LINES;
 use crate::settings::flash::SettingsStore;
 use crate::settings::record::{decode_numbers, encode_numbers, RecordKey};
-use crate::settings::store::{Condition, Records, StoreError};
+use crate::settings::store::{Condition, Records, StoreError, Written};
 use crate::settings::values::{Entry, Key, Settings};
 use leadscrew_gcode::Number;
 use leadscrew_planner::{Coordinate, Kinematics};
@@ -23,6 +23,8 @@ pub(crate) struct Unsaved {
     offsets: u8,
     startup: u8,
     build: bool,
+    /// What a part has been written of.
+    begun: Option<Item>,
 }
 
 impl Unsaved {
@@ -64,6 +66,9 @@ impl Unsaved {
 
     /// Takes the first of what is noted.
     fn take<const AXES: usize>(&mut self) -> Option<Item> {
+        if let Some(item) = self.begun.take() {
+            return Some(item);
+        }
         if let Some(bit) = lowest(self.settings) {
             self.settings &= self.settings - 1;
             return Settings::<AXES>::keys().nth(bit).map(Item::Setting);
@@ -154,7 +159,7 @@ where
         }
     }
 
-    /// Writes one record of what changed, if motion rests; returns whether more is left to write.
+    /// Writes one record of what changed, or a part of a long one, if motion rests; returns whether more is left to write.
     ///
     /// Main loop, after every [`Machine::poll`]: lines that change something wait for it. Does nothing before [`Machine::load`]. Takes as long as the store does.
     ///
@@ -173,22 +178,23 @@ where
         let (Some(records), Some(item)) = (&mut self.records, self.unsaved.take::<AXES>()) else {
             return Ok(false);
         };
-        match item {
+        let written = match item {
             Item::Setting(key) => {
                 let value = encode_numbers(&[self.settings.get(key)]);
-                records.write(store, RecordKey::Setting(key.number()), &value)?;
+                records.write(store, RecordKey::Setting(key.number()), &value)?
             }
             Item::Offset(index, id) => {
                 let value = self.interpreter.offsets().get(id);
                 let value = value.map(|value| Number::from_nanos(value.nanos()));
-                records.write(store, RecordKey::Offset(index), &encode_numbers(&value))?;
+                records.write(store, RecordKey::Offset(index), &encode_numbers(&value))?
             }
             Item::Startup(index) => {
                 let line = self.memory.startup(index);
-                records.write(store, RecordKey::Startup(index), line)?;
+                records.write(store, RecordKey::Startup(index), line)?
             }
             Item::Build => records.write(store, RecordKey::Build, self.memory.build())?,
-        }
+        };
+        self.unsaved.begun = (written == Written::Part).then_some(item);
         Ok(!self.unsaved.is_empty())
     }
 }

@@ -152,9 +152,14 @@ impl Receiver<'_> {
         }
     }
 
-    /// Answers how many ordinary bytes were lost for want of room since power-up. Serial interrupt.
+    /// Answers how many ordinary bytes were lost since power-up. Serial interrupt.
     pub fn lost_bytes(&self) -> u32 {
         self.shared.lost_bytes.load(Ordering::Relaxed)
+    }
+
+    /// Notes that bytes were lost before they came here, at least so many. Serial interrupt.
+    pub fn lose(&mut self, bytes: u32) {
+        add(&self.shared.lost_bytes, bytes);
     }
 
     fn keep(&mut self, byte: u8) {
@@ -288,7 +293,7 @@ impl Inbox<'_> {
         self.limit
     }
 
-    /// Answers how many ordinary bytes were lost for want of room since power-up. Main loop.
+    /// Answers how many ordinary bytes were lost since power-up. Main loop.
     pub fn lost_bytes(&self) -> u32 {
         self.shared.lost_bytes.load(Ordering::Relaxed)
     }
@@ -316,10 +321,15 @@ impl Inbox<'_> {
     }
 }
 
-/// Adds one. Serial interrupt only, so that a load and a store are enough.
+/// Adds one. Serial interrupt.
 fn count(counter: &AtomicU32) {
+    add(counter, 1);
+}
+
+/// Adds some. Serial interrupt only, so that a load and a store are enough.
+fn add(counter: &AtomicU32, some: u32) {
     counter.store(
-        counter.load(Ordering::Relaxed).wrapping_add(1),
+        counter.load(Ordering::Relaxed).wrapping_add(some),
         Ordering::Relaxed,
     );
 }

@@ -10,7 +10,9 @@
 //! and so is all that one [`Records::retain`] removes.
 
 use super::flash::{Area, SettingsStore};
-use super::record::{area_header, record, Payload, RecordKey, AREA_HEADER, COMMIT};
+use super::record::{
+    area_header, record, Payload, RecordKey, AREA_HEADER, COMMIT, MAX_PAYLOAD, OVERHEAD,
+};
 use super::scan::{note, read_payload, scan, AreaState, Index, Place, Scan, Tail};
 use core::fmt;
 
@@ -38,7 +40,7 @@ pub enum StoreError<E> {
     Flash(E),
     /// There is no room left.
     Full,
-    /// The payload is longer than [`MAX_PAYLOAD`](super::record::MAX_PAYLOAD).
+    /// The payload is longer than [`MAX_PAYLOAD`].
     TooLong,
 }
 
@@ -60,6 +62,18 @@ impl<E> fmt::Display for StoreError<E> {
 
 impl<E: fmt::Debug> core::error::Error for StoreError<E> {}
 
+/// Bytes of a record that are written at once: a flash that takes 100 µs for a word holds the CPU up for 1.2 ms.
+const AT_ONCE: usize = 48;
+
+/// How much of a record is written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Written {
+    /// All of it: it counts.
+    All,
+    /// Its beginning: to be written again with the same value, before any other.
+    Part,
+}
+
 /// The area in use.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Active {
@@ -67,6 +81,8 @@ struct Active {
     sequence: u32,
     /// Where the next record goes; the end of the area if it must be rewritten first.
     end: usize,
+    /// Bytes of that record that are there already.
+    begun: usize,
 }
 
 /// The records of a store. All methods are called from the main loop.
@@ -114,7 +130,8 @@ impl Records {
         }
     }
 
-    /// Stores the value of a key. An empty one removes the key; a value that is stored already is not written again.
+    /// Stores the value of a key, or a part of it. An empty one removes the key; a value that is stored already is not written
+    /// again.
     ///
     /// # Errors
     ///
@@ -125,22 +142,18 @@ impl Records {
         flash: &mut S,
         key: RecordKey,
         value: &[u8],
-    ) -> Result<(), StoreError<S::Error>> {
+    ) -> Result<Written, StoreError<S::Error>> {
         let record = record(key.code(), value).ok_or(StoreError::TooLong)?;
-        let old = self.read(flash, key)?;
-        if old.as_deref().unwrap_or(&[]) == value {
-            return Ok(());
+        if !self.has_begun(flash, &record)? {
+            let old = self.read(flash, key)?;
+            if old.as_deref().unwrap_or(&[]) == value {
+                return Ok(Written::All);
+            }
+            self.make_room(flash, key, record.len())?;
         }
-        if self.place(key.code()).is_none() && self.index.is_full() {
-            return Err(StoreError::Full);
-        }
-        if self.room(flash) < record.len() {
-            self.retain(flash, |_| true)?;
-        }
-        if self.room(flash) < record.len() {
-            return Err(StoreError::Full);
-        }
-        let offset = self.append(flash, &record)?;
+        let Some(offset) = self.append(flash, &record)? else {
+            return Ok(Written::Part);
+        };
         let length = value.len() as u8; // at most MAX_PAYLOAD
         note(
             &mut self.index,
@@ -150,6 +163,43 @@ impl Records {
                 offset,
             },
         );
+        Ok(Written::All)
+    }
+
+    /// Whether this record is the one under way. Where it is another, what was begun is in the way: the area is to be rewritten.
+    fn has_begun<S: SettingsStore>(
+        &mut self,
+        flash: &mut S,
+        record: &[u8],
+    ) -> Result<bool, S::Error> {
+        let Some(active) = self.active.as_mut().filter(|active| active.begun > 0) else {
+            return Ok(false);
+        };
+        let mut begun = [0; MAX_PAYLOAD + OVERHEAD];
+        let begun = begun.get_mut(..active.begun).unwrap_or(&mut []);
+        flash.read(active.area, active.end, begun)?;
+        let same = record.starts_with(begun);
+        if !same {
+            (active.end, active.begun) = (flash.size(), 0);
+        }
+        Ok(same)
+    }
+
+    fn make_room<S: SettingsStore>(
+        &mut self,
+        flash: &mut S,
+        key: RecordKey,
+        length: usize,
+    ) -> Result<(), StoreError<S::Error>> {
+        if self.place(key.code()).is_none() && self.index.is_full() {
+            return Err(StoreError::Full);
+        }
+        if self.room(flash) < length {
+            self.retain(flash, |_| true)?;
+        }
+        if self.room(flash) < length {
+            return Err(StoreError::Full);
+        }
         Ok(())
     }
 
@@ -187,6 +237,7 @@ impl Records {
             area,
             sequence,
             end,
+            begun: 0,
         });
         self.index = copy.index;
         Ok(())
@@ -222,6 +273,7 @@ impl Records {
             area,
             sequence,
             end: scan.end,
+            begun: 0,
         });
         (
             Self {
@@ -241,18 +293,25 @@ impl Records {
             .map_or(0, |active| flash.size().saturating_sub(active.end))
     }
 
-    /// Appends a record; answers where. After a failure the area is to be rewritten.
+    /// Appends a record, or as much of it as is written at once; answers where, once all of it is there. After a failure the
+    /// area is to be rewritten.
     fn append<S: SettingsStore>(
         &mut self,
         flash: &mut S,
         record: &[u8],
-    ) -> Result<usize, StoreError<S::Error>> {
+    ) -> Result<Option<usize>, StoreError<S::Error>> {
         let active = self.active.as_mut().ok_or(StoreError::Full)?;
-        let offset = active.end;
-        active.end = flash.size();
-        flash.write(active.area, offset, record)?;
+        let (offset, begun) = (active.end, active.begun);
+        let rest = record.get(begun..).unwrap_or(&[]);
+        let part = rest.get(..AT_ONCE).unwrap_or(rest);
+        (active.end, active.begun) = (flash.size(), 0);
+        flash.write(active.area, offset + begun, part)?;
+        if part.len() < rest.len() {
+            (active.end, active.begun) = (offset, begun + part.len());
+            return Ok(None);
+        }
         active.end = offset + record.len();
-        Ok(offset)
+        Ok(Some(offset))
     }
 }
 

@@ -83,6 +83,17 @@ fn mounted(flash: &mut MockFlash) -> (Records, Condition) {
     Records::mount(flash).unwrap()
 }
 
+/// Stores a value, in as many parts as it takes.
+fn write(
+    records: &mut Records,
+    flash: &mut MockFlash,
+    key: RecordKey,
+    value: &[u8],
+) -> Result<(), StoreError<PowerLost>> {
+    while records.write(flash, key, value)? == Written::Part {}
+    Ok(())
+}
+
 /// A few values of three keys, more than one area holds.
 fn program() -> StdVec<(RecordKey, StdVec<u8>)> {
     let keys = [
@@ -94,7 +105,7 @@ fn program() -> StdVec<(RecordKey, StdVec<u8>)> {
         .map(|step| {
             (
                 keys[usize::from(step % 3)],
-                std::vec![step; usize::from(step % 7) * 5],
+                std::vec![step; usize::from(step % 7) * 10],
             )
         })
         .collect()
@@ -106,7 +117,7 @@ fn run(flash: &mut MockFlash) -> Outcome {
     let (mut records, _) = mounted(flash);
     let mut stored = BTreeMap::new();
     for (key, value) in program() {
-        if records.write(flash, key, &value).is_err() {
+        if write(&mut records, flash, key, &value).is_err() {
             return (stored, Some((key.code(), value)));
         }
         stored.insert(key.code(), value);
@@ -177,7 +188,7 @@ fn a_power_loss_after_any_byte_leaves_the_old_or_the_new_value() {
                     "after {fuel} bytes nothing is lost"
                 );
             }
-            records.write(&mut flash, RecordKey::Build, b"ON").unwrap();
+            write(&mut records, &mut flash, RecordKey::Build, b"ON").unwrap();
             let (records, condition) = mounted(&mut flash);
             assert_eq!(value(&records, &mut flash, RecordKey::Build.code()), b"ON");
             assert_ne!(condition, Condition::Blank);
@@ -190,7 +201,7 @@ fn every_damaged_byte_is_reported() {
     let mut sound = MockFlash::new(SIZE);
     let (mut records, _) = mounted(&mut sound);
     for (key, value) in program().into_iter().take(5) {
-        records.write(&mut sound, key, &value).unwrap();
+        write(&mut records, &mut sound, key, &value).unwrap();
     }
     let active = records.active.unwrap();
     for at in 0..active.end {
@@ -213,12 +224,8 @@ fn every_damaged_byte_is_reported() {
 fn a_damaged_record_costs_its_own_value_only() {
     let mut flash = MockFlash::new(SIZE);
     let (mut records, _) = mounted(&mut flash);
-    records
-        .write(&mut flash, RecordKey::Setting(1), &[1; 8])
-        .unwrap();
-    records
-        .write(&mut flash, RecordKey::Setting(2), &[2; 8])
-        .unwrap();
+    write(&mut records, &mut flash, RecordKey::Setting(1), &[1; 8]).unwrap();
+    write(&mut records, &mut flash, RecordKey::Setting(2), &[2; 8]).unwrap();
     let place = records.place(1).unwrap();
     flash.areas[0][place.offset + RECORD_HEADER] ^= 4;
     let (records, condition) = mounted(&mut flash);
@@ -236,10 +243,8 @@ fn after_damage_the_next_change_makes_the_store_sound_again() {
     flash.areas[active.area as usize][active.end - 1] ^= 1;
     let (mut records, condition) = mounted(&mut flash);
     assert_eq!(condition, Condition::Damaged);
-    records.write(&mut flash, RecordKey::Build, b"NEW").unwrap();
-    records
-        .write(&mut flash, RecordKey::Build, b"NEWER")
-        .unwrap();
+    write(&mut records, &mut flash, RecordKey::Build, b"NEW").unwrap();
+    write(&mut records, &mut flash, RecordKey::Build, b"NEWER").unwrap();
     flash.erase(active.area).unwrap();
     assert_eq!(mounted(&mut flash).1, Condition::Sound);
 }
@@ -319,13 +324,43 @@ fn a_store_that_nobody_could_read_is_not_erased() {
 fn a_value_that_is_stored_already_is_not_written_again() {
     let mut flash = MockFlash::new(SIZE);
     let (mut records, _) = mounted(&mut flash);
-    records.write(&mut flash, RecordKey::Build, b"A").unwrap();
+    write(&mut records, &mut flash, RecordKey::Build, b"A").unwrap();
     let written = flash.written;
-    records.write(&mut flash, RecordKey::Build, b"A").unwrap();
-    records
-        .write(&mut flash, RecordKey::Startup(0), b"")
-        .unwrap();
+    write(&mut records, &mut flash, RecordKey::Build, b"A").unwrap();
+    write(&mut records, &mut flash, RecordKey::Startup(0), b"").unwrap();
     assert_eq!(flash.written, written);
+}
+
+#[test]
+fn a_long_record_is_written_in_parts_and_counts_with_the_last() {
+    let mut flash = MockFlash::new(SIZE);
+    let (mut records, _) = mounted(&mut flash);
+    write(&mut records, &mut flash, RecordKey::Build, b"OLD").unwrap();
+    let before = flash.written;
+    let first = records.write(&mut flash, RecordKey::Build, &[1; 80]);
+    assert_eq!((first, flash.written - before), (Ok(Written::Part), 48));
+    let (found, condition) = mounted(&mut flash);
+    assert_eq!(condition, Condition::CutShort);
+    assert_eq!(value(&found, &mut flash, RecordKey::Build.code()), b"OLD");
+    let second = records.write(&mut flash, RecordKey::Build, &[1; 80]);
+    assert_eq!((second, flash.written - before), (Ok(Written::All), 88));
+    let (found, condition) = mounted(&mut flash);
+    assert_eq!(condition, Condition::Sound);
+    assert_eq!(value(&found, &mut flash, RecordKey::Build.code()), [1; 80]);
+}
+
+#[test]
+fn another_record_behind_a_part_leaves_the_old_value_of_the_first() {
+    let mut flash = MockFlash::new(SIZE);
+    let (mut records, _) = mounted(&mut flash);
+    write(&mut records, &mut flash, RecordKey::Build, b"OLD").unwrap();
+    let first = records.write(&mut flash, RecordKey::Build, &[1; 80]);
+    assert_eq!(first, Ok(Written::Part));
+    write(&mut records, &mut flash, RecordKey::Setting(1), &[2; 80]).unwrap();
+    let (found, condition) = mounted(&mut flash);
+    assert_eq!(condition, Condition::Sound);
+    assert_eq!(value(&found, &mut flash, RecordKey::Build.code()), b"OLD");
+    assert_eq!(value(&found, &mut flash, 1), [2; 80]);
 }
 
 #[test]
@@ -333,16 +368,20 @@ fn what_does_not_fit_is_refused_and_the_old_values_stand() {
     let mut flash = MockFlash::new(SIZE);
     let (mut records, _) = mounted(&mut flash);
     assert_eq!(
-        records.write(&mut flash, RecordKey::Build, &[0; 81]),
+        write(&mut records, &mut flash, RecordKey::Build, &[0; 81]),
         Err(StoreError::TooLong)
     );
     for number in 0..2 {
-        records
-            .write(&mut flash, RecordKey::Setting(number), &[1; 80])
-            .unwrap();
+        write(
+            &mut records,
+            &mut flash,
+            RecordKey::Setting(number),
+            &[1; 80],
+        )
+        .unwrap();
     }
     assert_eq!(
-        records.write(&mut flash, RecordKey::Setting(2), &[1; 80]),
+        write(&mut records, &mut flash, RecordKey::Setting(2), &[1; 80]),
         Err(StoreError::Full)
     );
     let (records, _) = mounted(&mut flash);
@@ -371,7 +410,7 @@ proptest! {
         let (mut records, _) = mounted(&mut flash);
         let mut reference = BTreeMap::new();
         for (number, payload, restart) in steps {
-            records.write(&mut flash, RecordKey::Setting(number), &payload).unwrap();
+            write(&mut records, &mut flash, RecordKey::Setting(number), &payload).unwrap();
             reference.insert(number, payload);
             if restart {
                 records = mounted(&mut flash).0;
@@ -390,7 +429,7 @@ proptest! {
             flash.areas[0][..AREA_HEADER].copy_from_slice(&area_header(1));
         }
         let (mut records, _) = mounted(&mut flash);
-        prop_assert_eq!(records.write(&mut flash, RecordKey::Build, b"A"), Ok(()));
+        prop_assert_eq!(write(&mut records, &mut flash, RecordKey::Build, b"A"), Ok(()));
         prop_assert_eq!(value(&records, &mut flash, RecordKey::Build.code()), b"A");
     }
 }
