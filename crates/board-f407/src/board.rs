@@ -1,6 +1,5 @@
 //! The board under the machine: slow pins and serial output.
 use crate::{profile::PROFILE, pwm, serial, step_port, switches};
-use heapless::spsc::Producer;
 use leadscrew_f407_usb as usb;
 use leadscrew_machine::board::{
     Board, ChannelId, CoolantOutput, PortConfig, SpindleOutput, Switches,
@@ -10,17 +9,17 @@ use stm32f4::stm32f407::Interrupt;
 
 /// The main loop's end of the board.
 pub(crate) struct F407 {
-    outgoing: Producer<'static, u8>,
+    serial: serial::Writer,
     usb: usb::Writer,
     /// Level of the enable pins that lets the motors go: `$4`.
     motors_off: bool,
 }
 
 impl F407 {
-    /// Sends bytes by way of `outgoing`, on USB by way of `usb`.
-    pub(crate) fn new(outgoing: Producer<'static, u8>, usb: usb::Writer) -> Self {
+    /// Sends bytes by way of `serial`, on USB by way of `usb`.
+    pub(crate) fn new(serial: serial::Writer, usb: usb::Writer) -> Self {
         Self {
-            outgoing,
+            serial,
             usb,
             motors_off: true,
         }
@@ -46,14 +45,7 @@ impl Board for F407 {
 
     fn write(&mut self, channel: ChannelId, bytes: &[u8]) -> usize {
         match channel {
-            ChannelId(0) => {
-                let taken = bytes
-                    .iter()
-                    .take_while(|byte| self.outgoing.enqueue(**byte).is_ok())
-                    .count();
-                rtic::pend(serial::INTERRUPT);
-                taken
-            }
+            ChannelId(0) => self.serial.write(bytes),
             ChannelId(1) => {
                 let taken = self.usb.write(bytes);
                 rtic::pend(Interrupt::OTG_FS);

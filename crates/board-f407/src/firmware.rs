@@ -4,7 +4,7 @@ use crate::{
     clock::{self, Clock, Source},
     profile::{self, config, kinematics, Kinematics, AXES, MOTORS, MOVES, PROFILE},
     pwm, restart,
-    serial::{self, Catch, Outgoing, Port as SerialPort},
+    serial::{self, Listener, Sender, Writer},
     settings_flash::Sectors,
     step_interrupt, supply,
     switches::{self, Filter},
@@ -42,12 +42,13 @@ mod app {
     struct SharedResources {
         /// Of interrupts of one priority only: locked without a cost.
         filter: Filter,
-        line: SerialPort,
+        sender: Sender,
     }
 
     #[local]
     struct Local {
         machine: &'static mut TheMachine,
+        listener: Listener,
         usb: Option<&'static mut usb::Port>,
         board: F407,
         store: Sectors,
@@ -58,7 +59,6 @@ mod app {
         queue: SegmentQueue<MOTORS> = SegmentQueue::new(),
         moves: MoveQueues<MOTORS, MOVES> = MoveQueues::new(),
         received: SerialQueue = SerialQueue::new(),
-        outgoing: Outgoing = Outgoing::new(),
         usb_received: SerialQueue = SerialQueue::new(),
         usb_outgoing: UsbOutgoing = UsbOutgoing::new(),
         usb_place: usb::Place = usb::Place::new(),
@@ -90,7 +90,6 @@ mod app {
 
         let (producer, segments) = cx.local.queue.split();
         let (receiver, inbox) = cx.local.received.split();
-        let (outgoing, sending) = cx.local.outgoing.split();
         let (usb_receiver, usb_inbox) = cx.local.usb_received.split();
         let (usb_outgoing, usb_sending) = cx.local.usb_outgoing.split();
         // In the order of their channels: `F407::write`. The internal oscillator is too inexact for USB.
@@ -105,7 +104,7 @@ mod app {
         };
         let machine = Machine::new(config(), kinematics(), links);
         let machine = cx.local.place.write(machine);
-        let mut store = Sectors::new(device.FLASH, Catch::new());
+        let mut store = Sectors::new(device.FLASH);
         match machine.load(&mut store) {
             Ok(condition) => defmt::info!("settings: {}", condition),
             Err(error) => defmt::error!("settings: {}", error),
@@ -113,11 +112,12 @@ mod app {
         if let Err(error) = machine.make_room(&mut store) {
             defmt::error!("the spare sector of the settings: {}", error);
         }
-        let mut board = F407::new(outgoing, usb::Writer::new(usb_outgoing));
+        let mut board = F407::new(Writer::new(), usb::Writer::new(usb_outgoing));
         board.say(source.text());
         board.say(reason.text());
         watchdog::start(&device.DBGMCU);
-        let line = SerialPort::new(receiver, sending);
+        let listener = Listener::new(device.TIM7, receiver);
+        serial::start();
         let registers = (
             device.OTG_FS_GLOBAL,
             device.OTG_FS_DEVICE,
@@ -133,12 +133,14 @@ mod app {
         step_interrupt::start(device.TIM2, device.TIM11, segments);
         let local = Local {
             machine,
+            listener,
             usb,
             board,
             store,
             clock: Clock::new(device.TIM5),
         };
-        (SharedResources { filter, line }, local)
+        let sender = Sender::new();
+        (SharedResources { filter, sender }, local)
     }
 
     /// The main loop: sleeps when it has nothing to do.
@@ -167,16 +169,22 @@ mod app {
         }
     }
 
-    /// A byte has come, or can be sent, where the line is on USART1.
-    #[task(binds = USART1, priority = 15, shared = [line])]
-    fn usart_1(mut cx: usart_1::Context) {
-        cx.shared.line.lock(|line| line.on_interrupt());
+    /// Something may have come over the serial line.
+    #[task(binds = TIM7, priority = 15, local = [listener])]
+    fn listen(cx: listen::Context) {
+        cx.local.listener.listen();
     }
 
-    /// A byte has come, or can be sent, where the line is on USART2.
-    #[task(binds = USART2, priority = 15, shared = [line])]
-    fn usart_2(mut cx: usart_2::Context) {
-        cx.shared.line.lock(|line| line.on_interrupt());
+    /// Something can be sent, where the line is on USART2.
+    #[task(binds = DMA1_STREAM6, priority = 15, shared = [sender])]
+    fn send_2(mut cx: send_2::Context) {
+        cx.shared.sender.lock(Sender::send);
+    }
+
+    /// Something can be sent, where the line is on USART1.
+    #[task(binds = DMA2_STREAM7, priority = 15, shared = [sender])]
+    fn send_1(mut cx: send_1::Context) {
+        cx.shared.sender.lock(Sender::send);
     }
 
     /// A packet has come or gone, or the host has something to say.

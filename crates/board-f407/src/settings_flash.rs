@@ -1,9 +1,9 @@
 //! The machine's settings in two sectors of the flash (RM0090 chapter 3).
 //!
 //! The CPU stands still while the flash is written, since its program is there: 16 µs a word, 100 µs at most (data sheet,
-//! table 40), under 2 ms for the longest record. Bytes that come meanwhile are caught by DMA ([`crate::serial`]). Erasing
+//! table 40), under 2 ms for the longest record. Bytes that come meanwhile wait where DMA puts them ([`crate::serial`]). Erasing
 //! a sector takes half a second: done at start-up where it is needed, later only where both sectors were filled since.
-use crate::{profile::SETTINGS_SECTORS, serial::Catch, watchdog};
+use crate::{profile::SETTINGS_SECTORS, watchdog};
 use leadscrew_machine::settings::flash::{Area, SettingsStore};
 use stm32f4::stm32f407::FLASH;
 
@@ -44,13 +44,12 @@ pub(crate) enum FlashError {
 /// The two sectors.
 pub(crate) struct Sectors {
     flash: FLASH,
-    catch: Catch,
 }
 
 impl Sectors {
-    /// Takes the flash; `catch` keeps bytes that come while it is written.
-    pub(crate) fn new(flash: FLASH, catch: Catch) -> Self {
-        Self { flash, catch }
+    /// Takes the flash.
+    pub(crate) fn new(flash: FLASH) -> Self {
+        Self { flash }
     }
 
     /// Lets `work` write the flash, then checks what the controller says of it, and forgets what the caches hold.
@@ -134,8 +133,7 @@ impl SettingsStore for Sectors {
         if !start.is_multiple_of(4) || !bytes.len().is_multiple_of(4) {
             return Err(FlashError::OutOfBounds);
         }
-        self.catch.begin();
-        let written = self.unlocked(|flash| {
+        self.unlocked(|flash| {
             // SAFETY: programming, 32 bits at a time.
             #[allow(unsafe_code)]
             flash.cr().write(|w| unsafe { w.bits(0b10 << 8 | 1) });
@@ -151,9 +149,7 @@ impl SettingsStore for Sectors {
                 }
                 while flash.sr().read().bsy().bit_is_set() {}
             }
-        });
-        self.catch.end();
-        written
+        })
     }
 
     fn erase(&mut self, area: Area) -> Result<(), FlashError> {

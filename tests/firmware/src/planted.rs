@@ -34,6 +34,10 @@ const fn planted(
 const TIM2: u32 = 0x4000_0000;
 const TIM11: u32 = 0x4001_4800;
 const TIM5: u32 = 0x4000_0C00;
+const TIM7: u32 = 0x4000_1400;
+/// Control registers of the streams of USART2: DMA1's 5 receives, its 6 sends.
+const DMA1_S5CR: u32 = 0x4002_6088;
+const DMA1_S6CR: u32 = 0x4002_60A0;
 const IWDG: u32 = 0x4000_3000;
 const USART2: u32 = 0x4000_4400;
 const PWR: u32 = 0x4000_7000;
@@ -178,10 +182,22 @@ pub(crate) const PLANTED: &[Planted] = &[
         &["normal-work"],
     ),
     planted(
-        "bytes that come while the flash is written not caught",
-        USART2 + 0x14,
-        |word| Some(word & !(1 << 6)),
-        &["flash-stall"],
+        "the ring of received bytes filled only once",
+        DMA1_S5CR,
+        |word| Some(word & !(1 << 8)),
+        &["stream-short", "flash-stall"],
+    ),
+    planted(
+        "received bytes looked at every half millisecond only",
+        TIM7 + ARR,
+        |word| Some((word + 1) * 10 - 1),
+        &["realtime"],
+    ),
+    planted(
+        "the end of what is sent not told",
+        DMA1_S6CR,
+        |word| Some(word & !(1 << 4)),
+        &["stream-short"],
     ),
     planted(
         "the flash not unlocked",

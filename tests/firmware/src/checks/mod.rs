@@ -119,6 +119,12 @@ pub(crate) const CHECKS: &[Check] = &[
         run: realtime::reset_byte,
     },
     Check {
+        name: "realtime",
+        what: "? and 0x18 in the midst of a full line at 2 Mbaud: acted on within 0.3 ms",
+        subset: true,
+        run: realtime::on_a_full_line,
+    },
+    Check {
         name: "limits",
         what: "a limit switch: alarm, last step edge within 10 us after the filter's time, laser off",
         subset: true,

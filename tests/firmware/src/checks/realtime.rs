@@ -1,4 +1,4 @@
-//! What must happen at once: a reset that comes in while motors step.
+//! What must happen at once: realtime bytes that come in while motors step, alone and in the midst of others.
 use super::{
     stopping::{last_step, moving, power_off},
     Figures,
@@ -6,7 +6,7 @@ use super::{
 use crate::{
     bench::{ensure, micros_between, Bench, Failure},
     firmware::Firmware,
-    pins::LINE,
+    pins::{CPU_HZ, LINE},
 };
 
 /// From the last bit of a reset (0x18) to the last step edge at most, µs.
@@ -16,10 +16,29 @@ const INSTANTS: [f64; 4] = [0.02, 0.151, 0.4007, 0.77];
 /// Cycles in which a byte's arrival is looked for.
 const LOOK: u64 = 100;
 
+/// From the last bit of a byte on a full line at 2 Mbaud to the last step edge, or to the first byte of the report, at most, µs. The line
+/// is looked at every 50 µs, and a poll that has just begun ends first.
+const FULL_LINE_US: f64 = 300.0;
+/// Other bytes in front of it: from one to the next, another phase of the looks.
+const BEFORE: [usize; 10] = [20, 101, 182, 263, 344, 425, 506, 587, 668, 749];
+
 /// Sends a byte and waits until its last bit has arrived; the cycle of that, too late by [`LOOK`] at most.
 fn send_and_arrive(bench: &mut Bench, byte: u8) -> Result<u64, Failure> {
-    bench.send([byte]);
-    while bench.machine.uart_unsent(LINE) > 0 {
+    send_and_arrive_among(bench, byte, 0, 0)
+}
+
+/// The same with so many bytes of comments right before it and right after it.
+fn send_and_arrive_among(
+    bench: &mut Bench,
+    byte: u8,
+    before: usize,
+    after: usize,
+) -> Result<u64, Failure> {
+    let mut traffic = b"(traffic)\n".repeat((before + after).div_ceil(10));
+    traffic.insert(before, byte);
+    traffic.truncate(before + 1 + after);
+    bench.send(traffic);
+    while bench.machine.uart_unsent(LINE) > after {
         bench.run_to(bench.machine.cycle() + LOOK)?;
     }
     Ok(bench.machine.cycle() - LOOK)
@@ -42,5 +61,50 @@ pub(crate) fn reset_byte(firmware: &Firmware) -> Result<Figures, Failure> {
             format!("steps or power go on\n{figures}")
         })?;
     }
+    Ok(figures)
+}
+
+/// Bytes that come right behind: the line goes on being full.
+const BEHIND: usize = 200;
+
+/// From the arrival of `?` on a full line to the first byte of the report, µs.
+fn until_report(bench: &mut Bench, before: usize) -> Result<f64, Failure> {
+    let arrived = send_and_arrive_among(bench, b'?', before, BEHIND)?;
+    while !bench.machine.uart_out(LINE).contains(&b'<') {
+        bench.run_to(bench.machine.cycle() + LOOK)?;
+        ensure(bench.machine.cycle() < arrived + CPU_HZ, || {
+            "no report".into()
+        })?;
+    }
+    // The byte has gone out whole: it began ten bits before.
+    Ok(micros_between(arrived, bench.machine.cycle()))
+}
+
+/// From the arrival of 0x18 on a full line to the last step edge, µs; negative where that came before.
+fn until_stop(bench: &mut Bench, before: usize) -> Result<f64, Failure> {
+    let arrived = send_and_arrive_among(bench, 0x18, before, BEHIND)?;
+    bench.hear_banner()?;
+    bench.run_for(0.1)?;
+    Ok(micros_between(arrived, last_step(bench)))
+}
+
+/// Realtime bytes in the midst of a line that is full: seen as soon as those on a silent one.
+pub(crate) fn on_a_full_line(firmware: &Firmware) -> Result<Figures, Failure> {
+    let bench = moving(&firmware.fast, 0.4)?;
+    let (mut report, mut stop) = (0f64, f64::MIN);
+    for before in BEFORE {
+        report = report.max(until_report(&mut bench.clone(), before)?);
+        stop = stop.max(until_stop(&mut bench.clone(), before)?);
+    }
+    let mut figures = Figures::default();
+    figures.add(
+        "? to the first byte of the report",
+        format!("{report:.0} us at most"),
+    );
+    figures.add(
+        "0x18 to the last step edge",
+        format!("{stop:.0} us at most"),
+    );
+    ensure(report.max(stop) <= FULL_LINE_US, || figures.to_string())?;
     Ok(figures)
 }

@@ -1,0 +1,98 @@
+//! The interrupt's end of the line: what has come.
+//!
+//! DMA writes each byte to the next place of a ring, as the half-word that the USART's data register is, and never stops. A
+//! place that has been read is marked empty, so that the ring alone says what is new: no count to read, and none that could
+//! have come round unseen.
+use super::{Stream, CHANNEL};
+use crate::{clock::APB1_TIMER_HZ, wake::wake};
+use core::sync::atomic::{AtomicU16, Ordering::Relaxed};
+use leadscrew_machine::protocol::serial::Receiver;
+use stm32f4::stm32f407::TIM7;
+
+/// How often the ring is looked at, in microseconds: a realtime byte is seen no later than this. Ten bytes at 2 Mbaud.
+const EVERY_US: u32 = 50;
+
+/// Places of the ring. At 2 Mbaud 400 bytes come in the 2 ms for which the flash may hold the CPU up. A power of two.
+const RING: usize = 512;
+/// In SRAM: DMA does not reach the core coupled memory.
+static ARRIVED: [AtomicU16; RING] = [const { AtomicU16::new(0) }; RING];
+/// Nothing has come here. A byte leaves the upper half zero.
+const EMPTY: u16 = u16::MAX;
+
+/// Receives, of DMA1 for USART2 and of DMA2 for USART1 (RM0090 tables 42 and 43).
+const STREAM: Stream = Stream(5);
+
+fn place(number: usize) -> &'static AtomicU16 {
+    &ARRIVED[number % RING]
+}
+
+/// Listens to the line: TIM7's interrupt.
+#[allow(unreachable_pub)] // RTIC hands it out in a public type
+pub struct Listener {
+    timer: TIM7,
+    receiver: Receiver<'static>,
+    /// The place that is filled next.
+    next: usize,
+}
+
+impl Listener {
+    /// Listens from here on.
+    pub(crate) fn new(timer: TIM7, receiver: Receiver<'static>) -> Self {
+        empty();
+        STREAM.set_up(ARRIVED.as_ptr().cast(), RING as u16);
+        STREAM.clear_flags();
+        STREAM.registers().cr().write(|w| {
+            w.chsel().set(CHANNEL).pl().very_high().circ().enabled();
+            w.psize().bits16().msize().bits16().minc().incremented();
+            w.en().enabled()
+        });
+        let counts = APB1_TIMER_HZ / 1_000_000 * EVERY_US;
+        timer.arr().write(|w| w.arr().set(counts as u16 - 1));
+        timer.dier().write(|w| w.uie().enabled());
+        timer.cr1().write(|w| w.cen().enabled());
+        Self {
+            timer,
+            receiver,
+            next: 0,
+        }
+    }
+
+    /// Takes what has come. Interrupt of TIM7.
+    pub(crate) fn listen(&mut self) {
+        self.timer.sr().write(|w| w.uif().clear_bit());
+        let begin = self.next;
+        // The last place to be filled: so many bytes have come that some may have been written over.
+        if place(begin + RING - 1).load(Relaxed) != EMPTY {
+            return self.lose();
+        }
+        loop {
+            let datum = place(self.next).load(Relaxed);
+            if datum == EMPTY {
+                break;
+            }
+            place(self.next).store(EMPTY, Relaxed);
+            self.receiver.receive(datum as u8);
+            self.next += 1;
+        }
+        if self.next != begin {
+            self.next %= RING;
+            wake();
+        }
+    }
+
+    /// Forgets all that has come: the CPU stood still for longer than the ring lasts. One that comes between the last two
+    /// lines is taken for another overrun, and forgotten as well.
+    #[cold]
+    fn lose(&mut self) {
+        defmt::error!("bytes of the serial line lost");
+        self.receiver.lose(RING as u32);
+        empty();
+        self.next = RING - usize::from(STREAM.registers().ndtr().read().ndt().bits());
+    }
+}
+
+fn empty() {
+    for place in &ARRIVED {
+        place.store(EMPTY, Relaxed);
+    }
+}

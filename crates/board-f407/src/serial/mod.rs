@@ -1,0 +1,133 @@
+//! The serial line: USART1 or USART2 (RM0090 chapter 30), whose bytes DMA carries (chapter 10).
+//!
+//! ```text
+//!   pin -> DMA -> ring -> looked at every 50 µs -> Receiver: realtime bytes picked out, all others queued -> main loop
+//!   pin <- DMA <- ring <- started by the interrupt at the end of what was sent before             <- main loop: Writer
+//! ```
+//!
+//! At 2 Mbaud a byte comes every 5 µs: an interrupt for each would take a quarter of the CPU, and none could come while the
+//! flash is written. DMA needs no program.
+mod listen;
+mod send;
+
+use crate::{
+    clock::APB1_HZ,
+    gpio::Pull,
+    profile::{BAUD, PROFILE},
+};
+use stm32f4::stm32f407::{dma2, usart1, DMA1, DMA2, RCC, USART1, USART2};
+
+pub(crate) use listen::Listener;
+pub(crate) use send::{Sender, Writer};
+
+/// Function of USART1 to USART3 in the data sheet's table 9.
+const FUNCTION: u8 = 7;
+
+/// Which USART the line is on.
+#[derive(Clone, Copy, PartialEq, Eq)]
+#[allow(dead_code)] // a board uses one of them
+pub(crate) enum Usart {
+    /// On APB2.
+    Usart1,
+    /// On APB1.
+    Usart2,
+}
+
+const LINE: Usart = PROFILE.serial.usart;
+
+/// Clock of the USART in Hz.
+const CLOCK_HZ: u32 = match LINE {
+    Usart::Usart1 => 2 * APB1_HZ,
+    Usart::Usart2 => APB1_HZ,
+};
+
+/// All that DMA does for either USART is on this channel: USART2's on DMA1, USART1's on DMA2 (RM0090 tables 42 and 43).
+const CHANNEL: u8 = 4;
+
+fn usart() -> &'static usart1::RegisterBlock {
+    let address = match LINE {
+        Usart::Usart1 => USART1::ptr(),
+        Usart::Usart2 => USART2::ptr(),
+    };
+    // SAFETY: written at start-up only; the bytes are DMA's.
+    #[allow(unsafe_code)]
+    unsafe {
+        &*address
+    }
+}
+
+fn dma() -> &'static dma2::RegisterBlock {
+    let address = match LINE {
+        Usart::Usart1 => DMA2::ptr(),
+        Usart::Usart2 => DMA1::ptr(),
+    };
+    // SAFETY: of each controller the two streams of the line are in use: `Listener` has one, `Sender` the other.
+    #[allow(unsafe_code)]
+    unsafe {
+        &*address
+    }
+}
+
+/// A stream of the line's controller, 4 to 7.
+#[derive(Clone, Copy)]
+struct Stream(usize);
+
+impl Stream {
+    fn registers(self) -> &'static dma2::ST {
+        dma().st(self.0)
+    }
+
+    /// Where its data come from or go to, besides the USART. While it is off.
+    fn set_up(self, memory: *const (), count: u16) {
+        // SAFETY: the USART's data register, and memory that is there for ever and holds as much.
+        #[allow(unsafe_code)]
+        unsafe {
+            let usart = usart().dr().as_ptr() as u32;
+            self.registers().par().write(|w| w.bits(usart));
+            self.registers().m0ar().write(|w| w.bits(memory as u32));
+        }
+        self.registers().ndtr().write(|w| w.ndt().set(count));
+    }
+
+    /// A stream starts only with its flags cleared (RM0090 section 10.3.17). They are six bits of the high register (section
+    /// 10.5.4).
+    fn clear_flags(self) {
+        let first = [0, 6, 16, 22][self.0 - 4];
+        // SAFETY: a store that clears the flags of this stream and no other.
+        #[allow(unsafe_code)]
+        unsafe {
+            dma().hifcr().write(|w| w.bits(0x3D << first));
+        }
+    }
+}
+
+/// Switches the USART, its DMA controller and the timer of [`Listener`] on. Before anything else here.
+pub(crate) fn enable(rcc: &RCC) {
+    match LINE {
+        Usart::Usart1 => {
+            rcc.apb2enr().modify(|_, w| w.usart1en().enabled());
+            rcc.ahb1enr().modify(|_, w| w.dma2en().enabled());
+        }
+        Usart::Usart2 => {
+            rcc.apb1enr().modify(|_, w| w.usart2en().enabled());
+            rcc.ahb1enr().modify(|_, w| w.dma1en().enabled());
+        }
+    }
+    rcc.apb1enr().modify(|_, w| w.tim7en().enabled());
+}
+
+/// Starts the line: 8 bits, no parity, one stop bit. Before its ends.
+pub(crate) fn start() {
+    let pins = &PROFILE.serial;
+    pins.transmit.make_alternate(FUNCTION, Pull::None);
+    pins.receive.make_alternate(FUNCTION, Pull::Up);
+    // Sixteenths of the clock a bit, rounded (RM0090 section 30.3.4).
+    let divider = (CLOCK_HZ + BAUD / 2) / BAUD;
+    // SAFETY: mantissa and fraction together are the whole divider; 16 to 0xFFFF is defined.
+    #[allow(unsafe_code)]
+    usart().brr().write(|w| unsafe { w.bits(divider as u16) });
+    usart().cr3().write(|w| w.dmar().enabled().dmat().enabled());
+    usart()
+        .cr1()
+        .write(|w| w.ue().enabled().te().enabled().re().enabled());
+}

@@ -1,0 +1,109 @@
+//! What is sent: the main loop writes to a ring, DMA sends what lies together in it, an interrupt for each such piece.
+use super::{Stream, Usart, CHANNEL, LINE};
+use crate::wake::wake;
+use core::sync::atomic::{
+    AtomicBool, AtomicU8, AtomicUsize,
+    Ordering::{Acquire, Relaxed, Release},
+};
+use stm32f4::stm32f407::Interrupt;
+
+/// Bytes that wait to be sent at most. Few, as a report waits for those before it: 128 are 11 ms at 115 200 baud, and the two
+/// messages that may come before the banner fit in. What finds no room waits in the machine. A power of two.
+const RING: usize = 128;
+/// Bytes in a piece at most: while one goes out, the main loop brings the next.
+const PIECE: usize = RING / 2;
+
+/// In SRAM: DMA does not reach the core coupled memory.
+static WAITING: [AtomicU8; RING] = [const { AtomicU8::new(0) }; RING];
+/// Bytes written to the ring since power-up, modulo 2³². Written by the main loop.
+static WRITTEN: AtomicUsize = AtomicUsize::new(0);
+/// Bytes sent of them. Written by the interrupt.
+static SENT: AtomicUsize = AtomicUsize::new(0);
+/// The main loop has more than there was room for: it wants to be woken.
+static MORE: AtomicBool = AtomicBool::new(false);
+
+/// Sends: of DMA1 for USART2, of DMA2 for USART1 (RM0090 tables 42 and 43).
+const STREAM: Stream = match LINE {
+    Usart::Usart1 => Stream(7),
+    Usart::Usart2 => Stream(6),
+};
+
+/// At the end of a piece, and pended where there is something to send.
+const INTERRUPT: Interrupt = match LINE {
+    Usart::Usart1 => Interrupt::DMA2_STREAM7,
+    Usart::Usart2 => Interrupt::DMA1_STREAM6,
+};
+
+/// The main loop's end.
+pub(crate) struct Writer {
+    written: usize,
+}
+
+impl Writer {
+    /// Nothing has been written yet. Once.
+    pub(crate) const fn new() -> Self {
+        Self { written: 0 }
+    }
+
+    /// Takes as many of `bytes` as there is room for; returns how many.
+    pub(crate) fn write(&mut self, bytes: &[u8]) -> usize {
+        let room = RING - self.written.wrapping_sub(SENT.load(Acquire));
+        let taken = bytes.len().min(room);
+        for byte in bytes.iter().take(taken) {
+            WAITING[self.written % RING].store(*byte, Relaxed);
+            self.written = self.written.wrapping_add(1);
+        }
+        WRITTEN.store(self.written, Release);
+        MORE.store(taken < bytes.len(), Relaxed);
+        rtic::pend(INTERRUPT);
+        taken
+    }
+}
+
+/// The interrupt's end.
+#[allow(unreachable_pub)] // RTIC hands it out in a public type
+pub struct Sender {
+    sent: usize,
+    /// Bytes of the piece that is going out.
+    under_way: usize,
+}
+
+impl Sender {
+    /// Nothing has been sent yet. Once.
+    pub(crate) const fn new() -> Self {
+        Self {
+            sent: 0,
+            under_way: 0,
+        }
+    }
+
+    /// Sends the next piece, unless one is going out. Interrupt of the stream.
+    pub(crate) fn send(&mut self) {
+        if STREAM.registers().cr().read().en().is_enabled() {
+            return;
+        }
+        self.sent = self.sent.wrapping_add(self.under_way);
+        SENT.store(self.sent, Release);
+        if MORE.load(Relaxed) {
+            wake();
+        }
+        let waiting = WRITTEN.load(Acquire).wrapping_sub(self.sent);
+        let begin = self.sent % RING;
+        self.under_way = waiting.min(RING - begin).min(PIECE);
+        STREAM.clear_flags();
+        if self.under_way > 0 {
+            self.start(begin);
+        }
+    }
+
+    fn start(&self, begin: usize) {
+        STREAM.set_up(WAITING[begin].as_ptr().cast(), self.under_way as u16);
+        // What was written to the ring is in the memory before DMA reads it.
+        cortex_m::asm::dmb();
+        STREAM.registers().cr().write(|w| {
+            w.chsel().set(CHANNEL).minc().incremented();
+            w.dir().memory_to_peripheral();
+            w.tcie().enabled().en().enabled()
+        });
+    }
+}
