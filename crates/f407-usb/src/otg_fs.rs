@@ -14,7 +14,7 @@
 //! Reviewed, but never run: the emulator has a controller without a cable.
 use core::{
     mem::MaybeUninit,
-    sync::atomic::{AtomicU8, Ordering::Relaxed},
+    sync::atomic::{AtomicBool, AtomicU8, Ordering::Relaxed},
 };
 use heapless::{
     spsc::{Consumer, Producer},
@@ -40,6 +40,9 @@ const ID: UsbVidPid = UsbVidPid(0x16C0, 0x27DD);
 
 /// Who is at the other end: a [`Host`], as the interrupt knows it.
 static HOST: AtomicU8 = AtomicU8::new(Host::Expected as u8);
+
+/// The main loop has more than there was room for: it wants to be woken.
+static MORE: AtomicBool = AtomicBool::new(false);
 
 /// Who is at the other end.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -181,21 +184,22 @@ impl Port {
         })
     }
 
-    /// Takes what has come, sends what there is; says whether something has come. Interrupt of OTG FS, or pended by whoever
-    /// has queued bytes.
+    /// Takes what has come, sends what there is; says whether the main loop has something to do: bytes have come, there is room
+    /// for what it could not queue, or nobody is there any more who would read it. Interrupt of OTG FS, or pended by whoever has queued bytes.
     #[inline(never)]
     pub fn on_interrupt(&mut self) -> bool {
         self.device.poll(&mut [&mut self.class]);
         if self.device.state() == UsbDeviceState::Configured {
             HOST.store(Host::Attached as u8, Relaxed);
             self.send();
-            self.receive()
+            self.receive() || self.takes_more()
         } else {
-            if Host::now() == Host::Attached {
+            let leaves = Host::now() == Host::Attached;
+            if leaves {
                 HOST.store(Host::Gone as u8, Relaxed);
                 self.forget();
             }
-            false
+            leaves
         }
     }
 
@@ -223,6 +227,11 @@ impl Port {
         if !self.packet.is_empty() && self.class.write_packet(&self.packet).is_ok() {
             self.packet.clear();
         }
+    }
+
+    /// Whether more was to be queued, and half of the queue is free: what is left goes out while the main loop comes.
+    fn takes_more(&self) -> bool {
+        MORE.load(Relaxed) && self.outgoing.len() <= self.outgoing.capacity() / 2
     }
 
     /// Nobody reads on.
@@ -258,6 +267,8 @@ impl Writer {
 
     fn queue(&mut self, bytes: &[u8]) -> usize {
         let fits = |byte: &&u8| self.outgoing.enqueue(**byte).is_ok();
-        bytes.iter().take_while(fits).count()
+        let taken = bytes.iter().take_while(fits).count();
+        MORE.store(taken < bytes.len(), Relaxed);
+        taken
     }
 }
