@@ -23,7 +23,7 @@ const LIBRARIES: [&str; 4] = [
     "leadscrew-machine",
 ];
 /// Profiles of the board besides the Discovery's, as features.
-const PROFILES: [&str; 3] = ["machine-003", "skr-2", "dual-y"];
+const PROFILES: [&str; 4] = ["machine-003", "skr-2", "dual-y", "core-xy"];
 /// The vectors of the step timer, and of the one that ends a pulse.
 const STEP_INTERRUPTS: [&str; 2] = ["TIM2", "TIM1_TRG_COM_TIM11"];
 

@@ -27,7 +27,20 @@ mod motors {
     }
 }
 
-#[cfg(not(feature = "dual-y"))]
+/// With `core-xy`, the sockets X and Y drive the belts: X + Y and X − Y.
+#[cfg(feature = "core-xy")]
+mod motors {
+    use leadscrew_planner::CoreXy;
+
+    pub(crate) const MOTORS: usize = 3;
+    pub(crate) type Kinematics = CoreXy;
+
+    pub(crate) const fn kinematics() -> Kinematics {
+        CoreXy
+    }
+}
+
+#[cfg(not(any(feature = "dual-y", feature = "core-xy")))]
 mod motors {
     use leadscrew_planner::Cartesian;
 
