@@ -68,6 +68,12 @@ pub(crate) const PLANTED: &[Planted] = &[
         &["jitter"],
     ),
     planted(
+        "the pulse a microsecond long",
+        TIM11 + ARR,
+        |word| Some(word.wrapping_add(168)),
+        &["jitter"],
+    ),
+    planted(
         "the step timer's flags not cleared",
         TIM2 + SR,
         |_| None,

@@ -33,15 +33,30 @@ impl Step {
     }
 }
 
-/// The shortest times at the pins that a motor driver would complain of, cycles.
+/// The extreme times at the pins that a motor driver would complain of, cycles.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(crate) struct Shortest {
-    /// A pulse.
+pub(crate) struct Extremes {
+    /// The shortest pulse.
     pub(crate) pulse: u64,
-    /// From a change of direction to the motor's next rising edge.
+    /// The longest pulse.
+    pub(crate) longest_pulse: u64,
+    /// The shortest time between two pulses of a motor.
+    pub(crate) low: u64,
+    /// The shortest from a change of direction to the motor's next rising edge.
     pub(crate) setup: u64,
-    /// From a motor's last rising edge to a change of its direction.
+    /// The shortest from a motor's last rising edge to a change of its direction.
     pub(crate) hold: u64,
+}
+
+impl Extremes {
+    /// Before anything has happened.
+    const NONE: Extremes = Extremes {
+        pulse: u64::MAX,
+        longest_pulse: 0,
+        low: u64::MAX,
+        setup: u64::MAX,
+        hold: u64::MAX,
+    };
 }
 
 /// Follows the pins of all motors.
@@ -49,12 +64,13 @@ pub(crate) struct Shortest {
 pub(crate) struct Tracker {
     /// All step events since the last [`Tracker::clear`].
     pub(crate) steps: Vec<Step>,
-    pub(crate) shortest: Shortest,
+    pub(crate) extremes: Extremes,
     /// Edges of all other pins that are watched.
     pub(crate) others: Vec<Edge>,
     tick: Option<Match>,
     negative: u8,
     rose: [Option<u64>; 3],
+    fell: [Option<u64>; 3],
     turned: [Option<u64>; 3],
 }
 
@@ -62,15 +78,12 @@ impl Tracker {
     pub(crate) fn new() -> Self {
         Tracker {
             steps: Vec::new(),
-            shortest: Shortest {
-                pulse: u64::MAX,
-                setup: u64::MAX,
-                hold: u64::MAX,
-            },
+            extremes: Extremes::NONE,
             others: Vec::new(),
             tick: None,
             negative: 0,
             rose: [None; 3],
+            fell: [None; 3],
             turned: [None; 3],
         }
     }
@@ -108,7 +121,10 @@ impl Tracker {
 
     fn rise(&mut self, motor: usize, cycle: u64) {
         if let Some(turned) = self.turned[motor].take() {
-            self.shortest.setup = self.shortest.setup.min(cycle - turned);
+            self.extremes.setup = self.extremes.setup.min(cycle - turned);
+        }
+        if let Some(fell) = self.fell[motor] {
+            self.extremes.low = self.extremes.low.min(cycle - fell);
         }
         self.rose[motor] = Some(cycle);
         let bit = 1 << motor;
@@ -130,13 +146,16 @@ impl Tracker {
 
     fn fall(&mut self, motor: usize, cycle: u64) {
         if let Some(rose) = self.rose[motor] {
-            self.shortest.pulse = self.shortest.pulse.min(cycle - rose);
+            let pulse = cycle - rose;
+            self.extremes.pulse = self.extremes.pulse.min(pulse);
+            self.extremes.longest_pulse = self.extremes.longest_pulse.max(pulse);
         }
+        self.fell[motor] = Some(cycle);
     }
 
     fn turn(&mut self, motor: usize, edge: &Edge) {
         if let Some(rose) = self.rose[motor] {
-            self.shortest.hold = self.shortest.hold.min(edge.cycle - rose);
+            self.extremes.hold = self.extremes.hold.min(edge.cycle - rose);
         }
         self.turned[motor] = Some(edge.cycle);
         self.negative = self.negative & !(1 << motor) | u8::from(edge.level) << motor;

@@ -73,7 +73,7 @@ fn run(build: &Build, fault: Option<u32>) -> Result<(), Failure> {
     bench.pins.clear();
     Stream::new(&job.program).send_all(&mut bench)?;
     bench.wait_for("Idle", 5.0)?;
-    let pulse = bench.pins.shortest.pulse;
+    let pulse = bench.pins.extremes.pulse;
     ensure(pulse >= 5 * 168, || format!("a pulse of {pulse} cycles"))?;
     let steps: &[Step] = &bench.pins.steps;
     compare::to_the_tick(

@@ -4,13 +4,15 @@ use crate::{
     bench::{ensure, fail, Bench, Failure},
     firmware::{Build, Firmware},
     pins::{CPU_HZ, CYCLES_PER_COUNT, POWER, PULSE_IRQ, STEP_IRQ},
-    steps::{jitter, Step},
+    steps::{jitter, net, Step},
     stream::Stream,
 };
 use leadscrew_f407emu::{Exception, Service};
 
 /// The most that a step edge may be off the timer's schedule, cycles.
 const JITTER: u32 = 40;
+/// The most that a pulse may be longer than it is set, µs.
+const PROLONGED_US: f64 = 1.0;
 /// The most that a step interrupt may take from entry to exit, cycles.
 const INTERRUPT: u64 = 180;
 /// The step rate of three motors that must be kept up, steps/s.
@@ -52,46 +54,71 @@ fn run_busy(build: &Build, settings: &str, program: &str) -> Result<Bench, Failu
     Ok(bench)
 }
 
+/// Pulse widths in µs, each with a rate that leaves room for it, steps/s.
+const RATIOS: [(u32, f64); 4] = [
+    (3, 166_000.0),
+    (5, 125_000.0),
+    (10, 76_000.0),
+    (20, 42_000.0),
+];
+/// A move of three motors at 250 steps/mm that never step at the same rate; where it leads, in steps and as a report says it.
+const MOVE: &str = "G91M4S500\nG1X300Y211Z97F99999\n";
+const MOVED: [i64; 3] = [75_000, 52_750, 24_250];
+const REPORTED: &str = "MPos:300.000,211.000,97.000|";
+
 /// Rates from rest up to what the pulse leaves room for, and back, for each of some pulse widths.
 pub(crate) fn jitter_at_every_ratio(firmware: &Firmware) -> Result<Figures, Failure> {
     let mut figures = Figures::default();
-    let mut worst = 0;
-    for (pulse_us, rate) in [
-        (3, 166_000.0),
-        (5, 125_000.0),
-        (10, 76_000.0),
-        (20, 42_000.0),
-    ] {
-        let settings = settings(pulse_us, rate, 4000);
-        let bench = run_busy(
-            &firmware.usual,
-            &settings,
-            "G91M4S500\nG1X300Y211Z97F99999\n",
-        )?;
-        let steps = &bench.pins.steps;
-        ensure_no_gap(steps)?;
-        let found = jitter(steps);
-        let late = steps.iter().filter(|step| step.late).count();
-        figures.add(
-            format!("pulse {pulse_us} us, up to {:.0} steps/s", fastest(steps)),
-            format!(
-                "{} step events, latency {} to {} cycles, jitter {found}, {late} late, shortest pulse {:.2} us",
-                steps.len(),
-                steps.iter().map(|step| step.latency).min().unwrap_or(0),
-                steps.iter().map(|step| step.latency).max().unwrap_or(0),
-                bench.pins.shortest.pulse as f64 * 1e6 / CPU_HZ as f64,
-            ),
-        );
-        ensure(
-            bench.pins.shortest.pulse as f64 >= f64::from(pulse_us) * CPU_HZ as f64 / 1e6,
-            || format!("{figures}    a pulse is too short"),
-        )?;
-        worst = worst.max(found);
+    for (pulse_us, rate) in RATIOS {
+        let mut bench = run_busy(&firmware.usual, &settings(pulse_us, rate, 4000), MOVE)?;
+        describe_edges(&bench, pulse_us, &mut figures);
+        let held = ensure_exact(&mut bench, pulse_us);
+        held.map_err(|Failure(words)| Failure(format!("{words}\n{figures}")))?;
     }
-    ensure(worst <= JITTER, || {
-        format!("jitter {worst} cycles\n{figures}")
-    })?;
     Ok(figures)
+}
+
+fn micros(cycles: u64) -> f64 {
+    cycles as f64 * 1e6 / CPU_HZ as f64
+}
+
+fn describe_edges(bench: &Bench, pulse_us: u32, figures: &mut Figures) {
+    let (steps, extremes) = (&bench.pins.steps, bench.pins.extremes);
+    let latencies = || steps.iter().map(|step| step.latency);
+    figures.add(
+        format!("pulse {pulse_us} us, up to {:.0} steps/s", fastest(steps)),
+        format!(
+            "{} step events, latency {} to {} cycles, jitter {}, {} late, pulses of {:.2} to {:.2} us, low for {:.2} us at least",
+            steps.len(),
+            latencies().min().unwrap_or(0),
+            latencies().max().unwrap_or(0),
+            jitter(steps),
+            steps.iter().filter(|step| step.late).count(),
+            micros(extremes.pulse),
+            micros(extremes.longest_pulse),
+            micros(extremes.low),
+        ),
+    );
+}
+
+/// Every edge is where it should be, none is missing, and the machine has counted what the drivers have seen.
+fn ensure_exact(bench: &mut Bench, pulse_us: u32) -> Result<(), Failure> {
+    let (steps, extremes) = (&bench.pins.steps, bench.pins.extremes);
+    ensure_no_gap(steps)?;
+    ensure(jitter(steps) <= JITTER, || {
+        format!("more than {JITTER} cycles of jitter")
+    })?;
+    let moved = net(steps);
+    ensure(moved == MOVED, || format!("{moved:?} steps, not {MOVED:?}"))?;
+    ensure(micros(extremes.pulse) >= f64::from(pulse_us), || {
+        "a pulse is too short".into()
+    })?;
+    let most = f64::from(pulse_us) + PROLONGED_US;
+    ensure(micros(extremes.longest_pulse) <= most, || {
+        format!("a pulse is longer than {most} us")
+    })?;
+    let status = bench.status()?;
+    ensure(status.contains(REPORTED), || status.clone())
 }
 
 /// The highest rate, over eight step events, steps/s.
