@@ -23,6 +23,9 @@ const POLL: Duration = Duration::from_millis(40);
 
 const PATIENCE: Duration = Duration::from_secs(60);
 
+/// How long a message that is on its way may take.
+const SOON: Duration = Duration::from_secs(2);
+
 /// Passes all messages on.
 struct Ear(Sender<String>);
 
@@ -45,6 +48,8 @@ struct Served {
     ready: Vec<String>,
     /// What else was said until all lines were ready.
     said: Vec<String>,
+    /// What is said from then on.
+    heard: Receiver<String>,
 }
 
 impl Served {
@@ -82,9 +87,10 @@ impl Served {
             thread: Some(thread),
             ready: Vec::new(),
             said: Vec::new(),
+            heard,
         };
         while served.ready.len() < count {
-            let note = heard.recv_timeout(PATIENCE).unwrap();
+            let note = served.heard.recv_timeout(PATIENCE).unwrap();
             match note.split_once(": ready at ") {
                 Some((_, at)) => served.ready.push(at.into()),
                 None => served.said.push(note),
@@ -331,6 +337,25 @@ fn a_flood_costs_its_sender_only() {
     }
     drop(flood);
     client.wait_for("Idle");
+}
+
+#[test]
+fn a_sender_that_does_not_count_is_named_once_when_bytes_are_lost() {
+    let served = Served::tcp(FAST, 1.0);
+    let mut client = served.connect();
+    // The machine takes nothing for a second; its buffer is smaller than what follows.
+    client.send(b"G4 P1\n");
+    for _ in 0..2 {
+        client.send(&[b'X'; 4096]);
+        client.send(b"\n");
+    }
+    let said = |text: &str| text.contains("more than the receive buffer holds");
+    let heard: Vec<String> = std::iter::from_fn(|| served.heard.recv_timeout(SOON).ok()).collect();
+    assert_eq!(
+        heard.iter().filter(|text| said(text)).count(),
+        1,
+        "{heard:?}"
+    );
 }
 
 #[test]

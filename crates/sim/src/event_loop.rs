@@ -167,6 +167,12 @@ where
         self.now
     }
 
+    /// Answers how many bytes of a line were lost since power-up because the sender had sent more than the receive buffer
+    /// holds; 0 for a line that is not there.
+    pub fn lost_bytes(&self, line: usize) -> u32 {
+        self.receivers.get(line).map_or(0, Receiver::lost_bytes)
+    }
+
     /// The machine.
     pub fn machine(&self) -> &Machine<'a, K, AXES, MOTORS, MOVES> {
         &self.machine

@@ -29,6 +29,8 @@ pub(super) trait Desk {
     fn load(&mut self, flash: &mut Flash) -> Condition;
     /// Stores what has changed, as far as the machine is at rest.
     fn save(&mut self, flash: &mut Flash);
+    /// How many bytes of a line's clients were lost for want of room in the receive buffer since power-up.
+    fn lost_bytes(&self, line: usize) -> u32;
     /// What there is to be shown.
     fn snapshot(&self) -> Snapshot;
 }
@@ -79,6 +81,10 @@ where
     fn save(&mut self, flash: &mut Flash) {
         // Where the store is full, the machine says so: `error:7`.
         while self.machine_mut().save(flash) == Ok(true) && self.machine().state() == State::Idle {}
+    }
+
+    fn lost_bytes(&self, line: usize) -> u32 {
+        self.lost_bytes(line)
     }
 
     fn snapshot(&self) -> Snapshot {

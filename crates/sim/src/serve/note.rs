@@ -13,6 +13,8 @@ pub enum Note<'a> {
     Line(&'a LineSpec, &'a What),
     /// A client does not read: what it was to get is thrown away.
     NotRead(&'a LineSpec),
+    /// A client has sent more than the machine's receive buffer holds: bytes are lost, as on a real line.
+    BytesLost(&'a LineSpec),
     /// The simulation cannot run as fast as asked for.
     TooSlow,
     /// The log cannot be written any more.
@@ -38,6 +40,10 @@ impl fmt::Display for Note<'_> {
             Self::NotRead(line) => write!(
                 f,
                 "{line}: the client does not read; what it does not take is thrown away"
+            ),
+            Self::BytesLost(line) => write!(
+                f,
+                "{line}: the client has sent more than the receive buffer holds; bytes of its lines are lost"
             ),
             Self::TooSlow => write!(
                 f,

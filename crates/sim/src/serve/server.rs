@@ -55,13 +55,22 @@ pub struct Surroundings<'s> {
     pub panel: &'s mut dyn Panel,
 }
 
+/// What is said of a client once only.
+#[derive(Clone, Copy, Default, Debug)]
+struct Told {
+    not_read: bool,
+    bytes_lost: bool,
+}
+
 /// Lines and clients, whatever machine is behind them.
 pub(super) struct Server<'s> {
     specs: Vec<LineSpec>,
     lines: Lines,
     wires: Wires,
-    /// Lines whose client has been told on already.
-    told: Vec<bool>,
+    /// What was told of each line's client already.
+    told: Vec<Told>,
+    /// Bytes of each line that are known to be lost.
+    lost: Vec<u32>,
     log: Option<WireLog>,
     buttons: Buttons,
     around: Surroundings<'s>,
@@ -81,7 +90,8 @@ impl<'s> Server<'s> {
         Self {
             lines: Lines::open(&specs),
             wires: Wires::new(specs.len()),
-            told: vec![false; specs.len()],
+            told: vec![Told::default(); specs.len()],
+            lost: vec![0; specs.len()],
             specs,
             log,
             buttons: Buttons::default(),
@@ -137,6 +147,7 @@ impl<'s> Server<'s> {
         let end = due.min(desk.now() + SLICE.max(pace.cycles(TICK)));
         glitches.run_until(desk, &mut self.wires, end);
         self.deliver(desk.now());
+        self.tell_of_lost_bytes(desk);
         if pace.give_up((self.around.clock)(), desk.now()) && !self.told_slow {
             self.told_slow = true;
             self.around.panel.note(&Note::TooSlow);
@@ -171,7 +182,7 @@ impl<'s> Server<'s> {
         self.log(|log| log.event(now, line, &event.what));
         match event.what {
             What::Opened { outlet, .. } => {
-                self.told[line] = false;
+                self.told[line] = Told::default();
                 self.wires.open(line, outlet);
                 return self.resets(line);
             }
@@ -206,8 +217,20 @@ impl<'s> Server<'s> {
                 continue;
             }
             self.log(|log| log.bytes(now, line, Way::FromMachine, &bytes));
-            if !self.wires.send(line, bytes) && !std::mem::replace(&mut self.told[line], true) {
+            if !self.wires.send(line, bytes)
+                && !std::mem::replace(&mut self.told[line].not_read, true)
+            {
                 self.around.panel.note(&Note::NotRead(&self.specs[line]));
+            }
+        }
+    }
+
+    fn tell_of_lost_bytes(&mut self, desk: &dyn Desk) {
+        for (line, spec) in self.specs.iter().enumerate() {
+            let lost = desk.lost_bytes(line);
+            let more = std::mem::replace(&mut self.lost[line], lost) < lost;
+            if more && !std::mem::replace(&mut self.told[line].bytes_lost, true) {
+                self.around.panel.note(&Note::BytesLost(spec));
             }
         }
     }
