@@ -31,7 +31,7 @@ impl F407 {
     pub(crate) fn say(&mut self, text: Option<&str>) {
         if let Some(text) = text {
             for part in ["[MSG:", text, "]\r\n"] {
-                self.write(ChannelId(0), part.as_bytes());
+                self.serial.say(part.as_bytes());
                 self.write(ChannelId(1), part.as_bytes());
             }
         }

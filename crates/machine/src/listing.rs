@@ -1,8 +1,10 @@
-//! Lists that go out row by row, each once the board has taken the one before it: `$$`, `$#`. So a report that is asked
-//! for goes out between two rows, and does not wait for the rest of the list.
+//! What has more than one row goes out row by row, each once the board has taken the one before it: `$$`, `$#`, `$N`, `$I`.
+//! So a report that is asked for goes out between two rows, and does not wait for the rest of the list.
 
 use crate::board::ChannelId;
 use crate::machine::Machine;
+use crate::protocol::report::{StartupLine, VersionLine};
+use crate::protocol::system_command::STARTUP_LINES;
 use leadscrew_planner::Kinematics;
 
 /// A list under way on one channel, with the row that is next.
@@ -13,6 +15,14 @@ pub(crate) enum Listing {
     Settings(usize),
     /// `$#`.
     Parameters(usize),
+    /// `$N`.
+    Startup(u8),
+    /// `$I`: its first line.
+    Version,
+    /// `$I`: its second line.
+    Options,
+    /// The answer, after the last row.
+    Answer,
 }
 
 impl<K, const AXES: usize, const MOTORS: usize, const MOVES: usize>
@@ -35,24 +45,50 @@ where
         let Some(listing) = channel.listing.filter(|_| channel.output_is_empty()) else {
             return;
         };
-        let next = match listing {
-            Listing::Settings(row) => self.settings.listed(row).map(|line| {
-                self.console.line(id, line);
-                Listing::Settings(row + 1)
-            }),
-            Listing::Parameters(row) => {
-                let parameters = self.parameters();
-                parameters.line(row).map(|line| {
-                    self.console.line(id, line);
-                    Listing::Parameters(row + 1)
-                })
-            }
-        };
+        let next = self.write_row(id, listing);
         if let Some(channel) = self.console.channel(id) {
             channel.listing = next;
         }
-        if next.is_none() {
-            self.console.answer(id, Ok(()));
+    }
+
+    /// Writes a row; what comes after it, if anything does.
+    fn write_row(&mut self, id: ChannelId, listing: Listing) -> Option<Listing> {
+        match listing {
+            Listing::Settings(row) => {
+                if let Some(line) = self.settings.listed(row) {
+                    self.console.line(id, line);
+                    return Some(Listing::Settings(row + 1));
+                }
+            }
+            Listing::Parameters(row) => {
+                let parameters = self.parameters();
+                if let Some(line) = parameters.line(row) {
+                    self.console.line(id, line);
+                    return Some(Listing::Parameters(row + 1));
+                }
+            }
+            Listing::Startup(index) if index < STARTUP_LINES => {
+                let line = self.memory.startup(index);
+                self.console.line(id, StartupLine { index, line });
+                return Some(Listing::Startup(index + 1));
+            }
+            Listing::Version => {
+                let text = self.memory.build();
+                self.console.line(id, VersionLine { text });
+                return Some(Listing::Options);
+            }
+            Listing::Options => {
+                let bytes = self
+                    .console
+                    .channel(id)
+                    .map_or(0, |channel| channel.limit());
+                let options = self.options_line(bytes);
+                self.console.line(id, options);
+                return Some(Listing::Answer);
+            }
+            Listing::Startup(_) | Listing::Answer => {}
         }
+        self.console.answer(id, Ok(()));
+        None
     }
 }

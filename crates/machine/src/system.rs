@@ -6,7 +6,7 @@ use crate::interpreter::{Command, Context, Fault, OffsetId};
 use crate::listing::Listing;
 use crate::machine::Machine;
 use crate::protocol::message::Message;
-use crate::protocol::report::{StartupLine, VersionLine, HELP};
+use crate::protocol::report::HELP;
 use crate::protocol::status::Status;
 use crate::protocol::system_command::{
     Activity, Circumstances, Homing, Restore, SystemCommand, STARTUP_LINES,
@@ -88,8 +88,8 @@ where
             SystemCommand::ShowSettings => return Ok(self.begin_list(id, Listing::Settings(0))),
             SystemCommand::ShowParameters => return Ok(self.begin_list(id, Listing::Parameters(0))),
             SystemCommand::ShowModes => self.console.line(id, self.modes()),
-            SystemCommand::ShowBuild => self.show_build(id),
-            SystemCommand::ShowStartup => self.show_startup(id),
+            SystemCommand::ShowBuild => return Ok(self.begin_list(id, Listing::Version)),
+            SystemCommand::ShowStartup => return Ok(self.begin_list(id, Listing::Startup(0))),
             SystemCommand::StoreBuild(text) => {
                 self.memory.set_build(text);
                 self.unsaved.add_build();
@@ -112,24 +112,6 @@ where
             channel.listing = Some(listing);
         }
         Reply::Later
-    }
-
-    fn show_build(&mut self, id: ChannelId) {
-        let bytes = self
-            .console
-            .channel(id)
-            .map_or(0, |channel| channel.limit());
-        let options = self.options_line(bytes);
-        let text = self.memory.build();
-        self.console.line(id, VersionLine { text });
-        self.console.line(id, options);
-    }
-
-    fn show_startup(&mut self, id: ChannelId) {
-        for index in 0..STARTUP_LINES {
-            let line = self.memory.startup(index);
-            self.console.line(id, StartupLine { index, line });
-        }
     }
 
     /// Checks the line in the present modal state and keeps it, without carrying it out.

@@ -55,8 +55,11 @@ impl Rate {
 /// Bytes in a packet of a line that never waits: USB full speed, bulk (USB 2.0 specification, 5.8.3).
 pub(crate) const PACKET: usize = 64;
 
-/// Bytes that the board keeps for sending on a line that takes time, as the firmware does.
-const SEND_BUFFER: usize = 128;
+/// Bytes that the board keeps for sending on a line that takes time, as the firmware does: what the line sends in 0.7 ms, 8 at
+/// least and 128 at most. A report waits for them.
+fn send_buffer(byte_time: u64) -> usize {
+    usize::try_from(CPU_HZ * 7 / 10_000 / byte_time).map_or(128, |bytes| bytes.clamp(8, 128))
+}
 
 /// One line, both ways.
 #[derive(Debug)]
@@ -101,7 +104,7 @@ impl Link {
         };
         let taken = bytes
             .len()
-            .min(SEND_BUFFER.saturating_sub(self.sending.len()));
+            .min(send_buffer(byte_time).saturating_sub(self.sending.len()));
         if self.sending.is_empty() && taken > 0 {
             self.sent = now + byte_time;
         }
@@ -247,10 +250,12 @@ mod tests {
     }
 
     #[test]
-    fn a_full_send_buffer_takes_no_more() {
-        let mut links = serial();
-        assert_eq!(links.write(CHANNEL, &[b'x'; 2000], Cycle(0)), SEND_BUFFER);
-        assert_eq!(links.write(CHANNEL, b"y", Cycle(0)), 0);
+    fn a_full_send_buffer_takes_no_more_than_goes_out_soon() {
+        for (baud, bytes) in [(9600, 8), (115_200, 8), (1_000_000, 70), (3_000_000, 128)] {
+            let mut links = Links::new(&[Rate::Baud(NonZeroU32::new(baud).unwrap())]);
+            assert_eq!(links.write(CHANNEL, &[b'x'; 2000], Cycle(0)), bytes);
+            assert_eq!(links.write(CHANNEL, b"y", Cycle(0)), 0);
+        }
     }
 
     #[test]

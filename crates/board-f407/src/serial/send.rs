@@ -1,17 +1,23 @@
 //! What is sent: the main loop writes to a ring, DMA sends what lies together in it, an interrupt for each such piece.
 use super::{Stream, Usart, CHANNEL, LINE};
-use crate::wake::wake;
+use crate::{profile::BAUD, wake::wake};
 use core::sync::atomic::{
     AtomicBool, AtomicU8, AtomicUsize,
     Ordering::{Acquire, Relaxed, Release},
 };
 use stm32f4::stm32f407::Interrupt;
 
-/// Bytes that wait to be sent at most. Few, as a report waits for those before it: 128 are 11 ms at 115 200 baud, and the two
-/// messages that may come before the banner fit in. What finds no room waits in the machine. A power of two.
+/// Bytes that the ring has room for: the two messages that may come before the banner. A power of two.
 const RING: usize = 128;
+/// Bytes of the machine's that wait to be sent at most: what the line sends in 0.7 ms, 8 at least. Few, as a report waits for
+/// those before it. What finds no room waits in the machine.
+const AHEAD: usize = match BAUD / 10 * 7 / 10_000 {
+    0..8 => 8,
+    bytes @ 8..128 => bytes as usize,
+    128.. => RING,
+};
 /// Bytes in a piece at most: while one goes out, the main loop brings the next.
-const PIECE: usize = RING / 2;
+const PIECE: usize = AHEAD / 2;
 
 /// In SRAM: DMA does not reach the core coupled memory.
 static WAITING: [AtomicU8; RING] = [const { AtomicU8::new(0) }; RING];
@@ -45,10 +51,20 @@ impl Writer {
         Self { written: 0 }
     }
 
-    /// Takes as many of `bytes` as there is room for; returns how many.
+    /// Takes as many of the machine's `bytes` as there is room for; returns how many.
     pub(crate) fn write(&mut self, bytes: &[u8]) -> usize {
-        let room = RING - self.written.wrapping_sub(SENT.load(Acquire));
-        let taken = bytes.len().min(room);
+        self.fill(bytes, AHEAD)
+    }
+
+    /// Takes a message that comes before the machine's first.
+    pub(crate) fn say(&mut self, message: &[u8]) {
+        self.fill(message, RING);
+    }
+
+    /// Takes `bytes` until `most` wait; returns how many.
+    fn fill(&mut self, bytes: &[u8], most: usize) -> usize {
+        let waiting = self.written.wrapping_sub(SENT.load(Acquire));
+        let taken = bytes.len().min(most.saturating_sub(waiting));
         for byte in bytes.iter().take(taken) {
             WAITING[self.written % RING].store(*byte, Relaxed);
             self.written = self.written.wrapping_add(1);

@@ -1,7 +1,8 @@
 //! The serial lines: what comes in line by line, what goes out, and where.
 //!
 //! An answer goes out on the channel that its line came in on, messages and alarms on all. A line is taken only
-//! where its answer has room, so that no answer is ever lost, however slowly the other end reads.
+//! where the board has got the answers before it. So no answer is ever lost, however slowly the other end reads, and a
+//! report that is asked for waits for one answer at most, however many lines have come.
 
 mod output;
 
@@ -177,8 +178,8 @@ impl<'a> Console<'a> {
     pub(crate) fn is_busy(&self, takes_lines: bool) -> bool {
         self.channels.iter().any(|channel| {
             let has_line = channel.complete || channel.inbox.has_bytes();
-            channel.has_room() && (channel.report_due || takes_lines && has_line)
-                || channel.output_is_empty() && channel.listing.is_some()
+            channel.has_room() && channel.report_due
+                || channel.output_is_empty() && (channel.listing.is_some() || takes_lines && has_line)
                 || channel.inbox.has_requests()
         })
     }
@@ -250,7 +251,7 @@ impl Channel<'_> {
             .map_or(true, |line| line.first().is_none_or(|first| *first == b'$'))
     }
 
-    /// Whether the answer to a line, or a row or a report, fits.
+    /// Whether a report fits.
     pub(crate) fn has_room(&self) -> bool {
         self.inbox.output.has_room()
     }
@@ -261,6 +262,6 @@ impl Channel<'_> {
     }
 
     fn is_ready(&self) -> bool {
-        self.complete && self.listing.is_none() && self.has_room()
+        self.complete && self.listing.is_none() && self.output_is_empty()
     }
 }

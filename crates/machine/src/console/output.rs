@@ -7,9 +7,8 @@ use heapless::Deque;
 /// Bytes that may wait to be sent on one line.
 const OUTPUT: usize = 1024;
 
-/// Room that the answer to any one line fits into, with the messages that may come with it. A line is taken
-/// only where there is that much; what is longer goes row by row.
-pub(crate) const ANSWER_ROOM: usize = 512;
+/// Room that a report fits into, and leaves enough for the messages that may come then.
+const REPORT_ROOM: usize = 512;
 
 /// Bytes that wait to be sent.
 #[derive(Debug)]
@@ -27,9 +26,9 @@ impl Output {
         }
     }
 
-    /// Whether the answer to a line, or a row or a report, fits.
+    /// Whether a report fits.
     pub(crate) fn has_room(&self) -> bool {
-        OUTPUT - self.waiting.len() >= ANSWER_ROOM
+        OUTPUT - self.waiting.len() >= REPORT_ROOM
     }
 
     /// Whether nothing waits.
