@@ -382,8 +382,10 @@ where
             self.want_spindle(&Spindle::default());
             self.put_out_spindle(board);
             self.set_coolant(CoolantOutput::default(), board);
-            self.reset_overrides();
+            self.cadence.work_offset_changed();
         }
+        self.reset_overrides();
+        self.parking_allowed = true;
         self.program_lines = 0;
         self.console.message(Message::ProgramEnd);
         Progress::Done

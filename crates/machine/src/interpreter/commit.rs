@@ -147,7 +147,9 @@ impl<const AXES: usize> Interpreter<AXES> {
             Flow::End => {
                 push(commands, Command::ProgramEnd);
                 self.modal = self.modal.after_program_end();
-                self.shift_work(commands);
+                if self.work_offset != self.offsets.work_offset(self.modal.system) {
+                    self.shift_work(commands);
+                }
             }
         }
     }

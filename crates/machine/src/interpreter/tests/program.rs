@@ -40,8 +40,7 @@ fn the_end_of_a_program_resets_modes_after_the_motion_of_its_line() {
         bench.run("M30G0X1"),
         [
             "RAPID X2.54 Y0 Z0",
-            "PROGRAM END",
-            "WORK OFFSET X-22.86 Y0 Z25.4"
+            "PROGRAM END"
         ]
     );
     assert!(bench.modes().starts_with("G1 "));
