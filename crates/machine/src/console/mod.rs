@@ -179,7 +179,8 @@ impl<'a> Console<'a> {
         self.channels.iter().any(|channel| {
             let has_line = channel.complete || channel.inbox.has_bytes();
             channel.has_room() && channel.report_due
-                || channel.output_is_empty() && (channel.listing.is_some() || takes_lines && has_line)
+                || channel.output_is_empty()
+                    && (channel.listing.is_some() || takes_lines && has_line)
                 || channel.inbox.has_requests()
         })
     }

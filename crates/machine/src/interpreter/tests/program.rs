@@ -36,13 +36,7 @@ fn the_end_of_a_program_resets_modes_after_the_motion_of_its_line() {
     assert_eq!(bench.modes(), "G1 G54 G17 G20 G90 G94 M5 M9 T0 F0 S100");
     bench.expect(&[("M2X1", 22), ("G80", 0), ("M30", 0)]);
     assert!(bench.modes().starts_with("G1 "));
-    assert_eq!(
-        bench.run("M30G0X1"),
-        [
-            "RAPID X2.54 Y0 Z0",
-            "PROGRAM END"
-        ]
-    );
+    assert_eq!(bench.run("M30G0X1"), ["RAPID X2.54 Y0 Z0", "PROGRAM END"]);
     assert!(bench.modes().starts_with("G1 "));
 }
 
