@@ -1,5 +1,6 @@
 //! What no recording shows: laser power, the drivers' enable pin, step and direction levels, at every edge.
 
+use leadscrew_machine::config::MachineConfig;
 use leadscrew_planner::Cartesian;
 use leadscrew_sim::clock::CPU_HZ;
 use leadscrew_sim::plant::Pin;
@@ -254,6 +255,34 @@ fn segments_that_run_out_in_motion_are_counted_and_end_in_the_dark_with_an_alarm
     // The interrupt that finds no segment switches off.
     assert!(changes[1].0 <= late[0].cycle + Cycle::from_micros(2).0);
     assert!((1..10 * MM as i64).contains(&run.net_steps()[0]));
+}
+
+/// Sixteen of the moves are planned or wait for room when segments run out.
+#[test]
+fn what_was_to_come_when_segments_ran_out_is_refused_at_once_and_never_moves() {
+    let mut setup = setup::<3>(1);
+    setup.machine = MachineConfig::grbl();
+    setup.costs.report = CPU_HZ as u32 / 50;
+    let mut memory = Memory::new(&setup);
+    let mut session = Session::new(&mut memory, &setup, Cartesian);
+    session.stream("G91\n");
+    let moves = 40;
+    session.send(0, "G1X5F500\n".repeat(moves));
+    session.wait_us(2_000_000);
+    session.send(0, "?");
+    session.wait_us(50_000);
+    let mut heard = session.heard(0);
+    heard.retain(|line| !line.starts_with('<') && line != "ALARM:3");
+    assert_eq!(heard.len(), moves, "{heard:?}");
+    let refused = heard.iter().filter(|line| *line == "error:9").count();
+    assert!((20..moves - 10).contains(&refused), "{heard:?}");
+    let stopped = session.sim.counted_position();
+    assert!(stopped[0] > 0);
+    assert_eq!(session.say("$X\n"), ["[MSG:Caution: Unlocked]", "ok"]);
+    assert_eq!(session.sim.counted_position(), stopped, "moves by itself");
+    assert_eq!(session.say("G1X1F500\n"), ["ok"]);
+    let moved = session.sim.counted_position()[0] - stopped[0];
+    assert_eq!(moved, 250, "from where it stopped");
 }
 
 /// Levels of the enable pin in order, and when they came.

@@ -279,11 +279,9 @@ where
     }
 
     /// Follows the motion: ends of moves, holds and cancels; segments that ran out. Main loop.
-    pub(crate) fn watch_motion<B: Board>(&mut self, board: &mut B) {
+    pub(crate) fn watch_motion<B: Board>(&mut self, board: &mut B, now: Instant) {
         if self.motion.take_underrun() {
-            self.motion.stop();
-            self.switch_outputs_off(board);
-            return self.raise(Alarm::AbortedMotion);
+            return self.abort_motion(board, now);
         }
         match self.state {
             State::Hold(Hold::Stopping { .. })

@@ -236,7 +236,7 @@ where
         if self.motion.is_short(now) {
             self.feed(board, now);
         }
-        self.watch_motion(board);
+        self.watch_motion(board, now);
         self.advance_homing(board, now);
         self.advance_door(board, now);
         self.execute(board, now);

@@ -47,6 +47,20 @@ where
         self.restart(discard, board, now);
     }
 
+    /// Segments ran out in motion, which so ended without a deceleration: motors may have lost steps. What is under way ends
+    /// as in a reset, modes stay.
+    pub(crate) fn abort_motion<B: Board>(&mut self, board: &mut B, now: Instant) {
+        if self.state == State::Home {
+            return self.fail_homing(Alarm::AbortedMotion, board, now);
+        }
+        self.motion.stop();
+        self.switch_outputs_off(board);
+        self.raise(Alarm::AbortedMotion);
+        self.end_cycles();
+        self.complete_lines();
+        self.take_position();
+    }
+
     /// All of a reset but for what the state before says about it.
     pub(crate) fn restart<B: Board>(&mut self, discard: Discard, board: &mut B, now: Instant) {
         self.end_cycles();

@@ -22,6 +22,7 @@ fn a_line_is_carried_out_in_order_whatever_the_order_of_its_words() {
 #[test]
 fn the_end_of_a_program_resets_modes_after_the_motion_of_its_line() {
     let mut bench = Bench::<3>::after(&[
+        "G10L2P2Y3",
         "G20G91G18G93G55G1X0.1F5",
         "M3S100",
         "M8",
