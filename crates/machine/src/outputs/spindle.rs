@@ -39,6 +39,15 @@ impl SpindleScale {
         share((speed - self.min) / (self.max - self.min))
     }
 
+    /// What becomes of a speed, RPM: no less than `$31`, unless it is 0, and no more than `$30`.
+    pub fn within(&self, speed: f32) -> f32 {
+        if speed <= 0.0 {
+            0.0
+        } else {
+            speed.max(self.min).min(self.max)
+        }
+    }
+
     /// The speed in RPM that goes with a power: the inverse of [`SpindleScale::power`].
     pub fn speed(&self, power: Power) -> f32 {
         if power == Power::OFF {
@@ -141,7 +150,7 @@ impl Spindle {
 
     /// The direction, while any power goes with it.
     pub fn accessory(&self) -> SpindleOutput {
-        self.turning_at(self.actual_speed())
+        self.turning_at(self.wanted_speed())
     }
 
     /// The direction, as reports show it (`A:S`, `A:C`), at a speed in RPM: a laser that is dark does not turn.
@@ -174,7 +183,7 @@ impl Spindle {
 
     /// The power of a spindle in motion and at rest.
     pub fn power(&self) -> Power {
-        self.scale.power(self.actual_speed())
+        self.scale.power(self.wanted_speed())
     }
 
     /// The power at rest: a laser is on only under M3, and where the program is cutting.
@@ -187,12 +196,17 @@ impl Spindle {
         }
     }
 
-    /// The speed that is wanted now: with the override, no more than `$30`; 0 while off. RPM.
+    /// The speed that is put out now, between `$31` and `$30`; 0 while off. RPM.
     pub fn actual_speed(&self) -> f32 {
+        self.scale.within(self.wanted_speed())
+    }
+
+    /// The speed that is wanted now, with the override; 0 while off. RPM.
+    fn wanted_speed(&self) -> f32 {
         if self.suspended || self.output == SpindleOutput::Off {
             return 0.0;
         }
-        (self.speed * f32::from(self.percent) / 100.0).min(self.scale.max)
+        self.speed * f32::from(self.percent) / 100.0
     }
 }
 
@@ -226,12 +240,28 @@ mod tests {
 
     #[test]
     fn where_the_settings_are_not_in_order_any_speed_is_full_power() {
+        for (max, min) in [(0.0, 100.0), (0.0, 0.0), (100.0, 100.0)] {
+            let mut spindle = Spindle::new(SpindleScale { max, min }, false);
+            spindle.want(SpindleOutput::Clockwise, 1.0, false);
+            assert_eq!(spindle.power(), Power::FULL, "$30={max} $31={min}");
+            assert_eq!(spindle.accessory(), SpindleOutput::Clockwise);
+            assert_eq!(spindle.reported_speed(None), max);
+            spindle.want(SpindleOutput::Clockwise, 0.0, false);
+            assert_eq!(spindle.power(), Power::OFF, "$30={max} $31={min}");
+        }
+    }
+
+    #[test]
+    fn a_speed_out_of_range_is_reported_as_it_is_put_out() {
         let scale = SpindleScale {
-            max: 0.0,
-            min: 100.0,
+            max: 100.0,
+            min: 10.0,
         };
-        assert_eq!(scale.power(1.0), Power::FULL);
-        assert_eq!(scale.power(0.0), Power::OFF);
+        let mut spindle = Spindle::new(scale, false);
+        for (speed, reported) in [(5.0, 10.0), (50.0, 50.0), (200.0, 100.0), (0.0, 0.0)] {
+            spindle.want(SpindleOutput::Clockwise, speed, false);
+            assert_eq!(spindle.reported_speed(None), reported, "S{speed}");
+        }
     }
 
     #[test]
