@@ -86,7 +86,7 @@ def why(c, t, mn, uc, emu, st):
         rn, rt = h1 & 15, h2 >> 12
         if not h1 & 0x80 and h2 & 0x900 == 0x900 and rn == rt: return "writeback to Rt"
     if "[pc" in t: return "literal outside the image"
-    if mn.startswith(("vldm", "vstm")) and h2 & 255 == 0: return "empty vldm/vstm list"
+    if mn.startswith(("vldm", "vstm", "vpop", "vpush")) and h2 & 255 == 0: return "empty vldm/vstm list"
     if h1 & 0xFF00 in (0xFE00, 0xFF00, 0xF900, 0xEF00) or h1 & 0xFF00 == 0xFC00: return "not an ARMv7-M instruction"
     return None
 grp = collections.Counter()

@@ -112,12 +112,20 @@ impl Gpio {
 
     /// The pins' levels, where timers drive those of `timers`.
     pub(crate) fn resolve(&self, timers: Driven) -> u16 {
-        let timed = self.alternates & timers.pins;
-        let outputs = self.outputs & self.odr | timed & timers.levels;
-        let released = outputs & self.otyper as u16;
-        let driving = (self.outputs | timed) & !released;
+        let outputs = self.driven_levels(timers);
+        let driving = self.driving(timers);
         let left = self.world.levels & self.world.pins | self.pull_ups & !self.world.pins;
         outputs & driving | left & !driving
+    }
+
+    /// The pins that the port drives: outputs and what a timer drives, but for open drains that let go.
+    pub(crate) fn driving(&self, timers: Driven) -> u16 {
+        let released = self.driven_levels(timers) & self.otyper as u16;
+        (self.outputs | self.alternates & timers.pins) & !released
+    }
+
+    fn driven_levels(&self, timers: Driven) -> u16 {
+        self.outputs & self.odr | self.alternates & timers.pins & timers.levels
     }
 
     /// Works out which pins are in which mode.
@@ -168,6 +176,7 @@ mod tests {
         port.write(0x04, 1);
         port.write(0x14, 1);
         assert_eq!(port.resolve(Driven::default()), 0);
+        assert_eq!(port.driving(Driven::default()), !1);
         port.world.set(0, true);
         assert_eq!(port.resolve(Driven::default()), 1);
         port.write(0x14, 0);
@@ -184,6 +193,10 @@ mod tests {
         port.write(0x24, 2 << 16);
         assert_eq!((port.alternate_pins(), port.function(12)), (1 << 12, 2));
         assert_eq!(port.resolve(timer), 1 << 12);
+        assert_eq!(
+            (port.driving(timer), port.driving(Driven::default())),
+            (1 << 12, 0)
+        );
     }
 
     #[test]

@@ -41,6 +41,13 @@ impl Machine {
         }
     }
 
+    /// Whether the chip drives a pin; one that it does not drive floats, or follows its pull or the world.
+    pub fn drives(&self, pin: Pin) -> bool {
+        let port = usize::from(pin.port);
+        let driving = self.devices.ports[port].driving(self.timer_levels(port));
+        driving >> pin.number & 1 != 0
+    }
+
     fn timer_levels(&self, port: usize) -> Driven {
         let mut driven = Driven::default();
         if self.devices.ports[port].alternate_pins() == 0 {
