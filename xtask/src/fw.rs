@@ -13,6 +13,12 @@ use std::{
 /// The chip of the STM32F4-Discovery, as probe-rs calls it.
 const CHIP: &str = "STM32F407VGTx";
 
+/// For whoever has never flashed one.
+const NO_PROBE_RS: &str = "probe-rs flashes the board and shows its log; it is not installed. One of
+    cargo install probe-rs-tools --locked
+    https://probe.rs/docs/getting-started/installation
+Without it the ELF above can be flashed by any other tool, OpenOCD or STM32CubeProgrammer; the log is not shown then.";
+
 /// Builds `board-f407`; `arguments` go to `cargo build`, but for `--run`.
 pub(crate) fn run(arguments: &[String]) -> Result<(), Failure> {
     let (ours, others): (Vec<String>, Vec<String>) = arguments
@@ -25,11 +31,12 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), Failure> {
     if ours.is_empty() {
         return Ok(());
     }
-    shell::run(
-        Command::new("probe-rs")
-            .args(["run", "--chip", CHIP])
-            .arg(&elf),
-    )
+    let mut probe = Command::new("probe-rs");
+    let flashed = shell::run(probe.args(["run", "--chip", CHIP]).arg(&elf));
+    if let Err(Failure::NotStarted { .. }) = flashed {
+        eprintln!("{NO_PROBE_RS}");
+    }
+    flashed
 }
 
 fn print_sizes(elf: &Path) -> Result<(), Failure> {
