@@ -1,36 +1,68 @@
 //! `cargo fw-test`: builds the firmware and runs it in the emulator (`tests/firmware`).
 //!
-//! Two builds that differ in the rate of the serial line only: 115200 baud, and 2 Mbaud for what the line must not limit.
-use crate::{failure::Failure, fw, shell, toolchain::Toolchain};
-use std::{
-    fs,
-    path::{Path, PathBuf},
-    process::Command,
+//! Builds for the Discovery that differ in the rate of the serial line only, 115200 baud, and 2 Mbaud for what the line must
+//! not limit; and one for each other board.
+use crate::{
+    failure::Failure,
+    fw, shell,
+    toolchain::{self, Toolchain},
 };
+use std::{fs, path::Path, process::Command};
 
-/// The fast line's rate in baud.
-const FAST: &str = "2000000";
-/// What the firmware's build reads the rate from.
-const RATE: &str = "LEADSCREW_BAUD";
+/// A build, as `tests/firmware` knows it.
+struct Build {
+    name: &'static str,
+    /// For `cargo build`.
+    arguments: &'static [&'static str],
+    /// What the firmware reads while it is built.
+    variable: Option<(&'static str, &'static str)>,
+}
+
+/// A build with the profile of this name.
+const fn profile(name: &'static str, arguments: &'static [&'static str]) -> Build {
+    Build {
+        name,
+        arguments,
+        variable: None,
+    }
+}
+
+/// The usual build last: it is what stays where `cargo fw` puts it.
+const BUILDS: [Build; 6] = [
+    Build {
+        name: "fast",
+        arguments: &[],
+        variable: Some(("LEADSCREW_BAUD", "2000000")),
+    },
+    profile("machine-003", &["--features", "machine-003"]),
+    profile("skr-2", &["--features", "skr-2"]),
+    profile("dual-y", &["--features", "dual-y"]),
+    profile("core-xy", &["--features", "core-xy"]),
+    profile("usual", &[]),
+];
 
 /// Builds and runs; `arguments` go to `fw-test`.
 pub(crate) fn run(arguments: &[String]) -> Result<(), Failure> {
     let toolchain = Toolchain::find()?;
-    // The usual build last: it is what stays where `cargo fw` puts it.
-    let fast = keep(&fw::build_with(&toolchain, &[], Some((RATE, FAST)))?)?;
-    let elf = fw::build(&toolchain, &[])?;
+    let folder = toolchain::firmware_dir().join("fw-test");
+    fs::create_dir_all(&folder).map_err(Failure::file(&folder))?;
+    for build in &BUILDS {
+        keep(&toolchain, build, &folder)?;
+    }
     let mut tests = Command::new("cargo");
     tests
         .args(["run", "--quiet", "--profile", "fw-test"])
         .args(["-p", "leadscrew-fw-test", "--"])
-        .args([&elf, &fast])
+        .arg(&folder)
         .args(arguments);
     shell::run(&mut tests)
 }
 
 /// Puts an ELF aside before the next build replaces it.
-fn keep(elf: &Path) -> Result<PathBuf, Failure> {
-    let kept = elf.with_extension(FAST);
+fn keep(toolchain: &Toolchain, build: &Build, folder: &Path) -> Result<(), Failure> {
+    let arguments: Vec<String> = build.arguments.iter().map(|&word| word.into()).collect();
+    let elf = fw::build_with(toolchain, &arguments, build.variable)?;
+    let kept = folder.join(build.name);
     fs::copy(elf, &kept).map_err(Failure::file(&kept))?;
-    Ok(kept)
+    Ok(())
 }

@@ -3,9 +3,10 @@
 //! Time passes only in [`Bench::run_for`] and what is made of it; whoever waits gives the longest that it may take.
 use crate::{
     firmware::Build,
-    pins::{CPU_HZ, CRYSTAL_HZ, LINE, TICK},
+    pins::{CPU_HZ, CRYSTAL_HZ, TICK},
     steps::Tracker,
     stream::Stream,
+    wiring::{Wiring, FLASH},
 };
 use leadscrew_f407emu::{FlashTiming, Machine, Pin};
 use std::fmt;
@@ -58,6 +59,8 @@ pub(crate) struct Bench {
     pub(crate) machine: Box<Machine>,
     /// What the pins of the motors have done.
     pub(crate) pins: Tracker,
+    /// What hangs on the pins.
+    pub(crate) wiring: &'static Wiring,
     /// The rate that the serial line should have, baud.
     baud: u32,
     /// Bytes of a line that has not ended yet.
@@ -74,7 +77,16 @@ impl Bench {
 
     /// Switches a board on; nothing has been carried out yet.
     pub(crate) fn switch_on(build: &Build) -> Result<Bench, Failure> {
-        let mut machine = Machine::new(CRYSTAL_HZ);
+        Bench::switch_on_with(build, CRYSTAL_HZ)
+    }
+
+    /// The same with another crystal; none where its frequency is 0.
+    pub(crate) fn switch_on_with(build: &Build, crystal_hz: u32) -> Result<Bench, Failure> {
+        let mut machine = Machine::new(crystal_hz);
+        let wiring = build.wiring;
+        if wiring.start != FLASH {
+            machine.program_flash(FLASH, &bootloader(wiring.start));
+        }
         machine.load_elf(&build.elf)?;
         if let Some(fault) = build.fault {
             machine.tamper_with(fault.register, fault.tamper);
@@ -82,7 +94,8 @@ impl Bench {
         machine.watch_channel(TICK.0, TICK.1);
         Ok(Bench {
             machine,
-            pins: Tracker::new(),
+            pins: Tracker::new(wiring),
+            wiring,
             baud: build.baud,
             incoming: Vec::new(),
         })
@@ -94,10 +107,18 @@ impl Bench {
         self.machine.timing_mut().flash = FlashTiming::ArtCold;
     }
 
+    /// Edges of laser or spindle power are not recorded: a PWM has many.
+    pub(crate) fn ignore_power(&mut self) {
+        self.machine.watch(self.wiring.power, false);
+    }
+
     /// Waits for the banner, which has to come at the right rate.
     pub(crate) fn hear_banner(&mut self) -> Result<Vec<String>, Failure> {
         let heard = self.hear_until(BOOT_SECONDS, |line| line == BANNER)?;
-        let (baud, expected) = (self.machine.uart_baud(LINE) as f64, f64::from(self.baud));
+        let (baud, expected) = (
+            self.machine.uart_baud(self.wiring.line) as f64,
+            f64::from(self.baud),
+        );
         ensure((baud / expected - 1.0).abs() <= RATE_ERROR, || {
             format!("the serial line is at {baud} baud")
         })?;
@@ -107,7 +128,7 @@ impl Bench {
     /// Waits for the banner after a reset; what was being said before is forgotten, what is said before it comes back.
     pub(crate) fn hear_boot(&mut self) -> Result<Vec<String>, Failure> {
         self.incoming.clear();
-        self.machine.uart_out(LINE).clear();
+        self.machine.uart_out(self.wiring.line).clear();
         self.hear_banner()
     }
 
@@ -132,13 +153,13 @@ impl Bench {
 
     /// Sends bytes.
     pub(crate) fn send(&mut self, bytes: impl AsRef<[u8]>) {
-        self.machine.uart_send(LINE, bytes.as_ref());
+        self.machine.uart_send(self.wiring.line, bytes.as_ref());
     }
 
     /// The lines that have come in since the last call; empty ones are left out.
     pub(crate) fn heard(&mut self) -> Vec<String> {
         let mut lines = Vec::new();
-        for byte in std::mem::take(self.machine.uart_out(LINE)) {
+        for byte in std::mem::take(self.machine.uart_out(self.wiring.line)) {
             match byte {
                 b'\r' => {}
                 b'\n' => {
@@ -225,6 +246,18 @@ impl Bench {
     pub(crate) fn stream(&mut self, stream: &Stream<'_>) -> Result<(), Failure> {
         stream.run(self)
     }
+}
+
+/// The least that a bootloader does: it goes to the program whose vector table is at `start`.
+fn bootloader(start: u32) -> Vec<u8> {
+    let vectors = [0x2000_1000, FLASH | 0x9];
+    // ldr r0, =start; ldr r1, [r0]; mov sp, r1; ldr r1, [r0, #4]; bx r1; nop
+    let code: [u16; 6] = [0x4802, 0x6801, 0x468D, 0x6841, 0x4708, 0xBF00];
+    let words = |words: &[u32]| words.iter().flat_map(|word| word.to_le_bytes()).collect();
+    let mut image: Vec<u8> = words(&vectors);
+    image.extend(code.iter().flat_map(|half| half.to_le_bytes()));
+    image.extend::<Vec<u8>>(words(&[start]));
+    image
 }
 
 /// Whether a line answers one that was sent.

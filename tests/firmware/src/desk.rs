@@ -4,7 +4,7 @@ use crate::{
     pins::CYCLES_PER_COUNT,
 };
 use leadscrew_machine::config::MachineConfig;
-use leadscrew_planner::Cartesian;
+use leadscrew_planner::{Cartesian, Kinematics};
 use leadscrew_sim::{
     cost::Costs,
     plant::{Pin, Side, Switch},
@@ -93,11 +93,21 @@ pub(crate) fn probe(settings: &str, program: &str, contact: usize) -> Result<Str
 /// The step events of a program after `settings`, over a line of this rate. A slow line leaves less to look ahead over
 /// when motion begins: that takes longer, here and on the board.
 pub(crate) fn plan(settings: &str, program: &str, line: Rate) -> Result<Vec<Planned>, Failure> {
+    plan_with(Cartesian, settings, program, line)
+}
+
+/// The same with other kinematics.
+pub(crate) fn plan_with(
+    kinematics: impl Kinematics<3, 3> + Clone,
+    settings: &str,
+    program: &str,
+    line: Rate,
+) -> Result<Vec<Planned>, Failure> {
     let mut setup = Setup::<3>::new(MachineConfig::new(), line);
     setup.costs = Costs::NONE;
     let mut memory = Memory::<3>::new(&setup);
     let mut sim: Simulation<'_, _, _, 3, 3, MOVES> =
-        Simulation::new(&mut memory, &setup, Cartesian, Schedule::default());
+        Simulation::new(&mut memory, &setup, kinematics, Schedule::default());
     for text in [settings, program] {
         let streaming = Streaming {
             window: setup.receive_buffer,

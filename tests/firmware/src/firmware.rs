@@ -1,7 +1,10 @@
 //! The firmware under test, as it was built or with a fault planted in it.
-use crate::bench::Failure;
+use crate::{
+    bench::Failure,
+    wiring::{Wiring, DISCOVERY, DUAL_Y, MACHINE_003, SKR_2},
+};
 use leadscrew_f407emu::Tamper;
-use std::{fs, sync::Arc};
+use std::{fs, path::Path, sync::Arc};
 
 /// Rate of the serial line in baud, unless the firmware is built for another.
 const USUAL_BAUD: u32 = 115_200;
@@ -16,10 +19,12 @@ pub(crate) struct Fault {
     pub(crate) tamper: Tamper,
 }
 
-/// The firmware, built for one rate of its serial line.
+/// The firmware, built for one board and one rate of its serial line.
 #[derive(Clone)]
 pub(crate) struct Build {
     pub(crate) elf: Arc<[u8]>,
+    /// What hangs on the board's pins.
+    pub(crate) wiring: &'static Wiring,
     /// The line's rate in baud.
     pub(crate) baud: u32,
     /// What is wrong with it from power-up on.
@@ -27,31 +32,50 @@ pub(crate) struct Build {
 }
 
 impl Build {
-    fn read(path: &str, baud: u32) -> Result<Self, Failure> {
-        let elf = fs::read(path).map_err(|error| Failure(format!("{path}: {error}")))?;
+    fn read(path: &Path, wiring: &'static Wiring, baud: u32) -> Result<Self, Failure> {
+        let unread = |error| Failure(format!("{}: {error}", path.display()));
         Ok(Build {
-            elf: elf.into(),
+            elf: fs::read(path).map_err(unread)?.into(),
+            wiring,
             baud,
             fault: None,
         })
     }
 }
 
-/// The firmware, built twice.
+/// The firmware, built several times.
 #[derive(Clone)]
 pub(crate) struct Firmware {
-    /// At 115200 baud.
+    /// For the Discovery at 115200 baud.
     pub(crate) usual: Build,
     /// At 2 Mbaud, otherwise the same.
     pub(crate) fast: Build,
+    /// For the other boards at 115200 baud.
+    pub(crate) others: Others,
+}
+
+/// The builds for boards other than the Discovery as it comes.
+#[derive(Clone)]
+pub(crate) struct Others {
+    pub(crate) machine_003: Build,
+    pub(crate) skr_2: Build,
+    pub(crate) dual_y: Build,
+    pub(crate) core_xy: Build,
 }
 
 impl Firmware {
-    /// Reads both files.
-    pub(crate) fn read(usual: &str, fast: &str) -> Result<Self, Failure> {
+    /// Reads the files that `cargo fw-test` has put into a folder.
+    pub(crate) fn read(folder: &str) -> Result<Self, Failure> {
+        let read = |name, wiring, baud| Build::read(&Path::new(folder).join(name), wiring, baud);
         Ok(Firmware {
-            usual: Build::read(usual, USUAL_BAUD)?,
-            fast: Build::read(fast, FAST_BAUD)?,
+            usual: read("usual", &DISCOVERY, USUAL_BAUD)?,
+            fast: read("fast", &DISCOVERY, FAST_BAUD)?,
+            others: Others {
+                machine_003: read("machine-003", &MACHINE_003, USUAL_BAUD)?,
+                skr_2: read("skr-2", &SKR_2, USUAL_BAUD)?,
+                dual_y: read("dual-y", &DUAL_Y, USUAL_BAUD)?,
+                core_xy: read("core-xy", &SKR_2, USUAL_BAUD)?,
+            },
         })
     }
 
@@ -60,6 +84,10 @@ impl Firmware {
         let mut faulty = self.clone();
         faulty.usual.fault = Some(fault);
         faulty.fast.fault = Some(fault);
+        faulty.others.machine_003.fault = Some(fault);
+        faulty.others.skr_2.fault = Some(fault);
+        faulty.others.dual_y.fault = Some(fault);
+        faulty.others.core_xy.fault = Some(fault);
         faulty
     }
 }

@@ -20,6 +20,7 @@ mod pins;
 mod planted;
 mod steps;
 mod stream;
+mod wiring;
 
 use crate::{
     bench::Failure,
@@ -29,13 +30,12 @@ use crate::{
 };
 use std::{env, process::ExitCode, sync::Mutex, thread, time::Instant};
 
-const USAGE: &str =
-    "usage: fw-test ELF ELF-AT-2-MBAUD [--subset | --list | --planted [WORD] | NAME...]";
+const USAGE: &str = "usage: fw-test FOLDER [--subset | --list | --planted [WORD] | NAME...]";
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = env::args().skip(1).collect();
     let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
-    let [usual, fast, names @ ..] = words.as_slice() else {
+    let [folder, names @ ..] = words.as_slice() else {
         eprintln!("{USAGE}");
         return ExitCode::from(2);
     };
@@ -43,7 +43,7 @@ fn main() -> ExitCode {
         CHECKS.iter().for_each(|check| println!("{check}"));
         return ExitCode::SUCCESS;
     }
-    match Firmware::read(usual, fast).and_then(|firmware| run(&tasks(&firmware, names)?)) {
+    match Firmware::read(folder).and_then(|firmware| run(&tasks(&firmware, names)?)) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
             eprintln!("error: {failure}");

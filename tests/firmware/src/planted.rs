@@ -47,6 +47,7 @@ const GPIOE: u32 = 0x4002_1000;
 const RCC: u32 = 0x4002_3800;
 const FLASH: u32 = 0x4002_3C00;
 const TIM4: u32 = 0x4000_0800;
+const TIM9: u32 = 0x4001_4000;
 /// Registers of timers.
 const SR: u32 = 0x10;
 const ARR: u32 = 0x2C;
@@ -84,6 +85,18 @@ pub(crate) const PLANTED: &[Planted] = &[
         GPIOE + 0x18,
         |word| Some(word & !(1 << 7)),
         &["queued-traces"],
+    ),
+    planted(
+        "the step pin of X not driven",
+        GPIOE,
+        |word| Some(word & !(3 << 14)),
+        &["start-up"],
+    ),
+    planted(
+        "the power of the SKR 2 a count off",
+        TIM9 + ARR,
+        |word| Some(word + 1),
+        &["boards"],
     ),
     planted(
         "the direction of Y stays positive",

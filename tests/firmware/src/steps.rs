@@ -5,11 +5,13 @@
 //!                 ____             ____
 //!  step pin  ____|    |___________|    |  rising edge: `latency` after the last match
 //! ```
-use crate::pins::{CYCLES_PER_COUNT, DIRECTION, STEP};
+use crate::{pins::CYCLES_PER_COUNT, wiring::Wiring};
 use leadscrew_f407emu::{Edge, Machine, Match, Pin};
 
 /// The most that two ports' stores may be apart and still make one step event, cycles.
 const SKEW: u64 = 20;
+/// Motors of a board at most.
+const MOTORS: usize = 4;
 
 /// One step event at the pins.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -46,6 +48,8 @@ pub(crate) struct Extremes {
     pub(crate) setup: u64,
     /// The shortest from a motor's last rising edge to a change of its direction.
     pub(crate) hold: u64,
+    /// The longest between the rising edges of one step event.
+    pub(crate) skew: u64,
 }
 
 impl Extremes {
@@ -56,6 +60,7 @@ impl Extremes {
         low: u64::MAX,
         setup: u64::MAX,
         hold: u64::MAX,
+        skew: 0,
     };
 }
 
@@ -67,24 +72,26 @@ pub(crate) struct Tracker {
     pub(crate) extremes: Extremes,
     /// Edges of all other pins that are watched.
     pub(crate) others: Vec<Edge>,
+    wiring: &'static Wiring,
     tick: Option<Match>,
     negative: u8,
-    rose: [Option<u64>; 3],
-    fell: [Option<u64>; 3],
-    turned: [Option<u64>; 3],
+    rose: [Option<u64>; MOTORS],
+    fell: [Option<u64>; MOTORS],
+    turned: [Option<u64>; MOTORS],
 }
 
 impl Tracker {
-    pub(crate) fn new() -> Self {
+    pub(crate) fn new(wiring: &'static Wiring) -> Self {
         Tracker {
+            wiring,
             steps: Vec::new(),
             extremes: Extremes::NONE,
             others: Vec::new(),
             tick: None,
             negative: 0,
-            rose: [None; 3],
-            fell: [None; 3],
-            turned: [None; 3],
+            rose: [None; MOTORS],
+            fell: [None; MOTORS],
+            turned: [None; MOTORS],
         }
     }
 
@@ -93,7 +100,7 @@ impl Tracker {
         *self = Tracker {
             negative: self.negative,
             tick: self.tick,
-            ..Tracker::new()
+            ..Tracker::new(self.wiring)
         };
     }
 
@@ -110,8 +117,8 @@ impl Tracker {
     }
 
     fn edge(&mut self, edge: &Edge) {
-        let motor = |pins: [Pin; 3]| pins.iter().position(|&pin| pin == edge.pin);
-        match (motor(STEP), motor(DIRECTION)) {
+        let motor = |pins: &[Pin]| pins.iter().position(|&pin| pin == edge.pin);
+        match (motor(self.wiring.step), motor(self.wiring.direction)) {
             (Some(motor), _) if edge.level => self.rise(motor, edge.cycle),
             (Some(motor), _) => self.fall(motor, edge.cycle),
             (None, Some(motor)) => self.turn(motor, edge),
@@ -131,6 +138,7 @@ impl Tracker {
         if let Some(last) = self.steps.last_mut() {
             if cycle <= last.edge() + SKEW && last.motors & bit == 0 {
                 last.motors |= bit;
+                self.extremes.skew = self.extremes.skew.max(cycle - last.edge());
                 return;
             }
         }
@@ -169,8 +177,8 @@ pub(crate) fn jitter(steps: &[Step]) -> u32 {
 }
 
 /// Steps of each motor, positive less negative.
-pub(crate) fn net(steps: &[Step]) -> [i64; 3] {
-    let mut net = [0; 3];
+pub(crate) fn net<const MOTORS: usize>(steps: &[Step]) -> [i64; MOTORS] {
+    let mut net = [0; MOTORS];
     for step in steps {
         for (motor, count) in net.iter_mut().enumerate() {
             let stepped = i64::from(step.motors >> motor & 1);
@@ -184,6 +192,7 @@ pub(crate) fn net(steps: &[Step]) -> [i64; 3] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::wiring::DISCOVERY;
 
     fn step(motors: u8, negative: u8) -> Step {
         Step {
@@ -203,11 +212,12 @@ mod tests {
 
     #[test]
     fn edges_close_together_are_one_event() {
-        let mut tracker = Tracker::new();
+        let mut tracker = Tracker::new(&DISCOVERY);
         tracker.rise(0, 100);
         tracker.rise(1, 104);
         tracker.rise(0, 300);
         let motors: Vec<u8> = tracker.steps.iter().map(|step| step.motors).collect();
         assert_eq!(motors, [0b011, 0b001]);
+        assert_eq!(tracker.extremes.skew, 4);
     }
 }

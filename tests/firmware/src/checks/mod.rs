@@ -1,16 +1,22 @@
 //! What is checked, by name.
+mod boards;
 mod endings;
+mod homing;
 mod motion;
 mod outputs;
+mod planting;
 mod power_loss;
 mod probe;
 mod raster;
 mod realtime;
+mod start_up;
 mod stopping;
 mod stores;
 mod streams;
 mod switches;
 mod timing;
+mod update;
+mod watchdog;
 
 use crate::{bench::Failure, firmware::Firmware};
 use std::fmt::{self, Write};
@@ -164,7 +170,43 @@ pub(crate) const CHECKS: &[Check] = &[
         name: "homing",
         what: "homing finds the limit switches and pulls off",
         subset: true,
-        run: probe::homing,
+        run: homing::homing,
+    },
+    Check {
+        name: "start-up",
+        what: "every pin that could do harm is driven and off within 20 us after reset, and stays so up to the banner",
+        subset: true,
+        run: start_up::pins,
+    },
+    Check {
+        name: "crystal",
+        what: "a crystal that does not start: said so, and the serial line and motion work all the same",
+        subset: true,
+        run: start_up::crystal,
+    },
+    Check {
+        name: "log",
+        what: "the log over RTT says something at start-up",
+        subset: true,
+        run: start_up::log,
+    },
+    Check {
+        name: "sleep",
+        what: "at rest the core sleeps",
+        subset: true,
+        run: start_up::sleep,
+    },
+    Check {
+        name: "update",
+        what: "an update of the firmware leaves the settings as they are",
+        subset: true,
+        run: update::update,
+    },
+    Check {
+        name: "boards",
+        what: "the builds for other boards: boot, a recorded program to the tick, homing (a second motor is squared)",
+        subset: true,
+        run: boards::boards,
     },
     Check {
         name: "endings",
@@ -182,13 +224,13 @@ pub(crate) const CHECKS: &[Check] = &[
         name: "watchdog",
         what: "main loop or step interrupt hung, LSI at 17 kHz: safe within 50 ms, and the next boot says why",
         subset: true,
-        run: endings::watchdog,
+        run: watchdog::watchdog,
     },
     Check {
         name: "normal-work",
         what: "everything that keeps the main loop busy, LSI at 47 kHz: no reset",
         subset: true,
-        run: endings::normal_work,
+        run: watchdog::normal_work,
     },
     Check {
         name: "power-loss",
@@ -221,3 +263,19 @@ pub(crate) const CHECKS: &[Check] = &[
         run: stores::left_out,
     },
 ];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_readme_lists_every_check() {
+        let readme = include_str!("../../README.md");
+        for check in CHECKS {
+            assert!(
+                readme.lines().any(|line| line == check.to_string()),
+                "{check}"
+            );
+        }
+    }
+}

@@ -1,31 +1,48 @@
 //! Jobs that are wholly queued before they start: the pins against the simulator's schedule.
 use super::Figures;
 use crate::{
-    bench::{Bench, Failure},
+    bench::{ensure, Bench, Failure},
     compare, desk,
     firmware::{Build, Firmware},
     job::Job,
-    pins::POWER,
+    pins::CPU_HZ,
     steps::{jitter, net, Step},
     stream::Stream,
 };
 use leadscrew_sim::Rate;
 
 /// Motion begins when nothing has come for so long: after the whole job.
-const AFTER_ALL: &str = "$701=500\n";
+pub(super) const AFTER_ALL: &str = "$701=500\n";
 /// Moves that the machine plans ahead; an arc makes many, and the lines that follow it few.
 const FITS: usize = 1000;
 
 /// A job on the board, sent without waiting for motion; its steps.
 pub(super) fn run_queued(build: &Build, job: &Job) -> Result<(Bench, Vec<Step>), Failure> {
     let mut bench = Bench::boot(build)?;
-    bench.machine.watch(POWER, false);
+    let steps = run_queued_on(&mut bench, job)?;
+    Ok((bench, steps))
+}
+
+/// The same on a board that is on.
+pub(super) fn run_queued_on(bench: &mut Bench, job: &Job) -> Result<Vec<Step>, Failure> {
+    bench.ignore_power();
     bench.commands(&job.settings)?;
     bench.commands(AFTER_ALL)?;
     bench.pins.clear();
     bench.stream(&Stream::new(&job.program))?;
-    let steps = std::mem::take(&mut bench.pins.steps);
-    Ok((bench, steps))
+    ensure_settled(bench)?;
+    Ok(std::mem::take(&mut bench.pins.steps))
+}
+
+/// A driver sees each direction in time before a step and after one, ns (TI DRV8825, SLVSA73F: 650).
+const SETTLED_NS: u64 = 650;
+
+fn ensure_settled(bench: &Bench) -> Result<(), Failure> {
+    let least = SETTLED_NS * CPU_HZ / 1_000_000_000;
+    let extremes = bench.pins.extremes;
+    ensure(extremes.setup.min(extremes.hold) >= least, || {
+        format!("a direction changes too close to a step: {extremes:?}")
+    })
 }
 
 /// Holds a queued job against the simulator's; what to say of it.
@@ -37,7 +54,7 @@ fn compare_queued(build: &Build, job: &Job) -> Result<String, Failure> {
     Ok(format!(
         "{} step events to {:?}, jitter {} cycles",
         steps.len(),
-        net(&steps),
+        net::<3>(&steps),
         jitter(&steps)
     ))
 }

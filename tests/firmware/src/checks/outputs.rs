@@ -21,8 +21,30 @@ const WORDS: [(&str, &[Pin]); 9] = [
 ];
 const PINS: [Pin; 6] = [ENABLE, POWER, SPINDLE, REVERSE, FLOOD, MIST];
 
+/// Speeds of the spindle, of 1000, and the cycles of a period of 100 µs during which the pin is high; the least is a 255th.
+const POWERS: [(u32, u64); 4] = [(1, 64), (250, 4_200), (500, 8_400), (999, 16_782)];
+const PERIOD: u64 = 16_800;
+
+/// Power is a share of the period: 8400 levels, two cycles each.
+fn ensure_power(bench: &mut Bench) -> Result<(), Failure> {
+    bench.commands("$30=1000\n$31=0\nM3\n")?;
+    for (speed, high) in POWERS {
+        bench.command(&format!("S{speed}"))?;
+        bench.run_for(0.01)?;
+        let duties = bench.machine.duties().iter().rev();
+        let duty = duties.into_iter().find(|duty| duty.pin == POWER);
+        let right = duty.is_some_and(|duty| duty.period == PERIOD && duty.high.abs_diff(high) <= 2);
+        ensure(right, || {
+            format!("S{speed}: {duty:?}, not {high} of {PERIOD}")
+        })?;
+    }
+    bench.command("M5")?;
+    Ok(())
+}
+
 pub(crate) fn outputs(firmware: &Firmware) -> Result<Figures, Failure> {
     let mut bench = Bench::boot(&firmware.usual)?;
+    ensure_power(&mut bench)?;
     for (words, expected) in WORDS {
         bench.command(words)?;
         bench.run_for(0.05)?;
@@ -38,5 +60,6 @@ pub(crate) fn outputs(firmware: &Firmware) -> Result<Figures, Failure> {
     }
     let mut figures = Figures::default();
     figures.add("lines", WORDS.len());
+    figures.add("shares of power", POWERS.len());
     Ok(figures)
 }

@@ -27,7 +27,7 @@ const STALL_US: f64 = 2_000.0;
 const IN_ONE_GO: u64 = 4_000;
 
 /// All that is stored, as the machine tells it.
-fn stored(bench: &mut Bench) -> Result<Vec<String>, Failure> {
+pub(super) fn stored(bench: &mut Bench) -> Result<Vec<String>, Failure> {
     let mut all = Vec::new();
     for question in ["$$", "$#", "$N", "$I"] {
         all.append(&mut bench.command(question)?);
@@ -37,7 +37,7 @@ fn stored(bench: &mut Bench) -> Result<Vec<String>, Failure> {
 }
 
 /// A board with something in its store.
-fn with_known(build: &Build) -> Result<Bench, Failure> {
+pub(super) fn with_known(build: &Build) -> Result<Bench, Failure> {
     let mut bench = Bench::switch_on(build)?;
     bench.machine.set_lsi(LSI_FASTEST_HZ);
     bench.hear_banner()?;

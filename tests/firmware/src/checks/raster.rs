@@ -3,7 +3,7 @@ use super::Figures;
 use crate::{
     bench::{ensure, Bench, Failure},
     firmware::Firmware,
-    pins::{CPU_HZ, LINE, POWER},
+    pins::{CPU_HZ, LINE},
     stream::Stream,
 };
 use std::fmt::Write;
@@ -37,7 +37,7 @@ pub(crate) fn raster_lines(firmware: &Firmware) -> Result<Figures, Failure> {
         "lines of 14 bytes".into()
     })?;
     let mut bench = Bench::boot(&firmware.fast)?;
-    bench.machine.watch(POWER, false);
+    bench.ignore_power();
     bench.commands(SETTINGS)?;
     bench.pins.clear();
     let began = bench.machine.cycle();

@@ -6,7 +6,7 @@ use crate::{
     compare, desk,
     firmware::{Build, Firmware},
     job::Job,
-    pins::{POWER, PULSE_IRQ, STEP_IRQ},
+    pins::{PULSE_IRQ, STEP_IRQ},
     steps::Step,
     stream::Stream,
 };
@@ -68,7 +68,7 @@ fn run(build: &Build, fault: Option<u32>) -> Result<(), Failure> {
         plant(&mut bench.machine, address);
     }
     bench.hear_banner()?;
-    bench.machine.watch(POWER, false);
+    bench.ignore_power();
     bench.commands(&job.settings)?;
     bench.pins.clear();
     Stream::new(&job.program).send_all(&mut bench)?;

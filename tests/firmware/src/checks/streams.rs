@@ -5,7 +5,7 @@ use crate::{
     compare, desk,
     firmware::{Build, Firmware},
     job::Job,
-    pins::{LINE, POWER},
+    pins::LINE,
     steps::{jitter, Step},
     stream::Stream,
 };
@@ -22,7 +22,7 @@ const FULL_FIRST: &str = "$701=500\n";
 /// Streams a job; its steps.
 fn run_streamed(build: &Build, job: &Job) -> Result<Vec<Step>, Failure> {
     let mut bench = Bench::boot(build)?;
-    bench.machine.watch(POWER, false);
+    bench.ignore_power();
     bench.commands(&job.settings)?;
     bench.pins.clear();
     bench.stream(&Stream::new(&job.program).polling(POLL_SECONDS))?;

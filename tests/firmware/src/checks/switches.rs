@@ -5,7 +5,7 @@ use super::{
 };
 use crate::{
     bench::{cycles, ensure, micros_between, Bench, Failure},
-    firmware::Firmware,
+    firmware::{Build, Firmware},
     pins::{DOOR, FILTER_SECONDS, HOLD, LIMIT, POWER, RESET, START},
     steps::net,
 };
@@ -135,7 +135,34 @@ fn filter_one(base: &Bench, pin: Pin, closed: bool, state: &str) -> Result<(), F
     Ok(())
 }
 
+/// Other times of the filter, µs, each with what is shorter and what is longer. At 0 the level after the edge counts.
+const OTHER_TIMES: [(u32, Option<u64>, u64); 3] = [
+    (0, None, 20),
+    (1_000, Some(995), 1_005),
+    (10_000, Some(9_995), 10_005),
+];
+
+/// The filter's time is a setting.
+fn other_times(build: &Build) -> Result<(), Failure> {
+    for (micros, spike, pulse) in OTHER_TIMES {
+        let mut bench = Bench::boot(build)?;
+        bench.commands(&format!("$706={micros}\n$21=1\n"))?;
+        for (length, state) in [(spike, "<Idle"), (Some(pulse), "<Alarm")] {
+            let Some(length) = length else { continue };
+            let mut bench = bench.clone();
+            bounce(&mut bench, LIMIT[0], false, &[length]);
+            bench.run_for(0.03)?;
+            let status = bench.status()?;
+            ensure(status.starts_with(state), || {
+                format!("$706={micros}, {length} us: {status}, not {state}")
+            })?;
+        }
+    }
+    Ok(())
+}
+
 pub(crate) fn filter(firmware: &Firmware) -> Result<Figures, Failure> {
+    other_times(&firmware.usual)?;
     let base = moving(&firmware.usual, 0.1)?;
     for limit in LIMIT {
         filter_one(&base, limit, false, "<Alarm")?;

@@ -1,0 +1,126 @@
+//! The builds for other boards: each boots, makes a recorded program's steps at its own pins, homes, and dims its laser.
+use super::{homing::ensure_homes, motion, Figures};
+use crate::{
+    bench::{ensure, Bench, Failure},
+    compare,
+    desk::{self, Planned},
+    firmware::{Build, Firmware},
+    job::Job,
+    pins::CPU_HZ,
+    wiring::Wiring,
+};
+use leadscrew_planner::{Cartesian, CoreXy, Kinematics};
+use leadscrew_sim::Rate;
+
+/// A recorded program that steps three motors together.
+const TRACE: &str = "line_xyz";
+/// Steps from the limit switches; the second motor of Y is askew.
+const AWAY: [i64; 4] = [700, 1300, 411, 1337];
+/// Cycles of a period of power: 10 kHz.
+const PERIOD: u64 = CPU_HZ / 10_000;
+
+/// The motor that turns with Y where there is a fourth.
+const SECOND_Y: (usize, usize) = (1, 3);
+
+/// Where there is a fourth motor, it does what Y's does.
+fn gang(planned: &mut [Planned], wiring: &Wiring) {
+    let (first, second) = SECOND_Y;
+    if wiring.step.len() > second {
+        for step in planned {
+            step.motors |= (step.motors >> first & 1) << second;
+            step.negative |= (step.negative >> first & 1) << second;
+        }
+    }
+}
+
+/// All motors together, with the same settings for each axis: profiles differ in theirs.
+const EQUAL: &str = "$0=5\n$100=250\n$101=250\n$102=250\n$110=1000\n$111=1000\n$112=1000\n$120=50\n$121=50\n$122=50\n";
+const TOGETHER: &str = "G91G1X10Y10Z10F900\n";
+
+/// Queued jobs, to the tick: a recorded one, and one that steps all motors at once; what to say of it.
+fn ensure_traces(
+    build: &Build,
+    kinematics: impl Kinematics<3, 3> + Clone,
+) -> Result<String, Failure> {
+    let trace = Job::trace(TRACE)?;
+    let job = Job::new("together", EQUAL, TOGETHER);
+    let mut words = String::new();
+    for job in [trace, job] {
+        let (bench, steps) = motion::run_queued(build, &job)?;
+        let settings = format!("{}{}", job.settings, motion::AFTER_ALL);
+        let kinematics = kinematics.clone();
+        let mut planned = desk::plan_with(kinematics, &settings, &job.program, Rate::NeverWaits)?;
+        gang(&mut planned, build.wiring);
+        compare::to_the_tick(&steps, &planned)?;
+        let skew = bench.pins.extremes.skew;
+        words += &format!(
+            "{}: {} step events to the tick, pins {skew} cycles apart; ",
+            job.name,
+            steps.len()
+        );
+    }
+    Ok(words)
+}
+
+/// Half of the power is half of the period; spindle and supplies are on.
+fn ensure_outputs(build: &Build) -> Result<(), Failure> {
+    let mut bench = Bench::boot(build)?;
+    bench.commands("$30=1000\n$31=0\nM3S500\n")?;
+    bench.run_for(0.01)?;
+    let wiring = build.wiring;
+    let duty = bench
+        .machine
+        .duties()
+        .iter()
+        .rev()
+        .find(|duty| duty.pin == wiring.power);
+    let right = duty.is_some_and(|duty| (duty.high, duty.period) == (PERIOD / 2, PERIOD));
+    ensure(right, || format!("power: {duty:?}"))?;
+    let high = wiring.high.iter().chain([&wiring.spindle]);
+    for pin in high {
+        ensure(bench.machine.level(*pin), || format!("{pin} is low"))?;
+    }
+    Ok(())
+}
+
+/// Everything about one board.
+fn ensure_works<const MOTORS: usize>(
+    build: &Build,
+    away: [i64; MOTORS],
+    homed: &str,
+) -> Result<String, Failure> {
+    let traced = ensure_traces(build, Cartesian)?;
+    ensure_outputs(build)?;
+    let homed = ensure_homes(build, away, homed)?;
+    Ok(format!("{traced}{homed}"))
+}
+
+/// Everything about the one with crossed belts but homing, which the simulator alone tries.
+fn ensure_belts_work(build: &Build) -> Result<String, Failure> {
+    let traced = ensure_traces(build, CoreXy)?;
+    ensure_outputs(build)?;
+    Ok(traced)
+}
+
+pub(crate) fn boards(firmware: &Firmware) -> Result<Figures, Failure> {
+    let others = &firmware.others;
+    let [x, y, z, _] = AWAY;
+    let all = "<Idle|MPos:-1.000,-1.000,-1.000|";
+    let only_z = "<Idle|MPos:0.000,0.000,-1.000|";
+    let mut figures = Figures::default();
+    for (name, works) in [
+        (
+            "machine-003",
+            ensure_works(&others.machine_003, [x, y, z], only_z),
+        ),
+        ("skr-2", ensure_works(&others.skr_2, [x, y, z], all)),
+        ("core-xy", ensure_belts_work(&others.core_xy)),
+        ("dual-y", ensure_works(&others.dual_y, AWAY, all)),
+    ] {
+        figures.add(
+            name,
+            works.map_err(|Failure(words)| Failure(format!("{name}: {words}")))?,
+        );
+    }
+    Ok(figures)
+}

@@ -1,0 +1,93 @@
+//! Homing: carriages that work limit switches.
+use super::Figures;
+use crate::{
+    bench::{ensure, fail, Bench, Failure},
+    firmware::{Build, Firmware},
+    steps::net,
+};
+
+/// Homing in the positive directions, with 1 mm pulled off.
+const SETTINGS: &str = "$0=5\n$22=1\n$24=60\n$25=1200\n$26=20\n$27=1\n$100=250\n$101=250\n$102=250\n$110=2000\n$111=2000\n$112=2000\n$120=500\n$121=500\n$122=500\n";
+/// Steps from each switch at power-up, and steps of the pull-off.
+const AWAY: [i64; 3] = [700, 1300, 411];
+const PULL_OFF: i64 = 250;
+/// Steps that a carriage may go on after its switch in the slow search: 250 steps/s, for the filter's 0.2 ms and a look.
+const SLACK: i64 = 1;
+/// Cycles between two looks of the carriages: 24 µs.
+const LOOK: u64 = 4_000;
+
+/// Carriages that close their limit switches.
+struct Carriages<const MOTORS: usize> {
+    /// Steps from each switch; closed from 0 on.
+    position: [i64; MOTORS],
+    /// Step events that are counted already.
+    counted: usize,
+}
+
+impl<const MOTORS: usize> Carriages<MOTORS> {
+    /// Follows the motors, and works the switches.
+    fn follow(&mut self, bench: &mut Bench) {
+        let moved = net::<MOTORS>(&bench.pins.steps[self.counted..]);
+        self.counted = bench.pins.steps.len();
+        let limits = bench.wiring.limits;
+        for ((position, moved), limit) in self.position.iter_mut().zip(moved).zip(limits) {
+            let before = *position;
+            *position += moved;
+            if let (Some(switch), true) = (limit, (before >= 0) != (*position >= 0)) {
+                bench.set(switch.pin, (*position >= 0) == switch.closed);
+            }
+        }
+    }
+}
+
+/// Homes carriages that are so many steps from their switches; where they are then, steps beyond the switches.
+fn home<const MOTORS: usize>(
+    build: &Build,
+    away: [i64; MOTORS],
+) -> Result<(Bench, [i64; MOTORS]), Failure> {
+    let mut bench = Bench::boot(build)?;
+    bench.commands(SETTINGS)?;
+    bench.pins.clear();
+    let mut carriages = Carriages {
+        position: away.map(|steps| -steps),
+        counted: 0,
+    };
+    bench.send("$H\n");
+    for _ in 0..2_000_000 {
+        bench.run_to(bench.machine.cycle() + LOOK)?;
+        carriages.follow(&mut bench);
+        let heard = bench.heard();
+        if heard.iter().any(|line| line == "ok") {
+            return Ok((bench, carriages.position));
+        }
+        ensure(heard.is_empty(), || {
+            format!("homing: {heard:?} at {:?}", carriages.position)
+        })?;
+    }
+    fail("homing does not end")
+}
+
+/// Homes, and holds the carriages that have a switch against it, the others against where they were; what to say of it.
+pub(super) fn ensure_homes<const MOTORS: usize>(
+    build: &Build,
+    away: [i64; MOTORS],
+    says: &str,
+) -> Result<String, Failure> {
+    let (mut bench, position) = home(build, away)?;
+    let status = bench.status()?;
+    let words = format!("{position:?} steps from the switches, {status}");
+    let right = |((position, away), limit): ((&i64, i64), &Option<_>)| match limit {
+        Some(_) => (-PULL_OFF..=SLACK - PULL_OFF).contains(position),
+        None => *position == -away,
+    };
+    let mut all = position.iter().zip(away).zip(build.wiring.limits);
+    ensure(all.all(right) && status.starts_with(says), || words.clone())?;
+    Ok(words)
+}
+
+pub(crate) fn homing(firmware: &Firmware) -> Result<Figures, Failure> {
+    let words = ensure_homes(&firmware.usual, AWAY, "<Idle|MPos:-1.000,-1.000,-1.000|")?;
+    let mut figures = Figures::default();
+    figures.add("three axes", words);
+    Ok(figures)
+}

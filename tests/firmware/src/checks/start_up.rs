@@ -1,0 +1,159 @@
+//! From reset to work: when the pins are driven, and what becomes of a crystal that does not start.
+use super::{motion, Figures};
+use crate::{
+    bench::{ensure, Bench, Failure},
+    compare, desk,
+    firmware::{Build, Firmware},
+    job::Job,
+    pins::CRYSTAL_HZ,
+};
+use leadscrew_f407emu::Pin;
+use leadscrew_sim::Rate;
+use object::{Object, ObjectSymbol};
+
+/// The clock from reset on, Hz: the internal oscillator.
+const INTERNAL_HZ: f64 = 16e6;
+/// From reset to where a pin that could do harm is driven, and low, µs.
+const DRIVEN_US: f64 = 20.0;
+/// Cycles between two looks at the pins afterwards, up to the banner.
+const LOOK: u64 = 1_000;
+
+fn is_off(bench: &Bench, pin: Pin) -> bool {
+    bench.machine.drives(pin) && !bench.machine.level(pin)
+}
+
+/// When a pin is driven for the first time, µs after reset.
+fn first_driven(build: &Build, pin: Pin) -> Result<f64, Failure> {
+    let mut bench = Bench::switch_on(build)?;
+    while !is_off(&bench, pin) {
+        ensure(bench.machine.cycle() < LOOK, || format!("{pin} floats"))?;
+        ensure(!bench.machine.drives(pin), || format!("{pin} is high"))?;
+        bench.run_to(bench.machine.cycle() + 1)?;
+    }
+    Ok(bench.machine.cycle() as f64 * 1e6 / INTERNAL_HZ)
+}
+
+/// The pins that could do harm are off from their first driving on, up to the banner.
+fn ensure_off_at_once(build: &Build) -> Result<String, Failure> {
+    let wiring = build.wiring;
+    let motors = wiring.step.iter().chain(wiring.direction);
+    let pins: Vec<Pin> = motors
+        .chain([&wiring.power, &wiring.spindle])
+        .copied()
+        .collect();
+    let power = first_driven(build, wiring.power)?;
+    let mut last = power;
+    for pin in &pins {
+        last = last.max(first_driven(build, *pin)?);
+    }
+    ensure(last <= DRIVEN_US, || {
+        format!("a pin floats for {last:.1} us")
+    })?;
+    let mut bench = Bench::switch_on(build)?;
+    bench.run_to((DRIVEN_US * INTERNAL_HZ / 1e6) as u64)?;
+    while bench.heard().is_empty() {
+        let on = pins.iter().find(|pin| !is_off(&bench, **pin));
+        ensure(on.is_none(), || {
+            format!("{on:?} is not off before the banner")
+        })?;
+        bench.run_to(bench.machine.cycle() + LOOK)?;
+    }
+    Ok(format!(
+        "power is driven after {power:.1} us, the last pin after {last:.1} us"
+    ))
+}
+
+pub(crate) fn pins(firmware: &Firmware) -> Result<Figures, Failure> {
+    let mut figures = Figures::default();
+    for (name, build) in [
+        ("discovery", &firmware.usual),
+        ("machine-003", &firmware.others.machine_003),
+        ("dual-y", &firmware.others.dual_y),
+    ] {
+        let words = ensure_off_at_once(build);
+        figures.add(
+            name,
+            words.map_err(|Failure(words)| Failure(format!("{name}: {words}")))?,
+        );
+    }
+    Ok(figures)
+}
+
+/// Where SRAM begins.
+const SRAM: u64 = 0x2000_0000;
+/// What the machine says of a crystal that does not start.
+const NO_CRYSTAL: &str = "[MSG:the crystal does not start: times are exact to 1 %, no USB]";
+/// The share of a second at rest that the core sleeps.
+const ASLEEP: f64 = 0.95;
+
+/// Without a crystal: said so, and the job is done all the same.
+pub(crate) fn crystal(firmware: &Firmware) -> Result<Figures, Failure> {
+    let mut bench = Bench::switch_on_with(&firmware.usual, 0)?;
+    let heard = bench.hear_banner()?;
+    ensure(heard.iter().any(|line| line == NO_CRYSTAL), || {
+        format!("says {heard:?}")
+    })?;
+    let job = Job::trace("line_xyz")?;
+    let steps = motion::run_queued_on(&mut bench, &job)?;
+    let settings = format!("{}{}", job.settings, motion::AFTER_ALL);
+    compare::to_the_tick(
+        &steps,
+        &desk::plan(&settings, &job.program, Rate::NeverWaits)?,
+    )?;
+    let mut with = Bench::switch_on_with(&firmware.usual, CRYSTAL_HZ)?;
+    let heard = with.hear_banner()?;
+    ensure(heard.iter().all(|line| line != NO_CRYSTAL), || {
+        format!("says {heard:?}")
+    })?;
+    let mut figures = Figures::default();
+    figures.add(
+        "none fitted",
+        format!("{NO_CRYSTAL}, {} step events to the tick", steps.len()),
+    );
+    Ok(figures)
+}
+
+/// Bytes of the log so far: where RTT's first channel is written next (SEGGER's control block: 16 bytes of name, two
+/// counts; of a channel its name, its buffer, the buffer's size, then this).
+fn logged(bench: &Bench, elf: &[u8]) -> Result<u32, Failure> {
+    const WRITTEN: usize = 16 + 2 * 4 + 3 * 4;
+    let file = object::File::parse(elf)?;
+    let block = file
+        .symbols()
+        .find(|symbol| symbol.name() == Ok("_SEGGER_RTT"));
+    let block = block.ok_or_else(|| Failure("the ELF has no log".into()))?;
+    let place = usize::try_from(block.address() - SRAM)? + WRITTEN;
+    let word = bench.machine.sram().get(place..place + 4);
+    let word = word.and_then(|bytes| bytes.try_into().ok());
+    word.map(u32::from_le_bytes)
+        .ok_or_else(|| Failure("the log is not in SRAM".into()))
+}
+
+/// What probe-rs would show is there: the board's name and clock, in four bytes or more.
+pub(crate) fn log(firmware: &Firmware) -> Result<Figures, Failure> {
+    let bench = Bench::boot(&firmware.usual)?;
+    let bytes = logged(&bench, &firmware.usual.elf)?;
+    ensure(bytes >= 4, || {
+        format!("{bytes} bytes are logged at start-up")
+    })?;
+    let mut figures = Figures::default();
+    figures.add("bytes logged at start-up", bytes);
+    Ok(figures)
+}
+
+/// At rest the core sleeps.
+pub(crate) fn sleep(firmware: &Firmware) -> Result<Figures, Failure> {
+    let mut bench = Bench::boot(&firmware.usual)?;
+    bench.run_for(0.1)?;
+    let (began, slept) = (bench.machine.cycle(), bench.machine.slept());
+    bench.run_for(1.0)?;
+    let passed = (bench.machine.cycle() - began) as f64;
+    let share = (bench.machine.slept() - slept) as f64 / passed;
+    let mut figures = Figures::default();
+    figures.add(
+        "asleep at rest",
+        format!("{:.1} % of the time", 100.0 * share),
+    );
+    ensure(share >= ASLEEP, || figures.to_string())?;
+    Ok(figures)
+}

@@ -1,0 +1,110 @@
+//! What hangs on the pins of each board, as the wiring tables of `crates/board-f407/README.md` have it.
+use crate::pins::{DIRECTION, LIMIT, LINE, POWER, SPINDLE, STEP};
+use leadscrew_f407emu::{Pin, SerialPort};
+
+/// Where the flash begins, and most programs do.
+pub(crate) const FLASH: u32 = 0x0800_0000;
+
+/// A switch.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Switch {
+    pub(crate) pin: Pin,
+    /// The level that it makes when it is closed.
+    pub(crate) closed: bool,
+}
+
+/// A board's pins.
+#[derive(Debug)]
+pub(crate) struct Wiring {
+    /// The serial line.
+    pub(crate) line: SerialPort,
+    /// Step pins, one a motor.
+    pub(crate) step: &'static [Pin],
+    /// Direction pins; high is negative.
+    pub(crate) direction: &'static [Pin],
+    /// Limit switches, one a motor at most.
+    pub(crate) limits: &'static [Option<Switch>],
+    /// Power of laser or spindle, a PWM.
+    pub(crate) power: Pin,
+    /// Spindle on.
+    pub(crate) spindle: Pin,
+    /// Outputs that are always high.
+    pub(crate) high: &'static [Pin],
+    /// Where the vector table is: behind a bootloader where that is not where the flash begins.
+    pub(crate) start: u32,
+}
+
+const fn to_ground(pin: Pin) -> Option<Switch> {
+    Some(Switch { pin, closed: false })
+}
+
+const fn to_supply(pin: Pin) -> Option<Switch> {
+    Some(Switch { pin, closed: true })
+}
+
+/// STM32F4-Discovery.
+pub(crate) const DISCOVERY: Wiring = Wiring {
+    line: LINE,
+    step: &STEP,
+    direction: &DIRECTION,
+    limits: &[
+        to_ground(LIMIT[0]),
+        to_ground(LIMIT[1]),
+        to_ground(LIMIT[2]),
+    ],
+    power: POWER,
+    spindle: SPINDLE,
+    high: &[],
+    start: FLASH,
+};
+
+/// Machine 003: only Z has a limit switch.
+pub(crate) const MACHINE_003: Wiring = Wiring {
+    line: SerialPort::Usart1,
+    step: &[Pin::new('D', 12), Pin::new('A', 0), Pin::new('C', 6)],
+    direction: &[Pin::new('D', 13), Pin::new('A', 1), Pin::new('C', 7)],
+    limits: &[None, None, to_supply(Pin::new('D', 2))],
+    power: Pin::new('E', 9),
+    spindle: Pin::new('E', 11),
+    high: &[Pin::new('D', 1), Pin::new('D', 3)],
+    start: FLASH,
+};
+
+/// BIGTREETECH SKR 2: its bootloader has the first 32 KiB.
+pub(crate) const SKR_2: Wiring = Wiring {
+    line: SerialPort::Usart1,
+    step: &[Pin::new('E', 2), Pin::new('D', 5), Pin::new('A', 15)],
+    direction: &[Pin::new('E', 1), Pin::new('D', 4), Pin::new('A', 8)],
+    limits: &[
+        to_ground(Pin::new('C', 1)),
+        to_ground(Pin::new('C', 3)),
+        to_ground(Pin::new('C', 0)),
+    ],
+    power: Pin::new('E', 5),
+    spindle: Pin::new('B', 3),
+    high: &[Pin::new('C', 13)],
+    start: FLASH + 0x8000,
+};
+
+/// The same with a second motor on Y, the fourth.
+pub(crate) const DUAL_Y: Wiring = Wiring {
+    step: &[
+        Pin::new('E', 2),
+        Pin::new('D', 5),
+        Pin::new('A', 15),
+        Pin::new('D', 15),
+    ],
+    direction: &[
+        Pin::new('E', 1),
+        Pin::new('D', 4),
+        Pin::new('A', 8),
+        Pin::new('D', 14),
+    ],
+    limits: &[
+        to_ground(Pin::new('C', 1)),
+        to_ground(Pin::new('C', 3)),
+        to_ground(Pin::new('C', 0)),
+        to_ground(Pin::new('C', 2)),
+    ],
+    ..SKR_2
+};
