@@ -9,6 +9,7 @@ mod power_loss;
 mod probe;
 mod raster;
 mod realtime;
+mod stall;
 mod start_up;
 mod stopping;
 mod stores;
@@ -248,7 +249,7 @@ pub(crate) const CHECKS: &[Check] = &[
         name: "flash-stall",
         what: "a record: at most 2 ms, and nothing that comes meanwhile is lost",
         subset: true,
-        run: power_loss::flash_stall,
+        run: stall::flash_stall,
     },
     Check {
         name: "raster",

@@ -1,30 +1,28 @@
-//! Settings in the flash: power that is lost at any of its operations, and how long they hold everything up.
+//! Settings in the flash: power that is lost at any of its operations.
 use super::Figures;
 use crate::{
-    bench::{ensure, micros_between, Bench, Failure},
+    bench::{ensure, Bench, Failure},
     firmware::{Build, Firmware},
-    pins::LINE,
-    steps::net,
 };
 use leadscrew_f407emu::{FlashOperation, ResetCause, LSI_FASTEST_HZ};
-use std::fmt::Write;
 
 /// What is in the store before: none of it a default.
 const KNOWN: &str = "$30=12000\n$100=123.456\n$101=80\n$110=4000\n$120=77\n$N0=G54\nG10L2P1X1.5Y2.25\nG10L2P3Z-4\nG28.1\n$I=old\n";
 /// Lines that write a record each: a setting, an offset, a startup line, the text of `$I`.
-const WRITES: [&str; 4] = [
+const WRITES: [&str; 5] = [
     "$100=250.125",
     "G10L2P1X-3.5Y0Z7",
     "$N0=G21G90G94G54G17(and no more than this)",
     "$I=a board on a bench",
+    LONGEST,
 ];
-/// Times in which the flash programs a word, µs: typically and at most (data sheet, table 40).
-const PROGRAMMING: [u32; 2] = [16, 100];
-/// The longest that the main loop may wait for the flash, µs.
-const STALL_US: f64 = 2_000.0;
-/// Words that come sooner than this after the one before are written in one go, cycles: an interrupt may come between them. A
-/// poll takes longer.
-const IN_ONE_GO: u64 = 4_000;
+/// A startup line of 79 characters, the most that a line may have: the longest record.
+pub(super) const LONGEST: &str = concat!(
+    "$N1=G21G90G94G54G17G40G49G80F",
+    "00000000000000000000000000000000000000000000001000"
+);
+/// Longer than the parts of a record are apart, s.
+const AFTER_SECONDS: f64 = 0.02;
 
 /// All that is stored, as the machine tells it.
 pub(super) fn stored(bench: &mut Bench) -> Result<Vec<String>, Failure> {
@@ -140,6 +138,11 @@ fn operations_of(start: &Bench, line: &str) -> Result<(Vec<FlashOperation>, Vec<
     let mut bench = start.clone();
     bench.command(line)?;
     let operations = bench.machine.flash_operations().to_vec();
+    bench.run_for(AFTER_SECONDS)?;
+    let all = bench.machine.flash_operations().len();
+    ensure(all == operations.len(), || {
+        format!("{line}: answered before it is stored")
+    })?;
     ensure(!operations.is_empty(), || format!("{line} is not stored"))?;
     Ok((operations, stored(&mut bench)?))
 }
@@ -263,142 +266,4 @@ fn at_start_up(start: &mut Bench) -> Result<String, Failure> {
         operations.len(),
         found.new
     ))
-}
-
-/// Moves that come while a record is written: 60 lines, together 1000 steps and more.
-fn moves() -> (String, i64) {
-    let (mut lines, mut steps) = (String::new(), 0);
-    for index in 1..=60 {
-        // 250 steps/mm: 4 µm a step. Writing to a string does not fail.
-        let _ = writeln!(lines, "X{:.3}", f64::from(index % 37 + 1) * 0.004);
-        steps += i64::from(index % 37 + 1);
-    }
-    (lines, steps)
-}
-
-/// Sends lines, one of which is stored, and at `cycle` (at once where that is past) moves behind them, with a status query
-/// in their midst; how long the main loop waits for the flash at most, µs.
-fn stall(mut bench: Bench, lines: &str, cycle: u64) -> Result<f64, Failure> {
-    let (moves, steps) = moves();
-    let (first, second) = moves.split_at(moves.len() / 2);
-    bench.pins.clear();
-    bench.send(format!("{lines}\n"));
-    bench.run_to(cycle)?;
-    bench.send(format!("{first}?{second}"));
-    let answers = lines.lines().count() + moves.lines().count();
-    let mut heard = Vec::new();
-    while heard.iter().filter(|line| *line == "ok").count() < answers {
-        let more = bench.hear_until(1.0, |_| true)?;
-        ensure(
-            !more
-                .iter()
-                .any(|line| line.starts_with("error") || line.starts_with("ALARM")),
-            || format!("{more:?}"),
-        )?;
-        heard.extend(more);
-    }
-    ensure(heard.iter().any(|line| line.starts_with('<')), || {
-        "no status report".into()
-    })?;
-    let lost = bench.machine.uart_overruns(LINE);
-    ensure(lost == 0, || format!("{lost} bytes lost"))?;
-    bench.wait_for("Idle", 10.0)?;
-    let moved = net(&bench.pins.steps);
-    ensure(moved == [steps, 0, 0], || {
-        format!("{moved:?} steps, not {steps}")
-    })?;
-    Ok(longest_stall(&bench))
-}
-
-/// The longest time in which the flash was written without a poll of the main loop between, µs.
-fn longest_stall(bench: &Bench) -> f64 {
-    let operations = bench.machine.flash_operations();
-    let one_go = |one: &FlashOperation, next: &FlashOperation| next.begin - one.end < IN_ONE_GO;
-    let stalls = operations.chunk_by(one_go).filter_map(|stall| {
-        let (first, last) = (stall.first()?, stall.last()?);
-        Some(micros_between(first.begin, last.end))
-    });
-    stalls.fold(0.0, f64::max)
-}
-
-/// The cycles at which the flash has begun to write and was done with it.
-fn writing(bench: &Bench) -> Result<(u64, u64), Failure> {
-    let operations = bench.machine.flash_operations();
-    let (Some(first), Some(last)) = (operations.first(), operations.last()) else {
-        return Err(Failure("nothing is stored".into()));
-    };
-    Ok((first.begin, last.end))
-}
-
-/// Cycles of a byte at 2 Mbaud.
-const BYTE: u64 = 840;
-/// Cycles before the first word that are tried.
-const BEFORE: u64 = 700;
-/// Cycles from one instant that is tried to the next.
-const APART: usize = 35;
-
-/// Whether bytes go out while the flash is written because of these lines.
-fn is_sending(bench: &Bench, lines: &str, begin: u64, end: u64) -> Result<bool, Failure> {
-    let mut bench = bench.clone();
-    bench.send(format!("{lines}\n"));
-    bench.run_to(begin)?;
-    let before = bench.machine.uart_out(LINE).len();
-    bench.run_to(end)?;
-    Ok(bench.machine.uart_out(LINE).len() > before)
-}
-
-/// Bytes begin to come around the first word: on a silent line, and with the end of a list going out.
-fn at_many_instants(bench: &Bench) -> Result<String, Failure> {
-    let mut count = 0;
-    for lines in ["$30=24000", "$#\n$30=24000"] {
-        let mut alone = bench.clone();
-        alone.send(format!("{lines}\n"));
-        alone.run_for(0.05)?;
-        let (begin, end) = writing(&alone)?;
-        ensure(
-            is_sending(bench, lines, begin, end)? == lines.starts_with("$#"),
-            || format!("{lines:?}: the wrong one sends while the flash is written"),
-        )?;
-        for arrival in (begin - BEFORE..begin).step_by(APART) {
-            let before = begin - arrival;
-            stall(bench.clone(), lines, arrival - BYTE).map_err(|failure| {
-                Failure(format!("{lines:?}, {before} cycles before: {failure}"))
-            })?;
-            count += 1;
-        }
-    }
-    Ok(format!("{count} tried, nothing lost"))
-}
-
-pub(crate) fn flash_stall(firmware: &Firmware) -> Result<Figures, Failure> {
-    let mut bench = with_known(&firmware.fast)?;
-    bench.commands("$100=250\n$110=6000\n$120=500\nG91G1F3000\n")?;
-    bench.machine.clear_records();
-    // 79 characters, the most that a line may have.
-    let longest = format!("$N1=G21G90G94G54G17G40G49G80F{:0>50}", 1000);
-    let lines = [
-        "$30=24000",
-        "G10L2P2X-123.456Y234.567Z-0.001",
-        "$I=a board on a bench",
-        &longest,
-    ];
-    let mut figures = Figures::default();
-    for line in lines {
-        for program_us in PROGRAMMING {
-            bench.machine.timing_mut().program_us = program_us;
-            let micros = stall(bench.clone(), line, 0);
-            let micros = micros.map_err(|failure| Failure(format!("{line}: {failure}")))?;
-            figures.add(
-                format!("a line of {} bytes, {program_us} us a word", line.len()),
-                format!("{micros:.0} us at a time, nothing lost"),
-            );
-            ensure(micros <= STALL_US, || format!("too long\n{figures}"))?;
-        }
-    }
-    bench.machine.timing_mut().program_us = PROGRAMMING[0];
-    figures.add(
-        "bytes from around the first word on",
-        at_many_instants(&bench)?,
-    );
-    Ok(figures)
 }
