@@ -73,6 +73,8 @@ pub use time_left::TimeLeft;
 #[cfg(test)]
 extern crate std;
 #[cfg(test)]
+mod drift_tests;
+#[cfg(test)]
 mod edges_tests;
 #[cfg(test)]
 mod energy_tests;
