@@ -5,6 +5,7 @@
 #![no_std]
 
 pub mod session;
+pub mod spiral;
 
 use core::{arch::asm, panic::PanicInfo};
 use cortex_m_semihosting::{debug, hprintln};

@@ -7,76 +7,9 @@
 #![no_main]
 
 use core::hint::black_box;
+use icount_firmware::spiral::{feed, plan_a_spiral, push, ThePlanner, SETTINGS};
 use icount_firmware::{count, done};
-use leadscrew_planner::{
-    Cartesian, Config, Coordinate, Feed, Move, MoveKind, MovePower, Overrides, Planner, PushError,
-    Pushed, Queue, Segmenter,
-};
-use leadscrew_stepper::{Outputs, Segment};
-
-/// Rates in mm/min and accelerations in mm/s² at which a spiral is planned.
-const SETTINGS: [(u16, u16); 5] = [
-    (2000, 200),
-    (500, 10),
-    (5000, 200),
-    (5000, 1000),
-    (5000, 10),
-];
-
-type ThePlanner<'q> = Planner<'q, Cartesian, 3, 3>;
-
-#[inline(never)]
-fn push(planner: &mut ThePlanner<'_>, of: &Move<3>) -> Result<Pushed, PushError> {
-    planner.push(of)
-}
-
-#[inline(never)]
-fn prepare(segmenter: &mut Segmenter<3, 3>, planner: &mut ThePlanner<'_>) -> Option<Segment<3>> {
-    segmenter.next(planner)
-}
-
-fn feed(x: f32, y: f32, z: f32, speed: f32) -> Move<3> {
-    Move {
-        target: [x, y, z].map(Coordinate::from_mm),
-        feed: Feed::PerMinute(speed),
-        power: MovePower::Off,
-        curve: None,
-        outputs: Outputs(0),
-        line_number: None,
-        kind: MoveKind::Feed,
-    }
-}
-
-/// Points of a spiral: each is the one before it, turned by 0.03 rad and 0.05 % farther out. Chords of 0.1 to 0.3 mm.
-fn spiral() -> impl Iterator<Item = Move<3>> {
-    let (cosine, sine) = (0.999_550_03_f32 * 1.0005, 0.029_995_5_f32 * 1.0005);
-    let mut at = (3.0_f32, 0.0_f32);
-    core::iter::from_fn(move || {
-        at = (at.0 * cosine - at.1 * sine, at.0 * sine + at.1 * cosine);
-        Some(feed(at.0, at.1, 0.0, 2000.0 / 60.0))
-    })
-}
-
-/// Keeps the queue full with a spiral at F2000.
-fn plan_a_spiral<const REGION: u8>(planner: &mut ThePlanner<'_>, (rate, acceleration): (u16, u16)) {
-    planner.configure(Config {
-        max_rate: [f32::from(rate) / 60.0; 3],
-        acceleration: [f32::from(acceleration); 3],
-        ..Config::default()
-    });
-    planner.set_position([0; 3]);
-    let mut segmenter = Segmenter::new();
-    for of in spiral().take(planner.capacity()) {
-        assert!(push(planner, &of) == Ok(Pushed::Queued));
-    }
-    for of in spiral().skip(planner.capacity()).take(1024) {
-        while !planner.has_room() {
-            assert!(prepare(&mut segmenter, planner).is_some());
-        }
-        assert!(count::<REGION, _>(|| push(planner, black_box(&of))) == Ok(Pushed::Queued));
-    }
-    while prepare(&mut segmenter, planner).is_some() {}
-}
+use leadscrew_planner::{Cartesian, Config, CornerRule, Overrides, Pushed, Queue};
 
 #[inline(never)]
 fn set_overrides(planner: &mut ThePlanner<'_>, feed: u8) {
@@ -113,11 +46,11 @@ fn main() -> ! {
     let mut planner = ThePlanner::new(Config::default(), Cartesian, &mut queue);
     let planner = black_box(&mut planner);
     let [mid, slow, fast_slow, fast, far] = SETTINGS;
-    plan_a_spiral::<0>(planner, mid);
-    plan_a_spiral::<1>(planner, slow);
-    plan_a_spiral::<2>(planner, fast_slow);
-    plan_a_spiral::<3>(planner, fast);
-    plan_a_spiral::<4>(planner, far);
+    plan_a_spiral::<0>(planner, CornerRule::Limits, mid);
+    plan_a_spiral::<1>(planner, CornerRule::Limits, slow);
+    plan_a_spiral::<2>(planner, CornerRule::Limits, fast_slow);
+    plan_a_spiral::<3>(planner, CornerRule::Limits, fast);
+    plan_a_spiral::<4>(planner, CornerRule::Limits, far);
     worst(planner);
     done()
 }
