@@ -2,9 +2,9 @@
 //!
 //! An axis whose acceleration is `a` at most has `|x(t−h) − 2·x(t) + x(t+h)| ≤ a·h²`. Three places are whole steps, each half a
 //! step from the line at most: four steps more are allowed. Where one part of a program meets the next there is a corner,
-//! whose speed jumps: windows with one in them are left out (`limits_tests` compares its speed with junction deviation).
+//! whose speed jumps: windows with one in them are left out (`corners_tests` looks at those).
 
-use crate::limits_tests::{program, Program};
+use crate::limits_tests::{program, Cut, Program};
 use crate::reference::{Rig, RigQueue};
 use crate::{Config, CornerRule};
 use proptest::prelude::*;
@@ -13,7 +13,7 @@ use std::vec::Vec;
 use std::{format, println, string::String};
 
 /// Half lengths of windows, ms.
-const WINDOWS: [f64; 5] = [5.0, 10.0, 20.0, 35.0, 50.0];
+pub(crate) const WINDOWS: [f64; 5] = [5.0, 10.0, 20.0, 35.0, 50.0];
 
 /// Places are looked at so often, ms.
 const EVERY: f64 = 3.0;
@@ -23,18 +23,18 @@ const LONGEST: f64 = 10.0;
 
 /// When each step of each axis came (s) and where it led, and when the parts of the program began.
 #[derive(Default)]
-struct Edges {
+pub(crate) struct Edges {
     steps: [Vec<(f64, i32)>; 2],
-    corners: Vec<f64>,
+    pub(crate) corners: Vec<f64>,
     end: f64,
 }
 
 impl Edges {
-    fn of(program: &Program, settings: Config<2>) -> Self {
+    pub(crate) fn of(moves: &[Cut], settings: Config<2>) -> Self {
         let mut queue = RigQueue::new();
         let mut rig = Rig::new(settings, &mut queue);
         let mut firsts = Vec::new();
-        for cut in program.moves() {
+        for cut in moves {
             let before = rig.planner.position();
             rig.planner.push(&cut.of).expect("room");
             if rig.planner.position() != before {
@@ -71,7 +71,7 @@ impl Edges {
     }
 
     /// Where an axis stands.
-    fn at(&self, axis: usize, time: f64) -> f64 {
+    pub(crate) fn at(&self, axis: usize, time: f64) -> f64 {
         let steps = &self.steps[axis];
         let after = steps.partition_point(|(at, _)| *at <= time);
         after
@@ -131,7 +131,7 @@ fn campaign(cases: u32, plant: impl Fn(&mut Config<2>)) -> Result<f64, String> {
             ..program.config()
         };
         plant(&mut settings);
-        let share = Edges::of(&program, settings).worst(&program);
+        let share = Edges::of(&program.moves(), settings).worst(&program);
         worst.set(worst.get().max(share));
         if share > 1.0 {
             return Err(TestCaseError::fail(format!("{share} of the acceleration")));

@@ -73,6 +73,8 @@ pub use time_left::TimeLeft;
 #[cfg(test)]
 extern crate std;
 #[cfg(test)]
+mod corners_tests;
+#[cfg(test)]
 mod drift_tests;
 #[cfg(test)]
 mod edges_tests;
@@ -84,3 +86,5 @@ mod jerk_tests;
 mod limits_tests;
 #[cfg(test)]
 mod reference;
+#[cfg(test)]
+mod rows_tests;

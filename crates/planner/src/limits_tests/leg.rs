@@ -60,18 +60,18 @@ fn joint(profile: &Trapezoid) -> f64 {
 }
 
 /// A move that runs, with its geometry.
-pub(super) struct Leg {
+pub(crate) struct Leg {
     /// mm of each axis in a step of the dominant motor.
     share: [BigRational; 2],
     /// mm.
     length: f64,
-    u: [f64; 2],
+    pub(crate) u: [f64; 2],
     curve: Option<Curve>,
     circle: Option<[f64; 2]>,
 }
 
 impl Leg {
-    pub(super) fn new(cut: &Cut, delta: [i32; 2], scale: [i64; 2]) -> Self {
+    pub(crate) fn new(cut: &Cut, delta: [i32; 2], scale: [i64; 2]) -> Self {
         let events = i64::from(delta[0].abs().max(delta[1].abs()));
         let mm = [0, 1].map(|i| f64::from(delta[i]) / scale[i] as f64);
         let length = mm[0].hypot(mm[1]);
@@ -143,7 +143,7 @@ impl Leg {
     }
 
     /// Whether it is too long to be a part of a stroke.
-    pub(super) fn stands_alone(&self, limits: &Config<2>) -> bool {
+    pub(crate) fn stands_alone(&self, limits: &Config<2>) -> bool {
         let [rate2, a] = [
             limits
                 .max_rate
@@ -160,7 +160,7 @@ impl Leg {
 }
 
 /// Junction deviation between two legs, by the book.
-pub(super) fn corner_v2(before: &Leg, after: &Leg, limits: &Config<2>) -> f64 {
+pub(crate) fn corner_v2(before: &Leg, after: &Leg, limits: &Config<2>) -> f64 {
     let [x0, y0] = before.u;
     let [x1, y1] = after.u;
     let (dot, cross) = (x0 * x1 + y0 * y1, x0 * y1 - y0 * x1);

@@ -14,14 +14,15 @@ use crate::reference::{to, Rig, RigQueue};
 use crate::{
     Config, CornerRule, MoveKind, Overrides, Profile, StepsPerMm, Trapezoid, NANOS_PER_MM,
 };
-use leg::{corner_v2, Leg, Worst};
+use leg::Worst;
 use program::{Event, Part};
 use proptest::prelude::*;
 use proptest::test_runner::{TestCaseError, TestRng, TestRunner};
 use std::vec::Vec;
 use std::{format, println, string::String, vec};
 
-pub(crate) use program::{program, Program};
+pub(crate) use leg::{corner_v2, Leg};
+pub(crate) use program::{program, Cut, Program};
 
 /// Runs a program as a planner with `settings` does, and checks it against `limits`.
 fn run(program: &Program, settings: Config<2>, limits: &Config<2>) -> Result<Worst, String> {

@@ -116,6 +116,17 @@ pub(crate) struct Cut {
     pub(super) circle: Option<[f64; 2]>,
 }
 
+impl Cut {
+    /// A line that is a part of its own.
+    pub(crate) fn line(of: Move<2>) -> Self {
+        Self {
+            of,
+            is_first: true,
+            circle: None,
+        }
+    }
+}
+
 impl Program {
     pub(crate) fn config(&self) -> Config<2> {
         Config {
