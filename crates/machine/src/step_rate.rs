@@ -72,7 +72,8 @@ impl StepTiming {
         1_000_000_000 / self.shortest_tick_ns(pulse_us, motors)
     }
 
-    /// What `$0` and rates may ask for, whatever the other settings are.
+    /// What `$0` and rates may ask for, whatever the other settings are. No pulse is too long: the longest, 255 µs, leaves
+    /// 3900 steps/s, and rates above that are capped.
     pub const fn limits(&self, motors: usize) -> StepLimits {
         StepLimits {
             shortest_pulse_us: self.shortest_pulse_us,
@@ -201,6 +202,16 @@ mod tests {
         assert_eq!(F407.highest_rate(10, 3), 90_909);
         assert_eq!(F407.highest_rate(255, 3), 3906);
         assert!(F407.highest_rate(1, 4) < 250_000 && F407.highest_rate(1, 1) > 250_000);
+    }
+
+    #[test]
+    fn no_pulse_is_refused_for_the_rate_that_it_leaves() {
+        for us in 1..=255 {
+            let settings = with(&[(0, us)]);
+            let left = largest_rate(&settings, &F407, 3, 0).most;
+            // 3906 steps/s · 60 / 250
+            assert!(left >= Number::from_nanos(937_440_000_000), "{us} us");
+        }
     }
 
     #[test]
