@@ -13,6 +13,7 @@
 //! before has not ended. New directions go out as the pulse ends, so that no edge finds them moving.
 
 use crate::clock::{cycles_of_micros, Cycle, CYCLES_PER_COUNT};
+use crate::contacts::{Contacts, Inputs};
 use crate::cost::Costs;
 use crate::link::Links;
 use crate::observer::{Observer, StepEvent};
@@ -61,6 +62,8 @@ pub struct SimBoard<O, const MOTORS: usize> {
     pub(crate) last_step: Cycle,
     pub(crate) last_rest: Cycle,
     pub(crate) port: PortConfig,
+    /// Where there is something between the switches and the inputs.
+    pub(crate) contacts: Option<Inputs<MOTORS>>,
     /// Set whenever an input may have changed its level.
     pub(crate) switches_moved: bool,
     /// Whether the counted position and the plant's have to be put side by side anew.
@@ -91,7 +94,13 @@ const DEFAULT_PULSE_US: u8 = 10;
 
 impl<O: Observer, const MOTORS: usize> SimBoard<O, MOTORS> {
     /// Makes a board at power-up.
-    pub(crate) fn new(costs: Costs, links: Links, plant: Plant<MOTORS>, observer: O) -> Self {
+    pub(crate) fn new(
+        costs: Costs,
+        links: Links,
+        plant: Plant<MOTORS>,
+        contacts: Contacts,
+        observer: O,
+    ) -> Self {
         Self {
             plant,
             observer,
@@ -106,6 +115,7 @@ impl<O: Observer, const MOTORS: usize> SimBoard<O, MOTORS> {
                 pulse_us: DEFAULT_PULSE_US,
                 ..PortConfig::default()
             },
+            contacts: Inputs::new(contacts),
             switches_moved: false,
             rewired: false,
             parts_per_tick: 0,
@@ -134,6 +144,12 @@ impl<O: Observer, const MOTORS: usize> SimBoard<O, MOTORS> {
     #[inline]
     pub(crate) fn timer_due(&self) -> Cycle {
         self.step_due.min(self.pulse_due)
+    }
+
+    /// When the contacts are to be looked at next.
+    #[inline]
+    pub(crate) fn contacts_due(&self) -> Cycle {
+        self.contacts.as_ref().map_or(Cycle::NEVER, Inputs::due)
     }
 
     /// When the pulse under way is to end.
@@ -328,7 +344,8 @@ impl<O: Observer, const MOTORS: usize> Board for SimBoard<O, MOTORS> {
     }
 
     fn switches(&self) -> Switches {
-        *self.plant.levels()
+        let contacts = self.contacts.as_ref();
+        contacts.map_or(*self.plant.levels(), Inputs::believed)
     }
 
     fn enable_motors(&mut self, on: bool) {
@@ -362,6 +379,9 @@ impl<O: Observer, const MOTORS: usize> Board for SimBoard<O, MOTORS> {
 
     fn configure(&mut self, port: &PortConfig) {
         self.port = *port;
+        if let Some(contacts) = &mut self.contacts {
+            contacts.set_filter(port.filter_us);
+        }
         self.rewired = true;
         self.observer.configured(self.now, port);
         // The last pulse before the rest may still be high.

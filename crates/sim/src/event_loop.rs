@@ -104,6 +104,7 @@ where
                 setup.costs,
                 Links::new(&setup.lines),
                 Plant::new(),
+                setup.contacts,
                 observer,
             ),
             stepping: Stepping::new(consumer, shared, setup.costs),
@@ -144,14 +145,17 @@ where
     ) -> Stopped {
         self.exchange(host);
         loop {
-            self.run_timer(end.min(self.board.links.due()));
-            let (main, line) = (self.main_due(), self.board.links.due());
-            let next = main.min(line);
+            let (line, contact) = (self.board.links.due(), self.board.contacts_due());
+            self.run_timer(end.min(line).min(contact));
+            let (main, contact) = (self.main_due(), self.board.contacts_due());
+            let next = main.min(line).min(contact);
             if next > end || next == Cycle::NEVER {
                 return self.stop(next, end);
             }
             self.now = next;
-            if line <= main {
+            if contact == next {
+                self.look_at_inputs(next);
+            } else if line <= main {
                 self.byte(host);
             } else {
                 self.poll(host);
@@ -196,13 +200,13 @@ where
     /// Sets the level of an input; buttons act by their edges.
     pub fn set_pin(&mut self, pin: Pin, high: bool) {
         self.board.plant.set_pin(pin, high);
-        self.report_switches(self.now);
+        self.report_switches(false, self.now);
     }
 
     /// Holds an input at a level whatever its switch does; `None` lets it go. Returns how it was held before.
     pub fn force_pin(&mut self, pin: Pin, level: Option<bool>) -> Option<bool> {
         let before = self.board.plant.force(pin, level);
-        self.report_switches(self.now);
+        self.report_switches(false, self.now);
         before
     }
 
@@ -214,7 +218,7 @@ where
     /// Adds a switch that a carriage works.
     pub fn add_switch(&mut self, switch: Switch) {
         self.board.plant.add_switch(switch);
-        self.report_switches(self.now);
+        self.report_switches(false, self.now);
     }
 
     /// Removes all switches that carriages work; the pins keep their levels.
@@ -226,7 +230,7 @@ where
     pub fn place(&mut self, position: [i32; MOTORS]) {
         self.board.plant.place(position);
         self.board.rewired = true;
-        self.report_switches(self.now);
+        self.report_switches(false, self.now);
     }
 
     /// As [`Simulation::place`], but the switches keep their levels until a carriage steps.
@@ -249,7 +253,7 @@ where
                 if std::mem::take(&mut self.board.switches_moved)
                     && self.board.plant.update_switches()
                 {
-                    self.report_switches(at);
+                    self.report_switches(true, at);
                 }
             }
         }
@@ -269,9 +273,34 @@ where
         Stopped::Reached
     }
 
-    fn report_switches(&mut self, now: Cycle) {
-        self.inputs
-            .on_switches(self.board.plant.levels(), self.shared);
+    /// Tells the machine of new levels, by way of the contacts. `moved`: a carriage has worked them.
+    fn report_switches(&mut self, moved: bool, now: Cycle) {
+        let levels = self.board.plant.levels();
+        let Some(contacts) = &mut self.board.contacts else {
+            self.inputs.on_switches(levels, self.shared);
+            return self.switch_interrupt(now);
+        };
+        if now == Cycle::ZERO {
+            contacts.begin(levels);
+            self.inputs.on_switches(levels, self.shared);
+        } else {
+            contacts.change(levels, moved, now);
+            self.look_at_inputs(now);
+        }
+    }
+
+    /// Looks at contacts that bounce or that the board filters.
+    fn look_at_inputs(&mut self, now: Cycle) {
+        let position = self.shared.position();
+        let contacts = self.board.contacts.as_mut();
+        if let Some(told) = contacts.and_then(|contacts| contacts.look(now, position)) {
+            self.inputs
+                .on_switches_at(&told.levels, self.shared, &told.position);
+            self.switch_interrupt(now);
+        }
+    }
+
+    fn switch_interrupt(&mut self, now: Cycle) {
         self.cpu.charge_interrupt(now, self.costs.switches);
         self.wake = self.wake.min(now);
     }

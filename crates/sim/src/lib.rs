@@ -19,6 +19,7 @@
 pub mod board;
 pub mod cli;
 pub mod clock;
+pub mod contacts;
 pub mod cost;
 pub mod event_loop;
 mod flash;
@@ -39,6 +40,7 @@ pub mod streamer;
 pub mod trouble;
 
 pub use clock::Cycle;
+pub use contacts::Contacts;
 pub use event_loop::{Simulation, Stopped};
 pub use link::{Host, Rate};
 pub use observer::{Observer, StepEvent};

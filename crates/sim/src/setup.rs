@@ -1,5 +1,6 @@
 //! What a simulation is made of: its settings, and the memory that main loop and interrupts share.
 
+use crate::contacts::Contacts;
 use crate::cost::Costs;
 use crate::link::Rate;
 use leadscrew_machine::config::{MachineConfig, MoveQueues, SegmentQueue, CHANNELS};
@@ -18,6 +19,8 @@ pub struct Setup<const AXES: usize> {
     pub lines: Vec<Rate>,
     /// Bytes that each line's receive buffer takes: 128 as Grbl, 1024 at most.
     pub receive_buffer: usize,
+    /// What lies between its switches and its inputs.
+    pub contacts: Contacts,
 }
 
 impl<const AXES: usize> Setup<AXES> {
@@ -28,6 +31,7 @@ impl<const AXES: usize> Setup<AXES> {
             costs: Costs::F407,
             lines: vec![line],
             receive_buffer: DEFAULT_RX - 1,
+            contacts: Contacts::default(),
         }
     }
 }

@@ -143,6 +143,7 @@ fn taken<const MOTORS: usize>(segment: &Segment<MOTORS>) -> Taken<'_> {
 mod tests {
     use super::*;
     use crate::clock::CYCLES_PER_COUNT;
+    use crate::contacts::Contacts;
     use crate::link::Links;
     use crate::observer::StepEvent;
     use crate::plant::Plant;
@@ -200,7 +201,13 @@ mod tests {
             .for_each(|segment| producer.enqueue(*segment).unwrap());
         let shared = Shared::new();
         let mut cpu = Cpu::new();
-        let mut board = SimBoard::new(costs, Links::new(&[]), Plant::new(), Edges::default());
+        let mut board = SimBoard::new(
+            costs,
+            Links::new(&[]),
+            Plant::new(),
+            Contacts::default(),
+            Edges::default(),
+        );
         let mut stepping = Stepping::new(consumer, &shared, costs);
         board.begin_poll(Cycle(10_000));
         board.configure(&PortConfig {

@@ -166,6 +166,8 @@ pub struct Switches {
     pub glitches: PerSecond,
     /// How long a wrong level lasts, microseconds; 5 where it is left out.
     pub glitch_us: Option<u16>,
+    /// How long a limit switch or the probe bounces at each edge, microseconds.
+    pub bounce_us: u16,
 }
 
 /// The safety door.
@@ -281,6 +283,7 @@ mod tests {
             normally_closed = true
             glitches = 0.5
             glitch_us = 3
+            bounce_us = 500
             [door]
             fitted = true
             open = true
@@ -301,6 +304,7 @@ mod tests {
             [AxisLetters(0b100), AxisLetters(0b011)]
         );
         assert!(profile.axes.a.unwrap().rotary && profile.door.open);
+        assert_eq!(profile.switches.bounce_us, 500);
     }
 
     #[test]
@@ -319,6 +323,7 @@ mod tests {
             ("\nkinematics = \"corexy\"\n[second_motor]\naxis = \"y\"\nstart = 0", "router.toml:2: kinematics: expected `cartesian` beside a second motor"),
             ("kinematics = \"corexy\"\n[axes.x]\nsteps_per_mm = 80", "router.toml:1: kinematics: expected X and Y with the same steps_per_mm on crossed belts"),
             ("[second_motor]\naxis = \"y\"\nstart = 0\nsquaring = { least = -1 }", "router.toml:4: second_motor.squaring.least: expected a number above 0 and below 1e6"),
+            ("[switches]\nbounce_us = -1", "router.toml:2: switches.bounce_us: invalid value: integer `-1`, expected u16"),
             ("[probe]", "router.toml:1: probe: missing field `plate_height`"),
         ];
         for (text, expected) in table {

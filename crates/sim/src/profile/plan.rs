@@ -1,6 +1,7 @@
 //! What a simulation is made of, after a profile: the machine's build, its first settings, its switches.
 
 use super::{Axis, Belts, GantryAxis, Limits, Positive, Profile, SecondMotor, SettingNumber};
+use crate::contacts::Contacts;
 use crate::plant::{Pin, Side, Switch};
 use leadscrew_gcode::Number;
 use leadscrew_machine::config::{AxisKind, MachineConfig, Options, ParkingConfig, Squaring};
@@ -142,6 +143,15 @@ impl Profile {
             level: false,
         }));
         switches
+    }
+
+    /// What lies between the switches and the machine: the filter of a board such as the firmware's, and contacts that
+    /// bounce.
+    pub fn contacts(&self) -> Contacts {
+        Contacts {
+            bounce_us: self.switches.bounce_us,
+            filtered: true,
+        }
     }
 
     /// Where the carriages stand at power-up, in steps.

@@ -120,6 +120,7 @@ fn run<K: Kinematics<AXES, MOTORS> + Copy, const AXES: usize, const MOTORS: usiz
         receive_buffer: usize::from(profile.receive_buffer()),
         costs: Costs::F407,
         lines: vec![rate; server.line_count()],
+        contacts: profile.contacts(),
     };
     let mut carriages = profile.start::<MOTORS>();
     loop {

@@ -36,6 +36,10 @@ pub enum Note<'a> {
 impl fmt::Display for Note<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
+            // Where the address is as it was asked for, once is enough.
+            Self::Line(line, What::Ready(at)) if line.to_string().ends_with(at) => {
+                write!(f, "{line}: ready")
+            }
             Self::Line(line, what) => write!(f, "{line}: {what}"),
             Self::NotRead(line) => write!(
                 f,
