@@ -72,7 +72,10 @@ fn homing_finds_the_same_place_however_long_a_switch_bounces() {
         for place in &places {
             for axis in place {
                 let off = *axis - (PLACE - 160);
-                assert!((0..=late).contains(&off), "{bounce} us, $706={filter}: {off}");
+                assert!(
+                    (0..=late).contains(&off),
+                    "{bounce} us, $706={filter}: {off}"
+                );
             }
         }
         assert_eq!(places[0], places[1], "{bounce} us, $706={filter}");
