@@ -50,6 +50,20 @@ impl fmt::Display for Wrong {
 impl std::error::Error for ProfileError {}
 
 impl Wrong {
+    /// The text of `file`, which has these bytes.
+    pub(super) fn text<'a>(file: &Path, bytes: &'a [u8]) -> Result<&'a str, Self> {
+        std::str::from_utf8(bytes).map_err(|error| {
+            let before = bytes.get(..error.valid_up_to()).unwrap_or_default();
+            let lines = before.iter().filter(|byte| **byte == b'\n').count();
+            Self {
+                file: file.to_owned(),
+                line: lines + 1,
+                key: String::new(),
+                what: "expected text in UTF-8".to_owned(),
+            }
+        })
+    }
+
     /// Describes what the parser found wrong in `text`, the content of `file`.
     pub(super) fn new(file: &Path, text: &str, key: String, error: &toml::de::Error) -> Self {
         let start = error.span().map_or(0, |span| span.start);

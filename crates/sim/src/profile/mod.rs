@@ -202,9 +202,10 @@ impl Profile {
     /// # Errors
     /// [`ProfileError`], with file, line and key.
     pub fn load(file: &Path) -> Result<Self, ProfileError> {
-        let text = std::fs::read_to_string(file);
-        let text = text.map_err(|error| ProfileError::Unreadable(file.to_owned(), error))?;
-        Self::parse(file, &text).map_err(ProfileError::Wrong)
+        let bytes = std::fs::read(file);
+        let bytes = bytes.map_err(|error| ProfileError::Unreadable(file.to_owned(), error))?;
+        let text = Wrong::text(file, &bytes).map_err(ProfileError::Wrong)?;
+        Self::parse(file, text).map_err(ProfileError::Wrong)
     }
 
     /// Reads a profile from the text of `file`.
@@ -323,7 +324,7 @@ mod tests {
             ("\nkinematics = \"corexy\"\n[second_motor]\naxis = \"y\"\nstart = 0", "router.toml:2: kinematics: expected `cartesian` beside a second motor"),
             ("kinematics = \"corexy\"\n[axes.x]\nsteps_per_mm = 80", "router.toml:1: kinematics: expected X and Y with the same steps_per_mm on crossed belts"),
             ("[second_motor]\naxis = \"y\"\nstart = 0\nsquaring = { least = -1 }", "router.toml:4: second_motor.squaring.least: expected a number above 0 and below 1e6"),
-            ("[switches]\nbounce_us = -1", "router.toml:2: switches.bounce_us: invalid value: integer `-1`, expected u16"),
+            ("[switches]\nbounce_us = -1", "router.toml:2: switches.bounce_us: invalid value: integer `-1`, expected a whole number"),
             ("[probe]", "router.toml:1: probe: missing field `plate_height`"),
         ];
         for (text, expected) in table {
@@ -335,6 +336,15 @@ mod tests {
     fn what_is_no_toml_is_shown_with_its_line() {
         let complaint = complaint("name = \"x\"\n\n[axes.x\n");
         assert!(complaint.starts_with("router.toml:3: "), "{complaint}");
+    }
+
+    #[test]
+    fn what_is_no_text_is_shown_with_its_line() {
+        let complaint = Wrong::text(Path::new("router.toml"), b"name = 1\n\n\xff\n").unwrap_err();
+        assert_eq!(
+            complaint.to_string(),
+            "router.toml:3: expected text in UTF-8"
+        );
     }
 
     #[test]
