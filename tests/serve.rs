@@ -444,12 +444,12 @@ fn settings_whose_record_is_damaged_are_said_to_be_lost() {
     assert_eq!(client.setting("$110").as_deref(), Some("$110=6000.000"));
 }
 
-/// A gantry whose second switch closes `apart` mm below the first.
+/// A gantry that is square at power-up, and whose second switch closes `apart` mm below the first.
 fn gantry(apart: f64, squaring: &str) -> String {
     format!(
         "homing = [\"y\"]\n[settings]\n\"$22\"=1\n\"$23\"=2\n\"$24\"=300\n\"$25\"=3000\n\"$26\"=10\n\"$27\"=2\n\
          \"$111\"=3000\n\"$121\"=500\n[axes.y]\nsteps_per_mm = 100\ntravel = 80\nstart = 10\nlimits = {{ low = 0 }}\n\
-         [second_motor]\naxis = \"y\"\nstart = 12\nlimits = {{ low = -{apart} }}\n{squaring}\n"
+         [second_motor]\naxis = \"y\"\nstart = 10\nlimits = {{ low = -{apart} }}\n{squaring}\n"
     )
 }
 
