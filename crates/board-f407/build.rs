@@ -17,7 +17,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         "memory/discovery.x"
     };
     let out = PathBuf::from(env::var("OUT_DIR")?);
-    fs::copy(memory, out.join("memory.x"))?;
+    let layout = [
+        fs::read_to_string(memory)?,
+        fs::read_to_string("memory/fast.x")?,
+    ];
+    fs::write(out.join("memory.x"), layout.concat())?;
     println!("cargo:rustc-link-search={}", out.display());
     Ok(())
 }

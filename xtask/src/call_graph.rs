@@ -14,9 +14,10 @@
 //! ```
 use std::collections::{BTreeMap, BTreeSet};
 
-/// A function of the program: the symbols it mentions, and whether a call in it goes through a register.
+/// A function of the program: where it is, the symbols it mentions, and whether a call in it goes through a register.
 #[derive(Debug, Default)]
 struct Function {
+    address: u64,
     mentions: BTreeSet<String>,
     computed_call: Option<String>,
 }
@@ -40,9 +41,9 @@ impl CallGraph {
         let mut functions: BTreeMap<String, Function> = BTreeMap::new();
         let mut current = String::new();
         for line in disassembly.lines() {
-            if let Some(symbol) = symbol_of_heading(line) {
+            if let Some((address, symbol)) = heading(line) {
                 current = symbol.to_owned();
-                functions.entry(current.clone()).or_default();
+                functions.entry(current.clone()).or_default().address = address;
             } else if let Some(function) = functions.get_mut(&current) {
                 function.read(&current, line);
             }
@@ -75,6 +76,21 @@ impl CallGraph {
             findings.extend(reason.map(|reason| Finding { path, reason }));
         }
         findings
+    }
+
+    /// The functions at addresses from `begin` on that `entry` can reach, or is itself.
+    pub(crate) fn reach_beyond(&self, entry: &str, begin: u64) -> Vec<Finding> {
+        let paths = self.paths_from(entry, |_| true).into_iter();
+        let beyond = paths.filter(|(symbol, _)| {
+            let function = self.0.get(*symbol);
+            function.is_some_and(|function| function.address >= begin)
+        });
+        beyond
+            .map(|(_, path)| Finding {
+                path,
+                reason: "runs from the flash".into(),
+            })
+            .collect()
     }
 
     /// What is wrong with a function that calls through a register.
@@ -129,11 +145,13 @@ impl Function {
     }
 }
 
-/// `tick` from `0800c200 <tick>:`.
-fn symbol_of_heading(line: &str) -> Option<&str> {
+/// 0x0800c200 and `tick` from `0800c200 <tick>:`.
+fn heading(line: &str) -> Option<(u64, &str)> {
     let (address, rest) = line.split_once(" <")?;
-    let is_address = !address.is_empty() && address.bytes().all(|byte| byte.is_ascii_hexdigit());
-    is_address.then(|| rest.strip_suffix(">:"))?
+    Some((
+        u64::from_str_radix(address, 16).ok()?,
+        rest.strip_suffix(">:")?,
+    ))
 }
 
 /// `tick` from `bl 800c200 <tick>` and from `b.n 800c210 <tick+0x10>`: whatever names a symbol counts as a call.
@@ -194,6 +212,14 @@ program:     file format elf32-littlearm
         let text = CLEAN.replace("udiv\tr0, r0, r1", instruction);
         assert_ne!(text, CLEAN);
         CallGraph::parse(&text).findings("TIM2", no_division)
+    }
+
+    #[test]
+    fn what_runs_from_the_flash_is_found_with_its_path() {
+        let text = CLEAN.replace("0800c100 <TIM2>", "00000188 <TIM2>");
+        let found = CallGraph::parse(&text).reach_beyond("TIM2", 0x0800_0000);
+        let paths: Vec<String> = found.iter().map(|found| found.path.join(" ")).collect();
+        assert_eq!(paths, ["TIM2 leadscrew_stepper::tick"]);
     }
 
     #[test]

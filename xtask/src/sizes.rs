@@ -16,9 +16,17 @@ pub(crate) fn of(elf: &Path) -> Result<Sizes, Failure> {
     let section = |name: &str| section(&sections, name);
     let symbols = tool("arm-none-eabi-nm", &[])?;
     let symbol = |name| symbol(&symbols, name).ok_or_else(|| Failure::unreadable("nm", name));
-    let flash = [".vector_table", ".text", ".rodata", ".data", ".gnu.sgstubs"];
-    let sram = [".data", ".bss", ".uninit"].map(section).iter().sum();
-    let ccm = symbol("_stack_start")? - symbol("_stack_end")?;
+    let flash = [
+        ".vector_table",
+        ".text",
+        ".rodata",
+        ".fast_code",
+        ".data",
+        ".gnu.sgstubs",
+    ];
+    let variables: u64 = [".data", ".bss", ".uninit"].map(section).iter().sum();
+    let sram = variables + symbol("__fast_code_reserve")?;
+    let ccm = symbol("_stack_start")? - symbol("_stack_end")? + section(".fast_bss");
     let code = tool("arm-none-eabi-objdump", &["-d", "--no-show-raw-insn"])?;
     Ok(Sizes::from([
         ("flash", flash.map(section).iter().sum()),

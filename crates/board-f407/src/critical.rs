@@ -1,19 +1,20 @@
 //! Critical sections that leave the step interrupt alone.
 //!
 //! The usual way masks every interrupt (PRIMASK); a tick that is due meanwhile is late. Here BASEPRI keeps away all
-//! interrupts but those of the highest priority: that of the steps, who shares nothing with anybody that needs a lock.
+//! interrupts but those of the steps, a tick and the end of a pulse, who share nothing with anybody that needs a lock.
 use cortex_m::register::{basepri, basepri_max};
 use critical_section::RawRestoreState;
 
-/// The highest priority that is kept away, as BASEPRI has it: the four bits of the F407 are the upper ones (RM0090 table
-/// 61, PM0214 section 2.3.6). 0 is that of the steps.
-const BELOW_STEPS: u8 = 1 << 4;
+/// The four bits of a priority on the F407 are the upper ones (RM0090 table 61, PM0214 section 2.3.6). 0 is that of ticks.
+pub(crate) const PULSE_END_PRIORITY: u8 = 1 << 4;
+/// The highest priority that is kept away, as BASEPRI has it. RTIC's tasks have 14 at most, which is this one.
+const BELOW_STEPS: u8 = 2 << 4;
 
 struct BelowSteps;
 
 critical_section::set_impl!(BelowSteps);
 
-// SAFETY: what runs while the section is held is the step interrupt and faults. The step interrupt uses no critical
+// SAFETY: what runs while the section is held are the step interrupts and faults. The step interrupts use no critical
 // section and nothing that is kept in one; a fault ends the program. BASEPRI is put back as it was, so sections nest.
 #[allow(unsafe_code)]
 unsafe impl critical_section::Impl for BelowSteps {

@@ -2,13 +2,12 @@
 use crate::{
     board::F407,
     clock::{self, Clock, Source},
+    fast_memory,
     profile::{self, config, kinematics, Kinematics, AXES, MOTORS, MOVES, PROFILE},
     pwm, restart,
     serial::{self, Listener, Sender, Writer},
     settings_flash::Sectors,
-    step_interrupt, supply,
-    switches::{self, Filter},
-    wake, watchdog,
+    step_interrupt, supply, switches, wake, watchdog,
 };
 use core::{iter, mem::MaybeUninit};
 use defmt_rtt as _;
@@ -31,6 +30,9 @@ type UsbOutgoing = Queue<u8, 1025>;
 
 type TheMachine = Machine<'static, Kinematics, AXES, MOTORS, MOVES>;
 
+// SAFETY of the section: memory that `fast_memory` has zeroed before anybody looks at it.
+#[allow(unsafe_code)]
+#[link_section = ".fast_bss.shared"]
 pub(crate) static SHARED: Shared<MOTORS> = Shared::new();
 static INPUTS: Inputs<MOTORS> = Inputs::new();
 
@@ -40,8 +42,6 @@ mod app {
 
     #[shared]
     struct SharedResources {
-        /// Of interrupts of one priority only: locked without a cost.
-        filter: Filter,
         sender: Sender,
     }
 
@@ -56,6 +56,7 @@ mod app {
     }
 
     #[init(local = [
+        #[allow(unsafe_code)] #[link_section = ".fast_bss.queue"]
         queue: SegmentQueue<MOTORS> = SegmentQueue::new(),
         moves: MoveQueues<MOTORS, MOVES> = MoveQueues::new(),
         received: SerialQueue = SerialQueue::new(),
@@ -65,7 +66,7 @@ mod app {
         place: MaybeUninit<TheMachine> = MaybeUninit::uninit(),
     ])]
     fn init(cx: init::Context) -> (SharedResources, Local) {
-        let device = cx.device;
+        let (device, mut core) = (cx.device, cx.core);
         serial::enable(&device.RCC);
         device.RCC.apb2enr().modify(|_, w| {
             w.syscfgen().enabled();
@@ -75,6 +76,7 @@ mod app {
             w.tim2en().enabled().tim5en().enabled();
             w.pwren().enabled()
         });
+        fast_memory::load(&device.SYSCFG, &mut core.SCB);
         let reason = restart::reason(&device.RCC);
         supply::watch(&device.PWR, &device.EXTI);
         let (rcc, source) = clock::start(device.RCC, &device.PWR);
@@ -85,7 +87,7 @@ mod app {
             reason
         );
         pwm::start(&rcc);
-        let filter = Filter::new(device.EXTI, &device.SYSCFG);
+        switches::start(device.EXTI, &device.SYSCFG);
         INPUTS.on_switches(&switches::switches(), &SHARED);
 
         let (producer, segments) = cx.local.queue.split();
@@ -130,7 +132,7 @@ mod app {
         } else {
             None
         };
-        step_interrupt::start(device.TIM2, device.TIM11, segments);
+        step_interrupt::start(&mut core.NVIC, (device.TIM2, device.TIM11), segments);
         let local = Local {
             machine,
             listener,
@@ -140,7 +142,7 @@ mod app {
             clock: Clock::new(device.TIM5),
         };
         let sender = Sender::new();
-        (SharedResources { filter, sender }, local)
+        (SharedResources { sender }, local)
     }
 
     /// The main loop: sleeps when it has nothing to do.
@@ -170,25 +172,25 @@ mod app {
     }
 
     /// Something may have come over the serial line.
-    #[task(binds = TIM7, priority = 15, local = [listener])]
+    #[task(binds = TIM7, priority = 13, local = [listener])]
     fn listen(cx: listen::Context) {
         cx.local.listener.listen();
     }
 
     /// Something can be sent, where the line is on USART2.
-    #[task(binds = DMA1_STREAM6, priority = 15, shared = [sender])]
+    #[task(binds = DMA1_STREAM6, priority = 13, shared = [sender])]
     fn send_2(mut cx: send_2::Context) {
         cx.shared.sender.lock(Sender::send);
     }
 
     /// Something can be sent, where the line is on USART1.
-    #[task(binds = DMA2_STREAM7, priority = 15, shared = [sender])]
+    #[task(binds = DMA2_STREAM7, priority = 13, shared = [sender])]
     fn send_1(mut cx: send_1::Context) {
         cx.shared.sender.lock(Sender::send);
     }
 
     /// A packet has come or gone, or the host has something to say.
-    #[task(binds = OTG_FS, priority = 13, local = [usb])]
+    #[task(binds = OTG_FS, priority = 12, local = [usb])]
     fn packet(cx: packet::Context) {
         if cx.local.usb.as_mut().is_some_and(|usb| usb.on_interrupt()) {
             wake::wake();
@@ -196,60 +198,58 @@ mod app {
     }
 
     /// The supply is low.
-    #[task(binds = PVD, priority = 15)]
+    #[task(binds = PVD, priority = 14)]
     fn low_supply(_: low_supply::Context) {
         supply::on_low()
     }
 
     /// The main loop wants to be woken, or a switch has had its time.
-    #[task(binds = TIM5, priority = 14, shared = [filter])]
-    fn alarm(mut cx: alarm::Context) {
+    #[task(binds = TIM5, priority = 14)]
+    fn alarm(_: alarm::Context) {
         if clock::take_alarms() {
-            cx.shared
-                .filter
-                .lock(|filter| filter.on_time(&INPUTS, &SHARED));
+            switches::on_time(&INPUTS, &SHARED);
         }
     }
 
     /// An edge on line 0.
-    #[task(binds = EXTI0, priority = 14, shared = [filter])]
-    fn edge_0(mut cx: edge_0::Context) {
-        cx.shared.filter.lock(|filter| filter.on_edge(&SHARED));
+    #[task(binds = EXTI0, priority = 14)]
+    fn edge_0(_: edge_0::Context) {
+        switches::on_edge(&SHARED);
     }
 
     /// An edge on line 1.
-    #[task(binds = EXTI1, priority = 14, shared = [filter])]
-    fn edge_1(mut cx: edge_1::Context) {
-        cx.shared.filter.lock(|filter| filter.on_edge(&SHARED));
+    #[task(binds = EXTI1, priority = 14)]
+    fn edge_1(_: edge_1::Context) {
+        switches::on_edge(&SHARED);
     }
 
     /// An edge on line 2.
-    #[task(binds = EXTI2, priority = 14, shared = [filter])]
-    fn edge_2(mut cx: edge_2::Context) {
-        cx.shared.filter.lock(|filter| filter.on_edge(&SHARED));
+    #[task(binds = EXTI2, priority = 14)]
+    fn edge_2(_: edge_2::Context) {
+        switches::on_edge(&SHARED);
     }
 
     /// An edge on line 3.
-    #[task(binds = EXTI3, priority = 14, shared = [filter])]
-    fn edge_3(mut cx: edge_3::Context) {
-        cx.shared.filter.lock(|filter| filter.on_edge(&SHARED));
+    #[task(binds = EXTI3, priority = 14)]
+    fn edge_3(_: edge_3::Context) {
+        switches::on_edge(&SHARED);
     }
 
     /// An edge on line 4.
-    #[task(binds = EXTI4, priority = 14, shared = [filter])]
-    fn edge_4(mut cx: edge_4::Context) {
-        cx.shared.filter.lock(|filter| filter.on_edge(&SHARED));
+    #[task(binds = EXTI4, priority = 14)]
+    fn edge_4(_: edge_4::Context) {
+        switches::on_edge(&SHARED);
     }
 
     /// An edge on lines 5 to 9.
-    #[task(binds = EXTI9_5, priority = 14, shared = [filter])]
-    fn edge_5(mut cx: edge_5::Context) {
-        cx.shared.filter.lock(|filter| filter.on_edge(&SHARED));
+    #[task(binds = EXTI9_5, priority = 14)]
+    fn edge_5(_: edge_5::Context) {
+        switches::on_edge(&SHARED);
     }
 
     /// An edge on lines 10 to 15.
-    #[task(binds = EXTI15_10, priority = 14, shared = [filter])]
-    fn edge_10(mut cx: edge_10::Context) {
-        cx.shared.filter.lock(|filter| filter.on_edge(&SHARED));
+    #[task(binds = EXTI15_10, priority = 14)]
+    fn edge_10(_: edge_10::Context) {
+        switches::on_edge(&SHARED);
     }
 }

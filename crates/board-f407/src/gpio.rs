@@ -32,6 +32,12 @@ impl Bank {
         }
     }
 
+    /// The levels at its pins, one bit a pin. Any context.
+    #[inline(always)]
+    pub(crate) fn levels(self) -> u32 {
+        self.registers().idr().read().bits()
+    }
+
     /// Sets and resets pins in one store (RM0090 section 8.4.7): bit *n* raises pin *n*, bit *n* + 16 lowers it. Any
     /// context: a store cannot interfere with another one.
     #[inline(always)]
@@ -93,7 +99,7 @@ impl Pin {
     /// The level at the pin. Any context.
     #[inline]
     pub(crate) fn is_high(self) -> bool {
-        self.bank.registers().idr().read().bits() >> self.number & 1 == 1
+        self.bank.levels() >> self.number & 1 == 1
     }
 
     /// Makes the pin an output of this level, without any other level in between. Before the interrupts are on, or where

@@ -10,6 +10,8 @@ mod clock;
 #[cfg(target_os = "none")]
 mod critical;
 #[cfg(target_os = "none")]
+mod fast_memory;
+#[cfg(target_os = "none")]
 mod firmware;
 #[cfg(target_os = "none")]
 mod gpio;

@@ -10,12 +10,14 @@
 //!  step pin _____|     |___________|
 //! ```
 //!
-//! Both interrupts have the highest priority, so that neither interrupts the other: what they share needs no lock. Where a
-//! tick is due so soon after a pulse's end that it would have to wait for that interrupt, the end comes early and waits
-//! for both, first the end, then the tick ([`Port::meet`]): edges keep their distance from the schedule.
+//! A tick interrupts the end of a pulse, so that edges keep their distance from the schedule; nothing but a tick does. That
+//! a tick never comes just between the look at TIM11 and the stores that end its pulse is a matter of time: ticks are a pulse
+//! and 1 µs apart at least (`StepTiming::F407`), and the pins are low 0.3 µs after a pulse's end. Where a pulse is over
+//! while a tick is at work, it ends after that, 1.1 µs later at most.
 //!
 //! What goes to the ports for each set of motors stands ready in a table ([`Words`]): one store for each port that has
 //! step pins, one after the other. Boards with all of them on one port step all motors at the same instant.
+#![allow(unsafe_code)] // the section of what every tick reads, and the pulse's timer
 use crate::{
     clock::APB1_TIMER_HZ,
     gpio::{Bank, Pin},
@@ -25,20 +27,19 @@ use crate::{
 };
 use core::{
     array::from_fn,
-    sync::atomic::{AtomicBool, AtomicU32, Ordering::Relaxed},
+    sync::atomic::{AtomicBool, AtomicU32, AtomicU8, Ordering::Relaxed},
 };
-use cortex_m::peripheral::NVIC;
 use leadscrew_machine::board::PortConfig;
 use leadscrew_stepper::{MotorMask, Outputs, Power, Shared, StepPort, Ticks};
-use stm32f4::stm32f407::{Interrupt, TIM11, TIM2};
+use stm32f4::stm32f407::{tim11, tim2, Interrupt, TIM11, TIM2};
 
 /// The interrupt of TIM11: the main loop pends it where there is something to start, or new tables to follow.
 pub(crate) const PULSE_END_INTERRUPT: Interrupt = Interrupt::TIM1_TRG_COM_TIM11;
 
 /// Sets of motors.
 const SETS: usize = 1 << MOTORS;
-/// Counts in a microsecond.
-const MICROSECOND: u32 = APB1_TIMER_HZ / 1_000_000;
+/// Counts of TIM11, which is on APB2, in a microsecond.
+const PULSE_MICROSECOND: u32 = 2 * APB1_TIMER_HZ / 1_000_000;
 
 const STEP_PINS: [Pin; MOTORS] = {
     let mut pins = [PROFILE.motors[0].step; MOTORS];
@@ -101,14 +102,32 @@ impl<const BANKS: usize> Words<BANKS> {
     }
 }
 
+// SAFETY of the section: memory that `fast_memory` has zeroed before anybody looks at it.
+#[link_section = ".fast_bss.steps"]
 static STEPS: Words<{ STEP_BANKS.1 }> = Words::new();
+#[link_section = ".fast_bss.directions"]
 static DIRECTIONS: Words<{ DIRECTION_BANKS.1 }> = Words::new();
 /// Words that end a pulse, one a port.
+#[link_section = ".fast_bss.pulse_end"]
 static PULSE_END: [AtomicU32; STEP_BANKS.1] = [const { AtomicU32::new(0) }; STEP_BANKS.1];
-/// Counts that a pulse lasts.
-static PULSE: AtomicU32 = AtomicU32::new(10 * MICROSECOND);
 /// The tables are new: pins have to follow.
 static REWIRED: AtomicBool = AtomicBool::new(false);
+/// Counts of TIM11 that a pulse lasts.
+static PULSE: AtomicU32 = AtomicU32::new(10 * PULSE_MICROSECOND);
+
+/// A pulse is under way: set by the tick that begins it, cleared by its end.
+#[link_section = ".fast_bss.pulsing"]
+static PULSING: AtomicBool = AtomicBool::new(false);
+/// The motors that turn the negative way: set by the tick that begins a line, written where no step pin is high, and again
+/// whenever a pulse ends.
+#[link_section = ".fast_bss.negative"]
+static NEGATIVE: AtomicU8 = AtomicU8::new(0);
+/// A tick is armed, or at work. Otherwise what ticks own is the end of a pulse's.
+#[link_section = ".fast_bss.ticking"]
+static TICKING: AtomicBool = AtomicBool::new(false);
+/// The last tick of a segment has come: the next segment has to be loaded.
+#[link_section = ".fast_bss.used_up"]
+static USED_UP: AtomicBool = AtomicBool::new(false);
 
 /// Puts the wiring into effect. Main loop, at rest; the step interrupt puts the pins to their new levels.
 pub(crate) fn configure(port: &PortConfig) {
@@ -131,27 +150,14 @@ pub(crate) fn configure(port: &PortConfig) {
     for (word, end) in PULSE_END.iter().zip(ends) {
         word.store(end, Relaxed);
     }
-    PULSE.store(u32::from(port.pulse_us) * MICROSECOND, Relaxed);
+    PULSE.store(u32::from(port.pulse_us) * PULSE_MICROSECOND, Relaxed);
     REWIRED.store(true, Relaxed);
     rtic::pend(PULSE_END_INTERRUPT);
 }
 
-/// Counts from the look at the time to the start of a pulse: as it is at most ticks. Only [`Port::meet`] relies on it.
-const RISE: u32 = 20;
-/// A tick that is due within so many counts of a pulse's end would be delayed by the interrupt that ends the pulse (0.9 µs).
-const NEAR: u32 = 72;
-/// Counts from the interrupt at a pulse's end to where it has ended the pulse and waits for the tick, at most.
-const READY: u32 = 72;
-/// How much sooner a pulse may end than worked out from [`RISE`], in counts.
-const EARLY: u32 = 8;
 /// Counts from the look at the time to the next tick's being armed, at most: what is further off has not passed by then.
-/// 3 µs.
-const ARMED: u32 = 252;
-/// Counts that it takes to have a pulse's end come early, at most.
-const SETTING: u32 = 32;
-
-/// Counts of TIM11, which is on APB2, in one of TIM2.
-const PULSE_COUNTS: u32 = 2;
+/// 2.4 µs: to load a segment takes less, with the end of a pulse in between.
+const ARMED: u32 = 200;
 
 /// Whether an instant has come: less than half the timer's range (25 s) ahead is the future.
 #[inline(always)]
@@ -159,230 +165,165 @@ fn has_come(instant: u32, now: u32) -> bool {
     now.wrapping_sub(instant).cast_signed() >= 0
 }
 
-/// What the timer is about.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum Phase {
-    /// A tick is armed, and no step pin is high.
-    Low,
-    /// A tick is armed, and a pulse is under way.
-    Pulse,
-    /// No tick is armed, and the pulse before is under way.
-    LastPulse,
-    /// No tick is armed.
-    Rest,
+#[inline(always)]
+fn timer() -> &'static tim2::RegisterBlock {
+    // SAFETY: `start` has taken the timer. A tick writes all registers, the end of a pulse only where no tick is armed.
+    unsafe { &*TIM2::ptr() }
 }
 
-impl Phase {
-    fn is_pulse(self) -> bool {
-        match self {
-            Self::Pulse | Self::LastPulse => true,
-            Self::Low | Self::Rest => false,
-        }
-    }
+#[inline(always)]
+fn pulse() -> &'static tim11::RegisterBlock {
+    // SAFETY: `start` has taken the timer. Ticks write CR1, the end of a pulse SR and, where no tick is armed, ARR: in
+    // single stores.
+    unsafe { &*TIM11::ptr() }
+}
 
-    fn with_pins_low(self) -> Self {
-        match self {
-            Self::Pulse | Self::Low => Self::Low,
-            Self::LastPulse | Self::Rest => Self::Rest,
-        }
-    }
+#[inline(always)]
+fn count() -> u32 {
+    timer().cnt().read().bits()
+}
 
-    fn in_motion(self) -> Self {
-        if self.is_pulse() {
-            Self::Pulse
-        } else {
-            Self::Low
-        }
-    }
+/// Starts the timers; no tick comes until the main loop starts the machine.
+pub(crate) fn start(_: TIM2, _: TIM11) {
+    timer().arr().write(|w| w.arr().set(u32::MAX));
+    timer().egr().write(|w| w.ug().update());
+    timer().cr1().write(|w| w.cen().enabled());
+    pulse().dier().write(|w| w.uie().enabled());
+}
 
-    fn at_rest(self) -> Self {
-        if self.is_pulse() {
-            Self::LastPulse
-        } else {
-            Self::Rest
+/// What is to be done where no tick is armed.
+pub(crate) enum Untimed {
+    /// Nothing, or a tick is armed.
+    Nothing,
+    /// Motion goes on: the segment under way is used up.
+    Load,
+    /// Motion is to begin.
+    Start,
+}
+
+/// Ends the pulse where it is over, puts the pins to the levels that new tables ask for. Interrupt of TIM11, or pended by a
+/// tick or by the main loop.
+#[inline(always)]
+pub(crate) fn on_pulse_end(shared: &Shared<MOTORS>) -> Untimed {
+    if pulse().sr().read().uif().bit_is_set() {
+        pulse().sr().write(|w| w.uif().clear_bit());
+        end_pulse();
+    }
+    if TICKING.load(Relaxed) {
+        return Untimed::Nothing;
+    }
+    if USED_UP.load(Relaxed) {
+        return Untimed::Load;
+    }
+    rewire_or_start(shared)
+}
+
+/// At rest: new levels go out (where a pulse is under way, its end puts them out), and motion may begin.
+#[cold]
+#[inline(never)]
+fn rewire_or_start(shared: &Shared<MOTORS>) -> Untimed {
+    if !PULSING.load(Relaxed) && REWIRED.swap(false, Relaxed) {
+        // 255 µs at most, 42 840 counts.
+        let counts = PULSE.load(Relaxed) as u16;
+        pulse().arr().write(|w| w.arr().set(counts));
+        end_pulse();
+    }
+    if shared.is_running() {
+        Untimed::Start
+    } else {
+        Untimed::Nothing
+    }
+}
+
+#[inline(always)]
+fn end_pulse() {
+    for (bank, word) in STEP_BANKS.0.iter().zip(&PULSE_END) {
+        bank.write(word.load(Relaxed));
+    }
+    PULSING.store(false, Relaxed);
+    // From here on a tick that begins a line puts its directions out by itself; older ones must not follow them.
+    loop {
+        let negative = NEGATIVE.load(Relaxed);
+        DIRECTIONS.write(&DIRECTION_BANKS.0, MotorMask::from_bits(negative));
+        if NEGATIVE.load(Relaxed) == negative {
+            return;
         }
     }
 }
 
-/// What the step interrupts drive: that of TIM2, a tick, and that of TIM11, the end of a pulse.
+/// What ticks drive. TIM2's interrupt; that of TIM11 where no tick is armed.
 pub(crate) struct Port {
-    timer: TIM2,
-    pulse: TIM11,
-    phase: Phase,
     /// When this interrupt looked at the time.
     now: u32,
     /// The instant of the tick that is armed, as compare 1 has it: to read it there takes 16 cycles.
     due: u32,
-    /// The instant at which the pulse that was made last ends, within [`EARLY`].
-    end: u32,
-    /// The end of the pulse comes early, to wait for the tick.
-    meets: bool,
-    /// The motors that turn the negative way: written where no step pin is high, and again whenever a pulse ends.
-    negative: MotorMask,
+    /// Motion goes on: nobody has called [`StepPort::rest`] since the last segment was asked for.
+    in_motion: bool,
 }
 
 impl Port {
-    /// Starts the timer; no tick comes until the main loop starts the machine.
-    pub(crate) fn new(timer: TIM2, pulse: TIM11) -> Self {
-        timer.arr().write(|w| w.arr().set(u32::MAX));
-        timer.egr().write(|w| w.ug().update());
-        timer.cr1().write(|w| w.cen().enabled());
-        Self::stop_counting(&pulse);
-        pulse.dier().write(|w| w.uie().enabled());
+    /// At rest.
+    pub(crate) const fn new() -> Self {
         Port {
-            timer,
-            pulse,
-            phase: Phase::Rest,
             now: 0,
             due: 0,
-            end: 0,
-            meets: false,
-            negative: MotorMask::NONE,
+            in_motion: false,
         }
     }
 
     /// Looks at the time, and clears the flag of the tick that is due.
     #[inline(always)]
     pub(crate) fn acknowledge(&mut self) {
-        self.now = self.count();
-        self.timer.sr().write(|w| w.cc1if().clear());
+        self.now = count();
+        timer().sr().write(|w| w.cc1if().clear());
     }
 
-    /// Ends the pulse where that is due, starts out of rest. Returns whether a tick is due as well, out of rest when the
-    /// main loop says so; after that comes [`Port::after_tick`]. Interrupt of TIM11, or pended by the main loop.
-    #[inline(always)]
-    pub(crate) fn on_pulse_end(&mut self, shared: &Shared<MOTORS>) -> bool {
-        // Before the look at the counter: an end that comes in between is not lost.
-        self.pulse.sr().write(|w| w.uif().clear_bit());
-        // The end of the pulse before can come as well: in the tick that has made this one.
-        if self.meets && has_come(self.end.wrapping_sub(2 * NEAR), self.count()) {
-            self.end_and_wait();
-            return true;
-        }
-        // A tick that has come in between has started it again.
-        if self.phase.is_pulse() && self.pulse.cr1().read().cen().is_disabled() {
-            self.phase = self.phase.with_pins_low();
-            self.end_pulse();
-        }
-        match self.phase {
-            Phase::Low | Phase::Pulse => false,
-            Phase::Rest | Phase::LastPulse => self.start_when_asked(shared),
-        }
+    /// Makes now the instant from which the first wait counts. At rest, before [`Port::take_over`].
+    pub(crate) fn begin(&mut self) {
+        self.due = count();
+        timer().sr().write(|w| w.cc1if().clear());
     }
 
-    /// Waits for the end of the pulse, and for the tick that is due just after it.
-    #[inline(always)]
-    fn end_and_wait(&mut self) {
-        self.meets = false;
-        self.wait(self.end);
-        self.end_pulse();
-        self.phase = Phase::Low;
-        self.set_pulse(PULSE.load(Relaxed) * PULSE_COUNTS);
-        self.wait(self.due);
-        self.acknowledge();
+    /// A segment is about to be loaded. Interrupt of TIM11; no tick is armed.
+    pub(crate) fn take_over(&mut self) {
+        self.in_motion = true;
+        self.now = count();
     }
 
-    /// Forgets the interrupt of a tick that was waited for: its flag has pended it. Where the tick that is armed has come
-    /// by now, it is asked for anew.
-    #[inline(always)]
-    pub(crate) fn after_tick(&mut self) {
-        NVIC::unpend(Interrupt::TIM2);
-        if has_come(self.due, self.count()) && self.phase != Phase::Rest {
-            self.timer.egr().write(|w| w.cc1g().set_bit());
-        }
-    }
-
-    /// Has the interrupt at the pulse's end wait for the tick that is due just after it, and come early where it would not be
-    /// ready in time: 0.8 µs of waiting at most.
-    #[cold]
-    #[inline(never)]
-    fn meet(&mut self) {
-        if !self.phase.is_pulse() {
-            return;
-        }
-        self.meets = true;
-        let ready = self.due.wrapping_sub(READY);
-        if has_come(self.end, ready) {
-            return;
-        }
-        let ahead = ready.wrapping_sub(self.count()).cast_signed();
-        if ahead <= SETTING.cast_signed() {
-            // It must not say so once more at the end.
-            Self::stop_counting(&self.pulse);
-            rtic::pend(PULSE_END_INTERRUPT);
-        } else {
-            let passed = self.pulse.cnt().read().cnt().bits();
-            self.set_pulse(u32::from(passed) + ahead.cast_unsigned() * PULSE_COUNTS);
-        }
-    }
-
-    /// Stopped, the counter is ready to be set to 0 without that being the end of a pulse.
-    fn stop_counting(pulse: &TIM11) {
-        pulse.cr1().write(|w| {
-            w.cen().disabled().opm().enabled();
-            w.urs().counter_only()
-        });
-    }
-
-    /// Waits for an instant that is near.
-    #[inline(always)]
-    fn wait(&self, instant: u32) {
-        while !has_come(instant, self.count()) {}
-    }
-
-    /// Sets the counts of TIM11 that a pulse lasts.
-    fn set_pulse(&self, counts: u32) {
-        // 255 µs at most, 42 840 counts.
-        self.pulse.arr().write(|w| w.arr().set(counts as u16));
-    }
-
-    #[inline(always)]
-    fn count(&self) -> u32 {
-        self.timer.cnt().read().bits()
-    }
-
-    /// Puts the pins to the levels that new tables ask for (where a pulse is under way, its end does), and makes now the
-    /// instant from which the first wait counts, where the main loop has started the machine.
-    fn start_when_asked(&mut self, shared: &Shared<MOTORS>) -> bool {
-        if self.phase == Phase::Rest && REWIRED.swap(false, Relaxed) {
-            self.set_pulse(PULSE.load(Relaxed) * PULSE_COUNTS);
-            self.end_pulse();
-        }
-        let started = shared.is_running();
-        if started {
-            self.phase = self.phase.in_motion();
-            self.now = self.count();
-            self.due = self.now;
-            self.timer.dier().write(|w| w.cc1ie().enabled());
-        }
-        started
-    }
-
-    fn end_pulse(&mut self) {
-        for (bank, word) in STEP_BANKS.0.iter().zip(&PULSE_END) {
-            bank.write(word.load(Relaxed));
-        }
-        DIRECTIONS.write(&DIRECTION_BANKS.0, self.negative);
+    /// Whether motion goes on: then [`let_ticks_come`].
+    pub(crate) fn is_in_motion(&self) -> bool {
+        self.in_motion
     }
 }
 
+/// The next segment has to be loaded, by the interrupt of TIM11. Interrupt of TIM2.
+pub(crate) fn ask_for_segment() {
+    timer().dier().reset();
+    USED_UP.store(true, Relaxed);
+    TICKING.store(false, Relaxed);
+    rtic::pend(PULSE_END_INTERRUPT);
+}
+
+/// What ticks own is theirs from here on: one is armed. Interrupt of TIM11.
+pub(crate) fn let_ticks_come() {
+    TICKING.store(true, Relaxed);
+    timer().dier().write(|w| w.cc1ie().enabled());
+}
+
 impl StepPort for Port {
+    /// A pulse that is still high would be made no longer: ticks are further apart than that.
     #[inline]
     fn step(&mut self, motors: MotorMask) {
         STEPS.write(&STEP_BANKS.0, motors);
-        self.pulse.egr().write(|w| w.ug().update());
-        self.pulse.cr1().write(|w| {
-            w.cen().enabled().opm().enabled();
-            w.urs().counter_only()
-        });
-        self.phase = Phase::Pulse;
-        self.end = self.now.wrapping_add(PULSE.load(Relaxed) + RISE);
+        // In one-pulse mode the counter has stopped at 0.
+        pulse().cr1().write(|w| w.cen().enabled().opm().enabled());
+        PULSING.store(true, Relaxed);
     }
 
     #[inline]
     fn set_direction(&mut self, negative: MotorMask) {
-        self.negative = negative;
-        if !self.phase.is_pulse() {
+        NEGATIVE.store(negative.bits(), Relaxed);
+        if !PULSING.load(Relaxed) {
             DIRECTIONS.write(&DIRECTION_BANKS.0, negative);
         }
     }
@@ -401,25 +342,24 @@ impl StepPort for Port {
     #[inline]
     fn arm(&mut self, wait: Ticks) -> bool {
         self.due = self.due.wrapping_add(wait.0);
-        self.timer.ccr1().write(|w| w.ccr().set(self.due));
-        if self.due.wrapping_sub(self.end).wrapping_add(EARLY) < NEAR + EARLY {
-            self.meet();
-        }
+        timer().ccr1().write(|w| w.ccr().set(self.due));
         // An instant that has passed will not match. One that is far off need not be looked at.
         if !has_come(self.due.wrapping_sub(ARMED), self.now) {
             return false;
         }
-        let late = has_come(self.due, self.count());
+        let late = has_come(self.due, count());
         if late {
-            self.timer.egr().write(|w| w.cc1g().set_bit());
+            timer().egr().write(|w| w.cc1g().set_bit());
         }
         late
     }
 
     fn rest(&mut self) {
-        self.phase = self.phase.at_rest();
+        self.in_motion = false;
+        USED_UP.store(false, Relaxed);
+        TICKING.store(false, Relaxed);
         // The instant in the compare register comes round every 51 s.
-        self.timer.dier().reset();
+        timer().dier().reset();
         wake();
     }
 }

@@ -9,6 +9,7 @@
 //! Each input is on a line of EXTI of its own: its pin's number, whatever the port (RM0090 section 12.2.5). Further edges
 //! within the time change nothing, so that a switch that bounces, or noise that goes on, is answered after exactly that
 //! time; a shorter spike is forgotten. TIM5, which counts microseconds, keeps the time.
+#![allow(unsafe_code)] // what interrupts own, and registers that have no words
 use crate::{
     clock,
     gpio::{Bank, Input},
@@ -16,7 +17,11 @@ use crate::{
     pwm,
     wake::wake,
 };
-use core::sync::atomic::{AtomicU16, AtomicU32, Ordering::Relaxed};
+use core::{
+    cell::UnsafeCell,
+    mem::MaybeUninit,
+    sync::atomic::{AtomicU16, AtomicU32, Ordering::Relaxed},
+};
 use leadscrew_machine::{board::Switches, inputs::Inputs};
 use leadscrew_stepper::{MotorMask, Power, Shared};
 use stm32f4::stm32f407::{EXTI, SYSCFG};
@@ -47,7 +52,31 @@ const LINES: u16 = {
     lines
 };
 
+/// The port of the input on each line of EXTI, and the lines whose input is inverted. A pin's number is its line's.
+#[link_section = ".fast_code.banks"]
+static BANKS: [Bank; 16] = WIRED.0;
+const INVERTED: u16 = WIRED.1;
+const WIRED: ([Bank; 16], u16) = {
+    let (mut banks, mut inverted, mut place) = ([Bank::A; 16], 0, 0);
+    while place < MOTORS + BUTTONS.len() {
+        let input = if place < MOTORS {
+            PROFILE.limits[place]
+        } else {
+            BUTTONS[place - MOTORS]
+        };
+        if let Some(input) = input {
+            banks[input.pin.number as usize] = input.pin.bank;
+            if input.inverted {
+                inverted |= input.line();
+            }
+        }
+        place += 1;
+    }
+    (banks, inverted)
+};
+
 /// The levels that are believed, one bit a line. Written by the switch interrupts.
+#[link_section = ".fast_bss.levels"]
 static LEVELS: AtomicU16 = AtomicU16::new(0);
 /// How long a level has to last, in microseconds. Written by the main loop at rest.
 static TIME_US: AtomicU32 = AtomicU32::new(0);
@@ -62,20 +91,49 @@ fn all() -> impl Iterator<Item = Input> {
 }
 
 /// What the switch interrupts keep: those of EXTI and that of the timer, all of one priority.
-#[allow(unreachable_pub)] // RTIC hands it out in a public type
-pub struct Filter {
+struct Filter {
     exti: EXTI,
     /// Lines whose level is being waited for.
     settling: u16,
     /// When each of them is looked at, in counts of the clock.
     due: [u32; 16],
+    /// The instant for which the timer has been asked.
+    alarm: u32,
     /// Where the motors stood at the edge of the probe.
     at_probe: [i32; MOTORS],
 }
 
+struct Place(UnsafeCell<MaybeUninit<Filter>>);
+
+// SAFETY: `start` fills it before the interrupts can come. After that it is theirs; they have one priority, so that none
+// interrupts another. None of RTIC's resources: to lock one takes time although nobody is to be kept away, and a laser waits.
+unsafe impl Sync for Place {}
+
+#[link_section = ".fast_bss.filter"]
+static FILTER: Place = Place(UnsafeCell::new(MaybeUninit::uninit()));
+
+/// Makes inputs of the pins, takes their levels as they are, and listens from here on. Before the interrupts are on.
+pub(crate) fn start(exti: EXTI, syscfg: &SYSCFG) {
+    let filter = Filter::new(exti, syscfg);
+    // SAFETY: no interrupt looks at it yet.
+    unsafe { (*FILTER.0.get()).write(filter) };
+}
+
+/// Notes edges. Interrupts of EXTI.
+pub(crate) fn on_edge(shared: &Shared<MOTORS>) {
+    // SAFETY: `start` has filled it; see `Place`.
+    unsafe { (*FILTER.0.get()).assume_init_mut() }.on_edge(shared);
+}
+
+/// Looks at the lines whose time is over. Interrupt of TIM5.
+#[inline(always)]
+pub(crate) fn on_time(inputs: &Inputs<MOTORS>, shared: &Shared<MOTORS>) {
+    // SAFETY: as above.
+    unsafe { (*FILTER.0.get()).assume_init_mut() }.on_time(inputs, shared);
+}
+
 impl Filter {
-    /// Makes inputs of the pins, takes their levels as they are, and listens from here on.
-    pub(crate) fn new(exti: EXTI, syscfg: &SYSCFG) -> Self {
+    fn new(exti: EXTI, syscfg: &SYSCFG) -> Self {
         for input in all() {
             input.pin.make_input(input.pull);
             select_port(syscfg, input.pin.number, input.pin.bank);
@@ -85,7 +143,6 @@ impl Filter {
         let levels = all().filter(|input| input.level());
         LEVELS.store(levels.fold(0, |all, input| all | input.line()), Relaxed);
         // SAFETY: bits 0 to 15 are the pins' lines in these registers; those above stay.
-        #[allow(unsafe_code)]
         unsafe {
             let lines = u32::from(LINES);
             exti.rtsr().modify(|r, w| w.bits(r.bits() | lines));
@@ -97,15 +154,14 @@ impl Filter {
             exti,
             settling: 0,
             due: [0; 16],
+            alarm: 0,
             at_probe: [0; MOTORS],
         }
     }
 
-    /// Notes edges. Interrupts of EXTI.
-    pub(crate) fn on_edge(&mut self, shared: &Shared<MOTORS>) {
+    fn on_edge(&mut self, shared: &Shared<MOTORS>) {
         let pending = self.exti.pr().read().bits() & u32::from(LINES);
         // SAFETY: a one clears a flag, zeros leave the others.
-        #[allow(unsafe_code)]
         self.exti.pr().write(|w| unsafe { w.bits(pending) });
         let fresh = pending as u16 & !self.settling;
         if fresh == 0 {
@@ -121,44 +177,91 @@ impl Filter {
             }
         }
         if self.settling == 0 {
-            clock::set_filter_alarm(due);
+            self.set_alarm(due);
         }
         self.settling |= fresh;
     }
 
-    /// Looks at the lines whose time is over, and acts on those that have changed. Interrupt of TIM5.
-    pub(crate) fn on_time(&mut self, inputs: &Inputs<MOTORS>, shared: &Shared<MOTORS>) {
+    fn set_alarm(&mut self, due: u32) {
+        self.alarm = due;
+        clock::set_filter_alarm(due);
+    }
+
+    /// Looks at the lines whose time is over, and acts on those that have changed. The time that it is is that of the alarm:
+    /// to ask the timer takes 20 cycles.
+    #[inline(always)]
+    fn on_time(&mut self, inputs: &Inputs<MOTORS>, shared: &Shared<MOTORS>) {
         let before = LEVELS.load(Relaxed);
-        let mut levels = before;
-        let now = clock::count();
-        let waiting = self.settling;
-        for input in all().filter(|input| waiting & input.line() != 0) {
-            let due = self.due.get(usize::from(input.pin.number)).copied();
-            if due.is_none_or(|due| now.wrapping_sub(due).cast_signed() >= 0) {
-                self.settling &= !input.line();
-                levels = levels & !input.line() | if input.level() { input.line() } else { 0 };
-            }
-        }
+        let levels = self.settle(before);
         if levels != before {
-            LEVELS.store(levels, Relaxed);
-            inputs.on_switches_at(&switches(), shared, &self.at_probe);
-            if shared.is_stopped() {
-                // No later tick switches it on again.
+            // First of all: a beam that stands still burns.
+            if inputs.would_stop(&switches_at(levels), shared) {
                 pwm::set(Power::OFF);
             }
-            wake();
+            self.act(levels, inputs, shared);
         }
-        let waiting = all().filter(|input| self.settling & input.line() != 0);
-        let dues = waiting.filter_map(|input| self.due.get(usize::from(input.pin.number)));
-        if let Some(next) = dues.min_by_key(|due| due.wrapping_sub(now)) {
-            clock::set_filter_alarm(*next);
+        if self.settling != 0 {
+            self.set_next_alarm();
+        }
+    }
+
+    /// The levels that are believed now that the time of some lines is over.
+    #[inline(always)]
+    fn settle(&mut self, before: u16) -> u16 {
+        let mut levels = u32::from(before);
+        for line in lines(self.settling) {
+            // A line is below 16, and the compiler sees it.
+            let due = self.due[line % 16];
+            if self.alarm.wrapping_sub(due).cast_signed() >= 0 {
+                let bit = 1 << line;
+                self.settling &= !(bit as u16);
+                let level = BANKS[line % 16].levels() ^ u32::from(INVERTED);
+                levels = levels & !bit | level & bit;
+            }
+        }
+        levels as u16
+    }
+
+    /// Believes new levels.
+    #[inline(never)]
+    fn act(&self, levels: u16, inputs: &Inputs<MOTORS>, shared: &Shared<MOTORS>) {
+        LEVELS.store(levels, Relaxed);
+        inputs.on_switches_at(&switches_at(levels), shared, &self.at_probe);
+        if shared.is_stopped() {
+            // A tick in between may have set it anew; no later one does.
+            pwm::set(Power::OFF);
+        }
+        wake();
+    }
+
+    #[inline(never)]
+    fn set_next_alarm(&mut self) {
+        let alarm = self.alarm;
+        let dues = lines(self.settling).filter_map(|line| self.due.get(line).copied());
+        if let Some(next) = dues.min_by_key(|due| due.wrapping_sub(alarm)) {
+            self.set_alarm(next);
         }
     }
 }
 
+/// The numbers of the lines in a set, from 0.
+#[inline(always)]
+fn lines(set: u16) -> impl Iterator<Item = usize> {
+    let mut left = u32::from(set);
+    core::iter::from_fn(move || {
+        let line = (left != 0).then_some(left.trailing_zeros() as usize);
+        left &= left.wrapping_sub(1);
+        line
+    })
+}
+
 /// The levels of all switches, as they are believed; one that the board does not have is open. Any context.
 pub(crate) fn switches() -> Switches {
-    let levels = LEVELS.load(Relaxed);
+    switches_at(LEVELS.load(Relaxed))
+}
+
+#[inline(always)]
+fn switches_at(levels: u16) -> Switches {
     let level = |input: Option<Input>| input.is_none_or(|input| levels & input.line() != 0);
     let limits = (0u8..).zip(PROFILE.limits).map(|(motor, input)| {
         let open = u8::from(level(input));
@@ -179,7 +282,6 @@ fn select_port(syscfg: &SYSCFG, line: u8, bank: Bank) {
     let shift = line % 4 * 4;
     let word = |before: u32| before & !(0xF << shift) | (bank as u32) << shift;
     // SAFETY: the port is one of those that the chip has.
-    #[allow(unsafe_code)]
     match line / 4 {
         0 => syscfg
             .exticr1()

@@ -1,8 +1,9 @@
 //! What the core reaches at which address (RM0090 section 2.3), and how long that takes.
 use crate::{
+    cpu::PC,
     instruction::Width,
     machine::Machine,
-    memory::{Memory, Region},
+    memory::{Low, Region, SRAM, SRAM1_SIZE},
     peripheral::bitband,
     record::Cause,
     timing::FlashTiming,
@@ -14,7 +15,10 @@ impl Machine {
     #[inline(always)]
     pub(crate) fn read_word(&mut self, address: u32) -> Result<u32, Trap> {
         match self.memory.sram_word(address) {
-            Some(word) => Ok(word),
+            Some(word) => {
+                self.share_sram(address.wrapping_sub(SRAM));
+                Ok(word)
+            }
             None => self.read(address, Width::Word),
         }
     }
@@ -27,9 +31,11 @@ impl Machine {
 
     /// Reads a value, zero-extended.
     pub(crate) fn read(&mut self, address: u32, width: Width) -> Result<u32, Trap> {
-        if let Some(place) = Memory::place(address) {
-            if place.0 == Region::Flash {
-                self.wait_for_constant(address);
+        if let Some(place) = self.memory.place(address) {
+            match place.0 {
+                Region::Flash => self.wait_for_constant(address),
+                Region::Sram => self.share_sram(place.1 as u32),
+                Region::Ccm | Region::Signature => {}
             }
             let value = self.memory.read(place, width);
             return value.ok_or(Trap::Bus { address });
@@ -50,16 +56,30 @@ impl Machine {
     /// Writes a value's lower bits.
     #[inline(always)]
     pub(crate) fn write(&mut self, address: u32, width: Width, value: u32) -> Result<(), Trap> {
-        match Memory::place(address) {
+        match self.memory.place(address) {
             Some((Region::Flash, offset)) => {
                 self.program(offset, width, value);
                 Ok(())
             }
             Some(place) => {
+                if place.0 == Region::Sram {
+                    self.share_sram(place.1 as u32);
+                }
                 let written = self.memory.write(place, width, value);
                 written.ok_or(Trap::Bus { address })
             }
             None => self.write_elsewhere(address, width, value),
+        }
+    }
+
+    /// An access to SRAM1, at an offset in SRAM, while the core's instructions come out of the same memory: instruction bus and
+    /// data or system bus then meet at one slave of the bus matrix (RM0090 section 2.1), and one of them waits a cycle. The
+    /// prefetch unit would hide some of these cycles: charged at each access, this is the upper bound.
+    #[inline(always)]
+    fn share_sram(&mut self, offset: u32) {
+        let executes_low = self.cpu.r[PC] < SRAM1_SIZE;
+        if executes_low && offset < SRAM1_SIZE && self.memory.low == Low::Sram1 {
+            self.cycle += 1;
         }
     }
 
@@ -232,6 +252,26 @@ mod tests {
         assert_eq!(machine.cycle, 100);
         machine.read_word(0x4000_0034).unwrap();
         assert_eq!(machine.cycle, 100 + 1 + 8 + 8);
+    }
+
+    #[test]
+    fn data_beside_the_code_in_sram1_costs_a_cycle_and_data_elsewhere_none() {
+        let mut machine = Machine::new(8_000_000);
+        machine.write_word(0x4002_3844, 1 << 14).unwrap(); // SYSCFG on
+        machine.write_word(0x4001_3800, 3).unwrap(); // MEMRMP: SRAM1 at 0
+        machine.buffer_free = 0;
+        let mut cost = |pc: u32, address: u32| {
+            let before = machine.cycle;
+            machine.cpu.r[15] = pc;
+            machine.write_word(address, 5).unwrap();
+            assert_eq!(machine.read_word(address), Ok(5));
+            machine.cycle - before
+        };
+        assert_eq!(cost(0x0000_0204, 0x2000_1000), 2);
+        assert_eq!(cost(0x0000_0204, 0x0000_1000), 2);
+        assert_eq!(cost(0x0000_0204, 0x2001_C000), 0, "SRAM2");
+        assert_eq!(cost(0x0000_0204, 0x1000_0000), 0, "CCM");
+        assert_eq!(cost(0x0800_0204, 0x2000_1000), 0, "code in the flash");
     }
 
     #[test]

@@ -72,7 +72,7 @@ pub(crate) fn load(memory: &mut Memory, elf: &[u8]) -> Result<(), LoadError> {
 
 fn place(memory: &mut Memory, address: u32, bytes: &[u8]) -> Result<(), LoadError> {
     let outside = LoadError::Outside { address };
-    let (region, offset) = Memory::place(address).ok_or(outside)?;
+    let (region, offset) = memory.place(address).ok_or(outside)?;
     let ram = match region {
         Region::Flash => return memory.load(offset, bytes).ok_or(outside),
         Region::Sram => &mut memory.sram[..],
@@ -110,7 +110,7 @@ mod tests {
     fn segments_go_to_their_physical_addresses() {
         let mut memory = Memory::new();
         load(&mut memory, &elf(EM_ARM, 0x0800_0100)).unwrap();
-        let word = Memory::place(0x0800_0100).unwrap();
+        let word = memory.place(0x0800_0100).unwrap();
         assert_eq!(memory.read(word, Width::Word), Some(0x0403_0201));
     }
 

@@ -7,7 +7,8 @@ use crate::{
     cpu::{Cpu, SP},
     devices::Devices,
     elf::{self, LoadError},
-    memory::{Memory, FLASH},
+    instruction::Width,
+    memory::{Memory, Region, FLASH},
     peripheral::{
         nvic::{Exception, Nvic},
         rcc::{Clocks, ResetCause},
@@ -192,7 +193,10 @@ impl Machine {
 
     /// The next instruction, or the vector of an interrupt, has to come out of the flash.
     fn needs_flash(&self) -> bool {
-        let in_flash = |address: u32| !(0x1000_0000..0x4000_0000).contains(&address);
+        let in_flash = |address: u32| {
+            let place = self.memory.place(address);
+            place.is_none_or(|(region, _)| region == Region::Flash)
+        };
         in_flash(self.cpu.next) || (self.nvic.changed && in_flash(self.scb.vtor))
     }
 
@@ -402,6 +406,19 @@ impl Machine {
         let offset = address.wrapping_sub(FLASH) as usize;
         let loaded = self.memory.load(offset, bytes);
         assert!(loaded.is_some(), "{address:#010x} is not in the flash");
+    }
+
+    /// Changes RAM as a debugger does: at the addresses that the core sees.
+    ///
+    /// # Panics
+    /// Where there is no RAM.
+    pub fn poke(&mut self, address: u32, bytes: &[u8]) {
+        for (address, byte) in (address..).zip(bytes) {
+            let place = self.memory.place(address);
+            let written =
+                place.and_then(|place| self.memory.write(place, Width::Byte, u32::from(*byte)));
+            assert!(written.is_some(), "{address:#010x} is not in RAM");
+        }
     }
 
     /// The content of SRAM1 and SRAM2; its first byte is at 0x20000000.

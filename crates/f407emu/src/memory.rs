@@ -13,6 +13,10 @@ pub(crate) const SRAM: u32 = 0x2000_0000;
 pub(crate) const CCM: u32 = 0x1000_0000;
 const FLASH_SIZE: usize = 1 << 20;
 const SRAM_SIZE: usize = 128 << 10;
+/// SRAM1: a slave of the bus matrix of its own, and what is there a second time at 0 where the program asks for that.
+pub(crate) const SRAM1_SIZE: u32 = 112 << 10;
+/// As much of SRAM, from its begin, keeps its instructions decoded.
+const CODE_SIZE: usize = 16 << 10;
 const CCM_SIZE: usize = 64 << 10;
 /// Device signature: unique number and the flash's size in KB (RM0090 chapter 39).
 const SIGNATURE: u32 = 0x1FFF_7A10;
@@ -24,8 +28,21 @@ pub(crate) struct Memory {
     pub(crate) flash: Box<[u8]>,
     pub(crate) sram: Box<[u8; SRAM_SIZE]>,
     pub(crate) ccm: Box<[u8]>,
+    /// What is there a second time from address 0 on.
+    pub(crate) low: Low,
     /// By halfword of the flash; forgotten where it is written.
     decoded: Box<[Option<Decoded>]>,
+    /// The same for the begin of SRAM, as it stands at 0.
+    decoded_low: Box<[Option<Decoded>]>,
+}
+
+/// What answers from address 0 on (RM0090 section 9.2.1, SYSCFG_MEMRMP.MEM_MODE).
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Low {
+    /// The flash: after a reset, as the boot pins are.
+    Flash,
+    /// SRAM1.
+    Sram1,
 }
 
 /// What answers at an address.
@@ -44,22 +61,22 @@ impl Memory {
             flash: vec![0xFF; FLASH_SIZE].into(),
             sram: Box::new([0; SRAM_SIZE]),
             ccm: vec![0; CCM_SIZE].into(),
+            low: Low::Flash,
             decoded: vec![None; FLASH_SIZE / 2].into(),
+            decoded_low: vec![None; CODE_SIZE / 2].into(),
         }
     }
 
-    /// The memory at an address and the offset in it; the flash is there a second time at 0 (section 2.4).
-    pub(crate) fn place(address: u32) -> Option<(Region, usize)> {
-        let within = |base: u32, size: usize| {
-            let offset = address.wrapping_sub(base) as usize;
-            (offset < size).then_some(offset)
-        };
-        within(SRAM, SRAM_SIZE)
-            .map(|offset| (Region::Sram, offset))
-            .or_else(|| within(FLASH, FLASH_SIZE).map(|offset| (Region::Flash, offset)))
-            .or_else(|| within(CCM, CCM_SIZE).map(|offset| (Region::Ccm, offset)))
-            .or_else(|| within(0, FLASH_SIZE).map(|offset| (Region::Flash, offset)))
-            .or_else(|| within(SIGNATURE, 20).map(|offset| (Region::Signature, offset)))
+    /// The memory at an address and the offset in it; flash or SRAM1 is there a second time at 0 (section 2.4).
+    pub(crate) fn place(&self, address: u32) -> Option<(Region, usize)> {
+        within(address, SRAM, SRAM_SIZE, Region::Sram)
+            .or_else(|| within(address, FLASH, FLASH_SIZE, Region::Flash))
+            .or_else(|| within(address, CCM, CCM_SIZE, Region::Ccm))
+            .or_else(|| match self.low {
+                Low::Flash => within(address, 0, FLASH_SIZE, Region::Flash),
+                Low::Sram1 => within(address, 0, SRAM1_SIZE as usize, Region::Sram),
+            })
+            .or_else(|| within(address, SIGNATURE, 20, Region::Signature))
     }
 
     fn bytes(&self, region: Region) -> &[u8] {
@@ -91,7 +108,35 @@ impl Memory {
         };
         let bytes = memory.get_mut(offset..offset + width.bytes())?;
         bytes.copy_from_slice(&value.to_le_bytes()[..width.bytes()]);
+        if region == Region::Sram && offset < CODE_SIZE {
+            // An instruction of 32 bits may begin in the halfword before.
+            let half = offset / 2;
+            self.decoded_low[half.saturating_sub(1)..(half + 2).min(CODE_SIZE / 2)].fill(None);
+        }
         Some(())
+    }
+
+    /// The instruction at an address below [`SRAM1_SIZE`], where SRAM1 is at 0.
+    #[inline(always)]
+    pub(crate) fn low_instruction(&mut self, address: u32) -> Option<Decoded> {
+        match self.decoded_low.get(address as usize / 2) {
+            Some(Some(decoded)) if self.low == Low::Sram1 => Some(*decoded),
+            Some(_) | None => self.decode_low(address & !1),
+        }
+    }
+
+    #[cold]
+    fn decode_low(&mut self, address: u32) -> Option<Decoded> {
+        if self.low != Low::Sram1 || address >= SRAM1_SIZE {
+            return None;
+        }
+        let offset = address as usize;
+        let half = |at: usize| self.sram.get(at..at + 2).map_or(0, little_endian) as u16;
+        let decoded = decode::decode(half(offset), half(offset + 2), address);
+        if let Some(place) = self.decoded_low.get_mut(offset / 2) {
+            *place = Some(decoded);
+        }
+        Some(decoded)
     }
 
     /// Reads a word of SRAM quickly; `None` elsewhere.
@@ -178,6 +223,12 @@ impl Width {
     }
 }
 
+/// The region and the offset in it, where an address is one of the `size` from `base` on.
+fn within(address: u32, base: u32, size: usize, region: Region) -> Option<(Region, usize)> {
+    let offset = address.wrapping_sub(base) as usize;
+    (offset < size).then_some((region, offset))
+}
+
 fn little_endian(bytes: &[u8]) -> u32 {
     bytes
         .iter()
@@ -192,7 +243,8 @@ mod tests {
 
     #[test]
     fn each_memory_has_its_place_and_size() {
-        let place = Memory::place;
+        let memory = Memory::new();
+        let place = |address| memory.place(address);
         assert_eq!(place(0x080F_FFFF), Some((Region::Flash, 0xF_FFFF)));
         assert_eq!(place(0x0000_0004), Some((Region::Flash, 4)));
         assert_eq!(place(0x2001_FFFF), Some((Region::Sram, 0x1_FFFF)));
@@ -203,8 +255,9 @@ mod tests {
 
     #[test]
     fn the_signature_says_1024_kilobytes() {
-        let size = Memory::place(0x1FFF_7A22).unwrap();
-        assert_eq!(Memory::new().read(size, Width::Half), Some(1024));
+        let memory = Memory::new();
+        let size = memory.place(0x1FFF_7A22).unwrap();
+        assert_eq!(memory.read(size, Width::Half), Some(1024));
     }
 
     #[test]
@@ -212,7 +265,7 @@ mod tests {
         let mut memory = Memory::new();
         memory.program(0x4000, Width::Word, 0x1234_5678);
         memory.program(0x4000, Width::Byte, 0xF0);
-        let word = Memory::place(0x0800_4000).unwrap();
+        let word = memory.place(0x0800_4000).unwrap();
         assert_eq!(memory.read(word, Width::Word), Some(0x1234_5670));
         memory.erase(0x4000..0x8000);
         assert_eq!(memory.read(word, Width::Word), Some(u32::MAX));
@@ -227,6 +280,31 @@ mod tests {
         memory.program(0x100, Width::Half, 0xBE00);
         let breakpoint = memory.instruction(0x100).instruction;
         assert_eq!(breakpoint, Instruction::System(System::Breakpoint));
+    }
+
+    #[test]
+    fn sram1_is_at_0_where_it_is_asked_for_and_sram2_is_not() {
+        let mut memory = Memory::new();
+        memory.low = Low::Sram1;
+        assert_eq!(memory.place(4), Some((Region::Sram, 4)));
+        assert_eq!(memory.place(0x1_BFFF), Some((Region::Sram, 0x1_BFFF)));
+        assert_eq!(memory.place(0x1_C000), None);
+        assert_eq!(memory.place(0x0800_0004), Some((Region::Flash, 4)));
+    }
+
+    #[test]
+    fn an_instruction_in_sram_that_is_overwritten_is_decoded_anew() {
+        let mut memory = Memory::new();
+        assert_eq!(memory.low_instruction(0x100), None);
+        memory.low = Low::Sram1;
+        let write = |memory: &mut Memory, half| {
+            let place = memory.place(0x2000_0100).unwrap();
+            memory.write(place, Width::Half, half).unwrap();
+            memory.low_instruction(0x100).unwrap().instruction
+        };
+        assert_eq!(write(&mut memory, 0xBF00), Instruction::System(System::Nop));
+        let breakpoint = Instruction::System(System::Breakpoint);
+        assert_eq!(write(&mut memory, 0xBE00), breakpoint);
     }
 
     #[test]

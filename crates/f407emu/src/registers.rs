@@ -3,6 +3,7 @@ use crate::{
     devices::USARTS,
     instruction::Width,
     machine::Machine,
+    memory::Low,
     peripheral::{nvic::Exception, timer_map::INSTANCES},
     record::Cause,
     warning::Warning,
@@ -10,6 +11,9 @@ use crate::{
 
 /// Where the registers of USB OTG FS begin.
 const USB: u32 = 0x5000_0000;
+
+/// SYSCFG_MEMRMP, from the begin of SYSCFG's registers.
+const MEMRMP: u32 = 0;
 
 /// A peripheral, by its place in `Devices`.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -113,6 +117,17 @@ impl Machine {
             Device::Port(index) => {
                 devices.ports[index].write(offset, value);
                 self.update_pins(index, now, cause);
+            }
+            Device::Syscfg if offset == MEMRMP => {
+                devices.exti.write_syscfg(offset, value);
+                self.memory.low = match value & 3 {
+                    0 => Low::Flash,
+                    3 => Low::Sram1,
+                    _ => {
+                        self.warnings.add(Warning::NotModelled { address });
+                        Low::Flash
+                    }
+                };
             }
             Device::Syscfg => devices.exti.write_syscfg(offset, value),
             Device::Exti => {

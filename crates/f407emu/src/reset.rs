@@ -3,7 +3,7 @@ use crate::{
     art::Art,
     cpu::Cpu,
     machine::Machine,
-    memory::FLASH,
+    memory::{Low, FLASH},
     peripheral::{nvic::Nvic, rcc::ResetCause, scb::Scb},
     record::Cause,
 };
@@ -42,6 +42,7 @@ impl Machine {
         self.scb = Scb::new();
         self.devices.reset(cause);
         self.art = Art::new();
+        self.memory.low = Low::Flash;
         self.profiler.abandon();
         self.buffer_free = cycle;
         self.reset_requested = false;

@@ -8,6 +8,11 @@
 //! validation, and not repeated for this code. Exceptions, floats, bus bridges and the flash were not part of it.
 //! Nothing has been held against silicon: ±15 % is a judgement.
 //!
+//! Code in SRAM: fetched over the system bus (at 0x20000000) each instruction takes a cycle more; over the instruction bus
+//! (SRAM1 at 0, SYSCFG_MEMRMP) none, since SRAM has no wait states (RM0090 section 2.3.1, which recommends the remapping for
+//! that reason). A data access to SRAM1 then takes a cycle more, as both go to one slave of the bus matrix; data in CCM
+//! or SRAM2 do not. The rule of a cycle for each is an assumption, and the upper bound: `bus.rs`.
+//!
 //! Not modelled: contention of core and DMA on the bus matrix, late arrival of a higher interrupt during entry (it nests).
 
 /// What the cycle model charges, in cycles of HCLK.

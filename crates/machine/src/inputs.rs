@@ -174,6 +174,15 @@ impl<const MOTORS: usize> Inputs<MOTORS> {
         self.check_buttons(active.buttons(), shared);
     }
 
+    /// Whether [`Inputs::on_switches_at`] with these levels is going to stop motion: for a board that makes the laser dark
+    /// before it does anything else. Switch interrupt.
+    #[inline]
+    pub fn would_stop(&self, switches: &Switches, shared: &Shared<MOTORS>) -> bool {
+        let active = self.active(switches);
+        let pressed = active.buttons() & !self.last.load(Ordering::Relaxed);
+        self.is_hit(active.limits) || stops(pressed, shared)
+    }
+
     /// The switches that are active. Any context.
     pub fn active(&self, switches: &Switches) -> ActiveSwitches {
         let here = MotorMask::from_bits(((1u16 << MOTORS.min(8)) - 1) as u8);
@@ -245,15 +254,24 @@ impl<const MOTORS: usize> Inputs<MOTORS> {
         }
     }
 
-    fn check_limits(&self, active: MotorMask, shared: &Shared<MOTORS>) {
+    /// Whether a limit switch has closed that ends motion.
+    #[inline]
+    fn is_hit(&self, active: MotorMask) -> bool {
         let before = MotorMask::from_bits(self.last_limits.load(Ordering::Relaxed));
+        self.homing.load(Ordering::Acquire) == 0
+            && self.hard_limits.load(Ordering::Acquire)
+            && !active.without(before).is_empty()
+    }
+
+    fn check_limits(&self, active: MotorMask, shared: &Shared<MOTORS>) {
+        let is_hit = self.is_hit(active);
         self.last_limits.store(active.bits(), Ordering::Relaxed);
         let homing = self.homing.load(Ordering::Acquire);
         if homing != 0 {
             let reached = MotorMask::from_bits(active.bits() & homing);
             let sharing = MotorMask::from_bits(self.sharing.load(Ordering::Relaxed));
             shared.set_motor_lock(shared.motor_lock().with(with_sharing(reached, sharing)));
-        } else if self.hard_limits.load(Ordering::Acquire) && !active.without(before).is_empty() {
+        } else if is_hit {
             shared.set_stop(true);
             advance(&self.limit_hits);
         }
@@ -278,7 +296,7 @@ impl<const MOTORS: usize> Inputs<MOTORS> {
     fn check_buttons(&self, active: u8, shared: &Shared<MOTORS>) {
         let pressed = active & !self.last.load(Ordering::Relaxed);
         self.last.store(active, Ordering::Relaxed);
-        if pressed & ActiveSwitches::RESET != 0 && shared.is_running() {
+        if stops(pressed, shared) {
             shared.set_stop(true);
         }
         let buttons = [
@@ -293,6 +311,12 @@ impl<const MOTORS: usize> Inputs<MOTORS> {
             }
         }
     }
+}
+
+/// Whether one of the buttons that have been pressed stops motion.
+#[inline]
+fn stops<const MOTORS: usize>(pressed: u8, shared: &Shared<MOTORS>) -> bool {
+    pressed & ActiveSwitches::RESET != 0 && shared.is_running()
 }
 
 /// These motors, and where one of them shares axes with others, those, too.
@@ -342,6 +366,33 @@ mod tests {
         shared.set_stop(false);
         inputs.on_switches(&Switches::OPEN, &shared);
         assert!(!shared.is_stopped());
+    }
+
+    #[test]
+    fn what_would_stop_is_known_before_it_does() {
+        let pressed = Switches {
+            reset: false,
+            ..Switches::OPEN
+        };
+        for (switches, moving, homing) in [
+            (CLOSED_X, false, 0),
+            (CLOSED_X, true, 0),
+            (CLOSED_X, true, 1),
+            (pressed, false, 0),
+            (pressed, true, 0),
+            (CONTACT, true, 0),
+            (Switches::OPEN, true, 0),
+        ] {
+            let (inputs, shared) = armed();
+            inputs.watch_homing(MotorMask::from_bits(homing), MotorMask::NONE);
+            if moving {
+                shared.set_running();
+            }
+            let would = inputs.would_stop(&switches, &shared);
+            inputs.on_switches(&switches, &shared);
+            assert_eq!(would, shared.is_stopped(), "{switches:?}");
+            assert!(!inputs.would_stop(&switches, &shared), "once");
+        }
     }
 
     #[test]

@@ -36,10 +36,11 @@ pub struct StepTiming {
 impl StepTiming {
     /// An STM32F407 at 168 MHz: three motors at 250 kHz with pulses of 1 to 3 µs.
     ///
-    /// Tick: the longest step interrupt with three motors and the end of its pulse took 459 and 111 cycles in an emulated one
-    /// with cold caches (3.4 µs; 438 and 104 since then, `cargo fw-test step-interrupt`); 0.6 µs are left for the main loop. A
-    /// motor: 20 instructions of 1.65 cycles each (`crates/sim/src/cost.rs`), rounded to 0.2 µs. A pulse's end:
-    /// entry, and 25 instructions before the last pin is written. Set-up: 650 ns (TI DRV8825, SLVSA73F).
+    /// Tick: from one tick to the next the step interrupt with three motors, the load of a line's first segment and the end of
+    /// a pulse took 441 cycles together at most in an emulated one (2.6 µs, `cargo fw-test rate`): in whatever order they
+    /// come, a tick every 2.6 µs, 380 kHz, would not be late. 1.4 µs are left for the main loop and the other interrupts. A
+    /// motor: 20 instructions of 1.65 cycles each, rounded to 0.2 µs. A pulse's end: entry, and 25 instructions before the
+    /// last pin is written. Set-up: 650 ns (TI DRV8825, SLVSA73F).
     pub const F407: Self = Self {
         tick_ns: 3_400,
         motor_ns: 200,

@@ -34,11 +34,9 @@ impl<const MOTORS: usize> StepInterrupt<MOTORS> {
     }
 }
 
-/// Makes the steps that are due, then prepares the next tick.
+/// Makes the steps that are due, then prepares the next tick: [`on_tick`], and [`load`] where that asks for it.
 ///
 /// Called from the step interrupt (and once by whoever starts the timer out of rest, in its place).
-/// The steps come first, so that their jitter is that of the interrupt's entry. Bounded: no loop but
-/// those over the motors. Inlined in every caller: a call would cost the registers that it keeps.
 #[inline(always)]
 pub fn on_timer<P: StepPort, const MOTORS: usize>(
     interrupt: &mut StepInterrupt<MOTORS>,
@@ -46,21 +44,41 @@ pub fn on_timer<P: StepPort, const MOTORS: usize>(
     shared: &Shared<MOTORS>,
     port: &mut P,
 ) {
+    if on_tick(interrupt, segments, shared, port) {
+        load(interrupt, segments, shared, port);
+    }
+}
+
+/// Makes the steps that are due, then prepares the next tick of the segment. Returns whether there is none left: then no
+/// tick is armed, and [`load`] has to follow before the next one is due.
+///
+/// Called from the step interrupt.
+/// The steps come first, so that their jitter is that of the interrupt's entry. Bounded: no loop but
+/// those over the motors. Inlined in every caller: a call would cost the registers that it keeps.
+#[inline(always)]
+#[must_use]
+pub fn on_tick<P: StepPort, const MOTORS: usize>(
+    interrupt: &mut StepInterrupt<MOTORS>,
+    segments: &mut Consumer<'_, Segment<MOTORS>>,
+    shared: &Shared<MOTORS>,
+    port: &mut P,
+) -> bool {
     if shared.is_restricted() {
         return restricted(interrupt, segments, shared, port);
     }
     make_steps(interrupt.due, interrupt, shared, port);
     let Some(step) = interrupt.stepper.take_tick() else {
-        return next_segment(interrupt, segments, shared, port);
+        return true;
     };
     interrupt.due = step;
     if let Some(power) = interrupt.stepper.change_power() {
         port.set_power(power);
     }
     arm(interrupt, shared, port);
+    false
 }
 
-/// What [`on_timer`] does while there is a stop, a locked motor, or the laser is held off: somebody has asked for one
+/// What [`on_tick`] does while there is a stop, a locked motor, or the laser is held off: somebody has asked for one
 /// of them, or asks no longer.
 #[cold]
 #[inline(never)]
@@ -69,19 +87,21 @@ fn restricted<P: StepPort, const MOTORS: usize>(
     segments: &mut Consumer<'_, Segment<MOTORS>>,
     shared: &Shared<MOTORS>,
     port: &mut P,
-) {
+) -> bool {
     shared.refresh_restricted();
     if shared.is_stopped() {
-        return stop(interrupt, segments, shared, port);
+        stop(interrupt, segments, shared, port);
+        return false;
     }
     make_steps(shared.free(interrupt.due), interrupt, shared, port);
     let Some(step) = interrupt.stepper.take_tick() else {
-        return next_segment(interrupt, segments, shared, port);
+        return true;
     };
     interrupt.due = step;
     interrupt.stepper.change_power();
     put_out(interrupt, shared, port);
     arm(interrupt, shared, port);
+    false
 }
 
 #[inline(always)]
@@ -98,8 +118,11 @@ fn make_steps<P: StepPort, const MOTORS: usize>(
 }
 
 /// Begins the next segment and prepares its first tick; comes to rest where there is none.
+///
+/// Called from the step interrupt, or from a lower one before the next tick is due: a board whose ticks are to be short, and
+/// where nothing but the end of a pulse comes between. No tick is armed then, so that none can interrupt it.
 #[inline(never)]
-fn next_segment<P: StepPort, const MOTORS: usize>(
+pub fn load<P: StepPort, const MOTORS: usize>(
     interrupt: &mut StepInterrupt<MOTORS>,
     segments: &mut Consumer<'_, Segment<MOTORS>>,
     shared: &Shared<MOTORS>,
@@ -116,6 +139,20 @@ fn next_segment<P: StepPort, const MOTORS: usize>(
     segments.dequeue();
     put_out(interrupt, shared, port);
     arm(interrupt, shared, port);
+}
+
+/// Starts the timer out of rest, in place of a first tick: [`load`], unless somebody has asked for a stop by now.
+pub fn start<P: StepPort, const MOTORS: usize>(
+    interrupt: &mut StepInterrupt<MOTORS>,
+    segments: &mut Consumer<'_, Segment<MOTORS>>,
+    shared: &Shared<MOTORS>,
+    port: &mut P,
+) {
+    if shared.is_stopped() {
+        stop(interrupt, segments, shared, port);
+    } else {
+        load(interrupt, segments, shared, port);
+    }
 }
 
 /// Puts out the tick's power, or keeps the laser off: once released, it comes back at the next tick.
@@ -324,6 +361,23 @@ mod tests {
         assert_eq!(port.power, Power::OFF);
         assert!(calls < 16);
         assert_eq!(shared.underruns(), 0);
+    }
+
+    #[test]
+    fn a_start_that_is_stopped_makes_nothing_but_the_queue_empty() {
+        let shared = Shared::new();
+        shared.set_stop(true);
+        let mut queue: Queue<Segment<2>, 8> = Queue::new();
+        let (mut producer, mut consumer) = queue.split();
+        producer.enqueue(line([9, 0], Some(Power::FULL))).unwrap();
+        let (mut interrupt, mut port) = (StepInterrupt::new(), Bench::default());
+        shared.set_running();
+        start(&mut interrupt, &mut consumer, &shared, &mut port);
+        while shared.is_running() {
+            on_timer(&mut interrupt, &mut consumer, &shared, &mut port);
+        }
+        assert_eq!((port.pulses, port.power), ([0, 0], Power::OFF));
+        assert!(!port.powers.contains(&100));
     }
 
     #[test]

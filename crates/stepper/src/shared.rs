@@ -32,8 +32,8 @@ pub struct Shared<const MOTORS: usize> {
     restricted: AtomicBool,
     stop: AtomicBool,
     laser_off: AtomicBool,
-    /// The motors that may step: those that are not locked.
-    free_motors: AtomicU8,
+    /// The motors that may not step.
+    locked_motors: AtomicU8,
     running: AtomicBool,
     underruns: AtomicU32,
     late_ticks: AtomicU32,
@@ -53,7 +53,7 @@ impl<const MOTORS: usize> Shared<MOTORS> {
             restricted: AtomicBool::new(false),
             stop: AtomicBool::new(false),
             laser_off: AtomicBool::new(false),
-            free_motors: AtomicU8::new(u8::MAX),
+            locked_motors: AtomicU8::new(0),
             running: AtomicBool::new(false),
             underruns: AtomicU32::new(0),
             late_ticks: AtomicU32::new(0),
@@ -94,14 +94,14 @@ impl<const MOTORS: usize> Shared<MOTORS> {
     /// Keeps the motors of `lock` from stepping: their pulses are neither made nor counted. Any context, one
     /// at a time: whoever adds a motor to those that are locked must not be interrupted by another one who does.
     pub fn set_motor_lock(&self, lock: MotorMask) {
-        self.free_motors.store(!lock.bits(), Ordering::Relaxed);
+        self.locked_motors.store(lock.bits(), Ordering::Relaxed);
         self.restrict();
     }
 
     /// The motors that are kept from stepping. Any context.
     #[inline]
     pub fn motor_lock(&self) -> MotorMask {
-        MotorMask::from_bits(!self.free_motors.load(Ordering::Relaxed))
+        MotorMask::from_bits(self.locked_motors.load(Ordering::Relaxed))
     }
 
     /// Has the next tick look at stop, laser and motor lock.
@@ -128,7 +128,7 @@ impl<const MOTORS: usize> Shared<MOTORS> {
     /// The motors of `due` that are not kept from stepping. Step interrupt only.
     #[inline]
     pub(crate) fn free(&self, due: MotorMask) -> MotorMask {
-        MotorMask::from_bits(due.bits() & self.free_motors.load(Ordering::Relaxed))
+        due.without(self.motor_lock())
     }
 
     /// Whether the step timer runs. Any context.

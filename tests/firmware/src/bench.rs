@@ -3,7 +3,7 @@
 //! Time passes only in [`Bench::run_for`] and what is made of it; whoever waits gives the longest that it may take.
 use crate::{
     firmware::Build,
-    pins::{CPU_HZ, CRYSTAL_HZ, TICK},
+    pins::{CPU_HZ, CRYSTAL_HZ, SETTLED, TICK},
     steps::Tracker,
     stream::Stream,
     wiring::{Wiring, FLASH},
@@ -92,6 +92,7 @@ impl Bench {
             machine.tamper_with(fault.register, fault.tamper);
         }
         machine.watch_channel(TICK.0, TICK.1);
+        machine.watch_channel(SETTLED.0, SETTLED.1);
         Ok(Bench {
             machine,
             pins: Tracker::new(wiring),

@@ -43,6 +43,22 @@ impl Build {
     }
 }
 
+impl Build {
+    /// Where in the flash the byte is kept that is at `address` when the program runs.
+    pub(crate) fn load_address(&self, address: u32) -> Result<u32, Failure> {
+        let file = object::read::elf::ElfFile32::<object::Endianness>::parse(&*self.elf)?;
+        let (endian, address) = (file.endian(), u64::from(address));
+        let segments = file.elf_program_headers().iter();
+        let mut places = segments.filter_map(|segment| {
+            let (begin, size) = (segment.p_vaddr.get(endian), segment.p_filesz.get(endian));
+            let offset = address.checked_sub(begin.into())?;
+            (offset < u64::from(size)).then(|| segment.p_paddr.get(endian) + offset as u32)
+        });
+        let place = places.next();
+        place.ok_or_else(|| Failure(format!("{address:#x} is not in the ELF")))
+    }
+}
+
 /// The firmware, built several times.
 #[derive(Clone)]
 pub(crate) struct Firmware {

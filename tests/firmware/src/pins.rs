@@ -16,6 +16,8 @@ pub(crate) const STEP: [Pin; 3] = [Pin::new('E', 7), Pin::new('E', 8), Pin::new(
 pub(crate) const DIRECTION: [Pin; 3] = [Pin::new('E', 10), Pin::new('E', 11), Pin::new('E', 12)];
 /// Timer and channel whose matches are the ticks of motion.
 pub(crate) const TICK: (u8, u8) = (2, 1);
+/// Timer and channel whose matches end the time of the switches' filter.
+pub(crate) const SETTLED: (u8, u8) = (5, 2);
 /// Number of the step timer's interrupt (TIM2).
 pub(crate) const STEP_IRQ: u8 = 28;
 /// Number of the interrupt that ends a pulse (TIM11).

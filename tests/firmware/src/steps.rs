@@ -5,7 +5,10 @@
 //!                 ____             ____
 //!  step pin  ____|    |___________|    |  rising edge: `latency` after the last match
 //! ```
-use crate::{pins::CYCLES_PER_COUNT, wiring::Wiring};
+use crate::{
+    pins::{CYCLES_PER_COUNT, TICK},
+    wiring::Wiring,
+};
 use leadscrew_f407emu::{Edge, Machine, Match, Pin};
 
 /// The most that two ports' stores may be apart and still make one step event, cycles.
@@ -72,6 +75,8 @@ pub(crate) struct Tracker {
     pub(crate) extremes: Extremes,
     /// Edges of all other pins that are watched.
     pub(crate) others: Vec<Edge>,
+    /// Cycles at which the time of the switches' filter was over.
+    pub(crate) settled: Vec<u64>,
     wiring: &'static Wiring,
     tick: Option<Match>,
     negative: u8,
@@ -87,6 +92,7 @@ impl Tracker {
             steps: Vec::new(),
             extremes: Extremes::NONE,
             others: Vec::new(),
+            settled: Vec::new(),
             tick: None,
             negative: 0,
             rose: [None; MOTORS],
@@ -106,7 +112,12 @@ impl Tracker {
 
     /// Takes in what a machine has recorded.
     pub(crate) fn follow(&mut self, machine: &mut Machine) {
-        let mut ticks = machine.take_matches().into_iter().peekable();
+        let (ticks, alarms): (Vec<Match>, Vec<Match>) = machine
+            .take_matches()
+            .into_iter()
+            .partition(|matched| (matched.timer, matched.channel) == TICK);
+        self.settled.extend(alarms.iter().map(|alarm| alarm.cycle));
+        let mut ticks = ticks.into_iter().peekable();
         for edge in machine.take_edges() {
             while let Some(tick) = ticks.next_if(|tick| tick.cycle <= edge.cycle) {
                 self.tick = Some(tick);

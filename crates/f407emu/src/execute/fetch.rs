@@ -3,7 +3,7 @@ use crate::{
     decode::{self, Decoded},
     instruction::Width,
     machine::Machine,
-    memory::{Memory, Region, FLASH},
+    memory::{Region, FLASH},
     timing::FlashTiming,
     trap::Trap,
 };
@@ -14,7 +14,11 @@ impl Machine {
     pub(crate) fn fetch(&mut self, address: u32) -> Result<Decoded, Trap> {
         let offset = address.wrapping_sub(FLASH) as usize;
         if offset >= self.memory.flash.len() {
-            return self.fetch_elsewhere(address);
+            // SRAM1 at 0 answers the instruction bus without wait states (RM0090 section 2.3.1).
+            return match self.memory.low_instruction(address) {
+                Some(decoded) => Ok(decoded),
+                None => self.fetch_elsewhere(address),
+            };
         }
         let waits = self.timing.flash != FlashTiming::ZeroWait;
         if waits && !self.art.is_current(address) {
@@ -33,17 +37,18 @@ impl Machine {
         self.cycle += self.art.fetch(address, acr, self.cycle);
     }
 
-    /// From SRAM over the system bus, which takes a cycle more, or from the flash's second place at 0.
+    /// From SRAM over the system bus, which takes a cycle more (RM0090 section 2.1.3: less efficient), or from the flash's
+    /// second place at 0.
     #[cold]
     fn fetch_elsewhere(&mut self, address: u32) -> Result<Decoded, Trap> {
         let trap = Trap::Fetch { address };
-        match Memory::place(address) {
+        match self.memory.place(address) {
             Some((Region::Sram, _)) => self.cycle += 1,
             Some((Region::Flash, _)) => {}
             Some((Region::Ccm | Region::Signature, _)) | None => return Err(trap),
         }
         let half = |address| {
-            let place = Memory::place(address).ok_or(trap)?;
+            let place = self.memory.place(address).ok_or(trap)?;
             let half = self.memory.read(place, Width::Half).ok_or(trap)?;
             Ok(half as u16)
         };

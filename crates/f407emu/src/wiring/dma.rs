@@ -2,7 +2,7 @@
 use crate::{
     instruction::Width,
     machine::Machine,
-    memory::{Memory, Region},
+    memory::Region,
     peripheral::{
         dma::{self, Transfer},
         timer_map::Route,
@@ -70,14 +70,14 @@ impl Machine {
             controller: index as u8 + 1,
             stream: stream as u8,
         };
-        let value = match dma_memory(from) {
+        let value = match self.dma_memory(from) {
             Some(place) => self.memory.read(place, width).ok_or(from)?,
             None if reaches(index, from) => {
                 self.register_read(from & !3, now) >> (8 * (from & 3)) & width.mask()
             }
             None => return Err(from),
         };
-        match dma_memory(to) {
+        match self.dma_memory(to) {
             Some(place) => self.memory.write(place, width, value).ok_or(to),
             None if reaches(index, to) => {
                 self.write_part(to, width, value, now, cause);
@@ -86,12 +86,12 @@ impl Machine {
             None => Err(to),
         }
     }
-}
 
-/// The memories that a DMA controller reaches: CCM is on the core's bus (RM0090 section 2.1).
-fn dma_memory(address: u32) -> Option<(Region, usize)> {
-    let place = Memory::place(address)?;
-    matches!(place.0, Region::Flash | Region::Sram).then_some(place)
+    /// The memories that a DMA controller reaches: CCM is on the core's bus (RM0090 section 2.1).
+    fn dma_memory(&self, address: u32) -> Option<(Region, usize)> {
+        let place = self.memory.place(address)?;
+        matches!(place.0, Region::Flash | Region::Sram).then_some(place)
+    }
 }
 
 /// The peripherals that a controller reaches: DMA1 has no port to AHB1 (RM0090 section 2.1).

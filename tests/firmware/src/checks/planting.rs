@@ -64,6 +64,11 @@ fn replace(
         .chain(halfwords)
         .flat_map(|half| half.to_le_bytes())
         .collect();
+    if address < FLASH {
+        // Code in SRAM: the next start copies it there anew.
+        bench.machine.poke(address, &bytes);
+        return Ok(None);
+    }
     let offset = usize::try_from(address.wrapping_sub(FLASH))?;
     let before = bench.machine.flash().get(offset..offset + bytes.len());
     let before = before.ok_or_else(|| Failure(format!("{address:#x} is not in the flash")))?;

@@ -47,10 +47,11 @@ fn stores(build: &Build) -> Result<BTreeSet<(u32, u32)>, Failure> {
     Ok(all)
 }
 
-/// Replaces the instruction at an address by one that does nothing.
-fn plant(machine: &mut Machine, address: u32) {
+/// Replaces the instruction at an address by one that does nothing, in the flash, before the program has copied it from there.
+fn plant(machine: &mut Machine, build: &Build, address: u32) -> Result<(), Failure> {
     const NARROW: [u8; 2] = [0x00, 0xBF];
     const WIDE: [u8; 4] = [0xAF, 0xF3, 0x00, 0x80];
+    let address = build.load_address(address)?;
     let offset = (address - 0x0800_0000) as usize;
     let is_wide = machine.flash()[offset + 1] >= 0xE8;
     if is_wide {
@@ -58,6 +59,7 @@ fn plant(machine: &mut Machine, address: u32) {
     } else {
         machine.program_flash(address, &NARROW);
     }
+    Ok(())
 }
 
 /// Runs the job and holds it against the simulator's, with the instruction at `fault` replaced where there is one.
@@ -65,7 +67,7 @@ fn run(build: &Build, fault: Option<u32>) -> Result<(), Failure> {
     let job = job();
     let mut bench = Bench::switch_on(build)?;
     if let Some(address) = fault {
-        plant(&mut bench.machine, address);
+        plant(&mut bench.machine, build, address)?;
     }
     bench.hear_banner()?;
     bench.ignore_power();

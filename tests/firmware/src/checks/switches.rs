@@ -14,11 +14,12 @@ use leadscrew_f407emu::Pin;
 /// From the end of the filter's time to the last step edge at most, µs.
 const STEPS_US: f64 = 10.0;
 /// From the end of the filter's time to laser off at most, µs.
-const LASER_US: f64 = 10.0;
+const LASER_US: f64 = 2.0;
 /// The filter's time in µs.
 const FILTER_US: f64 = FILTER_SECONDS * 1e6;
-/// The clock of the filter counts microseconds: an edge within one counts as at its begin.
-const COUNT_US: f64 = 1.0;
+/// The clock of the filter counts microseconds, so that its time ends within one of them: and that end, the timer's match with
+/// the alarm, is what all else is measured from.
+const COUNT_US: f64 = 1.5;
 /// Edges that are tried: at other places between two steps and two counts, 20.3 µs apart.
 const EDGES: usize = 60;
 const BETWEEN: u64 = 3_413;
@@ -26,6 +27,8 @@ const BETWEEN: u64 = 3_413;
 /// What an edge of a stopping input came to, µs after the end of the filter's time.
 #[derive(Clone, Copy)]
 struct Stopped {
+    /// That end, µs after the edge and [`FILTER_US`].
+    settled: f64,
     last_step: f64,
     laser_off: f64,
 }
@@ -34,10 +37,16 @@ struct Stopped {
 fn stop_by(mut bench: Bench, pin: Pin, words: &str) -> Result<Stopped, Failure> {
     bench.heard();
     let edge = bench.set(pin, false);
-    let believed = edge + cycles(FILTER_SECONDS);
+    let nominal = edge + cycles(FILTER_SECONDS);
+    bench.pins.settled.clear();
     bench.hear_until(0.1, |line| line == words)?;
     bench.run_for(0.02)?;
+    let mut ends = bench.pins.settled.iter().filter(|end| **end > edge);
+    let believed = *ends
+        .next()
+        .ok_or_else(|| Failure("the filter's time never ends".into()))?;
     Ok(Stopped {
+        settled: micros_between(nominal, believed),
         last_step: micros_between(believed, last_step(&bench)),
         laser_off: micros_between(believed, power_off(&bench)?),
     })
@@ -62,18 +71,29 @@ fn stop_at_many(firmware: &Firmware, pins: &[Pin], words: &str) -> Result<Figure
         laser().fold(f64::MAX, f64::min),
         laser().fold(f64::MIN, f64::max),
     );
+    let settled = || all.iter().map(|stopped| stopped.settled);
+    let (soonest, latest) = (
+        settled().fold(f64::MAX, f64::min),
+        settled().fold(f64::MIN, f64::max),
+    );
     let mut figures = Figures::default();
     figures.add(
-        format!("{EDGES} edges, after the filter's {FILTER_US} us"),
+        format!("{EDGES} edges, the filter's time ends after {FILTER_US} us and"),
+        format!("{soonest:.2} to {latest:.2} us"),
+    );
+    figures.add(
+        "after that end",
         format!("last step edge {first:.2} to {last:.2} us, laser off {bright:.2} to {dark:.2} us"),
     );
     ensure(last <= STEPS_US && dark <= LASER_US, || {
         format!("too late\n{figures}")
     })?;
-    ensure(
-        first >= -INTERVAL_US - COUNT_US && bright >= -COUNT_US,
-        || format!("believed too early\n{figures}"),
-    )?;
+    ensure(soonest >= -COUNT_US && latest <= COUNT_US, || {
+        format!("the filter's time is another\n{figures}")
+    })?;
+    ensure(first >= -INTERVAL_US && bright >= 0.0, || {
+        format!("believed too early\n{figures}")
+    })?;
     Ok(figures)
 }
 

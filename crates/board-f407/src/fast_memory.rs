@@ -1,0 +1,70 @@
+//! Memory that never waits, for the step interrupts.
+//!
+//! ```text
+//!  instruction bus  0x00000000  SRAM1 a second time: vectors, step interrupts     no wait states, where the flash has five
+//!  data bus         0x10000000  core coupled memory: stack, what every tick reads nobody else is on this bus
+//!  system bus       0x20000000  SRAM for all else, DMA, peripherals
+//! ```
+//!
+//! Code is fetched over the instruction bus below 0x20000000 only, and SRAM1 is there once SYSCFG says so (RM0090 sections
+//! 2.3.1 and 9.2.1). Data that a tick reads must not be in SRAM1 as well: fetch and data would wait for each other. What goes
+//! where says `memory/fast.x`; `cargo xtask thumb` fails where a step interrupt reaches code in the flash.
+#![allow(unsafe_code)] // memory that the linker has laid out
+use core::ptr::{addr_of, addr_of_mut};
+use cortex_m::{asm, peripheral::SCB};
+use stm32f4::stm32f407::SYSCFG;
+
+extern "C" {
+    static __vector_table: u32;
+    static __fast_vectors: u32;
+    static __fast_code_load: u32;
+    static __fast_code: u32;
+    static __fast_code_end: u32;
+    static mut __fast_bss: u32;
+    static mut __fast_bss_end: u32;
+}
+
+/// Where SRAM1 really is: what stands at 0 is written there.
+const SRAM1: usize = 0x2000_0000;
+/// Words of the vector table: the core's 16, and 82 interrupts (RM0090 table 61).
+const VECTORS: usize = 16 + 82;
+
+/// Puts vectors and code into SRAM1 and SRAM1 to address 0, and clears the data. SYSCFG has its clock. Before anything else
+/// that uses either, once.
+pub(crate) fn load(syscfg: &SYSCFG, scb: &mut SCB) {
+    // SAFETY: the linker has kept these places for this, and nobody uses them yet.
+    unsafe {
+        copy(addr_of!(__vector_table), addr_of!(__fast_vectors), VECTORS);
+        let words = (addr_of!(__fast_code_end) as usize - addr_of!(__fast_code) as usize) / 4;
+        copy(addr_of!(__fast_code_load), addr_of!(__fast_code), words);
+        let (mut word, end) = (addr_of_mut!(__fast_bss), addr_of_mut!(__fast_bss_end));
+        while word < end {
+            word.write_volatile(0);
+            word = word.add(1);
+        }
+    }
+    asm::dsb();
+    // SAFETY: a mode of the register: SRAM1.
+    syscfg.memrmp().write(|w| unsafe { w.bits(0b11) });
+    // Read back: the store has reached the register before anything is looked for at 0.
+    syscfg.memrmp().read();
+    // SAFETY: the vectors are there, on 512 bytes as 98 of them ask for (DDI 0403, B3.2.5).
+    unsafe { scb.vtor.write(addr_of!(__fast_vectors) as u32) };
+    asm::dsb();
+    asm::isb();
+}
+
+/// Copies words to what will stand at `to`.
+///
+/// # Safety
+/// `from` is readable and `to` is kept for this.
+unsafe fn copy(from: *const u32, to: *const u32, words: usize) {
+    let to = (SRAM1 + to as usize) as *mut u32;
+    for index in 0..words {
+        // SAFETY: the caller's.
+        unsafe {
+            to.add(index)
+                .write_volatile(from.add(index).read_volatile())
+        };
+    }
+}
