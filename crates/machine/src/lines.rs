@@ -33,17 +33,20 @@ where
         let Some(id) = self.console.read(owner, &mut self.work) else {
             return;
         };
-        let Some(line) = self.console.channel(id).map(|channel| channel.line()) else {
+        // Filled in its place: to move it would cost as much as to parse it.
+        let mut line = Line::new();
+        let Some(channel) = self.console.channel(id) else {
             return;
         };
-        let line = line.map(|line| Line::from_slice(line).unwrap_or_default());
+        let read = channel.line().map(|text| line.extend_from_slice(text));
         self.console.take(id);
         self.work.lines = self.work.lines.wrapping_add(1);
-        let is_system = matches!(&line, Ok(line) if line.first() == Some(&b'$'));
+        let is_system = read.is_ok() && line.first() == Some(&b'$');
         self.program_lines = self.program_lines.wrapping_add(u32::from(!is_system));
-        match line {
+        match read {
             Err(status) => self.refuse(Origin::Channel(id), status.into()),
-            Ok(line) => self.begin_line(id, &line, board, now),
+            // A line is no longer than there is room for.
+            Ok(_) => self.begin_line(id, &line, board, now),
         }
     }
 

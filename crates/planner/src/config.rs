@@ -11,9 +11,9 @@ pub const DEFAULT_TIMER_HZ: u32 = 84_000_000;
 /// The slowest speed of a move: Grbl's minimum feed of 1 mm/min, in mm/s.
 pub(crate) const SLOWEST: f32 = 1.0 / 60.0;
 
-/// As many pixels of a row are made in a second, by their mean length: each is a segment, and an emulated F407 that takes in
-/// a line for each falls behind at 12 000. A row that asks for more is slowed down, so that segments do not run out.
-pub(crate) const PIXELS_A_SECOND: f32 = 9_000.0;
+/// As many pixels of a row are made in a second, by their mean length: each is a segment, and an emulated F407 still takes in
+/// 10 000 lines a second beside that. A row that asks for more is slowed down, so that segments do not run out.
+pub(crate) const PIXELS_A_SECOND: f32 = 12_500.0;
 
 /// What bounds the speed where the direction changes.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]

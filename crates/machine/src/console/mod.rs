@@ -95,7 +95,11 @@ impl<'a> Console<'a> {
     /// Answers a line on the channel that it came from.
     pub(crate) fn answer(&mut self, id: ChannelId, result: Result<(), Status>) {
         match result {
-            Ok(()) => self.line(id, "ok"),
+            Ok(()) => {
+                if let Some(channel) = self.channel(id) {
+                    channel.inbox.output.ok();
+                }
+            }
             Err(status) => self.line(id, format_args!("error:{}", status.number())),
         }
     }
@@ -233,16 +237,11 @@ impl Channel<'_> {
         if self.complete {
             return;
         }
-        for _ in 0..BYTES_A_POLL {
-            let Some(byte) = self.inbox.next_byte() else {
-                return;
-            };
+        let Self { inbox, reader, .. } = self;
+        self.complete = inbox.read(BYTES_A_POLL, |byte| {
             work.bytes = work.bytes.wrapping_add(1);
-            if self.reader.push(byte) {
-                self.complete = true;
-                return;
-            }
-        }
+            reader.push(byte)
+        });
     }
 
     /// Whether the line is a `$` command, empty or too long: nothing that belongs to a job.

@@ -47,6 +47,11 @@ impl Output {
         let _ = fmt::write(self, format_args!("{line}\r\n"));
     }
 
+    /// Adds `ok` and its CR LF, as [`Output::line`] would: nearly all answers, without the ways of formatting.
+    pub(crate) fn ok(&mut self) {
+        let _ = fmt::Write::write_str(self, "ok\r\n");
+    }
+
     /// Hands the board what it takes; returns how many bytes that was.
     pub(crate) fn flush<B: Board>(&mut self, channel: ChannelId, board: &mut B) -> u32 {
         let (first, second) = self.waiting.as_slices();

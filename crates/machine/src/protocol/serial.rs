@@ -5,7 +5,7 @@
 //!                                  |
 //!  byte --> Receiver::receive --+--+--> Inbox::next_realtime   (what, mark)
 //!             | above 0x7F and  |  |
-//!             v unknown         +--+--> Inbox::next_byte
+//!             v unknown         +--+--> Inbox::read
 //!           nothing                |
 //! ```
 //!
@@ -22,7 +22,7 @@
 
 use super::realtime::{Byte, Realtime};
 use crate::console::Output;
-use core::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use core::sync::atomic::{fence, AtomicBool, AtomicU32, Ordering};
 use heapless::spsc::{Consumer, Producer, Queue};
 
 /// Slots for realtime commands; one of them stays empty. A burst of overrides at 3 Mbaud comes 3.3 µs apart, so that
@@ -163,7 +163,9 @@ impl Receiver<'_> {
     }
 
     fn keep(&mut self, byte: u8) {
-        if self.bytes.len() < self.limit && self.bytes.enqueue(byte).is_ok() {
+        // Where the limit is the queue's own, the queue looks after it.
+        let fits = self.limit == self.bytes.capacity() || self.bytes.len() < self.limit;
+        if fits && self.bytes.enqueue(byte).is_ok() {
             self.received = self.received.wrapping_add(1);
         } else {
             count(&self.shared.lost_bytes);
@@ -236,14 +238,24 @@ impl Inbox<'_> {
         Some(Request { mark, ..request })
     }
 
-    /// Takes the next ordinary byte; `None` if there is none, or if a realtime command came before it. Main loop.
+    /// Hands ordinary bytes to `take` until it answers that it has enough, `most` have been taken, or a realtime command came
+    /// before the next; answers whether `take` has enough. Main loop.
     #[inline]
-    pub fn next_byte(&mut self) -> Option<u8> {
-        if !self.bytes.ready() || self.is_realtime_next() {
-            return None;
+    pub fn read(&mut self, most: usize, mut take: impl FnMut(u8) -> bool) -> bool {
+        let here = self.bytes.len();
+        // All commands that came ahead of these bytes are in their queue by now.
+        fence(Ordering::Acquire);
+        let ahead = self.ahead_of_request().unwrap_or(here);
+        for _ in 0..most.min(here).min(ahead) {
+            let Some(byte) = self.bytes.dequeue() else {
+                break;
+            };
+            self.taken = self.taken.wrapping_add(1);
+            if take(byte) {
+                return true;
+            }
         }
-        self.taken = self.taken.wrapping_add(1);
-        self.bytes.dequeue()
+        false
     }
 
     /// Drops the unread bytes that came before `mark`. Main loop; bounded by the size of the queue.
@@ -273,7 +285,7 @@ impl Inbox<'_> {
         }
     }
 
-    /// Answers whether [`next_byte`](Self::next_byte) has a byte. Main loop.
+    /// Answers whether [`read`](Self::read) has a byte. Main loop.
     pub fn has_bytes(&self) -> bool {
         self.bytes.ready() && !self.is_realtime_next()
     }
@@ -315,9 +327,14 @@ impl Inbox<'_> {
     }
 
     fn is_realtime_next(&self) -> bool {
-        self.requests
-            .peek()
-            .is_some_and(|request| request.mark.0.wrapping_sub(self.taken) as i32 <= 0)
+        self.ahead_of_request() == Some(0)
+    }
+
+    /// How many bytes came before the next realtime command and have not been taken yet; `None` where there is no command.
+    fn ahead_of_request(&self) -> Option<usize> {
+        let request = self.requests.peek()?;
+        let ahead = request.mark.0.wrapping_sub(self.taken).cast_signed();
+        Some(usize::try_from(ahead).unwrap_or(0))
     }
 }
 
@@ -347,7 +364,14 @@ mod tests {
     }
 
     fn read(inbox: &mut Inbox<'_>) -> Vec<u8> {
-        core::iter::from_fn(|| inbox.next_byte()).collect()
+        let mut bytes = Vec::new();
+        while inbox.has_bytes() {
+            inbox.read(3, |byte| {
+                bytes.push(byte);
+                false
+            });
+        }
+        bytes
     }
 
     #[test]
@@ -377,7 +401,7 @@ mod tests {
         let mut queue = SerialQueue::<64>::new();
         let (mut receiver, mut inbox) = queue.split();
         receive(&mut receiver, b"G0X1\nG0\x18$G\n");
-        assert_eq!(inbox.next_byte(), Some(b'G'));
+        assert!(inbox.read(1, |byte| byte == b'G'));
         let reset = inbox.next_realtime().unwrap();
         inbox.drop_before(reset.mark);
         assert_eq!(read(&mut inbox), b"$G\n");
