@@ -18,9 +18,9 @@ use heapless::spsc::Producer;
 use heapless::Deque;
 use leadscrew_stepper::{Segment, Shared};
 
-/// While segments are made a byte may come that they do not know of: so much less than [`COMMITTED`] is committed. Four segments
-/// of 10 µs.
-const MAKING: Duration = Duration::from_ticks(50);
+/// A byte may have come that segments do not know of: so much less than [`COMMITTED`] is committed. 50 µs until a board looks
+/// at what has come, and 50 µs while four segments are made.
+const MAKING: Duration = Duration::from_ticks(100);
 
 /// Less than this in the queue and under way is too little to wait for the next segment's begin: more than a `Machine::poll`
 /// takes (0.4 ms).
@@ -193,16 +193,16 @@ mod tests {
         let at = Instant::from_ticks;
         let mut pushed = 0;
         while feeder.has_room(at(0)) {
-            feeder.push(segment(84, 975, 0.0));
+            feeder.push(segment(84, 950, 0.0));
             pushed += 1;
         }
         assert_eq!(pushed, 2);
         shared.set_running();
         consumer.dequeue(); // now under way
-        assert!(!feeder.has_room(at(974)));
-        assert!(feeder.has_room(at(975)));
+        assert!(!feeder.has_room(at(949)));
+        assert!(feeder.has_room(at(950)));
         consumer.dequeue(); // seen at once
-        assert!(feeder.has_room(at(975)));
+        assert!(feeder.has_room(at(950)));
     }
 
     #[test]
