@@ -125,9 +125,7 @@ fn acts_in_time(byte: u8, lead_us: u64, is_meant: impl Fn(&Situation) -> bool) {
             let same = same_for(&undisturbed, &steps, at)
                 .unwrap_or_else(|| panic!("{}: {byte:#x} does nothing", situation.name));
             let same = same / CYCLES_PER_US;
-            // A step whose middle is less than the lead before its end waits for the power of the next one.
-            let steps_ahead = if step < 2 * lead_us { 2 * step } else { step };
-            let within = WITHIN.max(steps_ahead + AHEAD);
+            let within = WITHIN.max(step + AHEAD);
             let name = situation.name;
             assert!(
                 same <= within,

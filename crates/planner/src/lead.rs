@@ -11,7 +11,8 @@
 //! ```
 //!
 //! Segments wait here until they cover the time that the front's first tick takes its power from, and no longer: what waits can no
-//! longer be changed. Each is handed out in pieces, one for each segment that its power comes from; the power changes with a tick, no more than half of one beside its time. Motion is never changed. Out of
+//! longer be changed. For the same reason no more of them is taken than there is room for: where steps are so long that the one to
+//! come is too much, power stays what it is at the end of what is known. Each is handed out in pieces, one for each segment that its power comes from; the power changes with a tick, no more than half of one beside its time. Motion is never changed. Out of
 //! rest the first power would have to be put out before motion begins: it stays off there, and what is lost is what a laser
 //! in proportion to speed burns in that time at the slowest. At an end the power at rest comes early.
 
@@ -65,16 +66,18 @@ impl<const MOTORS: usize> PowerLead<MOTORS> {
         self.lead = lead * u64::from(timer_hz) / 1_000_000;
     }
 
-    /// Hands out the next segment, taking from `source` what has to be known for its power. `None` where `source` has none and all
-    /// that waited were handed out.
+    /// Hands out the next segment, taking from `source` what has to be known for its power: no more than fits into `room`
+    /// timer counts together with what waits, for as long as the last one. `None` where `source` has none and all that waited
+    /// were handed out.
     pub fn next(
         &mut self,
+        room: u64,
         mut source: impl FnMut() -> Option<Segment<MOTORS>>,
     ) -> Option<Segment<MOTORS>> {
         if self.lead == 0 && self.waiting.is_empty() {
             return source();
         }
-        self.fill(source);
+        self.fill(room, source);
         let front = *self.waiting.front()?;
         let source = self.source(&front);
         let ticks = ticks_within(&front, source.lasts);
@@ -108,14 +111,18 @@ impl<const MOTORS: usize> PowerLead<MOTORS> {
         self.waiting.clear();
     }
 
-    /// Takes segments until they cover what the front's first tick takes its power from, or none comes.
-    fn fill(&mut self, mut source: impl FnMut() -> Option<Segment<MOTORS>>) {
+    /// Takes segments until they cover what the front's first tick takes its power from, or none comes, or one as long as the last
+    /// has no room; the first one always.
+    fn fill(&mut self, room: u64, mut source: impl FnMut() -> Option<Segment<MOTORS>>) {
         let mut covered: u64 = self.waiting.iter().map(duration).sum();
+        let mut last = self.waiting.back().map_or(0, duration);
         while !self.waiting.is_full()
             && covered <= self.waiting.front().map_or(0, |front| self.reach(front))
+            && (self.waiting.is_empty() || covered + last <= room)
         {
             let Some(segment) = source() else { return };
-            covered += duration(&segment);
+            last = duration(&segment);
+            covered += last;
             // There is room.
             let _ = self.waiting.push_back(segment);
         }
@@ -264,7 +271,7 @@ mod tests {
             let Rig {
                 planner, segmenter, ..
             } = rig;
-            let Some(segment) = lead.next(|| segmenter.next(planner)) else {
+            let Some(segment) = lead.next(u64::MAX, || segmenter.next(planner)) else {
                 break;
             };
             let mut from = rig.player.now;
@@ -364,9 +371,38 @@ mod tests {
         let mut other_queue = RigQueue::new();
         let mut same = self::rig(500.0, &mut other_queue).planner;
         same.push(&to(1.0, 0.0, 50.0)).unwrap();
-        while let Some(segment) = lead.next(|| segmenter.next(planner)) {
+        while let Some(segment) = lead.next(u64::MAX, || segmenter.next(planner)) {
             assert_eq!(Some(segment), copy.next(&mut same));
         }
+    }
+
+    /// The most that was committed together with something that waited, timer counts: steps of 1.2 ms, a lead of 1 ms.
+    fn committed(room: u64) -> u64 {
+        let mut queue = RigQueue::new();
+        let mut rig = rig(2000.0, &mut queue);
+        for next in marks(&[0.4, 0.6, 1.0], 0.004 / 1.2e-3) {
+            rig.planner.push(&next).unwrap();
+        }
+        let mut lead = PowerLead::<2>::new();
+        lead.set(1000, DEFAULT_TIMER_HZ);
+        let Rig {
+            planner, segmenter, ..
+        } = &mut rig;
+        let mut longest = 0;
+        while let Some(segment) = lead.next(room, || segmenter.next(planner)) {
+            let waiting: u64 = lead.waiting.iter().map(duration).sum();
+            if waiting > 0 {
+                longest = longest.max(duration(&segment) + waiting);
+            }
+        }
+        longest
+    }
+
+    #[test]
+    fn no_more_waits_than_there_is_room_for() {
+        let room = 1_500 * 84;
+        assert!(committed(room) <= room, "{}", committed(room));
+        assert!(committed(u64::MAX) > room);
     }
 
     #[test]
@@ -418,7 +454,7 @@ mod tests {
                 let mut record = Record::default();
                 let Rig { planner, segmenter, player } = &mut rig;
                 loop {
-                    let next = lead.next(|| {
+                    let next = lead.next(u64::MAX, || {
                         calls += 1;
                         if Some(calls) == hold { segmenter.hold(); }
                         if segmenter.is_held() { segmenter.resume(); }

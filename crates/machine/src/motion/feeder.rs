@@ -76,6 +76,12 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
         (COMMITTED - MAKING).ticks() as u32 - self.lead_us
     }
 
+    /// Counts that may still be committed, what waits for the power's lead included.
+    pub(crate) fn room(&self, now: Instant) -> u32 {
+        let most = (COMMITTED - MAKING).ticks() as u32 * self.counts_per_us;
+        most.saturating_sub(self.left(now))
+    }
+
     /// Whether one more segment may be committed.
     pub(crate) fn has_room(&mut self, now: Instant) -> bool {
         self.forget_consumed(now);

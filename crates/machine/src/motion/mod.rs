@@ -337,7 +337,7 @@ where
             return false;
         }
         for _ in 0..AT_ONCE {
-            if !self.feeder.has_room(now) || !self.commit(work) || !self.feeder.is_short(now) {
+            if !self.feeder.has_room(now) || !self.commit(now, work) || !self.feeder.is_short(now) {
                 break;
             }
         }
@@ -345,8 +345,8 @@ where
     }
 
     /// Commits the next segment; whether there is one.
-    fn commit(&mut self, work: &mut Work) -> bool {
-        let Some(mut segment) = self.next_segment() else {
+    fn commit(&mut self, now: Instant, work: &mut Work) -> bool {
+        let Some(mut segment) = self.next_segment(now) else {
             return false;
         };
         self.power.apply(&mut segment);
@@ -423,11 +423,12 @@ where
         self.start == Start::Now
     }
 
-    fn next_segment(&mut self) -> Option<Segment<MOTORS>> {
+    fn next_segment(&mut self, now: Instant) -> Option<Segment<MOTORS>> {
         match self.driver {
             Driver::Program => {
                 let Track { planner, segmenter } = &mut self.program;
-                self.lead.next(|| segmenter.next(planner))
+                let room = self.feeder.room(now);
+                self.lead.next(room.into(), || segmenter.next(planner))
             }
             Driver::Aside => self.aside.segmenter.next(&mut self.aside.planner),
         }

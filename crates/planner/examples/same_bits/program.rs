@@ -181,7 +181,7 @@ fn run(seed: u32, sum: &mut Checksum) {
             }
         }
         meddle(random, &mut planner, &mut segmenter);
-        match lead.next(|| segmenter.next(&mut planner)) {
+        match lead.next(u64::MAX, || segmenter.next(&mut planner)) {
             Some(segment) => sum.add_segment(&segment),
             None if segmenter.is_held() => segmenter.resume(),
             None => break,
