@@ -215,6 +215,11 @@ impl<'q, const MOTORS: usize> LookAhead<'q, MOTORS> {
         self.moves.get(usize::from(number.wrapping_sub(self.first)))
     }
 
+    /// All moves, the one that was queued last first.
+    pub(crate) fn latest(&self) -> impl Iterator<Item = &PlannedMove<MOTORS>> {
+        self.moves.iter().rev()
+    }
+
     /// The move that was queued last.
     pub(crate) fn newest(&self) -> Option<&PlannedMove<MOTORS>> {
         self.moves.back()

@@ -21,6 +21,9 @@
 //! * Until the open stroke is complete, its moves are held to the curvature of the last window: at the end of a path no
 //!   window follows, and an axis that is much stronger than the other reaches its highest speed in one move.
 //! * A corner that is slower by junction deviation than the curvature of its window is a corner, not a curve.
+//! * The first pieces of a curve may be the end of the stroke before it, as long as they have not strayed from that by t. Behind a
+//!   corner to the other side a circle strays by t at most, and is back, within `√(8·t·R)`: so far back a window's limits
+//!   reach beyond its first stroke.
 //!
 //! The acceleration on a curve is shared as on an arc (see `curve`). With `u` along the path and `n` across,
 //! `a_t·u + a_n·n` keeps to `a_i` on each axis if `√(a_t² + a_n²) ≤ a_i / √(u_i² + n_i²)` (Cauchy and Schwarz), and also if
@@ -37,6 +40,10 @@ const BACK: usize = 3;
 
 /// Share of a window's radius that is relied on: rounding can make a fifth too much of it.
 const CERTAIN: f32 = 0.8;
+
+/// A window whose squared speed is less than this share of what the stroke before it is held to may have begun in that stroke:
+/// more than what rounding makes of a curve that goes on.
+const SHARPER: f32 = 0.75;
 
 /// Where a curve takes less than this share of the acceleration it is taken as straight: a line's rounding looks like
 /// a curve that takes a twentieth. (What is left to the ramps is then too much by 0.8 % at most, by the square.)
@@ -65,6 +72,8 @@ struct Stroke<const AXES: usize> {
 pub(crate) struct Strokes<const AXES: usize> {
     /// The last ones that are complete, the latest first.
     complete: [Option<Stroke<AXES>>; BACK + 1],
+    /// The one before them: how many moves it is made of, and the squared speed on it by curvature, mm²/s².
+    before: (usize, f32),
     /// From the end of the last complete one to the end of the queue, mm.
     open: [f32; AXES],
     /// Moves in the open one.
@@ -118,6 +127,7 @@ impl<const AXES: usize> Strokes<AXES> {
     pub(crate) const fn new() -> Self {
         Self {
             complete: [None; BACK + 1],
+            before: (0, 0.0),
             open: [0.0; AXES],
             open_moves: 0,
             open_top_v2: 0.0,
@@ -203,7 +213,8 @@ impl<const AXES: usize> Strokes<AXES> {
         let per_length = 1.0 / length;
         let direction = self.open.map(|x| x * per_length);
         let moves = self.open_moves;
-        let [last, second, third, _] = self.complete;
+        let [last, second, third, fourth] = self.complete;
+        self.before = fourth.map_or((0, 0.0), |stroke| (stroke.moves, stroke.curve_v2));
         let (corner_v2, inner) = match &last {
             Some(last) => (
                 junction_v2(&last.direction, &direction, limits),
@@ -231,11 +242,19 @@ impl<const AXES: usize> Strokes<AXES> {
     }
 
     /// What the window that ends with the last complete stroke leaves to its moves, where that is less than what windows
-    /// before it left.
-    pub(crate) fn curve(&mut self, limits: &Limits<AXES>) -> Option<Bound<Bend>> {
+    /// before it left. `lengths` are those of all queued moves, mm, the latest first.
+    pub(crate) fn curve<L>(
+        &mut self,
+        lengths: impl FnOnce() -> L,
+        limits: &Limits<AXES>,
+    ) -> Option<Bound<Bend>>
+    where
+        L: Iterator<Item = f32>,
+    {
         self.curve = None;
         let window = Window::of(&self.complete)?;
-        let (curve_v2, bend) = window.bend(limits)?;
+        let (curve, bend) = window.bend(limits)?;
+        let curve_v2 = curve.top_v2();
         if window.sharpest_v2 < curve_v2 {
             return None;
         }
@@ -249,6 +268,12 @@ impl<const AXES: usize> Strokes<AXES> {
                 stroke.curve_v2 = curve_v2;
                 moves = all;
             }
+        }
+        // A window of fewer strokes begins at rest, or at a move that stands alone.
+        let (before, before_v2) = self.before;
+        if window.strokes > BACK && moves == all && curve_v2 < before_v2 * SHARPER {
+            let inner = lengths().skip(all).take(before.saturating_sub(1));
+            moves += within(8.0 * limits.tolerance * curve.radius, inner);
         }
         (moves > 0).then_some(Bound { moves, limit: bend })
     }
@@ -297,8 +322,8 @@ impl<const AXES: usize> Window<AXES> {
         })
     }
 
-    /// The highest squared speed, and what is left to the moves; `None` where the curvature hardly matters.
-    fn bend(&self, limits: &Limits<AXES>) -> Option<(f32, Bend)> {
+    /// The curve, and what it leaves to the moves; `None` where the curvature hardly matters.
+    fn bend(&self, limits: &Limits<AXES>) -> Option<(Curve, Bend)> {
         let change2 = norm2(&self.change);
         let pull = self.top_v2 * limits.per_weakest;
         let straight = STRAIGHT * self.length;
@@ -320,7 +345,7 @@ impl<const AXES: usize> Window<AXES> {
             bend.ramps,
             left_beside(pull, 0.5 * turn, &along, &across, limits),
         );
-        Some((v2, bend))
+        Some((curve, bend))
     }
 }
 
@@ -352,6 +377,17 @@ fn left_beside<const AXES: usize>(
         // Of an axis that does not move, nothing is asked.
         least(left, (1.0 - pull * n * k) / most(u * k, f32::MIN_POSITIVE))
     })
+}
+
+/// How many of `lengths` begin within a way whose square is `way2`, mm².
+fn within(way2: f32, lengths: impl Iterator<Item = f32>) -> usize {
+    let mut way = 0.0;
+    let near = lengths.take_while(|length| {
+        let near = way * way <= way2;
+        way += length;
+        near
+    });
+    near.count()
 }
 
 fn dot<const N: usize>(a: &[f32; N], b: &[f32; N]) -> f32 {

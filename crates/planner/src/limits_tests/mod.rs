@@ -268,6 +268,53 @@ fn a_curve_that_ends_at_rest_is_a_curve_up_to_its_last_piece() {
     );
 }
 
+/// The first pieces of the arc are taken for the end of the line: with a strong axis along them, and a weak one across.
+#[test]
+fn a_curve_that_begins_at_a_corner_of_a_line_in_pieces_is_a_curve_from_its_first_piece_on() {
+    type Found = ([f64; 2], [f64; 4], [f32; 2], [i64; 2]);
+    let found: [Found; 2] = [
+        (
+            [6.095_092_7, 1.849_096_9],
+            [1.589_505_2, 6.362_182, -0.971_387_9, 0.02],
+            [2066.0017, 10.0],
+            [250, 250],
+        ),
+        (
+            [3.119_270_2, 0.505_889_4],
+            [5.019_083_7, 1.0, -4.731_495, 0.126_491_1],
+            [4578.2104, 10.0],
+            [80, 250],
+        ),
+    ];
+    for ([angle, length], [from, radius, turn, piece], accelerations, steps_per_mm) in found {
+        let line = Part::CutLine {
+            angle,
+            length,
+            piece: 0.01,
+        };
+        let curve = Part::Cut {
+            from,
+            radius,
+            turn,
+            piece,
+        };
+        let parts = [line, curve].map(|part| (part, 250.0, MoveKind::Feed));
+        let program = Program {
+            parts: parts.into(),
+            events: Vec::new(),
+            rates: [249.62157, 72.408356],
+            accelerations,
+            steps_per_mm,
+            rule: CornerRule::Limits,
+        };
+        let worst = run(&program, program.config(), &program.config());
+        assert!(
+            worst.as_ref().is_ok_and(|worst| worst.curve < 1.0),
+            "{worst:?}"
+        );
+    }
+}
+
 /// The override asks for less than can be reached any more; what can be is only as exact as the high speed before.
 #[test]
 fn an_override_on_the_way_down_to_a_corner_leaves_the_corner_its_limit() {

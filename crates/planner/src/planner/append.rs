@@ -141,7 +141,8 @@ where
     }
 
     fn lower_curve(&mut self) {
-        let Some(curve) = self.strokes.curve(&self.limits) else {
+        let lengths = || self.queue.latest().map(|planned| planned.length);
+        let Some(curve) = self.strokes.curve(lengths, &self.limits) else {
             return;
         };
         // Ramps that are planned to begin late must not become flatter: the running move may not be able to stop for
