@@ -315,6 +315,30 @@ fn a_curve_that_begins_at_a_corner_of_a_line_in_pieces_is_a_curve_from_its_first
     }
 }
 
+/// At 99 steps/mm strokes of a few pieces turn by a third more or less than the circle: they are no corners.
+#[test]
+fn corners_that_rounding_makes_of_a_curve_leave_it_a_curve() {
+    let curve = Part::Cut {
+        from: 4.881_049_678,
+        radius: 1.574_474_142,
+        turn: -2.861_684_034,
+        piece: 0.158_718_576,
+    };
+    let program = Program {
+        parts: vec![(curve, 185.46501, MoveKind::Feed)],
+        events: Vec::new(),
+        rates: [245.41988, 5.0],
+        accelerations: [4516.8696, 10.0],
+        steps_per_mm: [250, 99],
+        rule: CornerRule::Limits,
+    };
+    let worst = run(&program, program.config(), &program.config());
+    assert!(
+        worst.as_ref().is_ok_and(|worst| worst.curve < 1.0),
+        "{worst:?}"
+    );
+}
+
 /// The override asks for less than can be reached any more; what can be is only as exact as the high speed before.
 #[test]
 fn an_override_on_the_way_down_to_a_corner_leaves_the_corner_its_limit() {
