@@ -132,6 +132,12 @@ pub(crate) const CHECKS: &[Check] = &[
         run: realtime::on_a_full_line,
     },
     Check {
+        name: "report-in-list",
+        what: "? while $$ goes out at 115200 baud: a report within 5 ms, between two rows",
+        subset: true,
+        run: realtime::in_a_list,
+    },
+    Check {
         name: "limits",
         what: "a limit switch: alarm, last step edge within 10 us after the filter's time, laser off",
         subset: true,

@@ -70,6 +70,11 @@ const BEHIND: usize = 200;
 /// From the arrival of `?` on a full line to the first byte of the report, µs.
 fn until_report(bench: &mut Bench, before: usize) -> Result<f64, Failure> {
     let arrived = send_and_arrive_among(bench, b'?', before, BEHIND)?;
+    report_after(bench, arrived)
+}
+
+/// From a cycle to the end of the report's first byte, µs.
+fn report_after(bench: &mut Bench, arrived: u64) -> Result<f64, Failure> {
     while !bench.machine.uart_out(LINE).contains(&b'<') {
         bench.run_to(bench.machine.cycle() + LOOK)?;
         ensure(bench.machine.cycle() < arrived + CPU_HZ, || {
@@ -106,5 +111,37 @@ pub(crate) fn on_a_full_line(firmware: &Firmware) -> Result<Figures, Failure> {
         format!("{stop:.0} us at most"),
     );
     ensure(report.max(stop) <= FULL_LINE_US, || figures.to_string())?;
+    Ok(figures)
+}
+
+/// The time of a byte at 115200 baud, s.
+const BYTE: f64 = 10.0 / 115_200.0;
+/// Bytes of the list, of 342, that have gone out when the report is asked for: at and between ends of rows.
+const GONE_OUT: [u32; 6] = [1, 44, 101, 200, 250, 300];
+/// From the arrival of `?` in a list at 115200 baud to the report's first byte, µs.
+const IN_A_LIST_US: f64 = 5_000.0;
+
+/// A report that is asked for while `$$` goes out: behind the row under way.
+pub(crate) fn in_a_list(firmware: &Firmware) -> Result<Figures, Failure> {
+    let bench = Bench::boot(&firmware.usual)?;
+    let mut longest = 0f64;
+    for bytes in GONE_OUT {
+        let mut bench = bench.clone();
+        bench.send("$$\n");
+        bench.run_for(f64::from(3 + bytes) * BYTE)?;
+        let arrived = send_and_arrive(&mut bench, b'?')?;
+        longest = longest.max(report_after(&mut bench, arrived)?);
+        let heard = bench.hear_until(1.0, |line| line == "ok")?;
+        let report = heard.iter().find(|line| line.starts_with('<'));
+        ensure(report.is_some_and(|line| line.ends_with('>')), || {
+            format!("no report between rows: {heard:?}")
+        })?;
+    }
+    let mut figures = Figures::default();
+    figures.add(
+        "? to the first byte of the report",
+        format!("{longest:.0} us at most"),
+    );
+    ensure(longest <= IN_A_LIST_US, || figures.to_string())?;
     Ok(figures)
 }
