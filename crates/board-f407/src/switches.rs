@@ -34,9 +34,15 @@ const BUTTONS: [Option<Input>; 5] = [
     PROFILE.start,
     PROFILE.door,
 ];
+/// The port of the input on each line of EXTI. A pin's number is its line's.
+#[link_section = ".fast_code.banks"]
+static BANKS: [Bank; 16] = WIRED.0;
 /// Lines of EXTI in use, one bit a line.
-const LINES: u16 = {
-    let (mut lines, mut place) = (0, 0);
+const LINES: u16 = WIRED.1;
+/// Lines whose input is inverted, one bit a line.
+const INVERTED: u16 = WIRED.2;
+const WIRED: ([Bank; 16], u16, u16) = {
+    let (mut banks, mut lines, mut inverted, mut place) = ([Bank::A; 16], 0, 0, 0);
     while place < MOTORS + BUTTONS.len() {
         let input = if place < MOTORS {
             PROFILE.limits[place]
@@ -46,25 +52,6 @@ const LINES: u16 = {
         if let Some(input) = input {
             assert!(lines & input.line() == 0, "two inputs on one line of EXTI");
             lines |= input.line();
-        }
-        place += 1;
-    }
-    lines
-};
-
-/// The port of the input on each line of EXTI, and the lines whose input is inverted. A pin's number is its line's.
-#[link_section = ".fast_code.banks"]
-static BANKS: [Bank; 16] = WIRED.0;
-const INVERTED: u16 = WIRED.1;
-const WIRED: ([Bank; 16], u16) = {
-    let (mut banks, mut inverted, mut place) = ([Bank::A; 16], 0, 0);
-    while place < MOTORS + BUTTONS.len() {
-        let input = if place < MOTORS {
-            PROFILE.limits[place]
-        } else {
-            BUTTONS[place - MOTORS]
-        };
-        if let Some(input) = input {
             banks[input.pin.number as usize] = input.pin.bank;
             if input.inverted {
                 inverted |= input.line();
@@ -72,7 +59,7 @@ const WIRED: ([Bank; 16], u16) = {
         }
         place += 1;
     }
-    (banks, inverted)
+    (banks, lines, inverted)
 };
 
 /// The levels that are believed, one bit a line. Written by the switch interrupts.

@@ -25,7 +25,7 @@ const FUNCTION: u8 = 7;
 
 /// Which USART the line is on.
 #[derive(Clone, Copy, PartialEq, Eq)]
-#[allow(dead_code)] // a board uses one of them
+#[allow(dead_code)] // a profile names one of the two; the other is no mistake
 pub(crate) enum Usart {
     /// On APB2.
     Usart1,
