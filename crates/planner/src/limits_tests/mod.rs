@@ -220,6 +220,15 @@ fn a_limit_that_is_broken_by_two_per_cent_is_found() {
     }
 }
 
+/// No limit is broken, and the acceleration across curves is within the setting.
+fn keeps_its_curves(program: &Program) {
+    let worst = run(program, program.config(), &program.config());
+    assert!(
+        worst.as_ref().is_ok_and(|worst| worst.curve < 1.0),
+        "{worst:?}"
+    );
+}
+
 /// From rest there is no stroke before the first one that it could stray from.
 #[test]
 fn a_curve_that_begins_at_rest_is_a_curve_from_its_first_piece_on() {
@@ -261,11 +270,7 @@ fn a_curve_that_ends_at_rest_is_a_curve_up_to_its_last_piece() {
         steps_per_mm: [250; 2],
         rule: CornerRule::Limits,
     };
-    let worst = run(&program, program.config(), &program.config());
-    assert!(
-        worst.as_ref().is_ok_and(|worst| worst.curve < 1.0),
-        "{worst:?}"
-    );
+    keeps_its_curves(&program);
 }
 
 /// The first pieces of the arc are taken for the end of the line: with a strong axis along them, and a weak one across.
@@ -307,11 +312,7 @@ fn a_curve_that_begins_at_a_corner_of_a_line_in_pieces_is_a_curve_from_its_first
             steps_per_mm,
             rule: CornerRule::Limits,
         };
-        let worst = run(&program, program.config(), &program.config());
-        assert!(
-            worst.as_ref().is_ok_and(|worst| worst.curve < 1.0),
-            "{worst:?}"
-        );
+        keeps_its_curves(&program);
     }
 }
 
@@ -332,11 +333,7 @@ fn corners_that_rounding_makes_of_a_curve_leave_it_a_curve() {
         steps_per_mm: [250, 99],
         rule: CornerRule::Limits,
     };
-    let worst = run(&program, program.config(), &program.config());
-    assert!(
-        worst.as_ref().is_ok_and(|worst| worst.curve < 1.0),
-        "{worst:?}"
-    );
+    keeps_its_curves(&program);
 }
 
 /// The override asks for less than can be reached any more; what can be is only as exact as the high speed before.
