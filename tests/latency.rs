@@ -300,6 +300,12 @@ fn is_end(before: State, after: State) -> bool {
         .is_some_and(|end| std::mem::discriminant(&end) == std::mem::discriminant(&after))
 }
 
+/// Of feed, rapids and spindle, per cent.
+fn overrides(session: &Desk<'_>) -> (u8, u8, u8) {
+    let overrides = session.sim.machine().overrides();
+    (overrides.feed, overrides.rapid, overrides.spindle)
+}
+
 #[test]
 fn overrides_change_within_a_millisecond_in_every_situation() {
     for situation in &SITUATIONS {
@@ -318,9 +324,7 @@ fn overrides_change_within_a_millisecond_in_every_situation() {
             in_situation(situation, Rate::NeverWaits, |session| {
                 session.send(0, [byte]);
                 session.wait_us(ACTS);
-                let overrides = session.sim.machine().overrides();
-                let found = (overrides.feed, overrides.rapid, overrides.spindle);
-                assert_eq!(found, expected, "{} {byte:#x}", situation.name);
+                assert_eq!(overrides(session), expected, "{} {byte:#x}", situation.name);
             });
         }
     }
@@ -339,9 +343,7 @@ fn overrides_are_back_at_100_percent_within_a_millisecond_in_every_situation() {
                 session.wait_us(ACTS);
                 session.send(0, [byte]);
                 session.wait_us(ACTS);
-                let overrides = session.sim.machine().overrides();
-                let found = (overrides.feed, overrides.rapid, overrides.spindle);
-                assert_eq!(found, expected, "{} {byte:#x}", situation.name);
+                assert_eq!(overrides(session), expected, "{} {byte:#x}", situation.name);
             });
         }
     }
