@@ -91,6 +91,12 @@ fn a_laser_that_a_line_switches_on_goes_off_with_the_alarm_of_its_move() {
     endure(b"\x4DM3S50G1X5Y2F3000\n3S0\n0");
 }
 
+#[test]
+fn a_laser_under_m3_goes_off_with_the_alarm_of_a_probe() {
+    // Found by the property above: contact before the motion.
+    endure(b"\x2BG91G1Z-2F1000\nM3S500\n\xE3G38.2Z-5F500\n");
+}
+
 fn baud(baud: u32) -> Rate {
     Rate::Baud(NonZeroU32::new(baud).unwrap())
 }

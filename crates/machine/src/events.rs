@@ -107,7 +107,7 @@ where
         self.motion.stop();
         if !matches!(self.state, State::Alarm(_)) {
             self.switch_outputs_off(board);
-            self.raise(Alarm::HardLimit);
+            self.raise(Alarm::HardLimit, board);
         }
     }
 
@@ -326,7 +326,7 @@ where
                 self.motion.forget();
                 self.take_position();
                 self.switch_outputs_off(board);
-                self.raise(Alarm::SoftLimit);
+                self.raise(Alarm::SoftLimit, board);
             }
             State::Idle
             | State::Run

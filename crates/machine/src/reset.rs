@@ -42,7 +42,7 @@ where
         let aborted = self.is_in_motion();
         self.motion.stop();
         if aborted {
-            self.raise(Alarm::AbortedMotion);
+            self.raise(Alarm::AbortedMotion, board);
         }
         self.restart(discard, board, now);
     }
@@ -55,7 +55,7 @@ where
         }
         self.motion.stop();
         self.switch_outputs_off(board);
-        self.raise(Alarm::AbortedMotion);
+        self.raise(Alarm::AbortedMotion, board);
         self.end_cycles();
         self.complete_lines();
         self.take_position();
@@ -107,8 +107,12 @@ where
         self.startup.begin(None);
     }
 
-    /// Locks the machine and says why.
-    pub(crate) fn raise(&mut self, alarm: Alarm) {
+    /// Locks the machine and says why. A laser goes off, until a line after the lock wants it; a spindle goes on, as Grbl's
+    /// does where the alarm alone does not stop it.
+    pub(crate) fn raise<B: Board>(&mut self, alarm: Alarm, board: &mut B) {
+        if self.spindle.is_laser() {
+            self.switch_spindle_off(board);
+        }
         self.last_alarm = Some(alarm);
         self.console
             .broadcast(format_args!("ALARM:{}", alarm.number()));
@@ -127,12 +131,16 @@ where
     /// Spindle and coolant off, for good. At rest or after a stop: the power goes at once, not with the next step, which may be
     /// long in coming. (After a stop the step interrupt puts out none.)
     pub(crate) fn switch_outputs_off<B: Board>(&mut self, board: &mut B) {
+        self.switch_spindle_off(board);
+        self.coolant.restore(board);
+        self.set_coolant(CoolantOutput::default(), board);
+    }
+
+    fn switch_spindle_off<B: Board>(&mut self, board: &mut B) {
         board.set_power(Power::OFF);
         self.want_spindle(&crate::interpreter::Spindle::default());
         self.spindle.restore();
         self.put_out_spindle(board);
-        self.coolant.restore(board);
-        self.set_coolant(CoolantOutput::default(), board);
     }
 
     /// Answers a line on its channel; a startup line on all.

@@ -380,7 +380,7 @@ where
         now: Instant,
     ) {
         self.motion.stop();
-        self.raise(alarm);
+        self.raise(alarm, board);
         if let Some(homing) = self.homing.take() {
             self.answer(homing.origin, Ok(()));
         }

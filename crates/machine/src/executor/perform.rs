@@ -281,7 +281,7 @@ where
     pub(super) fn leave_travel<B: Board>(&mut self, board: &mut B, now: Instant) -> Progress {
         if self.motion.is_idle() {
             self.switch_outputs_off(board);
-            self.raise(Alarm::SoftLimit);
+            self.raise(Alarm::SoftLimit, board);
         } else {
             self.motion.hold();
             self.state = State::Hold(Hold::Stopping {

@@ -33,10 +33,10 @@ where
         now: Instant,
     ) -> Progress {
         match self.executor.wait {
-            Wait::Probe(Probing::Moving) => self.watch_probe(kind),
+            Wait::Probe(Probing::Moving) => self.watch_probe(kind, board),
             Wait::Probe(Probing::Stopping) => {
                 if self.motion.is_at_rest() {
-                    self.end_probe(true, kind);
+                    self.end_probe(true, kind, board);
                     return Progress::Done;
                 }
                 Progress::Wait
@@ -66,7 +66,7 @@ where
         let contact = self.inputs.active(&board.switches()).probe;
         if contact == kind.toward {
             self.interpreter.set_position(self.path_end);
-            self.raise(Alarm::ProbeContactTooEarly);
+            self.raise(Alarm::ProbeContactTooEarly, board);
             return Progress::Done;
         }
         self.inputs.watch_probe(if kind.toward {
@@ -90,23 +90,23 @@ where
         Progress::Wait
     }
 
-    fn watch_probe(&mut self, kind: ProbeKind) -> Progress {
+    fn watch_probe<B: Board>(&mut self, kind: ProbeKind, board: &mut B) -> Progress {
         if self.inputs.latched().is_some() {
             self.motion.hold();
             self.executor.wait = Wait::Probe(Probing::Stopping);
             if self.motion.is_at_rest() {
-                self.end_probe(true, kind);
+                self.end_probe(true, kind, board);
                 return Progress::Done;
             }
         } else if self.motion.is_idle() {
-            self.end_probe(false, kind);
+            self.end_probe(false, kind, board);
             return Progress::Done;
         }
         Progress::Wait
     }
 
     /// Reports a probing motion that has come to rest, and goes on from where it stopped.
-    fn end_probe(&mut self, contact: bool, kind: ProbeKind) {
+    fn end_probe<B: Board>(&mut self, contact: bool, kind: ProbeKind, board: &mut B) {
         let latched = self.inputs.latched();
         self.inputs.watch_probe(ProbeWatch::Off);
         self.motion.forget();
@@ -114,7 +114,7 @@ where
         self.probed.contact = contact;
         match latched {
             Some(steps) if contact => self.probed.position = self.motion.axes(&steps),
-            _ if kind.must_trigger => self.raise(Alarm::ProbeNoContact),
+            _ if kind.must_trigger => self.raise(Alarm::ProbeNoContact, board),
             _ => self.probed.position = self.motion.position(),
         }
         self.report_probe();
