@@ -396,6 +396,24 @@ fn what_was_stored_survives_a_restart() {
 }
 
 #[test]
+fn a_state_file_belongs_to_one_program_at_a_time() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("router.state");
+    {
+        let first = Served::remembering(&file);
+        let second = Served::remembering(&file);
+        assert!(second.said[0].contains("in use"), "{:?}", second.said);
+        assert_eq!(second.connect().say("$110=1"), [""; 0]);
+        assert_eq!(first.connect().say("$111=4321"), [""; 0]);
+    }
+    let third = Served::remembering(&file);
+    assert_eq!(third.said, [""; 0]);
+    let mut client = third.connect();
+    assert_eq!(client.setting("$110").as_deref(), Some("$110=6000.000"));
+    assert_eq!(client.setting("$111").as_deref(), Some("$111=4321.000"));
+}
+
+#[test]
 fn a_state_file_that_cannot_be_used_is_kept_aside_and_said() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("router.state");

@@ -21,6 +21,8 @@ pub enum Note<'a> {
     NoLog(io::Error),
     /// The state file cannot be written.
     NoState(PathBuf, io::Error),
+    /// Another program has the state file.
+    StateInUse(PathBuf),
     /// The state file cannot be read.
     UnreadState(PathBuf, io::Error),
     /// The last change of a setting was not stored completely.
@@ -58,6 +60,13 @@ impl fmt::Display for Note<'_> {
                 write!(
                     f,
                     "{}: settings will not survive, the file cannot be written: {error}",
+                    file.display()
+                )
+            }
+            Self::StateInUse(file) => {
+                write!(
+                    f,
+                    "{}: in use by another `leadscrew serve`: what is set here will not survive; `--state FILE` names another file",
                     file.display()
                 )
             }

@@ -5,12 +5,15 @@ use super::note::Note;
 use super::state_file::{Fault, Found, StateFile};
 use crate::flash::Flash;
 use leadscrew_machine::settings::store::Condition;
+use std::fs::File;
 use std::io;
 
 /// The flash memory and its file.
 pub(super) struct Remembered {
     flash: Flash,
     file: Option<StateFile>,
+    /// Keeps other programs from the file.
+    _claim: Option<File>,
     /// Whether it has been said that the file cannot be written.
     told: bool,
 }
@@ -21,9 +24,11 @@ impl Remembered {
         let flash = file
             .as_ref()
             .map_or_else(Flash::blank, |file| read(file, say));
+        let (file, claim) = claim(file, say);
         Self {
             flash,
             file,
+            _claim: claim,
             told: false,
         }
     }
@@ -62,6 +67,25 @@ impl Remembered {
                 first.then(|| Note::NoState(file.path().to_owned(), error))
             }
         }
+    }
+}
+
+/// The file, if this program may write it.
+fn claim(
+    file: Option<StateFile>,
+    say: &mut dyn FnMut(&Note<'_>),
+) -> (Option<StateFile>, Option<File>) {
+    let Some(file) = file else {
+        return (None, None);
+    };
+    match file.claim() {
+        Ok(None) => {
+            say(&Note::StateInUse(file.path().to_owned()));
+            (None, None)
+        }
+        Ok(claim) => (Some(file), claim),
+        // Where nothing can be claimed, nothing can be written: the first change says so.
+        Err(_) => (Some(file), None),
     }
 }
 

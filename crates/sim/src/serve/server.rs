@@ -33,6 +33,10 @@ const SHOW: Duration = Duration::from_millis(100);
 /// Simulated time between two looks at what clients have sent, cycles.
 const SLICE: u64 = cycles_of_micros(2_000);
 
+/// Simulated time in which a machine starts and says so before a client can be heard, cycles: a client that comes early does
+/// not take that banner for the one that it asks for with 0x18. Eight times what a banner takes at 115200 baud.
+const START: u64 = cycles_of_micros(20_000);
+
 /// Events that are handled before the simulation goes on.
 const EVENTS: usize = 64;
 
@@ -119,8 +123,10 @@ impl<'s> Server<'s> {
         mut glitches: Glitches,
         remembered: &mut Remembered,
     ) -> End {
-        let mut pace = Pace::new(self.speed, (self.around.clock)(), desk.now());
         self.buttons.hold_on(desk);
+        desk.run_until(&mut self.wires, desk.now() + START);
+        self.deliver(desk.now());
+        let mut pace = Pace::new(self.speed, (self.around.clock)(), desk.now());
         while !self.around.stop.load(Ordering::Relaxed) {
             if self.wait(desk.now()) {
                 return End::Restart;

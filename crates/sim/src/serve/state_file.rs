@@ -7,6 +7,7 @@
 //! Written to a file beside it, then renamed: whoever reads it finds the old or the new one.
 
 use std::fmt;
+use std::fs::{File, TryLockError};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
@@ -122,6 +123,21 @@ impl StateFile {
         &self.path
     }
 
+    /// Claims the file for as long as the answer lives; `None` while another program has it. The claim is on a file beside it,
+    /// because each [`StateFile::save`] puts a new file in its place.
+    ///
+    /// # Errors
+    /// Those of making the file beside it.
+    pub(super) fn claim(&self) -> io::Result<Option<File>> {
+        self.make_folder()?;
+        let beside = File::create(self.path.with_added_extension("lock"))?;
+        match beside.try_lock() {
+            Ok(()) => Ok(Some(beside)),
+            Err(TryLockError::WouldBlock) => Ok(None),
+            Err(TryLockError::Error(error)) => Err(error),
+        }
+    }
+
     /// Reads the flash memory, which has `size` bytes. A file that cannot be used gets another name.
     ///
     /// # Errors
@@ -143,16 +159,18 @@ impl StateFile {
     /// # Errors
     /// Those of writing; the file is as before then.
     pub(super) fn save(&self, image: &[u8]) -> io::Result<()> {
-        if let Some(folder) = self.path.parent() {
-            std::fs::create_dir_all(folder)?;
-        }
+        self.make_folder()?;
         let beside = self.path.with_added_extension("new");
-        let mut file = std::fs::File::create(&beside)?;
+        let mut file = File::create(&beside)?;
         file.write_all(MAGIC)?;
         file.write_all(&[VERSION])?;
         file.write_all(image)?;
         file.sync_all()?;
         std::fs::rename(&beside, &self.path)
+    }
+
+    fn make_folder(&self) -> io::Result<()> {
+        self.path.parent().map_or(Ok(()), std::fs::create_dir_all)
     }
 
     /// Gives the file another name.

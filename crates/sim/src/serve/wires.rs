@@ -16,6 +16,12 @@ const SPOIL: [u8; 256] = {
     bytes
 };
 
+/// What the machine answers to a line that is too long: nobody's business where the client is gone that began it.
+const SPOILED: &[u8] = b"error:11\r\n";
+
+/// How the machine's first line after a reset begins: lines before it get no answer any more.
+const BANNER: &[u8] = b"Grbl ";
+
 /// One line.
 #[derive(Debug, Default)]
 struct Wire {
@@ -25,10 +31,28 @@ struct Wire {
     /// Bytes of clients that the machine has taken since [`Wires::taken`].
     taken: usize,
     written: Vec<u8>,
+    /// Answers to spoiled lines that are still to come.
+    spoiled: usize,
     /// The client that gets what the machine writes.
     outlet: Option<Outlet>,
     /// Whether the last byte of the client was in the middle of a line.
     mid_line: bool,
+}
+
+impl Wire {
+    /// Takes the answer to a spoiled line out of what is written, if it is the last line there.
+    fn forget_spoiled(&mut self) {
+        let body = self.written.len() - 1;
+        let end_before = self.written[..body].iter().rposition(|byte| *byte == b'\n');
+        let before = end_before.map_or(0, |end| end + 1);
+        let last = &self.written[before..];
+        if last == SPOILED {
+            self.written.truncate(before);
+            self.spoiled -= 1;
+        } else if last.starts_with(BANNER) {
+            self.spoiled = 0;
+        }
+    }
 }
 
 /// All lines, as the simulated machine's host.
@@ -44,7 +68,6 @@ impl Wires {
     /// A client has come.
     pub(super) fn open(&mut self, line: usize, outlet: Outlet) {
         self.0[line].outlet = Some(outlet);
-        self.0[line].written.clear();
     }
 
     /// A client has sent bytes.
@@ -64,6 +87,7 @@ impl Wires {
         wire.outlet = None;
         if std::mem::take(&mut wire.mid_line) {
             wire.waiting.extend(SPOIL);
+            wire.spoiled += 1;
         }
     }
 
@@ -79,9 +103,15 @@ impl Wires {
         std::mem::take(&mut self.0[line].taken)
     }
 
-    /// What the machine has written since it was asked last.
+    /// What the machine has written since it was asked last; while a spoiled line's answer is to come, whole lines.
     pub(super) fn written(&mut self, line: usize) -> Vec<u8> {
-        std::mem::take(&mut self.0[line].written)
+        let wire = &mut self.0[line];
+        if wire.spoiled == 0 {
+            return std::mem::take(&mut wire.written);
+        }
+        let whole = wire.written.iter().rposition(|byte| *byte == b'\n');
+        let rest = wire.written.split_off(whole.map_or(0, |end| end + 1));
+        std::mem::replace(&mut wire.written, rest)
     }
 
     /// Sends bytes to the client, if there is one; answers whether there was room for them.
@@ -107,6 +137,9 @@ impl Host for Wires {
     fn receive(&mut self, channel: ChannelId, byte: u8, _now: Cycle) {
         if let Some(wire) = self.0.get_mut(usize::from(channel.0)) {
             wire.written.push(byte);
+            if byte == b'\n' && wire.spoiled > 0 {
+                wire.forget_spoiled();
+            }
         }
     }
 }
@@ -126,6 +159,34 @@ mod tests {
         wires.close(0);
         let bytes = all(&mut wires);
         assert!(bytes.starts_with(b"G0X1\nG1X100 (half a com?)XXX") && bytes.ends_with(b"X\n"));
+    }
+
+    fn write(wires: &mut Wires, bytes: &[u8]) -> String {
+        for byte in bytes {
+            wires.receive(ChannelId(0), *byte, Cycle::ZERO);
+        }
+        String::from_utf8(wires.written(0)).unwrap()
+    }
+
+    #[test]
+    fn the_answer_to_a_spoiled_line_is_nobodys_not_even_in_pieces() {
+        let mut wires = Wires::new(1);
+        wires.push(0, b"G0X1\nG1X100");
+        wires.close(0);
+        assert_eq!(write(&mut wires, b"ok\r\nerr"), "ok\r\n");
+        assert_eq!(write(&mut wires, b"or:11\r\n"), "");
+        assert_eq!(write(&mut wires, b"error:11\r\no"), "error:11\r\no");
+        assert_eq!(write(&mut wires, b"k\r\n"), "k\r\n");
+    }
+
+    #[test]
+    fn a_spoiled_line_gets_no_answer_after_a_reset() {
+        let mut wires = Wires::new(1);
+        wires.push(0, b"G1X100");
+        wires.close(0);
+        let banner = "\r\nGrbl 1.1h ['$' for help]\r\n";
+        assert_eq!(write(&mut wires, banner.as_bytes()), banner);
+        assert_eq!(write(&mut wires, b"error:11\r\n"), "error:11\r\n");
     }
 
     #[test]
