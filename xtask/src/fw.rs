@@ -56,20 +56,20 @@ fn print_sizes(elf: &Path) -> Result<(), Failure> {
 
 /// Builds `board-f407` and returns the path of its ELF.
 pub(crate) fn build(toolchain: &Toolchain, arguments: &[String]) -> Result<PathBuf, Failure> {
-    build_with(toolchain, arguments, None)
+    build_with(toolchain, arguments, &[])
 }
 
-/// As [`build`], with a variable of the environment that the firmware reads while it is built, or none.
+/// As [`build`], with variables of the environment that the firmware reads while it is built.
 pub(crate) fn build_with(
     toolchain: &Toolchain,
     arguments: &[String],
-    variable: Option<(&str, &str)>,
+    variables: &[(&str, &str)],
 ) -> Result<PathBuf, Failure> {
     let mut command = toolchain.build(&toolchain::target_dir());
     command
         .args(["-p", "board-f407", "--profile", "firmware"])
         .args(arguments)
-        .envs(variable);
+        .envs(variables.iter().copied());
     shell::run(command.current_dir(toolchain::root()))?;
     Ok(toolchain::firmware_dir().join("board-f407"))
 }

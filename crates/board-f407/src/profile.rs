@@ -14,11 +14,15 @@ mod selected;
 
 pub(crate) use selected::{kinematics, Kinematics, AXES, MOTORS, PROFILE, SETTINGS_SECTORS};
 
-/// The profile's machine, with the options that the board has pins for.
+/// The profile's machine, with the options that the board has pins for. `LEADSCREW_TICK_NS`, where it is set when the firmware
+/// is built, is the least time between ticks: to find out how fast the board can step.
 pub(crate) const fn config() -> MachineConfig<AXES> {
     let mut config = selected::config();
     config.options.door = PROFILE.door.is_some();
     config.options.mist = PROFILE.mist.is_some();
+    if let Some(tick_ns) = number(option_env!("LEADSCREW_TICK_NS")) {
+        config.step_timing.tick_ns = tick_ns;
+    }
     config
 }
 
@@ -92,7 +96,7 @@ pub(crate) struct PowerPin {
     pub(crate) timer: Timer,
     /// 1 to 4.
     pub(crate) channel: u8,
-    /// Frequency in Hz, 50 to 100 000.
+    /// Frequency in Hz, 50 to 100 000, unless the build names another ([`POWER_HZ`]).
     pub(crate) frequency: u32,
 }
 
@@ -105,13 +109,28 @@ pub(crate) fn give_usb_its_pins() {
 }
 
 /// The serial line's rate in bits a second: 115200, or what `LEADSCREW_BAUD` says when the firmware is built.
-pub(crate) const BAUD: u32 = match option_env!("LEADSCREW_BAUD") {
-    Some(text) => match u32::from_str_radix(text, 10) {
-        Ok(baud) => baud,
-        Err(_) => panic!("LEADSCREW_BAUD is no number"),
-    },
+pub(crate) const BAUD: u32 = match number(option_env!("LEADSCREW_BAUD")) {
+    Some(baud) => baud,
     None => 115_200,
 };
+
+/// Frequency of laser or spindle power in Hz, 50 to 100 000: the profile's, or what `LEADSCREW_POWER_HZ` says when the firmware is
+/// built.
+pub(crate) const POWER_HZ: u32 = match number(option_env!("LEADSCREW_POWER_HZ")) {
+    Some(hz) => hz,
+    None => PROFILE.power.frequency,
+};
+
+/// The number that a variable of the build holds, if it is there.
+const fn number(text: Option<&str>) -> Option<u32> {
+    match text {
+        Some(text) => match u32::from_str_radix(text, 10) {
+            Ok(number) => Some(number),
+            Err(_) => panic!("a variable of the build is no number"),
+        },
+        None => None,
+    }
+}
 
 /// The ports of pins, each once, in the order in which they come first; how many they are.
 pub(crate) const fn banks<const N: usize>(pins: [Pin; N]) -> ([Bank; N], usize) {

@@ -9,7 +9,7 @@
 use crate::{
     clock::APB1_TIMER_HZ,
     gpio::Pull,
-    profile::{PowerPin, PROFILE},
+    profile::{PowerPin, POWER_HZ, PROFILE},
 };
 use leadscrew_stepper::{Power, PowerScale};
 use stm32f4::stm32f407::{tim1::RegisterBlock, RCC, TIM1, TIM3, TIM4, TIM8, TIM9};
@@ -66,8 +66,8 @@ impl Timer {
 const OUTPUT: &PowerPin = &PROFILE.power;
 /// Counts in a period before the timer's clock is divided.
 const CYCLES: u32 = {
-    assert!(50 <= OUTPUT.frequency && OUTPUT.frequency <= 100_000);
-    OUTPUT.timer.hz() / OUTPUT.frequency
+    assert!(50 <= POWER_HZ && POWER_HZ <= 100_000);
+    OUTPUT.timer.hz() / POWER_HZ
 };
 /// Divides the timer's clock so far that a period fits 16 bits.
 const PRESCALER: u32 = CYCLES.div_ceil(0xFFFF);
@@ -106,6 +106,16 @@ pub(crate) fn start(rcc: &RCC) {
     }
     timer.cr1().write(|w| w.cen().enabled().arpe().enabled());
     OUTPUT.pin.make_alternate(OUTPUT.function, Pull::Down);
+}
+
+/// Does something with the power off, and puts it back. Main loop, at rest.
+pub(crate) fn off_during<T>(work: impl FnOnce() -> T) -> T {
+    let level = OUTPUT.timer.registers().ccr(CHANNEL);
+    let before = level.read().ccr().bits();
+    level.write(|w| w.ccr().set(0));
+    let done = work();
+    level.write(|w| w.ccr().set(before));
+    done
 }
 
 /// Sets the power at once. Step interrupt; main loop at rest; switch interrupts where steps are stopped.

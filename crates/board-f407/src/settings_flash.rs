@@ -3,7 +3,7 @@
 //! The CPU stands still while the flash is written, since its program is there: 16 µs a word, 100 µs at most (data sheet,
 //! table 40), under 2 ms for the longest record. Bytes that come meanwhile wait where DMA puts them ([`crate::serial`]). Erasing
 //! a sector takes half a second: done at start-up where it is needed, later only where both sectors were filled since.
-use crate::{profile::SETTINGS_SECTORS, watchdog};
+use crate::{profile::SETTINGS_SECTORS, pwm, watchdog};
 use leadscrew_machine::settings::flash::{Area, SettingsStore};
 use stm32f4::stm32f407::FLASH;
 
@@ -167,6 +167,7 @@ impl SettingsStore for Sectors {
             Area::First => SETTINGS_SECTORS.0,
             Area::Second => SETTINGS_SECTORS.1,
         };
-        watchdog::patiently(|| self.erase_sector(sector))
+        // Nobody could switch it off meanwhile.
+        pwm::off_during(|| watchdog::patiently(|| self.erase_sector(sector)))
     }
 }

@@ -34,7 +34,7 @@ pub(crate) fn feed() {
     registers().kr().write(|w| w.key().feed());
 }
 
-/// Does something that takes up to five seconds. Main loop, with the outputs off; has no effect before the start.
+/// Does something that takes up to five seconds. Main loop, with the power off; has no effect before the start.
 pub(crate) fn patiently<T>(work: impl FnOnce() -> T) -> T {
     set(false, LONG_RELOAD);
     let done = work();

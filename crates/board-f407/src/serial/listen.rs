@@ -6,14 +6,15 @@
 use super::{Stream, CHANNEL};
 use crate::{clock::APB1_TIMER_HZ, wake::wake};
 use core::sync::atomic::{AtomicU16, Ordering::Relaxed};
-use leadscrew_machine::protocol::serial::Receiver;
+use leadscrew_machine::protocol::serial::{Receiver, DEFAULT_RX};
 use stm32f4::stm32f407::TIM7;
 
 /// How often the ring is looked at, in microseconds: a realtime byte is seen no later than this. Ten bytes at 2 Mbaud.
 const EVERY_US: u32 = 50;
 
-/// Places of the ring. At 2 Mbaud 400 bytes come in the 2 ms for which the flash may hold the CPU up. A power of two.
-const RING: usize = 512;
+/// Places of the ring. At 2 Mbaud 400 bytes come in the 2 ms for which the flash may hold the CPU up. Where a sector is erased
+/// in mid-run it is half a second, 2 s at most: as many as a sender may have under way unanswered, and 64 realtime bytes.
+const RING: usize = DEFAULT_RX + 64;
 /// In SRAM: DMA does not reach the core coupled memory.
 static ARRIVED: [AtomicU16; RING] = [const { AtomicU16::new(0) }; RING];
 /// Nothing has come here. A byte leaves the upper half zero.

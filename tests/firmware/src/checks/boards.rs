@@ -1,5 +1,8 @@
 //! The builds for other boards: each boots, makes a recorded program's steps at its own pins, homes, and dims its laser.
-use super::{homing::ensure_homes, motion, Figures};
+use super::{
+    homing::{ensure_homes, Belts},
+    motion, Figures,
+};
 use crate::{
     bench::{ensure, Bench, Failure},
     compare,
@@ -16,8 +19,12 @@ use leadscrew_sim::Rate;
 const TRACE: &str = "line_xyz";
 /// Steps from the limit switches; the second motor of Y is askew.
 const AWAY: [i64; 4] = [700, 1300, 411, 1337];
-/// Cycles of a period of power: 10 kHz.
-const PERIOD: u64 = CPU_HZ / 10_000;
+/// Frequencies of power for which the builds are made, Hz, and levels above off at each, as `crates/board-f407/src/pwm.rs` states them:
+/// machine 003 has TIM1 and the SKR 2 TIM9, both on APB2.
+const MACHINE_003_POWER: (u64, u64) = (50, 64_615);
+const SKR_2_POWER: (u64, u64) = (10_000, 16_800);
+const CORE_XY_POWER: (u64, u64) = (1_000, 56_000);
+const DUAL_Y_POWER: (u64, u64) = (100_000, 1_680);
 
 /// The motor that turns with Y where there is a fourth.
 const SECOND_Y: (usize, usize) = (1, 3);
@@ -62,20 +69,23 @@ fn ensure_traces(
     Ok(words)
 }
 
-/// Half of the power is half of the period; spindle and supplies are on.
-fn ensure_outputs(build: &Build) -> Result<(), Failure> {
+/// Half of the power is half of the period, and the whole is always on, each within a level; spindle and supplies are on.
+fn ensure_outputs(build: &Build, (hz, levels): (u64, u64)) -> Result<(), Failure> {
     let mut bench = Bench::boot(build)?;
-    bench.commands("$30=1000\n$31=0\nM3S500\n")?;
-    bench.run_for(0.01)?;
+    bench.commands("$30=1000\n$31=0\n")?;
     let wiring = build.wiring;
-    let duty = bench
-        .machine
-        .duties()
-        .iter()
-        .rev()
-        .find(|duty| duty.pin == wiring.power);
-    let right = duty.is_some_and(|duty| (duty.high, duty.period) == (PERIOD / 2, PERIOD));
-    ensure(right, || format!("power: {duty:?}"))?;
+    let period = CPU_HZ / hz;
+    let level = period / levels;
+    for (speed, expected) in [(500, period / 2), (1000, period), (250, period / 4)] {
+        bench.command(&format!("M3S{speed}"))?;
+        bench.run_for(0.01)?;
+        let mut duties = bench.machine.duties().iter().rev();
+        let duty = duties.find(|duty| duty.pin == wiring.power);
+        let right = duty.is_some_and(|duty| {
+            duty.high.abs_diff(expected) <= level && duty.period.abs_diff(period) <= level
+        });
+        ensure(right, || format!("S{speed} at {hz} Hz: {duty:?}"))?;
+    }
     let high = wiring.high.iter().chain([&wiring.spindle]);
     for pin in high {
         ensure(bench.machine.level(*pin), || format!("{pin} is low"))?;
@@ -86,20 +96,18 @@ fn ensure_outputs(build: &Build) -> Result<(), Failure> {
 /// Everything about one board.
 fn ensure_works<const MOTORS: usize>(
     build: &Build,
+    belts: Belts,
+    power: (u64, u64),
     away: [i64; MOTORS],
     homed: &str,
 ) -> Result<String, Failure> {
-    let traced = ensure_traces(build, Cartesian)?;
-    ensure_outputs(build)?;
-    let homed = ensure_homes(build, away, homed)?;
+    let traced = match belts {
+        Belts::Straight => ensure_traces(build, Cartesian)?,
+        Belts::Crossed => ensure_traces(build, CoreXy)?,
+    };
+    ensure_outputs(build, power)?;
+    let homed = ensure_homes(build, belts, away, homed)?;
     Ok(format!("{traced}{homed}"))
-}
-
-/// Everything about the one with crossed belts but homing, which the simulator alone tries.
-fn ensure_belts_work(build: &Build) -> Result<String, Failure> {
-    let traced = ensure_traces(build, CoreXy)?;
-    ensure_outputs(build)?;
-    Ok(traced)
 }
 
 pub(crate) fn boards(firmware: &Firmware) -> Result<Figures, Failure> {
@@ -108,14 +116,30 @@ pub(crate) fn boards(firmware: &Firmware) -> Result<Figures, Failure> {
     let all = "<Idle|MPos:-1.000,-1.000,-1.000|";
     let only_z = "<Idle|MPos:0.000,0.000,-1.000|";
     let mut figures = Figures::default();
+    let (straight, crossed) = (Belts::Straight, Belts::Crossed);
     for (name, works) in [
         (
             "machine-003",
-            ensure_works(&others.machine_003, [x, y, z], only_z),
+            ensure_works(
+                &others.machine_003,
+                straight,
+                MACHINE_003_POWER,
+                [x, y, z],
+                only_z,
+            ),
         ),
-        ("skr-2", ensure_works(&others.skr_2, [x, y, z], all)),
-        ("core-xy", ensure_belts_work(&others.core_xy)),
-        ("dual-y", ensure_works(&others.dual_y, AWAY, all)),
+        (
+            "skr-2",
+            ensure_works(&others.skr_2, straight, SKR_2_POWER, [x, y, z], all),
+        ),
+        (
+            "core-xy",
+            ensure_works(&others.core_xy, crossed, CORE_XY_POWER, [x, y, z], all),
+        ),
+        (
+            "dual-y",
+            ensure_works(&others.dual_y, straight, DUAL_Y_POWER, AWAY, all),
+        ),
     ] {
         figures.add(
             name,

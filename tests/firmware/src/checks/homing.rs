@@ -5,6 +5,7 @@ use crate::{
     firmware::{Build, Firmware},
     steps::net,
 };
+use std::array::from_fn;
 
 /// Homing in the positive directions, with 1 mm pulled off.
 const SETTINGS: &str = "$0=5\n$22=1\n$24=60\n$25=1200\n$26=20\n$27=1\n$100=250\n$101=250\n$102=250\n$110=2000\n$111=2000\n$112=2000\n$120=500\n$121=500\n$122=500\n";
@@ -16,10 +17,44 @@ const SLACK: i64 = 1;
 /// Cycles between two looks of the carriages: 24 µs.
 const LOOK: u64 = 4_000;
 
+/// How motors move carriages.
+#[derive(Clone, Copy)]
+pub(super) enum Belts {
+    /// Each its own.
+    Straight,
+    /// The first two together: half their sum, half their difference.
+    Crossed,
+}
+
+impl Belts {
+    /// Whether a carriage may stand half a step short of where it seems, 1, or not.
+    fn halves(self) -> i64 {
+        match self {
+            Belts::Straight => 0,
+            Belts::Crossed => 1,
+        }
+    }
+
+    /// How far the carriages have moved, whole steps.
+    fn carry<const MOTORS: usize>(self, motors: [i64; MOTORS]) -> [i64; MOTORS] {
+        let mut carriages = motors;
+        if let (Belts::Crossed, [x, y, ..], [a, b, ..]) =
+            (self, carriages.as_mut_slice(), motors.as_slice())
+        {
+            (*x, *y) = ((a + b).div_euclid(2), (a - b).div_euclid(2));
+        }
+        carriages
+    }
+}
+
 /// Carriages that close their limit switches.
 struct Carriages<const MOTORS: usize> {
-    /// Steps from each switch; closed from 0 on.
+    belts: Belts,
+    /// Where they were at power-up, and where they are: steps from each switch; closed from 0 on.
+    begin: [i64; MOTORS],
     position: [i64; MOTORS],
+    /// Steps of the motors since power-up.
+    motors: [i64; MOTORS],
     /// Step events that are counted already.
     counted: usize,
 }
@@ -29,10 +64,12 @@ impl<const MOTORS: usize> Carriages<MOTORS> {
     fn follow(&mut self, bench: &mut Bench) {
         let moved = net::<MOTORS>(&bench.pins.steps[self.counted..]);
         self.counted = bench.pins.steps.len();
+        self.motors = from_fn(|motor| self.motors[motor] + moved[motor]);
+        let carried = self.belts.carry(self.motors);
+        let now: [i64; MOTORS] = from_fn(|motor| self.begin[motor] + carried[motor]);
         let limits = bench.wiring.limits;
-        for ((position, moved), limit) in self.position.iter_mut().zip(moved).zip(limits) {
-            let before = *position;
-            *position += moved;
+        for ((position, now), limit) in self.position.iter_mut().zip(now).zip(limits) {
+            let before = std::mem::replace(position, now);
             if let (Some(switch), true) = (limit, (before >= 0) != (*position >= 0)) {
                 bench.set(switch.pin, (*position >= 0) == switch.closed);
             }
@@ -43,13 +80,17 @@ impl<const MOTORS: usize> Carriages<MOTORS> {
 /// Homes carriages that are so many steps from their switches; where they are then, steps beyond the switches.
 fn home<const MOTORS: usize>(
     build: &Build,
+    belts: Belts,
     away: [i64; MOTORS],
 ) -> Result<(Bench, [i64; MOTORS]), Failure> {
     let mut bench = Bench::boot(build)?;
     bench.commands(SETTINGS)?;
     bench.pins.clear();
     let mut carriages = Carriages {
+        belts,
+        begin: away.map(|steps| -steps),
         position: away.map(|steps| -steps),
+        motors: [0; MOTORS],
         counted: 0,
     };
     bench.send("$H\n");
@@ -70,14 +111,15 @@ fn home<const MOTORS: usize>(
 /// Homes, and holds the carriages that have a switch against it, the others against where they were; what to say of it.
 pub(super) fn ensure_homes<const MOTORS: usize>(
     build: &Build,
+    belts: Belts,
     away: [i64; MOTORS],
     says: &str,
 ) -> Result<String, Failure> {
-    let (mut bench, position) = home(build, away)?;
+    let (mut bench, position) = home(build, belts, away)?;
     let status = bench.status()?;
     let words = format!("{position:?} steps from the switches, {status}");
     let right = |((position, away), limit): ((&i64, i64), &Option<_>)| match limit {
-        Some(_) => (-PULL_OFF..=SLACK - PULL_OFF).contains(position),
+        Some(_) => (-PULL_OFF - belts.halves()..=SLACK - PULL_OFF).contains(position),
         None => *position == -away,
     };
     let mut all = position.iter().zip(away).zip(build.wiring.limits);
@@ -86,7 +128,12 @@ pub(super) fn ensure_homes<const MOTORS: usize>(
 }
 
 pub(crate) fn homing(firmware: &Firmware) -> Result<Figures, Failure> {
-    let words = ensure_homes(&firmware.usual, AWAY, "<Idle|MPos:-1.000,-1.000,-1.000|")?;
+    let words = ensure_homes(
+        &firmware.usual,
+        Belts::Straight,
+        AWAY,
+        "<Idle|MPos:-1.000,-1.000,-1.000|",
+    )?;
     let mut figures = Figures::default();
     figures.add("three axes", words);
     Ok(figures)

@@ -1,5 +1,5 @@
 //! Settings in the flash: power that is lost at any of its operations.
-use super::Figures;
+use super::{stall, Figures};
 use crate::{
     bench::{ensure, Bench, Failure},
     firmware::{Build, Firmware},
@@ -204,6 +204,7 @@ fn fill(mut bench: Bench) -> Result<(Bench, String), Failure> {
 pub(crate) fn sector_change(firmware: &Firmware) -> Result<Figures, Failure> {
     let mut figures = Figures::default();
     let mut start = with_known(&firmware.fast)?;
+    start.commands("$100=250\nG91G1F3000")?;
     for name in [
         "the spare sector blank",
         "the spare sector full of old records",
@@ -222,6 +223,11 @@ pub(crate) fn sector_change(firmware: &Firmware) -> Result<Figures, Failure> {
             .iter()
             .filter(|operation| operation.erases)
             .count();
+        let waited = stall::ensure_window_survives(&before, &line)?;
+        figures.add(
+            "a full window of lines behind it",
+            format!("none is lost, {:.0} ms", waited / 1000.0),
+        );
         figures.add(
             name,
             format!("{} operations, {erased} of them an erase; {} times the old value, {} times the new one", operations.len(), found.old, found.new),

@@ -8,6 +8,7 @@ use crate::{
     firmware::Firmware,
     pins::LINE,
     steps::net,
+    stream::Stream,
 };
 use leadscrew_f407emu::FlashOperation;
 use std::fmt::Write;
@@ -20,21 +21,35 @@ const STALL_US: f64 = 2_000.0;
 /// poll takes longer.
 const IN_ONE_GO: u64 = 4_000;
 
-/// Moves that come while a record is written: 60 lines, together 1000 steps and more.
-fn moves() -> (String, i64) {
+/// Lines of moves that come while a record is written: together 1000 steps and more.
+const MOVES: usize = 60;
+/// Bytes that a sender may have under way unanswered.
+const WINDOW: usize = Stream::WINDOW;
+
+/// So many moves, and their steps.
+fn moves(count: usize) -> (String, i64) {
     let (mut lines, mut steps) = (String::new(), 0);
-    for index in 1..=60 {
+    for index in 1..=count {
         // 250 steps/mm: 4 µm a step. Writing to a string does not fail.
-        let _ = writeln!(lines, "X{:.3}", f64::from(index % 37 + 1) * 0.004);
-        steps += i64::from(index % 37 + 1);
+        let _ = writeln!(lines, "X{:.3}", (index % 37 + 1) as f64 * 0.004);
+        steps += (index % 37 + 1) as i64;
     }
     (lines, steps)
 }
 
 /// Sends lines, one of which is stored, and at `cycle` (at once where that is past) moves behind them, with a status query
 /// in their midst; how long the main loop waits for the flash at most, µs.
-fn stall(mut bench: Bench, lines: &str, cycle: u64) -> Result<f64, Failure> {
-    let (moves, steps) = moves();
+fn stall(bench: Bench, lines: &str, cycle: u64) -> Result<f64, Failure> {
+    stall_with(moves(MOVES), bench, lines, cycle)
+}
+
+/// The same with other moves: lines, and steps in all.
+fn stall_with(
+    (moves, steps): (String, i64),
+    mut bench: Bench,
+    lines: &str,
+    cycle: u64,
+) -> Result<f64, Failure> {
     let (first, second) = moves.split_at(moves.len() / 2);
     bench.pins.clear();
     bench.send(format!("{lines}\n"));
@@ -63,6 +78,18 @@ fn stall(mut bench: Bench, lines: &str, cycle: u64) -> Result<f64, Failure> {
         format!("{moved:?} steps, not {steps}")
     })?;
     Ok(longest_stall(&bench))
+}
+
+/// As many lines as a sender may have under way behind one whose record asks for an erase: none is lost. How long the main loop
+/// waits, µs. At 250 steps/mm in X, G91 G1.
+pub(super) fn ensure_window_survives(bench: &Bench, line: &str) -> Result<f64, Failure> {
+    let room = WINDOW - line.len() - 1;
+    // Each takes seven bytes with its line feed.
+    let all = moves(room / 7);
+    ensure((room - 7..=room).contains(&all.0.len()), || {
+        format!("{} bytes, not {room}", all.0.len())
+    })?;
+    stall_with(all, bench.clone(), line, 0)
 }
 
 /// The longest time in which the flash was written without a poll of the main loop between, µs.
