@@ -19,7 +19,8 @@ use std::{env, process::ExitCode};
 const USAGE: &str = "usage: cargo xtask COMMAND
     fw [--run] [ARGUMENTS]
                        build the firmware; ARGUMENTS go to `cargo build`; --run flashes it and shows its log (probe-rs)
-    fw-test [NAME...]  run the firmware in an emulated STM32F407; --subset, --list, --planted
+    fw-test [NAME...]  run the firmware in an emulated STM32F407; --subset, --list, --costs,
+                       --highest-rate, --planted
     thumb              build libraries and firmware for the microcontroller; check what is in them
     targets            check the libraries for other processors
     bench COMMAND...   count x86-64 instructions per line; COMMAND says {lines} for their number

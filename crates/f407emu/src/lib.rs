@@ -56,6 +56,7 @@ mod registers;
 mod reset;
 mod timing;
 mod trap;
+mod turns;
 mod warning;
 mod wiring;
 mod world;
@@ -72,4 +73,5 @@ pub use peripheral::{
 pub use record::{Cause, Duty, Edge, FlashOperation, Match, Pin, Profile, Service, Tamper};
 pub use timing::{FlashTiming, Timing};
 pub use trap::{Stop, Trap};
+pub use turns::Turns;
 pub use warning::Warning;

@@ -18,6 +18,7 @@ use crate::{
     reset::Unfinished,
     timing::Timing,
     trap::{Stop, Trap},
+    turns::Turns,
     warning::{Warning, Warnings},
     world::World,
 };
@@ -75,6 +76,7 @@ pub struct Machine {
     pub(crate) tampers: Vec<(u32, Tamper)>,
     pub(crate) resets: Vec<(u64, ResetCause)>,
     pub(crate) profiler: Profiler,
+    pub(crate) turns: Turns,
     /// Cycles spent at each half-word of the flash, where that is recorded.
     spent: Vec<u64>,
     pub(crate) warnings: Warnings,
@@ -116,6 +118,7 @@ impl Machine {
             tampers: Vec::new(),
             resets: Vec::new(),
             profiler: Profiler::new(),
+            turns: Turns::default(),
             spent: Vec::new(),
             warnings: Warnings::default(),
         })
@@ -157,6 +160,7 @@ impl Machine {
             if self.locked.is_some() {
                 self.wait_locked(cycle)?;
             } else if self.cpu.asleep {
+                self.turns.end(self.cycle, self.profiler.spent);
                 self.sleep(cycle);
             } else {
                 self.step()?;

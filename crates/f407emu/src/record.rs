@@ -157,6 +157,8 @@ pub struct Service {
 pub(crate) struct Profiler {
     profiles: Vec<Profile>,
     running: Vec<Running>,
+    /// Cycles of all handlers that are over, since power-on.
+    pub(crate) spent: u64,
     /// Every service, where they are asked for.
     pub(crate) services: Option<Vec<Service>>,
 }
@@ -175,6 +177,7 @@ impl Profiler {
         Profiler {
             profiles: vec![Profile::default(); usize::from(EXCEPTIONS)],
             running: Vec::new(),
+            spent: 0,
             services: None,
         }
     }
@@ -212,6 +215,7 @@ impl Profiler {
         };
         let cycles = exit - running.entry;
         let instructions = instructions - running.instructions;
+        self.spent += cycles - running.nested_cycles;
         if let Some(outer) = self.running.last_mut() {
             outer.nested_cycles += cycles;
             outer.nested_instructions += instructions;
@@ -246,6 +250,7 @@ mod tests {
         assert_eq!((outer.max, outer.instructions), (50, 15));
         assert_eq!(outer.max_with_nested, 150);
         assert_eq!(profiler.profile(Exception::irq(28)).min, 100);
+        assert_eq!(profiler.spent, 150);
     }
 
     #[test]

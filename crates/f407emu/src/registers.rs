@@ -4,7 +4,7 @@ use crate::{
     instruction::Width,
     machine::Machine,
     memory::Low,
-    peripheral::{nvic::Exception, timer_map::INSTANCES},
+    peripheral::{iwdg, nvic::Exception, timer_map::INSTANCES},
     record::Cause,
     warning::Warning,
 };
@@ -139,6 +139,9 @@ impl Machine {
             Device::Timer(index) => self.timer_write(index, offset, value, now, cause),
             Device::Iwdg => {
                 devices.iwdg.write(offset, value, now);
+                if iwdg::is_feeding(offset, value) {
+                    self.begin_turn();
+                }
                 self.reschedule();
             }
             Device::Usb => devices.usb.write(address - USB, value),

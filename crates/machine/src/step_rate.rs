@@ -36,9 +36,9 @@ pub struct StepTiming {
 impl StepTiming {
     /// An STM32F407 at 168 MHz: three motors at 250 kHz with pulses of 1 to 3 µs.
     ///
-    /// Tick: from one tick to the next the step interrupt with three motors, the load of a line's first segment and the end of
-    /// a pulse took 441 cycles together at most in an emulated one (2.6 µs, `cargo fw-test rate`): in whatever order they
-    /// come, a tick every 2.6 µs, 380 kHz, would not be late. 1.4 µs are left for the main loop and the other interrupts. A
+    /// Tick: two thirds of the highest rate at which no tick of three motors was late in an emulated one, 380 kHz
+    /// (`cargo fw-test --highest-rate`): the emulator's cycles are right to within 15 % by judgement, and the main loop needs its
+    /// share. At 250 kHz the step interrupts take 525 of the 672 cycles from one tick to the next at most (`cargo fw-test rate`). A
     /// motor: 20 instructions of 1.65 cycles each, rounded to 0.2 µs. A pulse's end: entry, and 25 instructions before the
     /// last pin is written. Set-up: 650 ns (TI DRV8825, SLVSA73F).
     pub const F407: Self = Self {

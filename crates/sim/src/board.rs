@@ -1,16 +1,18 @@
 //! The simulated board: step timer, pins and serial output, as the firmware's board has them.
 //!
-//! TIM2 counts at [`TIMER_HZ`](crate::clock::TIMER_HZ). Compare 1 holds the next tick, compare 2 the end of the
-//! pulse under way. Both raise one interrupt of the highest priority:
+//! TIM2 counts at [`TIMER_HZ`](crate::clock::TIMER_HZ) and holds the next tick, whose interrupt has the highest priority. One
+//! below it ends the pulse under way, and loads the next segment where a tick finds its own used up:
 //!
 //! ```text
-//!  tick due     step_edge       step_written            step, step_with_segment
-//!     |------------|-----------------|-----------------------|
-//!   entry        pins rise     direction, power, compare   exit
+//!  tick due     step_edge              step           load         pulse over   pulse_edge  pulse_end
+//!     |------------|--------------------|..............|              |------------|-----------|
+//!   entry        pins rise    power, next tick   direction, power,  entry      pins fall     exit
+//!                                                   next tick
 //! ```
 //!
-//! The edges of all ticks lag behind the timer by the same [`Costs::step_edge`], but where the interrupt
-//! before has not ended. New directions go out as the pulse ends, so that no edge finds them moving.
+//! The edges of all ticks lag behind the timer by the same [`Costs::step_edge`], but where the tick
+//! before has not ended. New directions go out as the pulse ends, so that no edge finds them moving. What an interrupt
+//! writes besides the step pins it writes at its end.
 
 use crate::clock::{cycles_of_micros, Cycle, CYCLES_PER_COUNT};
 use crate::contacts::{Contacts, Inputs};
@@ -71,8 +73,12 @@ pub struct SimBoard<O, const MOTORS: usize> {
     /// Parts of a dominant step in each tick of the segment under way; 0 where no tick is due.
     pub(crate) parts_per_tick: u64,
     costs: Costs,
-    /// Begin of the interrupt or poll under way.
+    /// Begin of the tick or poll under way.
     now: Cycle,
+    /// When the interrupt under way writes power and direction.
+    written: Cycle,
+    /// When it arms the next tick at the latest.
+    armed: Cycle,
     /// When the next step interrupt is due.
     step_due: Cycle,
     /// The instant of the tick that was armed last, from which the next one counts.
@@ -121,6 +127,8 @@ impl<O: Observer, const MOTORS: usize> SimBoard<O, MOTORS> {
             parts_per_tick: 0,
             costs,
             now: Cycle::ZERO,
+            written: Cycle::ZERO,
+            armed: Cycle::ZERO,
             step_due: Cycle::NEVER,
             tick_due: Cycle::ZERO,
             pulse_due: Cycle::NEVER,
@@ -167,11 +175,20 @@ impl<O: Observer, const MOTORS: usize> SimBoard<O, MOTORS> {
     #[inline]
     pub(crate) fn begin_step_interrupt(&mut self, now: Cycle) {
         self.now = now;
+        self.written = now + u64::from(self.costs.step);
+        self.armed = now + u64::from(self.costs.step_armed);
         self.counts.dominant_parts += self.parts_per_tick;
         self.counts.ticks += u64::from(self.parts_per_tick != 0);
         if now > self.tick_due {
             self.counts.longest_delay = self.counts.longest_delay.max(now - self.tick_due);
         }
+    }
+
+    /// Begins to load a segment at `start`, behind its tick: registers are written so many cycles later.
+    #[inline]
+    pub(crate) fn begin_load(&mut self, start: Cycle, written: u32) {
+        self.written = start + u64::from(written);
+        self.armed = self.written;
     }
 
     /// Lets the step pins fall, then sets the directions that waited for it.
@@ -259,12 +276,6 @@ impl<O: Observer, const MOTORS: usize> SimBoard<O, MOTORS> {
             self.observer.power(now, power);
         }
     }
-
-    /// When the registers that the step interrupt writes last are written.
-    #[inline]
-    fn written(&self) -> Cycle {
-        self.now + u64::from(self.costs.step_written)
-    }
 }
 
 impl<O: Observer, const MOTORS: usize> StepPort for SimBoard<O, MOTORS> {
@@ -295,32 +306,31 @@ impl<O: Observer, const MOTORS: usize> StepPort for SimBoard<O, MOTORS> {
     fn set_direction(&mut self, negative: MotorMask) {
         self.direction = negative;
         if self.pulse_due == Cycle::NEVER {
-            self.write_direction(self.written());
+            self.write_direction(self.written);
         }
     }
 
     #[inline]
     fn set_power(&mut self, power: Power) {
-        self.put_power(self.written(), power);
+        self.put_power(self.written, power);
     }
 
     #[inline]
     fn set_outputs(&mut self, outputs: Outputs) {
         if outputs != self.outputs {
             self.outputs = outputs;
-            self.observer.outputs(self.written(), outputs);
+            self.observer.outputs(self.written, outputs);
         }
     }
 
     #[inline]
     fn arm(&mut self, wait: Ticks) -> bool {
         self.tick_due = self.tick_due + u64::from(wait.0) * CYCLES_PER_COUNT;
-        let armed = self.now + u64::from(self.costs.step_armed);
-        let late = self.tick_due < armed;
+        let late = self.tick_due < self.armed;
         self.step_due = self.tick_due;
         if late {
-            self.step_due = armed;
-            self.note_late(armed, LateReason::TickPassed);
+            self.step_due = self.armed;
+            self.note_late(self.armed, LateReason::TickPassed);
         }
         late
     }
@@ -328,7 +338,7 @@ impl<O: Observer, const MOTORS: usize> StepPort for SimBoard<O, MOTORS> {
     fn rest(&mut self) {
         self.step_due = Cycle::NEVER;
         self.last_rest = self.now;
-        self.observer.running(self.written(), false);
+        self.observer.running(self.written, false);
     }
 }
 

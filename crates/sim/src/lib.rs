@@ -25,6 +25,7 @@ pub mod event_loop;
 mod flash;
 pub mod link;
 pub mod load;
+pub mod measured;
 pub mod observer;
 pub mod outcome;
 pub mod output;

@@ -1,9 +1,10 @@
 //! Who has the CPU: the step interrupt, other interrupts, or the main loop; and how busy it is.
 //!
 //! ```text
-//!  step timer, pulse end   ====          ====            highest priority, one after the other
-//!  serial, switches            ==                        below it: only their time is counted
-//!  main loop                     ======      ======----  the rest; a poll ends later by what interrupts it
+//!  ticks              ====           ====            highest priority
+//!  pulse end, load        ==   ====|     |====       below it: a tick interrupts it
+//!  serial, switches         ==                       below both: only their time is counted
+//!  main loop                  =               =====  the rest; a poll ends later by what interrupts it
 //! ```
 //!
 //! Busy cycles are collected in slots of a quarter of a millisecond; what does not fit into a slot runs on
@@ -20,7 +21,10 @@ const SLOT: u64 = CPU_HZ / 1000 / SLOTS as u64;
 /// The CPU's time table.
 #[derive(Clone, Debug)]
 pub struct Cpu {
-    interrupt_until: Cycle,
+    /// A tick is under way until then.
+    tick_until: Cycle,
+    /// A tick, the end of a pulse or a segment's load is under way until then.
+    timer_until: Cycle,
     main_until: Cycle,
     /// Busy cycles put into slots.
     busy: u64,
@@ -52,7 +56,8 @@ impl Cpu {
     /// Makes the table of a CPU that has not run yet.
     pub const fn new() -> Self {
         Self {
-            interrupt_until: Cycle::ZERO,
+            tick_until: Cycle::ZERO,
+            timer_until: Cycle::ZERO,
             main_until: Cycle::ZERO,
             busy: 0,
             pending: 0,
@@ -64,20 +69,35 @@ impl Cpu {
         }
     }
 
-    /// When a timer interrupt that is due at `due` begins: then, or once the one under way has ended.
+    /// When a tick that is due at `due` begins: then, or once the one under way has ended.
     #[inline]
-    pub fn timer_start(&self, due: Cycle) -> Cycle {
-        due.max(self.interrupt_until)
+    pub fn tick_start(&self, due: Cycle) -> Cycle {
+        due.max(self.tick_until)
     }
 
-    /// Charges a timer interrupt that begins at `start`.
+    /// When the end of a pulse that is due at `due`, or a segment's load, begins: then, or once neither a tick nor another of
+    /// its own kind is under way.
     #[inline]
-    pub fn charge_timer(&mut self, start: Cycle, cycles: u32) {
-        self.interrupt_until = start + u64::from(cycles);
+    pub fn untimed_start(&self, due: Cycle) -> Cycle {
+        due.max(self.timer_until)
+    }
+
+    /// Charges a tick that begins at `start`: it lengthens the end of a pulse that it interrupts.
+    #[inline]
+    pub fn charge_tick(&mut self, start: Cycle, cycles: u32) {
+        self.tick_until = start + u64::from(cycles);
+        self.timer_until = self.timer_until.max(start) + u64::from(cycles);
         self.charge_interrupt(start, cycles);
     }
 
-    /// Charges an interrupt of lower priority: it lengthens the poll under way.
+    /// Charges the end of a pulse, or a segment's load, that begins at `start`.
+    #[inline]
+    pub fn charge_untimed(&mut self, start: Cycle, cycles: u32) {
+        self.timer_until = start + u64::from(cycles);
+        self.charge_interrupt(start, cycles);
+    }
+
+    /// Charges an interrupt: it lengthens the poll under way.
     #[inline]
     pub fn charge_interrupt(&mut self, start: Cycle, cycles: u32) {
         if self.main_until > start {
@@ -89,7 +109,7 @@ impl Cpu {
     /// When the main loop can go on, if it is woken at `wake`.
     #[inline]
     pub fn main_start(&self, wake: Cycle) -> Cycle {
-        wake.max(self.main_until).max(self.interrupt_until)
+        wake.max(self.main_until).max(self.timer_until)
     }
 
     /// Charges a poll that begins at `start`.
@@ -152,11 +172,23 @@ mod tests {
     fn an_interrupt_lengthens_the_poll_that_it_interrupts_and_no_other() {
         let mut cpu = Cpu::new();
         cpu.charge_main(Cycle(100), 1000);
-        cpu.charge_timer(Cycle(500), 200);
+        cpu.charge_tick(Cycle(500), 200);
         assert_eq!(cpu.main_start(Cycle(0)), Cycle(1300));
-        cpu.charge_timer(Cycle(2000), 200);
+        cpu.charge_tick(Cycle(2000), 200);
         assert_eq!(cpu.main_start(Cycle(0)), Cycle(2200));
-        assert_eq!(cpu.timer_start(Cycle(2100)), Cycle(2200));
+        assert_eq!(cpu.tick_start(Cycle(2100)), Cycle(2200));
+    }
+
+    #[test]
+    fn a_tick_interrupts_the_end_of_a_pulse_and_not_the_other_way_round() {
+        let mut cpu = Cpu::new();
+        cpu.charge_untimed(Cycle(100), 60);
+        assert_eq!(cpu.tick_start(Cycle(120)), Cycle(120));
+        cpu.charge_tick(Cycle(120), 200);
+        assert_eq!(cpu.untimed_start(Cycle(130)), Cycle(360));
+        assert_eq!(cpu.main_start(Cycle(0)), Cycle(360));
+        cpu.charge_tick(Cycle(1000), 200);
+        assert_eq!(cpu.untimed_start(Cycle(1100)), Cycle(1200));
     }
 
     #[test]
@@ -164,7 +196,7 @@ mod tests {
         let mut cpu = Cpu::new();
         // Half busy during the second of four milliseconds.
         for k in 0..100 {
-            cpu.charge_timer(Cycle(MS + k * MS / 100), (MS / 200) as u32);
+            cpu.charge_tick(Cycle(MS + k * MS / 100), (MS / 200) as u32);
         }
         let load = cpu.load(Cycle(4 * MS));
         assert!((load.mean - 0.125).abs() < 1e-9);
@@ -183,8 +215,8 @@ mod tests {
     #[test]
     fn a_long_rest_is_passed_in_one_go() {
         let mut cpu = Cpu::new();
-        cpu.charge_timer(Cycle(0), 100);
-        cpu.charge_timer(Cycle(u64::MAX / 4), 100);
+        cpu.charge_tick(Cycle(0), 100);
+        cpu.charge_tick(Cycle(u64::MAX / 4), 100);
         assert_eq!(cpu.busy + cpu.pending, 200);
     }
 }

@@ -1,4 +1,4 @@
-//! The timer's interrupts in simulated time: the same [`on_timer`] as on the board, and the ends of pulses.
+//! The step interrupts in simulated time: the same [`on_tick`] and [`load`] as on the board, and the ends of pulses.
 
 use crate::board::{SimBoard, PARTS};
 use crate::clock::Cycle;
@@ -7,7 +7,7 @@ use crate::load::Cpu;
 use crate::observer::{Observer, Taken};
 use crate::trouble::LateReason;
 use heapless::spsc::Consumer;
-use leadscrew_stepper::{on_timer, Segment, Shared, StepInterrupt};
+use leadscrew_stepper::{load, on_tick, Segment, Shared, StepInterrupt};
 
 /// The step interrupt's end of everything.
 pub(crate) struct Stepping<'a, const MOTORS: usize> {
@@ -63,12 +63,13 @@ impl<'a, const MOTORS: usize> Stepping<'a, MOTORS> {
             board.parts_per_tick = 0;
         }
         while board.timer_due() <= horizon {
-            let step_start = cpu.timer_start(board.step_due());
-            // Where both are pending, the handler ends the pulse first.
-            if board.pulse_due() <= step_start {
-                let start = cpu.timer_start(board.pulse_due());
-                board.end_pulse(start + u64::from(self.costs.pulse_edge));
-                cpu.charge_timer(start, self.costs.pulse_end);
+            let step_start = cpu.tick_start(board.step_due());
+            let pulse_start = cpu.untimed_start(board.pulse_due());
+            // A tick comes first. One that would interrupt the end of a pulse before its edge does not come: ticks are a
+            // pulse and 1 µs apart at least (`StepTiming`).
+            if pulse_start < step_start {
+                board.end_pulse(pulse_start + u64::from(self.costs.pulse_edge));
+                cpu.charge_untimed(pulse_start, self.costs.pulse_end);
             } else if self.step(board, cpu, step_start) || board.switches_moved {
                 return Ran::Wake(step_start);
             }
@@ -91,11 +92,21 @@ impl<'a, const MOTORS: usize> Stepping<'a, MOTORS> {
             self.ticks_left -= 1;
         }
         board.begin_step_interrupt(start);
-        on_timer(&mut self.interrupt, &mut self.segments, self.shared, board);
+        let loads = on_tick(&mut self.interrupt, &mut self.segments, self.shared, board);
+        cpu.charge_tick(start, self.costs.step);
+        if loads {
+            let start = cpu.untimed_start(start);
+            let costs = &self.costs;
+            let (cycles, written) = match self.segments.peek() {
+                Some(_) => (costs.load, costs.load),
+                None => (costs.run_out, costs.run_out_dark),
+            };
+            board.begin_load(start, written);
+            load(&mut self.interrupt, &mut self.segments, self.shared, board);
+            cpu.charge_untimed(start, cycles);
+        }
         if takes {
-            self.taken(board, cpu, start);
-        } else {
-            cpu.charge_timer(start, self.costs.step);
+            self.taken(board, start);
         }
         takes
     }
@@ -112,11 +123,10 @@ impl<'a, const MOTORS: usize> Stepping<'a, MOTORS> {
         };
     }
 
-    /// Charges a step interrupt that has taken a segment, or come to rest where there was none.
+    /// Notes that a segment was taken, or that motion came to rest where there was none.
     #[inline(never)]
-    fn taken<O: Observer>(&mut self, board: &mut SimBoard<O, MOTORS>, cpu: &mut Cpu, start: Cycle) {
+    fn taken<O: Observer>(&mut self, board: &mut SimBoard<O, MOTORS>, start: Cycle) {
         board.parts_per_tick = self.next_parts;
-        cpu.charge_timer(start, self.costs.step_with_segment);
         if self.shared.underruns() != self.underruns {
             self.underruns = self.shared.underruns();
             board.note_late(start, LateReason::Underrun);
@@ -260,12 +270,30 @@ mod tests {
     }
 
     #[test]
-    fn ticks_too_close_for_the_cpu_are_late_and_none_is_lost() {
-        let bench = run(1, &[line([100, 0], Smoothing::None, 150, true)], || ());
+    fn a_tick_that_is_due_before_its_segment_is_loaded_is_late_and_finds_the_pin_still_high() {
+        let counts = (Costs::F407.step + Costs::F407.load - 20) / CYCLES_PER_COUNT as u32;
+        let bench = run(
+            1,
+            &[line([9, 0], Smoothing::None, counts, false); 10],
+            || (),
+        );
+        assert_eq!(bench.shared.late_ticks(), 10);
+        assert_eq!(bench.board.late.count(), 11); // and the end of all segments
+        assert_eq!(bench.shared.position(), [90, 0]);
+        // The end of the pulse waits for the load, the late tick does not. The first one comes out of rest.
+        assert_eq!(bench.board.plant.position(), [81, 0]);
+        assert_eq!(bench.board.violations.count(), 9);
+    }
+
+    #[test]
+    fn ticks_too_close_for_the_cpu_are_late_and_leave_pulses_no_time_to_end() {
+        let counts = (Costs::F407.step_armed - 20) / CYCLES_PER_COUNT as u32;
+        let bench = run(1, &[line([100, 0], Smoothing::None, counts, true)], || ());
         assert_eq!(bench.board.late.count(), 100);
         assert_eq!(bench.shared.late_ticks(), 100);
-        assert_eq!(bench.board.plant.position(), [100, 0]);
-        assert!(bench.board.violations.is_empty());
+        assert_eq!(bench.shared.position(), [100, 0]);
+        assert!(bench.board.plant.position()[0] < 100);
+        assert!(!bench.board.violations.is_empty());
         assert!(bench.cpu.load(bench.board.last_rest).mean > 0.5);
     }
 

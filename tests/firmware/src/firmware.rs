@@ -95,6 +95,11 @@ impl Firmware {
         })
     }
 
+    /// The build that caps no step rate, at 2 Mbaud: `cargo fw-test --highest-rate` makes it.
+    pub(crate) fn uncapped(folder: &str) -> Result<Build, Failure> {
+        Build::read(&Path::new(folder).join("uncapped"), &DISCOVERY, FAST_BAUD)
+    }
+
     /// The same with a fault.
     pub(crate) fn with(&self, fault: Fault) -> Self {
         let mut faulty = self.clone();

@@ -28,9 +28,15 @@ use crate::{
     firmware::Firmware,
     planted::PLANTED,
 };
-use std::{env, process::ExitCode, sync::Mutex, thread, time::Instant};
+use std::{env, fs, process::ExitCode, sync::Mutex, thread, time::Instant};
 
-const USAGE: &str = "usage: fw-test FOLDER [--subset | --list | --planted [WORD] | NAME...]";
+const USAGE: &str =
+    "usage: fw-test FOLDER [--subset | --list | --costs | --highest-rate | --planted [WORD] | NAME...]";
+/// What `--costs` writes.
+const COSTS: &str = concat!(
+    env!("CARGO_MANIFEST_DIR"),
+    "/../../crates/sim/src/measured.rs"
+);
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = env::args().skip(1).collect();
@@ -43,7 +49,16 @@ fn main() -> ExitCode {
         CHECKS.iter().for_each(|check| println!("{check}"));
         return ExitCode::SUCCESS;
     }
-    match Firmware::read(folder).and_then(|firmware| run(&tasks(&firmware, names)?)) {
+    let done = Firmware::read(folder).and_then(|firmware| match names {
+        ["--costs"] => Ok(fs::write(COSTS, checks::costs::source(&firmware)?)?),
+        ["--highest-rate"] => {
+            let found = checks::rate::highest(&Firmware::uncapped(folder)?)?;
+            println!("{found}");
+            Ok(())
+        }
+        names => run(&tasks(&firmware, names)?),
+    });
+    match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
             eprintln!("error: {failure}");

@@ -29,6 +29,11 @@ pub const LSI_FASTEST_HZ: u32 = 47_000;
 /// What it is typically, in Hz.
 pub const LSI_TYPICAL_HZ: u32 = 32_000;
 
+/// Whether a word written at `offset` from 0x40003000 feeds the watchdog.
+pub(crate) fn is_feeding(offset: u32, value: u32) -> bool {
+    (offset, value) == (0, FEED)
+}
+
 /// A value on its way into the watchdog's own clock.
 #[derive(Clone, Copy, Debug)]
 struct Arriving {

@@ -1,13 +1,16 @@
 //! What is checked, by name.
 mod boards;
+pub(crate) mod costs;
 mod endings;
 mod homing;
+mod interrupts;
 mod motion;
 mod outputs;
 mod planting;
 mod power_loss;
 mod probe;
 mod raster;
+pub(crate) mod rate;
 mod realtime;
 mod stall;
 mod start_up;
@@ -108,6 +111,12 @@ pub(crate) const CHECKS: &[Check] = &[
         run: timing::step_interrupt,
     },
     Check {
+        name: "costs",
+        what: "what the simulator charges its CPU is what the firmware takes, within 10 %",
+        subset: true,
+        run: costs::costs,
+    },
+    Check {
         name: "jitter",
         what: "step edges against the schedule at every ratio of period to pulse: at most 40 cycles",
         subset: true,
@@ -115,9 +124,9 @@ pub(crate) const CHECKS: &[Check] = &[
     },
     Check {
         name: "rate",
-        what: "three motors at 250 kHz with the shortest pulses: no late event",
+        what: "three motors at 250 kHz with the shortest pulses: no late event; faster settings are told so",
         subset: true,
-        run: timing::highest_rate,
+        run: rate::at_the_cap,
     },
     Check {
         name: "reset-byte",
@@ -211,7 +220,7 @@ pub(crate) const CHECKS: &[Check] = &[
     },
     Check {
         name: "boards",
-        what: "the builds for other boards: boot, a recorded program to the tick, homing (a second motor is squared)",
+        what: "the builds for other boards: boot, a recorded program to the tick, homing (a second motor is squared), power at 50 Hz to 100 kHz",
         subset: true,
         run: boards::boards,
     },

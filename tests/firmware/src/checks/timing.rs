@@ -1,31 +1,30 @@
 //! How exactly and how fast the step interrupt works.
-use super::Figures;
+use super::{
+    interrupts::{middle_and_most, Interrupts},
+    Figures,
+};
 use crate::{
     bench::{ensure, fail, Bench, Failure},
     firmware::{Build, Firmware},
-    pins::{CPU_HZ, CYCLES_PER_COUNT, PULSE_IRQ, STEP_IRQ},
+    pins::{CPU_HZ, CYCLES_PER_COUNT, STEP_IRQ},
     steps::{jitter, net, Step},
     stream::Stream,
 };
-use leadscrew_f407emu::{Exception, Service};
+use leadscrew_f407emu::Exception;
 
 /// The most that a step edge may be off the timer's schedule, cycles.
 const JITTER: u32 = 40;
 /// The most that a pulse may be longer than it is set, µs.
 const PROLONGED_US: f64 = 1.0;
 /// The most that a step interrupt may take from entry to exit, cycles.
-const INTERRUPT: u64 = 180;
-/// The step rate of three motors that must be kept up, steps/s.
-const RATE: f64 = 250_000.0;
-/// A setting that asks for more: it is capped, steps/s.
-const FASTER: f64 = 400_000.0;
+pub(super) const INTERRUPT: u64 = 180;
 
 /// The longest that step events of these jobs may be apart, s: the first from rest comes after sqrt(2 s/a) = 1.4 ms, with
 /// 1/250 mm and the least acceleration, 2000 mm/s²; halfway there is a stop at most. A tick that was lost leaves 51 s.
 const LONGEST_GAP: f64 = 0.01;
 
 /// Three motors at 250 steps/mm and up to `rate` steps/s, with the acceleration in mm/s² and the pulse width in µs.
-fn settings(pulse_us: u32, rate: f64, acceleration: u32) -> String {
+pub(super) fn settings(pulse_us: u32, rate: f64, acceleration: u32) -> String {
     let feed = rate / 250.0 * 60.0;
     let axis = |axis: u32| {
         format!(
@@ -124,7 +123,7 @@ fn ensure_exact(bench: &mut Bench, pulse_us: u32) -> Result<(), Failure> {
 }
 
 /// The highest rate, over eight step events, steps/s.
-fn fastest(steps: &[Step]) -> f64 {
+pub(super) fn fastest(steps: &[Step]) -> f64 {
     let spans = steps.windows(9).map(|window| window[8].due - window[0].due);
     let shortest = spans.min().unwrap_or(u64::MAX).max(1);
     8.0 * CPU_HZ as f64 / (shortest * CYCLES_PER_COUNT) as f64
@@ -137,81 +136,23 @@ fn longest_gap(steps: &[Step]) -> f64 {
 }
 
 /// Motion never stands still.
-fn ensure_no_gap(steps: &[Step]) -> Result<(), Failure> {
+pub(super) fn ensure_no_gap(steps: &[Step]) -> Result<(), Failure> {
     let gap = longest_gap(steps);
     ensure(gap <= LONGEST_GAP, || {
         format!("no step event for {gap:.4} s: a tick was lost")
     })
 }
 
-/// Step interrupts in which three motors stepped, and those that ended a pulse and nothing else.
-fn interrupts(bench: &Bench) -> (Vec<Service>, Vec<Service>) {
-    let edges = &bench.pins.steps;
-    let steps = |service: &Service| {
-        let next = edges.partition_point(|step| step.edge() < service.entry);
-        edges.get(next).filter(|step| step.edge() < service.exit)
-    };
-    let all = bench.machine.services().iter();
-    let of = |irq| {
-        let exception = Exception::irq(irq);
-        all.clone()
-            .filter(move |service| service.exception == exception)
-    };
-    let ticks = of(STEP_IRQ);
-    let stepping = ticks.filter(|service| steps(service).is_some_and(|step| step.motors == 0b111));
-    // Without those that a tick has interrupted.
-    let ends = of(PULSE_IRQ).filter(|service| steps(service).is_none());
-    (stepping.copied().collect(), ends.copied().collect())
-}
-
-/// What is further from a tick than this is the start after a rest, cycles: 0.1 ms.
-const REST: u64 = 16_800;
-
-/// The most that the interrupts of steps, ends of pulses and segments take from one tick to the next, cycles: were ticks any
-/// closer, one would be late.
-fn busiest(bench: &Bench) -> u64 {
-    let of = |irq| {
-        let exception = Exception::irq(irq);
-        let services = bench.machine.services().iter();
-        services.filter(move |service| service.exception == exception)
-    };
-    let ticks: Vec<&Service> = of(STEP_IRQ).collect();
-    let mut busy: Vec<u64> = ticks.iter().map(|tick| tick.exit - tick.entry).collect();
-    for end in of(PULSE_IRQ) {
-        let next = ticks.partition_point(|tick| tick.entry < end.entry);
-        let nested = ticks.get(next).filter(|tick| tick.exit <= end.exit);
-        let length = end.exit - end.entry - nested.map_or(0, |tick| tick.exit - tick.entry);
-        let before = next.checked_sub(1);
-        let follows = |tick: &&Service| end.entry - tick.entry < REST;
-        if before.and_then(|tick| ticks.get(tick)).is_some_and(follows) {
-            if let Some(busy) = before.and_then(|tick| busy.get_mut(tick)) {
-                *busy += length;
-            }
-        }
-    }
-    busy.into_iter().max().unwrap_or(0)
-}
-
 /// The longest service of the step interrupt so far, cycles.
-fn longest_tick(bench: &Bench) -> u64 {
+pub(super) fn longest_tick(bench: &Bench) -> u64 {
     bench.machine.profile(Exception::irq(STEP_IRQ)).max
 }
 
-fn longest(services: &[Service]) -> u64 {
-    let lengths = services.iter().map(|service| service.exit - service.entry);
-    lengths.max().unwrap_or(0)
-}
-
-fn mean(services: &[Service]) -> f64 {
-    let lengths = services.iter().map(|service| service.exit - service.entry);
-    lengths.sum::<u64>() as f64 / services.len().max(1) as f64
-}
-
 /// Width of the pulses that [`busy_with_three_motors`] makes, µs.
-const PULSE_US: u32 = 3;
+pub(super) const PULSE_US: u32 = 3;
 
 /// Three motors together up to 100 000 steps/s and back, power changing at every tick, with cold caches.
-fn busy_with_three_motors(firmware: &Firmware) -> Result<Bench, Failure> {
+pub(super) fn busy_with_three_motors(firmware: &Firmware) -> Result<Bench, Failure> {
     let mut bench = Bench::boot(&firmware.usual)?;
     bench.cold();
     bench.ignore_power();
@@ -228,96 +169,29 @@ fn busy_with_three_motors(firmware: &Firmware) -> Result<Bench, Failure> {
 /// No step interrupt takes longer than it may, those included whose segment is used up.
 pub(crate) fn step_interrupt(firmware: &Firmware) -> Result<Figures, Failure> {
     let bench = busy_with_three_motors(firmware)?;
-    let (stepping, others) = interrupts(&bench);
-    let mut lengths: Vec<u64> = stepping.iter().map(|s| s.exit - s.entry).collect();
-    lengths.sort_unstable();
+    let Interrupts {
+        stepping,
+        loads,
+        ends,
+        ..
+    } = Interrupts::of(&bench);
     let mut figures = Figures::default();
-    let share = |part: usize| {
-        lengths
-            .get(lengths.len() * part / 1000)
-            .copied()
-            .unwrap_or(0)
+    let mut add = |what: &str, lengths: &[u64]| {
+        let (middle, most) = middle_and_most(lengths);
+        let count = lengths.len();
+        figures.add(
+            what,
+            format!("{middle} cycles in the middle, {most} at most, {count} interrupts"),
+        );
     };
-    figures.add(
-        "three motors step, entry to exit",
-        format!(
-            "{} to {} cycles, median {}, 99 % below {}, {} interrupts",
-            share(0),
-            longest_tick(&bench),
-            share(500),
-            share(990),
-            stepping.len()
-        ),
-    );
-    figures.add(
-        "a pulse ends, or a segment is loaded",
-        format!(
-            "{:.0} cycles in the mean, {} at most",
-            mean(&others),
-            longest(&others)
-        ),
-    );
+    add("three motors step, entry to exit", &stepping);
+    add("a segment is loaded", &loads);
+    add("a pulse ends", &ends);
     if stepping.is_empty() {
         return fail("no interrupt with three motors stepping");
     }
     ensure(longest_tick(&bench) <= INTERRUPT, || {
         format!("more than {INTERRUPT} cycles\n{figures}")
-    })?;
-    Ok(figures)
-}
-
-/// Three motors as fast as they may with the shortest pulse, for a second.
-pub(crate) fn highest_rate(firmware: &Firmware) -> Result<Figures, Failure> {
-    let mut bench = Bench::boot(&firmware.fast)?;
-    bench.ignore_power();
-    let pulse = if bench.say("$0=1")? == ["ok"] { 1 } else { 3 };
-    bench.commands(&settings(pulse, FASTER, 5000))?;
-    bench.pins.clear();
-    bench.machine.clear_records();
-    bench.machine.record_services();
-    let slept = bench.machine.slept();
-    let began = bench.machine.cycle();
-    bench.stream(&Stream::new("G91M4S500\nG1X1200Y1200Z1200F200000\n").polling(0.1))?;
-    let busy =
-        1.0 - (bench.machine.slept() - slept) as f64 / (bench.machine.cycle() - began) as f64;
-    let steps = &bench.pins.steps;
-    let late = steps.iter().filter(|step| step.late).count();
-    ensure_no_gap(steps)?;
-    let (_, others) = interrupts(&bench);
-    let mut figures = Figures::default();
-    figures.add(
-        format!("three motors, pulses of {pulse} us"),
-        format!(
-            "{:.0} steps/s, {} step events, {late} late, jitter {} cycles",
-            fastest(steps),
-            steps.len(),
-            jitter(steps)
-        ),
-    );
-    let busiest = busiest(&bench);
-    figures.add(
-        "longest interrupt of a step, of a pulse's end or a segment",
-        format!("{} and {} cycles", longest_tick(&bench), longest(&others)),
-    );
-    figures.add(
-        "most from one tick to the next",
-        format!(
-            "{busiest} of {} cycles: no tick would be late up to {:.0} steps/s",
-            CPU_HZ as f64 / RATE,
-            CPU_HZ as f64 / busiest as f64
-        ),
-    );
-    figures.add(
-        "CPU in the mean of the whole job",
-        format!("{:.0} %", 100.0 * busy),
-    );
-    let rate = fastest(steps);
-    ensure(
-        late == 0 && (0.999 * RATE..=1.001 * RATE).contains(&rate),
-        || figures.to_string(),
-    )?;
-    ensure(longest_tick(&bench) <= INTERRUPT, || {
-        format!("a step interrupt of more than {INTERRUPT} cycles\n{figures}")
     })?;
     Ok(figures)
 }

@@ -1,0 +1,58 @@
+//! What the firmware took on an emulated STM32F407, in cycles. Written by `cargo fw-test --costs`: do not edit.
+
+/// From the timer's compare to the edge of the step pins: the middle one.
+pub const STEP_EDGE: u32 = 54;
+
+/// A tick at which three motors step and power changes: the middle one.
+pub const STEP: u32 = 173;
+
+/// The same: the longest.
+pub const STEP_MOST: u32 = 173;
+
+/// To load a segment: the middle one.
+pub const LOAD: u32 = 269;
+
+/// The same: the longest, the first of a line.
+pub const LOAD_MOST: u32 = 362;
+
+/// To come to rest where no segment is left.
+pub const RUN_OUT: u32 = 178;
+
+/// From the begin of that to the power's being off.
+pub const RUN_OUT_DARK: u32 = 122;
+
+/// From the end of a pulse's time to the fall of the step pins: the shortest.
+pub const PULSE_EDGE: u32 = 41;
+
+/// To end a pulse: the middle one.
+pub const PULSE_END: u32 = 73;
+
+/// The interrupts of a switch's edge and of the end of its filter's time.
+pub const SWITCHES: u32 = 608;
+
+/// To receive a byte of a line of 2 Mbaud that never rests.
+pub const BYTE_IN: u32 = 48;
+
+/// To send a byte of `ok`.
+pub const BYTE_OUT: u32 = 65;
+
+/// A turn of the main loop at rest.
+pub const POLL: u32 = 3675;
+
+/// A byte taken from the receive queue, or given to the sender.
+pub const BYTE: u32 = 71;
+
+/// A line of seven words, none of them a place, checked and interpreted, and answered.
+pub const LINE: u32 = 2029;
+
+/// A move planned, and its words: in the mean of a thousand.
+pub const PLANNED_MOVE: u32 = 2736;
+
+/// A segment made, in the mean of a thousand moves, and what finds no room for one.
+pub const SEGMENT: u32 = 2465;
+
+/// A queued move whose time is added up for a report.
+pub const TIMED: u32 = 349;
+
+/// A status report.
+pub const REPORT: u32 = 10440;

@@ -1,0 +1,354 @@
+//! What the firmware's CPU is busy with, in cycles: what the simulator charges its own. `cargo fw-test --costs` writes it to
+//! `crates/sim/src/measured.rs`; the check `costs` holds that file against the firmware as it is.
+//!
+//! Interrupts are seen one by one. The main loop's work is told apart by jobs of which each adds one kind of it to those
+//! before: so many cycles more are its own.
+use super::{
+    interrupts::{middle_and_most, Interrupts},
+    stopping::moving,
+    timing, Figures,
+};
+use crate::{
+    bench::{ensure, fail, Bench, Failure},
+    firmware::Firmware,
+    pins::LIMIT,
+    stream::Stream,
+};
+use leadscrew_f407emu::{Exception, Profile};
+use leadscrew_sim::measured;
+use std::fmt::Write;
+
+/// Interrupts of a switch (EXTI4) and of the end of its time (TIM5), of the serial line's listener (TIM7) and sender (DMA1
+/// stream 6).
+const EDGE_IRQ: u8 = 10;
+const SETTLED_IRQ: u8 = 50;
+const LISTENER_IRQ: u8 = 55;
+const SENDER_IRQ: u8 = 17;
+/// How far a figure may be off the one written down, per cent: another compiler moves them a little.
+const OFF_PERCENT: u64 = 10;
+
+/// Lines of a job; they fit the queue of planned moves.
+const MANY: usize = 1000;
+/// Status reports that are asked for.
+const REPORTS: usize = 50;
+/// By how many bytes some lines are longer than others.
+const LONGER: usize = 64;
+/// A move that lasts while the queue is filled behind it: 1 s.
+const SLOW: &str = "G1X-0.5F30";
+/// Bytes of `ok`, carriage return and line feed.
+const OK: usize = 4;
+/// A feed that three axes follow, and reports with the time left.
+const SETTINGS: &str =
+    "$0=3\n$10=9\n$100=80\n$101=80\n$110=60000\n$111=60000\n$120=2000\n$121=2000\n";
+
+/// One figure of `measured.rs`.
+struct Cost {
+    name: &'static str,
+    what: &'static str,
+    measured: u64,
+    written: u32,
+}
+
+macro_rules! cost {
+    ($name:ident, $what:literal, $measured:expr) => {
+        Cost {
+            name: stringify!($name),
+            what: $what,
+            measured: $measured,
+            written: measured::$name,
+        }
+    };
+}
+
+fn profile(bench: &Bench, irq: u8) -> &Profile {
+    bench.machine.profile(Exception::irq(irq))
+}
+
+/// Of three motors that step together, with cold caches.
+fn of_steps(firmware: &Firmware) -> Result<Vec<Cost>, Failure> {
+    let bench = timing::busy_with_three_motors(firmware)?;
+    let interrupts = Interrupts::of(&bench);
+    let latencies = bench.pins.steps.iter().map(|step| step.latency.into());
+    let (edge, _) = middle_and_most(&latencies.collect::<Vec<u64>>());
+    let (step, step_most) = middle_and_most(&interrupts.stepping);
+    let (load, load_most) = middle_and_most(&interrupts.loads);
+    let (end, _) = middle_and_most(&interrupts.ends);
+    let (run_out, dark) = at_the_end(&bench, &interrupts)?;
+    let width = u64::from(timing::PULSE_US) * 168;
+    let fall = bench.pins.extremes.pulse.saturating_sub(width);
+    Ok(vec![
+        cost!(
+            STEP_EDGE,
+            "From the timer's compare to the edge of the step pins: the middle one",
+            edge
+        ),
+        cost!(
+            STEP,
+            "A tick at which three motors step and power changes: the middle one",
+            step
+        ),
+        cost!(STEP_MOST, "The same: the longest", step_most),
+        cost!(LOAD, "To load a segment: the middle one", load),
+        cost!(
+            LOAD_MOST,
+            "The same: the longest, the first of a line",
+            load_most
+        ),
+        cost!(RUN_OUT, "To come to rest where no segment is left", run_out),
+        cost!(
+            RUN_OUT_DARK,
+            "From the begin of that to the power's being off",
+            dark
+        ),
+        cost!(
+            PULSE_EDGE,
+            "From the end of a pulse's time to the fall of the step pins: the shortest",
+            fall
+        ),
+        cost!(PULSE_END, "To end a pulse: the middle one", end),
+    ])
+}
+
+/// What the end of motion takes, and from its begin to the laser's going off in it.
+fn at_the_end(bench: &Bench, interrupts: &Interrupts) -> Result<(u64, u64), Failure> {
+    let duty = bench.machine.duties().last();
+    match (&interrupts.run_out, duty) {
+        (Some(service), Some(duty))
+            if duty.high == 0 && (service.entry..service.exit).contains(&duty.cycle) =>
+        {
+            Ok((service.exit - service.entry, duty.cycle - service.entry))
+        }
+        _ => fail(format!("motion does not end in the dark: {duty:?}")),
+    }
+}
+
+/// Of a limit switch, with cold caches.
+fn of_switches(firmware: &Firmware) -> Result<Cost, Failure> {
+    let mut bench = moving(&firmware.usual, 0.1)?;
+    bench.cold();
+    bench.machine.clear_records();
+    bench.set(LIMIT[0], false);
+    bench.hear_until(0.1, |line| line == "ALARM:1")?;
+    let both = profile(&bench, EDGE_IRQ).max + profile(&bench, SETTLED_IRQ).max;
+    Ok(cost!(
+        SWITCHES,
+        "The interrupts of a switch's edge and of the end of its filter's time",
+        both
+    ))
+}
+
+/// What a stretch of time took of the main loop.
+#[derive(Clone, Copy)]
+struct Spent {
+    cycles: u64,
+    turns: u64,
+    /// Segments that were loaded, and so as many that were made.
+    segments: u64,
+}
+
+impl Spent {
+    /// What `job` takes.
+    fn on(
+        bench: &mut Bench,
+        job: impl FnOnce(&mut Bench) -> Result<(), Failure>,
+    ) -> Result<Spent, Failure> {
+        bench.pins.clear();
+        bench.machine.clear_records();
+        let before = bench.machine.turns();
+        job(bench)?;
+        let after = bench.machine.turns();
+        Ok(Spent {
+            cycles: after.cycles - before.cycles,
+            turns: after.count - before.count,
+            segments: Interrupts::of(bench).loads.len() as u64,
+        })
+    }
+}
+
+/// Cycles of the looks at the serial line, without what they found.
+fn idle_listening(bench: &Bench) -> u64 {
+    let listener = profile(bench, LISTENER_IRQ);
+    listener.count * listener.min
+}
+
+fn lines(of: impl Fn(usize) -> String) -> String {
+    (0..MANY).map(|number| of(number) + "\n").collect()
+}
+
+/// What the main loop's kinds of work take, cycles: each is known once those before it are.
+#[derive(Default)]
+struct Work {
+    poll: u64,
+    byte: u64,
+    line: u64,
+    report: u64,
+    segment: u64,
+}
+
+impl Work {
+    /// What is left of a stretch of time, for each of so many things, once all else is paid.
+    fn rest_of(&self, spent: Spent, lines: usize, bytes: usize, things: usize) -> u64 {
+        let known = spent.turns * self.poll
+            + spent.segments * self.segment
+            + bytes as u64 * self.byte
+            + lines as u64 * self.line;
+        spent.cycles.saturating_sub(known) / things.max(1) as u64
+    }
+}
+
+/// Sends lines, and waits for their answers.
+fn send(text: &str) -> impl FnOnce(&mut Bench) -> Result<(), Failure> + '_ {
+    |bench| Stream::new(text).send_all(bench)
+}
+
+/// Asks for [`REPORTS`] status reports; their bytes.
+fn ask(bench: &mut Bench) -> Result<usize, Failure> {
+    let mut bytes = 0;
+    for _ in 0..REPORTS {
+        bytes += bench.status()?.len() + 2;
+    }
+    Ok(bytes)
+}
+
+/// Lets the machine move until it rests: no step is as far from the next one.
+fn run_out(bench: &mut Bench) -> Result<(), Failure> {
+    bench.send("~");
+    loop {
+        let steps = bench.pins.steps.len();
+        bench.run_for(0.1)?;
+        if bench.pins.steps.len() == steps {
+            return Ok(());
+        }
+    }
+}
+
+/// Of the serial line at 2 Mbaud and of the main loop.
+fn of_main_loop(firmware: &Firmware) -> Result<Vec<Cost>, Failure> {
+    let mut bench = Bench::boot(&firmware.fast)?;
+    bench.commands(SETTINGS)?;
+    bench.run_for(0.1)?;
+    bench.machine.record_services();
+    let mut work = Work::default();
+
+    let rest = Spent::on(&mut bench, |bench| bench.run_for(0.5))?;
+    work.poll = rest.cycles / rest.turns.max(1);
+
+    let short = lines(|_| "()".into());
+    let long = lines(|_| format!("({})", "-".repeat(LONGER)));
+    let few = Spent::on(&mut bench, send(&short))?;
+    let many = Spent::on(&mut bench, send(&long))?;
+    let received = profile(&bench, LISTENER_IRQ).total - idle_listening(&bench);
+    let byte_in = received / long.len() as u64;
+    let byte_out = profile(&bench, SENDER_IRQ).total / (OK * MANY) as u64;
+    let few = work.rest_of(few, 0, 0, MANY);
+    work.byte = work.rest_of(many, 0, 0, MANY).saturating_sub(few) / LONGER as u64;
+
+    let program = lines(|_| "G21G90G54G94M9F1500.5".into());
+    let spent = Spent::on(&mut bench, send(&program))?;
+    work.line = work.rest_of(spent, 0, program.len() + OK * MANY, MANY);
+
+    let mut bytes = 0;
+    let spent = Spent::on(&mut bench, |bench| ask(bench).map(|sent| bytes = sent))?;
+    work.report = work.rest_of(spent, 0, bytes, REPORTS);
+
+    let program = lines(|number| {
+        let (x, y) = (number as f64 * 0.3, (number % 5) as f64 * 0.02);
+        format!("G1X{x:.3}Y{y:.3}F9000")
+    });
+    bench.command(SLOW)?;
+    let planning = Spent::on(&mut bench, send(&program))?;
+    bench.send("!");
+    bench.wait_for("Hold:0", 1.0)?;
+    let spent = Spent::on(&mut bench, |bench| ask(bench).map(|sent| bytes = sent))?;
+    let timing = work.rest_of(spent, 0, bytes, REPORTS);
+    let timed = timing.saturating_sub(work.report) / MANY as u64;
+
+    let moving = Spent::on(&mut bench, run_out)?;
+    work.segment = work.rest_of(moving, 0, 0, moving.segments as usize);
+    let bytes = program.len() + OK * MANY;
+    let planned = work.rest_of(planning, MANY, bytes, MANY);
+
+    Ok(vec![
+        cost!(
+            BYTE_IN,
+            "To receive a byte of a line of 2 Mbaud that never rests",
+            byte_in
+        ),
+        cost!(BYTE_OUT, "To send a byte of `ok`", byte_out),
+        cost!(POLL, "A turn of the main loop at rest", work.poll),
+        cost!(
+            BYTE,
+            "A byte taken from the receive queue, or given to the sender",
+            work.byte
+        ),
+        cost!(
+            LINE,
+            "A line of seven words, none of them a place, checked and interpreted, and answered",
+            work.line
+        ),
+        cost!(
+            PLANNED_MOVE,
+            "A move planned, and its words: in the mean of a thousand",
+            planned
+        ),
+        cost!(
+            SEGMENT,
+            "A segment made, in the mean of a thousand moves, and what finds no room for one",
+            work.segment
+        ),
+        cost!(
+            TIMED,
+            "A queued move whose time is added up for a report",
+            timed
+        ),
+        cost!(REPORT, "A status report", work.report),
+    ])
+}
+
+fn measure(firmware: &Firmware) -> Result<Vec<Cost>, Failure> {
+    let mut all = of_steps(firmware)?;
+    all.push(of_switches(firmware)?);
+    all.append(&mut of_main_loop(firmware)?);
+    Ok(all)
+}
+
+/// The text of `measured.rs`.
+pub(crate) fn source(firmware: &Firmware) -> Result<String, Failure> {
+    let mut text = String::from(
+        "//! What the firmware took on an emulated STM32F407, in cycles. Written by `cargo fw-test --costs`: do not edit.\n",
+    );
+    for Cost {
+        name,
+        what,
+        measured,
+        ..
+    } in measure(firmware)?
+    {
+        // Writing to a string does not fail.
+        let _ = write!(text, "\n/// {what}.\npub const {name}: u32 = {measured};\n");
+    }
+    Ok(text)
+}
+
+/// What is written down is what is measured.
+pub(crate) fn costs(firmware: &Firmware) -> Result<Figures, Failure> {
+    let mut figures = Figures::default();
+    let mut off = Vec::new();
+    for Cost {
+        name,
+        what,
+        measured,
+        written,
+    } in measure(firmware)?
+    {
+        let written = u64::from(written);
+        figures.add(what, format!("{measured} cycles"));
+        if measured.abs_diff(written) * 100 > written * OFF_PERCENT {
+            off.push(format!("{name}, {written}"));
+        }
+    }
+    ensure(off.is_empty(), || {
+        format!("not as written: {off:?}; `cargo fw-test --costs` writes them anew\n{figures}")
+    })?;
+    Ok(figures)
+}

@@ -1,0 +1,90 @@
+//! The services of the step interrupts, told apart: ticks, loads of a segment, ends of pulses.
+use crate::{
+    bench::Bench,
+    pins::{PULSE_IRQ, STEP_IRQ},
+};
+use leadscrew_f407emu::{Exception, Service};
+
+/// What is further from a tick than this is the start after a rest, cycles: 0.1 ms.
+const REST: u64 = 16_800;
+/// Ticks that are so near each other may come too late, cycles: 168 000 a second.
+const FAST: u64 = 1_000;
+/// A load follows its tick at once: so many cycles after it at most. A pulse is over later than that.
+const AT_ONCE: u64 = 12;
+
+/// Lengths of services in cycles, without what interrupted them, in order of time.
+#[derive(Default)]
+pub(super) struct Interrupts {
+    /// Ticks at which three motors stepped.
+    pub(super) stepping: Vec<u64>,
+    /// What loaded a segment, behind a tick.
+    pub(super) loads: Vec<u64>,
+    /// What found none to load, behind the last tick of all.
+    pub(super) run_out: Option<Service>,
+    /// What ended a pulse, and no tick interrupted.
+    pub(super) ends: Vec<u64>,
+    /// The most that all of them took from one tick to the next, where that is near.
+    pub(super) busiest: u64,
+}
+
+impl Interrupts {
+    /// Of all services that a bench has recorded.
+    pub(super) fn of(bench: &Bench) -> Interrupts {
+        let services = |irq| {
+            let exception = Exception::irq(irq);
+            let all = bench.machine.services().iter();
+            all.filter(move |service| service.exception == exception)
+        };
+        let edges = &bench.pins.steps;
+        let all_step = |tick: &&Service| {
+            let next = edges.partition_point(|step| step.edge() < tick.entry);
+            let step = edges.get(next).filter(|step| step.edge() < tick.exit);
+            step.is_some_and(|step| step.motors == 0b111)
+        };
+        let ticks: Vec<&Service> = services(STEP_IRQ).collect();
+        let stepping = ticks.iter().copied().filter(all_step).map(length);
+        let mut interrupts = Interrupts {
+            stepping: stepping.collect(),
+            ..Interrupts::default()
+        };
+        let mut busy: Vec<u64> = ticks.iter().copied().map(length).collect();
+        for untimed in services(PULSE_IRQ) {
+            let next = ticks.partition_point(|tick| tick.entry < untimed.entry);
+            let Some(before) = next.checked_sub(1) else {
+                continue;
+            };
+            let nested = ticks.get(next).filter(|tick| tick.exit <= untimed.exit);
+            let taken = length(untimed) - nested.copied().map_or(0, length);
+            let since = untimed.entry - ticks[before].exit;
+            if since < REST {
+                busy[before] += taken;
+            }
+            if since <= AT_ONCE {
+                match next < ticks.len() {
+                    true => interrupts.loads.push(taken),
+                    false => interrupts.run_out = Some(*untimed),
+                }
+            } else if nested.is_none() && since < REST {
+                interrupts.ends.push(taken);
+            }
+        }
+        let fast = |pair: &&[&Service]| pair[1].entry - pair[0].entry < FAST;
+        let pairs = ticks.windows(2).zip(busy);
+        let at_speed = pairs.filter(|(pair, _)| fast(pair)).map(|(_, busy)| busy);
+        interrupts.busiest = at_speed.max().unwrap_or(0);
+        interrupts
+    }
+}
+
+fn length(service: &Service) -> u64 {
+    service.exit - service.entry
+}
+
+/// The middle of some lengths, and the longest; 0 where there are none.
+pub(super) fn middle_and_most(lengths: &[u64]) -> (u64, u64) {
+    let mut lengths = lengths.to_vec();
+    lengths.sort_unstable();
+    let middle = lengths.get(lengths.len() / 2).copied();
+    let most = lengths.last().copied();
+    (middle.unwrap_or(0), most.unwrap_or(0))
+}
