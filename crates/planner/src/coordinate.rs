@@ -109,7 +109,8 @@ impl StepsPerMm {
 
     /// The coordinate nearest to `steps`; the origin where the scale is 0.
     ///
-    /// Not for the path of a line: a 128-bit division.
+    /// Not for the path of a line: a 128-bit division. Not inlined: it is a kilobyte, and there are as many calls as motors.
+    #[inline(never)]
     pub fn coordinate(self, steps: i32) -> Coordinate {
         const STEP: i128 = 1_000_000_000_000_000_000;
         let scale = i128::from(self.0);

@@ -144,7 +144,7 @@ impl Carry {
         self.settle(interval >> level, 0, ticks, duration)
     }
 
-    fn settle(
+    pub(crate) fn settle(
         &mut self,
         first: u64,
         change: i64,

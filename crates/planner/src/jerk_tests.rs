@@ -72,7 +72,10 @@ proptest! {
         let (mut wait, mut event) = events.next().unwrap();
         let (mut before, mut at) = (motion(&rig), rig.player.now);
         loop {
-            let segment = rig.step();
+            let mut segment = rig.step();
+            while !rig.segmenter.at_step() {
+                segment = rig.step();
+            }
             let (now, elapsed) = (motion(&rig), (rig.player.now - at) as f64 / 84e6);
             let change = (now.1 - before.1).abs();
             // A step that the profile begins or ends in has its jerk in less than the step's time.

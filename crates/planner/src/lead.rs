@@ -32,6 +32,9 @@ pub const LONGEST_LEAD: u32 = 1000;
 pub struct PowerLead<const MOTORS: usize> {
     /// Timer counts.
     lead: u64,
+    /// What was taken last: timer counts of a segment of whole step events, or of the parts of one; and whether it is whole.
+    last: u64,
+    whole: bool,
     waiting: Deque<Segment<MOTORS>, WAITING>,
 }
 
@@ -56,6 +59,8 @@ impl<const MOTORS: usize> PowerLead<MOTORS> {
     pub const fn new() -> Self {
         Self {
             lead: 0,
+            last: 0,
+            whole: true,
             waiting: Deque::new(),
         }
     }
@@ -109,20 +114,22 @@ impl<const MOTORS: usize> PowerLead<MOTORS> {
     /// Forgets what waits: after a reset or a jog cancel.
     pub fn clear(&mut self) {
         self.waiting.clear();
+        self.whole = true;
     }
 
     /// Takes segments until they cover what the front's first tick takes its power from, or none comes, or one as long as the last
     /// has no room; the first one always.
     fn fill(&mut self, room: u64, mut source: impl FnMut() -> Option<Segment<MOTORS>>) {
         let mut covered: u64 = self.waiting.iter().map(duration).sum();
-        let mut last = self.waiting.back().map_or(0, duration);
         while !self.waiting.is_full()
             && covered <= self.waiting.front().map_or(0, |front| self.reach(front))
-            && (self.waiting.is_empty() || covered + last <= room)
+            && (self.waiting.is_empty() || !self.whole || covered + self.last <= room)
         {
             let Some(segment) = source() else { return };
-            last = duration(&segment);
-            covered += last;
+            let lasts = duration(&segment);
+            covered += lasts;
+            self.last = if self.whole { lasts } else { self.last + lasts };
+            self.whole = segment.ends_event;
             // There is room.
             let _ = self.waiting.push_back(segment);
         }

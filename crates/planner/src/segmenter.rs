@@ -78,7 +78,7 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
         running.begin_pixel(|| planner.take_pixel());
         let timing = Timing::new(planner.config());
         let outlook = planner.outlook();
-        if running.outlook != Some(outlook) {
+        if running.outlook != Some(outlook) && running.at_step() {
             running.plan(aim(self.mode, planner, outlook), timing);
             running.outlook = Some(outlook);
             planner.commit(running.exit_v2());
@@ -163,6 +163,12 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
         self.running
             .as_ref()
             .map(|running| (running.profile(), running.done()))
+    }
+
+    /// Whether what was handed out ends with a whole step event.
+    #[cfg(test)]
+    pub(crate) fn at_step(&self) -> bool {
+        self.running.as_ref().is_none_or(Running::at_step)
     }
 
     fn is_moving(&self) -> bool {

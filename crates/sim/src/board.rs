@@ -70,8 +70,8 @@ pub struct SimBoard<O, const MOTORS: usize> {
     pub(crate) switches_moved: bool,
     /// Whether the counted position and the plant's have to be put side by side anew.
     pub(crate) rewired: bool,
-    /// Parts of a dominant step in each tick of the segment under way; 0 where no tick is due.
-    pub(crate) parts_per_tick: u64,
+    /// Parts of a dominant step in each tick of the segment under way; `None` where no tick is due.
+    pub(crate) parts_per_tick: Option<u64>,
     costs: Costs,
     /// Begin of the tick or poll under way.
     now: Cycle,
@@ -124,7 +124,7 @@ impl<O: Observer, const MOTORS: usize> SimBoard<O, MOTORS> {
             contacts: Inputs::new(contacts),
             switches_moved: false,
             rewired: false,
-            parts_per_tick: 0,
+            parts_per_tick: None,
             costs,
             now: Cycle::ZERO,
             written: Cycle::ZERO,
@@ -177,8 +177,10 @@ impl<O: Observer, const MOTORS: usize> SimBoard<O, MOTORS> {
         self.now = now;
         self.written = now + u64::from(self.costs.step);
         self.armed = now + u64::from(self.costs.step_armed);
-        self.counts.dominant_parts += self.parts_per_tick;
-        self.counts.ticks += u64::from(self.parts_per_tick != 0);
+        if let Some(parts) = self.parts_per_tick {
+            self.counts.dominant_parts += parts;
+            self.counts.ticks += 1;
+        }
         if now > self.tick_due {
             self.counts.longest_delay = self.counts.longest_delay.max(now - self.tick_due);
         }

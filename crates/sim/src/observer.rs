@@ -27,8 +27,10 @@ pub struct StepEvent {
 pub struct Taken<'a> {
     /// The steps of each motor in the move that begins with it, whichever way; `None` where the one under way goes on.
     pub line: Option<&'a [u32]>,
-    /// Steps of the dominant motor in it.
+    /// Steps of the dominant motor that end in it: 0 in the parts of one before the last.
     pub step_events: u32,
+    /// Whether a whole step ends with it.
+    pub ends_event: bool,
     /// Power in its first and its last tick, as shares of full power.
     pub power: [f64; 2],
 }
@@ -66,9 +68,9 @@ pub trait Observer {
     /// A move of the program is planned.
     #[inline]
     fn move_planned(&mut self, planned: &PlannedMove<'_>) {}
-    /// The main loop has made a segment.
+    /// The main loop has made so many segments, at the end of the last of which motion stands like that.
     #[inline]
-    fn segment_made(&mut self, committed: &Committed) {}
+    fn segments_made(&mut self, segments: u32, committed: &Committed) {}
     /// The step interrupt takes a segment, or comes to rest: segments are taken in the order in which they were made.
     #[inline]
     fn segment_taken(&mut self, cycle: Cycle, taken: Option<&Taken<'_>>) {}
@@ -110,7 +112,7 @@ macro_rules! forward {
         forward!(@method $self $observers spindle(cycle: Cycle, output: SpindleOutput));
         forward!(@method $self $observers coolant(cycle: Cycle, output: CoolantOutput));
         forward!(@method $self $observers move_planned(planned: &PlannedMove<'_>));
-        forward!(@method $self $observers segment_made(committed: &Committed));
+        forward!(@method $self $observers segments_made(segments: u32, committed: &Committed));
         forward!(@method $self $observers segment_taken(cycle: Cycle, taken: Option<&Taken<'_>>));
         forward!(@method $self $observers refused(cycle: Cycle, fault: &LineFault));
         forward!(@method $self $observers configured(cycle: Cycle, port: &PortConfig));

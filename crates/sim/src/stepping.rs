@@ -18,7 +18,7 @@ pub(crate) struct Stepping<'a, const MOTORS: usize> {
     /// Ticks that the segment under way still has: for so many interrupts none is taken.
     ticks_left: u16,
     /// Parts of a dominant step in each tick of the segment that is being taken.
-    next_parts: u64,
+    next_parts: Option<u64>,
     underruns: u32,
 }
 
@@ -43,7 +43,7 @@ impl<'a, const MOTORS: usize> Stepping<'a, MOTORS> {
             shared,
             costs,
             ticks_left: 0,
-            next_parts: 0,
+            next_parts: None,
             underruns: 0,
         }
     }
@@ -60,7 +60,7 @@ impl<'a, const MOTORS: usize> Stepping<'a, MOTORS> {
         if self.shared.is_stopped() {
             // From now on, every interrupt throws the tick that was due and a segment away.
             self.ticks_left = 0;
-            board.parts_per_tick = 0;
+            board.parts_per_tick = None;
         }
         while board.timer_due() <= horizon {
             let step_start = cpu.tick_start(board.step_due());
@@ -118,8 +118,8 @@ impl<'a, const MOTORS: usize> Stepping<'a, MOTORS> {
         let taken = next.map(taken);
         board.observer.segment_taken(start, taken.as_ref());
         (self.ticks_left, self.next_parts) = match next {
-            Some(segment) => (segment.ticks.get() - 1, PARTS >> segment.smoothing.level()),
-            None => (0, 0),
+            Some(segment) => (segment.ticks.get() - 1, Some(parts_per_tick(segment))),
+            None => (0, None),
         };
     }
 
@@ -134,6 +134,15 @@ impl<'a, const MOTORS: usize> Stepping<'a, MOTORS> {
     }
 }
 
+/// What a tick of `segment` is of a step of the dominant motor, in [`PARTS`]; all of it in the last part of one.
+fn parts_per_tick<const MOTORS: usize>(segment: &Segment<MOTORS>) -> u64 {
+    if segment.ends_event {
+        PARTS >> segment.smoothing.level()
+    } else {
+        0
+    }
+}
+
 /// Full power in the units of a power's bits.
 const FULL_POWER: f64 = (1u32 << 31) as f64;
 
@@ -144,7 +153,8 @@ fn taken<const MOTORS: usize>(segment: &Segment<MOTORS>) -> Taken<'_> {
     let rise = f64::from(segment.power_change.to_bits()) * f64::from(ticks - 1);
     Taken {
         line: segment.line.as_ref().map(|line| line.steps().as_slice()),
-        step_events: u32::from(ticks) >> segment.smoothing.level(),
+        step_events: segment.step_events(),
+        ends_event: segment.ends_event,
         power: [first / FULL_POWER, (first + rise) / FULL_POWER],
     }
 }
@@ -160,7 +170,7 @@ mod tests {
     use heapless::spsc::Queue;
     use leadscrew_machine::board::{Board, PortConfig};
     use leadscrew_stepper::{
-        Interval, IntervalChange, Line, Outputs, Power, PowerChange, Smoothing,
+        Early, Interval, IntervalChange, Line, MotorMask, Outputs, Power, PowerChange, Smoothing,
     };
     use std::num::NonZeroU16;
 
@@ -182,7 +192,9 @@ mod tests {
             line: Some(line),
             ticks: NonZeroU16::new(ticks as u16).unwrap(),
             smoothing,
-            early: smoothing,
+            motors: MotorMask::ALL,
+            ends_event: true,
+            early: Early::half_a_tick(smoothing),
             interval: Interval::from_num(counts),
             interval_change: IntervalChange::ZERO,
             power: Power::OFF,

@@ -5,8 +5,8 @@
 use core::num::NonZeroU16;
 use heapless::spsc::Queue;
 use leadscrew_stepper::{
-    on_timer, Interval, IntervalChange, Line, MotorMask, Outputs, Power, PowerChange, Segment,
-    Shared, Smoothing, StepInterrupt, StepPort, Ticks,
+    on_timer, Early, Interval, IntervalChange, Line, MotorMask, Outputs, Power, PowerChange,
+    Segment, Shared, Smoothing, StepInterrupt, StepPort, Ticks,
 };
 
 /// A port that draws one character a millisecond for each motor.
@@ -50,7 +50,9 @@ fn main() {
         line: Some(line),
         ticks: NonZeroU16::new(48).expect("48 is not 0"),
         smoothing: Smoothing::Fourfold,
-        early: Smoothing::Fourfold,
+        motors: MotorMask::ALL,
+        ends_event: true,
+        early: Early::half_a_tick(Smoothing::Fourfold),
         interval: Interval::from_num(6 * COUNTS_PER_MS),
         interval_change: IntervalChange::from_num(-120),
         power: Power::OFF,

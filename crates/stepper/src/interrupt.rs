@@ -1,6 +1,6 @@
 //! The body of the step interrupt, shared by board and simulator.
 
-use crate::{Line, MotorMask, Power, Segment, Shared, Smoothing, StepPort, Stepper, Ticks};
+use crate::{Early, Line, MotorMask, Power, Segment, Shared, StepPort, Stepper, Ticks};
 use heapless::spsc::Consumer;
 
 /// What the step interrupt keeps between calls.
@@ -188,7 +188,7 @@ fn arm<P: StepPort, const MOTORS: usize>(
 fn begin<P: StepPort, const MOTORS: usize>(
     interrupt: &mut StepInterrupt<MOTORS>,
     line: &Line<MOTORS>,
-    early: Smoothing,
+    early: Early,
     port: &mut P,
 ) {
     interrupt.stepper.begin(line, early);
@@ -249,6 +249,7 @@ fn rest<P: StepPort, const MOTORS: usize>(power: Power, shared: &Shared<MOTORS>,
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Smoothing;
     use crate::{Interval, IntervalChange, Outputs, PowerChange, PowerScale};
     use core::num::NonZeroU16;
     use heapless::spsc::Queue;
@@ -296,7 +297,9 @@ mod tests {
             line: Some(line),
             ticks: NonZeroU16::new(line.step_events().get() as u16).unwrap(),
             smoothing: Smoothing::None,
-            early: Smoothing::None,
+            motors: MotorMask::ALL,
+            ends_event: true,
+            early: Early::half_a_tick(Smoothing::None),
             interval: Interval::from_num(1000),
             interval_change: IntervalChange::ZERO,
             power: Power::FULL,
@@ -425,7 +428,9 @@ mod tests {
         let segment = Segment {
             ticks: NonZeroU16::new(12).unwrap(),
             smoothing: Smoothing::Fourfold,
-            early: Smoothing::Fourfold,
+            motors: MotorMask::ALL,
+            ends_event: true,
+            early: Early::half_a_tick(Smoothing::Fourfold),
             ..line([3, 1], Some(Power::OFF))
         };
         let (port, calls) = run(&[segment], &Shared::new(), |_| ());

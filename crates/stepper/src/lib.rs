@@ -41,7 +41,7 @@ pub use motors::{MotorMask, MAX_MOTORS};
 pub use port::StepPort;
 pub use power::{Power, PowerChange, PowerScale};
 pub use segment::{
-    Interval, IntervalChange, Outputs, Segment, Smoothing, Ticks, MAX_SMOOTHING_LEVEL,
+    Early, Interval, IntervalChange, Outputs, Segment, Smoothing, Ticks, MAX_SMOOTHING_LEVEL,
 };
 pub use shared::Shared;
 pub use stepper::{Progress, Stepper, Tick};

@@ -1,6 +1,6 @@
 //! One straight move, counted in motor steps: what Bresenham's tracer needs to know of it.
 
-use crate::{MotorMask, Smoothing, MAX_SMOOTHING_LEVEL};
+use crate::{Early, MotorMask, MAX_SMOOTHING_LEVEL};
 use core::fmt;
 use core::num::NonZeroU32;
 
@@ -78,9 +78,10 @@ impl<const MOTORS: usize> Line<MOTORS> {
     /// was `early`; `None` where none is.
     ///
     /// Main loop: for motion that goes on after another line came between (parking).
-    pub fn rest(&self, taken: u32, early: Smoothing) -> Option<Self> {
+    pub fn rest(&self, taken: u32, early: Early) -> Option<Self> {
         let left = NonZeroU32::new(self.step_events.get().checked_sub(taken)?)?;
         let mut steps = self.steps;
+        let early = early.in_whole_events();
         for motor in &mut steps {
             *motor -= taken_of(*motor, self.step_events, taken, early);
         }
@@ -94,13 +95,13 @@ impl<const MOTORS: usize> Line<MOTORS> {
 
 /// Steps that a motor with `steps` in `events` has taken after the first `taken` step events: the nearest whole number
 /// to its share half a tick later, as the tracer finds it.
-fn taken_of(steps: u32, events: NonZeroU32, taken: u32, early: Smoothing) -> u32 {
+fn taken_of(steps: u32, events: NonZeroU32, taken: u32, early: Early) -> u32 {
     if steps == events.get() {
         return taken;
     }
     let full = u64::from(events.get()) << MAX_SMOOTHING_LEVEL;
     let way = u64::from(steps << MAX_SMOOTHING_LEVEL) * u64::from(taken);
-    ((way + u64::from(early.half_tick(steps)) + full / 2) / full) as u32
+    ((way + u64::from(early.of(steps)) + full / 2) / full) as u32
 }
 
 fn negative<const MOTORS: usize>(delta: [i32; MOTORS]) -> MotorMask {
@@ -116,6 +117,7 @@ fn negative<const MOTORS: usize>(delta: [i32; MOTORS]) -> MotorMask {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Smoothing;
 
     #[test]
     fn the_motor_with_the_most_steps_is_dominant() {
@@ -134,10 +136,12 @@ mod tests {
     #[test]
     fn the_rest_of_a_line_and_what_was_taken_make_the_line() {
         let line = Line::new([100, -37, 100, 1]).unwrap();
-        let rest = line.rest(41, Smoothing::Sixteenfold).unwrap();
+        let rest = line
+            .rest(41, Early::half_a_tick(Smoothing::Sixteenfold))
+            .unwrap();
         assert_eq!(rest.steps(), &[59, 37 - 15, 59, 1]);
         assert_eq!(rest.direction(), line.direction());
-        assert_eq!(line.rest(100, Smoothing::None), None);
-        assert_eq!(line.rest(101, Smoothing::None), None);
+        assert_eq!(line.rest(100, Early::NOT), None);
+        assert_eq!(line.rest(101, Early::NOT), None);
     }
 }

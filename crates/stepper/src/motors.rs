@@ -12,6 +12,9 @@ impl MotorMask {
     /// No motor.
     pub const NONE: Self = Self(0);
 
+    /// Every motor that there is.
+    pub const ALL: Self = Self(u8::MAX);
+
     /// Makes a set from its bits.
     pub const fn from_bits(bits: u8) -> Self {
         Self(bits)

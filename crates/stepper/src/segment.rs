@@ -1,6 +1,6 @@
 //! What the main loop hands to the step interrupt.
 
-use crate::{Line, Power, PowerChange};
+use crate::{Line, MotorMask, Power, PowerChange};
 use core::num::NonZeroU16;
 use fixed::types::{I32F32, U32F32};
 
@@ -36,16 +36,68 @@ pub enum Smoothing {
 }
 
 impl Smoothing {
-    /// Half a tick of a motor that takes `steps` in a line, in the tracer's units: sixteenths of a step over the line's
-    /// step events.
-    #[inline]
-    pub(crate) const fn half_tick(self, steps: u32) -> u32 {
-        (steps << (MAX_SMOOTHING_LEVEL - self.level())) >> 1
-    }
-
     /// Base-2 logarithm of the ticks to a step, 0 to [`MAX_SMOOTHING_LEVEL`].
     pub const fn level(self) -> u32 {
         self as u32
+    }
+}
+
+/// How early motors other than the dominant one are, so that they are as often early as late: half a tick, or not at all.
+///
+/// In one byte with it: whether the segment is a part of a step event. So the tick that loads a segment sees in one comparison whether
+/// there is anything out of the ordinary.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Early {
+    /// 32nds of a step event, and [`PART`].
+    bits: u8,
+}
+
+/// Set in a part of a step event.
+const PART: u8 = 0x80;
+
+impl Early {
+    /// Each at its time: where step events are made in parts.
+    pub const NOT: Self = Self { bits: 0 };
+
+    /// Half a tick of `smoothing`.
+    pub const fn half_a_tick(smoothing: Smoothing) -> Self {
+        Self {
+            bits: 1 << (MAX_SMOOTHING_LEVEL - smoothing.level()),
+        }
+    }
+
+    /// The same in a segment that is a part of a step event.
+    #[must_use]
+    pub const fn of_a_part(self) -> Self {
+        Self {
+            bits: self.bits | PART,
+        }
+    }
+
+    /// Whether it is that of a part of a step event.
+    pub const fn is_of_a_part(self) -> bool {
+        self.bits & PART != 0
+    }
+
+    /// The same in a segment of whole step events.
+    #[must_use]
+    pub(crate) const fn in_whole_events(self) -> Self {
+        Self {
+            bits: self.bits & !PART,
+        }
+    }
+
+    /// In 32nds of a step event, in its lower seven bits.
+    pub const fn bits(self) -> u8 {
+        self.bits
+    }
+
+    /// How much that is of the way of a motor that takes `steps` in a line, in the tracer's units: sixteenths of a step
+    /// over the line's step events.
+    #[inline]
+    pub(crate) const fn of(self, steps: u32) -> u32 {
+        (steps * self.bits as u32) >> 1
     }
 }
 
@@ -61,14 +113,18 @@ pub struct Outputs(pub u16);
 pub struct Segment<const MOTORS: usize> {
     /// The line that begins with this segment; `None` where the one under way goes on.
     pub line: Option<Line<MOTORS>>,
-    /// Ticks in this segment: step events times `2^smoothing`.
+    /// Ticks in this segment: step events times `2^smoothing`; 1 in a part of a step event.
     pub ticks: NonZeroU16,
     /// Ticks to a step event.
     pub smoothing: Smoothing,
-    /// The motors other than the dominant one step up to half a tick of this smoothing before their time, so that they
-    /// are as often early as late. No finer than `smoothing`; coarser in the last segment before a coarser one: there
-    /// the half tick that is to come is longer than one of its own.
-    pub early: Smoothing,
+    /// The motors that a part of a step event brings on. A step event may be made in parts, one tick each, so that each motor
+    /// steps when it is due: each motor is in one of them. [`MotorMask::ALL`] elsewhere.
+    pub motors: MotorMask,
+    /// Whether a step event ends with it: not with the parts of one before the last.
+    pub ends_event: bool,
+    /// How long before their time motors other than the dominant one step: half a tick of `smoothing`; of a coarser
+    /// one in the last segment before that, whose half tick begins in this segment. [`Early::of_a_part`] in parts.
+    pub early: Early,
     /// Time from the segment's start to its first tick.
     pub interval: Interval,
     /// What each further interval is longer than the one before.
@@ -85,6 +141,15 @@ pub struct Segment<const MOTORS: usize> {
 }
 
 impl<const MOTORS: usize> Segment<MOTORS> {
+    /// Step events that end in it.
+    pub fn step_events(&self) -> u32 {
+        if self.ends_event {
+            u32::from(self.ticks.get()) >> self.smoothing.level()
+        } else {
+            0
+        }
+    }
+
     /// How long it takes, timer counts, rounded down: `p·n + d·n(n−1)/2`. Main loop.
     pub fn duration(&self) -> u32 {
         let ticks = u64::from(self.ticks.get());
@@ -111,12 +176,23 @@ mod tests {
         assert_eq!(all.map(Smoothing::level), [0, 1, 2, 3, MAX_SMOOTHING_LEVEL]);
     }
 
+    #[test]
+    fn early_is_half_a_tick() {
+        let of = |smoothing| Early::half_a_tick(smoothing).of(10);
+        assert_eq!(of(Smoothing::None), 80);
+        assert_eq!(of(Smoothing::Eightfold), 10);
+        assert_eq!(of(Smoothing::Sixteenfold), 5);
+        assert_eq!(Early::NOT.of(10), 0);
+    }
+
     fn segment(ticks: u16, interval: u32, change: f64) -> Segment<1> {
         Segment {
             line: None,
             ticks: NonZeroU16::new(ticks).unwrap(),
             smoothing: Smoothing::None,
-            early: Smoothing::None,
+            motors: MotorMask::ALL,
+            ends_event: true,
+            early: Early::NOT,
             interval: Interval::from_num(interval),
             interval_change: IntervalChange::from_num(change),
             power: Power::OFF,

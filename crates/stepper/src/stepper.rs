@@ -1,8 +1,8 @@
 //! Bresenham's tracer over the dominant motor, timed by linear intervals.
 
 use crate::{
-    Interval, IntervalChange, Line, MotorMask, Outputs, Power, PowerChange, Segment, Smoothing,
-    Ticks, MAX_SMOOTHING_LEVEL,
+    Early, Interval, IntervalChange, Line, MotorMask, Outputs, Power, PowerChange, Segment, Ticks,
+    MAX_SMOOTHING_LEVEL,
 };
 
 /// One tick of the step timer: what to do, and how long to wait before it.
@@ -47,8 +47,8 @@ pub struct Stepper<const MOTORS: usize> {
     increment: [u32; MOTORS],
     /// How far it is from step to step: sixteen times the line's step events.
     full: u32,
-    /// Up to half a tick of this smoothing, motors other than the dominant one are early.
-    early: Smoothing,
+    /// How early motors other than the dominant one are.
+    early: Early,
     /// Ticks that the segment still has; none left where it is 0 or less.
     ticks_left: i32,
     /// Bits of the next [`Interval`].
@@ -77,7 +77,7 @@ impl<const MOTORS: usize> Stepper<MOTORS> {
             left: [0; MOTORS],
             increment: [0; MOTORS],
             full: 1,
-            early: Smoothing::None,
+            early: Early::NOT,
             ticks_left: 0,
             interval: 0,
             interval_change: IntervalChange::ZERO,
@@ -131,38 +131,41 @@ impl<const MOTORS: usize> Stepper<MOTORS> {
         Some(self.trace())
     }
 
-    /// Begins a line: the dominant motor steps when a step is complete, the others half-way to it, with `early` half a
-    /// tick before.
+    /// Begins a line: the dominant motor steps when a step is complete, the others half-way to it, and as `early` as that.
     #[inline]
-    pub(crate) fn begin(&mut self, line: &Line<MOTORS>, early: Smoothing) {
+    pub(crate) fn begin(&mut self, line: &Line<MOTORS>, early: Early) {
         let events = line.step_events().get();
         self.full = events << MAX_SMOOTHING_LEVEL;
         self.direction = line.direction();
         self.steps = *line.steps();
+        let early = early.in_whole_events();
         self.early = early;
         self.left = self.steps.map(|steps| {
             let way = if steps == events {
                 self.full
             } else {
-                self.full / 2 - early.half_tick(steps)
+                self.full / 2 - early.of(steps)
             };
             way - 1
         });
     }
 
-    /// Has the motors other than the dominant one step half a tick of `early` before their time. Where that is more
-    /// than it was, a motor may find that it should have stepped by now: it does so at the next tick.
+    /// Has the motors other than the dominant one step as early as `segment` says. Where that is more than it was, a motor may
+    /// find that it should have stepped by now: it does so at the next tick. In a part of a step event only the motors that come
+    /// on in it do.
     #[cold]
     #[inline(never)]
-    fn change_early(&mut self, early: Smoothing) {
+    fn change_early(&mut self, segment: &Segment<MOTORS>) {
         let events = self.full >> MAX_SMOOTHING_LEVEL;
-        for (left, steps) in self.left.iter_mut().zip(self.steps) {
+        let early = segment.early.in_whole_events();
+        let motors = self.left.iter_mut().zip(&mut self.increment);
+        for (motor, ((left, increment), steps)) in motors.zip(self.steps).enumerate() {
             if steps != events {
-                let later = self
-                    .early
-                    .half_tick(steps)
-                    .wrapping_sub(early.half_tick(steps));
+                let later = self.early.of(steps).wrapping_sub(early.of(steps));
                 *left = left.wrapping_add(later);
+            }
+            if segment.early.is_of_a_part() && !segment.motors.contains(motor) {
+                *increment = 0;
             }
         }
         self.early = early;
@@ -173,10 +176,10 @@ impl<const MOTORS: usize> Stepper<MOTORS> {
     #[inline]
     pub(crate) fn load(&mut self, segment: &Segment<MOTORS>) -> MotorMask {
         let shift = MAX_SMOOTHING_LEVEL - segment.smoothing.level();
-        if segment.early != self.early {
-            self.change_early(segment.early);
-        }
         self.increment = self.steps.map(|steps| steps << shift);
+        if segment.early != self.early {
+            self.change_early(segment);
+        }
         self.ticks_left = i32::from(segment.ticks.get()) - 1;
         self.interval = segment.interval.to_bits();
         self.interval_change = segment.interval_change;
@@ -252,7 +255,7 @@ impl<const MOTORS: usize> Stepper<MOTORS> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::PowerScale;
+    use crate::{PowerScale, Smoothing};
     use core::num::NonZeroU16;
     use proptest::prelude::*;
 
@@ -266,7 +269,9 @@ mod tests {
             line,
             ticks: NonZeroU16::new(ticks).unwrap(),
             smoothing,
-            early: smoothing,
+            motors: MotorMask::ALL,
+            ends_event: true,
+            early: Early::half_a_tick(smoothing),
             interval: Interval::from_num(100),
             interval_change: IntervalChange::ZERO,
             power: Power::OFF,
@@ -310,6 +315,35 @@ mod tests {
         let (ticks, _) = run(&mut Stepper::new(), &[seg]);
         let at = ticks.iter().position(|t| t.step.contains(1)).unwrap();
         assert_eq!(at + 1, 50);
+    }
+
+    #[test]
+    fn in_a_step_event_in_parts_each_motor_comes_on_in_one_of_them() {
+        let line = Line::new([4, 3, 2]).unwrap();
+        let part = |line, motors: u8, ends_event, early: Early| Segment {
+            motors: MotorMask::from_bits(motors),
+            ends_event,
+            early: early.of_a_part(),
+            ..segment(line, 1, Smoothing::None, None)
+        };
+        let mut stepper = Stepper::new();
+        let mut steps = |seg| {
+            run(&mut stepper, &[seg])
+                .0
+                .iter()
+                .map(|t| t.step.bits())
+                .collect::<Vec<_>>()
+        };
+        // Y is due at 0.67 of the first step event, Z at its end.
+        assert_eq!(steps(part(Some(line), 0b010, false, Early::NOT)), [0b010]);
+        assert_eq!(steps(part(None, 0b101, true, Early::NOT)), [0b101]);
+        // Y is due at the end of the second step event. In the fourth it is so at a third, early by half a step event.
+        let early = Early::half_a_tick(Smoothing::None);
+        assert_eq!(steps(part(None, 0b111, true, early)), [0b011]);
+        assert_eq!(
+            steps(segment(None, 2, Smoothing::None, None)),
+            [0b111, 0b001]
+        );
     }
 
     #[test]
@@ -372,7 +406,7 @@ mod tests {
                 let n = n.min(events - done);
                 let level = prepared.max(wanted);
                 let mut seg = segment(first.take(), n << level, levels[level], Some(Power::OFF));
-                (seg.early, prepared) = (levels[wanted], wanted);
+                (seg.early, prepared) = (Early::half_a_tick(levels[wanted]), wanted);
                 for (k, tick) in (1..).zip(run(&mut stepper, &[seg]).0) {
                     prop_assert_eq!(tick.direction, line.direction());
                     for (m, t) in taken.iter_mut().enumerate() {

@@ -34,6 +34,8 @@ pub(crate) struct Feeder<'a, const MOTORS: usize> {
     durations: Deque<u32, { SEGMENTS + 1 }>,
     /// Their sum.
     committed: u32,
+    /// How long the last step events handed over took, or the parts of one so far: once it has begun, the rest follows.
+    last: Last,
     /// When the oldest of them began, or was first seen under way, timer counts.
     since: u64,
     /// Timer counts in a microsecond, rounded down.
@@ -54,6 +56,7 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
             shared,
             durations: Deque::new(),
             committed: 0,
+            last: Last::Whole(0),
             since: 0,
             counts_per_us: timer_hz / 1_000_000,
             lead_us: 0,
@@ -86,8 +89,11 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
     pub(crate) fn has_room(&mut self, now: Instant) -> bool {
         self.forget_consumed(now);
         let most = self.most_us() * self.counts_per_us;
-        // The next one will be about as long as the last.
-        let next = self.durations.back().map_or(0, |last| *last).max(most / 2);
+        // The next one will be about as long as the last, and all parts of a step event as all of the last one's.
+        let next = match self.last {
+            Last::Whole(duration) => duration.max(most / 2),
+            Last::Parts(_) => 0,
+        };
         let left = self.left(now);
         let fits = left <= most.saturating_sub(next);
         (fits || left <= self.short()) && self.segments.ready()
@@ -115,6 +121,7 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
     /// Commits a segment; [`Feeder::has_room`] said yes.
     pub(crate) fn push(&mut self, segment: Segment<MOTORS>) {
         let duration = segment.duration();
+        self.last = self.last.then(duration, segment.ends_event);
         if self.segments.enqueue(segment).is_ok() && self.durations.push_back(duration).is_ok() {
             self.committed = self.committed.saturating_add(duration);
         }
@@ -166,13 +173,38 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
     }
 }
 
+/// What was handed over last.
+#[derive(Clone, Copy, Debug)]
+enum Last {
+    /// Whole step events, which took so many timer counts in all.
+    Whole(u32),
+    /// Parts of a step event, the last of them not yet.
+    Parts(u32),
+}
+
+impl Last {
+    /// Adds a segment that takes `duration` counts.
+    fn then(self, duration: u32, ends_event: bool) -> Self {
+        let before = match self {
+            Self::Whole(_) => 0,
+            Self::Parts(before) => before,
+        };
+        let all = duration.saturating_add(before);
+        if ends_event {
+            Self::Whole(all)
+        } else {
+            Self::Parts(all)
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::config::SegmentQueue;
     use core::num::NonZeroU16;
     use leadscrew_stepper::{
-        Interval, IntervalChange, Line, Outputs, Power, PowerChange, Smoothing,
+        Early, Interval, IntervalChange, Line, MotorMask, Outputs, Power, PowerChange, Smoothing,
     };
 
     fn segment(ticks: u16, interval: u32, change: f64) -> Segment<1> {
@@ -180,7 +212,9 @@ mod tests {
             line: Line::new([1000]).ok(),
             ticks: NonZeroU16::new(ticks).unwrap(),
             smoothing: Smoothing::None,
-            early: Smoothing::None,
+            motors: MotorMask::ALL,
+            ends_event: true,
+            early: Early::NOT,
             interval: Interval::from_num(interval),
             interval_change: IntervalChange::from_num(change),
             power: Power::OFF,
@@ -209,6 +243,24 @@ mod tests {
         assert!(feeder.has_room(at(950)));
         consumer.dequeue(); // seen at once
         assert!(feeder.has_room(at(950)));
+    }
+
+    #[test]
+    fn a_step_in_parts_is_committed_as_one() {
+        let mut queue = SegmentQueue::<1>::new();
+        let (producer, _consumer) = queue.split();
+        let shared = Shared::new();
+        let mut feeder = Feeder::new(producer, &shared, 84_000_000);
+        let at = Instant::from_ticks(0);
+        let part = |duration, ends_event| Segment {
+            ends_event,
+            ..segment(84, duration, 0.0)
+        };
+        feeder.push(part(800, false));
+        feeder.push(part(800, false));
+        assert!(feeder.has_room(at), "the rest of it follows");
+        feeder.push(part(10, true));
+        assert!(!feeder.has_room(at), "one as long would be too much");
     }
 
     #[test]

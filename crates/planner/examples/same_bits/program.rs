@@ -43,7 +43,8 @@ impl Checksum {
         }
         self.add(segment.ticks.get().into());
         self.add(segment.smoothing.level().into());
-        self.add(segment.early.level().into());
+        self.add(segment.motors.bits().into());
+        self.add(segment.early.bits().into());
         self.add(segment.interval.to_bits());
         self.add_signed(segment.interval_change.to_bits());
         self.add(segment.power.share().to_bits().into());

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //!  move_planned  -->  planned moves, oldest first  --+
-//!  segment_made  -->  end speed and what lies ahead --+--> segment_taken: a piece begins, the one before has ended
+//!  segments_made -->  end speed and what lies ahead --+--> segment_taken: a piece begins, the one before has ended
 //! ```
 //!
 //! Pieces of one move in which speed and power do the same are one stretch.
@@ -21,16 +21,28 @@ use std::collections::VecDeque;
 pub struct Recorder {
     machine: Machine,
     planned: VecDeque<(u32, Limits)>,
-    made: VecDeque<Committed>,
+    /// What is known at the end of each segment; nothing where others were made with it.
+    made: VecDeque<Option<Committed>>,
     /// The move under way; `None` where the machine moves by itself.
     running: Option<(u32, Limits)>,
     /// Steps of the dominant motor in it, and mm of path in each.
     mm_per_event: f64,
     stretches: Vec<Raw>,
+    /// A piece whose end is not known yet.
+    begun: Option<Begun>,
     /// Speed where the last piece ends, mm/s.
     speed: f64,
     /// The slow place that motion has come from.
     behind: Slow,
+}
+
+/// A piece: segments up to one at whose end the speed is known.
+#[derive(Clone, Copy, Debug)]
+struct Begun {
+    cycle: Cycle,
+    begins_move: bool,
+    step_events: u32,
+    power: [f64; 2],
 }
 
 /// A stretch whose line and slower moves are not known yet.
@@ -74,6 +86,7 @@ impl Recorder {
             running: None,
             mm_per_event: 0.0,
             stretches: Vec::new(),
+            begun: None,
             speed: 0.0,
             behind: Slow::Stop,
         }
@@ -123,7 +136,24 @@ impl Recorder {
         self.running = ended;
     }
 
-    fn begin_piece(&mut self, cycle: Cycle, taken: &Taken<'_>, made: &Committed) {
+    /// Adds a segment to the piece under way, or begins one.
+    fn begin_piece(&mut self, cycle: Cycle, taken: &Taken<'_>) -> Begun {
+        let before = self.begun.take();
+        let first = before.unwrap_or(Begun {
+            cycle,
+            begins_move: taken.line.is_some(),
+            step_events: 0,
+            power: taken.power,
+        });
+        Begun {
+            step_events: first.step_events + taken.step_events,
+            power: [first.power[0], taken.power[1]],
+            ..first
+        }
+    }
+
+    /// Adds a piece of whole steps, which is all under way.
+    fn end_piece(&mut self, piece: Begun, made: &Committed) {
         let (from, to) = (self.speed, f64::from(made.speed));
         self.speed = to;
         let phase = if (to - from).abs() <= EVEN * to.max(from) {
@@ -135,16 +165,16 @@ impl Recorder {
         };
         let ahead = Slow::from(made.ahead);
         let stretch = Stretch {
-            begin: cycle,
-            end: cycle,
+            begin: piece.cycle,
+            end: piece.cycle,
             line: 0,
             phase,
-            length: f64::from(taken.step_events) * self.mm_per_event,
+            length: f64::from(piece.step_events) * self.mm_per_event,
             speed: [from, to],
-            power: taken.power,
+            power: piece.power,
             limit: self.limit(phase, to, ahead),
         };
-        self.add(stretch, taken.line.is_some());
+        self.add(stretch, piece.begins_move);
         self.pass(&stretch, ahead);
     }
 
@@ -275,13 +305,17 @@ impl Observer for Recorder {
         self.planned.push_back((planned.line, limits));
     }
 
-    fn segment_made(&mut self, committed: &Committed) {
-        self.made.push_back(*committed);
+    fn segments_made(&mut self, segments: u32, committed: &Committed) {
+        self.made.extend((1..segments).map(|_| None));
+        self.made.push_back(Some(*committed));
     }
 
     fn segment_taken(&mut self, cycle: Cycle, taken: Option<&Taken<'_>>) {
-        self.close(cycle);
+        if self.begun.is_none() {
+            self.close(cycle);
+        }
         let Some(taken) = taken else {
+            self.begun = None;
             // Whatever was made and not taken has been thrown away by a stop.
             self.made.clear();
             self.speed = 0.0;
@@ -291,8 +325,10 @@ impl Observer for Recorder {
         if let Some(steps) = taken.line {
             self.begin_move(steps);
         }
-        if let Some(made) = self.made.pop_front() {
-            self.begin_piece(cycle, taken, &made);
+        let piece = self.begin_piece(cycle, taken);
+        match self.made.pop_front().flatten() {
+            Some(made) if taken.ends_event => self.end_piece(piece, &made),
+            Some(_) | None => self.begun = Some(piece),
         }
     }
 }

@@ -12,7 +12,7 @@ use icount_firmware::{count, done};
 use leadscrew_planner::{Cartesian, Config, CornerRule, Pushed, Queue, Segmenter};
 
 /// Step events that a segment of the second measurement covers: 1 ms at 20 kHz.
-const EVENTS: u16 = 20;
+const EVENTS: u32 = 20;
 /// Speed of that line, mm/s: a little above 20 kHz at 250 steps/mm, so that a millisecond holds 20 whole steps.
 const CRUISE: f32 = 80.4;
 
@@ -34,7 +34,7 @@ fn cruise(planner: &mut ThePlanner<'_>) {
     }
     for _ in 0..1000 {
         let segment = count::<1, _>(|| prepare(&mut segmenter, planner));
-        let events = segment.map(|segment| segment.ticks.get() >> segment.smoothing.level());
+        let events = segment.map(|segment| segment.step_events());
         assert_eq!(events, Some(EVENTS));
     }
 }

@@ -14,7 +14,7 @@ use fixed::types::U1F31;
 use heapless::spsc::{Consumer, Queue};
 use icount_firmware::{count, done};
 use leadscrew_stepper::{
-    on_timer, Interval, IntervalChange, Line, MotorMask, Outputs, Power, PowerChange, PowerScale,
+    on_timer, Early, Interval, IntervalChange, Line, MotorMask, Outputs, Power, PowerChange, PowerScale,
     Segment, Shared, Smoothing, StepInterrupt, StepPort, Ticks,
 };
 
@@ -171,7 +171,9 @@ fn segment(number: u32) -> Segment<MOTORS> {
         line: begins.then(|| Line::new(steps)).transpose().unwrap(),
         ticks: NonZeroU16::new(TICKS as u16).unwrap(),
         smoothing: Smoothing::None,
-        early: Smoothing::None,
+        motors: MotorMask::ALL,
+        ends_event: true,
+        early: Early::half_a_tick(Smoothing::None),
         interval: Interval::from_num(4200),
         interval_change: IntervalChange::from_num(-0.25),
         power: Power::from_share(U1F31::from_num(0.5)),

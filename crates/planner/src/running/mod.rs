@@ -1,18 +1,23 @@
 //! The move under way: where it is, its profile, and the next segment of it.
 
+mod parts;
+mod plan;
+
 use crate::config::SLOWEST;
-use crate::fit::{bits, smoothing, steps, Carry, Linear};
+use crate::fit::{smoothing, steps, Carry, Linear};
 use crate::moves::{MovePower, PlannedMove};
 use crate::pixel::Pixel;
 use crate::planner::Outlook;
-use crate::profile::{Plan, ROUNDING};
-use crate::real::{divide_twice, least, most, sqrt};
-use crate::{Config, Profile, SCurve, Trapezoid};
+use crate::profile::Plan;
+use crate::real::{least, most, sqrt};
+use crate::{Config, Profile, Trapezoid};
 use core::num::NonZeroU16;
 use fixed::types::U1F31;
 use leadscrew_stepper::{
-    Interval, IntervalChange, Line, Outputs, Power, PowerChange, Segment, Smoothing,
+    Early, Interval, IntervalChange, Line, MotorMask, Outputs, Power, PowerChange, Segment,
+    Smoothing,
 };
+use parts::Parts;
 
 /// Timer and smoothing, from the configuration.
 #[derive(Clone, Copy, Debug)]
@@ -67,8 +72,9 @@ pub(crate) struct Running<const MOTORS: usize> {
     announce: bool,
     /// Whether a motor steps less often than the dominant one: only then smoothing is of use.
     smooth: bool,
-    /// The smoothing that the last segment handed out was early for, and that later ones may therefore have.
-    early: Smoothing,
+    /// The smoothing for whose half a tick motors are early at the end of what was handed out, and that later segments may
+    /// therefore have; `None` where they are not early at all.
+    early: Option<Smoothing>,
     /// Steps of the dominant motor handed out.
     done: u32,
     /// `done` where `line` begins: not 0 once the line was begun anew.
@@ -76,8 +82,10 @@ pub(crate) struct Running<const MOTORS: usize> {
     /// Steps of the dominant motor in the whole move.
     events: u32,
     profile: Profile,
-    /// Speed at `done`, steps/s.
+    /// Speed at the end of what was handed out, steps/s.
     speed: f32,
+    /// The step event after `done`, where a part of it was handed out.
+    parts: Option<Parts<MOTORS>>,
     /// Interval of the cruise, 2⁻³² counts.
     cruise_interval: u64,
     /// Steps of the dominant motor in a mm of path.
@@ -103,7 +111,9 @@ impl<const MOTORS: usize> Running<MOTORS> {
         line: None,
         ticks: NonZeroU16::MIN,
         smoothing: Smoothing::None,
-        early: Smoothing::None,
+        motors: MotorMask::ALL,
+        ends_event: true,
+        early: Early::NOT,
         interval: Interval::ZERO,
         interval_change: IntervalChange::ZERO,
         power: Power::OFF,
@@ -135,12 +145,13 @@ impl<const MOTORS: usize> Running<MOTORS> {
                 .steps()
                 .iter()
                 .any(|steps| *steps != 0 && *steps != events),
-            early: Smoothing::None,
+            early: None,
             done: 0,
             line_start: 0,
             events,
             profile,
             speed: sqrt(entry_v2),
+            parts: None,
             cruise_interval: 0,
             steps_per_mm,
             acceleration,
@@ -174,8 +185,12 @@ impl<const MOTORS: usize> Running<MOTORS> {
     /// Seconds that what is left of the profile takes, and the speed at its end, mm/s.
     pub(crate) fn rest(&self) -> (f32, f32) {
         let steps = self.profile.end().saturating_sub(self.done) as f32;
-        let (seconds, _) = self.profile.time_over(self.done, self.speed, steps);
-        (seconds, sqrt(self.exit_v2()))
+        let (entry, elapsed) = self
+            .parts
+            .as_ref()
+            .map_or((self.speed, 0.0), |parts| (parts.entry, parts.elapsed));
+        let (seconds, _) = self.profile.time_over(self.done, entry, steps);
+        (seconds - elapsed, sqrt(self.exit_v2()))
     }
 
     pub(crate) const fn profile(&self) -> &Profile {
@@ -184,6 +199,11 @@ impl<const MOTORS: usize> Running<MOTORS> {
 
     pub(crate) const fn done(&self) -> u32 {
         self.done
+    }
+
+    /// Whether no step event was handed out in part: only then the profile may be made anew.
+    pub(crate) const fn at_step(&self) -> bool {
+        self.parts.is_none()
     }
 
     /// Whether all steps of the profile have been handed out.
@@ -203,90 +223,20 @@ impl<const MOTORS: usize> Running<MOTORS> {
 
     /// Has the stepper begin the line anew at `done`: another line came between.
     pub(crate) fn renew_line(&mut self) {
-        if let Some(rest) = self.line.rest(self.done - self.line_start, self.early) {
+        if let Some(rest) = self.line.rest(self.done - self.line_start, self.early()) {
             self.line = rest;
             self.line_start = self.done;
             self.announce = true;
         }
     }
 
-    /// Makes the profile from here on.
-    pub(crate) fn plan(&mut self, aim: Aim, timing: Timing) {
-        let entry_v2 = self.profile.speed_v2(self.done);
-        let (end, cruise, exit_v2) = match aim.goal {
-            Goal::End => self.to_end(aim),
-            Goal::Stop => self.stop(entry_v2, aim),
-        };
-        let plan = Plan {
-            start: self.done,
-            end,
-            entry_v2,
-            cruise,
-            exit_v2,
-            acceleration: self.acceleration,
-        };
-        self.profile = Profile::new(&plan, aim.jerk * self.steps_per_mm, &self.profile);
-        let (interval, rest) = divide_twice(timing.hz, self.profile.cruise());
-        self.cruise_interval = bits(interval).saturating_add_signed(if rest < 0.0 {
-            -(bits(-rest) as i64)
-        } else {
-            bits(rest) as i64
-        });
-    }
-
-    /// End, cruise speed and squared exit speed on the way to the end of the move.
-    ///
-    /// What braking from a high speed gets to is only as exact as the high speed; the plan's exit speed is exact and
-    /// has the last word: else the difference would add up from move to move.
-    ///
-    /// Where an override asks for less than can be reached any more, the corner has it: it was planned for.
-    fn to_end(&self, aim: Aim) -> (u32, f32, f32) {
-        let per_mm = self.steps_per_mm;
-        let [exit_v2, corner_v2] = [aim.exit_v2, aim.corner_v2].map(|v2| v2 * per_mm * per_mm);
-        let entry_v2 = self.profile.speed_v2(self.done);
-        let left = (self.events - self.done) as f32;
-        let slowest = entry_v2 - 2.0 * self.acceleration * left;
-        let missed = aim.jerk <= 0.0 && slowest - exit_v2 > ROUNDING * entry_v2;
-        let exit_v2 = if missed { slowest } else { exit_v2 };
-        (self.events, aim.nominal * per_mm, least(exit_v2, corner_v2))
-    }
-
-    /// End, cruise speed and squared exit speed of the shortest stop on a whole step.
-    ///
-    /// A single step is made as fast as can be: at a speed near 0 it would take for ever.
-    fn stop(&self, entry_v2: f32, aim: Aim) -> (u32, f32, f32) {
-        let steps = self.stop_steps(entry_v2, aim.jerk).max(1);
-        let left = self.events - self.done;
-        if steps > left && aim.exit_v2 > 0.0 {
-            let (end, _, exit_v2) = self.to_end(aim);
-            let slowest = most(entry_v2 - 2.0 * self.acceleration * left as f32, 0.0);
-            return (end, sqrt(entry_v2), least(exit_v2, slowest));
-        }
-        let fastest = if steps == 1 {
-            aim.nominal * self.steps_per_mm
-        } else {
-            sqrt(entry_v2)
-        };
-        (self.done + steps.min(left), fastest, 0.0)
-    }
-
-    /// Whole steps of the shortest stop.
-    fn stop_steps(&self, entry_v2: f32, jerk: f32) -> u32 {
-        const ROUNDING: f32 = 1e-6;
-        let jerk = jerk * self.steps_per_mm;
-        if jerk > 0.0 {
-            let (speed, acceleration) = self.profile.motion(self.done);
-            return SCurve::stop(speed, acceleration, self.acceleration, jerk);
-        }
-        let whole = entry_v2 / (2.0 * self.acceleration) * (1.0 - ROUNDING);
-        (whole as u32).saturating_add(u32::from(whole > (whole as u32) as f32))
-    }
-
     /// The next `events` steps at the cruise: even intervals, known to more than 24 bits so that nothing
     /// drifts.
     fn cruise_piece(&mut self, events: u32, timing: Timing, carry: &mut Carry) -> Segment<MOTORS> {
         let seconds = 1.0 / self.speed;
-        let smoothing = self.smoothing(seconds, timing, 1.0);
+        self.done += events;
+        let steady = self.acceleration * seconds * seconds * seconds < 16.0 * SURPRISE;
+        let smoothing = self.smoothing(seconds, timing, if steady { 1.0 } else { NEARLY_EVEN });
         let ticks = ticks(events, smoothing);
         let (interval, interval_change) =
             carry.round_cruise(self.cruise_interval, smoothing.level(), ticks);
@@ -294,6 +244,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
         Segment {
             ticks,
             smoothing,
+            early: self.early(),
             interval,
             interval_change,
             power,
@@ -322,6 +273,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
         };
         let evenness = least(self.speed, speed) * seconds / all;
         self.speed = speed;
+        self.done += events;
         let smoothing = self.smoothing(seconds / all, timing, evenness);
         let ticks = ticks(events, smoothing);
         let count = f32::from(ticks.get());
@@ -345,6 +297,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
         Segment {
             ticks,
             smoothing,
+            early: self.early(),
             interval,
             interval_change,
             power,
@@ -356,18 +309,26 @@ impl<const MOTORS: usize> Running<MOTORS> {
     /// Smoothing of the next segment. One that is coarser than that of the segment before waits for one segment more, in
     /// which the motors come to be as early as it needs them.
     fn smoothing(&mut self, interval: f32, timing: Timing, evenness: f32) -> Smoothing {
-        let wanted = if interval > LONGEST_WAIT {
+        let wanted = self.wanted(interval, timing, evenness);
+        match self.early.replace(wanted) {
+            Some(prepared) if !self.announce => prepared.max(wanted),
+            Some(_) | None => wanted,
+        }
+    }
+
+    /// How early motors are at the end of what was handed out.
+    fn early(&self) -> Early {
+        self.early.map_or(Early::NOT, Early::half_a_tick)
+    }
+
+    /// The least smoothing that brings other motors near enough to their time.
+    fn wanted(&self, interval: f32, timing: Timing, evenness: f32) -> Smoothing {
+        if interval > LONGEST_WAIT {
             Smoothing::Eightfold
         } else if self.smooth {
             smoothing(interval, timing.shortest_tick, evenness)
         } else {
             Smoothing::None
-        };
-        let prepared = core::mem::replace(&mut self.early, wanted);
-        if self.announce {
-            wanted
-        } else {
-            prepared.max(wanted)
         }
     }
 
@@ -399,6 +360,27 @@ impl<const MOTORS: usize> Running<MOTORS> {
         carry: &mut Carry,
         held: bool,
     ) -> Segment<MOTORS> {
+        let mut segment = self.piece(timing, carry);
+        segment.line = core::mem::take(&mut self.announce).then_some(self.line);
+        segment.outputs = self.outputs;
+        if self.at_profile_end() && self.profile.exit_v2() <= 0.0 {
+            segment.at_rest = Some(if held {
+                self.power.held()
+            } else {
+                self.power.at_rest()
+            });
+        }
+        segment
+    }
+
+    /// The next steps, or a part of one. Inlined: a segment is not copied more often than it must be.
+    #[inline(always)]
+    fn piece(&mut self, timing: Timing, carry: &mut Carry) -> Segment<MOTORS> {
+        if self.is_for_parts() {
+            if let Some(parts) = self.parts.or_else(|| self.first_part(timing)) {
+                return self.part(parts, timing, carry);
+            }
+        }
         let stretch = self.profile.stretch(self.done);
         let pixel = self.next_pixel.map_or(u32::MAX, |(at, _)| at - self.done);
         let events = steps(self.speed, stretch.acceleration, timing.longest_segment)
@@ -407,25 +389,10 @@ impl<const MOTORS: usize> Running<MOTORS> {
             .clamp(1, MOST_EVENTS);
         let even = stretch.acceleration == 0.0 && stretch.steps > 0;
         let cruising = even && self.speed * LONGEST_WAIT > 1.0;
-        let piece = if cruising {
+        if cruising {
             self.cruise_piece(events, timing, carry)
         } else {
             self.ramp_piece(events, timing, carry)
-        };
-        self.done += events;
-        let rests = self.at_profile_end() && self.profile.exit_v2() <= 0.0;
-        Segment {
-            line: core::mem::take(&mut self.announce).then_some(self.line),
-            early: self.early,
-            outputs: self.outputs,
-            at_rest: rests.then(|| {
-                if held {
-                    self.power.held()
-                } else {
-                    self.power.at_rest()
-                }
-            }),
-            ..piece
         }
     }
 }
@@ -433,6 +400,13 @@ impl<const MOTORS: usize> Running<MOTORS> {
 /// The most step events of a segment: sixteenfold smoothed they fit 16 bits. (A millisecond at 300 kHz has
 /// 300.)
 const MOST_EVENTS: u32 = 4000;
+
+/// An override may make the step after one that takes `T` shorter by `a·T³`: so much a motor that is a sixteenth of the first one early
+/// may be too early then, seconds. Where it would be more, ticks are finer.
+const SURPRISE: f32 = 0.2e-6;
+
+/// The evenness of a cruise where ticks are to be as fine as on a ramp.
+const NEARLY_EVEN: f32 = 0.99;
 
 /// The longest interval that is one wait, seconds: beyond it a step is made of eight ticks, because a
 /// timer count has 32 bits (51 s at 84 MHz). The slowest step that this allows takes 8 × 51 s.
