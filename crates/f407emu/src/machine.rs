@@ -160,7 +160,7 @@ impl Machine {
             if self.locked.is_some() {
                 self.wait_locked(cycle)?;
             } else if self.cpu.asleep {
-                self.turns.end(self.cycle, self.profiler.spent);
+                self.end_turn();
                 self.sleep(cycle);
             } else {
                 self.step()?;

@@ -157,8 +157,9 @@ pub struct Service {
 pub(crate) struct Profiler {
     profiles: Vec<Profile>,
     running: Vec<Running>,
-    /// Cycles of all handlers that are over, since power-on.
-    pub(crate) spent: u64,
+    /// Cycles and instructions of all handlers that are over, since power-on.
+    pub(crate) cycles: u64,
+    pub(crate) instructions: u64,
     /// Every service, where they are asked for.
     pub(crate) services: Option<Vec<Service>>,
 }
@@ -177,7 +178,8 @@ impl Profiler {
         Profiler {
             profiles: vec![Profile::default(); usize::from(EXCEPTIONS)],
             running: Vec::new(),
-            spent: 0,
+            cycles: 0,
+            instructions: 0,
             services: None,
         }
     }
@@ -215,7 +217,8 @@ impl Profiler {
         };
         let cycles = exit - running.entry;
         let instructions = instructions - running.instructions;
-        self.spent += cycles - running.nested_cycles;
+        self.cycles += cycles - running.nested_cycles;
+        self.instructions += instructions - running.nested_instructions;
         if let Some(outer) = self.running.last_mut() {
             outer.nested_cycles += cycles;
             outer.nested_instructions += instructions;
@@ -250,7 +253,7 @@ mod tests {
         assert_eq!((outer.max, outer.instructions), (50, 15));
         assert_eq!(outer.max_with_nested, 150);
         assert_eq!(profiler.profile(Exception::irq(28)).min, 100);
-        assert_eq!(profiler.spent, 150);
+        assert_eq!((profiler.cycles, profiler.instructions), (150, 40));
     }
 
     #[test]

@@ -8,21 +8,30 @@ pub struct Turns {
     pub count: u64,
     /// Cycles in all, without exceptions.
     pub cycles: u64,
-    /// The cycle at which the one under way began, and what exceptions had taken by then.
-    began: Option<(u64, u64)>,
+    /// Instructions in all, without those of exceptions.
+    pub instructions: u64,
+    /// What had been spent outside exceptions when the one under way began.
+    began: Option<Spent>,
+}
+
+/// What has been spent outside exceptions since power-on.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+struct Spent {
+    cycles: u64,
+    instructions: u64,
 }
 
 impl Turns {
-    fn begin(&mut self, now: u64, exceptions: u64) {
-        self.end(now, exceptions);
-        self.began = Some((now, exceptions));
+    fn begin(&mut self, spent: Spent) {
+        self.end(spent);
+        self.began = Some(spent);
     }
 
-    /// The core has fallen asleep, or a turn begins. `exceptions`: the cycles that they have taken since power-on.
-    pub(crate) fn end(&mut self, now: u64, exceptions: u64) {
-        if let Some((began, before)) = self.began.take() {
+    fn end(&mut self, spent: Spent) {
+        if let Some(before) = self.began.take() {
             self.count += 1;
-            self.cycles += now - began - (exceptions - before);
+            self.cycles += spent.cycles - before.cycles;
+            self.instructions += spent.instructions - before.instructions;
         }
     }
 }
@@ -35,7 +44,19 @@ impl Machine {
 
     /// The watchdog is fed.
     pub(crate) fn begin_turn(&mut self) {
-        self.turns.begin(self.cycle, self.profiler.spent);
+        self.turns.begin(self.spent_outside_exceptions());
+    }
+
+    /// The core has fallen asleep.
+    pub(crate) fn end_turn(&mut self) {
+        self.turns.end(self.spent_outside_exceptions());
+    }
+
+    fn spent_outside_exceptions(&self) -> Spent {
+        Spent {
+            cycles: self.cycle - self.profiler.cycles,
+            instructions: self.instructions - self.profiler.instructions,
+        }
     }
 }
 
@@ -44,14 +65,24 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_turn_ends_once_and_exceptions_are_not_in_it() {
+    fn a_turn_ends_once() {
+        let spent = |cycles, instructions| Spent {
+            cycles,
+            instructions,
+        };
         let mut turns = Turns::default();
-        turns.begin(1000, 50);
-        turns.end(1500, 150);
-        turns.end(9000, 150);
-        assert_eq!((turns.count, turns.cycles), (1, 400));
-        turns.begin(9100, 150);
-        turns.begin(9200, 150);
-        assert_eq!((turns.count, turns.cycles), (2, 500));
+        turns.begin(spent(950, 600));
+        turns.end(spent(1350, 850));
+        turns.end(spent(8850, 900));
+        assert_eq!(
+            (turns.count, turns.cycles, turns.instructions),
+            (1, 400, 250)
+        );
+        turns.begin(spent(8950, 1000));
+        turns.begin(spent(9050, 1050));
+        assert_eq!(
+            (turns.count, turns.cycles, turns.instructions),
+            (2, 500, 300)
+        );
     }
 }

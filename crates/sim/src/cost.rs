@@ -6,8 +6,10 @@
 //!
 //! Interrupts are charged what the middle one of a job took, with their entry and exit; whether a tick is late is judged by
 //! the longest. The main loop's work is charged what it took in the mean, after all other work of the same job: see there
-//! (`tests/firmware/src/checks/costs.rs`). The look at the serial line every 50 µs is in the main loop's figures; at rest it
-//! is not charged (0.5 % of the CPU).
+//! (`tests/firmware/src/checks/costs.rs`). Of the looks at the serial line, every 50 µs, what their bytes take is
+//! charged, as each comes; what a look takes that finds none is not (some 50 cycles, 0.6 % of the CPU).
+//!
+//! `HUNDRED_INSTRUCTIONS` there is for who has counted instructions and wants cycles (`docs/benchmarks.md`).
 //!
 //! What is charged when is in [`crate::event_loop`].
 

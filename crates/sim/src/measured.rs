@@ -56,3 +56,6 @@ pub const TIMED: u32 = 349;
 
 /// A status report.
 pub const REPORT: u32 = 10440;
+
+/// A hundred instructions of the main loop, while a thousand moves are planned.
+pub const HUNDRED_INSTRUCTIONS: u32 = 188;

@@ -63,6 +63,12 @@ pub(crate) const PLANTED: &[Planted] = &[
         &["queued-traces"],
     ),
     planted(
+        "the caches of the flash off",
+        FLASH,
+        |word| Some(word & !(0b11 << 9)),
+        &["costs"],
+    ),
+    planted(
         "the pulse a microsecond short",
         TIM11 + ARR,
         |word| Some(word.wrapping_sub(168)),

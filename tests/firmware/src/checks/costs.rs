@@ -141,6 +141,7 @@ fn of_switches(firmware: &Firmware) -> Result<Cost, Failure> {
 #[derive(Clone, Copy)]
 struct Spent {
     cycles: u64,
+    instructions: u64,
     turns: u64,
     /// Segments that were loaded, and so as many that were made.
     segments: u64,
@@ -159,6 +160,7 @@ impl Spent {
         let after = bench.machine.turns();
         Ok(Spent {
             cycles: after.cycles - before.cycles,
+            instructions: after.instructions - before.instructions,
             turns: after.count - before.count,
             segments: Interrupts::of(bench).loads.len() as u64,
         })
@@ -302,6 +304,11 @@ fn of_main_loop(firmware: &Firmware) -> Result<Vec<Cost>, Failure> {
             timed
         ),
         cost!(REPORT, "A status report", work.report),
+        cost!(
+            HUNDRED_INSTRUCTIONS,
+            "A hundred instructions of the main loop, while a thousand moves are planned",
+            100 * planning.cycles / planning.instructions.max(1)
+        ),
     ])
 }
 
