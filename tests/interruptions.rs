@@ -297,7 +297,12 @@ fn a_door_at_any_step_stops_on_the_path_and_a_resume_ends_at_the_target() {
 
 #[test]
 fn a_reset_at_any_step_is_alarm_3_and_nothing_moves_until_it_is_unlocked() {
-    Case::new(PROGRAM, 0x18).at_every_step(|session, _| {
+    Case::new(PROGRAM, 0x18).at_every_step(|session, all_made| {
+        // The reset may have come behind the last step: all positions are sure then.
+        if all_made && alarm(session).is_none() {
+            assert!(report(session).starts_with("<Idle|"));
+            return false;
+        }
         assert_eq!(alarm(session), Some(3));
         assert!(report(session).starts_with("<Alarm|"));
         assert_eq!(session.say("~\nG0X1\n"), ["ok", "error:9"]);

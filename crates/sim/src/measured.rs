@@ -10,16 +10,16 @@ pub const STEP: u32 = 173;
 pub const STEP_MOST: u32 = 173;
 
 /// To load a segment: the middle one.
-pub const LOAD: u32 = 269;
+pub const LOAD: u32 = 275;
 
 /// The same: the longest, the first of a line.
-pub const LOAD_MOST: u32 = 362;
+pub const LOAD_MOST: u32 = 369;
 
 /// To come to rest where no segment is left.
-pub const RUN_OUT: u32 = 178;
+pub const RUN_OUT: u32 = 183;
 
 /// From the begin of that to the power's being off.
-pub const RUN_OUT_DARK: u32 = 122;
+pub const RUN_OUT_DARK: u32 = 127;
 
 /// From the end of a pulse's time to the fall of the step pins: the shortest.
 pub const PULSE_EDGE: u32 = 41;
@@ -28,34 +28,34 @@ pub const PULSE_EDGE: u32 = 41;
 pub const PULSE_END: u32 = 73;
 
 /// The interrupts of a switch's edge and of the end of its filter's time.
-pub const SWITCHES: u32 = 608;
+pub const SWITCHES: u32 = 601;
 
 /// To receive a byte of a line of 2 Mbaud that never rests.
-pub const BYTE_IN: u32 = 48;
+pub const BYTE_IN: u32 = 87;
 
 /// To send a byte of `ok`.
 pub const BYTE_OUT: u32 = 65;
 
 /// A turn of the main loop at rest.
-pub const POLL: u32 = 3675;
+pub const POLL: u32 = 3718;
 
 /// A byte taken from the receive queue, or given to the sender.
-pub const BYTE: u32 = 71;
+pub const BYTE: u32 = 76;
 
 /// A line of seven words, none of them a place, checked and interpreted, and answered.
-pub const LINE: u32 = 2029;
+pub const LINE: u32 = 1502;
 
 /// A move planned, and its words: in the mean of a thousand.
-pub const PLANNED_MOVE: u32 = 2736;
+pub const PLANNED_MOVE: u32 = 2985;
 
 /// A segment made, in the mean of a thousand moves, and what finds no room for one.
-pub const SEGMENT: u32 = 2465;
+pub const SEGMENT: u32 = 2634;
 
 /// A queued move whose time is added up for a report.
-pub const TIMED: u32 = 349;
+pub const TIMED: u32 = 351;
 
 /// A status report.
-pub const REPORT: u32 = 10440;
+pub const REPORT: u32 = 10108;
 
 /// A hundred instructions of the main loop, while a thousand moves are planned.
-pub const HUNDRED_INSTRUCTIONS: u32 = 188;
+pub const HUNDRED_INSTRUCTIONS: u32 = 189;

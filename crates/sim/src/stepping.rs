@@ -64,9 +64,12 @@ impl<'a, const MOTORS: usize> Stepping<'a, MOTORS> {
         }
         while board.timer_due() <= horizon {
             let step_start = cpu.tick_start(board.step_due());
-            let pulse_start = cpu.untimed_start(board.pulse_due());
             // A tick comes first. One that would interrupt the end of a pulse before its edge does not come: ticks are a
             // pulse and 1 µs apart at least (`StepTiming`).
+            let pulse_start = match board.pulse_due() {
+                Cycle::NEVER => Cycle::NEVER,
+                due => cpu.untimed_start(due),
+            };
             if pulse_start < step_start {
                 board.end_pulse(pulse_start + u64::from(self.costs.pulse_edge));
                 cpu.charge_untimed(pulse_start, self.costs.pulse_end);
