@@ -11,7 +11,7 @@
 //! A host that does not read stops nobody: the queue fills, then the machine takes no more lines from it, the other line
 //! goes on. Without a host bytes go nowhere, but for the first kilobyte after power-up, the banner: whoever comes first reads that.
 //!
-//! Reviewed, but never run: the emulator has a controller without a cable.
+//! Run in the emulator (`cargo fw-test usb`), never on a board.
 use core::{
     mem::MaybeUninit,
     sync::atomic::{AtomicBool, AtomicU8, Ordering::Relaxed},

@@ -75,7 +75,7 @@ impl Devices {
     }
 
     /// Resets all of them. The world goes on driving its pins, and sending.
-    pub(crate) fn reset(&mut self, cause: ResetCause) {
+    pub(crate) fn reset(&mut self, cause: ResetCause, now: u64) {
         self.rcc.reset(cause);
         self.pwr.reset();
         self.flash = Flash::new();
@@ -93,7 +93,7 @@ impl Devices {
         self.systick = SysTick::new();
         self.dwt = Dwt::new();
         self.iwdg = Iwdg::new(self.iwdg.lsi_hz(), self.rcc.clocks().hclk);
-        self.usb = Usb::default();
+        self.usb.reset(now);
         self.others.clear();
     }
 
@@ -106,5 +106,6 @@ impl Devices {
             .fold(self.systick.next_event(), u64::min)
             .min(self.flash.next_event())
             .min(self.iwdg.next_event())
+            .min(self.usb.next_event())
     }
 }

@@ -16,9 +16,10 @@
 //! ART accelerator's caches, exception entry and exit, slow peripheral buses. For an upper bound on an interrupt's time
 //! let each begin with cold caches: [`FlashTiming::ArtCold`].
 //!
-//! What is **not** emulated: USB (it is there, without a cable), ADC, SPI, I2C, RTC, DACs, the MPU, contention on the buses, silicon errata. Each
+//! What is **not** emulated: ADC, SPI, I2C, RTC, DACs, the MPU, contention on the buses, silicon errata. Each
 //! module says what it leaves out of its chapter of the reference manual. No result has been held against silicon; the
-//! core has been held against QEMU (`oracle/README.md`), the peripherals against nothing but their author's knowledge.
+//! core has been held against QEMU (`oracle/README.md`), the peripherals against nothing but their author's knowledge;
+//! USB, besides, against what its driver (synopsys-usb-otg) expects.
 //!
 //! # Example
 //! ```no_run

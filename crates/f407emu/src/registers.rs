@@ -81,7 +81,11 @@ impl Machine {
                 self.devices.timers[index].read(offset, now)
             }
             Device::Iwdg => devices.iwdg.read(offset, now),
-            Device::Usb => devices.usb.read(address - USB),
+            Device::Usb => {
+                let value = devices.usb.read(address - USB);
+                self.usb_changed();
+                value
+            }
             Device::Usart(index) => {
                 let value = devices.usarts[index].read(offset);
                 self.usart_changed(index);
@@ -144,7 +148,10 @@ impl Machine {
                 }
                 self.reschedule();
             }
-            Device::Usb => devices.usb.write(address - USB, value),
+            Device::Usb => {
+                devices.usb.write(address - USB, value);
+                self.usb_changed();
+            }
             Device::Other => {
                 self.warnings.add(Warning::NotModelled { address });
                 self.devices.others.insert(address, value);

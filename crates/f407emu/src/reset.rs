@@ -40,7 +40,7 @@ impl Machine {
         self.cpu = Cpu::default();
         self.nvic = Nvic::new();
         self.scb = Scb::new();
-        self.devices.reset(cause);
+        self.devices.reset(cause, cycle);
         self.art = Art::new();
         self.memory.low = Low::Flash;
         self.profiler.abandon();

@@ -78,6 +78,44 @@ impl Machine {
         self.devices.usarts[port as usize].overruns
     }
 
+    /// Plugs the cable of USB in or out. A host at its other end sets the device up as an operating system does; what its program
+    /// had to send before is forgotten.
+    pub fn usb_plug(&mut self, plugged: bool) {
+        let cycle = self.cycle;
+        self.devices.usb.host.plug(plugged, cycle);
+        self.reschedule();
+    }
+
+    /// Whether the device is set up: bytes go both ways.
+    pub fn usb_is_up(&self) -> bool {
+        self.devices.usb.host.is_talking()
+    }
+
+    /// What the device has answered to each request of the host, in order, since the cable was plugged in.
+    pub fn usb_answers(&self) -> &[Vec<u8>] {
+        &self.devices.usb.host.answers
+    }
+
+    /// Sends bytes over USB, as fast as the device takes them.
+    pub fn usb_send(&mut self, bytes: &[u8]) {
+        self.devices.usb.host.to_send.extend(bytes);
+    }
+
+    /// Whether the host's program reads what comes; from the start it does.
+    pub fn usb_read(&mut self, reads: bool) {
+        self.devices.usb.host.reads = reads;
+    }
+
+    /// How many bytes the host still keeps.
+    pub fn usb_unsent(&self) -> usize {
+        self.devices.usb.host.to_send.len()
+    }
+
+    /// What the firmware has sent over USB; the caller may take it out.
+    pub fn usb_out(&mut self) -> &mut Vec<u8> {
+        &mut self.devices.usb.host.received
+    }
+
     /// Sets an input pin at a cycle. From then on the world drives it.
     pub fn pin_at(&mut self, cycle: u64, pin: Pin, level: bool) {
         self.at(cycle, Happening::Pin { pin, level });

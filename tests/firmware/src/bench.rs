@@ -46,6 +46,8 @@ pub(crate) const BANNER: &str = "Grbl 1.1h ['$' for help]";
 /// The longest that the firmware may take from reset to its banner, s: it may erase a sector of its settings first,
 /// 0.5 s at most (data sheet DocID022152, table 40: 16 KB at x8 takes 800 ms at most).
 const BOOT_SECONDS: f64 = 2.0;
+/// The longest that a host takes to set the device up, s: five times what its waits add up to.
+const USB_SECONDS: f64 = 0.6;
 /// The longest that a line may take to be answered at rest, s.
 const ANSWER_SECONDS: f64 = 2.0;
 /// How far the line's rate may be off: 1 %, less than half of what a receiver takes with the other end 1 % off as well (RM0090 section 30.3.5).
@@ -65,6 +67,8 @@ pub(crate) struct Bench {
     baud: u32,
     /// Bytes of a line that has not ended yet.
     incoming: Vec<u8>,
+    /// What is said and heard goes over USB.
+    over_usb: bool,
 }
 
 impl Bench {
@@ -99,6 +103,7 @@ impl Bench {
             wiring,
             baud: build.baud,
             incoming: Vec::new(),
+            over_usb: false,
         })
     }
 
@@ -129,7 +134,7 @@ impl Bench {
     /// Waits for the banner after a reset; what was being said before is forgotten, what is said before it comes back.
     pub(crate) fn hear_boot(&mut self) -> Result<Vec<String>, Failure> {
         self.incoming.clear();
-        self.machine.uart_out(self.wiring.line).clear();
+        self.output().clear();
         self.hear_banner()
     }
 
@@ -152,15 +157,51 @@ impl Bench {
         edge
     }
 
+    /// Plugs in the cable of USB, waits until a host has set the device up, and goes on over that.
+    pub(crate) fn plug_usb(&mut self) -> Result<(), Failure> {
+        self.machine.usb_plug(true);
+        self.over_usb = true;
+        self.incoming.clear();
+        let end = self.machine.cycle() + cycles(USB_SECONDS);
+        while !self.machine.usb_is_up() {
+            self.run_to(self.machine.cycle() + SLICE)?;
+            ensure(self.machine.cycle() < end, || {
+                let answers = self.machine.usb_answers();
+                format!("the host cannot set the device up: {answers:02x?}")
+            })?;
+        }
+        Ok(())
+    }
+
+    /// Pulls the cable of USB out and goes on over the serial line.
+    pub(crate) fn unplug_usb(&mut self) {
+        self.machine.usb_plug(false);
+        self.over_usb = false;
+        self.incoming.clear();
+    }
+
     /// Sends bytes.
     pub(crate) fn send(&mut self, bytes: impl AsRef<[u8]>) {
-        self.machine.uart_send(self.wiring.line, bytes.as_ref());
+        if self.over_usb {
+            self.machine.usb_send(bytes.as_ref());
+        } else {
+            self.machine.uart_send(self.wiring.line, bytes.as_ref());
+        }
+    }
+
+    /// Bytes that have come in.
+    fn output(&mut self) -> &mut Vec<u8> {
+        if self.over_usb {
+            self.machine.usb_out()
+        } else {
+            self.machine.uart_out(self.wiring.line)
+        }
     }
 
     /// The lines that have come in since the last call; empty ones are left out.
     pub(crate) fn heard(&mut self) -> Vec<String> {
         let mut lines = Vec::new();
-        for byte in std::mem::take(self.machine.uart_out(self.wiring.line)) {
+        for byte in std::mem::take(self.output()) {
             match byte {
                 b'\r' => {}
                 b'\n' => {

@@ -31,6 +31,7 @@ const fn planted(
     }
 }
 
+const OTG_FS: u32 = 0x5000_0000;
 const TIM2: u32 = 0x4000_0000;
 const TIM11: u32 = 0x4001_4800;
 const TIM5: u32 = 0x4000_0C00;
@@ -253,6 +254,18 @@ pub(crate) const PLANTED: &[Planted] = &[
         USART2 + 0x08,
         |word| Some(word + word / 20),
         &["stream-short"],
+    ),
+    planted(
+        "USB: no packet is taken after a request",
+        OTG_FS + 0xB20,
+        |word| Some(word & !(1 << 31)),
+        &["usb"],
+    ),
+    planted(
+        "USB: the end of a packet that was sent not cleared",
+        OTG_FS + 0x948,
+        |_| None,
+        &["usb"],
     ),
 ];
 

@@ -84,6 +84,10 @@ impl Machine {
             self.devices.flash.event();
             self.flash_changed();
         }
+        if self.devices.usb.next_event() <= now {
+            self.devices.usb.event(now);
+            self.usb_changed();
+        }
         if self.devices.iwdg.next_event() <= now {
             self.restart(ResetCause::Watchdog, now);
         }
@@ -124,6 +128,7 @@ impl Machine {
             usart.set_bus_clock(if apb2 { clocks.apb2 } else { clocks.apb1 });
         }
         self.devices.iwdg.set_hclk(clocks.hclk, now);
+        self.devices.usb.host.set_hclk(clocks.hclk);
         self.reschedule();
     }
     // Flash

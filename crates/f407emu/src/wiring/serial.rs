@@ -1,4 +1,4 @@
-//! The USARTs: their interrupt lines and their DMA requests.
+//! The USARTs and USB: their interrupt lines, and the former's DMA requests.
 use crate::{
     machine::Machine,
     peripheral::{nvic::Exception, timer_map::Route, usart::UsartRequests},
@@ -6,6 +6,8 @@ use crate::{
 
 /// Interrupts of the USARTs, in the order of `Devices` (RM0090 table 61).
 const USART_IRQS: [u8; 4] = [37, 38, 39, 71];
+/// Interrupt of USB OTG FS.
+const USB_IRQ: u8 = 67;
 /// DMA streams of the USARTs (RM0090 tables 42 and 43): of received bytes, and of those to be sent.
 const USART_RECEIVE: [&[Route]; 4] = [
     &[route(1, 2, 4), route(1, 5, 4)],
@@ -40,6 +42,11 @@ impl Machine {
     pub(crate) fn usart_changed(&mut self, index: usize) {
         let up = self.devices.usarts[index].interrupt();
         self.nvic.set_line(Exception::irq(USART_IRQS[index]), up);
+    }
+
+    pub(crate) fn usb_changed(&mut self) {
+        let up = self.devices.usb.interrupt();
+        self.nvic.set_line(Exception::irq(USB_IRQ), up);
     }
 
     /// What the USARTs ask of DMA is still asked for: for a stream that listens from now on.

@@ -20,6 +20,7 @@ mod streams;
 mod switches;
 mod timing;
 mod update;
+mod usb;
 mod watchdog;
 
 use crate::{bench::Failure, firmware::Firmware};
@@ -265,6 +266,12 @@ pub(crate) const CHECKS: &[Check] = &[
         what: "a record: at most 2 ms, and nothing that comes meanwhile is lost",
         subset: true,
         run: stall::flash_stall,
+    },
+    Check {
+        name: "usb",
+        what: "USB: a host sets the device up; jobs to the step, both lines at once, 0x18 within 1 ms, the cable pulled in motion",
+        subset: true,
+        run: usb::usb,
     },
     Check {
         name: "raster",

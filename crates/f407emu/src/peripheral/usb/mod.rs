@@ -1,0 +1,396 @@
+//! USB OTG FS as a full-speed device (RM0090 chapter 34), with a host at the other end of the cable ([`host`]).
+//!
+//! The device answers the tokens of the host: data out of the endpoints' FIFOs for IN, into the common receive FIFO for OUT and
+//! SETUP, or that it is not ready (NAK). Endpoints other than 0 answer to their address only.
+//!
+//! Not modelled: host mode, isochronous transfers, data toggles and errors of the line, interrupts other than those of the
+//! endpoints' ends of transfer and of reset, speed, suspend and received data; DMA, low power.
+mod endpoint;
+mod host;
+
+pub(crate) use host::Host;
+
+use endpoint::{In, Out};
+use std::collections::{HashMap, VecDeque};
+
+/// OTG_FS_GAHBCFG.GINTMSK: interrupts reach the NVIC.
+const GINT: u32 = 1;
+/// OTG_FS_GRSTCTL: core soft reset, HCLK soft reset, frame counter reset, receive and transmit FIFO flush, and the latter's number.
+const CSRST: u32 = 1;
+const RXFFLSH: u32 = 1 << 4;
+const TXFFLSH: u32 = 1 << 5;
+const SELF_CLEARING: u32 = CSRST | 1 << 1 | 1 << 2 | RXFFLSH | TXFFLSH;
+/// The number in GRSTCTL.TXFNUM that stands for all transmit FIFOs.
+const ALL_FIFOS: u32 = 0x10;
+/// OTG_FS_GRSTCTL.AHBIDL: nothing is under way.
+const IDLE: u32 = 1 << 31;
+/// OTG_FS_GINTSTS: received data, suspend, reset, speed known, IN endpoint, wake-up.
+const RXFLVL: u32 = 1 << 4;
+const USBSUSP: u32 = 1 << 11;
+const USBRST: u32 = 1 << 12;
+const ENUMDNE: u32 = 1 << 13;
+const IEPINT: u32 = 1 << 18;
+/// Flags of OTG_FS_GINTSTS that are cleared by writing 1.
+const CLEARED: u32 = USBSUSP | USBRST | ENUMDNE | 1 << 31;
+/// OTG_FS_GCCFG.PWRDWN: the transceiver is on.
+const PWRDWN: u32 = 1 << 16;
+/// OTG_FS_DCTL.SDIS: no pull-up, so that the host sees no device.
+const SDIS: u32 = 1 << 1;
+/// OTG_FS_CID after a reset.
+const PRODUCT: u32 = 0x1100;
+/// OTG_FS_DSTS.ENUMSPD: full speed.
+const FULL_SPEED: u32 = 3 << 1;
+/// OTG_FS_GRXSTSP.PKTSTS: OUT data, OUT transfer complete, SETUP complete, SETUP data.
+const OUT_DATA: u32 = 2;
+const OUT_COMPLETE: u32 = 3;
+const SETUP_COMPLETE: u32 = 4;
+const SETUP_DATA: u32 = 6;
+/// Endpoints of a direction.
+const ENDPOINTS: usize = 4;
+
+/// What the device answers to a token.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub(crate) enum Answer {
+    /// Data of an IN token, or that those of an OUT or SETUP token were taken.
+    Ack(Vec<u8>),
+    /// Not ready.
+    Nak,
+    /// The request is not known, or the endpoint is halted.
+    Stall,
+    /// There is no such device, or no such endpoint.
+    Nothing,
+}
+
+/// An entry of the receive FIFO.
+#[derive(Clone, Debug)]
+struct Entry {
+    status: u32,
+    data: Vec<u8>,
+}
+
+impl Entry {
+    fn new(endpoint: usize, status: u32, data: &[u8]) -> Self {
+        Entry {
+            status: endpoint as u32 | (data.len() as u32) << 4 | status << 17,
+            data: data.to_vec(),
+        }
+    }
+
+    fn words(&self) -> usize {
+        1 + self.data.len().div_ceil(4)
+    }
+}
+
+/// The controller's registers and FIFOs, and the other end of the cable.
+#[derive(Clone, Default, Debug)]
+pub(crate) struct Usb {
+    /// Registers that keep what is written.
+    written: HashMap<u32, u32>,
+    flags: u32,
+    ins: [In; ENDPOINTS],
+    outs: [Out; ENDPOINTS],
+    receive: VecDeque<Entry>,
+    /// Data of the entry that was read last.
+    data: VecDeque<u8>,
+    pub(crate) host: Host,
+}
+
+impl Usb {
+    /// As after a reset of the chip; the host stays, and sees the device go.
+    pub(crate) fn reset(&mut self, now: u64) {
+        let mut host = core::mem::take(&mut self.host);
+        host.device_gone(now);
+        *self = Usb {
+            host,
+            ..Usb::default()
+        };
+    }
+
+    /// Whether the controller asks for its interrupt.
+    pub(crate) fn interrupt(&self) -> bool {
+        self.plain(0x08) & GINT != 0 && self.status() & self.plain(0x18) != 0
+    }
+
+    /// Whether the host sees a device: transceiver and pull-up are on.
+    fn is_attached(&self) -> bool {
+        self.plain(0x38) & PWRDWN != 0 && self.plain(0x804) & SDIS == 0
+    }
+
+    fn plain(&self, offset: u32) -> u32 {
+        self.written.get(&offset).copied().unwrap_or(0)
+    }
+
+    /// GINTSTS.
+    fn status(&self) -> u32 {
+        let mut status = self.flags;
+        if !self.receive.is_empty() {
+            status |= RXFLVL;
+        }
+        if self.daint() & self.plain(0x81C) != 0 {
+            status |= IEPINT;
+        }
+        status
+    }
+
+    /// DAINT: IN endpoints with a flag that DIEPMSK lets through.
+    fn daint(&self) -> u32 {
+        let mask = self.plain(0x810);
+        let ins = self.ins.iter().enumerate();
+        ins.fold(0, |all, (index, endpoint)| {
+            all | u32::from(endpoint.flags & mask != 0) << index
+        })
+    }
+
+    /// Reads the register at `offset` from 0x50000000.
+    pub(crate) fn read(&mut self, offset: u32) -> u32 {
+        match offset {
+            0x10 => IDLE | self.plain(offset),
+            0x14 => self.status(),
+            0x1C => self.receive.front().map_or(0, |entry| entry.status),
+            0x20 => self.pop_entry(),
+            0x3C => PRODUCT,
+            0x808 => FULL_SPEED,
+            0x818 => self.daint(),
+            0x900..=0x97F => {
+                let (index, register) = endpoint::place(offset - 0x900);
+                let depth = self.transmit_depth(index);
+                self.ins[index].read(register, depth)
+            }
+            0xB00..=0xB7F => {
+                let (index, register) = endpoint::place(offset - 0xB00);
+                self.outs[index].read(register)
+            }
+            0x1000..=0x1FFF => self.pop_word(),
+            _ => self.plain(offset),
+        }
+    }
+
+    /// Writes the register at `offset` from 0x50000000.
+    pub(crate) fn write(&mut self, offset: u32, value: u32) {
+        match offset {
+            0x10 => {
+                self.reset_parts(value);
+                self.written.insert(offset, value & !(SELF_CLEARING | IDLE));
+            }
+            0x14 => self.flags &= !(value & CLEARED),
+            0x900..=0x97F => {
+                let (index, register) = endpoint::place(offset - 0x900);
+                self.ins[index].write(register, value);
+            }
+            0xB00..=0xB7F => {
+                let (index, register) = endpoint::place(offset - 0xB00);
+                self.outs[index].write(register, value);
+            }
+            0x1000..=0x4FFF => {
+                let index = (offset >> 12) as usize - 1;
+                self.ins[index].fifo.extend(value.to_le_bytes());
+            }
+            _ => {
+                self.written.insert(offset, value);
+            }
+        }
+    }
+
+    fn reset_parts(&mut self, value: u32) {
+        if value & CSRST != 0 {
+            self.flags = 0;
+            self.ins = Default::default();
+            self.outs = Default::default();
+        }
+        if value & (RXFFLSH | CSRST) != 0 {
+            self.receive.clear();
+            self.data.clear();
+        }
+        if value & TXFFLSH != 0 {
+            let number = value >> 6 & 0x1F;
+            for (index, endpoint) in (0..).zip(&mut self.ins) {
+                if number == ALL_FIFOS || number == index {
+                    endpoint.fifo.clear();
+                }
+            }
+        }
+    }
+
+    fn pop_entry(&mut self) -> u32 {
+        let Some(entry) = self.receive.pop_front() else {
+            return 0;
+        };
+        self.data = entry.data.into();
+        entry.status
+    }
+
+    fn pop_word(&mut self) -> u32 {
+        (0..4).fold(0, |word, place| {
+            let byte = self.data.pop_front().unwrap_or(0);
+            word | u32::from(byte) << (8 * place)
+        })
+    }
+
+    /// Words of an endpoint's transmit FIFO: DIEPTXF0, DIEPTXF1 and so on.
+    fn transmit_depth(&self, index: usize) -> usize {
+        let offset = match index {
+            0 => 0x28,
+            _ => 0x100 + 4 * index as u32,
+        };
+        (self.plain(offset) >> 16) as usize
+    }
+
+    /// Whether the receive FIFO has room for a packet of so many bytes.
+    fn has_room(&self, bytes: usize) -> bool {
+        let used: usize = self.receive.iter().map(Entry::words).sum();
+        // The entry that says that the transfer is complete, too.
+        used + 2 + bytes.div_ceil(4) <= self.plain(0x24) as usize
+    }
+
+    fn has_address(&self, address: u8) -> bool {
+        self.plain(0x800) >> 4 & 0x7F == u32::from(address)
+    }
+
+    // The tokens of the host.
+
+    /// The host resets the device.
+    fn bus_reset(&mut self) {
+        self.flags |= USBRST;
+    }
+
+    /// The host has ended the reset: the speed is known.
+    fn bus_ready(&mut self) {
+        self.flags |= ENUMDNE;
+    }
+
+    /// Nothing has happened on the line for 3 ms.
+    fn bus_idle(&mut self) {
+        self.flags |= USBSUSP;
+    }
+
+    /// SETUP is always taken, by the device that has the address.
+    fn setup(&mut self, address: u8, request: &[u8; 8]) -> Answer {
+        if !self.has_address(address) || !self.has_room(request.len()) {
+            return Answer::Nothing;
+        }
+        self.ins[0].begin_request();
+        self.outs[0].begin_request();
+        self.receive.push_back(Entry::new(0, SETUP_DATA, request));
+        self.receive.push_back(Entry::new(0, SETUP_COMPLETE, &[]));
+        Answer::Ack(Vec::new())
+    }
+
+    /// OUT; endpoint 0 goes on as its request has begun, whatever the address is meanwhile.
+    fn out(&mut self, address: u8, endpoint: usize, data: &[u8]) -> Answer {
+        if endpoint != 0 && !self.has_address(address) {
+            return Answer::Nothing;
+        }
+        let room = self.has_room(data.len());
+        let out = &mut self.outs[endpoint];
+        if let Some(refusal) = out.refusal(endpoint) {
+            return refusal;
+        }
+        if !room {
+            return Answer::Nak;
+        }
+        self.receive.push_back(Entry::new(endpoint, OUT_DATA, data));
+        if out.take(data.len()) {
+            self.receive
+                .push_back(Entry::new(endpoint, OUT_COMPLETE, &[]));
+        }
+        Answer::Ack(Vec::new())
+    }
+
+    /// IN; endpoint 0 goes on as its request has begun, whatever the address is meanwhile.
+    fn r#in(&mut self, address: u8, endpoint: usize) -> Answer {
+        if endpoint != 0 && !self.has_address(address) {
+            return Answer::Nothing;
+        }
+        self.ins[endpoint].packet(endpoint)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A controller as a driver leaves it after a reset of the bus: address 5, endpoint 0 and a bulk pair 1 of 64 bytes.
+    fn ready() -> Usb {
+        let mut usb = Usb::default();
+        for (offset, value) in [
+            (0x08, GINT),
+            (0x18, RXFLVL | IEPINT),
+            (0x24, 62),
+            (0x28, 16 << 16),
+            (0x104, 16 << 16),
+            (0x800, 5 << 4),
+            (0x810, 1),
+            (0x81C, 0b11),
+            (0xB00, 1 << 31 | 1 << 26),
+            (0x920, 1 << 27 | 1 << 15 | 64),
+            (0xB20, 1 << 31 | 1 << 26 | 1 << 15 | 64),
+        ] {
+            usb.write(offset, value);
+        }
+        usb
+    }
+
+    #[test]
+    fn a_driver_that_waits_for_a_reset_goes_on() {
+        let mut usb = Usb::default();
+        assert_eq!(usb.read(0x10), IDLE);
+        usb.write(0x10, 1 | 1 << 4 | 1 << 5 | 0x10 << 6);
+        assert_eq!(usb.read(0x10), IDLE | 0x10 << 6);
+    }
+
+    #[test]
+    fn a_packet_that_comes_is_announced_read_and_complete() {
+        let mut usb = ready();
+        assert_eq!(usb.out(5, 1, b"G0X1\n"), Answer::Ack(vec![]));
+        assert!(usb.interrupt());
+        assert_eq!(usb.read(0x1C), 1 | 5 << 4 | OUT_DATA << 17);
+        assert_eq!(usb.read(0x20), 1 | 5 << 4 | OUT_DATA << 17);
+        assert_eq!(usb.read(0x1000), u32::from_le_bytes(*b"G0X1"));
+        assert_eq!(usb.read(0x1000), u32::from(b'\n'));
+        assert_eq!(usb.read(0x20), 1 | OUT_COMPLETE << 17);
+        assert!(!usb.interrupt());
+        assert_eq!(usb.out(5, 1, b"?"), Answer::Nak, "not enabled again");
+        usb.write(0xB20, 1 << 31 | 1 << 26 | 1 << 15 | 64);
+        assert_eq!(usb.out(5, 1, b"?"), Answer::Ack(vec![]));
+        assert_eq!(usb.out(6, 1, b"?"), Answer::Nothing, "another device");
+    }
+
+    #[test]
+    fn a_full_receive_fifo_takes_no_packet() {
+        let mut usb = ready();
+        usb.write(0x24, 20);
+        assert_eq!(usb.out(5, 1, &[b'X'; 64]), Answer::Ack(vec![]));
+        usb.write(0xB20, 1 << 31 | 1 << 26 | 1 << 15 | 64);
+        assert_eq!(usb.out(5, 1, b"?"), Answer::Nak);
+    }
+
+    #[test]
+    fn a_packet_goes_once_it_is_whole_and_its_end_is_announced() {
+        let mut usb = ready();
+        assert_eq!(usb.r#in(5, 1), Answer::Nak);
+        usb.write(0x930, 1 << 19 | 4);
+        usb.write(0x920, usb.ins[1].control | 1 << 31 | 1 << 26);
+        assert_eq!(usb.r#in(5, 1), Answer::Nak, "the FIFO is empty");
+        assert_eq!(usb.read(0x938), 16);
+        usb.write(0x2000, u32::from_le_bytes(*b"ok\r\n"));
+        assert_eq!(usb.read(0x938), 15);
+        assert!(!usb.interrupt());
+        assert_eq!(usb.r#in(5, 1), Answer::Ack(b"ok\r\n".to_vec()));
+        assert!(usb.interrupt());
+        usb.write(0x928, 1);
+        assert!(!usb.interrupt());
+        assert_eq!(usb.r#in(5, 1), Answer::Nak);
+    }
+
+    #[test]
+    fn a_request_is_taken_by_the_device_that_has_the_address_and_ends_a_stall() {
+        let mut usb = ready();
+        let request = [0x80, 6, 0, 1, 0, 0, 64, 0];
+        usb.write(0x900, 1 << 21);
+        assert_eq!(usb.r#in(5, 0), Answer::Stall);
+        assert_eq!(usb.setup(0, &request), Answer::Nothing);
+        assert_eq!(usb.setup(5, &request), Answer::Ack(vec![]));
+        assert_eq!(usb.read(0x20), 8 << 4 | SETUP_DATA << 17);
+        assert_eq!(usb.r#in(5, 0), Answer::Nak);
+    }
+}

@@ -1,0 +1,177 @@
+//! The second serial line: USB, with a host at the other end of the cable.
+use super::{
+    stopping::{last_step, moving},
+    Figures,
+};
+use crate::{
+    bench::{ensure, fail, micros_between, Bench, Failure, BANNER},
+    compare, desk,
+    firmware::{Build, Firmware},
+    job::Job,
+    pins::LINE,
+    steps::{jitter, Step},
+    stream::Stream,
+};
+use leadscrew_sim::Rate;
+
+/// Between two status queries, s.
+const POLL_SECONDS: f64 = 0.1;
+/// How far the time of a job may be off.
+const TOLERANCE: f64 = 0.01;
+/// Step edges against the schedule at most, cycles.
+const JITTER: u32 = 40;
+/// From 0x18 on its way to the last step edge, µs: 1000 and the packets before it.
+const RESET_US: f64 = 1_000.0;
+/// Other bytes in front of 0x18.
+const BEFORE: usize = 300;
+/// The device's identification, as docs/hardware.md has it.
+const VENDOR: u16 = 0x16C0;
+const PRODUCT: u16 = 0x27DD;
+/// Lists that nobody reads for a while: six times what the board keeps for a line. And the rows of one.
+const LISTS: usize = 10;
+const ROWS: usize = 34;
+/// A job that goes on for a second after the cable was pulled.
+const LONG: &str = "G91 G1 X30 F1500";
+
+/// What the host was told: a serial device with its own descriptors' lengths right.
+fn descriptors(bench: &Bench) -> Result<(), Failure> {
+    let answers = bench.machine.usb_answers();
+    let [_, _, device, _, configuration, ..] = answers else {
+        return fail(format!("too few answers: {answers:02x?}"));
+    };
+    let word = |bytes: &[u8], at: usize| {
+        bytes
+            .get(at..at + 2)
+            .map(|pair| u16::from_le_bytes([pair[0], pair[1]]))
+    };
+    // USB 2.0 tables 9-8 and 9-10; class 2 is a communications device.
+    let whole = device.len() == 18 && device[4] == 2;
+    let ours = word(device, 8) == Some(VENDOR) && word(device, 10) == Some(PRODUCT);
+    let total = word(configuration, 2).map(usize::from);
+    ensure(whole && ours && total == Some(configuration.len()), || {
+        format!("descriptors: {device:02x?} {configuration:02x?}")
+    })
+}
+
+/// A board whose greeting of the start has come over USB.
+fn plugged(build: &Build) -> Result<Bench, Failure> {
+    let mut bench = Bench::boot(build)?;
+    bench.plug_usb()?;
+    bench.hear_until(0.1, |line| line == BANNER)?;
+    Ok(bench)
+}
+
+/// Streams an example over USB, with queries on both lines; its steps.
+fn stream(bench: &Bench, job: &Job) -> Result<Vec<Step>, Failure> {
+    let mut bench = bench.clone();
+    bench.ignore_power();
+    bench.commands(&job.settings)?;
+    bench.pins.clear();
+    bench.machine.uart_out(LINE).clear();
+    bench.machine.uart_send(LINE, &b"?".repeat(200));
+    bench.stream(&Stream::new(&job.program).polling(POLL_SECONDS))?;
+    let other = String::from_utf8_lossy(bench.machine.uart_out(LINE)).into_owned();
+    ensure(other.contains('<') && !other.contains("ok"), || {
+        format!("the other line heard {other:?}")
+    })?;
+    Ok(std::mem::take(&mut bench.pins.steps))
+}
+
+fn jobs(bench: &Bench, figures: &mut Figures) -> Result<(), Failure> {
+    for name in ["raster.nc", "drill_dip14.nc"] {
+        let job = Job::example(name)?;
+        let steps = stream(bench, &job)?;
+        let planned = desk::plan(&job.settings, &job.program, Rate::NeverWaits)?;
+        let ratio = compare::in_path(&steps, &planned, TOLERANCE)?;
+        let jitter = jitter(&steps);
+        figures.add(
+            format!("{name} over USB"),
+            format!(
+                "{} step events, {:+.3} % of the time, jitter {jitter} cycles",
+                steps.len(),
+                100.0 * (ratio - 1.0)
+            ),
+        );
+        ensure(jitter <= JITTER, || figures.to_string())?;
+    }
+    Ok(())
+}
+
+/// 0x18 behind other bytes, in motion.
+fn reset(build: &Build, figures: &mut Figures) -> Result<(), Failure> {
+    let mut bench = moving(build, 0.4)?;
+    bench.plug_usb()?;
+    // What was said from power-up on.
+    bench.hear_until(0.1, |line| line == BANNER)?;
+    let mut bytes = b"(traffic)\n".repeat(BEFORE / 10);
+    bytes.push(0x18);
+    let sent = bench.machine.cycle();
+    bench.send(bytes);
+    bench.hear_until(0.1, |line| line == BANNER)?;
+    bench.run_for(0.3)?;
+    let stopped = micros_between(sent, last_step(&bench));
+    figures.add(
+        format!("0x18 behind {BEFORE} bytes"),
+        format!("last step edge {stopped:.0} us after the first of them was sent"),
+    );
+    ensure(stopped <= RESET_US, || figures.to_string())
+}
+
+/// The cable is pulled while motors step, and comes back.
+fn pulled(bench: &Bench, figures: &mut Figures) -> Result<(), Failure> {
+    let mut bench = bench.clone();
+    bench.command(LONG)?;
+    bench.run_for(0.2)?;
+    bench.unplug_usb();
+    bench.machine.uart_out(LINE).clear();
+    let before = bench.wait_for("Run", 0.1)?;
+    let after = bench.wait_for("Idle", 5.0)?;
+    ensure(after.contains("MPos:30.000,0.000,0.000"), || {
+        format!("the job did not go on: {before} {after}")
+    })?;
+    bench.plug_usb()?;
+    let again = bench.wait_for("Idle", 0.1)?;
+    bench.command("G91 G0 X-1")?;
+    figures.add("cable pulled and plugged in again", again);
+    Ok(())
+}
+
+/// A host that does not read stops nobody, and finds all answers when it reads again.
+fn unread(bench: &Bench, figures: &mut Figures) -> Result<(), Failure> {
+    let mut bench = bench.clone();
+    bench.machine.usb_read(false);
+    bench.send("$$\n".repeat(LISTS));
+    bench.run_for(0.1)?;
+    bench.machine.uart_out(LINE).clear();
+    bench.machine.uart_send(LINE, b"$G\n");
+    bench.run_for(0.1)?;
+    let other = String::from_utf8_lossy(bench.machine.uart_out(LINE)).into_owned();
+    ensure(other.contains("[GC:") && other.contains("ok"), || {
+        format!("the other line heard {other:?}")
+    })?;
+    bench.machine.usb_read(true);
+    bench.run_for(0.2)?;
+    let heard = bench.heard();
+    let count = |begin: &str| heard.iter().filter(|line| line.starts_with(begin)).count();
+    let (oks, rows) = (count("ok"), count("$"));
+    figures.add(
+        "read late",
+        format!("{oks} lists, {rows} rows, the other line answered meanwhile"),
+    );
+    ensure(oks == LISTS && rows == LISTS * ROWS, || {
+        format!("{oks} answers and {rows} rows: {heard:?}")
+    })
+}
+
+pub(crate) fn usb(firmware: &Firmware) -> Result<Figures, Failure> {
+    let mut figures = Figures::default();
+    let bench = plugged(&firmware.usual)?;
+    descriptors(&bench)?;
+    let warnings = bench.machine.warnings();
+    ensure(warnings.is_empty(), || format!("{warnings:?}"))?;
+    jobs(&bench, &mut figures)?;
+    reset(&firmware.usual, &mut figures)?;
+    pulled(&bench, &mut figures)?;
+    unread(&bench, &mut figures)?;
+    Ok(figures)
+}
