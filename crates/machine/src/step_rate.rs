@@ -38,7 +38,7 @@ impl StepTiming {
     ///
     /// Tick: two thirds of the highest rate at which no tick of three motors was late in an emulated one, 380 kHz
     /// (`cargo fw-test --highest-rate`): the emulator's cycles are right to within 15 % by judgement, and the main loop needs its
-    /// share. At 250 kHz the step interrupts take 525 of the 672 cycles from one tick to the next at most (`cargo fw-test rate`). A
+    /// share. At 250 kHz the step interrupts take 532 of the 672 cycles from one tick to the next at most (`cargo fw-test rate`). A
     /// motor: 20 instructions of 1.65 cycles each, rounded to 0.2 µs. A pulse's end: entry, and 25 instructions before the
     /// last pin is written. Set-up: 650 ns (TI DRV8825, SLVSA73F).
     pub const F407: Self = Self {
