@@ -75,6 +75,8 @@ extern crate std;
 #[cfg(test)]
 mod corners_tests;
 #[cfg(test)]
+mod cut_line_tests;
+#[cfg(test)]
 mod drift_tests;
 #[cfg(test)]
 mod edges_tests;

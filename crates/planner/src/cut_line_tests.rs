@@ -1,0 +1,121 @@
+//! A line that CAM cut into pieces of 0.01 mm, rounded to 3 decimals, and how much longer it takes than the line in one move.
+//!
+//! As a campaign: `PROPTEST_CASES=2000 cargo test --release -p leadscrew-planner cut_line -- --nocapture`.
+
+use crate::reference::{to, Rig, RigQueue};
+use crate::{Config, StepsPerMm, NANOS_PER_MM};
+use proptest::prelude::*;
+use proptest::test_runner::{TestCaseError, TestRng, TestRunner};
+use std::cell::Cell;
+use std::vec::Vec;
+use std::{env, format, println};
+
+/// mm.
+const LENGTH: f64 = 60.0;
+const PIECE: f64 = 0.01;
+
+const SCALES: [i64; 3] = [80, 250, 800];
+
+#[derive(Clone, Copy, Debug)]
+struct Line {
+    steps_per_mm: i64,
+    /// mm/s, the feed and the rates of the axes.
+    feed: f32,
+    rate: f32,
+    /// mm/s².
+    acceleration: f32,
+    /// Radians.
+    angle: f64,
+}
+
+impl Line {
+    /// How many times as long it takes in pieces.
+    fn share(&self) -> f64 {
+        let config = Config {
+            max_rate: [self.rate; 2],
+            acceleration: [self.acceleration; 2],
+            steps_per_mm: [StepsPerMm::from_nanos(self.steps_per_mm * NANOS_PER_MM); 2],
+            ..Config::default()
+        };
+        let at = |length: f64| {
+            let end = [length * self.angle.cos(), length * self.angle.sin()];
+            let [x, y] = end.map(|x| (x * 1e3).round() / 1e3);
+            to(x, y, self.feed)
+        };
+        let count = (LENGTH / PIECE) as u32;
+        let pieces: Vec<_> = (1..=count).map(|k| at(f64::from(k) * PIECE)).collect();
+        let mut queue = RigQueue::new();
+        let mut rig = Rig::new(config, &mut queue);
+        let cut = rig.run(&pieces);
+        assert_eq!(rig.segmenter.speed(), 0.0, "{self:?}");
+        cut / Rig::new(config, &mut RigQueue::new()).run(&[at(LENGTH)])
+    }
+}
+
+/// Lines whose feed no axis limits: each piece has the rate of its own direction.
+fn line() -> impl Strategy<Value = Line> {
+    let scale = prop::sample::select(SCALES.to_vec());
+    let logarithmic = |from: f32, to: f32| (from.ln()..to.ln()).prop_map(f32::exp);
+    let feed = (logarithmic(1.0, 100.0), 1.0f32..2.0);
+    let angle = 0.0..core::f64::consts::TAU;
+    (scale, feed, logarithmic(10.0, 2000.0), angle).prop_map(
+        |(steps_per_mm, (feed, faster), acceleration, angle)| Line {
+            steps_per_mm,
+            feed,
+            rate: feed * faster,
+            acceleration,
+            angle,
+        },
+    )
+}
+
+impl Line {
+    /// How many times as long it may take. A piece rounded to steps goes its own way, a longer one than the line, with its own
+    /// acceleration, the more the fewer its steps are: 2.5 at 250 steps/mm, less than one at 80.
+    fn most(&self) -> f64 {
+        match self.steps_per_mm {
+            800 => 1.01,
+            250 => 1.05,
+            _ => 1.25,
+        }
+    }
+
+    /// Whether 1024 moves of 0.01 mm suffice to stop from twice the feed's squared speed: then look-ahead costs nothing.
+    fn fits_the_queue(&self) -> bool {
+        let (feed, acceleration) = (f64::from(self.feed), f64::from(self.acceleration));
+        feed * feed <= acceleration * 1024.0 * PIECE
+    }
+}
+
+#[test]
+fn a_line_in_pieces_loses_no_more_than_its_rounding_to_steps() {
+    let asked = env::var("PROPTEST_CASES").ok();
+    let cases = asked.and_then(|cases| cases.parse().ok()).unwrap_or(40);
+    let config = ProptestConfig {
+        cases,
+        failure_persistence: None,
+        max_shrink_iters: 50,
+        ..ProptestConfig::default()
+    };
+    // The same lines each time, but for campaigns.
+    let mut runner = if cases > 1000 {
+        TestRunner::new(config)
+    } else {
+        let rng = TestRng::deterministic_rng(config.rng_algorithm);
+        TestRunner::new_with_rng(config, rng)
+    };
+    let worst = SCALES.map(|_| Cell::new(0.0f64));
+    let result = runner.run(&line(), |line| {
+        prop_assume!(line.fits_the_queue());
+        let share = line.share();
+        let scale = SCALES.iter().position(|scale| *scale == line.steps_per_mm);
+        let worst = &worst[scale.expect("one of them")];
+        worst.set(worst.get().max(share));
+        if share > line.most() {
+            return Err(TestCaseError::fail(format!("{share} of its time")));
+        }
+        Ok(())
+    });
+    println!("{cases} lines in pieces, at {SCALES:?} steps/mm: at most {worst:?} of their time");
+    result.unwrap_or_else(|error| panic!("{error}"));
+}
