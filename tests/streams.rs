@@ -97,6 +97,12 @@ fn a_laser_under_m3_goes_off_with_the_alarm_of_a_probe() {
     endure(b"\x2BG91G1Z-2F1000\nM3S500\n\xE3G38.2Z-5F500\n");
 }
 
+#[test]
+fn a_held_laser_is_not_lit_by_the_toggle_of_the_spindle() {
+    // Found by the property above.
+    endure(b"\0$32=1\nM30\nM3S500\nM0\n\xF0\x9E\xF0");
+}
+
 fn baud(baud: u32) -> Rate {
     Rate::Baud(NonZeroU32::new(baud).unwrap())
 }

@@ -219,10 +219,10 @@ where
         self.override_motion();
     }
 
-    /// 0x9E: in a completed hold, switches the spindle off, or on again.
+    /// 0x9E: in a completed hold, switches the spindle off, or on again. A laser that is held stays dark until it is resumed.
     fn stop_spindle<B: Board>(&mut self, board: &mut B) {
         let held = matches!(self.state, State::Hold(Hold::Complete { .. }));
-        if !held || !self.spindle.is_wanted() {
+        if !held || !self.spindle.is_wanted() || self.spindle.is_laser() {
             return;
         }
         if self.spindle.is_suspended() {
