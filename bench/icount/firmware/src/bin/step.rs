@@ -14,8 +14,8 @@ use fixed::types::U1F31;
 use heapless::spsc::{Consumer, Queue};
 use icount_firmware::{count, done};
 use leadscrew_stepper::{
-    on_timer, Early, Interval, IntervalChange, Line, MotorMask, Outputs, Power, PowerChange, PowerScale,
-    Segment, Shared, Smoothing, StepInterrupt, StepPort, Ticks,
+    on_timer, Early, Interval, IntervalChange, Line, MotorMask, Outputs, Power, PowerChange,
+    PowerScale, Segment, Shared, Smoothing, StepInterrupt, StepPort, Ticks,
 };
 
 const MOTORS: usize = 3;
