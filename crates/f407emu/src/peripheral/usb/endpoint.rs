@@ -41,16 +41,6 @@ fn controlled(before: u32, value: u32) -> u32 {
     control
 }
 
-fn refusal(control: u32, index: usize) -> Option<Answer> {
-    match control {
-        // Endpoint 0 is always active.
-        _ if index != 0 && control & USBAEP == 0 => Some(Answer::Nothing),
-        _ if control & STALL != 0 => Some(Answer::Stall),
-        _ if control & EPENA == 0 || control & NAKSTS != 0 => Some(Answer::Nak),
-        _ => None,
-    }
-}
-
 /// The largest packet: endpoint 0 has a code of its own.
 fn largest(control: u32, index: usize) -> u32 {
     match index {
@@ -59,78 +49,15 @@ fn largest(control: u32, index: usize) -> u32 {
     }
 }
 
-/// From the device to the host.
+/// What both directions have.
 #[derive(Clone, Default, Debug)]
-pub(super) struct In {
+pub(super) struct Registers {
     pub(super) control: u32,
     pub(super) flags: u32,
     size: u32,
-    pub(super) fifo: VecDeque<u8>,
 }
 
-impl In {
-    /// `depth`: words of its FIFO.
-    pub(super) fn read(&self, register: u32, depth: usize) -> u32 {
-        match register {
-            0x00 => self.control,
-            0x08 => self.flags,
-            0x10 => self.size,
-            0x18 => (depth - depth.min(self.fifo.len() / 4)) as u32,
-            _ => 0,
-        }
-    }
-
-    pub(super) fn write(&mut self, register: u32, value: u32) {
-        match register {
-            0x00 => {
-                self.control = controlled(self.control, value);
-                if value & EPDIS != 0 {
-                    self.flags |= EPDISD;
-                }
-            }
-            0x08 => self.flags &= !value,
-            0x10 => self.size = value & (XFRSIZ | PKTCNT),
-            _ => {}
-        }
-    }
-
-    /// A request has come: what was halted goes on, what was to be sent is not wanted any more.
-    pub(super) fn begin_request(&mut self) {
-        self.control = self.control & !STALL | NAKSTS;
-    }
-
-    /// The next packet, once all of it is in the FIFO, which is filled in words.
-    pub(super) fn packet(&mut self, index: usize) -> Answer {
-        if let Some(refusal) = refusal(self.control, index) {
-            return refusal;
-        }
-        let left = self.size & XFRSIZ;
-        let length = left.min(largest(self.control, index));
-        let words = length.div_ceil(4) as usize;
-        if self.fifo.len() / 4 < words || self.size & PKTCNT == 0 {
-            return Answer::Nak;
-        }
-        let mut data: Vec<u8> = self.fifo.drain(..4 * words).collect();
-        data.truncate(length as usize);
-        self.size -= length;
-        self.size -= 1 << 19;
-        if self.size & PKTCNT == 0 {
-            self.control = self.control & !EPENA | NAKSTS;
-            self.flags |= XFRC;
-        }
-        Answer::Ack(data)
-    }
-}
-
-/// From the host to the device.
-#[derive(Clone, Default, Debug)]
-pub(super) struct Out {
-    control: u32,
-    flags: u32,
-    size: u32,
-}
-
-impl Out {
+impl Registers {
     pub(super) fn read(&self, register: u32) -> u32 {
         match register {
             0x00 => self.control,
@@ -149,30 +76,92 @@ impl Out {
                 }
             }
             0x08 => self.flags &= !value,
-            0x10 => self.size = value,
+            0x10 => self.size = value & (XFRSIZ | PKTCNT),
             _ => {}
         }
     }
 
+    /// A request has come: what was halted goes on, what was under way is not wanted any more.
     pub(super) fn begin_request(&mut self) {
         self.control = self.control & !STALL | NAKSTS;
     }
 
-    /// What it answers where it takes no packet.
+    /// What endpoint `index` answers where it takes no part in a transfer.
     pub(super) fn refusal(&self, index: usize) -> Option<Answer> {
-        refusal(self.control, index)
+        match self.control {
+            // Endpoint 0 is always active.
+            control if index != 0 && control & USBAEP == 0 => Some(Answer::Nothing),
+            control if control & STALL != 0 => Some(Answer::Stall),
+            control if control & EPENA == 0 || control & NAKSTS != 0 => Some(Answer::Nak),
+            _ => None,
+        }
     }
 
-    /// Takes a packet; whether that was the transfer's last one. A transfer without a size is one packet.
-    pub(super) fn take(&mut self, length: usize) -> bool {
-        let packets = (self.size & PKTCNT) >> 19;
-        let bytes = (self.size & XFRSIZ).saturating_sub(length as u32);
-        self.size = self.size & !(PKTCNT | XFRSIZ) | packets.saturating_sub(1) << 19 | bytes;
-        let last = packets <= 1;
-        if last {
+    fn packets(&self) -> u32 {
+        (self.size & PKTCNT) >> 19
+    }
+
+    fn bytes(&self) -> u32 {
+        self.size & XFRSIZ
+    }
+
+    /// A packet of so many bytes has gone or come. Whether that was the transfer's last one; a transfer without a size is one packet.
+    fn packet(&mut self, bytes: u32) -> bool {
+        let packets = self.packets().saturating_sub(1);
+        self.size = packets << 19 | self.bytes().saturating_sub(bytes);
+        if packets == 0 {
             self.control = self.control & !EPENA | NAKSTS;
             self.flags |= XFRC;
         }
-        last
+        packets == 0
+    }
+}
+
+/// From the device to the host.
+#[derive(Clone, Default, Debug)]
+pub(super) struct In {
+    pub(super) registers: Registers,
+    pub(super) fifo: VecDeque<u8>,
+}
+
+impl In {
+    /// `depth`: words of its FIFO.
+    pub(super) fn read(&self, register: u32, depth: usize) -> u32 {
+        match register {
+            0x18 => (depth - depth.min(self.fifo.len() / 4)) as u32,
+            _ => self.registers.read(register),
+        }
+    }
+
+    /// The next packet, once all of it is in the FIFO, which is filled in words.
+    pub(super) fn packet(&mut self, index: usize) -> Answer {
+        if let Some(refusal) = self.registers.refusal(index) {
+            return refusal;
+        }
+        let length = self
+            .registers
+            .bytes()
+            .min(largest(self.registers.control, index));
+        let words = length.div_ceil(4) as usize;
+        if self.fifo.len() / 4 < words || self.registers.packets() == 0 {
+            return Answer::Nak;
+        }
+        let mut data: Vec<u8> = self.fifo.drain(..4 * words).collect();
+        data.truncate(length as usize);
+        self.registers.packet(length);
+        Answer::Ack(data)
+    }
+}
+
+/// From the host to the device.
+#[derive(Clone, Default, Debug)]
+pub(super) struct Out {
+    pub(super) registers: Registers,
+}
+
+impl Out {
+    /// Takes a packet; whether that was the transfer's last one.
+    pub(super) fn take(&mut self, length: usize) -> bool {
+        self.registers.packet(length as u32)
     }
 }

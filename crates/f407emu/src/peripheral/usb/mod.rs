@@ -137,7 +137,7 @@ impl Usb {
         let mask = self.plain(0x810);
         let ins = self.ins.iter().enumerate();
         ins.fold(0, |all, (index, endpoint)| {
-            all | u32::from(endpoint.flags & mask != 0) << index
+            all | u32::from(endpoint.registers.flags & mask != 0) << index
         })
     }
 
@@ -158,7 +158,7 @@ impl Usb {
             }
             0xB00..=0xB7F => {
                 let (index, register) = endpoint::place(offset - 0xB00);
-                self.outs[index].read(register)
+                self.outs[index].registers.read(register)
             }
             0x1000..=0x1FFF => self.pop_word(),
             _ => self.plain(offset),
@@ -175,11 +175,11 @@ impl Usb {
             0x14 => self.flags &= !(value & CLEARED),
             0x900..=0x97F => {
                 let (index, register) = endpoint::place(offset - 0x900);
-                self.ins[index].write(register, value);
+                self.ins[index].registers.write(register, value);
             }
             0xB00..=0xB7F => {
                 let (index, register) = endpoint::place(offset - 0xB00);
-                self.outs[index].write(register, value);
+                self.outs[index].registers.write(register, value);
             }
             0x1000..=0x4FFF => {
                 let index = (offset >> 12) as usize - 1;
@@ -268,8 +268,8 @@ impl Usb {
         if !self.has_address(address) || !self.has_room(request.len()) {
             return Answer::Nothing;
         }
-        self.ins[0].begin_request();
-        self.outs[0].begin_request();
+        self.ins[0].registers.begin_request();
+        self.outs[0].registers.begin_request();
         self.receive.push_back(Entry::new(0, SETUP_DATA, request));
         self.receive.push_back(Entry::new(0, SETUP_COMPLETE, &[]));
         Answer::Ack(Vec::new())
@@ -282,7 +282,7 @@ impl Usb {
         }
         let room = self.has_room(data.len());
         let out = &mut self.outs[endpoint];
-        if let Some(refusal) = out.refusal(endpoint) {
+        if let Some(refusal) = out.registers.refusal(endpoint) {
             return refusal;
         }
         if !room {
@@ -369,7 +369,7 @@ mod tests {
         let mut usb = ready();
         assert_eq!(usb.r#in(5, 1), Answer::Nak);
         usb.write(0x930, 1 << 19 | 4);
-        usb.write(0x920, usb.ins[1].control | 1 << 31 | 1 << 26);
+        usb.write(0x920, usb.ins[1].registers.control | 1 << 31 | 1 << 26);
         assert_eq!(usb.r#in(5, 1), Answer::Nak, "the FIFO is empty");
         assert_eq!(usb.read(0x938), 16);
         usb.write(0x2000, u32::from_le_bytes(*b"ok\r\n"));
