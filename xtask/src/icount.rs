@@ -1,7 +1,8 @@
 //! `cargo xtask icount [--check]`: exact Cortex-M4F instruction counts, under QEMU.
 //!
 //! The programs in `bench/icount/firmware` mark what is to be counted, `bench/icount/plugin.c` counts, and
-//! `bench/budgets.txt` says what each count is, and the most that it may be. The planner's bits are compared with those of this machine.
+//! `bench/budgets.txt` says what each count is, and the most that it may be. The planner's bits are compared with those of
+//! this machine.
 use crate::{
     budget::{Budget, Count},
     failure::Failure,

@@ -10,7 +10,8 @@ use stm32f4::stm32f407::{iwdg, DBGMCU, IWDG};
 
 /// Counts of the watchdog's clock divided by four.
 const RELOAD: u16 = 200;
-/// Counts while a sector is erased, of the clock divided by 256: 5.5 s at 47 kHz; erasing takes 0.5 s at most (data sheet, table 40).
+/// Counts while a sector is erased, of the clock divided by 256: 5.5 s at 47 kHz; erasing takes 0.5 s at most (data sheet,
+/// table 40).
 const LONG_RELOAD: u16 = 1_000;
 
 fn registers() -> &'static iwdg::RegisterBlock {

@@ -184,8 +184,9 @@ impl Port {
         })
     }
 
-    /// Takes what has come, sends what there is; says whether the main loop has something to do: bytes have come, there is room
-    /// for what it could not queue, or nobody is there any more who would read it. Interrupt of OTG FS, or pended by whoever has queued bytes.
+    /// Takes what has come, sends what there is; says whether the main loop has something to do: bytes have come, there is
+    /// room for what it could not queue, or nobody is there any more who would read it. Interrupt of OTG FS, or pended by
+    /// whoever has queued bytes.
     #[inline(never)]
     pub fn on_interrupt(&mut self) -> bool {
         self.device.poll(&mut [&mut self.class]);

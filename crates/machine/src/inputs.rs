@@ -11,9 +11,9 @@
 //! | reset | motion | stepping stops | reset |
 //! | buttons | – | the edge is counted | reset, hold, start, door |
 //!
-//! Each word has one writer at a time. The motor lock changes hands: it is the main loop's but while
-//! [`Inputs::watch_homing`] has the switch interrupt write it. Events are counters that the interrupt advances and the main loop compares
-//! with what it saw last, so that nothing needs a compare-and-swap, which a Cortex-M0 lacks.
+//! Each word has one writer at a time. The motor lock changes hands: it is the main loop's but while [`Inputs::watch_homing`]
+//! has the switch interrupt write it. Events are counters that the interrupt advances and the main loop compares with what it
+//! saw last, so that nothing needs a compare-and-swap, which a Cortex-M0 lacks.
 
 use crate::board::Switches;
 use core::sync::atomic::{AtomicBool, AtomicI32, AtomicU8, Ordering};

@@ -1,8 +1,8 @@
 //! Between the machine and its store: what is loaded at power-up, what is to be written, and when.
 //!
-//! Lines change settings, offsets and texts in memory and note what has to be written; [`Machine::save`] then writes
-//! one record a call, a long one in parts, while motion rests: writing flash may stop the CPU for a while. The line that made the change is
-//! answered after that, so that its `ok` says that the change will survive a power loss.
+//! Lines change settings, offsets and texts in memory and note what has to be written; [`Machine::save`] then writes one
+//! record a call, a long one in parts, while motion rests: writing flash may stop the CPU for a while. The line that made the
+//! change is answered after that, so that its `ok` says that the change will survive a power loss.
 
 use crate::interpreter::OffsetId;
 use crate::machine::Machine;
@@ -161,7 +161,8 @@ where
 
     /// Writes one record of what changed, or a part of a long one, if motion rests; returns whether more is left to write.
     ///
-    /// Main loop, after every [`Machine::poll`]: lines that change something wait for it. Does nothing before [`Machine::load`]. Takes as long as the store does.
+    /// Main loop, after every [`Machine::poll`]: lines that change something wait for it. Does nothing before
+    /// [`Machine::load`]. Takes as long as the store does.
     ///
     /// # Errors
     /// [`StoreError`]: the change is in force, but will not survive a power loss; its line is answered with `error:7`.

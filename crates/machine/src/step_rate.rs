@@ -49,7 +49,8 @@ impl StepTiming {
         shortest_pulse_us: 1,
     };
 
-    /// A board that sets no bound which Grbl does not set: for the same answers to the same settings. Pulses have Grbl's least width.
+    /// A board that sets no bound which Grbl does not set: for the same answers to the same settings. Pulses have Grbl's
+    /// least width.
     pub const GRBL: Self = Self {
         tick_ns: 2_000,
         motor_ns: 0,

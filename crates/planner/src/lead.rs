@@ -10,11 +10,13 @@
 //!   power                       ^ for the front's first tick
 //! ```
 //!
-//! Segments wait here until they cover the time that the front's first tick takes its power from, and no longer: what waits can no
-//! longer be changed. For the same reason no more of them is taken than there is room for: where steps are so long that the one to
-//! come is too much, power stays what it is at the end of what is known. Each is handed out in pieces, one for each segment that its power comes from; the power changes with a tick, no more than half of one beside its time. Motion is never changed. Out of
-//! rest the first power would have to be put out before motion begins: it stays off there, and what is lost is what a laser
-//! in proportion to speed burns in that time at the slowest. At an end the power at rest comes early.
+//! Segments wait here until they cover the time that the front's first tick takes its power from, and no longer: what waits
+//! can no longer be changed. For the same reason no more of them is taken than there is room for: where steps are so long
+//! that the one to come is too much, power stays what it is at the end of what is known. Each is handed out in pieces, one
+//! for each segment that its power comes from; the power changes with a tick, no more than half of one beside its time.
+//! Motion is never changed. Out of rest the first power would have to be put out before motion begins: it stays off there,
+//! and what is lost is what a laser in proportion to speed burns in that time at the slowest. At an end the power at rest
+//! comes early.
 
 use core::num::NonZeroU16;
 use fixed::types::U1F31;

@@ -8,11 +8,11 @@
 //!   e_i + Φ_i = min over j ≥ i of (cap_j + Φ_j)        (and Φ_end: rest after the last move)
 //! ```
 //!
-//! a minimum over a sequence that grows at its end and shrinks at its front. The classic monotone queue
-//! holds its candidates in rising order: a new move removes from the back those that are not smaller (found by doubling and
-//! halving, so that no line costs much more than another), the front is the minimum. Each move enters and leaves
-//! once, so a line costs the same however many are queued. The rest after the last move is not a candidate that removes others, because the next push
-//! lifts it.
+//! a minimum over a sequence that grows at its end and shrinks at its front. The classic monotone queue holds its candidates
+//! in rising order: a new move removes from the back those that are not smaller (found by doubling and halving, so that no
+//! line costs much more than another), the front is the minimum. Each move enters and leaves once, so a line costs the same
+//! however many are queued. The rest after the last move is not a candidate that removes others, because the next push lifts
+//! it.
 //!
 //! Everything is in whole [`SpeedUnit`](crate::config::SpeedUnit)s: gains and caps are rounded down, so
 //! that sums are exact and never promise more than the machine can brake. Potentials count up for ever:

@@ -318,7 +318,8 @@ const ROOT_MARGIN: f32 = 1.0 / 0.93;
 /// What the tests compare with, in `f64`.
 #[cfg(test)]
 impl Ramp {
-    /// Place and speed after `t` seconds (of the whole ramp, where it was joined), by integrating its three parts one after the other.
+    /// Place and speed after `t` seconds (of the whole ramp, where it was joined), by integrating its three parts one after
+    /// the other.
     fn exact(&self, t: f64) -> (f64, f64) {
         let (ease, steady) = (f64::from(self.ease), f64::from(self.steady));
         let (mut x, mut v, mut a, mut left) = (0.0, f64::from(self.v0), 0.0, t);

@@ -7,8 +7,8 @@ use crate::{MotorMask, Outputs, Power, Ticks};
 /// All methods are called from the step interrupt, in the order in which they stand here: in each interrupt those that
 /// have something new to say, and [`StepPort::arm`] or [`StepPort::rest`] at its end. None may wait or fail.
 pub trait StepPort {
-    /// Raises the step pins of `motors` (at least one, none beyond those of the machine) at once and sees to it that they fall again after the
-    /// pulse width (at least the one set; a pulse that is still high is made longer, not shorter).
+    /// Raises the step pins of `motors` (at least one, none beyond those of the machine) at once and sees to it that they
+    /// fall again after the pulse width (at least the one set; a pulse that is still high is made longer, not shorter).
     fn step(&mut self, motors: MotorMask);
 
     /// Sets the direction pins for the steps to come: those of `negative` turn that way, all others the other way.

@@ -44,8 +44,8 @@ impl Smoothing {
 
 /// How early motors other than the dominant one are, so that they are as often early as late: half a tick, or not at all.
 ///
-/// In one byte with it: whether the segment is a part of a step event. So the tick that loads a segment sees in one comparison whether
-/// there is anything out of the ordinary.
+/// In one byte with it: whether the segment is a part of a step event. So the tick that loads a segment sees in one
+/// comparison whether there is anything out of the ordinary.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Early {

@@ -50,7 +50,8 @@ const BOOT_SECONDS: f64 = 2.0;
 const USB_SECONDS: f64 = 0.6;
 /// The longest that a line may take to be answered at rest, s.
 const ANSWER_SECONDS: f64 = 2.0;
-/// How far the line's rate may be off: 1 %, less than half of what a receiver takes with the other end 1 % off as well (RM0090 section 30.3.5).
+/// How far the line's rate may be off: 1 %, less than half of what a receiver takes with the other end 1 % off as well
+/// (RM0090 section 30.3.5).
 const RATE_ERROR: f64 = 0.01;
 /// Cycles between two looks of whoever listens: 119 µs.
 const SLICE: u64 = 20_000;

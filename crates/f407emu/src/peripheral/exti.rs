@@ -1,7 +1,8 @@
 //! Edges of pins as interrupts: EXTI (RM0090 section 12.2), and SYSCFG, which says which port's pin a line looks at
 //! (section 9.2).
 //!
-//! SYSCFG's memory remapping is `crate::registers`'. Not modelled: of the internal lines only 16, the voltage detector, is connected.
+//! SYSCFG's memory remapping is `crate::registers`'. Not modelled: of the internal lines only 16, the voltage detector, is
+//! connected.
 use super::nvic::Exception;
 
 /// Lines that exist.

@@ -401,8 +401,8 @@ impl<const MOTORS: usize> Running<MOTORS> {
 /// 300.)
 const MOST_EVENTS: u32 = 4000;
 
-/// An override may make the step after one that takes `T` shorter by `a·T³`: so much a motor that is a sixteenth of the first one early
-/// may be too early then, seconds. Where it would be more, ticks are finer.
+/// An override may make the step after one that takes `T` shorter by `a·T³`: so much a motor that is a sixteenth of the first
+/// one early may be too early then, seconds. Where it would be more, ticks are finer.
 const SURPRISE: f32 = 0.2e-6;
 
 /// The evenness of a cruise where ticks are to be as fine as on a ramp.

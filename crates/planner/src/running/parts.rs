@@ -1,9 +1,9 @@
 //! A step event in parts: each motor steps when it is due.
 //!
-//! At low speeds one step takes much longer or shorter than the next, out of rest its first quarter takes half of its time, and
-//! a hold or an override may change what comes next. Ticks whose interval changes linearly cannot follow that, and a motor that is
-//! half a tick early may be so by much of a step's time. But in one step event each motor steps at most once, so there the profile itself is asked
-//! when, and the step event is cut there into parts of one tick each:
+//! At low speeds one step takes much longer or shorter than the next, out of rest its first quarter takes half of its time,
+//! and a hold or an override may change what comes next. Ticks whose interval changes linearly cannot follow that, and a
+//! motor that is half a tick early may be so by much of a step's time. But in one step event each motor steps at most once,
+//! so there the profile itself is asked when, and the step event is cut there into parts of one tick each:
 //!
 //! ```text
 //!                      Y       Z              X, the dominant motor
@@ -11,8 +11,8 @@
 //!     part of Y alone   of Z    of all others      each motor comes on by the whole step event at once
 //! ```
 //!
-//! Ticks cannot be any closer than [`Timing::shortest_tick`]: what is due so soon after a tick comes a little late, or with the next
-//! one.
+//! Ticks cannot be any closer than [`Timing::shortest_tick`]: what is due so soon after a tick comes a little late, or with
+//! the next one.
 
 use super::{Running, Timing, LONGEST_WAIT};
 use crate::fit::{bits, Carry};

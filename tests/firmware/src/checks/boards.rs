@@ -19,8 +19,8 @@ use leadscrew_sim::Rate;
 const TRACE: &str = "line_xyz";
 /// Steps from the limit switches; the second motor of Y is askew.
 const AWAY: [i64; 4] = [700, 1300, 411, 1337];
-/// Frequencies of power for which the builds are made, Hz, and levels above off at each, as `crates/board-f407/src/pwm.rs` states them:
-/// machine 003 has TIM1 and the SKR 2 TIM9, both on APB2.
+/// Frequencies of power for which the builds are made, Hz, and levels above off at each, as `crates/board-f407/src/pwm.rs`
+/// states them: machine 003 has TIM1 and the SKR 2 TIM9, both on APB2.
 const MACHINE_003_POWER: (u64, u64) = (50, 64_615);
 const SKR_2_POWER: (u64, u64) = (10_000, 16_800);
 const CORE_XY_POWER: (u64, u64) = (1_000, 56_000);

@@ -16,8 +16,8 @@ const INSTANTS: [f64; 4] = [0.02, 0.151, 0.4007, 0.77];
 /// Cycles in which a byte's arrival is looked for.
 const LOOK: u64 = 100;
 
-/// From the last bit of a byte on a full line at 2 Mbaud to the last step edge, or to the first byte of the report, at most, µs. The line
-/// is looked at every 50 µs, and a poll that has just begun ends first.
+/// From the last bit of a byte on a full line at 2 Mbaud to the last step edge, or to the first byte of the report, at most,
+/// µs. The line is looked at every 50 µs, and a poll that has just begun ends first.
 const FULL_LINE_US: f64 = 300.0;
 /// Other bytes in front of it: from one to the next, another phase of the looks.
 const BEFORE: [usize; 10] = [20, 101, 182, 263, 344, 425, 506, 587, 668, 749];

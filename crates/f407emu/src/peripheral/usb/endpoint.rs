@@ -105,7 +105,8 @@ impl Registers {
         self.size & XFRSIZ
     }
 
-    /// A packet of so many bytes has gone or come. Whether that was the transfer's last one; a transfer without a size is one packet.
+    /// A packet of so many bytes has gone or come. Whether that was the transfer's last one; a transfer without a size is one
+    /// packet.
     fn packet(&mut self, bytes: u32) -> bool {
         let packets = self.packets().saturating_sub(1);
         self.size = packets << 19 | self.bytes().saturating_sub(bytes);
