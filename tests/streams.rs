@@ -103,6 +103,12 @@ fn a_held_laser_is_not_lit_by_the_toggle_of_the_spindle() {
     endure(b"\0$32=1\nM30\nM3S500\nM0\n\xF0\x9E\xF0");
 }
 
+#[test]
+fn a_spindle_that_turns_does_not_become_a_laser_that_burns() {
+    // Found by the property above: in the lock after a probe's alarm.
+    endure(b"\0\xE3M30\nM3S500\nG38.2Z-5F500\n$32=1\n\xF0");
+}
+
 fn baud(baud: u32) -> Rate {
     Rate::Baud(NonZeroU32::new(baud).unwrap())
 }

@@ -29,6 +29,7 @@ where
         self.travel = travel(settings, &self.reach);
         self.inputs.configure(&self.input_config());
         let laser = settings.is_on(Setting::Laser);
+        let becomes_laser = laser && !self.spindle.is_laser();
         self.spindle.configure(spindle_scale(settings), laser);
         let silence =
             Duration::from_ticks(u64::from(settings.whole(Setting::StartSilence)) * 1_000);
@@ -41,7 +42,12 @@ where
         self.motion.configure(config, silence, lead);
         self.update_power();
         board.configure(&port_config(&self.settings));
-        self.put_out_spindle(board);
+        if becomes_laser {
+            // What was told to turn was not told to burn.
+            self.switch_spindle_off(board);
+        } else {
+            self.put_out_spindle(board);
+        }
     }
 
     /// What the settings say about switches.

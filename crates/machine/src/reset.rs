@@ -136,7 +136,8 @@ where
         self.set_coolant(CoolantOutput::default(), board);
     }
 
-    fn switch_spindle_off<B: Board>(&mut self, board: &mut B) {
+    /// Spindle off, and its power at once.
+    pub(crate) fn switch_spindle_off<B: Board>(&mut self, board: &mut B) {
         board.set_power(Power::OFF);
         self.want_spindle(&crate::interpreter::Spindle::default());
         self.spindle.restore();

@@ -255,6 +255,12 @@ pub(crate) fn length(v0: f32, v1: f32, limits: Limits) -> f32 {
     0.5 * (v0 + v1) * (2.0 * ease + steady)
 }
 
+/// Seconds of the shortest ramp between two speeds.
+pub(crate) fn duration(v0: f32, v1: f32, limits: Limits) -> f32 {
+    let (ease, steady) = limits.times((v1 - v0).abs());
+    2.0 * ease + steady
+}
+
 /// About the speed that half a step out of rest gives, steps/s: `v^(3/2)/√jerk` is its length.
 pub(crate) fn half_a_step(limits: Limits) -> f32 {
     rough_cube_root(0.25 * limits.jerk)

@@ -8,10 +8,11 @@
 //!   vp² = min(v², (v0² + v1²)/2 + aL)         t = (2vp − v0 − v1)/a + (L − (2vp² − v0² − v1²)/2a)/vp
 //! ```
 //!
-//! A jerk limit is left out: with one it takes longer than is said.
+//! With a jerk limit the ramps are those of `ramp`, and the speeds at which they fit into a move are found by halving.
 //!
 //! Moves may begin and be queued meanwhile. Those that are over by the end count still: some milliseconds.
 
+use crate::ramp::{self, Limits};
 use crate::real::{least, most, sqrt};
 use crate::{Kinematics, Planner, Segmenter};
 
@@ -46,21 +47,28 @@ where
         }
     }
 
-    /// Adds the times of up to `most` further moves. Whether there were as many: then more may be left.
+    /// Adds the times of up to `most` further moves, with a jerk limit a quarter of that. Whether there were as many: then more
+    /// may be left.
     ///
-    /// Main loop. Some 150 instructions a move.
+    /// Main loop. Some 150 instructions a move, with a jerk limit 2500 at most.
     pub fn add_time(&self, left: &mut TimeLeft, most: usize) -> bool {
+        let jerk = self.config().jerk;
+        let most = if jerk > 0.0 { most.div_ceil(4) } else { most };
         let (mut speed, mut seconds) = (left.speed, left.seconds);
         let counted = self.queue().walk(left.next, most, |planned, limit| {
-            let reach = speed * speed + 2.0 * planned.acceleration * planned.length;
-            let end = sqrt(least(self.v2(limit), reach));
             let over = Stretch {
                 length: planned.length,
                 acceleration: planned.acceleration,
                 nominal: self.nominal(planned),
-                ends: [speed, end],
+                entry: speed,
+                limit_v2: self.v2(limit),
             };
-            seconds += over.seconds();
+            let (time, end) = if jerk > 0.0 {
+                over.eased(jerk)
+            } else {
+                over.sharp()
+            };
+            seconds += time;
             speed = end;
         });
         *left = TimeLeft {
@@ -72,23 +80,62 @@ where
     }
 }
 
-/// One move: mm, mm/s², mm/s.
+/// One move: mm, mm/s², mm/s, mm²/s².
 struct Stretch {
     length: f32,
     acceleration: f32,
     nominal: f32,
-    ends: [f32; 2],
+    entry: f32,
+    limit_v2: f32,
 }
 
 impl Stretch {
-    fn seconds(&self) -> f32 {
-        let [v0, v1] = self.ends;
-        let (a, ends_v2) = (self.acceleration, v0 * v0 + v1 * v1);
+    /// Seconds, and the speed at the end, with ramps of constant acceleration.
+    fn sharp(&self) -> (f32, f32) {
+        let (a, v0) = (self.acceleration, self.entry);
+        let v1 = sqrt(least(self.limit_v2, v0 * v0 + 2.0 * a * self.length));
+        let ends_v2 = v0 * v0 + v1 * v1;
         let peak_v2 = least(self.nominal * self.nominal, 0.5 * ends_v2 + a * self.length);
         let peak = most(sqrt(peak_v2), most(v0, v1));
         let ramps = 2.0 * peak - v0 - v1;
         let cruise = self.length - (2.0 * peak * peak - ends_v2) / (2.0 * a);
-        ramps / a + most(cruise, 0.0) / peak
+        (ramps / a + most(cruise, 0.0) / peak, v1)
+    }
+
+    /// The same with ramps of limited `jerk`, mm/s³.
+    #[inline(never)] // in firmware it is not worth a copy for each machine
+    fn eased(&self, jerk: f32) -> (f32, f32) {
+        let limits = Limits {
+            acceleration: self.acceleration,
+            jerk,
+        };
+        let v0 = self.entry;
+        let up = |speed| ramp::length(v0, speed, limits);
+        let v1 = self.reached(v0, sqrt(self.limit_v2), &up);
+        let both = |speed| up(speed) + ramp::length(speed, v1, limits);
+        let peak = self.reached(most(v0, v1), self.nominal, &both);
+        let ramps = ramp::duration(v0, peak, limits) + ramp::duration(peak, v1, limits);
+        (ramps + most(self.length - both(peak), 0.0) / peak, v1)
+    }
+
+    /// The speed nearest to `wanted` for which the `way` of the ramps is no longer than the move, as it is for `from`.
+    #[inline(never)]
+    fn reached(&self, from: f32, wanted: f32, way: &dyn Fn(f32) -> f32) -> f32 {
+        /// To a four-thousandth of the speeds in question.
+        const HALVINGS: u32 = 12;
+        if way(wanted) <= self.length {
+            return wanted;
+        }
+        let (mut good, mut bad) = (from, wanted);
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (good + bad);
+            if way(middle) <= self.length {
+                good = middle;
+            } else {
+                bad = middle;
+            }
+        }
+        good
     }
 }
 
@@ -134,12 +181,13 @@ mod tests {
         #[test]
         fn it_is_the_time_that_the_queue_takes(
             points in prop::collection::vec((-20.0f64..20.0, -20.0f64..20.0, 0.5f32..60.0), 1..60),
-            acceleration in 10.0f32..3000.0, feed in 10u8..200, most in 1usize..40,
+            acceleration in 10.0f32..3000.0, feed in 10u8..200, most in 1usize..40, ease in prop::option::of(0.003f32..0.3),
         ) {
             let mut queue = RigQueue::new();
             let mut rig = Rig::new(Config {
                 max_rate: [50.0, 80.0],
                 acceleration: [acceleration; 2],
+                jerk: ease.map_or(0.0, |seconds| acceleration / seconds),
                 ..Config::default()
             }, &mut queue);
             rig.planner.set_overrides(Overrides { feed, rapid: 100 });
