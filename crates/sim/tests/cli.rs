@@ -489,3 +489,30 @@ fn an_output_that_cannot_be_written_is_said() {
     assert_eq!(output.status.code(), Some(2));
     assert!(stderr(&output).contains("standard output: "));
 }
+
+/// The readme's block of text that begins so, without the rows that it leaves out.
+fn shown_in_the_readme(begin: &str) -> Vec<String> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let readme = fs::read_to_string(root.join("README.md")).unwrap();
+    let block = readme.split("```").find(|block| block.starts_with(begin));
+    let lines = block.expect("the block").lines().skip(1);
+    lines
+        .filter(|line| line.trim() != "...")
+        .map(str::to_owned)
+        .collect()
+}
+
+#[test]
+fn the_readme_shows_what_run_prints() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let output = Command::new(env!("CARGO_BIN_EXE_leadscrew"))
+        .args(["run", "examples/heart.nc"])
+        .current_dir(root)
+        .output()
+        .unwrap();
+    let printed = stdout(&output);
+    for line in shown_in_the_readme("text\nexamples/heart.nc") {
+        let row = printed.lines().any(|printed| printed == line);
+        assert!(row, "README.md has {line:?}, but:\n{printed}");
+    }
+}
