@@ -211,7 +211,7 @@ pub(crate) const PLANTED: &[Planted] = &[
         "the ring of received bytes filled only once",
         DMA1_S5CR,
         |word| Some(word & !(1 << 8)),
-        &["stream-short", "flash-stall"],
+        &["stream-short"],
     ),
     planted(
         "received bytes looked at every half millisecond only",
