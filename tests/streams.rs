@@ -109,6 +109,12 @@ fn a_spindle_that_turns_does_not_become_a_laser_that_burns() {
     endure(b"\0\xE3M30\nM3S500\nG38.2Z-5F500\n$32=1\n\xF0");
 }
 
+#[test]
+fn a_door_that_opens_while_a_probe_moves_finds_the_laser_dark() {
+    // Found by the property above.
+    endure(b"\x2DM4S1000\nG91G1Z-2F1000\n\xF5\xF7G38.2Z-5F500\n\xF6\xF7\xF7\xF6\xE7");
+}
+
 fn baud(baud: u32) -> Rate {
     Rate::Baud(NonZeroU32::new(baud).unwrap())
 }

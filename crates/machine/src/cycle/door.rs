@@ -198,8 +198,13 @@ where
         if let Some(axis) = target.get_mut(parking.axis) {
             *axis = height;
         }
-        let power = MovePower::Spindle {
-            power: self.spindle.power(),
+        // A spindle turns on while it is pulled out; a laser would burn a hole.
+        let power = if self.spindle.is_laser() {
+            MovePower::Off
+        } else {
+            MovePower::Spindle {
+                power: self.spindle.power(),
+            }
         };
         // Where the axis is there already, nothing is planned and the step ends at once.
         let _ = self.motion.push_aside(&Move {
