@@ -50,7 +50,7 @@ where
     /// Adds the times of up to `most` further moves, with a jerk limit a quarter of that. Whether there were as many: then more
     /// may be left.
     ///
-    /// Main loop. Some 150 instructions a move, with a jerk limit 2500 at most.
+    /// Main loop. Some 150 instructions a move; with a jerk limit 2500, an estimate.
     pub fn add_time(&self, left: &mut TimeLeft, most: usize) -> bool {
         let jerk = self.config().jerk;
         let most = if jerk > 0.0 { most.div_ceil(4) } else { most };
