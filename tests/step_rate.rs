@@ -2,7 +2,7 @@
 //! settled; what asks for more is told what would work.
 
 use leadscrew_machine::config::MachineConfig;
-use leadscrew_machine::step_rate::StepTiming;
+use leadscrew_machine::step_timing::StepTiming;
 use leadscrew_planner::Cartesian;
 use leadscrew_sim::Memory;
 use leadscrew_tests::{run_program, setup, Session};

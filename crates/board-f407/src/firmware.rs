@@ -7,7 +7,8 @@ use crate::{
     pwm, restart,
     serial::{self, Listener, Sender, Writer},
     settings_flash::Sectors,
-    step_interrupt, supply, switches, wake, watchdog,
+    step_interrupt::{self, SHARED},
+    supply, switches, wake, watchdog,
 };
 use core::{iter, mem::MaybeUninit};
 use defmt_rtt as _;
@@ -20,7 +21,6 @@ use leadscrew_machine::{
     machine::{Links, Machine},
     protocol::serial::SerialQueue,
 };
-use leadscrew_stepper::Shared;
 
 /// How long the main loop sleeps at most, in microseconds.
 const LONGEST_SLEEP: Duration = Duration::from_ticks(5_000);
@@ -30,10 +30,6 @@ type UsbOutgoing = Queue<u8, 1025>;
 
 type TheMachine = Machine<'static, Kinematics, AXES, MOTORS, MOVES>;
 
-// SAFETY of the section: memory that `fast_memory` has zeroed before anybody looks at it.
-#[allow(unsafe_code)]
-#[link_section = ".fast_bss.shared"]
-pub(crate) static SHARED: Shared<MOTORS> = Shared::new();
 static INPUTS: Inputs<MOTORS> = Inputs::new();
 
 #[rtic::app(device = stm32f4::stm32f407, peripherals = true)]

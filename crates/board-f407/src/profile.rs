@@ -1,6 +1,5 @@
 //! What a board is made of. One file in `profiles/` for each board; this one says what such a file has to name.
 use crate::gpio::{Bank, Input, Output, Pin, Pull};
-use crate::{pwm::Timer, serial::Usart};
 use leadscrew_machine::config::MachineConfig;
 
 // One profile is built in: the Discovery's, unless a feature names another.
@@ -74,6 +73,16 @@ pub(crate) struct SerialPins {
     pub(crate) receive: Pin,
 }
 
+/// Which USART the line is on.
+#[derive(Clone, Copy, PartialEq, Eq)]
+#[allow(dead_code)] // a profile names one of the two; the other is no mistake
+pub(crate) enum Usart {
+    /// On APB2.
+    Usart1,
+    /// On APB1.
+    Usart2,
+}
+
 /// A motor driver's pins.
 #[derive(Clone, Copy)]
 pub(crate) struct MotorPins {
@@ -98,6 +107,18 @@ pub(crate) struct PowerPin {
     pub(crate) channel: u8,
     /// Frequency in Hz, 50 to 100 000, unless the build names another ([`POWER_HZ`]).
     pub(crate) frequency: u32,
+}
+
+/// A timer that a power pin may hang on. The others have a task already, or no pin of their own.
+#[derive(Clone, Copy, PartialEq, Eq)]
+#[allow(dead_code)] // no board uses all of them
+pub(crate) enum Timer {
+    Tim1,
+    Tim3,
+    Tim4,
+    Tim8,
+    /// Channels 1 and 2.
+    Tim9,
 }
 
 /// Hands PA11 and PA12 to the USB controller: they are the same on every board, and no profile names them.

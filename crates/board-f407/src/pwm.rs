@@ -9,22 +9,10 @@
 use crate::{
     clock::APB1_TIMER_HZ,
     gpio::Pull,
-    profile::{PowerPin, POWER_HZ, PROFILE},
+    profile::{PowerPin, Timer, POWER_HZ, PROFILE},
 };
 use leadscrew_stepper::{Power, PowerScale};
 use stm32f4::stm32f407::{tim1::RegisterBlock, RCC, TIM1, TIM3, TIM4, TIM8, TIM9};
-
-/// A timer that a power pin may hang on. The others have a task already, or no pin of their own.
-#[derive(Clone, Copy, PartialEq, Eq)]
-#[allow(dead_code)] // no board uses all of them
-pub(crate) enum Timer {
-    Tim1,
-    Tim3,
-    Tim4,
-    Tim8,
-    /// Channels 1 and 2.
-    Tim9,
-}
 
 impl Timer {
     /// TIM1 and TIM8 have all registers, the others those that they have at the same offsets (RM0090 sections 17.4, 18.4 and 19.4).

@@ -7,15 +7,18 @@
 #![allow(unsafe_code)] // a handler and what it owns
 use crate::{
     critical::PULSE_END_PRIORITY,
-    firmware::SHARED,
     profile::MOTORS,
     step_port::{self, Port, Untimed, PULSE_END_INTERRUPT},
 };
 use core::{cell::UnsafeCell, mem::MaybeUninit};
 use cortex_m::peripheral::NVIC;
 use heapless::spsc::Consumer;
-use leadscrew_stepper::{load, on_tick, Segment, StepInterrupt};
+use leadscrew_stepper::{load, on_tick, Segment, Shared, StepInterrupt};
 use stm32f4::stm32f407::{interrupt, Interrupt, TIM11, TIM2};
+
+/// What the interrupts share with the main loop. Its section: memory that `fast_memory` has zeroed before anybody looks at it.
+#[link_section = ".fast_bss.shared"]
+pub(crate) static SHARED: Shared<MOTORS> = Shared::new();
 
 /// What ticks own.
 struct Owned {

@@ -6,7 +6,7 @@ use crate::protocol::line_reader::GRBL_LINE_LENGTH;
 use crate::protocol::report::StatusReport;
 use crate::settings::table::Setting;
 use crate::settings::values::Entry;
-use crate::step_rate::StepTiming;
+use crate::step_timing::StepTiming;
 use heapless::spsc;
 use leadscrew_gcode::Number;
 use leadscrew_planner::Queue;

@@ -33,5 +33,6 @@ mod snapshot;
 pub mod soft_limits;
 pub mod state;
 pub mod step_rate;
+pub mod step_timing;
 mod system;
 pub mod work;

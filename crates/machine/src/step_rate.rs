@@ -1,102 +1,12 @@
-//! How fast steps may follow each other: one function of board, pulse width, direction set-up and number of motors.
+//! Settings that ask for more steps than the board makes: what they may ask for, in words.
 //!
-//! ```text
-//!  tick      |------------ shortest tick ------------|
-//!  interrupt |== step ==|  |= end =|                  |== step ==|
-//!  step pin   ______________                           ______________
-//!         ___|     pulse    |_________________________|
-//!  direction                   X  new |--- set-up ----|
-//!                           |--| pulse end
-//! ```
-//!
-//! Two things bound it: the time that the board's interrupts take, and pins that must have fallen, with new directions
-//! settled, before they rise again. Motion is capped at that rate, and step smoothing keeps to it, too. Settings are
-//! accepted one by one, as senders restore them: only what no other setting could make up for is refused.
+//! Settings are accepted one by one, as senders restore them: only what no other setting could make up for is refused
+//! ([`StepTiming::limits`]). Motion is capped at the rate that all of them leave.
 
 use crate::settings::table::{AxisSetting, Setting};
 use crate::settings::values::{Key, Settings};
+use crate::step_timing::StepTiming;
 use leadscrew_gcode::Number;
-
-/// What making steps takes on a board.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct StepTiming {
-    /// From one tick to the next at least, without what each motor takes, ns.
-    pub tick_ns: u32,
-    /// What each motor takes, ns.
-    pub motor_ns: u32,
-    /// From the instant at which a pulse is to end until its pins are low and new directions are out, ns.
-    pub pulse_end_ns: u32,
-    /// From a change of direction to the step, and from pulse to pulse, at least, ns.
-    pub setup_ns: u32,
-    /// The shortest pulse that `$0` may ask for, µs.
-    pub shortest_pulse_us: u8,
-}
-
-impl StepTiming {
-    /// An STM32F407 at 168 MHz: three motors at 250 kHz with pulses of 1 to 3 µs.
-    ///
-    /// Tick: two thirds of the highest rate at which no tick of three motors was late in an emulated one, 380 kHz
-    /// (`cargo fw-test --highest-rate`): the emulator's cycles are right to within 15 % by judgement, and the main loop needs its
-    /// share. At 250 kHz the step interrupts take 532 of the 672 cycles from one tick to the next at most (`cargo fw-test rate`). A
-    /// motor: 20 instructions of 1.65 cycles each, rounded to 0.2 µs. A pulse's end: entry, and 25 instructions before the
-    /// last pin is written. Set-up: 650 ns (TI DRV8825, SLVSA73F).
-    pub const F407: Self = Self {
-        tick_ns: 3_400,
-        motor_ns: 200,
-        pulse_end_ns: 350,
-        setup_ns: 650,
-        shortest_pulse_us: 1,
-    };
-
-    /// A board that sets no bound which Grbl does not set: for the same answers to the same settings. Pulses have Grbl's
-    /// least width.
-    pub const GRBL: Self = Self {
-        tick_ns: 2_000,
-        motor_ns: 0,
-        shortest_pulse_us: 3,
-        ..Self::F407
-    };
-
-    /// From tick to tick at least, ns: with pulses of `pulse_us` on `motors` motors.
-    pub const fn shortest_tick_ns(&self, pulse_us: u8, motors: usize) -> u32 {
-        let work = self.work_ns(motors);
-        let pins = pulse_us as u32 * 1_000 + self.pulse_end_ns + self.setup_ns;
-        if work > pins {
-            work
-        } else {
-            pins
-        }
-    }
-
-    /// The highest step rate with pulses of `pulse_us` on `motors` motors, steps/s.
-    pub const fn highest_rate(&self, pulse_us: u8, motors: usize) -> u32 {
-        1_000_000_000 / self.shortest_tick_ns(pulse_us, motors)
-    }
-
-    /// What `$0` and rates may ask for, whatever the other settings are. No pulse is too long: the longest, 255 µs, leaves
-    /// 3900 steps/s, and rates above that are capped.
-    pub const fn limits(&self, motors: usize) -> StepLimits {
-        StepLimits {
-            shortest_pulse_us: self.shortest_pulse_us,
-            highest_rate: 1_000_000_000 / self.work_ns(motors),
-        }
-    }
-
-    const fn work_ns(&self, motors: usize) -> u32 {
-        self.tick_ns + self.motor_ns * motors as u32 // eight motors at most
-    }
-}
-
-/// What a setting may not ask for, whatever the others are.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct StepLimits {
-    /// The shortest pulse, µs.
-    pub shortest_pulse_us: u8,
-    /// The highest rate with pulses as short as can be, steps/s.
-    pub highest_rate: u32,
-}
 
 /// A rate setting that asks for more steps than can be made, and what would work.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -191,19 +101,6 @@ mod tests {
             settings.set(entry, F407.limits(3)).unwrap();
         }
         settings
-    }
-
-    #[test]
-    fn three_motors_make_250_000_steps_a_second_with_pulses_of_up_to_3_us() {
-        assert_eq!([1, 2, 3].map(|us| F407.highest_rate(us, 3)), [250_000; 3]);
-        assert_eq!(F407.limits(3).highest_rate, 250_000);
-    }
-
-    #[test]
-    fn longer_pulses_and_more_motors_are_slower() {
-        assert_eq!(F407.highest_rate(10, 3), 90_909);
-        assert_eq!(F407.highest_rate(255, 3), 3906);
-        assert!(F407.highest_rate(1, 4) < 250_000 && F407.highest_rate(1, 1) > 250_000);
     }
 
     #[test]

@@ -1,8 +1,6 @@
 //! STM32F4-Discovery (ST, MB997; user manual UM1472): the wiring table is in this crate's README.
 use crate::gpio::{Bank::*, Input, Output, Pin};
-use crate::profile::{MotorPins, PowerPin, Profile, SerialPins};
-use crate::pwm::Timer;
-use crate::serial::Usart;
+use crate::profile::{MotorPins, PowerPin, Profile, SerialPins, Timer, Usart};
 use crate::settings_flash::Sector;
 use leadscrew_machine::config::MachineConfig;
 

@@ -3,9 +3,7 @@
 //! The wiring is that of the machine as it was built in 2013; the wiring table, with the conflicts on the Discovery, is in
 //! this crate's README. What is new: power and spindle pins, since the original had none.
 use crate::gpio::{Bank::*, Input, Output, Pin};
-use crate::profile::{MotorPins, PowerPin, Profile, SerialPins};
-use crate::pwm::Timer;
-use crate::serial::Usart;
+use crate::profile::{MotorPins, PowerPin, Profile, SerialPins, Timer, Usart};
 use crate::settings_flash::Sector;
 use leadscrew_gcode::Number;
 use leadscrew_machine::{

@@ -6,9 +6,7 @@
 //! Its bootloader has sectors 0 and 1 of the flash and takes `firmware.bin` from a memory card. That file has no gaps, so
 //! the settings are behind it, at the end of the flash.
 use crate::gpio::{Bank::*, Input, Output, Pin};
-use crate::profile::{MotorPins, PowerPin, Profile, SerialPins};
-use crate::pwm::Timer;
-use crate::serial::Usart;
+use crate::profile::{MotorPins, PowerPin, Profile, SerialPins, Timer, Usart};
 use crate::settings_flash::Sector;
 use leadscrew_machine::config::MachineConfig;
 

@@ -13,7 +13,7 @@ mod send;
 use crate::{
     clock::APB1_HZ,
     gpio::Pull,
-    profile::{BAUD, PROFILE},
+    profile::{Usart, BAUD, PROFILE},
 };
 use stm32f4::stm32f407::{dma2, usart1, DMA1, DMA2, RCC, USART1, USART2};
 
@@ -22,16 +22,6 @@ pub(crate) use send::{Sender, Writer};
 
 /// Function of USART1 to USART3 in the data sheet's table 9.
 const FUNCTION: u8 = 7;
-
-/// Which USART the line is on.
-#[derive(Clone, Copy, PartialEq, Eq)]
-#[allow(dead_code)] // a profile names one of the two; the other is no mistake
-pub(crate) enum Usart {
-    /// On APB2.
-    Usart1,
-    /// On APB1.
-    Usart2,
-}
 
 const LINE: Usart = PROFILE.serial.usart;
 

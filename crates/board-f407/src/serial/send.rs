@@ -1,6 +1,9 @@
 //! What is sent: the main loop writes to a ring, DMA sends what lies together in it, an interrupt for each such piece.
-use super::{Stream, Usart, CHANNEL, LINE};
-use crate::{profile::BAUD, wake::wake};
+use super::{Stream, CHANNEL, LINE};
+use crate::{
+    profile::{Usart, BAUD},
+    wake::wake,
+};
 use core::sync::atomic::{
     AtomicBool, AtomicU8, AtomicUsize,
     Ordering::{Acquire, Relaxed, Release},

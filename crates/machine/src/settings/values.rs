@@ -3,7 +3,7 @@
 use super::table::{AxisSetting, Kind, Row, Setting};
 use crate::protocol::decimal::Decimal;
 use crate::protocol::status::Status;
-use crate::step_rate::StepLimits;
+use crate::step_timing::StepLimits;
 use core::fmt;
 use heapless::Vec;
 use leadscrew_gcode::Number;
@@ -301,7 +301,7 @@ impl fmt::Display for SettingLine {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::step_rate::StepTiming;
+    use crate::step_timing::StepTiming;
     use proptest::prelude::*;
     use std::string::{String, ToString};
     use std::vec;

@@ -18,7 +18,7 @@ use leadscrew_gcode::Number;
 use leadscrew_machine::config::MachineConfig;
 use leadscrew_machine::settings::table::{AxisSetting, Setting};
 use leadscrew_machine::settings::values::{Entry, Key, Settings};
-use leadscrew_machine::step_rate::{StepLimits, StepTiming};
+use leadscrew_machine::step_timing::{StepLimits, StepTiming};
 use serde::Serialize;
 use std::fmt;
 use std::fs::File;

@@ -8,7 +8,8 @@ use leadscrew_machine::config::MachineConfig;
 use leadscrew_machine::protocol::status::Status;
 use leadscrew_machine::settings::table::{AxisSetting, Setting};
 use leadscrew_machine::settings::values::{Entry, Key, Settings};
-use leadscrew_machine::step_rate::{self, StepTiming};
+use leadscrew_machine::step_rate;
+use leadscrew_machine::step_timing::StepTiming;
 
 /// Axes of the machine that the command line simulates.
 pub(super) const AXES: usize = 3;

@@ -6,7 +6,7 @@ use crate::clock::seconds;
 use crate::speed_profile::{Limit, Share, Slow, SpeedLimit};
 use leadscrew_gcode::Number;
 use leadscrew_machine::settings::values::{Entry, Key, Settings};
-use leadscrew_machine::step_rate::StepLimits;
+use leadscrew_machine::step_timing::StepLimits;
 use serde::Serialize;
 use std::collections::BTreeSet;
 
@@ -146,7 +146,7 @@ fn double(settings: &mut Settings<AXES>, number: u16, limits: StepLimits) -> Opt
 #[cfg(test)]
 mod tests {
     use super::*;
-    use leadscrew_machine::step_rate::StepTiming;
+    use leadscrew_machine::step_timing::StepTiming;
 
     fn share(limit: Limit, cycles: u64) -> Share {
         Share { limit, cycles }
