@@ -1,0 +1,148 @@
+//! Jobs good and bad, and the machine's answers to them.
+
+use crate::program::{leadscrew, report, stderr, stdout, Folder, SQUARE};
+
+#[test]
+fn settings_come_from_a_file_and_single_ones_win() {
+    let folder = Folder::new();
+    let settings = folder.file(
+        "machine.txt",
+        "$100=80.000\r\n$101=80.000 (y, step/mm)\n\nok\n",
+    );
+    let job = folder.file("job.nc", "G0X1Y1\n");
+    let json = report(&[&job, "--settings", &settings, "--set", "$101=160"]);
+    assert_eq!(json["axes"]["x"]["net_steps"], 80);
+    assert_eq!(json["axes"]["y"]["net_steps"], 160);
+}
+
+#[test]
+fn an_error_is_shown_with_its_line_a_caret_and_what_to_do() {
+    let folder = Folder::new();
+    let job = folder.file("job.nc", "G21\n(note) G0 X-- Y2\n");
+    let output = leadscrew(&["run", &job]);
+    assert_eq!(output.status.code(), Some(1));
+    let message = stderr(&output);
+    let lines: Vec<&str> = message.lines().collect();
+    assert!(
+        lines[0].ends_with("job.nc:2:12: error:2: A number is missing or badly written"),
+        "{message}"
+    );
+    assert_eq!(lines[2].find('^'), lines[1].find("--"), "{message}");
+    assert!(lines[3].contains("must be followed by a number"));
+}
+
+#[test]
+fn a_job_stops_at_its_first_error_unless_told_to_go_on() {
+    let folder = Folder::new();
+    let job = folder.file("job.nc", "G0X1\nG77\nG0X2\nG78\nG0X3\n");
+    for (option, errors, net_steps) in [("--quiet", 1, 250), ("--keep-going", 2, 750)] {
+        let output = leadscrew(&["run", &job, "--json", option]);
+        assert_eq!(output.status.code(), Some(1), "{option}");
+        let json: serde_json::Value = serde_json::from_str(&stdout(&output)).unwrap();
+        assert_eq!(json["errors"].as_array().unwrap().len(), errors, "{option}");
+        assert_eq!(json["axes"]["x"]["net_steps"], net_steps, "{option}");
+    }
+}
+
+#[test]
+fn check_finds_all_errors_at_once_and_soft_limits_too() {
+    let folder = Folder::new();
+    let job = folder.file(
+        "job.nc",
+        "G21\nG1X1\nG77\nG0X-3\nG0X5\n$J=G91Y1F100\nG2X0Y0I0J0R\n",
+    );
+    let limits = ["--set", "$22=1", "--set", "$20=1"];
+    let output = leadscrew(&[&["check", &job, "--json"], &limits[..]].concat());
+    assert_eq!(output.status.code(), Some(1));
+    let json: serde_json::Value = serde_json::from_str(&stdout(&output)).unwrap();
+    let found: Vec<_> = json["errors"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|e| (e["line"].as_u64().unwrap(), e["code"].as_u64().unwrap()))
+        .collect();
+    assert_eq!(found, [(2, 22), (3, 20), (5, 2), (6, 15), (7, 2)]);
+    assert!(stderr(&output).contains("X would be at 5.000 mm, its travel is -200.000 to 0"));
+    assert_eq!(
+        leadscrew(&["check", &folder.file("good.nc", SQUARE)])
+            .status
+            .code(),
+        Some(0)
+    );
+}
+
+#[test]
+fn check_follows_an_arc_along_its_way() {
+    let folder = Folder::new();
+    let job = folder.file("job.nc", "F100\nG0X-10Y-5\nG2X-10Y-5I5\nG2X-10Y-5I0J10\n");
+    let limits = ["--set", "$22=1", "--set", "$20=1"];
+    let output = leadscrew(&[&["check", &job], &limits[..]].concat());
+    assert_eq!(output.status.code(), Some(1));
+    let message = stderr(&output);
+    assert!(
+        message.contains("job.nc:4: ALARM:2") && message.contains("Y would be at"),
+        "{message}"
+    );
+    assert_eq!(message.matches("ALARM:2").count(), 1, "{message}");
+}
+
+#[test]
+fn an_alarm_ends_the_job_with_its_line() {
+    let folder = Folder::new();
+    let job = folder.file("job.nc", "G0X-1\nG0X5\nG0X-2\n");
+    let output = leadscrew(&["run", &job, "--set", "$22=1", "--set", "$20=1"]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(
+        stderr(&output).contains("job.nc:2: ALARM:2"),
+        "{}",
+        stderr(&output)
+    );
+}
+
+#[test]
+fn a_program_pause_is_resumed_and_the_program_goes_on() {
+    let folder = Folder::new();
+    let json = report(&[&folder.file("job.nc", "G0X1\nM0\nG0X2\nM30\n")]);
+    assert_eq!(json["axes"]["x"]["net_steps"], 500);
+}
+
+#[test]
+fn a_machine_that_wants_homing_is_unlocked_and_that_is_said() {
+    let folder = Folder::new();
+    let job = folder.file("job.nc", "G0X5\n");
+    let output = leadscrew(&["run", &job, "--set", "$22=1"]);
+    assert_eq!(output.status.code(), Some(0));
+    assert!(stderr(&output).contains("unlocked by $X, not homed"));
+    assert!(stdout(&output).contains("ends at 5.000 mm"));
+    let quiet = leadscrew(&["run", &job, "--set", "$22=1", "--quiet"]);
+    assert_eq!(stderr(&quiet), "");
+    assert_eq!(stderr(&leadscrew(&["run", &job])), "");
+}
+
+#[test]
+fn line_ends_marks_and_nuls_do_no_harm() {
+    let folder = Folder::new();
+    for (name, text) in [
+        ("bom.nc", "\u{FEFF}G21\nG0X1\n"),
+        ("crlf.nc", "G21\r\nG0X1\r\n"),
+        ("cr.nc", "G21\rG0X1\r"),
+        ("tape.nc", "%\nG21\nG0X1\n%\n"),
+        ("nul.nc", "G21\0\nG0X1\0\n"),
+        ("realtime.nc", "(what?! ~ é)\nG0X1\n"),
+        ("open.nc", "G21\nG0X1"),
+    ] {
+        let json = report(&[&folder.file(name, text)]);
+        assert_eq!(json["axes"]["x"]["net_steps"], 250, "{name}");
+    }
+}
+
+#[test]
+fn a_line_of_a_megabyte_is_an_error_and_not_a_crash() {
+    let folder = Folder::new();
+    let job = folder.file("long.nc", format!("G0X{}\nG0X1\n", "1".repeat(1 << 20)));
+    let output = leadscrew(&["run", &job, "--keep-going", "--json"]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(stderr(&output).contains("long.nc:1:1: error:11"));
+    let json: serde_json::Value = serde_json::from_str(&stdout(&output)).unwrap();
+    assert_eq!(json["axes"]["x"]["net_steps"], 250);
+}

@@ -1,0 +1,6 @@
+//! The `leadscrew` program as a user meets it: options, outputs, exit status, and every kind of bad input.
+
+mod jobs;
+mod outputs;
+mod program;
+mod refusals;

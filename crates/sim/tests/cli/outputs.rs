@@ -1,0 +1,175 @@
+//! What the program says and writes of a job that was done.
+
+use crate::program::{leadscrew, report, stderr, stdout, Folder, SQUARE};
+use std::fs;
+use std::path::Path;
+use std::process::Command;
+
+#[test]
+fn the_summary_says_what_the_machine_did() {
+    let folder = Folder::new();
+    let output = leadscrew(&["run", &folder.file("job.nc", SQUARE)]);
+    assert_eq!(output.status.code(), Some(0));
+    let text = stdout(&output);
+    for part in [
+        "6 lines, done",
+        "job time",
+        "16.0 mm cut",
+        "X axis",
+        "2000 steps",
+        "CPU load",
+        "never waits",
+        "late events  0",
+    ] {
+        assert!(text.contains(part), "{part} in {text}");
+    }
+    assert_eq!(stderr(&output), "", "no progress bar where nobody watches");
+}
+
+/// All names of fields in `value`, but for those of axes.
+fn fields(value: &serde_json::Value, all: &mut Vec<String>) {
+    match value {
+        serde_json::Value::Object(object) => {
+            for (name, value) in object {
+                all.extend((name.len() > 1).then(|| name.clone()));
+                fields(value, all);
+            }
+        }
+        serde_json::Value::Array(values) => values.iter().for_each(|value| fields(value, all)),
+        _ => {}
+    }
+}
+
+#[test]
+fn docs_json_md_tells_of_every_field() {
+    let docs = include_str!("../../../../docs/json.md");
+    let folder = Folder::new();
+    let file = folder.file("job.nc", format!("{SQUARE}G99\n"));
+    for command in ["run", "check", "profile"] {
+        let mut sections = docs.split("\n## ");
+        let section = sections.find(|text| text.starts_with(&format!("`leadscrew {command}")));
+        let section = section.unwrap();
+        let output = leadscrew(&[command, "--json", &file]);
+        let json = serde_json::from_str(&stdout(&output)).unwrap();
+        let mut names = Vec::new();
+        fields(&json, &mut names);
+        assert!(names.len() >= 7, "{command}: {names:?}");
+        let above = ["line", "column", "code", "message", "text"];
+        for name in names.iter().filter(|name| !above.contains(&&***name)) {
+            let told = section.contains(&format!("`{name}`"));
+            assert!(told, "{command}: {name}");
+        }
+        for name in above {
+            assert!(docs.contains(&format!("`{name}`")), "{name}");
+        }
+    }
+}
+
+#[test]
+fn the_json_report_tells_what_the_machine_did() {
+    let folder = Folder::new();
+    let json = report(&[&folder.file("job.nc", SQUARE)]);
+    let x = &json["axes"]["x"];
+    assert_eq!((&x["pulses"], &x["net_steps"]), (&2000.into(), &0.into()));
+    assert!(json["min_pulse_us"].as_f64().unwrap() >= 10.0);
+    assert!(json["cpu"]["peak"].as_f64().unwrap() <= 1.0);
+}
+
+#[test]
+fn every_step_is_in_the_list_and_the_list_ends_where_the_machine_does() {
+    let folder = Folder::new();
+    let (job, list) = (folder.file("job.nc", SQUARE), folder.path("steps.csv"));
+    let json = report(&[&job, "--steps", list.to_str().unwrap()]);
+    let text = fs::read_to_string(list).unwrap();
+    let mut rows = text.lines();
+    assert_eq!(rows.next(), Some("cycle,step,dir,power"));
+    let (mut position, mut last, mut count) = ([0i64; 3], 0, 0u64);
+    for row in rows {
+        let fields: Vec<&str> = row.split(',').collect();
+        let (cycle, step, dir): (u64, u8, u8) = (
+            fields[0].parse().unwrap(),
+            fields[1].parse().unwrap(),
+            fields[2].parse().unwrap(),
+        );
+        assert!(cycle > last && step != 0 && fields[3] == "0.000", "{row}");
+        for (axis, steps) in position.iter_mut().enumerate() {
+            *steps += i64::from(step >> axis & 1) * (1 - 2 * i64::from(dir >> axis & 1));
+        }
+        (last, count) = (cycle, count + 1);
+    }
+    assert_eq!(position, [0, 0, 0]);
+    assert_eq!(json["step_events"], count);
+}
+
+#[test]
+fn a_real_baud_rate_takes_longer_than_a_link_that_never_waits() {
+    let folder = Folder::new();
+    let job: String = (0..200)
+        .map(|k| format!("G0X{}.{:03}\n", k % 2, k))
+        .collect();
+    let job = folder.file("job.nc", job);
+    let fast = report(&[&job, "--set", "$110=5000", "--set", "$120=5000"]);
+    let slow = report(&[
+        &job,
+        "--set",
+        "$110=5000",
+        "--set",
+        "$120=5000",
+        "--baud",
+        "1200",
+    ]);
+    let seconds = |json: &serde_json::Value| json["job_seconds"].as_f64().unwrap();
+    assert!(seconds(&slow) > seconds(&fast) * 1.2);
+    assert_eq!(slow["axes"]["x"]["pulses"], fast["axes"]["x"]["pulses"]);
+}
+
+#[test]
+fn picture_and_waveform_are_written() {
+    let folder = Folder::new();
+    let job = folder.file("job.nc", SQUARE);
+    let (svg, vcd) = (folder.path("a.svg"), folder.path("a.vcd"));
+    report(&[
+        &job,
+        "--svg",
+        svg.to_str().unwrap(),
+        "--vcd",
+        vcd.to_str().unwrap(),
+    ]);
+    let svg = fs::read_to_string(svg).unwrap();
+    assert!(svg.contains("job.nc") && svg.contains("X mm") && svg.contains("speed mm/min"));
+    let vcd = fs::read_to_string(vcd).unwrap();
+    for wire in ["x_step", "y_direction", "enable", "spindle_pwm"] {
+        assert!(vcd.contains(wire), "{wire}");
+    }
+    let mut times = vcd
+        .lines()
+        .filter_map(|line| line.strip_prefix('#')?.parse::<u64>().ok());
+    assert!(times.by_ref().is_sorted(), "time runs forward");
+}
+
+/// The readme's block of text that begins so, without the rows that it leaves out.
+fn shown_in_the_readme(begin: &str) -> Vec<String> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let readme = fs::read_to_string(root.join("README.md")).unwrap();
+    let block = readme.split("```").find(|block| block.starts_with(begin));
+    let lines = block.expect("the block").lines().skip(1);
+    lines
+        .filter(|line| line.trim() != "...")
+        .map(str::to_owned)
+        .collect()
+}
+
+#[test]
+fn the_readme_shows_what_run_prints() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let output = Command::new(env!("CARGO_BIN_EXE_leadscrew"))
+        .args(["run", "examples/heart.nc"])
+        .current_dir(root)
+        .output()
+        .unwrap();
+    let printed = stdout(&output);
+    for line in shown_in_the_readme("text\nexamples/heart.nc") {
+        let row = printed.lines().any(|printed| printed == line);
+        assert!(row, "README.md has {line:?}, but:\n{printed}");
+    }
+}

@@ -1,0 +1,143 @@
+//! What cannot be used: options, files, outputs; each refused with one message.
+
+use crate::program::{leadscrew, stderr, unusable, Folder, SQUARE};
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+/// Calls the program, expects exit status 2 and this in what it says about its options.
+fn unusable_usage(args: &[&str], part: &str) {
+    let output = leadscrew(args);
+    assert_eq!(output.status.code(), Some(2), "{args:?}");
+    assert!(stderr(&output).contains(part), "{}", stderr(&output));
+}
+
+#[test]
+fn serve_says_what_is_wrong_with_its_options() {
+    unusable_usage(&["serve"], "--pty <LINK>|--tcp <ADDRESS>|--ws <ADDRESS>");
+    unusable_usage(&["serve", "--tcp", "99999"], "expected a port, 0 to 65535");
+    let folder = Folder::new();
+    let profile = folder.file("bad.toml", "[axes.x]\ntravel = -1\n");
+    unusable(
+        &["serve", "--tcp", "0", "--machine", &profile],
+        &["bad.toml:2: axes.x.travel: expected a number above 0"],
+    );
+}
+
+#[test]
+fn unreadable_jobs_are_refused_with_one_message() {
+    let folder = Folder::new();
+    let file = |name: &str, content: &[u8]| folder.file(name, content);
+    unusable(
+        &["run", "no/such/file.nc"],
+        &["no/such/file.nc", "cannot be read"],
+    );
+    unusable(&["run", &file("empty.nc", b"")], &["empty.nc", "is empty"]);
+    unusable(
+        &["check", &file("empty.nc", b"")],
+        &["empty.nc", "is empty"],
+    );
+    unusable(&["run", env!("CARGO_BIN_EXE_leadscrew")], &["is not text"]);
+    unusable(
+        &["run", folder.path("").to_str().unwrap()],
+        &["is a directory"],
+    );
+}
+
+#[test]
+fn bad_settings_are_refused_with_their_place() {
+    let folder = Folder::new();
+    let job = folder.file("job.nc", SQUARE);
+    let nonsense = folder.file("bad.txt", "$100=80\nhello\n");
+    unusable(
+        &["run", &job, "--settings", &nonsense],
+        &["bad.txt:2", "hello", "expected a setting"],
+    );
+    unusable(
+        &["run", &job, "--settings", "missing.txt"],
+        &["missing.txt", "cannot be read"],
+    );
+    unusable(&["run", &job, "--set", "$999=1"], &["$999=1", "error:3"]);
+    unusable(&["run", &job, "--set", "$0=0.9"], &["$0=0.9", "error:6"]);
+    unusable(
+        &["run", &job, "--set", "110"],
+        &["--set '110'", "expected a setting"],
+    );
+    let binary = folder.file("bin.txt", [0xFF, 0xFE, 0x00]);
+    unusable(
+        &["run", &job, "--settings", &binary],
+        &["bin.txt", "not a text file"],
+    );
+}
+
+#[test]
+fn outputs_that_cannot_be_written_are_named() {
+    let folder = Folder::new();
+    let job = folder.file("job.nc", SQUARE);
+    for option in ["--svg", "--vcd", "--steps"] {
+        unusable(
+            &["run", &job, option, "no/such/folder/x"],
+            &["no/such/folder/x", "cannot be written"],
+        );
+    }
+    if Path::new("/dev/full").exists() {
+        unusable(
+            &["run", &job, "--steps", "/dev/full"],
+            &["/dev/full", "cannot be written"],
+        );
+    }
+}
+
+#[test]
+fn bad_usage_is_explained() {
+    for args in [
+        &["run"][..],
+        &["fly", "x.nc"],
+        &["run", "x.nc", "--baud", "5"],
+        &[],
+    ] {
+        let output = leadscrew(args);
+        assert_eq!(output.status.code(), Some(2), "{args:?}");
+        assert!(stderr(&output).contains("Usage") || stderr(&output).contains("--help"));
+    }
+}
+
+/// A program whose reader has gone, as `leadscrew run job.nc | head -1` does it.
+fn unread(args: &[&str]) -> Output {
+    let (reader, writer) = std::io::pipe().unwrap();
+    drop(reader);
+    let mut program = Command::new(env!("CARGO_BIN_EXE_leadscrew"));
+    program.args(args).stdout(writer).output().unwrap()
+}
+
+#[test]
+fn a_reader_that_has_seen_enough_is_no_failure() {
+    let folder = Folder::new();
+    let job = folder.file("job.nc", "G1 X1 F600\n");
+    for args in [
+        ["run", &job].as_slice(),
+        &["run", "--json", &job],
+        &["check", &job],
+        &["profile", "--no-trials", &job],
+    ] {
+        let output = unread(args);
+        assert_eq!(
+            output.status.code(),
+            Some(0),
+            "{args:?}: {}",
+            stderr(&output)
+        );
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn an_output_that_cannot_be_written_is_said() {
+    let folder = Folder::new();
+    let job = folder.file("job.nc", "G1 X1 F600\n");
+    let full = fs::File::options().write(true).open("/dev/full").unwrap();
+    let mut program = Command::new(env!("CARGO_BIN_EXE_leadscrew"));
+    let output = program.args(["run", &job]).stdout(full).output().unwrap();
+    assert_eq!(output.status.code(), Some(2));
+    assert!(stderr(&output).contains("standard output: "));
+}

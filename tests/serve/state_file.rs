@@ -1,0 +1,92 @@
+//! What a machine remembers from one server to the next.
+
+use crate::served::Served;
+
+#[test]
+fn what_was_stored_survives_a_restart() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("router.state");
+    {
+        let served = Served::remembering(&file);
+        assert_eq!(served.said, [""; 0]);
+        let mut client = served.connect();
+        assert_eq!(client.setting("$110").as_deref(), Some("$110=6000.000"));
+        for line in ["$110=4321.5", "$N0=G20", "G10 L2 P2 X5.25"] {
+            assert_eq!(client.say(line), [""; 0]);
+        }
+    }
+    let served = Served::remembering(&file);
+    assert_eq!(served.said, [""; 0]);
+    let mut client = served.connect();
+    assert_eq!(client.setting("$110").as_deref(), Some("$110=4321.500"));
+    assert_eq!(client.setting("$111").as_deref(), Some("$111=6000.000"));
+    assert_eq!(client.say("$N"), ["$N0=G20", "$N1="]);
+    assert_eq!(client.say("$#")[1], "[G55:5.250,0.000,0.000]");
+}
+
+#[test]
+fn a_state_file_belongs_to_one_program_at_a_time() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("router.state");
+    {
+        let first = Served::remembering(&file);
+        let second = Served::remembering(&file);
+        assert!(second.said[0].contains("in use"), "{:?}", second.said);
+        assert_eq!(second.connect().say("$110=1"), [""; 0]);
+        assert_eq!(first.connect().say("$111=4321"), [""; 0]);
+    }
+    let third = Served::remembering(&file);
+    assert_eq!(third.said, [""; 0]);
+    let mut client = third.connect();
+    assert_eq!(client.setting("$110").as_deref(), Some("$110=6000.000"));
+    assert_eq!(client.setting("$111").as_deref(), Some("$111=4321.000"));
+}
+
+#[test]
+fn a_state_file_that_cannot_be_used_is_kept_aside_and_said() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("router.state");
+    Served::remembering(&file).connect().say("$110=4321.5");
+    let sound = std::fs::read(&file).unwrap();
+    let mut other_version = sound.clone();
+    other_version[15] += 1;
+    let half = sound[..sound.len() / 2].to_vec();
+    let table: [(&[u8], &str); 3] = [
+        (&half, "is cut short"),
+        (&other_version, "has version 2, not 1"),
+        (b"$110=4321.5\n", "is no state file"),
+    ];
+    for (count, (bytes, fault)) in (1..).zip(table) {
+        std::fs::write(&file, bytes).unwrap();
+        let served = Served::remembering(&file);
+        let [said] = &served.said[..] else {
+            panic!("{:?}", served.said)
+        };
+        let kept = folder.path().join(format!("router.state.kept-{count}"));
+        assert!(said.contains(fault), "{said}");
+        let told = format!("kept as {}, defaults loaded", kept.display());
+        assert!(said.ends_with(&told), "{said}");
+        assert_eq!(std::fs::read(kept).unwrap(), bytes);
+        let mut client = served.connect();
+        assert_eq!(client.setting("$110").as_deref(), Some("$110=6000.000"));
+    }
+}
+
+#[test]
+fn settings_whose_record_is_damaged_are_said_to_be_lost() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("router.state");
+    Served::remembering(&file).connect().say("$110=4321.5");
+    let mut damaged = std::fs::read(&file).unwrap();
+    let last = damaged.iter().rposition(|&byte| byte != 0xFF).unwrap();
+    damaged[last] ^= 1;
+    std::fs::write(&file, &damaged).unwrap();
+    let served = Served::remembering(&file);
+    let kept = folder.path().join("router.state.kept-1");
+    let told = format!("the file as it was is kept as {}", kept.display());
+    assert_eq!(served.said.len(), 1, "{:?}", served.said);
+    assert!(served.said[0].ends_with(&told), "{:?}", served.said);
+    assert_eq!(std::fs::read(kept).unwrap(), damaged);
+    let mut client = served.connect();
+    assert_eq!(client.setting("$110").as_deref(), Some("$110=6000.000"));
+}
