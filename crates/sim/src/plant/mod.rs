@@ -15,151 +15,21 @@
 //!
 //! On crossed belts the first two motors move one carriage in X and Y: it stands at half their sum and half their
 //! difference.
-//!
-//! A switch changes its level where the carriage passes its place. Between two such places a *window* of
-//! positions says that nothing changes, so that a step costs two comparisons however many switches there are.
+
+mod carriage;
+mod switch;
 
 use crate::clock::{Cycle, CPU_HZ};
+use carriage::{Carriage, NOWHERE};
 use leadscrew_machine::board::Switches;
 use leadscrew_stepper::MotorMask;
+use switch::set_level;
+
+pub use switch::{Pin, Side, Switch};
 
 /// Least time from a change of direction to the step, in cycles: 650 ns (TI DRV8825 data sheet SLVSA73F,
 /// timing requirements; Allegro's A4988 asks for 200 ns).
 pub const LEAST_SETUP: u64 = (650 * (CPU_HZ / 1_000_000)).div_ceil(1000);
-
-/// Steps over which a motor's rate is measured. Fewer would see the unevenness of Bresenham's tracer as speed.
-const RATE_STEPS: usize = 16;
-
-/// A digital input of the board.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Pin {
-    /// The limit switch of a motor.
-    Limit(usize),
-    /// The probe.
-    Probe,
-    /// The reset button.
-    Reset,
-    /// The feed hold button.
-    Hold,
-    /// The cycle start button.
-    Start,
-    /// The safety door.
-    Door,
-}
-
-/// On which side of its place a switch has its level.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Side {
-    /// At the place and above it.
-    AtOrAbove,
-    /// At the place and below it.
-    AtOrBelow,
-}
-
-/// A switch that a carriage works.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Switch {
-    /// The input that it is wired to.
-    pub pin: Pin,
-    /// The motor whose carriage works it; on crossed belts 0 and 1 are X and Y, which both motors move.
-    pub motor: usize,
-    /// Which side has `level`; the other has the opposite.
-    pub side: Side,
-    /// Its place in steps of the carriage.
-    pub place: i32,
-    /// Electrical level on `side`; `false` is a closed switch.
-    pub level: bool,
-}
-
-impl Switch {
-    fn level_at(&self, position: i32) -> bool {
-        let on_side = match self.side {
-            Side::AtOrAbove => position >= self.place,
-            Side::AtOrBelow => position <= self.place,
-        };
-        on_side == self.level
-    }
-
-    /// The positions around `position` at which this switch keeps its level.
-    fn window(&self, position: i32) -> (i32, i32) {
-        let last_below = match self.side {
-            Side::AtOrAbove => self.place.saturating_sub(1),
-            Side::AtOrBelow => self.place,
-        };
-        if position <= last_below {
-            (i32::MIN, last_below)
-        } else {
-            (last_below.saturating_add(1), i32::MAX)
-        }
-    }
-}
-
-/// A window that no position is in: the next step looks at the switches.
-const NOWHERE: (i32, i32) = (i32::MAX, i32::MIN);
-
-/// One motor's carriage.
-#[derive(Clone, Debug)]
-struct Carriage {
-    position: i32,
-    /// Where it was put by hand, less the steps that it had made: `position` less the net steps.
-    origin: i64,
-    /// Nothing changes from `window.0` to `window.1`.
-    window: (i32, i32),
-    pulses: u64,
-    direction_changed: Cycle,
-    first_step: Cycle,
-    last_step: Cycle,
-    /// Instants of the last [`RATE_STEPS`] steps, a ring indexed by the pulse count.
-    recent: [Cycle; RATE_STEPS],
-    /// Shortest time of [`RATE_STEPS`] intervals.
-    fastest: u64,
-}
-
-impl Carriage {
-    fn new() -> Self {
-        Self {
-            position: 0,
-            origin: 0,
-            window: (i32::MIN, i32::MAX),
-            pulses: 0,
-            direction_changed: Cycle::ZERO,
-            first_step: Cycle::NEVER,
-            last_step: Cycle::ZERO,
-            recent: [Cycle::ZERO; RATE_STEPS],
-            fastest: u64::MAX,
-        }
-    }
-
-    /// Moves one step; returns whether a switch may change by it.
-    #[inline]
-    fn step(&mut self, now: Cycle, by: i32) -> bool {
-        self.position = self.position.wrapping_add(by);
-        let slot = &mut self.recent[self.pulses as usize % RATE_STEPS];
-        let span = now.0 - slot.0;
-        *slot = now;
-        if self.pulses < RATE_STEPS as u64 {
-            self.first_step = self.first_step.min(now);
-        } else {
-            self.fastest = self.fastest.min(span);
-        }
-        self.pulses += 1;
-        self.last_step = now;
-        self.position < self.window.0 || self.position > self.window.1
-    }
-
-    /// Highest rate in steps/s over [`RATE_STEPS`] intervals, over all where there were no more.
-    fn peak_rate(&self) -> f64 {
-        let (steps, cycles) = if self.pulses > RATE_STEPS as u64 {
-            (RATE_STEPS as u64, self.fastest)
-        } else {
-            (
-                self.pulses.saturating_sub(1),
-                self.last_step - self.first_step,
-            )
-        };
-        steps as f64 * CPU_HZ as f64 / cycles.max(1) as f64
-    }
-}
 
 /// What rising step pins did.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -424,24 +294,6 @@ impl<const MOTORS: usize> Plant<MOTORS> {
     }
 }
 
-fn set_level(levels: &mut Switches, pin: Pin, high: bool) {
-    match pin {
-        Pin::Limit(motor) => {
-            let only = MotorMask::only(motor);
-            levels.limits = if high {
-                levels.limits.with(only)
-            } else {
-                levels.limits.without(only)
-            };
-        }
-        Pin::Probe => levels.probe = high,
-        Pin::Reset => levels.reset = high,
-        Pin::Hold => levels.hold = high,
-        Pin::Start => levels.start = high,
-        Pin::Door => levels.door = high,
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -563,17 +415,5 @@ mod tests {
         plant.fall(Cycle(1500));
         plant.raise(Cycle(2000), X);
         assert_eq!((plant.position(), plant.net_steps()), ([51], [2]));
-    }
-
-    #[test]
-    fn the_peak_rate_is_that_of_the_fastest_sixteen_intervals() {
-        let mut plant = Plant::<1>::new();
-        let mut now = Cycle(0);
-        for interval in [10_000; 20].into_iter().chain([1000; 17]).chain([5000; 30]) {
-            now = now + interval;
-            plant.raise(now, X);
-            plant.fall(now + 100);
-        }
-        assert_eq!(plant.peak_rates(), [CPU_HZ as f64 / 1000.0]);
     }
 }
