@@ -377,7 +377,7 @@ where
             self.door.as_ref().and_then(DoorCycle::waits_until),
             self.motors.rest_at(delay, self.is_locked()),
         ];
-        let next = deadlines.into_iter().flatten().min();
+        let next = deadlines.into_iter().fold(None, earlier);
         Next {
             busy,
             when: next.map(|instant| instant.max(now + SHORTEST_SLEEP)),
@@ -396,6 +396,14 @@ where
             || self.executor.can_advance(resting, self.motion.has_room())
                 && self.state.takes_lines()
             || self.door.as_ref().is_some_and(DoorCycle::can_advance) && resting
+    }
+}
+
+/// The earlier of two instants, or the one that there is.
+fn earlier(one: Option<Instant>, other: Option<Instant>) -> Option<Instant> {
+    match (one, other) {
+        (Some(one), Some(other)) => Some(one.min(other)),
+        (one, other) => one.or(other),
     }
 }
 
