@@ -17,10 +17,9 @@
 
 use leadscrew_sim::clock::{CYCLES_PER_COUNT, TIMER_HZ};
 use leadscrew_sim::StepEvent;
-use leadscrew_tests::run_program;
+use leadscrew_tests::{programs, run_program};
 use std::fmt::Write;
 use std::fs;
-use std::path::{Path, PathBuf};
 
 const HEADER: &str = "      at     interval       add  -   power  steps\n";
 
@@ -179,17 +178,6 @@ fn print_rows(events: &[Event], out: &mut String) {
     }
 }
 
-fn programs() -> Vec<PathBuf> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("golden");
-    let mut programs: Vec<PathBuf> = fs::read_dir(folder)
-        .unwrap()
-        .map(|entry| entry.unwrap().path())
-        .filter(|path| path.extension().is_some_and(|extension| extension == "nc"))
-        .collect();
-    programs.sort();
-    programs
-}
-
 /// The first row that differs, for people.
 fn difference(golden: &str, ours: &str) -> Option<String> {
     let mut rows = golden.lines().zip(ours.lines()).enumerate();
@@ -208,7 +196,7 @@ fn difference(golden: &str, ours: &str) -> Option<String> {
 #[test]
 fn programs_step_as_they_did_when_they_were_blessed() {
     let bless = std::env::var_os("BLESS").is_some();
-    let programs = programs();
+    let programs = programs("golden");
     assert!(programs.len() >= 6);
     let mut changed = Vec::new();
     for path in programs {

@@ -21,6 +21,8 @@ use leadscrew_sim::{
 };
 use leadscrew_stepper::{MotorMask, Power, PowerScale};
 use std::collections::VecDeque;
+use std::fs;
+use std::path::{Path, PathBuf};
 
 /// Moves planned ahead, as on the board.
 pub const MOVES: usize = 1024;
@@ -43,6 +45,18 @@ pub fn run_program(settings: &str, program: &str) -> Run<3> {
     session.stream(settings);
     session.stream(program);
     session.finish()
+}
+
+/// The G-code programs in a folder beside the tests, by name.
+pub fn programs(folder: &str) -> Vec<PathBuf> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join(folder);
+    let mut programs: Vec<PathBuf> = fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().path())
+        .filter(|path| path.extension().is_some_and(|extension| extension == "nc"))
+        .collect();
+    programs.sort();
+    programs
 }
 
 /// What happened in a session.

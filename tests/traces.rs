@@ -8,10 +8,11 @@ use leadscrew_planner::Cartesian;
 use leadscrew_sim::{
     Answers, Cycle, Memory, Outcome, Rate, Setup, Simulation, Stopped, Streamer, Streaming,
 };
+use leadscrew_tests::programs;
 use serde_json::Value;
 use std::fs;
 use std::num::NonZeroU32;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// Later than the end of any of the programs.
 const LIMIT: Cycle = Cycle::from_micros(600_000_000);
@@ -23,13 +24,7 @@ struct Recording {
 }
 
 fn recordings() -> Vec<Recording> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("conformance/traces");
-    let mut programs: Vec<PathBuf> = fs::read_dir(folder)
-        .unwrap()
-        .map(|entry| entry.unwrap().path())
-        .filter(|path| path.extension().is_some_and(|extension| extension == "nc"))
-        .collect();
-    programs.sort();
+    let programs = programs("conformance/traces");
     programs.iter().map(|path| read(path)).collect()
 }
 
