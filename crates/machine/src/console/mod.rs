@@ -80,9 +80,11 @@ impl<'a> Console<'a> {
         }
     }
 
-    /// Sends a message on all channels.
+    /// Sends a message on all channels that have room for it.
     pub(crate) fn message(&mut self, message: Message) {
-        self.broadcast(message);
+        for channel in &mut self.channels {
+            channel.inbox.output.message(message);
+        }
     }
 
     /// Sends a line on one channel.

@@ -10,11 +10,14 @@ const OUTPUT: usize = 1024;
 /// Room that a report fits into, and leaves enough for the messages that may come then.
 const REPORT_ROOM: usize = 512;
 
+/// Messages leave so much: for an alarm, the greeting and an answer, which others depend on.
+const MESSAGES_LEAVE: usize = 256;
+
 /// Bytes that wait to be sent.
 #[derive(Debug)]
 pub(crate) struct Output {
     waiting: Deque<u8, OUTPUT>,
-    /// Bytes that found no room: messages on a line whose other end has stopped reading.
+    /// Bytes that found no room: of messages on a line whose other end reads too slowly, or has stopped reading.
     lost: u32,
 }
 
@@ -41,10 +44,26 @@ impl Output {
         self.lost
     }
 
-    /// Adds a line and its CR LF.
+    /// Adds a line and its CR LF: whole, or where there is no room for it, not at all.
     pub(crate) fn line(&mut self, line: impl fmt::Display) {
+        self.add(0, format_args!("{line}\r\n"));
+    }
+
+    /// As [`Output::line`], for what may be missed where the other end reads slowly.
+    pub(crate) fn message(&mut self, line: impl fmt::Display) {
+        self.add(MESSAGES_LEAVE, format_args!("{line}\r\n"));
+    }
+
+    /// Adds `text` where that leaves `room` bytes; otherwise nothing.
+    fn add(&mut self, room: usize, text: fmt::Arguments<'_>) {
+        let (before, lost) = (self.waiting.len(), self.lost);
         // Writing here cannot fail; see `write_str`.
-        let _ = fmt::write(self, format_args!("{line}\r\n"));
+        let _ = fmt::write(self, text);
+        if self.lost != lost || OUTPUT - self.waiting.len() < room {
+            while self.waiting.len() > before && self.waiting.pop_back().is_some() {
+                self.lost = self.lost.wrapping_add(1);
+            }
+        }
     }
 
     /// Adds `ok` and its CR LF, as [`Output::line`] would: nearly all answers, without the ways of formatting.
@@ -74,5 +93,40 @@ impl fmt::Write for Output {
             }
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn text(output: &Output) -> std::string::String {
+        let bytes = output.waiting.iter().copied().collect();
+        std::string::String::from_utf8(bytes).unwrap()
+    }
+
+    extern crate std;
+
+    #[test]
+    fn a_message_without_room_is_missed_whole_and_an_answer_still_fits() {
+        let mut output = Output::new();
+        for _ in 0..100 {
+            output.message("[MSG:twenty characters]");
+        }
+        output.line("ALARM:1");
+        output.ok();
+        let text = text(&output);
+        assert!(text.ends_with("characters]\r\nALARM:1\r\nok\r\n"), "{text}");
+        assert_eq!(text.matches("[MSG:").count(), 30);
+        assert_eq!(output.lost(), 70 * 25);
+    }
+
+    #[test]
+    fn no_line_is_torn() {
+        let mut output = Output::new();
+        for _ in 0..100 {
+            output.line("a line of 29 characters or so");
+        }
+        assert!(text(&output).ends_with("or so\r\n"));
     }
 }
