@@ -13,21 +13,23 @@
 //! Grbl knows none of the bytes of the table. Line 0 never waits, line 1 has 115 200 baud; neither counts characters, so
 //! that receive buffers overflow, too.
 
-use crate::Recorder;
-use leadscrew_machine::board::ChannelId;
+mod light;
+mod wires;
+
+use leadscrew_machine::board::{CoolantOutput, SpindleOutput};
 use leadscrew_machine::config::{MachineConfig, ParkingConfig};
+use leadscrew_machine::settings::table::{AxisSetting, Setting};
 use leadscrew_machine::state::State;
 use leadscrew_planner::Cartesian;
 use leadscrew_sim::plant::Pin;
-use leadscrew_sim::{Cycle, Host, Memory, Rate, Setup, Simulation, Stopped};
-use std::collections::VecDeque;
+use leadscrew_sim::{Cycle, Memory, Rate, Setup, Simulation, Stopped};
+use leadscrew_stepper::Power;
+use light::Light;
 use std::num::NonZeroU32;
+use wires::{Wires, LINES};
 
 /// Few, so that the planner is full at times.
 const MOVES: usize = 16;
-
-/// Serial lines.
-const LINES: usize = 2;
 
 const BAUD: Rate = Rate::Baud(NonZeroU32::new(115_200).unwrap());
 
@@ -116,46 +118,35 @@ impl Build {
     }
 }
 
-/// Both ends of the serial lines that are not the machine's.
-#[derive(Default)]
-struct Wires {
-    to_send: [VecDeque<u8>; LINES],
-    heard: [Vec<u8>; LINES],
-}
-
-impl Host for Wires {
-    fn next_byte(&mut self, channel: ChannelId) -> Option<u8> {
-        self.to_send[usize::from(channel.0)].pop_front()
-    }
-    fn receive(&mut self, channel: ChannelId, byte: u8, _: Cycle) {
-        self.heard[usize::from(channel.0)].push(byte);
-    }
-}
-
 /// A machine that is put under strain, and looked at after every turn of its main loop.
 struct Trial<'a> {
-    sim: Simulation<'a, Cartesian, Recorder, 3, 3, MOVES>,
+    sim: Simulation<'a, Cartesian, Light, 3, 3, MOVES>,
     wires: Wires,
     line: usize,
     levels: [bool; PINS.len()],
     /// Where the carriages stood when the machine was found locked.
     locked_at: Option<[i32; 3]>,
+    /// What was planned is dropped: at a reset, in an alarm, and where a jog ends, which may be cancelled.
+    banners: usize,
+    jogging: bool,
 }
 
 impl<'a> Trial<'a> {
     fn new(memory: &'a mut Memory<3, MOVES>, setup: &Setup<3>) -> Self {
         Self {
-            sim: Simulation::new(memory, setup, Cartesian, Recorder::default()),
+            sim: Simulation::new(memory, setup, Cartesian, Light::default()),
             wires: Wires::default(),
             line: 0,
             levels: [true; PINS.len()],
             locked_at: None,
+            banners: 0,
+            jogging: false,
         }
     }
 
     fn act(&mut self, act: Act) {
         match act {
-            Act::Send(byte) => self.wires.to_send[self.line].push_back(byte),
+            Act::Send(byte) => self.wires.0[self.line].send(&[byte]),
             Act::OtherLine => self.line = (self.line + 1) % LINES,
             Act::Wait(millis) => self.wait_ms(millis),
             Act::Toggle(pin) => self.toggle(pin),
@@ -180,7 +171,7 @@ impl<'a> Trial<'a> {
         self.look();
     }
 
-    /// Nothing moves in Alarm.
+    /// Nothing moves in Alarm, and a laser is dark in what has no light.
     fn look(&mut self) {
         let place = self.sim.board().plant.position();
         let locked = matches!(self.sim.machine().state(), State::Alarm(_));
@@ -188,24 +179,45 @@ impl<'a> Trial<'a> {
             assert_eq!(place, before, "motion in Alarm at {}", self.sim.now());
         }
         self.locked_at = locked.then_some(place);
+        self.look_at_light();
     }
 
-    /// Sends bytes on both lines and waits; what is heard on each.
-    fn ask(&mut self, bytes: &[u8], millis: u64) -> [String; LINES] {
-        self.wires.heard = Default::default();
-        for line in &mut self.wires.to_send {
-            line.clear();
-            line.extend(bytes);
-        }
+    fn look_at_light(&mut self) {
+        let machine = self.sim.machine();
+        let settings = machine.settings();
+        let told = settings.is_on(Setting::Laser) && settings.whole(Setting::LaserLead) == 0;
+        let state = machine.state();
+        let wrong = self.sim.observer().take_wrong();
+        assert!(!told || wrong.is_none(), "lit in a dark move at {wrong:?}");
+        let jogging = matches!(state, State::Jog(_));
+        let dropped = self.banners != self.wires.banners()
+            || matches!(state, State::Alarm(_))
+            || self.jogging && !jogging;
+        self.jogging = jogging;
+        self.sim.observer().end_turn(dropped);
+        self.banners = self.wires.banners();
+    }
+
+    /// Sends bytes on the line that never waits; what is heard on it in that time.
+    fn ask(&mut self, bytes: &[u8], millis: u64) -> String {
+        let [heard, _] = self.ask_on(&[0], bytes, millis);
+        heard
+    }
+
+    /// Sends the same bytes on some lines, in place of what waits to be sent; what is heard on each in that time.
+    fn ask_on(&mut self, lines: &[usize], bytes: &[u8], millis: u64) -> [String; LINES] {
+        let begin = self.wires.begin();
+        lines
+            .iter()
+            .for_each(|line| self.wires.0[*line].send(bytes));
         self.wait_ms(millis);
-        let heard = std::mem::take(&mut self.wires.heard);
-        heard.map(|bytes| String::from_utf8(bytes).expect("text"))
+        self.wires.heard_since(begin)
     }
 
     /// A report on each line, after what still has to go out: 1 KiB takes 89 ms at 115 200 baud.
     fn assert_answers(&mut self) {
         self.wait_ms(200);
-        for heard in self.ask(b"?", 300) {
+        for heard in self.ask_on(&[0, 1], b"?", 300) {
             let mut lines = heard.lines();
             let report = lines.any(|line| line.starts_with('<') && line.ends_with('>'));
             assert!(
@@ -216,25 +228,100 @@ impl<'a> Trial<'a> {
         }
     }
 
-    /// Released, reset and unlocked, it takes lines again, but where a startup line keeps it busy.
+    /// At rest and with nothing to do, pins and reports are what the modes say, and each line has had its answer.
+    fn assert_true_to_its_word(&mut self) {
+        self.ask_on(&[0, 1], b"\n", 300);
+        let idle = self.is_idle();
+        for (number, wire) in self.wires.0.iter().enumerate() {
+            wire.assert_answered(idle && self.sim.lost_bytes(number) == 0);
+        }
+        // Where a receive buffer was full, that line's end may be lost, too.
+        if !idle || self.sim.lost_bytes(0) > 0 {
+            return;
+        }
+        let modes = self.ask(b"$G\n", 50);
+        self.assert_pins(&modes);
+        let report = self.ask(b"?", 50);
+        self.assert_position(&report);
+    }
+
+    fn is_idle(&self) -> bool {
+        let machine = self.sim.machine();
+        machine.is_quiet() && machine.state() == State::Idle
+    }
+
+    fn assert_pins(&self, modes: &str) {
+        let words: Vec<_> = modes.split([':', ' ', ']']).collect();
+        let has = |mode: &str| words.contains(&mode);
+        let board = self.sim.board();
+        let spindle = match board.spindle() {
+            SpindleOutput::Off => "M5",
+            SpindleOutput::Clockwise => "M3",
+            SpindleOutput::CounterClockwise => "M4",
+        };
+        assert!(has(spindle), "{spindle}: {modes}");
+        let coolant = CoolantOutput {
+            flood: has("M8"),
+            mist: has("M7"),
+        };
+        assert_eq!(board.coolant(), coolant, "{modes}");
+        let burns = has("M3") && ["G1", "G2", "G3"].into_iter().any(has);
+        let laser = self.sim.machine().settings().is_on(Setting::Laser);
+        let on = board.power() > Power::OFF;
+        let may_be_on = if laser { burns } else { !has("M5") };
+        assert!(!on || may_be_on, "power is on: {modes}");
+        let zero = has("S0");
+        let may_be_off = laser || zero || has("M5");
+        assert!(on || may_be_off, "power is off: {modes}");
+    }
+
+    fn assert_position(&self, report: &str) {
+        let settings = self.sim.machine().settings();
+        let Some((_, rest)) = report.split_once("MPos:") else {
+            return;
+        };
+        let unit = if settings.is_on(Setting::Inches) {
+            25.4
+        } else {
+            1.0
+        };
+        let places = rest.split('|').next().unwrap_or_default().split(',');
+        let scales = settings.axes(AxisSetting::StepsPerMm);
+        let counts = self.sim.counted_position();
+        for ((place, steps), scale) in places.zip(counts).zip(scales) {
+            let place: f64 = place.parse().expect("a number");
+            let counted = f64::from(steps) / f64::from(scale.to_f32());
+            // Three decimals, and what f32 keeps of steps/mm.
+            let near = (place * unit - counted).abs() <= 0.001 * unit + 1e-6 * counted.abs();
+            assert!(near, "{report}: counted {counts:?}");
+        }
+    }
+
+    /// Released, reset and unlocked, it takes lines again, but where a startup line keeps it busy. What was locked or asleep
+    /// is locked after it, and so is what was moving; nothing else.
     fn assert_recovers(&mut self) {
         for (pin, level) in PINS.into_iter().zip(&mut self.levels) {
             *level = true;
             self.sim.set_pin(pin, true);
         }
-        let greeting = self.ask(b"\x18", 300);
-        assert!(greeting[0].contains("Grbl 1.1h"), "{greeting:?}");
+        let before = self.sim.machine().state();
+        let heard = self.ask(b"\x18", 300);
+        let (farewell, greeting) = heard.split_once("Grbl 1.1h").expect("a greeting");
+        let was_locked = matches!(before, State::Alarm(_) | State::Sleep | State::Home);
+        let locks = was_locked || farewell.contains("ALARM:") || greeting.contains("Check Limits");
+        assert_eq!(greeting.contains("to unlock"), locks, "{before:?}: {heard}");
         self.assert_answers();
         let machine = self.sim.machine();
         if machine.is_quiet() && machine.state().takes_lines() {
-            let [first, _] = self.ask(b"\n", 50);
-            assert!(first.contains("ok\r\n"), "{first}");
+            let answer = self.ask(b"\n", 50);
+            assert!(answer.contains("ok\r\n"), "{answer}");
         }
     }
 }
 
-/// Plays a script. Nothing panics, nothing moves in Alarm, a laser under M4 is dark at rest, no pulse is lost, the
-/// carriages stand where they are counted, and `?` is answered, after a reset, too.
+/// Plays a script. Nothing panics, nothing moves in Alarm, a laser is dark wherever it has to be, no pulse is lost, the
+/// carriages stand where they are counted and where reports say, each line has one answer, outputs are what `$G` says, and
+/// `?` is answered, after a reset, too.
 pub fn endure(script: &[u8]) {
     let Some((build, script)) = script.split_first() else {
         return;
@@ -252,6 +339,7 @@ pub fn endure(script: &[u8]) {
         }
     }
     trial.assert_answers();
+    trial.assert_true_to_its_word();
     trial.assert_recovers();
     let outcome = trial.sim.outcome();
     let violations = outcome.violations;

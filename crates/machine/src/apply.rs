@@ -12,7 +12,7 @@ use crate::settings::values::Settings;
 use core::array::from_fn;
 use leadscrew_gcode::Number;
 use leadscrew_planner::{Config, Coordinate, CornerRule, Kinematics, StepsPerMm};
-use leadscrew_stepper::{MotorMask, Ticks};
+use leadscrew_stepper::{MotorMask, Power, Ticks};
 
 /// Seconds in a minute: settings are in mm/min, the planner in mm/s.
 const MINUTE: f32 = 60.0;
@@ -29,7 +29,7 @@ where
         self.travel = travel(settings, &self.reach);
         self.inputs.configure(&self.input_config());
         let laser = settings.is_on(Setting::Laser);
-        let becomes_laser = laser && !self.spindle.is_laser();
+        let another_tool = laser != self.spindle.is_laser();
         self.spindle.configure(spindle_scale(settings), laser);
         let silence =
             Duration::from_ticks(u64::from(settings.whole(Setting::StartSilence)) * 1_000);
@@ -42,8 +42,8 @@ where
         self.motion.configure(config, silence, lead);
         self.update_power();
         board.configure(&port_config(&self.settings));
-        if becomes_laser {
-            // What was told to turn was not told to burn.
+        if another_tool {
+            // What was told to turn was not told to burn, and what was told to burn in motion not to do so at rest.
             self.switch_spindle_off(board);
         } else {
             self.put_out_spindle(board);
@@ -60,20 +60,32 @@ where
         }
     }
 
-    /// Puts out direction and power of the spindle; at rest at once, otherwise the power at the next rest and with the
-    /// next segment. Main loop.
+    /// Puts out the direction of the spindle; its power follows with [`Machine::put_out_power`] and the next segment. Main loop.
+    #[inline(never)]
     pub(crate) fn put_out_spindle<B: Board>(&mut self, board: &mut B) {
         board.set_spindle(self.spindle.output());
-        self.power_due = true;
-        self.put_out_power(board);
         self.update_power();
     }
 
-    /// Sets the power at rest, once motion is at rest.
+    /// The power while motion rests. A laser is dark wherever neither a program nor a jog goes on, whatever led there.
+    pub(crate) fn power_at_rest(&self) -> Power {
+        if self.spindle.is_laser() && !self.state.may_burn_at_rest() {
+            return Power::OFF;
+        }
+        self.spindle.power_at_rest()
+    }
+
+    /// Has the power at rest follow the state: the only place where power comes on out of motion. Main loop.
     pub(crate) fn put_out_power<B: Board>(&mut self, board: &mut B) {
-        if self.power_due && self.motion.is_at_rest() {
-            board.set_power(self.spindle.power_at_rest());
-            self.power_due = false;
+        if !self.motion.is_at_rest() {
+            return;
+        }
+        let power = self.power_at_rest();
+        // Moves that wait bring their own power along; until they begin, no laser lights up for them.
+        let of_moves = self.spindle.is_laser() && power != Power::OFF && !self.motion.is_idle();
+        if !of_moves && self.rest_power != Some(power) {
+            board.set_power(power);
+            self.rest_power = Some(power);
         }
     }
 

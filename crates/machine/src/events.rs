@@ -2,6 +2,7 @@
 
 use crate::board::{Board, ChannelId, CoolantOutput, Duration, Instant};
 use crate::inputs::Edges;
+use crate::interpreter::Coolant;
 use crate::machine::Machine;
 use crate::protocol::alarm::Alarm;
 use crate::protocol::message::Message;
@@ -165,7 +166,7 @@ where
 
     fn end_hold<B: Board>(&mut self, board: &mut B) {
         if self.spindle.is_suspended() {
-            self.restore_spindle(board);
+            self.restore_held_spindle(board);
         }
         self.go_on();
     }
@@ -226,7 +227,7 @@ where
             return;
         }
         if self.spindle.is_suspended() {
-            self.restore_spindle(board);
+            self.restore_held_spindle(board);
         } else {
             self.spindle.suspend();
             self.put_out_spindle(board);
@@ -235,12 +236,21 @@ where
         }
     }
 
-    fn restore_spindle<B: Board>(&mut self, board: &mut B) {
-        self.spindle.restore();
-        self.put_out_spindle(board);
-        self.cadence.overrides_changed();
+    /// Switches on again what is wanted, out of a hold.
+    fn restore_held_spindle<B: Board>(&mut self, board: &mut B) {
+        self.restore_spindle(board);
         if self.spindle.is_wanted() {
             self.console.message(Message::RestoringSpindle);
+        }
+    }
+
+    /// Switches on again what is wanted.
+    #[inline(never)]
+    pub(crate) fn restore_spindle<B: Board>(&mut self, board: &mut B) {
+        self.spindle.restore();
+        self.put_out_spindle(board);
+        if self.spindle.is_wanted() {
+            self.cadence.overrides_changed();
         }
     }
 
@@ -264,14 +274,14 @@ where
             wanted.flood = !wanted.flood;
         }
         self.set_coolant(wanted, board);
-        self.interpreter.set_coolant(crate::interpreter::Coolant {
+    }
+
+    /// Sets the valves, for the program or the operator; `$G` follows whoever did so last.
+    pub(crate) fn set_coolant<B: Board>(&mut self, wanted: CoolantOutput, board: &mut B) {
+        self.interpreter.set_coolant(Coolant {
             mist: wanted.mist,
             flood: wanted.flood,
         });
-    }
-
-    /// Sets the valves, for the program or the operator.
-    pub(crate) fn set_coolant<B: Board>(&mut self, wanted: CoolantOutput, board: &mut B) {
         if wanted != self.coolant.wanted() {
             self.coolant.set(wanted, board);
             self.cadence.overrides_changed();
@@ -342,6 +352,7 @@ where
     fn forget_jog(&mut self) {
         self.motion.forget();
         self.take_position();
+        self.stop_cutting();
         if self.executor.is_jogging() {
             if let Some(origin) = self.executor.finish() {
                 self.answer(origin, Ok(()));

@@ -31,7 +31,7 @@ use crate::work::Work;
 use heapless::spsc::Producer;
 use heapless::Vec;
 use leadscrew_planner::{Kinematics, TimeLeft};
-use leadscrew_stepper::{Segment, Shared};
+use leadscrew_stepper::{Power, Segment, Shared};
 
 /// What a machine borrows: room for its moves, and the main loop's ends of everything that crosses to interrupts.
 pub struct Links<'a, const MOTORS: usize, const MOVES: usize> {
@@ -139,8 +139,8 @@ pub struct Machine<'a, K, const AXES: usize, const MOTORS: usize, const MOVES: u
 
     pub(crate) overrides: Overrides,
     pub(crate) spindle: Spindle,
-    /// The power at rest has changed in motion.
-    pub(crate) power_due: bool,
+    /// The power that was put out in this rest; `None` in motion, and where it has to be put out anew.
+    pub(crate) rest_power: Option<Power>,
     /// What the program told the spindle last.
     pub(crate) last_spindle: interpreter::Spindle,
     pub(crate) coolant: Coolant,
@@ -209,7 +209,7 @@ where
             },
             overrides: Overrides::NONE,
             spindle: Spindle::new(spindle_scale(&settings), settings.is_on(Setting::Laser)),
-            power_due: false,
+            rest_power: None,
             last_spindle: interpreter::Spindle::default(),
             coolant: Coolant::default(),
             motors: Motors::default(),
@@ -348,12 +348,14 @@ where
         self.greet(board, now);
     }
 
-    /// Keeps the step interrupt supplied, and the drivers enabled while it runs.
+    /// Keeps the step interrupt supplied, and the drivers enabled while it runs. What this poll has changed so far is in the
+    /// power at rest before motion begins.
     fn feed<B: Board>(&mut self, board: &mut B, now: Instant) {
         self.put_out_power(board);
         let may_start = self.state.may_start();
         if self.motion.prepare(now, may_start, &mut self.work) {
             self.motors.enable(board);
+            self.rest_power = None;
             self.motion.start(board, now);
         } else if self.motion.is_at_rest() {
             let delay = self.settings.whole(Setting::IdleDelay);

@@ -136,10 +136,12 @@ where
         self.set_coolant(CoolantOutput::default(), board);
     }
 
-    /// Spindle off, and its power at once.
+    /// Spindle off, and its power at once: M5, until a line says otherwise.
     pub(crate) fn switch_spindle_off<B: Board>(&mut self, board: &mut B) {
         board.set_power(Power::OFF);
-        self.want_spindle(&crate::interpreter::Spindle::default());
+        self.rest_power = None;
+        self.interpreter.stop_spindle();
+        self.want_spindle(crate::interpreter::Spindle::default());
         self.spindle.restore();
         self.put_out_spindle(board);
     }

@@ -15,7 +15,7 @@ use crate::settings::table::Setting;
 use crate::state::State;
 use leadscrew_gcode::Number;
 use leadscrew_planner::Kinematics;
-use leadscrew_stepper::MotorMask;
+use leadscrew_stepper::{MotorMask, Power};
 
 /// Bit of `$10` that asks for the time to finish.
 const TIME_LEFT: u8 = StatusReport::<0>::TIME_LEFT;
@@ -76,7 +76,7 @@ where
     fn status_report(&mut self, active: &ActiveSwitches, free: usize) -> StatusReport<AXES> {
         let extra = self.cadence.next(self.is_moving_about());
         let coolant = self.coolant.output();
-        let speed = self.spindle.reported_speed(self.motion.power());
+        let speed = self.spindle.reported_speed(self.power_out());
         StatusReport {
             state: self.state.name(active.door),
             position: numbers(&self.motion.position()),
@@ -108,6 +108,11 @@ where
             extra,
             units: self.report_units(),
         }
+    }
+
+    fn power_out(&self) -> Power {
+        let in_motion = self.motion.power();
+        in_motion.unwrap_or_else(|| self.power_at_rest())
     }
 
     /// Reports know axes only: the switch of a second motor is its axis's.

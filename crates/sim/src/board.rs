@@ -216,7 +216,7 @@ impl<O: Observer, const MOTORS: usize> SimBoard<O, MOTORS> {
     }
 
     /// Direction and enable of the spindle as they are put out.
-    pub(crate) fn spindle(&self) -> SpindleOutput {
+    pub fn spindle(&self) -> SpindleOutput {
         self.spindle
     }
 

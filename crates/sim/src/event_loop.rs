@@ -192,6 +192,11 @@ where
         &self.board
     }
 
+    /// Who watches it.
+    pub fn observer(&mut self) -> &mut O {
+        &mut self.board.observer
+    }
+
     /// Position as the step interrupt counts it.
     pub fn counted_position(&self) -> [i32; MOTORS] {
         self.shared.position()
@@ -425,21 +430,21 @@ where
     }
 
     fn has_laser_to_be_off(&self) -> bool {
-        let follows_speed = self.board.spindle() == SpindleOutput::CounterClockwise;
         let resting = !self.shared.is_running();
+        let constant = self.board.spindle() == SpindleOutput::Clockwise;
         let dark = match self.machine.state() {
-            // A stop takes effect at once, not with the next step only.
-            State::Alarm(_) | State::Sleep => true,
-            State::Hold(Hold::Complete { .. }) | State::Door(Door::Parked) => resting,
+            // A stop takes effect at once, not with the next step only; and what the machine does by itself it does in the dark.
+            State::Alarm(_)
+            | State::Sleep
+            | State::Check
+            | State::Home
+            | State::Hold(Hold::Complete { .. })
+            | State::Door(Door::Retracting | Door::Parked | Door::Restoring) => true,
             State::Idle
             | State::Run
             | State::Jog(_)
-            | State::Home
-            | State::Check
             | State::Hold(Hold::Stopping { .. })
-            | State::Door(Door::Stopping | Door::Retracting | Door::Restoring) => {
-                resting && follows_speed
-            }
+            | State::Door(Door::Stopping) => resting && !constant,
         };
         dark && self.machine.settings().is_on(Setting::Laser)
     }
@@ -571,6 +576,8 @@ mod tests {
     fn a_laser_that_is_on_where_it_has_to_be_off_is_caught() {
         assert!(is_caught("$32=1\nM4S500\nG1X1F500\n"));
         assert!(is_caught("$32=1\nM3S500\nG1X1F500\nM0\n"));
+        assert!(is_caught("$32=1\nG1X1F500\n"));
+        assert!(is_caught("$32=1\nM3S500\nG1X1F500\nG4P0.01\n$C\n"));
         assert!(is_caught("$32=1\n$SLP\n"));
         assert!(!is_caught("$32=1\nM3S500\nG1X1F500\n"));
         assert!(!is_caught("$32=0\nM4S500\nG1X1F500\n"));

@@ -2,11 +2,12 @@
 //!
 //! ```text
 //!  Door:2  stop --> pull out --> spindle, coolant off --> park      Door:1 / Door:0 (open / shut)
-//!  Door:3  unpark --> spindle on, 4 s --> coolant on, 1 s --> back into the work --> Run or Idle
+//!  Door:3  unpark --> spindle on, 4 s --> coolant on, 1 s --> back into the work --> laser on, Run or Idle
 //! ```
 //!
 //! The motions are left out on machines without parking, while parking is forbidden (M56 P0), without homing
-//! (`$22`), and where the spindle is higher than the place to park already. Delays are for what was on; a laser needs none.
+//! (`$22`), and where the spindle is higher than the place to park already. Delays are for what was on; a laser needs none, and
+//! comes back with the program alone.
 
 use crate::board::{Board, Duration, Instant};
 use crate::config::ParkingConfig;
@@ -127,7 +128,7 @@ where
             return;
         }
         match self.door.map(|door| door.step) {
-            None => self.go_on(),
+            None => self.leave_door(board),
             Some(Step::PullOut | Step::Park | Step::Parked | Step::Unpark) => {
                 let delay = self.restore_spindle_after_door(board);
                 self.set_door_step(Step::SpindleRunsUp(now + delay), Door::Restoring);
@@ -140,26 +141,29 @@ where
                 self.move_spindle_axis(Step::Plunge);
             }
             Some(Step::SpindleRunsUp(_) | Step::CoolantFlows(_)) => {}
-            Some(Step::Plunge) => {
-                self.door = None;
-                self.motion.end_aside();
-                self.go_on();
-            }
+            Some(Step::Plunge) => self.leave_door(board),
         }
+    }
+
+    fn leave_door<B: Board>(&mut self, board: &mut B) {
+        self.door = None;
+        self.motion.end_aside();
+        if self.spindle.is_laser() {
+            self.restore_spindle(board);
+        }
+        self.go_on();
     }
 
     /// Returns how long to wait for it.
     fn restore_spindle_after_door<B: Board>(&mut self, board: &mut B) -> Duration {
-        self.spindle.restore();
-        self.put_out_spindle(board);
-        if !self.spindle.is_wanted() {
-            return NO_DELAY;
-        }
-        self.cadence.overrides_changed();
         if self.spindle.is_laser() {
             return NO_DELAY;
         }
-        self.config.spindle_delay
+        self.restore_spindle(board);
+        match self.spindle.is_wanted() {
+            true => self.config.spindle_delay,
+            false => NO_DELAY,
+        }
     }
 
     fn restore_coolant_after_door<B: Board>(&mut self, board: &mut B) -> Duration {

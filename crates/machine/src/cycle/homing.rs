@@ -127,6 +127,7 @@ where
     /// Begins to home `groups` of axes, one after the other; the line is answered at the end.
     pub(crate) fn begin_homing(&mut self, origin: Origin, groups: [AxisMask; 4], now: Instant) {
         self.state = State::Home;
+        self.stop_cutting();
         self.inputs.configure(&InputConfig {
             hard_limits: false,
             ..self.input_config()

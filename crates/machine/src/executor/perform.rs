@@ -213,7 +213,7 @@ where
                 self.work.moves = self.work.moves.wrapping_add(1);
                 self.path_end = next.target;
                 self.show_planned(next, board);
-                self.want_spindle(spindle);
+                self.want_spindle(*spindle);
                 self.motion_begins();
                 Progress::Done
             }
@@ -261,7 +261,7 @@ where
             return Progress::Wait;
         }
         self.path_end = next.target;
-        self.want_spindle(spindle);
+        self.want_spindle(*spindle);
         if changes {
             self.put_out_spindle(board);
         }
@@ -321,7 +321,7 @@ where
         if !self.is_motion_over() {
             return Progress::Wait;
         }
-        self.want_spindle(spindle);
+        self.want_spindle(*spindle);
         self.put_out_spindle(board);
         Progress::Done
     }
@@ -379,7 +379,7 @@ where
             if !self.is_motion_over() {
                 return Progress::Wait;
             }
-            self.want_spindle(&Spindle::default());
+            self.want_spindle(Spindle::default());
             self.put_out_spindle(board);
             self.set_coolant(CoolantOutput::default(), board);
             self.cadence.work_offset_changed();
@@ -392,18 +392,27 @@ where
     }
 
     /// Notes what the spindle is to do with the moves planned from now on.
-    pub(crate) fn want_spindle(&mut self, spindle: &Spindle) {
-        if self.changes_spindle(spindle) {
+    #[inline(never)]
+    pub(crate) fn want_spindle(&mut self, spindle: Spindle) {
+        if self.changes_spindle(&spindle) {
             let output = spindle_output(spindle.rotation);
             let before = self.spindle.accessory();
             self.spindle
                 .want(output, spindle.speed.to_f32(), spindle.cutting);
-            self.last_spindle = *spindle;
+            self.last_spindle = spindle;
             self.update_power();
             if self.spindle.accessory() != before {
                 self.cadence.overrides_changed();
             }
         }
+    }
+
+    /// Has a laser stay dark at rest until the program cuts again: the machine moved by itself, or not to the end.
+    pub(crate) fn stop_cutting(&mut self) {
+        self.want_spindle(Spindle {
+            cutting: false,
+            ..self.last_spindle
+        });
     }
 
     fn changes_spindle(&self, spindle: &Spindle) -> bool {

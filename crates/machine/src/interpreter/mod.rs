@@ -114,9 +114,14 @@ impl<const AXES: usize> Interpreter<AXES> {
         &self.modal
     }
 
-    /// Notes that the coolant was switched by a realtime byte: `$G` follows.
+    /// Notes what the valves are set to, by whatever: `$G` follows.
     pub fn set_coolant(&mut self, coolant: Coolant) {
         self.modal.coolant = coolant;
+    }
+
+    /// Notes that the spindle was switched off by something else than a line: M5.
+    pub fn stop_spindle(&mut self) {
+        self.modal.rotation = Rotation::Off;
     }
 
     /// Answers the offsets.

@@ -162,17 +162,12 @@ impl Spindle {
         }
     }
 
-    /// The speed as reports show it, RPM: a laser's is that of the power it has now, whatever `S` says. `in_motion`: the
-    /// power that is put out, where there is motion.
-    pub fn reported_speed(&self, in_motion: Option<Power>) -> f32 {
-        if !self.laser || self.suspended {
-            return self.actual_speed();
-        }
-        let power = in_motion.unwrap_or_else(|| self.power_at_rest());
-        if power == self.power() {
+    /// The speed as reports show it, RPM: a laser's is that of the power that is put out, `out`, whatever `S` says.
+    pub fn reported_speed(&self, out: Power) -> f32 {
+        if !self.laser || out == self.power() {
             self.actual_speed()
         } else {
-            self.scale.speed(power)
+            self.scale.speed(out)
         }
     }
 
@@ -245,7 +240,7 @@ mod tests {
             spindle.want(SpindleOutput::Clockwise, 1.0, false);
             assert_eq!(spindle.power(), Power::FULL, "$30={max} $31={min}");
             assert_eq!(spindle.accessory(), SpindleOutput::Clockwise);
-            assert_eq!(spindle.reported_speed(None), max);
+            assert_eq!(spindle.reported_speed(spindle.power()), max);
             spindle.want(SpindleOutput::Clockwise, 0.0, false);
             assert_eq!(spindle.power(), Power::OFF, "$30={max} $31={min}");
         }
@@ -260,7 +255,11 @@ mod tests {
         let mut spindle = Spindle::new(scale, false);
         for (speed, reported) in [(5.0, 10.0), (50.0, 50.0), (200.0, 100.0), (0.0, 0.0)] {
             spindle.want(SpindleOutput::Clockwise, speed, false);
-            assert_eq!(spindle.reported_speed(None), reported, "S{speed}");
+            assert_eq!(
+                spindle.reported_speed(spindle.power()),
+                reported,
+                "S{speed}"
+            );
         }
     }
 

@@ -1,0 +1,90 @@
+//! Both ends of the serial lines that are not the machine's, and what went over them.
+
+use leadscrew_machine::board::ChannelId;
+use leadscrew_sim::{Cycle, Host};
+use std::collections::VecDeque;
+
+/// Serial lines.
+pub(super) const LINES: usize = 2;
+
+/// One serial line.
+#[derive(Default)]
+pub(super) struct Wire {
+    to_send: VecDeque<u8>,
+    heard: Vec<u8>,
+    /// Lines that have been sent.
+    lines: usize,
+    /// Greetings heard.
+    banners: usize,
+}
+
+const BANNER: &[u8] = b"Grbl 1.1h";
+
+impl Wire {
+    pub(super) fn send(&mut self, bytes: &[u8]) {
+        self.to_send.extend(bytes);
+    }
+
+    fn begin(&mut self) -> usize {
+        self.to_send.clear();
+        self.heard.len()
+    }
+
+    fn heard_since(&self, begin: usize) -> &str {
+        std::str::from_utf8(&self.heard[begin..]).expect("text")
+    }
+
+    /// How many lines were answered.
+    fn answers(&self) -> usize {
+        let lines = self.heard_since(0).lines();
+        let is_answer = |line: &&str| *line == "ok" || line.starts_with("error:");
+        lines.filter(is_answer).count()
+    }
+
+    /// Each line has one answer. A reset drops lines unanswered; none is answered twice. `complete`: nothing was lost, and
+    /// nothing waits.
+    pub(super) fn assert_answered(&self, complete: bool) {
+        let (lines, answers) = (self.lines, self.answers());
+        let heard = self.heard_since(0);
+        assert!(answers <= lines, "{answers} of {lines}: {heard}");
+        if complete && self.banners == 1 {
+            assert_eq!(answers, lines, "{heard}");
+        }
+    }
+}
+
+/// All serial lines.
+#[derive(Default)]
+pub(super) struct Wires(pub(super) [Wire; LINES]);
+
+impl Wires {
+    /// Drops what waits to be sent; where what is heard from now on begins.
+    pub(super) fn begin(&mut self) -> [usize; LINES] {
+        self.0.each_mut().map(Wire::begin)
+    }
+
+    /// Greetings heard on the line that never waits.
+    pub(super) fn banners(&self) -> usize {
+        self.0[0].banners
+    }
+
+    /// What was heard on each line since `begin`.
+    pub(super) fn heard_since(&self, begin: [usize; LINES]) -> [String; LINES] {
+        std::array::from_fn(|line| self.0[line].heard_since(begin[line]).to_owned())
+    }
+}
+
+impl Host for Wires {
+    fn next_byte(&mut self, channel: ChannelId) -> Option<u8> {
+        let wire = &mut self.0[usize::from(channel.0)];
+        let byte = wire.to_send.pop_front()?;
+        wire.lines += usize::from(matches!(byte, b'\r' | b'\n'));
+        Some(byte)
+    }
+
+    fn receive(&mut self, channel: ChannelId, byte: u8, _: Cycle) {
+        let wire = &mut self.0[usize::from(channel.0)];
+        wire.heard.push(byte);
+        wire.banners += usize::from(wire.heard.ends_with(BANNER));
+    }
+}
