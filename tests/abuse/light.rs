@@ -7,6 +7,7 @@
 //! Where the power leads the motion (`$703`), or a spindle turns, nobody asks.
 
 use leadscrew_machine::board::PlannedMove;
+use leadscrew_planner::MoveKind;
 use leadscrew_sim::observer::{Observer, Taken};
 use leadscrew_sim::Cycle;
 use leadscrew_stepper::Power;
@@ -61,6 +62,14 @@ impl Light {
     }
 }
 
+/// Whether a laser may burn in motion of this kind: in a jog it does in Grbl, too.
+fn burns(kind: MoveKind) -> bool {
+    match kind {
+        MoveKind::Feed | MoveKind::Jog => true,
+        MoveKind::Rapid | MoveKind::System => false,
+    }
+}
+
 impl Observer for Light {
     fn move_planned(&mut self, planned: &PlannedMove<'_>) {
         self.planned.push_back(Planned {
@@ -69,7 +78,7 @@ impl Observer for Light {
                 .iter()
                 .map(|steps| steps.unsigned_abs())
                 .collect(),
-            lit: planned.power > Power::OFF,
+            lit: planned.power > Power::OFF && burns(planned.kind),
         });
     }
 

@@ -29,6 +29,9 @@ const TOOLS: &[&[u8]] = &[
 const MODES: &[&[u8]] = &[
     b"G91\n",
     b"G93\n",
+    // Below the place to park.
+    b"G0Z-8\n",
+    b"G0Z-8\n",
     b"M7\n",
     b"M8\n",
     b"M8\n",
