@@ -19,7 +19,7 @@ mod wires;
 use leadscrew_machine::board::{CoolantOutput, SpindleOutput};
 use leadscrew_machine::config::{MachineConfig, ParkingConfig};
 use leadscrew_machine::settings::table::{AxisSetting, Setting};
-use leadscrew_machine::state::State;
+use leadscrew_machine::state::{Door, Lock, State};
 use leadscrew_planner::Cartesian;
 use leadscrew_sim::plant::Pin;
 use leadscrew_sim::{Cycle, Memory, Rate, Setup, Simulation, Stopped};
@@ -180,6 +180,28 @@ impl<'a> Trial<'a> {
         }
         self.locked_at = locked.then_some(place);
         self.look_at_light();
+        self.look_at_outputs();
+    }
+
+    /// No power goes to what is not told to turn or burn; where nothing may go on, nothing is on.
+    fn look_at_outputs(&self) {
+        let board = self.sim.board();
+        let off = board.spindle() == SpindleOutput::Off;
+        assert!(!off || board.power() == Power::OFF, "power without M3, M4");
+        let state = self.sim.machine().state();
+        let all_off = match state {
+            State::Sleep | State::Door(Door::Parked) | State::Alarm(Lock::Critical) => true,
+            State::Idle
+            | State::Run
+            | State::Jog(_)
+            | State::Hold(_)
+            | State::Home
+            | State::Door(Door::Stopping | Door::Retracting | Door::Restoring)
+            | State::Alarm(Lock::Unlockable)
+            | State::Check => false,
+        };
+        let dry = board.coolant() == CoolantOutput::default();
+        assert!(!all_off || off && dry, "something is on: {state:?}");
     }
 
     fn look_at_light(&mut self) {

@@ -4,6 +4,7 @@
 //! power that is put out.
 
 use leadscrew_planner::Cartesian;
+use leadscrew_sim::plant::{Pin, Side, Switch};
 use leadscrew_sim::Memory;
 use leadscrew_stepper::Power;
 use leadscrew_tests::abuse::endure;
@@ -56,6 +57,30 @@ fn a_laser_is_dark_in_check_mode_where_no_line_could_switch_it_off() {
 #[test]
 fn an_override_while_homing_lights_nothing_up() {
     endure(b"\x05M3S500G1F100\n\xF3$H\n\xF7\x9A\xF4\xE2\xF3\xF7");
+}
+
+#[test]
+fn after_homing_a_laser_stays_dark_until_the_program_burns() {
+    with_laser("$22=1\n$25=1200\n$26=2\nM3S800G1F600\n", |session| {
+        assert!(is_lit(session));
+        for (motor, pin) in [Pin::Limit(0), Pin::Limit(1), Pin::Limit(2)]
+            .into_iter()
+            .enumerate()
+        {
+            session.sim.add_switch(Switch {
+                pin,
+                motor,
+                side: Side::AtOrAbove,
+                // Home, as the machine counts already.
+                place: 0,
+                level: false,
+            });
+        }
+        assert_eq!(session.say("$H\n"), ["ok"]);
+        assert!(!is_lit(session));
+        session.stream("X-5\n");
+        assert!(is_lit(session));
+    });
 }
 
 #[test]
