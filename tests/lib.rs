@@ -70,6 +70,8 @@ pub struct Run<const N: usize> {
     pub pins: Vec<Pins>,
     /// What else changed, and when.
     pub signals: Vec<(Cycle, Signal)>,
+    /// Each change of the power, exact.
+    pub powers: Vec<(Cycle, Power)>,
 }
 
 /// A change of an output that is no step.
@@ -107,6 +109,7 @@ pub struct Recorder {
     steps: Vec<StepEvent>,
     pins: Vec<Pins>,
     signals: Vec<(Cycle, Signal)>,
+    powers: Vec<(Cycle, Power)>,
     port: PortConfig,
     negative: MotorMask,
     enabled: bool,
@@ -149,6 +152,7 @@ impl Observer for Recorder {
     fn power(&mut self, cycle: Cycle, power: Power) {
         self.signals
             .push((cycle, Signal::Power(power.level(PowerScale::new(1000)))));
+        self.powers.push((cycle, power));
     }
 
     fn motors_enabled(&mut self, cycle: Cycle, on: bool) {
@@ -284,6 +288,7 @@ impl<'a, K: Kinematics<N, N> + Clone, const N: usize> Session<'a, K, N> {
             steps: recorder.steps,
             pins: recorder.pins,
             signals: recorder.signals,
+            powers: recorder.powers,
         };
         assert_eq!(run.net_steps(), counted, "plant and count");
         run

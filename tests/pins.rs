@@ -187,6 +187,7 @@ fn a_hold_switches_the_laser_off_once_it_stands_and_a_resume_on_again() {
                         steps: steps.to_vec(),
                         pins: Vec::new(),
                         signals: Vec::new(),
+                        powers: Vec::new(),
                     };
                     assert_scaled(&part, 500.0, 20.0);
                 }

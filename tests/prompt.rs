@@ -12,11 +12,8 @@ type Desk<'a> = Session<'a, Cartesian, 3>;
 
 const CYCLES_PER_US: u64 = 168;
 
-/// From the byte to the begin of the deceleration at most, µs.
-const WITHIN: u64 = 2_000;
-
-/// A single step that takes long is committed so much before the one before it ends, µs.
-const AHEAD: u64 = 500;
+/// From the byte to the begin of the deceleration at most, µs: 2 ms but for the 50 µs in which a board looks at its line.
+const WITHIN: u64 = 1_950;
 
 const SETTINGS: &str =
     "$0=3\n$32=1\n$110=15000\n$111=15000\n$112=15000\n$120=500\n$121=500\n$122=500\n";
@@ -30,7 +27,7 @@ struct Situation {
 }
 
 /// Instants tried in each situation.
-const TRIES: u64 = 12;
+const TRIES: u64 = 20;
 
 fn short_moves() -> String {
     let mut text = String::from("G91M4S500F1500\n");
@@ -69,6 +66,8 @@ fn situations() -> Vec<Situation> {
         new("a row of pixels", &raster(), 100_000, 3_370),
         new("1.2 ms a step", "M4S500\nG1X3F200\n", 100_000, 1_137),
         new("1.6 ms a step", "M4S500\nG1X3F150\n", 100_000, 1_137),
+        new("1.97 ms a step", "M4S500\nG1X3F122\n", 100_000, 1_137),
+        new("2.03 ms a step", "M4S500\nG1X3F118\n", 100_000, 1_137),
         new("4 ms a step", "M4S500\nG1X2F60\n", 100_000, 1_137),
         new("60 ms a step", "M4S500\nG1X0.2F4\n", 300_000, 7_137),
     ]
@@ -125,11 +124,10 @@ fn acts_in_time(byte: u8, lead_us: u64, is_meant: impl Fn(&Situation) -> bool) {
             let same = same_for(&undisturbed, &steps, at)
                 .unwrap_or_else(|| panic!("{}: {byte:#x} does nothing", situation.name));
             let same = same / CYCLES_PER_US;
-            let within = WITHIN.max(step + AHEAD);
             let name = situation.name;
             assert!(
-                same <= within,
-                "{name}, {byte:#x} after {after} us: {same} us of {within}"
+                same <= WITHIN,
+                "{name}, {byte:#x} after {after} us: {same} us"
             );
             (worst, slowest) = (worst.max(same), slowest.max(step));
         }
@@ -141,7 +139,7 @@ fn acts_in_time(byte: u8, lead_us: u64, is_meant: impl Fn(&Situation) -> bool) {
 }
 
 #[test]
-fn a_feed_hold_begins_within_two_milliseconds_or_a_step() {
+fn a_feed_hold_begins_within_two_milliseconds() {
     acts_in_time(b'!', 0, |_| true);
 }
 
@@ -152,7 +150,7 @@ fn with_the_longest_lead_a_feed_hold_begins_as_soon() {
 }
 
 #[test]
-fn an_override_acts_within_two_milliseconds_or_a_step() {
+fn an_override_acts_within_two_milliseconds() {
     let steady = |situation: &Situation| situation.name != "speeding up";
     for byte in [0x91, 0x92, 0x94] {
         acts_in_time(byte, 0, steady);

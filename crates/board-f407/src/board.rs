@@ -1,8 +1,8 @@
 //! The board under the machine: slow pins and serial output.
-use crate::{profile::PROFILE, pwm, serial, step_port, switches};
+use crate::{clock, profile::PROFILE, pwm, serial, step_port, switches};
 use leadscrew_f407_usb as usb;
 use leadscrew_machine::board::{
-    Board, ChannelId, CoolantOutput, PortConfig, SpindleOutput, Switches,
+    Board, ChannelId, CoolantOutput, Duration, Instant, PortConfig, SpindleOutput, Switches,
 };
 use leadscrew_stepper::Power;
 use stm32f4::stm32f407::Interrupt;
@@ -39,8 +39,10 @@ impl F407 {
 }
 
 impl Board for F407 {
-    fn start_stepping(&mut self) {
+    fn start_stepping(&mut self, now: Instant) -> Instant {
         rtic::pend(step_port::PULSE_END_INTERRUPT);
+        let passed = clock::count().wrapping_sub(now.ticks() as u32);
+        now + Duration::from_ticks(passed.into())
     }
 
     fn write(&mut self, channel: ChannelId, bytes: &[u8]) -> usize {

@@ -131,8 +131,9 @@ pub struct PortConfig {
 pub trait Board {
     /// Makes the step interrupt happen as soon as possible, with the timer running from now on.
     ///
-    /// The machine has noted `Shared::set_running` before. Called at rest only.
-    fn start_stepping(&mut self);
+    /// The machine has noted `Shared::set_running` before. Called at rest only, in a poll at `now`. Answers when that is: what is
+    /// committed is counted from there.
+    fn start_stepping(&mut self, now: Instant) -> Instant;
 
     /// Takes as many of `bytes` for sending on `channel` as there is room for; returns how many.
     fn write(&mut self, channel: ChannelId, bytes: &[u8]) -> usize;

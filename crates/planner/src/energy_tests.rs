@@ -71,7 +71,7 @@ fn worst_error(
     let mut worst = (0.0, None);
     let mut legs = legs.iter().copied().enumerate();
     let (mut index, mut leg) = legs.next().unwrap();
-    let (mut made, mut energy, mut interval) = (0, 0.0, 0);
+    let (mut made, mut energy, mut interval, mut full) = (0, 0.0, 0, false);
     let mut segments = 0;
     loop {
         let Some(segment) = rig.segmenter.next(&mut rig.planner) else {
@@ -85,19 +85,21 @@ fn worst_error(
         for timed in rig.player.play(&segment) {
             let share = f64::from(timed.tick.power.share().to_num::<f32>());
             energy += share * (timed.at - from) as f64;
+            full |= share > 0.999_999;
             interval += timed.at - from;
             from = timed.at;
             if !timed.tick.step.contains(leg.dominant()) {
                 continue;
             }
-            let clipped = leg.due() >= most * interval as f64;
+            // A slow step has several powers, and the first may be all that there is.
+            let clipped = faster && full || leg.due() >= most * interval as f64;
             if !clipped && interval >= SHORTEST && leg.due() / interval as f64 > FLOOR {
                 let error = energy / leg.due() - 1.0;
                 if error.abs() > f64::abs(worst.0) {
                     worst = (error, Some((index, made, interval as f64)));
                 }
             }
-            (made, energy, interval) = (made + 1, 0.0, 0);
+            (made, energy, interval, full) = (made + 1, 0.0, 0, false);
             if made == leg.events() {
                 made = 0;
                 (index, leg) = legs.next().unwrap_or((index, leg));

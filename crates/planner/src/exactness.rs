@@ -22,6 +22,9 @@ const TIMING: Timing = Timing {
 /// Moves that are checked where no campaign is asked for.
 const FEW: u32 = 150;
 
+/// Seconds that a move may take at its rate: slow steps are many segments.
+const LONGEST: f32 = 30.0;
+
 /// The bounds, seconds, besides 10⁻⁷ of the time since the move began: the dominant motor's, and what others may be off
 /// where a sixteenth of the dominant motor's interval is less.
 const DOMINANT: f64 = 1e-6;
@@ -80,11 +83,12 @@ impl Case {
     fn new(seed: u32) -> Self {
         let random = &mut Random::new(seed);
         let events = random.ten_to(0.0, 5.3);
-        let share = |random: &mut Random| (random.next() * events) as i32;
+        let shares = [random.next(), random.next()];
         let rate = random.ten_to(1.0, 5.477);
+        let events = events.min(LONGEST * rate);
         Self {
             seed,
-            delta: [events as i32, share(random), share(random)],
+            delta: [1.0, shares[0], shares[1]].map(|share| (share * events) as i32),
             rate,
             acceleration: random.ten_to(1.0, 6.602),
             entry: random.speed(rate),
@@ -149,10 +153,11 @@ struct Schedule {
 
 impl Schedule {
     fn add(&mut self, running: &Running<3>) {
-        if running.profile().start() < running.done() {
+        if running.profile().start() != running.here() {
             return; // the one in force is kept
         }
-        let start = f64::from(running.done());
+        let place = running.here();
+        let start = f64::from(place.step) + f64::from(place.part);
         let at = self.time(start);
         self.profiles.retain(|(from, ..)| *from < start);
         self.profiles.push((start, at, times(running.profile())));
@@ -160,7 +165,10 @@ impl Schedule {
 
     /// Seconds from the move's start to position `s`.
     fn time(&self, s: f64) -> f64 {
-        let under_way = self.profiles.iter().rev().find(|(from, ..)| *from <= s);
+        let begun = self.profiles.partition_point(|(from, ..)| *from <= s);
+        let under_way = begun
+            .checked_sub(1)
+            .and_then(|last| self.profiles.get(last));
         under_way.map_or(0.0, |(from, at, exact)| at + exact(s - from))
     }
 }
@@ -186,7 +194,7 @@ fn play(case: &Case, mut meddle: impl FnMut(&mut Segment<3>)) -> (Schedule, Edge
                 }
             }
         }
-        if !running.at_step() {
+        if !running.may_change() {
             continue;
         }
         let aim = if running.at_profile_end() {

@@ -1,6 +1,6 @@
 //! The law by which speed changes along a move: constant acceleration, or limited jerk.
 
-use crate::profile::{Plan, Stretch};
+use crate::profile::{Place, Plan, Stretch};
 use crate::real::sqrt;
 use crate::{SCurve, Trapezoid};
 
@@ -25,8 +25,8 @@ impl Profile {
         }
     }
 
-    /// The step at which the profile begins.
-    pub const fn start(&self) -> u32 {
+    /// The place at which the profile begins.
+    pub const fn start(&self) -> Place {
         match self {
             Self::Trapezoid(of) => of.start(),
             Self::SCurve(of) => of.start(),
@@ -57,31 +57,31 @@ impl Profile {
         }
     }
 
-    /// Squared speed at a step, steps²/s².
-    pub(crate) fn speed_v2(&self, step: u32) -> f32 {
+    /// Squared speed at a place, steps²/s².
+    pub(crate) fn speed_v2(&self, place: Place) -> f32 {
         match self {
-            Self::Trapezoid(of) if step == of.start() => of.entry_v2(),
-            Self::Trapezoid(of) => of.speed_v2(step, 0.0),
+            Self::Trapezoid(of) if place == of.start() => of.entry_v2(),
+            Self::Trapezoid(of) => of.speed_v2(place),
             Self::SCurve(of) => {
-                let (speed, _) = of.motion(step);
+                let (speed, _) = of.motion(place);
                 speed * speed
             }
         }
     }
 
-    /// Speed (steps/s) at a step, and the acceleration that must not end at once (steps/s², signed): 0 without a jerk
+    /// Speed (steps/s) at a place, and the acceleration that must not end at once (steps/s², signed): 0 without a jerk
     /// limit.
-    pub(crate) fn motion(&self, step: u32) -> (f32, f32) {
+    pub(crate) fn motion(&self, place: Place) -> (f32, f32) {
         match self {
-            Self::Trapezoid(_) => (sqrt(self.speed_v2(step)), 0.0),
-            Self::SCurve(of) => of.motion(step),
+            Self::Trapezoid(_) => (sqrt(self.speed_v2(place)), 0.0),
+            Self::SCurve(of) => of.motion(place),
         }
     }
 
-    /// Time that the `steps` after whole step `from` take (seconds), and the speed at their end (steps/s).
+    /// Time that the `steps` after `from` take (seconds), and the speed at their end (steps/s).
     ///
     /// `v0` is the speed at `from`.
-    pub(crate) fn time_over(&self, from: u32, v0: f32, steps: f32) -> (f32, f32) {
+    pub(crate) fn time_over(&self, from: Place, v0: f32, steps: f32) -> (f32, f32) {
         match self {
             Self::Trapezoid(of) => of.time_over(from, v0, steps),
             Self::SCurve(of) => of.time_over(from, steps),

@@ -11,8 +11,8 @@
 //! ```
 //!
 //! Segments wait here until they cover the time that the front's first tick takes its power from, and no longer: what waits
-//! can no longer be changed. For the same reason no more of them is taken than there is room for: where steps are so long
-//! that the one to come is too much, power stays what it is at the end of what is known. Each is handed out in pieces, one
+//! can no longer be changed. For the same reason no more of them is taken than there is room for: where ticks are so long
+//! that the front's middle is beyond that, power stays what it is at the end of what is known. Each is handed out in pieces, one
 //! for each segment that its power comes from; the power changes with a tick, no more than half of one beside its time.
 //! Motion is never changed. Out of rest the first power would have to be put out before motion begins: it stays off there,
 //! and what is lost is what a laser in proportion to speed burns in that time at the slowest. At an end the power at rest
@@ -34,9 +34,6 @@ pub const LONGEST_LEAD: u32 = 1000;
 pub struct PowerLead<const MOTORS: usize> {
     /// Timer counts.
     lead: u64,
-    /// What was taken last: timer counts of a segment of whole step events, or of the parts of one; and whether it is whole.
-    last: u64,
-    whole: bool,
     waiting: Deque<Segment<MOTORS>, WAITING>,
 }
 
@@ -61,8 +58,6 @@ impl<const MOTORS: usize> PowerLead<MOTORS> {
     pub const fn new() -> Self {
         Self {
             lead: 0,
-            last: 0,
-            whole: true,
             waiting: Deque::new(),
         }
     }
@@ -73,9 +68,8 @@ impl<const MOTORS: usize> PowerLead<MOTORS> {
         self.lead = lead * u64::from(timer_hz) / 1_000_000;
     }
 
-    /// Hands out the next segment, taking from `source` what has to be known for its power: no more than fits into `room`
-    /// timer counts together with what waits, for as long as the last one. `None` where `source` has none and all that waited
-    /// were handed out.
+    /// Hands out the next segment, taking from `source` what has to be known for its power: none more where more than
+    /// `room` timer counts wait already. `None` where `source` has none and all that waited were handed out.
     pub fn next(
         &mut self,
         room: u64,
@@ -116,22 +110,17 @@ impl<const MOTORS: usize> PowerLead<MOTORS> {
     /// Forgets what waits: after a reset or a jog cancel.
     pub fn clear(&mut self) {
         self.waiting.clear();
-        self.whole = true;
     }
 
-    /// Takes segments until they cover what the front's first tick takes its power from, or none comes, or one as long as the last
-    /// has no room; the first one always.
+    /// Takes segments until they cover what the front's first tick takes its power from, or none comes, or there is no room.
     fn fill(&mut self, room: u64, mut source: impl FnMut() -> Option<Segment<MOTORS>>) {
         let mut covered: u64 = self.waiting.iter().map(duration).sum();
         while !self.waiting.is_full()
             && covered <= self.waiting.front().map_or(0, |front| self.reach(front))
-            && (self.waiting.is_empty() || !self.whole || covered + self.last <= room)
+            && covered <= room
         {
             let Some(segment) = source() else { return };
-            let lasts = duration(&segment);
-            covered += lasts;
-            self.last = if self.whole { lasts } else { self.last + lasts };
-            self.whole = segment.ends_event;
+            covered += duration(&segment);
             // There is room.
             let _ = self.waiting.push_back(segment);
         }
@@ -385,7 +374,7 @@ mod tests {
         }
     }
 
-    /// The most that was committed together with something that waited, timer counts: steps of 1.2 ms, a lead of 1 ms.
+    /// The most that was committed together with something that waited, timer counts: steps of 1.2 ms in two spans, a lead of 1 ms.
     fn committed(room: u64) -> u64 {
         let mut queue = RigQueue::new();
         let mut rig = rig(2000.0, &mut queue);
@@ -408,10 +397,10 @@ mod tests {
     }
 
     #[test]
-    fn no_more_waits_than_there_is_room_for() {
-        let room = 1_500 * 84;
-        assert!(committed(room) <= room, "{}", committed(room));
-        assert!(committed(u64::MAX) > room);
+    fn no_more_waits_than_there_is_room_for_and_one_segment() {
+        let (room, longest) = (500 * 84, 1000 * 84);
+        assert!(committed(room) <= room + longest, "{}", committed(room));
+        assert!(committed(u64::MAX) > room + longest);
     }
 
     #[test]

@@ -64,7 +64,7 @@ pub use law::Profile;
 pub use lead::{PowerLead, LONGEST_LEAD};
 pub use moves::{Feed, Move, MoveKind, MovePower};
 pub use planner::{Planner, PushError, Pushed};
-pub use profile::{Plan, Trapezoid};
+pub use profile::{Place, Plan, Trapezoid};
 pub use queue::Queue;
 pub use s_curve::SCurve;
 pub use segmenter::Segmenter;

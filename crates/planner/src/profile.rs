@@ -9,7 +9,7 @@
 //!      start ...... s .... end     (steps of the dominant motor)
 //! ```
 //!
-//! Positions are whole steps, so they are exact; only speeds and lengths of phases are `f32`. Speeds on
+//! Positions are whole steps and what is begun of the next one, so they are exact; only speeds and lengths of phases are `f32`. Speeds on
 //! a ramp are taken from its outer end, where they are smallest and `v² = 2·a·s` loses nothing. Times
 //! come from `t = 2·Δs/(v0 + v1)`, exact under constant acceleration and free of cancellation. Together
 //! the relative error of a time is a few 2⁻²⁴.
@@ -21,11 +21,37 @@
 
 use crate::real::{least, most, sqrt};
 
+/// A place in a move: whole steps of the dominant motor from its start, and the part of the next one.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Place {
+    /// Whole steps.
+    pub step: u32,
+    /// From 0 to below 1.
+    pub part: f32,
+}
+
+impl Place {
+    /// Makes the place of a whole step.
+    pub const fn at(step: u32) -> Self {
+        Self { step, part: 0.0 }
+    }
+
+    /// Steps from `start` to here, which is not before it.
+    pub(crate) fn after(self, start: Self) -> f32 {
+        self.step.saturating_sub(start.step) as f32 + (self.part - start.part)
+    }
+
+    /// Steps from here to the whole step `end`, which is not before it.
+    pub(crate) fn before(self, end: u32) -> f32 {
+        end.saturating_sub(self.step) as f32 - self.part
+    }
+}
+
 /// What a profile is made from: steps of the dominant motor, steps/s, steps/s².
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Plan {
-    /// Step at which the profile begins.
-    pub start: u32,
+    /// Place at which the profile begins.
+    pub start: Place,
     /// Step at which it ends, after `start`.
     pub end: u32,
     /// Squared speed at the start.
@@ -42,7 +68,7 @@ pub struct Plan {
 /// Constant acceleration, constant speed, constant deceleration.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Trapezoid {
-    start: u32,
+    start: Place,
     end: u32,
     entry_v2: f32,
     cruise: f32,
@@ -148,8 +174,8 @@ impl Trapezoid {
         }
     }
 
-    /// The step at which the profile begins.
-    pub const fn start(&self) -> u32 {
+    /// The place at which the profile begins.
+    pub const fn start(&self) -> Place {
         self.start
     }
 
@@ -179,10 +205,9 @@ impl Trapezoid {
         [0.5 * self.first_slope, 0.5 * self.last_slope]
     }
 
-    /// Squared speed `ahead` steps after whole step `step`, steps²/s².
-    pub fn speed_v2(&self, step: u32, ahead: f32) -> f32 {
-        let (x, y) = self.ends(step);
-        let (x, y) = (x + ahead, y - ahead);
+    /// Squared speed at a place, steps²/s².
+    pub fn speed_v2(&self, place: Place) -> f32 {
+        let (x, y) = self.ends(place);
         if y < self.last {
             self.exit_v2 + self.last_slope * most(y, 0.0)
         } else if x < self.first {
@@ -194,19 +219,19 @@ impl Trapezoid {
 
     /// Speed at a step, steps/s: *v(s)*.
     pub fn speed(&self, step: u32) -> f32 {
-        sqrt(self.speed_v2(step, 0.0))
+        sqrt(self.speed_v2(Place::at(step)))
     }
 
     /// Time from the start to a step, seconds: *t(s)*.
     pub fn time(&self, step: u32) -> f32 {
-        let steps = step.saturating_sub(self.start) as f32;
+        let steps = Place::at(step).after(self.start);
         self.time_over(self.start, sqrt(self.entry_v2), steps).0
     }
 
-    /// Time that the `steps` after whole step `from` take (seconds), and the speed at their end (steps/s).
+    /// Time that the `steps` after `from` take (seconds), and the speed at their end (steps/s).
     ///
     /// `v0` is the speed at `from`.
-    pub(crate) fn time_over(&self, from: u32, v0: f32, steps: f32) -> (f32, f32) {
+    pub(crate) fn time_over(&self, from: Place, v0: f32, steps: f32) -> (f32, f32) {
         let (x, y) = self.ends(from);
         let first = most(least(self.first - x, steps), 0.0);
         let last = most(least(self.last - (y - steps), steps - first), 0.0);
@@ -232,7 +257,7 @@ impl Trapezoid {
 
     /// The stretch that step `from` lies in.
     pub(crate) fn stretch(&self, from: u32) -> Stretch {
-        let (x, y) = self.ends(from);
+        let (x, y) = self.ends(Place::at(from));
         let [up, down] = self.accelerations();
         let (left, acceleration) = if x < self.first {
             (self.first - x, up)
@@ -247,14 +272,12 @@ impl Trapezoid {
         }
     }
 
-    /// Steps from the start to `step` and from there to the end.
-    fn ends(&self, step: u32) -> (f32, f32) {
-        let from_start = step.saturating_sub(self.start);
-        let to_end = self.end.saturating_sub(step);
-        (from_start as f32, to_end as f32)
+    /// Steps from the start to `place` and from there to the end.
+    fn ends(&self, place: Place) -> (f32, f32) {
+        (place.after(self.start), place.before(self.end))
     }
 }
 
 fn length(plan: &Plan) -> f32 {
-    plan.end.saturating_sub(plan.start) as f32
+    plan.start.before(plan.end)
 }

@@ -147,29 +147,27 @@ impl Ramp {
         most(self.whole - self.skipped.1, 0.0)
     }
 
-    /// Seconds from the place `x0` steps after the start to the place `x1`.
+    /// Seconds that the `steps` from the place `x` steps after the start take.
     ///
-    /// Part by part: within one, the time follows from the speeds at its ends.
-    pub(crate) fn time(&self, x0: f32, x1: f32) -> f32 {
-        let (x0, x1) = (x0 + self.skipped.1, x1 + self.skipped.1);
+    /// Part by part: within one, the time follows from the speeds at its ends. `steps` may be known better than places are.
+    pub(crate) fn time(&self, x: f32, steps: f32) -> f32 {
+        let x = x + self.skipped.1;
         let (first, last) = (self.first, most(self.whole - self.last, self.first));
-        let ends = [
-            x0,
-            most(x0, least(x1, first)),
-            most(x0, least(x1, last)),
-            x1,
-        ];
-        let [a, b, c, d] = ends;
-        self.part(a, b, self.jerk) + self.part(b, c, 0.0) + self.part(c, d, -self.jerk)
+        let eased = most(least(first - x, steps), 0.0);
+        let steady = most(least(last - x, steps), eased);
+        self.part(x, eased, self.jerk)
+            + self.part(x + eased, steady - eased, 0.0)
+            + self.part(x + steady, steps - steady, -self.jerk)
     }
 
-    /// Seconds from place to place of one part, with its jerk: `x1 − x0 = (v0 + v1)/2·t − jerk·t³/12`, by Newton's method.
-    fn part(&self, x0: f32, x1: f32, jerk: f32) -> f32 {
+    /// Seconds that the `steps` from a place of one part take, with its jerk: they are `(v0 + v1)/2·t − jerk·t³/12`, by Newton's
+    /// method.
+    fn part(&self, x0: f32, steps: f32, jerk: f32) -> f32 {
         const ROUNDS: u32 = 3;
-        let steps = x1 - x0;
         if steps <= 0.0 {
             return 0.0;
         }
+        let x1 = x0 + steps;
         let (v0, v1) = (self.speed_at(x0), self.speed_at(x1));
         if jerk != 0.0 && least(v0, v1) < 0.5 * most(v0, v1) {
             // Near rest that would not settle; nothing much cancels there.

@@ -12,14 +12,14 @@
 //! The acceleration is 0 where a move ends: a ramp never goes on in the next move. That is safe whatever comes next, and
 //! slow where moves are short; collinear ones are better given as one.
 
-use crate::profile::{Plan, Stretch};
+use crate::profile::{Place, Plan, Stretch};
 use crate::ramp::{self, Limits, Ramp};
 use crate::real::{least, most, sqrt};
 
 /// Ramps with limited jerk and a cruise between them.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct SCurve {
-    start: u32,
+    start: Place,
     end: u32,
     easing: Ramp,
     up: Ramp,
@@ -50,7 +50,7 @@ impl SCurve {
             acceleration,
             limits,
         };
-        let length = plan.end.saturating_sub(plan.start) as f32;
+        let length = plan.start.before(plan.end);
         let exit = entry.exit(least(sqrt(plan.exit_v2), plan.cruise), length)?;
         let cruise = entry.cruise(plan.cruise, exit, length);
         let (easing, up) = entry.ramps(cruise);
@@ -70,8 +70,8 @@ impl SCurve {
         })
     }
 
-    /// Whole steps of the shortest stop from `speed` (steps/s) with `acceleration` (steps/s², signed) under way.
-    pub(crate) fn stop(speed: f32, acceleration: f32, largest: f32, jerk: f32) -> u32 {
+    /// Steps, a fraction in general, of the shortest stop from `speed` (steps/s) with `acceleration` (steps/s², signed) under way.
+    pub(crate) fn stop(speed: f32, acceleration: f32, largest: f32, jerk: f32) -> f32 {
         let limits = Limits {
             acceleration: largest,
             jerk,
@@ -81,13 +81,11 @@ impl SCurve {
             acceleration,
             limits,
         };
-        let distance = entry.distance(0.0);
-        let whole = distance as u32;
-        whole.saturating_add(u32::from(distance > whole as f32))
+        entry.distance(0.0)
     }
 
-    /// The step at which the profile begins.
-    pub const fn start(&self) -> u32 {
+    /// The place at which the profile begins.
+    pub const fn start(&self) -> Place {
         self.start
     }
 
@@ -106,9 +104,10 @@ impl SCurve {
         self.down.start_speed() * self.down.start_speed()
     }
 
-    /// Speed (steps/s) and acceleration (steps/s², signed) at a step.
-    pub fn motion(&self, step: u32) -> (f32, f32) {
-        let (x, y) = self.ends(step);
+    /// Speed (steps/s) and acceleration (steps/s², signed) at a place.
+    #[inline(never)] // in firmware it is not worth a copy for each use
+    pub fn motion(&self, place: Place) -> (f32, f32) {
+        let (x, y) = self.ends(place);
         if y < self.down.length() {
             let (speed, acceleration) = self.down.motion(y);
             (speed, -acceleration)
@@ -121,8 +120,8 @@ impl SCurve {
         }
     }
 
-    /// Time that the `steps` after whole step `from` take (seconds), and the speed at their end (steps/s).
-    pub(crate) fn time_over(&self, from: u32, steps: f32) -> (f32, f32) {
+    /// Time that the `steps` after `from` take (seconds), and the speed at their end (steps/s).
+    pub(crate) fn time_over(&self, from: Place, steps: f32) -> (f32, f32) {
         let (x, y) = self.ends(from);
         let (head, tail) = (self.head(), self.down.length());
         let first = most(least(head - x, steps), 0.0);
@@ -130,7 +129,7 @@ impl SCurve {
         let middle = steps - first - last;
         let (mut time, mut speed) = (0.0, self.cruise);
         if first > 0.0 {
-            time = self.head_time(x, x + first);
+            time = self.head_time(x, first);
             speed = self.head_speed(x + first);
         }
         if middle > 0.0 {
@@ -139,7 +138,7 @@ impl SCurve {
         }
         if last > 0.0 {
             let end = most(y - steps, 0.0);
-            time += self.down.time(end, end + last);
+            time += self.down.time(end, last);
             speed = self.down.motion(end).0;
         }
         if y <= steps {
@@ -151,6 +150,7 @@ impl SCurve {
     /// The stretch that step `from` lies in. Its acceleration is the constant one that bends time as much as ramp and
     /// jerk together can: t‴ = (3a² − v·jerk)/v⁵.
     pub(crate) fn stretch(&self, from: u32) -> Stretch {
+        let from = Place::at(from);
         let (x, y) = self.ends(from);
         let (left, peak) = if x < self.head() {
             let peak = most(self.easing.peak(), self.up.peak());
@@ -167,7 +167,7 @@ impl SCurve {
         }
     }
 
-    fn bent(&self, peak: f32, from: u32) -> f32 {
+    fn bent(&self, peak: f32, from: Place) -> f32 {
         let speed = self.motion(from).0;
         let bent = sqrt(peak * peak + speed * self.limits.jerk / 3.0);
         if peak > 0.0 {
@@ -183,15 +183,15 @@ impl SCurve {
         self.easing.length() + self.up.length()
     }
 
-    fn head_time(&self, x0: f32, x1: f32) -> f32 {
-        let eased = self.easing.length();
-        let split = most(x0, least(x1, eased));
+    fn head_time(&self, x: f32, steps: f32) -> f32 {
+        let length = self.easing.length();
+        let eased = most(least(length - x, steps), 0.0);
         let mut time = 0.0;
-        if split > x0 {
-            time = self.easing.time(x0, split);
+        if eased > 0.0 {
+            time = self.easing.time(x, eased);
         }
-        if x1 > split {
-            time += self.up.time(split - eased, x1 - eased);
+        if steps > eased {
+            time += self.up.time(most(x - length, 0.0), steps - eased);
         }
         time
     }
@@ -205,11 +205,9 @@ impl SCurve {
         }
     }
 
-    /// Steps from the start to `step` and from there to the end.
-    fn ends(&self, step: u32) -> (f32, f32) {
-        let from_start = step.saturating_sub(self.start);
-        let to_end = self.end.saturating_sub(step);
-        (from_start as f32, to_end as f32)
+    /// Steps from the start to `place` and from there to the end.
+    fn ends(&self, place: Place) -> (f32, f32) {
+        (place.after(self.start), place.before(self.end))
     }
 }
 
@@ -217,7 +215,7 @@ impl SCurve {
 impl SCurve {
     /// Seconds from the start to the place `s` steps after it, in `f64`: what the tests compare with.
     pub(crate) fn exact_time(&self, s: f64) -> f64 {
-        let length = f64::from(self.end - self.start);
+        let length = f64::from(self.end - self.start.step) - f64::from(self.start.part);
         let [easing, up, down] = [&self.easing, &self.up, &self.down].map(Ramp::exact_length);
         let head = easing + up;
         let mut time = self.easing.exact_time(s.min(easing));
@@ -341,7 +339,7 @@ mod tests {
                     (exit - 0.3).max(0.0) * cruise,
                 );
                 let plan = Plan {
-                    start: 0,
+                    start: Place::at(0),
                     end: events as u32,
                     entry_v2: entry * entry,
                     cruise,
@@ -358,9 +356,9 @@ mod tests {
     /// Times of all steps by the profile, in `f64` seconds.
     fn times(profile: &SCurve) -> Vec<f64> {
         let mut at = 0.0;
-        (profile.start()..profile.end())
+        (profile.start().step..profile.end())
             .map(|step| {
-                at += f64::from(profile.time_over(step, 1.0).0);
+                at += f64::from(profile.time_over(Place::at(step), 1.0).0);
                 at
             })
             .collect()
@@ -373,12 +371,12 @@ mod tests {
             let Case { plan, jerk } = case;
             let profile = SCurve::new(&plan, 0.0, jerk).unwrap();
             let fastest = plan.cruise.max(plan.entry_v2.sqrt());
-            let mut last = profile.motion(0);
+            let mut last = profile.motion(Place::at(0));
             for step in 1..=plan.end {
-                let (speed, acceleration) = profile.motion(step);
+                let (speed, acceleration) = profile.motion(Place::at(step));
                 prop_assert!(speed <= fastest * 1.000_001, "{} at {}", speed, step);
                 prop_assert!(acceleration.abs() <= plan.acceleration * 1.000_001);
-                let seconds = profile.time_over(step - 1, 1.0).0;
+                let seconds = profile.time_over(Place::at(step - 1), 1.0).0;
                 let change = (acceleration - last.1).abs();
                 let slack = 1e-4 * plan.acceleration + 1e-6 * jerk;
                 prop_assert!(change <= jerk * seconds * 1.001 + slack, "jerk {} {} {:?}", change / seconds, jerk, profile);
@@ -392,11 +390,11 @@ mod tests {
         fn time_and_speed_agree(case in cases()) {
             let profile = SCurve::new(&case.plan, 0.0, case.jerk).unwrap();
             for step in 0..case.plan.end {
-                let (v0, v1) = (profile.motion(step).0, profile.motion(step + 1).0);
-                let seconds = profile.time_over(step, 1.0).0;
+                let (v0, v1) = (profile.motion(Place::at(step)).0, profile.motion(Place::at(step + 1)).0);
+                let seconds = profile.time_over(Place::at(step), 1.0).0;
                 prop_assert!(seconds > 0.0);
                 let mean = 1.0 / seconds;
-                let peak = profile.motion(step).1 * profile.motion(step + 1).1 <= 0.0;
+                let peak = profile.motion(Place::at(step)).1 * profile.motion(Place::at(step + 1)).1 <= 0.0;
                 // Places are known to some 10⁻⁷ of the ramp: 10⁻³ of a step.
                 prop_assert!(mean <= if peak { profile.cruise() } else { v0.max(v1) } * 1.001, "{} {} {}", v0, mean, v1);
                 // A step out of rest takes three times as long as its end speed says, at most.
@@ -411,10 +409,10 @@ mod tests {
             let before = SCurve::new(&plan, 0.0, jerk).unwrap();
             let step = (share * plan.end as f32) as u32;
             prop_assume!(step < plan.end);
-            let (speed, acceleration) = before.motion(step);
-            let changed = Plan { start: step, entry_v2: speed * speed, cruise: lower * plan.cruise, ..plan };
+            let (speed, acceleration) = before.motion(Place::at(step));
+            let changed = Plan { start: Place::at(step), entry_v2: speed * speed, cruise: lower * plan.cruise, ..plan };
             let Some(after) = SCurve::new(&changed, acceleration, jerk) else { return Ok(()) };
-            let (v, a) = after.motion(step);
+            let (v, a) = after.motion(Place::at(step));
             let slack = 1e-3 * plan.acceleration + 1e-6 * jerk;
             prop_assert!((v - speed).abs() <= 1e-3 * speed + 1e-6, "{} {}", v, speed);
             prop_assert!((a - acceleration).abs() <= slack + 0.05 * acceleration.abs(), "{} {} {:?}", a, acceleration, after);
@@ -425,10 +423,10 @@ mod tests {
             let Case { plan, jerk } = case;
             let before = SCurve::new(&plan, 0.0, jerk).unwrap();
             let step = (share * plan.end as f32) as u32;
-            let (speed, acceleration) = before.motion(step);
+            let (speed, acceleration) = before.motion(Place::at(step));
             prop_assume!(speed > 1.0);
-            let steps = SCurve::stop(speed, acceleration, plan.acceleration, jerk);
-            let stop = Plan { start: step, end: step + steps, entry_v2: speed * speed, cruise: speed, exit_v2: 0.0, ..plan };
+            let steps = SCurve::stop(speed, acceleration, plan.acceleration, jerk).ceil() as u32;
+            let stop = Plan { start: Place::at(step), end: step + steps, entry_v2: speed * speed, cruise: speed, exit_v2: 0.0, ..plan };
             let profile = SCurve::new(&stop, acceleration, jerk).unwrap();
             prop_assert_eq!(profile.exit_v2(), 0.0);
         }
@@ -437,7 +435,7 @@ mod tests {
     #[test]
     fn a_long_move_reaches_its_cruise_and_takes_the_time_of_the_formula() {
         let plan = Plan {
-            start: 0,
+            start: Place::at(0),
             end: 100_000,
             entry_v2: 0.0,
             cruise: 10_000.0,

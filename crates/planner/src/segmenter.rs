@@ -8,16 +8,16 @@
 //!      +-------------------+--------------------------+
 //! ```
 //!
-//! Each call hands out a segment of at most `Config::longest_segment`, or of one step event where its interval is longer. Before it
+//! Each call hands out a segment of at most `Config::longest_segment`; a step event that takes longer is handed out in spans. Before it
 //! does, it asks the planner again how fast the running move may end (the queue may have grown) and
-//! whether speeds have changed (overrides); where something has, the profile is made anew from the step
+//! whether speeds have changed (overrides); where something has, the profile is made anew from the place
 //! and speed reached. So everything takes effect behind what was handed out.
 
 use crate::fit::Carry;
 use crate::planner::Outlook;
 use crate::real::sqrt;
 use crate::running::{Aim, Goal, Running, Timing};
-use crate::{Kinematics, Planner, Profile};
+use crate::{Kinematics, Place, Planner, Profile};
 use leadscrew_stepper::Segment;
 
 /// Turns the planner's moves into segments for the step interrupt. Main loop.
@@ -58,7 +58,7 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
         }
     }
 
-    /// Hands out the next segment: at most `Config::longest_segment` of motion, or one step event where that is longer.
+    /// Hands out the next segment: at most `Config::longest_segment` of motion.
     ///
     /// Takes the next move from `planner` where one ends. `None` where nothing is queued, or a hold has
     /// reached rest.
@@ -78,7 +78,7 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
         running.begin_pixel(|| planner.take_pixel());
         let timing = Timing::new(planner.config());
         let outlook = planner.outlook();
-        if running.outlook != Some(outlook) && running.at_step() {
+        if running.outlook != Some(outlook) && running.may_change() {
             running.plan(aim(self.mode, planner, outlook), timing);
             running.outlook = Some(outlook);
             planner.commit(running.exit_v2());
@@ -158,11 +158,11 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
             .and_then(|running| running.line_number)
     }
 
-    /// The profile of the running move and the step of its dominant motor up to which it was handed out.
-    pub fn profile(&self) -> Option<(&Profile, u32)> {
+    /// The profile of the running move and the place up to which it was handed out.
+    pub fn profile(&self) -> Option<(&Profile, Place)> {
         self.running
             .as_ref()
-            .map(|running| (running.profile(), running.done()))
+            .map(|running| (running.profile(), running.here()))
     }
 
     /// Whether what was handed out ends with a whole step event.
@@ -418,6 +418,7 @@ mod tests {
             let (mut wait, mut event) = events.next().unwrap();
             loop {
                 let segment = rig.step();
+                prop_assert!(segment.is_none_or(|segment| segment.duration() <= 84_008), "{:?}", segment);
                 if let Some(line) = segment.and_then(|segment| segment.line) {
                     moves_begun += 1;
                     // mm of each axis in a step of the dominant motor
@@ -428,7 +429,8 @@ mod tests {
                         let rate = f64::from(profile.cruise()) * share / f64::from(limits.max_rate[axis]);
                         prop_assert!(rate <= 1.000_001, "rate {}", rate);
                         // A ramp may make up for the rounding of the squared speed that it begins with.
-                        let length = f64::from(profile.end() - profile.start());
+                        let start = profile.start();
+                        let length = f64::from(profile.end() - start.step) - f64::from(start.part);
                         for a in profile.accelerations() {
                             let a = f64::from(a.abs());
                             let rounding = 2e-6 * f64::from(profile.entry_v2()) / (2.0 * a * length);

@@ -22,7 +22,7 @@ use crate::observer::{Observer, StepEvent};
 use crate::plant::{Plant, Rise, LEAST_SETUP};
 use crate::trouble::{Late, LateReason, Record, Violation};
 use leadscrew_machine::board::{
-    Board, ChannelId, CoolantOutput, PlannedMove, PortConfig, SpindleOutput, Switches,
+    Board, ChannelId, CoolantOutput, Instant, PlannedMove, PortConfig, SpindleOutput, Switches,
 };
 use leadscrew_stepper::{MotorMask, Outputs, Power, StepPort, Ticks, MAX_SMOOTHING_LEVEL};
 
@@ -345,10 +345,11 @@ impl<O: Observer, const MOTORS: usize> StepPort for SimBoard<O, MOTORS> {
 }
 
 impl<O: Observer, const MOTORS: usize> Board for SimBoard<O, MOTORS> {
-    fn start_stepping(&mut self) {
+    fn start_stepping(&mut self, now: Instant) -> Instant {
         self.tick_due = self.now;
         self.step_due = self.now;
         self.observer.running(self.now, true);
+        now
     }
 
     fn write(&mut self, channel: ChannelId, bytes: &[u8]) -> usize {

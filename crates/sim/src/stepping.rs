@@ -171,7 +171,7 @@ mod tests {
     use crate::observer::StepEvent;
     use crate::plant::Plant;
     use heapless::spsc::Queue;
-    use leadscrew_machine::board::{Board, PortConfig};
+    use leadscrew_machine::board::{Board, Instant, PortConfig};
     use leadscrew_stepper::{
         Early, Interval, IntervalChange, Line, MotorMask, Outputs, Power, PowerChange, Smoothing,
     };
@@ -240,7 +240,7 @@ mod tests {
             ..PortConfig::default()
         });
         shared.set_running();
-        board.start_stepping();
+        board.start_stepping(Instant::from_ticks(0));
         while let Ran::Wake(_) = stepping.run(&mut board, &mut cpu, FOREVER) {
             taken();
         }

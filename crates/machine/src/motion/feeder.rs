@@ -9,8 +9,7 @@
 //! ```
 //!
 //! A segment begins where the one before it ends; the main loop sees that no earlier than it is. It so takes too much rather
-//! than too little for what is left. Where single steps take longer than segments may, the next one is committed as late as can
-//! be: half a millisecond before the one under way ends.
+//! than too little for what is left. No segment is longer than [`Feeder::longest_segment`], slow steps come in several.
 
 use crate::board::{Board, Duration, Instant};
 use crate::config::{COMMITTED, SEGMENTS};
@@ -19,8 +18,12 @@ use heapless::Deque;
 use leadscrew_stepper::{Segment, Shared};
 
 /// A byte may have come that segments do not know of: so much less than [`COMMITTED`] is committed. 50 µs until a board looks
-/// at what has come, and 50 µs while four segments are made.
-const MAKING: Duration = Duration::from_ticks(100);
+/// at what has come, some for its interrupts, and a microsecond for each rounding of the time.
+const UNSEEN: Duration = Duration::from_ticks(100);
+
+/// So much less than that may be committed where power has a lead: half a tick of fast steps, for which power is needed beyond
+/// the lead.
+const HALF_A_TICK: Duration = Duration::from_ticks(50);
 
 /// Less than this in the queue and under way is too little to wait for the next segment's begin: more than a `Machine::poll`
 /// takes (0.4 ms).
@@ -34,8 +37,6 @@ pub(crate) struct Feeder<'a, const MOTORS: usize> {
     durations: Deque<u32, { SEGMENTS + 1 }>,
     /// Their sum.
     committed: u32,
-    /// How long the last step events handed over took, or the parts of one so far: once it has begun, the rest follows.
-    last: Last,
     /// When the oldest of them began, or was first seen under way, timer counts.
     since: u64,
     /// Timer counts in a microsecond, rounded down.
@@ -56,7 +57,6 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
             shared,
             durations: Deque::new(),
             committed: 0,
-            last: Last::Whole(0),
             since: 0,
             counts_per_us: timer_hz / 1_000_000,
             lead_us: 0,
@@ -68,35 +68,38 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
         self.lead_us = lead_us;
     }
 
-    /// The longest segment that may be handed over, seconds, unless one step alone takes longer: half of what may be committed, so
-    /// that one waits while one is under way.
+    /// The longest segment that may be handed over, seconds: half of what may be committed, so that one waits while one is under
+    /// way, and no more than leaves [`SHORT`].
     pub(crate) fn longest_segment(&self) -> f32 {
-        self.most_us() as f32 * 0.5e-6
+        self.longest_us() as f32 * 1e-6
     }
 
-    /// What may be committed, µs.
+    fn longest_us(&self) -> u32 {
+        let most = self.most_us();
+        (most / 2).min(most - SHORT.ticks() as u32)
+    }
+
+    /// What may be committed besides what waits for the power's lead, µs.
     fn most_us(&self) -> u32 {
-        (COMMITTED - MAKING).ticks() as u32 - self.lead_us
+        let most = (COMMITTED - UNSEEN).ticks() as u32 - self.lead_us;
+        if self.lead_us > 0 {
+            most - HALF_A_TICK.ticks() as u32
+        } else {
+            most
+        }
     }
 
-    /// Counts that may still be committed, what waits for the power's lead included.
+    /// Counts that may wait for the power's lead, so that one segment more is no more than may be committed.
     pub(crate) fn room(&self, now: Instant) -> u32 {
-        let most = (COMMITTED - MAKING).ticks() as u32 * self.counts_per_us;
-        most.saturating_sub(self.left(now))
+        let most = (COMMITTED - UNSEEN).ticks() as u32 - self.longest_us();
+        (most * self.counts_per_us).saturating_sub(self.left(now))
     }
 
     /// Whether one more segment may be committed.
     pub(crate) fn has_room(&mut self, now: Instant) -> bool {
         self.forget_consumed(now);
-        let most = self.most_us() * self.counts_per_us;
-        // The next one will be about as long as the last, and all parts of a step event as all of the last one's.
-        let next = match self.last {
-            Last::Whole(duration) => duration.max(most / 2),
-            Last::Parts(_) => 0,
-        };
-        let left = self.left(now);
-        let fits = left <= most.saturating_sub(next);
-        (fits || left <= self.short()) && self.segments.ready()
+        let most = (self.most_us() - self.longest_us()) * self.counts_per_us;
+        self.left(now) <= most && self.segments.ready()
     }
 
     /// When what is committed will have come down to [`SHORT`], should the step interrupt take no segment before: one that
@@ -121,7 +124,6 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
     /// Commits a segment; [`Feeder::has_room`] said yes.
     pub(crate) fn push(&mut self, segment: Segment<MOTORS>) {
         let duration = segment.duration();
-        self.last = self.last.then(duration, segment.ends_event);
         if self.segments.enqueue(segment).is_ok() && self.durations.push_back(duration).is_ok() {
             self.committed = self.committed.saturating_add(duration);
         }
@@ -134,9 +136,9 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
 
     /// Starts the step timer out of rest.
     pub(crate) fn start<B: Board>(&mut self, board: &mut B, now: Instant) {
-        self.since = self.counts(now);
         self.shared.set_running();
-        board.start_stepping();
+        let begun = board.start_stepping(now);
+        self.since = self.counts(begun);
     }
 
     /// Whether nothing is committed and the step timer rests.
@@ -170,31 +172,6 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
     /// Timer counts since power-up.
     fn counts(&self, now: Instant) -> u64 {
         now.ticks() * u64::from(self.counts_per_us)
-    }
-}
-
-/// What was handed over last.
-#[derive(Clone, Copy, Debug)]
-enum Last {
-    /// Whole step events, which took so many timer counts in all.
-    Whole(u32),
-    /// Parts of a step event, the last of them not yet.
-    Parts(u32),
-}
-
-impl Last {
-    /// Adds a segment that takes `duration` counts.
-    fn then(self, duration: u32, ends_event: bool) -> Self {
-        let before = match self {
-            Self::Whole(_) => 0,
-            Self::Parts(before) => before,
-        };
-        let all = duration.saturating_add(before);
-        if ends_event {
-            Self::Whole(all)
-        } else {
-            Self::Parts(all)
-        }
     }
 }
 
@@ -245,22 +222,29 @@ mod tests {
         assert!(feeder.has_room(at(950)));
     }
 
-    #[test]
-    fn a_step_in_parts_is_committed_as_one() {
+    /// With segments as long as can be, and all that the power's lead needs: the most that is committed, µs.
+    fn committed_with(lead_us: u32) -> u32 {
         let mut queue = SegmentQueue::<1>::new();
         let (producer, _consumer) = queue.split();
         let shared = Shared::new();
         let mut feeder = Feeder::new(producer, &shared, 84_000_000);
-        let at = Instant::from_ticks(0);
-        let part = |duration, ends_event| Segment {
-            ends_event,
-            ..segment(84, duration, 0.0)
-        };
-        feeder.push(part(800, false));
-        feeder.push(part(800, false));
-        assert!(feeder.has_room(at), "the rest of it follows");
-        feeder.push(part(10, true));
-        assert!(!feeder.has_room(at), "one as long would be too much");
+        feeder.set_lead(lead_us);
+        let longest = feeder.longest_us();
+        let (at, mut most) = (Instant::from_ticks(0), 0);
+        while feeder.has_room(at) {
+            let room = feeder.room(at) / 84;
+            assert!(lead_us == 0 || room >= lead_us + 50, "{lead_us}: {room}");
+            most = most.max(feeder.left(at) / 84 + room + longest);
+            feeder.push(segment(84, longest, 0.0));
+        }
+        most.max(feeder.left(at) / 84)
+    }
+
+    #[test]
+    fn a_lead_is_a_part_of_what_is_committed() {
+        for lead_us in 0..=1000 {
+            assert_eq!(committed_with(lead_us), 1900, "{lead_us}");
+        }
     }
 
     #[test]

@@ -52,10 +52,11 @@ impl Pins<'_> {
 }
 
 impl Board for Pins<'_> {
-    fn start_stepping(&mut self) {
+    fn start_stepping(&mut self, now: Instant) -> Instant {
         assert!(self.enabled, "a motor steps while it is disabled");
         assert_eq!(self.due, None, "the timer is started while it runs");
         self.due = Some(self.now);
+        now
     }
     fn write(&mut self, _: ChannelId, bytes: &[u8]) -> usize {
         if !self.reading {

@@ -48,7 +48,8 @@ fn float(x: &BigRational) -> f64 {
 fn joint(profile: &Trapezoid) -> f64 {
     let (entry, exit) = (exact(profile.entry_v2()), exact(profile.exit_v2()));
     let [up, down] = profile.accelerations().map(|a| exact(a.abs()));
-    let length = whole(i64::from(profile.end() - profile.start()));
+    let start = profile.start();
+    let length = whole(i64::from(profile.end() - start.step)) - exact(start.part);
     let change = if entry > exit {
         &entry - &exit
     } else {

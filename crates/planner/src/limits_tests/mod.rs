@@ -57,7 +57,7 @@ fn run(program: &Program, settings: Config<2>, limits: &Config<2>) -> Result<Wor
                 // A profile goes on with the speed that the last one had there.
                 if let Some((before, _)) = last.filter(|(_, of)| *of == begun) {
                     let start = profile.start();
-                    let (was, is) = (before.speed_v2(start, 0.0), profile.entry_v2());
+                    let (was, is) = (before.speed_v2(start), profile.entry_v2());
                     worst.jump = worst
                         .jump
                         .max(f64::from((was - is).abs()) / f64::from(is.max(1.0)));

@@ -8,7 +8,7 @@ use crate::fit::{smoothing, steps, Carry, Linear};
 use crate::moves::{MovePower, PlannedMove};
 use crate::pixel::Pixel;
 use crate::planner::Outlook;
-use crate::profile::Plan;
+use crate::profile::{Place, Plan};
 use crate::real::{least, most, sqrt};
 use crate::{Config, Profile, Trapezoid};
 use core::num::NonZeroU16;
@@ -75,8 +75,12 @@ pub(crate) struct Running<const MOTORS: usize> {
     /// The smoothing for whose half a tick motors are early at the end of what was handed out, and that later segments may
     /// therefore have; `None` where they are not early at all.
     early: Option<Smoothing>,
-    /// Steps of the dominant motor handed out.
+    /// Whole steps of the dominant motor handed out.
     done: u32,
+    /// What was handed out of the next one: 0 unless it takes so long that it is handed out in spans.
+    way: f32,
+    /// The motors that have come on by it.
+    made: MotorMask,
     /// `done` where `line` begins: not 0 once the line was begun anew.
     line_start: u32,
     /// Steps of the dominant motor in the whole move.
@@ -84,7 +88,7 @@ pub(crate) struct Running<const MOTORS: usize> {
     profile: Profile,
     /// Speed at the end of what was handed out, steps/s.
     speed: f32,
-    /// The step event after `done`, where a part of it was handed out.
+    /// The step event after `done`, or a span of it, where a part of that was handed out.
     parts: Option<Parts<MOTORS>>,
     /// Interval of the cruise, 2⁻³² counts.
     cruise_interval: u64,
@@ -131,7 +135,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
         let entry_v2 = entry_v2 * steps_per_mm * steps_per_mm;
         let acceleration = planned.acceleration * steps_per_mm;
         let profile = Profile::Trapezoid(Trapezoid::new(&Plan {
-            start: 0,
+            start: Place::at(0),
             end: events,
             entry_v2,
             cruise: planned.rate * steps_per_mm,
@@ -147,6 +151,8 @@ impl<const MOTORS: usize> Running<MOTORS> {
                 .any(|steps| *steps != 0 && *steps != events),
             early: None,
             done: 0,
+            way: 0.0,
+            made: MotorMask::NONE,
             line_start: 0,
             events,
             profile,
@@ -184,12 +190,12 @@ impl<const MOTORS: usize> Running<MOTORS> {
 
     /// Seconds that what is left of the profile takes, and the speed at its end, mm/s.
     pub(crate) fn rest(&self) -> (f32, f32) {
-        let steps = self.profile.end().saturating_sub(self.done) as f32;
+        let steps = self.here().before(self.profile.end());
         let (entry, elapsed) = self
             .parts
             .as_ref()
             .map_or((self.speed, 0.0), |parts| (parts.entry, parts.elapsed));
-        let (seconds, _) = self.profile.time_over(self.done, entry, steps);
+        let (seconds, _) = self.profile.time_over(self.here(), entry, steps);
         (seconds - elapsed, sqrt(self.exit_v2()))
     }
 
@@ -197,13 +203,22 @@ impl<const MOTORS: usize> Running<MOTORS> {
         &self.profile
     }
 
-    pub(crate) const fn done(&self) -> u32 {
-        self.done
+    /// The end of what was handed out, but for the parts of a span.
+    pub(crate) const fn here(&self) -> Place {
+        Place {
+            step: self.done,
+            part: self.way,
+        }
     }
 
-    /// Whether no step event was handed out in part: only then the profile may be made anew.
-    pub(crate) const fn at_step(&self) -> bool {
+    /// Whether no span was handed out in part: only then the profile may be made anew.
+    pub(crate) const fn may_change(&self) -> bool {
         self.parts.is_none()
+    }
+
+    /// Whether no step event was handed out in part.
+    pub(crate) fn at_step(&self) -> bool {
+        self.parts.is_none() && self.way <= 0.0
     }
 
     /// Whether all steps of the profile have been handed out.
@@ -255,13 +270,13 @@ impl<const MOTORS: usize> Running<MOTORS> {
 
     /// The next `events` steps on a ramp or across its end.
     fn ramp_piece(&mut self, events: u32, timing: Timing, carry: &mut Carry) -> Segment<MOTORS> {
-        let (from, all) = (self.done, events as f32);
+        let (from, all) = (Place::at(self.done), events as f32);
         let half = if events > 1 { (events / 2) as f32 } else { 0.5 };
         let (first, middle_speed) = self.profile.time_over(from, self.speed, half);
         let (seconds, speed) = if events > 1 {
             let (second, speed) =
                 self.profile
-                    .time_over(from + events / 2, middle_speed, all - half);
+                    .time_over(Place::at(self.done + events / 2), middle_speed, all - half);
             (first + second, speed)
         } else {
             self.profile.time_over(from, self.speed, all)
@@ -323,9 +338,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
 
     /// The least smoothing that brings other motors near enough to their time.
     fn wanted(&self, interval: f32, timing: Timing, evenness: f32) -> Smoothing {
-        if interval > LONGEST_WAIT {
-            Smoothing::Eightfold
-        } else if self.smooth {
+        if self.smooth {
             smoothing(interval, timing.shortest_tick, evenness)
         } else {
             Smoothing::None
@@ -376,7 +389,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
     /// The next steps, or a part of one. Inlined: a segment is not copied more often than it must be.
     #[inline(always)]
     fn piece(&mut self, timing: Timing, carry: &mut Carry) -> Segment<MOTORS> {
-        if self.is_for_parts() {
+        if self.is_for_parts(timing) {
             if let Some(parts) = self.parts.or_else(|| self.first_part(timing)) {
                 return self.part(parts, timing, carry);
             }
@@ -387,9 +400,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
             .min(stretch.steps)
             .min(pixel)
             .clamp(1, MOST_EVENTS);
-        let even = stretch.acceleration == 0.0 && stretch.steps > 0;
-        let cruising = even && self.speed * LONGEST_WAIT > 1.0;
-        if cruising {
+        if stretch.acceleration == 0.0 && stretch.steps > 0 {
             self.cruise_piece(events, timing, carry)
         } else {
             self.ramp_piece(events, timing, carry)
@@ -407,10 +418,6 @@ const SURPRISE: f32 = 0.2e-6;
 
 /// The evenness of a cruise where ticks are to be as fine as on a ramp.
 const NEARLY_EVEN: f32 = 0.99;
-
-/// The longest interval that is one wait, seconds: beyond it a step is made of eight ticks, because a
-/// timer count has 32 bits (51 s at 84 MHz). The slowest step that this allows takes 8 × 51 s.
-const LONGEST_WAIT: f32 = 25.0;
 
 /// Full power in units of [`Power`].
 const FULL: u32 = 1 << 31;

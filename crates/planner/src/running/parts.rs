@@ -1,4 +1,4 @@
-//! A step event in parts: each motor steps when it is due.
+//! A step event in parts: each motor steps when it is due, and plans may change on the way.
 //!
 //! At low speeds one step takes much longer or shorter than the next, out of rest its first quarter takes half of its time,
 //! and a hold or an override may change what comes next. Ticks whose interval changes linearly cannot follow that, and a
@@ -13,8 +13,16 @@
 //!
 //! Ticks cannot be any closer than [`Timing::shortest_tick`]: what is due so soon after a tick comes a little late, or with
 //! the next one.
+//!
+//! What is handed out can no longer be changed. So a step event that takes longer than a segment may is handed out in *spans*,
+//! each of parts; between two of them, where no motor need step, the profile may be made anew as it may between steps:
+//!
+//! ```text
+//!              Y                           X
+//!   |..........|......|................|...|      spans of a millisecond at most
+//! ```
 
-use super::{Running, Timing, LONGEST_WAIT};
+use super::{Running, Timing};
 use crate::fit::{bits, Carry};
 use crate::real::{least, most};
 use core::num::NonZeroU16;
@@ -24,20 +32,35 @@ use leadscrew_stepper::{MotorMask, Segment, Smoothing};
 /// 0.9 of its time, half a sixteenth early is no more than an eighteenth then.
 const SUDDEN: f32 = 4.0;
 
+/// By how much a step that is not sudden may take longer than its speed at the start says: 2/(1 + √½).
+const LONGER: f32 = 1.18;
+
 /// Ticks that there must be room for in a step event that is made in parts: a motor that comes with the next tick is off by a
 /// sixteenth of the step at most.
 const ROOM: f32 = 16.0;
 
-/// A step event that is being handed out in parts.
+/// The least way of a span, steps: where even that takes longer than a segment may, at 1000 s a step, it does.
+const LEAST_WAY: f32 = 1.0 / (1 << 20) as f32;
+
+/// The way of a span is found in so many rounds at most.
+const CORRECTIONS: u32 = 8;
+
+/// The most of a step event's rest that a span takes that is not all of it.
+const MOST_OF_IT: f32 = 0.75;
+
+/// A span of a step event that is being handed out in parts.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Parts<const MOTORS: usize> {
-    /// When each motor is due, seconds from its start; `seconds` or more where that is not before its end.
+    /// When each motor is due, seconds from the span's start; `seconds` or more where that is not before its end.
     due: [f32; MOTORS],
-    /// The motors that have come on by it.
-    made: MotorMask,
-    /// Speeds at its start and end, steps/s.
+    /// The motors that are still to come on in it.
+    left: MotorMask,
+    /// Where it ends, from the step event's start: 1 at the end of that.
+    to: f32,
+    /// Speeds at its start and end, in the mean, steps/s.
     pub(super) entry: f32,
     exit: f32,
+    mean: f32,
     /// Time that all of it takes, and that of the parts handed out, seconds.
     seconds: f32,
     pub(super) elapsed: f32,
@@ -45,39 +68,99 @@ pub(super) struct Parts<const MOTORS: usize> {
     early: Option<Smoothing>,
 }
 
+/// A piece of a step event: where it ends, from the start of that, how long it takes, seconds, and the speed at its end, steps/s.
+#[derive(Clone, Copy)]
+struct Span {
+    to: f32,
+    seconds: f32,
+    exit: f32,
+}
+
 impl<const MOTORS: usize> Running<MOTORS> {
-    /// Whether a part comes next, or a step event that is to be made in parts.
+    /// Whether a part comes next, or a step event that may have to be made in parts.
     ///
     /// Behind such step events one more is in parts, at the end of which motors are as early as the ticks that follow need them.
-    pub(super) fn is_for_parts(&self) -> bool {
-        let behind = self.early.is_none() && !self.announce;
-        self.parts.is_some() || self.smooth && (self.is_sudden() || behind)
+    pub(super) fn is_for_parts(&self, timing: Timing) -> bool {
+        let behind = self.smooth && self.early.is_none() && !self.announce;
+        let begun = self.parts.is_some() || self.way > 0.0;
+        begun || behind || self.is_sudden() || self.is_slow(timing)
     }
 
     fn is_sudden(&self) -> bool {
         self.speed * self.speed < SUDDEN * self.acceleration
     }
 
-    /// Begins to hand out the next step event in parts; `None` where it is too short, or too long to be one wait.
+    /// Whether the next step takes, or may take, longer than a segment.
+    fn is_slow(&self, timing: Timing) -> bool {
+        self.speed * timing.longest_segment < LONGER
+    }
+
+    /// Begins to hand out what is left of the next step event in parts, all of it or a span; `None` where it is short, and no
+    /// motor needs it or ticks would be too close.
     #[inline(never)]
     pub(super) fn first_part(&self, timing: Timing) -> Option<Parts<MOTORS>> {
-        let (seconds, exit) = self.profile.time_over(self.done, self.speed, 1.0);
-        if seconds < ROOM * timing.shortest_tick || seconds > LONGEST_WAIT {
+        let rest = self.span(1.0);
+        let longest = most(timing.longest_segment, 2.0 * timing.shortest_tick);
+        let span = if rest.seconds > longest {
+            self.cut(rest, longest)
+        } else if self.way > 0.0 || self.smooth && rest.seconds >= ROOM * timing.shortest_tick {
+            rest
+        } else {
             return None;
-        }
+        };
+        let (due, left) = self.due(&span);
+        let whole = rest.seconds / (1.0 - self.way);
         Some(Parts {
-            due: self.due(seconds),
-            made: MotorMask::NONE,
+            due,
+            left,
+            to: span.to,
             entry: self.speed,
-            exit,
-            seconds,
+            exit: span.exit,
+            mean: (span.to - self.way) / span.seconds,
+            seconds: span.seconds,
             elapsed: 0.0,
-            early: if self.is_sudden() {
+            early: if span.to < 1.0 || self.is_sudden() || self.is_slow(timing) {
                 None
             } else {
-                Some(self.wanted(seconds, timing, 0.0))
+                Some(self.wanted(whole, timing, 0.0))
             },
         })
+    }
+
+    /// The piece of the next step event from what was handed out up to `to`.
+    fn span(&self, to: f32) -> Span {
+        let over = self
+            .profile
+            .time_over(self.here(), self.speed, to - self.way);
+        let (seconds, exit) = over;
+        Span { to, seconds, exit }
+    }
+
+    /// A piece of `rest` that takes no longer than `longest`, and half of that at least where it can be found.
+    ///
+    /// As many pieces as are needed, of the same time: by a constant acceleration, as it mostly is. Where a ramp ends, or by a jerk
+    /// limit, the way is corrected: longer in proportion, which is never too long where speed grows, or shorter by the cube, as out
+    /// of rest with limited jerk.
+    fn cut(&self, rest: Span, longest: f32) -> Span {
+        let (v0, v1, left) = (self.speed, rest.exit, 1.0 - self.way);
+        let pieces = (rest.seconds / longest) as u32 + 1;
+        let wanted = rest.seconds / pieces as f32;
+        let gained = 0.25 * (v1 * v1 - v0 * v0) / left * wanted;
+        let (mut way, mut span, mut shortened) = ((v0 + gained) * wanted, rest, false);
+        for _ in 0..CORRECTIONS {
+            way = most(least(way, MOST_OF_IT * left), LEAST_WAY);
+            span = self.span(self.way + way);
+            let ratio = wanted / span.seconds;
+            if span.seconds > longest {
+                way *= most(ratio * ratio * ratio, 0.1);
+                shortened = true;
+            } else if !shortened && 2.0 * span.seconds < longest && way < MOST_OF_IT * left {
+                way *= ratio;
+            } else {
+                break;
+            }
+        }
+        span
     }
 
     /// Hands out the next part.
@@ -89,29 +172,26 @@ impl<const MOTORS: usize> Running<MOTORS> {
         carry: &mut Carry,
     ) -> Segment<MOTORS> {
         let next = parts.next(timing.shortest_tick);
-        let (motors, end) = next.unwrap_or((MotorMask::ALL.without(parts.made), parts.seconds));
-        // Their sum is the step's time exactly.
+        let (motors, end) = next.unwrap_or((parts.left, parts.seconds));
+        // Their sum is the span's time exactly.
         let counts = bits(end * timing.hz).saturating_sub(bits(parts.elapsed * timing.hz));
         let interval = carry.settle(counts, 0, NonZeroU16::MIN, counts).0;
-        let mean = 1.0 / parts.seconds;
-        let (power, power_change) = self.power_at(mean, mean, NonZeroU16::MIN);
+        let (power, power_change) = self.power_at(parts.mean, parts.mean, NonZeroU16::MIN);
+        self.made = self.made.with(motors);
         if next.is_some() {
-            self.speed = mean;
+            self.speed = parts.mean;
             self.early = None;
             self.parts = Some(Parts {
-                made: parts.made.with(motors),
+                left: parts.left.without(motors),
                 elapsed: end,
                 ..parts
             });
         } else {
-            self.speed = parts.exit;
-            self.early = parts.early;
-            self.parts = None;
-            self.done += 1;
+            self.end_span(&parts);
         }
         Segment {
             motors,
-            ends_event: next.is_none(),
+            ends_event: self.at_step(),
             early: self.early().of_a_part(),
             interval,
             power,
@@ -120,17 +200,37 @@ impl<const MOTORS: usize> Running<MOTORS> {
         }
     }
 
-    /// When each motor is due in the next step event, which takes `whole` seconds: seconds from its start.
-    fn due(&self, whole: f32) -> [f32; MOTORS] {
+    /// All parts of a span were handed out.
+    fn end_span(&mut self, parts: &Parts<MOTORS>) {
+        self.speed = parts.exit;
+        self.early = parts.early;
+        self.parts = None;
+        if parts.to < 1.0 {
+            self.way = parts.to;
+        } else {
+            self.way = 0.0;
+            self.made = MotorMask::NONE;
+            self.done += 1;
+        }
+    }
+
+    /// When each motor is due in `span`, seconds from its start, and the motors that come on in it: at the step event's end all
+    /// that have not.
+    fn due(&self, span: &Span) -> ([f32; MOTORS], MotorMask) {
         let (events, done) = (self.line.step_events().get(), self.done - self.line_start);
-        self.line.steps().map(|steps| {
-            let share = due(steps, events, done);
-            if share < 1.0 {
-                self.profile.time_over(self.done, self.speed, share).0
-            } else {
-                whole
+        let (mut due, mut left) = ([span.seconds; MOTORS], MotorMask::NONE);
+        for (motor, (due, steps)) in due.iter_mut().zip(self.line.steps()).enumerate() {
+            let share = self::due(*steps, events, done);
+            if share < span.to && !self.made.contains(motor) {
+                *due = self.span(most(share, self.way)).seconds;
+                left = left.with(MotorMask::only(motor));
             }
-        })
+        }
+        if span.to < 1.0 {
+            (due, left)
+        } else {
+            (due, MotorMask::ALL.without(self.made))
+        }
     }
 }
 
@@ -139,7 +239,7 @@ impl<const MOTORS: usize> Parts<MOTORS> {
     fn next(&self, shortest: f32) -> Option<(MotorMask, f32)> {
         let left = || {
             let motors = self.due.iter().enumerate();
-            motors.filter(|(motor, _)| !self.made.contains(*motor))
+            motors.filter(|(motor, _)| self.left.contains(*motor))
         };
         let first = left().fold(self.seconds, |first, (_, due)| least(first, *due));
         let at = most(first, self.elapsed + shortest);

@@ -6,23 +6,33 @@ use crate::profile::{Plan, ROUNDING};
 use crate::real::{divide_twice, least, most, sqrt};
 use crate::{Profile, SCurve};
 
+/// Where a profile leads: steps of the dominant motor, steps/s.
+struct Path {
+    end: u32,
+    cruise: f32,
+    exit_v2: f32,
+    /// Of the acceleration, and its square of the jerk: all of the way takes as much longer as one over it.
+    share: f32,
+}
+
 impl<const MOTORS: usize> Running<MOTORS> {
     /// Makes the profile from here on.
     pub(crate) fn plan(&mut self, aim: Aim, timing: Timing) {
-        let entry_v2 = self.profile.speed_v2(self.done);
-        let (end, cruise, exit_v2) = match aim.goal {
+        let entry_v2 = self.profile.speed_v2(self.here());
+        let path = match aim.goal {
             Goal::End => self.to_end(aim),
             Goal::Stop => self.stop(entry_v2, aim),
         };
         let plan = Plan {
-            start: self.done,
-            end,
+            start: self.here(),
+            end: path.end,
             entry_v2,
-            cruise,
-            exit_v2,
-            acceleration: self.acceleration,
+            cruise: path.cruise,
+            exit_v2: path.exit_v2,
+            acceleration: self.acceleration * path.share,
         };
-        self.profile = Profile::new(&plan, aim.jerk * self.steps_per_mm, &self.profile);
+        let jerk = aim.jerk * self.steps_per_mm * path.share * path.share;
+        self.profile = Profile::new(&plan, jerk, &self.profile);
         let (interval, rest) = divide_twice(timing.hz, self.profile.cruise());
         self.cruise_interval = bits(interval).saturating_add_signed(if rest < 0.0 {
             -(bits(-rest) as i64)
@@ -31,51 +41,80 @@ impl<const MOTORS: usize> Running<MOTORS> {
         });
     }
 
-    /// End, cruise speed and squared exit speed on the way to the end of the move.
+    /// The way to the end of the move.
     ///
     /// What braking from a high speed gets to is only as exact as the high speed; the plan's exit speed is exact and
     /// has the last word: else the difference would add up from move to move.
     ///
     /// Where an override asks for less than can be reached any more, the corner has it: it was planned for.
-    fn to_end(&self, aim: Aim) -> (u32, f32, f32) {
+    #[inline(never)] // twice: in firmware it is not worth a copy
+    fn to_end(&self, aim: Aim) -> Path {
         let per_mm = self.steps_per_mm;
         let [exit_v2, corner_v2] = [aim.exit_v2, aim.corner_v2].map(|v2| v2 * per_mm * per_mm);
-        let entry_v2 = self.profile.speed_v2(self.done);
-        let left = (self.events - self.done) as f32;
+        let entry_v2 = self.profile.speed_v2(self.here());
+        let left = self.here().before(self.events);
         let slowest = entry_v2 - 2.0 * self.acceleration * left;
         let missed = aim.jerk <= 0.0 && slowest - exit_v2 > ROUNDING * entry_v2;
         let exit_v2 = if missed { slowest } else { exit_v2 };
-        (self.events, aim.nominal * per_mm, least(exit_v2, corner_v2))
+        Path {
+            end: self.events,
+            cruise: aim.nominal * per_mm,
+            exit_v2: least(exit_v2, corner_v2),
+            share: 1.0,
+        }
     }
 
-    /// End, cruise speed and squared exit speed of the shortest stop on a whole step.
+    /// The shortest stop on a whole step. It begins at once: what is left to the whole step makes it gentler.
     ///
     /// A single step is made as fast as can be: at a speed near 0 it would take for ever.
-    fn stop(&self, entry_v2: f32, aim: Aim) -> (u32, f32, f32) {
-        let steps = self.stop_steps(entry_v2, aim.jerk).max(1);
-        let left = self.events - self.done;
+    fn stop(&self, entry_v2: f32, aim: Aim) -> Path {
+        let (distance, left) = (
+            self.stop_distance(entry_v2, aim.jerk),
+            self.events - self.done,
+        );
+        let steps = round_up(distance + self.way).max(1);
         if steps > left && aim.exit_v2 > 0.0 {
-            let (end, _, exit_v2) = self.to_end(aim);
-            let slowest = most(entry_v2 - 2.0 * self.acceleration * left as f32, 0.0);
-            return (end, sqrt(entry_v2), least(exit_v2, slowest));
+            let slowest = entry_v2 - 2.0 * self.acceleration * self.here().before(self.events);
+            let path = self.to_end(aim);
+            return Path {
+                cruise: sqrt(entry_v2),
+                exit_v2: least(path.exit_v2, most(slowest, 0.0)),
+                ..path
+            };
         }
-        let fastest = if steps == 1 {
-            aim.nominal * self.steps_per_mm
-        } else {
-            sqrt(entry_v2)
+        let stop = Path {
+            end: self.done + steps.min(left),
+            cruise: sqrt(entry_v2),
+            exit_v2: 0.0,
+            share: 1.0,
         };
-        (self.done + steps.min(left), fastest, 0.0)
+        let (_, changing) = self.profile.motion(self.here());
+        if steps == 1 {
+            let cruise = aim.nominal * self.steps_per_mm;
+            Path { cruise, ..stop }
+        } else if steps > left || changing != 0.0 {
+            stop
+        } else {
+            let share = distance / (steps as f32 - self.way) * (1.0 + ROUNDING);
+            Path {
+                share: least(share, 1.0),
+                ..stop
+            }
+        }
     }
 
-    /// Whole steps of the shortest stop.
-    fn stop_steps(&self, entry_v2: f32, jerk: f32) -> u32 {
-        const ROUNDING: f32 = 1e-6;
+    /// Steps of the shortest stop, a fraction in general.
+    fn stop_distance(&self, entry_v2: f32, jerk: f32) -> f32 {
         let jerk = jerk * self.steps_per_mm;
         if jerk > 0.0 {
-            let (speed, acceleration) = self.profile.motion(self.done);
+            let (speed, acceleration) = self.profile.motion(self.here());
             return SCurve::stop(speed, acceleration, self.acceleration, jerk);
         }
-        let whole = entry_v2 / (2.0 * self.acceleration) * (1.0 - ROUNDING);
-        (whole as u32).saturating_add(u32::from(whole > (whole as u32) as f32))
+        entry_v2 / (2.0 * self.acceleration) * (1.0 - 0.5 * ROUNDING)
     }
+}
+
+fn round_up(steps: f32) -> u32 {
+    let whole = steps as u32;
+    whole.saturating_add(u32::from(steps > whole as f32))
 }
