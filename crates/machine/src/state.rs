@@ -136,7 +136,7 @@ impl State {
         }
     }
 
-    /// Whether a laser under M3 may be on while motion rests: only where a program or a jog goes on.
+    /// Whether a laser under M3 may be on while motion rests: only where a program or a jog may go on.
     pub fn may_burn_at_rest(self) -> bool {
         match self {
             Self::Idle | Self::Run | Self::Jog(Jog::Moving) => true,
