@@ -83,8 +83,8 @@ impl Case {
     fn new(seed: u32) -> Self {
         let random = &mut Random::new(seed);
         let events = random.ten_to(0.0, 5.3);
-        let shares = [random.next(), random.next()];
         let rate = random.ten_to(1.0, 5.477);
+        let shares = [random.next(), random.next()];
         let events = events.min(LONGEST * rate);
         Self {
             seed,

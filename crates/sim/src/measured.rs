@@ -13,7 +13,7 @@ pub const STEP_MOST: u32 = 173;
 pub const LOAD: u32 = 275;
 
 /// The same: the longest, the first of a line.
-pub const LOAD_MOST: u32 = 369;
+pub const LOAD_MOST: u32 = 439;
 
 /// To come to rest where no segment is left.
 pub const RUN_OUT: u32 = 183;
