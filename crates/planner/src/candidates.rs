@@ -3,13 +3,11 @@
 //! While caps change (an override), there are two lists, each with rising keys:
 //!
 //! ```text
-//!    place     first                                               first + moves
-//!              [ done ->          ] gap [             <- to be done ]
-//!               moves with new caps      moves with old ones
+//!      [ old ones, of moves to be done ->  ][ new ones, of those that are done -> ]  gap, and round to the begin
 //! ```
 //!
-//! A list has no more entries than there are moves in its part of the queue, so the two never meet. The minimum
-//! is that of both first entries.
+//! A list has no more entries than there are moves in its part of the queue, so the two together have room in the ring, and the
+//! new one does not catch up with the old one. The minimum is that of both first entries.
 
 /// Numbers of moves, modulo 2¹⁶.
 #[derive(Debug)]
@@ -91,6 +89,14 @@ impl<'q> Candidates<'q> {
         }
     }
 
+    /// Removes the move `number` if it is the last one.
+    pub(crate) fn drop_last(&mut self, number: u16) {
+        let last = self.done.len.wrapping_sub(1);
+        if self.at(self.done, last) == Some(number) {
+            self.done.len = last;
+        }
+    }
+
     /// Keeps those for which `stays`: all up to some place, none after it. One or two questions where one or none goes, two
     /// for each doubling of their number otherwise.
     pub(crate) fn keep(&mut self, stays: impl Fn(u16) -> bool) {
@@ -130,7 +136,7 @@ impl<'q> Candidates<'q> {
         }
     }
 
-    /// Makes one list of both: a change of caps is broken off by the next one.
+    /// Makes one list of both: a change of caps is broken off by the next one. An old entry is read before its place is needed.
     pub(crate) fn join(&mut self, key: impl Fn(u16) -> Option<u64>) {
         let old = self.to_do;
         self.to_do = Span::EMPTY;
@@ -144,21 +150,12 @@ impl<'q> Candidates<'q> {
         }
     }
 
-    /// Has the caps of all moves, `moves` in number, done anew: from now on the candidates are those to be done.
-    pub(crate) fn begin_anew(&mut self, moves: usize) {
-        let old = self.done;
-        let shift = moves.saturating_sub(old.len);
-        for index in (0..old.len).rev() {
-            let number = self.at(old, index).unwrap_or(0);
-            let place = self.wrapped(old.start + shift + index);
-            if let Some(entry) = self.ring.get_mut(place) {
-                *entry = number;
-            }
-        }
-        self.done.len = 0;
-        self.to_do = Span {
-            start: self.wrapped(old.start + shift),
-            len: old.len,
+    /// Has the caps of all moves done anew: from now on the candidates are those to be done.
+    pub(crate) fn begin_anew(&mut self) {
+        self.to_do = self.done;
+        self.done = Span {
+            start: self.wrapped(self.to_do.start + self.to_do.len),
+            len: 0,
         };
     }
 

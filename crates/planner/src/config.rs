@@ -1,6 +1,7 @@
 //! What the planner must know of the machine, and the numbers derived from it.
 
 use crate::real::{least, most, norm2, sqrt};
+use crate::short::STEPS;
 use crate::{Kinematics, StepsPerMm};
 use core::array::from_fn;
 use leadscrew_stepper::Ticks;
@@ -98,6 +99,9 @@ impl Default for Overrides {
     }
 }
 
+/// How far rounding to three decimals puts a point beside its line, mm: half of 0.001 mm on two axes.
+pub(crate) const DECIMALS: f32 = 0.0007;
+
 /// Share of each limit that is made use of. The rest, 32 roundings of an `f32`, is more than all roundings between a
 /// setting and a ramp together (20 at most): what is planned is within the setting in exact arithmetic.
 pub(crate) const MARGIN: f32 = 1.0 - 1.0 / (1 << 19) as f32;
@@ -117,6 +121,8 @@ pub(crate) struct Limits<const AXES: usize> {
     pub(crate) deviation: f32,
     /// How far short moves may stray from a straight line and still count as one, mm (see `strokes`).
     pub(crate) tolerance: f32,
+    /// The square of the length that a stroke has at least, mm²: shorter ones have no direction (see `short`).
+    pub(crate) stroke2: f32,
     pub(crate) unit: SpeedUnit,
 }
 
@@ -129,6 +135,7 @@ impl<const AXES: usize> Limits<AXES> {
                 .fold(0.0, |weakest, k| most(weakest, *k)),
             per_acceleration,
             tolerance: tolerance(config),
+            stroke2: stroke2(config),
             per_rate: config.max_rate.map(|rate| 1.0 / (rate * MARGIN)),
             step_rate: config.timer_hz as f32 / config.shortest_tick.0.max(1) as f32,
             deviation: config.junction_deviation,
@@ -142,12 +149,18 @@ impl<const AXES: usize> Limits<AXES> {
 /// that the turn which rounding makes of it is less than junction deviation `d` allows at the speed that the length
 /// of a stroke is made for (`8·a·d/(4ε/l)² ≥ v²` with `l = v·√(t/a)`; 1 mm at most).
 fn tolerance<const AXES: usize>(config: &Config<AXES>) -> f32 {
-    const DECIMALS: f32 = 0.0007; // half of 0.001 mm on two axes
     let step = config.steps_per_mm.map(|scale| 1.0 / scale.to_f32());
     let rounding = 0.5 * sqrt(norm2(&step)) + DECIMALS;
     let deviation = config.junction_deviation;
     let by_turn = least(3.0 * rounding * rounding / most(deviation, 1e-6), 1.0);
     most(most(2.0 * deviation, 6.0 * rounding), by_turn)
+}
+
+/// The square of as many of the coarsest steps as short pieces are joined to, mm².
+fn stroke2<const AXES: usize>(config: &Config<AXES>) -> f32 {
+    let steps = config.steps_per_mm.iter().map(|scale| 1.0 / scale.to_f32());
+    let length = STEPS as f32 * steps.fold(0.0, most);
+    length * length
 }
 
 /// How far each motor turns its axis with a step: from the axes' [`Config`], once, so that no move looks it up.

@@ -79,8 +79,12 @@ pub struct StepsPerMm(u64);
 const ODD: u64 = 3_814_697_265_625;
 /// The power of two in 10¹⁸.
 const EVEN_BITS: u32 = 18;
+/// The upper 64 bits of a product that is more than 2³¹ steps, and of 2⁹¹ less half a step at most.
+const TOO_MUCH: u64 = (1 << 27) - 1;
 /// Half a step, in 10⁻¹⁸ steps.
 const HALF: u128 = 500_000_000_000_000_000;
+/// A step, in 10⁻¹⁸ steps.
+const STEP: i64 = 1_000_000_000_000_000_000;
 
 impl StepsPerMm {
     /// Makes a scale from a number of 10⁻⁹ steps/mm; its sign is dropped.
@@ -100,11 +104,26 @@ impl StepsPerMm {
     }
 
     /// The exact number of steps at `coordinate`, rounded half away from zero; `None` beyond `i32`.
+    #[inline(never)] // a motor may not move, and there are up to six
     pub fn steps(self, coordinate: Coordinate) -> Option<i32> {
         let product = u128::from(coordinate.0.unsigned_abs()) * u128::from(self.0);
-        let steps = divide_by_odd((product + HALF) >> EVEN_BITS)?;
+        // Found from the upper half what is too much by far: less than a comparison of 128 bits.
+        if (product >> 64) as u64 >= TOO_MUCH {
+            return None;
+        }
+        let steps = divide_by_odd((product + HALF) >> EVEN_BITS);
         let steps = i32::try_from(steps).ok()?;
         Some(if coordinate.0 < 0 { -steps } else { steps })
+    }
+
+    /// How much farther than its nearest `steps` a coordinate is, in steps: half a one at most, to 10⁻⁹.
+    #[inline(never)] // for short moves only
+    pub(crate) fn beyond(self, coordinate: Coordinate, steps: i32) -> f32 {
+        const PER_STEP: f32 = (1u64 << 32) as f32 / STEP as f32;
+        // In 10⁻¹⁸ steps, of which half a step fits 64 bits: what is above them cancels.
+        let place = coordinate.0.wrapping_mul(self.0 as i64);
+        let beyond = place.wrapping_sub(i64::from(steps).wrapping_mul(STEP));
+        (beyond >> 32) as i32 as f32 * PER_STEP
     }
 
     /// The coordinate nearest to `steps`; the origin where the scale is 0.
@@ -112,9 +131,8 @@ impl StepsPerMm {
     /// Not for the path of a line: a 128-bit division. Not inlined: it is a kilobyte, and there are as many calls as motors.
     #[inline(never)]
     pub fn coordinate(self, steps: i32) -> Coordinate {
-        const STEP: i128 = 1_000_000_000_000_000_000;
         let scale = i128::from(self.0);
-        let Some(twice) = (i128::from(steps) * STEP * 2).checked_div(scale) else {
+        let Some(twice) = (i128::from(steps) * i128::from(STEP) * 2).checked_div(scale) else {
             return Coordinate::ZERO;
         };
         let nearest = (twice + i128::from(steps.signum())) / 2;
@@ -124,26 +142,41 @@ impl StepsPerMm {
     }
 }
 
-/// The whole part of `x / 5¹⁸`, or `None` where it needs more than 31 bits.
+/// The whole part of `x / 5¹⁸`, for `x` below 2⁷³.
 ///
 /// An estimate from the top 32 bits of `x` and the reciprocal is too small by 2 at most (0.58 for what is below the top, 1 for
 /// what the reciprocal lacks, and it is rounded down); the remainder puts it right, in two steps: of a loop the compiler
 /// makes a division. (Its 128-bit division costs twenty times as much.)
-fn divide_by_odd(x: u128) -> Option<u32> {
+fn divide_by_odd(x: u128) -> u32 {
     const TOP: u32 = 41;
     const RECIPROCAL: u64 = ((1u128 << (TOP + 32)) / ODD as u128) as u64;
-    let top = u32::try_from(x >> TOP).ok()?;
+    let top = (x >> TOP) as u32;
     let quotient = (u64::from(top) * RECIPROCAL) >> 32;
     // The remainder is below 3·5¹⁸: the low 64 bits are enough.
     let remainder = (x as u64).wrapping_sub(quotient.wrapping_mul(ODD));
-    let more = u64::from(remainder >= ODD) + u64::from(remainder >= 2 * ODD);
-    u32::try_from(quotient + more).ok()
+    quotient as u32 + u32::from(remainder >= ODD) + u32::from(remainder >= 2 * ODD)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use proptest::prelude::*;
+
+    #[test]
+    fn what_rounding_to_steps_leaves_is_known() {
+        let scale = StepsPerMm::from_nanos(250 * NANOS_PER_MM);
+        for (mm, steps, beyond) in [
+            (0.009, 2, 0.25),
+            (-0.009, -2, -0.25),
+            (0.011, 3, -0.25),
+            (1000.003, 250_001, -0.25),
+        ] {
+            let coordinate = Coordinate::from_nanos((mm * 1e9f64).round() as i64);
+            assert_eq!(scale.steps(coordinate), Some(steps));
+            let found = scale.beyond(coordinate, steps);
+            assert!((found - beyond).abs() < 1e-6, "{found}");
+        }
+    }
 
     /// Rounds half away from zero by the book, in 128-bit integers.
     fn by_the_book(nanos: i64, scale: i64) -> Option<i32> {

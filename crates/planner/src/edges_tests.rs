@@ -35,9 +35,9 @@ impl Edges {
         let mut rig = Rig::new(settings, &mut queue);
         let mut firsts = Vec::new();
         for cut in moves {
-            let before = rig.planner.position();
+            let before = rig.planner.len();
             rig.planner.push(&cut.of).expect("room");
-            if rig.planner.position() != before {
+            if rig.planner.len() > before {
                 firsts.push(cut.is_first);
             }
         }

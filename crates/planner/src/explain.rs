@@ -95,7 +95,7 @@ mod tests {
 
     #[test]
     fn a_full_queue_is_told_from_one_with_room() {
-        let moves = [(1.0, 0.0, 5.0), (1.1, 0.0, 5.0), (1.2, 0.0, 5.0)];
+        let moves = [(1.0, 0.0, 5.0), (1.2, 0.0, 5.0), (1.4, 0.0, 5.0)];
         assert_eq!(ahead(&moves), Ahead::QueueEnd { full: true });
     }
 

@@ -50,6 +50,7 @@ mod row;
 mod running;
 mod s_curve;
 mod segmenter;
+mod short;
 mod strokes;
 mod time_left;
 mod trigonometry;

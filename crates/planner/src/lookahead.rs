@@ -109,6 +109,16 @@ impl<'q, const MOTORS: usize> LookAhead<'q, MOTORS> {
         self.moves.back().filter(|_| waiting)
     }
 
+    /// Takes back the last move, which does not run. What is pushed in its place may have no higher `cap`: so a move that was no
+    /// candidate is none afterwards. Not while caps change.
+    pub(crate) fn take_last(&mut self) {
+        if let Some(last) = self.moves.pop_back() {
+            self.end = last.potential;
+            let number = self.number(self.moves.storage_len());
+            self.candidates.drop_last(number);
+        }
+    }
+
     /// Puts the same move made longer in the place of the last one, which does not run. It begins as before, and its `gain` is no
     /// smaller: what is planned stays right.
     pub(crate) fn lengthen_last(&mut self, longer: PlannedMove<MOTORS>, gain: u32) {
@@ -132,19 +142,23 @@ impl<'q, const MOTORS: usize> LookAhead<'q, MOTORS> {
         let first = self.first;
         self.candidates
             .keep(|number| usize::from(number.wrapping_sub(first)) < from);
-        // What the moves so far have lost of their gains; the key of the one before.
-        let (mut lost, mut last) = (0, None);
+        // What the moves so far have lost of their gains; of the one before its potential as it was, with its new gain, and its key.
+        let (mut lost, mut before, mut last) = (0, None, None);
+        let loss = |before: Option<(u64, u32)>, after: u64| {
+            before.map_or(0, |(potential, gain)| {
+                after
+                    .wrapping_sub(potential)
+                    .saturating_sub(u64::from(gain))
+            })
+        };
         for index in from..len {
-            let after = self.moves.get(index + 1);
-            let after = after.map_or(self.end, |planned| planned.potential);
             let Some(planned) = self.moves.get_mut(index) else {
                 break;
             };
-            let before = after.wrapping_sub(planned.potential);
-            planned.potential = planned.potential.wrapping_sub(lost);
-            if let Some(gain) = lower(planned) {
-                lost += before.saturating_sub(u64::from(gain));
-            }
+            let potential = planned.potential;
+            lost += loss(before, potential);
+            planned.potential = potential.wrapping_sub(lost);
+            before = lower(planned).map(|gain| (potential, gain));
             let key = planned.key();
             let number = self.number(index);
             if last.is_some_and(|last| last < key) {
@@ -154,11 +168,13 @@ impl<'q, const MOTORS: usize> LookAhead<'q, MOTORS> {
             }
             last = Some(key);
         }
+        lost += loss(before, self.end);
         self.end = self.end.wrapping_sub(lost);
     }
 
     /// Whether the moves before the last `count` ones suffice to stop from the squared speed `committed` (units) at which the
     /// running one ends: then nothing that becomes of the last ones takes back what it was promised.
+    #[inline(never)] // twice 200 bytes
     pub(crate) fn stops_before_last(&self, count: usize, committed: u32) -> bool {
         let (Some(next), Some(from)) = (
             self.next(),
@@ -278,7 +294,7 @@ impl<'q, const MOTORS: usize> LookAhead<'q, MOTORS> {
         let (moves, first) = (&*self.moves, self.first);
         let key = |number: u16| key_of(moves, number.wrapping_sub(first));
         self.candidates.join(key);
-        self.candidates.begin_anew(self.moves.storage_len());
+        self.candidates.begin_anew();
         self.renewed = Some(0);
     }
 

@@ -152,7 +152,7 @@ impl<const MOTORS: usize> PlannedMove<MOTORS> {
         line_number.unwrap_or(NO_LINE_NUMBER)
     }
 
-    /// Makes a planned move of `of`, with all that depends on the queue still at 0.
+    /// Makes a planned move of `of`, with limits and all that depends on the queue still to come.
     pub(crate) fn new<const AXES: usize>(of: &Move<AXES>, delta: [i32; MOTORS]) -> Self {
         Self {
             potential: 0,
@@ -162,14 +162,23 @@ impl<const MOTORS: usize> PlannedMove<MOTORS> {
             acceleration: 0.0,
             rate: 0.0,
             feed: 0.0,
-            corner: 0,
-            cap: 0,
+            corner: u32::MAX,
+            cap: u32::MAX,
             line_number: Self::pack(of.line_number),
             outputs: of.outputs,
             pixels: 0,
             kind: of.kind,
             has_gaps: false,
         }
+    }
+
+    /// Whether nothing but its place tells `of`, a line, from it.
+    pub(crate) fn goes_on_with<const AXES: usize>(&self, of: &Move<AXES>) -> bool {
+        self.pixels == 0
+            && of.curve.is_none()
+            && of.feed == Feed::PerMinute(self.feed)
+            && (self.power, self.outputs, self.kind) == (of.power, of.outputs, of.kind)
+            && self.line_number() == of.line_number
     }
 
     /// `cap + Φ`: where it is the smallest one from some move on, this move's start bounds that one's (see `lookahead`).

@@ -150,9 +150,9 @@ mod tests {
     use crate::reference::{to, Rig, RigQueue};
     use crate::Queue;
     use crate::{Cartesian, Feed, Planner};
-    use crate::{Config, Move, MoveKind, MovePower, Overrides, PushError, Pushed};
+    use crate::{Config, CornerRule, Move, MoveKind, MovePower, Overrides, PushError, Pushed};
     use fixed::types::U1F31;
-    use leadscrew_stepper::Power;
+    use leadscrew_stepper::{MotorMask, Power};
     use proptest::prelude::*;
     use std::vec::Vec;
 
@@ -412,6 +412,51 @@ mod tests {
         moves
     }
 
+    /// Where the motors end, and each tick at which some step, with its power: `moves` run with a change of overrides half-way through
+    /// them and a hold after as many segments as `hold` says.
+    fn burn_interrupted(
+        config: Config<2>,
+        moves: &[Move<2>],
+        hold: Option<usize>,
+        percent: u8,
+    ) -> ([i32; 2], Vec<(MotorMask, Power)>) {
+        let mut queue = RigQueue::new();
+        let mut rig = Rig::new(config, &mut queue);
+        for (k, next) in moves.iter().enumerate() {
+            if k == moves.len() / 2 && hold.is_some() {
+                rig.planner.set_overrides(Overrides {
+                    feed: percent,
+                    rapid: 50,
+                });
+                while rig.planner.renew() {}
+            }
+            rig.planner.push(next).unwrap();
+        }
+        let mut powers = Vec::new();
+        let mut segments = 0;
+        while let Some(segment) = rig.segmenter.next(&mut rig.planner).or_else(|| {
+            rig.segmenter.resume();
+            rig.segmenter.next(&mut rig.planner)
+        }) {
+            let played = rig.player.play(&segment);
+            let steps = played.iter().filter(|timed| !timed.tick.step.is_empty());
+            powers.extend(steps.map(|timed| (timed.tick.step, timed.tick.power)));
+            segments += 1;
+            if hold == Some(segments) {
+                rig.segmenter.hold();
+            }
+        }
+        (rig.player.position, powers)
+    }
+
+    /// The powers of each motor's steps.
+    fn by_motor(powers: &[(MotorMask, Power)]) -> [Vec<Power>; 2] {
+        [0, 1].map(|motor| {
+            let steps = powers.iter().filter(|(step, _)| step.contains(motor));
+            steps.map(|(_, power)| *power).collect()
+        })
+    }
+
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(200))]
 
@@ -420,38 +465,28 @@ mod tests {
         fn each_step_has_the_power_of_its_line_whatever_comes_between(
             parts in parts(), acceleration in 100.0f32..5000.0, hold in prop::option::of(1usize..60), percent in 10u8..200,
         ) {
-            let moves = program(&parts);
-            let one_by_one = Config { pixels: 0, ..config(acceleration) };
-            let runs = [one_by_one, config(acceleration)].map(|config| {
-                let mut queue = RigQueue::new();
-                let mut rig = Rig::new(config, &mut queue);
-                for (k, next) in moves.iter().enumerate() {
-                    if k == moves.len() / 2 && hold.is_some() {
-                        rig.planner.set_overrides(Overrides { feed: percent, rapid: 50 });
-                        while rig.planner.renew() {}
-                    }
-                    rig.planner.push(next).unwrap();
-                }
-                let mut powers = Vec::new();
-                let mut segments = 0;
-                while let Some(segment) = rig.segmenter.next(&mut rig.planner).or_else(|| {
-                    rig.segmenter.resume();
-                    rig.segmenter.next(&mut rig.planner)
-                }) {
-                    for timed in rig.player.play(&segment) {
-                        if !timed.tick.step.is_empty() {
-                            powers.push((timed.tick.step, timed.tick.power));
-                        }
-                    }
-                    segments += 1;
-                    if hold == Some(segments) {
-                        rig.segmenter.hold();
-                    }
-                }
-                (rig.player.position, powers)
+            let config = Config { corner_rule: CornerRule::Grbl, ..config(acceleration) };
+            let [one_by_one, rows] = [0, usize::MAX].map(|pixels| {
+                burn_interrupted(Config { pixels, ..config }, &program(&parts), hold, percent)
             });
-            prop_assert_eq!(runs[0].0, runs[1].0);
-            prop_assert!(runs[0].1 == runs[1].1);
+            prop_assert_eq!(one_by_one.0, rows.0);
+            prop_assert!(one_by_one.1 == rows.1);
+        }
+
+        /// Pieces of a few steps, of one power, are joined as well: their motors may step together. Each makes the same steps at the
+        /// same powers as one by one.
+        #[test]
+        fn each_motor_has_the_power_of_its_line_at_each_step_where_pieces_are_joined(
+            parts in parts(), acceleration in 100.0f32..5000.0, hold in prop::option::of(1usize..60), percent in 10u8..200,
+        ) {
+            let one_by_one = Config { corner_rule: CornerRule::Grbl, pixels: 0, ..config(acceleration) };
+            let (end, powers) = burn_interrupted(one_by_one, &program(&parts), None, percent);
+            for pixels in [0, usize::MAX] {
+                let joined = Config { pixels, ..config(acceleration) };
+                let (joined_end, joined) = burn_interrupted(joined, &program(&parts), hold, percent);
+                prop_assert_eq!(joined_end, end);
+                prop_assert!(by_motor(&joined) == by_motor(&powers));
+            }
         }
     }
 }

@@ -16,7 +16,7 @@
 //!   long moves this is Grbl's rule.
 //! * Over a window of four strokes, the turn from the first to the last one divided by the distance of their middles is
 //!   the curvature: turns count with their sign. A circle strays by t in the length `√(t·R)`: at 250 steps/mm and Grbl's `$11` and
-//!   `$12` t is 0.017 mm, 8 times `$12`: a stroke is one chord of `$12`, the window four.
+//!   `$12` t is 0.021 mm, ten times `$12`: a stroke is one chord of `$12`, the window four.
 //!   The limits of all moves in the window are lowered, those that are queued already with them.
 //! * Until the open stroke is complete, its moves are held to the curvature of the last window: at the end of a path no
 //!   window follows, and an axis that is much stronger than the other reaches its highest speed in one move.
@@ -29,7 +29,7 @@
 //! `a_t·u + a_n·n` keeps to `a_i` on each axis if `√(a_t² + a_n²) ≤ a_i / √(u_i² + n_i²)` (Cauchy and Schwarz), and also if
 //! `a_t·|u_i| + a_n·|n_i| ≤ a_i`: whichever leaves more to the ramps.
 
-use crate::config::Limits;
+use crate::config::{Limits, DECIMALS};
 use crate::curve::Bend;
 use crate::junction::junction_v2;
 use crate::real::{least, most, norm2, sqrt};
@@ -37,6 +37,9 @@ use crate::Curve;
 
 /// Strokes that a window reaches back from its last one.
 const BACK: usize = 3;
+
+/// Strokes in a window.
+const ALL: usize = BACK + 1;
 
 /// Share of a window's radius that is relied on: rounding can make a fifth too much of it.
 const CERTAIN: f32 = 0.8;
@@ -56,7 +59,7 @@ struct Stroke<const AXES: usize> {
     /// mm.
     length: f32,
     /// How many moves it is made of.
-    moves: usize,
+    moves: u16,
     /// Whether it is no part of a curve of short moves.
     alone: bool,
     /// Highest squared speed of its moves, at any override, mm²/s².
@@ -70,14 +73,16 @@ struct Stroke<const AXES: usize> {
 /// The strokes at the end of the queue.
 #[derive(Clone, Debug)]
 pub(crate) struct Strokes<const AXES: usize> {
-    /// The last ones that are complete, the latest first.
-    complete: [Option<Stroke<AXES>>; BACK + 1],
+    /// The last ones that are complete, in turn.
+    complete: [Option<Stroke<AXES>>; ALL],
+    /// Where the latest of them is.
+    latest: usize,
     /// The one before them: how many moves it is made of, and the squared speed on it by curvature, mm²/s².
-    before: (usize, f32),
+    before: (u16, f32),
     /// From the end of the last complete one to the end of the queue, mm.
     open: [f32; AXES],
     /// Moves in the open one.
-    open_moves: usize,
+    open_moves: u16,
     /// The highest `top_v2` of them.
     open_top_v2: f32,
     /// The last move, mm.
@@ -91,10 +96,10 @@ pub(crate) struct Strokes<const AXES: usize> {
 /// A move as far as it matters here.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Piece<const AXES: usize> {
-    /// mm.
+    /// As it is in steps, or, where those are few, as it was asked for: mm.
     pub(crate) vector: [f32; AXES],
-    /// mm.
-    pub(crate) length: f32,
+    /// The square of its length, mm²; of a row's last piece, that of the row.
+    pub(crate) length2: f32,
     /// Highest speed squared, at any override, mm²/s².
     pub(crate) top_v2: f32,
     /// Whether it is a chord of an arc whose radius is known.
@@ -112,21 +117,22 @@ pub(crate) struct Bound<T> {
 impl<const AXES: usize> Piece<AXES> {
     /// Whether a length is `times` that of the longest stroke; both squared.
     fn exceeds(&self, length2: f32, times2: f32, limits: &Limits<AXES>) -> bool {
-        length2 >= times2 * limits.tolerance * self.top_v2 * limits.per_weakest
+        let longest2 = limits.tolerance * self.top_v2 * limits.per_weakest;
+        length2 >= times2 * most(longest2, limits.stroke2)
     }
 
     /// Whether it is a stroke of its own, and no part of a curve of short moves.
     pub(crate) fn stands_alone(&self, limits: &Limits<AXES>) -> bool {
         const LONGER: f32 = 2.0;
-        let length2 = self.length * self.length;
-        self.is_chord || self.exceeds(length2, LONGER * LONGER, limits)
+        self.is_chord || self.exceeds(self.length2, LONGER * LONGER, limits)
     }
 }
 
 impl<const AXES: usize> Strokes<AXES> {
     pub(crate) const fn new() -> Self {
         Self {
-            complete: [None; BACK + 1],
+            complete: [None; ALL],
+            latest: 0,
             before: (0, 0.0),
             open: [0.0; AXES],
             open_moves: 0,
@@ -149,24 +155,35 @@ impl<const AXES: usize> Strokes<AXES> {
     }
 
     /// Whether the open stroke is to be completed before `piece` is added.
+    #[inline(never)] // twice 300 bytes
     pub(crate) fn ends_before(&self, piece: &Piece<AXES>, limits: &Limits<AXES>) -> bool {
         if self.open_moves == 0 {
             return false;
         }
         let along = dot(&self.open, &piece.vector);
         let (open2, tolerance2) = (norm2(&self.open), limits.tolerance * limits.tolerance);
-        let longer2 = piece.length * piece.length - tolerance2;
+        let longer2 = piece.length2 - tolerance2;
         along < 0.0
             || dot(&self.last, &piece.vector) < 0.0
             || longer2 > 0.0 && (open2 * longer2 > along * along || piece.stands_alone(limits))
     }
 
-    /// Adds a move; answers whether the stroke is to be completed with it.
+    /// Whether the last move, which is in the open stroke, may become longer by `piece`.
+    pub(crate) fn has_room(&self, piece: &Piece<AXES>, limits: &Limits<AXES>) -> bool {
+        self.open_moves > 0 && !self.ends_before(piece, limits)
+    }
+
+    /// The last move is taken back, to be added again with a piece more.
+    pub(crate) fn take_back_last(&mut self) {
+        self.open_moves = self.open_moves.saturating_sub(1);
+    }
+
+    /// Adds a move that is or ends with `piece`; answers whether the stroke is to be completed with it.
     pub(crate) fn add(&mut self, piece: &Piece<AXES>, limits: &Limits<AXES>) -> bool {
+        self.open_moves += 1;
         for (open, moved) in self.open.iter_mut().zip(&piece.vector) {
             *open += moved;
         }
-        self.open_moves += 1;
         self.open_top_v2 = most(self.open_top_v2, piece.top_v2);
         self.last = piece.vector;
         let length2 = norm2(&self.open);
@@ -183,7 +200,7 @@ impl<const AXES: usize> Strokes<AXES> {
     /// rest, that in which it began itself. `None` while rounding hides that.
     fn straight_on(&mut self, length2: f32, limits: &Limits<AXES>) -> Option<[f32; AXES]> {
         const TELLS: f32 = 8.0; // times the tolerance: rounding turns it by some hundredths
-        if let [Some(last), ..] = &self.complete {
+        if let Some(last) = self.back(0) {
             return Some(last.direction);
         }
         let enough = TELLS * limits.tolerance;
@@ -200,7 +217,7 @@ impl<const AXES: usize> Strokes<AXES> {
             for (open, moved) in self.open.iter_mut().zip(vector) {
                 *open += moved;
             }
-        } else if let [Some(last), ..] = &mut self.complete {
+        } else if let Some(last) = self.back_mut(0) {
             last.length += more;
             last.alone |= alone;
         }
@@ -213,9 +230,7 @@ impl<const AXES: usize> Strokes<AXES> {
         let per_length = 1.0 / length;
         let direction = self.open.map(|x| x * per_length);
         let moves = self.open_moves;
-        let [last, second, third, fourth] = self.complete;
-        self.before = fourth.map_or((0, 0.0), |stroke| (stroke.moves, stroke.curve_v2));
-        let (corner_v2, inner) = match &last {
+        let (corner_v2, inner) = match self.back(0) {
             Some(last) => (
                 junction_v2(&last.direction, &direction, limits),
                 last.moves.saturating_sub(1),
@@ -231,14 +246,28 @@ impl<const AXES: usize> Strokes<AXES> {
             corner_v2,
             curve_v2: f32::INFINITY,
         };
-        self.complete = [Some(stroke), last, second, third];
+        self.latest = self.latest.wrapping_add(1);
+        let oldest = self.complete.get_mut(self.latest % ALL);
+        let gone = oldest.and_then(|oldest| oldest.replace(stroke));
+        self.before = gone.map_or((0, 0.0), |gone| (gone.moves, gone.curve_v2));
         self.open = [0.0; AXES];
         self.open_moves = 0;
         self.open_top_v2 = 0.0;
         Bound {
-            moves: moves + inner,
+            moves: usize::from(moves + inner),
             limit: corner_v2,
         }
+    }
+
+    /// The complete stroke so many places before the last one.
+    fn back(&self, places: usize) -> Option<&Stroke<AXES>> {
+        let place = self.latest.wrapping_sub(places) % ALL;
+        self.complete.get(place)?.as_ref()
+    }
+
+    fn back_mut(&mut self, places: usize) -> Option<&mut Stroke<AXES>> {
+        let place = self.latest.wrapping_sub(places) % ALL;
+        self.complete.get_mut(place)?.as_mut()
     }
 
     /// What the window that ends with the last complete stroke leaves to its moves, where that is less than what windows
@@ -251,8 +280,8 @@ impl<const AXES: usize> Strokes<AXES> {
     where
         L: Iterator<Item = f32>,
     {
-        self.curve = None;
-        let window = Window::of(&self.complete)?;
+        let held = self.curve.take();
+        let window = Window::of((0..ALL).map_while(|back| self.back(back)))?;
         let (curve, bend) = window.bend(limits)?;
         let curve_v2 = curve.top_v2();
         if window.sharpest_v2 < curve_v2 * window.corner_share() {
@@ -261,18 +290,29 @@ impl<const AXES: usize> Strokes<AXES> {
         self.curve = Some(bend);
         // A change of less than this, as rounding makes it, is not worth the work.
         const WORTH: f32 = 0.97;
-        let (mut all, mut moves) = (self.open_moves, 0);
-        for stroke in self.complete.iter_mut().take(window.strokes).flatten() {
-            all += stroke.moves;
-            if curve_v2 < stroke.curve_v2 * WORTH {
-                stroke.curve_v2 = curve_v2;
-                moves = all;
+        let (mut all, mut moves) = (usize::from(self.open_moves), 0);
+        for back in 0..window.strokes {
+            if let Some(stroke) = self.back_mut(back) {
+                all += usize::from(stroke.moves);
+                if curve_v2 < stroke.curve_v2 * WORTH {
+                    stroke.curve_v2 = curve_v2;
+                    moves = all;
+                }
             }
+        }
+        // Those of the last stroke are held to the last window already, but for the one that has just completed it.
+        let newest = self.back(0).map_or(0, |stroke| usize::from(stroke.moves));
+        if moves == newest
+            && held.is_some_and(|held| held.rate <= bend.rate && held.ramps <= bend.ramps)
+        {
+            moves = 1;
         }
         // A window of fewer strokes begins at rest, or at a move that stands alone.
         let (before, before_v2) = self.before;
         if window.strokes > BACK && moves == all && curve_v2 < before_v2 * SHARPER {
-            let inner = lengths().skip(all).take(before.saturating_sub(1));
+            let inner = lengths()
+                .skip(all)
+                .take(usize::from(before).saturating_sub(1));
             moves += within(8.0 * limits.tolerance * curve.radius, inner);
         }
         (moves > 0).then_some(Bound { moves, limit: bend })
@@ -294,9 +334,8 @@ struct Window<const AXES: usize> {
 }
 
 impl<const AXES: usize> Window<AXES> {
-    /// `None` where it has no more than one stroke.
-    fn of(complete: &[Option<Stroke<AXES>>; BACK + 1]) -> Option<Self> {
-        let mut strokes = complete.iter().map_while(|stroke| stroke.as_ref());
+    /// `strokes`: the last one first. `None` where it has no more than one stroke.
+    fn of<'s>(mut strokes: impl Iterator<Item = &'s Stroke<AXES>>) -> Option<Self> {
         let last = strokes.next().filter(|stroke| !stroke.alone)?;
         let (mut newer, mut count) = (last, 1);
         let (mut length, mut sharpest_v2, mut top_v2) = (0.0, f32::INFINITY, last.top_v2);
@@ -338,7 +377,11 @@ impl<const AXES: usize> Window<AXES> {
         let change2 = norm2(&self.change);
         let pull = self.top_v2 * limits.per_weakest;
         let straight = STRAIGHT * self.length;
-        if change2 * pull * pull <= straight * straight {
+        // Three points that are off by as much as rounding to decimals makes of them.
+        let rounding = 4.0 * DECIMALS;
+        if change2 * pull * pull <= straight * straight
+            || change2 * self.length * self.length <= rounding * rounding
+        {
             return None;
         }
         let (along, across) = (1.0 / sqrt(norm2(&self.sum)), 1.0 / sqrt(change2));

@@ -62,6 +62,7 @@ fn joint(profile: &Trapezoid) -> f64 {
 
 /// A move that runs, with its geometry.
 pub(crate) struct Leg {
+    delta: [i32; 2],
     /// mm of each axis in a step of the dominant motor.
     share: [BigRational; 2],
     /// mm.
@@ -77,12 +78,23 @@ impl Leg {
         let mm = [0, 1].map(|i| f64::from(delta[i]) / scale[i] as f64);
         let length = mm[0].hypot(mm[1]);
         Self {
+            delta,
             share: [0, 1].map(|i| whole(delta[i].abs().into()) / whole(scale[i]) / whole(events)),
             length,
             u: mm.map(|mm| mm / length),
             curve: cut.of.curve,
             circle: cut.circle,
         }
+    }
+
+    /// The leg that the planner makes of it and a short one that follows.
+    pub(crate) fn joined(&mut self, cut: &Cut, delta: [i32; 2], scale: [i64; 2]) {
+        let delta = [0, 1].map(|i| delta[i] + self.delta[i]);
+        let circle = self.circle.filter(|_| self.circle == cut.circle);
+        *self = Self {
+            circle,
+            ..Self::new(cut, delta, scale)
+        };
     }
 
     /// Path in a step, squared, mm².
@@ -153,10 +165,11 @@ impl Leg {
                 .sum(),
             f64::from(limits.acceleration[0].min(limits.acceleration[1])),
         ];
-        let tolerance = f64::from(Limits::new(limits).tolerance);
+        let of = Limits::new(limits);
+        let stroke2 = (f64::from(of.tolerance) * rate2 / a).max(of.stroke2.into());
         limits.corner_rule == CornerRule::Grbl
             || self.curve.is_some()
-            || self.length * self.length > 4.01 * tolerance * rate2 / a
+            || self.length * self.length > 4.01 * stroke2
     }
 }
 

@@ -34,18 +34,22 @@ fn run(program: &Program, settings: Config<2>, limits: &Config<2>) -> Result<Wor
     let mut cancelling = false;
     let all = program.moves();
     let mut legs: Vec<Leg> = Vec::new();
-    let mut queued = all.iter().filter_map(|cut| {
-        let before = rig.planner.position();
+    for cut in &all {
         while rig.planner.is_renewing() {
             rig.planner.renew();
         }
+        let (before, queued) = (rig.planner.position(), rig.planner.len());
         rig.planner.push(&cut.of).expect("room");
         let after = rig.planner.position();
         let delta = [0, 1].map(|i| after[i] - before[i]);
-        (delta != [0, 0]).then(|| Leg::new(cut, delta, program.steps_per_mm))
-    });
-    legs.extend(queued.by_ref());
-    drop(queued);
+        match legs.last_mut() {
+            _ if delta == [0, 0] => {}
+            Some(last) if rig.planner.len() == queued => {
+                last.joined(cut, delta, program.steps_per_mm);
+            }
+            _ => legs.push(Leg::new(cut, delta, program.steps_per_mm)),
+        }
+    }
     let mut begun = 0;
     let mut last: Option<(Trapezoid, usize)> = None;
     while let Some(segment) = rig.segmenter.next(&mut rig.planner) {

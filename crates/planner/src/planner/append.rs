@@ -11,24 +11,71 @@ use crate::row::{is_gap, is_short, Row};
 use crate::strokes::{Bound, Piece};
 use crate::{CornerRule, Kinematics, Move};
 
+/// What becomes of the open stroke with one more move.
+enum Stroke {
+    /// It goes on, on a curve or not.
+    Open(Option<Bend>),
+    /// It is complete: with the limit of its corner, squared, mm²/s².
+    Complete(Bound<f32>),
+}
+
 impl<K, const AXES: usize, const MOTORS: usize> Planner<'_, K, AXES, MOTORS>
 where
     K: Kinematics<AXES, MOTORS>,
 {
-    /// Queues a move of its own.
-    pub(super) fn append(&mut self, of: &Move<AXES>, delta: [i32; MOTORS]) {
-        let (planned, direction) = self.plan(of, delta);
-        match self.config.corner_rule {
-            CornerRule::Grbl => {
-                let corner_v2 = self.last.map_or(0.0, |(before, _)| {
-                    junction_v2(&before, &direction, &self.limits)
-                });
-                self.enqueue(planned, direction, corner_v2);
+    /// Queues a move: of its own, or, where both are short and as good as one, in the place of the last one together with that.
+    pub(super) fn append(&mut self, of: &Move<AXES>, delta: [i32; MOTORS], events: u32) {
+        let joined = self.join(of, &delta);
+        let (whole, events) = match &joined {
+            Some(joined) => (joined.delta, joined.events),
+            None => (delta, events),
+        };
+        let (mut planned, direction) = self.plan(of, whole, events);
+        let mut corner_v2 = match &self.last {
+            Some(_) => f32::INFINITY,
+            None => 0.0,
+        };
+        let mut stroke = Stroke::Open(None);
+        match (self.config.corner_rule, &self.last) {
+            (CornerRule::Grbl, Some((before, _))) => {
+                corner_v2 = junction_v2(before, &direction, &self.limits);
             }
-            CornerRule::Limits => self.queue_in_stroke(planned, direction, of.curve.is_some()),
+            (CornerRule::Grbl, None) => {}
+            (CornerRule::Limits, _) => {
+                let asked = match &joined {
+                    Some(joined) => {
+                        (planned.corner, planned.cap) = (joined.corner, joined.cap);
+                        Some(joined.way)
+                    }
+                    None => self.begin_short(of, &delta, planned.length),
+                };
+                let vector = asked.unwrap_or_else(|| direction.map(|u| u * planned.length));
+                let piece = Piece {
+                    length2: norm2(&vector),
+                    vector,
+                    top_v2: planned.top_v2(),
+                    is_chord: of.curve.is_some(),
+                };
+                stroke = self.add_to_stroke(&piece, joined.is_some());
+                match &stroke {
+                    Stroke::Open(Some(curve)) => planned.bend(curve),
+                    Stroke::Complete(corner) if corner.moves == 1 => {
+                        corner_v2 = least(corner.limit, corner_v2);
+                    }
+                    Stroke::Open(None) | Stroke::Complete(_) => {}
+                }
+            }
+        }
+        let top_v2 = planned.top_v2();
+        self.enqueue(planned, direction, corner_v2);
+        if let Stroke::Complete(corner) = stroke {
+            if corner.moves > 1 {
+                self.lower_corner(corner, top_v2);
+            }
+            self.lower_curve();
         }
         let rows = self.pixel_capacity() > 0;
-        self.row = Row::begin(of, delta).filter(|_| rows);
+        self.row = Row::begin(of, whole).filter(|_| rows);
     }
 
     /// Makes a move part of the last queued one, where that goes straight on and differs in power only. `None`, and nothing has
@@ -55,6 +102,7 @@ where
         self.queue.lengthen_last(longer, self.gain(&longer));
         self.pixels.push(pixel);
         self.row = Some(row);
+        self.short = None;
         Some(())
     }
 
@@ -67,49 +115,27 @@ where
     ) {
         let unit = self.limits.unit;
         let before = self.last.map(|(_, speed)| speed);
-        planned.corner = unit.units(corner_v2);
         let nominal = self.nominal(&planned);
-        planned.cap = cap(unit, before, nominal, planned.corner);
+        planned.corner = planned.corner.min(unit.units(corner_v2));
+        planned.cap = cap(unit, before, nominal, planned.corner.min(planned.cap));
         let _room = self.queue.push(planned, self.gain(&planned));
         self.last = Some((direction, nominal));
     }
 
-    /// Queues a planned move by the rule that keeps the limits: corners and curves of strokes.
-    fn queue_in_stroke(
-        &mut self,
-        mut planned: PlannedMove<MOTORS>,
-        direction: [f32; AXES],
-        is_chord: bool,
-    ) {
-        let piece = Piece {
-            vector: direction.map(|u| u * planned.length),
-            length: planned.length,
-            top_v2: planned.top_v2(),
-            is_chord,
-        };
-        if self.strokes.ends_before(&piece, &self.limits) {
+    /// Adds a move to the open stroke, or begins the next one with it. `joins`: it ends a move of the open one.
+    fn add_to_stroke(&mut self, piece: &Piece<AXES>, joins: bool) -> Stroke {
+        if !joins && self.strokes.ends_before(piece, &self.limits) {
             let corner = self.strokes.complete(false, &self.limits);
             self.lower_corner(corner, piece.top_v2);
             self.lower_curve();
             self.strokes.leave_curve();
         }
-        let from_rest = self.last.is_none();
-        let free = if from_rest { 0.0 } else { f32::INFINITY };
-        if !self.strokes.add(&piece, &self.limits) {
-            if let Some(curve) = self.strokes.open_curve() {
-                planned.bend(&curve);
-            }
-            return self.enqueue(planned, direction, free);
-        }
-        let alone = piece.stands_alone(&self.limits);
-        let corner = self.strokes.complete(alone, &self.limits);
-        if corner.moves == 1 {
-            self.enqueue(planned, direction, least(corner.limit, free));
+        if self.strokes.add(piece, &self.limits) {
+            let alone = piece.stands_alone(&self.limits);
+            Stroke::Complete(self.strokes.complete(alone, &self.limits))
         } else {
-            self.enqueue(planned, direction, free);
-            self.lower_corner(corner, piece.top_v2);
+            Stroke::Open(self.strokes.open_curve())
         }
-        self.lower_curve();
     }
 
     /// The last move is longer by `more` mm. If it has outgrown any curve that it was taken for a chord of, it is freed of
@@ -117,14 +143,15 @@ where
     fn straighten(&mut self, longer: &mut PlannedMove<MOTORS>, direction: &[f32; AXES], more: f32) {
         let piece = Piece {
             vector: direction.map(|u| u * more),
-            length: longer.length,
+            length2: longer.length * longer.length,
             top_v2: longer.top_v2(),
             is_chord: false,
         };
         let alone = piece.stands_alone(&self.limits);
         if alone {
             longer.acceleration = 1.0 / worst(direction, &self.limits.per_acceleration);
-            longer.rate = self.rate(longer, direction);
+            let steps = longer.delta.iter().map(|steps| steps.unsigned_abs());
+            longer.rate = self.rate(longer.length, steps.max().unwrap_or(1), direction);
         }
         self.strokes.lengthen_last(&piece.vector, more, alone);
     }

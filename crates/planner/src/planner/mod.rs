@@ -1,6 +1,7 @@
 //! Moves in, planned moves queued: steps, limits along the line, corners.
 
 mod append;
+mod join;
 mod one_move;
 mod overrides;
 mod position;
@@ -13,10 +14,11 @@ use crate::moves::PlannedMove;
 use crate::pixel::{Pixel, Pixels};
 use crate::queue::Queue;
 use crate::row::Row;
+use crate::short::Short;
 use crate::strokes::Strokes;
 use crate::{Config, Coordinate, Kinematics, Move, Overrides};
 use core::fmt;
-use leadscrew_stepper::Line;
+use leadscrew_stepper::{Line, LineError};
 
 /// Plans the moves of a machine in a [`Queue`] that it borrows.
 ///
@@ -40,6 +42,8 @@ pub struct Planner<'q, K, const AXES: usize, const MOTORS: usize> {
     last: Option<([f32; AXES], f32)>,
     /// The last queued move, if more may be merged into it.
     row: Option<Row<MOTORS>>,
+    /// The last queued move, if it is a few steps long, for the next one to be joined to it.
+    short: Option<Short<MOTORS>>,
     pixels: Pixels<'q>,
     /// Corners and curves at the end of the queue.
     strokes: Strokes<AXES>,
@@ -92,7 +96,7 @@ where
         queue: &'q mut Queue<MOTORS, MOVES, PIXELS>,
     ) -> Self {
         const { assert!(AXES <= MOTORS, "an axis has a motor of its own") };
-        Self {
+        let mut planner = Self {
             limits: Limits::new(&config),
             scales: Scales::new(&config, &kinematics),
             config,
@@ -104,10 +108,13 @@ where
             target: [(Coordinate::ZERO, 0); MOTORS],
             last: None,
             row: None,
+            short: None,
             strokes: Strokes::new(),
             committed_v2: 0.0,
             revision: 0,
-        }
+        };
+        planner.fit_room();
+        planner
     }
 
     /// Takes over new settings. At rest with an empty queue only; the position in steps stays.
@@ -116,10 +123,16 @@ where
         self.scales = Scales::new(&config, &self.kinematics);
         self.target = [(Coordinate::ZERO, 0); MOTORS];
         self.config = config;
+        self.fit_room();
         self.forget_direction();
     }
 
-    /// The settings in force.
+    fn fit_room(&mut self) {
+        self.config.moves = self.config.moves.min(self.queue.capacity());
+        self.config.pixels = self.config.pixels.min(self.pixels.capacity());
+    }
+
+    /// The settings in force: no more moves and pixels than there is room for.
     pub const fn config(&self) -> &Config<AXES> {
         &self.config
     }
@@ -134,18 +147,21 @@ where
     /// # Errors
     /// [`PushError`]; nothing has changed then.
     pub fn push(&mut self, of: &Move<AXES>) -> Result<Pushed, PushError> {
-        self.renew();
+        if self.is_renewing() {
+            self.renew();
+        }
         if !self.has_room() {
             return Err(PushError::Full);
         }
         let target = self.approach(&of.target).ok_or(PushError::TooFar)?;
         let delta = difference(&target, &self.position).ok_or(PushError::TooFar)?;
-        if delta == [0; MOTORS] {
-            return Ok(Pushed::TooShort);
-        }
-        Line::new(delta).map_err(|_| PushError::TooFar)?;
+        let line = match Line::new(delta) {
+            Ok(line) => line,
+            Err(LineError::NoSteps) => return Ok(Pushed::TooShort),
+            Err(LineError::TooLong) => return Err(PushError::TooFar),
+        };
         if self.merge(of, delta).is_none() {
-            self.append(of, delta);
+            self.append(of, delta, line.step_events().get());
         }
         self.position = target;
         Ok(Pushed::Queued)
@@ -167,13 +183,13 @@ where
     }
 
     /// How many moves the queue holds at most: `Config::moves`, the planner's size at most.
-    pub fn capacity(&self) -> usize {
-        self.config.moves.min(self.queue.capacity())
+    pub const fn capacity(&self) -> usize {
+        self.config.moves
     }
 
     /// How many changes of power queued moves hold at most.
-    fn pixel_capacity(&self) -> usize {
-        self.config.pixels.min(self.pixels.capacity())
+    const fn pixel_capacity(&self) -> usize {
+        self.config.pixels
     }
 
     /// How many moves are queued, the running one included.
@@ -197,9 +213,11 @@ where
     }
 
     /// The next move begins at rest.
+    #[inline(never)]
     fn forget_direction(&mut self) {
         self.last = None;
         self.row = None;
+        self.short = None;
         self.strokes = Strokes::new();
         self.committed_v2 = 0.0;
     }

@@ -15,11 +15,12 @@ impl<K, const AXES: usize, const MOTORS: usize> Planner<'_, K, AXES, MOTORS>
 where
     K: Kinematics<AXES, MOTORS>,
 {
-    /// Finds length, direction and limits of the move by `delta` steps.
+    /// Finds length, direction and limits of the move by `delta` steps, `events` of the dominant motor.
     pub(super) fn plan(
         &self,
         of: &Move<AXES>,
         delta: [i32; MOTORS],
+        events: u32,
     ) -> (PlannedMove<MOTORS>, [f32; AXES]) {
         let axes_mm = self.axes_mm(delta);
         let length = sqrt(norm2(&axes_mm));
@@ -27,7 +28,7 @@ where
         let mut planned = PlannedMove::new(of, delta);
         planned.length = length;
         planned.acceleration = 1.0 / worst(&direction, &self.limits.per_acceleration);
-        planned.rate = self.rate(&planned, &direction);
+        planned.rate = self.rate(length, events, &direction);
         planned.feed = match of.feed {
             Feed::Rapid => planned.rate,
             Feed::PerMinute(speed) => speed,
@@ -49,13 +50,12 @@ where
         self.kinematics.axes_mm(&motors_mm)
     }
 
-    /// The highest speed of a move by the rates of the axes and the step rate of the board, mm/s.
-    pub(super) fn rate(&self, planned: &PlannedMove<MOTORS>, direction: &[f32; AXES]) -> f32 {
-        let steps = planned.delta.iter().map(|steps| steps.unsigned_abs()).max();
-        let per_step = planned.length / steps.unwrap_or(1) as f32;
+    /// The highest speed of a move by the rates of the axes and the step rate of the board, mm/s: `events` steps of the dominant motor
+    /// on `length` mm.
+    pub(super) fn rate(&self, length: f32, events: u32, direction: &[f32; AXES]) -> f32 {
         least(
             1.0 / worst(direction, &self.limits.per_rate),
-            self.limits.step_rate * per_step,
+            self.limits.step_rate * (length / events as f32),
         )
     }
 

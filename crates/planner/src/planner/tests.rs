@@ -64,7 +64,7 @@ fn fewer_moves_than_there_is_room_for_can_be_used() {
 
 #[test]
 fn limits_along_a_diagonal_are_those_of_the_weakest_axis() {
-    let (planned, _) = cartesian().plan(&to(3.0, 4.0, 1e3), [750, 1000]);
+    let (planned, _) = cartesian().plan(&to(3.0, 4.0, 1e3), [750, 1000], 1000);
     assert!((planned.length - 5.0).abs() < 1e-5);
     assert!((planned.rate - 62.5).abs() < 1e-3);
     assert!((planned.acceleration - 250.0).abs() < 1e-3);
@@ -139,7 +139,7 @@ fn overrides_scale_their_own_kind_only_and_never_beyond_the_rate() {
             kind,
             ..to(1.0, 0.0, feed)
         };
-        planner.nominal(&planner.plan(&of, [250, 0]).0)
+        planner.nominal(&planner.plan(&of, [250, 0], 250).0)
     };
     assert_eq!(nominal(10.0, MoveKind::Feed), 20.0);
     assert!((nominal(80.0, MoveKind::Feed) - 100.0).abs() < 1e-3);
@@ -155,7 +155,7 @@ fn inverse_time_is_along_the_path() {
         feed: Feed::InverseTime(2.0),
         ..to(3.0, 4.0, 0.0)
     };
-    let (planned, _) = planner.plan(&of, [750, 1000]);
+    let (planned, _) = planner.plan(&of, [750, 1000], 1000);
     assert!((planned.feed - 10.0).abs() < 1e-5);
 }
 
@@ -169,17 +169,17 @@ fn an_arc_bounds_the_speed_and_leaves_less_for_ramps_unless_grbls_rule_is_in_for
         ..to(0.3, 0.4, feed)
     };
     let mut planner = cartesian();
-    let (fast, _) = planner.plan(&chord(50.0), [75, 100]);
+    let (fast, _) = planner.plan(&chord(50.0), [75, 100], 100);
     assert!((fast.rate * fast.rate - 320.0).abs() < 1e-2);
     assert!((fast.acceleration - 120.0).abs() < 1e-2);
     // At 200 % the feed of 5 mm/s is 10: a pull of 50 mm/s².
-    let (slow, _) = planner.plan(&chord(5.0), [75, 100]);
+    let (slow, _) = planner.plan(&chord(5.0), [75, 100], 100);
     assert!((slow.acceleration - 200.0 * (1.0f32 - 0.0625).sqrt()).abs() < 1e-2);
     planner.configure(Config {
         corner_rule: CornerRule::Grbl,
         ..config()
     });
-    let (grbl, _) = planner.plan(&chord(50.0), [75, 100]);
+    let (grbl, _) = planner.plan(&chord(50.0), [75, 100], 100);
     assert!((grbl.acceleration - 250.0).abs() < 1e-2);
     assert!((grbl.rate - 62.5).abs() < 1e-3);
 }

@@ -30,7 +30,7 @@ fn worst(planner: &mut ThePlanner<'_>) {
     });
     planner.set_position([0; 3]);
     for index in 1..planner.capacity() {
-        let x = index as f32 * 0.05;
+        let x = index as f32 * 0.15; // no piece of a few steps, which would be joined to the one before it
         assert!(push(planner, &feed(x, 0.0, 0.0, 80.0)) == Ok(Pushed::Queued));
     }
     let back = feed(0.0, 0.0, 0.0, 80.0);

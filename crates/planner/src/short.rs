@@ -1,0 +1,225 @@
+//! Pieces of a few steps are joined to one move.
+//!
+//! ```text
+//!      .  .  .  x--x      A piece of 2.5 steps, rounded to steps, is off its direction by up to 0.3 rad. A line of such pieces is
+//!      .  x--x  .  .      longer than the line, and each has the rate and the acceleration of its own direction: at 80 steps/mm
+//!      x--.  .  .  .      pieces of 0.01 mm take up to a fifth longer than the line. With 32 steps the direction is right.
+//! ```
+//!
+//! The joined move ends where its last piece does and makes as many steps of each motor. It passes the end of each piece with no
+//! motor more than a step beside that: at the place that is as many steps from the start, those of all motors together. So each end
+//! leaves a range to the share that a motor has in all steps, and pieces are joined while the shares of all of them are within.
+
+use crate::real::{least, most};
+
+/// Moves that are shorter than as many of the coarsest steps are joined to the next one: the direction of those that are not is off by
+/// 1/32 at most, their length by half the square of that, 1/2000.
+pub(crate) const STEPS: u32 = 32;
+
+/// The last queued move, where it has so few steps that its direction says little.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Short<const MOTORS: usize> {
+    motors: [Motor; MOTORS],
+    /// How much farther than in whole steps each motor was asked to go, mm.
+    beyond: [f32; MOTORS],
+}
+
+/// A motor's part of the move.
+#[derive(Clone, Copy, Debug)]
+struct Motor {
+    /// Steps, with sign.
+    steps: i32,
+    /// The smallest share in all steps that leads past the ends of its pieces.
+    smallest: f32,
+    /// The largest one.
+    largest: f32,
+}
+
+/// A short move by motors as it was asked for, mm: what rounding to steps makes of it is left out.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Asked<const MOTORS: usize> {
+    /// How far each one is to go.
+    pub(crate) way: [f32; MOTORS],
+    /// How much farther than in whole steps that leads.
+    pub(crate) beyond: [f32; MOTORS],
+}
+
+impl<const MOTORS: usize> Short<MOTORS> {
+    /// Begins with a move by `delta` steps.
+    pub(crate) fn new(delta: &[i32; MOTORS], asked: &Asked<MOTORS>) -> Self {
+        Self {
+            motors: delta.map(|steps| Motor {
+                steps,
+                smallest: -1.0,
+                largest: 1.0,
+            }),
+            beyond: asked.beyond,
+        }
+    }
+
+    /// It and one more short piece by `delta` steps; `None` where the two are not as good as one.
+    pub(crate) fn joined(&self, delta: &[i32; MOTORS], asked: &Asked<MOTORS>) -> Option<Self> {
+        let mut whole = Self {
+            beyond: asked.beyond,
+            ..*self
+        };
+        let done = self
+            .motors
+            .iter()
+            .fold(0.0, |sum, motor| sum + (motor.steps as f32).abs());
+        let all = delta
+            .iter()
+            .fold(done, |sum, steps| sum + (*steps as f32).abs());
+        let mut motors = whole.motors.iter_mut().zip(delta);
+        let joins = motors.all(|(motor, more)| motor.lengthen(*more, done, all));
+        joins.then_some(whole)
+    }
+
+    /// Steps of each motor, with signs.
+    pub(crate) fn delta(&self) -> [i32; MOTORS] {
+        self.motors.map(|motor| motor.steps)
+    }
+
+    /// Steps of the dominant motor.
+    pub(crate) fn events(&self) -> u32 {
+        let motors = self.motors.iter();
+        motors.fold(0, |most, motor| most.max(motor.steps.unsigned_abs()))
+    }
+
+    /// How much farther than in whole steps it was asked to end, mm.
+    pub(crate) const fn beyond(&self) -> &[f32; MOTORS] {
+        &self.beyond
+    }
+}
+
+impl Motor {
+    /// Makes `more` steps where all motors made `done` of them and are to make `all`; answers whether it then still passes the ends
+    /// of the pieces so far, and does not turn back.
+    #[inline(never)] // not once for each motor
+    fn lengthen(&mut self, more: i32, done: f32, all: f32) -> bool {
+        let end = self.steps as f32;
+        self.smallest = most(self.smallest, (end - 1.0) / done);
+        self.largest = least(self.largest, (end + 1.0) / done);
+        let Some(steps) = self.steps.checked_add(more) else {
+            return false;
+        };
+        let share = steps as f32 / all;
+        let turns_back = i64::from(self.steps) * i64::from(more) < 0;
+        self.steps = steps;
+        !turns_back && share >= self.smallest && share <= self.largest
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::reference::{to, Rig, RigQueue};
+    use crate::{Config, CornerRule, Curve, Feed, Move, MoveKind};
+    use proptest::prelude::*;
+    use std::vec::Vec;
+
+    /// A move to a place in steps, at 250 steps/mm.
+    fn at(x: i32, y: i32) -> Move<2> {
+        to(f64::from(x) * 0.004, f64::from(y) * 0.004, 5.0)
+    }
+
+    /// How many moves the planner makes of them.
+    fn planned(config: Config<2>, pieces: &[Move<2>]) -> usize {
+        let mut queue = RigQueue::new();
+        let mut rig = Rig::new(config, &mut queue);
+        for piece in pieces {
+            rig.planner.push(piece).unwrap();
+        }
+        rig.planner.len()
+    }
+
+    #[test]
+    fn pieces_of_three_steps_are_moves_of_thirty_three() {
+        let pieces: Vec<_> = (1..=22).map(|k| at(3 * k, 0)).collect();
+        assert_eq!(planned(Config::default(), &pieces), 2);
+        let grbl = Config {
+            corner_rule: CornerRule::Grbl,
+            ..Config::default()
+        };
+        assert_eq!(planned(grbl, &pieces), 22);
+    }
+
+    #[test]
+    fn a_step_beside_the_line_is_on_it_and_two_are_not() {
+        let moves = |end| planned(Config::default(), &[at(8, 0), end]);
+        assert_eq!(moves(at(16, 2)), 1);
+        assert_eq!(moves(at(16, 3)), 2);
+        assert_eq!(moves(at(6, 0)), 2);
+        assert_eq!(moves(at(8, 8)), 2);
+    }
+
+    #[test]
+    fn what_is_long_or_differs_in_more_than_its_place_is_a_move_of_its_own() {
+        let next = at(16, 0);
+        let curve = Curve {
+            radius: 50.0,
+            acceleration: 10.0,
+        };
+        for other in [
+            at(40, 0),
+            Move {
+                feed: Feed::PerMinute(4.0),
+                ..next
+            },
+            Move {
+                feed: Feed::InverseTime(10.0),
+                ..next
+            },
+            Move {
+                kind: MoveKind::Jog,
+                ..next
+            },
+            Move {
+                line_number: Some(7),
+                ..next
+            },
+            Move {
+                curve: Some(curve),
+                ..next
+            },
+        ] {
+            let moves = planned(Config::default(), &[at(8, 0), other]);
+            assert_eq!(moves, 2, "{other:?}");
+        }
+    }
+
+    proptest! {
+        /// The motors make each step that was asked for and no other, and come within a step of where each piece ends.
+        #[test]
+        fn joined_pieces_lead_by_their_ends(pieces in prop::collection::vec((-1i32..5, -1i32..5), 1..60)) {
+            let mut place = [0, 0];
+            let ends: Vec<[i32; 2]> = pieces.iter().map(|(x, y)| {
+                place = [place[0] + x, place[1] + y];
+                place
+            }).collect();
+            let mut queue = RigQueue::new();
+            let mut rig = Rig::new(Config::default(), &mut queue);
+            for [x, y] in &ends {
+                rig.planner.push(&at(*x, *y)).unwrap();
+            }
+            let mut path = Vec::from([[0, 0]]);
+            let mut steps = 0;
+            while let Some(segment) = rig.segmenter.next(&mut rig.planner) {
+                let mut position = rig.player.position;
+                for timed in rig.player.play(&segment) {
+                    for (motor, position) in position.iter_mut().enumerate() {
+                        let made = i32::from(timed.tick.step.contains(motor));
+                        *position += if timed.tick.direction.contains(motor) { -made } else { made };
+                        steps += made;
+                    }
+                    path.push(position);
+                }
+            }
+            prop_assert_eq!(rig.player.position, place);
+            prop_assert_eq!(steps, pieces.iter().map(|(x, y)| x.abs() + y.abs()).sum::<i32>());
+            for end in ends {
+                let near = |place: &[i32; 2]| (place[0] - end[0]).abs() <= 1 && (place[1] - end[1]).abs() <= 1;
+                prop_assert!(path.iter().any(near), "{:?}", end);
+            }
+        }
+    }
+}
