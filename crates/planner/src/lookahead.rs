@@ -174,7 +174,6 @@ impl<'q, const MOTORS: usize> LookAhead<'q, MOTORS> {
 
     /// Whether the moves before the last `count` ones suffice to stop from the squared speed `committed` (units) at which the
     /// running one ends: then nothing that becomes of the last ones takes back what it was promised.
-    #[inline(never)] // twice 200 bytes
     pub(crate) fn stops_before_last(&self, count: usize, committed: u32) -> bool {
         let (Some(next), Some(from)) = (
             self.next(),

@@ -155,7 +155,6 @@ impl<const AXES: usize> Strokes<AXES> {
     }
 
     /// Whether the open stroke is to be completed before `piece` is added.
-    #[inline(never)] // twice 300 bytes
     pub(crate) fn ends_before(&self, piece: &Piece<AXES>, limits: &Limits<AXES>) -> bool {
         if self.open_moves == 0 {
             return false;
