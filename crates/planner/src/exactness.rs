@@ -30,6 +30,14 @@ const LONGEST: f32 = 30.0;
 const DOMINANT: f64 = 1e-6;
 const OTHERS: f64 = 5e-6;
 
+/// From tick to tick with pulses of 10 µs on the F407, seconds.
+const LONG_TICK: f32 = 11e-6;
+
+/// How much longer half a tick may be than the shortest tick: speed grows by 1.08 in the segment before (`fit::GROWTH`), and in a
+/// segment it changes by 12 % from the first tick to the last at most, so that the last is 1.06 shorter than the mean one and the
+/// first 1.06 longer.
+const GROWTH: f64 = 1.08 * 1.06 * 1.06;
+
 /// What ticks are off themselves, seconds: the most that the dominant motor was in campaigns.
 const OWN: f64 = 0.4e-6;
 
@@ -77,6 +85,8 @@ struct Case {
     interrupted: bool,
     /// Steps/s³; 0 for no limit.
     jerk: f32,
+    /// Seconds.
+    shortest_tick: f32,
 }
 
 impl Case {
@@ -95,6 +105,7 @@ impl Case {
             exit: random.speed(rate),
             interrupted: random.next() < 0.3,
             jerk: 0.0,
+            shortest_tick: TIMING.shortest_tick,
         }
     }
 
@@ -107,6 +118,34 @@ impl Case {
             interrupted: false,
             ..case
         }
+    }
+
+    /// The same with pulses of 10 µs, Grbl's default: ticks are 11 µs apart, and rates are capped there.
+    fn with_long_pulses(seed: u32) -> Self {
+        let case = Self::new(seed);
+        let most = 1.0 / LONG_TICK;
+        Self {
+            rate: case.rate.min(most),
+            entry: case.entry.min(most),
+            exit: case.exit.min(most),
+            shortest_tick: LONG_TICK,
+            ..case
+        }
+    }
+
+    fn timing(&self) -> Timing {
+        Timing {
+            shortest_tick: self.shortest_tick,
+            ..TIMING
+        }
+    }
+
+    /// What motors other than the dominant one may be off at a step of its that takes `interval`, seconds.
+    fn others(&self, interval: f64) -> f64 {
+        // There is no tick in a step of less than two: half of it. Else half of a tick, which is less than two of the shortest.
+        let tick = f64::from(self.shortest_tick);
+        let half = f64::min(0.5 * interval, GROWTH * tick);
+        OTHERS.max(interval / 16.0).max(half)
     }
 
     fn running(&self) -> Running<3> {
@@ -182,10 +221,11 @@ fn play(case: &Case, mut meddle: impl FnMut(&mut Segment<3>)) -> (Schedule, Edge
     let (mut running, mut player, mut carry) = (case.running(), Player::new(), Carry::default());
     let (mut schedule, mut edges) = (Schedule::default(), Edges::default());
     let going = |share| case.aim(Goal::End, share);
-    running.plan(going(1.0), TIMING);
+    let timing = case.timing();
+    running.plan(going(1.0), timing);
     schedule.add(&running);
     while !running.at_end() {
-        let mut segment = running.segment(TIMING, &mut carry, false);
+        let mut segment = running.segment(timing, &mut carry, false);
         meddle(&mut segment);
         for timed in player.play(&segment) {
             for (motor, edges) in edges.iter_mut().enumerate() {
@@ -207,7 +247,7 @@ fn play(case: &Case, mut meddle: impl FnMut(&mut Segment<3>)) -> (Schedule, Edge
             going(0.2 + random.next())
         };
         if !running.at_end() {
-            running.plan(aim, TIMING);
+            running.plan(aim, timing);
             schedule.add(&running);
         }
     }
@@ -245,7 +285,7 @@ fn worst(case: &Case, meddle: impl FnMut(&mut Segment<3>)) -> Worst {
             let s = (k as f64 + 0.5) * per_step;
             let due = schedule.time(s);
             let interval = schedule.time((s.floor() + 1.0).min(events)) - schedule.time(s.floor());
-            let bound = f64::max(OTHERS, interval / 16.0) + 1e-7 * due + OWN;
+            let bound = case.others(interval) + 1e-7 * due + OWN;
             let late = at - due;
             let share = late.abs() / bound;
             if share > worst.others {
@@ -268,6 +308,11 @@ fn every_edge_of_random_moves_lies_on_the_profile() {
 #[test]
 fn with_a_jerk_limit_every_edge_of_undisturbed_moves_lies_on_the_profile() {
     check(FEW / 5, Case::with_jerk);
+}
+
+#[test]
+fn with_pulses_of_ten_microseconds_every_edge_lies_within_half_a_step_or_a_tick() {
+    check(FEW, Case::with_long_pulses);
 }
 
 /// Checks `few` moves, or as many as a campaign asks for.
@@ -337,6 +382,7 @@ fn the_cases_of_the_segment_study_hold() {
             exit: 0.0,
             interrupted: false,
             jerk: 0.0,
+            shortest_tick: TIMING.shortest_tick,
         };
         let worst = worst(&case, |_| ());
         std::println!("a {acceleration:e} v {rate:e} n {steps}: {worst:?}");

@@ -32,6 +32,10 @@ use leadscrew_stepper::{MotorMask, Segment, Smoothing};
 /// 0.9 of its time, half a sixteenth early is no more than an eighteenth then.
 const SUDDEN: f32 = 4.0;
 
+/// The least evenness of a step behind those that are made in parts: its speed changes by less than a sixth, by an override one
+/// way in this step and the other way in the next by a fourth.
+const SETTLED: f32 = 0.75;
+
 /// By how much a step that is not sudden may take longer than its speed at the start says: 2/(1 + √½).
 const LONGER: f32 = 1.18;
 
@@ -122,7 +126,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
             early: if span.to < 1.0 || self.is_sudden() || self.is_slow(timing) {
                 None
             } else {
-                Some(self.wanted(whole, timing, 0.0))
+                Some(self.wanted(whole, timing, SETTLED))
             },
         })
     }
