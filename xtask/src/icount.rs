@@ -87,8 +87,9 @@ impl Emulator {
         build
             .args(["--bins", "--profile", "firmware"])
             .current_dir(sources.join("firmware"));
-        // Instead of the flags in the repository's configuration, which are those of the board.
-        build.env("RUSTFLAGS", "-C link-arg=-Tlink.x -C link-arg=--nmagic");
+        // Instead of the flags in the repository's configuration, which are those of the board: the same for the compiler, others
+        // for the linker.
+        build.env("RUSTFLAGS", FLAGS);
         shell::run(&mut build)?;
         Ok(Emulator {
             plugin,
@@ -160,6 +161,10 @@ fn machine(elf: &Path) -> Command {
     qemu
 }
 
+/// How the programs are compiled and linked.
+const FLAGS: &str = "-C link-arg=-Tlink.x -C link-arg=--nmagic \
+                     -C llvm-args=-inline-threshold=125 -C llvm-args=-unswitch-threshold=0";
+
 /// The version of the plugin interface that the installed QEMU asks for.
 fn plugin_interface() -> Result<u32, Failure> {
     let version = shell::output(Command::new("qemu-system-arm").arg("--version"))?;
@@ -207,6 +212,20 @@ mod tests {
         );
         assert_eq!(major_version("QEMU emulator version 10.0.2"), Some(10));
         assert_eq!(major_version("qemu: command not found"), None);
+    }
+
+    #[test]
+    fn the_programs_are_compiled_with_the_flags_of_the_firmware() {
+        let config = fs::read_to_string(toolchain::root().join(".cargo/config.toml")).unwrap();
+        let board: Vec<&str> = config
+            .split('"')
+            .filter(|flag| flag.starts_with("llvm-args="))
+            .collect();
+        let counted: Vec<&str> = FLAGS
+            .split(' ')
+            .filter(|flag| flag.starts_with("llvm-args="))
+            .collect();
+        assert_eq!(counted, board);
     }
 
     #[test]
