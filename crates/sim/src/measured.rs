@@ -28,34 +28,34 @@ pub const PULSE_EDGE: u32 = 41;
 pub const PULSE_END: u32 = 73;
 
 /// The interrupts of a switch's edge and of the end of its filter's time.
-pub const SWITCHES: u32 = 637;
+pub const SWITCHES: u32 = 602;
 
 /// To receive a byte of a line of 2 Mbaud that never rests.
 pub const BYTE_IN: u32 = 87;
 
 /// To send a byte of `ok`.
-pub const BYTE_OUT: u32 = 67;
+pub const BYTE_OUT: u32 = 65;
 
 /// A turn of the main loop at rest.
-pub const POLL: u32 = 3687;
+pub const POLL: u32 = 3824;
 
 /// A byte taken from the receive queue, or given to the sender.
-pub const BYTE: u32 = 80;
+pub const BYTE: u32 = 79;
 
 /// A line of seven words, none of them a place, checked and interpreted, and answered.
-pub const LINE: u32 = 1678;
+pub const LINE: u32 = 1521;
 
 /// A move planned, and its words: in the mean of a thousand.
-pub const PLANNED_MOVE: u32 = 1839;
+pub const PLANNED_MOVE: u32 = 2816;
 
 /// A segment made, in the mean of a thousand moves, and what finds no room for one.
-pub const SEGMENT: u32 = 2215;
+pub const SEGMENT: u32 = 2094;
 
 /// A queued move whose time is added up for a report.
-pub const TIMED: u32 = 376;
+pub const TIMED: u32 = 286;
 
 /// A status report.
-pub const REPORT: u32 = 9874;
+pub const REPORT: u32 = 10066;
 
 /// A hundred instructions of the main loop, while a thousand moves are planned.
-pub const HUNDRED_INSTRUCTIONS: u32 = 188;
+pub const HUNDRED_INSTRUCTIONS: u32 = 189;
