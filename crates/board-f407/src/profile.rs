@@ -75,7 +75,7 @@ pub(crate) struct SerialPins {
 
 /// Which USART the line is on.
 #[derive(Clone, Copy, PartialEq, Eq)]
-#[allow(dead_code)] // a profile names one of the two; the other is no mistake
+#[allow(dead_code, reason = "a profile names one of the two")]
 pub(crate) enum Usart {
     /// On APB2.
     Usart1,
@@ -111,7 +111,7 @@ pub(crate) struct PowerPin {
 
 /// A timer that a power pin may hang on. The others have a task already, or no pin of their own.
 #[derive(Clone, Copy, PartialEq, Eq)]
-#[allow(dead_code)] // no board uses all of them
+#[allow(dead_code, reason = "no board uses all of them")]
 pub(crate) enum Timer {
     Tim1,
     Tim3,
