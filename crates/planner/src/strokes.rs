@@ -179,7 +179,7 @@ impl<const AXES: usize> Strokes<AXES> {
 
     /// Adds a move that is or ends with `piece`; answers whether the stroke is to be completed with it.
     pub(crate) fn add(&mut self, piece: &Piece<AXES>, limits: &Limits<AXES>) -> bool {
-        self.open_moves += 1;
+        self.open_moves = self.open_moves.saturating_add(1); // more than are queued is enough
         for (open, moved) in self.open.iter_mut().zip(&piece.vector) {
             *open += moved;
         }
@@ -253,7 +253,7 @@ impl<const AXES: usize> Strokes<AXES> {
         self.open_moves = 0;
         self.open_top_v2 = 0.0;
         Bound {
-            moves: usize::from(moves + inner),
+            moves: usize::from(moves) + usize::from(inner),
             limit: corner_v2,
         }
     }
@@ -445,4 +445,26 @@ fn within(way2: f32, lengths: impl Iterator<Item = f32>) -> usize {
 
 fn dot<const N: usize>(a: &[f32; N], b: &[f32; N]) -> f32 {
     a.iter().zip(b).fold(0.0, |sum, (a, b)| sum + a * b)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Config;
+
+    #[test]
+    fn a_stroke_may_have_more_moves_than_any_queue() {
+        let limits = Limits::new(&Config::<2>::default());
+        let piece = Piece {
+            vector: [1e-4, 0.0],
+            length2: 1e-8,
+            top_v2: 1e9,
+            is_chord: false,
+        };
+        let mut strokes = Strokes::new();
+        for _ in 0..70_000 {
+            assert!(!strokes.add(&piece, &limits));
+        }
+        assert!(strokes.complete(false, &limits).moves > 1024);
+    }
 }
