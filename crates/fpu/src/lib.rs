@@ -65,3 +65,8 @@ mod tests {
         assert_eq!(sqrt(0.0), 0.0);
     }
 }
+
+/// The examples of the package's README, run as tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

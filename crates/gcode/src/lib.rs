@@ -60,3 +60,8 @@ pub use block::{parse, Block, DEFAULT_WORDS};
 pub use error::{Error, ErrorKind};
 pub use number::Number;
 pub use word::{leading_number, words, Letter, Word, Words};
+
+/// The examples of the package's README, run as tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

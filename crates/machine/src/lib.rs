@@ -36,3 +36,8 @@ pub mod step_rate;
 pub mod step_timing;
 mod system;
 pub mod work;
+
+/// The examples of the package's README, run as tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

@@ -91,3 +91,8 @@ mod limits_tests;
 mod reference;
 #[cfg(test)]
 mod rows_tests;
+
+/// The examples of the package's README, run as tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

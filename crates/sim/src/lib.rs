@@ -48,3 +48,8 @@ pub use observer::{Observer, StepEvent};
 pub use outcome::{Answers, Outcome};
 pub use setup::{Memory, Setup};
 pub use streamer::{Replies, Reply, Streamer, Streaming};
+
+/// The examples of the package's README, run as tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

@@ -45,3 +45,8 @@ pub use segment::{
 };
 pub use shared::Shared;
 pub use stepper::{Progress, Stepper, Tick};
+
+/// The examples of the package's README, run as tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;
