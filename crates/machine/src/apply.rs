@@ -5,14 +5,13 @@ use crate::config::MachineConfig;
 use crate::inputs::InputConfig;
 use crate::interpreter::MAX_WORD;
 use crate::machine::Machine;
-use crate::motion::PowerRule;
 use crate::outputs::spindle::SpindleScale;
 use crate::settings::table::{AxisSetting, Setting};
 use crate::settings::values::Settings;
 use core::array::from_fn;
 use leadscrew_gcode::Number;
 use leadscrew_planner::{Config, Coordinate, CornerRule, Kinematics, StepsPerMm};
-use leadscrew_stepper::{MotorMask, Power, Ticks};
+use leadscrew_stepper::{MotorMask, Ticks};
 
 /// Seconds in a minute: settings are in mm/min, the planner in mm/s.
 const MINUTE: f32 = 60.0;
@@ -45,9 +44,8 @@ where
         if another_tool {
             // What was told to turn was not told to burn, and what was told to burn in motion not to do so at rest.
             self.switch_spindle_off(board);
-        } else {
-            self.put_out_spindle(board);
         }
+        self.set_gate();
     }
 
     /// What the settings say about switches.
@@ -58,47 +56,6 @@ where
             hard_limits: self.settings.is_on(Setting::HardLimits),
             door: self.config.options.door,
         }
-    }
-
-    /// Puts out the direction of the spindle; its power follows with [`Machine::put_out_power`] and the next segment. Main loop.
-    #[inline(never)]
-    pub(crate) fn put_out_spindle<B: Board>(&mut self, board: &mut B) {
-        board.set_spindle(self.spindle.output());
-        self.update_power();
-    }
-
-    /// The power while motion rests. A laser is dark wherever neither a program nor a jog goes on, whatever led there.
-    pub(crate) fn power_at_rest(&self) -> Power {
-        if self.spindle.is_laser() && !self.state.may_burn_at_rest() {
-            return Power::OFF;
-        }
-        self.spindle.power_at_rest()
-    }
-
-    /// Has the power at rest follow the state: the only place where power comes on out of motion. Main loop.
-    pub(crate) fn put_out_power<B: Board>(&mut self, board: &mut B) {
-        if !self.motion.is_at_rest() {
-            return;
-        }
-        let power = self.power_at_rest();
-        // Moves that wait bring their own power along; until they begin, no laser lights up for them.
-        let of_moves = self.spindle.is_laser() && power != Power::OFF && !self.motion.is_idle();
-        if !of_moves && self.rest_power != Some(power) {
-            board.set_power(power);
-            self.rest_power = Some(power);
-        }
-    }
-
-    /// Has the motion put out the power that the spindle is to have now.
-    pub(crate) fn update_power(&mut self) {
-        let rule = if self.spindle.is_laser() {
-            PowerRule::Laser {
-                percent: self.overrides.spindle,
-            }
-        } else {
-            PowerRule::Spindle(self.spindle.power())
-        };
-        self.motion.set_power_rule(rule);
     }
 }
 

@@ -47,7 +47,7 @@ where
                     channel.report_due = true;
                 }
             }
-            Realtime::Hold => self.feed_hold(board, now),
+            Realtime::Hold => self.feed_hold(now),
             Realtime::Resume => self.resume(board, now),
             Realtime::Door => self.open_door(board, now),
             Realtime::JogCancel => {
@@ -68,9 +68,9 @@ where
             }
             Realtime::Spindle(step) => {
                 let changed = self.overrides.step_spindle(step);
-                self.override_spindle(changed, board);
+                self.override_spindle(changed);
             }
-            Realtime::SpindleStop => self.stop_spindle(board),
+            Realtime::SpindleStop => self.stop_spindle(),
             Realtime::Flood => self.toggle_coolant(false, board),
             Realtime::Mist => self.toggle_coolant(true, board),
         }
@@ -92,7 +92,7 @@ where
         }
         let held = edges.holds != before.holds;
         if held {
-            self.feed_hold(board, now);
+            self.feed_hold(now);
         }
         // Hold and start together, or start while hold is pressed: the hold stays.
         let hold_pressed = self.inputs.active(&board.switches()).hold;
@@ -112,29 +112,18 @@ where
         }
     }
 
-    fn feed_hold<B: Board>(&mut self, board: &mut B, now: Instant) {
+    fn feed_hold(&mut self, now: Instant) {
         let moving = !self.motion.is_idle();
         if let Some(next) = self.state.feed_hold(moving, now) {
             self.motion.hold();
-            self.state = next;
-            self.darken_held_laser(board);
-        }
-    }
-
-    /// Switches a laser off once a hold or a pause is complete, until it is resumed. A spindle goes on.
-    pub(crate) fn darken_held_laser<B: Board>(&mut self, board: &mut B) {
-        let held = matches!(self.state, State::Hold(Hold::Complete { .. }));
-        if held && self.spindle.is_laser() && self.spindle.is_wanted() {
-            self.spindle.suspend();
-            self.put_out_spindle(board);
-            self.update_power();
+            self.enter(next);
         }
     }
 
     fn cancel_jog(&mut self) {
         if let Some(next) = self.state.jog_cancel() {
             self.motion.hold();
-            self.state = next;
+            self.enter(next);
         }
     }
 
@@ -146,7 +135,7 @@ where
             }) => {}
             State::Hold(Hold::Stopping { since, .. } | Hold::Complete { since }) => {
                 if now >= since + BURST {
-                    self.end_hold(board);
+                    self.end_hold();
                 }
             }
             State::Door(Door::Parked) => {
@@ -164,9 +153,9 @@ where
         }
     }
 
-    fn end_hold<B: Board>(&mut self, board: &mut B) {
-        if self.spindle.is_suspended() {
-            self.restore_held_spindle(board);
+    fn end_hold(&mut self) {
+        if self.spindle.is_suspended() || self.spindle.is_shut(self.state) {
+            self.restore_held_spindle();
         }
         self.go_on();
     }
@@ -174,11 +163,11 @@ where
     /// Takes up the motion that a hold or the door interrupted.
     pub(crate) fn go_on(&mut self) {
         self.motion.resume();
-        self.state = if self.motion.is_idle() {
+        self.enter(if self.motion.is_idle() {
             State::Idle
         } else {
             State::Run
-        };
+        });
     }
 
     /// After 0x84 or the door's edge.
@@ -192,7 +181,7 @@ where
         };
         self.console.message(Message::CheckDoor);
         self.motion.hold();
-        self.state = next;
+        self.enter(next);
     }
 
     fn override_motion(&mut self) {
@@ -202,12 +191,11 @@ where
         });
     }
 
-    fn override_spindle<B: Board>(&mut self, changed: bool, board: &mut B) {
+    fn override_spindle(&mut self, changed: bool) {
         if changed {
             self.cadence.overrides_changed();
             self.spindle.set_override(self.overrides.spindle);
             self.update_power();
-            self.put_out_spindle(board);
         }
     }
 
@@ -221,34 +209,32 @@ where
     }
 
     /// 0x9E: in a completed hold, switches the spindle off, or on again. A laser that is held stays dark until it is resumed.
-    fn stop_spindle<B: Board>(&mut self, board: &mut B) {
+    fn stop_spindle(&mut self) {
         let held = matches!(self.state, State::Hold(Hold::Complete { .. }));
         if !held || !self.spindle.is_wanted() || self.spindle.is_laser() {
             return;
         }
         if self.spindle.is_suspended() {
-            self.restore_held_spindle(board);
+            self.restore_held_spindle();
         } else {
             self.spindle.suspend();
-            self.put_out_spindle(board);
-            self.cadence.overrides_changed();
             self.update_power();
+            self.cadence.overrides_changed();
         }
     }
 
     /// Switches on again what is wanted, out of a hold.
-    fn restore_held_spindle<B: Board>(&mut self, board: &mut B) {
-        self.restore_spindle(board);
+    fn restore_held_spindle(&mut self) {
+        self.restore_spindle();
         if self.spindle.is_wanted() {
             self.console.message(Message::RestoringSpindle);
         }
     }
 
     /// Switches on again what is wanted.
-    #[inline(never)]
-    pub(crate) fn restore_spindle<B: Board>(&mut self, board: &mut B) {
+    pub(crate) fn restore_spindle(&mut self) {
         self.spindle.restore();
-        self.put_out_spindle(board);
+        self.update_power();
         if self.spindle.is_wanted() {
             self.cadence.overrides_changed();
         }
@@ -303,12 +289,12 @@ where
             }
             State::Run => {
                 if self.motion.is_idle() && !self.executor.is_probing() {
-                    self.state = State::Idle;
+                    self.enter(State::Idle);
                 }
             }
             State::Jog(Jog::Moving) => {
                 if self.motion.is_idle() && !self.executor.is_busy() {
-                    self.state = State::Idle;
+                    self.enter(State::Idle);
                 }
             }
             State::Idle
@@ -329,9 +315,8 @@ where
         if matches!(self.state, State::Jog(_)) {
             self.forget_jog();
         }
-        self.state = next;
+        self.enter(next);
         match next {
-            State::Hold(_) => self.darken_held_laser(board),
             State::Alarm(_) => {
                 self.motion.forget();
                 self.take_position();
@@ -341,6 +326,7 @@ where
             State::Idle
             | State::Run
             | State::Jog(_)
+            | State::Hold(_)
             | State::Home
             | State::Door(_)
             | State::Check

@@ -87,6 +87,13 @@ pub struct Edges {
     pub doors: u8,
 }
 
+impl Edges {
+    /// The counts of those that stop the machine in the interrupt.
+    pub(crate) fn stops(&self) -> [u8; 2] {
+        [self.limit_hits, self.resets]
+    }
+}
+
 /// The switches that are active: closed, once settings have had their say.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

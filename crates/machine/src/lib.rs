@@ -35,6 +35,7 @@ pub mod state;
 pub mod step_rate;
 pub mod step_timing;
 mod system;
+mod tool;
 pub mod work;
 
 /// The examples of the package's README, run as tests.

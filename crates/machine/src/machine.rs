@@ -1,7 +1,7 @@
 //! The machine: owns all parts of the main loop, and lends them to each other in [`Machine::poll`].
 
 use crate::apply::{planner_config, spindle_scale};
-use crate::board::{Board, ChannelId, Duration, Instant};
+use crate::board::{Board, ChannelId, Duration, Instant, SpindleOutput};
 use crate::config::{MachineConfig, MoveQueues, CHANNELS};
 use crate::console::{Console, LINE};
 use crate::cycle::door::DoorCycle;
@@ -141,6 +141,8 @@ pub struct Machine<'a, K, const AXES: usize, const MOTORS: usize, const MOVES: u
     pub(crate) spindle: Spindle,
     /// The power that was put out in this rest; `None` in motion, and where it has to be put out anew.
     pub(crate) rest_power: Option<Power>,
+    /// The direction that was put out in this rest, likewise.
+    pub(crate) rest_output: Option<SpindleOutput>,
     /// What the program told the spindle last.
     pub(crate) last_spindle: interpreter::Spindle,
     pub(crate) coolant: Coolant,
@@ -210,6 +212,7 @@ where
             overrides: Overrides::NONE,
             spindle: Spindle::new(spindle_scale(&settings), settings.is_on(Setting::Laser)),
             rest_power: None,
+            rest_output: None,
             last_spindle: interpreter::Spindle::default(),
             coolant: Coolant::default(),
             motors: Motors::default(),
@@ -339,7 +342,7 @@ where
         board.set_coolant(self.coolant.output());
         board.enable_motors(false);
         if self.settings.is_on(Setting::Homing) {
-            self.state = State::Alarm(Lock::Unlockable);
+            self.enter(State::Alarm(Lock::Unlockable));
         }
         if self.stored_values_lost {
             let status = Status::StoreUnreadable.number();
@@ -351,11 +354,12 @@ where
     /// Keeps the step interrupt supplied, and the drivers enabled while it runs. What this poll has changed so far is in the
     /// power at rest before motion begins.
     fn feed<B: Board>(&mut self, board: &mut B, now: Instant) {
-        self.put_out_power(board);
+        self.put_out_tool(board);
         let may_start = self.state.may_start();
         if self.motion.prepare(now, may_start, &mut self.work) {
             self.motors.enable(board);
             self.rest_power = None;
+            self.rest_output = None;
             self.motion.start(board, now);
         } else if self.motion.is_at_rest() {
             let delay = self.settings.whole(Setting::IdleDelay);

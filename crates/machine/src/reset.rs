@@ -13,7 +13,6 @@ use crate::protocol::status::Status;
 use crate::settings::table::Setting;
 use crate::state::{Lock, State};
 use leadscrew_planner::Kinematics;
-use leadscrew_stepper::Power;
 
 /// What a reset drops of the bytes received so far.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -74,7 +73,7 @@ where
         self.reset_overrides();
         self.program_lines = 0;
         self.time_left = None;
-        self.state = match self.state {
+        self.enter(match self.state {
             State::Alarm(_) | State::Sleep => State::Alarm(Lock::Unlockable),
             State::Idle
             | State::Run
@@ -83,7 +82,7 @@ where
             | State::Home
             | State::Door(_)
             | State::Check => State::Idle,
-        };
+        });
         self.greet(board, now);
     }
 
@@ -94,7 +93,7 @@ where
         self.console.broadcast(BANNER);
         let active = self.inputs.active(&board.switches());
         if self.settings.is_on(Setting::HardLimits) && !active.limits.is_empty() {
-            self.state = State::Alarm(Lock::Unlockable);
+            self.enter(State::Alarm(Lock::Unlockable));
             self.console.message(Message::CheckLimits);
         }
         if let State::Alarm(_) = self.state {
@@ -125,7 +124,7 @@ where
         } else {
             Lock::Unlockable
         };
-        self.state = State::Alarm(lock);
+        self.enter(State::Alarm(lock));
     }
 
     /// Spindle and coolant off, for good. At rest or after a stop: the power goes at once, not with the next step, which may be
@@ -134,16 +133,6 @@ where
         self.switch_spindle_off(board);
         self.coolant.restore(board);
         self.set_coolant(CoolantOutput::default(), board);
-    }
-
-    /// Spindle off, and its power at once: M5, until a line says otherwise.
-    pub(crate) fn switch_spindle_off<B: Board>(&mut self, board: &mut B) {
-        board.set_power(Power::OFF);
-        self.rest_power = None;
-        self.interpreter.stop_spindle();
-        self.want_spindle(crate::interpreter::Spindle::default());
-        self.spindle.restore();
-        self.put_out_spindle(board);
     }
 
     /// Answers a line on its channel; a startup line on all.

@@ -136,20 +136,6 @@ impl State {
         }
     }
 
-    /// Whether a laser under M3 may be on while motion rests: only where a program or a jog may go on.
-    pub fn may_burn_at_rest(self) -> bool {
-        match self {
-            Self::Idle | Self::Run | Self::Jog(Jog::Moving) => true,
-            Self::Jog(Jog::Cancelling { .. })
-            | Self::Hold(_)
-            | Self::Home
-            | Self::Door(_)
-            | Self::Alarm(_)
-            | Self::Check
-            | Self::Sleep => false,
-        }
-    }
-
     /// After motion of a program began, out of rest.
     pub fn motion_begins(self) -> Option<Self> {
         (self == Self::Idle).then_some(Self::Run)

@@ -134,7 +134,7 @@ where
     /// `$C`: leaving check mode resets the machine.
     fn toggle_check<B: Board>(&mut self, id: ChannelId, board: &mut B, now: Instant) -> Reply {
         if self.state != State::Check {
-            self.state = State::Check;
+            self.enter(State::Check);
             self.console.message(Message::CheckEnabled);
             return Reply::Now;
         }
@@ -151,7 +151,7 @@ where
         if self.is_door_open(board) {
             return Err(Status::DoorOpen);
         }
-        self.state = State::Idle;
+        self.enter(State::Idle);
         self.console.message(Message::Unlocked);
         Ok(())
     }
@@ -213,7 +213,7 @@ where
     fn sleep<B: Board>(&mut self, id: ChannelId, board: &mut B) -> Reply {
         self.console.answer(id, Ok(()));
         self.switch_outputs_off(board);
-        self.state = State::Sleep;
+        self.enter(State::Sleep);
         self.console.message(Message::Sleeping);
         Reply::Later
     }

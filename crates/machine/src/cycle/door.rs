@@ -111,15 +111,14 @@ where
 
     fn suspend_outputs<B: Board>(&mut self, board: &mut B) {
         self.spindle.suspend();
-        self.put_out_spindle(board);
-        self.coolant.suspend(board);
         self.update_power();
+        self.coolant.suspend(board);
         self.cadence.overrides_changed();
     }
 
     /// The door is shut and the operator resumes.
     pub(crate) fn begin_restoring(&mut self) {
-        self.state = State::Door(Door::Restoring);
+        self.enter(State::Door(Door::Restoring));
         self.move_spindle_axis(Step::Unpark);
     }
 
@@ -128,9 +127,9 @@ where
             return;
         }
         match self.door.map(|door| door.step) {
-            None => self.leave_door(board),
+            None => self.leave_door(),
             Some(Step::PullOut | Step::Park | Step::Parked | Step::Unpark) => {
-                let delay = self.restore_spindle_after_door(board);
+                let delay = self.restore_spindle_after_door();
                 self.set_door_step(Step::SpindleRunsUp(now + delay), Door::Restoring);
             }
             Some(Step::SpindleRunsUp(ready)) if now >= ready => {
@@ -141,28 +140,23 @@ where
                 self.move_spindle_axis(Step::Plunge);
             }
             Some(Step::SpindleRunsUp(_) | Step::CoolantFlows(_)) => {}
-            Some(Step::Plunge) => self.leave_door(board),
+            Some(Step::Plunge) => self.leave_door(),
         }
     }
 
-    fn leave_door<B: Board>(&mut self, board: &mut B) {
+    fn leave_door(&mut self) {
         self.door = None;
         self.motion.end_aside();
-        if self.spindle.is_laser() {
-            self.restore_spindle(board);
-        }
         self.go_on();
     }
 
-    /// Returns how long to wait for it.
-    fn restore_spindle_after_door<B: Board>(&mut self, board: &mut B) -> Duration {
-        if self.spindle.is_laser() {
-            return NO_DELAY;
-        }
-        self.restore_spindle(board);
-        match self.spindle.is_wanted() {
-            true => self.config.spindle_delay,
-            false => NO_DELAY,
+    /// Returns how long to wait for it. A laser has no delay; its gate stays shut until motion goes on.
+    fn restore_spindle_after_door(&mut self) -> Duration {
+        self.restore_spindle();
+        if self.spindle.is_wanted() && !self.spindle.is_laser() {
+            self.config.spindle_delay
+        } else {
+            NO_DELAY
         }
     }
 
@@ -179,7 +173,7 @@ where
         if let Some(door) = &mut self.door {
             door.step = step;
         }
-        self.state = State::Door(phase);
+        self.enter(State::Door(phase));
     }
 
     /// Plans the motion of `step`, if the machine parks at all.
@@ -202,19 +196,12 @@ where
         if let Some(axis) = target.get_mut(parking.axis) {
             *axis = height;
         }
-        // A spindle turns on while it is pulled out; a laser would burn a hole.
-        let power = if self.spindle.is_laser() {
-            MovePower::Off
-        } else {
-            MovePower::Spindle {
-                power: self.spindle.power(),
-            }
-        };
         // Where the axis is there already, nothing is planned and the step ends at once.
         let _ = self.motion.push_aside(&Move {
             target,
             feed: Feed::PerMinute(rate / 60.0),
-            power,
+            // A spindle turns on, whatever the move is planned with.
+            power: MovePower::Off,
             curve: None,
             outputs: Outputs(0),
             line_number: None,

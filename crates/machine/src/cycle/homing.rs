@@ -126,7 +126,7 @@ where
 {
     /// Begins to home `groups` of axes, one after the other; the line is answered at the end.
     pub(crate) fn begin_homing(&mut self, origin: Origin, groups: [AxisMask; 4], now: Instant) {
-        self.state = State::Home;
+        self.enter(State::Home);
         self.stop_cutting();
         self.inputs.configure(&InputConfig {
             hard_limits: false,
@@ -351,7 +351,7 @@ where
     fn end_homing(&mut self) {
         if let Some(homing) = self.homing.take() {
             self.release_homing();
-            self.state = State::Idle;
+            self.enter(State::Idle);
             self.startup.begin(Some(homing.origin));
         }
     }

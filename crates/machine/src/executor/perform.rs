@@ -5,6 +5,7 @@ use super::{LineKind, Progress, Wait};
 use crate::board::{Board, CoolantOutput, Duration, Instant, PlannedMove, SpindleOutput};
 use crate::interpreter::{ArcShape, Command, Coolant, Feed, OffsetId, Rotation, Spindle, Travel};
 use crate::machine::Machine;
+use crate::outputs::beam::{Beam, Wanted};
 use crate::protocol::alarm::Alarm;
 use crate::protocol::message::Message;
 use crate::protocol::report::StatusReport;
@@ -77,7 +78,7 @@ where
             Command::Arc { travel, arc } => self.perform_arc(travel, arc, board, now),
             Command::Probe { travel, kind } => self.perform_probe(travel, *kind, board, now),
             Command::Dwell(seconds) => self.perform_dwell(*seconds, now),
-            Command::Spindle(spindle) => self.perform_spindle(spindle, board),
+            Command::Spindle(spindle) => self.perform_spindle(spindle),
             Command::Coolant(coolant) => self.perform_coolant(*coolant, board),
             Command::StoreOffset { id, value: _ } => self.perform_store(*id),
             Command::WorkOffset(offset) => {
@@ -89,7 +90,7 @@ where
                 self.parking_allowed = *allowed;
                 Progress::Done
             }
-            Command::Pause => self.perform_pause(board, now),
+            Command::Pause => self.perform_pause(now),
             Command::ProgramEnd => self.perform_program_end(board),
         }
     }
@@ -217,7 +218,7 @@ where
                 self.motion_begins();
                 Progress::Done
             }
-            Ok(Pushed::TooShort) => self.stay(next, spindle, board),
+            Ok(Pushed::TooShort) => self.stay(next, spindle),
             Err(PushError::Full) => {
                 self.motion.release();
                 Progress::Wait
@@ -246,14 +247,14 @@ where
 
     fn motion_begins(&mut self) {
         if self.executor.is_jogging() && self.state == State::Idle {
-            self.state = State::Jog(Jog::Moving);
+            self.enter(State::Jog(Jog::Moving));
         } else if let Some(next) = self.state.motion_begins() {
-            self.state = next;
+            self.enter(next);
         }
     }
 
     /// A move that is not a step long: a laser at constant power still changes, once motion has ended.
-    fn stay<B: Board>(&mut self, next: &Move<AXES>, spindle: &Spindle, board: &mut B) -> Progress {
+    fn stay(&mut self, next: &Move<AXES>, spindle: &Spindle) -> Progress {
         let changes = self.spindle.is_laser()
             && spindle.rotation == Rotation::Clockwise
             && self.changes_spindle(spindle);
@@ -262,9 +263,6 @@ where
         }
         self.path_end = next.target;
         self.want_spindle(*spindle);
-        if changes {
-            self.put_out_spindle(board);
-        }
         Progress::Done
     }
 
@@ -284,10 +282,10 @@ where
             self.raise(Alarm::SoftLimit, board);
         } else {
             self.motion.hold();
-            self.state = State::Hold(Hold::Stopping {
+            self.enter(State::Hold(Hold::Stopping {
                 since: now,
                 then_alarm: true,
-            });
+            }));
         }
         Progress::Wait
     }
@@ -314,7 +312,7 @@ where
         }
     }
 
-    fn perform_spindle<B: Board>(&mut self, spindle: &Spindle, board: &mut B) -> Progress {
+    fn perform_spindle(&mut self, spindle: &Spindle) -> Progress {
         if self.state == State::Check {
             return Progress::Done;
         }
@@ -322,7 +320,6 @@ where
             return Progress::Wait;
         }
         self.want_spindle(*spindle);
-        self.put_out_spindle(board);
         Progress::Done
     }
 
@@ -362,14 +359,13 @@ where
         }
     }
 
-    fn perform_pause<B: Board>(&mut self, board: &mut B, now: Instant) -> Progress {
+    fn perform_pause(&mut self, now: Instant) -> Progress {
         if self.state == State::Check || self.executor.is_paused() {
             return Progress::Done;
         }
         if self.is_motion_over() {
             self.executor.wait = Wait::Pause;
-            self.state = State::Hold(Hold::Complete { since: now });
-            self.darken_held_laser(board);
+            self.enter(State::Hold(Hold::Complete { since: now }));
         }
         Progress::Wait
     }
@@ -380,7 +376,6 @@ where
                 return Progress::Wait;
             }
             self.want_spindle(Spindle::default());
-            self.put_out_spindle(board);
             self.set_coolant(CoolantOutput::default(), board);
             self.cadence.work_offset_changed();
         }
@@ -395,10 +390,8 @@ where
     #[inline(never)]
     pub(crate) fn want_spindle(&mut self, spindle: Spindle) {
         if self.changes_spindle(&spindle) {
-            let output = spindle_output(spindle.rotation);
             let before = self.spindle.accessory();
-            self.spindle
-                .want(output, spindle.speed.to_f32(), spindle.cutting);
+            self.spindle.want(wanted(&spindle));
             self.last_spindle = spindle;
             self.update_power();
             if self.spindle.accessory() != before {
@@ -425,20 +418,23 @@ where
                 power: self.spindle.power(),
             };
         }
-        let power = || self.spindle.programmed_power(spindle.speed.to_f32());
-        match spindle.rotation {
-            Rotation::Clockwise if spindle.cutting => MovePower::Constant { power: power() },
-            Rotation::Counterclockwise if spindle.cutting => MovePower::Dynamic { power: power() },
-            Rotation::Clockwise | Rotation::Counterclockwise | Rotation::Off => MovePower::Off,
+        match self.spindle.beam_of_move(wanted(spindle)) {
+            Beam::Constant(power) => MovePower::Constant { power },
+            Beam::WithSpeed(power) => MovePower::Dynamic { power },
+            Beam::Dark => MovePower::Off,
         }
     }
 }
 
-fn spindle_output(rotation: Rotation) -> SpindleOutput {
-    match rotation {
-        Rotation::Clockwise => SpindleOutput::Clockwise,
-        Rotation::Counterclockwise => SpindleOutput::CounterClockwise,
-        Rotation::Off => SpindleOutput::Off,
+fn wanted(spindle: &Spindle) -> Wanted {
+    Wanted {
+        output: match spindle.rotation {
+            Rotation::Clockwise => SpindleOutput::Clockwise,
+            Rotation::Counterclockwise => SpindleOutput::CounterClockwise,
+            Rotation::Off => SpindleOutput::Off,
+        },
+        speed: spindle.speed.to_f32(),
+        cutting: spindle.cutting,
     }
 }
 

@@ -1,5 +1,6 @@
 //! What the machine switches besides motors.
 
+pub mod beam;
 pub mod coolant;
 pub mod spindle;
 

@@ -11,6 +11,8 @@
 //! ```
 
 use crate::board::SpindleOutput;
+use crate::outputs::beam::{beam, may_burn, Beam, Wanted};
+use crate::state::State;
 use fixed::types::U1F31;
 use leadscrew_stepper::Power;
 
@@ -68,14 +70,10 @@ fn share(share: f32) -> Power {
 #[derive(Clone, Copy, PartialEq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Spindle {
-    output: SpindleOutput,
-    /// Programmed speed (`S`), RPM.
-    speed: f32,
-    /// The program is cutting (G1, G2, G3): a laser may be on at rest.
-    cutting: bool,
+    wanted: Wanted,
     /// Override, percent.
     percent: u8,
-    /// Kept off by a hold, the door or 0x9E, whatever is wanted.
+    /// Kept off by the door or 0x9E, whatever is wanted. A laser's gate needs no such word.
     suspended: bool,
     scale: SpindleScale,
     /// A laser stands in its place (`$32`).
@@ -86,9 +84,11 @@ impl Spindle {
     /// Makes a spindle that stands.
     pub fn new(scale: SpindleScale, laser: bool) -> Self {
         Self {
-            output: SpindleOutput::Off,
-            speed: 0.0,
-            cutting: false,
+            wanted: Wanted {
+                output: SpindleOutput::Off,
+                speed: 0.0,
+                cutting: false,
+            },
             percent: 100,
             suspended: false,
             scale,
@@ -102,11 +102,9 @@ impl Spindle {
         self.laser = laser;
     }
 
-    /// Notes what is wanted from now on; moves bring the power of a laser along. `speed` in RPM.
-    pub fn want(&mut self, output: SpindleOutput, speed: f32, cutting: bool) {
-        self.output = output;
-        self.speed = speed;
-        self.cutting = cutting;
+    /// Notes what is wanted from now on; moves bring the power of a laser along.
+    pub fn want(&mut self, wanted: Wanted) {
+        self.wanted = wanted;
     }
 
     /// Sets the override in percent.
@@ -124,12 +122,17 @@ impl Spindle {
         self.suspended = false;
     }
 
+    /// Whether the laser's gate is to be shut.
+    pub fn is_shut(&self, state: State) -> bool {
+        self.laser && !may_burn(state)
+    }
+
     /// The direction to put out.
-    pub fn output(&self) -> SpindleOutput {
-        if self.suspended {
+    pub fn output(&self, state: State) -> SpindleOutput {
+        if self.suspended || self.is_shut(state) {
             SpindleOutput::Off
         } else {
-            self.output
+            self.wanted.output
         }
     }
 
@@ -140,7 +143,7 @@ impl Spindle {
 
     /// Whether it is meant to be on.
     pub fn is_wanted(&self) -> bool {
-        self.output != SpindleOutput::Off
+        self.wanted.output != SpindleOutput::Off
     }
 
     /// Whether it is kept off, although it may be wanted.
@@ -156,7 +159,7 @@ impl Spindle {
     /// The direction, as reports show it (`A:S`, `A:C`), at a speed in RPM: a laser that is dark does not turn.
     pub fn turning_at(&self, speed: f32) -> SpindleOutput {
         if speed > 0.0 {
-            self.output
+            self.wanted.output
         } else {
             SpindleOutput::Off
         }
@@ -171,9 +174,9 @@ impl Spindle {
         }
     }
 
-    /// The power of a move that programs `speed` RPM, before the override.
-    pub fn programmed_power(&self, speed: f32) -> Power {
-        self.scale.power(speed)
+    /// The beam of a move that wants this of a laser, before the override.
+    pub fn beam_of_move(&self, wanted: Wanted) -> Beam {
+        wanted.beam(100, &self.scale)
     }
 
     /// The power of a spindle in motion and at rest.
@@ -181,13 +184,14 @@ impl Spindle {
         self.scale.power(self.wanted_speed())
     }
 
-    /// The power at rest: a laser is on only under M3, and where the program is cutting.
-    pub fn power_at_rest(&self) -> Power {
-        let on = self.cutting && self.output == SpindleOutput::Clockwise;
-        if self.laser && !on {
-            Power::OFF
-        } else {
-            self.power()
+    /// The power at rest.
+    pub fn power_at_rest(&self, state: State) -> Power {
+        if !self.laser {
+            return self.power();
+        }
+        match beam(state, self.wanted, self.percent, &self.scale) {
+            Beam::Constant(power) => power,
+            Beam::WithSpeed(_) | Beam::Dark => Power::OFF,
         }
     }
 
@@ -198,10 +202,10 @@ impl Spindle {
 
     /// The speed that is wanted now, with the override; 0 while off. RPM.
     fn wanted_speed(&self) -> f32 {
-        if self.suspended || self.output == SpindleOutput::Off {
+        if self.suspended || !self.is_wanted() {
             return 0.0;
         }
-        self.speed * f32::from(self.percent) / 100.0
+        self.wanted.speed * f32::from(self.percent) / 100.0
     }
 }
 
@@ -214,6 +218,14 @@ mod tests {
         max: 1000.0,
         min: 0.0,
     };
+
+    fn clockwise(speed: f32) -> Wanted {
+        Wanted {
+            output: SpindleOutput::Clockwise,
+            speed,
+            cutting: false,
+        }
+    }
 
     #[test]
     fn power_is_in_proportion_between_the_two_settings() {
@@ -237,11 +249,11 @@ mod tests {
     fn where_the_settings_are_not_in_order_any_speed_is_full_power() {
         for (max, min) in [(0.0, 100.0), (0.0, 0.0), (100.0, 100.0)] {
             let mut spindle = Spindle::new(SpindleScale { max, min }, false);
-            spindle.want(SpindleOutput::Clockwise, 1.0, false);
+            spindle.want(clockwise(1.0));
             assert_eq!(spindle.power(), Power::FULL, "$30={max} $31={min}");
             assert_eq!(spindle.accessory(), SpindleOutput::Clockwise);
             assert_eq!(spindle.reported_speed(spindle.power()), max);
-            spindle.want(SpindleOutput::Clockwise, 0.0, false);
+            spindle.want(clockwise(0.0));
             assert_eq!(spindle.power(), Power::OFF, "$30={max} $31={min}");
         }
     }
@@ -254,7 +266,7 @@ mod tests {
         };
         let mut spindle = Spindle::new(scale, false);
         for (speed, reported) in [(5.0, 10.0), (50.0, 50.0), (200.0, 100.0), (0.0, 0.0)] {
-            spindle.want(SpindleOutput::Clockwise, speed, false);
+            spindle.want(clockwise(speed));
             assert_eq!(
                 spindle.reported_speed(spindle.power()),
                 reported,
@@ -264,14 +276,20 @@ mod tests {
     }
 
     #[test]
-    fn a_laser_is_on_at_rest_under_m3_while_cutting_and_never_under_m4() {
-        let mut laser = Spindle::new(GRBL, true);
-        laser.want(SpindleOutput::Clockwise, 1000.0, true);
-        assert_eq!(laser.power_at_rest(), Power::FULL);
-        laser.want(SpindleOutput::Clockwise, 1000.0, false);
-        assert_eq!(laser.power_at_rest(), Power::OFF);
-        laser.want(SpindleOutput::CounterClockwise, 1000.0, true);
-        assert_eq!(laser.power_at_rest(), Power::OFF);
-        assert_eq!(laser.power(), Power::FULL);
+    fn a_spindle_turns_in_every_state_and_a_laser_follows_the_beam() {
+        let wanted = Wanted {
+            cutting: true,
+            ..clockwise(1000.0)
+        };
+        for (laser, state, power, output) in [
+            (true, State::Idle, Power::FULL, SpindleOutput::Clockwise),
+            (true, State::Check, Power::OFF, SpindleOutput::Off),
+            (false, State::Check, Power::FULL, SpindleOutput::Clockwise),
+        ] {
+            let mut spindle = Spindle::new(GRBL, laser);
+            spindle.want(wanted);
+            assert_eq!(spindle.power_at_rest(state), power, "{laser} {state:?}");
+            assert_eq!(spindle.output(state), output, "{laser} {state:?}");
+        }
     }
 }
