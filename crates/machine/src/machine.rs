@@ -30,7 +30,7 @@ use crate::state::{Lock, State};
 use crate::work::Work;
 use heapless::spsc::Producer;
 use heapless::Vec;
-use leadscrew_planner::{Kinematics, TimeLeft};
+use leadscrew_planner::{ConfigError, Kinematics, TimeLeft};
 use leadscrew_stepper::{Power, Segment, Shared};
 
 /// What a machine borrows: room for its moves, and the main loop's ends of everything that crosses to interrupts.
@@ -164,16 +164,19 @@ where
     K: Kinematics<AXES, MOTORS> + Clone,
 {
     /// Makes a machine that will boot at its first [`Machine::poll`].
+    ///
+    /// # Errors
+    /// Nothing can be planned with what `config` says: a timer that stands, no room for moves.
     pub fn new(
         config: MachineConfig<AXES>,
         kinematics: K,
         links: Links<'a, MOTORS, MOVES>,
-    ) -> Self {
+    ) -> Result<Self, ConfigError> {
         let settings = Settings::new(config.defaults);
         let planner = planner_config(&settings, &config, MOTORS);
         let origin = [Coordinate::ZERO; AXES];
         let dual = DualAxis::of(&kinematics);
-        Self {
+        Ok(Self {
             memory: Memory::default(),
             state: State::Idle,
             booted: false,
@@ -194,7 +197,7 @@ where
                 links.moves,
                 links.segments,
                 links.shared,
-            ),
+            )?,
             path_end: origin,
             travel: origin,
             reach: origin,
@@ -223,7 +226,7 @@ where
             work: Work::default(),
             settings,
             config,
-        }
+        })
     }
 
     /// Does a bounded amount of work: never waits; at most one line, a few segments, a few rows.

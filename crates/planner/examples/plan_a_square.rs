@@ -15,7 +15,7 @@ fn main() {
     };
     let hz = f64::from(config.timer_hz);
     let mut queue = Queue::<3, 256>::new();
-    let mut planner = Planner::new(config, Cartesian, &mut queue);
+    let mut planner = Planner::new(config, Cartesian, &mut queue).expect("the settings are sound");
     for target in path(config.arc_tolerance) {
         planner
             .push(&feed(target))

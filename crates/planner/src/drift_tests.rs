@@ -126,13 +126,15 @@ fn steps_and_holds_without_number_end_where_exact_arithmetic_says() {
     let mut made = Made::default();
     while made.holds < holds {
         let next = round().new_tree(&mut random).expect("a round").current();
-        rig.planner.configure(Config {
-            max_rate: next.rates,
-            acceleration: next.accelerations,
-            jerk: next.jerk,
-            corner_rule: next.rule,
-            ..config
-        });
+        rig.planner
+            .configure(Config {
+                max_rate: next.rates,
+                acceleration: next.accelerations,
+                jerk: next.jerk,
+                corner_rule: next.rule,
+                ..config
+            })
+            .unwrap();
         made.play(&mut rig, &next);
         let last = next.moves.last().expect("one move").target;
         let due = [0, 1].map(|axis| exact(last[axis].nanos(), SCALES[axis]));

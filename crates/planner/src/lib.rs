@@ -54,6 +54,7 @@ mod short;
 mod strokes;
 mod time_left;
 mod trigonometry;
+mod valid;
 
 pub use arc::Arc;
 pub use config::{Config, CornerRule, Overrides, DEFAULT_TIMER_HZ};
@@ -70,6 +71,7 @@ pub use queue::Queue;
 pub use s_curve::SCurve;
 pub use segmenter::Segmenter;
 pub use time_left::TimeLeft;
+pub use valid::ConfigError;
 
 #[cfg(test)]
 extern crate std;

@@ -142,7 +142,7 @@ pub(crate) struct Rig<'q> {
 impl<'q> Rig<'q> {
     pub(crate) fn new(config: Config<2>, queue: &'q mut RigQueue) -> Self {
         Self {
-            planner: Planner::new(config, Cartesian, queue),
+            planner: Planner::new(config, Cartesian, queue).unwrap(),
             segmenter: Segmenter::new(),
             player: Player::new(),
         }

@@ -370,7 +370,7 @@ mod tests {
     #[test]
     fn a_full_pool_is_a_full_queue_until_a_pixel_was_made() {
         let mut room = Queue::<2, 8, 4>::new();
-        let mut planner = Planner::<_, 2, 2>::new(config(500.0), Cartesian, &mut room);
+        let mut planner = Planner::<_, 2, 2>::new(config(500.0), Cartesian, &mut room).unwrap();
         let mut segmenter = crate::Segmenter::new();
         let mut rooms = Vec::new();
         for k in 1..=5 {

@@ -99,7 +99,8 @@ where
             inboxes,
         };
         Self {
-            machine: Machine::new(setup.machine, kinematics, links),
+            machine: Machine::new(setup.machine, kinematics, links)
+                .unwrap_or_else(|error| panic!("the machine's build: {error}")),
             board: SimBoard::new(
                 setup.costs,
                 Links::new(&setup.lines),

@@ -86,7 +86,7 @@ impl Session<'_> {
             inboxes,
         };
         let mut session = Session {
-            machine: Machine::new(MachineConfig::new(), Cartesian, links),
+            machine: Machine::new(MachineConfig::new(), Cartesian, links).unwrap(),
             bench: Bench {
                 answers: 0,
                 now: 0,

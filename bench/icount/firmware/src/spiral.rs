@@ -69,7 +69,8 @@ pub fn plan_a_spiral<const REGION: u8>(
         acceleration: [f32::from(acceleration); 3],
         corner_rule,
         ..Config::default()
-    });
+    })
+.unwrap();
     planner.set_position([0; 3]);
     let mut segmenter = Segmenter::new();
     for of in spiral().take(planner.capacity()) {

@@ -19,8 +19,8 @@ use crate::work::Work;
 use feeder::Feeder;
 use heapless::spsc::Producer;
 use leadscrew_planner::{
-    Ahead, Config, Coordinate, CornerRule, Curve, Kinematics, Move, Outline, Overrides, Planner,
-    PowerLead, PushError, Pushed, Segmenter, TimeLeft, LONGEST_LEAD,
+    Ahead, Config, ConfigError, Coordinate, CornerRule, Curve, Kinematics, Move, Outline,
+    Overrides, Planner, PowerLead, PushError, Pushed, Segmenter, TimeLeft, LONGEST_LEAD,
 };
 use leadscrew_stepper::{MotorMask, Power, Segment, Shared};
 
@@ -78,26 +78,29 @@ where
     K: Kinematics<AXES, MOTORS> + Clone,
 {
     /// Makes the motion of a machine at rest.
+    ///
+    /// # Errors
+    /// Nothing can be planned with these settings.
     pub(crate) fn new<const MOVES: usize>(
         config: Config<AXES>,
         kinematics: K,
         queues: &'a mut MoveQueues<MOTORS, MOVES>,
         segments: Producer<'a, Segment<MOTORS>>,
         shared: &'a Shared<MOTORS>,
-    ) -> Self {
+    ) -> Result<Self, ConfigError> {
         let feeder = Feeder::new(segments, shared, config.timer_hz);
         let config = Config {
             longest_segment: feeder.longest_segment(),
             ..config
         };
         let aside = aside(config);
-        Self {
+        Ok(Self {
             program: Track {
-                planner: Planner::new(config, kinematics.clone(), &mut queues.program),
+                planner: Planner::new(config, kinematics.clone(), &mut queues.program)?,
                 segmenter: Segmenter::new(),
             },
             aside: Track {
-                planner: Planner::new(aside, kinematics, &mut queues.aside),
+                planner: Planner::new(aside, kinematics, &mut queues.aside)?,
                 segmenter: Segmenter::new(),
             },
             driver: Driver::Program,
@@ -110,12 +113,20 @@ where
             underruns: shared.underruns(),
             power: PowerRule::Laser { percent: 100 },
             power_out: Power::OFF,
-        }
+        })
     }
 
     /// Takes over new settings; motion begins `silence` after the last line, power changes `lead_us` microseconds before the motion
     /// that it belongs to. At rest, with nothing queued.
-    pub(crate) fn configure(&mut self, config: Config<AXES>, silence: Duration, lead_us: u32) {
+    ///
+    /// # Errors
+    /// Nothing can be planned with these settings: those in force stay. The settings' table has no such values.
+    pub(crate) fn configure(
+        &mut self,
+        config: Config<AXES>,
+        silence: Duration,
+        lead_us: u32,
+    ) -> Result<(), ConfigError> {
         self.silence = silence;
         self.lead.set(lead_us, config.timer_hz);
         self.feeder.set_lead(lead_us.min(LONGEST_LEAD));
@@ -123,9 +134,10 @@ where
             longest_segment: self.feeder.longest_segment(),
             ..config
         };
-        self.program.planner.configure(config);
-        self.aside.planner.configure(aside(config));
+        self.program.planner.configure(config)?;
+        self.aside.planner.configure(aside(config))?;
         self.resync();
+        Ok(())
     }
 
     /// Axes that share their motors, those of the same numbers.

@@ -206,7 +206,7 @@ impl<'a, K: Kinematics<3, 3> + Clone> Session<'a, K> {
             due: None,
         };
         let mut session = Self {
-            machine: Machine::new(config, kinematics, links),
+            machine: Machine::new(config, kinematics, links).unwrap(),
             pins,
             shared: &memory.shared,
             receiver,

@@ -163,7 +163,7 @@ fn run(seed: u32, sum: &mut Checksum) {
     });
     let config = config(random);
     let mut queue = Queue::<3, 32, 64>::new();
-    let mut planner = Planner::new(config, Cartesian, &mut queue);
+    let mut planner = Planner::new(config, Cartesian, &mut queue).unwrap();
     let (mut segmenter, mut lead) = (Segmenter::new(), PowerLead::new());
     lead.set(random.below(4) * 300, config.timer_hz);
     let (mut at, mut moves, mut segments) = ([0; 3], 0, 0);

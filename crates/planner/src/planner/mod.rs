@@ -16,7 +16,7 @@ use crate::queue::Queue;
 use crate::row::Row;
 use crate::short::Short;
 use crate::strokes::Strokes;
-use crate::{Config, Coordinate, Kinematics, Move, Overrides};
+use crate::{Config, ConfigError, Coordinate, Kinematics, Move, Overrides};
 use core::fmt;
 use leadscrew_stepper::{Line, LineError};
 
@@ -90,12 +90,16 @@ where
     K: Kinematics<AXES, MOTORS>,
 {
     /// Makes a planner at position 0. What was in `queue` is forgotten.
+    ///
+    /// # Errors
+    /// [`Config::validate`] refuses the settings.
     pub fn new<const MOVES: usize, const PIXELS: usize>(
         config: Config<AXES>,
         kinematics: K,
         queue: &'q mut Queue<MOTORS, MOVES, PIXELS>,
-    ) -> Self {
+    ) -> Result<Self, ConfigError> {
         const { assert!(AXES <= MOTORS, "an axis has a motor of its own") };
+        config.validate()?;
         let mut planner = Self {
             limits: Limits::new(&config),
             scales: Scales::new(&config, &kinematics),
@@ -114,17 +118,22 @@ where
             revision: 0,
         };
         planner.fit_room();
-        planner
+        Ok(planner)
     }
 
     /// Takes over new settings. At rest with an empty queue only; the position in steps stays.
-    pub fn configure(&mut self, config: Config<AXES>) {
+    ///
+    /// # Errors
+    /// [`Config::validate`] refuses the settings; those in force stay.
+    pub fn configure(&mut self, config: Config<AXES>) -> Result<(), ConfigError> {
+        config.validate()?;
         self.limits = Limits::new(&config);
         self.scales = Scales::new(&config, &self.kinematics);
         self.target = [(Coordinate::ZERO, 0); MOTORS];
         self.config = config;
         self.fit_room();
         self.forget_direction();
+        Ok(())
     }
 
     fn fit_room(&mut self) {

@@ -19,7 +19,7 @@ fn config() -> Config<2> {
 }
 
 fn cartesian() -> Planner<'static, Cartesian, 2, 2> {
-    Planner::new(config(), Cartesian, queue::<2, 8>())
+    Planner::new(config(), Cartesian, queue::<2, 8>()).unwrap()
 }
 
 #[test]
@@ -56,7 +56,8 @@ fn fewer_moves_than_there_is_room_for_can_be_used() {
         },
         Cartesian,
         queue::<2, 8>(),
-    );
+    )
+    .unwrap();
     planner.push(&to(1.0, 0.0, 10.0)).unwrap();
     planner.push(&to(2.0, 0.0, 10.0)).unwrap();
     assert_eq!(planner.push(&to(3.0, 0.0, 10.0)), Err(PushError::Full));
@@ -72,7 +73,7 @@ fn limits_along_a_diagonal_are_those_of_the_weakest_axis() {
 
 #[test]
 fn limits_apply_to_axes_where_belts_cross() {
-    let mut planner = Planner::<_, 2, 2>::new(config(), CoreXy, queue::<2, 8>());
+    let mut planner = Planner::<_, 2, 2>::new(config(), CoreXy, queue::<2, 8>()).unwrap();
     planner.push(&to(0.0, 4.0, 1e3)).unwrap();
     assert_eq!(planner.position(), [1000, -1000]);
     let running = *planner.start_next().unwrap();
@@ -89,7 +90,7 @@ fn no_motor_steps_faster_than_the_board_where_belts_cross() {
         ..config()
     };
     let mut queue = Queue::<2, 8>::new();
-    let mut planner = Planner::new(config, CoreXy, &mut queue);
+    let mut planner = Planner::new(config, CoreXy, &mut queue).unwrap();
     // 500 steps/mm of one motor along the diagonal, 250 along an axis.
     for (x, y, rate) in [(4.0, 4.0, 282.84), (8.0, 4.0, 400.0)] {
         planner.push(&to(x, y, 1e4)).unwrap();
@@ -104,8 +105,9 @@ fn a_second_motor_has_the_steps_of_the_first_and_changes_no_limit() {
         steps_per_mm: [100, 80].map(|steps| StepsPerMm::from_nanos(steps * NANOS_PER_MM)),
         ..config()
     };
-    let mut ganged = Planner::<_, 2, 3>::new(config, Ganged { axis_of: [1] }, queue::<3, 8>());
-    let mut single = Planner::<_, 2, 2>::new(config, Cartesian, queue::<2, 8>());
+    let mut ganged =
+        Planner::<_, 2, 3>::new(config, Ganged { axis_of: [1] }, queue::<3, 8>()).unwrap();
+    let mut single = Planner::<_, 2, 2>::new(config, Cartesian, queue::<2, 8>()).unwrap();
     for (x, y) in [(3.0, 4.0), (-1.0, 0.3), (7.0, 7.0)] {
         ganged.push(&to(x, y, 80.0)).unwrap();
         single.push(&to(x, y, 80.0)).unwrap();
@@ -122,7 +124,8 @@ fn a_second_motor_has_the_steps_of_the_first_and_changes_no_limit() {
 
 #[test]
 fn counts_of_a_second_motor_are_brought_to_those_of_the_first() {
-    let planner = Planner::<_, 2, 3>::new(config(), Ganged { axis_of: [0] }, queue::<3, 8>());
+    let planner =
+        Planner::<_, 2, 3>::new(config(), Ganged { axis_of: [0] }, queue::<3, 8>()).unwrap();
     assert_eq!(planner.ganged([5, 6, 9]), [5, 6, 5]);
     assert_eq!(cartesian().ganged([5, 6]), [5, 6]);
 }
@@ -175,10 +178,12 @@ fn an_arc_bounds_the_speed_and_leaves_less_for_ramps_unless_grbls_rule_is_in_for
     // At 200 % the feed of 5 mm/s is 10: a pull of 50 mm/s².
     let (slow, _) = planner.plan(&chord(5.0), [75, 100], 100);
     assert!((slow.acceleration - 200.0 * (1.0f32 - 0.0625).sqrt()).abs() < 1e-2);
-    planner.configure(Config {
-        corner_rule: CornerRule::Grbl,
-        ..config()
-    });
+    planner
+        .configure(Config {
+            corner_rule: CornerRule::Grbl,
+            ..config()
+        })
+        .unwrap();
     let (grbl, _) = planner.plan(&chord(50.0), [75, 100], 100);
     assert!((grbl.acceleration - 250.0).abs() < 1e-2);
     assert!((grbl.rate - 62.5).abs() < 1e-3);
@@ -212,7 +217,7 @@ proptest! {
         scale in 1i64..2_000_000_000_000,
     ) {
         let config = Config { steps_per_mm: [StepsPerMm::from_nanos(scale); 2], ..config() };
-        let mut planner = Planner::<_, 2, 2>::new(config, Cartesian, queue::<2, 8>());
+        let mut planner = Planner::<_, 2, 2>::new(config, Cartesian, queue::<2, 8>()).unwrap();
         for (x, y) in moves {
             let of = Move { target: [x, y].map(Coordinate::from_nanos), power: MovePower::Off, outputs: Outputs(0), ..to(0.0, 0.0, 1.0) };
             planner.push(&of).unwrap();

@@ -27,7 +27,8 @@ fn worst(planner: &mut ThePlanner<'_>) {
         max_rate: [5000.0 / 60.0; 3],
         acceleration: [10.0; 3],
         ..Config::default()
-    });
+    })
+.unwrap();
     planner.set_position([0; 3]);
     for index in 1..planner.capacity() {
         let x = index as f32 * 0.15; // no piece of a few steps, which would be joined to the one before it
@@ -43,7 +44,7 @@ fn worst(planner: &mut ThePlanner<'_>) {
 #[cortex_m_rt::entry]
 fn main() -> ! {
     let mut queue = Queue::<3, 1024>::new();
-    let mut planner = ThePlanner::new(Config::default(), Cartesian, &mut queue);
+    let mut planner = ThePlanner::new(Config::default(), Cartesian, &mut queue).unwrap();
     let planner = black_box(&mut planner);
     let [mid, slow, fast_slow, fast, far] = SETTINGS;
     plan_a_spiral::<0>(planner, CornerRule::Limits, mid);

@@ -22,7 +22,8 @@ fn cruise(planner: &mut ThePlanner<'_>) {
         max_rate: [CRUISE; 3],
         acceleration: [1000.0; 3],
         ..Config::default()
-    });
+    })
+.unwrap();
     planner.set_position([0; 3]);
     // The speed along the path with which the dominant axis is at `CRUISE`.
     let length = libm::sqrtf(1.0 + 0.81 + 0.64);
@@ -42,7 +43,7 @@ fn cruise(planner: &mut ThePlanner<'_>) {
 #[cortex_m_rt::entry]
 fn main() -> ! {
     let mut queue = Queue::<3, 1024>::new();
-    let mut planner = ThePlanner::new(Config::default(), Cartesian, &mut queue);
+    let mut planner = ThePlanner::new(Config::default(), Cartesian, &mut queue).unwrap();
     let planner = black_box(&mut planner);
     let [mid, slow, fast_slow, fast, far] = SETTINGS;
     plan_a_spiral::<0>(planner, CornerRule::Grbl, mid);

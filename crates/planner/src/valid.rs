@@ -1,0 +1,205 @@
+//! Which [`Config`]s can be planned with.
+
+use crate::Config;
+use core::fmt;
+use core::ops::RangeInclusive;
+
+/// Rates in mm/s and accelerations in mm/s²: all that GRBL's settings can say, and far from where an `f32` overflows.
+const ABOVE_ZERO: RangeInclusive<f32> = 1e-12..=1e10;
+/// Jerk in mm/s³ and junction deviation in mm.
+const ZERO_OR_MORE: RangeInclusive<f32> = 0.0..=1e10;
+/// Edges are exact in segments of a millisecond at most.
+const SEGMENT: RangeInclusive<f32> = 1e-6..=1e-3;
+/// Time is counted in microseconds elsewhere.
+const SLOWEST_TIMER_HZ: u32 = 1_000_000;
+
+/// The value of a [`Config`] with which nothing can be planned: not a number, infinite, or out of range.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum ConfigError {
+    /// Steps/mm of this axis, counted from 0: none.
+    StepsPerMm(usize),
+    /// Highest rate of this axis, counted from 0: not within 10⁻¹² to 10¹⁰ mm/s.
+    MaxRate(usize),
+    /// Highest acceleration of this axis, counted from 0: not within 10⁻¹² to 10¹⁰ mm/s².
+    Acceleration(usize),
+    /// Not within 0 to 10¹⁰ mm/s³.
+    Jerk,
+    /// Not within 0 to 10¹⁰ mm.
+    JunctionDeviation,
+    /// Not within 10⁻¹² to 10¹⁰ mm.
+    ArcTolerance,
+    /// Below 1 MHz.
+    Timer,
+    /// No count of the timer.
+    ShortestTick,
+    /// Not within 1 µs to 1 ms.
+    LongestSegment,
+    /// No room for a move.
+    Moves,
+}
+
+impl fmt::Display for ConfigError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let text = match self {
+            Self::StepsPerMm(axis) => return write!(f, "axis {axis} has no steps/mm"),
+            Self::MaxRate(axis) => return write!(f, "the rate of axis {axis} is not above 0 mm/s"),
+            Self::Acceleration(axis) => {
+                return write!(f, "the acceleration of axis {axis} is not above 0 mm/s²")
+            }
+            Self::Jerk => "the jerk is below 0 mm/s³",
+            Self::JunctionDeviation => "the junction deviation is below 0 mm",
+            Self::ArcTolerance => "the arc tolerance is not above 0 mm",
+            Self::Timer => "the step timer is slower than 1 MHz",
+            Self::ShortestTick => "the shortest tick is no count of the step timer",
+            Self::LongestSegment => "the longest segment is not within 1 µs to 1 ms",
+            Self::Moves => "there is no room for a move",
+        };
+        f.write_str(text)
+    }
+}
+
+impl core::error::Error for ConfigError {}
+
+impl<const AXES: usize> Config<AXES> {
+    /// Checks that moves can be planned with these settings. [`crate::Planner::new`] asks.
+    ///
+    /// # Errors
+    /// The first value that is not a number, infinite, or out of its range.
+    pub fn validate(&self) -> Result<(), ConfigError> {
+        for (axis, scale) in self.steps_per_mm.iter().enumerate() {
+            ensure(scale.nanos() > 0, ConfigError::StepsPerMm(axis))?;
+        }
+        for (axis, rate) in self.max_rate.iter().enumerate() {
+            ensure(ABOVE_ZERO.contains(rate), ConfigError::MaxRate(axis))?;
+        }
+        for (axis, limit) in self.acceleration.iter().enumerate() {
+            ensure(ABOVE_ZERO.contains(limit), ConfigError::Acceleration(axis))?;
+        }
+        let (jerk, deviation) = (&self.jerk, &self.junction_deviation);
+        let tolerance = &self.arc_tolerance;
+        ensure(ZERO_OR_MORE.contains(jerk), ConfigError::Jerk)?;
+        ensure(
+            ZERO_OR_MORE.contains(deviation),
+            ConfigError::JunctionDeviation,
+        )?;
+        ensure(ABOVE_ZERO.contains(tolerance), ConfigError::ArcTolerance)?;
+        ensure(self.timer_hz >= SLOWEST_TIMER_HZ, ConfigError::Timer)?;
+        ensure(self.shortest_tick.0 > 0, ConfigError::ShortestTick)?;
+        let segment = &self.longest_segment;
+        ensure(SEGMENT.contains(segment), ConfigError::LongestSegment)?;
+        ensure(self.moves > 0, ConfigError::Moves)
+    }
+}
+
+fn ensure(holds: bool, error: ConfigError) -> Result<(), ConfigError> {
+    holds.then_some(()).ok_or(error)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Cartesian, Planner, Queue, StepsPerMm};
+    use leadscrew_stepper::Ticks;
+    use std::vec::Vec;
+
+    type TwoAxes = Config<2>;
+
+    const NEVER: [f32; 5] = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -1.0, -1e-30];
+
+    fn refused(change: impl Fn(&mut TwoAxes)) -> Option<ConfigError> {
+        let mut config = TwoAxes::default();
+        change(&mut config);
+        let mut queue = Queue::<2, 4, 4>::new();
+        let made = Planner::new(config, Cartesian, &mut queue).err();
+        assert_eq!(config.validate().err(), made);
+        made
+    }
+
+    #[test]
+    fn a_planner_is_made_of_the_defaults_and_of_the_ends_of_all_ranges() {
+        assert_eq!(refused(|_| {}), None);
+        assert_eq!(refused(|config| config.jerk = 0.0), None);
+        assert_eq!(refused(|config| config.junction_deviation = 0.0), None);
+        assert_eq!(refused(|config| config.max_rate = [1e-12, 1e10]), None);
+        assert_eq!(refused(|config| config.longest_segment = 1e-3), None);
+    }
+
+    #[test]
+    fn a_value_that_is_no_number_infinite_or_negative_is_named() {
+        for value in NEVER {
+            let found: Vec<_> = [
+                refused(|config| config.max_rate[1] = value),
+                refused(|config| config.acceleration[0] = value),
+                refused(|config| config.jerk = value),
+                refused(|config| config.junction_deviation = value),
+                refused(|config| config.arc_tolerance = value),
+                refused(|config| config.longest_segment = value),
+            ]
+            .into_iter()
+            .collect();
+            let expected = [
+                ConfigError::MaxRate(1),
+                ConfigError::Acceleration(0),
+                ConfigError::Jerk,
+                ConfigError::JunctionDeviation,
+                ConfigError::ArcTolerance,
+                ConfigError::LongestSegment,
+            ];
+            assert_eq!(found, expected.map(Some), "{value}");
+        }
+    }
+
+    #[test]
+    fn zero_is_refused_where_it_would_make_a_move_without_end() {
+        let none = StepsPerMm::from_nanos(0);
+        assert_eq!(
+            refused(|config| config.steps_per_mm[1] = none),
+            Some(ConfigError::StepsPerMm(1))
+        );
+        assert_eq!(
+            refused(|config| config.max_rate[0] = 0.0),
+            Some(ConfigError::MaxRate(0))
+        );
+        assert_eq!(
+            refused(|config| config.acceleration[1] = 0.0),
+            Some(ConfigError::Acceleration(1))
+        );
+        assert_eq!(
+            refused(|config| config.timer_hz = 0),
+            Some(ConfigError::Timer)
+        );
+        let no_tick = |config: &mut TwoAxes| config.shortest_tick = Ticks(0);
+        assert_eq!(refused(no_tick), Some(ConfigError::ShortestTick));
+        assert_eq!(refused(|config| config.moves = 0), Some(ConfigError::Moves));
+    }
+
+    #[test]
+    fn a_planner_keeps_its_settings_where_others_are_refused() {
+        let mut queue = Queue::<2, 4, 4>::new();
+        let config = TwoAxes {
+            moves: 3,
+            ..TwoAxes::default()
+        };
+        let mut planner = Planner::new(config, Cartesian, &mut queue).unwrap();
+        let bad = TwoAxes {
+            jerk: f32::NAN,
+            moves: 2,
+            ..config
+        };
+        assert_eq!(planner.configure(bad), Err(ConfigError::Jerk));
+        assert_eq!(
+            *planner.config(),
+            TwoAxes {
+                pixels: 0,
+                ..config
+            }
+        );
+    }
+
+    #[test]
+    fn an_error_says_what_is_wrong_and_where() {
+        let text = std::format!("{}", ConfigError::MaxRate(2));
+        assert_eq!(text, "the rate of axis 2 is not above 0 mm/s");
+    }
+}
