@@ -1,6 +1,7 @@
 //! The project's own commands: `cargo xtask NAME`, or `cargo fw`.
 #![forbid(unsafe_code)]
 mod bench;
+mod boards;
 mod budget;
 mod call_graph;
 mod failure;
@@ -23,6 +24,7 @@ const USAGE: &str = "usage: cargo xtask COMMAND
                        --highest-rate, --planted
     thumb              build libraries and firmware for the microcontroller; check what is in them
     targets            check the libraries for other processors
+    boards             build the boards in examples/boards; run the one that QEMU emulates
     bench COMMAND...   count x86-64 instructions per line; COMMAND says {lines} for their number
     icount [--check]   count instructions under QEMU; fail above the budgets
     senders [NAME...]  run real senders (meerk40t, grbl-streamer, websockets, cncjs) against `leadscrew serve`";
@@ -33,6 +35,7 @@ fn main() -> ExitCode {
     let done = match words.as_slice() {
         ["fw", ..] => fw::run(&arguments[1..]),
         ["fw-test", ..] => fw_test::run(&arguments[1..]),
+        ["boards"] => boards::run(),
         ["bench", ..] => bench::run(&arguments[1..]),
         ["icount"] => icount::run(false),
         ["icount", "--check"] => icount::run(true),

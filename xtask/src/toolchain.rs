@@ -82,12 +82,18 @@ impl Toolchain {
                 .arg("-Zbuild-std=core")
                 .env("RUSTC_BOOTSTRAP", "1")
                 .env("RUSTC", rustc)
-                .env("CARGO_TARGET_THUMBV7EM_NONE_EABIHF_LINKER", linker)
+                .env(linker_variable(target), linker)
                 // Set by rustup's cargo, which runs this program; it would lead /usr/bin/cargo back to rustup.
                 .env_remove("RUSTUP_TOOLCHAIN");
         }
         command
     }
+}
+
+/// The variable in which cargo looks for the linker of `target`.
+fn linker_variable(target: &str) -> String {
+    let target = target.to_uppercase().replace('-', "_");
+    format!("CARGO_TARGET_{target}_LINKER")
 }
 
 /// The folder of the workspace: cargo names that of this program when it runs it.

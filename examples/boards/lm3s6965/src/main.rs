@@ -1,0 +1,105 @@
+//! leadscrew on a Stellaris LM3S6965 evaluation board: a Cortex-M3 that stock QEMU emulates.
+//!
+//! ```text
+//!  UART0 interrupt --> Receiver      main loop: Machine::poll(board, now)       step timer --> on_timer --> pins
+//!                                          |            ^                            ^
+//!                                          +-- segments-+-------------------------- -+
+//! ```
+//!
+//! Written from `docs/embedding.md`. Pins: steps of X, Y, Z on PE0 to PE2, directions on PD0 to PD2, enable on PE3.
+//! Register addresses and bits are those of the LM3S6965's data sheet.
+#![no_std]
+#![no_main]
+#![deny(unsafe_code)]
+
+mod board;
+mod clock;
+mod handlers;
+mod register;
+mod step_port;
+mod uart;
+mod vectors;
+
+use board::Lm3s;
+use cortex_m::asm;
+use cortex_m_rt::entry;
+use leadscrew_machine::{
+    board::Duration,
+    config::{MachineConfig, MoveQueues, SegmentQueue},
+    inputs::Inputs,
+    machine::{Links, Machine},
+    protocol::serial::SerialQueue,
+    step_timing::StepTiming,
+};
+use leadscrew_planner::Cartesian;
+use leadscrew_stepper::Shared;
+use panic_halt as _;
+use static_cell::{ConstStaticCell, StaticCell};
+
+/// X, Y, Z, a motor each.
+const AXES: usize = 3;
+
+/// Moves that are planned ahead.
+const MOVES: usize = 16;
+
+/// The main loop sleeps no longer than this, so that it sees the clock's high word change.
+const LONGEST_SLEEP: Duration = Duration::from_ticks(5_000);
+
+/// Words that the step interrupt shares with the main loop.
+static SHARED: Shared<AXES> = Shared::new();
+
+/// Words that switch interrupts would share with the main loop. This board has no switches.
+static INPUTS: Inputs<AXES> = Inputs::new();
+
+#[entry]
+fn main() -> ! {
+    // Constants: zeroed memory, which is never built on the stack.
+    static SEGMENTS: ConstStaticCell<SegmentQueue<AXES>> =
+        ConstStaticCell::new(SegmentQueue::new());
+    static MOVE_QUEUES: ConstStaticCell<MoveQueues<AXES, MOVES>> =
+        ConstStaticCell::new(MoveQueues::new());
+    static SERIAL: ConstStaticCell<SerialQueue<129>> = ConstStaticCell::new(SerialQueue::new());
+    static MACHINE: StaticCell<Machine<'static, Cartesian, AXES, AXES, MOVES>> = StaticCell::new();
+
+    clock::start();
+    let (producer, segments) = SEGMENTS.take().split();
+    let (receiver, inbox) = SERIAL.take().split();
+    let links = Links {
+        moves: MOVE_QUEUES.take(),
+        segments: producer,
+        shared: &SHARED,
+        inputs: &INPUTS,
+        inboxes: core::iter::once(inbox).collect(),
+    };
+    let machine = MACHINE.init_with(|| Machine::new(config(), Cartesian, links));
+    handlers::start(receiver, segments);
+
+    let mut board = Lm3s::new();
+    loop {
+        let now = clock::now();
+        let next = machine.poll(&mut board, now);
+        if !next.busy {
+            let latest = now + LONGEST_SLEEP;
+            clock::wake_at(next.when.map_or(latest, |when| when.min(latest)));
+            asm::wfi();
+        }
+    }
+}
+
+fn config() -> MachineConfig<AXES> {
+    MachineConfig {
+        timer_hz: clock::HZ,
+        step_timing: StepTiming {
+            // Not measured on silicon: 20 000 steps a second, for which every Cortex-M3 has time.
+            tick_ns: 45_000,
+            motor_ns: 1_000,
+            pulse_end_ns: 2_000,
+            setup_ns: 1_000,
+            shortest_pulse_us: 3,
+        },
+        moves: MOVES,
+        pixels: 0,
+        receive_size: 128,
+        ..MachineConfig::new()
+    }
+}
