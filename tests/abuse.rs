@@ -281,7 +281,8 @@ impl<'a> Trial<'a> {
             SpindleOutput::Clockwise => "M3",
             SpindleOutput::CounterClockwise => "M4",
         };
-        assert!(has(spindle), "{spindle}: {modes}");
+        let stands = spindle == "M5" && self.wires.stop_the_spindle();
+        assert!(has(spindle) || stands, "{spindle}: {modes}");
         let coolant = CoolantOutput {
             flood: has("M8"),
             mist: has("M7"),
@@ -293,7 +294,7 @@ impl<'a> Trial<'a> {
         let may_be_on = if laser { burns } else { !has("M5") };
         assert!(!on || may_be_on, "power is on: {modes}");
         let zero = has("S0");
-        let may_be_off = laser || zero || has("M5");
+        let may_be_off = laser || zero || has("M5") || stands;
         assert!(on || may_be_off, "power is off: {modes}");
     }
 

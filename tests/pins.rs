@@ -123,8 +123,8 @@ fn under_m4_a_rapid_is_dark() {
 }
 
 #[test]
-fn a_jog_has_the_power_of_the_motion_mode_as_in_grbl() {
-    // G1: on before, during and after it, without an edge. G0: never on.
+fn a_jog_has_the_power_of_g1_whatever_the_motion_mode_as_in_grbl() {
+    // G1: on before, during and after it, without an edge. G0: on with the jog, as the recording `laser_m3_g0_jog` shows.
     let cut = with_laser(|session| {
         for line in ["M3S500", "G1X1F600", "$J=X2F600"] {
             assert_eq!(session.say(&format!("{line}\n")), ["ok"], "{line}");
@@ -137,8 +137,15 @@ fn a_jog_has_the_power_of_the_motion_mode_as_in_grbl() {
             assert_eq!(session.say(&format!("{line}\n")), ["ok"], "{line}");
         }
     });
-    assert_eq!(step_powers(&rapid), vec![0; 2 * MM]);
-    assert!(powers(&rapid).is_empty());
+    assert_eq!(step_powers(&rapid), [[0; MM], [500; MM]].concat());
+    assert_eq!(powers(&rapid), [500]);
+    // One that goes nowhere lights nothing.
+    let still = with_laser(|session| {
+        for line in ["M3S500", "G0X1", "$J=X1F600"] {
+            assert_eq!(session.say(&format!("{line}\n")), ["ok"], "{line}");
+        }
+    });
+    assert!(powers(&still).is_empty());
     let scaled = with_laser(|session| {
         for line in ["M4S500", "G1F600", "$J=X4F600"] {
             assert_eq!(session.say(&format!("{line}\n")), ["ok"], "{line}");

@@ -12,6 +12,8 @@ pub(super) const LINES: usize = 2;
 pub(super) struct Wire {
     to_send: VecDeque<u8>,
     heard: Vec<u8>,
+    /// What has been sent.
+    sent: Vec<u8>,
     /// Lines that have been sent.
     lines: usize,
     /// Greetings heard.
@@ -58,6 +60,15 @@ impl Wire {
 pub(super) struct Wires(pub(super) [Wire; LINES]);
 
 impl Wires {
+    /// Whether a line was sent after which a spindle stands until the next move: `$H`, `$30=`, `$31=`, however spelt.
+    pub(super) fn stop_the_spindle(&self) -> bool {
+        let lines = |wire: &Wire| {
+            let mut lines = wire.sent.split(|byte| matches!(byte, b'\r' | b'\n'));
+            lines.any(|line| line.contains(&b'$') && line.iter().any(|byte| b"Hh3".contains(byte)))
+        };
+        self.0.iter().any(lines)
+    }
+
     /// Drops what waits to be sent; where what is heard from now on begins.
     pub(super) fn begin(&mut self) -> [usize; LINES] {
         self.0.each_mut().map(Wire::begin)
@@ -78,6 +89,7 @@ impl Host for Wires {
     fn next_byte(&mut self, channel: ChannelId) -> Option<u8> {
         let wire = &mut self.0[usize::from(channel.0)];
         let byte = wire.to_send.pop_front()?;
+        wire.sent.push(byte);
         wire.lines += usize::from(matches!(byte, b'\r' | b'\n'));
         Some(byte)
     }

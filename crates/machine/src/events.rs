@@ -15,7 +15,7 @@ use leadscrew_planner::Kinematics;
 /// Realtime commands handled in one poll: bounds its time.
 const REQUESTS_A_POLL: usize = 8;
 
-/// A resume that comes this soon after the hold was in one burst with it: the hold stays.
+/// A resume that comes this soon after a hold in motion, or after a door, was in one burst with it: hold and door stay.
 const BURST: Duration = Duration::from_ticks(2_000);
 
 impl<K, const AXES: usize, const MOTORS: usize, const MOVES: usize>
@@ -133,13 +133,15 @@ where
             State::Hold(Hold::Stopping {
                 then_alarm: true, ..
             }) => {}
-            State::Hold(Hold::Stopping { since, .. } | Hold::Complete { since }) => {
+            State::Hold(Hold::Complete { since: None }) => self.end_hold(),
+            State::Hold(Hold::Stopping { since, .. } | Hold::Complete { since: Some(since) }) => {
                 if now >= since + BURST {
                     self.end_hold();
                 }
             }
             State::Door(Door::Parked) => {
-                if !self.is_door_open(board) {
+                let in_burst = self.door.is_some_and(|door| now < door.since() + BURST);
+                if !in_burst && !self.is_door_open(board) {
                     self.begin_restoring();
                 }
             }
@@ -180,8 +182,10 @@ where
             return;
         };
         self.console.message(Message::CheckDoor);
-        self.motion.hold();
-        self.enter(next);
+        if next != self.state {
+            self.motion.hold();
+            self.enter(next);
+        }
     }
 
     fn override_motion(&mut self) {

@@ -208,10 +208,7 @@ where
             homing: None,
             door: None,
             parking_allowed: true,
-            probed: Probed {
-                position: origin,
-                contact: false,
-            },
+            probed: Probed::NOTHING,
             overrides: Overrides::NONE,
             spindle: Spindle::new(spindle_scale(&settings), settings.is_on(Setting::Laser)),
             rest_power: None,
@@ -341,6 +338,8 @@ where
 
     fn boot<B: Board>(&mut self, board: &mut B, now: Instant) {
         self.booted = true;
+        // A button that is held at power-up was not pressed.
+        self.edges = self.inputs.edges();
         self.apply_settings(board);
         board.set_coolant(self.coolant.output());
         board.enable_motors(false);
@@ -372,7 +371,17 @@ where
 
     /// Whether the motors are not needed whatever `$1` says.
     fn is_locked(&self) -> bool {
-        matches!(self.state, State::Alarm(_) | State::Sleep)
+        match self.state {
+            State::Alarm(_) => true,
+            State::Sleep => self.door.is_none(),
+            State::Idle
+            | State::Run
+            | State::Jog(_)
+            | State::Hold(_)
+            | State::Home
+            | State::Door(_)
+            | State::Check => false,
+        }
     }
 
     fn next(&mut self, now: Instant) -> Next {

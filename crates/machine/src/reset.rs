@@ -11,6 +11,7 @@ use crate::protocol::report::BANNER;
 use crate::protocol::serial::Mark;
 use crate::protocol::status::Status;
 use crate::settings::table::Setting;
+use crate::snapshot::Probed;
 use crate::state::{Lock, State};
 use leadscrew_planner::Kinematics;
 
@@ -70,6 +71,7 @@ where
         self.work_offset = *self.interpreter.work_offset();
         self.parking_allowed = true;
         self.take_position();
+        self.probed = Probed::NOTHING;
         self.reset_overrides();
         self.program_lines = 0;
         self.time_left = None;

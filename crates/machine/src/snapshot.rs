@@ -15,7 +15,7 @@ use crate::settings::table::Setting;
 use crate::state::State;
 use leadscrew_gcode::Number;
 use leadscrew_planner::Kinematics;
-use leadscrew_stepper::{MotorMask, Power};
+use leadscrew_stepper::MotorMask;
 
 /// Bit of `$10` that asks for the time to finish.
 const TIME_LEFT: u8 = StatusReport::<0>::TIME_LEFT;
@@ -30,6 +30,14 @@ pub(crate) struct Probed<const AXES: usize> {
     pub(crate) position: [Coordinate; AXES],
     /// Whether the last probing motion made contact.
     pub(crate) contact: bool,
+}
+
+impl<const AXES: usize> Probed<AXES> {
+    /// As at power-up and after a reset.
+    pub(crate) const NOTHING: Self = Self {
+        position: [Coordinate::ZERO; AXES],
+        contact: false,
+    };
 }
 
 impl<K, const AXES: usize, const MOTORS: usize, const MOVES: usize>
@@ -76,7 +84,7 @@ where
     fn status_report(&mut self, active: &ActiveSwitches, free: usize) -> StatusReport<AXES> {
         let extra = self.cadence.next(self.is_moving_about());
         let coolant = self.coolant.output();
-        let speed = self.spindle.reported_speed(self.power_out());
+        let speed = self.reported_speed();
         StatusReport {
             state: self.state.name(active.door),
             position: numbers(&self.motion.position()),
@@ -88,7 +96,7 @@ where
             },
             line_number: self.line_number(),
             time_left: self.time_left.map(|left| decimal::from_f32(left.seconds())),
-            feed: decimal::from_f32(self.motion.speed() * 60.0),
+            feed: decimal::from_f32(self.reported_feed()),
             speed: decimal::from_f32(speed),
             pins: self.pins(active),
             overrides: OverridePercents {
@@ -110,9 +118,26 @@ where
         }
     }
 
-    fn power_out(&self) -> Power {
+    /// The speed along the path as reports show it, mm/min: as in GRBL, none on the way to sleep.
+    fn reported_feed(&self) -> f32 {
+        match self.state {
+            State::Sleep => 0.0,
+            State::Idle
+            | State::Run
+            | State::Jog(_)
+            | State::Hold(_)
+            | State::Home
+            | State::Door(_)
+            | State::Alarm(_)
+            | State::Check => self.motion.speed() * 60.0,
+        }
+    }
+
+    /// The spindle's speed as reports show it, RPM.
+    pub(crate) fn reported_speed(&self) -> f32 {
         let in_motion = self.motion.power();
-        in_motion.unwrap_or_else(|| self.power_at_rest())
+        let out = in_motion.unwrap_or_else(|| self.power_at_rest());
+        self.spindle.reported_speed(out)
     }
 
     /// Reports know axes only: the switch of a second motor is its axis's.

@@ -70,8 +70,8 @@ pub enum Hold {
     },
     /// At rest (`Hold:0`).
     Complete {
-        /// When the hold began.
-        since: Instant,
+        /// When the hold began to stop motion; `None` where nothing moved.
+        since: Option<Instant>,
     },
 }
 
@@ -103,10 +103,10 @@ impl State {
     /// Whether motion planned by lines or cycles may be under way.
     pub fn is_moving(self) -> bool {
         match self {
-            Self::Run | Self::Jog(_) | Self::Home => true,
+            Self::Run | Self::Jog(_) | Self::Home | Self::Sleep => true, // asleep: parking
             Self::Hold(hold) => matches!(hold, Hold::Stopping { .. }),
             Self::Door(door) => door != Door::Parked,
-            Self::Idle | Self::Alarm(_) | Self::Check | Self::Sleep => false,
+            Self::Idle | Self::Alarm(_) | Self::Check => false,
         }
     }
 
@@ -162,7 +162,7 @@ impl State {
                 since: now,
                 then_alarm: false,
             })),
-            Self::Idle | Self::Run => Some(Self::Hold(Hold::Complete { since: now })),
+            Self::Idle | Self::Run => Some(Self::Hold(Hold::Complete { since: None })),
             Self::Jog(_) => self.jog_cancel(),
             Self::Hold(_)
             | Self::Home
@@ -178,7 +178,8 @@ impl State {
         (self == Self::Jog(Jog::Moving)).then_some(Self::Jog(Jog::Cancelling { then_door: false }))
     }
 
-    /// After 0x84 or the door's edge. `moving`: whether there is anything to slow down.
+    /// After 0x84 or the door's edge. `moving`: whether there is anything to slow down. An open door, or a sleeping machine,
+    /// stays as it is.
     pub fn door_opens(self, moving: bool) -> Option<Self> {
         match self {
             Self::Jog(_) => Some(Self::Jog(Jog::Cancelling { then_door: true })),
@@ -188,7 +189,8 @@ impl State {
                 Door::Retracting
             })),
             Self::Door(Door::Restoring) => Some(Self::Door(Door::Retracting)),
-            Self::Door(_) | Self::Home | Self::Alarm(_) | Self::Check | Self::Sleep => None,
+            Self::Door(_) | Self::Sleep => Some(self),
+            Self::Home | Self::Alarm(_) | Self::Check => None,
         }
     }
 
@@ -198,7 +200,7 @@ impl State {
             Self::Hold(Hold::Stopping {
                 since,
                 then_alarm: false,
-            }) => Some(Self::Hold(Hold::Complete { since })),
+            }) => Some(Self::Hold(Hold::Complete { since: Some(since) })),
             Self::Hold(Hold::Stopping {
                 then_alarm: true, ..
             }) => Some(Self::Alarm(Lock::Critical)),

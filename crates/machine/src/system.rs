@@ -100,7 +100,7 @@ where
             SystemCommand::Unlock => self.unlock(board)?,
             SystemCommand::Home(homing) => return Ok(self.home(id, homing, board, now)?),
             SystemCommand::Jog(line) => return self.jog(id, line, board, now),
-            SystemCommand::Sleep => return Ok(self.sleep(id, board)),
+            SystemCommand::Sleep => return Ok(self.sleep(id, board, now)),
             SystemCommand::Restore(what) => return Ok(self.restore_defaults(id, what, board, now)),
             SystemCommand::Set { number, value } => return Ok(self.set(number, value, board)?),
         }
@@ -209,13 +209,23 @@ where
         Ok(Reply::Later)
     }
 
-    /// `$SLP`: answered first, as Grbl does.
-    fn sleep<B: Board>(&mut self, id: ChannelId, board: &mut B) -> Reply {
+    /// `$SLP`: answered first, as Grbl does. Out of Alarm it does not park: the position may be wrong.
+    fn sleep<B: Board>(&mut self, id: ChannelId, board: &mut B, now: Instant) -> Reply {
         self.console.answer(id, Ok(()));
-        self.switch_outputs_off(board);
+        let parks = self.state == State::Idle && self.parks();
         self.enter(State::Sleep);
-        self.console.message(Message::Sleeping);
+        if parks {
+            self.begin_retracting(now);
+        } else {
+            self.fall_asleep(board);
+        }
         Reply::Later
+    }
+
+    /// The end of `$SLP`, at rest.
+    pub(crate) fn fall_asleep<B: Board>(&mut self, board: &mut B) {
+        self.switch_outputs_off(board);
+        self.console.message(Message::Sleeping);
     }
 
     fn restore_defaults<B: Board>(
@@ -260,7 +270,6 @@ where
         board: &mut B,
     ) -> Result<Reply, Status> {
         let entry = Entry { number, value };
-        let inches = self.settings.is_on(Setting::Inches);
         let limits = self.config.step_timing.limits(MOTORS);
         let changes = self.settings.set(entry, limits);
         self.say_step_rate(number, changes.as_ref().err());
@@ -268,8 +277,12 @@ where
         for change in changes {
             self.unsaved.add_setting::<AXES>(change.number);
         }
+        let scales = [Setting::MaxSpeed, Setting::MinSpeed];
+        if scales.iter().any(|scale| scale.row().number == number) {
+            self.spindle.stand(self.reported_speed());
+        }
         self.apply_settings(board);
-        if self.settings.is_on(Setting::Inches) != inches {
+        if number == Setting::Inches.row().number {
             self.cadence.work_offset_changed();
         }
         Ok(Reply::Stored)

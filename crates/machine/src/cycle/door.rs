@@ -7,7 +7,7 @@
 //!
 //! The motions are left out on machines without parking, while parking is forbidden (M56 P0), without homing
 //! (`$22`), and where the spindle is higher than the place to park already. Delays are for what was on; a laser needs none, and
-//! comes back with the program alone.
+//! comes back with the program alone. `$SLP` goes the same way as far as `park`.
 
 use crate::board::{Board, Duration, Instant};
 use crate::config::ParkingConfig;
@@ -33,6 +33,8 @@ enum Step {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct DoorCycle<const AXES: usize> {
     step: Step,
+    /// When it began, at rest.
+    since: Instant,
     /// Where the path was left, where the machine parked.
     left_at: Option<[Coordinate; AXES]>,
 }
@@ -44,6 +46,11 @@ impl<const AXES: usize> DoorCycle<AXES> {
             Step::PullOut | Step::Park | Step::Unpark | Step::Plunge => true,
             Step::Parked | Step::SpindleRunsUp(_) | Step::CoolantFlows(_) => false,
         }
+    }
+
+    /// When it began, at rest.
+    pub(crate) fn since(&self) -> Instant {
+        self.since
     }
 
     /// When `Machine::poll` is to look again.
@@ -63,8 +70,9 @@ where
     /// Goes on with the door's sequence. Main loop.
     pub(crate) fn advance_door<B: Board>(&mut self, board: &mut B, now: Instant) {
         match self.state {
-            State::Door(Door::Retracting) => self.retract(board),
+            State::Door(Door::Retracting) => self.retract(board, now),
             State::Door(Door::Restoring) => self.restore(board, now),
+            State::Sleep => self.retract_to_sleep(board),
             State::Door(Door::Stopping | Door::Parked)
             | State::Idle
             | State::Run
@@ -72,17 +80,16 @@ where
             | State::Hold(_)
             | State::Home
             | State::Alarm(_)
-            | State::Check
-            | State::Sleep => {}
+            | State::Check => {}
         }
     }
 
-    fn retract<B: Board>(&mut self, board: &mut B) {
+    fn retract<B: Board>(&mut self, board: &mut B, now: Instant) {
         if !self.motion.is_aside_idle() {
             return;
         }
         match self.door.map(|door| door.step) {
-            None => self.begin_retracting(),
+            None => self.begin_retracting(now),
             Some(Step::PullOut) => {
                 self.suspend_outputs(board);
                 self.move_spindle_axis(Step::Park);
@@ -96,14 +103,38 @@ where
         }
     }
 
-    fn begin_retracting(&mut self) {
+    /// The same on the way to sleep, from which only a reset leads back.
+    fn retract_to_sleep<B: Board>(&mut self, board: &mut B) {
+        if !self.motion.is_aside_idle() {
+            return;
+        }
+        match self.door.map(|door| door.step) {
+            None => {}
+            Some(Step::PullOut) => {
+                self.suspend_outputs(board);
+                self.move_spindle_axis(Step::Park);
+            }
+            Some(_) => {
+                self.door = None;
+                self.motion.forget();
+                self.take_position();
+                self.fall_asleep(board);
+            }
+        }
+    }
+
+    /// Whether retracting moves the spindle axis out of the way.
+    pub(crate) fn parks(&self) -> bool {
         let position = self.motion.position();
-        let left_at = self
-            .parking()
-            .filter(|parking| parking.is_worth_it(&position))
-            .map(|_| position);
+        self.parking()
+            .is_some_and(|parking| parking.is_worth_it(&position))
+    }
+
+    pub(crate) fn begin_retracting(&mut self, now: Instant) {
+        let left_at = self.parks().then(|| self.motion.position());
         self.door = Some(DoorCycle {
             step: Step::PullOut,
+            since: now,
             left_at,
         });
         self.move_spindle_axis(Step::PullOut);

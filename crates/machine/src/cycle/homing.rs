@@ -124,10 +124,13 @@ impl<K, const AXES: usize, const MOTORS: usize, const MOVES: usize>
 where
     K: Kinematics<AXES, MOTORS> + Clone,
 {
-    /// Begins to home `groups` of axes, one after the other; the line is answered at the end.
+    /// Begins to home `groups` of axes, one after the other; the line is answered at the end. A spindle stands until the next
+    /// move.
     pub(crate) fn begin_homing(&mut self, origin: Origin, groups: [AxisMask; 4], now: Instant) {
         self.enter(State::Home);
         self.stop_cutting();
+        self.spindle.stand(0.0);
+        self.update_power();
         self.inputs.configure(&InputConfig {
             hard_limits: false,
             ..self.input_config()

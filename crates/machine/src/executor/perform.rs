@@ -81,16 +81,12 @@ where
             Command::Spindle(spindle) => self.perform_spindle(spindle),
             Command::Coolant(coolant) => self.perform_coolant(*coolant, board),
             Command::StoreOffset { id, value: _ } => self.perform_store(*id),
-            Command::WorkOffset(offset) => {
-                self.work_offset = *offset;
-                self.cadence.work_offset_changed();
-                Progress::Done
-            }
+            Command::WorkOffset(offset) => self.perform_work_offset(offset),
             Command::ParkingControl(allowed) => {
                 self.parking_allowed = *allowed;
                 Progress::Done
             }
-            Command::Pause => self.perform_pause(now),
+            Command::Pause => self.perform_pause(),
             Command::ProgramEnd => self.perform_program_end(board),
         }
     }
@@ -255,9 +251,11 @@ where
 
     /// A move that is not a step long: a laser at constant power still changes, once motion has ended.
     fn stay(&mut self, next: &Move<AXES>, spindle: &Spindle) -> Progress {
-        let changes = self.spindle.is_laser()
-            && spindle.rotation == Rotation::Clockwise
-            && self.changes_spindle(spindle);
+        if !self.spindle.is_laser() || self.executor.is_jogging() {
+            self.path_end = next.target;
+            return Progress::Done;
+        }
+        let changes = spindle.rotation == Rotation::Clockwise && self.changes_spindle(spindle);
         if changes && !self.is_motion_over() {
             return Progress::Wait;
         }
@@ -316,11 +314,19 @@ where
         if self.state == State::Check {
             return Progress::Done;
         }
-        if !self.is_motion_over() {
+        if self.changes_at_rest(spindle) && !self.is_motion_over() {
             return Progress::Wait;
         }
         self.want_spindle(*spindle);
+        self.cadence.overrides_changed();
         Progress::Done
+    }
+
+    /// Whether a spindle command changes the output at rest. A laser under M4 is off then, and its moves have their power.
+    fn changes_at_rest(&self, spindle: &Spindle) -> bool {
+        let dynamic = Rotation::Counterclockwise;
+        let rotations = (self.last_spindle.rotation, spindle.rotation);
+        !self.spindle.is_laser() || rotations != (dynamic, dynamic)
     }
 
     fn perform_coolant<B: Board>(&mut self, coolant: Coolant, board: &mut B) -> Progress {
@@ -359,13 +365,23 @@ where
         }
     }
 
-    fn perform_pause(&mut self, now: Instant) -> Progress {
+    /// Waits for motion to end, as GRBL does: reports subtract one offset from all positions.
+    fn perform_work_offset(&mut self, offset: &[Coordinate; AXES]) -> Progress {
+        if self.state != State::Check && !self.is_motion_over() {
+            return Progress::Wait;
+        }
+        self.work_offset = *offset;
+        self.cadence.work_offset_changed();
+        Progress::Done
+    }
+
+    fn perform_pause(&mut self) -> Progress {
         if self.state == State::Check || self.executor.is_paused() {
             return Progress::Done;
         }
         if self.is_motion_over() {
             self.executor.wait = Wait::Pause;
-            self.enter(State::Hold(Hold::Complete { since: now }));
+            self.enter(State::Hold(Hold::Complete { since: None }));
         }
         Progress::Wait
     }
@@ -380,21 +396,20 @@ where
             self.cadence.work_offset_changed();
         }
         self.reset_overrides();
-        self.parking_allowed = true;
         self.program_lines = 0;
         self.console.message(Message::ProgramEnd);
         Progress::Done
     }
 
-    /// Notes what the spindle is to do with the moves planned from now on.
+    /// Notes what the spindle is to do with the moves planned from now on; one that stands until then turns again.
     #[inline(never)]
     pub(crate) fn want_spindle(&mut self, spindle: Spindle) {
-        if self.changes_spindle(&spindle) {
-            let before = self.spindle.accessory();
+        if self.changes_spindle(&spindle) || self.spindle.stands() {
+            let (stood, before) = (self.spindle.stands(), self.spindle.accessory());
             self.spindle.want(wanted(&spindle));
             self.last_spindle = spindle;
             self.update_power();
-            if self.spindle.accessory() != before {
+            if !stood && self.spindle.accessory() != before {
                 self.cadence.overrides_changed();
             }
         }

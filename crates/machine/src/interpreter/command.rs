@@ -20,7 +20,8 @@ pub type Commands<const AXES: usize> = Vec<Command<AXES>, MAX_COMMANDS>;
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Command<const AXES: usize> {
-    /// Wait until motion has ended, then set the spindle so. Comes only where GRBL waits: see [`Spindle`].
+    /// Wait until motion has ended, then set the spindle so; a laser under M4, which is off at rest, need not wait for another
+    /// speed. Comes only with a change: see [`Spindle`].
     Spindle(Spindle),
     /// Wait until motion has ended, then set the coolant so.
     Coolant(Coolant),
@@ -35,7 +36,7 @@ pub enum Command<const AXES: usize> {
         /// Its value, machine coordinates.
         value: [Coordinate; AXES],
     },
-    /// From now on this is the work offset that reports subtract and show as `WCO`.
+    /// Wait until motion has ended; from then on this is the work offset that reports subtract and show as `WCO`.
     WorkOffset([Coordinate; AXES]),
     /// Go straight to the target.
     Line(Travel<AXES>),

@@ -37,7 +37,7 @@ impl<const AXES: usize> Interpreter<AXES> {
         laser_mode: bool,
         commands: &mut Commands<AXES>,
     ) {
-        if spindle_waits(&self.modal, modal, path, laser_mode) {
+        if commands_spindle(&self.modal, modal, path, laser_mode) {
             push(commands, Command::Spindle(spindle(modal)));
         }
         if self.modal.coolant != modal.coolant {
@@ -155,12 +155,17 @@ impl<const AXES: usize> Interpreter<AXES> {
     }
 }
 
-/// Whether the spindle has to wait for motion to end and then change.
+/// Whether the line is a spindle command.
 ///
-/// A laser changes with the motion instead, and under M4 it is off at rest: only switching it on or off waits, and,
-/// under M3, what changes its power at rest: S, or whether the motion mode cuts, on a line without motion.
+/// A laser changes with the motion instead: only switching it on or off is a command, and S on a line without motion. Under M3
+/// a change of the motion mode is one, too: it changes the power at rest.
 #[inline]
-fn spindle_waits(before: &ModalState, after: &ModalState, path: &Path, laser_mode: bool) -> bool {
+fn commands_spindle(
+    before: &ModalState,
+    after: &ModalState,
+    path: &Path,
+    laser_mode: bool,
+) -> bool {
     if before.rotation != after.rotation {
         return true;
     }
@@ -173,7 +178,7 @@ fn spindle_waits(before: &ModalState, after: &ModalState, path: &Path, laser_mod
     match after.rotation {
         Rotation::Off => false,
         Rotation::Clockwise if laser_mode => still && (speed_changes || mode_changes),
-        Rotation::Counterclockwise if laser_mode => false,
+        Rotation::Counterclockwise if laser_mode => still && speed_changes,
         Rotation::Clockwise | Rotation::Counterclockwise => speed_changes,
     }
 }

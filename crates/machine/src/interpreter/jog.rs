@@ -1,7 +1,7 @@
 //! Jogs: `$J=` and words.
 
 use super::check::{Check, Plan, Purpose};
-use super::command::{Feed, Jog, Travel};
+use super::command::{Feed, Jog, Spindle, Travel};
 use super::commit::spindle;
 use super::context::Context;
 use super::fault::Fault;
@@ -38,7 +38,10 @@ impl<const AXES: usize> Interpreter<AXES> {
         let travel = Travel {
             target: plan.target,
             feed: Feed::PerMinute(plan.feed),
-            spindle: spindle(&self.modal),
+            spindle: Spindle {
+                cutting: true, // a laser is lit as in G1, whatever the motion mode
+                ..spindle(&self.modal)
+            },
             line_number: plan.line_number,
         };
         Ok((block.axis_mask != 0).then_some(Jog { travel }))

@@ -339,6 +339,7 @@ impl ModalState {
             tool: self.tool,
             feed: self.feed,
             speed: self.speed,
+            parking: self.parking,
             ..Self::default()
         }
     }
@@ -401,6 +402,6 @@ mod tests {
         let after = state.after_program_end();
         assert_eq!(after.to_string(), "G1 G54 G17 G20 G90 G94 M5 M9");
         assert_eq!((after.feed, after.speed), (state.feed, state.speed));
-        assert!(after.parking);
+        assert!(!after.parking);
     }
 }

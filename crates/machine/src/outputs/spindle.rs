@@ -75,6 +75,8 @@ pub struct Spindle {
     percent: u8,
     /// Kept off by the door or 0x9E, whatever is wanted. A laser's gate needs no such word.
     suspended: bool,
+    /// It stands until the next move or spindle command; the speed that reports go on to show, RPM.
+    stands_at: Option<f32>,
     scale: SpindleScale,
     /// A laser stands in its place (`$32`).
     laser: bool,
@@ -91,6 +93,7 @@ impl Spindle {
             },
             percent: 100,
             suspended: false,
+            stands_at: None,
             scale,
             laser,
         }
@@ -104,7 +107,18 @@ impl Spindle {
 
     /// Notes what is wanted from now on; moves bring the power of a laser along.
     pub fn want(&mut self, wanted: Wanted) {
+        self.stands_at = None;
         self.wanted = wanted;
+    }
+
+    /// Stops until the next move or spindle command wants something; reports show `speed` meanwhile, RPM.
+    pub fn stand(&mut self, speed: f32) {
+        self.stands_at = Some(speed);
+    }
+
+    /// Whether it waits for the next move or spindle command.
+    pub fn stands(&self) -> bool {
+        self.stands_at.is_some()
     }
 
     /// Sets the override in percent.
@@ -129,7 +143,7 @@ impl Spindle {
 
     /// The direction to put out.
     pub fn output(&self, state: State) -> SpindleOutput {
-        if self.suspended || self.is_shut(state) {
+        if self.suspended || self.stands() || self.is_shut(state) {
             SpindleOutput::Off
         } else {
             self.wanted.output
@@ -158,7 +172,7 @@ impl Spindle {
 
     /// The direction, as reports show it (`A:S`, `A:C`), at a speed in RPM: a laser that is dark does not turn.
     pub fn turning_at(&self, speed: f32) -> SpindleOutput {
-        if speed > 0.0 {
+        if speed > 0.0 && !self.stands() {
             self.wanted.output
         } else {
             SpindleOutput::Off
@@ -167,10 +181,10 @@ impl Spindle {
 
     /// The speed as reports show it, RPM: a laser's is that of the power that is put out, `out`, whatever `S` says.
     pub fn reported_speed(&self, out: Power) -> f32 {
-        if !self.laser || out == self.power() {
-            self.actual_speed()
-        } else {
-            self.scale.speed(out)
+        match self.stands_at {
+            Some(speed) => speed,
+            None if !self.laser || out == self.power() => self.actual_speed(),
+            None => self.scale.speed(out),
         }
     }
 
@@ -190,6 +204,7 @@ impl Spindle {
             return self.power();
         }
         match beam(state, self.wanted, self.percent, &self.scale) {
+            Beam::Constant(_) if self.stands() => Power::OFF,
             Beam::Constant(power) => power,
             Beam::WithSpeed(_) | Beam::Dark => Power::OFF,
         }
@@ -202,7 +217,7 @@ impl Spindle {
 
     /// The speed that is wanted now, with the override; 0 while off. RPM.
     fn wanted_speed(&self) -> f32 {
-        if self.suspended || !self.is_wanted() {
+        if self.suspended || self.stands() || !self.is_wanted() {
             return 0.0;
         }
         self.wanted.speed * f32::from(self.percent) / 100.0

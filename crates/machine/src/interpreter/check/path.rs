@@ -34,7 +34,7 @@ impl<const AXES: usize> Check<'_, AXES> {
         match motion {
             Motion::Rapid | Motion::Feed if still => Ok(Path::None),
             Motion::Rapid | Motion::Feed => Ok(Path::Straight),
-            Motion::Arc(turn) => self.arc(turn, target).map(Path::Arc),
+            Motion::Arc(turn) => self.arc(turn, target),
             Motion::Probe(_) if still => Err(Refusal::g(Status::NoAxisWords, 38)),
             Motion::Probe(_) if *target == self.state.position => {
                 Err(Refusal::words(Status::InvalidTarget, AXIS_WORDS))
@@ -44,7 +44,8 @@ impl<const AXES: usize> Check<'_, AXES> {
         }
     }
 
-    fn arc(&mut self, turn: Turn, target: &[Coordinate; AXES]) -> Result<ArcShape, Refusal> {
+    /// An arc; where its radius is given and only the axis across the plane moves, a straight line along that axis.
+    fn arc(&mut self, turn: Turn, target: &[Coordinate; AXES]) -> Result<Path, Refusal> {
         let plane = self.block.modal.plane;
         let (first, second) = plane.axes();
         if self.block.axis_mask == 0 {
@@ -59,16 +60,20 @@ impl<const AXES: usize> Check<'_, AXES> {
         }
         let travel =
             [first, second].map(|axis| pick(target, axis) - pick(&self.state.position, axis));
-        let centre = if self.gives(R) {
-            self.centre_by_radius(travel, turn)?
-        } else {
-            self.centre_by_offset(travel, plane)?
+        let stays_in_plane = travel == [Coordinate::ZERO; 2];
+        let centre = match self.gives(R) {
+            true if stays_in_plane && *target != self.state.position => {
+                self.unused = self.unused.without(R);
+                return Ok(Path::Straight);
+            }
+            true => self.centre_by_radius(travel, turn)?,
+            false => self.centre_by_offset(travel, plane)?,
         };
-        Ok(ArcShape {
+        Ok(Path::Arc(ArcShape {
             plane,
             turn,
             centre,
-        })
+        }))
     }
 
     fn centre_by_radius(

@@ -90,12 +90,12 @@ fn a_jog_without_axis_words_moves_nothing() {
 }
 
 #[test]
-fn a_jog_keeps_the_laser_as_the_motion_mode_has_it() {
+fn a_jog_lights_the_laser_as_g1_does_whatever_the_motion_mode() {
     let mut bench = Bench::<3>::new();
     bench.laser_mode = true;
     bench.run("G1F1000M3S500");
     let cutting = |bench: &Bench<3>| bench.jog("X1F1").unwrap().unwrap().travel.spindle.cutting;
     assert!(cutting(&bench));
     bench.run("G0");
-    assert!(!cutting(&bench));
+    assert!(cutting(&bench));
 }

@@ -32,6 +32,13 @@ fn inches_are_exact_and_feed_stays_in_mm_per_minute() {
 }
 
 #[test]
+fn an_arc_by_radius_that_moves_only_across_its_plane_is_a_straight_line() {
+    let mut bench = Bench::<3>::after(&["F100"]);
+    assert_eq!(bench.run("G2X0Y0Z5R5"), ["FEED X0 Y0 Z5 F100"]);
+    assert_eq!(bench.run("G18G3X0Y-2Z5R1"), ["FEED X0 Y-2 Z5 F100"]);
+}
+
+#[test]
 fn units_apply_to_all_words_of_their_line_wherever_they_stand() {
     let mut bench = Bench::<3>::new();
     assert_eq!(bench.run("X1G20"), ["RAPID X25.4 Y0 Z0"]);

@@ -45,10 +45,11 @@ fn with_constant_laser_power_the_motion_carries_its_speed() {
 }
 
 #[test]
-fn with_dynamic_laser_power_only_switching_waits() {
+fn with_dynamic_laser_power_only_switching_and_speed_alone_are_commands() {
     let mut bench = Bench::<3>::new();
     bench.laser_mode = true;
     assert_eq!(bench.run("G1F1000M4S500"), ["SPINDLE M4 S500 cutting"]);
+    assert_eq!(bench.run("S300"), ["SPINDLE M4 S300 cutting"]);
     assert!(bench.run("S300").is_empty());
     assert!(bench.run("G0").is_empty());
     assert_eq!(bench.run("G1X1"), ["FEED X1 Y0 Z0 F1000 M4 S300 cutting"]);

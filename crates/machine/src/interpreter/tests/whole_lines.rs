@@ -156,7 +156,6 @@ fn arcs_have_their_errors_in_order() {
         ("G2Z1R1", 32),
         ("G2Z1I1", 32),
         ("G2X0Y0R5", 33),
-        ("G2X0Y0Z5R5", 33),
         ("G2X2R0.9999", 34),
         ("G2X2R0", 34),
         ("G2X1", 35),
