@@ -1,7 +1,7 @@
 //! Where the clocks come from, and what time it is.
 use crate::{profile::PROFILE, wake::wake};
 use leadscrew_machine::board::Instant;
-use stm32f4::stm32f407::{tim5, PWR, RCC, TIM5};
+use stm32f4::stm32f407::{rcc, tim5, PWR, RCC, TIM5};
 use stm32f4xx_hal::{
     rcc::{Config, Rcc, RccExt},
     time::Hertz,
@@ -57,6 +57,14 @@ pub(crate) fn start(rcc: RCC, power: &PWR) -> (Rcc, Source) {
     rcc.cr()
         .modify(|_, w| w.csson().bit(source == Source::Crystal));
     (rcc, source)
+}
+
+/// Lets `enable` switch clocks of peripherals on, and waits until they have come: a store to a peripheral right after it would
+/// be lost (ES0182, "Delay after an RCC peripheral clock enabling"). The barrier is ST's first workaround; its other one, to
+/// read the register back, is not enough for a store that follows at once.
+pub(crate) fn switch_on(rcc: &rcc::RegisterBlock, enable: impl FnOnce(&rcc::RegisterBlock)) {
+    enable(rcc);
+    cortex_m::asm::dsb();
 }
 
 /// A bootloader may have set the clocks up in its own way: the PLL must be off to be set up again.

@@ -64,13 +64,11 @@ mod app {
     fn init(cx: init::Context) -> (SharedResources, Local) {
         let (device, mut core) = (cx.device, cx.core);
         serial::enable(&device.RCC);
-        device.RCC.apb2enr().modify(|_, w| {
-            w.syscfgen().enabled();
-            w.tim11en().enabled()
-        });
-        device.RCC.apb1enr().modify(|_, w| {
-            w.tim2en().enabled().tim5en().enabled();
-            w.pwren().enabled()
+        clock::switch_on(&device.RCC, |rcc| {
+            rcc.apb2enr()
+                .modify(|_, w| w.syscfgen().enabled().tim11en().enabled());
+            rcc.apb1enr()
+                .modify(|_, w| w.tim2en().enabled().tim5en().enabled().pwren().enabled());
         });
         fast_memory::load(&device.SYSCFG, &mut core.SCB);
         let reason = restart::reason(&device.RCC);

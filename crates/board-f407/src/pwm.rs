@@ -7,7 +7,7 @@
 //! | 10 kHz | 8400 | 16800 |
 //! | 100 kHz | 840 | 1680 |
 use crate::{
-    clock::APB1_TIMER_HZ,
+    clock::{self, APB1_TIMER_HZ},
     gpio::Pull,
     profile::{PowerPin, Timer, POWER_HZ, PROFILE},
 };
@@ -41,13 +41,15 @@ impl Timer {
     }
 
     fn enable(self, rcc: &RCC) {
-        match self {
-            Self::Tim1 => rcc.apb2enr().modify(|_, w| w.tim1en().enabled()),
-            Self::Tim3 => rcc.apb1enr().modify(|_, w| w.tim3en().enabled()),
-            Self::Tim4 => rcc.apb1enr().modify(|_, w| w.tim4en().enabled()),
-            Self::Tim8 => rcc.apb2enr().modify(|_, w| w.tim8en().enabled()),
-            Self::Tim9 => rcc.apb2enr().modify(|_, w| w.tim9en().enabled()),
-        };
+        clock::switch_on(rcc, |rcc| {
+            match self {
+                Self::Tim1 => rcc.apb2enr().modify(|_, w| w.tim1en().enabled()),
+                Self::Tim3 => rcc.apb1enr().modify(|_, w| w.tim3en().enabled()),
+                Self::Tim4 => rcc.apb1enr().modify(|_, w| w.tim4en().enabled()),
+                Self::Tim8 => rcc.apb2enr().modify(|_, w| w.tim8en().enabled()),
+                Self::Tim9 => rcc.apb2enr().modify(|_, w| w.tim9en().enabled()),
+            };
+        });
     }
 }
 

@@ -4,7 +4,7 @@
 //! what they have: a Z axis that is let go may drop.
 #![allow(unsafe_code)] // an entry in assembly
 
-use crate::{profile::PROFILE, step_port::PULSE_END_INTERRUPT};
+use crate::{clock, profile::PROFILE, step_port::PULSE_END_INTERRUPT};
 use core::arch::global_asm;
 use cortex_m::peripheral::NVIC;
 use stm32f4::stm32f407::{Interrupt, RCC};
@@ -47,11 +47,13 @@ global_asm!(
 extern "C" fn early() {
     // SAFETY: nothing else runs yet.
     let rcc = unsafe { &*RCC::ptr() };
-    rcc.ahb1enr().modify(|_, w| {
-        w.gpioaen().enabled().gpioben().enabled();
-        w.gpiocen().enabled().gpioden().enabled();
-        w.gpioeen().enabled().gpiofen().enabled();
-        w.gpiogen().enabled()
+    clock::switch_on(rcc, |rcc| {
+        rcc.ahb1enr().modify(|_, w| {
+            w.gpioaen().enabled().gpioben().enabled();
+            w.gpiocen().enabled().gpioden().enabled();
+            w.gpioeen().enabled().gpiofen().enabled();
+            w.gpiogen().enabled()
+        });
     });
     enter();
 }

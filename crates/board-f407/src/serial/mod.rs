@@ -11,7 +11,7 @@ mod listen;
 mod send;
 
 use crate::{
-    clock::APB1_HZ,
+    clock::{self, APB1_HZ},
     gpio::Pull,
     profile::{Usart, BAUD, PROFILE},
 };
@@ -93,17 +93,19 @@ impl Stream {
 
 /// Switches the USART, its DMA controller and the timer of [`Listener`] on. Before anything else here.
 pub(crate) fn enable(rcc: &RCC) {
-    match LINE {
-        Usart::Usart1 => {
-            rcc.apb2enr().modify(|_, w| w.usart1en().enabled());
-            rcc.ahb1enr().modify(|_, w| w.dma2en().enabled());
+    clock::switch_on(rcc, |rcc| {
+        match LINE {
+            Usart::Usart1 => {
+                rcc.apb2enr().modify(|_, w| w.usart1en().enabled());
+                rcc.ahb1enr().modify(|_, w| w.dma2en().enabled());
+            }
+            Usart::Usart2 => {
+                rcc.apb1enr().modify(|_, w| w.usart2en().enabled());
+                rcc.ahb1enr().modify(|_, w| w.dma1en().enabled());
+            }
         }
-        Usart::Usart2 => {
-            rcc.apb1enr().modify(|_, w| w.usart2en().enabled());
-            rcc.ahb1enr().modify(|_, w| w.dma1en().enabled());
-        }
-    }
-    rcc.apb1enr().modify(|_, w| w.tim7en().enabled());
+        rcc.apb1enr().modify(|_, w| w.tim7en().enabled());
+    });
 }
 
 /// Starts the line: 8 bits, no parity, one stop bit. Before its ends.
