@@ -140,12 +140,18 @@ impl Machine {
         } else {
             self.register_read(word, cycle) & !mask
         };
-        self.register_write(word, rest | value << shift & mask, cycle, cause);
+        self.register_write(word, rest | value << shift & mask, mask, cycle, cause);
     }
 
     /// Waits until the store buffer is empty.
     pub(crate) fn drain_stores(&mut self) {
         self.cycle = self.cycle.max(self.buffer_free);
+    }
+
+    /// Waits until clocks that have been switched on have come: what DSB is said to do (ES0182, "Delay after an RCC peripheral
+    /// clock enabling", workaround 1).
+    pub(crate) fn wait_for_clocks(&mut self) {
+        self.cycle = self.cycle.max(self.devices.rcc.clocks_come_at());
     }
 
     /// Cycles that a bridge adds: AHB has none, the APBs have clocks of their own.
@@ -200,12 +206,14 @@ fn is_write_only(address: u32) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::peripheral::nvic::Exception;
+    use crate::{
+        peripheral::nvic::Exception,
+        trap::{Stop, Stray},
+    };
 
     #[test]
     fn half_of_a_set_reset_register_can_be_written_alone() {
-        let mut machine = Machine::new(8_000_000);
-        machine.write_word(0x4002_3830, 1).unwrap(); // GPIOA on
+        let mut machine = Machine::with_clocks();
         machine.write_word(0x4002_0000, 0x5555_5555).unwrap();
         machine.write(0x4002_0018, Width::Half, 0b11).unwrap();
         machine.write(0x4002_001A, Width::Half, 0b01).unwrap();
@@ -214,9 +222,8 @@ mod tests {
 
     #[test]
     fn the_stores_of_an_exception_are_recorded_and_no_others() {
-        let mut machine = Machine::new(8_000_000);
+        let mut machine = Machine::with_clocks();
         machine.record_writers(Exception::irq(28));
-        machine.write_word(0x4002_3830, 1).unwrap();
         machine.cpu.exception = Exception::irq(28).number();
         machine.cpu.r[15] = 0x0800_1004;
         machine.write_word(0x4002_0018, 1).unwrap();
@@ -234,17 +241,67 @@ mod tests {
         assert_eq!(machine.read_word(0x4002_3830), Ok(0x0010_0008));
     }
 
+    fn stray(machine: &mut Machine) -> Option<Stray> {
+        match machine.stray.take() {
+            Some(Stop::Stray { stray, .. }) => Some(stray),
+            _ => None,
+        }
+    }
+
     #[test]
-    fn a_peripheral_without_its_clock_reads_zero_with_a_warning() {
+    fn an_access_to_a_peripheral_without_its_clock_ends_the_run() {
         let mut machine = Machine::new(8_000_000);
         assert_eq!(machine.read_word(0x4002_0000), Ok(0));
-        assert_eq!(machine.warnings().len(), 1);
+        assert_eq!(stray(&mut machine), Some(Stray::ClockOff));
+        machine.write_word(0x4002_0000, 1).unwrap();
+        assert_eq!(stray(&mut machine), Some(Stray::ClockOff));
+    }
+
+    #[test]
+    fn a_store_right_after_its_clock_was_switched_on_ends_the_run() {
+        let mut machine = Machine::new(8_000_000);
+        machine.write_word(0x4002_3840, 1 << 2).unwrap(); // TIM4
+        machine.cycle += 2;
+        machine.write_word(0x4000_0828, 1).unwrap();
+        assert_eq!(stray(&mut machine), Some(Stray::ClockTooFresh { left: 1 }));
+        machine.write_word(0x4000_0828, 1).unwrap();
+        assert_eq!(stray(&mut machine), None);
+    }
+
+    #[test]
+    fn a_barrier_waits_until_clocks_have_come() {
+        let mut machine = Machine::new(8_000_000);
+        machine.clocks.apb1 = 4;
+        machine
+            .devices
+            .rcc
+            .write(0x08, 5 << 10, 0, &mut Default::default());
+        machine.write_word(0x4002_3840, 1 << 2).unwrap();
+        machine.wait_for_clocks();
+        machine.write_word(0x4000_0828, 1).unwrap();
+        assert_eq!((stray(&mut machine), machine.cycle), (None, 6));
+    }
+
+    #[test]
+    fn reserved_bits_have_to_stay() {
+        let mut machine = Machine::with_clocks();
+        machine.write_word(0x4002_0004, 1 << 16).unwrap();
+        let reserved = Stray::Reserved {
+            value: 1 << 16,
+            bits: 0xFFFF_0000,
+        };
+        assert_eq!(stray(&mut machine), Some(reserved));
+        machine.write(0x4002_0004, Width::Half, 1).unwrap();
+        assert_eq!(stray(&mut machine), None);
+        machine.write_word(0x4002_0010, 0).unwrap();
+        assert_eq!(stray(&mut machine), Some(Stray::ReadOnly));
+        machine.write_word(0x4002_0028, 0).unwrap();
+        assert_eq!(stray(&mut machine), Some(Stray::NoRegister));
     }
 
     #[test]
     fn a_read_of_a_slow_bus_costs_its_clocks_and_waits_for_the_write_before() {
-        let mut machine = Machine::new(8_000_000);
-        machine.write_word(0x4002_3840, 1).unwrap(); // TIM2 on
+        let mut machine = Machine::with_clocks();
         machine.clocks.apb1 = 4;
         machine.cycle = 100;
         machine.buffer_free = 0;
@@ -257,7 +314,7 @@ mod tests {
     #[test]
     fn data_beside_the_code_in_sram1_costs_a_cycle_and_data_elsewhere_none() {
         let mut machine = Machine::new(8_000_000);
-        machine.write_word(0x4002_3844, 1 << 14).unwrap(); // SYSCFG on
+        machine.devices.rcc.switch_all_on();
         machine.write_word(0x4001_3800, 3).unwrap(); // MEMRMP: SRAM1 at 0
         machine.buffer_free = 0;
         let mut cost = |pc: u32, address: u32| {

@@ -16,10 +16,10 @@
 //! ART accelerator's caches, exception entry and exit, slow peripheral buses. For an upper bound on an interrupt's time
 //! let each begin with cold caches: [`FlashTiming::ArtCold`].
 //!
-//! What is **not** emulated: ADC, SPI, I2C, RTC, DACs, the MPU, contention on the buses, silicon errata. Each
-//! module says what it leaves out of its chapter of the reference manual. No result has been held against silicon; the
-//! core has been held against QEMU (`oracle/README.md`), the peripherals against nothing but their author's knowledge;
-//! USB, besides, against what its driver (synopsys-usb-otg) expects.
+//! What is **not** emulated: ADC, SPI, I2C, RTC, DACs, the MPU, contention on the buses, silicon errata but for the
+//! delay of a peripheral's clock. Each module says what it leaves out of its chapter of the reference manual. No result has
+//! been held against silicon; the core has been held against QEMU (`oracle/README.md`), the peripherals' registers against ST's
+//! data (`src/st_data`); USB, besides, against what its driver (synopsys-usb-otg) expects.
 //!
 //! # Example
 //! ```no_run
@@ -55,6 +55,8 @@ mod peripheral;
 mod record;
 mod registers;
 mod reset;
+#[cfg(test)]
+mod st_data;
 mod timing;
 mod trap;
 mod turns;
@@ -73,6 +75,6 @@ pub use peripheral::{
 };
 pub use record::{Cause, Duty, Edge, FlashOperation, Match, Pin, Profile, Service, Tamper};
 pub use timing::{FlashTiming, Timing};
-pub use trap::{Stop, Trap};
+pub use trap::{Stop, Stray, Trap};
 pub use turns::Turns;
 pub use warning::Warning;

@@ -58,6 +58,8 @@ pub struct Machine {
     pub(crate) reset_requested: bool,
     /// The core has locked up.
     pub(crate) locked: Option<Stop>,
+    /// An access that went astray: it ends the run.
+    pub(crate) stray: Option<Stop>,
     pub(crate) unfinished: Unfinished,
     pub(crate) debugger: bool,
     pub(crate) world: World,
@@ -104,6 +106,7 @@ impl Machine {
             buffer_free: 0,
             reset_requested: false,
             locked: None,
+            stray: None,
             unfinished: Unfinished::default(),
             debugger: false,
             world: World::default(),
@@ -122,6 +125,14 @@ impl Machine {
             spent: Vec::new(),
             warnings: Warnings::default(),
         })
+    }
+
+    /// A chip whose peripherals have all had their clocks for long.
+    #[cfg(test)]
+    pub(crate) fn with_clocks() -> Box<Machine> {
+        let mut machine = Machine::new(8_000_000);
+        machine.devices.rcc.switch_all_on();
+        machine
     }
 
     /// Loads the segments of a 32-bit ELF at their physical addresses and starts the core at its reset vector.
@@ -154,7 +165,8 @@ impl Machine {
     /// Runs until the clock reaches `cycle`; the instruction under way is finished.
     ///
     /// # Errors
-    /// When the core locks up and no watchdog is running, or at a breakpoint with a debugger.
+    /// When the core locks up and no watchdog is running, at a breakpoint with a debugger, and where an access to a peripheral
+    /// goes astray.
     pub fn run_until(&mut self, cycle: u64) -> Result<(), Stop> {
         while self.cycle < cycle {
             if self.locked.is_some() {
@@ -192,7 +204,10 @@ impl Machine {
         if let Some(spent) = self.spent.get_mut(place) {
             *spent += self.cycle - before;
         }
-        carried_out
+        match self.stray.take() {
+            Some(stop) => Err(stop),
+            None => carried_out,
+        }
     }
 
     /// The next instruction, or the vector of an interrupt, has to come out of the flash.

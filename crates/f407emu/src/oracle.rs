@@ -91,7 +91,7 @@ fn outcome(stop: Stop) -> Outcome {
             trap: Trap::Undefined,
             ..
         } => Outcome::Undefined,
-        Stop::Lockup { .. } | Stop::Breakpoint { .. } => Outcome::Fault,
+        Stop::Lockup { .. } | Stop::Breakpoint { .. } | Stop::Stray { .. } => Outcome::Fault,
     }
 }
 

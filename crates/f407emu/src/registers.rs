@@ -4,8 +4,9 @@ use crate::{
     instruction::Width,
     machine::Machine,
     memory::Low,
-    peripheral::{iwdg, nvic::Exception, timer_map::INSTANCES},
+    peripheral::{iwdg, nvic::Exception, register_map, timer_map::INSTANCES},
     record::Cause,
+    trap::{Stop, Stray},
     warning::Warning,
 };
 
@@ -64,9 +65,21 @@ impl Device {
 impl Machine {
     /// Reads a peripheral's register at a cycle.
     pub(crate) fn register_read(&mut self, address: u32, now: u64) -> u32 {
-        if !self.is_clocked(address) {
+        if !self.is_clocked(address, now) {
             return 0;
         }
+        let value = self.device_read(address, now);
+        match register_map::find(address) {
+            Some(register) => register.seen(value),
+            None if register_map::is_modelled(address) => {
+                self.stop_astray(address, Stray::NoRegister);
+                0
+            }
+            None => value,
+        }
+    }
+
+    fn device_read(&mut self, address: u32, now: u64) -> u32 {
         let (offset, devices) = (address & 0x3FF, &mut self.devices);
         match Device::at(address) {
             Device::Rcc => devices.rcc.read(offset),
@@ -98,18 +111,35 @@ impl Machine {
         }
     }
 
-    /// Writes a peripheral's register at a cycle, and lets what depends on it follow.
-    pub(crate) fn register_write(&mut self, address: u32, value: u32, now: u64, cause: Cause) {
-        if !self.is_clocked(address) {
+    /// Writes a peripheral's register at a cycle, of which only `lanes` are the program's; what depends on it follows.
+    pub(crate) fn register_write(
+        &mut self,
+        address: u32,
+        value: u32,
+        lanes: u32,
+        now: u64,
+        cause: Cause,
+    ) {
+        if !self.is_clocked(address, now) {
             return;
         }
-        let Some(value) = self.tampered(address, value, cause) else {
-            return;
+        let taken = match register_map::find(address) {
+            Some(register) => register.write,
+            None => u32::MAX,
         };
+        if let Err(stray) = is_proper(address, value, lanes) {
+            return self.stop_astray(address, stray);
+        }
+        if let Some(value) = self.tampered(address, value, cause) {
+            self.device_write(address, value & taken, now, cause);
+        }
+    }
+
+    fn device_write(&mut self, address: u32, value: u32, now: u64, cause: Cause) {
         let (offset, devices) = (address & 0x3FF, &mut self.devices);
         match Device::at(address) {
             Device::Rcc => {
-                devices.rcc.write(offset, value, &mut self.warnings);
+                devices.rcc.write(offset, value, now, &mut self.warnings);
                 self.clocks_changed(now);
             }
             Device::Pwr => {
@@ -169,14 +199,21 @@ impl Machine {
             .try_fold(value, |value, tamper| tamper(value))
     }
 
-    /// Whether a peripheral has its clock; warns where it has not.
-    fn is_clocked(&mut self, address: u32) -> bool {
-        let clocked = self.devices.rcc.is_clocked(address);
-        if !clocked {
-            let pc = self.cpu.current();
-            self.warnings.add(Warning::ClockOff { address, pc });
-        }
-        clocked
+    /// Whether a peripheral has its clock; the run ends where it has not.
+    fn is_clocked(&mut self, address: u32, now: u64) -> bool {
+        let stray = match self.devices.rcc.clock_of(address) {
+            None => Stray::ClockOff,
+            Some(since) if now < since => Stray::ClockTooFresh { left: since - now },
+            Some(_) => return true,
+        };
+        self.stop_astray(address, stray);
+        false
+    }
+
+    /// The run ends here: the program is wrong.
+    fn stop_astray(&mut self, address: u32, stray: Stray) {
+        let pc = self.cpu.current();
+        self.stray.get_or_insert(Stop::Stray { pc, address, stray });
     }
 
     /// Reads a word of the private peripheral bus.
@@ -278,6 +315,20 @@ const FAULTS: [(u32, Exception); 3] = [
     (17, Exception::BUS_FAULT),
     (18, Exception::USAGE_FAULT),
 ];
+
+/// Whether the manual allows a program to write a word, of which only `lanes` are its own, to a register.
+fn is_proper(address: u32, value: u32, lanes: u32) -> Result<(), Stray> {
+    match register_map::find(address) {
+        None if register_map::is_modelled(address) => Err(Stray::NoRegister),
+        None => Ok(()),
+        Some(register) if register.write == 0 => Err(Stray::ReadOnly),
+        Some(register) if !register.allows(value, lanes) => Err(Stray::Reserved {
+            value,
+            bits: register.reserved() & lanes,
+        }),
+        Some(_) => Ok(()),
+    }
+}
 
 #[cfg(test)]
 mod tests {

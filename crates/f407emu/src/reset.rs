@@ -144,8 +144,7 @@ mod tests {
 
     #[test]
     fn pins_fall_back_to_inputs() {
-        let mut machine = Machine::new(8_000_000);
-        machine.write_word(0x4002_3830, 1 << 4).unwrap();
+        let mut machine = Machine::with_clocks();
         machine.write_word(0x4002_1000, 1).unwrap();
         machine.write_word(0x4002_1018, 1).unwrap();
         machine.restart(ResetCause::Software, 50);

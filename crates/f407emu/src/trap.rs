@@ -55,6 +55,55 @@ pub enum Stop {
         /// Address of the instruction.
         pc: u32,
     },
+    /// The program did to a peripheral what the manual forbids. On the chip it would go on, and nobody knows how.
+    Stray {
+        /// Address of the instruction.
+        pc: u32,
+        /// Address of the register.
+        address: u32,
+        /// What is wrong with it.
+        stray: Stray,
+    },
+}
+
+/// An access to a peripheral that goes astray.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Stray {
+    /// RCC keeps the peripheral's clock off: reads say nothing, writes are lost.
+    ClockOff,
+    /// The peripheral's clock has only just been switched on: the access may be lost (ES0182, "Delay after an RCC peripheral
+    /// clock enabling").
+    ClockTooFresh {
+        /// Cycles of HCLK that are left until it has come.
+        left: u64,
+    },
+    /// The peripheral has no register there.
+    NoRegister,
+    /// The register can only be read.
+    ReadOnly,
+    /// Reserved bits do not keep the value that they had after the reset.
+    Reserved {
+        /// What was written.
+        value: u32,
+        /// The bits that had to stay.
+        bits: u32,
+    },
+}
+
+impl fmt::Display for Stray {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Stray::ClockOff => f.write_str("its clock is off"),
+            Stray::ClockTooFresh { left } => {
+                write!(f, "its clock comes only in {left} cycles")
+            }
+            Stray::NoRegister => f.write_str("there is no register"),
+            Stray::ReadOnly => f.write_str("it cannot be written"),
+            Stray::Reserved { value, bits } => {
+                write!(f, "{value:#010x} changes the reserved bits {bits:#010x}")
+            }
+        }
+    }
 }
 
 impl fmt::Display for Stop {
@@ -62,6 +111,9 @@ impl fmt::Display for Stop {
         match self {
             Stop::Lockup { pc, trap } => write!(f, "locked up at {pc:#010x}: {trap:?}"),
             Stop::Breakpoint { pc } => write!(f, "breakpoint at {pc:#010x}"),
+            Stop::Stray { pc, address, stray } => {
+                write!(f, "access to {address:#010x} at {pc:#010x}: {stray}")
+            }
         }
     }
 }

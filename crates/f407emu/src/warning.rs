@@ -4,13 +4,6 @@ use core::fmt;
 /// One kind of mistake; each is recorded once.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Warning {
-    /// A peripheral was accessed while RCC keeps its clock off; nothing happened.
-    ClockOff {
-        /// Address of the register.
-        address: u32,
-        /// Address of the instruction.
-        pc: u32,
-    },
     /// A clock was selected that is not running; the switch does not happen.
     ClockNotReady,
     /// The PLL's input, its oscillator or HCLK is out of range.
@@ -63,12 +56,6 @@ pub enum Warning {
 impl fmt::Display for Warning {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Warning::ClockOff { address, pc } => {
-                write!(
-                    f,
-                    "access to {address:#010x} while its clock is off, at {pc:#010x}"
-                )
-            }
             Warning::ClockNotReady => f.write_str("a clock was selected that is not running"),
             Warning::PllOutOfRange { hclk } => write!(f, "PLL out of range, HCLK {hclk} Hz"),
             Warning::BusTooFast { hclk } => write!(f, "peripheral bus too fast, HCLK {hclk} Hz"),

@@ -40,7 +40,7 @@ impl Machine {
         match self.start_handler(next) {
             Ok(()) => Ok(()),
             Err(Stop::Lockup { trap, .. }) => Err(trap),
-            Err(Stop::Breakpoint { .. }) => Err(Trap::Breakpoint),
+            Err(Stop::Breakpoint { .. } | Stop::Stray { .. }) => Err(Trap::Breakpoint),
         }
     }
 

@@ -10,6 +10,7 @@ impl Machine {
             System::SendEvent => self.cpu.event = true,
             System::DataBarrier => {
                 self.drain_stores();
+                self.wait_for_clocks();
                 self.cycle += 2;
             }
             System::InstructionBarrier => self.cycle += 3,

@@ -16,6 +16,10 @@ const DBM: u32 = 1 << 18;
 const CT: u32 = 1 << 19;
 /// DMA_SxFCR.DMDIS: the FIFO is used.
 const FIFO: u32 = 1 << 2;
+/// DMA_SxFCR.FTH after a reset: half full.
+const HALF_FULL: u32 = 1;
+/// DMA_SxFCR.FS: the FIFO is empty.
+const FIFO_EMPTY: u32 = 4 << 3;
 /// Flags of a stream in DMA_LISR and DMA_HISR, from its first bit.
 const TEIF: u32 = 1 << 3;
 const HTIF: u32 = 1 << 4;
@@ -36,7 +40,7 @@ pub(crate) struct Transfer {
     pub(crate) packs: bool,
 }
 
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 struct Stream {
     control: u32,
     /// Data left, and how many there were.
@@ -56,6 +60,20 @@ pub(crate) struct Dma {
     flags: u64,
 }
 
+impl Default for Stream {
+    fn default() -> Self {
+        Stream {
+            control: 0,
+            left: 0,
+            total: 0,
+            peripheral: 0,
+            memory: [0; 2],
+            fifo: HALF_FULL,
+            position: 0,
+        }
+    }
+}
+
 impl Dma {
     /// Reads the register at `offset` from the controller's base.
     pub(crate) fn read(&self, offset: u32) -> u32 {
@@ -73,7 +91,7 @@ impl Dma {
             0x08 => stream.peripheral,
             0x0C => stream.memory[0],
             0x10 => stream.memory[1],
-            _ => stream.fifo | 4 << 3, // the FIFO is empty
+            _ => stream.fifo | FIFO_EMPTY,
         }
     }
 
@@ -94,9 +112,10 @@ impl Dma {
             0x00 => return stream.write_control(value).then_some(index),
             0x04 if !enabled => stream.left = value & 0xFFFF,
             0x08 if !enabled => stream.peripheral = value,
-            0x0C => stream.memory[0] = value,
-            0x10 => stream.memory[1] = value,
-            0x14 => stream.fifo = value & 0x87,
+            // In double buffer mode the one that is not in use may be changed (section 10.3.9).
+            0x0C if !enabled || stream.uses_second() => stream.memory[0] = value,
+            0x10 if !enabled || stream.uses_first_of_two() => stream.memory[1] = value,
+            0x14 if !enabled => stream.fifo = value & 0x87,
             _ => {}
         }
         None
@@ -160,6 +179,14 @@ impl Stream {
             self.control &= !EN;
         }
         self.left != 0 && self.direction() == 2
+    }
+
+    fn uses_second(&self) -> bool {
+        self.control & (DBM | CT) == DBM | CT
+    }
+
+    fn uses_first_of_two(&self) -> bool {
+        self.control & (DBM | CT) == DBM
     }
 
     /// 0 to memory, 1 to the peripheral, 2 from memory to memory.

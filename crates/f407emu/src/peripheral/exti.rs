@@ -16,6 +16,8 @@ pub(crate) struct Exti {
     rising: u32,
     falling: u32,
     pending: u32,
+    /// Lines that the program has made pending, until their flags are cleared.
+    software: u32,
     syscfg: [u32; 9],
 }
 
@@ -58,6 +60,7 @@ impl Exti {
             0x04 => self.event_mask,
             0x08 => self.rising,
             0x0C => self.falling,
+            0x10 => self.software,
             0x14 => self.pending,
             _ => 0,
         }
@@ -70,9 +73,15 @@ impl Exti {
             0x04 => self.event_mask = value & LINES,
             0x08 => self.rising = value & LINES,
             0x0C => self.falling = value & LINES,
-            // SWIER: only lines that are enabled (section 12.3.5)
-            0x10 => self.pending |= value & self.interrupt_mask,
-            0x14 => self.pending &= !value,
+            // SWIER: a bit that rises makes its line pending, where that is enabled (section 12.3.5).
+            0x10 => {
+                self.pending |= value & !self.software & self.interrupt_mask;
+                self.software |= value;
+            }
+            0x14 => {
+                self.pending &= !value;
+                self.software &= !value;
+            }
             _ => {}
         }
     }

@@ -79,6 +79,12 @@ impl Flash {
         self.status |= EOP;
     }
 
+    /// Raises flags of FLASH_SR.
+    #[cfg(test)]
+    pub(crate) fn raise(&mut self, flags: u32) {
+        self.status |= flags;
+    }
+
     /// The level of the interrupt line.
     pub(crate) fn interrupt(&self) -> bool {
         self.status & EOP != 0 && self.control & EOPIE != 0

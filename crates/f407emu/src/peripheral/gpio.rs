@@ -47,15 +47,16 @@ pub(crate) struct Gpio {
 }
 
 impl Gpio {
-    /// As after a reset: ports A and B keep their debug pins (RM0090 section 8.4.1).
+    /// As after a reset: ports A and B keep their debug pins (RM0090 table 40).
     pub(crate) fn new(port: usize) -> Self {
-        let (moder, pupdr) = match port {
-            0 => (0xA800_0000, 0x6400_0000),
-            1 => (0x0000_0280, 0x0000_0100),
-            _ => (0, 0),
+        let (moder, ospeedr, pupdr) = match port {
+            0 => (0xA800_0000, 0, 0x6400_0000),
+            1 => (0x0000_0280, 0xC0, 0x0000_0100),
+            _ => (0, 0, 0),
         };
         let mut gpio = Gpio {
             moder,
+            ospeedr,
             pupdr,
             ..Gpio::default()
         };

@@ -1,8 +1,7 @@
 //! The peripherals, each a value of its own: registers are read and written at a cycle, `next_event` says when it
 //! changes by itself, and `event` lets it. None knows the others: `crate::wiring` connects them.
 //!
-//! Sections and tables of RM0090 were named without the manual at hand, and the tests have the same origin: neither has
-//! been checked against its text yet.
+//! Which bits of their registers there are says [`register_map`], which is held against ST's data (`crate::st_data`).
 pub(crate) mod bitband;
 pub(crate) mod dma;
 pub(crate) mod dwt;
@@ -13,6 +12,7 @@ pub(crate) mod iwdg;
 pub(crate) mod nvic;
 pub(crate) mod pwr;
 pub(crate) mod rcc;
+pub(crate) mod register_map;
 pub(crate) mod scb;
 pub(crate) mod systick;
 pub(crate) mod timer;

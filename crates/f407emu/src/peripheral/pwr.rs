@@ -20,7 +20,7 @@ impl Pwr {
     /// As after a reset: the regulator at full voltage (PWR_CR.VOS).
     pub(crate) fn new() -> Self {
         Pwr {
-            control: 0xC000,
+            control: 0x4000,
             low: false,
         }
     }
@@ -72,7 +72,7 @@ mod tests {
         let mut pwr = Pwr::new();
         assert_eq!(pwr.set_supply(true), None);
         assert_eq!(pwr.set_supply(false), None);
-        pwr.write(0, 0xC000 | DETECTOR);
+        pwr.write(0, 0x4000 | DETECTOR);
         assert_eq!(pwr.set_supply(true), Some(true));
         assert_eq!(pwr.read(4) & LOW, LOW);
         assert_eq!(pwr.set_supply(true), None);
@@ -83,8 +83,8 @@ mod tests {
     fn a_detector_that_is_switched_on_while_the_supply_is_low_rises() {
         let mut pwr = Pwr::new();
         pwr.set_supply(true);
-        assert_eq!(pwr.write(0, 0xC000 | DETECTOR), Some(true));
-        assert_eq!(pwr.write(0, 0xC000), Some(false));
+        assert_eq!(pwr.write(0, 0x4000 | DETECTOR), Some(true));
+        assert_eq!(pwr.write(0, 0x4000), Some(false));
     }
 
     #[test]
@@ -92,6 +92,6 @@ mod tests {
         let mut pwr = Pwr::new();
         pwr.set_supply(true);
         pwr.reset();
-        assert_eq!(pwr.write(0, 0xC000 | DETECTOR), Some(true));
+        assert_eq!(pwr.write(0, 0x4000 | DETECTOR), Some(true));
     }
 }

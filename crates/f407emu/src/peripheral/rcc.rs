@@ -1,8 +1,11 @@
 //! Reset and clock control (RM0090 chapter 7): which clock HCLK is made of, which peripherals have one, why the last
 //! reset came.
 //!
-//! Not modelled: start-up times (a clock that is switched on is ready at once, a crystal that is not there never), clock
-//! outputs, I2S, sleep-mode clock enables, peripheral resets (they read back, and reset nothing).
+//! A peripheral's clock comes some cycles after its enable bit has been set (ES0182, "Delay after an RCC peripheral clock
+//! enabling"): two of HCLK on AHB, one and the bus's divider on an APB.
+//!
+//! Not modelled: start-up times of oscillators and PLLs (one that is switched on is ready at once, a crystal that is not there
+//! never), clock outputs, I2S, sleep-mode clock enables, peripheral resets (they read back, and reset nothing).
 use crate::warning::{Warning, Warnings};
 
 /// Registers by their number: a quarter of their offset.
@@ -14,6 +17,11 @@ const BDCR: usize = 0x70 / 4;
 const CSR: usize = 0x74 / 4;
 /// Registers up to RCC_PLLI2SCFGR (0x84).
 const REGISTERS: usize = 0x88 / 4;
+
+/// The enable registers, and the place of RCC_APB1ENR among them.
+const ENABLE: u32 = 0x30;
+const ENABLES: usize = 6;
+const APB1_ENABLE: usize = 4;
 
 /// RCC_CR: the internal oscillator, the crystal, the clock security system, the PLLs.
 const HSION: u32 = 1;
@@ -29,6 +37,14 @@ const CSSF: u32 = 1 << 7;
 const CSSC: u32 = 1 << 23;
 /// RCC_CSR: remove the reset flags.
 const RMVF: u32 = 1 << 24;
+/// RCC_AHB1LPENR and so on after a reset: in sleep every clock goes on.
+const SLEEP_ENABLES: [(usize, u32); 5] = [
+    (0x50, 0x7E67_91FF),
+    (0x54, 0xF1),
+    (0x58, 1),
+    (0x60, 0x36FE_C9FF),
+    (0x64, 0x0007_5F33),
+];
 /// Frequency of the internal oscillator in Hz.
 const HSI_HZ: u32 = 16_000_000;
 
@@ -85,6 +101,8 @@ pub(crate) struct Rcc {
     registers: [u32; REGISTERS],
     /// 0: no crystal is fitted, or it has stopped.
     crystal_hz: u32,
+    /// The cycle from which on each clock is there, by enable register and bit.
+    since: [[u64; 32]; ENABLES],
 }
 
 impl Rcc {
@@ -93,6 +111,7 @@ impl Rcc {
         let mut rcc = Rcc {
             registers: [0; REGISTERS],
             crystal_hz,
+            since: [[0; 32]; ENABLES],
         };
         rcc.reset(ResetCause::PowerOn);
         rcc
@@ -111,6 +130,10 @@ impl Rcc {
         self.registers[CR] = 0x83;
         self.registers[PLLCFGR] = 0x2400_3010;
         self.registers[0x30 / 4] = 0x0010_0000;
+        for (offset, value) in SLEEP_ENABLES {
+            self.registers[offset / 4] = value;
+        }
+        self.since = [[0; 32]; ENABLES];
         self.registers[CSR] = kept.0 | cause.flags();
         self.registers[BDCR] = kept.1;
         self.registers[0x84 / 4] = 0x2000_3000;
@@ -123,7 +146,8 @@ impl Rcc {
     }
 
     /// Writes the register at `offset` from 0x40023800.
-    pub(crate) fn write(&mut self, offset: u32, value: u32, warnings: &mut Warnings) {
+    pub(crate) fn write(&mut self, offset: u32, value: u32, now: u64, warnings: &mut Warnings) {
+        self.note_enables(offset, value, now);
         match offset as usize / 4 {
             CR => self.write_control(value),
             CFGR => self.select(value, warnings),
@@ -134,6 +158,41 @@ impl Rcc {
                 if let Some(register) = self.registers.get_mut(index) {
                     *register = value;
                 }
+            }
+        }
+    }
+
+    /// All clocks are on, and have come.
+    #[cfg(test)]
+    pub(crate) fn switch_all_on(&mut self) {
+        for (offset, bits) in [
+            (0x30, 0x7E74_11FF),
+            (0x34, 0xC1),
+            (0x38, 1),
+            (0x40, 0x36FE_C9FF),
+            (0x44, 0x7_5F33),
+        ] {
+            self.registers[offset / 4] = bits;
+        }
+    }
+
+    /// Clocks that are switched on now come later.
+    fn note_enables(&mut self, offset: u32, value: u32, now: u64) {
+        let place = (offset.wrapping_sub(ENABLE) / 4) as usize;
+        let Clocks { apb1, apb2, .. } = self.clocks();
+        let Some(since) = self.since.get_mut(place) else {
+            return;
+        };
+        let fresh = value & !self.registers[offset as usize / 4];
+        let delay = match place {
+            0..APB1_ENABLE => 2,
+            APB1_ENABLE => 1 + apb1,
+            _ => 1 + apb2,
+        };
+        for (bit, since) in since.iter_mut().enumerate() {
+            if fresh >> bit & 1 != 0 {
+                // The store itself takes a cycle to RCC.
+                *since = now + 1 + u64::from(delay);
             }
         }
     }
@@ -250,8 +309,16 @@ impl Rcc {
         }
     }
 
-    /// Whether the peripheral at an address has its clock (RM0090 sections 7.3.10 to 7.3.14).
-    pub(crate) fn is_clocked(&self, address: u32) -> bool {
+    /// The cycle from which on the last clock that was switched on is there.
+    pub(crate) fn clocks_come_at(&self) -> u64 {
+        self.since
+            .iter()
+            .flatten()
+            .fold(0, |all, &one| all.max(one))
+    }
+
+    /// The cycle from which on the peripheral at an address has its clock, if that is on (RM0090 sections 7.3.10 to 7.3.14).
+    pub(crate) fn clock_of(&self, address: u32) -> Option<u64> {
         let page = address & !0x3FF;
         let (register, bit) = match page {
             0x4002_0000..=0x4002_23FF => (0x30, page >> 10 & 15),
@@ -267,9 +334,10 @@ impl Rcc {
             0x4001_1400 => (0x44, 5),
             0x4001_3800 => (0x44, 14),
             0x4001_4000..=0x4001_4BFF => (0x44, 16 + (page >> 10 & 3)),
-            _ => return true,
+            _ => return Some(0),
         };
-        self.read(register) >> bit & 1 != 0
+        let on = self.read(register) >> bit & 1 != 0;
+        on.then(|| self.since[((register - ENABLE) / 4) as usize][bit as usize])
     }
 }
 
@@ -291,10 +359,11 @@ mod tests {
         rcc.write(
             0x04,
             4 | 168 << 6 | PLL_FROM_CRYSTAL | 7 << 24,
+            0,
             &mut warnings,
         );
-        rcc.write(0x00, 0x83 | HSEON | PLLON, &mut warnings);
-        rcc.write(0x08, 2 | 5 << 10 | 4 << 13, &mut warnings);
+        rcc.write(0x00, 0x83 | HSEON | PLLON, 0, &mut warnings);
+        rcc.write(0x08, 2 | 5 << 10 | 4 << 13, 0, &mut warnings);
         (rcc, warnings)
     }
 
@@ -314,9 +383,9 @@ mod tests {
     #[test]
     fn a_crystal_that_is_not_there_never_becomes_ready() {
         let (mut rcc, mut warnings) = (Rcc::new(0), Warnings::default());
-        rcc.write(0x00, 0x83 | HSEON, &mut warnings);
+        rcc.write(0x00, 0x83 | HSEON, 0, &mut warnings);
         assert_eq!(rcc.read(0x00) & HSERDY, 0);
-        rcc.write(0x08, 1, &mut warnings);
+        rcc.write(0x08, 1, 0, &mut warnings);
         assert_eq!(rcc.clocks().hclk, HSI_HZ);
         assert_eq!(warnings.all(), [Warning::ClockNotReady]);
     }
@@ -325,11 +394,11 @@ mod tests {
     fn the_clock_security_system_falls_back_to_the_internal_oscillator() {
         let (mut rcc, mut warnings) = started();
         assert!(!rcc.clone().crystal_fails(), "not asked to watch");
-        rcc.write(0x00, rcc.read(0x00) | CSSON, &mut warnings);
+        rcc.write(0x00, rcc.read(0x00) | CSSON, 0, &mut warnings);
         assert!(rcc.crystal_fails());
         assert_eq!(rcc.clocks().hclk, HSI_HZ);
         assert!(rcc.non_maskable());
-        rcc.write(0x0C, CSSC, &mut warnings);
+        rcc.write(0x0C, CSSC, 0, &mut warnings);
         assert!(!rcc.non_maskable());
     }
 
@@ -339,7 +408,7 @@ mod tests {
         assert_eq!(rcc.read(0x74), 0x0E00_0000);
         rcc.reset(ResetCause::Watchdog);
         assert_eq!(rcc.read(0x74), 0x2E00_0000);
-        rcc.write(0x74, RMVF, &mut Warnings::default());
+        rcc.write(0x74, RMVF, 0, &mut Warnings::default());
         rcc.reset(ResetCause::Software);
         assert_eq!(rcc.read(0x74), 0x1400_0000);
     }
@@ -347,7 +416,7 @@ mod tests {
     #[test]
     fn a_brown_out_is_told_from_power_that_comes_on() {
         let mut rcc = Rcc::new(8_000_000);
-        rcc.write(0x74, RMVF, &mut Warnings::default());
+        rcc.write(0x74, RMVF, 0, &mut Warnings::default());
         rcc.reset(ResetCause::BrownOut);
         assert_eq!(rcc.read(0x74), 0x0600_0000);
     }
@@ -355,13 +424,15 @@ mod tests {
     #[test]
     fn each_peripheral_has_its_enable_bit() {
         let (mut rcc, mut warnings) = started();
-        assert!(!rcc.is_clocked(0x4002_1000));
-        rcc.write(0x30, 1 << 4, &mut warnings); // GPIOE
-        assert!(rcc.is_clocked(0x4002_1000));
-        rcc.write(0x40, 1 << 17 | 1, &mut warnings); // USART2, TIM2
-        assert!(rcc.is_clocked(0x4000_4400) && rcc.is_clocked(0x4000_0000));
-        assert!(!rcc.is_clocked(0x4000_0400));
-        rcc.write(0x44, 1 << 18, &mut warnings); // TIM11
-        assert!(rcc.is_clocked(0x4001_4800) && !rcc.is_clocked(0x4001_4400));
+        assert_eq!(rcc.clock_of(0x4002_1000), None);
+        rcc.write(0x30, 1 << 4, 0, &mut warnings); // GPIOE
+        assert_eq!(rcc.clock_of(0x4002_1000), Some(3));
+        rcc.write(0x40, 1 << 17 | 1, 0, &mut warnings); // USART2, TIM2
+        assert_eq!(rcc.clock_of(0x4000_4400), Some(6));
+        assert_eq!(rcc.clock_of(0x4000_0000), Some(6));
+        assert_eq!(rcc.clock_of(0x4000_0400), None);
+        rcc.write(0x44, 1 << 18, 0, &mut warnings); // TIM11
+        assert_eq!(rcc.clock_of(0x4001_4800), Some(4));
+        assert_eq!(rcc.clock_of(0x4001_4400), None);
     }
 }

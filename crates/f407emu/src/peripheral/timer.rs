@@ -61,6 +61,8 @@ pub(crate) struct Timer {
     arr: u32,
     rcr: u32,
     dcr: u32,
+    /// What its input is connected to: nothing here.
+    or: u32,
     pub(crate) outputs: Outputs,
     /// The values in force, until the next update event loads the registers.
     prescaler: u32,
@@ -89,6 +91,7 @@ impl Timer {
             arr: top,
             rcr: 0,
             dcr: 0,
+            or: 0,
             outputs: Outputs::default(),
             prescaler: 0,
             top,
@@ -263,6 +266,7 @@ impl Timer {
             0x2C => self.arr,
             0x30 => self.rcr,
             0x48 => self.dcr,
+            0x50 => self.or,
             _ => self.outputs.read(offset),
         }
     }
@@ -290,6 +294,7 @@ impl Timer {
             0x2C => self.write_top(value & mask),
             0x30 => self.rcr = value & 0xFF,
             0x48 => self.dcr = value,
+            0x50 => self.or = value,
             _ => self.outputs.write(offset, value & self.output_mask(offset)),
         }
         if self.cr1 & DIR_CMS != 0 || self.smcr & SMS != 0 {

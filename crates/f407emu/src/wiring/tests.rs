@@ -14,12 +14,9 @@ const LASER: Pin = Pin::new('D', 12);
 
 /// A machine whose core sleeps in a `wfi; b .-2` at the start of SRAM, with these registers written.
 fn machine(registers: &[(u32, u32)]) -> Box<Machine> {
-    let mut machine = Machine::new(8_000_000);
+    let mut machine = Machine::with_clocks();
     machine.write_word(0x2000_0000, 0xE7FD_BF30).unwrap();
     machine.cpu.next = 0x2000_0000;
-    for enables in [0x30, 0x40, 0x44] {
-        machine.write_word(RCC + enables, u32::MAX).unwrap();
-    }
     for &(address, value) in registers {
         machine.write_word(address, value).unwrap();
     }
@@ -93,7 +90,7 @@ fn no_match_is_lost_while_a_store_to_the_timer_waits() {
             machine.write_word(place, word).unwrap();
         }
         machine.cpu.r[0] = TIM4 + 0x0C; // DIER, then SR
-        machine.cpu.r[1] = !(1 << 2);
+        machine.cpu.r[1] = 0x1E5F & !(1 << 2);
         let start = machine.cycle();
         machine.run_until(start + 100).unwrap();
         let matched = machine.matches().len();
@@ -332,7 +329,7 @@ fn a_stopped_crystal_asks_for_the_nmi_where_it_is_watched() {
 #[test]
 fn a_supply_that_sinks_is_an_edge_of_line_16() {
     let mut machine = machine(&[
-        (0x4000_7000, 0xC010),
+        (0x4000_7000, 0x4010),
         (0x4001_3C00, 1 << 16),
         (0x4001_3C08, 1 << 16),
     ]);

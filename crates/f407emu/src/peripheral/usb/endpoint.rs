@@ -3,18 +3,20 @@ use super::Answer;
 use std::collections::VecDeque;
 
 /// Control: active, not acknowledging, stalled; written: acknowledge, do not, disable, enable.
-const USBAEP: u32 = 1 << 15;
+pub(super) const USBAEP: u32 = 1 << 15;
 const NAKSTS: u32 = 1 << 17;
 const STALL: u32 = 1 << 21;
 const CNAK: u32 = 1 << 26;
 const SNAK: u32 = 1 << 27;
 const EPDIS: u32 = 1 << 30;
 const EPENA: u32 = 1 << 31;
-/// Bits of the control register that keep what is written: type, number of the FIFO, largest packet, and the two above.
-const KEPT: u32 = 0x03CC_07FF | USBAEP | STALL;
+/// Bits of the control register that keep what is written: type, number of the FIFO, snooping, largest packet, and the two above.
+const KEPT: u32 = 0x03DC_07FF | USBAEP | STALL;
 /// Flags: transfer complete, disabled.
 const XFRC: u32 = 1;
 const EPDISD: u32 = 1 << 1;
+/// Flag of an IN endpoint: its FIFO is empty.
+const TXFE: u32 = 1 << 7;
 /// Size: bytes, packets.
 const XFRSIZ: u32 = 0x7_FFFF;
 const PKTCNT: u32 = 0x3FF << 19;
@@ -76,7 +78,7 @@ impl Registers {
                 }
             }
             0x08 => self.flags &= !value,
-            0x10 => self.size = value & (XFRSIZ | PKTCNT),
+            0x10 => self.size = value,
             _ => {}
         }
     }
@@ -109,7 +111,8 @@ impl Registers {
     /// packet.
     fn packet(&mut self, bytes: u32) -> bool {
         let packets = self.packets().saturating_sub(1);
-        self.size = packets << 19 | self.bytes().saturating_sub(bytes);
+        let left = self.bytes().saturating_sub(bytes);
+        self.size = self.size & !(XFRSIZ | PKTCNT) | packets << 19 | left;
         if packets == 0 {
             self.control = self.control & !EPENA | NAKSTS;
             self.flags |= XFRC;
@@ -129,6 +132,7 @@ impl In {
     /// `depth`: words of its FIFO.
     pub(super) fn read(&self, register: u32, depth: usize) -> u32 {
         match register {
+            0x08 if self.fifo.is_empty() => self.registers.read(register) | TXFE,
             0x18 => (depth - depth.min(self.fifo.len() / 4)) as u32,
             _ => self.registers.read(register),
         }

@@ -48,6 +48,23 @@ const SETUP_DATA: u32 = 6;
 /// Endpoints of a direction.
 const ENDPOINTS: usize = 4;
 
+/// OTG_FS_GINTSTS: the FIFOs of host mode, which are empty.
+const HOST_FIFOS_EMPTY: u32 = 1 << 26 | 1 << 5;
+/// What registers that keep what is written hold after a reset, by their offsets.
+const RESET: [(u32, u32); 11] = [
+    (0x000, 0x800),
+    (0x00C, 0xA00),
+    (0x024, 0x200),
+    (0x028, 0x200),
+    (0x02C, 0x0008_0200),
+    (0x100, 0x0200_0600),
+    (0x104, 0x0200_0400),
+    (0x108, 0x0200_0400),
+    (0x10C, 0x0200_0400),
+    (0x828, 0x17D7),
+    (0x82C, 0x5B8),
+];
+
 /// What the device answers to a token.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(crate) enum Answer {
@@ -82,10 +99,12 @@ impl Entry {
 }
 
 /// The controller's registers and FIFOs, and the other end of the cable.
-#[derive(Clone, Default, Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Usb {
     /// Registers that keep what is written.
     written: HashMap<u32, u32>,
+    /// The host has told the speed (DSTS).
+    enumerated: bool,
     flags: u32,
     ins: [In; ENDPOINTS],
     outs: [Out; ENDPOINTS],
@@ -93,6 +112,21 @@ pub(crate) struct Usb {
     /// Data of the entry that was read last.
     data: VecDeque<u8>,
     pub(crate) host: Host,
+}
+
+impl Default for Usb {
+    fn default() -> Self {
+        Usb {
+            written: RESET.into(),
+            enumerated: false,
+            flags: 0,
+            ins: Default::default(),
+            outs: Default::default(),
+            receive: VecDeque::new(),
+            data: VecDeque::new(),
+            host: Host::default(),
+        }
+    }
 }
 
 impl Usb {
@@ -122,7 +156,7 @@ impl Usb {
 
     /// GINTSTS.
     fn status(&self) -> u32 {
-        let mut status = self.flags;
+        let mut status = self.flags | HOST_FIFOS_EMPTY;
         if !self.receive.is_empty() {
             status |= RXFLVL;
         }
@@ -149,7 +183,8 @@ impl Usb {
             0x1C => self.receive.front().map_or(0, |entry| entry.status),
             0x20 => self.pop_entry(),
             0x3C => PRODUCT,
-            0x808 => FULL_SPEED,
+            0x808 if self.enumerated => FULL_SPEED,
+            0x808 => 0,
             0x818 => self.daint(),
             0x900..=0x97F => {
                 let (index, register) = endpoint::place(offset - 0x900);
@@ -158,7 +193,8 @@ impl Usb {
             }
             0xB00..=0xB7F => {
                 let (index, register) = endpoint::place(offset - 0xB00);
-                self.outs[index].registers.read(register)
+                let active = if offset == 0xB00 { endpoint::USBAEP } else { 0 };
+                self.outs[index].registers.read(register) | active
             }
             0x1000..=0x1FFF => self.pop_word(),
             _ => self.plain(offset),
@@ -255,6 +291,7 @@ impl Usb {
 
     /// The host has ended the reset: the speed is known.
     fn bus_ready(&mut self) {
+        self.enumerated = true;
         self.flags |= ENUMDNE;
     }
 
