@@ -6,3 +6,4 @@ mod manners;
 mod profiles;
 mod served;
 mod state_file;
+mod strangers;

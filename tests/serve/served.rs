@@ -3,7 +3,7 @@
 use crate::client::{Client, PATIENCE};
 use leadscrew_sim::profile::Profile;
 use leadscrew_sim::serve::{
-    serve, Key, LineSpec, Note, Panel, Service, Snapshot, StateFile, Surroundings,
+    serve, Allowed, Key, LineSpec, Note, Panel, Service, Snapshot, StateFile, Surroundings,
 };
 use leadscrew_sim::Rate;
 use std::net::TcpStream;
@@ -128,5 +128,6 @@ pub(crate) fn one_line() -> Service {
         state: None,
         log: None,
         lines: vec![LineSpec::Tcp("127.0.0.1:0".into())],
+        allowed: Allowed::default(),
     }
 }

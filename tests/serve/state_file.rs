@@ -1,6 +1,8 @@
 //! What a machine remembers from one server to the next.
 
+use crate::client::PATIENCE;
 use crate::served::Served;
+use std::time::{Duration, Instant};
 
 #[test]
 fn what_was_stored_survives_a_restart() {
@@ -22,6 +24,40 @@ fn what_was_stored_survives_a_restart() {
     assert_eq!(client.setting("$111").as_deref(), Some("$111=6000.000"));
     assert_eq!(client.say("$N"), ["$N0=G20", "$N1="]);
     assert_eq!(client.say("$#")[1], "[G55:5.250,0.000,0.000]");
+}
+
+#[test]
+fn a_setting_that_cannot_be_stored_is_refused_and_stored_as_soon_as_it_can_be() {
+    let folder = tempfile::tempdir().unwrap();
+    let place = folder.path().join("machines");
+    let file = place.join("router.state");
+    {
+        let served = Served::remembering(&file);
+        let mut client = served.connect();
+        assert_eq!(client.say("$110=1000"), [""; 0]);
+        // No computer lets anybody write into a folder that is a file.
+        std::fs::remove_dir_all(&place).unwrap();
+        std::fs::write(&place, "").unwrap();
+        for line in ["$110=2000\n", "G10L2P1X5\n"] {
+            client.send(line.as_bytes());
+            assert_eq!(client.hear(PATIENCE).as_deref(), Some("error:7"), "{line}");
+        }
+        // Nothing to store, nothing to refuse; and trying again refuses nothing, either.
+        std::thread::sleep(Duration::from_millis(1500));
+        assert_eq!(client.say("G4P0"), [""; 0]);
+        std::fs::remove_file(&place).unwrap();
+        let until = Instant::now() + PATIENCE;
+        while !file.exists() {
+            assert!(Instant::now() < until, "it is not tried again");
+            std::thread::sleep(Duration::from_millis(20));
+        }
+        assert_eq!(client.say("$111=3000"), [""; 0]);
+    }
+    let served = Served::remembering(&file);
+    let mut client = served.connect();
+    assert_eq!(client.setting("$110").as_deref(), Some("$110=2000.000"));
+    assert_eq!(client.setting("$111").as_deref(), Some("$111=3000.000"));
+    assert_eq!(client.say("$#")[0], "[G54:5.000,0.000,0.000]");
 }
 
 #[test]

@@ -172,6 +172,12 @@ where
         saved
     }
 
+    /// Notes that what [`Machine::save`] has written did not reach its place after all, where a store hands on many records
+    /// together. Main loop, before the next [`Machine::poll`]: the line under way is answered with `error:7`.
+    pub fn not_saved(&mut self) {
+        self.store_failed = true;
+    }
+
     fn save_one<S: SettingsStore>(&mut self, store: &mut S) -> Result<bool, StoreError<S::Error>> {
         if self.unsaved.is_empty() || !self.motion.is_at_rest() {
             return Ok(!self.unsaved.is_empty());

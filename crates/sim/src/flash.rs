@@ -30,9 +30,14 @@ impl Flash {
         }
     }
 
-    /// All its bytes, if any has changed since it was asked last.
-    pub(crate) fn changed(&mut self) -> Option<&[u8]> {
-        std::mem::take(&mut self.changed).then_some(&self.bytes)
+    /// Whether any byte has changed since it was asked last.
+    pub(crate) fn changed(&mut self) -> bool {
+        std::mem::take(&mut self.changed)
+    }
+
+    /// All its bytes.
+    pub(crate) fn bytes(&self) -> &[u8] {
+        &self.bytes
     }
 
     fn area(&mut self, area: Area) -> &mut [u8] {

@@ -4,7 +4,7 @@ use super::serve_args::ServeArgs;
 use super::{unusable, Unusable};
 use crate::link::Rate;
 use crate::profile::{Profile, ProfileError};
-use crate::serve::{serve, Plain, Screen, Service, Surroundings, WireLog};
+use crate::serve::{serve, Allowed, Plain, Screen, Service, Surroundings, WireLog};
 use leadscrew_machine::config::CHANNELS;
 use std::fmt;
 use std::fs::File;
@@ -69,7 +69,7 @@ fn try_run(args: &ServeArgs) -> Result<(), ServeError> {
             },
         );
     } else {
-        let mut plain = Plain(io::stdout());
+        let mut plain = Plain::new(io::stdout());
         serve(
             service,
             Surroundings {
@@ -90,6 +90,7 @@ fn service(args: &ServeArgs) -> Result<Service, ServeError> {
     let profile = args.machine.as_deref().map(Profile::load).transpose();
     let profile = profile.map_err(ServeError::Profile)?.unwrap_or_default();
     Ok(Service {
+        allowed: Allowed::new(args.allow.clone()),
         state: args.state_file(),
         rate: args.baud.map_or(Rate::NeverWaits, Rate::Baud),
         speed: args.speed,

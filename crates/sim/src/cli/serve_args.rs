@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 #[command(
     group(ArgGroup::new("line").required(true).multiple(true).args(["pty", "tcp", "ws"])),
     after_help = "Addresses without a host are this computer's own: --tcp 2323 is --tcp 127.0.0.1:2323.\n\
+    Web pages from elsewhere cannot connect, unless --allow says so; see docs/serve.md.\n\
     Example: leadscrew serve --tcp 2323 --ws 8081 --machine examples/machines/router.toml"
 )]
 pub(super) struct ServeArgs {
@@ -25,6 +26,10 @@ pub(super) struct ServeArgs {
     /// A port for WebSocket clients. May be repeated.
     #[arg(long, value_name = "ADDRESS", value_parser = address)]
     pub(super) ws: Vec<String>,
+    /// A web page that may connect, by its origin (https://cnc.example), or a name by which this computer is reached
+    /// (cnc.local). May be repeated. Senders that are no web pages need no leave.
+    #[arg(long, value_name = "ORIGIN|NAME", requires = "ws")]
+    pub(super) allow: Vec<String>,
     /// The machine, a TOML file; without it a stock Grbl without switches. See examples/machines.
     #[arg(long, value_name = "FILE")]
     pub(super) machine: Option<PathBuf>,

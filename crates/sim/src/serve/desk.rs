@@ -29,8 +29,12 @@ pub(super) trait Desk {
     fn load(&mut self, flash: &mut Flash) -> Condition;
     /// Stores what has changed, as far as the machine is at rest.
     fn save(&mut self, flash: &mut Flash);
+    /// Notes that what was stored did not survive: the line that has changed it is answered with `error:7`.
+    fn not_saved(&mut self);
     /// How many bytes of a line's clients were lost for want of room in the receive buffer since power-up.
     fn lost_bytes(&self, line: usize) -> u32;
+    /// Whether no job and no command is under way.
+    fn is_quiet(&self) -> bool;
     /// What there is to be shown.
     fn snapshot(&self) -> Snapshot;
 }
@@ -83,8 +87,16 @@ where
         while self.machine_mut().save(flash) == Ok(true) && self.machine().state() == State::Idle {}
     }
 
+    fn not_saved(&mut self) {
+        self.machine_mut().not_saved();
+    }
+
     fn lost_bytes(&self, line: usize) -> u32 {
         self.lost_bytes(line)
+    }
+
+    fn is_quiet(&self) -> bool {
+        self.machine().is_quiet()
     }
 
     fn snapshot(&self) -> Snapshot {

@@ -8,6 +8,8 @@
 //! A line has one client at a time. Its threads may wait; the server loop never does: events come through a bounded
 //! channel, and what a client does not read is thrown away once its outlet is full.
 
+use super::web::{Allowed, Foreign};
+use super::{listener, tcp, websocket};
 use std::fmt;
 use std::io;
 use std::path::PathBuf;
@@ -107,8 +109,32 @@ pub enum What {
     Closed,
     /// A second client has come and was sent away.
     TurnedAway(String),
-    /// A client was sent away because it does not speak the line's protocol.
-    Refused(String),
+    /// A client was sent away for another reason.
+    Refused(String, Refusal),
+}
+
+/// Why a client is not let in.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub enum Refusal {
+    /// A web page that may not.
+    Foreign(Foreign),
+    /// A browser's request on a port for raw bytes.
+    Request,
+    /// It does not speak WebSocket, or takes too long over it.
+    NoWebSocket,
+    /// It has gone again.
+    Gone,
+}
+
+impl fmt::Display for Refusal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Foreign(foreign) => foreign.fmt(f),
+            Self::Request => f.write_str("the request of a web browser, on a port for G-code"),
+            Self::NoWebSocket => f.write_str("no WebSocket client"),
+            Self::Gone => f.write_str("it has gone again"),
+        }
+    }
 }
 
 /// Something that happened on a line.
@@ -144,9 +170,15 @@ pub(super) struct Uplink {
     events: SyncSender<Event>,
     stop: Arc<AtomicBool>,
     backlog: Arc<AtomicUsize>,
+    busy: Arc<AtomicBool>,
 }
 
 impl Uplink {
+    /// Whether the machine has a job that is not finished, as the server says at each of its turns.
+    pub(super) fn busy(&self) -> Arc<AtomicBool> {
+        self.busy.clone()
+    }
+
     /// Passes on what a client has sent. Waits while the machine has not taken what it sent before: the operating
     /// system then holds back a client that floods, and the other lines go on.
     pub(super) fn pass(&self, bytes: &[u8]) {
@@ -186,6 +218,7 @@ pub(super) struct Lines {
     // First: a thread that waits for room among the events must wake before it is joined.
     events: mpsc::Receiver<Event>,
     threads: Vec<LineThread>,
+    busy: Arc<AtomicBool>,
 }
 
 struct LineThread {
@@ -195,16 +228,31 @@ struct LineThread {
 }
 
 impl Lines {
-    /// Opens lines; the first has number 0. What becomes of each comes as its first event.
-    pub(super) fn open(specs: &[LineSpec]) -> Self {
-        let (sender, events) = mpsc::sync_channel(EVENTS);
-        let threads = specs.iter().enumerate();
-        let threads =
-            threads.map(|(line, spec)| LineThread::start(line, spec.clone(), sender.clone()));
+    /// Opens lines, for senders and the web pages that are `allowed`; the first has number 0. What becomes of each comes as its
+    /// first event.
+    pub(super) fn open(specs: &[LineSpec], allowed: &Allowed) -> Self {
+        let (events, heard) = mpsc::sync_channel(EVENTS);
+        let busy = Arc::new(AtomicBool::new(false));
+        let start = |(line, spec): (usize, &LineSpec)| {
+            let uplink = Uplink {
+                line,
+                events: events.clone(),
+                stop: Arc::default(),
+                backlog: Arc::default(),
+                busy: busy.clone(),
+            };
+            LineThread::start(spec.clone(), allowed.clone(), uplink)
+        };
         Self {
-            threads: threads.collect(),
-            events,
+            threads: specs.iter().enumerate().map(start).collect(),
+            events: heard,
+            busy,
         }
+    }
+
+    /// Notes whether the machine has a job that is not finished: no client loses its line until it is.
+    pub(super) fn set_busy(&self, busy: bool) {
+        self.busy.store(busy, Ordering::Relaxed);
     }
 
     /// Waits for the next event, at most for `time`.
@@ -228,20 +276,11 @@ impl Lines {
 }
 
 impl LineThread {
-    fn start(line: usize, spec: LineSpec, events: SyncSender<Event>) -> Self {
-        let stop = Arc::new(AtomicBool::new(false));
-        let backlog = Arc::new(AtomicUsize::new(0));
-        let uplink = Uplink {
-            line,
-            events,
-            stop: stop.clone(),
-            backlog: backlog.clone(),
-        };
-        let thread = Some(std::thread::spawn(move || run(&spec, &uplink)));
+    fn start(spec: LineSpec, allowed: Allowed, uplink: Uplink) -> Self {
         Self {
-            stop,
-            backlog,
-            thread,
+            stop: uplink.stop.clone(),
+            backlog: uplink.backlog.clone(),
+            thread: Some(std::thread::spawn(move || run(&spec, &allowed, &uplink))),
         }
     }
 }
@@ -256,11 +295,11 @@ impl Drop for LineThread {
     }
 }
 
-fn run(spec: &LineSpec, uplink: &Uplink) {
+fn run(spec: &LineSpec, allowed: &Allowed, uplink: &Uplink) {
     match spec {
-        LineSpec::Tcp(address) => super::listener::run(address, uplink, super::tcp::PROTOCOL),
+        LineSpec::Tcp(address) => listener::run(address, allowed, uplink, tcp::PROTOCOL),
         LineSpec::WebSocket(address) => {
-            super::listener::run(address, uplink, super::websocket::PROTOCOL)
+            listener::run(address, allowed, uplink, websocket::PROTOCOL);
         }
         LineSpec::Pty { link, .. } => super::pty::run(link, uplink),
     }

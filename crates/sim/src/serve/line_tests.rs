@@ -1,11 +1,16 @@
 //! The lines against real sockets and pseudo-terminals.
 
-use super::line::{LineError, LineSpec, Lines, Outlet, What};
+use super::line::{LineError, LineSpec, Lines, Outlet, Refusal, What};
+use super::web::Allowed;
 use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::time::{Duration, Instant};
 
 const PATIENCE: Duration = Duration::from_secs(5);
+
+fn open_lines(specs: &[LineSpec]) -> Lines {
+    Lines::open(specs, &Allowed::default())
+}
 
 /// The next event of line 0.
 fn next(lines: &Lines) -> What {
@@ -53,7 +58,7 @@ fn read_exactly(mut from: impl Read, expected: &[u8]) {
 }
 
 fn any_tcp() -> (Lines, String) {
-    let lines = Lines::open(&[LineSpec::Tcp("127.0.0.1:0".into())]);
+    let lines = open_lines(&[LineSpec::Tcp("127.0.0.1:0".into())]);
     let address = ready(&lines);
     (lines, address)
 }
@@ -104,7 +109,7 @@ fn a_second_client_is_turned_away_and_the_first_does_not_notice() {
 fn a_port_in_use_is_said_once_and_taken_once_it_is_free() {
     let holder = TcpListener::bind("127.0.0.1:0").unwrap();
     let address = holder.local_addr().unwrap().to_string();
-    let lines = Lines::open(&[LineSpec::Tcp(address.clone())]);
+    let lines = open_lines(&[LineSpec::Tcp(address.clone())]);
     let what = next(&lines);
     assert!(
         matches!(what, What::Unavailable(LineError::Listen(_))),
@@ -176,7 +181,7 @@ mod websocket {
     use tungstenite::{Bytes, Message, WebSocket};
 
     fn connected() -> (Lines, String, WebSocket<TcpStream>, Outlet) {
-        let lines = Lines::open(&[LineSpec::WebSocket("127.0.0.1:0".into())]);
+        let lines = open_lines(&[LineSpec::WebSocket("127.0.0.1:0".into())]);
         let address = ready(&lines);
         let client = connect(&address);
         let outlet = opened(&lines);
@@ -193,6 +198,7 @@ mod websocket {
     #[test]
     fn a_second_client_is_told_why_it_is_turned_away() {
         let (lines, address, _client, _outlet) = connected();
+        lines.set_busy(true);
         let stream = TcpStream::connect(&address).unwrap();
         let second = tungstenite::client(format!("ws://{address}/"), stream);
         let Err(tungstenite::HandshakeError::Failure(tungstenite::Error::Http(answer))) = second
@@ -260,7 +266,7 @@ mod websocket {
 
     #[test]
     fn a_client_that_offers_subprotocols_gets_the_first_and_another_gets_none() {
-        let lines = Lines::open(&[LineSpec::WebSocket("127.0.0.1:0".into())]);
+        let lines = open_lines(&[LineSpec::WebSocket("127.0.0.1:0".into())]);
         let address = ready(&lines);
         for (offered, chosen) in [(Some("arduino, binary"), Some("arduino")), (None, None)] {
             let stream = TcpStream::connect(&address).unwrap();
@@ -279,13 +285,16 @@ mod websocket {
 
     #[test]
     fn a_plain_http_request_is_refused_and_the_next_client_let_in() {
-        let lines = Lines::open(&[LineSpec::WebSocket("127.0.0.1:0".into())]);
+        let lines = open_lines(&[LineSpec::WebSocket("127.0.0.1:0".into())]);
         let address = ready(&lines);
         let mut browser = TcpStream::connect(&address).unwrap();
         browser
             .write_all(b"GET / HTTP/1.1\r\nHost: localhost\r\n\r\n")
             .unwrap();
-        assert!(matches!(next(&lines), What::Refused(_)));
+        assert!(matches!(
+            next(&lines),
+            What::Refused(_, Refusal::NoWebSocket)
+        ));
         drop(browser);
         connect(&address);
         opened(&lines);
@@ -316,7 +325,7 @@ mod pty {
     fn port() -> (tempfile::TempDir, PathBuf, Lines) {
         let folder = tempfile::tempdir().unwrap();
         let link = folder.path().join("ttyGRBL");
-        let lines = Lines::open(&spec(&link));
+        let lines = open_lines(&spec(&link));
         ready(&lines);
         (folder, link, lines)
     }
@@ -375,7 +384,7 @@ mod pty {
         let folder = tempfile::tempdir().unwrap();
         let link = folder.path().join("precious");
         std::fs::write(&link, "mine").unwrap();
-        let lines = Lines::open(&spec(&link));
+        let lines = open_lines(&spec(&link));
         assert!(matches!(
             next(&lines),
             What::Unavailable(LineError::LinkExists)
@@ -389,7 +398,7 @@ mod pty {
         let folder = tempfile::tempdir().unwrap();
         let link = folder.path().join("stale");
         std::os::unix::fs::symlink("/dev/pts/none", &link).unwrap();
-        let lines = Lines::open(&spec(&link));
+        let lines = open_lines(&spec(&link));
         ready(&lines);
         let _client = open(&link);
         opened(&lines);

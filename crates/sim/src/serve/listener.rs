@@ -1,54 +1,92 @@
-//! Waits for clients on a TCP port and lets in one at a time.
+//! Waits for clients on a TCP port: each is met by a thread of its own, and one at a time has the line.
 
 use super::line::{LineError, Uplink, What, RETRY};
+use super::seat::{Guest, Seat, Ticket};
+use super::web::Allowed;
+use socket2::{SockRef, TcpKeepalive};
 use std::io;
 use std::net::{TcpListener, TcpStream};
+use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::Duration;
 
 /// How often a new client is looked for.
 const POLL: Duration = Duration::from_millis(5);
 
-/// How long a new client waits for the end of one that is just going: programs that probe a port close it and come
-/// back within milliseconds.
-const GRACE: Duration = Duration::from_millis(500);
+/// Clients that are met at a time; others wait in the operating system until one of these is turned away.
+const GUESTS: usize = 64;
+
+/// A client that says nothing is asked after this time whether its computer is still there, and again so often; one that does
+/// not answer is gone after [`GONE`].
+const ASK: Duration = Duration::from_secs(5);
+const ASK_AGAIN: Duration = Duration::from_secs(3);
+const TIMES: u32 = 3;
+
+/// How long a client may leave unanswered what was sent to it: at most 15 s, with [`ASK`].
+const GONE: Duration = Duration::from_secs(14);
+
+/// A client that has come.
+pub(super) struct Client {
+    pub(super) stream: TcpStream,
+    /// Who it is, as far as is known.
+    pub(super) peer: String,
+    /// Its place in the queue for the line.
+    pub(super) ticket: Ticket,
+}
 
 /// How clients are met.
 #[derive(Clone, Copy)]
 pub(super) struct Protocol {
-    /// Talks to one client until it goes.
-    pub(super) serve: fn(TcpStream, String, &Uplink),
-    /// Sends a client away that comes while another is there: in a thread of its own, for seconds at most.
-    pub(super) turn_away: fn(TcpStream),
+    /// What a client is that has said nothing yet.
+    pub(super) newcomer: Guest,
+    /// Waits for the line and talks to the client until it goes.
+    pub(super) serve: fn(Client, &Allowed, &Uplink),
 }
 
 /// Listens at `address` until the server ends.
-pub(super) fn run(address: &str, uplink: &Uplink, protocol: Protocol) {
+pub(super) fn run(address: &str, allowed: &Allowed, uplink: &Uplink, protocol: Protocol) {
     let Some(listener) = listen(address, uplink) else {
         return;
     };
-    let mut client: Option<JoinHandle<()>> = None;
+    let seat = Arc::new(Seat::new(uplink.busy()));
+    let mut guests: Vec<JoinHandle<()>> = Vec::new();
     while !uplink.stopped() {
-        match listener.accept() {
-            Ok((stream, peer)) => {
-                if wait_for_end(&client, uplink) {
-                    let uplink = uplink.clone();
-                    client = Some(std::thread::spawn(move || {
-                        (protocol.serve)(stream, peer.to_string(), &uplink)
-                    }));
-                } else {
-                    std::thread::spawn(move || (protocol.turn_away)(stream));
-                    uplink.tell(What::TurnedAway(peer.to_string()));
-                }
+        guests.retain(|guest| !guest.is_finished());
+        let room = guests.len() < GUESTS;
+        match room.then(|| listener.accept()) {
+            Some(Ok((stream, peer))) => {
+                watch(&stream);
+                let client = Client {
+                    stream,
+                    peer: peer.to_string(),
+                    ticket: seat.queue(protocol.newcomer),
+                };
+                let (uplink, allowed) = (uplink.clone(), allowed.clone());
+                guests.push(std::thread::spawn(move || {
+                    (protocol.serve)(client, &allowed, &uplink);
+                }));
             }
             // Nobody there, or a client that went before it was let in.
-            Err(_) => std::thread::sleep(POLL),
+            Some(Err(_)) | None => std::thread::sleep(POLL),
         }
     }
-    if let Some(client) = client {
+    for guest in guests {
         // A client's thread that has panicked has closed its connection.
-        let _ = client.join();
+        let _ = guest.join();
     }
+}
+
+/// Has the operating system end a connection to a computer that is gone. Where it cannot, the connection lasts longer.
+fn watch(stream: &TcpStream) {
+    let socket = SockRef::from(stream);
+    let ask = TcpKeepalive::new()
+        .with_time(ASK)
+        .with_interval(ASK_AGAIN)
+        .with_retries(TIMES);
+    let _ = socket.set_tcp_keepalive(&ask);
+    // While something is on the way to the client, it is not asked: this counts instead.
+    #[cfg(any(target_os = "linux", target_os = "android"))]
+    let _ = socket.set_tcp_user_timeout(Some(GONE));
 }
 
 /// Gets the port, in the end; says once that it has to wait. `None` where the server ends first.
@@ -76,14 +114,4 @@ fn bind(address: &str) -> io::Result<(TcpListener, String)> {
     listener.set_nonblocking(true)?;
     let address = listener.local_addr()?.to_string();
     Ok((listener, address))
-}
-
-fn wait_for_end(client: &Option<JoinHandle<()>>, uplink: &Uplink) -> bool {
-    let ended = || client.as_ref().is_none_or(JoinHandle::is_finished);
-    let mut waited = Duration::ZERO;
-    while !ended() && waited < GRACE && !uplink.stopped() {
-        std::thread::sleep(POLL);
-        waited += POLL;
-    }
-    ended()
 }

@@ -26,9 +26,12 @@ mod pty;
 mod pty;
 mod remembered;
 mod screen;
+mod seat;
 mod server;
+mod spool;
 mod state_file;
 mod tcp;
+mod web;
 mod websocket;
 mod wire_log;
 mod wires;
@@ -36,12 +39,13 @@ mod wires;
 #[cfg(test)]
 mod line_tests;
 
-pub use line::{LineError, LineSpec, What};
+pub use line::{LineError, LineSpec, Refusal, What};
 pub use note::Note;
 pub use panel::{Key, Panel, Plain, Snapshot};
 pub use screen::Screen;
 pub use server::Surroundings;
 pub use state_file::StateFile;
+pub use web::{Allowed, Foreign};
 pub use wire_log::WireLog;
 
 use crate::cost::Costs;
@@ -52,6 +56,7 @@ use crate::profile::{Belts, Profile};
 use crate::setup::{Memory, Setup};
 use glitches::Glitches;
 use leadscrew_planner::{Cartesian, CoreXy, Ganged, Kinematics};
+use line::Lines;
 use remembered::Remembered;
 use server::{End, Server};
 
@@ -67,6 +72,8 @@ pub struct Service {
     pub profile: Profile,
     /// Where programs can connect: as many as a machine has channels at most.
     pub lines: Vec<LineSpec>,
+    /// Which web pages may connect, and by which names of this computer.
+    pub allowed: Allowed,
     /// How fast the lines are.
     pub rate: Rate,
     /// Simulated seconds in a second.
@@ -82,12 +89,13 @@ pub fn serve(service: Service, around: Surroundings<'_>) {
     let Service {
         profile,
         lines,
+        allowed,
         rate,
         speed,
         state,
         log,
     } = service;
-    let mut server = Server::new(lines, speed, log, around);
+    let mut server = Server::new(Lines::open(&lines, &allowed), lines, speed, log, around);
     let ganged = profile.second_motor.map(|second| Ganged {
         axis_of: [second.axis.number()],
     });

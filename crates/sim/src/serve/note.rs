@@ -21,6 +21,8 @@ pub enum Note<'a> {
     NoLog(io::Error),
     /// The state file cannot be written.
     NoState(PathBuf, io::Error),
+    /// The state file can be written again, and is.
+    StateAgain(PathBuf),
     /// Another program has the state file.
     StateInUse(PathBuf),
     /// The state file cannot be read.
@@ -59,9 +61,12 @@ impl fmt::Display for Note<'_> {
             Self::NoState(file, error) => {
                 write!(
                     f,
-                    "{}: settings will not survive, the file cannot be written: {error}",
+                    "{}: settings will not survive, the file cannot be written: {error}; it is tried again every second",
                     file.display()
                 )
+            }
+            Self::StateAgain(file) => {
+                write!(f, "{}: written again: settings survive", file.display())
             }
             Self::StateInUse(file) => {
                 write!(
@@ -97,7 +102,7 @@ impl fmt::Display for What {
             Self::Bytes(bytes) => write!(f, "{} bytes", bytes.len()),
             Self::Closed => write!(f, "the client has gone"),
             Self::TurnedAway(peer) => write!(f, "turned away, another client is there: {peer}"),
-            Self::Refused(peer) => write!(f, "refused, no WebSocket client: {peer}"),
+            Self::Refused(peer, why) => write!(f, "refused: {peer}: {why}"),
         }
     }
 }

@@ -1,6 +1,7 @@
 //! What `serve` shows its user and what the user presses; a terminal, plain text, or a test.
 
 use super::note::Note;
+use super::spool::Spool;
 use crate::clock::Cycle;
 use leadscrew_machine::board::Switches;
 use std::io::{self, Write};
@@ -57,13 +58,44 @@ pub trait Panel {
     fn key(&mut self) -> Option<Key>;
 }
 
-/// Messages as lines of text, nothing else.
-pub struct Plain<W: Write>(pub W);
+/// Messages that wait for a reader that is late.
+const MESSAGES: usize = 1024;
 
-impl<W: Write> Panel for Plain<W> {
+/// Messages as lines of text, nothing else. Never waits: where nobody reads them, messages are lost and counted.
+pub struct Plain {
+    to: Spool,
+    lost: u32,
+}
+
+impl Plain {
+    /// Shows messages on `to`.
+    pub fn new(to: impl Write + Send + 'static) -> Self {
+        Self {
+            to: Spool::new(to, MESSAGES),
+            lost: 0,
+        }
+    }
+
+    fn write(&mut self, note: &Note<'_>) -> io::Result<()> {
+        if self.lost > 0 {
+            writeln!(
+                self.to,
+                "({} messages are lost: nobody read them)",
+                self.lost
+            )?;
+        }
+        writeln!(self.to, "{note}")?;
+        self.to.flush()
+    }
+}
+
+impl Panel for Plain {
     fn note(&mut self, note: &Note<'_>) {
-        // There is nobody to tell that nobody reads.
-        let _: io::Result<()> = writeln!(self.0, "{note}").and_then(|()| self.0.flush());
+        match self.write(note) {
+            Ok(()) => self.lost = 0,
+            // Said as soon as somebody reads again.
+            Err(_) => self.lost += 1,
+        }
     }
 
     fn show(&mut self, _machine: &Snapshot) {}

@@ -7,6 +7,7 @@ use crate::flash::Flash;
 use leadscrew_machine::settings::store::Condition;
 use std::fs::File;
 use std::io;
+use std::time::Duration;
 
 /// The flash memory and its file.
 pub(super) struct Remembered {
@@ -14,9 +15,12 @@ pub(super) struct Remembered {
     file: Option<StateFile>,
     /// Keeps other programs from the file.
     _claim: Option<File>,
-    /// Whether it has been said that the file cannot be written.
-    told: bool,
+    /// When the file is to be written again: what has changed is not in it yet.
+    again: Option<Duration>,
 }
+
+/// How often a file that cannot be written is tried again.
+const RETRY: Duration = Duration::from_secs(1);
 
 impl Remembered {
     /// Reads the file, if there is to be one; tells `say` what could not be used.
@@ -29,7 +33,7 @@ impl Remembered {
             flash,
             file,
             _claim: claim,
-            told: false,
+            again: None,
         }
     }
 
@@ -53,18 +57,25 @@ impl Remembered {
         }
     }
 
-    /// Stores what a machine has changed.
-    pub(super) fn save(&mut self, desk: &mut dyn Desk) -> Option<Note<'static>> {
+    /// Stores what a machine has changed, and again what could not be stored before `now`, the time since any instant. The
+    /// line that has changed it is answered after that.
+    pub(super) fn save(&mut self, desk: &mut dyn Desk, now: Duration) -> Option<Note<'static>> {
         desk.save(&mut self.flash);
-        let (image, file) = (self.flash.changed()?, self.file.as_ref()?);
-        match file.save(image) {
-            Ok(()) => {
-                self.told = false;
-                None
-            }
+        let file = self.file.as_ref()?;
+        let changed = self.flash.changed();
+        let again = self.again.is_some_and(|again| again <= now);
+        if !changed && !again {
+            return None;
+        }
+        let path = || file.path().to_owned();
+        match file.save(self.flash.bytes()) {
+            Ok(()) => self.again.take().map(|_| Note::StateAgain(path())),
             Err(error) => {
-                let first = !std::mem::replace(&mut self.told, true);
-                first.then(|| Note::NoState(file.path().to_owned(), error))
+                if changed {
+                    desk.not_saved();
+                }
+                let first = self.again.replace(now + RETRY).is_none();
+                first.then(|| Note::NoState(path(), error))
             }
         }
     }

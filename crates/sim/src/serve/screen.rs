@@ -3,22 +3,26 @@
 use super::note::Note;
 use super::page::Page;
 use super::panel::{Key, Panel, Snapshot};
+use super::spool::Spool;
 use crate::profile::Profile;
 use crossterm::event::{self, Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 use crossterm::style::{Attribute, Print, SetAttribute};
 use crossterm::terminal::{self, Clear, ClearType, EnterAlternateScreen, LeaveAlternateScreen};
 use crossterm::{cursor, queue};
 use std::collections::VecDeque;
-use std::io::{self, Stdout, Write};
+use std::io::{self, Write};
 use std::panic;
 use std::time::Duration;
 
 /// Messages that are kept for the screen.
 const NOTES: usize = 50;
 
+/// Pictures that wait for a terminal that is late: the next one shows all that the one before did.
+const PICTURES: usize = 2;
+
 /// A terminal that is in use; dropped, it is as before.
 pub struct Screen {
-    to: Stdout,
+    to: Spool,
     page: Page,
     notes: VecDeque<String>,
 }
@@ -32,7 +36,7 @@ impl Screen {
         terminal::enable_raw_mode()?;
         give_back_before_a_panic_speaks();
         let mut screen = Self {
-            to: io::stdout(),
+            to: Spool::new(io::stdout(), PICTURES),
             page: Page::new(profile),
             notes: VecDeque::new(),
         };
@@ -80,7 +84,7 @@ impl Panel for Screen {
     }
 
     fn show(&mut self, machine: &Snapshot) {
-        // A terminal that cannot be written to shows nothing; clients do not mind.
+        // A terminal that cannot be written to, or not in time, shows nothing; clients do not mind.
         let _ = self.draw(machine);
     }
 
@@ -98,23 +102,23 @@ impl Panel for Screen {
 
 impl Drop for Screen {
     fn drop(&mut self) {
-        give_back();
+        // There is nobody left to tell.
+        let _ = leave(&mut self.to);
+        let _ = terminal::disable_raw_mode();
     }
 }
 
-/// Gives the terminal back as it was.
-fn give_back() {
-    let mut to = io::stdout();
-    // There is nobody left to tell.
-    let _ = queue!(to, LeaveAlternateScreen, cursor::Show).and_then(|()| to.flush());
-    let _ = terminal::disable_raw_mode();
+fn leave(to: &mut impl Write) -> io::Result<()> {
+    queue!(to, LeaveAlternateScreen, cursor::Show)?;
+    to.flush()
 }
 
 /// What a panic says would vanish together with the screen.
 fn give_back_before_a_panic_speaks() {
     let speak = panic::take_hook();
     panic::set_hook(Box::new(move |what| {
-        give_back();
+        let _ = leave(&mut io::stdout());
+        let _ = terminal::disable_raw_mode();
         speak(what);
     }));
 }

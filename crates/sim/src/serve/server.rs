@@ -84,15 +84,16 @@ pub(super) struct Server<'s> {
 }
 
 impl<'s> Server<'s> {
-    /// Opens lines, whose machine is to run `speed` times as fast as the wall clock.
+    /// Serves lines that are open, as `specs` say; their machine is to run `speed` times as fast as the wall clock.
     pub(super) fn new(
+        lines: Lines,
         specs: Vec<LineSpec>,
         speed: f64,
         log: Option<WireLog>,
         around: Surroundings<'s>,
     ) -> Self {
         Self {
-            lines: Lines::open(&specs),
+            lines,
             wires: Wires::new(specs.len()),
             told: vec![Told::default(); specs.len()],
             lost: vec![0; specs.len()],
@@ -139,7 +140,7 @@ impl<'s> Server<'s> {
                 self.buttons.press(key, desk);
             }
             self.buttons.release(desk);
-            if let Some(note) = remembered.save(desk) {
+            if let Some(note) = remembered.save(desk, (self.around.clock)()) {
                 self.note(&note);
             }
             self.show(desk);
@@ -153,6 +154,7 @@ impl<'s> Server<'s> {
         let end = due.min(desk.now() + SLICE.max(pace.cycles(TICK)));
         glitches.run_until(desk, &mut self.wires, end);
         self.deliver(desk.now());
+        self.lines.set_busy(!desk.is_quiet() || self.wires.wait());
         self.tell_of_lost_bytes(desk);
         if pace.give_up((self.around.clock)(), desk.now()) && !self.told_slow {
             self.told_slow = true;
@@ -197,7 +199,7 @@ impl<'s> Server<'s> {
             | What::Unavailable(_)
             | What::Bytes(_)
             | What::TurnedAway(_)
-            | What::Refused(_) => {}
+            | What::Refused(..) => {}
         }
         false
     }

@@ -4,8 +4,9 @@
 //!   LEADSCREW-STATE | version, 1 byte | the flash memory, byte for byte
 //! ```
 //!
-//! Written to a file beside it, then renamed: whoever reads it finds the old or the new one.
+//! Written beside it and then put in its place: whoever reads it, after a power loss as well, finds the old or the new one.
 
+use atomic_write_file::AtomicWriteFile;
 use std::fmt;
 use std::fs::{File, TryLockError};
 use std::io::{self, Write};
@@ -160,13 +161,12 @@ impl StateFile {
     /// Those of writing; the file is as before then.
     pub(super) fn save(&self, image: &[u8]) -> io::Result<()> {
         self.make_folder()?;
-        let beside = self.path.with_added_extension("new");
-        let mut file = File::create(&beside)?;
+        let mut file = AtomicWriteFile::open(&self.path)?;
         file.write_all(MAGIC)?;
         file.write_all(&[VERSION])?;
         file.write_all(image)?;
-        file.sync_all()?;
-        std::fs::rename(&beside, &self.path)
+        // On the disk when this is done, under its name too: file and folder are synced.
+        file.commit()
     }
 
     fn make_folder(&self) -> io::Result<()> {

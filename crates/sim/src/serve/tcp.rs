@@ -1,34 +1,174 @@
 //! Raw TCP: bytes as they are, both ways.
+//!
+//! A web page can make its browser send a request to any port of this computer. So the first bytes are held while they may
+//! be the beginning of one.
 
-use super::line::{Outlet, Uplink, What, CHUNK};
-use super::listener::Protocol;
+use super::line::{Outlet, Refusal, Uplink, What, CHUNK};
+use super::listener::{Client, Protocol};
+use super::seat::{Guest, Seated};
+use super::web::{beginning, Allowed, Beginning};
 use std::io::{self, Read, Write};
 use std::net::{Shutdown, TcpStream};
 use std::sync::mpsc::Receiver;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// How often a reader looks whether it is to end.
 const LOOK: Duration = Duration::from_millis(50);
 
-/// Who is turned away finds the connection closed: raw bytes have no words for it.
+/// How often a client looks whether the line has become free.
+const POLL: Duration = Duration::from_millis(5);
+
+/// How long bytes are held that may be the beginning of a web page's request.
+const HOLD: Duration = Duration::from_millis(100);
+
 pub(super) const PROTOCOL: Protocol = Protocol {
+    newcomer: Guest::Silent,
     serve,
-    turn_away: drop,
 };
 
-/// Passes bytes between a client and the server until the client goes.
-fn serve(stream: TcpStream, peer: String, uplink: &Uplink) {
-    let Ok((reader, writer)) = prepare(stream) else {
-        return uplink.tell(What::Refused(peer));
+/// Passes bytes between a client and the server until the client goes. Who is turned away finds the connection closed: raw
+/// bytes have no words for it.
+fn serve(client: Client, _: &Allowed, uplink: &Uplink) {
+    let peer = client.peer;
+    let Ok((reader, writer)) = prepare(client.stream) else {
+        return uplink.tell(What::Refused(peer, Refusal::Gone));
     };
+    let mut first = FirstBytes::new(&reader);
+    let seated = client.ticket.wait(&reader, || match uplink.stopped() {
+        true => Guest::Gone,
+        false => first.guest(POLL),
+    });
+    match (seated, first.place) {
+        (Some(seated), _) => serve_seated(writer, peer, first, &seated, uplink),
+        (None, Place::Request) => uplink.tell(What::Refused(peer, Refusal::Request)),
+        (None, Place::Gone) => uplink.tell(What::Refused(peer, Refusal::Gone)),
+        (None, _) => uplink.tell(What::TurnedAway(peer)),
+    }
+}
+
+fn serve_seated(
+    writer: TcpStream,
+    peer: String,
+    mut first: FirstBytes<'_>,
+    seated: &Seated,
+    uplink: &Uplink,
+) {
+    let reader = first.reader;
     let (outlet, pieces) = Outlet::new();
-    uplink.tell(What::Opened { peer, outlet });
+    uplink.tell(What::Opened {
+        peer: peer.clone(),
+        outlet,
+    });
     // Ends when the server drops the outlet.
     std::thread::spawn(move || write_all(writer, &pieces));
-    read_all(&reader, uplink, |bytes| uplink.pass(bytes));
+    while first.is_open() && !uplink.stopped() {
+        first.listen(LOOK);
+    }
+    match first.place {
+        Place::Request => uplink.tell(What::Refused(peer, Refusal::Request)),
+        Place::Passed => {
+            seated.heard();
+            uplink.pass(&first.bytes);
+            read_all(reader, uplink, |bytes| {
+                seated.heard();
+                uplink.pass(bytes);
+            });
+        }
+        Place::Begun(_) | Place::Silent | Place::Gone => {}
+    }
     // The writer may be stuck with a client that does not read.
     let _ = reader.shutdown(Shutdown::Both);
     uplink.tell(What::Closed);
+}
+
+/// What is known of a client.
+#[derive(Clone, Copy)]
+enum Place {
+    /// It has sent nothing yet.
+    Silent,
+    /// Its bytes may be the beginning of a request; the first came then.
+    Begun(Instant),
+    /// It is no browser.
+    Passed,
+    /// It is a browser.
+    Request,
+    /// It has gone.
+    Gone,
+}
+
+/// The first bytes of a client, held back until it is known that they are no request.
+struct FirstBytes<'s> {
+    reader: &'s TcpStream,
+    bytes: Vec<u8>,
+    place: Place,
+}
+
+impl<'s> FirstBytes<'s> {
+    fn new(reader: &'s TcpStream) -> Self {
+        Self {
+            reader,
+            bytes: Vec::new(),
+            place: Place::Silent,
+        }
+    }
+
+    /// Whether more has to be heard.
+    fn is_open(&self) -> bool {
+        matches!(self.place, Place::Silent | Place::Begun(_))
+    }
+
+    /// Listens for a moment; tells what the client does.
+    fn guest(&mut self, time: Duration) -> Guest {
+        if self.is_open() {
+            self.listen(time);
+        } else {
+            std::thread::sleep(time);
+        }
+        match self.place {
+            Place::Silent | Place::Begun(_) => Guest::Silent,
+            Place::Passed => Guest::Spoken,
+            Place::Request | Place::Gone => Guest::Gone,
+        }
+    }
+
+    /// Waits for bytes, for `time` at most, and looks at them.
+    fn listen(&mut self, time: Duration) {
+        let mut chunk = [0; CHUNK];
+        // The time is not 0; where it cannot be set, the one before it counts.
+        let _ = self.reader.set_read_timeout(Some(time));
+        let read = self.reader.read(&mut chunk);
+        let _ = self.reader.set_read_timeout(Some(LOOK));
+        self.place = match read {
+            Ok(0) => self.ended(),
+            Ok(count) => {
+                self.bytes.extend_from_slice(&chunk[..count]);
+                self.judge()
+            }
+            Err(error) if is_passing(error.kind()) => self.judge(),
+            Err(_) => Place::Gone,
+        };
+    }
+
+    fn judge(&self) -> Place {
+        let since = match self.place {
+            Place::Begun(since) => since,
+            _ if self.bytes.is_empty() => return Place::Silent,
+            _ => Instant::now(),
+        };
+        match beginning(&self.bytes) {
+            Beginning::Request => Place::Request,
+            Beginning::Either if since.elapsed() < HOLD => Place::Begun(since),
+            Beginning::Either | Beginning::Sender => Place::Passed,
+        }
+    }
+
+    /// A client that closes after its bytes has still sent them: they are no request.
+    fn ended(&self) -> Place {
+        match self.bytes.is_empty() {
+            true => Place::Gone,
+            false => Place::Passed,
+        }
+    }
 }
 
 /// Makes two ends of a connection for two threads: the reader's looks up every now and then.

@@ -6,34 +6,49 @@
 //! one of the senders listens to nothing else.
 
 use super::frame_reader::{Control, FrameReader};
-use super::line::{Outlet, Uplink, What, CHUNK};
-use super::listener::Protocol;
+use super::line::{Outlet, Refusal, Uplink, What};
+use super::listener::{Client, Protocol};
+use super::seat::{Guest, Seated, Ticket};
 use super::tcp;
-use std::io::{Read, Write};
+use super::web::Allowed;
+use std::io::{self, Read, Write};
 use std::net::{Shutdown, TcpStream};
 use std::sync::mpsc::Receiver;
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 use tungstenite::handshake::server::{ErrorResponse, Request, Response};
-use tungstenite::http::header::SEC_WEBSOCKET_PROTOCOL;
+use tungstenite::http::header::{
+    HeaderValue, CONNECTION, CONTENT_LENGTH, CONTENT_TYPE, SEC_WEBSOCKET_PROTOCOL,
+};
+use tungstenite::http::StatusCode;
 use tungstenite::protocol::frame::coding::{CloseCode, Data, OpCode};
 use tungstenite::protocol::frame::{CloseFrame, Frame};
 
-/// How long a client may take for its handshake.
+/// How long a client may take for its handshake, all of it.
 const HANDSHAKE: Duration = Duration::from_secs(3);
+
+/// How often a client looks whether the line has become free.
+const POLL: Duration = Duration::from_millis(5);
 
 /// The socket's sending end, used by the writer and by the answers to control frames: whole frames each.
 type Sink = Arc<Mutex<TcpStream>>;
 
-pub(super) const PROTOCOL: Protocol = Protocol { serve, turn_away };
-
-/// What a client is told that comes while another is there.
-const BUSY: &str = "Another client is connected: this line takes one at a time.\r\n";
+pub(super) const PROTOCOL: Protocol = Protocol {
+    newcomer: Guest::Stranger,
+    serve,
+};
 
 /// Passes bytes between a client and the server until the client goes.
-fn serve(stream: TcpStream, peer: String, uplink: &Uplink) {
-    let Some((reader, writer)) = shake_hands(stream) else {
-        return uplink.tell(What::Refused(peer));
+fn serve(client: Client, allowed: &Allowed, uplink: &Uplink) {
+    let Client {
+        stream,
+        peer,
+        ticket,
+    } = client;
+    let (seated, reader, writer) = match shake_hands(stream, ticket, allowed, uplink) {
+        Ok(shaken) => shaken,
+        Err(Away::Held) => return uplink.tell(What::TurnedAway(peer)),
+        Err(Away::Refused(why)) => return uplink.tell(What::Refused(peer, why)),
     };
     let sink: Sink = Arc::new(Mutex::new(writer));
     let (outlet, pieces) = Outlet::new();
@@ -41,56 +56,150 @@ fn serve(stream: TcpStream, peer: String, uplink: &Uplink) {
     let for_writer = sink.clone();
     // Ends when the server drops the outlet.
     std::thread::spawn(move || write_lines(&for_writer, &pieces));
-    read_frames(&reader, &sink, uplink);
+    read_frames(&reader, &sink, &seated, uplink);
     // The writer may be stuck with a client that does not read.
     let _ = reader.shutdown(Shutdown::Both);
     uplink.tell(What::Closed);
 }
 
-/// Answers the handshake with what is the matter.
-fn turn_away(mut stream: TcpStream) {
-    let prepared = stream.set_nonblocking(false);
-    let prepared = prepared.and_then(|()| stream.set_read_timeout(Some(HANDSHAKE)));
-    // The request is read first: a connection closed upon unread bytes loses its answer.
-    if prepared.is_ok() && stream.read(&mut [0; CHUNK]).is_ok() {
-        // RFC 9110, section 15.6.4; in one piece, as some clients read no further.
-        let answer = format!(
-            "HTTP/1.1 503 Service Unavailable\r\nContent-Type: text/plain\r\nContent-Length: {}\r\n\
-             Connection: close\r\n\r\n{BUSY}",
-            BUSY.len()
-        );
-        // A client that has gone wants no answer.
-        let _ = stream.write_all(answer.as_bytes());
-    }
+/// Why a client is not served.
+enum Away {
+    /// Another has the line.
+    Held,
+    /// It is none of ours.
+    Refused(Refusal),
 }
 
-fn shake_hands(stream: TcpStream) -> Option<(TcpStream, TcpStream)> {
-    stream.set_nonblocking(false).ok()?;
-    stream.set_read_timeout(Some(HANDSHAKE)).ok()?;
-    let shaken = tungstenite::accept_hdr(stream, agree).ok()?;
-    // Nothing can be lost in tungstenite's buffer: it refuses a client that sends more before it was answered.
-    tcp::prepare(shaken.get_ref().try_clone().ok()?).ok()
-}
-
-/// Agrees to the first of the subprotocols that a client offers: one that has offered some hangs up where none of them
-/// is chosen (RFC 6455, section 4.1). They say nothing about the bytes.
+/// Lets a client in: checks who asks, waits for the line, answers.
 #[allow(
     clippy::result_large_err,
     reason = "the callback's type is tungstenite's"
 )]
-fn agree(request: &Request, mut response: Response) -> Result<Response, ErrorResponse> {
+fn shake_hands(
+    stream: TcpStream,
+    ticket: Ticket,
+    allowed: &Allowed,
+    uplink: &Uplink,
+) -> Result<(Seated, TcpStream, TcpStream), Away> {
+    let unfit = |_| Away::Refused(Refusal::NoWebSocket);
+    let limited = Limited::new(stream.try_clone().map_err(unfit)?).map_err(unfit)?;
+    let mut door = Err(Away::Refused(Refusal::NoWebSocket));
+    let shaken = tungstenite::accept_hdr(limited, |request: &Request, response: Response| {
+        door = admit(request, &stream, ticket, allowed, uplink);
+        match &door {
+            Ok(_) => Ok(agree(request, response)),
+            Err(away) => Err(away.answer()),
+        }
+    });
+    // Nothing can be lost in tungstenite's buffer: it refuses a client that sends more before it was answered.
+    let shaken = shaken.is_ok();
+    let seated = door?;
+    if !shaken {
+        return Err(Away::Refused(Refusal::Gone));
+    }
+    let (reader, writer) = tcp::prepare(stream).map_err(unfit)?;
+    Ok((seated, reader, writer))
+}
+
+/// Checks who asks and waits for the line. Whoever has sent a request has spoken.
+fn admit(
+    request: &Request,
+    stream: &TcpStream,
+    ticket: Ticket,
+    allowed: &Allowed,
+    uplink: &Uplink,
+) -> Result<Seated, Away> {
+    let foreign = |foreign| Away::Refused(Refusal::Foreign(foreign));
+    allowed.check(request.headers()).map_err(foreign)?;
+    let seated = ticket.wait(stream, || {
+        std::thread::sleep(POLL);
+        match uplink.stopped() {
+            true => Guest::Gone,
+            false => Guest::Spoken,
+        }
+    });
+    seated.ok_or(Away::Held)
+}
+
+impl Away {
+    /// What a client is told that is not let in (RFC 9110, sections 15.5.4 and 15.6.4).
+    fn answer(&self) -> ErrorResponse {
+        let (status, why) = match self {
+            Self::Held => (
+                StatusCode::SERVICE_UNAVAILABLE,
+                "Another client is connected: this line takes one at a time.".to_owned(),
+            ),
+            Self::Refused(why) => (StatusCode::FORBIDDEN, format!("Refused: {why}.")),
+        };
+        let text = why + "\r\n";
+        let length = HeaderValue::from(text.len());
+        let mut answer = ErrorResponse::new(Some(text));
+        *answer.status_mut() = status;
+        let headers = answer.headers_mut();
+        headers.insert(CONTENT_TYPE, HeaderValue::from_static("text/plain"));
+        headers.insert(CONTENT_LENGTH, length);
+        headers.insert(CONNECTION, HeaderValue::from_static("close"));
+        answer
+    }
+}
+
+/// Agrees to the first of the subprotocols that a client offers: one that has offered some hangs up where none of them
+/// is chosen (RFC 6455, section 4.1). They say nothing about the bytes.
+fn agree(request: &Request, mut response: Response) -> Response {
     let offered = request.headers().get(SEC_WEBSOCKET_PROTOCOL);
     let names = offered.and_then(|names| names.to_str().ok());
     let first = names.and_then(|names| names.split(',').next());
     if let Some(Ok(first)) = first.map(|name| name.trim().parse()) {
         response.headers_mut().insert(SEC_WEBSOCKET_PROTOCOL, first);
     }
-    Ok(response)
+    response
 }
 
-fn read_frames(reader: &TcpStream, sink: &Sink, uplink: &Uplink) {
+/// A connection whose handshake has to end in time.
+struct Limited {
+    stream: TcpStream,
+    until: Instant,
+}
+
+impl Limited {
+    fn new(stream: TcpStream) -> io::Result<Self> {
+        // An accepted socket inherits the listener's mode on some systems.
+        stream.set_nonblocking(false)?;
+        let until = Instant::now() + HANDSHAKE;
+        Ok(Self { stream, until })
+    }
+
+    fn left(&self) -> io::Result<Option<Duration>> {
+        let left = self.until.saturating_duration_since(Instant::now());
+        match left.is_zero() {
+            true => Err(io::ErrorKind::TimedOut.into()),
+            false => Ok(Some(left)),
+        }
+    }
+}
+
+impl Read for Limited {
+    fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
+        self.stream.set_read_timeout(self.left()?)?;
+        self.stream.read(bytes)
+    }
+}
+
+impl Write for Limited {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        // The wait for the line does not count: the answer is short.
+        self.stream.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.stream.flush()
+    }
+}
+
+fn read_frames(reader: &TcpStream, sink: &Sink, seated: &Seated, uplink: &Uplink) {
     let mut frames = FrameReader::new();
     tcp::read_all(reader, uplink, |bytes| {
+        seated.heard();
         let mut payload = Vec::new();
         let mut answers = Vec::new();
         let read = frames.read(bytes, &mut payload, |control| answers.push(control));

@@ -98,6 +98,11 @@ impl Wires {
         wire.taken += std::mem::take(&mut wire.owed);
     }
 
+    /// Whether bytes wait to go in.
+    pub(super) fn wait(&self) -> bool {
+        self.0.iter().any(|wire| !wire.waiting.is_empty())
+    }
+
     /// How many bytes of clients the machine has taken since it was asked last.
     pub(super) fn taken(&mut self, line: usize) -> usize {
         std::mem::take(&mut self.0[line].taken)

@@ -4,3 +4,4 @@ mod jobs;
 mod outputs;
 mod program;
 mod refusals;
+mod serving;

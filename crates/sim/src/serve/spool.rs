@@ -1,0 +1,103 @@
+//! Text on its way to an output that may block: a pipe that nobody reads, a terminal behind a stalled connection.
+
+use std::io::{self, Write};
+use std::sync::mpsc::{self, Receiver, SyncSender, TrySendError};
+use std::time::Duration;
+
+/// How long the end of a program waits for what is still to be written.
+const PARTING: Duration = Duration::from_millis(500);
+
+/// Hands text to a thread that writes it; never waits. What is flushed together is written whole or not at all.
+pub(super) struct Spool {
+    begun: Vec<u8>,
+    /// `None` once the spool ends.
+    pieces: Option<SyncSender<Vec<u8>>>,
+    /// Hangs up when the thread has written everything.
+    ended: Receiver<()>,
+}
+
+impl Spool {
+    /// Makes a spool in which `room` pieces wait at most.
+    pub(super) fn new(mut to: impl Write + Send + 'static, room: usize) -> Self {
+        let (pieces, waiting) = mpsc::sync_channel::<Vec<u8>>(room);
+        let (end, ended) = mpsc::channel();
+        std::thread::spawn(move || {
+            let _end: mpsc::Sender<()> = end;
+            for piece in waiting {
+                if to.write_all(&piece).and_then(|()| to.flush()).is_err() {
+                    return;
+                }
+            }
+        });
+        Self {
+            begun: Vec::new(),
+            pieces: Some(pieces),
+            ended,
+        }
+    }
+}
+
+impl Write for Spool {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.begun.extend_from_slice(bytes);
+        Ok(bytes.len())
+    }
+
+    /// # Errors
+    /// `WouldBlock` where there is no room: what was written since the last flush is thrown away. `BrokenPipe` where nobody
+    /// will ever read it.
+    fn flush(&mut self) -> io::Result<()> {
+        let piece = std::mem::take(&mut self.begun);
+        let Some(pieces) = &self.pieces else {
+            return Err(io::ErrorKind::BrokenPipe.into());
+        };
+        pieces.try_send(piece).map_err(|error| match error {
+            TrySendError::Full(_) => io::ErrorKind::WouldBlock.into(),
+            TrySendError::Disconnected(_) => io::ErrorKind::BrokenPipe.into(),
+        })
+    }
+}
+
+impl Drop for Spool {
+    fn drop(&mut self) {
+        self.pieces = None;
+        // Hanging up and time running out are the same here: the program ends.
+        let _ = self.ended.recv_timeout(PARTING);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::{pipe, Read};
+    use std::time::Instant;
+
+    #[test]
+    fn what_was_flushed_is_written_before_the_end() {
+        let (mut read, write) = pipe().unwrap();
+        let mut spool = Spool::new(write, 100);
+        for number in 0..100 {
+            writeln!(spool, "{number}").unwrap();
+            spool.flush().unwrap();
+        }
+        drop(spool);
+        let mut text = String::new();
+        read.read_to_string(&mut text).unwrap();
+        assert!((0..100).map(|number| number.to_string()).eq(text.lines()));
+    }
+
+    #[test]
+    fn nothing_waits_for_an_output_that_nobody_reads() {
+        let (_unread, write) = pipe().unwrap();
+        let mut spool = Spool::new(write, 2);
+        let begun = Instant::now();
+        let mut lost = 0;
+        for _ in 0..10 {
+            spool.write_all(&[b'x'; 1 << 20]).unwrap();
+            lost += usize::from(spool.flush().is_err());
+        }
+        drop(spool);
+        assert!(lost >= 7, "{lost}");
+        assert!(begun.elapsed() < 4 * PARTING);
+    }
+}

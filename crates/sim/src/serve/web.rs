@@ -1,0 +1,229 @@
+//! Which web pages may talk to the machine.
+//!
+//! Every page that a browser shows can open a WebSocket to this computer, and reach any port on it with a request of its
+//! own. A browser says who asks: `Origin` names the page, `Host` the name by which it found this computer.
+//!
+//! ```text
+//!   no Origin                     a sender that is no page             let in
+//!   Origin is Host                a page that this port has served     let in
+//!   Origin null or another        a page from elsewhere                refused, unless `--allow ORIGIN`
+//!   Host is an address, localhost                                      let in
+//!   Host is another name          it may be made to lead here by       refused, unless `--allow NAME`
+//!                                 whoever owns the name
+//! ```
+
+use std::fmt;
+use std::net::IpAddr;
+use tungstenite::http::header::{AsHeaderName, HOST, ORIGIN};
+use tungstenite::http::uri::Authority;
+use tungstenite::http::HeaderMap;
+
+/// What raw bytes of a browser begin with: HTTP requests, TLS, STUN. No line of G-code and no realtime byte does.
+const REQUESTS: [&[u8]; 13] = [
+    b"GET ",
+    b"HEAD ",
+    b"POST ",
+    b"PUT ",
+    b"DELETE ",
+    b"CONNECT ",
+    b"OPTIONS ",
+    b"TRACE ",
+    b"PATCH ",
+    b"PRI * HTTP/2",
+    b"\x16\x03",
+    b"\x00\x01\x00",
+    b"\x00\x03\x00",
+];
+
+/// What the first bytes of a connection are.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Beginning {
+    /// The bytes of a sender.
+    Sender,
+    /// A browser's request.
+    Request,
+    /// Either: more bytes will tell.
+    Either,
+}
+
+/// Tells what the first bytes of a connection are.
+pub(super) fn beginning(bytes: &[u8]) -> Beginning {
+    if REQUESTS.iter().any(|request| bytes.starts_with(request)) {
+        Beginning::Request
+    } else if REQUESTS.iter().any(|request| request.starts_with(bytes)) {
+        Beginning::Either
+    } else {
+        Beginning::Sender
+    }
+}
+
+/// Pages and names that are let in beside those that always are.
+#[derive(Clone, PartialEq, Eq, Default, Debug)]
+pub struct Allowed(Vec<String>);
+
+/// Why a WebSocket is refused.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub enum Foreign {
+    /// A page from elsewhere asks.
+    Origin(String),
+    /// This computer was found by a name that anybody may own.
+    Host(String),
+}
+
+impl fmt::Display for Foreign {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Origin(page) => write!(
+                f,
+                "a web page from elsewhere, {page:?}; `--allow {page}` lets it in"
+            ),
+            Self::Host(name) => write!(
+                f,
+                "it asks for a computer called {name:?}; `--allow {name}` says that it is this one"
+            ),
+        }
+    }
+}
+
+impl Allowed {
+    /// Allows pages by their origins, such as `https://cnc.example`, and names of this computer, such as `cnc.local`.
+    pub fn new(names: Vec<String>) -> Self {
+        Self(names)
+    }
+
+    /// Checks the headers of a request for a WebSocket.
+    ///
+    /// # Errors
+    /// [`Foreign`], with the header that is the reason.
+    pub(super) fn check(&self, headers: &HeaderMap) -> Result<(), Foreign> {
+        let host = only(headers, HOST).map_err(Foreign::Host)?;
+        let host = host.unwrap_or_default();
+        match host.parse::<Authority>() {
+            Ok(name) if is_this_computer(name.host()) || self.lists(name.host()) => {}
+            Ok(_) | Err(_) => return Err(Foreign::Host(host)),
+        }
+        match only(headers, ORIGIN).map_err(Foreign::Origin)? {
+            Some(page) if !is_served_by(&page, &host) && !self.lists(&page) => {
+                Err(Foreign::Origin(page))
+            }
+            Some(_) | None => Ok(()),
+        }
+    }
+
+    fn lists(&self, name: &str) -> bool {
+        self.0
+            .iter()
+            .any(|listed| listed.eq_ignore_ascii_case(name))
+    }
+}
+
+/// The only header of a name; `Err` with all their texts where there are more.
+fn only(headers: &HeaderMap, name: impl AsHeaderName) -> Result<Option<String>, String> {
+    let text = |value: &[u8]| String::from_utf8_lossy(value).into_owned();
+    let mut all = headers.get_all(name).iter();
+    let all = all.by_ref().map(|value| text(value.as_bytes()));
+    let all: Vec<String> = all.collect();
+    match &all[..] {
+        [] => Ok(None),
+        [one] => Ok(Some(one.clone())),
+        [..] => Err(all.join(", ")),
+    }
+}
+
+/// Whether nobody else can own a host's name: it is an address, or means this computer everywhere (RFC 6761, section 6.3).
+fn is_this_computer(host: &str) -> bool {
+    let bare = host
+        .strip_prefix('[')
+        .and_then(|host| host.strip_suffix(']'));
+    let name = host.strip_suffix('.').unwrap_or(host).to_ascii_lowercase();
+    bare.unwrap_or(host).parse::<IpAddr>().is_ok()
+        || name == "localhost"
+        || name.ends_with(".localhost")
+}
+
+/// Whether a page comes from the very port that it asks for.
+fn is_served_by(page: &str, host: &str) -> bool {
+    let authority = page
+        .strip_prefix("http://")
+        .or(page.strip_prefix("https://"));
+    authority.is_some_and(|authority| authority.eq_ignore_ascii_case(host))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use tungstenite::http::header::{HeaderName, HeaderValue};
+
+    fn check(allowed: &[&str], headers: &[(HeaderName, &str)]) -> Result<(), Foreign> {
+        let mut map = HeaderMap::new();
+        for (name, value) in headers {
+            map.append(name, HeaderValue::from_str(value).unwrap());
+        }
+        Allowed::new(allowed.iter().map(ToString::to_string).collect()).check(&map)
+    }
+
+    #[test]
+    fn a_sender_is_let_in_by_every_address_and_no_name_but_localhost() {
+        let names = [
+            "127.0.0.1:81",
+            "[::1]:81",
+            "192.168.1.7",
+            "LocalHost:81",
+            "a.localhost.",
+        ];
+        for name in names {
+            assert_eq!(check(&[], &[(HOST, name)]), Ok(()), "{name}");
+        }
+        for name in [
+            "attacker.example",
+            "127.0.0.1.example",
+            "localhost.example",
+            "",
+        ] {
+            assert_eq!(check(&[], &[(HOST, name)]), Err(Foreign::Host(name.into())));
+        }
+        assert_eq!(check(&["cnc.local"], &[(HOST, "CNC.local:81")]), Ok(()));
+        assert!(check(&[], &[(HOST, "localhost"), (HOST, "attacker.example")]).is_err());
+    }
+
+    #[test]
+    fn a_page_is_let_in_where_this_port_has_served_it_or_it_is_listed() {
+        let host = (HOST, "127.0.0.1:81");
+        let from = |page, allowed: &[&str]| check(allowed, &[host.clone(), (ORIGIN, page)]);
+        assert_eq!(from("http://127.0.0.1:81", &[]), Ok(()));
+        let foreign = [
+            "https://evil.example",
+            "null",
+            "http://127.0.0.1:82",
+            "http://127.0.0.1:81.evil.example",
+            "ftp://127.0.0.1:81",
+            "",
+        ];
+        for page in foreign {
+            assert_eq!(from(page, &[]), Err(Foreign::Origin(page.into())));
+            assert_eq!(from(page, &[page]), Ok(()));
+        }
+        let two = [
+            host.clone(),
+            (ORIGIN, "http://127.0.0.1:81"),
+            (ORIGIN, "null"),
+        ];
+        assert!(check(&[], &two).is_err());
+    }
+
+    #[test]
+    fn a_request_is_told_from_a_line_as_soon_as_it_can_be() {
+        for request in ["GET /?a=!~ HTTP/1.1", "POST / HTTP/1.1", "\x16\x03\x01\x02"] {
+            assert_eq!(beginning(request.as_bytes()), Beginning::Request);
+        }
+        for line in [
+            "G1X10", "$$", "?", "\x18", "GE", "PO?", "GETX ", "\r\n", "TR!",
+        ] {
+            let expected = match line {
+                "GE" => Beginning::Either,
+                _ => Beginning::Sender,
+            };
+            assert_eq!(beginning(line.as_bytes()), expected, "{line:?}");
+        }
+    }
+}
