@@ -1,6 +1,7 @@
 //! Moves in, planned moves queued: steps, limits along the line, corners.
 
 mod append;
+mod backlog;
 mod join;
 mod one_move;
 mod overrides;
@@ -17,6 +18,7 @@ use crate::row::Row;
 use crate::short::Short;
 use crate::strokes::Strokes;
 use crate::{Config, ConfigError, Coordinate, Kinematics, Move, Overrides};
+use backlog::Backlog;
 use core::fmt;
 use leadscrew_stepper::{Line, LineError};
 
@@ -45,6 +47,7 @@ pub struct Planner<'q, K, const AXES: usize, const MOTORS: usize> {
     /// The last queued move, if it is a few steps long, for the next one to be joined to it.
     short: Option<Short<MOTORS>>,
     pixels: Pixels<'q>,
+    backlog: Backlog,
     /// Corners and curves at the end of the queue.
     strokes: Strokes<AXES>,
     /// Squared speed, mm²/s², with which the running move is planned to end: what follows must be able to go on from it.
@@ -103,6 +106,7 @@ where
         let mut planner = Self {
             limits: Limits::new(&config),
             scales: Scales::new(&config, &kinematics),
+            backlog: Backlog::new(&config),
             config,
             kinematics,
             overrides: Overrides::default(),
@@ -130,6 +134,7 @@ where
         self.limits = Limits::new(&config);
         self.scales = Scales::new(&config, &self.kinematics);
         self.target = [(Coordinate::ZERO, 0); MOTORS];
+        self.backlog = Backlog::new(&config);
         self.config = config;
         self.fit_room();
         self.forget_direction();
@@ -169,9 +174,11 @@ where
             Err(LineError::NoSteps) => return Ok(Pushed::TooShort),
             Err(LineError::TooLong) => return Err(PushError::TooFar),
         };
+        let (moves, newest) = (self.len(), self.newest_micros());
         if self.merge(of, delta).is_none() {
             self.append(of, delta, line.step_events().get());
         }
+        self.note_newest(moves, newest);
         self.position = target;
         Ok(Pushed::Queued)
     }
@@ -218,6 +225,7 @@ where
     pub fn clear(&mut self) {
         self.queue.clear();
         self.pixels.clear();
+        self.backlog = Backlog::new(&self.config);
         self.forget_direction();
     }
 
@@ -236,7 +244,9 @@ where
     }
 
     pub(crate) fn start_next(&mut self) -> Option<&PlannedMove<MOTORS>> {
-        self.queue.start_next()
+        self.queue.start_next();
+        self.note_started();
+        self.queue.running()
     }
 
     /// Notes how fast the running move is planned to end, mm²/s².

@@ -1,0 +1,131 @@
+//! How much motion waits, summed up as moves come and go: for whoever decides whether more is wanted.
+
+use super::Planner;
+use crate::config::SLOWEST;
+use crate::moves::PlannedMove;
+use crate::real::{least, most, norm2, sqrt};
+use crate::{Config, Kinematics};
+
+/// The sum of what the moves that wait take at least.
+#[derive(Debug)]
+pub(super) struct Backlog {
+    micros: u64,
+    /// No path is faster, mm/s.
+    fastest: f32,
+}
+
+impl Backlog {
+    /// Nothing waits.
+    pub(super) fn new<const AXES: usize>(config: &Config<AXES>) -> Self {
+        Self {
+            micros: 0,
+            fastest: sqrt(norm2(&config.max_rate)),
+        }
+    }
+
+    /// A move takes the place of another one; `None`: of nothing, or nothing takes it.
+    fn replace(&mut self, old: Option<u32>, new: Option<u32>) {
+        self.micros += u64::from(new.unwrap_or(0));
+        self.micros = self.micros.saturating_sub(old.unwrap_or(0).into());
+    }
+
+    /// What a move takes at least at 100 %, µs. Of what does not change while it waits.
+    fn micros<const MOTORS: usize>(&self, planned: &PlannedMove<MOTORS>) -> u32 {
+        let speed = most(least(planned.feed, self.fastest), SLOWEST);
+        (planned.length / speed * 1e6) as u32
+    }
+}
+
+impl<K, const AXES: usize, const MOTORS: usize> Planner<'_, K, AXES, MOTORS>
+where
+    K: Kinematics<AXES, MOTORS>,
+{
+    /// How long the moves that wait behind the running one take at least, µs, at 100 % of the speed asked for.
+    pub const fn waiting_micros(&self) -> u64 {
+        self.backlog.micros
+    }
+
+    /// Notes a change of the newest move: a further one, or where `moves` of them are as before, another one for `old`.
+    pub(super) fn note_newest(&mut self, moves: usize, old: Option<u32>) {
+        let old = old.filter(|_| self.len() == moves);
+        let new = self.newest_micros();
+        self.backlog.replace(old, new);
+    }
+
+    /// What the newest move takes, µs.
+    pub(super) fn newest_micros(&self) -> Option<u32> {
+        let newest = self.queue.newest()?;
+        Some(self.backlog.micros(newest))
+    }
+
+    /// Notes that a move does not wait any more.
+    pub(super) fn note_started(&mut self) {
+        let started = self.queue.running();
+        let micros = started.map(|started| self.backlog.micros(started));
+        self.backlog.replace(micros, None);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::reference::{to, Rig, RigQueue};
+    use crate::{Config, MovePower};
+    use proptest::prelude::*;
+
+    /// The sum from the queue itself, one move after the other, µs.
+    fn counted(rig: &Rig<'_>) -> u64 {
+        let waiting = rig.planner.len() - usize::from(rig.planner.queue.running().is_some());
+        let moves = rig.planner.queue.latest().take(waiting);
+        moves
+            .map(|of| u64::from(rig.planner.backlog.micros(of)))
+            .sum()
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(60))]
+
+        /// Whatever is merged, joined and started.
+        #[test]
+        fn the_sum_is_that_of_the_moves_that_wait(
+            points in prop::collection::vec((-2.0f64..2.0, 0.001f64..2.0, 1u8..4, 0.5f32..900.0), 1..80),
+            plays in prop::collection::vec(0usize..6, 80), pixels in (0usize..2).prop_map(|rows| 64 * rows),
+        ) {
+            let mut queue = RigQueue::new();
+            let mut rig = Rig::new(Config { pixels, ..Config::default() }, &mut queue);
+            let mut x = 0.0;
+            for ((y, step, level, feed), plays) in points.into_iter().zip(plays) {
+                x += step;
+                let mut next = to(x, if level == 1 { 0.0 } else { y }, feed);
+                let power = leadscrew_stepper::Power::from_share(fixed::types::U1F31::from_num(f64::from(level) / 4.0));
+                next.power = MovePower::Constant { power };
+                rig.planner.push(&next).unwrap();
+                (0..plays).for_each(|_| { rig.step(); });
+                prop_assert_eq!(rig.planner.waiting_micros(), counted(&rig));
+            }
+            while rig.step().is_some() {}
+            prop_assert_eq!(rig.planner.waiting_micros(), 0);
+        }
+    }
+
+    #[test]
+    fn a_millimetre_at_ten_millimetres_a_second_takes_a_tenth_of_a_second() {
+        let mut queue = RigQueue::new();
+        let mut rig = Rig::new(
+            Config {
+                max_rate: [100.0; 2],
+                ..Config::default()
+            },
+            &mut queue,
+        );
+        for k in 1..=3 {
+            rig.planner.push(&to(f64::from(k), 0.0, 10.0)).unwrap();
+        }
+        let waits = rig.planner.waiting_micros();
+        assert!((299_990..=300_000).contains(&waits), "{waits}");
+        rig.step();
+        let waits = rig.planner.waiting_micros();
+        assert!((199_990..=200_000).contains(&waits), "{waits}");
+        rig.planner.clear();
+        assert_eq!(rig.planner.waiting_micros(), 0);
+    }
+}
