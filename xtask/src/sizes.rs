@@ -26,13 +26,12 @@ pub(crate) fn of(elf: &Path) -> Result<Sizes, Failure> {
     ];
     let variables: u64 = [".data", ".bss", ".uninit"].map(section).iter().sum();
     let sram = variables + symbol("__fast_code_reserve")?;
-    let ccm = symbol("_stack_start")? - symbol("_stack_end")? + section(".fast_bss");
+    let ccm = symbol("_stack_start")? - symbol("_stack_end")? + section(".ccm_bss");
     let code = tool("arm-none-eabi-objdump", &["-d", "--no-show-raw-insn"])?;
     Ok(Sizes::from([
         ("flash", flash.map(section).iter().sum()),
         ("sram", sram),
         ("ccm", ccm),
-        ("together", sram + ccm),
         ("frame", code.lines().filter_map(frame).max().unwrap_or(0)),
     ]))
 }

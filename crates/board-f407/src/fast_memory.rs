@@ -2,7 +2,7 @@
 //!
 //! ```text
 //!  instruction bus  0x00000000  SRAM1 a second time: vectors, step interrupts     no wait states, where the flash has five
-//!  data bus         0x10000000  core coupled memory: stack, what every tick reads nobody else is on this bus
+//!  data bus         0x10000000  core coupled memory: stack, what every tick reads, machine and pixels: no DMA there
 //!  system bus       0x20000000  SRAM for all else, DMA, peripherals
 //! ```
 //!
@@ -20,8 +20,8 @@ extern "C" {
     static __fast_code_load: u32;
     static __fast_code: u32;
     static __fast_code_end: u32;
-    static mut __fast_bss: u32;
-    static mut __fast_bss_end: u32;
+    static mut __ccm_bss: u32;
+    static mut __ccm_bss_end: u32;
 }
 
 /// Where SRAM1 really is: what stands at 0 is written there.
@@ -37,7 +37,7 @@ pub(crate) fn load(syscfg: &SYSCFG, scb: &mut SCB) {
         copy(addr_of!(__vector_table), addr_of!(__fast_vectors), VECTORS);
         let words = (addr_of!(__fast_code_end) as usize - addr_of!(__fast_code) as usize) / 4;
         copy(addr_of!(__fast_code_load), addr_of!(__fast_code), words);
-        let (mut word, end) = (addr_of_mut!(__fast_bss), addr_of_mut!(__fast_bss_end));
+        let (mut word, end) = (addr_of_mut!(__ccm_bss), addr_of_mut!(__ccm_bss_end));
         while word < end {
             word.write_volatile(0);
             word = word.add(1);

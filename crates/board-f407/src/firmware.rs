@@ -16,7 +16,7 @@ use heapless::spsc::Queue;
 use leadscrew_f407_usb as usb;
 use leadscrew_machine::{
     board::Duration,
-    config::{MoveQueues, SegmentQueue},
+    config::{MoveQueues, RowPixels, SegmentQueue},
     inputs::Inputs,
     machine::{Links, Machine},
     protocol::serial::SerialQueue,
@@ -52,13 +52,16 @@ mod app {
     }
 
     #[init(local = [
-        #[allow(unsafe_code)] #[link_section = ".fast_bss.queue"]
+        #[allow(unsafe_code)] #[link_section = ".bss.ccm.queue"]
         queue: SegmentQueue<MOTORS> = SegmentQueue::new(),
+        #[allow(unsafe_code)] #[link_section = ".bss.ccm.pixels"]
+        pixels: RowPixels = RowPixels::new(),
         moves: MoveQueues<MOTORS, MOVES> = MoveQueues::new(),
         received: SerialQueue = SerialQueue::new(),
         usb_received: SerialQueue = SerialQueue::new(),
         usb_outgoing: UsbOutgoing = UsbOutgoing::new(),
         usb_place: usb::Place = usb::Place::new(),
+        #[allow(unsafe_code)] #[link_section = ".bss.ccm.machine"]
         place: MaybeUninit<TheMachine> = MaybeUninit::uninit(),
     ])]
     fn init(cx: init::Context) -> (SharedResources, Local) {
@@ -93,6 +96,7 @@ mod app {
         let inboxes = iter::once(inbox).chain(has_usb.then_some(usb_inbox));
         let links = Links {
             moves: cx.local.moves,
+            pixels: cx.local.pixels,
             segments: producer,
             shared: &SHARED,
             inputs: &INPUTS,

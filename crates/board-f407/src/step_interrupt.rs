@@ -17,7 +17,7 @@ use leadscrew_stepper::{load, on_tick, Segment, Shared, StepInterrupt};
 use stm32f4::stm32f407::{interrupt, Interrupt, TIM11, TIM2};
 
 /// What the interrupts share with the main loop. Its section: memory that `fast_memory` has zeroed before anybody looks at it.
-#[link_section = ".fast_bss.shared"]
+#[link_section = ".bss.ccm.shared"]
 pub(crate) static SHARED: Shared<MOTORS> = Shared::new();
 
 /// What ticks own.
@@ -33,7 +33,7 @@ struct Place(UnsafeCell<MaybeUninit<Owned>>);
 // tick is armed, and gives it back as it asks for one.
 unsafe impl Sync for Place {}
 
-#[link_section = ".fast_bss.owned"]
+#[link_section = ".bss.ccm.owned"]
 static OWNED: Place = Place(UnsafeCell::new(MaybeUninit::uninit()));
 
 /// Starts the timers and lets the interrupts come, ticks at the priority that they have after a reset: the highest. Once,

@@ -103,12 +103,12 @@ impl<const BANKS: usize> Words<BANKS> {
 }
 
 // SAFETY of the section: memory that `fast_memory` has zeroed before anybody looks at it.
-#[link_section = ".fast_bss.steps"]
+#[link_section = ".bss.ccm.steps"]
 static STEPS: Words<{ STEP_BANKS.1 }> = Words::new();
-#[link_section = ".fast_bss.directions"]
+#[link_section = ".bss.ccm.directions"]
 static DIRECTIONS: Words<{ DIRECTION_BANKS.1 }> = Words::new();
 /// Words that end a pulse, one a port.
-#[link_section = ".fast_bss.pulse_end"]
+#[link_section = ".bss.ccm.pulse_end"]
 static PULSE_END: [AtomicU32; STEP_BANKS.1] = [const { AtomicU32::new(0) }; STEP_BANKS.1];
 /// The tables are new: pins have to follow.
 static REWIRED: AtomicBool = AtomicBool::new(false);
@@ -116,17 +116,17 @@ static REWIRED: AtomicBool = AtomicBool::new(false);
 static PULSE: AtomicU32 = AtomicU32::new(10 * PULSE_MICROSECOND);
 
 /// A pulse is under way: set by the tick that begins it, cleared by its end.
-#[link_section = ".fast_bss.pulsing"]
+#[link_section = ".bss.ccm.pulsing"]
 static PULSING: AtomicBool = AtomicBool::new(false);
 /// The motors that turn the negative way: set by the tick that begins a line, written where no step pin is high, and again
 /// whenever a pulse ends.
-#[link_section = ".fast_bss.negative"]
+#[link_section = ".bss.ccm.negative"]
 static NEGATIVE: AtomicU8 = AtomicU8::new(0);
 /// A tick is armed, or at work. Otherwise what ticks own is the end of a pulse's.
-#[link_section = ".fast_bss.ticking"]
+#[link_section = ".bss.ccm.ticking"]
 static TICKING: AtomicBool = AtomicBool::new(false);
 /// The last tick of a segment has come: the next segment has to be loaded.
-#[link_section = ".fast_bss.used_up"]
+#[link_section = ".bss.ccm.used_up"]
 static USED_UP: AtomicBool = AtomicBool::new(false);
 
 /// Puts the wiring into effect. Main loop, at rest; the step interrupt puts the pins to their new levels.

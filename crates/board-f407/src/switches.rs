@@ -63,7 +63,7 @@ const WIRED: ([Bank; 16], u16, u16) = {
 };
 
 /// The levels that are believed, one bit a line. Written by the switch interrupts.
-#[link_section = ".fast_bss.levels"]
+#[link_section = ".bss.ccm.levels"]
 static LEVELS: AtomicU16 = AtomicU16::new(0);
 /// How long a level has to last, in microseconds. Written by the main loop at rest.
 static TIME_US: AtomicU32 = AtomicU32::new(0);
@@ -96,7 +96,7 @@ struct Place(UnsafeCell<MaybeUninit<Filter>>);
 // interrupts another. None of RTIC's resources: to lock one takes time although nobody is to be kept away, and a laser waits.
 unsafe impl Sync for Place {}
 
-#[link_section = ".fast_bss.filter"]
+#[link_section = ".bss.ccm.filter"]
 static FILTER: Place = Place(UnsafeCell::new(MaybeUninit::uninit()));
 
 /// Makes inputs of the pins, takes their levels as they are, and listens from here on. Before the interrupts are on.

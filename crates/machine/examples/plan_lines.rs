@@ -28,7 +28,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     let (text, count) = (std::fs::read(file)?, count.parse()?);
     let mut room = planner::Queue::<AXES, MOVES>::new();
-    let mut queue = Queue::new(config(), Cartesian, &mut room)?;
+    let mut pixels = planner::PixelQueue::<1>::new();
+    let mut queue = Queue::new(config(), Cartesian, &mut room, &mut pixels)?;
     let mut interpreter = Interpreter::new();
     let mut planned = 0;
     for line in text.split_inclusive(|byte| *byte == b'\n').take(count) {

@@ -9,7 +9,7 @@ use crate::settings::values::Entry;
 use crate::step_timing::StepTiming;
 use heapless::spsc;
 use leadscrew_gcode::Number;
-use leadscrew_planner::Queue;
+use leadscrew_planner::{PixelQueue, Queue};
 use leadscrew_stepper::Segment;
 
 /// Segments between the main loop and the step interrupt.
@@ -18,6 +18,10 @@ pub const SEGMENTS: usize = 16;
 /// Changes of power that rows of a raster may hold together while they are planned, 36 KB: a little more than the pixels of
 /// 0.05 mm in the 202 mm that stopping from 450 mm/s takes at 500 mm/s².
 pub const PIXELS: usize = 4608;
+
+/// Where the pixels of the program's rows are kept. Borrowed as [`MoveQueues`] are, and apart from them: no memory of a
+/// microcontroller need hold both.
+pub type RowPixels = PixelQueue<PIXELS>;
 
 /// The queue between the main loop and the step interrupt ([`SEGMENTS`] and the one slot that a ring keeps free).
 pub type SegmentQueue<const MOTORS: usize> = spsc::Queue<Segment<MOTORS>, { SEGMENTS + 1 }>;
@@ -29,8 +33,9 @@ pub(crate) const ASIDE_MOVES: usize = 4;
 /// that it can be a `static` and need not be built on a stack (see [`Queue`]).
 #[derive(Debug)]
 pub struct MoveQueues<const MOTORS: usize, const MOVES: usize> {
-    pub(crate) program: Queue<MOTORS, MOVES, PIXELS>,
+    pub(crate) program: Queue<MOTORS, MOVES>,
     pub(crate) aside: Queue<MOTORS, ASIDE_MOVES>,
+    pub(crate) aside_pixels: PixelQueue<1>,
 }
 
 impl<const MOTORS: usize, const MOVES: usize> MoveQueues<MOTORS, MOVES> {
@@ -39,6 +44,7 @@ impl<const MOTORS: usize, const MOVES: usize> MoveQueues<MOTORS, MOVES> {
         Self {
             program: Queue::new(),
             aside: Queue::new(),
+            aside_pixels: PixelQueue::new(),
         }
     }
 }

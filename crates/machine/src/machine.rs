@@ -2,7 +2,7 @@
 
 use crate::apply::{planner_config, spindle_scale};
 use crate::board::{Board, ChannelId, Duration, Instant, SpindleOutput};
-use crate::config::{MachineConfig, MoveQueues, CHANNELS};
+use crate::config::{MachineConfig, MoveQueues, RowPixels, CHANNELS};
 use crate::console::{Console, LINE};
 use crate::cycle::door::DoorCycle;
 use crate::cycle::homing::Homing;
@@ -37,6 +37,8 @@ use leadscrew_stepper::{Power, Segment, Shared};
 pub struct Links<'a, const MOTORS: usize, const MOVES: usize> {
     /// Where planned moves are kept: no interrupt's business, but too large to be a part of the machine.
     pub moves: &'a mut MoveQueues<MOTORS, MOVES>,
+    /// Where the pixels of rows are kept.
+    pub pixels: &'a mut RowPixels,
     /// Segments for the step interrupt, from a [`crate::config::SegmentQueue`].
     pub segments: Producer<'a, Segment<MOTORS>>,
     /// Words shared with the step interrupt.
@@ -194,7 +196,7 @@ where
             motion: Motion::new(
                 planner,
                 kinematics,
-                links.moves,
+                (links.moves, links.pixels),
                 links.segments,
                 links.shared,
             )?,

@@ -3,7 +3,8 @@
 //! `cargo run -p leadscrew-planner --example plan_a_square`
 
 use leadscrew_planner::{
-    Arc, Cartesian, Config, Coordinate, Feed, Move, MoveKind, MovePower, Planner, Queue, Segmenter,
+    Arc, Cartesian, Config, Coordinate, Feed, Move, MoveKind, MovePower, PixelQueue, Planner,
+    Queue, Segmenter,
 };
 use leadscrew_stepper::{Outputs, Segment};
 
@@ -14,8 +15,9 @@ fn main() {
         ..Config::default()
     };
     let hz = f64::from(config.timer_hz);
-    let mut queue = Queue::<3, 256>::new();
-    let mut planner = Planner::new(config, Cartesian, &mut queue).expect("the settings are sound");
+    let (mut queue, mut pixels) = (Queue::<3, 256>::new(), PixelQueue::<1>::new());
+    let mut planner =
+        Planner::new(config, Cartesian, &mut queue, &mut pixels).expect("the settings are sound");
     for target in path(config.arc_tolerance) {
         planner
             .push(&feed(target))

@@ -64,11 +64,11 @@ where
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::reference::{queue, to};
+    use crate::reference::{pixels, queue, to};
     use crate::{Cartesian, Config, Segmenter};
 
     fn planner() -> Planner<'static, Cartesian, 2, 2> {
-        Planner::new(Config::default(), Cartesian, queue::<2, 3>()).unwrap()
+        Planner::new(Config::default(), Cartesian, queue::<2, 3>(), pixels::<1>()).unwrap()
     }
 
     /// What the first of these moves, each of two coordinates and a feed in mm/s, slows down for.

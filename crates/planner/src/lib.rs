@@ -67,7 +67,7 @@ pub use lead::{PowerLead, LONGEST_LEAD};
 pub use moves::{Feed, Move, MoveKind, MovePower};
 pub use planner::{Planner, PushError, Pushed};
 pub use profile::{Place, Plan, Trapezoid};
-pub use queue::Queue;
+pub use queue::{PixelQueue, Queue};
 pub use s_curve::SCurve;
 pub use segmenter::Segmenter;
 pub use time_left::TimeLeft;

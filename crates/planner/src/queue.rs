@@ -3,25 +3,24 @@
 //! 1024 moves and the pixels of rows are 100 KB. A planner that owned them would be built on the stack and copied to
 //! its place whenever the compiler sees no way round it, and a microcontroller has no stack for that. A queue has a constant
 //! for its first value, so a `static` of it costs neither stack nor flash; the planner borrows it. And since it borrows it
-//! without its size, planners with queues of different sizes are one and the same code.
+//! without its size, planners with queues of different sizes are one and the same code. Moves and pixels are apart: a
+//! microcontroller's memory is in pieces.
 
 use crate::moves::PlannedMove;
 use crate::pixel::Packed;
 use heapless::Deque;
 
-/// Room for `MOVES` planned moves of `MOTORS` motors and for `PIXELS` changes of power in them: what a
-/// [`Planner`](crate::Planner) works in.
+/// Room for `MOVES` planned moves of `MOTORS` motors: what a [`Planner`](crate::Planner) works in.
 ///
 /// Owned by whoever makes the planner: a `static` on a microcontroller, where it lies in zeroed memory.
 #[derive(Debug)]
-pub struct Queue<const MOTORS: usize, const MOVES: usize, const PIXELS: usize = 1> {
+pub struct Queue<const MOTORS: usize, const MOVES: usize> {
     pub(crate) moves: Deque<PlannedMove<MOTORS>, MOVES>,
     /// Of the look-ahead: see `candidates`.
     pub(crate) candidates: [u16; MOVES],
-    pub(crate) pixels: Deque<Packed, PIXELS>,
 }
 
-impl<const MOTORS: usize, const MOVES: usize, const PIXELS: usize> Queue<MOTORS, MOVES, PIXELS> {
+impl<const MOTORS: usize, const MOVES: usize> Queue<MOTORS, MOVES> {
     /// Numbers of 16 bits must tell all moves apart.
     const FITS: () = assert!(MOVES > 0 && MOVES < 1 << 16);
 
@@ -31,14 +30,28 @@ impl<const MOTORS: usize, const MOVES: usize, const PIXELS: usize> Queue<MOTORS,
         Self {
             moves: Deque::new(),
             candidates: [0; MOVES],
-            pixels: Deque::new(),
         }
     }
 }
 
-impl<const MOTORS: usize, const MOVES: usize, const PIXELS: usize> Default
-    for Queue<MOTORS, MOVES, PIXELS>
-{
+impl<const MOTORS: usize, const MOVES: usize> Default for Queue<MOTORS, MOVES> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// Room for `PIXELS` changes of power in the moves of a [`Queue`]. Owned as that is.
+#[derive(Debug)]
+pub struct PixelQueue<const PIXELS: usize>(pub(crate) Deque<Packed, PIXELS>);
+
+impl<const PIXELS: usize> PixelQueue<PIXELS> {
+    /// An empty queue.
+    pub const fn new() -> Self {
+        Self(Deque::new())
+    }
+}
+
+impl<const PIXELS: usize> Default for PixelQueue<PIXELS> {
     fn default() -> Self {
         Self::new()
     }

@@ -1,8 +1,8 @@
 //! Slow and obvious models that the tests compare with, in `f64`.
 
 use crate::{
-    Cartesian, Config, Coordinate, Feed, Move, MoveKind, MovePower, Planner, Queue, Segmenter,
-    Trapezoid,
+    Cartesian, Config, Coordinate, Feed, Move, MoveKind, MovePower, PixelQueue, Planner, Queue,
+    Segmenter, Trapezoid,
 };
 use leadscrew_stepper::{Outputs, Progress, Segment, Stepper, Tick};
 use std::boxed::Box;
@@ -129,8 +129,19 @@ pub(crate) fn queue<const MOTORS: usize, const MOVES: usize>() -> &'static mut Q
     Box::leak(Box::new(Queue::new()))
 }
 
-/// Room for the moves of a [`Rig`].
-pub(crate) type RigQueue = Queue<2, 1024, 4608>;
+/// Room for a few pixels, as [`queue`].
+pub(crate) fn pixels<const PIXELS: usize>() -> &'static mut PixelQueue<PIXELS> {
+    Box::leak(Box::new(PixelQueue::new()))
+}
+
+/// Room for the moves of a [`Rig`] and their pixels.
+pub(crate) struct RigQueue(Queue<2, 1024>, PixelQueue<4608>);
+
+impl RigQueue {
+    pub(crate) fn new() -> Self {
+        Self(Queue::new(), PixelQueue::new())
+    }
+}
 
 /// A machine of two axes, its queue kept as full as it can be.
 pub(crate) struct Rig<'q> {
@@ -142,7 +153,7 @@ pub(crate) struct Rig<'q> {
 impl<'q> Rig<'q> {
     pub(crate) fn new(config: Config<2>, queue: &'q mut RigQueue) -> Self {
         Self {
-            planner: Planner::new(config, Cartesian, queue).unwrap(),
+            planner: Planner::new(config, Cartesian, &mut queue.0, &mut queue.1).unwrap(),
             segmenter: Segmenter::new(),
             player: Player::new(),
         }

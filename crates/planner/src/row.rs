@@ -148,9 +148,9 @@ pub(crate) fn is_short(length: f32, speed: f32, acceleration: f32) -> bool {
 #[cfg(test)]
 mod tests {
     use crate::reference::{to, Rig, RigQueue};
-    use crate::Queue;
     use crate::{Cartesian, Feed, Planner};
     use crate::{Config, CornerRule, Move, MoveKind, MovePower, Overrides, PushError, Pushed};
+    use crate::{PixelQueue, Queue};
     use fixed::types::U1F31;
     use leadscrew_stepper::{MotorMask, Power};
     use proptest::prelude::*;
@@ -369,8 +369,9 @@ mod tests {
 
     #[test]
     fn a_full_pool_is_a_full_queue_until_a_pixel_was_made() {
-        let mut room = Queue::<2, 8, 4>::new();
-        let mut planner = Planner::<_, 2, 2>::new(config(500.0), Cartesian, &mut room).unwrap();
+        let (mut room, mut pixels) = (Queue::<2, 8>::new(), PixelQueue::<4>::new());
+        let mut planner =
+            Planner::<_, 2, 2>::new(config(500.0), Cartesian, &mut room, &mut pixels).unwrap();
         let mut segmenter = crate::Segmenter::new();
         let mut rooms = Vec::new();
         for k in 1..=5 {

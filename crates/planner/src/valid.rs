@@ -99,7 +99,7 @@ fn ensure(holds: bool, error: ConfigError) -> Result<(), ConfigError> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Cartesian, Planner, Queue, StepsPerMm};
+    use crate::{Cartesian, PixelQueue, Planner, Queue, StepsPerMm};
     use leadscrew_stepper::Ticks;
     use std::vec::Vec;
 
@@ -110,8 +110,8 @@ mod tests {
     fn refused(change: impl Fn(&mut TwoAxes)) -> Option<ConfigError> {
         let mut config = TwoAxes::default();
         change(&mut config);
-        let mut queue = Queue::<2, 4, 4>::new();
-        let made = Planner::new(config, Cartesian, &mut queue).err();
+        let (mut queue, mut pixels) = (Queue::<2, 4>::new(), PixelQueue::<4>::new());
+        let made = Planner::new(config, Cartesian, &mut queue, &mut pixels).err();
         assert_eq!(config.validate().err(), made);
         made
     }
@@ -176,12 +176,12 @@ mod tests {
 
     #[test]
     fn a_planner_keeps_its_settings_where_others_are_refused() {
-        let mut queue = Queue::<2, 4, 4>::new();
+        let (mut queue, mut pixels) = (Queue::<2, 4>::new(), PixelQueue::<4>::new());
         let config = TwoAxes {
             moves: 3,
             ..TwoAxes::default()
         };
-        let mut planner = Planner::new(config, Cartesian, &mut queue).unwrap();
+        let mut planner = Planner::new(config, Cartesian, &mut queue, &mut pixels).unwrap();
         let bad = TwoAxes {
             jerk: f32::NAN,
             moves: 2,

@@ -93,6 +93,7 @@ where
         let (receivers, inboxes) = memory.serial.iter_mut().map(|queue| queue.split()).unzip();
         let links = MachineLinks {
             moves: &mut memory.moves,
+            pixels: &mut memory.pixels,
             segments: producer,
             shared,
             inputs,

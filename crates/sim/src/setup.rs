@@ -3,7 +3,7 @@
 use crate::contacts::Contacts;
 use crate::cost::Costs;
 use crate::link::Rate;
-use leadscrew_machine::config::{MachineConfig, MoveQueues, SegmentQueue, CHANNELS};
+use leadscrew_machine::config::{MachineConfig, MoveQueues, RowPixels, SegmentQueue, CHANNELS};
 use leadscrew_machine::inputs::Inputs;
 use leadscrew_machine::protocol::serial::{SerialQueue, DEFAULT_RX};
 use leadscrew_stepper::Shared;
@@ -40,6 +40,7 @@ impl<const AXES: usize> Setup<AXES> {
 /// here whoever runs a [`crate::Simulation`] keeps them, because it borrows them.
 pub struct Memory<const MOTORS: usize, const MOVES: usize = 1024> {
     pub(crate) moves: Box<MoveQueues<MOTORS, MOVES>>,
+    pub(crate) pixels: Box<RowPixels>,
     pub(crate) segments: SegmentQueue<MOTORS>,
     pub(crate) shared: Shared<MOTORS>,
     pub(crate) inputs: Inputs<MOTORS>,
@@ -52,6 +53,7 @@ impl<const MOTORS: usize, const MOVES: usize> Memory<MOTORS, MOVES> {
         let lines = setup.lines.len().min(CHANNELS);
         Self {
             moves: Box::default(),
+            pixels: Box::default(),
             segments: SegmentQueue::new(),
             shared: Shared::new(),
             inputs: Inputs::new(),

@@ -4,7 +4,7 @@ use core::hint::black_box;
 use heapless::{spsc::Consumer, Vec};
 use leadscrew_machine::{
     board::{Board, ChannelId, CoolantOutput, Instant, PortConfig, SpindleOutput, Switches},
-    config::{MachineConfig, MoveQueues, SegmentQueue, CHANNELS},
+    config::{MachineConfig, MoveQueues, RowPixels, SegmentQueue, CHANNELS},
     inputs::Inputs,
     machine::{Links, Machine},
     protocol::serial::{Receiver, SerialQueue},
@@ -73,13 +73,14 @@ impl Session<'_> {
     pub fn with(settings: &str, then: impl FnOnce(&mut Session<'_>)) {
         let (mut segments, shared, inputs) = (SegmentQueue::new(), Shared::new(), Inputs::new());
         let mut serial = SerialQueue::<1025>::new();
-        let mut moves = MoveQueues::new();
+        let (mut moves, mut pixels) = (MoveQueues::new(), RowPixels::new());
         let (producer, consumer) = segments.split();
         let (receiver, inbox) = serial.split();
         let mut inboxes = Vec::<_, CHANNELS>::new();
         assert!(inboxes.push(inbox).is_ok());
         let links = Links {
             moves: &mut moves,
+            pixels: &mut pixels,
             segments: producer,
             shared: &shared,
             inputs: &inputs,

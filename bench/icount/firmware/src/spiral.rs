@@ -64,13 +64,14 @@ pub fn plan_a_spiral<const REGION: u8>(
     corner_rule: CornerRule,
     (rate, acceleration): (u16, u16),
 ) {
-    planner.configure(Config {
-        max_rate: [f32::from(rate) / 60.0; 3],
-        acceleration: [f32::from(acceleration); 3],
-        corner_rule,
-        ..Config::default()
-    })
-.unwrap();
+    planner
+        .configure(Config {
+            max_rate: [f32::from(rate) / 60.0; 3],
+            acceleration: [f32::from(acceleration); 3],
+            corner_rule,
+            ..Config::default()
+        })
+        .unwrap();
     planner.set_position([0; 3]);
     let mut segmenter = Segmenter::new();
     for of in spiral().take(planner.capacity()) {

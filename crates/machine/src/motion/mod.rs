@@ -14,7 +14,7 @@ mod feeder;
 mod power;
 
 use crate::board::{Board, Duration, Instant};
-use crate::config::{MoveQueues, ASIDE_MOVES};
+use crate::config::{MoveQueues, RowPixels, ASIDE_MOVES};
 use crate::work::Work;
 use feeder::Feeder;
 use heapless::spsc::Producer;
@@ -84,7 +84,7 @@ where
     pub(crate) fn new<const MOVES: usize>(
         config: Config<AXES>,
         kinematics: K,
-        queues: &'a mut MoveQueues<MOTORS, MOVES>,
+        (queues, pixels): (&'a mut MoveQueues<MOTORS, MOVES>, &'a mut RowPixels),
         segments: Producer<'a, Segment<MOTORS>>,
         shared: &'a Shared<MOTORS>,
     ) -> Result<Self, ConfigError> {
@@ -96,11 +96,16 @@ where
         let aside = aside(config);
         Ok(Self {
             program: Track {
-                planner: Planner::new(config, kinematics.clone(), &mut queues.program)?,
+                planner: Planner::new(config, kinematics.clone(), &mut queues.program, pixels)?,
                 segmenter: Segmenter::new(),
             },
             aside: Track {
-                planner: Planner::new(aside, kinematics, &mut queues.aside)?,
+                planner: Planner::new(
+                    aside,
+                    kinematics,
+                    &mut queues.aside,
+                    &mut queues.aside_pixels,
+                )?,
                 segmenter: Segmenter::new(),
             },
             driver: Driver::Program,

@@ -7,7 +7,7 @@
 use leadscrew_machine::board::{
     Board, ChannelId, CoolantOutput, Instant, PortConfig, SpindleOutput, Switches,
 };
-use leadscrew_machine::config::{MachineConfig, MoveQueues, SegmentQueue, CHANNELS};
+use leadscrew_machine::config::{MachineConfig, MoveQueues, RowPixels, SegmentQueue, CHANNELS};
 use leadscrew_machine::inputs::Inputs;
 use leadscrew_machine::machine::{Links, Machine};
 use leadscrew_machine::protocol::serial::{Receiver, SerialQueue};
@@ -124,6 +124,7 @@ impl StepPort for Pins<'_> {
 /// All memory that machine and interrupts share.
 pub struct Memory {
     moves: Box<MoveQueues<3, 64>>,
+    pixels: Box<RowPixels>,
     segments: SegmentQueue<3>,
     shared: Shared<3>,
     inputs: Inputs<3>,
@@ -134,6 +135,7 @@ impl Memory {
     pub fn new() -> Self {
         Self {
             moves: Box::default(),
+            pixels: Box::default(),
             segments: SegmentQueue::new(),
             shared: Shared::new(),
             inputs: Inputs::new(),
@@ -182,6 +184,7 @@ impl<'a, K: Kinematics<3, 3> + Clone> Session<'a, K> {
         assert!(inboxes.push(inbox).is_ok());
         let links = Links {
             moves: &mut memory.moves,
+            pixels: &mut memory.pixels,
             segments: producer,
             shared: &memory.shared,
             inputs: &memory.inputs,

@@ -4,8 +4,8 @@
 
 use fixed::types::U1F31;
 use leadscrew_planner::{
-    Cartesian, Config, Coordinate, CornerRule, Feed, Move, MoveKind, MovePower, Overrides, Planner,
-    PowerLead, Pushed, Queue, Segmenter, StepsPerMm,
+    Cartesian, Config, Coordinate, CornerRule, Feed, Move, MoveKind, MovePower, Overrides,
+    PixelQueue, Planner, PowerLead, Pushed, Queue, Segmenter, StepsPerMm,
 };
 use leadscrew_stepper::{Outputs, Power, Segment, Ticks};
 
@@ -162,8 +162,8 @@ fn run(seed: u32, sum: &mut Checksum) {
         random.bits();
     });
     let config = config(random);
-    let mut queue = Queue::<3, 32, 64>::new();
-    let mut planner = Planner::new(config, Cartesian, &mut queue).unwrap();
+    let (mut queue, mut pixels) = (Queue::<3, 32>::new(), PixelQueue::<64>::new());
+    let mut planner = Planner::new(config, Cartesian, &mut queue, &mut pixels).unwrap();
     let (mut segmenter, mut lead) = (Segmenter::new(), PowerLead::new());
     lead.set(random.below(4) * 300, config.timer_hz);
     let (mut at, mut moves, mut segments) = ([0; 3], 0, 0);

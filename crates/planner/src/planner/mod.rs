@@ -13,7 +13,7 @@ use crate::config::{Limits, Scales};
 use crate::lookahead::LookAhead;
 use crate::moves::PlannedMove;
 use crate::pixel::{Pixel, Pixels};
-use crate::queue::Queue;
+use crate::queue::{PixelQueue, Queue};
 use crate::row::Row;
 use crate::short::Short;
 use crate::strokes::Strokes;
@@ -99,7 +99,8 @@ where
     pub fn new<const MOVES: usize, const PIXELS: usize>(
         config: Config<AXES>,
         kinematics: K,
-        queue: &'q mut Queue<MOTORS, MOVES, PIXELS>,
+        queue: &'q mut Queue<MOTORS, MOVES>,
+        pixels: &'q mut PixelQueue<PIXELS>,
     ) -> Result<Self, ConfigError> {
         const { assert!(AXES <= MOTORS, "an axis has a motor of its own") };
         config.validate()?;
@@ -111,7 +112,7 @@ where
             kinematics,
             overrides: Overrides::default(),
             queue: LookAhead::new(queue.moves.as_mut_view(), &mut queue.candidates),
-            pixels: Pixels::new(queue.pixels.as_mut_view()),
+            pixels: Pixels::new(pixels.0.as_mut_view()),
             position: [0; MOTORS],
             target: [(Coordinate::ZERO, 0); MOTORS],
             last: None,

@@ -25,7 +25,7 @@ use cortex_m::asm;
 use cortex_m_rt::entry;
 use leadscrew_machine::{
     board::Duration,
-    config::{MachineConfig, MoveQueues, SegmentQueue},
+    config::{MachineConfig, MoveQueues, RowPixels, SegmentQueue},
     inputs::Inputs,
     machine::{Links, Machine},
     protocol::serial::SerialQueue,
@@ -58,6 +58,7 @@ fn main() -> ! {
         ConstStaticCell::new(SegmentQueue::new());
     static MOVE_QUEUES: ConstStaticCell<MoveQueues<AXES, MOVES>> =
         ConstStaticCell::new(MoveQueues::new());
+    static ROW_PIXELS: ConstStaticCell<RowPixels> = ConstStaticCell::new(RowPixels::new());
     static SERIAL: ConstStaticCell<SerialQueue<129>> = ConstStaticCell::new(SerialQueue::new());
     static MACHINE: StaticCell<Machine<'static, Cartesian, AXES, AXES, MOVES>> = StaticCell::new();
 
@@ -66,6 +67,7 @@ fn main() -> ! {
     let (receiver, inbox) = SERIAL.take().split();
     let links = Links {
         moves: MOVE_QUEUES.take(),
+        pixels: ROW_PIXELS.take(),
         segments: producer,
         shared: &SHARED,
         inputs: &INPUTS,

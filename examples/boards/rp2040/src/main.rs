@@ -19,7 +19,7 @@ mod step_port;
 use board::Pico;
 use heapless::spsc::Consumer;
 use leadscrew_machine::{
-    config::{MachineConfig, MoveQueues, SegmentQueue},
+    config::{MachineConfig, MoveQueues, RowPixels, SegmentQueue},
     inputs::Inputs,
     machine::{Links, Machine},
     protocol::serial::{Receiver, SerialQueue},
@@ -78,6 +78,7 @@ mod app {
     #[init(local = [
         queue: SegmentQueue<AXES> = SegmentQueue::new(),
         moves: MoveQueues<AXES, MOVES> = MoveQueues::new(),
+        pixels: RowPixels = RowPixels::new(),
         serial: SerialQueue = SerialQueue::new(),
     ])]
     fn init(cx: init::Context) -> (SharedResources, Local) {
@@ -86,6 +87,7 @@ mod app {
         let (receiver, inbox) = cx.local.serial.split();
         let links = Links {
             moves: cx.local.moves,
+            pixels: cx.local.pixels,
             segments: producer,
             shared: &SHARED,
             inputs: &INPUTS,

@@ -9,7 +9,7 @@
 use core::hint::black_box;
 use icount_firmware::spiral::{feed, plan_a_spiral, push, ThePlanner, SETTINGS};
 use icount_firmware::{count, done};
-use leadscrew_planner::{Cartesian, Config, CornerRule, Overrides, Pushed, Queue};
+use leadscrew_planner::{Cartesian, Config, CornerRule, Overrides, PixelQueue, Pushed, Queue};
 
 #[inline(never)]
 fn set_overrides(planner: &mut ThePlanner<'_>, feed: u8) {
@@ -23,12 +23,13 @@ fn renew(planner: &mut ThePlanner<'_>) -> bool {
 
 /// Fills the queue with short moves at full speed, each of which bounds the ones before it a little more, then turns back.
 fn worst(planner: &mut ThePlanner<'_>) {
-    planner.configure(Config {
-        max_rate: [5000.0 / 60.0; 3],
-        acceleration: [10.0; 3],
-        ..Config::default()
-    })
-.unwrap();
+    planner
+        .configure(Config {
+            max_rate: [5000.0 / 60.0; 3],
+            acceleration: [10.0; 3],
+            ..Config::default()
+        })
+        .unwrap();
     planner.set_position([0; 3]);
     for index in 1..planner.capacity() {
         let x = index as f32 * 0.15; // no piece of a few steps, which would be joined to the one before it
@@ -43,8 +44,9 @@ fn worst(planner: &mut ThePlanner<'_>) {
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    let mut queue = Queue::<3, 1024>::new();
-    let mut planner = ThePlanner::new(Config::default(), Cartesian, &mut queue).unwrap();
+    let (mut queue, mut pixels) = (Queue::<3, 1024>::new(), PixelQueue::<1>::new());
+    let mut planner =
+        ThePlanner::new(Config::default(), Cartesian, &mut queue, &mut pixels).unwrap();
     let planner = black_box(&mut planner);
     let [mid, slow, fast_slow, fast, far] = SETTINGS;
     plan_a_spiral::<0>(planner, CornerRule::Limits, mid);

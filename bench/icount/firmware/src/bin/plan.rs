@@ -9,7 +9,7 @@
 use core::hint::black_box;
 use icount_firmware::spiral::{feed, plan_a_spiral, prepare, push, ThePlanner, SETTINGS};
 use icount_firmware::{count, done};
-use leadscrew_planner::{Cartesian, Config, CornerRule, Pushed, Queue, Segmenter};
+use leadscrew_planner::{Cartesian, Config, CornerRule, PixelQueue, Pushed, Queue, Segmenter};
 
 /// Step events that a segment of the second measurement covers: 1 ms at 20 kHz.
 const EVENTS: u32 = 20;
@@ -18,12 +18,13 @@ const CRUISE: f32 = 80.4;
 
 /// Prepares the segments of a long line once it has reached its speed.
 fn cruise(planner: &mut ThePlanner<'_>) {
-    planner.configure(Config {
-        max_rate: [CRUISE; 3],
-        acceleration: [1000.0; 3],
-        ..Config::default()
-    })
-.unwrap();
+    planner
+        .configure(Config {
+            max_rate: [CRUISE; 3],
+            acceleration: [1000.0; 3],
+            ..Config::default()
+        })
+        .unwrap();
     planner.set_position([0; 3]);
     // The speed along the path with which the dominant axis is at `CRUISE`.
     let length = libm::sqrtf(1.0 + 0.81 + 0.64);
@@ -42,8 +43,9 @@ fn cruise(planner: &mut ThePlanner<'_>) {
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    let mut queue = Queue::<3, 1024>::new();
-    let mut planner = ThePlanner::new(Config::default(), Cartesian, &mut queue).unwrap();
+    let (mut queue, mut pixels) = (Queue::<3, 1024>::new(), PixelQueue::<1>::new());
+    let mut planner =
+        ThePlanner::new(Config::default(), Cartesian, &mut queue, &mut pixels).unwrap();
     let planner = black_box(&mut planner);
     let [mid, slow, fast_slow, fast, far] = SETTINGS;
     plan_a_spiral::<0>(planner, CornerRule::Grbl, mid);
