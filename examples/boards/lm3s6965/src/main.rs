@@ -73,7 +73,8 @@ fn main() -> ! {
         inputs: &INPUTS,
         inboxes: core::iter::once(inbox).collect(),
     };
-    let machine = MACHINE.init_with(|| Machine::new(config(), Cartesian, links));
+    let machine = Machine::new(config(), Cartesian, links).expect("the settings are sound");
+    let machine = MACHINE.init(machine);
     handlers::start(receiver, segments);
 
     let mut board = Lm3s::new();

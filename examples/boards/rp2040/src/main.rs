@@ -94,7 +94,7 @@ mod app {
             inboxes: core::iter::once(inbox).collect(),
         };
         let local = Local {
-            machine: Machine::new(config(), Cartesian, links),
+            machine: Machine::new(config(), Cartesian, links).expect("the settings are sound"),
             board,
             reader,
             receiver,
