@@ -15,7 +15,7 @@ fn with_laser(program: &str, test: impl FnOnce(&mut Session<'_, Cartesian, 3>)) 
     let setup = setup::<3>(1);
     let mut memory = Memory::new(&setup);
     let mut session = Session::new(&mut memory, &setup, Cartesian);
-    session.stream("$32=1\n$110=6000\n$120=500\n");
+    session.stream("$32=1\n$707=0\n$110=6000\n$120=500\n");
     session.stream(program);
     test(&mut session);
     session.finish();

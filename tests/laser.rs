@@ -14,7 +14,7 @@ const HZ: f64 = 168e6;
 
 /// 80 steps/mm, 500 mm/s, a laser with full power at S1000, and motion that waits for no pause of the sender.
 fn settings(acceleration: u32) -> String {
-    format!("$100=80\n$101=80\n$110=30000\n$111=30000\n$120={acceleration}\n$121={acceleration}\n$32=1\n$30=1000\n")
+    format!("$100=80\n$101=80\n$110=30000\n$111=30000\n$120={acceleration}\n$121={acceleration}\n$32=1\n$30=1000\n$707=0\n")
 }
 
 const X: usize = 0;

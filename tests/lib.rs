@@ -169,6 +169,8 @@ impl Observer for Recorder {
 #[derive(Debug, Default)]
 struct Wire {
     to_send: VecDeque<u8>,
+    /// Goes away once all is sent.
+    leaves: bool,
     incoming: Vec<u8>,
     heard: Vec<String>,
 }
@@ -180,6 +182,11 @@ pub struct Desk([Wire; CHANNELS]);
 impl Host for Desk {
     fn next_byte(&mut self, channel: ChannelId) -> Option<u8> {
         self.0[usize::from(channel.0)].to_send.pop_front()
+    }
+
+    fn closes(&mut self, channel: ChannelId) -> bool {
+        let wire = &mut self.0[usize::from(channel.0)];
+        wire.to_send.is_empty() && std::mem::take(&mut wire.leaves)
     }
 
     fn receive(&mut self, channel: ChannelId, byte: u8, _: Cycle) {
@@ -221,6 +228,11 @@ impl<'a, K: Kinematics<N, N> + Clone, const N: usize> Session<'a, K, N> {
     /// Sends bytes on a line; they arrive when time passes.
     pub fn send(&mut self, line: usize, bytes: impl AsRef<[u8]>) {
         self.desk.0[line].to_send.extend(bytes.as_ref());
+    }
+
+    /// Goes away from a line behind what was sent on it: the socket closes, the cable is pulled.
+    pub fn leave(&mut self, line: usize) {
+        self.desk.0[line].leaves = true;
     }
 
     /// Whether bytes still wait to be sent on a line.

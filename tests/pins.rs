@@ -14,7 +14,7 @@ type Desk<'a> = Session<'a, Cartesian, 3>;
 /// Steps in a millimetre, as a new machine has them.
 const MM: usize = 250;
 
-const LASER: &str = "$32=1\n$110=3000\n$111=3000\n$120=100\n$121=100\n";
+const LASER: &str = "$32=1\n$707=0\n$110=3000\n$111=3000\n$120=100\n$121=100\n";
 
 /// Runs what `then` does with a laser's machine.
 fn with_laser(then: impl FnOnce(&mut Desk<'_>)) -> Run<3> {

@@ -10,7 +10,9 @@ use crate::{
     clock::{self, APB1_TIMER_HZ},
     gpio::Pull,
     profile::{PowerPin, Timer, POWER_HZ, PROFILE},
+    step_interrupt::SHARED,
 };
+use cortex_m::interrupt;
 use leadscrew_stepper::{Power, PowerScale};
 use stm32f4::stm32f407::{tim1::RegisterBlock, RCC, TIM1, TIM3, TIM4, TIM8, TIM9};
 
@@ -98,13 +100,18 @@ pub(crate) fn start(rcc: &RCC) {
     OUTPUT.pin.make_alternate(OUTPUT.function, Pull::Down);
 }
 
-/// Does something with the power off, and puts it back. Main loop, at rest.
+/// Does something with the power off, and puts it back, but where a switch has shut the gate meanwhile: that stays dark. Main
+/// loop, at rest.
 pub(crate) fn off_during<T>(work: impl FnOnce() -> T) -> T {
     let level = OUTPUT.timer.registers().ccr(CHANNEL);
     let before = level.read().ccr().bits();
     level.write(|w| w.ccr().set(0));
     let done = work();
-    level.write(|w| w.ccr().set(before));
+    interrupt::free(|_| {
+        if !SHARED.is_laser_off() {
+            level.write(|w| w.ccr().set(before));
+        }
+    });
     done
 }
 

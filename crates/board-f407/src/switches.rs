@@ -182,7 +182,7 @@ impl Filter {
         let levels = self.settle(before);
         if levels != before {
             // First of all: a beam that stands still burns.
-            if inputs.would_stop(&switches_at(levels), shared) {
+            if inputs.would_stop(&switches_at(levels)) {
                 pwm::set(Power::OFF);
             }
             self.act(levels, inputs, shared);
@@ -214,7 +214,7 @@ impl Filter {
     fn act(&self, levels: u16, inputs: &Inputs<MOTORS>, shared: &Shared<MOTORS>) {
         LEVELS.store(levels, Relaxed);
         inputs.on_switches_at(&switches_at(levels), shared, &self.at_probe);
-        if shared.is_stopped() {
+        if shared.is_laser_off() {
             // A tick in between may have set it anew; no later one does.
             pwm::set(Power::OFF);
         }

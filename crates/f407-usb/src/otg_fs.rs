@@ -199,6 +199,7 @@ impl Port {
             if leaves {
                 HOST.store(Host::Gone as u8, Relaxed);
                 self.forget();
+                self.receiver.close();
             }
             leaves
         }

@@ -80,6 +80,7 @@ where
     pub(crate) fn take_edges<B: Board>(&mut self, board: &mut B, now: Instant) {
         let edges = self.inputs.edges();
         let before = core::mem::replace(&mut self.edges, edges);
+        self.watch_limits(edges.limit_hits != before.limit_hits, board);
         if edges == before {
             return;
         }
@@ -99,6 +100,8 @@ where
         if edges.starts != before.starts && !held && !hold_pressed {
             self.resume(board, now);
         }
+        // The interrupt may have shut it for an edge that has changed nothing.
+        self.set_gate();
     }
 
     fn take_limit_edge<B: Board>(&mut self, edges: Edges, before: Edges, board: &mut B) {

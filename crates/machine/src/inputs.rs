@@ -1,14 +1,14 @@
 //! Switch edges and the probe latch: what happens at the very step of a contact.
 //!
-//! The switch interrupt calls [`Inputs::on_switches`] with the levels of all inputs. Five things cannot
+//! The switch interrupt calls [`Inputs::on_switches`] with the levels of all inputs. Some things cannot
 //! wait for the main loop and are done there and then:
 //!
 //! | input | armed by | at once | later, in `Machine::poll` |
 //! |---|---|---|---|
-//! | limit | `$21=1` | stepping stops | ALARM:1 |
+//! | limit | `$21=1` | stepping stops, the laser's gate shuts | ALARM:1 |
 //! | limit | homing | the motor is locked | next phase once all are |
 //! | probe | probing | the position is latched | hold, `[PRB:` |
-//! | reset | motion | stepping stops | reset |
+//! | reset | – | stepping stops, the laser's gate shuts | reset, and locked as long as it is held |
 //! | buttons | – | the edge is counted | reset, hold, start, door |
 //!
 //! Each word has one writer at a time. The motor lock changes hands: it is the main loop's but while [`Inputs::watch_homing`]
@@ -184,10 +184,10 @@ impl<const MOTORS: usize> Inputs<MOTORS> {
     /// Whether [`Inputs::on_switches_at`] with these levels is going to stop motion: for a board that makes the laser dark
     /// before it does anything else. Switch interrupt.
     #[inline]
-    pub fn would_stop(&self, switches: &Switches, shared: &Shared<MOTORS>) -> bool {
+    pub fn would_stop(&self, switches: &Switches) -> bool {
         let active = self.active(switches);
         let pressed = active.buttons() & !self.last.load(Ordering::Relaxed);
-        self.is_hit(active.limits) || stops(pressed, shared)
+        self.is_hit(active.limits) || stops(pressed)
     }
 
     /// The switches that are active. Any context.
@@ -279,7 +279,7 @@ impl<const MOTORS: usize> Inputs<MOTORS> {
             let sharing = MotorMask::from_bits(self.sharing.load(Ordering::Relaxed));
             shared.set_motor_lock(shared.motor_lock().with(with_sharing(reached, sharing)));
         } else if is_hit {
-            shared.set_stop(true);
+            stop(shared);
             advance(&self.limit_hits);
         }
     }
@@ -303,8 +303,8 @@ impl<const MOTORS: usize> Inputs<MOTORS> {
     fn check_buttons(&self, active: u8, shared: &Shared<MOTORS>) {
         let pressed = active & !self.last.load(Ordering::Relaxed);
         self.last.store(active, Ordering::Relaxed);
-        if stops(pressed, shared) {
-            shared.set_stop(true);
+        if stops(pressed) {
+            stop(shared);
         }
         let buttons = [
             (ActiveSwitches::RESET, &self.resets),
@@ -320,10 +320,16 @@ impl<const MOTORS: usize> Inputs<MOTORS> {
     }
 }
 
-/// Whether one of the buttons that have been pressed stops motion.
+/// Whether one of the buttons that have been pressed stops the machine.
 #[inline]
-fn stops<const MOTORS: usize>(pressed: u8, shared: &Shared<MOTORS>) -> bool {
-    pressed & ActiveSwitches::RESET != 0 && shared.is_running()
+fn stops(pressed: u8) -> bool {
+    pressed & ActiveSwitches::RESET != 0
+}
+
+/// No further step, and no light: until the main loop has dealt with the edge that is counted next.
+fn stop<const MOTORS: usize>(shared: &Shared<MOTORS>) {
+    shared.set_laser_off(true);
+    shared.set_stop(true);
 }
 
 /// These motors, and where one of them shares axes with others, those, too.
@@ -395,15 +401,16 @@ mod tests {
             if moving {
                 shared.set_running();
             }
-            let would = inputs.would_stop(&switches, &shared);
+            let would = inputs.would_stop(&switches);
             inputs.on_switches(&switches, &shared);
             assert_eq!(would, shared.is_stopped(), "{switches:?}");
-            assert!(!inputs.would_stop(&switches, &shared), "once");
+            assert_eq!(would, shared.is_laser_off(), "{switches:?}");
+            assert!(!inputs.would_stop(&switches), "once");
         }
     }
 
     #[test]
-    fn a_reset_button_stops_stepping_at_once_and_only_where_there_is_motion() {
+    fn a_reset_button_stops_and_darkens_at_once_whether_there_is_motion_or_not() {
         let pressed = Switches {
             reset: false,
             ..Switches::OPEN
@@ -414,7 +421,7 @@ mod tests {
                 shared.set_running();
             }
             inputs.on_switches(&pressed, &shared);
-            assert_eq!(shared.is_stopped(), moving);
+            assert!(shared.is_stopped() && shared.is_laser_off());
             assert_eq!(inputs.edges().resets, 1);
         }
     }

@@ -29,6 +29,9 @@ where
         if self.startup.is_running() {
             return self.advance_startup(board, now);
         }
+        if let Some(id) = self.console.take_closed() {
+            return self.end_job_of(id, board, now);
+        }
         let owner = self.owner.filter(|_| self.state != State::Idle);
         let Some(id) = self.console.read(owner, &mut self.work) else {
             return;
@@ -60,7 +63,7 @@ where
             None => self.console.answer(id, Ok(())),
             Some(b'$') => self.system_line(id, line, board, now),
             Some(_) => {
-                self.owner = Some(id);
+                self.take_over(id, board);
                 self.begin_program_line(Origin::Channel(id), line, board, now);
             }
         }
@@ -74,8 +77,11 @@ where
         now: Instant,
     ) {
         if let State::Alarm(_) | State::Jog(_) = self.state {
-            let status = Status::Locked;
-            return self.refuse(origin, status.into());
+            return self.refuse(origin, Status::Locked.into());
+        }
+        if self.state == State::Idle && self.is_at_limit(board) {
+            self.console.message(Message::CheckLimits);
+            return self.refuse(origin, Status::Locked.into());
         }
         let context = Context {
             axes: &self.config.axes,

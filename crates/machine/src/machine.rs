@@ -9,11 +9,13 @@ use crate::cycle::homing::Homing;
 use crate::cycle::startup::Startup;
 use crate::dual::DualAxis;
 use crate::executor::Executor;
+use crate::hard_limits::Ends;
 use crate::inputs::{Edges, Inputs};
 use crate::interpreter::{self, Coordinate, Interpreter};
 use crate::memory::Memory;
 use crate::motion::Motion;
 use crate::outputs::coolant::Coolant;
+use crate::outputs::dead_man::DeadMan;
 use crate::outputs::motors::Motors;
 use crate::outputs::spindle::Spindle;
 use crate::overrides::Overrides;
@@ -131,6 +133,8 @@ pub struct Machine<'a, K, const AXES: usize, const MOTORS: usize, const MOVES: u
     pub(crate) inputs: &'a Inputs<MOTORS>,
     /// Switch edges that have been dealt with.
     pub(crate) edges: Edges,
+    /// Limit switches that stay closed.
+    pub(crate) ends: Ends<AXES, MOTORS>,
 
     /// The axis with two motors, if there is one.
     pub(crate) dual: Option<DualAxis>,
@@ -145,6 +149,8 @@ pub struct Machine<'a, K, const AXES: usize, const MOTORS: usize, const MOVES: u
     pub(crate) rest_power: Option<Power>,
     /// The direction that was put out in this rest, likewise.
     pub(crate) rest_output: Option<SpindleOutput>,
+    /// Of a laser that is lit at rest.
+    pub(crate) dead_man: DeadMan,
     /// What the program told the spindle last.
     pub(crate) last_spindle: interpreter::Spindle,
     pub(crate) coolant: Coolant,
@@ -206,6 +212,7 @@ where
             shared: links.shared,
             inputs: links.inputs,
             edges: links.inputs.edges(),
+            ends: Ends::new(),
             dual,
             homing: None,
             door: None,
@@ -215,6 +222,7 @@ where
             spindle: Spindle::new(spindle_scale(&settings), settings.is_on(Setting::Laser)),
             rest_power: None,
             rest_output: None,
+            dead_man: DeadMan::Dark,
             last_spindle: interpreter::Spindle::default(),
             coolant: Coolant::default(),
             motors: Motors::default(),
@@ -249,6 +257,7 @@ where
         self.list();
         self.console.flush(board, &mut self.work);
         self.take_line(board, now);
+        self.watch_sender(now);
         // Whatever has come meanwhile acts on the segments that are made now.
         self.take_requests(board, now);
         self.feed(board, now);
@@ -340,8 +349,11 @@ where
 
     fn boot<B: Board>(&mut self, board: &mut B, now: Instant) {
         self.booted = true;
-        // A button that is held at power-up was not pressed.
+        // What is closed at power-up is a level, no edge: nothing was under way.
         self.edges = self.inputs.edges();
+        if self.shared.is_stopped() {
+            self.motion.stop();
+        }
         self.apply_settings(board);
         board.set_coolant(self.coolant.output());
         board.enable_motors(false);
@@ -393,6 +405,7 @@ where
             self.motion.starts_at(),
             self.motion.hungry_at(now, self.state.may_start()),
             self.executor.dwell_ends(),
+            self.dead_man.expires_at(self.patience()),
             self.homing.as_ref().and_then(Homing::settles_at),
             self.door.as_ref().and_then(DoorCycle::waits_until),
             self.motors.rest_at(delay, self.is_locked()),

@@ -31,7 +31,7 @@ impl<K, const AXES: usize, const MOTORS: usize, const MOVES: usize>
 where
     K: Kinematics<AXES, MOTORS> + Clone,
 {
-    /// Soft reset: 0x18 or the reset button. Main loop.
+    /// Soft reset: 0x18, or the reset button, which locks the machine, too. Main loop.
     ///
     /// What was received before is dropped, what comes after is kept. A line under way is answered before the
     /// banner, never after it.
@@ -76,6 +76,8 @@ where
         self.program_lines = 0;
         self.time_left = None;
         self.enter(match self.state {
+            // Who presses the button wants it to stand still.
+            _ if discard == Discard::All => State::Alarm(Lock::Unlockable),
             State::Alarm(_) | State::Sleep => State::Alarm(Lock::Unlockable),
             State::Idle
             | State::Run
@@ -97,6 +99,10 @@ where
         if self.settings.is_on(Setting::HardLimits) && !active.limits.is_empty() {
             self.enter(State::Alarm(Lock::Unlockable));
             self.console.message(Message::CheckLimits);
+        }
+        if active.reset {
+            self.enter(State::Alarm(Lock::Unlockable));
+            self.console.message(Message::ResetHeld);
         }
         if let State::Alarm(_) = self.state {
             self.console.message(Message::Locked);
@@ -142,6 +148,7 @@ where
         match origin {
             Origin::Channel(id) => self.console.answer(id, result),
             Origin::Startup(line) => self.answer_startup(line, result),
+            Origin::Nobody => {}
         }
     }
 

@@ -15,7 +15,7 @@ use crate::settings::table::Setting;
 use crate::state::State;
 use leadscrew_gcode::Number;
 use leadscrew_planner::Kinematics;
-use leadscrew_stepper::MotorMask;
+use leadscrew_stepper::Power;
 
 /// Bit of `$10` that asks for the time to finish.
 const TIME_LEFT: u8 = StatusReport::<0>::TIME_LEFT;
@@ -135,20 +135,19 @@ where
 
     /// The spindle's speed as reports show it, RPM.
     pub(crate) fn reported_speed(&self) -> f32 {
-        let in_motion = self.motion.power();
-        let out = in_motion.unwrap_or_else(|| self.power_at_rest());
+        let out = match self.motion.power() {
+            Some(power) if !self.shared.is_laser_off() => power,
+            Some(_) => Power::OFF,
+            None => self.power_at_rest(),
+        };
         self.spindle.reported_speed(out)
     }
 
     /// Reports know axes only: the switch of a second motor is its axis's.
     fn pins(&self, active: &ActiveSwitches) -> Pins {
-        let dual = self.dual;
-        let second = dual.filter(|dual| active.limits.contains(dual.motor));
-        let of_axis = second.map_or(MotorMask::NONE, |dual| MotorMask::only(dual.axis));
-        let motor = dual.map_or(MotorMask::NONE, |dual| MotorMask::only(dual.motor));
         Pins {
             probe: active.probe,
-            limits: active.limits.without(motor).with(of_axis).bits(),
+            limits: self.axes_at_limits(active).bits(),
             door: active.door,
             reset: active.reset,
             hold: active.hold,

@@ -148,9 +148,7 @@ where
         let State::Alarm(Lock::Unlockable) = self.state else {
             return Ok(());
         };
-        if self.is_door_open(board) {
-            return Err(Status::DoorOpen);
-        }
+        self.allow_leaving(board)?;
         self.enter(State::Idle);
         self.console.message(Message::Unlocked);
         Ok(())
@@ -163,9 +161,7 @@ where
         board: &B,
         now: Instant,
     ) -> Result<Reply, Status> {
-        if self.is_door_open(board) {
-            return Err(Status::DoorOpen);
-        }
+        self.allow_leaving(board)?;
         let groups = match homing {
             Homing::All => self.config.homing_cycles,
             Homing::Axis(axis) => [1u8.checked_shl(u32::from(axis)).unwrap_or(0), 0, 0, 0],
@@ -188,7 +184,7 @@ where
             soft_limits: self.settings.is_on(Setting::SoftLimits),
             reach: &self.reach,
         };
-        let Some(jog) = self.interpreter.jog(line, &context)? else {
+        let Some(mut jog) = self.interpreter.jog(line, &context)? else {
             return Ok(Reply::Now);
         };
         let target = jog.travel.target;
@@ -199,6 +195,7 @@ where
         if channel.is_some_and(|channel| channel.is_jog_cancelled()) {
             return Ok(Reply::Now);
         }
+        self.bound_jog(&mut jog, board)?;
         self.interpreter.set_position(target);
         let commands = self.executor.commands();
         commands.clear();
@@ -305,6 +302,19 @@ where
             }
             Some(_) => {}
         }
+    }
+
+    /// Whether no input keeps the machine locked: neither the reset input nor the door.
+    fn allow_leaving<B: Board>(&mut self, board: &B) -> Result<(), Status> {
+        let active = self.inputs.active(&board.switches());
+        if active.reset {
+            self.console.message(Message::ResetHeld);
+            return Err(Status::Locked);
+        }
+        if active.door {
+            return Err(Status::DoorOpen);
+        }
+        Ok(())
     }
 
     /// Whether there is a door, and it is open now.

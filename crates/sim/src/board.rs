@@ -210,6 +210,11 @@ impl<O: Observer, const MOTORS: usize> SimBoard<O, MOTORS> {
         self.power
     }
 
+    /// Switches the laser off at once: what the switch interrupt does.
+    pub(crate) fn darken(&mut self, now: Cycle) {
+        self.put_power(now, Power::OFF);
+    }
+
     /// The coolant valves as they are put out.
     pub fn coolant(&self) -> CoolantOutput {
         self.coolant

@@ -310,6 +310,17 @@ where
     fn switch_interrupt(&mut self, now: Cycle) {
         self.cpu.charge_interrupt(now, self.costs.switches);
         self.wake = self.wake.min(now);
+        if self.shared.is_laser_off() {
+            self.board.darken(now);
+        }
+    }
+
+    /// The other end of a line has gone away.
+    fn close(&mut self, channel: ChannelId) {
+        if let Some(receiver) = self.receivers.get_mut(usize::from(channel.0)) {
+            receiver.close();
+        }
+        self.wake = self.wake.min(self.now);
     }
 
     fn byte<H: Host>(&mut self, host: &mut H) {
@@ -343,6 +354,10 @@ where
     /// Asks the host for what it has to send, on all lines; brings it what came over those that take no time.
     fn exchange<H: Host>(&mut self, host: &mut H) {
         for channel in (0..self.board.links.count()).map(|number| ChannelId(number as u8)) {
+            // Not before what it sent has come in.
+            if !self.board.links.is_receiving(channel) && host.closes(channel) {
+                self.close(channel);
+            }
             if self.board.links.never_waits(channel) {
                 self.exchange_at_once(channel, host);
             } else {

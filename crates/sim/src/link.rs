@@ -20,6 +20,12 @@ pub trait Host {
     /// Asked when the line is free, and again after each byte that the host receives.
     fn next_byte(&mut self, channel: ChannelId) -> Option<u8>;
 
+    /// Whether the host has gone away since it was asked last, and all that it sent before is on the way: the board notices it.
+    fn closes(&mut self, channel: ChannelId) -> bool {
+        let _ = channel;
+        false
+    }
+
     /// A byte from the board has come in.
     fn receive(&mut self, channel: ChannelId, byte: u8, now: Cycle);
 }
@@ -27,6 +33,9 @@ pub trait Host {
 impl<H: Host> Host for &mut H {
     fn next_byte(&mut self, channel: ChannelId) -> Option<u8> {
         (**self).next_byte(channel)
+    }
+    fn closes(&mut self, channel: ChannelId) -> bool {
+        (**self).closes(channel)
     }
     fn receive(&mut self, channel: ChannelId, byte: u8, now: Cycle) {
         (**self).receive(channel, byte, now);
@@ -170,6 +179,13 @@ impl Links {
         self.links
             .get(usize::from(channel.0))
             .is_some_and(|link| link.rate == Rate::NeverWaits)
+    }
+
+    /// Whether a byte is on the way to the board on `channel`.
+    pub(crate) fn is_receiving(&self, channel: ChannelId) -> bool {
+        self.links
+            .get(usize::from(channel.0))
+            .is_some_and(|link| link.incoming.is_some())
     }
 
     /// Takes the next byte written to `channel`, which takes no time.

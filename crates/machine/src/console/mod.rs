@@ -37,6 +37,8 @@ pub(crate) struct Channel<'a> {
     pub(crate) report_due: bool,
     /// Where the last jog cancel stood: jogs sent before it no longer begin.
     pub(crate) jogs_cancelled: Option<Mark>,
+    /// A byte has come since [`Console::take_heard`].
+    heard: bool,
 }
 
 /// All serial lines.
@@ -56,6 +58,7 @@ impl<'a> Console<'a> {
             listing: None,
             report_due: false,
             jogs_cancelled: None,
+            heard: false,
         });
         Self {
             channels: channels.collect(),
@@ -108,8 +111,27 @@ impl<'a> Console<'a> {
 
     /// Takes the next realtime command of any channel.
     pub(crate) fn next_request(&mut self) -> Option<(ChannelId, Request)> {
+        self.channels().find_map(|(id, channel)| {
+            let request = channel.inbox.next_realtime()?;
+            channel.heard = true;
+            Some((id, request))
+        })
+    }
+
+    /// Whether a byte has come from `owner`, or without an owner from anybody, since this was asked last.
+    pub(crate) fn take_heard(&mut self, owner: Option<ChannelId>) -> bool {
+        let mut heard = false;
+        for (id, channel) in self.channels() {
+            heard |= core::mem::take(&mut channel.heard) && owner.is_none_or(|owner| owner == id);
+        }
+        heard
+    }
+
+    /// Takes the end of a line whose other end has gone away, once all that it sent is carried out. A line that it had begun is
+    /// forgotten.
+    pub(crate) fn take_closed(&mut self) -> Option<ChannelId> {
         self.channels()
-            .find_map(|(id, channel)| Some((id, channel.inbox.next_realtime()?)))
+            .find_map(|(id, channel)| channel.take_closed().then_some(id))
     }
 
     /// Reads on until a line is complete that may be taken; returns its channel. While a channel is `owner` of the
@@ -184,7 +206,9 @@ impl<'a> Console<'a> {
     pub(crate) fn is_busy(&self, takes_lines: bool) -> bool {
         self.channels.iter().any(|channel| {
             let has_line = channel.complete || channel.inbox.has_bytes();
+            let has_ended = takes_lines && channel.has_ended();
             channel.has_room() && channel.report_due
+                || has_ended
                 || channel.output_is_empty()
                     && (channel.listing.is_some() || takes_lines && has_line)
                 || channel.inbox.has_requests()
@@ -239,11 +263,32 @@ impl Channel<'_> {
         if self.complete {
             return;
         }
-        let Self { inbox, reader, .. } = self;
+        let Self {
+            inbox,
+            reader,
+            heard,
+            ..
+        } = self;
         self.complete = inbox.read(BYTES_A_POLL, |byte| {
             work.bytes = work.bytes.wrapping_add(1);
+            *heard = true;
             reader.push(byte)
         });
+    }
+
+    /// Whether the other end has gone away, and all of its lines are taken.
+    fn has_ended(&self) -> bool {
+        let closed = self.inbox.closed();
+        !self.complete && closed.is_some_and(|mark| self.inbox.ahead_of(mark) == 0)
+    }
+
+    fn take_closed(&mut self) -> bool {
+        let ended = self.has_ended();
+        if ended {
+            self.inbox.forget_close();
+            self.reader.clear();
+        }
+        ended
     }
 
     /// Whether the line is a `$` command, empty or too long: nothing that belongs to a job.

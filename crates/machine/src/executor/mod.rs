@@ -25,6 +25,8 @@ pub(crate) enum Origin {
     Channel(ChannelId),
     /// A startup line, by its number.
     Startup(u8),
+    /// The machine itself: nobody waits for an answer.
+    Nobody,
 }
 
 /// Which sort of motion a line's moves are.

@@ -6,6 +6,7 @@ use crate::board::{Board, CoolantOutput, Duration, Instant, PlannedMove, Spindle
 use crate::interpreter::{ArcShape, Command, Coolant, Feed, OffsetId, Rotation, Spindle, Travel};
 use crate::machine::Machine;
 use crate::outputs::beam::{Beam, Wanted};
+use crate::outputs::dead_man::DeadMan;
 use crate::protocol::alarm::Alarm;
 use crate::protocol::message::Message;
 use crate::protocol::report::StatusReport;
@@ -110,17 +111,18 @@ where
         if self.state == State::Check {
             return Progress::Done;
         }
+        let spindle = self.light_of(travel, kind);
         let next = Move {
             target: travel.target,
             feed: feed(travel.feed, 1.0),
-            power: self.move_power(&travel.spindle),
+            power: self.move_power(&spindle),
             curve: None,
             outputs: Outputs(0),
             line_number: self.line_of(travel, kind),
             kind: move_kind(travel.feed, kind),
         };
         let more = self.executor.has_more();
-        self.push(&next, &travel.spindle, more, board, now)
+        self.push(&next, &spindle, more, board, now)
     }
 
     fn perform_arc<B: Board>(
@@ -151,6 +153,7 @@ where
         board: &mut B,
         now: Instant,
     ) -> Option<Progress> {
+        let spindle = self.light_of(travel, LineKind::Program);
         let Wait::Arc(arc) = &self.executor.wait else {
             return None;
         };
@@ -158,7 +161,7 @@ where
         let next = Move {
             target,
             feed: feed(travel.feed, arc.shares(travel.feed)),
-            power: self.move_power(&travel.spindle),
+            power: self.move_power(&spindle),
             curve: Some(arc.curve),
             outputs: Outputs(0),
             line_number: self.line_of(travel, LineKind::Program),
@@ -169,7 +172,7 @@ where
             return Some(self.leave_travel(board, now));
         }
         if self.state != State::Check
-            && self.push(&next, &travel.spindle, more, board, now) == Progress::Wait
+            && self.push(&next, &spindle, more, board, now) == Progress::Wait
         {
             return Some(Progress::Wait);
         }
@@ -317,7 +320,7 @@ where
         if self.changes_at_rest(spindle) && !self.is_motion_over() {
             return Progress::Wait;
         }
-        self.want_spindle(*spindle);
+        self.want_spindle(self.light_at_rest(spindle));
         self.cadence.overrides_changed();
         Progress::Done
     }
@@ -404,6 +407,9 @@ where
     /// Notes what the spindle is to do with the moves planned from now on; one that stands until then turns again.
     #[inline(never)]
     pub(crate) fn want_spindle(&mut self, spindle: Spindle) {
+        if spindle.rotation == Rotation::Off {
+            self.dead_man = DeadMan::Dark;
+        }
         if self.changes_spindle(&spindle) || self.spindle.stands() {
             let (stood, before) = (self.spindle.stands(), self.spindle.accessory());
             self.spindle.want(wanted(&spindle));

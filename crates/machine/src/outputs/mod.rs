@@ -4,4 +4,5 @@ pub mod beam;
 pub mod coolant;
 pub mod spindle;
 
+pub(crate) mod dead_man;
 pub(crate) mod motors;

@@ -24,8 +24,12 @@ pub enum Message {
     CheckDisabled,
     /// The safety door opened.
     CheckDoor,
-    /// A limit switch is active at a reset.
+    /// A limit switch is active at a reset, or where a program would begin.
     CheckLimits,
+    /// The reset input is active: nothing unlocks the machine.
+    ResetHeld,
+    /// A laser that was lit at rest is dark: its sender has been silent for too long.
+    SenderSilent,
     /// M2 or M30.
     ProgramEnd,
     /// `$RST=`.
@@ -53,6 +57,8 @@ impl Message {
             Self::CheckDisabled => "Disabled",
             Self::CheckDoor => "Check Door",
             Self::CheckLimits => "Check Limits",
+            Self::ResetHeld => "Reset input is active, release it to unlock",
+            Self::SenderSilent => "Laser off, its sender is silent ($707)",
             Self::ProgramEnd => "Pgm End",
             Self::RestoringDefaults => "Restoring defaults",
             Self::RestoringSpindle => "Restoring spindle",

@@ -47,14 +47,17 @@ pub struct Request {
     pub mark: Mark,
 }
 
-/// Words that the two ends share besides the queues. Each is written by the interrupt, but for `report`, which the main
-/// loop clears.
+/// Words that the two ends share besides the queues. Each is written by the interrupt, but for `report` and `closed`, which
+/// the main loop clears.
 #[derive(Debug)]
 struct Shared {
     /// A `?` that found no room.
     report: AtomicBool,
     /// The mark of the newest reset.
     reset: AtomicU32,
+    /// The other end has gone away, at this mark.
+    closed: AtomicBool,
+    closed_at: AtomicU32,
     lost_bytes: AtomicU32,
     lost_requests: AtomicU32,
 }
@@ -92,6 +95,8 @@ impl<const RX: usize> SerialQueue<RX> {
             shared: Shared {
                 report: AtomicBool::new(false),
                 reset: AtomicU32::new(0),
+                closed: AtomicBool::new(false),
+                closed_at: AtomicU32::new(0),
                 lost_bytes: AtomicU32::new(0),
                 lost_requests: AtomicU32::new(0),
             },
@@ -160,6 +165,15 @@ impl Receiver<'_> {
     /// Notes that bytes were lost before they came here, at least so many. Serial interrupt.
     pub fn lose(&mut self, bytes: u32) {
         add(&self.shared.lost_bytes, bytes);
+    }
+
+    /// Notes that the other end has gone away: a socket that closed, a cable that was pulled. Bytes that come after this are
+    /// somebody else's. Serial interrupt; wake the main loop.
+    pub fn close(&mut self) {
+        self.shared
+            .closed_at
+            .store(self.received, Ordering::Relaxed);
+        self.shared.closed.store(true, Ordering::Release);
     }
 
     fn keep(&mut self, byte: u8) {
@@ -246,7 +260,10 @@ impl Inbox<'_> {
         // All commands that came ahead of these bytes are in their queue by now.
         fence(Ordering::Acquire);
         let ahead = self.ahead_of_request().unwrap_or(here);
-        for _ in 0..most.min(here).min(ahead) {
+        let theirs = self
+            .closed()
+            .map_or(here, |mark| self.ahead_of(mark) as usize);
+        for _ in 0..most.min(here).min(ahead).min(theirs) {
             let Some(byte) = self.bytes.dequeue() else {
                 break;
             };
@@ -271,6 +288,23 @@ impl Inbox<'_> {
         }
     }
 
+    /// Where the other end went away, until [`Inbox::forget_close`]: [`Inbox::read`] hands out nothing that came after. Main loop.
+    pub fn closed(&self) -> Option<Mark> {
+        let closed = self.shared.closed.load(Ordering::Acquire);
+        closed.then(|| Mark(self.shared.closed_at.load(Ordering::Relaxed)))
+    }
+
+    /// Lets the bytes of the next one come. Main loop.
+    pub fn forget_close(&mut self) {
+        self.shared.closed.store(false, Ordering::Release);
+    }
+
+    /// How many unread bytes came before `mark`. Main loop.
+    pub fn ahead_of(&self, mark: Mark) -> u32 {
+        let ahead = mark.0.wrapping_sub(self.taken).cast_signed();
+        u32::try_from(ahead).unwrap_or(0)
+    }
+
     /// Answers whether the last byte taken came before `mark`. Main loop.
     pub fn is_before(&self, mark: Mark) -> bool {
         mark.0.wrapping_sub(self.taken) <= u32::MAX / 2
@@ -287,7 +321,8 @@ impl Inbox<'_> {
 
     /// Answers whether [`read`](Self::read) has a byte. Main loop.
     pub fn has_bytes(&self) -> bool {
-        self.bytes.ready() && !self.is_realtime_next()
+        let theirs = self.closed().is_none_or(|mark| self.ahead_of(mark) > 0);
+        theirs && self.bytes.ready() && !self.is_realtime_next()
     }
 
     /// Answers whether [`next_realtime`](Self::next_realtime) has a command. Main loop.
@@ -333,8 +368,7 @@ impl Inbox<'_> {
     /// How many bytes came before the next realtime command and have not been taken yet; `None` where there is no command.
     fn ahead_of_request(&self) -> Option<usize> {
         let request = self.requests.peek()?;
-        let ahead = request.mark.0.wrapping_sub(self.taken).cast_signed();
-        Some(usize::try_from(ahead).unwrap_or(0))
+        Some(self.ahead_of(request.mark) as usize)
     }
 }
 
@@ -419,6 +453,25 @@ mod tests {
             .map(|request| request.realtime)
             .collect();
         assert_eq!(order, [Realtime::Hold, Realtime::Reset, Realtime::Report]);
+    }
+
+    #[test]
+    fn what_comes_after_the_other_end_has_gone_waits_until_that_is_dealt_with() {
+        let mut queue = SerialQueue::<64>::new();
+        let (mut receiver, mut inbox) = queue.split();
+        receive(&mut receiver, b"G1X");
+        receiver.close();
+        receive(&mut receiver, b"$G\n");
+        let mut bytes = Vec::new();
+        inbox.read(64, |byte| {
+            bytes.push(byte);
+            false
+        });
+        assert_eq!(bytes, b"G1X");
+        let mark = inbox.closed().unwrap();
+        assert_eq!(inbox.ahead_of(mark), 0);
+        inbox.forget_close();
+        assert_eq!((inbox.closed(), read(&mut inbox)), (None, b"$G\n".to_vec()));
     }
 
     #[test]

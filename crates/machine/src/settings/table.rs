@@ -165,6 +165,8 @@ rows! {
             "How fast the acceleration along the path may change; 0 for no limit.";
         SwitchFilter = 706, Kind::Whole { max: 10_000 }, 200_000, "Switch filter", "us",
             "How long a switch keeps a new level before it counts: longer than the spikes of a spindle's cable.";
+        LaserPatience = 707, DECIMAL, 2_000, "Laser dead-man", "s",
+            "A laser that is lit at rest goes dark when its sender has been silent for so long; 0 for never.";
     }
 }
 

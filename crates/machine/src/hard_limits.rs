@@ -1,0 +1,148 @@
+//! A limit switch that stays closed (`$21=1`): what may still move.
+//!
+//! The edge stops the machine ([`crate::inputs`]). As long as the switch is closed after that, programs are refused, and of the
+//! jogs those that lead farther into it:
+//!
+//! | the switch closed | a jog of its axis |
+//! |---|---|
+//! | while the axis moved | against that motion |
+//! | at rest, or nobody knows | either way, at `$25` at most: both ends of an axis may be on one input |
+
+use crate::board::Board;
+use crate::inputs::ActiveSwitches;
+use crate::interpreter::{Coordinate, Feed, Jog};
+use crate::machine::Machine;
+use crate::protocol::message::Message;
+use crate::protocol::status::Status;
+use crate::settings::table::Setting;
+use core::cmp::Ordering;
+use leadscrew_gcode::Number;
+use leadscrew_planner::Kinematics;
+use leadscrew_stepper::MotorMask;
+
+/// Which way motors step, and at which end of its travel each axis stands.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Ends<const AXES: usize, const MOTORS: usize> {
+    /// Steps counted at the last look.
+    seen: [i32; MOTORS],
+    /// Which way each motor stepped last in this motion: 1, -1, or 0 where it has not.
+    heading: [i32; MOTORS],
+    /// Axes whose limit switch is closed: which way leads farther into it, `Equal` where nobody knows.
+    closed: [Option<Ordering>; AXES],
+}
+
+impl<const AXES: usize, const MOTORS: usize> Ends<AXES, MOTORS> {
+    /// At rest, with all switches open.
+    pub(crate) const fn new() -> Self {
+        Self {
+            seen: [0; MOTORS],
+            heading: [0; MOTORS],
+            closed: [None; AXES],
+        }
+    }
+
+    /// Follows the steps that were made.
+    fn follow(&mut self, position: &[i32; MOTORS]) {
+        let motors = self.seen.iter_mut().zip(&mut self.heading);
+        for ((seen, heading), now) in motors.zip(position) {
+            if now != seen {
+                *heading = now.wrapping_sub(*seen).signum();
+                *seen = *now;
+            }
+        }
+    }
+}
+
+impl<K, const AXES: usize, const MOTORS: usize, const MOVES: usize>
+    Machine<'_, K, AXES, MOTORS, MOVES>
+where
+    K: Kinematics<AXES, MOTORS> + Clone,
+{
+    /// Notes which way motors go, and where a limit switch has closed or opened. `hit`: one has stopped the machine. Main loop, at
+    /// every turn, before anything moves on.
+    pub(crate) fn watch_limits<B: Board>(&mut self, hit: bool, board: &B) {
+        if !self.settings.is_on(Setting::HardLimits) {
+            return;
+        }
+        self.ends.follow(&self.shared.position());
+        if hit || self.ends.closed.iter().any(Option::is_some) {
+            self.look_at_limits(board);
+        }
+        if self.motion.is_at_rest() {
+            self.ends.heading = [0; MOTORS];
+        }
+    }
+
+    /// Whether a limit switch is closed that allows jogs only. At rest.
+    pub(crate) fn is_at_limit<B: Board>(&mut self, board: &B) -> bool {
+        if !self.settings.is_on(Setting::HardLimits) {
+            return false;
+        }
+        self.look_at_limits(board);
+        self.ends.closed.iter().any(Option::is_some)
+    }
+
+    /// Lets a jog lead away from a closed switch, slowly where nobody knows which way that is.
+    ///
+    /// # Errors
+    /// [`Status::JogOutOfTravel`] where it leads farther into it.
+    pub(crate) fn bound_jog<B: Board>(
+        &mut self,
+        jog: &mut Jog<AXES>,
+        board: &B,
+    ) -> Result<(), Status> {
+        if !self.is_at_limit(board) {
+            return Ok(());
+        }
+        let slow = self.settings.value(Setting::HomingSeek);
+        let ways = jog.travel.target.iter().zip(&self.path_end);
+        for ((target, from), closed) in ways.zip(&self.ends.closed) {
+            let way = target.cmp(from);
+            match closed {
+                Some(Ordering::Equal) if way != Ordering::Equal && slow > NONE => {
+                    jog.travel.feed = at_most(jog.travel.feed, slow);
+                }
+                Some(into)
+                    if way != Ordering::Equal && (*into == way || *into == Ordering::Equal) =>
+                {
+                    self.console.message(Message::CheckLimits);
+                    return Err(Status::JogOutOfTravel);
+                }
+                Some(_) | None => {}
+            }
+        }
+        Ok(())
+    }
+
+    fn look_at_limits<B: Board>(&mut self, board: &B) {
+        let active = self.inputs.active(&board.switches());
+        let axes = self.axes_at_limits(&active);
+        let ways = self.motion.axes(&self.ends.heading);
+        for (axis, (closed, way)) in self.ends.closed.iter_mut().zip(ways).enumerate() {
+            *closed = match *closed {
+                _ if !axes.contains(axis) => None,
+                None => Some(way.cmp(&Coordinate::ZERO)),
+                known => known,
+            };
+        }
+    }
+
+    /// The axes whose limit switch is active; the switch of a second motor is its axis's.
+    pub(crate) fn axes_at_limits(&self, active: &ActiveSwitches) -> MotorMask {
+        let dual = self.dual;
+        let second = dual.filter(|dual| active.limits.contains(dual.motor));
+        let of_axis = second.map_or(MotorMask::NONE, |dual| MotorMask::only(dual.axis));
+        let motor = dual.map_or(MotorMask::NONE, |dual| MotorMask::only(dual.motor));
+        active.limits.without(motor).with(of_axis)
+    }
+}
+
+const NONE: Number = Number::from_int(0);
+
+/// A feed of no more than `most` mm/min. A jog has no other sort of feed.
+fn at_most(feed: Feed, most: Number) -> Feed {
+    match feed {
+        Feed::PerMinute(rate) => Feed::PerMinute(rate.min(most)),
+        Feed::Rapid | Feed::InverseTime(_) => feed,
+    }
+}
