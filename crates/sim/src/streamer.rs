@@ -162,6 +162,13 @@ impl<R: BufRead, F: Replies> Streamer<R, F> {
         self.answered
     }
 
+    /// The line that the machine is at: the first that is not answered; the last one read where all are.
+    pub fn current(&self) -> u64 {
+        self.pending
+            .front()
+            .map_or(self.lines.number, |pending| pending.number)
+    }
+
     /// Ends the streaming: what takes the replies, or why the program could not be read to its end.
     ///
     /// # Errors
@@ -222,7 +229,7 @@ impl<R: BufRead, F: Replies> Streamer<R, F> {
             Answer::Alarm(code) => {
                 self.state = Sending::Locked;
                 let pending = self.pending.front().copied();
-                let line = pending.map_or(self.lines.number, |pending| pending.number);
+                let line = self.current();
                 let length = pending.map_or(0, |pending| pending.length.saturating_sub(1));
                 let text: Vec<u8> = self.text.iter().take(length).copied().collect();
                 self.replies.reply(

@@ -69,7 +69,7 @@ codes! {
         NoAxisWordsInPlane = 32, "The arc has no axis word in its plane",
             "Give at least one end coordinate in the plane that G17, G18 or G19 has selected.";
         InvalidTarget = 33, "The target of the motion is invalid",
-            "The ends of the arc lie on different radii, an arc by radius ends where it begins, or a probe has nowhere to go.";
+            "The ends of the arc lie on different radii, an arc by radius ends where it begins, a probe has nowhere to go, or a move has more steps than can be counted: divide it.";
         ArcRadiusTooSmall = 34, "The radius is too small for the arc",
             "The end is farther than two radii away. Check R and the end coordinates.";
         ArcCentreMissing = 35, "The arc has no centre in its plane",

@@ -2,6 +2,7 @@
 
 use super::replay::ReplayArgs;
 use super::serve_args::ServeArgs;
+use super::setting_args::AXES;
 use clap::{Args, Parser, Subcommand};
 use std::num::NonZeroU32;
 use std::path::PathBuf;
@@ -22,8 +23,8 @@ pub(super) enum Command {
     Run(JobArgs),
     /// Show where the time of a job goes: which limit binds when, and what to change to run it faster.
     Profile(ProfileArgs),
-    /// Check a G-code file: report every error in it, move nothing.
-    Check(JobArgs),
+    /// Check G-code files: report every error in them, and what is probably not meant; move nothing.
+    Check(CheckArgs),
     /// Be a machine that senders can connect to.
     Serve(ServeArgs),
     /// Hold a recorded conversation with Grbl again, in virtual time, and print what this machine answers.
@@ -45,16 +46,16 @@ pub(super) struct SettingArgs {
 #[derive(Args, Debug)]
 pub(super) struct ProfileArgs {
     /// The G-code file; `-` reads standard input.
-    pub(super) file: String,
+    pub(super) file: PathBuf,
     #[command(flatten)]
     pub(super) machine: SettingArgs,
     /// Speed of the serial line in bits per second; without it the line never waits.
     #[arg(long, value_name = "N", value_parser = baud)]
     pub(super) baud: Option<NonZeroU32>,
-    /// Draw speed, acceleration, power and what binds along time as an SVG picture.
+    /// Draw speed, acceleration, power and what binds along time as an SVG picture; `-` writes to standard output.
     #[arg(long, value_name = "FILE")]
     pub(super) svg: Option<PathBuf>,
-    /// Write one row of CSV for each stretch in which one limit binds.
+    /// Write one row of CSV for each stretch in which one limit binds; `-` writes to standard output.
     #[arg(long, value_name = "FILE")]
     pub(super) csv: Option<PathBuf>,
     /// Do not run the job again to find out what would make it faster.
@@ -71,11 +72,38 @@ pub(super) struct ProfileArgs {
     pub(super) quiet: bool,
 }
 
-/// Options of `run` and `check`.
+/// Options of `check`.
+#[derive(Args, Debug)]
+pub(super) struct CheckArgs {
+    /// G-code files, and folders of them; `-` reads standard input.
+    #[arg(required = true, value_name = "FILE")]
+    pub(super) files: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(super) machine: SettingArgs,
+    /// Where work zero is in machine coordinates, such as -200,-150,-40: what leaves the travel from there is told, with soft
+    /// limits or without.
+    #[arg(long, value_name = "X,Y,Z", value_parser = origin, allow_hyphen_values = true)]
+    pub(super) origin: Option<[f32; AXES]>,
+    /// Draw the toolpath as an SVG picture; `-` writes to standard output.
+    #[arg(long, value_name = "FILE")]
+    pub(super) svg: Option<PathBuf>,
+    /// Print the findings as JSON.
+    #[arg(long, conflicts_with = "github")]
+    pub(super) json: bool,
+    /// Print the findings as annotations of a GitHub workflow.
+    #[arg(long)]
+    pub(super) github: bool,
+    /// Print nothing but errors.
+    #[arg(long, short)]
+    pub(super) quiet: bool,
+}
+
+/// Options of `run`.
 #[derive(Args, Debug)]
 pub(super) struct JobArgs {
-    /// The G-code file; `-` reads standard input.
-    pub(super) file: String,
+    /// G-code files, and folders of them, run one after the other; `-` reads standard input.
+    #[arg(required = true, value_name = "FILE")]
+    pub(super) files: Vec<PathBuf>,
     #[command(flatten)]
     pub(super) machine: SettingArgs,
     /// Speed of the serial line in bits per second; without it the line never waits.
@@ -84,13 +112,13 @@ pub(super) struct JobArgs {
     /// Print the outcome as JSON.
     #[arg(long)]
     pub(super) json: bool,
-    /// Draw the toolpath and the speed as an SVG picture.
+    /// Draw the toolpath and the speed as an SVG picture; `-` writes to standard output.
     #[arg(long, value_name = "FILE")]
     pub(super) svg: Option<PathBuf>,
-    /// Write the pins' waveform as VCD (GTKWave opens it).
+    /// Write the pins' waveform as VCD (GTKWave opens it); `-` writes to standard output.
     #[arg(long, value_name = "FILE")]
     pub(super) vcd: Option<PathBuf>,
-    /// Write one row of CSV for each step event.
+    /// Write one row of CSV for each step event; `-` writes to standard output.
     #[arg(long, value_name = "FILE")]
     pub(super) steps: Option<PathBuf>,
     /// Go on after an error.
@@ -99,6 +127,17 @@ pub(super) struct JobArgs {
     /// Print nothing but errors.
     #[arg(long, short)]
     pub(super) quiet: bool,
+}
+
+/// Three coordinates in mm.
+fn origin(text: &str) -> Result<[f32; AXES], String> {
+    let numbers: Option<Vec<f32>> = text
+        .split(',')
+        .map(|part| part.trim().parse().ok())
+        .collect();
+    let numbers = numbers.filter(|numbers| numbers.iter().all(|number| number.abs() < 1e5));
+    let three = numbers.and_then(|numbers| numbers.try_into().ok());
+    three.ok_or_else(|| "expected X,Y,Z in mm, such as -200,-150,-40".to_owned())
 }
 
 /// Slowest and fastest serial line, bits a second.

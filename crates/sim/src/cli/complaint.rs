@@ -7,6 +7,7 @@
 //!   A letter, `$` or `=` must be followed by a number such as 10, -0.5 or .25. ...
 //! ```
 
+use super::remark::Remark;
 use leadscrew_machine::protocol::alarm::Alarm;
 use leadscrew_machine::protocol::status::Status;
 use std::fmt;
@@ -18,12 +19,31 @@ pub(super) enum Fault {
     Error(Status),
     /// `ALARM:N`.
     Alarm(Alarm),
+    /// `error:33`, of a move with more steps than can be counted.
+    TooLong,
+    /// Nothing that the machine says.
+    Remark(Remark),
 }
 
 impl Fault {
-    /// GRBL's number.
+    /// The name of a remark in JSON.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Remark(remark) => remark.name(),
+            Self::Error(_) | Self::Alarm(_) | Self::TooLong => "error",
+        }
+    }
+
+    /// Whether the machine takes it.
+    pub(super) fn is_remark(self) -> bool {
+        matches!(self, Self::Remark(_))
+    }
+
+    /// GRBL's number; 0 for what the machine takes.
     pub(super) fn code(self) -> u8 {
         match self {
+            Self::TooLong => Status::InvalidTarget.number(),
+            Self::Remark(_) => 0,
             Self::Error(status) => status.number(),
             Self::Alarm(alarm) => alarm.number(),
         }
@@ -32,6 +52,8 @@ impl Fault {
     /// The short text.
     pub(super) fn message(self) -> &'static str {
         match self {
+            Self::TooLong => "the move has more steps than can be counted",
+            Self::Remark(remark) => remark.message(),
             Self::Error(status) => status.text(),
             Self::Alarm(alarm) => alarm.text(),
         }
@@ -39,8 +61,21 @@ impl Fault {
 
     fn explanation(self) -> &'static str {
         match self {
+            Self::TooLong => "67 108 863 steps of one motor are the most: divide the move.",
+            Self::Remark(remark) => remark.explanation(),
             Self::Error(status) => status.explanation(),
             Self::Alarm(alarm) => alarm.explanation(),
+        }
+    }
+}
+
+/// As GRBL spells it.
+impl fmt::Display for Fault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Error(_) | Self::TooLong => write!(f, "error:{}", self.code()),
+            Self::Alarm(_) => write!(f, "ALARM:{}", self.code()),
+            Self::Remark(_) => f.write_str("warning"),
         }
     }
 }
@@ -71,16 +106,7 @@ impl fmt::Display for Complaint {
         if let Some(column) = self.column {
             write!(f, ":{}", column + 1)?;
         }
-        let kind = match self.fault {
-            Fault::Error(_) => "error",
-            Fault::Alarm(_) => "ALARM",
-        };
-        writeln!(
-            f,
-            ": {kind}:{}: {}",
-            self.fault.code(),
-            self.fault.message()
-        )?;
+        writeln!(f, ": {}: {}", self.fault, self.fault.message())?;
         self.quote(f)?;
         if let Some(detail) = &self.detail {
             writeln!(f, "  {detail}")?;
@@ -90,6 +116,43 @@ impl fmt::Display for Complaint {
 }
 
 impl Complaint {
+    /// A remark on a line.
+    pub(super) fn remark(
+        file: &str,
+        line: u64,
+        column: usize,
+        remark: Remark,
+        text: &[u8],
+    ) -> Self {
+        Self {
+            file: file.to_owned(),
+            line,
+            column: Some(column),
+            fault: Fault::Remark(remark),
+            text: String::from_utf8_lossy(text).into_owned(),
+            detail: None,
+        }
+    }
+
+    /// An annotation as GitHub's workflows show it beside the line.
+    pub(super) fn annotation(&self) -> String {
+        let level = if self.fault.is_remark() {
+            "warning"
+        } else {
+            "error"
+        };
+        let column = self
+            .column
+            .map_or(String::new(), |column| format!(",col={}", column + 1));
+        let title = property(&format!("{}: {}", self.fault, self.fault.message()));
+        let mut message = self.fault.explanation().to_owned();
+        if let Some(detail) = &self.detail {
+            message = format!("{detail}\n{message}");
+        }
+        let (file, line, message) = (property(&self.file), self.line, data(&message));
+        format!("::{level} file={file},line={line}{column},title={title}::{message}")
+    }
+
     /// Writes the line, cut to what is near the caret, and the caret under it.
     fn quote(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let shown: Vec<char> = self.text.chars().map(printable).collect();
@@ -106,6 +169,18 @@ impl Complaint {
         }
         Ok(())
     }
+}
+
+/// Text of an annotation, escaped.
+fn data(text: &str) -> String {
+    text.replace('%', "%25")
+        .replace('\r', "%0D")
+        .replace('\n', "%0A")
+}
+
+/// The value of an annotation's property, escaped.
+fn property(text: &str) -> String {
+    data(text).replace(':', "%3A").replace(',', "%2C")
 }
 
 /// A line's character as it may be shown: control characters as a dot, so that columns stay.

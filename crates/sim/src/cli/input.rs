@@ -1,8 +1,9 @@
 //! Opens a job: a file or standard input that holds text.
 
 use std::fmt;
-use std::fs::File;
+use std::fs::{self, File};
 use std::io::{self, BufRead, BufReader, Read};
+use std::path::{Path, PathBuf};
 
 /// Bytes at the start of a file that are looked at to tell text from a binary file.
 const PROBE: u64 = 4096;
@@ -14,6 +15,8 @@ pub(super) enum InputError {
     Io(String, io::Error),
     /// The name is that of a directory.
     Directory(String),
+    /// There is no G-code in the directory.
+    NoJob(String),
     /// There is nothing in the file.
     Empty(String),
     /// The file does not hold text; the offset of a byte that shows it.
@@ -25,6 +28,13 @@ impl fmt::Display for InputError {
         match self {
             Self::Io(name, error) => write!(f, "{name}: cannot be read: {error}"),
             Self::Directory(name) => write!(f, "{name}: is a directory, not a G-code file"),
+            Self::NoJob(name) => {
+                write!(
+                    f,
+                    "{name}: no G-code in it ({})",
+                    ENDINGS.map(|end| format!("*.{end}")).join(", ")
+                )
+            }
             Self::Empty(name) => write!(f, "{name}: is empty, there is nothing to do"),
             Self::Binary(name, at) => {
                 write!(
@@ -48,21 +58,70 @@ pub(super) struct Job {
     pub(super) text: Box<dyn BufRead>,
 }
 
-/// Opens the file `name`, standard input where it is `-`.
+/// What files of G-code are called, in folders: other files are left alone there.
+const ENDINGS: [&str; 9] = ["nc", "gcode", "ngc", "gc", "g", "tap", "cnc", "ncc", "eia"];
+
+/// The jobs that are meant by `names`: in place of a folder all G-code in it and in the folders in it, by name.
+///
+/// # Errors
+/// [`InputError`] where a folder cannot be read, or there is none in it.
+pub(super) fn jobs(names: &[PathBuf]) -> Result<Vec<PathBuf>, InputError> {
+    let mut all = Vec::new();
+    for name in names {
+        if !name.is_dir() {
+            all.push(name.clone());
+            continue;
+        }
+        let before = all.len();
+        collect(name, &mut all).map_err(|error| InputError::Io(shown(name), error))?;
+        if all.len() == before {
+            return Err(InputError::NoJob(shown(name)));
+        }
+    }
+    Ok(all)
+}
+
+fn collect(folder: &Path, all: &mut Vec<PathBuf>) -> io::Result<()> {
+    let inside: io::Result<Vec<_>> = fs::read_dir(folder)?.collect();
+    let mut inside = inside?;
+    inside.sort_by_key(fs::DirEntry::file_name);
+    for entry in inside {
+        let path = entry.path();
+        if entry.file_type()?.is_dir() {
+            collect(&path, all)?;
+        } else if is_job(&path) {
+            all.push(path);
+        }
+    }
+    Ok(())
+}
+
+fn is_job(path: &Path) -> bool {
+    let ending = path.extension().unwrap_or_default().to_ascii_lowercase();
+    path.is_file() && ENDINGS.iter().any(|known| ending == **known)
+}
+
+/// A name as it can be shown.
+fn shown(name: &Path) -> String {
+    name.display().to_string()
+}
+
+/// Opens the file `name`, standard input where it is `-`. A pipe is read once.
 ///
 /// # Errors
 /// [`InputError`] where it cannot be read or is no text.
-pub(super) fn open(name: &str) -> Result<Job, InputError> {
-    if name == "-" {
+pub(super) fn open(name: &Path) -> Result<Job, InputError> {
+    if name.as_os_str() == "-" {
         return from_reader("standard input", None, io::stdin().lock());
     }
-    let io_error = |error| InputError::Io(name.to_owned(), error);
+    let io_error = |error| InputError::Io(shown(name), error);
     let file = File::open(name).map_err(io_error)?;
     let metadata = file.metadata().map_err(io_error)?;
     if metadata.is_dir() {
-        return Err(InputError::Directory(name.to_owned()));
+        return Err(InputError::Directory(shown(name)));
     }
-    from_reader(name, Some(metadata.len()), file)
+    let size = metadata.is_file().then_some(metadata.len());
+    from_reader(&shown(name), size, file)
 }
 
 fn from_reader(
@@ -128,8 +187,14 @@ mod tests {
 
     #[test]
     fn a_directory_is_named_as_one() {
-        assert!(matches!(open("."), Err(InputError::Directory(_))));
-        let missing = open("no/such/file").map(|_| ()).unwrap_err().to_string();
+        assert!(matches!(
+            open(Path::new(".")),
+            Err(InputError::Directory(_))
+        ));
+        let missing = open(Path::new("no/such/file"))
+            .map(|_| ())
+            .unwrap_err()
+            .to_string();
         assert!(
             missing.starts_with("no/such/file: cannot be read"),
             "{missing}"

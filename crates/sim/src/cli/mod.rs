@@ -1,10 +1,15 @@
 //! The `leadscrew` command line.
 
 mod args;
+mod causes;
 mod check;
+mod check_report;
+mod checker;
 mod complaint;
 mod input;
+mod output;
 mod profile;
+mod remark;
 mod replay;
 mod report;
 mod run;
@@ -14,6 +19,7 @@ mod serve_args;
 mod setting_args;
 mod settings_file;
 mod stream;
+mod tools;
 mod trials;
 mod watchers;
 

@@ -3,12 +3,12 @@
 use super::args::ProfileArgs;
 use super::complaint::Complaint;
 use super::input::{self, Job};
+use super::output::{is_stdout, Output};
 use super::report::{duration, error_json, title, verdict, JsonError};
 use super::said::say;
 use super::setting_args::{as_defaults, settings, AXES};
 use super::stream::{Stream, Streamed};
 use super::trials::{trials, Trial};
-use super::watchers::OutputError;
 use super::{unusable, Unusable};
 use crate::clock::seconds;
 use crate::link::Rate;
@@ -21,9 +21,8 @@ use leadscrew_machine::settings::values::{Entry, Key, Settings};
 use leadscrew_machine::step_timing::{StepLimits, StepTiming};
 use serde::Serialize;
 use std::fmt;
-use std::fs::File;
-use std::io::{BufWriter, Cursor, Read};
-use std::path::Path;
+use std::io::{Cursor, Read};
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Limits that are listed one by one; the rest is added up.
@@ -37,9 +36,7 @@ pub(super) fn profile(args: &ProfileArgs) -> Result<bool, Unusable> {
     let config = MachineConfig::<AXES>::new();
     let settings = without_lead(settings(&args.machine, &config)?);
     let text = Text::read(input::open(&args.file).map_err(unusable)?)?;
-    for path in [&args.svg, &args.csv].into_iter().flatten() {
-        OutputError::probe(path).map_err(unusable)?;
-    }
+    let [svg, csv] = outputs(args)?;
     let course = Course {
         config,
         rate: args.baud.map_or(Rate::NeverWaits, Rate::Baud),
@@ -49,22 +46,47 @@ pub(super) fn profile(args: &ProfileArgs) -> Result<bool, Unusable> {
     let recorder = Recorder::new(machine(&settings, &config.step_timing));
     let done = course.run(&text, &settings, 100, recorder)?;
     let mut report = ProfileReport::new(&text.name, done);
-    if let Some(path) = &args.csv {
-        OutputError::in_file(path, report.save_csv(path)).map_err(unusable)?;
+    if let Some(csv) = csv {
+        let written = write_csv(csv.pen(), report.begin, &report.stretches);
+        csv.complete(written).map_err(unusable)?;
     }
-    if let Some(path) = &args.svg {
+    if let Some(svg) = svg {
         let picture = draw_limits(&report.stretches, &title(&text.name), &report.caption());
-        OutputError::in_file(path, svg::save(path, &picture)).map_err(unusable)?;
+        let written = svg::write(svg.pen(), &picture);
+        svg.complete(written).map_err(unusable)?;
     }
     if report.is_clean() && !args.no_trials {
         report.trials = trials(&course, &text, &settings, report.job_cycles, &report.shares);
     }
     if args.json {
         say(report.json())?;
+    } else if !args.quiet && named(args).any(is_stdout) {
+        eprintln!("{report}");
     } else if !args.quiet {
         say(&report)?;
     }
     Ok(report.is_clean())
+}
+
+/// All outputs that `args` names.
+fn named(args: &ProfileArgs) -> impl Iterator<Item = &Path> {
+    [&args.svg, &args.csv]
+        .into_iter()
+        .flatten()
+        .map(PathBuf::as_path)
+}
+
+/// The outputs that are wanted: picture and stretches.
+fn outputs(args: &ProfileArgs) -> Result<[Option<Output>; 2], Unusable> {
+    if named(args).filter(|path| is_stdout(path)).count() + usize::from(args.json) > 1 {
+        return Err(unusable(
+            "standard output takes one of --json, --svg -, --csv -",
+        ));
+    }
+    let create = |path: &Option<PathBuf>| path.as_deref().map(Output::create).transpose();
+    let svg = create(&args.svg).map_err(unusable)?;
+    let csv = create(&args.csv).map_err(unusable)?;
+    Ok([svg, csv])
 }
 
 /// The same without the laser's lead, which leaves the motion alone: power is shown where it belongs on the path.
@@ -163,6 +185,7 @@ impl Course {
             keep_going: self.keep_going,
             quiet: self.quiet,
             feed_percent: percent,
+            keep_answers: true,
         };
         stream.run(text.job(), observer)
     }
@@ -207,14 +230,6 @@ impl ProfileReport {
 
     fn is_clean(&self) -> bool {
         self.error_count == 0 && self.alarm.is_none()
-    }
-
-    fn save_csv(&self, path: &Path) -> std::io::Result<()> {
-        write_csv(
-            BufWriter::new(File::create(path)?),
-            self.begin,
-            &self.stretches,
-        )
     }
 
     fn verdict(&self) -> String {

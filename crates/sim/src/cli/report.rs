@@ -33,28 +33,55 @@ pub(super) struct Report<const AXES: usize> {
     pub(super) travel_mm: f64,
     /// Bits a second of the serial line; `None`: it never waits.
     pub(super) baud: Option<NonZeroU32>,
-    /// The time by the other corner rule, where that was found out.
-    pub(super) other_rule: Option<OtherRule>,
+    /// The lines at which the program paused for its operator.
+    pub(super) pauses: Vec<u64>,
+    /// The tools that it asked for.
+    pub(super) tools: Vec<u32>,
+    /// The box around all feed moves.
+    pub(super) extents: Option<Extents>,
     /// How long the simulation took, s.
     pub(super) wall_seconds: f64,
 }
 
-/// What the job would take by the other of the two corner rules (`$704`).
-#[derive(Debug)]
-pub(super) struct OtherRule {
-    /// Whether it is Grbl's.
-    pub(super) is_grbl: bool,
-    /// From the first to the last step, s.
-    pub(super) motion_seconds: f64,
+/// Version of all that `--json` writes; fields that are added do not raise it.
+pub(super) const JSON_VERSION: u32 = 1;
+
+/// The box around all feed moves, axis by axis.
+pub(super) type Extents = BTreeMap<char, Extent>;
+
+/// Along one axis, mm.
+#[derive(Clone, Copy, PartialEq, Debug, Serialize)]
+pub(super) struct Extent {
+    min: f64,
+    max: f64,
+}
+
+/// The box between two corners.
+pub(super) fn extents([low, high]: [[f64; 3]; 2]) -> Extents {
+    let ends = low
+        .into_iter()
+        .zip(high)
+        .map(|(min, max)| Extent { min, max });
+    LETTERS
+        .into_iter()
+        .map(|letter| letter.to_ascii_lowercase())
+        .zip(ends)
+        .collect()
 }
 
 #[derive(Serialize)]
 struct Json<'a> {
+    version: u32,
     file: &'a str,
     lines: u64,
     errors: Vec<JsonError<'a>>,
     alarm: Option<u8>,
     alarm_line: Option<u64>,
+    pauses: &'a [u64],
+    tools: &'a [u32],
+    extents: Option<&'a Extents>,
+    cut_mm: f64,
+    travel_mm: f64,
     job_seconds: f64,
     motion_seconds: f64,
     axes: BTreeMap<char, JsonAxis>,
@@ -93,34 +120,27 @@ struct JsonCpu {
     peak: f64,
 }
 
-impl OtherRule {
-    /// What the rule in force costs or saves.
-    fn beside(&self, motion_seconds: f64) -> String {
-        let other = duration(self.motion_seconds);
-        let share = (motion_seconds / self.motion_seconds - 1.0) * 100.0;
-        if self.is_grbl {
-            format!("all limits kept: {share:+.1} % beside {other} by Grbl's rule ($704=1)")
-        } else {
-            format!("Grbl's: {share:+.1} % beside {other} with all limits kept ($704=0)")
-        }
-    }
-}
-
 impl<const AXES: usize> Report<AXES> {
     /// Whether the job met neither an error nor an alarm.
     pub(super) fn is_clean(&self) -> bool {
         self.error_count == 0 && self.alarm.is_none()
     }
 
-    /// The report as one JSON object.
-    pub(super) fn json(&self) -> String {
+    /// The report as a JSON object.
+    pub(super) fn json(&self) -> impl Serialize + '_ {
         let outcome = &self.outcome;
-        let json = Json {
+        Json {
+            version: JSON_VERSION,
             file: &self.file,
             lines: self.lines,
             errors: self.errors.iter().map(error_json).collect(),
             alarm: self.alarm.as_ref().map(|alarm| alarm.fault.code()),
             alarm_line: self.alarm.as_ref().map(|alarm| alarm.line),
+            pauses: &self.pauses,
+            tools: &self.tools,
+            extents: self.extents.as_ref(),
+            cut_mm: self.cut_mm,
+            travel_mm: self.travel_mm,
             job_seconds: outcome.job_seconds,
             motion_seconds: outcome.motion_seconds,
             axes: self
@@ -140,8 +160,7 @@ impl<const AXES: usize> Report<AXES> {
             },
             cycles: outcome.cycles,
             wall_seconds: self.wall_seconds,
-        };
-        serde_json::to_string_pretty(&json).unwrap_or_default()
+        }
     }
 
     fn axes(&self) -> impl Iterator<Item = (char, JsonAxis)> + '_ {
@@ -191,8 +210,8 @@ impl<const AXES: usize> fmt::Display for Report<AXES> {
                 duration(outcome.motion_seconds)
             ),
         )?;
-        if let Some(rule) = &self.other_rule {
-            row(f, "corner rule", &rule.beside(outcome.motion_seconds))?;
+        if !self.pauses.is_empty() {
+            row(f, "pauses", &pauses(&self.pauses))?;
         }
         row(
             f,
@@ -224,7 +243,9 @@ impl<const AXES: usize> fmt::Display for Report<AXES> {
         row(
             f,
             "CPU load",
-            &format!("{mean:.1} % on average, {peak:.1} % in the busiest millisecond"),
+            &format!(
+                "{mean:.1} % on average; step interrupts take {peak:.1} % of a millisecond at most"
+            ),
         )?;
         row(f, "serial line", &self.line())?;
         row(f, "late events", &outcome.late.count().to_string())
@@ -256,6 +277,25 @@ impl<const AXES: usize> Report<AXES> {
     }
 }
 
+/// Lines that are named one by one.
+const NAMED_PAUSES: usize = 8;
+
+/// What became of the program's pauses.
+fn pauses(lines: &[u64]) -> String {
+    let named: Vec<String> = lines
+        .iter()
+        .take(NAMED_PAUSES)
+        .map(u64::to_string)
+        .collect();
+    let more = if lines.len() > NAMED_PAUSES {
+        ", ..."
+    } else {
+        ""
+    };
+    let (count, places) = (lines.len(), named.join(", "));
+    format!("{count} (M0), resumed at once: the time is without them; line {places}{more}")
+}
+
 /// A job's name without its folders, for a picture.
 pub(super) fn title(file: &str) -> String {
     let name = std::path::Path::new(file).file_name();
@@ -279,21 +319,13 @@ fn row(f: &mut fmt::Formatter<'_>, name: &str, value: &str) -> fmt::Result {
     writeln!(f, "  {name:<12} {value}")
 }
 
-/// The findings of a check as one JSON object.
-pub(super) fn check_json(file: &str, lines: u64, errors: &[Complaint]) -> String {
-    #[derive(Serialize)]
-    struct Json<'a> {
-        file: &'a str,
-        lines: u64,
-        errors: Vec<JsonError<'a>>,
-    }
-    let errors = errors.iter().map(error_json).collect();
-    serde_json::to_string_pretty(&Json {
-        file,
-        lines,
-        errors,
-    })
-    .unwrap_or_default()
+/// What was found of jobs: an object, an array of them where there may be several.
+pub(super) fn json_text(reports: &[impl Serialize], is_one: bool) -> String {
+    let text = match (is_one, reports) {
+        (true, [one]) => serde_json::to_string_pretty(one),
+        (_, all) => serde_json::to_string_pretty(all),
+    };
+    text.unwrap_or_default()
 }
 
 /// A time as a person reads it: `83.512 s`, with hours and minutes beside it where it is long.

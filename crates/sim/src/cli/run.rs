@@ -2,81 +2,81 @@
 
 use super::args::JobArgs;
 use super::input::{self, Job};
-use super::report::{title, OtherRule, Report};
+use super::output::{is_stdout, Output, OutputError};
+use super::report::{extents, json_text, title, Report};
 use super::said::say;
 use super::setting_args::{as_defaults, say_capped, settings, AXES};
 use super::stream::Stream;
-use super::watchers::{OutputError, Sketch, StepList, WaveformFile};
+use super::watchers::{Sketch, StepList, WaveformFile};
 use super::{unusable, Unusable};
 use crate::link::Rate;
 use crate::output::picture::{draw, Caption};
-use leadscrew_gcode::Number;
 use leadscrew_machine::config::MachineConfig;
 use leadscrew_machine::outputs::spindle::SpindleScale;
 use leadscrew_machine::settings::table::{AxisSetting, Setting};
-use leadscrew_machine::settings::values::{Entry, Settings};
+use leadscrew_machine::settings::values::Settings;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-/// Runs the job; answers whether it met neither an error nor an alarm.
+/// Runs the jobs, one after the other, each on a machine of its own; answers whether none met an error or an alarm.
 ///
 /// # Errors
-/// Where an option or the input cannot be used, or an output not be written.
+/// Where an option or an input cannot be used, or an output not be written.
 pub(super) fn run(args: &JobArgs) -> Result<bool, Unusable> {
-    let begin = Instant::now();
     let mut config = MachineConfig::<AXES>::new();
     let settings = settings(&args.machine, &config)?;
     config.defaults = as_defaults(&settings);
     if !args.quiet {
         say_capped(&settings, &config.step_timing);
     }
-    let job = input::open(&args.file).map_err(unusable)?;
-    let outputs = Outputs::create(args, &settings).map_err(unusable)?;
-    let mut report = simulate(args, &config, &settings, job, outputs)?;
-    if report.is_clean() && !args.json && !args.quiet {
-        report.other_rule = other_rule(args, &config, &settings);
+    let jobs = input::jobs(&args.files).map_err(unusable)?;
+    let is_one = jobs.len() == 1 && jobs == args.files;
+    if !is_one && named(args).next().is_some() {
+        return Err(unusable("--svg, --vcd and --steps are of one job"));
     }
-    report.wall_seconds = begin.elapsed().as_secs_f64();
-    tell(args, &report)?;
-    Ok(report.is_clean())
-}
-
-/// How long motion takes by the other corner rule; `None` where the job cannot be read once more. Nothing is told of it.
-fn other_rule(
-    args: &JobArgs,
-    config: &MachineConfig<AXES>,
-    settings: &Settings<AXES>,
-) -> Option<OtherRule> {
-    let is_grbl = !settings.is_on(Setting::GrblCorners);
-    let mut other = settings.clone();
-    let loaded = other.load(Entry {
-        number: Setting::GrblCorners.row().number,
-        value: Number::from_int(is_grbl.into()),
-    });
-    let is_file = std::fs::metadata(&args.file).is_ok_and(|file| file.is_file());
-    let job = input::open(&args.file).ok().filter(|_| is_file && loaded)?;
-    let stream = Stream {
-        config: MachineConfig {
-            defaults: as_defaults(&other),
-            ..*config
-        },
-        settings: &other,
-        rate: args.baud.map_or(Rate::NeverWaits, Rate::Baud),
-        keep_going: args.keep_going,
-        quiet: true,
-        feed_percent: 100,
-    };
-    let done = stream.run(job, ()).ok()?;
-    Some(OtherRule {
-        is_grbl,
-        motion_seconds: done.outcome.motion_seconds,
-    })
+    one_for_stdout(args).map_err(unusable)?;
+    let mut reports = Vec::new();
+    let mut clean = true;
+    for file in &jobs {
+        let begin = Instant::now();
+        let job = input::open(file).map_err(unusable)?;
+        let outputs = Outputs::create(args, &settings).map_err(unusable)?;
+        let mut report = simulate(args, &config, &settings, job, outputs)?;
+        report.wall_seconds = begin.elapsed().as_secs_f64();
+        clean &= report.is_clean();
+        match args.json {
+            true => reports.push(report),
+            false => tell(args, &report)?,
+        }
+    }
+    if args.json {
+        let all: Vec<_> = reports.iter().map(Report::json).collect();
+        say(json_text(&all, is_one))?;
+    }
+    Ok(clean)
 }
 
 /// All that watches a run.
 struct Outputs {
     steps: Option<StepList>,
     vcd: Option<WaveformFile>,
+    svg: Option<Output>,
     sketch: Sketch,
+}
+
+/// All outputs that `args` names.
+fn named(args: &JobArgs) -> impl Iterator<Item = &Path> {
+    let all = [&args.svg, &args.vcd, &args.steps];
+    all.into_iter().flatten().map(PathBuf::as_path)
+}
+
+/// Refuses what would mix several outputs.
+fn one_for_stdout(args: &JobArgs) -> Result<(), &'static str> {
+    let count = named(args).filter(|path| is_stdout(path)).count() + usize::from(args.json);
+    match count {
+        0 | 1 => Ok(()),
+        _ => Err("standard output takes one of --json, --svg -, --vcd -, --steps -"),
+    }
 }
 
 impl Outputs {
@@ -95,14 +95,13 @@ impl Outputs {
             .as_deref()
             .map(|path| WaveformFile::create(path, AXES))
             .transpose()?;
-        if let Some(path) = &args.svg {
-            OutputError::probe(path)?;
-        }
+        let svg = args.svg.as_deref().map(Output::create).transpose()?;
         let mm_per_step = steps_per_mm(settings).map(f64::recip).to_vec();
         Ok(Self {
             steps,
             vcd,
-            sketch: Sketch::new(mm_per_step, args.svg.is_some()),
+            sketch: Sketch::new(mm_per_step, svg.is_some()),
+            svg,
         })
     }
 }
@@ -128,6 +127,7 @@ fn simulate(
         keep_going: args.keep_going,
         quiet: args.quiet,
         feed_percent: 100,
+        keep_answers: false,
     };
     let observer = ((outputs.steps, outputs.vcd), outputs.sketch);
     let done = stream.run(job, observer)?;
@@ -149,36 +149,42 @@ fn simulate(
         cut_mm: sketch.path.cut_mm(),
         travel_mm: sketch.path.travel_mm(),
         baud: args.baud,
-        other_rule: None,
+        pauses: done.pauses,
+        tools: done.tools,
+        extents: sketch.path.cut_bounds().map(extents),
         wall_seconds: 0.0,
     };
-    draw_picture(args, settings, &sketch, &report).map_err(unusable)?;
+    if let Some(output) = outputs.svg {
+        draw_picture(output, settings, &sketch, &report).map_err(unusable)?;
+    }
     Ok(report)
 }
 
 fn draw_picture(
-    args: &JobArgs,
+    output: Output,
     settings: &Settings<AXES>,
     sketch: &Sketch,
     report: &Report<AXES>,
 ) -> Result<(), OutputError> {
-    let (Some(path), Some(speed)) = (&args.svg, &sketch.speed) else {
-        return Ok(());
-    };
     let caption = Caption {
         title: title(&report.file),
         summary: report.caption(),
         full_power_s: f64::from(settings.value(Setting::MaxSpeed).to_f32()),
     };
-    OutputError::in_file(path, svg::save(path, &draw(&sketch.path, speed, &caption)))
+    let written = svg::write(
+        output.pen(),
+        &draw(&sketch.path, sketch.speed.as_ref(), &caption),
+    );
+    output.complete(written)
 }
 
 fn tell(args: &JobArgs, report: &Report<AXES>) -> Result<(), Unusable> {
-    if args.json {
-        say(report.json())
-    } else if !args.quiet {
-        say(report)
-    } else {
+    if args.quiet {
         Ok(())
+    } else if named(args).any(is_stdout) {
+        eprintln!("{report}");
+        Ok(())
+    } else {
+        say(report)
     }
 }

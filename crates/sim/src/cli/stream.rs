@@ -1,9 +1,10 @@
 //! Streams a job through a simulated machine: what `run` and `profile` have in common.
 
-use super::check::Checker;
+use super::checker::Checker;
 use super::complaint::{Complaint, Fault};
 use super::input::Job;
 use super::setting_args::AXES;
+use super::tools::note_tools;
 use super::{unusable, Unusable};
 use crate::clock::Cycle;
 use crate::event_loop::{Simulation, Stopped};
@@ -51,6 +52,8 @@ pub(super) struct Stream<'a> {
     pub(super) quiet: bool,
     /// The feed override, 100 to 200 in tens.
     pub(super) feed_percent: u8,
+    /// Whether it is to be known which line each answer was to: 8 bytes a line.
+    pub(super) keep_answers: bool,
 }
 
 /// What came of a job.
@@ -63,7 +66,12 @@ pub(super) struct Streamed<O> {
     pub(super) error_count: u64,
     /// The alarm that ended the job.
     pub(super) alarm: Option<Complaint>,
-    /// The line of the file of each answered line, in the order of the answers; 0 for the operator's own.
+    /// The lines at which the program paused for its operator (M0).
+    pub(super) pauses: Vec<u64>,
+    /// The tools that it asked for.
+    pub(super) tools: Vec<u32>,
+    /// The line of the file of each answered line, in the order of the answers; 0 for the operator's own. Empty where that is not
+    /// to be known.
     pub(super) answered: Vec<u64>,
     /// What the simulation found out.
     pub(super) outcome: Outcome<AXES>,
@@ -92,7 +100,10 @@ impl Stream<'_> {
         let bar = progress_bar(self.quiet, job.size);
         let checker =
             (!self.keep_going).then(|| Checker::new(&job.name, self.config, self.settings.clone()));
-        let complaints = Complaints::new(&job.name, faults, checker, self.quiet);
+        let complaints = Complaints {
+            answered: self.keep_answers.then(Vec::new),
+            ..Complaints::new(&job.name, faults, checker, self.quiet)
+        };
         let streaming = Streaming {
             window: setup.receive_buffer,
             keep_going: self.keep_going,
@@ -107,7 +118,7 @@ impl Stream<'_> {
         }
         let tens = usize::from(self.feed_percent.saturating_sub(100) / 10);
         operator.say(&vec![FEED_TEN_MORE; tens]);
-        operate(&mut simulation, &mut operator);
+        let pauses = operate(&mut simulation, &mut operator);
         bar.finish_and_clear();
 
         let lines = operator.streamer.lines();
@@ -122,8 +133,10 @@ impl Stream<'_> {
             errors: complaints.errors,
             error_count: complaints.count,
             alarm: complaints.alarm,
+            pauses,
+            tools: complaints.tools,
             answered: std::iter::repeat_n(0, own)
-                .chain(complaints.answered)
+                .chain(complaints.answered.into_iter().flatten())
                 .collect(),
             outcome,
             observer,
@@ -144,21 +157,24 @@ impl Observer for FaultWatch {
 }
 
 /// Lets the machine work until the program is done and motion rests. A program pause (M0) is resumed at once: nobody
-/// stands at this machine.
+/// stands at this machine. Answers the lines that paused.
 fn operate<O: Observer, F: Replies, R: BufRead>(
     simulation: &mut Simulation<'_, Cartesian, O, AXES, AXES, MOVES>,
     operator: &mut Operator<R, F>,
-) {
+) -> Vec<u64> {
+    let mut pauses = Vec::new();
     loop {
         let going = |operator: &Operator<R, F>| !operator.is_done();
         match simulation.run_while(operator, Cycle::NEVER, going) {
             Stopped::Quiet if matches!(simulation.machine().state(), State::Hold(_)) => {
+                pauses.push(operator.streamer.current());
                 operator.say(b"~");
             }
             Stopped::Quiet | Stopped::Reached | Stopped::Condition => break,
         }
     }
     simulation.run_until(operator, Cycle::NEVER);
+    pauses
 }
 
 /// Who sends: a program, and now and then a word in between.
@@ -224,8 +240,10 @@ struct Complaints {
     errors: Vec<Complaint>,
     count: u64,
     alarm: Option<Complaint>,
-    /// The lines that have been answered, in order.
-    answered: Vec<u64>,
+    /// The lines that have been answered, in order, where they are to be known.
+    answered: Option<Vec<u64>>,
+    /// Tools that lines have asked for.
+    tools: Vec<u32>,
     quiet: bool,
 }
 
@@ -238,7 +256,8 @@ impl Complaints {
             errors: Vec::new(),
             count: 0,
             alarm: None,
-            answered: Vec::new(),
+            answered: None,
+            tools: Vec::new(),
             quiet,
         }
     }
@@ -254,6 +273,12 @@ impl Complaints {
         }
     }
 
+    fn note_answer(&mut self, line: u64) {
+        if let Some(answered) = &mut self.answered {
+            answered.push(line);
+        }
+    }
+
     fn refused(&mut self, line: u64, code: u8, text: &[u8]) {
         let fault = self.faults.borrow_mut().pop_front();
         let status = fault
@@ -261,7 +286,12 @@ impl Complaints {
             .or_else(|| Status::from_number(code));
         let Some(status) = status else { return };
         let column = fault.map(|fault| raw_column(text, fault.column));
-        let complaint = self.complaint(line, column, Fault::Error(status), text);
+        let fault = match (status, column) {
+            // The interpreter names a place: this is the planner's.
+            (Status::InvalidTarget, None) => Fault::TooLong,
+            (status, _) => Fault::Error(status),
+        };
+        let complaint = self.complaint(line, column, fault, text);
         self.count += 1;
         if self.errors.len() < KEPT_ERRORS {
             eprintln!("{complaint}");
@@ -276,7 +306,7 @@ impl Replies for Complaints {
     fn reply(&mut self, reply: &Reply<'_>, _: Cycle) {
         match *reply {
             Reply::Error { line, code, text } => {
-                self.answered.push(line);
+                self.note_answer(line);
                 self.refused(line, code, text);
             }
             Reply::Alarm { code, line, text } => {
@@ -287,12 +317,13 @@ impl Replies for Complaints {
                 eprintln!("{complaint}");
                 self.alarm.get_or_insert(complaint);
             }
-            Reply::Ok { line } => self.answered.push(line),
+            Reply::Ok { line } => self.note_answer(line),
             Reply::Other(_) => {}
         }
     }
 
     fn is_last(&mut self, line: &[u8]) -> bool {
+        note_tools(&mut self.tools, line);
         self.checker
             .as_mut()
             .is_some_and(|checker| checker.refuses(line))

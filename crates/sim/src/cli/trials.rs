@@ -5,6 +5,7 @@ use super::setting_args::AXES;
 use crate::clock::seconds;
 use crate::speed_profile::{Limit, Share, Slow, SpeedLimit};
 use leadscrew_gcode::Number;
+use leadscrew_machine::settings::table::Setting;
 use leadscrew_machine::settings::values::{Entry, Key, Settings};
 use leadscrew_machine::step_timing::StepLimits;
 use serde::Serialize;
@@ -29,6 +30,8 @@ enum Change {
     Double(Vec<u16>),
     /// The feed override at its most.
     Feed,
+    /// Grbl's corner rule, by which curves of short moves exceed the acceleration.
+    GrblCorners,
 }
 
 /// The feed override at its most, per cent.
@@ -66,7 +69,7 @@ fn changes(shares: &[Share], job_cycles: u64) -> BTreeSet<Change> {
         .iter()
         .flat_map(|change| match change {
             Change::Double(numbers) => numbers.clone(),
-            Change::Feed => Vec::new(),
+            Change::Feed | Change::GrblCorners => Vec::new(),
         })
         .filter(|number| (120..130).contains(number))
         .collect();
@@ -94,14 +97,16 @@ fn of_speed(limit: SpeedLimit) -> Vec<Change> {
     match limit {
         SpeedLimit::Feed => vec![Change::Feed],
         SpeedLimit::Rate(axis) => vec![Change::Double(vec![110 + axis as u16])],
-        SpeedLimit::Arc | SpeedLimit::Curve => vec![Change::Double(vec![120, 121])],
+        SpeedLimit::Arc | SpeedLimit::Curve => {
+            vec![Change::Double(vec![120, 121]), Change::GrblCorners]
+        }
         SpeedLimit::StepRate => Vec::new(),
     }
 }
 
 fn of_slow(slow: Slow) -> Vec<Change> {
     match slow {
-        Slow::Corner => vec![Change::Double(vec![11])],
+        Slow::Corner => vec![Change::Double(vec![11]), Change::GrblCorners],
         Slow::Stop | Slow::LookAhead | Slow::NoLine => Vec::new(),
         Slow::Move(limit) => of_speed(limit),
     }
@@ -125,12 +130,23 @@ fn try_out(
                 .collect();
             (words?.join(", "), 100)
         }
+        Change::GrblCorners => (grbl_corners(&mut changed)?, 100),
     };
     let done = course.run(text, &changed, percent, ()).ok()?;
     let saved = job_cycles.checked_sub(done.outcome.job_cycles)?;
     (saved > 0 && done.error_count == 0 && done.alarm.is_none()).then(|| Trial {
         change: words,
         seconds_saved: seconds(saved),
+    })
+}
+
+/// Chooses Grbl's corner rule; says so in words. `None` where it is chosen already.
+fn grbl_corners(settings: &mut Settings<AXES>) -> Option<String> {
+    let number = Setting::GrblCorners.row().number;
+    let is_off = !settings.is_on(Setting::GrblCorners);
+    let value = Number::from_int(1);
+    (is_off && settings.load(Entry { number, value })).then(|| {
+        format!("${number}=1 (now 0), Grbl's corner rule: arcs and curves exceed the acceleration")
     })
 }
 
@@ -167,6 +183,7 @@ mod tests {
             double(&[120, 121]),
             double(&[121]),
             Change::Feed,
+            Change::GrblCorners,
         ];
         assert_eq!(changes(&shares, 1000), BTreeSet::from(expected));
     }

@@ -1,5 +1,6 @@
 //! What watches the pins during a run: the step list, the waveform, and what the picture is drawn from.
 
+use super::output::{Output, OutputError, Pen};
 use super::report::LETTERS;
 use crate::clock::{seconds, Cycle};
 use crate::observer::{Observer, StepEvent};
@@ -10,70 +11,21 @@ use leadscrew_machine::board::{PlannedMove, PortConfig};
 use leadscrew_machine::outputs::spindle::SpindleScale;
 use leadscrew_planner::MoveKind;
 use leadscrew_stepper::{MotorMask, Power, PowerScale};
-use std::fs::File;
-use std::io::{self, BufWriter};
-use std::path::{Path, PathBuf};
-
-/// An output file that could not be made or written.
-#[derive(Debug)]
-pub(super) struct OutputError {
-    path: PathBuf,
-    error: io::Error,
-}
-
-impl OutputError {
-    /// Makes sure that `path` can be written, before the work begins.
-    ///
-    /// # Errors
-    /// Where it cannot.
-    pub(super) fn probe(path: &Path) -> Result<(), Self> {
-        Self::in_file(path, File::create(path).map(|_| ()))
-    }
-
-    /// Names the file that a failure belongs to.
-    ///
-    /// # Errors
-    /// The failure.
-    pub(super) fn in_file(path: &Path, result: io::Result<()>) -> Result<(), Self> {
-        let path = path.to_owned();
-        result.map_err(|error| Self { path, error })
-    }
-}
-
-impl std::fmt::Display for OutputError {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(
-            f,
-            "{}: cannot be written: {}",
-            self.path.display(),
-            self.error
-        )
-    }
-}
-
-impl std::error::Error for OutputError {}
+use std::io;
+use std::path::Path;
 
 /// A file that is written as the job goes on. After a failure nothing more is written, and the failure is told
 /// at the end.
 struct Sink<T> {
-    path: PathBuf,
+    output: Output,
     writer: io::Result<T>,
 }
 
 impl<T> Sink<T> {
-    fn create(
-        path: &Path,
-        begin: impl FnOnce(BufWriter<File>) -> io::Result<T>,
-    ) -> Result<Self, OutputError> {
-        let begun = File::create(path).map(BufWriter::new).and_then(begin);
-        let path = path.to_owned();
-        match begun {
-            Ok(writer) => Ok(Self {
-                path,
-                writer: Ok(writer),
-            }),
-            Err(error) => Err(OutputError { path, error }),
-        }
+    fn create(path: &Path, begin: impl FnOnce(Pen) -> io::Result<T>) -> Result<Self, OutputError> {
+        let output = Output::create(path)?;
+        let writer = begin(output.pen());
+        Ok(Self { output, writer })
     }
 
     fn write(&mut self, write: impl FnOnce(&mut T) -> io::Result<()>) {
@@ -85,16 +37,13 @@ impl<T> Sink<T> {
     }
 
     fn finish(self, finish: impl FnOnce(T) -> io::Result<()>) -> Result<(), OutputError> {
-        let path = self.path;
-        self.writer
-            .and_then(finish)
-            .map_err(|error| OutputError { path, error })
+        self.output.complete(self.writer.and_then(finish))
     }
 }
 
 /// Writes the step list as the job goes on.
 pub(super) struct StepList {
-    sink: Sink<StepsCsv<BufWriter<File>>>,
+    sink: Sink<StepsCsv<Pen>>,
     scale: SpindleScale,
 }
 
@@ -127,7 +76,7 @@ impl Observer for StepList {
 
 /// Writes the waveform as the job goes on.
 pub(super) struct WaveformFile {
-    sink: Sink<Waveform<BufWriter<File>>>,
+    sink: Sink<Waveform<Pen>>,
     port: PortConfig,
     all: MotorMask,
     high: MotorMask,

@@ -17,6 +17,7 @@
 //! difference.
 
 mod carriage;
+mod rate;
 mod switch;
 
 use crate::clock::{Cycle, CPU_HZ};
@@ -260,7 +261,9 @@ impl<const MOTORS: usize> Plant<MOTORS> {
 
     /// Highest rate of each motor in steps/s, over 16 steps.
     pub fn peak_rates(&self) -> [f64; MOTORS] {
-        self.carriages.each_ref().map(Carriage::peak_rate)
+        self.carriages
+            .each_ref()
+            .map(|carriage| carriage.rate.hertz())
     }
 
     /// The shortest pulse in cycles; `None` where there was none.

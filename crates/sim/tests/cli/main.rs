@@ -1,5 +1,6 @@
 //! The `leadscrew` program as a user meets it: options, outputs, exit status, and every kind of bad input.
 
+mod habits;
 mod jobs;
 mod outputs;
 mod program;

@@ -40,6 +40,16 @@ pub(crate) fn stdout(output: &Output) -> String {
     String::from_utf8(output.stdout.clone()).unwrap()
 }
 
+/// Asks a program to end, as Ctrl-C does.
+pub(crate) fn interrupt(id: u32) {
+    let mut kill = Command::new("kill");
+    assert!(kill
+        .args(["-INT", &id.to_string()])
+        .status()
+        .unwrap()
+        .success());
+}
+
 /// Calls the program, expects exit status 2 and one message that contains all of `parts`.
 pub(crate) fn unusable(args: &[&str], parts: &[&str]) {
     let output = leadscrew(args);

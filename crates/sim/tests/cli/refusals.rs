@@ -39,7 +39,7 @@ fn unreadable_jobs_are_refused_with_one_message() {
     );
     unusable(&["run", env!("CARGO_BIN_EXE_leadscrew")], &["is not text"]);
     unusable(
-        &["run", folder.path("").to_str().unwrap()],
+        &["profile", folder.path("").to_str().unwrap()],
         &["is a directory"],
     );
 }

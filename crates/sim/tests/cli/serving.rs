@@ -1,5 +1,6 @@
 //! `serve` as a process of its own, whatever becomes of its output.
 
+use crate::program::interrupt;
 use std::io::{pipe, Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::process::{Child, Command, Stdio};
@@ -15,12 +16,7 @@ struct Process(Child);
 impl Process {
     /// Asks it to end, as Ctrl-C does, and waits until it has.
     fn interrupt(&mut self) -> Option<i32> {
-        let id = self.0.id().to_string();
-        assert!(Command::new("kill")
-            .args(["-INT", &id])
-            .status()
-            .unwrap()
-            .success());
+        interrupt(self.0.id());
         let until = Instant::now() + PATIENCE;
         loop {
             match self.0.try_wait().unwrap() {

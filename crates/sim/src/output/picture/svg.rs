@@ -29,22 +29,28 @@ const SPEED_COLUMNS: usize = (PLOT_WIDTH / 2.0) as usize;
 const RAPID: &str = "#4a90d9";
 const SPEED: &str = "#2a7f62";
 
-/// Draws the picture of a job.
-pub fn draw(path: &Toolpath, speed: &SpeedChart, caption: &Caption) -> Document {
+/// Draws the picture of a job: where the tool went, and how fast, where that is known.
+pub fn draw(path: &Toolpath, speed: Option<&SpeedChart>, caption: &Caption) -> Document {
     let (frame, x, y) = plot_area(path);
     let legend_top = frame.bottom() + AXIS_HEIGHT;
-    let chart = Frame {
-        top: legend_top + LEGEND_HEIGHT + 14.0,
-        height: SPEED_HEIGHT,
-    };
-    let height = chart.bottom() + AXIS_HEIGHT + 6.0;
-    page(height, &caption.title, &caption.summary)
+    let legend_bottom = legend_top + LEGEND_HEIGHT + 14.0;
+    let chart = speed.map(|speed| {
+        let (top, height) = (legend_bottom, SPEED_HEIGHT);
+        (speed, Frame { top, height })
+    });
+    let bottom = chart.map_or(legend_bottom, |(_, chart)| {
+        chart.bottom() + AXIS_HEIGHT + 6.0
+    });
+    let document = page(bottom, &caption.title, &caption.summary)
         .add(axes(frame, &x, &y, "X mm", "Y mm"))
         .add(strokes(path, &x, &y))
         .add(holes(path, &x, &y))
         .add(ends(path, &x, &y))
-        .add(legend(path, caption, legend_top))
-        .add(speed_chart(speed, chart))
+        .add(legend(path, caption, legend_top));
+    match chart {
+        Some((speed, frame)) => document.add(speed_chart(speed, frame)),
+        None => document,
+    }
 }
 
 /// The toolpath's frame and scales: the same number of pixels to a millimetre both ways.
@@ -258,7 +264,7 @@ mod tests {
     fn picture(path: &Toolpath) -> String {
         let mut speed = SpeedChart::default();
         speed.went(0.5, [1.0, 0.0, 0.0]);
-        draw(path, &speed, &caption()).to_string()
+        draw(path, Some(&speed), &caption()).to_string()
     }
 
     #[test]

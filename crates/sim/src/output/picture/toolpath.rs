@@ -46,6 +46,8 @@ pub struct Toolpath {
     start: [f64; 3],
     cut_mm: f64,
     travel_mm: f64,
+    /// The corners of the box around all feed moves.
+    cut: Option<[[f64; 3]; 2]>,
 }
 
 impl Toolpath {
@@ -59,6 +61,25 @@ impl Toolpath {
             start,
             cut_mm: 0.0,
             travel_mm: 0.0,
+            cut: None,
+        }
+    }
+
+    /// Whether strokes are kept.
+    pub fn is_drawn(&self) -> bool {
+        self.strokes.is_some()
+    }
+
+    /// The lowest and the highest X, Y and Z of all feed moves, mm; `None` where there was none.
+    pub fn cut_bounds(&self) -> Option<[[f64; 3]; 2]> {
+        self.cut
+    }
+
+    fn widen(&mut self, point: [f64; 3]) {
+        let [low, high] = self.cut.get_or_insert([point; 2]);
+        for axis in 0..3 {
+            low[axis] = low[axis].min(point[axis]);
+            high[axis] = high[axis].max(point[axis]);
         }
     }
 
@@ -67,7 +88,11 @@ impl Toolpath {
         let length = distance(self.at, target);
         match kind {
             StrokeKind::Travel => self.travel_mm += length,
-            StrokeKind::Cut { .. } => self.cut_mm += length,
+            StrokeKind::Cut { .. } => {
+                self.cut_mm += length;
+                self.widen(self.at);
+                self.widen(target);
+            }
         }
         let (from, to) = (flat(self.at), flat(target));
         let rise = target[2] - self.at[2];

@@ -1,0 +1,119 @@
+//! Complaints by their cause: one wrong origin is told once, not for each line that it spoils.
+
+use super::complaint::{Complaint, Fault};
+use std::collections::BTreeMap;
+
+/// Causes that are kept apart; of others every complaint is shown.
+const KEPT: usize = 1000;
+
+/// What complaints have in common: what is wrong, and with what word or axis.
+type Cause = (String, String);
+
+/// The complaints of one cause.
+struct Group {
+    count: u64,
+    first: u64,
+    last: u64,
+}
+
+/// The complaints of a job, counted by cause.
+#[derive(Default)]
+pub(super) struct Causes(BTreeMap<Cause, Group>);
+
+impl Causes {
+    /// Counts a complaint; answers whether it is to be shown: the first of its cause.
+    pub(super) fn note(&mut self, complaint: &Complaint) -> bool {
+        let line = complaint.line;
+        let cause = (complaint.fault.to_string(), subject(complaint));
+        if let Some(group) = self.0.get_mut(&cause) {
+            group.count += 1;
+            group.last = line;
+            return false;
+        }
+        if self.0.len() < KEPT {
+            let (count, first, last) = (1, line, line);
+            self.0.insert(cause, Group { count, first, last });
+        }
+        true
+    }
+
+    /// What was not shown, in a line for each cause.
+    pub(super) fn rest(&self, file: &str) -> Vec<String> {
+        let mut groups: Vec<_> = self.0.iter().filter(|(_, group)| group.count > 1).collect();
+        groups.sort_by_key(|(_, group)| group.first);
+        let words = |((fault, subject), group): (&Cause, &Group)| {
+            let (more, first, last) = (group.count - 1, group.first, group.last);
+            let subject = if subject.is_empty() {
+                ""
+            } else {
+                &format!(" ({subject})")
+            };
+            format!("{file}: {fault}{subject}: {more} more, as in line {first}, the last in line {last}")
+        };
+        groups.into_iter().map(words).collect()
+    }
+}
+
+/// With what something is wrong: the word at the column, or the axes that leave their travel.
+fn subject(complaint: &Complaint) -> String {
+    match (complaint.fault, complaint.column) {
+        (Fault::Remark(_), _) => complaint.fault.message().to_owned(),
+        (Fault::Error(_), Some(column)) => word(complaint.text.as_bytes(), column),
+        (_, _) => complaint.detail.as_deref().map_or(String::new(), axes),
+    }
+}
+
+/// The axes that leave their travel, and at which end: of `X would be at 5.000 mm, ...; Y would be at -7.000 mm, ...`.
+fn axes(detail: &str) -> String {
+    let end = |axis: &str| {
+        let name = axis.chars().next().unwrap_or(' ');
+        let side = if axis.contains("be at -") {
+            "low"
+        } else {
+            "high"
+        };
+        format!("{name} too {side}")
+    };
+    detail.split("; ").map(end).collect::<Vec<_>>().join(", ")
+}
+
+/// The letter and the number at a column.
+fn word(text: &[u8], column: usize) -> String {
+    let rest = text.get(column..).unwrap_or_default();
+    let end = rest
+        .iter()
+        .skip(1)
+        .position(|byte| !matches!(byte, b'0'..=b'9' | b'.' | b'-' | b' '));
+    let word = &rest[..end.map_or(rest.len(), |end| end + 1)];
+    String::from_utf8_lossy(word).trim_end().to_uppercase()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use leadscrew_machine::protocol::status::Status;
+
+    fn unsupported(line: u64, text: &str) -> Complaint {
+        Complaint {
+            file: "job.nc".to_owned(),
+            line,
+            column: Some(0),
+            fault: Fault::Error(Status::UnsupportedCommand),
+            text: text.to_owned(),
+            detail: None,
+        }
+    }
+
+    #[test]
+    fn each_cause_is_shown_once_and_the_rest_is_counted() {
+        let mut causes = Causes::default();
+        let lines = ["G77", "g77 X1", "G78", "G77Y2"];
+        let shown: Vec<bool> = (5..)
+            .zip(lines)
+            .map(|(n, text)| causes.note(&unsupported(n, text)))
+            .collect();
+        assert_eq!(shown, [true, false, true, false]);
+        let rest = "job.nc: error:20 (G77): 2 more, as in line 5, the last in line 8";
+        assert_eq!(causes.rest("job.nc"), [rest]);
+    }
+}

@@ -1,0 +1,172 @@
+//! Where an output goes: a file, standard output (`-`), or what is there already: a pipe, a device.
+//!
+//! A file appears under its name when it is complete: whoever stops the program finds the one before, or none.
+
+use atomic_write_file::AtomicWriteFile;
+use std::cell::RefCell;
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, BufWriter, Stdout, Write};
+use std::path::{Path, PathBuf};
+use std::rc::Rc;
+
+/// An output that could not be made or written.
+#[derive(Debug)]
+pub(super) struct OutputError {
+    path: PathBuf,
+    error: io::Error,
+}
+
+impl std::fmt::Display for OutputError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(
+            f,
+            "{}: cannot be written: {}",
+            self.path.display(),
+            self.error
+        )
+    }
+}
+
+impl std::error::Error for OutputError {}
+
+/// Whether an output goes to standard output: what is told of the job does not go there then.
+pub(super) fn is_stdout(path: &Path) -> bool {
+    path.as_os_str() == "-"
+}
+
+/// An output to be written.
+pub(super) struct Output {
+    path: PathBuf,
+    to: Rc<RefCell<To>>,
+}
+
+/// Writes to an [`Output`].
+pub(super) struct Pen(Rc<RefCell<To>>);
+
+/// What is behind an output.
+enum To {
+    Stdout(Stdout),
+    /// Not under its name yet.
+    Beside(BufWriter<AtomicWriteFile>),
+    /// What cannot be put in place of another: a pipe, a device.
+    There(BufWriter<File>),
+    /// Complete.
+    Done,
+}
+
+impl Output {
+    /// Makes sure that `path` can be written, before the work begins.
+    ///
+    /// # Errors
+    /// Where it cannot.
+    pub(super) fn create(path: &Path) -> Result<Self, OutputError> {
+        let to = To::open(path).map_err(|error| OutputError {
+            path: path.to_owned(),
+            error,
+        })?;
+        Ok(Self {
+            path: path.to_owned(),
+            to: Rc::new(RefCell::new(to)),
+        })
+    }
+
+    /// Something to write with.
+    pub(super) fn pen(&self) -> Pen {
+        Pen(Rc::clone(&self.to))
+    }
+
+    /// Puts what was written in its place; `written` tells whether all of it could be.
+    ///
+    /// # Errors
+    /// The first failure; the output is as it was before then.
+    pub(super) fn complete(self, written: io::Result<()>) -> Result<(), OutputError> {
+        let to = self.to.replace(To::Done);
+        let path = self.path;
+        let completed = written.and_then(|()| to.complete());
+        completed.map_err(|error| OutputError { path, error })
+    }
+}
+
+impl To {
+    fn open(path: &Path) -> io::Result<Self> {
+        if is_stdout(path) {
+            return Ok(Self::Stdout(io::stdout()));
+        }
+        // A link leads to the file that is meant.
+        let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+        if let Ok(there) = fs::metadata(&path) {
+            // A file that must not be written must not be replaced, either.
+            let file = OpenOptions::new().write(true).open(&path)?;
+            if !there.is_file() {
+                return Ok(Self::There(BufWriter::new(file)));
+            }
+        }
+        let beside = AtomicWriteFile::open(&path)?;
+        Ok(Self::Beside(BufWriter::new(beside)))
+    }
+
+    fn complete(self) -> io::Result<()> {
+        match self {
+            Self::Stdout(mut out) => out.flush(),
+            Self::Beside(out) => out.into_inner().map_err(io::Error::from)?.commit(),
+            Self::There(mut out) => out.flush(),
+            Self::Done => Ok(()),
+        }
+    }
+}
+
+impl Write for Pen {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        match &mut *self.0.borrow_mut() {
+            To::Stdout(out) => out.write(bytes),
+            To::Beside(out) => out.write(bytes),
+            To::There(out) => out.write(bytes),
+            To::Done => Err(io::ErrorKind::BrokenPipe.into()),
+        }
+    }
+
+    /// What is written is complete only with [`Output::complete`].
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_appears_when_it_is_complete_and_the_one_before_stays_until_then() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("out");
+        fs::write(&path, "before").unwrap();
+        let output = Output::create(&path).unwrap();
+        output.pen().write_all(b"after").unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"before");
+        output.complete(Ok(())).unwrap();
+        assert_eq!(fs::read(&path).unwrap(), b"after");
+        let failed = Output::create(&path).unwrap();
+        failed.pen().write_all(b"half").unwrap();
+        assert!(failed.complete(Err(io::ErrorKind::Other.into())).is_err());
+        assert_eq!(fs::read(&path).unwrap(), b"after");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_is_followed_and_a_device_is_not_replaced() {
+        let folder = tempfile::tempdir().unwrap();
+        let [real, link] = ["real", "link"].map(|name| folder.path().join(name));
+        fs::write(&real, "").unwrap();
+        std::os::unix::fs::symlink(&real, &link).unwrap();
+        let output = Output::create(&link).unwrap();
+        output.pen().write_all(b"text").unwrap();
+        output.complete(Ok(())).unwrap();
+        assert_eq!(fs::read(&real).unwrap(), b"text");
+        assert!(link.is_symlink());
+        let null = Output::create(Path::new("/dev/null")).unwrap();
+        null.pen().write_all(b"text").unwrap();
+        null.complete(Ok(())).unwrap();
+        assert!(!fs::metadata("/dev/null").unwrap().is_file());
+    }
+}
