@@ -3,7 +3,9 @@
 //! Beside the machine runs a [`Reference`] in whole 10⁻⁹ mm: positions, offsets and steps are sums and products of
 //! decimals in `i128`, rounded once, at the end.
 
-use leadscrew_tests::run_program;
+use leadscrew_planner::Cartesian;
+use leadscrew_sim::Memory;
+use leadscrew_tests::{run_program, setup, Session};
 use proptest::prelude::*;
 use std::fmt::Write;
 
@@ -270,4 +272,46 @@ fn thousands_of_relative_moves_end_where_their_sum_says() {
     let relative = [vec![Line::Relative(true)], lines].concat();
     assert_eq!(run.net_steps(), Reference::of(&relative).steps());
     assert_eq!(run.net_steps()[0], 32_148);
+}
+
+/// What a report says in `field`.
+fn reported(session: &mut Session<'_, Cartesian, 3>, field: &str) -> String {
+    let heard = session.say("?\n");
+    let report = heard.iter().find(|line| line.starts_with('<'));
+    let report = report.expect("a report").trim_end_matches('>');
+    let mut fields = report.split('|').filter_map(|of| of.strip_prefix(field));
+    fields.next().expect(field).to_owned()
+}
+
+/// At X10 with 250 steps/mm: 2500 steps, which are 5 mm with 500 steps/mm.
+#[test]
+fn another_number_of_steps_in_a_millimetre_moves_nothing() {
+    for (change, line, steps, place) in [
+        ("$100=500\n", "G91G0X1\n", 500, "6.000,0.000,0.000"),
+        ("$100=500\n", "$J=G91X1F500\n", 500, "6.000,0.000,0.000"),
+        ("$100=500\n", "G0X10\n", 2500, "10.000,0.000,0.000"),
+        ("$100=500\n", "G2X6Y1R1F500\n", 500, "6.000,1.000,0.000"),
+        ("$100=125\n", "G91G0X1\n", 125, "21.000,0.000,0.000"),
+        ("$100=125\n$RST=$\n", "G91G0X1\n", 250, "11.000,0.000,0.000"),
+        ("$101=500\n", "G91G0X1\n", 250, "11.000,0.000,0.000"),
+    ] {
+        let setup = setup::<3>(1);
+        let mut memory = Memory::new(&setup);
+        let mut session = Session::new(&mut memory, &setup, Cartesian);
+        session.say("$10=1\n");
+        session.say("G0X10\n");
+        session.until_quiet();
+        session.stream(change);
+        assert_eq!(session.sim.counted_position(), [2500, 0, 0], "{change}");
+        let before = reported(&mut session, "MPos:");
+        session.say("G10L20P1X0\n");
+        let origin = session.say("$#\n");
+        assert!(origin[0].contains(&before), "{origin:?}: {before}");
+        session.say("G10L2P1X0\n");
+        session.say(line);
+        session.until_quiet();
+        assert_eq!(reported(&mut session, "MPos:"), place, "{change}{line}");
+        let moved = session.sim.counted_position()[0] - 2500;
+        assert_eq!(moved, steps, "{change}{line}");
+    }
 }

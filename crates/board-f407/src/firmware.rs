@@ -160,7 +160,7 @@ mod app {
             let now = clock.now();
             let next = machine.poll(board, now);
             let unsaved = machine.save(store).unwrap_or_else(|error| {
-                defmt::error!("a change is not stored: {}", defmt::Debug2Format(&error));
+                defmt::error!("a change is not stored: {}", error);
                 false
             });
             if !next.busy && !unsaved {

@@ -2,7 +2,8 @@
 //!
 //! The CPU stands still while the flash is written, since its program is there: 16 µs a word, 100 µs at most (data sheet,
 //! table 40), under 2 ms for the longest record. Bytes that come meanwhile wait where DMA puts them ([`crate::serial`]). Erasing
-//! a sector takes half a second: done at start-up where it is needed, later only where both sectors were filled since.
+//! a sector takes half a second: done at start-up where it is needed, on a new chip, too; later only where both sectors were
+//! filled since.
 use crate::{profile::SETTINGS_SECTORS, pwm, watchdog};
 use leadscrew_machine::settings::flash::{Area, SettingsStore};
 use stm32f4::stm32f407::FLASH;
@@ -95,15 +96,19 @@ impl Sectors {
     }
 }
 
-/// The address of `length` bytes at `offset`, all of them within the area.
-fn address(area: Area, offset: usize, length: usize) -> Result<usize, FlashError> {
-    let sector = match area {
+/// The sector of an area.
+fn sector(area: Area) -> Sector {
+    match area {
         Area::First => SETTINGS_SECTORS.0,
         Area::Second => SETTINGS_SECTORS.1,
-    };
+    }
+}
+
+/// The address of `length` bytes at `offset`, all of them within the area.
+fn address(area: Area, offset: usize, length: usize) -> Result<usize, FlashError> {
     let end = offset.checked_add(length);
     if end.is_some_and(|end| end <= AREA) {
-        Ok(sector.address() + offset)
+        Ok(sector(area).address() + offset)
     } else {
         Err(FlashError::OutOfBounds)
     }
@@ -153,20 +158,8 @@ impl SettingsStore for Sectors {
     }
 
     fn erase(&mut self, area: Area) -> Result<(), FlashError> {
-        let start = address(area, 0, AREA)?;
-        let blank = (start..start + AREA).step_by(4).all(|place| {
-            // SAFETY: a word of the sector.
-            #[allow(unsafe_code)]
-            let word = unsafe { (place as *const u32).read_volatile() };
-            word == u32::MAX
-        });
-        if blank {
-            return Ok(());
-        }
-        let sector = match area {
-            Area::First => SETTINGS_SECTORS.0,
-            Area::Second => SETTINGS_SECTORS.1,
-        };
+        // An erase that was cut short may read as a whole one: it is not for this to say that nothing is to be done.
+        let sector = sector(area);
         // Nobody could switch it off meanwhile.
         pwm::off_during(|| watchdog::patiently(|| self.erase_sector(sector)))
     }

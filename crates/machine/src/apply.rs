@@ -38,8 +38,13 @@ where
         } else {
             0
         };
+        let scale = self.motion.config().steps_per_mm;
         // The table takes no value that the planner refuses: a test below asks for each of them.
         let _sound = self.motion.configure(config, silence, lead);
+        if self.motion.config().steps_per_mm != scale {
+            // The steps stay; where they are is another place now.
+            self.take_position();
+        }
         self.update_power();
         board.configure(&port_config(&self.settings));
         if another_tool {

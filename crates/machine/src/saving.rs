@@ -6,57 +6,63 @@
 
 use crate::interpreter::OffsetId;
 use crate::machine::Machine;
-use crate::protocol::system_command::STARTUP_LINES;
+use crate::protocol::system_command::{Restore, STARTUP_LINES};
 use crate::settings::flash::SettingsStore;
-use crate::settings::record::{decode_numbers, encode_numbers, RecordKey};
+use crate::settings::record::{decode_numbers, encode_numbers, RecordKey, MAX_RECORDS};
 use crate::settings::store::{Condition, Records, StoreError, Written};
-use crate::settings::values::{Entry, Key, Settings};
+use crate::settings::values::{Entry, Key, Settings, MAX_AXES};
 use leadscrew_gcode::Number;
 use leadscrew_planner::{Coordinate, Kinematics};
 
-/// What is not in the store yet: a bit for each setting, offset, startup line and the text of `$I`.
+/// Words of [`Unsaved`]: a bit for each record of the largest machine.
+const WORDS: usize = MAX_RECORDS.div_ceil(u32::BITS as usize);
+
+/// What is not in the store yet.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub(crate) struct Unsaved {
-    /// In the order of [`Settings::keys`].
-    settings: u64,
-    /// In the order of [`OffsetId::ALL`].
-    offsets: u8,
-    startup: u8,
-    build: bool,
+    /// A bit for each of [`Item::all`].
+    items: [u32; WORDS],
     /// What a part has been written of.
     begun: Option<Item>,
+    /// What goes back to its defaults, all at once, before anything else is written.
+    restored: Option<Restore>,
 }
 
 impl Unsaved {
     /// Notes a setting by its number.
     pub(crate) fn add_setting<const AXES: usize>(&mut self, number: u16) {
-        for (bit, key) in Settings::<AXES>::keys().enumerate() {
-            self.settings |= u64::from(key.number() == number) << bit;
-        }
-    }
-
-    /// Notes all settings.
-    pub(crate) fn add_all_settings<const AXES: usize>(&mut self) {
-        for (bit, _) in Settings::<AXES>::keys().enumerate() {
-            self.settings |= 1 << bit;
+        if let Some(key) = Key::from_number(number, AXES) {
+            self.add::<AXES>(Item::Setting(key));
         }
     }
 
     /// Notes an offset.
-    pub(crate) fn add_offset(&mut self, id: OffsetId) {
-        for (bit, offset) in OffsetId::ALL.iter().enumerate() {
-            self.offsets |= u8::from(*offset == id) << bit;
-        }
+    pub(crate) fn add_offset<const AXES: usize>(&mut self, id: OffsetId) {
+        self.add::<AXES>(Item::Offset(id));
     }
 
     /// Notes a startup line.
-    pub(crate) fn add_startup(&mut self, index: u8) {
-        self.startup |= 1 << index;
+    pub(crate) fn add_startup<const AXES: usize>(&mut self, index: u8) {
+        self.add::<AXES>(Item::Startup(index));
     }
 
     /// Notes the text of `$I`.
-    pub(crate) fn add_build(&mut self) {
-        self.build = true;
+    pub(crate) fn add_build<const AXES: usize>(&mut self) {
+        self.add::<AXES>(Item::Build);
+    }
+
+    /// Notes that all of this has its defaults, which no record says.
+    pub(crate) fn restore<const AXES: usize>(&mut self, what: Restore) {
+        for (index, item) in Item::all::<AXES>().enumerate() {
+            if goes(what, item.key()) {
+                self.clear(index);
+            }
+        }
+        self.begun = self.begun.filter(|item| !goes(what, item.key()));
+        self.restored = match self.restored {
+            Some(before) if before != what => Some(Restore::All),
+            _ => Some(what),
+        };
     }
 
     /// Whether everything is in the store.
@@ -64,41 +70,76 @@ impl Unsaved {
         *self == Self::default()
     }
 
+    fn add<const AXES: usize>(&mut self, item: Item) {
+        const { assert!(AXES <= MAX_AXES, "more axes than `Unsaved` has bits for") };
+        for (index, _) in Item::all::<AXES>()
+            .enumerate()
+            .filter(|(_, of)| *of == item)
+        {
+            if let Some(word) = self.items.get_mut(index / 32) {
+                *word |= 1 << (index % 32);
+            }
+        }
+    }
+
+    fn clear(&mut self, index: usize) {
+        if let Some(word) = self.items.get_mut(index / 32) {
+            *word &= !(1 << (index % 32));
+        }
+    }
+
     /// Takes the first of what is noted.
     fn take<const AXES: usize>(&mut self) -> Option<Item> {
         if let Some(item) = self.begun.take() {
             return Some(item);
         }
-        if let Some(bit) = lowest(self.settings) {
-            self.settings &= self.settings - 1;
-            return Settings::<AXES>::keys().nth(bit).map(Item::Setting);
-        }
-        if let Some(bit) = lowest(u64::from(self.offsets)) {
-            self.offsets &= self.offsets - 1;
-            return OffsetId::ALL
-                .get(bit)
-                .map(|id| Item::Offset(bit as u8, *id));
-        }
-        if let Some(bit) = lowest(u64::from(self.startup)) {
-            self.startup &= self.startup - 1;
-            return Some(Item::Startup(bit as u8));
-        }
-        core::mem::take(&mut self.build).then_some(Item::Build)
+        let (word, bits) = (0..).zip(self.items).find(|(_, bits)| *bits != 0)?;
+        let index = 32 * word + bits.trailing_zeros() as usize;
+        self.clear(index);
+        Item::all::<AXES>().nth(index)
     }
-}
-
-/// The number of the lowest bit that is set.
-fn lowest(bits: u64) -> Option<usize> {
-    (bits != 0).then_some(bits.trailing_zeros() as usize)
 }
 
 /// One record to write.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Item {
     Setting(Key),
-    Offset(u8, OffsetId),
+    Offset(OffsetId),
     Startup(u8),
     Build,
+}
+
+impl Item {
+    /// All that a machine stores, always in the same order.
+    fn all<const AXES: usize>() -> impl Iterator<Item = Self> {
+        let settings = Settings::<AXES>::keys().map(Self::Setting);
+        let offsets = OffsetId::ALL.into_iter().map(Self::Offset);
+        let lines = (0..STARTUP_LINES).map(Self::Startup);
+        settings.chain(offsets).chain(lines).chain([Self::Build])
+    }
+
+    /// What stands for it in the store.
+    fn key(self) -> RecordKey {
+        match self {
+            Self::Setting(key) => RecordKey::Setting(key.number()),
+            Self::Offset(id) => {
+                let index = (0..).zip(OffsetId::ALL).find(|(_, of)| *of == id);
+                RecordKey::Offset(index.map_or(0, |(index, _)| index)) // all are there
+            }
+            Self::Startup(index) => RecordKey::Startup(index),
+            Self::Build => RecordKey::Build,
+        }
+    }
+}
+
+/// Whether `$RST=` takes a record away.
+fn goes(what: Restore, key: RecordKey) -> bool {
+    match (what, key) {
+        (Restore::Settings, RecordKey::Setting(_)) => true,
+        (Restore::Parameters, RecordKey::Offset(_)) => true,
+        (Restore::All, _) => true,
+        (Restore::Settings | Restore::Parameters, _) => false,
+    }
 }
 
 impl<K, const AXES: usize, const MOTORS: usize, const MOVES: usize>
@@ -147,13 +188,17 @@ where
         self.records.is_some() && !self.unsaved.is_empty()
     }
 
-    /// Erases what the store holds in vain, so that no change to come has to wait for that. Main loop, after
-    /// [`Machine::load`] and before the first [`Machine::poll`]. Takes as long as the store does: half a second for a flash.
+    /// Erases what the store holds in vain, so that no change to come has to wait for that. Where something was lost, nothing is
+    /// erased yet. Main loop, after [`Machine::load`] and before the first [`Machine::poll`]. Takes as long as the store does:
+    /// half a second for a flash.
     ///
     /// # Errors
     /// The memory could not be erased; what is stored stands.
-    pub fn make_room<S: SettingsStore>(&self, store: &mut S) -> Result<(), S::Error> {
-        match &self.records {
+    pub fn make_room<S: SettingsStore>(
+        &mut self,
+        store: &mut S,
+    ) -> Result<(), StoreError<S::Error>> {
+        match &mut self.records {
             Some(records) => records.erase_spare(store),
             None => Ok(()),
         }
@@ -182,26 +227,68 @@ where
         if self.unsaved.is_empty() || !self.motion.is_at_rest() {
             return Ok(!self.unsaved.is_empty());
         }
-        let (Some(records), Some(item)) = (&mut self.records, self.unsaved.take::<AXES>()) else {
+        let Some(records) = &mut self.records else {
+            return Ok(false);
+        };
+        if let Some(what) = self.unsaved.restored.take() {
+            records.retain(store, |key| !goes(what, key))?;
+            return Ok(!self.unsaved.is_empty());
+        }
+        let Some(item) = self.unsaved.take::<AXES>() else {
             return Ok(false);
         };
         let written = match item {
             Item::Setting(key) => {
                 let value = encode_numbers(&[self.settings.get(key)]);
-                records.write(store, RecordKey::Setting(key.number()), &value)?
+                records.write(store, item.key(), &value)?
             }
-            Item::Offset(index, id) => {
+            Item::Offset(id) => {
                 let value = self.interpreter.offsets().get(id);
                 let value = value.map(|value| Number::from_nanos(value.nanos()));
-                records.write(store, RecordKey::Offset(index), &encode_numbers(&value))?
+                records.write(store, item.key(), &encode_numbers(&value))?
             }
-            Item::Startup(index) => {
-                let line = self.memory.startup(index);
-                records.write(store, RecordKey::Startup(index), line)?
-            }
-            Item::Build => records.write(store, RecordKey::Build, self.memory.build())?,
+            Item::Startup(index) => records.write(store, item.key(), self.memory.startup(index))?,
+            Item::Build => records.write(store, item.key(), self.memory.build())?,
         };
         self.unsaved.begun = (written == Written::Part).then_some(item);
         Ok(!self.unsaved.is_empty())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::vec::Vec;
+
+    fn noted<const AXES: usize>(mut unsaved: Unsaved) -> Vec<RecordKey> {
+        let mut keys = Vec::new();
+        while let Some(item) = unsaved.take::<AXES>() {
+            keys.push(item.key());
+        }
+        keys
+    }
+
+    #[test]
+    fn every_record_of_nine_axes_is_noted_once() {
+        let mut unsaved = Unsaved::default();
+        let all: Vec<_> = Item::all::<9>().collect();
+        assert_eq!(all.len(), MAX_RECORDS);
+        for item in &all {
+            unsaved.add::<9>(*item);
+            unsaved.add::<9>(*item);
+        }
+        let keys: Vec<_> = all.iter().map(|item| item.key()).collect();
+        assert_eq!(noted::<9>(unsaved), keys);
+        assert!(keys.contains(&RecordKey::Setting(138)));
+    }
+
+    #[test]
+    fn what_goes_back_to_its_default_is_no_longer_to_be_written() {
+        let mut unsaved = Unsaved::default();
+        unsaved.add_setting::<3>(100);
+        unsaved.add_build::<3>();
+        unsaved.restore::<3>(Restore::Settings);
+        assert_eq!(noted::<3>(unsaved), [RecordKey::Build]);
+        assert!(!unsaved.is_empty());
     }
 }

@@ -8,9 +8,7 @@ use crate::machine::Machine;
 use crate::protocol::message::Message;
 use crate::protocol::report::HELP;
 use crate::protocol::status::Status;
-use crate::protocol::system_command::{
-    Activity, Circumstances, Homing, Restore, SystemCommand, STARTUP_LINES,
-};
+use crate::protocol::system_command::{Activity, Circumstances, Homing, Restore, SystemCommand};
 use crate::reset::Discard;
 use crate::settings::table::Setting;
 use crate::settings::values::{Entry, Key};
@@ -92,7 +90,7 @@ where
             SystemCommand::ShowStartup => return Ok(self.begin_list(id, Listing::Startup(0))),
             SystemCommand::StoreBuild(text) => {
                 self.memory.set_build(text);
-                self.unsaved.add_build();
+                self.unsaved.add_build::<AXES>();
                 return Ok(Reply::Stored);
             }
             SystemCommand::StoreStartup { index, line } => return self.store_startup(index, line),
@@ -127,7 +125,7 @@ where
             self.interpreter.check(line, &context)?;
         }
         self.memory.set_startup(index, line);
-        self.unsaved.add_startup(index);
+        self.unsaved.add_startup::<AXES>(index);
         Ok(Reply::Stored)
     }
 
@@ -232,28 +230,20 @@ where
         board: &mut B,
         now: Instant,
     ) -> Reply {
-        let (settings, parameters, texts) = match what {
-            Restore::Settings => (true, false, false),
-            Restore::Parameters => (false, true, false),
-            Restore::All => (true, true, true),
-        };
-        if settings {
+        if matches!(what, Restore::Settings | Restore::All) {
             self.settings.restore_defaults();
-            self.unsaved.add_all_settings::<AXES>();
             self.apply_settings(board);
         }
-        if parameters {
+        if matches!(what, Restore::Parameters | Restore::All) {
             for offset in OffsetId::ALL {
                 let zero = [Coordinate::ZERO; AXES];
                 self.interpreter.load_offset(offset, zero);
-                self.unsaved.add_offset(offset);
             }
         }
-        if texts {
+        if what == Restore::All {
             self.memory.clear();
-            self.unsaved.add_build();
-            (0..STARTUP_LINES).for_each(|index| self.unsaved.add_startup(index));
         }
+        self.unsaved.restore::<AXES>(what);
         self.console.message(Message::RestoringDefaults);
         self.executor.begin_storing(Origin::Channel(id), true);
         self.execute(board, now);

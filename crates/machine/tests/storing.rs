@@ -1,56 +1,16 @@
 //! A change is stored before its line is answered: whoever has heard `ok` may pull the plug.
 
 mod bench;
+#[path = "bench/flash.rs"]
+mod flash;
 
 use bench::{Memory, Session};
+use flash::MockFlash as Flash;
 use leadscrew_machine::config::MachineConfig;
 use leadscrew_machine::settings::flash::{Area, SettingsStore};
 
 /// Bytes of an area.
 const SIZE: usize = 1024;
-
-/// Memory that loses power after a number of bytes; what was erased stays so.
-struct Flash {
-    areas: [Vec<u8>; 2],
-    fuel: usize,
-}
-
-#[derive(Debug)]
-struct PowerLost;
-
-impl Flash {
-    fn blank(fuel: usize) -> Self {
-        let areas = [vec![0xFF; SIZE], vec![0xFF; SIZE]];
-        Self { areas, fuel }
-    }
-}
-
-impl SettingsStore for Flash {
-    type Error = PowerLost;
-
-    fn size(&self) -> usize {
-        SIZE
-    }
-
-    fn read(&mut self, area: Area, offset: usize, bytes: &mut [u8]) -> Result<(), PowerLost> {
-        bytes.copy_from_slice(&self.areas[area as usize][offset..offset + bytes.len()]);
-        Ok(())
-    }
-
-    fn write(&mut self, area: Area, offset: usize, bytes: &[u8]) -> Result<(), PowerLost> {
-        for (at, byte) in bytes.iter().enumerate() {
-            self.fuel = self.fuel.checked_sub(1).ok_or(PowerLost)?;
-            self.areas[area as usize][offset + at] = *byte;
-        }
-        Ok(())
-    }
-
-    fn erase(&mut self, area: Area) -> Result<(), PowerLost> {
-        self.fuel = self.fuel.checked_sub(1).ok_or(PowerLost)?;
-        self.areas[area as usize].fill(0xFF);
-        Ok(())
-    }
-}
 
 /// Lines, and the row of a list that shows what each of them stores.
 const CHANGES: [(&str, &str); 7] = [
@@ -90,7 +50,7 @@ fn answers(session: &Session<'_>) -> usize {
 
 /// All lists of a machine that starts with what is stored.
 fn read_back(flash: &mut Flash) -> Vec<String> {
-    flash.fuel = usize::MAX;
+    flash.restart();
     let mut memory = Memory::new();
     let mut session = switch_on(&mut memory, flash);
     ["$#", "$$", "$N", "$I"]
@@ -102,7 +62,10 @@ fn read_back(flash: &mut Flash) -> Vec<String> {
 fn an_answered_change_survives_a_power_loss_at_any_byte() {
     let mut fuel = 0;
     loop {
-        let mut flash = Flash::blank(fuel);
+        let mut flash = Flash {
+            fuel,
+            ..Flash::new(SIZE)
+        };
         let mut memory = Memory::new();
         let mut session = switch_on(&mut memory, &mut flash);
         session.send(CHANGES.map(|(line, _)| line).concat());
@@ -133,7 +96,7 @@ fn an_answered_change_survives_a_power_loss_at_any_byte() {
 #[test]
 fn a_change_in_motion_is_stored_and_answered_once_motion_has_ended() {
     for line in ["G10L2P1X7\n", "G10L2P2X7\n", "G28.1\n"] {
-        let mut flash = Flash::blank(usize::MAX);
+        let mut flash = Flash::new(SIZE);
         let mut memory = Memory::new();
         let mut session = switch_on(&mut memory, &mut flash);
         session.send("G1X1F500\n");
@@ -154,7 +117,7 @@ fn a_change_in_motion_is_stored_and_answered_once_motion_has_ended() {
 
 #[test]
 fn defaults_are_restored_in_the_store_before_the_answer_and_the_banner() {
-    let mut flash = Flash::blank(usize::MAX);
+    let mut flash = Flash::new(SIZE);
     let mut memory = Memory::new();
     let mut session = switch_on(&mut memory, &mut flash);
     session.send(CHANGES.map(|(line, _)| line).concat());
@@ -171,9 +134,62 @@ fn defaults_are_restored_in_the_store_before_the_answer_and_the_banner() {
     }
 }
 
+/// What is changed, stored, and gone after `$RST=`, in each case with what stays.
+const RESTORES: [(&str, fn(&str) -> bool); 3] = [
+    ("$RST=$\n", |row| row.starts_with("$1")),
+    ("$RST=#\n", |row| row.starts_with("[G")),
+    ("$RST=*\n", |_| true),
+];
+
+#[test]
+fn power_lost_at_any_byte_of_rst_leaves_all_values_or_none() {
+    let mut known = Flash::new(SIZE);
+    let mut memory = Memory::new();
+    let mut session = switch_on(&mut memory, &mut known);
+    let changes = ["$110=700\n", "$111=701\n", "$121=33\n"].concat();
+    session.send(changes + &CHANGES.map(|(line, _)| line).concat());
+    run(&mut session, &mut known, |session| answers(session) == 10);
+    drop(session);
+    let defaults = read_back(&mut Flash::new(SIZE));
+    let old = read_back(&mut known);
+    for (line, goes) in RESTORES {
+        let pairs = old.iter().zip(&defaults);
+        let new: Vec<&String> = pairs
+            .map(|(old, default)| if goes(old) { default } else { old })
+            .collect();
+        let (mut fuel, mut found) = (0, [0, 0]);
+        loop {
+            let mut flash = Flash {
+                fuel,
+                ..known.clone()
+            };
+            let mut memory = Memory::new();
+            let mut session = switch_on(&mut memory, &mut flash);
+            session.send(line);
+            let answered = run(&mut session, &mut flash, |session| answers(session) == 1);
+            drop(session);
+            let rows = read_back(&mut flash);
+            let is_new = rows.iter().eq(new.iter().copied());
+            assert!(
+                is_new || rows == old && !answered,
+                "{line:?} after {fuel} bytes: {rows:?}"
+            );
+            found[usize::from(is_new)] += 1;
+            if answered {
+                break;
+            }
+            fuel += 1;
+        }
+        assert!(found[0] > 30, "{line:?}: {found:?}");
+    }
+}
+
 #[test]
 fn a_change_that_the_memory_does_not_take_is_error_7() {
-    let mut flash = Flash::blank(0);
+    let mut flash = Flash {
+        fuel: 0,
+        ..Flash::new(SIZE)
+    };
     let mut memory = Memory::new();
     let mut session = switch_on(&mut memory, &mut flash);
     session.send("$100=300\n");

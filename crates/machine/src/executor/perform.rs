@@ -356,7 +356,7 @@ where
             return Progress::Done;
         }
         if self.is_motion_over() {
-            self.unsaved.add_offset(id);
+            self.unsaved.add_offset::<AXES>(id);
             self.executor.wait = Wait::Stored {
                 then_restart: false,
             };

@@ -10,12 +10,23 @@
 //! Numbers are little endian. The header of a record has a checksum of its own, so that the next record is found even if
 //! a payload is damaged. CRC-32 is that of ISO-HDLC (Ethernet, zip), CRC-8 that of SMBus.
 
+use super::table::{AxisSetting, Setting};
+use super::values::MAX_AXES;
+use crate::interpreter::OffsetId;
+use crate::protocol::system_command::STARTUP_LINES;
 use crc::{Crc, CRC_32_ISO_HDLC, CRC_8_SMBUS};
 use heapless::Vec;
 use leadscrew_gcode::Number;
 
 /// Version of the format. Another one is not read.
 pub const VERSION: u16 = 1;
+
+/// Records of the largest machine: its settings, offsets, startup lines and the text of `$I`.
+pub(crate) const MAX_RECORDS: usize = Setting::ALL.len()
+    + MAX_AXES * AxisSetting::ALL.len()
+    + OffsetId::ALL.len()
+    + STARTUP_LINES as usize
+    + 1;
 
 /// The longest payload in bytes: a startup line, or numbers of nine axes.
 pub const MAX_PAYLOAD: usize = 80;

@@ -2,12 +2,13 @@
 
 use super::flash::{Area, SettingsStore};
 use super::record::{
-    AreaHeader, Payload, RecordHeader, AREA_HEADER, COMMIT, MAX_PAYLOAD, OVERHEAD, RECORD_HEADER,
+    AreaHeader, Payload, RecordHeader, AREA_HEADER, COMMIT, MAX_PAYLOAD, MAX_RECORDS, OVERHEAD,
+    RECORD_HEADER,
 };
 use heapless::Vec;
 
-/// The most keys that a store can hold: 24 settings, 4 of each of 9 axes, 8 offsets, 2 lines, 1 text, and some to spare.
-const MAX_KEYS: usize = 96;
+/// The most keys that a store can hold: those of the largest machine, and some that only another version knows.
+const MAX_KEYS: usize = MAX_RECORDS + 16;
 
 /// The newest record of each key.
 pub(super) type Index = Vec<Place, MAX_KEYS>;
@@ -36,8 +37,10 @@ pub(super) enum Tail {
 pub(super) enum AreaState {
     /// Its commit record is there.
     Committed { sequence: u32 },
-    /// Erased.
+    /// Erased, or never written.
     Erased,
+    /// Erased as a whole: its header, written after that, is there, and nothing else.
+    Prepared { sequence: u32 },
     /// It was being written: the other area stands.
     Unfinished,
     /// It may have been committed.
@@ -69,9 +72,11 @@ impl Scan {
     pub(super) fn sequence(&self) -> Option<u32> {
         match self.state {
             AreaState::Committed { sequence } => Some(sequence),
-            AreaState::Erased | AreaState::Unfinished | AreaState::Damaged | AreaState::Foreign => {
-                None
-            }
+            AreaState::Erased
+            | AreaState::Prepared { .. }
+            | AreaState::Unfinished
+            | AreaState::Damaged
+            | AreaState::Foreign => None,
         }
     }
 
@@ -152,6 +157,9 @@ pub(super) fn scan<S: SettingsStore>(flash: &mut S, area: Area) -> Result<Scan, 
     }
     if (scan.state, scan.tail) == (AreaState::Unfinished, Tail::Damaged) {
         scan.state = AreaState::Damaged; // its commit record may be what is damaged
+    }
+    if (scan.end, scan.tail) == (AREA_HEADER, Tail::Clean) {
+        scan.state = AreaState::Prepared { sequence };
     }
     if scan.tail != Tail::Clean {
         scan.end = flash.size(); // nothing may be appended behind a bad record

@@ -8,6 +8,12 @@
 //! A record counts once its checksum, written last, is there: before that the old value stands. An area counts once its
 //! commit record is there: before that the other area stands. So each value is the old or the new one, never a mixture,
 //! and so is all that one [`Records::retain`] removes.
+//!
+//! The memory may err without saying so. Everything that is written is read back: a record before it counts as stored, a copy
+//! before its commit record is written. After a fault the other area is written, once more if need be.
+//!
+//! An erase that power interrupted may leave cells that read as erased and do not keep what is written to them later. The
+//! header is written after the erase: an area without one is erased again, whatever it reads as.
 
 use super::flash::{Area, SettingsStore};
 use super::record::{
@@ -38,6 +44,8 @@ pub enum Condition {
 pub enum StoreError<E> {
     /// The memory failed.
     Flash(E),
+    /// The memory accepted bytes and holds others.
+    Unfaithful,
     /// There is no room left.
     Full,
     /// The payload is longer than [`MAX_PAYLOAD`].
@@ -54,6 +62,7 @@ impl<E> fmt::Display for StoreError<E> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Flash(_) => "the memory for settings failed",
+            Self::Unfaithful => "the memory for settings holds other bytes than were written",
             Self::Full => "the memory for settings is full",
             Self::TooLong => "the text is too long to be stored",
         })
@@ -89,6 +98,10 @@ struct Active {
 #[derive(Debug, Clone)]
 pub struct Records {
     active: Option<Active>,
+    /// The other area is erased and has its header.
+    prepared: bool,
+    /// The area in use holds all that was ever acknowledged: the other one is not needed.
+    sound: bool,
     index: Index,
 }
 
@@ -105,13 +118,13 @@ impl Records {
             (Some(one), Some(two)) if (two.wrapping_sub(one) as i32) < 0 => Area::First,
             (_, Some(_)) => Area::Second,
             (Some(_), None) => Area::First,
-            (None, None) => return Ok((Self::blank(), unreadable(&first, &second))),
+            (None, None) => return Ok(Self::unread(&first, &second)),
         };
         let (scan, other) = match newest {
             Area::First => (first, second),
             Area::Second => (second, first),
         };
-        Ok(Self::with(newest, scan, &other))
+        Ok(Self::with(newest, scan, &other, flash.size()))
     }
 
     /// Reads the value of a key; `None` if it has none. A record that has become unreadable has none, either.
@@ -135,9 +148,22 @@ impl Records {
     ///
     /// # Errors
     ///
-    /// The value is too long, there is no room, or the memory failed. The old value stands then, but after a failure of
-    /// the memory it may be the new one.
+    /// The value is too long, there is no room, or the memory failed in both areas. The old value stands then, but after a
+    /// failure of the memory it may be the new one.
     pub fn write<S: SettingsStore>(
+        &mut self,
+        flash: &mut S,
+        key: RecordKey,
+        value: &[u8],
+    ) -> Result<Written, StoreError<S::Error>> {
+        match self.try_write(flash, key, value) {
+            // Nothing more is written to that area: the second attempt changes to the other one.
+            Err(StoreError::Flash(_) | StoreError::Unfaithful) => self.try_write(flash, key, value),
+            done => done,
+        }
+    }
+
+    fn try_write<S: SettingsStore>(
         &mut self,
         flash: &mut S,
         key: RecordKey,
@@ -207,18 +233,27 @@ impl Records {
     ///
     /// # Errors
     ///
-    /// The memory failed, or there is no room. What was there stands.
+    /// The memory failed twice, or there is no room. What was there stands.
     pub fn retain<S: SettingsStore>(
         &mut self,
         flash: &mut S,
         keep: impl Fn(RecordKey) -> bool,
     ) -> Result<(), StoreError<S::Error>> {
-        let (area, sequence) = match self.active {
-            Some(active) => (active.area.other(), active.sequence.wrapping_add(1)),
-            None => (Area::First, 0),
-        };
-        flash.erase(area)?;
-        flash.write(area, 0, &area_header(sequence))?;
+        match self.rewrite(flash, &keep) {
+            Err(StoreError::Flash(_) | StoreError::Unfaithful) => self.rewrite(flash, &keep),
+            done => done,
+        }
+    }
+
+    /// Copies what is kept to the spare area, which is the one in use from then on.
+    fn rewrite<S: SettingsStore>(
+        &mut self,
+        flash: &mut S,
+        keep: &impl Fn(RecordKey) -> bool,
+    ) -> Result<(), StoreError<S::Error>> {
+        self.prepare(flash)?;
+        self.prepared = false;
+        let (area, sequence) = self.next_area();
         let mut copy = Copy {
             area,
             end: AREA_HEADER,
@@ -226,7 +261,7 @@ impl Records {
         };
         if let Some(active) = self.active {
             for place in &self.index {
-                if RecordKey::from_code(place.code).is_some_and(&keep) {
+                if RecordKey::from_code(place.code).is_some_and(keep) {
                     copy.take(flash, active.area, *place)?;
                 }
             }
@@ -239,49 +274,83 @@ impl Records {
             end,
             begun: 0,
         });
+        self.sound = true;
         self.index = copy.index;
         Ok(())
     }
 
-    /// Erases the area that is not in use, so that no later change has to. What nobody could read stays as it is.
+    /// Which area is written next, and its number.
+    fn next_area(&self) -> (Area, u32) {
+        match self.active {
+            Some(active) => (active.area.other(), active.sequence.wrapping_add(1)),
+            None => (Area::First, 0),
+        }
+    }
+
+    /// Erases the spare area and writes its header, unless that is done.
+    fn prepare<S: SettingsStore>(&mut self, flash: &mut S) -> Result<(), StoreError<S::Error>> {
+        if self.prepared {
+            return Ok(());
+        }
+        let (area, sequence) = self.next_area();
+        flash.erase(area)?;
+        write_faithfully(flash, area, 0, &area_header(sequence))?;
+        self.prepared = true;
+        Ok(())
+    }
+
+    /// Prepares the area that is not in use, so that no later change has to wait for that. Where something was lost, the area
+    /// stays as it is until all that is left was copied and read back.
     ///
     /// # Errors
     ///
     /// The memory could not be erased: the change that needs the area tries again.
-    pub fn erase_spare<S: SettingsStore>(&self, flash: &mut S) -> Result<(), S::Error> {
-        match self.active {
-            Some(active) => flash.erase(active.area.other()),
-            None => Ok(()),
+    pub fn erase_spare<S: SettingsStore>(
+        &mut self,
+        flash: &mut S,
+    ) -> Result<(), StoreError<S::Error>> {
+        if self.sound {
+            self.prepare(flash)
+        } else {
+            Ok(())
         }
     }
 
-    fn blank() -> Self {
-        Self {
+    /// The records of a store without any area in use.
+    fn unread(first: &Scan, second: &Scan) -> (Self, Condition) {
+        let condition = unreadable(first, second);
+        let records = Self {
             active: None,
+            prepared: first.state == AreaState::Prepared { sequence: 0 },
+            sound: !matches!(condition, Condition::Damaged | Condition::Foreign),
             index: Index::new(),
-        }
+        };
+        (records, condition)
     }
 
     /// Makes the records of the area in use.
-    fn with(area: Area, scan: Scan, other: &Scan) -> (Self, Condition) {
+    fn with(area: Area, scan: Scan, other: &Scan, size: usize) -> (Self, Condition) {
         let condition = match (scan.tail, &other.state) {
             (Tail::Damaged, _) | (_, AreaState::Damaged) => Condition::Damaged,
             (Tail::CutShort, _) | (_, AreaState::Unfinished) => Condition::CutShort,
             (Tail::Clean, _) => Condition::Sound,
         };
+        let sound = condition != Condition::Damaged;
         let active = scan.sequence().map(|sequence| Active {
             area,
             sequence,
-            end: scan.end,
+            // Where something is lost, the first change is to rewrite all: the other area may be read another time.
+            end: if sound { scan.end } else { size },
             begun: 0,
         });
-        (
-            Self {
-                active,
-                index: scan.index,
-            },
-            condition,
-        )
+        let next = active.map(|active| active.sequence.wrapping_add(1));
+        let records = Self {
+            active,
+            prepared: next.is_some_and(|sequence| other.state == AreaState::Prepared { sequence }),
+            sound,
+            index: scan.index,
+        };
+        (records, condition)
     }
 
     fn place(&self, code: u16) -> Option<Place> {
@@ -305,7 +374,7 @@ impl Records {
         let rest = record.get(begun..).unwrap_or(&[]);
         let part = rest.get(..AT_ONCE).unwrap_or(rest);
         (active.end, active.begun) = (flash.size(), 0);
-        flash.write(active.area, offset + begun, part)?;
+        write_faithfully(flash, active.area, offset + begun, part)?;
         if part.len() < rest.len() {
             (active.end, active.begun) = (offset, begun + part.len());
             return Ok(None);
@@ -348,10 +417,25 @@ impl Copy {
         if flash.size().saturating_sub(self.end) < record.len() {
             return Err(StoreError::Full);
         }
-        flash.write(self.area, self.end, &record)?;
+        write_faithfully(flash, self.area, self.end, &record)?;
         self.end += record.len();
         Ok(())
     }
+}
+
+/// Writes bytes, those of a record at most, and reads them back.
+fn write_faithfully<S: SettingsStore>(
+    flash: &mut S,
+    area: Area,
+    offset: usize,
+    bytes: &[u8],
+) -> Result<(), StoreError<S::Error>> {
+    flash.write(area, offset, bytes)?;
+    let mut found = [0; MAX_PAYLOAD + OVERHEAD];
+    let found = found.get_mut(..bytes.len()).ok_or(StoreError::TooLong)?;
+    flash.read(area, offset, found)?;
+    let same = found == bytes;
+    same.then_some(()).ok_or(StoreError::Unfaithful)
 }
 
 /// Answers what two areas without a commit record mean.

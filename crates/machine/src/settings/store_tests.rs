@@ -1,81 +1,12 @@
 use super::super::record::RECORD_HEADER;
 use super::*;
+use mock::{MockFlash, PowerLost};
 use proptest::prelude::*;
 use std::collections::BTreeMap;
 use std::vec::Vec as StdVec;
 
-/// Flash that enforces its rules and loses power after a number of bytes.
-#[derive(Clone)]
-struct MockFlash {
-    areas: [StdVec<u8>; 2],
-    /// Bytes that can still be written or erased.
-    fuel: usize,
-    /// What becomes of the byte that is being written when power goes: these bits stay set.
-    half_written: u8,
-    died_erasing: bool,
-    written: usize,
-}
-
-#[derive(Debug, PartialEq)]
-struct PowerLost;
-
-impl MockFlash {
-    fn new(size: usize) -> Self {
-        Self {
-            areas: [std::vec![0xff; size], std::vec![0xff; size]],
-            fuel: usize::MAX,
-            half_written: 0xff,
-            died_erasing: false,
-            written: 0,
-        }
-    }
-
-    fn burn(&mut self) -> bool {
-        let alive = self.fuel > 0;
-        self.fuel = self.fuel.saturating_sub(1);
-        self.written += usize::from(alive);
-        alive
-    }
-}
-
-impl SettingsStore for MockFlash {
-    type Error = PowerLost;
-
-    fn size(&self) -> usize {
-        self.areas[0].len()
-    }
-
-    fn read(&mut self, area: Area, offset: usize, bytes: &mut [u8]) -> Result<(), PowerLost> {
-        bytes.copy_from_slice(&self.areas[area as usize][offset..][..bytes.len()]);
-        Ok(())
-    }
-
-    fn write(&mut self, area: Area, offset: usize, bytes: &[u8]) -> Result<(), PowerLost> {
-        assert!(offset.is_multiple_of(4) && bytes.len().is_multiple_of(4));
-        for (at, byte) in bytes.iter().enumerate() {
-            let alive = self.burn();
-            let half = self.half_written;
-            let place = &mut self.areas[area as usize][offset + at];
-            assert_eq!(*place, 0xff, "written twice");
-            *place = if alive { *byte } else { *byte | half };
-            if !alive {
-                return Err(PowerLost);
-            }
-        }
-        Ok(())
-    }
-
-    fn erase(&mut self, area: Area) -> Result<(), PowerLost> {
-        for at in 0..self.size() {
-            if at.is_multiple_of(64) && !self.burn() {
-                self.died_erasing = true;
-                return Err(PowerLost);
-            }
-            self.areas[area as usize][at] = 0xff;
-        }
-        Ok(())
-    }
-}
+#[path = "../../tests/bench/flash.rs"]
+mod mock;
 
 const SIZE: usize = 256;
 
@@ -171,7 +102,7 @@ fn a_power_loss_after_any_byte_leaves_the_old_or_the_new_value() {
             };
             let (stored, pending) = run(&mut flash);
             let (key, new) = pending.expect("power was lost");
-            flash.fuel = usize::MAX;
+            flash.restart();
             let (mut records, condition) = mounted(&mut flash);
             for (code, old) in &stored {
                 let found = value(&records, &mut flash, *code);
@@ -270,7 +201,7 @@ fn removing_many_keys_happens_as_a_whole() {
             ..sound.clone()
         };
         let done = records.clone().retain(&mut flash, keeps).is_ok();
-        flash.fuel = usize::MAX;
+        flash.restart();
         assert_eq!(
             values(&mut flash),
             if done { after.clone() } else { before.clone() },
@@ -293,17 +224,19 @@ fn a_spare_area_erased_early_costs_no_value_and_spares_the_next_change_the_erasi
         [100, 0x1000, 0x2001].map(|code| value(&records, flash, code))
     };
     let before = values(&mut sound);
-    for fuel in 0..=SIZE / 64 {
+    const ALL: usize = SIZE / 64 + AREA_HEADER;
+    for fuel in 0..=ALL {
         let mut flash = MockFlash {
             fuel,
             ..sound.clone()
         };
-        let done = records.erase_spare(&mut flash).is_ok();
-        assert_eq!(done, fuel == SIZE / 64);
-        flash.fuel = usize::MAX;
+        let done = records.clone().erase_spare(&mut flash).is_ok();
+        assert_eq!(done, fuel == ALL);
+        flash.restart();
         assert_eq!(values(&mut flash), before, "after {fuel} blocks");
         let spare = records.active.unwrap().area.other();
-        assert!(!done || flash.areas[spare as usize] == [0xff; SIZE]);
+        let spare = &flash.areas[spare as usize];
+        assert!(!done || spare[AREA_HEADER..] == [0xff; SIZE - AREA_HEADER]);
     }
 }
 
@@ -314,7 +247,7 @@ fn a_store_that_nobody_could_read_is_not_erased() {
     for area in &mut flash.areas {
         area[0] ^= 1;
     }
-    let (records, _) = mounted(&mut flash);
+    let (mut records, _) = mounted(&mut flash);
     let before = flash.areas.clone();
     records.erase_spare(&mut flash).unwrap();
     assert_eq!(flash.areas, before);
@@ -431,5 +364,181 @@ proptest! {
         let (mut records, _) = mounted(&mut flash);
         prop_assert_eq!(write(&mut records, &mut flash, RecordKey::Build, b"A"), Ok(()));
         prop_assert_eq!(value(&records, &mut flash, RecordKey::Build.code()), b"A");
+    }
+}
+
+/// What a history does to a store.
+#[derive(Clone, Debug)]
+enum Step {
+    Set(u16, StdVec<u8>),
+    /// All settings go, the texts stay.
+    Restore,
+    /// Power goes and comes again, and the spare area is prepared.
+    Restart,
+    /// Power is lost after so many bytes, in whatever they are written.
+    Cut(usize),
+    /// The word after so many goes wrong without a sign.
+    Err(usize),
+}
+
+fn steps() -> impl Strategy<Value = StdVec<Step>> {
+    let key = prop_oneof![0..6_u16, Just(0x2000_u16)];
+    let payload = prop::collection::vec(any::<u8>(), 0..60);
+    let step = prop_oneof![
+        10 => (key, payload).prop_map(|(key, payload)| Step::Set(key, payload)),
+        1 => Just(Step::Restore),
+        1 => Just(Step::Restart),
+        2 => (0..400_usize).prop_map(Step::Cut),
+        2 => (0..100_usize).prop_map(Step::Err),
+    ];
+    prop::collection::vec(step, 0..60)
+}
+
+/// The values of all keys of a history, as they are read.
+type Values = BTreeMap<u16, StdVec<u8>>;
+
+fn values_of(records: &Records, flash: &mut MockFlash) -> Values {
+    let codes = (0..6).chain([0x2000]);
+    codes
+        .map(|code| (code, value(records, flash, code)))
+        .collect()
+}
+
+/// Carries a step out; the values after it, if it is acknowledged.
+fn carry_out(
+    records: &mut Records,
+    flash: &mut MockFlash,
+    step: &Step,
+    old: &Values,
+) -> (bool, Values) {
+    let mut new = old.clone();
+    let done = match step {
+        Step::Set(code, payload) => {
+            new.insert(*code, payload.clone());
+            let key = RecordKey::from_code(*code).unwrap();
+            write(records, flash, key, payload).is_ok()
+        }
+        Step::Restore => {
+            (0..6).for_each(|code| {
+                new.insert(code, StdVec::new());
+            });
+            let keep = |key| !matches!(key, RecordKey::Setting(_));
+            records.retain(flash, keep).is_ok()
+        }
+        Step::Restart | Step::Cut(_) | Step::Err(_) => true,
+    };
+    (done, new)
+}
+
+/// Power comes back; what is read then.
+fn boot(flash: &mut MockFlash) -> (Records, Values) {
+    flash.restart();
+    let (mut records, _) = mounted(flash);
+    let values = values_of(&records, flash);
+    let _ = records.erase_spare(flash);
+    (records, values)
+}
+
+/// Whatever was acknowledged is there, and of what was not, all or nothing.
+fn survive(history: &[Step], half_written: u8, weakens: bool) -> Result<(), TestCaseError> {
+    let mut flash = MockFlash {
+        half_written,
+        weakens,
+        ..MockFlash::new(1024)
+    };
+    let (mut records, mut known) = boot(&mut flash);
+    for step in history {
+        match step {
+            Step::Cut(bytes) => flash.fuel = *bytes,
+            Step::Err(words) => flash.errs.push(flash.words + words),
+            Step::Set(..) | Step::Restore | Step::Restart => {}
+        }
+        let (done, new) = carry_out(&mut records, &mut flash, step, &known);
+        if done && !matches!(step, Step::Restart) {
+            known = new;
+            continue;
+        }
+        let found;
+        (records, found) = boot(&mut flash);
+        prop_assert!(
+            found == known || !done && found == new,
+            "{step:?}: {found:?} in place of {known:?}"
+        );
+        known = found;
+    }
+    let (_, found) = boot(&mut flash);
+    prop_assert_eq!(found, known);
+    Ok(())
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(4000))]
+
+    #[test]
+    fn what_was_acknowledged_survives_lost_power_silent_faults_and_cut_erases(
+        history in steps(), half_written in prop::sample::select(&[0xff_u8, 0xf0, 0x5a][..]), weakens in any::<bool>(),
+    ) {
+        survive(&history, half_written, weakens)?;
+    }
+}
+
+#[test]
+fn the_spare_area_is_kept_after_damage_until_all_was_copied_and_read_back() {
+    let mut flash = MockFlash::new(SIZE);
+    run(&mut flash);
+    let active = mounted(&mut flash).0.active.unwrap();
+    flash.areas[active.area as usize][AREA_HEADER] ^= 1;
+    let before = flash.areas.clone();
+    let (mut records, condition) = mounted(&mut flash);
+    assert_eq!(condition, Condition::Damaged);
+    records.erase_spare(&mut flash).unwrap();
+    assert_eq!(flash.areas, before);
+    write(&mut records, &mut flash, RecordKey::Build, b"ON").unwrap();
+    records.erase_spare(&mut flash).unwrap();
+    assert_eq!(mounted(&mut flash).1, Condition::Sound);
+    assert_ne!(
+        flash.areas[active.area as usize],
+        before[active.area as usize]
+    );
+}
+
+#[test]
+fn an_area_whose_erase_was_cut_is_erased_again_although_it_reads_as_erased() {
+    let mut flash = MockFlash {
+        weakens: true,
+        ..MockFlash::new(SIZE)
+    };
+    run(&mut flash);
+    let (mut records, _) = mounted(&mut flash);
+    let spare = records.active.unwrap().area.other();
+    flash.fuel = 1;
+    assert!(records.erase_spare(&mut flash).is_err());
+    assert_eq!(flash.areas[spare as usize], [0xff; SIZE]);
+    let (mut records, _) = boot(&mut flash);
+    records.retain(&mut flash, |_| true).unwrap();
+    write(&mut records, &mut flash, RecordKey::Build, b"KEPT").unwrap();
+    let (records, _) = boot(&mut flash);
+    assert_eq!(
+        value(&records, &mut flash, RecordKey::Build.code()),
+        b"KEPT"
+    );
+}
+
+#[test]
+fn a_word_that_goes_wrong_in_silence_costs_an_attempt_and_three_in_a_row_an_error() {
+    for (errs, done) in [(1, Ok(())), (2, Ok(())), (3, Err(StoreError::Unfaithful))] {
+        let mut flash = MockFlash::new(1024);
+        let (mut records, _) = mounted(&mut flash);
+        write(&mut records, &mut flash, RecordKey::Setting(1), &[1; 8]).unwrap();
+        // The record's own last word, and the first one of the other area's header, twice.
+        flash.errs = [3, 4, 7][..errs]
+            .iter()
+            .map(|word| flash.words + word)
+            .collect();
+        let again = write(&mut records, &mut flash, RecordKey::Setting(1), &[2; 8]);
+        assert_eq!(again, done);
+        let (found, _) = mounted(&mut flash);
+        let expected = if done.is_ok() { [2; 8] } else { [1; 8] };
+        assert_eq!(value(&found, &mut flash, 1), expected);
     }
 }

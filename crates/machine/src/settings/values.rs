@@ -73,7 +73,10 @@ impl Key {
     }
 }
 
-/// The settings of a machine with at most nine axes.
+/// The most axes that a machine can have: settings of an axis are ten numbers apart.
+pub const MAX_AXES: usize = 9;
+
+/// The settings of a machine with at most [`MAX_AXES`] axes.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Settings<const AXES: usize> {
     scalars: [Number; SCALARS],

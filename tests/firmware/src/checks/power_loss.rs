@@ -8,13 +8,16 @@ use leadscrew_f407emu::{FlashOperation, ResetCause, LSI_FASTEST_HZ};
 
 /// What is in the store before: none of it a default.
 const KNOWN: &str = "$30=12000\n$100=123.456\n$101=80\n$110=4000\n$120=77\n$N0=G54\nG10L2P1X1.5Y2.25\nG10L2P3Z-4\nG28.1\n$I=old\n";
-/// Lines that write a record each: a setting, an offset, a startup line, the text of `$I`.
-const WRITES: [&str; 5] = [
+/// Lines that write a record each: a setting, an offset, a startup line, the text of `$I`. And those that take many records away.
+const WRITES: [&str; 8] = [
     "$100=250.125",
     "G10L2P1X-3.5Y0Z7",
     "$N0=G21G90G94G54G17(and no more than this)",
     "$I=a board on a bench",
     LONGEST,
+    "$RST=$",
+    "$RST=#",
+    "$RST=*",
 ];
 /// A startup line of 79 characters, the most that a line may have: the longest record.
 pub(super) const LONGEST: &str = concat!(
