@@ -134,8 +134,10 @@ fn defaults_are_restored_in_the_store_before_the_answer_and_the_banner() {
     }
 }
 
-/// What is changed, stored, and gone after `$RST=`, in each case with what stays.
-const RESTORES: [(&str, fn(&str) -> bool); 3] = [
+/// Whether a row of a list shows its default after `$RST=`.
+type Goes = fn(&str) -> bool;
+
+const RESTORES: [(&str, Goes); 3] = [
     ("$RST=$\n", |row| row.starts_with("$1")),
     ("$RST=#\n", |row| row.starts_with("[G")),
     ("$RST=*\n", |_| true),

@@ -5,7 +5,19 @@ use super::command::{Command, Commands, Feed, OffsetId, Spindle, Travel};
 use super::context::Context;
 use super::modal_state::{FeedMode, ModalState, Motion, Rotation};
 use super::words::{Block, Flow};
-use super::{Coordinate, Interpreter};
+use super::{Coordinate, Interpreter, MAX_COMMANDS};
+
+/// Spindle, coolant and parking.
+const SWITCHES: usize = 3;
+/// A dwell or a stored offset, and another work offset.
+const OFFSETS: usize = 2;
+/// Two rapids of G28 or G30, and a motion.
+const MOTIONS: usize = 3;
+/// A pause, or the end of the program and another work offset.
+const ENDS: usize = 2;
+/// The most that one line asks for.
+const MOST: usize = SWITCHES + OFFSETS + MOTIONS + ENDS;
+const _: () = assert!(MOST <= MAX_COMMANDS, "a line would lose a command");
 
 impl<const AXES: usize> Interpreter<AXES> {
     /// Carries a line out, in GRBL's order: feed, speed, tool, spindle, coolant, parking, dwell, modes, offsets, motion,
@@ -192,7 +204,7 @@ pub(super) fn spindle(modal: &ModalState) -> Spindle {
     }
 }
 
-/// Adds a command. There is always room: see [`MAX_COMMANDS`](super::MAX_COMMANDS).
+/// Adds a command. There is always room: a line asks for [`MOST`] at most.
 #[inline]
 fn push<const AXES: usize>(commands: &mut Commands<AXES>, command: Command<AXES>) {
     let pushed = commands.push(command);
