@@ -12,8 +12,14 @@ use std::num::NonZeroU32;
 
 type Desk<'a> = Session<'a, Cartesian, 3>;
 
+/// 512, or as many as `PROPTEST_CASES` says.
+fn cases() -> u32 {
+    let told = std::env::var("PROPTEST_CASES").ok();
+    told.and_then(|told| told.parse().ok()).unwrap_or(512)
+}
+
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(512))]
+    #![proptest_config(ProptestConfig::with_cases(cases()))]
 
     #[test]
     fn any_stream_leaves_a_machine_that_answers(script in scripts::script()) {
@@ -32,6 +38,15 @@ fn a_direction_that_changes_with_a_setting_waits_for_the_last_pulse() {
 #[test]
 fn a_coolant_toggled_while_m30_waits_for_motion_is_off_after_it_and_in_the_modes() {
     endure(b"\x04G1X5Y2F3000\nM30\n\xF0\xA0");
+}
+
+/// The property above once failed without a fault: the machine had answered, and the `ok` was on the slow wire.
+#[test]
+fn an_answer_that_is_on_the_wire_when_a_stream_ends_is_waited_for() {
+    for tenths in 7960..8000 {
+        let line = format!("G4P0.{tenths}\n");
+        endure(&[b"\0\xFF", line.as_bytes()].concat());
+    }
 }
 
 fn baud(baud: u32) -> Rate {

@@ -4,6 +4,9 @@ use crate::client::PATIENCE;
 use crate::served::Served;
 use std::time::{Duration, Instant};
 
+/// What every client hears until the machine is unlocked.
+const LOST: &str = "[MSG:Stored values lost, defaults in force: check them, then $X]";
+
 #[test]
 fn what_was_stored_survives_a_restart() {
     let folder = tempfile::tempdir().unwrap();
@@ -104,6 +107,8 @@ fn a_state_file_that_cannot_be_used_is_kept_aside_and_said() {
         assert!(said.ends_with(&told), "{said}");
         assert_eq!(std::fs::read(kept).unwrap(), bytes);
         let mut client = served.connect();
+        client.expect(LOST);
+        client.wait_for("Alarm");
         assert_eq!(client.setting("$110").as_deref(), Some("$110=6000.000"));
     }
 }
@@ -124,5 +129,31 @@ fn settings_whose_record_is_damaged_are_said_to_be_lost() {
     assert!(served.said[0].ends_with(&told), "{:?}", served.said);
     assert_eq!(std::fs::read(kept).unwrap(), damaged);
     let mut client = served.connect();
+    client.expect(LOST);
+    client.wait_for("Alarm");
+    client.send(b"G0X1\n");
+    client.expect(LOST);
+    client.expect("error:9");
+    drop(client);
+    let mut client = served.connect();
+    client.send(b"?");
+    client.expect(LOST);
+    client.send(b"\x18");
+    for line in [
+        "error:7",
+        "Grbl 1.1h ['$' for help]",
+        "[MSG:'$H'|'$X' to unlock]",
+        LOST,
+    ] {
+        client.expect(line);
+    }
+    client.wait_for("Alarm");
     assert_eq!(client.setting("$110").as_deref(), Some("$110=6000.000"));
+    assert_eq!(client.say("$X"), ["[MSG:Caution: Unlocked]"]);
+    drop(client);
+    let mut client = served.connect();
+    assert_eq!(client.say("$110=4321.5"), [""; 0]);
+    assert_eq!(client.say("G0X1"), [""; 0]);
+    drop(served);
+    assert_eq!(Served::remembering(&file).said, [""; 0]);
 }

@@ -6,7 +6,7 @@
 //! ```
 //!
 //! A packet is always taken, so that a realtime byte never waits behind a full buffer: a sender counts what it has sent, or
-//! waits for each answer, as on any line of Grbl's. DTR and the rate that the host sets mean nothing here.
+//! waits for each answer, as on any line of Grbl's. DTR says that a program has come; the rate that the host sets means nothing.
 //!
 //! A host that does not read stops nobody: the queue fills, then the machine takes no more lines from it, the other line
 //! goes on. Without a host bytes go nowhere, but for the first kilobyte after power-up, the banner: whoever comes first reads that.
@@ -156,6 +156,8 @@ pub struct Port {
     outgoing: Consumer<'static, u8>,
     /// The packet that is sent next.
     packet: Vec<u8, SENT>,
+    /// A program has the port open, as DTR says.
+    open: bool,
 }
 
 impl Port {
@@ -181,6 +183,7 @@ impl Port {
             receiver,
             outgoing,
             packet: Vec::new(),
+            open: false,
         })
     }
 
@@ -193,8 +196,10 @@ impl Port {
         if self.device.state() == UsbDeviceState::Configured {
             HOST.store(Host::Attached as u8, Relaxed);
             self.send();
-            self.receive() || self.takes_more()
+            let opened = self.opens();
+            self.receive() || self.takes_more() || opened
         } else {
+            self.open = false;
             let leaves = Host::now() == Host::Attached;
             if leaves {
                 HOST.store(Host::Gone as u8, Relaxed);
@@ -203,6 +208,16 @@ impl Port {
             }
             leaves
         }
+    }
+
+    /// Whether a program has opened the port since this was asked last.
+    fn opens(&mut self) -> bool {
+        let was_open = core::mem::replace(&mut self.open, self.class.dtr());
+        let opens = self.open && !was_open;
+        if opens {
+            self.receiver.open();
+        }
+        opens
     }
 
     /// At most the packet that the driver holds: it takes the next one in the next interrupt.

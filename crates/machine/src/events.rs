@@ -25,6 +25,9 @@ where
 {
     /// Handles realtime commands in the order in which each channel received them. Main loop.
     pub(crate) fn take_requests<B: Board>(&mut self, board: &mut B, now: Instant) {
+        while let Some(id) = self.console.next_opened() {
+            self.say_lost(Some(id));
+        }
         let overrides = self.overrides;
         for _ in 0..REQUESTS_A_POLL {
             let Some((channel, request)) = self.console.next_request() else {

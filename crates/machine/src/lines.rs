@@ -77,6 +77,9 @@ where
         now: Instant,
     ) {
         if let State::Alarm(_) | State::Jog(_) = self.state {
+            if let Origin::Channel(id) = origin {
+                self.say_lost(Some(id));
+            }
             return self.refuse(origin, Status::Locked.into());
         }
         if self.state == State::Idle && self.is_at_limit(board) {

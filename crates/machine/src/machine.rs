@@ -119,7 +119,7 @@ pub struct Machine<'a, K, const AXES: usize, const MOTORS: usize, const MOVES: u
     pub(crate) unsaved: Unsaved,
     /// Not all that the line under way changed could be stored.
     pub(crate) store_failed: bool,
-    /// The store had lost something: said before the banner.
+    /// The store had lost something: the machine is locked until `$X`, and everybody who comes is told why.
     pub(crate) stored_values_lost: bool,
 
     pub(crate) motion: Motion<'a, K, AXES, MOTORS>,
@@ -357,12 +357,8 @@ where
         self.apply_settings(board);
         board.set_coolant(self.coolant.output());
         board.enable_motors(false);
-        if self.settings.is_on(Setting::Homing) {
+        if self.settings.is_on(Setting::Homing) || self.stored_values_lost {
             self.enter(State::Alarm(Lock::Unlockable));
-        }
-        if self.stored_values_lost {
-            let status = Status::StoreUnreadable.number();
-            self.console.broadcast(format_args!("error:{status}"));
         }
         self.greet(board, now);
     }

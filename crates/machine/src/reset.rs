@@ -93,6 +93,10 @@ where
     /// The banner and what follows it: warnings, then startup lines unless locked.
     pub(crate) fn greet<B: Board>(&mut self, board: &mut B, now: Instant) {
         self.cadence = Cadence::new();
+        if self.stored_values_lost {
+            let status = Status::StoreUnreadable.number();
+            self.console.broadcast(format_args!("error:{status}"));
+        }
         self.console.broadcast("");
         self.console.broadcast(BANNER);
         let active = self.inputs.active(&board.switches());
@@ -106,12 +110,21 @@ where
         }
         if let State::Alarm(_) = self.state {
             self.console.message(Message::Locked);
-            return;
+            return self.say_lost(None);
         }
         if active.door {
             self.open_door(board, now);
         }
         self.startup.begin(None);
+    }
+
+    /// Says that stored values are lost, where that is so and nobody has unlocked the machine since: to one channel, or to all.
+    pub(crate) fn say_lost(&mut self, to: Option<ChannelId>) {
+        match to {
+            _ if !self.stored_values_lost => {}
+            Some(id) => self.console.tell(id, Message::SettingsLost),
+            None => self.console.message(Message::SettingsLost),
+        }
     }
 
     /// Locks the machine and says why. A laser goes off, until a line after the lock wants it; a spindle goes on, as Grbl's

@@ -147,25 +147,45 @@ impl<K, const AXES: usize, const MOTORS: usize, const MOVES: usize>
 where
     K: Kinematics<AXES, MOTORS> + Clone,
 {
-    /// Takes over what is stored. Main loop, once, before the first [`Machine::poll`].
+    /// Takes over what is stored. Main loop, before the first [`Machine::poll`].
     ///
-    /// What was damaged keeps its default, and the operator is told with `error:7` before the banner.
+    /// What was damaged keeps its default. Then the machine is locked until `$X`, and tells everybody who comes why.
     ///
     /// # Errors
-    /// The memory could not be read: all defaults are in force.
+    /// The memory could not be read: all defaults are in force, and the machine is locked as well.
     pub fn load<S: SettingsStore>(&mut self, store: &mut S) -> Result<Condition, S::Error> {
+        let loaded = self.load_all(store);
+        match loaded {
+            Ok(Condition::Sound | Condition::Blank | Condition::CutShort) => {}
+            Ok(Condition::Damaged | Condition::Foreign) | Err(_) => self.distrust_settings(),
+        }
+        loaded
+    }
+
+    /// Notes that something is lost that was stored, as [`Machine::load`] does where it finds that out. Before the first
+    /// [`Machine::poll`].
+    pub fn distrust_settings(&mut self) {
+        self.stored_values_lost = true;
+    }
+
+    fn load_all<S: SettingsStore>(&mut self, store: &mut S) -> Result<Condition, S::Error> {
         let (records, condition) = Records::mount(store)?;
+        let mut sound = true;
         let keys = Settings::<AXES>::keys();
         for key in keys {
             let number = key.number();
-            let payload = records.read(store, RecordKey::Setting(number))?;
-            if let Some([value]) = payload.as_deref().and_then(decode_numbers) {
-                self.settings.load(Entry { number, value });
+            if let Some(payload) = records.read(store, RecordKey::Setting(number))? {
+                let value = decode_numbers(&payload);
+                sound &= value.is_some_and(|[value]| self.settings.load(Entry { number, value }));
             }
         }
         for (index, id) in (0u8..).zip(OffsetId::ALL) {
-            let payload = records.read(store, RecordKey::Offset(index))?;
-            if let Some(value) = payload.as_deref().and_then(decode_numbers::<AXES>) {
+            let Some(payload) = records.read(store, RecordKey::Offset(index))? else {
+                continue;
+            };
+            let value = decode_numbers::<AXES>(&payload);
+            sound &= value.is_some();
+            if let Some(value) = value {
                 let value = value.map(|value| Coordinate::from_nanos(value.nanos()));
                 self.interpreter.load_offset(id, value);
             }
@@ -178,9 +198,8 @@ where
         let build = records.read(store, RecordKey::Build)?;
         self.memory.set_build(build.as_deref().unwrap_or_default());
         self.work_offset = *self.interpreter.work_offset();
-        self.stored_values_lost = condition == Condition::Damaged;
         self.records = Some(records);
-        Ok(condition)
+        Ok(if sound { condition } else { Condition::Damaged })
     }
 
     /// Whether there is a store, and something is not in it yet.

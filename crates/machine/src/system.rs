@@ -147,6 +147,7 @@ where
             return Ok(());
         };
         self.allow_leaving(board)?;
+        self.stored_values_lost = false;
         self.enter(State::Idle);
         self.console.message(Message::Unlocked);
         Ok(())
@@ -160,6 +161,11 @@ where
         now: Instant,
     ) -> Result<Reply, Status> {
         self.allow_leaving(board)?;
+        if self.stored_values_lost {
+            // Which way an axis homes, and how its switches are wired, may be lost, too.
+            self.say_lost(Some(id));
+            return Err(Status::Locked);
+        }
         let groups = match homing {
             Homing::All => self.config.homing_cycles,
             Homing::Axis(axis) => [1u8.checked_shl(u32::from(axis)).unwrap_or(0), 0, 0, 0],

@@ -375,3 +375,21 @@ fn the_board_filters_its_switches_as_long_as_706_says() {
     assert_ne!(session.line("$706=10001"), ["ok"]);
     assert_eq!(session.pins.port.filter_us, 50);
 }
+
+/// A burst of overrides fills the queue of realtime commands before the main loop looks at it.
+#[test]
+fn a_hold_behind_a_hundred_overrides_holds_and_a_resume_behind_it_goes_on() {
+    let mut memory = Memory::new();
+    let mut session = Session::boot(&mut memory, MachineConfig::grbl());
+    session.send("G1X10F600\n");
+    session.wait_ms(300);
+    session.send([&[0x91; 100][..], b"!"].concat());
+    session.wait_ms(500);
+    assert!(session.status().starts_with("<Hold:0|"));
+    session.send([&[0x92; 100][..], b"~"].concat());
+    session.wait_ms(100);
+    assert!(session.status().starts_with("<Run|"));
+    session.send([&[0x91; 100][..], b"\x84"].concat());
+    session.wait_ms(500);
+    assert!(session.status().starts_with("<Door:"));
+}

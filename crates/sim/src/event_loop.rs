@@ -199,6 +199,14 @@ where
         &mut self.board.observer
     }
 
+    /// Somebody has come at the other end of a line: the machine tells them what everybody must know.
+    pub fn open_line(&mut self, line: usize) {
+        if let Some(receiver) = self.receivers.get_mut(line) {
+            receiver.open();
+            self.wake = self.wake.min(self.now);
+        }
+    }
+
     /// Position as the step interrupt counts it.
     pub fn counted_position(&self) -> [i32; MOTORS] {
         self.shared.position()

@@ -90,6 +90,19 @@ impl<'a> Console<'a> {
         }
     }
 
+    /// Sends a message on one channel, if there is room for it.
+    pub(crate) fn tell(&mut self, id: ChannelId, message: Message) {
+        if let Some(channel) = self.channel(id) {
+            channel.inbox.output.message(message);
+        }
+    }
+
+    /// A channel at whose other end somebody has come.
+    pub(crate) fn next_opened(&mut self) -> Option<ChannelId> {
+        self.channels()
+            .find_map(|(id, channel)| channel.inbox.take_opened().then_some(id))
+    }
+
     /// Sends a line on one channel.
     pub(crate) fn line(&mut self, id: ChannelId, line: impl fmt::Display) {
         if let Some(channel) = self.channel(id) {
@@ -212,6 +225,7 @@ impl<'a> Console<'a> {
                 || channel.output_is_empty()
                     && (channel.listing.is_some() || takes_lines && has_line)
                 || channel.inbox.has_requests()
+                || channel.inbox.was_opened()
         })
     }
 

@@ -38,6 +38,8 @@ pub enum Message {
     RestoringSpindle,
     /// `$SLP`.
     Sleeping,
+    /// What was stored is damaged: defaults are in force.
+    SettingsLost,
     /// A setting asks for more steps than the board can make: what would work.
     StepRate(Capped),
     /// A refused line in words.
@@ -63,6 +65,7 @@ impl Message {
             Self::RestoringDefaults => "Restoring defaults",
             Self::RestoringSpindle => "Restoring spindle",
             Self::Sleeping => "Sleeping",
+            Self::SettingsLost => "Stored values lost, defaults in force: check them, then $X",
             Self::StepRate(_) => "Step rate",
             Self::Status(status) => status.text(),
             Self::Alarm(alarm) => alarm.text(),
@@ -123,7 +126,7 @@ mod tests {
             capped.to_string(),
             "[MSG:Step rate: $110 can be 21818.000 at most]"
         );
-        for message in texts.chain(alarms).chain([capped]) {
+        for message in texts.chain(alarms).chain([capped, Message::SettingsLost]) {
             let line = message.to_string().to_ascii_lowercase();
             assert!(!line.contains("ok") && !line.contains("error"), "{line}");
             assert!(line.len() <= 68, "{line}");

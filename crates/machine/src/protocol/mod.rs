@@ -4,6 +4,7 @@ pub mod alarm;
 pub mod cadence;
 mod codes;
 pub mod decimal;
+mod late;
 pub mod line_reader;
 pub mod message;
 pub mod realtime;

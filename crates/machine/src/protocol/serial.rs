@@ -18,8 +18,10 @@
 //!
 //! What happens when something is full: an ordinary byte is lost and counted, as Grbl loses it; `?` is remembered in a
 //! flag, so that some report follows; one place is kept for a reset, and if that is taken, a reset is under way already
-//! and only its mark moves on. Overrides and the like are lost and counted.
+//! and only its mark moves on. `!`, `~`, 0x84 and 0x85 are kept beside the queue ([`Late`]). Overrides and the like are lost and
+//! counted.
 
+use super::late::{Late, Taken};
 use super::realtime::{Byte, Realtime};
 use crate::console::Output;
 use core::sync::atomic::{fence, AtomicBool, AtomicU32, Ordering};
@@ -47,12 +49,16 @@ pub struct Request {
     pub mark: Mark,
 }
 
-/// Words that the two ends share besides the queues. Each is written by the interrupt, but for `report` and `closed`, which
-/// the main loop clears.
+/// Words that the two ends share besides the queues. Each is written by the interrupt, but for `report`, `opened` and `closed`,
+/// which the main loop clears, and its part of `late`.
 #[derive(Debug)]
 struct Shared {
     /// A `?` that found no room.
     report: AtomicBool,
+    /// Commands that found no room and must not be lost.
+    late: Late,
+    /// Somebody has come at the other end: cleared by the main loop, too.
+    opened: AtomicBool,
     /// The mark of the newest reset.
     reset: AtomicU32,
     /// The other end has gone away, at this mark.
@@ -94,6 +100,8 @@ impl<const RX: usize> SerialQueue<RX> {
             output: Output::new(),
             shared: Shared {
                 report: AtomicBool::new(false),
+                late: Late::new(),
+                opened: AtomicBool::new(false),
                 reset: AtomicU32::new(0),
                 closed: AtomicBool::new(false),
                 closed_at: AtomicU32::new(0),
@@ -123,6 +131,7 @@ impl<const RX: usize> SerialQueue<RX> {
             shared: &self.shared,
             limit,
             taken: 0,
+            late: Taken::default(),
         };
         (receiver, inbox)
     }
@@ -155,6 +164,11 @@ impl Receiver<'_> {
             }
             Byte::Unknown => None,
         }
+    }
+
+    /// Notes that somebody has come at the other end, who is to hear what everybody must know. Serial interrupt.
+    pub fn open(&mut self) {
+        self.shared.opened.store(true, Ordering::Release);
     }
 
     /// Answers how many ordinary bytes were lost since power-up. Serial interrupt.
@@ -190,6 +204,9 @@ impl Receiver<'_> {
         let is_reset = realtime == Realtime::Reset;
         if is_reset {
             self.shared.reset.store(self.received, Ordering::Release);
+            self.shared.late.forget();
+        } else if self.shared.late.waits() && self.shared.late.keep(realtime, self.received) {
+            return; // behind those that wait already
         }
         let free = self.requests.capacity() - self.requests.len();
         let request = Request {
@@ -202,11 +219,10 @@ impl Receiver<'_> {
         match realtime {
             Realtime::Report => self.shared.report.store(true, Ordering::Release),
             Realtime::Reset => {} // one is under way, and takes this one's mark
-            Realtime::Hold
-            | Realtime::Resume
-            | Realtime::Door
-            | Realtime::JogCancel
-            | Realtime::Feed(_)
+            Realtime::Hold | Realtime::Resume | Realtime::Door | Realtime::JogCancel => {
+                self.shared.late.keep(realtime, self.received);
+            }
+            Realtime::Feed(_)
             | Realtime::Rapid(_)
             | Realtime::Spindle(_)
             | Realtime::SpindleStop
@@ -226,14 +242,25 @@ pub struct Inbox<'a> {
     limit: usize,
     /// Ordinary bytes taken since power-up, modulo 2³².
     taken: u32,
+    /// Commands that found no room in the queue, which is empty then.
+    late: Taken,
 }
 
 impl Inbox<'_> {
     /// Takes the next realtime command, whatever bytes are still unread before it. Main loop.
     #[inline]
     pub fn next_realtime(&mut self) -> Option<Request> {
+        if let Some(realtime) = self.late.next() {
+            return Some(self.at_late_mark(realtime));
+        }
+        let late = self.shared.late.peek();
         let Some(request) = self.requests.dequeue() else {
-            return self.postponed_report();
+            // All that came before what was late has been taken.
+            self.late = self.shared.late.take(late);
+            let realtime = self.late.next();
+            return realtime
+                .map(|realtime| self.at_late_mark(realtime))
+                .or_else(|| self.postponed_report());
         };
         let mark = match request.realtime {
             Realtime::Reset => Mark(self.shared.reset.load(Ordering::Acquire)),
@@ -327,7 +354,21 @@ impl Inbox<'_> {
 
     /// Answers whether [`next_realtime`](Self::next_realtime) has a command. Main loop.
     pub fn has_requests(&self) -> bool {
-        self.requests.ready() || self.shared.report.load(Ordering::Acquire)
+        self.requests.ready() || self.is_late() || self.shared.report.load(Ordering::Acquire)
+    }
+
+    /// Answers whether somebody has come at the other end since this was asked last. Main loop.
+    pub fn take_opened(&mut self) -> bool {
+        let opened = self.shared.opened.load(Ordering::Acquire);
+        if opened {
+            self.shared.opened.store(false, Ordering::Release);
+        }
+        opened
+    }
+
+    /// Answers whether [`take_opened`](Self::take_opened) would. Main loop.
+    pub fn was_opened(&self) -> bool {
+        self.shared.opened.load(Ordering::Acquire)
     }
 
     /// Answers how many bytes the channel has room for now: the second number of `Bf:`. Main loop.
@@ -350,6 +391,16 @@ impl Inbox<'_> {
         self.shared.lost_requests.load(Ordering::Relaxed)
     }
 
+    fn is_late(&self) -> bool {
+        !self.late.is_empty() || self.shared.late.waits()
+    }
+
+    /// Of commands that were late only a jog cancel asks where it stood.
+    fn at_late_mark(&self, realtime: Realtime) -> Request {
+        let mark = Mark(self.shared.late.mark());
+        Request { realtime, mark }
+    }
+
     fn postponed_report(&mut self) -> Option<Request> {
         let asked = self.shared.report.load(Ordering::Acquire);
         if asked {
@@ -367,7 +418,9 @@ impl Inbox<'_> {
 
     /// How many bytes came before the next realtime command and have not been taken yet; `None` where there is no command.
     fn ahead_of_request(&self) -> Option<usize> {
-        let request = self.requests.peek()?;
+        let Some(request) = self.requests.peek() else {
+            return self.is_late().then_some(0);
+        };
         Some(self.ahead_of(request.mark) as usize)
     }
 }
@@ -517,6 +570,58 @@ mod tests {
         assert_eq!(reset.realtime, Realtime::Reset);
         assert_eq!(requests.last().unwrap().realtime, Realtime::Report);
         inbox.drop_before(reset.mark);
+        assert_eq!(read(&mut inbox), b"c");
+    }
+
+    /// What comes out behind a full queue.
+    fn behind_a_full_queue(bytes: &[u8]) -> Vec<Realtime> {
+        let mut queue = SerialQueue::<64>::new();
+        let (mut receiver, mut inbox) = queue.split();
+        receive(&mut receiver, &[0x91; REALTIME_SLOTS]);
+        receive(&mut receiver, bytes);
+        let requests = core::iter::from_fn(|| inbox.next_realtime());
+        requests
+            .skip(REALTIME_SLOTS - 2)
+            .map(|request| request.realtime)
+            .collect()
+    }
+
+    #[test]
+    fn with_a_full_queue_a_hold_a_resume_a_door_and_a_jog_cancel_survive_in_their_order() {
+        use Realtime::{Door, Hold, JogCancel, Report, Reset, Resume};
+        let cases: [(&[u8], &[Realtime]); 7] = [
+            (b"!", &[Hold]),
+            (b"!~", &[Hold, Resume]),
+            (b"~!~!", &[Resume, Hold]),
+            (b"\x84~?", &[Door, Resume, Report]),
+            (b"\x85!\x85", &[Hold, JogCancel]),
+            (b"!\x18", &[Reset]),
+            (b"\x18!", &[Reset, Hold]),
+        ];
+        for (bytes, expected) in cases {
+            assert_eq!(behind_a_full_queue(bytes), expected, "{bytes:x?}");
+        }
+    }
+
+    #[test]
+    fn what_comes_behind_a_late_command_stays_behind_it() {
+        let mut queue = SerialQueue::<256>::new();
+        let (mut receiver, mut inbox) = queue.split();
+        receive(&mut receiver, &[0x91; 100]);
+        receive(&mut receiver, b"!");
+        while inbox.requests.ready() {
+            inbox.next_realtime();
+        }
+        // There is room in the queue again, and the hold waits still.
+        receive(&mut receiver, b"a~b\x85c");
+        assert!(!inbox.has_bytes() && inbox.has_requests());
+        let requests: Vec<_> = core::iter::from_fn(|| inbox.next_realtime()).collect();
+        let order: Vec<_> = requests.iter().map(|request| request.realtime).collect();
+        assert_eq!(
+            order,
+            [Realtime::Hold, Realtime::Resume, Realtime::JogCancel]
+        );
+        inbox.drop_before(requests[2].mark);
         assert_eq!(read(&mut inbox), b"c");
     }
 

@@ -27,6 +27,10 @@ pub(super) trait Desk {
     fn motors(&self) -> usize;
     /// Takes over what is stored, before time passes; answers in what condition it is.
     fn load(&mut self, flash: &mut Flash) -> Condition;
+    /// Notes that what was stored is lost.
+    fn distrust_settings(&mut self);
+    /// Somebody has come at the other end of a line.
+    fn open_line(&mut self, line: usize);
     /// Stores what has changed, as far as the machine is at rest.
     fn save(&mut self, flash: &mut Flash);
     /// Notes that what was stored did not survive: the line that has changed it is answered with `error:7`.
@@ -80,6 +84,14 @@ where
     fn load(&mut self, flash: &mut Flash) -> Condition {
         let Ok(condition) = self.machine_mut().load(flash);
         condition
+    }
+
+    fn distrust_settings(&mut self) {
+        self.machine_mut().distrust_settings();
+    }
+
+    fn open_line(&mut self, line: usize) {
+        self.open_line(line);
     }
 
     fn save(&mut self, flash: &mut Flash) {

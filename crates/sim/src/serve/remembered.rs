@@ -12,6 +12,8 @@ use std::time::Duration;
 /// The flash memory and its file.
 pub(super) struct Remembered {
     flash: Flash,
+    /// What was stored is lost, and nothing was stored since.
+    lost: bool,
     file: Option<StateFile>,
     /// Keeps other programs from the file.
     _claim: Option<File>,
@@ -25,12 +27,13 @@ const RETRY: Duration = Duration::from_secs(1);
 impl Remembered {
     /// Reads the file, if there is to be one; tells `say` what could not be used.
     pub(super) fn new(file: Option<StateFile>, say: &mut dyn FnMut(&Note<'_>)) -> Self {
-        let flash = file
+        let image = file
             .as_ref()
-            .map_or_else(Flash::blank, |file| read(file, say));
+            .map_or_else(|| Ok(Flash::blank()), |file| read(file, say));
         let (file, claim) = claim(file, say);
         Self {
-            flash,
+            lost: image.is_err(),
+            flash: image.unwrap_or_else(|Lost| Flash::blank()),
             file,
             _claim: claim,
             again: None,
@@ -39,7 +42,12 @@ impl Remembered {
 
     /// Gives a machine what is stored. What another version has stored is put aside.
     pub(super) fn load(&mut self, desk: &mut dyn Desk, say: &mut dyn FnMut(&Note<'_>)) {
-        match desk.load(&mut self.flash) {
+        let condition = desk.load(&mut self.flash);
+        self.lost |= condition == Condition::Foreign;
+        if self.lost {
+            desk.distrust_settings();
+        }
+        match condition {
             Condition::Sound | Condition::Blank => {}
             Condition::CutShort => say(&Note::LastChangeLost),
             Condition::Damaged => {
@@ -63,6 +71,7 @@ impl Remembered {
         desk.save(&mut self.flash);
         let file = self.file.as_ref()?;
         let changed = self.flash.changed();
+        self.lost &= !changed;
         let again = self.again.is_some_and(|again| again <= now);
         if !changed && !again {
             return None;
@@ -100,13 +109,16 @@ fn claim(
     }
 }
 
-fn read(file: &StateFile, say: &mut dyn FnMut(&Note<'_>)) -> Flash {
+/// There was a file, and nothing can be made of it.
+struct Lost;
+
+fn read(file: &StateFile, say: &mut dyn FnMut(&Note<'_>)) -> Result<Flash, Lost> {
     let unreadable = |error: io::Error| Note::UnreadState(file.path().to_owned(), error);
     match file.load(Flash::SIZE) {
-        Ok(Found::Image(image)) => return Flash::new(image),
-        Ok(Found::Nothing) => {}
+        Ok(Found::Image(image)) => return Ok(Flash::new(image)),
+        Ok(Found::Nothing) => return Ok(Flash::blank()),
         Ok(Found::Unusable(aside)) => say(&Note::SetAside(aside)),
         Err(error) => say(&unreadable(error)),
     }
-    Flash::blank()
+    Err(Lost)
 }

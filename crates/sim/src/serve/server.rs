@@ -129,7 +129,7 @@ impl<'s> Server<'s> {
         self.deliver(desk.now());
         let mut pace = Pace::new(self.speed, (self.around.clock)(), desk.now());
         while !self.around.stop.load(Ordering::Relaxed) {
-            if self.wait(desk.now()) {
+            if self.wait(desk) {
                 return End::Restart;
             }
             self.advance(desk, &mut pace, &mut glitches);
@@ -163,22 +163,22 @@ impl<'s> Server<'s> {
     }
 
     /// Takes what clients have sent, waiting a moment for it; answers whether the machine is to start anew.
-    fn wait(&mut self, now: Cycle) -> bool {
+    fn wait(&mut self, desk: &mut dyn Desk) -> bool {
         let mut patience = TICK;
         for _ in 0..EVENTS {
             let Some(event) = self.lines.next(patience) else {
                 break;
             };
             patience = Duration::ZERO;
-            if self.handle(now, event) {
+            if self.handle(desk, event) {
                 return true;
             }
         }
         false
     }
 
-    fn handle(&mut self, now: Cycle, event: Event) -> bool {
-        let line = event.line;
+    fn handle(&mut self, desk: &mut dyn Desk, event: Event) -> bool {
+        let (now, line) = (desk.now(), event.line);
         if let What::Bytes(bytes) = &event.what {
             self.log(|log| log.bytes(now, line, Way::ToMachine, bytes));
             self.wires.push(line, bytes);
@@ -192,6 +192,7 @@ impl<'s> Server<'s> {
             What::Opened { outlet, .. } => {
                 self.told[line] = Told::default();
                 self.wires.open(line, outlet);
+                desk.open_line(line);
                 return self.resets(line);
             }
             What::Closed => self.wires.close(line),
