@@ -1,16 +1,12 @@
 """Writing lines of G-code: lengths in mm, feeds in mm/min, spindle in rpm or laser in S units."""
 
-from decimal import Decimal
-
 ABSOLUTE_MM = "G21 G90 G94 G17"  # mm, absolute, mm/min, XY plane: a job must not trust what was set before it
 SAFE_Z = 2.0  # mm above the surface, for rapids
 
 
 def number(value):
-    """Writes a float with at most three decimals (1 um), a Decimal exactly; never an exponent, never `-0`."""
-    text = f"{value:f}" if isinstance(value, Decimal) else f"{value:.3f}"
-    if "." in text:
-        text = text.rstrip("0").rstrip(".")
+    """Writes a number with at most three decimals (1 um); never an exponent, never `-0`."""
+    text = f"{value:.3f}".rstrip("0").rstrip(".")
     return "0" if text == "-0" else text
 
 

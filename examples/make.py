@@ -2,19 +2,39 @@
 
     python3 examples/make.py           writes examples/*.nc
     python3 examples/make.py --check   writes nothing; exit status 1 where a file differs or breaks a rule of Grbl 1.1
+
+Jobs of other machines are imported by `leadscrew import`: LEADSCREW names the program; without it, cargo builds it.
 """
 
+import os
+import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
-import convert
 import drawings
 from grbl_rules import problems, read_settings
 from heart import heart
 
 HERE = Path(__file__).parent
+
+
+# Machine 002 counts Z in half steps of 4.375 um below the taught zero: 4000 to the clearance, 5000 through the board, by
+# default 500 a second. Its spindle turns at 100000 rpm.
+BOARD = ["--clearance", "-17.5", "--depth", "-21.875", "--feed", "131.25", "--spindle", "100000"]
+BOARD += ["--settings", str(HERE / "settings" / "drill002.txt")]
+
+
+def imported(kind, *options):
+    """Returns what makes lines of a source: `leadscrew import`."""
+    program = [os.environ["LEADSCREW"]] if "LEADSCREW" in os.environ else ["cargo", "run", "--quiet", "--"]
+
+    def make(text):
+        arguments = [*program, "import", kind, "-", "--quiet", *options]
+        return subprocess.run(arguments, input=text, text=True, check=True, stdout=subprocess.PIPE).stdout.splitlines()
+
+    return make
 
 
 class Example(NamedTuple):
@@ -35,11 +55,11 @@ EXAMPLES = {
     "pocket.nc": Example("router", drawings.pocket),
     "raster.nc": Example("laser", drawings.raster),
     "laser_delay.nc": Example("laser", drawings.delay),
-    "drill_holes.nc": Example("drill002", convert.drill, "002_screenshot_holes_40_67.drl"),
-    "drill_dip14.nc": Example("drill002", convert.drill, "002_table8_1_dip14_made_up.drl"),
-    "print_testbar.nc": Example("printer001", convert.extrude, "001_testbar_50mm_5layers_made_up.rp"),
-    "print_square.nc": Example("printer001", convert.extrude, "001_square20_2layers_backward_made_up.rp"),
-    "heart_as_printed.nc": Example("engraver003", convert.engrave, "003_heart_as_printed.csv"),
+    "drill_holes.nc": Example("drill002", imported("drill", *BOARD), "002_screenshot_holes_40_67.drl"),
+    "drill_dip14.nc": Example("drill002", imported("drill", *BOARD), "002_table8_1_dip14_made_up.drl"),
+    "print_testbar.nc": Example("printer001", imported("rp"), "001_testbar_50mm_5layers_made_up.rp"),
+    "print_square.nc": Example("printer001", imported("rp"), "001_square20_2layers_backward_made_up.rp"),
+    "heart_as_printed.nc": Example("engraver003", imported("rows"), "003_heart_as_printed.csv"),
 }
 
 

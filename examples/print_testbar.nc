@@ -1,4 +1,4 @@
-(X0 Y0 Z0: the start point of the part. Heat nozzle and bed first: Grbl has no words for it.)
+(X0 Y0 Z0: the start point of the part. Heat nozzle and bed first.)
 G21 G90 G94 G17
 M5
 M3 S1000

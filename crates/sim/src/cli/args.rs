@@ -1,5 +1,8 @@
 //! The command line.
 
+use super::align::AlignArgs;
+use super::calibrate::CalibrateArgs;
+use super::import::ImportCommand;
 use super::replay::ReplayArgs;
 use super::serve_args::ServeArgs;
 use super::setting_args::AXES;
@@ -29,6 +32,13 @@ pub(super) enum Command {
     Serve(ServeArgs),
     /// Hold a recorded conversation with Grbl again, in virtual time, and print what this machine answers.
     Replay(ReplayArgs),
+    /// Make a job of another machine's file: drill holes, RP code, engraver rows, a printer's G-code.
+    #[command(subcommand)]
+    Import(ImportCommand),
+    /// Turn and shift a job onto a board that lies askew.
+    Align(AlignArgs),
+    /// Work out an axis's steps per mm from a measured move.
+    Calibrate(CalibrateArgs),
 }
 
 /// The machine's settings.

@@ -1,11 +1,14 @@
 //! The `leadscrew` command line.
 
+mod align;
 mod args;
+mod calibrate;
 mod causes;
 mod check;
 mod check_report;
 mod checker;
 mod complaint;
+mod import;
 mod input;
 mod output;
 mod profile;
@@ -43,6 +46,9 @@ pub fn main() -> ExitCode {
         Command::Check(args) => check::check(&args),
         Command::Serve(args) => serve::run(&args),
         Command::Replay(args) => replay::run(&args),
+        Command::Import(command) => import::run(&command),
+        Command::Align(args) => align::align(&args),
+        Command::Calibrate(args) => calibrate::calibrate(&args),
     };
     match result {
         Ok(true) => ExitCode::SUCCESS,

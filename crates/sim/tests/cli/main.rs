@@ -1,6 +1,7 @@
 //! The `leadscrew` program as a user meets it: options, outputs, exit status, and every kind of bad input.
 
 mod habits;
+mod import;
 mod jobs;
 mod outputs;
 mod program;

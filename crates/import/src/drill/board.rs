@@ -1,0 +1,207 @@
+//! Tools and holes of all files, as one board.
+
+use super::{counted, Mirror, Options, Speeds};
+use crate::excellon::{Drawing, Shape, Tool};
+use crate::{Mm, Point};
+
+/// A board: its bits in the order in which they are used.
+pub(super) struct Board {
+    pub(super) groups: Vec<Group>,
+    pub(super) notes: Vec<String>,
+}
+
+/// A bit and what it makes.
+pub(super) struct Group {
+    pub(super) bit: Bit,
+    pub(super) shapes: Vec<Shape>,
+}
+
+/// A bit in the spindle.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(super) struct Bit {
+    /// Its number, `T`.
+    pub(super) number: u32,
+    pub(super) diameter: Option<Mm>,
+    /// mm/min.
+    pub(super) feed: Mm,
+    /// 1/min.
+    pub(super) speed: u32,
+}
+
+impl Board {
+    /// Puts the files together.
+    ///
+    /// # Errors
+    /// Where there is nothing to make.
+    pub(super) fn new(
+        files: &[Drawing],
+        options: &Options,
+        speeds: &Speeds,
+    ) -> Result<Self, String> {
+        let mut board = Self {
+            groups: Vec::new(),
+            notes: Vec::new(),
+        };
+        for file in files {
+            for (number, tool) in &file.tools {
+                let hits = file.hits.iter().filter(|hit| hit.tool == *number);
+                let shapes: Vec<Shape> = hits.map(|hit| hit.shape.clone()).collect();
+                if !shapes.is_empty() {
+                    let bit = board.bit(*number, tool, options, speeds);
+                    board.add(bit, shapes);
+                }
+            }
+        }
+        if board.groups.is_empty() {
+            return Err("there is no hole".to_owned());
+        }
+        if let Some(axis) = options.mirror {
+            board.mirror(axis);
+        }
+        if options.from_corner {
+            board.move_corner();
+        }
+        board.measure();
+        Ok(board)
+    }
+
+    /// Says how many holes there are, and where.
+    fn measure(&mut self) {
+        let shapes = self.groups.iter().flat_map(|group| &group.shapes);
+        let points: Vec<Point> = shapes.clone().flat_map(Shape::points).collect();
+        let ends = |part: fn(&Point) -> Mm| {
+            let parts = points.iter().map(part);
+            let (least, most) = (parts.clone().min(), parts.max());
+            (least.unwrap_or_default(), most.unwrap_or_default())
+        };
+        let ((left, right), (near, far)) = (ends(|point| point.x), ends(|point| point.y));
+        let (holes, bits) = (shapes.count(), self.groups.len());
+        self.notes.push(format!(
+            "{} with {}, X{left} to X{right}, Y{near} to Y{far} mm",
+            counted(holes, "hole"),
+            counted(bits, "bit")
+        ));
+    }
+
+    /// A board for each bit; the first has the notes.
+    pub(super) fn apart(self) -> Vec<Self> {
+        let mut notes = Some(self.notes);
+        let one = |group| Self {
+            groups: vec![group],
+            notes: notes.take().unwrap_or_default(),
+        };
+        self.groups.into_iter().map(one).collect()
+    }
+
+    /// The bit that makes a tool's holes.
+    fn bit(&mut self, number: u32, tool: &Tool, options: &Options, speeds: &Speeds) -> Bit {
+        let own = if options.tool_feeds {
+            *tool
+        } else {
+            Tool::default()
+        };
+        let highest = speeds.spindle.clamp(0.0, f64::from(u32::MAX)) as u32;
+        let speed = own.speed.or(options.spindle).unwrap_or(highest);
+        let fastest = Mm::computed(speeds.rates[2]).unwrap_or(Mm::LIMIT);
+        let feed = own.feed.unwrap_or(options.feed);
+        if feed > fastest {
+            self.notes.push(format!(
+                "T{number}: {feed} mm/min is more than $112={fastest}, which is taken"
+            ));
+        }
+        if speed > highest {
+            self.notes.push(format!(
+                "T{number}: {speed} rpm is more than $30={highest}, which is taken"
+            ));
+        }
+        let (number, diameter) = self.choose(number, tool, &options.bits);
+        Bit {
+            number,
+            diameter,
+            feed: feed.min(fastest),
+            speed: speed.min(highest),
+        }
+    }
+
+    /// The nearest of the bits that there are, the larger of two; without any, the tool itself.
+    fn choose(&mut self, number: u32, tool: &Tool, bits: &[Mm]) -> (u32, Option<Mm>) {
+        let Some(wanted) = tool.diameter else {
+            return (number, None);
+        };
+        let numbered = (1..).zip(bits.iter().copied());
+        let nearest = numbered.min_by_key(|(_, bit)| ((*bit - wanted).abs(), wanted > *bit));
+        match nearest {
+            Some((place, bit)) => {
+                if bit != wanted {
+                    self.notes.push(format!(
+                        "T{number}: {wanted} mm is drilled with the bit of {bit} mm"
+                    ));
+                }
+                (place, Some(bit))
+            }
+            None => (number, Some(wanted)),
+        }
+    }
+
+    /// Adds shapes to their bit: one bit for each diameter, whatever the files call it. Its slowest feed and speed count.
+    fn add(&mut self, bit: Bit, shapes: Vec<Shape>) {
+        let same = |group: &&mut Group| match bit.diameter {
+            Some(_) => group.bit.diameter == bit.diameter,
+            None => group.bit.diameter.is_none() && group.bit.number == bit.number,
+        };
+        if let Some(group) = self.groups.iter_mut().find(same) {
+            group.bit.feed = group.bit.feed.min(bit.feed);
+            group.bit.speed = group.bit.speed.min(bit.speed);
+            group.shapes.extend(shapes);
+            return;
+        }
+        let number = self.free_number(bit.number);
+        if number != bit.number {
+            self.notes.push(format!(
+                "T{} of another file is T{number} of the job",
+                bit.number
+            ));
+        }
+        let bit = Bit { number, ..bit };
+        self.groups.push(Group { bit, shapes });
+    }
+
+    fn free_number(&self, wanted: u32) -> u32 {
+        let is_taken = |number| self.groups.iter().any(|group| group.bit.number == number);
+        if !is_taken(wanted) {
+            return wanted;
+        }
+        let numbers = self.groups.iter().map(|group| group.bit.number);
+        numbers.max().map_or(wanted, |highest| highest + 1)
+    }
+
+    fn mirror(&mut self, axis: Mirror) {
+        let turned = |point: Point| match axis {
+            Mirror::X => Point {
+                x: -point.x,
+                ..point
+            },
+            Mirror::Y => Point {
+                y: -point.y,
+                ..point
+            },
+        };
+        self.place(turned, true);
+    }
+
+    fn move_corner(&mut self) {
+        let shapes = self.groups.iter().flat_map(|group| &group.shapes);
+        let points: Vec<Point> = shapes.flat_map(Shape::points).collect();
+        let x = points.iter().map(|point| point.x).min().unwrap_or_default();
+        let y = points.iter().map(|point| point.y).min().unwrap_or_default();
+        self.notes
+            .push(format!("X0 Y0 of the job is X{x} Y{y} of the board"));
+        self.place(|point| point - Point { x, y }, false);
+    }
+
+    fn place(&mut self, place: impl Fn(Point) -> Point + Copy, mirrors: bool) {
+        for shape in self.groups.iter_mut().flat_map(|group| &mut group.shapes) {
+            *shape = shape.placed(place, mirrors);
+        }
+    }
+}

@@ -1,0 +1,123 @@
+//! The order of holes: no two legs of the way can be exchanged for shorter ones.
+//!
+//! ```text
+//! a -> b ... c -> d   becomes   a -> c ... b -> d     the part between is passed backwards
+//! ```
+//!
+//! The way begins and ends at X0 Y0 and stays with a bit until all its holes are made. It begins as the way to the nearest
+//! hole each time; then legs are exchanged (2-opt) as long as that saves time at the machine's speeds.
+
+use super::board::Group;
+use super::speeds::{place, Place, Speeds};
+use super::{levels, Options};
+use crate::excellon::Shape;
+use crate::Point;
+
+/// Less than this is no saving, s: sums of floats differ by less.
+const SAVING: f64 = 1e-9;
+
+/// A shape on the way.
+struct Stop {
+    shape: Shape,
+    from: Place,
+    to: Place,
+}
+
+impl Stop {
+    fn new(shape: Shape, ends_at_start: bool) -> Self {
+        let from = place(shape.from());
+        let to = if ends_at_start {
+            from
+        } else {
+            place(shape.to())
+        };
+        Self { shape, from, to }
+    }
+
+    /// Passes the shape backwards. One that ends where it starts is made as before.
+    fn reverse(&mut self) {
+        if self.from != self.to {
+            *self = Self::new(self.shape.reversed(), false);
+        }
+    }
+}
+
+/// Puts the shapes of each bit in order.
+pub(super) fn order(groups: &mut [Group], speeds: &Speeds, options: &Options) {
+    let mills_back = levels(options).len().is_multiple_of(2);
+    let ends_at_start = |shape: &Shape| match shape {
+        Shape::Hole(_) => true,
+        Shape::Slot { .. } => options.mills_slots && mills_back,
+        Shape::Route(_) => mills_back,
+    };
+    let zero = place(Point::ORIGIN);
+    let mut at = zero;
+    let mut way: Vec<Vec<Stop>> = Vec::new();
+    for group in groups.iter_mut() {
+        let shapes = std::mem::take(&mut group.shapes).into_iter();
+        let stops = shapes.map(|shape| {
+            let back = ends_at_start(&shape);
+            Stop::new(shape, back)
+        });
+        let stops = nearest_first(stops.collect(), at, speeds);
+        at = stops.last().map_or(at, |stop| stop.to);
+        way.push(stops);
+    }
+    while improve(&mut way, zero, speeds) {}
+    for (group, stops) in groups.iter_mut().zip(way) {
+        group.shapes = stops.into_iter().map(|stop| stop.shape).collect();
+    }
+}
+
+/// The way to the nearest shape each time.
+fn nearest_first(mut left: Vec<Stop>, mut at: Place, speeds: &Speeds) -> Vec<Stop> {
+    let mut way = Vec::with_capacity(left.len());
+    while !left.is_empty() {
+        let times = left.iter().map(|stop| speeds.travel(at, stop.from));
+        let nearest = times.enumerate().min_by(|a, b| a.1.total_cmp(&b.1));
+        let stop = left.swap_remove(nearest.map_or(0, |(index, _)| index));
+        at = stop.to;
+        way.push(stop);
+    }
+    way
+}
+
+/// Exchanges legs once through the whole way; answers whether any were.
+fn improve(way: &mut [Vec<Stop>], zero: Place, speeds: &Speeds) -> bool {
+    let mut has_improved = false;
+    let mut before = zero;
+    for group in 0..way.len() {
+        let behind = way.get(group + 1).and_then(|next| next.first());
+        let after = behind.map_or(zero, |stop| stop.from);
+        let stops = &mut way[group];
+        while exchange(stops, before, after, speeds) {
+            has_improved = true;
+        }
+        before = stops.last().map_or(before, |stop| stop.to);
+    }
+    has_improved
+}
+
+/// Goes through all pairs of legs of one bit's way, from `before` it to `after` it.
+fn exchange(stops: &mut [Stop], before: Place, after: Place, speeds: &Speeds) -> bool {
+    let mut has_improved = false;
+    for first in 0..stops.len() {
+        let a = if first == 0 {
+            before
+        } else {
+            stops[first - 1].to
+        };
+        for last in first..stops.len() {
+            let (b, c) = (stops[first].from, stops[last].to);
+            let d = stops.get(last + 1).map_or(after, |stop| stop.from);
+            let now = speeds.travel(a, b) + speeds.travel(c, d);
+            if now - speeds.travel(a, c) - speeds.travel(b, d) > SAVING {
+                let part = &mut stops[first..=last];
+                part.reverse();
+                part.iter_mut().for_each(Stop::reverse);
+                has_improved = true;
+            }
+        }
+    }
+    has_improved
+}

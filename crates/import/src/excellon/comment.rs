@@ -1,0 +1,32 @@
+//! Comments in which programs say how they write numbers.
+//!
+//! `; FORMAT={2:4/ absolute / inch / suppress leading zeros}` is KiCad's, `;FILE_FORMAT=4:4` Altium's.
+
+use super::format::{Digits, Format, Units, Zeros};
+
+/// Takes from a comment what it says of the format; other comments mean nothing.
+pub(super) fn read(comment: &str, format: &mut Format) {
+    let comment = comment.trim();
+    if let Some(digits) = comment.strip_prefix("FILE_FORMAT=") {
+        format.said.digits = digits.trim().parse().ok().or(format.said.digits);
+    }
+    let braces = comment.strip_prefix("FORMAT={");
+    if let Some(inside) = braces.and_then(|rest| rest.strip_suffix('}')) {
+        inside
+            .split('/')
+            .for_each(|part| property(part.trim(), format));
+    }
+}
+
+fn property(text: &str, format: &mut Format) {
+    match text {
+        "inch" => format.set_units(Units::Inch),
+        "metric" => format.set_units(Units::Mm),
+        "suppress leading zeros" => format.said.zeros = Some(Zeros::Trailing),
+        "suppress trailing zeros" => format.said.zeros = Some(Zeros::Leading),
+        _ => {
+            let digits: Option<Digits> = text.parse().ok();
+            format.said.digits = digits.or(format.said.digits);
+        }
+    }
+}

@@ -1,0 +1,50 @@
+//! What a file's numbers show of the zeros that they leave out.
+//!
+//! A program that leaves leading zeros out never writes one, and likewise for trailing ones. So a file with a leading zero
+//! keeps them, and where it has no trailing zero as well, those are the ones that it leaves out.
+
+use super::format::Zeros;
+use super::word::words;
+
+/// The zeros that the file keeps, and the line of the first number that shows it; `None` where it shows both or neither.
+pub(super) fn zeros(text: &str) -> Option<(Zeros, usize)> {
+    let (mut leading, mut trailing) = (None, None);
+    for (index, line) in text.lines().enumerate() {
+        for digits in coordinates(line) {
+            if digits.starts_with('0') {
+                leading = leading.or(Some(index + 1));
+            }
+            if digits.ends_with('0') {
+                trailing = trailing.or(Some(index + 1));
+            }
+        }
+    }
+    match (leading, trailing) {
+        (Some(line), None) => Some((Zeros::Leading, line)),
+        (None, Some(line)) => Some((Zeros::Trailing, line)),
+        (Some(_), Some(_)) | (None, None) => None,
+    }
+}
+
+/// Digits of a line's coordinates that have no point and are not zero: a zero is written alike in all formats.
+fn coordinates(line: &str) -> impl Iterator<Item = &str> {
+    let statement = line.split(';').next().unwrap_or("");
+    let found = words(statement).unwrap_or_default().into_iter();
+    let coordinates = found.filter(|word| matches!(word.letter, 'X' | 'Y' | 'I' | 'J' | 'A'));
+    let digits = coordinates.map(|word| word.text.trim_start_matches(['+', '-']));
+    digits.filter(|digits| !digits.contains('.') && digits.bytes().any(|byte| byte != b'0'))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn zeros_on_one_side_show_that_the_other_side_has_none() {
+        assert_eq!(zeros("T1\nX3000Y45"), Some((Zeros::Trailing, 2)));
+        assert_eq!(zeros("X03Y0045\n"), Some((Zeros::Leading, 1)));
+        assert_eq!(zeros("X0Y12\nX34Y00"), None);
+        assert_eq!(zeros("X004000Y3"), None);
+        assert_eq!(zeros("; X3000\nX1.0Y0.5\nT10"), None);
+    }
+}

@@ -1,0 +1,252 @@
+//! How a file writes lengths: unit, digits, zeros left out.
+
+use super::program::Wrong;
+use super::word::Word;
+use crate::decimal::{self, NANOS_PER_INCH, NANOS_PER_MM};
+use crate::Mm;
+use std::str::FromStr;
+
+/// The unit of a file's lengths.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Units {
+    /// `INCH`, `M72`.
+    Inch,
+    /// `METRIC`, `M71`.
+    Mm,
+}
+
+impl Units {
+    /// The unit in 1e-9 mm.
+    pub(super) fn nanos(self) -> i64 {
+        match self {
+            Self::Inch => NANOS_PER_INCH,
+            Self::Mm => NANOS_PER_MM,
+        }
+    }
+
+    /// Digits where nothing names them: Excellon's own.
+    fn usual_digits(self) -> Digits {
+        match self {
+            Self::Inch => Digits {
+                whole: 2,
+                decimals: 4,
+            },
+            Self::Mm => Digits {
+                whole: 3,
+                decimals: 3,
+            },
+        }
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Inch => "inch",
+            Self::Mm => "mm",
+        }
+    }
+}
+
+/// Digits before and behind the decimal point that numbers leave out.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Digits {
+    /// Before it.
+    pub whole: usize,
+    /// Behind it.
+    pub decimals: usize,
+}
+
+impl FromStr for Digits {
+    type Err = String;
+
+    /// Reads `2.4` or `2:4`.
+    fn from_str(text: &str) -> Result<Self, String> {
+        let parts = text.split_once(['.', ':']);
+        let digit = |part: &str| part.parse().ok().filter(|digits| (0..=9).contains(digits));
+        let both = parts.and_then(|(whole, decimals)| Some((digit(whole)?, digit(decimals)?)));
+        let (whole, decimals) = both.ok_or("expected digits such as 2.4 or 3.3")?;
+        Ok(Self { whole, decimals })
+    }
+}
+
+/// Which zeros a number keeps; those on its other side may be left out.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Zeros {
+    /// `LZ`: `X0034` is 00.3400 of 2.4 digits.
+    Leading,
+    /// `TZ`: `X3400` is 00.3400 of 2.4 digits.
+    Trailing,
+}
+
+/// What the user says of a file; it wins over what the file says.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct Known {
+    /// The unit.
+    pub units: Option<Units>,
+    /// Digits of numbers without a point.
+    pub digits: Option<Digits>,
+    /// Zeros that are kept.
+    pub zeros: Option<Zeros>,
+}
+
+/// What is known of a file's numbers so far.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Format {
+    told: Known,
+    /// What the file said.
+    pub(super) said: Known,
+    /// What its numbers show, and the line of the first that does.
+    shown: Option<(Zeros, usize)>,
+    /// Whether there was an `M48`, behind which a unit has to be named.
+    pub(super) has_header: bool,
+}
+
+impl Format {
+    pub(super) fn new(told: &Known, shown: Option<(Zeros, usize)>) -> Self {
+        Self {
+            told: *told,
+            said: Known::default(),
+            shown,
+            has_header: false,
+        }
+    }
+
+    /// Takes a unit from the file; digits were those of the unit before it.
+    pub(super) fn set_units(&mut self, units: Units) {
+        if self.said.units.is_some_and(|before| before != units) {
+            self.said.digits = None;
+        }
+        self.said.units = Some(units);
+    }
+
+    /// The unit of lengths. Without a header it is the inch, as in all such files.
+    pub(super) fn units(&self, notes: &mut Notes) -> Result<Units, String> {
+        if let Some(units) = self.told.units.or(self.said.units) {
+            return Ok(units);
+        }
+        if self.has_header {
+            return Err("the file does not name its unit: tell it with --units".to_owned());
+        }
+        notes.add("no header: lengths are read as inches (--units tells another)");
+        Ok(Units::Inch)
+    }
+
+    /// Reads a coordinate.
+    pub(super) fn coordinate(&self, word: &Word, notes: &mut Notes) -> Result<Mm, Wrong> {
+        let found = self.length(word.text, notes);
+        found.map_err(|message| word.wrong(message))
+    }
+
+    fn length(&self, text: &str, notes: &mut Notes) -> Result<Mm, String> {
+        let units = self.units(notes)?;
+        if text.contains('.') {
+            return decimal::length(text, units.nanos());
+        }
+        let (negative, digits) = decimal::split_sign(text);
+        if digits.is_empty() {
+            return Err("expected a number".to_owned());
+        }
+        if digits.bytes().all(|byte| byte == b'0') {
+            return Ok(Mm::ZERO);
+        }
+        let format = self.digits(units, notes);
+        let padded = self.padded(digits, format, notes)?;
+        let (whole, decimals) = padded.split_at(format.whole);
+        decimal::scaled(negative, whole, decimals, units.nanos())
+    }
+
+    /// Where the point of numbers without one belongs.
+    fn digits(&self, units: Units, notes: &mut Notes) -> Digits {
+        if let Some(digits) = self.told.digits.or(self.said.digits) {
+            return digits;
+        }
+        let digits = units.usual_digits();
+        let Digits { whole, decimals } = digits;
+        notes.add(format!(
+            "numbers without a point are read as {whole}.{decimals} digits of {} (--format tells others)",
+            units.name()
+        ));
+        digits
+    }
+
+    /// Puts the zeros back that were left out.
+    fn padded(&self, digits: &str, format: Digits, notes: &mut Notes) -> Result<String, String> {
+        let (length, total) = (digits.len(), format.whole + format.decimals);
+        if length > total {
+            let Digits { whole, decimals } = format;
+            return Err(format!(
+                "has {length} digits where {whole}.{decimals} has room for {total}"
+            ));
+        }
+        if length == total {
+            return Ok(digits.to_owned());
+        }
+        match self.zeros(notes) {
+            Some(Zeros::Leading) => Ok(format!("{digits:0<total$}")),
+            Some(Zeros::Trailing) => Ok(format!("{digits:0>total$}")),
+            None => Err(format!(
+                "has {length} digits of {total}, and nothing says which zeros are left out: tell it with --zeros"
+            )),
+        }
+    }
+
+    fn zeros(&self, notes: &mut Notes) -> Option<Zeros> {
+        if let Some(zeros) = self.told.zeros.or(self.said.zeros) {
+            return Some(zeros);
+        }
+        let (zeros, line) = self.shown?;
+        let missing = match zeros {
+            Zeros::Leading => "trailing",
+            Zeros::Trailing => "leading",
+        };
+        notes.add(format!(
+            "the file does not say which zeros its numbers leave out; line {line} shows that it is the {missing} ones"
+        ));
+        Some(zeros)
+    }
+}
+
+/// Sentences for the user, each once.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Notes(pub(super) Vec<String>);
+
+impl Notes {
+    pub(super) fn add(&mut self, note: impl Into<String>) {
+        let note = note.into();
+        if !self.0.contains(&note) {
+            self.0.push(note);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(text: &str, digits: &str, zeros: Option<Zeros>) -> Result<String, String> {
+        let told = Known {
+            units: Some(Units::Mm),
+            digits: Some(digits.parse().unwrap()),
+            zeros,
+        };
+        let format = Format::new(&told, None);
+        let length = format.length(text, &mut Notes::default());
+        length.map(|length| length.to_string())
+    }
+
+    #[test]
+    fn zeros_come_back_on_the_side_where_they_were_left_out() {
+        let (leading, trailing) = (Some(Zeros::Leading), Some(Zeros::Trailing));
+        assert_eq!(read("0034", "3.3", leading), Ok("3.4".to_owned()));
+        assert_eq!(read("3400", "3.3", trailing), Ok("3.4".to_owned()));
+        assert_eq!(read("-003400", "3.3", None), Ok("-3.4".to_owned()));
+        assert_eq!(read("-3.4", "3.3", None), Ok("-3.4".to_owned()));
+        assert_eq!(read("0", "3.3", None), Ok("0".to_owned()));
+    }
+
+    #[test]
+    fn a_number_that_could_be_two_is_refused() {
+        for text in ["34", "0003400", "", "+"] {
+            assert!(read(text, "3.3", None).is_err(), "{text}");
+        }
+    }
+}

@@ -1,0 +1,73 @@
+//! Statements of whole words: `METRIC,TZ`, `FMAT,2`, `ICI,OFF`.
+
+use super::format::{Digits, Units, Zeros};
+use super::program::{Reader, Wrong};
+
+/// Whether a statement is one of whole words, and not of letters with numbers.
+pub(super) fn is_keyword(statement: &str) -> bool {
+    let letters = statement.bytes().take_while(u8::is_ascii_alphabetic);
+    letters.count() > 1 || statement.contains(',')
+}
+
+impl Reader {
+    /// Reads a statement of whole words. Those about the machine itself (broken tools, tool changers) say nothing of holes.
+    pub(super) fn keyword(&mut self, statement: &str) -> Result<(), Wrong> {
+        let upper = statement.to_ascii_uppercase();
+        let (name, value) = upper.split_once(',').unwrap_or((&upper, ""));
+        let column = name.len() + 2;
+        match (name.trim(), value.trim()) {
+            ("INCH" | "M72", value) => self.measure(Units::Inch, value, column),
+            ("METRIC" | "M71", value) => self.measure(Units::Mm, value, column),
+            ("ICI", "" | "ON") => {
+                self.now.is_incremental = true;
+                Ok(())
+            }
+            ("ICI", "OFF") => {
+                self.now.is_incremental = false;
+                Ok(())
+            }
+            ("M47", message) => {
+                self.notes
+                    .add(format!("message to the operator: {message}"));
+                Ok(())
+            }
+            ("FMAT", "2") | ("VER", "1") => Ok(()),
+            ("DETECT" | "ATC" | "TCST" | "AFS" | "SBK", _) => Ok(()),
+            ("FMAT" | "VER" | "ICI", _) => Err(Wrong::at(
+                column,
+                "is not understood; FMAT,2 VER,1 ICI,OFF are",
+            )),
+            _ => Err(Wrong::at(1, "not understood")),
+        }
+    }
+
+    /// `INCH`, `METRIC,TZ`, `METRIC,LZ,000.000`.
+    fn measure(&mut self, units: Units, value: &str, column: usize) -> Result<(), Wrong> {
+        self.now.format.set_units(units);
+        for part in value.split(',').filter(|part| !part.is_empty()) {
+            match part.trim() {
+                "LZ" => self.now.format.said.zeros = Some(Zeros::Leading),
+                "TZ" => self.now.format.said.zeros = Some(Zeros::Trailing),
+                part => self.now.format.said.digits = Some(picture(part, column)?),
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Reads a picture of a number: `000.000` has 3.3 digits.
+fn picture(text: &str, column: usize) -> Result<Digits, Wrong> {
+    let zeros = |part: &str| part.bytes().all(|byte| byte == b'0') && part.len() <= 9;
+    match text.split_once('.') {
+        Some((whole, decimals)) if zeros(whole) && zeros(decimals) && text.len() > 1 => {
+            Ok(Digits {
+                whole: whole.len(),
+                decimals: decimals.len(),
+            })
+        }
+        Some(_) | None => Err(Wrong::at(
+            column,
+            "expected LZ, TZ or digits such as 000.000",
+        )),
+    }
+}

@@ -1,0 +1,79 @@
+//! Excellon: which holes a circuit board has, and with which tools.
+//!
+//! ```text
+//! M48            a header begins
+//! METRIC,TZ      unit; which zeros numbers keep (`LZ` leading, `TZ` trailing); digits, as in `METRIC,LZ,000.000`
+//! T1C0.8         tool 1 has a diameter of 0.8 mm
+//! %              the header ends
+//! T1             take tool 1
+//! X12700Y5080    a hole at X12.7 Y5.08
+//! R3X2540        3 more, each 2.54 mm to the right of the last
+//! X0Y0G85X2000Y0 a slot
+//! G00X0Y0 M15 G01X5000Y0 M16 G05   a routed path, a statement a line
+//! M30            end
+//! ```
+//!
+//! There is no standard that programs keep to. Read are the files of KiCad, Eagle, Altium and FlatCAM, and those without a
+//! header as older programs wrote them. `docs/import.md` lists what each statement means here.
+
+mod comment;
+mod evidence;
+mod format;
+mod header;
+mod program;
+mod route;
+mod shape;
+mod tool;
+mod word;
+
+pub use format::{Digits, Known, Units, Zeros};
+pub use shape::{Arc, Centre, Cut, Route, Shape};
+pub use tool::Tool;
+
+use crate::Faults;
+use program::Reader;
+use std::collections::BTreeMap;
+
+/// What a file holds: tools, and what is made with them in the order of the file.
+#[derive(Clone, PartialEq, Eq, Debug, Default)]
+pub struct Drawing {
+    /// Tools by their numbers.
+    pub tools: BTreeMap<u32, Tool>,
+    /// Holes, slots and routes; a repeat (`R5`) is as many holes.
+    pub hits: Vec<Hit>,
+    /// What was assumed or is not used.
+    pub notes: Vec<String>,
+}
+
+/// Something that a tool makes.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Hit {
+    /// The tool's number.
+    pub tool: u32,
+    /// Line of the file on which it ends, from 1.
+    pub line: u32,
+    /// What is made.
+    pub shape: Shape,
+}
+
+/// Reads a file, `known` in place of what it does not say of itself.
+///
+/// # Errors
+/// All that was not understood.
+pub fn read(text: &str, known: &Known) -> Result<Drawing, Faults> {
+    let (drawing, faults) = read_all(text, known);
+    if faults.0.is_empty() {
+        Ok(drawing)
+    } else {
+        Err(faults)
+    }
+}
+
+/// Reads a file, and what there is beside its faults: each line is understood wholly or is a fault.
+pub fn read_all(text: &str, known: &Known) -> (Drawing, Faults) {
+    let mut reader = Reader::new(known, evidence::zeros(text));
+    for (index, line) in text.lines().enumerate() {
+        reader.line(index + 1, line);
+    }
+    reader.finish()
+}

@@ -1,0 +1,338 @@
+//! A file's statements, one a line, from the first to the last.
+
+use super::format::{Format, Known, Notes, Units, Zeros};
+use super::route::Mode;
+use super::shape::{Cut, Shape};
+use super::word::{words, Word};
+use super::{comment, header, Drawing, Hit};
+use crate::{Fault, Faults, Mm, Point};
+
+/// More than any board has; a repeat may ask for any number.
+const MOST_HITS: usize = 100_000;
+const TOO_MANY: &str = "more than 100000 holes";
+
+/// What is wrong with a line, and in which column, from 1.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub(super) struct Wrong {
+    pub(super) column: usize,
+    message: String,
+}
+
+impl Wrong {
+    pub(super) fn at(column: usize, message: impl Into<String>) -> Self {
+        Self {
+            column,
+            message: message.into(),
+        }
+    }
+}
+
+/// How far a file has been read.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Stage {
+    /// Nothing but comments so far.
+    Start,
+    /// Behind `M48`.
+    Header,
+    /// Behind the header, or there was none.
+    Body,
+    /// Behind `M30` or `M00`.
+    Ended,
+}
+
+/// What a statement means depends on those before it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct State {
+    pub(super) format: Format,
+    pub(super) stage: Stage,
+    pub(super) is_incremental: bool,
+    /// The tool in the spindle.
+    pub(super) tool: Option<u32>,
+    pub(super) mode: Mode,
+    /// Where the tool is.
+    pub(super) at: Point,
+}
+
+/// Reads a file line by line. A line with a fault changes nothing.
+pub(super) struct Reader {
+    pub(super) now: State,
+    /// Cuts of the path that has been begun.
+    pub(super) cuts: Vec<Cut>,
+    pub(super) line: usize,
+    pub(super) drawing: Drawing,
+    pub(super) notes: Notes,
+    faults: Vec<Fault>,
+}
+
+impl Reader {
+    pub(super) fn new(known: &Known, shown: Option<(Zeros, usize)>) -> Self {
+        let now = State {
+            format: Format::new(known, shown),
+            stage: Stage::Start,
+            is_incremental: false,
+            tool: None,
+            mode: Mode::Drill,
+            at: Point::ORIGIN,
+        };
+        Self {
+            now,
+            cuts: Vec::new(),
+            line: 1,
+            drawing: Drawing::default(),
+            notes: Notes::default(),
+            faults: Vec::new(),
+        }
+    }
+
+    /// Reads line `number`, from 1.
+    pub(super) fn line(&mut self, number: usize, line: &str) {
+        self.line = number;
+        // A paper tape begins with NULs, and a DOS file may end with 0x1A.
+        let padding = |c: char| matches!(c, '\0' | '\u{1a}');
+        let before = (self.now, self.drawing.hits.len(), self.cuts.len());
+        if let Err(wrong) = self.statement(line.trim_end_matches(padding)) {
+            self.now = before.0;
+            self.drawing.hits.truncate(before.1);
+            self.cuts.truncate(before.2);
+            self.faults
+                .push(Fault::new(number, wrong.column, wrong.message));
+        }
+    }
+
+    /// All that was read, and all that was not understood.
+    pub(super) fn finish(mut self) -> (Drawing, Faults) {
+        if self.now.stage != Stage::Ended {
+            let message =
+                "the file ends here without M30: is it whole? (if it is, add the line M30)";
+            self.faults.push(Fault::new(self.line, 1, message));
+        }
+        self.drawing.notes = self.notes.0;
+        (self.drawing, Faults(self.faults))
+    }
+
+    fn statement(&mut self, line: &str) -> Result<(), Wrong> {
+        let (statement, remark) = line.split_once(';').unwrap_or((line, ""));
+        comment::read(remark, &mut self.now.format);
+        let trimmed = statement.trim();
+        if trimmed.is_empty() || is_parenthesised(trimmed) {
+            return Ok(());
+        }
+        if trimmed == "%" {
+            self.rewind();
+            return Ok(());
+        }
+        if self.now.stage == Stage::Ended {
+            return Err(Wrong::at(1, "stands behind the end of the program"));
+        }
+        if header::is_keyword(trimmed) {
+            return self.keyword(trimmed);
+        }
+        self.words(&words(statement)?)
+    }
+
+    /// `%` ends a header; at the start it is a tape's stop.
+    fn rewind(&mut self) {
+        if self.now.stage != Stage::Ended {
+            self.now.stage = Stage::Body;
+        }
+    }
+
+    /// What only a body has ends the header where `%` is missing.
+    pub(super) fn begin_body(&mut self) {
+        if self.now.stage == Stage::Header {
+            self.notes.add("the header has no end (%)");
+        }
+        self.now.stage = Stage::Body;
+    }
+
+    fn words(&mut self, words: &[Word]) -> Result<(), Wrong> {
+        let mut rest = words;
+        while let [word, behind @ ..] = rest {
+            match word.letter {
+                'N' => word.whole().map(|_| ())?,
+                'G' if matches!(word.whole()?, 92 | 93) => return self.zero_set(word, behind),
+                'G' => self.g_code(word)?,
+                'M' => self.m_code(word)?,
+                'T' => return self.tool_statement(rest),
+                'R' => return self.repeat(word, behind),
+                'X' | 'Y' | 'A' | 'I' | 'J' => return self.coordinates(rest),
+                'F' | 'S' => self.notes.add("F and S between holes are not used"),
+                _ => return Err(word.wrong("not understood")),
+            }
+            rest = behind;
+        }
+        Ok(())
+    }
+
+    fn m_code(&mut self, word: &Word) -> Result<(), Wrong> {
+        match word.whole()? {
+            48 => return self.begin_header(word),
+            95 => self.rewind(),
+            71 => self.now.format.set_units(Units::Mm),
+            72 => self.now.format.set_units(Units::Inch),
+            6 => {}
+            15 => return self.lower(word),
+            16 | 17 => return self.lift(word),
+            0 | 30 => {
+                self.refuse_while_routing(word)?;
+                self.now.stage = Stage::Ended;
+            }
+            1 | 2 | 8 | 25 | 31 => {
+                return Err(word.wrong(
+                    "patterns (step and repeat) are not read: write the board out hole by hole",
+                ))
+            }
+            _ => return Err(word.wrong("not understood")),
+        }
+        Ok(())
+    }
+
+    fn begin_header(&mut self, word: &Word) -> Result<(), Wrong> {
+        if !self.drawing.hits.is_empty() {
+            return Err(word.wrong("a second header behind holes"));
+        }
+        self.now.format.has_header = true;
+        self.now.stage = Stage::Header;
+        Ok(())
+    }
+
+    fn g_code(&mut self, word: &Word) -> Result<(), Wrong> {
+        match word.whole()? {
+            0..=3 | 5 | 81 => return self.set_mode(word),
+            40 => {}
+            90 => self.now.is_incremental = false,
+            91 => self.now.is_incremental = true,
+            41 | 42 => return Err(word.wrong("compensation for the cutter's width is not read")),
+            _ => return Err(word.wrong("not understood")),
+        }
+        Ok(())
+    }
+
+    /// `G93X0Y0` means nothing; any other zero would move all holes.
+    fn zero_set(&mut self, word: &Word, coordinates: &[Word]) -> Result<(), Wrong> {
+        let target = self.target(coordinates, Point::ORIGIN)?;
+        if target == Point::ORIGIN && !self.now.is_incremental {
+            return Ok(());
+        }
+        Err(word.wrong("another zero within the file is not read"))
+    }
+
+    /// A hole, a slot or a move of the router.
+    fn coordinates(&mut self, words: &[Word]) -> Result<(), Wrong> {
+        self.begin_body();
+        if self.now.mode != Mode::Drill {
+            return self.route_to(words);
+        }
+        let slot = words.iter().position(|word| word.letter == 'G');
+        let (first, second) = words.split_at(slot.unwrap_or(words.len()));
+        let from = self.target(first, self.now.at)?;
+        let [canned, second @ ..] = second else {
+            return self.hit(first, Shape::Hole(from));
+        };
+        if canned.whole()? != 85 {
+            return Err(canned.wrong("not understood behind a hole"));
+        }
+        if second.is_empty() {
+            return Err(canned.wrong("a slot needs its other end"));
+        }
+        let to = self.target(second, from)?;
+        self.hit(first, Shape::Slot { from, to })
+    }
+
+    /// The point that X and Y words name, seen from `from`: a coordinate that is missing stays.
+    pub(super) fn target(&mut self, words: &[Word], from: Point) -> Result<Point, Wrong> {
+        let (mut x, mut y) = (None, None);
+        for word in words {
+            let slot = match word.letter {
+                'X' => &mut x,
+                'Y' => &mut y,
+                _ => return Err(word.wrong("not understood here")),
+            };
+            if slot.is_some() {
+                return Err(word.wrong("stands twice"));
+            }
+            *slot = Some(self.now.format.coordinate(word, &mut self.notes)?);
+        }
+        let way = Point {
+            x: x.unwrap_or_default(),
+            y: y.unwrap_or_default(),
+        };
+        let target = if self.now.is_incremental {
+            from + way
+        } else {
+            Point {
+                x: x.unwrap_or(from.x),
+                y: y.unwrap_or(from.y),
+            }
+        };
+        self.reachable(words, target)
+    }
+
+    fn reachable(&self, words: &[Word], target: Point) -> Result<Point, Wrong> {
+        let limit = Mm::LIMIT;
+        if target.x.abs() <= limit && target.y.abs() <= limit {
+            return Ok(target);
+        }
+        let column = words.first().map_or(1, |word| word.column);
+        Err(Wrong::at(column, "is further than 100 m"))
+    }
+
+    /// Makes a shape with the tool in the spindle.
+    pub(super) fn hit(&mut self, words: &[Word], shape: Shape) -> Result<(), Wrong> {
+        let column = words.first().map_or(1, |word| word.column);
+        let Some(tool) = self.now.tool else {
+            return Err(Wrong::at(column, "no tool was chosen for this hole"));
+        };
+        if self.drawing.hits.len() == MOST_HITS {
+            return Err(Wrong::at(column, TOO_MANY));
+        }
+        self.now.at = shape.to();
+        let line = u32::try_from(self.line).unwrap_or(u32::MAX);
+        self.drawing.hits.push(Hit { tool, line, shape });
+        Ok(())
+    }
+
+    /// `R5X100`: the last hole, five times more, each so far from the one before.
+    fn repeat(&mut self, count: &Word, step: &[Word]) -> Result<(), Wrong> {
+        let times = count.whole()?;
+        let last = self.drawing.hits.last();
+        let is_here =
+            |hit: &Hit| hit.shape == Shape::Hole(self.now.at) && self.now.tool == Some(hit.tool);
+        if self.now.mode != Mode::Drill || !last.is_some_and(is_here) {
+            return Err(count.wrong("repeats the hole before it, and there is none"));
+        }
+        let room = MOST_HITS - self.drawing.hits.len();
+        if usize::try_from(times).map_or(true, |times| times > room) {
+            return Err(count.wrong(TOO_MANY));
+        }
+        let step = self.step(count, step)?;
+        let end = |at: Mm, step: Mm| {
+            i128::from(at.nanos()) + i128::from(step.nanos()) * i128::from(times)
+        };
+        let ends = [end(self.now.at.x, step.x), end(self.now.at.y, step.y)];
+        if ends
+            .iter()
+            .any(|end| end.abs() > i128::from(Mm::LIMIT.nanos()))
+        {
+            return Err(count.wrong("goes further than 100 m"));
+        }
+        for _ in 0..times {
+            self.hit(std::slice::from_ref(count), Shape::Hole(self.now.at + step))?;
+        }
+        Ok(())
+    }
+
+    fn step(&mut self, count: &Word, step: &[Word]) -> Result<Point, Wrong> {
+        if step.is_empty() {
+            return Err(count.wrong("a repeat needs its step, such as R5X100"));
+        }
+        let was_incremental = std::mem::replace(&mut self.now.is_incremental, true);
+        let way = self.target(step, Point::ORIGIN);
+        self.now.is_incremental = was_incremental;
+        way
+    }
+}
+
+fn is_parenthesised(text: &str) -> bool {
+    text.starts_with('(') && text.ends_with(')')
+}

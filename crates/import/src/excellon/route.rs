@@ -1,0 +1,162 @@
+//! Routing: `G00` moves above the board, `M15` lowers the tool, `G01` `G02` `G03` cut, `M16` lifts it, `G05` drills again.
+
+use super::program::{Reader, Wrong};
+use super::shape::{Arc, Centre, Cut, Route, Shape};
+use super::word::Word;
+use crate::{Mm, Point};
+
+/// What a coordinate means.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Mode {
+    /// A hole.
+    Drill,
+    /// A move above the board.
+    Up(Motion),
+    /// A cut of the path that was begun at this place.
+    Down(Motion, Point),
+}
+
+/// How the router moves.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Motion {
+    /// `G00`.
+    Rapid,
+    /// `G01`.
+    Line,
+    /// `G02`, and `G03` the other way round.
+    Arc {
+        /// Which it is.
+        is_clockwise: bool,
+    },
+}
+
+impl Reader {
+    /// `G00` to `G03`, `G05` and `G81`.
+    pub(super) fn set_mode(&mut self, word: &Word) -> Result<(), Wrong> {
+        let motion = match word.whole()? {
+            0 => Motion::Rapid,
+            1 => Motion::Line,
+            code @ (2 | 3) => Motion::Arc {
+                is_clockwise: code == 2,
+            },
+            _ => {
+                self.refuse_while_routing(word)?;
+                self.now.mode = Mode::Drill;
+                return Ok(());
+            }
+        };
+        match &mut self.now.mode {
+            Mode::Drill if motion != Motion::Rapid => {
+                return Err(word.wrong("cuts before G00 has begun a path"));
+            }
+            Mode::Down(..) if motion == Motion::Rapid => {
+                return Err(word.wrong("the tool is down: M16 has to lift it first"));
+            }
+            mode @ (Mode::Drill | Mode::Up(_)) => *mode = Mode::Up(motion),
+            Mode::Down(cutting, _) => *cutting = motion,
+        }
+        Ok(())
+    }
+
+    /// `M15`.
+    pub(super) fn lower(&mut self, word: &Word) -> Result<(), Wrong> {
+        let Mode::Up(motion) = self.now.mode else {
+            return Err(word.wrong("lowers a router that is not above a path's start (G00)"));
+        };
+        self.now.mode = Mode::Down(motion, self.now.at);
+        Ok(())
+    }
+
+    /// `M16`. A path without a cut is a hole.
+    pub(super) fn lift(&mut self, word: &Word) -> Result<(), Wrong> {
+        let Mode::Down(motion, from) = self.now.mode else {
+            return Err(word.wrong("lifts a router that is not down (M15)"));
+        };
+        self.now.mode = Mode::Up(motion);
+        let shape = match self.cuts.as_slice() {
+            [] => Shape::Hole(from),
+            [_, ..] => Shape::Route(Route {
+                from,
+                cuts: self.cuts.clone(),
+            }),
+        };
+        self.hit(std::slice::from_ref(word), shape)?;
+        self.cuts.clear();
+        Ok(())
+    }
+
+    /// A path has to end before another tool, drilling, or the end of the program.
+    pub(super) fn refuse_while_routing(&self, word: &Word) -> Result<(), Wrong> {
+        match self.now.mode {
+            Mode::Down(..) => Err(word.wrong("the router is down: M16 has to lift it first")),
+            Mode::Drill | Mode::Up(_) => Ok(()),
+        }
+    }
+
+    /// Coordinates while routing.
+    pub(super) fn route_to(&mut self, words: &[Word]) -> Result<(), Wrong> {
+        let is_place = |word: &&Word| matches!(word.letter, 'X' | 'Y');
+        let places: Vec<Word> = words.iter().filter(is_place).copied().collect();
+        let bends: Vec<Word> = words
+            .iter()
+            .filter(|word| !is_place(word))
+            .copied()
+            .collect();
+        let to = self.target(&places, self.now.at)?;
+        let (motion, is_down) = match self.now.mode {
+            Mode::Drill => return Ok(()),
+            Mode::Up(motion) => (motion, false),
+            Mode::Down(motion, _) => (motion, true),
+        };
+        let column = words.first().map_or(1, |word| word.column);
+        let arc = match motion {
+            Motion::Arc { is_clockwise } => Some(self.arc(is_clockwise, &bends, column)?),
+            Motion::Rapid | Motion::Line => None,
+        };
+        match (motion, bends.first()) {
+            (Motion::Rapid | Motion::Line, Some(word)) => {
+                return Err(word.wrong("only an arc bends"))
+            }
+            (Motion::Rapid, None) if is_down => {
+                return Err(Wrong::at(column, "a cut needs G01, G02 or G03"))
+            }
+            (Motion::Line | Motion::Arc { .. }, _) if !is_down => {
+                return Err(Wrong::at(
+                    column,
+                    "a cut while the tool is up: M15 lowers it",
+                ));
+            }
+            _ => {}
+        }
+        self.now.at = to;
+        if is_down {
+            self.cuts.push(Cut { to, arc });
+        }
+        Ok(())
+    }
+
+    /// An arc's centre: `A` radius, or `I` and `J` from the start.
+    fn arc(&mut self, is_clockwise: bool, bends: &[Word], column: usize) -> Result<Arc, Wrong> {
+        let mut number = |word: &Word| self.now.format.coordinate(word, &mut self.notes);
+        let centre = match bends {
+            [a] if a.letter == 'A' => match number(a)? {
+                radius if radius > Mm::ZERO => Centre::Radius(radius),
+                _ => return Err(a.wrong("a radius is more than 0")),
+            },
+            [i, j] if (i.letter, j.letter) == ('I', 'J') => Centre::Offset(Point {
+                x: number(i)?,
+                y: number(j)?,
+            }),
+            _ => {
+                return Err(Wrong::at(
+                    column,
+                    "an arc needs A (radius) or I and J (centre)",
+                ))
+            }
+        };
+        Ok(Arc {
+            is_clockwise,
+            centre,
+        })
+    }
+}

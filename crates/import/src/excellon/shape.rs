@@ -1,0 +1,193 @@
+//! What tools make: holes, slots, routed paths.
+
+use crate::{Mm, Point};
+
+/// Something that one tool makes in one place.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub enum Shape {
+    /// A hole.
+    Hole(Point),
+    /// A slot as wide as the tool (`G85`).
+    Slot {
+        /// Middle of one end.
+        from: Point,
+        /// Middle of the other.
+        to: Point,
+    },
+    /// A path that the tool mills (`M15` to `M16`).
+    Route(Route),
+}
+
+/// A milled path.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Route {
+    /// Where the tool goes down.
+    pub from: Point,
+    /// What it cuts from there; never empty.
+    pub cuts: Vec<Cut>,
+}
+
+/// A piece of a milled path.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Cut {
+    /// Where it ends.
+    pub to: Point,
+    /// How it bends; `None` where it is straight.
+    pub arc: Option<Arc>,
+}
+
+/// How a cut bends.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Arc {
+    /// Which way round (`G02`).
+    pub is_clockwise: bool,
+    /// Where its centre is.
+    pub centre: Centre,
+}
+
+/// Where an arc's centre is.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Centre {
+    /// So far from both ends (`A`), the arc being half a circle at most.
+    Radius(Mm),
+    /// So far from the start (`I`, `J`).
+    Offset(Point),
+}
+
+impl Shape {
+    /// Where the tool goes down first.
+    pub fn from(&self) -> Point {
+        match self {
+            Self::Hole(at) => *at,
+            Self::Slot { from, .. } | Self::Route(Route { from, .. }) => *from,
+        }
+    }
+
+    /// Where it comes up last.
+    pub fn to(&self) -> Point {
+        match self {
+            Self::Hole(at) => *at,
+            Self::Slot { to, .. } => *to,
+            Self::Route(route) => route.to(),
+        }
+    }
+
+    /// The same shape, made from its other end. A slot and a path without compensation are as wide as the tool, so that
+    /// the direction does not show.
+    pub fn reversed(&self) -> Self {
+        match self {
+            Self::Hole(at) => Self::Hole(*at),
+            Self::Slot { from, to } => Self::Slot {
+                from: *to,
+                to: *from,
+            },
+            Self::Route(route) => Self::Route(route.reversed()),
+        }
+    }
+
+    /// The shape with all its points moved by `place`, which keeps lengths; `mirrors` where it turns a shape over.
+    pub(crate) fn placed(&self, place: impl Fn(Point) -> Point, mirrors: bool) -> Self {
+        match self {
+            Self::Hole(at) => Self::Hole(place(*at)),
+            Self::Slot { from, to } => Self::Slot {
+                from: place(*from),
+                to: place(*to),
+            },
+            Self::Route(route) => Self::Route(route.placed(&place, mirrors)),
+        }
+    }
+
+    /// Every point that the shape names: ends of cuts, not the bulges of arcs.
+    pub(crate) fn points(&self) -> Vec<Point> {
+        match self {
+            Self::Hole(at) => vec![*at],
+            Self::Slot { from, to } => vec![*from, *to],
+            Self::Route(route) => {
+                let ends = route.cuts.iter().map(|cut| cut.to);
+                std::iter::once(route.from).chain(ends).collect()
+            }
+        }
+    }
+}
+
+impl Route {
+    fn to(&self) -> Point {
+        self.cuts.last().map_or(self.from, |cut| cut.to)
+    }
+
+    /// The path from its end to its start.
+    pub(crate) fn reversed(&self) -> Self {
+        let starts = std::iter::once(self.from).chain(self.cuts.iter().map(|cut| cut.to));
+        let pieces: Vec<(Point, &Cut)> = starts.zip(&self.cuts).collect();
+        let cuts = pieces.iter().rev().map(|(start, cut)| Cut {
+            to: *start,
+            arc: cut.arc.map(|arc| arc.reversed(*start, cut.to)),
+        });
+        Self {
+            from: self.to(),
+            cuts: cuts.collect(),
+        }
+    }
+
+    fn placed(&self, place: &impl Fn(Point) -> Point, mirrors: bool) -> Self {
+        let zero = place(Point::ORIGIN);
+        let cut = |cut: &Cut| Cut {
+            to: place(cut.to),
+            arc: cut.arc.map(|arc| Arc {
+                is_clockwise: arc.is_clockwise != mirrors,
+                centre: match arc.centre {
+                    Centre::Radius(radius) => Centre::Radius(radius),
+                    Centre::Offset(offset) => Centre::Offset(place(offset) - zero),
+                },
+            }),
+        };
+        Self {
+            from: place(self.from),
+            cuts: self.cuts.iter().map(cut).collect(),
+        }
+    }
+}
+
+impl Arc {
+    fn reversed(self, start: Point, end: Point) -> Self {
+        Self {
+            is_clockwise: !self.is_clockwise,
+            centre: match self.centre {
+                Centre::Radius(radius) => Centre::Radius(radius),
+                Centre::Offset(offset) => Centre::Offset(start + offset - end),
+            },
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn point(x: i64, y: i64) -> Point {
+        let mm = |n: i64| Mm::from_nanos(n * 1_000_000_000);
+        Point { x: mm(x), y: mm(y) }
+    }
+
+    #[test]
+    fn an_arc_from_its_other_end_has_the_same_centre() {
+        let arc = Arc {
+            is_clockwise: true,
+            centre: Centre::Offset(point(5, 0)),
+        };
+        let cut = |to, arc| Cut { to, arc };
+        let route = Shape::Route(Route {
+            from: point(0, 0),
+            cuts: vec![cut(point(10, 0), Some(arc)), cut(point(10, 3), None)],
+        });
+        let Shape::Route(back) = route.reversed() else {
+            panic!("no route")
+        };
+        assert_eq!((back.from, back.cuts[0].to), (point(10, 3), point(10, 0)));
+        let arc = back.cuts[1].arc.unwrap();
+        assert_eq!(back.cuts[1].to, point(0, 0));
+        assert!(!arc.is_clockwise);
+        assert_eq!(arc.centre, Centre::Offset(point(-5, 0)));
+        assert_eq!(route.reversed().reversed(), route);
+    }
+}

@@ -1,0 +1,298 @@
+//! A printer's G-code, as slicers write it for Marlin.
+//!
+//! Moves, E, coordinates and heaters stay as they are. What means something else to Grbl is put in its words; what only tunes
+//! a printer is dropped and said; anything else is a fault.
+
+use crate::gcode_text::comment;
+use crate::{Fault, Faults, Job};
+use leadscrew_gcode::{parse, Letter, Number, Word};
+use std::collections::BTreeMap;
+
+/// Makes a job of a printer's file.
+///
+/// # Errors
+/// All that has no counterpart.
+pub fn job(text: &str) -> Result<Job, Faults> {
+    let mut printer = Printer::default();
+    for (index, line) in text.lines().enumerate() {
+        printer.line(index + 1, line);
+    }
+    if !printer.faults.is_empty() {
+        return Err(Faults(printer.faults));
+    }
+    let dropped = printer.dropped.iter().map(|(code, lines)| {
+        let (count, first) = (lines.len(), lines.first().copied().unwrap_or(0));
+        format!("{code} is dropped: {count} lines, the first is line {first}")
+    });
+    Ok(Job {
+        notes: printer.notes.into_iter().chain(dropped).collect(),
+        lines: printer.lines,
+    })
+}
+
+#[derive(Default)]
+struct Printer {
+    lines: Vec<String>,
+    notes: Vec<String>,
+    /// Codes that were dropped, and on which lines.
+    dropped: BTreeMap<String, Vec<usize>>,
+    faults: Vec<Fault>,
+}
+
+/// What is wrong with a line, and in which column, from 1.
+type Wrong = (usize, String);
+
+/// What becomes of a command.
+enum Fate {
+    /// It stays, with words of these letters.
+    Stays(&'static [Letter]),
+    /// A pause of `P` ms or `S` s.
+    Pause,
+    /// Homing.
+    Home,
+    /// Its text is shown: a comment.
+    Message,
+    /// It waits for motion to end.
+    Wait,
+    /// It tunes a printer.
+    Dropped,
+    /// It sets a percentage: 100 changes nothing.
+    Percent,
+}
+
+impl Printer {
+    fn line(&mut self, number: usize, line: &str) {
+        let (command, remark) = line.split_once(';').unwrap_or((line, ""));
+        if !remark.trim().is_empty() {
+            self.lines.push(comment(remark));
+        }
+        if let Err((column, message)) = self.command(number, command) {
+            self.faults.push(Fault::new(number, column, message));
+        }
+    }
+
+    fn command(&mut self, number: usize, text: &str) -> Result<(), Wrong> {
+        let text = text.trim_end();
+        let (start, code) = code(text);
+        if start == text.len() {
+            return Ok(());
+        }
+        let column = start + 1;
+        let upper = code.to_ascii_uppercase();
+        let fate = fate(&upper).ok_or_else(|| {
+            let shown = if code.is_empty() { text.trim() } else { code };
+            (column, format!("{shown} has no counterpart"))
+        })?;
+        let behind = &text[start + code.len()..];
+        match fate {
+            Fate::Stays(letters) => return self.stay(text, column, letters),
+            Fate::Pause => return self.pause(text),
+            Fate::Home => return self.home(behind, start + code.len()),
+            Fate::Message => self.lines.push(comment(behind)),
+            Fate::Wait => self.lines.push("G4 P0".to_owned()),
+            Fate::Dropped => self.dropped.entry(upper).or_default().push(number),
+            Fate::Percent if behind.trim() == "S100" => {
+                self.dropped.entry(upper).or_default().push(number);
+            }
+            Fate::Percent => {
+                return Err((column, format!("{code} other than S100 has no counterpart")))
+            }
+        }
+        Ok(())
+    }
+
+    /// Writes the words again; a line number and a checksum guarded the way to the printer.
+    fn stay(&mut self, text: &str, column: usize, letters: &[Letter]) -> Result<(), Wrong> {
+        let words = words(text)?;
+        let [command, rest @ ..] = words.as_slice() else {
+            return Err((column, "not understood".to_owned()));
+        };
+        if let Some(word) = rest.iter().find(|word| !letters.contains(&word.letter())) {
+            return Err((
+                word.column() + 1,
+                format!("{word} is not understood with {command}"),
+            ));
+        }
+        let shown: Vec<String> = words.iter().map(Word::to_string).collect();
+        self.lines.push(shown.join(" "));
+        Ok(())
+    }
+
+    /// `G4 P500` ms and `G4 S2` s are both `G4 P` s.
+    fn pause(&mut self, text: &str) -> Result<(), Wrong> {
+        let words = words(text)?;
+        let seconds = match words.as_slice() {
+            [_, word] if word.letter() == Letter::S => Some(word.value()),
+            [_, word] if word.letter() == Letter::P => thousandth(word.value()),
+            _ => None,
+        };
+        let Some(seconds) = seconds else {
+            return Err((1, "expected G4 P (ms) or G4 S (s)".to_owned()));
+        };
+        self.lines.push(format!("G4 P{seconds}"));
+        Ok(())
+    }
+
+    /// `G28` homes all axes, `G28 X Y` those named.
+    fn home(&mut self, axes: &str, offset: usize) -> Result<(), Wrong> {
+        let mut letters = Vec::new();
+        for axis in axes.split_ascii_whitespace() {
+            let mut bytes = axis.bytes();
+            let letter = bytes.next().map_or(b' ', |byte| byte.to_ascii_uppercase());
+            let is_number = bytes.all(|b| b.is_ascii_digit() || b == b'.');
+            if !b"XYZ".contains(&letter) || !is_number {
+                let column = offset + (axis.as_ptr() as usize - axes.as_ptr() as usize) + 1;
+                return Err((column, format!("{axis} is not understood with G28")));
+            }
+            letters.push(char::from(letter));
+        }
+        match letters.len() {
+            0 | 3 => self.lines.push("$H".to_owned()),
+            _ => self
+                .lines
+                .extend(letters.iter().map(|letter| format!("$H{letter}"))),
+        }
+        let note =
+            "G28 is $H: where the axes are after it, is what the machine's homing says".to_owned();
+        if !self.notes.contains(&note) {
+            self.notes.push(note);
+        }
+        Ok(())
+    }
+}
+
+/// Where a line's command begins, behind its `N` word, and its letter and number.
+fn code(text: &str) -> (usize, &str) {
+    let skip = |from: usize| from + (text.len() - from - text[from..].trim_start().len());
+    let mut start = skip(0);
+    if text[start..].starts_with(['N', 'n']) {
+        start = skip(start + word_length(&text[start..]));
+    }
+    (start, &text[start..start + word_length(&text[start..])])
+}
+
+/// Length of the letter and number that a text begins with; 0 where it begins with something else.
+fn word_length(text: &str) -> usize {
+    let mut bytes = text.bytes();
+    if !bytes.next().is_some_and(|byte| byte.is_ascii_alphabetic()) {
+        return 0;
+    }
+    1 + bytes
+        .take_while(|b| b.is_ascii_digit() || *b == b'.')
+        .count()
+}
+
+/// The words of a line but for its number.
+fn words(text: &str) -> Result<Vec<Word>, Wrong> {
+    let block =
+        parse(text.as_bytes()).map_err(|error| (error.column + 1, error.kind.to_string()))?;
+    let words = block.words().iter().copied();
+    Ok(words.filter(|word| word.letter() != Letter::N).collect())
+}
+
+/// A thousandth of a number, where it has one.
+fn thousandth(number: Number) -> Option<Number> {
+    let nanos = number.nanos();
+    (nanos % 1000 == 0).then(|| Number::from_nanos(nanos / 1000))
+}
+
+/// What becomes of a command; `None` where there is nothing like it.
+fn fate(code: &str) -> Option<Fate> {
+    use Letter::{E, F, I, J, P, R, S, T, X, Y, Z};
+    let fate = match code {
+        "G0" | "G00" | "G1" | "G01" => Fate::Stays(&[X, Y, Z, E, F]),
+        "G2" | "G02" | "G3" | "G03" => Fate::Stays(&[X, Y, Z, I, J, R, E, F]),
+        "G92" => Fate::Stays(&[X, Y, Z, E]),
+        "G17" | "G18" | "G19" | "G20" | "G21" | "G90" | "G91" | "M82" | "M83" => Fate::Stays(&[]),
+        "M104" | "M109" | "M140" | "M190" => Fate::Stays(&[S, T]),
+        "M105" | "M116" => Fate::Stays(&[]),
+        "M106" => Fate::Stays(&[S, P]),
+        "M107" => Fate::Stays(&[P]),
+        "M0" | "M1" | "M2" | "M30" => Fate::Stays(&[]),
+        "G4" | "G04" => Fate::Pause,
+        "G28" => Fate::Home,
+        "M117" | "M118" => Fate::Message,
+        "M400" => Fate::Wait,
+        "M220" | "M221" => Fate::Percent,
+        "M17" | "M18" | "M84" | "M73" | "M75" | "M77" | "M110" | "M115" | "M155" | "M201"
+        | "M203" | "M204" | "M205" | "M300" | "M413" | "M486" | "M593" | "M900" | "T0" => {
+            Fate::Dropped
+        }
+        _ => return None,
+    };
+    Some(fate)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn made(text: &str) -> Vec<String> {
+        job(text)
+            .unwrap_or_else(|faults| panic!("{faults:?}"))
+            .lines
+    }
+
+    #[test]
+    fn a_slicers_file_keeps_its_moves_and_heat() {
+        let text = "G21 ; millimeters\nM82\nM104 S210\nG28\nM109 S210\nG92 E0\nG1 X10.5Y2 E.35 F1800\nM106 S255\n";
+        assert_eq!(
+            made(text),
+            [
+                "(millimeters)",
+                "G21",
+                "M82",
+                "M104 S210",
+                "$H",
+                "M109 S210",
+                "G92 E0",
+                "G1 X10.5 Y2 E0.35 F1800",
+                "M106 S255",
+            ]
+        );
+    }
+
+    #[test]
+    fn pauses_are_in_seconds_and_messages_are_comments_that_command_nothing() {
+        assert_eq!(
+            made("G4 P1500\nG4 S2\nM117 50% done!\nM400"),
+            ["G4 P1.5", "G4 P2", "(50% done.)", "G4 P0"]
+        );
+    }
+
+    #[test]
+    fn single_axes_are_homed_singly() {
+        assert_eq!(made("G28 X0 Y"), ["$HX", "$HY"]);
+        assert_eq!(made("g28 x y z"), ["$H"]);
+        assert_eq!(job("G28 W").unwrap_err().0[0].column, 5);
+    }
+
+    #[test]
+    fn what_tunes_a_printer_is_dropped_and_said() {
+        let job = job("M204 P800\nM204 T1000\nM84 X Y E\nM220 S100").unwrap();
+        assert!(job.lines.is_empty());
+        assert_eq!(
+            job.notes[0],
+            "M204 is dropped: 2 lines, the first is line 1"
+        );
+        assert_eq!(job.notes.len(), 3);
+    }
+
+    #[test]
+    fn numbers_and_checksums_are_taken_off_and_verified() {
+        assert_eq!(made("N3 G1 X5*102"), ["G1 X5"]);
+        assert_eq!(job("N3 G1 X5*103").unwrap_err().0.len(), 1);
+    }
+
+    #[test]
+    fn anything_else_is_a_fault_with_its_place() {
+        let text = "G29\nG1 X1 H2\n  M220 S90\nG1 X--1\n@pause\nT1\nM106 S1 M107";
+        let Faults(faults) = job(text).unwrap_err();
+        let places: Vec<_> = faults
+            .iter()
+            .map(|fault| (fault.line, fault.column))
+            .collect();
+        assert_eq!(places[..3], [(1, 1), (2, 7), (3, 3)]);
+        assert_eq!(faults.len(), 7);
+    }
+}

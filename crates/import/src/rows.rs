@@ -1,0 +1,232 @@
+//! Rows of an engraver: `dx, dy, burn`, each a straight way from the end of the one before, cut where `burn` is 1.
+//!
+//! A first line may name the columns (`dx` or `x`, `dy` or `y`, `engrave` or `burn`); other columns are then passed over.
+//! Without it a row has these three. Commas, semicolons, tabs or blanks divide them.
+
+use crate::decimal;
+use crate::gcode_text::comment;
+use crate::{Fault, Faults, Job, Mm, Point};
+
+/// How rows are engraved.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Options {
+    /// Length of a unit: the rows have no scale of their own.
+    pub scale: Mm,
+    /// mm/min along the rows.
+    pub feed: Mm,
+    /// mm/min down.
+    pub plunge: Mm,
+    /// How far the tool is lifted between cuts, mm.
+    pub lift: Mm,
+    /// Speed of the spindle, 1/min.
+    pub spindle: u32,
+}
+
+struct Row {
+    way: Point,
+    burns: bool,
+}
+
+/// Makes the job of some rows. It begins with the tool on the surface, at the first point.
+///
+/// # Errors
+/// All that was not understood.
+pub fn job(text: &str, options: &Options) -> Result<Job, Faults> {
+    let rows = rows(text, options.scale)?;
+    let Options {
+        lift,
+        spindle,
+        scale,
+        ..
+    } = options;
+    let mut lines = vec![
+        comment(&format!(
+            "Starts with the tool on the surface, at the first point. {scale} mm a unit: the rows have no scale."
+        )),
+        "G21 G91 G94 G17".to_owned(),
+        format!("G0 Z{lift}"),
+        format!("M3 S{spindle}"),
+        "G4 P1".to_owned(),
+    ];
+    let mut is_down = false;
+    for Row { way, burns } in rows {
+        if is_down != burns {
+            is_down = burns;
+            lines.extend(tool(is_down, options));
+        }
+        lines.extend(leg(way, is_down));
+    }
+    if is_down {
+        lines.extend(tool(false, options));
+    }
+    lines.extend(["M5", "G90", "M30"].map(str::to_owned));
+    Ok(Job {
+        lines,
+        notes: Vec::new(),
+    })
+}
+
+/// Lowers the tool to the surface and sets the feed of the rows that follow, or lifts it.
+fn tool(down: bool, options: &Options) -> Vec<String> {
+    let Options {
+        lift, plunge, feed, ..
+    } = options;
+    if down {
+        vec![format!("G1 Z{} F{plunge}", -*lift), format!("F{feed}")]
+    } else {
+        vec![format!("G0 Z{lift}")]
+    }
+}
+
+fn leg(way: Point, is_down: bool) -> Option<String> {
+    let code = if is_down { "G1" } else { "G0" };
+    let word = |letter, length| (length != Mm::ZERO).then(|| format!(" {letter}{length}"));
+    let words: Vec<String> = [word('X', way.x), word('Y', way.y)]
+        .into_iter()
+        .flatten()
+        .collect();
+    (!words.is_empty()).then(|| format!("{code}{}", words.concat()))
+}
+
+/// Where X, Y and burn stand in a row.
+type Columns = [usize; 3];
+
+fn rows(text: &str, scale: Mm) -> Result<Vec<Row>, Faults> {
+    let mut lines = text
+        .lines()
+        .enumerate()
+        .filter(|(_, line)| !line.trim().is_empty())
+        .peekable();
+    let named = lines.peek().and_then(|(_, line)| names(line));
+    if named.is_some() {
+        lines.next();
+    }
+    let columns = named.unwrap_or([0, 1, 2]);
+    let (mut rows, mut faults) = (Vec::new(), Vec::new());
+    for (index, line) in lines {
+        let fields = fields(line);
+        let is_wrong = named.is_none() && fields.len() != columns.len();
+        let row = if is_wrong {
+            Err((1, "expected X, Y and burn".to_owned()))
+        } else {
+            row(&fields, columns, scale)
+        };
+        match row {
+            Ok(row) => rows.push(row),
+            Err((column, message)) => faults.push(Fault::new(index + 1, column, message)),
+        }
+    }
+    if faults.is_empty() {
+        Ok(rows)
+    } else {
+        Err(Faults(faults))
+    }
+}
+
+/// The columns that a first line names; `None` where it is a row.
+fn names(line: &str) -> Option<Columns> {
+    let fields = fields(line);
+    let find = |names: [&str; 2]| {
+        fields
+            .iter()
+            .position(|(_, field)| names.contains(&field.to_ascii_lowercase().as_str()))
+    };
+    Some([
+        find(["dx", "x"])?,
+        find(["dy", "y"])?,
+        find(["engrave", "burn"])?,
+    ])
+}
+
+fn row(fields: &[(usize, &str)], columns: Columns, scale: Mm) -> Result<Row, (usize, String)> {
+    let [x, y, burn] = columns.map(|column| fields.get(column).copied());
+    let missing = || (1, "a column is missing".to_owned());
+    let (x, y, burn) = (
+        x.ok_or_else(missing)?,
+        y.ok_or_else(missing)?,
+        burn.ok_or_else(missing)?,
+    );
+    let length = |(column, text): (usize, &str)| {
+        decimal::length(text, scale.nanos())
+            .map_err(|message| (column, format!("{text}: {message}")))
+    };
+    let way = Point {
+        x: length(x)?,
+        y: length(y)?,
+    };
+    match burn.1 {
+        "0" => Ok(Row { way, burns: false }),
+        "1" => Ok(Row { way, burns: true }),
+        text => Err((burn.0, format!("{text}: expected 1 (cut) or 0 (travel)"))),
+    }
+}
+
+/// Fields with their columns, from 1.
+fn fields(line: &str) -> Vec<(usize, &str)> {
+    let is_divided = line.contains([',', ';']);
+    let divides = |c: char| matches!(c, ',' | ';') || (!is_divided && c.is_ascii_whitespace());
+    let start = line.as_ptr() as usize;
+    let fields = line.split(divides).map(str::trim);
+    let placed = fields.map(|field| (field.as_ptr() as usize - start + 1, field));
+    placed
+        .filter(|(_, field)| is_divided || !field.is_empty())
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::decimal::NANOS_PER_MM;
+
+    fn options(scale: &str) -> Options {
+        let mm = |text: &str| decimal::length(text, NANOS_PER_MM).unwrap();
+        Options {
+            scale: mm(scale),
+            feed: mm("600"),
+            plunge: mm("200"),
+            lift: mm("2"),
+            spindle: 1000,
+        }
+    }
+
+    fn made(text: &str, scale: &str) -> Vec<String> {
+        let mut lines = job(text, &options(scale)).unwrap().lines;
+        lines.truncate(lines.len() - 3);
+        lines.split_off(5)
+    }
+
+    #[test]
+    fn cuts_go_down_first_and_travels_up() {
+        let lines = made(
+            "row,dx,dy,engrave\n1,10,-10,1\n2,0,-2,1\n3,4,0,0\n4,0,0,0",
+            "1",
+        );
+        assert_eq!(
+            lines,
+            [
+                "G1 Z-2 F200",
+                "F600",
+                "G1 X10 Y-10",
+                "G1 Y-2",
+                "G0 Z2",
+                "G0 X4"
+            ]
+        );
+    }
+
+    #[test]
+    fn a_scale_is_exact_and_blanks_divide_too() {
+        assert_eq!(made("3 -1 0\n", "0.1"), ["G0 X0.3 Y-0.1"]);
+        assert_eq!(made("3; -1; 0\n", "25.4"), ["G0 X76.2 Y-25.4"]);
+    }
+
+    #[test]
+    fn each_fault_has_its_place() {
+        let Faults(faults) = job("1,2,3\n1,,0\n1,2\n7,x,0\n", &options("1")).unwrap_err();
+        let places: Vec<_> = faults
+            .iter()
+            .map(|fault| (fault.line, fault.column))
+            .collect();
+        assert_eq!(places, [(1, 5), (2, 3), (3, 1), (4, 3)]);
+    }
+}

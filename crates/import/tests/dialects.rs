@@ -1,0 +1,302 @@
+//! Excellon as programs write it: each file of `drl/`, and what a person reads in it.
+
+use leadscrew_import::excellon::{read, Drawing, Known, Shape};
+use leadscrew_import::Point;
+use std::path::Path;
+
+/// Reads a file of `drl/`.
+fn drawing(name: &str) -> Drawing {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("tests/drl")
+        .join(name);
+    let text = std::fs::read_to_string(&path).unwrap();
+    read(&text, &Known::default()).unwrap_or_else(|faults| panic!("{}", faults.show(name, &text)))
+}
+
+/// What a tool makes, in words: `0.8: 12.7 5.08`, `1: 5 5 to 6 5` for slots and routes.
+fn shown(name: &str) -> Vec<String> {
+    let drawing = drawing(name);
+    let hits = drawing.hits.iter().map(|hit| {
+        let diameter = drawing.tools[&hit.tool].diameter;
+        let diameter = diameter.map_or("?".to_owned(), |diameter| diameter.to_string());
+        format!("{diameter}: {}", shape(&hit.shape))
+    });
+    hits.collect()
+}
+
+fn shape(shape: &Shape) -> String {
+    let place = |point: &Point| format!("{} {}", point.x, point.y);
+    match shape {
+        Shape::Hole(at) => place(at),
+        Shape::Slot { from, to } => format!("{} to {}", place(from), place(to)),
+        Shape::Route(route) => {
+            let cuts = route.cuts.iter().map(|cut| match cut.arc {
+                None => format!(" cut {}", place(&cut.to)),
+                Some(arc) => {
+                    let way = if arc.is_clockwise { "right" } else { "left" };
+                    format!(" {way} {}", place(&cut.to))
+                }
+            });
+            place(&route.from) + &cuts.collect::<String>()
+        }
+    }
+}
+
+#[test]
+fn kicad_decimals_with_negative_y() {
+    assert_eq!(
+        shown("kicad_decimal_mm.drl"),
+        [
+            "0.3: 104.025 -66.45",
+            "0.3: 110 -70.5",
+            "1: 98.3 -60.1",
+            "3.2: 95 -55"
+        ]
+    );
+}
+
+#[test]
+fn kicad_inches_without_leading_zeros() {
+    assert_eq!(
+        shown("kicad_inch_tz.drl"),
+        [
+            "0.29972: 26.67 -16.51",
+            "0.29972: 1.016 0.635",
+            "1.00076: 0 -30.48"
+        ]
+    );
+}
+
+#[test]
+fn kicad_millimetres_without_trailing_zeros() {
+    assert_eq!(
+        shown("kicad_mm_lz.drl"),
+        ["0.8: 12.7 5.08", "0.8: 102 -0.3"]
+    );
+}
+
+#[test]
+fn kicad_slots_by_g85() {
+    assert_eq!(
+        shown("kicad_g85.drl"),
+        [
+            "1.00076: 25.4 38.1",
+            "1.00076: 50.8 25.4 to 53.34 25.4",
+            "1.00076: 76.2 -25.4 to 76.2 -26.67"
+        ]
+    );
+}
+
+#[test]
+fn kicad_slots_as_routes() {
+    assert_eq!(
+        shown("kicad_routes.drl"),
+        [
+            "1: 5 5",
+            "1: 98.3 -60.1 cut 98.3 -61.1",
+            "1: 20 10 cut 22 10 cut 22 12.5"
+        ]
+    );
+}
+
+#[test]
+fn eagle_says_nothing_of_zeros_and_its_numbers_show_them() {
+    assert_eq!(
+        shown("eagle_m72.drl"),
+        [
+            "0.59944: 34.925 7.62",
+            "0.59944: 1.27 26.035",
+            "1.016: 7.62 11.43"
+        ]
+    );
+    let notes = drawing("eagle_m72.drl").notes;
+    assert!(
+        notes.iter().any(|note| note.contains("line 8 shows")),
+        "{notes:?}"
+    );
+}
+
+#[test]
+fn eagle_with_a_picture_of_its_digits() {
+    assert_eq!(
+        shown("eagle_xnc.drl"),
+        ["3.2: 3.5 3.5", "0.35: 15.24 22.86", "0.35: 7.62 -1.27"]
+    );
+}
+
+#[test]
+fn altium_digits_in_a_comment_and_lines_of_one_coordinate() {
+    assert_eq!(
+        shown("altium_inch_lz.drl"),
+        [
+            "0.700024: 31.242 11.557",
+            "0.700024: 31.242 11.684",
+            "0.700024: 25.019 11.684",
+            "0.999998: 34.04997 30.988",
+            "3.199892: 3.175 3.175",
+        ]
+    );
+    assert_eq!(
+        shown("altium_mm_lz.drl"),
+        ["0.7: 31.242 11.5", "0.7: 25.16 -0.254"]
+    );
+}
+
+#[test]
+fn flatcam_writes_lz_and_decimals() {
+    assert_eq!(
+        shown("flatcam.drl"),
+        [
+            "0.8: 10.16 7.62",
+            "0.8: 12.7 7.62",
+            "1.1: 40.64 3.81",
+            "1.1: 20.32 10.16 to 22.86 10.16"
+        ]
+    );
+}
+
+#[test]
+fn a_file_without_header_counts_inches_and_has_its_diameters_elsewhere() {
+    assert_eq!(
+        shown("headerless_rack.drl"),
+        [
+            "?: 1548.384 574.1924",
+            "?: 1264.5136 367.7412",
+            "?: 1264.5136 174.1932",
+            "?: 1270.9652 174.1932"
+        ]
+    );
+}
+
+#[test]
+fn a_repeat_is_as_many_holes() {
+    let holes = shown("repeats.drl");
+    assert_eq!(holes.len(), 17);
+    assert_eq!(holes[6..8], ["0.8: 17.78 5.08", "0.8: 17.78 12.7"]);
+    assert_eq!(
+        holes[13..],
+        ["0.8: 2.54 12.7", "1: 50 50", "1: 51 49", "1: 52 48"]
+    );
+}
+
+#[test]
+fn increments_add_up() {
+    assert_eq!(
+        shown("incremental.drl"),
+        [
+            "0.8636: 7.62 7.62",
+            "0.8636: 10.16 7.62",
+            "0.8636: 12.7 6.35",
+            "0.8636: 7.62 15.24",
+            "0.8636: 7.62 12.7",
+        ]
+    );
+}
+
+#[test]
+fn routed_arcs_by_radius_and_by_centre() {
+    assert_eq!(
+        shown("arcs.drl"),
+        [
+            "2: 10 10 cut 20 10 right 25 5 left 30 0",
+            "2: 50 50",
+            "2: 1 1"
+        ]
+    );
+}
+
+#[test]
+fn a_unit_may_change_within_the_file() {
+    assert_eq!(
+        shown("two_units.drl"),
+        ["0.9: 1.5 2.5", "0.89916: 2.54 5.08", "0.89916: 25.4 0"]
+    );
+}
+
+#[test]
+fn a_header_without_end_numbered_lines_and_small_letters() {
+    assert_eq!(
+        shown("no_header_end.drl"),
+        ["0.8001: 25.4 50.8", "0.8001: 76.2 50.8"]
+    );
+    let drawing = drawing("no_header_end.drl");
+    let tool = drawing.tools[&1];
+    assert_eq!(
+        (tool.feed.unwrap().to_string(), tool.speed),
+        ("5080".to_owned(), Some(65_000))
+    );
+}
+
+/// Line, column and a part of the message of each fault.
+fn faults(text: &str) -> Vec<(u32, u32, String)> {
+    let faults = read(text, &Known::default()).expect_err("has no fault").0;
+    faults
+        .into_iter()
+        .map(|fault| (fault.line, fault.column, fault.message))
+        .collect()
+}
+
+#[test]
+fn what_is_not_understood_is_named_with_its_place() {
+    let body = |line: &str| format!("M48\nMETRIC,TZ\nT1C0.8\n%\nT1\nX1000Y1000\n{line}\nM30\n");
+    for (line, column, part) in [
+        ("G82X1000Y1000", 1, "G82: not understood"),
+        ("X1000Y10.0.0", 6, "expected a number"),
+        ("X1000Z5", 6, "Z5: not understood here"),
+        ("X1000X2000", 6, "stands twice"),
+        ("X1000Y1000G85", 11, "needs its other end"),
+        ("X1000 Y1000 ?", 13, "not understood"),
+        ("T7", 1, "T7: is not defined"),
+        ("T1C0.9", 1, "a second time"),
+        ("T2C0", 3, "needs a point"),
+        ("R5", 1, "needs its step"),
+        ("R5X99999999", 3, "has 8 digits"),
+        ("R999999X1", 1, "more than 100000"),
+        ("G01X1000", 1, "before G00"),
+        ("M15", 1, "not above a path"),
+        ("M25", 1, "patterns"),
+        ("G92X1000Y0", 1, "another zero"),
+        ("FMAT,1", 6, "is not understood"),
+        ("METRIC,XZ", 8, "expected LZ, TZ"),
+        ("/X1000", 1, "not understood"),
+        ("TOOL", 1, "not understood"),
+        ("X1234567", 1, "has 7 digits where 3.3 has room for 6"),
+        ("G42", 1, "width"),
+    ] {
+        let found = faults(&body(line));
+        assert_eq!(found.len(), 1, "{line}: {found:?}");
+        let (at, from, message) = &found[0];
+        assert_eq!((*at, *from), (7, column), "{line}: {message}");
+        assert!(message.contains(part), "{line}: {message}");
+    }
+}
+
+#[test]
+fn numbers_that_could_be_two_are_refused_each() {
+    // Zeros on both sides, and one number too short for its format: nobody can know.
+    let text = "M48\nINCH\nT1C0.03\n%\nT1\nX004000Y022000\nX4Y022000\nX5Y5\nM30\n";
+    let found = faults(text);
+    let lines: Vec<u32> = found.iter().map(|fault| fault.0).collect();
+    assert_eq!(lines, [7, 8]);
+    assert!(found[0].2.contains("--zeros"), "{found:?}");
+}
+
+#[test]
+fn a_file_that_ends_too_early_or_too_late_is_refused() {
+    assert!(faults("M48\nINCH\nT1C.03\n%\nT1\nX1.0Y1.0\n")[0]
+        .2
+        .contains("is it whole"));
+    let late = faults("M48\nINCH\nT1C.03\n%\nT1\nM30\nX1.0Y1.0\n");
+    assert_eq!((late[0].0, late[0].1), (7, 1));
+    let routed = faults("M48\nINCH\nT1C.03\n%\nT1\nG00X1.0Y1.0\nM15\nG01X2.0\nM30\n");
+    assert!(routed[0].2.contains("M16 has to lift it"), "{routed:?}");
+}
+
+#[test]
+fn holes_without_a_tool_or_a_unit_are_refused() {
+    assert!(faults("%\nX010000Y010000\nM30\n")[0].2.contains("no tool"));
+    assert!(faults("M48\nT1C0.8\n%\nM30\n")[0].2.contains("--units"));
+    assert!(faults("M48\nINCH\nT1C.03\n%\nT1\nT0\nX1.0Y1.0\nM30\n")[0]
+        .2
+        .contains("no tool"));
+}

@@ -1,0 +1,364 @@
+//! The drilling job as its user was promised it: read off its lines.
+
+use leadscrew_import::drill::{jobs, Mirror, Options, Speeds};
+use leadscrew_import::excellon::{read, Drawing, Known};
+use leadscrew_import::Mm;
+use proptest::prelude::*;
+
+fn mm(text: &str) -> Mm {
+    text.parse().unwrap()
+}
+
+fn options() -> Options {
+    Options {
+        depth: mm("-1.8"),
+        clearance: mm("2"),
+        feed: mm("120"),
+        mill_feed: None,
+        peck: None,
+        tool_feeds: false,
+        spindle: None,
+        mirror: None,
+        from_corner: false,
+        bits: Vec::new(),
+        mills_slots: false,
+        job_a_bit: false,
+    }
+}
+
+const SPEEDS: Speeds = Speeds {
+    rates: [3000.0, 1000.0, 328.0],
+    accelerations: [200.0, 50.0, 50.0],
+    spindle: 10_000.0,
+};
+
+fn drawing(text: &str) -> Drawing {
+    read(text, &Known::default()).unwrap_or_else(|faults| panic!("{faults:?}"))
+}
+
+/// The lines of the one job of some files.
+fn lines(files: &[&str], options: &Options) -> Vec<String> {
+    let drawings: Vec<Drawing> = files.iter().map(|text| drawing(text)).collect();
+    jobs(&drawings, options, &SPEEDS)
+        .unwrap()
+        .remove(0)
+        .job
+        .lines
+}
+
+fn notes(files: &[&str], options: &Options) -> String {
+    let drawings: Vec<Drawing> = files.iter().map(|text| drawing(text)).collect();
+    jobs(&drawings, options, &SPEEDS)
+        .unwrap()
+        .remove(0)
+        .job
+        .notes
+        .join("\n")
+}
+
+const TWO: &str =
+    "M48\nMETRIC\nT1C0.8F200S50\nT2C1.0\n%\nT1\nX10.0Y5.0\nX12.5Y5.0\nT2\nX3.0Y4.0\nM30\n";
+
+#[test]
+fn a_job_begins_clear_and_ends_over_its_zero_and_then_on_it() {
+    let lines = lines(&[TWO], &options());
+    let wanted = "(3 holes down to Z-1.8, clearance Z2)\nG21 G90 G94 G17\nG0 Z2\n\
+        (T1 0.8 mm, 0.0315 inch: 2 holes)\nM5\nT1 M6\nM3 S10000\nG4 P1\nG0 Z2\n\
+        N1 G0 X12.5 Y5\nN1 G1 Z-1.8 F120\nN1 G0 Z2\nN2 G0 X10 Y5\nN2 G1 Z-1.8 F120\nN2 G0 Z2\n\
+        (T2 1 mm, 0.0394 inch: 1 hole)\nM5\nT2 M6\nM3 S10000\nG4 P1\nG0 Z2\n\
+        N3 G0 X3 Y4\nN3 G1 Z-1.8 F120\nN3 G0 Z2\nM5\nG0 X0 Y0\nG1 Z0 F120\nM30";
+    assert_eq!(lines.join("\n"), wanted);
+}
+
+#[test]
+fn one_bit_needs_no_change_and_each_bit_may_have_a_file() {
+    let options = Options {
+        job_a_bit: true,
+        ..options()
+    };
+    let made = jobs(&[drawing(TWO)], &options, &SPEEDS).unwrap();
+    let bits: Vec<_> = made.iter().map(|job| job.bit).collect();
+    assert_eq!(bits, [Some(1), Some(2)]);
+    for job in &made {
+        let text = job.job.lines.join("\n");
+        assert!(
+            !text.contains("M6") && text.ends_with("M30") && text.contains("N1 G0"),
+            "{text}"
+        );
+    }
+}
+
+#[test]
+fn pecks_go_out_of_the_hole_and_back_to_just_above_its_bottom() {
+    let options = Options {
+        peck: Some(mm("0.8")),
+        ..options()
+    };
+    let lines = lines(&["%\nT1C.03\nX1.0Y1.0\nM30"], &options);
+    let first: Vec<_> = lines
+        .iter()
+        .filter_map(|line| line.strip_prefix("N1 "))
+        .collect();
+    let wanted = [
+        "G0 X25.4 Y25.4",
+        "G1 Z-0.8 F120",
+        "G0 Z2",
+        "G0 Z-0.55",
+        "G1 Z-1.6 F120",
+        "G0 Z2",
+        "G0 Z-1.35",
+        "G1 Z-1.8 F120",
+        "G0 Z2",
+    ];
+    assert_eq!(first, wanted);
+}
+
+#[test]
+fn feeds_of_the_file_are_taken_only_when_wanted_and_clipped() {
+    let inch = "M48\nINCH\nT1C.03F200S60\n%\nT1\nX1.0Y1.0\nM30";
+    assert!(lines(&[inch], &options()).contains(&"N1 G1 Z-1.8 F120".to_owned()));
+    let options = Options {
+        tool_feeds: true,
+        ..options()
+    };
+    let lines = lines(&[inch], &options);
+    assert!(lines.contains(&"N1 G1 Z-1.8 F328".to_owned()), "{lines:?}");
+    assert!(lines.contains(&"M3 S10000".to_owned()), "{lines:?}");
+    let notes = notes(&[inch], &options);
+    assert!(
+        notes.contains("5080 mm/min is more than $112=328"),
+        "{notes}"
+    );
+    assert!(
+        notes.contains("60000 rpm is more than $30=10000"),
+        "{notes}"
+    );
+}
+
+#[test]
+fn files_of_one_board_share_bits_of_one_diameter() {
+    let other = "M48\nMETRIC\nT1C1.0\nT2C3.2\n%\nT1\nX1.0Y1.0\nT2\nX2.0Y2.0\nM30\n";
+    let lines = lines(&[TWO, other], &options());
+    let changes: Vec<_> = lines.iter().filter(|line| line.ends_with("M6")).collect();
+    assert_eq!(changes, ["T1 M6", "T2 M6", "T3 M6"]);
+    assert!(lines.contains(&"(T2 1 mm, 0.0394 inch: 2 holes)".to_owned()));
+    assert!(notes(&[TWO, other], &options()).contains("T2 of another file is T3"));
+}
+
+#[test]
+fn each_tool_becomes_the_nearest_bit_and_that_is_said() {
+    let options = Options {
+        bits: vec![mm("1"), mm("0.6")],
+        ..options()
+    };
+    let notes = notes(&[TWO], &options);
+    assert!(
+        notes.contains("T1: 0.8 mm is drilled with the bit of 1 mm"),
+        "{notes}"
+    );
+    let lines = lines(&[TWO], &options);
+    assert!(
+        lines.contains(&"(T1 1 mm, 0.0394 inch: 3 holes)".to_owned()),
+        "{lines:?}"
+    );
+}
+
+#[test]
+fn a_board_is_turned_over_and_put_to_its_corner() {
+    let mirrored = Options {
+        mirror: Some(Mirror::X),
+        ..options()
+    };
+    assert!(lines(&[TWO], &mirrored).contains(&"N2 G0 X-10 Y5".to_owned()));
+    let corner = Options {
+        from_corner: true,
+        ..mirrored
+    };
+    let lines = lines(&[TWO], &corner);
+    assert!(
+        lines.iter().any(|line| line.ends_with("G0 X0 Y1")),
+        "{lines:?}"
+    );
+    assert!(
+        lines.iter().any(|line| line.ends_with("G0 X9.5 Y0")),
+        "{lines:?}"
+    );
+    assert!(notes(&[TWO], &corner).contains("X0 Y0 of the job is X-12.5 Y4"));
+}
+
+#[test]
+fn a_slot_is_a_row_of_holes_or_a_cut() {
+    let slot = "M48\nMETRIC\nT1C1.0\n%\nT1\nX10.0Y5.0G85X11.0Y5.0\nM30\n";
+    let drilled: Vec<String> = lines(&[slot], &options())
+        .into_iter()
+        .filter(|line| line.contains(" X1"))
+        .collect();
+    assert_eq!(drilled, ["N1 G0 X10 Y5", "N1 G0 X10.5 Y5", "N1 G0 X11 Y5"]);
+    let mill = Options {
+        mills_slots: true,
+        mill_feed: Some(mm("60")),
+        peck: Some(mm("1")),
+        ..options()
+    };
+    let milled = lines(&[slot], &mill);
+    let milled: Vec<_> = milled
+        .iter()
+        .filter_map(|line| line.strip_prefix("N1 "))
+        .collect();
+    let wanted = [
+        "G0 X10 Y5",
+        "G1 Z-1 F120",
+        "G1 X11 Y5 F60",
+        "G1 Z-1.8 F120",
+        "G1 X10 Y5 F60",
+        "G0 Z2",
+    ];
+    assert_eq!(milled, wanted);
+    let rack = drawing("%\nT1\nX010000Y010000G85X020000Y010000\nM30\n");
+    let refused = jobs(&[rack], &options(), &SPEEDS).unwrap_err();
+    assert!(refused.contains("--slots mill"), "{refused}");
+}
+
+#[test]
+fn routes_are_milled_with_their_arcs() {
+    let text = "M48\nMETRIC\nT1C2.0\n%\nT1\nG00X0Y0\nM15\nG02X5.0Y5.0A5.0\nG03X10.0Y10.0I0Y10.0J5.0\nM16\nM30\n";
+    let text = text.replace("I0Y10.0J5.0", "I0J5.0");
+    let made = lines(&[&text], &options());
+    assert!(made.contains(&"N1 G2 X5 Y5 R5 F120".to_owned()), "{made:?}");
+    assert!(
+        made.contains(&"N1 G3 X10 Y10 I0 J5 F120".to_owned()),
+        "{made:?}"
+    );
+    let mirrored = Options {
+        mirror: Some(Mirror::Y),
+        ..options()
+    };
+    let made = lines(&[&text], &mirrored);
+    assert!(
+        made.contains(&"N1 G3 X5 Y-5 R5 F120".to_owned()),
+        "{made:?}"
+    );
+    assert!(
+        made.contains(&"N1 G2 X10 Y-10 I0 J-5 F120".to_owned()),
+        "{made:?}"
+    );
+}
+
+#[test]
+fn options_that_make_no_sense_are_refused() {
+    let refused = |options: Options| jobs(&[drawing(TWO)], &options, &SPEEDS).unwrap_err();
+    assert!(refused(Options {
+        depth: mm("1.8"),
+        ..options()
+    })
+    .contains("is it -1.8?"));
+    assert!(refused(Options {
+        clearance: mm("-2"),
+        ..options()
+    })
+    .contains("--clearance"));
+    assert!(refused(Options {
+        feed: mm("0"),
+        ..options()
+    })
+    .contains("--feed"));
+    assert!(refused(Options {
+        peck: Some(mm("0.000001")),
+        ..options()
+    })
+    .contains("pecks"));
+    assert!(jobs(&[drawing("%\nM30")], &options(), &SPEEDS)
+        .unwrap_err()
+        .contains("no hole"));
+}
+
+/// Time of a rapid from rest to rest, found by trying speeds: the highest that each axis allows, reached and left again at
+/// what each axis allows.
+fn seconds(from: [f64; 2], to: [f64; 2]) -> f64 {
+    let way = [to[0] - from[0], to[1] - from[1]];
+    let length = way[0].hypot(way[1]);
+    if length == 0.0 {
+        return 0.0;
+    }
+    let least = |limits: [f64; 3]| {
+        (0..2)
+            .map(|axis| limits[axis] / (way[axis].abs() / length))
+            .fold(f64::MAX, f64::min)
+    };
+    let (speed, acceleration) = (least(SPEEDS.rates) / 60.0, least(SPEEDS.accelerations));
+    let peak = speed.min((length * acceleration).sqrt());
+    2.0 * peak / acceleration + (length - peak * peak / acceleration) / peak
+}
+
+/// Where the tool goes down and comes up for each hole, and with which tool, from the job's lines.
+fn visits(lines: &[String]) -> Vec<(String, [f64; 2], [f64; 2])> {
+    let mut visits: Vec<(String, [f64; 2], [f64; 2])> = Vec::new();
+    let (mut tool, mut number) = (String::new(), String::new());
+    for line in lines {
+        if line.ends_with("M6") {
+            tool = line.clone();
+        }
+        let words: Vec<&str> = line.split(' ').collect();
+        let value = |letter| {
+            words
+                .iter()
+                .find_map(|word| word.strip_prefix(letter)?.parse().ok())
+        };
+        let (Some(x), Some(y), true) = (value('X'), value('Y'), line.starts_with('N')) else {
+            continue;
+        };
+        match visits.last_mut() {
+            Some(visit) if number == words[0] => visit.2 = [x, y],
+            _ => visits.push((tool.clone(), [x, y], [x, y])),
+        }
+        number = words[0].to_owned();
+    }
+    visits
+}
+
+/// Time of all legs, from X0 Y0 and back to it.
+fn travel(visits: &[(String, [f64; 2], [f64; 2])]) -> f64 {
+    let ends = std::iter::once([0.0, 0.0]).chain(visits.iter().map(|visit| visit.2));
+    let starts = visits.iter().map(|visit| visit.1).chain([[0.0, 0.0]]);
+    ends.zip(starts).map(|(from, to)| seconds(from, to)).sum()
+}
+
+fn board() -> impl Strategy<Value = String> {
+    let place = || (0..600, 0..600);
+    let hole = (0..3, place(), place(), 0..4).prop_map(|(tool, (x, y), (u, v), kind)| {
+        let place = |x, y| format!("X{}.{}Y{}.{}", x / 10, x % 10, y / 10, y % 10);
+        let slot = if kind == 0 {
+            "G85".to_owned() + &place(u, v)
+        } else {
+            String::new()
+        };
+        format!("T{}\n{}{slot}\n", tool + 1, place(x, y))
+    });
+    proptest::collection::vec(hole, 1..40).prop_map(|holes| {
+        let head = "M48\nMETRIC\nT1C0.8\nT2C1.0\nT3C1.2\n%\n";
+        head.to_owned() + &holes.concat() + "M30\n"
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(100))]
+    #[test]
+    fn no_exchange_of_two_legs_saves_time(board in board(), pecks in any::<bool>()) {
+        let peck = pecks.then(|| mm("0.9"));
+        let options = Options { mills_slots: true, peck, ..options() };
+        let visits = visits(&lines(&[&board], &options));
+        let asked = board.matches('X').count() - board.matches("G85").count();
+        prop_assert_eq!(visits.len(), asked);
+        let now = travel(&visits);
+        for first in 0..visits.len() {
+            let same = visits.iter().skip(first).take_while(|visit| visit.0 == visits[first].0).count();
+            for last in first..first + same {
+                let mut other = visits.clone();
+                other[first..=last].reverse();
+                other[first..=last].iter_mut().for_each(|visit| std::mem::swap(&mut visit.1, &mut visit.2));
+                let saved = now - travel(&other);
+                prop_assert!(saved < 1e-6, "{} to {} the other way saves {} s", first, last, saved);
+            }
+        }
+    }
+}

@@ -1,0 +1,107 @@
+//! `leadscrew import rp`, `rows` and `print`.
+
+use super::super::Unusable;
+use super::output::{read, shown, write};
+use super::OutputArgs;
+use clap::Args;
+use leadscrew_import::{print, rows, rp, Faults, Job, Mm};
+use std::path::{Path, PathBuf};
+
+/// Options of `import rp`.
+#[derive(Args, Debug)]
+pub(in super::super) struct RpArgs {
+    /// The file of RP code; `-` reads standard input.
+    file: PathBuf,
+    #[command(flatten)]
+    output: OutputArgs,
+    /// Feed of X and Y, mm/min.
+    #[arg(long, value_name = "MM/MIN", default_value = "1005")]
+    feed: Mm,
+    /// Feed of Z, mm/min.
+    #[arg(long, value_name = "MM/MIN", default_value = "192")]
+    lift: Mm,
+    /// The line that switches the extruder on.
+    #[arg(long, value_name = "LINE", default_value = "M3 S1000")]
+    on: String,
+    /// The line that switches the extruder off.
+    #[arg(long, value_name = "LINE", default_value = "M5")]
+    off: String,
+    /// Rows are ways from the point before, not places.
+    #[arg(long)]
+    incremental: bool,
+}
+
+/// Options of `import rows`.
+#[derive(Args, Debug)]
+pub(in super::super) struct RowsArgs {
+    /// The file of rows; `-` reads standard input.
+    file: PathBuf,
+    #[command(flatten)]
+    output: OutputArgs,
+    /// Length of the rows' unit, mm.
+    #[arg(long, value_name = "MM", default_value = "1")]
+    scale: Mm,
+    /// Feed along the rows, mm/min.
+    #[arg(long, value_name = "MM/MIN", default_value = "600")]
+    feed: Mm,
+    /// Feed down, mm/min.
+    #[arg(long, value_name = "MM/MIN", default_value = "200")]
+    plunge: Mm,
+    /// How far the tool is lifted between cuts, mm.
+    #[arg(long, value_name = "MM", default_value = "2")]
+    lift: Mm,
+    /// Speed of the spindle.
+    #[arg(long, value_name = "RPM", default_value = "1000")]
+    spindle: u32,
+}
+
+/// Options of `import print`.
+#[derive(Args, Debug)]
+pub(in super::super) struct PrintArgs {
+    /// The printer's file; `-` reads standard input.
+    file: PathBuf,
+    #[command(flatten)]
+    output: OutputArgs,
+}
+
+/// Imports RP code.
+pub(super) fn rp(args: &RpArgs) -> Result<bool, Unusable> {
+    let options = rp::Options {
+        feed: args.feed,
+        lift: args.lift,
+        on: args.on.clone(),
+        off: args.off.clone(),
+        is_incremental: args.incremental,
+    };
+    convert(&args.file, &args.output, |text| rp::job(text, &options))
+}
+
+/// Imports an engraver's rows.
+pub(super) fn rows(args: &RowsArgs) -> Result<bool, Unusable> {
+    let options = rows::Options {
+        scale: args.scale,
+        feed: args.feed,
+        plunge: args.plunge,
+        lift: args.lift,
+        spindle: args.spindle,
+    };
+    convert(&args.file, &args.output, |text| rows::job(text, &options))
+}
+
+/// Imports a printer's file.
+pub(super) fn print(args: &PrintArgs) -> Result<bool, Unusable> {
+    convert(&args.file, &args.output, print::job)
+}
+
+fn convert(
+    name: &Path,
+    output: &OutputArgs,
+    job: impl Fn(&str) -> Result<Job, Faults>,
+) -> Result<bool, Unusable> {
+    let text = read(name)?;
+    let Some(job) = shown(name, &text, job(&text)) else {
+        return Ok(false);
+    };
+    write(&job, &output.output, &[name], output)?;
+    Ok(true)
+}

@@ -1,0 +1,59 @@
+//! Files in, jobs out.
+
+use super::super::output::{is_stdout, Output};
+use super::super::said::say;
+use super::super::{input, unusable, Unusable};
+use super::OutputArgs;
+use leadscrew_import::{Faults, Job};
+use std::fs;
+use std::io::{Read, Write};
+use std::path::Path;
+
+/// Reads a whole file of text; bytes that are no text can only be in comments.
+///
+/// # Errors
+/// Where it cannot be read or is no text.
+pub(in super::super) fn read(name: &Path) -> Result<String, Unusable> {
+    let mut job = input::open(name).map_err(unusable)?;
+    let mut bytes = Vec::new();
+    let read = job.text.read_to_end(&mut bytes);
+    read.map_err(|error| unusable(format!("{}: cannot be read: {error}", job.name)))?;
+    Ok(String::from_utf8_lossy(&bytes).into_owned())
+}
+
+/// What a reader made of a file; where it made faults, says them.
+pub(in super::super) fn shown<T>(name: &Path, text: &str, read: Result<T, Faults>) -> Option<T> {
+    let name = name.display().to_string();
+    read.map_err(|faults| eprintln!("{}", faults.show(&name, text)))
+        .ok()
+}
+
+/// Writes a job to `path` and says its notes. `inputs` are never written over.
+///
+/// # Errors
+/// Where it cannot be written.
+pub(in super::super) fn write(
+    job: &Job,
+    path: &Path,
+    inputs: &[&Path],
+    args: &OutputArgs,
+) -> Result<(), Unusable> {
+    if !args.quiet {
+        job.notes.iter().for_each(|note| eprintln!("note: {note}"));
+    }
+    let text = job.lines.join("\n");
+    if is_stdout(path) {
+        return say(text);
+    }
+    let target = fs::canonicalize(path).ok();
+    let is_target = |input: &&Path| target.is_some() && fs::canonicalize(input).ok() == target;
+    if inputs.iter().any(is_target) {
+        let shown = path.display();
+        return Err(unusable(format!(
+            "{shown}: is a file that is read; the job needs another name"
+        )));
+    }
+    let output = Output::create(path).map_err(unusable)?;
+    let written = writeln!(output.pen(), "{text}");
+    output.complete(written).map_err(unusable)
+}

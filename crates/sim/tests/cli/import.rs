@@ -1,0 +1,253 @@
+//! `leadscrew import`, `align` and `calibrate`: what is written in `docs/import.md`.
+
+use crate::program::{leadscrew, stderr, stdout, unusable, Folder};
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
+}
+
+/// A folder with the files that the page's commands name.
+fn folder() -> Folder {
+    let folder = Folder::new();
+    let copy = |from: &str, to: &str| fs::copy(root().join(from), folder.path(to)).unwrap();
+    copy("crates/import/tests/drl/kicad_mm_lz.drl", "board.drl");
+    copy(
+        "crates/import/tests/drl/kicad_decimal_mm.drl",
+        "holes-npth.drl",
+    );
+    copy("crates/import/tests/drl/flatcam.drl", "slots.drl");
+    copy("crates/import/tests/drl/headerless_rack.drl", "rack.drl");
+    copy(
+        "examples/sources/001_testbar_50mm_5layers_made_up.rp",
+        "part.rp",
+    );
+    copy("examples/sources/003_heart_as_printed.csv", "heart.csv");
+    copy("examples/settings/drill002.txt", "drill002.txt");
+    folder.file(
+        "part.gcode",
+        "G28\nM104 S210\nG1 X10 E1.5 F1800 ; first\nM204 P500\nG4 P500\n",
+    );
+    folder
+}
+
+/// Calls the program in a folder.
+fn call(folder: &Folder, args: &[&str]) -> Output {
+    let program = env!("CARGO_BIN_EXE_leadscrew");
+    Command::new(program)
+        .args(args)
+        .current_dir(folder.path("."))
+        .output()
+        .unwrap()
+}
+
+/// Splits a command as a shell does, as far as the page needs it: blanks and single quotes.
+fn words(command: &str) -> Vec<String> {
+    let parts = command.split('\'').enumerate();
+    let words = parts.flat_map(|(index, part)| match index % 2 {
+        0 => part.split_whitespace().map(str::to_owned).collect(),
+        _ => vec![part.to_owned()],
+    });
+    words.collect()
+}
+
+#[test]
+fn every_command_of_the_page_runs() {
+    let page = fs::read_to_string(root().join("docs/import.md")).unwrap();
+    let folder = folder();
+    let blocks = page
+        .split("```sh\n")
+        .skip(1)
+        .map(|rest| rest.split("```").next().unwrap());
+    let commands: Vec<&str> = blocks.flat_map(str::lines).collect();
+    assert!(commands.len() >= 15, "{commands:?}");
+    for command in commands {
+        let words = words(command);
+        assert_eq!(words[0], "leadscrew", "{command}");
+        let args: Vec<&str> = words[1..].iter().map(String::as_str).collect();
+        let output = call(&folder, &args);
+        assert!(output.status.success(), "{command}: {}", stderr(&output));
+        if let Some(place) = args.iter().position(|arg| *arg == "-o") {
+            let written = folder.path(args[place + 1]);
+            assert!(fs::metadata(&written).unwrap().len() > 20, "{command}");
+        }
+    }
+    assert!(folder.path("board-T1.nc").exists());
+}
+
+#[test]
+fn what_is_not_understood_is_shown_with_file_line_and_caret_and_nothing_is_written() {
+    let folder = folder();
+    folder.file(
+        "bad.drl",
+        "M48\nMETRIC\nT1C0.8\n%\nT1\nX1.0Y1.0\nX2.0Q1\nG82\nM30\n",
+    );
+    let args = [
+        "import",
+        "drill",
+        "board.drl",
+        "bad.drl",
+        "--depth",
+        "-1",
+        "--feed",
+        "9",
+        "-o",
+        "x.nc",
+    ];
+    let output = call(&folder, &args);
+    assert_eq!(output.status.code(), Some(1));
+    let said = stderr(&output);
+    assert!(said.contains("bad.drl:7:5: Q1: not understood"), "{said}");
+    assert!(said.contains("     7 | X2.0Q1\n       |     ^"), "{said}");
+    assert!(said.contains("bad.drl:8:1: G82: not understood"), "{said}");
+    assert!(!folder.path("x.nc").exists());
+}
+
+#[test]
+fn an_input_is_never_written_over() {
+    let folder = folder();
+    let before = fs::read(folder.path("board.drl")).unwrap();
+    let args = [
+        "import",
+        "drill",
+        "board.drl",
+        "--depth",
+        "-1",
+        "--feed",
+        "9",
+        "-o",
+        "./board.drl",
+    ];
+    let output = call(&folder, &args);
+    assert_eq!(output.status.code(), Some(2));
+    assert!(stderr(&output).contains("the job needs another name"));
+    assert_eq!(fs::read(folder.path("board.drl")).unwrap(), before);
+}
+
+#[test]
+fn options_that_make_no_sense_are_refused_with_one_message() {
+    let folder = folder();
+    let board = folder.path("board.drl");
+    let board = board.to_str().unwrap();
+    let drill = |more: &[&'static str]| [&["import", "drill", board, "--feed", "9"], more].concat();
+    unusable(&drill(&["--depth", "1.8"]), &["is it -1.8?"]);
+    unusable(
+        &drill(&["--depth", "-1", "--tools", "files"]),
+        &["needs -o"],
+    );
+    let align = [
+        "align",
+        board,
+        "--ref",
+        "0,0",
+        "--ref",
+        "-1,0",
+        "--measured",
+        "0,0",
+    ];
+    unusable(&align, &["2 --ref and 1 --measured"]);
+    let align = ["align", board, "--ref", "1,1", "--measured", "0,0"];
+    unusable(&align, &["two points"]);
+    unusable(
+        &["calibrate", "x", "--commanded", "0", "--measured", "1"],
+        &["--commanded"],
+    );
+}
+
+/// Machine 002's own program makes a hole in 3.77 s at its highest speed; the time of a whole job has the way to the board,
+/// the spindle's start and the way back in it, which are no hole's.
+#[test]
+fn a_hole_of_the_supplied_board_takes_four_seconds_at_most_at_the_machines_speeds() {
+    let folder = folder();
+    let source = root().join("examples/sources/002_screenshot_holes_40_67.drl");
+    let drill = [
+        "import",
+        "drill",
+        source.to_str().unwrap(),
+        "--settings",
+        "drill002.txt",
+    ];
+    let heights = [
+        "--clearance",
+        "-17.5",
+        "--depth",
+        "-21.875",
+        "--feed",
+        "328",
+    ];
+    let output = call(&folder, &[&drill[..], &heights].concat());
+    let job = stdout(&output);
+    let holes: Vec<&str> = job.lines().filter(|line| line.starts_with('N')).collect();
+    assert_eq!(holes.len(), 28 * 3);
+    folder.file(
+        "job.nc",
+        "G21 G90 G94 G17\nG92 Z-17.5\n".to_owned() + &holes.join("\n"),
+    );
+    let run = call(
+        &folder,
+        &["run", "job.nc", "--settings", "drill002.txt", "--json"],
+    );
+    assert!(run.status.success(), "{}", stderr(&run));
+    let report: serde_json::Value = serde_json::from_str(&stdout(&run)).unwrap();
+    let seconds = report["job_seconds"].as_f64().unwrap() / 28.0;
+    assert!((1.0..=4.0).contains(&seconds), "{seconds} s a hole");
+}
+
+#[test]
+fn calibration_prints_a_line_for_the_machine() {
+    let args = [
+        "calibrate",
+        "x",
+        "--commanded",
+        "100",
+        "--measured",
+        "99.2",
+        "--set",
+        "$100=80",
+    ];
+    let output = leadscrew(&args);
+    assert_eq!(stdout(&output), "$100=80.645\n");
+}
+
+#[test]
+fn a_turned_job_is_checked_as_any_other() {
+    let folder = folder();
+    let board = [
+        "import",
+        "drill",
+        "board.drl",
+        "--depth",
+        "-1",
+        "--feed",
+        "9",
+        "-o",
+        "job.nc",
+    ];
+    assert!(call(&folder, &board).status.success());
+    let align = [
+        "align",
+        "job.nc",
+        "--ref",
+        "0,0",
+        "--ref",
+        "100,0",
+        "--measured",
+        "5,5",
+        "--measured",
+        "5,105.1",
+        "-o",
+        "turned.nc",
+    ];
+    let output = call(&folder, &align);
+    let said = stderr(&output);
+    assert!(
+        said.contains("turned 90.0000 degrees, X0 Y0 to X5.0000 Y5.0500"),
+        "{said}"
+    );
+    assert!(said.contains("scale 1.001000, not applied"), "{said}");
+    assert!(call(&folder, &["check", "turned.nc"]).status.success());
+    let turned = fs::read_to_string(folder.path("turned.nc")).unwrap();
+    assert!(turned.contains("G0 X-0.08 Y17.75"), "{turned}");
+}
