@@ -402,3 +402,31 @@ proptest! {
         }
     }
 }
+
+/// A hold slows down to rest within a step, which so takes tens of milliseconds.
+#[test]
+fn under_m3_the_last_step_of_a_hold_burns_no_more_than_a_step_at_the_programmed_feed() {
+    for (steps_per_mm, feed, acceleration) in [(250, 500, 10), (80, 500, 10), (80, 6000, 500)] {
+        for interruption in [b'!', 0x84] {
+            let setup = setup::<3>(1);
+            let mut memory = Memory::new(&setup);
+            let mut session = Session::new(&mut memory, &setup, Cartesian);
+            session.stream(&format!(
+                "$32=1\n$110=6000\n$100={steps_per_mm}\n$120={acceleration}\n"
+            ));
+            session.send(0, format!("M3S1000\nG1X900F{feed}\n"));
+            session.wait_us(2_000_000);
+            session.send(0, [interruption]);
+            session.wait_us(3_000_000);
+            let run = session.finish();
+            let [.., before, last] = &run.steps[..] else {
+                panic!("no steps");
+            };
+            let burnt = burnt_between(&run.powers, before.cycle, last.cycle);
+            let due = 60.0 * HZ / f64::from(steps_per_mm * feed);
+            let taken = (last.cycle - before.cycle) as f64;
+            assert!(taken > 4.0 * due, "{taken} {due}");
+            assert!(burnt < 1.02 * due, "{burnt} {due}");
+        }
+    }
+}

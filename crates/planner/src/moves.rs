@@ -87,6 +87,14 @@ impl MovePower {
         }
     }
 
+    /// The same power, in proportion to the speed where it is a laser's.
+    pub(crate) fn with_speed(self) -> Self {
+        match self {
+            Self::Constant { power } => Self::Dynamic { power },
+            Self::Off | Self::Spindle { .. } | Self::Dynamic { .. } => self,
+        }
+    }
+
     /// Power where a feed hold has stopped.
     pub(crate) fn held(self) -> Power {
         match self {

@@ -90,7 +90,9 @@ fn run(config: Config<2>, pixels: &[Due], meddling: &Meddling) -> Result<usize, 
                 *at += sign * i32::from(timed.tick.step.contains(motor));
             }
             if timed.tick.step.contains(due.dominant()) {
-                prop_assert_eq!(timed.tick.power, due.power);
+                // The last step of a hold takes long, and has less.
+                let faded = rig.segmenter.is_held() && timed.tick.power < due.power;
+                prop_assert!(faded || timed.tick.power == due.power);
                 made += 1;
             }
             if made == due.delta[due.dominant()].abs() {

@@ -226,6 +226,11 @@ impl<const MOTORS: usize> Running<MOTORS> {
         self.done >= self.profile.end()
     }
 
+    /// Whether what is handed out next belongs to the profile's last step.
+    fn is_in_last_step(&self) -> bool {
+        self.done + 1 >= self.profile.end()
+    }
+
     /// Whether all steps of the move have been handed out.
     pub(crate) fn at_end(&self) -> bool {
         self.done >= self.events
@@ -366,14 +371,20 @@ impl<const MOTORS: usize> Running<MOTORS> {
         }
     }
 
-    /// Hands out the next segment. `at_rest` says what the power is where the profile ends at rest.
+    /// Hands out the next segment. `held`: a hold slows down. The last step before its rest takes long; a constant power has as
+    /// much energy there as at the programmed feed.
     pub(crate) fn segment(
         &mut self,
         timing: Timing,
         carry: &mut Carry,
         held: bool,
     ) -> Segment<MOTORS> {
+        let power = self.power;
+        if held && self.is_in_last_step() && self.profile.exit_v2() <= 0.0 {
+            self.power = power.with_speed();
+        }
         let mut segment = self.piece(timing, carry);
+        self.power = power;
         segment.line = core::mem::take(&mut self.announce).then_some(self.line);
         segment.outputs = self.outputs;
         if self.at_profile_end() && self.profile.exit_v2() <= 0.0 {
