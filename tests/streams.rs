@@ -49,6 +49,13 @@ fn an_answer_that_is_on_the_wire_when_a_stream_ends_is_waited_for() {
     }
 }
 
+/// Found by the property above: a jog burns under M3 in G0, too, and went on burning where it had ended.
+#[test]
+fn a_laser_is_dark_after_a_jog_in_g0() {
+    endure(b"\x01M3S100\n$J=G91X1F3000\n");
+    endure(b"\x11M3S100\n$J=G91X-2F3000\n$J=G91Y-2F3000\n$J=G91X1F3000\n");
+}
+
 fn baud(baud: u32) -> Rate {
     Rate::Baud(NonZeroU32::new(baud).unwrap())
 }

@@ -304,6 +304,10 @@ where
             }
             State::Jog(Jog::Moving) => {
                 if self.motion.is_idle() && !self.executor.is_busy() {
+                    // A jog burns in every motion mode; at rest the mode decides again.
+                    if !self.interpreter.modal().motion.is_cutting() {
+                        self.stop_cutting();
+                    }
                     self.enter(State::Idle);
                 }
             }
