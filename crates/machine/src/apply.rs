@@ -5,6 +5,7 @@ use crate::config::MachineConfig;
 use crate::inputs::InputConfig;
 use crate::interpreter::MAX_WORD;
 use crate::machine::Machine;
+use crate::motion::Pacing;
 use crate::outputs::spindle::SpindleScale;
 use crate::settings::table::{AxisSetting, Setting};
 use crate::settings::values::Settings;
@@ -30,17 +31,11 @@ where
         let laser = settings.is_on(Setting::Laser);
         let another_tool = laser != self.spindle.is_laser();
         self.spindle.configure(spindle_scale(settings), laser);
-        let silence =
-            Duration::from_ticks(u64::from(settings.whole(Setting::StartSilence)) * 1_000);
         let config = planner_config(settings, &self.config, MOTORS);
-        let lead = if laser {
-            settings.whole(Setting::LaserLead)
-        } else {
-            0
-        };
+        let pacing = pacing(settings, laser);
         let scale = self.motion.config().steps_per_mm;
         // The table takes no value that the planner refuses: a test below asks for each of them.
-        let _sound = self.motion.configure(config, silence, lead);
+        let _sound = self.motion.configure(config, pacing);
         if self.motion.config().steps_per_mm != scale {
             // The steps stay; where they are is another place now.
             self.take_position();
@@ -96,6 +91,20 @@ pub(crate) fn planner_config<const AXES: usize>(
         longest_segment: 0.0, // whoever hands segments on says
         moves: config.moves,
         pixels: config.pixels,
+    }
+}
+
+/// How motion follows the sender and the laser.
+fn pacing<const AXES: usize>(settings: &Settings<AXES>, laser: bool) -> Pacing {
+    let silence = u64::from(settings.whole(Setting::StartSilence)) * 1_000;
+    let stall = settings.value(Setting::StallReserve).nanos() / 1_000;
+    Pacing {
+        silence: Duration::from_ticks(silence),
+        stall: Duration::from_ticks(stall.unsigned_abs()),
+        lead_us: match laser {
+            true => settings.whole(Setting::LaserLead),
+            false => 0,
+        },
     }
 }
 

@@ -191,12 +191,6 @@ pub struct MachineConfig<const AXES: usize> {
 const GRBL_REPORT_BITS: u8 = StatusReport::<0>::MACHINE_POSITION | StatusReport::<0>::ROOM;
 const REPORT_BITS: u8 = GRBL_REPORT_BITS | StatusReport::<0>::LINE | StatusReport::<0>::TIME_LEFT;
 
-/// `$701=0`: motion starts with the first line, as in Grbl.
-const START_AT_ONCE: Entry = Entry {
-    number: Setting::StartSilence.row().number,
-    value: Number::from_int(0),
-};
-
 /// `$704=1`: corners as in Grbl.
 const GRBL_CORNERS: Entry = Entry {
     number: Setting::GrblCorners.row().number,
@@ -207,7 +201,7 @@ const GRBL_CORNERS: Entry = Entry {
 const TIMER_HZ: u32 = 84_000_000;
 
 impl<const AXES: usize> MachineConfig<AXES> {
-    /// A machine for use: deep look-ahead, large buffers, a start that waits for the sender.
+    /// A machine for use: deep look-ahead, large buffers.
     pub const fn new() -> Self {
         Self {
             axes: [AxisKind::Linear; AXES],
@@ -234,7 +228,7 @@ impl<const AXES: usize> MachineConfig<AXES> {
         }
     }
 
-    /// A machine that answers as stock Grbl 1.1h does: 15 moves, 128 bytes, a start at once, two bits of `$10`, its corners.
+    /// A machine that answers as stock Grbl 1.1h does: 15 moves, 128 bytes, two bits of `$10`, its corners.
     pub const fn grbl() -> Self {
         let mut config = Self::new();
         config.step_timing = StepTiming::GRBL;
@@ -242,7 +236,7 @@ impl<const AXES: usize> MachineConfig<AXES> {
         config.pixels = 0;
         config.receive_size = 128;
         config.report_bits = GRBL_REPORT_BITS;
-        config.defaults = &[START_AT_ONCE, GRBL_CORNERS];
+        config.defaults = &[GRBL_CORNERS];
         config
     }
 }

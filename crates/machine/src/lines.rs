@@ -8,7 +8,7 @@ use crate::interpreter::{Context, Fault};
 use crate::machine::{LineFault, Machine};
 use crate::protocol::message::Message;
 use crate::protocol::status::Status;
-use crate::protocol::system_command::STARTUP_LINES;
+use crate::protocol::system_command::{SystemCommand, STARTUP_LINES};
 use crate::settings::table::Setting;
 use crate::state::State;
 use leadscrew_planner::Kinematics;
@@ -32,7 +32,8 @@ where
         if let Some(id) = self.console.take_closed() {
             return self.end_job_of(id, board, now);
         }
-        let owner = self.owner.filter(|_| self.state != State::Idle);
+        let has_job = self.state != State::Idle || self.is_about_to_move();
+        let owner = self.owner.filter(|_| has_job);
         let Some(id) = self.console.read(owner, &mut self.work) else {
             return;
         };
@@ -42,9 +43,13 @@ where
             return;
         };
         let read = channel.line().map(|text| line.extend_from_slice(text));
+        let is_system = read.is_ok() && line.first() == Some(&b'$');
+        self.line_waits = is_system && self.awaits_motion(&line);
+        if self.line_waits {
+            return self.motion.release();
+        }
         self.console.take(id);
         self.work.lines = self.work.lines.wrapping_add(1);
-        let is_system = read.is_ok() && line.first() == Some(&b'$');
         self.program_lines = self.program_lines.wrapping_add(u32::from(!is_system));
         match read {
             Err(status) => self.refuse(Origin::Channel(id), status.into()),
@@ -55,7 +60,22 @@ where
 
     /// Whether a line would be carried out at once.
     pub(crate) fn can_take_line(&self) -> bool {
-        self.state.takes_lines() && !self.executor.is_busy() && !self.motion.is_stopping()
+        let in_motion = self.state == State::Run || !self.motion.is_idle();
+        self.state.takes_lines()
+            && !self.executor.is_busy()
+            && !self.motion.is_stopping()
+            && !(self.line_waits && in_motion)
+    }
+
+    /// Whether a `$` line changes a setting behind moves that have not begun: then it is carried out after them.
+    fn awaits_motion(&self, line: &[u8]) -> bool {
+        let command = || SystemCommand::parse(line, &self.circumstances());
+        self.is_about_to_move() && matches!(command(), Ok(SystemCommand::Set { .. }))
+    }
+
+    /// Whether moves are planned that have not begun.
+    pub(crate) fn is_about_to_move(&self) -> bool {
+        self.state == State::Idle && !self.motion.is_idle()
     }
 
     fn begin_line<B: Board>(&mut self, id: ChannelId, line: &[u8], board: &mut B, now: Instant) {

@@ -111,6 +111,8 @@ pub struct Machine<'a, K, const AXES: usize, const MOTORS: usize, const MOVES: u
     pub(crate) startup: Startup,
     /// The channel whose job is under way.
     pub(crate) owner: Option<ChannelId>,
+    /// A `$` line has come that waits for the motion before it to end.
+    pub(crate) line_waits: bool,
     pub(crate) last_fault: Option<LineFault>,
     pub(crate) last_alarm: Option<Alarm>,
     /// What is in the store, once it was loaded.
@@ -193,6 +195,7 @@ where
             executor: Executor::new(),
             startup: Startup::new(),
             owner: None,
+            line_waits: false,
             last_fault: None,
             last_alarm: None,
             records: None,
@@ -367,12 +370,18 @@ where
     /// power at rest before motion begins.
     fn feed<B: Board>(&mut self, board: &mut B, now: Instant) {
         self.put_out_tool(board);
+        if self.console.hears() {
+            self.motion.put_off(now);
+        }
         let may_start = self.state.may_start();
         if self.motion.prepare(now, may_start, &mut self.work) {
             self.motors.enable(board);
             self.rest_power = None;
             self.rest_output = None;
             self.motion.start(board, now);
+            if let Some(next) = self.state.motion_begins() {
+                self.enter(next);
+            }
         } else if self.motion.is_at_rest() {
             let delay = self.settings.whole(Setting::IdleDelay);
             self.motors.rest(delay, self.is_locked(), board, now);
@@ -422,7 +431,7 @@ where
             || takes_lines && self.startup.is_running()
             || self.motion.is_renewing()
             || self.motion.is_hungry(now, self.state.may_start())
-            || self.executor.can_advance(resting, self.motion.has_room())
+            || self.executor.can_advance(resting, self.motion.wants_more())
                 && self.state.takes_lines()
             || self.door.as_ref().is_some_and(DoorCycle::can_advance) && resting
     }

@@ -66,6 +66,7 @@ where
         self.end_cycles();
         self.complete_lines();
         self.console.discard(discard);
+        self.line_waits = false;
         self.switch_outputs_off(board);
         self.interpreter.reset();
         self.work_offset = *self.interpreter.work_offset();

@@ -86,7 +86,7 @@ where
         let coolant = self.coolant.output();
         let speed = self.reported_speed();
         StatusReport {
-            state: self.state.name(active.door),
+            state: self.shown_state().name(active.door),
             position: numbers(&self.motion.position()),
             work_offset: numbers(&self.work_offset),
             mask: self.settings.mask(Setting::ReportMask),
@@ -155,9 +155,17 @@ where
         }
     }
 
+    /// The state as reports show it: who has had an `ok` for a move does not take the machine for done.
+    fn shown_state(&self) -> State {
+        match self.is_about_to_move() {
+            true => State::Run,
+            false => self.state,
+        }
+    }
+
     /// Whether reports take the cadence of a busy machine.
     fn is_moving_about(&self) -> bool {
-        match self.state {
+        match self.shown_state() {
             State::Run | State::Jog(_) | State::Hold(_) | State::Home | State::Door(_) => true,
             State::Idle | State::Alarm(_) | State::Check | State::Sleep => false,
         }

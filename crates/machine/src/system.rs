@@ -42,6 +42,9 @@ where
         now: Instant,
     ) {
         let result = match SystemCommand::parse(line, &self.circumstances()) {
+            Ok(command) if command.needs_rest() && self.is_about_to_move() => {
+                Err(Status::NotIdle.into())
+            }
             Ok(command) => self
                 .obey(id, command, board, now)
                 .map_err(|fault| command.locate(fault, line)),
@@ -58,7 +61,7 @@ where
         }
     }
 
-    fn circumstances(&self) -> Circumstances {
+    pub(crate) fn circumstances(&self) -> Circumstances {
         Circumstances {
             activity: match self.state {
                 State::Idle => Activity::Idle,
@@ -132,6 +135,8 @@ where
     /// `$C`: leaving check mode resets the machine.
     fn toggle_check<B: Board>(&mut self, id: ChannelId, board: &mut B, now: Instant) -> Reply {
         if self.state != State::Check {
+            // Moves that have not begun never do.
+            self.motion.forget();
             self.enter(State::Check);
             self.console.message(Message::CheckEnabled);
             return Reply::Now;

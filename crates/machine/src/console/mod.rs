@@ -209,6 +209,13 @@ impl<'a> Console<'a> {
         self.channels.len() as u8 // CHANNELS at most
     }
 
+    /// Whether a line has come that is not carried out yet, or is coming.
+    pub(crate) fn hears(&self) -> bool {
+        self.channels.iter().any(|channel| {
+            channel.complete || channel.inbox.has_bytes() || !channel.reader.is_empty()
+        })
+    }
+
     /// Whether a status report that was asked for can be written.
     pub(crate) fn reports_now(&self) -> bool {
         let mut channels = self.channels.iter();

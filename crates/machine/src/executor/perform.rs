@@ -34,7 +34,7 @@ where
         if !self.executor.is_busy() || !self.state.takes_lines() || self.is_storing() {
             return;
         }
-        if self.executor.moves_next() && !self.motion.has_room() {
+        if self.executor.moves_next() && !self.motion.wants_more() {
             return self.motion.release();
         }
         for _ in 0..COMMANDS_A_POLL {
@@ -214,7 +214,9 @@ where
                 self.path_end = next.target;
                 self.show_planned(next, board);
                 self.want_spindle(*spindle);
-                self.motion_begins();
+                if self.executor.is_jogging() && self.state == State::Idle {
+                    self.enter(State::Jog(Jog::Moving));
+                }
                 Progress::Done
             }
             Ok(Pushed::TooShort) => self.stay(next, spindle),
@@ -242,14 +244,6 @@ where
             rate: outline.rate,
             feed: outline.feed,
         });
-    }
-
-    fn motion_begins(&mut self) {
-        if self.executor.is_jogging() && self.state == State::Idle {
-            self.enter(State::Jog(Jog::Moving));
-        } else if let Some(next) = self.state.motion_begins() {
-            self.enter(next);
-        }
     }
 
     /// A move that is not a step long: a laser at constant power still changes, once motion has ended.

@@ -12,6 +12,8 @@
 
 mod feeder;
 mod power;
+mod reserve;
+mod start;
 
 use crate::board::{Board, Duration, Instant};
 use crate::config::{MoveQueues, RowPixels, ASIDE_MOVES};
@@ -25,6 +27,8 @@ use leadscrew_planner::{
 use leadscrew_stepper::{MotorMask, Power, Segment, Shared};
 
 pub(crate) use power::PowerRule;
+use reserve::Reserve;
+use start::{Start, DEPTH};
 
 /// Segments made between two lines where motion is about to run dry. With one only, it does run dry wherever line and segment
 /// together take longer to make than the segment lasts.
@@ -43,15 +47,15 @@ enum Driver {
     Aside,
 }
 
-/// Whether the program's motion may begin out of rest.
+/// How motion follows the sender and the laser.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-enum Start {
-    /// The line under way has more moves to come: not before the planner is full.
-    MoreToCome,
-    /// Lines may still come: not before this instant.
-    After(Instant),
-    /// It has begun, or need not wait.
-    Now,
+pub(crate) struct Pacing {
+    /// Motion begins so long after the last line; 0: as soon as Grbl's does.
+    pub(crate) silence: Duration,
+    /// A sender may fall silent for so long in motion; 0: for as long as the queue lasts.
+    pub(crate) stall: Duration,
+    /// Power changes so many microseconds before the motion that it belongs to.
+    pub(crate) lead_us: u32,
 }
 
 /// The motion of one machine.
@@ -60,7 +64,7 @@ pub(crate) struct Motion<'a, K, const AXES: usize, const MOTORS: usize> {
     aside: Track<'a, K, AXES, MOTORS>,
     driver: Driver,
     start: Start,
-    silence: Duration,
+    reserve: Reserve,
     /// A stop was asked for; nothing is fed until the step interrupt has emptied its queue.
     stopping: bool,
     /// Between the program's segments and the feeder.
@@ -109,8 +113,8 @@ where
                 segmenter: Segmenter::new(),
             },
             driver: Driver::Program,
-            start: Start::Now,
-            silence: Duration::from_ticks(0),
+            start: Start::new(Duration::from_ticks(0)),
+            reserve: Reserve::ALL,
             stopping: false,
             lead: PowerLead::new(),
             feeder,
@@ -121,18 +125,24 @@ where
         })
     }
 
-    /// Takes over new settings; motion begins `silence` after the last line, power changes `lead_us` microseconds before the motion
-    /// that it belongs to. At rest, with nothing queued.
+    /// Takes over new settings. At rest, with nothing queued.
     ///
     /// # Errors
     /// Nothing can be planned with these settings: those in force stay. The settings' table has no such values.
     pub(crate) fn configure(
         &mut self,
         config: Config<AXES>,
-        silence: Duration,
-        lead_us: u32,
+        pacing: Pacing,
     ) -> Result<(), ConfigError> {
-        self.silence = silence;
+        let Pacing {
+            silence,
+            stall,
+            lead_us,
+        } = pacing;
+        self.start = Start::new(silence);
+        self.reserve = Reserve::new(&config, stall);
+        self.reserve
+            .set_override(self.program.planner.overrides().feed);
         self.lead.set(lead_us, config.timer_hz);
         self.feeder.set_lead(lead_us.min(LONGEST_LEAD));
         let config = Config {
@@ -157,6 +167,7 @@ where
 
     /// Sets the overrides of the program's moves.
     pub(crate) fn set_overrides(&mut self, overrides: Overrides) {
+        self.reserve.set_override(overrides.feed);
         self.program.planner.set_overrides(overrides);
     }
 
@@ -174,13 +185,7 @@ where
     ) -> Result<Pushed, PushError> {
         let begins = self.is_idle();
         let pushed = self.program.planner.push(next)?;
-        if begins || self.start != Start::Now {
-            self.start = if more {
-                Start::MoreToCome
-            } else {
-                Start::After(now + self.silence)
-            };
-        }
+        self.start.planned(begins, more, now);
         Ok(pushed)
     }
 
@@ -205,9 +210,12 @@ where
         }
     }
 
-    /// Whether the program has room for one more move.
-    pub(crate) fn has_room(&self) -> bool {
-        self.program.planner.has_room()
+    /// Whether one more move of the program is of use: without it the queue's end may bound the plan, or a sender that stalls
+    /// as long as `$710` allows might leave it without moves. The line whose move it is waits where not.
+    pub(crate) fn wants_more(&self) -> bool {
+        let planner = &self.program.planner;
+        let ample = planner.len() >= DEPTH && self.reserve.is_exceeded(planner.waiting_micros());
+        planner.has_room() && !ample
     }
 
     /// Moves of the program that may still be planned: the first number of `Bf:`.
@@ -217,15 +225,19 @@ where
 
     /// Lets motion begin without waiting for more lines.
     pub(crate) fn release(&mut self) {
-        self.start = Start::Now;
+        self.start.release();
+    }
+
+    /// Has motion out of rest wait for a line that has come, or is coming.
+    pub(crate) fn put_off(&mut self, now: Instant) {
+        self.start.put_off(now);
     }
 
     /// When motion begins by itself, if it waits for lines.
     pub(crate) fn starts_at(&self) -> Option<Instant> {
-        match self.start {
-            Start::After(instant) if !self.program.planner.is_empty() => Some(instant),
-            Start::After(_) | Start::MoreToCome | Start::Now => None,
-        }
+        self.start
+            .ends_at()
+            .filter(|_| !self.program.planner.is_empty())
     }
 
     /// Begins to slow down on the path, as fast as the limits allow.
@@ -289,9 +301,13 @@ where
         (!self.is_at_rest()).then_some(self.power_out)
     }
 
-    /// The line number of the move under way.
+    /// The line number of the move under way, or of the one that begins next.
     pub(crate) fn line_number(&self) -> Option<u32> {
-        self.program.segmenter.line_number()
+        let Track { planner, segmenter } = &self.program;
+        match segmenter.is_idle() {
+            true => planner.next_line_number(),
+            false => segmenter.line_number(),
+        }
     }
 
     /// Begins to add up how long the program's queue takes.
@@ -312,8 +328,17 @@ where
     /// The speed at the end of the segment that was committed last, mm/s, and what lies ahead of it.
     pub(crate) fn committed(&self) -> (f32, Ahead) {
         match self.driver {
-            Driver::Program => (self.program.segmenter.speed(), self.program.planner.ahead()),
+            Driver::Program => (self.program.segmenter.speed(), self.ahead()),
             Driver::Aside => (self.aside.segmenter.speed(), self.aside.planner.ahead()),
+        }
+    }
+
+    fn ahead(&self) -> Ahead {
+        match self.program.planner.ahead() {
+            Ahead::QueueEnd { .. } => Ahead::QueueEnd {
+                full: !self.wants_more(),
+            },
+            other @ (Ahead::Corner | Ahead::SlowerMove) => other,
         }
     }
 
@@ -429,15 +454,10 @@ where
     }
 
     fn is_released(&mut self, now: Instant) -> bool {
-        let due = match self.start {
-            Start::Now => true,
-            Start::MoreToCome => false,
-            Start::After(instant) => now >= instant,
-        };
-        if due || !self.program.planner.has_room() {
-            self.start = Start::Now;
+        if !self.wants_more() {
+            self.release();
         }
-        self.start == Start::Now
+        self.start.is_over(self.program.planner.len(), now)
     }
 
     fn next_segment(&mut self, now: Instant) -> Option<Segment<MOTORS>> {

@@ -113,6 +113,27 @@ pub struct Circumstances {
 type Refused<'a> = (Status, &'a [u8]);
 
 impl<'a> SystemCommand<'a> {
+    /// Whether it is refused as soon as a move is planned, before that begins.
+    pub fn needs_rest(&self) -> bool {
+        match self {
+            Self::StoreBuild(_)
+            | Self::StoreStartup { .. }
+            | Self::Home(_)
+            | Self::Jog(_)
+            | Self::Sleep
+            | Self::Restore(_) => true,
+            Self::Set { .. }
+            | Self::Help
+            | Self::ShowSettings
+            | Self::ShowParameters
+            | Self::ShowModes
+            | Self::ShowBuild
+            | Self::ShowStartup
+            | Self::Check
+            | Self::Unlock => false,
+        }
+    }
+
     /// Reads a filtered line that begins with `$`.
     ///
     /// # Errors

@@ -153,8 +153,8 @@ rows! {
             "Changes power in motion, without stops, and switches it off in rapids.";
         FaultTexts = 700, Kind::Switch, 0, "Faults in words", "",
             "Sends a message with the reason before each refused line and after each fault.";
-        StartSilence = 701, WORD, 20_000, "Start silence", "ms",
-            "Motion starts when no line has come for so long or the planner is full; 0 starts at once.";
+        StartSilence = 701, WORD, 0, "Start silence", "ms",
+            "Motion starts when no line has come for so long or enough moves wait; 0 starts as Grbl, when no line waits, with 15 moves or after 5 ms.";
         SecondMotorOffset = 702, Kind::Signed { most: 25 }, 0, "Second motor offset", "mm",
             "How far the second motor of an axis goes on after its switch when homing squares the axis; back if negative.";
         LaserLead = 703, Kind::Whole { max: leadscrew_planner::LONGEST_LEAD }, 0, "Laser lead", "us",
@@ -167,6 +167,8 @@ rows! {
             "How long a switch keeps a new level before it counts: longer than the spikes of a spindle's cable.";
         LaserPatience = 707, DECIMAL, 2_000, "Laser dead-man", "s",
             "A laser that is lit at rest goes dark when its sender has been silent for so long; 0 for never.";
+        StallReserve = 710, DECIMAL, 1_000, "Stall reserve", "s",
+            "A sender may stall for so long in motion: lines wait for their answers while more than this, braking and 15 moves are queued; 0 queues as many as fit.";
     }
 }
 

@@ -45,6 +45,11 @@ where
         self.backlog.micros
     }
 
+    /// The line number of the first move that waits.
+    pub fn next_line_number(&self) -> Option<u32> {
+        self.queue.next()?.line_number()
+    }
+
     /// Notes a change of the newest move: a further one, or where `moves` of them are as before, another one for `old`.
     pub(super) fn note_newest(&mut self, moves: usize, old: Option<u32>) {
         let old = old.filter(|_| self.len() == moves);

@@ -1,0 +1,98 @@
+//! How much motion is to wait in the queue: more of it would only make answers come long before what they answer.
+
+use crate::board::Duration;
+use leadscrew_planner::Config;
+
+/// The time of motion that is to wait, above which a line waits for its answer.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) struct Reserve {
+    /// At 100 %, µs; `None`: as much as fits.
+    micros: Option<u64>,
+    /// The feed override, percent.
+    percent: u8,
+}
+
+impl Reserve {
+    /// As much as fits.
+    pub(super) const ALL: Self = Self {
+        micros: None,
+        percent: 100,
+    };
+
+    /// What braking from the highest speed takes, so that the queue's end bounds nothing, and `stall` more: for so long a sender
+    /// may fall silent. 0: as much as fits.
+    pub(super) fn new<const AXES: usize>(config: &Config<AXES>, stall: Duration) -> Self {
+        let braking = (braking_time(config) * 1e6) as u64;
+        Self {
+            micros: (stall.ticks() > 0).then(|| braking.saturating_add(stall.ticks())),
+            ..Self::ALL
+        }
+    }
+
+    /// Follows the feed override: what is faster than programmed is over sooner.
+    pub(super) fn set_override(&mut self, percent: u8) {
+        self.percent = percent.max(100);
+    }
+
+    /// Whether `waiting` microseconds at 100 % are more than is to wait.
+    pub(super) fn is_exceeded(&self, waiting: u64) -> bool {
+        let percent = u64::from(self.percent);
+        self.micros
+            .is_some_and(|micros| waiting.saturating_mul(100) > micros.saturating_mul(percent))
+    }
+}
+
+/// The longest that any motion takes to stop, seconds. Along a path that one axis bounds, speed and acceleration are that axis's.
+fn braking_time<const AXES: usize>(config: &Config<AXES>) -> f32 {
+    let rates = config.max_rate.iter().zip(&config.acceleration);
+    let braking = rates.fold(0.0, |longest: f32, (rate, acceleration)| {
+        longest.max(rate / acceleration)
+    });
+    let steepest = config.acceleration.iter().copied().fold(0.0, f32::max);
+    match config.jerk > 0.0 {
+        true => braking + steepest / config.jerk,
+        false => braking,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SECOND: Duration = Duration::from_ticks(1_000_000);
+
+    fn config() -> Config<2> {
+        Config {
+            max_rate: [100.0, 50.0],
+            acceleration: [500.0, 100.0],
+            ..Config::default()
+        }
+    }
+
+    #[test]
+    fn the_slowest_axis_s_braking_and_the_stall_add_up() {
+        let reserve = Reserve::new(&config(), SECOND);
+        assert!(!reserve.is_exceeded(1_500_000));
+        assert!(reserve.is_exceeded(1_500_001));
+        let eased = Config {
+            jerk: 1000.0,
+            ..config()
+        };
+        let reserve = Reserve::new(&eased, SECOND);
+        assert!(!reserve.is_exceeded(2_000_000) && reserve.is_exceeded(2_000_001));
+    }
+
+    #[test]
+    fn at_twice_the_speed_twice_as_much_is_to_wait() {
+        let mut reserve = Reserve::new(&config(), SECOND);
+        reserve.set_override(200);
+        assert!(!reserve.is_exceeded(3_000_000) && reserve.is_exceeded(3_000_001));
+        reserve.set_override(10);
+        assert!(!reserve.is_exceeded(1_500_000) && reserve.is_exceeded(1_500_001));
+    }
+
+    #[test]
+    fn without_a_stall_as_much_waits_as_fits() {
+        assert!(!Reserve::new(&config(), Duration::from_ticks(0)).is_exceeded(u64::MAX));
+    }
+}
