@@ -288,7 +288,7 @@ fn a_file_that_ends_too_early_or_too_late_is_refused() {
         .contains("is it whole"));
     let late = faults("M48\nINCH\nT1C.03\n%\nT1\nM30\nX1.0Y1.0\n");
     assert_eq!((late[0].0, late[0].1), (7, 1));
-    let routed = faults("M48\nINCH\nT1C.03\n%\nT1\nG00X1.0Y1.0\nM15\nG01X2.0\nM30\n");
+    let routed = faults("M48\nINCH\nT1C.03\n%\nT1\nG00X1.0Y1.0\nM15\nG01X2.0\nT1\nM30\n");
     assert!(routed[0].2.contains("M16 has to lift it"), "{routed:?}");
 }
 

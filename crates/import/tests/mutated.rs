@@ -82,9 +82,16 @@ impl Dice {
     }
 }
 
+/// What the lines before said of routing.
+#[derive(Default)]
+struct Mode {
+    is_routing: bool,
+    is_down: bool,
+}
+
 /// How many holes a line asks for, by the letters that it has: a coordinate is a hole, `R6` six; while routing, lifting the
-/// tool ends one. Knows nothing of units, formats, tools or headers.
-fn asked(line: &str, is_routing: &mut bool) -> u64 {
+/// tool ends one, and so does the end of the program. Knows nothing of units, formats, tools or headers.
+fn asked(line: &str, mode: &mut Mode) -> u64 {
     let line = line.split(';').next().unwrap().trim().to_ascii_uppercase();
     if line.starts_with('(') || line.contains(',') {
         return 0;
@@ -98,12 +105,16 @@ fn asked(line: &str, is_routing: &mut bool) -> u64 {
             .take_while(char::is_ascii_digit);
         let number: Option<u64> = digits.collect::<String>().parse().ok();
         match (letter, number) {
-            ('G', Some(0)) => *is_routing = true,
-            ('G', Some(5 | 81)) => *is_routing = false,
+            ('G', Some(0)) => mode.is_routing = true,
+            ('G', Some(5 | 81)) => mode.is_routing = false,
             ('G', Some(92 | 93)) => return count,
-            ('M', Some(16 | 17)) if *is_routing => count += 1,
-            ('R', Some(times)) if !*is_routing => return count + times,
-            ('X' | 'Y', _) if !*is_routing => return count + 1,
+            ('M', Some(15)) => mode.is_down = true,
+            ('M', Some(16 | 17 | 30 | 0)) if mode.is_down => {
+                mode.is_down = false;
+                count += 1;
+            }
+            ('R', Some(times)) if !mode.is_routing => return count + times,
+            ('X' | 'Y', _) if !mode.is_routing => return count + 1,
             ('X' | 'Y', _) => return count,
             _ => {}
         }
@@ -119,7 +130,7 @@ fn compare(text: &str) -> (Drawing, usize) {
         *made.entry(hit.line).or_default() += 1;
     }
     let refused: BTreeSet<u32> = faults.0.iter().map(|fault| fault.line).collect();
-    let mut is_routing = false;
+    let mut mode = Mode::default();
     for (number, line) in (1..).zip(text.lines()) {
         let holes = made.remove(&number).unwrap_or(0);
         if refused.contains(&number) {
@@ -132,7 +143,7 @@ fn compare(text: &str) -> (Drawing, usize) {
         }
         assert_eq!(
             holes,
-            asked(line, &mut is_routing),
+            asked(line, &mut mode),
             "line {number}, {line:?} in\n{text}"
         );
     }

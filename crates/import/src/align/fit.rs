@@ -33,6 +33,7 @@ pub struct Fit {
     /// How far each point is from where the turned and shifted job has it, mm.
     pub misses: Vec<f64>,
     factor: [f64; 2],
+    applied: f64,
     middle: Pair,
 }
 
@@ -62,13 +63,18 @@ impl Fit {
         let mirrored = factor(&seen, size, true);
         let (plain, turned) = (rest(&seen, straight, false), rest(&seen, mirrored, true));
         let scale = straight[0].hypot(straight[1]);
-        let applied = if applies_scale { 1.0 } else { 1.0 / scale };
+        let is_mirrored = plain > CLEARLY * turned && plain > NEAR;
+        if scale < NEAR && !is_mirrored {
+            return Err("the points fit the job in no direction better than in another".to_owned());
+        }
+        let applied = if applies_scale { scale } else { 1.0 };
         let mut fit = Self {
             angle: straight[1].atan2(straight[0]),
             scale,
-            is_mirrored: plain > CLEARLY * turned && plain > NEAR,
+            is_mirrored,
             misses: Vec::new(),
-            factor: straight.map(|part| part * applied),
+            factor: straight.map(|part| part / scale.max(NEAR) * applied),
+            applied,
             middle,
         };
         fit.misses = pairs.iter().map(|pair| fit.miss(pair)).collect();
@@ -87,9 +93,9 @@ impl Fit {
         product(self.factor, way)
     }
 
-    /// How a length comes out: 1 unless the scale is applied.
+    /// How many times as large the job becomes: 1 unless the scale is applied.
     pub fn length(&self) -> f64 {
-        self.factor[0].hypot(self.factor[1])
+        self.applied
     }
 
     /// Where the job's X0 Y0 comes to lie.

@@ -94,7 +94,7 @@ impl<'a> Turner<'a> {
         for word in words.iter().filter(|word| word.letter() == Letter::G) {
             let wrong = |message: &str| Err((word.column() + 1, format!("{word} {message}")));
             match word.value().nanos() / 100_000_000 {
-                0 | 10 | 382..=385 => self.is_arc = false,
+                0 | 10 | 382..=385 | 730..=899 => self.is_arc = false,
                 20 | 30 => self.is_arc = true,
                 200 => self.is_inch = true,
                 210 => self.is_inch = false,

@@ -174,7 +174,7 @@ impl Reader {
             15 => return self.lower(word),
             16 | 17 => return self.lift(word),
             0 | 30 => {
-                self.refuse_while_routing(word)?;
+                self.end_path(word)?;
                 self.now.stage = Stage::Ended;
             }
             1 | 2 | 8 | 25 | 31 => {

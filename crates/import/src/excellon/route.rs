@@ -85,7 +85,15 @@ impl Reader {
         Ok(())
     }
 
-    /// A path has to end before another tool, drilling, or the end of the program.
+    /// The end of the program lifts the tool: some programs write no `M16` before it.
+    pub(super) fn end_path(&mut self, word: &Word) -> Result<(), Wrong> {
+        match self.now.mode {
+            Mode::Down(..) => self.lift(word),
+            Mode::Drill | Mode::Up(_) => Ok(()),
+        }
+    }
+
+    /// A path has to end before another tool and before drilling.
     pub(super) fn refuse_while_routing(&self, word: &Word) -> Result<(), Wrong> {
         match self.now.mode {
             Mode::Down(..) => Err(word.wrong("the router is down: M16 has to lift it first")),

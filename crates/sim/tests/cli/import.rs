@@ -251,3 +251,23 @@ fn a_turned_job_is_checked_as_any_other() {
     let turned = fs::read_to_string(folder.path("turned.nc")).unwrap();
     assert!(turned.contains("G0 X-0.08 Y17.75"), "{turned}");
 }
+
+/// `docs/machines.md` names tests as `` `file`: `test`, `test` ``.
+#[test]
+fn every_test_that_the_table_of_machines_names_is_there() {
+    let page = fs::read_to_string(root().join("docs/machines.md")).unwrap();
+    let quoted = page
+        .split('`')
+        .enumerate()
+        .filter(|(index, _)| index % 2 == 1);
+    let (mut source, mut named) = (String::new(), 0);
+    for (_, name) in quoted {
+        if name.ends_with(".rs") {
+            source = fs::read_to_string(root().join(name)).expect(name);
+        } else if name.matches('_').count() >= 3 {
+            assert!(source.contains(&format!("fn {name}(")), "{name}");
+            named += 1;
+        }
+    }
+    assert!(named >= 25, "{named}");
+}
