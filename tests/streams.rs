@@ -54,6 +54,7 @@ fn an_answer_that_is_on_the_wire_when_a_stream_ends_is_waited_for() {
 fn a_laser_is_dark_after_a_jog_in_g0() {
     endure(b"\x01M3S100\n$J=G91X1F3000\n");
     endure(b" $32=1\nM3S500G1F3000\nG0Z-8\nM7\n$J=G91X-5F3000\n");
+    endure(b"\0$32=1\nM3S500G1F3000\nG93\nG1X-5Y-2F3000S500\nG0\n$J=G91X-5F3000\n");
     endure(b"\x11M3S100\n$J=G91X-2F3000\n$J=G91Y-2F3000\n$J=G91X1F3000\n");
 }
 

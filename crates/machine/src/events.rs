@@ -299,12 +299,12 @@ where
             }
             State::Run => {
                 if self.motion.is_idle() && !self.executor.is_probing() {
-                    self.end_motion();
+                    self.enter(State::Idle);
                 }
             }
             State::Jog(Jog::Moving) => {
                 if self.motion.is_idle() && !self.executor.is_busy() {
-                    self.end_motion();
+                    self.enter(State::Idle);
                 }
             }
             State::Idle
@@ -315,14 +315,6 @@ where
             | State::Check
             | State::Sleep => {}
         }
-    }
-
-    /// Nothing moves any more. A jog burns in every motion mode, and may have begun in Run; at rest the mode decides again.
-    fn end_motion(&mut self) {
-        if !self.interpreter.modal().motion.is_cutting() {
-            self.stop_cutting();
-        }
-        self.enter(State::Idle);
     }
 
     /// After a hold, a cancel or an opening door has brought motion to rest.

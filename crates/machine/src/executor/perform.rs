@@ -213,7 +213,13 @@ where
                 self.work.moves = self.work.moves.wrapping_add(1);
                 self.path_end = next.target;
                 self.show_planned(next, board);
-                self.want_spindle(*spindle);
+                // A jog burns in every motion mode, at rest the mode decides.
+                let cuts =
+                    !self.executor.is_jogging() || self.interpreter.modal().motion.is_cutting();
+                self.want_spindle(Spindle {
+                    cutting: spindle.cutting && cuts,
+                    ..*spindle
+                });
                 if self.executor.is_jogging() && self.state == State::Idle {
                     self.enter(State::Jog(Jog::Moving));
                 }
