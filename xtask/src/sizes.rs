@@ -26,7 +26,7 @@ pub(crate) fn of(elf: &Path) -> Result<Sizes, Failure> {
     ];
     let variables: u64 = [".data", ".bss", ".uninit"].map(section).iter().sum();
     let sram = variables + symbol("__fast_code_reserve")?;
-    let ccm = symbol("_stack_start")? - symbol("_stack_end")? + section(".ccm_bss");
+    let ccm = symbol("__stack_top")? - symbol("_stack_end")? + section(".ccm_bss");
     let code = tool("arm-none-eabi-objdump", &["-d", "--no-show-raw-insn"])?;
     Ok(Sizes::from([
         ("flash", flash.map(section).iter().sum()),
@@ -69,7 +69,7 @@ fn section(listing: &str, name: &str) -> u64 {
     listing.lines().find_map(words).unwrap_or(0)
 }
 
-/// The value of a symbol: `10004000 A _stack_start`.
+/// The value of a symbol: `10004000 A __stack_top`.
 fn symbol(listing: &str, name: &str) -> Option<u64> {
     let line = listing
         .lines()
@@ -99,9 +99,9 @@ mod tests {
         let sections = ".text        145892   134266880\n.data          1768   536870912\n";
         assert_eq!(section(sections, ".data"), 1768);
         assert_eq!(section(sections, ".tex"), 0);
-        let symbols = "10000000 A _stack_end\n10004000 A _stack_start\n";
-        assert_eq!(symbol(symbols, "_stack_start"), Some(0x1000_4000));
-        assert_eq!(symbol(symbols, "stack_start"), None);
+        let symbols = "10000000 A _stack_end\n10004000 A __stack_top\n";
+        assert_eq!(symbol(symbols, "__stack_top"), Some(0x1000_4000));
+        assert_eq!(symbol(symbols, "stack_top"), None);
     }
 
     #[test]

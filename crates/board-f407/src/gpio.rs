@@ -65,6 +65,15 @@ enum Mode {
     Alternate = 2,
 }
 
+/// How fast an output's edges are (OSPEEDR; data sheet, table 50). After a reset most pins take 100 ns for one.
+#[derive(Clone, Copy)]
+pub(crate) enum Speed {
+    /// 10 ns: steps and 2 Mbaud.
+    Medium = 1,
+    /// 4 ns: USB.
+    VeryHigh = 3,
+}
+
 /// A pin.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Pin {
@@ -131,7 +140,18 @@ impl Pin {
                 .afrh()
                 .modify(|r, w| unsafe { w.bits(field(r.bits(), number - 8, 4, function)) });
         }
+        self.set_speed(Speed::Medium);
         self.set_mode(Mode::Alternate);
+    }
+
+    /// How fast its edges are. Before the interrupts are on.
+    pub(crate) fn set_speed(self, speed: Speed) {
+        // SAFETY: every value of these two bits is defined (RM0090 section 8.4.3).
+        #[allow(unsafe_code)]
+        self.bank
+            .registers()
+            .ospeedr()
+            .modify(|r, w| unsafe { w.bits(field(r.bits(), self.number, 2, speed as u32)) });
     }
 
     fn set_pull(self, pull: Pull) {
@@ -179,11 +199,6 @@ impl Output {
     /// Switches on or off. Any context.
     pub(crate) fn switch(self, on: bool) {
         self.pin.set(on == self.active_high);
-    }
-
-    /// Makes the pin an output that is off.
-    pub(crate) fn make_output(self) {
-        self.pin.make_output(!self.active_high);
     }
 }
 

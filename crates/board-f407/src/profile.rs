@@ -1,5 +1,5 @@
 //! What a board is made of. One file in `profiles/` for each board; this one says what such a file has to name.
-use crate::gpio::{Bank, Input, Output, Pin, Pull};
+use crate::gpio::{Bank, Input, Output, Pin, Pull, Speed};
 use leadscrew_machine::config::MachineConfig;
 
 // One profile is built in: the Discovery's, unless a feature names another.
@@ -125,7 +125,9 @@ pub(crate) enum Timer {
 pub(crate) fn give_usb_its_pins() {
     for number in [11, 12] {
         // The controller's number in the data sheet's table 9.
-        Pin::new(Bank::A, number).make_alternate(10, Pull::None);
+        let pin = Pin::new(Bank::A, number);
+        pin.make_alternate(10, Pull::None);
+        pin.set_speed(Speed::VeryHigh);
     }
 }
 

@@ -103,7 +103,7 @@ global_asm!(
     ".thumb_func",
     "HardFault:",
     "mov r0, sp",
-    "ldr r1, =_stack_start",
+    "ldr r1, =__stack_top",
     "mov sp, r1",
     "b {on_fault}",
     ".ltorg",

@@ -2,24 +2,65 @@
 //!
 //! Entered from reset on, before memory is even cleared, and again by whatever ends the program (`restart`). Motors keep
 //! what they have: a Z axis that is let go may drop.
-#![allow(unsafe_code)] // an entry in assembly
+//!
+//! At reset it is entered in assembly, since no Rust may run before memory has its first values, from a table that the compiler
+//! makes of the profile. What a bootloader has left behind ends there as well.
+#![allow(unsafe_code)] // an entry in assembly, stores to registers by their addresses
 
-use crate::{clock, profile::PROFILE, step_port::PULSE_END_INTERRUPT};
+use crate::{
+    gpio::{Bank, Pin},
+    profile::{banks, MOTORS, PROFILE},
+    step_port::PULSE_END_INTERRUPT,
+};
 use core::arch::global_asm;
 use cortex_m::peripheral::NVIC;
-use stm32f4::stm32f407::{Interrupt, RCC};
+use stm32f4::stm32f407::Interrupt;
 
-/// Makes every pin that could do harm an output that is off. Any context.
-pub(crate) fn enter() {
-    NVIC::mask(Interrupt::TIM2);
-    NVIC::mask(PULSE_END_INTERRUPT);
-    PROFILE.power.pin.make_output(false);
-    for motor in PROFILE.motors {
-        motor.step.make_output(false);
-        motor.direction.make_output(false);
+/// A register whose bits `clear` are cleared, then its bits `set` set.
+#[derive(Clone, Copy)]
+#[repr(C)]
+struct Store {
+    address: u32,
+    clear: u32,
+    set: u32,
+}
+
+impl Store {
+    const fn new(address: u32, clear: u32, set: u32) -> Self {
+        Self {
+            address,
+            clear,
+            set,
+        }
     }
-    for pin in PROFILE.high {
-        pin.make_output(true);
+
+    /// The whole register.
+    const fn whole(address: u32, value: u32) -> Self {
+        Self::new(address, u32::MAX, value)
+    }
+
+    fn make(&self) {
+        let register = self.address as *mut u32;
+        // SAFETY: a register of a port that has its clock; any context may make its pins safe.
+        unsafe { register.write_volatile(register.read_volatile() & !self.clear | self.set) };
+    }
+}
+
+/// The pins that could do harm, and the levels at which they do not: power first.
+const PINS: ([Pin; MOST], [bool; MOST], usize) = {
+    let (mut pins, mut levels, mut count) = ([PROFILE.power.pin; MOST], [false; MOST], 1);
+    let mut motor = 0;
+    while motor < MOTORS {
+        pins[count] = PROFILE.motors[motor].step;
+        pins[count + 1] = PROFILE.motors[motor].direction;
+        count += 2;
+        motor += 1;
+    }
+    let mut high = 0;
+    while high < PROFILE.high.len() {
+        (pins[count], levels[count]) = (PROFILE.high[high], true);
+        count += 1;
+        high += 1;
     }
     let outputs = [
         PROFILE.spindle,
@@ -27,33 +68,133 @@ pub(crate) fn enter() {
         PROFILE.flood,
         PROFILE.mist,
     ];
-    for output in outputs.into_iter().flatten() {
-        output.make_output();
+    let mut output = 0;
+    while output < outputs.len() {
+        if let Some(found) = outputs[output] {
+            (pins[count], levels[count]) = (found.pin, !found.active_high);
+            count += 1;
+        }
+        output += 1;
+    }
+    (pins, levels, count)
+};
+const MOST: usize = 1 + 2 * MOTORS + PROFILE.high.len() + 4;
+/// Their ports.
+const PORTS: ([Bank; MOST], usize) = banks(PINS.0);
+
+/// What makes the pins of a port safe: their levels, then outputs, push-pull, with edges of 10 ns in place of 100 (RM0090
+/// section 8.4; data sheet, table 50).
+const fn of_port(bank: Bank) -> [Store; 4] {
+    let (mut levels, mut modes, mut outputs, mut types) = (0, 0, 0, 0);
+    let mut place = 0;
+    while place < PINS.2 {
+        let pin = PINS.0[place];
+        if pin.bank as u8 == bank as u8 {
+            levels |= pin.word(PINS.1[place]);
+            modes |= 0b11 << (2 * pin.number);
+            outputs |= 0b01 << (2 * pin.number);
+            types |= 1 << pin.number;
+        }
+        place += 1;
+    }
+    let port = 0x4002_0000 + 0x400 * bank as u32;
+    [
+        Store::whole(port + 0x18, levels),
+        Store::new(port, modes, outputs),
+        Store::new(port + 0x04, types, 0),
+        Store::new(port + 0x08, modes, outputs),
+    ]
+}
+
+/// The stores for all ports.
+const SAFE: [Store; 4 * PORTS.1] = {
+    let mut stores = [Store::whole(0, 0); 4 * PORTS.1];
+    let mut port = 0;
+    while port < PORTS.1 {
+        let [levels, modes, types, speeds] = of_port(PORTS.0[port]);
+        // Off first, on every port; how it is driven after that.
+        stores[2 * port] = levels;
+        stores[2 * port + 1] = modes;
+        stores[2 * (PORTS.1 + port)] = types;
+        stores[2 * (PORTS.1 + port) + 1] = speeds;
+        port += 1;
+    }
+    stores
+};
+
+/// RCC_AHB1ENR with ports A to G on (RM0090 section 7.3.10).
+const PORTS_ON: Store = Store::new(0x4002_3830, 0, 0x7F);
+
+/// Ends what a bootloader may have left running: SysTick and what it and PendSV wait for (DDI 0403, B3.2.4 and B3.3), all
+/// interrupts and what waits for them (B3.4), lines of EXTI (RM0090 section 12.3), both DMA controllers and USB (resets of
+/// RCC, sections 7.3.5 and 7.3.6).
+const FRESH: [Store; 14] = [
+    Store::whole(0xE000_E010, 0),
+    Store::whole(0xE000_ED04, 1 << 27 | 1 << 25),
+    Store::whole(0x4001_3C00, 0),
+    Store::whole(0x4001_3C04, 0),
+    Store::new(0x4002_3810, 0, 0b11 << 21),
+    Store::new(0x4002_3810, 0b11 << 21, 0),
+    Store::new(0x4002_3814, 0, 1 << 7),
+    Store::new(0x4002_3814, 1 << 7, 0),
+    Store::whole(0xE000_E180, u32::MAX),
+    Store::whole(0xE000_E184, u32::MAX),
+    Store::whole(0xE000_E188, u32::MAX),
+    Store::whole(0xE000_E280, u32::MAX),
+    Store::whole(0xE000_E284, u32::MAX),
+    Store::whole(0xE000_E288, u32::MAX),
+];
+
+const STORES: usize = 1 + SAFE.len() + FRESH.len();
+/// All that is stored at reset, in this order.
+static AT_RESET: [Store; STORES] = {
+    let mut stores = [PORTS_ON; STORES];
+    let mut place = 0;
+    while place < SAFE.len() {
+        stores[1 + place] = SAFE[place];
+        place += 1;
+    }
+    let mut place = 0;
+    while place < FRESH.len() {
+        stores[1 + SAFE.len() + place] = FRESH[place];
+        place += 1;
+    }
+    stores
+};
+
+/// Makes every pin that could do harm an output that is off. Any context.
+pub(crate) fn enter() {
+    NVIC::mask(Interrupt::TIM2);
+    NVIC::mask(PULSE_END_INTERRUPT);
+    for store in &SAFE {
+        store.make();
     }
 }
 
-// The first instructions after a reset: memory is as it came up, so that nothing but constants and the stack may be used.
+// The first instructions after a reset, a call without a stack: interrupts off, which `main` lets in again; then the stack is
+// where it belongs, and the table is worked off. The barrier after each store is for the ports' clocks (ES0182, "Delay after an
+// RCC peripheral clock enabling").
 global_asm!(
     ".section .text.__pre_init, \"ax\"",
     ".global __pre_init",
     ".type __pre_init,%function",
     ".thumb_func",
     "__pre_init:",
-    "b {early}",
-    early = sym early,
+    "cpsid i",
+    "ldr r0, =__stack_top",
+    "msr msp, r0",
+    "ldr r0, ={stores}",
+    "movs r5, #{count}",
+    "1: ldm r0!, {{r1, r2, r3}}",
+    "ldr r4, [r1]",
+    "bics r4, r2",
+    "orrs r4, r3",
+    "str r4, [r1]",
+    "dsb",
+    "subs r5, #1",
+    "bne 1b",
+    "bx lr",
+    ".ltorg",
+    stores = sym AT_RESET,
+    count = const STORES,
 );
-
-/// Switches the ports on and makes the outputs safe.
-extern "C" fn early() {
-    // SAFETY: nothing else runs yet.
-    let rcc = unsafe { &*RCC::ptr() };
-    clock::switch_on(rcc, |rcc| {
-        rcc.ahb1enr().modify(|_, w| {
-            w.gpioaen().enabled().gpioben().enabled();
-            w.gpiocen().enabled().gpioden().enabled();
-            w.gpioeen().enabled().gpiofen().enabled();
-            w.gpiogen().enabled()
-        });
-    });
-    enter();
-}

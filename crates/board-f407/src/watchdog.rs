@@ -22,9 +22,15 @@ fn registers() -> &'static iwdg::RegisterBlock {
     }
 }
 
-/// Starts it; it cannot be stopped. Stands still while a debugger stops the CPU. Before the main loop.
+/// Whether it stands still while a debugger stops the CPU, which leaves a laser on that is lit (RM0090 section 38.16.4): for who
+/// looks for faults with motors and laser unplugged, and sets `LEADSCREW_DEBUG_HALT` when the firmware is built.
+const STOPS_ON_HALT: bool = option_env!("LEADSCREW_DEBUG_HALT").is_some();
+
+/// Starts it; it cannot be stopped, by a debugger that stops the CPU neither. Before the main loop.
 pub(crate) fn start(debug: &DBGMCU) {
-    debug.apb1_fz().modify(|_, w| w.dbg_iwdg_stop().set_bit());
+    debug
+        .apb1_fz()
+        .modify(|_, w| w.dbg_iwdg_stop().bit(STOPS_ON_HALT));
     registers().kr().write(|w| w.key().start());
     set(true, RELOAD);
 }

@@ -62,6 +62,8 @@ pub struct Machine {
     pub(crate) stray: Option<Stop>,
     pub(crate) unfinished: Unfinished,
     pub(crate) debugger: bool,
+    /// DBGMCU_APB1_FZ: what stands still with a core that a debugger stops. Only a loss of power resets it.
+    pub(crate) freeze_apb1: u32,
     pub(crate) world: World,
     pub(crate) edges: Vec<Edge>,
     pub(crate) duties: Vec<Duty>,
@@ -109,6 +111,7 @@ impl Machine {
             stray: None,
             unfinished: Unfinished::default(),
             debugger: false,
+            freeze_apb1: 0,
             world: World::default(),
             edges: Vec::new(),
             duties: Vec::new(),
@@ -302,6 +305,31 @@ impl Machine {
     /// With a debugger a breakpoint instruction ends the run; without one it is a HardFault.
     pub fn set_debugger(&mut self, attached: bool) {
         self.debugger = attached;
+    }
+
+    /// Stops the core for a number of cycles, as a debugger does. Everything else goes on, the watchdog as DBGMCU_APB1_FZ says
+    /// (RM0090 section 38.16.4); ends early where that resets the chip. Not modelled: what else that register stops.
+    pub fn halt(&mut self, cycles: u64) {
+        const DBG_IWDG_STOP: u32 = 1 << 12;
+        if self.freeze_apb1 & DBG_IWDG_STOP != 0 {
+            self.devices.iwdg.stand_still(cycles);
+            self.reschedule();
+        }
+        let (end, resets) = (self.cycle + cycles, self.resets.len());
+        while self.cycle < end && self.resets.len() == resets {
+            self.cycle = self.next_event.min(end).max(self.cycle);
+            if self.cycle >= self.next_event {
+                self.run_events();
+            }
+        }
+    }
+
+    /// The word in a register of a peripheral or of the core, as a debugger reads it.
+    pub fn peek(&mut self, register: u32) -> u32 {
+        match register {
+            0xE000_0000.. => self.private_read(register),
+            _ => self.register_read(register, self.cycle),
+        }
     }
 
     /// Edges of watched pins since the last [`Machine::clear_records`], in order.

@@ -4,7 +4,7 @@ use crate::{
     instruction::Width,
     machine::Machine,
     memory::Low,
-    peripheral::{iwdg, nvic::Exception, register_map, timer_map::INSTANCES},
+    peripheral::{dma::Dma, iwdg, nvic::Exception, register_map, timer_map::INSTANCES},
     record::Cause,
     trap::{Stop, Stray},
     warning::Warning,
@@ -15,6 +15,9 @@ const USB: u32 = 0x5000_0000;
 
 /// SYSCFG_MEMRMP, from the begin of SYSCFG's registers.
 const MEMRMP: u32 = 0;
+
+/// DBGMCU_APB1_FZ (RM0090 section 38.16.4).
+const DBGMCU_APB1_FZ: u32 = 0xE004_2008;
 
 /// A peripheral, by its place in `Devices`.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -140,6 +143,7 @@ impl Machine {
         match Device::at(address) {
             Device::Rcc => {
                 devices.rcc.write(offset, value, now, &mut self.warnings);
+                self.reset_dma(offset, value);
                 self.clocks_changed(now);
             }
             Device::Pwr => {
@@ -189,6 +193,15 @@ impl Machine {
         }
     }
 
+    /// RCC_AHB1RSTR (RM0090 section 7.3.5): the DMA controllers start anew.
+    fn reset_dma(&mut self, offset: u32, value: u32) {
+        for (index, dma) in self.devices.dma.iter_mut().enumerate() {
+            if offset == 0x10 && value >> (21 + index) & 1 != 0 {
+                *dma = Dma::default();
+            }
+        }
+    }
+
     /// What the planted faults make of a word that the program writes.
     fn tampered(&self, address: u32, value: u32, cause: Cause) -> Option<u32> {
         let Cause::Core(_) = cause else {
@@ -232,6 +245,7 @@ impl Machine {
             0xE000_E100..=0xE000_E4EF => self.nvic.read(offset),
             0xE000_E000..=0xE000_EFFF => self.scb.read(offset),
             0xE004_2000 => 0x1007_6413, // DBGMCU_IDCODE (RM0090 section 38.6.1)
+            DBGMCU_APB1_FZ => self.freeze_apb1,
             _ => 0,
         }
     }
@@ -253,6 +267,7 @@ impl Machine {
             0xE000_ED24 => self.set_handler_state(value),
             0xE000_E100..=0xE000_E3FF | 0xE000_EF00 => self.nvic.write(offset, value),
             0xE000_E000..=0xE000_EFFF => self.scb.write(offset, value),
+            DBGMCU_APB1_FZ => self.freeze_apb1 = value,
             _ => {}
         }
         self.nvic.changed = true;

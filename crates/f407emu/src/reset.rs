@@ -68,6 +68,7 @@ impl Machine {
 
     /// RAM comes up with anything in it.
     fn lose_power(&mut self, noise: &mut Noise) {
+        self.freeze_apb1 = 0;
         self.memory.sram.fill_with(|| noise.byte());
         self.memory.ccm.fill_with(|| noise.byte());
     }

@@ -187,7 +187,19 @@ pub(crate) const PLANTED: &[Planted] = &[
         "the watchdog not started",
         IWDG,
         |word| (word != 0xCCCC).then_some(word),
-        &["watchdog"],
+        &["watchdog", "debugger"],
+    ),
+    planted(
+        "a bootloader's DMA left running",
+        RCC + 0x10,
+        |_| None,
+        &["bootloader"],
+    ),
+    planted(
+        "edges of the step pins left slow",
+        GPIOE + 0x08,
+        |_| None,
+        &["edge-speed"],
     ),
     planted(
         "the watchdog's time twice as long",

@@ -3,7 +3,7 @@
 //! DMA writes each byte to the next place of a ring, as the half-word that the USART's data register is, and never stops. A
 //! place that has been read is marked empty, so that the ring alone says what is new: no count to read, and none that could
 //! have come round unseen.
-use super::{Stream, CHANNEL};
+use super::Stream;
 use crate::{clock::APB1_TIMER_HZ, wake::wake};
 use core::sync::atomic::{AtomicU16, Ordering::Relaxed};
 use leadscrew_machine::protocol::serial::{Receiver, DEFAULT_RX};
@@ -40,13 +40,7 @@ impl Listener {
     /// Listens from here on.
     pub(crate) fn new(timer: TIM7, receiver: Receiver<'static>) -> Self {
         empty();
-        STREAM.set_up(ARRIVED.as_ptr().cast(), RING as u16);
-        STREAM.clear_flags();
-        STREAM.registers().cr().write(|w| {
-            w.chsel().set(CHANNEL).pl().very_high().circ().enabled();
-            w.psize().bits16().msize().bits16().minc().incremented();
-            w.en().enabled()
-        });
+        STREAM.fill(&ARRIVED);
         let counts = APB1_TIMER_HZ / 1_000_000 * EVERY_US;
         timer.arr().write(|w| w.arr().set(counts as u16 - 1));
         timer.dier().write(|w| w.uie().enabled());

@@ -15,6 +15,7 @@ use crate::{
     gpio::Pull,
     profile::{Usart, BAUD, PROFILE},
 };
+use core::sync::atomic::{AtomicU16, AtomicU8};
 use stm32f4::stm32f407::{dma2, usart1, DMA1, DMA2, RCC, USART1, USART2};
 
 pub(crate) use listen::Listener;
@@ -67,16 +68,39 @@ impl Stream {
         dma().st(self.0)
     }
 
-    /// Where its data come from or go to, besides the USART. While it is off.
-    fn set_up(self, memory: *const (), count: u16) {
-        // SAFETY: the USART's data register, and memory that is there for ever and holds as much.
+    /// Writes what comes to `ring`, byte by byte in half-words, for ever. While it is off.
+    fn fill(self, ring: &'static [AtomicU16]) {
+        self.set_up(ring.as_ptr() as u32, ring.len());
+        self.registers().cr().write(|w| {
+            w.chsel().set(CHANNEL).pl().very_high().circ().enabled();
+            w.psize().bits16().msize().bits16().minc().incremented();
+            w.en().enabled()
+        });
+    }
+
+    /// Sends `bytes`. While it is off.
+    fn send(self, bytes: &'static [AtomicU8]) {
+        self.set_up(bytes.as_ptr() as u32, bytes.len());
+        // What was written to them is in the memory before DMA reads it.
+        cortex_m::asm::dmb();
+        self.registers().cr().write(|w| {
+            w.chsel().set(CHANNEL).minc().incremented();
+            w.dir().memory_to_peripheral();
+            w.tcie().enabled().en().enabled()
+        });
+    }
+
+    /// Where its data come from or go to, besides the USART, and how many they are: nothing moves yet.
+    fn set_up(self, memory: u32, count: usize) {
+        self.clear_flags();
+        // SAFETY: addresses of the USART's data register and of memory that the two callers have for ever.
         #[allow(unsafe_code)]
         unsafe {
             let usart = usart().dr().as_ptr() as u32;
             self.registers().par().write(|w| w.bits(usart));
-            self.registers().m0ar().write(|w| w.bits(memory as u32));
+            self.registers().m0ar().write(|w| w.bits(memory));
         }
-        self.registers().ndtr().write(|w| w.ndt().set(count));
+        self.registers().ndtr().write(|w| w.ndt().set(count as u16));
     }
 
     /// A stream starts only with its flags cleared (RM0090 section 10.3.17). They are six bits of the high register (section

@@ -1,5 +1,5 @@
 //! What is sent: the main loop writes to a ring, DMA sends what lies together in it, an interrupt for each such piece.
-use super::{Stream, CHANNEL, LINE};
+use super::{Stream, LINE};
 use crate::{
     profile::{Usart, BAUD},
     wake::wake,
@@ -110,19 +110,9 @@ impl Sender {
         let begin = self.sent % RING;
         self.under_way = waiting.min(RING - begin).min(PIECE);
         STREAM.clear_flags();
-        if self.under_way > 0 {
-            self.start(begin);
+        let piece = WAITING.get(begin..begin + self.under_way);
+        if let Some(piece) = piece.filter(|piece| !piece.is_empty()) {
+            STREAM.send(piece);
         }
-    }
-
-    fn start(&self, begin: usize) {
-        STREAM.set_up(WAITING[begin].as_ptr().cast(), self.under_way as u16);
-        // What was written to the ring is in the memory before DMA reads it.
-        cortex_m::asm::dmb();
-        STREAM.registers().cr().write(|w| {
-            w.chsel().set(CHANNEL).minc().incremented();
-            w.dir().memory_to_peripheral();
-            w.tcie().enabled().en().enabled()
-        });
     }
 }

@@ -122,6 +122,11 @@ impl Iwdg {
         self.hclk_hz = hz;
     }
 
+    /// It does not count for so many cycles.
+    pub(crate) fn stand_still(&mut self, cycles: u64) {
+        self.expires_at = self.expires_at.saturating_add(cycles);
+    }
+
     /// The cycle at which it resets the chip.
     pub(crate) fn next_event(&self) -> u64 {
         self.expires_at

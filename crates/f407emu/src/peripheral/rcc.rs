@@ -5,7 +5,7 @@
 //! enabling"): two of HCLK on AHB, one and the bus's divider on an APB.
 //!
 //! Not modelled: start-up times of oscillators and PLLs (one that is switched on is ready at once, a crystal that is not there
-//! never), clock outputs, I2S, sleep-mode clock enables, peripheral resets (they read back, and reset nothing).
+//! never), clock outputs, I2S, sleep-mode clock enables, peripheral resets but those of DMA (they read back, and reset nothing).
 use crate::warning::{Warning, Warnings};
 
 /// Registers by their number: a quarter of their offset.

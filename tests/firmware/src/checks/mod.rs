@@ -1,5 +1,6 @@
 //! What is checked, by name.
 mod boards;
+mod bootloader;
 pub(crate) mod costs;
 mod endings;
 mod homing;
@@ -196,6 +197,18 @@ pub(crate) const CHECKS: &[Check] = &[
         run: start_up::pins,
     },
     Check {
+        name: "bootloader",
+        what: "bootloaders after ST's template start it, and nothing that one leaves behind goes on",
+        subset: true,
+        run: bootloader::bootloaders,
+    },
+    Check {
+        name: "edge-speed",
+        what: "step, power, serial and USB pins have edges as fast as their rates ask for",
+        subset: true,
+        run: bootloader::edges,
+    },
+    Check {
         name: "crystal",
         what: "a crystal that does not start: said so, and the serial line and motion work all the same",
         subset: true,
@@ -242,6 +255,12 @@ pub(crate) const CHECKS: &[Check] = &[
         what: "main loop or step interrupt hung, LSI at 17 kHz: safe within 50 ms, and the next boot says why",
         subset: true,
         run: watchdog::watchdog,
+    },
+    Check {
+        name: "debugger",
+        what: "a debugger halts the core in motion: safe within 50 ms, LSI at 17 kHz",
+        subset: true,
+        run: watchdog::halted,
     },
     Check {
         name: "normal-work",

@@ -5,7 +5,7 @@ use super::{
     Figures,
 };
 use crate::{
-    bench::{ensure, Bench, Failure},
+    bench::{cycles, ensure, Bench, Failure},
     firmware::{Build, Firmware},
     pins::CPU_HZ,
     stream::Stream,
@@ -53,6 +53,28 @@ pub(crate) fn watchdog(firmware: &Firmware) -> Result<Figures, Failure> {
         }
     }
     figures.add("LSI", format!("{LSI_SLOWEST_HZ} Hz"));
+    Ok(figures)
+}
+
+/// A debugger halts the core while the slowest watchdog counts: the laser is off in time all the same.
+pub(crate) fn halted(firmware: &Firmware) -> Result<Figures, Failure> {
+    let mut figures = Figures::default();
+    for seconds in INSTANTS {
+        let mut bench = Bench::switch_on(&firmware.usual)?;
+        bench.machine.set_lsi(LSI_SLOWEST_HZ);
+        let mut bench = move_off(bench, seconds)?;
+        let began = bench.machine.cycle();
+        bench.machine.halt(2 * cycles(HUNG_US * 1e-6));
+        bench.run_for(0.0)?;
+        let (steps, laser) = went_on(&bench, began, CPU_HZ as f64)?;
+        ensure(steps.max(laser) <= HUNG_US, || {
+            format!("the laser is off after {:.1} ms only", laser / 1e3)
+        })?;
+        figures.add(
+            format!("halted after {seconds} s"),
+            format!("laser off after {:.1} ms", laser / 1e3),
+        );
+    }
     Ok(figures)
 }
 
