@@ -60,11 +60,11 @@ where
 
     /// Whether a line would be carried out at once.
     pub(crate) fn can_take_line(&self) -> bool {
-        let in_motion = self.state == State::Run || !self.motion.is_idle();
+        let rests = self.state != State::Run && self.motion.is_idle();
         self.state.takes_lines()
             && !self.executor.is_busy()
             && !self.motion.is_stopping()
-            && !(self.line_waits && in_motion)
+            && (rests || !self.line_waits)
     }
 
     /// Whether a `$` line changes a setting behind moves that have not begun: then it is carried out after them.
