@@ -124,7 +124,8 @@ fn under_m4_a_rapid_is_dark() {
 
 #[test]
 fn a_jog_has_the_power_of_g1_whatever_the_motion_mode_as_in_grbl() {
-    // G1: on before, during and after it, without an edge. G0: on with the jog, as the recording `laser_m3_g0_jog` shows.
+    // G1: on before, during and after it, without an edge. G0: on with the jog, as the recording `laser_m3_g0_jog` shows, and off with its
+    // end, where Grbl's stays lit.
     let cut = with_laser(|session| {
         for line in ["M3S500", "G1X1F600", "$J=X2F600"] {
             assert_eq!(session.say(&format!("{line}\n")), ["ok"], "{line}");
@@ -138,7 +139,7 @@ fn a_jog_has_the_power_of_g1_whatever_the_motion_mode_as_in_grbl() {
         }
     });
     assert_eq!(step_powers(&rapid), [[0; MM], [500; MM]].concat());
-    assert_eq!(powers(&rapid), [500]);
+    assert_eq!(powers(&rapid), [500, 0]);
     // One that goes nowhere lights nothing.
     let still = with_laser(|session| {
         for line in ["M3S500", "G0X1", "$J=X1F600"] {
