@@ -3,7 +3,7 @@
 //! Checks what does not depend on time: every line that is no status report, in order (rule 1 of
 //! `conformance/compare.py`). `.ci/run conformance` checks all rules.
 
-use leadscrew_sim::replay::{replay, Case, Exchange};
+use leadscrew_sim::replay::{judge, replay, Case, Exchange};
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -159,6 +159,25 @@ fn every_conversation_written_from_grbl_s_documents_is_held_as_written() {
             heard(&case, &answered.exchanges),
         );
         assert_eq!(expected, found, "{name}");
+    }
+}
+
+/// What `leadscrew replay --judge` says, beside what is known of each recording.
+#[test]
+fn a_conversation_is_judged_to_differ_where_a_row_says_so_and_nowhere_else() {
+    let rows = rows();
+    for (name, case) in cases() {
+        let of_case = rows.iter().filter(|row| row["case"] == *name);
+        let differing: Vec<u64> = of_case.map(|row| row["op"].as_u64().unwrap()).collect();
+        let told = judge(&case, &replay(&case).unwrap());
+        match &told {
+            None => {
+                // A difference of the fields of a report does not count where it depends on the instant.
+                let timing = case.other["timing"] == true;
+                assert!(differing.is_empty() || timing, "{name}");
+            }
+            Some(told) => assert!(!differing.is_empty(), "{name}: {told}"),
+        }
     }
 }
 

@@ -6,7 +6,8 @@ use super::import::ImportCommand;
 use super::replay::ReplayArgs;
 use super::serve_args::ServeArgs;
 use super::setting_args::AXES;
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap_complete::Shell;
 use std::num::NonZeroU32;
 use std::path::PathBuf;
 
@@ -39,6 +40,37 @@ pub(super) enum Command {
     Align(AlignArgs),
     /// Work out an axis's steps per mm from a measured move.
     Calibrate(CalibrateArgs),
+    /// Print completions for a shell: `leadscrew completions bash > /etc/bash_completion.d/leadscrew`.
+    Completions {
+        /// The shell.
+        shell: Shell,
+    },
+    /// Print the manual page: `leadscrew man | man -l -`.
+    Man(ManArgs),
+    /// Print the JSON schema of what a command writes with --json.
+    Schema {
+        /// The command.
+        of: Shape,
+    },
+}
+
+/// Commands with a `--json`.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
+pub(super) enum Shape {
+    /// `leadscrew run --json`
+    Run,
+    /// `leadscrew check --json`
+    Check,
+    /// `leadscrew profile --json`
+    Profile,
+}
+
+/// Options of `man`.
+#[derive(Args, Debug)]
+pub(super) struct ManArgs {
+    /// Write the pages of all commands into this folder.
+    #[arg(long, value_name = "FOLDER")]
+    pub(super) folder: Option<PathBuf>,
 }
 
 /// The machine's settings.
@@ -68,6 +100,9 @@ pub(super) struct ProfileArgs {
     /// Write one row of CSV for each stretch in which one limit binds; `-` writes to standard output.
     #[arg(long, value_name = "FILE")]
     pub(super) csv: Option<PathBuf>,
+    /// With --json: tell how long the machine is at each line.
+    #[arg(long, requires = "json")]
+    pub(super) line_times: bool,
     /// Do not run the job again to find out what would make it faster.
     #[arg(long)]
     pub(super) no_trials: bool,

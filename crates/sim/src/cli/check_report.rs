@@ -4,6 +4,7 @@ use super::complaint::Complaint;
 use super::report::{error_json, extents, Extents, JsonError, JSON_VERSION};
 use super::tools::note_tools;
 use crate::output::picture::Toolpath;
+use schemars::JsonSchema;
 use serde::Serialize;
 use std::fmt;
 
@@ -70,7 +71,7 @@ impl CheckReport {
 
     /// The findings as a JSON object.
     pub(super) fn json(&self) -> impl Serialize + '_ {
-        Json {
+        CheckJson {
             version: JSON_VERSION,
             file: &self.file,
             lines: self.lines,
@@ -104,8 +105,10 @@ impl fmt::Display for CheckReport {
     }
 }
 
-#[derive(Serialize)]
-struct Json<'a> {
+/// What `check --json` writes of a file.
+#[derive(Serialize, JsonSchema)]
+#[serde(rename = "Check")]
+pub(super) struct CheckJson<'a> {
     version: u32,
     file: &'a str,
     lines: u64,
@@ -118,7 +121,7 @@ struct Json<'a> {
     pauses: &'a [u64],
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct JsonWarning<'a> {
     line: u64,
     column: Option<usize>,

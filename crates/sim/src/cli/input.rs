@@ -15,8 +15,8 @@ pub(super) enum InputError {
     Io(String, io::Error),
     /// The name is that of a directory.
     Directory(String),
-    /// There is no G-code in the directory.
-    NoJob(String),
+    /// There is nothing with one of these endings in the directory.
+    NoJob(String, String),
     /// There is nothing in the file.
     Empty(String),
     /// The file does not hold text; the offset of a byte that shows it.
@@ -28,13 +28,7 @@ impl fmt::Display for InputError {
         match self {
             Self::Io(name, error) => write!(f, "{name}: cannot be read: {error}"),
             Self::Directory(name) => write!(f, "{name}: is a directory, not a G-code file"),
-            Self::NoJob(name) => {
-                write!(
-                    f,
-                    "{name}: no G-code in it ({})",
-                    ENDINGS.map(|end| format!("*.{end}")).join(", ")
-                )
-            }
+            Self::NoJob(name, endings) => write!(f, "{name}: no file in it is a *.{endings}"),
             Self::Empty(name) => write!(f, "{name}: is empty, there is nothing to do"),
             Self::Binary(name, at) => {
                 write!(
@@ -66,6 +60,14 @@ const ENDINGS: [&str; 9] = ["nc", "gcode", "ngc", "gc", "g", "tap", "cnc", "ncc"
 /// # Errors
 /// [`InputError`] where a folder cannot be read, or there is none in it.
 pub(super) fn jobs(names: &[PathBuf]) -> Result<Vec<PathBuf>, InputError> {
+    files(names, &ENDINGS)
+}
+
+/// As [`jobs`], of files with other endings.
+///
+/// # Errors
+/// [`InputError`] where a folder cannot be read, or there is none in it.
+pub(super) fn files(names: &[PathBuf], endings: &[&str]) -> Result<Vec<PathBuf>, InputError> {
     let mut all = Vec::new();
     for name in names {
         if !name.is_dir() {
@@ -73,32 +75,32 @@ pub(super) fn jobs(names: &[PathBuf]) -> Result<Vec<PathBuf>, InputError> {
             continue;
         }
         let before = all.len();
-        collect(name, &mut all).map_err(|error| InputError::Io(shown(name), error))?;
+        collect(name, endings, &mut all).map_err(|error| InputError::Io(shown(name), error))?;
         if all.len() == before {
-            return Err(InputError::NoJob(shown(name)));
+            return Err(InputError::NoJob(shown(name), endings.join(", *.")));
         }
     }
     Ok(all)
 }
 
-fn collect(folder: &Path, all: &mut Vec<PathBuf>) -> io::Result<()> {
+fn collect(folder: &Path, endings: &[&str], all: &mut Vec<PathBuf>) -> io::Result<()> {
     let inside: io::Result<Vec<_>> = fs::read_dir(folder)?.collect();
     let mut inside = inside?;
     inside.sort_by_key(fs::DirEntry::file_name);
     for entry in inside {
         let path = entry.path();
         if entry.file_type()?.is_dir() {
-            collect(&path, all)?;
-        } else if is_job(&path) {
+            collect(&path, endings, all)?;
+        } else if has_ending(&path, endings) {
             all.push(path);
         }
     }
     Ok(())
 }
 
-fn is_job(path: &Path) -> bool {
+fn has_ending(path: &Path, endings: &[&str]) -> bool {
     let ending = path.extension().unwrap_or_default().to_ascii_lowercase();
-    path.is_file() && ENDINGS.iter().any(|known| ending == **known)
+    path.is_file() && endings.iter().any(|known| ending == **known)
 }
 
 /// A name as it can be shown.

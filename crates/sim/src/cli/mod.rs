@@ -21,6 +21,7 @@ mod serve;
 mod serve_args;
 mod setting_args;
 mod settings_file;
+mod shell;
 mod stream;
 mod tools;
 mod trials;
@@ -49,6 +50,9 @@ pub fn main() -> ExitCode {
         Command::Import(command) => import::run(&command),
         Command::Align(args) => align::align(&args),
         Command::Calibrate(args) => calibrate::calibrate(&args),
+        Command::Completions { shell } => shell::completions(shell),
+        Command::Man(args) => shell::man(&args),
+        Command::Schema { of } => shell::schema(of),
     };
     match result {
         Ok(true) => ExitCode::SUCCESS,

@@ -4,7 +4,7 @@ use super::args::ProfileArgs;
 use super::complaint::Complaint;
 use super::input::{self, Job};
 use super::output::{is_stdout, Output};
-use super::report::{duration, error_json, title, verdict, JsonError};
+use super::report::{duration, error_json, title, verdict, JsonError, JSON_VERSION};
 use super::said::say;
 use super::setting_args::{as_defaults, settings, AXES};
 use super::stream::{Stream, Streamed};
@@ -19,7 +19,9 @@ use leadscrew_machine::config::MachineConfig;
 use leadscrew_machine::settings::table::{AxisSetting, Setting};
 use leadscrew_machine::settings::values::{Entry, Key, Settings};
 use leadscrew_machine::step_timing::{StepLimits, StepTiming};
+use schemars::JsonSchema;
 use serde::Serialize;
+use std::collections::BTreeMap;
 use std::fmt;
 use std::io::{Cursor, Read};
 use std::path::{Path, PathBuf};
@@ -59,7 +61,7 @@ pub(super) fn profile(args: &ProfileArgs) -> Result<bool, Unusable> {
         report.trials = trials(&course, &text, &settings, report.job_cycles, &report.shares);
     }
     if args.json {
-        say(report.json())?;
+        say(report.json(args.line_times))?;
     } else if !args.quiet && named(args).any(is_stdout) {
         eprintln!("{report}");
     } else if !args.quiet {
@@ -247,7 +249,7 @@ impl ProfileReport {
         cycles as f64 / self.job_cycles.max(1) as f64
     }
 
-    fn json(&self) -> String {
+    fn json(&self, line_times: bool) -> String {
         let share = |share: &Share| JsonShare {
             limit: share.limit.name(),
             because: share.limit.because(),
@@ -255,7 +257,8 @@ impl ProfileReport {
             seconds: seconds(share.cycles),
             share: self.part(share.cycles),
         };
-        let json = Json {
+        let json = ProfileJson {
+            version: JSON_VERSION,
             file: &self.file,
             lines: self.lines,
             errors: self.errors.iter().map(error_json).collect(),
@@ -263,8 +266,22 @@ impl ProfileReport {
             job_seconds: seconds(self.job_cycles),
             limits: self.shares.iter().map(share).collect(),
             trials: &self.trials,
+            line_times: line_times.then(|| self.line_times()),
         };
         serde_json::to_string_pretty(&json).unwrap_or_default()
+    }
+
+    /// How long the machine is at each line that moves it.
+    fn line_times(&self) -> Vec<JsonLine> {
+        let mut cycles: BTreeMap<u64, u64> = BTreeMap::new();
+        for stretch in self.stretches.iter().filter(|stretch| stretch.line > 0) {
+            *cycles.entry(stretch.line).or_default() += stretch.cycles();
+        }
+        let line = |(line, cycles): (u64, u64)| JsonLine {
+            line,
+            seconds: seconds(cycles),
+        };
+        cycles.into_iter().map(line).collect()
     }
 
     fn write_shares(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -338,8 +355,11 @@ impl fmt::Display for ProfileReport {
     }
 }
 
-#[derive(Serialize)]
-struct Json<'a> {
+/// What `profile --json` writes.
+#[derive(Serialize, JsonSchema)]
+#[serde(rename = "Profile")]
+pub(super) struct ProfileJson<'a> {
+    version: u32,
     file: &'a str,
     lines: u64,
     errors: Vec<JsonError<'a>>,
@@ -347,9 +367,17 @@ struct Json<'a> {
     job_seconds: f64,
     limits: Vec<JsonShare>,
     trials: &'a [Trial],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    line_times: Option<Vec<JsonLine>>,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
+struct JsonLine {
+    line: u64,
+    seconds: f64,
+}
+
+#[derive(Serialize, JsonSchema)]
 struct JsonShare {
     limit: String,
     because: String,

@@ -2,6 +2,7 @@
 
 use super::complaint::Complaint;
 use crate::outcome::Outcome;
+use schemars::JsonSchema;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt;
@@ -50,7 +51,7 @@ pub(super) const JSON_VERSION: u32 = 1;
 pub(super) type Extents = BTreeMap<char, Extent>;
 
 /// Along one axis, mm.
-#[derive(Clone, Copy, PartialEq, Debug, Serialize)]
+#[derive(Clone, Copy, PartialEq, Debug, Serialize, JsonSchema)]
 pub(super) struct Extent {
     min: f64,
     max: f64,
@@ -69,8 +70,10 @@ pub(super) fn extents([low, high]: [[f64; 3]; 2]) -> Extents {
         .collect()
 }
 
-#[derive(Serialize)]
-struct Json<'a> {
+/// What `run --json` writes of a job.
+#[derive(Serialize, JsonSchema)]
+#[serde(rename = "Run")]
+pub(super) struct RunJson<'a> {
     version: u32,
     file: &'a str,
     lines: u64,
@@ -97,7 +100,7 @@ struct Json<'a> {
     wall_seconds: f64,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 pub(super) struct JsonError<'a> {
     line: u64,
     column: Option<usize>,
@@ -106,7 +109,7 @@ pub(super) struct JsonError<'a> {
     text: &'a str,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct JsonAxis {
     pulses: u64,
     net_steps: i64,
@@ -114,7 +117,7 @@ struct JsonAxis {
     peak_mm_min: f64,
 }
 
-#[derive(Serialize)]
+#[derive(Serialize, JsonSchema)]
 struct JsonCpu {
     mean: f64,
     peak: f64,
@@ -129,7 +132,7 @@ impl<const AXES: usize> Report<AXES> {
     /// The report as a JSON object.
     pub(super) fn json(&self) -> impl Serialize + '_ {
         let outcome = &self.outcome;
-        Json {
+        RunJson {
             version: JSON_VERSION,
             file: &self.file,
             lines: self.lines,

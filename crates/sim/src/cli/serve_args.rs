@@ -26,8 +26,8 @@ pub(super) struct ServeArgs {
     /// A port for WebSocket clients. May be repeated.
     #[arg(long, value_name = "ADDRESS", value_parser = address)]
     pub(super) ws: Vec<String>,
-    /// A web page that may connect, by its origin (https://cnc.example), or a name by which this computer is reached
-    /// (cnc.local). May be repeated. Senders that are no web pages need no leave.
+    /// A web page that may connect, by its origin (`https://cnc.example`), or a name by which this computer is reached
+    /// (`cnc.local`). May be repeated. Senders that are no web pages need no leave.
     #[arg(long, value_name = "ORIGIN|NAME", requires = "ws")]
     pub(super) allow: Vec<String>,
     /// The machine, a TOML file; without it a stock Grbl without switches. See examples/machines.

@@ -8,6 +8,7 @@ use leadscrew_gcode::Number;
 use leadscrew_machine::settings::table::Setting;
 use leadscrew_machine::settings::values::{Entry, Key, Settings};
 use leadscrew_machine::step_timing::StepLimits;
+use schemars::JsonSchema;
 use serde::Serialize;
 use std::collections::BTreeSet;
 
@@ -15,7 +16,7 @@ use std::collections::BTreeSet;
 const WORTH_TRYING: f64 = 0.01;
 
 /// A change and what it saves.
-#[derive(Clone, PartialEq, Debug, Serialize)]
+#[derive(Clone, PartialEq, Debug, Serialize, JsonSchema)]
 pub(super) struct Trial {
     /// What is changed, such as `$120=400 (now 200)`.
     pub(super) change: String,

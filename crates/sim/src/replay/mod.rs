@@ -11,12 +11,14 @@
 //! next one: [`op`] says which there are. The machine is a Grbl as far as builds go: [`case::Build`].
 
 pub mod case;
+pub mod judge;
 pub mod op;
 mod session;
 mod wire;
 mod world;
 
 pub use case::{Build, Case, Exchange};
+pub use judge::{judge, Disagreement};
 pub use op::{BadOp, Op};
 
 use crate::clock::Cycle;

@@ -235,7 +235,7 @@ fn folders_and_several_files_are_done_one_after_the_other() {
         let empty = folder.path("empty").to_str().unwrap().to_owned();
         let none = leadscrew(&[command, &empty]);
         assert_eq!(none.status.code(), Some(2), "{command}");
-        assert!(stderr(&none).contains("no G-code in it"));
+        assert!(stderr(&none).contains("no file in it is a *.nc, *.gcode"));
     }
 }
 
@@ -321,4 +321,149 @@ fn the_report_tells_extents_and_lengths() {
         near(&json["cut_mm"], 29f64.sqrt() + std::f64::consts::PI);
         near(&json["travel_mm"], 8.0);
     }
+}
+
+/// Whether `value` is what `schema` says: fields, their kinds, and none that it does not know.
+fn fits(value: &Value, schema: &Value, root: &Value) -> Result<(), String> {
+    if let Some(name) = schema["$ref"].as_str() {
+        let target = root.pointer(name.trim_start_matches('#')).unwrap();
+        return fits(value, target, root);
+    }
+    if let Some(any) = schema["anyOf"].as_array() {
+        let fitting = any.iter().any(|one| fits(value, one, root).is_ok());
+        return fitting
+            .then_some(())
+            .ok_or(format!("{value} fits none of {schema}"));
+    }
+    let kinds = match &schema["type"] {
+        Value::Array(kinds) => kinds.clone(),
+        kind => vec![kind.clone()],
+    };
+    let kind = match value {
+        Value::Null => "null",
+        Value::Bool(_) => "boolean",
+        Value::Number(number) if number.is_f64() => "number",
+        Value::Number(_) => "integer",
+        Value::String(_) => "string",
+        Value::Array(_) => "array",
+        Value::Object(_) => "object",
+    };
+    let is_kind = |known: &Value| known == kind || known == "number" && kind == "integer";
+    if !kinds.iter().any(is_kind) {
+        return Err(format!("{value} is no {kinds:?}"));
+    }
+    for part in value.as_array().into_iter().flatten() {
+        fits(part, &schema["items"], root)?;
+    }
+    for (name, part) in value.as_object().into_iter().flatten() {
+        let known = schema["properties"].get(name);
+        let known = known.or(schema.get("additionalProperties"));
+        let known = known.or(schema["patternProperties"]
+            .as_object()
+            .and_then(|p| p.values().next()));
+        fits(
+            part,
+            known.ok_or(format!("{name} is not in the schema"))?,
+            root,
+        )?;
+    }
+    for name in schema["required"].as_array().into_iter().flatten() {
+        if value.get(name.as_str().unwrap()).is_none() {
+            return Err(format!("{name} is missing"));
+        }
+    }
+    Ok(())
+}
+
+#[test]
+fn what_json_writes_fits_its_schema() {
+    let folder = Folder::new();
+    let job = folder.file("job.nc", format!("T1\nM0\n{SQUARE}G99 (never\n"));
+    for command in ["run", "check", "profile"] {
+        let schema = stdout(&leadscrew(&["schema", command]));
+        let schema: Value = serde_json::from_str(&schema).unwrap();
+        let text = stdout(&leadscrew(&[command, "--json", &job]));
+        let json: Value = serde_json::from_str(&text).unwrap();
+        assert_eq!(fits(&json, &schema, &schema), Ok(()), "{command}");
+        let mut other = json.clone();
+        other["lines"] = "six".into();
+        assert!(fits(&other, &schema, &schema).is_err(), "{command}");
+        other = json.clone();
+        other.as_object_mut().unwrap().remove("version");
+        assert!(fits(&other, &schema, &schema).is_err(), "{command}");
+        other = json;
+        other["more"] = 1.into();
+        assert!(fits(&other, &schema, &schema).is_err(), "{command}");
+    }
+}
+
+#[test]
+fn the_times_of_lines_add_up_to_that_of_the_motion() {
+    let folder = Folder::new();
+    let job = folder.file("job.nc", "F600\nG1X10\nG1X12\n(rest)\nG1X2\n");
+    let args = ["profile", "--json", "--no-trials", "--line-times", &job];
+    let json: Value = serde_json::from_str(&stdout(&leadscrew(&args))).unwrap();
+    let times = json["line_times"].as_array().unwrap().iter();
+    let times: Vec<(u64, f64)> = times
+        .map(|time| {
+            (
+                time["line"].as_u64().unwrap(),
+                time["seconds"].as_f64().unwrap(),
+            )
+        })
+        .collect();
+    let lines: Vec<u64> = times.iter().map(|(line, _)| *line).collect();
+    assert_eq!(lines, [2, 3, 5]);
+    let whole: f64 = times.iter().map(|(_, seconds)| seconds).sum();
+    let job = json["job_seconds"].as_f64().unwrap();
+    assert!(
+        whole > 2.2 && whole <= job && job - whole < 0.1,
+        "{whole} of {job}"
+    );
+}
+
+#[test]
+fn shells_and_manuals_know_every_command() {
+    let commands = ["run", "profile", "check", "serve", "replay"];
+    for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
+        let text = stdout(&leadscrew(&["completions", shell]));
+        for command in commands {
+            assert!(text.contains(command), "{shell}: {command}");
+        }
+        assert!(text.contains("keep-going"), "{shell}");
+    }
+    let page = stdout(&leadscrew(&["man"]));
+    assert!(page.contains(".TH leadscrew 1"), "{page}");
+    let folder = Folder::new();
+    let at = folder.path("").to_str().unwrap().to_owned();
+    assert_eq!(leadscrew(&["man", "--folder", &at]).status.code(), Some(0));
+    for command in commands {
+        let page = fs::read_to_string(folder.path(&format!("leadscrew-{command}.1"))).unwrap();
+        assert!(page.contains("\\-\\-"), "{command}");
+    }
+    let none = folder.path("none").to_str().unwrap().to_owned();
+    assert_eq!(
+        leadscrew(&["man", "--folder", &none]).status.code(),
+        Some(2)
+    );
+}
+
+#[test]
+fn replay_judges() {
+    let folder = Folder::new();
+    let case = |recv: &str| format!(r#"{{"exchanges":[{{"op":"cmd $I","recv":["{recv}"]}}]}}"#);
+    let wrong = folder.file("wrong.json", case("error:9"));
+    let answered = stdout(&leadscrew(&["replay", &wrong]));
+    let right = folder.file("right.json", answered);
+    let judged = leadscrew(&["replay", "--judge", &right]);
+    assert_eq!(judged.status.code(), Some(0), "{}", stdout(&judged));
+    assert!(stdout(&judged).contains("right.json: agrees"));
+    let both = leadscrew(&["replay", "--judge", folder.path("").to_str().unwrap()]);
+    assert_eq!(both.status.code(), Some(1));
+    let text = stdout(&both);
+    assert!(
+        text.contains("wrong.json: differs: exchange 0, `cmd $I`: expected"),
+        "{text}"
+    );
+    assert!(text.contains("1 of 2 conversations agree"), "{text}");
 }
