@@ -41,12 +41,21 @@ where
             self.take_position();
         }
         self.update_power();
+        self.shared.set_direction_wait(self.direction_wait());
         board.configure(&port_config(&self.settings));
         if another_tool {
             // What was told to turn was not told to burn, and what was told to burn in motion not to do so at rest.
             self.switch_spindle_off(board);
         }
         self.set_gate();
+    }
+
+    /// From a tick to the first one after a change of direction: the pulse, its end, and `$709`.
+    fn direction_wait(&self) -> Ticks {
+        let pulse_us = u32::from(port_config(&self.settings).pulse_us);
+        let setup_us = self.settings.whole(Setting::DirectionSetup);
+        let wait_ns = (pulse_us + setup_us) * 1_000 + self.config.step_timing.pulse_end_ns;
+        counts(wait_ns, self.config.timer_hz)
     }
 
     /// What the settings say about switches.
@@ -68,8 +77,7 @@ pub(crate) fn planner_config<const AXES: usize>(
 ) -> Config<AXES> {
     let timing = &config.step_timing;
     let shortest_tick_ns = timing.shortest_tick_ns(port_config(settings).pulse_us, motors);
-    let counts = u64::from(shortest_tick_ns) * u64::from(config.timer_hz);
-    let shortest_tick = Ticks(counts.div_ceil(1_000_000_000) as u32); // 256 µs at most
+    let shortest_tick = counts(shortest_tick_ns, config.timer_hz);
     let steps_per_mm = settings
         .axes(AxisSetting::StepsPerMm)
         .map(|steps| StepsPerMm::from_nanos(steps.nanos()));
@@ -106,6 +114,12 @@ fn pacing<const AXES: usize>(settings: &Settings<AXES>, laser: bool) -> Pacing {
             false => 0,
         },
     }
+}
+
+/// Counts of the step timer in a time, rounded up.
+fn counts(ns: u32, timer_hz: u32) -> Ticks {
+    let counts = u64::from(ns) * u64::from(timer_hz);
+    Ticks(counts.div_ceil(1_000_000_000) as u32) // 356 µs at most
 }
 
 /// How `S` maps to power.

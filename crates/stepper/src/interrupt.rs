@@ -131,14 +131,20 @@ pub fn load<P: StepPort, const MOTORS: usize>(
     let Some(segment) = segments.peek() else {
         return run_out(interrupt, shared, port);
     };
-    if let Some(line) = &segment.line {
-        begin(interrupt, line, segment.early, port);
-    }
+    let turns = match &segment.line {
+        Some(line) => begin(interrupt, line, segment.early, port),
+        None => false,
+    };
     interrupt.due = interrupt.stepper.load(segment);
     port.set_outputs(segment.outputs);
     segments.dequeue();
     put_out(interrupt, shared, port);
-    arm(interrupt, shared, port);
+    let least = if turns {
+        shared.direction_wait()
+    } else {
+        Ticks(0)
+    };
+    arm_after(least, interrupt, shared, port);
 }
 
 /// Starts the timer out of rest, in place of a first tick: [`load`], unless somebody has asked for a stop by now.
@@ -177,26 +183,39 @@ fn arm<P: StepPort, const MOTORS: usize>(
     shared: &Shared<MOTORS>,
     port: &mut P,
 ) {
-    if port.arm(interrupt.stepper.wait()) {
+    arm_after(Ticks(0), interrupt, shared, port);
+}
+
+/// Asks for the tick that was taken, `least` after the one before it at least: those that follow come as much later.
+#[inline(always)]
+fn arm_after<P: StepPort, const MOTORS: usize>(
+    least: Ticks,
+    interrupt: &mut StepInterrupt<MOTORS>,
+    shared: &Shared<MOTORS>,
+    port: &mut P,
+) {
+    if port.arm(interrupt.stepper.wait().max(least)) {
         shared.count_late();
     }
 }
 
-/// Begins a line: its directions hold from now on. A function of its own, for the ticks that load a segment of the
-/// same line: inlined, it costs them seven instructions for registers.
+/// Begins a line: its directions hold from now on. Returns whether a motor turns round. A function of its own, for the ticks
+/// that load a segment of the same line: inlined, it costs them seven instructions for registers.
 #[inline(never)]
 fn begin<P: StepPort, const MOTORS: usize>(
     interrupt: &mut StepInterrupt<MOTORS>,
     line: &Line<MOTORS>,
     early: Early,
     port: &mut P,
-) {
+) -> bool {
     interrupt.stepper.begin(line, early);
-    let negative = line.direction();
+    let (negative, mut turns) = (line.direction(), false);
     for (motor, sign) in interrupt.sign.iter_mut().enumerate() {
-        *sign = if negative.contains(motor) { -1 } else { 1 };
+        let next = if negative.contains(motor) { -1 } else { 1 };
+        turns |= core::mem::replace(sign, next) != next;
     }
     port.set_direction(negative);
+    turns
 }
 
 /// Comes to rest, planned or not, where there is no further segment.
@@ -265,6 +284,8 @@ mod tests {
         power: Power,
         direction: MotorMask,
         armed: Option<Ticks>,
+        /// All waits.
+        waits: Vec<u32>,
     }
 
     impl StepPort for Bench {
@@ -284,6 +305,7 @@ mod tests {
         fn set_outputs(&mut self, _: Outputs) {}
         fn arm(&mut self, wait: Ticks) -> bool {
             self.armed = Some(wait);
+            self.waits.push(wait.0);
             false
         }
         fn rest(&mut self) {
@@ -339,6 +361,22 @@ mod tests {
         assert_eq!(shared.position(), [3, -2]);
         assert_eq!(calls, 8); // one to start, one a tick
         assert_eq!(port.armed, None);
+    }
+
+    #[test]
+    fn the_first_tick_after_a_change_of_direction_waits_for_the_drivers() {
+        let shared = Shared::new();
+        shared.set_direction_wait(Ticks(5000));
+        let moves = [
+            line([2, 1], None),
+            line([2, -1], None),
+            line([2, -1], Some(Power::OFF)),
+        ];
+        let (port, _) = run(&moves, &shared, |_| ());
+        assert_eq!(port.waits, [1000, 1000, 5000, 1000, 1000, 1000]);
+        shared.set_direction_wait(Ticks(10));
+        let (port, _) = run(&moves, &shared, |_| ());
+        assert_eq!(port.waits, [1000; 6]);
     }
 
     #[test]

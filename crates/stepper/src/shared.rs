@@ -6,6 +6,7 @@
 //! | word | written by | read by |
 //! |---|---|---|
 //! | stop, laser off | main loop and switch interrupts (store only) | step interrupt, where restricted |
+//! | direction wait | main loop, at rest | step interrupt, where a line begins |
 //! | motor lock | main loop; the switch interrupt alone while the limit switches are watched for homing | step interrupt, where restricted |
 //! | position, running, counters | step interrupt | anybody |
 //!
@@ -22,7 +23,7 @@
 //! (what was set before the start holds from the first tick; at rest, the position is the last one): it is
 //! stored with release and loaded with acquire order.
 
-use crate::MotorMask;
+use crate::{MotorMask, Ticks};
 use core::sync::atomic::{compiler_fence, AtomicBool, AtomicI32, AtomicU32, AtomicU8, Ordering};
 
 /// Words shared by the step interrupt, the switch interrupts and the main loop.
@@ -34,6 +35,8 @@ pub struct Shared<const MOTORS: usize> {
     laser_off: AtomicBool,
     /// The motors that may not step.
     locked_motors: AtomicU8,
+    /// Counts from a tick to one that follows a change of direction, at least.
+    direction_wait: AtomicU32,
     running: AtomicBool,
     underruns: AtomicU32,
     late_ticks: AtomicU32,
@@ -54,6 +57,7 @@ impl<const MOTORS: usize> Shared<MOTORS> {
             stop: AtomicBool::new(false),
             laser_off: AtomicBool::new(false),
             locked_motors: AtomicU8::new(0),
+            direction_wait: AtomicU32::new(0),
             running: AtomicBool::new(false),
             underruns: AtomicU32::new(0),
             late_ticks: AtomicU32::new(0),
@@ -102,6 +106,18 @@ impl<const MOTORS: usize> Shared<MOTORS> {
     #[inline]
     pub fn motor_lock(&self) -> MotorMask {
         MotorMask::from_bits(self.locked_motors.load(Ordering::Relaxed))
+    }
+
+    /// Sets how long the first tick of a line that turns a motor round follows the tick before it at least: pulse, its end, and
+    /// the time that the drivers ask for. Main loop, at rest.
+    pub fn set_direction_wait(&self, wait: Ticks) {
+        self.direction_wait.store(wait.0, Ordering::Relaxed);
+    }
+
+    /// The time of [`Shared::set_direction_wait`]. Step interrupt only.
+    #[inline]
+    pub(crate) fn direction_wait(&self) -> Ticks {
+        Ticks(self.direction_wait.load(Ordering::Relaxed))
     }
 
     /// Has the next tick look at stop, laser and motor lock.

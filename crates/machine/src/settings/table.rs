@@ -167,6 +167,8 @@ rows! {
             "How long a switch keeps a new level before it counts: longer than the spikes of a spindle's cable.";
         LaserPatience = 707, DECIMAL, 2_000, "Laser dead-man", "s",
             "A laser that is lit at rest goes dark when its sender has been silent for so long; 0 for never.";
+        DirectionSetup = 709, Kind::Whole { max: 100 }, 1_000, "Direction set-up", "us",
+            "How long before a step its direction is there at least, as the driver asks for.";
         StallReserve = 710, DECIMAL, 1_000, "Stall reserve", "s",
             "A sender may stall for so long in motion: lines wait for their answers while more than this, braking and 15 moves are queued; 0 queues as many as fit.";
     }
