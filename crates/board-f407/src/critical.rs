@@ -5,7 +5,7 @@
 use cortex_m::register::{basepri, basepri_max};
 use critical_section::RawRestoreState;
 
-/// The four bits of a priority on the F407 are the upper ones (RM0090 table 61, PM0214 section 2.3.6). 0 is that of ticks.
+/// The four bits of a priority on the F407 are the upper ones (RM0090 table 62, PM0214 section 2.3.6). 0 is that of ticks.
 pub(crate) const PULSE_END_PRIORITY: u8 = 1 << 4;
 /// The highest priority that is kept away, as BASEPRI has it. RTIC's tasks have 14 at most, which is this one.
 const BELOW_STEPS: u8 = 2 << 4;

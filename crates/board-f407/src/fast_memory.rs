@@ -26,7 +26,7 @@ extern "C" {
 
 /// Where SRAM1 really is: what stands at 0 is written there.
 const SRAM1: usize = 0x2000_0000;
-/// Words of the vector table: the core's 16, and 82 interrupts (RM0090 table 61).
+/// Words of the vector table: the core's 16, and 82 interrupts (RM0090 table 62).
 const VECTORS: usize = 16 + 82;
 
 /// Puts vectors and code into SRAM1 and SRAM1 to address 0, and clears the data. SYSCFG has its clock. Before anything else

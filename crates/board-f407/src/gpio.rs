@@ -129,7 +129,7 @@ impl Pin {
         self.set_pull(pull);
         let (registers, number) = (self.bank.registers(), self.number);
         let function = u32::from(function);
-        // SAFETY: every value of a pin's four bits is defined (RM0090 section 8.4.9).
+        // SAFETY: every value of a pin's four bits is defined (RM0090 sections 8.4.9 and 8.4.10).
         #[allow(unsafe_code)]
         if number < 8 {
             registers

@@ -6,13 +6,17 @@
 //! | 1 kHz | 42000 | 56000 |
 //! | 10 kHz | 8400 | 16800 |
 //! | 100 kHz | 840 | 1680 |
+//!
+//! Off is a forced level of the channel, which works at once whatever the compare value is. A level counts at once as well,
+//! without preload: with it, a pixel that is shorter than a period would get what the one before had. The manual guarantees
+//! that in one-pulse mode only (section 18.4.7, OC1PE): where a chip does otherwise, a level comes a period late at most.
 use crate::{
     clock::{self, APB1_TIMER_HZ},
     gpio::Pull,
     profile::{PowerPin, Timer, POWER_HZ, PROFILE},
     step_interrupt::SHARED,
 };
-use cortex_m::interrupt;
+use core::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use leadscrew_stepper::{Power, PowerScale};
 use stm32f4::stm32f407::{tim1::RegisterBlock, RCC, TIM1, TIM3, TIM4, TIM8, TIM9};
 
@@ -77,16 +81,7 @@ pub(crate) fn start(rcc: &RCC) {
     let timer = OUTPUT.timer.registers();
     timer.psc().write(|w| w.psc().set((PRESCALER - 1) as u16));
     timer.arr().write(|w| w.arr().set(PERIOD - 1));
-    // PWM mode 1: on while the count is below the compare value; two channels a register (RM0090 section 18.4.7). Without
-    // preload, so that a laser goes off at once and not at the end of the period, up to 20 ms later.
-    let mode = 0b0110_0000 << (8 * (CHANNEL % 2));
-    // SAFETY: these bits are the mode of the channel, in either register.
-    #[allow(unsafe_code)]
-    if CHANNEL < 2 {
-        timer.ccmr1_output().write(|w| unsafe { w.bits(mode) });
-    } else {
-        timer.ccmr2_output().write(|w| unsafe { w.bits(mode) });
-    }
+    Mode::Off.begin();
     // SAFETY: the channel's enable bit, active high.
     #[allow(unsafe_code)]
     timer
@@ -100,18 +95,50 @@ pub(crate) fn start(rcc: &RCC) {
     OUTPUT.pin.make_alternate(OUTPUT.function, Pull::Down);
 }
 
-/// Does something with the power off, and puts it back, but where a switch has shut the gate meanwhile: that stays dark. Main
-/// loop, at rest.
-pub(crate) fn off_during<T>(work: impl FnOnce() -> T) -> T {
-    let level = OUTPUT.timer.registers().ccr(CHANNEL);
-    let before = level.read().ccr().bits();
-    level.write(|w| w.ccr().set(0));
-    let done = work();
-    interrupt::free(|_| {
-        if !SHARED.is_laser_off() {
-            level.write(|w| w.ccr().set(before));
+/// What the channel does (TIMx_CCMRx.OCxM, RM0090 section 18.4.7).
+#[derive(Clone, Copy)]
+enum Mode {
+    /// The output keeps its level: PWM that begins from here looks at the count at once, otherwise only where the count comes
+    /// to the compare value or to 0.
+    Frozen = 0b000,
+    /// Forced low.
+    Off = 0b100,
+    /// PWM mode 1: high while the count is below the compare value.
+    Pwm = 0b110,
+}
+
+impl Mode {
+    /// Puts the mode into effect: two channels a register, of which the other is not in use.
+    #[inline(always)]
+    fn begin(self) {
+        let bits = (self as u32) << (8 * (CHANNEL % 2) + 4);
+        let timer = OUTPUT.timer.registers();
+        // SAFETY: these bits are the mode of the channel, in either register.
+        #[allow(unsafe_code)]
+        if CHANNEL < 2 {
+            timer.ccmr1_output().write(|w| unsafe { w.bits(bits) });
+        } else {
+            timer.ccmr2_output().write(|w| unsafe { w.bits(bits) });
         }
-    });
+    }
+}
+
+/// The channel makes PWM. Cleared before the output is forced low, and looked at again once it makes PWM: whoever is
+/// interrupted by somebody who switches off leaves it off.
+#[allow(unsafe_code)] // the section of what every tick reads
+#[link_section = ".fast_bss.lit"]
+static LIT: AtomicBool = AtomicBool::new(false);
+
+/// Does something with the power off, and puts it back, but where it has been switched off meanwhile, or a switch has shut the
+/// gate: that stays dark. Main loop, at rest.
+pub(crate) fn off_during<T>(work: impl FnOnce() -> T) -> T {
+    Mode::Off.begin();
+    let done = work();
+    if SHARED.is_laser_off() {
+        LIT.store(false, Relaxed);
+    } else if LIT.load(Relaxed) {
+        light();
+    }
     done
 }
 
@@ -121,9 +148,30 @@ pub(crate) fn set(power: Power) {
     const SCALE: PowerScale = PowerScale::new(PERIOD);
     // At most the period.
     let level = power.level(SCALE) as u16;
-    OUTPUT
-        .timer
-        .registers()
-        .ccr(CHANNEL)
-        .write(|w| w.ccr().set(level));
+    let compare = OUTPUT.timer.registers().ccr(CHANNEL);
+    compare.write(|w| w.ccr().set(level));
+    let lit = level != 0;
+    if LIT.load(Relaxed) != lit {
+        switch(lit);
+    }
+}
+
+#[cold]
+#[inline(never)]
+fn switch(lit: bool) {
+    LIT.store(lit, Relaxed);
+    if lit {
+        light();
+    } else {
+        Mode::Off.begin();
+    }
+}
+
+/// Lets PWM begin at once, from an output that is forced low.
+fn light() {
+    Mode::Frozen.begin();
+    Mode::Pwm.begin();
+    if !LIT.load(Relaxed) {
+        Mode::Off.begin();
+    }
 }

@@ -59,7 +59,7 @@ impl Sectors {
         flash.keyr().write(|w| w.key().set(0x4567_0123));
         flash.keyr().write(|w| w.key().set(0xCDEF_89AB));
         // Errors from before are cleared by ones.
-        // SAFETY: these are the error flags and the end-of-operation flag (RM0090 section 3.9.4).
+        // SAFETY: these are the error flags and the end-of-operation flag (RM0090 section 3.9.5).
         #[allow(unsafe_code)]
         flash.sr().write(|w| unsafe { w.bits(0xF3) });
         work(flash);
@@ -76,7 +76,7 @@ impl Sectors {
         }
     }
 
-    /// What the caches hold may be old (RM0090 section 3.5.3). They have to be off for that.
+    /// What the caches hold may be old (RM0090 section 3.6.4). They have to be off for that.
     fn reset_caches(&self) {
         let access = self.flash.acr();
         access.modify(|_, w| w.dcen().disabled().icen().disabled());
@@ -87,7 +87,7 @@ impl Sectors {
 
     fn erase_sector(&self, sector: Sector) -> Result<(), FlashError> {
         self.unlocked(|flash| {
-            // SAFETY: sector erase, 32 bits at a time (2.7 V and more), the sector's number, start (RM0090 section 3.9.5).
+            // SAFETY: sector erase, 32 bits at a time (2.7 V and more), the sector's number, start (RM0090 section 3.9.7).
             #[allow(unsafe_code)]
             flash.cr().write(|w| unsafe {
                 w.bits(1 << 16 | 0b10 << 8 | u32::from(sector.0) << 3 | 1 << 1)

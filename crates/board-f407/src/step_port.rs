@@ -155,9 +155,12 @@ pub(crate) fn configure(port: &PortConfig) {
     rtic::pend(PULSE_END_INTERRUPT);
 }
 
-/// Counts from the look at the time to the next tick's being armed, at most: what is further off has not passed by then.
-/// 2.4 µs: to load a segment takes 2.2 µs at most, entry and exit included (`cargo fw-test costs`).
+/// Counts from a tick's look at the time to the next one's being armed, at most: what is further off has not passed by then.
+/// 2.4 µs: a tick takes 1.1 µs at most, entry and exit included (`cargo fw-test step-interrupt`).
 const ARMED: u32 = 200;
+/// Stands in for the look where a segment is loaded, which takes as long as ticks may be apart: every instant up to 12 s from
+/// the last one, this many counts, seems near, and is looked at once it is armed.
+const NEAR: u32 = 1 << 30;
 
 /// Whether an instant has come: less than half the timer's range (25 s) ahead is the future.
 #[inline(always)]
@@ -205,10 +208,7 @@ pub(crate) enum Untimed {
 /// tick or by the main loop.
 #[inline(always)]
 pub(crate) fn on_pulse_end(shared: &Shared<MOTORS>) -> Untimed {
-    if pulse().sr().read().uif().bit_is_set() {
-        pulse().sr().write(|w| w.uif().clear_bit());
-        end_pulse();
-    }
+    end_pulse_if_over();
     if TICKING.load(Relaxed) {
         return Untimed::Nothing;
     }
@@ -236,6 +236,14 @@ fn rewire_or_start(shared: &Shared<MOTORS>) -> Untimed {
 }
 
 #[inline(always)]
+fn end_pulse_if_over() {
+    if pulse().sr().read().uif().bit_is_set() {
+        pulse().sr().write(|w| w.uif().clear_bit());
+        end_pulse();
+    }
+}
+
+#[inline(always)]
 fn end_pulse() {
     for (bank, word) in STEP_BANKS.0.iter().zip(&PULSE_END) {
         bank.write(word.load(Relaxed));
@@ -251,9 +259,17 @@ fn end_pulse() {
     }
 }
 
+/// Has the tick whose instant has passed come now. A pulse that is over has to end before the next one begins.
+#[cold]
+#[inline(never)]
+fn make_up() {
+    end_pulse_if_over();
+    timer().egr().write(|w| w.cc1g().set_bit());
+}
+
 /// What ticks drive. TIM2's interrupt; that of TIM11 where no tick is armed.
 pub(crate) struct Port {
-    /// When this interrupt looked at the time.
+    /// When this interrupt looked at the time; see [`NEAR`].
     now: u32,
     /// The instant of the tick that is armed, as compare 1 has it: to read it there takes 16 cycles.
     due: u32,
@@ -287,7 +303,7 @@ impl Port {
     /// A segment is about to be loaded. Interrupt of TIM11; no tick is armed.
     pub(crate) fn take_over(&mut self) {
         self.in_motion = true;
-        self.now = count();
+        self.now = self.due.wrapping_add(NEAR);
     }
 
     /// Whether motion goes on: then [`let_ticks_come`].
@@ -347,9 +363,12 @@ impl StepPort for Port {
         if !has_come(self.due.wrapping_sub(ARMED), self.now) {
             return false;
         }
-        let late = has_come(self.due, count());
+        let now = count();
+        let late = has_come(self.due, now);
         if late {
-            timer().egr().write(|w| w.cc1g().set_bit());
+            // The schedule goes on from here: ticks that made up for it would be closer than a pulse.
+            self.due = now;
+            make_up();
         }
         late
     }

@@ -1,7 +1,7 @@
 //! The supply voltage's detector (RM0090 section 5.2.3): the outputs are made safe before the chip resets itself.
 //!
 //! Level 4, 2.66 V falling (data sheet, table 19): a little under the 2.7 V that the flash asks for when it is written by words
-//! (RM0090 table 7). Level 5 would be above it, but may keep a board of 3.0 V, an STM32F4-Discovery, from starting. The chip
+//! (RM0090 table 13). Level 5 would be above it, but may keep a board of 3.0 V, an STM32F4-Discovery, from starting. The chip
 //! resets itself at 1.7 V, unless its option bytes say otherwise.
 use crate::restart::{self, Reason};
 use stm32f4::stm32f407::{EXTI, PWR};

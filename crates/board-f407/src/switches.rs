@@ -8,7 +8,8 @@
 //!
 //! Each input is on a line of EXTI of its own: its pin's number, whatever the port (RM0090 section 12.2.5). Further edges
 //! within the time change nothing, so that a switch that bounces, or noise that goes on, is answered after exactly that
-//! time; a shorter spike is forgotten. TIM5, which counts microseconds, keeps the time.
+//! time; a shorter spike is forgotten. The line is masked for as long, so that noise takes two interrupts each such time and no
+//! more. TIM5, which counts microseconds, keeps the time.
 #![allow(unsafe_code)] // what interrupts own, and registers that have no words
 use crate::{
     clock,
@@ -167,6 +168,7 @@ impl Filter {
             self.set_alarm(due);
         }
         self.settling |= fresh;
+        self.mask(fresh);
     }
 
     fn set_alarm(&mut self, due: u32) {
@@ -178,7 +180,7 @@ impl Filter {
     /// to ask the timer takes 20 cycles.
     #[inline(always)]
     fn on_time(&mut self, inputs: &Inputs<MOTORS>, shared: &Shared<MOTORS>) {
-        let before = LEVELS.load(Relaxed);
+        let (before, waiting) = (LEVELS.load(Relaxed), self.settling);
         let levels = self.settle(before);
         if levels != before {
             // First of all: a beam that stands still burns.
@@ -187,6 +189,7 @@ impl Filter {
             }
             self.act(levels, inputs, shared);
         }
+        self.listen_again(waiting & !self.settling, levels);
         if self.settling != 0 {
             self.set_next_alarm();
         }
@@ -209,6 +212,29 @@ impl Filter {
         levels as u16
     }
 
+    /// Hears nothing more of some lines.
+    fn mask(&self, lines: u16) {
+        // SAFETY: bits 0 to 15 are the pins' lines; those above stay.
+        self.exti
+            .imr()
+            .modify(|r, w| unsafe { w.bits(r.bits() & !u32::from(lines)) });
+    }
+
+    /// Listens again to some lines, whose level is believed to be that of `levels`: where it is another by now, that counts as
+    /// an edge. What was noted of them while they were masked is forgotten before they are looked at, so that nothing is lost.
+    #[inline(never)]
+    fn listen_again(&self, over: u16, levels: u16) {
+        let over = u32::from(over);
+        // SAFETY: bits 0 to 15 are the pins' lines in these registers; those above stay, or are written as zeros, which change
+        // nothing.
+        unsafe {
+            self.exti.pr().write(|w| w.bits(over));
+            self.exti.imr().modify(|r, w| w.bits(r.bits() | over));
+            let changed = over & (levels_of(over as u16) ^ u32::from(levels));
+            self.exti.swier().write(|w| w.bits(changed));
+        }
+    }
+
     /// Believes new levels.
     #[inline(never)]
     fn act(&self, levels: u16, inputs: &Inputs<MOTORS>, shared: &Shared<MOTORS>) {
@@ -229,6 +255,14 @@ impl Filter {
             self.set_alarm(next);
         }
     }
+}
+
+/// The levels at the pins of some lines, one bit a line, as the machine is told them.
+fn levels_of(set: u16) -> u32 {
+    lines(set).fold(0, |all, line| {
+        let level = BANKS[line % 16].levels() ^ u32::from(INVERTED);
+        all | level & 1 << line
+    })
 }
 
 /// The numbers of the lines in a set, from 0.

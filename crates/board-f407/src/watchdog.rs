@@ -49,7 +49,7 @@ pub(crate) fn patiently<T>(work: impl FnOnce() -> T) -> T {
     done
 }
 
-/// Sets the time, and begins it anew once it counts (RM0090 section 21.3.1: five periods of its clock, 0.3 ms).
+/// Sets the time, and begins it anew once it counts (RM0090 section 21.4.4: five periods of its clock, 0.3 ms).
 fn set(short: bool, reload: u16) {
     let registers = registers();
     registers.kr().write(|w| w.key().unlock());

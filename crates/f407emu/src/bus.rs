@@ -110,6 +110,7 @@ impl Machine {
     /// A write goes into the store buffer: the next access to a peripheral waits for it, not this one.
     fn write_peripheral(&mut self, address: u32, width: Width, value: u32) -> Result<(), Trap> {
         must_align(address, width)?;
+        self.stall_as_planted(address);
         self.drain_stores();
         self.buffer_free = self.cycle + 1 + u64::from(self.bus_latency(address));
         let current = self.cpu.current();
@@ -122,6 +123,15 @@ impl Machine {
         let cause = Cause::Core(current);
         self.write_part(address, width, value, self.cycle, cause);
         Ok(())
+    }
+
+    fn stall_as_planted(&mut self, address: u32) {
+        if let Some((exception, register, cycles)) = self.stall {
+            if exception.number() == self.cpu.exception && register == address {
+                self.stall = None;
+                self.cycle += cycles;
+            }
+        }
     }
 
     /// Writes a part of a register: the rest keeps its value, or is zero where reading says nothing of it.
@@ -280,6 +290,17 @@ mod tests {
         machine.wait_for_clocks();
         machine.write_word(0x4000_0828, 1).unwrap();
         assert_eq!((stray(&mut machine), machine.cycle), (None, 6));
+    }
+
+    #[test]
+    fn a_planted_delay_comes_once_before_the_store_of_its_handler() {
+        let mut machine = Machine::with_clocks();
+        machine.stall_before(Exception::irq(28), 0x4002_0018, 100);
+        machine.write_word(0x4002_0018, 1).unwrap();
+        assert!(machine.is_stall_planted() && machine.cycle < 100);
+        machine.cpu.exception = Exception::irq(28).number();
+        machine.write_word(0x4002_0018, 1).unwrap();
+        assert!(!machine.is_stall_planted() && machine.cycle >= 100);
     }
 
     #[test]

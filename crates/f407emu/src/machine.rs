@@ -78,6 +78,8 @@ pub struct Machine {
     pub(crate) flash_operations: Vec<FlashOperation>,
     /// What is made of words that the program writes to registers, by their addresses.
     pub(crate) tampers: Vec<(u32, Tamper)>,
+    /// The core stands still before its next store to a register, by an exception's handler: which, and for how many cycles.
+    pub(crate) stall: Option<(Exception, u32, u64)>,
     pub(crate) resets: Vec<(u64, ResetCause)>,
     pub(crate) profiler: Profiler,
     pub(crate) turns: Turns,
@@ -122,6 +124,7 @@ impl Machine {
             writers: BTreeSet::new(),
             flash_operations: Vec::new(),
             tampers: Vec::new(),
+            stall: None,
             resets: Vec::new(),
             profiler: Profiler::new(),
             turns: Turns::default(),
@@ -371,6 +374,17 @@ impl Machine {
     /// it, or is not written at all.
     pub fn tamper_with(&mut self, address: u32, tamper: Tamper) {
         self.tampers.push((address, tamper));
+    }
+
+    /// Plants a delay: the core stands still for some cycles before the next store that `exception`'s handler makes to the register
+    /// at `address`. Once.
+    pub fn stall_before(&mut self, exception: Exception, address: u32, cycles: u64) {
+        self.stall = Some((exception, address, cycles));
+    }
+
+    /// Whether a planted delay has still to come.
+    pub fn is_stall_planted(&self) -> bool {
+        self.stall.is_some()
     }
 
     /// Whether the core sleeps.

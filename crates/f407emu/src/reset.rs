@@ -51,7 +51,7 @@ impl Machine {
         self.boot();
     }
 
-    /// A reset in an operation of the flash (RM0090 section 3.6.1: its content is not guaranteed then). Of a unit being
+    /// A reset in an operation of the flash (RM0090 section 3.6: its content is not guaranteed then). Of a unit being
     /// programmed some bits have been cleared, of a sector being erased some have been set: noise that is the same in every run.
     fn leave_unfinished(&mut self, cycle: u64, noise: &mut Noise) {
         if cycle < self.devices.flash.busy_until {

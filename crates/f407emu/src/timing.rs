@@ -68,7 +68,7 @@ impl Default for Timing {
 #[cfg(test)]
 mod tests {
     //! RM0090 section 3.5: the flash is read in lines of 16 bytes, each `LATENCY` + 1 cycles; 5 wait states at 168 MHz and 3.3 V
-    //! (table 10). The Cortex-M4 enters an exception in 12 cycles, returns in 10, and goes from one to the next in 6.
+    //! (table 11). The Cortex-M4 enters an exception in 12 cycles, returns in 10, and goes from one to the next in 6.
     use super::*;
     use crate::{machine::Machine, peripheral::nvic::Exception};
 

@@ -16,7 +16,7 @@ pub enum Warning {
         /// HCLK in Hz.
         hclk: u32,
     },
-    /// The flash has too few wait states for the clock (RM0090 table 10).
+    /// The flash has too few wait states for the clock (RM0090 table 11).
     TooFewWaitStates {
         /// HCLK in Hz.
         hclk: u32,

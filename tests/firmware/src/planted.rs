@@ -154,9 +154,9 @@ pub(crate) const PLANTED: &[Planted] = &[
         &["limits"],
     ),
     planted(
-        "power changes at the end of a period",
+        "laser off is no forced level",
         TIM4 + 0x18,
-        |word| Some(word | 1 << 3),
+        |word| Some(if word >> 4 == 4 { 6 << 4 } else { word }),
         &["limits"],
     ),
     planted(

@@ -20,7 +20,7 @@ static ARRIVED: [AtomicU16; RING] = [const { AtomicU16::new(0) }; RING];
 /// Nothing has come here. A byte leaves the upper half zero.
 const EMPTY: u16 = u16::MAX;
 
-/// Receives, of DMA1 for USART2 and of DMA2 for USART1 (RM0090 tables 42 and 43).
+/// Receives, of DMA1 for USART2 and of DMA2 for USART1 (RM0090 tables 43 and 44).
 const STREAM: Stream = Stream(5);
 
 fn place(number: usize) -> &'static AtomicU16 {

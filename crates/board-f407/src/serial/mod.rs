@@ -32,7 +32,7 @@ const CLOCK_HZ: u32 = match LINE {
     Usart::Usart2 => APB1_HZ,
 };
 
-/// All that DMA does for either USART is on this channel: USART2's on DMA1, USART1's on DMA2 (RM0090 tables 42 and 43).
+/// All that DMA does for either USART is on this channel: USART2's on DMA1, USART1's on DMA2 (RM0090 tables 43 and 44).
 const CHANNEL: u8 = 4;
 
 fn usart() -> &'static usart1::RegisterBlock {

@@ -31,7 +31,7 @@ static SENT: AtomicUsize = AtomicUsize::new(0);
 /// The main loop has more than there was room for: it wants to be woken.
 static MORE: AtomicBool = AtomicBool::new(false);
 
-/// Sends: of DMA1 for USART2, of DMA2 for USART1 (RM0090 tables 42 and 43).
+/// Sends: of DMA1 for USART2, of DMA2 for USART1 (RM0090 tables 43 and 44).
 const STREAM: Stream = match LINE {
     Usart::Usart1 => Stream(7),
     Usart::Usart2 => Stream(6),

@@ -241,7 +241,7 @@ fn place(offset: u32) -> Option<(usize, u32)> {
     (stream < 8).then_some((stream, offset % STRIDE))
 }
 
-/// The interrupt of a stream (RM0090 table 61); `controller` is 0 for DMA1.
+/// The interrupt of a stream (RM0090 table 62); `controller` is 0 for DMA1.
 pub(crate) fn exception(controller: usize, stream: usize) -> Exception {
     const POSITIONS: [[u8; 8]; 2] = [
         [11, 12, 13, 14, 15, 16, 17, 47],

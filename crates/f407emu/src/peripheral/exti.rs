@@ -37,7 +37,7 @@ impl Exti {
         self.pending |= selected & 1 << line;
     }
 
-    /// The interrupts of the lines, and whether each is up (RM0090 table 61).
+    /// The interrupts of the lines, and whether each is up (RM0090 table 62).
     pub(crate) fn interrupts(&self) -> [(Exception, bool); 8] {
         let up = self.pending & self.interrupt_mask;
         [
@@ -88,6 +88,11 @@ impl Exti {
 
     /// Reads SYSCFG's register at `offset` from 0x40013800.
     pub(crate) fn read_syscfg(&self, offset: u32) -> u32 {
+        let cell = self.syscfg[8];
+        if offset == 0x20 {
+            // The compensation cell is ready as soon as it is on (section 9.2.7).
+            return cell << 8 | cell;
+        }
         self.syscfg.get(offset as usize / 4).copied().unwrap_or(0)
     }
 

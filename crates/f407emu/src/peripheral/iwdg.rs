@@ -202,7 +202,7 @@ mod tests {
 
     #[test]
     fn the_timeouts_at_32_khz_are_those_of_the_manuals_table() {
-        // RM0090 table 107: the longest timeouts of the shortest and of the longest prescaler
+        // RM0090 table 108: the longest timeouts of the shortest and of the longest prescaler
         assert_eq!(milliseconds(&started(32_000, 0, 0xFFF)), 512);
         assert_eq!(milliseconds(&started(32_000, 6, 0xFFF)), 32_768);
     }

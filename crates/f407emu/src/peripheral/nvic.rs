@@ -1,4 +1,4 @@
-//! The interrupt controller (DDI 0403, B3.4; priorities B1.5.4; RM0090 section 12.1 and its table 61 for the numbers).
+//! The interrupt controller (DDI 0403, B3.4; priorities B1.5.4; RM0090 section 12.1 and its table 62 for the numbers).
 //!
 //! Not modelled: NMIPENDSET of ICSR other than through the clock security system; SEVONPEND.
 use crate::cpu::Masks;
@@ -32,7 +32,7 @@ impl Exception {
     /// The system timer.
     pub const SYSTICK: Exception = Exception(15);
 
-    /// An interrupt of a peripheral, by its position in RM0090 table 61: 28 is TIM2.
+    /// An interrupt of a peripheral, by its position in RM0090 table 62: 28 is TIM2.
     ///
     /// # Panics
     /// When there is no such interrupt: the last one is 81.

@@ -291,7 +291,7 @@ impl Rcc {
         (input, oscillator, (oscillator / divider) as u32)
     }
 
-    /// Warns of what the chip's limits do not allow (its data sheet, tables 14 and 36; RM0090 table 10).
+    /// Warns of what the chip's limits do not allow (its data sheet, tables 14 and 36; RM0090 table 11).
     pub(crate) fn check(&self, wait_states: u32, warnings: &mut Warnings) {
         let Clocks { hclk, apb1, apb2 } = self.clocks();
         let (input, oscillator, _) = self.pll();

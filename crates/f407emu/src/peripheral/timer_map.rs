@@ -1,5 +1,5 @@
 //! What tells the fourteen timers apart: where they are (RM0090 table 1), what they can do (chapters 17 to 20), their
-//! interrupts (table 61), DMA streams (tables 42 and 43) and pins (data sheet, table 9).
+//! interrupts (table 62), DMA streams (tables 43 and 44) and pins (data sheet, table 9).
 use super::timer_output::Output;
 
 /// A DMA stream that listens to a request.

@@ -5,8 +5,11 @@
 //!  mode 2 (111)  OCxREF = count >= CCRx       OCxN = its complement, while CCxNE
 //! ```
 //!
-//! Where OCxPE is set, a new CCRx counts from the next update event on: a PWM of 50 Hz goes on for up to 20 ms. A
-//! forced level, CCxE and MOE work at once.
+//! OCxREF changes in these modes only where the comparison comes out otherwise than before, or where the mode was frozen before
+//! (section 18.4.7, OC1M): a PWM that begins from a forced level keeps that until then, one of 100 % for ever.
+//!
+//! Where OCxPE is set, a new CCRx counts from the next update event on: a PWM of 50 Hz goes on for up to 20 ms. Without it the
+//! manual guarantees PWM in one-pulse mode only; here it counts at once. A forced level, CCxE and MOE work at once.
 
 /// TIMx_BDTR: outputs stay driven while MOE is off; main output enable.
 const OSSI: u32 = 1 << 10;
@@ -45,6 +48,10 @@ pub(crate) struct Outputs {
     active: [u32; 4],
     /// OCxREF.
     reference: [bool; 4],
+    /// How the comparisons came out last: the count is below the compare value.
+    below: [bool; 4],
+    /// Channels that have just begun to make PWM out of frozen, a bit each.
+    thawed: u8,
     /// It drove a pin when that was last asked.
     drove: bool,
 }
@@ -72,6 +79,8 @@ impl Outputs {
             let matches = matched >> channel & 1 != 0;
             let reference = &mut self.reference[channel];
             let below = count < self.active[channel];
+            let before = core::mem::replace(&mut self.below[channel], below);
+            let looks = below != before || self.thawed >> channel & 1 != 0;
             *reference = match mode(self.ccmr, channel) {
                 Mode::Frozen => *reference,
                 Mode::ActiveOnMatch => *reference || matches,
@@ -79,10 +88,12 @@ impl Outputs {
                 Mode::Toggle => *reference != matches,
                 Mode::ForcedInactive => false,
                 Mode::ForcedActive => true,
-                Mode::Pwm1 => below,
-                Mode::Pwm2 => !below,
+                Mode::Pwm1 if looks => below,
+                Mode::Pwm2 if looks => !below,
+                Mode::Pwm1 | Mode::Pwm2 => *reference,
             };
         }
+        self.thawed = 0;
     }
 
     /// The level of an output; `None` where it is left to the pin's pull (RM0090 tables 97 and 99).
@@ -107,7 +118,9 @@ impl Outputs {
     /// Counts of a period during which a PWM output is high; `None` for a channel that makes no PWM.
     pub(crate) fn high_counts(&self, channel: usize, period: u64) -> Option<u64> {
         let below = u64::from(self.active[channel]).min(period);
+        let stuck = below == period && !self.reference[channel];
         let active = match mode(self.ccmr, channel) {
+            Mode::Pwm1 if stuck => 0,
             Mode::Pwm1 => below,
             Mode::Pwm2 => period - below,
             Mode::ForcedInactive => 0,
@@ -135,12 +148,23 @@ impl Outputs {
     /// Writes the register at `offset` from the timer's base.
     pub(crate) fn write(&mut self, offset: u32, value: u32) {
         match offset {
-            0x18 => self.ccmr[0] = value,
-            0x1C => self.ccmr[1] = value,
+            0x18 => self.write_modes(0, value),
+            0x1C => self.write_modes(1, value),
             0x20 => self.ccer = value,
             0x34..=0x40 => self.write_compare((offset as usize - 0x34) / 4, value),
             0x44 => self.bdtr = value,
             _ => {}
+        }
+    }
+
+    fn write_modes(&mut self, register: usize, value: u32) {
+        let frozen = |ccmr, channel| mode(ccmr, channel) == Mode::Frozen;
+        let before = self.ccmr;
+        self.ccmr[register] = value;
+        for channel in 2 * register..2 * register + 2 {
+            if frozen(before, channel) && !frozen(self.ccmr, channel) {
+                self.thawed |= 1 << channel;
+            }
         }
     }
 
@@ -200,11 +224,9 @@ mod tests {
         assert_eq!(outputs.level(CHANNEL_1, false), Some(false));
         assert_eq!(outputs.high_counts(0, 8), Some(3));
         assert_eq!(pwm(7, 3).high_counts(0, 8), Some(5));
-        assert_eq!(
-            pwm(6, 99).high_counts(0, 8),
-            Some(8),
-            "above the top: always on"
-        );
+        let mut full = pwm(6, 99);
+        full.follow(0, 0);
+        assert_eq!(full.high_counts(0, 8), Some(8), "above the top: always on");
     }
 
     #[test]
@@ -224,6 +246,26 @@ mod tests {
         outputs.write(0x18, 4 << 4);
         outputs.follow(0, 0);
         assert_eq!(outputs.level(CHANNEL_1, false), Some(false));
+    }
+
+    #[test]
+    fn pwm_that_begins_from_a_forced_level_waits_for_the_comparison_unless_it_was_frozen() {
+        let mut outputs = pwm(4, 8);
+        outputs.follow(3, 0);
+        outputs.write(0x18, 6 << 4);
+        outputs.follow(3, 0);
+        assert_eq!(outputs.level(CHANNEL_1, false), Some(false));
+        outputs.follow(8, 1);
+        outputs.follow(0, 0);
+        assert_eq!(outputs.level(CHANNEL_1, false), Some(true));
+        outputs.write(0x18, 4 << 4);
+        outputs.follow(3, 0);
+        outputs.write(0x18, 0);
+        outputs.follow(3, 0);
+        assert_eq!(outputs.level(CHANNEL_1, false), Some(false));
+        outputs.write(0x18, 6 << 4);
+        outputs.follow(3, 0);
+        assert_eq!(outputs.level(CHANNEL_1, false), Some(true));
     }
 
     #[test]

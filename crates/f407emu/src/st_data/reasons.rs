@@ -8,6 +8,10 @@ pub(super) const ROWS: &[(&str, &str)] = &[
         "of the reset flags only RMVF can be written (RM0090 section 7.3.21)",
     ),
     (
+        "SYSCFG.CMPCR",
+        "CMP_PD can be written (RM0090 section 9.2.7)",
+    ),
+    (
         "PWR.CR",
         "CSBF and CWUF always read as 0 (RM0090 section 5.4.1)",
     ),
@@ -31,7 +35,7 @@ pub(super) const RESETS: &[(&str, &str)] = &[
     ("PWR.CSR", "the regulator is always ready"),
     (
         "FLASH.OPTCR",
-        "the option bytes as delivered (RM0090 section 3.9.6)",
+        "the option bytes as delivered (RM0090 section 3.9.9)",
     ),
     ("OTG_FS_GLOBAL.GRSTCTL", "nothing is ever under way: AHBIDL"),
     (
@@ -48,7 +52,7 @@ pub(super) const RESETS: &[(&str, &str)] = &[
 pub(super) const PLAIN: &[(&str, &str)] = &[
     ("RCC.CSR", "RMVF acts, and reads as 0"),
     ("TIM*.DMAR", "bursts of DMA are not modelled"),
-    ("IWDG.PR", "locked until its key (RM0090 section 21.4.1)"),
+    ("IWDG.PR", "locked until its key (RM0090 section 21.3.2)"),
     (
         "USART*.DR",
         "what is written is sent, what is read was received",
@@ -57,7 +61,7 @@ pub(super) const PLAIN: &[(&str, &str)] = &[
         "PWR.CSR",
         "the backup regulator and the wake-up pin are not modelled",
     ),
-    ("FLASH.CR", "locked until its keys (RM0090 section 3.9.5)"),
+    ("FLASH.CR", "locked until its keys (RM0090 section 3.6.1)"),
     ("FLASH.OPTCR", "option bytes cannot be written here"),
     ("DMA*.CR", "a stream without data to move does not start"),
     ("OTG_FS_GLOBAL.GRSTCTL", "resets are over at once"),

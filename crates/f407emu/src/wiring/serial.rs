@@ -4,7 +4,7 @@ use crate::{
     peripheral::{nvic::Exception, timer_map::Route, usart::UsartRequests},
 };
 
-/// Interrupts of the USARTs, in the order of `Devices` (RM0090 table 61).
+/// Interrupts of the USARTs, in the order of `Devices` (RM0090 table 62).
 const USART_IRQS: [u8; 4] = [37, 38, 39, 71];
 /// Interrupt of USB OTG FS.
 const USB_IRQ: u8 = 67;

@@ -5,6 +5,7 @@ pub(crate) mod costs;
 mod endings;
 mod homing;
 mod interrupts;
+mod late;
 mod motion;
 mod outputs;
 mod planting;
@@ -108,7 +109,7 @@ pub(crate) const CHECKS: &[Check] = &[
     },
     Check {
         name: "step-interrupt",
-        what: "three motors, cold flash caches: at most 180 cycles from entry to exit",
+        what: "three motors, cold flash caches: at most 190 cycles from entry to exit",
         subset: true,
         run: timing::step_interrupt,
     },
@@ -129,6 +130,18 @@ pub(crate) const CHECKS: &[Check] = &[
         what: "three motors at 250 kHz with the shortest pulses: no late event; faster settings are told so",
         subset: true,
         run: rate::at_the_cap,
+    },
+    Check {
+        name: "direction",
+        what: "a direction is there as long before a step as $709 asks for, on the board as in the simulator",
+        subset: true,
+        run: motion::direction_setup,
+    },
+    Check {
+        name: "late-arm",
+        what: "the core stands still while a segment is loaded, past the next tick: motion goes on, no step is lost",
+        subset: true,
+        run: late::late_arm,
     },
     Check {
         name: "reset-byte",
@@ -165,6 +178,12 @@ pub(crate) const CHECKS: &[Check] = &[
         what: "inputs: what is shorter than the filter's time changes nothing, what is longer does",
         subset: true,
         run: switches::filter,
+    },
+    Check {
+        name: "noise",
+        what: "noise of 1.7 MHz on a switch's line: the machine answers, and motion goes on",
+        subset: true,
+        run: switches::noise,
     },
     Check {
         name: "buttons",

@@ -80,3 +80,28 @@ pub(crate) fn queued_examples(firmware: &Firmware) -> Result<Figures, Failure> {
     let jobs = names.iter().map(|name| Job::example(name));
     compare_all(&firmware.usual, &jobs.collect::<Result<Vec<_>, _>>()?)
 }
+
+/// Corners of 90° at which Y turns round at some 27 000 steps/s: its next step comes 36 µs later.
+const ZIGZAG: &str =
+    "$0=3\n$11=2\n$100=250\n$101=250\n$110=30000\n$111=30000\n$120=5000\n$121=5000\n$704=1\n";
+/// What drivers ask for, µs.
+const SETUPS: [u64; 3] = [5, 50, 90];
+
+/// The direction is there as long before a step as `$709` asks for, on the board as in the simulator.
+pub(crate) fn direction_setup(firmware: &Firmware) -> Result<Figures, Failure> {
+    let program = format!("G91F20000\n{}", "G1X2Y2\nX2Y-2\n".repeat(10));
+    let mut figures = Figures::default();
+    for setup_us in SETUPS {
+        let settings = format!("{ZIGZAG}$709={setup_us}\n");
+        let job = Job::new("zigzag", &settings, &program);
+        let (bench, _) = run_queued(&firmware.usual, &job)?;
+        let least = bench.pins.extremes.setup as f64 * 1e6 / CPU_HZ as f64;
+        figures.add(
+            format!("$709={setup_us}"),
+            format!("{least:.2} us from a direction to a step at least"),
+        );
+        ensure(least >= setup_us as f64, || figures.to_string())?;
+        compare_queued(&firmware.usual, &job)?;
+    }
+    Ok(figures)
+}

@@ -17,7 +17,7 @@ const JITTER: u32 = 40;
 /// The most that a pulse may be longer than it is set, µs.
 const PROLONGED_US: f64 = 1.0;
 /// The most that a step interrupt may take from entry to exit, cycles.
-pub(super) const INTERRUPT: u64 = 180;
+pub(super) const INTERRUPT: u64 = 190;
 
 /// The longest that step events of these jobs may be apart, s: the first from rest comes after sqrt(2 s/a) = 1.4 ms, with
 /// 1/250 mm and the least acceleration, 2000 mm/s²; halfway there is a stop at most. A tick that was lost leaves 51 s.

@@ -1,5 +1,5 @@
 //! The ports, and what makes interrupts of their pins.
-use super::{ro, rw, wo, Register, ALL, LOWER};
+use super::{mixed, ro, rw, wo, Register, ALL, LOWER};
 
 /// RM0090 section 8.4.
 pub(super) const GPIO: &[Register] = &[
@@ -17,13 +17,13 @@ pub(super) const GPIO: &[Register] = &[
 
 /// RM0090 section 9.2.
 pub(super) const SYSCFG: &[Register] = &[
-    rw(0x00, 3),       // MEMRMP
-    rw(0x04, 1 << 23), // PMC
-    rw(0x08, LOWER),   // EXTICR1
-    rw(0x0C, LOWER),   // EXTICR2
-    rw(0x10, LOWER),   // EXTICR3
-    rw(0x14, LOWER),   // EXTICR4
-    ro(0x20, 0x101),   // CMPCR
+    rw(0x00, 3),           // MEMRMP
+    rw(0x04, 1 << 23),     // PMC
+    rw(0x08, LOWER),       // EXTICR1
+    rw(0x0C, LOWER),       // EXTICR2
+    rw(0x10, LOWER),       // EXTICR3
+    rw(0x14, LOWER),       // EXTICR4
+    mixed(0x20, 0x101, 1), // CMPCR
 ];
 
 /// Lines that there are.
