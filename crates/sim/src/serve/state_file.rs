@@ -133,9 +133,36 @@ impl StateFile {
         self.make_folder()?;
         let beside = File::create(self.path.with_added_extension("lock"))?;
         match beside.try_lock() {
-            Ok(()) => Ok(Some(beside)),
+            Ok(()) => {
+                self.remove_leftovers();
+                Ok(Some(beside))
+            }
             Err(TryLockError::WouldBlock) => Ok(None),
             Err(TryLockError::Error(error)) => Err(error),
+        }
+    }
+
+    /// Removes what a program that was killed while it saved has left beside the file: `.NAME.` and six letters or digits. Nobody
+    /// else is saving there.
+    fn remove_leftovers(&self) {
+        let folder = self.path.parent().and_then(|folder| folder.read_dir().ok());
+        let name = self.path.file_name().and_then(|name| name.to_str());
+        let (Some(folder), Some(name)) = (folder, name) else {
+            return;
+        };
+        for entry in folder.flatten() {
+            let found = entry.file_name().into_string().unwrap_or_default();
+            let end = found
+                .strip_prefix('.')
+                .and_then(|rest| rest.strip_prefix(name));
+            let random = end.and_then(|end| end.strip_prefix('.'));
+            let is_ours = |random: &str| {
+                random.len() == 6 && random.bytes().all(|byte| byte.is_ascii_alphanumeric())
+            };
+            if random.is_some_and(is_ours) {
+                // What stays does no harm.
+                let _ = std::fs::remove_file(entry.path());
+            }
         }
     }
 
@@ -291,6 +318,26 @@ mod tests {
             assert_eq!(std::fs::read(kept).unwrap(), bytes);
             assert_eq!(load(&file), None);
         }
+    }
+
+    #[test]
+    fn what_a_killed_program_left_is_removed_and_nothing_else_is() {
+        let (_folder, file) = file();
+        file.save(&[1; 4]).unwrap();
+        let folder = file.path().parent().unwrap();
+        let left = ".router.state.aB3dE9";
+        let others = [
+            ".router.state.old",
+            ".other.state.aB3dE9",
+            "router.state.aB3dE9",
+        ];
+        for name in others.into_iter().chain([left]) {
+            std::fs::write(folder.join(name), "").unwrap();
+        }
+        let _claim = file.claim().unwrap().unwrap();
+        assert!(!folder.join(left).exists());
+        assert!(others.iter().all(|name| folder.join(name).exists()));
+        assert_eq!(load(&file), Some(vec![1; 4]));
     }
 
     #[test]
