@@ -174,6 +174,12 @@ pub(crate) const CHECKS: &[Check] = &[
         run: switches::reset_button,
     },
     Check {
+        name: "dark-at-rest",
+        what: "the reset button and a limit switch put out a laser at rest, also while a sector is erased",
+        subset: true,
+        run: switches::at_rest,
+    },
+    Check {
         name: "filter",
         what: "inputs: what is shorter than the filter's time changes nothing, what is longer does",
         subset: true,

@@ -187,7 +187,7 @@ const SECTOR: u32 = 16 * 1024;
 const FILLING: u32 = 2_000;
 
 /// Changes a setting until a sector is full; the board before the line that changes to the other one, and that line.
-fn fill(mut bench: Bench) -> Result<(Bench, String), Failure> {
+pub(super) fn fill(mut bench: Bench) -> Result<(Bench, String), Failure> {
     for value in 0..FILLING {
         let line = format!("$102={}", 100 + value % 900);
         bench.machine.clear_records();

@@ -1,5 +1,6 @@
 //! The inputs, driven at the pins: what is believed, when, and what comes of it.
 use super::{
+    power_loss::fill,
     stopping::{last_step, moving, power_off, INTERVAL_US, STEPS},
     Figures,
 };
@@ -130,6 +131,74 @@ pub(crate) fn limit_switches(firmware: &Firmware) -> Result<Figures, Failure> {
 
 pub(crate) fn reset_button(firmware: &Firmware) -> Result<Figures, Failure> {
     stop_at_many(firmware, &[RESET], "ALARM:3")
+}
+
+/// A laser that may stand still, lit; limit switches stop it.
+const LASER: &str = "$21=1\n$32=1\n$30=1000\n$707=0\n$120=4000\n";
+
+/// Has a laser under M3 stand still, lit.
+fn lit_at_rest(mut bench: Bench) -> Result<Bench, Failure> {
+    bench.commands("G91M3S1000\nG1X1F3000\n")?;
+    bench.wait_for("Idle", 2.0)?;
+    ensure(bench.machine.level(POWER), || "the laser is off".into())?;
+    Ok(bench)
+}
+
+/// A switch that closes while a sector is erased, in which the laser is off anyway: it stays so.
+fn dark_after_erasing(build: &Build) -> Result<(), Failure> {
+    let mut bench = Bench::boot(build)?;
+    bench.commands(LASER)?;
+    let (mut bench, line) = fill(bench)?;
+    // The other sector was blank; from now on it has to be erased.
+    bench.command(&line)?;
+    let (bench, line) = fill(bench)?;
+    let mut bench = lit_at_rest(bench)?;
+    bench.machine.clear_records();
+    let mut alone = bench.clone();
+    alone.command(&line)?;
+    let operations = alone.machine.flash_operations();
+    let erase = operations.iter().find(|operation| operation.erases);
+    let erase = erase.ok_or_else(|| Failure("nothing is erased".into()))?;
+    let (begin, end) = (erase.begin, erase.end);
+    ensure(alone.machine.level(POWER), || {
+        "the laser does not come back".into()
+    })?;
+    for pin in [RESET, LIMIT[0]] {
+        let mut bench = bench.clone();
+        bench.send(format!("{line}\n"));
+        bench.run_to(begin.midpoint(end))?;
+        ensure(!bench.machine.level(POWER), || "lit in an erase".into())?;
+        bench.pins.clear();
+        bench.set(pin, false);
+        bench.run_to(end + cycles(0.05))?;
+        let lit = bench.pins.others.iter().any(|edge| edge.pin == POWER);
+        ensure(!lit, || format!("{pin}: the laser is lit after the erase"))?;
+    }
+    Ok(())
+}
+
+/// The reset button and a limit switch at rest: the laser is off before the main loop hears of it.
+pub(crate) fn at_rest(firmware: &Firmware) -> Result<Figures, Failure> {
+    let mut figures = Figures::default();
+    let mut bench = Bench::boot(&firmware.usual)?;
+    bench.commands(LASER)?;
+    let base = lit_at_rest(bench)?;
+    for (pin, words) in [
+        (RESET, "[MSG:Reset input is active, release it to unlock]"),
+        (LIMIT[0], "ALARM:1"),
+    ] {
+        let stopped = stop_by(base.clone(), pin, words)?;
+        let off = stopped.laser_off;
+        ensure((0.0..=LASER_US).contains(&off), || {
+            format!("{pin}: dark {off:.2} us after the filter's time")
+        })?;
+        figures.add(
+            pin,
+            format!("laser off {off:.2} us after the filter's time"),
+        );
+    }
+    dark_after_erasing(&firmware.fast)?;
+    Ok(figures)
 }
 
 /// Closes a switch, opens it again and so on, each after so many µs.
