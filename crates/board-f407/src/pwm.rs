@@ -15,6 +15,7 @@ use crate::{
     gpio::Pull,
     profile::{PowerPin, Timer, POWER_HZ, PROFILE},
     step_interrupt::SHARED,
+    switches,
 };
 use core::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use leadscrew_stepper::{Power, PowerScale};
@@ -130,10 +131,12 @@ impl Mode {
 static LIT: AtomicBool = AtomicBool::new(false);
 
 /// Does something with the power off, and puts it back, but where it has been switched off meanwhile, or a switch has shut the
-/// gate: that stays dark. Main loop, at rest.
+/// gate: that stays dark. While flash is erased no interrupt runs, so switches are given their time before the gate is asked.
+/// Main loop, at rest.
 pub(crate) fn off_during<T>(work: impl FnOnce() -> T) -> T {
     Mode::Off.begin();
     let done = work();
+    switches::let_settle();
     if SHARED.is_laser_off() {
         LIT.store(false, Relaxed);
     } else if LIT.load(Relaxed) {
