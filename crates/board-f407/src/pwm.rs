@@ -127,7 +127,7 @@ impl Mode {
 /// The channel makes PWM. Cleared before the output is forced low, and looked at again once it makes PWM: whoever is
 /// interrupted by somebody who switches off leaves it off.
 #[allow(unsafe_code)] // the section of what every tick reads
-#[link_section = ".fast_bss.lit"]
+#[link_section = ".bss.ccm.lit"]
 static LIT: AtomicBool = AtomicBool::new(false);
 
 /// Does something with the power off, and puts it back, but where it has been switched off meanwhile, or a switch has shut the
