@@ -40,9 +40,9 @@ const LONGER: usize = 64;
 const SLOW: &str = "G1X-0.5F30";
 /// Bytes of `ok`, carriage return and line feed.
 const OK: usize = 4;
-/// A feed that three axes follow, and reports with the time left.
+/// A feed that three axes follow, reports with the time left, and as many moves queued as fit.
 const SETTINGS: &str =
-    "$0=3\n$10=9\n$100=80\n$101=80\n$110=60000\n$111=60000\n$120=2000\n$121=2000\n";
+    "$0=3\n$10=9\n$100=80\n$101=80\n$110=60000\n$111=60000\n$120=2000\n$121=2000\n$710=0\n";
 
 /// One figure of `measured.rs`.
 struct Cost {
