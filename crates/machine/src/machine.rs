@@ -317,7 +317,7 @@ where
     /// How long it takes to finish what is queued, s. For those at a desk: takes time in proportion to the queue.
     pub fn time_to_finish(&self) -> f32 {
         let mut left = self.motion.time_left();
-        while self.motion.add_time(&mut left, MOVES) {}
+        while self.motion.add_time(&mut left) {}
         left.seconds()
     }
 

@@ -51,7 +51,7 @@ where
 
     /// What bounds the speed at the end of the running move, or of the one that has just been handed out.
     pub fn ahead(&self) -> Ahead {
-        match self.queue().slow_start() {
+        match self.queue().slow_start(&self.ground()) {
             Some(planned) if planned.cap < planned.corner => Ahead::SlowerMove,
             Some(_) => Ahead::Corner,
             None => Ahead::QueueEnd {

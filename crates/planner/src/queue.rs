@@ -6,6 +6,7 @@
 //! without its size, planners with queues of different sizes are one and the same code. Moves and pixels are apart: a
 //! microcontroller's memory is in pieces.
 
+use crate::lookahead::{Block, BLOCKS, MOST_MOVES};
 use crate::moves::PlannedMove;
 use crate::pixel::Packed;
 use heapless::Deque;
@@ -16,20 +17,20 @@ use heapless::Deque;
 #[derive(Debug)]
 pub struct Queue<const MOTORS: usize, const MOVES: usize> {
     pub(crate) moves: Deque<PlannedMove<MOTORS>, MOVES>,
-    /// Of the look-ahead: see `candidates`.
-    pub(crate) candidates: [u16; MOVES],
+    /// Of the look-ahead.
+    pub(crate) blocks: [Block; BLOCKS],
 }
 
 impl<const MOTORS: usize, const MOVES: usize> Queue<MOTORS, MOVES> {
-    /// Numbers of 16 bits must tell all moves apart.
-    const FITS: () = assert!(MOVES > 0 && MOVES < 1 << 16);
+    /// There are blocks for so many.
+    const FITS: () = assert!(MOVES > 0 && MOVES <= MOST_MOVES);
 
     /// An empty queue.
     pub const fn new() -> Self {
         let () = Self::FITS;
         Self {
             moves: Deque::new(),
-            candidates: [0; MOVES],
+            blocks: [Block::EMPTY; BLOCKS],
         }
     }
 }
