@@ -129,6 +129,8 @@ struct Trial<'a> {
     /// What was planned is dropped: at a reset, in an alarm, and where a jog ends, which may be cancelled.
     banners: usize,
     jogging: bool,
+    /// It was asleep, with nothing under way, at the last look: on the way to sleep a spindle turns until it is pulled out.
+    asleep: bool,
 }
 
 impl<'a> Trial<'a> {
@@ -141,6 +143,7 @@ impl<'a> Trial<'a> {
             locked_at: None,
             banners: 0,
             jogging: false,
+            asleep: false,
         }
     }
 
@@ -184,13 +187,17 @@ impl<'a> Trial<'a> {
     }
 
     /// No power goes to what is not told to turn or burn; where nothing may go on, nothing is on.
-    fn look_at_outputs(&self) {
+    fn look_at_outputs(&mut self) {
+        let machine = self.sim.machine();
+        let asleep = machine.state() == State::Sleep && machine.is_quiet();
+        let slept = std::mem::replace(&mut self.asleep, asleep) && asleep;
         let board = self.sim.board();
         let off = board.spindle() == SpindleOutput::Off;
         assert!(!off || board.power() == Power::OFF, "power without M3, M4");
         let state = self.sim.machine().state();
         let all_off = match state {
-            State::Sleep | State::Door(Door::Parked) | State::Alarm(Lock::Critical) => true,
+            State::Sleep => slept,
+            State::Door(Door::Parked) | State::Alarm(Lock::Critical) => true,
             State::Idle
             | State::Run
             | State::Jog(_)

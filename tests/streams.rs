@@ -84,6 +84,12 @@ fn with_session(run: impl FnOnce(&mut Desk<'_>)) -> [i64; 3] {
 }
 
 #[test]
+fn on_the_way_to_sleep_a_spindle_turns_until_it_is_out_of_the_work() {
+    endure(b"*$32=0\nM3S500G1F3000\nG0Z-8\nG92X1\n$SLP\n");
+    endure(b"*$32=0\nM3S500G1F3000\nG0Z-8\nG92X1\n$SLP\n\xF7\xF7\xF7\xF7\xF7\xF7\xF7\xF7\xF7\xF7");
+}
+
+#[test]
 fn a_realtime_byte_in_utf_8_acts_once_and_leaves_its_line_untouched() {
     let steps = with_session(|session| {
         assert_eq!(session.say("G1X1\u{91}0F600\n"), ["ok"]);
