@@ -24,7 +24,7 @@ use crate::real::{least, most, norm2, sqrt};
 use crate::{Coordinate, NANOS_PER_MM};
 
 /// Points that are remembered: half of them behind the one that is asked for, half before it.
-pub(crate) const POINTS: usize = 64;
+pub(crate) const POINTS: usize = 32;
 
 /// Share of the acceleration, or of the curvature, that rounding may make up.
 const QUIET: f32 = 0.01;
