@@ -36,9 +36,9 @@ use leadscrew_planner::{ConfigError, Kinematics, TimeLeft};
 use leadscrew_stepper::{Power, Segment, Shared};
 
 /// What a machine borrows: room for its moves, and the main loop's ends of everything that crosses to interrupts.
-pub struct Links<'a, const MOTORS: usize, const MOVES: usize> {
+pub struct Links<'a, const AXES: usize, const MOTORS: usize, const MOVES: usize> {
     /// Where planned moves are kept: no interrupt's business, but too large to be a part of the machine.
-    pub moves: &'a mut MoveQueues<MOTORS, MOVES>,
+    pub moves: &'a mut MoveQueues<AXES, MOTORS, MOVES>,
     /// Where the pixels of rows are kept.
     pub pixels: &'a mut RowPixels,
     /// Segments for the step interrupt, from a [`crate::config::SegmentQueue`].
@@ -180,7 +180,7 @@ where
     pub fn new(
         config: MachineConfig<AXES>,
         kinematics: K,
-        links: Links<'a, MOTORS, MOVES>,
+        links: Links<'a, AXES, MOTORS, MOVES>,
     ) -> Result<Self, ConfigError> {
         let settings = Settings::new(config.defaults);
         let planner = planner_config(&settings, &config, MOTORS);

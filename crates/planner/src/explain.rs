@@ -68,7 +68,13 @@ mod tests {
     use crate::{Cartesian, Config, Segmenter};
 
     fn planner() -> Planner<'static, Cartesian, 2, 2> {
-        Planner::new(Config::default(), Cartesian, queue::<2, 3>(), pixels::<1>()).unwrap()
+        Planner::new(
+            Config::default(),
+            Cartesian,
+            queue::<_, 2, 3>(),
+            pixels::<1>(),
+        )
+        .unwrap()
     }
 
     /// What the first of these moves, each of two coordinates and a feed in mm/s, slows down for.

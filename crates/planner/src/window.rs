@@ -22,6 +22,7 @@ use crate::junction::junction_v2;
 use crate::polygon::cap;
 use crate::real::{least, most, norm2, sqrt};
 use crate::{Coordinate, NANOS_PER_MM};
+use heapless::Vec;
 
 /// Points that are remembered: half of them behind the one that is asked for, half before it.
 pub(crate) const POINTS: usize = 32;
@@ -78,7 +79,8 @@ pub(crate) struct Turn<const AXES: usize> {
 /// The last pieces of a path.
 #[derive(Clone, Debug)]
 pub(crate) struct Window<const AXES: usize> {
-    placed: [Placed<AXES>; POINTS],
+    /// Piece `n` is at `n` modulo `POINTS`. No array: its first values would be written one by one, by 40 KB of code.
+    placed: Vec<Placed<AXES>, POINTS>,
     /// Pieces so far, modulo 2³².
     count: u32,
     /// How many of the last ones are one path.
@@ -90,25 +92,26 @@ pub(crate) struct Window<const AXES: usize> {
 }
 
 impl<const AXES: usize> Window<AXES> {
-    /// No path: the first piece begins at rest.
-    pub(crate) const fn new() -> Self {
-        const { assert!(POINTS.is_power_of_two()) };
-        let piece = Piece {
+    /// What stands where no piece is.
+    const NOWHERE: Placed<AXES> = Placed {
+        piece: Piece {
             direction: [0.0; AXES],
             is_short: false,
             top_v2: 0.0,
             is_chord: false,
             rounding: 0.0,
-        };
-        let placed = Placed {
-            piece,
-            start: [0; AXES],
-            way: [0.0; AXES],
-            length: 0.0,
-            is_sharp: false,
-        };
+        },
+        start: [0; AXES],
+        way: [0.0; AXES],
+        length: 0.0,
+        is_sharp: false,
+    };
+
+    /// No path: the first piece begins at rest.
+    pub(crate) const fn new() -> Self {
+        const { assert!(POINTS.is_power_of_two()) };
         Self {
-            placed: [placed; POINTS],
+            placed: Vec::new(),
             count: 0,
             known: 0,
             waiting: 0,
@@ -180,16 +183,17 @@ impl<const AXES: usize> Window<AXES> {
             let before = self.placed(self.count.wrapping_sub(2));
             last.is_sharp = is_sharp(&before.direction(), &last.direction());
         }
-        if let Some(place) = self.placed.get_mut(index) {
-            *place = last;
+        match self.placed.get_mut(index) {
+            Some(place) => *place = last,
+            // There is room for `POINTS`.
+            None => drop(self.placed.push(last)),
         }
     }
 
     fn placed(&self, number: u32) -> &Placed<AXES> {
-        // The remainder is a place.
         self.placed
             .get(number as usize % POINTS)
-            .unwrap_or(&self.placed[0])
+            .unwrap_or(&Self::NOWHERE)
     }
 
     /// Takes out the first piece that waits, with the turn at its start, where that is known: or, `now`, as well as it is known.

@@ -88,7 +88,7 @@ where
     pub(crate) fn new<const MOVES: usize>(
         config: Config<AXES>,
         kinematics: K,
-        (queues, pixels): (&'a mut MoveQueues<MOTORS, MOVES>, &'a mut RowPixels),
+        (queues, pixels): (&'a mut MoveQueues<AXES, MOTORS, MOVES>, &'a mut RowPixels),
         segments: Producer<'a, Segment<MOTORS>>,
         shared: &'a Shared<MOTORS>,
     ) -> Result<Self, ConfigError> {

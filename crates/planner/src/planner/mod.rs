@@ -52,7 +52,7 @@ pub struct Planner<'q, K, const AXES: usize, const MOTORS: usize> {
     pixels: Pixels<'q>,
     backlog: Backlog,
     /// The end of the path, and the moves there whose curvature is not known yet.
-    window: Window<AXES>,
+    window: &'q mut Window<AXES>,
     /// Counts changes after which the running move's profile is out of date.
     revision: u32,
 }
@@ -100,11 +100,12 @@ where
     pub fn new<const MOVES: usize, const PIXELS: usize>(
         config: Config<AXES>,
         kinematics: K,
-        queue: &'q mut Queue<MOTORS, MOVES>,
+        queue: &'q mut Queue<AXES, MOTORS, MOVES>,
         pixels: &'q mut PixelQueue<PIXELS>,
     ) -> Result<Self, ConfigError> {
         const { assert!(AXES <= MOTORS, "an axis has a motor of its own") };
         config.validate()?;
+        queue.window.forget();
         let mut planner = Self {
             limits: Limits::new(&config),
             scales: Scales::new(&config, &kinematics),
@@ -119,7 +120,7 @@ where
             last: None,
             row: None,
             short: None,
-            window: Window::new(),
+            window: &mut queue.window,
             revision: 0,
         };
         planner.fit_room();
