@@ -93,6 +93,8 @@ pub enum Ahead {
     NoLine,
     /// A corner.
     Corner,
+    /// The curvature of the path: an arc, or a curve of short moves.
+    Curve,
     /// A move that is slower.
     SlowerMove,
 }
@@ -304,6 +306,7 @@ where
                 leadscrew_planner::Ahead::QueueEnd { full: true } => Ahead::LookAhead,
                 leadscrew_planner::Ahead::QueueEnd { full: false } => Ahead::NoLine,
                 leadscrew_planner::Ahead::Corner => Ahead::Corner,
+                leadscrew_planner::Ahead::Curve => Ahead::Curve,
                 leadscrew_planner::Ahead::SlowerMove => Ahead::SlowerMove,
             },
         }

@@ -333,12 +333,13 @@ where
         }
     }
 
+    /// A move that has just ended leaves room that no line can have filled yet.
     fn ahead(&self) -> Ahead {
         match self.program.planner.ahead() {
             Ahead::QueueEnd { .. } => Ahead::QueueEnd {
-                full: !self.wants_more(),
+                full: self.room() <= 1 || !self.wants_more(),
             },
-            other @ (Ahead::Corner | Ahead::SlowerMove) => other,
+            other @ (Ahead::Corner | Ahead::Curve | Ahead::SlowerMove) => other,
         }
     }
 
