@@ -14,7 +14,7 @@
 
 use crate::profile::{Place, Plan, Stretch};
 use crate::ramp::{self, Limits, Ramp};
-use crate::real::{least, most, sqrt};
+use crate::real::{least, most, rough_cube_root, sqrt};
 
 /// Ramps with limited jerk and a cruise between them.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -30,6 +30,9 @@ pub struct SCurve {
     down: Ramp,
     limits: Limits,
 }
+
+/// A rough cube root may be too small by less.
+const ROOT_MARGIN: f32 = 1.1;
 
 /// Halvings of a range of speeds: one less than an `f32` has bits.
 const HALVINGS: u32 = 23;
@@ -188,7 +191,9 @@ impl SCurve {
         let eased = most(least(length - x, steps), 0.0);
         let mut time = 0.0;
         if eased > 0.0 {
-            time = self.easing.time(x, eased);
+            // Near rest a place in a long easing is not known well enough to tell its time; jerk alone covers it in no more.
+            let most_time = ROOT_MARGIN * rough_cube_root(6.0 * eased / self.limits.jerk);
+            time = least(self.easing.time(x, eased), most_time);
         }
         if steps > eased {
             time += self.up.time(most(x - length, 0.0), steps - eased);
