@@ -213,7 +213,7 @@ pub struct Session<'a, K, const N: usize> {
 
 impl<'a, K: Kinematics<N, N> + Clone, const N: usize> Session<'a, K, N> {
     /// Switches a machine on and hears its greeting.
-    pub fn new(memory: &'a mut Memory<N, N>, setup: &Setup<N>, kinematics: K) -> Self {
+    pub fn new(memory: &'a mut Memory<N>, setup: &Setup<N>, kinematics: K) -> Self {
         let mut session = Self {
             sim: Simulation::new(memory, setup, kinematics, Recorder::default()),
             desk: Desk::default(),

@@ -36,9 +36,9 @@ use leadscrew_planner::{ConfigError, Kinematics, TimeLeft};
 use leadscrew_stepper::{Power, Segment, Shared};
 
 /// What a machine borrows: room for its moves, and the main loop's ends of everything that crosses to interrupts.
-pub struct Links<'a, const AXES: usize, const MOTORS: usize, const MOVES: usize> {
+pub struct Links<'a, const MOTORS: usize, const MOVES: usize> {
     /// Where planned moves are kept: no interrupt's business, but too large to be a part of the machine.
-    pub moves: &'a mut MoveQueues<AXES, MOTORS, MOVES>,
+    pub moves: &'a mut MoveQueues<MOTORS, MOVES>,
     /// Where the pixels of rows are kept.
     pub pixels: &'a mut RowPixels,
     /// Segments for the step interrupt, from a [`crate::config::SegmentQueue`].
@@ -93,8 +93,6 @@ pub enum Ahead {
     NoLine,
     /// A corner.
     Corner,
-    /// The curvature of the path: an arc, or a curve of short moves.
-    Curve,
     /// A move that is slower.
     SlowerMove,
 }
@@ -182,7 +180,7 @@ where
     pub fn new(
         config: MachineConfig<AXES>,
         kinematics: K,
-        links: Links<'a, AXES, MOTORS, MOVES>,
+        links: Links<'a, MOTORS, MOVES>,
     ) -> Result<Self, ConfigError> {
         let settings = Settings::new(config.defaults);
         let planner = planner_config(&settings, &config, MOTORS);
@@ -306,7 +304,6 @@ where
                 leadscrew_planner::Ahead::QueueEnd { full: true } => Ahead::LookAhead,
                 leadscrew_planner::Ahead::QueueEnd { full: false } => Ahead::NoLine,
                 leadscrew_planner::Ahead::Corner => Ahead::Corner,
-                leadscrew_planner::Ahead::Curve => Ahead::Curve,
                 leadscrew_planner::Ahead::SlowerMove => Ahead::SlowerMove,
             },
         }
@@ -320,7 +317,7 @@ where
     /// How long it takes to finish what is queued, s. For those at a desk: takes time in proportion to the queue.
     pub fn time_to_finish(&self) -> f32 {
         let mut left = self.motion.time_left();
-        while self.motion.add_time(&mut left) {}
+        while self.motion.add_time(&mut left, MOVES) {}
         left.seconds()
     }
 

@@ -21,7 +21,7 @@ use leadscrew_stepper::Power;
 const TIME_LEFT: u8 = StatusReport::<0>::TIME_LEFT;
 
 /// Moves whose times are added up in one poll: some 0.1 ms of the F407.
-const TIMED_A_POLL: usize = 16;
+const TIMED_A_POLL: usize = 64;
 
 /// Where the probe touched last.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -75,7 +75,7 @@ where
     /// Goes on adding up the time to finish; whether it is not done yet.
     fn adds_time(&mut self) -> bool {
         let mut left = self.time_left.unwrap_or_else(|| self.motion.time_left());
-        let more = self.motion.add_time(&mut left);
+        let more = self.motion.add_time(&mut left, TIMED_A_POLL);
         self.time_left = Some(left);
         self.work.timed = self.work.timed.wrapping_add(TIMED_A_POLL as u32);
         more

@@ -88,7 +88,7 @@ where
     pub(crate) fn new<const MOVES: usize>(
         config: Config<AXES>,
         kinematics: K,
-        (queues, pixels): (&'a mut MoveQueues<AXES, MOTORS, MOVES>, &'a mut RowPixels),
+        (queues, pixels): (&'a mut MoveQueues<MOTORS, MOVES>, &'a mut RowPixels),
         segments: Producer<'a, Segment<MOTORS>>,
         shared: &'a Shared<MOTORS>,
     ) -> Result<Self, ConfigError> {
@@ -315,9 +315,9 @@ where
         self.program.planner.time_left(&self.program.segmenter)
     }
 
-    /// Adds up some more moves; whether more are left.
-    pub(crate) fn add_time(&self, left: &mut TimeLeft) -> bool {
-        self.program.planner.add_time(left)
+    /// Adds up to `most` moves; whether there were as many.
+    pub(crate) fn add_time(&self, left: &mut TimeLeft, most: usize) -> bool {
+        self.program.planner.add_time(left, most)
     }
 
     /// What the program's newest move was planned with.
@@ -333,13 +333,12 @@ where
         }
     }
 
-    /// A move that has just ended leaves room that no line can have filled yet.
     fn ahead(&self) -> Ahead {
         match self.program.planner.ahead() {
             Ahead::QueueEnd { .. } => Ahead::QueueEnd {
-                full: self.room() <= 1 || !self.wants_more(),
+                full: !self.wants_more(),
             },
-            other @ (Ahead::Corner | Ahead::Curve | Ahead::SlowerMove) => other,
+            other @ (Ahead::Corner | Ahead::SlowerMove) => other,
         }
     }
 

@@ -162,7 +162,7 @@ fn run(seed: u32, sum: &mut Checksum) {
         random.bits();
     });
     let config = config(random);
-    let (mut queue, mut pixels) = (Queue::<3, 3, 32>::new(), PixelQueue::<64>::new());
+    let (mut queue, mut pixels) = (Queue::<3, 32>::new(), PixelQueue::<64>::new());
     let mut planner = Planner::new(config, Cartesian, &mut queue, &mut pixels).unwrap();
     let (mut segmenter, mut lead) = (Segmenter::new(), PowerLead::new());
     lead.set(random.below(4) * 300, config.timer_hz);

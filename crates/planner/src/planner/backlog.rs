@@ -47,7 +47,7 @@ where
 
     /// The line number of the first move that waits.
     pub fn next_line_number(&self) -> Option<u32> {
-        self.queue.next_queued()?.line_number()
+        self.queue.next()?.line_number()
     }
 
     /// Notes a change of the newest move: a further one, or where `moves` of them are as before, another one for `old`.

@@ -50,15 +50,14 @@ pub enum Limit {
     Cycle,
 }
 
-impl Slow {
-    /// What motion slows down for, `curve` where the path's curvature bounds it. A slower move is named later, once it has come.
-    pub(super) fn new(ahead: Ahead, curve: SpeedLimit) -> Self {
+impl From<Ahead> for Slow {
+    /// A slower move is named later, once it has come.
+    fn from(ahead: Ahead) -> Self {
         match ahead {
             Ahead::Stop => Self::Stop,
             Ahead::LookAhead => Self::LookAhead,
             Ahead::NoLine => Self::NoLine,
             Ahead::Corner => Self::Corner,
-            Ahead::Curve => Self::Move(curve),
             Ahead::SlowerMove => Self::Move(SpeedLimit::Feed),
         }
     }
@@ -176,8 +175,6 @@ pub(super) struct Limits {
     pub(super) nominal: f64,
     /// What that speed comes from.
     pub(super) speed_limit: SpeedLimit,
-    /// Whether it is a chord of an arc.
-    pub(super) is_arc: bool,
     /// The axis whose acceleration binds on ramps.
     pub(super) axis: usize,
 }
@@ -219,7 +216,6 @@ impl Machine {
             length,
             nominal: feed.map_or(rate, |feed| rate.min(feed)),
             speed_limit,
-            is_arc: arc.is_some(),
             axis,
         }
     }
