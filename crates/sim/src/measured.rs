@@ -16,10 +16,10 @@ pub const LOAD: u32 = 275;
 pub const LOAD_MOST: u32 = 439;
 
 /// To come to rest where no segment is left.
-pub const RUN_OUT: u32 = 183;
+pub const RUN_OUT: u32 = 216;
 
 /// From the begin of that to the power's being off.
-pub const RUN_OUT_DARK: u32 = 127;
+pub const RUN_OUT_DARK: u32 = 125;
 
 /// From the end of a pulse's time to the fall of the step pins: the shortest.
 pub const PULSE_EDGE: u32 = 41;
@@ -28,34 +28,34 @@ pub const PULSE_EDGE: u32 = 41;
 pub const PULSE_END: u32 = 73;
 
 /// The interrupts of a switch's edge and of the end of its filter's time.
-pub const SWITCHES: u32 = 602;
+pub const SWITCHES: u32 = 715;
 
 /// To receive a byte of a line of 2 Mbaud that never rests.
 pub const BYTE_IN: u32 = 87;
 
 /// To send a byte of `ok`.
-pub const BYTE_OUT: u32 = 65;
+pub const BYTE_OUT: u32 = 68;
 
 /// A turn of the main loop at rest.
-pub const POLL: u32 = 3824;
+pub const POLL: u32 = 5877;
 
 /// A byte taken from the receive queue, or given to the sender.
-pub const BYTE: u32 = 79;
+pub const BYTE: u32 = 82;
 
 /// A line of seven words, none of them a place, checked and interpreted, and answered.
-pub const LINE: u32 = 1521;
+pub const LINE: u32 = 1016;
 
 /// A move planned, and its words: in the mean of a thousand.
-pub const PLANNED_MOVE: u32 = 2816;
+pub const PLANNED_MOVE: u32 = 2990;
 
 /// A segment made, in the mean of a thousand moves, and what finds no room for one.
-pub const SEGMENT: u32 = 2094;
+pub const SEGMENT: u32 = 1279;
 
 /// A queued move whose time is added up for a report.
-pub const TIMED: u32 = 286;
+pub const TIMED: u32 = 294;
 
 /// A status report.
-pub const REPORT: u32 = 10066;
+pub const REPORT: u32 = 10114;
 
 /// A hundred instructions of the main loop, while a thousand moves are planned.
-pub const HUNDRED_INSTRUCTIONS: u32 = 189;
+pub const HUNDRED_INSTRUCTIONS: u32 = 187;
