@@ -12,9 +12,10 @@ const SETTINGS: &str = "$0=5\n$22=1\n$24=60\n$25=1200\n$26=20\n$27=1\n$100=250\n
 /// Steps from each switch at power-up, and steps of the pull-off.
 const AWAY: [i64; 3] = [700, 1300, 411];
 const PULL_OFF: i64 = 250;
-/// Steps that a carriage may stand beyond its switch. One is the slow search's: 250 steps/s, for the filter's 0.2 ms and a look.
-/// Two more were seen on crossed belts and on two motors on Y, by the timing; their cause is not found.
-const SLACK: i64 = 3;
+/// Steps that a carriage may go on after its switch in the slow search: 250 steps/s, for the filter's 0.2 ms and a look.
+const SLACK: i64 = 1;
+/// Steps more on crossed belts, where X was seen to stand three steps beyond its switch: a fault whose cause is not found.
+const CROSSED_SLACK: i64 = 2;
 /// Cycles between two looks of the carriages: 24 µs.
 const LOOK: u64 = 4_000;
 
@@ -33,6 +34,14 @@ impl Belts {
         match self {
             Belts::Straight => 0,
             Belts::Crossed => 1,
+        }
+    }
+
+    /// Steps that a carriage may stand beyond its switch.
+    fn slack(self) -> i64 {
+        match self {
+            Belts::Straight => SLACK,
+            Belts::Crossed => SLACK + CROSSED_SLACK,
         }
     }
 
@@ -120,7 +129,7 @@ pub(super) fn ensure_homes<const MOTORS: usize>(
     let status = bench.status()?;
     let words = format!("{position:?} steps from the switches, {status}");
     let right = |((position, away), limit): ((&i64, i64), &Option<_>)| match limit {
-        Some(_) => (-PULL_OFF - belts.halves()..=SLACK - PULL_OFF).contains(position),
+        Some(_) => (-PULL_OFF - belts.halves()..=belts.slack() - PULL_OFF).contains(position),
         None => *position == -away,
     };
     let mut all = position.iter().zip(away).zip(build.wiring.limits);
