@@ -1,10 +1,18 @@
-//! What has more than one row goes out row by row, each once the board has taken the one before it: `$$`, `$#`, `$N`, `$I`.
+//! What has more than one row goes out row by row, each once the board has taken the one before it: `$$`, `$+`, `$ES`, `$#`, `$N`, `$I`
+//! and the like.
 //! So a report that is asked for goes out between two rows, and does not wait for the rest of the list.
 
 use crate::board::ChannelId;
 use crate::machine::Machine;
-use crate::protocol::report::{StartupLine, VersionLine};
-use crate::protocol::system_command::STARTUP_LINES;
+use crate::protocol::alarm::Alarm;
+use crate::protocol::report::{
+    AlarmInfo, ErrorInfo, GroupInfo, SettingInfo, StartupLine, VersionLine,
+};
+use crate::protocol::status::Status;
+use crate::protocol::system_command::{Enumeration, STARTUP_LINES};
+use crate::settings::group::Group;
+use crate::settings::table::Setting;
+use crate::settings::values::{Key, Settings};
 use leadscrew_planner::Kinematics;
 
 /// A list under way on one channel, with the row that is next.
@@ -13,6 +21,10 @@ use leadscrew_planner::Kinematics;
 pub(crate) enum Listing {
     /// `$$`.
     Settings(usize),
+    /// `$+`.
+    AllSettings(usize),
+    /// `$ES`, `$EG`, `$EE`, `$EA`.
+    Enumeration(Enumeration, usize),
     /// `$#`.
     Parameters(usize),
     /// `$N`.
@@ -60,6 +72,17 @@ where
                     return Some(Listing::Settings(row + 1));
                 }
             }
+            Listing::AllSettings(row) => {
+                if let Some(line) = self.settings.any(row) {
+                    self.console.line(id, line);
+                    return Some(Listing::AllSettings(row + 1));
+                }
+            }
+            Listing::Enumeration(what, row) => {
+                if self.write_item(id, what, row).is_some() {
+                    return Some(Listing::Enumeration(what, row + 1));
+                }
+            }
             Listing::Parameters(row) => {
                 let parameters = self.parameters();
                 if let Some(line) = parameters.line(row) {
@@ -90,5 +113,29 @@ where
         }
         self.console.answer(id, Ok(()));
         None
+    }
+
+    /// Writes a row of an enumeration, if there is such a row.
+    fn write_item(&mut self, id: ChannelId, what: Enumeration, row: usize) -> Option<()> {
+        match what {
+            Enumeration::Settings => {
+                let key = Settings::<AXES>::keys().nth(row)?;
+                let info = self.setting_info(key);
+                self.console.line(id, info);
+            }
+            Enumeration::Groups => self.console.line(id, GroupInfo(*Group::ALL.get(row)?)),
+            Enumeration::Errors => self.console.line(id, ErrorInfo(*Status::ALL.get(row)?)),
+            Enumeration::Alarms => self.console.line(id, AlarmInfo(*Alarm::ALL.get(row)?)),
+        }
+        Some(())
+    }
+
+    fn setting_info(&self, key: Key) -> SettingInfo {
+        let pulse = key == Key::Machine(Setting::StepPulse);
+        let least = match pulse {
+            true => self.config.step_timing.shortest_pulse_us,
+            false => 0,
+        };
+        SettingInfo { key, least }
     }
 }

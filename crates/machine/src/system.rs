@@ -6,7 +6,7 @@ use crate::interpreter::{Command, Context, Fault, OffsetId};
 use crate::listing::Listing;
 use crate::machine::Machine;
 use crate::protocol::message::Message;
-use crate::protocol::report::HELP;
+use crate::protocol::report::{Description, HELP};
 use crate::protocol::status::Status;
 use crate::protocol::system_command::{Activity, Circumstances, Homing, Restore, SystemCommand};
 use crate::reset::Discard;
@@ -87,6 +87,19 @@ where
         match command {
             SystemCommand::Help => self.console.line(id, HELP),
             SystemCommand::ShowSettings => return Ok(self.begin_list(id, Listing::Settings(0))),
+            SystemCommand::ShowAllSettings => {
+                return Ok(self.begin_list(id, Listing::AllSettings(0)))
+            }
+            SystemCommand::Enumerate(what) => {
+                return Ok(self.begin_list(id, Listing::Enumeration(what, 0)))
+            }
+            SystemCommand::ShowSetting(number) => {
+                let line = self.settings.line(key::<AXES>(number)?);
+                self.console.line(id, line);
+            }
+            SystemCommand::Describe(number) => {
+                self.console.line(id, Description(key::<AXES>(number)?));
+            }
             SystemCommand::ShowParameters => return Ok(self.begin_list(id, Listing::Parameters(0))),
             SystemCommand::ShowModes => self.console.line(id, self.modes()),
             SystemCommand::ShowBuild => return Ok(self.begin_list(id, Listing::Version)),
@@ -322,4 +335,12 @@ where
     pub(crate) fn is_door_open<B: Board>(&self, board: &B) -> bool {
         self.inputs.active(&board.switches()).door
     }
+}
+
+/// The setting of a number.
+fn key<const AXES: usize>(number: u16) -> Result<Key, Fault> {
+    Key::from_number(number, AXES).ok_or(Fault {
+        status: Status::InvalidStatement,
+        column: 1,
+    })
 }

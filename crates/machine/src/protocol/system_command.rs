@@ -6,6 +6,7 @@
 
 use super::status::Status;
 use crate::interpreter::Fault;
+use crate::settings::table::OWN;
 use leadscrew_gcode::{leading_number, Number};
 
 /// How many startup lines can be stored: `$N0` and `$N1`.
@@ -21,6 +22,14 @@ pub enum SystemCommand<'a> {
     Help,
     /// `$$`: list the settings.
     ShowSettings,
+    /// `$+`: list the settings that `$$` leaves out, too.
+    ShowAllSettings,
+    /// `$n`: show a setting that `$$` leaves out. Grbl knows no `$n`, and its own settings answer as in Grbl.
+    ShowSetting(u16),
+    /// `$ES` and the like: list what there is, as grblHAL does.
+    Enumerate(Enumeration),
+    /// `$SED=n`: describe a setting.
+    Describe(u16),
     /// `$#`: show offsets and the probed position.
     ShowParameters,
     /// `$G`: show the modal state.
@@ -57,6 +66,20 @@ pub enum SystemCommand<'a> {
         /// Its new value.
         value: Number,
     },
+}
+
+/// What is listed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Enumeration {
+    /// `$ES`.
+    Settings,
+    /// `$EG`: groups of settings.
+    Groups,
+    /// `$EE`.
+    Errors,
+    /// `$EA`.
+    Alarms,
 }
 
 /// Which axes to home.
@@ -125,6 +148,10 @@ impl<'a> SystemCommand<'a> {
             Self::Set { .. }
             | Self::Help
             | Self::ShowSettings
+            | Self::ShowAllSettings
+            | Self::ShowSetting(_)
+            | Self::Enumerate(_)
+            | Self::Describe(_)
             | Self::ShowParameters
             | Self::ShowModes
             | Self::ShowBuild
@@ -173,6 +200,9 @@ impl<'a> SystemCommand<'a> {
                 startup(rest)
             }
             [_, rest @ ..] => {
+                if let Some(question) = question(rest) {
+                    return require(now.activity != Activity::Busy).map(|()| question);
+                }
                 require(matches!(now.activity, Activity::Idle | Activity::Alarm))?;
                 Self::at_rest(rest, now)
             }
@@ -207,6 +237,10 @@ impl<'a> SystemCommand<'a> {
             }
             Self::Help
             | Self::ShowSettings
+            | Self::ShowAllSettings
+            | Self::ShowSetting(_)
+            | Self::Enumerate(_)
+            | Self::Describe(_)
             | Self::ShowParameters
             | Self::ShowModes
             | Self::ShowBuild
@@ -220,6 +254,26 @@ impl<'a> SystemCommand<'a> {
         };
         fault.after(begins)
     }
+}
+
+/// Reads what asks for settings, errors and alarms beyond `$$`, without its `$`: nothing that Grbl takes for anything else.
+fn question(text: &[u8]) -> Option<SystemCommand<'static>> {
+    Some(match text {
+        b"+" => SystemCommand::ShowAllSettings,
+        b"ES" => SystemCommand::Enumerate(Enumeration::Settings),
+        b"EG" => SystemCommand::Enumerate(Enumeration::Groups),
+        b"EE" => SystemCommand::Enumerate(Enumeration::Errors),
+        b"EA" => SystemCommand::Enumerate(Enumeration::Alarms),
+        [b'S', b'E', b'D', b'=', number @ ..] => SystemCommand::Describe(whole(number)?),
+        number => SystemCommand::ShowSetting(whole(number).filter(|number| *number >= OWN)?),
+    })
+}
+
+/// Reads digits and nothing else.
+fn whole(text: &[u8]) -> Option<u16> {
+    let digits = text.iter().all(u8::is_ascii_digit);
+    let text = core::str::from_utf8(text).ok().filter(|_| digits)?;
+    text.parse().ok()
 }
 
 /// Answers `command` if nothing follows it.
@@ -332,6 +386,15 @@ mod tests {
         let cases = [
             ("$", Help),
             ("$$", ShowSettings),
+            ("$+", ShowAllSettings),
+            ("$703", ShowSetting(703)),
+            ("$00703", ShowSetting(703)),
+            ("$ES", Enumerate(Enumeration::Settings)),
+            ("$EG", Enumerate(Enumeration::Groups)),
+            ("$EE", Enumerate(Enumeration::Errors)),
+            ("$EA", Enumerate(Enumeration::Alarms)),
+            ("$SED=0", Describe(0)),
+            ("$SED=703", Describe(703)),
             ("$#", ShowParameters),
             ("$G", ShowModes),
             ("$I", ShowBuild),
@@ -403,8 +466,8 @@ mod tests {
     #[test]
     fn malformed_commands_get_the_error_that_grbl_gives() {
         let bad_number = [
-            "$A", "$Q=1", "$NX", "$N=G20", "$=", "$=1", "$-", "$.", "$1=", "$1=X", "$11=--5",
-            "$11=+-5", "$11=.", "$11=-",
+            "$A", "$E", "$EX", "$ESX", "$++", "$+A", "$Q=1", "$NX", "$N=G20", "$=", "$=1", "$-",
+            "$.", "$1=", "$1=X", "$11=--5", "$11=+-5", "$11=.", "$11=-",
         ];
         let invalid = [
             "$$$",
@@ -423,6 +486,17 @@ mod tests {
             "$SL",
             "$SLP1",
             "$SLPX",
+            "$SE",
+            "$SED",
+            "$SED=",
+            "$SED=X",
+            "$SED=1.5",
+            "$SED=-1",
+            "$SED=65536",
+            "$255",
+            "$703.5",
+            "$+703",
+            "$65536",
             "$R",
             "$RS",
             "$RST",

@@ -1,6 +1,7 @@
 //! Settings: their table, their values, and where they survive a power loss.
 
 pub mod flash;
+pub mod group;
 pub mod record;
 mod scan;
 pub mod store;

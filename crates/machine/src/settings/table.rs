@@ -3,14 +3,17 @@
 //! Numbers up to 255 are GRBL's. From 700 on are our own, where GRBL answers `error:3`; `$$` does not print them, because
 //! senders count its 34 rows.
 
+use super::group::Group;
 use leadscrew_gcode::Number;
 
 /// What values a setting takes and how it is printed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Kind {
-    /// One bit an axis, motor or option: 0 to 255; a fraction is cut.
-    Mask,
+    /// One bit an axis or motor: 0 to 255; a fraction is cut.
+    AxisMask,
+    /// One bit an option, by these names with commas between, from the lowest bit: 0 to 255; a fraction is cut.
+    Bits(&'static str),
     /// Off at 0, on at any other of 0 to 255; a fraction is cut.
     Switch,
     /// A whole number up to this; a fraction is cut.
@@ -47,6 +50,9 @@ const ROUNDED: Kind = Kind::Decimal {
     places: 0,
     zero: true,
 };
+/// The first number that is not one of GRBL's.
+pub const OWN: u16 = 256;
+
 /// One byte in GRBL.
 const BYTE: Kind = Kind::Whole { max: 255 };
 /// Two bytes.
@@ -63,6 +69,8 @@ pub struct Row {
     pub unit: &'static str,
     /// What it does, in one sentence.
     pub description: &'static str,
+    /// The settings it stands with.
+    pub group: Group,
     /// What values it takes.
     pub kind: Kind,
     /// Its value in a new machine.
@@ -73,7 +81,7 @@ pub struct Row {
 
 macro_rules! rows {
     ($(#[$meta:meta])* $name:ident, $listed:literal {
-        $($variant:ident = $number:literal, $kind:expr, $default:literal, $title:literal, $unit:literal, $description:literal;)*
+        $($variant:ident = $number:literal, $group:ident, $kind:expr, $default:literal, $title:literal, $unit:literal, $description:literal;)*
     }) => {
         $(#[$meta])*
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -94,9 +102,10 @@ macro_rules! rows {
                         name: $title,
                         unit: $unit,
                         description: $description,
+                        group: Group::$group,
                         kind: $kind,
                         default: Number::from_nanos($default * 1_000_000),
-                        listed: $listed || $number < 256,
+                        listed: $listed || $number < OWN,
                     },)*
                 }
             }
@@ -107,69 +116,69 @@ macro_rules! rows {
 rows! {
     /// Settings that the machine has once. Defaults are in thousandths.
     Setting, false {
-        StepPulse = 0, BYTE, 10_000, "Step pulse", "us",
+        StepPulse = 0, Motors, BYTE, 10_000, "Step pulse", "us",
             "Length of a step pulse, 3 or more.";
-        IdleDelay = 1, BYTE, 25_000, "Motor idle delay", "ms",
+        IdleDelay = 1, Motors, BYTE, 25_000, "Motor idle delay", "ms",
             "Motors stay enabled for so long after motion; 255 keeps them enabled.";
-        StepInvert = 2, Kind::Mask, 0, "Step invert", "mask",
+        StepInvert = 2, Motors, Kind::AxisMask, 0, "Step invert", "mask",
             "Inverts the step outputs, one bit a motor.";
-        DirectionInvert = 3, Kind::Mask, 0, "Direction invert", "mask",
+        DirectionInvert = 3, Motors, Kind::AxisMask, 0, "Direction invert", "mask",
             "Reverses motors, one bit a motor.";
-        EnableInvert = 4, Kind::Switch, 0, "Enable invert", "",
+        EnableInvert = 4, Motors, Kind::Switch, 0, "Enable invert", "",
             "Inverts the motor enable output.";
-        LimitInvert = 5, Kind::Switch, 0, "Limit switch invert", "",
+        LimitInvert = 5, Switches, Kind::Switch, 0, "Limit switch invert", "",
             "Takes the limit inputs as active when high.";
-        ProbeInvert = 6, Kind::Switch, 0, "Probe invert", "",
+        ProbeInvert = 6, Switches, Kind::Switch, 0, "Probe invert", "",
             "Takes the probe input as active when high.";
-        ReportMask = 10, Kind::Mask, 1_000, "Status report fields", "mask",
+        ReportMask = 10, Reports, Kind::Bits("Machine position,Buffers,Line number,Time to finish"), 1_000, "Status report fields", "mask",
             "1 reports machine position instead of work position, 2 adds the free buffers, 4 the line (Ln:), 8 the time to finish (Fin: s).";
-        JunctionDeviation = 11, DECIMAL, 10, "Junction deviation", "mm",
+        JunctionDeviation = 11, Motion, DECIMAL, 10, "Junction deviation", "mm",
             "How far a circle that touches both moves may cut a corner: higher is faster through corners.";
-        ArcTolerance = 12, POSITIVE, 2, "Arc tolerance", "mm",
+        ArcTolerance = 12, Motion, POSITIVE, 2, "Arc tolerance", "mm",
             "How far the chords of an arc may stray from it.";
-        Inches = 13, Kind::Switch, 0, "Report inches", "",
+        Inches = 13, Reports, Kind::Switch, 0, "Report inches", "",
             "Reports positions and feeds in inches.";
-        SoftLimits = 20, Kind::Switch, 0, "Soft limits", "",
+        SoftLimits = 20, Switches, Kind::Switch, 0, "Soft limits", "",
             "Refuses motion beyond the travel; needs homing.";
-        HardLimits = 21, Kind::Switch, 0, "Hard limits", "",
+        HardLimits = 21, Switches, Kind::Switch, 0, "Hard limits", "",
             "Stops at once when a limit switch is hit.";
-        Homing = 22, Kind::Switch, 0, "Homing", "",
+        Homing = 22, Homing, Kind::Switch, 0, "Homing", "",
             "Locks the machine at power-up until it is homed.";
-        HomingDirection = 23, Kind::Mask, 0, "Homing direction invert", "mask",
+        HomingDirection = 23, Homing, Kind::AxisMask, 0, "Homing direction invert", "mask",
             "Homes these axes towards their negative end, one bit an axis.";
-        HomingFeed = 24, DECIMAL, 25_000, "Homing locate feed", "mm/min",
+        HomingFeed = 24, Homing, DECIMAL, 25_000, "Homing locate feed", "mm/min",
             "Slow speed that locates the switch.";
-        HomingSeek = 25, DECIMAL, 500_000, "Homing search seek", "mm/min",
+        HomingSeek = 25, Homing, DECIMAL, 500_000, "Homing search seek", "mm/min",
             "Fast speed that searches for the switch.";
-        HomingDebounce = 26, WORD, 250_000, "Homing switch debounce", "ms",
+        HomingDebounce = 26, Homing, WORD, 250_000, "Homing switch debounce", "ms",
             "Pause between the phases of homing.";
-        HomingPullOff = 27, DECIMAL, 1_000, "Homing pull-off", "mm",
+        HomingPullOff = 27, Homing, DECIMAL, 1_000, "Homing pull-off", "mm",
             "Way off the switch after homing.";
-        MaxSpeed = 30, ROUNDED, 1_000_000, "Maximum spindle speed", "1/min",
+        MaxSpeed = 30, Tool, ROUNDED, 1_000_000, "Maximum spindle speed", "1/min",
             "The speed or laser power S that gives full output.";
-        MinSpeed = 31, ROUNDED, 0, "Minimum spindle speed", "1/min",
+        MinSpeed = 31, Tool, ROUNDED, 0, "Minimum spindle speed", "1/min",
             "The speed or laser power S that gives the least output.";
-        Laser = 32, Kind::Switch, 0, "Laser mode", "",
+        Laser = 32, Tool, Kind::Switch, 0, "Laser mode", "",
             "Changes power in motion, without stops, and switches it off in rapids.";
-        FaultTexts = 700, Kind::Switch, 0, "Faults in words", "",
+        FaultTexts = 700, Reports, Kind::Switch, 0, "Faults in words", "",
             "Sends a message with the reason before each refused line and after each fault.";
-        StartSilence = 701, WORD, 0, "Start silence", "ms",
+        StartSilence = 701, Streaming, WORD, 0, "Start silence", "ms",
             "Motion starts when no line has come for so long or enough moves wait; 0 starts as Grbl, when no line waits, with 15 moves or after 5 ms.";
-        SecondMotorOffset = 702, Kind::Signed { most: 25 }, 0, "Second motor offset", "mm",
+        SecondMotorOffset = 702, Homing, Kind::Signed { most: 25 }, 0, "Second motor offset", "mm",
             "How far the second motor of an axis goes on after its switch when homing squares the axis; back if negative.";
-        LaserLead = 703, Kind::Whole { max: leadscrew_planner::LONGEST_LEAD }, 0, "Laser lead", "us",
+        LaserLead = 703, Tool, Kind::Whole { max: leadscrew_planner::LONGEST_LEAD }, 0, "Laser lead", "us",
             "Changes a laser's power so long before the motion that it belongs to: the delay with which the laser switches.";
-        GrblCorners = 704, Kind::Switch, 0, "Grbl's corner rule", "",
+        GrblCorners = 704, Motion, Kind::Switch, 0, "Grbl's corner rule", "",
             "Bounds speed by junction deviation alone, as Grbl does: quicker round arcs and curves, at more than their acceleration.";
-        Jerk = 705, ROUNDED, 0, "Jerk", "mm/s3",
+        Jerk = 705, Motion, ROUNDED, 0, "Jerk", "mm/s3",
             "How fast the acceleration along the path may change; 0 for no limit.";
-        SwitchFilter = 706, Kind::Whole { max: 10_000 }, 200_000, "Switch filter", "us",
+        SwitchFilter = 706, Switches, Kind::Whole { max: 10_000 }, 200_000, "Switch filter", "us",
             "How long a switch keeps a new level before it counts: longer than the spikes of a spindle's cable.";
-        LaserPatience = 707, DECIMAL, 2_000, "Laser dead-man", "s",
+        LaserPatience = 707, Tool, DECIMAL, 2_000, "Laser dead-man", "s",
             "A laser that is lit at rest goes dark when its sender has been silent for so long; 0 for never.";
-        DirectionSetup = 709, Kind::Whole { max: 100 }, 1_000, "Direction set-up", "us",
+        DirectionSetup = 709, Motors, Kind::Whole { max: 100 }, 1_000, "Direction set-up", "us",
             "How long before a step its direction is there at least, as the driver asks for.";
-        StallReserve = 710, DECIMAL, 1_000, "Stall reserve", "s",
+        StallReserve = 710, Streaming, DECIMAL, 1_000, "Stall reserve", "s",
             "A sender may stall for so long in motion: lines wait for their answers while more than this, braking and 15 moves are queued; 0 queues as many as fit.";
     }
 }
@@ -177,13 +186,13 @@ rows! {
 rows! {
     /// Settings of each axis: the number of the first axis, and those after it. Defaults are in thousandths.
     AxisSetting, true {
-        StepsPerMm = 100, POSITIVE, 250_000, "Steps per millimetre", "step/mm",
+        StepsPerMm = 100, Axes, POSITIVE, 250_000, "Steps per millimetre", "step/mm",
             "Motor steps for a millimetre, or a degree.";
-        MaxRate = 110, POSITIVE, 500_000, "Maximum rate", "mm/min",
+        MaxRate = 110, Axes, POSITIVE, 500_000, "Maximum rate", "mm/min",
             "Fastest motion of the axis, and its speed in rapids.";
-        Acceleration = 120, POSITIVE, 10_000, "Acceleration", "mm/s2",
+        Acceleration = 120, Axes, POSITIVE, 10_000, "Acceleration", "mm/s2",
             "How quickly the axis changes speed.";
-        Travel = 130, DECIMAL, 200_000, "Travel", "mm",
+        Travel = 130, Axes, DECIMAL, 200_000, "Travel", "mm",
             "How far the axis goes from its home, for soft limits and homing.";
     }
 }

@@ -189,12 +189,9 @@ impl<const AXES: usize> Settings<AXES> {
             .map(|key| self.line(key))
     }
 
-    /// Answers the rows that `$$` leaves out, in the same way.
-    pub fn unlisted(&self, index: usize) -> Option<SettingLine> {
-        Self::keys()
-            .filter(|key| !key.row().listed)
-            .nth(index)
-            .map(|key| self.line(key))
+    /// Answers all rows, from 0, those of the machine before those of the axes; `None` beyond the last.
+    pub fn any(&self, index: usize) -> Option<SettingLine> {
+        Self::keys().nth(index).map(|key| self.line(key))
     }
 
     /// Answers all settings that there are.
@@ -250,13 +247,16 @@ impl<const AXES: usize> Settings<AXES> {
         }
     }
 
-    fn line(&self, key: Key) -> SettingLine {
+    /// Answers a setting as `$$` prints it.
+    pub fn line(&self, key: Key) -> SettingLine {
         let value = self.get(key);
         let value = match key.row().kind {
             Kind::Decimal { places: 3, .. } | Kind::Signed { .. } => Decimal::millimetres(value),
-            Kind::Decimal { .. } | Kind::Mask | Kind::Switch | Kind::Whole { .. } => {
-                Decimal::whole(value)
-            }
+            Kind::Decimal { .. }
+            | Kind::AxisMask
+            | Kind::Bits(_)
+            | Kind::Switch
+            | Kind::Whole { .. } => Decimal::whole(value),
         };
         SettingLine {
             number: key.number(),
@@ -275,7 +275,7 @@ fn fitted(kind: Kind, value: Number) -> Result<Number, Status> {
         Ok(_) | Err(_) => Err(Status::OutOfRange),
     };
     match kind {
-        Kind::Mask => whole(255),
+        Kind::AxisMask | Kind::Bits(_) => whole(255),
         Kind::Switch => whole(255).map(|value| Number::from_int(i32::from(value != ZERO))),
         Kind::Whole { max } => whole(max),
         Kind::Decimal { zero: false, .. } if value == ZERO => Err(Status::OutOfRange),
@@ -330,6 +330,10 @@ mod tests {
             .map_while(|index| settings.listed(index))
             .map(|line| line.to_string())
             .collect()
+    }
+
+    fn ours(settings: &Settings<3>, setting: Setting) -> String {
+        settings.line(Key::Machine(setting)).to_string()
     }
 
     /// What `$$` shows of `n` after the lines.
@@ -462,17 +466,26 @@ mod tests {
         set(&mut settings, "700=1").unwrap();
         assert!(settings.is_on(Setting::FaultTexts));
         assert_eq!(rows(&settings).len(), 34);
-        assert_eq!(settings.unlisted(0).unwrap().to_string(), "$700=1");
-        let ours = Setting::ALL.iter().filter(|of| !of.row().listed).count();
-        assert!(settings.unlisted(ours - 1).is_some());
-        assert_eq!(settings.unlisted(ours), None);
+        assert_eq!(ours(&settings, Setting::FaultTexts), "$700=1");
+    }
+
+    #[test]
+    fn all_rows_are_the_listed_ones_and_ours() {
+        let settings = Settings::<3>::default();
+        let all: Vec<String, 100> = (0..)
+            .map_while(|index| settings.any(index))
+            .map(|line| line.to_string())
+            .collect();
+        let own = Setting::ALL.iter().filter(|of| !of.row().listed).count();
+        assert_eq!(all.len(), 34 + own);
+        assert!(rows(&settings).iter().all(|row| all.contains(row)));
     }
 
     #[test]
     fn the_second_motor_s_offset_alone_may_be_negative() {
         let mut settings = Settings::<3>::default();
         set(&mut settings, "702=-0.25").unwrap();
-        assert_eq!(settings.unlisted(2).unwrap().to_string(), "$702=-0.250");
+        assert_eq!(ours(&settings, Setting::SecondMotorOffset), "$702=-0.250");
         let stored = Entry {
             number: 702,
             value: number("-25"),
@@ -489,7 +502,7 @@ mod tests {
         let mut settings = Settings::<3>::default();
         assert_eq!(settings.whole(Setting::LaserLead), 0);
         set(&mut settings, "703=137").unwrap();
-        assert_eq!(settings.unlisted(3).unwrap().to_string(), "$703=137");
+        assert_eq!(ours(&settings, Setting::LaserLead), "$703=137");
         assert_eq!(set(&mut settings, "703=1001"), Err(Status::OutOfRange));
         assert_eq!(settings.whole(Setting::LaserLead), 137);
     }

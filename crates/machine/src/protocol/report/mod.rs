@@ -5,11 +5,13 @@
 //! nobody has to hold a whole list. No line is longer than [`MAX_LINE`].
 
 mod build;
+mod enumeration;
 mod modes;
 mod parameters;
 mod status;
 
 pub use build::{OptionsLine, StartupLine, VersionLine};
+pub use enumeration::{AlarmInfo, Description, ErrorInfo, GroupInfo, SettingInfo};
 pub use modes::ModesReport;
 pub use parameters::{ParameterLine, Parameters, ProbeReport};
 pub use status::{Accessories, OverridePercents, Pins, Room, StatusReport, Turning};

@@ -1,0 +1,140 @@
+//! `$ES`, `$EG`, `$EE`, `$EA` and `$SED=`: what there is, in the form that senders of grblHAL read (its wiki, "Report
+//! extensions"). Fields stand between `|`, in brackets.
+
+use super::AXIS_LETTERS;
+use crate::protocol::alarm::Alarm;
+use crate::protocol::status::Status;
+use crate::settings::group::Group;
+use crate::settings::table::Kind;
+use crate::settings::values::Key;
+use core::fmt;
+
+/// `[SETTING:`: number, group, name, unit, data type, format, least, most, whether it needs a restart, whether it may be empty.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SettingInfo {
+    /// Which.
+    pub key: Key,
+    /// The least value of a whole number: more than 0 for a step pulse.
+    pub least: u8,
+}
+
+/// `[SETTINGGROUP:`: number, number of the group that it belongs to, title.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct GroupInfo(pub Group);
+
+/// `[SETTINGDESCR:`: number and description.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Description(pub Key);
+
+/// `[ERRORCODE:`: number, an empty field, words.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ErrorInfo(pub Status);
+
+/// `[ALARMCODE:`: number, an empty field, words.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct AlarmInfo(pub Alarm);
+
+impl fmt::Display for SettingInfo {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (row, number) = (self.key.row(), self.key.number());
+        write!(f, "[SETTING:{number}|{}|", row.group.id())?;
+        if let Key::Axis(_, axis) = self.key {
+            let letter = AXIS_LETTERS.get(axis).unwrap_or(&'?');
+            write!(f, "{letter}-axis ")?;
+        }
+        write!(f, "{}|{}|", row.name, row.unit)?;
+        self.range(f, row.kind)?;
+        f.write_str("|0|0]")
+    }
+}
+
+impl SettingInfo {
+    /// Data type (0 switch, 1 bits, 4 axes, 5 whole, 6 decimal), format, least and most.
+    fn range(&self, f: &mut fmt::Formatter<'_>, kind: Kind) -> fmt::Result {
+        match kind {
+            Kind::Switch => f.write_str("0|||"),
+            Kind::Bits(names) => write!(f, "1|{names}||"),
+            Kind::AxisMask => f.write_str("4|axes||"),
+            Kind::Whole { max } => write!(f, "5|####0|{}|{max}", self.least),
+            Kind::Decimal { places: 0, .. } => f.write_str("6|#######0|0|"),
+            Kind::Decimal { zero: false, .. } => f.write_str("6|#######0.000|0.001|"),
+            Kind::Decimal { .. } => f.write_str("6|#######0.000|0|"),
+            Kind::Signed { most } => write!(f, "6|-##0.000|-{most}|{most}"),
+        }
+    }
+}
+
+impl fmt::Display for GroupInfo {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "[SETTINGGROUP:{}|0|{}]", self.0.id(), self.0.name())
+    }
+}
+
+impl fmt::Display for Description {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (number, row) = (self.0.number(), self.0.row());
+        write!(f, "[SETTINGDESCR:{number}|{}]", row.description)
+    }
+}
+
+impl fmt::Display for ErrorInfo {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "[ERRORCODE:{}||{}]", self.0.number(), self.0)
+    }
+}
+
+impl fmt::Display for AlarmInfo {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "[ALARMCODE:{}||{}]", self.0.number(), self.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::protocol::report::MAX_LINE;
+    use crate::settings::values::Settings;
+    use std::string::{String, ToString};
+    use std::vec::Vec;
+
+    fn info(number: u16) -> String {
+        let key = Key::from_number(number, 3).unwrap();
+        SettingInfo { key, least: 1 }.to_string()
+    }
+
+    #[test]
+    fn a_setting_has_the_fields_of_grblhal() {
+        let cases = [
+            (0, "[SETTING:0|1|Step pulse|us|5|####0|1|255|0|0]"),
+            (3, "[SETTING:3|1|Direction invert|mask|4|axes|||0|0]"),
+            (10, "[SETTING:10|7|Status report fields|mask|1|Machine position,Buffers,Line number,Time to finish|||0|0]"),
+            (22, "[SETTING:22|3|Homing||0||||0|0]"),
+            (30, "[SETTING:30|5|Maximum spindle speed|1/min|6|#######0|0||0|0]"),
+            (101, "[SETTING:101|8|Y-axis Steps per millimetre|step/mm|6|#######0.000|0.001||0|0]"),
+            (702, "[SETTING:702|3|Second motor offset|mm|6|-##0.000|-25|25|0|0]"),
+        ];
+        for (number, line) in cases {
+            assert_eq!(info(number), line);
+        }
+    }
+
+    #[test]
+    fn every_line_has_its_fields_and_room() {
+        let mut lines: Vec<(String, usize)> = Vec::new();
+        for key in Settings::<9>::keys() {
+            lines.push((SettingInfo { key, least: 0 }.to_string(), 10));
+            lines.push((Description(key).to_string(), 2));
+        }
+        lines.extend(Group::ALL.map(|group| (GroupInfo(group).to_string(), 3)));
+        lines.extend(Status::ALL.iter().map(|of| (ErrorInfo(*of).to_string(), 3)));
+        lines.extend(Alarm::ALL.iter().map(|of| (AlarmInfo(*of).to_string(), 3)));
+        for (line, fields) in lines {
+            assert_eq!(line.split('|').count(), fields, "{line}");
+            assert!(
+                line.ends_with(']') && line.matches([']', '[']).count() == 2,
+                "{line}"
+            );
+            assert!(line.len() <= MAX_LINE, "{line}");
+        }
+    }
+}
