@@ -22,6 +22,7 @@ use leadscrew_sim::{
 use leadscrew_stepper::{MotorMask, Power, PowerScale};
 use std::collections::VecDeque;
 use std::fs;
+use std::ops::{Deref, DerefMut};
 use std::path::{Path, PathBuf};
 
 /// Moves planned ahead, as on the board.
@@ -204,18 +205,62 @@ impl Host for Desk {
 }
 
 /// A machine at work, and the desk that it is connected to.
-pub struct Session<'a, K, const N: usize> {
+pub struct Session<'a, K: Kinematics<N, N> + Clone, const N: usize> {
     /// The machine, its board and its plant.
-    pub sim: Simulation<'a, K, Recorder, N, N, MOVES>,
+    pub sim: Traced<'a, K, N>,
     desk: Desk,
     window: usize,
+}
+
+/// A simulation that prints the machine's last states when its test fails.
+pub struct Traced<'a, K: Kinematics<N, N> + Clone, const N: usize>(Option<Sim<'a, K, N>>);
+
+type Sim<'a, K, const N: usize> = Simulation<'a, K, Recorder, N, N, MOVES>;
+
+impl<'a, K: Kinematics<N, N> + Clone, const N: usize> Traced<'a, K, N> {
+    fn new(sim: Sim<'a, K, N>) -> Self {
+        Self(Some(sim))
+    }
+
+    fn take(mut self) -> Sim<'a, K, N> {
+        self.0.take().expect("it is taken once, at the end")
+    }
+}
+
+impl<'a, K: Kinematics<N, N> + Clone, const N: usize> Deref for Traced<'a, K, N> {
+    type Target = Sim<'a, K, N>;
+    fn deref(&self) -> &Self::Target {
+        self.0.as_ref().expect("it is taken at the end only")
+    }
+}
+
+impl<K: Kinematics<N, N> + Clone, const N: usize> DerefMut for Traced<'_, K, N> {
+    fn deref_mut(&mut self) -> &mut Self::Target {
+        self.0.as_mut().expect("it is taken at the end only")
+    }
+}
+
+impl<K: Kinematics<N, N> + Clone, const N: usize> Drop for Traced<'_, K, N> {
+    fn drop(&mut self) {
+        if let (true, Some(sim)) = (std::thread::panicking(), &self.0) {
+            let machine = sim.machine();
+            for state in machine.history().chain([machine.state()]) {
+                eprintln!("state: {state:?}");
+            }
+        }
+    }
 }
 
 impl<'a, K: Kinematics<N, N> + Clone, const N: usize> Session<'a, K, N> {
     /// Switches a machine on and hears its greeting.
     pub fn new(memory: &'a mut Memory<N>, setup: &Setup<N>, kinematics: K) -> Self {
         let mut session = Self {
-            sim: Simulation::new(memory, setup, kinematics, Recorder::default()),
+            sim: Traced::new(Simulation::new(
+                memory,
+                setup,
+                kinematics,
+                Recorder::default(),
+            )),
             desk: Desk::default(),
             window: setup.receive_buffer,
         };
@@ -280,7 +325,7 @@ impl<'a, K: Kinematics<N, N> + Clone, const N: usize> Session<'a, K, N> {
 
     /// Ends the session, whatever came of it: all step events.
     pub fn into_steps(self) -> Vec<StepEvent> {
-        self.sim.finish().1.steps
+        self.sim.take().finish().1.steps
     }
 
     /// Ends the session. Nothing may have been late or violated, and the carriages stand where they are counted.
@@ -293,7 +338,7 @@ impl<'a, K: Kinematics<N, N> + Clone, const N: usize> Session<'a, K, N> {
     /// As [`Session::finish`], though something was late: bytes lost, segments run out.
     pub fn finish_late(self) -> Run<N> {
         let counted = self.sim.counted_position().map(i64::from);
-        let (outcome, recorder) = self.sim.finish();
+        let (outcome, recorder) = self.sim.take().finish();
         assert!(outcome.violations.is_empty(), "{:?}", outcome.violations);
         let run = Run {
             outcome,

@@ -6,9 +6,9 @@ use crate::inputs::InputConfig;
 use crate::interpreter::MAX_WORD;
 use crate::machine::Machine;
 use crate::motion::Pacing;
-use crate::outputs::spindle::SpindleScale;
 use crate::settings::table::{AxisSetting, Setting};
 use crate::settings::values::Settings;
+use crate::tool::spindle::SpindleScale;
 use core::array::from_fn;
 use leadscrew_gcode::Number;
 use leadscrew_planner::{Config, Coordinate, CornerRule, Kinematics, StepsPerMm};
@@ -25,12 +25,12 @@ where
     /// Puts all settings into effect. At rest with nothing planned: at boot and after a change.
     pub(crate) fn apply_settings<B: Board>(&mut self, board: &mut B) {
         let settings = &self.settings;
-        self.reach = reach(settings);
-        self.travel = travel(settings, &self.reach);
-        self.inputs.configure(&self.input_config());
+        self.motion.reach = reach(settings);
+        self.motion.travel = travel(settings, &self.motion.reach);
+        self.switches.inputs.configure(&self.input_config());
         let laser = settings.is_on(Setting::Laser);
-        let another_tool = laser != self.spindle.is_laser();
-        self.spindle.configure(spindle_scale(settings), laser);
+        let another_tool = laser != self.tool.spindle.is_laser();
+        self.tool.spindle.configure(spindle_scale(settings), laser);
         let config = planner_config(settings, &self.config, MOTORS);
         let pacing = pacing(settings, laser);
         let scale = self.motion.config().steps_per_mm;
@@ -41,7 +41,7 @@ where
             self.take_position();
         }
         self.update_power();
-        self.shared.set_direction_wait(self.direction_wait());
+        self.motion.shared.set_direction_wait(self.direction_wait());
         board.configure(&port_config(&self.settings));
         if another_tool {
             // What was told to turn was not told to burn, and what was told to burn in motion not to do so at rest.

@@ -61,12 +61,12 @@ where
             }
             Realtime::Feed(step) => {
                 if self.overrides.step_feed(step) {
-                    self.cadence.overrides_changed();
+                    self.console.cadence.overrides_changed();
                 }
             }
             Realtime::Rapid(rapid) => {
                 if self.overrides.set_rapid(rapid) {
-                    self.cadence.overrides_changed();
+                    self.console.cadence.overrides_changed();
                 }
             }
             Realtime::Spindle(step) => {
@@ -81,8 +81,8 @@ where
 
     /// Handles switch edges since the last poll. Main loop.
     pub(crate) fn take_edges<B: Board>(&mut self, board: &mut B, now: Instant) {
-        let edges = self.inputs.edges();
-        let before = core::mem::replace(&mut self.edges, edges);
+        let edges = self.switches.inputs.edges();
+        let before = core::mem::replace(&mut self.switches.edges, edges);
         self.watch_limits(edges.limit_hits != before.limit_hits, board);
         if edges == before {
             return;
@@ -99,7 +99,7 @@ where
             self.feed_hold(now);
         }
         // Hold and start together, or start while hold is pressed: the hold stays.
-        let hold_pressed = self.inputs.active(&board.switches()).hold;
+        let hold_pressed = self.switches.inputs.active(&board.switches()).hold;
         if edges.starts != before.starts && !held && !hold_pressed {
             self.resume(board, now);
         }
@@ -146,7 +146,10 @@ where
                 }
             }
             State::Door(Door::Parked) => {
-                let in_burst = self.door.is_some_and(|door| now < door.since() + BURST);
+                let in_burst = self
+                    .activity
+                    .door
+                    .is_some_and(|door| now < door.since() + BURST);
                 if !in_burst && !self.is_door_open(board) {
                     self.begin_restoring();
                 }
@@ -162,7 +165,7 @@ where
     }
 
     fn end_hold(&mut self) {
-        if self.spindle.is_suspended() || self.spindle.is_shut(self.state) {
+        if self.tool.spindle.is_suspended() || self.tool.spindle.is_shut(self.state) {
             self.restore_held_spindle();
         }
         self.go_on();
@@ -203,8 +206,8 @@ where
 
     fn override_spindle(&mut self, changed: bool) {
         if changed {
-            self.cadence.overrides_changed();
-            self.spindle.set_override(self.overrides.spindle);
+            self.console.cadence.overrides_changed();
+            self.tool.spindle.set_override(self.overrides.spindle);
             self.update_power();
         }
     }
@@ -212,41 +215,41 @@ where
     /// All overrides back to 100 %.
     pub(crate) fn reset_overrides(&mut self) {
         self.overrides = crate::overrides::Overrides::NONE;
-        self.spindle.set_override(100);
+        self.tool.spindle.set_override(100);
         self.update_power();
-        self.cadence.overrides_changed();
+        self.console.cadence.overrides_changed();
         self.override_motion();
     }
 
     /// 0x9E: in a completed hold, switches the spindle off, or on again. A laser that is held stays dark until it is resumed.
     fn stop_spindle(&mut self) {
         let held = matches!(self.state, State::Hold(Hold::Complete { .. }));
-        if !held || !self.spindle.is_wanted() || self.spindle.is_laser() {
+        if !held || !self.tool.spindle.is_wanted() || self.tool.spindle.is_laser() {
             return;
         }
-        if self.spindle.is_suspended() {
+        if self.tool.spindle.is_suspended() {
             self.restore_held_spindle();
         } else {
-            self.spindle.suspend();
+            self.tool.spindle.suspend();
             self.update_power();
-            self.cadence.overrides_changed();
+            self.console.cadence.overrides_changed();
         }
     }
 
     /// Switches on again what is wanted, out of a hold.
     fn restore_held_spindle(&mut self) {
         self.restore_spindle();
-        if self.spindle.is_wanted() {
+        if self.tool.spindle.is_wanted() {
             self.console.message(Message::RestoringSpindle);
         }
     }
 
     /// Switches on again what is wanted.
     pub(crate) fn restore_spindle(&mut self) {
-        self.spindle.restore();
+        self.tool.spindle.restore();
         self.update_power();
-        if self.spindle.is_wanted() {
-            self.cadence.overrides_changed();
+        if self.tool.spindle.is_wanted() {
+            self.console.cadence.overrides_changed();
         }
     }
 
@@ -263,7 +266,7 @@ where
         if mist && !self.config.options.mist {
             return;
         }
-        let mut wanted = self.coolant.wanted();
+        let mut wanted = self.tool.coolant.wanted();
         if mist {
             wanted.mist = !wanted.mist;
         } else {
@@ -274,13 +277,13 @@ where
 
     /// Sets the valves, for the program or the operator; `$G` follows whoever did so last.
     pub(crate) fn set_coolant<B: Board>(&mut self, wanted: CoolantOutput, board: &mut B) {
-        self.interpreter.set_coolant(Coolant {
+        self.program.interpreter.set_coolant(Coolant {
             mist: wanted.mist,
             flood: wanted.flood,
         });
-        if wanted != self.coolant.wanted() {
-            self.coolant.set(wanted, board);
-            self.cadence.overrides_changed();
+        if wanted != self.tool.coolant.wanted() {
+            self.tool.coolant.set(wanted, board);
+            self.console.cadence.overrides_changed();
         }
     }
 
@@ -298,12 +301,12 @@ where
                 }
             }
             State::Run => {
-                if self.motion.is_idle() && !self.executor.is_probing() {
+                if self.motion.is_idle() && !self.activity.line.is_probing() {
                     self.enter(State::Idle);
                 }
             }
             State::Jog(Jog::Moving) => {
-                if self.motion.is_idle() && !self.executor.is_busy() {
+                if self.motion.is_idle() && !self.activity.line.is_busy() {
                     self.enter(State::Idle);
                 }
             }
@@ -349,8 +352,8 @@ where
         self.motion.forget();
         self.take_position();
         self.stop_cutting();
-        if self.executor.is_jogging() {
-            if let Some(origin) = self.executor.finish() {
+        if self.activity.line.is_jogging() {
+            if let Some(origin) = self.activity.line.finish() {
                 self.answer(origin, Ok(()));
             }
         }

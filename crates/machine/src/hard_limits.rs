@@ -9,7 +9,6 @@
 //! | at rest, or nobody knows | either way, at `$25` at most: both ends of an axis may be on one input |
 
 use crate::board::Board;
-use crate::inputs::ActiveSwitches;
 use crate::interpreter::{Coordinate, Feed, Jog};
 use crate::machine::Machine;
 use crate::protocol::message::Message;
@@ -18,7 +17,6 @@ use crate::settings::table::Setting;
 use core::cmp::Ordering;
 use leadscrew_gcode::Number;
 use leadscrew_planner::Kinematics;
-use leadscrew_stepper::MotorMask;
 
 /// Which way motors step, and at which end of its travel each axis stands.
 #[derive(Clone, Copy, Debug)]
@@ -64,12 +62,12 @@ where
         if !self.settings.is_on(Setting::HardLimits) {
             return;
         }
-        self.ends.follow(&self.shared.position());
-        if hit || self.ends.closed.iter().any(Option::is_some) {
+        self.switches.ends.follow(&self.motion.shared.position());
+        if hit || self.switches.ends.closed.iter().any(Option::is_some) {
             self.look_at_limits(board);
         }
         if self.motion.is_at_rest() {
-            self.ends.heading = [0; MOTORS];
+            self.switches.ends.heading = [0; MOTORS];
         }
     }
 
@@ -79,7 +77,7 @@ where
             return false;
         }
         self.look_at_limits(board);
-        self.ends.closed.iter().any(Option::is_some)
+        self.switches.ends.closed.iter().any(Option::is_some)
     }
 
     /// Lets a jog lead away from a closed switch, slowly where nobody knows which way that is.
@@ -95,8 +93,8 @@ where
             return Ok(());
         }
         let slow = self.settings.value(Setting::HomingSeek);
-        let ways = jog.travel.target.iter().zip(&self.path_end);
-        for ((target, from), closed) in ways.zip(&self.ends.closed) {
+        let ways = jog.travel.target.iter().zip(&self.motion.path_end);
+        for ((target, from), closed) in ways.zip(&self.switches.ends.closed) {
             let way = target.cmp(from);
             match closed {
                 Some(Ordering::Equal) if way != Ordering::Equal && slow > NONE => {
@@ -115,25 +113,16 @@ where
     }
 
     fn look_at_limits<B: Board>(&mut self, board: &B) {
-        let active = self.inputs.active(&board.switches());
-        let axes = self.axes_at_limits(&active);
-        let ways = self.motion.axes(&self.ends.heading);
-        for (axis, (closed, way)) in self.ends.closed.iter_mut().zip(ways).enumerate() {
+        let active = self.switches.inputs.active(&board.switches());
+        let axes = self.switches.axes_at_limits(&active);
+        let ways = self.motion.axes(&self.switches.ends.heading);
+        for (axis, (closed, way)) in self.switches.ends.closed.iter_mut().zip(ways).enumerate() {
             *closed = match *closed {
                 _ if !axes.contains(axis) => None,
                 None => Some(way.cmp(&Coordinate::ZERO)),
                 known => known,
             };
         }
-    }
-
-    /// The axes whose limit switch is active; the switch of a second motor is its axis's.
-    pub(crate) fn axes_at_limits(&self, active: &ActiveSwitches) -> MotorMask {
-        let dual = self.dual;
-        let second = dual.filter(|dual| active.limits.contains(dual.motor));
-        let of_axis = second.map_or(MotorMask::NONE, |dual| MotorMask::only(dual.axis));
-        let motor = dual.map_or(MotorMask::NONE, |dual| MotorMask::only(dual.motor));
-        active.limits.without(motor).with(of_axis)
     }
 }
 

@@ -8,15 +8,15 @@
 #[cfg(test)]
 extern crate std;
 
+mod activity;
 mod apply;
 pub mod board;
 pub mod config;
 mod console;
-mod cycle;
 mod dual;
 mod events;
-mod executor;
 mod hard_limits;
+mod history;
 pub mod inputs;
 pub mod interpreter;
 mod lines;
@@ -24,11 +24,10 @@ mod listing;
 pub mod machine;
 mod memory;
 mod motion;
-pub mod outputs;
 pub mod overrides;
+mod program;
 pub mod protocol;
 mod reset;
-mod saving;
 mod sender;
 pub mod settings;
 mod snapshot;
@@ -36,8 +35,10 @@ pub mod soft_limits;
 pub mod state;
 pub mod step_rate;
 pub mod step_timing;
+mod store;
+mod switches;
 mod system;
-mod tool;
+pub mod tool;
 pub mod work;
 
 /// The examples of the package's README, run as tests.

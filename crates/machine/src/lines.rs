@@ -1,11 +1,11 @@
 //! Lines: taken one at a time, wherever they come from, and handed to the interpreter or to `$` commands.
 
+use crate::activity::line::{LineKind, Origin};
 use crate::board::{Board, ChannelId, Instant};
 use crate::console::LINE;
-use crate::cycle::startup::Turn;
-use crate::executor::{LineKind, Origin};
 use crate::interpreter::{Context, Fault};
 use crate::machine::{LineFault, Machine};
+use crate::program::startup::Turn;
 use crate::protocol::message::Message;
 use crate::protocol::status::Status;
 use crate::protocol::system_command::{SystemCommand, STARTUP_LINES};
@@ -26,14 +26,14 @@ where
         if !self.can_take_line() {
             return;
         }
-        if self.startup.is_running() {
+        if self.program.startup.is_running() {
             return self.advance_startup(board, now);
         }
         if let Some(id) = self.console.take_closed() {
             return self.end_job_of(id, board, now);
         }
         let has_job = self.state != State::Idle || self.is_about_to_move();
-        let owner = self.owner.filter(|_| has_job);
+        let owner = self.program.owner.filter(|_| has_job);
         let Some(id) = self.console.read(owner, &mut self.work) else {
             return;
         };
@@ -44,13 +44,13 @@ where
         };
         let read = channel.line().map(|text| line.extend_from_slice(text));
         let is_system = read.is_ok() && line.first() == Some(&b'$');
-        self.line_waits = is_system && self.awaits_motion(&line);
-        if self.line_waits {
+        self.program.line_waits = is_system && self.awaits_motion(&line);
+        if self.program.line_waits {
             return self.motion.release();
         }
         self.console.take(id);
         self.work.lines = self.work.lines.wrapping_add(1);
-        self.program_lines = self.program_lines.wrapping_add(u32::from(!is_system));
+        self.program.lines = self.program.lines.wrapping_add(u32::from(!is_system));
         match read {
             Err(status) => self.refuse(Origin::Channel(id), status.into()),
             // A line is no longer than there is room for.
@@ -62,9 +62,9 @@ where
     pub(crate) fn can_take_line(&self) -> bool {
         let rests = self.state != State::Run && self.motion.is_idle();
         self.state.takes_lines()
-            && !self.executor.is_busy()
+            && !self.activity.line.is_busy()
             && !self.motion.is_stopping()
-            && (rests || !self.line_waits)
+            && (rests || !self.program.line_waits)
     }
 
     /// Whether a `$` line changes a setting behind moves that have not begun: then it is carried out after them.
@@ -111,12 +111,12 @@ where
             options: &self.config.options,
             laser_mode: self.settings.is_on(Setting::Laser),
             soft_limits: self.settings.is_on(Setting::SoftLimits),
-            reach: &self.reach,
+            reach: &self.motion.reach,
         };
-        let commands = self.executor.commands();
-        match self.interpreter.interpret(line, &context, commands) {
+        let commands = self.activity.line.commands();
+        match self.program.interpreter.interpret(line, &context, commands) {
             Ok(()) => {
-                self.executor.begin(origin, LineKind::Program);
+                self.activity.line.begin(origin, LineKind::Program);
                 self.execute(board, now);
             }
             Err(fault) => self.refuse(origin, fault),
@@ -126,7 +126,7 @@ where
     /// Answers a line with an error, in words, too, where the operator wants them.
     pub(crate) fn refuse(&mut self, origin: Origin, fault: Fault) {
         if let Origin::Channel(channel) = origin {
-            self.last_fault = Some(LineFault {
+            self.console.last_fault = Some(LineFault {
                 channel,
                 status: fault.status,
                 column: fault.column,
@@ -139,11 +139,11 @@ where
     }
 
     fn advance_startup<B: Board>(&mut self, board: &mut B, now: Instant) {
-        match self.startup.advance(STARTUP_LINES) {
+        match self.program.startup.advance(STARTUP_LINES) {
             Turn::Nothing => {}
             Turn::Answer(origin) => self.answer(origin, Ok(())),
             Turn::Run(index) => {
-                let line = Line::from_slice(self.memory.startup(index)).unwrap_or_default();
+                let line = Line::from_slice(self.store.memory.startup(index)).unwrap_or_default();
                 if !line.is_empty() {
                     self.begin_program_line(Origin::Startup(index), &line, board, now);
                 }
@@ -153,7 +153,7 @@ where
 
     /// `>G20:ok`: on all channels, as nobody sent the line.
     pub(crate) fn answer_startup(&mut self, index: u8, result: Result<(), Status>) {
-        let line = core::str::from_utf8(self.memory.startup(index)).unwrap_or_default();
+        let line = core::str::from_utf8(self.store.memory.startup(index)).unwrap_or_default();
         match result {
             Ok(()) => self.console.broadcast(format_args!(">{line}:ok")),
             Err(status) => self

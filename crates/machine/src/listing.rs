@@ -91,12 +91,12 @@ where
                 }
             }
             Listing::Startup(index) if index < STARTUP_LINES => {
-                let line = self.memory.startup(index);
+                let line = self.store.memory.startup(index);
                 self.console.line(id, StartupLine { index, line });
                 return Some(Listing::Startup(index + 1));
             }
             Listing::Version => {
-                let text = self.memory.build();
+                let text = self.store.memory.build();
                 self.console.line(id, VersionLine { text });
                 return Some(Listing::Options);
             }

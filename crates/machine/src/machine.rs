@@ -1,39 +1,33 @@
 //! The machine: owns all parts of the main loop, and lends them to each other in [`Machine::poll`].
 
+use crate::activity::door::DoorCycle;
+use crate::activity::homing::Homing;
+use crate::activity::Activity;
 use crate::apply::{planner_config, spindle_scale};
-use crate::board::{Board, ChannelId, Duration, Instant, SpindleOutput};
+use crate::board::{Board, Duration, Instant};
 use crate::config::{MachineConfig, MoveQueues, RowPixels, CHANNELS};
+pub use crate::console::LineFault;
 use crate::console::{Console, LINE};
-use crate::cycle::door::DoorCycle;
-use crate::cycle::homing::Homing;
-use crate::cycle::startup::Startup;
 use crate::dual::DualAxis;
-use crate::executor::Executor;
-use crate::hard_limits::Ends;
-use crate::inputs::{Edges, Inputs};
-use crate::interpreter::{self, Coordinate, Interpreter};
-use crate::memory::Memory;
+use crate::history::History;
+use crate::inputs::Inputs;
+use crate::interpreter::Coordinate;
 use crate::motion::Motion;
-use crate::outputs::coolant::Coolant;
-use crate::outputs::dead_man::DeadMan;
-use crate::outputs::motors::Motors;
-use crate::outputs::spindle::Spindle;
 use crate::overrides::Overrides;
+use crate::program::Program;
 use crate::protocol::alarm::Alarm;
-use crate::protocol::cadence::Cadence;
 use crate::protocol::serial::Inbox;
-use crate::protocol::status::Status;
-use crate::saving::Unsaved;
-use crate::settings::store::Records;
 use crate::settings::table::Setting;
 use crate::settings::values::Settings;
-use crate::snapshot::Probed;
 use crate::state::{Lock, State};
+use crate::store::Store;
+use crate::switches::SwitchWatch;
+use crate::tool::Tool;
 use crate::work::Work;
 use heapless::spsc::Producer;
 use heapless::Vec;
-use leadscrew_planner::{ConfigError, Kinematics, TimeLeft};
-use leadscrew_stepper::{Power, Segment, Shared};
+use leadscrew_planner::{ConfigError, Kinematics};
+use leadscrew_stepper::{Segment, Shared};
 
 /// What a machine borrows: room for its moves, and the main loop's ends of everything that crosses to interrupts.
 pub struct Links<'a, const MOTORS: usize, const MOVES: usize> {
@@ -59,18 +53,6 @@ pub struct Next {
     pub busy: bool,
     /// At this instant at the latest; `None`: at the next byte, switch edge or step interrupt that takes a segment.
     pub when: Option<Instant>,
-}
-
-/// Why a line was refused, for front ends that want to point at the fault.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct LineFault {
-    /// The channel that the line came from.
-    pub channel: ChannelId,
-    /// Its answer.
-    pub status: Status,
-    /// Byte offset in the filtered line, from 0.
-    pub column: usize,
 }
 
 /// How motion stands at the end of the segment that was made last.
@@ -101,70 +83,16 @@ pub enum Ahead {
 pub struct Machine<'a, K, const AXES: usize, const MOTORS: usize, const MOVES: usize> {
     pub(crate) config: MachineConfig<AXES>,
     pub(crate) settings: Settings<AXES>,
-    pub(crate) memory: Memory,
     pub(crate) state: State,
-    booted: bool,
-
+    pub(crate) history: History,
     pub(crate) console: Console<'a>,
-    pub(crate) interpreter: Interpreter<AXES>,
-    pub(crate) executor: Executor<AXES>,
-    pub(crate) startup: Startup,
-    /// The channel whose job is under way.
-    pub(crate) owner: Option<ChannelId>,
-    /// A `$` line has come that waits for the motion before it to end.
-    pub(crate) line_waits: bool,
-    pub(crate) last_fault: Option<LineFault>,
-    pub(crate) last_alarm: Option<Alarm>,
-    /// What is in the store, once it was loaded.
-    pub(crate) records: Option<Records>,
-    /// What is not in the store yet.
-    pub(crate) unsaved: Unsaved,
-    /// Not all that the line under way changed could be stored.
-    pub(crate) store_failed: bool,
-    /// The store had lost something: the machine is locked until `$X`, and everybody who comes is told why.
-    pub(crate) stored_values_lost: bool,
-
+    pub(crate) program: Program<AXES>,
+    pub(crate) activity: Activity<AXES>,
     pub(crate) motion: Motion<'a, K, AXES, MOTORS>,
-    /// Where the planned path ends, exactly.
-    pub(crate) path_end: [Coordinate; AXES],
-    /// `$130` and up.
-    pub(crate) travel: [Coordinate; AXES],
-    /// How far steps can be counted to either side.
-    pub(crate) reach: [Coordinate; AXES],
-    pub(crate) shared: &'a Shared<MOTORS>,
-    pub(crate) inputs: &'a Inputs<MOTORS>,
-    /// Switch edges that have been dealt with.
-    pub(crate) edges: Edges,
-    /// Limit switches that stay closed.
-    pub(crate) ends: Ends<AXES, MOTORS>,
-
-    /// The axis with two motors, if there is one.
-    pub(crate) dual: Option<DualAxis>,
-    pub(crate) homing: Option<Homing>,
-    pub(crate) door: Option<DoorCycle<AXES>>,
-    pub(crate) parking_allowed: bool,
-    pub(crate) probed: Probed<AXES>,
-
+    pub(crate) tool: Tool,
+    pub(crate) switches: SwitchWatch<'a, AXES, MOTORS>,
     pub(crate) overrides: Overrides,
-    pub(crate) spindle: Spindle,
-    /// The power that was put out in this rest; `None` in motion, and where it has to be put out anew.
-    pub(crate) rest_power: Option<Power>,
-    /// The direction that was put out in this rest, likewise.
-    pub(crate) rest_output: Option<SpindleOutput>,
-    /// Of a laser that is lit at rest.
-    pub(crate) dead_man: DeadMan,
-    /// What the program told the spindle last.
-    pub(crate) last_spindle: interpreter::Spindle,
-    pub(crate) coolant: Coolant,
-    motors: Motors,
-
-    pub(crate) cadence: Cadence,
-    /// Lines of the program since it began: since power-up, a reset, or the end of the program before.
-    pub(crate) program_lines: u32,
-    /// The time to finish, while it is added up for a report that was asked for.
-    pub(crate) time_left: Option<TimeLeft>,
-    /// What reports show as `WCO`.
-    pub(crate) work_offset: [Coordinate; AXES],
+    pub(crate) store: Store,
     pub(crate) work: Work,
 }
 
@@ -184,55 +112,25 @@ where
     ) -> Result<Self, ConfigError> {
         let settings = Settings::new(config.defaults);
         let planner = planner_config(&settings, &config, MOTORS);
-        let origin = [Coordinate::ZERO; AXES];
         let dual = DualAxis::of(&kinematics);
+        let motion = Motion::new(
+            planner,
+            kinematics,
+            (links.moves, links.pixels),
+            links.segments,
+            links.shared,
+        )?;
         Ok(Self {
-            memory: Memory::default(),
             state: State::Idle,
-            booted: false,
+            history: History::new(),
             console: Console::new(links.inboxes, config.line_length.min(LINE)),
-            interpreter: Interpreter::new(),
-            executor: Executor::new(),
-            startup: Startup::new(),
-            owner: None,
-            line_waits: false,
-            last_fault: None,
-            last_alarm: None,
-            records: None,
-            unsaved: Unsaved::default(),
-            store_failed: false,
-            stored_values_lost: false,
-            motion: Motion::new(
-                planner,
-                kinematics,
-                (links.moves, links.pixels),
-                links.segments,
-                links.shared,
-            )?,
-            path_end: origin,
-            travel: origin,
-            reach: origin,
-            shared: links.shared,
-            inputs: links.inputs,
-            edges: links.inputs.edges(),
-            ends: Ends::new(),
-            dual,
-            homing: None,
-            door: None,
-            parking_allowed: true,
-            probed: Probed::NOTHING,
+            program: Program::new(),
+            activity: Activity::new(),
+            motion,
+            tool: Tool::new(spindle_scale(&settings), settings.is_on(Setting::Laser)),
+            switches: SwitchWatch::new(links.inputs, dual),
             overrides: Overrides::NONE,
-            spindle: Spindle::new(spindle_scale(&settings), settings.is_on(Setting::Laser)),
-            rest_power: None,
-            rest_output: None,
-            dead_man: DeadMan::Dark,
-            last_spindle: interpreter::Spindle::default(),
-            coolant: Coolant::default(),
-            motors: Motors::default(),
-            cadence: Cadence::new(),
-            program_lines: 0,
-            time_left: None,
-            work_offset: origin,
+            store: Store::default(),
             work: Work::default(),
             settings,
             config,
@@ -244,7 +142,7 @@ where
     /// Main loop. `now` never goes back.
     pub fn poll<B: Board>(&mut self, board: &mut B, now: Instant) -> Next {
         self.work.polls = self.work.polls.wrapping_add(1);
-        if !self.booted {
+        if !self.history.booted {
             self.boot(board, now);
         }
         self.take_requests(board, now);
@@ -273,6 +171,12 @@ where
         self.state
     }
 
+    /// The states that the machine has left, the last sixteen at most, the oldest first: for tests and for those who look for a
+    /// fault.
+    pub fn history(&self) -> impl Iterator<Item = State> + '_ {
+        self.history.states()
+    }
+
     /// Where the axes are, counted from steps: machine position.
     pub fn position(&self) -> [Coordinate; AXES] {
         self.motion.position()
@@ -296,7 +200,7 @@ where
     /// How motion stands at the end of the segment that was made last: for those who explain a job.
     pub fn committed(&self) -> Committed {
         let (speed, ahead) = self.motion.committed();
-        let waits = self.executor.is_busy() && !self.executor.moves_next();
+        let waits = self.activity.line.is_busy() && !self.activity.line.moves_next();
         Committed {
             speed,
             ahead: match ahead {
@@ -311,7 +215,7 @@ where
 
     /// Lines of the program since it began: since power-up, a reset, or the end of the program before.
     pub fn program_lines(&self) -> u32 {
-        self.program_lines
+        self.program.lines
     }
 
     /// How long it takes to finish what is queued, s. For those at a desk: takes time in proportion to the queue.
@@ -328,20 +232,20 @@ where
 
     /// Answers why a line was refused, once: at most one is in a [`Machine::poll`].
     pub fn take_fault(&mut self) -> Option<LineFault> {
-        self.last_fault.take()
+        self.console.last_fault.take()
     }
 
     /// The last alarm since power-up.
     pub fn last_alarm(&self) -> Option<Alarm> {
-        self.last_alarm
+        self.history.last_alarm
     }
 
     /// Whether nothing is under way: no motion, no line, no list, no output that waits.
     pub fn is_quiet(&self) -> bool {
         self.motion.is_idle()
-            && !self.executor.is_busy()
-            && !self.startup.is_running()
-            && self.homing.is_none()
+            && !self.activity.line.is_busy()
+            && !self.program.startup.is_running()
+            && self.activity.homing.is_none()
             && self.console.is_quiet()
     }
 
@@ -351,16 +255,16 @@ where
     }
 
     fn boot<B: Board>(&mut self, board: &mut B, now: Instant) {
-        self.booted = true;
+        self.history.booted = true;
         // What is closed at power-up is a level, no edge: nothing was under way.
-        self.edges = self.inputs.edges();
-        if self.shared.is_stopped() {
+        self.switches.edges = self.switches.inputs.edges();
+        if self.motion.shared.is_stopped() {
             self.motion.stop();
         }
         self.apply_settings(board);
-        board.set_coolant(self.coolant.output());
+        board.set_coolant(self.tool.coolant.output());
         board.enable_motors(false);
-        if self.settings.is_on(Setting::Homing) || self.stored_values_lost {
+        if self.settings.is_on(Setting::Homing) || self.store.lost {
             self.enter(State::Alarm(Lock::Unlockable));
         }
         self.greet(board, now);
@@ -375,16 +279,17 @@ where
         }
         let may_start = self.state.may_start();
         if self.motion.prepare(now, may_start, &mut self.work) {
-            self.motors.enable(board);
-            self.rest_power = None;
-            self.rest_output = None;
+            self.motion.drivers.enable(board);
+            self.tool.leave_rest();
             self.motion.start(board, now);
             if let Some(next) = self.state.motion_begins() {
                 self.enter(next);
             }
         } else if self.motion.is_at_rest() {
             let delay = self.settings.whole(Setting::IdleDelay);
-            self.motors.rest(delay, self.is_locked(), board, now);
+            self.motion
+                .drivers
+                .rest(delay, self.is_locked(), board, now);
         }
     }
 
@@ -392,7 +297,7 @@ where
     fn is_locked(&self) -> bool {
         match self.state {
             State::Alarm(_) => true,
-            State::Sleep => self.door.is_none(),
+            State::Sleep => self.activity.door.is_none(),
             State::Idle
             | State::Run
             | State::Jog(_)
@@ -409,11 +314,11 @@ where
         let deadlines = [
             self.motion.starts_at(),
             self.motion.hungry_at(now, self.state.may_start()),
-            self.executor.dwell_ends(),
-            self.dead_man.expires_at(self.patience()),
-            self.homing.as_ref().and_then(Homing::settles_at),
-            self.door.as_ref().and_then(DoorCycle::waits_until),
-            self.motors.rest_at(delay, self.is_locked()),
+            self.activity.line.dwell_ends(),
+            self.tool.dead_man.expires_at(self.patience()),
+            self.activity.homing.as_ref().and_then(Homing::settles_at),
+            self.activity.door.as_ref().and_then(DoorCycle::waits_until),
+            self.motion.drivers.rest_at(delay, self.is_locked()),
         ];
         let next = deadlines.into_iter().fold(None, earlier);
         Next {
@@ -427,13 +332,21 @@ where
         let takes_lines = self.can_take_line();
         let resting = self.motion.is_at_rest();
         self.console
-            .is_busy(takes_lines && !self.startup.is_running())
-            || takes_lines && self.startup.is_running()
+            .is_busy(takes_lines && !self.program.startup.is_running())
+            || takes_lines && self.program.startup.is_running()
             || self.motion.is_renewing()
             || self.motion.is_hungry(now, self.state.may_start())
-            || self.executor.can_advance(resting, self.motion.wants_more())
+            || self
+                .activity
+                .line
+                .can_advance(resting, self.motion.wants_more())
                 && self.state.takes_lines()
-            || self.door.as_ref().is_some_and(DoorCycle::can_advance) && resting
+            || self
+                .activity
+                .door
+                .as_ref()
+                .is_some_and(DoorCycle::can_advance)
+                && resting
     }
 }
 

@@ -1,7 +1,7 @@
 //! Power-up, soft reset and alarms: the ways into a known state.
 
+use crate::activity::line::Origin;
 use crate::board::{Board, ChannelId, CoolantOutput, Instant};
-use crate::executor::Origin;
 use crate::inputs::ProbeWatch;
 use crate::machine::Machine;
 use crate::protocol::alarm::Alarm;
@@ -11,7 +11,6 @@ use crate::protocol::report::BANNER;
 use crate::protocol::serial::Mark;
 use crate::protocol::status::Status;
 use crate::settings::table::Setting;
-use crate::snapshot::Probed;
 use crate::state::{Lock, State};
 use leadscrew_planner::Kinematics;
 
@@ -66,16 +65,11 @@ where
         self.end_cycles();
         self.complete_lines();
         self.console.discard(discard);
-        self.line_waits = false;
         self.switch_outputs_off(board);
-        self.interpreter.reset();
-        self.work_offset = *self.interpreter.work_offset();
-        self.parking_allowed = true;
+        self.program.reset();
         self.take_position();
-        self.probed = Probed::NOTHING;
         self.reset_overrides();
-        self.program_lines = 0;
-        self.time_left = None;
+        self.console.time_left = None;
         self.enter(match self.state {
             // Who presses the button wants it to stand still.
             _ if discard == Discard::All => State::Alarm(Lock::Unlockable),
@@ -93,14 +87,14 @@ where
 
     /// The banner and what follows it: warnings, then startup lines unless locked.
     pub(crate) fn greet<B: Board>(&mut self, board: &mut B, now: Instant) {
-        self.cadence = Cadence::new();
-        if self.stored_values_lost {
+        self.console.cadence = Cadence::new();
+        if self.store.lost {
             let status = Status::StoreUnreadable.number();
             self.console.broadcast(format_args!("error:{status}"));
         }
         self.console.broadcast("");
         self.console.broadcast(BANNER);
-        let active = self.inputs.active(&board.switches());
+        let active = self.switches.inputs.active(&board.switches());
         if self.settings.is_on(Setting::HardLimits) && !active.limits.is_empty() {
             self.enter(State::Alarm(Lock::Unlockable));
             self.console.message(Message::CheckLimits);
@@ -116,13 +110,13 @@ where
         if active.door {
             self.open_door(board, now);
         }
-        self.startup.begin(None);
+        self.program.startup.begin(None);
     }
 
     /// Says that stored values are lost, where that is so and nobody has unlocked the machine since: to one channel, or to all.
     pub(crate) fn say_lost(&mut self, to: Option<ChannelId>) {
         match to {
-            _ if !self.stored_values_lost => {}
+            _ if !self.store.lost => {}
             Some(id) => self.console.tell(id, Message::SettingsLost),
             None => self.console.message(Message::SettingsLost),
         }
@@ -131,10 +125,10 @@ where
     /// Locks the machine and says why. A laser goes off, until a line after the lock wants it; a spindle goes on, as Grbl's
     /// does where the alarm alone does not stop it.
     pub(crate) fn raise<B: Board>(&mut self, alarm: Alarm, board: &mut B) {
-        if self.spindle.is_laser() {
+        if self.tool.spindle.is_laser() {
             self.switch_spindle_off(board);
         }
-        self.last_alarm = Some(alarm);
+        self.history.last_alarm = Some(alarm);
         self.console
             .broadcast(format_args!("ALARM:{}", alarm.number()));
         if self.settings.is_on(Setting::FaultTexts) {
@@ -153,7 +147,7 @@ where
     /// long in coming. (After a stop the step interrupt puts out none.)
     pub(crate) fn switch_outputs_off<B: Board>(&mut self, board: &mut B) {
         self.switch_spindle_off(board);
-        self.coolant.restore(board);
+        self.tool.coolant.restore(board);
         self.set_coolant(CoolantOutput::default(), board);
     }
 
@@ -169,29 +163,29 @@ where
     /// Goes on from where the motors are.
     pub(crate) fn take_position(&mut self) {
         let position = self.motion.position();
-        self.path_end = position;
-        self.interpreter.set_position(position);
+        self.motion.path_end = position;
+        self.program.interpreter.set_position(position);
     }
 
     fn is_in_motion(&self) -> bool {
         // The reset button stops the motors before the main loop learns of it: by now they may stand.
-        let stopped = self.shared.is_stopped();
+        let stopped = self.motion.shared.is_stopped();
         self.state.is_moving() && (stopped || !self.motion.is_at_rest())
     }
 
     /// The line under way gets its answer while that still means something to its sender.
     fn complete_lines(&mut self) {
-        let waiting = self.startup.cancel();
-        for origin in self.executor.finish().into_iter().chain(waiting) {
+        let waiting = self.program.startup.cancel();
+        for origin in self.activity.line.finish().into_iter().chain(waiting) {
             self.answer(origin, Ok(()));
         }
     }
 
     /// Ends homing, probing and the door's sequence, without a word.
     fn end_cycles(&mut self) {
-        self.homing = None;
-        self.door = None;
+        self.activity.homing = None;
+        self.activity.door = None;
         self.release_homing();
-        self.inputs.watch_probe(ProbeWatch::Off);
+        self.switches.inputs.watch_probe(ProbeWatch::Off);
     }
 }

@@ -2,14 +2,14 @@
 //!
 //! The sender is the serial line that sent the last line of G-code. Where a startup line lit the laser, anybody is.
 
+use crate::activity::line::{LineKind, Origin};
 use crate::board::{Board, ChannelId, Duration, Instant};
-use crate::executor::{LineKind, Origin};
 use crate::interpreter::{Command, Spindle, Travel};
 use crate::machine::Machine;
-use crate::outputs::dead_man::DeadMan;
 use crate::protocol::message::Message;
 use crate::settings::table::Setting;
 use crate::state::State;
+use crate::tool::dead_man::DeadMan;
 use leadscrew_planner::Kinematics;
 use leadscrew_stepper::Power;
 
@@ -27,9 +27,9 @@ where
 
     /// Puts out a laser that is lit at rest once its sender has been silent for too long. Main loop, at every turn.
     pub(crate) fn watch_sender(&mut self, now: Instant) {
-        let heard = self.console.take_heard(self.owner);
+        let heard = self.console.take_heard(self.program.owner);
         let (lit, patience) = (self.is_lit_at_rest(), self.patience());
-        if self.dead_man.watch(lit, heard, patience, now) {
+        if self.tool.dead_man.watch(lit, heard, patience, now) {
             self.stop_cutting();
             self.console.message(Message::SenderSilent);
         }
@@ -39,7 +39,7 @@ where
     /// lights it up again.
     pub(crate) fn light_of(&mut self, travel: &Travel<AXES>, kind: LineKind) -> Spindle {
         if kind == LineKind::Program && travel.spindle.cutting {
-            self.dead_man = DeadMan::Dark;
+            self.tool.dead_man = DeadMan::Dark;
         }
         self.light_at_rest(&travel.spindle)
     }
@@ -47,33 +47,33 @@ where
     /// As [`Machine::light_of`], of a line that moves nothing.
     pub(crate) fn light_at_rest(&self, spindle: &Spindle) -> Spindle {
         Spindle {
-            cutting: spindle.cutting && self.dead_man != DeadMan::Expired,
+            cutting: spindle.cutting && self.tool.dead_man != DeadMan::Expired,
             ..*spindle
         }
     }
 
     /// A line of G-code has come from `id`. A laser that another sender has lit, or let go dark, goes off: M5.
     pub(crate) fn take_over<B: Board>(&mut self, id: ChannelId, board: &mut B) {
-        let before = self.owner.replace(id);
+        let before = self.program.owner.replace(id);
         let anothers = before.is_some_and(|before| before != id);
-        if anothers && (self.is_lit_at_rest() || self.dead_man == DeadMan::Expired) {
+        if anothers && (self.is_lit_at_rest() || self.tool.dead_man == DeadMan::Expired) {
             self.switch_spindle_off(board);
         }
     }
 
     /// The other end of `id` has gone away: M5 behind what it sent, where that was a job with a laser.
     pub(crate) fn end_job_of<B: Board>(&mut self, id: ChannelId, board: &mut B, now: Instant) {
-        if self.owner != Some(id) {
+        if self.program.owner != Some(id) {
             return;
         }
-        self.owner = None;
-        if self.spindle.is_laser() && self.spindle.is_wanted() {
-            self.interpreter.stop_spindle();
-            let commands = self.executor.commands();
+        self.program.owner = None;
+        if self.tool.spindle.is_laser() && self.tool.spindle.is_wanted() {
+            self.program.interpreter.stop_spindle();
+            let commands = self.activity.line.commands();
             commands.clear();
             // The first of an empty list always fits.
             let _ = commands.push(Command::Spindle(Spindle::default()));
-            self.executor.begin(Origin::Nobody, LineKind::Program);
+            self.activity.line.begin(Origin::Nobody, LineKind::Program);
             self.execute(board, now);
         }
     }
@@ -81,10 +81,10 @@ where
     /// Whether a laser is lit at rest with nothing under way that would end that: no motion, no dwell, no startup line.
     fn is_lit_at_rest(&self) -> bool {
         self.state == State::Idle
-            && self.spindle.is_laser()
+            && self.tool.spindle.is_laser()
             && self.motion.is_idle()
-            && !self.executor.is_busy()
-            && !self.startup.is_running()
+            && !self.activity.line.is_busy()
+            && !self.program.startup.is_running()
             && self.power_at_rest() > Power::OFF
     }
 }

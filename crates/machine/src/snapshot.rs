@@ -23,23 +23,6 @@ const TIME_LEFT: u8 = StatusReport::<0>::TIME_LEFT;
 /// Moves whose times are added up in one poll: some 0.1 ms of the F407.
 const TIMED_A_POLL: usize = 64;
 
-/// Where the probe touched last.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(crate) struct Probed<const AXES: usize> {
-    /// Machine position.
-    pub(crate) position: [Coordinate; AXES],
-    /// Whether the last probing motion made contact.
-    pub(crate) contact: bool,
-}
-
-impl<const AXES: usize> Probed<AXES> {
-    /// As at power-up and after a reset.
-    pub(crate) const NOTHING: Self = Self {
-        position: [Coordinate::ZERO; AXES],
-        contact: false,
-    };
-}
-
 impl<K, const AXES: usize, const MOTORS: usize, const MOVES: usize>
     Machine<'_, K, AXES, MOTORS, MOVES>
 where
@@ -50,7 +33,7 @@ where
         if !self.console.reports_now() || self.reports(TIME_LEFT) && self.adds_time() {
             return;
         }
-        let active = self.inputs.active(&board.switches());
+        let active = self.switches.inputs.active(&board.switches());
         for index in 0..self.console.count() {
             let id = crate::board::ChannelId(index);
             let free = match self.console.channel(id) {
@@ -64,7 +47,7 @@ where
             self.console.line(id, report);
             self.work.reports = self.work.reports.wrapping_add(1);
         }
-        self.time_left = None;
+        self.console.time_left = None;
     }
 
     /// Whether `$10` has this bit, and the machine knows it.
@@ -74,28 +57,34 @@ where
 
     /// Goes on adding up the time to finish; whether it is not done yet.
     fn adds_time(&mut self) -> bool {
-        let mut left = self.time_left.unwrap_or_else(|| self.motion.time_left());
+        let mut left = self
+            .console
+            .time_left
+            .unwrap_or_else(|| self.motion.time_left());
         let more = self.motion.add_time(&mut left, TIMED_A_POLL);
-        self.time_left = Some(left);
+        self.console.time_left = Some(left);
         self.work.timed = self.work.timed.wrapping_add(TIMED_A_POLL as u32);
         more
     }
 
     fn status_report(&mut self, active: &ActiveSwitches, free: usize) -> StatusReport<AXES> {
-        let extra = self.cadence.next(self.is_moving_about());
-        let coolant = self.coolant.output();
+        let extra = self.console.cadence.next(self.is_moving_about());
+        let coolant = self.tool.coolant.output();
         let speed = self.reported_speed();
         StatusReport {
             state: self.shown_state().name(active.door),
             position: numbers(&self.motion.position()),
-            work_offset: numbers(&self.work_offset),
+            work_offset: numbers(&self.program.work_offset),
             mask: self.settings.mask(Setting::ReportMask),
             room: Room {
                 moves: self.motion.room(),
                 bytes: free,
             },
             line_number: self.line_number(),
-            time_left: self.time_left.map(|left| decimal::from_f32(left.seconds())),
+            time_left: self
+                .console
+                .time_left
+                .map(|left| decimal::from_f32(left.seconds())),
             feed: decimal::from_f32(self.reported_feed()),
             speed: decimal::from_f32(speed),
             pins: self.pins(active),
@@ -105,7 +94,7 @@ where
                 spindle: self.overrides.spindle,
             },
             accessories: Accessories {
-                spindle: match self.spindle.turning_at(speed) {
+                spindle: match self.tool.spindle.turning_at(speed) {
                     SpindleOutput::Off => Turning::Not,
                     SpindleOutput::Clockwise => Turning::Clockwise,
                     SpindleOutput::CounterClockwise => Turning::Counterclockwise,
@@ -136,18 +125,18 @@ where
     /// The spindle's speed as reports show it, RPM.
     pub(crate) fn reported_speed(&self) -> f32 {
         let out = match self.motion.power() {
-            Some(power) if !self.shared.is_laser_off() => power,
+            Some(power) if !self.motion.shared.is_laser_off() => power,
             Some(_) => Power::OFF,
             None => self.power_at_rest(),
         };
-        self.spindle.reported_speed(out)
+        self.tool.spindle.reported_speed(out)
     }
 
     /// Reports know axes only: the switch of a second motor is its axis's.
     fn pins(&self, active: &ActiveSwitches) -> Pins {
         Pins {
             probe: active.probe,
-            limits: self.axes_at_limits(active).bits(),
+            limits: self.switches.axes_at_limits(active).bits(),
             door: active.door,
             reset: active.reset,
             hold: active.hold,
@@ -185,7 +174,7 @@ where
 
     /// The answer to `$G`.
     pub(crate) fn modes(&self) -> ModesReport {
-        let modal = self.interpreter.modal();
+        let modal = self.program.interpreter.modal();
         ModesReport {
             motion: motion_word(modal.motion),
             coordinate_system: 54 + modal.system as u8,
@@ -213,7 +202,7 @@ where
             },
             mist: modal.coolant.mist,
             flood: modal.coolant.flood,
-            parking: self.config.options.parking_override && self.parking_allowed,
+            parking: self.config.options.parking_override && self.program.parking_allowed,
             tool: modal.tool,
             feed: modal.feed,
             speed: modal.speed,
@@ -232,7 +221,7 @@ where
             single_axis_homing: options.single_axis_homing,
             parking_override: options.parking_override,
             door: options.door,
-            two_motors: self.dual.is_some(),
+            two_motors: self.switches.dual.is_some(),
             moves: self.config.moves.min(MOVES),
             bytes,
         }
@@ -240,7 +229,7 @@ where
 
     /// What `$#` lists.
     pub(crate) fn parameters(&self) -> Parameters<AXES> {
-        let offsets = self.interpreter.offsets();
+        let offsets = self.program.interpreter.offsets();
         let system = |system: WorkSystem| numbers(offsets.get(OffsetId::Work(system)));
         Parameters {
             systems: WorkSystem::ALL.map(system),
@@ -255,8 +244,8 @@ where
 
     fn probe_report(&self) -> ProbeReport<AXES> {
         ProbeReport {
-            position: numbers(&self.probed.position),
-            success: self.probed.contact,
+            position: numbers(&self.program.probed.position),
+            success: self.program.probed.contact,
             units: self.report_units(),
         }
     }

@@ -141,20 +141,6 @@ impl State {
         (self == Self::Idle).then_some(Self::Run)
     }
 
-    /// After motion came to rest with nothing left to do.
-    pub fn motion_ends(self) -> Option<Self> {
-        match self {
-            Self::Run | Self::Jog(_) => Some(Self::Idle),
-            Self::Hold(_)
-            | Self::Door(_)
-            | Self::Idle
-            | Self::Home
-            | Self::Alarm(_)
-            | Self::Check
-            | Self::Sleep => None,
-        }
-    }
-
     /// After `!` or the hold button. `moving`: whether there is anything to slow down.
     pub fn feed_hold(self, moving: bool, now: Instant) -> Option<Self> {
         match self {

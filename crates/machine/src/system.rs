@@ -1,7 +1,7 @@
 //! `$` commands carried out.
 
+use crate::activity::line::{LineKind, Origin};
 use crate::board::{Board, ChannelId, Instant};
-use crate::executor::{LineKind, Origin};
 use crate::interpreter::{Command, Context, Fault, OffsetId};
 use crate::listing::Listing;
 use crate::machine::Machine;
@@ -53,7 +53,7 @@ where
         match result {
             Ok(Reply::Now) => self.console.answer(id, Ok(())),
             Ok(Reply::Stored) => {
-                self.executor.begin_storing(Origin::Channel(id), false);
+                self.activity.line.begin_storing(Origin::Channel(id), false);
                 self.execute(board, now);
             }
             Ok(Reply::Later) => {}
@@ -105,8 +105,8 @@ where
             SystemCommand::ShowBuild => return Ok(self.begin_list(id, Listing::Version)),
             SystemCommand::ShowStartup => return Ok(self.begin_list(id, Listing::Startup(0))),
             SystemCommand::StoreBuild(text) => {
-                self.memory.set_build(text);
-                self.unsaved.add_build::<AXES>();
+                self.store.memory.set_build(text);
+                self.store.unsaved.add_build::<AXES>();
                 return Ok(Reply::Stored);
             }
             SystemCommand::StoreStartup { index, line } => return self.store_startup(index, line),
@@ -136,12 +136,12 @@ where
                 options: &self.config.options,
                 laser_mode: self.settings.is_on(Setting::Laser),
                 soft_limits: self.settings.is_on(Setting::SoftLimits),
-                reach: &self.reach,
+                reach: &self.motion.reach,
             };
-            self.interpreter.check(line, &context)?;
+            self.program.interpreter.check(line, &context)?;
         }
-        self.memory.set_startup(index, line);
-        self.unsaved.add_startup::<AXES>(index);
+        self.store.memory.set_startup(index, line);
+        self.store.unsaved.add_startup::<AXES>(index);
         Ok(Reply::Stored)
     }
 
@@ -165,7 +165,7 @@ where
             return Ok(());
         };
         self.allow_leaving(board)?;
-        self.stored_values_lost = false;
+        self.store.lost = false;
         self.enter(State::Idle);
         self.console.message(Message::Unlocked);
         Ok(())
@@ -179,7 +179,7 @@ where
         now: Instant,
     ) -> Result<Reply, Status> {
         self.allow_leaving(board)?;
-        if self.stored_values_lost {
+        if self.store.lost {
             // Which way an axis homes, and how its switches are wired, may be lost, too.
             self.say_lost(Some(id));
             return Err(Status::Locked);
@@ -204,13 +204,15 @@ where
             options: &self.config.options,
             laser_mode: self.settings.is_on(Setting::Laser),
             soft_limits: self.settings.is_on(Setting::SoftLimits),
-            reach: &self.reach,
+            reach: &self.motion.reach,
         };
-        let Some(mut jog) = self.interpreter.jog(line, &context)? else {
+        let Some(mut jog) = self.program.interpreter.jog(line, &context)? else {
             return Ok(Reply::Now);
         };
         let target = jog.travel.target;
-        if self.settings.is_on(Setting::SoftLimits) && !soft_limits::allow(&target, &self.travel) {
+        if self.settings.is_on(Setting::SoftLimits)
+            && !soft_limits::allow(&target, &self.motion.travel)
+        {
             return Err(Status::JogOutOfTravel.into());
         }
         let channel = self.console.channel(id);
@@ -218,12 +220,12 @@ where
             return Ok(Reply::Now);
         }
         self.bound_jog(&mut jog, board)?;
-        self.interpreter.set_position(target);
-        let commands = self.executor.commands();
+        self.program.interpreter.set_position(target);
+        let commands = self.activity.line.commands();
         commands.clear();
         // The first of an empty list always fits.
         let _ = commands.push(Command::Line(jog.travel));
-        self.executor.begin(Origin::Channel(id), LineKind::Jog);
+        self.activity.line.begin(Origin::Channel(id), LineKind::Jog);
         self.execute(board, now);
         Ok(Reply::Later)
     }
@@ -261,15 +263,15 @@ where
         if matches!(what, Restore::Parameters | Restore::All) {
             for offset in OffsetId::ALL {
                 let zero = [Coordinate::ZERO; AXES];
-                self.interpreter.load_offset(offset, zero);
+                self.program.interpreter.load_offset(offset, zero);
             }
         }
         if what == Restore::All {
-            self.memory.clear();
+            self.store.memory.clear();
         }
-        self.unsaved.restore::<AXES>(what);
+        self.store.unsaved.restore::<AXES>(what);
         self.console.message(Message::RestoringDefaults);
-        self.executor.begin_storing(Origin::Channel(id), true);
+        self.activity.line.begin_storing(Origin::Channel(id), true);
         self.execute(board, now);
         Reply::Later
     }
@@ -286,15 +288,15 @@ where
         self.say_step_rate(number, changes.as_ref().err());
         let changes = changes?;
         for change in changes {
-            self.unsaved.add_setting::<AXES>(change.number);
+            self.store.unsaved.add_setting::<AXES>(change.number);
         }
         let scales = [Setting::MaxSpeed, Setting::MinSpeed];
         if scales.iter().any(|scale| scale.row().number == number) {
-            self.spindle.stand(self.reported_speed());
+            self.tool.spindle.stand(self.reported_speed());
         }
         self.apply_settings(board);
         if number == Setting::Inches.row().number {
-            self.cadence.work_offset_changed();
+            self.console.cadence.work_offset_changed();
         }
         Ok(Reply::Stored)
     }
@@ -320,7 +322,7 @@ where
 
     /// Whether no input keeps the machine locked: neither the reset input nor the door.
     fn allow_leaving<B: Board>(&mut self, board: &B) -> Result<(), Status> {
-        let active = self.inputs.active(&board.switches());
+        let active = self.switches.inputs.active(&board.switches());
         if active.reset {
             self.console.message(Message::ResetHeld);
             return Err(Status::Locked);
@@ -333,7 +335,7 @@ where
 
     /// Whether there is a door, and it is open now.
     pub(crate) fn is_door_open<B: Board>(&self, board: &B) -> bool {
-        self.inputs.active(&board.switches()).door
+        self.switches.inputs.active(&board.switches()).door
     }
 }
 

@@ -9,6 +9,7 @@ mod output;
 use crate::board::{Board, ChannelId};
 use crate::config::CHANNELS;
 use crate::listing::Listing;
+use crate::protocol::cadence::Cadence;
 use crate::protocol::line_reader::LineReader;
 use crate::protocol::message::Message;
 use crate::protocol::serial::{Inbox, Mark, Request};
@@ -17,6 +18,7 @@ use crate::reset::Discard;
 use crate::work::Work;
 use core::fmt;
 use heapless::Vec;
+use leadscrew_planner::TimeLeft;
 pub(crate) use output::Output;
 
 /// The longest line that fits, in characters after filtering.
@@ -24,6 +26,18 @@ pub(crate) const LINE: usize = 128;
 
 /// Bytes read into lines in one poll, per channel: bounds its time.
 const BYTES_A_POLL: usize = 64;
+
+/// Why a line was refused, for front ends that want to point at the fault.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct LineFault {
+    /// The channel that the line came from.
+    pub channel: ChannelId,
+    /// Its answer.
+    pub status: Status,
+    /// Byte offset in the filtered line, from 0.
+    pub column: usize,
+}
 
 /// One serial line.
 pub(crate) struct Channel<'a> {
@@ -46,6 +60,12 @@ pub(crate) struct Console<'a> {
     channels: Vec<Channel<'a>, CHANNELS>,
     /// The channel that is looked at first for the next line.
     turn: usize,
+    /// Which reports have `WCO:` and `Ov:`.
+    pub(crate) cadence: Cadence,
+    /// The time to finish, while it is added up for a report that was asked for.
+    pub(crate) time_left: Option<TimeLeft>,
+    /// Why the last line was refused.
+    pub(crate) last_fault: Option<LineFault>,
 }
 
 impl<'a> Console<'a> {
@@ -63,6 +83,9 @@ impl<'a> Console<'a> {
         Self {
             channels: channels.collect(),
             turn: 0,
+            cadence: Cadence::new(),
+            time_left: None,
+            last_fault: None,
         }
     }
 

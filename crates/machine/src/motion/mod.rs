@@ -10,6 +10,7 @@
 //! There are two queues of moves. The program's may be held half-way through a move while a cycle (parking)
 //! moves the machine aside and back again with the other one; only one of them feeds the step interrupt at a time.
 
+mod drivers;
 mod feeder;
 mod power;
 mod reserve;
@@ -18,6 +19,7 @@ mod start;
 use crate::board::{Board, Duration, Instant};
 use crate::config::{MoveQueues, RowPixels, ASIDE_MOVES};
 use crate::work::Work;
+use drivers::Drivers;
 use feeder::Feeder;
 use heapless::spsc::Producer;
 use leadscrew_planner::{
@@ -70,11 +72,18 @@ pub(crate) struct Motion<'a, K, const AXES: usize, const MOTORS: usize> {
     /// Between the program's segments and the feeder.
     lead: PowerLead<MOTORS>,
     feeder: Feeder<'a, MOTORS>,
-    shared: &'a Shared<MOTORS>,
+    pub(crate) shared: &'a Shared<MOTORS>,
     underruns: u32,
     power: PowerRule,
     /// That of the segment committed last.
     power_out: Power,
+    pub(crate) drivers: Drivers,
+    /// Where the planned path ends, exactly.
+    pub(crate) path_end: [Coordinate; AXES],
+    /// `$130` and up.
+    pub(crate) travel: [Coordinate; AXES],
+    /// How far steps can be counted to either side.
+    pub(crate) reach: [Coordinate; AXES],
 }
 
 impl<'a, K, const AXES: usize, const MOTORS: usize> Motion<'a, K, AXES, MOTORS>
@@ -122,6 +131,10 @@ where
             underruns: shared.underruns(),
             power: PowerRule::Laser { percent: 100 },
             power_out: Power::OFF,
+            drivers: Drivers::default(),
+            path_end: [Coordinate::ZERO; AXES],
+            travel: [Coordinate::ZERO; AXES],
+            reach: [Coordinate::ZERO; AXES],
         })
     }
 

@@ -65,7 +65,6 @@ struct Shared {
     closed: AtomicBool,
     closed_at: AtomicU32,
     lost_bytes: AtomicU32,
-    lost_requests: AtomicU32,
 }
 
 /// The memory of one serial channel. `RX` is the number of slots, one more than the bytes that fit.
@@ -106,7 +105,6 @@ impl<const RX: usize> SerialQueue<RX> {
                 closed: AtomicBool::new(false),
                 closed_at: AtomicU32::new(0),
                 lost_bytes: AtomicU32::new(0),
-                lost_requests: AtomicU32::new(0),
             },
             spare: (RX - 1).saturating_sub(limit),
         }
@@ -227,7 +225,7 @@ impl Receiver<'_> {
             | Realtime::Spindle(_)
             | Realtime::SpindleStop
             | Realtime::Flood
-            | Realtime::Mist => count(&self.shared.lost_requests),
+            | Realtime::Mist => {} // without effect: whoever sent it sees that, and sends it again
         }
     }
 }
@@ -384,11 +382,6 @@ impl Inbox<'_> {
     /// Answers how many ordinary bytes were lost since power-up. Main loop.
     pub fn lost_bytes(&self) -> u32 {
         self.shared.lost_bytes.load(Ordering::Relaxed)
-    }
-
-    /// Answers how many realtime commands were lost for want of room since power-up. Main loop.
-    pub fn lost_requests(&self) -> u32 {
-        self.shared.lost_requests.load(Ordering::Relaxed)
     }
 
     fn is_late(&self) -> bool {
@@ -565,7 +558,6 @@ mod tests {
         receive(&mut receiver, b"a\x18b\x18c");
         let requests: Vec<_> = core::iter::from_fn(|| inbox.next_realtime()).collect();
         assert_eq!(requests.len(), REALTIME_SLOTS - 2 + 2);
-        assert_eq!(inbox.lost_requests(), 100 - (REALTIME_SLOTS as u32 - 2));
         let reset = requests[REALTIME_SLOTS - 2];
         assert_eq!(reset.realtime, Realtime::Reset);
         assert_eq!(requests.last().unwrap().realtime, Realtime::Report);

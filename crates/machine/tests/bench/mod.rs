@@ -145,7 +145,7 @@ impl Memory {
 }
 
 /// A machine, its interrupts, and what a sender sees.
-pub struct Session<'a, K = Cartesian> {
+pub struct Session<'a, K: Kinematics<3, 3> + Clone = Cartesian> {
     pub machine: Machine<'a, K, 3, 3, 64>,
     pub pins: Pins<'a>,
     pub shared: &'a Shared<3>,
@@ -155,6 +155,16 @@ pub struct Session<'a, K = Cartesian> {
     /// A switch on the probe input or a limit: closes where the carriage is at or beyond this (motor, steps).
     pub contact: Option<Contact>,
     next_poll: u64,
+}
+
+/// A test that fails prints the machine's last states.
+impl<K: Kinematics<3, 3> + Clone> Drop for Session<'_, K> {
+    fn drop(&mut self) {
+        if std::thread::panicking() {
+            let states = self.machine.history().chain([self.machine.state()]);
+            states.for_each(|state| eprintln!("state: {state:?}"));
+        }
+    }
 }
 
 /// A switch that follows the carriage.

@@ -12,9 +12,9 @@ use super::{unusable, Unusable};
 use crate::link::Rate;
 use crate::output::picture::{draw, Caption};
 use leadscrew_machine::config::MachineConfig;
-use leadscrew_machine::outputs::spindle::SpindleScale;
 use leadscrew_machine::settings::table::{AxisSetting, Setting};
 use leadscrew_machine::settings::values::Settings;
+use leadscrew_machine::tool::spindle::SpindleScale;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 

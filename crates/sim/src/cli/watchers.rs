@@ -8,7 +8,7 @@ use crate::output::picture::{SpeedChart, StrokeKind, Toolpath};
 use crate::output::steps_csv::StepsCsv;
 use crate::output::vcd::Waveform;
 use leadscrew_machine::board::{PlannedMove, PortConfig};
-use leadscrew_machine::outputs::spindle::SpindleScale;
+use leadscrew_machine::tool::spindle::SpindleScale;
 use leadscrew_planner::MoveKind;
 use leadscrew_stepper::{MotorMask, Power, PowerScale};
 use std::io;

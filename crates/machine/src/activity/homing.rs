@@ -26,10 +26,10 @@
 //! the contact that interrupt locks the motor at that very step ([`crate::inputs`]); a group's other axes go on until
 //! they meet theirs. Rates are multiplied by √n for n axes at once, so that each moves at the rate that is set.
 
+use crate::activity::line::Origin;
 use crate::board::{Board, Duration, Instant};
 use crate::config::AxisMask;
 use crate::dual::DualAxis;
-use crate::executor::Origin;
 use crate::inputs::{with_sharing, InputConfig};
 use crate::machine::Machine;
 use crate::protocol::alarm::Alarm;
@@ -129,13 +129,13 @@ where
     pub(crate) fn begin_homing(&mut self, origin: Origin, groups: [AxisMask; 4], now: Instant) {
         self.enter(State::Home);
         self.stop_cutting();
-        self.spindle.stand(0.0);
+        self.tool.spindle.stand(0.0);
         self.update_power();
-        self.inputs.configure(&InputConfig {
+        self.switches.inputs.configure(&InputConfig {
             hard_limits: false,
             ..self.input_config()
         });
-        self.homing = Some(Homing {
+        self.activity.homing = Some(Homing {
             origin,
             groups,
             one_by_one: self.motion.sharing().bits(),
@@ -146,7 +146,7 @@ where
 
     /// Goes on with homing. Main loop.
     pub(crate) fn advance_homing<B: Board>(&mut self, board: &mut B, now: Instant) {
-        let Some(homing) = self.homing else {
+        let Some(homing) = self.activity.homing else {
             return;
         };
         let Some(group) = homing.group() else {
@@ -180,14 +180,16 @@ where
             Phase::Offset => {
                 let second = self.motors_of(group).without(MotorMask::from_bits(group));
                 let all = MotorMask::from_bits(u8::MAX);
-                self.shared.set_motor_lock(all.without(second));
+                self.motion.shared.set_motor_lock(all.without(second));
             }
-            Phase::PullOff | Phase::FinalPullOff => self.shared.set_motor_lock(MotorMask::NONE),
+            Phase::PullOff | Phase::FinalPullOff => {
+                self.motion.shared.set_motor_lock(MotorMask::NONE)
+            }
         }
         let next = self.homing_move(phase, group);
         // A distance of 0 plans nothing: the phase then ends at once.
         let _ = self.motion.push_aside(&next);
-        if let Some(homing) = &mut self.homing {
+        if let Some(homing) = &mut self.activity.homing {
             homing.wait = Wait::Motion;
         }
     }
@@ -196,18 +198,18 @@ where
     /// has seen all of them; an edge between the two may have found nobody to act on it. At rest.
     fn watch_switches<B: Board>(&self, motors: MotorMask, board: &B) -> bool {
         let sharing = self.motion.sharing();
-        self.inputs.watch_homing(MotorMask::NONE, sharing);
+        self.switches.inputs.watch_homing(MotorMask::NONE, sharing);
         let lock = with_sharing(self.closed(motors, board), sharing);
-        self.shared.set_motor_lock(lock);
-        self.inputs.watch_homing(motors, sharing);
+        self.motion.shared.set_motor_lock(lock);
+        self.switches.inputs.watch_homing(motors, sharing);
         self.closed(motors, board)
-            .without(self.shared.motor_lock())
+            .without(self.motion.shared.motor_lock())
             .is_empty()
     }
 
     /// Those of `motors` whose limit switch is closed.
     fn closed<B: Board>(&self, motors: MotorMask, board: &B) -> MotorMask {
-        let closed = self.inputs.active(&board.switches()).limits;
+        let closed = self.switches.inputs.active(&board.switches()).limits;
         motors.without(motors.without(closed))
     }
 
@@ -258,7 +260,7 @@ where
     }
 
     fn longest_travel(&self, group: AxisMask) -> f32 {
-        let travels = self.travel.iter().enumerate();
+        let travels = self.motion.travel.iter().enumerate();
         travels
             .filter(|(axis, _)| group >> axis & 1 == 1)
             .fold(0.0, |longest, (_, travel)| travel.to_mm().max(longest))
@@ -271,7 +273,7 @@ where
     /// The approach ends once all switches of the group have closed, or without that: ALARM:9; ALARM:10 where the two of
     /// an axis are too far apart.
     fn watch_approach<B: Board>(&mut self, group: AxisMask, board: &mut B, now: Instant) {
-        let lock = self.shared.motor_lock();
+        let lock = self.motion.shared.motor_lock();
         if self.is_skewed(group) {
             self.fail_homing(Alarm::HomingDualApproach, board, now);
         } else if self.motors_of(group).without(lock).is_empty() {
@@ -300,13 +302,13 @@ where
         let Some(dual) = self.dual_of(group) else {
             return false;
         };
-        let counted = self.shared.position();
+        let counted = self.motion.shared.position();
         let (Some(first), Some(second)) = (counted.get(dual.axis), counted.get(dual.motor)) else {
             return false;
         };
         let config = self.motion.config();
         let steps_per_mm = config.steps_per_mm.get(dual.axis);
-        let travel = self.travel.get(dual.axis);
+        let travel = self.motion.travel.get(dual.axis);
         let travel = travel.map_or(0.0, |travel| travel.to_mm());
         let allowed = self.config.squaring.allowance(travel)
             * steps_per_mm.map_or(0.0, |scale| scale.to_f32());
@@ -314,13 +316,20 @@ where
     }
 
     fn end_phase(&mut self, now: Instant) {
-        let group = self.homing.as_ref().and_then(Homing::group).unwrap_or(0);
+        let group = self
+            .activity
+            .homing
+            .as_ref()
+            .and_then(Homing::group)
+            .unwrap_or(0);
         let offset = self.settings.value(Setting::SecondMotorOffset) != Number::from_int(0);
         let offset = offset && self.dual_of(group).is_some();
-        self.inputs.watch_homing(MotorMask::NONE, MotorMask::NONE);
+        self.switches
+            .inputs
+            .watch_homing(MotorMask::NONE, MotorMask::NONE);
         let debounce =
             Duration::from_ticks(u64::from(self.settings.whole(Setting::HomingDebounce)) * 1_000);
-        let Some(homing) = &mut self.homing else {
+        let Some(homing) = &mut self.activity.homing else {
             return;
         };
         homing.wait = Wait::Settled(now + debounce);
@@ -338,7 +347,7 @@ where
     fn set_home(&mut self, group: AxisMask) {
         let pull_off = Coordinate::from_nanos(self.settings.value(Setting::HomingPullOff).nanos());
         let mut position = self.motion.position();
-        for (axis, (position, travel)) in position.iter_mut().zip(&self.travel).enumerate() {
+        for (axis, (position, travel)) in position.iter_mut().zip(&self.motion.travel).enumerate() {
             if group >> axis & 1 == 1 {
                 *position = if self.homes_negative(axis) {
                     pull_off - *travel
@@ -352,18 +361,20 @@ where
     }
 
     fn end_homing(&mut self) {
-        if let Some(homing) = self.homing.take() {
+        if let Some(homing) = self.activity.homing.take() {
             self.release_homing();
             self.enter(State::Idle);
-            self.startup.begin(Some(homing.origin));
+            self.program.startup.begin(Some(homing.origin));
         }
     }
 
     /// Gives motors and limit switches back to what they are outside homing.
     pub(crate) fn release_homing(&mut self) {
-        self.inputs.watch_homing(MotorMask::NONE, MotorMask::NONE);
-        self.shared.set_motor_lock(MotorMask::NONE);
-        self.inputs.configure(&self.input_config());
+        self.switches
+            .inputs
+            .watch_homing(MotorMask::NONE, MotorMask::NONE);
+        self.motion.shared.set_motor_lock(MotorMask::NONE);
+        self.switches.inputs.configure(&self.input_config());
     }
 
     /// Ends homing with an alarm: message, answer, reset and banner at once.
@@ -385,7 +396,7 @@ where
     ) {
         self.motion.stop();
         self.raise(alarm, board);
-        if let Some(homing) = self.homing.take() {
+        if let Some(homing) = self.activity.homing.take() {
             self.answer(homing.origin, Ok(()));
         }
         self.restart(discard, board, now);
@@ -393,7 +404,9 @@ where
 
     /// The axis with two motors, where it is in `group`.
     fn dual_of(&self, group: AxisMask) -> Option<DualAxis> {
-        self.dual.filter(|dual| group & axis_bit(dual.axis) != 0)
+        self.switches
+            .dual
+            .filter(|dual| group & axis_bit(dual.axis) != 0)
     }
 
     /// The motors of a group: each axis has the motor of its own number, one axis perhaps another one.

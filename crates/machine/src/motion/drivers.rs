@@ -8,12 +8,12 @@ const ALWAYS: u32 = 255;
 /// Whether the drivers are enabled, and since when they are not needed.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub(crate) struct Motors {
+pub(crate) struct Drivers {
     enabled: bool,
     idle_since: Option<Instant>,
 }
 
-impl Motors {
+impl Drivers {
     /// Enables the drivers. Before the step timer is started. Main loop.
     pub(crate) fn enable<B: Board>(&mut self, board: &mut B) {
         if !self.enabled {
@@ -59,14 +59,17 @@ mod tests {
 
     #[test]
     fn motors_that_are_always_enabled_wait_for_nothing() {
-        let motors = Motors {
+        let drivers = Drivers {
             enabled: true,
             idle_since: Some(Instant::from_ticks(5)),
         };
-        assert_eq!(motors.rest_at(ALWAYS, false), None);
-        assert_eq!(motors.rest_at(25, false), Some(Instant::from_ticks(25_005)));
+        assert_eq!(drivers.rest_at(ALWAYS, false), None);
         assert_eq!(
-            motors.rest_at(ALWAYS, true),
+            drivers.rest_at(25, false),
+            Some(Instant::from_ticks(25_005))
+        );
+        assert_eq!(
+            drivers.rest_at(ALWAYS, true),
             Some(Instant::from_ticks(255_005))
         );
     }

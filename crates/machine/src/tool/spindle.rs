@@ -11,8 +11,8 @@
 //! ```
 
 use crate::board::SpindleOutput;
-use crate::outputs::beam::{beam, may_burn, Beam, Wanted};
 use crate::state::State;
+use crate::tool::beam::{beam, may_burn, Beam, Wanted};
 use fixed::types::U1F31;
 use leadscrew_stepper::Power;
 

@@ -10,8 +10,8 @@
 //! A switch that stops the machine shuts the gate, too, in its interrupt ([`crate::inputs`]).
 
 use crate::board::SpindleOutput;
-use crate::outputs::spindle::SpindleScale;
 use crate::state::{Door, Hold, Jog, State};
+use crate::tool::spindle::SpindleScale;
 use leadscrew_stepper::Power;
 
 /// What a laser puts out.

@@ -5,8 +5,6 @@ use super::{LineKind, Progress, Wait};
 use crate::board::{Board, CoolantOutput, Duration, Instant, PlannedMove, SpindleOutput};
 use crate::interpreter::{ArcShape, Command, Coolant, Feed, OffsetId, Rotation, Spindle, Travel};
 use crate::machine::Machine;
-use crate::outputs::beam::{Beam, Wanted};
-use crate::outputs::dead_man::DeadMan;
 use crate::protocol::alarm::Alarm;
 use crate::protocol::message::Message;
 use crate::protocol::report::StatusReport;
@@ -15,6 +13,8 @@ use crate::reset::Discard;
 use crate::settings::table::Setting;
 use crate::soft_limits;
 use crate::state::{Hold, Jog, State};
+use crate::tool::beam::{Beam, Wanted};
+use crate::tool::dead_man::DeadMan;
 use leadscrew_gcode::Number;
 use leadscrew_planner::{
     self as planner, Coordinate, Kinematics, Move, MoveKind, MovePower, PushError, Pushed,
@@ -31,30 +31,30 @@ where
 {
     /// Goes on with the line under way; answers it once all its commands are carried out. Main loop.
     pub(crate) fn execute<B: Board>(&mut self, board: &mut B, now: Instant) {
-        if !self.executor.is_busy() || !self.state.takes_lines() || self.is_storing() {
+        if !self.activity.line.is_busy() || !self.state.takes_lines() || self.is_storing() {
             return;
         }
-        if self.executor.moves_next() && !self.motion.wants_more() {
+        if self.activity.line.moves_next() && !self.motion.wants_more() {
             return self.motion.release();
         }
         for _ in 0..COMMANDS_A_POLL {
-            let Some((command, kind)) = self.executor.current() else {
+            let Some((command, kind)) = self.activity.line.current() else {
                 return self.complete_line(board, now);
             };
             match self.perform(&command, kind, board, now) {
-                Progress::Done => self.executor.advance(),
+                Progress::Done => self.activity.line.advance(),
                 Progress::Wait => return,
             }
         }
     }
 
     fn complete_line<B: Board>(&mut self, board: &mut B, now: Instant) {
-        let then_restart = self.executor.then_restart();
-        let stored = match core::mem::take(&mut self.store_failed) {
+        let then_restart = self.activity.line.then_restart();
+        let stored = match core::mem::take(&mut self.store.failed) {
             true => Err(Status::StoreUnreadable),
             false => Ok(()),
         };
-        if let Some(origin) = self.executor.finish() {
+        if let Some(origin) = self.activity.line.finish() {
             self.answer(origin, stored);
         }
         if then_restart {
@@ -64,7 +64,7 @@ where
 
     /// Whether the line under way waits for [`Machine::save`]. A machine without a store waits for nothing.
     fn is_storing(&self) -> bool {
-        self.executor.is_storing() && self.has_unsaved()
+        self.activity.line.is_storing() && self.has_unsaved()
     }
 
     fn perform<B: Board>(
@@ -84,7 +84,7 @@ where
             Command::StoreOffset { id, value: _ } => self.perform_store(*id),
             Command::WorkOffset(offset) => self.perform_work_offset(offset),
             Command::ParkingControl(allowed) => {
-                self.parking_allowed = *allowed;
+                self.program.parking_allowed = *allowed;
                 Progress::Done
             }
             Command::Pause => self.perform_pause(),
@@ -121,7 +121,7 @@ where
             line_number: self.line_of(travel, kind),
             kind: move_kind(travel.feed, kind),
         };
-        let more = self.executor.has_more();
+        let more = self.activity.line.has_more();
         self.push(&next, &spindle, more, board, now)
     }
 
@@ -132,9 +132,9 @@ where
         board: &mut B,
         now: Instant,
     ) -> Progress {
-        if matches!(self.executor.wait, Wait::Nothing) {
+        if matches!(self.activity.line.wait, Wait::Nothing) {
             let arc = self.arc(travel, shape);
-            self.executor.wait = Wait::Arc(arc);
+            self.activity.line.wait = Wait::Arc(arc);
         }
         for _ in 0..CHORDS_A_POLL {
             match self.perform_chord(travel, board, now) {
@@ -154,7 +154,7 @@ where
         now: Instant,
     ) -> Option<Progress> {
         let spindle = self.light_of(travel, LineKind::Program);
-        let Wait::Arc(arc) = &self.executor.wait else {
+        let Wait::Arc(arc) = &self.activity.line.wait else {
             return None;
         };
         let target = arc.peek()?;
@@ -167,7 +167,7 @@ where
             line_number: self.line_of(travel, LineKind::Program),
             kind: MoveKind::Feed,
         };
-        let more = target != travel.target || self.executor.has_more();
+        let more = target != travel.target || self.activity.line.has_more();
         if !self.is_within_travel(&target) {
             return Some(self.leave_travel(board, now));
         }
@@ -176,7 +176,7 @@ where
         {
             return Some(Progress::Wait);
         }
-        if let Wait::Arc(arc) = &mut self.executor.wait {
+        if let Wait::Arc(arc) = &mut self.activity.line.wait {
             arc.advance();
         }
         Some(Progress::Done)
@@ -188,14 +188,14 @@ where
         let of = |axis: usize| config.acceleration.get(axis).copied().unwrap_or(0.0);
         let acceleration = of(first).min(of(second));
         let tolerance = config.arc_tolerance;
-        ArcFeed::new(self.path_end, travel, shape, acceleration, tolerance)
+        ArcFeed::new(self.motion.path_end, travel, shape, acceleration, tolerance)
     }
 
     /// The line that reports show for a move: its `N` word, or else how many lines of the program there have been, where
     /// that is asked for.
     pub(super) fn line_of(&self, travel: &Travel<AXES>, kind: LineKind) -> Option<u32> {
         let counted = kind == LineKind::Program && self.reports(StatusReport::<AXES>::LINE);
-        let count = Some(self.program_lines).filter(|_| counted);
+        let count = Some(self.program.lines).filter(|_| counted);
         travel.line_number.or(count)
     }
 
@@ -211,16 +211,16 @@ where
         match self.motion.push(next, more, now) {
             Ok(Pushed::Queued) => {
                 self.work.moves = self.work.moves.wrapping_add(1);
-                self.path_end = next.target;
+                self.motion.path_end = next.target;
                 self.show_planned(next, board);
                 // A jog burns in every motion mode, at rest the mode decides.
-                let cuts =
-                    !self.executor.is_jogging() || self.interpreter.modal().motion.is_cutting();
+                let cuts = !self.activity.line.is_jogging()
+                    || self.program.interpreter.modal().motion.is_cutting();
                 self.want_spindle(Spindle {
                     cutting: spindle.cutting && cuts,
                     ..*spindle
                 });
-                if self.executor.is_jogging() && self.state == State::Idle {
+                if self.activity.line.is_jogging() && self.state == State::Idle {
                     self.enter(State::Jog(Jog::Moving));
                 }
                 Progress::Done
@@ -254,23 +254,23 @@ where
 
     /// A move that is not a step long: a laser at constant power still changes, once motion has ended.
     fn stay(&mut self, next: &Move<AXES>, spindle: &Spindle) -> Progress {
-        if !self.spindle.is_laser() || self.executor.is_jogging() {
-            self.path_end = next.target;
+        if !self.tool.spindle.is_laser() || self.activity.line.is_jogging() {
+            self.motion.path_end = next.target;
             return Progress::Done;
         }
         let changes = spindle.rotation == Rotation::Clockwise && self.changes_spindle(spindle);
         if changes && !self.is_motion_over() {
             return Progress::Wait;
         }
-        self.path_end = next.target;
+        self.motion.path_end = next.target;
         self.want_spindle(*spindle);
         Progress::Done
     }
 
     /// A move that motors cannot count: refused, and with it what is left of its line.
     fn refuse_move(&mut self) -> Progress {
-        self.interpreter.set_position(self.path_end);
-        if let Some(origin) = self.executor.finish() {
+        self.program.interpreter.set_position(self.motion.path_end);
+        if let Some(origin) = self.activity.line.finish() {
             self.answer(origin, Err(Status::InvalidTarget));
         }
         Progress::Wait
@@ -292,21 +292,21 @@ where
     }
 
     pub(super) fn is_within_travel(&self, target: &[Coordinate; AXES]) -> bool {
-        !self.settings.is_on(Setting::SoftLimits) || soft_limits::allow(target, &self.travel)
+        !self.settings.is_on(Setting::SoftLimits) || soft_limits::allow(target, &self.motion.travel)
     }
 
     fn perform_dwell(&mut self, seconds: Number, now: Instant) -> Progress {
         if self.state == State::Check {
             return Progress::Done;
         }
-        match self.executor.dwell_ends() {
+        match self.activity.line.dwell_ends() {
             Some(end) if now >= end => Progress::Done,
             Some(_) => Progress::Wait,
             None => {
                 if self.is_motion_over() {
                     let micros = seconds.nanos().unsigned_abs() / 1_000;
                     let end = now + Duration::from_ticks(micros);
-                    self.executor.wait = Wait::Dwell(end);
+                    self.activity.line.wait = Wait::Dwell(end);
                 }
                 Progress::Wait
             }
@@ -321,15 +321,15 @@ where
             return Progress::Wait;
         }
         self.want_spindle(self.light_at_rest(spindle));
-        self.cadence.overrides_changed();
+        self.console.cadence.overrides_changed();
         Progress::Done
     }
 
     /// Whether a spindle command changes the output at rest. A laser under M4 is off then, and its moves have their power.
     fn changes_at_rest(&self, spindle: &Spindle) -> bool {
         let dynamic = Rotation::Counterclockwise;
-        let rotations = (self.last_spindle.rotation, spindle.rotation);
-        !self.spindle.is_laser() || rotations != (dynamic, dynamic)
+        let rotations = (self.tool.told.rotation, spindle.rotation);
+        !self.tool.spindle.is_laser() || rotations != (dynamic, dynamic)
     }
 
     fn perform_coolant<B: Board>(&mut self, coolant: Coolant, board: &mut B) -> Progress {
@@ -352,16 +352,16 @@ where
     /// Notes an offset that is to be stored, and waits until it is: an `ok` says that it will survive a power loss. The
     /// store is written at rest, so that this, as in GRBL, waits for motion to end.
     fn perform_store(&mut self, id: OffsetId) -> Progress {
-        if self.executor.is_storing() {
+        if self.activity.line.is_storing() {
             return Progress::Done;
         }
         if self.is_motion_over() {
-            self.unsaved.add_offset::<AXES>(id);
-            self.executor.wait = Wait::Stored {
+            self.store.unsaved.add_offset::<AXES>(id);
+            self.activity.line.wait = Wait::Stored {
                 then_restart: false,
             };
         }
-        if self.executor.is_storing() && !self.is_storing() {
+        if self.activity.line.is_storing() && !self.is_storing() {
             Progress::Done
         } else {
             Progress::Wait
@@ -373,17 +373,17 @@ where
         if self.state != State::Check && !self.is_motion_over() {
             return Progress::Wait;
         }
-        self.work_offset = *offset;
-        self.cadence.work_offset_changed();
+        self.program.work_offset = *offset;
+        self.console.cadence.work_offset_changed();
         Progress::Done
     }
 
     fn perform_pause(&mut self) -> Progress {
-        if self.state == State::Check || self.executor.is_paused() {
+        if self.state == State::Check || self.activity.line.is_paused() {
             return Progress::Done;
         }
         if self.is_motion_over() {
-            self.executor.wait = Wait::Pause;
+            self.activity.line.wait = Wait::Pause;
             self.enter(State::Hold(Hold::Complete { since: None }));
         }
         Progress::Wait
@@ -396,10 +396,10 @@ where
             }
             self.want_spindle(Spindle::default());
             self.set_coolant(CoolantOutput::default(), board);
-            self.cadence.work_offset_changed();
+            self.console.cadence.work_offset_changed();
         }
         self.reset_overrides();
-        self.program_lines = 0;
+        self.program.lines = 0;
         self.console.message(Message::ProgramEnd);
         Progress::Done
     }
@@ -408,15 +408,15 @@ where
     #[inline(never)]
     pub(crate) fn want_spindle(&mut self, spindle: Spindle) {
         if spindle.rotation == Rotation::Off {
-            self.dead_man = DeadMan::Dark;
+            self.tool.dead_man = DeadMan::Dark;
         }
-        if self.changes_spindle(&spindle) || self.spindle.stands() {
-            let (stood, before) = (self.spindle.stands(), self.spindle.accessory());
-            self.spindle.want(wanted(&spindle));
-            self.last_spindle = spindle;
+        if self.changes_spindle(&spindle) || self.tool.spindle.stands() {
+            let (stood, before) = (self.tool.spindle.stands(), self.tool.spindle.accessory());
+            self.tool.spindle.want(wanted(&spindle));
+            self.tool.told = spindle;
             self.update_power();
-            if !stood && self.spindle.accessory() != before {
-                self.cadence.overrides_changed();
+            if !stood && self.tool.spindle.accessory() != before {
+                self.console.cadence.overrides_changed();
             }
         }
     }
@@ -425,21 +425,21 @@ where
     pub(crate) fn stop_cutting(&mut self) {
         self.want_spindle(Spindle {
             cutting: false,
-            ..self.last_spindle
+            ..self.tool.told
         });
     }
 
     fn changes_spindle(&self, spindle: &Spindle) -> bool {
-        *spindle != self.last_spindle
+        *spindle != self.tool.told
     }
 
     pub(super) fn move_power(&self, spindle: &Spindle) -> MovePower {
-        if !self.spindle.is_laser() {
+        if !self.tool.spindle.is_laser() {
             return MovePower::Spindle {
-                power: self.spindle.power(),
+                power: self.tool.spindle.power(),
             };
         }
-        match self.spindle.beam_of_move(wanted(spindle)) {
+        match self.tool.spindle.beam_of_move(wanted(spindle)) {
             Beam::Constant(power) => MovePower::Constant { power },
             Beam::WithSpeed(power) => MovePower::Dynamic { power },
             Beam::Dark => MovePower::Off,

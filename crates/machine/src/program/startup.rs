@@ -1,6 +1,6 @@
 //! Startup lines: run after power-up, after each reset and after homing, unless the machine is locked.
 
-use crate::executor::Origin;
+use crate::activity::line::Origin;
 
 /// Which startup line is to run next.
 #[derive(Clone, Copy, Debug)]

@@ -1,7 +1,7 @@
 //! The tool follows the state: the laser's gate, and what spindle or laser put out at rest.
 //!
 //! [`Machine::enter`] is the only writer of the state, [`Machine::put_out_tool`] the only place where power comes on out of
-//! motion. What is lit when, [`crate::outputs::beam`] says.
+//! motion. What is lit when, [`crate::tool::beam`] says.
 
 use crate::board::{Board, SpindleOutput};
 use crate::machine::Machine;
@@ -17,6 +17,7 @@ where
 {
     /// Changes the state, and the laser's gate with it.
     pub(crate) fn enter(&mut self, state: State) {
+        self.history.leaves(self.state);
         self.state = state;
         self.set_gate();
     }
@@ -24,13 +25,13 @@ where
     /// Shuts the laser's gate where the state wants it shut. A switch that has stopped the machine shut it, too: it stays so until
     /// the main loop has dealt with that edge, which it may not have seen yet.
     pub(crate) fn set_gate(&mut self) {
-        let shut = self.spindle.is_shut(self.state);
-        if shut != self.shared.is_laser_off() {
-            self.shared.set_laser_off(shut);
+        let shut = self.tool.spindle.is_shut(self.state);
+        if shut != self.motion.shared.is_laser_off() {
+            self.motion.shared.set_laser_off(shut);
         }
         // After the gate: an edge in between is seen here, a later one shuts it itself.
-        if self.inputs.edges().stops() != self.edges.stops() {
-            self.shared.set_laser_off(true);
+        if self.switches.inputs.edges().stops() != self.switches.edges.stops() {
+            self.motion.shared.set_laser_off(true);
         }
     }
 
@@ -39,54 +40,55 @@ where
         if !self.motion.is_at_rest() {
             return;
         }
-        let output = self.spindle.output(self.state);
-        if self.rest_output != Some(output) {
+        let output = self.tool.spindle.output(self.state);
+        if self.tool.rest_output != Some(output) {
             board.set_spindle(output);
-            self.rest_output = Some(output);
+            self.tool.rest_output = Some(output);
         }
         let power = self.power_at_rest();
         // Moves that wait bring their own power along; until they begin, no laser lights up for them.
-        let of_moves = self.spindle.is_laser() && power != Power::OFF && !self.motion.is_idle();
-        if !of_moves && self.rest_power != Some(power) {
+        let of_moves =
+            self.tool.spindle.is_laser() && power != Power::OFF && !self.motion.is_idle();
+        if !of_moves && self.tool.rest_power != Some(power) {
             board.set_power(power);
-            self.rest_power = Some(power);
+            self.tool.rest_power = Some(power);
             // A switch may have shut the gate since the power was computed.
-            if self.shared.is_laser_off() {
+            if self.motion.shared.is_laser_off() {
                 board.set_power(Power::OFF);
-                self.rest_power = None;
+                self.tool.rest_power = None;
             }
         }
     }
 
     /// The power while motion rests.
     pub(crate) fn power_at_rest(&self) -> Power {
-        if self.shared.is_laser_off() {
+        if self.motion.shared.is_laser_off() {
             Power::OFF
         } else {
-            self.spindle.power_at_rest(self.state)
+            self.tool.spindle.power_at_rest(self.state)
         }
     }
 
     /// Spindle off, and its power at once: M5, until a line says otherwise.
     pub(crate) fn switch_spindle_off<B: Board>(&mut self, board: &mut B) {
-        self.interpreter.stop_spindle();
+        self.program.interpreter.stop_spindle();
         self.want_spindle(crate::interpreter::Spindle::default());
-        self.spindle.restore();
+        self.tool.spindle.restore();
         self.update_power();
         board.set_power(Power::OFF);
-        self.rest_power = None;
+        self.tool.rest_power = None;
         board.set_spindle(SpindleOutput::Off);
-        self.rest_output = None;
+        self.tool.rest_output = None;
     }
 
     /// Has the segments made from now on bring the power that the spindle is to have.
     pub(crate) fn update_power(&mut self) {
-        let rule = if self.spindle.is_laser() {
+        let rule = if self.tool.spindle.is_laser() {
             PowerRule::Laser {
                 percent: self.overrides.spindle,
             }
         } else {
-            PowerRule::Spindle(self.spindle.power())
+            PowerRule::Spindle(self.tool.spindle.power())
         };
         self.motion.set_power_rule(rule);
     }

@@ -32,7 +32,7 @@ where
         board: &mut B,
         now: Instant,
     ) -> Progress {
-        match self.executor.wait {
+        match self.activity.line.wait {
             Wait::Probe(Probing::Moving) => self.watch_probe(kind, board),
             Wait::Probe(Probing::Stopping) => {
                 if self.motion.is_at_rest() {
@@ -63,13 +63,13 @@ where
         if !self.is_motion_over() {
             return Progress::Wait;
         }
-        let contact = self.inputs.active(&board.switches()).probe;
+        let contact = self.switches.inputs.active(&board.switches()).probe;
         if contact == kind.toward {
-            self.interpreter.set_position(self.path_end);
+            self.program.interpreter.set_position(self.motion.path_end);
             self.raise(Alarm::ProbeContactTooEarly, board);
             return Progress::Done;
         }
-        self.inputs.watch_probe(if kind.toward {
+        self.switches.inputs.watch_probe(if kind.toward {
             ProbeWatch::Contact
         } else {
             ProbeWatch::Release
@@ -85,15 +85,15 @@ where
         };
         if self.push(&next, &travel.spindle, false, board, now) == Progress::Done {
             self.motion.release();
-            self.executor.wait = Wait::Probe(Probing::Moving);
+            self.activity.line.wait = Wait::Probe(Probing::Moving);
         }
         Progress::Wait
     }
 
     fn watch_probe<B: Board>(&mut self, kind: ProbeKind, board: &mut B) -> Progress {
-        if self.inputs.latched().is_some() {
+        if self.switches.inputs.latched().is_some() {
             self.motion.hold();
-            self.executor.wait = Wait::Probe(Probing::Stopping);
+            self.activity.line.wait = Wait::Probe(Probing::Stopping);
             if self.motion.is_at_rest() {
                 self.end_probe(true, kind, board);
                 return Progress::Done;
@@ -107,15 +107,15 @@ where
 
     /// Reports a probing motion that has come to rest, and goes on from where it stopped.
     fn end_probe<B: Board>(&mut self, contact: bool, kind: ProbeKind, board: &mut B) {
-        let latched = self.inputs.latched();
-        self.inputs.watch_probe(ProbeWatch::Off);
+        let latched = self.switches.inputs.latched();
+        self.switches.inputs.watch_probe(ProbeWatch::Off);
         self.motion.forget();
         self.take_position();
-        self.probed.contact = contact;
+        self.program.probed.contact = contact;
         match latched {
-            Some(steps) if contact => self.probed.position = self.motion.axes(&steps),
+            Some(steps) if contact => self.program.probed.position = self.motion.axes(&steps),
             _ if kind.must_trigger => self.raise(Alarm::ProbeNoContact, board),
-            _ => self.probed.position = self.motion.position(),
+            _ => self.program.probed.position = self.motion.position(),
         }
         self.report_probe();
     }

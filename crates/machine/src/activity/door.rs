@@ -88,7 +88,7 @@ where
         if !self.motion.is_aside_idle() {
             return;
         }
-        match self.door.map(|door| door.step) {
+        match self.activity.door.map(|door| door.step) {
             None => self.begin_retracting(now),
             Some(Step::PullOut) => {
                 self.suspend_outputs(board);
@@ -108,14 +108,14 @@ where
         if !self.motion.is_aside_idle() {
             return;
         }
-        match self.door.map(|door| door.step) {
+        match self.activity.door.map(|door| door.step) {
             None => {}
             Some(Step::PullOut) => {
                 self.suspend_outputs(board);
                 self.move_spindle_axis(Step::Park);
             }
             Some(_) => {
-                self.door = None;
+                self.activity.door = None;
                 self.motion.forget();
                 self.take_position();
                 self.fall_asleep(board);
@@ -132,7 +132,7 @@ where
 
     pub(crate) fn begin_retracting(&mut self, now: Instant) {
         let left_at = self.parks().then(|| self.motion.position());
-        self.door = Some(DoorCycle {
+        self.activity.door = Some(DoorCycle {
             step: Step::PullOut,
             since: now,
             left_at,
@@ -141,10 +141,10 @@ where
     }
 
     fn suspend_outputs<B: Board>(&mut self, board: &mut B) {
-        self.spindle.suspend();
+        self.tool.spindle.suspend();
         self.update_power();
-        self.coolant.suspend(board);
-        self.cadence.overrides_changed();
+        self.tool.coolant.suspend(board);
+        self.console.cadence.overrides_changed();
     }
 
     /// The door is shut and the operator resumes.
@@ -157,7 +157,7 @@ where
         if !self.motion.is_aside_idle() {
             return;
         }
-        match self.door.map(|door| door.step) {
+        match self.activity.door.map(|door| door.step) {
             None => self.leave_door(),
             Some(Step::PullOut | Step::Park | Step::Parked | Step::Unpark) => {
                 let delay = self.restore_spindle_after_door();
@@ -176,7 +176,7 @@ where
     }
 
     fn leave_door(&mut self) {
-        self.door = None;
+        self.activity.door = None;
         self.motion.end_aside();
         self.go_on();
     }
@@ -184,7 +184,7 @@ where
     /// Returns how long to wait for it. A laser has no delay; its gate stays shut until motion goes on.
     fn restore_spindle_after_door(&mut self) -> Duration {
         self.restore_spindle();
-        if self.spindle.is_wanted() && !self.spindle.is_laser() {
+        if self.tool.spindle.is_wanted() && !self.tool.spindle.is_laser() {
             self.config.spindle_delay
         } else {
             NO_DELAY
@@ -192,16 +192,16 @@ where
     }
 
     fn restore_coolant_after_door<B: Board>(&mut self, board: &mut B) -> Duration {
-        self.coolant.restore(board);
-        if !self.coolant.is_wanted() {
+        self.tool.coolant.restore(board);
+        if !self.tool.coolant.is_wanted() {
             return NO_DELAY;
         }
-        self.cadence.overrides_changed();
+        self.console.cadence.overrides_changed();
         self.config.coolant_delay
     }
 
     fn set_door_step(&mut self, step: Step, phase: Door) {
-        if let Some(door) = &mut self.door {
+        if let Some(door) = &mut self.activity.door {
             door.step = step;
         }
         self.enter(State::Door(phase));
@@ -209,7 +209,7 @@ where
 
     /// Plans the motion of `step`, if the machine parks at all.
     fn move_spindle_axis(&mut self, step: Step) {
-        let Some(door) = &mut self.door else {
+        let Some(door) = &mut self.activity.door else {
             return;
         };
         door.step = step;
@@ -242,7 +242,7 @@ where
 
     /// How to park, where that is allowed now.
     fn parking(&self) -> Option<ParkingConfig> {
-        let allowed = self.parking_allowed && self.settings.is_on(Setting::Homing);
+        let allowed = self.program.parking_allowed && self.settings.is_on(Setting::Homing);
         self.config.options.parking.filter(|_| allowed)
     }
 }

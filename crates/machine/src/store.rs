@@ -6,6 +6,7 @@
 
 use crate::interpreter::OffsetId;
 use crate::machine::Machine;
+use crate::memory::Memory;
 use crate::protocol::system_command::{Restore, STARTUP_LINES};
 use crate::settings::flash::SettingsStore;
 use crate::settings::record::{decode_numbers, encode_numbers, RecordKey, MAX_RECORDS};
@@ -13,6 +14,21 @@ use crate::settings::store::{Condition, Records, StoreError, Written};
 use crate::settings::values::{Entry, Key, Settings, MAX_AXES};
 use leadscrew_gcode::Number;
 use leadscrew_planner::{Coordinate, Kinematics};
+
+/// All that outlasts power, besides the settings and offsets in force.
+#[derive(Debug, Default)]
+pub(crate) struct Store {
+    /// Startup lines, the text of `$I`.
+    pub(crate) memory: Memory,
+    /// What is in the store, once it was loaded.
+    records: Option<Records>,
+    /// What is not in the store yet.
+    pub(crate) unsaved: Unsaved,
+    /// Not all that the line under way changed could be stored.
+    pub(crate) failed: bool,
+    /// The store had lost something: the machine is locked until `$X`, and everybody who comes is told why.
+    pub(crate) lost: bool,
+}
 
 /// Words of [`Unsaved`]: a bit for each record of the largest machine.
 const WORDS: usize = MAX_RECORDS.div_ceil(u32::BITS as usize);
@@ -165,7 +181,7 @@ where
     /// Notes that something is lost that was stored, as [`Machine::load`] does where it finds that out. Before the first
     /// [`Machine::poll`].
     pub fn distrust_settings(&mut self) {
-        self.stored_values_lost = true;
+        self.store.lost = true;
     }
 
     fn load_all<S: SettingsStore>(&mut self, store: &mut S) -> Result<Condition, S::Error> {
@@ -187,24 +203,27 @@ where
             sound &= value.is_some();
             if let Some(value) = value {
                 let value = value.map(|value| Coordinate::from_nanos(value.nanos()));
-                self.interpreter.load_offset(id, value);
+                self.program.interpreter.load_offset(id, value);
             }
         }
         for index in 0..STARTUP_LINES {
             let line = records.read(store, RecordKey::Startup(index))?;
-            self.memory
+            self.store
+                .memory
                 .set_startup(index, line.as_deref().unwrap_or_default());
         }
         let build = records.read(store, RecordKey::Build)?;
-        self.memory.set_build(build.as_deref().unwrap_or_default());
-        self.work_offset = *self.interpreter.work_offset();
-        self.records = Some(records);
+        self.store
+            .memory
+            .set_build(build.as_deref().unwrap_or_default());
+        self.program.work_offset = *self.program.interpreter.work_offset();
+        self.store.records = Some(records);
         Ok(if sound { condition } else { Condition::Damaged })
     }
 
     /// Whether there is a store, and something is not in it yet.
     pub(crate) fn has_unsaved(&self) -> bool {
-        self.records.is_some() && !self.unsaved.is_empty()
+        self.store.records.is_some() && !self.store.unsaved.is_empty()
     }
 
     /// Erases what the store holds in vain, so that no change to come has to wait for that. Where something was lost, nothing is
@@ -217,7 +236,7 @@ where
         &mut self,
         store: &mut S,
     ) -> Result<(), StoreError<S::Error>> {
-        match &mut self.records {
+        match &mut self.store.records {
             Some(records) => records.erase_spare(store),
             None => Ok(()),
         }
@@ -232,28 +251,28 @@ where
     /// [`StoreError`]: the change is in force, but will not survive a power loss; its line is answered with `error:7`.
     pub fn save<S: SettingsStore>(&mut self, store: &mut S) -> Result<bool, StoreError<S::Error>> {
         let saved = self.save_one(store);
-        self.store_failed |= saved.is_err();
+        self.store.failed |= saved.is_err();
         saved
     }
 
     /// Notes that what [`Machine::save`] has written did not reach its place after all, where a store hands on many records
     /// together. Main loop, before the next [`Machine::poll`]: the line under way is answered with `error:7`.
     pub fn not_saved(&mut self) {
-        self.store_failed = true;
+        self.store.failed = true;
     }
 
     fn save_one<S: SettingsStore>(&mut self, store: &mut S) -> Result<bool, StoreError<S::Error>> {
-        if self.unsaved.is_empty() || !self.motion.is_at_rest() {
-            return Ok(!self.unsaved.is_empty());
+        if self.store.unsaved.is_empty() || !self.motion.is_at_rest() {
+            return Ok(!self.store.unsaved.is_empty());
         }
-        let Some(records) = &mut self.records else {
+        let Some(records) = &mut self.store.records else {
             return Ok(false);
         };
-        if let Some(what) = self.unsaved.restored.take() {
+        if let Some(what) = self.store.unsaved.restored.take() {
             records.retain(store, |key| !goes(what, key))?;
-            return Ok(!self.unsaved.is_empty());
+            return Ok(!self.store.unsaved.is_empty());
         }
-        let Some(item) = self.unsaved.take::<AXES>() else {
+        let Some(item) = self.store.unsaved.take::<AXES>() else {
             return Ok(false);
         };
         let written = match item {
@@ -262,15 +281,17 @@ where
                 records.write(store, item.key(), &value)?
             }
             Item::Offset(id) => {
-                let value = self.interpreter.offsets().get(id);
+                let value = self.program.interpreter.offsets().get(id);
                 let value = value.map(|value| Number::from_nanos(value.nanos()));
                 records.write(store, item.key(), &encode_numbers(&value))?
             }
-            Item::Startup(index) => records.write(store, item.key(), self.memory.startup(index))?,
-            Item::Build => records.write(store, item.key(), self.memory.build())?,
+            Item::Startup(index) => {
+                records.write(store, item.key(), self.store.memory.startup(index))?
+            }
+            Item::Build => records.write(store, item.key(), self.store.memory.build())?,
         };
-        self.unsaved.begun = (written == Written::Part).then_some(item);
-        Ok(!self.unsaved.is_empty())
+        self.store.unsaved.begun = (written == Written::Part).then_some(item);
+        Ok(!self.store.unsaved.is_empty())
     }
 }
 

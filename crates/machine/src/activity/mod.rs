@@ -1,0 +1,33 @@
+//! Whatever takes longer than one [`Machine::poll`](crate::machine::Machine::poll): a value that each poll advances. None waits.
+//!
+//! | activity | state | begins with |
+//! |---|---|---|
+//! | [`line`] | Idle, Run, Jog, Check | a line of G-code or `$J=` |
+//! | [`homing`] | Home | `$H` |
+//! | [`door`] | Door, Sleep | the door, 0x84, `$SLP` |
+
+pub(crate) mod door;
+pub(crate) mod homing;
+pub(crate) mod line;
+
+use door::DoorCycle;
+use homing::Homing;
+use line::Executor;
+
+/// The activities under way. A line may wait while the door is open; homing excludes both.
+pub(crate) struct Activity<const AXES: usize> {
+    pub(crate) line: Executor<AXES>,
+    pub(crate) homing: Option<Homing>,
+    pub(crate) door: Option<DoorCycle<AXES>>,
+}
+
+impl<const AXES: usize> Activity<AXES> {
+    /// Nothing under way.
+    pub(crate) const fn new() -> Self {
+        Self {
+            line: Executor::new(),
+            homing: None,
+            door: None,
+        }
+    }
+}
