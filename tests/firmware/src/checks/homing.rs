@@ -14,8 +14,6 @@ const AWAY: [i64; 3] = [700, 1300, 411];
 const PULL_OFF: i64 = 250;
 /// Steps that a carriage may go on after its switch in the slow search: 250 steps/s, for the filter's 0.2 ms and a look.
 const SLACK: i64 = 1;
-/// Steps more on crossed belts, where X was seen to stand three steps beyond its switch: a fault whose cause is not found.
-const CROSSED_SLACK: i64 = 2;
 /// Cycles between two looks of the carriages: 24 µs.
 const LOOK: u64 = 4_000;
 
@@ -29,22 +27,6 @@ pub(super) enum Belts {
 }
 
 impl Belts {
-    /// Whether a carriage may stand half a step short of where it seems, 1, or not.
-    fn halves(self) -> i64 {
-        match self {
-            Belts::Straight => 0,
-            Belts::Crossed => 1,
-        }
-    }
-
-    /// Steps that a carriage may stand beyond its switch.
-    fn slack(self) -> i64 {
-        match self {
-            Belts::Straight => SLACK,
-            Belts::Crossed => SLACK + CROSSED_SLACK,
-        }
-    }
-
     /// How far the carriages have moved, whole steps.
     fn carry<const MOTORS: usize>(self, motors: [i64; MOTORS]) -> [i64; MOTORS] {
         let mut carriages = motors;
@@ -63,19 +45,20 @@ struct Carriages<const MOTORS: usize> {
     /// Where they were at power-up, and where they are: steps from each switch; closed from 0 on.
     begin: [i64; MOTORS],
     position: [i64; MOTORS],
-    /// Steps of the motors since power-up.
-    motors: [i64; MOTORS],
-    /// Step events that are counted already.
+    /// Step events that are counted, and the steps of the motors in them.
     counted: usize,
+    motors: [i64; MOTORS],
 }
 
 impl<const MOTORS: usize> Carriages<MOTORS> {
-    /// Follows the motors, and works the switches.
+    /// Follows the motors, and works the switches. The last step event is counted anew at each look: on a board with step pins
+    /// on two ports they rise one after the other, and a look may come between the two.
     fn follow(&mut self, bench: &mut Bench) {
-        let moved = net::<MOTORS>(&bench.pins.steps[self.counted..]);
-        self.counted = bench.pins.steps.len();
-        self.motors = from_fn(|motor| self.motors[motor] + moved[motor]);
-        let carried = self.belts.carry(self.motors);
+        let steps = &bench.pins.steps;
+        let complete = steps.len().saturating_sub(1);
+        self.motors = sum(self.motors, net(&steps[self.counted..complete]));
+        self.counted = complete;
+        let carried = self.belts.carry(sum(self.motors, net(&steps[complete..])));
         let now: [i64; MOTORS] = from_fn(|motor| self.begin[motor] + carried[motor]);
         let limits = bench.wiring.limits;
         for ((position, now), limit) in self.position.iter_mut().zip(now).zip(limits) {
@@ -85,6 +68,10 @@ impl<const MOTORS: usize> Carriages<MOTORS> {
             }
         }
     }
+}
+
+fn sum<const MOTORS: usize>(one: [i64; MOTORS], other: [i64; MOTORS]) -> [i64; MOTORS] {
+    from_fn(|motor| one[motor] + other[motor])
 }
 
 /// Homes carriages that are so many steps from their switches; where they are then, steps beyond the switches.
@@ -100,8 +87,8 @@ fn home<const MOTORS: usize>(
         belts,
         begin: away.map(|steps| -steps),
         position: away.map(|steps| -steps),
-        motors: [0; MOTORS],
         counted: 0,
+        motors: [0; MOTORS],
     };
     bench.send("$H\n");
     for _ in 0..2_000_000 {
@@ -129,7 +116,7 @@ pub(super) fn ensure_homes<const MOTORS: usize>(
     let status = bench.status()?;
     let words = format!("{position:?} steps from the switches, {status}");
     let right = |((position, away), limit): ((&i64, i64), &Option<_>)| match limit {
-        Some(_) => (-PULL_OFF - belts.halves()..=belts.slack() - PULL_OFF).contains(position),
+        Some(_) => (-PULL_OFF..=SLACK - PULL_OFF).contains(position),
         None => *position == -away,
     };
     let mut all = position.iter().zip(away).zip(build.wiring.limits);
