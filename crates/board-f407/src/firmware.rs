@@ -8,7 +8,9 @@ use crate::{
     serial::{self, Listener, Sender, Writer},
     settings_flash::Sectors,
     step_interrupt::{self, SHARED},
-    supply, switches, wake, watchdog,
+    supply,
+    switches::{self, Filter},
+    wake, watchdog,
 };
 use core::{iter, mem::MaybeUninit};
 use defmt_rtt as _;
@@ -39,6 +41,11 @@ mod app {
     #[shared]
     struct SharedResources {
         sender: Sender,
+        // In the core coupled memory, where no DMA delays an edge.
+        #[lock_free]
+        #[allow(unsafe_code)]
+        #[link_section = ".bss.ccm.filter"]
+        filter: Filter,
     }
 
     #[local]
@@ -84,7 +91,7 @@ mod app {
             reason
         );
         pwm::start(&rcc);
-        switches::start(device.EXTI, &device.SYSCFG);
+        let filter = Filter::new(device.EXTI, &device.SYSCFG);
         INPUTS.on_switches(&switches::switches(), &SHARED);
 
         let (producer, segments) = cx.local.queue.split();
@@ -142,7 +149,7 @@ mod app {
             clock: Clock::new(device.TIM5),
         };
         let sender = Sender::new();
-        (SharedResources { sender }, local)
+        (SharedResources { sender, filter }, local)
     }
 
     /// The main loop: sleeps when it has nothing to do.
@@ -204,52 +211,52 @@ mod app {
     }
 
     /// The main loop wants to be woken, or a switch has had its time.
-    #[task(binds = TIM5, priority = 14)]
-    fn alarm(_: alarm::Context) {
+    #[task(binds = TIM5, priority = 14, shared = [filter])]
+    fn alarm(cx: alarm::Context) {
         if clock::take_alarms() {
-            switches::on_time(&INPUTS, &SHARED);
+            cx.shared.filter.on_time(&INPUTS, &SHARED);
         }
     }
 
     /// An edge on line 0.
-    #[task(binds = EXTI0, priority = 14)]
-    fn edge_0(_: edge_0::Context) {
-        switches::on_edge(&SHARED);
+    #[task(binds = EXTI0, priority = 14, shared = [filter])]
+    fn edge_0(cx: edge_0::Context) {
+        cx.shared.filter.on_edge(&SHARED);
     }
 
     /// An edge on line 1.
-    #[task(binds = EXTI1, priority = 14)]
-    fn edge_1(_: edge_1::Context) {
-        switches::on_edge(&SHARED);
+    #[task(binds = EXTI1, priority = 14, shared = [filter])]
+    fn edge_1(cx: edge_1::Context) {
+        cx.shared.filter.on_edge(&SHARED);
     }
 
     /// An edge on line 2.
-    #[task(binds = EXTI2, priority = 14)]
-    fn edge_2(_: edge_2::Context) {
-        switches::on_edge(&SHARED);
+    #[task(binds = EXTI2, priority = 14, shared = [filter])]
+    fn edge_2(cx: edge_2::Context) {
+        cx.shared.filter.on_edge(&SHARED);
     }
 
     /// An edge on line 3.
-    #[task(binds = EXTI3, priority = 14)]
-    fn edge_3(_: edge_3::Context) {
-        switches::on_edge(&SHARED);
+    #[task(binds = EXTI3, priority = 14, shared = [filter])]
+    fn edge_3(cx: edge_3::Context) {
+        cx.shared.filter.on_edge(&SHARED);
     }
 
     /// An edge on line 4.
-    #[task(binds = EXTI4, priority = 14)]
-    fn edge_4(_: edge_4::Context) {
-        switches::on_edge(&SHARED);
+    #[task(binds = EXTI4, priority = 14, shared = [filter])]
+    fn edge_4(cx: edge_4::Context) {
+        cx.shared.filter.on_edge(&SHARED);
     }
 
     /// An edge on lines 5 to 9.
-    #[task(binds = EXTI9_5, priority = 14)]
-    fn edge_5(_: edge_5::Context) {
-        switches::on_edge(&SHARED);
+    #[task(binds = EXTI9_5, priority = 14, shared = [filter])]
+    fn edge_5(cx: edge_5::Context) {
+        cx.shared.filter.on_edge(&SHARED);
     }
 
     /// An edge on lines 10 to 15.
-    #[task(binds = EXTI15_10, priority = 14)]
-    fn edge_10(_: edge_10::Context) {
-        switches::on_edge(&SHARED);
+    #[task(binds = EXTI15_10, priority = 14, shared = [filter])]
+    fn edge_10(cx: edge_10::Context) {
+        cx.shared.filter.on_edge(&SHARED);
     }
 }

@@ -10,7 +10,7 @@
 //! within the time change nothing, so that a switch that bounces, or noise that goes on, is answered after exactly that
 //! time; a shorter spike is forgotten. The line is masked for as long, so that noise takes two interrupts each such time and no
 //! more. TIM5, which counts microseconds, keeps the time.
-#![allow(unsafe_code)] // what interrupts own, and registers that have no words
+#![allow(unsafe_code)] // the section of what interrupts read, and registers that have no words
 use crate::{
     clock,
     gpio::{Bank, Input},
@@ -18,11 +18,7 @@ use crate::{
     pwm,
     wake::wake,
 };
-use core::{
-    cell::UnsafeCell,
-    mem::MaybeUninit,
-    sync::atomic::{AtomicU16, AtomicU32, Ordering::Relaxed},
-};
+use core::sync::atomic::{AtomicU16, AtomicU32, Ordering::Relaxed};
 use leadscrew_machine::{board::Switches, inputs::Inputs};
 use leadscrew_stepper::{MotorMask, Power, Shared};
 use stm32f4::stm32f407::{EXTI, SYSCFG};
@@ -86,8 +82,9 @@ fn all() -> impl Iterator<Item = Input> {
     PROFILE.limits.into_iter().chain(BUTTONS).flatten()
 }
 
-/// What the switch interrupts keep: those of EXTI and that of the timer, all of one priority.
-struct Filter {
+/// What the switch interrupts keep: those of EXTI and that of the timer. The tasks share it without a lock, since RTIC refuses
+/// to build them unless all have one priority.
+pub(crate) struct Filter {
     exti: EXTI,
     /// Lines whose level is being waited for.
     settling: u16,
@@ -99,37 +96,9 @@ struct Filter {
     at_probe: [i32; MOTORS],
 }
 
-struct Place(UnsafeCell<MaybeUninit<Filter>>);
-
-// SAFETY: `start` fills it before the interrupts can come. After that it is theirs; they have one priority, so that none
-// interrupts another. None of RTIC's resources: to lock one takes time although nobody is to be kept away, and a laser waits.
-unsafe impl Sync for Place {}
-
-#[link_section = ".bss.ccm.filter"]
-static FILTER: Place = Place(UnsafeCell::new(MaybeUninit::uninit()));
-
-/// Makes inputs of the pins, takes their levels as they are, and listens from here on. Before the interrupts are on.
-pub(crate) fn start(exti: EXTI, syscfg: &SYSCFG) {
-    let filter = Filter::new(exti, syscfg);
-    // SAFETY: no interrupt looks at it yet.
-    unsafe { (*FILTER.0.get()).write(filter) };
-}
-
-/// Notes edges. Interrupts of EXTI.
-pub(crate) fn on_edge(shared: &Shared<MOTORS>) {
-    // SAFETY: `start` has filled it; see `Place`.
-    unsafe { (*FILTER.0.get()).assume_init_mut() }.on_edge(shared);
-}
-
-/// Looks at the lines whose time is over. Interrupt of TIM5.
-#[inline(always)]
-pub(crate) fn on_time(inputs: &Inputs<MOTORS>, shared: &Shared<MOTORS>) {
-    // SAFETY: as above.
-    unsafe { (*FILTER.0.get()).assume_init_mut() }.on_time(inputs, shared);
-}
-
 impl Filter {
-    fn new(exti: EXTI, syscfg: &SYSCFG) -> Self {
+    /// Makes inputs of the pins, takes their levels as they are, and listens from here on. Before the interrupts are on.
+    pub(crate) fn new(exti: EXTI, syscfg: &SYSCFG) -> Self {
         for input in all() {
             input.pin.make_input(input.pull);
             select_port(syscfg, input.pin.number, input.pin.bank);
@@ -155,7 +124,8 @@ impl Filter {
         }
     }
 
-    fn on_edge(&mut self, shared: &Shared<MOTORS>) {
+    /// Notes edges. Interrupts of EXTI.
+    pub(crate) fn on_edge(&mut self, shared: &Shared<MOTORS>) {
         let pending = self.exti.pr().read().bits() & u32::from(LINES);
         // SAFETY: a one clears a flag, zeros leave the others.
         self.exti.pr().write(|w| unsafe { w.bits(pending) });
@@ -184,10 +154,10 @@ impl Filter {
         clock::set_filter_alarm(due);
     }
 
-    /// Looks at the lines whose time is over, and acts on those that have changed. The time that it is is that of the alarm:
-    /// to ask the timer takes 20 cycles.
+    /// Looks at the lines whose time is over, and acts on those that have changed. The alarm's instant stands in for the
+    /// present: to ask the timer takes 20 cycles. Interrupt of TIM5.
     #[inline(always)]
-    fn on_time(&mut self, inputs: &Inputs<MOTORS>, shared: &Shared<MOTORS>) {
+    pub(crate) fn on_time(&mut self, inputs: &Inputs<MOTORS>, shared: &Shared<MOTORS>) {
         let (before, waiting) = (LEVELS.load(Relaxed), self.settling);
         let levels = self.settle(before);
         if levels != before {
