@@ -5,7 +5,8 @@
 //! check `costs` of `cargo fw-test` holds the file against the firmware as it is now.
 //!
 //! Interrupts are charged what the middle one of a job took, with their entry and exit; whether a tick is late is judged by
-//! the longest. The main loop's work is charged what it took in the mean, after all other work of the same job: see there
+//! the longest. A segment that begins a line is charged the longest load, any other the middle one: where a line ends with a
+//! segment of one tick, two loads follow each other, and only one of them begins a line. The main loop's work is charged what it took in the mean, after all other work of the same job: see there
 //! (`tests/firmware/src/checks/costs.rs`). Of the looks at the serial line, every 50 µs, what their bytes take is
 //! charged, as each comes; what a look takes that finds none is not (some 50 cycles, 0.6 % of the CPU).
 //!
@@ -25,8 +26,10 @@ pub struct Costs {
     pub step: u32,
     /// From the timer's compare to the next one's being armed, at most: a tick due before that is late.
     pub step_armed: u32,
-    /// A segment loaded, behind its tick. The first tick of the segment is armed at its end.
+    /// A segment loaded, behind its tick, that goes on along its line. The first tick of the segment is armed at its end.
     pub load: u32,
+    /// The same for the first segment of a line: the longest.
+    pub load_line: u32,
     /// No segment found where one is to be loaded.
     pub run_out: u32,
     /// From its begin to the power's being off.
@@ -63,7 +66,8 @@ impl Costs {
         step_edge: measured::STEP_EDGE,
         step: measured::STEP,
         step_armed: measured::STEP_MOST,
-        load: measured::LOAD_MOST,
+        load: measured::LOAD,
+        load_line: measured::LOAD_MOST,
         run_out: measured::RUN_OUT,
         run_out_dark: measured::RUN_OUT_DARK,
         pulse_edge: measured::PULSE_EDGE,
@@ -86,6 +90,7 @@ impl Costs {
         step: 0,
         step_armed: 0,
         load: 0,
+        load_line: 0,
         run_out: 0,
         run_out_dark: 0,
         pulse_edge: 0,

@@ -4,16 +4,16 @@
 pub const STEP_EDGE: u32 = 54;
 
 /// A tick at which three motors step and power changes: the middle one.
-pub const STEP: u32 = 173;
+pub const STEP: u32 = 186;
 
 /// The same: the longest.
-pub const STEP_MOST: u32 = 173;
+pub const STEP_MOST: u32 = 186;
 
 /// To load a segment: the middle one.
-pub const LOAD: u32 = 275;
+pub const LOAD: u32 = 302;
 
 /// The same: the longest, the first of a line.
-pub const LOAD_MOST: u32 = 439;
+pub const LOAD_MOST: u32 = 471;
 
 /// To come to rest where no segment is left.
 pub const RUN_OUT: u32 = 216;
@@ -28,7 +28,7 @@ pub const PULSE_EDGE: u32 = 41;
 pub const PULSE_END: u32 = 73;
 
 /// The interrupts of a switch's edge and of the end of its filter's time.
-pub const SWITCHES: u32 = 715;
+pub const SWITCHES: u32 = 710;
 
 /// To receive a byte of a line of 2 Mbaud that never rests.
 pub const BYTE_IN: u32 = 87;
@@ -37,25 +37,25 @@ pub const BYTE_IN: u32 = 87;
 pub const BYTE_OUT: u32 = 68;
 
 /// A turn of the main loop at rest.
-pub const POLL: u32 = 5877;
+pub const POLL: u32 = 5886;
 
 /// A byte taken from the receive queue, or given to the sender.
-pub const BYTE: u32 = 82;
+pub const BYTE: u32 = 84;
 
 /// A line of seven words, none of them a place, checked and interpreted, and answered.
-pub const LINE: u32 = 1016;
+pub const LINE: u32 = 944;
 
 /// A move planned, and its words: in the mean of a thousand.
-pub const PLANNED_MOVE: u32 = 2990;
+pub const PLANNED_MOVE: u32 = 3028;
 
 /// A segment made, in the mean of a thousand moves, and what finds no room for one.
-pub const SEGMENT: u32 = 1279;
+pub const SEGMENT: u32 = 1261;
 
 /// A queued move whose time is added up for a report.
 pub const TIMED: u32 = 294;
 
 /// A status report.
-pub const REPORT: u32 = 10114;
+pub const REPORT: u32 = 9992;
 
 /// A hundred instructions of the main loop, while a thousand moves are planned.
 pub const HUNDRED_INSTRUCTIONS: u32 = 187;

@@ -101,6 +101,7 @@ impl<'a, const MOTORS: usize> Stepping<'a, MOTORS> {
             let start = cpu.untimed_start(start);
             let costs = &self.costs;
             let (cycles, written) = match self.segments.peek() {
+                Some(Segment { line: Some(_), .. }) => (costs.load_line, costs.load_line),
                 Some(_) => (costs.load, costs.load),
                 None => (costs.run_out, costs.run_out_dark),
             };
@@ -286,7 +287,7 @@ mod tests {
 
     #[test]
     fn a_tick_that_is_due_before_its_segment_is_loaded_is_late_and_finds_the_pin_still_high() {
-        let counts = (Costs::F407.step + Costs::F407.load - 20) / CYCLES_PER_COUNT as u32;
+        let counts = (Costs::F407.step + Costs::F407.load_line - 20) / CYCLES_PER_COUNT as u32;
         let bench = run(
             1,
             &[line([9, 0], Smoothing::None, counts, false); 10],
