@@ -139,9 +139,14 @@ fn contour(lines: usize, mm: f64) -> String {
     job
 }
 
+/// The same with blanks behind each line: so few of them fit a window that the machine has not heard them all already.
+fn long(job: &str) -> String {
+    job.lines().map(|line| format!("{line:100}\n")).collect()
+}
+
 #[test]
 fn a_sender_that_stalls_for_less_than_the_reserve_loses_no_time() {
-    for job in [along_x(400, 2.0, 6000), contour(2500, 0.4)] {
+    for job in [long(&along_x(400, 2.0, 6000)), contour(2500, 0.4)] {
         let (smooth, _) = stream(Rate::NeverWaits, "", &job, NO_STALL);
         let (stalled, _) = stream(Rate::NeverWaits, "", &job, 2_000..2_900);
         let (smooth, stalled) = (duration(&smooth), duration(&stalled));
@@ -151,7 +156,7 @@ fn a_sender_that_stalls_for_less_than_the_reserve_loses_no_time() {
 
 #[test]
 fn at_twice_the_speed_a_stall_costs_no_time_either() {
-    let job = "\u{91}".repeat(10) + &along_x(400, 2.0, 3000);
+    let job = "\u{91}".repeat(10) + &long(&along_x(400, 2.0, 3000));
     let (smooth, _) = stream(Rate::NeverWaits, "", &job, NO_STALL);
     let (stalled, _) = stream(Rate::NeverWaits, "", &job, 2_000..2_900);
     let (smooth, stalled) = (duration(&smooth), duration(&stalled));
