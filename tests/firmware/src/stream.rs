@@ -1,6 +1,6 @@
 //! A sender that streams a program by character counting: lines go out while the unread ones fit the receive buffer.
 use crate::bench::{cycles, ensure, fail, is_answer, Bench, Failure, BANNER};
-use std::collections::VecDeque;
+use std::{collections::VecDeque, ops::Range};
 
 /// Cycles between two looks at what has come in: 30 µs, as a sender on a fast line.
 const SLICE: u64 = 5_000;
@@ -15,6 +15,8 @@ pub(crate) struct Stream<'a> {
     pub(crate) window: usize,
     /// Time between two status queries in s; none where it is 0.
     pub(crate) poll_seconds: f64,
+    /// When the sender neither speaks nor listens, s from its first line on.
+    pub(crate) silence: Range<f64>,
 }
 
 impl<'a> Stream<'a> {
@@ -27,6 +29,7 @@ impl<'a> Stream<'a> {
             program,
             window: Self::WINDOW,
             poll_seconds: 0.0,
+            silence: 0.0..0.0,
         }
     }
 
@@ -38,13 +41,20 @@ impl<'a> Stream<'a> {
         }
     }
 
+    /// The same with a sender that is silent for a time.
+    pub(crate) fn silent(self, silence: Range<f64>) -> Self {
+        Stream { silence, ..self }
+    }
+
     /// Sends everything; every line must be answered with `ok`. Motion may go on.
     pub(crate) fn send_all(&self, bench: &mut Bench) -> Result<(), Failure> {
         let lines = self.program.lines().filter(|line| !line.starts_with('%'));
         let mut lines = lines.peekable();
         let mut unanswered: VecDeque<&str> = VecDeque::new();
         let mut queries = Queries::new(self.poll_seconds, bench);
-        let mut patience = bench.machine.cycle() + cycles(PATIENCE_SECONDS);
+        let begin = bench.machine.cycle();
+        let silence = begin + cycles(self.silence.start)..begin + cycles(self.silence.end);
+        let mut patience = begin + cycles(PATIENCE_SECONDS);
         while lines.peek().is_some() || !unanswered.is_empty() {
             let mut used: usize = unanswered.iter().map(|line| line.len() + 1).sum();
             while let Some(line) = lines.next_if(|line| used + line.len() < self.window) {
@@ -53,7 +63,9 @@ impl<'a> Stream<'a> {
                 unanswered.push_back(line);
             }
             queries.ask(bench);
-            bench.run_to(bench.machine.cycle() + SLICE)?;
+            let now = bench.machine.cycle();
+            let silent = silence.contains(&now);
+            bench.run_to(if silent { silence.end } else { now + SLICE })?;
             for heard in bench.heard() {
                 patience = bench.machine.cycle() + cycles(PATIENCE_SECONDS);
                 self.take(&heard, &mut unanswered)?;

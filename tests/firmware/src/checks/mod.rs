@@ -108,6 +108,12 @@ pub(crate) const CHECKS: &[Check] = &[
         run: streams::fast_examples,
     },
     Check {
+        name: "silent-sender",
+        what: "a sender falls silent in mid-job for nine tenths of $710: the job takes no longer",
+        subset: true,
+        run: streams::silent_sender,
+    },
+    Check {
         name: "step-interrupt",
         what: "three motors, cold flash caches: at most 190 cycles from entry to exit",
         subset: true,

@@ -1,16 +1,16 @@
 //! Jobs that are streamed while they run, with a status query ten times a second.
 use super::Figures;
 use crate::{
-    bench::{Bench, Failure},
+    bench::{ensure, fail, Bench, Failure},
     compare, desk,
     firmware::{Build, Firmware},
     job::Job,
-    pins::LINE,
+    pins::{CPU_HZ, LINE},
     steps::{jitter, Step},
     stream::Stream,
 };
 use leadscrew_sim::Rate;
-use std::num::NonZeroU32;
+use std::{num::NonZeroU32, ops::Range};
 
 /// Time between two status queries, s.
 const POLL_SECONDS: f64 = 0.1;
@@ -27,7 +27,7 @@ fn run_streamed(build: &Build, job: &Job) -> Result<Vec<Step>, Failure> {
     bench.pins.clear();
     bench.stream(&Stream::new(&job.program).polling(POLL_SECONDS))?;
     let lost = bench.machine.uart_overruns(LINE);
-    crate::bench::ensure(lost == 0, || format!("{lost} bytes lost"))?;
+    ensure(lost == 0, || format!("{lost} bytes lost"))?;
     Ok(std::mem::take(&mut bench.pins.steps))
 }
 
@@ -115,4 +115,51 @@ pub(crate) fn traces(firmware: &Firmware) -> Result<Figures, Failure> {
         Job::traces()?.into_iter().map(Ok),
         same_path,
     )
+}
+
+/// A sender falls silent for nine tenths of the reserve (`$710`), s.
+const SILENCE: Range<f64> = 1.0..1.9;
+/// What it may cost, of the job's time; and what it costs at least with a reserve of 0.1 s, s.
+const LONGER: f64 = 1e-3;
+const MISSED: f64 = 0.1;
+
+/// Short moves round corners. The blanks make the lines so long that ten of them, less than 0.1 s, fill the receive buffer.
+fn contour() -> String {
+    let moves = (0..500).map(|line| {
+        let angle = (f64::from(line) * 0.05).sin() * 1.2;
+        let (x, y) = (0.4 * angle.cos(), 0.4 * angle.sin());
+        format!("{:100}\n", format!("X{x:.3}Y{y:.3}"))
+    });
+    format!("G91G1F5000\n{}", moves.collect::<String>())
+}
+
+/// Seconds from the first step to the last, where each axis brakes within 0.2 s.
+fn duration(build: &Build, reserve: &str, silence: Range<f64>) -> Result<f64, Failure> {
+    let mut bench = Bench::boot(build)?;
+    bench.commands(&format!(
+        "$110=6000\n$111=6000\n$120=500\n$121=500\n$122=500\n{reserve}"
+    ))?;
+    bench.pins.clear();
+    bench.stream(&Stream::new(&contour()).silent(silence))?;
+    let ends = (bench.pins.steps.first(), bench.pins.steps.last());
+    let (Some(first), Some(last)) = ends else {
+        return fail("nothing moves");
+    };
+    Ok((last.edge() - first.edge()) as f64 / CPU_HZ as f64)
+}
+
+/// A sender that falls silent costs no time, unless for longer than the reserve.
+pub(crate) fn silent_sender(firmware: &Firmware) -> Result<Figures, Failure> {
+    let build = &firmware.fast;
+    let smooth = duration(build, "", 0.0..0.0)?;
+    let silent = duration(build, "", SILENCE)?;
+    let little = duration(build, "$710=0.1\n", SILENCE)?;
+    let mut figures = Figures::default();
+    figures.add(
+        "500 moves",
+        format!("{smooth:.4} s, with 0.9 s of silence {silent:.4} s, with a reserve of 0.1 s {little:.4} s"),
+    );
+    let right = silent - smooth <= LONGER * smooth && little - smooth >= MISSED;
+    ensure(right, || figures.to_string())?;
+    Ok(figures)
 }
