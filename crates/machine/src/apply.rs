@@ -50,11 +50,14 @@ where
         self.set_gate();
     }
 
-    /// From a tick to the first one after a change of direction: the pulse, its end, and `$709`.
+    /// From a tick to the first one after a change of direction: the direction is out, and `$709`.
     fn direction_wait(&self) -> Ticks {
-        let pulse_us = u32::from(port_config(&self.settings).pulse_us);
-        let setup_us = self.settings.whole(Setting::DirectionSetup);
-        let wait_ns = (pulse_us + setup_us) * 1_000 + self.config.step_timing.pulse_end_ns;
+        let (timing, pulse_us) = (
+            &self.config.step_timing,
+            port_config(&self.settings).pulse_us,
+        );
+        let setup_ns = self.settings.whole(Setting::DirectionSetup) * 1_000;
+        let wait_ns = timing.direction_out_ns(pulse_us, MOTORS) + setup_ns;
         counts(wait_ns, self.config.timer_hz)
     }
 

@@ -78,6 +78,12 @@ impl StepTiming {
         }
     }
 
+    /// From a tick until the directions of the line behind it are out, ns: its pulse and the load of that line are over.
+    pub(crate) fn direction_out_ns(&self, pulse_us: u8, motors: usize) -> u32 {
+        let pulse = u32::from(pulse_us) * 1_000;
+        pulse.max(self.work_ns(motors)) + self.pulse_end_ns
+    }
+
     const fn work_ns(&self, motors: usize) -> u32 {
         self.tick_ns + self.motor_ns * motors as u32 // eight motors at most
     }
