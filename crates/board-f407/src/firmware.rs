@@ -8,7 +8,7 @@ use crate::{
     serial::{self, Listener, Sender, Writer},
     settings_flash::Sectors,
     step_interrupt::{self, SHARED},
-    supply,
+    step_port, supply,
     switches::{self, Filter},
     wake, watchdog,
 };
@@ -164,6 +164,7 @@ mod app {
         } = cx.local;
         loop {
             watchdog::feed();
+            step_port::catch_missed_tick();
             let now = clock.now();
             let next = machine.poll(board, now);
             let unsaved = machine.save(store).unwrap_or_else(|error| {

@@ -162,6 +162,9 @@ const ARMED: u32 = 200;
 /// the last one, this many counts, seems near, and is looked at once it is armed.
 const NEAR: u32 = 1 << 30;
 
+/// Counts behind its instant at which a tick is missed: 100 µs. Nothing keeps a tick away for longer than an instruction.
+const MISSED: u32 = 8_400;
+
 /// Whether an instant has come: less than half the timer's range (25 s) ahead is the future.
 #[inline(always)]
 fn has_come(instant: u32, now: u32) -> bool {
@@ -259,12 +262,36 @@ fn end_pulse() {
     }
 }
 
-/// Has the tick whose instant has passed come now. A pulse that is over has to end before the next one begins.
+/// Has a tick whose instant has passed come as soon as a pulse may begin; from which instant on the schedule goes on.
 #[cold]
 #[inline(never)]
-fn make_up() {
+fn make_up(now: u32) -> u32 {
     end_pulse_if_over();
+    if !PULSING.load(Relaxed) {
+        make_tick_come();
+        return now;
+    }
+    // The tick before came late itself, and its pulse has only begun: as far apart as ticks are at least.
+    let due = now.wrapping_add(PULSE.load(Relaxed) / 2 + APB1_TIMER_HZ / 1_000_000);
+    timer().ccr1().write(|w| w.ccr().set(due));
+    due
+}
+
+/// Has the armed tick come at once, whatever its instant is.
+fn make_tick_come() {
     timer().egr().write(|w| w.cc1g().set_bit());
+}
+
+/// Has the armed tick come where its instant has passed unmet: something kept the core from the compare for too long, and the
+/// timer would come round to it in 51 s. Main loop, at every turn.
+pub(crate) fn catch_missed_tick() {
+    let instant = || timer().ccr1().read().bits();
+    let due = instant();
+    let missed = has_come(due.wrapping_add(MISSED), count());
+    // A tick in between would have armed another one.
+    if missed && TICKING.load(Relaxed) && instant() == due {
+        make_tick_come();
+    }
 }
 
 /// What ticks drive. TIM2's interrupt; that of TIM11 where no tick is armed.
@@ -367,8 +394,7 @@ impl StepPort for Port {
         let late = has_come(self.due, now);
         if late {
             // The schedule goes on from here: ticks that made up for it would be closer than a pulse.
-            self.due = now;
-            make_up();
+            self.due = make_up(now);
         }
         late
     }

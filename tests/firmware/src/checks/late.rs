@@ -3,27 +3,29 @@ use super::Figures;
 use crate::{
     bench::{ensure, micros_between, Bench, Failure},
     firmware::{Build, Firmware},
-    pins::PULSE_IRQ,
+    pins::{PULSE_IRQ, STEP_IRQ},
     steps::{net, Step},
 };
 use leadscrew_f407emu::Exception;
 
 /// The compare register of the step timer.
 const TIM2_CCR1: u32 = 0x4000_0034;
-/// How long the core stands still before a load writes it, in cycles: up to twice the time to the next tick.
+/// Who arms ticks: the interrupt that loads a segment, and the tick before.
+const ARMING: [(&str, u8); 2] = [("load", PULSE_IRQ), ("tick", STEP_IRQ)];
+/// How long the core stands still before that, in cycles: up to twice the time to the next tick.
 const DELAYS: [u64; 5] = [400, 2_000, 4_000, 9_000, 17_000];
 /// 20 000 steps/s: a step every 8400 cycles.
 const SETTINGS: &str = "$0=3\n$32=1\n$30=1000\n$100=250\n$110=4800\n$120=2000\n$701=0\n";
 const PROGRAM: &str = "G91M4S500\nG1X20F4800\n";
 /// Steps of the program.
 const MOVED: [i64; 3] = [5000, 0, 0];
-/// After the lines were sent, when the next load is delayed, s: in the ramp and in the cruise.
+/// After the lines were sent, when the next load or tick is delayed, s: in the ramp and in the cruise.
 const INSTANTS: [f64; 3] = [0.02, 0.1, 0.2];
 /// The longest that the job takes, s. A tick that is lost comes round after 51 s.
 const JOB: f64 = 0.6;
 
-/// Delays a load by so many cycles; the longest time between two steps around it, µs.
-fn delayed(build: &Build, instant: f64, cycles: u64) -> Result<f64, Failure> {
+/// Delays an interrupt by so many cycles; the longest time between two steps around it, µs.
+fn delayed(build: &Build, interrupt: u8, instant: f64, cycles: u64) -> Result<f64, Failure> {
     let mut bench = Bench::boot(build)?;
     bench.ignore_power();
     bench.commands(SETTINGS)?;
@@ -31,11 +33,11 @@ fn delayed(build: &Build, instant: f64, cycles: u64) -> Result<f64, Failure> {
     bench.send(PROGRAM);
     bench.run_for(instant)?;
     let planted = bench.machine.cycle();
-    let load = Exception::irq(PULSE_IRQ);
-    bench.machine.stall_before(load, TIM2_CCR1, cycles);
+    let interrupt = Exception::irq(interrupt);
+    bench.machine.stall_before(interrupt, TIM2_CCR1, cycles);
     bench.run_for(JOB)?;
     ensure(!bench.machine.is_stall_planted(), || {
-        "no segment was loaded".into()
+        "no tick was armed".into()
     })?;
     let steps = &bench.pins.steps;
     let moved = net(steps);
@@ -48,24 +50,26 @@ fn delayed(build: &Build, instant: f64, cycles: u64) -> Result<f64, Failure> {
     Ok(gaps.take(1000).fold(0.0, f64::max))
 }
 
-/// The core stands still before a load arms its tick: no step is lost.
+/// The core stands still before a tick is armed: no step is lost.
 pub(crate) fn late_arm(firmware: &Firmware) -> Result<Figures, Failure> {
     let mut figures = Figures::default();
-    for cycles in DELAYS {
-        let mut longest = 0f64;
-        for instant in INSTANTS {
-            let gap = delayed(&firmware.usual, instant, cycles);
-            let gap = gap.map_err(|Failure(words)| {
-                Failure(format!(
-                    "a load {cycles} cycles late, after {instant} s: {words}"
-                ))
-            })?;
-            longest = longest.max(gap);
+    for (name, interrupt) in ARMING {
+        for cycles in DELAYS {
+            let mut longest = 0f64;
+            for instant in INSTANTS {
+                let gap = delayed(&firmware.usual, interrupt, instant, cycles);
+                let gap = gap.map_err(|Failure(words)| {
+                    Failure(format!(
+                        "a {name} {cycles} cycles late, after {instant} s: {words}"
+                    ))
+                })?;
+                longest = longest.max(gap);
+            }
+            figures.add(
+                format!("a {name} {cycles} cycles late"),
+                format!("{longest:.0} us between two steps at most"),
+            );
         }
-        figures.add(
-            format!("a load {cycles} cycles late"),
-            format!("{longest:.0} us between two steps at most"),
-        );
     }
     Ok(figures)
 }
