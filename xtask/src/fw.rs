@@ -4,6 +4,7 @@ use crate::{
     failure::Failure,
     shell, sizes,
     toolchain::{self, Toolchain},
+    without_masking,
 };
 use std::{
     path::{Path, PathBuf},
@@ -67,7 +68,8 @@ pub(crate) fn build_with(
 ) -> Result<PathBuf, Failure> {
     let mut command = toolchain.build(&toolchain::target_dir());
     command
-        .args(["-p", "board-f407", "--profile", "firmware"])
+        .args(["-p", "board-f407", "--profile", "firmware", "--config"])
+        .arg(without_masking::config()?)
         .args(arguments)
         .envs(variables.iter().copied());
     shell::run(command.current_dir(toolchain::root()))?;

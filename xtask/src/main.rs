@@ -14,6 +14,7 @@ mod sizes;
 mod targets;
 mod thumb;
 mod toolchain;
+mod without_masking;
 
 use std::{env, process::ExitCode};
 

@@ -202,11 +202,15 @@ impl Machine {
         }
     }
 
-    /// What the planted faults make of a word that the program writes.
+    /// What the planted faults make of a word that the program, not DMA, writes.
     fn tampered(&self, address: u32, value: u32, cause: Cause) -> Option<u32> {
-        let Cause::Core(_) = cause else {
-            return Some(value);
-        };
+        match cause {
+            Cause::Core(_) => self.planted(address, value),
+            _ => Some(value),
+        }
+    }
+
+    fn planted(&self, address: u32, value: u32) -> Option<u32> {
         let ours = self.tampers.iter().filter(|(place, _)| *place == address);
         ours.map(|(_, tamper)| tamper)
             .try_fold(value, |value, tamper| tamper(value))
@@ -252,6 +256,9 @@ impl Machine {
 
     /// Writes a register of the private peripheral bus; priorities can be written byte by byte.
     pub(crate) fn private_write(&mut self, address: u32, width: Width, value: u32) {
+        let Some(value) = self.planted(address, value) else {
+            return;
+        };
         let now = self.cycle;
         let offset = address.wrapping_sub(0xE000_E000);
         match address {

@@ -47,10 +47,14 @@ const GPIOD: u32 = 0x4002_0C00;
 const GPIOE: u32 = 0x4002_1000;
 const RCC: u32 = 0x4002_3800;
 const FLASH: u32 = 0x4002_3C00;
+/// Priorities of interrupts, a byte each.
+const NVIC_IPR: u32 = 0xE000_E400;
+const OTG_FS_IRQ: u32 = 67;
 const TIM4: u32 = 0x4000_0800;
 const TIM9: u32 = 0x4001_4000;
 /// Registers of timers.
 const SR: u32 = 0x10;
+const EGR: u32 = 0x14;
 const ARR: u32 = 0x2C;
 const CCR1: u32 = 0x34;
 const CCR2: u32 = 0x38;
@@ -68,6 +72,18 @@ pub(crate) const PLANTED: &[Planted] = &[
         FLASH,
         |word| Some(word & !(0b11 << 9)),
         &["costs"],
+    ),
+    planted(
+        "a tick that was missed is not made to come",
+        TIM2 + EGR,
+        |_| None,
+        &["late-arm"],
+    ),
+    planted(
+        "USB as urgent as ticks",
+        NVIC_IPR + OTG_FS_IRQ,
+        |_| Some(0),
+        &["together"],
     ),
     planted(
         "the pulse a microsecond short",

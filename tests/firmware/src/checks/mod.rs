@@ -21,6 +21,7 @@ mod stores;
 mod streams;
 mod switches;
 mod timing;
+mod together;
 mod update;
 mod usb;
 mod watchdog;
@@ -132,6 +133,12 @@ pub(crate) const CHECKS: &[Check] = &[
         run: timing::jitter_at_every_ratio,
     },
     Check {
+        name: "together",
+        what: "USB, the serial line, loads and the flash at once: step edges against the schedule at most 42 cycles",
+        subset: true,
+        run: together::together,
+    },
+    Check {
         name: "rate",
         what: "three motors at 250 kHz with the shortest pulses: no late event; faster settings are told so",
         subset: true,
@@ -145,7 +152,7 @@ pub(crate) const CHECKS: &[Check] = &[
     },
     Check {
         name: "late-arm",
-        what: "the core stands still while a segment is loaded, past the next tick: motion goes on, no step is lost",
+        what: "the core stands still in a load or a tick, past the next tick: motion goes on, no step is lost",
         subset: true,
         run: late::late_arm,
     },

@@ -54,7 +54,7 @@ fn descriptors(bench: &Bench) -> Result<(), Failure> {
 }
 
 /// A board whose greeting of the start has come over USB.
-fn plugged(build: &Build) -> Result<Bench, Failure> {
+pub(super) fn plugged(build: &Build) -> Result<Bench, Failure> {
     let mut bench = Bench::boot(build)?;
     bench.plug_usb()?;
     bench.hear_until(0.1, |line| line == BANNER)?;

@@ -1,3 +1,0 @@
-//! Prelude
-
-pub use eh0::prelude::*;
