@@ -223,7 +223,8 @@ impl<'a> Trial<'a> {
             || matches!(state, State::Alarm(_))
             || self.jogging && !jogging;
         self.jogging = jogging;
-        self.sim.observer().end_turn(dropped);
+        let at_door = matches!(state, State::Door(_));
+        self.sim.observer().end_turn(at_door, dropped);
         self.banners = self.wires.banners();
     }
 

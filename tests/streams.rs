@@ -49,6 +49,13 @@ fn an_answer_that_is_on_the_wire_when_a_stream_ends_is_waited_for() {
     }
 }
 
+/// The property above once failed without a fault: the rest of a move that parking has cut is a line of its own, and burns.
+#[test]
+fn a_move_burns_on_after_parking() {
+    endure(b"\x20$32=1\nG0Z-5.1\n\xF7\xF7M3S500G1X-5Y-2F3000\n\xF5\x84\xF7\xF7\xF7~\xF7\xF7");
+    endure(b"$G0Z-8\nG1X-5Y-2F3000S500\n!\xF5\x9EG1X-5Y-2F3000S500\n!\xF5\x9E~\xA0\xF4\xF3\xF5\xF4G1X-5Y-2F3000S500\n\xF5!\xF5\x84\xF5\x18$X\n$32=1\nM3S500G1F3000\nG1X-5Y-2F3000S500\n\xF0\x84G1X-5Y-2F3000S500\n!\xF5\x9E\xF5~");
+}
+
 /// Found by the property above: a jog burns under M3 in G0, too, and went on burning where it had ended.
 #[test]
 fn a_laser_is_dark_after_a_jog_in_g0() {

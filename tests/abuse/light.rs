@@ -26,8 +26,12 @@ pub(super) struct Light {
     planned: VecDeque<Planned>,
     /// How many of them there were at the end of the turn before, less those that have begun.
     planned_before: usize,
-    /// The program's move that was begun last: the machine may come back to it.
+    /// The program's move that was begun last: the machine may come back to it, or to its rest.
     begun: Option<Planned>,
+    /// A door is dealt with: what begins is parking, which is dark.
+    at_door: bool,
+    /// A line of parking has begun since: what begins next may be the rest of the move that it cut.
+    parked: bool,
     may_burn: bool,
     /// When a dark move was lit.
     wrong: Option<Cycle>,
@@ -39,9 +43,10 @@ impl Light {
         self.wrong.take()
     }
 
-    /// After a turn of the main loop; `dropped`: in it, what was planned was dropped. Moves planned in the same turn may have been
-    /// dropped or not: nobody asks about them.
-    pub(super) fn end_turn(&mut self, dropped: bool) {
+    /// After a turn of the main loop; `at_door`: a door is dealt with; `dropped`: in this turn, what was planned was dropped. Moves
+    /// planned in the same turn may have been dropped or not: nobody asks about them.
+    pub(super) fn end_turn(&mut self, at_door: bool, dropped: bool) {
+        self.at_door = at_door;
         if dropped {
             self.planned
                 .drain(..self.planned_before.min(self.planned.len()));
@@ -56,10 +61,30 @@ impl Light {
             let lit = self.planned.drain(..=last).any(|of| of.lit);
             let steps = steps.to_vec();
             self.begun = Some(Planned { steps, lit });
+            self.parked = false;
+        } else if self.at_door {
+            self.parked = true;
         }
-        let begun = self.begun.as_ref().filter(|of| of.steps == steps);
-        self.may_burn = begun.is_some_and(|of| of.lit);
+        let back = !self.at_door && std::mem::take(&mut self.parked);
+        let begun = self
+            .begun
+            .as_mut()
+            .filter(|of| of.steps == steps || back && is_rest(steps, &of.steps));
+        self.may_burn = begun.is_some_and(|of| {
+            of.steps = steps.to_vec();
+            of.lit
+        });
     }
+}
+
+/// Whether a line of `rest` steps leads to the end of one of `all` steps: as far in each motor's share, to the nearest step.
+fn is_rest(rest: &[u32], all: &[u32]) -> bool {
+    let events = |line: &[u32]| i64::from(line.iter().copied().max().unwrap_or(0));
+    let (left, whole) = (events(rest), events(all));
+    rest.iter().zip(all).all(|(rest, all)| {
+        let off = i64::from(*rest) * whole - i64::from(*all) * left;
+        rest <= all && off.abs() <= whole
+    })
 }
 
 /// Whether a laser may burn in motion of this kind: in a jog it does in Grbl, too.
