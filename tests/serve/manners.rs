@@ -26,6 +26,23 @@ fn a_client_that_vanishes_in_mid_line_leaves_no_trace_for_the_next() {
     assert!(report.contains("|MPos:2.000,0.000,0.000|"), "{report}");
 }
 
+/// M5, and no time-out of a laser whose sender may come back: the next client's moves do not burn.
+#[test]
+fn a_client_that_vanishes_leaves_no_laser_on() {
+    let served = Served::tcp(FAST, 1.0);
+    let mut first = TcpStream::connect(&served.ready[0]).unwrap();
+    first.write_all(b"$32=1\nM3S500\nG1X1F6000\n").unwrap();
+    let mut answers = [0; 12];
+    first.read_exact(&mut answers).unwrap();
+    assert_eq!(&answers, b"ok\r\nok\r\nok\r\n");
+    drop(first);
+    let mut second = served.connect();
+    let report = second.wait_for("Idle");
+    assert!(report.contains("|FS:0,0"), "{report}");
+    let modes = second.say("$G").concat();
+    assert!(modes.contains(" M5 "), "{modes}");
+}
+
 #[test]
 fn a_flood_costs_its_sender_only() {
     let tcp = || LineSpec::Tcp("127.0.0.1:0".into());
