@@ -12,7 +12,7 @@
 
 use leadscrew_gcode::{parse, words};
 use leadscrew_machine::config::{AxisKind, Options};
-use leadscrew_machine::interpreter::{Commands, Context, Coordinate, Interpreter};
+use leadscrew_machine::interpreter::{Commands, Context, Coordinate, Interpreter, OwnCodes};
 use leadscrew_machine::protocol::line_reader::{LineReader, GRBL_LINE_LENGTH};
 use leadscrew_machine::protocol::system_command::{Activity, Circumstances, SystemCommand};
 use libfuzzer_sys::fuzz_target;
@@ -102,6 +102,7 @@ impl Bench {
             laser_mode: self.laser_mode,
             soft_limits: self.soft_limits,
             reach: &self.reach,
+            own: OwnCodes::NONE,
         };
         let answer = self
             .interpreter
@@ -124,6 +125,7 @@ impl Bench {
             laser_mode: self.laser_mode,
             soft_limits: self.soft_limits,
             reach: &self.reach,
+            own: OwnCodes::NONE,
         }
     }
 

@@ -30,7 +30,7 @@ const LONGEST_SLEEP: Duration = Duration::from_ticks(5_000);
 /// Bytes to send on USB, and the place that a ring keeps free: they are gone within a millisecond.
 type UsbOutgoing = Queue<u8, 1025>;
 
-type TheMachine = Machine<'static, Kinematics, AXES, MOTORS, MOVES>;
+type TheMachine = Machine<'static, Kinematics, AXES, MOTORS>;
 
 static INPUTS: Inputs<MOTORS> = Inputs::new();
 

@@ -9,7 +9,9 @@
 //! steps/mm, 2000 mm/min, 200 mm/s², as in `bench/settings/mid.json`.
 
 use leadscrew_machine::config::{AxisKind, Options};
-use leadscrew_machine::interpreter::{Command, Commands, Context, Feed, Interpreter, MAX_WORD};
+use leadscrew_machine::interpreter::{
+    Command, Commands, Context, Feed, Interpreter, OwnCodes, MAX_WORD,
+};
 use leadscrew_machine::protocol::line_reader::{LineReader, GRBL_LINE_LENGTH};
 use leadscrew_planner::StepsPerMm;
 use leadscrew_planner::{self as planner, Cartesian, Config, Move, MoveKind, MovePower, Planner};
@@ -69,6 +71,7 @@ fn plan_line(bytes: &[u8], interpreter: &mut Interpreter<AXES>, queue: &mut Queu
         laser_mode: true,
         soft_limits: false,
         reach: &[MAX_WORD; AXES],
+        own: OwnCodes::NONE,
     };
     let mut commands = Commands::new();
     let line = reader.line().unwrap_or_default();

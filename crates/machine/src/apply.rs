@@ -2,6 +2,7 @@
 
 use crate::board::{Board, Duration, PortConfig};
 use crate::config::MachineConfig;
+use crate::extension::Extension;
 use crate::inputs::InputConfig;
 use crate::interpreter::MAX_WORD;
 use crate::machine::Machine;
@@ -17,10 +18,10 @@ use leadscrew_stepper::{MotorMask, Ticks};
 /// Seconds in a minute: settings are in mm/min, the planner in mm/s.
 const MINUTE: f32 = 60.0;
 
-impl<K, const AXES: usize, const MOTORS: usize, const MOVES: usize>
-    Machine<'_, K, AXES, MOTORS, MOVES>
+impl<K, X, const AXES: usize, const MOTORS: usize> Machine<'_, K, AXES, MOTORS, X>
 where
     K: Kinematics<AXES, MOTORS> + Clone,
+    X: Extension<AXES>,
 {
     /// Puts all settings into effect. At rest with nothing planned: at boot and after a change.
     pub(crate) fn apply_settings<B: Board>(&mut self, board: &mut B) {

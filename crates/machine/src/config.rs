@@ -162,7 +162,7 @@ pub struct MachineConfig<const AXES: usize> {
     /// What making steps takes on the board: faster motion is capped, settings that ask for more than it can make with any
     /// others are refused.
     pub step_timing: StepTiming,
-    /// How many moves may be planned ahead; at most the machine's `MOVES`.
+    /// How many moves may be planned ahead; at most as many as its [`MoveQueues`] has room for.
     pub moves: usize,
     /// How many changes of power rows of a raster may hold while they are planned, at most [`PIXELS`]; 0: each line is a move of
     /// its own.

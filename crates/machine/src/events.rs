@@ -1,6 +1,7 @@
 //! What cannot wait for a line: realtime commands and switches, each handled in one place.
 
 use crate::board::{Board, ChannelId, CoolantOutput, Duration, Instant};
+use crate::extension::Extension;
 use crate::inputs::Edges;
 use crate::interpreter::Coolant;
 use crate::machine::Machine;
@@ -18,10 +19,10 @@ const REQUESTS_A_POLL: usize = 8;
 /// A resume that comes this soon after a hold in motion, or after a door, was in one burst with it: hold and door stay.
 const BURST: Duration = Duration::from_ticks(2_000);
 
-impl<K, const AXES: usize, const MOTORS: usize, const MOVES: usize>
-    Machine<'_, K, AXES, MOTORS, MOVES>
+impl<K, X, const AXES: usize, const MOTORS: usize> Machine<'_, K, AXES, MOTORS, X>
 where
     K: Kinematics<AXES, MOTORS> + Clone,
+    X: Extension<AXES>,
 {
     /// Handles realtime commands in the order in which each channel received them. Main loop.
     pub(crate) fn take_requests<B: Board>(&mut self, board: &mut B, now: Instant) {
@@ -76,6 +77,7 @@ where
             Realtime::SpindleStop => self.stop_spindle(),
             Realtime::Flood => self.toggle_coolant(false, board),
             Realtime::Mist => self.toggle_coolant(true, board),
+            Realtime::Own(byte) => self.own_realtime(from, byte, board, now),
         }
     }
 
@@ -290,7 +292,7 @@ where
     /// Follows the motion: ends of moves, holds and cancels; segments that ran out. Main loop.
     pub(crate) fn watch_motion<B: Board>(&mut self, board: &mut B, now: Instant) {
         if self.motion.take_underrun() {
-            return self.abort_motion(board, now);
+            return self.abort(Alarm::AbortedMotion, board, now);
         }
         match self.state {
             State::Hold(Hold::Stopping { .. })
@@ -301,7 +303,7 @@ where
                 }
             }
             State::Run => {
-                if self.motion.is_idle() && !self.activity.line.is_probing() {
+                if self.motion.is_idle() && !self.activity.line.is_running() {
                     self.enter(State::Idle);
                 }
             }

@@ -9,6 +9,7 @@
 //! | at rest, or nobody knows | either way, at `$25` at most: both ends of an axis may be on one input |
 
 use crate::board::Board;
+use crate::extension::Extension;
 use crate::interpreter::{Coordinate, Feed, Jog};
 use crate::machine::Machine;
 use crate::protocol::message::Message;
@@ -51,10 +52,10 @@ impl<const AXES: usize, const MOTORS: usize> Ends<AXES, MOTORS> {
     }
 }
 
-impl<K, const AXES: usize, const MOTORS: usize, const MOVES: usize>
-    Machine<'_, K, AXES, MOTORS, MOVES>
+impl<K, X, const AXES: usize, const MOTORS: usize> Machine<'_, K, AXES, MOTORS, X>
 where
     K: Kinematics<AXES, MOTORS> + Clone,
+    X: Extension<AXES>,
 {
     /// Notes which way motors go, and where a limit switch has closed or opened. `hit`: one has stopped the machine. Main loop, at
     /// every turn, before anything moves on.

@@ -15,6 +15,7 @@ pub mod config;
 mod console;
 mod dual;
 mod events;
+pub mod extension;
 mod hard_limits;
 mod history;
 pub mod inputs;

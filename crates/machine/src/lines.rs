@@ -2,24 +2,27 @@
 
 use crate::activity::line::{LineKind, Origin};
 use crate::board::{Board, ChannelId, Instant};
+use crate::config::MachineConfig;
 use crate::console::LINE;
-use crate::interpreter::{Context, Fault};
+use crate::extension::{Extension, MCode};
+use crate::interpreter::{Context, Coordinate, Fault, OwnCodes};
 use crate::machine::{LineFault, Machine};
 use crate::program::startup::Turn;
 use crate::protocol::message::Message;
 use crate::protocol::status::Status;
 use crate::protocol::system_command::{SystemCommand, STARTUP_LINES};
 use crate::settings::table::Setting;
+use crate::settings::values::Settings;
 use crate::state::State;
 use leadscrew_planner::Kinematics;
 
 /// A filtered line, out of its reader.
 pub(crate) type Line = heapless::Vec<u8, LINE>;
 
-impl<K, const AXES: usize, const MOTORS: usize, const MOVES: usize>
-    Machine<'_, K, AXES, MOTORS, MOVES>
+impl<K, X, const AXES: usize, const MOTORS: usize> Machine<'_, K, AXES, MOTORS, X>
 where
     K: Kinematics<AXES, MOTORS> + Clone,
+    X: Extension<AXES>,
 {
     /// Takes the next line, if the machine can carry one out now. Main loop.
     pub(crate) fn take_line<B: Board>(&mut self, board: &mut B, now: Instant) {
@@ -106,13 +109,9 @@ where
             self.console.message(Message::CheckLimits);
             return self.refuse(origin, Status::Locked.into());
         }
-        let context = Context {
-            axes: &self.config.axes,
-            options: &self.config.options,
-            laser_mode: self.settings.is_on(Setting::Laser),
-            soft_limits: self.settings.is_on(Setting::SoftLimits),
-            reach: &self.motion.reach,
-        };
+        let find = |number| self.extension.m_code(number);
+        let own = own_codes::<X, AXES>(&find);
+        let context = context(&self.config, &self.settings, &self.motion.reach, own);
         let commands = self.activity.line.commands();
         match self.program.interpreter.interpret(line, &context, commands) {
             Ok(()) => {
@@ -160,5 +159,32 @@ where
                 .console
                 .broadcast(format_args!(">{line}:error:{}", status.number())),
         }
+    }
+}
+
+/// What the meaning of a line depends on.
+pub(crate) fn context<'a, const AXES: usize>(
+    config: &'a MachineConfig<AXES>,
+    settings: &Settings<AXES>,
+    reach: &'a [Coordinate; AXES],
+    own: OwnCodes<'a>,
+) -> Context<'a, AXES> {
+    Context {
+        axes: &config.axes,
+        options: &config.options,
+        laser_mode: settings.is_on(Setting::Laser),
+        soft_limits: settings.is_on(Setting::SoftLimits),
+        reach,
+        own,
+    }
+}
+
+/// The M codes of an extension, where there is one.
+pub(crate) fn own_codes<X: Extension<AXES>, const AXES: usize>(
+    find: &dyn Fn(u8) -> Option<MCode>,
+) -> OwnCodes<'_> {
+    match X::IN_USE {
+        true => OwnCodes::new(find),
+        false => OwnCodes::NONE,
     }
 }

@@ -3,6 +3,7 @@
 //! So a report that is asked for goes out between two rows, and does not wait for the rest of the list.
 
 use crate::board::ChannelId;
+use crate::extension::Extension;
 use crate::machine::Machine;
 use crate::protocol::alarm::Alarm;
 use crate::protocol::report::{
@@ -12,7 +13,7 @@ use crate::protocol::status::Status;
 use crate::protocol::system_command::{Enumeration, STARTUP_LINES};
 use crate::settings::group::Group;
 use crate::settings::table::Setting;
-use crate::settings::values::{Key, Settings};
+use crate::settings::values::{Key, SettingLine, Settings};
 use leadscrew_planner::Kinematics;
 
 /// A list under way on one channel, with the row that is next.
@@ -37,10 +38,10 @@ pub(crate) enum Listing {
     Answer,
 }
 
-impl<K, const AXES: usize, const MOTORS: usize, const MOVES: usize>
-    Machine<'_, K, AXES, MOTORS, MOVES>
+impl<K, X, const AXES: usize, const MOTORS: usize> Machine<'_, K, AXES, MOTORS, X>
 where
     K: Kinematics<AXES, MOTORS> + Clone,
+    X: Extension<AXES>,
 {
     /// Goes on with lists; a list is answered `ok` after its last row. Main loop.
     pub(crate) fn list(&mut self) {
@@ -73,7 +74,7 @@ where
                 }
             }
             Listing::AllSettings(row) => {
-                if let Some(line) = self.settings.any(row) {
+                if let Some(line) = self.any_setting(row) {
                     self.console.line(id, line);
                     return Some(Listing::AllSettings(row + 1));
                 }
@@ -119,8 +120,7 @@ where
     fn write_item(&mut self, id: ChannelId, what: Enumeration, row: usize) -> Option<()> {
         match what {
             Enumeration::Settings => {
-                let key = Settings::<AXES>::keys().nth(row)?;
-                let info = self.setting_info(key);
+                let info = self.setting_info(row)?;
                 self.console.line(id, info);
             }
             Enumeration::Groups => self.console.line(id, GroupInfo(*Group::ALL.get(row)?)),
@@ -130,12 +130,29 @@ where
         Some(())
     }
 
-    fn setting_info(&self, key: Key) -> SettingInfo {
+    /// A row of `$+`: of GRBL's settings, then of the extension's.
+    fn any_setting(&self, row: usize) -> Option<SettingLine> {
+        let own = || self.own_setting(row - Settings::<AXES>::keys().count());
+        self.settings
+            .any(row)
+            .or_else(|| Some(self.own_line(own()?)))
+    }
+
+    /// A row of `$ES`, in the same order.
+    fn setting_info(&self, row: usize) -> Option<SettingInfo> {
+        let Some(key) = Settings::<AXES>::keys().nth(row) else {
+            let own = self.own_setting(row - Settings::<AXES>::keys().count())?;
+            return Some(SettingInfo {
+                row: *own,
+                axis: None,
+                least: 0,
+            });
+        };
         let pulse = key == Key::Machine(Setting::StepPulse);
         let least = match pulse {
             true => self.config.step_timing.shortest_pulse_us,
             false => 0,
         };
-        SettingInfo { key, least }
+        Some(SettingInfo::of(key, least))
     }
 }

@@ -9,6 +9,7 @@ use crate::config::{MachineConfig, MoveQueues, RowPixels, CHANNELS};
 pub use crate::console::LineFault;
 use crate::console::{Console, LINE};
 use crate::dual::DualAxis;
+use crate::extension::Extension;
 use crate::history::History;
 use crate::inputs::Inputs;
 use crate::interpreter::Coordinate;
@@ -79,8 +80,8 @@ pub enum Ahead {
     SlowerMove,
 }
 
-/// A GRBL machine with `AXES` axes on `MOTORS` motors that plans up to `MOVES` moves ahead.
-pub struct Machine<'a, K, const AXES: usize, const MOTORS: usize, const MOVES: usize> {
+/// A GRBL machine with `AXES` axes on `MOTORS` motors, and an extension.
+pub struct Machine<'a, K, const AXES: usize, const MOTORS: usize, X = ()> {
     pub(crate) config: MachineConfig<AXES>,
     pub(crate) settings: Settings<AXES>,
     pub(crate) state: State,
@@ -94,10 +95,10 @@ pub struct Machine<'a, K, const AXES: usize, const MOTORS: usize, const MOVES: u
     pub(crate) overrides: Overrides,
     pub(crate) store: Store,
     pub(crate) work: Work,
+    pub(crate) extension: X,
 }
 
-impl<'a, K, const AXES: usize, const MOTORS: usize, const MOVES: usize>
-    Machine<'a, K, AXES, MOTORS, MOVES>
+impl<'a, K, const AXES: usize, const MOTORS: usize> Machine<'a, K, AXES, MOTORS>
 where
     K: Kinematics<AXES, MOTORS> + Clone,
 {
@@ -105,11 +106,31 @@ where
     ///
     /// # Errors
     /// Nothing can be planned with what `config` says: a timer that stands, no room for moves.
-    pub fn new(
+    pub fn new<const MOVES: usize>(
         config: MachineConfig<AXES>,
         kinematics: K,
         links: Links<'a, MOTORS, MOVES>,
     ) -> Result<Self, ConfigError> {
+        Self::with_extension(config, kinematics, links, ())
+    }
+}
+
+impl<'a, K, X, const AXES: usize, const MOTORS: usize> Machine<'a, K, AXES, MOTORS, X>
+where
+    K: Kinematics<AXES, MOTORS> + Clone,
+    X: Extension<AXES>,
+{
+    /// As [`Machine::new`], with what a firmware adds.
+    ///
+    /// # Errors
+    /// As [`Machine::new`].
+    pub fn with_extension<const MOVES: usize>(
+        mut config: MachineConfig<AXES>,
+        kinematics: K,
+        links: Links<'a, MOTORS, MOVES>,
+        extension: X,
+    ) -> Result<Self, ConfigError> {
+        config.moves = config.moves.min(MOVES);
         let settings = Settings::new(config.defaults);
         let planner = planner_config(&settings, &config, MOTORS);
         let dual = DualAxis::of(&kinematics);
@@ -132,6 +153,7 @@ where
             overrides: Overrides::NONE,
             store: Store::default(),
             work: Work::default(),
+            extension,
             settings,
             config,
         })
@@ -153,6 +175,7 @@ where
         self.watch_motion(board, now);
         self.advance_homing(board, now);
         self.advance_door(board, now);
+        let extension = self.poll_extension(board, now);
         self.execute(board, now);
         self.report(board);
         self.list();
@@ -163,7 +186,7 @@ where
         self.take_requests(board, now);
         self.feed(board, now);
         self.console.flush(board, &mut self.work);
-        self.next(now)
+        self.next(extension, now)
     }
 
     /// What the machine is doing.
@@ -221,7 +244,7 @@ where
     /// How long it takes to finish what is queued, s. For those at a desk: takes time in proportion to the queue.
     pub fn time_to_finish(&self) -> f32 {
         let mut left = self.motion.time_left();
-        while self.motion.add_time(&mut left, MOVES) {}
+        while self.motion.add_time(&mut left, self.config.moves) {}
         left.seconds()
     }
 
@@ -308,17 +331,19 @@ where
         }
     }
 
-    fn next(&mut self, now: Instant) -> Next {
+    /// `extension`: when it wants the next turn at the latest.
+    fn next(&mut self, extension: Option<Instant>, now: Instant) -> Next {
         let busy = self.is_busy(now);
         let delay = self.settings.whole(Setting::IdleDelay);
         let deadlines = [
             self.motion.starts_at(),
             self.motion.hungry_at(now, self.state.may_start()),
-            self.activity.line.dwell_ends(),
+            self.activity.line.wakes(),
             self.tool.dead_man.expires_at(self.patience()),
             self.activity.homing.as_ref().and_then(Homing::settles_at),
             self.activity.door.as_ref().and_then(DoorCycle::waits_until),
             self.motion.drivers.rest_at(delay, self.is_locked()),
+            extension,
         ];
         let next = deadlines.into_iter().fold(None, earlier);
         Next {

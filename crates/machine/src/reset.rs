@@ -2,6 +2,7 @@
 
 use crate::activity::line::Origin;
 use crate::board::{Board, ChannelId, CoolantOutput, Instant};
+use crate::extension::{Event, Extension};
 use crate::inputs::ProbeWatch;
 use crate::machine::Machine;
 use crate::protocol::alarm::Alarm;
@@ -25,10 +26,10 @@ pub(crate) enum Discard {
     Before(ChannelId, Mark),
 }
 
-impl<K, const AXES: usize, const MOTORS: usize, const MOVES: usize>
-    Machine<'_, K, AXES, MOTORS, MOVES>
+impl<K, X, const AXES: usize, const MOTORS: usize> Machine<'_, K, AXES, MOTORS, X>
 where
     K: Kinematics<AXES, MOTORS> + Clone,
+    X: Extension<AXES>,
 {
     /// Soft reset: 0x18, or the reset button, which locks the machine, too. Main loop.
     ///
@@ -46,15 +47,15 @@ where
         self.restart(discard, board, now);
     }
 
-    /// Segments ran out in motion, which so ended without a deceleration: motors may have lost steps. What is under way ends
+    /// Stops motion without a deceleration, or finds it so stopped: motors may have lost steps. All that is under way ends
     /// as in a reset, modes stay.
-    pub(crate) fn abort_motion<B: Board>(&mut self, board: &mut B, now: Instant) {
+    pub(crate) fn abort<B: Board>(&mut self, alarm: Alarm, board: &mut B, now: Instant) {
         if self.state == State::Home {
-            return self.fail_homing(Alarm::AbortedMotion, board, now);
+            return self.fail_homing(alarm, board, now);
         }
         self.motion.stop();
         self.switch_outputs_off(board);
-        self.raise(Alarm::AbortedMotion, board);
+        self.raise(alarm, board);
         self.end_cycles();
         self.complete_lines();
         self.take_position();
@@ -69,6 +70,7 @@ where
         self.program.reset();
         self.take_position();
         self.reset_overrides();
+        self.tell_extension(Event::Reset);
         self.console.time_left = None;
         self.enter(match self.state {
             // Who presses the button wants it to stand still.

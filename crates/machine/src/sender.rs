@@ -4,6 +4,7 @@
 
 use crate::activity::line::{LineKind, Origin};
 use crate::board::{Board, ChannelId, Duration, Instant};
+use crate::extension::Extension;
 use crate::interpreter::{Command, Spindle, Travel};
 use crate::machine::Machine;
 use crate::protocol::message::Message;
@@ -13,10 +14,10 @@ use crate::tool::dead_man::DeadMan;
 use leadscrew_planner::Kinematics;
 use leadscrew_stepper::Power;
 
-impl<K, const AXES: usize, const MOTORS: usize, const MOVES: usize>
-    Machine<'_, K, AXES, MOTORS, MOVES>
+impl<K, X, const AXES: usize, const MOTORS: usize> Machine<'_, K, AXES, MOTORS, X>
 where
     K: Kinematics<AXES, MOTORS> + Clone,
+    X: Extension<AXES>,
 {
     /// How long a laser stays lit at rest although its sender is silent: `$707`.
     pub(crate) fn patience(&self) -> Option<Duration> {

@@ -1,6 +1,7 @@
 //! What the machine reports of itself: plain values taken from its parts at one instant.
 
 use crate::board::{Board, SpindleOutput};
+use crate::extension::Extension;
 use crate::inputs::ActiveSwitches;
 use crate::interpreter::{
     Coordinate, Distance, FeedMode, Motion, OffsetId, Plane, Rotation, Turn, Units, WorkSystem,
@@ -13,6 +14,7 @@ use crate::protocol::report::{
 };
 use crate::settings::table::Setting;
 use crate::state::State;
+use core::fmt;
 use leadscrew_gcode::Number;
 use leadscrew_planner::Kinematics;
 use leadscrew_stepper::Power;
@@ -23,10 +25,10 @@ const TIME_LEFT: u8 = StatusReport::<0>::TIME_LEFT;
 /// Moves whose times are added up in one poll: some 0.1 ms of the F407.
 const TIMED_A_POLL: usize = 64;
 
-impl<K, const AXES: usize, const MOTORS: usize, const MOVES: usize>
-    Machine<'_, K, AXES, MOTORS, MOVES>
+impl<K, X, const AXES: usize, const MOTORS: usize> Machine<'_, K, AXES, MOTORS, X>
 where
     K: Kinematics<AXES, MOTORS> + Clone,
+    X: Extension<AXES>,
 {
     /// Answers every `?` that waits and whose channel has room, once what it has to tell is known. Main loop.
     pub(crate) fn report<B: Board>(&mut self, board: &B) {
@@ -44,7 +46,8 @@ where
                 Some(_) | None => continue,
             };
             let report = self.status_report(&active, free);
-            self.console.line(id, report);
+            let extension = &self.extension;
+            self.console.line(id, WithOwn { report, extension });
             self.work.reports = self.work.reports.wrapping_add(1);
         }
         self.console.time_left = None;
@@ -222,7 +225,7 @@ where
             parking_override: options.parking_override,
             door: options.door,
             two_motors: self.switches.dual.is_some(),
-            moves: self.config.moves.min(MOVES),
+            moves: self.config.moves,
             bytes,
         }
     }
@@ -258,6 +261,18 @@ where
                 .axes
                 .map(|axis| axis == crate::config::AxisKind::Rotary),
         }
+    }
+}
+
+/// A status report with the fields of an extension.
+struct WithOwn<'a, X, const AXES: usize> {
+    report: StatusReport<AXES>,
+    extension: &'a X,
+}
+
+impl<X: Extension<AXES>, const AXES: usize> fmt::Display for WithOwn<'_, X, AXES> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.report.write(f, |f| self.extension.report(f))
     }
 }
 

@@ -4,6 +4,7 @@
 //! record a call, a long one in parts, while motion rests: writing flash may stop the CPU for a while. The line that made the
 //! change is answered after that, so that its `ok` says that the change will survive a power loss.
 
+use crate::extension::Extension;
 use crate::interpreter::OffsetId;
 use crate::machine::Machine;
 use crate::memory::Memory;
@@ -21,7 +22,7 @@ pub(crate) struct Store {
     /// Startup lines, the text of `$I`.
     pub(crate) memory: Memory,
     /// What is in the store, once it was loaded.
-    records: Option<Records>,
+    pub(crate) records: Option<Records>,
     /// What is not in the store yet.
     pub(crate) unsaved: Unsaved,
     /// Not all that the line under way changed could be stored.
@@ -40,6 +41,8 @@ pub(crate) struct Unsaved {
     items: [u32; WORDS],
     /// What a part has been written of.
     begun: Option<Item>,
+    /// A bit for each setting of the extension.
+    own: u16,
     /// What goes back to its defaults, all at once, before anything else is written.
     restored: Option<Restore>,
 }
@@ -50,6 +53,18 @@ impl Unsaved {
         if let Some(key) = Key::from_number(number, AXES) {
             self.add::<AXES>(Item::Setting(key));
         }
+    }
+
+    /// Notes a setting of the extension by its place among them.
+    pub(crate) fn add_own(&mut self, index: usize) {
+        self.own |= u16::try_from(1_u32 << (index % 16)).unwrap_or(0);
+    }
+
+    /// Takes the place of a setting of the extension that is noted.
+    pub(crate) fn take_own(&mut self) -> Option<usize> {
+        let index = self.own.trailing_zeros();
+        self.own &= self.own.wrapping_sub(1);
+        (index < u16::BITS).then_some(index as usize)
     }
 
     /// Notes an offset.
@@ -73,6 +88,9 @@ impl Unsaved {
             if goes(what, item.key()) {
                 self.clear(index);
             }
+        }
+        if goes(what, RecordKey::Setting(0)) {
+            self.own = 0;
         }
         self.begun = self.begun.filter(|item| !goes(what, item.key()));
         self.restored = match self.restored {
@@ -158,10 +176,10 @@ fn goes(what: Restore, key: RecordKey) -> bool {
     }
 }
 
-impl<K, const AXES: usize, const MOTORS: usize, const MOVES: usize>
-    Machine<'_, K, AXES, MOTORS, MOVES>
+impl<K, X, const AXES: usize, const MOTORS: usize> Machine<'_, K, AXES, MOTORS, X>
 where
     K: Kinematics<AXES, MOTORS> + Clone,
+    X: Extension<AXES>,
 {
     /// Takes over what is stored. Main loop, before the first [`Machine::poll`].
     ///
@@ -195,6 +213,7 @@ where
                 sound &= value.is_some_and(|[value]| self.settings.load(Entry { number, value }));
             }
         }
+        sound &= self.load_own(&records, store)?;
         for (index, id) in (0u8..).zip(OffsetId::ALL) {
             let Some(payload) = records.read(store, RecordKey::Offset(index))? else {
                 continue;
@@ -273,7 +292,8 @@ where
             return Ok(!self.store.unsaved.is_empty());
         }
         let Some(item) = self.store.unsaved.take::<AXES>() else {
-            return Ok(false);
+            self.save_own(store)?;
+            return Ok(!self.store.unsaved.is_empty());
         };
         let written = match item {
             Item::Setting(key) => {

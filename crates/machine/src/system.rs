@@ -2,7 +2,9 @@
 
 use crate::activity::line::{LineKind, Origin};
 use crate::board::{Board, ChannelId, Instant};
-use crate::interpreter::{Command, Context, Fault, OffsetId};
+use crate::extension::Extension;
+use crate::interpreter::{Command, Fault, OffsetId};
+use crate::lines::{context, own_codes};
 use crate::listing::Listing;
 use crate::machine::Machine;
 use crate::protocol::message::Message;
@@ -28,10 +30,10 @@ enum Reply {
     Later,
 }
 
-impl<K, const AXES: usize, const MOTORS: usize, const MOVES: usize>
-    Machine<'_, K, AXES, MOTORS, MOVES>
+impl<K, X, const AXES: usize, const MOTORS: usize> Machine<'_, K, AXES, MOTORS, X>
 where
     K: Kinematics<AXES, MOTORS> + Clone,
+    X: Extension<AXES>,
 {
     /// Carries out a line that begins with `$`. Main loop.
     pub(crate) fn system_line<B: Board>(
@@ -94,11 +96,21 @@ where
                 return Ok(self.begin_list(id, Listing::Enumeration(what, 0)))
             }
             SystemCommand::ShowSetting(number) => {
-                let line = self.settings.line(key::<AXES>(number)?);
+                let line = match self.own_row(number) {
+                    Some(row) => self.own_line(row),
+                    None => self.settings.line(key::<AXES>(number)?),
+                };
                 self.console.line(id, line);
             }
             SystemCommand::Describe(number) => {
-                self.console.line(id, Description(key::<AXES>(number)?));
+                let description = match self.own_row(number) {
+                    Some(row) => Description {
+                        number,
+                        text: row.description,
+                    },
+                    None => key::<AXES>(number)?.into(),
+                };
+                self.console.line(id, description);
             }
             SystemCommand::ShowParameters => return Ok(self.begin_list(id, Listing::Parameters(0))),
             SystemCommand::ShowModes => self.console.line(id, self.modes()),
@@ -131,13 +143,9 @@ where
     /// Checks the line in the present modal state and keeps it, without carrying it out.
     fn store_startup(&mut self, index: u8, line: &[u8]) -> Result<Reply, Fault> {
         if !line.is_empty() {
-            let context = Context {
-                axes: &self.config.axes,
-                options: &self.config.options,
-                laser_mode: self.settings.is_on(Setting::Laser),
-                soft_limits: self.settings.is_on(Setting::SoftLimits),
-                reach: &self.motion.reach,
-            };
+            let find = |number| self.extension.m_code(number);
+            let own = own_codes::<X, AXES>(&find);
+            let context = context(&self.config, &self.settings, &self.motion.reach, own);
             self.program.interpreter.check(line, &context)?;
         }
         self.store.memory.set_startup(index, line);
@@ -199,13 +207,9 @@ where
         board: &mut B,
         now: Instant,
     ) -> Result<Reply, Fault> {
-        let context = Context {
-            axes: &self.config.axes,
-            options: &self.config.options,
-            laser_mode: self.settings.is_on(Setting::Laser),
-            soft_limits: self.settings.is_on(Setting::SoftLimits),
-            reach: &self.motion.reach,
-        };
+        let find = |number| self.extension.m_code(number);
+        let own = own_codes::<X, AXES>(&find);
+        let context = context(&self.config, &self.settings, &self.motion.reach, own);
         let Some(mut jog) = self.program.interpreter.jog(line, &context)? else {
             return Ok(Reply::Now);
         };
@@ -258,6 +262,7 @@ where
     ) -> Reply {
         if matches!(what, Restore::Settings | Restore::All) {
             self.settings.restore_defaults();
+            self.restore_own();
             self.apply_settings(board);
         }
         if matches!(what, Restore::Parameters | Restore::All) {
@@ -283,6 +288,9 @@ where
         board: &mut B,
     ) -> Result<Reply, Status> {
         let entry = Entry { number, value };
+        if let Some(row) = self.own_row(number) {
+            return self.set_own(row, value).map(|()| Reply::Stored);
+        }
         let limits = self.config.step_timing.limits(MOTORS);
         let changes = self.settings.set(entry, limits);
         self.say_step_rate(number, changes.as_ref().err());

@@ -54,7 +54,7 @@ pub enum Stopped {
 
 /// A machine on its board, with a plant around it.
 pub struct Simulation<'a, K, O, const AXES: usize, const MOTORS: usize, const MOVES: usize> {
-    machine: Machine<'a, K, AXES, MOTORS, MOVES>,
+    machine: Machine<'a, K, AXES, MOTORS>,
     pub(crate) board: SimBoard<O, MOTORS>,
     stepping: Stepping<'a, MOTORS>,
     pub(crate) cpu: Cpu,
@@ -180,12 +180,12 @@ where
     }
 
     /// The machine.
-    pub fn machine(&self) -> &Machine<'a, K, AXES, MOTORS, MOVES> {
+    pub fn machine(&self) -> &Machine<'a, K, AXES, MOTORS> {
         &self.machine
     }
 
     /// The machine, to load and save what it remembers.
-    pub fn machine_mut(&mut self) -> &mut Machine<'a, K, AXES, MOTORS, MOVES> {
+    pub fn machine_mut(&mut self) -> &mut Machine<'a, K, AXES, MOTORS> {
         &mut self.machine
     }
 

@@ -58,7 +58,7 @@ impl StepPort for Bench {
 /// A machine and its interrupts.
 pub struct Session<'a> {
     /// The machine.
-    pub machine: Machine<'a, Cartesian, 3, 3, 1024>,
+    pub machine: Machine<'a, Cartesian, 3, 3>,
     /// Its board.
     pub bench: Bench,
     /// Words shared with the step interrupt.

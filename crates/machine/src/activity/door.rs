@@ -11,6 +11,7 @@
 
 use crate::board::{Board, Duration, Instant};
 use crate::config::ParkingConfig;
+use crate::extension::Extension;
 use crate::machine::Machine;
 use crate::settings::table::Setting;
 use crate::state::{Door, State};
@@ -62,10 +63,10 @@ impl<const AXES: usize> DoorCycle<AXES> {
     }
 }
 
-impl<K, const AXES: usize, const MOTORS: usize, const MOVES: usize>
-    Machine<'_, K, AXES, MOTORS, MOVES>
+impl<K, X, const AXES: usize, const MOTORS: usize> Machine<'_, K, AXES, MOTORS, X>
 where
     K: Kinematics<AXES, MOTORS> + Clone,
+    X: Extension<AXES>,
 {
     /// Goes on with the door's sequence. Main loop.
     pub(crate) fn advance_door<B: Board>(&mut self, board: &mut B, now: Instant) {

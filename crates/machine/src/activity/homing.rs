@@ -30,6 +30,7 @@ use crate::activity::line::Origin;
 use crate::board::{Board, Duration, Instant};
 use crate::config::AxisMask;
 use crate::dual::DualAxis;
+use crate::extension::Extension;
 use crate::inputs::{with_sharing, InputConfig};
 use crate::machine::Machine;
 use crate::protocol::alarm::Alarm;
@@ -119,10 +120,10 @@ impl Homing {
     }
 }
 
-impl<K, const AXES: usize, const MOTORS: usize, const MOVES: usize>
-    Machine<'_, K, AXES, MOTORS, MOVES>
+impl<K, X, const AXES: usize, const MOTORS: usize> Machine<'_, K, AXES, MOTORS, X>
 where
     K: Kinematics<AXES, MOTORS> + Clone,
+    X: Extension<AXES>,
 {
     /// Begins to home `groups` of axes, one after the other; the line is answered at the end. A spindle stands until the next
     /// move.

@@ -113,6 +113,13 @@ impl<'a> Console<'a> {
         }
     }
 
+    /// Sends a line on all channels that have room for it.
+    pub(crate) fn say(&mut self, line: fmt::Arguments<'_>) {
+        for channel in &mut self.channels {
+            channel.inbox.output.message(line);
+        }
+    }
+
     /// Sends a message on one channel, if there is room for it.
     pub(crate) fn tell(&mut self, id: ChannelId, message: Message) {
         if let Some(channel) = self.channel(id) {

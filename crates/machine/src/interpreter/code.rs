@@ -201,6 +201,11 @@ impl Code {
         }
     }
 
+    /// Answers its number, if it is a whole one of 0 to 255.
+    pub(super) fn exact(self) -> Option<u8> {
+        (self.hundredths == 0).then_some(self.whole)
+    }
+
     /// Answers what it says as an M word, on a machine built with these options.
     pub(super) fn m(self, options: &Options) -> Result<MWord, Status> {
         if self.hundredths != 0 {

@@ -5,11 +5,12 @@
 
 use super::modal_state::{Coolant, Plane, ProbeKind, Rotation, Turn, WorkSystem};
 use super::Coordinate;
+use crate::extension::Call;
 use core::fmt::{self, Display, Formatter};
 use heapless::Vec;
 use leadscrew_gcode::Number;
 
-/// The most commands that one line can ask for: spindle, coolant, parking control, dwell, two for offsets, two moves,
+/// The most commands that one line can ask for: spindle, coolant, parking control, an extension's, dwell, two for offsets, two moves,
 /// and three for the end of the program.
 pub const MAX_COMMANDS: usize = 12;
 
@@ -27,6 +28,8 @@ pub enum Command<const AXES: usize> {
     Coolant(Coolant),
     /// Allow (M56) or forbid (M56 P0) parking.
     ParkingControl(bool),
+    /// Have an extension carry out one of its M codes.
+    Own(Call),
     /// Wait until motion has ended, then this long, s.
     Dwell(Number),
     /// Wait until motion has ended, then write this to the store: it outlasts power (G10, G28.1, G30.1).

@@ -7,8 +7,8 @@ use super::modal_state::{FeedMode, ModalState, Motion, Rotation};
 use super::words::{Block, Flow};
 use super::{Coordinate, Interpreter, MAX_COMMANDS};
 
-/// Spindle, coolant and parking.
-const SWITCHES: usize = 3;
+/// Spindle, coolant, parking and an extension's.
+const SWITCHES: usize = 4;
 /// A dwell or a stored offset, and another work offset.
 const OFFSETS: usize = 2;
 /// Two rapids of G28 or G30, and a motion.
@@ -31,7 +31,7 @@ impl<const AXES: usize> Interpreter<AXES> {
         commands: &mut Commands<AXES>,
     ) {
         let modal = &block.modal;
-        self.switch(modal, &plan.path, context.laser_mode, commands);
+        self.switch(block, &plan.path, context.laser_mode, commands);
         let system_changes = modal.system != self.modal.system;
         self.modal = *modal;
         self.modal.feed = plan.feed;
@@ -40,15 +40,16 @@ impl<const AXES: usize> Interpreter<AXES> {
         self.end_line(block.flow, commands);
     }
 
-    /// Spindle, coolant and parking: a command only where something changes.
+    /// Spindle, coolant, parking and what an extension switches: a command only where something changes.
     #[inline]
     fn switch(
         &self,
-        modal: &ModalState,
+        block: &Block<AXES>,
         path: &Path,
         laser_mode: bool,
         commands: &mut Commands<AXES>,
     ) {
+        let (modal, own) = (&block.modal, &block.own);
         if commands_spindle(&self.modal, modal, path, laser_mode) {
             push(commands, Command::Spindle(spindle(modal)));
         }
@@ -57,6 +58,9 @@ impl<const AXES: usize> Interpreter<AXES> {
         }
         if self.modal.parking != modal.parking {
             push(commands, Command::ParkingControl(modal.parking));
+        }
+        if let Some(own) = own {
+            push(commands, Command::Own(own.call));
         }
     }
 

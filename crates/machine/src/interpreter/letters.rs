@@ -1,5 +1,6 @@
 //! Sets of letters and of modal groups: what a line has said already.
 
+use crate::extension::MCode;
 use crate::protocol::status::Status;
 use leadscrew_gcode::Letter;
 
@@ -15,6 +16,11 @@ impl Letters {
             rest = tail;
         }
         Self(set)
+    }
+
+    /// The words that belong to an extension's M code.
+    pub(super) const fn taken_by(code: MCode) -> Self {
+        Self(code.letters())
     }
 
     pub(super) const fn contains(self, letter: Letter) -> bool {
@@ -77,6 +83,8 @@ pub(super) enum Group {
     Coolant,
     /// M56.
     Parking,
+    /// Those of an extension.
+    Own,
 }
 
 /// The groups of which a jog may have words; of the non-modal ones G53 alone.
@@ -85,20 +93,20 @@ pub(super) const GROUPS_IN_JOGS: Groups =
 
 /// A set of modal groups.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub(super) struct Groups(u16);
+pub(super) struct Groups(u32);
 
 impl Groups {
     pub(super) const fn of(groups: &[Group]) -> Self {
         let (mut set, mut rest) = (0, groups);
         while let [group, tail @ ..] = rest {
-            set |= 1 << *group as u16;
+            set |= 1 << *group as u32;
             rest = tail;
         }
         Self(set)
     }
 
     pub(super) const fn contains(self, group: Group) -> bool {
-        self.0 & 1 << group as u16 != 0
+        self.0 & 1 << group as u32 != 0
     }
 
     pub(super) const fn without(self, other: Self) -> Self {
@@ -111,7 +119,7 @@ impl Groups {
 
     /// Adds a group that may not be there yet.
     pub(super) fn insert(&mut self, group: Group) -> Result<(), Status> {
-        let bit = 1 << group as u16;
+        let bit = 1 << group as u32;
         if self.0 & bit != 0 {
             return Err(Status::ModalGroupTwice);
         }

@@ -30,7 +30,7 @@ mod words;
 pub use command::{
     ArcShape, Command, Commands, Feed, Jog, OffsetId, Spindle, Travel, MAX_COMMANDS,
 };
-pub use context::Context;
+pub use context::{Context, OwnCodes};
 pub use fault::Fault;
 pub use leadscrew_planner::Coordinate;
 pub use modal_state::{

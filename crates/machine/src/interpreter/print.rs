@@ -7,6 +7,7 @@
 use super::command::{ArcShape, Command, Feed, Spindle, Travel};
 use super::modal_state::{Plane, Rotation};
 use super::Coordinate;
+use crate::extension::Words;
 use core::fmt::{self, Display, Formatter};
 use leadscrew_gcode::Number;
 
@@ -17,6 +18,7 @@ impl<const AXES: usize> Display for Command<AXES> {
             Self::Coolant(coolant) => write!(f, "COOLANT {coolant}"),
             Self::ParkingControl(true) => f.write_str("PARKING on"),
             Self::ParkingControl(false) => f.write_str("PARKING off"),
+            Self::Own(call) => write!(f, "OWN M{}{}", call.code, OwnWords(&call.words)),
             Self::Dwell(seconds) => write!(f, "DWELL {seconds} s"),
             Self::StoreOffset { id, value } => write!(f, "STORE {id}{}", Axes(value)),
             Self::WorkOffset(offset) => write!(f, "WORK OFFSET{}", Axes(offset)),
@@ -27,6 +29,19 @@ impl<const AXES: usize> Display for Command<AXES> {
             Self::Pause => f.write_str("PAUSE"),
             Self::ProgramEnd => f.write_str("PROGRAM END"),
         }
+    }
+}
+
+struct OwnWords<'a>(&'a Words);
+
+impl Display for OwnWords<'_> {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        for letter in Words::LETTERS {
+            if let Some(value) = self.0.get(letter) {
+                write!(f, " {letter}{value}")?;
+            }
+        }
+        Ok(())
     }
 }
 

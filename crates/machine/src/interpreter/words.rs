@@ -10,7 +10,7 @@ use super::context::Context;
 use super::fault::Fault;
 use super::letters::{Group, Groups, Letters};
 use super::modal_state::{Coolant, ModalState};
-use crate::config::Options;
+use crate::extension::{Call, MCode, Words};
 use crate::protocol::status::Status;
 use leadscrew_gcode::{words, Letter, Number, Word};
 
@@ -27,6 +27,8 @@ pub(super) struct Block<const AXES: usize> {
     pub(super) axis_command: AxisCommand,
     /// The non-modal command.
     pub(super) non_modal: NonModal,
+    /// An extension's M code.
+    pub(super) own: Option<Own>,
     /// What happens at the end of the line.
     pub(super) flow: Flow,
     /// Which axes have a word, one bit an axis.
@@ -40,6 +42,13 @@ pub(super) struct Block<const AXES: usize> {
     pub(super) n: Number,
     pub(super) p: Number,
     pub(super) r: Number,
+}
+
+/// An extension's M code, as a line has it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Own {
+    pub(super) code: MCode,
+    pub(super) call: Call,
 }
 
 /// Who takes the axis words of a line.
@@ -99,6 +108,7 @@ impl<const AXES: usize> Block<AXES> {
             groups: Groups::default(),
             axis_command: AxisCommand::None,
             non_modal: NonModal::None,
+            own: None,
             flow: Flow::Continue,
             axis_mask: 0,
             axes: [Number::default(); AXES],
@@ -118,33 +128,53 @@ impl<const AXES: usize> Block<AXES> {
     /// The first fault from the left.
     #[inline]
     pub(super) fn read(&mut self, line: &[u8], context: &Context<'_, AXES>) -> Result<(), Fault> {
+        let speed = self.modal.speed;
         for word in words(line) {
             let word = word?;
-            self.take(&word, context.options).map_err(|status| Fault {
+            self.take(&word, context).map_err(|status| Fault {
                 status,
                 column: word.column(),
             })?;
         }
-        self.finish();
+        self.finish(speed);
         Ok(())
     }
 
     #[inline]
-    fn take(&mut self, word: &Word, options: &Options) -> Result<(), Status> {
+    fn take(&mut self, word: &Word, context: &Context<'_, AXES>) -> Result<(), Status> {
         match word.letter() {
             Letter::G => self.take_g(Code::of(word.value())),
-            Letter::M => self.take_m(Code::of(word.value()), options),
+            Letter::M => self.take_m(Code::of(word.value()), context),
             letter => self.take_value(letter, word.value()),
         }
     }
 
-    /// Applies what only the whole line can tell.
-    fn finish(&mut self) {
+    /// Applies what only the whole line can tell. `speed`: the S of the lines before.
+    fn finish(&mut self, speed: Number) {
         if self.axis_mask != 0 && self.axis_command == AxisCommand::None {
             self.axis_command = AxisCommand::Motion;
         }
         if self.groups.contains(Group::Parking) {
             self.modal.parking = !self.letters.contains(Letter::P) || self.p != Number::default();
+        }
+        if let Some(own) = &mut self.own {
+            let takes = |letter| own.code.takes(letter) && self.letters.contains(letter);
+            let words = [
+                (Letter::L, self.l),
+                (Letter::P, self.p),
+                (Letter::R, self.r),
+                (Letter::S, self.modal.speed),
+                (Letter::T, Number::from_int(self.modal.tool.into())),
+            ];
+            for (letter, value) in words.into_iter().filter(|(letter, _)| takes(*letter)) {
+                own.call.words.insert(letter, value);
+            }
+            if takes(Letter::S) {
+                self.modal.speed = speed;
+            }
+            if takes(Letter::T) {
+                self.modal.tool = 0;
+            }
         }
     }
 
@@ -173,8 +203,18 @@ impl<const AXES: usize> Block<AXES> {
         Ok(())
     }
 
-    fn take_m(&mut self, code: Code, options: &Options) -> Result<(), Status> {
-        let word = code.m(options)?;
+    fn take_m(&mut self, code: Code, context: &Context<'_, AXES>) -> Result<(), Status> {
+        let own = |code| Some((code, context.own.find(code)?));
+        if let Some((number, code)) = code.exact().and_then(own) {
+            let (code, words) = (code, Words::NONE);
+            let call = Call {
+                code: number,
+                words,
+            };
+            self.own = Some(Own { code, call });
+            return self.groups.insert(Group::Own);
+        }
+        let word = code.m(context.options)?;
         self.groups.insert(word.group())?;
         match word {
             MWord::Flow(flow) => self.flow = flow,

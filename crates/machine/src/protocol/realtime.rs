@@ -78,6 +78,8 @@ pub enum Realtime {
     Flood,
     /// Mist coolant on and off, 0xA1.
     Mist,
+    /// One of an extension, 0xF8 to 0xFF: bytes that no UTF-8 text has.
+    Own(u8),
 }
 
 /// What a received byte is.
@@ -88,7 +90,7 @@ pub enum Byte {
     Ordinary(u8),
     /// A realtime command.
     Realtime(Realtime),
-    /// Above 0x7F and unknown: it vanishes. Senders that write UTF-8 put 0xC2 before each override byte.
+    /// Of 0x80 to 0xF7 and unknown: it vanishes. Senders that write UTF-8 put 0xC2 before each override byte.
     Unknown,
 }
 
@@ -121,6 +123,7 @@ impl Byte {
             0x9e => Realtime::SpindleStop,
             0xa0 => Realtime::Flood,
             0xa1 => Realtime::Mist,
+            0xf8..=0xff => Realtime::Own(byte),
             _ => return Self::Unknown,
         })
     }
@@ -148,6 +151,7 @@ mod tests {
             .collect();
         let mut expected = b"\x18!?~\x84\x85".to_vec();
         expected.extend((0x90..=0x97).chain(0x99..=0x9e).chain(0xa0..=0xa1));
+        expected.extend(0xf8..=0xff); // an extension's
         assert_eq!(found, expected);
     }
 

@@ -225,7 +225,8 @@ impl Receiver<'_> {
             | Realtime::Spindle(_)
             | Realtime::SpindleStop
             | Realtime::Flood
-            | Realtime::Mist => {} // without effect: whoever sent it sees that, and sends it again
+            | Realtime::Mist
+            | Realtime::Own(_) => {} // without effect: whoever sent it sees that, and sends it again
         }
     }
 }
@@ -272,7 +273,8 @@ impl Inbox<'_> {
             | Realtime::Spindle(_)
             | Realtime::SpindleStop
             | Realtime::Flood
-            | Realtime::Mist => request.mark,
+            | Realtime::Mist
+            | Realtime::Own(_) => request.mark,
         };
         Some(Request { mark, ..request })
     }

@@ -249,8 +249,14 @@ impl<const AXES: usize> Settings<AXES> {
 
     /// Answers a setting as `$$` prints it.
     pub fn line(&self, key: Key) -> SettingLine {
-        let value = self.get(key);
-        let value = match key.row().kind {
+        SettingLine::new(key.number(), key.row().kind, self.get(key))
+    }
+}
+
+impl SettingLine {
+    /// A setting of this kind.
+    pub(crate) fn new(number: u16, kind: Kind, value: Number) -> Self {
+        let value = match kind {
             Kind::Decimal { places: 3, .. } | Kind::Signed { .. } => Decimal::millimetres(value),
             Kind::Decimal { .. }
             | Kind::AxisMask
@@ -258,10 +264,7 @@ impl<const AXES: usize> Settings<AXES> {
             | Kind::Switch
             | Kind::Whole { .. } => Decimal::whole(value),
         };
-        SettingLine {
-            number: key.number(),
-            value,
-        }
+        Self { number, value }
     }
 }
 
@@ -269,6 +272,17 @@ impl<const AXES: usize> Settings<AXES> {
 const ONE: i64 = 1_000_000_000;
 
 /// Answers the value as a setting of this kind keeps it.
+///
+/// # Errors
+///
+/// Negative, where the kind is not signed; out of range.
+pub(crate) fn checked(kind: Kind, value: Number) -> Result<Number, Status> {
+    if value < ZERO && !matches!(kind, Kind::Signed { .. }) {
+        return Err(Status::NegativeValue);
+    }
+    fitted(kind, value)
+}
+
 fn fitted(kind: Kind, value: Number) -> Result<Number, Status> {
     let whole = |max: u32| match u32::try_from(value.trunc()) {
         Ok(whole) if whole <= max => Ok(Number::from_nanos(i64::from(whole) * ONE)),

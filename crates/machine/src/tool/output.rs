@@ -4,22 +4,24 @@
 //! motion. What is lit when, [`crate::tool::beam`] says.
 
 use crate::board::{Board, SpindleOutput};
+use crate::extension::{Event, Extension};
 use crate::machine::Machine;
 use crate::motion::PowerRule;
 use crate::state::State;
 use leadscrew_planner::Kinematics;
 use leadscrew_stepper::Power;
 
-impl<K, const AXES: usize, const MOTORS: usize, const MOVES: usize>
-    Machine<'_, K, AXES, MOTORS, MOVES>
+impl<K, X, const AXES: usize, const MOTORS: usize> Machine<'_, K, AXES, MOTORS, X>
 where
     K: Kinematics<AXES, MOTORS> + Clone,
+    X: Extension<AXES>,
 {
     /// Changes the state, and the laser's gate with it.
     pub(crate) fn enter(&mut self, state: State) {
         self.history.leaves(self.state);
         self.state = state;
         self.set_gate();
+        self.tell_extension(Event::Enters(state));
     }
 
     /// Shuts the laser's gate where the state wants it shut. A switch that has stopped the machine shut it, too: it stays so until

@@ -8,6 +8,7 @@ use leadscrew_machine::board::{
     Board, ChannelId, CoolantOutput, Instant, PortConfig, SpindleOutput, Switches,
 };
 use leadscrew_machine::config::{MachineConfig, MoveQueues, RowPixels, SegmentQueue, CHANNELS};
+use leadscrew_machine::extension::Extension;
 use leadscrew_machine::inputs::Inputs;
 use leadscrew_machine::machine::{Links, Machine};
 use leadscrew_machine::protocol::serial::{Receiver, SerialQueue};
@@ -145,8 +146,8 @@ impl Memory {
 }
 
 /// A machine, its interrupts, and what a sender sees.
-pub struct Session<'a, K: Kinematics<3, 3> + Clone = Cartesian> {
-    pub machine: Machine<'a, K, 3, 3, 64>,
+pub struct Session<'a, K: Kinematics<3, 3> + Clone = Cartesian, X: Extension<3> = ()> {
+    pub machine: Machine<'a, K, 3, 3, X>,
     pub pins: Pins<'a>,
     pub shared: &'a Shared<3>,
     receiver: Receiver<'a>,
@@ -158,7 +159,7 @@ pub struct Session<'a, K: Kinematics<3, 3> + Clone = Cartesian> {
 }
 
 /// A test that fails prints the machine's last states.
-impl<K: Kinematics<3, 3> + Clone> Drop for Session<'_, K> {
+impl<K: Kinematics<3, 3> + Clone, X: Extension<3>> Drop for Session<'_, K, X> {
     fn drop(&mut self) {
         if std::thread::panicking() {
             let states = self.machine.history().chain([self.machine.state()]);
@@ -188,6 +189,18 @@ impl<'a> Session<'a> {
 impl<'a, K: Kinematics<3, 3> + Clone> Session<'a, K> {
     /// As [`Session::boot`], with these kinematics.
     pub fn boot_with(memory: &'a mut Memory, config: MachineConfig<3>, kinematics: K) -> Self {
+        Self::extended(memory, config, kinematics, ())
+    }
+}
+
+impl<'a, K: Kinematics<3, 3> + Clone, X: Extension<3>> Session<'a, K, X> {
+    /// As [`Session::boot_with`], with this extension.
+    pub fn extended(
+        memory: &'a mut Memory,
+        config: MachineConfig<3>,
+        kinematics: K,
+        extension: X,
+    ) -> Self {
         let (producer, consumer) = memory.segments.split();
         let (receiver, inbox) = memory.serial.split();
         let mut inboxes = heapless::Vec::<_, CHANNELS>::new();
@@ -219,7 +232,7 @@ impl<'a, K: Kinematics<3, 3> + Clone> Session<'a, K> {
             due: None,
         };
         let mut session = Self {
-            machine: Machine::new(config, kinematics, links).unwrap(),
+            machine: Machine::with_extension(config, kinematics, links, extension).unwrap(),
             pins,
             shared: &memory.shared,
             receiver,

@@ -8,8 +8,8 @@ use super::setting_args::{instead, AXES};
 use crate::output::picture::{StrokeKind, Toolpath};
 use leadscrew_machine::config::MachineConfig;
 use leadscrew_machine::interpreter::{
-    ArcShape, Command, Commands, Context, Fault as LineFault, Feed, Interpreter, OffsetId, Travel,
-    Turn, WorkSystem,
+    ArcShape, Command, Commands, Context, Fault as LineFault, Feed, Interpreter, OffsetId,
+    OwnCodes, Travel, Turn, WorkSystem,
 };
 use leadscrew_machine::protocol::alarm::Alarm;
 use leadscrew_machine::protocol::line_reader::{raw_column, LineReader};
@@ -144,6 +144,7 @@ impl Checker {
             Command::Spindle(_)
             | Command::Coolant(_)
             | Command::ParkingControl(_)
+            | Command::Own(_)
             | Command::Dwell(_)
             | Command::StoreOffset { .. }
             | Command::WorkOffset(_) => Ok(()),
@@ -322,6 +323,7 @@ fn context<'a>(
         laser_mode: settings.is_on(Setting::Laser),
         soft_limits: settings.is_on(Setting::SoftLimits),
         reach,
+        own: OwnCodes::NONE,
     }
 }
 

@@ -60,7 +60,7 @@ fn main() -> ! {
         ConstStaticCell::new(MoveQueues::new());
     static ROW_PIXELS: ConstStaticCell<RowPixels> = ConstStaticCell::new(RowPixels::new());
     static SERIAL: ConstStaticCell<SerialQueue<129>> = ConstStaticCell::new(SerialQueue::new());
-    static MACHINE: StaticCell<Machine<'static, Cartesian, AXES, AXES, MOVES>> = StaticCell::new();
+    static MACHINE: StaticCell<Machine<'static, Cartesian, AXES, AXES>> = StaticCell::new();
 
     clock::start();
     let (producer, segments) = SEGMENTS.take().split();

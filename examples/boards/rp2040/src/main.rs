@@ -36,7 +36,7 @@ const AXES: usize = 3;
 /// Moves that are planned ahead.
 const MOVES: usize = 256;
 
-type TheMachine = Machine<'static, Cartesian, AXES, AXES, MOVES>;
+type TheMachine = Machine<'static, Cartesian, AXES, AXES>;
 
 /// Words that the step interrupt shares with the main loop.
 static SHARED: Shared<AXES> = Shared::new();

@@ -6,7 +6,7 @@ use core::hint::black_box;
 use icount_firmware::{count, done};
 use leadscrew_machine::{
     config::{AxisKind, Options},
-    interpreter::{Commands, Context, Interpreter, MAX_WORD},
+    interpreter::{Commands, Context, Interpreter, OwnCodes, MAX_WORD},
     protocol::line_reader::{LineReader, GRBL_LINE_LENGTH},
 };
 
@@ -60,6 +60,7 @@ fn main() -> ! {
         laser_mode: false,
         soft_limits: false,
         reach: &[MAX_WORD; 3],
+        own: OwnCodes::NONE,
     };
     let mut machine = Machine {
         reader: Reader::new(GRBL_LINE_LENGTH),

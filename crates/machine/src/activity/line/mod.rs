@@ -51,11 +51,24 @@ pub(crate) enum Wait<const AXES: usize> {
     Probe(Probing),
     /// That the operator resumes (M0).
     Pause,
+    /// What an extension's M code waits for.
+    Own(OwnWait),
     /// That what it changed is stored. `then_restart`: the machine starts anew after the answer (`$RST=`).
     Stored {
         /// Whether it does.
         then_restart: bool,
     },
+}
+
+/// What an extension's M code waits for.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum OwnWait {
+    /// The next turn of the main loop, at this instant at the latest.
+    Turn(Option<Instant>),
+    /// The end of all motion.
+    Rest,
+    /// The end of a stop that it asked for.
+    Stop,
 }
 
 /// How far a probing motion has come.
@@ -135,9 +148,9 @@ impl<const AXES: usize> Executor<AXES> {
         self.is_busy() && self.kind == LineKind::Jog
     }
 
-    /// Whether the line under way waits for the probe.
-    pub(crate) fn is_probing(&self) -> bool {
-        matches!(self.wait, Wait::Probe(_))
+    /// Whether the line under way runs its own motions: the machine shows `Run` between them.
+    pub(crate) fn is_running(&self) -> bool {
+        matches!(self.wait, Wait::Probe(_) | Wait::Own(_))
     }
 
     /// Whether the line under way waits for the operator (M0).
@@ -160,10 +173,12 @@ impl<const AXES: usize> Executor<AXES> {
     pub(crate) fn can_advance(&self, resting: bool, room: bool) -> bool {
         self.is_busy()
             && match self.wait {
-                Wait::Nothing => resting,
+                Wait::Nothing | Wait::Own(OwnWait::Rest | OwnWait::Stop) => resting,
                 Wait::Arc(_) => room,
                 Wait::Stored { .. } => true,
-                Wait::Dwell(_) | Wait::Probe(_) | Wait::Pause => false,
+                Wait::Dwell(_) | Wait::Probe(_) | Wait::Pause | Wait::Own(OwnWait::Turn(_)) => {
+                    false
+                }
             }
     }
 
@@ -171,10 +186,50 @@ impl<const AXES: usize> Executor<AXES> {
     pub(crate) fn dwell_ends(&self) -> Option<Instant> {
         match self.wait {
             Wait::Dwell(end) => Some(end),
-            Wait::Nothing | Wait::Arc(_) | Wait::Probe(_) | Wait::Pause | Wait::Stored { .. } => {
-                None
-            }
+            Wait::Nothing
+            | Wait::Arc(_)
+            | Wait::Probe(_)
+            | Wait::Pause
+            | Wait::Own(_)
+            | Wait::Stored { .. } => None,
         }
+    }
+
+    /// When the line under way is to be looked at again, at the latest.
+    pub(crate) fn wakes(&self) -> Option<Instant> {
+        match self.wait {
+            Wait::Own(OwnWait::Turn(at)) => at,
+            Wait::Dwell(_)
+            | Wait::Nothing
+            | Wait::Arc(_)
+            | Wait::Probe(_)
+            | Wait::Pause
+            | Wait::Own(_)
+            | Wait::Stored { .. } => self.dwell_ends(),
+        }
+    }
+
+    /// What an extension's M code waits for, once it has begun.
+    pub(crate) fn own_wait(&self) -> Option<OwnWait> {
+        match self.wait {
+            Wait::Own(wait) => Some(wait),
+            Wait::Nothing
+            | Wait::Arc(_)
+            | Wait::Dwell(_)
+            | Wait::Probe(_)
+            | Wait::Pause
+            | Wait::Stored { .. } => None,
+        }
+    }
+
+    /// Has the line under way wait for this.
+    pub(crate) fn wait_own(&mut self, wait: OwnWait) {
+        self.wait = Wait::Own(wait);
+    }
+
+    /// Where the line under way came from.
+    pub(crate) fn origin(&self) -> Option<Origin> {
+        self.origin
     }
 
     /// The command to carry out, and the sort of motion it is; `None` once all are carried out.
@@ -195,6 +250,7 @@ impl<const AXES: usize> Executor<AXES> {
                 | Command::ParkingControl(_)
                 | Command::Dwell(_)
                 | Command::StoreOffset { .. }
+                | Command::Own(_)
                 | Command::WorkOffset(_)
                 | Command::Pause
                 | Command::ProgramEnd,

@@ -3,6 +3,7 @@
 use super::arc::{ArcFeed, CHORDS_A_POLL};
 use super::{LineKind, Progress, Wait};
 use crate::board::{Board, CoolantOutput, Duration, Instant, PlannedMove, SpindleOutput};
+use crate::extension::{Event, Extension};
 use crate::interpreter::{ArcShape, Command, Coolant, Feed, OffsetId, Rotation, Spindle, Travel};
 use crate::machine::Machine;
 use crate::protocol::alarm::Alarm;
@@ -24,10 +25,10 @@ use leadscrew_stepper::Outputs;
 /// Commands carried out in one poll: bounds its time.
 const COMMANDS_A_POLL: usize = 4;
 
-impl<K, const AXES: usize, const MOTORS: usize, const MOVES: usize>
-    Machine<'_, K, AXES, MOTORS, MOVES>
+impl<K, X, const AXES: usize, const MOTORS: usize> Machine<'_, K, AXES, MOTORS, X>
 where
     K: Kinematics<AXES, MOTORS> + Clone,
+    X: Extension<AXES>,
 {
     /// Goes on with the line under way; answers it once all its commands are carried out. Main loop.
     pub(crate) fn execute<B: Board>(&mut self, board: &mut B, now: Instant) {
@@ -87,13 +88,14 @@ where
                 self.program.parking_allowed = *allowed;
                 Progress::Done
             }
+            Command::Own(call) => self.perform_own(call, board, now),
             Command::Pause => self.perform_pause(),
             Command::ProgramEnd => self.perform_program_end(board),
         }
     }
 
     /// Whether all motion has ended; lets it begin if not.
-    pub(super) fn is_motion_over(&mut self) -> bool {
+    pub(crate) fn is_motion_over(&mut self) -> bool {
         self.motion.release();
         self.motion.is_idle()
     }
@@ -200,7 +202,7 @@ where
     }
 
     /// Plans a move, or waits for room.
-    pub(super) fn push<B: Board>(
+    pub(crate) fn push<B: Board>(
         &mut self,
         next: &Move<AXES>,
         spindle: &Spindle,
@@ -277,7 +279,7 @@ where
     }
 
     /// Begins the stop that ends in ALARM:2; the line under way stays unanswered until the reset.
-    pub(super) fn leave_travel<B: Board>(&mut self, board: &mut B, now: Instant) -> Progress {
+    pub(crate) fn leave_travel<B: Board>(&mut self, board: &mut B, now: Instant) -> Progress {
         if self.motion.is_idle() {
             self.switch_outputs_off(board);
             self.raise(Alarm::SoftLimit, board);
@@ -291,7 +293,7 @@ where
         Progress::Wait
     }
 
-    pub(super) fn is_within_travel(&self, target: &[Coordinate; AXES]) -> bool {
+    pub(crate) fn is_within_travel(&self, target: &[Coordinate; AXES]) -> bool {
         !self.settings.is_on(Setting::SoftLimits) || soft_limits::allow(target, &self.motion.travel)
     }
 
@@ -398,6 +400,7 @@ where
             self.set_coolant(CoolantOutput::default(), board);
             self.console.cadence.work_offset_changed();
         }
+        self.tell_extension(Event::ProgramEnd);
         self.reset_overrides();
         self.program.lines = 0;
         self.console.message(Message::ProgramEnd);

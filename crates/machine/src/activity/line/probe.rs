@@ -12,6 +12,7 @@
 use super::perform::feed;
 use super::{LineKind, Probing, Progress, Wait};
 use crate::board::{Board, Instant};
+use crate::extension::Extension;
 use crate::inputs::ProbeWatch;
 use crate::interpreter::{ProbeKind, Travel};
 use crate::machine::Machine;
@@ -20,10 +21,10 @@ use crate::state::State;
 use leadscrew_planner::{Kinematics, Move, MoveKind};
 use leadscrew_stepper::Outputs;
 
-impl<K, const AXES: usize, const MOTORS: usize, const MOVES: usize>
-    Machine<'_, K, AXES, MOTORS, MOVES>
+impl<K, X, const AXES: usize, const MOTORS: usize> Machine<'_, K, AXES, MOTORS, X>
 where
     K: Kinematics<AXES, MOTORS> + Clone,
+    X: Extension<AXES>,
 {
     pub(super) fn perform_probe<B: Board>(
         &mut self,
@@ -41,9 +42,12 @@ where
                 }
                 Progress::Wait
             }
-            Wait::Nothing | Wait::Arc(_) | Wait::Dwell(_) | Wait::Pause | Wait::Stored { .. } => {
-                self.begin_probe(travel, kind, board, now)
-            }
+            Wait::Nothing
+            | Wait::Arc(_)
+            | Wait::Dwell(_)
+            | Wait::Pause
+            | Wait::Own(_)
+            | Wait::Stored { .. } => self.begin_probe(travel, kind, board, now),
         }
     }
 

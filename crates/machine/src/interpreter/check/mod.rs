@@ -10,13 +10,14 @@ mod path;
 use super::command::{ArcShape, OffsetId};
 use super::context::Context;
 use super::fault::Refusal;
-use super::letters::{Group, Letters, GROUPS_IN_JOGS};
+use super::letters::{Group, Groups, Letters, GROUPS_IN_JOGS};
 use super::modal_state::{Distance, FeedMode, Motion, ProbeKind, Units, WorkSystem};
 use super::offsets::TOOL_AXIS;
 use super::units::inches_to_millimetres;
 use super::words::{AxisCommand, Block, NonModal};
 use super::{Coordinate, Interpreter, MAX_WORD};
 use crate::config::AxisKind;
+use crate::extension::MCode;
 use crate::protocol::status::Status;
 use leadscrew_gcode::{Letter, Number};
 
@@ -102,6 +103,7 @@ const AXIS_WORDS: Letters = Letters::of(&AXIS_LETTERS);
 const CENTRE_WORDS: Letters = Letters::of(&[Letter::I, Letter::J, Letter::K]);
 const F: Letters = Letters::of(&[Letter::F]);
 const L: Letters = Letters::of(&[Letter::L]);
+const M: Letters = Letters::of(&[Letter::M]);
 const N: Letters = Letters::of(&[Letter::N]);
 const P: Letters = Letters::of(&[Letter::P]);
 const R: Letters = Letters::of(&[Letter::R]);
@@ -131,6 +133,9 @@ impl<'a, const AXES: usize> Check<'a, AXES> {
         let mut unused = block.letters.without(purpose.free_words());
         if block.groups.contains(Group::Parking) {
             unused = unused.without(P);
+        }
+        if let Some(own) = &block.own {
+            unused = unused.without(Letters::taken_by(own.code));
         }
         Self {
             state,
@@ -304,6 +309,9 @@ impl<'a, const AXES: usize> Check<'a, AXES> {
 
     #[inline]
     fn check_leftovers(&self) -> Result<(), Refusal> {
+        if let Some(own) = self.block.own.filter(|own| own.code.is_alone()) {
+            self.check_alone(own.code)?;
+        }
         if !self.unused.is_empty() {
             return Err(Refusal::words(Status::UnusedWords, self.unused));
         }
@@ -312,6 +320,20 @@ impl<'a, const AXES: usize> Check<'a, AXES> {
             Purpose::Jog if self.is_jog() => Ok(()),
             Purpose::Jog => Err(Refusal::not_in_jogs()),
         }
+    }
+
+    /// An extension's M code that stands alone has nothing beside it but its words and a line number.
+    fn check_alone(&self, code: MCode) -> Result<(), Refusal> {
+        let others = self.block.letters.without(Letters::taken_by(code));
+        let others = others.without(N);
+        if !others.is_empty() {
+            return Err(Refusal::words(Status::UnusedWords, others));
+        }
+        let groups = self.block.groups.without(Groups::of(&[Group::Own]));
+        if !groups.is_empty() {
+            return Err(Refusal::words(Status::ModalGroupTwice, M));
+        }
+        Ok(())
     }
 
     /// Whether a jog may say all this: it may choose units and distance mode for itself, and machine coordinates.

@@ -55,6 +55,7 @@ impl<const AXES: usize> Bench<AXES> {
             laser_mode: self.laser_mode,
             soft_limits: self.soft_limits,
             reach: &self.reach,
+            own: OwnCodes::NONE,
         };
         self.interpreter
             .interpret(line, &context, &mut commands)
@@ -68,6 +69,7 @@ impl<const AXES: usize> Bench<AXES> {
             laser_mode: self.laser_mode,
             soft_limits: self.soft_limits,
             reach: &self.reach,
+            own: OwnCodes::NONE,
         };
         self.interpreter.jog(line.as_bytes(), &context)
     }

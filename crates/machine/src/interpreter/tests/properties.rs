@@ -58,6 +58,7 @@ fn check(bench: &Bench<4>, line: &[u8]) -> Result<(), super::Fault> {
         laser_mode: bench.laser_mode,
         soft_limits: false,
         reach: &bench.reach,
+        own: super::OwnCodes::NONE,
     };
     bench.interpreter.check(line, &context)
 }
@@ -124,6 +125,7 @@ fn refused_lines_leave_no_commands() {
         laser_mode: false,
         soft_limits: false,
         reach: &bench.reach,
+        own: super::OwnCodes::NONE,
     };
     let mut commands = Commands::new();
     let _ = bench

@@ -5,7 +5,7 @@ use super::AXIS_LETTERS;
 use crate::protocol::alarm::Alarm;
 use crate::protocol::status::Status;
 use crate::settings::group::Group;
-use crate::settings::table::Kind;
+use crate::settings::table::{Kind, Row};
 use crate::settings::values::Key;
 use core::fmt;
 
@@ -13,7 +13,9 @@ use core::fmt;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SettingInfo {
     /// Which.
-    pub key: Key,
+    pub row: Row,
+    /// Of which axis, counted from 0.
+    pub axis: Option<usize>,
     /// The least value of a whole number: more than 0 for a step pulse.
     pub least: u8,
 }
@@ -24,7 +26,12 @@ pub struct GroupInfo(pub Group);
 
 /// `[SETTINGDESCR:`: number and description.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Description(pub Key);
+pub struct Description {
+    /// What follows the `$`.
+    pub number: u16,
+    /// What it does.
+    pub text: &'static str,
+}
 
 /// `[ERRORCODE:`: number, an empty field, words.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -36,9 +43,10 @@ pub struct AlarmInfo(pub Alarm);
 
 impl fmt::Display for SettingInfo {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (row, number) = (self.key.row(), self.key.number());
+        let row = &self.row;
+        let number = usize::from(row.number) + self.axis.unwrap_or(0);
         write!(f, "[SETTING:{number}|{}|", row.group.id())?;
-        if let Key::Axis(_, axis) = self.key {
+        if let Some(axis) = self.axis {
             let letter = AXIS_LETTERS.get(axis).unwrap_or(&'?');
             write!(f, "{letter}-axis ")?;
         }
@@ -49,6 +57,18 @@ impl fmt::Display for SettingInfo {
 }
 
 impl SettingInfo {
+    /// Describes a setting of GRBL's or of this project. `least`: the least value of a whole number.
+    pub fn of(key: Key, least: u8) -> Self {
+        Self {
+            row: key.row(),
+            axis: match key {
+                Key::Machine(_) => None,
+                Key::Axis(_, axis) => Some(axis),
+            },
+            least,
+        }
+    }
+
     /// Data type (0 switch, 1 bits, 4 axes, 5 whole, 6 decimal), format, least and most.
     fn range(&self, f: &mut fmt::Formatter<'_>, kind: Kind) -> fmt::Result {
         match kind {
@@ -70,10 +90,18 @@ impl fmt::Display for GroupInfo {
     }
 }
 
+impl From<Key> for Description {
+    fn from(key: Key) -> Self {
+        Self {
+            number: key.number(),
+            text: key.row().description,
+        }
+    }
+}
+
 impl fmt::Display for Description {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (number, row) = (self.0.number(), self.0.row());
-        write!(f, "[SETTINGDESCR:{number}|{}]", row.description)
+        write!(f, "[SETTINGDESCR:{}|{}]", self.number, self.text)
     }
 }
 
@@ -99,7 +127,7 @@ mod tests {
 
     fn info(number: u16) -> String {
         let key = Key::from_number(number, 3).unwrap();
-        SettingInfo { key, least: 1 }.to_string()
+        SettingInfo::of(key, 1).to_string()
     }
 
     #[test]
@@ -122,8 +150,8 @@ mod tests {
     fn every_line_has_its_fields_and_room() {
         let mut lines: Vec<(String, usize)> = Vec::new();
         for key in Settings::<9>::keys() {
-            lines.push((SettingInfo { key, least: 0 }.to_string(), 10));
-            lines.push((Description(key).to_string(), 2));
+            lines.push((SettingInfo::of(key, 0).to_string(), 10));
+            lines.push((Description::from(key).to_string(), 2));
         }
         lines.extend(Group::ALL.map(|group| (GroupInfo(group).to_string(), 3)));
         lines.extend(Status::ALL.iter().map(|of| (ErrorInfo(*of).to_string(), 3)));

@@ -183,6 +183,17 @@ impl<const AXES: usize> StatusReport<AXES> {
 
 impl<const AXES: usize> fmt::Display for StatusReport<AXES> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.write(f, |_| Ok(()))
+    }
+}
+
+impl<const AXES: usize> StatusReport<AXES> {
+    /// Writes the report, with what `others` writes as its last fields.
+    pub(crate) fn write(
+        &self,
+        f: &mut fmt::Formatter<'_>,
+        others: impl FnOnce(&mut fmt::Formatter<'_>) -> fmt::Result,
+    ) -> fmt::Result {
         write!(f, "<{}", self.state)?;
         self.positions(f)?;
         if self.mask & Self::ROOM != 0 {
@@ -197,6 +208,7 @@ impl<const AXES: usize> fmt::Display for StatusReport<AXES> {
         let (feed, speed) = (self.units.feed(self.feed), Decimal::whole(self.speed));
         write!(f, "|FS:{feed},{speed}{}", self.pins)?;
         self.extras(f)?;
+        others(f)?;
         f.write_str(">")
     }
 }

@@ -1,0 +1,74 @@
+//! What an extension may ask and say.
+
+use crate::board::Instant;
+use crate::protocol::alarm::Alarm;
+use crate::state::State;
+use core::fmt;
+use leadscrew_planner::Coordinate;
+
+/// Where an extension's lines go.
+pub trait Out {
+    /// Sends a line, without its end, to the sender whose line is carried out; to all where there is none.
+    fn line(&mut self, line: fmt::Arguments<'_>);
+    /// Sends `[MSG:text]` to all.
+    fn message(&mut self, text: fmt::Arguments<'_>);
+}
+
+/// What an extension may ask and say: lent for one call.
+pub struct Cx<'a, const AXES: usize> {
+    /// The present.
+    pub now: Instant,
+    /// What the machine is doing.
+    pub state: State,
+    /// Where the axes are, machine position.
+    pub position: [Coordinate; AXES],
+    /// Whether nothing moves and nothing is planned.
+    pub at_rest: bool,
+    out: &'a mut dyn Out,
+    alarm: Option<Alarm>,
+}
+
+impl<'a, const AXES: usize> Cx<'a, AXES> {
+    /// What a machine lends.
+    pub(super) fn new(
+        now: Instant,
+        state: State,
+        position: [Coordinate; AXES],
+        at_rest: bool,
+        out: &'a mut dyn Out,
+    ) -> Self {
+        Self {
+            now,
+            state,
+            position,
+            at_rest,
+            out,
+            alarm: None,
+        }
+    }
+
+    /// A machine that is idle at its origin at `now`: to test an extension alone.
+    pub fn idle(now: Instant, out: &'a mut dyn Out) -> Self {
+        Self::new(now, State::Idle, [Coordinate::ZERO; AXES], true, out)
+    }
+
+    /// Sends a line to the sender whose line is carried out; to all from [`Extension::poll`](super::Extension::poll).
+    pub fn line(&mut self, line: fmt::Arguments<'_>) {
+        self.out.line(line);
+    }
+
+    /// Sends `[MSG:text]` to all.
+    pub fn message(&mut self, text: fmt::Arguments<'_>) {
+        self.out.message(text);
+    }
+
+    /// Locks the machine after this call: motion stops at once, spindle and coolant go off, the line under way is answered.
+    pub fn alarm(&mut self, alarm: Alarm) {
+        self.alarm = Some(alarm);
+    }
+
+    /// The alarm that was asked for.
+    pub fn raised(&self) -> Option<Alarm> {
+        self.alarm
+    }
+}

@@ -1,0 +1,217 @@
+//! The machine's side: when an extension is asked, and what becomes of its answers.
+
+use super::{Call, Cx, Event, Extension, Out, Step};
+use crate::activity::line::{Origin, OwnWait, Progress};
+use crate::board::{Board, ChannelId, Instant};
+use crate::console::Console;
+use crate::machine::Machine;
+use crate::protocol::alarm::Alarm;
+use crate::protocol::status::Status;
+use crate::state::State;
+use core::fmt;
+use leadscrew_gcode::Number;
+use leadscrew_planner::{Coordinate, Feed, Kinematics, Move, MoveKind, MovePower};
+use leadscrew_stepper::Outputs;
+
+/// The serial lines, as an extension speaks on them.
+struct Voice<'a, 'c> {
+    console: &'a mut Console<'c>,
+    /// Where a line goes; `None`: to all.
+    to: Option<ChannelId>,
+}
+
+impl Out for Voice<'_, '_> {
+    fn line(&mut self, line: fmt::Arguments<'_>) {
+        match self.to {
+            Some(id) => self.console.line(id, line),
+            None => self.console.broadcast(line),
+        }
+    }
+
+    fn message(&mut self, text: fmt::Arguments<'_>) {
+        self.console.say(format_args!("[MSG:{text}]"));
+    }
+}
+
+impl<K, X, const AXES: usize, const MOTORS: usize> Machine<'_, K, AXES, MOTORS, X>
+where
+    K: Kinematics<AXES, MOTORS> + Clone,
+    X: Extension<AXES>,
+{
+    /// Lets the extension do its regular work; returns when it wants the next turn at the latest. Main loop.
+    pub(crate) fn poll_extension<B: Board>(
+        &mut self,
+        board: &mut B,
+        now: Instant,
+    ) -> Option<Instant> {
+        if !X::IN_USE {
+            return None;
+        }
+        self.ask(None, board, now, |extension, cx| extension.poll(cx))
+    }
+
+    /// Hands a realtime byte to the extension.
+    pub(crate) fn own_realtime<B: Board>(
+        &mut self,
+        from: ChannelId,
+        byte: u8,
+        board: &mut B,
+        now: Instant,
+    ) {
+        if X::IN_USE {
+            self.ask(Some(from), board, now, |extension, cx| {
+                extension.realtime(byte, cx);
+            });
+        }
+    }
+
+    /// Tells the extension.
+    pub(crate) fn tell_extension(&mut self, event: Event) {
+        if X::IN_USE {
+            self.extension.event(event);
+        }
+    }
+
+    /// Carries out an M code of the extension, or goes on with it.
+    pub(crate) fn perform_own<B: Board>(
+        &mut self,
+        call: &Call,
+        board: &mut B,
+        now: Instant,
+    ) -> Progress {
+        if !X::IN_USE || self.state == State::Check {
+            return Progress::Done;
+        }
+        if !self.is_own_due() {
+            return Progress::Wait;
+        }
+        let asker = match self.activity.line.origin() {
+            Some(Origin::Channel(id)) => Some(id),
+            Some(Origin::Startup(_) | Origin::Nobody) | None => None,
+        };
+        let step = self.ask(asker, board, now, |extension, cx| {
+            extension.perform(call, cx)
+        });
+        if !self.activity.line.is_busy() {
+            return Progress::Wait; // it raised an alarm, which ended its line
+        }
+        self.follow(step, call, board, now)
+    }
+
+    /// Whether what the M code under way waits for has come.
+    fn is_own_due(&mut self) -> bool {
+        match self.activity.line.own_wait() {
+            Some(OwnWait::Rest) => self.is_motion_over(),
+            Some(OwnWait::Stop) => {
+                let rests = self.motion.is_at_rest();
+                if rests {
+                    self.motion.forget();
+                    self.take_position();
+                }
+                rests
+            }
+            Some(OwnWait::Turn(_)) | None => true,
+        }
+    }
+
+    fn follow<B: Board>(
+        &mut self,
+        step: Step<AXES>,
+        call: &Call,
+        board: &mut B,
+        now: Instant,
+    ) -> Progress {
+        let wait = match step {
+            Step::Done => return Progress::Done,
+            Step::Refuse(status) => return self.refuse_own(status),
+            Step::Move { target, rate } => return self.move_own(target, rate, call, board, now),
+            Step::Wait(at) => OwnWait::Turn(at),
+            Step::Rest => OwnWait::Rest,
+            Step::Stop => {
+                self.motion.hold();
+                OwnWait::Stop
+            }
+        };
+        self.wait_own(wait)
+    }
+
+    /// The line stays under way, and the machine shows that it works.
+    fn wait_own(&mut self, wait: OwnWait) -> Progress {
+        self.activity.line.wait_own(wait);
+        if self.state == State::Idle && self.motion.is_idle() {
+            self.enter(State::Run);
+        }
+        Progress::Wait
+    }
+
+    fn refuse_own(&mut self, status: Status) -> Progress {
+        self.program.interpreter.set_position(self.motion.path_end);
+        if let Some(origin) = self.activity.line.finish() {
+            self.refuse(origin, status.into());
+        }
+        Progress::Wait
+    }
+
+    /// Plans a motion that the extension asks for.
+    fn move_own<B: Board>(
+        &mut self,
+        target: [Coordinate; AXES],
+        rate: Number,
+        call: &Call,
+        board: &mut B,
+        now: Instant,
+    ) -> Progress {
+        let alone = self
+            .extension
+            .m_code(call.code)
+            .is_some_and(|code| code.is_alone());
+        if !alone || !self.motion.is_idle() || rate <= Number::default() {
+            return self.refuse_own(Status::InvalidTarget);
+        }
+        if !self.is_within_travel(&target) {
+            return self.leave_travel(board, now);
+        }
+        let next = Move {
+            target,
+            feed: Feed::PerMinute(rate.to_f32() / 60.0),
+            power: MovePower::Off,
+            curve: None,
+            outputs: Outputs(0),
+            line_number: None,
+            kind: MoveKind::System,
+        };
+        let told = self.tool.told;
+        if self.push(&next, &told, false, board, now) == Progress::Done {
+            self.program.interpreter.set_position(target);
+            self.motion.release();
+            return self.wait_own(OwnWait::Turn(None));
+        }
+        Progress::Wait
+    }
+
+    /// Lends the extension what it may ask and say; locks the machine if it wants that.
+    fn ask<B: Board, R>(
+        &mut self,
+        to: Option<ChannelId>,
+        board: &mut B,
+        now: Instant,
+        call: impl FnOnce(&mut X, &mut Cx<'_, AXES>) -> R,
+    ) -> R {
+        let (position, at_rest) = (self.motion.position(), self.motion.is_idle());
+        let console = &mut self.console;
+        let mut voice = Voice { console, to };
+        let mut cx = Cx::new(now, self.state, position, at_rest, &mut voice);
+        let answer = call(&mut self.extension, &mut cx);
+        if let Some(alarm) = cx.raised() {
+            self.stop_for(alarm, board, now);
+        }
+        answer
+    }
+
+    /// Stops for an alarm of the extension, which may ask for it at every turn.
+    fn stop_for<B: Board>(&mut self, alarm: Alarm, board: &mut B, now: Instant) {
+        if !matches!(self.state, State::Alarm(_)) {
+            self.abort(alarm, board, now);
+        }
+    }
+}

@@ -1,0 +1,242 @@
+//! What a firmware adds to GRBL without a fork: M codes, settings, report fields, realtime bytes, and the pins that it owns.
+//!
+//! ```text
+//!   M10 P1          m_code(10) --> perform(call) --> Step: done, again later, move there, refused
+//!   $800=2          settings() --> set(800, 2), stored as all settings are
+//!   ?               report()   --> <Idle|MPos:0.000,0.000,0.000|FS:0,0|Vac:1>
+//!   0xF8 to 0xFF    realtime(byte)
+//!   each turn       poll()     --> when to ask again
+//!   a reset, ...    event()
+//! ```
+//!
+//! All methods are called from the main loop and none may wait: a long activity is a value that [`Extension::perform`] advances.
+//! Two extensions are one: `(Heat, Vacuum)`. Where both know an M code or a setting, the first one has it. `()` is none, and
+//! nothing of this is compiled for it.
+//!
+//! An extension owns its pins. GRBL's own pins stay with the [`Board`](crate::board::Board).
+//!
+//! ```
+#![doc = include_str!("../../examples/vacuum/extension.rs")]
+//! ```
+
+mod cx;
+mod host;
+mod pair;
+mod settings;
+
+pub use cx::{Cx, Out};
+
+use crate::board::Instant;
+use crate::protocol::status::Status;
+use crate::settings::table::Row;
+use crate::state::State;
+use core::fmt;
+use leadscrew_gcode::{Letter, Number};
+use leadscrew_planner::Coordinate;
+
+/// What a firmware adds to a machine with `AXES` axes.
+///
+/// Every method has a default, which adds nothing.
+pub trait Extension<const AXES: usize> {
+    /// Whether there is anything to ask: where not, no call is compiled. `false` for `()` alone.
+    const IN_USE: bool = true;
+
+    /// The M code of this number, 0 to 255, if it is one of this extension's. Asked before GRBL's own codes.
+    fn m_code(&self, number: u8) -> Option<MCode> {
+        let _ = number;
+        None
+    }
+
+    /// Carries out an M code of [`Extension::m_code`], or goes on with it: called at every turn of the main loop until it is
+    /// done. Not called in check mode.
+    fn perform(&mut self, call: &Call, cx: &mut Cx<'_, AXES>) -> Step<AXES> {
+        let _ = (call, cx);
+        Step::Done
+    }
+
+    /// Its settings, 16 at most with those of others. Numbers 800 to 999 are free for extensions.
+    fn settings(&self) -> impl Iterator<Item = &'static Row> {
+        core::iter::empty()
+    }
+
+    /// The value in force of one of [`Extension::settings`].
+    fn value(&self, number: u16) -> Number {
+        let _ = number;
+        Number::default()
+    }
+
+    /// Puts a value of one of [`Extension::settings`] into effect: it is in the range of its row. At rest.
+    ///
+    /// # Errors
+    /// The answer to the line. The value in force must stay.
+    fn set(&mut self, number: u16, value: Number) -> Result<(), Status> {
+        let _ = (number, value);
+        Err(Status::InvalidStatement)
+    }
+
+    /// Writes its fields of a status report, each with a `|` before it, 64 characters at most.
+    ///
+    /// # Errors
+    /// Those of `fields`.
+    fn report(&self, fields: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let _ = fields;
+        Ok(())
+    }
+
+    /// Takes a realtime byte, 0xF8 to 0xFF: no UTF-8 text has them.
+    fn realtime(&mut self, byte: u8, cx: &mut Cx<'_, AXES>) {
+        let _ = (byte, cx);
+    }
+
+    /// Learns of something that switches outputs.
+    fn event(&mut self, event: Event) {
+        let _ = event;
+    }
+
+    /// Does its regular work: at every turn of the main loop. Returns when it wants the next turn at the latest.
+    fn poll(&mut self, cx: &mut Cx<'_, AXES>) -> Option<Instant> {
+        let _ = cx;
+        None
+    }
+}
+
+impl<const AXES: usize> Extension<AXES> for () {
+    const IN_USE: bool = false;
+}
+
+/// An M code of an extension.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct MCode {
+    /// The letters of the words that belong to it, a bit each.
+    letters: u32,
+    /// Whether it stands alone on its line.
+    alone: bool,
+}
+
+impl MCode {
+    /// An M code without words of its own, beside which its line may have anything.
+    pub const PLAIN: Self = Self {
+        letters: 0,
+        alone: false,
+    };
+
+    /// An M code that takes these words, of `L`, `P`, `R`, `S` and `T`: they mean nothing to GRBL on its line. None has to be
+    /// there.
+    pub const fn with(words: &[Letter]) -> Self {
+        let (mut letters, mut rest) = (0, words);
+        while let [letter, tail @ ..] = rest {
+            letters |= 1 << *letter as u32;
+            rest = tail;
+        }
+        Self {
+            letters,
+            alone: false,
+        }
+    }
+
+    /// The same M code, with no other word but `N` on its line. One that moves axes has to be.
+    pub const fn alone(self) -> Self {
+        Self {
+            alone: true,
+            ..self
+        }
+    }
+
+    /// The letters of its words, a bit each.
+    pub(crate) const fn letters(self) -> u32 {
+        self.letters
+    }
+
+    /// Whether it stands alone on its line.
+    pub const fn is_alone(self) -> bool {
+        self.alone
+    }
+
+    /// Whether this word belongs to it.
+    pub const fn takes(self, letter: Letter) -> bool {
+        self.letters & 1 << letter as u32 != 0
+    }
+}
+
+/// An M code of an extension, as a line has it.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Call {
+    /// Its number.
+    pub code: u8,
+    /// The words that belong to it.
+    pub words: Words,
+}
+
+/// Words of a line that belong to an M code of an extension.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Words {
+    /// Which of them the line has, a bit a letter.
+    letters: u32,
+    values: [Number; Self::LETTERS.len()],
+}
+
+impl Words {
+    /// Those that there can be.
+    pub const LETTERS: [Letter; 5] = [Letter::L, Letter::P, Letter::R, Letter::S, Letter::T];
+    /// None of them.
+    pub const NONE: Self = Self {
+        letters: 0,
+        values: [Number::from_int(0); Self::LETTERS.len()],
+    };
+
+    /// The value of a word, if the line has it.
+    pub fn get(&self, letter: Letter) -> Option<Number> {
+        let has = self.letters & 1 << letter as u32 != 0;
+        let mut words = Self::LETTERS.iter().zip(self.values);
+        let value = words.find_map(|(of, value)| (*of == letter).then_some(value));
+        value.filter(|_| has)
+    }
+
+    /// Adds a word.
+    pub fn insert(&mut self, letter: Letter, value: Number) {
+        let mut words = Self::LETTERS.iter().zip(&mut self.values);
+        if let Some((_, place)) = words.find(|(of, _)| **of == letter) {
+            *place = value;
+            self.letters |= 1 << letter as u32;
+        }
+    }
+}
+
+/// How an M code goes on.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Step<const AXES: usize> {
+    /// It is carried out.
+    Done,
+    /// Ask again at the next turn, and at this instant at the latest. The machine shows `Run`.
+    Wait(Option<Instant>),
+    /// Ask again once all motion has ended.
+    Rest,
+    /// Go straight to the target, then ask again, at every turn on the way: for an M code that stands alone. Motion that was
+    /// planned before has to have ended ([`Step::Rest`]). A laser is dark on the way.
+    Move {
+        /// Machine position. Outside the travel it is ALARM:2, with soft limits.
+        target: [Coordinate; AXES],
+        /// Speed along the path, mm/min, above 0.
+        rate: Number,
+    },
+    /// Slow down on the way to a target of [`Step::Move`], forget the rest of it, and ask again at rest.
+    Stop,
+    /// The line is answered with this error; nothing else of it is carried out.
+    Refuse(Status),
+}
+
+/// Something that switches outputs.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub enum Event {
+    /// The machine enters a state: an alarm, a hold, the way back to Idle.
+    Enters(State),
+    /// A soft reset, 0x18, after any alarm that it raised: an M code under way is forgotten.
+    Reset,
+    /// M2 or M30, at rest.
+    ProgramEnd,
+}

@@ -1,0 +1,75 @@
+//! Two extensions as one.
+
+use super::{Call, Cx, Event, Extension, MCode, Step};
+use crate::board::Instant;
+use crate::protocol::status::Status;
+use crate::settings::table::Row;
+use core::fmt;
+use leadscrew_gcode::Number;
+
+impl<A, B, const AXES: usize> Extension<AXES> for (A, B)
+where
+    A: Extension<AXES>,
+    B: Extension<AXES>,
+{
+    const IN_USE: bool = A::IN_USE || B::IN_USE;
+
+    fn m_code(&self, number: u8) -> Option<MCode> {
+        let (one, other) = self;
+        one.m_code(number).or_else(|| other.m_code(number))
+    }
+
+    fn perform(&mut self, call: &Call, cx: &mut Cx<'_, AXES>) -> Step<AXES> {
+        let (one, other) = self;
+        match one.m_code(call.code) {
+            Some(_) => one.perform(call, cx),
+            None => other.perform(call, cx),
+        }
+    }
+
+    fn settings(&self) -> impl Iterator<Item = &'static Row> {
+        let (one, other) = self;
+        one.settings().chain(other.settings())
+    }
+
+    fn value(&self, number: u16) -> Number {
+        let (one, other) = self;
+        match one.settings().any(|row| row.number == number) {
+            true => one.value(number),
+            false => other.value(number),
+        }
+    }
+
+    fn set(&mut self, number: u16, value: Number) -> Result<(), Status> {
+        let (one, other) = self;
+        let first = one.settings().any(|row| row.number == number);
+        match first {
+            true => one.set(number, value),
+            false => other.set(number, value),
+        }
+    }
+
+    fn report(&self, fields: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (one, other) = self;
+        one.report(fields)?;
+        other.report(fields)
+    }
+
+    fn realtime(&mut self, byte: u8, cx: &mut Cx<'_, AXES>) {
+        let (one, other) = self;
+        one.realtime(byte, cx);
+        other.realtime(byte, cx);
+    }
+
+    fn event(&mut self, event: Event) {
+        let (one, other) = self;
+        one.event(event);
+        other.event(event);
+    }
+
+    fn poll(&mut self, cx: &mut Cx<'_, AXES>) -> Option<Instant> {
+        let (one, other) = self;
+        let wakes = [one.poll(cx), other.poll(cx)];
+        wakes.into_iter().flatten().min()
+    }
+}
