@@ -3,7 +3,7 @@
 
 use crate::board::Duration;
 use crate::protocol::line_reader::GRBL_LINE_LENGTH;
-use crate::protocol::report::StatusReport;
+use crate::protocol::report::fields;
 use crate::settings::table::Setting;
 use crate::settings::values::Entry;
 use crate::step_timing::StepTiming;
@@ -188,8 +188,8 @@ pub struct MachineConfig<const AXES: usize> {
 }
 
 /// `$10` in Grbl: 1 machine position, 2 `Bf:`. Bits 4 (`Ln:`) and 8 (`Fin:`) are our own.
-const GRBL_REPORT_BITS: u8 = StatusReport::<0>::MACHINE_POSITION | StatusReport::<0>::ROOM;
-const REPORT_BITS: u8 = GRBL_REPORT_BITS | StatusReport::<0>::LINE | StatusReport::<0>::TIME_LEFT;
+const GRBL_REPORT_BITS: u8 = fields::MACHINE_POSITION | fields::ROOM;
+const REPORT_BITS: u8 = GRBL_REPORT_BITS | fields::LINE | fields::TIME_LEFT;
 
 /// `$704=1`: corners as in Grbl.
 const GRBL_CORNERS: Entry = Entry {

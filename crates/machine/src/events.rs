@@ -1,6 +1,7 @@
 //! What cannot wait for a line: realtime commands and switches, each handled in one place.
 
 use crate::board::{Board, ChannelId, CoolantOutput, Duration, Instant};
+use crate::console::Discard;
 use crate::extension::Extension;
 use crate::inputs::Edges;
 use crate::interpreter::Coolant;
@@ -9,7 +10,6 @@ use crate::protocol::alarm::Alarm;
 use crate::protocol::message::Message;
 use crate::protocol::realtime::Realtime;
 use crate::protocol::serial::Request;
-use crate::reset::Discard;
 use crate::state::{Door, Hold, Jog, State};
 use leadscrew_planner::Kinematics;
 

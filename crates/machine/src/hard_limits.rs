@@ -19,39 +19,6 @@ use core::cmp::Ordering;
 use leadscrew_gcode::Number;
 use leadscrew_planner::Kinematics;
 
-/// Which way motors step, and at which end of its travel each axis stands.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Ends<const AXES: usize, const MOTORS: usize> {
-    /// Steps counted at the last look.
-    seen: [i32; MOTORS],
-    /// Which way each motor stepped last in this motion: 1, -1, or 0 where it has not.
-    heading: [i32; MOTORS],
-    /// Axes whose limit switch is closed: which way leads farther into it, `Equal` where nobody knows.
-    closed: [Option<Ordering>; AXES],
-}
-
-impl<const AXES: usize, const MOTORS: usize> Ends<AXES, MOTORS> {
-    /// At rest, with all switches open.
-    pub(crate) const fn new() -> Self {
-        Self {
-            seen: [0; MOTORS],
-            heading: [0; MOTORS],
-            closed: [None; AXES],
-        }
-    }
-
-    /// Follows the steps that were made.
-    fn follow(&mut self, position: &[i32; MOTORS]) {
-        let motors = self.seen.iter_mut().zip(&mut self.heading);
-        for ((seen, heading), now) in motors.zip(position) {
-            if now != seen {
-                *heading = now.wrapping_sub(*seen).signum();
-                *seen = *now;
-            }
-        }
-    }
-}
-
 impl<K, X, const AXES: usize, const MOTORS: usize> Machine<'_, K, AXES, MOTORS, X>
 where
     K: Kinematics<AXES, MOTORS> + Clone,

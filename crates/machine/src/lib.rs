@@ -14,6 +14,7 @@ pub mod board;
 pub mod config;
 mod console;
 mod dual;
+mod ends;
 mod events;
 pub mod extension;
 mod hard_limits;
@@ -40,6 +41,7 @@ mod store;
 mod switches;
 mod system;
 pub mod tool;
+mod unsaved;
 pub mod work;
 
 /// The examples of the package's README, run as tests.

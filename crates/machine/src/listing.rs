@@ -3,6 +3,7 @@
 //! So a report that is asked for goes out between two rows, and does not wait for the rest of the list.
 
 use crate::board::ChannelId;
+use crate::console::Listing;
 use crate::extension::Extension;
 use crate::machine::Machine;
 use crate::protocol::alarm::Alarm;
@@ -15,28 +16,6 @@ use crate::settings::group::Group;
 use crate::settings::table::Setting;
 use crate::settings::values::{Key, SettingLine, Settings};
 use leadscrew_planner::Kinematics;
-
-/// A list under way on one channel, with the row that is next.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub(crate) enum Listing {
-    /// `$$`.
-    Settings(usize),
-    /// `$+`.
-    AllSettings(usize),
-    /// `$ES`, `$EG`, `$EE`, `$EA`.
-    Enumeration(Enumeration, usize),
-    /// `$#`.
-    Parameters(usize),
-    /// `$N`.
-    Startup(u8),
-    /// `$I`: its first line.
-    Version,
-    /// `$I`: its second line.
-    Options,
-    /// The answer, after the last row.
-    Answer,
-}
 
 impl<K, X, const AXES: usize, const MOTORS: usize> Machine<'_, K, AXES, MOTORS, X>
 where

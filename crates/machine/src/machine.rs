@@ -1,9 +1,8 @@
 //! The machine: owns all parts of the main loop, and lends them to each other in [`Machine::poll`].
 
-use crate::activity::door::DoorCycle;
-use crate::activity::homing::Homing;
+use crate::activity::door_cycle::DoorCycle;
+use crate::activity::homing_cycle::Homing;
 use crate::activity::Activity;
-use crate::apply::{planner_config, spindle_scale};
 use crate::board::{Board, Duration, Instant};
 use crate::config::{MachineConfig, MoveQueues, RowPixels, CHANNELS};
 pub use crate::console::LineFault;
@@ -18,12 +17,13 @@ use crate::overrides::Overrides;
 use crate::program::Program;
 use crate::protocol::alarm::Alarm;
 use crate::protocol::serial::Inbox;
+use crate::settings::derived::{planner_config, spindle_scale};
 use crate::settings::table::Setting;
 use crate::settings::values::Settings;
 use crate::state::{Lock, State};
-use crate::store::Store;
 use crate::switches::SwitchWatch;
 use crate::tool::Tool;
+use crate::unsaved::Store;
 use crate::work::Work;
 use heapless::spsc::Producer;
 use heapless::Vec;

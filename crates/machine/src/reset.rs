@@ -2,6 +2,7 @@
 
 use crate::activity::line::Origin;
 use crate::board::{Board, ChannelId, CoolantOutput, Instant};
+use crate::console::Discard;
 use crate::extension::{Event, Extension};
 use crate::inputs::ProbeWatch;
 use crate::machine::Machine;
@@ -9,22 +10,10 @@ use crate::protocol::alarm::Alarm;
 use crate::protocol::cadence::Cadence;
 use crate::protocol::message::Message;
 use crate::protocol::report::BANNER;
-use crate::protocol::serial::Mark;
 use crate::protocol::status::Status;
 use crate::settings::table::Setting;
 use crate::state::{Lock, State};
 use leadscrew_planner::Kinematics;
-
-/// What a reset drops of the bytes received so far.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(crate) enum Discard {
-    /// Nothing: the machine reset itself.
-    Nothing,
-    /// Everything: the reset button.
-    All,
-    /// What one channel received before its 0x18, and everything of the others.
-    Before(ChannelId, Mark),
-}
 
 impl<K, X, const AXES: usize, const MOTORS: usize> Machine<'_, K, AXES, MOTORS, X>
 where

@@ -1,7 +1,7 @@
 //! The main loop's side of the switches: the words of their interrupts, and how much of those it has seen.
 
 use crate::dual::DualAxis;
-use crate::hard_limits::Ends;
+use crate::ends::Ends;
 use crate::inputs::{ActiveSwitches, Edges, Inputs};
 use leadscrew_stepper::MotorMask;
 

@@ -2,16 +2,15 @@
 
 use crate::activity::line::{LineKind, Origin};
 use crate::board::{Board, ChannelId, Instant};
+use crate::console::{Discard, Listing};
 use crate::extension::Extension;
 use crate::interpreter::{Command, Fault, OffsetId};
 use crate::lines::{context, own_codes};
-use crate::listing::Listing;
 use crate::machine::Machine;
 use crate::protocol::message::Message;
 use crate::protocol::report::{Description, HELP};
 use crate::protocol::status::Status;
 use crate::protocol::system_command::{Activity, Circumstances, Homing, Restore, SystemCommand};
-use crate::reset::Discard;
 use crate::settings::table::Setting;
 use crate::settings::values::{Entry, Key};
 use crate::soft_limits;

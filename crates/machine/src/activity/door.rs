@@ -9,59 +9,15 @@
 //! (`$22`), and where the spindle is higher than the place to park already. Delays are for what was on; a laser needs none, and
 //! comes back with the program alone. `$SLP` goes the same way as far as `park`.
 
+use super::door_cycle::{DoorCycle, Step};
 use crate::board::{Board, Duration, Instant};
 use crate::config::ParkingConfig;
 use crate::extension::Extension;
 use crate::machine::Machine;
 use crate::settings::table::Setting;
 use crate::state::{Door, State};
-use leadscrew_planner::{Coordinate, Feed, Kinematics, Move, MoveKind, MovePower};
+use leadscrew_planner::{Feed, Kinematics, Move, MoveKind, MovePower};
 use leadscrew_stepper::Outputs;
-
-/// How far the door's sequence has come.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-enum Step {
-    PullOut,
-    Park,
-    Parked,
-    Unpark,
-    SpindleRunsUp(Instant),
-    CoolantFlows(Instant),
-    Plunge,
-}
-
-/// The door's sequence under way.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct DoorCycle<const AXES: usize> {
-    step: Step,
-    /// When it began, at rest.
-    since: Instant,
-    /// Where the path was left, where the machine parked.
-    left_at: Option<[Coordinate; AXES]>,
-}
-
-impl<const AXES: usize> DoorCycle<AXES> {
-    /// Whether it goes on as soon as motion rests.
-    pub(crate) fn can_advance(&self) -> bool {
-        match self.step {
-            Step::PullOut | Step::Park | Step::Unpark | Step::Plunge => true,
-            Step::Parked | Step::SpindleRunsUp(_) | Step::CoolantFlows(_) => false,
-        }
-    }
-
-    /// When it began, at rest.
-    pub(crate) fn since(&self) -> Instant {
-        self.since
-    }
-
-    /// When `Machine::poll` is to look again.
-    pub(crate) fn waits_until(&self) -> Option<Instant> {
-        match self.step {
-            Step::SpindleRunsUp(instant) | Step::CoolantFlows(instant) => Some(instant),
-            Step::PullOut | Step::Park | Step::Parked | Step::Unpark | Step::Plunge => None,
-        }
-    }
-}
 
 impl<K, X, const AXES: usize, const MOTORS: usize> Machine<'_, K, AXES, MOTORS, X>
 where
@@ -249,25 +205,3 @@ where
 }
 
 const NO_DELAY: Duration = Duration::from_ticks(0);
-
-impl ParkingConfig {
-    /// Where the spindle axis is.
-    fn of<const AXES: usize>(&self, position: &[Coordinate; AXES]) -> Coordinate {
-        position.get(self.axis).copied().unwrap_or_default()
-    }
-
-    fn target(&self) -> Coordinate {
-        Coordinate::from_mm(self.target_mm)
-    }
-
-    /// Whether the spindle axis is below the place to park.
-    fn is_worth_it<const AXES: usize>(&self, position: &[Coordinate; AXES]) -> bool {
-        self.axis < AXES && self.of(position) < self.target()
-    }
-
-    /// The height at which the tool is out of the work, no higher than the place to park.
-    fn pulled_out<const AXES: usize>(&self, left_at: &[Coordinate; AXES]) -> Coordinate {
-        let out = self.of(left_at) + Coordinate::from_mm(self.pull_out_mm);
-        out.min(self.target())
-    }
-}

@@ -26,15 +26,16 @@
 //! the contact that interrupt locks the motor at that very step ([`crate::inputs`]); a group's other axes go on until
 //! they meet theirs. Rates are multiplied by √n for n axes at once, so that each moves at the rate that is set.
 
+use super::homing_cycle::{Homing, Phase, Wait};
 use crate::activity::line::Origin;
 use crate::board::{Board, Duration, Instant};
 use crate::config::AxisMask;
+use crate::console::Discard;
 use crate::dual::DualAxis;
 use crate::extension::Extension;
 use crate::inputs::{with_sharing, InputConfig};
 use crate::machine::Machine;
 use crate::protocol::alarm::Alarm;
-use crate::reset::Discard;
 use crate::settings::table::Setting;
 use crate::state::State;
 use leadscrew_gcode::Number;
@@ -45,80 +46,6 @@ use leadscrew_stepper::{MotorMask, Outputs};
 const SEARCH_TRAVELS: f32 = 1.5;
 /// How far the second approach goes, in pull-off distances.
 const LOCATE_PULL_OFFS: f32 = 5.0;
-
-/// The motions of one group of axes, in order.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-enum Phase {
-    Search,
-    PullOff,
-    Locate,
-    /// Of an axis with two motors: the second one by its offset.
-    Offset,
-    FinalPullOff,
-}
-
-impl Phase {
-    fn next(self, offset: bool) -> Option<Self> {
-        match self {
-            Self::Search => Some(Self::PullOff),
-            Self::PullOff => Some(Self::Locate),
-            Self::Locate if offset => Some(Self::Offset),
-            Self::Locate | Self::Offset => Some(Self::FinalPullOff),
-            Self::FinalPullOff => None,
-        }
-    }
-
-    fn approaches(self) -> bool {
-        matches!(self, Self::Search | Self::Locate)
-    }
-}
-
-/// What homing waits for.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-enum Wait {
-    /// The switches to settle.
-    Settled(Instant),
-    /// The motion of the phase.
-    Motion,
-}
-
-/// Homing under way.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Homing {
-    /// Where `$H` came from.
-    origin: Origin,
-    /// Groups of axes that are still to be homed, the present one first.
-    groups: [AxisMask; 4],
-    /// Axes that home one by one, whatever their group: those that share motors.
-    one_by_one: AxisMask,
-    phase: Phase,
-    wait: Wait,
-}
-
-impl Homing {
-    /// The axes that home now. Groups that have no axis left are passed over.
-    fn group(&self) -> Option<AxisMask> {
-        let group = self.groups.iter().copied().find(|group| *group != 0)?;
-        let alone = group & self.one_by_one;
-        let lowest = alone & alone.wrapping_neg();
-        Some(if lowest == 0 { group } else { lowest })
-    }
-
-    fn end_group(&mut self) {
-        let done = self.group().unwrap_or(0);
-        if let Some(group) = self.groups.iter_mut().find(|group| **group != 0) {
-            *group &= !done;
-        }
-    }
-
-    /// When `Machine::poll` is to look again, if it need not at once.
-    pub(crate) fn settles_at(&self) -> Option<Instant> {
-        match self.wait {
-            Wait::Settled(instant) => Some(instant),
-            Wait::Motion => None,
-        }
-    }
-}
 
 impl<K, X, const AXES: usize, const MOTORS: usize> Machine<'_, K, AXES, MOTORS, X>
 where

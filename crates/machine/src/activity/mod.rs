@@ -7,11 +7,13 @@
 //! | [`door`] | Door, Sleep | the door, 0x84, `$SLP` |
 
 pub(crate) mod door;
+pub(crate) mod door_cycle;
 pub(crate) mod homing;
+pub(crate) mod homing_cycle;
 pub(crate) mod line;
 
-use door::DoorCycle;
-use homing::Homing;
+use door_cycle::DoorCycle;
+use homing_cycle::Homing;
 use line::Executor;
 
 /// The activities under way. A line may wait while the door is open; homing excludes both.

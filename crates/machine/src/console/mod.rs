@@ -4,21 +4,23 @@
 //! where the board has got the answers before it. So no answer is ever lost, however slowly the other end reads, and a
 //! report that is asked for waits for one answer at most, however many lines have come.
 
+mod discard;
+mod listing;
 mod output;
 
 use crate::board::{Board, ChannelId};
 use crate::config::CHANNELS;
-use crate::listing::Listing;
 use crate::protocol::cadence::Cadence;
 use crate::protocol::line_reader::LineReader;
 use crate::protocol::message::Message;
 use crate::protocol::serial::{Inbox, Mark, Request};
 use crate::protocol::status::Status;
-use crate::reset::Discard;
 use crate::work::Work;
 use core::fmt;
+pub(crate) use discard::Discard;
 use heapless::Vec;
 use leadscrew_planner::TimeLeft;
+pub(crate) use listing::Listing;
 pub(crate) use output::Output;
 
 /// The longest line that fits, in characters after filtering.

@@ -24,6 +24,7 @@ mod letters;
 mod modal_state;
 mod offsets;
 mod print;
+mod takers;
 mod units;
 mod words;
 
@@ -38,13 +39,10 @@ pub use modal_state::{
     WorkSystem,
 };
 pub use offsets::Offsets;
+pub use units::MAX_WORD;
 
 use check::{Check, Plan, Purpose};
 use words::Block;
-
-/// The farthest offset, centre or radius, mm or degrees: 10⁶ m, so that no sum of offsets overflows. Offsets end there,
-/// motion beyond it is refused.
-pub const MAX_WORD: Coordinate = Coordinate::from_nanos(1_000_000_000_000_000_000);
 
 /// What G-code leaves from line to line: modal state, offsets, and where the program has got to.
 ///

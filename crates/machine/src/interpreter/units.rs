@@ -1,8 +1,12 @@
 //! Words to lengths: inches to millimetres, exactly.
 
-use super::{Coordinate, MAX_WORD};
+use super::Coordinate;
 use crate::protocol::status::Status;
 use leadscrew_gcode::Number;
+
+/// The farthest offset, centre or radius, mm or degrees: 10⁶ m, so that no sum of offsets overflows. Offsets end there,
+/// motion beyond it is refused.
+pub const MAX_WORD: Coordinate = Coordinate::from_nanos(1_000_000_000_000_000_000);
 
 /// Reads a length in millimetres, or an angle in degrees.
 ///

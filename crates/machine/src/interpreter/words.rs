@@ -5,11 +5,11 @@
 //! that it is not negative where it may not be (4).
 
 use super::code::{Code, GWord, MWord};
-use super::command::OffsetId;
 use super::context::Context;
 use super::fault::Fault;
 use super::letters::{Group, Groups, Letters};
 use super::modal_state::{Coolant, ModalState};
+pub(super) use super::takers::{AxisCommand, Flow, NonModal};
 use crate::extension::{Call, MCode, Words};
 use crate::protocol::status::Status;
 use leadscrew_gcode::{words, Letter, Number, Word};
@@ -49,53 +49,6 @@ pub(super) struct Block<const AXES: usize> {
 pub(super) struct Own {
     pub(super) code: MCode,
     pub(super) call: Call,
-}
-
-/// Who takes the axis words of a line.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum AxisCommand {
-    /// There are none, and nobody asks for any.
-    None,
-    /// The motion mode.
-    Motion,
-    /// The non-modal command.
-    NonModal,
-    /// G43.1.
-    SetToolLength,
-    /// G49, which ignores them.
-    CancelToolLength,
-}
-
-/// A command that leaves no mode behind.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum NonModal {
-    /// The line has none.
-    None,
-    /// G4.
-    Dwell,
-    /// G10.
-    SetOrigin,
-    /// G28, G30.
-    GoTo(OffsetId),
-    /// G28.1, G30.1.
-    Store(OffsetId),
-    /// G53.
-    MachineCoordinates,
-    /// G92.
-    SetG92,
-    /// G92.1.
-    ClearG92,
-}
-
-/// What happens at the end of a line.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Flow {
-    /// The next line.
-    Continue,
-    /// M0.
-    Pause,
-    /// M2, M30.
-    End,
 }
 
 impl<const AXES: usize> Block<AXES> {

@@ -12,6 +12,7 @@
 
 mod drivers;
 mod feeder;
+mod place;
 mod power;
 mod reserve;
 mod start;
@@ -24,9 +25,9 @@ use feeder::Feeder;
 use heapless::spsc::Producer;
 use leadscrew_planner::{
     Ahead, Config, ConfigError, Coordinate, CornerRule, Curve, Kinematics, Move, Outline,
-    Overrides, Planner, PowerLead, PushError, Pushed, Segmenter, TimeLeft, LONGEST_LEAD,
+    Overrides, Planner, PowerLead, PushError, Pushed, Segmenter, LONGEST_LEAD,
 };
-use leadscrew_stepper::{MotorMask, Power, Segment, Shared};
+use leadscrew_stepper::{Power, Segment, Shared};
 
 pub(crate) use power::PowerRule;
 use reserve::Reserve;
@@ -168,11 +169,6 @@ where
         Ok(())
     }
 
-    /// Axes that share their motors, those of the same numbers.
-    pub(crate) fn sharing(&self) -> MotorMask {
-        self.program.planner.kinematics().sharing()
-    }
-
     /// The settings in force.
     pub(crate) fn config(&self) -> &Config<AXES> {
         self.program.planner.config()
@@ -280,24 +276,6 @@ where
         self.forget();
     }
 
-    /// Declares the motors' present position to be `steps`. At rest, with nothing queued.
-    pub(crate) fn set_position(&mut self, axes: &[Coordinate; AXES]) {
-        // Beyond 2³¹ steps from the origin there is nothing to count from.
-        let steps = self.program.planner.steps_at(axes).unwrap_or([0; MOTORS]);
-        self.shared.set_position(steps);
-        self.resync();
-    }
-
-    /// Where the axes are, counted from steps. Motors beyond the axes do not count.
-    pub(crate) fn position(&self) -> [Coordinate; AXES] {
-        self.axes(&self.shared.position())
-    }
-
-    /// Where the axes are when the motors are at `steps`.
-    pub(crate) fn axes(&self, steps: &[i32; MOTORS]) -> [Coordinate; AXES] {
-        self.program.planner.axes_at(steps)
-    }
-
     /// The speed along the path, mm/s; 0 at rest.
     pub(crate) fn speed(&self) -> f32 {
         if self.is_at_rest() {
@@ -323,16 +301,6 @@ where
         }
     }
 
-    /// Begins to add up how long the program's queue takes.
-    pub(crate) fn time_left(&self) -> TimeLeft {
-        self.program.planner.time_left(&self.program.segmenter)
-    }
-
-    /// Adds up to `most` moves; whether there were as many.
-    pub(crate) fn add_time(&self, left: &mut TimeLeft, most: usize) -> bool {
-        self.program.planner.add_time(left, most)
-    }
-
     /// What the program's newest move was planned with.
     pub(crate) fn newest(&self) -> Option<Outline<MOTORS>> {
         self.program.planner.newest()
@@ -353,21 +321,6 @@ where
             },
             other @ (Ahead::Corner | Ahead::SlowerMove) => other,
         }
-    }
-
-    /// Whether no step is made and none is committed: where a hold was asked for, it is complete.
-    pub(crate) fn is_at_rest(&self) -> bool {
-        self.feeder.is_at_rest() && self.lead.is_empty()
-    }
-
-    /// Whether all moves of the program have been made.
-    pub(crate) fn is_idle(&self) -> bool {
-        self.is_at_rest() && self.is_program_idle()
-    }
-
-    /// Whether all moves of a cycle have been made.
-    pub(crate) fn is_aside_idle(&self) -> bool {
-        self.is_at_rest() && self.aside.planner.is_empty() && self.aside.segmenter.is_idle()
     }
 
     /// Whether a stop still empties the segment queue.
@@ -489,27 +442,6 @@ where
             self.stopping = false;
             self.shared.set_stop(false);
         }
-    }
-
-    fn is_program_idle(&self) -> bool {
-        self.program.planner.is_empty() && self.program.segmenter.is_idle()
-    }
-
-    fn resync(&mut self) {
-        let steps = self.gang();
-        self.program.planner.set_position(steps);
-        self.aside.planner.set_position(steps);
-    }
-
-    /// Declares a second motor's position to be that of its axis, where a motor lock has let them step apart: a skew
-    /// that homing has taken out is not to come back with the next move. Answers the position. At rest.
-    fn gang(&mut self) -> [i32; MOTORS] {
-        let counted = self.shared.position();
-        let steps = self.program.planner.ganged(counted);
-        if steps != counted {
-            self.shared.set_position(steps);
-        }
-        steps
     }
 }
 

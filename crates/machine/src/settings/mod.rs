@@ -1,5 +1,6 @@
 //! Settings: their table, their values, and where they survive a power loss.
 
+pub(crate) mod derived;
 pub mod flash;
 pub mod group;
 pub mod record;

@@ -11,7 +11,7 @@
 
 use crate::board::SpindleOutput;
 use crate::state::{Door, Hold, Jog, State};
-use crate::tool::spindle::SpindleScale;
+use crate::tool::scale::SpindleScale;
 use leadscrew_stepper::Power;
 
 /// What a laser puts out.

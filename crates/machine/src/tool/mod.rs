@@ -3,7 +3,8 @@
 //! | file | it says |
 //! |---|---|
 //! | [`beam`] | when a laser is lit |
-//! | [`spindle`] | which power an `S` is |
+//! | `scale` | which power an `S` is |
+//! | [`spindle`] | what is wanted of spindle or laser |
 //! | [`coolant`] | which valves are open |
 //! | `dead_man` | how long a laser stays lit without its sender |
 //! | `output` | which direction and power go out at rest |
@@ -14,6 +15,7 @@ pub mod spindle;
 
 pub(crate) mod dead_man;
 mod output;
+mod scale;
 
 use crate::board::SpindleOutput;
 use crate::interpreter;

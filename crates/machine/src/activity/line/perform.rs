@@ -3,6 +3,7 @@
 use super::arc::{ArcFeed, CHORDS_A_POLL};
 use super::{LineKind, Progress, Wait};
 use crate::board::{Board, CoolantOutput, Duration, Instant, PlannedMove, SpindleOutput};
+use crate::console::Discard;
 use crate::extension::{Event, Extension};
 use crate::interpreter::{ArcShape, Command, Coolant, Feed, OffsetId, Rotation, Spindle, Travel};
 use crate::machine::Machine;
@@ -10,7 +11,6 @@ use crate::protocol::alarm::Alarm;
 use crate::protocol::message::Message;
 use crate::protocol::report::StatusReport;
 use crate::protocol::status::Status;
-use crate::reset::Discard;
 use crate::settings::table::Setting;
 use crate::soft_limits;
 use crate::state::{Hold, Jog, State};

@@ -6,6 +6,7 @@
 
 mod build;
 mod enumeration;
+pub(crate) mod fields;
 mod modes;
 mod parameters;
 mod status;

@@ -1,6 +1,6 @@
 //! The answer to `?`.
 
-use super::{Coordinates, Units, AXIS_LETTERS};
+use super::{fields, Coordinates, Units, AXIS_LETTERS};
 use crate::protocol::cadence::Extra;
 use crate::protocol::decimal::Decimal;
 use core::fmt;
@@ -141,13 +141,13 @@ pub struct StatusReport<const AXES: usize> {
 
 impl<const AXES: usize> StatusReport<AXES> {
     /// Bit of `$10`: machine position rather than work position.
-    pub const MACHINE_POSITION: u8 = 1;
+    pub const MACHINE_POSITION: u8 = fields::MACHINE_POSITION;
     /// Bit of `$10`: `Bf:`.
-    pub const ROOM: u8 = 2;
+    pub const ROOM: u8 = fields::ROOM;
     /// Bit of `$10`: `Ln:` for lines without an `N` word, too.
-    pub const LINE: u8 = 4;
+    pub const LINE: u8 = fields::LINE;
     /// Bit of `$10`: `Fin:`, the time to finish what is queued, seconds.
-    pub const TIME_LEFT: u8 = 8;
+    pub const TIME_LEFT: u8 = fields::TIME_LEFT;
 
     fn positions(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if self.mask & Self::MACHINE_POSITION != 0 {

@@ -1,0 +1,72 @@
+//! How far the door's sequence has come, and where it parks.
+
+use crate::board::Instant;
+use crate::config::ParkingConfig;
+use leadscrew_planner::Coordinate;
+
+/// How far the door's sequence has come.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Step {
+    PullOut,
+    Park,
+    Parked,
+    Unpark,
+    SpindleRunsUp(Instant),
+    CoolantFlows(Instant),
+    Plunge,
+}
+
+/// The door's sequence under way.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct DoorCycle<const AXES: usize> {
+    pub(crate) step: Step,
+    /// When it began, at rest.
+    pub(crate) since: Instant,
+    /// Where the path was left, where the machine parked.
+    pub(crate) left_at: Option<[Coordinate; AXES]>,
+}
+
+impl<const AXES: usize> DoorCycle<AXES> {
+    /// Whether it goes on as soon as motion rests.
+    pub(crate) fn can_advance(&self) -> bool {
+        match self.step {
+            Step::PullOut | Step::Park | Step::Unpark | Step::Plunge => true,
+            Step::Parked | Step::SpindleRunsUp(_) | Step::CoolantFlows(_) => false,
+        }
+    }
+
+    /// When it began, at rest.
+    pub(crate) fn since(&self) -> Instant {
+        self.since
+    }
+
+    /// When `Machine::poll` is to look again.
+    pub(crate) fn waits_until(&self) -> Option<Instant> {
+        match self.step {
+            Step::SpindleRunsUp(instant) | Step::CoolantFlows(instant) => Some(instant),
+            Step::PullOut | Step::Park | Step::Parked | Step::Unpark | Step::Plunge => None,
+        }
+    }
+}
+
+impl ParkingConfig {
+    /// Where the spindle axis is.
+    pub(crate) fn of<const AXES: usize>(&self, position: &[Coordinate; AXES]) -> Coordinate {
+        position.get(self.axis).copied().unwrap_or_default()
+    }
+
+    pub(crate) fn target(&self) -> Coordinate {
+        Coordinate::from_mm(self.target_mm)
+    }
+
+    /// Whether the spindle axis is below the place to park.
+    pub(crate) fn is_worth_it<const AXES: usize>(&self, position: &[Coordinate; AXES]) -> bool {
+        self.axis < AXES && self.of(position) < self.target()
+    }
+
+    /// The height at which the tool is out of the work, no higher than the place to park.
+    pub(crate) fn pulled_out<const AXES: usize>(&self, left_at: &[Coordinate; AXES]) -> Coordinate {
+        let out = self.of(left_at) + Coordinate::from_mm(self.pull_out_mm);
+        out.min(self.target())
+    }
+}

@@ -1,0 +1,79 @@
+//! How far homing has come.
+
+use crate::activity::line::Origin;
+use crate::board::Instant;
+use crate::config::AxisMask;
+
+/// The motions of one group of axes, in order.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Phase {
+    Search,
+    PullOff,
+    Locate,
+    /// Of an axis with two motors: the second one by its offset.
+    Offset,
+    FinalPullOff,
+}
+
+impl Phase {
+    pub(crate) fn next(self, offset: bool) -> Option<Self> {
+        match self {
+            Self::Search => Some(Self::PullOff),
+            Self::PullOff => Some(Self::Locate),
+            Self::Locate if offset => Some(Self::Offset),
+            Self::Locate | Self::Offset => Some(Self::FinalPullOff),
+            Self::FinalPullOff => None,
+        }
+    }
+
+    pub(crate) fn approaches(self) -> bool {
+        matches!(self, Self::Search | Self::Locate)
+    }
+}
+
+/// What homing waits for.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Wait {
+    /// The switches to settle.
+    Settled(Instant),
+    /// The motion of the phase.
+    Motion,
+}
+
+/// Homing under way.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Homing {
+    /// Where `$H` came from.
+    pub(crate) origin: Origin,
+    /// Groups of axes that are still to be homed, the present one first.
+    pub(crate) groups: [AxisMask; 4],
+    /// Axes that home one by one, whatever their group: those that share motors.
+    pub(crate) one_by_one: AxisMask,
+    pub(crate) phase: Phase,
+    pub(crate) wait: Wait,
+}
+
+impl Homing {
+    /// The axes that home now. Groups that have no axis left are passed over.
+    pub(crate) fn group(&self) -> Option<AxisMask> {
+        let group = self.groups.iter().copied().find(|group| *group != 0)?;
+        let alone = group & self.one_by_one;
+        let lowest = alone & alone.wrapping_neg();
+        Some(if lowest == 0 { group } else { lowest })
+    }
+
+    pub(crate) fn end_group(&mut self) {
+        let done = self.group().unwrap_or(0);
+        if let Some(group) = self.groups.iter_mut().find(|group| **group != 0) {
+            *group &= !done;
+        }
+    }
+
+    /// When `Machine::poll` is to look again, if it need not at once.
+    pub(crate) fn settles_at(&self) -> Option<Instant> {
+        match self.wait {
+            Wait::Settled(instant) => Some(instant),
+            Wait::Motion => None,
+        }
+    }
+}

@@ -1,0 +1,36 @@
+//! At which end of its travel each axis stands, as its limit switch and its last motion tell.
+
+use core::cmp::Ordering;
+
+/// Which way motors step, and at which end of its travel each axis stands.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Ends<const AXES: usize, const MOTORS: usize> {
+    /// Steps counted at the last look.
+    pub(crate) seen: [i32; MOTORS],
+    /// Which way each motor stepped last in this motion: 1, -1, or 0 where it has not.
+    pub(crate) heading: [i32; MOTORS],
+    /// Axes whose limit switch is closed: which way leads farther into it, `Equal` where nobody knows.
+    pub(crate) closed: [Option<Ordering>; AXES],
+}
+
+impl<const AXES: usize, const MOTORS: usize> Ends<AXES, MOTORS> {
+    /// At rest, with all switches open.
+    pub(crate) const fn new() -> Self {
+        Self {
+            seen: [0; MOTORS],
+            heading: [0; MOTORS],
+            closed: [None; AXES],
+        }
+    }
+
+    /// Follows the steps that were made.
+    pub(crate) fn follow(&mut self, position: &[i32; MOTORS]) {
+        let motors = self.seen.iter_mut().zip(&mut self.heading);
+        for ((seen, heading), now) in motors.zip(position) {
+            if now != seen {
+                *heading = now.wrapping_sub(*seen).signum();
+                *seen = *now;
+            }
+        }
+    }
+}

@@ -1,0 +1,50 @@
+//! What the words of a line belong to.
+
+use super::command::OffsetId;
+
+/// Who takes the axis words of a line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum AxisCommand {
+    /// There are none, and nobody asks for any.
+    None,
+    /// The motion mode.
+    Motion,
+    /// The non-modal command.
+    NonModal,
+    /// G43.1.
+    SetToolLength,
+    /// G49, which ignores them.
+    CancelToolLength,
+}
+
+/// A command that leaves no mode behind.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum NonModal {
+    /// The line has none.
+    None,
+    /// G4.
+    Dwell,
+    /// G10.
+    SetOrigin,
+    /// G28, G30.
+    GoTo(OffsetId),
+    /// G28.1, G30.1.
+    Store(OffsetId),
+    /// G53.
+    MachineCoordinates,
+    /// G92.
+    SetG92,
+    /// G92.1.
+    ClearG92,
+}
+
+/// What happens at the end of a line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Flow {
+    /// The next line.
+    Continue,
+    /// M0.
+    Pause,
+    /// M2, M30.
+    End,
+}

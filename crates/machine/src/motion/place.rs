@@ -1,0 +1,79 @@
+//! Where the motors are, and whether they rest.
+
+use super::Motion;
+use leadscrew_planner::{Coordinate, Kinematics, TimeLeft};
+use leadscrew_stepper::MotorMask;
+
+impl<K, const AXES: usize, const MOTORS: usize> Motion<'_, K, AXES, MOTORS>
+where
+    K: Kinematics<AXES, MOTORS> + Clone,
+{
+    /// Declares the motors' present position to be `steps`. At rest, with nothing queued.
+    pub(crate) fn set_position(&mut self, axes: &[Coordinate; AXES]) {
+        // Beyond 2³¹ steps from the origin there is nothing to count from.
+        let steps = self.program.planner.steps_at(axes).unwrap_or([0; MOTORS]);
+        self.shared.set_position(steps);
+        self.resync();
+    }
+
+    /// Where the axes are, counted from steps. Motors beyond the axes do not count.
+    pub(crate) fn position(&self) -> [Coordinate; AXES] {
+        self.axes(&self.shared.position())
+    }
+
+    /// Where the axes are when the motors are at `steps`.
+    pub(crate) fn axes(&self, steps: &[i32; MOTORS]) -> [Coordinate; AXES] {
+        self.program.planner.axes_at(steps)
+    }
+
+    pub(super) fn resync(&mut self) {
+        let steps = self.gang();
+        self.program.planner.set_position(steps);
+        self.aside.planner.set_position(steps);
+    }
+
+    /// Declares a second motor's position to be that of its axis, where a motor lock has let them step apart: a skew
+    /// that homing has taken out is not to come back with the next move. Answers the position. At rest.
+    pub(super) fn gang(&mut self) -> [i32; MOTORS] {
+        let counted = self.shared.position();
+        let steps = self.program.planner.ganged(counted);
+        if steps != counted {
+            self.shared.set_position(steps);
+        }
+        steps
+    }
+
+    /// Axes that share their motors, those of the same numbers.
+    pub(crate) fn sharing(&self) -> MotorMask {
+        self.program.planner.kinematics().sharing()
+    }
+
+    /// Whether no step is made and none is committed: where a hold was asked for, it is complete.
+    pub(crate) fn is_at_rest(&self) -> bool {
+        self.feeder.is_at_rest() && self.lead.is_empty()
+    }
+
+    /// Whether all moves of the program have been made.
+    pub(crate) fn is_idle(&self) -> bool {
+        self.is_at_rest() && self.is_program_idle()
+    }
+
+    /// Whether all moves of a cycle have been made.
+    pub(crate) fn is_aside_idle(&self) -> bool {
+        self.is_at_rest() && self.aside.planner.is_empty() && self.aside.segmenter.is_idle()
+    }
+
+    /// Begins to add up how long the program's queue takes.
+    pub(crate) fn time_left(&self) -> TimeLeft {
+        self.program.planner.time_left(&self.program.segmenter)
+    }
+
+    /// Adds up to `most` moves; whether there were as many.
+    pub(crate) fn add_time(&self, left: &mut TimeLeft, most: usize) -> bool {
+        self.program.planner.add_time(left, most)
+    }
+
+    pub(super) fn is_program_idle(&self) -> bool {
+        self.program.planner.is_empty() && self.program.segmenter.is_idle()
+    }
+}

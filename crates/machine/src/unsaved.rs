@@ -1,0 +1,206 @@
+//! All that outlasts power besides the settings in force, and the notes of it that is not in the store yet.
+
+use crate::interpreter::OffsetId;
+use crate::memory::Memory;
+use crate::protocol::system_command::{Restore, STARTUP_LINES};
+use crate::settings::record::{RecordKey, MAX_RECORDS};
+use crate::settings::store::Records;
+use crate::settings::values::{Key, Settings, MAX_AXES};
+
+/// All that outlasts power, besides the settings and offsets in force.
+#[derive(Debug, Default)]
+pub(crate) struct Store {
+    /// Startup lines, the text of `$I`.
+    pub(crate) memory: Memory,
+    /// What is in the store, once it was loaded.
+    pub(crate) records: Option<Records>,
+    /// What is not in the store yet.
+    pub(crate) unsaved: Unsaved,
+    /// Not all that the line under way changed could be stored.
+    pub(crate) failed: bool,
+    /// The store had lost something: the machine is locked until `$X`, and everybody who comes is told why.
+    pub(crate) lost: bool,
+}
+
+/// Words of [`Unsaved`]: a bit for each record of the largest machine.
+const WORDS: usize = MAX_RECORDS.div_ceil(u32::BITS as usize);
+
+/// What is not in the store yet.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub(crate) struct Unsaved {
+    /// A bit for each of [`Item::all`].
+    items: [u32; WORDS],
+    /// What a part has been written of.
+    pub(crate) begun: Option<Item>,
+    /// A bit for each setting of the extension.
+    own: u16,
+    /// What goes back to its defaults, all at once, before anything else is written.
+    pub(crate) restored: Option<Restore>,
+}
+
+impl Unsaved {
+    /// Notes a setting by its number.
+    pub(crate) fn add_setting<const AXES: usize>(&mut self, number: u16) {
+        if let Some(key) = Key::from_number(number, AXES) {
+            self.add::<AXES>(Item::Setting(key));
+        }
+    }
+
+    /// Notes a setting of the extension by its place among them.
+    pub(crate) fn add_own(&mut self, index: usize) {
+        self.own |= u16::try_from(1_u32 << (index % 16)).unwrap_or(0);
+    }
+
+    /// Takes the place of a setting of the extension that is noted.
+    pub(crate) fn take_own(&mut self) -> Option<usize> {
+        let index = self.own.trailing_zeros();
+        self.own &= self.own.wrapping_sub(1);
+        (index < u16::BITS).then_some(index as usize)
+    }
+
+    /// Notes an offset.
+    pub(crate) fn add_offset<const AXES: usize>(&mut self, id: OffsetId) {
+        self.add::<AXES>(Item::Offset(id));
+    }
+
+    /// Notes a startup line.
+    pub(crate) fn add_startup<const AXES: usize>(&mut self, index: u8) {
+        self.add::<AXES>(Item::Startup(index));
+    }
+
+    /// Notes the text of `$I`.
+    pub(crate) fn add_build<const AXES: usize>(&mut self) {
+        self.add::<AXES>(Item::Build);
+    }
+
+    /// Notes that all of this has its defaults, which no record says.
+    pub(crate) fn restore<const AXES: usize>(&mut self, what: Restore) {
+        for (index, item) in Item::all::<AXES>().enumerate() {
+            if goes(what, item.key()) {
+                self.clear(index);
+            }
+        }
+        if goes(what, RecordKey::Setting(0)) {
+            self.own = 0;
+        }
+        self.begun = self.begun.filter(|item| !goes(what, item.key()));
+        self.restored = match self.restored {
+            Some(before) if before != what => Some(Restore::All),
+            _ => Some(what),
+        };
+    }
+
+    /// Whether everything is in the store.
+    pub(crate) fn is_empty(&self) -> bool {
+        *self == Self::default()
+    }
+
+    fn add<const AXES: usize>(&mut self, item: Item) {
+        const { assert!(AXES <= MAX_AXES, "more axes than `Unsaved` has bits for") };
+        for (index, _) in Item::all::<AXES>()
+            .enumerate()
+            .filter(|(_, of)| *of == item)
+        {
+            if let Some(word) = self.items.get_mut(index / 32) {
+                *word |= 1 << (index % 32);
+            }
+        }
+    }
+
+    fn clear(&mut self, index: usize) {
+        if let Some(word) = self.items.get_mut(index / 32) {
+            *word &= !(1 << (index % 32));
+        }
+    }
+
+    /// Takes the first of what is noted.
+    pub(crate) fn take<const AXES: usize>(&mut self) -> Option<Item> {
+        if let Some(item) = self.begun.take() {
+            return Some(item);
+        }
+        let (word, bits) = (0..).zip(self.items).find(|(_, bits)| *bits != 0)?;
+        let index = 32 * word + bits.trailing_zeros() as usize;
+        self.clear(index);
+        Item::all::<AXES>().nth(index)
+    }
+}
+
+/// One record to write.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Item {
+    Setting(Key),
+    Offset(OffsetId),
+    Startup(u8),
+    Build,
+}
+
+impl Item {
+    /// All that a machine stores, always in the same order.
+    fn all<const AXES: usize>() -> impl Iterator<Item = Self> {
+        let settings = Settings::<AXES>::keys().map(Self::Setting);
+        let offsets = OffsetId::ALL.into_iter().map(Self::Offset);
+        let lines = (0..STARTUP_LINES).map(Self::Startup);
+        settings.chain(offsets).chain(lines).chain([Self::Build])
+    }
+
+    /// What stands for it in the store.
+    pub(crate) fn key(self) -> RecordKey {
+        match self {
+            Self::Setting(key) => RecordKey::Setting(key.number()),
+            Self::Offset(id) => {
+                let index = (0..).zip(OffsetId::ALL).find(|(_, of)| *of == id);
+                RecordKey::Offset(index.map_or(0, |(index, _)| index)) // all are there
+            }
+            Self::Startup(index) => RecordKey::Startup(index),
+            Self::Build => RecordKey::Build,
+        }
+    }
+}
+
+/// Whether `$RST=` takes a record away.
+pub(crate) fn goes(what: Restore, key: RecordKey) -> bool {
+    match (what, key) {
+        (Restore::Settings, RecordKey::Setting(_)) => true,
+        (Restore::Parameters, RecordKey::Offset(_)) => true,
+        (Restore::All, _) => true,
+        (Restore::Settings | Restore::Parameters, _) => false,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::vec::Vec;
+
+    fn noted<const AXES: usize>(mut unsaved: Unsaved) -> Vec<RecordKey> {
+        let mut keys = Vec::new();
+        while let Some(item) = unsaved.take::<AXES>() {
+            keys.push(item.key());
+        }
+        keys
+    }
+
+    #[test]
+    fn every_record_of_nine_axes_is_noted_once() {
+        let mut unsaved = Unsaved::default();
+        let all: Vec<_> = Item::all::<9>().collect();
+        assert_eq!(all.len(), MAX_RECORDS);
+        for item in &all {
+            unsaved.add::<9>(*item);
+            unsaved.add::<9>(*item);
+        }
+        let keys: Vec<_> = all.iter().map(|item| item.key()).collect();
+        assert_eq!(noted::<9>(unsaved), keys);
+        assert!(keys.contains(&RecordKey::Setting(138)));
+    }
+
+    #[test]
+    fn what_goes_back_to_its_default_is_no_longer_to_be_written() {
+        let mut unsaved = Unsaved::default();
+        unsaved.add_setting::<3>(100);
+        unsaved.add_build::<3>();
+        unsaved.restore::<3>(Restore::Settings);
+        assert_eq!(noted::<3>(unsaved), [RecordKey::Build]);
+        assert!(!unsaved.is_empty());
+    }
+}
