@@ -33,6 +33,7 @@ mod port;
 mod power;
 mod segment;
 mod shared;
+mod smoothing;
 mod stepper;
 
 pub use interrupt::{load, on_tick, on_timer, start, StepInterrupt};
@@ -40,10 +41,9 @@ pub use line::{Line, LineError, MAX_STEP_EVENTS};
 pub use motors::{MotorMask, MAX_MOTORS};
 pub use port::StepPort;
 pub use power::{Power, PowerChange, PowerScale};
-pub use segment::{
-    Early, Interval, IntervalChange, Outputs, Segment, Smoothing, Ticks, MAX_SMOOTHING_LEVEL,
-};
+pub use segment::{Interval, IntervalChange, Outputs, Segment, Ticks};
 pub use shared::Shared;
+pub use smoothing::{Early, Smoothing, MAX_SMOOTHING_LEVEL};
 pub use stepper::{Progress, Stepper, Tick};
 
 /// The examples of the package's README, run as tests.

@@ -1,6 +1,6 @@
 //! What the main loop hands to the step interrupt.
 
-use crate::{Line, MotorMask, Power, PowerChange};
+use crate::{Early, Line, MotorMask, Power, PowerChange, Smoothing};
 use core::num::NonZeroU16;
 use fixed::types::{I32F32, U32F32};
 
@@ -14,92 +14,6 @@ pub type Interval = U32F32;
 
 /// How much an [`Interval`] changes from one tick to the next.
 pub type IntervalChange = I32F32;
-
-/// The finest step smoothing: `2^4` ticks to a step of the dominant motor.
-pub const MAX_SMOOTHING_LEVEL: u32 = 4;
-
-/// Step smoothing: `2^level` ticks to a step of the dominant motor.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub enum Smoothing {
-    /// One tick a step.
-    #[default]
-    None = 0,
-    /// Two ticks a step.
-    Twofold = 1,
-    /// Four ticks a step.
-    Fourfold = 2,
-    /// Eight ticks a step.
-    Eightfold = 3,
-    /// Sixteen ticks a step.
-    Sixteenfold = 4,
-}
-
-impl Smoothing {
-    /// Base-2 logarithm of the ticks to a step, 0 to [`MAX_SMOOTHING_LEVEL`].
-    pub const fn level(self) -> u32 {
-        self as u32
-    }
-}
-
-/// How early motors other than the dominant one are, so that they are as often early as late: half a tick, or not at all.
-///
-/// In one byte with it: whether the segment is a part of a step event. So the tick that loads a segment sees in one
-/// comparison whether there is anything out of the ordinary.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Early {
-    /// 32nds of a step event, and [`PART`].
-    bits: u8,
-}
-
-/// Set in a part of a step event.
-const PART: u8 = 0x80;
-
-impl Early {
-    /// Each at its time: where step events are made in parts.
-    pub const NOT: Self = Self { bits: 0 };
-
-    /// Half a tick of `smoothing`.
-    pub const fn half_a_tick(smoothing: Smoothing) -> Self {
-        Self {
-            bits: 1 << (MAX_SMOOTHING_LEVEL - smoothing.level()),
-        }
-    }
-
-    /// The same in a segment that is a part of a step event.
-    #[must_use]
-    pub const fn of_a_part(self) -> Self {
-        Self {
-            bits: self.bits | PART,
-        }
-    }
-
-    /// Whether it is that of a part of a step event.
-    pub const fn is_of_a_part(self) -> bool {
-        self.bits & PART != 0
-    }
-
-    /// The same in a segment of whole step events.
-    #[must_use]
-    pub(crate) const fn in_whole_events(self) -> Self {
-        Self {
-            bits: self.bits & !PART,
-        }
-    }
-
-    /// In 32nds of a step event, in its lower seven bits.
-    pub const fn bits(self) -> u8 {
-        self.bits
-    }
-
-    /// How much that is of the way of a motor that takes `steps` in a line, in the tracer's units: sixteenths of a step
-    /// over the line's step events.
-    #[inline]
-    pub(crate) const fn of(self, steps: u32) -> u32 {
-        (steps * self.bits as u32) >> 1
-    }
-}
 
 /// Digital outputs that change in step with the motion, one bit each.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -163,27 +77,6 @@ impl<const MOTORS: usize> Segment<MOTORS> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn the_levels_are_the_logarithms_of_the_ticks_to_a_step() {
-        let all = [
-            Smoothing::None,
-            Smoothing::Twofold,
-            Smoothing::Fourfold,
-            Smoothing::Eightfold,
-            Smoothing::Sixteenfold,
-        ];
-        assert_eq!(all.map(Smoothing::level), [0, 1, 2, 3, MAX_SMOOTHING_LEVEL]);
-    }
-
-    #[test]
-    fn early_is_half_a_tick() {
-        let of = |smoothing| Early::half_a_tick(smoothing).of(10);
-        assert_eq!(of(Smoothing::None), 80);
-        assert_eq!(of(Smoothing::Eightfold), 10);
-        assert_eq!(of(Smoothing::Sixteenfold), 5);
-        assert_eq!(Early::NOT.of(10), 0);
-    }
 
     fn segment(ticks: u16, interval: u32, change: f64) -> Segment<1> {
         Segment {
