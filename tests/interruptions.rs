@@ -15,6 +15,9 @@ const SETTINGS: &str =
 /// A line, a corner, an arc and a way back, burnt with a laser that follows the speed.
 const PROGRAM: &str = "M4S700\nG1X2Y1F2000\nY2.5\nG2X3Y3.5R1\nG0X2\n";
 
+/// Two holes in pecks, two bored in another plane: a line is many moves. It ends where it was never before.
+const HOLES: &str = "G91G99G83X0.5Y0.2Z-0.7R-0.3Q0.3L2F900\nG18G98G85X0.3Y-0.5R0.2L2\nG0X0.1\n";
+
 const JOGS: &str = "$J=G91X2Y1F2000\n$J=G91Y2F2000\n";
 
 /// Longer than any stop, shorter than any job after the longest hold, µs.
@@ -275,40 +278,46 @@ fn a_probe_that_is_held_at_any_step_goes_on_to_the_same_contact() {
 
 #[test]
 fn a_hold_at_any_step_stops_on_the_path_and_a_resume_ends_at_the_target() {
-    Case::new(PROGRAM, b'!').at_every_step(|session, _| {
-        assert!(report(session).starts_with("<Hold:0|"));
-        session.send(0, "~");
-        session.until_quiet();
-        assert!(report(session).starts_with("<Idle|"));
-        true
-    });
+    for program in [PROGRAM, HOLES] {
+        Case::new(program, b'!').at_every_step(|session, _| {
+            assert!(report(session).starts_with("<Hold:0|"));
+            session.send(0, "~");
+            session.until_quiet();
+            assert!(report(session).starts_with("<Idle|"));
+            true
+        });
+    }
 }
 
 #[test]
 fn a_door_at_any_step_stops_on_the_path_and_a_resume_ends_at_the_target() {
-    Case::new(PROGRAM, 0x84).at_every_step(|session, _| {
-        assert!(report(session).starts_with("<Door:0|"));
-        session.send(0, "~");
-        session.until_quiet();
-        assert!(report(session).starts_with("<Idle|"));
-        true
-    });
+    for program in [PROGRAM, HOLES] {
+        Case::new(program, 0x84).at_every_step(|session, _| {
+            assert!(report(session).starts_with("<Door:0|"));
+            session.send(0, "~");
+            session.until_quiet();
+            assert!(report(session).starts_with("<Idle|"));
+            true
+        });
+    }
 }
 
 #[test]
 fn a_reset_at_any_step_is_alarm_3_and_nothing_moves_until_it_is_unlocked() {
-    Case::new(PROGRAM, 0x18).at_every_step(|session, all_made| {
-        // The reset may have come behind the last step: all positions are sure then.
-        if all_made && alarm(session).is_none() {
-            assert!(report(session).starts_with("<Idle|"));
-            return false;
-        }
-        assert_eq!(alarm(session), Some(3));
-        assert!(report(session).starts_with("<Alarm|"));
-        assert_eq!(session.say("~\nG0X1\n"), ["ok", "error:9"]);
-        assert_eq!(session.say("$X\n"), ["[MSG:Caution: Unlocked]", "ok"]);
-        false
-    });
+    for program in [PROGRAM, HOLES] {
+        Case::new(program, 0x18).at_every_step(|session, all_made| {
+            // The reset may have come behind the last step: all positions are sure then.
+            if all_made && alarm(session).is_none() {
+                assert!(report(session).starts_with("<Idle|"));
+                return false;
+            }
+            assert_eq!(alarm(session), Some(3));
+            assert!(report(session).starts_with("<Alarm|"));
+            assert_eq!(session.say("~\nG0X1\n"), ["ok", "error:9"]);
+            assert_eq!(session.say("$X\n"), ["[MSG:Caution: Unlocked]", "ok"]);
+            false
+        });
+    }
 }
 
 #[test]

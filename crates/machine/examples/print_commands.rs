@@ -40,6 +40,7 @@ fn answer(interpreter: &mut Interpreter<3>, raw: &[u8]) -> String {
     let options = Options {
         mist: true,
         parking_override: true,
+        cycles: true,
         ..Options::default()
     };
     let context = Context {

@@ -150,6 +150,8 @@ pub struct Options {
     pub parking: Option<ParkingConfig>,
     /// M56, which allows and forbids parking.
     pub parking_override: bool,
+    /// Canned cycles, which Grbl has not: G73, G81 to G83, G85, G86, G89, G98, G99, and the words Q and L for them.
+    pub cycles: bool,
 }
 
 /// A machine's build: what no setting changes.
@@ -224,14 +226,16 @@ impl<const AXES: usize> MachineConfig<AXES> {
                 single_axis_homing: false,
                 parking: None,
                 parking_override: false,
+                cycles: true,
             },
         }
     }
 
-    /// A machine that answers as stock Grbl 1.1h does: 15 moves, 128 bytes, two bits of `$10`, its corners.
+    /// A machine that answers as stock Grbl 1.1h does: 15 moves, 128 bytes, two bits of `$10`, its corners, no cycles.
     pub const fn grbl() -> Self {
         let mut config = Self::new();
         config.step_timing = StepTiming::GRBL;
+        config.options.cycles = false;
         config.moves = 15;
         config.pixels = 0;
         config.receive_size = 128;

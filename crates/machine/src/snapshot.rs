@@ -4,7 +4,8 @@ use crate::board::{Board, SpindleOutput};
 use crate::extension::Extension;
 use crate::inputs::ActiveSwitches;
 use crate::interpreter::{
-    Coordinate, Distance, FeedMode, Motion, OffsetId, Plane, Rotation, Turn, Units, WorkSystem,
+    Coordinate, Distance, FeedMode, Motion, OffsetId, Plane, Retract, Rotation, Turn, Units,
+    WorkSystem,
 };
 use crate::machine::Machine;
 use crate::protocol::decimal;
@@ -198,6 +199,7 @@ where
                 FeedMode::InverseTime => 93,
                 FeedMode::PerMinute => 94,
             },
+            back_to_r: modal.retract == Retract::Clear,
             spindle: match modal.rotation {
                 Rotation::Clockwise => 3,
                 Rotation::Counterclockwise => 4,
@@ -298,6 +300,7 @@ fn motion_word(motion: Motion) -> Number {
             (false, true) => 384,
             (false, false) => 385,
         },
+        Motion::Cycle(kind) => 10 * i64::from(kind.code()),
         Motion::Cancelled => 800,
     };
     Number::from_nanos(tenths * TENTH)

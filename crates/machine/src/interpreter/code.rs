@@ -4,9 +4,10 @@
 //! that wraps is never accepted, but answered as what it wraps to: G256 as a G0 with a fraction, G300 as G44.
 
 use super::command::OffsetId;
+use super::cycle::kind::CycleKind;
 use super::letters::{Group, GROUPS_IN_JOGS};
 use super::modal_state::{
-    Distance, FeedMode, Motion, Plane, ProbeKind, Rotation, Turn, Units, WorkSystem,
+    Distance, FeedMode, Motion, Plane, ProbeKind, Retract, Rotation, Turn, Units, WorkSystem,
 };
 use super::words::{AxisCommand, Flow, NonModal};
 use crate::config::Options;
@@ -34,6 +35,7 @@ pub(super) enum GWord {
     /// G91.1, the only mode there is.
     ArcDistance,
     FeedMode(FeedMode),
+    Retract(Retract),
     Units(Units),
     /// G40, the only mode there is.
     CutterCompensation,
@@ -53,6 +55,7 @@ impl GWord {
             Self::Distance(_) => Group::Distance,
             Self::ArcDistance => Group::ArcDistance,
             Self::FeedMode(_) => Group::FeedMode,
+            Self::Retract(_) => Group::Retract,
             Self::Units(_) => Group::Units,
             Self::CutterCompensation => Group::CutterCompensation,
             Self::ToolLength => Group::ToolLength,
@@ -106,9 +109,10 @@ impl Code {
     }
 
     /// Answers who takes the axis words because of this G word. Asked before the word is known to exist.
-    pub(super) const fn claims(self) -> Option<AxisCommand> {
+    pub(super) const fn claims(self, options: &Options) -> Option<AxisCommand> {
         match self.whole {
             0..=3 | 38 => Some(AxisCommand::Motion),
+            73 | 81..=83 | 85 | 86 | 89 if options.cycles => Some(AxisCommand::Motion),
             43 => Some(AxisCommand::SetToolLength),
             49 => Some(AxisCommand::CancelToolLength),
             10 | 28 | 30 | 92 if self.hundredths == 0 => Some(AxisCommand::NonModal),
@@ -118,25 +122,25 @@ impl Code {
 
     /// Answers whether a jog may have it as a G word.
     pub(super) fn may_be_in_jogs(self) -> bool {
-        match self.g() {
+        match self.g(&Options::default()) {
             Ok(GWord::NonModal(command)) => command == NonModal::MachineCoordinates,
             Ok(word) => GROUPS_IN_JOGS.contains(word.group()),
             Err(_) => false,
         }
     }
 
-    /// Answers what it says as a G word.
+    /// Answers what it says as a G word, on a machine built with these options.
     #[inline]
-    pub(super) fn g(self) -> Result<GWord, Status> {
+    pub(super) fn g(self, options: &Options) -> Result<GWord, Status> {
         match self.hundredths {
-            0 => self.whole_g().ok_or(Status::UnsupportedCommand),
-            1..=100 => self.fractional_g(),
-            _ => Err(self.not_whole()),
+            0 => self.whole_g(options).ok_or(Status::UnsupportedCommand),
+            1..=100 => self.fractional_g(options),
+            _ => Err(self.not_whole(options)),
         }
     }
 
     #[inline]
-    fn whole_g(self) -> Option<GWord> {
+    fn whole_g(self, options: &Options) -> Option<GWord> {
         Some(match self.whole {
             0 => GWord::Motion(Motion::Rapid),
             1 => GWord::Motion(Motion::Feed),
@@ -162,16 +166,21 @@ impl Code {
             59 => GWord::System(WorkSystem::G59),
             61 => GWord::PathControl,
             80 => GWord::Motion(Motion::Cancelled),
+            73 | 81..=83 | 85 | 86 | 89 if options.cycles => {
+                GWord::Motion(Motion::Cycle(CycleKind::from_code(self.whole)?))
+            }
             90 => GWord::Distance(Distance::Absolute),
             91 => GWord::Distance(Distance::Incremental),
             92 => GWord::NonModal(NonModal::SetG92),
             93 => GWord::FeedMode(FeedMode::InverseTime),
             94 => GWord::FeedMode(FeedMode::PerMinute),
+            98 if options.cycles => GWord::Retract(Retract::Initial),
+            99 if options.cycles => GWord::Retract(Retract::Clear),
             _ => return None,
         })
     }
 
-    fn fractional_g(self) -> Result<GWord, Status> {
+    fn fractional_g(self, options: &Options) -> Result<GWord, Status> {
         let probe = |toward, must_trigger| {
             GWord::Motion(Motion::Probe(ProbeKind {
                 toward,
@@ -188,15 +197,15 @@ impl Code {
             (43, 10) | (49, _) => GWord::ToolLength,
             (91, 10) => GWord::ArcDistance,
             (92, 10) => GWord::NonModal(NonModal::ClearG92),
-            _ => return Err(self.not_whole()),
+            _ => return Err(self.not_whole(options)),
         })
     }
 
     /// Answers what a fraction that means nothing is: of numbers that take some fraction it is just unknown.
-    fn not_whole(self) -> Status {
+    fn not_whole(self, options: &Options) -> Status {
         match self.whole {
             28 | 30 | 38 | 43 | 61 | 90 | 91 | 92 => Status::UnsupportedCommand,
-            _ if self.whole_g().is_some() => Status::NotWhole,
+            _ if self.whole_g(options).is_some() => Status::NotWhole,
             _ => Status::UnsupportedCommand,
         }
     }

@@ -3,6 +3,7 @@
 //! The machine needs no modal state to carry them out, and a test can print them: this is the first seam for golden
 //! files.
 
+use super::cycle::holes::Cycle;
 use super::modal_state::{Coolant, Plane, ProbeKind, Rotation, Turn, WorkSystem};
 use super::Coordinate;
 use crate::extension::Call;
@@ -49,6 +50,13 @@ pub enum Command<const AXES: usize> {
         travel: Travel<AXES>,
         /// The way round.
         arc: ArcShape,
+    },
+    /// Drill or bore holes: the cycle's [`Strokes`](super::Strokes), one after the other. The target is where it ends.
+    Cycle {
+        /// Where to, how fast in the material.
+        travel: Travel<AXES>,
+        /// The holes.
+        cycle: Cycle,
     },
     /// Go straight towards the target until the probe says stop. The position is then the machine's to tell, with
     /// [`Interpreter::set_position`](super::Interpreter::set_position).

@@ -11,7 +11,7 @@ use super::{Coordinate, Interpreter, MAX_COMMANDS};
 const SWITCHES: usize = 4;
 /// A dwell or a stored offset, and another work offset.
 const OFFSETS: usize = 2;
-/// Two rapids of G28 or G30, and a motion.
+/// Two rapids of G28 or G30, and a motion or a cycle.
 const MOTIONS: usize = 3;
 /// A pause, or the end of the program and another work offset.
 const ENDS: usize = 2;
@@ -38,6 +38,9 @@ impl<const AXES: usize> Interpreter<AXES> {
         self.change_offsets(plan, system_changes, commands);
         self.go(plan, block.axis_mask != 0, commands);
         self.end_line(block.flow, commands);
+        if !matches!(self.modal.motion, Motion::Cycle(_)) {
+            self.series = None;
+        }
     }
 
     /// Spindle, coolant, parking and what an extension switches: a command only where something changes.
@@ -130,8 +133,22 @@ impl<const AXES: usize> Interpreter<AXES> {
             Path::Straight => push(commands, Command::Line(travel)),
             Path::Arc(arc) => push(commands, Command::Arc { travel, arc }),
             Path::Probe(kind) => push(commands, Command::Probe { travel, kind }),
+            Path::Cycle => self.begin_cycle(plan, travel, commands),
         }
         self.position = plan.target;
+    }
+
+    /// Asks for a cycle, and keeps its words for the next line of its series.
+    fn begin_cycle(
+        &mut self,
+        plan: &Plan<AXES>,
+        travel: Travel<AXES>,
+        commands: &mut Commands<AXES>,
+    ) {
+        if let Some((cycle, series)) = plan.cycle {
+            self.series = Some(series);
+            push(commands, Command::Cycle { travel, cycle });
+        }
     }
 
     fn rapid(

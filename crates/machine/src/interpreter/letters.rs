@@ -55,7 +55,7 @@ impl Letters {
 pub(super) enum Group {
     /// G4, G10, G28, G30, G53, G92 and their fractions.
     NonModal,
-    /// G0 to G3, G38.2 to G38.5, G80.
+    /// G0 to G3, G38.2 to G38.5, G73, G80 to G83, G85, G86, G89.
     Motion,
     /// G17 to G19.
     Plane,
@@ -85,6 +85,8 @@ pub(super) enum Group {
     Parking,
     /// Those of an extension.
     Own,
+    /// G98, G99.
+    Retract,
 }
 
 /// The groups of which a jog may have words; of the non-modal ones G53 alone.

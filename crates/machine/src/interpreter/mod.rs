@@ -18,6 +18,7 @@ mod code;
 mod command;
 mod commit;
 mod context;
+mod cycle;
 mod fault;
 mod jog;
 mod letters;
@@ -32,16 +33,18 @@ pub use command::{
     ArcShape, Command, Commands, Feed, Jog, OffsetId, Spindle, Travel, MAX_COMMANDS,
 };
 pub use context::{Context, OwnCodes};
+pub use cycle::{Cycle, CycleKind, Strokes};
 pub use fault::Fault;
 pub use leadscrew_planner::Coordinate;
 pub use modal_state::{
-    Coolant, Distance, FeedMode, ModalState, Motion, Plane, ProbeKind, Rotation, Turn, Units,
-    WorkSystem,
+    Coolant, Distance, FeedMode, ModalState, Motion, Plane, ProbeKind, Retract, Rotation, Turn,
+    Units, WorkSystem,
 };
 pub use offsets::Offsets;
 pub use units::MAX_WORD;
 
 use check::{Check, Plan, Purpose};
+use cycle::series::Series;
 use words::Block;
 
 /// What G-code leaves from line to line: modal state, offsets, and where the program has got to.
@@ -54,6 +57,8 @@ pub struct Interpreter<const AXES: usize> {
     /// `offsets.work_offset(modal.system)`, which every line needs.
     work_offset: [Coordinate; AXES],
     position: [Coordinate; AXES],
+    /// The series of cycles under way: `None` in other motion modes.
+    series: Option<Series>,
 }
 
 impl<const AXES: usize> Interpreter<AXES> {
@@ -64,6 +69,7 @@ impl<const AXES: usize> Interpreter<AXES> {
             offsets: Offsets::new(),
             work_offset: [Coordinate::ZERO; AXES],
             position: [Coordinate::ZERO; AXES],
+            series: None,
         }
     }
 
@@ -147,6 +153,7 @@ impl<const AXES: usize> Interpreter<AXES> {
     pub fn reset(&mut self) {
         self.modal = ModalState::default();
         self.offsets.reset();
+        self.series = None;
         self.work_offset = self.offsets.work_offset(self.modal.system);
     }
 

@@ -3,6 +3,7 @@
 //! Modal groups are those of RS274/NGC (NISTIR 6556, table 4), as far as GRBL 1.1h knows them. Each enum prints as the
 //! word that selects it, so that `$G` is a list of them.
 
+use super::cycle::kind::CycleKind;
 use core::fmt::{self, Display, Formatter, Write};
 use leadscrew_gcode::Number;
 
@@ -19,23 +20,25 @@ pub enum Motion {
     Arc(Turn),
     /// G38.2 to G38.5: straight at the feed rate until the probe says stop.
     Probe(ProbeKind),
+    /// G73, G81 to G83, G85, G86, G89: a canned cycle at each place that the axis words name.
+    Cycle(CycleKind),
     /// G80: none; axis words are refused.
     Cancelled,
 }
 
 impl Motion {
-    /// Answers whether material is cut: a laser may be on in G1, G2 and G3 only.
+    /// Answers whether a laser may be on: in G1, G2 and G3 only.
     pub const fn is_cutting(self) -> bool {
         match self {
             Self::Feed | Self::Arc(_) => true,
-            Self::Rapid | Self::Probe(_) | Self::Cancelled => false,
+            Self::Rapid | Self::Probe(_) | Self::Cycle(_) | Self::Cancelled => false,
         }
     }
 
     /// Answers whether the motion needs a feed rate: all but G0 and G80.
     pub const fn needs_feed(self) -> bool {
         match self {
-            Self::Feed | Self::Arc(_) | Self::Probe(_) => true,
+            Self::Feed | Self::Arc(_) | Self::Probe(_) | Self::Cycle(_) => true,
             Self::Rapid | Self::Cancelled => false,
         }
     }
@@ -48,6 +51,7 @@ impl Display for Motion {
             Self::Feed => f.write_str("G1"),
             Self::Arc(turn) => turn.fmt(f),
             Self::Probe(kind) => kind.fmt(f),
+            Self::Cycle(kind) => kind.fmt(f),
             Self::Cancelled => f.write_str("G80"),
         }
     }
@@ -113,6 +117,15 @@ impl Plane {
             Self::Xy => (0, 1),
             Self::Zx => (2, 0),
             Self::Yz => (1, 2),
+        }
+    }
+
+    /// Answers the axis across the plane, X = 0: the tool of a canned cycle goes along it.
+    pub const fn across(self) -> usize {
+        match self {
+            Self::Xy => 2,
+            Self::Zx => 1,
+            Self::Yz => 0,
         }
     }
 }
@@ -185,6 +198,17 @@ impl Display for Units {
             Self::Millimetres => "G21",
         })
     }
+}
+
+/// How far canned cycles go back: modal group 10.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Retract {
+    /// G98: to the level before the series of cycles, or to the R level where that is higher.
+    #[default]
+    Initial,
+    /// G99: to the R level.
+    Clear,
 }
 
 /// The work coordinate system in force: modal group 12.
@@ -296,6 +320,8 @@ pub struct ModalState {
     pub units: Units,
     /// Work coordinate system.
     pub system: WorkSystem,
+    /// How far canned cycles go back.
+    pub retract: Retract,
     /// Spindle.
     pub rotation: Rotation,
     /// Coolant.
@@ -319,6 +345,7 @@ impl Default for ModalState {
             feed_mode: FeedMode::default(),
             units: Units::default(),
             system: WorkSystem::default(),
+            retract: Retract::default(),
             rotation: Rotation::default(),
             coolant: Coolant::default(),
             parking: true,
@@ -346,19 +373,20 @@ impl ModalState {
 }
 
 impl Display for ModalState {
-    /// Writes the modal words in the order of `$G`, without M56, T, F and S.
+    /// Writes the modal words in the order of `$G`, without M56, T, F and S; G99 alone of its group, as Grbl has no G98.
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        let groups: [&dyn Display; 8] = [
-            &self.motion,
-            &self.system,
-            &self.plane,
-            &self.units,
-            &self.distance,
-            &self.feed_mode,
-            &self.rotation,
-            &self.coolant,
+        let groups: [Option<&dyn Display>; 9] = [
+            Some(&self.motion),
+            Some(&self.system),
+            Some(&self.plane),
+            Some(&self.units),
+            Some(&self.distance),
+            Some(&self.feed_mode),
+            (self.retract == Retract::Clear).then_some(&"G99"),
+            Some(&self.rotation),
+            Some(&self.coolant),
         ];
-        for (index, group) in groups.iter().enumerate() {
+        for (index, group) in groups.iter().flatten().enumerate() {
             if index > 0 {
                 f.write_char(' ')?;
             }
@@ -388,6 +416,7 @@ mod tests {
             feed_mode: FeedMode::InverseTime,
             units: Units::Inches,
             system: WorkSystem::G55,
+            retract: Retract::Clear,
             rotation: Rotation::Clockwise,
             coolant: Coolant {
                 mist: true,
@@ -398,7 +427,7 @@ mod tests {
             feed: Number::from_int(254),
             speed: Number::from_int(100),
         };
-        assert_eq!(state.to_string(), "G80 G55 G18 G20 G91 G93 M3 M7 M8");
+        assert_eq!(state.to_string(), "G80 G55 G18 G20 G91 G93 G99 M3 M7 M8");
         let after = state.after_program_end();
         assert_eq!(after.to_string(), "G1 G54 G17 G20 G90 G94 M5 M9");
         assert_eq!((after.feed, after.speed), (state.feed, state.speed));

@@ -5,6 +5,7 @@
 //! ```
 
 use super::command::{ArcShape, Command, Feed, Spindle, Travel};
+use super::cycle::holes::Cycle;
 use super::modal_state::{Plane, Rotation};
 use super::Coordinate;
 use crate::extension::Words;
@@ -25,6 +26,7 @@ impl<const AXES: usize> Display for Command<AXES> {
             Self::Line(travel) if travel.feed == Feed::Rapid => write!(f, "RAPID{travel}"),
             Self::Line(travel) => write!(f, "FEED{travel}"),
             Self::Arc { travel, arc } => write!(f, "ARC {arc}{travel}"),
+            Self::Cycle { travel, cycle } => write!(f, "CYCLE {cycle}{travel}"),
             Self::Probe { travel, kind } => write!(f, "PROBE {kind}{travel}"),
             Self::Pause => f.write_str("PAUSE"),
             Self::ProgramEnd => f.write_str("PROGRAM END"),
@@ -79,6 +81,24 @@ impl Display for ArcShape {
         };
         let [i, j] = self.centre.map(number);
         write!(f, "{} {} {first}{i} {second}{j}", self.turn, self.plane)
+    }
+}
+
+impl Display for Cycle {
+    /// The R level, the bottom, Q or P, and for repeats L with the way from hole to hole.
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let (clear, bottom) = (number(self.clear), number(self.bottom));
+        write!(f, "{} {} from {clear} to {bottom}", self.kind, self.plane)?;
+        if self.kind.pecks() {
+            write!(f, " Q{}", self.value)?;
+        } else if self.kind.dwells() {
+            write!(f, " P{}", self.value)?;
+        }
+        if self.repeats > 1 {
+            let [x, y] = self.step.map(number);
+            write!(f, " L{} by {x}, {y}", self.repeats)?;
+        }
+        Ok(())
     }
 }
 

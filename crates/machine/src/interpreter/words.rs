@@ -10,6 +10,7 @@ use super::fault::Fault;
 use super::letters::{Group, Groups, Letters};
 use super::modal_state::{Coolant, ModalState};
 pub(super) use super::takers::{AxisCommand, Flow, NonModal};
+use crate::config::Options;
 use crate::extension::{Call, MCode, Words};
 use crate::protocol::status::Status;
 use leadscrew_gcode::{words, Letter, Number, Word};
@@ -41,6 +42,7 @@ pub(super) struct Block<const AXES: usize> {
     pub(super) l: Number,
     pub(super) n: Number,
     pub(super) p: Number,
+    pub(super) q: Number,
     pub(super) r: Number,
 }
 
@@ -70,6 +72,7 @@ impl<const AXES: usize> Block<AXES> {
             l: Number::default(),
             n: Number::default(),
             p: Number::default(),
+            q: Number::default(),
             r: Number::default(),
         }
     }
@@ -96,9 +99,9 @@ impl<const AXES: usize> Block<AXES> {
     #[inline]
     fn take(&mut self, word: &Word, context: &Context<'_, AXES>) -> Result<(), Status> {
         match word.letter() {
-            Letter::G => self.take_g(Code::of(word.value())),
+            Letter::G => self.take_g(Code::of(word.value()), context.options),
             Letter::M => self.take_m(Code::of(word.value()), context),
-            letter => self.take_value(letter, word.value()),
+            letter => self.take_value(letter, word.value(), context.options),
         }
     }
 
@@ -131,14 +134,14 @@ impl<const AXES: usize> Block<AXES> {
         }
     }
 
-    fn take_g(&mut self, code: Code) -> Result<(), Status> {
-        if let Some(command) = code.claims() {
+    fn take_g(&mut self, code: Code, options: &Options) -> Result<(), Status> {
+        if let Some(command) = code.claims(options) {
             if self.axis_command != AxisCommand::None {
                 return Err(Status::AxisWordConflict);
             }
             self.axis_command = command;
         }
-        let word = code.g()?;
+        let word = code.g(options)?;
         self.groups.insert(word.group())?;
         match word {
             GWord::NonModal(command) => self.non_modal = command,
@@ -146,6 +149,7 @@ impl<const AXES: usize> Block<AXES> {
             GWord::Plane(plane) => self.modal.plane = plane,
             GWord::Distance(distance) => self.modal.distance = distance,
             GWord::FeedMode(mode) => self.modal.feed_mode = mode,
+            GWord::Retract(retract) => self.modal.retract = retract,
             GWord::Units(units) => self.modal.units = units,
             GWord::System(system) => self.modal.system = system,
             GWord::ArcDistance
@@ -180,7 +184,12 @@ impl<const AXES: usize> Block<AXES> {
         Ok(())
     }
 
-    fn take_value(&mut self, letter: Letter, value: Number) -> Result<(), Status> {
+    fn take_value(
+        &mut self,
+        letter: Letter,
+        value: Number,
+        options: &Options,
+    ) -> Result<(), Status> {
         let mut tool = Number::default();
         let slot = match letter {
             Letter::X => self.axis(0)?,
@@ -192,7 +201,7 @@ impl<const AXES: usize> Block<AXES> {
             Letter::F => &mut self.f,
             Letter::S => &mut self.modal.speed,
             Letter::T => &mut tool,
-            _ => self.rare_slot(letter)?,
+            _ => self.rare_slot(letter, options)?,
         };
         *slot = value;
         if letter == Letter::T {
@@ -212,7 +221,7 @@ impl<const AXES: usize> Block<AXES> {
         Ok(slot)
     }
 
-    fn rare_slot(&mut self, letter: Letter) -> Result<&mut Number, Status> {
+    fn rare_slot(&mut self, letter: Letter, options: &Options) -> Result<&mut Number, Status> {
         let [i, j, k] = &mut self.centre;
         match letter {
             Letter::I => Ok(i),
@@ -221,6 +230,7 @@ impl<const AXES: usize> Block<AXES> {
             Letter::L => Ok(&mut self.l),
             Letter::N => Ok(&mut self.n),
             Letter::P => Ok(&mut self.p),
+            Letter::Q if options.cycles => Ok(&mut self.q),
             Letter::R => Ok(&mut self.r),
             _ => Err(Status::UnsupportedCommand),
         }

@@ -1,6 +1,6 @@
 //! What a line is answered with when it is refused: `error:N`.
 //!
-//! The numbers are GRBL's; 52, a value out of range, is the one grblHAL's users know.
+//! The numbers are GRBL's; 52, a value out of range, is the one grblHAL's users know. From 200 on they are our own.
 
 use super::codes::codes;
 use core::fmt;
@@ -58,8 +58,8 @@ codes! {
             "This command needs at least one of the axis letters, for an arc one in its plane.";
         InvalidLineNumber = 27, "The line number is too large",
             "N takes 0 to 10000000.";
-        MissingWord = 28, "The command needs a P or L word",
-            "G4 needs P, G10 needs P and L.";
+        MissingWord = 28, "The command needs another word",
+            "G4 needs P, G10 P and L. The first line of a canned cycle needs R and its depth, G82, G86 and G89 need P, G73 and G83 need Q; these words stay until cycle, plane or G90 and G91 change.";
         UnsupportedSystem = 29, "The coordinate system does not exist",
             "There are six of them, G54 to G59: P1 to P6.";
         MachineCoordinatesNeedStraight = 30, "G53 needs G0 or G1",
@@ -81,7 +81,13 @@ codes! {
         ToolTooLarge = 38, "The tool number is too large",
             "T takes 0 to 255.";
         OutOfRange = 52, "The value is out of range",
-            "The setting does not take this value, or the target is farther away than the machine can count. Nothing was changed.";
+            "The setting does not take this value, or the target is farther away than the machine can count. In a canned cycle L takes 1 to 10000, and Q a depth above 0 that makes no more than 10000 pecks. Nothing was changed.";
+        CycleBelowBottom = 200, "R lies below the bottom of the hole",
+            "A canned cycle feeds from R down to its depth. Check the signs of R and of the depth, and whether G90 or G91 is in force.";
+        CycleInverseTime = 201, "Canned cycles do not work in G93",
+            "A cycle has several moves, G93 gives the time of one. Put G94 and a feed rate before it.";
+        CycleNeedsSpindle = 202, "G86 needs a turning spindle",
+            "G86 stops the spindle at the bottom and starts it again. Put M3 or M4 with a speed above zero before it.";
     }
 }
 
@@ -109,9 +115,9 @@ mod tests {
     }
 
     #[test]
-    fn numbers_are_those_of_grbl_and_one_more() {
+    fn numbers_are_those_of_grbl_one_more_and_our_own() {
         let numbers: Vec<_> = Status::ALL.iter().map(|code| code.number()).collect();
-        let expected: Vec<_> = (1..=17).chain(20..=38).chain([52]).collect();
+        let expected: Vec<_> = (1..=17).chain(20..=38).chain([52, 200, 201, 202]).collect();
         assert_eq!(numbers, expected);
     }
 

@@ -180,6 +180,8 @@ rows! {
             "How long before a step its direction is there at least, as the driver asks for.";
         StallReserve = 710, Streaming, DECIMAL, 1_000, "Stall reserve", "s",
             "A sender may stall for so long in motion: lines wait for their answers while more than this, braking and 15 moves are queued; 0 queues as many as fit.";
+        PeckClearance = 711, Motion, DECIMAL, 254, "Peck clearance", "mm",
+            "How far G73 goes back after a peck, and how far above the last bottom G83 begins to feed again.";
     }
 }
 

@@ -9,7 +9,7 @@ use crate::output::picture::{StrokeKind, Toolpath};
 use leadscrew_machine::config::MachineConfig;
 use leadscrew_machine::interpreter::{
     ArcShape, Command, Commands, Context, Fault as LineFault, Feed, Interpreter, OffsetId,
-    OwnCodes, Travel, Turn, WorkSystem,
+    OwnCodes, Strokes, Travel, Turn, WorkSystem,
 };
 use leadscrew_machine::protocol::alarm::Alarm;
 use leadscrew_machine::protocol::line_reader::{raw_column, LineReader};
@@ -133,6 +133,12 @@ impl Checker {
         match command {
             Command::Line(travel) | Command::Probe { travel, .. } => self.go(at, travel, None),
             Command::Arc { travel, arc } => self.go(at, travel, Some(arc)),
+            Command::Cycle { travel, cycle } => {
+                let clearance = self.settings.value(Setting::PeckClearance);
+                let clearance = Coordinate::from_nanos(clearance.nanos());
+                Strokes::new(at, travel, cycle, clearance)
+                    .try_for_each(|stroke| self.check_command(at, &stroke))
+            }
             Command::Pause => {
                 self.last.paused = true;
                 Ok(())

@@ -49,6 +49,7 @@ impl Profile {
             single_axis_homing: self.options.single_axis_homing,
             parking: self.options.parking.then_some(ParkingConfig::GRBL),
             parking_override: self.options.parking_override,
+            cycles: true,
         };
         if let Some(look_ahead) = self.look_ahead {
             config.moves = look_ahead.0;

@@ -378,7 +378,7 @@ fn fits(value: &Value, schema: &Value, root: &Value) -> Result<(), String> {
 #[test]
 fn what_json_writes_fits_its_schema() {
     let folder = Folder::new();
-    let job = folder.file("job.nc", format!("T1\nM0\n{SQUARE}G99 (never\n"));
+    let job = folder.file("job.nc", format!("T1\nM0\n{SQUARE}G64 (never\n"));
     for command in ["run", "check", "profile"] {
         let schema = stdout(&leadscrew(&["schema", command]));
         let schema: Value = serde_json::from_str(&schema).unwrap();

@@ -44,7 +44,7 @@ fn fields(value: &serde_json::Value, all: &mut Vec<String>) {
 fn docs_json_md_tells_of_every_field() {
     let docs = include_str!("../../../../docs/json.md");
     let folder = Folder::new();
-    let file = folder.file("job.nc", format!("{SQUARE}G99\n"));
+    let file = folder.file("job.nc", format!("{SQUARE}G64\n"));
     for command in ["run", "check", "profile"] {
         let mut sections = docs.split("\n## ");
         let section = sections.find(|text| text.starts_with(&format!("`leadscrew {command}")));

@@ -10,11 +10,12 @@
 //! of its [`Wait`].
 
 mod arc;
+mod cycle;
 mod perform;
 mod probe;
 
 use crate::board::{ChannelId, Instant};
-use crate::interpreter::{Command, Commands};
+use crate::interpreter::{Command, Commands, Strokes};
 use arc::ArcFeed;
 
 /// Where a line came from, and so where its answer goes.
@@ -97,6 +98,8 @@ pub(crate) struct Executor<const AXES: usize> {
     kind: LineKind,
     commands: Commands<AXES>,
     next: usize,
+    /// The rest of the cycle whose stroke is the next command.
+    cycle: Option<Strokes<AXES>>,
     wait: Wait<AXES>,
 }
 
@@ -108,6 +111,7 @@ impl<const AXES: usize> Executor<AXES> {
             kind: LineKind::Program,
             commands: Commands::new(),
             next: 0,
+            cycle: None,
             wait: Wait::Nothing,
         }
     }
@@ -122,6 +126,7 @@ impl<const AXES: usize> Executor<AXES> {
         self.origin = Some(origin);
         self.kind = kind;
         self.next = 0;
+        self.cycle = None;
         self.wait = Wait::Nothing;
     }
 
@@ -173,6 +178,7 @@ impl<const AXES: usize> Executor<AXES> {
     pub(crate) fn can_advance(&self, resting: bool, room: bool) -> bool {
         self.is_busy()
             && match self.wait {
+                Wait::Nothing if self.cycle.is_some() && self.moves_next() => resting || room,
                 Wait::Nothing | Wait::Own(OwnWait::Rest | OwnWait::Stop) => resting,
                 Wait::Arc(_) => room,
                 Wait::Stored { .. } => true,
@@ -252,6 +258,7 @@ impl<const AXES: usize> Executor<AXES> {
                 | Command::StoreOffset { .. }
                 | Command::Own(_)
                 | Command::WorkOffset(_)
+                | Command::Cycle { .. }
                 | Command::Pause
                 | Command::ProgramEnd,
             )
@@ -261,11 +268,20 @@ impl<const AXES: usize> Executor<AXES> {
 
     /// Whether further commands follow the current one.
     fn has_more(&self) -> bool {
-        self.next + 1 < self.commands.len()
+        let in_cycle = self.cycle.as_ref().is_some_and(|cycle| !cycle.is_over());
+        in_cycle || self.next + 1 < self.commands.len()
     }
 
+    /// Goes on to the next command, or to the cycle's next stroke, which takes the place of the one before.
     fn advance(&mut self) {
-        self.next += 1;
         self.wait = Wait::Nothing;
+        if let Some(cycle) = &mut self.cycle {
+            if let (Some(stroke), Some(slot)) = (cycle.next(), self.commands.get_mut(self.next)) {
+                *slot = stroke;
+                return;
+            }
+            self.cycle = None;
+        }
+        self.next += 1;
     }
 }

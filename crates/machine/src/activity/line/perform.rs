@@ -78,6 +78,7 @@ where
         match command {
             Command::Line(travel) => self.perform_line(travel, kind, board, now),
             Command::Arc { travel, arc } => self.perform_arc(travel, arc, board, now),
+            Command::Cycle { travel, cycle } => self.perform_cycle(travel, cycle, board, now),
             Command::Probe { travel, kind } => self.perform_probe(travel, *kind, board, now),
             Command::Dwell(seconds) => self.perform_dwell(*seconds, now),
             Command::Spindle(spindle) => self.perform_spindle(spindle),

@@ -2,13 +2,16 @@
 //!
 //! Line number (27), feed mode (22), dwell (28), tool length (37), what G10 and G92 need (26, 28, 29, 20), targets that
 //! nothing reaches (52), G53 (30), axis words in G80 (31), feed rate (22), arcs (26, 32, then R: 33, 34, or I, J, K: 35,
-//! 33), probing (26, 33), words that nobody took (36).
+//! 33), probing (26, 33), canned cycles (see [`cycle`]), words that nobody took (36).
 
+mod cycle;
 mod offsets;
 mod path;
 
 use super::command::{ArcShape, OffsetId};
 use super::context::Context;
+use super::cycle::holes::Cycle;
+use super::cycle::series::Series;
 use super::fault::Refusal;
 use super::letters::{Group, Groups, Letters, GROUPS_IN_JOGS};
 use super::modal_state::{Distance, FeedMode, Motion, ProbeKind, Units, WorkSystem};
@@ -30,6 +33,8 @@ pub(super) struct Plan<const AXES: usize> {
     pub(super) tool_length: Option<Coordinate>,
     pub(super) effect: Effect<AXES>,
     pub(super) path: Path,
+    /// The holes, and the words that the next line of the series need not repeat.
+    pub(super) cycle: Option<(Cycle, Series)>,
     /// Where the axis words lead, machine coordinates; the position where they lead nowhere.
     pub(super) target: [Coordinate; AXES],
 }
@@ -44,6 +49,7 @@ impl<const AXES: usize> Plan<AXES> {
             tool_length: None,
             effect: Effect::None,
             path: Path::None,
+            cycle: None,
             target: *position,
         }
     }
@@ -70,6 +76,8 @@ pub(super) enum Path {
     Straight,
     Arc(ArcShape),
     Probe(ProbeKind),
+    /// As [`Plan::cycle`] says.
+    Cycle,
 }
 
 /// What a line is for.
@@ -106,6 +114,7 @@ const L: Letters = Letters::of(&[Letter::L]);
 const M: Letters = Letters::of(&[Letter::M]);
 const N: Letters = Letters::of(&[Letter::N]);
 const P: Letters = Letters::of(&[Letter::P]);
+const Q: Letters = Letters::of(&[Letter::Q]);
 const R: Letters = Letters::of(&[Letter::R]);
 
 /// GRBL's largest N word.
@@ -166,6 +175,9 @@ impl<'a, const AXES: usize> Check<'a, AXES> {
             self.keep_others(end, &plan.target);
         }
         plan.path = self.path(plan.feed, &plan.target)?;
+        if let (Path::Cycle, Motion::Cycle(kind)) = (&plan.path, self.block.modal.motion) {
+            plan.cycle = Some(self.cycle(kind, &mut plan.target)?);
+        }
         self.check_leftovers()
     }
 
@@ -301,7 +313,7 @@ impl<'a, const AXES: usize> Check<'a, AXES> {
         }
         match self.block.modal.motion {
             Motion::Rapid | Motion::Feed => Ok(()),
-            Motion::Arc(_) | Motion::Probe(_) | Motion::Cancelled => {
+            Motion::Arc(_) | Motion::Probe(_) | Motion::Cycle(_) | Motion::Cancelled => {
                 Err(Refusal::g(Status::MachineCoordinatesNeedStraight, 53))
             }
         }

@@ -29,7 +29,7 @@ impl<const AXES: usize> Check<'_, AXES> {
             return Ok(Path::None);
         }
         if motion.needs_feed() && feed == Number::default() {
-            return Err(self.feed_undefined());
+            return Err(self.without_feed());
         }
         match motion {
             Motion::Rapid | Motion::Feed if still => Ok(Path::None),
@@ -40,7 +40,24 @@ impl<const AXES: usize> Check<'_, AXES> {
                 Err(Refusal::words(Status::InvalidTarget, AXIS_WORDS))
             }
             Motion::Probe(kind) => Ok(Path::Probe(kind)),
+            Motion::Cycle(kind) if still => Err(Refusal::g(Status::NoAxisWords, kind.code())),
+            Motion::Cycle(_) => Ok(Path::Cycle),
             Motion::Cancelled => Ok(Path::None),
+        }
+    }
+
+    /// A feed motion without a feed rate. A cycle without a place comes first, as in LinuxCNC.
+    fn without_feed(&self) -> Refusal {
+        match self.block.modal.motion {
+            Motion::Cycle(kind) if self.block.axis_mask == 0 => {
+                Refusal::g(Status::NoAxisWords, kind.code())
+            }
+            Motion::Rapid
+            | Motion::Feed
+            | Motion::Arc(_)
+            | Motion::Probe(_)
+            | Motion::Cycle(_)
+            | Motion::Cancelled => self.feed_undefined(),
         }
     }
 
@@ -116,7 +133,7 @@ impl<const AXES: usize> Check<'_, AXES> {
     }
 
     /// A radius or an offset to a centre.
-    fn length(&self, value: Number, letter: Letters) -> Result<Coordinate, Refusal> {
+    pub(super) fn length(&self, value: Number, letter: Letters) -> Result<Coordinate, Refusal> {
         millimetres(self.in_millimetres(value)).map_err(|status| Refusal::words(status, letter))
     }
 }

@@ -1,5 +1,6 @@
 //! What Grbl answers and does, line by line: the rules of the recorded conversations as tables.
 
+mod cycles;
 mod jogs;
 mod motion;
 mod offsets;

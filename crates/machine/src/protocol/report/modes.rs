@@ -8,7 +8,7 @@ use leadscrew_gcode::Number;
 /// The answer to `$G`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ModesReport {
-    /// Motion mode, as in `G38.2`: 0, 1, 2, 3, 38.2 to 38.5, 80.
+    /// Motion mode, as in `G38.2`: 0, 1, 2, 3, 38.2 to 38.5, 73, 80 to 83, 85, 86, 89.
     pub motion: Number,
     /// 54 to 59.
     pub coordinate_system: u8,
@@ -20,6 +20,8 @@ pub struct ModesReport {
     pub distance: u8,
     /// 93 or 94.
     pub feed_mode: u8,
+    /// G99 is in force. Grbl has neither this nor G98: the usual one is not shown.
+    pub back_to_r: bool,
     /// 3, 4 or 5.
     pub spindle: u8,
     /// M7 is in force.
@@ -50,7 +52,14 @@ impl fmt::Display for ModesReport {
             spindle,
             ..
         } = self;
-        write!(f, "[GC:G{motion} G{coordinate_system} G{plane} G{units} G{distance} G{feed_mode} M{spindle}")?;
+        write!(
+            f,
+            "[GC:G{motion} G{coordinate_system} G{plane} G{units} G{distance} G{feed_mode}"
+        )?;
+        if self.back_to_r {
+            f.write_str(" G99")?;
+        }
+        write!(f, " M{spindle}")?;
         f.write_str(match (self.mist, self.flood) {
             (false, false) => " M9",
             (true, false) => " M7",
@@ -88,6 +97,7 @@ mod tests {
             units: 21,
             distance: 90,
             feed_mode: 94,
+            back_to_r: false,
             spindle: 5,
             mist: false,
             flood: false,
@@ -108,6 +118,7 @@ mod tests {
         let other = ModesReport {
             motion: number("38.2"),
             coordinate_system: 59,
+            back_to_r: true,
             spindle: 3,
             parking: true,
             tool: 255,
@@ -117,7 +128,7 @@ mod tests {
         };
         assert_eq!(
             other.to_string(),
-            "[GC:G38.2 G59 G17 G21 G90 G94 M3 M9 M56 T255 F3 S12346]"
+            "[GC:G38.2 G59 G17 G21 G90 G94 G99 M3 M9 M56 T255 F3 S12346]"
         );
     }
 

@@ -1,0 +1,23 @@
+//! What a line leaves to the next cycle.
+
+use super::kind::CycleKind;
+use crate::interpreter::modal_state::{Distance, Plane};
+use leadscrew_gcode::Number;
+use leadscrew_planner::Coordinate;
+
+/// A cycle's line as the next line of its series sees it: these words need not be repeated.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in crate::interpreter) struct Series {
+    pub(in crate::interpreter) kind: CycleKind,
+    pub(in crate::interpreter) plane: Plane,
+    /// The words count from different places in G90 and G91: they are kept for lines of the same mode alone.
+    pub(in crate::interpreter) distance: Distance,
+    /// Where the tool's axis was before the series, machine coordinates: the level of G98.
+    pub(in crate::interpreter) initial: Coordinate,
+    /// The R word, mm.
+    pub(in crate::interpreter) r: Coordinate,
+    /// The word of the tool's axis, mm.
+    pub(in crate::interpreter) depth: Coordinate,
+    /// The P word, s, or the Q word, mm.
+    pub(in crate::interpreter) value: Number,
+}

@@ -1,0 +1,135 @@
+//! Canned cycles: the same moves, dwells, spindle commands and refusals as LinuxCNC's interpreter makes of a program.
+
+mod desk;
+mod inside;
+
+use desk::{run, Event};
+use serde_json::Value;
+
+/// Coordinates agree to this, mm: LinuxCNC's are printed with so many decimals.
+const TOLERANCE: f64 = 1e-6;
+/// A dwell may be so much longer, s: motion has to come to rest, and to start.
+const LATE: f64 = 0.02;
+
+/// Programs whose refused line LinuxCNC has begun already, and how many of its moves: here, as in Grbl, a line is carried out
+/// wholly or not at all.
+const BEGUN: [(usize, usize); 2] = [(0, 1), (80, 1)];
+
+/// A program with what LinuxCNC makes of it.
+struct Recorded {
+    program: Vec<String>,
+    events: Vec<Event>,
+    error: Option<u32>,
+}
+
+fn recorded() -> Vec<Recorded> {
+    let all: Vec<Value> = serde_json::from_str(include_str!("linuxcnc.json")).unwrap();
+    all.iter()
+        .enumerate()
+        .map(|(index, row)| read(index, row))
+        .collect()
+}
+
+fn read(index: usize, row: &Value) -> Recorded {
+    let lines = row["program"].as_array().unwrap();
+    let moves = row["moves"].as_array().unwrap();
+    let begun = BEGUN.iter().find(|(program, _)| *program == index);
+    let carried_out = moves.len() - begun.map_or(0, |(_, begun)| *begun);
+    Recorded {
+        program: lines
+            .iter()
+            .map(|line| line.as_str().unwrap().to_owned())
+            .collect(),
+        events: events(&moves[..carried_out]),
+        error: row["error"].as_str().map(error),
+    }
+}
+
+/// LinuxCNC's list without what changes nothing.
+fn events(moves: &[Value]) -> Vec<Event> {
+    let (mut at, mut rate, mut turns) = ([0.0; 3], 0.0, false);
+    let mut events = Vec::new();
+    for row in moves {
+        let number = |place: usize| row[place].as_f64().unwrap();
+        let mut place = || {
+            let target = [number(1), number(2), number(3)];
+            (std::mem::replace(&mut at, target) != target).then_some(target)
+        };
+        match row[0].as_str().unwrap() {
+            "rate" => rate = number(1),
+            "traverse" => events.extend(place().map(Event::Rapid)),
+            "feed" => events.extend(place().map(|target| Event::Feed(target, rate))),
+            "dwell" => events.push(Event::Dwell(number(1))),
+            "start_spindle_clockwise" => {
+                turns = true;
+                events.push(Event::Spindle(true));
+            }
+            "stop_spindle_turning" => {
+                if std::mem::take(&mut turns) {
+                    events.push(Event::Spindle(false));
+                }
+            }
+            other => panic!("{other}"),
+        }
+    }
+    events
+}
+
+/// Our number for LinuxCNC's words.
+fn error(words: &str) -> u32 {
+    match words {
+        "All axes missing with motion code" => 26,
+        "Cannot feed with zero feed rate" => 22,
+        "Cannot do zero repeats of cycle" => 52,
+        "R clearance plane unspecified in cycle" => 28,
+        _ if words.contains("value unspecified in") => 28,
+        _ if words.starts_with("Dwell time p word missing") => 28,
+        _ if words.starts_with("R less than") => 200,
+        _ if words.starts_with("L word with no") || words.starts_with("R word with no") => 36,
+        _ => panic!("{words}"),
+    }
+}
+
+fn agree(expected: &Event, actual: &Event) -> bool {
+    let near = |one: &[f64; 3], other: &[f64; 3]| {
+        one.iter()
+            .zip(other)
+            .all(|(one, other)| (one - other).abs() < TOLERANCE)
+    };
+    match (expected, actual) {
+        (Event::Rapid(one), Event::Rapid(other)) => near(one, other),
+        (Event::Feed(one, rate), Event::Feed(other, actual)) => {
+            near(one, other) && (rate - actual).abs() < 1e-3
+        }
+        (Event::Dwell(expected), Event::Dwell(actual)) => (actual - expected).abs() < LATE,
+        (Event::Spindle(one), Event::Spindle(other)) => one == other,
+        _ => false,
+    }
+}
+
+#[test]
+fn the_machine_does_what_linuxcnc_does() {
+    let mut differ = Vec::new();
+    for (index, recorded) in recorded().iter().enumerate() {
+        let (events, error) = run(&recorded.program);
+        let pairs = recorded.events.iter().zip(&events);
+        let same = pairs
+            .take_while(|(expected, actual)| agree(expected, actual))
+            .count();
+        if same < recorded.events.len() || events.len() > same || error != recorded.error {
+            differ.push(format!(
+                "{index} {:?}\n  expected {:?} {:?}\n  actual   {error:?} {:?}",
+                recorded.program,
+                recorded.error,
+                &recorded.events[same.saturating_sub(1)..],
+                &events[same.saturating_sub(1)..],
+            ));
+        }
+    }
+    assert!(
+        differ.is_empty(),
+        "{} differ:\n{}",
+        differ.len(),
+        differ.join("\n")
+    );
+}
