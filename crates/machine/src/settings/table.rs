@@ -117,7 +117,7 @@ rows! {
     /// Settings that the machine has once. Defaults are in thousandths.
     Setting, false {
         StepPulse = 0, Motors, BYTE, 10_000, "Step pulse", "us",
-            "Length of a step pulse, 3 or more.";
+            "Length of a step pulse. The board says how short it may be; 3 in Grbl.";
         IdleDelay = 1, Motors, BYTE, 25_000, "Motor idle delay", "ms",
             "Motors stay enabled for so long after motion; 255 keeps them enabled.";
         StepInvert = 2, Motors, Kind::AxisMask, 0, "Step invert", "mask",
