@@ -326,7 +326,7 @@ pub(crate) const CHECKS: &[Check] = &[
     },
     Check {
         name: "usb",
-        what: "USB: a host sets the device up; jobs to the step, both lines at once, 0x18 within 1 ms, the cable pulled in motion",
+        what: "USB: a host sets the device up; jobs to the step, both lines at once, 0x18 within 1 ms, the cable pulled in motion and under a lit laser",
         subset: true,
         run: usb::usb,
     },

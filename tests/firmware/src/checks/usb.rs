@@ -8,7 +8,7 @@ use crate::{
     compare, desk,
     firmware::{Build, Firmware},
     job::Job,
-    pins::LINE,
+    pins::{LINE, POWER},
     steps::{jitter, Step},
     stream::Stream,
 };
@@ -136,6 +136,43 @@ fn pulled(bench: &Bench, figures: &mut Figures) -> Result<(), Failure> {
     Ok(())
 }
 
+/// A job that leaves a laser lit at rest, which no silence puts out.
+const LIT: &str = "$32=1\n$707=0\n$110=3000\n$120=4000\nG91 M3 S1000\nG1 X1 F3000\n";
+/// Shorter than the silence after which a device knows that its host is gone, s.
+const TOO_SHORT_TO_SUSPEND: f64 = 1e-3;
+/// Until a laser is off whose sender's host has gone, or has reset the bus, s: that silence and a turn of the main loop.
+const M5_SECONDS: f64 = 5e-3;
+/// The host sees the device, waits and resets the bus, s.
+const BUS_RESET_SECONDS: f64 = 0.12;
+
+/// The cable is pulled, or the host resets the bus, while a laser of that line stands still, lit: M5.
+fn left_lit(bench: &Bench, figures: &mut Figures) -> Result<(), Failure> {
+    let mut bench = bench.clone();
+    bench.ignore_power();
+    bench.commands(LIT)?;
+    bench.wait_for("Idle", 2.0)?;
+    let is_lit = |bench: &Bench| bench.machine.level(POWER);
+    ensure(is_lit(&bench), || "the laser is off".into())?;
+    for (name, comes_back, seconds) in [
+        ("cable pulled", false, M5_SECONDS),
+        ("bus reset", true, BUS_RESET_SECONDS),
+    ] {
+        let mut bench = bench.clone();
+        bench.unplug_usb();
+        bench.run_for(TOO_SHORT_TO_SUSPEND)?;
+        ensure(is_lit(&bench), || format!("{name}: dark at once"))?;
+        if comes_back {
+            bench.machine.usb_plug(true);
+        }
+        bench.run_for(seconds)?;
+        ensure(!is_lit(&bench), || format!("{name}: the laser stays lit"))?;
+        let modes = bench.say("$G")?.concat();
+        ensure(modes.contains(" M5 "), || format!("{name}: {modes}"))?;
+        figures.add(format!("{name}, laser lit at rest"), "M5");
+    }
+    Ok(())
+}
+
 /// A host that does not read stops nobody, and finds all answers when it reads again.
 fn unread(bench: &Bench, figures: &mut Figures) -> Result<(), Failure> {
     let mut bench = bench.clone();
@@ -172,6 +209,7 @@ pub(crate) fn usb(firmware: &Firmware) -> Result<Figures, Failure> {
     jobs(&bench, &mut figures)?;
     reset(&firmware.usual, &mut figures)?;
     pulled(&bench, &mut figures)?;
+    left_lit(&bench, &mut figures)?;
     unread(&bench, &mut figures)?;
     Ok(figures)
 }
