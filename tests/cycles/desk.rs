@@ -6,7 +6,7 @@ use leadscrew_sim::{Cycle, Host, Memory, Observer, Simulation, Stopped};
 use leadscrew_tests::{setup, MOVES};
 use std::collections::VecDeque;
 
-/// Fast axes, so that feeds are what takes time; no soft limits.
+/// Fast axes: feeds take most of the time. No soft limits.
 const SETTINGS: &str = "$0=5\n$100=250\n$101=250\n$102=250\n$110=9000\n$111=9000\n$112=9000\n\
     $120=2000\n$121=2000\n$122=2000\n$711=0.254\n";
 
@@ -26,7 +26,7 @@ pub(crate) enum Event {
     Spindle(bool),
 }
 
-/// Keeps what happens.
+/// Keeps the events.
 #[derive(Debug, Default)]
 struct Watch {
     events: Vec<Event>,
@@ -45,7 +45,7 @@ struct Rest {
 
 impl Observer for Watch {
     fn move_planned(&mut self, planned: &PlannedMove<'_>) {
-        let target = [0, 1, 2].map(|axis| planned.target[axis].nanos() as f64 * 1e-9);
+        let target = [0, 1, 2].map(|axis| planned.target[axis].nanos() as f64 / 1e9);
         self.events.push(match planned.kind {
             MoveKind::Rapid => Event::Rapid(target),
             _ => Event::Feed(target, f64::from(planned.feed) * 60.0),
@@ -118,7 +118,7 @@ impl Host for Sender {
     }
 }
 
-/// Runs a program as far as its first error; what happened, and the error's number.
+/// Runs a program as far as its first error; answers the events, and the error's number.
 pub(crate) fn run(program: &[String]) -> (Vec<Event>, Option<u32>) {
     let setup = setup::<3>(1);
     let mut memory = Memory::new(&setup);

@@ -1,4 +1,4 @@
-//! What happens to a cycle from outside: checks, limits, overrides, settings, answers.
+//! A cycle under influence from outside: checks, limits, overrides, settings, answers.
 
 use leadscrew_planner::Cartesian;
 use leadscrew_sim::Memory;
@@ -25,7 +25,7 @@ fn with_machine(then: impl FnOnce(&mut Desk<'_>)) {
     session.finish();
 }
 
-/// How long what was sent takes, s.
+/// How long the lines on their way take, s.
 fn seconds(session: &mut Desk<'_>) -> f64 {
     let begun = session.sim.now().seconds();
     session.until_quiet();
@@ -87,7 +87,7 @@ fn a_cycle_that_would_leave_the_travel_does_not_begin() {
 }
 
 #[test]
-fn check_mode_finds_what_a_run_would() {
+fn check_mode_finds_the_faults_of_a_run() {
     with_machine(|session| {
         session.say("$22=1\n$20=1\n$130=200\n$131=200\n$132=200\n$C\nM3S500\n");
         let heard = session.say("G86X-1Z-10R-1P1F600\nX-2\nG83Z-2\nG98\nX-2L0\n");

@@ -15,7 +15,7 @@ const LATE: f64 = 0.02;
 /// wholly or not at all.
 const BEGUN: [(usize, usize); 2] = [(0, 1), (80, 1)];
 
-/// A program with what LinuxCNC makes of it.
+/// A program, and its moves in LinuxCNC.
 struct Recorded {
     program: Vec<String>,
     events: Vec<Event>,
@@ -45,7 +45,7 @@ fn read(index: usize, row: &Value) -> Recorded {
     }
 }
 
-/// LinuxCNC's list without what changes nothing.
+/// LinuxCNC's list without entries that change nothing.
 fn events(moves: &[Value]) -> Vec<Event> {
     let (mut at, mut rate, mut turns) = ([0.0; 3], 0.0, false);
     let mut events = Vec::new();
@@ -108,7 +108,7 @@ fn agree(expected: &Event, actual: &Event) -> bool {
 }
 
 #[test]
-fn the_machine_does_what_linuxcnc_does() {
+fn the_machine_does_the_same_as_linuxcnc() {
     let mut differ = Vec::new();
     for (index, recorded) in recorded().iter().enumerate() {
         let (events, error) = run(&recorded.program);
@@ -132,4 +132,31 @@ fn the_machine_does_what_linuxcnc_does() {
         differ.len(),
         differ.join("\n")
     );
+}
+
+#[test]
+fn the_documented_program_drills_six_holes() {
+    let page = include_str!("../../docs/cycles.md");
+    let (_, rest) = page.split_once("```gcode\n").unwrap();
+    let (program, _) = rest.split_once("```").unwrap();
+    let program: Vec<String> = program.lines().map(str::to_owned).collect();
+    let (events, error) = run(&program);
+    assert_eq!(error, None);
+    let mut bottoms: Vec<[f64; 3]> = Vec::new();
+    for event in &events {
+        if let Event::Feed(at, _) = event {
+            let [x, y, _] = *at;
+            bottoms.retain(|[hole_x, hole_y, _]| (*hole_x, *hole_y) != (x, y));
+            bottoms.push(*at);
+        }
+    }
+    let expected = [
+        [10.0, 10.0, -3.0],
+        [20.0, 10.0, -3.0],
+        [30.0, 10.0, -4.0],
+        [30.0, 15.0, -5.0],
+        [30.0, 20.0, -5.0],
+        [30.0, 25.0, -5.0],
+    ];
+    assert_eq!(bottoms, expected);
 }

@@ -1,4 +1,4 @@
-//! What a line leaves to the next cycle.
+//! The words that a line leaves to the next cycle.
 
 use super::kind::CycleKind;
 use crate::interpreter::modal_state::{Distance, Plane};
