@@ -61,6 +61,10 @@ const MOTION: &[&[u8]] = &[
     b"G1X-2S800\nG0X-4\nG1X-6\nG0X-8\nG1X0\n",
     b"G1X-0.001\n",
     b"G28\n",
+    b"G91G99G83X-1Z-2R-0.5Q0.3L3F3000\nG90\n",
+    b"G81X-2Z-3R-1F2000\nY-1\nX-3L2\nG80\n",
+    b"G18G98G86X-1Y-2R0P0.03F3000\nX-2M0\nG17G0\n",
+    b"G89Z-2R-1P0.02F3000\nG73Z-3R-1Q0.05\nG85X-3R-2Z-4\nG1\n",
     b"G38.2Z-5F500\n",
     b"G38.3Z-2F1000\n",
     b"$J=G91X-5F3000\n",
@@ -101,6 +105,9 @@ const WORDS: &[&[u8]] = &[
     b"$32=1\n",
     b"$32=0\n",
     b"G77\n",
+    b"G99\n",
+    b"G80\n",
+    b"G81R1L0\n",
     b"(a comment",
 ];
 

@@ -1,7 +1,7 @@
 //! What holds for every line.
 
 use super::Bench;
-use crate::interpreter::Commands;
+use crate::interpreter::{Command, Commands, Coordinate, Strokes};
 use proptest::prelude::*;
 use std::string::String;
 use std::vec::Vec;
@@ -11,8 +11,9 @@ fn any_word() -> impl Strategy<Value = String> {
     let codes = prop::sample::select(std::vec![
         "G0", "G1", "G2", "G3", "G4", "G10", "G17", "G18", "G19", "G20", "G21", "G28", "G28.1",
         "G30", "G30.1", "G38.2", "G38.5", "G40", "G43.1", "G49", "G53", "G54", "G55", "G59", "G61",
-        "G80", "G90", "G91", "G91.1", "G92", "G92.1", "G93", "G94", "M0", "M1", "M2", "M3", "M4",
-        "M5", "M7", "M8", "M9", "M30", "M56",
+        "G73", "G80", "G81", "G82", "G83", "G85", "G86", "G89", "G98", "G99", "G90", "G91",
+        "G91.1", "G92", "G92.1", "G93", "G94", "M0", "M1", "M2", "M3", "M4", "M5", "M7", "M8",
+        "M9", "M30", "M56",
     ])
     .prop_map(String::from);
     let values = prop::sample::select(std::vec![
@@ -28,9 +29,35 @@ fn any_word() -> impl Strategy<Value = String> {
         "9000000000",
         ".1234567891",
     ]);
-    let letters = prop::sample::select("XYZABCFIJKLNPRST".chars().collect::<Vec<_>>());
+    let letters = prop::sample::select("XYZABCFIJKLNPQRST".chars().collect::<Vec<_>>());
     let valued = (letters, values).prop_map(|(letter, value)| std::format!("{letter}{value}"));
     prop_oneof![1 => codes, 1 => valued]
+}
+
+/// A cycle's line that may be right, in any plane.
+fn any_cycle() -> impl Strategy<Value = String> {
+    let kinds = prop::sample::select(std::vec![
+        "G73Q0.3", "G81", "G82P1", "G83Q0.7", "G85", "G86P0", "G89P1", "", "G0",
+    ]);
+    let modes = prop::sample::select(std::vec![
+        "", "G18", "G19", "G91", "G90", "G98", "G99", "G20"
+    ]);
+    let letters = prop::sample::subsequence("XYZR".chars().collect::<Vec<_>>(), 2..=4);
+    let words = letters.prop_flat_map(|letters| {
+        let count = letters.len();
+        (Just(letters), prop::collection::vec(-5..5i32, count))
+    });
+    (kinds, modes, words, 0..4u8).prop_map(|(kind, mode, (letters, values), repeats)| {
+        let words = letters.iter().zip(values);
+        let words: String = words
+            .map(|(letter, value)| std::format!("{letter}{value}"))
+            .collect();
+        let repeats = match repeats {
+            0 => String::new(),
+            repeats => std::format!("L{repeats}"),
+        };
+        std::format!("M3S1{mode}{kind}{words}{repeats}F100")
+    })
 }
 
 fn any_line() -> impl Strategy<Value = Vec<u8>> {
@@ -47,6 +74,7 @@ fn bench(laser_mode: bool) -> Bench<4> {
     bench.laser_mode = laser_mode;
     bench.options.mist = true;
     bench.options.parking_override = true;
+    bench.options.cycles = true;
     bench.axes[3] = crate::config::AxisKind::Rotary;
     bench
 }
@@ -97,6 +125,31 @@ proptest! {
             let system = bench.interpreter.modal().system;
             let sum = bench.interpreter.offsets().work_offset(system);
             prop_assert_eq!(bench.interpreter.work_offset(), &sum);
+        }
+    }
+
+    /// A cycle ends where its line does, and stays between its corners once it is over its first hole.
+    #[test]
+    fn a_cycle_keeps_to_its_corners(lines in prop::collection::vec(any_cycle(), 1..8)) {
+        let mut bench = bench(false);
+        for line in lines {
+            let start = *bench.interpreter.position();
+            let Ok(commands) = bench.send(line.as_bytes()) else { continue };
+            let Some(Command::Cycle { travel, cycle }) = commands.last() else { continue };
+            let clearance = Coordinate::from_nanos(254_000_000);
+            let corners = cycle.corners(&travel.target);
+            let mut at = start;
+            for stroke in Strokes::new(&start, travel, cycle, clearance) {
+                let Command::Line(travel) = stroke else { continue };
+                at = travel.target;
+                for (axis, at) in at.iter().enumerate() {
+                    let [one, other] = corners.map(|corner| corner[axis]);
+                    let highest = one.max(other).max(start[axis]);
+                    prop_assert!((one.min(other).min(start[axis])..=highest).contains(at));
+                }
+            }
+            prop_assert_eq!(at, travel.target);
+            prop_assert_eq!(&at, bench.interpreter.position());
         }
     }
 
