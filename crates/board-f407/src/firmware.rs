@@ -23,6 +23,7 @@ use leadscrew_machine::{
     machine::{Links, Machine},
     protocol::serial::SerialQueue,
 };
+use stm32f4::stm32f407::RCC;
 
 /// How long the main loop sleeps at most, in microseconds.
 const LONGEST_SLEEP: Duration = Duration::from_ticks(5_000);
@@ -33,6 +34,36 @@ type UsbOutgoing = Queue<u8, 1025>;
 type TheMachine = Machine<'static, Kinematics, AXES, MOTORS>;
 
 static INPUTS: Inputs<MOTORS> = Inputs::new();
+
+/// Clocks of the timers, of the switches' lines and of the supply's watch.
+fn switch_on_timers(rcc: &RCC) {
+    clock::switch_on(rcc, |rcc| {
+        rcc.apb2enr()
+            .modify(|_, w| w.syscfgen().enabled().tim11en().enabled());
+        rcc.apb1enr()
+            .modify(|_, w| w.tim2en().enabled().tim5en().enabled().pwren().enabled());
+    });
+}
+
+fn log_start(source: Source, reason: restart::Reason) {
+    defmt::info!(
+        "leadscrew on {=str}, clock: {}, restarted: {}",
+        PROFILE.name,
+        source,
+        reason
+    );
+}
+
+/// Takes over what is stored, and makes room for changes while nothing waits for that.
+fn load_settings(machine: &mut TheMachine, store: &mut Sectors) {
+    match machine.load(store) {
+        Ok(condition) => defmt::info!("settings: {}", condition),
+        Err(error) => defmt::error!("settings: {}", error),
+    }
+    if let Err(error) = machine.make_room(store) {
+        defmt::error!("the spare sector of the settings: {}", error);
+    }
+}
 
 #[rtic::app(device = stm32f4::stm32f407, peripherals = true)]
 mod app {
@@ -74,22 +105,12 @@ mod app {
     fn init(cx: init::Context) -> (SharedResources, Local) {
         let (device, mut core) = (cx.device, cx.core);
         serial::enable(&device.RCC);
-        clock::switch_on(&device.RCC, |rcc| {
-            rcc.apb2enr()
-                .modify(|_, w| w.syscfgen().enabled().tim11en().enabled());
-            rcc.apb1enr()
-                .modify(|_, w| w.tim2en().enabled().tim5en().enabled().pwren().enabled());
-        });
+        switch_on_timers(&device.RCC);
         fast_memory::load(&device.SYSCFG, &mut core.SCB);
         let reason = restart::reason(&device.RCC);
         supply::watch(&device.PWR, &device.EXTI);
         let (rcc, source) = clock::start(device.RCC, &device.PWR);
-        defmt::info!(
-            "leadscrew on {=str}, clock: {}, restarted: {}",
-            PROFILE.name,
-            source,
-            reason
-        );
+        log_start(source, reason);
         pwm::start(&rcc);
         let filter = Filter::new(device.EXTI, &device.SYSCFG);
         INPUTS.on_switches(&switches::switches(), &SHARED);
@@ -114,31 +135,21 @@ mod app {
         };
         let machine = cx.local.place.write(machine);
         let mut store = Sectors::new(device.FLASH);
-        match machine.load(&mut store) {
-            Ok(condition) => defmt::info!("settings: {}", condition),
-            Err(error) => defmt::error!("settings: {}", error),
-        }
-        if let Err(error) = machine.make_room(&mut store) {
-            defmt::error!("the spare sector of the settings: {}", error);
-        }
+        load_settings(machine, &mut store);
         let mut board = F407::new(Writer::new(), usb::Writer::new(usb_outgoing));
         board.say(source.text());
         board.say(reason.text());
         watchdog::start(&device.DBGMCU);
         let listener = Listener::new(device.TIM7, receiver);
         serial::start();
-        let registers = (
-            device.OTG_FS_GLOBAL,
-            device.OTG_FS_DEVICE,
-            device.OTG_FS_PWRCLK,
-        );
-        let usb = if has_usb {
+        let (global, rest) = (device.OTG_FS_GLOBAL, device.OTG_FS_DEVICE);
+        let registers = (global, rest, device.OTG_FS_PWRCLK);
+        let place = cx.local.usb_place;
+        let usb = has_usb.then(|| {
             profile::give_usb_its_pins();
-            let place = cx.local.usb_place;
             place.start(registers, clock::CPU_HZ, usb_receiver, usb_sending)
-        } else {
-            None
-        };
+        });
+        let usb = usb.flatten();
         step_interrupt::start(&mut core.NVIC, (device.TIM2, device.TIM11), segments);
         let local = Local {
             machine,

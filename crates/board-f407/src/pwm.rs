@@ -14,8 +14,6 @@ use crate::{
     clock::{self, APB1_TIMER_HZ},
     gpio::Pull,
     profile::{PowerPin, Timer, POWER_HZ, PROFILE},
-    step_interrupt::SHARED,
-    switches,
 };
 use core::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use leadscrew_stepper::{Power, PowerScale};
@@ -131,13 +129,11 @@ impl Mode {
 static LIT: AtomicBool = AtomicBool::new(false);
 
 /// Does something with the power off, and puts it back, but where it has been switched off meanwhile, or a switch has shut the
-/// gate: that stays dark. While flash is erased no interrupt runs, so switches are given their time before the gate is asked.
-/// Main loop, at rest.
-pub(crate) fn off_during<T>(work: impl FnOnce() -> T) -> T {
+/// gate: that stays dark. `is_shut` asks the gate, after the work. Main loop, at rest.
+pub(crate) fn off_during<T>(work: impl FnOnce() -> T, is_shut: impl FnOnce() -> bool) -> T {
     Mode::Off.begin();
     let done = work();
-    switches::let_settle();
-    if SHARED.is_laser_off() {
+    if is_shut() {
         LIT.store(false, Relaxed);
     } else if LIT.load(Relaxed) {
         light();

@@ -4,7 +4,7 @@
 //! table 40), under 2 ms for the longest record. Bytes that come meanwhile wait where DMA puts them ([`crate::serial`]). Erasing
 //! a sector takes half a second: done at start-up where it is needed, on a new chip, too; later only where both sectors were
 //! filled since.
-use crate::{profile::SETTINGS_SECTORS, pwm, watchdog};
+use crate::{profile::SETTINGS_SECTORS, pwm, step_interrupt::SHARED, switches, watchdog};
 use leadscrew_machine::settings::flash::{Area, SettingsStore};
 use stm32f4::stm32f407::FLASH;
 
@@ -160,7 +160,15 @@ impl SettingsStore for Sectors {
     fn erase(&mut self, area: Area) -> Result<(), FlashError> {
         // An erase that was cut short may read as a whole one: it is not for this to say that nothing is to be done.
         let sector = sector(area);
-        // Nobody could switch it off meanwhile.
-        pwm::off_during(|| watchdog::patiently(|| self.erase_sector(sector)))
+        // Nobody could switch the laser off meanwhile: while flash is erased no interrupt runs. So the switches are given their
+        // time before the gate is asked.
+        let gate_is_shut = || {
+            switches::let_settle();
+            SHARED.is_laser_off()
+        };
+        pwm::off_during(
+            || watchdog::patiently(|| self.erase_sector(sector)),
+            gate_is_shut,
+        )
     }
 }

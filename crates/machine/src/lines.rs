@@ -4,8 +4,8 @@ use crate::activity::line::{LineKind, Origin};
 use crate::board::{Board, ChannelId, Instant};
 use crate::config::MachineConfig;
 use crate::console::LINE;
-use crate::extension::{Extension, MCode};
-use crate::interpreter::{Context, Coordinate, Fault, OwnCodes};
+use crate::extension::Extension;
+use crate::interpreter::{Context, Coordinate, Fault, Own, OwnCodes};
 use crate::machine::{LineFault, Machine};
 use crate::program::startup::Turn;
 use crate::protocol::message::Message;
@@ -110,7 +110,8 @@ where
             return self.refuse(origin, Status::Locked.into());
         }
         let find = |number| self.extension.m_code(number);
-        let own = own_codes::<X, AXES>(&find);
+        let own = Own::new(&find);
+        let own = own_codes::<X, AXES>(&own);
         let context = context(&self.config, &self.settings, &self.motion.reach, own);
         let commands = self.activity.line.commands();
         match self.program.interpreter.interpret(line, &context, commands) {
@@ -180,11 +181,11 @@ pub(crate) fn context<'a, const AXES: usize>(
 }
 
 /// The M codes of an extension, where there is one.
-pub(crate) fn own_codes<X: Extension<AXES>, const AXES: usize>(
-    find: &dyn Fn(u8) -> Option<MCode>,
-) -> OwnCodes<'_> {
+pub(crate) fn own_codes<'a, X: Extension<AXES>, const AXES: usize>(
+    own: &'a Own<'a>,
+) -> OwnCodes<'a> {
     match X::IN_USE {
-        true => OwnCodes::new(find),
+        true => OwnCodes::some(own),
         false => OwnCodes::NONE,
     }
 }

@@ -343,9 +343,11 @@ where
             self.activity.homing.as_ref().and_then(Homing::settles_at),
             self.activity.door.as_ref().and_then(DoorCycle::waits_until),
             self.motion.drivers.rest_at(delay, self.is_locked()),
-            extension,
         ];
-        let next = deadlines.into_iter().fold(None, earlier);
+        let mut next = deadlines.into_iter().fold(None, earlier);
+        if X::IN_USE {
+            next = earlier(next, extension);
+        }
         Next {
             busy,
             when: next.map(|instant| instant.max(now + SHORTEST_SLEEP)),

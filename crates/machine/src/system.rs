@@ -4,7 +4,7 @@ use crate::activity::line::{LineKind, Origin};
 use crate::board::{Board, ChannelId, Instant};
 use crate::console::{Discard, Listing};
 use crate::extension::Extension;
-use crate::interpreter::{Command, Fault, OffsetId};
+use crate::interpreter::{Command, Fault, OffsetId, Own};
 use crate::lines::{context, own_codes};
 use crate::machine::Machine;
 use crate::protocol::message::Message;
@@ -143,7 +143,8 @@ where
     fn store_startup(&mut self, index: u8, line: &[u8]) -> Result<Reply, Fault> {
         if !line.is_empty() {
             let find = |number| self.extension.m_code(number);
-            let own = own_codes::<X, AXES>(&find);
+            let own = Own::new(&find);
+            let own = own_codes::<X, AXES>(&own);
             let context = context(&self.config, &self.settings, &self.motion.reach, own);
             self.program.interpreter.check(line, &context)?;
         }
@@ -207,7 +208,8 @@ where
         now: Instant,
     ) -> Result<Reply, Fault> {
         let find = |number| self.extension.m_code(number);
-        let own = own_codes::<X, AXES>(&find);
+        let own = Own::new(&find);
+        let own = own_codes::<X, AXES>(&own);
         let context = context(&self.config, &self.settings, &self.motion.reach, own);
         let Some(mut jog) = self.program.interpreter.jog(line, &context)? else {
             return Ok(Reply::Now);

@@ -3,6 +3,7 @@
 use super::check::{Effect, Path, Plan};
 use super::command::{Command, Commands, Feed, OffsetId, Spindle, Travel};
 use super::context::Context;
+use super::letters::Group;
 use super::modal_state::{FeedMode, ModalState, Motion, Rotation};
 use super::words::{Block, Flow};
 use super::{Coordinate, Interpreter, MAX_COMMANDS};
@@ -31,7 +32,12 @@ impl<const AXES: usize> Interpreter<AXES> {
         commands: &mut Commands<AXES>,
     ) {
         let modal = &block.modal;
-        self.switch(block, &plan.path, context.laser_mode, commands);
+        self.switch(modal, &plan.path, context.laser_mode, commands);
+        if block.groups.contains(Group::Own) {
+            if let Some((_, call)) = context.own.found() {
+                push(commands, Command::Own(call));
+            }
+        }
         let system_changes = modal.system != self.modal.system;
         self.modal = *modal;
         self.modal.feed = plan.feed;
@@ -43,16 +49,15 @@ impl<const AXES: usize> Interpreter<AXES> {
         }
     }
 
-    /// Spindle, coolant, parking and what an extension switches: a command only where something changes.
+    /// Spindle, coolant and parking: a command only where something changes.
     #[inline]
     fn switch(
         &self,
-        block: &Block<AXES>,
+        modal: &ModalState,
         path: &Path,
         laser_mode: bool,
         commands: &mut Commands<AXES>,
     ) {
-        let (modal, own) = (&block.modal, &block.own);
         if commands_spindle(&self.modal, modal, path, laser_mode) {
             push(commands, Command::Spindle(spindle(modal)));
         }
@@ -61,9 +66,6 @@ impl<const AXES: usize> Interpreter<AXES> {
         }
         if self.modal.parking != modal.parking {
             push(commands, Command::ParkingControl(modal.parking));
-        }
-        if let Some(own) = own {
-            push(commands, Command::Own(own.call));
         }
     }
 

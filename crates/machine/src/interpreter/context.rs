@@ -2,7 +2,8 @@
 
 use super::Coordinate;
 use crate::config::{AxisKind, Options};
-use crate::extension::MCode;
+use crate::extension::{Call, MCode, Words};
+use core::cell::Cell;
 use core::fmt;
 
 /// The settings and build options that decide what a line means.
@@ -24,22 +25,54 @@ pub struct Context<'a, const AXES: usize> {
     pub own: OwnCodes<'a>,
 }
 
-/// The M codes of an extension.
+/// The M codes of an extension, and the one that a line has.
+pub struct Own<'a> {
+    find: &'a dyn Fn(u8) -> Option<MCode>,
+    /// Noted as the words are read, for the end of the line. No part of what every line fills in: most have none.
+    found: Cell<Option<(MCode, Call)>>,
+}
+
+impl<'a> Own<'a> {
+    /// Those for which `find` has an answer.
+    pub const fn new(find: &'a dyn Fn(u8) -> Option<MCode>) -> Self {
+        let found = Cell::new(None);
+        Self { find, found }
+    }
+}
+
+/// The M codes of an extension, if there is one.
 #[derive(Clone, Copy, Default)]
-pub struct OwnCodes<'a>(Option<&'a dyn Fn(u8) -> Option<MCode>>);
+pub struct OwnCodes<'a>(Option<&'a Own<'a>>);
 
 impl<'a> OwnCodes<'a> {
     /// None at all.
     pub const NONE: Self = Self(None);
 
-    /// Those for which `find` has an answer.
-    pub const fn new(find: &'a dyn Fn(u8) -> Option<MCode>) -> Self {
-        Self(Some(find))
+    /// These.
+    pub const fn some(own: &'a Own<'a>) -> Self {
+        Self(Some(own))
     }
 
-    /// The M code of this number.
-    pub(super) fn find(self, number: u8) -> Option<MCode> {
-        self.0?(number)
+    /// Notes the M code of this number; whether there is such a one.
+    pub(super) fn take(self, code: u8) -> bool {
+        let Some((own, known)) = self.0.and_then(|own| Some((own, (own.find)(code)?))) else {
+            return false;
+        };
+        let words = Words::NONE;
+        own.found.set(Some((known, Call { code, words })));
+        true
+    }
+
+    /// The M code that was noted last.
+    pub(super) fn found(self) -> Option<(MCode, Call)> {
+        self.0.and_then(|own| own.found.get())
+    }
+
+    /// Notes the words of the M code that was noted last.
+    pub(super) fn set_words(self, words: Words) {
+        if let Some((own, (code, call))) = self.0.and_then(|own| Some((own, own.found.get()?))) {
+            own.found.set(Some((code, Call { words, ..call })));
+        }
     }
 }
 

@@ -30,7 +30,7 @@ impl<const AXES: usize> Interpreter<AXES> {
             ..self.modal
         };
         let mut block = Block::new(&modal);
-        block.read(line, context)?;
+        block.read(line, context, &self.modal)?;
         let mut plan = Plan::new(&self.position);
         Check::new(self, &block, context, Purpose::Jog)
             .plan(&mut plan)

@@ -31,6 +31,10 @@ impl Letters {
         Self(self.0 & !other.0)
     }
 
+    pub(super) const fn with(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+
     pub(super) const fn and(self, other: Self) -> Self {
         Self(self.0 & other.0)
     }
@@ -113,6 +117,11 @@ impl Groups {
 
     pub(super) const fn without(self, other: Self) -> Self {
         Self(self.0 & !other.0)
+    }
+
+    /// Whether one of these is there.
+    pub(super) const fn have_any(self, others: Self) -> bool {
+        self.0 & others.0 != 0
     }
 
     pub(super) const fn is_empty(self) -> bool {

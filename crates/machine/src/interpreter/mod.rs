@@ -32,7 +32,7 @@ mod words;
 pub use command::{
     ArcShape, Command, Commands, Feed, Jog, OffsetId, Spindle, Travel, MAX_COMMANDS,
 };
-pub use context::{Context, OwnCodes};
+pub use context::{Context, Own, OwnCodes};
 pub use cycle::{Cycle, CycleKind, Strokes};
 pub use fault::Fault;
 pub use leadscrew_planner::Coordinate;
@@ -95,7 +95,7 @@ impl<const AXES: usize> Interpreter<AXES> {
     ) -> Result<(), Fault> {
         commands.clear();
         let mut block = Block::new(&self.modal);
-        block.read(line, context)?;
+        block.read(line, context, &self.modal)?;
         let mut plan = Plan::new(&self.position);
         self.plan(&mut plan, &block, line, context)?;
         self.commit(&block, &plan, context, commands);
@@ -109,7 +109,7 @@ impl<const AXES: usize> Interpreter<AXES> {
     /// As [`Self::interpret`].
     pub fn check(&self, line: &[u8], context: &Context<'_, AXES>) -> Result<(), Fault> {
         let mut block = Block::new(&self.modal);
-        block.read(line, context)?;
+        block.read(line, context, &self.modal)?;
         self.plan(&mut Plan::new(&self.position), &block, line, context)
     }
 

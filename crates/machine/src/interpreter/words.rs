@@ -11,7 +11,7 @@ use super::letters::{Group, Groups, Letters};
 use super::modal_state::{Coolant, ModalState};
 pub(super) use super::takers::{AxisCommand, Flow, NonModal};
 use crate::config::Options;
-use crate::extension::{Call, MCode, Words};
+use crate::extension::Words;
 use crate::protocol::status::Status;
 use leadscrew_gcode::{words, Letter, Number, Word};
 
@@ -28,8 +28,6 @@ pub(super) struct Block<const AXES: usize> {
     pub(super) axis_command: AxisCommand,
     /// The non-modal command.
     pub(super) non_modal: NonModal,
-    /// An extension's M code.
-    pub(super) own: Option<Own>,
     /// What happens at the end of the line.
     pub(super) flow: Flow,
     /// Which axes have a word, one bit an axis.
@@ -46,13 +44,6 @@ pub(super) struct Block<const AXES: usize> {
     pub(super) r: Number,
 }
 
-/// An extension's M code, as a line has it.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Own {
-    pub(super) code: MCode,
-    pub(super) call: Call,
-}
-
 impl<const AXES: usize> Block<AXES> {
     /// Begins a line in this modal state.
     #[inline]
@@ -63,7 +54,6 @@ impl<const AXES: usize> Block<AXES> {
             groups: Groups::default(),
             axis_command: AxisCommand::None,
             non_modal: NonModal::None,
-            own: None,
             flow: Flow::Continue,
             axis_mask: 0,
             axes: [Number::default(); AXES],
@@ -77,14 +67,18 @@ impl<const AXES: usize> Block<AXES> {
         }
     }
 
-    /// Gathers the words of a line.
+    /// Gathers the words of a line. `before`: the modal state of the lines before.
     ///
     /// # Errors
     ///
     /// The first fault from the left.
     #[inline]
-    pub(super) fn read(&mut self, line: &[u8], context: &Context<'_, AXES>) -> Result<(), Fault> {
-        let speed = self.modal.speed;
+    pub(super) fn read(
+        &mut self,
+        line: &[u8],
+        context: &Context<'_, AXES>,
+        before: &ModalState,
+    ) -> Result<(), Fault> {
         for word in words(line) {
             let word = word?;
             self.take(&word, context).map_err(|status| Fault {
@@ -92,7 +86,7 @@ impl<const AXES: usize> Block<AXES> {
                 column: word.column(),
             })?;
         }
-        self.finish(speed);
+        self.finish(context, before);
         Ok(())
     }
 
@@ -105,32 +99,43 @@ impl<const AXES: usize> Block<AXES> {
         }
     }
 
-    /// Applies what only the whole line can tell. `speed`: the S of the lines before.
-    fn finish(&mut self, speed: Number) {
+    /// Applies what only the whole line can tell.
+    fn finish(&mut self, context: &Context<'_, AXES>, before: &ModalState) {
         if self.axis_mask != 0 && self.axis_command == AxisCommand::None {
             self.axis_command = AxisCommand::Motion;
         }
+        if self.groups.have_any(WITH_WORDS) {
+            self.finish_m(context, before);
+        }
+    }
+
+    /// Gives M codes the words that are theirs.
+    fn finish_m(&mut self, context: &Context<'_, AXES>, before: &ModalState) {
         if self.groups.contains(Group::Parking) {
             self.modal.parking = !self.letters.contains(Letter::P) || self.p != Number::default();
         }
-        if let Some(own) = &mut self.own {
-            let takes = |letter| own.code.takes(letter) && self.letters.contains(letter);
-            let words = [
-                (Letter::L, self.l),
-                (Letter::P, self.p),
-                (Letter::R, self.r),
-                (Letter::S, self.modal.speed),
-                (Letter::T, Number::from_int(self.modal.tool.into())),
-            ];
-            for (letter, value) in words.into_iter().filter(|(letter, _)| takes(*letter)) {
-                own.call.words.insert(letter, value);
-            }
-            if takes(Letter::S) {
-                self.modal.speed = speed;
-            }
-            if takes(Letter::T) {
-                self.modal.tool = 0;
-            }
+        let found = context.own.found();
+        let Some((code, _)) = found.filter(|_| self.groups.contains(Group::Own)) else {
+            return;
+        };
+        let takes = |letter| code.takes(letter) && self.letters.contains(letter);
+        let values = [
+            (Letter::L, self.l),
+            (Letter::P, self.p),
+            (Letter::R, self.r),
+            (Letter::S, self.modal.speed),
+            (Letter::T, Number::from_int(self.modal.tool.into())),
+        ];
+        let mut words = Words::NONE;
+        for (letter, value) in values.into_iter().filter(|(letter, _)| takes(*letter)) {
+            words.insert(letter, value);
+        }
+        context.own.set_words(words);
+        if takes(Letter::S) {
+            self.modal.speed = before.speed;
+        }
+        if takes(Letter::T) {
+            self.modal.tool = 0;
         }
     }
 
@@ -161,14 +166,7 @@ impl<const AXES: usize> Block<AXES> {
     }
 
     fn take_m(&mut self, code: Code, context: &Context<'_, AXES>) -> Result<(), Status> {
-        let own = |code| Some((code, context.own.find(code)?));
-        if let Some((number, code)) = code.exact().and_then(own) {
-            let (code, words) = (code, Words::NONE);
-            let call = Call {
-                code: number,
-                words,
-            };
-            self.own = Some(Own { code, call });
+        if code.exact().is_some_and(|code| context.own.take(code)) {
             return self.groups.insert(Group::Own);
         }
         let word = code.m(context.options)?;
@@ -236,6 +234,9 @@ impl<const AXES: usize> Block<AXES> {
         }
     }
 }
+
+/// Groups of M codes that take words.
+pub(super) const WITH_WORDS: Groups = Groups::of(&[Group::Parking, Group::Own]);
 
 const MAY_NOT_BE_NEGATIVE: Letters =
     Letters::of(&[Letter::F, Letter::N, Letter::P, Letter::S, Letter::T]);

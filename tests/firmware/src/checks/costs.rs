@@ -245,20 +245,7 @@ fn of_main_loop(firmware: &Firmware) -> Result<Vec<Cost>, Failure> {
     bench.run_for(0.1)?;
     bench.machine.record_services();
     let mut work = Work::default();
-
-    let rest = Spent::on(&mut bench, |bench| bench.run_for(0.5))?;
-    work.poll = rest.cycles / rest.turns.max(1);
-    let nothing = profile(&bench, LISTENER_IRQ).min;
-
-    let short = lines(|_| "()".into());
-    let long = lines(|_| format!("({})", "-".repeat(LONGER)));
-    let few = Spent::on(&mut bench, send(&short))?;
-    let many = Spent::on(&mut bench, send(&long))?;
-    let byte_in = listening(&bench, nothing) / long.len() as u64;
-    let byte_out = profile(&bench, SENDER_IRQ).total / (OK * MANY) as u64;
-    let few = work.rest_of(few, 0, 0, MANY);
-    work.byte = work.rest_of(many, 0, 0, MANY).saturating_sub(few) / LONGER as u64;
-
+    let (byte_in, byte_out) = of_bytes(&mut bench, &mut work)?;
     let program = lines(|_| "G21G90G54G94M9F1500.5".into());
     let spent = Spent::on(&mut bench, send(&program))?;
     work.line = work.rest_of(spent, 0, program.len() + OK * MANY, MANY);
@@ -267,23 +254,7 @@ fn of_main_loop(firmware: &Firmware) -> Result<Vec<Cost>, Failure> {
     let spent = Spent::on(&mut bench, |bench| ask(bench).map(|sent| bytes = sent))?;
     work.report = work.rest_of(spent, 0, bytes, REPORTS);
 
-    let program = lines(|number| {
-        let (x, y) = (number as f64 * 0.3, (number % 5) as f64 * 0.02);
-        format!("G1X{x:.3}Y{y:.3}F9000")
-    });
-    bench.command(SLOW)?;
-    let planning = Spent::on(&mut bench, send(&program))?;
-    bench.send("!");
-    bench.wait_for("Hold:0", 1.0)?;
-    let spent = Spent::on(&mut bench, |bench| ask(bench).map(|sent| bytes = sent))?;
-    let timing = work.rest_of(spent, 0, bytes, REPORTS);
-    let timed = timing.saturating_sub(work.report) / MANY as u64;
-
-    let moving = Spent::on(&mut bench, run_out)?;
-    work.segment = work.rest_of(moving, 0, 0, moving.segments as usize);
-    let bytes = program.len() + OK * MANY;
-    let planned = work.rest_of(planning, MANY, bytes, MANY);
-
+    let motion = of_motion(&mut bench, &mut work)?;
     Ok(vec![
         cost!(
             BYTE_IN,
@@ -305,7 +276,7 @@ fn of_main_loop(firmware: &Firmware) -> Result<Vec<Cost>, Failure> {
         cost!(
             PLANNED_MOVE,
             "A move planned, and its words: in the mean of a thousand",
-            planned
+            motion.planned
         ),
         cost!(
             SEGMENT,
@@ -315,15 +286,64 @@ fn of_main_loop(firmware: &Firmware) -> Result<Vec<Cost>, Failure> {
         cost!(
             TIMED,
             "A queued move whose time is added up for a report",
-            timed
+            motion.timed
         ),
         cost!(REPORT, "A status report", work.report),
         cost!(
             HUNDRED_INSTRUCTIONS,
             "A hundred instructions of the main loop, while a thousand moves are planned",
-            100 * planning.cycles / planning.instructions.max(1)
+            motion.hundred_instructions
         ),
     ])
+}
+
+/// A rest, and then bytes that never rest: the cycles of one in and of one out.
+fn of_bytes(bench: &mut Bench, work: &mut Work) -> Result<(u64, u64), Failure> {
+    let rest = Spent::on(bench, |bench| bench.run_for(0.5))?;
+    work.poll = rest.cycles / rest.turns.max(1);
+    let nothing = profile(bench, LISTENER_IRQ).min;
+
+    let short = lines(|_| "()".into());
+    let long = lines(|_| format!("({})", "-".repeat(LONGER)));
+    let few = Spent::on(bench, send(&short))?;
+    let many = Spent::on(bench, send(&long))?;
+    let byte_in = listening(bench, nothing) / long.len() as u64;
+    let byte_out = profile(bench, SENDER_IRQ).total / (OK * MANY) as u64;
+    let few = work.rest_of(few, 0, 0, MANY);
+    work.byte = work.rest_of(many, 0, 0, MANY).saturating_sub(few) / LONGER as u64;
+    Ok((byte_in, byte_out))
+}
+
+/// Cycles that lines with moves cost.
+struct Motion {
+    planned: u64,
+    timed: u64,
+    hundred_instructions: u64,
+}
+
+/// A thousand moves: planned, timed in a hold, and run.
+fn of_motion(bench: &mut Bench, work: &mut Work) -> Result<Motion, Failure> {
+    let mut bytes = 0;
+    let program = lines(|number| {
+        let (x, y) = (number as f64 * 0.3, (number % 5) as f64 * 0.02);
+        format!("G1X{x:.3}Y{y:.3}F9000")
+    });
+    bench.command(SLOW)?;
+    let planning = Spent::on(bench, send(&program))?;
+    bench.send("!");
+    bench.wait_for("Hold:0", 1.0)?;
+    let spent = Spent::on(bench, |bench| ask(bench).map(|sent| bytes = sent))?;
+    let timing = work.rest_of(spent, 0, bytes, REPORTS);
+    let timed = timing.saturating_sub(work.report) / MANY as u64;
+
+    let moving = Spent::on(bench, run_out)?;
+    work.segment = work.rest_of(moving, 0, 0, moving.segments as usize);
+    let bytes = program.len() + OK * MANY;
+    Ok(Motion {
+        planned: work.rest_of(planning, MANY, bytes, MANY),
+        timed,
+        hundred_instructions: 100 * planning.cycles / planning.instructions.max(1),
+    })
 }
 
 fn measure(firmware: &Firmware) -> Result<Vec<Cost>, Failure> {

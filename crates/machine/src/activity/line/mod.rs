@@ -188,30 +188,16 @@ impl<const AXES: usize> Executor<AXES> {
             }
     }
 
-    /// When the dwell under way ends.
-    pub(crate) fn dwell_ends(&self) -> Option<Instant> {
+    /// When a dwell ends, or an extension's M code wants to be asked again.
+    pub(crate) fn wakes(&self) -> Option<Instant> {
         match self.wait {
-            Wait::Dwell(end) => Some(end),
+            Wait::Dwell(at) | Wait::Own(OwnWait::Turn(Some(at))) => Some(at),
             Wait::Nothing
             | Wait::Arc(_)
             | Wait::Probe(_)
             | Wait::Pause
             | Wait::Own(_)
             | Wait::Stored { .. } => None,
-        }
-    }
-
-    /// When the line under way is to be looked at again, at the latest.
-    pub(crate) fn wakes(&self) -> Option<Instant> {
-        match self.wait {
-            Wait::Own(OwnWait::Turn(at)) => at,
-            Wait::Dwell(_)
-            | Wait::Nothing
-            | Wait::Arc(_)
-            | Wait::Probe(_)
-            | Wait::Pause
-            | Wait::Own(_)
-            | Wait::Stored { .. } => self.dwell_ends(),
         }
     }
 

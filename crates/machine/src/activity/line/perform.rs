@@ -302,7 +302,7 @@ where
         if self.state == State::Check {
             return Progress::Done;
         }
-        match self.activity.line.dwell_ends() {
+        match self.activity.line.wakes() {
             Some(end) if now >= end => Progress::Done,
             Some(_) => Progress::Wait,
             None => {

@@ -17,10 +17,9 @@ use super::letters::{Group, Groups, Letters, GROUPS_IN_JOGS};
 use super::modal_state::{Distance, FeedMode, Motion, ProbeKind, Units, WorkSystem};
 use super::offsets::TOOL_AXIS;
 use super::units::inches_to_millimetres;
-use super::words::{AxisCommand, Block, NonModal};
+use super::words::{AxisCommand, Block, NonModal, WITH_WORDS};
 use super::{Coordinate, Interpreter, MAX_WORD};
 use crate::config::AxisKind;
-use crate::extension::MCode;
 use crate::protocol::status::Status;
 use leadscrew_gcode::{Letter, Number};
 
@@ -140,18 +139,16 @@ impl<'a, const AXES: usize> Check<'a, AXES> {
         purpose: Purpose,
     ) -> Self {
         let mut unused = block.letters.without(purpose.free_words());
-        if block.groups.contains(Group::Parking) {
-            unused = unused.without(P);
-        }
-        if let Some(own) = &block.own {
-            unused = unused.without(Letters::taken_by(own.code));
+        unused = unused.without(AXIS_WORDS);
+        if block.groups.have_any(WITH_WORDS) {
+            unused = left_by_m(unused, block, context);
         }
         Self {
             state,
             block,
             context,
             purpose,
-            unused: unused.without(AXIS_WORDS),
+            unused,
         }
     }
 
@@ -321,9 +318,6 @@ impl<'a, const AXES: usize> Check<'a, AXES> {
 
     #[inline]
     fn check_leftovers(&self) -> Result<(), Refusal> {
-        if let Some(own) = self.block.own.filter(|own| own.code.is_alone()) {
-            self.check_alone(own.code)?;
-        }
         if !self.unused.is_empty() {
             return Err(Refusal::words(Status::UnusedWords, self.unused));
         }
@@ -332,20 +326,6 @@ impl<'a, const AXES: usize> Check<'a, AXES> {
             Purpose::Jog if self.is_jog() => Ok(()),
             Purpose::Jog => Err(Refusal::not_in_jogs()),
         }
-    }
-
-    /// An extension's M code that stands alone has nothing beside it but its words and a line number.
-    fn check_alone(&self, code: MCode) -> Result<(), Refusal> {
-        let others = self.block.letters.without(Letters::taken_by(code));
-        let others = others.without(N);
-        if !others.is_empty() {
-            return Err(Refusal::words(Status::UnusedWords, others));
-        }
-        let groups = self.block.groups.without(Groups::of(&[Group::Own]));
-        if !groups.is_empty() {
-            return Err(Refusal::words(Status::ModalGroupTwice, M));
-        }
-        Ok(())
     }
 
     /// Whether a jog may say all this: it may choose units and distance mode for itself, and machine coordinates.
@@ -384,6 +364,29 @@ impl<'a, const AXES: usize> Check<'a, AXES> {
     fn moves(&self, axis: usize) -> bool {
         self.block.axis_mask & 1 << axis != 0
     }
+}
+
+/// The words that M codes leave. One that stands alone leaves all but its own, itself among them where others are beside it.
+fn left_by_m<const AXES: usize>(
+    unused: Letters,
+    block: &Block<AXES>,
+    context: &Context<'_, AXES>,
+) -> Letters {
+    let mut left = unused;
+    if block.groups.contains(Group::Parking) {
+        left = left.without(P);
+    }
+    let found = context.own.found();
+    let Some((code, _)) = found.filter(|_| block.groups.contains(Group::Own)) else {
+        return left;
+    };
+    if code.is_alone() {
+        left = block.letters.without(N);
+        if !block.groups.without(Groups::of(&[Group::Own])).is_empty() {
+            left = left.with(M);
+        }
+    }
+    left.without(Letters::taken_by(code))
 }
 
 fn pick<const AXES: usize>(values: &[Coordinate; AXES], axis: usize) -> Coordinate {
