@@ -2,7 +2,7 @@
 //!
 //! | activity | state | begins with |
 //! |---|---|---|
-//! | [`line`] | Idle, Run, Jog, Check | a line of G-code or `$J=` |
+//! | [`mod@line`] | Idle, Run, Jog, Check | a line of G-code or `$J=` |
 //! | [`homing`] | Home | `$H` |
 //! | [`door`] | Door, Sleep | the door, 0x84, `$SLP` |
 
