@@ -134,7 +134,7 @@ struct Trial<'a> {
 }
 
 impl<'a> Trial<'a> {
-    fn new(memory: &'a mut Memory<3, MOVES>, setup: &Setup<3>) -> Self {
+    fn new(memory: &'a mut Memory<3, 3, MOVES>, setup: &Setup<3>) -> Self {
         Self {
             sim: Simulation::new(memory, setup, Cartesian, Light::default()),
             wires: Wires::default(),

@@ -35,7 +35,7 @@ fn bouncing(bounce_us: u16) -> Setup<3> {
 }
 
 /// A machine with a switch at the positive end of each axis.
-fn with_switches<'a>(memory: &'a mut Memory<3>, setup: &Setup<3>, filter_us: u16) -> Desk<'a> {
+fn with_switches<'a>(memory: &'a mut Memory<3, 3>, setup: &Setup<3>, filter_us: u16) -> Desk<'a> {
     let mut session = Session::new(memory, setup, Cartesian);
     session.stream(SETTINGS);
     session.stream(&format!("$706={filter_us}\n"));

@@ -9,13 +9,13 @@ use std::path::PathBuf;
 const SECONDS: [(&str, f64); 10] = [
     ("drill_dip14.nc", 60.55),
     ("drill_holes.nc", 144.06),
-    ("heart.nc", 85.7),
+    ("heart.nc", 83.7),
     ("heart_as_printed.nc", 41.64),
     ("laser_delay.nc", 71.58),
     ("pocket.nc", 99.84),
     ("print_square.nc", 55.03),
     ("print_testbar.nc", 16.01),
-    ("raster.nc", 28.45),
+    ("raster.nc", 27.99),
     ("spiral.nc", 37.75),
 ];
 

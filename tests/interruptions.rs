@@ -54,7 +54,7 @@ fn places(steps: &[StepEvent]) -> Vec<[i32; 3]> {
     all
 }
 
-fn begin<'a>(memory: &'a mut Memory<3>, job: &str) -> Desk<'a> {
+fn begin<'a>(memory: &'a mut Memory<3, 3>, job: &str) -> Desk<'a> {
     let mut session = Session::new(memory, &setup::<3>(1), Cartesian);
     session.stream(SETTINGS);
     session.send(0, job);
@@ -80,7 +80,7 @@ impl<'a> Case<'a> {
     }
 
     /// The job begun anew, with the byte sent at the end of the microsecond before `event`.
-    fn interrupted<'m>(&self, memory: &'m mut Memory<3>, event: &StepEvent) -> Desk<'m> {
+    fn interrupted<'m>(&self, memory: &'m mut Memory<3, 3>, event: &StepEvent) -> Desk<'m> {
         let mut session = begin(memory, self.job);
         session.wait_us((event.cycle - session.sim.now()) / 168);
         session.send(0, [self.byte]);
@@ -156,7 +156,11 @@ const CYCLE_SETTINGS: &str =
     "$22=1\n$24=300\n$25=1200\n$26=2\n$27=0.5\n$130=2\n$131=2\n$132=2\n$112=3000\n$122=300\n";
 
 /// Begins a cycle with its switches in place, and sends `byte` at the end of the microsecond before `cycle`, if any.
-fn cycle<'m>(memory: &'m mut Memory<3>, line: &str, interruption: Option<(u8, Cycle)>) -> Desk<'m> {
+fn cycle<'m>(
+    memory: &'m mut Memory<3, 3>,
+    line: &str,
+    interruption: Option<(u8, Cycle)>,
+) -> Desk<'m> {
     let mut session = Session::new(memory, &setup::<3>(1), Cartesian);
     session.stream(SETTINGS);
     session.stream(CYCLE_SETTINGS);

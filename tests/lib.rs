@@ -253,7 +253,7 @@ impl<K: Kinematics<N, N> + Clone, const N: usize> Drop for Traced<'_, K, N> {
 
 impl<'a, K: Kinematics<N, N> + Clone, const N: usize> Session<'a, K, N> {
     /// Switches a machine on and hears its greeting.
-    pub fn new(memory: &'a mut Memory<N>, setup: &Setup<N>, kinematics: K) -> Self {
+    pub fn new(memory: &'a mut Memory<N, N>, setup: &Setup<N>, kinematics: K) -> Self {
         let mut session = Self {
             sim: Traced::new(Simulation::new(
                 memory,

@@ -12,8 +12,9 @@ type Desk<'a> = Session<'a, Cartesian, 3>;
 
 const CYCLES_PER_US: u64 = 168;
 
-/// From the byte to the begin of the deceleration at most, µs: 2 ms but for the 50 µs in which a board looks at its line.
-const WITHIN: u64 = 1_950;
+/// From the byte to the begin of the deceleration at most, µs: 1950 are committed (docs/motion.md, section 6), and a step at 50 kHz may
+/// be the same to the cycle after that.
+const WITHIN: u64 = 1_970;
 
 const SETTINGS: &str =
     "$0=3\n$32=1\n$110=15000\n$111=15000\n$112=15000\n$120=500\n$121=500\n$122=500\n";

@@ -94,7 +94,7 @@ mod app {
         queue: SegmentQueue<MOTORS> = SegmentQueue::new(),
         #[allow(unsafe_code)] #[link_section = ".bss.ccm.pixels"]
         pixels: RowPixels = RowPixels::new(),
-        moves: MoveQueues<MOTORS, MOVES> = MoveQueues::new(),
+        moves: MoveQueues<AXES, MOTORS, MOVES> = MoveQueues::new(),
         received: SerialQueue = SerialQueue::new(),
         usb_received: SerialQueue = SerialQueue::new(),
         usb_outgoing: UsbOutgoing = UsbOutgoing::new(),

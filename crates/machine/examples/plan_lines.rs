@@ -29,7 +29,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         return Err("usage: plan_lines FILE LINES".into());
     };
     let (text, count) = (std::fs::read(file)?, count.parse()?);
-    let mut room = planner::Queue::<AXES, MOVES>::new();
+    let mut room = planner::Queue::<AXES, AXES, MOVES>::new();
     let mut pixels = planner::PixelQueue::<1>::new();
     let mut queue = Queue::new(config(), Cartesian, &mut room, &mut pixels)?;
     let mut interpreter = Interpreter::new();

@@ -32,13 +32,13 @@ pub(crate) const ASIDE_MOVES: usize = 4;
 /// Where planned moves are kept, `MOVES` of the program: by far the largest part of a machine. A machine borrows it, so
 /// that it can be a `static` and need not be built on a stack (see [`Queue`]).
 #[derive(Debug)]
-pub struct MoveQueues<const MOTORS: usize, const MOVES: usize> {
-    pub(crate) program: Queue<MOTORS, MOVES>,
-    pub(crate) aside: Queue<MOTORS, ASIDE_MOVES>,
+pub struct MoveQueues<const AXES: usize, const MOTORS: usize, const MOVES: usize> {
+    pub(crate) program: Queue<AXES, MOTORS, MOVES>,
+    pub(crate) aside: Queue<AXES, MOTORS, ASIDE_MOVES>,
     pub(crate) aside_pixels: PixelQueue<1>,
 }
 
-impl<const MOTORS: usize, const MOVES: usize> MoveQueues<MOTORS, MOVES> {
+impl<const AXES: usize, const MOTORS: usize, const MOVES: usize> MoveQueues<AXES, MOTORS, MOVES> {
     /// Empty queues.
     pub const fn new() -> Self {
         Self {
@@ -49,7 +49,9 @@ impl<const MOTORS: usize, const MOVES: usize> MoveQueues<MOTORS, MOVES> {
     }
 }
 
-impl<const MOTORS: usize, const MOVES: usize> Default for MoveQueues<MOTORS, MOVES> {
+impl<const AXES: usize, const MOTORS: usize, const MOVES: usize> Default
+    for MoveQueues<AXES, MOTORS, MOVES>
+{
     fn default() -> Self {
         Self::new()
     }

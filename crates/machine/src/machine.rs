@@ -31,9 +31,9 @@ use leadscrew_planner::{ConfigError, Kinematics};
 use leadscrew_stepper::{Segment, Shared};
 
 /// What a machine borrows: room for its moves, and the main loop's ends of everything that crosses to interrupts.
-pub struct Links<'a, const MOTORS: usize, const MOVES: usize> {
+pub struct Links<'a, const AXES: usize, const MOTORS: usize, const MOVES: usize> {
     /// Where planned moves are kept: no interrupt's business, but too large to be a part of the machine.
-    pub moves: &'a mut MoveQueues<MOTORS, MOVES>,
+    pub moves: &'a mut MoveQueues<AXES, MOTORS, MOVES>,
     /// Where the pixels of rows are kept.
     pub pixels: &'a mut RowPixels,
     /// Segments for the step interrupt, from a [`crate::config::SegmentQueue`].
@@ -76,6 +76,8 @@ pub enum Ahead {
     NoLine,
     /// A corner.
     Corner,
+    /// The curvature of the path: an arc, or a curve of short moves.
+    Curve,
     /// A move that is slower.
     SlowerMove,
 }
@@ -109,7 +111,7 @@ where
     pub fn new<const MOVES: usize>(
         config: MachineConfig<AXES>,
         kinematics: K,
-        links: Links<'a, MOTORS, MOVES>,
+        links: Links<'a, AXES, MOTORS, MOVES>,
     ) -> Result<Self, ConfigError> {
         Self::with_extension(config, kinematics, links, ())
     }
@@ -127,7 +129,7 @@ where
     pub fn with_extension<const MOVES: usize>(
         mut config: MachineConfig<AXES>,
         kinematics: K,
-        links: Links<'a, MOTORS, MOVES>,
+        links: Links<'a, AXES, MOTORS, MOVES>,
         extension: X,
     ) -> Result<Self, ConfigError> {
         config.moves = config.moves.min(MOVES);
@@ -231,6 +233,7 @@ where
                 leadscrew_planner::Ahead::QueueEnd { full: true } => Ahead::LookAhead,
                 leadscrew_planner::Ahead::QueueEnd { full: false } => Ahead::NoLine,
                 leadscrew_planner::Ahead::Corner => Ahead::Corner,
+                leadscrew_planner::Ahead::Curve => Ahead::Curve,
                 leadscrew_planner::Ahead::SlowerMove => Ahead::SlowerMove,
             },
         }
@@ -244,7 +247,7 @@ where
     /// How long it takes to finish what is queued, s. For those at a desk: takes time in proportion to the queue.
     pub fn time_to_finish(&self) -> f32 {
         let mut left = self.motion.time_left();
-        while self.motion.add_time(&mut left, self.config.moves) {}
+        while self.motion.add_time(&mut left) {}
         left.seconds()
     }
 

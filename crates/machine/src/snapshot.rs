@@ -24,7 +24,7 @@ use leadscrew_stepper::Power;
 const TIME_LEFT: u8 = StatusReport::<0>::TIME_LEFT;
 
 /// Moves whose times are added up in one poll: some 0.1 ms of the F407.
-const TIMED_A_POLL: usize = 64;
+const TIMED_A_POLL: usize = 8;
 
 impl<K, X, const AXES: usize, const MOTORS: usize> Machine<'_, K, AXES, MOTORS, X>
 where
@@ -65,7 +65,7 @@ where
             .console
             .time_left
             .unwrap_or_else(|| self.motion.time_left());
-        let more = self.motion.add_time(&mut left, TIMED_A_POLL);
+        let more = self.motion.add_time(&mut left);
         self.console.time_left = Some(left);
         self.work.timed = self.work.timed.wrapping_add(TIMED_A_POLL as u32);
         more

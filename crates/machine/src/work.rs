@@ -1,5 +1,7 @@
 //! What the machine has done so far, counted: for cost models and benchmarks.
 
+use leadscrew_planner::Pushed;
+
 /// Counters of the main loop's work since power-up; each wraps around.
 ///
 /// A simulator reads them after every `Machine::poll` and charges its CPU for the difference.
@@ -14,6 +16,8 @@ pub struct Work {
     pub lines: u32,
     /// Moves planned; chords of arcs each count.
     pub moves: u32,
+    /// Moves that became part of the row of pixels before them.
+    pub pixels: u32,
     /// Segments made.
     pub segments: u32,
     /// Queued moves whose time was added up for status reports, at most.
@@ -24,4 +28,15 @@ pub struct Work {
     pub written: u32,
     /// Realtime requests acted on.
     pub requests: u32,
+}
+
+impl Work {
+    pub(crate) fn count_move(&mut self, pushed: Pushed) {
+        let counter = match pushed {
+            Pushed::Queued => &mut self.moves,
+            Pushed::Merged => &mut self.pixels,
+            Pushed::TooShort => return,
+        };
+        *counter = counter.wrapping_add(1);
+    }
 }

@@ -15,7 +15,7 @@ fn main() {
         ..Config::default()
     };
     let hz = f64::from(config.timer_hz);
-    let (mut queue, mut pixels) = (Queue::<3, 256>::new(), PixelQueue::<1>::new());
+    let (mut queue, mut pixels) = (Queue::<3, 3, 256>::new(), PixelQueue::<1>::new());
     let mut planner =
         Planner::new(config, Cartesian, &mut queue, &mut pixels).expect("the settings are sound");
     for target in path(config.arc_tolerance) {

@@ -1,6 +1,6 @@
 //! What the planner must know of the machine, and the numbers derived from it.
 
-use crate::real::{least, most, norm2, sqrt};
+use crate::real::{most, norm2, sqrt};
 use crate::short::STEPS;
 use crate::{Kinematics, StepsPerMm};
 use core::array::from_fn;
@@ -99,8 +99,8 @@ impl Default for Overrides {
     }
 }
 
-/// How far rounding to three decimals puts a point beside its line, mm: half of 0.001 mm on two axes.
-pub(crate) const DECIMALS: f32 = 0.0007;
+/// How far rounding to three decimals puts a point beside its place, mm, on each axis.
+pub(crate) const DECIMALS: f32 = 0.0005;
 
 /// Share of each limit that is made use of. The rest, 32 roundings of an `f32`, is more than all roundings between a
 /// setting and a ramp together (20 at most): what is planned is within the setting in exact arithmetic.
@@ -115,14 +115,14 @@ pub(crate) struct Limits<const AXES: usize> {
     pub(crate) per_acceleration: [f32; AXES],
     /// The largest of them: 1/acceleration of the weakest axis, s²/mm.
     pub(crate) per_weakest: f32,
+    /// How far a point may be beside the place that was meant, by the rounding of steps and of decimals, mm.
+    pub(crate) rounding: [(f32, f32); AXES],
     /// Highest step rate of a motor, steps/s.
     pub(crate) step_rate: f32,
     /// Junction deviation, mm.
     pub(crate) deviation: f32,
-    /// How far short moves may stray from a straight line and still count as one, mm (see `strokes`).
-    pub(crate) tolerance: f32,
-    /// The square of the length that a stroke has at least, mm²: shorter ones have no direction (see `short`).
-    pub(crate) stroke2: f32,
+    /// The square of the length below which a move has no direction, mm² (see `short`).
+    pub(crate) short2: f32,
     pub(crate) unit: SpeedUnit,
 }
 
@@ -134,8 +134,8 @@ impl<const AXES: usize> Limits<AXES> {
                 .iter()
                 .fold(0.0, |weakest, k| most(weakest, *k)),
             per_acceleration,
-            tolerance: tolerance(config),
-            stroke2: stroke2(config),
+            short2: short2(config),
+            rounding: from_fn(|axis| rounding(config, axis)),
             per_rate: config.max_rate.map(|rate| 1.0 / (rate * MARGIN)),
             step_rate: config.timer_hz as f32 / config.shortest_tick.0.max(1) as f32,
             deviation: config.junction_deviation,
@@ -144,20 +144,22 @@ impl<const AXES: usize> Limits<AXES> {
     }
 }
 
-/// How far short moves may stray from a straight line and still count as one, mm: twice as far as
-/// junction deviation, six times as far as rounding to steps and to three decimals can put a point beside its line, and so far
-/// that the turn which rounding makes of it is less than junction deviation `d` allows at the speed that the length
-/// of a stroke is made for (`8·a·d/(4ε/l)² ≥ v²` with `l = v·√(t/a)`; 1 mm at most).
-fn tolerance<const AXES: usize>(config: &Config<AXES>) -> f32 {
-    let step = config.steps_per_mm.map(|scale| 1.0 / scale.to_f32());
-    let rounding = 0.5 * sqrt(norm2(&step)) + DECIMALS;
-    let deviation = config.junction_deviation;
-    let by_turn = least(3.0 * rounding * rounding / most(deviation, 1e-6), 1.0);
-    most(most(2.0 * deviation, 6.0 * rounding), by_turn)
+/// 1/acceleration of an axis, and how far its points are beside the place that was meant: half a step, and half of the last decimal.
+fn rounding<const AXES: usize>(config: &Config<AXES>, axis: usize) -> (f32, f32) {
+    let of = config
+        .acceleration
+        .get(axis)
+        .zip(config.steps_per_mm.get(axis));
+    of.map_or((1.0, 0.0), |(acceleration, steps_per_mm)| {
+        (
+            1.0 / (acceleration * MARGIN),
+            0.5 / steps_per_mm.to_f32() + DECIMALS,
+        )
+    })
 }
 
 /// The square of as many of the coarsest steps as short pieces are joined to, mm².
-fn stroke2<const AXES: usize>(config: &Config<AXES>) -> f32 {
+fn short2<const AXES: usize>(config: &Config<AXES>) -> f32 {
     let steps = config.steps_per_mm.iter().map(|scale| 1.0 / scale.to_f32());
     let length = STEPS as f32 * steps.fold(0.0, most);
     length * length

@@ -116,16 +116,6 @@ impl StepsPerMm {
         Some(if coordinate.0 < 0 { -steps } else { steps })
     }
 
-    /// How much farther than its nearest `steps` a coordinate is, in steps: half a one at most, to 10⁻⁹.
-    #[inline(never)] // for short moves only
-    pub(crate) fn beyond(self, coordinate: Coordinate, steps: i32) -> f32 {
-        const PER_STEP: f32 = (1u64 << 32) as f32 / STEP as f32;
-        // In 10⁻¹⁸ steps, of which half a step fits 64 bits: what is above them cancels.
-        let place = coordinate.0.wrapping_mul(self.0 as i64);
-        let beyond = place.wrapping_sub(i64::from(steps).wrapping_mul(STEP));
-        (beyond >> 32) as i32 as f32 * PER_STEP
-    }
-
     /// The coordinate nearest to `steps`; the origin where the scale is 0.
     ///
     /// Not for the path of a line: a 128-bit division. Not inlined: it is a kilobyte, and there are as many calls as motors.
@@ -161,22 +151,6 @@ fn divide_by_odd(x: u128) -> u32 {
 mod tests {
     use super::*;
     use proptest::prelude::*;
-
-    #[test]
-    fn what_rounding_to_steps_leaves_is_known() {
-        let scale = StepsPerMm::from_nanos(250 * NANOS_PER_MM);
-        for (mm, steps, beyond) in [
-            (0.009, 2, 0.25),
-            (-0.009, -2, -0.25),
-            (0.011, 3, -0.25),
-            (1000.003, 250_001, -0.25),
-        ] {
-            let coordinate = Coordinate::from_nanos((mm * 1e9f64).round() as i64);
-            assert_eq!(scale.steps(coordinate), Some(steps));
-            let found = scale.beyond(coordinate, steps);
-            assert!((found - beyond).abs() < 1e-6, "{found}");
-        }
-    }
 
     /// Rounds half away from zero by the book, in 128-bit integers.
     fn by_the_book(nanos: i64, scale: i64) -> Option<i32> {

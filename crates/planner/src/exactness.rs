@@ -165,6 +165,9 @@ impl Case {
             exit_v2: self.exit * self.exit,
             corner_v2: f32::INFINITY,
             nominal: self.rate * share,
+            up: self.acceleration,
+            down: self.acceleration,
+            stop: self.acceleration,
             jerk: self.jerk,
         }
     }

@@ -2,6 +2,8 @@
 //!
 //! Nothing here is kept; it is read off the queue when it is asked for.
 
+use crate::moves::PlannedMove;
+use crate::polygon::cap;
 use crate::{Kinematics, Planner};
 
 /// What a queued move was planned with.
@@ -29,6 +31,8 @@ pub enum Ahead {
     },
     /// A corner.
     Corner,
+    /// The curvature of the path: an arc, or a curve of short moves.
+    Curve,
     /// A move that is slower.
     SlowerMove,
 }
@@ -51,24 +55,37 @@ where
 
     /// What bounds the speed at the end of the running move, or of the one that has just been handed out.
     pub fn ahead(&self) -> Ahead {
-        match self.queue().slow_start() {
+        match self.queue().slow_start(&self.ground()) {
             Some(planned) if planned.cap < planned.corner => Ahead::SlowerMove,
+            Some(planned) if self.is_curve(planned) => Ahead::Curve,
             Some(_) => Ahead::Corner,
             None => Ahead::QueueEnd {
                 full: !self.has_room(),
             },
         }
     }
+
+    /// Whether the curvature bounds the speed at the start of a move, and not the corner.
+    fn is_curve(&self, planned: &PlannedMove<MOTORS>) -> bool {
+        self.unit().units(cap(&planned.bend)) <= planned.corner
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::reference::{pixels, queue, to};
+    use crate::reference::{pixels, queue, to, Rig, RigQueue};
     use crate::{Cartesian, Config, Segmenter};
+    use std::vec::Vec;
 
     fn planner() -> Planner<'static, Cartesian, 2, 2> {
-        Planner::new(Config::default(), Cartesian, queue::<2, 3>(), pixels::<1>()).unwrap()
+        Planner::new(
+            Config::default(),
+            Cartesian,
+            queue::<_, 2, 3>(),
+            pixels::<1>(),
+        )
+        .unwrap()
     }
 
     /// What the first of these moves, each of two coordinates and a feed in mm/s, slows down for.
@@ -91,6 +108,25 @@ mod tests {
             Ahead::SlowerMove
         );
         assert_eq!(ahead(&[(1.0, 0.0, 5.0), (1.01, 0.0, 5.0)]), end);
+    }
+
+    #[test]
+    fn a_circle_of_short_moves_is_a_curve_and_has_no_corner() {
+        let circle: Vec<(f64, f64, f32)> = (1..32)
+            .map(|k| (f64::from(k) * 0.05).sin_cos())
+            .map(|(sin, cos)| (2.0 * sin, 2.0 * (1.0 - cos), 50.0))
+            .collect();
+        let mut queue = RigQueue::new();
+        let mut rig = Rig::new(Config::default(), &mut queue);
+        for (x, y, feed) in &circle {
+            rig.planner.push(&to(*x, *y, *feed)).unwrap();
+        }
+        let mut seen = Vec::new();
+        while rig.step().is_some() {
+            seen.push(rig.planner.ahead());
+        }
+        assert!(seen.contains(&Ahead::Curve), "{seen:?}");
+        assert!(!seen.contains(&Ahead::Corner), "{seen:?}");
     }
 
     #[test]

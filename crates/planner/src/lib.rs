@@ -3,7 +3,7 @@
 //! ```text
 //!  Move ---> Planner::push ---> queue of planned moves ---> Segmenter::next ---> stepper::Segment
 //!  (exact    (motor steps,      (squared speeds, a          (profile of the
-//!   target)   limits along the   monotone stack: the         running move; hold,
+//!   target)   limits along the   blocks of moves: the        running move; hold,
 //!             line, junction)    reverse pass)               resume, overrides)
 //!
 //!  Arc ---> chords, each of them a Move
@@ -14,7 +14,8 @@
 //!
 //! * no axis is faster, or accelerates more, than [`Config`] allows: along the unit vector `u` of a move
 //!   the rate is `min(rate_i / |u_i|)` and the acceleration `min(acceleration_i / |u_i|)`;
-//! * corners obey *junction deviation* (see `junction`), curves `v² ≤ a·R` (see `curve` and `strokes`);
+//! * corners obey *junction deviation* (see `junction`), and where the path turns, each axis has its acceleration for both the turn and
+//!   the change of speed (see `polygon` and `path`);
 //! * at every instant the path that is queued suffices to stop (see `lookahead`).
 //!
 //! Units: mm, mm/s, mm/s² along the path; whole steps of the dominant motor, steps/s, steps/s² in a
@@ -26,7 +27,6 @@
 #![forbid(unsafe_code)]
 
 mod arc;
-mod candidates;
 mod config;
 mod coordinate;
 mod curve;
@@ -34,14 +34,17 @@ mod curve;
 mod exactness;
 mod explain;
 mod fit;
+mod ground;
 mod junction;
 mod kinematics;
 mod law;
 mod lead;
 mod lookahead;
 mod moves;
+mod path;
 mod pixel;
 mod planner;
+mod polygon;
 mod profile;
 mod queue;
 mod ramp;
@@ -51,7 +54,6 @@ mod running;
 mod s_curve;
 mod segmenter;
 mod short;
-mod strokes;
 mod time_left;
 mod trigonometry;
 mod valid;

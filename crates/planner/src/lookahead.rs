@@ -1,70 +1,244 @@
-//! The queue of planned moves and its reverse pass, at constant cost a line.
+//! The queue of planned moves, and how fast each may begin so that all limits behind it can be kept.
 //!
-//! The squared speed `e_i` at the start of move *i* may not exceed its `cap_i`, nor what the moves from
-//! there on can brake: `e_i = min(cap_i, e_(i+1) + g_i)` with `g_i = 2·a_i·L_i` and 0 after the last
-//! move. With the potential `Φ_i = Σ g_k` over all `k < i` that is
+//! The squared speed at the start of a move is bounded by its `cap` and by what it can brake, which follows the speed (see `polygon`):
+//! `x_in = min(cap, x_out + gain(x_out))`. That is a concave function; the line through its values at `x_out = 0` and at the highest
+//! `x_out` is never above it:
 //!
 //! ```text
-//!   e_i + Φ_i = min over j ≥ i of (cap_j + Φ_j)        (and Φ_end: rest after the last move)
+//!   x_in ≥ min(c, α·x_out + β)
 //! ```
 //!
-//! a minimum over a sequence that grows at its end and shrinks at its front. The classic monotone queue holds its candidates
-//! in rising order: a new move removes from the back those that are not smaller (found by doubling and halving, so that no
-//! line costs much more than another), the front is the minimum. Each move enters and leaves once, so a line costs the same
-//! however many are queued. The rest after the last move is not a candidate that removes others, because the next push lifts
-//! it.
+//! Such maps are closed under composition, so that a *block* of moves has one of its own, to which each new move is added once:
 //!
-//! Everything is in whole [`SpeedUnit`](crate::config::SpeedUnit)s: gains and caps are rounded down, so
-//! that sums are exact and never promise more than the machine can brake. Potentials count up for ever:
-//! 2³² moves of the largest gain fit 64 bits.
+//! ```text
+//!   min(c1, α1·min(c2, α2·x + β2) + β1) = min( min(c1, α1·c2 + β1),  α1·α2·x + (α1·β2 + β1) )
+//! ```
 //!
-//! An override changes all caps. That is done in slices, from the running end: at each moment the plan keeps the new
-//! caps of the moves up to some place and the old ones of those after it (see `candidates`). Both keep every limit of the
-//! machine; they differ in the speed asked for.
+//! ```text
+//!   running | next . . . . . . | . . . . . . . . | block | block | block | . . open        window (see `window`)
+//!             <---- move by move, exact --------- <------ block by block ------- rest
+//! ```
 //!
-//! The forward pass is one comparison, made when a move is taken for execution.
+//! From rest at the end of the last move the speeds are found block by block, as far as they have changed, and from the second block
+//! after the running move on move by move, with all of the polygon. Whatever is added makes them greater: what was promised stays.
+//!
+//! The last move is *open*: what follows it is not known yet. Those of a curve wait before that until their curvature is known.
+//!
+//! Everything is in whole [`SpeedUnit`](crate::config::SpeedUnit)s: gains and caps are rounded down, so no plan needs more than the
+//! limits; where `α` is 1, as on straight lines, sums are exact.
+//!
+//! An override changes all caps. That is done a few moves at a time, from the running end; meanwhile new caps hold up to some place
+//! and old ones behind it. Both keep every limit of the machine; they differ in the speed asked for.
 
-use crate::candidates::Candidates;
 use crate::moves::PlannedMove;
 use heapless::deque::DequeView;
+
+/// How many blocks there is room for: a power of two.
+pub(crate) const BLOCKS: usize = 128;
+
+/// Moves in the largest block there can be, as a power of two.
+const MOST_BITS: u32 = 6;
+
+/// So many moves are visited at a time: `Machine::poll` may do so, and is not to take long.
+const VISITED: usize = 8;
+
+/// How many moves may be queued at most.
+pub(crate) const MOST_MOVES: usize = (BLOCKS / 2) << MOST_BITS;
+
+/// Moves in a block, as a power of two: sixteen, more in a queue of more than a thousand moves.
+const fn block_bits(moves: usize) -> u32 {
+    let mut bits = 4;
+    while moves >> bits > BLOCKS / 2 {
+        bits += 1;
+    }
+    bits
+}
+
+/// `x_in = min(cap, share·x_out + plus)`: squared speeds in units.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+struct Map {
+    cap: u32,
+    /// In 2⁻³⁰.
+    share: u32,
+    plus: u32,
+}
+
+/// A squared speed, and whether it would be higher if motion could go on behind the last move.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+struct Reach {
+    v2: u32,
+    hangs: bool,
+}
+
+impl Reach {
+    fn bounded(v2: u64, cap: u32, hangs: bool) -> Self {
+        match u32::try_from(v2) {
+            Ok(v2) if v2 < cap => Self { v2, hangs },
+            Ok(_) | Err(_) => Self {
+                v2: cap,
+                hangs: false,
+            },
+        }
+    }
+}
+
+const ONE_BITS: u32 = 30;
+const ONE: u32 = 1 << ONE_BITS;
+
+fn scaled(share: u32, x: u32) -> u64 {
+    (u64::from(share) * u64::from(x)) >> ONE_BITS
+}
+
+fn clamp(x: u64) -> u32 {
+    u32::try_from(x).unwrap_or(u32::MAX)
+}
+
+impl Map {
+    const NONE: Self = Self {
+        cap: 0,
+        share: 0,
+        plus: 0,
+    };
+
+    /// The same gain at every speed.
+    fn parallel(cap: u32, plus: u32) -> Self {
+        Self {
+            cap,
+            share: ONE,
+            plus,
+        }
+    }
+
+    /// The line through the gains at 0 and at the squared speed `top`.
+    fn new(cap: u32, ends: Ends) -> Self {
+        let (top, [at_rest, at_top]) = (ends.top, ends.gains);
+        if at_rest == at_top || top == 0 {
+            return Self::parallel(cap, at_rest);
+        }
+        // What the products below round away, both ways.
+        const ROUNDED: u32 = 4;
+        let slope = at_rest.abs_diff(at_top) as f32 / top as f32 * ONE as f32;
+        // Both ways the roundings of `f32` make the line lower.
+        const DOWN: f32 = 1.0 - 4.0 * f32::EPSILON;
+        const UP: f32 = 1.0 + 4.0 * f32::EPSILON;
+        Self {
+            cap,
+            share: if at_top > at_rest {
+                ONE.saturating_add(ONE.min((slope * DOWN) as u32))
+            } else {
+                ONE.saturating_sub((slope * UP) as u32).saturating_sub(1)
+            },
+            plus: at_rest.saturating_sub(ROUNDED),
+        }
+    }
+
+    fn before(self, behind: Self) -> Self {
+        let share = scaled(self.share, behind.share).min(u32::MAX.into()) as u32;
+        Self {
+            cap: self
+                .cap
+                .min(clamp(scaled(self.share, behind.cap) + u64::from(self.plus))),
+            share,
+            plus: clamp(scaled(self.share, behind.plus) + u64::from(self.plus)),
+        }
+    }
+
+    fn reach(self, behind: Reach) -> Reach {
+        let v2 = scaled(self.share, behind.v2) + u64::from(self.plus);
+        Reach::bounded(v2, self.cap, behind.hangs)
+    }
+}
+
+/// Moves whose numbers differ in their last bits only.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Block {
+    /// From its end to its start.
+    map: Map,
+    /// At its start.
+    reach: Reach,
+}
+
+impl Block {
+    pub(crate) const EMPTY: Self = Self {
+        map: Map::NONE,
+        reach: Reach {
+            v2: 0,
+            hangs: false,
+        },
+    };
+}
+
+/// By how much the squared speed (units) can fall over a move that ends with `v2`, with the move behind it, if there is one.
+pub(crate) trait Braking<const MOTORS: usize> {
+    fn gain(
+        &self,
+        planned: &PlannedMove<MOTORS>,
+        behind: Option<&PlannedMove<MOTORS>>,
+        v2: u32,
+    ) -> u32;
+
+    /// How a move with one behind it is passed at its ends, whatever the overrides.
+    fn ends(&self, planned: &PlannedMove<MOTORS>, behind: &PlannedMove<MOTORS>) -> Ends;
+}
+
+/// How fast a move may end, and what it can brake then: squared speeds in units.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) struct Ends {
+    /// The highest squared speed at its end.
+    pub(crate) top: u32,
+    /// The gains where it ends at rest, and at that speed.
+    pub(crate) gains: [u32; 2],
+}
 
 /// Planned moves, the running one first, with the speed at which each may begin.
 #[derive(Debug)]
 pub(crate) struct LookAhead<'q, const MOTORS: usize> {
     moves: &'q mut DequeView<PlannedMove<MOTORS>>,
-    /// Moves that may be the minimum, as their number modulo 2¹⁶, their `cap + potential` rising.
-    candidates: Candidates<'q>,
+    blocks: &'q mut [Block; BLOCKS],
+    block_bits: u32,
     /// Number of the first move, modulo 2¹⁶.
     first: u16,
     /// Whether the first move runs: its start no longer limits anything.
     running: bool,
-    /// `Φ_end`: the potential after the last move.
-    end: u64,
+    /// How many moves, from the first one on, are in the plan.
+    planned: usize,
+    /// Whether moves were added since speeds were found.
+    stale: Stale,
+    /// Number of the move before which all speeds have been found move by move.
+    walked: u16,
+    /// Number of the move that was the last planned one when speeds were found.
+    found: u16,
     /// How many moves at the front have their new caps, while caps change.
     renewed: Option<usize>,
 }
 
-/// How far [`LookAhead::walk`] came.
-pub(crate) struct Walked {
-    /// Number of the move after the last one visited.
-    pub(crate) next: u16,
-    /// Moves visited.
-    pub(crate) moves: usize,
+/// What has changed since speeds were found.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Stale {
+    Nothing,
+    /// Moves were added, or the last one grew: behind some place nothing has changed.
+    End,
+    /// Anything.
+    All,
 }
 
 impl<'q, const MOTORS: usize> LookAhead<'q, MOTORS> {
-    /// No moves, in room for them and for as many candidates.
+    /// No moves, in room for them.
     pub(crate) fn new(
         room: &'q mut DequeView<PlannedMove<MOTORS>>,
-        candidates: &'q mut [u16],
+        blocks: &'q mut [Block; BLOCKS],
     ) -> Self {
         room.clear();
         Self {
+            block_bits: block_bits(room.storage_capacity()),
             moves: room,
-            candidates: Candidates::new(candidates),
+            blocks,
             first: 0,
             running: false,
-            end: 0,
+            planned: 0,
+            stale: Stale::All,
+            walked: 0,
+            found: 0,
             renewed: None,
         }
     }
@@ -78,120 +252,86 @@ impl<'q, const MOTORS: usize> LookAhead<'q, MOTORS> {
         self.moves.storage_capacity()
     }
 
+    /// How many moves are planned that do not run.
+    pub(crate) fn waiting(&self) -> usize {
+        self.planned.saturating_sub(usize::from(self.running))
+    }
+
     /// The move that runs, if one does.
     pub(crate) fn running(&self) -> Option<&PlannedMove<MOTORS>> {
         self.moves.front().filter(|_| self.running)
     }
 
-    /// The first move that does not run.
+    /// The first move that does not run, if it is planned.
     pub(crate) fn next(&self) -> Option<&PlannedMove<MOTORS>> {
-        self.moves.get(usize::from(self.running))
+        self.moves
+            .get(usize::from(self.running))
+            .filter(|_| self.waiting() > 0)
     }
 
-    /// Appends a move that can brake `gain` and whose `cap` is set; hands it back where there is no room. Not while
-    /// caps change.
-    pub(crate) fn push(
+    /// Appends a move, which is not planned yet; hands it back where there is no room.
+    pub(crate) fn push(&mut self, planned: PlannedMove<MOTORS>) -> Result<(), PlannedMove<MOTORS>> {
+        self.moves.push_back(planned)
+    }
+
+    /// The move that was planned last.
+    pub(crate) fn last_planned(&self) -> Option<&PlannedMove<MOTORS>> {
+        self.moves.get(self.planned.checked_sub(1)?)
+    }
+
+    /// Plans the first move that is not planned yet: `begin` sets its start. That will not change any more, but for overrides.
+    pub(crate) fn plan(
         &mut self,
-        mut planned: PlannedMove<MOTORS>,
-        gain: u32,
-    ) -> Result<(), PlannedMove<MOTORS>> {
-        planned.potential = self.end;
-        let (number, key) = (self.number(self.moves.storage_len()), planned.key());
-        self.moves.push_back(planned)?;
-        self.end = self.end.wrapping_add(u64::from(gain));
-        self.add_candidate(number, key);
-        Ok(())
+        braking: &impl Braking<MOTORS>,
+        begin: impl FnOnce(&mut PlannedMove<MOTORS>),
+    ) {
+        let Some(of) = self.moves.get_mut(self.planned) else {
+            return;
+        };
+        begin(of);
+        if let Some(open) = self.planned.checked_sub(1) {
+            self.fold(open, braking);
+        }
+        self.planned += 1;
+        self.stale = self.stale.max(Stale::End);
     }
 
-    /// The last move, where it does not run.
-    pub(crate) fn last_waiting(&self) -> Option<&PlannedMove<MOTORS>> {
-        let waiting = self.moves.storage_len() > usize::from(self.running);
-        self.moves.back().filter(|_| waiting)
-    }
-
-    /// Takes back the last move, which does not run. What is pushed in its place may have no higher `cap`: so a move that was no
-    /// candidate is none afterwards. Not while caps change.
-    pub(crate) fn take_last(&mut self) {
-        if let Some(last) = self.moves.pop_back() {
-            self.end = last.potential;
-            let number = self.number(self.moves.storage_len());
-            self.candidates.drop_last(number);
+    /// Adds the move at `index`, with one behind it, to its block.
+    fn fold(&mut self, index: usize, braking: &impl Braking<MOTORS>) {
+        let (Some(of), Some(behind)) = (self.moves.get(index), self.moves.get(index + 1)) else {
+            return;
+        };
+        let map = Map::new(of.cap, braking.ends(of, behind));
+        let number = self.number(index);
+        let begins = number & self.mask() == 0;
+        let at = self.block_at(self.block_of(number));
+        if let Some(block) = self.blocks.get_mut(at) {
+            block.map = if begins { map } else { block.map.before(map) };
         }
     }
 
-    /// Puts the same move made longer in the place of the last one, which does not run. It begins as before, and its `gain` is no
-    /// smaller: what is planned stays right.
-    pub(crate) fn lengthen_last(&mut self, longer: PlannedMove<MOTORS>, gain: u32) {
+    /// The last move, where it does not run, and whether it is planned.
+    pub(crate) fn last_waiting(&self) -> Option<(&PlannedMove<MOTORS>, bool)> {
+        let waiting = self.moves.storage_len() > usize::from(self.running);
+        let last = self.moves.back().filter(|_| waiting)?;
+        Some((last, self.planned == self.moves.storage_len()))
+    }
+
+    /// Puts the same move made longer in the place of the last one, which does not run. It begins as before, and can brake no less:
+    /// what is planned stays right.
+    pub(crate) fn lengthen_last(&mut self, longer: PlannedMove<MOTORS>) {
+        if self.planned == self.moves.storage_len() {
+            self.stale = self.stale.max(Stale::End);
+        }
         if let Some(last) = self.moves.back_mut() {
-            self.end = longer.potential.wrapping_add(u64::from(gain));
             *last = longer;
         }
-    }
-
-    /// Lowers limits of the last `count` moves that do not run: `lower` is given each of them, and answers what it can
-    /// brake where that becomes less. Not while caps change. Linear in `count`.
-    ///
-    /// `cap` may not grow: so a move that was no candidate is none afterwards.
-    pub(crate) fn lower_last(
-        &mut self,
-        count: usize,
-        lower: impl Fn(&mut PlannedMove<MOTORS>) -> Option<u32>,
-    ) {
-        let len = self.moves.storage_len();
-        let from = len.saturating_sub(count).max(usize::from(self.running));
-        let first = self.first;
-        self.candidates
-            .keep(|number| usize::from(number.wrapping_sub(first)) < from);
-        // What the moves so far have lost of their gains; of the one before its potential as it was, with its new gain, and its key.
-        let (mut lost, mut before, mut last) = (0, None, None);
-        let loss = |before: Option<(u64, u32)>, after: u64| {
-            before.map_or(0, |(potential, gain)| {
-                after
-                    .wrapping_sub(potential)
-                    .saturating_sub(u64::from(gain))
-            })
-        };
-        for index in from..len {
-            let Some(planned) = self.moves.get_mut(index) else {
-                break;
-            };
-            let potential = planned.potential;
-            lost += loss(before, potential);
-            planned.potential = potential.wrapping_sub(lost);
-            before = lower(planned).map(|gain| (potential, gain));
-            let key = planned.key();
-            let number = self.number(index);
-            if last.is_some_and(|last| last < key) {
-                self.candidates.push(number);
-            } else {
-                self.add_candidate(number, key);
-            }
-            last = Some(key);
-        }
-        lost += loss(before, self.end);
-        self.end = self.end.wrapping_sub(lost);
-    }
-
-    /// Whether the moves before the last `count` ones suffice to stop from the squared speed `committed` (units) at which the
-    /// running one ends: then nothing that becomes of the last ones takes back what it was promised.
-    pub(crate) fn stops_before_last(&self, count: usize, committed: u32) -> bool {
-        let (Some(next), Some(from)) = (
-            self.next(),
-            self.moves
-                .get(self.moves.storage_len().saturating_sub(count)),
-        ) else {
-            return true;
-        };
-        let before = from.potential.wrapping_sub(next.potential);
-        // Where `from` runs, or is the next one, there is nothing before it.
-        (before >= u64::from(committed) || committed <= 1) && before < 1 << 63
     }
 
     /// Ends the move that runs, if one does, and starts the next one.
     pub(crate) fn start_next(&mut self) -> Option<&PlannedMove<MOTORS>> {
         self.finish();
-        self.candidates.leave(self.first);
-        self.running = !self.moves.is_empty();
+        self.running = self.planned > 0;
         self.running()
     }
 
@@ -199,40 +339,162 @@ impl<'q, const MOTORS: usize> LookAhead<'q, MOTORS> {
     pub(crate) fn finish(&mut self) {
         if self.running {
             self.moves.pop_front();
+            self.planned -= 1;
             self.first = self.first.wrapping_add(1);
             self.running = false;
             self.renewed = self.renewed.map(|count| count.saturating_sub(1));
         }
     }
 
-    /// The largest squared speed, in units, at which the running move may end (so that all that follows
-    /// can be kept).
+    /// The largest squared speed, in units, at which the running move may end, so that all that follows can be kept; as it was
+    /// found last.
     pub(crate) fn exit_limit(&self) -> u32 {
-        let Some(next) = self.next() else {
-            return 0;
+        self.next().map_or(0, |next| next.entry)
+    }
+
+    /// Whether that would be more if motion could go on behind the last planned move.
+    pub(crate) fn hangs(&self) -> bool {
+        self.next().is_none_or(|next| next.hangs)
+    }
+
+    /// Finds the speeds anew, as far as they have changed.
+    pub(crate) fn find(&mut self, braking: &impl Braking<MOTORS>) {
+        let next = usize::from(self.running);
+        let Some(open) = self.planned.checked_sub(1).filter(|open| *open >= next) else {
+            return;
         };
-        let to_rest = self.end.wrapping_sub(next.potential);
-        let keys = self.candidates.first().into_iter().flatten();
-        let limit = keys
-            .filter_map(|number| self.key(number))
-            .fold(to_rest, |limit, key| {
-                limit.min(key.wrapping_sub(next.potential))
-            });
-        u32::try_from(limit).unwrap_or(u32::MAX)
+        let near = self.near_end(next, open);
+        if self.stale == Stale::Nothing && self.number(near) == self.walked {
+            return;
+        }
+        let behind = self.find_blocks(near, open, braking);
+        self.walk(next, near, behind, braking);
+        self.stale = Stale::Nothing;
+        self.walked = self.number(near);
+        self.found = self.number(open);
     }
 
-    /// The move whose start keeps the next move's start from being faster; `None` where it is the rest at the queue's
-    /// end.
-    pub(crate) fn slow_start(&self) -> Option<&PlannedMove<MOTORS>> {
-        let keys = self.candidates.first().into_iter().flatten();
-        let keyed = keys.filter_map(|number| Some((self.key(number)?, number)));
-        let (_, number) = keyed.min().filter(|(key, _)| *key < self.end)?;
-        self.moves.get(usize::from(number.wrapping_sub(self.first)))
+    /// The move up to which speeds are found move by move: the first one of the second block after the next move, or the open one.
+    fn near_end(&self, next: usize, open: usize) -> usize {
+        let into = usize::from(self.number(next) & self.mask());
+        (next + (2 << self.block_bits) - into).min(open)
     }
 
-    /// All moves, the one that was queued last first.
-    pub(crate) fn latest(&self) -> impl Iterator<Item = &PlannedMove<MOTORS>> {
-        self.moves.iter().rev()
+    /// The speed at the start of the move `near`, from that of the open one, block by block.
+    fn find_blocks(&mut self, near: usize, open: usize, braking: &impl Braking<MOTORS>) -> Reach {
+        let Some(last) = self.moves.get_mut(open) else {
+            return Reach::default();
+        };
+        let gain = braking.gain(last, None, 0);
+        let mut reach = Reach::bounded(gain.into(), last.cap, true);
+        (last.entry, last.hangs) = (reach.v2, reach.hangs);
+        if near == open {
+            return reach;
+        }
+        let (from, to) = (self.number(open), self.block_of(self.number(near)));
+        let mut block = self.block_of(from);
+        let mut whole = from & self.mask() == 0;
+        loop {
+            let at = self.block_at(block);
+            let Some(of) = self.blocks.get(at) else {
+                return reach;
+            };
+            if !whole {
+                reach = of.map.reach(reach);
+            }
+            whole = false;
+            let same = of.reach == reach && self.stale == Stale::End && self.was_found(block);
+            if let Some(of) = self.blocks.get_mut(at) {
+                of.reach = reach;
+            }
+            if block == to {
+                return reach;
+            }
+            if same {
+                let at = self.block_at(to);
+                return self.blocks.get(at).map_or(reach, |of| of.reach);
+            }
+            block = block.wrapping_sub(1) & (u16::MAX >> self.block_bits);
+        }
+    }
+
+    /// The speeds at the starts of the moves from `next` to `near`, move by move, as far as they have changed.
+    fn walk(&mut self, next: usize, near: usize, behind: Reach, braking: &impl Braking<MOTORS>) {
+        let known = self.known(self.walked);
+        let mut reach = behind;
+        for index in (next..near).rev() {
+            let Some(of) = self.moves.get(index) else {
+                return;
+            };
+            let gain = braking.gain(of, self.moves.get(index + 1), reach.v2);
+            reach = Reach::bounded(u64::from(reach.v2) + u64::from(gain), of.cap, reach.hangs);
+            let Some(of) = self.moves.get_mut(index) else {
+                return;
+            };
+            let same = (of.entry, of.hangs) == (reach.v2, reach.hangs);
+            if same && index < known && self.stale != Stale::All {
+                return;
+            }
+            (of.entry, of.hangs) = (reach.v2, reach.hangs);
+        }
+    }
+
+    /// The move whose start keeps the next move's start from being faster; `None` where it is the rest at the plan's end.
+    pub(crate) fn slow_start(
+        &self,
+        braking: &impl Braking<MOTORS>,
+    ) -> Option<&PlannedMove<MOTORS>> {
+        let next = usize::from(self.running);
+        if self.hangs() {
+            return None;
+        }
+        let open = self.planned.checked_sub(1)?;
+        let near = self.near_end(next, open);
+        let mut moves = (next..=near).filter_map(|index| self.moves.get(index));
+        if let Some(found) = moves.find(|of| of.entry == of.cap) {
+            return Some(found);
+        }
+        // It lies in the first block in which the speed at its start does not depend on its end.
+        let mut from = near;
+        while from < open {
+            let end = (from + (1 << self.block_bits)).min(open);
+            if let Some(found) = self.slow_in(from, end, braking) {
+                return Some(found);
+            }
+            from = end;
+        }
+        self.moves.get(open)
+    }
+
+    /// The first move from `from` to before `end` at which the cap bounds the speed.
+    fn slow_in(
+        &self,
+        from: usize,
+        end: usize,
+        braking: &impl Braking<MOTORS>,
+    ) -> Option<&PlannedMove<MOTORS>> {
+        let mut v2 = self.speed_at(end);
+        let mut found = None;
+        for index in (from..end).rev() {
+            let of = self.moves.get(index)?;
+            v2 = v2.saturating_add(braking.gain(of, self.moves.get(index + 1), v2));
+            if v2 >= of.cap {
+                v2 = of.cap;
+                found = Some(of);
+            }
+        }
+        found
+    }
+
+    /// The squared speed at the start of a block's first move, or of the open one.
+    fn speed_at(&self, index: usize) -> u32 {
+        let number = self.number(index);
+        if number & self.mask() == 0 {
+            let at = self.block_at(self.block_of(number));
+            self.blocks.get(at).map_or(0, |of| of.reach.v2)
+        } else {
+            self.moves.get(index).map_or(0, |of| of.entry)
+        }
     }
 
     /// The move that was queued last.
@@ -240,60 +502,78 @@ impl<'q, const MOTORS: usize> LookAhead<'q, MOTORS> {
         self.moves.back()
     }
 
+    /// All moves, the one that was queued last first.
+    #[cfg(test)]
+    pub(crate) fn latest(&self) -> impl Iterator<Item = &PlannedMove<MOTORS>> {
+        self.moves.iter().rev()
+    }
+
+    /// The first move that does not run, planned or not.
+    pub(crate) fn next_queued(&self) -> Option<&PlannedMove<MOTORS>> {
+        self.moves.get(usize::from(self.running))
+    }
+
     /// The number of the first move that does not run.
     pub(crate) fn first_waiting(&self) -> u16 {
         self.first.wrapping_add(u16::from(self.running))
     }
 
-    /// Visits up to `most` moves that do not run, from number `from` on, each with the largest squared speed, in units, at which
-    /// it may end. Those before the first that waits are left out.
-    pub(crate) fn walk(
+    /// Visits up to [`VISITED`] moves of one block that do not run, from number `from` on, each with the one behind it and the largest squared speed,
+    /// in units, at which it may end. Those before the first that waits are left out. `guess` is given each that is not planned yet, with
+    /// how many of these come before it, and says how it will be. The number of the next one, if there is one.
+    pub(crate) fn visit_block(
         &self,
         from: u16,
-        most: usize,
-        mut visit: impl FnMut(&PlannedMove<MOTORS>, u32),
-    ) -> Walked {
-        let waiting = usize::from(self.running);
+        braking: &impl Braking<MOTORS>,
+        guess: impl Fn(usize, &PlannedMove<MOTORS>) -> PlannedMove<MOTORS>,
+        mut visit: impl FnMut(&PlannedMove<MOTORS>, Option<&PlannedMove<MOTORS>>, u32),
+    ) -> Option<u16> {
+        let (waiting, len) = (usize::from(self.running), self.moves.storage_len());
         let asked = usize::from(from.wrapping_sub(self.first));
-        let begin = if asked > self.moves.storage_len() {
+        let begin = if asked > len {
             waiting // it has begun since
         } else {
             asked.max(waiting)
         };
-        let end = begin.saturating_add(most).min(self.moves.storage_len());
-        let mut places = self.candidates.places(|number| self.index(number) < begin);
-        for index in begin..end {
-            let Some(planned) = self.moves.get(index) else {
-                break;
-            };
-            self.candidates.skip(&mut places, self.number(index));
-            let after = self
-                .moves
-                .get(index + 1)
-                .map_or(self.end, |next| next.potential);
-            let keys = self.candidates.at_places(places).into_iter().flatten();
-            let limit = keys
-                .filter_map(|number| self.key(number))
-                .fold(self.end, u64::min)
-                .wrapping_sub(after);
-            visit(planned, u32::try_from(limit).unwrap_or(u32::MAX));
+        let into = usize::from(self.number(begin) & self.mask());
+        let end = (begin + (1 << self.block_bits) - into).min(len);
+        let at = |index: usize| {
+            let of = self.moves.get(index)?;
+            let unplanned = index.checked_sub(self.planned);
+            Some(unplanned.map_or(*of, |count| guess(count, of)))
+        };
+        let slow = |index: usize, v2: u32| {
+            let of = at(index)?;
+            let gain = braking.gain(&of, at(index + 1).as_ref(), v2);
+            Some(v2.saturating_add(gain).min(of.cap))
+        };
+        let known = end + usize::from(self.is_inside(end)) * (len - end);
+        let mut v2 = if known == end { self.speed_at(end) } else { 0 };
+        for index in (end..known).rev() {
+            v2 = slow(index, v2)?;
         }
-        Walked {
-            next: self.number(end),
-            moves: end.saturating_sub(begin),
+        let mut limits = [0; 1 << MOST_BITS];
+        for (index, limit) in (begin..end).rev().zip(&mut limits) {
+            *limit = v2;
+            v2 = slow(index, v2)?;
         }
+        let forward = limits.iter().take(end.saturating_sub(begin)).rev();
+        let stop = end.min(begin + VISITED);
+        for (index, limit) in (begin..stop).zip(forward) {
+            visit(&at(index)?, at(index + 1).as_ref(), *limit);
+        }
+        (stop > begin && stop < len).then(|| self.number(stop))
     }
 
-    fn index(&self, number: u16) -> usize {
-        usize::from(number.wrapping_sub(self.first))
+    /// Whether the speed at the start of the move at `index`, the first one of a block, is to be found from the last one: it was not
+    /// found yet, or is near the end of the plan.
+    fn is_inside(&self, index: usize) -> bool {
+        let near_end = index + (1 << self.block_bits) >= self.planned;
+        near_end || !self.was_found(self.block_of(self.number(index)))
     }
 
     /// Begins to set every cap anew: an override has changed. Go on with [`LookAhead::renew`].
     pub(crate) fn begin_renewal(&mut self) {
-        let (moves, first) = (&*self.moves, self.first);
-        let key = |number: u16| key_of(moves, number.wrapping_sub(first));
-        self.candidates.join(key);
-        self.candidates.begin_anew();
         self.renewed = Some(0);
     }
 
@@ -302,176 +582,72 @@ impl<'q, const MOTORS: usize> LookAhead<'q, MOTORS> {
         self.renewed.is_some()
     }
 
-    /// Sets the caps of up to `count` further moves anew: `cap` is given each of them with the one before it.
+    /// Sets the caps of a further block of moves anew: `cap` is given each of them with the one before it.
     pub(crate) fn renew(
         &mut self,
-        count: usize,
+        braking: &impl Braking<MOTORS>,
         cap: impl Fn(Option<&PlannedMove<MOTORS>>, &PlannedMove<MOTORS>) -> u32,
     ) {
         let Some(from) = self.renewed else { return };
-        let to = from.saturating_add(count).min(self.moves.storage_len());
+        let into = usize::from(self.number(from) & self.mask());
+        let to = (from + (1 << self.block_bits) - into).min(self.moves.storage_len());
         for index in from..to {
             let before = index.checked_sub(1).and_then(|index| self.moves.get(index));
-            let cap = self
-                .moves
-                .get(index)
-                .map_or(0, |planned| cap(before, planned));
-            let number = self.number(index);
-            self.candidates.leave(number);
-            let Some(planned) = self.moves.get_mut(index) else {
-                break;
-            };
-            planned.cap = cap;
-            let key = planned.key();
-            if index > 0 || !self.running {
-                self.add_candidate(number, key);
+            let cap = self.moves.get(index).map_or(0, |of| cap(before, of));
+            if let Some(of) = self.moves.get_mut(index) {
+                of.cap = cap;
+            }
+            if index + 1 < self.planned {
+                self.fold(index, braking);
             }
         }
+        self.stale = Stale::All;
         self.renewed = (to < self.moves.storage_len()).then_some(to);
     }
 
     /// Forgets all moves.
     pub(crate) fn clear(&mut self) {
         self.moves.clear();
-        self.candidates.clear();
         self.running = false;
+        self.planned = 0;
+        self.stale = Stale::All;
         self.renewed = None;
     }
 
-    /// Makes the move `number`, the last one that has one, a candidate with its `key`.
-    fn add_candidate(&mut self, number: u16, key: u64) {
-        let (moves, first) = (&*self.moves, self.first);
-        self.candidates
-            .keep(|other| key_of(moves, other.wrapping_sub(first)) < Some(key));
-        self.candidates.push(number);
+    /// Whether the speed at the start of a block was found the last time.
+    fn was_found(&self, block: u16) -> bool {
+        let start = (block << self.block_bits).wrapping_sub(self.first);
+        usize::from(start) < self.known(self.found)
+    }
+
+    /// How many moves there are before the one with this number, 0 where it has gone.
+    fn known(&self, number: u16) -> usize {
+        (number.wrapping_sub(self.first) as i16).max(0) as usize
     }
 
     fn number(&self, index: usize) -> u16 {
         self.first.wrapping_add(index as u16)
     }
 
-    /// `cap + Φ` of the move with this number.
-    fn key(&self, number: u16) -> Option<u64> {
-        key_of(self.moves, number.wrapping_sub(self.first))
+    fn mask(&self) -> u16 {
+        (1 << self.block_bits) - 1
+    }
+
+    fn block_of(&self, number: u16) -> u16 {
+        number >> self.block_bits
+    }
+
+    fn block_at(&self, block: u16) -> usize {
+        usize::from(block) % BLOCKS
     }
 }
 
-fn key_of<const MOTORS: usize>(moves: &DequeView<PlannedMove<MOTORS>>, index: u16) -> Option<u64> {
-    moves.get(usize::from(index)).map(PlannedMove::key)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::{Feed, Move, MoveKind, MovePower, Queue};
-    use leadscrew_stepper::Outputs;
-    use proptest::prelude::*;
-    use std::vec::Vec;
-
-    fn look_ahead<const MOVES: usize>(room: &mut Queue<1, MOVES>) -> LookAhead<'_, 1> {
-        LookAhead::new(room.moves.as_mut_view(), &mut room.candidates)
-    }
-
-    fn planned(cap: u32) -> PlannedMove<1> {
-        let of = Move::<1> {
-            target: [crate::Coordinate::ZERO],
-            feed: Feed::Rapid,
-            power: MovePower::Off,
-            curve: None,
-            outputs: Outputs(0),
-            line_number: None,
-            kind: MoveKind::Rapid,
-        };
-        PlannedMove {
-            cap,
-            ..PlannedMove::new(&of, [1])
-        }
-    }
-
-    /// The reverse pass as everybody writes it, over `(cap, gain)`: the start speed of the first move.
-    fn reverse_pass(moves: &[(u32, u32)]) -> u64 {
-        moves.iter().rev().fold(0, |exit, (cap, gain)| {
-            u64::from(*cap).min(exit + u64::from(*gain))
-        })
-    }
-
-    #[test]
-    fn an_empty_queue_ends_at_rest() {
-        let mut room = Queue::<1, 4>::new();
-        let mut queue = look_ahead(&mut room);
-        assert_eq!(queue.exit_limit(), 0);
-        assert!(queue.push(planned(9), 5).is_ok());
-        queue.start_next();
-        assert_eq!(queue.exit_limit(), 0);
-    }
-
-    #[test]
-    fn a_full_queue_hands_the_move_back() {
-        let mut room = Queue::<1, 2>::new();
-        let mut queue = look_ahead(&mut room);
-        assert!(queue.push(planned(1), 1).is_ok());
-        assert!(queue.push(planned(2), 1).is_ok());
-        assert_eq!(
-            queue.push(planned(3), 1),
-            Err(planned(3)).map_err(|mut p| {
-                p.potential = 2;
-                p
-            })
-        );
-    }
-
-    proptest! {
-        /// Against the reverse pass, with pushes, starts, lowered ends and caps that change bit by bit, in any order.
-        #[test]
-        fn every_start_speed_is_that_of_a_full_reverse_pass(
-            steps in prop::collection::vec((0u8..10, 0u32..2000, 0u32..500), 1..300),
-        ) {
-            let mut room = Queue::<1, 64>::new();
-        let mut queue = look_ahead(&mut room);
-            queue.first = 65_500; // numbers wrap on the way
-            let mut model: Vec<(u32, u32)> = Vec::new();
-            let mut running = false;
-            let mut to_do = 0; // moves at the end whose caps are to change
-            let change = |cap: u32| (cap * 7 + 13) % 2000;
-            for (what, cap, gain) in steps {
-                match what {
-                    0 => if let (Some(longer), false) = (queue.last_waiting().copied(), queue.is_renewing()) {
-                        let (_, old) = model.last_mut().unwrap();
-                        *old += gain;
-                        queue.lengthen_last(PlannedMove { length: *old as f32, ..longer }, *old);
-                    },
-                    1..=5 => if !queue.is_renewing() && queue.push(planned(cap), gain).is_ok() {
-                        queue.moves.back_mut().unwrap().length = gain as f32;
-                        model.push((cap, gain));
-                    },
-                    6..=7 => {
-                        if running { model.remove(0); to_do = to_do.min(model.len()); }
-                        running = queue.start_next().is_some();
-                    }
-                    8 => if !queue.is_renewing() {
-                        let count = cap as usize % 6;
-                        queue.lower_last(count, |planned| {
-                            planned.cap /= 2;
-                            planned.length = (planned.length * 0.75).trunc();
-                            Some(planned.length as u32)
-                        });
-                        let from = model.len().saturating_sub(count).max(running.into());
-                        for (cap, gain) in model.iter_mut().skip(from) { *cap /= 2; *gain = *gain * 3 / 4; }
-                    },
-                    _ => {
-                        queue.begin_renewal();
-                        to_do = model.len();
-                    }
-                }
-                queue.renew(3, |_, planned| change(planned.cap));
-                let done = model.len() - to_do;
-                for (cap, _) in model.iter_mut().skip(done).take(3) { *cap = change(*cap); }
-                to_do = to_do.saturating_sub(3);
-                prop_assert_eq!(queue.is_renewing(), to_do > 0);
-                let next = usize::from(running).min(model.len());
-                prop_assert_eq!(u64::from(queue.exit_limit()), reverse_pass(&model[next..]));
-                prop_assert_eq!(queue.len(), model.len());
-            }
+impl Stale {
+    fn max(self, other: Self) -> Self {
+        match (self, other) {
+            (Self::All, _) | (_, Self::All) => Self::All,
+            (Self::End, _) | (_, Self::End) => Self::End,
+            (Self::Nothing, Self::Nothing) => Self::Nothing,
         }
     }
 }

@@ -1,6 +1,5 @@
 //! What is asked of the planner, and what it keeps of it.
 
-use crate::curve::Bend;
 use crate::real::least;
 use crate::{Coordinate, Curve};
 use leadscrew_stepper::{Outputs, Power};
@@ -118,26 +117,30 @@ pub enum MoveKind {
     System,
 }
 
-/// A move in the queue. Sized for 1024 of them on the F407: 64 bytes with three motors.
+/// A move in the queue. Sized for 1024 of them on the F407: 76 bytes with three motors.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) struct PlannedMove<const MOTORS: usize> {
-    /// Braking capacity `Σ 2·a·L` of all moves before this one, in speed units.
-    pub(crate) potential: u64,
     /// Signed steps of each motor.
     pub(crate) delta: [i32; MOTORS],
     pub(crate) power: MovePower,
     /// Length of the path, mm.
     pub(crate) length: f32,
-    /// Acceleration along the path, mm/s².
+    /// Acceleration along the path where that is straight, mm/s².
     pub(crate) acceleration: f32,
     /// Highest speed along the path whatever the override, mm/s.
     pub(crate) rate: f32,
     /// Speed along the path as programmed, mm/s.
     pub(crate) feed: f32,
-    /// Limit at the move's start by the corner alone, squared, in speed units.
+    /// Curvature at its start by the accelerations of the axes, s²/mm² (see `polygon`); 0 beyond the axes.
+    pub(crate) bend: [f32; MOTORS],
+    /// How far that reaches to both sides, mm; 0: there is none.
+    pub(crate) reach: f32,
+    /// Limit at the move's start by corner and curvature, squared, in speed units.
     pub(crate) corner: u32,
     /// Limit at the move's start by the corner and both nominal speeds, squared, in speed units.
     pub(crate) cap: u32,
+    /// How fast it may begin so that all that follows can be kept, squared, in speed units (see `lookahead`).
+    pub(crate) entry: u32,
     pub(crate) line_number: u32,
     pub(crate) outputs: Outputs,
     /// Changes of power on the way: how many of the pool's pixels are its own.
@@ -145,6 +148,8 @@ pub(crate) struct PlannedMove<const MOTORS: usize> {
     pub(crate) kind: MoveKind,
     /// Whether some of its pixels are rapids: then no override lets it be faster than them.
     pub(crate) has_gaps: bool,
+    /// Whether `entry` would be more if motion could go on behind the last move.
+    pub(crate) hangs: bool,
 }
 
 /// Stands for no line number: GRBL's end at 10 million.
@@ -163,21 +168,29 @@ impl<const MOTORS: usize> PlannedMove<MOTORS> {
     /// Makes a planned move of `of`, with limits and all that depends on the queue still to come.
     pub(crate) fn new<const AXES: usize>(of: &Move<AXES>, delta: [i32; MOTORS]) -> Self {
         Self {
-            potential: 0,
             delta,
             power: of.power,
             length: 0.0,
             acceleration: 0.0,
             rate: 0.0,
             feed: 0.0,
+            bend: [0.0; MOTORS],
+            reach: 0.0,
             corner: u32::MAX,
             cap: u32::MAX,
+            entry: 0,
             line_number: Self::pack(of.line_number),
             outputs: of.outputs,
             pixels: 0,
             kind: of.kind,
             has_gaps: false,
+            hangs: true,
         }
+    }
+
+    /// Whether the path goes straight on from the move before it, or has a corner there.
+    pub(crate) fn is_straight(&self) -> bool {
+        self.reach == 0.0
     }
 
     /// Whether nothing but its place tells `of`, a line, from it.
@@ -189,19 +202,7 @@ impl<const MOTORS: usize> PlannedMove<MOTORS> {
             && self.line_number() == of.line_number
     }
 
-    /// `cap + Φ`: where it is the smallest one from some move on, this move's start bounds that one's (see `lookahead`).
-    pub(crate) fn key(&self) -> u64 {
-        self.potential.wrapping_add(u64::from(self.cap))
-    }
-
-    /// Takes over the limits of a curve.
-    pub(crate) fn bend(&mut self, bend: &Bend) {
-        self.rate = least(self.rate, bend.rate);
-        self.acceleration = least(self.acceleration, bend.ramps);
-    }
-
-    /// The highest speed at any override, squared, mm²/s². Ramps on curves are given what it leaves, so that no override
-    /// changes them.
+    /// The highest speed at any override, squared, mm²/s²: what is planned for it holds at all of them.
     pub(crate) fn top_v2(&self) -> f32 {
         const HIGHEST_OVERRIDE: f32 = 2.0;
         let top = least(self.rate, self.feed * HIGHEST_OVERRIDE);
@@ -214,8 +215,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_planned_move_of_three_motors_fits_64_bytes() {
-        assert_eq!(core::mem::size_of::<PlannedMove<3>>(), 64);
+    fn a_planned_move_of_three_motors_fits_76_bytes() {
+        assert_eq!(core::mem::size_of::<PlannedMove<3>>(), 76);
     }
 
     #[test]

@@ -61,8 +61,10 @@ pub struct Plan {
     /// Squared speed wanted at the end; more where the distance does not suffice to brake, less where it
     /// does not suffice to accelerate.
     pub exit_v2: f32,
-    /// Acceleration of both ramps, above 0.
-    pub acceleration: f32,
+    /// Acceleration where the speed rises, above 0.
+    pub up: f32,
+    /// Acceleration where it falls, above 0.
+    pub down: f32,
 }
 
 /// Constant acceleration, constant speed, constant deceleration.
@@ -103,9 +105,9 @@ impl Trapezoid {
     /// more than rounding errors are met exactly.
     pub fn new(plan: &Plan) -> Self {
         let cruise_v2 = plan.cruise * plan.cruise;
-        let reach = 2.0 * plan.acceleration * length(plan);
-        let exit_v2 = least(plan.exit_v2, least(cruise_v2, plan.entry_v2 + reach));
-        if plan.entry_v2 - reach > exit_v2 - ROUNDING * plan.entry_v2 {
+        let [rise, fall] = [plan.up, plan.down].map(|a| 2.0 * a * length(plan));
+        let exit_v2 = least(plan.exit_v2, least(cruise_v2, plan.entry_v2 + rise));
+        if plan.entry_v2 - fall > exit_v2 - ROUNDING * plan.entry_v2 {
             Self::braking(plan, exit_v2)
         } else {
             Self::ramps(plan, cruise_v2, exit_v2)
@@ -115,12 +117,12 @@ impl Trapezoid {
     /// The distance only just suffices to brake to `exit_v2`, or does not.
     fn braking(plan: &Plan, exit_v2: f32) -> Self {
         let length = length(plan);
-        let slowest = plan.entry_v2 - 2.0 * plan.acceleration * length;
+        let slowest = plan.entry_v2 - 2.0 * plan.down * length;
         let missed = slowest - exit_v2 > ROUNDING * plan.entry_v2;
         let exit_v2 = if missed { slowest } else { exit_v2 };
         // What rounding adds to a ramp, the speed that it begins with takes: no ramp is steeper than planned.
         let slope = most((plan.entry_v2 - exit_v2) / length, 0.0);
-        let slope = least(slope, 2.0 * plan.acceleration);
+        let slope = least(slope, 2.0 * plan.down);
         Self {
             exit_v2,
             cruise: sqrt(plan.entry_v2),
@@ -132,14 +134,14 @@ impl Trapezoid {
     }
 
     fn ramps(plan: &Plan, cruise_v2: f32, exit_v2: f32) -> Self {
-        let (length, slope) = (length(plan), 2.0 * plan.acceleration);
-        let down = plan.entry_v2 > cruise_v2;
+        let (length, up, down) = (length(plan), 2.0 * plan.up, 2.0 * plan.down);
+        let slower = plan.entry_v2 > cruise_v2;
         let climb = cruise_v2 - plan.entry_v2;
-        let (first, last) = (climb.abs() / slope, (cruise_v2 - exit_v2) / slope);
+        let first_slope = if slower { -down } else { up };
+        let (first, last) = (climb / first_slope, (cruise_v2 - exit_v2) / down);
         let level = Self::level(plan);
-        if first + last <= length || down {
+        if first + last <= length || slower {
             let last = least(last, length - first);
-            let first_slope = if down { -slope } else { slope };
             return Self {
                 exit_v2,
                 first,
@@ -148,10 +150,10 @@ impl Trapezoid {
                 ..level
             };
         }
-        let peak_v2 = 0.5 * (slope * length + plan.entry_v2 + exit_v2);
-        let first = most(least((peak_v2 - plan.entry_v2) / slope, length), 0.0);
+        let first = (down * length + exit_v2 - plan.entry_v2) / (up + down);
+        let first = most(least(first, length), 0.0);
         Self {
-            cruise: sqrt(peak_v2),
+            cruise: sqrt(plan.entry_v2 + up * first),
             exit_v2,
             first,
             last: length - first,
@@ -167,8 +169,8 @@ impl Trapezoid {
             entry_v2: plan.entry_v2,
             cruise: plan.cruise,
             exit_v2: plan.exit_v2,
-            first_slope: 2.0 * plan.acceleration,
-            last_slope: 2.0 * plan.acceleration,
+            first_slope: 2.0 * plan.up,
+            last_slope: 2.0 * plan.down,
             first: 0.0,
             last: 0.0,
         }

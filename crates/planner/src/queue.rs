@@ -6,35 +6,42 @@
 //! without its size, planners with queues of different sizes are one and the same code. Moves and pixels are apart: a
 //! microcontroller's memory is in pieces.
 
+use crate::lookahead::{Block, BLOCKS, MOST_MOVES};
 use crate::moves::PlannedMove;
+use crate::path::Window;
 use crate::pixel::Packed;
 use heapless::Deque;
 
-/// Room for `MOVES` planned moves of `MOTORS` motors: what a [`Planner`](crate::Planner) works in.
+/// Room for `MOVES` planned moves of `AXES` axes and `MOTORS` motors: what a [`Planner`](crate::Planner) works in.
 ///
 /// Owned by whoever makes the planner: a `static` on a microcontroller, where it lies in zeroed memory.
 #[derive(Debug)]
-pub struct Queue<const MOTORS: usize, const MOVES: usize> {
+pub struct Queue<const AXES: usize, const MOTORS: usize, const MOVES: usize> {
     pub(crate) moves: Deque<PlannedMove<MOTORS>, MOVES>,
-    /// Of the look-ahead: see `candidates`.
-    pub(crate) candidates: [u16; MOVES],
+    /// Of the look-ahead.
+    pub(crate) blocks: [Block; BLOCKS],
+    /// The end of the path.
+    pub(crate) window: Window<AXES>,
 }
 
-impl<const MOTORS: usize, const MOVES: usize> Queue<MOTORS, MOVES> {
-    /// Numbers of 16 bits must tell all moves apart.
-    const FITS: () = assert!(MOVES > 0 && MOVES < 1 << 16);
+impl<const AXES: usize, const MOTORS: usize, const MOVES: usize> Queue<AXES, MOTORS, MOVES> {
+    /// There are blocks for so many.
+    const FITS: () = assert!(MOVES > 0 && MOVES <= MOST_MOVES);
 
     /// An empty queue.
     pub const fn new() -> Self {
         let () = Self::FITS;
         Self {
             moves: Deque::new(),
-            candidates: [0; MOVES],
+            blocks: [Block::EMPTY; BLOCKS],
+            window: Window::new(),
         }
     }
 }
 
-impl<const MOTORS: usize, const MOVES: usize> Default for Queue<MOTORS, MOVES> {
+impl<const AXES: usize, const MOTORS: usize, const MOVES: usize> Default
+    for Queue<AXES, MOTORS, MOVES>
+{
     fn default() -> Self {
         Self::new()
     }

@@ -124,8 +124,8 @@ impl<const MOTORS: usize> Player<MOTORS> {
 }
 
 /// Room for a few moves that lasts as long as the tests.
-pub(crate) fn queue<const MOTORS: usize, const MOVES: usize>() -> &'static mut Queue<MOTORS, MOVES>
-{
+pub(crate) fn queue<const AXES: usize, const MOTORS: usize, const MOVES: usize>(
+) -> &'static mut Queue<AXES, MOTORS, MOVES> {
     Box::leak(Box::new(Queue::new()))
 }
 
@@ -135,7 +135,7 @@ pub(crate) fn pixels<const PIXELS: usize>() -> &'static mut PixelQueue<PIXELS> {
 }
 
 /// Room for the moves of a [`Rig`] and their pixels.
-pub(crate) struct RigQueue(Queue<2, 1024>, PixelQueue<4608>);
+pub(crate) struct RigQueue(Queue<2, 2, 1024>, PixelQueue<4608>);
 
 impl RigQueue {
     pub(crate) fn new() -> Self {

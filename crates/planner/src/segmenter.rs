@@ -15,7 +15,7 @@
 
 use crate::fit::Carry;
 use crate::planner::Outlook;
-use crate::real::sqrt;
+use crate::real::{least, sqrt};
 use crate::running::{Aim, Goal, Running, Timing};
 use crate::{Kinematics, Place, Planner, Profile};
 use leadscrew_stepper::Segment;
@@ -79,9 +79,8 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
         let timing = Timing::new(planner.config());
         let outlook = planner.outlook();
         if running.outlook != Some(outlook) && running.may_change() {
-            running.plan(aim(self.mode, planner, outlook), timing);
+            running.plan(aim(self.mode, planner, running, outlook)?, timing);
             running.outlook = Some(outlook);
-            planner.commit(running.exit_v2());
         }
         let stopping = self.mode == Mode::Stopping;
         let segment = running.segment(timing, &mut self.carry, stopping);
@@ -206,21 +205,26 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
 fn aim<K, const AXES: usize, const MOTORS: usize>(
     mode: Mode,
     planner: &Planner<'_, K, AXES, MOTORS>,
+    running: &Running<MOTORS>,
     outlook: Outlook,
-) -> Aim
+) -> Option<Aim>
 where
     K: Kinematics<AXES, MOTORS>,
 {
-    Aim {
+    let course = planner.course(running.whereabouts(), outlook)?;
+    Some(Aim {
         goal: match mode {
             Mode::Going => Goal::End,
             Mode::Stopping | Mode::Held => Goal::Stop,
         },
-        exit_v2: planner.exit_v2(outlook),
+        exit_v2: course.exit_v2,
         corner_v2: planner.corner_v2(),
-        nominal: planner.running_nominal(),
+        nominal: least(planner.running_nominal(), sqrt(course.top_v2)),
+        up: course.up,
+        down: course.down,
+        stop: course.stop,
         jerk: planner.config().jerk,
-    }
+    })
 }
 
 #[cfg(test)]

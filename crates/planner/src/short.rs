@@ -20,8 +20,6 @@ pub(crate) const STEPS: u32 = 32;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Short<const MOTORS: usize> {
     motors: [Motor; MOTORS],
-    /// How much farther than in whole steps each motor was asked to go, mm.
-    beyond: [f32; MOTORS],
 }
 
 /// A motor's part of the move.
@@ -35,34 +33,21 @@ struct Motor {
     largest: f32,
 }
 
-/// A short move by motors as it was asked for, mm: what rounding to steps makes of it is left out.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Asked<const MOTORS: usize> {
-    /// How far each one is to go.
-    pub(crate) way: [f32; MOTORS],
-    /// How much farther than in whole steps that leads.
-    pub(crate) beyond: [f32; MOTORS],
-}
-
 impl<const MOTORS: usize> Short<MOTORS> {
     /// Begins with a move by `delta` steps.
-    pub(crate) fn new(delta: &[i32; MOTORS], asked: &Asked<MOTORS>) -> Self {
+    pub(crate) fn new(delta: &[i32; MOTORS]) -> Self {
         Self {
             motors: delta.map(|steps| Motor {
                 steps,
                 smallest: -1.0,
                 largest: 1.0,
             }),
-            beyond: asked.beyond,
         }
     }
 
     /// It and one more short piece by `delta` steps; `None` where the two are not as good as one.
-    pub(crate) fn joined(&self, delta: &[i32; MOTORS], asked: &Asked<MOTORS>) -> Option<Self> {
-        let mut whole = Self {
-            beyond: asked.beyond,
-            ..*self
-        };
+    pub(crate) fn joined(&self, delta: &[i32; MOTORS]) -> Option<Self> {
+        let mut whole = *self;
         let done = self
             .motors
             .iter()
@@ -84,11 +69,6 @@ impl<const MOTORS: usize> Short<MOTORS> {
     pub(crate) fn events(&self) -> u32 {
         let motors = self.motors.iter();
         motors.fold(0, |most, motor| most.max(motor.steps.unsigned_abs()))
-    }
-
-    /// How much farther than in whole steps it was asked to end, mm.
-    pub(crate) const fn beyond(&self) -> &[f32; MOTORS] {
-        &self.beyond
     }
 }
 

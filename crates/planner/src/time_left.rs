@@ -1,17 +1,15 @@
 //! How long it takes to finish what is queued, added up a few moves at a time.
 //!
-//! The look-ahead knows how fast the next move may begin, and that is all that motion needs. Here the forward pass is made for
-//! all moves: each begins as fast as the one before has ended, ends as fast as its length and what follows allow
-//! (`v1² = min(limit, v0² + 2aL)`), and between the two runs no faster than its nominal speed:
-//!
-//! ```text
-//!   vp² = min(v², (v0² + v1²)/2 + aL)         t = (2vp − v0 − v1)/a + (L − (2vp² − v0² − v1²)/2a)/vp
-//! ```
+//! The look-ahead finds how fast the next moves may begin, and for those far ahead how fast blocks of them may. Here the forward pass is
+//! made for all moves, with the ramps that they will run with, as if each were one step long.
 //!
 //! With a jerk limit the ramps are those of `ramp`, and the speeds at which they fit into a move are found by halving.
 //!
 //! Moves may begin and be queued meanwhile. Those that are over by the end count still: some milliseconds.
 
+use crate::ground::Whereabouts;
+use crate::planner::nominal;
+use crate::profile::{Place, Plan, Trapezoid};
 use crate::ramp::{self, Limits};
 use crate::real::{least, most, sqrt};
 use crate::{Kinematics, Planner, Segmenter};
@@ -47,43 +45,53 @@ where
         }
     }
 
-    /// Adds the times of up to `most` further moves, with a jerk limit a quarter of that. Whether there were as many: then more
-    /// may be left.
+    /// Adds the times of up to 8 further moves. Whether more are left.
     ///
-    /// Main loop. Some 150 instructions a move; with a jerk limit 2500, an estimate.
-    pub fn add_time(&self, left: &mut TimeLeft, most: usize) -> bool {
-        let jerk = self.config().jerk;
-        let most = if jerk > 0.0 { most.div_ceil(4) } else { most };
+    /// Main loop. Some 300 instructions a move; with a jerk limit 2500, an estimate.
+    pub fn add_time(&self, left: &mut TimeLeft) -> bool {
+        let (jerk, overrides, unit) = (self.config().jerk, self.overrides(), self.unit());
         let (mut speed, mut seconds) = (left.speed, left.seconds);
-        let counted = self.queue().walk(left.next, most, |planned, limit| {
-            let over = Stretch {
-                length: planned.length,
-                acceleration: planned.acceleration,
-                nominal: self.nominal(planned),
-                entry: speed,
-                limit_v2: self.v2(limit),
-            };
-            let (time, end) = if jerk > 0.0 {
-                over.eased(jerk)
-            } else {
-                over.sharp()
-            };
-            seconds += time;
-            speed = end;
-        });
+        let ground = self.ground();
+        let guess = |count: usize, of: &_| self.guess(count, of);
+        let next = self
+            .queue()
+            .visit_block(left.next, &ground, guess, |planned, behind, limit| {
+                let at = Whereabouts {
+                    v2: speed * speed,
+                    left: planned.length,
+                    at_start: true,
+                };
+                let course = ground.course(planned, behind, at, unit.v2(limit));
+                let over = Stretch {
+                    length: planned.length,
+                    up: course.up,
+                    down: course.down,
+                    nominal: least(nominal(overrides, planned), sqrt(course.top_v2)),
+                    entry: speed,
+                    limit_v2: course.exit_v2,
+                };
+                let (time, end) = if jerk > 0.0 {
+                    over.eased(jerk)
+                } else {
+                    over.sharp()
+                };
+                seconds += time;
+                speed = end;
+            });
         *left = TimeLeft {
-            next: counted.next,
+            next: next.unwrap_or(left.next),
             speed,
             seconds,
         };
-        counted.moves == most
+        next.is_some()
     }
 }
 
 /// One move: mm, mm/s², mm/s, mm²/s².
 struct Stretch {
     length: f32,
-    acceleration: f32,
+    up: f32,
+    down: f32,
     nominal: f32,
     entry: f32,
     limit_v2: f32,
@@ -92,21 +100,24 @@ struct Stretch {
 impl Stretch {
     /// Seconds, and the speed at the end, with ramps of constant acceleration.
     fn sharp(&self) -> (f32, f32) {
-        let (a, v0) = (self.acceleration, self.entry);
-        let v1 = sqrt(least(self.limit_v2, v0 * v0 + 2.0 * a * self.length));
-        let ends_v2 = v0 * v0 + v1 * v1;
-        let peak_v2 = least(self.nominal * self.nominal, 0.5 * ends_v2 + a * self.length);
-        let peak = most(sqrt(peak_v2), most(v0, v1));
-        let ramps = 2.0 * peak - v0 - v1;
-        let cruise = self.length - (2.0 * peak * peak - ends_v2) / (2.0 * a);
-        (ramps / a + most(cruise, 0.0) / peak, v1)
+        let per_mm = 1.0 / self.length;
+        let profile = Trapezoid::new(&Plan {
+            start: Place::at(0),
+            end: 1,
+            entry_v2: self.entry * self.entry * per_mm * per_mm,
+            cruise: self.nominal * per_mm,
+            exit_v2: self.limit_v2 * per_mm * per_mm,
+            up: self.up * per_mm,
+            down: self.down * per_mm,
+        });
+        (profile.time(1), sqrt(profile.exit_v2()) * self.length)
     }
 
     /// The same with ramps of limited `jerk`, mm/s³.
     #[inline(never)] // in firmware it is not worth a copy for each machine
     fn eased(&self, jerk: f32) -> (f32, f32) {
         let limits = Limits {
-            acceleration: self.acceleration,
+            acceleration: least(self.up, self.down),
             jerk,
         };
         let v0 = self.entry;
@@ -145,17 +156,17 @@ mod tests {
     use crate::{Config, Overrides};
     use proptest::prelude::*;
 
-    /// The time left, added up `most` moves at a time.
-    fn seconds(rig: &Rig<'_>, most: usize) -> f64 {
+    /// The time left.
+    fn seconds(rig: &mut Rig<'_>) -> f64 {
         let mut left = rig.planner.time_left(&rig.segmenter);
-        while rig.planner.add_time(&mut left, most) {}
+        while rig.planner.add_time(&mut left) {}
         left.seconds().into()
     }
 
     #[test]
     fn an_empty_queue_takes_no_time() {
         assert_eq!(
-            seconds(&Rig::new(Config::default(), &mut RigQueue::new()), 8),
+            seconds(&mut Rig::new(Config::default(), &mut RigQueue::new())),
             0.0
         );
     }
@@ -164,24 +175,24 @@ mod tests {
     fn moves_that_begin_while_it_is_added_up_are_skipped() {
         let mut queue = RigQueue::new();
         let mut rig = Rig::new(Config::default(), &mut queue);
-        for k in 1..=4 {
+        for k in 1..=20 {
             rig.planner.push(&to(f64::from(k), 0.0, 5.0)).unwrap();
         }
         let mut left = rig.planner.time_left(&rig.segmenter);
-        assert!(rig.planner.add_time(&mut left, 1));
+        assert!(rig.planner.add_time(&mut left));
         while rig.step().is_some() {}
-        assert!(!rig.planner.add_time(&mut left, 8));
-        assert!(left.seconds() < 1.0, "{}", left.seconds());
+        assert!(!rig.planner.add_time(&mut left));
+        assert!(left.seconds() < 5.0, "{}", left.seconds());
     }
 
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(100))]
 
-        /// At the start and half-way, whatever the size of the bites and the override.
+        /// At the start and half-way, whatever the override.
         #[test]
         fn it_is_the_time_that_the_queue_takes(
             points in prop::collection::vec((-20.0f64..20.0, -20.0f64..20.0, 0.5f32..60.0), 1..60),
-            acceleration in 10.0f32..3000.0, feed in 10u8..200, most in 1usize..40, ease in prop::option::of(0.003f32..0.3),
+            acceleration in 10.0f32..3000.0, feed in 10u8..200, ease in prop::option::of(0.003f32..0.3),
         ) {
             let mut queue = RigQueue::new();
             let mut rig = Rig::new(Config {
@@ -194,13 +205,13 @@ mod tests {
             for (x, y, feed) in &points {
                 rig.planner.push(&to(*x, *y, *feed)).unwrap();
             }
-            let whole = seconds(&rig, most);
+            let whole = seconds(&mut rig);
             let half = rig.planner.len() / 2;
             while rig.planner.len() > half {
                 rig.step();
             }
             let hz = f64::from(rig.planner.config().timer_hz);
-            let (at_half, rest) = (rig.player.now as f64 / hz, seconds(&rig, most));
+            let (at_half, rest) = (rig.player.now as f64 / hz, seconds(&mut rig));
             while rig.step().is_some() {}
             let all = rig.player.now as f64 / hz;
             prop_assert!((whole - all).abs() <= 1e-3 * all + 1e-3, "{} {}", whole, all);

@@ -110,7 +110,7 @@ mod tests {
     fn refused(change: impl Fn(&mut TwoAxes)) -> Option<ConfigError> {
         let mut config = TwoAxes::default();
         change(&mut config);
-        let (mut queue, mut pixels) = (Queue::<2, 4>::new(), PixelQueue::<4>::new());
+        let (mut queue, mut pixels) = (Queue::<2, 2, 4>::new(), PixelQueue::<4>::new());
         let made = Planner::new(config, Cartesian, &mut queue, &mut pixels).err();
         assert_eq!(config.validate().err(), made);
         made
@@ -176,7 +176,7 @@ mod tests {
 
     #[test]
     fn a_planner_keeps_its_settings_where_others_are_refused() {
-        let (mut queue, mut pixels) = (Queue::<2, 4>::new(), PixelQueue::<4>::new());
+        let (mut queue, mut pixels) = (Queue::<2, 2, 4>::new(), PixelQueue::<4>::new());
         let config = TwoAxes {
             moves: 3,
             ..TwoAxes::default()

@@ -52,6 +52,8 @@ pub struct Costs {
     pub line: u32,
     /// A move planned.
     pub planned_move: u32,
+    /// A move that became part of a row of pixels.
+    pub pixel: u32,
     /// A segment made.
     pub segment: u32,
     /// A queued move whose time is added up.
@@ -79,6 +81,7 @@ impl Costs {
         byte: measured::BYTE,
         line: measured::LINE,
         planned_move: measured::PLANNED_MOVE,
+        pixel: measured::PIXEL,
         segment: measured::SEGMENT,
         timed: measured::TIMED,
         report: measured::REPORT,
@@ -102,6 +105,7 @@ impl Costs {
         byte: 0,
         line: 0,
         planned_move: 0,
+        pixel: 0,
         segment: 0,
         timed: 0,
         report: 0,
@@ -117,6 +121,7 @@ impl Costs {
             + cost(self.byte, before.written, after.written)
             + cost(self.line, before.lines, after.lines)
             + cost(self.planned_move, before.moves, after.moves)
+            + cost(self.pixel, before.pixels, after.pixels)
             + cost(self.segment, before.segments, after.segments)
             + cost(self.timed, before.timed, after.timed)
             + cost(self.report, before.reports, after.reports)

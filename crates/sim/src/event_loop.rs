@@ -83,7 +83,7 @@ where
 {
     /// Puts a machine on a board, at power-up. Its main loop runs for the first time in [`Simulation::run_until`].
     pub fn new(
-        memory: &'a mut Memory<MOTORS, MOVES>,
+        memory: &'a mut Memory<AXES, MOTORS, MOVES>,
         setup: &Setup<AXES>,
         kinematics: K,
         observer: O,

@@ -38,8 +38,8 @@ impl<const AXES: usize> Setup<AXES> {
 
 /// Room for planned moves, and everything that crosses between the main loop and interrupts. On the board these are statics;
 /// here whoever runs a [`crate::Simulation`] keeps them, because it borrows them.
-pub struct Memory<const MOTORS: usize, const MOVES: usize = 1024> {
-    pub(crate) moves: Box<MoveQueues<MOTORS, MOVES>>,
+pub struct Memory<const AXES: usize, const MOTORS: usize, const MOVES: usize = 1024> {
+    pub(crate) moves: Box<MoveQueues<AXES, MOTORS, MOVES>>,
     pub(crate) pixels: Box<RowPixels>,
     pub(crate) segments: SegmentQueue<MOTORS>,
     pub(crate) shared: Shared<MOTORS>,
@@ -47,9 +47,9 @@ pub struct Memory<const MOTORS: usize, const MOVES: usize = 1024> {
     pub(crate) serial: Vec<SerialQueue>,
 }
 
-impl<const MOTORS: usize, const MOVES: usize> Memory<MOTORS, MOVES> {
+impl<const AXES: usize, const MOTORS: usize, const MOVES: usize> Memory<AXES, MOTORS, MOVES> {
     /// Makes the memory for a simulation of `setup`.
-    pub fn new<const AXES: usize>(setup: &Setup<AXES>) -> Self {
+    pub fn new(setup: &Setup<AXES>) -> Self {
         let lines = setup.lines.len().min(CHANNELS);
         Self {
             moves: Box::default(),

@@ -40,7 +40,7 @@ limits = { low = -1 }
 fn carriage_after(lines: &str) -> [i32; 2] {
     let profile = Profile::parse(Path::new("test.toml"), PROFILE).unwrap();
     let setup = Setup::<3>::new(profile.config(), Rate::NeverWaits);
-    let mut memory = Memory::<3>::new(&setup);
+    let mut memory = Memory::<3, 3>::new(&setup);
     let mut sim = Simulation::<_, _, 3, 3, 1024>::new(&mut memory, &setup, CoreXy, ());
     sim.cross_belts();
     sim.place(profile.start());

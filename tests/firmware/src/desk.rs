@@ -105,7 +105,7 @@ pub(crate) fn plan_with(
 ) -> Result<Vec<Planned>, Failure> {
     let mut setup = Setup::<3>::new(MachineConfig::new(), line);
     setup.costs = Costs::NONE;
-    let mut memory = Memory::<3>::new(&setup);
+    let mut memory = Memory::<3, 3>::new(&setup);
     let mut sim: Simulation<'_, _, _, 3, 3, MOVES> =
         Simulation::new(&mut memory, &setup, kinematics, Schedule::default());
     for text in [settings, program] {

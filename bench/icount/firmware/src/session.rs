@@ -73,7 +73,7 @@ impl Session<'_> {
     pub fn with(settings: &str, then: impl FnOnce(&mut Session<'_>)) {
         let (mut segments, shared, inputs) = (SegmentQueue::new(), Shared::new(), Inputs::new());
         let mut serial = SerialQueue::<1025>::new();
-        let (mut moves, mut pixels) = (MoveQueues::<3, 1024>::new(), RowPixels::new());
+        let (mut moves, mut pixels) = (MoveQueues::<3, 3, 1024>::new(), RowPixels::new());
         let (producer, consumer) = segments.split();
         let (receiver, inbox) = serial.split();
         let mut inboxes = Vec::<_, CHANNELS>::new();

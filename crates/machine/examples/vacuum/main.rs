@@ -62,7 +62,7 @@ impl Board for Desk {
 }
 
 fn main() {
-    let mut moves = Box::<MoveQueues<3, 16>>::default();
+    let mut moves = Box::<MoveQueues<3, 3, 16>>::default();
     let mut pixels = Box::<RowPixels>::default();
     let (mut queue, mut serial) = (SegmentQueue::new(), SerialQueue::<129>::new());
     let (shared, inputs) = (Shared::new(), Inputs::new());

@@ -98,7 +98,7 @@ where
     pub(crate) fn new<const MOVES: usize>(
         config: Config<AXES>,
         kinematics: K,
-        (queues, pixels): (&'a mut MoveQueues<MOTORS, MOVES>, &'a mut RowPixels),
+        (queues, pixels): (&'a mut MoveQueues<AXES, MOTORS, MOVES>, &'a mut RowPixels),
         segments: Producer<'a, Segment<MOTORS>>,
         shared: &'a Shared<MOTORS>,
     ) -> Result<Self, ConfigError> {
@@ -314,12 +314,13 @@ where
         }
     }
 
+    /// A move that has just ended leaves room that no line can have filled yet.
     fn ahead(&self) -> Ahead {
         match self.program.planner.ahead() {
             Ahead::QueueEnd { .. } => Ahead::QueueEnd {
-                full: !self.wants_more(),
+                full: self.room() <= 1 || !self.wants_more(),
             },
-            other @ (Ahead::Corner | Ahead::SlowerMove) => other,
+            other @ (Ahead::Corner | Ahead::Curve | Ahead::SlowerMove) => other,
         }
     }
 

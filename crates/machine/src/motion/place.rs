@@ -68,9 +68,9 @@ where
         self.program.planner.time_left(&self.program.segmenter)
     }
 
-    /// Adds up to `most` moves; whether there were as many.
-    pub(crate) fn add_time(&self, left: &mut TimeLeft, most: usize) -> bool {
-        self.program.planner.add_time(left, most)
+    /// Adds up some more moves; whether more are left.
+    pub(crate) fn add_time(&self, left: &mut TimeLeft) -> bool {
+        self.program.planner.add_time(left)
     }
 
     pub(super) fn is_program_idle(&self) -> bool {

@@ -124,7 +124,7 @@ impl StepPort for Pins<'_> {
 
 /// All memory that machine and interrupts share.
 pub struct Memory {
-    moves: Box<MoveQueues<3, 64>>,
+    moves: Box<MoveQueues<3, 3, 64>>,
     pixels: Box<RowPixels>,
     segments: SegmentQueue<3>,
     shared: Shared<3>,

@@ -162,7 +162,7 @@ fn run(seed: u32, sum: &mut Checksum) {
         random.bits();
     });
     let config = config(random);
-    let (mut queue, mut pixels) = (Queue::<3, 32>::new(), PixelQueue::<64>::new());
+    let (mut queue, mut pixels) = (Queue::<3, 3, 32>::new(), PixelQueue::<64>::new());
     let mut planner = Planner::new(config, Cartesian, &mut queue, &mut pixels).unwrap();
     let (mut segmenter, mut lead) = (Segmenter::new(), PowerLead::new());
     lead.set(random.below(4) * 300, config.timer_hz);
@@ -172,7 +172,7 @@ fn run(seed: u32, sum: &mut Checksum) {
             let row = seed & 3 == 0 && moves % 20 > 4;
             let next = next_move(random, &mut at, row);
             moves += 1;
-            if planner.push(&next) == Ok(Pushed::Queued) {
+            if let Ok(Pushed::Queued | Pushed::Merged) = planner.push(&next) {
                 let newest = planner.newest();
                 for of in newest.iter() {
                     for real in [of.length, of.acceleration, of.rate, of.feed] {

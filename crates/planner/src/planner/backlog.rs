@@ -47,20 +47,22 @@ where
 
     /// The line number of the first move that waits.
     pub fn next_line_number(&self) -> Option<u32> {
-        self.queue.next()?.line_number()
+        self.queue.next_queued()?.line_number()
     }
 
-    /// Notes a change of the newest move: a further one, or where `moves` of them are as before, another one for `old`.
-    pub(super) fn note_newest(&mut self, moves: usize, old: Option<u32>) {
-        let old = old.filter(|_| self.len() == moves);
-        let new = self.newest_micros();
-        self.backlog.replace(old, new);
+    /// Queues a move; there is room.
+    pub(super) fn queue_newest(&mut self, planned: PlannedMove<MOTORS>) {
+        self.backlog
+            .replace(None, Some(self.backlog.micros(&planned)));
+        let _room = self.queue.push(planned);
     }
 
-    /// What the newest move takes, µs.
-    pub(super) fn newest_micros(&self) -> Option<u32> {
-        let newest = self.queue.newest()?;
-        Some(self.backlog.micros(newest))
+    /// Puts the newest move made longer in its place.
+    pub(super) fn lengthen_newest(&mut self, longer: PlannedMove<MOTORS>) {
+        let shorter = self.queue.newest().map(|of| self.backlog.micros(of));
+        self.backlog
+            .replace(shorter, Some(self.backlog.micros(&longer)));
+        self.queue.lengthen_last(longer);
     }
 
     /// Notes that a move does not wait any more.

@@ -9,14 +9,17 @@ mod position;
 #[cfg(test)]
 mod tests;
 
-use crate::config::{Limits, Scales};
+pub(crate) use one_move::nominal;
+
+use crate::config::{Limits, Scales, SpeedUnit};
+use crate::ground::{Course, Ground, Whereabouts};
 use crate::lookahead::LookAhead;
 use crate::moves::PlannedMove;
+use crate::path::Window;
 use crate::pixel::{Pixel, Pixels};
 use crate::queue::{PixelQueue, Queue};
 use crate::row::Row;
 use crate::short::Short;
-use crate::strokes::Strokes;
 use crate::{Config, ConfigError, Coordinate, Kinematics, Move, Overrides};
 use backlog::Backlog;
 use core::fmt;
@@ -40,18 +43,16 @@ pub struct Planner<'q, K, const AXES: usize, const MOTORS: usize> {
     position: [i32; MOTORS],
     /// The target of the last `push`, by motors, and its steps: most moves leave some motor where it is.
     target: [(Coordinate, i32); MOTORS],
-    /// Direction and nominal speed (mm/s) at the end of the last queued move.
-    last: Option<([f32; AXES], f32)>,
+    /// Direction at the end of the last queued move, by Grbl's rule.
+    last: Option<[f32; AXES]>,
     /// The last queued move, if more may be merged into it.
     row: Option<Row<MOTORS>>,
     /// The last queued move, if it is a few steps long, for the next one to be joined to it.
     short: Option<Short<MOTORS>>,
     pixels: Pixels<'q>,
     backlog: Backlog,
-    /// Corners and curves at the end of the queue.
-    strokes: Strokes<AXES>,
-    /// Squared speed, mm²/s², with which the running move is planned to end: what follows must be able to go on from it.
-    committed_v2: f32,
+    /// The end of the path, and the moves there whose curvature is not known yet.
+    window: &'q mut Window<AXES>,
     /// Counts changes after which the running move's profile is out of date.
     revision: u32,
 }
@@ -62,6 +63,8 @@ pub struct Planner<'q, K, const AXES: usize, const MOTORS: usize> {
 pub enum Pushed {
     /// It is queued.
     Queued,
+    /// It goes on from the queued move before it and is part of it now: the next change of power of a row.
+    Merged,
     /// It is not a step long: there is nothing to do.
     TooShort,
 }
@@ -99,11 +102,12 @@ where
     pub fn new<const MOVES: usize, const PIXELS: usize>(
         config: Config<AXES>,
         kinematics: K,
-        queue: &'q mut Queue<MOTORS, MOVES>,
+        queue: &'q mut Queue<AXES, MOTORS, MOVES>,
         pixels: &'q mut PixelQueue<PIXELS>,
     ) -> Result<Self, ConfigError> {
         const { assert!(AXES <= MOTORS, "an axis has a motor of its own") };
         config.validate()?;
+        queue.window.forget();
         let mut planner = Self {
             limits: Limits::new(&config),
             scales: Scales::new(&config, &kinematics),
@@ -111,15 +115,14 @@ where
             config,
             kinematics,
             overrides: Overrides::default(),
-            queue: LookAhead::new(queue.moves.as_mut_view(), &mut queue.candidates),
+            queue: LookAhead::new(queue.moves.as_mut_view(), &mut queue.blocks),
             pixels: Pixels::new(pixels.0.as_mut_view()),
             position: [0; MOTORS],
             target: [(Coordinate::ZERO, 0); MOTORS],
             last: None,
             row: None,
             short: None,
-            strokes: Strokes::new(),
-            committed_v2: 0.0,
+            window: &mut queue.window,
             revision: 0,
         };
         planner.fit_room();
@@ -175,13 +178,16 @@ where
             Err(LineError::NoSteps) => return Ok(Pushed::TooShort),
             Err(LineError::TooLong) => return Err(PushError::TooFar),
         };
-        let (moves, newest) = (self.len(), self.newest_micros());
-        if self.merge(of, delta).is_none() {
+        let merged = self.merge(of, delta).is_some();
+        if !merged {
             self.append(of, delta, line.step_events().get());
         }
-        self.note_newest(moves, newest);
         self.position = target;
-        Ok(Pushed::Queued)
+        Ok(if merged {
+            Pushed::Merged
+        } else {
+            Pushed::Queued
+        })
     }
 
     /// Whether one more move can be queued. Not for a moment after a change of overrides, see [`Planner::renew`].
@@ -236,23 +242,45 @@ where
         self.last = None;
         self.row = None;
         self.short = None;
-        self.strokes = Strokes::new();
-        self.committed_v2 = 0.0;
+        self.window.forget();
     }
 
     pub(crate) const fn queue(&self) -> &LookAhead<'q, MOTORS> {
         &self.queue
     }
 
+    /// The queue, and what the axes leave to its moves.
+    pub(crate) fn parts(&mut self) -> (&mut LookAhead<'q, MOTORS>, Ground<'_, K, AXES, MOTORS>) {
+        let ground = Ground {
+            limits: &self.limits,
+            scales: &self.scales,
+            kinematics: &self.kinematics,
+            jerk: self.config.jerk,
+        };
+        (&mut self.queue, ground)
+    }
+
+    pub(crate) fn ground(&self) -> Ground<'_, K, AXES, MOTORS> {
+        Ground {
+            limits: &self.limits,
+            scales: &self.scales,
+            kinematics: &self.kinematics,
+            jerk: self.config.jerk,
+        }
+    }
+
     pub(crate) fn start_next(&mut self) -> Option<&PlannedMove<MOTORS>> {
+        if self.queue.waiting() == 0 {
+            self.settle_first();
+        }
         self.queue.start_next();
         self.note_started();
         self.queue.running()
     }
 
-    /// Notes how fast the running move is planned to end, mm²/s².
-    pub(crate) fn commit(&mut self, exit_v2: f32) {
-        self.committed_v2 = exit_v2;
+    /// Whether the speed is bounded by the end of what is planned: then a line more makes it higher.
+    pub(crate) fn hangs(&self) -> bool {
+        self.queue.hangs()
     }
 
     pub(crate) fn finish(&mut self) {
@@ -264,23 +292,46 @@ where
         self.pixels.pop()
     }
 
-    /// What the running move's profile depends on, besides the move.
-    pub(crate) fn outlook(&self) -> Outlook {
-        let exit = self.queue.exit_limit();
+    /// What the running move's profile depends on, besides the move. Moves whose curvature is not known yet are planned now, where the
+    /// running move would have to slow down for want of them.
+    pub(crate) fn outlook(&mut self) -> Outlook {
+        /// So many moves may go without one that waits.
+        const FEW: usize = 64;
+        /// So many are planned at a time at most.
+        const MOST: usize = 4;
+        self.find();
+        if self.hangs() && self.window.waiting() > self.queue.waiting() / FEW {
+            for _ in 0..MOST {
+                if self.window.waiting() > self.queue.waiting() / FEW {
+                    self.settle_first();
+                }
+            }
+            self.find();
+        }
         Outlook {
-            exit,
+            exit: self.queue.exit_limit(),
             revision: self.revision,
         }
     }
 
-    /// Squared speed in mm²/s² of `units`.
-    pub(crate) fn v2(&self, units: u32) -> f32 {
-        self.limits.unit.v2(units)
+    fn find(&mut self) {
+        let (queue, ground) = self.parts();
+        queue.find(&ground);
     }
 
-    /// Squared speed in mm²/s² of an exit limit.
-    pub(crate) fn exit_v2(&self, outlook: Outlook) -> f32 {
-        self.limits.unit.v2(outlook.exit)
+    /// How the running move goes on from where it is.
+    pub(crate) fn course(&self, at: Whereabouts, outlook: Outlook) -> Option<Course> {
+        let exit_v2 = self.limits.unit.v2(outlook.exit);
+        let running = self.queue.running()?;
+        Some(
+            self.ground()
+                .course(running, self.queue.next(), at, exit_v2),
+        )
+    }
+
+    /// The unit of squared speeds.
+    pub(crate) const fn unit(&self) -> SpeedUnit {
+        self.limits.unit
     }
 
     /// Limit of the corner at the running move's end, squared, mm²/s².

@@ -3,13 +3,8 @@
 use super::Planner;
 use crate::config::{SpeedUnit, PIXELS_A_SECOND, SLOWEST};
 use crate::moves::PlannedMove;
-use crate::ramp;
 use crate::real::{least, most, norm2, sqrt, worst};
-use crate::{CornerRule, Feed, Kinematics, Move, MoveKind, Overrides};
-
-/// Share of the true braking capacity that the look-ahead counts on: leaves room for the rounding of
-/// ramps in `f32` (a few 2⁻²⁴), so that no ramp is steeper than allowed.
-const GAIN_MARGIN: f32 = 1.0 - 1.0 / (1 << 20) as f32;
+use crate::{Feed, Kinematics, Move, MoveKind, Overrides};
 
 impl<K, const AXES: usize, const MOTORS: usize> Planner<'_, K, AXES, MOTORS>
 where
@@ -34,9 +29,6 @@ where
             Feed::PerMinute(speed) => speed,
             Feed::InverseTime(per_second) => per_second * length,
         };
-        if let (Some(curve), CornerRule::Limits) = (of.curve, self.config.corner_rule) {
-            planned.bend(&curve.bend(planned.top_v2()));
-        }
         (planned, direction)
     }
 
@@ -59,11 +51,6 @@ where
         )
     }
 
-    /// What a move can brake, in speed units.
-    pub(super) fn gain(&self, planned: &PlannedMove<MOTORS>) -> u32 {
-        gain(self.limits.unit, self.config.jerk, planned)
-    }
-
     pub(crate) fn nominal(&self, planned: &PlannedMove<MOTORS>) -> f32 {
         nominal(self.overrides, planned)
     }
@@ -83,7 +70,7 @@ where
 }
 
 /// The speed that a move runs at where nothing else limits it, mm/s.
-pub(super) fn nominal<const MOTORS: usize>(
+pub(crate) fn nominal<const MOTORS: usize>(
     overrides: Overrides,
     planned: &PlannedMove<MOTORS>,
 ) -> f32 {
@@ -110,22 +97,4 @@ pub(super) fn nominal<const MOTORS: usize>(
 pub(super) fn cap(unit: SpeedUnit, before: Option<f32>, nominal: f32, corner: u32) -> u32 {
     let slower = before.map_or(nominal, |before| least(nominal, before));
     corner.min(unit.units(slower * slower))
-}
-
-/// What a move can brake, squared speed in units.
-pub(super) fn gain<const MOTORS: usize>(
-    unit: SpeedUnit,
-    jerk: f32,
-    planned: &PlannedMove<MOTORS>,
-) -> u32 {
-    let acceleration = planned.acceleration;
-    let gain = 2.0 * acceleration * planned.length;
-    let gain = if jerk > 0.0 {
-        let fastest = most(sqrt(planned.top_v2()), SLOWEST);
-        let limits = ramp::Limits { acceleration, jerk };
-        least(gain, ramp::braking(fastest, planned.length, limits))
-    } else {
-        gain
-    };
-    unit.units(gain * GAIN_MARGIN)
 }

@@ -34,23 +34,19 @@ where
     /// Plans a few more of the queued moves for a change of overrides; returns whether more of them are left.
     ///
     /// All limits are kept meanwhile; the moves that are left are planned for the speed asked for before the change.
-    /// No move can be queued until it is over: at most 64 calls for 1024 moves. [`Planner::push`] and
+    /// No move can be queued until it is over: at most 65 calls for 1024 moves. [`Planner::push`] and
     /// [`crate::Segmenter::next`] call it too. Bounded: 16 moves, since a `Machine::poll` may call it for
     /// each segment that it makes.
     pub fn renew(&mut self) -> bool {
-        const A_CALL: usize = 16;
         if !self.queue.is_renewing() {
             return false;
         }
         let (overrides, unit) = (self.overrides, self.limits.unit);
-        self.queue.renew(A_CALL, |before, planned| {
+        let (queue, ground) = self.parts();
+        queue.renew(&ground, |before, planned| {
             let before = before.map(|before| nominal(overrides, before));
             cap(unit, before, nominal(overrides, planned), planned.corner)
         });
-        let last = self.queue.newest().map(|last| nominal(overrides, last));
-        if let (Some((_, speed)), Some(nominal)) = (&mut self.last, last) {
-            *speed = nominal;
-        }
         self.queue.is_renewing()
     }
 }

@@ -1,7 +1,6 @@
 //! Between axes and motors: where the queue ends, and what a target is in steps.
 
 use super::Planner;
-use crate::short::Asked;
 use crate::{Coordinate, Kinematics};
 
 impl<K, const AXES: usize, const MOTORS: usize> Planner<'_, K, AXES, MOTORS>
@@ -29,25 +28,6 @@ where
             }
         }
         Some(self.target.map(|(_, steps)| steps))
-    }
-
-    /// How far the motors are asked to go by a move of `delta` steps to the target of [`Self::approach`].
-    #[inline(never)] // for short moves only
-    pub(super) fn asked(&self, delta: &[i32; MOTORS]) -> Asked<MOTORS> {
-        let before = self.short.as_ref().map(|short| short.beyond());
-        let mut asked = Asked {
-            way: self.scales.mm_per_step,
-            beyond: self.scales.mm_per_step,
-        };
-        let targets = self.target.iter().zip(self.scales.steps_per_mm);
-        let ends = before.unwrap_or(&[0.0; MOTORS]).iter().zip(targets);
-        let motors = asked.way.iter_mut().zip(&mut asked.beyond);
-        for (((way, beyond), steps), (from, ((target, end), scale))) in motors.zip(delta).zip(ends)
-        {
-            *beyond *= scale.beyond(*target, *end);
-            *way = *way * *steps as f32 + (*beyond - from);
-        }
-        asked
     }
 
     /// Where the motors stand, in steps, where the axes stand at `axes`; `None` beyond `i32`.

@@ -5,6 +5,7 @@ mod plan;
 
 use crate::config::SLOWEST;
 use crate::fit::{smoothing, steps, Carry, Linear};
+use crate::ground::Whereabouts;
 use crate::moves::{MovePower, PlannedMove};
 use crate::pixel::Pixel;
 use crate::planner::Outlook;
@@ -49,8 +50,12 @@ pub(crate) struct Aim {
     pub(crate) exit_v2: f32,
     /// Limit of the corner at the move's end alone, squared, mm²/s².
     pub(crate) corner_v2: f32,
-    /// Nominal speed, mm/s.
+    /// Speed to cruise at, mm/s.
     pub(crate) nominal: f32,
+    /// Accelerations along the path: where the speed rises, where it falls, and of a stop that begins at once, mm/s².
+    pub(crate) up: f32,
+    pub(crate) down: f32,
+    pub(crate) stop: f32,
     /// Limit of the jerk along the path, mm/s³; 0 for none.
     pub(crate) jerk: f32,
 }
@@ -94,7 +99,7 @@ pub(crate) struct Running<const MOTORS: usize> {
     cruise_interval: u64,
     /// Steps of the dominant motor in a mm of path.
     steps_per_mm: f32,
-    /// Steps/s².
+    /// Along the path where that is straight, steps/s².
     acceleration: f32,
     /// 1 / programmed feed, s/step.
     per_feed: f32,
@@ -140,7 +145,8 @@ impl<const MOTORS: usize> Running<MOTORS> {
             entry_v2,
             cruise: planned.rate * steps_per_mm,
             exit_v2: 0.0,
-            acceleration,
+            up: acceleration,
+            down: acceleration,
         }));
         Some(Self {
             line,
@@ -197,6 +203,15 @@ impl<const MOTORS: usize> Running<MOTORS> {
             .map_or((self.speed, 0.0), |parts| (parts.entry, parts.elapsed));
         let (seconds, _) = self.profile.time_over(self.here(), entry, steps);
         (seconds - elapsed, sqrt(self.exit_v2()))
+    }
+
+    /// Where it is.
+    pub(crate) fn whereabouts(&self) -> Whereabouts {
+        Whereabouts {
+            v2: self.profile.speed_v2(self.here()) / (self.steps_per_mm * self.steps_per_mm),
+            left: self.here().before(self.events) / self.steps_per_mm,
+            at_start: self.done == 0 && self.way <= 0.0,
+        }
     }
 
     pub(crate) const fn profile(&self) -> &Profile {

@@ -11,6 +11,9 @@ struct Path {
     end: u32,
     cruise: f32,
     exit_v2: f32,
+    /// Accelerations, steps/s².
+    up: f32,
+    down: f32,
     /// Of the acceleration, and its square of the jerk: all of the way takes as much longer as one over it.
     share: f32,
 }
@@ -29,7 +32,8 @@ impl<const MOTORS: usize> Running<MOTORS> {
             entry_v2,
             cruise: path.cruise,
             exit_v2: path.exit_v2,
-            acceleration: self.acceleration * path.share,
+            up: path.up * path.share,
+            down: path.down * path.share,
         };
         let jerk = aim.jerk * self.steps_per_mm * path.share * path.share;
         self.profile = Profile::new(&plan, jerk, &self.profile);
@@ -53,13 +57,16 @@ impl<const MOTORS: usize> Running<MOTORS> {
         let [exit_v2, corner_v2] = [aim.exit_v2, aim.corner_v2].map(|v2| v2 * per_mm * per_mm);
         let entry_v2 = self.profile.speed_v2(self.here());
         let left = self.here().before(self.events);
-        let slowest = entry_v2 - 2.0 * self.acceleration * left;
+        let down = aim.down * per_mm;
+        let slowest = entry_v2 - 2.0 * down * left;
         let missed = aim.jerk <= 0.0 && slowest - exit_v2 > ROUNDING * entry_v2;
         let exit_v2 = if missed { slowest } else { exit_v2 };
         Path {
             end: self.events,
             cruise: aim.nominal * per_mm,
             exit_v2: least(exit_v2, corner_v2),
+            up: aim.up * per_mm,
+            down,
             share: 1.0,
         }
     }
@@ -68,17 +75,16 @@ impl<const MOTORS: usize> Running<MOTORS> {
     ///
     /// A single step is made as fast as can be: at a speed near 0 it would take for ever.
     fn stop(&self, entry_v2: f32, aim: Aim) -> Path {
-        let (distance, left) = (
-            self.stop_distance(entry_v2, aim.jerk),
-            self.events - self.done,
-        );
+        let (distance, left) = (self.stop_distance(entry_v2, aim), self.events - self.done);
+        let down = aim.stop * self.steps_per_mm;
         let steps = round_up(distance + self.way).max(1);
         if steps > left && aim.exit_v2 > 0.0 {
-            let slowest = entry_v2 - 2.0 * self.acceleration * self.here().before(self.events);
+            let slowest = entry_v2 - 2.0 * down * self.here().before(self.events);
             let path = self.to_end(aim);
             return Path {
                 cruise: sqrt(entry_v2),
                 exit_v2: least(path.exit_v2, most(slowest, 0.0)),
+                down: most(path.down, down),
                 ..path
             };
         }
@@ -86,6 +92,8 @@ impl<const MOTORS: usize> Running<MOTORS> {
             end: self.done + steps.min(left),
             cruise: sqrt(entry_v2),
             exit_v2: 0.0,
+            up: aim.up * self.steps_per_mm,
+            down,
             share: 1.0,
         };
         let (_, changing) = self.profile.motion(self.here());
@@ -104,13 +112,13 @@ impl<const MOTORS: usize> Running<MOTORS> {
     }
 
     /// Steps of the shortest stop, a fraction in general.
-    fn stop_distance(&self, entry_v2: f32, jerk: f32) -> f32 {
-        let jerk = jerk * self.steps_per_mm;
+    fn stop_distance(&self, entry_v2: f32, aim: Aim) -> f32 {
+        let [jerk, down] = [aim.jerk, aim.stop].map(|per_mm| per_mm * self.steps_per_mm);
         if jerk > 0.0 {
             let (speed, acceleration) = self.profile.motion(self.here());
-            return SCurve::stop(speed, acceleration, self.acceleration, jerk);
+            return SCurve::stop(speed, acceleration, down, jerk);
         }
-        entry_v2 / (2.0 * self.acceleration) * (1.0 - 0.5 * ROUNDING)
+        entry_v2 / (2.0 * down) * (1.0 - 0.5 * ROUNDING)
     }
 }
 

@@ -50,7 +50,7 @@ pub(super) struct Session<'m> {
 impl<'m> Session<'m> {
     /// Gives a machine its power, `begun` after the first time.
     pub(super) fn power_up(
-        memory: &'m mut Memory<3, MOVES>,
+        memory: &'m mut Memory<3, 3, MOVES>,
         setup: &Setup<3>,
         flash: &'m mut Flash,
         wire: &'m mut Wire,

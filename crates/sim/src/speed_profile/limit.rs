@@ -50,14 +50,15 @@ pub enum Limit {
     Cycle,
 }
 
-impl From<Ahead> for Slow {
-    /// A slower move is named later, once it has come.
-    fn from(ahead: Ahead) -> Self {
+impl Slow {
+    /// What motion slows down for, `curve` where the path's curvature bounds it. A slower move is named later, once it has come.
+    pub(super) fn new(ahead: Ahead, curve: SpeedLimit) -> Self {
         match ahead {
             Ahead::Stop => Self::Stop,
             Ahead::LookAhead => Self::LookAhead,
             Ahead::NoLine => Self::NoLine,
             Ahead::Corner => Self::Corner,
+            Ahead::Curve => Self::Move(curve),
             Ahead::SlowerMove => Self::Move(SpeedLimit::Feed),
         }
     }
@@ -175,6 +176,8 @@ pub(super) struct Limits {
     pub(super) nominal: f64,
     /// What that speed comes from.
     pub(super) speed_limit: SpeedLimit,
+    /// Whether it is a chord of an arc.
+    pub(super) is_arc: bool,
     /// The axis whose acceleration binds on ramps.
     pub(super) axis: usize,
 }
@@ -216,6 +219,7 @@ impl Machine {
             length,
             nominal: feed.map_or(rate, |feed| rate.min(feed)),
             speed_limit,
+            is_arc: arc.is_some(),
             axis,
         }
     }

@@ -163,7 +163,7 @@ impl Recorder {
         } else {
             Phase::Brake
         };
-        let ahead = Slow::from(made.ahead);
+        let ahead = Slow::new(made.ahead, self.curve());
         let stretch = Stretch {
             begin: piece.cycle,
             end: piece.cycle,
@@ -176,6 +176,15 @@ impl Recorder {
         };
         self.add(stretch, piece.begins_move);
         self.pass(&stretch, ahead);
+    }
+
+    /// What a curve at the running move, or at the next one, is called.
+    fn curve(&self) -> SpeedLimit {
+        let mut moves = self.running.iter().chain(self.planned.front());
+        match moves.any(|(_, of)| of.is_arc) {
+            true => SpeedLimit::Arc,
+            false => SpeedLimit::Curve,
+        }
     }
 
     /// Remembers the slow place that a piece leads to, or the speed that it has reached.
@@ -201,7 +210,10 @@ impl Recorder {
             Phase::Rest => Limit::Rest,
             Phase::Accelerate => Limit::Acceleration(of.axis, self.behind),
             Phase::Brake => Limit::Acceleration(of.axis, ahead),
-            Phase::Cruise if speed < of.nominal * (1.0 - SAME) => Limit::Slow(ahead),
+            Phase::Cruise if speed < of.nominal * (1.0 - SAME) => match ahead {
+                Slow::Move(curve @ (SpeedLimit::Arc | SpeedLimit::Curve)) => Limit::Speed(curve),
+                _ => Limit::Slow(ahead),
+            },
             Phase::Cruise => Limit::Speed(of.speed_limit),
         }
     }
@@ -246,8 +258,11 @@ impl Recorder {
         let mut next = None;
         for raw in self.stretches.iter_mut().rev() {
             let limit = raw.stretch.limit;
-            if let (Limit::Acceleration(axis, Slow::Move(_)), Some(next), Phase::Brake) =
-                (limit, next, raw.stretch.phase)
+            if let (
+                Limit::Acceleration(axis, Slow::Move(SpeedLimit::Feed)),
+                Some(next),
+                Phase::Brake,
+            ) = (limit, next, raw.stretch.phase)
             {
                 raw.stretch.limit = Limit::Acceleration(axis, Slow::Move(next));
             }

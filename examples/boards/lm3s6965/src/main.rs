@@ -56,7 +56,7 @@ fn main() -> ! {
     // Constants: zeroed memory, which is never built on the stack.
     static SEGMENTS: ConstStaticCell<SegmentQueue<AXES>> =
         ConstStaticCell::new(SegmentQueue::new());
-    static MOVE_QUEUES: ConstStaticCell<MoveQueues<AXES, MOVES>> =
+    static MOVE_QUEUES: ConstStaticCell<MoveQueues<AXES, AXES, MOVES>> =
         ConstStaticCell::new(MoveQueues::new());
     static ROW_PIXELS: ConstStaticCell<RowPixels> = ConstStaticCell::new(RowPixels::new());
     static SERIAL: ConstStaticCell<SerialQueue<129>> = ConstStaticCell::new(SerialQueue::new());

@@ -77,7 +77,7 @@ mod app {
     // Constants: zeroed memory, which is never built on the stack.
     #[init(local = [
         queue: SegmentQueue<AXES> = SegmentQueue::new(),
-        moves: MoveQueues<AXES, MOVES> = MoveQueues::new(),
+        moves: MoveQueues<AXES, AXES, MOVES> = MoveQueues::new(),
         pixels: RowPixels = RowPixels::new(),
         serial: SerialQueue = SerialQueue::new(),
     ])]

@@ -38,6 +38,8 @@ const REPORTS: usize = 50;
 const LONGER: usize = 64;
 /// A move that lasts while the queue is filled behind it: 1 s.
 const SLOW: &str = "G1X-0.5F30";
+/// A laser that burns rows.
+const LASER: &str = "$32=1\nG0X0Y0\nM4S0\n";
 /// Bytes of `ok`, carriage return and line feed.
 const OK: usize = 4;
 /// A feed that three axes follow, reports with the time left, and as many moves queued as fit.
@@ -180,7 +182,7 @@ fn listening(bench: &Bench, nothing: u64) -> u64 {
 fn allowed(name: &str, written: u64) -> u64 {
     let turn = u64::from(measured::POLL);
     let with = match name {
-        "LINE" | "PLANNED_MOVE" | "SEGMENT" | "REPORT" => turn,
+        "LINE" | "PLANNED_MOVE" | "PIXEL" | "SEGMENT" | "REPORT" => turn,
         "BYTE" => turn / BYTES_IN_A_TURN,
         _ => 0,
     };
@@ -255,6 +257,7 @@ fn of_main_loop(firmware: &Firmware) -> Result<Vec<Cost>, Failure> {
     work.report = work.rest_of(spent, 0, bytes, REPORTS);
 
     let motion = of_motion(&mut bench, &mut work)?;
+    let pixel = of_a_row(&mut bench, &work)?;
     Ok(vec![
         cost!(
             BYTE_IN,
@@ -277,6 +280,11 @@ fn of_main_loop(firmware: &Firmware) -> Result<Vec<Cost>, Failure> {
             PLANNED_MOVE,
             "A move planned, and its words: in the mean of a thousand",
             motion.planned
+        ),
+        cost!(
+            PIXEL,
+            "A move that became part of a row of pixels, and its words: in the mean of a thousand",
+            pixel
         ),
         cost!(
             SEGMENT,
@@ -344,6 +352,18 @@ fn of_motion(bench: &mut Bench, work: &mut Work) -> Result<Motion, Failure> {
         timed,
         hundred_instructions: 100 * planning.cycles / planning.instructions.max(1),
     })
+}
+
+/// A thousand pixels of a row: one of them.
+fn of_a_row(bench: &mut Bench, work: &Work) -> Result<u64, Failure> {
+    let row = lines(|number| {
+        let (x, power) = (number as f64 * 0.05, 100 + number * 37 % 900);
+        format!("G1X{x:.2}S{power}")
+    });
+    bench.commands(LASER)?;
+    bench.command(SLOW)?;
+    let pixels = Spent::on(bench, send(&row))?;
+    Ok(work.rest_of(pixels, MANY, row.len() + OK * MANY, MANY))
 }
 
 fn measure(firmware: &Firmware) -> Result<Vec<Cost>, Failure> {

@@ -44,7 +44,7 @@ fn worst(planner: &mut ThePlanner<'_>) {
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    let (mut queue, mut pixels) = (Queue::<3, 1024>::new(), PixelQueue::<1>::new());
+    let (mut queue, mut pixels) = (Queue::<3, 3, 1024>::new(), PixelQueue::<1>::new());
     let mut planner =
         ThePlanner::new(Config::default(), Cartesian, &mut queue, &mut pixels).unwrap();
     let planner = black_box(&mut planner);

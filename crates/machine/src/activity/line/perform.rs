@@ -212,8 +212,8 @@ where
         now: Instant,
     ) -> Progress {
         match self.motion.push(next, more, now) {
-            Ok(Pushed::Queued) => {
-                self.work.moves = self.work.moves.wrapping_add(1);
+            Ok(pushed @ (Pushed::Queued | Pushed::Merged)) => {
+                self.work.count_move(pushed);
                 self.motion.path_end = next.target;
                 self.show_planned(next, board);
                 // A jog burns in every motion mode, at rest the mode decides.

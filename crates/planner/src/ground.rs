@@ -1,0 +1,232 @@
+//! What the axes leave to a planned move: for the look-ahead, and for the move that runs.
+
+use crate::config::{Limits, Scales};
+use crate::lookahead::{Braking, Ends};
+use crate::moves::PlannedMove;
+use crate::polygon::{cap, common, Piece, Rise};
+use crate::ramp;
+use crate::real::{least, most, sqrt};
+use crate::Kinematics;
+
+/// Share of what can be braked that the look-ahead counts on: leaves room for the rounding of
+/// ramps in `f32` (a few 2⁻²⁴), so that no ramp is steeper than allowed.
+const GAIN_MARGIN: f32 = 1.0 - 1.0 / (1 << 20) as f32;
+
+/// With a jerk limit a ramp has one acceleration, what the highest speed leaves. So much of the acceleration a curve may take there:
+/// from rest to rest round a circle that is best (8.5·√(R/a) against 8.8 at 0.9 and 8.7 at 0.7).
+const EASED: f32 = 0.8;
+
+/// The machine as far as it bounds the acceleration along moves.
+pub(crate) struct Ground<'m, K, const AXES: usize, const MOTORS: usize> {
+    pub(crate) limits: &'m Limits<AXES>,
+    pub(crate) scales: &'m Scales<MOTORS>,
+    pub(crate) kinematics: &'m K,
+    /// mm/s³; 0: none.
+    pub(crate) jerk: f32,
+}
+
+/// How the running move goes on: squared speeds in mm²/s², accelerations along the path in mm/s².
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(crate) struct Course {
+    pub(crate) exit_v2: f32,
+    /// The highest squared speed between its ends.
+    pub(crate) top_v2: f32,
+    pub(crate) up: f32,
+    pub(crate) down: f32,
+    /// Of a stop that begins at once.
+    pub(crate) stop: f32,
+}
+
+/// Where the running move is: squared speed in mm²/s², what is left of it in mm, and whether all of it is.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(crate) struct Whereabouts {
+    pub(crate) v2: f32,
+    pub(crate) left: f32,
+    pub(crate) at_start: bool,
+}
+
+impl<K, const AXES: usize, const MOTORS: usize> Ground<'_, K, AXES, MOTORS>
+where
+    K: Kinematics<AXES, MOTORS>,
+{
+    /// The highest squared speed at which a path may turn with the curvature `bend`, mm²/s².
+    pub(crate) fn cap(&self, bend: &[f32]) -> f32 {
+        if self.jerk > 0.0 {
+            EASED * cap(bend)
+        } else {
+            cap(bend)
+        }
+    }
+
+    fn piece(&self, planned: &PlannedMove<MOTORS>, length: f32) -> Piece<AXES> {
+        let mut motors_mm = [0.0; MOTORS];
+        let scales = planned.delta.into_iter().zip(self.scales.mm_per_step);
+        for (mm, (steps, mm_per_step)) in motors_mm.iter_mut().zip(scales) {
+            *mm = steps as f32 * mm_per_step;
+        }
+        let mut tangent = self.kinematics.axes_mm(&motors_mm);
+        let per_length = 1.0 / planned.length;
+        for (tangent, per_acceleration) in tangent.iter_mut().zip(&self.limits.per_acceleration) {
+            *tangent *= per_length * per_acceleration;
+        }
+        Piece { tangent, length }
+    }
+
+    /// How the running move goes on, with the one `behind` it, where its end is to be passed at `exit_v2` at most.
+    pub(crate) fn course(
+        &self,
+        planned: &PlannedMove<MOTORS>,
+        behind: Option<&PlannedMove<MOTORS>>,
+        at: Whereabouts,
+        exit_v2: f32,
+    ) -> Course {
+        let to = behind.map_or([0.0; MOTORS], |behind| behind.bend);
+        if self.jerk > 0.0 {
+            return self.eased_course(planned, behind, exit_v2);
+        }
+        if planned.is_straight() && behind.is_none_or(PlannedMove::is_straight) {
+            let a = planned.acceleration;
+            return Course {
+                exit_v2,
+                top_v2: f32::INFINITY,
+                up: a,
+                down: a,
+                stop: a,
+            };
+        }
+        let middle = middle(planned, behind);
+        let from = if at.at_start { planned.bend } else { middle };
+        let piece = self.piece(planned, at.left);
+        let gain = |x, from: &[f32; MOTORS], to: &[f32; MOTORS], rise| {
+            piece.gain(x, from, to, rise) * GAIN_MARGIN
+        };
+        let reached = at.v2 + gain(at.v2, &from, &to, Rise::Forward);
+        let exit_v2 = least(exit_v2, reached);
+        let needed = gain(exit_v2, &to, &from, Rise::Backward);
+        let up = most(gain(at.v2, &from, &middle, Rise::Forward), exit_v2 - at.v2);
+        let down = most(
+            gain(exit_v2, &to, &middle, Rise::Backward),
+            least(at.v2 - exit_v2, needed),
+        );
+        let per_gain = 0.5 / at.left;
+        let within = |a: f32| {
+            let most_of_all = planned.acceleration;
+            most(least(a, most_of_all), STILL * most_of_all)
+        };
+        Course {
+            exit_v2,
+            top_v2: self.cap(&middle),
+            up: within(up * per_gain),
+            down: within(down * per_gain),
+            stop: within(piece.left(at.v2, &from, Rise::Backward)),
+        }
+    }
+
+    /// The same with a jerk limit: one acceleration for all.
+    fn eased_course(
+        &self,
+        planned: &PlannedMove<MOTORS>,
+        behind: Option<&PlannedMove<MOTORS>>,
+        exit_v2: f32,
+    ) -> Course {
+        let a = self.eased(planned, behind);
+        Course {
+            exit_v2,
+            top_v2: self.cap(&middle(planned, behind)),
+            up: a,
+            down: a,
+            stop: a,
+        }
+    }
+
+    /// The acceleration that the highest speeds leave, mm/s².
+    fn eased(&self, planned: &PlannedMove<MOTORS>, behind: Option<&PlannedMove<MOTORS>>) -> f32 {
+        let piece = self.piece(planned, planned.length);
+        let left = |of: &PlannedMove<MOTORS>| {
+            let v2 = self.limits.unit.v2(of.corner);
+            let both = [Rise::Forward, Rise::Backward];
+            both.iter().fold(planned.acceleration, |least_left, rise| {
+                least(least_left, piece.left(v2, &of.bend, *rise))
+            })
+        };
+        let ends = least(left(planned), behind.map_or(f32::INFINITY, left));
+        most(ends, STILL * planned.acceleration)
+    }
+
+    fn eased_gain(
+        &self,
+        planned: &PlannedMove<MOTORS>,
+        behind: Option<&PlannedMove<MOTORS>>,
+    ) -> f32 {
+        let acceleration = self.eased(planned, behind);
+        let limits = ramp::Limits {
+            acceleration,
+            jerk: self.jerk,
+        };
+        let fastest = most(sqrt(planned.top_v2()), crate::config::SLOWEST);
+        least(
+            2.0 * acceleration * planned.length,
+            ramp::braking(fastest, planned.length, limits),
+        )
+    }
+}
+
+/// Share of the acceleration along a move that a ramp has where nothing is left: for the divisions.
+const STILL: f32 = 1e-6;
+
+/// The curvature between the ends of a move: what both turns have in common, spread over its length.
+fn middle<const MOTORS: usize>(
+    planned: &PlannedMove<MOTORS>,
+    behind: Option<&PlannedMove<MOTORS>>,
+) -> [f32; MOTORS] {
+    let spread = |of: &PlannedMove<MOTORS>| {
+        let share = least(of.reach / planned.length, 1.0);
+        of.bend.map(|bend| bend * share)
+    };
+    behind.map_or([0.0; MOTORS], |behind| {
+        common(&spread(planned), &spread(behind))
+    })
+}
+
+impl<K, const AXES: usize, const MOTORS: usize> Braking<MOTORS> for Ground<'_, K, AXES, MOTORS>
+where
+    K: Kinematics<AXES, MOTORS>,
+{
+    fn gain(
+        &self,
+        planned: &PlannedMove<MOTORS>,
+        behind: Option<&PlannedMove<MOTORS>>,
+        v2: u32,
+    ) -> u32 {
+        let unit = self.limits.unit;
+        let straight = planned.is_straight() && behind.is_none_or(PlannedMove::is_straight);
+        let gain = if self.jerk > 0.0 {
+            self.eased_gain(planned, behind)
+        } else if straight {
+            2.0 * planned.acceleration * planned.length
+        } else {
+            let none = [0.0; MOTORS];
+            let to = behind.map_or(&none, |behind| &behind.bend);
+            let piece = self.piece(planned, planned.length);
+            piece.gain(unit.v2(v2), to, &planned.bend, Rise::Backward)
+        };
+        unit.units(gain * GAIN_MARGIN)
+    }
+
+    fn ends(&self, planned: &PlannedMove<MOTORS>, behind: &PlannedMove<MOTORS>) -> Ends {
+        let unit = self.limits.unit;
+        if self.jerk > 0.0 || planned.is_straight() && behind.is_straight() {
+            let gain = self.gain(planned, Some(behind), 0);
+            return Ends {
+                top: 0,
+                gains: [gain; 2],
+            };
+        }
+        let v2 = least(planned.top_v2(), behind.top_v2());
+        let top = unit.units(v2).min(behind.corner);
+        let piece = self.piece(planned, planned.length);
+        let gain = |x| piece.gain(x, &behind.bend, &planned.bend, Rise::Backward);
+        let gains = [0.0, unit.v2(top)].map(|x| unit.units(gain(x) * GAIN_MARGIN));
+        Ends { top, gains }
+    }
+}

@@ -1,0 +1,132 @@
+//! What the axes leave to the acceleration along a piece of path, as it follows the speed.
+//!
+//! A piece of path has the unit tangent `p`; where it meets the next one the path turns with the curvature `k` (a vector, 1/mm). With the
+//! squared speed `x` and the acceleration `u` along the path each axis asks
+//!
+//! ```text
+//!   |p_d·u + k_d·x| ≤ a_d
+//! ```
+//!
+//! which is a polygon in the plane of `u` and `x`. All vectors here are divided by the accelerations, so that it reads `|q_d·u + b_d·x| ≤ 1`.
+//! A speed is allowed where `u = 0` is: then it can be kept, and both braking and accelerating have something left, or nothing, but
+//! never less.
+//!
+//! Between two turns motion is straight: there no more than `|q_d·u| ≤ 1` is made use of, though a turn to come might make up for it.
+//!
+//! A piece whose speed rises from `x` to `x + g` over its length `L` has `u = g/2L`, and is asked at both of its ends, each with the
+//! curvature that is there. Braking is the same seen from the other end: the tangent turns round, the curvature stays.
+
+use crate::real::{least, most};
+
+/// A piece of path: its tangent by accelerations, s²/mm, and its length, mm.
+pub(crate) struct Piece<const AXES: usize> {
+    pub(crate) tangent: [f32; AXES],
+    pub(crate) length: f32,
+}
+
+/// In which direction the speed rises.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Rise {
+    /// Along the path: it accelerates.
+    Forward,
+    /// Against it: it brakes.
+    Backward,
+}
+
+/// The highest squared speed (mm²/s²) at which a path may turn with the curvature `bend` (by accelerations, s²/mm²).
+pub(crate) fn cap(bend: &[f32]) -> f32 {
+    1.0 / bend.iter().fold(0.0, |worst, b| most(worst, b.abs()))
+}
+
+/// What two curvatures have in common: that of the way between them.
+pub(crate) fn common<const N: usize>(one: &[f32; N], other: &[f32; N]) -> [f32; N] {
+    let mut both = *one;
+    for (both, other) in both.iter_mut().zip(other) {
+        *both = if *both * other <= 0.0 {
+            0.0
+        } else if both.abs() < other.abs() {
+            *both
+        } else {
+            *other
+        };
+    }
+    both
+}
+
+impl<const AXES: usize> Piece<AXES> {
+    /// By how much the squared speed can rise from `x` over the piece, mm²/s²: `from` is the curvature where it is `x`, `to` that at the
+    /// other end.
+    pub(crate) fn gain(&self, x: f32, from: &[f32], to: &[f32], rise: Rise) -> f32 {
+        let per_length = 0.5 / self.length;
+        let axes = self.tangent.iter().zip(from.iter().zip(to));
+        let gain = axes.fold(f32::INFINITY, |gain, (q, (from, to))| {
+            if *q == 0.0 && *to == 0.0 {
+                return gain; // the axis rests
+            }
+            let (each, from, to) = seen(*q, *from, *to, rise);
+            let each = each * per_length;
+            let gain = least(gain, least(1.0 - from * x, 1.0) / each);
+            let steeper = each + to;
+            if steeper > 0.0 {
+                least(gain, (1.0 - to * x) / steeper)
+            } else {
+                gain
+            }
+        });
+        most(gain, 0.0)
+    }
+
+    /// What is left for the acceleration along the path at the squared speed `x` where it turns with the curvature `bend`, mm/s².
+    pub(crate) fn left(&self, x: f32, bend: &[f32], rise: Rise) -> f32 {
+        let axes = self.tangent.iter().zip(bend);
+        let left = axes.fold(f32::INFINITY, |left, (q, bend)| {
+            let (each, bend, _) = seen(*q, *bend, 0.0, rise);
+            least(left, least(1.0 - bend * x, 1.0) / each)
+        });
+        most(left, 0.0)
+    }
+}
+
+/// Tangent and curvatures as they are where the tangent is positive and the speed rises along it.
+fn seen(q: f32, from: f32, to: f32, rise: Rise) -> (f32, f32, f32) {
+    if (q < 0.0) == (rise == Rise::Forward) {
+        (q.abs(), -from, -to)
+    } else {
+        (q.abs(), from, to)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        /// In `f64`, at both ends: neither axis is asked for more, and one of them for all of it, or nothing bounds the gain.
+        #[test]
+        fn a_gain_uses_all_of_one_axis_and_no_more_of_any(
+            angle in 0.0..core::f32::consts::TAU, length in 0.01f32..10.0, share in 0.0f32..1.0,
+            bends in prop::array::uniform4(-1.0f32..1.0), forward: bool,
+        ) {
+            let piece = Piece { tangent: [angle.cos(), angle.sin()], length };
+            let ([fx, fy, tx, ty], rise) = (bends, if forward { Rise::Forward } else { Rise::Backward });
+            let (from, to) = ([fx, fy], [tx, ty]);
+            let x = share * cap(&from).min(cap(&to));
+            let gain = f64::from(piece.gain(x, &from, &to, rise));
+            prop_assert!(gain >= 0.0);
+            let u = gain / 2.0 / f64::from(length) * if forward { 1.0 } else { -1.0 };
+            let mut most = 0.0f64;
+            for axis in 0..2 {
+                let q = f64::from(piece.tangent[axis]);
+                let asked = |bend: f32, x: f64| (q * u + f64::from(bend) * x).abs();
+                let start = asked(from[axis], x.into()).max((q * u).abs());
+                let end = asked(to[axis], f64::from(x) + gain);
+                // Where the speed can rise no more, it need not.
+                let end = if f64::from(x) + gain > f64::from(cap(&to)) * 1.0001 { 1.0 } else { end };
+                prop_assert!(start < 1.0 + 1e-4 && end < 1.0 + 1e-4, "{} {}", start, end);
+                most = most.max(start).max(end);
+            }
+            prop_assert!(most > 1.0 - 1e-3, "{}", most);
+        }
+    }
+}
