@@ -11,7 +11,7 @@ const PECKS: &str = "G91G83Z-10R-1Q0.2F40L2\n";
 
 type Desk<'a> = Session<'a, Cartesian, 3>;
 
-fn begin(memory: &mut Memory<3>) -> Desk<'_> {
+fn begin(memory: &mut Memory<3, 3>) -> Desk<'_> {
     let mut session = Session::new(memory, &setup::<3>(1), Cartesian);
     session.stream(SETTINGS);
     session.heard(0);
