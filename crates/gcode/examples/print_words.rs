@@ -1,4 +1,4 @@
-//! Prints the words of G-code lines from standard input, or a caret under what is wrong.
+//! Prints the words of G-code lines from standard input, or a caret under the fault.
 //!
 //! ```text
 //! $ printf 'g1 x10 (cut) f600\nG1 X1.2.3\n' | cargo run -p leadscrew-gcode --example print_words

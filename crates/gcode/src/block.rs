@@ -91,7 +91,7 @@ impl<const N: usize> Block<N> {
         })
     }
 
-    /// Reads what ends the words without being one: `%` or a checksum. Anything else is the `error` that it looks like.
+    /// Reads the `%` or the checksum that ends the words. Anything else is `error`.
     fn end(mut self, line: &[u8], error: Error) -> Result<Self, Error> {
         let (before, rest) = line.split_at_checked(error.column).unwrap_or((line, &[]));
         let bare = self.words.is_empty() && !self.deleted;

@@ -1,12 +1,12 @@
-//! What can be wrong with a line, and where.
+//! Faults of a line, and their places.
 
 use core::fmt;
 
-/// Says what is wrong with a line, and at which byte.
+/// A fault of a line, and its byte.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Error {
-    /// What is wrong.
+    /// The fault.
     pub kind: ErrorKind,
     /// Where: the offset in the line, in bytes from 0. The length of the line when its end came too soon.
     pub column: usize,

@@ -1,6 +1,6 @@
 //! Reads G-code: one line of text in, its words with exact decimal values out.
 //!
-//! The crate knows how G-code is *spelled*, not what it means: there are no units, axes or modal groups here, and any
+//! The crate knows the *spelling* of G-code, not its meaning: there are no units, axes or modal groups here, and any
 //! letter may carry any number, any number of times. It allocates nothing and fits a microcontroller.
 //!
 //! # The grammar
@@ -18,7 +18,7 @@
 //! A gap may stand anywhere, even inside a number, and means nothing: `G0 X1 0` is `G0X10`. A blank is every byte up to
 //! 0x20 but CR and LF. Comments do not nest: inside `( )` a `;` is text, behind `;` a `(` is. A `(` left open lasts to
 //! the end of the line. There are no exponents: `X1E2` is the words `X1` and `E2`. A number beyond the range of [`Number`]
-//! is read as the end of that range, [`Number::MAX`] or its negative: what a letter does with it is not the reader's to say.
+//! is read as the end of that range, [`Number::MAX`] or its negative. Whether a letter takes it is the caller's to decide.
 //!
 //! A line comes without its line end. Not even a comment swallows a CR or LF: two lines passed as one are an error, and
 //! never a silently forgotten second line.

@@ -1,7 +1,7 @@
 //! The grammar of a line as nom parsers, from the byte up.
 //!
-//! nom combinators say what is short or rare: comments, the checksum. What every byte of every line passes through,
-//! [`plain_number`], is written out. It leaves to [`number`] whatever is longer than usual, has gaps, or is no number at all.
+//! Short or rare parts are nom combinators: comments, the checksum. [`plain_number`], through which nearly all numbers go, is
+//! written out for speed. It leaves long numbers, numbers with gaps and faults to [`number`].
 
 use nom::branch::alt;
 use nom::bytes::complete::take_till;
@@ -14,7 +14,7 @@ use nom::{IResult, Parser};
 
 use crate::{Error, ErrorKind, Letter, Number};
 
-/// What a parser here answers: the rest of the line and what it read.
+/// The answer of a parser: the rest of the line and the value.
 type Parsed<'a, O> = IResult<&'a [u8], O, Fault>;
 
 /// An [`Error`] as seen from inside the line, where only the bytes left are known.
@@ -56,7 +56,7 @@ impl ParseError<&[u8]> for Fault {
     }
 }
 
-/// Turns what a parser here complained about into the error that the caller of the crate sees.
+/// Turns a parser's error into the crate's.
 #[cold]
 pub(crate) fn locate(error: nom::Err<Fault>, length: usize) -> Error {
     let (kind, left) = match error {
@@ -114,7 +114,7 @@ fn letter(input: &[u8]) -> Parsed<'_, Letter> {
 }
 
 /// Reads a number as nearly all are: a minus or none, one to nine digits with at most one point among them, and behind
-/// it the end of the line or what may be the letter of the next word. `None` for all others, which [`number`] reads.
+/// it the end of the line or a byte that may be the letter of the next word. `None` for all others, which [`number`] reads.
 #[inline]
 fn plain_number(input: &[u8]) -> Option<(&[u8], Number)> {
     let (unsigned, negative) = match input {
@@ -162,8 +162,8 @@ const UNITS: [i32; 10] = [
 
 /// Reads any number and the gap behind it: a sign or none, digits with at most one point and gaps among them.
 ///
-/// Nine digits behind the point count, the others are dropped: the value is cut toward zero. What is beyond the range of
-/// [`Number`] is read as its end.
+/// Nine digits behind the point count, the others are dropped: the value is cut toward zero. A number beyond the range of
+/// [`Number`] is read as the end of the range.
 #[cold]
 pub(crate) fn number(input: &[u8]) -> Parsed<'_, Number> {
     let (unsigned, negative) = sign(input);

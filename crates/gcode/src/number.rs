@@ -62,10 +62,10 @@ impl Number {
         }
     }
 
-    /// Answers the nearest `f32`, ties to even: what `str::parse::<f32>` makes of the same digits.
+    /// Answers the nearest `f32`, ties to even, as `str::parse::<f32>` does for the same digits.
     ///
     /// Neither 64-bit division nor double precision: an n of 63 bits is divided by 5⁹ as on paper, in three digits of
-    /// 11, 11 and 8 bits, which gives more bits than an `f32` holds. What remains is only compared with zero.
+    /// 11, 11 and 8 bits, which gives more bits than an `f32` holds. The remainder is only compared with zero.
     pub fn to_f32(self) -> f32 {
         let magnitude = self.0.unsigned_abs();
         if magnitude == 0 {
@@ -94,8 +94,8 @@ impl Number {
     }
 }
 
-/// Divides what is negative or too large for 32 bits. Kept apart, or the compiler sees two equal quotients and calls for
-/// the slow one always.
+/// Divides numbers that are negative or too large for 32 bits. A function of its own: side by side with the quick division
+/// the compiler would take the slow one for both.
 #[cold]
 #[inline(never)]
 fn wide_trunc(nanos: i64) -> i64 {

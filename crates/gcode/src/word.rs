@@ -65,7 +65,7 @@ pub fn words(line: &[u8]) -> Words<'_> {
     }
 }
 
-/// Reads the number that a text begins with, as behind the `$` and the `=` of a setting; answers what follows it, too.
+/// Reads the number that a text begins with, as behind the `$` and the `=` of a setting; answers the text behind it, too.
 ///
 /// # Errors
 ///
@@ -80,9 +80,9 @@ pub fn leading_number(text: &[u8]) -> Result<(Number, &[u8]), Error> {
 /// The words of a line. Made by [`words`].
 #[derive(Debug, Clone)]
 pub struct Words<'a> {
-    /// Length of the whole line in bytes: less what is left, it is the column.
+    /// Length of the whole line in bytes. Less the length of `rest` it is the column.
     length: usize,
-    /// What is still to be read, no gap in front of it; empty after an error.
+    /// The unread part, without a gap in front of it; empty after an error.
     rest: &'a [u8],
 }
 

@@ -1,4 +1,4 @@
-//! Reads `golden/lines.txt` and compares what the crate makes of each line with what stands below it.
+//! Reads `golden/lines.txt` and compares the words of each line with the text below it.
 //!
 //! The file is pairs of lines: `< ` and a line of G-code as written, `> ` and the block printed, or the error. Escapes
 //! like `\t` and `\x80` stand for bytes that an editor would not show.

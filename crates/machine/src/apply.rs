@@ -38,7 +38,7 @@ where
         self.motion.shared.set_direction_wait(self.direction_wait());
         board.configure(&port_config(&self.settings));
         if another_tool {
-            // What was told to turn was not told to burn, and what was told to burn in motion not to do so at rest.
+            // Switching `$32` resets the tool: M3 for a spindle was no order to a laser, and the reverse.
             self.switch_spindle_off(board);
         }
         self.set_gate();

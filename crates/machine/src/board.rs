@@ -1,4 +1,4 @@
-//! What the machine asks of its board: slow pins, serial output, the start of the step timer.
+//! The board under the machine: slow pins, serial output, the start of the step timer.
 //!
 //! ```text
 //!   Machine::poll(&mut board, now)          switch interrupt         step interrupt
@@ -9,7 +9,7 @@
 //! ```
 //!
 //! Implemented by the firmware's board and by the simulator. Every method is called from the main loop
-//! and none may wait: what takes time is begun, or refused in part ([`Board::write`]).
+//! and none may wait: it begins what takes time, or takes a part of it ([`Board::write`]).
 
 use core::fmt;
 use leadscrew_planner::{Coordinate, MoveKind};

@@ -1,4 +1,4 @@
-//! What cannot wait for a line: realtime commands and switches, each handled in one place.
+//! Realtime commands and switches, which cannot wait for a line.
 
 use crate::board::{Board, ChannelId, CoolantOutput, Duration, Instant};
 use crate::console::Discard;

@@ -1,4 +1,4 @@
-//! A limit switch that stays closed (`$21=1`): what may still move.
+//! A limit switch that stays closed (`$21=1`), and the jogs that are still allowed.
 //!
 //! The edge stops the machine ([`crate::inputs`]). As long as the switch is closed after that, programs are refused, and of the
 //! jogs those that lead farther into it:

@@ -1,4 +1,4 @@
-//! Switch edges and the probe latch: what happens at the very step of a contact.
+//! Switch edges and the probe latch: the answer to a contact at its very step.
 //!
 //! The switch interrupt calls [`Inputs::on_switches`] with the levels of all inputs. Some things cannot
 //! wait for the main loop and are done there and then:
@@ -12,8 +12,8 @@
 //! | buttons | – | the edge is counted | reset, hold, start, door |
 //!
 //! Each word has one writer at a time. The motor lock changes hands: it is the main loop's but while [`Inputs::watch_homing`]
-//! has the switch interrupt write it. Events are counters that the interrupt advances and the main loop compares with what it
-//! saw last, so that nothing needs a compare-and-swap, which a Cortex-M0 lacks.
+//! has the switch interrupt write it. Events are counters: the interrupt advances them, the main loop compares them with its
+//! last copy. So nothing needs a compare-and-swap, which a Cortex-M0 lacks.
 
 use crate::board::Switches;
 use core::sync::atomic::{AtomicBool, AtomicI32, AtomicU8, Ordering};

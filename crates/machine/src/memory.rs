@@ -1,4 +1,4 @@
-//! What the machine remembers besides settings and offsets: startup lines and the text of `$I`.
+//! Startup lines and the text of `$I`, which outlast power.
 
 use crate::protocol::system_command::{MAX_STORED_TEXT, STARTUP_LINES};
 use heapless::Vec;

@@ -1,4 +1,4 @@
-//! Feed, rapid and spindle overrides: factors on what the program asks for, in percent.
+//! Feed, rapid and spindle overrides: factors on the programmed values, in percent.
 
 use crate::protocol::realtime::{OverrideStep, RapidOverride};
 

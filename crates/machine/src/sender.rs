@@ -1,6 +1,6 @@
-//! Whose laser it is: what becomes of it when its sender is silent, goes away, or another one takes over.
+//! The laser and its sender: it goes off when the sender falls silent, goes away, or another sender takes over.
 //!
-//! The sender is the serial line that sent the last line of G-code. Where a startup line lit the laser, anybody is.
+//! The sender is the serial line that sent the last line of G-code. A laser lit by a startup line belongs to every sender.
 
 use crate::activity::line::{LineKind, Origin};
 use crate::board::{Board, ChannelId, Duration, Instant};

@@ -1,4 +1,4 @@
-//! What the machine reports of itself: plain values taken from its parts at one instant.
+//! Reports: plain values taken from the machine's parts at one instant.
 
 use crate::board::{Board, SpindleOutput};
 use crate::extension::Extension;

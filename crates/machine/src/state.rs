@@ -1,4 +1,4 @@
-//! What the machine is doing, as `?` reports it, and which event leads where.
+//! The machine's state, as `?` reports it, and the events that change it.
 //!
 //! ```text
 //!              motion begins                    0x84, door opens (any but Alarm, Check, Sleep, Home)
@@ -14,8 +14,8 @@
 //!                        +---------------+       Home: $H; Check: $C; Sleep: $SLP, left by 0x18 only
 //! ```
 //!
-//! Phases are data of their state, so that none can contradict another. Each event is one method: it says
-//! what the state becomes, or `None` where the event means nothing there.
+//! Phases are data of their state, so that none can contradict another. Each event is one method: it
+//! returns the next state, or `None` where the event means nothing.
 
 use crate::board::Instant;
 

@@ -1,7 +1,7 @@
-//! Settings that ask for more steps than the board makes: what they may ask for, in words.
+//! Settings that ask for more steps than the board makes, and the values that would work.
 //!
-//! Settings are accepted one by one, as senders restore them: only what no other setting could make up for is refused
-//! ([`StepTiming::limits`]). Motion is capped at the rate that all of them leave.
+//! Settings are accepted one by one, since senders restore them so. A value is refused only where no values of the other
+//! settings could make it work ([`StepTiming::limits`]). Motion is capped at the rate that all settings leave.
 
 use crate::settings::table::{AxisSetting, Setting};
 use crate::settings::values::{Key, Settings};

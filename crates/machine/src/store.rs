@@ -1,6 +1,6 @@
-//! Between the machine and its store: what is loaded at power-up, what is to be written, and when.
+//! Between the machine and its store: loads at power-up, and writes changes at rest.
 //!
-//! Lines change settings, offsets and texts in memory and note what has to be written; [`Machine::save`] then writes one
+//! Lines change settings, offsets and texts in memory, and note the change; [`Machine::save`] then writes one
 //! record a call, a long one in parts, while motion rests: writing flash may stop the CPU for a while. The line that made the
 //! change is answered after that, so that its `ok` says that the change will survive a power loss.
 

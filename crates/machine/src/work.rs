@@ -1,4 +1,4 @@
-//! What the machine has done so far, counted: for cost models and benchmarks.
+//! Counts of the work done so far, for cost models and benchmarks.
 
 use leadscrew_planner::Pushed;
 

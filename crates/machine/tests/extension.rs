@@ -1,4 +1,4 @@
-//! What a firmware adds: M codes, a setting, a report field and a realtime byte, seen from the sender.
+//! An extension's M codes, a setting, a report field and a realtime byte, seen from the sender.
 
 mod bench;
 #[path = "bench/flash.rs"]

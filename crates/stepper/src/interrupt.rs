@@ -3,13 +3,13 @@
 use crate::{Early, Line, MotorMask, Power, Segment, Shared, StepPort, Stepper, Ticks};
 use heapless::spsc::Consumer;
 
-/// What the step interrupt keeps between calls.
+/// The step interrupt's state between calls.
 #[derive(Debug)]
 pub struct StepInterrupt<const MOTORS: usize> {
     stepper: Stepper<MOTORS>,
     /// The motors that step at the next call; none where that call starts out of rest.
     due: MotorMask,
-    /// What a step adds to the position of each motor: 1 or -1.
+    /// Added to the position of a motor by each of its steps: 1 or -1.
     sign: [i32; MOTORS],
 }
 
@@ -78,8 +78,8 @@ pub fn on_tick<P: StepPort, const MOTORS: usize>(
     false
 }
 
-/// What [`on_tick`] does while there is a stop, a locked motor, or the laser is held off: somebody has asked for one
-/// of them, or asks no longer.
+/// The part of [`on_tick`] for a stop, a locked motor, or a laser that is held off: one of them was asked for, or is no
+/// longer.
 #[cold]
 #[inline(never)]
 fn restricted<P: StepPort, const MOTORS: usize>(

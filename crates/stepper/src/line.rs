@@ -1,4 +1,4 @@
-//! One straight move, counted in motor steps: what Bresenham's tracer needs to know of it.
+//! One straight move, counted in motor steps, for Bresenham's tracer.
 
 use crate::{Early, MotorMask, MAX_SMOOTHING_LEVEL};
 use core::fmt;

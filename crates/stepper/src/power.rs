@@ -4,10 +4,10 @@ use fixed::types::{I1F31, U1F31};
 
 /// Output power as a share of full power, 0 to 1 in steps of 2⁻³¹.
 ///
-/// What *full* means (`$30`, the PWM timer's period) is decided outside this crate.
+/// *Full* is defined outside this crate, by `$30` and the PWM timer's period.
 ///
-/// Kept as what is missing from full power, -2³¹ to 0: there the processor's saturating addition keeps a changing
-/// power to the lower end, and the sign tells of the upper one.
+/// Stored as power less full power, -2³¹ to 0. The processor's saturating addition stops at the lower end; a positive sum
+/// says that the upper end is passed.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Hash)]
 pub struct Power {
     missing: i32,
@@ -16,7 +16,7 @@ pub struct Power {
 /// How much [`Power`] changes from one tick to the next.
 pub type PowerChange = I1F31;
 
-/// What turns a [`Power`] into the compare value of a PWM timer.
+/// Turns a [`Power`] into the compare value of a PWM timer.
 ///
 /// Twice the timer's period: the upper word of its product with a share of 31 bits is the level, with nothing to shift.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

@@ -1,4 +1,4 @@
-//! What the main loop hands to the step interrupt.
+//! Segments: the main loop makes them, the step interrupt plays them.
 
 use crate::{Early, Line, MotorMask, Power, PowerChange, Smoothing};
 use core::num::NonZeroU16;
@@ -41,11 +41,11 @@ pub struct Segment<const MOTORS: usize> {
     pub early: Early,
     /// Time from the segment's start to its first tick.
     pub interval: Interval,
-    /// What each further interval is longer than the one before.
+    /// How much longer each further interval is than the one before.
     pub interval_change: IntervalChange,
     /// Power from the segment's start to its first tick.
     pub power: Power,
-    /// What the power of each further interval is more than that of the one before.
+    /// How much more power each further interval has than the one before.
     pub power_change: PowerChange,
     /// Synchronised outputs, set at the segment's start.
     pub outputs: Outputs,

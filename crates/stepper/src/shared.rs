@@ -17,11 +17,10 @@
 //! `running` has two writers that never meet: the main loop sets it before it starts the timer, the
 //! interrupt clears it as it stops the timer.
 //!
-//! Everybody runs on one core, so that memory needs no barrier (`dmb`): whoever interrupts sees all that was
-//! stored before. What is left is the compiler's order. The words that every tick reads or writes stand for
-//! themselves, none says that another one is ready: their accesses are relaxed. `running` does say so
-//! (what was set before the start holds from the first tick; at rest, the position is the last one): it is
-//! stored with release and loaded with acquire order.
+//! All contexts run on one core: an interrupt sees every store that came before it, so that no memory barrier (`dmb`) is
+//! needed. Only the compiler could change the order. No word that a tick reads or writes says that another one is ready:
+//! their accesses are relaxed. `running` does say so. Words set before the start hold from the first tick on, and at rest
+//! the position is final: `running` is stored with release and loaded with acquire order.
 
 use crate::{MotorMask, Ticks};
 use core::sync::atomic::{compiler_fence, AtomicBool, AtomicI32, AtomicU32, AtomicU8, Ordering};

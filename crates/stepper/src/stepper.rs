@@ -5,7 +5,7 @@ use crate::{
     MAX_SMOOTHING_LEVEL,
 };
 
-/// One tick of the step timer: what to do, and how long to wait before it.
+/// One tick of the step timer: its steps and power, and the wait before it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Tick {
@@ -21,7 +21,7 @@ pub struct Tick {
     pub outputs: Outputs,
 }
 
-/// What [`Stepper::tick`] found.
+/// The answer of [`Stepper::tick`].
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Progress {
@@ -33,7 +33,7 @@ pub enum Progress {
     Underrun,
 }
 
-/// A bit that is set in what is below 0 (modulo 2³²) and in nothing else: the tracer counts to less than 2³⁰.
+/// This bit is set in numbers below 0 (modulo 2³²) and in no others: the tracer counts to less than 2³⁰.
 const SIGN: u32 = 30;
 
 /// Turns segments into ticks.
@@ -93,8 +93,8 @@ impl<const MOTORS: usize> Stepper<MOTORS> {
 
     /// Produces the next tick, taking a segment from `next` where the last one is used up.
     ///
-    /// The whole stream, for who wants to look at it. The step interrupt takes the same steps one by one and keeps
-    /// of a tick only what it needs. Bounded: no loop but those over the motors.
+    /// For tests and traces. The step interrupt takes the same steps one by one, without a `Tick`.
+    /// Bounded: the only loops are over the motors.
     pub fn tick(&mut self, next: impl FnOnce() -> Option<Segment<MOTORS>>) -> Progress {
         let step = match self.take_tick() {
             Some(step) => {
@@ -420,7 +420,7 @@ mod tests {
                         } else {
                             full / 2 + (steps << (4 - wanted)) / 2
                         };
-                        // What came early in a coarser segment stays taken.
+                        // A step that came early in a coarser segment is not taken again.
                         due[m] = due[m].max((steps * now + ahead) / full);
                         prop_assert_eq!(*t, due[m], "motor {} tick {}", m, k);
                     }

@@ -18,7 +18,7 @@ use leadscrew_planner::Cartesian;
 use leadscrew_stepper::{Power, Shared};
 use std::convert::Infallible;
 
-/// A relay that prints what it does.
+/// A relay that prints its state.
 struct Relay;
 
 impl ErrorType for Relay {

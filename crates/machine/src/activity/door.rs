@@ -6,8 +6,8 @@
 //! ```
 //!
 //! The motions are left out on machines without parking, while parking is forbidden (M56 P0), without homing
-//! (`$22`), and where the spindle is higher than the place to park already. Delays are for what was on; a laser needs none, and
-//! comes back with the program alone. `$SLP` goes the same way as far as `park`.
+//! (`$22`), and where the spindle is higher than the place to park already. Only outputs that were on are waited for. A
+//! laser needs no wait: it comes back with the program. `$SLP` goes the same way as far as `park`.
 
 use super::door_cycle::{DoorCycle, Step};
 use crate::board::{Board, Duration, Instant};

@@ -1,4 +1,4 @@
-//! What an extension may ask and say.
+//! The machine as an extension sees it.
 
 use crate::board::Instant;
 use crate::protocol::alarm::Alarm;
@@ -14,11 +14,11 @@ pub trait Out {
     fn message(&mut self, text: fmt::Arguments<'_>);
 }
 
-/// What an extension may ask and say: lent for one call.
+/// The machine as an extension sees it during one call.
 pub struct Cx<'a, const AXES: usize> {
     /// The present.
     pub now: Instant,
-    /// What the machine is doing.
+    /// The machine's state.
     pub state: State,
     /// Where the axes are, machine position.
     pub position: [Coordinate; AXES],
@@ -29,7 +29,7 @@ pub struct Cx<'a, const AXES: usize> {
 }
 
 impl<'a, const AXES: usize> Cx<'a, AXES> {
-    /// What a machine lends.
+    /// Made by a machine.
     pub(super) fn new(
         now: Instant,
         state: State,

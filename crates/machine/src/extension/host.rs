@@ -1,4 +1,4 @@
-//! The machine's side: when an extension is asked, and what becomes of its answers.
+//! The machine's side: asks the extension, and carries its answers out.
 
 use super::{Call, Cx, Event, Extension, Out, Step};
 use crate::activity::line::{Origin, OwnWait, Progress};
@@ -98,7 +98,7 @@ where
         self.follow(step, call, board, now)
     }
 
-    /// Whether what the M code under way waits for has come.
+    /// Whether the M code under way may be asked again.
     fn is_own_due(&mut self) -> bool {
         match self.activity.line.own_wait() {
             Some(OwnWait::Rest) => self.is_motion_over(),
@@ -189,7 +189,7 @@ where
         Progress::Wait
     }
 
-    /// Lends the extension what it may ask and say; locks the machine if it wants that.
+    /// Calls the extension with a [`Cx`]; locks the machine if the extension asks for that.
     fn ask<B: Board, R>(
         &mut self,
         to: Option<ChannelId>,

@@ -1,4 +1,4 @@
-//! What a firmware adds to GRBL without a fork: M codes, settings, report fields, realtime bytes, and the pins that it owns.
+//! Additions of a firmware to GRBL, without a fork: M codes, settings, report fields, realtime bytes, and the pins that it owns.
 //!
 //! ```text
 //!   M10 P1          m_code(10) --> perform(call) --> Step: done, again later, move there, refused
@@ -34,7 +34,7 @@ use core::fmt;
 use leadscrew_gcode::{Letter, Number};
 use leadscrew_planner::Coordinate;
 
-/// What a firmware adds to a machine with `AXES` axes.
+/// An addition to a machine with `AXES` axes.
 ///
 /// Every method has a default, which adds nothing.
 pub trait Extension<const AXES: usize> {

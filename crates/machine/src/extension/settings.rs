@@ -60,7 +60,7 @@ where
         }
     }
 
-    /// Takes over what is stored of the extension's settings; whether all of it was sound.
+    /// Loads the extension's settings from the store; whether all records were sound.
     pub(crate) fn load_own<S: SettingsStore>(
         &mut self,
         records: &Records,

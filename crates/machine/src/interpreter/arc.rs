@@ -1,4 +1,4 @@
-//! Arcs: from what a program says to the centre.
+//! Arcs: from the program's words to the centre.
 //!
 //! Lengths are whole numbers of 10⁻⁹ mm and are compared by their exact squares, so that a radius of half the chord is
 //! enough and 10⁻⁹ mm less is not. Only the height of a centre over its chord is rounded.

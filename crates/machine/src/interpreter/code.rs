@@ -1,7 +1,7 @@
-//! G and M numbers: which exist, what they say, and which fault a wrong one is.
+//! G and M numbers: which exist, their meaning, and the error of a wrong one.
 //!
 //! GRBL takes a number modulo 256 and its fraction in hundredths, rounded: G38.204 is G38.2, G0.004 is G0. A number
-//! that wraps is never accepted, but answered as what it wraps to: G256 as a G0 with a fraction, G300 as G44.
+//! that wraps is never accepted. Its error is that of the wrapped number: G256 as a G0 with a fraction, G300 as G44.
 
 use super::command::OffsetId;
 use super::cycle::kind::CycleKind;

@@ -1,4 +1,4 @@
-//! Canonical commands: what a line asks of the machine, in machine coordinates, with all modes resolved.
+//! Canonical commands: a line's work for the machine, in machine coordinates, with all modes resolved.
 //!
 //! The machine needs no modal state to carry them out, and a test can print them: this is the first seam for golden
 //! files.

@@ -1,4 +1,4 @@
-//! What a line's meaning depends on besides the lines before it.
+//! Settings and build options that a line's meaning depends on.
 
 use super::Coordinate;
 use crate::config::{AxisKind, Options};

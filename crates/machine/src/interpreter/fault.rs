@@ -1,4 +1,4 @@
-//! What is wrong with a line, and where.
+//! Faults of a line, and their places.
 
 use super::code::Code;
 use super::letters::Letters;

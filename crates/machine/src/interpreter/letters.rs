@@ -1,4 +1,4 @@
-//! Sets of letters and of modal groups: what a line has said already.
+//! Sets of letters and of modal groups that a line has had so far.
 
 use crate::extension::MCode;
 use crate::protocol::status::Status;

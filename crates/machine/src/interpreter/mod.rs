@@ -49,7 +49,7 @@ use check::{Check, Plan, Purpose};
 use words::Block;
 
 impl<const AXES: usize> Interpreter<AXES> {
-    /// Reads a line, checks all of it, and carries it out: puts its commands in place of what is in `commands`.
+    /// Reads a line, checks all of it, and carries it out: replaces `commands` by its commands.
     ///
     /// `line` comes without blanks, comments and line end, in capitals. Main loop; bounded by the line's length.
     ///

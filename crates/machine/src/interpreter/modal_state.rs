@@ -1,4 +1,4 @@
-//! What stays in force from line to line: one enum a modal group.
+//! The modes that stay in force from line to line: one enum for each modal group.
 //!
 //! Modal groups are those of RS274/NGC (NISTIR 6556, table 4), as far as GRBL 1.1h knows them. Each enum prints as the
 //! word that selects it, so that `$G` is a list of them.

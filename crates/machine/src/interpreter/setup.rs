@@ -43,12 +43,12 @@ impl<const AXES: usize> Interpreter<AXES> {
         &self.modal
     }
 
-    /// Notes what the valves are set to, by whatever: `$G` follows.
+    /// Notes the state of the valves, whoever set them: `$G` follows.
     pub fn set_coolant(&mut self, coolant: Coolant) {
         self.modal.coolant = coolant;
     }
 
-    /// Notes that the spindle was switched off by something else than a line: M5.
+    /// Notes that the spindle was switched off without a line: M5.
     pub fn stop_spindle(&mut self) {
         self.modal.rotation = Rotation::Off;
     }
@@ -74,7 +74,7 @@ impl<const AXES: usize> Interpreter<AXES> {
         self.position = position;
     }
 
-    /// Forgets what a soft reset forgets: modal state, G92, tool length. The position stays.
+    /// Forgets as a soft reset does: modal state, G92, tool length. The position stays.
     pub fn reset(&mut self) {
         self.modal = ModalState::default();
         self.offsets.reset();

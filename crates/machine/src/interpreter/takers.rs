@@ -1,4 +1,4 @@
-//! What the words of a line belong to.
+//! Commands that take the words of a line.
 
 use super::command::OffsetId;
 

@@ -1,15 +1,15 @@
 //! The main loop's end of the segment queue: hands segments over, and no more than 2 ms of them.
 //!
-//! What is in the queue can no longer be changed: a hold, an override or a cancel acts behind it. The time
-//! committed is what is left of the segment under way plus all that wait:
+//! A segment in the queue can no longer be changed: a hold, an override or a cancel acts behind it. The time committed is the
+//! rest of the segment under way and all segments that wait:
 //!
 //! ```text
 //!    left of the one under way | waiting ...          | room for the longest | laser's lead
 //!    <--------------------------------- 2 ms ----------------------------------------->
 //! ```
 //!
-//! A segment begins where the one before it ends; the main loop sees that no earlier than it is. It so takes too much rather
-//! than too little for what is left. No segment is longer than [`Feeder::longest_segment`], slow steps come in several.
+//! The main loop notices the begin of a segment late, never early. So its estimate of the committed time is too long rather
+//! than too short. No segment is longer than [`Feeder::longest_segment`]; a slow step takes several.
 
 use crate::board::{Board, Duration, Instant};
 use crate::config::{COMMITTED, SEGMENTS};

@@ -1,4 +1,4 @@
-//! How much motion is to wait in the queue: more of it would only make answers come long before what they answer.
+//! How much motion waits in the queue. With more, a line would be answered long before its motion.
 
 use crate::board::Duration;
 use leadscrew_planner::Config;

@@ -1,4 +1,4 @@
-//! When the program's motion begins out of rest: once the sender has had its turn, so that what it says at once belongs together.
+//! When the program's motion begins out of rest: lines that a sender sends together are planned together.
 
 use crate::board::{Duration, Instant};
 

@@ -3,8 +3,8 @@
 //! Each kind is kept once, in the order in which the last of each came. So `!~` still ends a hold and `~!` still begins one,
 //! however many there were: all that comes earlier of the same kind changes nothing in the end.
 //!
-//! The interrupt owns `list`, the main loop owns `taken`: loads and stores are enough. What comes while the main loop takes the
-//! list is added to it; then the main loop gets some of it twice, which changes nothing either.
+//! The interrupt owns `list`, the main loop owns `taken`: loads and stores are enough. A command that comes while
+//! the main loop takes the list is added to it. The main loop then gets some commands twice, which changes nothing.
 
 use super::realtime::Realtime;
 use core::sync::atomic::{AtomicU32, Ordering};

@@ -1,4 +1,4 @@
-//! `[MSG:…]` lines: what the machine says without being asked.
+//! `[MSG:…]` lines, which the machine sends unasked.
 //!
 //! The texts up to `Sleeping` are Grbl's, to the letter: senders look for some of them.
 

@@ -1,4 +1,4 @@
-//! What goes over the wire: bytes to lines and commands, answers to text. No machine inside.
+//! The wire: bytes to lines and commands, answers to text. No machine inside.
 
 pub mod alarm;
 pub mod cadence;

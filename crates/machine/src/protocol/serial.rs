@@ -9,16 +9,15 @@
 //!           nothing                |
 //! ```
 //!
-//! A realtime command carries a [`Mark`]: how many ordinary bytes came before it. A reset so drops what was received
-//! before it and nothing else, however late the main loop gets to see it. The order of arrival is kept: the inbox hands
+//! A realtime command carries a [`Mark`]: how many ordinary bytes came before it. A reset drops the bytes received
+//! before it and no others, however late the main loop sees it. The order of arrival is kept: the inbox hands
 //! out no byte before the realtime commands that came ahead of it.
 //!
 //! Why no byte can overtake: the receiver queues a command before any later byte, and the queue publishes each entry
 //! with release ordering. Once the inbox sees a byte (acquire), it sees all commands ahead of that byte.
 //!
-//! What happens when something is full: an ordinary byte is lost and counted, as Grbl loses it; `?` is remembered in a
-//! flag, so that some report follows; one place is kept for a reset, and if that is taken, a reset is under way already
-//! and only its mark moves on. `!`, `~`, 0x84 and 0x85 are kept beside the queue ([`Late`]). Overrides and the like are lost and
+//! When a queue is full: an ordinary byte is lost and counted, as in Grbl. `?` is remembered in a flag, so that a report
+//! follows. One place is kept for a reset; where that is taken, a reset is under way already and only its mark moves on. `!`, `~`, 0x84 and 0x85 are kept beside the queue ([`Late`]). Overrides and the like are lost and
 //! counted.
 
 use super::late::{Late, Taken};

@@ -1,4 +1,4 @@
-//! What a line is answered with when it is refused: `error:N`.
+//! The answer to a refused line: `error:N`.
 //!
 //! The numbers are GRBL's; 52, a value out of range, is the one grblHAL's users know. From 200 on they are our own.
 

@@ -1,8 +1,7 @@
 //! `$` lines.
 //!
-//! What is wrong with a line is looked for in Grbl's order, so that a sender that knows Grbl gets the number it expects:
-//! for `$`, `$$`, `$G`, `$C` and `$X` the spelling, then whether the machine may do it now; for all others the other way
-//! round.
+//! Faults are looked for in Grbl's order, so that a sender gets the error number that it expects. For `$`, `$$`, `$G`, `$C` and
+//! `$X` the spelling comes first, then whether the machine may do it now; for all others the reverse.
 
 use super::status::Status;
 use crate::interpreter::Fault;

@@ -1,4 +1,4 @@
-//! What a store of settings asks of its memory.
+//! The memory under a store of settings.
 
 /// One of the two areas that are used in turn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

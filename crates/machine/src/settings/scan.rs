@@ -1,4 +1,4 @@
-//! Reading back what a store holds, whatever state a power loss left it in.
+//! Reads a store back, whatever state a power loss left it in.
 
 use super::flash::{Area, SettingsStore};
 use super::record::{

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //!   area 1: header | G54 | $100 | commit | $110 | $100 | ...      each change is appended; the last of a key counts
-//!   area 2: header | $100 | G54 | $110 | commit | ...             when full, what counts is copied to the other area
+//!   area 2: header | $100 | G54 | $110 | commit | ...             when full, the records that count are copied to the other area
 //! ```
 //!
 //! A record counts once its checksum, written last, is there: before that the old value stands. An area counts once its
@@ -12,8 +12,8 @@
 //! The memory may err without saying so. Everything that is written is read back: a record before it counts as stored, a copy
 //! before its commit record is written. After a fault the other area is written, once more if need be.
 //!
-//! An erase that power interrupted may leave cells that read as erased and do not keep what is written to them later. The
-//! header is written after the erase: an area without one is erased again, whatever it reads as.
+//! After an erase that power interrupted, cells may read as erased and lose later writes. The header is written after the
+//! erase: an area without one is erased again, whatever it reads as.
 
 use super::flash::{Area, SettingsStore};
 use super::record::{

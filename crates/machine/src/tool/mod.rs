@@ -4,7 +4,7 @@
 //! |---|---|
 //! | [`beam`] | when a laser is lit |
 //! | `scale` | which power an `S` is |
-//! | [`spindle`] | what is wanted of spindle or laser |
+//! | [`spindle`] | which output is wanted of spindle or laser |
 //! | [`coolant`] | which valves are open |
 //! | `dead_man` | how long a laser stays lit without its sender |
 //! | `output` | which direction and power go out at rest |

@@ -1,4 +1,4 @@
-//! The spindle, or the laser in its place: what is wanted of it, and what keeps it from that.
+//! The spindle, or the laser in its place: the output that is wanted, and the reasons to keep it off.
 
 use crate::board::SpindleOutput;
 use crate::state::State;

@@ -6,8 +6,8 @@
 //!                                    +---- Wait: again at the next poll
 //! ```
 //!
-//! One line at a time, whoever sent it. What a command waits for (room, rest, a time, a contact) is the data
-//! of its [`Wait`].
+//! There is one line at a time, whoever sent it. A command that waits for room, rest, a time or a contact has that in its
+//! [`Wait`].
 
 mod arc;
 mod cycle;

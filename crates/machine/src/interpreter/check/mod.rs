@@ -1,6 +1,6 @@
-//! The checks that need the whole line, in GRBL's order, and what the line comes to if it passes.
+//! The checks that need the whole line, in GRBL's order, and the plan of a line that passes.
 //!
-//! Line number (27), feed mode (22), dwell (28), tool length (37), what G10 and G92 need (26, 28, 29, 20), targets that
+//! Line number (27), feed mode (22), dwell (28), tool length (37), G10 and G92 (26, 28, 29, 20), targets that
 //! nothing reaches (52), G53 (30), axis words in G80 (31), feed rate (22), arcs (26, 32, then R: 33, 34, or I, J, K: 35,
 //! 33), probing (26, 33), canned cycles (see [`cycle`]), words that nobody took (36).
 

@@ -1,4 +1,4 @@
-//! What the motion mode makes of a line: axis words in G80 (31), feed rate (22), arcs (26, 32, then R: 33, 34, or I, J,
+//! The path of a line in its motion mode: axis words in G80 (31), feed rate (22), arcs (26, 32, then R: 33, 34, or I, J,
 //! K: 35, 33), probing (26, 33).
 
 use super::{pick, Check, Path, AXIS_WORDS, CENTRE_WORDS, R};

@@ -1,4 +1,4 @@
-//! What Grbl answers and does, line by line: the rules of the recorded conversations as tables.
+//! Grbl's answers and actions, line by line: the rules of the recorded conversations as tables.
 
 mod cycles;
 mod jogs;

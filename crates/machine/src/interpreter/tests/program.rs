@@ -1,4 +1,4 @@
-//! The order within a line, the end of a program, and what a refused line leaves.
+//! The order within a line, the end of a program, and the state after a refused line.
 
 use super::Bench;
 

@@ -1,4 +1,4 @@
-//! What holds for every line.
+//! Properties of every line.
 
 use super::Bench;
 use crate::interpreter::{Command, Commands, Coordinate, Strokes};

@@ -1,4 +1,4 @@
-//! `$ES`, `$EG`, `$EE`, `$EA` and `$SED=`: what there is, in the form that senders of grblHAL read (its wiki, "Report
+//! `$ES`, `$EG`, `$EE`, `$EA` and `$SED=`: lists of settings, errors and alarms in the form that senders of grblHAL read (its wiki, "Report
 //! extensions"). Fields stand between `|`, in brackets.
 
 use super::AXIS_LETTERS;

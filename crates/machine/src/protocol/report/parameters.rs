@@ -1,4 +1,4 @@
-//! The answer to `$#`, and what a probing motion found.
+//! The answer to `$#`, and the result of a probing motion.
 
 use super::{Coordinates, Units};
 use core::fmt;
