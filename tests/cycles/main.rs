@@ -107,10 +107,10 @@ fn agree(expected: &Event, actual: &Event) -> bool {
     }
 }
 
-#[test]
-fn the_machine_does_the_same_as_linuxcnc() {
+/// Runs all programs, and tells of each that differs.
+fn assert_all_agree(programs: impl Iterator<Item = Recorded>) {
     let mut differ = Vec::new();
-    for (index, recorded) in recorded().iter().enumerate() {
+    for (index, recorded) in programs.enumerate() {
         let (events, error) = run(&recorded.program);
         let pairs = recorded.events.iter().zip(&events);
         let same = pairs
@@ -126,12 +126,67 @@ fn the_machine_does_the_same_as_linuxcnc() {
             ));
         }
     }
-    assert!(
-        differ.is_empty(),
-        "{} differ:\n{}",
-        differ.len(),
-        differ.join("\n")
+    let count = differ.len();
+    assert!(differ.is_empty(), "{count} differ:\n{}", differ.join("\n"));
+}
+
+/// The program with each of its words changed, and perhaps moved.
+fn rewrite(recorded: Recorded, line: impl Fn(Vec<&str>) -> String) -> Recorded {
+    let lines = recorded.program.iter();
+    let program = lines.map(|text| line(text.split(' ').collect())).collect();
+    Recorded {
+        program,
+        ..recorded
+    }
+}
+
+#[test]
+fn the_machine_does_the_same_as_linuxcnc() {
+    assert_all_agree(recorded().into_iter());
+}
+
+#[test]
+fn the_order_of_words_their_case_blanks_and_comments_change_nothing() {
+    let scrambled = |words: Vec<&str>| {
+        let mut words: Vec<String> = words.iter().map(|word| word.to_lowercase()).collect();
+        words.reverse();
+        format!("(hole) {}; G80", words.join("\t ( L0 )"))
+    };
+    assert_all_agree(
+        recorded()
+            .into_iter()
+            .map(|recorded| rewrite(recorded, scrambled)),
     );
+}
+
+/// X becomes Y, Y becomes Z, and Z becomes X.
+#[test]
+fn no_plane_has_rules_of_its_own() {
+    let turned = |word: &str| match (word, word.split_at(1)) {
+        ("G17", _) => "G19".to_owned(),
+        ("G19", _) => "G18".to_owned(),
+        ("G18", _) => "G17".to_owned(),
+        (_, ("X", value)) => format!("Y{value}"),
+        (_, ("Y", value)) => format!("Z{value}"),
+        (_, ("Z", value)) => format!("X{value}"),
+        (other, _) => other.to_owned(),
+    };
+    let turn = |event: Event| match event {
+        Event::Rapid([x, y, z]) => Event::Rapid([z, x, y]),
+        Event::Feed([x, y, z], rate) => Event::Feed([z, x, y], rate),
+        Event::Dwell(_) | Event::Spindle(_) => event,
+    };
+    assert_all_agree(recorded().into_iter().map(|recorded| {
+        let events = recorded.events.iter().copied().map(turn).collect();
+        let line = |words: Vec<&str>| {
+            let words: Vec<String> = words.into_iter().map(turned).collect();
+            words.join(" ")
+        };
+        Recorded {
+            events,
+            ..rewrite(recorded, line)
+        }
+    }));
 }
 
 #[test]
