@@ -3,6 +3,8 @@
 use super::check::{Effect, Path, Plan};
 use super::command::{Command, Commands, Feed, OffsetId, Spindle, Travel};
 use super::context::Context;
+use super::cycle::holes::Cycle;
+use super::cycle::series::Series;
 use super::letters::Group;
 use super::modal_state::{FeedMode, ModalState, Motion, Rotation};
 use super::words::{Block, Flow};
@@ -135,7 +137,11 @@ impl<const AXES: usize> Interpreter<AXES> {
             Path::Straight => push(commands, Command::Line(travel)),
             Path::Arc(arc) => push(commands, Command::Arc { travel, arc }),
             Path::Probe(kind) => push(commands, Command::Probe { travel, kind }),
-            Path::Cycle => self.begin_cycle(plan, travel, commands),
+            Path::Cycle => {
+                if let Some((cycle, series)) = plan.cycle {
+                    self.begin_cycle(cycle, series, travel, commands);
+                }
+            }
         }
         self.position = plan.target;
     }
@@ -143,14 +149,13 @@ impl<const AXES: usize> Interpreter<AXES> {
     /// Asks for a cycle, and keeps its words for the next line of its series.
     fn begin_cycle(
         &mut self,
-        plan: &Plan<AXES>,
+        cycle: Cycle,
+        series: Series,
         travel: Travel<AXES>,
         commands: &mut Commands<AXES>,
     ) {
-        if let Some((cycle, series)) = plan.cycle {
-            self.series = Some(series);
-            push(commands, Command::Cycle { travel, cycle });
-        }
+        self.series = Some(series);
+        push(commands, Command::Cycle { travel, cycle });
     }
 
     fn rapid(

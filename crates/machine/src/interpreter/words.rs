@@ -34,13 +34,13 @@ pub(super) struct Block<const AXES: usize> {
     pub(super) axis_mask: u8,
     /// The axis words, in units of the program.
     pub(super) axes: [Number; AXES],
-    /// I, J, K, in units of the program.
+    /// I, J, K, in units of the program; Q in the place of I. No command takes both, and a place more that is zeroed on each line
+    /// would cost it 100 instructions.
     pub(super) centre: [Number; 3],
     pub(super) f: Number,
     pub(super) l: Number,
     pub(super) n: Number,
     pub(super) p: Number,
-    pub(super) q: Number,
     pub(super) r: Number,
 }
 
@@ -62,7 +62,6 @@ impl<const AXES: usize> Block<AXES> {
             l: Number::default(),
             n: Number::default(),
             p: Number::default(),
-            q: Number::default(),
             r: Number::default(),
         }
     }
@@ -228,7 +227,7 @@ impl<const AXES: usize> Block<AXES> {
             Letter::L => Ok(&mut self.l),
             Letter::N => Ok(&mut self.n),
             Letter::P => Ok(&mut self.p),
-            Letter::Q if options.cycles => Ok(&mut self.q),
+            Letter::Q if options.cycles => Ok(i),
             Letter::R => Ok(&mut self.r),
             _ => Err(Status::UnsupportedCommand),
         }

@@ -19,13 +19,25 @@ use leadscrew_gcode::{Letter, Number};
 /// The axes that a cycle moves.
 const X_Y_Z: Letters = Letters::of(&[Letter::X, Letter::Y, Letter::Z]);
 
+/// A cycle that passed.
+pub(super) struct Drilled<const AXES: usize> {
+    pub(super) cycle: Cycle,
+    pub(super) series: Series,
+    /// Where the cycle ends.
+    pub(super) end: [Coordinate; AXES],
+    /// Words that nobody has taken yet.
+    pub(super) unused: Letters,
+}
+
 impl<const AXES: usize> Check<'_, AXES> {
-    /// The holes of a line whose target is the first of them. Leads the target to where the cycle ends.
+    /// The holes of a line, of which the first is at `first`.
+    ///
+    /// Works on a copy: lent to a function, a check could not stay in registers.
     pub(super) fn cycle(
-        &mut self,
+        mut self,
         kind: CycleKind,
-        target: &mut [Coordinate; AXES],
-    ) -> Result<(Cycle, Series), Refusal> {
+        first: [Coordinate; AXES],
+    ) -> Result<Drilled<AXES>, Refusal> {
         self.check_cycle_words(kind)?;
         let plane = self.block.modal.plane;
         let kept = self.kept_words(kind);
@@ -51,7 +63,8 @@ impl<const AXES: usize> Check<'_, AXES> {
             Retract::Initial => initial.max(clear),
             Retract::Clear => clear,
         };
-        let step = self.lead_to_last_hole(repeats, level, target)?;
+        let mut end = first;
+        let step = self.lead_to_last_hole(repeats, level, &mut end)?;
         let cycle = Cycle {
             kind,
             lifts: initial < clear,
@@ -71,7 +84,12 @@ impl<const AXES: usize> Check<'_, AXES> {
             depth,
             value,
         };
-        Ok((cycle, series))
+        Ok(Drilled {
+            cycle,
+            series,
+            end,
+            unused: self.unused,
+        })
     }
 
     /// Axes and feed mode.
@@ -180,7 +198,7 @@ impl<const AXES: usize> Check<'_, AXES> {
         depth: Coordinate,
     ) -> Result<Number, Refusal> {
         let peck = match self.take(Q) {
-            true => self.length(self.block.q, Q)?.nanos(),
+            true => self.length(self.block.centre[0], Q)?.nanos(),
             false => kept.ok_or(missing(kind))?.value.nanos(),
         };
         if peck <= 0 || peck.saturating_mul(i64::from(MOST)) < depth.nanos() {

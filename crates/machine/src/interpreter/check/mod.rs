@@ -120,6 +120,7 @@ const R: Letters = Letters::of(&[Letter::R]);
 const MAX_LINE_NUMBER: Number = Number::from_int(10_000_000);
 
 /// A line under examination.
+#[derive(Clone, Copy)]
 pub(super) struct Check<'a, const AXES: usize> {
     state: &'a Interpreter<AXES>,
     block: &'a Block<AXES>,
@@ -173,7 +174,11 @@ impl<'a, const AXES: usize> Check<'a, AXES> {
         }
         plan.path = self.path(plan.feed, &plan.target)?;
         if let (Path::Cycle, Motion::Cycle(kind)) = (&plan.path, self.block.modal.motion) {
-            plan.cycle = Some(self.cycle(kind, &mut plan.target)?);
+            // By values, as in [`beyond`].
+            let drilled = self.cycle(kind, plan.target)?;
+            plan.cycle = Some((drilled.cycle, drilled.series));
+            plan.target = drilled.end;
+            self.unused = drilled.unused;
         }
         self.check_leftovers()
     }
