@@ -248,14 +248,7 @@ fn of_main_loop(firmware: &Firmware) -> Result<Vec<Cost>, Failure> {
     bench.machine.record_services();
     let mut work = Work::default();
     let (byte_in, byte_out) = of_bytes(&mut bench, &mut work)?;
-    let program = lines(|_| "G21G90G54G94M9F1500.5".into());
-    let spent = Spent::on(&mut bench, send(&program))?;
-    work.line = work.rest_of(spent, 0, program.len() + OK * MANY, MANY);
-
-    let mut bytes = 0;
-    let spent = Spent::on(&mut bench, |bench| ask(bench).map(|sent| bytes = sent))?;
-    work.report = work.rest_of(spent, 0, bytes, REPORTS);
-
+    of_lines(&mut bench, &mut work)?;
     let motion = of_motion(&mut bench, &mut work)?;
     let pixel = of_a_row(&mut bench, &work)?;
     Ok(vec![
@@ -320,6 +313,18 @@ fn of_bytes(bench: &mut Bench, work: &mut Work) -> Result<(u64, u64), Failure> {
     let few = work.rest_of(few, 0, 0, MANY);
     work.byte = work.rest_of(many, 0, 0, MANY).saturating_sub(few) / LONGER as u64;
     Ok((byte_in, byte_out))
+}
+
+/// Lines that move nothing, and reports.
+fn of_lines(bench: &mut Bench, work: &mut Work) -> Result<(), Failure> {
+    let program = lines(|_| "G21G90G54G94M9F1500.5".into());
+    let spent = Spent::on(bench, send(&program))?;
+    work.line = work.rest_of(spent, 0, program.len() + OK * MANY, MANY);
+
+    let mut bytes = 0;
+    let spent = Spent::on(bench, |bench| ask(bench).map(|sent| bytes = sent))?;
+    work.report = work.rest_of(spent, 0, bytes, REPORTS);
+    Ok(())
 }
 
 /// Cycles that lines with moves cost.
