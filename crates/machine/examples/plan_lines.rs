@@ -6,7 +6,8 @@
 //! ```
 //!
 //! Line reader, interpreter and planner are those of the machine; the queue is emptied whenever it is full. Settings: 250
-//! steps/mm, 2000 mm/min, 200 mm/s², as in `bench/settings/mid.json`.
+//! steps/mm, 2000 mm/min, 200 mm/s², as in `bench/settings/mid.json`, and the corner rule that a machine has from the start.
+//! A third argument `grbl` takes Grbl's.
 
 use leadscrew_machine::config::{AxisKind, Options};
 use leadscrew_machine::interpreter::{
@@ -14,7 +15,9 @@ use leadscrew_machine::interpreter::{
 };
 use leadscrew_machine::protocol::line_reader::{LineReader, GRBL_LINE_LENGTH};
 use leadscrew_planner::StepsPerMm;
-use leadscrew_planner::{self as planner, Cartesian, Config, Move, MoveKind, MovePower, Planner};
+use leadscrew_planner::{
+    self as planner, Cartesian, Config, CornerRule, Move, MoveKind, MovePower, Planner,
+};
 use leadscrew_stepper::{Outputs, Ticks};
 use std::hint::black_box;
 
@@ -26,12 +29,17 @@ type Queue<'q> = Planner<'q, Cartesian, AXES, AXES>;
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut arguments = std::env::args().skip(1);
     let (Some(file), Some(count)) = (arguments.next(), arguments.next()) else {
-        return Err("usage: plan_lines FILE LINES".into());
+        return Err("usage: plan_lines FILE LINES [grbl]".into());
+    };
+    let rule = match arguments.next().as_deref() {
+        None => CornerRule::Limits,
+        Some("grbl") => CornerRule::Grbl,
+        Some(other) => return Err(format!("no corner rule: {other}").into()),
     };
     let (text, count) = (std::fs::read(file)?, count.parse()?);
     let mut room = planner::Queue::<AXES, AXES, MOVES>::new();
     let mut pixels = planner::PixelQueue::<1>::new();
-    let mut queue = Queue::new(config(), Cartesian, &mut room, &mut pixels)?;
+    let mut queue = Queue::new(config(rule), Cartesian, &mut room, &mut pixels)?;
     let mut interpreter = Interpreter::new();
     let mut planned = 0;
     for line in text.split_inclusive(|byte| *byte == b'\n').take(count) {
@@ -41,14 +49,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-fn config() -> Config<AXES> {
+fn config(corner_rule: CornerRule) -> Config<AXES> {
     Config {
         steps_per_mm: [StepsPerMm::from_nanos(250_000_000_000); AXES],
         max_rate: [2000.0 / 60.0; AXES],
         acceleration: [200.0; AXES],
         jerk: 0.0,
         junction_deviation: 0.010,
-        corner_rule: planner::CornerRule::Grbl,
+        corner_rule,
         arc_tolerance: 0.002,
         timer_hz: 84_000_000,
         shortest_tick: Ticks(840),

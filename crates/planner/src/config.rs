@@ -1,7 +1,7 @@
 //! What the planner must know of the machine, and the numbers derived from it.
 
+use crate::path::short::STEPS;
 use crate::real::{most, norm2, sqrt};
-use crate::short::STEPS;
 use crate::{Kinematics, StepsPerMm};
 use core::array::from_fn;
 use leadscrew_stepper::Ticks;

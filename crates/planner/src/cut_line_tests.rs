@@ -2,8 +2,8 @@
 //!
 //! As a campaign: `PROPTEST_CASES=2000 cargo test --release -p leadscrew-planner cut_line -- --nocapture`.
 
+use crate::path::short::STEPS;
 use crate::reference::{to, Rig, RigQueue};
-use crate::short::STEPS;
 use crate::{Config, StepsPerMm, NANOS_PER_MM};
 use proptest::prelude::*;
 use proptest::test_runner::{TestCaseError, TestRng, TestRunner};

@@ -3,10 +3,10 @@
 //! `CAMPAIGN=100000 cargo test --release -p leadscrew-planner exactness -- --nocapture` runs so many moves instead of a
 //! few and prints the worst edges.
 
-use crate::fit::Carry;
+use crate::emit::fit::Carry;
+use crate::emit::running::{Aim, Goal, Running, Timing};
 use crate::moves::PlannedMove;
 use crate::reference::{to, Exact, Player};
-use crate::running::{Aim, Goal, Running, Timing};
 use crate::Profile;
 use leadscrew_stepper::{Early, Interval, Segment};
 use std::boxed::Box;

@@ -3,7 +3,7 @@
 //! Nothing here is kept; it is read off the queue when it is asked for.
 
 use crate::moves::PlannedMove;
-use crate::polygon::cap;
+use crate::space::polygon::cap;
 use crate::{Kinematics, Planner};
 
 /// What a queued move was planned with.

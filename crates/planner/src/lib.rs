@@ -26,53 +26,35 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
-mod arc;
+mod ahead;
 mod config;
-mod coordinate;
-mod curve;
+mod emit;
 #[cfg(test)]
 mod exactness;
 mod explain;
-mod fit;
-mod ground;
-mod junction;
-mod kinematics;
-mod law;
-mod lead;
-mod lookahead;
 mod moves;
 mod path;
-mod pixel;
 mod planner;
-mod polygon;
-mod profile;
-mod queue;
-mod ramp;
 mod real;
-mod row;
-mod running;
-mod s_curve;
-mod segmenter;
-mod short;
-mod time_left;
-mod trigonometry;
+mod space;
+mod speed;
 mod valid;
 
-pub use arc::Arc;
+pub use ahead::queue::{PixelQueue, Queue};
+pub use ahead::time_left::TimeLeft;
 pub use config::{Config, CornerRule, Overrides, DEFAULT_TIMER_HZ};
-pub use coordinate::{Coordinate, StepsPerMm, NANOS_PER_MM};
-pub use curve::Curve;
+pub use emit::lead::{PowerLead, LONGEST_LEAD};
+pub use emit::segmenter::Segmenter;
 pub use explain::{Ahead, Outline};
-pub use kinematics::{Cartesian, CoreXy, Ganged, Kinematics};
-pub use law::Profile;
-pub use lead::{PowerLead, LONGEST_LEAD};
 pub use moves::{Feed, Move, MoveKind, MovePower};
+pub use path::arc::Arc;
+pub use path::curve::Curve;
 pub use planner::{Planner, PushError, Pushed};
-pub use profile::{Place, Plan, Trapezoid};
-pub use queue::{PixelQueue, Queue};
-pub use s_curve::SCurve;
-pub use segmenter::Segmenter;
-pub use time_left::TimeLeft;
+pub use space::coordinate::{Coordinate, StepsPerMm, NANOS_PER_MM};
+pub use space::kinematics::{Cartesian, CoreXy, Ganged, Kinematics};
+pub use speed::law::Profile;
+pub use speed::profile::{Place, Plan, Trapezoid};
+pub use speed::s_curve::SCurve;
 pub use valid::ConfigError;
 
 #[cfg(test)]

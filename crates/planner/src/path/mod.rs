@@ -1,6 +1,12 @@
-//! The end of the path, before its pieces enter the look-ahead: how sharply it turns where two of them meet.
+//! The path: arcs and their chords, pieces that are joined, and how sharply two pieces meet, before they enter the look-ahead.
 
+pub(crate) mod arc;
 mod curvature;
+pub(crate) mod curve;
+pub(crate) mod junction;
+pub(crate) mod row;
+pub(crate) mod short;
+pub(crate) mod trigonometry;
 mod turn;
 mod window;
 

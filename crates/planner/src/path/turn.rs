@@ -8,9 +8,9 @@
 use super::curvature::{curvature, Search};
 use super::window::{Placed, Window};
 use crate::config::Limits;
-use crate::junction::junction_v2;
-use crate::polygon::cap;
+use crate::path::junction::junction_v2;
 use crate::real::{least, most};
+use crate::space::polygon::cap;
 
 /// The path about a corner is looked at no farther than this, mm.
 const FARTHEST: f32 = 32.0;

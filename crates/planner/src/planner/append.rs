@@ -4,11 +4,11 @@
 use super::one_move::{cap, nominal};
 use super::Planner;
 use crate::config::{SpeedUnit, DECIMALS};
-use crate::junction::junction_v2;
 use crate::moves::PlannedMove;
+use crate::path::junction::junction_v2;
+use crate::path::row::{is_gap, is_short, Row};
 use crate::path::{Piece, Turn};
 use crate::real::{norm2, sqrt};
-use crate::row::{is_gap, is_short, Row};
 use crate::{CornerRule, Curve, Kinematics, Move, Overrides};
 
 impl<K, const AXES: usize, const MOTORS: usize> Planner<'_, K, AXES, MOTORS>

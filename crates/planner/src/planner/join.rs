@@ -1,8 +1,8 @@
 //! A piece of a few steps becomes part of the last queued move (see `short`).
 
 use super::Planner;
+use crate::path::short::Short;
 use crate::path::Piece;
-use crate::short::Short;
 use crate::{Feed, Kinematics, Move};
 
 impl<K, const AXES: usize, const MOTORS: usize> Planner<'_, K, AXES, MOTORS>

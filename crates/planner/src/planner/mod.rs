@@ -11,15 +11,15 @@ mod tests;
 
 pub(crate) use one_move::nominal;
 
+use crate::ahead::lookahead::LookAhead;
+use crate::ahead::queue::{PixelQueue, Queue};
 use crate::config::{Limits, Scales, SpeedUnit};
-use crate::ground::{Course, Ground, Whereabouts};
-use crate::lookahead::LookAhead;
+use crate::emit::pixel::{Pixel, Pixels};
 use crate::moves::PlannedMove;
+use crate::path::row::Row;
+use crate::path::short::Short;
 use crate::path::Window;
-use crate::pixel::{Pixel, Pixels};
-use crate::queue::{PixelQueue, Queue};
-use crate::row::Row;
-use crate::short::Short;
+use crate::space::ground::{Course, Ground, Whereabouts};
 use crate::{Config, ConfigError, Coordinate, Kinematics, Move, Overrides};
 use backlog::Backlog;
 use core::fmt;

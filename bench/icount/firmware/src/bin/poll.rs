@@ -9,9 +9,9 @@ use core::fmt::Write;
 use heapless::String;
 use icount_firmware::{count, done, session::Session};
 
-/// All fields of reports; moves of 4 µm and more, so that motion takes many segments.
+/// All fields of reports; moves of 4 µm and more, so that motion takes many segments; as many of them queued as fit.
 const SETTINGS: &str =
-    "$10=255\n$110=6000\n$111=6000\n$112=6000\n$120=500\n$121=500\n$122=500\n$32=1\n$30=1000\n$701=0\nG91M4S500F3000\n";
+    "$10=255\n$110=6000\n$111=6000\n$112=6000\n$120=500\n$121=500\n$122=500\n$32=1\n$30=1000\n$701=0\n$710=0\nG91M4S500F3000\n";
 
 /// Between looks at the machine, timer counts: 100 µs, sooner than it asks for them.
 const A_WHILE: u64 = 8_400;

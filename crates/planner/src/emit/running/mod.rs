@@ -4,13 +4,13 @@ mod parts;
 mod plan;
 
 use crate::config::SLOWEST;
-use crate::fit::{smoothing, steps, Carry, Linear};
-use crate::ground::Whereabouts;
+use crate::emit::fit::{smoothing, steps, Carry, Linear};
+use crate::emit::pixel::Pixel;
 use crate::moves::{MovePower, PlannedMove};
-use crate::pixel::Pixel;
 use crate::planner::Outlook;
-use crate::profile::{Place, Plan};
 use crate::real::{least, most, sqrt};
+use crate::space::ground::Whereabouts;
+use crate::speed::profile::{Place, Plan};
 use crate::{Config, Profile, Trapezoid};
 use core::num::NonZeroU16;
 use fixed::types::U1F31;

@@ -1,11 +1,11 @@
 //! What the axes leave to a planned move: for the look-ahead, and for the move that runs.
 
+use crate::ahead::lookahead::{Braking, Ends};
 use crate::config::{Limits, Scales};
-use crate::lookahead::{Braking, Ends};
 use crate::moves::PlannedMove;
-use crate::polygon::{cap, common, Piece, Rise};
-use crate::ramp;
 use crate::real::{least, most, sqrt};
+use crate::space::polygon::{cap, common, Piece, Rise};
+use crate::speed::ramp;
 use crate::Kinematics;
 
 /// Share of what can be braked that the look-ahead counts on: leaves room for the rounding of

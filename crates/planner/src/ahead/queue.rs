@@ -6,10 +6,10 @@
 //! without its size, planners with queues of different sizes are one and the same code. Moves and pixels are apart: a
 //! microcontroller's memory is in pieces.
 
-use crate::lookahead::{Block, BLOCKS, MOST_MOVES};
+use crate::ahead::lookahead::{Block, BLOCKS, MOST_MOVES};
+use crate::emit::pixel::Packed;
 use crate::moves::PlannedMove;
 use crate::path::Window;
-use crate::pixel::Packed;
 use heapless::Deque;
 
 /// Room for `MOVES` planned moves of `AXES` axes and `MOTORS` motors: what a [`Planner`](crate::Planner) works in.

@@ -23,7 +23,7 @@
 //! ```
 
 use super::{Running, Timing};
-use crate::fit::{bits, Carry};
+use crate::emit::fit::{bits, Carry};
 use crate::real::{least, most};
 use core::num::NonZeroU16;
 use leadscrew_stepper::{MotorMask, Segment, Smoothing};

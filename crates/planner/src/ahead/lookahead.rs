@@ -31,6 +31,10 @@
 //! and old ones behind it. Both keep every limit of the machine; they differ in the speed asked for.
 
 use crate::moves::PlannedMove;
+mod visit;
+
+pub(crate) use super::map::Ends;
+use super::map::{Map, Reach};
 use heapless::deque::DequeView;
 
 /// How many blocks there is room for: a power of two.
@@ -38,9 +42,6 @@ pub(crate) const BLOCKS: usize = 128;
 
 /// Moves in the largest block there can be, as a power of two.
 const MOST_BITS: u32 = 6;
-
-/// So many moves are visited at a time: `Machine::poll` may do so, and is not to take long.
-const VISITED: usize = 8;
 
 /// How many moves may be queued at most.
 pub(crate) const MOST_MOVES: usize = (BLOCKS / 2) << MOST_BITS;
@@ -52,101 +53,6 @@ const fn block_bits(moves: usize) -> u32 {
         bits += 1;
     }
     bits
-}
-
-/// `x_in = min(cap, share·x_out + plus)`: squared speeds in units.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-struct Map {
-    cap: u32,
-    /// In 2⁻³⁰.
-    share: u32,
-    plus: u32,
-}
-
-/// A squared speed, and whether it would be higher if motion could go on behind the last move.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
-struct Reach {
-    v2: u32,
-    hangs: bool,
-}
-
-impl Reach {
-    fn bounded(v2: u64, cap: u32, hangs: bool) -> Self {
-        match u32::try_from(v2) {
-            Ok(v2) if v2 < cap => Self { v2, hangs },
-            Ok(_) | Err(_) => Self {
-                v2: cap,
-                hangs: false,
-            },
-        }
-    }
-}
-
-const ONE_BITS: u32 = 30;
-const ONE: u32 = 1 << ONE_BITS;
-
-fn scaled(share: u32, x: u32) -> u64 {
-    (u64::from(share) * u64::from(x)) >> ONE_BITS
-}
-
-fn clamp(x: u64) -> u32 {
-    u32::try_from(x).unwrap_or(u32::MAX)
-}
-
-impl Map {
-    const NONE: Self = Self {
-        cap: 0,
-        share: 0,
-        plus: 0,
-    };
-
-    /// The same gain at every speed.
-    fn parallel(cap: u32, plus: u32) -> Self {
-        Self {
-            cap,
-            share: ONE,
-            plus,
-        }
-    }
-
-    /// The line through the gains at 0 and at the squared speed `top`.
-    fn new(cap: u32, ends: Ends) -> Self {
-        let (top, [at_rest, at_top]) = (ends.top, ends.gains);
-        if at_rest == at_top || top == 0 {
-            return Self::parallel(cap, at_rest);
-        }
-        // What the products below round away, both ways.
-        const ROUNDED: u32 = 4;
-        let slope = at_rest.abs_diff(at_top) as f32 / top as f32 * ONE as f32;
-        // Both ways the roundings of `f32` make the line lower.
-        const DOWN: f32 = 1.0 - 4.0 * f32::EPSILON;
-        const UP: f32 = 1.0 + 4.0 * f32::EPSILON;
-        Self {
-            cap,
-            share: if at_top > at_rest {
-                ONE.saturating_add(ONE.min((slope * DOWN) as u32))
-            } else {
-                ONE.saturating_sub((slope * UP) as u32).saturating_sub(1)
-            },
-            plus: at_rest.saturating_sub(ROUNDED),
-        }
-    }
-
-    fn before(self, behind: Self) -> Self {
-        let share = scaled(self.share, behind.share).min(u32::MAX.into()) as u32;
-        Self {
-            cap: self
-                .cap
-                .min(clamp(scaled(self.share, behind.cap) + u64::from(self.plus))),
-            share,
-            plus: clamp(scaled(self.share, behind.plus) + u64::from(self.plus)),
-        }
-    }
-
-    fn reach(self, behind: Reach) -> Reach {
-        let v2 = scaled(self.share, behind.v2) + u64::from(self.plus);
-        Reach::bounded(v2, self.cap, behind.hangs)
-    }
 }
 
 /// Moves whose numbers differ in their last bits only.
@@ -179,15 +85,6 @@ pub(crate) trait Braking<const MOTORS: usize> {
 
     /// How a move with one behind it is passed at its ends, whatever the overrides.
     fn ends(&self, planned: &PlannedMove<MOTORS>, behind: &PlannedMove<MOTORS>) -> Ends;
-}
-
-/// How fast a move may end, and what it can brake then: squared speeds in units.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(crate) struct Ends {
-    /// The highest squared speed at its end.
-    pub(crate) top: u32,
-    /// The gains where it ends at rest, and at that speed.
-    pub(crate) gains: [u32; 2],
 }
 
 /// Planned moves, the running one first, with the speed at which each may begin.
@@ -439,64 +336,6 @@ impl<'q, const MOTORS: usize> LookAhead<'q, MOTORS> {
         }
     }
 
-    /// The move whose start keeps the next move's start from being faster; `None` where it is the rest at the plan's end.
-    pub(crate) fn slow_start(
-        &self,
-        braking: &impl Braking<MOTORS>,
-    ) -> Option<&PlannedMove<MOTORS>> {
-        let next = usize::from(self.running);
-        if self.hangs() {
-            return None;
-        }
-        let open = self.planned.checked_sub(1)?;
-        let near = self.near_end(next, open);
-        let mut moves = (next..=near).filter_map(|index| self.moves.get(index));
-        if let Some(found) = moves.find(|of| of.entry == of.cap) {
-            return Some(found);
-        }
-        // It lies in the first block in which the speed at its start does not depend on its end.
-        let mut from = near;
-        while from < open {
-            let end = (from + (1 << self.block_bits)).min(open);
-            if let Some(found) = self.slow_in(from, end, braking) {
-                return Some(found);
-            }
-            from = end;
-        }
-        self.moves.get(open)
-    }
-
-    /// The first move from `from` to before `end` at which the cap bounds the speed.
-    fn slow_in(
-        &self,
-        from: usize,
-        end: usize,
-        braking: &impl Braking<MOTORS>,
-    ) -> Option<&PlannedMove<MOTORS>> {
-        let mut v2 = self.speed_at(end);
-        let mut found = None;
-        for index in (from..end).rev() {
-            let of = self.moves.get(index)?;
-            v2 = v2.saturating_add(braking.gain(of, self.moves.get(index + 1), v2));
-            if v2 >= of.cap {
-                v2 = of.cap;
-                found = Some(of);
-            }
-        }
-        found
-    }
-
-    /// The squared speed at the start of a block's first move, or of the open one.
-    fn speed_at(&self, index: usize) -> u32 {
-        let number = self.number(index);
-        if number & self.mask() == 0 {
-            let at = self.block_at(self.block_of(number));
-            self.blocks.get(at).map_or(0, |of| of.reach.v2)
-        } else {
-            self.moves.get(index).map_or(0, |of| of.entry)
-        }
-    }
-
     /// The move that was queued last.
     pub(crate) fn newest(&self) -> Option<&PlannedMove<MOTORS>> {
         self.moves.back()
@@ -516,60 +355,6 @@ impl<'q, const MOTORS: usize> LookAhead<'q, MOTORS> {
     /// The number of the first move that does not run.
     pub(crate) fn first_waiting(&self) -> u16 {
         self.first.wrapping_add(u16::from(self.running))
-    }
-
-    /// Visits up to [`VISITED`] moves of one block that do not run, from number `from` on, each with the one behind it and the largest squared speed,
-    /// in units, at which it may end. Those before the first that waits are left out. `guess` is given each that is not planned yet, with
-    /// how many of these come before it, and says how it will be. The number of the next one, if there is one.
-    pub(crate) fn visit_block(
-        &self,
-        from: u16,
-        braking: &impl Braking<MOTORS>,
-        guess: impl Fn(usize, &PlannedMove<MOTORS>) -> PlannedMove<MOTORS>,
-        mut visit: impl FnMut(&PlannedMove<MOTORS>, Option<&PlannedMove<MOTORS>>, u32),
-    ) -> Option<u16> {
-        let (waiting, len) = (usize::from(self.running), self.moves.storage_len());
-        let asked = usize::from(from.wrapping_sub(self.first));
-        let begin = if asked > len {
-            waiting // it has begun since
-        } else {
-            asked.max(waiting)
-        };
-        let into = usize::from(self.number(begin) & self.mask());
-        let end = (begin + (1 << self.block_bits) - into).min(len);
-        let at = |index: usize| {
-            let of = self.moves.get(index)?;
-            let unplanned = index.checked_sub(self.planned);
-            Some(unplanned.map_or(*of, |count| guess(count, of)))
-        };
-        let slow = |index: usize, v2: u32| {
-            let of = at(index)?;
-            let gain = braking.gain(&of, at(index + 1).as_ref(), v2);
-            Some(v2.saturating_add(gain).min(of.cap))
-        };
-        let known = end + usize::from(self.is_inside(end)) * (len - end);
-        let mut v2 = if known == end { self.speed_at(end) } else { 0 };
-        for index in (end..known).rev() {
-            v2 = slow(index, v2)?;
-        }
-        let mut limits = [0; 1 << MOST_BITS];
-        for (index, limit) in (begin..end).rev().zip(&mut limits) {
-            *limit = v2;
-            v2 = slow(index, v2)?;
-        }
-        let forward = limits.iter().take(end.saturating_sub(begin)).rev();
-        let stop = end.min(begin + VISITED);
-        for (index, limit) in (begin..stop).zip(forward) {
-            visit(&at(index)?, at(index + 1).as_ref(), *limit);
-        }
-        (stop > begin && stop < len).then(|| self.number(stop))
-    }
-
-    /// Whether the speed at the start of the move at `index`, the first one of a block, is to be found from the last one: it was not
-    /// found yet, or is near the end of the plan.
-    fn is_inside(&self, index: usize) -> bool {
-        let near_end = index + (1 << self.block_bits) >= self.planned;
-        near_end || !self.was_found(self.block_of(self.number(index)))
     }
 
     /// Begins to set every cap anew: an override has changed. Go on with [`LookAhead::renew`].

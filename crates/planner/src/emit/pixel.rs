@@ -1,6 +1,6 @@
 //! Changes of power within a planned move: the pixels of a raster's row.
 //!
-//! A row is planned as one move (see [`crate::row`]). What makes its pixels differ waits in a pool that all moves
+//! A row is planned as one move (see [`crate::path::row`]). What makes its pixels differ waits in a pool that all moves
 //! share, oldest first, eight bytes a pixel:
 //!
 //! ```text

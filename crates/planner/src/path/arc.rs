@@ -11,8 +11,8 @@
 //! is the start rotated about the centre, in `f32` relative to the centre (4·10⁻⁷ of the radius); the
 //! last one is the exact end.
 
+use crate::path::trigonometry::sin_cos;
 use crate::real::{norm2, sqrt};
-use crate::trigonometry::sin_cos;
 use crate::Coordinate;
 use core::f32::consts::TAU;
 

@@ -7,11 +7,11 @@
 //!
 //! Moves may begin and be queued meanwhile. Those that are over by the end count still: some milliseconds.
 
-use crate::ground::Whereabouts;
 use crate::planner::nominal;
-use crate::profile::{Place, Plan, Trapezoid};
-use crate::ramp::{self, Limits};
 use crate::real::{least, most, sqrt};
+use crate::space::ground::Whereabouts;
+use crate::speed::profile::{Place, Plan, Trapezoid};
+use crate::speed::ramp::{self, Limits};
 use crate::{Kinematics, Planner, Segmenter};
 
 /// A sum under way.

@@ -12,9 +12,9 @@
 //! The acceleration is 0 where a move ends: a ramp never goes on in the next move. That is safe whatever comes next, and
 //! slow where moves are short; collinear ones are better given as one.
 
-use crate::profile::{Place, Plan, Stretch};
-use crate::ramp::{self, Limits, Ramp};
 use crate::real::{least, most, rough_cube_root, sqrt};
+use crate::speed::profile::{Place, Plan, Stretch};
+use crate::speed::ramp::{self, Limits, Ramp};
 
 /// Ramps with limited jerk and a cruise between them.
 #[derive(Clone, Copy, PartialEq, Debug)]

@@ -13,10 +13,10 @@
 //! whether speeds have changed (overrides); where something has, the profile is made anew from the place
 //! and speed reached. So everything takes effect behind what was handed out.
 
-use crate::fit::Carry;
+use crate::emit::fit::Carry;
+use crate::emit::running::{Aim, Goal, Running, Timing};
 use crate::planner::Outlook;
 use crate::real::{least, sqrt};
-use crate::running::{Aim, Goal, Running, Timing};
 use crate::{Kinematics, Place, Planner, Profile};
 use leadscrew_stepper::Segment;
 

@@ -1,9 +1,9 @@
 //! The profile of the running move: to its end, or to the shortest stop.
 
 use super::{Aim, Goal, Running, Timing};
-use crate::fit::bits;
-use crate::profile::{Plan, ROUNDING};
+use crate::emit::fit::bits;
 use crate::real::{divide_twice, least, most, sqrt};
+use crate::speed::profile::{Plan, ROUNDING};
 use crate::{Profile, SCurve};
 
 /// Where a profile leads: steps of the dominant motor, steps/s.

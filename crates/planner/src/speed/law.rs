@@ -1,7 +1,7 @@
 //! The law by which speed changes along a move: constant acceleration, or limited jerk.
 
-use crate::profile::{Place, Plan, Stretch};
 use crate::real::sqrt;
+use crate::speed::profile::{Place, Plan, Stretch};
 use crate::{SCurve, Trapezoid};
 
 /// Speed and time along one move, by either law.

@@ -1,0 +1,121 @@
+//! Looks at planned moves without changing them: for reports and for whoever explains a job.
+
+use super::{Braking, LookAhead, MOST_BITS};
+use crate::moves::PlannedMove;
+
+/// So many moves are visited at a time: `Machine::poll` may do so, and is not to take long.
+const VISITED: usize = 8;
+
+impl<const MOTORS: usize> LookAhead<'_, MOTORS> {
+    /// The move whose start keeps the next move's start from being faster; `None` where it is the rest at the plan's end.
+    pub(crate) fn slow_start(
+        &self,
+        braking: &impl Braking<MOTORS>,
+    ) -> Option<&PlannedMove<MOTORS>> {
+        let next = usize::from(self.running);
+        if self.hangs() {
+            return None;
+        }
+        let open = self.planned.checked_sub(1)?;
+        let near = self.near_end(next, open);
+        let mut moves = (next..=near).filter_map(|index| self.moves.get(index));
+        if let Some(found) = moves.find(|of| of.entry == of.cap) {
+            return Some(found);
+        }
+        // It lies in the first block in which the speed at its start does not depend on its end.
+        let mut from = near;
+        while from < open {
+            let end = (from + (1 << self.block_bits)).min(open);
+            if let Some(found) = self.slow_in(from, end, braking) {
+                return Some(found);
+            }
+            from = end;
+        }
+        self.moves.get(open)
+    }
+
+    /// The first move from `from` to before `end` at which the cap bounds the speed.
+    fn slow_in(
+        &self,
+        from: usize,
+        end: usize,
+        braking: &impl Braking<MOTORS>,
+    ) -> Option<&PlannedMove<MOTORS>> {
+        let mut v2 = self.speed_at(end);
+        let mut found = None;
+        for index in (from..end).rev() {
+            let of = self.moves.get(index)?;
+            v2 = v2.saturating_add(braking.gain(of, self.moves.get(index + 1), v2));
+            if v2 >= of.cap {
+                v2 = of.cap;
+                found = Some(of);
+            }
+        }
+        found
+    }
+
+    /// The squared speed at the start of a block's first move, or of the open one.
+    fn speed_at(&self, index: usize) -> u32 {
+        let number = self.number(index);
+        if number & self.mask() == 0 {
+            let at = self.block_at(self.block_of(number));
+            self.blocks.get(at).map_or(0, |of| of.reach.v2)
+        } else {
+            self.moves.get(index).map_or(0, |of| of.entry)
+        }
+    }
+
+    /// Visits up to [`VISITED`] moves of one block that do not run, from number `from` on, each with the one behind it and the largest squared speed,
+    /// in units, at which it may end. Those before the first that waits are left out. `guess` is given each that is not planned yet, with
+    /// how many of these come before it, and says how it will be. The number of the next one, if there is one.
+    pub(crate) fn visit_block(
+        &self,
+        from: u16,
+        braking: &impl Braking<MOTORS>,
+        guess: impl Fn(usize, &PlannedMove<MOTORS>) -> PlannedMove<MOTORS>,
+        mut visit: impl FnMut(&PlannedMove<MOTORS>, Option<&PlannedMove<MOTORS>>, u32),
+    ) -> Option<u16> {
+        let (waiting, len) = (usize::from(self.running), self.moves.storage_len());
+        let asked = usize::from(from.wrapping_sub(self.first));
+        let begin = if asked > len {
+            waiting // it has begun since
+        } else {
+            asked.max(waiting)
+        };
+        let into = usize::from(self.number(begin) & self.mask());
+        let end = (begin + (1 << self.block_bits) - into).min(len);
+        let at = |index: usize| {
+            let of = self.moves.get(index)?;
+            let unplanned = index.checked_sub(self.planned);
+            Some(unplanned.map_or(*of, |count| guess(count, of)))
+        };
+        let slow = |index: usize, v2: u32| {
+            let of = at(index)?;
+            let gain = braking.gain(&of, at(index + 1).as_ref(), v2);
+            Some(v2.saturating_add(gain).min(of.cap))
+        };
+        let known = end + usize::from(self.is_inside(end)) * (len - end);
+        let mut v2 = if known == end { self.speed_at(end) } else { 0 };
+        for index in (end..known).rev() {
+            v2 = slow(index, v2)?;
+        }
+        let mut limits = [0; 1 << MOST_BITS];
+        for (index, limit) in (begin..end).rev().zip(&mut limits) {
+            *limit = v2;
+            v2 = slow(index, v2)?;
+        }
+        let forward = limits.iter().take(end.saturating_sub(begin)).rev();
+        let stop = end.min(begin + VISITED);
+        for (index, limit) in (begin..stop).zip(forward) {
+            visit(&at(index)?, at(index + 1).as_ref(), *limit);
+        }
+        (stop > begin && stop < len).then(|| self.number(stop))
+    }
+
+    /// Whether the speed at the start of the move at `index`, the first one of a block, is to be found from the last one: it was not
+    /// found yet, or is near the end of the plan.
+    fn is_inside(&self, index: usize) -> bool {
+        let near_end = index + (1 << self.block_bits) >= self.planned;
+        near_end || !self.was_found(self.block_of(self.number(index)))
+    }
+}

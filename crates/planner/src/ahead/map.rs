@@ -1,0 +1,105 @@
+//! How the squared speed at the start of a move follows from the one at its end, and how that composes (see `lookahead`).
+
+/// How fast a move may end, and what it can brake then: squared speeds in units.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) struct Ends {
+    /// The highest squared speed at its end.
+    pub(crate) top: u32,
+    /// The gains where it ends at rest, and at that speed.
+    pub(crate) gains: [u32; 2],
+}
+
+/// `x_in = min(cap, share·x_out + plus)`: squared speeds in units.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) struct Map {
+    cap: u32,
+    /// In 2⁻³⁰.
+    share: u32,
+    plus: u32,
+}
+
+/// A squared speed, and whether it would be higher if motion could go on behind the last move.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub(super) struct Reach {
+    pub(super) v2: u32,
+    pub(super) hangs: bool,
+}
+
+impl Reach {
+    pub(super) fn bounded(v2: u64, cap: u32, hangs: bool) -> Self {
+        match u32::try_from(v2) {
+            Ok(v2) if v2 < cap => Self { v2, hangs },
+            Ok(_) | Err(_) => Self {
+                v2: cap,
+                hangs: false,
+            },
+        }
+    }
+}
+
+const ONE_BITS: u32 = 30;
+const ONE: u32 = 1 << ONE_BITS;
+
+fn scaled(share: u32, x: u32) -> u64 {
+    (u64::from(share) * u64::from(x)) >> ONE_BITS
+}
+
+fn clamp(x: u64) -> u32 {
+    u32::try_from(x).unwrap_or(u32::MAX)
+}
+
+impl Map {
+    pub(super) const NONE: Self = Self {
+        cap: 0,
+        share: 0,
+        plus: 0,
+    };
+
+    /// The same gain at every speed.
+    fn parallel(cap: u32, plus: u32) -> Self {
+        Self {
+            cap,
+            share: ONE,
+            plus,
+        }
+    }
+
+    /// The line through the gains at 0 and at the squared speed `top`.
+    pub(super) fn new(cap: u32, ends: Ends) -> Self {
+        let (top, [at_rest, at_top]) = (ends.top, ends.gains);
+        if at_rest == at_top || top == 0 {
+            return Self::parallel(cap, at_rest);
+        }
+        // What the products below round away, both ways.
+        const ROUNDED: u32 = 4;
+        let slope = at_rest.abs_diff(at_top) as f32 / top as f32 * ONE as f32;
+        // Both ways the roundings of `f32` make the line lower.
+        const DOWN: f32 = 1.0 - 4.0 * f32::EPSILON;
+        const UP: f32 = 1.0 + 4.0 * f32::EPSILON;
+        Self {
+            cap,
+            share: if at_top > at_rest {
+                ONE.saturating_add(ONE.min((slope * DOWN) as u32))
+            } else {
+                ONE.saturating_sub((slope * UP) as u32).saturating_sub(1)
+            },
+            plus: at_rest.saturating_sub(ROUNDED),
+        }
+    }
+
+    pub(super) fn before(self, behind: Self) -> Self {
+        let share = scaled(self.share, behind.share).min(u32::MAX.into()) as u32;
+        Self {
+            cap: self
+                .cap
+                .min(clamp(scaled(self.share, behind.cap) + u64::from(self.plus))),
+            share,
+            plus: clamp(scaled(self.share, behind.plus) + u64::from(self.plus)),
+        }
+    }
+
+    pub(super) fn reach(self, behind: Reach) -> Reach {
+        let v2 = scaled(self.share, behind.v2) + u64::from(self.plus);
+        Reach::bounded(v2, self.cap, behind.hangs)
+    }
+}

@@ -1,0 +1,149 @@
+//! A row of a raster: moves that go straight on at one feed and differ in power only are planned as one.
+//!
+//! ```text
+//!   X1 S10   X2 S80   G0 X2.5 S0   G1 X3 S40         one planned move, its first power 10,
+//!   |--------|========|            |----|     -->    and the pixels  80, 0, 40  (see [`crate::emit::pixel`])
+//! ```
+//!
+//! Look-ahead counts moves: were each pixel one, 1024 of 0.1 mm would let a machine of 500 mm/s² go no faster than
+//! 320 mm/s (`√(2·a·N·L)`).
+//!
+//! Which moves: those of a laser that go on in exactly the same direction, counted in steps, at the same feed in mm/min, in the
+//! same mode. So neither limits nor the corner before the row change as it grows.
+//!
+//! A short rapid between pixels (`G0 … S0`) belongs to the row, at the row's speed and without power. A gap of length `L`
+//! lets a rapid gain no more than `a·L/4v²` of its time (accelerating to its middle, from the speed `v`); where that is less
+//! than a thousandth it is left alone. What remains are at most 250 moves in the distance `v²/2a` that stopping takes.
+
+use crate::emit::pixel::{Packed, Pixel};
+use crate::{Feed, Move, MoveKind, MovePower};
+use leadscrew_stepper::{Line, Outputs, Power};
+
+/// The last queued move, while the next one may be merged into it.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(crate) struct Row<const MOTORS: usize> {
+    /// Steps of each motor, with signs.
+    delta: [i32; MOTORS],
+    /// The motor with the most steps.
+    dominant: usize,
+    /// Power at its end.
+    power: MovePower,
+    /// Step of the dominant motor at which that began.
+    changed: u32,
+    /// Feed, mm/s.
+    feed: f32,
+    outputs: Outputs,
+}
+
+impl<const MOTORS: usize> Row<MOTORS> {
+    /// Begins with a move by `delta` steps; `None` where it is no laser's, or has a speed of its own.
+    pub(crate) fn begin<const AXES: usize>(of: &Move<AXES>, delta: [i32; MOTORS]) -> Option<Self> {
+        match of.power {
+            MovePower::Off | MovePower::Spindle { .. } => None,
+            MovePower::Constant { .. } | MovePower::Dynamic { .. } => Some(Self {
+                feed: row_feed(of)?,
+                delta,
+                dominant: dominant(&delta),
+                power: of.power,
+                changed: 0,
+                outputs: of.outputs,
+            }),
+        }
+    }
+
+    /// The row with one more move, and the pixel that it adds; `None` where it does not go on.
+    pub(crate) fn extended<const AXES: usize>(
+        &self,
+        of: &Move<AXES>,
+        delta: [i32; MOTORS],
+    ) -> Option<(Self, Packed)> {
+        let power = self.part(of)?;
+        let longer = self.longer(&delta)?;
+        let changed = self.along(&self.delta).unsigned_abs();
+        let pixel = Pixel {
+            after: changed - self.changed,
+            power,
+            line_number: of.line_number,
+        };
+        let row = Self {
+            delta: longer,
+            power: self.power.with(power),
+            changed,
+            ..*self
+        };
+        Some((row, pixel.packed()?))
+    }
+
+    /// Steps of each motor over the whole row.
+    pub(crate) const fn delta(&self) -> [i32; MOTORS] {
+        self.delta
+    }
+
+    /// The row's steps with those of `delta`; `None` where that leads another way, or farther than one line goes.
+    fn longer(&self, delta: &[i32; MOTORS]) -> Option<[i32; MOTORS]> {
+        let (way, on) = (self.along(&self.delta), self.along(delta));
+        if (way > 0) != (on > 0) {
+            return None;
+        }
+        let mut longer = *delta;
+        for (steps, so_far) in longer.iter_mut().zip(self.delta) {
+            if i64::from(*steps) * i64::from(way) != i64::from(so_far) * i64::from(on) {
+                return None;
+            }
+            *steps = steps.checked_add(so_far)?;
+        }
+        Line::new(longer).ok().map(|_| longer)
+    }
+
+    fn along(&self, delta: &[i32; MOTORS]) -> i32 {
+        delta.get(self.dominant).copied().unwrap_or(0)
+    }
+
+    /// The power of a move that may be a part of the row; `None` where it may not.
+    fn part<const AXES: usize>(&self, of: &Move<AXES>) -> Option<Power> {
+        let power = of.power.programmed();
+        let fits = match of.power {
+            MovePower::Spindle { .. } => false,
+            MovePower::Off => is_gap(of),
+            MovePower::Constant { .. } | MovePower::Dynamic { .. } => {
+                self.power.with(power) == of.power && row_feed(of) == Some(self.feed)
+            }
+        };
+        (fits && of.outputs == self.outputs).then_some(power)
+    }
+}
+
+fn dominant<const MOTORS: usize>(delta: &[i32; MOTORS]) -> usize {
+    let steps = delta.iter().map(|steps| steps.unsigned_abs());
+    steps
+        .enumerate()
+        .max_by_key(|(_, steps)| *steps)
+        .map_or(0, |(motor, _)| motor)
+}
+
+/// The feed in mm/s of a move that may be a part of a row.
+fn row_feed<const AXES: usize>(of: &Move<AXES>) -> Option<f32> {
+    if of.kind != MoveKind::Feed || of.curve.is_some() {
+        return None;
+    }
+    match of.feed {
+        Feed::PerMinute(feed) => Some(feed),
+        Feed::Rapid | Feed::InverseTime(_) => None,
+    }
+}
+
+/// Whether a move is a rapid, short enough to be part of a row or not.
+pub(crate) fn is_gap<const AXES: usize>(of: &Move<AXES>) -> bool {
+    of.kind == MoveKind::Rapid && of.curve.is_none()
+}
+
+/// Whether a rapid of `length` mm gains next to nothing on a row at `speed` mm/s, on a machine that accelerates with
+/// `acceleration` mm/s².
+pub(crate) fn is_short(length: f32, speed: f32, acceleration: f32) -> bool {
+    /// `a·L/v²` that gains a thousandth of the time.
+    const LITTLE: f32 = 4.0 / 1000.0;
+    acceleration * length <= LITTLE * speed * speed
+}
+
+#[cfg(test)]
+mod tests;
