@@ -54,7 +54,7 @@ fn log_start(source: Source, reason: restart::Reason) {
     );
 }
 
-/// Takes over what is stored, and makes room for changes while nothing waits for that.
+/// Takes over the stored settings, and makes room for changes while nothing waits for it.
 fn load_settings(machine: &mut TheMachine, store: &mut Sectors) {
     match machine.load(store) {
         Ok(condition) => defmt::info!("settings: {}", condition),

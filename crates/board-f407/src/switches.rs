@@ -10,7 +10,7 @@
 //! within the time change nothing, so that a switch that bounces, or noise that goes on, is answered after exactly that
 //! time; a shorter spike is forgotten. The line is masked for as long, so that noise takes two interrupts each such time and no
 //! more. TIM5, which counts microseconds, keeps the time.
-#![allow(unsafe_code)] // the section of what interrupts read, and registers that have no words
+#![allow(unsafe_code)] // the section of data that interrupts read; registers without a safe interface
 use crate::{
     clock,
     gpio::{Bank, Input},
@@ -82,7 +82,7 @@ fn all() -> impl Iterator<Item = Input> {
     PROFILE.limits.into_iter().chain(BUTTONS).flatten()
 }
 
-/// What the switch interrupts keep: those of EXTI and that of the timer. The tasks share it without a lock, since RTIC refuses
+/// The state of the switch interrupts, of EXTI and of the timer. The tasks share it without a lock, since RTIC refuses
 /// to build them unless all have one priority.
 pub(crate) struct Filter {
     exti: EXTI,

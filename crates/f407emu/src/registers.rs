@@ -202,7 +202,7 @@ impl Machine {
         }
     }
 
-    /// What the planted faults make of a word that the program, not DMA, writes.
+    /// The word that a planted fault makes of one that the program, not DMA, writes.
     fn tampered(&self, address: u32, value: u32, cause: Cause) -> Option<u32> {
         match cause {
             Cause::Core(_) => self.planted(address, value),

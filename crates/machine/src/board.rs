@@ -9,7 +9,7 @@
 //! ```
 //!
 //! Implemented by the firmware's board and by the simulator. Every method is called from the main loop
-//! and none may wait: it begins what takes time, or takes a part of it ([`Board::write`]).
+//! and none may wait: a long job is begun, or done in parts ([`Board::write`]).
 
 use core::fmt;
 use leadscrew_planner::{Coordinate, MoveKind};

@@ -23,7 +23,7 @@ use leadscrew_stepper::Power;
 /// Bit of `$10` that asks for the time to finish.
 const TIME_LEFT: u8 = StatusReport::<0>::TIME_LEFT;
 
-/// Moves whose times are added up in one poll: some 0.1 ms of the F407.
+/// Moves whose times are added up in one poll: some 0.12 ms of the F407.
 const TIMED_A_POLL: usize = 8;
 
 impl<K, X, const AXES: usize, const MOTORS: usize> Machine<'_, K, AXES, MOTORS, X>

@@ -31,7 +31,7 @@ impl Phase {
     }
 }
 
-/// What homing waits for.
+/// The event for which homing waits.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Wait {
     /// The switches to settle.

@@ -52,7 +52,7 @@ pub(crate) enum Wait<const AXES: usize> {
     Probe(Probing),
     /// That the operator resumes (M0).
     Pause,
-    /// What an extension's M code waits for.
+    /// The event for which an extension's M code waits.
     Own(OwnWait),
     /// That what it changed is stored. `then_restart`: the machine starts anew after the answer (`$RST=`).
     Stored {
@@ -61,7 +61,7 @@ pub(crate) enum Wait<const AXES: usize> {
     },
 }
 
-/// What an extension's M code waits for.
+/// The event for which an extension's M code waits.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum OwnWait {
     /// The next turn of the main loop, at this instant at the latest.
@@ -201,7 +201,7 @@ impl<const AXES: usize> Executor<AXES> {
         }
     }
 
-    /// What an extension's M code waits for, once it has begun.
+    /// The event for which an extension's M code waits, once it has begun.
     pub(crate) fn own_wait(&self) -> Option<OwnWait> {
         match self.wait {
             Wait::Own(wait) => Some(wait),
