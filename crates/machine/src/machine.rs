@@ -4,7 +4,7 @@ use crate::activity::door_cycle::DoorCycle;
 use crate::activity::homing_cycle::Homing;
 use crate::activity::Activity;
 use crate::board::{Board, Duration, Instant};
-use crate::config::{MachineConfig, MoveQueues, RowPixels, CHANNELS};
+use crate::config::{MachineConfig, MoveQueues, CHANNELS};
 pub use crate::console::LineFault;
 use crate::console::{Console, LINE};
 use crate::dual::DualAxis;
@@ -27,15 +27,21 @@ use crate::unsaved::Store;
 use crate::work::Work;
 use heapless::spsc::Producer;
 use heapless::Vec;
-use leadscrew_planner::{ConfigError, Kinematics};
+use leadscrew_planner::{ConfigError, Kinematics, PixelQueue};
 use leadscrew_stepper::{Segment, Shared};
 
 /// What a machine borrows: room for its moves, and the main loop's ends of everything that crosses to interrupts.
-pub struct Links<'a, const AXES: usize, const MOTORS: usize, const MOVES: usize> {
+pub struct Links<
+    'a,
+    const AXES: usize,
+    const MOTORS: usize,
+    const MOVES: usize,
+    const PIXELS: usize,
+> {
     /// Where planned moves are kept: no interrupt's business, but too large to be a part of the machine.
     pub moves: &'a mut MoveQueues<AXES, MOTORS, MOVES>,
-    /// Where the pixels of rows are kept.
-    pub pixels: &'a mut RowPixels,
+    /// Where the pixels of rows are kept: [`crate::config::RowPixels`], or fewer; 1 where nothing burns.
+    pub pixels: &'a mut PixelQueue<PIXELS>,
     /// Segments for the step interrupt, from a [`crate::config::SegmentQueue`].
     pub segments: Producer<'a, Segment<MOTORS>>,
     /// Words shared with the step interrupt.
@@ -108,10 +114,10 @@ where
     ///
     /// # Errors
     /// Nothing can be planned with what `config` says: a timer that stands, no room for moves.
-    pub fn new<const MOVES: usize>(
+    pub fn new<const MOVES: usize, const PIXELS: usize>(
         config: MachineConfig<AXES>,
         kinematics: K,
-        links: Links<'a, AXES, MOTORS, MOVES>,
+        links: Links<'a, AXES, MOTORS, MOVES, PIXELS>,
     ) -> Result<Self, ConfigError> {
         Self::with_extension(config, kinematics, links, ())
     }
@@ -126,10 +132,10 @@ where
     ///
     /// # Errors
     /// As [`Machine::new`].
-    pub fn with_extension<const MOVES: usize>(
+    pub fn with_extension<const MOVES: usize, const PIXELS: usize>(
         mut config: MachineConfig<AXES>,
         kinematics: K,
-        links: Links<'a, AXES, MOTORS, MOVES>,
+        links: Links<'a, AXES, MOTORS, MOVES, PIXELS>,
         extension: X,
     ) -> Result<Self, ConfigError> {
         config.moves = config.moves.min(MOVES);

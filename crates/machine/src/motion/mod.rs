@@ -18,14 +18,14 @@ mod reserve;
 mod start;
 
 use crate::board::{Board, Duration, Instant};
-use crate::config::{MoveQueues, RowPixels, ASIDE_MOVES};
+use crate::config::{MoveQueues, ASIDE_MOVES};
 use crate::work::Work;
 use drivers::Drivers;
 use feeder::Feeder;
 use heapless::spsc::Producer;
 use leadscrew_planner::{
     Ahead, Config, ConfigError, Coordinate, CornerRule, Curve, Kinematics, Move, Outline,
-    Overrides, Planner, PowerLead, PushError, Pushed, Segmenter, LONGEST_LEAD,
+    Overrides, PixelQueue, Planner, PowerLead, PushError, Pushed, Segmenter, LONGEST_LEAD,
 };
 use leadscrew_stepper::{Power, Segment, Shared};
 
@@ -95,10 +95,13 @@ where
     ///
     /// # Errors
     /// Nothing can be planned with these settings.
-    pub(crate) fn new<const MOVES: usize>(
+    pub(crate) fn new<const MOVES: usize, const PIXELS: usize>(
         config: Config<AXES>,
         kinematics: K,
-        (queues, pixels): (&'a mut MoveQueues<AXES, MOTORS, MOVES>, &'a mut RowPixels),
+        (queues, pixels): (
+            &'a mut MoveQueues<AXES, MOTORS, MOVES>,
+            &'a mut PixelQueue<PIXELS>,
+        ),
         segments: Producer<'a, Segment<MOTORS>>,
         shared: &'a Shared<MOTORS>,
     ) -> Result<Self, ConfigError> {

@@ -25,13 +25,13 @@ use cortex_m::asm;
 use cortex_m_rt::entry;
 use leadscrew_machine::{
     board::Duration,
-    config::{MachineConfig, MoveQueues, RowPixels, SegmentQueue},
+    config::{MachineConfig, MoveQueues, SegmentQueue},
     inputs::Inputs,
     machine::{Links, Machine},
     protocol::serial::SerialQueue,
     step_timing::StepTiming,
 };
-use leadscrew_planner::Cartesian;
+use leadscrew_planner::{Cartesian, PixelQueue};
 use leadscrew_stepper::Shared;
 use panic_halt as _;
 use static_cell::{ConstStaticCell, StaticCell};
@@ -58,7 +58,7 @@ fn main() -> ! {
         ConstStaticCell::new(SegmentQueue::new());
     static MOVE_QUEUES: ConstStaticCell<MoveQueues<AXES, AXES, MOVES>> =
         ConstStaticCell::new(MoveQueues::new());
-    static ROW_PIXELS: ConstStaticCell<RowPixels> = ConstStaticCell::new(RowPixels::new());
+    static PIXELS: ConstStaticCell<PixelQueue<1>> = ConstStaticCell::new(PixelQueue::new());
     static SERIAL: ConstStaticCell<SerialQueue<129>> = ConstStaticCell::new(SerialQueue::new());
     static MACHINE: StaticCell<Machine<'static, Cartesian, AXES, AXES>> = StaticCell::new();
 
@@ -67,7 +67,7 @@ fn main() -> ! {
     let (receiver, inbox) = SERIAL.take().split();
     let links = Links {
         moves: MOVE_QUEUES.take(),
-        pixels: ROW_PIXELS.take(),
+        pixels: PIXELS.take(),
         segments: producer,
         shared: &SHARED,
         inputs: &INPUTS,

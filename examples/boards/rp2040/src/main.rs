@@ -19,13 +19,13 @@ mod step_port;
 use board::Pico;
 use heapless::spsc::Consumer;
 use leadscrew_machine::{
-    config::{MachineConfig, MoveQueues, RowPixels, SegmentQueue},
+    config::{MachineConfig, MoveQueues, SegmentQueue},
     inputs::Inputs,
     machine::{Links, Machine},
     protocol::serial::{Receiver, SerialQueue},
     step_timing::StepTiming,
 };
-use leadscrew_planner::Cartesian;
+use leadscrew_planner::{Cartesian, PixelQueue};
 use leadscrew_stepper::{Segment, Shared, StepInterrupt};
 use panic_halt as _;
 use step_port::Port;
@@ -78,7 +78,7 @@ mod app {
     #[init(local = [
         queue: SegmentQueue<AXES> = SegmentQueue::new(),
         moves: MoveQueues<AXES, AXES, MOVES> = MoveQueues::new(),
-        pixels: RowPixels = RowPixels::new(),
+        pixels: PixelQueue<1> = PixelQueue::new(),
         serial: SerialQueue = SerialQueue::new(),
     ])]
     fn init(cx: init::Context) -> (SharedResources, Local) {
