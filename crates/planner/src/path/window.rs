@@ -109,6 +109,7 @@ impl<const AXES: usize> Window<AXES> {
     /// The next piece begins at rest.
     pub(crate) fn forget(&mut self) {
         (self.known, self.waiting) = (0, 0);
+        self.settled = Turn::REST;
         self.search = Search::NEW;
     }
 
