@@ -163,7 +163,7 @@ where
     }
 }
 
-/// What the meaning of a line depends on.
+/// The state of the machine on which the meaning of a line depends.
 pub(crate) fn context<'a, const AXES: usize>(
     config: &'a MachineConfig<AXES>,
     settings: &Settings<AXES>,

@@ -1,4 +1,4 @@
-//! What has more than one row goes out row by row, each once the board has taken the one before it: `$$`, `$+`, `$ES`, `$#`, `$N`, `$I`
+//! A listing goes out row by row, each row once the board has taken the one before it: `$$`, `$+`, `$ES`, `$#`, `$N`, `$I`
 //! and the like.
 //! So a report that is asked for goes out between two rows, and does not wait for the rest of the list.
 

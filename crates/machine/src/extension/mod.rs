@@ -54,7 +54,7 @@ pub trait Extension<const AXES: usize> {
         Step::Done
     }
 
-    /// Its settings, 16 at most with those of others. Numbers 800 to 999 are free for extensions.
+    /// Its settings. All extensions together have 16 at most. Numbers 800 to 999 are free for extensions.
     fn settings(&self) -> impl Iterator<Item = &'static Row> {
         core::iter::empty()
     }
@@ -77,7 +77,7 @@ pub trait Extension<const AXES: usize> {
     /// Writes its fields of a status report, each with a `|` before it, 64 characters at most.
     ///
     /// # Errors
-    /// Those of `fields`.
+    /// Writing to `fields` failed.
     fn report(&self, fields: &mut fmt::Formatter<'_>) -> fmt::Result {
         let _ = fields;
         Ok(())

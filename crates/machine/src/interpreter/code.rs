@@ -1,7 +1,7 @@
 //! G and M numbers: which exist, their meaning, and the error of a wrong one.
 //!
 //! GRBL takes a number modulo 256 and its fraction in hundredths, rounded: G38.204 is G38.2, G0.004 is G0. A number
-//! that wraps is never accepted. Its error is that of the wrapped number: G256 as a G0 with a fraction, G300 as G44.
+//! that wraps is never accepted. It is refused as the wrapped number is: G256 as a G0 with a fraction, G300 as G44.
 
 use super::command::OffsetId;
 use super::cycle::kind::CycleKind;
@@ -129,7 +129,7 @@ impl Code {
         }
     }
 
-    /// Answers what it says as a G word, on a machine built with these options.
+    /// Answers its meaning as a G word, on a machine built with these options.
     #[inline]
     pub(super) fn g(self, options: &Options) -> Result<GWord, Status> {
         match self.hundredths {

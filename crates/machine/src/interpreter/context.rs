@@ -28,7 +28,7 @@ pub struct Context<'a, const AXES: usize> {
 /// The M codes of an extension, and the one that a line has.
 pub struct Own<'a> {
     find: &'a dyn Fn(u8) -> Option<MCode>,
-    /// Noted as the words are read, for the end of the line. No part of what every line fills in: most have none.
+    /// Noted as the words are read, for the end of the line. Kept apart from the block, since most lines have none.
     found: Cell<Option<(MCode, Call)>>,
 }
 

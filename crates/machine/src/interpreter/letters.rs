@@ -87,7 +87,7 @@ pub(super) enum Group {
     Coolant,
     /// M56.
     Parking,
-    /// Those of an extension.
+    /// M codes of an extension.
     Own,
     /// G98, G99.
     Retract,

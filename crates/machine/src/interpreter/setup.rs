@@ -58,7 +58,7 @@ impl<const AXES: usize> Interpreter<AXES> {
         &self.offsets
     }
 
-    /// Answers the work offset for the next line. Reports show that of [`Command::WorkOffset`](super::Command::WorkOffset), which may be behind.
+    /// Answers the work offset for the next line. Reports show the offset of the last [`Command::WorkOffset`](super::Command::WorkOffset), which may be behind.
     pub fn work_offset(&self) -> &[Coordinate; AXES] {
         &self.work_offset
     }

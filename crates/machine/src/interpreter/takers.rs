@@ -38,7 +38,7 @@ pub(super) enum NonModal {
     ClearG92,
 }
 
-/// What happens at the end of a line.
+/// How the program goes on after a line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Flow {
     /// The next line.
