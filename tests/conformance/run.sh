@@ -8,7 +8,7 @@ set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
 [ $# -gt 0 ] || set -- "$here/cases" "$here/round2"
 if [ -z "${LEADSCREW:-}" ]; then
-  cargo build --manifest-path "$here/../../Cargo.toml" -p leadscrew-sim
+  cargo build --manifest-path "$here/../../Cargo.toml" -p leadscrew
   target=${CARGO_TARGET_DIR:-$here/../../target}
   LEADSCREW=$target/debug/leadscrew
 fi

@@ -8,22 +8,22 @@ const AREA: usize = 16 * 1024;
 
 /// Two areas, as a board has them.
 #[derive(Clone, PartialEq, Eq, Debug)]
-pub(crate) struct Flash {
+pub struct Flash {
     bytes: Vec<u8>,
     changed: bool,
 }
 
 impl Flash {
     /// Size of both areas, bytes.
-    pub(crate) const SIZE: usize = 2 * AREA;
+    pub const SIZE: usize = 2 * AREA;
 
     /// Makes a flash memory that was never written.
-    pub(crate) fn blank() -> Self {
+    pub fn blank() -> Self {
         Self::new(vec![0xFF; Self::SIZE])
     }
 
     /// Makes a flash memory that holds [`Flash::SIZE`] bytes.
-    pub(crate) fn new(bytes: Vec<u8>) -> Self {
+    pub fn new(bytes: Vec<u8>) -> Self {
         Self {
             bytes,
             changed: false,
@@ -31,12 +31,12 @@ impl Flash {
     }
 
     /// Whether any byte has changed since it was asked last.
-    pub(crate) fn changed(&mut self) -> bool {
+    pub fn changed(&mut self) -> bool {
         std::mem::take(&mut self.changed)
     }
 
     /// All its bytes.
-    pub(crate) fn bytes(&self) -> &[u8] {
+    pub fn bytes(&self) -> &[u8] {
         &self.bytes
     }
 

@@ -17,23 +17,20 @@
 #![forbid(unsafe_code)]
 
 pub mod board;
-pub mod cli;
 pub mod clock;
 pub mod contacts;
 pub mod cost;
 pub mod event_loop;
-mod flash;
+pub mod flash;
 pub mod link;
 pub mod load;
 pub mod measured;
 pub mod observer;
 pub mod outcome;
-pub mod output;
 pub mod plant;
 mod position;
 pub mod profile;
 pub mod replay;
-pub mod serve;
 pub mod setup;
 pub mod speed_profile;
 mod stepping;

@@ -343,7 +343,7 @@ fn hide_realtime(line: &mut [u8]) {
 
 /// Lines of a file that end with LF, CR or CR LF. A byte order mark and lines with `%` (tape marks) are left out.
 #[derive(Debug)]
-pub(crate) struct Lines<R> {
+pub struct Lines<R> {
     reader: R,
     /// Lines read so far, those left out included.
     number: u64,
@@ -354,7 +354,8 @@ pub(crate) struct Lines<R> {
 impl<R: BufRead> Lines<R> {
     const MARK: &'static [u8] = b"\xEF\xBB\xBF";
 
-    pub(crate) fn new(reader: R) -> Self {
+    /// Reads from `reader`, from its next line on.
+    pub fn new(reader: R) -> Self {
         Self {
             reader,
             number: 0,
@@ -363,12 +364,12 @@ impl<R: BufRead> Lines<R> {
     }
 
     /// The number of the line read last, from 1; lines left out count.
-    pub(crate) fn number(&self) -> u64 {
+    pub fn number(&self) -> u64 {
         self.number
     }
 
     /// Reads the next line without its end; `false` at the end of the file.
-    pub(crate) fn next(&mut self, line: &mut Vec<u8>) -> io::Result<bool> {
+    pub fn next(&mut self, line: &mut Vec<u8>) -> io::Result<bool> {
         while self.read(line)? {
             self.number += 1;
             if self.number == 1 && line.starts_with(Self::MARK) {

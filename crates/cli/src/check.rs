@@ -1,0 +1,142 @@
+//! `leadscrew check`: every error of a file in one go, soft limits included, and what is probably not meant; nothing moves.
+
+use super::args::CheckArgs;
+use super::causes::Causes;
+use super::check_report::CheckReport;
+use super::checker::Checker;
+use super::complaint::Complaint;
+use super::input;
+use super::output::{is_stdout, Output, OutputError};
+use super::remark::Remarks;
+use super::report::{json_text, title};
+use super::said::say;
+use super::setting_args::{say_capped, settings, AXES};
+use super::{unusable, Unusable};
+use crate::picture::{draw, Caption};
+use leadscrew_machine::config::MachineConfig;
+use leadscrew_machine::settings::table::Setting;
+use leadscrew_machine::settings::values::Settings;
+use leadscrew_planner::Coordinate;
+use leadscrew_sim::streamer::Lines;
+use std::path::Path;
+
+/// Complaints that are kept for the JSON output.
+const KEPT: usize = 10_000;
+
+/// Checks the jobs; answers whether none has an error.
+///
+/// # Errors
+/// Where an option or an input cannot be used.
+pub(super) fn check(args: &CheckArgs) -> Result<bool, Unusable> {
+    let config = MachineConfig::<AXES>::new();
+    let settings = settings(&args.machine, &config)?;
+    if !args.quiet {
+        say_capped(&settings, &config.step_timing);
+    }
+    let jobs = input::jobs(&args.files).map_err(unusable)?;
+    let is_one = jobs.len() == 1 && args.files.len() == 1 && !args.files[0].is_dir();
+    if args.svg.is_some() && !is_one {
+        return Err(unusable("--svg draws one job"));
+    }
+    if args.json && args.svg.as_deref().is_some_and(is_stdout) {
+        return Err(unusable("standard output takes one of --json, --svg -"));
+    }
+    let mut reports = Vec::new();
+    let mut clean = true;
+    for job in &jobs {
+        let report = check_one(args, job, config, &settings)?;
+        clean &= report.error_count == 0;
+        match args.json {
+            true => reports.push(report),
+            false => tell(args, &report)?,
+        }
+    }
+    if args.json {
+        let all: Vec<_> = reports.iter().map(CheckReport::json).collect();
+        say(json_text(&all, is_one))?;
+    }
+    Ok(clean)
+}
+
+fn check_one(
+    args: &CheckArgs,
+    file: &Path,
+    config: MachineConfig<AXES>,
+    settings: &Settings<AXES>,
+) -> Result<CheckReport, Unusable> {
+    let svg = args.svg.as_deref().map(Output::create).transpose();
+    let svg = svg.map_err(unusable)?;
+    let job = input::open(file).map_err(unusable)?;
+    let mut checker = Checker::new(&job.name, config, settings.clone());
+    if let Some(origin) = args.origin {
+        checker.begin_at(origin.map(Coordinate::from_mm));
+    }
+    if svg.is_some() {
+        checker.draw();
+    }
+    let mut report = CheckReport::new(&job.name);
+    let mut causes = Causes::default();
+    let mut remarks = Remarks::default();
+    let mut lines = Lines::new(job.text);
+    let mut raw = Vec::new();
+    let unreadable = |error| unusable(format!("{}: cannot be read: {error}", job.name));
+    while lines.next(&mut raw).map_err(unreadable)? {
+        let number = lines.number();
+        let found = checker.check(number, &raw);
+        let done = checker.last;
+        report.pauses.extend(done.paused.then_some(number));
+        report.note_tools(&raw);
+        let remarked = remarks.take(&raw, done).into_iter();
+        let remarked = remarked
+            .map(|(column, remark)| Complaint::remark(&job.name, number, column, remark, &raw));
+        for complaint in found.into_iter().chain(remarked) {
+            show(args, &mut causes, &complaint);
+            report.note(complaint, KEPT);
+        }
+    }
+    for rest in causes.rest(&job.name) {
+        eprintln!("{rest}");
+    }
+    report.lines = lines.number();
+    report.measure(&checker.path);
+    if let Some(output) = svg {
+        draw_picture(output, settings, &checker, &report).map_err(unusable)?;
+    }
+    Ok(report)
+}
+
+fn draw_picture(
+    output: Output,
+    settings: &Settings<AXES>,
+    checker: &Checker,
+    report: &CheckReport,
+) -> Result<(), OutputError> {
+    let caption = Caption {
+        title: title(&report.file),
+        summary: report.caption(),
+        full_power_s: f64::from(settings.value(Setting::MaxSpeed).to_f32()),
+    };
+    let written = svg::write(output.pen(), &draw(&checker.path, None, &caption));
+    output.complete(written)
+}
+
+/// Shows a complaint: on GitHub as an annotation, elsewhere the first of each cause.
+fn show(args: &CheckArgs, causes: &mut Causes, complaint: &Complaint) {
+    let is_first = causes.note(complaint);
+    if args.github {
+        println!("{}", complaint.annotation());
+    } else if is_first && !(args.quiet && complaint.fault.is_remark()) {
+        eprintln!("{complaint}");
+    }
+}
+
+fn tell(args: &CheckArgs, report: &CheckReport) -> Result<(), Unusable> {
+    if args.quiet {
+        Ok(())
+    } else if args.svg.as_deref().is_some_and(is_stdout) {
+        eprintln!("{report}");
+        Ok(())
+    } else {
+        say(report)
+    }
+}

@@ -1,0 +1,350 @@
+//! Follows a program line by line without a machine: what is wrong with it, and where it goes.
+//!
+//! Lines go through the machine's own line reader, interpreter and settings, and no further.
+
+use super::complaint::{Complaint, Fault};
+use super::remark::Remark;
+use super::setting_args::{instead, AXES};
+use crate::picture::{StrokeKind, Toolpath};
+use leadscrew_machine::config::MachineConfig;
+use leadscrew_machine::interpreter::{
+    ArcShape, Command, Commands, Context, Fault as LineFault, Feed, Interpreter, OffsetId,
+    OwnCodes, Strokes, Travel, Turn, WorkSystem,
+};
+use leadscrew_machine::protocol::alarm::Alarm;
+use leadscrew_machine::protocol::line_reader::{raw_column, LineReader};
+use leadscrew_machine::protocol::status::Status;
+use leadscrew_machine::protocol::system_command::{Activity, Circumstances, SystemCommand};
+use leadscrew_machine::settings::table::{AxisSetting, Setting};
+use leadscrew_machine::settings::values::{Entry, Settings};
+use leadscrew_machine::soft_limits;
+use leadscrew_planner::{Arc, Coordinate, StepsPerMm};
+use leadscrew_stepper::MAX_STEP_EVENTS;
+
+/// What a jog begins with.
+const JOG: &[u8] = b"$J=";
+
+/// What a line is found to be.
+type Finding = Result<(), (LineFaultKind, Option<String>)>;
+
+/// A fault with its column in the filtered line, or one of the whole line.
+enum LineFaultKind {
+    Refused(LineFault),
+    OutOfTravel,
+    TooLong,
+}
+
+/// Follows a program line by line without a machine.
+pub(super) struct Checker {
+    file: String,
+    config: MachineConfig<AXES>,
+    settings: Settings<AXES>,
+    interpreter: Interpreter<AXES>,
+    /// Where the program goes.
+    pub(super) path: Toolpath,
+    /// Whether targets outside the travel are faults where soft limits are off, too.
+    travel_counts: bool,
+    /// What the line under way did.
+    pub(super) last: Done,
+}
+
+/// What a line did beside moving.
+#[derive(Clone, Copy, PartialEq, Eq, Default, Debug)]
+pub(super) struct Done {
+    /// It paused for the operator: M0, M1.
+    pub(super) paused: bool,
+    /// It ended the program: M2, M30.
+    pub(super) ended: bool,
+}
+
+impl Checker {
+    /// Begins a program called `file` on a machine as it is after power-up.
+    pub(super) fn new(file: &str, config: MachineConfig<AXES>, settings: Settings<AXES>) -> Self {
+        Self {
+            file: file.to_owned(),
+            config,
+            settings,
+            interpreter: Interpreter::new(),
+            path: Toolpath::new([0.0; 3], false),
+            travel_counts: false,
+            last: Done::default(),
+        }
+    }
+
+    /// Puts the machine at `origin`, in machine coordinates, and work zero there: what leaves the travel from there is a fault.
+    pub(super) fn begin_at(&mut self, origin: [Coordinate; AXES]) {
+        let zero = OffsetId::Work(WorkSystem::default());
+        self.interpreter.load_offset(zero, origin);
+        self.interpreter.set_position(origin);
+        self.travel_counts = true;
+        self.path = Toolpath::new(mm(&origin), self.path.is_drawn());
+    }
+
+    /// Keeps what a picture is drawn from.
+    pub(super) fn draw(&mut self) {
+        self.path = Toolpath::new(mm(self.interpreter.position()), true);
+    }
+
+    /// Takes a line, which has this number; answers the fault that is in it.
+    pub(super) fn check(&mut self, number: u64, raw: &[u8]) -> Option<Complaint> {
+        let (kind, detail) = self.check_line(raw).err()?;
+        Some(self.complaint(number, raw, &kind, detail))
+    }
+
+    /// Takes a line; answers whether the machine will refuse it.
+    pub(super) fn refuses(&mut self, raw: &[u8]) -> bool {
+        match self.check_line(raw) {
+            Ok(()) | Err((LineFaultKind::OutOfTravel, _)) => false,
+            Err((LineFaultKind::Refused(_) | LineFaultKind::TooLong, _)) => true,
+        }
+    }
+
+    fn check_line(&mut self, raw: &[u8]) -> Finding {
+        self.last = Done::default();
+        let mut reader = LineReader::<128>::new(self.config.line_length);
+        for byte in raw.iter().filter(|byte| byte.is_ascii()) {
+            reader.push(*byte);
+        }
+        let whole = |status| refused(LineFault { status, column: 0 });
+        let line = reader.line().map_err(whole)?;
+        match line {
+            [b'$', b'J', b'=', jog @ ..] => self.check_jog(jog),
+            [b'$', ..] => self.check_system(line),
+            _ => self.check_program(line),
+        }
+    }
+
+    fn check_program(&mut self, line: &[u8]) -> Finding {
+        let mut commands = Commands::new();
+        let start = *self.interpreter.position();
+        let reach = self.reach();
+        let context = context(&self.config, &self.settings, &reach);
+        self.interpreter
+            .interpret(line, &context, &mut commands)
+            .map_err(refused)?;
+        let mut at = start;
+        commands
+            .iter()
+            .try_for_each(|command| self.check_command(&mut at, command))
+    }
+
+    /// Checks where a command goes, from where the one before has led: an arc along all of its way.
+    fn check_command(&mut self, at: &mut [Coordinate; AXES], command: &Command<AXES>) -> Finding {
+        match command {
+            Command::Line(travel) | Command::Probe { travel, .. } => self.go(at, travel, None),
+            Command::Arc { travel, arc } => self.go(at, travel, Some(arc)),
+            Command::Cycle { travel, cycle } => {
+                let clearance = self.settings.value(Setting::PeckClearance);
+                let clearance = Coordinate::from_nanos(clearance.nanos());
+                Strokes::new(at, travel, cycle, clearance)
+                    .try_for_each(|stroke| self.check_command(at, &stroke))
+            }
+            Command::Pause => {
+                self.last.paused = true;
+                Ok(())
+            }
+            Command::ProgramEnd => {
+                self.last.ended = true;
+                Ok(())
+            }
+            Command::Spindle(_)
+            | Command::Coolant(_)
+            | Command::ParkingControl(_)
+            | Command::Own(_)
+            | Command::Dwell(_)
+            | Command::StoreOffset { .. }
+            | Command::WorkOffset(_) => Ok(()),
+        }
+    }
+
+    fn go(
+        &mut self,
+        at: &mut [Coordinate; AXES],
+        travel: &Travel<AXES>,
+        arc: Option<&ArcShape>,
+    ) -> Finding {
+        let start = std::mem::replace(at, travel.target);
+        let kind = match travel.feed {
+            Feed::Rapid => StrokeKind::Travel,
+            Feed::PerMinute(_) | Feed::InverseTime(_) => StrokeKind::cut(1.0),
+        };
+        let Some(arc) = arc else {
+            self.path.go(mm(&travel.target), kind);
+            self.check_length(&start, &travel.target)?;
+            return self.check_travel(&travel.target);
+        };
+        let mut found = Ok(());
+        for chord in self.chords(&start, &travel.target, arc) {
+            self.path.go(mm(&chord), kind);
+            found = found.and_then(|()| self.check_travel(&chord));
+        }
+        found
+    }
+
+    /// Whether the steps of a move can be counted.
+    fn check_length(&self, from: &[Coordinate; AXES], to: &[Coordinate; AXES]) -> Finding {
+        let steps = self.settings.axes(AxisSetting::StepsPerMm);
+        let too_long = (0..AXES).any(|axis| {
+            let scale = StepsPerMm::from_nanos(steps[axis].nanos());
+            let ends = scale.steps(from[axis]).zip(scale.steps(to[axis]));
+            ends.is_none_or(|(from, to)| from.abs_diff(to) > MAX_STEP_EVENTS)
+        });
+        match too_long {
+            true => Err((LineFaultKind::TooLong, None)),
+            false => Ok(()),
+        }
+    }
+
+    /// The chords of an arc, as the machine cuts it.
+    fn chords(
+        &self,
+        start: &[Coordinate; AXES],
+        target: &[Coordinate; AXES],
+        arc: &ArcShape,
+    ) -> Arc<AXES> {
+        let tolerance = self.settings.value(Setting::ArcTolerance).to_f32();
+        let clockwise = arc.turn == Turn::Clockwise;
+        Arc::new(
+            *start,
+            *target,
+            arc.centre,
+            arc.plane.axes(),
+            clockwise,
+            tolerance,
+        )
+    }
+
+    fn check_jog(&mut self, jog: &[u8]) -> Finding {
+        let reach = self.reach();
+        let context = context(&self.config, &self.settings, &reach);
+        let refused = |fault: LineFault| {
+            let column = fault.column + JOG.len();
+            refused(LineFault { column, ..fault })
+        };
+        match self.interpreter.jog(jog, &context).map_err(refused)? {
+            Some(jog) => {
+                let column = JOG.len();
+                let refuse = |(_, detail)| {
+                    let status = Status::JogOutOfTravel;
+                    (LineFaultKind::Refused(LineFault { status, column }), detail)
+                };
+                self.check_travel(&jog.travel.target).map_err(refuse)?;
+                self.interpreter.set_position(jog.travel.target);
+                Ok(())
+            }
+            None => Ok(()),
+        }
+    }
+
+    fn check_system(&mut self, line: &[u8]) -> Finding {
+        let now = Circumstances {
+            activity: Activity::Idle,
+            homing: self.settings.is_on(Setting::Homing),
+            single_axis_homing: self.config.options.single_axis_homing,
+        };
+        let command = SystemCommand::parse(line, &now).map_err(refused)?;
+        if let SystemCommand::Set { number, value } = command {
+            let entry = Entry { number, value };
+            let timing = &self.config.step_timing;
+            if let Err(status) = self.settings.set(entry, timing.limits(AXES)) {
+                let fault = command.locate(status.into(), line);
+                let words = || instead(&self.settings, timing, number).trim().to_owned();
+                let detail = (status == Status::StepRateTooHigh).then(words);
+                return Err((LineFaultKind::Refused(fault), detail));
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether a target lies within the travel, where soft limits are on.
+    fn check_travel(&self, target: &[Coordinate; AXES]) -> Finding {
+        if !self.settings.is_on(Setting::SoftLimits) && !self.travel_counts {
+            return Ok(());
+        }
+        let travel = self.travel();
+        if soft_limits::allow(target, &travel) {
+            return Ok(());
+        }
+        Err((LineFaultKind::OutOfTravel, Some(beyond(target, &travel))))
+    }
+
+    fn travel(&self) -> [Coordinate; AXES] {
+        let travel = self.settings.axes(AxisSetting::Travel);
+        let reach = self.reach();
+        std::array::from_fn(|axis| Coordinate::from_nanos(travel[axis].nanos()).min(reach[axis]))
+    }
+
+    /// How far steps can be counted: as the machine itself limits coordinates.
+    fn reach(&self) -> [Coordinate; AXES] {
+        let steps = self.settings.axes(AxisSetting::StepsPerMm);
+        steps.map(|steps| StepsPerMm::from_nanos(steps.nanos()).coordinate(1 << 30))
+    }
+
+    fn complaint(
+        &self,
+        line: u64,
+        raw: &[u8],
+        kind: &LineFaultKind,
+        detail: Option<String>,
+    ) -> Complaint {
+        let (fault, column) = match kind {
+            LineFaultKind::Refused(fault) => (
+                Fault::Error(fault.status),
+                Some(raw_column(raw, fault.column)),
+            ),
+            LineFaultKind::OutOfTravel if self.settings.is_on(Setting::SoftLimits) => {
+                (Fault::Alarm(Alarm::SoftLimit), None)
+            }
+            LineFaultKind::OutOfTravel => (Fault::Remark(Remark::OutsideTravel), None),
+            LineFaultKind::TooLong => (Fault::TooLong, None),
+        };
+        Complaint {
+            file: self.file.clone(),
+            line,
+            column,
+            fault,
+            text: String::from_utf8_lossy(raw).into_owned(),
+            detail,
+        }
+    }
+}
+
+/// X, Y and Z in mm.
+fn mm(at: &[Coordinate; AXES]) -> [f64; 3] {
+    at.map(|axis| axis.nanos() as f64 * 1e-9)
+}
+
+fn refused(fault: LineFault) -> (LineFaultKind, Option<String>) {
+    (LineFaultKind::Refused(fault), None)
+}
+
+fn context<'a>(
+    config: &'a MachineConfig<AXES>,
+    settings: &Settings<AXES>,
+    reach: &'a [Coordinate; AXES],
+) -> Context<'a, AXES> {
+    Context {
+        axes: &config.axes,
+        options: &config.options,
+        laser_mode: settings.is_on(Setting::Laser),
+        soft_limits: settings.is_on(Setting::SoftLimits),
+        reach,
+        own: OwnCodes::NONE,
+    }
+}
+
+/// Says which axis would leave its travel, and by how much.
+fn beyond(target: &[Coordinate; AXES], travel: &[Coordinate; AXES]) -> String {
+    let axes = super::report::LETTERS.iter().zip(target.iter().zip(travel));
+    let parts: Vec<String> = axes
+        .filter(|(_, (at, travel))| **at > Coordinate::ZERO || **at < Coordinate::ZERO - **travel)
+        .map(|(name, (at, travel))| {
+            format!(
+                "{name} would be at {:.3} mm, its travel is {:.3} to 0",
+                at.to_mm(),
+                -travel.to_mm()
+            )
+        })
+        .collect();
+    parts.join("; ")
+}

@@ -1,0 +1,76 @@
+//! The `leadscrew` command line.
+#![forbid(unsafe_code)]
+
+mod align;
+mod args;
+mod calibrate;
+mod causes;
+mod check;
+mod check_report;
+mod checker;
+mod complaint;
+mod import;
+mod input;
+mod output;
+mod picture;
+mod profile;
+mod remark;
+mod replay;
+mod report;
+mod run;
+mod said;
+mod serve;
+mod serve_args;
+mod setting_args;
+mod settings_file;
+mod shell;
+mod steps_csv;
+mod stream;
+mod tools;
+mod trials;
+mod vcd;
+mod watchers;
+
+use args::{Cli, Command};
+use clap::Parser;
+use std::fmt::Display;
+use std::process::ExitCode;
+
+/// The job met an error or an alarm.
+const JOB_FAILED: u8 = 1;
+/// Bad usage, unreadable input, unwritable output.
+const UNUSABLE: u8 = 2;
+
+/// Runs the command that the process was called with.
+///
+/// Exit status: 0 done, 1 the job met an error or an alarm, 2 bad usage or unreadable input.
+fn main() -> ExitCode {
+    let result = match Cli::parse().command {
+        Command::Run(args) => run::run(&args),
+        Command::Profile(args) => profile::profile(&args),
+        Command::Check(args) => check::check(&args),
+        Command::Serve(args) => serve::run(&args),
+        Command::Replay(args) => replay::run(&args),
+        Command::Import(command) => import::run(&command),
+        Command::Align(args) => align::align(&args),
+        Command::Calibrate(args) => calibrate::calibrate(&args),
+        Command::Completions { shell } => shell::completions(shell),
+        Command::Man(args) => shell::man(&args),
+        Command::Schema { of } => shell::schema(of),
+    };
+    match result {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::from(JOB_FAILED),
+        Err(unusable) => {
+            eprintln!("leadscrew: {unusable}");
+            ExitCode::from(UNUSABLE)
+        }
+    }
+}
+
+/// Why a command could not do its work at all.
+type Unusable = Box<dyn Display>;
+
+fn unusable<E: Display + 'static>(error: E) -> Unusable {
+    Box::new(error)
+}

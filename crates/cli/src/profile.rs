@@ -1,0 +1,387 @@
+//! `leadscrew profile`: where the time of a job goes, and what to change to run it faster.
+
+use super::args::ProfileArgs;
+use super::complaint::Complaint;
+use super::input::{self, Job};
+use super::output::{is_stdout, Output};
+use super::report::{duration, error_json, title, verdict, JsonError, JSON_VERSION};
+use super::said::say;
+use super::setting_args::{as_defaults, settings, AXES};
+use super::stream::{Stream, Streamed};
+use super::trials::{trials, Trial};
+use super::{unusable, Unusable};
+use crate::picture::draw_limits;
+use leadscrew_gcode::Number;
+use leadscrew_machine::config::MachineConfig;
+use leadscrew_machine::settings::table::{AxisSetting, Setting};
+use leadscrew_machine::settings::values::{Entry, Key, Settings};
+use leadscrew_machine::step_timing::{StepLimits, StepTiming};
+use leadscrew_sim::clock::seconds;
+use leadscrew_sim::link::Rate;
+use leadscrew_sim::speed_profile::{shares, write_csv, Machine, Recorder, Share, Stretch};
+use schemars::JsonSchema;
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::fmt;
+use std::io::{Cursor, Read};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// Limits that are listed one by one; the rest is added up.
+const LISTED: usize = 12;
+
+/// Profiles the job; answers whether it met neither an error nor an alarm.
+///
+/// # Errors
+/// Where an option or the input cannot be used, or an output not be written.
+pub(super) fn profile(args: &ProfileArgs) -> Result<bool, Unusable> {
+    let config = MachineConfig::<AXES>::new();
+    let settings = without_lead(settings(&args.machine, &config)?);
+    let text = Text::read(input::open(&args.file).map_err(unusable)?)?;
+    let [svg, csv] = outputs(args)?;
+    let course = Course {
+        config,
+        rate: args.baud.map_or(Rate::NeverWaits, Rate::Baud),
+        keep_going: args.keep_going,
+        quiet: args.quiet,
+    };
+    let recorder = Recorder::new(machine(&settings, &config.step_timing));
+    let done = course.run(&text, &settings, 100, recorder)?;
+    let mut report = ProfileReport::new(&text.name, done);
+    if let Some(csv) = csv {
+        let written = write_csv(csv.pen(), report.begin, &report.stretches);
+        csv.complete(written).map_err(unusable)?;
+    }
+    if let Some(svg) = svg {
+        let picture = draw_limits(&report.stretches, &title(&text.name), &report.caption());
+        let written = svg::write(svg.pen(), &picture);
+        svg.complete(written).map_err(unusable)?;
+    }
+    if report.is_clean() && !args.no_trials {
+        report.trials = trials(&course, &text, &settings, report.job_cycles, &report.shares);
+    }
+    if args.json {
+        say(report.json(args.line_times))?;
+    } else if !args.quiet && named(args).any(is_stdout) {
+        eprintln!("{report}");
+    } else if !args.quiet {
+        say(&report)?;
+    }
+    Ok(report.is_clean())
+}
+
+/// All outputs that `args` names.
+fn named(args: &ProfileArgs) -> impl Iterator<Item = &Path> {
+    [&args.svg, &args.csv]
+        .into_iter()
+        .flatten()
+        .map(PathBuf::as_path)
+}
+
+/// The outputs that are wanted: picture and stretches.
+fn outputs(args: &ProfileArgs) -> Result<[Option<Output>; 2], Unusable> {
+    if named(args).filter(|path| is_stdout(path)).count() + usize::from(args.json) > 1 {
+        return Err(unusable(
+            "standard output takes one of --json, --svg -, --csv -",
+        ));
+    }
+    let create = |path: &Option<PathBuf>| path.as_deref().map(Output::create).transpose();
+    let svg = create(&args.svg).map_err(unusable)?;
+    let csv = create(&args.csv).map_err(unusable)?;
+    Ok([svg, csv])
+}
+
+/// The same without the laser's lead, which leaves the motion alone: power is shown where it belongs on the path.
+fn without_lead(mut settings: Settings<AXES>) -> Settings<AXES> {
+    settings.load(Entry {
+        number: Key::Machine(Setting::LaserLead).number(),
+        value: Number::from_int(0),
+    });
+    settings
+}
+
+/// What the limits are found from.
+fn machine(settings: &Settings<AXES>, timing: &StepTiming) -> Machine {
+    let pulse_us = u8::try_from(settings.whole(Setting::StepPulse)).unwrap_or(u8::MAX);
+    let values = |setting| {
+        settings
+            .axes(setting)
+            .map(|value| value.nanos() as f64 / 1e9)
+    };
+    Machine {
+        mm_per_step: values(AxisSetting::StepsPerMm).map(f64::recip).to_vec(),
+        rate: values(AxisSetting::MaxRate)
+            .map(|rate| rate / 60.0)
+            .to_vec(),
+        acceleration: values(AxisSetting::Acceleration).to_vec(),
+        step_rate: timing.highest_rate(pulse_us, AXES).into(),
+    }
+}
+
+/// A job in memory, to be run more than once.
+pub(super) struct Text {
+    name: String,
+    bytes: Arc<[u8]>,
+}
+
+impl Text {
+    fn read(mut job: Job) -> Result<Self, Unusable> {
+        let mut bytes = Vec::new();
+        job.text
+            .read_to_end(&mut bytes)
+            .map_err(|error| unusable(format!("{}: cannot be read: {error}", job.name)))?;
+        Ok(Self {
+            name: job.name,
+            bytes: bytes.into(),
+        })
+    }
+
+    fn job(&self) -> Job {
+        Job {
+            name: self.name.clone(),
+            size: Some(self.bytes.len() as u64),
+            text: Box::new(Cursor::new(Arc::clone(&self.bytes))),
+        }
+    }
+}
+
+/// How the job is run, whatever the settings.
+#[derive(Clone, Copy)]
+pub(super) struct Course {
+    config: MachineConfig<AXES>,
+    rate: Rate,
+    keep_going: bool,
+    quiet: bool,
+}
+
+impl Course {
+    /// The same without a word on the terminal.
+    pub(super) fn silent(self) -> Self {
+        Self {
+            quiet: true,
+            ..self
+        }
+    }
+
+    /// What the board can make.
+    pub(super) fn step_limits(&self) -> StepLimits {
+        self.config.step_timing.limits(AXES)
+    }
+
+    /// Runs the job with `settings` and all programmed feeds at `percent`.
+    pub(super) fn run<O: leadscrew_sim::Observer>(
+        &self,
+        text: &Text,
+        settings: &Settings<AXES>,
+        percent: u8,
+        observer: O,
+    ) -> Result<Streamed<O>, Unusable> {
+        let config = MachineConfig {
+            defaults: as_defaults(settings),
+            ..self.config
+        };
+        let stream = Stream {
+            config,
+            settings,
+            rate: self.rate,
+            keep_going: self.keep_going,
+            quiet: self.quiet,
+            feed_percent: percent,
+            keep_answers: true,
+        };
+        stream.run(text.job(), observer)
+    }
+}
+
+/// What came of it.
+struct ProfileReport {
+    file: String,
+    lines: u64,
+    errors: Vec<Complaint>,
+    error_count: u64,
+    alarm: Option<Complaint>,
+    begin: leadscrew_sim::Cycle,
+    job_cycles: u64,
+    stretches: Vec<Stretch>,
+    shares: Vec<Share>,
+    trials: Vec<Trial>,
+}
+
+impl ProfileReport {
+    fn new(file: &str, done: Streamed<Recorder>) -> Self {
+        let begin = done.outcome.first_byte;
+        let end = begin + done.outcome.job_cycles;
+        let lines = done.answered;
+        let stretches = done.observer.finish(begin, end, |number| {
+            let index = usize::try_from(number).ok()?.checked_sub(1)?;
+            lines.get(index).copied()
+        });
+        Self {
+            file: file.to_owned(),
+            lines: done.lines,
+            errors: done.errors,
+            error_count: done.error_count,
+            alarm: done.alarm,
+            begin,
+            job_cycles: done.outcome.job_cycles,
+            shares: shares(&stretches),
+            stretches,
+            trials: Vec::new(),
+        }
+    }
+
+    fn is_clean(&self) -> bool {
+        self.error_count == 0 && self.alarm.is_none()
+    }
+
+    fn verdict(&self) -> String {
+        verdict(self.alarm.as_ref(), self.error_count)
+    }
+
+    fn caption(&self) -> String {
+        let length: f64 = self.stretches.iter().map(|stretch| stretch.length).sum();
+        let time = seconds(self.job_cycles);
+        format!("{} · {length:.1} mm · {}", duration(time), self.verdict())
+    }
+
+    /// Share of the job's time.
+    fn part(&self, cycles: u64) -> f64 {
+        cycles as f64 / self.job_cycles.max(1) as f64
+    }
+
+    fn json(&self, line_times: bool) -> String {
+        let share = |share: &Share| JsonShare {
+            limit: share.limit.name(),
+            because: share.limit.because(),
+            held_by: share.limit.held_by(),
+            seconds: seconds(share.cycles),
+            share: self.part(share.cycles),
+        };
+        let json = ProfileJson {
+            version: JSON_VERSION,
+            file: &self.file,
+            lines: self.lines,
+            errors: self.errors.iter().map(error_json).collect(),
+            alarm: self.alarm.as_ref().map(|alarm| alarm.fault.code()),
+            job_seconds: seconds(self.job_cycles),
+            limits: self.shares.iter().map(share).collect(),
+            trials: &self.trials,
+            line_times: line_times.then(|| self.line_times()),
+        };
+        serde_json::to_string_pretty(&json).unwrap_or_default()
+    }
+
+    /// How long the machine is at each line that moves it.
+    fn line_times(&self) -> Vec<JsonLine> {
+        let mut cycles: BTreeMap<u64, u64> = BTreeMap::new();
+        for stretch in self.stretches.iter().filter(|stretch| stretch.line > 0) {
+            *cycles.entry(stretch.line).or_default() += stretch.cycles();
+        }
+        let line = |(line, cycles): (u64, u64)| JsonLine {
+            line,
+            seconds: seconds(cycles),
+        };
+        cycles.into_iter().map(line).collect()
+    }
+
+    fn write_shares(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(
+            f,
+            "  what binds                                     time    share  held by"
+        )?;
+        for share in self.shares.iter().take(LISTED) {
+            let because = share.limit.because();
+            let ramp = if because.is_empty() { "" } else { ", " };
+            let name = format!("{}{ramp}{because}", share.limit.name());
+            let percent = self.part(share.cycles) * 100.0;
+            let line = format!(
+                "    {name:<40} {:>10.3} s {percent:>6.1} %  {}",
+                seconds(share.cycles),
+                share.limit.held_by()
+            );
+            writeln!(f, "{}", line.trim_end())?;
+        }
+        let rest: u64 = self
+            .shares
+            .iter()
+            .skip(LISTED)
+            .map(|share| share.cycles)
+            .sum();
+        if rest > 0 {
+            let percent = self.part(rest) * 100.0;
+            writeln!(
+                f,
+                "    {:<40} {:>10.3} s {percent:>6.1} %",
+                "others",
+                seconds(rest)
+            )?;
+        }
+        Ok(())
+    }
+
+    fn write_trials(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.trials.is_empty() {
+            return Ok(());
+        }
+        writeln!(
+            f,
+            "  to run faster (each measured by running the job again)"
+        )?;
+        let job = seconds(self.job_cycles);
+        let widths = self.trials.iter().map(|trial| trial.change.len());
+        let width = widths.max().unwrap_or(0);
+        for trial in &self.trials {
+            let (saved, percent) = (trial.seconds_saved, trial.seconds_saved / job * 100.0);
+            writeln!(
+                f,
+                "    {:<width$}  saves {saved:.3} s ({percent:.1} %)",
+                trial.change
+            )?;
+        }
+        writeln!(
+            f,
+            "  whether machine and tool can do it is for you to judge"
+        )
+    }
+}
+
+impl fmt::Display for ProfileReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{}: {} lines, {}", self.file, self.lines, self.verdict())?;
+        let time = duration(seconds(self.job_cycles));
+        writeln!(f, "  job time     {time} from the first byte to rest")?;
+        self.write_shares(f)?;
+        self.write_trials(f)
+    }
+}
+
+/// What `profile --json` writes.
+#[derive(Serialize, JsonSchema)]
+#[serde(rename = "Profile")]
+pub(super) struct ProfileJson<'a> {
+    version: u32,
+    file: &'a str,
+    lines: u64,
+    errors: Vec<JsonError<'a>>,
+    alarm: Option<u8>,
+    job_seconds: f64,
+    limits: Vec<JsonShare>,
+    trials: &'a [Trial],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    line_times: Option<Vec<JsonLine>>,
+}
+
+#[derive(Serialize, JsonSchema)]
+struct JsonLine {
+    line: u64,
+    seconds: f64,
+}
+
+#[derive(Serialize, JsonSchema)]
+struct JsonShare {
+    limit: String,
+    because: String,
+    held_by: String,
+    seconds: f64,
+    share: f64,
+}

@@ -1,0 +1,354 @@
+//! What a job came to: as lines for a person, as JSON for a program.
+
+use super::complaint::Complaint;
+use leadscrew_sim::outcome::Outcome;
+use schemars::JsonSchema;
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::fmt;
+use std::num::NonZeroU32;
+
+/// Letters of the axes, in order.
+pub(super) const LETTERS: [char; 6] = ['X', 'Y', 'Z', 'A', 'B', 'C'];
+
+/// All that is told of a job.
+#[derive(Debug)]
+pub(super) struct Report<const AXES: usize> {
+    /// The file's name.
+    pub(super) file: String,
+    /// Lines read from it.
+    pub(super) lines: u64,
+    /// The errors that were kept in full.
+    pub(super) errors: Vec<Complaint>,
+    /// How many errors there were.
+    pub(super) error_count: u64,
+    /// The alarm that ended the job.
+    pub(super) alarm: Option<Complaint>,
+    /// What the simulation found out.
+    pub(super) outcome: Outcome<AXES>,
+    /// Steps/mm of each axis.
+    pub(super) steps_per_mm: [f64; AXES],
+    /// Length of the feed moves, mm.
+    pub(super) cut_mm: f64,
+    /// Length of all other moves, mm.
+    pub(super) travel_mm: f64,
+    /// Bits a second of the serial line; `None`: it never waits.
+    pub(super) baud: Option<NonZeroU32>,
+    /// The lines at which the program paused for its operator.
+    pub(super) pauses: Vec<u64>,
+    /// The tools that it asked for.
+    pub(super) tools: Vec<u32>,
+    /// The box around all feed moves.
+    pub(super) extents: Option<Extents>,
+    /// How long the simulation took, s.
+    pub(super) wall_seconds: f64,
+}
+
+/// Version of all that `--json` writes; fields that are added do not raise it.
+pub(super) const JSON_VERSION: u32 = 1;
+
+/// The box around all feed moves, axis by axis.
+pub(super) type Extents = BTreeMap<char, Extent>;
+
+/// Along one axis, mm.
+#[derive(Clone, Copy, PartialEq, Debug, Serialize, JsonSchema)]
+pub(super) struct Extent {
+    min: f64,
+    max: f64,
+}
+
+/// The box between two corners.
+pub(super) fn extents([low, high]: [[f64; 3]; 2]) -> Extents {
+    let ends = low
+        .into_iter()
+        .zip(high)
+        .map(|(min, max)| Extent { min, max });
+    LETTERS
+        .into_iter()
+        .map(|letter| letter.to_ascii_lowercase())
+        .zip(ends)
+        .collect()
+}
+
+/// What `run --json` writes of a job.
+#[derive(Serialize, JsonSchema)]
+#[serde(rename = "Run")]
+pub(super) struct RunJson<'a> {
+    version: u32,
+    file: &'a str,
+    lines: u64,
+    errors: Vec<JsonError<'a>>,
+    alarm: Option<u8>,
+    alarm_line: Option<u64>,
+    pauses: &'a [u64],
+    tools: &'a [u32],
+    extents: Option<&'a Extents>,
+    cut_mm: f64,
+    travel_mm: f64,
+    job_seconds: f64,
+    motion_seconds: f64,
+    axes: BTreeMap<char, JsonAxis>,
+    step_events: u64,
+    smoothing_ticks: u64,
+    dominant_step_events: u64,
+    peak_step_hz: f64,
+    min_pulse_us: Option<f64>,
+    min_direction_setup_us: Option<f64>,
+    late_events: u64,
+    cpu: JsonCpu,
+    cycles: u64,
+    wall_seconds: f64,
+}
+
+#[derive(Serialize, JsonSchema)]
+pub(super) struct JsonError<'a> {
+    line: u64,
+    column: Option<usize>,
+    code: u8,
+    message: &'a str,
+    text: &'a str,
+}
+
+#[derive(Serialize, JsonSchema)]
+struct JsonAxis {
+    pulses: u64,
+    net_steps: i64,
+    position_mm: f64,
+    peak_mm_min: f64,
+}
+
+#[derive(Serialize, JsonSchema)]
+struct JsonCpu {
+    mean: f64,
+    peak: f64,
+}
+
+impl<const AXES: usize> Report<AXES> {
+    /// Whether the job met neither an error nor an alarm.
+    pub(super) fn is_clean(&self) -> bool {
+        self.error_count == 0 && self.alarm.is_none()
+    }
+
+    /// The report as a JSON object.
+    pub(super) fn json(&self) -> impl Serialize + '_ {
+        let outcome = &self.outcome;
+        RunJson {
+            version: JSON_VERSION,
+            file: &self.file,
+            lines: self.lines,
+            errors: self.errors.iter().map(error_json).collect(),
+            alarm: self.alarm.as_ref().map(|alarm| alarm.fault.code()),
+            alarm_line: self.alarm.as_ref().map(|alarm| alarm.line),
+            pauses: &self.pauses,
+            tools: &self.tools,
+            extents: self.extents.as_ref(),
+            cut_mm: self.cut_mm,
+            travel_mm: self.travel_mm,
+            job_seconds: outcome.job_seconds,
+            motion_seconds: outcome.motion_seconds,
+            axes: self
+                .axes()
+                .map(|(name, axis)| (name.to_ascii_lowercase(), axis))
+                .collect(),
+            step_events: outcome.step_events,
+            smoothing_ticks: outcome.smoothing_ticks,
+            dominant_step_events: outcome.dominant_step_events,
+            peak_step_hz: outcome.peak_step_hz,
+            min_pulse_us: outcome.min_pulse_us,
+            min_direction_setup_us: outcome.min_direction_setup_us,
+            late_events: outcome.late.count(),
+            cpu: JsonCpu {
+                mean: outcome.cpu.mean,
+                peak: outcome.cpu.peak,
+            },
+            cycles: outcome.cycles,
+            wall_seconds: self.wall_seconds,
+        }
+    }
+
+    fn axes(&self) -> impl Iterator<Item = (char, JsonAxis)> + '_ {
+        let motors = self.outcome.motors.iter().zip(self.steps_per_mm);
+        LETTERS
+            .into_iter()
+            .zip(motors)
+            .map(|(name, (motor, steps_per_mm))| {
+                let axis = JsonAxis {
+                    pulses: motor.pulses,
+                    net_steps: motor.net_steps,
+                    position_mm: motor.net_steps as f64 / steps_per_mm,
+                    peak_mm_min: motor.peak_hz / steps_per_mm * 60.0,
+                };
+                (name, axis)
+            })
+    }
+}
+
+pub(super) fn error_json(complaint: &Complaint) -> JsonError<'_> {
+    JsonError {
+        line: complaint.line,
+        column: complaint.column.map(|column| column + 1),
+        code: complaint.fault.code(),
+        message: complaint.fault.message(),
+        text: &complaint.text,
+    }
+}
+
+impl<const AXES: usize> fmt::Display for Report<AXES> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let outcome = &self.outcome;
+        writeln!(f, "{}: {} lines, {}", self.file, self.lines, self.verdict())?;
+        row(
+            f,
+            "job time",
+            &format!(
+                "{} from the first byte to rest",
+                duration(outcome.job_seconds)
+            ),
+        )?;
+        row(
+            f,
+            "motion",
+            &format!(
+                "{} from the first to the last step",
+                duration(outcome.motion_seconds)
+            ),
+        )?;
+        if !self.pauses.is_empty() {
+            row(f, "pauses", &pauses(&self.pauses))?;
+        }
+        row(
+            f,
+            "distance",
+            &format!(
+                "{:.1} mm cut, {:.1} mm travelled",
+                self.cut_mm, self.travel_mm
+            ),
+        )?;
+        for (name, axis) in self.axes() {
+            row(
+                f,
+                &format!("{name} axis"),
+                &format!(
+                    "{} steps, ends at {:.3} mm, peak {:.0} mm/min",
+                    axis.pulses, axis.position_mm, axis.peak_mm_min
+                ),
+            )?;
+        }
+        row(
+            f,
+            "steps",
+            &format!(
+                "{} step events, at most {:.0} Hz",
+                outcome.step_events, outcome.peak_step_hz
+            ),
+        )?;
+        let (mean, peak) = (outcome.cpu.mean * 100.0, outcome.cpu.peak * 100.0);
+        row(
+            f,
+            "CPU load",
+            &format!(
+                "{mean:.1} % on average; step interrupts take {peak:.1} % of a millisecond at most"
+            ),
+        )?;
+        row(f, "serial line", &self.line())?;
+        row(f, "late events", &outcome.late.count().to_string())
+    }
+}
+
+impl<const AXES: usize> Report<AXES> {
+    /// One line of figures, for a picture.
+    pub(super) fn caption(&self) -> String {
+        format!(
+            "{} · {:.1} mm cut, {:.1} mm travelled · {} step events · {}",
+            duration(self.outcome.job_seconds),
+            self.cut_mm,
+            self.travel_mm,
+            self.outcome.step_events,
+            self.verdict()
+        )
+    }
+
+    fn verdict(&self) -> String {
+        verdict(self.alarm.as_ref(), self.error_count)
+    }
+
+    fn line(&self) -> String {
+        match self.baud {
+            Some(baud) => format!("{baud} baud"),
+            None => "never waits (use --baud for a real one)".to_owned(),
+        }
+    }
+}
+
+/// Lines that are named one by one.
+const NAMED_PAUSES: usize = 8;
+
+/// What became of the program's pauses.
+fn pauses(lines: &[u64]) -> String {
+    let named: Vec<String> = lines
+        .iter()
+        .take(NAMED_PAUSES)
+        .map(u64::to_string)
+        .collect();
+    let more = if lines.len() > NAMED_PAUSES {
+        ", ..."
+    } else {
+        ""
+    };
+    let (count, places) = (lines.len(), named.join(", "));
+    format!("{count} (M0), resumed at once: the time is without them; line {places}{more}")
+}
+
+/// A job's name without its folders, for a picture.
+pub(super) fn title(file: &str) -> String {
+    let name = std::path::Path::new(file).file_name();
+    name.map_or_else(
+        || file.to_owned(),
+        |name| name.to_string_lossy().into_owned(),
+    )
+}
+
+/// How a job ended, in a few words.
+pub(super) fn verdict(alarm: Option<&Complaint>, errors: u64) -> String {
+    match (alarm, errors) {
+        (Some(alarm), _) => format!("stopped by ALARM:{}", alarm.fault.code()),
+        (None, 0) => "done".to_owned(),
+        (None, 1) => "1 error".to_owned(),
+        (None, count) => format!("{count} errors"),
+    }
+}
+
+fn row(f: &mut fmt::Formatter<'_>, name: &str, value: &str) -> fmt::Result {
+    writeln!(f, "  {name:<12} {value}")
+}
+
+/// What was found of jobs: an object, an array of them where there may be several.
+pub(super) fn json_text(reports: &[impl Serialize], is_one: bool) -> String {
+    let text = match (is_one, reports) {
+        (true, [one]) => serde_json::to_string_pretty(one),
+        (_, all) => serde_json::to_string_pretty(all),
+    };
+    text.unwrap_or_default()
+}
+
+/// A time as a person reads it: `83.512 s`, with hours and minutes beside it where it is long.
+pub(super) fn duration(seconds: f64) -> String {
+    let whole = seconds as u64;
+    match (whole / 3600, whole / 60 % 60, whole % 60) {
+        (0, 0, _) => format!("{seconds:.3} s"),
+        (0, minutes, rest) => format!("{seconds:.3} s ({minutes} min {rest} s)"),
+        (hours, minutes, _) => format!("{seconds:.3} s ({hours} h {minutes} min)"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn long_times_are_also_given_in_minutes_and_hours() {
+        assert_eq!(duration(59.0004), "59.000 s");
+        assert_eq!(duration(83.5), "83.500 s (1 min 23 s)");
+        assert_eq!(duration(7384.0), "7384.000 s (2 h 3 min)");
+    }
+}

@@ -1,0 +1,190 @@
+//! `leadscrew run`: streams a file through the machine's own serial protocol and tells what came of it.
+
+use super::args::JobArgs;
+use super::input::{self, Job};
+use super::output::{is_stdout, Output, OutputError};
+use super::report::{extents, json_text, title, Report};
+use super::said::say;
+use super::setting_args::{as_defaults, say_capped, settings, AXES};
+use super::stream::Stream;
+use super::watchers::{Sketch, StepList, WaveformFile};
+use super::{unusable, Unusable};
+use crate::picture::{draw, Caption};
+use leadscrew_machine::config::MachineConfig;
+use leadscrew_machine::settings::table::{AxisSetting, Setting};
+use leadscrew_machine::settings::values::Settings;
+use leadscrew_machine::tool::spindle::SpindleScale;
+use leadscrew_sim::link::Rate;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// Runs the jobs, one after the other, each on a machine of its own; answers whether none met an error or an alarm.
+///
+/// # Errors
+/// Where an option or an input cannot be used, or an output not be written.
+pub(super) fn run(args: &JobArgs) -> Result<bool, Unusable> {
+    let mut config = MachineConfig::<AXES>::new();
+    let settings = settings(&args.machine, &config)?;
+    config.defaults = as_defaults(&settings);
+    if !args.quiet {
+        say_capped(&settings, &config.step_timing);
+    }
+    let jobs = input::jobs(&args.files).map_err(unusable)?;
+    let is_one = jobs.len() == 1 && jobs == args.files;
+    if !is_one && named(args).next().is_some() {
+        return Err(unusable("--svg, --vcd and --steps are of one job"));
+    }
+    one_for_stdout(args).map_err(unusable)?;
+    let mut reports = Vec::new();
+    let mut clean = true;
+    for file in &jobs {
+        let begin = Instant::now();
+        let job = input::open(file).map_err(unusable)?;
+        let outputs = Outputs::create(args, &settings).map_err(unusable)?;
+        let mut report = simulate(args, &config, &settings, job, outputs)?;
+        report.wall_seconds = begin.elapsed().as_secs_f64();
+        clean &= report.is_clean();
+        match args.json {
+            true => reports.push(report),
+            false => tell(args, &report)?,
+        }
+    }
+    if args.json {
+        let all: Vec<_> = reports.iter().map(Report::json).collect();
+        say(json_text(&all, is_one))?;
+    }
+    Ok(clean)
+}
+
+/// All that watches a run.
+struct Outputs {
+    steps: Option<StepList>,
+    vcd: Option<WaveformFile>,
+    svg: Option<Output>,
+    sketch: Sketch,
+}
+
+/// All outputs that `args` names.
+fn named(args: &JobArgs) -> impl Iterator<Item = &Path> {
+    let all = [&args.svg, &args.vcd, &args.steps];
+    all.into_iter().flatten().map(PathBuf::as_path)
+}
+
+/// Refuses what would mix several outputs.
+fn one_for_stdout(args: &JobArgs) -> Result<(), &'static str> {
+    let count = named(args).filter(|path| is_stdout(path)).count() + usize::from(args.json);
+    match count {
+        0 | 1 => Ok(()),
+        _ => Err("standard output takes one of --json, --svg -, --vcd -, --steps -"),
+    }
+}
+
+impl Outputs {
+    fn create(args: &JobArgs, settings: &Settings<AXES>) -> Result<Self, OutputError> {
+        let scale = SpindleScale {
+            max: settings.value(Setting::MaxSpeed).to_f32(),
+            min: settings.value(Setting::MinSpeed).to_f32(),
+        };
+        let steps = args
+            .steps
+            .as_deref()
+            .map(|path| StepList::create(path, scale))
+            .transpose()?;
+        let vcd = args
+            .vcd
+            .as_deref()
+            .map(|path| WaveformFile::create(path, AXES))
+            .transpose()?;
+        let svg = args.svg.as_deref().map(Output::create).transpose()?;
+        let mm_per_step = steps_per_mm(settings).map(f64::recip).to_vec();
+        Ok(Self {
+            steps,
+            vcd,
+            sketch: Sketch::new(mm_per_step, svg.is_some()),
+            svg,
+        })
+    }
+}
+
+fn steps_per_mm(settings: &Settings<AXES>) -> [f64; AXES] {
+    settings
+        .axes(AxisSetting::StepsPerMm)
+        .map(|steps| steps.nanos() as f64 / 1e9)
+}
+
+fn simulate(
+    args: &JobArgs,
+    config: &MachineConfig<AXES>,
+    settings: &Settings<AXES>,
+    job: Job,
+    outputs: Outputs,
+) -> Result<Report<AXES>, Unusable> {
+    let file = job.name.clone();
+    let stream = Stream {
+        config: *config,
+        settings,
+        rate: args.baud.map_or(Rate::NeverWaits, Rate::Baud),
+        keep_going: args.keep_going,
+        quiet: args.quiet,
+        feed_percent: 100,
+        keep_answers: false,
+    };
+    let observer = ((outputs.steps, outputs.vcd), outputs.sketch);
+    let done = stream.run(job, observer)?;
+    let ((steps, vcd), sketch) = done.observer;
+    if let Some(steps) = steps {
+        steps.finish().map_err(unusable)?;
+    }
+    if let Some(vcd) = vcd {
+        vcd.finish().map_err(unusable)?;
+    }
+    let report = Report {
+        file,
+        lines: done.lines,
+        errors: done.errors,
+        error_count: done.error_count,
+        alarm: done.alarm,
+        outcome: done.outcome,
+        steps_per_mm: steps_per_mm(settings),
+        cut_mm: sketch.path.cut_mm(),
+        travel_mm: sketch.path.travel_mm(),
+        baud: args.baud,
+        pauses: done.pauses,
+        tools: done.tools,
+        extents: sketch.path.cut_bounds().map(extents),
+        wall_seconds: 0.0,
+    };
+    if let Some(output) = outputs.svg {
+        draw_picture(output, settings, &sketch, &report).map_err(unusable)?;
+    }
+    Ok(report)
+}
+
+fn draw_picture(
+    output: Output,
+    settings: &Settings<AXES>,
+    sketch: &Sketch,
+    report: &Report<AXES>,
+) -> Result<(), OutputError> {
+    let caption = Caption {
+        title: title(&report.file),
+        summary: report.caption(),
+        full_power_s: f64::from(settings.value(Setting::MaxSpeed).to_f32()),
+    };
+    let written = svg::write(
+        output.pen(),
+        &draw(&sketch.path, sketch.speed.as_ref(), &caption),
+    );
+    output.complete(written)
+}
+
+fn tell(args: &JobArgs, report: &Report<AXES>) -> Result<(), Unusable> {
+    if args.quiet {
+        Ok(())
+    } else if named(args).any(is_stdout) {
+        eprintln!("{report}");
+        Ok(())
+    } else {
+        say(report)
+    }
+}

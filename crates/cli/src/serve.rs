@@ -1,0 +1,127 @@
+//! `leadscrew serve`: a virtual machine on lines that senders can open, until Ctrl-C.
+
+use super::serve_args::ServeArgs;
+use super::{unusable, Unusable};
+use leadscrew_machine::config::CHANNELS;
+use leadscrew_serve::{serve, Allowed, Plain, Screen, Service, Surroundings, WireLog};
+use leadscrew_sim::link::Rate;
+use leadscrew_sim::profile::{Profile, ProfileError};
+use std::fmt;
+use std::fs::File;
+use std::io::{self, BufWriter, IsTerminal};
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
+
+/// Why `serve` cannot begin.
+#[derive(Debug)]
+pub(super) enum ServeError {
+    /// The profile cannot be used.
+    Profile(ProfileError),
+    /// More lines than a machine has.
+    TooManyLines(usize),
+    /// The log cannot be written.
+    Log(PathBuf, io::Error),
+    /// Ctrl-C cannot be caught.
+    Signal(ctrlc::Error),
+    /// The terminal cannot be used.
+    Terminal(io::Error),
+}
+
+impl fmt::Display for ServeError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Profile(error) => error.fmt(f),
+            Self::TooManyLines(count) => {
+                write!(f, "{count} lines, but a machine has {CHANNELS} at most")
+            }
+            Self::Log(file, error) => write!(f, "{}: cannot be written: {error}", file.display()),
+            Self::Signal(error) => write!(f, "Ctrl-C cannot be caught: {error}"),
+            Self::Terminal(error) => write!(f, "the terminal cannot be used: {error}"),
+        }
+    }
+}
+
+impl std::error::Error for ServeError {}
+
+/// Set by Ctrl-C.
+static STOP: AtomicBool = AtomicBool::new(false);
+
+/// Serves until Ctrl-C.
+pub(super) fn run(args: &ServeArgs) -> Result<bool, Unusable> {
+    try_run(args).map(|()| true).map_err(unusable)
+}
+
+fn try_run(args: &ServeArgs) -> Result<(), ServeError> {
+    let service = service(args)?;
+    ctrlc::set_handler(|| STOP.store(true, Ordering::Relaxed)).map_err(ServeError::Signal)?;
+    let begun = Instant::now();
+    let clock = || begun.elapsed();
+    let (clock, stop) = (&clock, &STOP);
+    if io::stdout().is_terminal() && io::stdin().is_terminal() {
+        let mut screen = Screen::new(&service.profile).map_err(ServeError::Terminal)?;
+        serve(
+            service,
+            Surroundings {
+                clock,
+                stop,
+                panel: &mut screen,
+            },
+        );
+    } else {
+        let mut plain = Plain::new(io::stdout());
+        serve(
+            service,
+            Surroundings {
+                clock,
+                stop,
+                panel: &mut plain,
+            },
+        );
+    }
+    Ok(())
+}
+
+fn service(args: &ServeArgs) -> Result<Service, ServeError> {
+    let lines = args.lines();
+    if lines.len() > CHANNELS {
+        return Err(ServeError::TooManyLines(lines.len()));
+    }
+    let profile = args.machine.as_deref().map(Profile::load).transpose();
+    let profile = profile.map_err(ServeError::Profile)?.unwrap_or_default();
+    Ok(Service {
+        allowed: Allowed::new(args.allow.clone()),
+        state: args.state_file(),
+        rate: args.baud.map_or(Rate::NeverWaits, Rate::Baud),
+        speed: args.speed,
+        log: args.log.clone().map(open_log).transpose()?,
+        profile,
+        lines,
+    })
+}
+
+fn open_log(file: PathBuf) -> Result<WireLog, ServeError> {
+    match File::create(&file) {
+        Ok(log) => Ok(WireLog::new(BufWriter::new(log))),
+        Err(error) => Err(ServeError::Log(file, error)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::Parser;
+
+    #[derive(Parser)]
+    struct Line {
+        #[command(flatten)]
+        serve: ServeArgs,
+    }
+
+    #[test]
+    fn there_are_no_more_lines_than_a_machine_has() {
+        let five = "serve --tcp 1 --tcp 2 --tcp 3 --ws 4 --ws 5".split(' ');
+        let args = Line::parse_from(five).serve;
+        assert!(matches!(service(&args), Err(ServeError::TooManyLines(5))));
+    }
+}

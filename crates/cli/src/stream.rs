@@ -1,0 +1,347 @@
+//! Streams a job through a simulated machine: what `run` and `profile` have in common.
+
+use super::checker::Checker;
+use super::complaint::{Complaint, Fault};
+use super::input::Job;
+use super::setting_args::AXES;
+use super::tools::note_tools;
+use super::{unusable, Unusable};
+use indicatif::{ProgressBar, ProgressStyle};
+use leadscrew_machine::board::ChannelId;
+use leadscrew_machine::config::MachineConfig;
+use leadscrew_machine::machine::LineFault;
+use leadscrew_machine::protocol::alarm::Alarm;
+use leadscrew_machine::protocol::line_reader::raw_column;
+use leadscrew_machine::protocol::status::Status;
+use leadscrew_machine::settings::table::Setting;
+use leadscrew_machine::settings::values::Settings;
+use leadscrew_machine::state::State;
+use leadscrew_planner::Cartesian;
+use leadscrew_sim::clock::Cycle;
+use leadscrew_sim::event_loop::{Simulation, Stopped};
+use leadscrew_sim::link::{Host, Rate};
+use leadscrew_sim::observer::Observer;
+use leadscrew_sim::outcome::Outcome;
+use leadscrew_sim::setup::{Memory, Setup};
+use leadscrew_sim::streamer::{Replies, Reply, Streamer, Streaming};
+use std::cell::RefCell;
+use std::collections::VecDeque;
+use std::io::{self, BufRead, IsTerminal};
+use std::rc::Rc;
+
+/// Moves planned ahead, as on the board.
+const MOVES: usize = 1024;
+
+/// The realtime byte that raises the feed override by 10 %.
+const FEED_TEN_MORE: u8 = 0x91;
+
+/// Errors that are kept in full.
+const KEPT_ERRORS: usize = 100;
+
+/// How a job is streamed, and through which machine.
+pub(super) struct Stream<'a> {
+    /// The machine; it boots with `settings`.
+    pub(super) config: MachineConfig<AXES>,
+    /// Its settings.
+    pub(super) settings: &'a Settings<AXES>,
+    /// The serial line.
+    pub(super) rate: Rate,
+    /// Whether lines after a refused one are sent all the same.
+    pub(super) keep_going: bool,
+    /// Whether nothing but errors is printed.
+    pub(super) quiet: bool,
+    /// The feed override, 100 to 200 in tens.
+    pub(super) feed_percent: u8,
+    /// Whether it is to be known which line each answer was to: 8 bytes a line.
+    pub(super) keep_answers: bool,
+}
+
+/// What came of a job.
+pub(super) struct Streamed<O> {
+    /// Lines read from the file.
+    pub(super) lines: u64,
+    /// The errors that were kept in full.
+    pub(super) errors: Vec<Complaint>,
+    /// How many errors there were.
+    pub(super) error_count: u64,
+    /// The alarm that ended the job.
+    pub(super) alarm: Option<Complaint>,
+    /// The lines at which the program paused for its operator (M0).
+    pub(super) pauses: Vec<u64>,
+    /// The tools that it asked for.
+    pub(super) tools: Vec<u32>,
+    /// The line of the file of each answered line, in the order of the answers; 0 for the operator's own. Empty where that is not
+    /// to be known.
+    pub(super) answered: Vec<u64>,
+    /// What the simulation found out.
+    pub(super) outcome: Outcome<AXES>,
+    /// Who watched.
+    pub(super) observer: O,
+}
+
+/// A machine that wants homing is locked at power-up, and here it has no switch to find its home by.
+const UNLOCKED: &str =
+    "leadscrew: homing is on ($22=1), but there are no switches here: unlocked by $X, not homed; \
+    the job starts at machine position 0";
+
+impl Stream<'_> {
+    /// Streams `job` to its end while `observer` watches. Errors and alarms are printed as they come.
+    ///
+    /// # Errors
+    /// Where the job cannot be read to its end.
+    pub(super) fn run<O: Observer>(&self, job: Job, observer: O) -> Result<Streamed<O>, Unusable> {
+        let setup = Setup::new(self.config, self.rate);
+        let mut memory = Memory::new(&setup);
+        let faults = Faults::default();
+        let watch = FaultWatch(Rc::clone(&faults));
+        let mut simulation: Simulation<'_, _, _, AXES, AXES, MOVES> =
+            Simulation::new(&mut memory, &setup, Cartesian, (observer, watch));
+
+        let bar = progress_bar(self.quiet, job.size);
+        let checker =
+            (!self.keep_going).then(|| Checker::new(&job.name, self.config, self.settings.clone()));
+        let complaints = Complaints {
+            answered: self.keep_answers.then(Vec::new),
+            ..Complaints::new(&job.name, faults, checker, self.quiet)
+        };
+        let streaming = Streaming {
+            window: setup.receive_buffer,
+            keep_going: self.keep_going,
+        };
+        let text = io::BufReader::new(bar.wrap_read(job.text));
+        let mut operator = Operator::new(Streamer::new(text, streaming, complaints));
+        if self.settings.is_on(Setting::Homing) {
+            operator.say(b"$X\n");
+            if !self.quiet {
+                eprintln!("{UNLOCKED}");
+            }
+        }
+        let tens = usize::from(self.feed_percent.saturating_sub(100) / 10);
+        operator.say(&vec![FEED_TEN_MORE; tens]);
+        let pauses = operate(&mut simulation, &mut operator);
+        bar.finish_and_clear();
+
+        let lines = operator.streamer.lines();
+        let own = operator.own_lines;
+        let complaints = operator
+            .streamer
+            .finish()
+            .map_err(|error| unusable(format!("{}: cannot be read: {error}", job.name)))?;
+        let (outcome, (observer, _)) = simulation.finish();
+        Ok(Streamed {
+            lines,
+            errors: complaints.errors,
+            error_count: complaints.count,
+            alarm: complaints.alarm,
+            pauses,
+            tools: complaints.tools,
+            answered: std::iter::repeat_n(0, own)
+                .chain(complaints.answered.into_iter().flatten())
+                .collect(),
+            outcome,
+            observer,
+        })
+    }
+}
+
+/// Faults that the machine has found and not yet answered, in order: an answer has no column.
+type Faults = Rc<RefCell<VecDeque<LineFault>>>;
+
+/// Collects the faults.
+struct FaultWatch(Faults);
+
+impl Observer for FaultWatch {
+    fn refused(&mut self, _: Cycle, fault: &LineFault) {
+        self.0.borrow_mut().push_back(*fault);
+    }
+}
+
+/// Lets the machine work until the program is done and motion rests. A program pause (M0) is resumed at once: nobody
+/// stands at this machine. Answers the lines that paused.
+fn operate<O: Observer, F: Replies, R: BufRead>(
+    simulation: &mut Simulation<'_, Cartesian, O, AXES, AXES, MOVES>,
+    operator: &mut Operator<R, F>,
+) -> Vec<u64> {
+    let mut pauses = Vec::new();
+    loop {
+        let going = |operator: &Operator<R, F>| !operator.is_done();
+        match simulation.run_while(operator, Cycle::NEVER, going) {
+            Stopped::Quiet if matches!(simulation.machine().state(), State::Hold(_)) => {
+                pauses.push(operator.streamer.current());
+                operator.say(b"~");
+            }
+            Stopped::Quiet | Stopped::Reached | Stopped::Condition => break,
+        }
+    }
+    simulation.run_until(operator, Cycle::NEVER);
+    pauses
+}
+
+/// Who sends: a program, and now and then a word in between.
+struct Operator<R, F> {
+    streamer: Streamer<R, F>,
+    words: VecDeque<u8>,
+    /// Answers to the operator's own lines that are still to come: not the program's.
+    own_answers: usize,
+    /// Lines that the operator said before the program began.
+    own_lines: usize,
+    answer: Vec<u8>,
+}
+
+impl<R: BufRead, F: Replies> Operator<R, F> {
+    fn new(streamer: Streamer<R, F>) -> Self {
+        Self {
+            streamer,
+            words: VecDeque::new(),
+            own_answers: 0,
+            own_lines: 0,
+            answer: Vec::new(),
+        }
+    }
+
+    fn say(&mut self, words: &[u8]) {
+        let lines = words.iter().filter(|byte| **byte == b'\n').count();
+        self.own_answers += lines;
+        self.own_lines += lines;
+        self.words.extend(words);
+    }
+
+    fn is_done(&self) -> bool {
+        self.words.is_empty() && self.own_answers == 0 && self.streamer.is_done()
+    }
+}
+
+impl<R: BufRead, F: Replies> Host for Operator<R, F> {
+    fn next_byte(&mut self, channel: ChannelId) -> Option<u8> {
+        let word = self.words.pop_front();
+        word.or_else(|| self.streamer.next_byte(channel))
+    }
+
+    fn receive(&mut self, channel: ChannelId, byte: u8, now: Cycle) {
+        if self.own_answers == 0 {
+            return self.streamer.receive(channel, byte, now);
+        }
+        if byte != b'\n' {
+            return self.answer.push(byte);
+        }
+        if self.answer.starts_with(b"ok") || self.answer.starts_with(b"error") {
+            self.own_answers -= 1;
+        }
+        self.answer.clear();
+    }
+}
+
+/// Turns refusals into complaints, and prints each as it comes.
+struct Complaints {
+    file: String,
+    faults: Faults,
+    /// Reads ahead of the machine, so that nothing is sent after the first line that it will refuse.
+    checker: Option<Checker>,
+    errors: Vec<Complaint>,
+    count: u64,
+    alarm: Option<Complaint>,
+    /// The lines that have been answered, in order, where they are to be known.
+    answered: Option<Vec<u64>>,
+    /// Tools that lines have asked for.
+    tools: Vec<u32>,
+    quiet: bool,
+}
+
+impl Complaints {
+    fn new(file: &str, faults: Faults, checker: Option<Checker>, quiet: bool) -> Self {
+        Self {
+            file: file.to_owned(),
+            faults,
+            checker,
+            errors: Vec::new(),
+            count: 0,
+            alarm: None,
+            answered: None,
+            tools: Vec::new(),
+            quiet,
+        }
+    }
+
+    fn complaint(&self, line: u64, column: Option<usize>, fault: Fault, text: &[u8]) -> Complaint {
+        Complaint {
+            file: self.file.clone(),
+            line,
+            column,
+            fault,
+            text: String::from_utf8_lossy(text).into_owned(),
+            detail: None,
+        }
+    }
+
+    fn note_answer(&mut self, line: u64) {
+        if let Some(answered) = &mut self.answered {
+            answered.push(line);
+        }
+    }
+
+    fn refused(&mut self, line: u64, code: u8, text: &[u8]) {
+        let fault = self.faults.borrow_mut().pop_front();
+        let status = fault
+            .map(|fault| fault.status)
+            .or_else(|| Status::from_number(code));
+        let Some(status) = status else { return };
+        let column = fault.map(|fault| raw_column(text, fault.column));
+        let fault = match (status, column) {
+            // The interpreter names a place: this is the planner's.
+            (Status::InvalidTarget, None) => Fault::TooLong,
+            (status, _) => Fault::Error(status),
+        };
+        let complaint = self.complaint(line, column, fault, text);
+        self.count += 1;
+        if self.errors.len() < KEPT_ERRORS {
+            eprintln!("{complaint}");
+            self.errors.push(complaint);
+        } else if self.count == KEPT_ERRORS as u64 + 1 && !self.quiet {
+            eprintln!("leadscrew: further errors are counted, not shown");
+        }
+    }
+}
+
+impl Replies for Complaints {
+    fn reply(&mut self, reply: &Reply<'_>, _: Cycle) {
+        match *reply {
+            Reply::Error { line, code, text } => {
+                self.note_answer(line);
+                self.refused(line, code, text);
+            }
+            Reply::Alarm { code, line, text } => {
+                let Some(alarm) = Alarm::from_number(code) else {
+                    return;
+                };
+                let complaint = self.complaint(line, None, Fault::Alarm(alarm), text);
+                eprintln!("{complaint}");
+                self.alarm.get_or_insert(complaint);
+            }
+            Reply::Ok { line } => self.note_answer(line),
+            Reply::Other(_) => {}
+        }
+    }
+
+    fn is_last(&mut self, line: &[u8]) -> bool {
+        note_tools(&mut self.tools, line);
+        self.checker
+            .as_mut()
+            .is_some_and(|checker| checker.refuses(line))
+    }
+}
+
+/// A bar with the time left, on a terminal; otherwise one that is not seen.
+fn progress_bar(quiet: bool, size: Option<u64>) -> ProgressBar {
+    if quiet || !io::stderr().is_terminal() {
+        return ProgressBar::hidden();
+    }
+    let bar = match size {
+        Some(size) => ProgressBar::new(size),
+        None => ProgressBar::new_spinner(),
+    };
+    let style = ProgressStyle::with_template("{bar:40} {percent:>3} %  {eta} left");
+    match style {
+        Ok(style) if size.is_some() => bar.with_style(style),
+        Ok(_) | Err(_) => bar,
+    }
+}

@@ -1,0 +1,200 @@
+//! What a change would save: found by running the job again with it.
+
+use super::profile::{Course, Text};
+use super::setting_args::AXES;
+use leadscrew_gcode::Number;
+use leadscrew_machine::settings::table::Setting;
+use leadscrew_machine::settings::values::{Entry, Key, Settings};
+use leadscrew_machine::step_timing::StepLimits;
+use leadscrew_sim::clock::seconds;
+use leadscrew_sim::speed_profile::{Limit, Share, Slow, SpeedLimit};
+use schemars::JsonSchema;
+use serde::Serialize;
+use std::collections::BTreeSet;
+
+/// A limit that binds for less than this share of the time is not tried.
+const WORTH_TRYING: f64 = 0.01;
+
+/// A change and what it saves.
+#[derive(Clone, PartialEq, Debug, Serialize, JsonSchema)]
+pub(super) struct Trial {
+    /// What is changed, such as `$120=400 (now 200)`.
+    pub(super) change: String,
+    /// How much shorter the job is, s.
+    pub(super) seconds_saved: f64,
+}
+
+/// Something that can be changed.
+#[derive(Clone, PartialEq, Eq, PartialOrd, Ord, Debug)]
+enum Change {
+    /// Settings doubled.
+    Double(Vec<u16>),
+    /// The feed override at its most.
+    Feed,
+    /// Grbl's corner rule, by which curves of short moves exceed the acceleration.
+    GrblCorners,
+}
+
+/// The feed override at its most, per cent.
+const MOST_FEED: u8 = 200;
+
+/// Tries one change after the other; the largest savings come first, changes that save nothing are left out.
+pub(super) fn trials(
+    course: &Course,
+    text: &Text,
+    settings: &Settings<AXES>,
+    job_cycles: u64,
+    shares: &[Share],
+) -> Vec<Trial> {
+    let changes = changes(shares, job_cycles);
+    let try_out = |change: &Change| try_out(&course.silent(), text, settings, job_cycles, change);
+    let found: Vec<Option<Trial>> = std::thread::scope(|scope| {
+        let running: Vec<_> = changes
+            .iter()
+            .map(|change| scope.spawn(move || try_out(change)))
+            .collect();
+        let results = running.into_iter().map(|thread| thread.join());
+        results.map(|result| result.ok().flatten()).collect()
+    });
+    let mut trials: Vec<Trial> = found.into_iter().flatten().collect();
+    trials.sort_by(|one, other| other.seconds_saved.total_cmp(&one.seconds_saved));
+    trials
+}
+
+/// What to change so that the limits that bind for long bind less, and all accelerations together.
+fn changes(shares: &[Share], job_cycles: u64) -> BTreeSet<Change> {
+    let least = job_cycles as f64 * WORTH_TRYING;
+    let binding = shares.iter().filter(|share| share.cycles as f64 >= least);
+    let mut changes: BTreeSet<Change> = binding.flat_map(|share| of_limit(share.limit)).collect();
+    let accelerations: BTreeSet<u16> = changes
+        .iter()
+        .flat_map(|change| match change {
+            Change::Double(numbers) => numbers.clone(),
+            Change::Feed | Change::GrblCorners => Vec::new(),
+        })
+        .filter(|number| (120..130).contains(number))
+        .collect();
+    if accelerations.len() > 1 {
+        changes.insert(Change::Double(accelerations.into_iter().collect()));
+    }
+    changes
+}
+
+fn of_limit(limit: Limit) -> Vec<Change> {
+    let single = |number: usize| Change::Double(vec![number as u16]);
+    match limit {
+        Limit::Speed(limit) => of_speed(limit),
+        Limit::Acceleration(axis, slow) => {
+            let mut changes = vec![single(120 + axis)];
+            changes.extend(of_slow(slow));
+            changes
+        }
+        Limit::Slow(slow) => of_slow(slow),
+        Limit::Rest | Limit::Cycle => Vec::new(),
+    }
+}
+
+fn of_speed(limit: SpeedLimit) -> Vec<Change> {
+    match limit {
+        SpeedLimit::Feed => vec![Change::Feed],
+        SpeedLimit::Rate(axis) => vec![Change::Double(vec![110 + axis as u16])],
+        SpeedLimit::Arc | SpeedLimit::Curve => {
+            vec![Change::Double(vec![120, 121]), Change::GrblCorners]
+        }
+        SpeedLimit::StepRate => Vec::new(),
+    }
+}
+
+fn of_slow(slow: Slow) -> Vec<Change> {
+    match slow {
+        Slow::Corner => vec![Change::Double(vec![11]), Change::GrblCorners],
+        Slow::Stop | Slow::LookAhead | Slow::NoLine => Vec::new(),
+        Slow::Move(limit) => of_speed(limit),
+    }
+}
+
+/// Runs the job with `change`; `None` where the machine refuses it, or it saves nothing.
+fn try_out(
+    course: &Course,
+    text: &Text,
+    settings: &Settings<AXES>,
+    job_cycles: u64,
+    change: &Change,
+) -> Option<Trial> {
+    let mut changed = settings.clone();
+    let (words, percent) = match change {
+        Change::Feed => (format!("feed override at {MOST_FEED} %"), MOST_FEED),
+        Change::Double(numbers) => {
+            let words: Option<Vec<String>> = numbers
+                .iter()
+                .map(|number| double(&mut changed, *number, course.step_limits()))
+                .collect();
+            (words?.join(", "), 100)
+        }
+        Change::GrblCorners => (grbl_corners(&mut changed)?, 100),
+    };
+    let done = course.run(text, &changed, percent, ()).ok()?;
+    let saved = job_cycles.checked_sub(done.outcome.job_cycles)?;
+    (saved > 0 && done.error_count == 0 && done.alarm.is_none()).then(|| Trial {
+        change: words,
+        seconds_saved: seconds(saved),
+    })
+}
+
+/// Chooses Grbl's corner rule; says so in words. `None` where it is chosen already.
+fn grbl_corners(settings: &mut Settings<AXES>) -> Option<String> {
+    let number = Setting::GrblCorners.row().number;
+    let is_off = !settings.is_on(Setting::GrblCorners);
+    let value = Number::from_int(1);
+    (is_off && settings.load(Entry { number, value })).then(|| {
+        format!("${number}=1 (now 0), Grbl's corner rule: arcs and curves exceed the acceleration")
+    })
+}
+
+/// Doubles a setting; says so in words. `None` where the machine refuses it.
+fn double(settings: &mut Settings<AXES>, number: u16, limits: StepLimits) -> Option<String> {
+    let before = settings.get(Key::from_number(number, AXES)?);
+    let value = Number::from_nanos(before.nanos().checked_mul(2)?);
+    settings.set(Entry { number, value }, limits).ok()?;
+    let [value, before] = [value, before].map(|number| number.nanos() as f64 / 1e9);
+    Some(format!("${number}={value} (now {before})"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use leadscrew_machine::step_timing::StepTiming;
+
+    fn share(limit: Limit, cycles: u64) -> Share {
+        Share { limit, cycles }
+    }
+
+    #[test]
+    fn what_binds_for_long_is_tried_and_accelerations_together_too() {
+        let shares = [
+            share(Limit::Acceleration(0, Slow::Corner), 500),
+            share(Limit::Acceleration(1, Slow::Stop), 300),
+            share(Limit::Speed(SpeedLimit::Feed), 195),
+            share(Limit::Speed(SpeedLimit::Rate(2)), 5),
+        ];
+        let double = |numbers: &[u16]| Change::Double(numbers.to_vec());
+        let expected = [
+            double(&[11]),
+            double(&[120]),
+            double(&[120, 121]),
+            double(&[121]),
+            Change::Feed,
+            Change::GrblCorners,
+        ];
+        assert_eq!(changes(&shares, 1000), BTreeSet::from(expected));
+    }
+
+    #[test]
+    fn a_setting_is_doubled_and_named_with_its_value_now() {
+        let mut settings = Settings::<AXES>::default();
+        let limits = StepTiming::F407.limits(AXES);
+        let words = double(&mut settings, 121, limits);
+        assert_eq!(words.as_deref(), Some("$121=20 (now 10)"));
+        assert_eq!(double(&mut settings, 999, limits), None);
+    }
+}

@@ -1,0 +1,179 @@
+//! The waveform: a Value Change Dump (IEEE 1364, clause 18) that GTKWave opens.
+//!
+//! One wire each for the step and direction pin of every motor and for the motors' enable, and a
+//! 16-bit value for the spindle or laser PWM's compare level. Time is in nanoseconds since power-up.
+
+use leadscrew_stepper::MotorMask;
+use std::io::{self, Write};
+use vcd::{IdCode, SimulationCommand, TimescaleUnit, Value, VarType, Writer};
+
+/// CPU cycles to nanoseconds: 1000 / 168 MHz = 125 / 21.
+const NANOSECONDS: u64 = 125;
+const PER_CYCLES: u64 = 21;
+
+/// Writes the waveform.
+pub(crate) struct Waveform<W: Write> {
+    out: Writer<W>,
+    step: Vec<IdCode>,
+    direction: Vec<IdCode>,
+    enable: IdCode,
+    pwm: IdCode,
+    /// The nanosecond of the last change, `None` before the first.
+    now: Option<u64>,
+}
+
+impl<W: Write> Waveform<W> {
+    /// Writes the header and the levels at power-up: everything low. `names` has a letter a motor.
+    ///
+    /// # Errors
+    /// Whatever `out` answers.
+    pub(crate) fn new(out: W, names: &[char]) -> io::Result<Self> {
+        let mut out = Writer::new(out);
+        out.timescale(1, TimescaleUnit::NS)?;
+        out.add_module("leadscrew")?;
+        let step = wires(&mut out, names, "step")?;
+        let direction = wires(&mut out, names, "direction")?;
+        let enable = out.add_wire(1, "enable")?;
+        let pwm = out.add_var(VarType::Wire, 16, "spindle_pwm", None)?;
+        out.upscope()?;
+        out.enddefinitions()?;
+        let mut waveform = Self {
+            out,
+            step,
+            direction,
+            enable,
+            pwm,
+            now: None,
+        };
+        waveform.power_up()?;
+        Ok(waveform)
+    }
+
+    fn power_up(&mut self) -> io::Result<()> {
+        self.out.begin(SimulationCommand::Dumpvars)?;
+        for id in self.step.iter().chain(&self.direction) {
+            self.out.change_scalar(*id, Value::V0)?;
+        }
+        self.out.change_scalar(self.enable, Value::V0)?;
+        self.out.change_vector(self.pwm, bits(0))?;
+        self.out.end()
+    }
+
+    /// Writes that the step pins changed to the levels `high` (electrical).
+    ///
+    /// # Errors
+    /// Whatever `out` answers.
+    pub(crate) fn step(
+        &mut self,
+        cycle: u64,
+        changed: MotorMask,
+        high: MotorMask,
+    ) -> io::Result<()> {
+        self.at(cycle)?;
+        change(&mut self.out, &self.step, changed, high)
+    }
+
+    /// Writes that the direction pins changed to the levels `high` (electrical).
+    ///
+    /// # Errors
+    /// Whatever `out` answers.
+    pub(crate) fn direction(
+        &mut self,
+        cycle: u64,
+        changed: MotorMask,
+        high: MotorMask,
+    ) -> io::Result<()> {
+        self.at(cycle)?;
+        change(&mut self.out, &self.direction, changed, high)
+    }
+
+    /// Writes the level of the enable pin.
+    ///
+    /// # Errors
+    /// Whatever `out` answers.
+    pub(crate) fn enable(&mut self, cycle: u64, high: bool) -> io::Result<()> {
+        self.at(cycle)?;
+        self.out.change_scalar(self.enable, high)
+    }
+
+    /// Writes the PWM's compare level.
+    ///
+    /// # Errors
+    /// Whatever `out` answers.
+    pub(crate) fn pwm(&mut self, cycle: u64, level: u16) -> io::Result<()> {
+        self.at(cycle)?;
+        self.out.change_vector(self.pwm, bits(level))
+    }
+
+    /// Writes out what is still buffered.
+    ///
+    /// # Errors
+    /// Whatever `out` answers.
+    pub(crate) fn finish(mut self) -> io::Result<()> {
+        self.out.flush()
+    }
+
+    fn at(&mut self, cycle: u64) -> io::Result<()> {
+        let now = cycle * NANOSECONDS / PER_CYCLES;
+        if self.now == Some(now) {
+            return Ok(());
+        }
+        self.now = Some(now);
+        self.out.timestamp(now)
+    }
+}
+
+fn wires<W: Write>(out: &mut Writer<W>, names: &[char], what: &str) -> io::Result<Vec<IdCode>> {
+    names
+        .iter()
+        .map(|name| out.add_wire(1, &format!("{}_{what}", name.to_ascii_lowercase())))
+        .collect()
+}
+
+fn change<W: Write>(
+    out: &mut Writer<W>,
+    wires: &[IdCode],
+    changed: MotorMask,
+    high: MotorMask,
+) -> io::Result<()> {
+    for (motor, id) in wires.iter().enumerate() {
+        if changed.contains(motor) {
+            out.change_scalar(*id, high.contains(motor))?;
+        }
+    }
+    Ok(())
+}
+
+fn bits(level: u16) -> impl Iterator<Item = Value> {
+    (0..16)
+        .rev()
+        .map(move |bit| Value::from(level >> bit & 1 == 1))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_dump_reads_back_with_times_in_nanoseconds() {
+        let mut out = Vec::new();
+        let mut wave = Waveform::new(&mut out, &['X', 'Y']).unwrap();
+        let x = MotorMask::only(0);
+        wave.step(168, x, x).unwrap();
+        wave.step(336, x, MotorMask::NONE).unwrap();
+        wave.pwm(336, 5).unwrap();
+        wave.finish().unwrap();
+        let text = String::from_utf8(out).unwrap();
+        for part in [
+            "$timescale 1 ns $end",
+            "x_step",
+            "y_direction",
+            "#1000\n",
+            "#2000\n",
+            "b0000000000000101",
+        ] {
+            assert!(text.contains(part), "{part} in\n{text}");
+        }
+        assert_eq!(text.matches("#2000").count(), 1);
+    }
+}

@@ -1,0 +1,199 @@
+//! What watches the pins during a run: the step list, the waveform, and what the picture is drawn from.
+
+use super::output::{Output, OutputError, Pen};
+use super::report::LETTERS;
+use crate::picture::{SpeedChart, StrokeKind, Toolpath};
+use crate::steps_csv::StepsCsv;
+use crate::vcd::Waveform;
+use leadscrew_machine::board::{PlannedMove, PortConfig};
+use leadscrew_machine::tool::spindle::SpindleScale;
+use leadscrew_planner::MoveKind;
+use leadscrew_sim::clock::{seconds, Cycle};
+use leadscrew_sim::observer::{Observer, StepEvent};
+use leadscrew_stepper::{MotorMask, Power, PowerScale};
+use std::io;
+use std::path::Path;
+
+/// A file that is written as the job goes on. After a failure nothing more is written, and the failure is told
+/// at the end.
+struct Sink<T> {
+    output: Output,
+    writer: io::Result<T>,
+}
+
+impl<T> Sink<T> {
+    fn create(path: &Path, begin: impl FnOnce(Pen) -> io::Result<T>) -> Result<Self, OutputError> {
+        let output = Output::create(path)?;
+        let writer = begin(output.pen());
+        Ok(Self { output, writer })
+    }
+
+    fn write(&mut self, write: impl FnOnce(&mut T) -> io::Result<()>) {
+        if let Ok(writer) = &mut self.writer {
+            if let Err(error) = write(writer) {
+                self.writer = Err(error);
+            }
+        }
+    }
+
+    fn finish(self, finish: impl FnOnce(T) -> io::Result<()>) -> Result<(), OutputError> {
+        self.output.complete(self.writer.and_then(finish))
+    }
+}
+
+/// Writes the step list as the job goes on.
+pub(super) struct StepList {
+    sink: Sink<StepsCsv<Pen>>,
+    scale: SpindleScale,
+}
+
+impl StepList {
+    /// Creates the file; `scale` turns power back into S units.
+    ///
+    /// # Errors
+    /// Where it cannot be created.
+    pub(super) fn create(path: &Path, scale: SpindleScale) -> Result<Self, OutputError> {
+        let sink = Sink::create(path, StepsCsv::new)?;
+        Ok(Self { sink, scale })
+    }
+
+    /// Completes the file.
+    ///
+    /// # Errors
+    /// The first failure since it was created.
+    pub(super) fn finish(self) -> Result<(), OutputError> {
+        self.sink.finish(StepsCsv::finish)
+    }
+}
+
+impl Observer for StepList {
+    fn step(&mut self, event: &StepEvent) {
+        let power_s = f64::from(self.scale.speed(event.power));
+        self.sink
+            .write(|csv| csv.step(event.cycle.0, event.motors, event.negative, power_s));
+    }
+}
+
+/// Writes the waveform as the job goes on.
+pub(super) struct WaveformFile {
+    sink: Sink<Waveform<Pen>>,
+    port: PortConfig,
+    all: MotorMask,
+    high: MotorMask,
+}
+
+/// Counts of the PWM timer at full power in the waveform.
+const PWM_SCALE: PowerScale = PowerScale::new(u16::MAX);
+
+impl WaveformFile {
+    /// Creates the file for a machine with `motors` motors.
+    ///
+    /// # Errors
+    /// Where it cannot be created.
+    pub(super) fn create(path: &Path, motors: usize) -> Result<Self, OutputError> {
+        let names = &LETTERS[..motors.min(LETTERS.len())];
+        let sink = Sink::create(path, |out| Waveform::new(out, names))?;
+        Ok(Self {
+            sink,
+            port: PortConfig::default(),
+            all: (0..motors).fold(MotorMask::NONE, |all, m| all.with(MotorMask::only(m))),
+            high: MotorMask::NONE,
+        })
+    }
+
+    /// Completes the file.
+    ///
+    /// # Errors
+    /// The first failure since it was created.
+    pub(super) fn finish(self) -> Result<(), OutputError> {
+        self.sink.finish(Waveform::finish)
+    }
+}
+
+/// The levels of pins of which those in `invert` are low where `active` says so.
+fn levels(active: MotorMask, invert: MotorMask) -> MotorMask {
+    MotorMask::from_bits(active.bits() ^ invert.bits())
+}
+
+impl Observer for WaveformFile {
+    fn step(&mut self, event: &StepEvent) {
+        self.high = self.high.with(event.motors);
+        let pins = levels(self.high, self.port.step_invert);
+        self.sink
+            .write(|vcd| vcd.step(event.cycle.0, event.motors, pins));
+    }
+
+    fn pulse_end(&mut self, cycle: Cycle) {
+        let ended = std::mem::take(&mut self.high);
+        let pins = levels(self.high, self.port.step_invert);
+        self.sink.write(|vcd| vcd.step(cycle.0, ended, pins));
+    }
+
+    fn direction(&mut self, cycle: Cycle, negative: MotorMask) {
+        let (all, pins) = (self.all, levels(negative, self.port.direction_invert));
+        self.sink.write(|vcd| vcd.direction(cycle.0, all, pins));
+    }
+
+    fn power(&mut self, cycle: Cycle, power: Power) {
+        self.sink
+            .write(|vcd| vcd.pwm(cycle.0, power.level(PWM_SCALE) as u16));
+    }
+
+    fn motors_enabled(&mut self, cycle: Cycle, on: bool) {
+        let high = on == self.port.enable_invert;
+        self.sink.write(|vcd| vcd.enable(cycle.0, high));
+    }
+
+    fn configured(&mut self, cycle: Cycle, port: &PortConfig) {
+        self.port = *port;
+        let (all, pins) = (self.all, levels(self.high, port.step_invert));
+        self.sink.write(|vcd| vcd.step(cycle.0, all, pins));
+    }
+}
+
+/// Collects the toolpath, and the speed where a picture is wanted.
+pub(super) struct Sketch {
+    /// Where the tool goes.
+    pub(super) path: Toolpath,
+    /// How fast it goes.
+    pub(super) speed: Option<SpeedChart>,
+    mm_per_step: Vec<f64>,
+}
+
+impl Sketch {
+    /// Starts at the origin; `mm_per_step` of each motor. Without a picture, only distances are kept.
+    pub(super) fn new(mm_per_step: Vec<f64>, picture: bool) -> Self {
+        Self {
+            path: Toolpath::new([0.0; 3], picture),
+            speed: picture.then(SpeedChart::default),
+            mm_per_step,
+        }
+    }
+}
+
+impl Observer for Sketch {
+    fn step(&mut self, event: &StepEvent) {
+        let Some(speed) = &mut self.speed else {
+            return;
+        };
+        let way = |motor: usize| match self.mm_per_step.get(motor) {
+            Some(mm) if event.motors.contains(motor) => *mm,
+            Some(_) | None => 0.0,
+        };
+        speed.went(seconds(event.cycle - Cycle::ZERO), [way(0), way(1), way(2)]);
+    }
+
+    fn move_planned(&mut self, planned: &PlannedMove<'_>) {
+        let mm = |axis: usize| {
+            planned
+                .target
+                .get(axis)
+                .map_or(0.0, |c| c.nanos() as f64 * 1e-9)
+        };
+        let kind = match planned.kind {
+            MoveKind::Feed => StrokeKind::cut(planned.power.share().to_num()),
+            MoveKind::Rapid | MoveKind::Jog | MoveKind::System => StrokeKind::Travel,
+        };
+        self.path.go([mm(0), mm(1), mm(2)], kind);
+    }
+}

@@ -1,0 +1,159 @@
+//! `leadscrew serve`: a virtual machine in real time, on lines that real senders can open.
+//!
+//! ```text
+//!   LaserGRBL, UGS, ... --tcp, ws, pty--> Lines --> Server --> Simulation     one thread each line and client,
+//!                                                     |            |          one for everything else
+//!                                        Panel, WireLog        StateFile
+//! ```
+//!
+//! Nothing that a client does can stop the server: one that vanishes, floods or does not read costs one message, and
+//! the machine goes on. A line that cannot be opened is tried again until it can.
+#![forbid(unsafe_code)]
+
+mod buttons;
+mod desk;
+mod frame_reader;
+mod glitches;
+mod line;
+mod listener;
+mod note;
+mod pace;
+mod page;
+mod panel;
+#[cfg(unix)]
+mod pty;
+#[cfg(not(unix))]
+#[path = "no_pty.rs"]
+mod pty;
+mod remembered;
+mod screen;
+mod seat;
+mod server;
+mod spool;
+mod state_file;
+mod tcp;
+mod web;
+mod websocket;
+mod wire_log;
+mod wires;
+
+#[cfg(test)]
+mod line_tests;
+
+pub use line::{LineError, LineSpec, Refusal, What};
+pub use note::Note;
+pub use panel::{Key, Panel, Plain, Snapshot};
+pub use screen::Screen;
+pub use server::Surroundings;
+pub use state_file::StateFile;
+pub use web::{Allowed, Foreign};
+pub use wire_log::WireLog;
+
+use glitches::Glitches;
+use leadscrew_planner::{Cartesian, CoreXy, Ganged, Kinematics};
+use leadscrew_sim::cost::Costs;
+use leadscrew_sim::event_loop::Simulation;
+use leadscrew_sim::link::Rate;
+use leadscrew_sim::plant::Pin;
+use leadscrew_sim::profile::{Belts, Profile};
+use leadscrew_sim::setup::{Memory, Setup};
+use line::Lines;
+use remembered::Remembered;
+use server::{End, Server};
+
+/// Moves that the simulated machine can plan ahead.
+const MOVES: usize = 1024;
+
+/// How long a glitch lasts where the profile does not say, microseconds.
+const GLITCH_US: u16 = 5;
+
+/// What is served.
+pub struct Service {
+    /// The machine.
+    pub profile: Profile,
+    /// Where programs can connect: as many as a machine has channels at most.
+    pub lines: Vec<LineSpec>,
+    /// Which web pages may connect, and by which names of this computer.
+    pub allowed: Allowed,
+    /// How fast the lines are.
+    pub rate: Rate,
+    /// Simulated seconds in a second.
+    pub speed: f64,
+    /// Where settings survive a restart.
+    pub state: Option<StateFile>,
+    /// Where the wire is written down.
+    pub log: Option<WireLog>,
+}
+
+/// Serves until the user wants it to end.
+pub fn serve(service: Service, around: Surroundings<'_>) {
+    let Service {
+        profile,
+        lines,
+        allowed,
+        rate,
+        speed,
+        state,
+        log,
+    } = service;
+    let mut server = Server::new(Lines::open(&lines, &allowed), lines, speed, log, around);
+    let ganged = profile.second_motor.map(|second| Ganged {
+        axis_of: [second.axis.number()],
+    });
+    let crossed = profile.kinematics == Belts::CoreXy;
+    match (profile.axis_count(), ganged) {
+        (4, None) if crossed => run::<_, 4, 4>(&profile, CoreXy, rate, state, &mut server),
+        (_, None) if crossed => run::<_, 3, 3>(&profile, CoreXy, rate, state, &mut server),
+        (4, Some(ganged)) => run::<_, 4, 5>(&profile, ganged, rate, state, &mut server),
+        (4, None) => run::<_, 4, 4>(&profile, Cartesian, rate, state, &mut server),
+        (_, Some(ganged)) => run::<_, 3, 4>(&profile, ganged, rate, state, &mut server),
+        (_, None) => run::<_, 3, 3>(&profile, Cartesian, rate, state, &mut server),
+    }
+}
+
+/// The examples of the package's README, compiled as tests.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;
+
+/// Powers a machine up, and again after each restart.
+fn run<K: Kinematics<AXES, MOTORS> + Copy, const AXES: usize, const MOTORS: usize>(
+    profile: &Profile,
+    kinematics: K,
+    rate: Rate,
+    state: Option<StateFile>,
+    server: &mut Server<'_>,
+) {
+    let mut remembered = Remembered::new(state, &mut |note| server.note(note));
+    let glitches = Glitches::new(
+        profile.switches.glitches.get(),
+        profile.switches.glitch_us.unwrap_or(GLITCH_US),
+    );
+    let setup = Setup::<AXES> {
+        machine: profile.config(),
+        receive_buffer: usize::from(profile.receive_buffer()),
+        costs: Costs::F407,
+        lines: vec![rate; server.line_count()],
+        contacts: profile.contacts(),
+    };
+    let mut carriages = profile.start::<MOTORS>();
+    loop {
+        let mut memory = Memory::new(&setup);
+        let mut simulation =
+            Simulation::<_, _, AXES, MOTORS, MOVES>::new(&mut memory, &setup, kinematics, ());
+        if profile.kinematics == Belts::CoreXy {
+            simulation.cross_belts();
+        }
+        simulation.place(carriages);
+        for switch in profile.plant_switches() {
+            simulation.add_switch(switch);
+        }
+        simulation.set_pin(Pin::Door, !profile.door.open);
+        remembered.load(&mut simulation, &mut |note| server.note(note));
+        match server.run(&mut simulation, glitches.clone(), &mut remembered) {
+            End::Stopped => return,
+            End::Restart => server.note(&Note::Restarted),
+        }
+        carriages = simulation.board().plant.position();
+    }
+}

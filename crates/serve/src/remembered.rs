@@ -1,0 +1,124 @@
+//! What outlives a restart of the machine, and where it can, of the program.
+
+use super::desk::Desk;
+use super::note::Note;
+use super::state_file::{Fault, Found, StateFile};
+use leadscrew_machine::settings::store::Condition;
+use leadscrew_sim::flash::Flash;
+use std::fs::File;
+use std::io;
+use std::time::Duration;
+
+/// The flash memory and its file.
+pub(super) struct Remembered {
+    flash: Flash,
+    /// What was stored is lost, and nothing was stored since.
+    lost: bool,
+    file: Option<StateFile>,
+    /// Keeps other programs from the file.
+    _claim: Option<File>,
+    /// When the file is to be written again: what has changed is not in it yet.
+    again: Option<Duration>,
+}
+
+/// How often a file that cannot be written is tried again.
+const RETRY: Duration = Duration::from_secs(1);
+
+impl Remembered {
+    /// Reads the file, if there is to be one; tells `say` what could not be used.
+    pub(super) fn new(file: Option<StateFile>, say: &mut dyn FnMut(&Note<'_>)) -> Self {
+        let image = file
+            .as_ref()
+            .map_or_else(|| Ok(Flash::blank()), |file| read(file, say));
+        let (file, claim) = claim(file, say);
+        Self {
+            lost: image.is_err(),
+            flash: image.unwrap_or_else(|Lost| Flash::blank()),
+            file,
+            _claim: claim,
+            again: None,
+        }
+    }
+
+    /// Gives a machine what is stored. What another version has stored is put aside.
+    pub(super) fn load(&mut self, desk: &mut dyn Desk, say: &mut dyn FnMut(&Note<'_>)) {
+        let condition = desk.load(&mut self.flash);
+        self.lost |= condition == Condition::Foreign;
+        if self.lost {
+            desk.distrust_settings();
+        }
+        match condition {
+            Condition::Sound | Condition::Blank => {}
+            Condition::CutShort => say(&Note::LastChangeLost),
+            Condition::Damaged => {
+                if let Some(file) = &self.file {
+                    say(&Note::Damaged(file.copy()));
+                }
+            }
+            Condition::Foreign => {
+                self.flash = Flash::blank();
+                desk.load(&mut self.flash);
+                if let Some(file) = &self.file {
+                    say(&Note::SetAside(file.set_aside(Fault::Records)));
+                }
+            }
+        }
+    }
+
+    /// Stores what a machine has changed, and again what could not be stored before `now`, the time since any instant. The
+    /// line that has changed it is answered after that.
+    pub(super) fn save(&mut self, desk: &mut dyn Desk, now: Duration) -> Option<Note<'static>> {
+        desk.save(&mut self.flash);
+        let file = self.file.as_ref()?;
+        let changed = self.flash.changed();
+        self.lost &= !changed;
+        let again = self.again.is_some_and(|again| again <= now);
+        if !changed && !again {
+            return None;
+        }
+        let path = || file.path().to_owned();
+        match file.save(self.flash.bytes()) {
+            Ok(()) => self.again.take().map(|_| Note::StateAgain(path())),
+            Err(error) => {
+                if changed {
+                    desk.not_saved();
+                }
+                let first = self.again.replace(now + RETRY).is_none();
+                first.then(|| Note::NoState(path(), error))
+            }
+        }
+    }
+}
+
+/// The file, if this program may write it.
+fn claim(
+    file: Option<StateFile>,
+    say: &mut dyn FnMut(&Note<'_>),
+) -> (Option<StateFile>, Option<File>) {
+    let Some(file) = file else {
+        return (None, None);
+    };
+    match file.claim() {
+        Ok(None) => {
+            say(&Note::StateInUse(file.path().to_owned()));
+            (None, None)
+        }
+        Ok(claim) => (Some(file), claim),
+        // Where nothing can be claimed, nothing can be written: the first change says so.
+        Err(_) => (Some(file), None),
+    }
+}
+
+/// There was a file, and nothing can be made of it.
+struct Lost;
+
+fn read(file: &StateFile, say: &mut dyn FnMut(&Note<'_>)) -> Result<Flash, Lost> {
+    let unreadable = |error: io::Error| Note::UnreadState(file.path().to_owned(), error);
+    match file.load(Flash::SIZE) {
+        Ok(Found::Image(image)) => return Ok(Flash::new(image)),
+        Ok(Found::Nothing) => return Ok(Flash::blank()),
+        Ok(Found::Unusable(aside)) => say(&Note::SetAside(aside)),
+        Err(error) => say(&unreadable(error)),
+    }
+    Err(Lost)
+}

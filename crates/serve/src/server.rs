@@ -1,0 +1,266 @@
+//! The server loop: clients' bytes into the simulation, its answers back, simulated time tied to real time.
+//!
+//! ```text
+//!   Lines --events--> Wires <--Host--> Simulation <--pins-- keys, glitches
+//!                       |                  |
+//!                    WireLog             Panel
+//! ```
+//!
+//! A turn takes about a millisecond: events, then simulation up to the present, then output. Whatever takes longer is
+//! done by other threads.
+
+use super::buttons::Buttons;
+use super::desk::Desk;
+use super::glitches::Glitches;
+use super::line::{Event, LineSpec, Lines, What};
+use super::note::Note;
+use super::pace::Pace;
+use super::panel::{Key, Panel};
+use super::remembered::Remembered;
+use super::wire_log::{Way, WireLog};
+use super::wires::Wires;
+use leadscrew_sim::clock::{cycles_of_micros, Cycle};
+use std::io;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+/// How long the loop waits for a client's bytes before it lets the machine go on.
+const TICK: Duration = Duration::from_millis(1);
+
+/// How often the machine is shown.
+const SHOW: Duration = Duration::from_millis(100);
+
+/// Simulated time between two looks at what clients have sent, cycles.
+const SLICE: u64 = cycles_of_micros(2_000);
+
+/// Simulated time in which a machine starts and says so before a client can be heard, cycles: a client that comes early does
+/// not take that banner for the one that it asks for with 0x18. Eight times what a banner takes at 115200 baud.
+const START: u64 = cycles_of_micros(20_000);
+
+/// Events that are handled before the simulation goes on.
+const EVENTS: usize = 64;
+
+/// Why the server loop came back.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum End {
+    /// The user wants it to end.
+    Stopped,
+    /// The machine is to start anew.
+    Restart,
+}
+
+/// What a server needs from whoever runs it.
+pub struct Surroundings<'s> {
+    /// The wall clock: time since any instant.
+    pub clock: &'s dyn Fn() -> Duration,
+    /// Set when the server is to end.
+    pub stop: &'s AtomicBool,
+    /// Where messages go and keys come from.
+    pub panel: &'s mut dyn Panel,
+}
+
+/// What is said of a client once only.
+#[derive(Clone, Copy, Default, Debug)]
+struct Told {
+    not_read: bool,
+    bytes_lost: bool,
+}
+
+/// Lines and clients, whatever machine is behind them.
+pub(super) struct Server<'s> {
+    specs: Vec<LineSpec>,
+    lines: Lines,
+    wires: Wires,
+    /// What was told of each line's client already.
+    told: Vec<Told>,
+    /// Bytes of each line that are known to be lost.
+    lost: Vec<u32>,
+    log: Option<WireLog>,
+    buttons: Buttons,
+    around: Surroundings<'s>,
+    shown: Duration,
+    speed: f64,
+    told_slow: bool,
+}
+
+impl<'s> Server<'s> {
+    /// Serves lines that are open, as `specs` say; their machine is to run `speed` times as fast as the wall clock.
+    pub(super) fn new(
+        lines: Lines,
+        specs: Vec<LineSpec>,
+        speed: f64,
+        log: Option<WireLog>,
+        around: Surroundings<'s>,
+    ) -> Self {
+        Self {
+            lines,
+            wires: Wires::new(specs.len()),
+            told: vec![Told::default(); specs.len()],
+            lost: vec![0; specs.len()],
+            specs,
+            log,
+            buttons: Buttons::default(),
+            around,
+            shown: Duration::ZERO,
+            speed,
+            told_slow: false,
+        }
+    }
+
+    /// The number of lines.
+    pub(super) fn line_count(&self) -> usize {
+        self.specs.len()
+    }
+
+    /// Tells the user something.
+    pub(super) fn note(&mut self, note: &Note<'_>) {
+        self.around.panel.note(note);
+    }
+
+    /// Runs a machine until the user wants it to end or it is to start anew.
+    pub(super) fn run(
+        &mut self,
+        desk: &mut dyn Desk,
+        mut glitches: Glitches,
+        remembered: &mut Remembered,
+    ) -> End {
+        self.buttons.hold_on(desk);
+        desk.run_until(&mut self.wires, desk.now() + START);
+        self.deliver(desk.now());
+        let mut pace = Pace::new(self.speed, (self.around.clock)(), desk.now());
+        while !self.around.stop.load(Ordering::Relaxed) {
+            if self.wait(desk) {
+                return End::Restart;
+            }
+            self.advance(desk, &mut pace, &mut glitches);
+            while let Some(key) = self.around.panel.key() {
+                if key == Key::Quit {
+                    return End::Stopped;
+                }
+                self.buttons.press(key, desk);
+            }
+            self.buttons.release(desk);
+            if let Some(note) = remembered.save(desk, (self.around.clock)()) {
+                self.note(&note);
+            }
+            self.show(desk);
+        }
+        End::Stopped
+    }
+
+    /// Lets the simulation reach the present.
+    fn advance(&mut self, desk: &mut dyn Desk, pace: &mut Pace, glitches: &mut Glitches) {
+        let due = pace.due((self.around.clock)());
+        let end = due.min(desk.now() + SLICE.max(pace.cycles(TICK)));
+        glitches.run_until(desk, &mut self.wires, end);
+        self.deliver(desk.now());
+        self.lines.set_busy(!desk.is_quiet() || self.wires.wait());
+        self.tell_of_lost_bytes(desk);
+        if pace.give_up((self.around.clock)(), desk.now()) && !self.told_slow {
+            self.told_slow = true;
+            self.around.panel.note(&Note::TooSlow);
+        }
+    }
+
+    /// Takes what clients have sent, waiting a moment for it; answers whether the machine is to start anew.
+    fn wait(&mut self, desk: &mut dyn Desk) -> bool {
+        let mut patience = TICK;
+        for _ in 0..EVENTS {
+            let Some(event) = self.lines.next(patience) else {
+                break;
+            };
+            patience = Duration::ZERO;
+            if self.handle(desk, event) {
+                return true;
+            }
+        }
+        false
+    }
+
+    fn handle(&mut self, desk: &mut dyn Desk, event: Event) -> bool {
+        let (now, line) = (desk.now(), event.line);
+        if let What::Bytes(bytes) = &event.what {
+            self.log(|log| log.bytes(now, line, Way::ToMachine, bytes));
+            self.wires.push(line, bytes);
+            return false;
+        }
+        self.around
+            .panel
+            .note(&Note::Line(&self.specs[line], &event.what));
+        self.log(|log| log.event(now, line, &event.what));
+        match event.what {
+            What::Opened { outlet, .. } => {
+                self.told[line] = Told::default();
+                self.wires.open(line, outlet);
+                desk.open_line(line);
+                return self.resets(line);
+            }
+            What::Closed => self.wires.close(line),
+            What::Ready(_)
+            | What::Unavailable(_)
+            | What::Bytes(_)
+            | What::TurnedAway(_)
+            | What::Refused(..) => {}
+        }
+        false
+    }
+
+    /// Whether opening a line starts the machine anew. What waits to go in is lost then, as in a real reset.
+    fn resets(&mut self, line: usize) -> bool {
+        let resets = match &self.specs[line] {
+            LineSpec::Pty { reset_on_open, .. } => *reset_on_open,
+            LineSpec::Tcp(_) | LineSpec::WebSocket(_) => false,
+        };
+        if resets {
+            (0..self.specs.len()).for_each(|line| self.wires.clear(line));
+        }
+        resets
+    }
+
+    /// Sends to the clients what the machine has written.
+    fn deliver(&mut self, now: Cycle) {
+        for line in 0..self.specs.len() {
+            self.lines.taken(line, self.wires.taken(line));
+            let bytes = self.wires.written(line);
+            if bytes.is_empty() {
+                continue;
+            }
+            self.log(|log| log.bytes(now, line, Way::FromMachine, &bytes));
+            if !self.wires.send(line, bytes)
+                && !std::mem::replace(&mut self.told[line].not_read, true)
+            {
+                self.around.panel.note(&Note::NotRead(&self.specs[line]));
+            }
+        }
+    }
+
+    fn tell_of_lost_bytes(&mut self, desk: &dyn Desk) {
+        for (line, spec) in self.specs.iter().enumerate() {
+            let lost = desk.lost_bytes(line);
+            let more = std::mem::replace(&mut self.lost[line], lost) < lost;
+            if more && !std::mem::replace(&mut self.told[line].bytes_lost, true) {
+                self.around.panel.note(&Note::BytesLost(spec));
+            }
+        }
+    }
+
+    fn show(&mut self, desk: &dyn Desk) {
+        let now = (self.around.clock)();
+        if now.saturating_sub(self.shown) >= SHOW {
+            self.shown = now;
+            self.around.panel.show(&desk.snapshot());
+            self.log(WireLog::flush);
+        }
+    }
+
+    /// Writes to the log; when that fails, says so and ends it.
+    fn log(&mut self, write: impl FnOnce(&mut WireLog) -> io::Result<()>) {
+        let Some(log) = &mut self.log else {
+            return;
+        };
+        if let Err(error) = write(log) {
+            self.log = None;
+            self.around.panel.note(&Note::NoLog(error));
+        }
+    }
+}

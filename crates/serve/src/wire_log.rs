@@ -1,0 +1,173 @@
+//! The wire, readable, with time.
+//!
+//! ```text
+//!     12.034567 0 < G1X10F600          seconds since power-up, line, to the machine
+//!     12.034981 0 < ?                  a realtime byte stands alone, wherever it came
+//!     12.035202 0 > <Run|MPos:0.125,0.000,0.000|FS:600,0>
+//!     12.040000 0 . a client has gone
+//! ```
+
+use leadscrew_machine::protocol::realtime::Byte;
+use leadscrew_sim::clock::Cycle;
+use std::collections::BTreeMap;
+use std::fmt::Display;
+use std::io::{self, Write};
+
+/// A line of text without end is cut after so many bytes.
+const LONGEST: usize = 512;
+
+/// Which way bytes go.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
+pub enum Way {
+    /// From a client to the machine.
+    ToMachine,
+    /// From the machine to a client.
+    FromMachine,
+}
+
+impl Way {
+    fn sign(self) -> char {
+        match self {
+            Self::ToMachine => '<',
+            Self::FromMachine => '>',
+        }
+    }
+}
+
+/// Writes down what goes over the lines.
+pub struct WireLog {
+    to: Box<dyn Write + Send>,
+    /// What has been seen of unfinished lines.
+    begun: BTreeMap<(usize, Way), Vec<u8>>,
+}
+
+impl WireLog {
+    /// Makes a log.
+    pub fn new(to: impl Write + Send + 'static) -> Self {
+        Self {
+            to: Box::new(to),
+            begun: BTreeMap::new(),
+        }
+    }
+
+    /// Writes down bytes of a line.
+    ///
+    /// # Errors
+    /// Those of the file.
+    pub fn bytes(&mut self, now: Cycle, line: usize, way: Way, bytes: &[u8]) -> io::Result<()> {
+        for byte in bytes {
+            match (way, Byte::sort(*byte)) {
+                (_, Byte::Ordinary(byte)) => self.ordinary(now, line, way, byte)?,
+                (Way::FromMachine, Byte::Realtime(_) | Byte::Unknown) => {
+                    self.ordinary(now, line, way, *byte)?
+                }
+                (Way::ToMachine, Byte::Realtime(_) | Byte::Unknown) => {
+                    self.row(now, line, way.sign(), &escape(&[*byte]))?
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Writes down something that happened on a line.
+    ///
+    /// # Errors
+    /// Those of the file.
+    pub fn event(&mut self, now: Cycle, line: usize, what: &impl Display) -> io::Result<()> {
+        self.row(now, line, '.', &what.to_string())
+    }
+
+    /// Brings everything to the file.
+    ///
+    /// # Errors
+    /// Those of the file.
+    pub fn flush(&mut self) -> io::Result<()> {
+        self.to.flush()
+    }
+
+    fn ordinary(&mut self, now: Cycle, line: usize, way: Way, byte: u8) -> io::Result<()> {
+        let begun = self.begun.entry((line, way)).or_default();
+        begun.push(byte);
+        let ended = match way {
+            Way::ToMachine => matches!(byte, b'\r' | b'\n'),
+            Way::FromMachine => byte == b'\n',
+        };
+        if !ended && begun.len() < LONGEST {
+            return Ok(());
+        }
+        let text = escape(&std::mem::take(begun));
+        self.row(now, line, way.sign(), &text)
+    }
+
+    fn row(&mut self, now: Cycle, line: usize, sign: char, text: &str) -> io::Result<()> {
+        writeln!(self.to, "{:13.6} {line} {sign} {text}", now.seconds())
+    }
+}
+
+/// Bytes as text: an LF (from a client) or CR LF (from the machine) at the end is left out, other control bytes are
+/// spelled.
+fn escape(bytes: &[u8]) -> String {
+    let text = bytes.strip_suffix(b"\n").unwrap_or(bytes);
+    let text = text
+        .strip_suffix(b"\r")
+        .filter(|_| bytes.ends_with(b"\n"))
+        .unwrap_or(text);
+    let spell = |byte: &u8| match byte {
+        b' '..=b'~' => char::from(*byte).to_string(),
+        _ => std::ascii::escape_default(*byte).to_string(),
+    };
+    text.iter().map(spell).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::{Arc, Mutex};
+
+    #[derive(Clone, Default)]
+    struct Paper(Arc<Mutex<Vec<u8>>>);
+
+    impl Write for Paper {
+        fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+            self.0.lock().unwrap().write(bytes)
+        }
+        fn flush(&mut self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn lines_are_whole_and_realtime_bytes_stand_alone() {
+        let paper = Paper::default();
+        let mut log = WireLog::new(paper.clone());
+        let at = |millis: u64| Cycle::from_micros(millis * 1000);
+        log.event(at(0), 1, &"a client has come").unwrap();
+        log.bytes(at(1), 1, Way::ToMachine, b"G1X?1").unwrap();
+        log.bytes(at(2), 0, Way::FromMachine, b"o").unwrap();
+        log.bytes(at(3), 1, Way::ToMachine, b"0\r\n\xC2\x91")
+            .unwrap();
+        log.bytes(at(4), 0, Way::FromMachine, b"k\r\n").unwrap();
+        let expected = "     0.000000 1 . a client has come\n     \
+                             0.001000 1 < ?\n     \
+                             0.003000 1 < G1X10\\r\n     \
+                             0.003000 1 < \n     \
+                             0.003000 1 < \\xc2\n     \
+                             0.003000 1 < \\x91\n     \
+                             0.004000 0 > ok\n";
+        assert_eq!(
+            String::from_utf8(std::mem::take(&mut *paper.0.lock().unwrap())).unwrap(),
+            expected
+        );
+    }
+
+    #[test]
+    fn a_line_without_end_is_cut_and_not_kept() {
+        let paper = Paper::default();
+        let mut log = WireLog::new(paper.clone());
+        log.bytes(Cycle(0), 0, Way::ToMachine, &[b'x'; 1300])
+            .unwrap();
+        let written = std::mem::take(&mut *paper.0.lock().unwrap());
+        assert_eq!(written.iter().filter(|byte| **byte == b'\n').count(), 2);
+        assert_eq!(written.iter().filter(|byte| **byte == b'x').count(), 1024);
+    }
+}

@@ -1,0 +1,114 @@
+//! Clients that vanish, flood, do not count, or ask.
+
+use crate::client::Client;
+use crate::served::{one_line, Served, FAST};
+use leadscrew_serve::{LineSpec, Service, WireLog};
+use std::io::{Read, Write};
+use std::net::TcpStream;
+use std::time::{Duration, Instant};
+
+/// How long a message that is on its way may take.
+const SOON: Duration = Duration::from_secs(2);
+
+#[test]
+fn a_client_that_vanishes_in_mid_line_leaves_no_trace_for_the_next() {
+    let served = Served::tcp(FAST, 1.0);
+    let mut first = TcpStream::connect(&served.ready[0]).unwrap();
+    first.write_all(b"G0X1\nG0X99").unwrap();
+    let mut answer = [0; 4];
+    first.read_exact(&mut answer).unwrap();
+    assert_eq!(&answer, b"ok\r\n");
+    drop(first);
+    let mut second = served.connect();
+    second.send(b"G0X2\n");
+    second.expect("ok");
+    let report = second.wait_for("Idle");
+    assert!(report.contains("|MPos:2.000,0.000,0.000|"), "{report}");
+}
+
+/// M5, and no time-out of a laser whose sender may come back: the next client's moves do not burn.
+#[test]
+fn a_client_that_vanishes_leaves_no_laser_on() {
+    let served = Served::tcp(FAST, 1.0);
+    let mut first = TcpStream::connect(&served.ready[0]).unwrap();
+    first.write_all(b"$32=1\nM3S500\nG1X1F6000\n").unwrap();
+    let mut answers = [0; 12];
+    first.read_exact(&mut answers).unwrap();
+    assert_eq!(&answers, b"ok\r\nok\r\nok\r\n");
+    drop(first);
+    let mut second = served.connect();
+    let report = second.wait_for("Idle");
+    assert!(report.contains("|FS:0,0"), "{report}");
+    let modes = second.say("$G").concat();
+    assert!(modes.contains(" M5 "), "{modes}");
+}
+
+#[test]
+fn a_flood_costs_its_sender_only() {
+    let tcp = || LineSpec::Tcp("127.0.0.1:0".into());
+    let served = Served::new(FAST, vec![tcp(), tcp()], 1.0);
+    let mut flood = TcpStream::connect(&served.ready[0]).unwrap();
+    let stream = TcpStream::connect(&served.ready[1]).unwrap();
+    let mut client = Client::new(stream.try_clone().unwrap(), stream);
+    flood
+        .set_write_timeout(Some(Duration::from_millis(100)))
+        .unwrap();
+    let until = Instant::now() + Duration::from_secs(2);
+    while Instant::now() < until {
+        // What does not fit any more may fail.
+        let _ = flood.write_all(&[b'X'; 4096]);
+        client.ask();
+    }
+    drop(flood);
+    client.wait_for("Idle");
+}
+
+#[test]
+fn a_sender_that_does_not_count_is_named_once_when_bytes_are_lost() {
+    let served = Served::tcp(FAST, 1.0);
+    let mut client = served.connect();
+    // The machine takes nothing for a second; its buffer is smaller than what follows.
+    client.send(b"G4 P1\n");
+    for _ in 0..2 {
+        client.send(&[b'X'; 4096]);
+        client.send(b"\n");
+    }
+    let said = |text: &str| text.contains("more than the receive buffer holds");
+    let heard: Vec<String> = std::iter::from_fn(|| served.heard.recv_timeout(SOON).ok()).collect();
+    assert_eq!(
+        heard.iter().filter(|text| said(text)).count(),
+        1,
+        "{heard:?}"
+    );
+}
+
+/// In simulated time, by the log: however late the computer comes to it, a turn of the server is 2 ms at most.
+#[test]
+fn an_answer_to_a_realtime_byte_takes_no_longer_than_a_turn_of_the_server() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("wire.log");
+    let log = WireLog::new(std::fs::File::create(&file).unwrap());
+    {
+        let served = Served::start(Service {
+            log: Some(log),
+            ..one_line()
+        });
+        let mut client = served.connect();
+        (0..50).for_each(|_| drop(client.ask()));
+    }
+    let log = std::fs::read_to_string(file).unwrap();
+    let (mut asked, mut longest) = (Vec::new(), 0.0f64);
+    for row in log.lines() {
+        let (time, what) = row.split_once(" 0 ").unwrap();
+        let time: f64 = time.trim().parse().unwrap();
+        match what {
+            "< ?" => asked.push(time),
+            what if what.starts_with("> <Idle|") => {
+                longest = longest.max(time - asked.last().unwrap());
+            }
+            _ => {}
+        }
+    }
+    assert_eq!(asked.len(), 50);
+    assert!(longest < 0.002_002, "{longest} s");
+}
