@@ -30,7 +30,7 @@ use core::{
     sync::atomic::{AtomicBool, AtomicU32, AtomicU8, Ordering::Relaxed},
 };
 use leadscrew_machine::board::PortConfig;
-use leadscrew_stepper::{MotorMask, Outputs, Power, Shared, StepPort, Ticks};
+use leadscrew_stepper::{MotorMask, OutputChange, Power, Shared, StepPort, Ticks};
 use stm32f4::stm32f407::{tim11, tim2, Interrupt, TIM11, TIM2};
 
 /// The interrupt of TIM11: the main loop pends it where there is something to start, or new tables to follow.
@@ -373,7 +373,7 @@ impl StepPort for Port {
 
     /// This board has no synchronised outputs; but a segment has left the queue, and there is room for another.
     #[inline]
-    fn set_outputs(&mut self, _: Outputs) {
+    fn change_outputs(&mut self, _: OutputChange) {
         wake();
     }
 

@@ -18,7 +18,7 @@ use leadscrew_planner::StepsPerMm;
 use leadscrew_planner::{
     self as planner, Cartesian, Config, CornerRule, Move, MoveKind, MovePower, Planner,
 };
-use leadscrew_stepper::{Outputs, Ticks};
+use leadscrew_stepper::{OutputChange, Ticks};
 use std::hint::black_box;
 
 const AXES: usize = 3;
@@ -118,7 +118,7 @@ fn push(queue: &mut Queue, target: [planner::Coordinate; AXES], feed: Feed) {
         feed,
         power: MovePower::Off,
         curve: None,
-        outputs: Outputs(0),
+        outputs: OutputChange::NONE,
         line_number: None,
         kind,
     };

@@ -6,7 +6,7 @@ use leadscrew_planner::{
     Arc, Cartesian, Config, Coordinate, Feed, Move, MoveKind, MovePower, PixelQueue, Planner,
     Queue, Segmenter,
 };
-use leadscrew_stepper::{Outputs, Segment};
+use leadscrew_stepper::{OutputChange, Segment};
 
 fn main() {
     let config = Config {
@@ -68,7 +68,7 @@ fn feed(target: [Coordinate; 3]) -> Move<3> {
         feed: Feed::PerMinute(50.0),
         power: MovePower::Off,
         curve: None,
-        outputs: Outputs(0),
+        outputs: OutputChange::NONE,
         line_number: None,
         kind: MoveKind::Feed,
     }

@@ -74,6 +74,8 @@ mod jerk_tests;
 #[cfg(test)]
 mod limits_tests;
 #[cfg(test)]
+mod outputs_tests;
+#[cfg(test)]
 mod reference;
 #[cfg(test)]
 mod rows_tests;

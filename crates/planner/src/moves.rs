@@ -2,7 +2,7 @@
 
 use crate::real::least;
 use crate::{Coordinate, Curve};
-use leadscrew_stepper::{Outputs, Power};
+use leadscrew_stepper::{OutputChange, Power};
 
 /// A straight move to an exact target.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -15,8 +15,8 @@ pub struct Move<const AXES: usize> {
     pub power: MovePower,
     /// The arc that the move is a chord of.
     pub curve: Option<Curve>,
-    /// Synchronised outputs, set at the move's start.
-    pub outputs: Outputs,
+    /// The outputs that change with the move's start: no later than its first step.
+    pub outputs: OutputChange,
     /// The `N` word of the line that asked for the move.
     pub line_number: Option<u32>,
     /// Which override applies.
@@ -142,7 +142,7 @@ pub(crate) struct PlannedMove<const MOTORS: usize> {
     /// How fast it may begin so that all that follows can be kept, squared, in speed units (see `lookahead`).
     pub(crate) entry: u32,
     pub(crate) line_number: u32,
-    pub(crate) outputs: Outputs,
+    pub(crate) outputs: OutputChange,
     /// Changes of power on the way: how many of the pool's pixels are its own.
     pub(crate) pixels: u16,
     pub(crate) kind: MoveKind,
@@ -198,7 +198,9 @@ impl<const MOTORS: usize> PlannedMove<MOTORS> {
         self.pixels == 0
             && of.curve.is_none()
             && of.feed == Feed::PerMinute(self.feed)
-            && (self.power, self.outputs, self.kind) == (of.power, of.outputs, of.kind)
+            && self.outputs.is_none()
+            && of.outputs.is_none()
+            && (self.power, self.kind) == (of.power, of.kind)
             && self.line_number() == of.line_number
     }
 

@@ -4,7 +4,7 @@ use crate::{
     Cartesian, Config, Coordinate, Feed, Move, MoveKind, MovePower, PixelQueue, Planner, Queue,
     Segmenter, Trapezoid,
 };
-use leadscrew_stepper::{Outputs, Progress, Segment, Stepper, Tick};
+use leadscrew_stepper::{OutputChange, Progress, Segment, Stepper, Tick};
 use std::boxed::Box;
 use std::vec::Vec;
 
@@ -190,7 +190,7 @@ pub(crate) fn to(x: f64, y: f64, feed: f32) -> Move<2> {
         feed: Feed::PerMinute(feed),
         power: MovePower::Off,
         curve: None,
-        outputs: Outputs(0),
+        outputs: OutputChange::NONE,
         line_number: None,
         kind: MoveKind::Feed,
     }

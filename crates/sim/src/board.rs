@@ -24,7 +24,7 @@ use crate::trouble::{Late, LateReason, Record, Violation};
 use leadscrew_machine::board::{
     Board, ChannelId, CoolantOutput, Instant, PlannedMove, PortConfig, SpindleOutput, Switches,
 };
-use leadscrew_stepper::{MotorMask, Outputs, Power, StepPort, Ticks, MAX_SMOOTHING_LEVEL};
+use leadscrew_stepper::{MotorMask, OutputChange, Power, StepPort, Ticks, MAX_SMOOTHING_LEVEL};
 
 /// Parts of a dominant motor's step, as small as its finest smoothing makes them.
 pub(crate) const PARTS: u64 = 1 << MAX_SMOOTHING_LEVEL;
@@ -89,7 +89,8 @@ pub struct SimBoard<O, const MOTORS: usize> {
     pulse_width: u64,
     direction: MotorMask,
     power: Power,
-    outputs: Outputs,
+    /// Levels of the synchronised outputs, a bit each.
+    outputs: u8,
     spindle: SpindleOutput,
     coolant: CoolantOutput,
     motors_on: bool,
@@ -135,7 +136,7 @@ impl<O: Observer, const MOTORS: usize> SimBoard<O, MOTORS> {
             pulse_width: 0,
             direction: MotorMask::NONE,
             power: Power::OFF,
-            outputs: Outputs::default(),
+            outputs: 0,
             spindle: SpindleOutput::Off,
             coolant: CoolantOutput::default(),
             motors_on: false,
@@ -323,7 +324,8 @@ impl<O: Observer, const MOTORS: usize> StepPort for SimBoard<O, MOTORS> {
     }
 
     #[inline]
-    fn set_outputs(&mut self, outputs: Outputs) {
+    fn change_outputs(&mut self, change: OutputChange) {
+        let outputs = change.applied_to(self.outputs);
         if outputs != self.outputs {
             self.outputs = outputs;
             self.observer.outputs(self.written, outputs);

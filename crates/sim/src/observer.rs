@@ -7,7 +7,7 @@ use crate::clock::Cycle;
 use crate::trouble::{Late, Violation};
 use leadscrew_machine::board::{CoolantOutput, PlannedMove, PortConfig, SpindleOutput};
 use leadscrew_machine::machine::{Committed, LineFault};
-use leadscrew_stepper::{MotorMask, Outputs, Power};
+use leadscrew_stepper::{MotorMask, Power};
 
 /// The rising edges of one step event.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -52,7 +52,7 @@ pub trait Observer {
     fn power(&mut self, cycle: Cycle, power: Power) {}
     /// Synchronised outputs change.
     #[inline]
-    fn outputs(&mut self, cycle: Cycle, outputs: Outputs) {}
+    fn outputs(&mut self, cycle: Cycle, levels: u8) {}
     /// The step timer starts out of rest (`true`) or comes to rest.
     #[inline]
     fn running(&mut self, cycle: Cycle, running: bool) {}
@@ -106,7 +106,7 @@ macro_rules! forward {
         forward!(@method $self $observers pulse_end(cycle: Cycle));
         forward!(@method $self $observers direction(cycle: Cycle, negative: MotorMask));
         forward!(@method $self $observers power(cycle: Cycle, power: Power));
-        forward!(@method $self $observers outputs(cycle: Cycle, outputs: Outputs));
+        forward!(@method $self $observers outputs(cycle: Cycle, levels: u8));
         forward!(@method $self $observers running(cycle: Cycle, running: bool));
         forward!(@method $self $observers motors_enabled(cycle: Cycle, on: bool));
         forward!(@method $self $observers spindle(cycle: Cycle, output: SpindleOutput));

@@ -174,7 +174,8 @@ mod tests {
     use heapless::spsc::Queue;
     use leadscrew_machine::board::{Board, Instant, PortConfig};
     use leadscrew_stepper::{
-        Early, Interval, IntervalChange, Line, MotorMask, Outputs, Power, PowerChange, Smoothing,
+        Early, Interval, IntervalChange, Line, MotorMask, OutputChange, Power, PowerChange,
+        Smoothing,
     };
     use std::num::NonZeroU16;
 
@@ -203,7 +204,7 @@ mod tests {
             interval_change: IntervalChange::ZERO,
             power: Power::OFF,
             power_change: PowerChange::ZERO,
-            outputs: Outputs(0),
+            outputs: OutputChange::NONE,
             at_rest: at_rest.then_some(Power::OFF),
         }
     }

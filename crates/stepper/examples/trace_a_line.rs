@@ -5,7 +5,7 @@
 use core::num::NonZeroU16;
 use heapless::spsc::Queue;
 use leadscrew_stepper::{
-    on_timer, Early, Interval, IntervalChange, Line, MotorMask, Outputs, Power, PowerChange,
+    on_timer, Early, Interval, IntervalChange, Line, MotorMask, OutputChange, Power, PowerChange,
     Segment, Shared, Smoothing, StepInterrupt, StepPort, Ticks,
 };
 
@@ -30,7 +30,7 @@ impl StepPort for Drawing {
     }
     fn set_direction(&mut self, _negative: MotorMask) {}
     fn set_power(&mut self, _power: Power) {}
-    fn set_outputs(&mut self, _outputs: Outputs) {}
+    fn change_outputs(&mut self, _outputs: OutputChange) {}
     fn arm(&mut self, wait: Ticks) -> bool {
         let columns = wait.0.div_ceil(COUNTS_PER_MS);
         for row in &mut self.rows {
@@ -57,7 +57,7 @@ fn main() {
         interval_change: IntervalChange::from_num(-120),
         power: Power::OFF,
         power_change: PowerChange::ZERO,
-        outputs: Outputs(0),
+        outputs: OutputChange::NONE,
         at_rest: Some(Power::OFF),
     };
 

@@ -136,7 +136,7 @@ pub fn load<P: StepPort, const MOTORS: usize>(
         None => false,
     };
     interrupt.due = interrupt.stepper.load(segment);
-    port.set_outputs(segment.outputs);
+    port.change_outputs(segment.outputs);
     segments.dequeue();
     put_out(interrupt, shared, port);
     let least = if turns {
@@ -269,7 +269,7 @@ fn rest<P: StepPort, const MOTORS: usize>(power: Power, shared: &Shared<MOTORS>,
 mod tests {
     use super::*;
     use crate::Smoothing;
-    use crate::{Interval, IntervalChange, Outputs, PowerChange, PowerScale};
+    use crate::{Interval, IntervalChange, OutputChange, PowerChange, PowerScale};
     use core::num::NonZeroU16;
     use heapless::spsc::Queue;
 
@@ -302,7 +302,7 @@ mod tests {
             self.power = power;
             self.powers.push(power.level(PowerScale::new(100)));
         }
-        fn set_outputs(&mut self, _: Outputs) {}
+        fn change_outputs(&mut self, _: OutputChange) {}
         fn arm(&mut self, wait: Ticks) -> bool {
             self.armed = Some(wait);
             self.waits.push(wait.0);
@@ -326,7 +326,7 @@ mod tests {
             interval_change: IntervalChange::ZERO,
             power: Power::FULL,
             power_change: PowerChange::ZERO,
-            outputs: Outputs(0),
+            outputs: OutputChange::NONE,
             at_rest,
         }
     }

@@ -1,6 +1,6 @@
 //! The seam between step generation and hardware.
 
-use crate::{MotorMask, Outputs, Power, Ticks};
+use crate::{MotorMask, OutputChange, Power, Ticks};
 
 /// Pins and timer of the step interrupt. Implemented by the board and by the simulator.
 ///
@@ -18,8 +18,9 @@ pub trait StepPort {
     /// old direction for the whole of the last pulse.
     fn set_direction(&mut self, negative: MotorMask);
 
-    /// Sets the synchronised outputs until further notice. Called where a segment begins.
-    fn set_outputs(&mut self, outputs: Outputs);
+    /// Changes the synchronised outputs, without a word of its own for those that stay. Called where a segment begins, mostly
+    /// with nothing to change.
+    fn change_outputs(&mut self, change: OutputChange);
 
     /// Sets laser or spindle power until further notice. Called where a segment begins, where the power changes within
     /// it, at rest, and at every tick while the laser is held off.

@@ -1,6 +1,6 @@
 //! Segments: the main loop makes them, the step interrupt plays them.
 
-use crate::{Early, Line, MotorMask, Power, PowerChange, Smoothing};
+use crate::{Early, Line, MotorMask, OutputChange, Power, PowerChange, Smoothing};
 use core::num::NonZeroU16;
 use fixed::types::{I32F32, U32F32};
 
@@ -14,11 +14,6 @@ pub type Interval = U32F32;
 
 /// How much an [`Interval`] changes from one tick to the next.
 pub type IntervalChange = I32F32;
-
-/// Digital outputs that change in step with the motion, one bit each.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Outputs(pub u16);
 
 /// A run of ticks of one [`Line`], whose interval and power change linearly.
 ///
@@ -47,8 +42,8 @@ pub struct Segment<const MOTORS: usize> {
     pub power: Power,
     /// How much more power each further interval has than the one before.
     pub power_change: PowerChange,
-    /// Synchronised outputs, set at the segment's start.
-    pub outputs: Outputs,
+    /// The outputs that change at the segment's start.
+    pub outputs: OutputChange,
     /// The power at rest, where motion comes to rest with this segment's last tick; `None` where more
     /// must follow: if nothing does, that is an underrun.
     pub at_rest: Option<Power>,
@@ -90,7 +85,7 @@ mod tests {
             interval_change: IntervalChange::from_num(change),
             power: Power::OFF,
             power_change: PowerChange::ZERO,
-            outputs: Outputs(0),
+            outputs: OutputChange::NONE,
             at_rest: None,
         }
     }

@@ -1,8 +1,8 @@
 //! Bresenham's tracer over the dominant motor, timed by linear intervals.
 
 use crate::{
-    Early, Interval, IntervalChange, Line, MotorMask, Outputs, Power, PowerChange, Segment, Ticks,
-    MAX_SMOOTHING_LEVEL,
+    Early, Interval, IntervalChange, Line, MotorMask, OutputChange, Power, PowerChange, Segment,
+    Ticks, MAX_SMOOTHING_LEVEL,
 };
 
 /// One tick of the step timer: its steps and power, and the wait before it.
@@ -17,8 +17,8 @@ pub struct Tick {
     pub direction: MotorMask,
     /// The power to put out during `wait`, up to this tick.
     pub power: Power,
-    /// The synchronised outputs from the start of `wait` on.
-    pub outputs: Outputs,
+    /// The outputs that change at the start of `wait`.
+    pub outputs: OutputChange,
 }
 
 /// The answer of [`Stepper::tick`].
@@ -59,7 +59,6 @@ pub struct Stepper<const MOTORS: usize> {
     power: Power,
     power_change: PowerChange,
     direction: MotorMask,
-    outputs: Outputs,
     at_rest: Option<Power>,
     steps: [u32; MOTORS],
 }
@@ -85,7 +84,6 @@ impl<const MOTORS: usize> Stepper<MOTORS> {
             power: Power::OFF,
             power_change: PowerChange::ZERO,
             direction: MotorMask::NONE,
-            outputs: Outputs(0),
             at_rest: Some(Power::OFF),
             steps: [0; MOTORS],
         }
@@ -96,6 +94,7 @@ impl<const MOTORS: usize> Stepper<MOTORS> {
     /// For tests and traces. The step interrupt takes the same steps one by one, without a `Tick`.
     /// Bounded: the only loops are over the motors.
     pub fn tick(&mut self, next: impl FnOnce() -> Option<Segment<MOTORS>>) -> Progress {
+        let mut outputs = OutputChange::NONE;
         let step = match self.take_tick() {
             Some(step) => {
                 self.change_power();
@@ -106,6 +105,7 @@ impl<const MOTORS: usize> Stepper<MOTORS> {
                     if let Some(line) = &segment.line {
                         self.begin(line, segment.early);
                     }
+                    outputs = segment.outputs;
                     self.load(&segment)
                 }
                 None => return self.run_out().map_or(Progress::Underrun, Progress::Rest),
@@ -116,7 +116,7 @@ impl<const MOTORS: usize> Stepper<MOTORS> {
             step,
             direction: self.direction,
             power: self.power,
-            outputs: self.outputs,
+            outputs,
         })
     }
 
@@ -185,7 +185,6 @@ impl<const MOTORS: usize> Stepper<MOTORS> {
         self.interval_change = segment.interval_change;
         self.power = segment.power;
         self.power_change = segment.power_change;
-        self.outputs = segment.outputs;
         self.at_rest = segment.at_rest;
         self.trace()
     }
@@ -276,7 +275,7 @@ mod tests {
             interval_change: IntervalChange::ZERO,
             power: Power::OFF,
             power_change: PowerChange::ZERO,
-            outputs: Outputs(0),
+            outputs: OutputChange::NONE,
             at_rest,
         }
     }
@@ -351,14 +350,15 @@ mod tests {
         let line = Line::new([3, 0, 0]).unwrap();
         let mut seg = segment(Some(line), 3, Smoothing::None, Some(Power::FULL));
         seg.power_change = PowerChange::from_num(0.25);
-        seg.outputs = Outputs(5);
+        seg.outputs = OutputChange::of(2, true);
         let (ticks, end) = run(&mut Stepper::new(), &[seg]);
         let levels: Vec<u32> = ticks
             .iter()
             .map(|t| t.power.level(PowerScale::new(100)))
             .collect();
         assert_eq!(levels, [0, 25, 50]);
-        assert!(ticks.iter().all(|t| t.outputs == Outputs(5)));
+        let changes: Vec<_> = ticks.iter().map(|t| t.outputs.set).collect();
+        assert_eq!(changes, [0b100, 0, 0]);
         assert_eq!(end, Progress::Rest(Power::FULL));
     }
 

@@ -11,7 +11,7 @@ use leadscrew_machine::{
 };
 use leadscrew_planner::Cartesian;
 use leadscrew_stepper::{
-    on_timer, MotorMask, Outputs, Power, Segment, Shared, StepInterrupt, StepPort, Ticks,
+    on_timer, MotorMask, OutputChange, Power, Segment, Shared, StepInterrupt, StepPort, Ticks,
 };
 
 /// Counts answers; keeps the timer's next interrupt.
@@ -45,7 +45,7 @@ impl StepPort for Bench {
     fn step(&mut self, _: MotorMask) {}
     fn set_direction(&mut self, _: MotorMask) {}
     fn set_power(&mut self, _: Power) {}
-    fn set_outputs(&mut self, _: Outputs) {}
+    fn change_outputs(&mut self, _: OutputChange) {}
     fn arm(&mut self, wait: Ticks) -> bool {
         self.due = self.due.map(|due| due + u64::from(wait.0));
         false

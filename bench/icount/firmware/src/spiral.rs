@@ -6,7 +6,7 @@ use leadscrew_planner::{
     Cartesian, Config, Coordinate, CornerRule, Feed, Move, MoveKind, MovePower, Planner, PushError,
     Pushed, Segmenter,
 };
-use leadscrew_stepper::{Outputs, Segment};
+use leadscrew_stepper::{OutputChange, Segment};
 
 /// Rates in mm/min and accelerations in mm/s² at which a spiral is planned.
 pub const SETTINGS: [(u16, u16); 5] = [
@@ -42,7 +42,7 @@ pub fn feed(x: f32, y: f32, z: f32, speed: f32) -> Move<3> {
         feed: Feed::PerMinute(speed),
         power: MovePower::Off,
         curve: None,
-        outputs: Outputs(0),
+        outputs: OutputChange::NONE,
         line_number: None,
         kind: MoveKind::Feed,
     }

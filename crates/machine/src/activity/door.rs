@@ -17,7 +17,7 @@ use crate::machine::Machine;
 use crate::settings::table::Setting;
 use crate::state::{Door, State};
 use leadscrew_planner::{Feed, Kinematics, Move, MoveKind, MovePower};
-use leadscrew_stepper::Outputs;
+use leadscrew_stepper::OutputChange;
 
 impl<K, X, const AXES: usize, const MOTORS: usize> Machine<'_, K, AXES, MOTORS, X>
 where
@@ -191,7 +191,7 @@ where
             // A spindle turns on, whatever the move is planned with.
             power: MovePower::Off,
             curve: None,
-            outputs: Outputs(0),
+            outputs: OutputChange::NONE,
             line_number: None,
             kind: MoveKind::System,
         });

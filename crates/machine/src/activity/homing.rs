@@ -40,7 +40,7 @@ use crate::settings::table::Setting;
 use crate::state::State;
 use leadscrew_gcode::Number;
 use leadscrew_planner::{Coordinate, Feed, Kinematics, Move, MoveKind, MovePower};
-use leadscrew_stepper::{MotorMask, Outputs};
+use leadscrew_stepper::{MotorMask, OutputChange};
 
 /// How far a search goes, in travels.
 const SEARCH_TRAVELS: f32 = 1.5;
@@ -181,7 +181,7 @@ where
             feed: Feed::PerMinute(rate / 60.0 * libm::sqrtf(axes)),
             power: MovePower::Off,
             curve: None,
-            outputs: Outputs(0),
+            outputs: OutputChange::NONE,
             line_number: None,
             kind: MoveKind::System,
         }

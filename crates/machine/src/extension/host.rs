@@ -11,7 +11,7 @@ use crate::state::State;
 use core::fmt;
 use leadscrew_gcode::Number;
 use leadscrew_planner::{Coordinate, Feed, Kinematics, Move, MoveKind, MovePower};
-use leadscrew_stepper::Outputs;
+use leadscrew_stepper::OutputChange;
 
 /// The serial lines, as an extension speaks on them.
 struct Voice<'a, 'c> {
@@ -176,7 +176,7 @@ where
             feed: Feed::PerMinute(rate.to_f32() / 60.0),
             power: MovePower::Off,
             curve: None,
-            outputs: Outputs(0),
+            outputs: OutputChange::NONE,
             line_number: None,
             kind: MoveKind::System,
         };

@@ -181,7 +181,8 @@ mod tests {
     use crate::config::SegmentQueue;
     use core::num::NonZeroU16;
     use leadscrew_stepper::{
-        Early, Interval, IntervalChange, Line, MotorMask, Outputs, Power, PowerChange, Smoothing,
+        Early, Interval, IntervalChange, Line, MotorMask, OutputChange, Power, PowerChange,
+        Smoothing,
     };
 
     fn segment(ticks: u16, interval: u32, change: f64) -> Segment<1> {
@@ -196,7 +197,7 @@ mod tests {
             interval_change: IntervalChange::from_num(change),
             power: Power::OFF,
             power_change: PowerChange::ZERO,
-            outputs: Outputs(0),
+            outputs: OutputChange::NONE,
             at_rest: None,
         }
     }

@@ -14,7 +14,7 @@ use leadscrew_machine::machine::{Links, Machine};
 use leadscrew_machine::protocol::serial::{Receiver, SerialQueue};
 use leadscrew_planner::{Cartesian, Kinematics};
 use leadscrew_stepper::{
-    on_timer, MotorMask, Outputs, Power, Segment, Shared, StepInterrupt, StepPort, Ticks,
+    on_timer, MotorMask, OutputChange, Power, Segment, Shared, StepInterrupt, StepPort, Ticks,
 };
 use std::cell::Cell;
 
@@ -111,7 +111,7 @@ impl StepPort for Pins<'_> {
     fn set_power(&mut self, power: Power) {
         self.power = power;
     }
-    fn set_outputs(&mut self, _: Outputs) {}
+    fn change_outputs(&mut self, _: OutputChange) {}
     fn arm(&mut self, wait: Ticks) -> bool {
         let due = self.due.expect("the timer runs") + u64::from(wait.0);
         self.due = Some(due);

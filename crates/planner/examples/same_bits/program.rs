@@ -7,7 +7,7 @@ use leadscrew_planner::{
     Cartesian, Config, Coordinate, CornerRule, Feed, Move, MoveKind, MovePower, Overrides,
     PixelQueue, Planner, PowerLead, Pushed, Queue, Segmenter, StepsPerMm,
 };
-use leadscrew_stepper::{Outputs, Power, Segment, Ticks};
+use leadscrew_stepper::{OutputChange, Power, Segment, Ticks};
 
 /// Programs, moves in each, and segments taken of each at most.
 const PROGRAMS: u32 = 120;
@@ -135,7 +135,7 @@ fn next_move(random: &mut Random, at: &mut [i64; 3], row: bool) -> Move<3> {
             _ => MovePower::Dynamic { power },
         },
         curve: None,
-        outputs: Outputs(0),
+        outputs: OutputChange::NONE,
         line_number: None,
         kind: MoveKind::Feed,
     }

@@ -21,7 +21,7 @@
 use core::num::NonZeroU16;
 use fixed::types::U1F31;
 use heapless::Deque;
-use leadscrew_stepper::{Interval, Power, PowerChange, Segment};
+use leadscrew_stepper::{Interval, OutputChange, Power, PowerChange, Segment};
 
 /// Segments that may wait. Where a lead spans more, the last one's power is put out for the rest of it.
 const WAITING: usize = 16;
@@ -223,6 +223,7 @@ fn rest_of<const MOTORS: usize>(
     let change = segment.interval_change.to_bits() * i64::from(taken.get());
     Some(Segment {
         line: None,
+        outputs: OutputChange::NONE,
         ticks: left,
         interval: Interval::from_bits(segment.interval.to_bits().wrapping_add_signed(change)),
         power: power_after(segment, taken.get().into()),

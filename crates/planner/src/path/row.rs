@@ -17,7 +17,7 @@
 
 use crate::emit::pixel::{Packed, Pixel};
 use crate::{Feed, Move, MoveKind, MovePower};
-use leadscrew_stepper::{Line, Outputs, Power};
+use leadscrew_stepper::{Line, Power};
 
 /// The last queued move, while the next one may be merged into it.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -32,7 +32,6 @@ pub(crate) struct Row<const MOTORS: usize> {
     changed: u32,
     /// Feed, mm/s.
     feed: f32,
-    outputs: Outputs,
 }
 
 impl<const MOTORS: usize> Row<MOTORS> {
@@ -46,7 +45,6 @@ impl<const MOTORS: usize> Row<MOTORS> {
                 dominant: dominant(&delta),
                 power: of.power,
                 changed: 0,
-                outputs: of.outputs,
             }),
         }
     }
@@ -109,7 +107,7 @@ impl<const MOTORS: usize> Row<MOTORS> {
                 self.power.with(power) == of.power && row_feed(of) == Some(self.feed)
             }
         };
-        (fits && of.outputs == self.outputs).then_some(power)
+        (fits && of.outputs.is_none()).then_some(power)
     }
 }
 

@@ -7,7 +7,7 @@ use crate::{
     Cartesian, CoreXy, CornerRule, Curve, Feed, Ganged, MoveKind, MovePower, StepsPerMm,
     NANOS_PER_MM,
 };
-use leadscrew_stepper::Outputs;
+use leadscrew_stepper::OutputChange;
 use proptest::prelude::*;
 
 fn config() -> Config<2> {
@@ -241,7 +241,7 @@ proptest! {
         let config = Config { steps_per_mm: [StepsPerMm::from_nanos(scale); 2], ..config() };
         let mut planner = Planner::<_, 2, 2>::new(config, Cartesian, queue::<_, 2, 8>(), pixels::<1>()).unwrap();
         for (x, y) in moves {
-            let of = Move { target: [x, y].map(Coordinate::from_nanos), power: MovePower::Off, outputs: Outputs(0), ..to(0.0, 0.0, 1.0) };
+            let of = Move { target: [x, y].map(Coordinate::from_nanos), power: MovePower::Off, outputs: OutputChange::NONE, ..to(0.0, 0.0, 1.0) };
             planner.push(&of).unwrap();
             let steps = [x, y].map(|nanos| {
                 let product = i128::from(nanos) * i128::from(scale);

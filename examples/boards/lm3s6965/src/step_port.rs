@@ -4,7 +4,7 @@ use crate::clock::{self, Alarm};
 use crate::register::Register;
 use core::sync::atomic::{AtomicBool, AtomicU32, AtomicU8, Ordering::Relaxed};
 use leadscrew_machine::board::PortConfig;
-use leadscrew_stepper::{MotorMask, Outputs, Power, StepPort, Ticks};
+use leadscrew_stepper::{MotorMask, OutputChange, Power, StepPort, Ticks};
 
 /// Rings at the next tick.
 pub(crate) const TICK: Alarm = Alarm(0x4003_0000);
@@ -100,7 +100,7 @@ impl StepPort for Port {
         }
     }
 
-    fn set_outputs(&mut self, _: Outputs) {}
+    fn change_outputs(&mut self, _: OutputChange) {}
 
     fn set_power(&mut self, _: Power) {}
 

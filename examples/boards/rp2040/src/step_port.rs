@@ -4,7 +4,7 @@
 use crate::clock::{count, timer};
 use core::sync::atomic::{AtomicBool, AtomicU32, AtomicU8, Ordering::Relaxed};
 use leadscrew_machine::board::PortConfig;
-use leadscrew_stepper::{MotorMask, Outputs, Power, StepPort, Ticks};
+use leadscrew_stepper::{MotorMask, OutputChange, Power, StepPort, Ticks};
 use rp2040_hal::pac;
 
 /// The first of three step pins, and of three direction pins.
@@ -122,7 +122,7 @@ impl StepPort for Port {
         }
     }
 
-    fn set_outputs(&mut self, _: Outputs) {}
+    fn change_outputs(&mut self, _: OutputChange) {}
 
     fn set_power(&mut self, _: Power) {}
 

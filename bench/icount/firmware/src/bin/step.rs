@@ -14,7 +14,7 @@ use fixed::types::U1F31;
 use heapless::spsc::{Consumer, Queue};
 use icount_firmware::{count, done};
 use leadscrew_stepper::{
-    on_timer, Early, Interval, IntervalChange, Line, MotorMask, Outputs, Power, PowerChange,
+    on_timer, Early, Interval, IntervalChange, Line, MotorMask, OutputChange, Power, PowerChange,
     PowerScale, Segment, Shared, Smoothing, StepInterrupt, StepPort, Ticks,
 };
 
@@ -122,7 +122,7 @@ impl StepPort for Port<'_> {
         }
     }
 
-    fn set_outputs(&mut self, _: Outputs) {}
+    fn change_outputs(&mut self, _: OutputChange) {}
 
     #[inline]
     fn set_power(&mut self, power: Power) {
@@ -178,7 +178,7 @@ fn segment(number: u32) -> Segment<MOTORS> {
         interval_change: IntervalChange::from_num(-0.25),
         power: Power::from_share(U1F31::from_num(0.5)),
         power_change: PowerChange::from_num(0.001),
-        outputs: Outputs(0),
+        outputs: OutputChange::NONE,
         at_rest: None,
     }
 }

@@ -20,7 +20,7 @@ use leadscrew_gcode::Number;
 use leadscrew_planner::{
     self as planner, Coordinate, Kinematics, Move, MoveKind, MovePower, PushError, Pushed,
 };
-use leadscrew_stepper::Outputs;
+use leadscrew_stepper::OutputChange;
 
 /// Commands carried out in one poll: bounds its time.
 const COMMANDS_A_POLL: usize = 4;
@@ -120,7 +120,7 @@ where
             feed: feed(travel.feed, 1.0),
             power: self.move_power(&spindle),
             curve: None,
-            outputs: Outputs(0),
+            outputs: OutputChange::NONE,
             line_number: self.line_of(travel, kind),
             kind: move_kind(travel.feed, kind),
         };
@@ -166,7 +166,7 @@ where
             feed: feed(travel.feed, arc.shares(travel.feed)),
             power: self.move_power(&spindle),
             curve: Some(arc.curve),
-            outputs: Outputs(0),
+            outputs: OutputChange::NONE,
             line_number: self.line_of(travel, LineKind::Program),
             kind: MoveKind::Feed,
         };

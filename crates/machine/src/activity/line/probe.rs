@@ -19,7 +19,7 @@ use crate::machine::Machine;
 use crate::protocol::alarm::Alarm;
 use crate::state::State;
 use leadscrew_planner::{Kinematics, Move, MoveKind};
-use leadscrew_stepper::Outputs;
+use leadscrew_stepper::OutputChange;
 
 impl<K, X, const AXES: usize, const MOTORS: usize> Machine<'_, K, AXES, MOTORS, X>
 where
@@ -83,7 +83,7 @@ where
             feed: feed(travel.feed, 1.0),
             power: self.move_power(&travel.spindle),
             curve: None,
-            outputs: Outputs(0),
+            outputs: OutputChange::NONE,
             line_number: self.line_of(travel, LineKind::Program),
             kind: MoveKind::System,
         };

@@ -15,7 +15,7 @@ use crate::{Config, Profile, Trapezoid};
 use core::num::NonZeroU16;
 use fixed::types::U1F31;
 use leadscrew_stepper::{
-    Early, Interval, IntervalChange, Line, MotorMask, Outputs, Power, PowerChange, Segment,
+    Early, Interval, IntervalChange, Line, MotorMask, OutputChange, Power, PowerChange, Segment,
     Smoothing,
 };
 use parts::Parts;
@@ -104,7 +104,8 @@ pub(crate) struct Running<const MOTORS: usize> {
     /// 1 / programmed feed, s/step.
     per_feed: f32,
     power: MovePower,
-    outputs: Outputs,
+    /// Until the first segment is handed out.
+    outputs: OutputChange,
     pub(crate) line_number: Option<u32>,
     /// Changes of power that the pool holds for the move.
     pixels: u16,
@@ -127,7 +128,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
         interval_change: IntervalChange::ZERO,
         power: Power::OFF,
         power_change: PowerChange::ZERO,
-        outputs: Outputs(0),
+        outputs: OutputChange::NONE,
         at_rest: None,
     };
 
@@ -401,7 +402,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
         let mut segment = self.piece(timing, carry);
         self.power = power;
         segment.line = core::mem::take(&mut self.announce).then_some(self.line);
-        segment.outputs = self.outputs;
+        segment.outputs = core::mem::take(&mut self.outputs);
         if self.at_profile_end() && self.profile.exit_v2() <= 0.0 {
             segment.at_rest = Some(if held {
                 self.power.held()
