@@ -154,6 +154,9 @@ pub(super) struct JobArgs {
     /// Speed of the serial line in bits per second; without it the line never waits.
     #[arg(long, value_name = "N", value_parser = baud)]
     pub(super) baud: Option<NonZeroU32>,
+    /// How many outputs M62 to M65 switch, 0 to 8; the waveform and the JSON show them.
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u8).range(0..=8))]
+    pub(super) outputs: u8,
     /// Print the outcome as JSON.
     #[arg(long)]
     pub(super) json: bool,

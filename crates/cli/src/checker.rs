@@ -7,8 +7,9 @@ use super::remark::Remark;
 use super::setting_args::{instead, AXES};
 use crate::picture::{StrokeKind, Toolpath};
 use leadscrew_machine::config::MachineConfig;
+use leadscrew_machine::extension::{Call, Extension, MCode};
 use leadscrew_machine::interpreter::{
-    ArcShape, Command, Commands, Context, Fault as LineFault, Feed, Interpreter, OffsetId,
+    ArcShape, Command, Commands, Context, Fault as LineFault, Feed, Interpreter, OffsetId, Own,
     OwnCodes, Strokes, Travel, Turn, WorkSystem,
 };
 use leadscrew_machine::protocol::alarm::Alarm;
@@ -34,12 +35,28 @@ enum LineFaultKind {
     TooLong,
 }
 
+/// The M codes that a machine has beyond GRBL's.
+pub(super) trait OwnWords {
+    fn find(&self, code: u8) -> Option<MCode>;
+    fn check(&self, call: &Call) -> Result<(), Status>;
+}
+
+impl<X: Extension<AXES>> OwnWords for X {
+    fn find(&self, code: u8) -> Option<MCode> {
+        self.m_code(code)
+    }
+    fn check(&self, call: &Call) -> Result<(), Status> {
+        Extension::check(self, call)
+    }
+}
+
 /// Follows a program line by line without a machine.
 pub(super) struct Checker {
     file: String,
     config: MachineConfig<AXES>,
     settings: Settings<AXES>,
     interpreter: Interpreter<AXES>,
+    words: Box<dyn OwnWords>,
     /// Where the program goes.
     pub(super) path: Toolpath,
     /// Whether targets outside the travel are faults where soft limits are off, too.
@@ -65,6 +82,7 @@ impl Checker {
             config,
             settings,
             interpreter: Interpreter::new(),
+            words: Box::new(()),
             path: Toolpath::new([0.0; 3], false),
             travel_counts: false,
             last: Done::default(),
@@ -78,6 +96,14 @@ impl Checker {
         self.interpreter.set_position(origin);
         self.travel_counts = true;
         self.path = Toolpath::new(mm(&origin), self.path.is_drawn());
+    }
+
+    /// Takes the M codes of an extension, too.
+    pub(super) fn with_words(self, words: impl OwnWords + 'static) -> Self {
+        Self {
+            words: Box::new(words),
+            ..self
+        }
     }
 
     /// Keeps what a picture is drawn from.
@@ -118,7 +144,13 @@ impl Checker {
         let mut commands = Commands::new();
         let start = *self.interpreter.position();
         let reach = self.reach();
-        let context = context(&self.config, &self.settings, &reach);
+        let find = |code| self.words.find(code);
+        let check = |call: &Call| self.words.check(call);
+        let own = Own::new(&find, &check);
+        let context = Context {
+            own: OwnCodes::some(&own),
+            ..context(&self.config, &self.settings, &reach)
+        };
         self.interpreter
             .interpret(line, &context, &mut commands)
             .map_err(refused)?;

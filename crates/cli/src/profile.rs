@@ -16,6 +16,7 @@ use leadscrew_machine::config::MachineConfig;
 use leadscrew_machine::settings::table::{AxisSetting, Setting};
 use leadscrew_machine::settings::values::{Entry, Key, Settings};
 use leadscrew_machine::step_timing::{StepLimits, StepTiming};
+use leadscrew_outputs::OutputsConfig;
 use leadscrew_sim::clock::seconds;
 use leadscrew_sim::link::Rate;
 use leadscrew_sim::speed_profile::{shares, write_csv, Machine, Recorder, Share, Stretch};
@@ -188,6 +189,7 @@ impl Course {
             quiet: self.quiet,
             feed_percent: percent,
             keep_answers: true,
+            outputs: OutputsConfig::default(),
         };
         stream.run(text.job(), observer)
     }

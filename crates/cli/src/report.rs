@@ -38,6 +38,8 @@ pub(super) struct Report<const AXES: usize> {
     pub(super) pauses: Vec<u64>,
     /// The tools that it asked for.
     pub(super) tools: Vec<u32>,
+    /// How many synchronised outputs there are.
+    pub(super) outputs: u8,
     /// The box around all feed moves.
     pub(super) extents: Option<Extents>,
     /// How long the simulation took, s.
@@ -82,6 +84,8 @@ pub(super) struct RunJson<'a> {
     alarm_line: Option<u64>,
     pauses: &'a [u64],
     tools: &'a [u32],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    outputs: Option<JsonOutputs>,
     extents: Option<&'a Extents>,
     cut_mm: f64,
     travel_mm: f64,
@@ -118,6 +122,12 @@ struct JsonAxis {
 }
 
 #[derive(Serialize, JsonSchema)]
+struct JsonOutputs {
+    levels: Vec<bool>,
+    changes: u64,
+}
+
+#[derive(Serialize, JsonSchema)]
 struct JsonCpu {
     mean: f64,
     peak: f64,
@@ -141,6 +151,7 @@ impl<const AXES: usize> Report<AXES> {
             alarm_line: self.alarm.as_ref().map(|alarm| alarm.line),
             pauses: &self.pauses,
             tools: &self.tools,
+            outputs: self.outputs(),
             extents: self.extents.as_ref(),
             cut_mm: self.cut_mm,
             travel_mm: self.travel_mm,
@@ -164,6 +175,15 @@ impl<const AXES: usize> Report<AXES> {
             cycles: outcome.cycles,
             wall_seconds: self.wall_seconds,
         }
+    }
+
+    fn outputs(&self) -> Option<JsonOutputs> {
+        let (levels, changes) = self.outcome.outputs;
+        let levels = (0..self.outputs).map(|index| levels >> index & 1 == 1);
+        (self.outputs > 0).then(|| JsonOutputs {
+            levels: levels.collect(),
+            changes,
+        })
     }
 
     fn axes(&self) -> impl Iterator<Item = (char, JsonAxis)> + '_ {

@@ -14,6 +14,7 @@ use leadscrew_machine::config::MachineConfig;
 use leadscrew_machine::settings::table::{AxisSetting, Setting};
 use leadscrew_machine::settings::values::Settings;
 use leadscrew_machine::tool::spindle::SpindleScale;
+use leadscrew_outputs::OutputsConfig;
 use leadscrew_sim::link::Rate;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -93,7 +94,7 @@ impl Outputs {
         let vcd = args
             .vcd
             .as_deref()
-            .map(|path| WaveformFile::create(path, AXES))
+            .map(|path| WaveformFile::create(path, AXES, args.outputs))
             .transpose()?;
         let svg = args.svg.as_deref().map(Output::create).transpose()?;
         let mm_per_step = steps_per_mm(settings).map(f64::recip).to_vec();
@@ -128,6 +129,10 @@ fn simulate(
         quiet: args.quiet,
         feed_percent: 100,
         keep_answers: false,
+        outputs: OutputsConfig {
+            count: args.outputs,
+            ..OutputsConfig::default()
+        },
     };
     let observer = ((outputs.steps, outputs.vcd), outputs.sketch);
     let done = stream.run(job, observer)?;
@@ -151,6 +156,7 @@ fn simulate(
         baud: args.baud,
         pauses: done.pauses,
         tools: done.tools,
+        outputs: args.outputs,
         extents: sketch.path.cut_bounds().map(extents),
         wall_seconds: 0.0,
     };

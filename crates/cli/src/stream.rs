@@ -9,6 +9,7 @@ use super::{unusable, Unusable};
 use indicatif::{ProgressBar, ProgressStyle};
 use leadscrew_machine::board::ChannelId;
 use leadscrew_machine::config::MachineConfig;
+use leadscrew_machine::extension::Extension;
 use leadscrew_machine::machine::LineFault;
 use leadscrew_machine::protocol::alarm::Alarm;
 use leadscrew_machine::protocol::line_reader::raw_column;
@@ -16,6 +17,7 @@ use leadscrew_machine::protocol::status::Status;
 use leadscrew_machine::settings::table::Setting;
 use leadscrew_machine::settings::values::Settings;
 use leadscrew_machine::state::State;
+use leadscrew_outputs::{Outputs, OutputsConfig};
 use leadscrew_planner::Cartesian;
 use leadscrew_sim::clock::Cycle;
 use leadscrew_sim::event_loop::{Simulation, Stopped};
@@ -24,6 +26,7 @@ use leadscrew_sim::observer::Observer;
 use leadscrew_sim::outcome::Outcome;
 use leadscrew_sim::setup::{Memory, Setup};
 use leadscrew_sim::streamer::{Replies, Reply, Streamer, Streaming};
+use leadscrew_sim::OutputPins;
 use std::cell::RefCell;
 use std::collections::VecDeque;
 use std::io::{self, BufRead, IsTerminal};
@@ -54,6 +57,8 @@ pub(super) struct Stream<'a> {
     pub(super) feed_percent: u8,
     /// Whether it is to be known which line each answer was to: 8 bytes a line.
     pub(super) keep_answers: bool,
+    /// The synchronised outputs (M62 to M65).
+    pub(super) outputs: OutputsConfig,
 }
 
 /// What came of a job.
@@ -94,12 +99,16 @@ impl Stream<'_> {
         let mut memory = Memory::new(&setup);
         let faults = Faults::default();
         let watch = FaultWatch(Rc::clone(&faults));
-        let mut simulation: Simulation<'_, _, _, AXES, AXES, MOVES> =
-            Simulation::new(&mut memory, &setup, Cartesian, (observer, watch));
+        let outputs =
+            (self.outputs.count > 0).then(|| Outputs::new(self.outputs, memory.outputs()));
+        let mut simulation: Simulation<'_, _, _, AXES, AXES, MOVES, _> =
+            Simulation::extended(&mut memory, &setup, Cartesian, (observer, watch), outputs);
 
         let bar = progress_bar(self.quiet, job.size);
-        let checker =
-            (!self.keep_going).then(|| Checker::new(&job.name, self.config, self.settings.clone()));
+        let checker = (!self.keep_going).then(|| {
+            let words = Outputs::new(self.outputs, OutputPins::default());
+            Checker::new(&job.name, self.config, self.settings.clone()).with_words(words)
+        });
         let complaints = Complaints {
             answered: self.keep_answers.then(Vec::new),
             ..Complaints::new(&job.name, faults, checker, self.quiet)
@@ -158,8 +167,8 @@ impl Observer for FaultWatch {
 
 /// Lets the machine work until the program is done and motion rests. A program pause (M0) is resumed at once: nobody
 /// stands at this machine. Answers the lines that paused.
-fn operate<O: Observer, F: Replies, R: BufRead>(
-    simulation: &mut Simulation<'_, Cartesian, O, AXES, AXES, MOVES>,
+fn operate<O: Observer, F: Replies, R: BufRead, X: Extension<AXES>>(
+    simulation: &mut Simulation<'_, Cartesian, O, AXES, AXES, MOVES, X>,
     operator: &mut Operator<R, F>,
 ) -> Vec<u64> {
     let mut pauses = Vec::new();

@@ -1,7 +1,7 @@
 //! The waveform: a Value Change Dump (IEEE 1364, clause 18) that GTKWave opens.
 //!
-//! One wire each for the step and direction pin of every motor and for the motors' enable, and a
-//! 16-bit value for the spindle or laser PWM's compare level. Time is in nanoseconds since power-up.
+//! One wire each for the step and direction pin of every motor, for the motors' enable and for each synchronised output
+//! (M62 to M65), and a 16-bit value for the spindle or laser PWM's compare level. Time is in nanoseconds since power-up.
 
 use leadscrew_stepper::MotorMask;
 use std::io::{self, Write};
@@ -18,16 +18,18 @@ pub(crate) struct Waveform<W: Write> {
     direction: Vec<IdCode>,
     enable: IdCode,
     pwm: IdCode,
+    outputs: Vec<IdCode>,
     /// The nanosecond of the last change, `None` before the first.
     now: Option<u64>,
 }
 
 impl<W: Write> Waveform<W> {
-    /// Writes the header and the levels at power-up: everything low. `names` has a letter a motor.
+    /// Writes the header and the levels at power-up: everything low. `names` has a letter a motor; `outputs`: how
+    /// many synchronised outputs there are.
     ///
     /// # Errors
     /// Whatever `out` answers.
-    pub(crate) fn new(out: W, names: &[char]) -> io::Result<Self> {
+    pub(crate) fn new(out: W, names: &[char], outputs: u8) -> io::Result<Self> {
         let mut out = Writer::new(out);
         out.timescale(1, TimescaleUnit::NS)?;
         out.add_module("leadscrew")?;
@@ -35,6 +37,8 @@ impl<W: Write> Waveform<W> {
         let direction = wires(&mut out, names, "direction")?;
         let enable = out.add_wire(1, "enable")?;
         let pwm = out.add_var(VarType::Wire, 16, "spindle_pwm", None)?;
+        let outputs = (0..outputs).map(|index| out.add_wire(1, &format!("output_{index}")));
+        let outputs = outputs.collect::<io::Result<_>>()?;
         out.upscope()?;
         out.enddefinitions()?;
         let mut waveform = Self {
@@ -43,6 +47,7 @@ impl<W: Write> Waveform<W> {
             direction,
             enable,
             pwm,
+            outputs,
             now: None,
         };
         waveform.power_up()?;
@@ -51,7 +56,8 @@ impl<W: Write> Waveform<W> {
 
     fn power_up(&mut self) -> io::Result<()> {
         self.out.begin(SimulationCommand::Dumpvars)?;
-        for id in self.step.iter().chain(&self.direction) {
+        let wires = self.step.iter().chain(&self.direction);
+        for id in wires.chain(&self.outputs) {
             self.out.change_scalar(*id, Value::V0)?;
         }
         self.out.change_scalar(self.enable, Value::V0)?;
@@ -103,6 +109,18 @@ impl<W: Write> Waveform<W> {
     pub(crate) fn pwm(&mut self, cycle: u64, level: u16) -> io::Result<()> {
         self.at(cycle)?;
         self.out.change_vector(self.pwm, bits(level))
+    }
+
+    /// Writes the levels of the synchronised outputs, a bit each.
+    ///
+    /// # Errors
+    /// Whatever `out` answers.
+    pub(crate) fn outputs(&mut self, cycle: u64, levels: u8) -> io::Result<()> {
+        self.at(cycle)?;
+        for (index, id) in self.outputs.iter().enumerate() {
+            self.out.change_scalar(*id, levels >> index & 1 == 1)?;
+        }
+        Ok(())
     }
 
     /// Writes out what is still buffered.
@@ -157,17 +175,19 @@ mod tests {
     #[test]
     fn the_dump_reads_back_with_times_in_nanoseconds() {
         let mut out = Vec::new();
-        let mut wave = Waveform::new(&mut out, &['X', 'Y']).unwrap();
+        let mut wave = Waveform::new(&mut out, &['X', 'Y'], 2).unwrap();
         let x = MotorMask::only(0);
         wave.step(168, x, x).unwrap();
         wave.step(336, x, MotorMask::NONE).unwrap();
         wave.pwm(336, 5).unwrap();
+        wave.outputs(336, 0b10).unwrap();
         wave.finish().unwrap();
         let text = String::from_utf8(out).unwrap();
         for part in [
             "$timescale 1 ns $end",
             "x_step",
             "y_direction",
+            "output_1",
             "#1000\n",
             "#2000\n",
             "b0000000000000101",

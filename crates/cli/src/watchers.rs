@@ -86,13 +86,13 @@ pub(super) struct WaveformFile {
 const PWM_SCALE: PowerScale = PowerScale::new(u16::MAX);
 
 impl WaveformFile {
-    /// Creates the file for a machine with `motors` motors.
+    /// Creates the file for a machine with `motors` motors and `outputs` synchronised outputs.
     ///
     /// # Errors
     /// Where it cannot be created.
-    pub(super) fn create(path: &Path, motors: usize) -> Result<Self, OutputError> {
+    pub(super) fn create(path: &Path, motors: usize, outputs: u8) -> Result<Self, OutputError> {
         let names = &LETTERS[..motors.min(LETTERS.len())];
-        let sink = Sink::create(path, |out| Waveform::new(out, names))?;
+        let sink = Sink::create(path, |out| Waveform::new(out, names, outputs))?;
         Ok(Self {
             sink,
             port: PortConfig::default(),
@@ -137,6 +137,10 @@ impl Observer for WaveformFile {
     fn power(&mut self, cycle: Cycle, power: Power) {
         self.sink
             .write(|vcd| vcd.pwm(cycle.0, power.level(PWM_SCALE) as u16));
+    }
+
+    fn outputs(&mut self, cycle: Cycle, levels: u8) {
+        self.sink.write(|vcd| vcd.outputs(cycle.0, levels));
     }
 
     fn motors_enabled(&mut self, cycle: Cycle, on: bool) {

@@ -4,7 +4,7 @@ use crate::activity::line::{LineKind, Origin};
 use crate::board::{Board, ChannelId, Instant};
 use crate::config::MachineConfig;
 use crate::console::LINE;
-use crate::extension::Extension;
+use crate::extension::{Call, Extension};
 use crate::interpreter::{Context, Coordinate, Fault, Own, OwnCodes};
 use crate::machine::{LineFault, Machine};
 use crate::program::startup::Turn;
@@ -110,7 +110,8 @@ where
             return self.refuse(origin, Status::Locked.into());
         }
         let find = |number| self.extension.m_code(number);
-        let own = Own::new(&find);
+        let check = |call: &Call| self.extension.check(call);
+        let own = Own::new(&find, &check);
         let own = own_codes::<X, AXES>(&own);
         let context = context(&self.config, &self.settings, &self.motion.reach, own);
         let commands = self.activity.line.commands();
@@ -123,7 +124,7 @@ where
         }
     }
 
-    /// Answers a line with an error, in words, too, where the operator wants them.
+    /// Answers a line with an error. In words, too, where the operator wants them, and for a number that no sender knows.
     pub(crate) fn refuse(&mut self, origin: Origin, fault: Fault) {
         if let Origin::Channel(channel) = origin {
             self.console.last_fault = Some(LineFault {
@@ -132,8 +133,10 @@ where
                 column: fault.column,
             });
         }
-        if self.settings.is_on(Setting::FaultTexts) {
-            self.console.message(Message::Status(fault.status));
+        let unknown = X::IN_USE && matches!(fault.status, Status::Own(_));
+        if unknown || self.settings.is_on(Setting::FaultTexts) {
+            let text = self.error_text(fault.status);
+            self.console.say(format_args!("[MSG:{text}]"));
         }
         self.answer(origin, Err(fault.status));
     }

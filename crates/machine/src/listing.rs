@@ -103,10 +103,40 @@ where
                 self.console.line(id, info);
             }
             Enumeration::Groups => self.console.line(id, GroupInfo(*Group::ALL.get(row)?)),
-            Enumeration::Errors => self.console.line(id, ErrorInfo(*Status::ALL.get(row)?)),
-            Enumeration::Alarms => self.console.line(id, AlarmInfo(*Alarm::ALL.get(row)?)),
+            Enumeration::Errors => {
+                let info = self.error_info(row)?;
+                self.console.line(id, info);
+            }
+            Enumeration::Alarms => {
+                let info = self.alarm_info(row)?;
+                self.console.line(id, info);
+            }
         }
         Some(())
+    }
+
+    /// A row of `$EE`: GRBL's errors and ours, then the extension's.
+    fn error_info(&self, row: usize) -> Option<ErrorInfo> {
+        match Status::ALL.get(row) {
+            Some(status) => Some((*status).into()),
+            None if X::IN_USE => {
+                let own = row.checked_sub(Status::ALL.len())?;
+                self.extension.errors().nth(own).map(ErrorInfo::from)
+            }
+            None => None,
+        }
+    }
+
+    /// A row of `$EA`, in the same order.
+    fn alarm_info(&self, row: usize) -> Option<AlarmInfo> {
+        match Alarm::ALL.get(row) {
+            Some(alarm) => Some((*alarm).into()),
+            None if X::IN_USE => {
+                let own = row.checked_sub(Alarm::ALL.len())?;
+                self.extension.alarms().nth(own).map(AlarmInfo::from)
+            }
+            None => None,
+        }
     }
 
     /// A row of `$+`: of GRBL's settings, then of the extension's.

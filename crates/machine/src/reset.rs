@@ -122,8 +122,10 @@ where
         self.history.last_alarm = Some(alarm);
         self.console
             .broadcast(format_args!("ALARM:{}", alarm.number()));
-        if self.settings.is_on(Setting::FaultTexts) {
-            self.console.message(Message::Alarm(alarm));
+        let unknown = X::IN_USE && matches!(alarm, Alarm::Own(_));
+        if unknown || self.settings.is_on(Setting::FaultTexts) {
+            let text = self.alarm_text(alarm);
+            self.console.say(format_args!("[MSG:{text}]"));
         }
         let lock = if alarm.needs_reset() {
             self.console.message(Message::ResetToContinue);

@@ -3,7 +3,7 @@
 use crate::activity::line::{LineKind, Origin};
 use crate::board::{Board, ChannelId, Instant};
 use crate::console::{Discard, Listing};
-use crate::extension::Extension;
+use crate::extension::{Call, Extension};
 use crate::interpreter::{Command, Fault, OffsetId, Own};
 use crate::lines::{context, own_codes};
 use crate::machine::Machine;
@@ -143,7 +143,8 @@ where
     fn store_startup(&mut self, index: u8, line: &[u8]) -> Result<Reply, Fault> {
         if !line.is_empty() {
             let find = |number| self.extension.m_code(number);
-            let own = Own::new(&find);
+            let check = |call: &Call| self.extension.check(call);
+            let own = Own::new(&find, &check);
             let own = own_codes::<X, AXES>(&own);
             let context = context(&self.config, &self.settings, &self.motion.reach, own);
             self.program.interpreter.check(line, &context)?;
@@ -208,7 +209,8 @@ where
         now: Instant,
     ) -> Result<Reply, Fault> {
         let find = |number| self.extension.m_code(number);
-        let own = Own::new(&find);
+        let check = |call: &Call| self.extension.check(call);
+        let own = Own::new(&find, &check);
         let own = own_codes::<X, AXES>(&own);
         let context = context(&self.config, &self.settings, &self.motion.reach, own);
         let Some(mut jog) = self.program.interpreter.jog(line, &context)? else {

@@ -19,11 +19,13 @@ use crate::contacts::{Contacts, Inputs};
 use crate::cost::Costs;
 use crate::link::Links;
 use crate::observer::{Observer, StepEvent};
+use crate::output_pins::OutputPins;
 use crate::plant::{Plant, Rise, LEAST_SETUP};
 use crate::trouble::{Late, LateReason, Record, Violation};
 use leadscrew_machine::board::{
     Board, ChannelId, CoolantOutput, Instant, PlannedMove, PortConfig, SpindleOutput, Switches,
 };
+use leadscrew_outputs::OutputPort;
 use leadscrew_stepper::{MotorMask, OutputChange, Power, StepPort, Ticks, MAX_SMOOTHING_LEVEL};
 
 /// Parts of a dominant motor's step, as small as its finest smoothing makes them.
@@ -40,6 +42,8 @@ pub struct Counts {
     pub(crate) dominant_parts: u64,
     /// The longest that a tick's interrupt began after it was due, in cycles.
     pub longest_delay: u64,
+    /// How often synchronised outputs have changed.
+    pub(crate) output_changes: u64,
 }
 
 impl Counts {
@@ -89,8 +93,9 @@ pub struct SimBoard<O, const MOTORS: usize> {
     pulse_width: u64,
     direction: MotorMask,
     power: Power,
-    /// Levels of the synchronised outputs, a bit each.
-    outputs: u8,
+    outputs: OutputPins,
+    /// The levels of the outputs as the observer knows them.
+    pub(crate) shown_outputs: u8,
     spindle: SpindleOutput,
     coolant: CoolantOutput,
     motors_on: bool,
@@ -106,6 +111,7 @@ impl<O: Observer, const MOTORS: usize> SimBoard<O, MOTORS> {
         links: Links,
         plant: Plant<MOTORS>,
         contacts: Contacts,
+        outputs: OutputPins,
         observer: O,
     ) -> Self {
         Self {
@@ -136,10 +142,21 @@ impl<O: Observer, const MOTORS: usize> SimBoard<O, MOTORS> {
             pulse_width: 0,
             direction: MotorMask::NONE,
             power: Power::OFF,
-            outputs: 0,
+            outputs,
+            shown_outputs: 0,
             spindle: SpindleOutput::Off,
             coolant: CoolantOutput::default(),
             motors_on: false,
+        }
+    }
+
+    /// Tells the observer of outputs that have changed since it was told last.
+    pub(crate) fn show_outputs(&mut self, at: Cycle) {
+        let levels = self.outputs.levels();
+        if levels != self.shown_outputs {
+            self.shown_outputs = levels;
+            self.counts.output_changes += 1;
+            self.observer.outputs(at, levels);
         }
     }
 
@@ -325,10 +342,9 @@ impl<O: Observer, const MOTORS: usize> StepPort for SimBoard<O, MOTORS> {
 
     #[inline]
     fn change_outputs(&mut self, change: OutputChange) {
-        let outputs = change.applied_to(self.outputs);
-        if outputs != self.outputs {
-            self.outputs = outputs;
-            self.observer.outputs(self.written, outputs);
+        if !change.is_none() {
+            self.outputs.change(change);
+            self.show_outputs(self.written);
         }
     }
 

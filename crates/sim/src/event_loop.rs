@@ -29,6 +29,7 @@ use crate::stepping::{Ran, Stepping};
 use crate::trouble::{LateReason, Violation};
 use leadscrew_machine::board::{ChannelId, SpindleOutput};
 use leadscrew_machine::config::CHANNELS;
+use leadscrew_machine::extension::Extension;
 use leadscrew_machine::inputs::Inputs;
 use leadscrew_machine::machine::{Links as MachineLinks, Machine, Next};
 use leadscrew_machine::protocol::serial::Receiver;
@@ -53,8 +54,9 @@ pub enum Stopped {
 }
 
 /// A machine on its board, with a plant around it.
-pub struct Simulation<'a, K, O, const AXES: usize, const MOTORS: usize, const MOVES: usize> {
-    machine: Machine<'a, K, AXES, MOTORS>,
+pub struct Simulation<'a, K, O, const AXES: usize, const MOTORS: usize, const MOVES: usize, X = ()>
+{
+    machine: Machine<'a, K, AXES, MOTORS, X>,
     pub(crate) board: SimBoard<O, MOTORS>,
     stepping: Stepping<'a, MOTORS>,
     pub(crate) cpu: Cpu,
@@ -88,6 +90,25 @@ where
         kinematics: K,
         observer: O,
     ) -> Self {
+        Self::extended(memory, setup, kinematics, observer, ())
+    }
+}
+
+impl<'a, K, O, X, const AXES: usize, const MOTORS: usize, const MOVES: usize>
+    Simulation<'a, K, O, AXES, MOTORS, MOVES, X>
+where
+    K: Kinematics<AXES, MOTORS> + Clone,
+    O: Observer,
+    X: Extension<AXES>,
+{
+    /// As [`Simulation::new`], with an extension of the machine.
+    pub fn extended(
+        memory: &'a mut Memory<AXES, MOTORS, MOVES>,
+        setup: &Setup<AXES>,
+        kinematics: K,
+        observer: O,
+        extension: X,
+    ) -> Self {
         let (producer, consumer) = memory.segments.split();
         let (shared, inputs) = (&memory.shared, &memory.inputs);
         let (receivers, inboxes) = memory.serial.iter_mut().map(|queue| queue.split()).unzip();
@@ -100,13 +121,14 @@ where
             inboxes,
         };
         Self {
-            machine: Machine::new(setup.machine, kinematics, links)
+            machine: Machine::with_extension(setup.machine, kinematics, links, extension)
                 .unwrap_or_else(|error| panic!("the machine's build: {error}")),
             board: SimBoard::new(
                 setup.costs,
                 Links::new(&setup.lines),
                 Plant::new(),
                 setup.contacts,
+                memory.outputs.clone(),
                 observer,
             ),
             stepping: Stepping::new(consumer, shared, setup.costs),
@@ -180,12 +202,12 @@ where
     }
 
     /// The machine.
-    pub fn machine(&self) -> &Machine<'a, K, AXES, MOTORS> {
+    pub fn machine(&self) -> &Machine<'a, K, AXES, MOTORS, X> {
         &self.machine
     }
 
     /// The machine, to load and save what it remembers.
-    pub fn machine_mut(&mut self) -> &mut Machine<'a, K, AXES, MOTORS> {
+    pub fn machine_mut(&mut self) -> &mut Machine<'a, K, AXES, MOTORS, X> {
         &mut self.machine
     }
 
@@ -390,6 +412,7 @@ where
         self.check_laser();
         self.board.begin_poll(self.now);
         let next = self.machine.poll(&mut self.board, self.now.instant());
+        self.board.show_outputs(self.now);
         if let Some(fault) = self.machine.take_fault() {
             self.board.observer.refused(self.now, &fault);
         }

@@ -27,6 +27,7 @@ pub mod load;
 pub mod measured;
 pub mod observer;
 pub mod outcome;
+pub mod output_pins;
 pub mod plant;
 mod position;
 pub mod profile;
@@ -43,6 +44,7 @@ pub use event_loop::{Simulation, Stopped};
 pub use link::{Host, Rate};
 pub use observer::{Observer, StepEvent};
 pub use outcome::{Answers, Outcome};
+pub use output_pins::OutputPins;
 pub use setup::{Memory, Setup};
 pub use streamer::{Replies, Reply, Streamer, Streaming};
 

@@ -7,6 +7,7 @@ use crate::load::CpuLoad;
 use crate::observer::Observer;
 use crate::streamer::{Replies, Reply};
 use crate::trouble::{Late, Record, Violation};
+use leadscrew_machine::extension::Extension;
 use leadscrew_planner::Kinematics;
 
 /// What one motor did.
@@ -53,15 +54,18 @@ pub struct Outcome<const MOTORS: usize> {
     pub violations: Record<Violation>,
     /// How busy the CPU was, since power-up.
     pub cpu: CpuLoad,
+    /// Levels of the synchronised outputs, a bit each, and how often any of them has changed.
+    pub outputs: (u8, u64),
     /// CPU cycles since power-up.
     pub cycles: u64,
 }
 
-impl<K, O, const AXES: usize, const MOTORS: usize, const MOVES: usize>
-    Simulation<'_, K, O, AXES, MOTORS, MOVES>
+impl<K, O, X, const AXES: usize, const MOTORS: usize, const MOVES: usize>
+    Simulation<'_, K, O, AXES, MOTORS, MOVES, X>
 where
     K: Kinematics<AXES, MOTORS> + Clone,
     O: Observer,
+    X: Extension<AXES>,
 {
     /// Ends the simulation: what was found out, and the observer.
     pub fn finish(self) -> (Outcome<MOTORS>, O) {
@@ -89,6 +93,7 @@ where
             late: board.late.clone(),
             violations: board.violations.clone(),
             cpu: self.cpu.load(self.now()),
+            outputs: (board.shown_outputs, board.counts.output_changes),
             cycles: (self.now() - Cycle::ZERO),
         }
     }

@@ -3,6 +3,7 @@
 use crate::contacts::Contacts;
 use crate::cost::Costs;
 use crate::link::Rate;
+use crate::output_pins::OutputPins;
 use leadscrew_machine::config::{MachineConfig, MoveQueues, RowPixels, SegmentQueue, CHANNELS};
 use leadscrew_machine::inputs::Inputs;
 use leadscrew_machine::protocol::serial::{SerialQueue, DEFAULT_RX};
@@ -45,6 +46,7 @@ pub struct Memory<const AXES: usize, const MOTORS: usize, const MOVES: usize = 1
     pub(crate) shared: Shared<MOTORS>,
     pub(crate) inputs: Inputs<MOTORS>,
     pub(crate) serial: Vec<SerialQueue>,
+    pub(crate) outputs: OutputPins,
 }
 
 impl<const AXES: usize, const MOTORS: usize, const MOVES: usize> Memory<AXES, MOTORS, MOVES> {
@@ -60,6 +62,12 @@ impl<const AXES: usize, const MOTORS: usize, const MOVES: usize> Memory<AXES, MO
             serial: (0..lines)
                 .map(|_| SerialQueue::with_limit(setup.receive_buffer))
                 .collect(),
+            outputs: OutputPins::default(),
         }
+    }
+
+    /// The pins of the synchronised outputs, for an extension that switches them.
+    pub fn outputs(&self) -> OutputPins {
+        self.outputs.clone()
     }
 }

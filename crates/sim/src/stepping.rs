@@ -170,6 +170,7 @@ mod tests {
     use crate::contacts::Contacts;
     use crate::link::Links;
     use crate::observer::StepEvent;
+    use crate::output_pins::OutputPins;
     use crate::plant::Plant;
     use heapless::spsc::Queue;
     use leadscrew_machine::board::{Board, Instant, PortConfig};
@@ -233,6 +234,7 @@ mod tests {
             Links::new(&[]),
             Plant::new(),
             Contacts::default(),
+            OutputPins::default(),
             Edges::default(),
         );
         let mut stepping = Stepping::new(consumer, &shared, costs);

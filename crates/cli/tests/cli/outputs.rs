@@ -173,3 +173,34 @@ fn the_readme_shows_what_run_prints() {
         assert!(row, "README.md has {line:?}, but:\n{printed}");
     }
 }
+
+#[test]
+fn outputs_of_a_job_stand_in_its_waveform_and_its_json() {
+    let folder = Folder::new();
+    let job = "G1X1F600\nM62P1\nX2\nM63P1\nX3\nM64P0\n";
+    let (file, vcd) = (folder.file("job.nc", job), folder.path("job.vcd"));
+    let args = [
+        "run",
+        &file,
+        "--outputs",
+        "2",
+        "--json",
+        "--vcd",
+        vcd.to_str().unwrap(),
+    ];
+    let json: serde_json::Value = serde_json::from_str(&stdout(&leadscrew(&args))).unwrap();
+    assert_eq!(json["errors"].as_array().unwrap().len(), 0, "{json}");
+    assert_eq!(json["outputs"]["levels"], serde_json::json!([true, false]));
+    assert_eq!(json["outputs"]["changes"], 3);
+    let wave = fs::read_to_string(&vcd).unwrap();
+    let id = wave.lines().find(|line| line.ends_with(" output_1 $end"));
+    let id = id.unwrap().split(' ').nth(3).unwrap();
+    // What it was at power-up, on, off; M64 of the other one writes it again.
+    let levels = ["0", "1"].map(|level| wave.matches(&format!("\n{level}{id}\n")).count());
+    assert_eq!(levels, [3, 1], "{wave}");
+    // Without outputs the words are Grbl's error.
+    let plain: serde_json::Value =
+        serde_json::from_str(&stdout(&leadscrew(&["run", &file, "--json"]))).unwrap();
+    assert_eq!(plain["errors"][0]["code"], 20);
+    assert_eq!(plain["outputs"], serde_json::Value::Null);
+}

@@ -5,6 +5,7 @@ use crate::protocol::alarm::Alarm;
 use crate::state::State;
 use core::fmt;
 use leadscrew_planner::Coordinate;
+use leadscrew_stepper::OutputChange;
 
 /// Where an extension's lines go.
 pub trait Out {
@@ -26,6 +27,7 @@ pub struct Cx<'a, const AXES: usize> {
     pub at_rest: bool,
     out: &'a mut dyn Out,
     alarm: Option<Alarm>,
+    outputs: OutputChange,
 }
 
 impl<'a, const AXES: usize> Cx<'a, AXES> {
@@ -44,6 +46,7 @@ impl<'a, const AXES: usize> Cx<'a, AXES> {
             at_rest,
             out,
             alarm: None,
+            outputs: OutputChange::NONE,
         }
     }
 
@@ -60,6 +63,17 @@ impl<'a, const AXES: usize> Cx<'a, AXES> {
     /// Sends `[MSG:text]` to all.
     pub fn message(&mut self, text: fmt::Arguments<'_>) {
         self.out.message(text);
+    }
+
+    /// Has synchronised outputs change where the next move of the program begins, with changes asked for before. A reset, an alarm
+    /// and the end of the program forget them.
+    pub fn with_next_move(&mut self, change: OutputChange) {
+        self.outputs = self.outputs.then(change);
+    }
+
+    /// The changes that were asked for.
+    pub fn outputs(&self) -> OutputChange {
+        self.outputs
     }
 
     /// Locks the machine after this call: motion stops at once, spindle and coolant go off, the line under way is answered.

@@ -1,6 +1,6 @@
 //! The machine's side: asks the extension, and carries its answers out.
 
-use super::{Call, Cx, Event, Extension, Out, Step};
+use super::{Asked, Call, Cx, Event, Extension, Gate, Out, Step};
 use crate::activity::line::{Origin, OwnWait, Progress};
 use crate::board::{Board, ChannelId, Instant};
 use crate::console::Console;
@@ -85,6 +85,9 @@ where
         if !self.is_own_due() {
             return Progress::Wait;
         }
+        if let Some(not_yet) = self.ask_gate(&Asked::Code(call)) {
+            return not_yet;
+        }
         let asker = match self.activity.line.origin() {
             Some(Origin::Channel(id)) => Some(id),
             Some(Origin::Startup(_) | Origin::Nobody) | None => None,
@@ -110,7 +113,7 @@ where
                 }
                 rests
             }
-            Some(OwnWait::Turn(_)) | None => true,
+            Some(OwnWait::Turn(_) | OwnWait::Gate) | None => true,
         }
     }
 
@@ -142,6 +145,50 @@ where
             self.enter(State::Run);
         }
         Progress::Wait
+    }
+
+    /// Asks the extension whether a move may be planned, or an M code be begun. `None`: it may.
+    pub(crate) fn ask_gate(&mut self, asked: &Asked<'_, AXES>) -> Option<Progress> {
+        if !X::IN_USE || self.activity.line.has_passed() {
+            return None;
+        }
+        match self.extension.gate(asked) {
+            Gate::Open => {
+                self.activity.line.pass();
+                None
+            }
+            Gate::Wait => {
+                self.motion.release();
+                Some(self.wait_own(OwnWait::Gate))
+            }
+            Gate::Refuse(status) => Some(self.refuse_own(status)),
+        }
+    }
+
+    /// The words for an error: an extension's own are its.
+    pub(crate) fn error_text(&self, status: Status) -> &'static str {
+        match status {
+            Status::Own(number) if X::IN_USE => {
+                let mut errors = self.extension.errors();
+                errors
+                    .find(|code| code.number == number)
+                    .map_or("", |code| code.text)
+            }
+            _ => status.text(),
+        }
+    }
+
+    /// The words for an alarm, likewise.
+    pub(crate) fn alarm_text(&self, alarm: Alarm) -> &'static str {
+        match alarm {
+            Alarm::Own(number) if X::IN_USE => {
+                let mut alarms = self.extension.alarms();
+                alarms
+                    .find(|code| code.number == number)
+                    .map_or("", |code| code.text)
+            }
+            _ => alarm.text(),
+        }
     }
 
     fn refuse_own(&mut self, status: Status) -> Progress {
@@ -202,7 +249,9 @@ where
         let mut voice = Voice { console, to };
         let mut cx = Cx::new(now, self.state, position, at_rest, &mut voice);
         let answer = call(&mut self.extension, &mut cx);
-        if let Some(alarm) = cx.raised() {
+        let (raised, outputs) = (cx.raised(), cx.outputs());
+        self.motion.outputs = self.motion.outputs.then(outputs);
+        if let Some(alarm) = raised {
             self.stop_for(alarm, board, now);
         }
         answer

@@ -21,6 +21,7 @@
 
 mod cx;
 mod host;
+mod option;
 mod pair;
 mod settings;
 
@@ -34,6 +35,9 @@ use core::fmt;
 use leadscrew_gcode::{Letter, Number};
 use leadscrew_planner::Coordinate;
 
+pub use crate::protocol::codes::OwnCode;
+pub use leadscrew_stepper::OutputChange;
+
 /// An addition to a machine with `AXES` axes.
 ///
 /// Every method has a default, which adds nothing.
@@ -45,6 +49,22 @@ pub trait Extension<const AXES: usize> {
     fn m_code(&self, number: u8) -> Option<MCode> {
         let _ = number;
         None
+    }
+
+    /// Checks an M code of [`Extension::m_code`] with its words, before anything of its line is carried out; in check mode, too.
+    ///
+    /// # Errors
+    /// The answer to the line, of which nothing is carried out.
+    fn check(&self, call: &Call) -> Result<(), Status> {
+        let _ = call;
+        Ok(())
+    }
+
+    /// Says whether a move may be planned, or an M code of any extension be begun. Asked once more at every turn while the answer
+    /// is [`Gate::Wait`]. Not asked in check mode, nor for homing and parking.
+    fn gate(&self, asked: &Asked<'_, AXES>) -> Gate {
+        let _ = asked;
+        Gate::Open
     }
 
     /// Carries out an M code of [`Extension::m_code`], or goes on with it: called at every turn of the main loop until it is
@@ -72,6 +92,16 @@ pub trait Extension<const AXES: usize> {
     fn set(&mut self, number: u16, value: Number) -> Result<(), Status> {
         let _ = (number, value);
         Err(Status::InvalidStatement)
+    }
+
+    /// The errors that it answers lines with besides GRBL's, as [`Status::Own`].
+    fn errors(&self) -> impl Iterator<Item = &'static OwnCode> {
+        core::iter::empty()
+    }
+
+    /// The alarms that it raises besides GRBL's, as [`Alarm::Own`](crate::protocol::alarm::Alarm::Own).
+    fn alarms(&self) -> impl Iterator<Item = &'static OwnCode> {
+        core::iter::empty()
     }
 
     /// Writes its fields of a status report, each with a `|` before it, 64 characters at most.
@@ -102,6 +132,35 @@ pub trait Extension<const AXES: usize> {
 
 impl<const AXES: usize> Extension<AXES> for () {
     const IN_USE: bool = false;
+}
+
+/// What an extension may object to: [`Extension::gate`].
+#[derive(Clone, Copy, PartialEq, Debug)]
+#[non_exhaustive]
+pub enum Asked<'a, const AXES: usize> {
+    /// A straight move, a whole arc, or a stroke of a cycle.
+    Move {
+        /// Where it begins, machine position.
+        from: &'a [Coordinate; AXES],
+        /// Where it ends, machine position.
+        target: &'a [Coordinate; AXES],
+        /// Whether it is a jog.
+        jog: bool,
+    },
+    /// An M code of an extension, this one or another.
+    Code(&'a Call),
+}
+
+/// The answer of [`Extension::gate`].
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Gate {
+    /// It may.
+    Open,
+    /// Not yet: ask again at the next turn. The line has no answer meanwhile, motion planned before goes on, and the machine
+    /// shows `Run`.
+    Wait,
+    /// The line is answered with this error; nothing else of it is carried out.
+    Refuse(Status),
 }
 
 /// An M code of an extension.

@@ -1,6 +1,6 @@
 //! Two extensions as one.
 
-use super::{Call, Cx, Event, Extension, MCode, Step};
+use super::{Asked, Call, Cx, Event, Extension, Gate, MCode, OwnCode, Step};
 use crate::board::Instant;
 use crate::protocol::status::Status;
 use crate::settings::table::Row;
@@ -25,6 +25,33 @@ where
             Some(_) => one.perform(call, cx),
             None => other.perform(call, cx),
         }
+    }
+
+    fn check(&self, call: &Call) -> Result<(), Status> {
+        let (one, other) = self;
+        match one.m_code(call.code) {
+            Some(_) => one.check(call),
+            None => other.check(call),
+        }
+    }
+
+    fn gate(&self, asked: &Asked<'_, AXES>) -> Gate {
+        let (one, other) = self;
+        match (one.gate(asked), other.gate(asked)) {
+            (refused @ Gate::Refuse(_), _) | (_, refused @ Gate::Refuse(_)) => refused,
+            (Gate::Wait, _) | (_, Gate::Wait) => Gate::Wait,
+            (Gate::Open, Gate::Open) => Gate::Open,
+        }
+    }
+
+    fn errors(&self) -> impl Iterator<Item = &'static OwnCode> {
+        let (one, other) = self;
+        one.errors().chain(other.errors())
+    }
+
+    fn alarms(&self) -> impl Iterator<Item = &'static OwnCode> {
+        let (one, other) = self;
+        one.alarms().chain(other.alarms())
     }
 
     fn settings(&self) -> impl Iterator<Item = &'static Row> {

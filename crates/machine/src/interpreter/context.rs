@@ -3,6 +3,7 @@
 use super::Coordinate;
 use crate::config::{AxisKind, Options};
 use crate::extension::{Call, MCode, Words};
+use crate::protocol::status::Status;
 use core::cell::Cell;
 use core::fmt;
 
@@ -28,15 +29,19 @@ pub struct Context<'a, const AXES: usize> {
 /// The M codes of an extension, and the one that a line has.
 pub struct Own<'a> {
     find: &'a dyn Fn(u8) -> Option<MCode>,
+    check: &'a dyn Fn(&Call) -> Result<(), Status>,
     /// Noted as the words are read, for the end of the line. Kept apart from the block, since most lines have none.
     found: Cell<Option<(MCode, Call)>>,
 }
 
 impl<'a> Own<'a> {
-    /// Those for which `find` has an answer.
-    pub const fn new(find: &'a dyn Fn(u8) -> Option<MCode>) -> Self {
+    /// Those for which `find` has an answer. A line whose code `check` does not like is refused.
+    pub const fn new(
+        find: &'a dyn Fn(u8) -> Option<MCode>,
+        check: &'a dyn Fn(&Call) -> Result<(), Status>,
+    ) -> Self {
         let found = Cell::new(None);
-        Self { find, found }
+        Self { find, check, found }
     }
 }
 
@@ -66,6 +71,17 @@ impl<'a> OwnCodes<'a> {
     /// The M code that was noted last.
     pub(super) fn found(self) -> Option<(MCode, Call)> {
         self.0.and_then(|own| own.found.get())
+    }
+
+    /// Whether the M code that was noted last may be carried out.
+    ///
+    /// # Errors
+    /// The answer to the line.
+    pub(super) fn check(self) -> Result<(), Status> {
+        match self.0.and_then(|own| Some((own, own.found.get()?))) {
+            Some((own, (_, call))) => (own.check)(&call),
+            None => Ok(()),
+        }
     }
 
     /// Notes the words of the M code that was noted last.

@@ -27,7 +27,7 @@ use leadscrew_planner::{
     Ahead, Config, ConfigError, Coordinate, CornerRule, Curve, Kinematics, Move, Outline,
     Overrides, PixelQueue, Planner, PowerLead, PushError, Pushed, Segmenter, LONGEST_LEAD,
 };
-use leadscrew_stepper::{Power, Segment, Shared};
+use leadscrew_stepper::{OutputChange, Power, Segment, Shared};
 
 pub(crate) use power::PowerRule;
 use reserve::Reserve;
@@ -79,6 +79,8 @@ pub(crate) struct Motion<'a, K, const AXES: usize, const MOTORS: usize> {
     /// That of the segment committed last.
     power_out: Power,
     pub(crate) drivers: Drivers,
+    /// Outputs that change where the next move of the program begins.
+    pub(crate) outputs: OutputChange,
     /// Where the planned path ends, exactly.
     pub(crate) path_end: [Coordinate; AXES],
     /// `$130` and up.
@@ -136,6 +138,7 @@ where
             power: PowerRule::Laser { percent: 100 },
             power_out: Power::OFF,
             drivers: Drivers::default(),
+            outputs: OutputChange::NONE,
             path_end: [Coordinate::ZERO; AXES],
             travel: [Coordinate::ZERO; AXES],
             reach: [Coordinate::ZERO; AXES],
@@ -276,6 +279,7 @@ where
     pub(crate) fn stop(&mut self) {
         self.shared.set_stop(true);
         self.stopping = true;
+        self.outputs = OutputChange::NONE;
         self.forget();
     }
 

@@ -1,6 +1,17 @@
 //! The shape of a table of numbered codes: one row gives the variant, its number and its texts.
 
-/// Makes an enum of one table: name and number, short text, long explanation.
+/// A number of an extension's own, with its words. Numbers 220 to 254 are free for extensions.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct OwnCode {
+    /// The number that is sent.
+    pub number: u8,
+    /// The event in a few words without a full stop, 60 characters at most; neither `ok`, `error` nor `alarm` in it.
+    pub text: &'static str,
+    /// Why it happens and what to do about it, in whole sentences.
+    pub explanation: &'static str,
+}
+
+/// Makes an enum of one table: name and number, short text, long explanation. One more variant has the numbers of extensions.
 ///
 /// Texts go over the wire in `[MSG:…]` lines and into the documents. Some senders look for the two answers *anywhere* in
 /// a line, so that neither word may occur in a text, in any case; `texts_are_safe_to_send` in each table's tests sees
@@ -10,36 +21,42 @@ macro_rules! codes {
         $(#[$meta])*
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
         #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-        #[repr(u8)]
         pub enum $name {
-            $(#[doc = concat!($text, ". ", $explanation)] $variant = $number,)*
+            $(#[doc = concat!($text, ". ", $explanation)] $variant,)*
+            /// A number of an extension, which has the words for it.
+            Own(u8),
         }
 
         impl $name {
-            /// All codes, by rising number.
+            /// All codes but those of extensions, by rising number.
             pub const ALL: &'static [Self] = &[$(Self::$variant),*];
 
             /// Answers the number that is sent.
             pub const fn number(self) -> u8 {
-                self as u8
+                match self {
+                    $(Self::$variant => $number,)*
+                    Self::Own(number) => number,
+                }
             }
 
-            /// Finds the code of a number.
+            /// Finds the code of a number, if it is none of an extension's.
             pub fn from_number(number: u8) -> Option<Self> {
                 Self::ALL.iter().copied().find(|code| code.number() == number)
             }
 
-            /// Answers what happened, in a few words without a full stop.
+            /// Answers what happened, in a few words without a full stop; nothing for an extension's.
             pub const fn text(self) -> &'static str {
                 match self {
                     $(Self::$variant => $text,)*
+                    Self::Own(_) => "",
                 }
             }
 
-            /// Answers why it happens and what to do about it, in whole sentences.
+            /// Answers why it happens and what to do about it, in whole sentences; nothing for an extension's.
             pub const fn explanation(self) -> &'static str {
                 match self {
                     $(Self::$variant => $explanation,)*
+                    Self::Own(_) => "",
                 }
             }
         }

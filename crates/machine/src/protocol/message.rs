@@ -2,9 +2,7 @@
 //!
 //! The texts up to `Sleeping` are Grbl's, to the letter: senders look for some of them.
 
-use super::alarm::Alarm;
 use super::decimal::Decimal;
-use super::status::Status;
 use crate::step_rate::Capped;
 use core::fmt;
 
@@ -42,10 +40,6 @@ pub enum Message {
     SettingsLost,
     /// A setting asks for more steps than the board can make: what would work.
     StepRate(Capped),
-    /// A refused line in words.
-    Status(Status),
-    /// An alarm in words.
-    Alarm(Alarm),
 }
 
 impl Message {
@@ -67,8 +61,6 @@ impl Message {
             Self::Sleeping => "Sleeping",
             Self::SettingsLost => "Stored values lost, defaults in force: check them, then $X",
             Self::StepRate(_) => "Step rate",
-            Self::Status(status) => status.text(),
-            Self::Alarm(alarm) => alarm.text(),
         }
     }
 }
@@ -116,8 +108,6 @@ mod tests {
 
     #[test]
     fn our_own_messages_hold_no_answer() {
-        let texts = Status::ALL.iter().map(|status| Message::Status(*status));
-        let alarms = Alarm::ALL.iter().map(|alarm| Message::Alarm(*alarm));
         let capped = Message::StepRate(Capped {
             number: 110,
             most: Number::from_int(21_818),
@@ -126,7 +116,7 @@ mod tests {
             capped.to_string(),
             "[MSG:Step rate: $110 can be 21818.000 at most]"
         );
-        for message in texts.chain(alarms).chain([capped, Message::SettingsLost]) {
+        for message in [capped, Message::SettingsLost] {
             let line = message.to_string().to_ascii_lowercase();
             assert!(!line.contains("ok") && !line.contains("error"), "{line}");
             assert!(line.len() <= 68, "{line}");

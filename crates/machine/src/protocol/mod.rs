@@ -2,7 +2,7 @@
 
 pub mod alarm;
 pub mod cadence;
-mod codes;
+pub(crate) mod codes;
 pub mod decimal;
 mod late;
 pub mod line_reader;

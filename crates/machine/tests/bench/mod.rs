@@ -17,6 +17,7 @@ use leadscrew_stepper::{
     on_timer, MotorMask, OutputChange, Power, Segment, Shared, StepInterrupt, StepPort, Ticks,
 };
 use std::cell::Cell;
+use std::rc::Rc;
 
 const COUNTS_PER_US: u64 = 84;
 const POLL_EVERY: u64 = 100 * COUNTS_PER_US;
@@ -40,6 +41,9 @@ pub struct Pins<'a> {
     pub edge: Cell<Option<(u32, Switches)>>,
     inputs: &'a Inputs<3>,
     shared: &'a Shared<3>,
+    outputs: Rc<Cell<u8>>,
+    /// Each change of the outputs in motion: where, and their levels.
+    pub output_changes: Vec<([i32; 3], u8)>,
     now: u64,
     due: Option<u64>,
 }
@@ -111,7 +115,13 @@ impl StepPort for Pins<'_> {
     fn set_power(&mut self, power: Power) {
         self.power = power;
     }
-    fn change_outputs(&mut self, _: OutputChange) {}
+    fn change_outputs(&mut self, change: OutputChange) {
+        let levels = change.applied_to(self.outputs.get());
+        if levels != self.outputs.get() {
+            self.output_changes.push((self.position, levels));
+        }
+        self.outputs.set(levels);
+    }
     fn arm(&mut self, wait: Ticks) -> bool {
         let due = self.due.expect("the timer runs") + u64::from(wait.0);
         self.due = Some(due);
@@ -130,6 +140,8 @@ pub struct Memory {
     shared: Shared<3>,
     inputs: Inputs<3>,
     serial: SerialQueue<1025>,
+    /// Levels of the synchronised outputs, for an extension to change, too.
+    pub outputs: Rc<Cell<u8>>,
 }
 
 impl Memory {
@@ -141,6 +153,7 @@ impl Memory {
             shared: Shared::new(),
             inputs: Inputs::new(),
             serial: SerialQueue::new(),
+            outputs: Rc::default(),
         }
     }
 }
@@ -228,6 +241,8 @@ impl<'a, K: Kinematics<3, 3> + Clone, X: Extension<3>> Session<'a, K, X> {
             edge: Cell::new(None),
             inputs: &memory.inputs,
             shared: &memory.shared,
+            outputs: memory.outputs.clone(),
+            output_changes: Vec::new(),
             now: 0,
             due: None,
         };

@@ -66,6 +66,8 @@ pub(crate) enum Wait<const AXES: usize> {
 pub(crate) enum OwnWait {
     /// The next turn of the main loop, at this instant at the latest.
     Turn(Option<Instant>),
+    /// That the extension lets the command begin.
+    Gate,
     /// The end of all motion.
     Rest,
     /// The end of a stop that it asked for.
@@ -182,9 +184,10 @@ impl<const AXES: usize> Executor<AXES> {
                 Wait::Nothing | Wait::Own(OwnWait::Rest | OwnWait::Stop) => resting,
                 Wait::Arc(_) => room,
                 Wait::Stored { .. } => true,
-                Wait::Dwell(_) | Wait::Probe(_) | Wait::Pause | Wait::Own(OwnWait::Turn(_)) => {
-                    false
-                }
+                Wait::Dwell(_)
+                | Wait::Probe(_)
+                | Wait::Pause
+                | Wait::Own(OwnWait::Turn(_) | OwnWait::Gate) => false,
             }
     }
 
@@ -217,6 +220,16 @@ impl<const AXES: usize> Executor<AXES> {
     /// Has the line under way wait for this.
     pub(crate) fn wait_own(&mut self, wait: OwnWait) {
         self.wait = Wait::Own(wait);
+    }
+
+    /// Whether the command under way has begun: no gate is asked again.
+    pub(crate) fn has_passed(&self) -> bool {
+        !matches!(self.wait, Wait::Nothing | Wait::Own(OwnWait::Gate))
+    }
+
+    /// The gate is open for the command under way.
+    pub(crate) fn pass(&mut self) {
+        self.wait = Wait::Nothing;
     }
 
     /// Where the line under way came from.

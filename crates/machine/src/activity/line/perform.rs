@@ -4,7 +4,7 @@ use super::arc::{ArcFeed, CHORDS_A_POLL};
 use super::{LineKind, Progress, Wait};
 use crate::board::{Board, CoolantOutput, Duration, Instant, PlannedMove, SpindleOutput};
 use crate::console::Discard;
-use crate::extension::{Event, Extension};
+use crate::extension::{Asked, Event, Extension};
 use crate::interpreter::{ArcShape, Command, Coolant, Feed, OffsetId, Rotation, Spindle, Travel};
 use crate::machine::Machine;
 use crate::protocol::alarm::Alarm;
@@ -114,18 +114,42 @@ where
         if self.state == State::Check {
             return Progress::Done;
         }
+        if let Some(not_yet) = self.ask_move(travel, kind) {
+            return not_yet;
+        }
         let spindle = self.light_of(travel, kind);
         let next = Move {
             target: travel.target,
             feed: feed(travel.feed, 1.0),
             power: self.move_power(&spindle),
             curve: None,
-            outputs: OutputChange::NONE,
+            outputs: self.outputs_of(kind),
             line_number: self.line_of(travel, kind),
             kind: move_kind(travel.feed, kind),
         };
         let more = self.activity.line.has_more();
         self.push(&next, &spindle, more, board, now)
+    }
+
+    /// Asks the extension whether a move may be planned; `None`: it may.
+    pub(super) fn ask_move(&mut self, travel: &Travel<AXES>, kind: LineKind) -> Option<Progress> {
+        if !X::IN_USE || self.state == State::Check {
+            return None;
+        }
+        let from = self.motion.path_end;
+        self.ask_gate(&Asked::Move {
+            from: &from,
+            target: &travel.target,
+            jog: kind == LineKind::Jog,
+        })
+    }
+
+    /// The outputs that change with the next move.
+    pub(super) fn outputs_of(&self, kind: LineKind) -> OutputChange {
+        match kind {
+            LineKind::Program if X::IN_USE => self.motion.outputs,
+            LineKind::Program | LineKind::Jog => OutputChange::NONE,
+        }
     }
 
     fn perform_arc<B: Board>(
@@ -135,6 +159,9 @@ where
         board: &mut B,
         now: Instant,
     ) -> Progress {
+        if let Some(not_yet) = self.ask_move(travel, LineKind::Program) {
+            return not_yet;
+        }
         if matches!(self.activity.line.wait, Wait::Nothing) {
             let arc = self.arc(travel, shape);
             self.activity.line.wait = Wait::Arc(arc);
@@ -166,7 +193,7 @@ where
             feed: feed(travel.feed, arc.shares(travel.feed)),
             power: self.move_power(&spindle),
             curve: Some(arc.curve),
-            outputs: OutputChange::NONE,
+            outputs: self.outputs_of(LineKind::Program),
             line_number: self.line_of(travel, LineKind::Program),
             kind: MoveKind::Feed,
         };
@@ -214,6 +241,9 @@ where
         match self.motion.push(next, more, now) {
             Ok(pushed @ (Pushed::Queued | Pushed::Merged)) => {
                 self.work.count_move(pushed);
+                if !next.outputs.is_none() {
+                    self.motion.outputs = OutputChange::NONE;
+                }
                 self.motion.path_end = next.target;
                 self.show_planned(next, board);
                 // A jog burns in every motion mode, at rest the mode decides.
@@ -401,6 +431,7 @@ where
             self.set_coolant(CoolantOutput::default(), board);
             self.console.cadence.work_offset_changed();
         }
+        self.motion.outputs = OutputChange::NONE;
         self.tell_extension(Event::ProgramEnd);
         self.reset_overrides();
         self.program.lines = 0;

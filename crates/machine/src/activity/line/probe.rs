@@ -19,7 +19,6 @@ use crate::machine::Machine;
 use crate::protocol::alarm::Alarm;
 use crate::state::State;
 use leadscrew_planner::{Kinematics, Move, MoveKind};
-use leadscrew_stepper::OutputChange;
 
 impl<K, X, const AXES: usize, const MOTORS: usize> Machine<'_, K, AXES, MOTORS, X>
 where
@@ -64,6 +63,9 @@ where
         if self.state == State::Check {
             return Progress::Done;
         }
+        if let Some(not_yet) = self.ask_move(travel, LineKind::Program) {
+            return not_yet;
+        }
         if !self.is_motion_over() {
             return Progress::Wait;
         }
@@ -83,7 +85,7 @@ where
             feed: feed(travel.feed, 1.0),
             power: self.move_power(&travel.spindle),
             curve: None,
-            outputs: OutputChange::NONE,
+            outputs: self.outputs_of(LineKind::Program),
             line_number: self.line_of(travel, LineKind::Program),
             kind: MoveKind::System,
         };

@@ -180,7 +180,12 @@ impl<'a, const AXES: usize> Check<'a, AXES> {
             plan.target = drilled.end;
             self.unused = drilled.unused;
         }
-        self.check_leftovers()
+        self.check_leftovers()?;
+        if self.block.groups.contains(Group::Own) {
+            let checked = self.context.own.check();
+            checked.map_err(|status| Refusal::words(status, M))?;
+        }
+        Ok(())
     }
 
     fn line_number(&self) -> Result<Option<u32>, Refusal> {

@@ -3,6 +3,7 @@
 
 use super::AXIS_LETTERS;
 use crate::protocol::alarm::Alarm;
+use crate::protocol::codes::OwnCode;
 use crate::protocol::status::Status;
 use crate::settings::group::Group;
 use crate::settings::table::{Kind, Row};
@@ -35,11 +36,57 @@ pub struct Description {
 
 /// `[ERRORCODE:`: number, an empty field, words.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct ErrorInfo(pub Status);
+pub struct ErrorInfo {
+    /// Its number.
+    pub number: u8,
+    /// Its words.
+    pub text: &'static str,
+}
 
 /// `[ALARMCODE:`: number, an empty field, words.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct AlarmInfo(pub Alarm);
+pub struct AlarmInfo {
+    /// Its number.
+    pub number: u8,
+    /// Its words.
+    pub text: &'static str,
+}
+
+impl From<Status> for ErrorInfo {
+    fn from(of: Status) -> Self {
+        Self {
+            number: of.number(),
+            text: of.text(),
+        }
+    }
+}
+
+impl From<Alarm> for AlarmInfo {
+    fn from(of: Alarm) -> Self {
+        Self {
+            number: of.number(),
+            text: of.text(),
+        }
+    }
+}
+
+impl From<&OwnCode> for ErrorInfo {
+    fn from(of: &OwnCode) -> Self {
+        Self {
+            number: of.number,
+            text: of.text,
+        }
+    }
+}
+
+impl From<&OwnCode> for AlarmInfo {
+    fn from(of: &OwnCode) -> Self {
+        Self {
+            number: of.number,
+            text: of.text,
+        }
+    }
+}
 
 impl fmt::Display for SettingInfo {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -107,13 +154,13 @@ impl fmt::Display for Description {
 
 impl fmt::Display for ErrorInfo {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "[ERRORCODE:{}||{}]", self.0.number(), self.0)
+        write!(f, "[ERRORCODE:{}||{}]", self.number, self.text)
     }
 }
 
 impl fmt::Display for AlarmInfo {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "[ALARMCODE:{}||{}]", self.0.number(), self.0)
+        write!(f, "[ALARMCODE:{}||{}]", self.number, self.text)
     }
 }
 
@@ -154,8 +201,16 @@ mod tests {
             lines.push((Description::from(key).to_string(), 2));
         }
         lines.extend(Group::ALL.map(|group| (GroupInfo(group).to_string(), 3)));
-        lines.extend(Status::ALL.iter().map(|of| (ErrorInfo(*of).to_string(), 3)));
-        lines.extend(Alarm::ALL.iter().map(|of| (AlarmInfo(*of).to_string(), 3)));
+        lines.extend(
+            Status::ALL
+                .iter()
+                .map(|of| (ErrorInfo::from(*of).to_string(), 3)),
+        );
+        lines.extend(
+            Alarm::ALL
+                .iter()
+                .map(|of| (AlarmInfo::from(*of).to_string(), 3)),
+        );
         for (line, fields) in lines {
             assert_eq!(line.split('|').count(), fields, "{line}");
             assert!(

@@ -1,0 +1,153 @@
+#![no_std]
+#![forbid(unsafe_code)]
+#![doc = include_str!("../README.md")]
+
+use core::fmt;
+use leadscrew_gcode::{Letter, Number};
+use leadscrew_machine::extension::{Call, Cx, Event, Extension, MCode, OutputChange, Step};
+use leadscrew_machine::protocol::status::Status;
+use leadscrew_machine::state::{Door, Hold, State};
+
+/// The pins of the outputs, as the main loop changes them.
+///
+/// The step interrupt changes the same pins (`StepPort::change_outputs`), and may do so in the middle of these methods: one write
+/// that names the pins which change, as a set and reset register takes it, leaves the others as that left them.
+pub trait OutputPort {
+    /// Changes the outputs at once; those in neither mask stay.
+    fn change(&mut self, change: OutputChange);
+
+    /// The levels now, a bit an output.
+    fn levels(&self) -> u8;
+}
+
+/// How many outputs there are, and when they are on.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct OutputsConfig {
+    /// How many, 0 to 8: `P0` to `P(count - 1)`. With 0 M62 to M65 are refused, as without this extension.
+    pub count: u8,
+    /// Those that are on after power-up, a reset, an alarm and the end of the program, a bit an output.
+    pub boot: u8,
+    /// Those that stay as they are in a hold, a bit an output; all others go off.
+    pub stay: u8,
+}
+
+impl OutputsConfig {
+    /// All outputs, a bit each.
+    const fn all(self) -> u8 {
+        match 0xFFu8.checked_shl(self.count as u32) {
+            Some(others) => !others,
+            None => 0xFF,
+        }
+    }
+}
+
+/// M62 to M65.
+#[derive(Debug)]
+pub struct Outputs<P> {
+    config: OutputsConfig,
+    port: P,
+    /// The outputs that a hold has switched off.
+    held: Option<u8>,
+}
+
+impl<P: OutputPort> Outputs<P> {
+    /// Makes the extension; all outputs take their boot level at once.
+    pub fn new(config: OutputsConfig, port: P) -> Self {
+        let mut outputs = Self {
+            config,
+            port,
+            held: None,
+        };
+        outputs.take_boot_level();
+        outputs
+    }
+
+    /// The levels now, a bit an output.
+    pub fn levels(&self) -> u8 {
+        self.port.levels() & self.config.all()
+    }
+
+    fn take_boot_level(&mut self) {
+        self.held = None;
+        let (all, boot) = (self.config.all(), self.config.boot);
+        self.port.change(OutputChange {
+            set: all & boot,
+            clear: all & !boot,
+        });
+    }
+
+    /// Switches off for a hold, once. Motion rests, so that the step interrupt changes nothing meanwhile.
+    fn hold(&mut self) {
+        if self.held.is_none() {
+            let off = self.levels() & !self.config.stay;
+            self.port.change(OutputChange { set: 0, clear: off });
+            self.held = Some(off);
+        }
+    }
+
+    /// Switches on again what a hold switched off.
+    fn resume(&mut self) {
+        if let Some(set) = self.held.take() {
+            self.port.change(OutputChange { set, clear: 0 });
+        }
+    }
+
+    fn enters(&mut self, state: State) {
+        match state {
+            State::Alarm(_) => self.take_boot_level(),
+            State::Hold(Hold::Complete { .. })
+            | State::Door(Door::Retracting | Door::Parked)
+            | State::Sleep => self.hold(),
+            State::Idle | State::Run | State::Jog(_) => self.resume(),
+            State::Hold(Hold::Stopping { .. })
+            | State::Door(Door::Stopping | Door::Restoring)
+            | State::Home
+            | State::Check => {}
+        }
+    }
+}
+
+impl<P: OutputPort, const AXES: usize> Extension<AXES> for Outputs<P> {
+    fn m_code(&self, number: u8) -> Option<MCode> {
+        (self.config.count > 0 && matches!(number, 62..=65)).then_some(MCode::with(&[Letter::P]))
+    }
+
+    fn check(&self, call: &Call) -> Result<(), Status> {
+        let index = call.words.get(Letter::P).ok_or(Status::MissingWord)?;
+        if index.nanos() % 1_000_000_000 != 0 {
+            return Err(Status::NotWhole);
+        }
+        match index < Number::from_int(self.config.count.into()) {
+            true => Ok(()),
+            false => Err(Status::OutOfRange),
+        }
+    }
+
+    fn perform(&mut self, call: &Call, cx: &mut Cx<'_, AXES>) -> Step<AXES> {
+        let index = call.words.get(Letter::P).unwrap_or_default().trunc();
+        let on = matches!(call.code, 62 | 64);
+        let change = OutputChange::of(u8::try_from(index).unwrap_or(u8::MAX), on);
+        match call.code {
+            62 | 63 => cx.with_next_move(change),
+            _ => self.port.change(change),
+        }
+        Step::Done
+    }
+
+    fn report(&self, fields: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.config.count == 0 {
+            return Ok(());
+        }
+        fields.write_str("|Out:")?;
+        let levels = self.levels();
+        (0..self.config.count).try_for_each(|index| write!(fields, "{}", levels >> index & 1))
+    }
+
+    fn event(&mut self, event: Event) {
+        match event {
+            Event::Enters(state) => self.enters(state),
+            Event::Reset | Event::ProgramEnd => self.take_boot_level(),
+            _ => {}
+        }
+    }
+}
