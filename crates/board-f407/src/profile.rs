@@ -25,8 +25,8 @@ pub(crate) const fn config() -> MachineConfig<AXES> {
     config
 }
 
-/// Moves planned ahead. A fourth motor makes each of them longer: then 960 of them leave 24 KiB of memory free.
-pub(crate) const MOVES: usize = if MOTORS > 3 { 960 } else { 1024 };
+/// Moves planned ahead.
+pub(crate) const MOVES: usize = 1024;
 
 /// A board: its pins and its crystal.
 pub(crate) struct Profile {

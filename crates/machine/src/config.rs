@@ -9,7 +9,7 @@ use crate::settings::values::Entry;
 use crate::step_timing::StepTiming;
 use heapless::spsc;
 use leadscrew_gcode::Number;
-use leadscrew_planner::{PixelQueue, Queue};
+use leadscrew_planner::{PixelQueue, Queue, SmallQueue};
 use leadscrew_stepper::Segment;
 
 /// Segments between the main loop and the step interrupt.
@@ -34,7 +34,7 @@ pub(crate) const ASIDE_MOVES: usize = 4;
 #[derive(Debug)]
 pub struct MoveQueues<const AXES: usize, const MOTORS: usize, const MOVES: usize> {
     pub(crate) program: Queue<AXES, MOTORS, MOVES>,
-    pub(crate) aside: Queue<AXES, MOTORS, ASIDE_MOVES>,
+    pub(crate) aside: SmallQueue<AXES, MOTORS, ASIDE_MOVES>,
     pub(crate) aside_pixels: PixelQueue<1>,
 }
 
@@ -43,7 +43,7 @@ impl<const AXES: usize, const MOTORS: usize, const MOVES: usize> MoveQueues<AXES
     pub const fn new() -> Self {
         Self {
             program: Queue::new(),
-            aside: Queue::new(),
+            aside: SmallQueue::new(),
             aside_pixels: PixelQueue::new(),
         }
     }

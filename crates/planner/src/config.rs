@@ -111,12 +111,14 @@ pub(crate) const MARGIN: f32 = 1.0 - 1.0 / (1 << 19) as f32;
 pub(crate) struct Limits<const AXES: usize> {
     /// 1/rate, s/mm.
     pub(crate) per_rate: [f32; AXES],
+    /// mm/s².
+    pub(crate) acceleration: [f32; AXES],
     /// 1/acceleration, s²/mm.
     pub(crate) per_acceleration: [f32; AXES],
     /// The largest of them: 1/acceleration of the weakest axis, s²/mm.
     pub(crate) per_weakest: f32,
     /// How far a point may be beside the place that was meant, by the rounding of steps and of decimals, mm.
-    pub(crate) rounding: [(f32, f32); AXES],
+    pub(crate) rounding: [f32; AXES],
     /// Highest step rate of a motor, steps/s.
     pub(crate) step_rate: f32,
     /// Junction deviation, mm.
@@ -128,34 +130,24 @@ pub(crate) struct Limits<const AXES: usize> {
 
 impl<const AXES: usize> Limits<AXES> {
     pub(crate) fn new(config: &Config<AXES>) -> Self {
-        let per_acceleration = config.acceleration.map(|a| 1.0 / (a * MARGIN));
+        let acceleration = config.acceleration.map(|a| a * MARGIN);
+        let per_acceleration = acceleration.map(|a| 1.0 / a);
         Self {
+            acceleration,
             per_weakest: per_acceleration
                 .iter()
                 .fold(0.0, |weakest, k| most(weakest, *k)),
             per_acceleration,
             short2: short2(config),
-            rounding: from_fn(|axis| rounding(config, axis)),
+            rounding: config
+                .steps_per_mm
+                .map(|scale| 0.5 / scale.to_f32() + DECIMALS),
             per_rate: config.max_rate.map(|rate| 1.0 / (rate * MARGIN)),
             step_rate: config.timer_hz as f32 / config.shortest_tick.0.max(1) as f32,
             deviation: config.junction_deviation,
             unit: SpeedUnit::for_top_speed(sqrt(norm2(&config.max_rate))),
         }
     }
-}
-
-/// 1/acceleration of an axis, and how far its points are beside the place that was meant: half a step, and half of the last decimal.
-fn rounding<const AXES: usize>(config: &Config<AXES>, axis: usize) -> (f32, f32) {
-    let of = config
-        .acceleration
-        .get(axis)
-        .zip(config.steps_per_mm.get(axis));
-    of.map_or((1.0, 0.0), |(acceleration, steps_per_mm)| {
-        (
-            1.0 / (acceleration * MARGIN),
-            0.5 / steps_per_mm.to_f32() + DECIMALS,
-        )
-    })
 }
 
 /// The square of as many of the coarsest steps as short pieces are joined to, mm².

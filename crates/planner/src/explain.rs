@@ -66,7 +66,7 @@ where
     }
 
     /// Whether the curvature bounds the speed at the start of a move, and not the corner.
-    fn is_curve(&self, planned: &PlannedMove<MOTORS>) -> bool {
+    fn is_curve(&self, planned: &PlannedMove<AXES, MOTORS>) -> bool {
         self.unit().units(cap(&planned.bend)) <= planned.corner
     }
 }

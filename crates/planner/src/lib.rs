@@ -40,7 +40,7 @@ mod space;
 mod speed;
 mod valid;
 
-pub use ahead::queue::{PixelQueue, Queue};
+pub use ahead::queue::{PixelQueue, Queue, Room, SmallQueue};
 pub use ahead::time_left::TimeLeft;
 pub use config::{Config, CornerRule, Overrides, DEFAULT_TIMER_HZ};
 pub use emit::lead::{PowerLead, LONGEST_LEAD};

@@ -119,7 +119,7 @@ pub enum MoveKind {
 
 /// A move in the queue. Sized for 1024 of them on the F407: 76 bytes with three motors.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub(crate) struct PlannedMove<const MOTORS: usize> {
+pub(crate) struct PlannedMove<const AXES: usize, const MOTORS: usize> {
     /// Signed steps of each motor.
     pub(crate) delta: [i32; MOTORS],
     pub(crate) power: MovePower,
@@ -131,8 +131,8 @@ pub(crate) struct PlannedMove<const MOTORS: usize> {
     pub(crate) rate: f32,
     /// Speed along the path as programmed, mm/s.
     pub(crate) feed: f32,
-    /// Curvature at its start by the accelerations of the axes, s²/mm² (see `polygon`); 0 beyond the axes.
-    pub(crate) bend: [f32; MOTORS],
+    /// Curvature at its start by the accelerations of the axes, s²/mm² (see `polygon`).
+    pub(crate) bend: [f32; AXES],
     /// How far that reaches to both sides, mm; 0: there is none.
     pub(crate) reach: f32,
     /// Limit at the move's start by corner and curvature, squared, in speed units.
@@ -155,7 +155,7 @@ pub(crate) struct PlannedMove<const MOTORS: usize> {
 /// Stands for no line number: GRBL's end at 10 million.
 const NO_LINE_NUMBER: u32 = u32::MAX;
 
-impl<const MOTORS: usize> PlannedMove<MOTORS> {
+impl<const AXES: usize, const MOTORS: usize> PlannedMove<AXES, MOTORS> {
     pub(crate) fn line_number(&self) -> Option<u32> {
         (self.line_number != NO_LINE_NUMBER).then_some(self.line_number)
     }
@@ -166,7 +166,7 @@ impl<const MOTORS: usize> PlannedMove<MOTORS> {
     }
 
     /// Makes a planned move of `of`, with limits and all that depends on the queue still to come.
-    pub(crate) fn new<const AXES: usize>(of: &Move<AXES>, delta: [i32; MOTORS]) -> Self {
+    pub(crate) fn new(of: &Move<AXES>, delta: [i32; MOTORS]) -> Self {
         Self {
             delta,
             power: of.power,
@@ -174,7 +174,7 @@ impl<const MOTORS: usize> PlannedMove<MOTORS> {
             acceleration: 0.0,
             rate: 0.0,
             feed: 0.0,
-            bend: [0.0; MOTORS],
+            bend: [0.0; AXES],
             reach: 0.0,
             corner: u32::MAX,
             cap: u32::MAX,
@@ -194,7 +194,7 @@ impl<const MOTORS: usize> PlannedMove<MOTORS> {
     }
 
     /// Whether nothing but its place tells `of`, a line, from it.
-    pub(crate) fn goes_on_with<const AXES: usize>(&self, of: &Move<AXES>) -> bool {
+    pub(crate) fn goes_on_with(&self, of: &Move<AXES>) -> bool {
         self.pixels == 0
             && of.curve.is_none()
             && of.feed == Feed::PerMinute(self.feed)
@@ -218,7 +218,7 @@ mod tests {
 
     #[test]
     fn a_planned_move_of_three_motors_fits_76_bytes() {
-        assert_eq!(core::mem::size_of::<PlannedMove<3>>(), 76);
+        assert_eq!(core::mem::size_of::<PlannedMove<3, 3>>(), 76);
     }
 
     #[test]

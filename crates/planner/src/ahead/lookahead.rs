@@ -75,23 +75,25 @@ impl Block {
 }
 
 /// By how much the squared speed (units) can fall over a move that ends with `v2`, with the move behind it, if there is one.
-pub(crate) trait Braking<const MOTORS: usize> {
+pub(crate) trait Braking<const AXES: usize, const MOTORS: usize> {
     fn gain(
         &self,
-        planned: &PlannedMove<MOTORS>,
-        behind: Option<&PlannedMove<MOTORS>>,
+        planned: &PlannedMove<AXES, MOTORS>,
+        behind: Option<&PlannedMove<AXES, MOTORS>>,
         v2: u32,
     ) -> u32;
 
     /// How a move with one behind it is passed at its ends, whatever the overrides.
-    fn ends(&self, planned: &PlannedMove<MOTORS>, behind: &PlannedMove<MOTORS>) -> Ends;
+    fn ends(&self, planned: &PlannedMove<AXES, MOTORS>, behind: &PlannedMove<AXES, MOTORS>)
+        -> Ends;
 }
 
 /// Planned moves, the running one first, with the speed at which each may begin.
 #[derive(Debug)]
-pub(crate) struct LookAhead<'q, const MOTORS: usize> {
-    moves: &'q mut DequeView<PlannedMove<MOTORS>>,
-    blocks: &'q mut [Block; BLOCKS],
+pub(crate) struct LookAhead<'q, const AXES: usize, const MOTORS: usize> {
+    moves: &'q mut DequeView<PlannedMove<AXES, MOTORS>>,
+    /// A power of two of them.
+    blocks: &'q mut [Block],
     block_bits: u32,
     /// Number of the first move, modulo 2¹⁶.
     first: u16,
@@ -119,11 +121,11 @@ enum Stale {
     All,
 }
 
-impl<'q, const MOTORS: usize> LookAhead<'q, MOTORS> {
+impl<'q, const AXES: usize, const MOTORS: usize> LookAhead<'q, AXES, MOTORS> {
     /// No moves, in room for them.
     pub(crate) fn new(
-        room: &'q mut DequeView<PlannedMove<MOTORS>>,
-        blocks: &'q mut [Block; BLOCKS],
+        room: &'q mut DequeView<PlannedMove<AXES, MOTORS>>,
+        blocks: &'q mut [Block],
     ) -> Self {
         room.clear();
         Self {
@@ -155,32 +157,32 @@ impl<'q, const MOTORS: usize> LookAhead<'q, MOTORS> {
     }
 
     /// The move that runs, if one does.
-    pub(crate) fn running(&self) -> Option<&PlannedMove<MOTORS>> {
+    pub(crate) fn running(&self) -> Option<&PlannedMove<AXES, MOTORS>> {
         self.moves.front().filter(|_| self.running)
     }
 
     /// The first move that does not run, if it is planned.
-    pub(crate) fn next(&self) -> Option<&PlannedMove<MOTORS>> {
+    pub(crate) fn next(&self) -> Option<&PlannedMove<AXES, MOTORS>> {
         self.moves
             .get(usize::from(self.running))
             .filter(|_| self.waiting() > 0)
     }
 
-    /// Appends a move, which is not planned yet; hands it back where there is no room.
-    pub(crate) fn push(&mut self, planned: PlannedMove<MOTORS>) -> Result<(), PlannedMove<MOTORS>> {
-        self.moves.push_back(planned)
+    /// Appends a move, which is not planned yet; there is room.
+    pub(crate) fn push(&mut self, planned: &PlannedMove<AXES, MOTORS>) {
+        let _room = self.moves.push_back(*planned);
     }
 
     /// The move that was planned last.
-    pub(crate) fn last_planned(&self) -> Option<&PlannedMove<MOTORS>> {
+    pub(crate) fn last_planned(&self) -> Option<&PlannedMove<AXES, MOTORS>> {
         self.moves.get(self.planned.checked_sub(1)?)
     }
 
     /// Plans the first move that is not planned yet: `begin` sets its start. That will not change any more, but for overrides.
     pub(crate) fn plan(
         &mut self,
-        braking: &impl Braking<MOTORS>,
-        begin: impl FnOnce(&mut PlannedMove<MOTORS>),
+        braking: &impl Braking<AXES, MOTORS>,
+        begin: impl FnOnce(&mut PlannedMove<AXES, MOTORS>),
     ) {
         let Some(of) = self.moves.get_mut(self.planned) else {
             return;
@@ -194,7 +196,7 @@ impl<'q, const MOTORS: usize> LookAhead<'q, MOTORS> {
     }
 
     /// Adds the move at `index`, with one behind it, to its block.
-    fn fold(&mut self, index: usize, braking: &impl Braking<MOTORS>) {
+    fn fold(&mut self, index: usize, braking: &impl Braking<AXES, MOTORS>) {
         let (Some(of), Some(behind)) = (self.moves.get(index), self.moves.get(index + 1)) else {
             return;
         };
@@ -208,7 +210,7 @@ impl<'q, const MOTORS: usize> LookAhead<'q, MOTORS> {
     }
 
     /// The last move, where it does not run, and whether it is planned.
-    pub(crate) fn last_waiting(&self) -> Option<(&PlannedMove<MOTORS>, bool)> {
+    pub(crate) fn last_waiting(&self) -> Option<(&PlannedMove<AXES, MOTORS>, bool)> {
         let waiting = self.moves.storage_len() > usize::from(self.running);
         let last = self.moves.back().filter(|_| waiting)?;
         Some((last, self.planned == self.moves.storage_len()))
@@ -216,7 +218,7 @@ impl<'q, const MOTORS: usize> LookAhead<'q, MOTORS> {
 
     /// Puts the same move made longer in the place of the last one, which does not run. It begins as before, and can brake no less:
     /// what is planned stays right.
-    pub(crate) fn lengthen_last(&mut self, longer: PlannedMove<MOTORS>) {
+    pub(crate) fn lengthen_last(&mut self, longer: PlannedMove<AXES, MOTORS>) {
         if self.planned == self.moves.storage_len() {
             self.stale = self.stale.max(Stale::End);
         }
@@ -226,7 +228,7 @@ impl<'q, const MOTORS: usize> LookAhead<'q, MOTORS> {
     }
 
     /// Ends the move that runs, if one does, and starts the next one.
-    pub(crate) fn start_next(&mut self) -> Option<&PlannedMove<MOTORS>> {
+    pub(crate) fn start_next(&mut self) -> Option<&PlannedMove<AXES, MOTORS>> {
         self.finish();
         self.running = self.planned > 0;
         self.running()
@@ -255,7 +257,7 @@ impl<'q, const MOTORS: usize> LookAhead<'q, MOTORS> {
     }
 
     /// Finds the speeds anew, as far as they have changed.
-    pub(crate) fn find(&mut self, braking: &impl Braking<MOTORS>) {
+    pub(crate) fn find(&mut self, braking: &impl Braking<AXES, MOTORS>) {
         let next = usize::from(self.running);
         let Some(open) = self.planned.checked_sub(1).filter(|open| *open >= next) else {
             return;
@@ -278,7 +280,12 @@ impl<'q, const MOTORS: usize> LookAhead<'q, MOTORS> {
     }
 
     /// The speed at the start of the move `near`, from that of the open one, block by block.
-    fn find_blocks(&mut self, near: usize, open: usize, braking: &impl Braking<MOTORS>) -> Reach {
+    fn find_blocks(
+        &mut self,
+        near: usize,
+        open: usize,
+        braking: &impl Braking<AXES, MOTORS>,
+    ) -> Reach {
         let Some(last) = self.moves.get_mut(open) else {
             return Reach::default();
         };
@@ -316,7 +323,13 @@ impl<'q, const MOTORS: usize> LookAhead<'q, MOTORS> {
     }
 
     /// The speeds at the starts of the moves from `next` to `near`, move by move, as far as they have changed.
-    fn walk(&mut self, next: usize, near: usize, behind: Reach, braking: &impl Braking<MOTORS>) {
+    fn walk(
+        &mut self,
+        next: usize,
+        near: usize,
+        behind: Reach,
+        braking: &impl Braking<AXES, MOTORS>,
+    ) {
         let known = self.known(self.walked);
         let mut reach = behind;
         for index in (next..near).rev() {
@@ -337,18 +350,18 @@ impl<'q, const MOTORS: usize> LookAhead<'q, MOTORS> {
     }
 
     /// The move that was queued last.
-    pub(crate) fn newest(&self) -> Option<&PlannedMove<MOTORS>> {
+    pub(crate) fn newest(&self) -> Option<&PlannedMove<AXES, MOTORS>> {
         self.moves.back()
     }
 
     /// All moves, the one that was queued last first.
     #[cfg(test)]
-    pub(crate) fn latest(&self) -> impl Iterator<Item = &PlannedMove<MOTORS>> {
+    pub(crate) fn latest(&self) -> impl Iterator<Item = &PlannedMove<AXES, MOTORS>> {
         self.moves.iter().rev()
     }
 
     /// The first move that does not run, planned or not.
-    pub(crate) fn next_queued(&self) -> Option<&PlannedMove<MOTORS>> {
+    pub(crate) fn next_queued(&self) -> Option<&PlannedMove<AXES, MOTORS>> {
         self.moves.get(usize::from(self.running))
     }
 
@@ -370,8 +383,8 @@ impl<'q, const MOTORS: usize> LookAhead<'q, MOTORS> {
     /// Sets the caps of a further block of moves anew: `cap` is given each of them with the one before it.
     pub(crate) fn renew(
         &mut self,
-        braking: &impl Braking<MOTORS>,
-        cap: impl Fn(Option<&PlannedMove<MOTORS>>, &PlannedMove<MOTORS>) -> u32,
+        braking: &impl Braking<AXES, MOTORS>,
+        cap: impl Fn(Option<&PlannedMove<AXES, MOTORS>>, &PlannedMove<AXES, MOTORS>) -> u32,
     ) {
         let Some(from) = self.renewed else { return };
         let into = usize::from(self.number(from) & self.mask());
@@ -423,7 +436,7 @@ impl<'q, const MOTORS: usize> LookAhead<'q, MOTORS> {
     }
 
     fn block_at(&self, block: u16) -> usize {
-        usize::from(block) % BLOCKS
+        usize::from(block) & self.blocks.len().wrapping_sub(1)
     }
 }
 

@@ -10,6 +10,7 @@ use crate::ahead::lookahead::{Block, BLOCKS, MOST_MOVES};
 use crate::emit::pixel::Packed;
 use crate::moves::PlannedMove;
 use crate::path::Window;
+use heapless::deque::DequeView;
 use heapless::Deque;
 
 /// Room for `MOVES` planned moves of `AXES` axes and `MOTORS` motors: what a [`Planner`](crate::Planner) works in.
@@ -17,7 +18,7 @@ use heapless::Deque;
 /// Owned by whoever makes the planner: a `static` on a microcontroller, where it lies in zeroed memory.
 #[derive(Debug)]
 pub struct Queue<const AXES: usize, const MOTORS: usize, const MOVES: usize> {
-    pub(crate) moves: Deque<PlannedMove<MOTORS>, MOVES>,
+    pub(crate) moves: Deque<PlannedMove<AXES, MOTORS>, MOVES>,
     /// Of the look-ahead.
     pub(crate) blocks: [Block; BLOCKS],
     /// The end of the path.
@@ -44,6 +45,68 @@ impl<const AXES: usize, const MOTORS: usize, const MOVES: usize> Default
 {
     fn default() -> Self {
         Self::new()
+    }
+}
+
+/// A [`Queue`] for up to sixteen lines, planned by [`CornerRule::Grbl`](crate::CornerRule) whatever the settings: for homing, parking and
+/// the like. It remembers no path, whose curvature could be asked for.
+#[derive(Debug)]
+pub struct SmallQueue<const AXES: usize, const MOTORS: usize, const MOVES: usize> {
+    moves: Deque<PlannedMove<AXES, MOTORS>, MOVES>,
+    blocks: [Block; 2],
+}
+
+impl<const AXES: usize, const MOTORS: usize, const MOVES: usize> SmallQueue<AXES, MOTORS, MOVES> {
+    /// Two blocks have them all, wherever the first one begins.
+    const FITS: () = assert!(MOVES > 0 && MOVES <= 16);
+
+    /// An empty queue.
+    pub const fn new() -> Self {
+        let () = Self::FITS;
+        Self {
+            moves: Deque::new(),
+            blocks: [Block::EMPTY; 2],
+        }
+    }
+}
+
+impl<const AXES: usize, const MOTORS: usize, const MOVES: usize> Default
+    for SmallQueue<AXES, MOTORS, MOVES>
+{
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// A [`Queue`] or a [`SmallQueue`], borrowed without its size.
+#[derive(Debug)]
+pub struct Room<'q, const AXES: usize, const MOTORS: usize> {
+    pub(crate) moves: &'q mut DequeView<PlannedMove<AXES, MOTORS>>,
+    pub(crate) blocks: &'q mut [Block],
+    pub(crate) window: Option<&'q mut Window<AXES>>,
+}
+
+impl<'q, const AXES: usize, const MOTORS: usize, const MOVES: usize>
+    From<&'q mut Queue<AXES, MOTORS, MOVES>> for Room<'q, AXES, MOTORS>
+{
+    fn from(queue: &'q mut Queue<AXES, MOTORS, MOVES>) -> Self {
+        Self {
+            moves: queue.moves.as_mut_view(),
+            blocks: &mut queue.blocks,
+            window: Some(&mut queue.window),
+        }
+    }
+}
+
+impl<'q, const AXES: usize, const MOTORS: usize, const MOVES: usize>
+    From<&'q mut SmallQueue<AXES, MOTORS, MOVES>> for Room<'q, AXES, MOTORS>
+{
+    fn from(queue: &'q mut SmallQueue<AXES, MOTORS, MOVES>) -> Self {
+        Self {
+            moves: queue.moves.as_mut_view(),
+            blocks: &mut queue.blocks,
+            window: None,
+        }
     }
 }
 

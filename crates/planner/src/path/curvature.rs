@@ -17,11 +17,11 @@
 //! Each length that is tried bounds the curvature from both sides by its own error. The result keeps all of these bounds, so it bends
 //! the path by no more than rounding does.
 //!
-//! A curve that goes on as it did at the turn before needs two lengths: that of the shorter piece, and the one that was found there.
+//! A curve that goes on as it did at the turn before is measured once, over the length that was found there.
 
 use super::window::{Window, MM};
 use crate::config::Limits;
-use crate::real::{least, most, norm2, sqrt};
+use crate::real::{least, most, sqrt};
 
 /// Share of the acceleration, or of the curvature, that rounding may make up.
 const QUIET: f32 = 0.01;
@@ -34,6 +34,10 @@ const NEAR_ENOUGH: f32 = 1.1;
 
 /// The same for a length that was long enough at the turn before.
 const STILL_NEAR_ENOUGH: f32 = 1.4;
+
+/// From this on it is longer than it need be, and is a little shorter at the next turn.
+const TOO_LONG: f32 = 0.5;
+const SHORTER: f32 = 0.75;
 
 /// The length grows to this many times the shorter of the two pieces at most.
 const LONGEST: f32 = 32.0;
@@ -53,36 +57,43 @@ pub(super) struct Curved<const AXES: usize> {
     /// By the accelerations of the axes, s²/mm².
     pub(super) bend: [f32; AXES],
     pub(super) reach: f32,
+    /// Whether it is known that rounding explains what the two pieces turn besides.
+    pub(super) goes_on: bool,
 }
 
-/// How far the search for the curvature at one turn has come.
+/// How the curvature was measured at the turn before.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Search<const AXES: usize> {
-    /// The length that is tried next, mm; 0: none was tried.
-    length: f32,
-    range: Range<AXES>,
-    /// Whether that length is the one of the turn before.
-    is_predicted: bool,
+pub(super) struct Probe<const AXES: usize> {
+    /// The length that rounding asks for, mm.
+    pub(super) wanted: f32,
+    /// How many pieces that is, ahead and behind.
+    pieces: [u32; 2],
+    /// The result.
+    pub(super) before: [f32; AXES],
+    /// Whether that is any.
+    pub(super) is_curved: bool,
 }
 
-impl<const AXES: usize> Search<AXES> {
+impl<const AXES: usize> Probe<AXES> {
     pub(super) const NEW: Self = Self {
-        length: 0.0,
-        range: Range([[0.0; 2]; AXES]),
-        is_predicted: false,
+        wanted: 0.0,
+        pieces: [0; 2],
+        before: [0.0; AXES],
+        is_curved: false,
     };
 }
 
-/// The place of a turn, as far as the search needs it.
+/// The place of a turn, as far as its curvature depends on it. Lengths in mm.
 struct Meeting {
-    /// Lengths of the two pieces, mm.
+    /// Of the two pieces.
+    lengths: [f32; 2],
+    /// The shorter of these.
     shorter: f32,
-    /// The square of the longer one less that of the shorter one.
-    uneven2: f32,
     /// 1/(highest squared speed).
     per_top_v2: f32,
-    /// mm.
     rounding: f32,
+    /// 1/acceleration, along the weaker of the two pieces.
+    per_acceleration: f32,
 }
 
 impl<const AXES: usize> Window<AXES> {
@@ -92,102 +103,141 @@ impl<const AXES: usize> Window<AXES> {
         number: u32,
         limits: &Limits<AXES>,
         now: bool,
-        search: &mut Search<AXES>,
+        probe: &mut Probe<AXES>,
     ) -> Option<Curved<AXES>> {
         let meeting = self.meeting(number);
-        if search.length == 0.0 {
-            if let Some(found) = self.by_the_two_pieces(number, &meeting, limits, search) {
-                return Some(found);
-            }
-        }
-        let room_behind = self.room_behind(number);
-        let (room_ahead, is_open) = self.room_ahead(number);
-        loop {
-            let length = search.length;
-            if room_ahead < length && is_open && !now {
-                return None;
-            }
-            let reach = least(length, least(room_ahead, room_behind));
-            let (ahead, behind) = (self.ahead(number, reach), self.behind(number, reach));
-            let (bend, weakest) = curvature(&ahead, &behind, limits);
-            if search.is_predicted && !self.is_as_before(&bend, &meeting) {
-                search.is_predicted = false;
-                search.length = 2.0 * meeting.shorter;
-                continue;
-            }
-            let is_cut_short = reach < length;
-            if is_cut_short && !(room_ahead < length && is_open) {
-                // Near a rest or a sharp turn motion is slow: the straightest path is enough.
-                search.range.narrow(&bend, reach, &meeting, limits);
-                let bend = search.range.nearest(&[0.0; AXES]);
-                return Some(Curved { bend, reach });
-            }
-            let curved = bend;
-            let bend = search.range.nearest(&curved);
-            let longer2 = meeting.error(&bend, weakest, reach);
-            let enough = if search.is_predicted {
-                STILL_NEAR_ENOUGH
-            } else {
-                NEAR_ENOUGH
-            };
-            if longer2 <= enough || is_cut_short || length >= meeting.longest() {
-                return Some(Curved { bend, reach });
-            }
-            search.range.narrow(&curved, reach, &meeting, limits);
-            search.is_predicted = false;
-            search.length *= least(sqrt(longer2), 2.0);
-        }
-    }
-
-    /// The curvature by the two pieces alone, where that is good enough; else the search goes on from there.
-    fn by_the_two_pieces(
-        &self,
-        number: u32,
-        meeting: &Meeting,
-        limits: &Limits<AXES>,
-        search: &mut Search<AXES>,
-    ) -> Option<Curved<AXES>> {
-        let length = meeting.shorter;
-        let ahead = self.placed(number).along(length);
-        let behind = self.placed(number.wrapping_sub(1)).along(-length);
-        let (bend, weakest) = curvature(&ahead, &behind, limits);
-        let longer2 = meeting.error(&bend, weakest, length);
-        if longer2 <= NEAR_ENOUGH || length >= meeting.longest() {
+        let wanted = least(most(probe.wanted, meeting.shorter), meeting.longest());
+        let room = least(self.room_ahead(number), self.room_behind(number));
+        let reach = least(wanted, room);
+        let bend = self.curvature(number, reach, limits, &mut probe.pieces);
+        let loudness = meeting.loudness(&bend);
+        let longer2 = meeting.error(loudness, reach);
+        let is_shortest = reach <= meeting.shorter;
+        if is_shortest && longer2 <= NEAR_ENOUGH {
             return Some(Curved {
                 bend,
-                reach: length,
+                reach,
+                goes_on: false,
             });
         }
-        search.range = Range::ANY;
-        search.range.narrow(&bend, length, meeting, limits);
-        let before = &self.settled;
-        search.is_predicted = before.reach > length && search.range.has(&before.bend);
-        search.length = if search.is_predicted {
-            least(before.reach, meeting.longest())
+        let is_long_enough = longer2 <= STILL_NEAR_ENOUGH || reach < wanted;
+        if is_long_enough && self.is_as_before(number, &meeting, (&bend, loudness), limits, probe) {
+            if longer2 < TOO_LONG {
+                probe.wanted *= SHORTER;
+            }
+            return Some(Curved {
+                bend,
+                reach,
+                goes_on: true,
+            });
+        }
+        self.search(number, (&meeting, room), limits, now, probe)
+    }
+
+    /// Tries one length after the other, the shorter piece's first.
+    fn search(
+        &self,
+        number: u32,
+        (meeting, room): (&Meeting, f32),
+        limits: &Limits<AXES>,
+        now: bool,
+        probe: &mut Probe<AXES>,
+    ) -> Option<Curved<AXES>> {
+        let may_grow = if self.is_open(number) {
+            self.room_ahead(number)
         } else {
-            length * least(sqrt(longer2), 2.0)
+            f32::INFINITY
         };
-        None
+        let mut range = Range::ANY;
+        let mut length = meeting.shorter;
+        loop {
+            probe.wanted = length;
+            let is_open = may_grow < length;
+            if is_open && !now {
+                return None;
+            }
+            let reach = least(length, room);
+            let curved = self.curvature(number, reach, limits, &mut probe.pieces);
+            let bend = range.nearest(&curved);
+            let longer2 = meeting.error(meeting.loudness(&bend), reach);
+            let is_cut_short = reach < length;
+            if is_cut_short && !is_open {
+                // Near a rest or a sharp turn motion is slow: the straightest path is enough.
+                range.narrow(&curved, reach, meeting, limits);
+                let bend = range.nearest(&[0.0; AXES]);
+                return Some(Curved {
+                    bend,
+                    reach,
+                    goes_on: false,
+                });
+            }
+            if longer2 <= NEAR_ENOUGH || is_cut_short || length >= meeting.longest() {
+                return Some(Curved {
+                    bend,
+                    reach,
+                    goes_on: false,
+                });
+            }
+            range.narrow(&curved, reach, meeting, limits);
+            length = least(length * least(sqrt(longer2), 2.0), meeting.longest());
+        }
     }
 
     fn meeting(&self, number: u32) -> Meeting {
         let (before, after) = (self.placed(number.wrapping_sub(1)), self.placed(number));
-        let shorter = most(least(before.length, after.length), f32::MIN_POSITIVE);
-        let longer = most(before.length, after.length);
         Meeting {
-            shorter,
-            uneven2: longer * longer - shorter * shorter,
-            per_top_v2: 1.0 / least(before.piece.top_v2, after.piece.top_v2),
+            lengths: [before.length, after.length],
+            shorter: most(least(before.length, after.length), f32::MIN_POSITIVE),
+            per_top_v2: most(before.piece.per_top_v2, after.piece.per_top_v2),
             rounding: most(before.piece.rounding, after.piece.rounding),
+            per_acceleration: most(before.piece.per_acceleration, after.piece.per_acceleration),
         }
     }
 
-    /// Whether a curvature is like that of the turn before.
-    fn is_as_before(&self, bend: &[f32; AXES], meeting: &Meeting) -> bool {
-        let before = &self.settled.bend;
-        let near = ALIKE * meeting.loudness(before);
-        let mut axes = before.iter().zip(bend);
-        axes.all(|(before, bend)| (bend - before).abs() <= near)
+    /// The curvature over a length, by accelerations, exact on a circle; there is as much path.
+    pub(super) fn curvature(
+        &self,
+        number: u32,
+        length: f32,
+        limits: &Limits<AXES>,
+        pieces: &mut [u32; 2],
+    ) -> [f32; AXES] {
+        let (mut bend, product2) = self.aside(number, length, pieces);
+        let per_length2 = 1.0 / sqrt(product2);
+        for (bend, per_acceleration) in bend.iter_mut().zip(&limits.per_acceleration) {
+            // Coordinates are no finer.
+            *bend = if bend.abs() > FINEST {
+                *bend * per_length2 * per_acceleration
+            } else {
+                0.0
+            };
+        }
+        bend
+    }
+
+    /// Whether a curvature is like that of the turn before, and explains how the two pieces turn, but for what rounding does.
+    fn is_as_before(
+        &self,
+        number: u32,
+        meeting: &Meeting,
+        (bend, loudness): (&[f32; AXES], f32),
+        limits: &Limits<AXES>,
+        probe: &Probe<AXES>,
+    ) -> bool {
+        let (from, to) = (
+            &self.placed(number.wrapping_sub(1)).course,
+            &self.placed(number).course,
+        );
+        let [before, after] = meeting.lengths;
+        let half = 0.5 * (before + after);
+        let off = OFF * meeting.rounding * half;
+        let near = ALIKE * loudness;
+        let turns = from.iter().zip(to).zip(&limits.acceleration);
+        let mut axes = turns.zip(bend.iter().zip(&probe.before));
+        axes.all(|(((from, to), acceleration), (bend, last))| {
+            let aside = (to - from - bend * acceleration * half) * before * after;
+            aside.abs() <= off && (bend - last).abs() <= near
+        })
     }
 }
 
@@ -198,18 +248,17 @@ impl Meeting {
 
     /// The greater of a curvature and of the least one that bounds the speed, s²/mm².
     fn loudness(&self, bend: &[f32]) -> f32 {
-        let worst = bend.iter().fold(0.0, |worst, b| most(worst, b.abs()));
-        most(worst, self.per_top_v2)
+        bend.iter()
+            .fold(self.per_top_v2, |worst, b| most(worst, b.abs()))
     }
 
-    /// The error of a curvature over a length by the error that is allowed; `weakest` as in [`curvature`].
-    fn error(&self, bend: &[f32], weakest: f32, length: f32) -> f32 {
-        OFF * self.rounding * weakest / (QUIET * length * length * self.loudness(bend))
+    /// The error of a curvature over a length by the error that is allowed; `loudness` is that of the curvature.
+    fn error(&self, loudness: f32, length: f32) -> f32 {
+        OFF * self.rounding * self.per_acceleration / (QUIET * length * length * loudness)
     }
 }
 
 /// Between which values the curvature lies, for each axis.
-#[derive(Clone, Copy, Debug)]
 struct Range<const AXES: usize>([[f32; 2]; AXES]);
 
 impl<const AXES: usize> Range<AXES> {
@@ -218,8 +267,9 @@ impl<const AXES: usize> Range<AXES> {
     /// Leaves the part of it that points over `length` allow: they are rounded, and lie on pieces of uneven length.
     fn narrow(&mut self, bend: &[f32; AXES], length: f32, of: &Meeting, limits: &Limits<AXES>) {
         let per_length2 = 1.0 / (length * length);
+        let longer = most(of.lengths[0], of.lengths[1]);
         let rounded = OFF * of.rounding * per_length2;
-        let uneven = 0.25 * of.uneven2 * per_length2;
+        let uneven = 0.25 * (longer * longer - of.shorter * of.shorter) * per_length2;
         let axes = bend.iter().zip(&limits.per_acceleration);
         for ([low, high], (bend, per_acceleration)) in self.0.iter_mut().zip(axes) {
             let off = rounded * per_acceleration + uneven * bend.abs();
@@ -237,32 +287,4 @@ impl<const AXES: usize> Range<AXES> {
         }
         nearest
     }
-
-    fn has(&self, bend: &[f32; AXES]) -> bool {
-        let mut axes = self.0.iter().zip(bend);
-        axes.all(|([low, high], bend)| low <= bend && bend <= high)
-    }
-}
-
-/// The curvature, by accelerations, between two ways of the same length, exact on a circle; and 1/acceleration of the weakest axis that
-/// moves.
-pub(super) fn curvature<const AXES: usize>(
-    ahead: &[f32; AXES],
-    behind: &[f32; AXES],
-    limits: &Limits<AXES>,
-) -> ([f32; AXES], f32) {
-    let per_length2 = 1.0 / sqrt(norm2(ahead) * norm2(behind));
-    let (mut bend, mut weakest) = ([0.0; AXES], 0.0);
-    let axes = ahead.iter().zip(behind).zip(&limits.per_acceleration);
-    for (bend, ((ahead, behind), per_acceleration)) in bend.iter_mut().zip(axes) {
-        let aside = ahead + behind;
-        // Coordinates are no finer.
-        if aside.abs() > FINEST {
-            *bend = aside * per_length2 * per_acceleration;
-        }
-        if *ahead != 0.0 || *behind != 0.0 {
-            weakest = most(weakest, *per_acceleration);
-        }
-    }
-    (bend, weakest)
 }

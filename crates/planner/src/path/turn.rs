@@ -5,8 +5,8 @@
 //!
 //! A sharper turn is a corner. Between short pieces its curvature counts as well, over two pieces to both sides: turns to and fro cancel.
 
-use super::curvature::{curvature, Search};
-use super::window::{Placed, Window};
+use super::curvature::Probe;
+use super::window::Window;
 use crate::config::Limits;
 use crate::path::junction::junction_v2;
 use crate::real::{least, most};
@@ -47,14 +47,17 @@ impl<const AXES: usize> Window<AXES> {
         number: u32,
         limits: &Limits<AXES>,
         now: bool,
-        search: &mut Search<AXES>,
+        probe: &mut Probe<AXES>,
     ) -> Option<Turn<AXES>> {
         if self.is_sharp(number) {
             return self.corner(number, limits, now).map(Turn::corner);
         }
-        let curved = self.curved(number, limits, now, search)?;
+        if self.goes_straight_on(number) {
+            return Some(Turn::corner(f32::INFINITY));
+        }
+        let curved = self.curved(number, limits, now, probe)?;
         let (before, after) = (self.placed(number.wrapping_sub(1)), self.placed(number));
-        let corner = if explains(&curved.bend, before, after, limits) {
+        let corner = if curved.goes_on || self.explains(&curved.bend, number, limits) {
             f32::INFINITY
         } else {
             junction_v2(&before.piece.direction, &after.piece.direction, limits)
@@ -72,43 +75,39 @@ impl<const AXES: usize> Window<AXES> {
         let (before, after) = (self.placed(number.wrapping_sub(1)), self.placed(number));
         let (u0, u1) = (&before.piece.direction, &after.piece.direction);
         let corner = junction_v2(u0, u1, limits);
-        let shorter = least(before.length, after.length);
-        let (bend, _) = curvature(&u1.map(|u| u * shorter), &u0.map(|u| -u * shorter), limits);
+        let shorter = least(least(before.length, after.length), FARTHEST);
+        let pieces = &mut [0; 2];
+        let bend = self.curvature(number, shorter, limits, pieces);
         if corner < cap(&bend) {
             return Some(corner);
         }
         if self.is_last(number) && !now {
             return None;
         }
-        let two_before = before.length + self.length_of(number.wrapping_sub(2));
-        let two_after = after.length + self.length_of(number.wrapping_add(1));
-        let wanted = least(least(two_before, two_after), FARTHEST);
+        let first = number.wrapping_sub(self.before(number).min(2));
+        let last = number.wrapping_add(self.from(number).min(2));
         let length = least(
-            wanted,
-            least(self.all_ahead(number), self.all_behind(number)),
+            least(self.way(first, number), self.way(number, last)),
+            FARTHEST,
         );
-        let (ahead, behind) = (self.ahead(number, length), self.behind(number, length));
-        let (bend, _) = curvature(&ahead, &behind, limits);
+        let bend = self.curvature(number, length, limits, pieces);
         Some(least(corner, cap(&bend)))
     }
-}
 
-/// Whether a curve explains a turn: rounding may have made the rest of it.
-fn explains<const AXES: usize>(
-    bend: &[f32; AXES],
-    before: &Placed<AXES>,
-    after: &Placed<AXES>,
-    limits: &Limits<AXES>,
-) -> bool {
-    if before.piece.is_chord && after.piece.is_chord {
-        return true;
+    /// Whether a curve explains a turn: rounding may have made the rest of it.
+    fn explains(&self, bend: &[f32; AXES], number: u32, limits: &Limits<AXES>) -> bool {
+        if self.are_chords(number) {
+            return true;
+        }
+        let (before, after) = (self.placed(number.wrapping_sub(1)), self.placed(number));
+        let all = before.length + after.length;
+        let share = before.length * after.length / most(all, f32::MIN_POSITIVE);
+        let (from, to) = (&before.piece.direction, &after.piece.direction);
+        let turns = from.iter().zip(to).zip(bend);
+        let mut axes = turns.zip(limits.acceleration.iter().zip(&limits.rounding));
+        axes.all(|(((from, to), bend), (acceleration, rounding))| {
+            let curved = 0.5 * all * bend * acceleration;
+            (to - from - curved).abs() * share <= 2.0 * rounding
+        })
     }
-    let all = before.length + after.length;
-    let share = before.length * after.length / most(all, f32::MIN_POSITIVE);
-    let (from, to) = (&before.piece.direction, &after.piece.direction);
-    let mut axes = from.iter().zip(to).zip(bend).zip(&limits.rounding);
-    axes.all(|(((from, to), bend), (per_acceleration, rounding))| {
-        let curved = 0.5 * all * bend / per_acceleration;
-        (to - from - curved).abs() * share <= 2.0 * rounding
-    })
 }

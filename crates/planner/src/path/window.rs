@@ -6,117 +6,135 @@
 //!                          the first one that waits: the turn at its start is asked for (see `turn`)
 //! ```
 
-use super::curvature::Search;
+use super::curvature::Probe;
 use super::turn::Turn;
 use crate::config::Limits;
 use crate::real::{least, norm2, sqrt};
 use crate::{Coordinate, NANOS_PER_MM};
-use heapless::Vec;
 
 /// Pieces that are remembered: half of them behind the turn that is asked for, half ahead of it. One bit each of a `u32`.
-const PIECES: usize = 32;
+const PIECES: u32 = u32::BITS;
 
 /// A length unit here is 2¹⁰ of a coordinate's, about a nanometre: differences of 32 bits reach two metres and cost no division.
 const SHIFT: u32 = 10;
 pub(super) const MM: f32 = (1 << SHIFT) as f32 / NANOS_PER_MM as f32;
+const PER_MM: f32 = 1.0 / MM;
 
 /// A piece counts for no more than this along the path, mm, so that all of them fit into 32 bits.
 const FARTHEST: f32 = 64.0;
+
+/// A turn by more is no part of a smooth curve, 22 degrees: the square of the distance between two unit vectors.
+const SHARP2: f32 = 0.15;
+
+/// A turn by less is none: unit vectors are no more exact.
+const STRAIGHT2: f32 = 1e-12;
 
 /// A piece of path.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Piece<const AXES: usize> {
     /// Unit vector. The steps of a piece give it, or its two ends where it has few steps.
     pub(crate) direction: [f32; AXES],
-    /// Whether it has so few steps that these give no direction.
-    pub(crate) is_short: bool,
-    /// Highest squared speed, mm²/s².
-    pub(crate) top_v2: f32,
-    /// Whether it is a chord of an arc.
-    pub(crate) is_chord: bool,
+    /// 1/(highest squared speed), s²/mm².
+    pub(crate) per_top_v2: f32,
     /// How far its ends may be beside the places that were meant, on each axis, mm.
     pub(crate) rounding: f32,
+    /// 1/acceleration along it, s²/mm.
+    pub(crate) per_acceleration: f32,
 }
 
 /// A piece where it lies.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Placed<const AXES: usize> {
     pub(super) piece: Piece<AXES>,
-    /// Where it begins, units, modulo 2³².
-    start: [i32; AXES],
-    /// Unit vector from there to its end.
-    course: [f32; AXES],
+    /// Unit vector from its start to its end.
+    pub(super) course: [f32; AXES],
     /// mm.
     pub(super) length: f32,
+    /// Where it begins, units, modulo 2³².
+    start: [i32; AXES],
     /// How far along the path it begins, units, modulo 2³².
     since: u32,
 }
 
-/// The last pieces of a path.
+/// Facts of a piece, one bit of each piece: piece `n` has bit `n` modulo [`PIECES`].
+#[derive(Clone, Copy, Debug)]
+struct Bits(u32);
+
+impl Bits {
+    fn set(&mut self, number: u32, value: bool) {
+        let bit = 1 << (number % PIECES);
+        self.0 = (self.0 & !bit) | (bit * u32::from(value));
+    }
+
+    const fn has(self, number: u32) -> bool {
+        self.0 & (1 << (number % PIECES)) != 0
+    }
+}
+
+/// The last pieces of a path. Piece `n` is at `n` modulo [`PIECES`]; behind the last one stands where the path ends.
 #[derive(Clone, Debug)]
 pub(crate) struct Window<const AXES: usize> {
-    /// Piece `n` is at `n` modulo `PIECES`. Not an array: the compiler would write its first values one by one.
-    placed: Vec<Placed<AXES>, PIECES>,
-    /// Bit `n` modulo `PIECES`: piece `n` turns sharply away from the one before it.
-    sharp: u32,
+    placed: [Placed<AXES>; PIECES as usize],
+    /// Which pieces turn sharply away from the one before them.
+    sharp: Bits,
+    /// The last of these, or the first piece of the path.
+    last_sharp: u32,
+    /// Which go straight on.
+    straight: Bits,
+    /// Which are chords of an arc.
+    chords: Bits,
+    /// Which have so few steps that these give no direction.
+    short: Bits,
     /// Pieces so far, modulo 2³².
     count: u32,
     /// How many of the last ones are one path.
     known: u32,
     /// How many of the last ones wait until the turn at their start is known.
     waiting: u32,
-    /// Where the last one ends, units.
-    end: [i32; AXES],
-    /// How far along the path that is, units, modulo 2³².
-    until: u32,
-    /// The turn that was settled last.
-    pub(super) settled: Turn<AXES>,
-    /// How far the search for the next turn has come.
-    search: Search<AXES>,
+    /// How the last turn was measured.
+    probe: Probe<AXES>,
 }
 
 impl<const AXES: usize> Window<AXES> {
     const NOWHERE: Placed<AXES> = Placed {
         piece: Piece {
             direction: [0.0; AXES],
-            is_short: false,
-            top_v2: 0.0,
-            is_chord: false,
+            per_top_v2: 0.0,
             rounding: 0.0,
+            per_acceleration: 0.0,
         },
-        start: [0; AXES],
         course: [0.0; AXES],
         length: 0.0,
+        start: [0; AXES],
         since: 0,
     };
 
     /// No path: the first piece begins at rest. All zero, so that a `static` costs no flash.
     pub(crate) const fn new() -> Self {
-        const { assert!(PIECES == u32::BITS as usize) };
         Self {
-            placed: Vec::new(),
-            sharp: 0,
+            placed: [Self::NOWHERE; PIECES as usize],
+            sharp: Bits(0),
+            last_sharp: 0,
+            straight: Bits(0),
+            chords: Bits(0),
+            short: Bits(0),
             count: 0,
             known: 0,
             waiting: 0,
-            end: [0; AXES],
-            until: 0,
-            settled: Turn::REST,
-            search: Search::NEW,
+            probe: Probe::NEW,
         }
     }
 
     /// The next piece begins at rest.
     pub(crate) fn forget(&mut self) {
         (self.known, self.waiting) = (0, 0);
-        self.settled = Turn::REST;
-        self.search = Search::NEW;
+        self.probe = Probe::NEW;
     }
 
     /// The next piece begins at rest, at `start`.
     pub(crate) fn begin(&mut self, start: &[Coordinate; AXES]) {
         self.forget();
-        self.end = units(start);
+        self.place(self.count).start = units(start);
     }
 
     /// Whether a path goes on.
@@ -130,95 +148,99 @@ impl<const AXES: usize> Window<AXES> {
     }
 
     /// Adds a piece that ends at `end`; it waits.
-    pub(crate) fn push(&mut self, piece: Piece<AXES>, end: &[Coordinate; AXES]) {
-        let (start, since) = (self.end, self.until);
+    pub(crate) fn push(
+        &mut self,
+        piece: &Piece<AXES>,
+        is_short: bool,
+        is_chord: bool,
+        end: &[Coordinate; AXES],
+    ) {
+        self.chords.set(self.count, is_chord);
         self.count = self.count.wrapping_add(1);
-        self.known = (self.known + 1).min(PIECES as u32);
-        self.waiting = (self.waiting + 1).min(PIECES as u32);
-        self.place_last(piece, start, since, units(end));
+        self.known = (self.known + 1).min(PIECES - 1);
+        self.waiting = (self.waiting + 1).min(PIECES - 1);
+        self.replace_last(piece, is_short, end);
     }
 
     /// The last piece ends at `end` instead, and is another one.
-    pub(crate) fn replace_last(&mut self, piece: Piece<AXES>, end: &[Coordinate; AXES]) {
-        let last = self.placed(self.count.wrapping_sub(1));
-        let (start, since) = (last.start, last.since);
-        self.search = Search::NEW;
-        self.place_last(piece, start, since, units(end));
+    pub(crate) fn replace_last(
+        &mut self,
+        piece: &Piece<AXES>,
+        is_short: bool,
+        end: &[Coordinate; AXES],
+    ) {
+        let (last, end) = (self.count.wrapping_sub(1), units(end));
+        let way = between(&self.placed(last).start, &end);
+        let length = sqrt(norm2(&way));
+        let per_length = 1.0 / length;
+        let placed = self.place(last);
+        placed.piece = *piece;
+        placed.course = way.map(|way| way * per_length);
+        placed.length = length;
+        if is_short {
+            placed.piece.direction = placed.course;
+        }
+        let course = placed.course;
+        let until = placed
+            .since
+            .wrapping_add((least(length, FARTHEST) * PER_MM) as u32);
+        let change2 = distance2(&self.placed(last.wrapping_sub(1)).course, &course);
+        let sharp = self.known <= 1 || change2 > SHARP2;
+        self.sharp.set(last, sharp);
+        if sharp {
+            self.last_sharp = last;
+        }
+        self.straight.set(last, change2 < STRAIGHT2);
+        self.short.set(last, is_short);
+        let next = self.place(self.count);
+        (next.start, next.since) = (end, until);
     }
 
     /// The last piece goes straight on, to `end`.
-    pub(crate) fn lengthen_last(&mut self, end: &[Coordinate; AXES], is_short: bool) {
-        let piece = Piece {
-            is_short,
-            ..self.placed(self.count.wrapping_sub(1)).piece
-        };
-        self.replace_last(piece, end);
+    pub(crate) fn lengthen_last(&mut self, is_short: bool, end: &[Coordinate; AXES]) {
+        let piece = self.placed(self.count.wrapping_sub(1)).piece;
+        self.replace_last(&piece, is_short, end);
     }
 
-    fn place_last(
-        &mut self,
-        mut piece: Piece<AXES>,
-        start: [i32; AXES],
-        since: u32,
-        end: [i32; AXES],
-    ) {
-        let way = between(&start, &end);
-        let length = sqrt(norm2(&way));
-        let per_length = 1.0 / length;
-        let course = way.map(|way| way * per_length);
-        if piece.is_short {
-            piece.direction = course;
-        }
-        self.end = end;
-        self.until = since.wrapping_add((least(length, FARTHEST) / MM) as u32);
-        let last = self.count.wrapping_sub(1);
-        let before = self.placed(last.wrapping_sub(1)).piece.direction;
-        let sharp = self.known > 1 && is_sharp(&before, &piece.direction);
-        let bit = 1 << (last % PIECES as u32);
-        self.sharp = (self.sharp & !bit) | (bit * u32::from(sharp));
-        let placed = Placed {
-            piece,
-            start,
-            course,
-            length,
-            since,
-        };
-        match self.placed.get_mut(last as usize % PIECES) {
-            Some(place) => *place = placed,
-            // There is room for `PIECES`.
-            None => drop(self.placed.push(placed)),
-        }
+    pub(super) const fn placed(&self, number: u32) -> &Placed<AXES> {
+        &self.placed[(number % PIECES) as usize]
     }
 
-    pub(super) fn placed(&self, number: u32) -> &Placed<AXES> {
-        self.placed
-            .get(number as usize % PIECES)
-            .unwrap_or(&Self::NOWHERE)
+    fn place(&mut self, number: u32) -> &mut Placed<AXES> {
+        &mut self.placed[(number % PIECES) as usize]
     }
 
     /// Takes out the first piece that waits, with the turn at its start: once that is known, or `now`, as well as it is known.
     pub(crate) fn settle(&mut self, limits: &Limits<AXES>, now: bool) -> Option<Turn<AXES>> {
-        let number = self.count.wrapping_sub(self.waiting);
         if self.waiting == 0 {
             return None;
         }
-        let now = now || self.waiting as usize >= PIECES / 2;
-        // A short one may become longer yet.
-        if !now && self.waiting == 1 && self.placed(number).piece.is_short {
+        let number = self.count.wrapping_sub(self.waiting);
+        let now = now || self.waiting >= PIECES / 2;
+        if !now && self.is_early(number) {
             return None;
         }
         let turn = if self.waiting >= self.known {
             Turn::REST
         } else {
-            let mut search = self.search;
-            let turn = self.turn(number, limits, now, &mut search);
-            self.search = search;
+            let mut probe = self.probe;
+            let turn = self.turn(number, limits, now, &mut probe);
+            self.probe = probe;
             turn?
         };
         self.waiting -= 1;
-        self.search = Search::NEW;
-        self.settled = turn;
+        self.probe.before = turn.bend;
+        self.probe.is_curved = turn.reach > 0.0;
         Some(turn)
+    }
+
+    /// Whether it is too early to ask for the turn at the start of a piece: there is less path behind it than the last one needed, or it is
+    /// a short one that may become longer yet.
+    fn is_early(&self, number: u32) -> bool {
+        let may_grow = self.is_last(number) && self.short.has(number);
+        let is_known = self.goes_straight_on(number) || self.is_sharp(number);
+        let ahead = self.way(number, self.count);
+        may_grow || !is_known && self.is_open(number) && ahead < self.probe.wanted
     }
 
     /// The turn at the start of the piece that waits as the `waiting`-th behind the first one, as well as it is known.
@@ -228,23 +250,23 @@ impl<const AXES: usize> Window<AXES> {
             return None;
         }
         let number = self.count.wrapping_sub(behind);
-        let mut search = Search::NEW;
-        self.turn(number, limits, true, &mut search)
+        let mut probe = Probe::NEW;
+        self.turn(number, limits, true, &mut probe)
+    }
+
+    /// Whether the path was straight at the turn before, and does not turn here either.
+    pub(super) fn goes_straight_on(&self, number: u32) -> bool {
+        !self.probe.is_curved && self.straight.has(number)
     }
 
     /// Whether the piece turns sharply away from the one before it.
     pub(super) const fn is_sharp(&self, number: u32) -> bool {
-        self.sharp & (1 << (number % PIECES as u32)) != 0
+        self.sharp.has(number)
     }
 
-    /// The length of a piece, mm; 0 where it is not known.
-    pub(super) fn length_of(&self, number: u32) -> f32 {
-        let behind = self.count.wrapping_sub(number).wrapping_sub(1);
-        if behind < self.known {
-            self.placed(number).length
-        } else {
-            0.0
-        }
+    /// Whether the piece and the one before it are chords of arcs.
+    pub(super) const fn are_chords(&self, number: u32) -> bool {
+        self.chords.has(number) && self.chords.has(number.wrapping_sub(1))
     }
 
     /// Whether the piece is the last one.
@@ -252,114 +274,96 @@ impl<const AXES: usize> Window<AXES> {
         number.wrapping_add(1) == self.count
     }
 
-    /// The path ahead of the start of a piece, to the next sharp turn or to the path's end: its length, mm, and whether its end may move on.
-    pub(super) fn room_ahead(&self, number: u32) -> (f32, bool) {
-        let next = number.wrapping_add(1);
-        let smooth = self.sharp.rotate_right(next % PIECES as u32);
-        let sharp = next.wrapping_add(smooth.trailing_zeros());
-        let to_end = self.count.wrapping_sub(number);
-        let is_open = sharp.wrapping_sub(number) >= to_end;
-        let until = if is_open {
-            self.until
-        } else {
-            self.placed(sharp).since
-        };
-        (distance(self.placed(number).since, until), is_open)
+    /// Whether the path goes on from the start of a piece without a sharp turn, so that its end may move on.
+    pub(super) const fn is_open(&self, number: u32) -> bool {
+        self.count.wrapping_sub(self.last_sharp) >= self.from(number)
+    }
+
+    /// The path ahead of the start of a piece, to the next sharp turn or to the path's end, mm.
+    pub(super) fn room_ahead(&self, number: u32) -> f32 {
+        let smooth = self.sharp.0.rotate_right(number.wrapping_add(1) % PIECES);
+        let to_sharp = smooth.trailing_zeros() + 1;
+        let until = number.wrapping_add(to_sharp.min(self.from(number)));
+        self.way(number, until)
     }
 
     /// The path behind the start of a piece, back to a sharp turn or to the first piece that is known, mm.
     pub(super) fn room_behind(&self, number: u32) -> f32 {
-        let before = number.wrapping_sub(1);
-        let smooth = self.sharp.rotate_left(31 - before % PIECES as u32);
-        let first = self.count.wrapping_sub(self.known);
-        let most = before.wrapping_sub(first);
-        let back = smooth.leading_zeros().min(most);
-        let begin = self.placed(before.wrapping_sub(back)).since;
-        distance(begin, self.placed(number).since)
+        let smooth = self.sharp.0.rotate_right(number % PIECES);
+        let back = smooth.leading_zeros() + 1;
+        self.way(number.wrapping_sub(back.min(self.before(number))), number)
     }
 
-    /// The whole path ahead of the start of a piece, through sharp turns, mm.
-    pub(super) fn all_ahead(&self, number: u32) -> f32 {
-        distance(self.placed(number).since, self.until)
+    /// How many pieces are known before a piece.
+    pub(super) const fn before(&self, number: u32) -> u32 {
+        self.known - self.count.wrapping_sub(number)
     }
 
-    /// The whole path behind the start of a piece, mm.
-    pub(super) fn all_behind(&self, number: u32) -> f32 {
-        let first = self.placed(self.count.wrapping_sub(self.known));
-        distance(first.since, self.placed(number).since)
+    /// How many there are from it on.
+    pub(super) const fn from(&self, number: u32) -> u32 {
+        self.count.wrapping_sub(number)
     }
 
-    /// The way from the start of a piece to the place that far along the path, mm; there is as much path.
-    pub(super) fn ahead(&self, number: u32, length: f32) -> [f32; AXES] {
+    /// The path from the start of one piece to that of a later one, mm.
+    pub(super) fn way(&self, from: u32, to: u32) -> f32 {
+        let (from, to) = (self.placed(from).since, self.placed(to).since);
+        to.wrapping_sub(from) as f32 * MM
+    }
+
+    /// Where the path is so far ahead of the start of a piece and so far behind it: the sum of both ways there, mm, and the product of the
+    /// squares of their lengths. There is as much path. `pieces` says how many are passed, and where to begin to look.
+    pub(super) fn aside(
+        &self,
+        number: u32,
+        length: f32,
+        pieces: &mut [u32; 2],
+    ) -> ([f32; AXES], f32) {
+        let away = (length * PER_MM) as u32;
         let from = self.placed(number);
-        let away = (length / MM) as u32;
-        let to = self.last_from(number, self.count.wrapping_sub(number), |placed| {
-            placed.since.wrapping_sub(from.since) <= away
+        let on = |pieces| self.placed(number.wrapping_add(pieces));
+        let back = |pieces| self.placed(number.wrapping_sub(pieces));
+        let [ahead, behind] = pieces;
+        let passed = |pieces| on(pieces).since.wrapping_sub(from.since);
+        *ahead = find(*ahead, self.from(number) - 1, |pieces| {
+            passed(pieces) <= away
         });
-        let placed = self.placed(to);
-        let passed = distance(from.since, placed.since);
-        placed.beside(&from.start, &placed.start, length - passed)
-    }
-
-    /// The way from the start of a piece back to the place that far along the path, mm; there is as much path.
-    pub(super) fn behind(&self, number: u32, length: f32) -> [f32; AXES] {
-        let from = self.placed(number);
-        let away = (length / MM) as u32;
-        let known = self.known - self.count.wrapping_sub(number);
-        let first = number.wrapping_sub(known);
-        let at = self.last_from(first, known, |placed| {
-            from.since.wrapping_sub(placed.since) >= away
+        let rest_ahead = (away - passed(*ahead)) as f32 * MM;
+        let passed = |pieces| from.since.wrapping_sub(back(pieces).since);
+        *behind = find(*behind, self.before(number) - 1, |pieces| {
+            passed(pieces) <= away
         });
-        let placed = self.placed(at);
-        let end = self.placed(at.wrapping_add(1));
-        let passed = distance(end.since, from.since);
-        placed.beside(&from.start, &end.start, passed - length)
-    }
-
-    /// The last of `count` pieces from `first` on that `is_before` the place wanted; the first where none is.
-    fn last_from(&self, first: u32, count: u32, is_before: impl Fn(&Placed<AXES>) -> bool) -> u32 {
-        let (mut low, mut high) = (0, count);
-        while high - low > 1 {
-            let middle = low + (high - low) / 2;
-            if is_before(self.placed(first.wrapping_add(middle))) {
-                low = middle;
-            } else {
-                high = middle;
-            }
+        let rest_behind = (away - passed(*behind)) as f32 * MM;
+        let (last, first, course) = (on(*ahead), back(*behind), &back(*behind + 1).course);
+        let (mut aside, mut ahead2, mut behind2) = ([0.0; AXES], 0.0, 0.0);
+        for (axis, aside) in aside.iter_mut().enumerate() {
+            let from = from.start[axis];
+            let way = |to: i32| to.wrapping_sub(from) as f32 * MM;
+            let ahead = way(last.start[axis]) + last.course[axis] * rest_ahead;
+            let behind = way(first.start[axis]) - course[axis] * rest_behind;
+            *aside = ahead + behind;
+            ahead2 += ahead * ahead;
+            behind2 += behind * behind;
         }
-        first.wrapping_add(low)
+        (aside, ahead2 * behind2)
     }
 }
 
-impl<const AXES: usize> Placed<AXES> {
-    /// So far along its course, mm.
-    pub(super) fn along(&self, length: f32) -> [f32; AXES] {
-        self.course.map(|course| course * length)
+/// The greatest number, `most` at most, that is `within`, as all below it are, from a `guess` on; 0 where none is.
+fn find(guess: u32, most: u32, within: impl Fn(u32) -> bool) -> u32 {
+    let mut found = guess.min(most);
+    while found > 0 && !within(found) {
+        found -= 1;
     }
-
-    /// The place `length` mm ahead of one of its ends, seen from `origin`, mm.
-    fn beside(&self, origin: &[i32; AXES], end: &[i32; AXES], length: f32) -> [f32; AXES] {
-        let mut point = between(origin, end);
-        for (point, course) in point.iter_mut().zip(&self.course) {
-            *point += course * length;
-        }
-        point
+    while found < most && within(found + 1) {
+        found += 1;
     }
+    found
 }
 
-/// Whether a turn is no part of a smooth curve: 22 degrees or more.
-fn is_sharp<const AXES: usize>(from: &[f32; AXES], to: &[f32; AXES]) -> bool {
-    const SHARP2: f32 = 0.15;
-    let change2 = from
-        .iter()
-        .zip(to)
-        .fold(0.0, |sum, (from, to)| sum + (to - from) * (to - from));
-    change2 > SHARP2
-}
-
-/// From one place along the path to a later one, mm.
-fn distance(from: u32, to: u32) -> f32 {
-    to.wrapping_sub(from) as f32 * MM
+/// The square of the distance between two points.
+fn distance2<const AXES: usize>(from: &[f32; AXES], to: &[f32; AXES]) -> f32 {
+    let axes = from.iter().zip(to);
+    axes.fold(0.0, |sum, (from, to)| sum + (to - from) * (to - from))
 }
 
 fn between<const AXES: usize>(from: &[i32; AXES], to: &[i32; AXES]) -> [f32; AXES] {

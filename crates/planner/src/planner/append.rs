@@ -17,32 +17,43 @@ where
 {
     /// Queues a move: of its own, or, where both are short and as good as one, in the place of the last one together with that.
     pub(super) fn append(&mut self, of: &Move<AXES>, delta: [i32; MOTORS], events: u32) {
-        if self.config.corner_rule == CornerRule::Grbl {
+        if !self.keeps_limits() {
             return self.append_by_corners(of, delta, events);
         }
         if self.join(of, &delta).is_some() {
             return;
         }
-        let (planned, direction) = self.plan(of, delta, events);
-        if !self.window.goes_on() {
-            let start = self.axes_at(&self.position);
-            self.window.begin(&start);
+        let mut planned = PlannedMove::new(of, delta);
+        let direction = self.plan(&mut planned, of, events);
+        let is_short = self.is_short(planned.length * planned.length);
+        self.begin_short(of, &delta, is_short);
+        let begins = self.window.as_ref().is_some_and(|window| !window.goes_on());
+        let start = begins.then(|| self.axes_at(&self.position));
+        if let Some(window) = &mut self.window {
+            if let Some(start) = start {
+                window.begin(&start);
+            }
+            let piece = piece(&planned, direction, of);
+            window.push(&piece, is_short, of.curve.is_some(), &of.target);
         }
-        let piece = self.piece(&planned, direction, of);
-        self.begin_short(of, &delta, &piece);
-        self.window.push(piece, &of.target);
-        self.queue_newest(planned);
+        self.queue_newest(&planned);
         self.begin_row(of, delta);
         self.settle();
     }
 
+    /// Whether curves keep the limits of the axes, and not corners alone.
+    pub(super) fn keeps_limits(&self) -> bool {
+        self.config.corner_rule == CornerRule::Limits && self.window.is_some()
+    }
+
     /// The same by Grbl's rule: a corner is known with the move behind it.
     fn append_by_corners(&mut self, of: &Move<AXES>, delta: [i32; MOTORS], events: u32) {
-        let (planned, direction) = self.plan(of, delta, events);
+        let mut planned = PlannedMove::new(of, delta);
+        let direction = self.plan(&mut planned, of, events);
         let v2 = self
             .last
             .map_or(0.0, |before| junction_v2(&before, &direction, &self.limits));
-        self.queue_newest(planned);
+        self.queue_newest(&planned);
         self.last = Some(direction);
         self.begin_row(of, delta);
         self.release(&Turn::corner(v2));
@@ -53,52 +64,43 @@ where
         self.row = Row::begin(of, delta).filter(|_| rows);
     }
 
-    pub(super) fn piece(
-        &self,
-        planned: &PlannedMove<MOTORS>,
-        direction: [f32; AXES],
-        of: &Move<AXES>,
-    ) -> Piece<AXES> {
-        Piece {
-            direction,
-            is_short: self.is_short(planned.length * planned.length),
-            top_v2: planned.top_v2(),
-            is_chord: of.curve.is_some(),
-            rounding: of.curve.map_or(DECIMALS, Curve::rounding),
-        }
-    }
-
     /// Plans the first moves whose start is known by now.
     pub(super) fn settle(&mut self) {
         /// Enough for those that wait to become fewer, and few enough for the time that one line may take.
         const MOST: usize = 2;
         for _ in 0..MOST {
-            let Some(turn) = self.window.settle(&self.limits, false) else {
+            if self.settle_one(false).is_none() {
                 return;
-            };
-            self.release(&turn);
+            }
         }
     }
 
-    /// Plans the first move that waits, whatever is known of its start.
-    pub(super) fn settle_first(&mut self) {
-        if let Some(turn) = self.window.settle(&self.limits, true) {
-            self.release(&turn);
-        }
+    /// Plans the first move that waits, if its start is known, or `now`, as well as it is known. `None` where it waits on.
+    pub(super) fn settle_one(&mut self, now: bool) -> Option<()> {
+        let turn = self.window.as_mut()?.settle(&self.limits, now)?;
+        self.release(&turn);
+        Some(())
     }
 
     /// Plans the first move that waits, with the turn at its start.
     fn release(&mut self, turn: &Turn<AXES>) {
         let (overrides, unit) = (self.overrides, self.limits.unit);
-        let before = self.queue.last_planned();
-        let before = before.map(|before| nominal(overrides, before));
+        let (before, mut speed) = (self.nominal_before, None);
         let (queue, ground) = self.parts();
-        queue.plan(&ground, |of| begin(of, turn, unit, overrides, before));
+        queue.plan(&ground, |of| {
+            speed = Some(begin(of, turn, unit, overrides, before));
+        });
+        self.nominal_before = speed;
     }
 
     /// How a move that waits will be planned, `count` of them behind the first one, as far as that is known.
-    pub(crate) fn guess(&self, count: usize, of: &PlannedMove<MOTORS>) -> PlannedMove<MOTORS> {
-        let turn = self.window.guess(count as u32, &self.limits);
+    pub(crate) fn guess(
+        &self,
+        count: usize,
+        of: &PlannedMove<AXES, MOTORS>,
+    ) -> PlannedMove<AXES, MOTORS> {
+        let window = self.window.as_ref();
+        let turn = window.and_then(|window| window.guess(count as u32, &self.limits));
         let turn = turn.unwrap_or(Turn::REST);
         let mut planned = *of;
         begin(&mut planned, &turn, self.limits.unit, self.overrides, None);
@@ -124,33 +126,49 @@ where
         if is_gap(of) && (slower || !is_short(gap, nominal, longer.acceleration)) {
             return None;
         }
-        if self.config.corner_rule == CornerRule::Limits {
-            self.window
-                .lengthen_last(&of.target, self.is_short(longer.length * longer.length));
+        let is_short = self.is_short(longer.length * longer.length);
+        if let Some(window) = self.window.as_mut().filter(|window| window.goes_on()) {
+            window.lengthen_last(is_short, &of.target);
         }
         self.lengthen_newest(longer);
         self.pixels.push(pixel);
         self.row = Some(row);
         self.short = None;
-        if !planned {
+        if planned {
+            self.nominal_before = Some(nominal);
+        } else {
             self.settle();
         }
         Some(())
     }
 }
 
-/// Gives a move the turn at its start; `before` is the nominal speed of the move before it, mm/s.
+/// A planned move as a piece of the path.
+pub(super) fn piece<const AXES: usize, const MOTORS: usize>(
+    planned: &PlannedMove<AXES, MOTORS>,
+    direction: [f32; AXES],
+    of: &Move<AXES>,
+) -> Piece<AXES> {
+    Piece {
+        direction,
+        per_top_v2: 1.0 / planned.top_v2(),
+        rounding: of.curve.map_or(DECIMALS, Curve::rounding),
+        per_acceleration: 1.0 / planned.acceleration,
+    }
+}
+
+/// Gives a move the turn at its start; `before` is the nominal speed of the move before it, mm/s. Returns its own one.
 fn begin<const AXES: usize, const MOTORS: usize>(
-    of: &mut PlannedMove<MOTORS>,
+    of: &mut PlannedMove<AXES, MOTORS>,
     turn: &Turn<AXES>,
     unit: SpeedUnit,
     overrides: Overrides,
     before: Option<f32>,
-) {
-    for (bend, turned) in of.bend.iter_mut().zip(turn.bend) {
-        *bend = turned;
-    }
+) -> f32 {
+    of.bend = turn.bend;
     of.reach = turn.reach;
     of.corner = unit.units(turn.v2);
-    of.cap = cap(unit, before, nominal(overrides, of), of.corner);
+    let nominal = nominal(overrides, of);
+    of.cap = cap(unit, before, nominal, of.corner);
+    nominal
 }

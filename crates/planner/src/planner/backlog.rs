@@ -30,7 +30,10 @@ impl Backlog {
     }
 
     /// What a move takes at least at 100 %, µs. Of what does not change while it waits.
-    fn micros<const MOTORS: usize>(&self, planned: &PlannedMove<MOTORS>) -> u32 {
+    fn micros<const AXES: usize, const MOTORS: usize>(
+        &self,
+        planned: &PlannedMove<AXES, MOTORS>,
+    ) -> u32 {
         let speed = most(least(planned.feed, self.fastest), SLOWEST);
         (planned.length / speed * 1e6) as u32
     }
@@ -51,14 +54,14 @@ where
     }
 
     /// Queues a move; there is room.
-    pub(super) fn queue_newest(&mut self, planned: PlannedMove<MOTORS>) {
+    pub(super) fn queue_newest(&mut self, planned: &PlannedMove<AXES, MOTORS>) {
         self.backlog
-            .replace(None, Some(self.backlog.micros(&planned)));
-        let _room = self.queue.push(planned);
+            .replace(None, Some(self.backlog.micros(planned)));
+        self.queue.push(planned);
     }
 
     /// Puts the newest move made longer in its place.
-    pub(super) fn lengthen_newest(&mut self, longer: PlannedMove<MOTORS>) {
+    pub(super) fn lengthen_newest(&mut self, longer: PlannedMove<AXES, MOTORS>) {
         let shorter = self.queue.newest().map(|of| self.backlog.micros(of));
         self.backlog
             .replace(shorter, Some(self.backlog.micros(&longer)));

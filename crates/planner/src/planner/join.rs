@@ -1,8 +1,9 @@
 //! A piece of a few steps becomes part of the last queued move (see `short`).
 
+use super::append::piece;
 use super::Planner;
+use crate::moves::PlannedMove;
 use crate::path::short::Short;
-use crate::path::Piece;
 use crate::{Feed, Kinematics, Move};
 
 impl<K, const AXES: usize, const MOTORS: usize> Planner<'_, K, AXES, MOTORS>
@@ -21,9 +22,12 @@ where
         }
         let more = crate::real::norm2(&self.axes_mm(*delta));
         let joined = short.joined(delta).filter(|_| self.is_short(more))?;
-        let (planned, direction) = self.plan(of, joined.delta(), joined.events());
-        let piece = self.piece(&planned, direction, of);
-        self.window.replace_last(piece, &of.target);
+        let mut planned = PlannedMove::new(of, joined.delta());
+        let direction = self.plan(&mut planned, of, joined.events());
+        let is_short = self.is_short(planned.length * planned.length);
+        let piece = piece(&planned, direction, of);
+        let window = self.window.as_mut()?;
+        window.replace_last(&piece, is_short, &of.target);
         self.lengthen_newest(planned);
         self.short = Some(joined);
         self.begin_row(of, joined.delta());
@@ -32,14 +36,9 @@ where
     }
 
     /// Notes the move by `delta` steps as the last one, for the next one to be joined to it where both are short.
-    pub(super) fn begin_short(
-        &mut self,
-        of: &Move<AXES>,
-        delta: &[i32; MOTORS],
-        piece: &Piece<AXES>,
-    ) {
+    pub(super) fn begin_short(&mut self, of: &Move<AXES>, delta: &[i32; MOTORS], is_short: bool) {
         let plain = matches!(of.feed, Feed::PerMinute(_)) && of.curve.is_none();
-        self.short = (plain && piece.is_short).then(|| Short::new(delta));
+        self.short = (plain && is_short).then(|| Short::new(delta));
     }
 
     /// Whether a move, the square of whose length is `length2` mm², is so short that its direction says little.

@@ -12,7 +12,7 @@ mod tests;
 pub(crate) use one_move::nominal;
 
 use crate::ahead::lookahead::LookAhead;
-use crate::ahead::queue::{PixelQueue, Queue};
+use crate::ahead::queue::{PixelQueue, Room};
 use crate::config::{Limits, Scales, SpeedUnit};
 use crate::emit::pixel::{Pixel, Pixels};
 use crate::moves::PlannedMove;
@@ -38,13 +38,15 @@ pub struct Planner<'q, K, const AXES: usize, const MOTORS: usize> {
     scales: Scales<MOTORS>,
     kinematics: K,
     overrides: Overrides,
-    queue: LookAhead<'q, MOTORS>,
+    queue: LookAhead<'q, AXES, MOTORS>,
     /// Where the last queued move ends, steps.
     position: [i32; MOTORS],
     /// The target of the last `push`, by motors, and its steps: most moves leave some motor where it is.
     target: [(Coordinate, i32); MOTORS],
     /// Direction at the end of the last queued move, by Grbl's rule.
     last: Option<[f32; AXES]>,
+    /// The speed of the last planned move by itself, mm/s.
+    nominal_before: Option<f32>,
     /// The last queued move, if more may be merged into it.
     row: Option<Row<MOTORS>>,
     /// The last queued move, if it is a few steps long, for the next one to be joined to it.
@@ -52,7 +54,7 @@ pub struct Planner<'q, K, const AXES: usize, const MOTORS: usize> {
     pixels: Pixels<'q>,
     backlog: Backlog,
     /// The end of the path, and the moves there whose curvature is not known yet.
-    window: &'q mut Window<AXES>,
+    window: Option<&'q mut Window<AXES>>,
     /// Counts changes after which the running move's profile is out of date.
     revision: u32,
 }
@@ -99,15 +101,19 @@ where
     ///
     /// # Errors
     /// [`Config::validate`] refuses the settings.
-    pub fn new<const MOVES: usize, const PIXELS: usize>(
+    pub fn new<const PIXELS: usize>(
         config: Config<AXES>,
         kinematics: K,
-        queue: &'q mut Queue<AXES, MOTORS, MOVES>,
+        queue: impl Into<Room<'q, AXES, MOTORS>>,
         pixels: &'q mut PixelQueue<PIXELS>,
     ) -> Result<Self, ConfigError> {
         const { assert!(AXES <= MOTORS, "an axis has a motor of its own") };
         config.validate()?;
-        queue.window.forget();
+        let Room {
+            moves,
+            blocks,
+            window,
+        } = queue.into();
         let mut planner = Self {
             limits: Limits::new(&config),
             scales: Scales::new(&config, &kinematics),
@@ -115,17 +121,19 @@ where
             config,
             kinematics,
             overrides: Overrides::default(),
-            queue: LookAhead::new(queue.moves.as_mut_view(), &mut queue.blocks),
+            queue: LookAhead::new(moves, blocks),
             pixels: Pixels::new(pixels.0.as_mut_view()),
             position: [0; MOTORS],
             target: [(Coordinate::ZERO, 0); MOTORS],
             last: None,
+            nominal_before: None,
             row: None,
             short: None,
-            window: &mut queue.window,
+            window,
             revision: 0,
         };
         planner.fit_room();
+        planner.forget_direction();
         Ok(planner)
     }
 
@@ -240,17 +248,25 @@ where
     #[inline(never)]
     fn forget_direction(&mut self) {
         self.last = None;
+        self.nominal_before = None;
         self.row = None;
         self.short = None;
-        self.window.forget();
+        if let Some(window) = &mut self.window {
+            window.forget();
+        }
     }
 
-    pub(crate) const fn queue(&self) -> &LookAhead<'q, MOTORS> {
+    pub(crate) const fn queue(&self) -> &LookAhead<'q, AXES, MOTORS> {
         &self.queue
     }
 
     /// The queue, and what the axes leave to its moves.
-    pub(crate) fn parts(&mut self) -> (&mut LookAhead<'q, MOTORS>, Ground<'_, K, AXES, MOTORS>) {
+    pub(crate) fn parts(
+        &mut self,
+    ) -> (
+        &mut LookAhead<'q, AXES, MOTORS>,
+        Ground<'_, K, AXES, MOTORS>,
+    ) {
         let ground = Ground {
             limits: &self.limits,
             scales: &self.scales,
@@ -269,9 +285,9 @@ where
         }
     }
 
-    pub(crate) fn start_next(&mut self) -> Option<&PlannedMove<MOTORS>> {
+    pub(crate) fn start_next(&mut self) -> Option<&PlannedMove<AXES, MOTORS>> {
         if self.queue.waiting() == 0 {
-            self.settle_first();
+            self.settle_one(true);
         }
         self.queue.start_next();
         self.note_started();
@@ -300,10 +316,10 @@ where
         /// So many are planned at a time at most.
         const MOST: usize = 4;
         self.find();
-        if self.hangs() && self.window.waiting() > self.queue.waiting() / FEW {
+        if self.hangs() && self.unsettled() > self.queue.waiting() / FEW {
             for _ in 0..MOST {
-                if self.window.waiting() > self.queue.waiting() / FEW {
-                    self.settle_first();
+                if self.unsettled() > self.queue.waiting() / FEW {
+                    self.settle_one(true);
                 }
             }
             self.find();
@@ -312,6 +328,11 @@ where
             exit: self.queue.exit_limit(),
             revision: self.revision,
         }
+    }
+
+    /// How many moves wait until the turn at their start is known.
+    fn unsettled(&self) -> usize {
+        self.window.as_ref().map_or(0, |window| window.waiting())
     }
 
     fn find(&mut self) {

@@ -10,17 +10,16 @@ impl<K, const AXES: usize, const MOTORS: usize> Planner<'_, K, AXES, MOTORS>
 where
     K: Kinematics<AXES, MOTORS>,
 {
-    /// Finds length, direction and limits of the move by `delta` steps, `events` of the dominant motor.
+    /// Finds length and limits of a planned move that is `of`, `events` steps of the dominant motor; returns its direction.
     pub(super) fn plan(
         &self,
+        planned: &mut PlannedMove<AXES, MOTORS>,
         of: &Move<AXES>,
-        delta: [i32; MOTORS],
         events: u32,
-    ) -> (PlannedMove<MOTORS>, [f32; AXES]) {
-        let axes_mm = self.axes_mm(delta);
+    ) -> [f32; AXES] {
+        let axes_mm = self.axes_mm(planned.delta);
         let length = sqrt(norm2(&axes_mm));
         let direction = axes_mm.map(|mm| mm / length);
-        let mut planned = PlannedMove::new(of, delta);
         planned.length = length;
         planned.acceleration = 1.0 / worst(&direction, &self.limits.per_acceleration);
         planned.rate = self.rate(length, events, &direction);
@@ -29,7 +28,7 @@ where
             Feed::PerMinute(speed) => speed,
             Feed::InverseTime(per_second) => per_second * length,
         };
-        (planned, direction)
+        direction
     }
 
     /// How far each axis goes where the motors make `delta` steps, mm.
@@ -51,7 +50,7 @@ where
         )
     }
 
-    pub(crate) fn nominal(&self, planned: &PlannedMove<MOTORS>) -> f32 {
+    pub(crate) fn nominal(&self, planned: &PlannedMove<AXES, MOTORS>) -> f32 {
         nominal(self.overrides, planned)
     }
 
@@ -70,9 +69,9 @@ where
 }
 
 /// The speed that a move runs at where nothing else limits it, mm/s.
-pub(crate) fn nominal<const MOTORS: usize>(
+pub(crate) fn nominal<const AXES: usize, const MOTORS: usize>(
     overrides: Overrides,
-    planned: &PlannedMove<MOTORS>,
+    planned: &PlannedMove<AXES, MOTORS>,
 ) -> f32 {
     let percent = match planned.kind {
         MoveKind::Rapid => overrides.rapid,

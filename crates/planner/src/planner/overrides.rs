@@ -21,6 +21,8 @@ where
             return;
         }
         self.overrides = overrides;
+        let last = self.queue.last_planned();
+        self.nominal_before = last.map(|last| nominal(overrides, last));
         self.queue.begin_renewal();
         self.renew();
         self.revision = self.revision.wrapping_add(1);

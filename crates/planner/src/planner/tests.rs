@@ -4,7 +4,7 @@ use super::*;
 use crate::config::SLOWEST;
 use crate::reference::{pixels, queue, to};
 use crate::{
-    Cartesian, CoreXy, CornerRule, Curve, Feed, Ganged, MoveKind, MovePower, StepsPerMm,
+    Cartesian, CoreXy, CornerRule, Curve, Feed, Ganged, MoveKind, MovePower, Queue, StepsPerMm,
     NANOS_PER_MM,
 };
 use leadscrew_stepper::OutputChange;
@@ -64,9 +64,19 @@ fn fewer_moves_than_there_is_room_for_can_be_used() {
     assert_eq!(planner.push(&to(3.0, 0.0, 10.0)), Err(PushError::Full));
 }
 
+fn planned(
+    planner: &Planner<'_, Cartesian, 2, 2>,
+    of: &Move<2>,
+    delta: [i32; 2],
+) -> PlannedMove<2, 2> {
+    let mut planned = PlannedMove::new(of, delta);
+    planner.plan(&mut planned, of, delta[0].max(delta[1]) as u32);
+    planned
+}
+
 #[test]
 fn limits_along_a_diagonal_are_those_of_the_weakest_axis() {
-    let (planned, _) = cartesian().plan(&to(3.0, 4.0, 1e3), [750, 1000], 1000);
+    let planned = planned(&cartesian(), &to(3.0, 4.0, 1e3), [750, 1000]);
     assert!((planned.length - 5.0).abs() < 1e-5);
     assert!((planned.rate - 62.5).abs() < 1e-3);
     assert!((planned.acceleration - 250.0).abs() < 1e-3);
@@ -155,7 +165,7 @@ fn overrides_scale_their_own_kind_only_and_never_beyond_the_rate() {
             kind,
             ..to(1.0, 0.0, feed)
         };
-        planner.nominal(&planner.plan(&of, [250, 0], 250).0)
+        planner.nominal(&planned(&planner, &of, [250, 0]))
     };
     assert_eq!(nominal(10.0, MoveKind::Feed), 20.0);
     assert!((nominal(80.0, MoveKind::Feed) - 100.0).abs() < 1e-3);
@@ -171,7 +181,7 @@ fn inverse_time_is_along_the_path() {
         feed: Feed::InverseTime(2.0),
         ..to(3.0, 4.0, 0.0)
     };
-    let (planned, _) = planner.plan(&of, [750, 1000], 1000);
+    let planned = planned(&planner, &of, [750, 1000]);
     assert!((planned.feed - 10.0).abs() < 1e-5);
 }
 

@@ -58,7 +58,7 @@ where
         }
     }
 
-    fn piece(&self, planned: &PlannedMove<MOTORS>, length: f32) -> Piece<AXES> {
+    fn piece(&self, planned: &PlannedMove<AXES, MOTORS>, length: f32) -> Piece<AXES> {
         let mut motors_mm = [0.0; MOTORS];
         let scales = planned.delta.into_iter().zip(self.scales.mm_per_step);
         for (mm, (steps, mm_per_step)) in motors_mm.iter_mut().zip(scales) {
@@ -75,12 +75,12 @@ where
     /// How the running move goes on, with the one `behind` it, where its end is to be passed at `exit_v2` at most.
     pub(crate) fn course(
         &self,
-        planned: &PlannedMove<MOTORS>,
-        behind: Option<&PlannedMove<MOTORS>>,
+        planned: &PlannedMove<AXES, MOTORS>,
+        behind: Option<&PlannedMove<AXES, MOTORS>>,
         at: Whereabouts,
         exit_v2: f32,
     ) -> Course {
-        let to = behind.map_or([0.0; MOTORS], |behind| behind.bend);
+        let to = behind.map_or([0.0; AXES], |behind| behind.bend);
         if self.jerk > 0.0 {
             return self.eased_course(planned, behind, exit_v2);
         }
@@ -97,8 +97,9 @@ where
         let middle = middle(planned, behind);
         let from = if at.at_start { planned.bend } else { middle };
         let piece = self.piece(planned, at.left);
-        let gain = |x, from: &[f32; MOTORS], to: &[f32; MOTORS], rise| {
-            piece.gain(x, from, to, rise) * GAIN_MARGIN
+        let gain = |x, from: &[f32; AXES], to: &[f32; AXES], rise| {
+            let [gain] = piece.gains([x], from, to, rise);
+            gain * GAIN_MARGIN
         };
         let reached = at.v2 + gain(at.v2, &from, &to, Rise::Forward);
         let exit_v2 = least(exit_v2, reached);
@@ -125,8 +126,8 @@ where
     /// The same with a jerk limit: one acceleration for all.
     fn eased_course(
         &self,
-        planned: &PlannedMove<MOTORS>,
-        behind: Option<&PlannedMove<MOTORS>>,
+        planned: &PlannedMove<AXES, MOTORS>,
+        behind: Option<&PlannedMove<AXES, MOTORS>>,
         exit_v2: f32,
     ) -> Course {
         let a = self.eased(planned, behind);
@@ -140,9 +141,13 @@ where
     }
 
     /// The acceleration that the highest speeds leave, mm/s².
-    fn eased(&self, planned: &PlannedMove<MOTORS>, behind: Option<&PlannedMove<MOTORS>>) -> f32 {
+    fn eased(
+        &self,
+        planned: &PlannedMove<AXES, MOTORS>,
+        behind: Option<&PlannedMove<AXES, MOTORS>>,
+    ) -> f32 {
         let piece = self.piece(planned, planned.length);
-        let left = |of: &PlannedMove<MOTORS>| {
+        let left = |of: &PlannedMove<AXES, MOTORS>| {
             let v2 = self.limits.unit.v2(of.corner);
             let both = [Rise::Forward, Rise::Backward];
             both.iter().fold(planned.acceleration, |least_left, rise| {
@@ -155,8 +160,8 @@ where
 
     fn eased_gain(
         &self,
-        planned: &PlannedMove<MOTORS>,
-        behind: Option<&PlannedMove<MOTORS>>,
+        planned: &PlannedMove<AXES, MOTORS>,
+        behind: Option<&PlannedMove<AXES, MOTORS>>,
     ) -> f32 {
         let acceleration = self.eased(planned, behind);
         let limits = ramp::Limits {
@@ -175,27 +180,28 @@ where
 const STILL: f32 = 1e-6;
 
 /// The curvature between the ends of a move: what both turns have in common, spread over its length.
-fn middle<const MOTORS: usize>(
-    planned: &PlannedMove<MOTORS>,
-    behind: Option<&PlannedMove<MOTORS>>,
-) -> [f32; MOTORS] {
-    let spread = |of: &PlannedMove<MOTORS>| {
+fn middle<const AXES: usize, const MOTORS: usize>(
+    planned: &PlannedMove<AXES, MOTORS>,
+    behind: Option<&PlannedMove<AXES, MOTORS>>,
+) -> [f32; AXES] {
+    let spread = |of: &PlannedMove<AXES, MOTORS>| {
         let share = least(of.reach / planned.length, 1.0);
         of.bend.map(|bend| bend * share)
     };
-    behind.map_or([0.0; MOTORS], |behind| {
+    behind.map_or([0.0; AXES], |behind| {
         common(&spread(planned), &spread(behind))
     })
 }
 
-impl<K, const AXES: usize, const MOTORS: usize> Braking<MOTORS> for Ground<'_, K, AXES, MOTORS>
+impl<K, const AXES: usize, const MOTORS: usize> Braking<AXES, MOTORS>
+    for Ground<'_, K, AXES, MOTORS>
 where
     K: Kinematics<AXES, MOTORS>,
 {
     fn gain(
         &self,
-        planned: &PlannedMove<MOTORS>,
-        behind: Option<&PlannedMove<MOTORS>>,
+        planned: &PlannedMove<AXES, MOTORS>,
+        behind: Option<&PlannedMove<AXES, MOTORS>>,
         v2: u32,
     ) -> u32 {
         let unit = self.limits.unit;
@@ -205,15 +211,20 @@ where
         } else if straight {
             2.0 * planned.acceleration * planned.length
         } else {
-            let none = [0.0; MOTORS];
+            let none = [0.0; AXES];
             let to = behind.map_or(&none, |behind| &behind.bend);
             let piece = self.piece(planned, planned.length);
-            piece.gain(unit.v2(v2), to, &planned.bend, Rise::Backward)
+            let [gain] = piece.gains([unit.v2(v2)], to, &planned.bend, Rise::Backward);
+            gain
         };
         unit.units(gain * GAIN_MARGIN)
     }
 
-    fn ends(&self, planned: &PlannedMove<MOTORS>, behind: &PlannedMove<MOTORS>) -> Ends {
+    fn ends(
+        &self,
+        planned: &PlannedMove<AXES, MOTORS>,
+        behind: &PlannedMove<AXES, MOTORS>,
+    ) -> Ends {
         let unit = self.limits.unit;
         if self.jerk > 0.0 || planned.is_straight() && behind.is_straight() {
             let gain = self.gain(planned, Some(behind), 0);
@@ -225,8 +236,11 @@ where
         let v2 = least(planned.top_v2(), behind.top_v2());
         let top = unit.units(v2).min(behind.corner);
         let piece = self.piece(planned, planned.length);
-        let gain = |x| piece.gain(x, &behind.bend, &planned.bend, Rise::Backward);
-        let gains = [0.0, unit.v2(top)].map(|x| unit.units(gain(x) * GAIN_MARGIN));
-        Ends { top, gains }
+        let speeds = [0.0, unit.v2(top)];
+        let gains = piece.gains(speeds, &behind.bend, &planned.bend, Rise::Backward);
+        Ends {
+            top,
+            gains: gains.map(|gain| unit.units(gain * GAIN_MARGIN)),
+        }
     }
 }

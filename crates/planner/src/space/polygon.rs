@@ -54,45 +54,57 @@ pub(crate) fn common<const N: usize>(one: &[f32; N], other: &[f32; N]) -> [f32; 
 }
 
 impl<const AXES: usize> Piece<AXES> {
-    /// By how much the squared speed can rise from `x` over the piece, mm²/s²: `from` is the curvature where it is `x`, `to` that at the
-    /// other end.
-    pub(crate) fn gain(&self, x: f32, from: &[f32], to: &[f32], rise: Rise) -> f32 {
-        let per_length = 0.5 / self.length;
-        let axes = self.tangent.iter().zip(from.iter().zip(to));
-        let gain = axes.fold(f32::INFINITY, |gain, (q, (from, to))| {
+    /// By how much the squared speed can rise from each of `xs` over the piece, mm²/s²: `from` is the curvature where it is `x`, `to`
+    /// that at the other end.
+    ///
+    /// With the share `p` of an axis in a gain `g` each asks for `|p·g + from·x| ≤ 1` and `|p·g + to·(x + g)| ≤ 1`.
+    pub(crate) fn gains<const N: usize>(
+        &self,
+        xs: [f32; N],
+        from: &[f32],
+        to: &[f32],
+        rise: Rise,
+    ) -> [f32; N] {
+        let per_length = rise.sign() * 0.5 / self.length;
+        let mut gains = [f32::INFINITY; N];
+        for (q, (from, to)) in self.tangent.iter().zip(from.iter().zip(to)) {
             if *q == 0.0 && *to == 0.0 {
-                return gain; // the axis rests
+                continue; // the axis rests
             }
-            let (each, from, to) = seen(*q, *from, *to, rise);
-            let each = each * per_length;
-            let gain = least(gain, least(1.0 - from * x, 1.0) / each);
-            let steeper = each + to;
-            if steeper > 0.0 {
-                least(gain, (1.0 - to * x) / steeper)
-            } else {
-                gain
+            let share = q * per_length;
+            let one = 1.0f32.copysign(share);
+            let (per_share, steeper) = (1.0 / share, share + to);
+            // Else the speed may rise without end.
+            let ends = (steeper * one > 0.0).then(|| 1.0 / steeper);
+            for (gain, x) in gains.iter_mut().zip(&xs) {
+                let start = least(per_share.abs(), (one - from * x) * per_share);
+                *gain = least(*gain, start);
+                if let Some(per_steeper) = ends {
+                    *gain = least(*gain, (one - to * x) * per_steeper);
+                }
             }
-        });
-        most(gain, 0.0)
+        }
+        gains.map(|gain| most(gain, 0.0))
     }
 
     /// What is left for the acceleration along the path at the squared speed `x` where it turns with the curvature `bend`, mm/s².
     pub(crate) fn left(&self, x: f32, bend: &[f32], rise: Rise) -> f32 {
         let axes = self.tangent.iter().zip(bend);
         let left = axes.fold(f32::INFINITY, |left, (q, bend)| {
-            let (each, bend, _) = seen(*q, *bend, 0.0, rise);
-            least(left, least(1.0 - bend * x, 1.0) / each)
+            let one = 1.0f32.copysign(q * rise.sign());
+            least(left, least(1.0, 1.0 - one * bend * x) / q.abs())
         });
         most(left, 0.0)
     }
 }
 
-/// Tangent and curvatures as they are where the tangent is positive and the speed rises along it.
-fn seen(q: f32, from: f32, to: f32, rise: Rise) -> (f32, f32, f32) {
-    if (q < 0.0) == (rise == Rise::Forward) {
-        (q.abs(), -from, -to)
-    } else {
-        (q.abs(), from, to)
+impl Rise {
+    /// Of the way that a piece goes.
+    const fn sign(self) -> f32 {
+        match self {
+            Self::Forward => 1.0,
+            Self::Backward => -1.0,
+        }
     }
 }
 
@@ -112,7 +124,8 @@ mod tests {
             let ([fx, fy, tx, ty], rise) = (bends, if forward { Rise::Forward } else { Rise::Backward });
             let (from, to) = ([fx, fy], [tx, ty]);
             let x = share * cap(&from).min(cap(&to));
-            let gain = f64::from(piece.gain(x, &from, &to, rise));
+            let [gain] = piece.gains([x], &from, &to, rise);
+            let gain = f64::from(gain);
             prop_assert!(gain >= 0.0);
             let u = gain / 2.0 / f64::from(length) * if forward { 1.0 } else { -1.0 };
             let mut most = 0.0f64;

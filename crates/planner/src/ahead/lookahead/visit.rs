@@ -6,12 +6,12 @@ use crate::moves::PlannedMove;
 /// So many moves are visited at a time: `Machine::poll` may do so, and is not to take long.
 const VISITED: usize = 8;
 
-impl<const MOTORS: usize> LookAhead<'_, MOTORS> {
+impl<const AXES: usize, const MOTORS: usize> LookAhead<'_, AXES, MOTORS> {
     /// The move whose start keeps the next move's start from being faster; `None` where it is the rest at the plan's end.
     pub(crate) fn slow_start(
         &self,
-        braking: &impl Braking<MOTORS>,
-    ) -> Option<&PlannedMove<MOTORS>> {
+        braking: &impl Braking<AXES, MOTORS>,
+    ) -> Option<&PlannedMove<AXES, MOTORS>> {
         let next = usize::from(self.running);
         if self.hangs() {
             return None;
@@ -39,8 +39,8 @@ impl<const MOTORS: usize> LookAhead<'_, MOTORS> {
         &self,
         from: usize,
         end: usize,
-        braking: &impl Braking<MOTORS>,
-    ) -> Option<&PlannedMove<MOTORS>> {
+        braking: &impl Braking<AXES, MOTORS>,
+    ) -> Option<&PlannedMove<AXES, MOTORS>> {
         let mut v2 = self.speed_at(end);
         let mut found = None;
         for index in (from..end).rev() {
@@ -71,9 +71,9 @@ impl<const MOTORS: usize> LookAhead<'_, MOTORS> {
     pub(crate) fn visit_block(
         &self,
         from: u16,
-        braking: &impl Braking<MOTORS>,
-        guess: impl Fn(usize, &PlannedMove<MOTORS>) -> PlannedMove<MOTORS>,
-        mut visit: impl FnMut(&PlannedMove<MOTORS>, Option<&PlannedMove<MOTORS>>, u32),
+        braking: &impl Braking<AXES, MOTORS>,
+        guess: impl Fn(usize, &PlannedMove<AXES, MOTORS>) -> PlannedMove<AXES, MOTORS>,
+        mut visit: impl FnMut(&PlannedMove<AXES, MOTORS>, Option<&PlannedMove<AXES, MOTORS>>, u32),
     ) -> Option<u16> {
         let (waiting, len) = (usize::from(self.running), self.moves.storage_len());
         let asked = usize::from(from.wrapping_sub(self.first));

@@ -134,7 +134,10 @@ impl<const MOTORS: usize> Running<MOTORS> {
 
     /// Begins `planned` at the squared speed `entry_v2` (mm²/s²); `None` where it has no steps (never
     /// queued).
-    pub(crate) fn new(planned: &PlannedMove<MOTORS>, entry_v2: f32) -> Option<Self> {
+    pub(crate) fn new<const AXES: usize>(
+        planned: &PlannedMove<AXES, MOTORS>,
+        entry_v2: f32,
+    ) -> Option<Self> {
         let line = Line::new(planned.delta).ok()?;
         let events = line.step_events().get();
         let steps_per_mm = events as f32 / planned.length;
