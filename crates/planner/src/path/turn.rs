@@ -77,8 +77,8 @@ impl<const AXES: usize> Window<AXES> {
         let corner = junction_v2(u0, u1, limits);
         let shorter = least(least(before.length, after.length), FARTHEST);
         let pieces = &mut [0; 2];
-        let bend = self.curvature(number, shorter, limits, pieces);
-        if corner < cap(&bend) {
+        let by_two = cap(&self.curvature(number, shorter, limits, pieces));
+        if corner < by_two {
             return Some(corner);
         }
         if self.is_last(number) && !now {
@@ -90,8 +90,9 @@ impl<const AXES: usize> Window<AXES> {
             least(self.way(first, number), self.way(number, last)),
             FARTHEST,
         );
-        let bend = self.curvature(number, length, limits, pieces);
-        Some(least(corner, cap(&bend)))
+        let by_four = cap(&self.curvature(number, length, limits, pieces));
+        // A lower corner would be taken as fast as the first of them allows: a higher one is no reason to be slower.
+        Some(least(corner, most(by_two, by_four)))
     }
 
     /// Whether a curve explains a turn: rounding may have made the rest of it.
