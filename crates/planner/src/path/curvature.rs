@@ -51,15 +51,8 @@ const ALIKE: f32 = 0.2;
 /// The second difference of three points may be off by this many times their rounding.
 const OFF: f32 = 4.0;
 
-/// A curvature, and the length to both sides over which it holds, mm.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub(super) struct Curved<const AXES: usize> {
-    /// By the accelerations of the axes, s²/mm².
-    pub(super) bend: [f32; AXES],
-    pub(super) reach: f32,
-    /// Whether it is known that rounding explains what the two pieces turn besides.
-    pub(super) goes_on: bool,
-}
+/// A curvature by the accelerations of the axes, s²/mm², and the length to both sides over which it holds, mm.
+pub(super) type Curved<const AXES: usize> = ([f32; AXES], f32);
 
 /// How the curvature was measured at the turn before.
 #[derive(Clone, Copy, Debug)]
@@ -72,6 +65,8 @@ pub(super) struct Probe<const AXES: usize> {
     pub(super) before: [f32; AXES],
     /// Whether that is any.
     pub(super) is_curved: bool,
+    /// Whether it is known that rounding explains what the two pieces turn besides.
+    pub(super) goes_on: bool,
 }
 
 impl<const AXES: usize> Probe<AXES> {
@@ -80,6 +75,7 @@ impl<const AXES: usize> Probe<AXES> {
         pieces: [0; 2],
         before: [0.0; AXES],
         is_curved: false,
+        goes_on: false,
     };
 }
 
@@ -105,6 +101,7 @@ impl<const AXES: usize> Window<AXES> {
         now: bool,
         probe: &mut Probe<AXES>,
     ) -> Option<Curved<AXES>> {
+        probe.goes_on = false;
         let meeting = self.meeting(number);
         let wanted = least(most(probe.wanted, meeting.shorter), meeting.longest());
         let room = least(self.room_ahead(number), self.room_behind(number));
@@ -114,22 +111,15 @@ impl<const AXES: usize> Window<AXES> {
         let longer2 = meeting.error(loudness, reach);
         let is_shortest = reach <= meeting.shorter;
         if is_shortest && longer2 <= NEAR_ENOUGH {
-            return Some(Curved {
-                bend,
-                reach,
-                goes_on: false,
-            });
+            return Some((bend, reach));
         }
         let is_long_enough = longer2 <= STILL_NEAR_ENOUGH || reach < wanted;
         if is_long_enough && self.is_as_before(number, &meeting, (&bend, loudness), limits, probe) {
             if longer2 < TOO_LONG {
                 probe.wanted *= SHORTER;
             }
-            return Some(Curved {
-                bend,
-                reach,
-                goes_on: true,
-            });
+            probe.goes_on = true;
+            return Some((bend, reach));
         }
         self.search(number, (&meeting, room), limits, now, probe)
     }
@@ -164,19 +154,10 @@ impl<const AXES: usize> Window<AXES> {
             if is_cut_short && !is_open {
                 // Near a rest or a sharp turn motion is slow: the straightest path is enough.
                 range.narrow(&curved, reach, meeting, limits);
-                let bend = range.nearest(&[0.0; AXES]);
-                return Some(Curved {
-                    bend,
-                    reach,
-                    goes_on: false,
-                });
+                return Some((range.nearest(&[0.0; AXES]), reach));
             }
             if longer2 <= NEAR_ENOUGH || is_cut_short || length >= meeting.longest() {
-                return Some(Curved {
-                    bend,
-                    reach,
-                    goes_on: false,
-                });
+                return Some((bend, reach));
             }
             range.narrow(&curved, reach, meeting, limits);
             length = least(length * least(sqrt(longer2), 2.0), meeting.longest());

@@ -55,18 +55,18 @@ impl<const AXES: usize> Window<AXES> {
         if self.goes_straight_on(number) {
             return Some(Turn::corner(f32::INFINITY));
         }
-        let curved = self.curved(number, limits, now, probe)?;
-        let (before, after) = (self.placed(number.wrapping_sub(1)), self.placed(number));
-        let corner = if curved.goes_on || self.explains(&curved.bend, number, limits) {
+        let (bend, reach) = self.curved(number, limits, now, probe)?;
+        let corner = if probe.goes_on || self.explains(&bend, number, limits) {
             f32::INFINITY
         } else {
+            let (before, after) = (self.placed(number.wrapping_sub(1)), self.placed(number));
             junction_v2(&before.piece.direction, &after.piece.direction, limits)
         };
-        let is_straight = curved.bend == [0.0; AXES];
+        let is_straight = bend == [0.0; AXES];
         Some(Turn {
-            v2: least(corner, cap(&curved.bend)),
-            reach: if is_straight { 0.0 } else { curved.reach },
-            bend: curved.bend,
+            v2: least(corner, cap(&bend)),
+            reach: if is_straight { 0.0 } else { reach },
+            bend,
         })
     }
 
