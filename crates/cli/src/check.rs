@@ -18,6 +18,7 @@ use leadscrew_machine::settings::table::Setting;
 use leadscrew_machine::settings::values::Settings;
 use leadscrew_planner::Coordinate;
 use leadscrew_sim::streamer::Lines;
+use std::io::{self, BufRead};
 use std::path::Path;
 
 /// Complaints that are kept for the JSON output.
@@ -74,34 +75,51 @@ fn check_one(
     if svg.is_some() {
         checker.draw();
     }
-    let mut report = CheckReport::new(&job.name);
     let mut causes = Causes::default();
-    let mut remarks = Remarks::default();
-    let mut lines = Lines::new(job.text);
-    let mut raw = Vec::new();
     let unreadable = |error| unusable(format!("{}: cannot be read: {error}", job.name));
-    while lines.next(&mut raw).map_err(unreadable)? {
+    let report = follow(&mut checker, &job.name, job.text, |complaint| {
+        show(args, &mut causes, complaint);
+    })
+    .map_err(unreadable)?;
+    for rest in causes.rest(&job.name) {
+        eprintln!("{rest}");
+    }
+    if let Some(output) = svg {
+        draw_picture(output, settings, &checker, &report).map_err(unusable)?;
+    }
+    Ok(report)
+}
+
+/// Follows a job called `name` to its end; hands out each complaint.
+///
+/// # Errors
+/// Where the text cannot be read.
+pub(super) fn follow(
+    checker: &mut Checker,
+    name: &str,
+    text: impl BufRead,
+    mut each: impl FnMut(&Complaint),
+) -> io::Result<CheckReport> {
+    let mut report = CheckReport::new(name);
+    let mut remarks = Remarks::default();
+    let mut lines = Lines::new(text);
+    let mut raw = Vec::new();
+    while lines.next(&mut raw)? {
         let number = lines.number();
         let found = checker.check(number, &raw);
         let done = checker.last;
         report.pauses.extend(done.paused.then_some(number));
         report.note_tools(&raw);
         let remarked = remarks.take(&raw, done).into_iter();
-        let remarked = remarked
-            .map(|(column, remark)| Complaint::remark(&job.name, number, column, remark, &raw));
+        let remarked =
+            remarked.map(|(column, remark)| Complaint::remark(name, number, column, remark, &raw));
         for complaint in found.into_iter().chain(remarked) {
-            show(args, &mut causes, &complaint);
+            each(&complaint);
             report.note(complaint, KEPT);
         }
     }
-    for rest in causes.rest(&job.name) {
-        eprintln!("{rest}");
-    }
     report.lines = lines.number();
     report.measure(&checker.path);
-    if let Some(output) = svg {
-        draw_picture(output, settings, &checker, &report).map_err(unusable)?;
-    }
     Ok(report)
 }
 

@@ -10,7 +10,7 @@ use leadscrew_machine::config::MachineConfig;
 use leadscrew_machine::extension::{Call, Extension, MCode};
 use leadscrew_machine::interpreter::{
     ArcShape, Command, Commands, Context, Fault as LineFault, Feed, Interpreter, OffsetId, Own,
-    OwnCodes, Strokes, Travel, Turn, WorkSystem,
+    OwnCodes, Rotation, Spindle, Strokes, Travel, Turn, WorkSystem,
 };
 use leadscrew_machine::protocol::alarm::Alarm;
 use leadscrew_machine::protocol::line_reader::{raw_column, LineReader};
@@ -113,6 +113,7 @@ impl Checker {
 
     /// Takes a line, which has this number; answers the fault that is in it.
     pub(super) fn check(&mut self, number: u64, raw: &[u8]) -> Option<Complaint> {
+        self.path.line = u32::try_from(number).unwrap_or(u32::MAX);
         let (kind, detail) = self.check_line(raw).err()?;
         Some(self.complaint(number, raw, &kind, detail))
     }
@@ -198,7 +199,9 @@ impl Checker {
         let start = std::mem::replace(at, travel.target);
         let kind = match travel.feed {
             Feed::Rapid => StrokeKind::Travel,
-            Feed::PerMinute(_) | Feed::InverseTime(_) => StrokeKind::cut(1.0),
+            Feed::PerMinute(_) | Feed::InverseTime(_) => {
+                StrokeKind::cut(self.power(&travel.spindle))
+            }
         };
         let Some(arc) = arc else {
             self.path.go(mm(&travel.target), kind);
@@ -211,6 +214,17 @@ impl Checker {
             found = found.and_then(|()| self.check_travel(&chord));
         }
         found
+    }
+
+    /// The spindle's speed, or the laser's power: share of full power.
+    fn power(&self, spindle: &Spindle) -> f64 {
+        let full = self.settings.value(Setting::MaxSpeed).nanos() as f64;
+        match spindle.rotation {
+            Rotation::Off => 0.0,
+            Rotation::Clockwise | Rotation::Counterclockwise => {
+                (spindle.speed.nanos() as f64 / full.max(1.0)).clamp(0.0, 1.0)
+            }
+        }
     }
 
     /// Whether the steps of a move can be counted.

@@ -30,6 +30,7 @@ mod tools;
 mod trials;
 mod vcd;
 mod watchers;
+mod workshop;
 
 use args::{Cli, Command};
 use clap::Parser;

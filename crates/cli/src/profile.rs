@@ -93,7 +93,7 @@ fn outputs(args: &ProfileArgs) -> Result<[Option<Output>; 2], Unusable> {
 }
 
 /// The same without the laser's lead, which leaves the motion alone: power is shown where it belongs on the path.
-fn without_lead(mut settings: Settings<AXES>) -> Settings<AXES> {
+pub(super) fn without_lead(mut settings: Settings<AXES>) -> Settings<AXES> {
     settings.load(Entry {
         number: Key::Machine(Setting::LaserLead).number(),
         value: Number::from_int(0),
@@ -102,7 +102,7 @@ fn without_lead(mut settings: Settings<AXES>) -> Settings<AXES> {
 }
 
 /// What the limits are found from.
-fn machine(settings: &Settings<AXES>, timing: &StepTiming) -> Machine {
+pub(super) fn machine(settings: &Settings<AXES>, timing: &StepTiming) -> Machine {
     let pulse_us = u8::try_from(settings.whole(Setting::StepPulse)).unwrap_or(u8::MAX);
     let values = |setting| {
         settings
@@ -187,6 +187,7 @@ impl Course {
             rate: self.rate,
             keep_going: self.keep_going,
             quiet: self.quiet,
+            mute: false,
             feed_percent: percent,
             keep_answers: true,
             outputs: OutputsConfig::default(),
@@ -196,7 +197,7 @@ impl Course {
 }
 
 /// What came of it.
-struct ProfileReport {
+pub(super) struct ProfileReport {
     file: String,
     lines: u64,
     errors: Vec<Complaint>,
@@ -210,7 +211,8 @@ struct ProfileReport {
 }
 
 impl ProfileReport {
-    fn new(file: &str, done: Streamed<Recorder>) -> Self {
+    /// What came of a job called `file`.
+    pub(super) fn new(file: &str, done: Streamed<Recorder>) -> Self {
         let begin = done.outcome.first_byte;
         let end = begin + done.outcome.job_cycles;
         let lines = done.answered;
@@ -251,7 +253,8 @@ impl ProfileReport {
         cycles as f64 / self.job_cycles.max(1) as f64
     }
 
-    fn json(&self, line_times: bool) -> String {
+    /// The report as JSON, with the time at each line where it is wanted.
+    pub(super) fn json(&self, line_times: bool) -> String {
         let share = |share: &Share| JsonShare {
             limit: share.limit.name(),
             because: share.limit.because(),

@@ -127,6 +127,7 @@ fn simulate(
         rate: args.baud.map_or(Rate::NeverWaits, Rate::Baud),
         keep_going: args.keep_going,
         quiet: args.quiet,
+        mute: false,
         feed_percent: 100,
         keep_answers: false,
         outputs: OutputsConfig {

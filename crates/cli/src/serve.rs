@@ -1,6 +1,7 @@
 //! `leadscrew serve`: a virtual machine on lines that senders can open, until Ctrl-C.
 
 use super::serve_args::ServeArgs;
+use super::workshop::Desk;
 use super::{unusable, Unusable};
 use leadscrew_machine::config::CHANNELS;
 use leadscrew_serve::{serve, Allowed, Plain, Screen, Service, Surroundings, WireLog};
@@ -11,6 +12,7 @@ use std::fs::File;
 use std::io::{self, BufWriter, IsTerminal};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::Arc;
 use std::time::Instant;
 
 /// Why `serve` cannot begin.
@@ -90,14 +92,23 @@ fn service(args: &ServeArgs) -> Result<Service, ServeError> {
     let profile = args.machine.as_deref().map(Profile::load).transpose();
     let profile = profile.map_err(ServeError::Profile)?.unwrap_or_default();
     Ok(Service {
-        allowed: Allowed::new(args.allow.clone()),
+        allowed: allowed(args),
         state: args.state_file(),
         rate: args.baud.map_or(Rate::NeverWaits, Rate::Baud),
         speed: args.speed,
         log: args.log.clone().map(open_log).transpose()?,
+        workshop: Some(Arc::new(Desk)),
         profile,
         lines,
     })
+}
+
+fn allowed(args: &ServeArgs) -> Allowed {
+    let allowed = Allowed::new(args.allow.clone());
+    match args.token.clone() {
+        Some(token) => allowed.with_token(token),
+        None => allowed,
+    }
 }
 
 fn open_log(file: PathBuf) -> Result<WireLog, ServeError> {

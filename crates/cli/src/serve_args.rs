@@ -1,6 +1,7 @@
 //! Options of `leadscrew serve`.
 
 use clap::{ArgGroup, Args};
+use leadscrew_serve::browser::Token;
 use leadscrew_serve::{LineSpec, StateFile};
 use std::num::NonZeroU32;
 use std::path::{Path, PathBuf};
@@ -30,6 +31,9 @@ pub(super) struct ServeArgs {
     /// (`cnc.local`). May be repeated. Senders that are no web pages need no leave.
     #[arg(long, value_name = "ORIGIN|NAME", requires = "ws")]
     pub(super) allow: Vec<String>,
+    /// What the page's address ends with, 16 letters and digits or more: the same after a restart. Without it a new one is drawn.
+    #[arg(long, value_name = "TEXT", requires = "ws", value_parser = token)]
+    pub(super) token: Option<Token>,
     /// The machine, a TOML file; without it a stock Grbl without switches. See examples/machines.
     #[arg(long, value_name = "FILE")]
     pub(super) machine: Option<PathBuf>,
@@ -78,6 +82,10 @@ fn address(text: &str) -> Result<String, String> {
     }
     let host = if host.is_empty() { "127.0.0.1" } else { host };
     Ok(format!("{host}:{port}"))
+}
+
+fn token(text: &str) -> Result<Token, String> {
+    Token::chosen(text).ok_or_else(|| "expected 16 to 128 letters, digits, - or _".to_owned())
 }
 
 fn speed(text: &str) -> Result<f64, String> {

@@ -34,6 +34,15 @@ pub(super) fn settings(
     Ok(settings)
 }
 
+/// The settings of a machine's own listing: what this machine refuses keeps its default.
+pub(super) fn from_listing(listing: &str, config: &MachineConfig<AXES>) -> Settings<AXES> {
+    let mut settings = Settings::new(config.defaults);
+    for entry in listing.lines().filter_map(|line| entry(line).ok()) {
+        settings.load(entry);
+    }
+    settings
+}
+
 /// The settings as a machine's own defaults, which it boots with. They live as long as the process.
 pub(super) fn as_defaults(settings: &Settings<AXES>) -> &'static [Entry] {
     let entry = |key: Key| Entry {

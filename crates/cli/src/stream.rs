@@ -53,6 +53,8 @@ pub(super) struct Stream<'a> {
     pub(super) keep_going: bool,
     /// Whether nothing but errors is printed.
     pub(super) quiet: bool,
+    /// Whether not even errors are.
+    pub(super) mute: bool,
     /// The feed override, 100 to 200 in tens.
     pub(super) feed_percent: u8,
     /// Whether it is to be known which line each answer was to: 8 bytes a line.
@@ -111,6 +113,7 @@ impl Stream<'_> {
         });
         let complaints = Complaints {
             answered: self.keep_answers.then(Vec::new),
+            mute: self.mute,
             ..Complaints::new(&job.name, faults, checker, self.quiet)
         };
         let streaming = Streaming {
@@ -254,6 +257,7 @@ struct Complaints {
     /// Tools that lines have asked for.
     tools: Vec<u32>,
     quiet: bool,
+    mute: bool,
 }
 
 impl Complaints {
@@ -268,6 +272,7 @@ impl Complaints {
             answered: None,
             tools: Vec::new(),
             quiet,
+            mute: false,
         }
     }
 
@@ -303,7 +308,9 @@ impl Complaints {
         let complaint = self.complaint(line, column, fault, text);
         self.count += 1;
         if self.errors.len() < KEPT_ERRORS {
-            eprintln!("{complaint}");
+            if !self.mute {
+                eprintln!("{complaint}");
+            }
             self.errors.push(complaint);
         } else if self.count == KEPT_ERRORS as u64 + 1 && !self.quiet {
             eprintln!("leadscrew: further errors are counted, not shown");
@@ -323,7 +330,9 @@ impl Replies for Complaints {
                     return;
                 };
                 let complaint = self.complaint(line, None, Fault::Alarm(alarm), text);
-                eprintln!("{complaint}");
+                if !self.mute {
+                    eprintln!("{complaint}");
+                }
                 self.alarm.get_or_insert(complaint);
             }
             Reply::Ok { line } => self.note_answer(line),

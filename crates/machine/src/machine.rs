@@ -213,6 +213,11 @@ where
         self.motion.position()
     }
 
+    /// Where work zero is: work coordinate system, G92 and tool length of the line that was taken last.
+    pub fn work_offset(&self) -> [Coordinate; AXES] {
+        self.program.work_offset
+    }
+
     /// The settings in force.
     pub fn settings(&self) -> &Settings<AXES> {
         &self.settings

@@ -10,6 +10,7 @@
 //! the machine goes on. A line that cannot be opened is tried again until it can.
 #![forbid(unsafe_code)]
 
+pub mod browser;
 mod buttons;
 mod desk;
 mod frame_reader;
@@ -49,7 +50,9 @@ pub use state_file::StateFile;
 pub use web::{Allowed, Foreign};
 pub use wire_log::WireLog;
 
+use browser::{Pages, Trail, Workshop};
 use glitches::Glitches;
+use leadscrew_machine::config::CHANNELS;
 use leadscrew_planner::{Cartesian, CoreXy, Ganged, Kinematics};
 use leadscrew_sim::cost::Costs;
 use leadscrew_sim::event_loop::Simulation;
@@ -59,7 +62,9 @@ use leadscrew_sim::profile::{Belts, Profile};
 use leadscrew_sim::setup::{Memory, Setup};
 use line::Lines;
 use remembered::Remembered;
+use serde_json::{json, Value};
 use server::{End, Server};
+use std::sync::Arc;
 
 /// Moves that the simulated machine can plan ahead.
 const MOVES: usize = 1024;
@@ -83,6 +88,8 @@ pub struct Service {
     pub state: Option<StateFile>,
     /// Where the wire is written down.
     pub log: Option<WireLog>,
+    /// Who looks at jobs that are dropped on a page.
+    pub workshop: Option<Arc<dyn Workshop>>,
 }
 
 /// Serves until the user wants it to end.
@@ -95,8 +102,13 @@ pub fn serve(service: Service, around: Surroundings<'_>) {
         speed,
         state,
         log,
+        workshop,
     } = service;
-    let mut server = Server::new(Lines::open(&lines, &allowed), lines, speed, log, around);
+    let channel = pages_channel(&lines);
+    let count = lines.len() + usize::from(channel.is_some());
+    let pages = Pages::new(channel, count, workshop, profile.switches.normally_closed);
+    let opened = Lines::open(&lines, &allowed);
+    let mut server = Server::new(opened, lines, allowed, speed, log, pages, around);
     let ganged = profile.second_motor.map(|second| Ganged {
         axis_of: [second.axis.number()],
     });
@@ -115,6 +127,35 @@ pub fn serve(service: Service, around: Surroundings<'_>) {
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]
 pub struct Readme;
+
+/// The channel that pages move the machine on: one more than the lines, where there is a port for pages and the machine has one
+/// left.
+fn pages_channel(lines: &[LineSpec]) -> Option<usize> {
+    let has_port = lines
+        .iter()
+        .any(|line| matches!(line, LineSpec::WebSocket(_)));
+    (has_port && lines.len() < CHANNELS).then_some(lines.len())
+}
+
+/// What pages are told of a machine.
+fn hello<const MOTORS: usize>(profile: &Profile, channel: Option<usize>) -> Value {
+    let axes: Vec<String> = ["X", "Y", "Z", "A"][..profile.axis_count()]
+        .iter()
+        .map(ToString::to_string)
+        .collect();
+    let second = profile
+        .second_motor
+        .map(|second| &axes[second.axis.number()]);
+    json!({
+        "name": profile.name,
+        "version": env!("CARGO_PKG_VERSION"),
+        "axes": axes,
+        "motors": MOTORS,
+        "second": second,
+        "receive_buffer": profile.receive_buffer(),
+        "channel": channel,
+    })
+}
 
 /// Powers a machine up, and again after each restart.
 fn run<K: Kinematics<AXES, MOTORS> + Copy, const AXES: usize, const MOTORS: usize>(
@@ -139,8 +180,12 @@ fn run<K: Kinematics<AXES, MOTORS> + Copy, const AXES: usize, const MOTORS: usiz
     let mut carriages = profile.start::<MOTORS>();
     loop {
         let mut memory = Memory::new(&setup);
-        let mut simulation =
-            Simulation::<_, _, AXES, MOTORS, MOVES>::new(&mut memory, &setup, kinematics, ());
+        let mut simulation = Simulation::<_, _, AXES, MOTORS, MOVES>::new(
+            &mut memory,
+            &setup,
+            kinematics,
+            Trail::default(),
+        );
         if profile.kinematics == Belts::CoreXy {
             simulation.cross_belts();
         }
@@ -150,6 +195,7 @@ fn run<K: Kinematics<AXES, MOTORS> + Copy, const AXES: usize, const MOTORS: usiz
         }
         simulation.set_pin(Pin::Door, !profile.door.open);
         remembered.load(&mut simulation, &mut |note| server.note(note));
+        server.greet(&hello::<MOTORS>(profile, server.pages_channel()));
         match server.run(&mut simulation, glitches.clone(), &mut remembered) {
             End::Stopped => return,
             End::Restart => server.note(&Note::Restarted),

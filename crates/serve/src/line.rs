@@ -8,12 +8,13 @@
 //! A line has one client at a time. Its threads may wait; the server loop never does: events come through a bounded
 //! channel, and what a client does not read is thrown away once its outlet is full.
 
+use super::browser::PageEvent;
 use super::web::{Allowed, Foreign};
 use super::{listener, tcp, websocket};
 use std::fmt;
 use std::io;
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::mpsc::{self, SyncSender};
 use std::sync::Arc;
 use std::thread::JoinHandle;
@@ -122,6 +123,8 @@ pub enum Refusal {
     Request,
     /// It does not speak WebSocket, or takes too long over it.
     NoWebSocket,
+    /// A page without the token that was printed.
+    NoToken,
     /// It has gone again.
     Gone,
 }
@@ -132,6 +135,7 @@ impl fmt::Display for Refusal {
             Self::Foreign(foreign) => foreign.fmt(f),
             Self::Request => f.write_str("the request of a web browser, on a port for G-code"),
             Self::NoWebSocket => f.write_str("no WebSocket client"),
+            Self::NoToken => f.write_str("a page without the token that leadscrew has printed"),
             Self::Gone => f.write_str("it has gone again"),
         }
     }
@@ -168,6 +172,9 @@ impl Outlet {
 pub(super) struct Uplink {
     line: usize,
     events: SyncSender<Event>,
+    pages: SyncSender<PageEvent>,
+    /// Pages that have come.
+    page_count: Arc<AtomicU64>,
     stop: Arc<AtomicBool>,
     backlog: Arc<AtomicUsize>,
     busy: Arc<AtomicBool>,
@@ -197,6 +204,18 @@ impl Uplink {
         }
     }
 
+    /// Tells the server what a page did; waits while it is busy.
+    pub(super) fn tell_of_page(&self, event: PageEvent) {
+        if self.pages.send(event).is_err() {
+            self.stop.store(true, Ordering::Relaxed);
+        }
+    }
+
+    /// A number for a page that has come.
+    pub(super) fn number_page(&self) -> u64 {
+        self.page_count.fetch_add(1, Ordering::Relaxed)
+    }
+
     /// Whether the threads are to end.
     pub(super) fn stopped(&self) -> bool {
         self.stop.load(Ordering::Relaxed)
@@ -217,6 +236,7 @@ impl Uplink {
 pub(super) struct Lines {
     // First: a thread that waits for room among the events must wake before it is joined.
     events: mpsc::Receiver<Event>,
+    pages: mpsc::Receiver<PageEvent>,
     threads: Vec<LineThread>,
     busy: Arc<AtomicBool>,
 }
@@ -232,11 +252,15 @@ impl Lines {
     /// first event.
     pub(super) fn open(specs: &[LineSpec], allowed: &Allowed) -> Self {
         let (events, heard) = mpsc::sync_channel(EVENTS);
+        let (pages, pages_heard) = mpsc::sync_channel(EVENTS);
+        let page_count = Arc::new(AtomicU64::new(1));
         let busy = Arc::new(AtomicBool::new(false));
         let start = |(line, spec): (usize, &LineSpec)| {
             let uplink = Uplink {
                 line,
                 events: events.clone(),
+                pages: pages.clone(),
+                page_count: page_count.clone(),
                 stop: Arc::default(),
                 backlog: Arc::default(),
                 busy: busy.clone(),
@@ -246,6 +270,7 @@ impl Lines {
         Self {
             threads: specs.iter().enumerate().map(start).collect(),
             events: heard,
+            pages: pages_heard,
             busy,
         }
     }
@@ -265,6 +290,11 @@ impl Lines {
                 None
             }
         }
+    }
+
+    /// What a page did, where something waits.
+    pub(super) fn next_of_page(&self) -> Option<PageEvent> {
+        self.pages.try_recv().ok()
     }
 
     /// Notes that the machine has taken `count` bytes of a line's events.

@@ -33,6 +33,8 @@ pub enum Note<'a> {
     Damaged(Copied),
     /// The state file could not be used.
     SetAside(SetAside),
+    /// The page can be opened, at this address.
+    Page(String),
     /// The machine starts anew, as an Arduino does when its port is opened.
     Restarted,
 }
@@ -88,6 +90,7 @@ impl fmt::Display for Note<'_> {
             ),
             Self::Damaged(copied) => copied.fmt(f),
             Self::SetAside(aside) => aside.fmt(f),
+            Self::Page(address) => write!(f, "page: {address}"),
             Self::Restarted => write!(f, "the machine starts anew because its port was opened"),
         }
     }

@@ -144,7 +144,7 @@ fn wrapped<S: AsRef<str>>(texts: &[S], columns: usize) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use leadscrew_machine::board::Switches;
+    use leadscrew_machine::board::{CoolantOutput, SpindleOutput, Switches};
     use leadscrew_sim::clock::Cycle;
     use leadscrew_stepper::MotorMask;
     use std::path::Path;
@@ -162,6 +162,11 @@ mod tests {
             position: vec![1.5, -2.0, 0.0],
             feed: 599.6,
             overrides: [110, 50, 100],
+            work_offset: vec![0.0; 3],
+            spindle: SpindleOutput::Off,
+            power: 0.0,
+            coolant: CoolantOutput::default(),
+            motors: 4,
             switches: Switches {
                 limits: MotorMask::from_bits(0b1111_0101),
                 probe: false,

@@ -2,7 +2,7 @@
 
 use super::note::Note;
 use super::spool::Spool;
-use leadscrew_machine::board::Switches;
+use leadscrew_machine::board::{CoolantOutput, SpindleOutput, Switches};
 use leadscrew_sim::clock::Cycle;
 use std::io::{self, Write};
 
@@ -40,6 +40,16 @@ pub struct Snapshot {
     pub feed: f32,
     /// Feed, rapid and spindle overrides, percent.
     pub overrides: [u8; 3],
+    /// Where work zero is, machine position, axis by axis.
+    pub work_offset: Vec<f32>,
+    /// What turns the spindle.
+    pub spindle: SpindleOutput,
+    /// Its power, or the laser's, at this instant: share of full power.
+    pub power: f32,
+    /// The coolant valves.
+    pub coolant: CoolantOutput,
+    /// The number of motors.
+    pub motors: usize,
     /// Levels of all switches.
     pub switches: Switches,
     /// Lines of the program taken since it began. How many are to come, nobody has told the machine.

@@ -9,6 +9,7 @@
 //! A turn takes about a millisecond: events, then simulation up to the present, then output. Whatever takes longer is
 //! done by other threads.
 
+use super::browser::{Errand, Pages};
 use super::buttons::Buttons;
 use super::desk::Desk;
 use super::glitches::Glitches;
@@ -17,9 +18,11 @@ use super::note::Note;
 use super::pace::Pace;
 use super::panel::{Key, Panel};
 use super::remembered::Remembered;
+use super::web::Allowed;
 use super::wire_log::{Way, WireLog};
 use super::wires::Wires;
 use leadscrew_sim::clock::{cycles_of_micros, Cycle};
+use serde_json::Value;
 use std::io;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
@@ -71,6 +74,10 @@ pub(super) struct Server<'s> {
     specs: Vec<LineSpec>,
     lines: Lines,
     wires: Wires,
+    allowed: Allowed,
+    pages: Pages,
+    /// Lines that have a client.
+    taken: Vec<bool>,
     /// What was told of each line's client already.
     told: Vec<Told>,
     /// Bytes of each line that are known to be lost.
@@ -88,13 +95,18 @@ impl<'s> Server<'s> {
     pub(super) fn new(
         lines: Lines,
         specs: Vec<LineSpec>,
+        allowed: Allowed,
         speed: f64,
         log: Option<WireLog>,
+        pages: Pages,
         around: Surroundings<'s>,
     ) -> Self {
         Self {
             lines,
-            wires: Wires::new(specs.len()),
+            wires: Wires::new(specs.len() + usize::from(pages.channel().is_some())),
+            allowed,
+            pages,
+            taken: vec![false; specs.len()],
             told: vec![Told::default(); specs.len()],
             lost: vec![0; specs.len()],
             specs,
@@ -107,13 +119,24 @@ impl<'s> Server<'s> {
         }
     }
 
-    /// The number of lines.
+    /// The number of lines, the pages' among them.
     pub(super) fn line_count(&self) -> usize {
-        self.specs.len()
+        self.wires.count()
+    }
+
+    /// The channel that pages move the machine on.
+    pub(super) fn pages_channel(&self) -> Option<usize> {
+        self.pages.channel()
+    }
+
+    /// Tells pages what machine there is.
+    pub(super) fn greet(&mut self, hello: &Value) {
+        self.pages.begin(hello);
     }
 
     /// Tells the user something.
     pub(super) fn note(&mut self, note: &Note<'_>) {
+        self.pages.note(&note.to_string());
         self.around.panel.note(note);
     }
 
@@ -132,6 +155,7 @@ impl<'s> Server<'s> {
             if self.wait(desk) {
                 return End::Restart;
             }
+            self.serve_pages(desk);
             self.advance(desk, &mut pace, &mut glitches);
             while let Some(key) = self.around.panel.key() {
                 if key == Key::Quit {
@@ -181,28 +205,75 @@ impl<'s> Server<'s> {
         let (now, line) = (desk.now(), event.line);
         if let What::Bytes(bytes) = &event.what {
             self.log(|log| log.bytes(now, line, Way::ToMachine, bytes));
+            self.pages.wire(line, false, bytes);
             self.wires.push(line, bytes);
             return false;
         }
-        self.around
-            .panel
-            .note(&Note::Line(&self.specs[line], &event.what));
+        let note = Note::Line(&self.specs[line], &event.what);
+        self.around.panel.note(&note);
+        self.pages.note(&note.to_string());
         self.log(|log| log.event(now, line, &event.what));
         match event.what {
             What::Opened { outlet, .. } => {
                 self.told[line] = Told::default();
+                self.taken[line] = true;
                 self.wires.open(line, outlet);
                 desk.open_line(line);
                 return self.resets(line);
             }
-            What::Closed => self.wires.close(line),
-            What::Ready(_)
-            | What::Unavailable(_)
-            | What::Bytes(_)
-            | What::TurnedAway(_)
-            | What::Refused(..) => {}
+            What::Closed => {
+                self.taken[line] = false;
+                self.wires.close(line);
+            }
+            What::Ready(at) => self.tell_of_page(line, &at),
+            What::Unavailable(_) | What::Bytes(_) | What::TurnedAway(_) | What::Refused(..) => {}
         }
         false
+    }
+
+    /// Tells where the page is that a port shows.
+    fn tell_of_page(&mut self, line: usize, at: &str) {
+        if matches!(self.specs[line], LineSpec::WebSocket(_)) {
+            // Wherever it listens, this computer finds it by a name of its own.
+            let at = at
+                .replace("0.0.0.0", "localhost")
+                .replace("[::]", "localhost");
+            let address = format!("http://{at}/?token={}", self.allowed.token());
+            self.note(&Note::Page(address));
+        }
+    }
+
+    /// Does what pages want, and shows them the machine.
+    fn serve_pages(&mut self, desk: &mut dyn Desk) {
+        for _ in 0..EVENTS {
+            let Some(event) = self.lines.next_of_page() else {
+                break;
+            };
+            match (self.pages.handle(event, desk), self.pages.channel()) {
+                (Some(Errand::Send(bytes)), Some(channel)) => {
+                    self.pages.wire(channel, false, &bytes);
+                    self.wires.push(channel, &bytes);
+                }
+                (Some(Errand::Press(key)), _) => self.buttons.press(key, desk),
+                (Some(Errand::Send(_)), None) | (None, _) => {}
+            }
+        }
+        let senders = self
+            .specs
+            .iter()
+            .zip(&self.taken)
+            .filter(|(_, taken)| **taken);
+        let senders: Vec<String> = senders.map(|(spec, _)| spec.to_string()).collect();
+        let busy = !desk.is_quiet() || self.wires.wait();
+        match (
+            self.pages.agree_who_moves(&senders, busy),
+            self.pages.channel(),
+        ) {
+            (Some(true), Some(channel)) => desk.open_line(channel),
+            (Some(false), Some(channel)) => self.wires.close(channel),
+            (_, _) => {}
+        }
+        self.pages.show(desk, (self.around.clock)());
     }
 
     /// Whether opening a line starts the machine anew. What waits to go in is lost then, as in a real reset.
@@ -212,20 +283,21 @@ impl<'s> Server<'s> {
             LineSpec::Tcp(_) | LineSpec::WebSocket(_) => false,
         };
         if resets {
-            (0..self.specs.len()).for_each(|line| self.wires.clear(line));
+            (0..self.wires.count()).for_each(|line| self.wires.clear(line));
         }
         resets
     }
 
     /// Sends to the clients what the machine has written.
     fn deliver(&mut self, now: Cycle) {
-        for line in 0..self.specs.len() {
+        for line in 0..self.wires.count() {
             self.lines.taken(line, self.wires.taken(line));
             let bytes = self.wires.written(line);
             if bytes.is_empty() {
                 continue;
             }
             self.log(|log| log.bytes(now, line, Way::FromMachine, &bytes));
+            self.pages.wire(line, true, &bytes);
             if !self.wires.send(line, bytes)
                 && !std::mem::replace(&mut self.told[line].not_read, true)
             {

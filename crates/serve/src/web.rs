@@ -12,6 +12,7 @@
 //!                                 whoever owns the name
 //! ```
 
+use crate::browser::Token;
 use std::fmt;
 use std::net::IpAddr;
 use tungstenite::http::header::{AsHeaderName, HOST, ORIGIN};
@@ -57,11 +58,20 @@ pub(super) fn beginning(bytes: &[u8]) -> Beginning {
     }
 }
 
-/// Pages and names that are let in beside those that always are.
-#[derive(Clone, PartialEq, Eq, Default, Debug)]
-pub struct Allowed(Vec<String>);
+/// Pages and names that are let in beside those that always are, and the secret that opens our own page.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Allowed {
+    names: Vec<String>,
+    token: Token,
+}
 
-/// Why a WebSocket is refused.
+impl Default for Allowed {
+    fn default() -> Self {
+        Self::new(Vec::new())
+    }
+}
+
+/// Why a request is refused.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub enum Foreign {
     /// A page from elsewhere asks.
@@ -88,10 +98,22 @@ impl fmt::Display for Foreign {
 impl Allowed {
     /// Allows pages by their origins, such as `https://cnc.example`, and names of this computer, such as `cnc.local`.
     pub fn new(names: Vec<String>) -> Self {
-        Self(names)
+        let token = Token::draw();
+        Self { names, token }
     }
 
-    /// Checks the headers of a request for a WebSocket.
+    /// The same with a token that was chosen.
+    #[must_use]
+    pub fn with_token(self, token: Token) -> Self {
+        Self { token, ..self }
+    }
+
+    /// What the address of our own page ends with.
+    pub fn token(&self) -> &Token {
+        &self.token
+    }
+
+    /// Checks the headers of a request, for a document or for a WebSocket.
     ///
     /// # Errors
     /// [`Foreign`], with the header that is the reason.
@@ -111,7 +133,7 @@ impl Allowed {
     }
 
     fn lists(&self, name: &str) -> bool {
-        self.0
+        self.names
             .iter()
             .any(|listed| listed.eq_ignore_ascii_case(name))
     }

@@ -5,6 +5,7 @@
 //! [`FrameReader`] passes on each byte of payload as it arrives. The answers go out as text, whole lines to a frame:
 //! one of the senders listens to nothing else.
 
+use super::browser::{self, Nonsense, PageEvent, PageWhat, SaidReader};
 use super::frame_reader::{Control, FrameReader};
 use super::line::{Outlet, Refusal, Uplink, What};
 use super::listener::{Client, Protocol};
@@ -16,7 +17,9 @@ use std::net::{Shutdown, TcpStream};
 use std::sync::mpsc::Receiver;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
-use tungstenite::handshake::server::{ErrorResponse, Request, Response};
+use tungstenite::handshake::server::{
+    create_response, write_response, ErrorResponse, Request, Response,
+};
 use tungstenite::http::header::{
     HeaderValue, CONNECTION, CONTENT_LENGTH, CONTENT_TYPE, SEC_WEBSOCKET_PROTOCOL,
 };
@@ -38,28 +41,81 @@ pub(super) const PROTOCOL: Protocol = Protocol {
     serve,
 };
 
-/// Passes bytes between a client and the server until the client goes.
+/// Answers a request: with the document, as a page, or as a line of bytes. Ends when the client goes.
 fn serve(client: Client, allowed: &Allowed, uplink: &Uplink) {
     let Client {
         stream,
         peer,
         ticket,
     } = client;
-    let (seated, reader, writer) = match shake_hands(stream, ticket, allowed, uplink) {
-        Ok(shaken) => shaken,
-        Err(Away::Held) => return uplink.tell(What::TurnedAway(peer)),
-        Err(Away::Refused(why)) => return uplink.tell(What::Refused(peer, why)),
-    };
+    let outcome = meet(&stream, ticket, allowed, uplink);
+    match outcome {
+        Ok(Met::Answered) => {}
+        Ok(Met::Page(reader, writer)) => serve_page(&reader, writer, uplink),
+        Ok(Met::Sender(seated, reader, writer)) => {
+            serve_sender(peer, &seated, &reader, writer, uplink);
+        }
+        Err(Away::Held) => uplink.tell(What::TurnedAway(peer)),
+        Err(Away::Refused(why)) => uplink.tell(What::Refused(peer, why)),
+    }
+}
+
+/// Passes bytes between a sender and the server until it goes.
+fn serve_sender(
+    peer: String,
+    seated: &Seated,
+    reader: &TcpStream,
+    writer: TcpStream,
+    uplink: &Uplink,
+) {
     let sink: Sink = Arc::new(Mutex::new(writer));
     let (outlet, pieces) = Outlet::new();
     uplink.tell(What::Opened { peer, outlet });
     let for_writer = sink.clone();
     // Ends when the server drops the outlet.
     std::thread::spawn(move || write_lines(&for_writer, &pieces));
-    read_frames(&reader, &sink, &seated, uplink);
+    read_frames(reader, &sink, uplink, |bytes| {
+        seated.heard();
+        if !bytes.is_empty() {
+            uplink.pass(bytes);
+        }
+        Ok(())
+    });
     // The writer may be stuck with a client that does not read.
     let _ = reader.shutdown(Shutdown::Both);
     uplink.tell(What::Closed);
+}
+
+/// Passes frames between a page and the server until it goes.
+fn serve_page(reader: &TcpStream, writer: TcpStream, uplink: &Uplink) {
+    let sink: Sink = Arc::new(Mutex::new(writer));
+    let (outlet, frames) = Outlet::new();
+    let page = uplink.number_page();
+    let tell = |what| uplink.tell_of_page(PageEvent { page, what });
+    tell(PageWhat::Opened(outlet));
+    let for_writer = sink.clone();
+    std::thread::spawn(move || {
+        for frame in frames {
+            let data = OpCode::Data(Data::Binary);
+            send(&for_writer, Frame::message(frame, data, true));
+        }
+    });
+    let mut said = SaidReader::default();
+    read_frames(reader, &sink, uplink, |bytes| {
+        said.read(bytes, |said| tell(PageWhat::Said(said)))
+    });
+    let _ = reader.shutdown(Shutdown::Both);
+    tell(PageWhat::Closed);
+}
+
+/// What came of a request.
+enum Met {
+    /// It was for a document, and is answered.
+    Answered,
+    /// A page: its two ends.
+    Page(TcpStream, TcpStream),
+    /// A sender, which has the line.
+    Sender(Seated, TcpStream, TcpStream),
 }
 
 /// Why a client is not served.
@@ -70,55 +126,62 @@ enum Away {
     Refused(Refusal),
 }
 
-/// Lets a client in: checks who asks, waits for the line, answers.
-#[allow(
-    clippy::result_large_err,
-    reason = "the callback's type is tungstenite's"
-)]
-fn shake_hands(
-    stream: TcpStream,
-    ticket: Ticket,
-    allowed: &Allowed,
-    uplink: &Uplink,
-) -> Result<(Seated, TcpStream, TcpStream), Away> {
-    let unfit = |_| Away::Refused(Refusal::NoWebSocket);
-    let limited = Limited::new(stream.try_clone().map_err(unfit)?).map_err(unfit)?;
-    let mut door = Err(Away::Refused(Refusal::NoWebSocket));
-    let shaken = tungstenite::accept_hdr(limited, |request: &Request, response: Response| {
-        door = admit(request, &stream, ticket, allowed, uplink);
-        match &door {
-            Ok(_) => Ok(agree(request, response)),
-            Err(away) => Err(away.answer()),
-        }
-    });
-    // Nothing can be lost in tungstenite's buffer: it refuses a client that sends more before it was answered.
-    let shaken = shaken.is_ok();
-    let seated = door?;
-    if !shaken {
-        return Err(Away::Refused(Refusal::Gone));
-    }
-    let (reader, writer) = tcp::prepare(stream).map_err(unfit)?;
-    Ok((seated, reader, writer))
-}
-
-/// Checks who asks and waits for the line. Whoever has sent a request has spoken.
-fn admit(
-    request: &Request,
+/// Reads a request, checks who asks, and answers.
+fn meet(
     stream: &TcpStream,
     ticket: Ticket,
     allowed: &Allowed,
     uplink: &Uplink,
-) -> Result<Seated, Away> {
-    let foreign = |foreign| Away::Refused(Refusal::Foreign(foreign));
-    allowed.check(request.headers()).map_err(foreign)?;
-    let seated = ticket.wait(stream, || {
+) -> Result<Met, Away> {
+    let unfit = |_: io::Error| Away::Refused(Refusal::NoWebSocket);
+    let gone = |_: io::Error| Away::Refused(Refusal::Gone);
+    let mut limited = Limited::new(stream.try_clone().map_err(unfit)?).map_err(unfit)?;
+    // Nothing can be lost behind the request: a client that sends more before it was answered is refused.
+    let request = browser::read(&mut limited).map_err(unfit)?;
+    if let Err(foreign) = allowed.check(request.headers()) {
+        return refuse(&mut limited, Away::Refused(Refusal::Foreign(foreign)));
+    }
+    if !browser::wants_websocket(&request) {
+        browser::answer(&mut limited, &request, allowed.token()).map_err(gone)?;
+        return Ok(Met::Answered);
+    }
+    let response = create_response(&request).map_err(|_| Away::Refused(Refusal::NoWebSocket))?;
+    let response = agree(&request, response);
+    if browser::is_page(&request) {
+        if !browser::is_trusted(&request, allowed.token()) {
+            return refuse(&mut limited, Away::Refused(Refusal::NoToken));
+        }
+        drop(ticket);
+        write_response(&mut limited, &response).map_err(|_| Away::Refused(Refusal::Gone))?;
+        let (reader, writer) = tcp::prepare(stream.try_clone().map_err(gone)?).map_err(gone)?;
+        return Ok(Met::Page(reader, writer));
+    }
+    let Some(seated) = wait(stream, ticket, uplink) else {
+        return refuse(&mut limited, Away::Held);
+    };
+    write_response(&mut limited, &response).map_err(|_| Away::Refused(Refusal::Gone))?;
+    let (reader, writer) = tcp::prepare(stream.try_clone().map_err(gone)?).map_err(gone)?;
+    Ok(Met::Sender(seated, reader, writer))
+}
+
+/// Waits for the line. Whoever has sent a request has spoken.
+fn wait(stream: &TcpStream, ticket: Ticket, uplink: &Uplink) -> Option<Seated> {
+    ticket.wait(stream, || {
         std::thread::sleep(POLL);
         match uplink.stopped() {
             true => Guest::Gone,
             false => Guest::Spoken,
         }
-    });
-    seated.ok_or(Away::Held)
+    })
+}
+
+/// Tells a client why it is not let in.
+fn refuse(to: &mut Limited, away: Away) -> Result<Met, Away> {
+    let answer = away.answer();
+    let text = answer.body().clone().unwrap_or_default();
+    // One that does not take the answer is gone anyway.
+    let _ = write_response(&mut *to, &answer).map(|()| to.write_all(text.as_bytes()));
+    Err(away)
 }
 
 impl Away {
@@ -196,20 +259,22 @@ impl Write for Limited {
     }
 }
 
-fn read_frames(reader: &TcpStream, sink: &Sink, seated: &Seated, uplink: &Uplink) {
+fn read_frames(
+    reader: &TcpStream,
+    sink: &Sink,
+    uplink: &Uplink,
+    mut take: impl FnMut(&[u8]) -> Result<(), Nonsense>,
+) {
     let mut frames = FrameReader::new();
     tcp::read_all(reader, uplink, |bytes| {
-        seated.heard();
         let mut payload = Vec::new();
         let mut answers = Vec::new();
         let read = frames.read(bytes, &mut payload, |control| answers.push(control));
-        if !payload.is_empty() {
-            uplink.pass(&payload);
-        }
+        let taken = take(&payload);
         for control in answers {
             answer(control, sink, reader);
         }
-        if read.is_err() {
+        if read.is_err() || taken.is_err() {
             close(sink, reader, CloseCode::Protocol);
         }
     });

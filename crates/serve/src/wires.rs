@@ -29,6 +29,11 @@ impl Wires {
         Self((0..count).map(|_| Wire::default()).collect())
     }
 
+    /// The number of lines.
+    pub(super) fn count(&self) -> usize {
+        self.0.len()
+    }
+
     /// A client has come.
     pub(super) fn open(&mut self, line: usize, outlet: Outlet) {
         self.0[line].outlet = Some(outlet);

@@ -32,6 +32,7 @@ pub mod plant;
 mod position;
 pub mod profile;
 pub mod replay;
+pub mod scene;
 pub mod setup;
 pub mod speed_profile;
 mod stepping;

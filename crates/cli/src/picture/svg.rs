@@ -83,7 +83,7 @@ fn strokes(path: &Toolpath, x: &Scale, y: &Scale) -> Group {
         .set("fill", "none")
         .set("stroke-linejoin", "round")
         .set("stroke-linecap", "round");
-    for stroke in path.strokes() {
+    for stroke in &path.strokes() {
         group = group.add(drawn(stroke, powered, x, y));
     }
     group
@@ -206,11 +206,12 @@ fn legend(path: &Toolpath, caption: &Caption, top: f64) -> Group {
 fn shade_bar(left: f64, y: f64, full_power_s: f64) -> Group {
     let mut group = Group::new().add(text(left, y + 4.0, "power S 0"));
     let from = left + 62.0;
-    for shade in 0..=StrokeKind::SHADES {
-        let at = from + f64::from(shade) * 9.0;
+    for step in 0..=16u8 {
+        let shade = (f64::from(step) / 16.0 * f64::from(StrokeKind::SHADES)) as u8;
+        let at = from + f64::from(step) * 9.0;
         group = group.add(rectangle(at, y - 6.0, 9.0, 12.0, &colour(shade, true)));
     }
-    let after = from + (f64::from(StrokeKind::SHADES) + 1.0) * 9.0;
+    let after = from + 17.0 * 9.0;
     group.add(text(after + 6.0, y + 4.0, &label(full_power_s)))
 }
 

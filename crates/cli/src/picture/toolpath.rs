@@ -1,5 +1,7 @@
 //! The path that the tool took, as strokes of one kind and shade.
 
+use leadscrew_sim::scene::{Drawn, Way};
+
 /// What the tool does along a stroke.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum StrokeKind {
@@ -14,7 +16,7 @@ pub(crate) enum StrokeKind {
 
 impl StrokeKind {
     /// Shades between off and full power.
-    pub(crate) const SHADES: u8 = 16;
+    pub(crate) const SHADES: u8 = 255;
 
     /// A feed move at `share` of full power, 0 to 1.
     pub(crate) fn cut(share: f64) -> Self {
@@ -37,7 +39,9 @@ pub(crate) struct Stroke {
 #[derive(Clone, Debug)]
 pub(crate) struct Toolpath {
     /// `None` where only distances are wanted.
-    strokes: Option<Vec<Stroke>>,
+    moves: Option<Vec<Drawn>>,
+    /// The line that asks for what comes next, counted from 1; 0 for none.
+    pub(crate) line: u32,
     /// Where the tool went down and up again without moving aside: X and Y in mm.
     holes: Vec<[f32; 2]>,
     /// Whether the last move went straight down at feed.
@@ -54,7 +58,8 @@ impl Toolpath {
     /// Starts at `start`, X, Y, Z in mm. Strokes are kept only where they are to be `drawn`: memory stays flat otherwise.
     pub(crate) fn new(start: [f64; 3], drawn: bool) -> Self {
         Self {
-            strokes: drawn.then(Vec::new),
+            moves: drawn.then(|| vec![begin(start)]),
+            line: 0,
             holes: Vec::new(),
             plunged: false,
             at: start,
@@ -67,7 +72,7 @@ impl Toolpath {
 
     /// Whether strokes are kept.
     pub(crate) fn is_drawn(&self) -> bool {
-        self.strokes.is_some()
+        self.moves.is_some()
     }
 
     /// The lowest and the highest X, Y and Z of all feed moves, mm; `None` where there was none.
@@ -97,9 +102,21 @@ impl Toolpath {
         let (from, to) = (flat(self.at), flat(target));
         let rise = target[2] - self.at[2];
         self.at = target;
-        let Some(strokes) = &mut self.strokes else {
+        let Some(moves) = &mut self.moves else {
             return;
         };
+        moves.push(Drawn {
+            to: target.map(|mm| mm as f32),
+            line: self.line,
+            way: match kind {
+                StrokeKind::Travel => Way::Travel,
+                StrokeKind::Cut { .. } => Way::Cut,
+            },
+            power: match kind {
+                StrokeKind::Travel => 0.0,
+                StrokeKind::Cut { shade } => f32::from(shade) / f32::from(StrokeKind::SHADES),
+            },
+        });
         if from == to {
             // A hole may be drilled in several strokes.
             if self.plunged && rise > 0.0 && self.holes.last() != Some(&to) {
@@ -109,13 +126,6 @@ impl Toolpath {
             return;
         }
         self.plunged = false;
-        match strokes.last_mut() {
-            Some(stroke) if stroke.kind == kind => stroke.points.push(to),
-            Some(_) | None => strokes.push(Stroke {
-                kind,
-                points: vec![from, to],
-            }),
-        }
     }
 
     /// Length of the feed moves, mm.
@@ -128,9 +138,30 @@ impl Toolpath {
         self.travel_mm
     }
 
-    /// The strokes, in order.
-    pub(crate) fn strokes(&self) -> &[Stroke] {
-        self.strokes.as_deref().unwrap_or_default()
+    /// All moves, in order: the first is where the path begins.
+    pub(crate) fn moves(&self) -> &[Drawn] {
+        self.moves.as_deref().unwrap_or_default()
+    }
+
+    /// The moves aside, joined where one goes on as the one before.
+    pub(crate) fn strokes(&self) -> Vec<Stroke> {
+        let mut strokes: Vec<Stroke> = Vec::new();
+        for pair in self.moves().windows(2) {
+            let [from, to] = [0, 1].map(|end| [pair[end].to[0], pair[end].to[1]]);
+            let kind = match pair[1].way {
+                Way::Cut => StrokeKind::cut(pair[1].power.into()),
+                Way::Travel | Way::Jump => StrokeKind::Travel,
+            };
+            match strokes.last_mut() {
+                _ if from == to => {}
+                Some(stroke) if stroke.kind == kind => stroke.points.push(to),
+                Some(_) | None => strokes.push(Stroke {
+                    kind,
+                    points: vec![from, to],
+                }),
+            }
+        }
+        strokes
     }
 
     /// Drilled holes, in order: X and Y in mm.
@@ -146,13 +177,22 @@ impl Toolpath {
     /// The smallest and the largest X and Y of the path, mm.
     pub(crate) fn bounds(&self) -> [[f32; 2]; 2] {
         let first = flat(self.start);
-        let points = self.strokes().iter().flat_map(|s| &s.points);
+        let points = self.moves().iter().map(|one| [one.to[0], one.to[1]]);
         points.fold([first, first], |[low, high], p| {
             [
                 [low[0].min(p[0]), low[1].min(p[1])],
                 [high[0].max(p[0]), high[1].max(p[1])],
             ]
         })
+    }
+}
+
+fn begin(at: [f64; 3]) -> Drawn {
+    Drawn {
+        to: at.map(|mm| mm as f32),
+        line: 0,
+        way: Way::Jump,
+        power: 0.0,
     }
 }
 

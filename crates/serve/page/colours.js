@@ -1,0 +1,24 @@
+// @ts-check
+// The colours of paths. The pictures of `leadscrew run --svg` use the same.
+
+/** From the top of the material down, equally spaced: each is told from white and from black. */
+export const DEPTH = [[0.93, 0.64, 0.10], [0.88, 0.34, 0.18], [0.72, 0.22, 0.50], [0.42, 0.36, 0.80], [0.16, 0.52, 0.85]];
+
+/**
+ * @typedef {{travel: number[], powerOff: number[], powerFull: number[]}} Ink
+ * @type {Record<string, Ink>}
+ */
+export const INK = {
+  light: {travel: [0.62, 0.69, 0.76], powerOff: [0.90, 0.91, 0.93], powerFull: [0.08, 0.09, 0.11]},
+  dark: {travel: [0.34, 0.40, 0.47], powerOff: [0.20, 0.23, 0.27], powerFull: [0.97, 0.96, 0.92]},
+};
+
+/** @param {number[]} colour */
+export function css(colour) {
+  return `rgb(${colour.map((part) => Math.round(part * 255)).join(" ")})`;
+}
+
+/** @param {number[][]} colours */
+export function ramp(colours) {
+  return `linear-gradient(to right, ${colours.map(css).join(", ")})`;
+}

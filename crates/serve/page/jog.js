@@ -1,0 +1,97 @@
+// @ts-check
+// Jogging: a step at a time, or for as long as a key or a button is held.
+
+import {by, make} from "dom";
+
+/** The byte that ends a jog. */
+const CANCEL = 0x85;
+/** What a step of a jog is called, and which way it goes. */
+const PAD = [
+  ["", "Y+", "", "Z+", "A+"],
+  ["X-", "stop", "X+", "", ""],
+  ["", "Y-", "", "Z-", "A-"],
+];
+const NAMES = {"X-": "←", "X+": "→", "Y+": "↑", "Y-": "↓"};
+/** @type {Record<string, string>} */
+const KEYS = {ArrowLeft: "X-", ArrowRight: "X+", ArrowUp: "Y+", ArrowDown: "Y-", PageUp: "Z+", PageDown: "Z-"};
+
+/**
+ * @typedef {object} Hands
+ * @property {(line: string) => void} say
+ * @property {(byte: number) => void} press
+ * @property {() => {position: number[], travel: number[], softLimits: boolean}} machine
+ */
+
+export class Jog {
+  #step = /** @type {HTMLSelectElement} */ (by("jog-step"));
+  #feed = /** @type {HTMLInputElement} */ (by("jog-feed"));
+  #keys = /** @type {HTMLInputElement} */ (by("jog-keys"));
+  #held = "";
+
+  /** @param {Hands} hands */
+  constructor(hands) {
+    this.hands = hands;
+    document.addEventListener("keydown", (event) => this.#key(event, true));
+    document.addEventListener("keyup", (event) => this.#key(event, false));
+    window.addEventListener("blur", () => this.release());
+  }
+
+  /** @param {string[]} axes */
+  build(axes) {
+    const buttons = PAD.flat().map((way) => {
+      if (way === "stop") return make("button", {text: "■", "aria-label": "Stop the jog", onclick: () => this.hands.press(CANCEL)});
+      if (!way || !axes.includes(way[0])) return make("span");
+      const name = `${way[0]} ${way[1] === "+" ? "plus" : "minus"}`;
+      const mark = /** @type {Record<string, string>} */ (NAMES)[way];
+      const button = make("button", {class: "drive", text: mark ? `${mark} ${way[0]}` : way.replace("-", "−"), "aria-label": `Jog ${name}`});
+      button.addEventListener("pointerdown", (event) => {
+        if (event.button !== 0) return;
+        if (event.isTrusted) button.setPointerCapture(event.pointerId);
+        this.press(way);
+      });
+      for (const end of ["pointerup", "pointercancel", "lostpointercapture"]) button.addEventListener(end, () => this.release());
+      button.addEventListener("keydown", (event) => {
+        if ((event.key === "Enter" || event.key === " ") && !event.repeat) this.press(way);
+      });
+      button.addEventListener("keyup", () => this.release());
+      return button;
+    });
+    by("pad").replaceChildren(...buttons);
+  }
+
+  /** @param {string} way */
+  press(way) {
+    const axis = "XYZA".indexOf(way[0]);
+    const sign = way[1] === "+" ? 1 : -1;
+    const feed = Math.max(Number(this.#feed.value) || 100, 1);
+    if (this.#step.value !== "hold") {
+      this.hands.say(`$J=G91G21${way[0]}${sign * Number(this.#step.value)}F${feed}`);
+      return;
+    }
+    this.#held = way;
+    const {position, travel, softLimits} = this.hands.machine();
+    const room = sign > 0 ? -position[axis] : (travel[axis] ?? 0) + position[axis];
+    const way_ = softLimits ? Math.max(room - 0.01, 0) : Math.max(travel[axis] ?? 0, 100);
+    if (way_ > 0.001) this.hands.say(`$J=G91G21${way[0]}${(sign * way_).toFixed(3)}F${feed}`);
+  }
+
+  release() {
+    if (!this.#held) return;
+    this.#held = "";
+    this.hands.press(CANCEL);
+  }
+
+  /**
+   * @param {KeyboardEvent} event
+   * @param {boolean} down
+   */
+  #key(event, down) {
+    const way = KEYS[event.key];
+    const target = /** @type {HTMLElement} */ (event.target);
+    const isTyping = target.matches?.("input:not([type=checkbox]), select, textarea, [role=application], [role=tab], .program, .log, .scroll");
+    if (!way || !this.#keys.checked || isTyping) return;
+    event.preventDefault();
+    if (!down) this.release();
+    else if (!event.repeat) this.press(way);
+  }
+}

@@ -1,0 +1,170 @@
+// @ts-check
+// Position, overrides, settings, switches, console: what the machine says, and what can be pressed.
+
+import {by, make, say} from "dom";
+
+/** @typedef {import("state").State} State */
+/** @typedef {import("state").Hello} Hello */
+/** @typedef {import("state").Settings} Settings */
+
+/** Realtime bytes of the overrides: their names, and what each button sends. */
+const OVERRIDES = [
+  {name: "Feed", index: 0, buttons: [["−10", 0x92], ["−1", 0x94], ["100", 0x90], ["+1", 0x93], ["+10", 0x91]]},
+  {name: "Rapid", index: 1, buttons: [["25", 0x97], ["50", 0x96], ["100", 0x95]]},
+  {name: "Spindle", index: 2, buttons: [["−10", 0x9b], ["−1", 0x9d], ["100", 0x99], ["+1", 0x9c], ["+10", 0x9a]]},
+];
+
+export class Position {
+  /** @type {{work: HTMLElement, machine: HTMLElement}[]} */
+  #rows = [];
+
+  /**
+   * @param {string[]} axes
+   * @param {(axis: string) => void} zero
+   */
+  build(axes, zero) {
+    this.#rows = [];
+    const rows = axes.map((axis) => {
+      const [work, machine] = [make("td", {"data-axis": axis}), make("td")];
+      this.#rows.push({work, machine});
+      const button = make("button", {class: "drive", text: "0", "aria-label": `Make this ${axis} zero`, onclick: () => zero(axis)});
+      return make("tr", {}, [make("th", {scope: "row", text: axis}), work, machine, make("td", {}, [button])]);
+    });
+    by("axes").querySelector("tbody")?.replaceChildren(...rows);
+  }
+
+  /**
+   * @param {State} state
+   * @param {boolean} laser
+   * @param {number} fullPower
+   */
+  show(state, laser, fullPower) {
+    this.#rows.forEach((row, axis) => {
+      say(row.machine, fixed(state.position[axis]));
+      say(row.work, fixed(state.position[axis] - state.offset[axis]));
+    });
+    say(by("feed"), state.feed.toFixed(0));
+    say(by("queued"), state.queued.toFixed(1));
+    say(by("power-name"), laser ? "Laser" : "Spindle");
+    const on = state.spindle > 0;
+    const power = laser ? `${(state.power * 100).toFixed(0)} %` : `${(state.power * fullPower).toFixed(0)} rpm`;
+    say(by("power"), on ? power + (state.spindle === 2 && !laser ? " ccw" : "") : "off");
+  }
+}
+
+/** @param {number} value */
+function fixed(value) {
+  const text = value.toFixed(3);
+  return text === "-0.000" ? "0.000" : text;
+}
+
+/** @param {(byte: number) => void} press */
+export function buildOverrides(press) {
+  const rows = OVERRIDES.map(({name, buttons}) => {
+    const all = buttons.map(([label, byte]) =>
+      make("button", {text: String(label), "aria-label": `${name} override ${label} %`, onclick: () => press(Number(byte))}));
+    return make("div", {class: "override", role: "group", "aria-label": `${name} override`}, [
+      make("span", {text: name}), make("b", {id: `override-${name.toLowerCase()}`, text: "100 %"}), ...all]);
+  });
+  const more = [["Spindle stop", 0x9e], ["Flood", 0xa0], ["Mist", 0xa1]].map(([label, byte]) =>
+    make("button", {text: String(label), onclick: () => press(Number(byte))}));
+  by("overrides").replaceChildren(...rows, make("div", {class: "row", role: "group", "aria-label": "Accessories"}, more));
+}
+
+/** @param {State} state */
+export function showOverrides(state) {
+  for (const {name, index} of OVERRIDES) say(by(`override-${name.toLowerCase()}`), `${state.overrides[index]} %`);
+}
+
+/** Switches of the simulated machine. */
+export class Switches {
+  /** @type {{button: HTMLElement, pressed: (state: State) => boolean}[]} */
+  #all = [];
+
+  /**
+   * @param {Hello} hello
+   * @param {(key: number) => void} press
+   */
+  build(hello, press) {
+    const motors = hello.axes.map((axis) => `Limit ${axis}`).concat(hello.second ? [`Limit ${hello.second}2`] : []);
+    const limits = motors.map((name, motor) => ({name, key: motor < hello.axes.length ? 16 + motor : 5, pressed: (/** @type {State} */ state) => Boolean(state.limits & (1 << motor))}));
+    const bit = (/** @type {number} */ n) => (/** @type {State} */ state) => Boolean(state.switches & (1 << n));
+    const others = [
+      {name: "Probe", key: 4, pressed: bit(0)}, {name: "Door", key: 0, pressed: bit(1)}, {name: "Hold button", key: 1, pressed: bit(2)},
+      {name: "Start button", key: 2, pressed: bit(3)}, {name: "Reset button", key: 3, pressed: bit(4)},
+    ];
+    this.#all = [...limits, ...others].map(({name, key, pressed}) => ({
+      button: make("button", {text: name, "aria-pressed": "false", onclick: () => press(key)}), pressed,
+    }));
+    by("switches").replaceChildren(...this.#all.map(({button}) => button));
+  }
+
+  /** @param {State} state */
+  show(state) {
+    for (const {button, pressed} of this.#all) {
+      const now = String(pressed(state));
+      if (button.getAttribute("aria-pressed") !== now) button.setAttribute("aria-pressed", now);
+    }
+  }
+}
+
+/** The settings with their names and limits. */
+export class SettingsPanel {
+  /** @param {(line: string) => void} send */
+  constructor(send) {
+    this.send = send;
+    by("settings-filter").addEventListener("input", () => this.#filter());
+  }
+
+  /** @param {Settings} settings */
+  load(settings) {
+    const body = by("settings").querySelector("tbody");
+    if (!body) return;
+    const rows = [...settings.byNumber.values()].map((one) => {
+      const before = document.getElementById(`setting-${one.number}`);
+      if (before instanceof HTMLInputElement) {
+        if (document.activeElement !== before) before.value = one.value;
+        return null;
+      }
+      const input = make("input", {id: `setting-${one.number}`, value: one.value, inputmode: "decimal", class: "drive", "aria-label": `$${one.number} ${one.name}`});
+      input.addEventListener("change", () => this.send(`$${one.number}=${/** @type {HTMLInputElement} */ (input).value}`));
+      return make("tr", {}, [
+        make("td", {}, [make("b", {text: `$${one.number} ${one.name}`}), make("br"), make("small", {text: one.description})]),
+        make("td", {}, [input]), make("td", {}, [make("small", {text: [one.unit, one.range].filter(Boolean).join(", ")})])]);
+    });
+    body.append(...rows.filter((row) => row !== null));
+  }
+
+  /** Shows the values in force again. @param {Settings} settings */
+  restore(settings) {
+    for (const one of settings.byNumber.values()) {
+      const input = document.getElementById(`setting-${one.number}`);
+      if (input instanceof HTMLInputElement) input.value = one.value;
+    }
+  }
+
+  #filter() {
+    const wanted = /** @type {HTMLInputElement} */ (by("settings-filter")).value.toLowerCase();
+    for (const row of by("settings").querySelectorAll("tbody tr")) {
+      /** @type {HTMLElement} */ (row).hidden = !row.textContent?.toLowerCase().includes(wanted);
+    }
+  }
+}
+
+const KEPT = 500;
+
+/** What was said. */
+export class Console {
+  #place = by("log");
+
+  /**
+   * @param {string} text
+   * @param {"sent" | "heard" | "bad" | "note"} kind
+   */
+  add(text, kind) {
+    const follows = this.#place.scrollHeight - this.#place.scrollTop - this.#place.clientHeight < 30;
+    this.#place.append(make("div", {class: kind, text: kind === "sent" ? `> ${text}` : text}));
+    while (this.#place.childElementCount > KEPT) this.#place.firstChild?.remove();
+    if (follows) this.#place.scrollTop = this.#place.scrollHeight;
+  }
+}

@@ -1,0 +1,122 @@
+// @ts-check
+// Sends lines as fast as the machine's receive buffer takes them: it counts the characters on the way.
+
+/** Bytes that have a meaning wherever they stand, and those that no line has: left out of a job's lines. */
+// eslint-disable-next-line no-control-regex
+const NO_LINE = /[?!~\u0000-\u001f\u007f-\uffff]/g;
+
+/** @typedef {{text: string, job: number}} Line a line, and its number in the job; 0 outside of it */
+
+/**
+ * @typedef {object} Ears
+ * @property {(text: string) => void} send
+ * @property {(line: Line, answer: string, number: number) => void} answered
+ */
+
+export class Sender {
+  /** @type {Line[]} */
+  #own = [];
+  /** @type {Line[]} */
+  #sent = [];
+  #onTheWay = 0;
+  /** @type {string[]} */
+  #job = [];
+  #next = 0;
+
+  /**
+   * @param {Ears} ears
+   */
+  constructor(ears) {
+    this.ears = ears;
+    this.room = 127;
+  }
+
+  /** Whether a job is under way. */
+  get isRunning() {
+    return this.#next < this.#job.length || this.#sent.some((line) => line.job > 0);
+  }
+
+  /** @param {string[]} lines */
+  run(lines) {
+    this.#job = lines;
+    this.#next = 0;
+    this.#feed();
+  }
+
+  /** Sends nothing more of the job. */
+  stop() {
+    this.#job = [];
+    this.#next = 0;
+  }
+
+  /** Forgets everything: the machine has forgotten it too. */
+  reset() {
+    this.stop();
+    this.#own = [];
+    this.#sent = [];
+    this.#onTheWay = 0;
+  }
+
+  /** @param {string} text */
+  say(text) {
+    this.#own.push({text, job: 0});
+    this.#feed();
+  }
+
+  /**
+   * Takes the machine's answer to the oldest line that has none.
+   * @param {string} answer `ok` or `error:N`
+   * @param {number} number of the line, as the machine counts
+   */
+  answer(answer, number) {
+    const line = this.#sent.shift();
+    if (!line) return;
+    this.#onTheWay -= line.text.length + 1;
+    this.ears.answered(line, answer, number);
+    this.#feed();
+  }
+
+  #feed() {
+    let bytes = "";
+    for (;;) {
+      const own = this.#own[0];
+      const line = own ?? this.#ofJob();
+      if (!line || (this.#sent.length > 0 && this.#onTheWay + line.text.length + 1 > this.room)) break;
+      if (own) this.#own.shift();
+      else this.#next++;
+      this.#sent.push(line);
+      this.#onTheWay += line.text.length + 1;
+      bytes += line.text + "\n";
+    }
+    if (bytes) this.ears.send(bytes);
+  }
+
+  /** @returns {Line | null} */
+  #ofJob() {
+    if (this.#next >= this.#job.length) return null;
+    const text = this.#job[this.#next];
+    // Marks of the tape's ends are no lines.
+    return {text: text.trimStart().startsWith("%") ? "" : text.replace(NO_LINE, ""), job: this.#next + 1};
+  }
+}
+
+/** Takes the machine's bytes apart into lines. */
+export class LineReader {
+  #begun = "";
+
+  /**
+   * @param {Uint8Array} bytes
+   * @param {(line: string) => void} each
+   */
+  read(bytes, each) {
+    this.#begun += new TextDecoder().decode(bytes);
+    const lines = this.#begun.split("\n");
+    this.#begun = lines.pop() ?? "";
+    for (const line of lines) each(line.replace(/\r$/, ""));
+  }
+}
+
+/** Whether a line of the machine's answers a line of the sender's. @param {string} line */
+export function isAnswer(line) {
+  return line === "ok" || line.startsWith("error:");
+}

@@ -1,0 +1,109 @@
+// @ts-check
+// What the machine is and does, as the server tells it.
+
+/**
+ * @typedef {object} State
+ * @property {string} name as status reports spell it
+ * @property {number[]} overrides feed, rapid, spindle: percent
+ * @property {number} limits a bit for each motor whose limit switch is pressed
+ * @property {number} switches bits: probe, door, hold, start, reset are pressed
+ * @property {number} seconds simulated time since power-up
+ * @property {number} feed mm/min
+ * @property {number} power share of full power, 0 to 1
+ * @property {number} lines answered lines since power-up
+ * @property {number} running number of the line whose move is under way; 0 for none
+ * @property {number} moves moves planned since power-up
+ * @property {number} done moves that have begun
+ * @property {number} queued seconds of motion in the queue
+ * @property {number} spindle 0 off, 1 clockwise, 2 counterclockwise
+ * @property {number} coolant bits: flood, mist
+ * @property {number[]} position machine position, mm
+ * @property {number[]} offset work offset, mm
+ */
+
+/**
+ * @typedef {object} Hello
+ * @property {string} name
+ * @property {string} version
+ * @property {string[]} axes
+ * @property {number} motors
+ * @property {string | null} second axis of the second motor
+ * @property {number} receive_buffer bytes
+ * @property {boolean} normally_closed
+ * @property {number} channel the page's own
+ */
+
+/**
+ * @typedef {object} Setting
+ * @property {number} number
+ * @property {string} name
+ * @property {string} unit
+ * @property {string} description
+ * @property {string} value
+ * @property {string} range
+ */
+
+/**
+ * @typedef {object} Role
+ * @property {boolean} controls whether this page moves the machine
+ * @property {string[]} senders who else is connected
+ */
+
+/**
+ * Reads a state frame.
+ * @param {Uint8Array} bytes
+ * @returns {State}
+ */
+export function readState(bytes) {
+  const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.length);
+  const floats = (/** @type {number} */ at, /** @type {number} */ count) =>
+    Array.from({length: count}, (_, i) => view.getFloat32(at + 4 * i, true));
+  const axes = bytes[7];
+  return {
+    overrides: [bytes[2], bytes[3], bytes[4]],
+    limits: bytes[5],
+    switches: bytes[6],
+    seconds: view.getFloat64(8, true),
+    feed: view.getFloat32(16, true),
+    power: view.getFloat32(20, true),
+    lines: view.getUint32(24, true),
+    running: view.getUint32(28, true),
+    moves: view.getUint32(32, true),
+    done: view.getUint32(36, true),
+    queued: view.getFloat32(40, true),
+    spindle: bytes[44],
+    coolant: bytes[45],
+    position: floats(48, axes),
+    offset: floats(48 + 4 * axes, axes),
+    name: new TextDecoder().decode(bytes.subarray(48 + 8 * axes)),
+  };
+}
+
+/** The settings by number. */
+export class Settings {
+  /** @type {Map<number, Setting>} */
+  byNumber = new Map();
+
+  /** @param {Setting[]} all */
+  load(all) {
+    this.byNumber = new Map(all.map((one) => [one.number, one]));
+  }
+
+  /** @param {number} number */
+  value(number) {
+    return Number(this.byNumber.get(number)?.value ?? 0);
+  }
+
+  get isLaser() {
+    return this.value(32) !== 0;
+  }
+
+  get hasSoftLimits() {
+    return this.value(20) !== 0;
+  }
+
+  /** Travel of X, Y, Z in mm. */
+  get travel() {
+    return [130, 131, 132].map((number) => this.value(number));
+  }
+}

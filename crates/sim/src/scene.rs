@@ -1,0 +1,60 @@
+//! A job or a machine's path as moves to be drawn: what pictures and pages have in common.
+
+/// Bytes of a move as pages and pictures get it.
+pub const MOVE_BYTES: usize = 20;
+
+/// What the tool does on a move.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Way {
+    /// A rapid, a jog, or the machine driving itself.
+    Travel = 0,
+    /// A feed move.
+    Cut = 1,
+    /// The path begins anew: nothing is drawn.
+    Jump = 2,
+}
+
+/// A move as pages and pictures get it.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Drawn {
+    /// Where it ends: X, Y, Z in mm.
+    pub to: [f32; 3],
+    /// The line that asked for it; 0 for none.
+    pub line: u32,
+    /// What the tool does.
+    pub way: Way,
+    /// Power as programmed, share of full power.
+    pub power: f32,
+}
+
+impl Drawn {
+    /// Adds its 20 bytes: X, Y, Z (f32, mm), line (u32), way, power (255 is full), two that are 0; little-endian.
+    pub fn write(&self, to: &mut Vec<u8>) {
+        for place in self.to {
+            to.extend(place.to_le_bytes());
+        }
+        to.extend(self.line.to_le_bytes());
+        let power = (self.power * 255.0).round() as u8;
+        to.extend([self.way as u8, power, 0, 0]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_move_is_twenty_bytes_in_the_order_that_pages_read() {
+        let one = Drawn {
+            to: [1.0, -2.0, 0.5],
+            line: 7,
+            way: Way::Cut,
+            power: 0.5,
+        };
+        let mut bytes = Vec::new();
+        one.write(&mut bytes);
+        assert_eq!(bytes.len(), MOVE_BYTES);
+        assert_eq!(bytes[..4], 1.0f32.to_le_bytes());
+        assert_eq!(bytes[12..], [7, 0, 0, 0, 1, 128, 0, 0]);
+    }
+}

@@ -1,0 +1,386 @@
+// What a user of the page does, and what has to come of it.
+
+import assert from "node:assert/strict";
+import {readFileSync} from "node:fs";
+import {get} from "node:http";
+import {createRequire} from "node:module";
+import {sender, sleep} from "./server.js";
+
+const AXE = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
+const EXAMPLES = new URL("../../examples/", import.meta.url);
+
+const FAST = `name = "bench"
+[settings]
+"$110" = 6000
+"$111" = 6000
+"$112" = 3000
+"$120" = 800
+"$121" = 800
+"$122" = 800
+`;
+const HOMED = `name = "router"
+[settings]
+"$22" = 1
+"$24" = 200
+"$25" = 2000
+"$110" = 6000
+"$111" = 6000
+"$112" = 6000
+"$120" = 2000
+"$121" = 2000
+"$122" = 2000
+[axes.x]
+start = -5
+limits = { high = 0 }
+[axes.y]
+start = -5
+limits = { high = 0 }
+[axes.z]
+start = -5
+limits = { high = 0 }
+`;
+const SQUARE = "G21 G90\nG1 X20 F3000\nY20\nX0\nY0\n";
+const LONG = `G21 G90\nM3 S1000\n${"G1 X20 F1500\nX0\n".repeat(30)}`;
+
+const text = (page, selector) => page.locator(selector).textContent();
+const number = async (page, selector) => Number.parseFloat(await text(page, selector));
+const isState = (page, name) => page.waitForFunction((name) => document.getElementById("state").textContent.startsWith(name), name);
+const axis = (letter) => `#axes td[data-axis="${letter}"]`;
+
+/** Drops a file on the page, as a file manager does. */
+async function drop(page, name, content) {
+  await page.evaluate(([name, content]) => {
+    const data = new DataTransfer();
+    data.items.add(new File([content], name));
+    for (const type of ["dragenter", "dragover", "drop"]) {
+      document.body.dispatchEvent(new DragEvent(type, {dataTransfer: data, bubbles: true, cancelable: true}));
+    }
+  }, [name, content]);
+}
+
+async function dropAndTime(page, name, content) {
+  await drop(page, name, content);
+  await page.waitForFunction(() => /^takes|without pauses/.test(document.getElementById("job-time").textContent));
+}
+
+async function say(page, line) {
+  await page.getByRole("tab", {name: "Console"}).click();
+  await page.getByLabel("Line to send").fill(line);
+  await page.getByLabel("Line to send").press("Enter");
+}
+
+/** Asks for a document as no browser does. */
+function fetched(address, headers = {}) {
+  return new Promise((resolve, reject) => {
+    get(address, {headers}, (answer) => {
+      let body = "";
+      answer.on("data", (part) => (body += part));
+      answer.on("end", () => resolve({status: answer.statusCode, headers: answer.headers, body}));
+    }).on("error", reject);
+  });
+}
+
+/** Pixels of the paths that are not empty. */
+function inked(page) {
+  return page.evaluate(async () => {
+    const [, ahead, behind] = document.querySelectorAll("#view canvas");
+    const copy = document.createElement("canvas");
+    [copy.width, copy.height] = [ahead.width, ahead.height];
+    const pen = copy.getContext("2d");
+    globalThis.leadscrew.draw();
+    pen.drawImage(ahead, 0, 0);
+    pen.drawImage(behind, 0, 0);
+    return pen.getImageData(0, 0, copy.width, copy.height).data.filter((value, index) => index % 4 === 3 && value > 40).length;
+  });
+}
+
+async function violations(page) {
+  await page.evaluate(AXE);
+  const result = await page.evaluate(() => globalThis.axe.run());
+  return result.violations.map(({id, nodes}) => `${id}: ${nodes.map(({target, failureSummary}) => `${target} ${failureSummary}`).join("; ")}`);
+}
+
+export const cases = [
+  {
+    name: "the page loads from its address and shows the machine",
+    machine: FAST,
+    async run({page}) {
+      await isState(page, "Idle");
+      assert.equal(await text(page, axis("X")), "0.000");
+      assert.match(await text(page, "#machine-name"), /bench/);
+      assert.equal(await page.title(), "bench · leadscrew");
+    },
+  },
+  {
+    name: "only the printed address opens the page, and no page from elsewhere its socket",
+    alone: true,
+    async run({server}) {
+      const address = new URL(await server.address());
+      const bare = await fetched(new URL("/", address));
+      assert.equal(bare.status, 401);
+      assert.ok(!bare.body.includes(address.search));
+      assert.equal((await fetched(new URL("/?token=guess", address))).status, 401);
+      assert.equal((await fetched(new URL(`/else${address.search}`, address))).status, 404);
+      assert.equal((await fetched(address, {host: "attacker.example"})).status, 403);
+      assert.equal((await fetched(address, {origin: "https://attacker.example"})).status, 403);
+      const good = await fetched(address);
+      assert.equal(good.status, 200);
+      assert.match(good.headers["content-security-policy"], /default-src 'none'.*frame-ancestors 'none'/);
+      assert.equal(good.headers["referrer-policy"], "no-referrer");
+      assert.ok(good.body.length < 200_000, `${good.body.length} bytes`);
+      const upgrade = {connection: "Upgrade", upgrade: "websocket", "sec-websocket-version": "13", "sec-websocket-key": "dGhlIHNhbXBsZSBub25jZQ=="};
+      assert.equal((await fetched(new URL("/page", address), upgrade)).status, 403);
+      assert.equal((await fetched(new URL(`/page${address.search}`, address), {...upgrade, origin: "null"})).status, 403);
+    },
+  },
+  {
+    name: "a dropped job is checked, drawn, timed and run to its end",
+    machine: FAST,
+    async run({page, shoot}) {
+      await isState(page, "Idle");
+      const before = await inked(page);
+      await dropAndTime(page, "square.nc", SQUARE);
+      assert.match(await text(page, "#job-facts"), /5 lines.*80 mm cut.*X 0 … 20/);
+      assert.match(await text(page, "#binds"), /feed/);
+      assert.ok((await inked(page)) > before + 200);
+      await page.getByRole("button", {name: "Run", exact: true}).click();
+      await isState(page, "Run");
+      await page.waitForFunction(() => document.querySelector("#program .now") !== null);
+      await page.waitForFunction(() => Number.parseFloat(document.getElementById("feed").textContent) > 2000);
+      await shoot("running");
+      await page.waitForFunction(() => /^done in/.test(document.getElementById("job-time").textContent));
+      assert.equal(await text(page, axis("Y")), "0.000");
+      assert.equal(await page.evaluate(() => globalThis.leadscrew.trace.count), 5);
+    },
+  },
+  {
+    name: "a job with an error is not run, and the error leads to its line",
+    machine: FAST,
+    async run({page}) {
+      await isState(page, "Idle");
+      await drop(page, "wrong.nc", "G21\nG1 X10\nG77\n");
+      await page.locator("#findings button").nth(1).waitFor();
+      assert.match(await text(page, "#findings"), /Line 2: .*feed/i);
+      assert.ok(await page.locator("#run").isDisabled());
+      await page.locator("#findings button").first().click();
+      assert.equal(await page.locator("#program .error").count(), 2);
+    },
+  },
+  {
+    name: "a job is held, resumed, and overridden",
+    machine: FAST,
+    async run({page, shoot}) {
+      await isState(page, "Idle");
+      await dropAndTime(page, "long.nc", LONG);
+      await page.getByRole("button", {name: "Run", exact: true}).click();
+      await isState(page, "Run");
+      await page.getByRole("button", {name: "Hold", exact: true}).click();
+      await isState(page, "Hold:0");
+      const there = await text(page, axis("X"));
+      await sleep(300);
+      assert.equal(await text(page, axis("X")), there);
+      await shoot("held");
+      await page.getByRole("button", {name: "Resume"}).click();
+      await isState(page, "Run");
+      await page.getByRole("button", {name: "Feed override +10 %"}).click();
+      await page.getByRole("button", {name: "Feed override +10 %"}).click();
+      await page.waitForFunction(() => document.getElementById("override-feed").textContent === "120 %");
+      await page.waitForFunction(() => Math.abs(Number.parseFloat(document.getElementById("feed").textContent) - 1800) < 10);
+      await page.getByRole("button", {name: "Reset", exact: true}).click();
+      await page.locator("#alarm").waitFor();
+      assert.match(await text(page, "#alarm"), /ALARM:3/);
+      await page.getByRole("button", {name: "Unlock"}).click();
+      await isState(page, "Idle");
+    },
+  },
+  {
+    name: "jogging by steps, by holding a button, and by keys",
+    machine: FAST,
+    async run({page}) {
+      await isState(page, "Idle");
+      await page.getByRole("button", {name: "Jog X plus"}).click();
+      await page.waitForFunction((selector) => document.querySelector(selector).textContent === "10.000", axis("X"));
+      await isState(page, "Idle");
+      await page.locator("#jog-step").selectOption("hold");
+      await page.getByRole("button", {name: "Jog Y plus"}).hover();
+      await page.mouse.down();
+      await isState(page, "Jog");
+      await page.waitForFunction((selector) => Number.parseFloat(document.querySelector(selector).textContent) > 3, axis("Y"));
+      await page.mouse.up();
+      await isState(page, "Idle");
+      const stopped = await number(page, axis("Y"));
+      assert.ok(stopped > 3 && stopped < 60, `${stopped}`);
+      await page.locator("#jog-keys").check();
+      await page.keyboard.down("ArrowLeft");
+      await isState(page, "Jog");
+      await page.keyboard.up("ArrowLeft");
+      await isState(page, "Idle");
+      assert.ok((await number(page, axis("X"))) < 10);
+    },
+  },
+  {
+    name: "homing, work zero, a limit switch that is pressed, and the alarm that follows",
+    machine: HOMED,
+    async run({page}) {
+      await isState(page, "Alarm");
+      await page.getByRole("button", {name: "Home", exact: true}).click();
+      await isState(page, "Home");
+      await isState(page, "Idle");
+      await page.getByRole("button", {name: "Make this X zero"}).click();
+      await page.waitForFunction((selector) => document.querySelector(selector).textContent === "0.000", axis("X"));
+      await say(page, "$21=1");
+      await page.waitForFunction(() => document.getElementById("setting-21").value === "1");
+      await page.getByRole("tab", {name: "Switches"}).click();
+      const limit = page.getByRole("button", {name: "Limit X"});
+      await limit.click();
+      await isState(page, "Alarm");
+      assert.equal(await limit.getAttribute("aria-pressed"), "true");
+      assert.match(await text(page, "#alarm"), /ALARM:1/);
+      await limit.click();
+      await page.getByRole("button", {name: "Reset", exact: true}).click();
+      await page.getByRole("button", {name: "Unlock"}).click();
+      await isState(page, "Idle");
+    },
+  },
+  {
+    name: "settings are shown with names and limits, changed, and a bad value is taken back",
+    machine: FAST,
+    async run({page, shoot}) {
+      await isState(page, "Idle");
+      await page.getByRole("tab", {name: "Settings"}).click();
+      const rate = page.getByLabel(/^\$110 X /);
+      assert.equal(await rate.inputValue(), "6000.000");
+      await shoot("settings");
+      await rate.fill("5000");
+      await rate.press("Tab");
+      await page.waitForFunction(() => document.getElementById("setting-110").value === "5000.000");
+      await rate.fill("-5");
+      await rate.press("Tab");
+      await page.waitForFunction(() => document.getElementById("setting-110").value === "5000.000");
+      await page.getByRole("tab", {name: "Console"}).click();
+      assert.match(await text(page, "#log"), /error:4/);
+    },
+  },
+  {
+    name: "with a sender on TCP the page watches and says so, and can still hold",
+    machine: FAST,
+    lines: ["--tcp", "127.0.0.1:0"],
+    async run({page, server, shoot}) {
+      await isState(page, "Idle");
+      const tcp = sender((await server.said(/tcp 127.0.0.1:0: ready at (\S+)/))[1]);
+      await page.locator("#watching").waitFor();
+      assert.match(await text(page, "#watching"), /sender.*tcp.*watches/i);
+      assert.ok(await page.getByRole("button", {name: "Home", exact: true}).isDisabled());
+      tcp.write(LONG.split("\n").slice(0, 7).join("\n") + "\n");
+      await isState(page, "Run");
+      await page.waitForFunction(() => document.querySelector("#program .now") !== null);
+      await shoot("watching");
+      await page.getByRole("button", {name: "Hold", exact: true}).click();
+      await isState(page, "Hold:0");
+      tcp.write("~");
+      await isState(page, "Idle");
+      tcp.end();
+      await page.locator("#watching").waitFor({state: "hidden"});
+      assert.ok(await page.getByRole("button", {name: "Home", exact: true}).isEnabled());
+    },
+  },
+  {
+    name: "a second page watches until the first has gone",
+    machine: FAST,
+    async run({page, server, context}) {
+      await isState(page, "Idle");
+      await page.waitForFunction(() => !document.getElementById("home").disabled);
+      const second = await context.newPage();
+      await second.goto(await server.address());
+      await second.locator("#watching").waitFor();
+      assert.match(await text(second, "#watching"), /Another page/);
+      await page.close();
+      await second.waitForFunction(() => !document.getElementById("home").disabled, undefined, {polling: 50});
+    },
+  },
+  {
+    name: "the page comes back when the server does",
+    machine: FAST,
+    expected: /WebSocket|ERR_CONNECTION/,
+    async run({page, server}) {
+      await isState(page, "Idle");
+      const address = new URL(await server.address());
+      await page.evaluate(() => (globalThis.before = true));
+      await server.stop();
+      await page.locator("#link").waitFor();
+      assert.match(await text(page, "#state"), /not connected/);
+      server.start(["--ws", address.host, "--token", address.searchParams.get("token")]);
+      await isState(page, "Idle");
+      assert.ok(await page.evaluate(() => globalThis.before), "the same page");
+    },
+  },
+  {
+    name: "a job of 200 000 lines: first picture, frames, states",
+    machine: "name = \"laser\"\n[settings]\n\"$32\" = 1\n\"$110\" = 12000\n\"$111\" = 12000\n\"$120\" = 1000\n\"$121\" = 1000\n\"$130\" = 400\n\"$131\" = 400\n",
+    async run({page, shoot}) {
+      await isState(page, "Idle");
+      await page.evaluate(() => {
+        const lines = ["G21 G90", "M4 S0", "G1 F6000"];
+        for (let row = 0; row < 500; row++) {
+          lines.push(`G0 Y${(row * 0.2).toFixed(2)} X${row % 2 ? 80 : 0}`);
+          for (let k = 1; k < 400; k++) {
+            const x = row % 2 ? 80 - k * 0.2 : k * 0.2;
+            lines.push(`G1 X${x.toFixed(2)} S${Math.round(500 + 499 * Math.sin(row / 20) * Math.cos(x / 5))}`);
+          }
+        }
+        const data = new DataTransfer();
+        data.items.add(new File([lines.join("\n")], "raster.nc"));
+        globalThis.dropped = performance.now();
+        for (const type of ["dragenter", "drop"]) document.body.dispatchEvent(new DragEvent(type, {dataTransfer: data, bubbles: true, cancelable: true}));
+      });
+      const first = await page.evaluate(async () => {
+        while (globalThis.leadscrew.job.path.count < 200_000) await new Promise((resolve) => setTimeout(resolve, 10));
+        return performance.now() - globalThis.dropped;
+      });
+      await page.waitForFunction(() => globalThis.leadscrew.job.checked !== null);
+      await page.getByRole("button", {name: "Run", exact: true}).click();
+      await isState(page, "Run");
+      const seen = await page.evaluate(async () => {
+        const [costs, states] = [[], new Set()];
+        const end = performance.now() + 3000;
+        while (performance.now() < end) {
+          await new Promise((resolve) => setTimeout(resolve, 10));
+          costs.push(globalThis.leadscrew.cost());
+          states.add(globalThis.leadscrew.state().seconds);
+        }
+        return {cost: costs.sort((a, b) => a - b)[Math.floor(costs.length * 0.9)], states: states.size / 3};
+      });
+      await shoot("raster");
+      console.log(`       first picture ${(first / 1000).toFixed(2)} s, script a frame ${seen.cost.toFixed(1)} ms (nine of ten), ${seen.states.toFixed(0)} states a second`);
+      // A browser without a graphics card on a machine that does other things too: what is promised (2 s, 8 ms, 20 a second) is measured by hand.
+      assert.ok(first < 15_000 && seen.cost < 60 && seen.states > 1, "far from what is promised");
+    },
+  },
+  ...[["light", {}], ["dark", {colorScheme: "dark"}], ["phone", {viewport: {width: 390, height: 844}, hasTouch: true, isMobile: true}], ["phone-dark", {viewport: {width: 360, height: 740}, colorScheme: "dark", isMobile: true, hasTouch: true}]].map(([name, context]) => ({
+    name: `${name}: nothing that axe finds, nothing wider than the window`,
+    machine: HOMED,
+    context,
+    async run({page, shoot}) {
+      await isState(page, "Alarm");
+      assert.deepEqual(await violations(page), []);
+      await page.getByRole("button", {name: "Home", exact: true}).click();
+      await isState(page, "Idle");
+      await dropAndTime(page, "pocket.nc", readFileSync(new URL("pocket.nc", EXAMPLES), "utf8"));
+      await page.locator("#view-3d").click();
+      assert.deepEqual(await violations(page), []);
+      const dark = await page.evaluate(() => document.documentElement.dataset.theme);
+      assert.equal(dark, name.includes("dark") ? "dark" : "light");
+      await shoot(name);
+      for (const tab of ["Console", "Settings", "Switches"]) {
+        await page.getByRole("tab", {name: tab}).click();
+        assert.deepEqual(await violations(page), [], tab);
+      }
+      const [inside, window] = await page.evaluate(() => [document.documentElement.scrollWidth, innerWidth]);
+      assert.ok(inside <= window, `${inside} pixels in ${window}`);
+      if (name.startsWith("phone")) {
+        const low = await page.evaluate(() => [...document.querySelectorAll("button")].filter((one) => one.offsetParent && one.offsetHeight < 36).map((one) => one.textContent));
+        assert.deepEqual(low, [], "buttons too low for a finger");
+      }
+    },
+  })),
+];
