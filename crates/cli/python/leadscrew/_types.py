@@ -1,0 +1,133 @@
+"""What the commands answer. `leadscrew schema check` (`run`, `profile`) prints the same as a JSON schema."""
+
+from __future__ import annotations
+
+from typing import Dict, List, Optional, TypedDict
+
+
+class Error(TypedDict):
+    """A line that the machine refuses."""
+
+    line: int
+    column: Optional[int]
+    code: int
+    message: str
+    text: str
+
+
+class Warning(TypedDict):
+    """A line that the machine takes and nobody can have meant."""
+
+    line: int
+    column: Optional[int]
+    kind: str
+    message: str
+    text: str
+
+
+class Extent(TypedDict):
+    """How far all feed moves reach on an axis, mm."""
+
+    min: float
+    max: float
+
+
+class Check(TypedDict):
+    """What `check` answers."""
+
+    version: int
+    file: str
+    lines: int
+    errors: List[Error]
+    warnings: List[Warning]
+    extents: Optional[Dict[str, Extent]]
+    cut_mm: float
+    travel_mm: float
+    tools: List[int]
+    pauses: List[int]
+
+
+class Axis(TypedDict):
+    """What an axis did."""
+
+    pulses: int
+    net_steps: int
+    position_mm: float
+    peak_mm_min: float
+
+
+class Cpu(TypedDict):
+    """Share of the microcontroller's cycles in use, 0 to 1."""
+
+    mean: float
+    peak: float
+
+
+class Run(TypedDict):
+    """What `run` answers."""
+
+    version: int
+    file: str
+    lines: int
+    errors: List[Error]
+    alarm: Optional[int]
+    alarm_line: Optional[int]
+    pauses: List[int]
+    tools: List[int]
+    extents: Optional[Dict[str, Extent]]
+    cut_mm: float
+    travel_mm: float
+    job_seconds: float
+    motion_seconds: float
+    axes: Dict[str, Axis]
+    step_events: int
+    smoothing_ticks: int
+    dominant_step_events: int
+    peak_step_hz: float
+    min_pulse_us: Optional[float]
+    min_direction_setup_us: Optional[float]
+    late_events: int
+    cpu: Cpu
+    cycles: int
+    wall_seconds: float
+
+
+class Limit(TypedDict):
+    """What bound the speed for a while."""
+
+    limit: str
+    because: str
+    held_by: str
+    seconds: float
+    share: float
+
+
+class Trial(TypedDict):
+    """The job run again with other settings."""
+
+    change: str
+    seconds_saved: float
+
+
+class LineTime(TypedDict):
+    """How long the machine is at a line."""
+
+    line: int
+    seconds: float
+
+
+class _Profile(TypedDict):
+    version: int
+    file: str
+    lines: int
+    errors: List[Error]
+    alarm: Optional[int]
+    job_seconds: float
+    limits: List[Limit]
+    trials: List[Trial]
+
+
+class Profile(_Profile, total=False):
+    """What `profile` answers; `line_times` where it was asked for."""
+
+    line_times: List[LineTime]

@@ -1,0 +1,74 @@
+"""Uses the installed package as its users do. Run by `.ci/run wheel` in a fresh virtual environment."""
+
+import json
+import pathlib
+import subprocess
+import sys
+import tempfile
+import time
+import typing
+import unittest
+
+import leadscrew
+
+EXAMPLES = pathlib.Path(__file__).parents[2] / "examples"
+
+
+def required(kind: type) -> set:
+    """The fields that a typed answer always has."""
+    return set(kind.__required_keys__)
+
+
+class Installed(unittest.TestCase):
+    def test_heart_has_a_result_within_five_seconds(self) -> None:
+        begun = time.monotonic()
+        result = leadscrew.run(EXAMPLES / "heart.nc")
+        print(f"heart.nc: {result['job_seconds']:.3f} s of machine time in {time.monotonic() - begun:.2f} s")
+        self.assertAlmostEqual(result["job_seconds"], 83.66, delta=0.5)
+        self.assertEqual(result["errors"], [])
+
+    def test_text_is_checked_and_each_error_has_its_line(self) -> None:
+        report = leadscrew.check("G21\nG1 X10\nG77\n")
+        self.assertEqual([error["line"] for error in report["errors"]], [2, 3])
+        self.assertEqual([error["code"] for error in report["errors"]], [22, 20])
+
+    def test_a_line_takes_the_time_that_physics_says(self) -> None:
+        # 60 mm at 10 mm/s with ramps of 100 mm/s^2: 60/10 + 10/100.
+        settings = {110: 6000, 120: 100}
+        run = leadscrew.run("G1 X60 F600\n", settings=settings)
+        self.assertAlmostEqual(run["job_seconds"], 6.1, delta=0.02)
+        profile = leadscrew.profile(b"G1 X60 F600\n", settings=settings, line_times=True)
+        self.assertAlmostEqual(profile["job_seconds"], run["job_seconds"], delta=1e-6)
+        self.assertEqual(profile["limits"][0]["limit"], "feed")
+        self.assertEqual([one["line"] for one in profile["line_times"]], [1])
+
+    def test_settings_come_from_a_file_too(self) -> None:
+        with tempfile.TemporaryDirectory() as folder:
+            listing = pathlib.Path(folder) / "settings.txt"
+            listing.write_text("$110=6000\n$120=100\n")
+            by_file = leadscrew.run("G1 X60 F600\n", settings=listing)
+        self.assertAlmostEqual(by_file["job_seconds"], 6.1, delta=0.02)
+
+    def test_what_cannot_be_used_is_an_exception_with_the_programs_words(self) -> None:
+        for job, settings in [(pathlib.Path("/nowhere.nc"), None), ("G0X1\n", {110: -1})]:
+            with self.assertRaises(leadscrew.LeadscrewError) as raised:
+                leadscrew.check(job, settings=settings)
+            self.assertRegex(str(raised.exception), r"nowhere\.nc|\$110")
+
+    def test_the_types_name_the_fields_that_come(self) -> None:
+        for answer, kind in [
+            (leadscrew.check("G0X1\n"), leadscrew.Check),
+            (leadscrew.run("G0X1\n"), leadscrew.Run),
+            (leadscrew.profile("G0X1\n"), leadscrew.Profile),
+        ]:
+            self.assertEqual(set(answer), required(kind), kind.__name__)
+            self.assertLessEqual(set(answer), set(typing.get_type_hints(kind)))
+
+    def test_the_program_is_there_and_the_module_runs_it(self) -> None:
+        words = [sys.executable, "-m", "leadscrew", "check", "--json", "-"]
+        done = subprocess.run(words, input=b"G0X1\n", capture_output=True, check=True)
+        self.assertEqual(json.loads(done.stdout)["errors"], [])
+
+
+if __name__ == "__main__":
+    unittest.main()
