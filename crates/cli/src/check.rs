@@ -9,12 +9,12 @@ use super::input;
 use super::output::{is_stdout, Output, OutputError};
 use super::remark::Remarks;
 use super::report::{json_text, title};
+use super::run::full_power;
 use super::said::say;
 use super::setting_args::{say_capped, settings, AXES};
 use super::{unusable, Unusable};
 use crate::picture::{draw, Caption};
 use leadscrew_machine::config::MachineConfig;
-use leadscrew_machine::settings::table::Setting;
 use leadscrew_machine::settings::values::Settings;
 use leadscrew_planner::Coordinate;
 use leadscrew_sim::streamer::Lines;
@@ -132,9 +132,9 @@ fn draw_picture(
     let caption = Caption {
         title: title(&report.file),
         summary: report.caption(),
-        full_power_s: f64::from(settings.value(Setting::MaxSpeed).to_f32()),
+        full_power_s: full_power(settings),
     };
-    let written = svg::write(output.pen(), &draw(&checker.path, None, &caption));
+    let written = svg::write(output.pen(), &draw(&checker.path, &[], &caption));
     output.complete(written)
 }
 

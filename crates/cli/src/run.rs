@@ -3,6 +3,7 @@
 use super::args::JobArgs;
 use super::input::{self, Job};
 use super::output::{is_stdout, Output, OutputError};
+use super::profile::machine;
 use super::report::{extents, json_text, title, Report};
 use super::said::say;
 use super::setting_args::{as_defaults, say_capped, settings, AXES};
@@ -13,9 +14,11 @@ use crate::picture::{draw, Caption};
 use leadscrew_machine::config::MachineConfig;
 use leadscrew_machine::settings::table::{AxisSetting, Setting};
 use leadscrew_machine::settings::values::Settings;
+use leadscrew_machine::step_timing::StepTiming;
 use leadscrew_machine::tool::spindle::SpindleScale;
 use leadscrew_outputs::OutputsConfig;
 use leadscrew_sim::link::Rate;
+use leadscrew_sim::speed_profile::{Recorder, Stretch};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -97,11 +100,14 @@ impl Outputs {
             .map(|path| WaveformFile::create(path, AXES, args.outputs))
             .transpose()?;
         let svg = args.svg.as_deref().map(Output::create).transpose()?;
-        let mm_per_step = steps_per_mm(settings).map(f64::recip).to_vec();
+        let timing = StepTiming::F407;
+        let recorder = svg
+            .as_ref()
+            .map(|_| Recorder::new(machine(settings, &timing)));
         Ok(Self {
             steps,
             vcd,
-            sketch: Sketch::new(mm_per_step, svg.is_some()),
+            sketch: Sketch::new(recorder),
             svg,
         })
     }
@@ -137,7 +143,7 @@ fn simulate(
     };
     let observer = ((outputs.steps, outputs.vcd), outputs.sketch);
     let done = stream.run(job, observer)?;
-    let ((steps, vcd), sketch) = done.observer;
+    let ((steps, vcd), mut sketch) = done.observer;
     if let Some(steps) = steps {
         steps.finish().map_err(unusable)?;
     }
@@ -162,26 +168,35 @@ fn simulate(
         wall_seconds: 0.0,
     };
     if let Some(output) = outputs.svg {
-        draw_picture(output, settings, &sketch, &report).map_err(unusable)?;
+        let begin = report.outcome.first_byte;
+        let end = begin + report.outcome.job_cycles;
+        let speed = sketch.speed.take();
+        let stretches = speed.map(|speed| speed.finish(begin, end, |_| None));
+        let stretches = stretches.unwrap_or_default();
+        draw_picture(output, settings, &sketch, &stretches, &report).map_err(unusable)?;
     }
     Ok(report)
+}
+
+/// S of a laser's full power; `None` where S is a spindle's speed.
+pub(super) fn full_power(settings: &Settings<AXES>) -> Option<f64> {
+    let full = f64::from(settings.value(Setting::MaxSpeed).to_f32());
+    settings.is_on(Setting::Laser).then_some(full)
 }
 
 fn draw_picture(
     output: Output,
     settings: &Settings<AXES>,
     sketch: &Sketch,
+    stretches: &[Stretch],
     report: &Report<AXES>,
 ) -> Result<(), OutputError> {
     let caption = Caption {
         title: title(&report.file),
         summary: report.caption(),
-        full_power_s: f64::from(settings.value(Setting::MaxSpeed).to_f32()),
+        full_power_s: full_power(settings),
     };
-    let written = svg::write(
-        output.pen(),
-        &draw(&sketch.path, sketch.speed.as_ref(), &caption),
-    );
+    let written = svg::write(output.pen(), &draw(&sketch.path, stretches, &caption));
     output.complete(written)
 }
 

@@ -2,14 +2,16 @@
 
 use super::output::{Output, OutputError, Pen};
 use super::report::LETTERS;
-use crate::picture::{SpeedChart, StrokeKind, Toolpath};
+use crate::picture::{StrokeKind, Toolpath};
 use crate::steps_csv::StepsCsv;
 use crate::vcd::Waveform;
 use leadscrew_machine::board::{PlannedMove, PortConfig};
+use leadscrew_machine::machine::Committed;
 use leadscrew_machine::tool::spindle::SpindleScale;
 use leadscrew_planner::MoveKind;
-use leadscrew_sim::clock::{seconds, Cycle};
-use leadscrew_sim::observer::{Observer, StepEvent};
+use leadscrew_sim::clock::Cycle;
+use leadscrew_sim::observer::{Observer, StepEvent, Taken};
+use leadscrew_sim::speed_profile::Recorder;
 use leadscrew_stepper::{MotorMask, Power, PowerScale};
 use std::io;
 use std::path::Path;
@@ -155,39 +157,35 @@ impl Observer for WaveformFile {
     }
 }
 
-/// Collects the toolpath, and the speed where a picture is wanted.
+/// Collects the toolpath, and where a picture is wanted the speed.
 pub(super) struct Sketch {
     /// Where the tool goes.
     pub(super) path: Toolpath,
     /// How fast it goes.
-    pub(super) speed: Option<SpeedChart>,
-    mm_per_step: Vec<f64>,
+    pub(super) speed: Option<Recorder>,
 }
 
 impl Sketch {
-    /// Starts at the origin; `mm_per_step` of each motor. Without a picture, only distances are kept.
-    pub(super) fn new(mm_per_step: Vec<f64>, picture: bool) -> Self {
+    /// Starts at the origin. Without a picture, whose speed `recorder` collects, only distances are kept.
+    pub(super) fn new(recorder: Option<Recorder>) -> Self {
         Self {
-            path: Toolpath::new([0.0; 3], picture),
-            speed: picture.then(SpeedChart::default),
-            mm_per_step,
+            path: Toolpath::new([0.0; 3], recorder.is_some()),
+            speed: recorder,
         }
     }
 }
 
 impl Observer for Sketch {
-    fn step(&mut self, event: &StepEvent) {
-        let Some(speed) = &mut self.speed else {
-            return;
-        };
-        let way = |motor: usize| match self.mm_per_step.get(motor) {
-            Some(mm) if event.motors.contains(motor) => *mm,
-            Some(_) | None => 0.0,
-        };
-        speed.went(seconds(event.cycle - Cycle::ZERO), [way(0), way(1), way(2)]);
+    fn segments_made(&mut self, segments: u32, committed: &Committed) {
+        self.speed.segments_made(segments, committed);
+    }
+
+    fn segment_taken(&mut self, cycle: Cycle, taken: Option<&Taken<'_>>) {
+        self.speed.segment_taken(cycle, taken);
     }
 
     fn move_planned(&mut self, planned: &PlannedMove<'_>) {
+        self.speed.move_planned(planned);
         let mm = |axis: usize| {
             planned
                 .target

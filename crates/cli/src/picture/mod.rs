@@ -3,8 +3,8 @@
 //! ```text
 //!  title, summary line
 //!  +------------------------+
-//!  | Y mm                   |   cuts (laser power as shade), rapids dashed,
-//!  |      toolpath          |   equal scales, grid, start and end marked
+//!  | Y mm                   |   cuts (laser power grey, depth in colour), travels dashed,
+//!  |      toolpath          |   equal scales, grid, direction, start and end marked
 //!  +------------------ X mm +
 //!  | mm/min                 |
 //!  |      speed             |
@@ -13,14 +13,15 @@
 //! ```
 
 mod columns;
+mod ink;
 mod limits;
 mod page;
+mod raster;
 mod scale;
 mod speed;
 mod svg;
 mod toolpath;
 
 pub(crate) use limits::draw_limits;
-pub(crate) use speed::SpeedChart;
 pub(crate) use svg::{draw, Caption};
-pub(crate) use toolpath::{Stroke, StrokeKind, Toolpath};
+pub(crate) use toolpath::{StrokeKind, Toolpath};

@@ -1,116 +1,41 @@
-//! Speed along time in a bounded number of columns, whatever the job's length.
-//!
-//! Steps of several axes rarely fall together, so the way of each axis is added up over a millisecond first; the
-//! path's length in it is the root of the sum of their squares.
+//! The speed along time: that of `profile`.
 
-/// Columns kept at most; when all are full, neighbours are joined and each covers twice the time.
-const COLUMNS: usize = 4096;
+use super::columns::Columns;
+use super::page::{axes, Frame};
+use super::page::{LEFT, PLOT_WIDTH};
+use super::scale::Scale;
+use leadscrew_sim::speed_profile::Stretch;
+use std::fmt::Write as _;
+use svg::node::element::{Group, Path};
 
-/// Time over which the axes' ways are added up, s.
-const SLICE: f64 = 1e-3;
+/// Columns of the chart: one every other pixel.
+const COLUMNS: usize = (PLOT_WIDTH / 2.0) as usize;
 
-/// Collects path length over time and answers the mean speed in each column of time.
-#[derive(Clone, Debug)]
-pub(crate) struct SpeedChart {
-    /// Path length in each column, mm.
-    lengths: Vec<f64>,
-    /// Slices that a column covers.
-    joined: u64,
-    /// The slice under way, and the way of each axis in it, mm.
-    slice: u64,
-    ways: [f64; 3],
-    end: f64,
-}
+const SPEED: &str = "#2a7f62";
 
-impl Default for SpeedChart {
-    fn default() -> Self {
-        Self {
-            lengths: Vec::new(),
-            joined: 1,
-            slice: 0,
-            ways: [0.0; 3],
-            end: 0.0,
-        }
+/// Draws the mean speed of each column of time.
+pub(super) fn chart(stretches: &[Stretch], frame: Frame) -> Group {
+    let columns = Columns::new(stretches, COLUMNS, 1, |_| 0);
+    let speeds: Vec<f64> = columns
+        .all
+        .iter()
+        .map(|one| one.mean_speed * 60.0)
+        .collect();
+    let top = speeds.iter().copied().fold(0.0, f64::max).max(1.0) * 1.1;
+    let x = Scale::new(0.0, columns.seconds.max(1e-3), LEFT, LEFT + PLOT_WIDTH);
+    let y = Scale::new(0.0, top, frame.bottom(), frame.top);
+    let mut data = format!("M{LEFT} {:.1}", frame.bottom());
+    for (index, speed) in speeds.iter().enumerate() {
+        let at = x.pixel(columns.time(index) + columns.width / 2.0);
+        // Writing to a text cannot fail.
+        let _ = write!(data, "L{at:.1} {:.1}", y.pixel(*speed));
     }
-}
-
-impl SpeedChart {
-    /// Notes that the axes went so many mm each at time `seconds` since power-up. Times must not fall.
-    pub(crate) fn went(&mut self, seconds: f64, ways: [f64; 3]) {
-        self.end = self.end.max(seconds);
-        let slice = (seconds / SLICE) as u64;
-        if slice != self.slice {
-            self.close_slice();
-            self.slice = slice;
-        }
-        for (sum, way) in self.ways.iter_mut().zip(ways) {
-            *sum += way.abs();
-        }
-    }
-
-    /// The points of the chart: time in s at the middle of a column, mean speed in mm/min.
-    pub(crate) fn points(&self) -> Vec<[f64; 2]> {
-        let mut whole = self.clone();
-        whole.close_slice();
-        let width = SLICE * whole.joined as f64;
-        let columns = whole.lengths.iter().enumerate();
-        columns
-            .map(|(column, length)| [(column as f64 + 0.5) * width, length / width * 60.0])
-            .collect()
-    }
-
-    /// The last time noted, s.
-    pub(crate) fn end(&self) -> f64 {
-        self.end
-    }
-
-    fn close_slice(&mut self) {
-        let length = self.ways.iter().map(|way| way * way).sum::<f64>().sqrt();
-        self.ways = [0.0; 3];
-        while self.slice / self.joined >= COLUMNS as u64 {
-            self.join_neighbours();
-        }
-        let column = (self.slice / self.joined) as usize;
-        if column >= self.lengths.len() {
-            self.lengths.resize(column + 1, 0.0);
-        }
-        self.lengths[column] += length;
-    }
-
-    fn join_neighbours(&mut self) {
-        self.lengths = self
-            .lengths
-            .chunks(2)
-            .map(|pair| pair.iter().sum())
-            .collect();
-        self.joined *= 2;
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn constant_speed_on_a_diagonal_stays_constant_however_long_the_job_is() {
-        for seconds in [1.0, 3600.0] {
-            let mut chart = SpeedChart::default();
-            let steps = (100_000.0 * seconds) as u64; // X and Y in turn, 12 and 16 mm/s
-            for k in 0..steps {
-                let way = if k % 2 == 0 {
-                    [12.0, 0.0, 0.0]
-                } else {
-                    [0.0, 16.0, 0.0]
-                };
-                chart.went(k as f64 * 1e-5, way.map(|mm| mm * 2e-5));
-            }
-            let points = chart.points();
-            assert!(points.len() <= COLUMNS);
-            let inner = &points[1..points.len() - 1];
-            assert!(
-                inner.iter().all(|p| (p[1] - 1200.0).abs() < 30.0),
-                "{seconds}"
-            );
-        }
-    }
+    let _ = write!(data, "L{:.1} {:.1}Z", LEFT + PLOT_WIDTH, frame.bottom());
+    axes(frame, &x, &y, "time s", "speed mm/min").add(
+        Path::new()
+            .set("d", data)
+            .set("fill", SPEED)
+            .set("fill-opacity", 0.25)
+            .set("stroke", SPEED),
+    )
 }

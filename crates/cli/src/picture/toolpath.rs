@@ -1,4 +1,4 @@
-//! The path that the tool took, as strokes of one kind and shade.
+//! The path that the tool took.
 
 use leadscrew_sim::scene::{Drawn, Way};
 
@@ -24,15 +24,6 @@ impl StrokeKind {
             shade: (share * f64::from(Self::SHADES)).round() as u8,
         }
     }
-}
-
-/// A polyline drawn in one go: X and Y in mm.
-#[derive(Clone, PartialEq, Debug)]
-pub(crate) struct Stroke {
-    /// What the tool did.
-    pub(crate) kind: StrokeKind,
-    /// The corners, two at least.
-    pub(crate) points: Vec<[f32; 2]>,
 }
 
 /// Collects the moves of a job.
@@ -143,27 +134,6 @@ impl Toolpath {
         self.moves.as_deref().unwrap_or_default()
     }
 
-    /// The moves aside, joined where one goes on as the one before.
-    pub(crate) fn strokes(&self) -> Vec<Stroke> {
-        let mut strokes: Vec<Stroke> = Vec::new();
-        for pair in self.moves().windows(2) {
-            let [from, to] = [0, 1].map(|end| [pair[end].to[0], pair[end].to[1]]);
-            let kind = match pair[1].way {
-                Way::Cut => StrokeKind::cut(pair[1].power.into()),
-                Way::Travel | Way::Jump => StrokeKind::Travel,
-            };
-            match strokes.last_mut() {
-                _ if from == to => {}
-                Some(stroke) if stroke.kind == kind => stroke.points.push(to),
-                Some(_) | None => strokes.push(Stroke {
-                    kind,
-                    points: vec![from, to],
-                }),
-            }
-        }
-        strokes
-    }
-
     /// Drilled holes, in order: X and Y in mm.
     pub(crate) fn holes(&self) -> &[[f32; 2]] {
         &self.holes
@@ -213,15 +183,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn moves_of_one_kind_are_one_stroke_and_lengths_add_up() {
+    fn every_move_is_kept_and_lengths_add_up() {
         let mut path = Toolpath::new([0.0; 3], true);
         path.go([3.0, 4.0, 0.0], StrokeKind::Travel);
         path.go([3.0, 4.0, -2.0], StrokeKind::cut(0.0));
         path.go([6.0, 4.0, -2.0], StrokeKind::cut(0.0));
         path.go([6.0, 8.0, -2.0], StrokeKind::cut(0.0));
         path.go([6.0, 9.0, -2.0], StrokeKind::cut(1.0));
-        assert_eq!(path.strokes().len(), 3);
-        assert_eq!(path.strokes()[1].points.len(), 3);
+        assert_eq!(path.moves().len(), 6);
         assert_eq!((path.travel_mm(), path.cut_mm()), (5.0, 10.0));
         assert_eq!(path.bounds(), [[0.0, 0.0], [6.0, 9.0]]);
     }
