@@ -12,7 +12,7 @@
 
 use leadscrew_gcode::{parse, words};
 use leadscrew_machine::config::{AxisKind, Options};
-use leadscrew_machine::interpreter::{Commands, Context, Coordinate, Interpreter, OwnCodes};
+use leadscrew_machine::interpreter::{Commands, Context, Coordinate, Interpreter, OwnCodes, ToolTable};
 use leadscrew_machine::protocol::line_reader::{LineReader, GRBL_LINE_LENGTH};
 use leadscrew_machine::protocol::system_command::{Activity, Circumstances, SystemCommand};
 use libfuzzer_sys::fuzz_target;

@@ -10,7 +10,7 @@ use leadscrew_machine::config::MachineConfig;
 use leadscrew_machine::extension::{Call, Extension, MCode};
 use leadscrew_machine::interpreter::{
     ArcShape, Command, Commands, Context, Fault as LineFault, Feed, Interpreter, OffsetId, Own,
-    OwnCodes, Rotation, Spindle, Strokes, Travel, Turn, WorkSystem,
+    OwnCodes, Rotation, Spindle, Strokes, ToolTable, Travel, Turn, WorkSystem,
 };
 use leadscrew_machine::protocol::alarm::Alarm;
 use leadscrew_machine::protocol::line_reader::{raw_column, LineReader};
@@ -186,6 +186,7 @@ impl Checker {
             | Command::Own(_)
             | Command::Dwell(_)
             | Command::StoreOffset { .. }
+            | Command::StoreTool { .. }
             | Command::WorkOffset(_) => Ok(()),
         }
     }
@@ -376,6 +377,7 @@ fn context<'a>(
         soft_limits: settings.is_on(Setting::SoftLimits),
         reach,
         own: OwnCodes::NONE,
+        tools: ToolTable::NONE,
     }
 }
 

@@ -11,7 +11,7 @@
 
 use leadscrew_machine::config::{AxisKind, Options};
 use leadscrew_machine::interpreter::{
-    Command, Commands, Context, Feed, Interpreter, OwnCodes, MAX_WORD,
+    Command, Commands, Context, Feed, Interpreter, OwnCodes, ToolTable, MAX_WORD,
 };
 use leadscrew_machine::protocol::line_reader::{LineReader, GRBL_LINE_LENGTH};
 use leadscrew_planner::StepsPerMm;
@@ -80,6 +80,7 @@ fn plan_line(bytes: &[u8], interpreter: &mut Interpreter<AXES>, queue: &mut Queu
         soft_limits: false,
         reach: &[MAX_WORD; AXES],
         own: OwnCodes::NONE,
+        tools: ToolTable::NONE,
     };
     let mut commands = Commands::new();
     let line = reader.line().unwrap_or_default();

@@ -11,7 +11,9 @@
 //! `$J=` jogs and `$G` prints the modal state. Nothing is planned: there are no steps and no limits here.
 
 use leadscrew_machine::config::{AxisKind, Options};
-use leadscrew_machine::interpreter::{Commands, Context, Fault, Interpreter, OwnCodes, MAX_WORD};
+use leadscrew_machine::interpreter::{
+    Commands, Context, Fault, Interpreter, OwnCodes, ToolTable, MAX_WORD,
+};
 use leadscrew_machine::protocol::line_reader::{raw_column, LineReader, GRBL_LINE_LENGTH};
 use std::io::{self, Read, Write};
 
@@ -50,6 +52,7 @@ fn answer(interpreter: &mut Interpreter<3>, raw: &[u8]) -> String {
         soft_limits: false,
         reach: &[MAX_WORD; 3],
         own: OwnCodes::NONE,
+        tools: ToolTable::NONE,
     };
     let mut reader = LineReader::<{ GRBL_LINE_LENGTH }>::new(GRBL_LINE_LENGTH);
     for byte in raw.iter().chain(b"\n") {

@@ -154,6 +154,8 @@ pub struct Options {
     pub parking_override: bool,
     /// Canned cycles, which Grbl has not: G73, G81 to G83, G85, G86, G89, G98, G99, and the words Q and L for them.
     pub cycles: bool,
+    /// A tool table, which Grbl has not: T stays selected, G43 Hn, G10 L1. For a machine with an extension that keeps the table.
+    pub tools: bool,
 }
 
 /// A machine's build: what no setting changes.
@@ -229,6 +231,7 @@ impl<const AXES: usize> MachineConfig<AXES> {
                 parking: None,
                 parking_override: false,
                 cycles: true,
+                tools: false,
             },
         }
     }

@@ -156,7 +156,11 @@ where
                     self.begin_restoring();
                 }
             }
-            State::Idle | State::Run => self.motion.release(),
+            State::Idle | State::Run => {
+                if !self.take_back(board) {
+                    self.motion.release();
+                }
+            }
             State::Jog(_)
             | State::Home
             | State::Door(Door::Stopping | Door::Retracting | Door::Restoring)
@@ -167,6 +171,9 @@ where
     }
 
     fn end_hold(&mut self) {
+        if self.is_aside() {
+            return self.go_on();
+        }
         if self.tool.spindle.is_suspended() || self.tool.spindle.is_shut(self.state) {
             self.restore_held_spindle();
         }
@@ -248,6 +255,9 @@ where
 
     /// Switches on again what is wanted.
     pub(crate) fn restore_spindle(&mut self) {
+        if self.is_aside() {
+            return;
+        }
         self.tool.spindle.restore();
         self.update_power();
         if self.tool.spindle.is_wanted() {

@@ -5,7 +5,7 @@ use crate::board::{Board, ChannelId, Instant};
 use crate::config::MachineConfig;
 use crate::console::LINE;
 use crate::extension::{Call, Extension};
-use crate::interpreter::{Context, Coordinate, Fault, Own, OwnCodes};
+use crate::interpreter::{Context, Coordinate, Fault, Own, OwnCodes, ToolTable};
 use crate::machine::{LineFault, Machine};
 use crate::program::startup::Turn;
 use crate::protocol::message::Message;
@@ -35,6 +35,7 @@ where
         if let Some(id) = self.console.take_closed() {
             return self.end_job_of(id, board, now);
         }
+        self.read_kept();
         let has_job = self.state != State::Idle || self.is_about_to_move();
         let owner = self.program.owner.filter(|_| has_job);
         let Some(id) = self.console.read(owner, &mut self.work) else {
@@ -82,11 +83,16 @@ where
     }
 
     fn begin_line<B: Board>(&mut self, id: ChannelId, line: &[u8], board: &mut B, now: Instant) {
+        if let Err(status) = self.admit(line) {
+            return self.refuse(Origin::Channel(id), status.into());
+        }
         match line.first() {
             None => self.console.answer(id, Ok(())),
             Some(b'$') => self.system_line(id, line, board, now),
             Some(_) => {
-                self.take_over(id, board);
+                if !self.is_aside() {
+                    self.take_over(id, board);
+                }
                 self.begin_program_line(Origin::Channel(id), line, board, now);
             }
         }
@@ -113,7 +119,11 @@ where
         let check = |call: &Call| self.extension.check(call);
         let own = Own::new(&find, &check);
         let own = own_codes::<X, AXES>(&own);
-        let context = context(&self.config, &self.settings, &self.motion.reach, own);
+        let length = |tool| self.extension.tool_length(tool);
+        let context = Context {
+            tools: tool_table::<X, AXES>(&length),
+            ..context(&self.config, &self.settings, &self.motion.reach, own)
+        };
         let commands = self.activity.line.commands();
         match self.program.interpreter.interpret(line, &context, commands) {
             Ok(()) => {
@@ -122,6 +132,16 @@ where
             }
             Err(fault) => self.refuse(origin, fault),
         }
+    }
+
+    /// Whether a line of G-code, sound or not, is one of those that the operator may send while an M code is put aside.
+    pub(crate) fn serves_operator(&self, line: &[u8]) -> bool {
+        let find = |number| self.extension.m_code(number);
+        let check = |call: &Call| self.extension.check(call);
+        let own = Own::new(&find, &check);
+        let own = own_codes::<X, AXES>(&own);
+        let context = context(&self.config, &self.settings, &self.motion.reach, own);
+        self.program.interpreter.serves_operator(line, &context)
     }
 
     /// Answers a line with an error. In words, too, where the operator wants them, and for a number that no sender knows.
@@ -180,6 +200,17 @@ pub(crate) fn context<'a, const AXES: usize>(
         soft_limits: settings.is_on(Setting::SoftLimits),
         reach,
         own,
+        tools: ToolTable::NONE,
+    }
+}
+
+/// The tool table of an extension, where there is one.
+pub(crate) fn tool_table<'a, X: Extension<AXES>, const AXES: usize>(
+    length: &'a dyn Fn(Option<u8>) -> Option<Coordinate>,
+) -> ToolTable<'a> {
+    match X::IN_USE {
+        true => ToolTable::some(length),
+        false => ToolTable::NONE,
     }
 }
 

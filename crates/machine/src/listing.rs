@@ -8,14 +8,15 @@ use crate::extension::Extension;
 use crate::machine::Machine;
 use crate::protocol::alarm::Alarm;
 use crate::protocol::report::{
-    AlarmInfo, ErrorInfo, GroupInfo, SettingInfo, StartupLine, VersionLine,
+    AlarmInfo, ErrorInfo, GroupInfo, Parameters, SettingInfo, StartupLine, VersionLine,
 };
 use crate::protocol::status::Status;
 use crate::protocol::system_command::{Enumeration, STARTUP_LINES};
 use crate::settings::group::Group;
 use crate::settings::table::Setting;
 use crate::settings::values::{Key, SettingLine, Settings};
-use leadscrew_planner::Kinematics;
+use leadscrew_gcode::Number;
+use leadscrew_planner::{Coordinate, Kinematics};
 
 impl<K, X, const AXES: usize, const MOTORS: usize> Machine<'_, K, AXES, MOTORS, X>
 where
@@ -69,6 +70,9 @@ where
                     self.console.line(id, line);
                     return Some(Listing::Parameters(row + 1));
                 }
+                if self.write_tool(id, row).is_some() {
+                    return Some(Listing::Parameters(row + 1));
+                }
             }
             Listing::Startup(index) if index < STARTUP_LINES => {
                 let line = self.store.memory.startup(index);
@@ -93,6 +97,24 @@ where
         }
         self.console.answer(id, Ok(()));
         None
+    }
+
+    /// Writes a tool with a length, behind the parameters: the number as grblHAL writes it.
+    fn write_tool(&mut self, id: ChannelId, row: usize) -> Option<()> {
+        if !X::IN_USE {
+            return None;
+        }
+        let nth = row.checked_sub(Parameters::<AXES>::LINES)?;
+        let mut lengths = (1..=u8::MAX).filter_map(|tool| {
+            let length = self.extension.tool_length(Some(tool))?;
+            (length != Coordinate::ZERO).then_some((tool, length))
+        });
+        let (tool, length) = lengths.nth(nth)?;
+        let length = Number::from_nanos(length.nanos());
+        let shown = self.parameters().units.length(length);
+        self.console
+            .line(id, format_args!("[T:{tool}|0.000,0.000,{shown}]"));
+        Some(())
     }
 
     /// Writes a row of an enumeration, if there is such a row.

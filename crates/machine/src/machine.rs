@@ -283,6 +283,7 @@ where
             && !self.activity.line.is_busy()
             && !self.program.startup.is_running()
             && self.activity.homing.is_none()
+            && self.activity.kept.is_none()
             && self.console.is_quiet()
     }
 
@@ -375,6 +376,7 @@ where
         self.console
             .is_busy(takes_lines && !self.program.startup.is_running())
             || takes_lines && self.program.startup.is_running()
+            || takes_lines && self.activity.kept.is_some()
             || self.motion.is_renewing()
             || self.motion.is_hungry(now, self.state.may_start())
             || self

@@ -54,6 +54,9 @@ where
     pub(crate) fn restart<B: Board>(&mut self, discard: Discard, board: &mut B, now: Instant) {
         self.end_cycles();
         self.complete_lines();
+        if let Some(kept) = self.activity.kept.take() {
+            self.console.block(kept.id, false);
+        }
         self.console.discard(discard);
         self.switch_outputs_off(board);
         self.program.reset();
@@ -168,7 +171,8 @@ where
 
     /// The line under way gets its answer while that still means something to its sender.
     fn complete_lines(&mut self) {
-        let waiting = self.program.startup.cancel();
+        let aside = self.end_aside();
+        let waiting = self.program.startup.cancel().into_iter().chain(aside);
         for origin in self.activity.line.finish().into_iter().chain(waiting) {
             self.answer(origin, Ok(()));
         }

@@ -76,7 +76,10 @@ where
         let coolant = self.tool.coolant.output();
         let speed = self.reported_speed();
         StatusReport {
-            state: self.shown_state().name(active.door),
+            state: match (self.shown_state(), &self.activity.aside) {
+                (State::Idle, Some(aside)) if self.is_aside() => aside.shown.name(),
+                (state, _) => state.name(active.door),
+            },
             position: numbers(&self.motion.position()),
             work_offset: numbers(&self.program.work_offset),
             mask: self.settings.mask(Setting::ReportMask),

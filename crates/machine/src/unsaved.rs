@@ -33,7 +33,7 @@ pub(crate) struct Unsaved {
     /// What a part has been written of.
     pub(crate) begun: Option<Item>,
     /// A bit for each setting of the extension.
-    own: u16,
+    own: u32,
     /// What goes back to its defaults, all at once, before anything else is written.
     pub(crate) restored: Option<Restore>,
 }
@@ -48,14 +48,14 @@ impl Unsaved {
 
     /// Notes a setting of the extension by its place among them.
     pub(crate) fn add_own(&mut self, index: usize) {
-        self.own |= u16::try_from(1_u32 << (index % 16)).unwrap_or(0);
+        self.own |= 1 << (index % 32);
     }
 
     /// Takes the place of a setting of the extension that is noted.
     pub(crate) fn take_own(&mut self) -> Option<usize> {
         let index = self.own.trailing_zeros();
         self.own &= self.own.wrapping_sub(1);
-        (index < u16::BITS).then_some(index as usize)
+        (index < u32::BITS).then_some(index as usize)
     }
 
     /// Notes an offset.

@@ -48,6 +48,8 @@ pub struct Outputs<P> {
     port: P,
     /// The outputs that a hold has switched off.
     held: Option<u8>,
+    /// The operator has the machine (a tool change): as a hold, whatever state it is in.
+    is_aside: bool,
 }
 
 impl<P: OutputPort> Outputs<P> {
@@ -57,6 +59,7 @@ impl<P: OutputPort> Outputs<P> {
             config,
             port,
             held: None,
+            is_aside: false,
         };
         outputs.take_boot_level();
         outputs
@@ -68,7 +71,7 @@ impl<P: OutputPort> Outputs<P> {
     }
 
     fn take_boot_level(&mut self) {
-        self.held = None;
+        (self.held, self.is_aside) = (None, false);
         let (all, boot) = (self.config.all(), self.config.boot);
         self.port.change(OutputChange {
             set: all & boot,
@@ -87,6 +90,9 @@ impl<P: OutputPort> Outputs<P> {
 
     /// Switches on again what a hold switched off.
     fn resume(&mut self) {
+        if self.is_aside {
+            return;
+        }
         if let Some(set) = self.held.take() {
             self.port.change(OutputChange { set, clear: 0 });
         }
@@ -147,6 +153,14 @@ impl<P: OutputPort, const AXES: usize> Extension<AXES> for Outputs<P> {
         match event {
             Event::Enters(state) => self.enters(state),
             Event::Reset | Event::ProgramEnd => self.take_boot_level(),
+            Event::SetAside => {
+                self.is_aside = true;
+                self.hold();
+            }
+            Event::TakesBack => {
+                self.is_aside = false;
+                self.resume();
+            }
             _ => {}
         }
     }

@@ -149,6 +149,9 @@ where
     }
 
     fn restore_coolant_after_door<B: Board>(&mut self, board: &mut B) -> Duration {
+        if self.is_aside() {
+            return NO_DELAY;
+        }
         self.tool.coolant.restore(board);
         if !self.tool.coolant.is_wanted() {
             return NO_DELAY;

@@ -4,14 +4,17 @@
 //! |---|---|---|
 //! | [`mod@line`] | Idle, Run, Jog, Check | a line of G-code or `$J=` |
 //! | [`homing`] | Home | `$H` |
+//! | [`aside`] | Idle | an M code that an extension puts aside |
 //! | [`door`] | Door, Sleep | the door, 0x84, `$SLP` |
 
+pub(crate) mod aside;
 pub(crate) mod door;
 pub(crate) mod door_cycle;
 pub(crate) mod homing;
 pub(crate) mod homing_cycle;
 pub(crate) mod line;
 
+use aside::{Aside, Kept};
 use door_cycle::DoorCycle;
 use homing_cycle::Homing;
 use line::Executor;
@@ -21,6 +24,10 @@ pub(crate) struct Activity<const AXES: usize> {
     pub(crate) line: Executor<AXES>,
     pub(crate) homing: Option<Homing>,
     pub(crate) door: Option<DoorCycle<AXES>>,
+    /// An M code that is put aside.
+    pub(crate) aside: Option<Aside>,
+    /// Lines that were kept meanwhile.
+    pub(crate) kept: Option<Kept>,
 }
 
 impl<const AXES: usize> Activity<AXES> {
@@ -30,6 +37,8 @@ impl<const AXES: usize> Activity<AXES> {
             line: Executor::new(),
             homing: None,
             door: None,
+            aside: None,
+            kept: None,
         }
     }
 }

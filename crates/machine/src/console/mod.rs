@@ -11,14 +11,14 @@ mod output;
 use crate::board::{Board, ChannelId};
 use crate::config::CHANNELS;
 use crate::protocol::cadence::Cadence;
-use crate::protocol::line_reader::LineReader;
+use crate::protocol::line_reader::{LineReader, COMMENT};
 use crate::protocol::message::Message;
 use crate::protocol::serial::{Inbox, Mark, Request};
 use crate::protocol::status::Status;
 use crate::work::Work;
 use core::fmt;
 pub(crate) use discard::Discard;
-use heapless::Vec;
+use heapless::{String, Vec};
 use leadscrew_planner::TimeLeft;
 pub(crate) use listing::Listing;
 pub(crate) use output::Output;
@@ -55,6 +55,8 @@ pub(crate) struct Channel<'a> {
     pub(crate) jogs_cancelled: Option<Mark>,
     /// A byte has come since [`Console::take_heard`].
     heard: bool,
+    /// Lines that were kept come first: none is read from the receive queue.
+    blocked: bool,
 }
 
 /// All serial lines.
@@ -81,6 +83,7 @@ impl<'a> Console<'a> {
             report_due: false,
             jogs_cancelled: None,
             heard: false,
+            blocked: false,
         });
         Self {
             channels: channels.collect(),
@@ -198,6 +201,57 @@ impl<'a> Console<'a> {
         None
     }
 
+    /// The comment of the line that was taken last from a channel.
+    pub(crate) fn comment(&mut self, id: ChannelId) -> String<COMMENT> {
+        let comment = self.channel(id).map(|channel| channel.reader.comment());
+        comment
+            .and_then(|text| text.try_into().ok())
+            .unwrap_or_default()
+    }
+
+    /// Moves bytes that a channel has received to `room`; returns how many.
+    pub(crate) fn keep(&mut self, id: ChannelId, room: &mut [u8]) -> usize {
+        let mut kept = 0;
+        if let Some(channel) = self.channel(id) {
+            let most = room.len();
+            channel.inbox.read(most, |byte| {
+                if let Some(place) = room.get_mut(kept) {
+                    *place = byte;
+                }
+                kept += 1;
+                false
+            });
+        }
+        kept
+    }
+
+    /// Reads kept bytes until a line is complete; returns how many. Not before a line that the channel itself has begun is
+    /// complete and taken, unless that is a kept one (`goes_on`).
+    pub(crate) fn read_kept(&mut self, id: ChannelId, bytes: &[u8], goes_on: bool) -> usize {
+        let Some(channel) = self.channel(id) else {
+            return bytes.len();
+        };
+        if channel.complete || !goes_on && !channel.reader.is_empty() {
+            return 0;
+        }
+        let mut read = 0;
+        for byte in bytes.iter().take(BYTES_A_POLL) {
+            read += 1;
+            channel.complete = channel.reader.push(*byte);
+            if channel.complete {
+                break;
+            }
+        }
+        read
+    }
+
+    /// Has a channel's own bytes wait, or not.
+    pub(crate) fn block(&mut self, id: ChannelId, blocked: bool) {
+        if let Some(channel) = self.channel(id) {
+            channel.blocked = blocked;
+        }
+    }
+
     /// Forgets the line that was taken from `id`; the next one may come from another channel.
     pub(crate) fn take(&mut self, id: ChannelId) {
         if let Some(channel) = self.channel(id) {
@@ -218,6 +272,7 @@ impl<'a> Console<'a> {
             channel.reader.clear();
             channel.complete = false;
             channel.listing = None;
+            channel.blocked = false;
             match discard {
                 Discard::Before(source, mark) if source == id => channel.inbox.drop_before(mark),
                 Discard::Before(..) | Discard::All => channel.inbox.drop_all(),
@@ -313,7 +368,7 @@ impl Channel<'_> {
     }
 
     fn read(&mut self, work: &mut Work) {
-        if self.complete {
+        if self.complete || self.blocked {
             return;
         }
         let Self {

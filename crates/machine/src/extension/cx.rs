@@ -2,10 +2,15 @@
 
 use crate::board::Instant;
 use crate::protocol::alarm::Alarm;
+use crate::protocol::line_reader::COMMENT;
 use crate::state::State;
 use core::fmt;
+use heapless::String;
 use leadscrew_planner::Coordinate;
 use leadscrew_stepper::OutputChange;
+
+/// The comment of a line.
+pub type Comment = String<COMMENT>;
 
 /// Where an extension's lines go.
 pub trait Out {
@@ -23,10 +28,13 @@ pub struct Cx<'a, const AXES: usize> {
     pub state: State,
     /// Where the axes are, machine position.
     pub position: [Coordinate; AXES],
+    /// The work offset in force: where the program's zero is, machine position.
+    pub work_offset: [Coordinate; AXES],
     /// Whether nothing moves and nothing is planned.
     pub at_rest: bool,
     out: &'a mut dyn Out,
     alarm: Option<Alarm>,
+    pub(super) comment: Comment,
     outputs: OutputChange,
 }
 
@@ -35,7 +43,7 @@ impl<'a, const AXES: usize> Cx<'a, AXES> {
     pub(super) fn new(
         now: Instant,
         state: State,
-        position: [Coordinate; AXES],
+        (position, work_offset): ([Coordinate; AXES], [Coordinate; AXES]),
         at_rest: bool,
         out: &'a mut dyn Out,
     ) -> Self {
@@ -43,16 +51,19 @@ impl<'a, const AXES: usize> Cx<'a, AXES> {
             now,
             state,
             position,
+            work_offset,
             at_rest,
             out,
             alarm: None,
+            comment: Comment::new(),
             outputs: OutputChange::NONE,
         }
     }
 
     /// A machine that is idle at its origin at `now`: to test an extension alone.
     pub fn idle(now: Instant, out: &'a mut dyn Out) -> Self {
-        Self::new(now, State::Idle, [Coordinate::ZERO; AXES], true, out)
+        let zero = [Coordinate::ZERO; AXES];
+        Self::new(now, State::Idle, (zero, zero), true, out)
     }
 
     /// Sends a line to the sender whose line is carried out; to all from [`Extension::poll`](super::Extension::poll).
@@ -69,6 +80,11 @@ impl<'a, const AXES: usize> Cx<'a, AXES> {
     /// and the end of the program forget them.
     pub fn with_next_move(&mut self, change: OutputChange) {
         self.outputs = self.outputs.then(change);
+    }
+
+    /// The comment of the line whose M code is carried out, as far as it was kept: 48 characters.
+    pub fn comment(&self) -> Comment {
+        self.comment.clone()
     }
 
     /// The changes that were asked for.

@@ -1,9 +1,10 @@
 //! The machine's side: asks the extension, and carries its answers out.
 
 use super::{Asked, Call, Cx, Event, Extension, Gate, Out, Step};
-use crate::activity::line::{Origin, OwnWait, Progress};
+use crate::activity::line::{LineKind, Origin, OwnWait, Progress};
 use crate::board::{Board, ChannelId, Instant};
 use crate::console::Console;
+use crate::interpreter::Travel;
 use crate::machine::Machine;
 use crate::protocol::alarm::Alarm;
 use crate::protocol::status::Status;
@@ -85,6 +86,9 @@ where
         if !self.is_own_due() {
             return Progress::Wait;
         }
+        if let Some(not_yet) = self.collect(board, now) {
+            return not_yet;
+        }
         if let Some(not_yet) = self.ask_gate(&Asked::Code(call)) {
             return not_yet;
         }
@@ -92,7 +96,9 @@ where
             Some(Origin::Channel(id)) => Some(id),
             Some(Origin::Startup(_) | Origin::Nobody) | None => None,
         };
+        let comment = asker.map(|id| self.console.comment(id));
         let step = self.ask(asker, board, now, |extension, cx| {
+            cx.comment = comment.unwrap_or_default();
             extension.perform(call, cx)
         });
         if !self.activity.line.is_busy() {
@@ -125,7 +131,11 @@ where
         now: Instant,
     ) -> Progress {
         let wait = match step {
-            Step::Done => return Progress::Done,
+            Step::Done => {
+                let _is_under_way = self.end_aside();
+                return Progress::Done;
+            }
+            Step::SetAside(shown) => return self.begin_aside(call, shown, now),
             Step::Refuse(status) => return self.refuse_own(status),
             Step::Move { target, rate } => return self.move_own(target, rate, call, board, now),
             Step::Wait(at) => OwnWait::Turn(at),
@@ -139,7 +149,7 @@ where
     }
 
     /// The line stays under way, and the machine shows that it works.
-    fn wait_own(&mut self, wait: OwnWait) -> Progress {
+    pub(super) fn wait_own(&mut self, wait: OwnWait) -> Progress {
         self.activity.line.wait_own(wait);
         if self.state == State::Idle && self.motion.is_idle() {
             self.enter(State::Run);
@@ -162,6 +172,27 @@ where
                 Some(self.wait_own(OwnWait::Gate))
             }
             Gate::Refuse(status) => Some(self.refuse_own(status)),
+        }
+    }
+
+    /// Asks the extension whether a move may be planned; `None`: it may.
+    pub(crate) fn ask_move(&mut self, travel: &Travel<AXES>, kind: LineKind) -> Option<Progress> {
+        if !X::IN_USE || self.state == State::Check {
+            return None;
+        }
+        let from = self.motion.path_end;
+        self.ask_gate(&Asked::Move {
+            from: &from,
+            target: &travel.target,
+            jog: kind == LineKind::Jog,
+        })
+    }
+
+    /// The outputs that change with the next move.
+    pub(crate) fn outputs_of(&self, kind: LineKind) -> OutputChange {
+        match kind {
+            LineKind::Program if X::IN_USE => self.motion.outputs,
+            LineKind::Program | LineKind::Jog => OutputChange::NONE,
         }
     }
 
@@ -191,7 +222,8 @@ where
         }
     }
 
-    fn refuse_own(&mut self, status: Status) -> Progress {
+    pub(crate) fn refuse_own(&mut self, status: Status) -> Progress {
+        let _is_under_way = self.end_aside();
         self.program.interpreter.set_position(self.motion.path_end);
         if let Some(origin) = self.activity.line.finish() {
             self.refuse(origin, status.into());
@@ -221,7 +253,12 @@ where
         let next = Move {
             target,
             feed: Feed::PerMinute(rate.to_f32() / 60.0),
-            power: MovePower::Off,
+            power: match self.tool.spindle.is_laser() {
+                true => MovePower::Off,
+                false => MovePower::Spindle {
+                    power: self.tool.spindle.power(),
+                },
+            },
             curve: None,
             outputs: OutputChange::NONE,
             line_number: None,
@@ -247,7 +284,8 @@ where
         let (position, at_rest) = (self.motion.position(), self.motion.is_idle());
         let console = &mut self.console;
         let mut voice = Voice { console, to };
-        let mut cx = Cx::new(now, self.state, position, at_rest, &mut voice);
+        let places = (position, *self.program.interpreter.work_offset());
+        let mut cx = Cx::new(now, self.state, places, at_rest, &mut voice);
         let answer = call(&mut self.extension, &mut cx);
         let (raised, outputs) = (cx.raised(), cx.outputs());
         self.motion.outputs = self.motion.outputs.then(outputs);

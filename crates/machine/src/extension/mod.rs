@@ -19,13 +19,14 @@
 #![doc = include_str!("../../examples/vacuum/extension.rs")]
 //! ```
 
+mod aside;
 mod cx;
 mod host;
 mod option;
 mod pair;
 mod settings;
 
-pub use cx::{Cx, Out};
+pub use cx::{Comment, Cx, Out};
 
 use crate::board::Instant;
 use crate::protocol::status::Status;
@@ -74,7 +75,7 @@ pub trait Extension<const AXES: usize> {
         Step::Done
     }
 
-    /// Its settings. All extensions together have 16 at most. Numbers 800 to 999 are free for extensions.
+    /// Its settings. All extensions together have 32 at most. Numbers 800 to 999 are free for extensions.
     fn settings(&self) -> impl Iterator<Item = &'static Row> {
         core::iter::empty()
     }
@@ -102,6 +103,26 @@ pub trait Extension<const AXES: usize> {
     /// The alarms that it raises besides GRBL's, as [`Alarm::Own`](crate::protocol::alarm::Alarm::Own).
     fn alarms(&self) -> impl Iterator<Item = &'static OwnCode> {
         core::iter::empty()
+    }
+
+    /// Its memory for lines that come while an M code is put aside: as large as the receive buffer.
+    fn kept(&mut self) -> &mut [u8] {
+        &mut []
+    }
+
+    /// The length of a tool, or of the one in the spindle: for G43. `None`: there is no such tool.
+    fn tool_length(&self, tool: Option<u8>) -> Option<Coordinate> {
+        let _ = tool;
+        None
+    }
+
+    /// Notes the length of a tool (G10 L1); answers the number of its setting in which that is.
+    ///
+    /// # Errors
+    /// The answer to the line.
+    fn set_tool_length(&mut self, tool: u8, length: Coordinate) -> Result<u16, Status> {
+        let _ = (tool, length);
+        Err(Status::UnsupportedCommand)
     }
 
     /// Writes its fields of a status report, each with a `|` before it, 64 characters at most.
@@ -283,8 +304,35 @@ pub enum Step<const AXES: usize> {
     },
     /// Slow down on the way to a target of [`Step::Move`], forget the rest of it, and ask again at rest.
     Stop,
+    /// Put the line aside, for an M code that stands alone, at rest: spindle and coolant go off, the line has no answer yet, and
+    /// lines that its sender has sent already go to [`Extension::kept`]. Until `~` the operator has the machine: `$J`, `$H`, `$X` and
+    /// `$` questions, G38, G10 L1 and L20, G43.1, G49 and words of modes are obeyed, all else is `error:9`. With `~` modes,
+    /// spindle and coolant are as before, and the code is asked again; once it is done, its line is answered and the kept lines
+    /// follow.
+    SetAside(Shown),
     /// The line is answered with this error; nothing else of it is carried out.
     Refuse(Status),
+}
+
+/// The state that reports show while the operator has the machine.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Shown {
+    /// `Hold:0`, which every sender knows.
+    #[default]
+    Hold,
+    /// `Tool`, for senders that know it.
+    Tool,
+}
+
+impl Shown {
+    /// As status reports spell it.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Hold => "Hold:0",
+            Self::Tool => "Tool",
+        }
+    }
 }
 
 /// Something that switches outputs.
@@ -298,4 +346,8 @@ pub enum Event {
     Reset,
     /// M2 or M30, at rest.
     ProgramEnd,
+    /// The operator has the machine from now on: [`Step::SetAside`].
+    SetAside,
+    /// `~` gives it back to the program.
+    TakesBack,
 }

@@ -6,6 +6,7 @@ use crate::protocol::status::Status;
 use crate::settings::table::Row;
 use core::fmt;
 use leadscrew_gcode::Number;
+use leadscrew_planner::Coordinate;
 
 impl<X, const AXES: usize> Extension<AXES> for Option<X>
 where
@@ -55,6 +56,21 @@ where
 
     fn alarms(&self) -> impl Iterator<Item = &'static OwnCode> {
         self.iter().flat_map(X::alarms)
+    }
+
+    fn kept(&mut self) -> &mut [u8] {
+        self.as_mut().map(X::kept).unwrap_or_default()
+    }
+
+    fn tool_length(&self, tool: Option<u8>) -> Option<Coordinate> {
+        self.as_ref()?.tool_length(tool)
+    }
+
+    fn set_tool_length(&mut self, tool: u8, length: Coordinate) -> Result<u16, Status> {
+        match self {
+            Some(own) => own.set_tool_length(tool, length),
+            None => Err(Status::UnsupportedCommand),
+        }
     }
 
     fn report(&self, fields: &mut fmt::Formatter<'_>) -> fmt::Result {

@@ -6,6 +6,7 @@ use crate::protocol::status::Status;
 use crate::settings::table::Row;
 use core::fmt;
 use leadscrew_gcode::Number;
+use leadscrew_planner::Coordinate;
 
 impl<A, B, const AXES: usize> Extension<AXES> for (A, B)
 where
@@ -73,6 +74,29 @@ where
         match first {
             true => one.set(number, value),
             false => other.set(number, value),
+        }
+    }
+
+    fn kept(&mut self) -> &mut [u8] {
+        let (one, other) = self;
+        let kept = one.kept();
+        match kept.is_empty() {
+            true => other.kept(),
+            false => kept,
+        }
+    }
+
+    fn tool_length(&self, tool: Option<u8>) -> Option<Coordinate> {
+        let (one, other) = self;
+        one.tool_length(tool).or_else(|| other.tool_length(tool))
+    }
+
+    fn set_tool_length(&mut self, tool: u8, length: Coordinate) -> Result<u16, Status> {
+        let (one, other) = self;
+        let set = one.set_tool_length(tool, length);
+        match set {
+            Err(Status::UnsupportedCommand) => other.set_tool_length(tool, length),
+            Ok(_) | Err(_) => set,
         }
     }
 

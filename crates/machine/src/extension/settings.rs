@@ -1,6 +1,7 @@
 //! An extension's settings: found, changed, stored and restored beside GRBL's.
 
 use super::Extension;
+use crate::activity::line::Progress;
 use crate::machine::Machine;
 use crate::protocol::status::Status;
 use crate::settings::flash::SettingsStore;
@@ -8,8 +9,9 @@ use crate::settings::record::{decode_numbers, encode_numbers, RecordKey};
 use crate::settings::store::{Records, StoreError};
 use crate::settings::table::Row;
 use crate::settings::values::{checked, SettingLine};
+use crate::state::State;
 use leadscrew_gcode::Number;
-use leadscrew_planner::Kinematics;
+use leadscrew_planner::{Coordinate, Kinematics};
 
 impl<K, X, const AXES: usize, const MOTORS: usize> Machine<'_, K, AXES, MOTORS, X>
 where
@@ -48,6 +50,29 @@ where
         let place = places.position(|of| of.number == row.number);
         self.store.unsaved.add_own(place.unwrap_or(0));
         Ok(())
+    }
+
+    /// Notes the length of a tool, and waits until it is stored.
+    pub(crate) fn perform_store_tool(&mut self, tool: u8, length: Coordinate) -> Progress {
+        if !X::IN_USE || self.state == State::Check || self.activity.line.is_storing() {
+            return Progress::Done;
+        }
+        if !self.is_motion_over() {
+            return Progress::Wait;
+        }
+        match self.extension.set_tool_length(tool, length) {
+            Err(status) => self.refuse_own(status),
+            Ok(number) => {
+                let mut places = self.extension.settings();
+                let place = places.position(|of| of.number == number);
+                self.store.unsaved.add_own(place.unwrap_or(0));
+                self.activity.line.begin_waiting_for_store();
+                match self.has_unsaved() {
+                    true => Progress::Wait,
+                    false => Progress::Done,
+                }
+            }
+        }
     }
 
     /// Puts the extension's settings back to their defaults: `$RST=$`.

@@ -113,6 +113,7 @@ impl Code {
         match self.whole {
             0..=3 | 38 => Some(AxisCommand::Motion),
             73 | 81..=83 | 85 | 86 | 89 if options.cycles => Some(AxisCommand::Motion),
+            43 if options.tools && self.hundredths == 0 => None,
             43 => Some(AxisCommand::SetToolLength),
             49 => Some(AxisCommand::CancelToolLength),
             10 | 28 | 30 | 92 if self.hundredths == 0 => Some(AxisCommand::NonModal),
@@ -157,6 +158,7 @@ impl Code {
             30 => GWord::NonModal(NonModal::GoTo(OffsetId::G30)),
             40 => GWord::CutterCompensation,
             49 => GWord::ToolLength,
+            43 if options.tools => GWord::ToolLength,
             53 => GWord::NonModal(NonModal::MachineCoordinates),
             54 => GWord::System(WorkSystem::G54),
             55 => GWord::System(WorkSystem::G55),

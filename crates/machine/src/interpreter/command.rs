@@ -40,6 +40,13 @@ pub enum Command<const AXES: usize> {
         /// Its value, machine coordinates.
         value: [Coordinate; AXES],
     },
+    /// Wait until motion has ended, then write the length of a tool to the table (G10 L1).
+    StoreTool {
+        /// The tool's number, from 1.
+        tool: u8,
+        /// Its length.
+        length: Coordinate,
+    },
     /// Wait until motion has ended; from then on this is the work offset that reports subtract and show as `WCO`.
     WorkOffset([Coordinate; AXES]),
     /// Go straight to the target.

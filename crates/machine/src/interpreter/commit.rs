@@ -91,6 +91,7 @@ impl<const AXES: usize> Interpreter<AXES> {
                 self.store(OffsetId::Work(system), origin, commands);
                 shifted |= system == self.modal.system;
             }
+            Effect::SetTool(tool, length) => push(commands, Command::StoreTool { tool, length }),
             Effect::SetG92(offset) => {
                 self.offsets.set_g92(offset);
                 shifted = true;

@@ -24,6 +24,36 @@ pub struct Context<'a, const AXES: usize> {
     pub reach: &'a [Coordinate; AXES],
     /// M codes beyond GRBL's.
     pub own: OwnCodes<'a>,
+    /// The tool table.
+    pub tools: ToolTable<'a>,
+}
+
+/// Answers the length of a tool, or of the one in the spindle: `None` where there is no such tool.
+type LengthOf<'a> = dyn Fn(Option<u8>) -> Option<Coordinate> + 'a;
+
+/// The lengths of tools, if the machine has a table of them.
+#[derive(Clone, Copy, Default)]
+pub struct ToolTable<'a>(Option<&'a LengthOf<'a>>);
+
+impl<'a> ToolTable<'a> {
+    /// No table.
+    pub const NONE: Self = Self(None);
+
+    /// A table that `length` looks up.
+    pub const fn some(length: &'a LengthOf<'a>) -> Self {
+        Self(Some(length))
+    }
+
+    /// The length of a tool, or of the one in the spindle.
+    pub(super) fn length(self, tool: Option<u8>) -> Option<Coordinate> {
+        self.0.and_then(|length| length(tool))
+    }
+}
+
+impl fmt::Debug for ToolTable<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_tuple("ToolTable").field(&self.0.is_some()).finish()
+    }
 }
 
 /// The M codes of an extension, and the one that a line has.

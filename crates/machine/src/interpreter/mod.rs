@@ -33,7 +33,7 @@ mod words;
 pub use command::{
     ArcShape, Command, Commands, Feed, Jog, OffsetId, Spindle, Travel, MAX_COMMANDS,
 };
-pub use context::{Context, Own, OwnCodes};
+pub use context::{Context, Own, OwnCodes, ToolTable};
 pub use cycle::{Cycle, CycleKind, Strokes};
 pub use fault::Fault;
 pub use leadscrew_planner::Coordinate;
@@ -64,7 +64,7 @@ impl<const AXES: usize> Interpreter<AXES> {
         commands: &mut Commands<AXES>,
     ) -> Result<(), Fault> {
         commands.clear();
-        let mut block = Block::new(&self.modal);
+        let mut block = self.block(context);
         block.read(line, context, &self.modal)?;
         let mut plan = Plan::new(&self.position);
         self.plan(&mut plan, &block, line, context)?;
@@ -78,9 +78,29 @@ impl<const AXES: usize> Interpreter<AXES> {
     ///
     /// As [`Self::interpret`].
     pub fn check(&self, line: &[u8], context: &Context<'_, AXES>) -> Result<(), Fault> {
-        let mut block = Block::new(&self.modal);
+        let mut block = self.block(context);
         block.read(line, context, &self.modal)?;
         self.plan(&mut Plan::new(&self.position), &block, line, context)
+    }
+
+    /// Whether a line is one of those that the operator may send while a program's line is put aside: probing, G10 L1 and L20,
+    /// tool length, and words of modes. A line with a fault is: it is answered with that.
+    pub(crate) fn serves_operator(&self, line: &[u8], context: &Context<'_, AXES>) -> bool {
+        let mut block = self.block(context);
+        match block.read(line, context, &self.modal) {
+            Ok(()) => block.serves_operator(),
+            Err(_) => true,
+        }
+    }
+
+    /// Begins a line.
+    #[inline]
+    fn block(&self, context: &Context<'_, AXES>) -> Block<AXES> {
+        let mut block = Block::new(&self.modal);
+        if context.options.tools {
+            block.modal.tool = self.modal.tool;
+        }
+        block
     }
 
     #[inline]

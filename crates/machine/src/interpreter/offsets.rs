@@ -64,6 +64,19 @@ impl<const AXES: usize> Offsets<AXES> {
         sum
     }
 
+    /// The same with another tool length, where there is one.
+    pub(super) fn work_offset_with(
+        &self,
+        system: WorkSystem,
+        tool_length: Option<Coordinate>,
+    ) -> [Coordinate; AXES] {
+        let mut sum = self.work_offset(system);
+        if let (Some(sum), Some(length)) = (sum.get_mut(TOOL_AXIS), tool_length) {
+            *sum = *sum - self.tool_length + length;
+        }
+        sum
+    }
+
     /// Answers the sum that a G92 adds to.
     pub(super) fn without_g92(&self, system: WorkSystem) -> [Coordinate; AXES] {
         let mut sum = *self.system(system);

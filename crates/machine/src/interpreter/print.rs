@@ -22,6 +22,9 @@ impl<const AXES: usize> Display for Command<AXES> {
             Self::Own(call) => write!(f, "OWN M{}{}", call.code, OwnWords(&call.words)),
             Self::Dwell(seconds) => write!(f, "DWELL {seconds} s"),
             Self::StoreOffset { id, value } => write!(f, "STORE {id}{}", Axes(value)),
+            Self::StoreTool { tool, length } => {
+                write!(f, "STORE T{tool} {}", Number::from_nanos(length.nanos()))
+            }
             Self::WorkOffset(offset) => write!(f, "WORK OFFSET{}", Axes(offset)),
             Self::Line(travel) if travel.feed == Feed::Rapid => write!(f, "RAPID{travel}"),
             Self::Line(travel) => write!(f, "FEED{travel}"),

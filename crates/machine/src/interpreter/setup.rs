@@ -74,6 +74,12 @@ impl<const AXES: usize> Interpreter<AXES> {
         self.position = position;
     }
 
+    /// Takes modes back as they were, all but the tool length.
+    pub(crate) fn restore_modes(&mut self, modal: &ModalState) {
+        self.modal = *modal;
+        self.work_offset = self.offsets.work_offset(self.modal.system);
+    }
+
     /// Forgets as a soft reset does: modal state, G92, tool length. The position stays.
     pub fn reset(&mut self) {
         self.modal = ModalState::default();

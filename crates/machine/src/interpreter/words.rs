@@ -8,7 +8,7 @@ use super::code::{Code, GWord, MWord};
 use super::context::Context;
 use super::fault::Fault;
 use super::letters::{Group, Groups, Letters};
-use super::modal_state::{Coolant, ModalState};
+use super::modal_state::{Coolant, ModalState, Motion};
 pub(super) use super::takers::{AxisCommand, Flow, NonModal};
 use crate::config::Options;
 use crate::extension::Words;
@@ -38,6 +38,7 @@ pub(super) struct Block<const AXES: usize> {
     /// would cost it 100 instructions.
     pub(super) centre: [Number; 3],
     pub(super) f: Number,
+    /// L, or H: no command takes both.
     pub(super) l: Number,
     pub(super) n: Number,
     pub(super) p: Number,
@@ -117,7 +118,9 @@ impl<const AXES: usize> Block<AXES> {
         let Some((code, _)) = found.filter(|_| self.groups.contains(Group::Own)) else {
             return;
         };
-        let takes = |letter| code.takes(letter) && self.letters.contains(letter);
+        // A tool that an earlier line has selected is this line's, too.
+        let keeps = |letter| letter == Letter::T && context.options.tools;
+        let takes = |letter| code.takes(letter) && (self.letters.contains(letter) || keeps(letter));
         let values = [
             (Letter::L, self.l),
             (Letter::P, self.p),
@@ -133,9 +136,25 @@ impl<const AXES: usize> Block<AXES> {
         if takes(Letter::S) {
             self.modal.speed = before.speed;
         }
-        if takes(Letter::T) {
+        if takes(Letter::T) && !keeps(Letter::T) {
             self.modal.tool = 0;
         }
+    }
+
+    /// Whether the line has nothing but probing, G10 L1 or L20, tool length and words of modes.
+    pub(super) fn serves_operator(&self) -> bool {
+        let probes = matches!(self.modal.motion, Motion::Probe(_));
+        let moves = self.axis_command == AxisCommand::Motion && self.axis_mask != 0;
+        let effect = match self.non_modal {
+            NonModal::None | NonModal::Dwell => true,
+            NonModal::SetOrigin => matches!(self.l.trunc(), 1 | 20),
+            NonModal::GoTo(_)
+            | NonModal::Store(_)
+            | NonModal::MachineCoordinates
+            | NonModal::SetG92
+            | NonModal::ClearG92 => false,
+        };
+        effect && (probes || !moves) && !self.groups.have_any(OF_M_CODES)
     }
 
     fn take_g(&mut self, code: Code, options: &Options) -> Result<(), Status> {
@@ -225,6 +244,7 @@ impl<const AXES: usize> Block<AXES> {
             Letter::J => Ok(j),
             Letter::K => Ok(k),
             Letter::L => Ok(&mut self.l),
+            Letter::H if options.tools => Ok(&mut self.l),
             Letter::N => Ok(&mut self.n),
             Letter::P => Ok(&mut self.p),
             Letter::Q if options.cycles => Ok(i),
@@ -233,6 +253,15 @@ impl<const AXES: usize> Block<AXES> {
         }
     }
 }
+
+/// Groups of M codes.
+const OF_M_CODES: Groups = Groups::of(&[
+    Group::Flow,
+    Group::Spindle,
+    Group::Coolant,
+    Group::Parking,
+    Group::Own,
+]);
 
 /// Groups of M codes that take words.
 pub(super) const WITH_WORDS: Groups = Groups::of(&[Group::Parking, Group::Own]);

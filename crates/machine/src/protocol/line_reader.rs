@@ -8,6 +8,7 @@
 
 use super::realtime::Byte;
 use super::status::Status;
+use heapless::Vec;
 
 /// The longest line of Grbl, in characters after filtering.
 pub const GRBL_LINE_LENGTH: usize = 79;
@@ -70,7 +71,14 @@ pub struct LineReader<const CAPACITY: usize> {
     limit: usize,
     skip: Skip,
     too_long: bool,
+    /// The comment of the line that was completed last, or of the one under way.
+    comment: Vec<u8, COMMENT>,
+    /// The line under way has one.
+    has_comment: bool,
 }
+
+/// The most that is kept of a comment, in bytes.
+pub const COMMENT: usize = 48;
 
 impl<const CAPACITY: usize> LineReader<CAPACITY> {
     /// Makes a reader that refuses lines of more than `limit` characters, and of more than `CAPACITY` in any case.
@@ -82,6 +90,8 @@ impl<const CAPACITY: usize> LineReader<CAPACITY> {
             limit,
             skip: Skip::Nothing,
             too_long: false,
+            comment: Vec::new(),
+            has_comment: false,
         }
     }
 
@@ -124,6 +134,25 @@ impl<const CAPACITY: usize> LineReader<CAPACITY> {
         self.too_long = false;
     }
 
+    /// Answers the comment of the line that was completed last, as far as there is room for it: between `(` and `)`, or behind `;`.
+    pub fn comment(&self) -> &str {
+        core::str::from_utf8(&self.comment).unwrap_or_default()
+    }
+
+    fn note_comment(&mut self, byte: u8) {
+        match (self.skip, byte) {
+            (Skip::Nothing, b'(' | b';') => {
+                self.comment.clear();
+                self.has_comment = true;
+            }
+            (Skip::Parentheses, b')') | (Skip::Nothing, _) => {}
+            (Skip::Parentheses | Skip::Rest, b' '..=b'~') if !self.too_long => {
+                let _full = self.comment.push(byte);
+            }
+            (Skip::Parentheses | Skip::Rest, _) => {}
+        }
+    }
+
     fn length(&self) -> usize {
         match self.skip {
             Skip::Nothing => self.next,
@@ -134,8 +163,12 @@ impl<const CAPACITY: usize> LineReader<CAPACITY> {
     #[cold]
     fn pass_over(&mut self, byte: u8) -> bool {
         if is_line_end(byte) {
+            if !core::mem::take(&mut self.has_comment) {
+                self.comment.clear();
+            }
             return true;
         }
+        self.note_comment(byte);
         let is_full = self.skip == Skip::Nothing && kept(byte) != 0;
         self.too_long |= is_full;
         self.kept = self.length();
@@ -309,6 +342,23 @@ mod tests {
         fn every_line_end_completes_exactly_one_line(text in prop::collection::vec(any::<u8>(), 0..400)) {
             let ends = text.iter().filter(|byte| is_line_end(**byte)).count();
             prop_assert_eq!(lines(&text).len(), ends);
+        }
+    }
+
+    #[test]
+    fn the_comment_of_a_line_is_kept_until_the_next_line_has_ended() {
+        let mut reader = LineReader::<128>::new(GRBL_LINE_LENGTH);
+        for (text, comment) in [
+            ("M6 T3 (0.8 mm drill)\n", "0.8 mm drill"),
+            ("G0\n", ""),
+            ("M6 T3 ; 1.0 mm (PTH)\r", "1.0 mm (PTH)"),
+            ("(one)(two) G1\n", "two"),
+        ] {
+            text.bytes().for_each(|byte| {
+                reader.push(byte);
+            });
+            reader.clear();
+            assert_eq!(reader.comment(), comment, "{text:?}");
         }
     }
 }

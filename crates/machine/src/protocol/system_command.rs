@@ -135,6 +135,29 @@ pub struct Circumstances {
 type Refused<'a> = (Status, &'a [u8]);
 
 impl<'a> SystemCommand<'a> {
+    /// Whether the operator may give it while a program's line is put aside (a tool change).
+    pub fn serves_operator(&self) -> bool {
+        match self {
+            Self::Home(_) | Self::Jog(_) | Self::Unlock => true,
+            Self::Help
+            | Self::ShowSettings
+            | Self::ShowAllSettings
+            | Self::ShowSetting(_)
+            | Self::Enumerate(_)
+            | Self::Describe(_)
+            | Self::ShowParameters
+            | Self::ShowModes
+            | Self::ShowBuild
+            | Self::ShowStartup => true,
+            Self::StoreBuild(_)
+            | Self::StoreStartup { .. }
+            | Self::Sleep
+            | Self::Restore(_)
+            | Self::Set { .. }
+            | Self::Check => false,
+        }
+    }
+
     /// Whether it is refused as soon as a move is planned, before that begins.
     pub fn needs_rest(&self) -> bool {
         match self {

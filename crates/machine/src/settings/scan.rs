@@ -8,7 +8,7 @@ use super::record::{
 use heapless::Vec;
 
 /// The most keys that a store can hold: those of the largest machine, and some that only another version knows.
-const MAX_KEYS: usize = MAX_RECORDS + 16;
+const MAX_KEYS: usize = MAX_RECORDS + 32;
 
 /// The newest record of each key.
 pub(super) type Index = Vec<Place, MAX_KEYS>;

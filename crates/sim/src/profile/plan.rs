@@ -50,6 +50,7 @@ impl Profile {
             parking: self.options.parking.then_some(ParkingConfig::GRBL),
             parking_override: self.options.parking_override,
             cycles: true,
+            tools: false,
         };
         if let Some(look_ahead) = self.look_ahead {
             config.moves = look_ahead.0;

@@ -6,7 +6,7 @@ use core::hint::black_box;
 use icount_firmware::{count, done};
 use leadscrew_machine::{
     config::{AxisKind, Options},
-    interpreter::{Commands, Context, Interpreter, OwnCodes, MAX_WORD},
+    interpreter::{Commands, Context, Interpreter, OwnCodes, MAX_WORD, ToolTable},
     protocol::line_reader::{LineReader, GRBL_LINE_LENGTH},
 };
 
@@ -61,6 +61,7 @@ fn main() -> ! {
         soft_limits: false,
         reach: &[MAX_WORD; 3],
         own: OwnCodes::NONE,
+        tools: ToolTable::NONE,
     };
     let mut machine = Machine {
         reader: Reader::new(GRBL_LINE_LENGTH),

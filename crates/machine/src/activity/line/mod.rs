@@ -217,6 +217,13 @@ impl<const AXES: usize> Executor<AXES> {
         }
     }
 
+    /// Has the line under way wait until what it changed is stored.
+    pub(crate) fn begin_waiting_for_store(&mut self) {
+        self.wait = Wait::Stored {
+            then_restart: false,
+        };
+    }
+
     /// Has the line under way wait for this.
     pub(crate) fn wait_own(&mut self, wait: OwnWait) {
         self.wait = Wait::Own(wait);
@@ -255,6 +262,7 @@ impl<const AXES: usize> Executor<AXES> {
                 | Command::ParkingControl(_)
                 | Command::Dwell(_)
                 | Command::StoreOffset { .. }
+                | Command::StoreTool { .. }
                 | Command::Own(_)
                 | Command::WorkOffset(_)
                 | Command::Cycle { .. }

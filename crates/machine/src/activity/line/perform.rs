@@ -4,7 +4,7 @@ use super::arc::{ArcFeed, CHORDS_A_POLL};
 use super::{LineKind, Progress, Wait};
 use crate::board::{Board, CoolantOutput, Duration, Instant, PlannedMove, SpindleOutput};
 use crate::console::Discard;
-use crate::extension::{Asked, Event, Extension};
+use crate::extension::{Event, Extension};
 use crate::interpreter::{ArcShape, Command, Coolant, Feed, OffsetId, Rotation, Spindle, Travel};
 use crate::machine::Machine;
 use crate::protocol::alarm::Alarm;
@@ -84,6 +84,7 @@ where
             Command::Spindle(spindle) => self.perform_spindle(spindle),
             Command::Coolant(coolant) => self.perform_coolant(*coolant, board),
             Command::StoreOffset { id, value: _ } => self.perform_store(*id),
+            Command::StoreTool { tool, length } => self.perform_store_tool(*tool, *length),
             Command::WorkOffset(offset) => self.perform_work_offset(offset),
             Command::ParkingControl(allowed) => {
                 self.program.parking_allowed = *allowed;
@@ -129,27 +130,6 @@ where
         };
         let more = self.activity.line.has_more();
         self.push(&next, &spindle, more, board, now)
-    }
-
-    /// Asks the extension whether a move may be planned; `None`: it may.
-    pub(super) fn ask_move(&mut self, travel: &Travel<AXES>, kind: LineKind) -> Option<Progress> {
-        if !X::IN_USE || self.state == State::Check {
-            return None;
-        }
-        let from = self.motion.path_end;
-        self.ask_gate(&Asked::Move {
-            from: &from,
-            target: &travel.target,
-            jog: kind == LineKind::Jog,
-        })
-    }
-
-    /// The outputs that change with the next move.
-    pub(super) fn outputs_of(&self, kind: LineKind) -> OutputChange {
-        match kind {
-            LineKind::Program if X::IN_USE => self.motion.outputs,
-            LineKind::Program | LineKind::Jog => OutputChange::NONE,
-        }
     }
 
     fn perform_arc<B: Board>(

@@ -61,6 +61,8 @@ pub(super) enum Effect<const AXES: usize> {
     Dwell(Number),
     SetOrigin(WorkSystem, [Coordinate; AXES]),
     SetG92([Coordinate; AXES]),
+    /// The length of a tool in the table.
+    SetTool(u8, Coordinate),
     /// Stores where the line begins.
     Store(OffsetId),
     /// Goes there, by way of the target where there are axis words.
@@ -109,6 +111,7 @@ const AXIS_LETTERS: [Letter; 6] = [
 const AXIS_WORDS: Letters = Letters::of(&AXIS_LETTERS);
 const CENTRE_WORDS: Letters = Letters::of(&[Letter::I, Letter::J, Letter::K]);
 const F: Letters = Letters::of(&[Letter::F]);
+const H: Letters = Letters::of(&[Letter::H]);
 const L: Letters = Letters::of(&[Letter::L]);
 const M: Letters = Letters::of(&[Letter::M]);
 const N: Letters = Letters::of(&[Letter::N]);
@@ -167,7 +170,7 @@ impl<'a, const AXES: usize> Check<'a, AXES> {
         if self.block.non_modal != NonModal::None {
             plan.effect = self.effect()?;
         }
-        self.aim(&mut plan.target)?;
+        self.aim(&mut plan.target, plan.tool_length)?;
         self.check_machine_coordinates()?;
         if let Effect::GoTo(end) = &mut plan.effect {
             self.keep_others(end, &plan.target);
@@ -236,14 +239,36 @@ impl<'a, const AXES: usize> Check<'a, AXES> {
     }
 
     #[inline]
-    fn tool_length(&self) -> Result<Option<Coordinate>, Refusal> {
+    fn tool_length(&mut self) -> Result<Option<Coordinate>, Refusal> {
         match self.block.axis_command {
+            AxisCommand::None | AxisCommand::Motion | AxisCommand::NonModal
+                if self.block.groups.contains(Group::ToolLength) =>
+            {
+                self.table_length().map(Some)
+            }
             AxisCommand::None | AxisCommand::Motion | AxisCommand::NonModal => Ok(None),
             AxisCommand::CancelToolLength => Ok(Some(Coordinate::ZERO)),
             AxisCommand::SetToolLength if self.block.axis_mask != 1 << TOOL_AXIS => {
                 Err(Refusal::g(Status::ToolLengthAxis, 43))
             }
             AxisCommand::SetToolLength => Ok(Some(storable(self.word(TOOL_AXIS)))),
+        }
+    }
+
+    /// G43: the length of tool H, or of the one in the spindle.
+    fn table_length(&mut self) -> Result<Coordinate, Refusal> {
+        let tool = match self.gives(H) {
+            true => Some(u8::try_from(self.block.l.trunc()).unwrap_or(u8::MAX)),
+            false => None,
+        };
+        self.unused = self.unused.without(H);
+        match tool {
+            Some(0) => Ok(Coordinate::ZERO),
+            tool => self
+                .context
+                .tools
+                .length(tool)
+                .ok_or(Refusal::words(Status::OutOfRange, H)),
         }
     }
 
@@ -261,7 +286,11 @@ impl<'a, const AXES: usize> Check<'a, AXES> {
 
     /// Leads the target where the axis words do, if they are not an offset.
     #[inline]
-    fn aim(&self, target: &mut [Coordinate; AXES]) -> Result<(), Refusal> {
+    fn aim(
+        &self,
+        target: &mut [Coordinate; AXES],
+        tool_length: Option<Coordinate>,
+    ) -> Result<(), Refusal> {
         if self.block.axis_mask == 0 || !self.has_target() {
             return Ok(());
         }
@@ -271,10 +300,11 @@ impl<'a, const AXES: usize> Check<'a, AXES> {
             &[Coordinate::ZERO; AXES]
         } else if modal.distance == Distance::Incremental {
             &self.state.position
-        } else if modal.system == self.state.modal.system {
+        } else if modal.system == self.state.modal.system && tool_length.is_none() {
             &self.state.work_offset
         } else {
-            other_system = self.state.offsets.work_offset(modal.system);
+            let offsets = &self.state.offsets;
+            other_system = offsets.work_offset_with(modal.system, tool_length);
             &other_system
         };
         let axes = target.iter_mut().zip(origin).zip(self.context.reach);

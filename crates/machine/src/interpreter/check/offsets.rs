@@ -4,6 +4,7 @@ use super::{pick, storable, Check, Effect, L, P, R};
 use crate::interpreter::command::OffsetId;
 use crate::interpreter::fault::Refusal;
 use crate::interpreter::modal_state::WorkSystem;
+use crate::interpreter::offsets::TOOL_AXIS;
 use crate::interpreter::Coordinate;
 use crate::protocol::status::Status;
 
@@ -16,6 +17,9 @@ impl<const AXES: usize> Check<'_, AXES> {
         }
         if !self.gives(P) && !self.gives(L) {
             return Err(fault(Status::MissingWord));
+        }
+        if self.block.l.trunc() == 1 && self.gives(L) && self.context.options.tools {
+            return self.set_tool();
         }
         let system = self.named_system()?;
         let others = match self.block.l.trunc() {
@@ -30,6 +34,20 @@ impl<const AXES: usize> Check<'_, AXES> {
             Some(others) => self.merge(old, |axis, word| self.shift(&others, axis, word)),
         };
         Ok(Effect::SetOrigin(system, origin))
+    }
+
+    /// G10 L1: the length of tool P.
+    fn set_tool(&mut self) -> Result<Effect<AXES>, Refusal> {
+        if self.block.axis_mask != 1 << TOOL_AXIS {
+            return Err(Refusal::g(Status::ToolLengthAxis, 10));
+        }
+        let tool = u8::try_from(self.block.p.trunc());
+        let tool = tool.map_err(|_| Refusal::words(Status::ToolTooLarge, P))?;
+        if tool == 0 || self.context.tools.length(Some(tool)).is_none() {
+            return Err(Refusal::words(Status::OutOfRange, P));
+        }
+        self.unused = self.unused.without(P).without(L);
+        Ok(Effect::SetTool(tool, self.word(TOOL_AXIS)))
     }
 
     /// The system that P names; the one in force where it is 0 or missing.

@@ -57,6 +57,7 @@ impl<const AXES: usize> Bench<AXES> {
             soft_limits: self.soft_limits,
             reach: &self.reach,
             own: OwnCodes::NONE,
+            tools: ToolTable::NONE,
         };
         self.interpreter
             .interpret(line, &context, &mut commands)
@@ -71,6 +72,7 @@ impl<const AXES: usize> Bench<AXES> {
             soft_limits: self.soft_limits,
             reach: &self.reach,
             own: OwnCodes::NONE,
+            tools: ToolTable::NONE,
         };
         self.interpreter.jog(line.as_bytes(), &context)
     }

@@ -87,6 +87,7 @@ fn check(bench: &Bench<4>, line: &[u8]) -> Result<(), super::Fault> {
         soft_limits: false,
         reach: &bench.reach,
         own: super::OwnCodes::NONE,
+        tools: super::ToolTable::NONE,
     };
     bench.interpreter.check(line, &context)
 }
@@ -179,6 +180,7 @@ fn refused_lines_leave_no_commands() {
         soft_limits: false,
         reach: &bench.reach,
         own: super::OwnCodes::NONE,
+        tools: super::ToolTable::NONE,
     };
     let mut commands = Commands::new();
     let _ = bench

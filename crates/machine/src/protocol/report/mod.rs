@@ -51,7 +51,7 @@ pub struct Units<const AXES: usize> {
 impl<const AXES: usize> Units<AXES> {
     /// A length that was cut to the largest there is prints as Grbl prints all that it cannot: an offset that no motion
     /// can use.
-    fn length(&self, value: Number) -> Decimal {
+    pub(crate) fn length(&self, value: Number) -> Decimal {
         let decimal = if self.inches {
             Decimal::inches(value)
         } else {

@@ -1,0 +1,72 @@
+//! An M code of an extension that is put aside: until `~` the operator has the machine (a tool change).
+//!
+//! ```text
+//!   M6 --SetAside--> Collecting --nothing comes for 100 ms, or 300 ms--> Waiting --~--> Returning --Done--> `ok`, then the kept lines
+//!                    lines that the sender had on the way      operator's     the code goes on
+//!                    go to the extension's memory              lines
+//! ```
+
+use super::line::Origin;
+use crate::board::{ChannelId, Duration, Instant};
+use crate::extension::{Call, Shown};
+use crate::interpreter::ModalState;
+
+/// A sender that fills the receive buffer has no more on the way after so long a silence.
+pub(crate) const SETTLE: Duration = Duration::from_ticks(100_000);
+
+/// Nor has one that sends questions all the time, after this.
+pub(crate) const LONGEST: Duration = Duration::from_ticks(300_000);
+
+/// How far it has come.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Phase {
+    /// What the sender had on the way is kept.
+    Collecting {
+        /// Since when.
+        since: Instant,
+        /// When the last of it came.
+        last: Instant,
+    },
+    /// For `~`; the operator's lines are obeyed.
+    Waiting,
+    /// The M code goes on.
+    Returning,
+}
+
+/// An M code that is put aside.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Aside {
+    pub(crate) call: Call,
+    pub(crate) phase: Phase,
+    /// Whose answer waits, once the line is no longer under way.
+    pub(crate) origin: Origin,
+    pub(crate) shown: Shown,
+    /// The modes of the program, which the operator's lines may change.
+    pub(crate) modal: ModalState,
+    /// Bytes in the extension's memory.
+    pub(crate) kept: usize,
+}
+
+/// Lines that were kept, and are taken again.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Kept {
+    /// The channel that they came from.
+    pub(crate) id: ChannelId,
+    /// The next byte, and where they end.
+    pub(crate) next: usize,
+    pub(crate) end: usize,
+}
+
+impl Aside {
+    /// The lines that were kept, if there are any.
+    pub(crate) fn lines(&self) -> Option<Kept> {
+        match self.origin {
+            Origin::Channel(id) if self.kept > 0 => Some(Kept {
+                id,
+                next: 0,
+                end: self.kept,
+            }),
+            Origin::Channel(_) | Origin::Startup(_) | Origin::Nobody => None,
+        }
+    }
+}

@@ -1,0 +1,164 @@
+//! The machine's side of [`Step::SetAside`](super::Step::SetAside): keeps the sender's lines, obeys the operator, goes on at `~`.
+
+use super::{Call, Event, Extension, Shown};
+use crate::activity::aside::{Aside, Kept, Phase, LONGEST, SETTLE};
+use crate::activity::line::{LineKind, Origin, OwnWait, Progress};
+use crate::board::{Board, Instant};
+use crate::interpreter::Command;
+use crate::machine::Machine;
+use crate::protocol::status::Status;
+use crate::protocol::system_command::SystemCommand;
+use crate::state::State;
+use leadscrew_planner::Kinematics;
+
+impl<K, X, const AXES: usize, const MOTORS: usize> Machine<'_, K, AXES, MOTORS, X>
+where
+    K: Kinematics<AXES, MOTORS> + Clone,
+    X: Extension<AXES>,
+{
+    /// Whether the operator has the machine.
+    pub(crate) fn is_aside(&self) -> bool {
+        X::IN_USE
+            && matches!(
+                self.activity.aside,
+                Some(Aside {
+                    phase: Phase::Waiting,
+                    ..
+                })
+            )
+    }
+
+    /// Puts the M code under way aside. It stands alone on its line, and motion rests.
+    pub(super) fn begin_aside(&mut self, call: &Call, shown: Shown, now: Instant) -> Progress {
+        let alone = self.extension.m_code(call.code);
+        let fits = alone.is_some_and(|code| code.is_alone()) && self.motion.is_idle();
+        let Some(origin) = self.activity.line.origin().filter(|_| fits) else {
+            return self.refuse_own(Status::InvalidStatement);
+        };
+        self.activity.aside = Some(Aside {
+            call: *call,
+            phase: Phase::Collecting {
+                since: now,
+                last: now,
+            },
+            origin,
+            shown,
+            modal: *self.program.interpreter.modal(),
+            kept: 0,
+        });
+        self.wait_own(OwnWait::Turn(Some(now + SETTLE)))
+    }
+
+    /// Keeps what the sender had on the way; hands the machine to the operator once nothing more comes. `None`: there is nothing
+    /// to collect.
+    pub(super) fn collect<B: Board>(&mut self, board: &mut B, now: Instant) -> Option<Progress> {
+        let Some(Aside {
+            phase: Phase::Collecting { since, last },
+            origin,
+            kept,
+            ..
+        }) = self.activity.aside
+        else {
+            return None;
+        };
+        let mut taken = 0;
+        if let Origin::Channel(id) = origin {
+            let room = self.extension.kept().get_mut(kept..);
+            taken = self.console.keep(id, room.unwrap_or_default());
+        }
+        if let Some(aside) = &mut self.activity.aside {
+            aside.kept = kept + taken;
+        }
+        let last = if taken > 0 { now } else { last };
+        if now >= (last + SETTLE).min(since + LONGEST) {
+            self.hand_over(board);
+            return Some(Progress::Wait);
+        }
+        if let Some(aside) = &mut self.activity.aside {
+            aside.phase = Phase::Collecting { since, last };
+        }
+        Some(self.wait_own(OwnWait::Turn(Some(last + SETTLE))))
+    }
+
+    fn hand_over<B: Board>(&mut self, board: &mut B) {
+        if let Some(aside) = &mut self.activity.aside {
+            aside.phase = Phase::Waiting;
+        }
+        let _answered_later = self.activity.line.finish();
+        self.tool.spindle.suspend();
+        self.update_power();
+        self.tool.coolant.suspend(board);
+        self.console.cadence.overrides_changed();
+        self.tell_extension(Event::SetAside);
+        self.enter(State::Idle);
+    }
+
+    /// `~`: gives the machine back to the program. Whether there was something to give back.
+    pub(crate) fn take_back<B: Board>(&mut self, board: &mut B) -> bool {
+        if !self.is_aside() || self.activity.line.is_busy() || !self.motion.is_idle() {
+            return false;
+        }
+        let Some(aside) = &mut self.activity.aside else {
+            return false;
+        };
+        aside.phase = Phase::Returning;
+        let (call, origin, modal) = (aside.call, aside.origin, aside.modal);
+        self.program.interpreter.restore_modes(&modal);
+        self.program.work_offset = *self.program.interpreter.work_offset();
+        self.console.cadence.work_offset_changed();
+        self.restore_spindle();
+        self.tool.coolant.restore(board);
+        self.tell_extension(Event::TakesBack);
+        let commands = self.activity.line.commands();
+        commands.clear();
+        // The first of an empty list always fits.
+        let _ = commands.push(Command::Own(call));
+        self.activity.line.begin(origin, LineKind::Program);
+        self.wait_own(OwnWait::Turn(None));
+        true
+    }
+
+    /// The M code that was put aside ends; the kept lines follow.
+    pub(crate) fn end_aside(&mut self) -> Option<Origin> {
+        if !X::IN_USE {
+            return None;
+        }
+        let aside = self.activity.aside.take()?;
+        self.activity.kept = aside.lines();
+        (aside.phase == Phase::Waiting).then_some(aside.origin)
+    }
+
+    /// Reads the kept lines, before any that came later. Whether the channel of the kept lines may be read itself.
+    pub(crate) fn read_kept(&mut self) {
+        let Some(Kept { id, next, end }) = self.activity.kept.filter(|_| X::IN_USE) else {
+            return;
+        };
+        let bytes = self.extension.kept().get(next..end).unwrap_or_default();
+        let read = self.console.read_kept(id, bytes, next > 0);
+        let next = next + read;
+        self.activity.kept = (next < end).then_some(Kept { id, next, end });
+        self.console.block(id, next < end && next > 0);
+    }
+
+    /// Whether a `$` line or a line of G-code is one for a tool change.
+    ///
+    /// # Errors
+    /// It is not: the operator has the machine, and nothing of the program may go on.
+    pub(crate) fn admit(&self, line: &[u8]) -> Result<(), Status> {
+        if !self.is_aside() {
+            return Ok(());
+        }
+        let admitted = match line.first() {
+            None => true,
+            Some(b'$') => match SystemCommand::parse(line, &self.circumstances()) {
+                Ok(command) => command.serves_operator(),
+                Err(_) => true, // answered with its own fault
+            },
+            Some(_) => self.serves_operator(line),
+        };
+        match admitted {
+            true => Ok(()),
+            false => Err(Status::Locked),
+        }
+    }
+}

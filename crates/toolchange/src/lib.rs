@@ -1,0 +1,236 @@
+#![no_std]
+#![forbid(unsafe_code)]
+#![doc = include_str!("../README.md")]
+
+mod settings;
+
+use core::fmt;
+use leadscrew_gcode::{Letter, Number};
+use leadscrew_machine::board::{Duration, Instant};
+use leadscrew_machine::extension::{Call, Cx, Event, Extension, MCode, Shown, Step};
+use leadscrew_machine::protocol::status::Status;
+use leadscrew_machine::settings::table::Row;
+use leadscrew_machine::state::State;
+use leadscrew_planner::Coordinate;
+use settings::{tool_of, CLEARANCE, FIRST_LENGTH, RETURN_RATE, SPIN_UP};
+
+pub use settings::TOOLS;
+
+/// The axis along which the tool points: Z.
+const TOOL_AXIS: usize = 2;
+
+/// How a machine changes its tools.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct ToolChangeConfig {
+    /// The state that reports show meanwhile: `Hold:0`, or `Tool` for senders that know it.
+    pub shown: Shown,
+}
+
+/// How far a tool change has come.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Phase {
+    /// None is under way, or the operator has the machine.
+    Asked,
+    /// The operator is done: Z goes up.
+    Clear,
+    /// X, Y and all axes but Z go back.
+    Across,
+    /// The spindle runs up until this instant, then Z goes down.
+    SpinUp(Instant),
+    /// Z is on its way.
+    Arrives,
+}
+
+/// M6 and the tool table. `AXES`: of the machine; `KEPT`: bytes of lines that are kept meanwhile, as many as the receive buffer
+/// takes.
+#[derive(Debug)]
+pub struct ToolChange<const AXES: usize, const KEPT: usize> {
+    config: ToolChangeConfig,
+    clearance: Number,
+    spin_up: Number,
+    rate: Number,
+    lengths: [Number; TOOLS],
+    /// The tool in the spindle; 0: nobody knows.
+    loaded: u8,
+    wanted: u8,
+    phase: Phase,
+    /// Where the program was, and its work offset then.
+    left_at: [Coordinate; AXES],
+    offset: [Coordinate; AXES],
+    kept: [u8; KEPT],
+}
+
+impl<const AXES: usize, const KEPT: usize> ToolChange<AXES, KEPT> {
+    /// Makes the extension; all tools have the length 0.
+    pub const fn new(config: ToolChangeConfig) -> Self {
+        Self {
+            config,
+            clearance: CLEARANCE.default,
+            spin_up: SPIN_UP.default,
+            rate: RETURN_RATE.default,
+            lengths: [Number::from_int(0); TOOLS],
+            loaded: 0,
+            wanted: 0,
+            phase: Phase::Asked,
+            left_at: [Coordinate::ZERO; AXES],
+            offset: [Coordinate::ZERO; AXES],
+            kept: [0; KEPT],
+        }
+    }
+
+    /// The tool in the spindle; 0: nobody has said yet.
+    pub const fn loaded(&self) -> u8 {
+        self.loaded
+    }
+
+    fn begin(&mut self, call: &Call, cx: &mut Cx<'_, AXES>) -> Step<AXES> {
+        if !cx.at_rest {
+            return Step::Rest;
+        }
+        let tool = call.words.get(Letter::T).unwrap_or_default().trunc();
+        self.wanted = u8::try_from(tool).unwrap_or(0);
+        (self.left_at, self.offset) = (cx.position, cx.work_offset);
+        let comment = cx.comment();
+        match comment.trim() {
+            "" => cx.message(format_args!("Tool {tool}, then ~")),
+            comment => cx.message(format_args!("Tool {tool}: {comment}, then ~")),
+        }
+        Step::SetAside(self.config.shown)
+    }
+
+    /// Where the program goes on: on the same spot in work coordinates, along the tool axis.
+    fn goes_on_at(&self, cx: &Cx<'_, AXES>) -> [Coordinate; AXES] {
+        let mut end = self.left_at;
+        let offsets = cx.work_offset.iter().zip(&self.offset);
+        if let Some((end, (now, then))) = end.iter_mut().zip(offsets).nth(TOOL_AXIS) {
+            *end = *end + *now - *then;
+        }
+        end
+    }
+
+    /// The height at which the tool crosses: no lower than any end of the way.
+    fn height(&self, cx: &Cx<'_, AXES>) -> Coordinate {
+        let along = |of: &[Coordinate; AXES]| of.get(TOOL_AXIS).copied().unwrap_or_default();
+        let ends = along(&self.left_at).max(along(&self.goes_on_at(cx)));
+        let clear = ends + Coordinate::from_nanos(self.clearance.nanos());
+        clear.max(along(&cx.position))
+    }
+
+    fn go(&mut self, target: [Coordinate; AXES], next: Phase, cx: &Cx<'_, AXES>) -> Step<AXES> {
+        self.phase = next;
+        match target == cx.position {
+            true => Step::Wait(Some(cx.now)),
+            false => Step::Move {
+                target,
+                rate: self.rate,
+            },
+        }
+    }
+
+    fn go_back(&mut self, cx: &Cx<'_, AXES>) -> Step<AXES> {
+        let mut over = self.goes_on_at(cx);
+        if let Some(height) = over.get_mut(TOOL_AXIS) {
+            *height = self.height(cx);
+        }
+        match self.phase {
+            Phase::Asked | Phase::Clear => {
+                let mut up = cx.position;
+                if let Some(height) = up.get_mut(TOOL_AXIS) {
+                    *height = self.height(cx);
+                }
+                self.go(up, Phase::Across, cx)
+            }
+            Phase::Across => {
+                let micros = self.spin_up.trunc().unsigned_abs() * 1_000;
+                let ready = cx.now + Duration::from_ticks(micros);
+                self.go(over, Phase::SpinUp(ready), cx)
+            }
+            Phase::SpinUp(ready) if cx.now < ready => Step::Wait(Some(ready)),
+            Phase::SpinUp(_) => self.go(self.goes_on_at(cx), Phase::Arrives, cx),
+            Phase::Arrives => {
+                self.phase = Phase::Asked;
+                Step::Done
+            }
+        }
+    }
+}
+
+impl<const AXES: usize, const KEPT: usize> Extension<AXES> for ToolChange<AXES, KEPT> {
+    fn m_code(&self, number: u8) -> Option<MCode> {
+        (number == 6).then_some(MCode::with(&[Letter::T]).alone())
+    }
+
+    fn perform(&mut self, call: &Call, cx: &mut Cx<'_, AXES>) -> Step<AXES> {
+        match self.phase {
+            Phase::Asked => self.begin(call, cx),
+            _ if !cx.at_rest => Step::Wait(None),
+            _ => self.go_back(cx),
+        }
+    }
+
+    fn settings(&self) -> impl Iterator<Item = &'static Row> {
+        settings::all()
+    }
+
+    fn value(&self, number: u16) -> Number {
+        match number {
+            _ if number == CLEARANCE.number => self.clearance,
+            _ if number == SPIN_UP.number => self.spin_up,
+            _ if number == RETURN_RATE.number => self.rate,
+            _ => {
+                let tool = tool_of(number).and_then(|index| self.lengths.get(index));
+                tool.copied().unwrap_or_default()
+            }
+        }
+    }
+
+    fn set(&mut self, number: u16, value: Number) -> Result<(), Status> {
+        let place = match number {
+            _ if number == CLEARANCE.number => &mut self.clearance,
+            _ if number == SPIN_UP.number => &mut self.spin_up,
+            _ if number == RETURN_RATE.number => &mut self.rate,
+            _ => {
+                let tool = tool_of(number).and_then(|index| self.lengths.get_mut(index));
+                tool.ok_or(Status::InvalidStatement)?
+            }
+        };
+        *place = value;
+        Ok(())
+    }
+
+    fn kept(&mut self) -> &mut [u8] {
+        &mut self.kept
+    }
+
+    fn tool_length(&self, tool: Option<u8>) -> Option<Coordinate> {
+        match tool.unwrap_or(self.loaded) {
+            0 => Some(Coordinate::ZERO),
+            tool => {
+                let length = self.lengths.get(usize::from(tool) - 1)?;
+                Some(Coordinate::from_nanos(length.nanos()))
+            }
+        }
+    }
+
+    fn set_tool_length(&mut self, tool: u8, length: Coordinate) -> Result<u16, Status> {
+        let index = usize::from(tool).checked_sub(1);
+        let place = index.and_then(|index| self.lengths.get_mut(index));
+        *place.ok_or(Status::OutOfRange)? = Number::from_nanos(length.nanos());
+        Ok(FIRST_LENGTH + u16::from(tool) - 1)
+    }
+
+    fn report(&self, fields: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(fields, "|T:{}", self.loaded)
+    }
+
+    fn event(&mut self, event: Event) {
+        match event {
+            Event::TakesBack => {
+                self.loaded = self.wanted;
+                self.phase = Phase::Clear;
+            }
+            Event::Reset | Event::Enters(State::Alarm(_)) => self.phase = Phase::Asked,
+            _ => {}
+        }
+    }
+}
