@@ -351,7 +351,7 @@ mod tests {
         for (text, comment) in [
             ("M6 T3 (0.8 mm drill)\n", "0.8 mm drill"),
             ("G0\n", ""),
-            ("M6 T3 ; 1.0 mm (PTH)\r", "1.0 mm (PTH)"),
+            ("M6 T3 ; 1.0 mm (PTH)\r", " 1.0 mm (PTH)"),
             ("(one)(two) G1\n", "two"),
         ] {
             text.bytes().for_each(|byte| {
