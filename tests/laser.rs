@@ -105,6 +105,52 @@ fn a_row_that_asks_for_too_many_pixels_a_second_is_slowed_down() {
 }
 
 /// As LaserGRBL writes a black and white picture: what is white is skipped.
+/// The exposure of pixels at 450 mm/s, greys from a tenth to full power in no order, against duty times time from the pixel's
+/// first step edge to its last: the worst ratio to 1, for pixels of `size` µm, 80 steps/mm.
+fn worst_exposure(size: u32) -> f64 {
+    let count = 80_000 / size;
+    let grey = |k: u32| 100 + (k.wrapping_mul(2_654_435_761) >> 16) % 901;
+    let program = row(count, size, |program, k, x| {
+        writeln!(program, "G1{x}S{}", grey(k)).unwrap();
+    });
+    let run = run_program(&settings(5000), &program);
+    let steps_in_pixel = size as usize * 80 / 1000;
+    let edges: Vec<f64> = run.steps.iter().map(|step| step.cycle.0 as f64).collect();
+    // 25 mm to 55 mm: neither ramp, 20 mm each, reaches there.
+    let pixels = (25_000 / size..55_000 / size).map(|k| {
+        let last = k as usize * steps_in_pixel - 1;
+        let (from, to) = (edges[last - steps_in_pixel], edges[last]);
+        let programmed = f64::from(grey(k)) / 1000.0 * (to - from);
+        (exposure(&run.powers, from, to) / programmed - 1.0).abs()
+    });
+    pixels.fold(0.0, f64::max)
+}
+
+/// Power times time from one cycle to another.
+fn exposure(powers: &[(Cycle, Power)], from: f64, to: f64) -> f64 {
+    let next = powers.partition_point(|(cycle, _)| cycle.0 as f64 <= from);
+    let (mut sum, mut at) = (0.0, from);
+    let mut share = powers[next - 1].1.share().to_num::<f64>();
+    for (cycle, power) in &powers[next..] {
+        let until = (cycle.0 as f64).min(to);
+        sum += share * (until - at);
+        (at, share) = (until, power.share().to_num());
+        if until == to {
+            break;
+        }
+    }
+    sum
+}
+
+#[test]
+fn a_pixel_has_its_own_exposure_whatever_its_neighbours_have() {
+    for size in [100, 50] {
+        let worst = worst_exposure(size);
+        println!("pixels of {size} um: {:.2} % off at most", 100.0 * worst);
+        assert!(worst <= 0.01, "{size} um: {worst}");
+    }
+}
+
 #[test]
 fn a_row_with_gaps_runs_at_450_mm_s() {
     let program = row(6000, 100, |program, k, x| match k * k % 11 % 3 {

@@ -15,7 +15,7 @@ use crate::{
     gpio::Pull,
     profile::{PowerPin, Timer, POWER_HZ, PROFILE},
 };
-use core::sync::atomic::{AtomicBool, Ordering::Relaxed};
+use core::sync::atomic::{AtomicU8, Ordering::Relaxed};
 use leadscrew_stepper::{Power, PowerScale};
 use stm32f4::stm32f407::{tim1::RegisterBlock, RCC, TIM1, TIM3, TIM4, TIM8, TIM9};
 
@@ -122,11 +122,11 @@ impl Mode {
     }
 }
 
-/// The channel makes PWM. Cleared before the output is forced low, and looked at again once it makes PWM: whoever is
+/// 1 while the channel makes PWM: a byte, which a tick compares as it is. Cleared before the output is forced low, and looked at again once it makes PWM: whoever is
 /// interrupted by somebody who switches off leaves it off.
 #[allow(unsafe_code)] // the section of what every tick reads
 #[link_section = ".bss.ccm.lit"]
-static LIT: AtomicBool = AtomicBool::new(false);
+static LIT: AtomicU8 = AtomicU8::new(0);
 
 /// Does something with the power off, and puts it back, but where it has been switched off meanwhile, or a switch has shut the
 /// gate: that stays dark. `is_shut` asks the gate, after the work. Main loop, at rest.
@@ -134,8 +134,8 @@ pub(crate) fn off_during<T>(work: impl FnOnce() -> T, is_shut: impl FnOnce() -> 
     Mode::Off.begin();
     let done = work();
     if is_shut() {
-        LIT.store(false, Relaxed);
-    } else if LIT.load(Relaxed) {
+        LIT.store(0, Relaxed);
+    } else if LIT.load(Relaxed) != 0 {
         light();
     }
     done
@@ -149,7 +149,7 @@ pub(crate) fn set(power: Power) {
     let level = power.level(SCALE) as u16;
     let compare = OUTPUT.timer.registers().ccr(CHANNEL);
     compare.write(|w| w.ccr().set(level));
-    let lit = level != 0;
+    let lit = u8::from(level != 0);
     if LIT.load(Relaxed) != lit {
         switch(lit);
     }
@@ -157,9 +157,9 @@ pub(crate) fn set(power: Power) {
 
 #[cold]
 #[inline(never)]
-fn switch(lit: bool) {
+fn switch(lit: u8) {
     LIT.store(lit, Relaxed);
-    if lit {
+    if lit != 0 {
         light();
     } else {
         Mode::Off.begin();
@@ -170,7 +170,7 @@ fn switch(lit: bool) {
 fn light() {
     Mode::Frozen.begin();
     Mode::Pwm.begin();
-    if !LIT.load(Relaxed) {
+    if LIT.load(Relaxed) == 0 {
         Mode::Off.begin();
     }
 }

@@ -2,18 +2,17 @@
 //!
 //! They are none of RTIC's tasks: those save and restore BASEPRI, 14 cycles of each interrupt, for locks that nothing above
 //! RTIC's own priorities has need of. They share nothing with anybody but what is made for that ([`SHARED`], the segment
-//! queue). A tick that has used up its segment leaves it to the lower one to load the next, which has until the next tick for
-//! it. Their code is in SRAM, what they read in the core coupled memory ([`crate::fast_memory`]).
+//! queue). Their code is in SRAM, what they read in the core coupled memory ([`crate::fast_memory`]).
 #![allow(unsafe_code)] // a handler and what it owns
 use crate::{
     critical::PULSE_END_PRIORITY,
     profile::MOTORS,
-    step_port::{self, Port, Untimed, PULSE_END_INTERRUPT},
+    step_port::{self, Port, PULSE_END_INTERRUPT},
 };
 use core::{cell::UnsafeCell, mem::MaybeUninit};
 use cortex_m::peripheral::NVIC;
 use heapless::spsc::Consumer;
-use leadscrew_stepper::{load, on_tick, Segment, Shared, StepInterrupt};
+use leadscrew_stepper::{on_timer, Segment, Shared, StepInterrupt};
 use stm32f4::stm32f407::{interrupt, Interrupt, TIM11, TIM2};
 
 /// What the interrupts share with the main loop. Its section: memory that `fast_memory` has zeroed before anybody looks at it.
@@ -29,8 +28,8 @@ struct Owned {
 
 struct Place(UnsafeCell<MaybeUninit<Owned>>);
 
-// SAFETY: `start` fills it before the interrupts can come. After that it is the ticks'; the end of a pulse has it where no
-// tick is armed, and gives it back as it asks for one.
+// SAFETY: `start` fills it before the interrupts can come. After that it is the ticks'; the end of a pulse has it at rest, where
+// no tick comes.
 unsafe impl Sync for Place {}
 
 #[link_section = ".bss.ccm.owned"]
@@ -64,45 +63,33 @@ fn TIM2() {
     // SAFETY: unmasked by `start`, after that has filled it; the end of a pulse, which it interrupts, does not have it then.
     let owned = unsafe { (*OWNED.0.get()).assume_init_mut() };
     owned.port.acknowledge();
-    if on_tick(
-        &mut owned.state,
-        &mut owned.segments,
-        &SHARED,
-        &mut owned.port,
-    ) {
-        step_port::ask_for_segment();
-    }
-}
-
-/// A pulse is over, a tick wants the next segment, or the main loop has something to start.
-#[interrupt]
-fn TIM1_TRG_COM_TIM11() {
-    match step_port::on_pulse_end(&SHARED) {
-        Untimed::Nothing => {}
-        Untimed::Load => load_segment(false),
-        Untimed::Start => load_segment(true),
-    }
-}
-
-/// Loads the next segment, the first one where motion `starts`.
-#[inline(never)]
-fn load_segment(starts: bool) {
-    // SAFETY: no tick is armed, and none comes before `let_ticks_come`.
-    let owned = unsafe { (*OWNED.0.get()).assume_init_mut() };
     let Owned {
         port,
         state,
         segments,
     } = owned;
-    if starts {
-        port.begin();
-        port.take_over();
-        leadscrew_stepper::start(state, segments, &SHARED, port);
-    } else {
-        port.take_over();
-        load(state, segments, &SHARED, port);
+    if on_timer(state, segments, &SHARED, port) {
+        // It has taken so long that the shortest pulse is over, and the next tick may come before its end can.
+        step_port::end_pulse_if_over();
     }
-    if owned.port.is_in_motion() {
-        step_port::let_ticks_come();
+}
+
+/// A pulse is over, or the main loop has something to start.
+#[interrupt]
+fn TIM1_TRG_COM_TIM11() {
+    step_port::end_pulse_if_over();
+    if step_port::is_to_start(&SHARED) {
+        start_motion();
     }
+}
+
+/// Out of rest: has a tick come at once.
+#[cold]
+#[inline(never)]
+fn start_motion() {
+    // SAFETY: at rest no tick comes before `let_ticks_come`.
+    let owned = unsafe { (*OWNED.0.get()).assume_init_mut() };
+    leadscrew_stepper::start(&mut owned.state, &owned.segments, &SHARED, &mut owned.port);
+    owned.port.begin();
+    step_port::let_ticks_come();
 }

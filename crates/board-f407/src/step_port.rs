@@ -115,19 +115,13 @@ static REWIRED: AtomicBool = AtomicBool::new(false);
 /// Counts of TIM11 that a pulse lasts.
 static PULSE: AtomicU32 = AtomicU32::new(10 * PULSE_MICROSECOND);
 
-/// A pulse is under way: set by the tick that begins it, cleared by its end.
-#[link_section = ".bss.ccm.pulsing"]
-static PULSING: AtomicBool = AtomicBool::new(false);
 /// The motors that turn the negative way: set by the tick that begins a line, written where no step pin is high, and again
 /// whenever a pulse ends.
 #[link_section = ".bss.ccm.negative"]
 static NEGATIVE: AtomicU8 = AtomicU8::new(0);
-/// A tick is armed, or at work. Otherwise what ticks own is the end of a pulse's.
+/// A tick is armed, or at work. Otherwise ticks' possessions are the end of a pulse's.
 #[link_section = ".bss.ccm.ticking"]
 static TICKING: AtomicBool = AtomicBool::new(false);
-/// The last tick of a segment has come: the next segment has to be loaded.
-#[link_section = ".bss.ccm.used_up"]
-static USED_UP: AtomicBool = AtomicBool::new(false);
 
 /// Puts the wiring into effect. Main loop, at rest; the step interrupt puts the pins to their new levels.
 pub(crate) fn configure(port: &PortConfig) {
@@ -154,13 +148,6 @@ pub(crate) fn configure(port: &PortConfig) {
     REWIRED.store(true, Relaxed);
     rtic::pend(PULSE_END_INTERRUPT);
 }
-
-/// Counts from a tick's look at the time to the next one's being armed, at most: what is further off has not passed by then.
-/// 2.4 µs: a tick takes 1.1 µs at most, entry and exit included (`cargo fw-test step-interrupt`).
-const ARMED: u32 = 200;
-/// Stands in for the look where a segment is loaded, which takes as long as ticks may be apart: every instant up to 12 s from
-/// the last one, this many counts, seems near, and is looked at once it is armed.
-const NEAR: u32 = 1 << 30;
 
 /// Counts behind its instant at which a tick is missed: 100 µs. Nothing keeps a tick away for longer than an instruction.
 const MISSED: u32 = 8_400;
@@ -197,49 +184,34 @@ pub(crate) fn start(_: TIM2, _: TIM11) {
     pulse().dier().write(|w| w.uie().enabled());
 }
 
-/// What is to be done where no tick is armed.
-pub(crate) enum Untimed {
-    /// Nothing, or a tick is armed.
-    Nothing,
-    /// Motion goes on: the segment under way is used up.
-    Load,
-    /// Motion is to begin.
-    Start,
-}
-
-/// Ends the pulse where it is over, puts the pins to the levels that new tables ask for. Interrupt of TIM11, or pended by a
-/// tick or by the main loop.
+/// At rest: puts new levels out (where a pulse is under way, its end puts them out). Whether motion is to begin.
+/// Interrupt of TIM11, which the main loop pends.
 #[inline(always)]
-pub(crate) fn on_pulse_end(shared: &Shared<MOTORS>) -> Untimed {
-    end_pulse_if_over();
-    if TICKING.load(Relaxed) {
-        return Untimed::Nothing;
-    }
-    if USED_UP.load(Relaxed) {
-        return Untimed::Load;
-    }
-    rewire_or_start(shared)
+pub(crate) fn is_to_start(shared: &Shared<MOTORS>) -> bool {
+    !TICKING.load(Relaxed) && rewired_and_to_start(shared)
 }
 
-/// At rest: new levels go out (where a pulse is under way, its end puts them out), and motion may begin.
 #[cold]
 #[inline(never)]
-fn rewire_or_start(shared: &Shared<MOTORS>) -> Untimed {
-    if !PULSING.load(Relaxed) && REWIRED.swap(false, Relaxed) {
+fn rewired_and_to_start(shared: &Shared<MOTORS>) -> bool {
+    if !is_pulsing() && REWIRED.swap(false, Relaxed) {
         // 255 µs at most, 42 840 counts.
         let counts = PULSE.load(Relaxed) as u16;
         pulse().arr().write(|w| w.arr().set(counts));
         end_pulse();
     }
-    if shared.is_running() {
-        Untimed::Start
-    } else {
-        Untimed::Nothing
-    }
+    shared.is_running()
 }
 
+/// Whether step pins are high: TIM11 counts, or nobody has seen yet that it has stopped.
 #[inline(always)]
-fn end_pulse_if_over() {
+fn is_pulsing() -> bool {
+    pulse().cr1().read().cen().bit_is_set() || pulse().sr().read().uif().bit_is_set()
+}
+
+/// Ends the pulse where it is over. Either step interrupt.
+#[inline(always)]
+pub(crate) fn end_pulse_if_over() {
     if pulse().sr().read().uif().bit_is_set() {
         pulse().sr().write(|w| w.uif().clear_bit());
         end_pulse();
@@ -251,7 +223,6 @@ fn end_pulse() {
     for (bank, word) in STEP_BANKS.0.iter().zip(&PULSE_END) {
         bank.write(word.load(Relaxed));
     }
-    PULSING.store(false, Relaxed);
     // From here on a tick that begins a line puts its directions out by itself; older ones must not follow them.
     loop {
         let negative = NEGATIVE.load(Relaxed);
@@ -267,7 +238,7 @@ fn end_pulse() {
 #[inline(never)]
 fn make_up(now: u32) -> u32 {
     end_pulse_if_over();
-    if !PULSING.load(Relaxed) {
+    if !is_pulsing() {
         make_tick_come();
         return now;
     }
@@ -296,61 +267,33 @@ pub(crate) fn catch_missed_tick() {
 
 /// What ticks drive. TIM2's interrupt; that of TIM11 where no tick is armed.
 pub(crate) struct Port {
-    /// When this interrupt looked at the time; see [`NEAR`].
-    now: u32,
     /// The instant of the tick that is armed, as compare 1 has it: to read it there takes 16 cycles.
     due: u32,
-    /// Motion goes on: nobody has called [`StepPort::rest`] since the last segment was asked for.
-    in_motion: bool,
 }
 
 impl Port {
     /// At rest.
     pub(crate) const fn new() -> Self {
-        Port {
-            now: 0,
-            due: 0,
-            in_motion: false,
-        }
+        Port { due: 0 }
     }
 
-    /// Looks at the time, and clears the flag of the tick that is due.
+    /// Clears the flag of the tick that is due.
     #[inline(always)]
     pub(crate) fn acknowledge(&mut self) {
-        self.now = count();
         timer().sr().write(|w| w.cc1if().clear());
     }
 
-    /// Makes now the instant from which the first wait counts. At rest, before [`Port::take_over`].
+    /// Makes now the instant from which the first wait counts. At rest.
     pub(crate) fn begin(&mut self) {
         self.due = count();
-        timer().sr().write(|w| w.cc1if().clear());
-    }
-
-    /// A segment is about to be loaded. Interrupt of TIM11; no tick is armed.
-    pub(crate) fn take_over(&mut self) {
-        self.in_motion = true;
-        self.now = self.due.wrapping_add(NEAR);
-    }
-
-    /// Whether motion goes on: then [`let_ticks_come`].
-    pub(crate) fn is_in_motion(&self) -> bool {
-        self.in_motion
     }
 }
 
-/// The next segment has to be loaded, by the interrupt of TIM11. Interrupt of TIM2.
-pub(crate) fn ask_for_segment() {
-    timer().dier().reset();
-    USED_UP.store(true, Relaxed);
-    TICKING.store(false, Relaxed);
-    rtic::pend(PULSE_END_INTERRUPT);
-}
-
-/// What ticks own is theirs from here on: one is armed. Interrupt of TIM11.
+/// Has a tick come at once, and lets those come that it arms. Interrupt of TIM11, at rest.
 pub(crate) fn let_ticks_come() {
     TICKING.store(true, Relaxed);
     timer().dier().write(|w| w.cc1ie().enabled());
+    make_tick_come();
 }
 
 impl StepPort for Port {
@@ -360,13 +303,12 @@ impl StepPort for Port {
         STEPS.write(&STEP_BANKS.0, motors);
         // In one-pulse mode the counter has stopped at 0.
         pulse().cr1().write(|w| w.cen().enabled().opm().enabled());
-        PULSING.store(true, Relaxed);
     }
 
     #[inline]
     fn set_direction(&mut self, negative: MotorMask) {
         NEGATIVE.store(negative.bits(), Relaxed);
-        if !PULSING.load(Relaxed) {
+        if !is_pulsing() {
             DIRECTIONS.write(&DIRECTION_BANKS.0, negative);
         }
     }
@@ -386,10 +328,7 @@ impl StepPort for Port {
     fn arm(&mut self, wait: Ticks) -> bool {
         self.due = self.due.wrapping_add(wait.0);
         timer().ccr1().write(|w| w.ccr().set(self.due));
-        // An instant that has passed will not match. One that is far off need not be looked at.
-        if !has_come(self.due.wrapping_sub(ARMED), self.now) {
-            return false;
-        }
+        // An instant that has passed will not match.
         let now = count();
         let late = has_come(self.due, now);
         if late {
@@ -400,8 +339,6 @@ impl StepPort for Port {
     }
 
     fn rest(&mut self) {
-        self.in_motion = false;
-        USED_UP.store(false, Relaxed);
         TICKING.store(false, Relaxed);
         // The instant in the compare register comes round every 51 s.
         timer().dier().reset();

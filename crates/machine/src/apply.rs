@@ -51,7 +51,7 @@ where
             port_config(&self.settings).pulse_us,
         );
         let setup_ns = self.settings.whole(Setting::DirectionSetup) * 1_000;
-        let wait_ns = timing.direction_out_ns(pulse_us, MOTORS) + setup_ns;
+        let wait_ns = timing.direction_out_ns(pulse_us) + setup_ns;
         counts(wait_ns, self.config.timer_hz)
     }
 

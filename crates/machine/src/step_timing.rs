@@ -20,6 +20,8 @@ pub struct StepTiming {
     pub tick_ns: u32,
     /// What each motor takes, ns.
     pub motor_ns: u32,
+    /// The longest tick, which begins a line, ns: a pulse that is over meanwhile ends after it.
+    pub line_ns: u32,
     /// From the instant at which a pulse is to end until its pins are low and new directions are out, ns.
     pub pulse_end_ns: u32,
     /// From a change of direction to the step, and from pulse to pulse, at least, ns.
@@ -29,16 +31,16 @@ pub struct StepTiming {
 }
 
 impl StepTiming {
-    /// An STM32F407 at 168 MHz: three motors at 250 kHz with pulses of 1 to 3 µs.
+    /// An STM32F407 at 168 MHz: three motors at 370 kHz with pulses of 1 µs.
     ///
-    /// Tick: two thirds of the highest rate at which no tick of three motors was late in an emulated one, 380 kHz
+    /// Tick: a quarter below the highest rate at which no tick of three motors was late in an emulated one, 490 kHz
     /// (`cargo fw-test --highest-rate`): the emulator's cycles are right to within 15 % by judgement, and the main loop needs its
-    /// share. At 250 kHz the step interrupts take 532 of the 672 cycles from one tick to the next at most (`cargo fw-test rate`). A
-    /// motor: 20 instructions of 1.65 cycles each, rounded to 0.2 µs. A pulse's end: entry, and 25 instructions before the
-    /// last pin is written. Set-up: 650 ns (TI DRV8825, SLVSA73F).
+    /// share. A line: 529 cycles (`cargo fw-test step-interrupt`), rounded up. A motor: 20 instructions of 1.65 cycles each, rounded to 0.2 µs. A pulse's end: entry, and 25 instructions before
+    /// the last pin is written. Set-up: 650 ns (TI DRV8825, SLVSA73F).
     pub const F407: Self = Self {
-        tick_ns: 3_400,
+        tick_ns: 2_100,
         motor_ns: 200,
+        line_ns: 3_400,
         pulse_end_ns: 350,
         setup_ns: 650,
         shortest_pulse_us: 1,
@@ -78,10 +80,10 @@ impl StepTiming {
         }
     }
 
-    /// From a tick until the directions of the line behind it are out, ns: its pulse and the load of that line are over.
-    pub(crate) fn direction_out_ns(&self, pulse_us: u8, motors: usize) -> u32 {
+    /// From a tick until the directions of the line that it begins are out, ns: its pulse is over, and itself.
+    pub(crate) fn direction_out_ns(&self, pulse_us: u8) -> u32 {
         let pulse = u32::from(pulse_us) * 1_000;
-        pulse.max(self.work_ns(motors)) + self.pulse_end_ns
+        pulse.max(self.line_ns) + self.pulse_end_ns
     }
 
     const fn work_ns(&self, motors: usize) -> u32 {
@@ -106,15 +108,16 @@ mod tests {
     const F407: StepTiming = StepTiming::F407;
 
     #[test]
-    fn three_motors_make_250_000_steps_a_second_with_pulses_of_up_to_3_us() {
-        assert_eq!([1, 2, 3].map(|us| F407.highest_rate(us, 3)), [250_000; 3]);
-        assert_eq!(F407.limits(3).highest_rate, 250_000);
+    fn three_motors_make_370_000_steps_a_second_with_the_shortest_pulses() {
+        let rates = [1, 2, 3].map(|us| F407.highest_rate(us, 3));
+        assert_eq!(rates, [370_370, 333_333, 250_000]);
+        assert_eq!(F407.limits(3).highest_rate, 370_370);
     }
 
     #[test]
     fn longer_pulses_and_more_motors_are_slower() {
         assert_eq!(F407.highest_rate(10, 3), 90_909);
         assert_eq!(F407.highest_rate(255, 3), 3906);
-        assert!(F407.highest_rate(1, 4) < 250_000 && F407.highest_rate(1, 1) > 250_000);
+        assert!(F407.highest_rate(1, 4) < 370_370 && F407.highest_rate(1, 1) > 370_370);
     }
 }

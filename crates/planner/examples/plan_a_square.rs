@@ -30,11 +30,11 @@ fn main() {
     while let Some(segment) = segmenter.next(&mut planner) {
         seconds += counts(&segment) / hz;
         segments += 1;
-        if let Some(line) = segment.line {
+        if let Some(start) = segment.line {
             let speed = segmenter.speed();
             println!(
                 "{seconds:7.3} s   {:?} steps, {speed:.1} mm/s",
-                line.steps()
+                start.line().steps()
             );
         }
     }

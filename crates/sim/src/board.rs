@@ -1,18 +1,17 @@
 //! The simulated board: step timer, pins and serial output, as the firmware's board has them.
 //!
 //! TIM2 counts at [`TIMER_HZ`](crate::clock::TIMER_HZ) and holds the next tick, whose interrupt has the highest priority. One
-//! below it ends the pulse under way, and loads the next segment where a tick finds its own used up:
+//! below it ends the pulse under way:
 //!
 //! ```text
-//!  tick due     step_edge              step           load         pulse over   pulse_edge  pulse_end
-//!     |------------|--------------------|..............|              |------------|-----------|
-//!   entry        pins rise    power, next tick   direction, power,  entry      pins fall     exit
-//!                                                   next tick
+//!  tick due     step_edge    power_edge      step or load        pulse over   pulse_edge  pulse_end
+//!     |------------|------------|-----------------|                 |------------|-----------|
+//!   entry       pins rise     power       next tick armed         entry      pins fall     exit
 //! ```
 //!
 //! The edges of all ticks lag behind the timer by the same [`Costs::step_edge`], but where the tick
-//! before has not ended. New directions go out as the pulse ends, so that no edge finds them moving. What an interrupt
-//! writes besides the step pins it writes at its end.
+//! before has not ended. New directions go out as the pulse ends, so that no edge finds them moving. Whatever else an
+//! interrupt writes it writes at its end.
 
 use crate::clock::{cycles_of_micros, Cycle, CYCLES_PER_COUNT};
 use crate::contacts::{Contacts, Inputs};
@@ -79,7 +78,9 @@ pub struct SimBoard<O, const MOTORS: usize> {
     costs: Costs,
     /// Begin of the tick or poll under way.
     now: Cycle,
-    /// When the interrupt under way writes power and direction.
+    /// When the interrupt under way writes the power.
+    power_written: Cycle,
+    /// When it writes directions and outputs.
     written: Cycle,
     /// When it arms the next tick at the latest.
     armed: Cycle,
@@ -134,6 +135,7 @@ impl<O: Observer, const MOTORS: usize> SimBoard<O, MOTORS> {
             parts_per_tick: None,
             costs,
             now: Cycle::ZERO,
+            power_written: Cycle::ZERO,
             written: Cycle::ZERO,
             armed: Cycle::ZERO,
             step_due: Cycle::NEVER,
@@ -189,12 +191,13 @@ impl<O: Observer, const MOTORS: usize> SimBoard<O, MOTORS> {
         self.now = now;
     }
 
-    /// Begins a step interrupt at `now`: its tick counts, whether a motor steps or not.
+    /// Begins a step interrupt at `now` that takes so many `cycles`: its tick counts, whether a motor steps or not.
     #[inline]
-    pub(crate) fn begin_step_interrupt(&mut self, now: Cycle) {
+    pub(crate) fn begin_step_interrupt(&mut self, now: Cycle, cycles: u32) {
         self.now = now;
-        self.written = now + u64::from(self.costs.step);
-        self.armed = now + u64::from(self.costs.step_armed);
+        self.power_written = now + u64::from(self.costs.power_edge);
+        self.written = now + u64::from(cycles);
+        self.armed = now + u64::from(self.costs.step_armed.max(cycles));
         if let Some(parts) = self.parts_per_tick {
             self.counts.dominant_parts += parts;
             self.counts.ticks += 1;
@@ -202,13 +205,6 @@ impl<O: Observer, const MOTORS: usize> SimBoard<O, MOTORS> {
         if now > self.tick_due {
             self.counts.longest_delay = self.counts.longest_delay.max(now - self.tick_due);
         }
-    }
-
-    /// Begins to load a segment at `start`, behind its tick: registers are written so many cycles later.
-    #[inline]
-    pub(crate) fn begin_load(&mut self, start: Cycle, written: u32) {
-        self.written = start + u64::from(written);
-        self.armed = self.written;
     }
 
     /// Lets the step pins fall, then sets the directions that waited for it.
@@ -337,7 +333,7 @@ impl<O: Observer, const MOTORS: usize> StepPort for SimBoard<O, MOTORS> {
 
     #[inline]
     fn set_power(&mut self, power: Power) {
-        self.put_power(self.written, power);
+        self.put_power(self.power_written, power);
     }
 
     #[inline]

@@ -22,18 +22,18 @@ use leadscrew_machine::work::Work;
 pub struct Costs {
     /// From the timer's compare to the edge of the step pins.
     pub step_edge: u32,
-    /// A tick. The registers besides the step pins are written at its end.
+    /// From the timer's compare to the power that changes with a step.
+    pub power_edge: u32,
+    /// A tick.
     pub step: u32,
     /// From the timer's compare to the next one's being armed, at most: a tick due before that is late.
     pub step_armed: u32,
-    /// A segment loaded, behind its tick, that goes on along its line. The first tick of the segment is armed at its end.
+    /// A tick that loads a segment, which goes on along its line.
     pub load: u32,
     /// The same for the first segment of a line: the longest.
     pub load_line: u32,
-    /// No segment found where one is to be loaded.
+    /// A tick that finds no segment to load.
     pub run_out: u32,
-    /// From its begin to the power's being off.
-    pub run_out_dark: u32,
     /// From the end of a pulse's time to the fall of the step pins.
     pub pulse_edge: u32,
     /// An interrupt that ends a pulse.
@@ -66,12 +66,12 @@ impl Costs {
     /// An STM32F407 at 168 MHz, as described above.
     pub const F407: Self = Self {
         step_edge: measured::STEP_EDGE,
+        power_edge: measured::POWER_EDGE,
         step: measured::STEP,
         step_armed: measured::STEP_MOST,
         load: measured::LOAD,
         load_line: measured::LOAD_MOST,
         run_out: measured::RUN_OUT,
-        run_out_dark: measured::RUN_OUT_DARK,
         pulse_edge: measured::PULSE_EDGE,
         pulse_end: measured::PULSE_END,
         switches: measured::SWITCHES,
@@ -90,12 +90,12 @@ impl Costs {
     /// A CPU that takes no time: for tests that want the timer's own schedule.
     pub const NONE: Self = Self {
         step_edge: 0,
+        power_edge: 0,
         step: 0,
         step_armed: 0,
         load: 0,
         load_line: 0,
         run_out: 0,
-        run_out_dark: 0,
         pulse_edge: 0,
         pulse_end: 0,
         switches: 0,
@@ -135,7 +135,7 @@ mod tests {
     #[test]
     fn pins_change_before_the_interrupt_ends() {
         let c = Costs::F407;
-        assert!(c.step_edge < c.step && c.step <= c.step_armed);
+        assert!(c.step_edge < c.power_edge && c.power_edge < c.step && c.step <= c.step_armed);
         assert!(c.pulse_edge < c.pulse_end);
     }
 }

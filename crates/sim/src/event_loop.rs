@@ -2,7 +2,7 @@
 //!
 //! ```text
 //!             due                         then                                charged
-//!  timers     a tick, a pulse's end       on_tick, load, end of a pulse       step, load, pulse_end
+//!  timers     a tick, a pulse's end       on_timer, end of a pulse            step, load, pulse_end
 //!  switches   a carriage passed one       Inputs::on_switches                 switches
 //!  lines      a byte's last bit           Receiver::receive, Host::receive    byte_in, byte_out
 //!  main loop  woken, and the CPU is free  Machine::poll                       poll and what Work counts

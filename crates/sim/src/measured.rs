@@ -1,64 +1,64 @@
 //! What the firmware took on an emulated STM32F407, in cycles. Written by `cargo fw-test --costs`: do not edit.
 
 /// From the timer's compare to the edge of the step pins: the middle one.
-pub const STEP_EDGE: u32 = 54;
+pub const STEP_EDGE: u32 = 49;
+
+/// From the timer's compare to the power that changes with a step: the middle one.
+pub const POWER_EDGE: u32 = 61;
 
 /// A tick at which three motors step and power changes: the middle one.
-pub const STEP: u32 = 186;
+pub const STEP: u32 = 199;
 
 /// The same: the longest.
-pub const STEP_MOST: u32 = 186;
+pub const STEP_MOST: u32 = 217;
 
-/// To load a segment: the middle one.
-pub const LOAD: u32 = 302;
+/// A tick that loads a segment: the middle one.
+pub const LOAD: u32 = 314;
 
 /// The same: the longest, the first of a line.
-pub const LOAD_MOST: u32 = 471;
+pub const LOAD_MOST: u32 = 529;
 
-/// To come to rest where no segment is left.
-pub const RUN_OUT: u32 = 216;
-
-/// From the begin of that to the power's being off.
-pub const RUN_OUT_DARK: u32 = 125;
+/// A tick that comes to rest where no segment is left.
+pub const RUN_OUT: u32 = 231;
 
 /// From the end of a pulse's time to the fall of the step pins: the shortest.
-pub const PULSE_EDGE: u32 = 41;
+pub const PULSE_EDGE: u32 = 39;
 
 /// To end a pulse: the middle one.
-pub const PULSE_END: u32 = 73;
+pub const PULSE_END: u32 = 69;
 
 /// The interrupts of a switch's edge and of the end of its filter's time.
-pub const SWITCHES: u32 = 710;
+pub const SWITCHES: u32 = 712;
 
 /// To receive a byte of a line of 2 Mbaud that never rests.
-pub const BYTE_IN: u32 = 87;
+pub const BYTE_IN: u32 = 86;
 
 /// To send a byte of `ok`.
-pub const BYTE_OUT: u32 = 67;
+pub const BYTE_OUT: u32 = 64;
 
 /// A turn of the main loop at rest.
-pub const POLL: u32 = 5965;
+pub const POLL: u32 = 6147;
 
 /// A byte taken from the receive queue, or given to the sender.
-pub const BYTE: u32 = 85;
+pub const BYTE: u32 = 81;
 
 /// A line of seven words, none of them a place, checked and interpreted, and answered.
-pub const LINE: u32 = 747;
+pub const LINE: u32 = 1294;
 
 /// A move planned, and its words: in the mean of a thousand.
-pub const PLANNED_MOVE: u32 = 7581;
+pub const PLANNED_MOVE: u32 = 7723;
 
 /// A move that became part of a row of pixels, and its words: in the mean of a thousand.
-pub const PIXEL: u32 = 3161;
+pub const PIXEL: u32 = 3050;
 
 /// A segment made, in the mean of a thousand moves, and what finds no room for one.
-pub const SEGMENT: u32 = 1444;
+pub const SEGMENT: u32 = 2158;
 
 /// A queued move whose time is added up for a report.
-pub const TIMED: u32 = 2238;
+pub const TIMED: u32 = 2431;
 
 /// A status report.
-pub const REPORT: u32 = 10435;
+pub const REPORT: u32 = 11278;
 
 /// A hundred instructions of the main loop, while a thousand moves are planned.
-pub const HUNDRED_INSTRUCTIONS: u32 = 186;
+pub const HUNDRED_INSTRUCTIONS: u32 = 188;

@@ -1,4 +1,4 @@
-//! The step interrupts in simulated time: the same [`on_tick`] and [`load`] as on the board, and the ends of pulses.
+//! The step interrupts in simulated time: the same [`on_timer`] as on the board, and the ends of pulses.
 
 use crate::board::{SimBoard, PARTS};
 use crate::clock::Cycle;
@@ -7,7 +7,7 @@ use crate::load::Cpu;
 use crate::observer::{Observer, Taken};
 use crate::trouble::LateReason;
 use heapless::spsc::Consumer;
-use leadscrew_stepper::{load, on_tick, Segment, Shared, StepInterrupt};
+use leadscrew_stepper::{on_timer, start, Segment, Shared, StepInterrupt};
 
 /// The step interrupt's end of everything.
 pub(crate) struct Stepping<'a, const MOTORS: usize> {
@@ -20,6 +20,8 @@ pub(crate) struct Stepping<'a, const MOTORS: usize> {
     /// Parts of a dominant step in each tick of the segment that is being taken.
     next_parts: Option<u64>,
     underruns: u32,
+    /// The next interrupt starts out of rest.
+    at_rest: bool,
 }
 
 /// Why [`Stepping::run`] came back.
@@ -45,6 +47,7 @@ impl<'a, const MOTORS: usize> Stepping<'a, MOTORS> {
             ticks_left: 0,
             next_parts: None,
             underruns: 0,
+            at_rest: true,
         }
     }
 
@@ -86,54 +89,53 @@ impl<'a, const MOTORS: usize> Stepping<'a, MOTORS> {
         &mut self,
         board: &mut SimBoard<O, MOTORS>,
         cpu: &mut Cpu,
-        start: Cycle,
+        at: Cycle,
     ) -> bool {
         let takes = self.ticks_left == 0;
-        if takes {
-            self.look_ahead(board, start);
+        let cycles = if takes {
+            self.look_ahead(board, at)
         } else {
             self.ticks_left -= 1;
+            self.costs.step
+        };
+        board.begin_step_interrupt(at, cycles);
+        let (interrupt, segments) = (&mut self.interrupt, &mut self.segments);
+        if self.at_rest {
+            start(interrupt, segments, self.shared, board);
         }
-        board.begin_step_interrupt(start);
-        let loads = on_tick(&mut self.interrupt, &mut self.segments, self.shared, board);
-        cpu.charge_tick(start, self.costs.step);
-        if loads {
-            let start = cpu.untimed_start(start);
-            let costs = &self.costs;
-            let (cycles, written) = match self.segments.peek() {
-                Some(Segment { line: Some(_), .. }) => (costs.load_line, costs.load_line),
-                Some(_) => (costs.load, costs.load),
-                None => (costs.run_out, costs.run_out_dark),
-            };
-            board.begin_load(start, written);
-            load(&mut self.interrupt, &mut self.segments, self.shared, board);
-            cpu.charge_untimed(start, cycles);
-        }
+        on_timer(interrupt, segments, self.shared, board);
+        cpu.charge_tick(at, cycles);
         if takes {
-            self.taken(board, start);
+            self.taken(board, at);
         }
         takes
     }
 
-    /// Looks at the segment that the step interrupt is about to take.
+    /// Looks at the segment that the step interrupt is about to take. Returns the cycles that this tick takes.
     #[inline(never)]
-    fn look_ahead<O: Observer>(&mut self, board: &mut SimBoard<O, MOTORS>, start: Cycle) {
+    fn look_ahead<O: Observer>(&mut self, board: &mut SimBoard<O, MOTORS>, at: Cycle) -> u32 {
         let next = self.segments.peek().filter(|_| !self.shared.is_stopped());
         let taken = next.map(taken);
-        board.observer.segment_taken(start, taken.as_ref());
+        board.observer.segment_taken(at, taken.as_ref());
         (self.ticks_left, self.next_parts) = match next {
             Some(segment) => (segment.ticks.get() - 1, Some(parts_per_tick(segment))),
             None => (0, None),
         };
+        match next {
+            Some(Segment { line: Some(_), .. }) => self.costs.load_line,
+            Some(_) => self.costs.load,
+            None => self.costs.run_out,
+        }
     }
 
     /// Notes that a segment was taken, or that motion came to rest where there was none.
     #[inline(never)]
-    fn taken<O: Observer>(&mut self, board: &mut SimBoard<O, MOTORS>, start: Cycle) {
+    fn taken<O: Observer>(&mut self, board: &mut SimBoard<O, MOTORS>, at: Cycle) {
+        self.at_rest = !self.shared.is_running();
         board.parts_per_tick = self.next_parts;
         if self.shared.underruns() != self.underruns {
             self.underruns = self.shared.underruns();
-            board.note_late(start, LateReason::Underrun);
+            board.note_late(at, LateReason::Underrun);
         }
     }
 }
@@ -156,7 +158,10 @@ fn taken<const MOTORS: usize>(segment: &Segment<MOTORS>) -> Taken<'_> {
     let first = f64::from(segment.power.share().to_bits());
     let rise = f64::from(segment.power_change.to_bits()) * f64::from(ticks - 1);
     Taken {
-        line: segment.line.as_ref().map(|line| line.steps().as_slice()),
+        line: segment
+            .line
+            .as_ref()
+            .map(|start| start.line().steps().as_slice()),
         step_events: segment.step_events(),
         ends_event: segment.ends_event,
         power: [first / FULL_POWER, (first + rise) / FULL_POWER],
@@ -175,8 +180,8 @@ mod tests {
     use heapless::spsc::Queue;
     use leadscrew_machine::board::{Board, Instant, PortConfig};
     use leadscrew_stepper::{
-        Early, Interval, IntervalChange, Line, MotorMask, OutputChange, Power, PowerChange,
-        Smoothing,
+        Early, Interval, IntervalChange, Line, LineStart, MotorMask, OutputChange, Power,
+        PowerChange, Smoothing,
     };
     use std::num::NonZeroU16;
 
@@ -194,13 +199,14 @@ mod tests {
     fn line(delta: [i32; 2], smoothing: Smoothing, counts: u32, at_rest: bool) -> Segment<2> {
         let line = Line::new(delta).unwrap();
         let ticks = line.step_events().get() << smoothing.level();
+        let early = Early::half_a_tick(smoothing);
         Segment {
-            line: Some(line),
+            line: Some(LineStart::new(line, early)),
             ticks: NonZeroU16::new(ticks as u16).unwrap(),
             smoothing,
             motors: MotorMask::ALL,
             ends_event: true,
-            early: Early::half_a_tick(smoothing),
+            early,
             interval: Interval::from_num(counts),
             interval_change: IntervalChange::ZERO,
             power: Power::OFF,
@@ -290,7 +296,7 @@ mod tests {
 
     #[test]
     fn a_tick_that_is_due_before_its_segment_is_loaded_is_late_and_finds_the_pin_still_high() {
-        let counts = (Costs::F407.step + Costs::F407.load_line - 20) / CYCLES_PER_COUNT as u32;
+        let counts = (Costs::F407.load_line - 20) / CYCLES_PER_COUNT as u32;
         let bench = run(
             1,
             &[line([9, 0], Smoothing::None, counts, false); 10],

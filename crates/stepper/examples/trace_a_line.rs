@@ -5,8 +5,8 @@
 use core::num::NonZeroU16;
 use heapless::spsc::Queue;
 use leadscrew_stepper::{
-    on_timer, Early, Interval, IntervalChange, Line, MotorMask, OutputChange, Power, PowerChange,
-    Segment, Shared, Smoothing, StepInterrupt, StepPort, Ticks,
+    on_timer, Early, Interval, IntervalChange, Line, LineStart, MotorMask, OutputChange, Power,
+    PowerChange, Segment, Shared, Smoothing, StepInterrupt, StepPort, Ticks,
 };
 
 /// A port that draws one character a millisecond for each motor.
@@ -46,13 +46,14 @@ impl StepPort for Drawing {
 fn main() {
     // 12 steps of X, 5 of Y, 1 of Z, four ticks to a step; each interval 0.2 ms shorter than the last.
     let line = Line::new([12, 5, 1]).expect("12 steps are a line");
+    let early = Early::half_a_tick(Smoothing::Fourfold);
     let segment = Segment {
-        line: Some(line),
+        line: Some(LineStart::new(line, early)),
         ticks: NonZeroU16::new(48).expect("48 is not 0"),
         smoothing: Smoothing::Fourfold,
         motors: MotorMask::ALL,
         ends_event: true,
-        early: Early::half_a_tick(Smoothing::Fourfold),
+        early,
         interval: Interval::from_num(6 * COUNTS_PER_MS),
         interval_change: IntervalChange::from_num(-120),
         power: Power::OFF,

@@ -1,14 +1,16 @@
 //! The body of the step interrupt, shared by board and simulator.
 
-use crate::{Early, Line, MotorMask, Power, Segment, Shared, StepPort, Stepper, Ticks};
+use crate::{Early, LineStart, MotorMask, Power, Segment, Shared, StepPort, Stepper, Ticks};
 use heapless::spsc::Consumer;
 
 /// The step interrupt's state between calls.
 #[derive(Debug)]
 pub struct StepInterrupt<const MOTORS: usize> {
     stepper: Stepper<MOTORS>,
-    /// The motors that step at the next call; none where that call starts out of rest.
+    /// The motors that step at the next call.
     due: MotorMask,
+    /// The power from the next call on.
+    power: Power,
     /// Added to the position of a motor by each of its steps: 1 or -1.
     sign: [i32; MOTORS],
 }
@@ -29,56 +31,88 @@ impl<const MOTORS: usize> StepInterrupt<MOTORS> {
         Self {
             stepper: Stepper::new(),
             due: MotorMask::NONE,
+            power: Power::OFF,
             sign: [1; MOTORS],
         }
     }
 }
 
-/// Makes the steps that are due, then prepares the next tick: [`on_tick`], and [`load`] where that asks for it.
+/// Makes the steps that are due and changes the power with them, then prepares the next tick. Returns whether this tick took
+/// longer than others, because it looked for a segment.
 ///
-/// Called from the step interrupt (and once by whoever starts the timer out of rest, in its place).
+/// Called from the step interrupt.
+/// Steps and power come first, so that their jitter is that of the interrupt's entry. Bounded: no loop but
+/// those over the motors. Inlined in every caller: a call would cost the registers that it keeps.
 #[inline(always)]
 pub fn on_timer<P: StepPort, const MOTORS: usize>(
     interrupt: &mut StepInterrupt<MOTORS>,
     segments: &mut Consumer<'_, Segment<MOTORS>>,
     shared: &Shared<MOTORS>,
     port: &mut P,
-) {
-    if on_tick(interrupt, segments, shared, port) {
-        load(interrupt, segments, shared, port);
-    }
-}
-
-/// Makes the steps that are due, then prepares the next tick of the segment. Returns whether there is none left: then no
-/// tick is armed, and [`load`] has to follow before the next one is due.
-///
-/// Called from the step interrupt.
-/// The steps come first, so that their jitter is that of the interrupt's entry. Bounded: no loop but
-/// those over the motors. Inlined in every caller: a call would cost the registers that it keeps.
-#[inline(always)]
-#[must_use]
-pub fn on_tick<P: StepPort, const MOTORS: usize>(
-    interrupt: &mut StepInterrupt<MOTORS>,
-    segments: &mut Consumer<'_, Segment<MOTORS>>,
-    shared: &Shared<MOTORS>,
-    port: &mut P,
 ) -> bool {
     if shared.is_restricted() {
-        return restricted(interrupt, segments, shared, port);
+        if let Restricted::Stopped = restricted(interrupt, segments, shared, port) {
+            return true;
+        }
+    } else {
+        make_steps(interrupt, shared, port);
     }
-    make_steps(interrupt.due, interrupt, shared, port);
-    let Some(step) = interrupt.stepper.take_tick() else {
-        return true;
-    };
-    interrupt.due = step;
-    if let Some(power) = interrupt.stepper.change_power() {
-        port.set_power(power);
+    match interrupt.stepper.take_tick(interrupt.power) {
+        Some(step) => {
+            interrupt.due = step;
+            arm(Ticks(0), interrupt, segments, shared, port);
+            false
+        }
+        None => {
+            next_segment(interrupt, segments, shared, port);
+            true
+        }
     }
-    arm(interrupt, shared, port);
-    false
 }
 
-/// The part of [`on_tick`] for a stop, a locked motor, or a laser that is held off: one of them was asked for, or is no
+/// Looks ahead out of rest: puts out power and directions of the first segment. The first [`on_timer`] has to follow at once.
+///
+/// Called by whoever starts the timer, while no tick can come.
+pub fn start<P: StepPort, const MOTORS: usize>(
+    interrupt: &mut StepInterrupt<MOTORS>,
+    segments: &Consumer<'_, Segment<MOTORS>>,
+    shared: &Shared<MOTORS>,
+    port: &mut P,
+) {
+    let first = segments.peek().filter(|_| !shared.is_stopped());
+    interrupt.power = first.map_or(Power::OFF, |first| first.power);
+    interrupt.stepper.start(interrupt.power);
+    put_out(interrupt.power, shared, port);
+    if let Some(start) = first.and_then(|first| first.line.as_ref()) {
+        port.set_direction(start.line().direction());
+    }
+}
+
+/// Nobody holds anything back: the pins first, then the count.
+#[inline(always)]
+fn make_steps<P: StepPort, const MOTORS: usize>(
+    interrupt: &StepInterrupt<MOTORS>,
+    shared: &Shared<MOTORS>,
+    port: &mut P,
+) {
+    if !interrupt.due.is_empty() {
+        port.step(interrupt.due);
+    }
+    if interrupt.power != interrupt.stepper.power() {
+        port.set_power(interrupt.power);
+    }
+    shared.count(interrupt.due, &interrupt.sign);
+}
+
+/// How a restricted tick goes on.
+enum Restricted {
+    /// Motion goes on.
+    Moves,
+    /// The tick under way and a segment are thrown away.
+    Stopped,
+}
+
+/// In place of [`make_steps`], for a stop, a locked motor, or a laser that is held off: one of them was asked for, or is no
 /// longer.
 #[cold]
 #[inline(never)]
@@ -87,42 +121,47 @@ fn restricted<P: StepPort, const MOTORS: usize>(
     segments: &mut Consumer<'_, Segment<MOTORS>>,
     shared: &Shared<MOTORS>,
     port: &mut P,
-) -> bool {
+) -> Restricted {
     shared.refresh_restricted();
     if shared.is_stopped() {
         stop(interrupt, segments, shared, port);
-        return false;
+        return Restricted::Stopped;
     }
-    make_steps(shared.free(interrupt.due), interrupt, shared, port);
-    let Some(step) = interrupt.stepper.take_tick() else {
-        return true;
-    };
-    interrupt.due = step;
-    interrupt.stepper.change_power();
-    put_out(interrupt, shared, port);
-    arm(interrupt, shared, port);
-    false
+    let free = shared.free(interrupt.due);
+    if !free.is_empty() {
+        port.step(free);
+        shared.count(free, &interrupt.sign);
+    }
+    put_out(interrupt.power, shared, port);
+    Restricted::Moves
 }
 
+/// Puts out `power`, or keeps the laser off.
+fn put_out<P: StepPort, const MOTORS: usize>(power: Power, shared: &Shared<MOTORS>, port: &mut P) {
+    let off = shared.is_laser_off();
+    port.set_power(if off { Power::OFF } else { power });
+}
+
+/// Asks for the tick that was taken, `least` after the one before it at least: those that follow come as much later. Looks ahead
+/// for the power that begins with it.
 #[inline(always)]
-fn make_steps<P: StepPort, const MOTORS: usize>(
-    step: MotorMask,
-    interrupt: &StepInterrupt<MOTORS>,
+fn arm<P: StepPort, const MOTORS: usize>(
+    least: Ticks,
+    interrupt: &mut StepInterrupt<MOTORS>,
+    segments: &Consumer<'_, Segment<MOTORS>>,
     shared: &Shared<MOTORS>,
     port: &mut P,
 ) {
-    if !step.is_empty() {
-        port.step(step);
-        shared.count(step, &interrupt.sign);
+    let next = || segments.peek().map(|next| next.power);
+    interrupt.power = interrupt.stepper.next_power(next);
+    if port.arm(interrupt.stepper.wait().max(least)) {
+        shared.count_late();
     }
 }
 
-/// Begins the next segment and prepares its first tick; comes to rest where there is none.
-///
-/// Called from the step interrupt, or from a lower one before the next tick is due: a board whose ticks are to be short, and
-/// where nothing but the end of a pulse comes between. No tick is armed then, so that none can interrupt it.
-#[inline(never)]
-pub fn load<P: StepPort, const MOTORS: usize>(
+/// Begins the next segment and asks for its first tick; comes to rest where there is none.
+#[inline(always)]
+fn next_segment<P: StepPort, const MOTORS: usize>(
     interrupt: &mut StepInterrupt<MOTORS>,
     segments: &mut Consumer<'_, Segment<MOTORS>>,
     shared: &Shared<MOTORS>,
@@ -132,89 +171,40 @@ pub fn load<P: StepPort, const MOTORS: usize>(
         return run_out(interrupt, shared, port);
     };
     let turns = match &segment.line {
-        Some(line) => begin(interrupt, line, segment.early, port),
+        Some(start) => begin(interrupt, start, segment.early, port),
         None => false,
     };
     interrupt.due = interrupt.stepper.load(segment);
+    if segment.power != interrupt.power {
+        // It came after the tick before this one had looked for it.
+        put_out(segment.power, shared, port);
+    }
     port.change_outputs(segment.outputs);
     segments.dequeue();
-    put_out(interrupt, shared, port);
     let least = if turns {
         shared.direction_wait()
     } else {
         Ticks(0)
     };
-    arm_after(least, interrupt, shared, port);
+    arm(least, interrupt, segments, shared, port);
 }
 
-/// Starts the timer out of rest, in place of a first tick: [`load`], unless somebody has asked for a stop by now.
-pub fn start<P: StepPort, const MOTORS: usize>(
-    interrupt: &mut StepInterrupt<MOTORS>,
-    segments: &mut Consumer<'_, Segment<MOTORS>>,
-    shared: &Shared<MOTORS>,
-    port: &mut P,
-) {
-    if shared.is_stopped() {
-        stop(interrupt, segments, shared, port);
-    } else {
-        load(interrupt, segments, shared, port);
-    }
-}
-
-/// Puts out the tick's power, or keeps the laser off: once released, it comes back at the next tick.
+/// Begins a line. Returns whether a motor turns round: then its directions hold from now on.
 #[inline(always)]
-fn put_out<P: StepPort, const MOTORS: usize>(
-    interrupt: &StepInterrupt<MOTORS>,
-    shared: &Shared<MOTORS>,
-    port: &mut P,
-) {
-    let power = if shared.is_laser_off() {
-        Power::OFF
-    } else {
-        interrupt.stepper.power()
-    };
-    port.set_power(power);
-}
-
-/// Asks for the tick that was taken.
-#[inline(always)]
-fn arm<P: StepPort, const MOTORS: usize>(
-    interrupt: &mut StepInterrupt<MOTORS>,
-    shared: &Shared<MOTORS>,
-    port: &mut P,
-) {
-    arm_after(Ticks(0), interrupt, shared, port);
-}
-
-/// Asks for the tick that was taken, `least` after the one before it at least: those that follow come as much later.
-#[inline(always)]
-fn arm_after<P: StepPort, const MOTORS: usize>(
-    least: Ticks,
-    interrupt: &mut StepInterrupt<MOTORS>,
-    shared: &Shared<MOTORS>,
-    port: &mut P,
-) {
-    if port.arm(interrupt.stepper.wait().max(least)) {
-        shared.count_late();
-    }
-}
-
-/// Begins a line: its directions hold from now on. Returns whether a motor turns round. A function of its own, for the ticks
-/// that load a segment of the same line: inlined, it costs them seven instructions for registers.
-#[inline(never)]
 fn begin<P: StepPort, const MOTORS: usize>(
     interrupt: &mut StepInterrupt<MOTORS>,
-    line: &Line<MOTORS>,
+    start: &LineStart<MOTORS>,
     early: Early,
     port: &mut P,
 ) -> bool {
-    interrupt.stepper.begin(line, early);
-    let (negative, mut turns) = (line.direction(), false);
-    for (motor, sign) in interrupt.sign.iter_mut().enumerate() {
-        let next = if negative.contains(motor) { -1 } else { 1 };
-        turns |= core::mem::replace(sign, next) != next;
+    let turns = interrupt.stepper.begin(start, early);
+    if turns {
+        let negative = start.line().direction();
+        for (motor, sign) in interrupt.sign.iter_mut().enumerate() {
+            *sign = if negative.contains(motor) { -1 } else { 1 };
+        }
+        port.set_direction(negative);
     }
-    port.set_direction(negative);
     turns
 }
 
@@ -244,6 +234,7 @@ fn stop<P: StepPort, const MOTORS: usize>(
     port: &mut P,
 ) {
     interrupt.due = MotorMask::NONE;
+    interrupt.power = Power::OFF;
     interrupt.stepper.abort();
     match segments.dequeue() {
         Some(_) => {
@@ -268,8 +259,8 @@ fn rest<P: StepPort, const MOTORS: usize>(power: Power, shared: &Shared<MOTORS>,
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Smoothing;
     use crate::{Interval, IntervalChange, OutputChange, PowerChange, PowerScale};
+    use crate::{Line, Smoothing};
     use core::num::NonZeroU16;
     use heapless::spsc::Queue;
 
@@ -315,13 +306,14 @@ mod tests {
 
     fn line(delta: [i32; 2], at_rest: Option<Power>) -> Segment<2> {
         let line = Line::new(delta).unwrap();
+        let early = Early::half_a_tick(Smoothing::None);
         Segment {
-            line: Some(line),
+            line: Some(LineStart::new(line, early)),
             ticks: NonZeroU16::new(line.step_events().get() as u16).unwrap(),
             smoothing: Smoothing::None,
             motors: MotorMask::ALL,
             ends_event: true,
-            early: Early::half_a_tick(Smoothing::None),
+            early,
             interval: Interval::from_num(1000),
             interval_change: IntervalChange::ZERO,
             power: Power::FULL,
@@ -346,6 +338,9 @@ mod tests {
         shared.set_running();
         while shared.is_running() {
             meddle(calls);
+            if calls == 0 {
+                start(&mut interrupt, &consumer, shared, &mut port);
+            }
             on_timer(&mut interrupt, &mut consumer, shared, &mut port);
             calls += 1;
         }
@@ -413,7 +408,7 @@ mod tests {
         producer.enqueue(line([9, 0], Some(Power::FULL))).unwrap();
         let (mut interrupt, mut port) = (StepInterrupt::new(), Bench::default());
         shared.set_running();
-        start(&mut interrupt, &mut consumer, &shared, &mut port);
+        start(&mut interrupt, &consumer, &shared, &mut port);
         while shared.is_running() {
             on_timer(&mut interrupt, &mut consumer, &shared, &mut port);
         }
@@ -441,10 +436,10 @@ mod tests {
                 }
             });
             assert_eq!(calls, 10);
-            // The segment's own, none where nothing changes, off while held, then once more; rest.
+            // The segment's own, none where nothing changes, off while held, then once more; with the last step and at rest.
             let mut expected = Vec::new();
-            expected.resize(usize::from(held > 0), 100);
-            expected.extend([0, 100, 0]);
+            expected.push(if held > 0 { 100 } else { 0 });
+            expected.extend([0, 100, 0, 0]);
             assert_eq!(port.powers, expected, "held at call {held}");
         }
     }
@@ -458,7 +453,50 @@ mod tests {
             ..line([4, 0], Some(Power::OFF))
         };
         let (port, _) = run(&[steady, rising], &Shared::new(), |_| ());
-        assert_eq!(port.powers, [100, 0, 25, 50, 75, 0]);
+        assert_eq!(port.powers, [100, 0, 25, 50, 75, 0, 0]);
+    }
+
+    #[test]
+    fn power_changes_right_after_the_step_that_it_changes_with() {
+        struct Order(Vec<(char, u32)>);
+        impl StepPort for Order {
+            fn step(&mut self, motors: MotorMask) {
+                self.0.push(('s', u32::from(motors.bits())));
+            }
+            fn set_power(&mut self, power: Power) {
+                self.0.push(('p', power.level(PowerScale::new(100))));
+            }
+            fn set_direction(&mut self, _: MotorMask) {}
+            fn change_outputs(&mut self, _: OutputChange) {}
+            fn arm(&mut self, wait: Ticks) -> bool {
+                self.0.push(('a', wait.0));
+                false
+            }
+            fn rest(&mut self) {}
+        }
+        let mut queue: Queue<Segment<2>, 4> = Queue::new();
+        let (mut producer, mut consumer) = queue.split();
+        let dark = Segment {
+            power: Power::OFF,
+            ..line([1, 0], None)
+        };
+        for pixel in [line([2, 0], None), dark, line([1, 0], Some(Power::OFF))] {
+            producer.enqueue(pixel).unwrap();
+        }
+        let (mut interrupt, mut port, shared) =
+            (StepInterrupt::new(), Order(Vec::new()), Shared::new());
+        shared.set_running();
+        start(&mut interrupt, &consumer, &shared, &mut port);
+        for _ in 0..4 {
+            on_timer(&mut interrupt, &mut consumer, &shared, &mut port);
+        }
+        let expected = [
+            [('p', 100), ('a', 1000)].as_slice(),
+            &[('s', 1), ('a', 1000)],
+            &[('s', 1), ('p', 0), ('a', 1000)],
+            &[('s', 1), ('p', 100), ('a', 1000)],
+        ];
+        assert_eq!(port.0, expected.concat());
     }
 
     #[test]

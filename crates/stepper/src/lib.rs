@@ -19,9 +19,8 @@
 //! The time of tick *k* (from 1) after the segment's start is `p·k + d·k(k−1)/2` timer ticks, with the
 //! first interval `p` and its change `d`: two additions a tick, no division, no float.
 //!
-//! [`on_timer`] is the whole body of the step interrupt, in two parts: [`on_tick`], which every tick takes, and [`load`], which
-//! the last tick of a segment does. A board may have the second part done by a lower interrupt. The board and the simulator call
-//! the same functions; they differ in their [`StepPort`] only.
+//! [`on_timer`] is the whole body of the step interrupt. The board and the simulator call the same function; they differ in their
+//! [`StepPort`] only. Each tick looks ahead for the power that begins with the next one, so that power changes with its step.
 #![no_std]
 #![forbid(unsafe_code)]
 #![deny(clippy::float_arithmetic)]
@@ -37,8 +36,8 @@ mod shared;
 mod smoothing;
 mod stepper;
 
-pub use interrupt::{load, on_tick, on_timer, start, StepInterrupt};
-pub use line::{Line, LineError, MAX_STEP_EVENTS};
+pub use interrupt::{on_timer, start, StepInterrupt};
+pub use line::{Line, LineError, LineStart, MAX_STEP_EVENTS};
 pub use motors::{MotorMask, MAX_MOTORS};
 pub use outputs::OutputChange;
 pub use port::StepPort;

@@ -93,6 +93,40 @@ impl<const MOTORS: usize> Line<MOTORS> {
     }
 }
 
+/// A line, and the tracer's state at its start: the main loop works it out, so that the tick which takes it only copies.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct LineStart<const MOTORS: usize> {
+    line: Line<MOTORS>,
+    /// How far each motor is from its first step, less 1, in the tracer's units.
+    left: [u32; MOTORS],
+}
+
+impl<const MOTORS: usize> LineStart<MOTORS> {
+    /// Begins `line`: the dominant motor steps when a step event is complete, the others half-way to it, and as `early` as its
+    /// first segment says. Main loop.
+    pub fn new(line: Line<MOTORS>, early: Early) -> Self {
+        let early = early.in_whole_events();
+        let events = line.step_events.get();
+        let full = events << MAX_SMOOTHING_LEVEL;
+        let left = line.steps.map(|steps| match steps == events {
+            true => full - 1,
+            false => full / 2 - early.of(steps) - 1,
+        });
+        Self { line, left }
+    }
+
+    /// The line.
+    pub const fn line(&self) -> &Line<MOTORS> {
+        &self.line
+    }
+
+    #[inline]
+    pub(crate) const fn left(&self) -> &[u32; MOTORS] {
+        &self.left
+    }
+}
+
 /// Steps that a motor with `steps` in `events` has taken after the first `taken` step events: the nearest whole number
 /// to its share half a tick later, as the tracer finds it.
 fn taken_of(steps: u32, events: NonZeroU32, taken: u32, early: Early) -> u32 {

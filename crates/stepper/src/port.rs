@@ -11,8 +11,12 @@ pub trait StepPort {
     /// fall again after the pulse width (at least the one set; a pulse that is still high is made longer, not shorter).
     fn step(&mut self, motors: MotorMask);
 
+    /// Sets laser or spindle power until further notice. Called right after the steps with which it changes, at rest, and at
+    /// every tick while the laser is held off.
+    fn set_power(&mut self, power: Power);
+
     /// Sets the direction pins for the steps to come: those of `negative` turn that way, all others the other way.
-    /// Called where a line begins.
+    /// Called where a motor turns round, and where motion starts.
     ///
     /// Takes effect when the pulse under way has ended, at once where none is, so that a driver sees the
     /// old direction for the whole of the last pulse.
@@ -21,10 +25,6 @@ pub trait StepPort {
     /// Changes the synchronised outputs, without a word of its own for those that stay. Called where a segment begins, mostly
     /// with nothing to change.
     fn change_outputs(&mut self, change: OutputChange);
-
-    /// Sets laser or spindle power until further notice. Called where a segment begins, where the power changes within
-    /// it, at rest, and at every tick while the laser is held off.
-    fn set_power(&mut self, power: Power);
 
     /// Asks for the next interrupt `wait` after the instant at which this one was *due* (so that
     /// latency does not add up). Returns whether that instant has passed already; the interrupt then

@@ -1,6 +1,6 @@
 //! Segments: the main loop makes them, the step interrupt plays them.
 
-use crate::{Early, Line, MotorMask, OutputChange, Power, PowerChange, Smoothing};
+use crate::{Early, LineStart, MotorMask, OutputChange, Power, PowerChange, Smoothing};
 use core::num::NonZeroU16;
 use fixed::types::{I32F32, U32F32};
 
@@ -15,13 +15,13 @@ pub type Interval = U32F32;
 /// How much an [`Interval`] changes from one tick to the next.
 pub type IntervalChange = I32F32;
 
-/// A run of ticks of one [`Line`], whose interval and power change linearly.
+/// A run of ticks of one [`crate::Line`], whose interval and power change linearly.
 ///
 /// Made by the planner's segmenter (main loop), consumed by [`crate::Stepper`] (step interrupt).
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Segment<const MOTORS: usize> {
     /// The line that begins with this segment; `None` where the one under way goes on.
-    pub line: Option<Line<MOTORS>>,
+    pub line: Option<LineStart<MOTORS>>,
     /// Ticks in this segment: step events times `2^smoothing`; 1 in a part of a step event.
     pub ticks: NonZeroU16,
     /// Ticks to a step event.

@@ -1,8 +1,8 @@
 //! Bresenham's tracer over the dominant motor, timed by linear intervals.
 
 use crate::{
-    Early, Interval, IntervalChange, Line, MotorMask, OutputChange, Power, PowerChange, Segment,
-    Ticks, MAX_SMOOTHING_LEVEL,
+    Early, Interval, IntervalChange, LineStart, MotorMask, OutputChange, Power, PowerChange,
+    Segment, Ticks, MAX_SMOOTHING_LEVEL,
 };
 
 /// One tick of the step timer: its steps and power, and the wait before it.
@@ -95,11 +95,9 @@ impl<const MOTORS: usize> Stepper<MOTORS> {
     /// Bounded: the only loops are over the motors.
     pub fn tick(&mut self, next: impl FnOnce() -> Option<Segment<MOTORS>>) -> Progress {
         let mut outputs = OutputChange::NONE;
-        let step = match self.take_tick() {
-            Some(step) => {
-                self.change_power();
-                step
-            }
+        let power = self.next_power(|| None);
+        let step = match self.take_tick(power) {
+            Some(step) => step,
             None => match next() {
                 Some(segment) => {
                     if let Some(line) = &segment.line {
@@ -120,34 +118,29 @@ impl<const MOTORS: usize> Stepper<MOTORS> {
         })
     }
 
-    /// Takes one more tick of the segment. Returns the motors that step at it; `None` where none is left, so that
-    /// it takes another segment.
+    /// Takes one more tick of the segment, up to which `power` is put out. Returns the motors that step at it; `None` where none
+    /// is left, so that it takes another segment.
     #[inline]
-    pub(crate) fn take_tick(&mut self) -> Option<MotorMask> {
+    pub(crate) fn take_tick(&mut self, power: Power) -> Option<MotorMask> {
         self.ticks_left = self.ticks_left.wrapping_sub(1);
         if self.ticks_left < 0 {
             return None;
         }
+        self.power = power;
         Some(self.trace())
     }
 
-    /// Begins a line: the dominant motor steps when a step is complete, the others half-way to it, and as `early` as that.
+    /// Begins a line, whose first segment is so `early`. Returns whether a motor turns round.
     #[inline]
-    pub(crate) fn begin(&mut self, line: &Line<MOTORS>, early: Early) {
-        let events = line.step_events().get();
-        self.full = events << MAX_SMOOTHING_LEVEL;
+    pub(crate) fn begin(&mut self, start: &LineStart<MOTORS>, early: Early) -> bool {
+        let line = start.line();
+        let turns = line.direction() != self.direction;
+        self.full = line.step_events().get() << MAX_SMOOTHING_LEVEL;
         self.direction = line.direction();
         self.steps = *line.steps();
-        let early = early.in_whole_events();
-        self.early = early;
-        self.left = self.steps.map(|steps| {
-            let way = if steps == events {
-                self.full
-            } else {
-                self.full / 2 - early.of(steps)
-            };
-            way - 1
-        });
+        self.early = early.in_whole_events();
+        self.left = *start.left();
+        turns
     }
 
     /// Has the motors other than the dominant one step as early as `segment` says. Where that is more than it was, a motor may
@@ -189,21 +182,26 @@ impl<const MOTORS: usize> Stepper<MOTORS> {
         self.trace()
     }
 
-    /// The power of the next tick, if it is another than that of the tick before. Once for each tick but a
-    /// segment's first.
-    #[inline]
-    pub(crate) fn change_power(&mut self) -> Option<Power> {
-        if self.power_change == PowerChange::ZERO {
-            return None;
-        }
-        self.power = self.power.changed_by(self.power_change);
-        Some(self.power)
+    /// Out of rest: `power` is out by now.
+    pub(crate) fn start(&mut self, power: Power) {
+        self.power = power;
     }
 
-    /// The power of the tick that was taken last.
+    /// The power up to the tick that was taken last.
     #[inline]
     pub(crate) fn power(&self) -> Power {
         self.power
+    }
+
+    /// The power from the tick on that was taken last: this segment's, or where it ends there the `next` one's; where motion ends
+    /// there, the power at rest. It stays as it is where the next segment is still missing.
+    #[inline]
+    pub(crate) fn next_power(&self, next: impl FnOnce() -> Option<Power>) -> Power {
+        if self.ticks_left > 0 {
+            self.power.changed_by(self.power_change)
+        } else {
+            next().or(self.at_rest).unwrap_or(self.power)
+        }
     }
 
     /// Whole counts to wait for the tick that was taken; the fraction is carried on. Once for each tick.
@@ -254,7 +252,7 @@ impl<const MOTORS: usize> Stepper<MOTORS> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{PowerScale, Smoothing};
+    use crate::{Line, PowerScale, Smoothing};
     use core::num::NonZeroU16;
     use proptest::prelude::*;
 
@@ -264,13 +262,14 @@ mod tests {
         smoothing: Smoothing,
         at_rest: Option<Power>,
     ) -> Segment<3> {
+        let early = Early::half_a_tick(smoothing);
         Segment {
-            line,
+            line: line.map(|line| LineStart::new(line, early)),
             ticks: NonZeroU16::new(ticks).unwrap(),
             smoothing,
             motors: MotorMask::ALL,
             ends_event: true,
-            early: Early::half_a_tick(smoothing),
+            early,
             interval: Interval::from_num(100),
             interval_change: IntervalChange::ZERO,
             power: Power::OFF,
@@ -319,7 +318,8 @@ mod tests {
     #[test]
     fn in_a_step_event_in_parts_each_motor_comes_on_in_one_of_them() {
         let line = Line::new([4, 3, 2]).unwrap();
-        let part = |line, motors: u8, ends_event, early: Early| Segment {
+        let part = |line: Option<Line<3>>, motors: u8, ends_event, early: Early| Segment {
+            line: line.map(|line| LineStart::new(line, early)),
             motors: MotorMask::from_bits(motors),
             ends_event,
             early: early.of_a_part(),

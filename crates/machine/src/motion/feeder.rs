@@ -181,13 +181,12 @@ mod tests {
     use crate::config::SegmentQueue;
     use core::num::NonZeroU16;
     use leadscrew_stepper::{
-        Early, Interval, IntervalChange, Line, MotorMask, OutputChange, Power, PowerChange,
-        Smoothing,
+        Early, Interval, IntervalChange, MotorMask, OutputChange, Power, PowerChange, Smoothing,
     };
 
     fn segment(ticks: u16, interval: u32, change: f64) -> Segment<1> {
         Segment {
-            line: Line::new([1000]).ok(),
+            line: None,
             ticks: NonZeroU16::new(ticks).unwrap(),
             smoothing: Smoothing::None,
             motors: MotorMask::ALL,

@@ -7,7 +7,7 @@ use leadscrew_planner::{
     Cartesian, Config, Coordinate, CornerRule, Feed, Move, MoveKind, MovePower, Overrides,
     PixelQueue, Planner, PowerLead, Pushed, Queue, Segmenter, StepsPerMm,
 };
-use leadscrew_stepper::{OutputChange, Power, Segment, Ticks};
+use leadscrew_stepper::{LineStart, OutputChange, Power, Segment, Ticks};
 
 /// Programs, moves in each, and segments taken of each at most.
 const PROGRAMS: u32 = 120;
@@ -35,7 +35,7 @@ impl Checksum {
     }
 
     fn add_segment(&mut self, segment: &Segment<3>) {
-        if let Some(line) = &segment.line {
+        if let Some(line) = segment.line.as_ref().map(LineStart::line) {
             self.add(line.direction().bits().into());
             line.steps()
                 .iter()

@@ -424,6 +424,7 @@ mod tests {
                 let segment = rig.step();
                 prop_assert!(segment.is_none_or(|segment| segment.duration() <= 84_008), "{:?}", segment);
                 if let Some(line) = segment.and_then(|segment| segment.line) {
+                    let line = line.line();
                     moves_begun += 1;
                     // mm of each axis in a step of the dominant motor
                     share = line.steps().map(|n| 0.004 * f64::from(n) / f64::from(line.step_events().get()));

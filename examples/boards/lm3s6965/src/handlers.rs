@@ -73,11 +73,13 @@ extern "C" fn TIMER_0A() {
         port,
         in_motion,
     } = steps;
-    if *in_motion {
-        on_timer(interrupt, segments, &SHARED, port);
-    } else if SHARED.is_running() {
+    if !*in_motion && SHARED.is_running() {
         port.begin();
         start_motion(interrupt, segments, &SHARED, port);
+        *in_motion = true;
+    }
+    if *in_motion {
+        on_timer(interrupt, segments, &SHARED, port);
     }
     *in_motion = SHARED.is_running();
 }

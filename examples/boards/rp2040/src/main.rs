@@ -132,11 +132,13 @@ mod app {
             in_motion,
         } = cx.local.steps;
         port.acknowledge();
-        if *in_motion {
-            leadscrew_stepper::on_timer(interrupt, segments, &SHARED, port);
-        } else if SHARED.is_running() {
+        if !*in_motion && SHARED.is_running() {
             port.begin();
             leadscrew_stepper::start(interrupt, segments, &SHARED, port);
+            *in_motion = true;
+        }
+        if *in_motion {
+            leadscrew_stepper::on_timer(interrupt, segments, &SHARED, port);
         }
         *in_motion = SHARED.is_running();
     }

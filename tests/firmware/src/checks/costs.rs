@@ -14,7 +14,7 @@ use crate::{
     pins::LIMIT,
     stream::Stream,
 };
-use leadscrew_f407emu::{Exception, Profile};
+use leadscrew_f407emu::{Duty, Exception, Profile};
 use leadscrew_sim::measured;
 use std::fmt::Write;
 
@@ -78,7 +78,7 @@ fn of_steps(firmware: &Firmware) -> Result<Vec<Cost>, Failure> {
     let (step, step_most) = middle_and_most(&interrupts.stepping);
     let (load, load_most) = middle_and_most(&interrupts.loads);
     let (end, _) = middle_and_most(&interrupts.ends);
-    let (run_out, dark) = at_the_end(&bench, &interrupts)?;
+    let power = power_edge(&bench)?;
     let width = u64::from(timing::PULSE_US) * 168;
     let fall = bench.pins.extremes.pulse.saturating_sub(width);
     Ok(vec![
@@ -88,22 +88,26 @@ fn of_steps(firmware: &Firmware) -> Result<Vec<Cost>, Failure> {
             edge
         ),
         cost!(
+            POWER_EDGE,
+            "From the timer's compare to the power that changes with a step: the middle one",
+            power
+        ),
+        cost!(
             STEP,
             "A tick at which three motors step and power changes: the middle one",
             step
         ),
         cost!(STEP_MOST, "The same: the longest", step_most),
-        cost!(LOAD, "To load a segment: the middle one", load),
+        cost!(LOAD, "A tick that loads a segment: the middle one", load),
         cost!(
             LOAD_MOST,
             "The same: the longest, the first of a line",
             load_most
         ),
-        cost!(RUN_OUT, "To come to rest where no segment is left", run_out),
         cost!(
-            RUN_OUT_DARK,
-            "From the begin of that to the power's being off",
-            dark
+            RUN_OUT,
+            "A tick that comes to rest where no segment is left",
+            interrupts.run_out
         ),
         cost!(
             PULSE_EDGE,
@@ -114,16 +118,18 @@ fn of_steps(firmware: &Firmware) -> Result<Vec<Cost>, Failure> {
     ])
 }
 
-/// What the end of motion takes, and from its begin to the laser's going off in it.
-fn at_the_end(bench: &Bench, interrupts: &Interrupts) -> Result<(u64, u64), Failure> {
-    let duty = bench.machine.duties().last();
-    match (&interrupts.run_out, duty) {
-        (Some(service), Some(duty))
-            if duty.high == 0 && (service.entry..service.exit).contains(&duty.cycle) =>
-        {
-            Ok((service.exit - service.entry, duty.cycle - service.entry))
-        }
-        _ => fail(format!("motion does not end in the dark: {duty:?}")),
+/// From a tick's compare to the duty that changes with its step, the middle one.
+fn power_edge(bench: &Bench) -> Result<u64, Failure> {
+    let steps = &bench.pins.steps;
+    let after = |duty: &Duty| {
+        let next = steps.partition_point(|step| step.edge() <= duty.cycle);
+        let step = steps.get(next.checked_sub(1)?)?;
+        Some(duty.cycle - step.edge() + u64::from(step.latency))
+    };
+    let all: Vec<u64> = bench.machine.duties().iter().filter_map(after).collect();
+    match middle_and_most(&all) {
+        (0, _) => fail("the power never changes"),
+        (middle, _) => Ok(middle),
     }
 }
 

@@ -1,4 +1,4 @@
-//! The services of the step interrupts, told apart: ticks, loads of a segment, ends of pulses.
+//! The services of the step interrupts, told apart: ticks, those that load a segment, ends of pulses.
 use crate::{
     bench::Bench,
     pins::{PULSE_IRQ, STEP_IRQ},
@@ -9,18 +9,18 @@ use leadscrew_f407emu::{Exception, Service};
 const REST: u64 = 16_800;
 /// Ticks that are so near each other may come too late, cycles: 168 000 a second.
 const FAST: u64 = 1_000;
-/// A load follows its tick at once: so many cycles after it at most. A pulse is over later than that.
-const AT_ONCE: u64 = 12;
+/// A tick that takes longer than this loads a segment, cycles. The check `step-interrupt` sees to it that they are few.
+pub(super) const TICK: u64 = 230;
 
 /// Lengths of services in cycles, without what interrupted them, in order of time.
 #[derive(Default)]
 pub(super) struct Interrupts {
-    /// Ticks at which three motors stepped.
+    /// Ticks at which three motors stepped, and no segment was loaded.
     pub(super) stepping: Vec<u64>,
-    /// What loaded a segment, behind a tick.
+    /// Ticks that loaded a segment.
     pub(super) loads: Vec<u64>,
-    /// What found none to load, behind the last tick of all.
-    pub(super) run_out: Option<Service>,
+    /// The last tick of all, which finds none to load.
+    pub(super) run_out: u64,
     /// What ended a pulse, and no tick interrupted.
     pub(super) ends: Vec<u64>,
     /// The most that all of them took from one tick to the next, where that is near.
@@ -42,9 +42,16 @@ impl Interrupts {
             step.is_some_and(|step| step.motors == 0b111)
         };
         let ticks: Vec<&Service> = services(STEP_IRQ).collect();
-        let stepping = ticks.iter().copied().filter(all_step).map(length);
+        let Some((last, before)) = ticks.split_last() else {
+            return Interrupts::default();
+        };
+        let (loads, plain): (Vec<&Service>, Vec<&Service>) =
+            before.iter().partition(|tick| length(tick) > TICK);
+        let stepping = plain.into_iter().filter(all_step).map(length);
         let mut interrupts = Interrupts {
             stepping: stepping.collect(),
+            loads: loads.into_iter().map(length).collect(),
+            run_out: length(last),
             ..Interrupts::default()
         };
         let mut busy: Vec<u64> = ticks.iter().copied().map(length).collect();
@@ -59,12 +66,7 @@ impl Interrupts {
             if since < REST {
                 busy[before] += taken;
             }
-            if since <= AT_ONCE {
-                match next < ticks.len() {
-                    true => interrupts.loads.push(taken),
-                    false => interrupts.run_out = Some(*untimed),
-                }
-            } else if nested.is_none() && since < REST {
+            if nested.is_none() && since < REST {
                 interrupts.ends.push(taken);
             }
         }

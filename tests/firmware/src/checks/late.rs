@@ -1,17 +1,15 @@
-//! Ticks that are armed too late: whatever delays the load of a segment, motion goes on.
+//! Ticks that are armed too late: whatever delays a tick, motion goes on.
 use super::Figures;
 use crate::{
     bench::{ensure, micros_between, Bench, Failure},
     firmware::{Build, Firmware},
-    pins::{PULSE_IRQ, STEP_IRQ},
+    pins::STEP_IRQ,
     steps::{net, Step},
 };
 use leadscrew_f407emu::Exception;
 
 /// The compare register of the step timer.
 const TIM2_CCR1: u32 = 0x4000_0034;
-/// Who arms ticks: the interrupt that loads a segment, and the tick before.
-const ARMING: [(&str, u8); 2] = [("load", PULSE_IRQ), ("tick", STEP_IRQ)];
 /// How long the core stands still before that, in cycles: up to twice the time to the next tick.
 const DELAYS: [u64; 5] = [400, 2_000, 4_000, 9_000, 17_000];
 /// 20 000 steps/s: a step every 8400 cycles.
@@ -19,13 +17,13 @@ const SETTINGS: &str = "$0=3\n$32=1\n$30=1000\n$100=250\n$110=4800\n$120=2000\n$
 const PROGRAM: &str = "G91M4S500\nG1X20F4800\n";
 /// Steps of the program.
 const MOVED: [i64; 3] = [5000, 0, 0];
-/// After the lines were sent, when the next load or tick is delayed, s: in the ramp and in the cruise.
+/// After the lines were sent, when the next tick is delayed, s: in the ramp and in the cruise.
 const INSTANTS: [f64; 3] = [0.02, 0.1, 0.2];
 /// The longest that the job takes, s. A tick that is lost comes round after 51 s.
 const JOB: f64 = 0.6;
 
-/// Delays an interrupt by so many cycles; the longest time between two steps around it, µs.
-fn delayed(build: &Build, interrupt: u8, instant: f64, cycles: u64) -> Result<f64, Failure> {
+/// Delays a tick by so many cycles; the longest time between two steps around it, µs.
+fn delayed(build: &Build, instant: f64, cycles: u64) -> Result<f64, Failure> {
     let mut bench = Bench::boot(build)?;
     bench.ignore_power();
     bench.commands(SETTINGS)?;
@@ -33,8 +31,8 @@ fn delayed(build: &Build, interrupt: u8, instant: f64, cycles: u64) -> Result<f6
     bench.send(PROGRAM);
     bench.run_for(instant)?;
     let planted = bench.machine.cycle();
-    let interrupt = Exception::irq(interrupt);
-    bench.machine.stall_before(interrupt, TIM2_CCR1, cycles);
+    let tick = Exception::irq(STEP_IRQ);
+    bench.machine.stall_before(tick, TIM2_CCR1, cycles);
     bench.run_for(JOB)?;
     ensure(!bench.machine.is_stall_planted(), || {
         "no tick was armed".into()
@@ -53,23 +51,21 @@ fn delayed(build: &Build, interrupt: u8, instant: f64, cycles: u64) -> Result<f6
 /// The core stands still before a tick is armed: no step is lost.
 pub(crate) fn late_arm(firmware: &Firmware) -> Result<Figures, Failure> {
     let mut figures = Figures::default();
-    for (name, interrupt) in ARMING {
-        for cycles in DELAYS {
-            let mut longest = 0f64;
-            for instant in INSTANTS {
-                let gap = delayed(&firmware.usual, interrupt, instant, cycles);
-                let gap = gap.map_err(|Failure(words)| {
-                    Failure(format!(
-                        "a {name} {cycles} cycles late, after {instant} s: {words}"
-                    ))
-                })?;
-                longest = longest.max(gap);
-            }
-            figures.add(
-                format!("a {name} {cycles} cycles late"),
-                format!("{longest:.0} us between two steps at most"),
-            );
+    for cycles in DELAYS {
+        let mut longest = 0f64;
+        for instant in INSTANTS {
+            let gap = delayed(&firmware.usual, instant, cycles);
+            let gap = gap.map_err(|Failure(words)| {
+                Failure(format!(
+                    "a tick {cycles} cycles late, after {instant} s: {words}"
+                ))
+            })?;
+            longest = longest.max(gap);
         }
+        figures.add(
+            format!("a tick {cycles} cycles late"),
+            format!("{longest:.0} us between two steps at most"),
+        );
     }
     Ok(figures)
 }

@@ -14,8 +14,8 @@ use fixed::types::U1F31;
 use heapless::spsc::{Consumer, Queue};
 use icount_firmware::{count, done};
 use leadscrew_stepper::{
-    on_timer, Early, Interval, IntervalChange, Line, MotorMask, OutputChange, Power, PowerChange,
-    PowerScale, Segment, Shared, Smoothing, StepInterrupt, StepPort, Ticks,
+    on_timer, Early, Interval, IntervalChange, Line, LineStart, MotorMask, OutputChange, Power,
+    PowerChange, PowerScale, Segment, Shared, Smoothing, StepInterrupt, StepPort, Ticks,
 };
 
 const MOTORS: usize = 3;
@@ -167,13 +167,15 @@ fn segment(number: u32) -> Segment<MOTORS> {
         [-steps; MOTORS]
     };
     let begins = number % SEGMENTS == 0;
+    let early = Early::half_a_tick(Smoothing::None);
+    let line = begins.then(|| Line::new(steps)).transpose().unwrap();
     Segment {
-        line: begins.then(|| Line::new(steps)).transpose().unwrap(),
+        line: line.map(|line| LineStart::new(line, early)),
         ticks: NonZeroU16::new(TICKS as u16).unwrap(),
         smoothing: Smoothing::None,
         motors: MotorMask::ALL,
         ends_event: true,
-        early: Early::half_a_tick(Smoothing::None),
+        early,
         interval: Interval::from_num(4200),
         interval_change: IntervalChange::from_num(-0.25),
         power: Power::from_share(U1F31::from_num(0.5)),

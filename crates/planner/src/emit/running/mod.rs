@@ -15,8 +15,8 @@ use crate::{Config, Profile, Trapezoid};
 use core::num::NonZeroU16;
 use fixed::types::U1F31;
 use leadscrew_stepper::{
-    Early, Interval, IntervalChange, Line, MotorMask, OutputChange, Power, PowerChange, Segment,
-    Smoothing,
+    Early, Interval, IntervalChange, Line, LineStart, MotorMask, OutputChange, Power, PowerChange,
+    Segment, Smoothing,
 };
 use parts::Parts;
 
@@ -404,7 +404,8 @@ impl<const MOTORS: usize> Running<MOTORS> {
         }
         let mut segment = self.piece(timing, carry);
         self.power = power;
-        segment.line = core::mem::take(&mut self.announce).then_some(self.line);
+        let announce = core::mem::take(&mut self.announce);
+        segment.line = announce.then(|| LineStart::new(self.line, segment.early));
         segment.outputs = core::mem::take(&mut self.outputs);
         if self.at_profile_end() && self.profile.exit_v2() <= 0.0 {
             segment.at_rest = Some(if held {
