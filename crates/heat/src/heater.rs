@@ -1,0 +1,247 @@
+//! One heater: on below its target, off above it, and what may be wrong with it.
+//!
+//! ```text
+//!             +---- hysteresis ----+
+//!   off       |                    |  on below target - hysteresis, off above target + hysteresis
+//! ------------+------ target ------+----------> °C
+//! ```
+
+use crate::codes;
+use crate::sensor::Sensor;
+use leadscrew_machine::board::{Duration, Instant};
+use leadscrew_machine::extension::OwnCode;
+
+/// Temperatures that a heater is kept within, °C, and how fast it has to answer.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Limits {
+    /// The highest target.
+    pub most: f32,
+    /// Nothing is extruded below this.
+    pub extrusion: f32,
+    /// A sensor that reads less is open (or shorted, if it is an amplifier).
+    pub coldest: f32,
+    /// A sensor that reads more is shorted (or open).
+    pub hottest: f32,
+    /// Heated for this long, seconds, the temperature has risen by [`Limits::answer`], or the sensor is frozen. Switched off for
+    /// this long, it has not risen by that, or the heater does not go off.
+    pub patience: u16,
+    /// Kelvins.
+    pub answer: f32,
+    /// Once it has reached its target, it stays within so many kelvins of it, or it runs away.
+    pub band: f32,
+}
+
+impl Limits {
+    /// Those of a plastic nozzle.
+    pub const NOZZLE: Self = Self {
+        most: 275.0,
+        extrusion: 170.0,
+        coldest: -10.0,
+        hottest: 310.0,
+        patience: 20,
+        answer: 2.0,
+        band: 30.0,
+    };
+}
+
+/// A heater.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct HeaterConfig {
+    /// Its name in reports: a letter or two.
+    pub name: &'static str,
+    /// How its temperature is read.
+    pub sensor: Sensor,
+    /// How far from its target it is switched, K, above 0: a relay lasts longer with more.
+    pub hysteresis: f32,
+    /// What it is kept within.
+    pub limits: Limits,
+}
+
+/// What is wrong with a heater.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Fault {
+    /// The sensor's wire is broken.
+    SensorOpen,
+    /// The sensor is shorted.
+    SensorShorted,
+    /// It is heated, and its temperature does not change.
+    SensorFrozen,
+    /// It leaves the band about its target.
+    RunsAway,
+    /// It is switched off and goes on heating.
+    DoesNotCool,
+    /// Somebody else reports a fault.
+    External,
+}
+
+impl Fault {
+    /// All of them.
+    pub const ALL: &'static [Self] = &[
+        Self::SensorOpen,
+        Self::SensorShorted,
+        Self::SensorFrozen,
+        Self::RunsAway,
+        Self::DoesNotCool,
+        Self::External,
+    ];
+
+    /// Its alarm.
+    pub fn alarm(self) -> &'static OwnCode {
+        codes::alarm(self)
+    }
+
+    /// In a few words.
+    pub fn text(self) -> &'static str {
+        self.alarm().text
+    }
+}
+
+/// A temperature, and since when nothing has changed by more than [`Limits::answer`].
+#[derive(Clone, Copy, PartialEq, Debug)]
+struct Watch {
+    since: Instant,
+    at: f32,
+}
+
+/// A heater at work.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Heater {
+    config: HeaterConfig,
+    target: f32,
+    celsius: f32,
+    on: bool,
+    /// It has been at its target since that was set.
+    reached: bool,
+    watch: Option<Watch>,
+}
+
+impl Heater {
+    pub(crate) fn new(config: HeaterConfig) -> Self {
+        Self {
+            config,
+            target: 0.0,
+            celsius: 0.0,
+            on: false,
+            reached: false,
+            watch: None,
+        }
+    }
+
+    /// Its name.
+    pub const fn name(&self) -> &'static str {
+        self.config.name
+    }
+
+    /// Its temperature as it was read last, °C.
+    pub const fn celsius(&self) -> f32 {
+        self.celsius
+    }
+
+    /// Its target, °C; 0: it is off.
+    pub const fn target(&self) -> f32 {
+        self.target
+    }
+
+    /// Whether it is off, or has reached its target.
+    pub fn is_ready(&self) -> bool {
+        self.target == 0.0 || self.reached
+    }
+
+    pub(crate) fn may_extrude(&self) -> bool {
+        self.celsius >= self.config.limits.extrusion
+    }
+
+    pub(crate) fn takes(&self, target: f32) -> bool {
+        (0.0..=self.config.limits.most).contains(&target)
+    }
+
+    pub(crate) fn set_target(&mut self, target: f32) {
+        if target != self.target {
+            self.target = target;
+            self.reached = false;
+            self.watch = None;
+        }
+    }
+
+    /// Takes a reading, `share` of the reference voltage; answers whether to heat.
+    ///
+    /// # Errors
+    /// What is wrong.
+    pub(crate) fn regulate(
+        &mut self,
+        share: f32,
+        reference: f32,
+        now: Instant,
+    ) -> Result<bool, Fault> {
+        self.celsius = self.config.sensor.celsius(share, reference);
+        self.check_sensor()?;
+        let on = self.wanted();
+        if on != self.on {
+            self.watch = None;
+        }
+        self.on = on;
+        self.check_answer(now)?;
+        let off_target = (self.celsius - self.target).abs();
+        self.reached |= self.target > 0.0 && off_target <= self.config.hysteresis;
+        match self.reached && off_target > self.config.limits.band {
+            true => Err(Fault::RunsAway),
+            false => Ok(on),
+        }
+    }
+
+    fn wanted(&self) -> bool {
+        let (target, hysteresis) = (self.target, self.config.hysteresis);
+        match self.on {
+            _ if target == 0.0 => false,
+            true => self.celsius < target + hysteresis,
+            false => self.celsius < target - hysteresis,
+        }
+    }
+
+    fn check_sensor(&self) -> Result<(), Fault> {
+        let limits = &self.config.limits;
+        let cold_if_open = self.config.sensor.is_cold_if_open();
+        if self.celsius < limits.coldest {
+            return Err(if cold_if_open {
+                Fault::SensorOpen
+            } else {
+                Fault::SensorShorted
+            });
+        }
+        if self.celsius > limits.hottest {
+            return Err(if cold_if_open {
+                Fault::SensorShorted
+            } else {
+                Fault::SensorOpen
+            });
+        }
+        Ok(())
+    }
+
+    /// A heater that is on gets warmer, and one that is off does not.
+    fn check_answer(&mut self, now: Instant) -> Result<(), Fault> {
+        let limits = &self.config.limits;
+        let fresh = Watch {
+            since: now,
+            at: self.celsius,
+        };
+        let watch = self.watch.get_or_insert(fresh);
+        let rise = self.celsius - watch.at;
+        let patience = Duration::from_ticks(u64::from(limits.patience) * 1_000_000);
+        let over = now >= watch.since + patience;
+        let frozen = self.on && over && rise < limits.answer;
+        // What was heated a moment ago gets warmer for a while: counted from where that ends.
+        let cools = !self.on && !over;
+        let stuck = !self.on && over && rise > limits.answer;
+        if frozen {
+            return Err(Fault::SensorFrozen);
+        }
+        if stuck {
+            return Err(Fault::DoesNotCool);
+        }
+        if over && !cools {
+            self.watch = Some(fresh);
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,306 @@
+#![no_std]
+#![forbid(unsafe_code)]
+#![doc = include_str!("../README.md")]
+
+mod codes;
+mod heater;
+mod sensor;
+
+pub use heater::{Fault, Heater, HeaterConfig, Limits};
+pub use sensor::Sensor;
+
+use codes::{errors, Refusal};
+use core::fmt;
+use leadscrew_gcode::{Letter, Number};
+use leadscrew_machine::board::{Duration, Instant};
+use leadscrew_machine::extension::{Asked, Call, Cx, Event, Extension, Gate, MCode, OwnCode, Step};
+use leadscrew_machine::protocol::alarm::Alarm;
+use leadscrew_machine::protocol::status::Status;
+use leadscrew_machine::state::State;
+
+/// How often temperatures are read and heaters switched.
+pub const PERIOD: Duration = Duration::from_ticks(100_000);
+
+/// The pins of heaters, sensors and fan.
+pub trait HeatPort {
+    /// The voltage at a heater's sensor, as a share of the reference voltage, 0 to 1. 12 bits are enough.
+    fn sensor(&mut self, heater: usize) -> f32;
+
+    /// Switches a heater.
+    fn heat(&mut self, heater: usize, on: bool);
+
+    /// Sets the fan, 0 to 255. A board whose fan is a relay has it on from 1.
+    fn fan(&mut self, power: u8) {
+        let _ = power;
+    }
+
+    /// Switches the supply of all heaters, where there is a relay for that: off if one of them does not cool, on at power-up.
+    fn supply(&mut self, on: bool) {
+        let _ = on;
+    }
+
+    /// Whether somebody else reports a fault of the heaters: another controller, a thermal cut-out.
+    fn external_fault(&mut self) -> bool {
+        false
+    }
+}
+
+/// What moves only where it is warm.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct Gates {
+    /// The extruder's axis, counted from 0, which does not turn below the heater's [`Limits::extrusion`]; `None`: there is none.
+    pub extruder_axis: Option<usize>,
+    /// The outputs (M62, M64), a bit each, that go on at that temperature only.
+    pub feeders: u8,
+    /// No program moves until all heaters that have a target have reached it.
+    pub wait_until_ready: bool,
+}
+
+/// What there is besides the heaters.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+pub struct HeatConfig {
+    /// What moves only where it is warm.
+    pub gates: Gates,
+    /// The heater of M104 and M109, counted from 0.
+    pub nozzle: usize,
+    /// The heater of M140 and M190.
+    pub bed: Option<usize>,
+    /// The reference voltage of the sensors, V.
+    pub reference: f32,
+}
+
+/// `N` heaters and a fan.
+#[derive(Debug)]
+pub struct Heat<P, const N: usize> {
+    config: HeatConfig,
+    heaters: [Heater; N],
+    port: P,
+    next: Option<Instant>,
+    fan: u8,
+}
+
+impl<P: HeatPort, const N: usize> Heat<P, N> {
+    /// Makes the extension; all heaters are off at once.
+    pub fn new(config: HeatConfig, heaters: [HeaterConfig; N], port: P) -> Self {
+        let mut heat = Self {
+            config,
+            heaters: heaters.map(Heater::new),
+            port,
+            next: None,
+            fan: 0,
+        };
+        heat.port.supply(true);
+        heat.off();
+        heat
+    }
+
+    /// The heaters, with their temperatures.
+    pub fn heaters(&self) -> &[Heater; N] {
+        &self.heaters
+    }
+
+    /// All heaters and the fan off; no target is left.
+    fn off(&mut self) {
+        for (index, heater) in self.heaters.iter_mut().enumerate() {
+            heater.set_target(0.0);
+            self.port.heat(index, false);
+        }
+        self.fan = 0;
+        self.port.fan(0);
+    }
+
+    /// The heater that an M code is about: P where it is given, else nozzle or bed. T may be that of an earlier line.
+    fn heater_of(&self, call: &Call) -> Option<usize> {
+        let index = match (call.words.get(Letter::P), call.code) {
+            (Some(number), _) => usize::try_from(number.trunc()).ok()?,
+            (None, 140 | 190) => self.config.bed?,
+            (None, _) => self.config.nozzle,
+        };
+        (index < N).then_some(index)
+    }
+
+    fn set_target(&mut self, call: &Call) {
+        let (index, target) = (self.heater_of(call), call.words.get(Letter::S));
+        if let (Some(index), Some(target)) = (index, target) {
+            if let Some(heater) = self.heaters.get_mut(index) {
+                heater.set_target(target.to_f32());
+            }
+        }
+    }
+
+    /// Whether the heaters that an M code waits for are where they should be.
+    fn is_ready(&self, call: &Call) -> bool {
+        match call.code {
+            116 => self.heaters.iter().all(Heater::is_ready),
+            _ => {
+                let index = self.heater_of(call);
+                index
+                    .and_then(|index| self.heaters.get(index))
+                    .is_none_or(Heater::is_ready)
+            }
+        }
+    }
+
+    fn is_warm(&self) -> bool {
+        let nozzle = self.heaters.get(self.config.nozzle);
+        nozzle.is_none_or(Heater::may_extrude)
+    }
+
+    fn show<const AXES: usize>(&self, cx: &mut Cx<'_, AXES>) {
+        cx.line(format_args!("[HEAT:{}]", Temperatures(&self.heaters)));
+    }
+
+    /// Reads all sensors and switches all heaters; the fault that it finds.
+    fn regulate(&mut self, now: Instant) -> Option<(usize, Fault)> {
+        let mut found = None;
+        for (index, heater) in self.heaters.iter_mut().enumerate() {
+            let share = self.port.sensor(index);
+            match heater.regulate(share, self.config.reference, now) {
+                Ok(on) => self.port.heat(index, on),
+                Err(fault) => found = found.or(Some((index, fault))),
+            }
+        }
+        let external = self.port.external_fault();
+        found.or(external.then_some((self.config.nozzle, Fault::External)))
+    }
+
+    fn stop_for<const AXES: usize>(&mut self, index: usize, fault: Fault, cx: &mut Cx<'_, AXES>) {
+        self.off();
+        let name = self.heaters.get(index).map_or("", Heater::name);
+        if fault == Fault::DoesNotCool {
+            self.port.supply(false);
+            cx.message(format_args!("Cut the power: heater {name} does not go off"));
+        } else {
+            cx.message(format_args!("Heater {name}: {}", fault.text()));
+        }
+        cx.alarm(Alarm::Own(fault.alarm().number));
+    }
+}
+
+impl<P: HeatPort, const AXES: usize, const N: usize> Extension<AXES> for Heat<P, N> {
+    fn m_code(&self, number: u8) -> Option<MCode> {
+        const HEATER: MCode = MCode::with(&[Letter::S, Letter::P, Letter::T]);
+        match number {
+            104 | 109 => Some(HEATER),
+            140 | 190 if self.config.bed.is_some() => Some(HEATER),
+            105 => Some(MCode::with(&[Letter::T])),
+            106 => Some(MCode::with(&[Letter::S, Letter::P])),
+            107 => Some(MCode::with(&[Letter::P])),
+            116 => Some(MCode::PLAIN),
+            _ => None,
+        }
+    }
+
+    fn check(&self, call: &Call) -> Result<(), Status> {
+        if !matches!(call.code, 104 | 109 | 140 | 190) {
+            return Ok(());
+        }
+        let heater = self
+            .heater_of(call)
+            .and_then(|index| self.heaters.get(index));
+        let heater = heater.ok_or(Refusal::NoSuchHeater.status())?;
+        let target = call.words.get(Letter::S).map(Number::to_f32);
+        match target {
+            None if matches!(call.code, 104 | 140) => Err(Status::MissingWord),
+            Some(target) if !heater.takes(target) => Err(Refusal::OutOfRange.status()),
+            Some(_) | None => Ok(()),
+        }
+    }
+
+    fn gate(&self, asked: &Asked<'_, AXES>) -> Gate {
+        let gates = &self.config.gates;
+        let cold = Gate::Refuse(Refusal::TooCold.status());
+        match asked {
+            Asked::Move { from, target, jog } => {
+                let ends = gates
+                    .extruder_axis
+                    .map(|axis| (from.get(axis), target.get(axis)));
+                let extrudes = ends.is_some_and(|(from, target)| from != target);
+                let ready = self.heaters.iter().all(Heater::is_ready);
+                match extrudes && !self.is_warm() {
+                    true => cold,
+                    false if gates.wait_until_ready && !jog && !ready => Gate::Wait,
+                    false => Gate::Open,
+                }
+            }
+            Asked::Code(call) if matches!(call.code, 62 | 64) => {
+                let output = call.words.get(Letter::P).unwrap_or_default().trunc();
+                let bit = u32::try_from(output)
+                    .ok()
+                    .and_then(|output| 1u8.checked_shl(output));
+                let feeds = gates.feeders & bit.unwrap_or(0) != 0;
+                match feeds && !self.is_warm() {
+                    true => cold,
+                    false => Gate::Open,
+                }
+            }
+            _ => Gate::Open,
+        }
+    }
+
+    fn perform(&mut self, call: &Call, cx: &mut Cx<'_, AXES>) -> Step<AXES> {
+        match call.code {
+            104 | 140 => self.set_target(call),
+            105 => self.show(cx),
+            106 => {
+                let power = call.words.get(Letter::S).map_or(255, |power| power.trunc());
+                self.fan = u8::try_from(power.clamp(0, 255)).unwrap_or(255);
+                self.port.fan(self.fan);
+            }
+            107 => {
+                self.fan = 0;
+                self.port.fan(0);
+            }
+            _ if !cx.at_rest => return Step::Rest,
+            _ => {
+                self.set_target(call);
+                if !self.is_ready(call) {
+                    return Step::Wait(self.next);
+                }
+            }
+        }
+        Step::Done
+    }
+
+    fn errors(&self) -> impl Iterator<Item = &'static OwnCode> {
+        errors()
+    }
+
+    fn alarms(&self) -> impl Iterator<Item = &'static OwnCode> {
+        Fault::ALL.iter().map(|fault| fault.alarm())
+    }
+
+    fn report(&self, fields: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(fields, "|Heat:{}", Temperatures(&self.heaters))
+    }
+
+    fn event(&mut self, event: Event) {
+        if let Event::Enters(State::Alarm(_) | State::Sleep) | Event::ProgramEnd = event {
+            self.off();
+        }
+    }
+
+    fn poll(&mut self, cx: &mut Cx<'_, AXES>) -> Option<Instant> {
+        if self.next.is_none_or(|next| cx.now >= next) {
+            self.next = Some(cx.now + PERIOD);
+            if let Some((index, fault)) = self.regulate(cx.now) {
+                self.stop_for(index, fault, cx);
+            }
+        }
+        self.next
+    }
+}
+
+/// All heaters as `name,temperature,target`, with `;` between.
+struct Temperatures<'a>(&'a [Heater]);
+
+impl fmt::Display for Temperatures<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (index, heater) in self.0.iter().enumerate() {
+            let separator = if index > 0 { ";" } else { "" };
+            let (now, target) = (heater.celsius(), heater.target());
+            write!(f, "{separator}{},{now:.1},{target:.1}", heater.name())?;
+        }
+        Ok(())
+    }
+}
