@@ -3,9 +3,9 @@
 use super::align::AlignArgs;
 use super::calibrate::CalibrateArgs;
 use super::import::ImportCommand;
+use super::machine::MachineCommand;
 use super::replay::ReplayArgs;
 use super::serve_args::ServeArgs;
-use super::setting_args::AXES;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 use std::num::NonZeroU32;
@@ -47,7 +47,10 @@ pub(super) enum Command {
     },
     /// Print the manual page: `leadscrew man | man -l -`.
     Man(ManArgs),
-    /// Print the JSON schema of what a command writes with --json.
+    /// Begin a machine file.
+    #[command(subcommand)]
+    Machine(MachineCommand),
+    /// Print the JSON schema of what a command writes with --json, or of a machine file.
     Schema {
         /// The command.
         of: Shape,
@@ -63,6 +66,8 @@ pub(super) enum Shape {
     Check,
     /// `leadscrew profile --json`
     Profile,
+    /// A machine file
+    Machine,
 }
 
 /// Options of `man`.
@@ -76,6 +81,9 @@ pub(super) struct ManArgs {
 /// The machine's settings.
 #[derive(Args, Debug)]
 pub(super) struct SettingArgs {
+    /// The machine, a TOML file; without it a stock Grbl without switches. See `leadscrew machine new`.
+    #[arg(long, value_name = "FILE")]
+    pub(super) machine: Option<PathBuf>,
     /// A file of settings, lines as `$$` prints them.
     #[arg(long, value_name = "FILE")]
     pub(super) settings: Option<PathBuf>,
@@ -128,7 +136,7 @@ pub(super) struct CheckArgs {
     /// Where work zero is in machine coordinates, such as -200,-150,-40: what leaves the travel from there is told, with soft
     /// limits or without.
     #[arg(long, value_name = "X,Y,Z", value_parser = origin, allow_hyphen_values = true)]
-    pub(super) origin: Option<[f32; AXES]>,
+    pub(super) origin: Option<[f32; 3]>,
     /// Draw the toolpath as an SVG picture; `-` writes to standard output.
     #[arg(long, value_name = "FILE")]
     pub(super) svg: Option<PathBuf>,
@@ -154,9 +162,10 @@ pub(super) struct JobArgs {
     /// Speed of the serial line in bits per second; without it the line never waits.
     #[arg(long, value_name = "N", value_parser = baud)]
     pub(super) baud: Option<NonZeroU32>,
-    /// How many outputs M62 to M65 switch, 0 to 8; the waveform and the JSON show them.
-    #[arg(long, value_name = "N", default_value_t = 0, value_parser = clap::value_parser!(u8).range(0..=8))]
-    pub(super) outputs: u8,
+    /// How many outputs M62 to M65 switch, 0 to 8; the waveform and the JSON show them. Without it as many as the machine's file
+    /// has.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(0..=8))]
+    pub(super) outputs: Option<u8>,
     /// Print the outcome as JSON.
     #[arg(long)]
     pub(super) json: bool,
@@ -178,7 +187,7 @@ pub(super) struct JobArgs {
 }
 
 /// Three coordinates in mm.
-fn origin(text: &str) -> Result<[f32; AXES], String> {
+fn origin(text: &str) -> Result<[f32; 3], String> {
     let numbers: Option<Vec<f32>> = text
         .split(',')
         .map(|part| part.trim().parse().ok())

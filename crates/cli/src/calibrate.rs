@@ -2,12 +2,11 @@
 
 use super::args::SettingArgs;
 use super::said::say;
-use super::setting_args::{settings, AXES};
+use super::setting_args::Machine;
 use super::{unusable, Unusable};
 use clap::{Args, ValueEnum};
 use leadscrew_import::calibrate::steps_per_mm;
 use leadscrew_import::Mm;
-use leadscrew_machine::config::MachineConfig;
 use leadscrew_machine::settings::table::AxisSetting;
 use leadscrew_machine::settings::values::Key;
 
@@ -38,10 +37,10 @@ enum AxisArg {
 /// # Errors
 /// Where a length makes no sense.
 pub(super) fn calibrate(args: &CalibrateArgs) -> Result<bool, Unusable> {
-    let settings = settings(&args.machine, &MachineConfig::<AXES>::new())?;
+    let machine = Machine::new(&args.machine)?;
     let axis = args.axis as usize;
     let key = Key::Axis(AxisSetting::StepsPerMm, axis);
-    let now = settings.get(key);
+    let now = machine.settings.get(key);
     let steps = steps_per_mm(now, args.commanded, args.measured).map_err(unusable)?;
     eprintln!(
         "{now} steps/mm made {} mm of {} mm",

@@ -3,7 +3,7 @@
 use super::args::CheckArgs;
 use super::causes::Causes;
 use super::check_report::CheckReport;
-use super::checker::Checker;
+use super::checker::{follow, Follow};
 use super::complaint::Complaint;
 use super::input;
 use super::output::{is_stdout, Output, OutputError};
@@ -11,11 +11,9 @@ use super::remark::Remarks;
 use super::report::{json_text, title};
 use super::run::full_power;
 use super::said::say;
-use super::setting_args::{say_capped, settings, AXES};
+use super::setting_args::{say_capped, Machine};
 use super::{unusable, Unusable};
-use crate::picture::{draw, Caption};
-use leadscrew_machine::config::MachineConfig;
-use leadscrew_machine::settings::values::Settings;
+use crate::picture::{draw, Caption, Toolpath};
 use leadscrew_planner::Coordinate;
 use leadscrew_sim::streamer::Lines;
 use std::io::{self, BufRead};
@@ -29,10 +27,9 @@ const KEPT: usize = 10_000;
 /// # Errors
 /// Where an option or an input cannot be used.
 pub(super) fn check(args: &CheckArgs) -> Result<bool, Unusable> {
-    let config = MachineConfig::<AXES>::new();
-    let settings = settings(&args.machine, &config)?;
+    let machine = Machine::new(&args.machine)?;
     if !args.quiet {
-        say_capped(&settings, &config.step_timing);
+        say_capped(&machine);
     }
     let jobs = input::jobs(&args.files).map_err(unusable)?;
     let is_one = jobs.len() == 1 && args.files.len() == 1 && !args.files[0].is_dir();
@@ -45,7 +42,7 @@ pub(super) fn check(args: &CheckArgs) -> Result<bool, Unusable> {
     let mut reports = Vec::new();
     let mut clean = true;
     for job in &jobs {
-        let report = check_one(args, job, config, &settings)?;
+        let report = check_one(args, job, &machine)?;
         clean &= report.error_count == 0;
         match args.json {
             true => reports.push(report),
@@ -59,16 +56,11 @@ pub(super) fn check(args: &CheckArgs) -> Result<bool, Unusable> {
     Ok(clean)
 }
 
-fn check_one(
-    args: &CheckArgs,
-    file: &Path,
-    config: MachineConfig<AXES>,
-    settings: &Settings<AXES>,
-) -> Result<CheckReport, Unusable> {
+fn check_one(args: &CheckArgs, file: &Path, machine: &Machine) -> Result<CheckReport, Unusable> {
     let svg = args.svg.as_deref().map(Output::create).transpose();
     let svg = svg.map_err(unusable)?;
     let job = input::open(file).map_err(unusable)?;
-    let mut checker = Checker::new(&job.name, config, settings.clone());
+    let mut checker = follow(&job.name, machine);
     if let Some(origin) = args.origin {
         checker.begin_at(origin.map(Coordinate::from_mm));
     }
@@ -77,7 +69,7 @@ fn check_one(
     }
     let mut causes = Causes::default();
     let unreadable = |error| unusable(format!("{}: cannot be read: {error}", job.name));
-    let report = follow(&mut checker, &job.name, job.text, |complaint| {
+    let report = read_through(&mut *checker, &job.name, job.text, |complaint| {
         show(args, &mut causes, complaint);
     })
     .map_err(unreadable)?;
@@ -85,7 +77,7 @@ fn check_one(
         eprintln!("{rest}");
     }
     if let Some(output) = svg {
-        draw_picture(output, settings, &checker, &report).map_err(unusable)?;
+        draw_picture(output, machine, checker.path(), &report).map_err(unusable)?;
     }
     Ok(report)
 }
@@ -94,8 +86,8 @@ fn check_one(
 ///
 /// # Errors
 /// Where the text cannot be read.
-pub(super) fn follow(
-    checker: &mut Checker,
+pub(super) fn read_through(
+    checker: &mut dyn Follow,
     name: &str,
     text: impl BufRead,
     mut each: impl FnMut(&Complaint),
@@ -107,7 +99,7 @@ pub(super) fn follow(
     while lines.next(&mut raw)? {
         let number = lines.number();
         let found = checker.check(number, &raw);
-        let done = checker.last;
+        let done = checker.last();
         report.pauses.extend(done.paused.then_some(number));
         report.note_tools(&raw);
         let remarked = remarks.take(&raw, done).into_iter();
@@ -119,22 +111,22 @@ pub(super) fn follow(
         }
     }
     report.lines = lines.number();
-    report.measure(&checker.path);
+    report.measure(checker.path());
     Ok(report)
 }
 
 fn draw_picture(
     output: Output,
-    settings: &Settings<AXES>,
-    checker: &Checker,
+    machine: &Machine,
+    path: &Toolpath,
     report: &CheckReport,
 ) -> Result<(), OutputError> {
     let caption = Caption {
         title: title(&report.file),
         summary: report.caption(),
-        full_power_s: full_power(settings),
+        full_power_s: full_power(machine),
     };
-    let written = svg::write(output.pen(), &draw(&checker.path, &[], &caption));
+    let written = svg::write(output.pen(), &draw(path, &[], &caption));
     output.complete(written)
 }
 

@@ -4,7 +4,7 @@
 
 use super::complaint::{Complaint, Fault};
 use super::remark::Remark;
-use super::setting_args::{instead, AXES};
+use super::setting_args::{instead, Machine, TIMING};
 use crate::picture::{StrokeKind, Toolpath};
 use leadscrew_machine::config::MachineConfig;
 use leadscrew_machine::extension::{Call, Extension, MCode};
@@ -19,7 +19,9 @@ use leadscrew_machine::protocol::system_command::{Activity, Circumstances, Syste
 use leadscrew_machine::settings::table::{AxisSetting, Setting};
 use leadscrew_machine::settings::values::{Entry, Settings};
 use leadscrew_machine::soft_limits;
+use leadscrew_outputs::{OutputPort, Outputs};
 use leadscrew_planner::{Arc, Coordinate, StepsPerMm};
+use leadscrew_sim::OutputPins;
 use leadscrew_stepper::MAX_STEP_EVENTS;
 
 /// What a jog begins with.
@@ -41,28 +43,55 @@ pub(super) trait OwnWords {
     fn check(&self, call: &Call) -> Result<(), Status>;
 }
 
-impl<X: Extension<AXES>> OwnWords for X {
+impl<P: OutputPort> OwnWords for Outputs<P> {
     fn find(&self, code: u8) -> Option<MCode> {
-        self.m_code(code)
+        Extension::<3>::m_code(self, code)
     }
     fn check(&self, call: &Call) -> Result<(), Status> {
-        Extension::check(self, call)
+        Extension::<3>::check(self, call)
+    }
+}
+
+/// Follows a program line by line, whatever the axes of its machine.
+pub(super) trait Follow {
+    /// Puts the machine's X, Y and Z at `origin`, in machine coordinates, and work zero there: what leaves the travel from
+    /// there is a fault.
+    fn begin_at(&mut self, origin: [Coordinate; 3]);
+    /// Keeps what a picture is drawn from.
+    fn draw(&mut self);
+    /// Takes a line, which has this number; answers the fault that is in it.
+    fn check(&mut self, number: u64, raw: &[u8]) -> Option<Complaint>;
+    /// Takes a line; answers whether the machine will refuse it.
+    fn refuses(&mut self, raw: &[u8]) -> bool;
+    /// What the line under way did.
+    fn last(&self) -> Done;
+    /// Where the program goes.
+    fn path(&self) -> &Toolpath;
+}
+
+/// Begins a program called `file` on `machine` as it is after power-up.
+pub(super) fn follow(file: &str, machine: &Machine) -> Box<dyn Follow> {
+    match machine.axes() {
+        6 => Box::new(Checker::<6>::new(file, machine)),
+        5 => Box::new(Checker::<5>::new(file, machine)),
+        4 => Box::new(Checker::<4>::new(file, machine)),
+        _ => Box::new(Checker::<3>::new(file, machine)),
     }
 }
 
 /// Follows a program line by line without a machine.
-pub(super) struct Checker {
+struct Checker<const AXES: usize> {
     file: String,
     config: MachineConfig<AXES>,
     settings: Settings<AXES>,
     interpreter: Interpreter<AXES>,
     words: Box<dyn OwnWords>,
     /// Where the program goes.
-    pub(super) path: Toolpath,
+    path: Toolpath,
     /// Whether targets outside the travel are faults where soft limits are off, too.
     travel_counts: bool,
     /// What the line under way did.
-    pub(super) last: Done,
+    last: Done,
 }
 
 /// What a line did beside moving.
@@ -74,23 +103,9 @@ pub(super) struct Done {
     pub(super) ended: bool,
 }
 
-impl Checker {
-    /// Begins a program called `file` on a machine as it is after power-up.
-    pub(super) fn new(file: &str, config: MachineConfig<AXES>, settings: Settings<AXES>) -> Self {
-        Self {
-            file: file.to_owned(),
-            config,
-            settings,
-            interpreter: Interpreter::new(),
-            words: Box::new(()),
-            path: Toolpath::new([0.0; 3], false),
-            travel_counts: false,
-            last: Done::default(),
-        }
-    }
-
-    /// Puts the machine at `origin`, in machine coordinates, and work zero there: what leaves the travel from there is a fault.
-    pub(super) fn begin_at(&mut self, origin: [Coordinate; AXES]) {
+impl<const AXES: usize> Follow for Checker<AXES> {
+    fn begin_at(&mut self, origin: [Coordinate; 3]) {
+        let origin = std::array::from_fn(|axis| origin.get(axis).copied().unwrap_or_default());
         let zero = OffsetId::Work(WorkSystem::default());
         self.interpreter.load_offset(zero, origin);
         self.interpreter.set_position(origin);
@@ -98,31 +113,43 @@ impl Checker {
         self.path = Toolpath::new(mm(&origin), self.path.is_drawn());
     }
 
-    /// Takes the M codes of an extension, too.
-    pub(super) fn with_words(self, words: impl OwnWords + 'static) -> Self {
-        Self {
-            words: Box::new(words),
-            ..self
-        }
-    }
-
-    /// Keeps what a picture is drawn from.
-    pub(super) fn draw(&mut self) {
+    fn draw(&mut self) {
         self.path = Toolpath::new(mm(self.interpreter.position()), true);
     }
 
-    /// Takes a line, which has this number; answers the fault that is in it.
-    pub(super) fn check(&mut self, number: u64, raw: &[u8]) -> Option<Complaint> {
+    fn check(&mut self, number: u64, raw: &[u8]) -> Option<Complaint> {
         self.path.line = u32::try_from(number).unwrap_or(u32::MAX);
         let (kind, detail) = self.check_line(raw).err()?;
         Some(self.complaint(number, raw, &kind, detail))
     }
 
-    /// Takes a line; answers whether the machine will refuse it.
-    pub(super) fn refuses(&mut self, raw: &[u8]) -> bool {
+    fn refuses(&mut self, raw: &[u8]) -> bool {
         match self.check_line(raw) {
             Ok(()) | Err((LineFaultKind::OutOfTravel, _)) => false,
             Err((LineFaultKind::Refused(_) | LineFaultKind::TooLong, _)) => true,
+        }
+    }
+
+    fn last(&self) -> Done {
+        self.last
+    }
+
+    fn path(&self) -> &Toolpath {
+        &self.path
+    }
+}
+
+impl<const AXES: usize> Checker<AXES> {
+    fn new(file: &str, machine: &Machine) -> Self {
+        Self {
+            file: file.to_owned(),
+            config: machine.config(),
+            settings: Settings::new(machine.first()),
+            interpreter: Interpreter::new(),
+            words: Box::new(Outputs::new(machine.outputs, OutputPins::default())),
+            path: Toolpath::new([0.0; 3], false),
+            travel_counts: false,
+            last: Done::default(),
         }
     }
 
@@ -292,10 +319,9 @@ impl Checker {
         let command = SystemCommand::parse(line, &now).map_err(refused)?;
         if let SystemCommand::Set { number, value } = command {
             let entry = Entry { number, value };
-            let timing = &self.config.step_timing;
-            if let Err(status) = self.settings.set(entry, timing.limits(AXES)) {
+            if let Err(status) = self.settings.set(entry, TIMING.limits(AXES)) {
                 let fault = command.locate(status.into(), line);
-                let words = || instead(&self.settings, timing, number).trim().to_owned();
+                let words = || instead(&self.settings, AXES, number).trim().to_owned();
                 let detail = (status == Status::StepRateTooHigh).then(words);
                 return Err((LineFaultKind::Refused(fault), detail));
             }
@@ -357,15 +383,15 @@ impl Checker {
 }
 
 /// X, Y and Z in mm.
-fn mm(at: &[Coordinate; AXES]) -> [f64; 3] {
-    at.map(|axis| axis.nanos() as f64 * 1e-9)
+fn mm<const AXES: usize>(at: &[Coordinate; AXES]) -> [f64; 3] {
+    std::array::from_fn(|axis| at.get(axis).map_or(0.0, |axis| axis.nanos() as f64 * 1e-9))
 }
 
 fn refused(fault: LineFault) -> (LineFaultKind, Option<String>) {
     (LineFaultKind::Refused(fault), None)
 }
 
-fn context<'a>(
+fn context<'a, const AXES: usize>(
     config: &'a MachineConfig<AXES>,
     settings: &Settings<AXES>,
     reach: &'a [Coordinate; AXES],
@@ -382,7 +408,7 @@ fn context<'a>(
 }
 
 /// Says which axis would leave its travel, and by how much.
-fn beyond(target: &[Coordinate; AXES], travel: &[Coordinate; AXES]) -> String {
+fn beyond<const AXES: usize>(target: &[Coordinate; AXES], travel: &[Coordinate; AXES]) -> String {
     let axes = super::report::LETTERS.iter().zip(target.iter().zip(travel));
     let parts: Vec<String> = axes
         .filter(|(_, (at, travel))| **at > Coordinate::ZERO || **at < Coordinate::ZERO - **travel)

@@ -11,6 +11,7 @@ mod checker;
 mod complaint;
 mod import;
 mod input;
+mod machine;
 mod output;
 mod picture;
 mod profile;
@@ -56,6 +57,7 @@ fn main() -> ExitCode {
         Command::Align(args) => align::align(&args),
         Command::Calibrate(args) => calibrate::calibrate(&args),
         Command::Completions { shell } => shell::completions(shell),
+        Command::Machine(command) => machine::run(&command),
         Command::Man(args) => shell::man(&args),
         Command::Schema { of } => shell::schema(of),
     };

@@ -6,19 +6,17 @@ use super::input::{self, Job};
 use super::output::{is_stdout, Output};
 use super::report::{duration, error_json, title, verdict, JsonError, JSON_VERSION};
 use super::said::say;
-use super::setting_args::{as_defaults, settings, AXES};
+use super::setting_args::{Machine as Chosen, TIMING};
 use super::stream::{Stream, Streamed};
 use super::trials::{trials, Trial};
 use super::{unusable, Unusable};
 use crate::picture::draw_limits;
 use leadscrew_gcode::Number;
-use leadscrew_machine::config::MachineConfig;
 use leadscrew_machine::settings::table::{AxisSetting, Setting};
-use leadscrew_machine::settings::values::{Entry, Key, Settings};
-use leadscrew_machine::step_timing::{StepLimits, StepTiming};
-use leadscrew_outputs::OutputsConfig;
+use leadscrew_machine::settings::values::{Entry, Key};
 use leadscrew_sim::clock::seconds;
 use leadscrew_sim::link::Rate;
+use leadscrew_sim::profile::Belts;
 use leadscrew_sim::speed_profile::{shares, write_csv, Machine, Recorder, Share, Stretch};
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -36,18 +34,22 @@ const LISTED: usize = 12;
 /// # Errors
 /// Where an option or the input cannot be used, or an output not be written.
 pub(super) fn profile(args: &ProfileArgs) -> Result<bool, Unusable> {
-    let config = MachineConfig::<AXES>::new();
-    let settings = without_lead(settings(&args.machine, &config)?);
+    let chosen = Chosen::new(&args.machine)?;
+    if chosen.file.kinematics == Belts::CoreXy {
+        return Err(unusable(
+            "profile: crossed belts are not supported yet; run tells the job's time",
+        ));
+    }
+    let chosen = without_lead(&chosen);
     let text = Text::read(input::open(&args.file).map_err(unusable)?)?;
     let [svg, csv] = outputs(args)?;
     let course = Course {
-        config,
         rate: args.baud.map_or(Rate::NeverWaits, Rate::Baud),
         keep_going: args.keep_going,
         quiet: args.quiet,
     };
-    let recorder = Recorder::new(machine(&settings, &config.step_timing));
-    let done = course.run(&text, &settings, 100, recorder)?;
+    let recorder = Recorder::new(machine(&chosen));
+    let done = course.run(&text, &chosen, 100, recorder)?;
     let mut report = ProfileReport::new(&text.name, done);
     if let Some(csv) = csv {
         let written = write_csv(csv.pen(), report.begin, &report.stretches);
@@ -59,7 +61,7 @@ pub(super) fn profile(args: &ProfileArgs) -> Result<bool, Unusable> {
         svg.complete(written).map_err(unusable)?;
     }
     if report.is_clean() && !args.no_trials {
-        report.trials = trials(&course, &text, &settings, report.job_cycles, &report.shares);
+        report.trials = trials(&course, &text, &chosen, report.job_cycles, &report.shares);
     }
     if args.json {
         say(report.json(args.line_times))?;
@@ -93,29 +95,29 @@ fn outputs(args: &ProfileArgs) -> Result<[Option<Output>; 2], Unusable> {
 }
 
 /// The same without the laser's lead, which leaves the motion alone: power is shown where it belongs on the path.
-pub(super) fn without_lead(mut settings: Settings<AXES>) -> Settings<AXES> {
+pub(super) fn without_lead(chosen: &Chosen) -> Chosen {
+    let mut settings = chosen.settings.clone();
     settings.load(Entry {
         number: Key::Machine(Setting::LaserLead).number(),
         value: Number::from_int(0),
     });
-    settings
+    chosen.with(&settings)
 }
 
 /// What the limits are found from.
-pub(super) fn machine(settings: &Settings<AXES>, timing: &StepTiming) -> Machine {
-    let pulse_us = u8::try_from(settings.whole(Setting::StepPulse)).unwrap_or(u8::MAX);
-    let values = |setting| {
-        settings
-            .axes(setting)
-            .map(|value| value.nanos() as f64 / 1e9)
-    };
+pub(super) fn machine(chosen: &Chosen) -> Machine {
+    let pulse = chosen.settings.whole(Setting::StepPulse);
+    let pulse_us = u8::try_from(pulse).unwrap_or(u8::MAX);
+    let values = |setting| chosen.of_axes(setting).into_iter();
     Machine {
-        mm_per_step: values(AxisSetting::StepsPerMm).map(f64::recip).to_vec(),
+        mm_per_step: values(AxisSetting::StepsPerMm).map(f64::recip).collect(),
         rate: values(AxisSetting::MaxRate)
             .map(|rate| rate / 60.0)
-            .to_vec(),
-        acceleration: values(AxisSetting::Acceleration).to_vec(),
-        step_rate: timing.highest_rate(pulse_us, AXES).into(),
+            .collect(),
+        acceleration: values(AxisSetting::Acceleration).collect(),
+        step_rate: TIMING
+            .highest_rate(pulse_us, chosen.file.motor_count())
+            .into(),
     }
 }
 
@@ -149,7 +151,6 @@ impl Text {
 /// How the job is run, whatever the settings.
 #[derive(Clone, Copy)]
 pub(super) struct Course {
-    config: MachineConfig<AXES>,
     rate: Rate,
     keep_going: bool,
     quiet: bool,
@@ -164,33 +165,22 @@ impl Course {
         }
     }
 
-    /// What the board can make.
-    pub(super) fn step_limits(&self) -> StepLimits {
-        self.config.step_timing.limits(AXES)
-    }
-
     /// Runs the job with `settings` and all programmed feeds at `percent`.
     pub(super) fn run<O: leadscrew_sim::Observer>(
         &self,
         text: &Text,
-        settings: &Settings<AXES>,
+        machine: &Chosen,
         percent: u8,
         observer: O,
     ) -> Result<Streamed<O>, Unusable> {
-        let config = MachineConfig {
-            defaults: as_defaults(settings),
-            ..self.config
-        };
         let stream = Stream {
-            config,
-            settings,
+            machine,
             rate: self.rate,
             keep_going: self.keep_going,
             quiet: self.quiet,
             mute: false,
             feed_percent: percent,
             keep_answers: true,
-            outputs: OutputsConfig::default(),
         };
         stream.run(text.job(), observer)
     }

@@ -2,6 +2,7 @@
 
 use super::complaint::Complaint;
 use leadscrew_sim::outcome::Outcome;
+use leadscrew_sim::powered::MOST_MOTORS;
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -13,7 +14,7 @@ pub(super) const LETTERS: [char; 6] = ['X', 'Y', 'Z', 'A', 'B', 'C'];
 
 /// All that is told of a job.
 #[derive(Debug)]
-pub(super) struct Report<const AXES: usize> {
+pub(super) struct Report {
     /// The file's name.
     pub(super) file: String,
     /// Lines read from it.
@@ -25,9 +26,11 @@ pub(super) struct Report<const AXES: usize> {
     /// The alarm that ended the job.
     pub(super) alarm: Option<Complaint>,
     /// What the simulation found out.
-    pub(super) outcome: Outcome<AXES>,
+    pub(super) outcome: Outcome<MOST_MOTORS>,
     /// Steps/mm of each axis.
-    pub(super) steps_per_mm: [f64; AXES],
+    pub(super) steps_per_mm: Vec<f64>,
+    /// Whether motors 0 and 1 turn X and Y together, by crossed belts.
+    pub(super) crossed: bool,
     /// Length of the feed moves, mm.
     pub(super) cut_mm: f64,
     /// Length of all other moves, mm.
@@ -133,7 +136,7 @@ struct JsonCpu {
     peak: f64,
 }
 
-impl<const AXES: usize> Report<AXES> {
+impl Report {
     /// Whether the job met neither an error nor an alarm.
     pub(super) fn is_clean(&self) -> bool {
         self.error_count == 0 && self.alarm.is_none()
@@ -186,16 +189,27 @@ impl<const AXES: usize> Report<AXES> {
         })
     }
 
+    /// How far the axes have gone, in steps of theirs.
+    fn net_steps(&self) -> [f64; MOST_MOTORS] {
+        let mut steps = self.outcome.motors.map(|motor| motor.net_steps as f64);
+        if let (true, [a, b, ..]) = (self.crossed, steps.as_mut_slice()) {
+            (*a, *b) = (0.5 * (*a + *b), 0.5 * (*a - *b));
+        }
+        steps
+    }
+
     fn axes(&self) -> impl Iterator<Item = (char, JsonAxis)> + '_ {
-        let motors = self.outcome.motors.iter().zip(self.steps_per_mm);
+        let motors = self.outcome.motors.iter().zip(&self.steps_per_mm);
+        let steps = self.net_steps();
         LETTERS
             .into_iter()
+            .zip(steps)
             .zip(motors)
-            .map(|(name, (motor, steps_per_mm))| {
+            .map(|((name, steps), (motor, steps_per_mm))| {
                 let axis = JsonAxis {
                     pulses: motor.pulses,
                     net_steps: motor.net_steps,
-                    position_mm: motor.net_steps as f64 / steps_per_mm,
+                    position_mm: steps / steps_per_mm,
                     peak_mm_min: motor.peak_hz / steps_per_mm * 60.0,
                 };
                 (name, axis)
@@ -213,7 +227,7 @@ pub(super) fn error_json(complaint: &Complaint) -> JsonError<'_> {
     }
 }
 
-impl<const AXES: usize> fmt::Display for Report<AXES> {
+impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let outcome = &self.outcome;
         writeln!(f, "{}: {} lines, {}", self.file, self.lines, self.verdict())?;
@@ -275,7 +289,7 @@ impl<const AXES: usize> fmt::Display for Report<AXES> {
     }
 }
 
-impl<const AXES: usize> Report<AXES> {
+impl Report {
     /// One line of figures, for a picture.
     pub(super) fn caption(&self) -> String {
         format!(

@@ -3,21 +3,18 @@
 use super::args::JobArgs;
 use super::input::{self, Job};
 use super::output::{is_stdout, Output, OutputError};
-use super::profile::machine;
+use super::profile::machine as limits_of;
 use super::report::{extents, json_text, title, Report};
 use super::said::say;
-use super::setting_args::{as_defaults, say_capped, settings, AXES};
+use super::setting_args::{say_capped, Machine};
 use super::stream::Stream;
 use super::watchers::{Sketch, StepList, WaveformFile};
 use super::{unusable, Unusable};
 use crate::picture::{draw, Caption};
-use leadscrew_machine::config::MachineConfig;
 use leadscrew_machine::settings::table::{AxisSetting, Setting};
-use leadscrew_machine::settings::values::Settings;
-use leadscrew_machine::step_timing::StepTiming;
 use leadscrew_machine::tool::spindle::SpindleScale;
-use leadscrew_outputs::OutputsConfig;
 use leadscrew_sim::link::Rate;
+use leadscrew_sim::profile::Belts;
 use leadscrew_sim::speed_profile::{Recorder, Stretch};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -27,11 +24,10 @@ use std::time::Instant;
 /// # Errors
 /// Where an option or an input cannot be used, or an output not be written.
 pub(super) fn run(args: &JobArgs) -> Result<bool, Unusable> {
-    let mut config = MachineConfig::<AXES>::new();
-    let settings = settings(&args.machine, &config)?;
-    config.defaults = as_defaults(&settings);
+    let mut machine = Machine::new(&args.machine)?;
+    machine.outputs.count = args.outputs.unwrap_or(machine.outputs.count);
     if !args.quiet {
-        say_capped(&settings, &config.step_timing);
+        say_capped(&machine);
     }
     let jobs = input::jobs(&args.files).map_err(unusable)?;
     let is_one = jobs.len() == 1 && jobs == args.files;
@@ -44,8 +40,8 @@ pub(super) fn run(args: &JobArgs) -> Result<bool, Unusable> {
     for file in &jobs {
         let begin = Instant::now();
         let job = input::open(file).map_err(unusable)?;
-        let outputs = Outputs::create(args, &settings).map_err(unusable)?;
-        let mut report = simulate(args, &config, &settings, job, outputs)?;
+        let outputs = Outputs::create(args, &machine).map_err(unusable)?;
+        let mut report = simulate(args, &machine, job, outputs)?;
         report.wall_seconds = begin.elapsed().as_secs_f64();
         clean &= report.is_clean();
         match args.json {
@@ -84,10 +80,10 @@ fn one_for_stdout(args: &JobArgs) -> Result<(), &'static str> {
 }
 
 impl Outputs {
-    fn create(args: &JobArgs, settings: &Settings<AXES>) -> Result<Self, OutputError> {
+    fn create(args: &JobArgs, machine: &Machine) -> Result<Self, OutputError> {
         let scale = SpindleScale {
-            max: settings.value(Setting::MaxSpeed).to_f32(),
-            min: settings.value(Setting::MinSpeed).to_f32(),
+            max: machine.settings.value(Setting::MaxSpeed).to_f32(),
+            min: machine.settings.value(Setting::MinSpeed).to_f32(),
         };
         let steps = args
             .steps
@@ -97,49 +93,42 @@ impl Outputs {
         let vcd = args
             .vcd
             .as_deref()
-            .map(|path| WaveformFile::create(path, AXES, args.outputs))
+            .map(|path| {
+                WaveformFile::create(path, machine.file.motor_count(), machine.outputs.count)
+            })
             .transpose()?;
         let svg = args.svg.as_deref().map(Output::create).transpose()?;
-        let timing = StepTiming::F407;
-        let recorder = svg
-            .as_ref()
-            .map(|_| Recorder::new(machine(settings, &timing)));
+        // The recorder knows motors that turn one axis each.
+        let is_drawn = svg.is_some() && machine.file.kinematics != Belts::CoreXy;
+        let recorder = is_drawn.then(|| Recorder::new(limits_of(machine)));
         Ok(Self {
             steps,
             vcd,
-            sketch: Sketch::new(recorder),
+            sketch: Sketch::new(recorder, svg.is_some()),
             svg,
         })
     }
 }
 
-fn steps_per_mm(settings: &Settings<AXES>) -> [f64; AXES] {
-    settings
-        .axes(AxisSetting::StepsPerMm)
-        .map(|steps| steps.nanos() as f64 / 1e9)
+fn steps_per_mm(machine: &Machine) -> Vec<f64> {
+    machine.of_axes(AxisSetting::StepsPerMm)
 }
 
 fn simulate(
     args: &JobArgs,
-    config: &MachineConfig<AXES>,
-    settings: &Settings<AXES>,
+    machine: &Machine,
     job: Job,
     outputs: Outputs,
-) -> Result<Report<AXES>, Unusable> {
+) -> Result<Report, Unusable> {
     let file = job.name.clone();
     let stream = Stream {
-        config: *config,
-        settings,
+        machine,
         rate: args.baud.map_or(Rate::NeverWaits, Rate::Baud),
         keep_going: args.keep_going,
         quiet: args.quiet,
         mute: false,
         feed_percent: 100,
         keep_answers: false,
-        outputs: OutputsConfig {
-            count: args.outputs,
-            ..OutputsConfig::default()
-        },
     };
     let observer = ((outputs.steps, outputs.vcd), outputs.sketch);
     let done = stream.run(job, observer)?;
@@ -157,13 +146,14 @@ fn simulate(
         error_count: done.error_count,
         alarm: done.alarm,
         outcome: done.outcome,
-        steps_per_mm: steps_per_mm(settings),
+        steps_per_mm: steps_per_mm(machine),
+        crossed: machine.file.kinematics == Belts::CoreXy,
         cut_mm: sketch.path.cut_mm(),
         travel_mm: sketch.path.travel_mm(),
         baud: args.baud,
         pauses: done.pauses,
         tools: done.tools,
-        outputs: args.outputs,
+        outputs: machine.outputs.count,
         extents: sketch.path.cut_bounds().map(extents),
         wall_seconds: 0.0,
     };
@@ -173,34 +163,35 @@ fn simulate(
         let speed = sketch.speed.take();
         let stretches = speed.map(|speed| speed.finish(begin, end, |_| None));
         let stretches = stretches.unwrap_or_default();
-        draw_picture(output, settings, &sketch, &stretches, &report).map_err(unusable)?;
+        draw_picture(output, machine, &sketch, &stretches, &report).map_err(unusable)?;
     }
     Ok(report)
 }
 
 /// S of a laser's full power; `None` where S is a spindle's speed.
-pub(super) fn full_power(settings: &Settings<AXES>) -> Option<f64> {
+pub(super) fn full_power(machine: &Machine) -> Option<f64> {
+    let settings = &machine.settings;
     let full = f64::from(settings.value(Setting::MaxSpeed).to_f32());
     settings.is_on(Setting::Laser).then_some(full)
 }
 
 fn draw_picture(
     output: Output,
-    settings: &Settings<AXES>,
+    machine: &Machine,
     sketch: &Sketch,
     stretches: &[Stretch],
-    report: &Report<AXES>,
+    report: &Report,
 ) -> Result<(), OutputError> {
     let caption = Caption {
         title: title(&report.file),
         summary: report.caption(),
-        full_power_s: full_power(settings),
+        full_power_s: full_power(machine),
     };
     let written = svg::write(output.pen(), &draw(&sketch.path, stretches, &caption));
     output.complete(written)
 }
 
-fn tell(args: &JobArgs, report: &Report<AXES>) -> Result<(), Unusable> {
+fn tell(args: &JobArgs, report: &Report) -> Result<(), Unusable> {
     if args.quiet {
         Ok(())
     } else if named(args).any(is_stdout) {

@@ -15,6 +15,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::Arc;
 use std::time::Instant;
 
+/// The axes of the largest machine that is served.
+const MOST_SERVED: usize = 4;
+
 /// Why `serve` cannot begin.
 #[derive(Debug)]
 pub(super) enum ServeError {
@@ -22,6 +25,8 @@ pub(super) enum ServeError {
     Profile(ProfileError),
     /// More lines than a machine has.
     TooManyLines(usize),
+    /// More axes than `serve` has.
+    TooManyAxes(usize),
     /// The log cannot be written.
     Log(PathBuf, io::Error),
     /// Ctrl-C cannot be caught.
@@ -36,6 +41,12 @@ impl fmt::Display for ServeError {
             Self::Profile(error) => error.fmt(f),
             Self::TooManyLines(count) => {
                 write!(f, "{count} lines, but a machine has {CHANNELS} at most")
+            }
+            Self::TooManyAxes(count) => {
+                write!(
+                    f,
+                    "{count} axes, but serve has machines of {MOST_SERVED} at most"
+                )
             }
             Self::Log(file, error) => write!(f, "{}: cannot be written: {error}", file.display()),
             Self::Signal(error) => write!(f, "Ctrl-C cannot be caught: {error}"),
@@ -91,6 +102,9 @@ fn service(args: &ServeArgs) -> Result<Service, ServeError> {
     }
     let profile = args.machine.as_deref().map(Profile::load).transpose();
     let profile = profile.map_err(ServeError::Profile)?.unwrap_or_default();
+    if profile.axis_count() > MOST_SERVED {
+        return Err(ServeError::TooManyAxes(profile.axis_count()));
+    }
     Ok(Service {
         allowed: allowed(args),
         state: args.state_file(),

@@ -1,4 +1,4 @@
-//! The machine's settings from the command line: Grbl's defaults, a file over them, single ones over that.
+//! The machine from the command line: Grbl's settings, a machine file over them, a settings file over that, then single ones.
 
 use super::args::SettingArgs;
 use super::settings_file::{self, SettingLine};
@@ -10,77 +10,132 @@ use leadscrew_machine::settings::table::{AxisSetting, Setting};
 use leadscrew_machine::settings::values::{Entry, Key, Settings};
 use leadscrew_machine::step_rate;
 use leadscrew_machine::step_timing::StepTiming;
+use leadscrew_outputs::OutputsConfig;
+use leadscrew_sim::powered::MOST_AXES;
+use leadscrew_sim::profile::Profile;
 
-/// Axes of the machine that the command line simulates.
-pub(super) const AXES: usize = 3;
-
-/// Reads all settings and puts them into effect one after the other.
-///
-/// # Errors
-/// The first that is no setting or is refused, with where it came from and GRBL's words for it.
-pub(super) fn settings(
-    args: &SettingArgs,
-    config: &MachineConfig<AXES>,
-) -> Result<Settings<AXES>, Unusable> {
-    let mut lines = match &args.settings {
-        Some(path) => settings_file::read(path).map_err(unusable)?,
-        None => Vec::new(),
-    };
-    for option in &args.set {
-        lines.push(settings_file::option(option).map_err(unusable)?);
-    }
-    let mut settings = Settings::new(config.defaults);
-    put(&mut settings, &lines, &config.step_timing)?;
-    Ok(settings)
+/// The machine that a command works with: what its file says, and its settings.
+#[derive(Clone, Debug)]
+pub(super) struct Machine {
+    /// What its file says; a stock Grbl without switches where there is none.
+    pub(super) file: Profile,
+    /// Its settings, those of axes that it has not included.
+    pub(super) settings: Settings<MOST_AXES>,
+    /// Its outputs that M62 to M65 switch.
+    pub(super) outputs: OutputsConfig,
+    /// The same as a new machine's, which it boots with.
+    first: &'static [Entry],
 }
 
-/// The settings of a machine's own listing: what this machine refuses keeps its default.
-pub(super) fn from_listing(listing: &str, config: &MachineConfig<AXES>) -> Settings<AXES> {
-    let mut settings = Settings::new(config.defaults);
-    for entry in listing.lines().filter_map(|line| entry(line).ok()) {
-        settings.load(entry);
+impl Machine {
+    /// Reads the machine's file and all settings, and puts them into effect one after the other.
+    ///
+    /// # Errors
+    /// The first that is no setting or is refused, with where it came from and GRBL's words for it.
+    pub(super) fn new(args: &SettingArgs) -> Result<Self, Unusable> {
+        let file = args.machine.as_deref().map(Profile::load).transpose();
+        let file = file.map_err(unusable)?.unwrap_or_default();
+        let mut lines = match &args.settings {
+            Some(path) => settings_file::read(path).map_err(unusable)?,
+            None => Vec::new(),
+        };
+        for option in &args.set {
+            lines.push(settings_file::option(option).map_err(unusable)?);
+        }
+        let mut settings = Settings::new(file.first_settings().leak());
+        put(&mut settings, &lines, file.axis_count())?;
+        Ok(Self::of(file, settings))
     }
-    settings
+
+    /// A machine of three axes with the settings of its own listing: what this machine refuses keeps its default.
+    pub(super) fn from_listing(listing: &str) -> Self {
+        let mut settings = Settings::new(&[]);
+        for entry in listing.lines().filter_map(|line| entry(line).ok()) {
+            settings.load(entry);
+        }
+        Self::of(Profile::default(), settings)
+    }
+
+    fn of(file: Profile, settings: Settings<MOST_AXES>) -> Self {
+        let first = as_defaults(&settings, file.axis_count());
+        Self {
+            outputs: file.outputs.config(),
+            file,
+            settings,
+            first,
+        }
+    }
+
+    /// The same machine with other settings.
+    pub(super) fn with(&self, settings: &Settings<MOST_AXES>) -> Self {
+        Self::of(self.file.clone(), settings.clone())
+    }
+
+    /// The number of its axes.
+    pub(super) fn axes(&self) -> usize {
+        self.file.axis_count()
+    }
+
+    /// Its settings as a new machine's. They live as long as the process.
+    pub(super) fn first(&self) -> &'static [Entry] {
+        self.first
+    }
+
+    /// Its build, which boots with its settings.
+    pub(super) fn config<const AXES: usize>(&self) -> MachineConfig<AXES> {
+        MachineConfig {
+            defaults: self.first,
+            ..self.file.config()
+        }
+    }
+
+    /// The values of a setting that each axis has.
+    pub(super) fn of_axes(&self, setting: AxisSetting) -> Vec<f64> {
+        let all = self.settings.axes(setting);
+        all[..self.axes()].iter().copied().map(plain).collect()
+    }
 }
 
-/// The settings as a machine's own defaults, which it boots with. They live as long as the process.
-pub(super) fn as_defaults(settings: &Settings<AXES>) -> &'static [Entry] {
+/// What making steps takes on the board that is simulated.
+pub(super) const TIMING: StepTiming = StepTiming::F407;
+
+/// The settings as a machine's own defaults. They live as long as the process.
+fn as_defaults(settings: &Settings<MOST_AXES>, axes: usize) -> &'static [Entry] {
+    let of_machine = |key: &Key| Key::from_number(key.number(), axes).is_some();
     let entry = |key: Key| Entry {
         number: key.number(),
         value: settings.get(key),
     };
-    let entries: Vec<Entry> = Settings::<AXES>::keys().map(entry).collect();
+    let keys = Settings::<MOST_AXES>::keys().filter(of_machine);
+    let entries: Vec<Entry> = keys.map(entry).collect();
     entries.leak()
 }
 
 /// Puts `lines` into effect in their order; one that needs a later one (soft limits before homing) is tried again
 /// after it.
 fn put(
-    settings: &mut Settings<AXES>,
+    settings: &mut Settings<MOST_AXES>,
     lines: &[SettingLine],
-    timing: &StepTiming,
+    axes: usize,
 ) -> Result<(), Unusable> {
     let mut postponed = Vec::new();
     for line in lines {
-        match set(settings, line, timing) {
+        match set(settings, line, axes) {
             Ok(()) => {}
             Err(Status::SoftLimitsNeedHoming) => postponed.push(line),
-            Err(status) => return Err(refused(line, status, settings, timing)),
+            Err(status) => return Err(refused(line, status, settings, axes)),
         }
     }
     for line in postponed {
-        set(settings, line, timing).map_err(|status| refused(line, status, settings, timing))?;
+        set(settings, line, axes).map_err(|status| refused(line, status, settings, axes))?;
     }
     Ok(())
 }
 
-fn set(
-    settings: &mut Settings<AXES>,
-    line: &SettingLine,
-    timing: &StepTiming,
-) -> Result<(), Status> {
+fn set(settings: &mut Settings<MOST_AXES>, line: &SettingLine, axes: usize) -> Result<(), Status> {
     let entry = entry(&line.text)?;
-    settings.set(entry, timing.limits(AXES)).map(|_| ())
+    Key::from_number(entry.number, axes).ok_or(Status::InvalidStatement)?;
+    settings.set(entry, TIMING.limits(axes)).map(|_| ())
 }
 
 fn entry(text: &str) -> Result<Entry, Status> {
@@ -102,12 +157,12 @@ fn entry(text: &str) -> Result<Entry, Status> {
 fn refused(
     line: &SettingLine,
     status: Status,
-    settings: &Settings<AXES>,
-    timing: &StepTiming,
+    settings: &Settings<MOST_AXES>,
+    axes: usize,
 ) -> Unusable {
     let (number, text, advice) = (status.number(), status.text(), status.explanation());
     let instead = match (status, entry(&line.text)) {
-        (Status::StepRateTooHigh, Ok(entry)) => instead(settings, timing, entry.number),
+        (Status::StepRateTooHigh, Ok(entry)) => instead(settings, axes, entry.number),
         _ => String::new(),
     };
     unusable(format!(
@@ -117,27 +172,31 @@ fn refused(
 }
 
 /// What would work in place of a setting that was refused for its step rate.
-pub(super) fn instead(settings: &Settings<AXES>, timing: &StepTiming, number: u16) -> String {
-    let key = Key::from_number(number, AXES);
-    let capped = key.and_then(|key| step_rate::instead(settings, timing, AXES, key));
+pub(super) fn instead<const AXES: usize>(
+    settings: &Settings<AXES>,
+    axes: usize,
+    number: u16,
+) -> String {
+    let key = Key::from_number(number, axes);
+    let capped = key.and_then(|key| step_rate::instead(settings, &TIMING, axes, key));
     capped.map_or_else(String::new, |capped| {
         format!(" ${number} can be {} at most.", plain(capped.most))
     })
 }
 
 /// Says on the standard error output where motion is capped.
-pub(super) fn say_capped(settings: &Settings<AXES>, timing: &StepTiming) {
-    for words in capped(settings, timing) {
+pub(super) fn say_capped(machine: &Machine) {
+    for words in capped(&machine.settings, machine.axes()) {
         eprintln!("note: {words}");
     }
 }
 
 /// Says of each rate that asks for more steps than the board can make what it comes to.
-fn capped(settings: &Settings<AXES>, timing: &StepTiming) -> Vec<String> {
+fn capped(settings: &Settings<MOST_AXES>, axes: usize) -> Vec<String> {
     let pulse = settings.whole(Setting::StepPulse);
-    let rate = timing.highest_rate(u8::try_from(pulse).unwrap_or(u8::MAX), AXES);
+    let rate = TIMING.highest_rate(u8::try_from(pulse).unwrap_or(u8::MAX), axes);
     let words = |axis: usize| {
-        let capped = step_rate::capped(settings, timing, AXES, axis)?;
+        let capped = step_rate::capped(settings, &TIMING, axes, axis)?;
         let asked = settings.get(Key::Axis(AxisSetting::MaxRate, axis));
         Some(format!(
             "${number}={asked}: {most} mm/min is the most with $0={pulse}, {rate} steps/s; motion is capped there",
@@ -146,7 +205,7 @@ fn capped(settings: &Settings<AXES>, timing: &StepTiming) -> Vec<String> {
             most = plain(capped.most),
         ))
     };
-    (0..AXES).filter_map(words).collect()
+    (0..axes).filter_map(words).collect()
 }
 
 fn plain(number: Number) -> f64 {
@@ -157,13 +216,13 @@ fn plain(number: Number) -> f64 {
 mod tests {
     use super::*;
 
-    fn settings_of(texts: &[&str]) -> Result<Settings<AXES>, String> {
+    fn settings_of(texts: &[&str]) -> Result<Settings<MOST_AXES>, String> {
         let mut settings = Settings::default();
         let lines: Vec<_> = texts
             .iter()
             .map(|text| settings_file::option(text).unwrap())
             .collect();
-        put(&mut settings, &lines, &StepTiming::F407).map_err(|error| error.to_string())?;
+        put(&mut settings, &lines, 3).map_err(|error| error.to_string())?;
         Ok(settings)
     }
 
@@ -189,7 +248,7 @@ mod tests {
     fn words_name_the_largest_rate_that_would_work() {
         let settings = settings_of(&["$110=30000", "$111=20000"]).unwrap();
         let words = "$110=30000: 21818.16 mm/min is the most with $0=10, 90909 steps/s; motion is capped there";
-        assert_eq!(capped(&settings, &StepTiming::F407), [words]);
+        assert_eq!(capped(&settings, 3), [words]);
         let refused = settings_of(&["$110=20000000"]).unwrap_err();
         let instead = "$110 can be 21818.16 at most.";
         assert!(
@@ -203,7 +262,7 @@ mod tests {
     #[test]
     fn a_machine_boots_with_what_was_set() {
         let settings = settings_of(&["$110=6000", "$32=1"]).unwrap();
-        let booted = Settings::<AXES>::new(as_defaults(&settings));
+        let booted = Settings::<MOST_AXES>::new(as_defaults(&settings, 3));
         assert!(booted == settings || booted.is_on(Setting::Laser));
         assert_eq!(
             booted.listed(21).unwrap().to_string(),

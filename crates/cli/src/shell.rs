@@ -8,6 +8,7 @@ use super::said::say;
 use super::{unusable, Unusable};
 use clap::CommandFactory;
 use clap_complete::{generate, Shell};
+use leadscrew_sim::profile::Profile;
 use schemars::schema_for;
 
 const NAME: &str = "leadscrew";
@@ -39,7 +40,7 @@ pub(super) fn man(args: &ManArgs) -> Result<bool, Unusable> {
     say(String::from_utf8_lossy(&text)).map(|()| true)
 }
 
-/// Prints the JSON schema of what a command writes.
+/// Prints the JSON schema of what a command writes, or of a machine file.
 ///
 /// # Errors
 /// Where standard output cannot be written.
@@ -48,6 +49,7 @@ pub(super) fn schema(of: Shape) -> Result<bool, Unusable> {
         Shape::Run => schema_for!(RunJson<'_>),
         Shape::Check => schema_for!(CheckJson<'_>),
         Shape::Profile => schema_for!(ProfileJson<'_>),
+        Shape::Machine => schema_for!(Profile),
     };
     say(serde_json::to_string_pretty(&schema).map_err(unusable)?).map(|()| true)
 }

@@ -1,39 +1,30 @@
 //! Streams a job through a simulated machine: what `run` and `profile` have in common.
 
-use super::checker::Checker;
+use super::checker::{follow, Follow};
 use super::complaint::{Complaint, Fault};
 use super::input::Job;
-use super::setting_args::AXES;
+use super::setting_args::Machine;
 use super::tools::note_tools;
 use super::{unusable, Unusable};
 use indicatif::{ProgressBar, ProgressStyle};
 use leadscrew_machine::board::ChannelId;
-use leadscrew_machine::config::MachineConfig;
-use leadscrew_machine::extension::Extension;
 use leadscrew_machine::machine::LineFault;
 use leadscrew_machine::protocol::alarm::Alarm;
 use leadscrew_machine::protocol::line_reader::raw_column;
 use leadscrew_machine::protocol::status::Status;
 use leadscrew_machine::settings::table::Setting;
-use leadscrew_machine::settings::values::Settings;
 use leadscrew_machine::state::State;
-use leadscrew_outputs::{Outputs, OutputsConfig};
-use leadscrew_planner::Cartesian;
 use leadscrew_sim::clock::Cycle;
-use leadscrew_sim::event_loop::{Simulation, Stopped};
+use leadscrew_sim::event_loop::Stopped;
 use leadscrew_sim::link::{Host, Rate};
 use leadscrew_sim::observer::Observer;
 use leadscrew_sim::outcome::Outcome;
-use leadscrew_sim::setup::{Memory, Setup};
+use leadscrew_sim::powered::{Powered, Supply, MOST_MOTORS};
 use leadscrew_sim::streamer::{Replies, Reply, Streamer, Streaming};
-use leadscrew_sim::OutputPins;
 use std::cell::RefCell;
 use std::collections::VecDeque;
 use std::io::{self, BufRead, IsTerminal};
 use std::rc::Rc;
-
-/// Moves planned ahead, as on the board.
-const MOVES: usize = 1024;
 
 /// The realtime byte that raises the feed override by 10 %.
 const FEED_TEN_MORE: u8 = 0x91;
@@ -43,10 +34,8 @@ const KEPT_ERRORS: usize = 100;
 
 /// How a job is streamed, and through which machine.
 pub(super) struct Stream<'a> {
-    /// The machine; it boots with `settings`.
-    pub(super) config: MachineConfig<AXES>,
-    /// Its settings.
-    pub(super) settings: &'a Settings<AXES>,
+    /// The machine.
+    pub(super) machine: &'a Machine,
     /// The serial line.
     pub(super) rate: Rate,
     /// Whether lines after a refused one are sent all the same.
@@ -59,8 +48,6 @@ pub(super) struct Stream<'a> {
     pub(super) feed_percent: u8,
     /// Whether it is to be known which line each answer was to: 8 bytes a line.
     pub(super) keep_answers: bool,
-    /// The synchronised outputs (M62 to M65).
-    pub(super) outputs: OutputsConfig,
 }
 
 /// What came of a job.
@@ -81,15 +68,13 @@ pub(super) struct Streamed<O> {
     /// to be known.
     pub(super) answered: Vec<u64>,
     /// What the simulation found out.
-    pub(super) outcome: Outcome<AXES>,
+    pub(super) outcome: Outcome<MOST_MOTORS>,
     /// Who watched.
     pub(super) observer: O,
 }
 
-/// A machine that wants homing is locked at power-up, and here it has no switch to find its home by.
-const UNLOCKED: &str =
-    "leadscrew: homing is on ($22=1), but there are no switches here: unlocked by $X, not homed; \
-    the job starts at machine position 0";
+/// A machine that wants homing is locked at power-up, and a job begins where the machine stands.
+const UNLOCKED: &str = "leadscrew: homing is on ($22=1): unlocked by $X, not homed; the job starts at machine position 0";
 
 impl Stream<'_> {
     /// Streams `job` to its end while `observer` watches. Errors and alarms are printed as they come.
@@ -97,32 +82,22 @@ impl Stream<'_> {
     /// # Errors
     /// Where the job cannot be read to its end.
     pub(super) fn run<O: Observer>(&self, job: Job, observer: O) -> Result<Streamed<O>, Unusable> {
-        let setup = Setup::new(self.config, self.rate);
-        let mut memory = Memory::new(&setup);
         let faults = Faults::default();
-        let watch = FaultWatch(Rc::clone(&faults));
-        let outputs =
-            (self.outputs.count > 0).then(|| Outputs::new(self.outputs, memory.outputs()));
-        let mut simulation: Simulation<'_, _, _, AXES, AXES, MOVES, _> =
-            Simulation::extended(&mut memory, &setup, Cartesian, (observer, watch), outputs);
-
+        let mut watching = (observer, FaultWatch(Rc::clone(&faults)));
         let bar = progress_bar(self.quiet, job.size);
-        let checker = (!self.keep_going).then(|| {
-            let words = Outputs::new(self.outputs, OutputPins::default());
-            Checker::new(&job.name, self.config, self.settings.clone()).with_words(words)
-        });
+        let checker = (!self.keep_going).then(|| follow(&job.name, self.machine));
         let complaints = Complaints {
             answered: self.keep_answers.then(Vec::new),
             mute: self.mute,
             ..Complaints::new(&job.name, faults, checker, self.quiet)
         };
         let streaming = Streaming {
-            window: setup.receive_buffer,
+            window: usize::from(self.machine.file.receive_buffer()),
             keep_going: self.keep_going,
         };
         let text = io::BufReader::new(bar.wrap_read(job.text));
         let mut operator = Operator::new(Streamer::new(text, streaming, complaints));
-        if self.settings.is_on(Setting::Homing) {
+        if self.machine.settings.is_on(Setting::Homing) {
             operator.say(b"$X\n");
             if !self.quiet {
                 eprintln!("{UNLOCKED}");
@@ -130,8 +105,19 @@ impl Stream<'_> {
         }
         let tens = usize::from(self.feed_percent.saturating_sub(100) / 10);
         operator.say(&vec![FEED_TEN_MORE; tens]);
-        let pauses = operate(&mut simulation, &mut operator);
+        let (mut pauses, mut outcome) = (Vec::new(), None);
+        let file = &self.machine.file;
+        let supply = Supply {
+            first: self.machine.first(),
+            rate: self.rate,
+            outputs: self.machine.outputs,
+        };
+        file.power_up(supply, &mut watching, &mut |powered| {
+            pauses = operate(powered, &mut operator);
+            outcome = Some(powered.outcome());
+        });
         bar.finish_and_clear();
+        let outcome = outcome.ok_or_else(|| unusable("the machine has no power"))?;
 
         let lines = operator.streamer.lines();
         let own = operator.own_lines;
@@ -139,7 +125,6 @@ impl Stream<'_> {
             .streamer
             .finish()
             .map_err(|error| unusable(format!("{}: cannot be read: {error}", job.name)))?;
-        let (outcome, (observer, _)) = simulation.finish();
         Ok(Streamed {
             lines,
             errors: complaints.errors,
@@ -151,7 +136,7 @@ impl Stream<'_> {
                 .chain(complaints.answered.into_iter().flatten())
                 .collect(),
             outcome,
-            observer,
+            observer: watching.0,
         })
     }
 }
@@ -170,22 +155,21 @@ impl Observer for FaultWatch {
 
 /// Lets the machine work until the program is done and motion rests. A program pause (M0) is resumed at once: nobody
 /// stands at this machine. Answers the lines that paused.
-fn operate<O: Observer, F: Replies, R: BufRead, X: Extension<AXES>>(
-    simulation: &mut Simulation<'_, Cartesian, O, AXES, AXES, MOVES, X>,
+fn operate<F: Replies, R: BufRead>(
+    powered: &mut dyn Powered,
     operator: &mut Operator<R, F>,
 ) -> Vec<u64> {
     let mut pauses = Vec::new();
     loop {
-        let going = |operator: &Operator<R, F>| !operator.is_done();
-        match simulation.run_while(operator, Cycle::NEVER, going) {
-            Stopped::Quiet if matches!(simulation.machine().state(), State::Hold(_)) => {
+        match powered.work(operator) {
+            Stopped::Quiet if matches!(powered.state(), State::Hold(_)) => {
                 pauses.push(operator.streamer.current());
                 operator.say(b"~");
             }
             Stopped::Quiet | Stopped::Reached | Stopped::Condition => break,
         }
     }
-    simulation.run_until(operator, Cycle::NEVER);
+    powered.settle(operator);
     pauses
 }
 
@@ -217,10 +201,6 @@ impl<R: BufRead, F: Replies> Operator<R, F> {
         self.own_lines += lines;
         self.words.extend(words);
     }
-
-    fn is_done(&self) -> bool {
-        self.words.is_empty() && self.own_answers == 0 && self.streamer.is_done()
-    }
 }
 
 impl<R: BufRead, F: Replies> Host for Operator<R, F> {
@@ -241,6 +221,10 @@ impl<R: BufRead, F: Replies> Host for Operator<R, F> {
         }
         self.answer.clear();
     }
+
+    fn is_done(&self) -> bool {
+        self.words.is_empty() && self.own_answers == 0 && self.streamer.is_done()
+    }
 }
 
 /// Turns refusals into complaints, and prints each as it comes.
@@ -248,7 +232,7 @@ struct Complaints {
     file: String,
     faults: Faults,
     /// Reads ahead of the machine, so that nothing is sent after the first line that it will refuse.
-    checker: Option<Checker>,
+    checker: Option<Box<dyn Follow>>,
     errors: Vec<Complaint>,
     count: u64,
     alarm: Option<Complaint>,
@@ -261,7 +245,7 @@ struct Complaints {
 }
 
 impl Complaints {
-    fn new(file: &str, faults: Faults, checker: Option<Checker>, quiet: bool) -> Self {
+    fn new(file: &str, faults: Faults, checker: Option<Box<dyn Follow>>, quiet: bool) -> Self {
         Self {
             file: file.to_owned(),
             faults,

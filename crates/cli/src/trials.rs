@@ -1,12 +1,13 @@
 //! What a change would save: found by running the job again with it.
 
 use super::profile::{Course, Text};
-use super::setting_args::AXES;
+use super::setting_args::{Machine, TIMING};
 use leadscrew_gcode::Number;
 use leadscrew_machine::settings::table::Setting;
 use leadscrew_machine::settings::values::{Entry, Key, Settings};
 use leadscrew_machine::step_timing::StepLimits;
 use leadscrew_sim::clock::seconds;
+use leadscrew_sim::powered::MOST_AXES;
 use leadscrew_sim::speed_profile::{Limit, Share, Slow, SpeedLimit};
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -42,12 +43,12 @@ const MOST_FEED: u8 = 200;
 pub(super) fn trials(
     course: &Course,
     text: &Text,
-    settings: &Settings<AXES>,
+    machine: &Machine,
     job_cycles: u64,
     shares: &[Share],
 ) -> Vec<Trial> {
     let changes = changes(shares, job_cycles);
-    let try_out = |change: &Change| try_out(&course.silent(), text, settings, job_cycles, change);
+    let try_out = |change: &Change| try_out(&course.silent(), text, machine, job_cycles, change);
     let found: Vec<Option<Trial>> = std::thread::scope(|scope| {
         let running: Vec<_> = changes
             .iter()
@@ -117,23 +118,26 @@ fn of_slow(slow: Slow) -> Vec<Change> {
 fn try_out(
     course: &Course,
     text: &Text,
-    settings: &Settings<AXES>,
+    machine: &Machine,
     job_cycles: u64,
     change: &Change,
 ) -> Option<Trial> {
-    let mut changed = settings.clone();
+    let mut changed = machine.settings.clone();
+    let limits = TIMING.limits(machine.axes());
     let (words, percent) = match change {
         Change::Feed => (format!("feed override at {MOST_FEED} %"), MOST_FEED),
         Change::Double(numbers) => {
             let words: Option<Vec<String>> = numbers
                 .iter()
-                .map(|number| double(&mut changed, *number, course.step_limits()))
+                .map(|number| double(&mut changed, *number, limits))
                 .collect();
             (words?.join(", "), 100)
         }
         Change::GrblCorners => (grbl_corners(&mut changed)?, 100),
     };
-    let done = course.run(text, &changed, percent, ()).ok()?;
+    let done = course
+        .run(text, &machine.with(&changed), percent, ())
+        .ok()?;
     let saved = job_cycles.checked_sub(done.outcome.job_cycles)?;
     (saved > 0 && done.error_count == 0 && done.alarm.is_none()).then(|| Trial {
         change: words,
@@ -142,7 +146,7 @@ fn try_out(
 }
 
 /// Chooses Grbl's corner rule; says so in words. `None` where it is chosen already.
-fn grbl_corners(settings: &mut Settings<AXES>) -> Option<String> {
+fn grbl_corners(settings: &mut Settings<MOST_AXES>) -> Option<String> {
     let number = Setting::GrblCorners.row().number;
     let is_off = !settings.is_on(Setting::GrblCorners);
     let value = Number::from_int(1);
@@ -152,8 +156,8 @@ fn grbl_corners(settings: &mut Settings<AXES>) -> Option<String> {
 }
 
 /// Doubles a setting; says so in words. `None` where the machine refuses it.
-fn double(settings: &mut Settings<AXES>, number: u16, limits: StepLimits) -> Option<String> {
-    let before = settings.get(Key::from_number(number, AXES)?);
+fn double(settings: &mut Settings<MOST_AXES>, number: u16, limits: StepLimits) -> Option<String> {
+    let before = settings.get(Key::from_number(number, MOST_AXES)?);
     let value = Number::from_nanos(before.nanos().checked_mul(2)?);
     settings.set(Entry { number, value }, limits).ok()?;
     let [value, before] = [value, before].map(|number| number.nanos() as f64 / 1e9);
@@ -163,7 +167,6 @@ fn double(settings: &mut Settings<AXES>, number: u16, limits: StepLimits) -> Opt
 #[cfg(test)]
 mod tests {
     use super::*;
-    use leadscrew_machine::step_timing::StepTiming;
 
     fn share(limit: Limit, cycles: u64) -> Share {
         Share { limit, cycles }
@@ -191,8 +194,8 @@ mod tests {
 
     #[test]
     fn a_setting_is_doubled_and_named_with_its_value_now() {
-        let mut settings = Settings::<AXES>::default();
-        let limits = StepTiming::F407.limits(AXES);
+        let mut settings = Settings::<MOST_AXES>::default();
+        let limits = TIMING.limits(3);
         let words = double(&mut settings, 121, limits);
         assert_eq!(words.as_deref(), Some("$121=20 (now 10)"));
         assert_eq!(double(&mut settings, 999, limits), None);

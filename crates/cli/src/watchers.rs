@@ -166,10 +166,10 @@ pub(super) struct Sketch {
 }
 
 impl Sketch {
-    /// Starts at the origin. Without a picture, whose speed `recorder` collects, only distances are kept.
-    pub(super) fn new(recorder: Option<Recorder>) -> Self {
+    /// Starts at the origin. `recorder` collects the speed. Without a picture only distances are kept.
+    pub(super) fn new(recorder: Option<Recorder>, picture: bool) -> Self {
         Self {
-            path: Toolpath::new([0.0; 3], recorder.is_some()),
+            path: Toolpath::new([0.0; 3], picture),
             speed: recorder,
         }
     }

@@ -1,16 +1,14 @@
 //! Looks at jobs that are dropped on the page of `serve`: what `check` and `profile` say of them, and where they lead.
 
-use super::check::follow;
-use super::checker::Checker;
+use super::check::read_through;
+use super::checker::follow;
 use super::input::Job as Input;
-use super::profile::{machine, without_lead, ProfileReport};
-use super::setting_args::{as_defaults, from_listing, AXES};
+use super::profile::{machine as limits_of, without_lead, ProfileReport};
+use super::setting_args::Machine;
 use super::stream::Stream;
 use leadscrew_gcode::Number;
-use leadscrew_machine::config::MachineConfig;
 use leadscrew_machine::settings::table::Setting;
-use leadscrew_machine::settings::values::{Entry, Key, Settings};
-use leadscrew_outputs::OutputsConfig;
+use leadscrew_machine::settings::values::{Entry, Key};
 use leadscrew_planner::Coordinate;
 use leadscrew_serve::browser::{Finding, Job, Workshop};
 use leadscrew_sim::link::Rate;
@@ -32,9 +30,8 @@ pub(super) struct Desk;
 
 impl Workshop for Desk {
     fn look(&self, job: &Job, go_on: &dyn Fn() -> bool, tell: &mut dyn FnMut(Finding)) {
-        let config = MachineConfig::<AXES>::new();
-        let settings = from_listing(&job.settings, &config);
-        let Ok(checked) = check(job, config, &settings) else {
+        let machine = Machine::from_listing(&job.settings);
+        let Ok(checked) = check(job, &machine) else {
             return;
         };
         for part in checked.scene.chunks(AT_ONCE * MOVE_BYTES) {
@@ -42,7 +39,7 @@ impl Workshop for Desk {
         }
         tell(Finding::Check(checked.json));
         if checked.is_clean && go_on() {
-            time(job, &settings, go_on, tell);
+            time(job, &machine, go_on, tell);
         }
     }
 }
@@ -54,20 +51,19 @@ struct Checked {
     is_clean: bool,
 }
 
-fn check(job: &Job, config: MachineConfig<AXES>, settings: &Settings<AXES>) -> io::Result<Checked> {
-    let mut checker = Checker::new(&job.name, config, settings.clone());
-    let origin: [f32; AXES] =
-        std::array::from_fn(|axis| job.origin.get(axis).copied().unwrap_or(0.0));
+fn check(job: &Job, machine: &Machine) -> io::Result<Checked> {
+    let mut checker = follow(&job.name, machine);
+    let origin: [f32; 3] = std::array::from_fn(|axis| job.origin.get(axis).copied().unwrap_or(0.0));
     // Where the machine has no home, it does not know where its travel ends.
-    let has_home = settings.is_on(Setting::Homing);
-    let zero = if has_home { origin } else { [0.0; AXES] };
+    let has_home = machine.settings.is_on(Setting::Homing);
+    let zero = if has_home { origin } else { [0.0; 3] };
     if has_home {
         checker.begin_at(origin.map(Coordinate::from_mm));
     }
     checker.draw();
-    let report = follow(&mut checker, &job.name, Cursor::new(&job.text), |_| {})?;
-    let mut scene = Vec::with_capacity(checker.path.moves().len() * MOVE_BYTES);
-    for one in checker.path.moves() {
+    let report = read_through(&mut *checker, &job.name, Cursor::new(&job.text), |_| {})?;
+    let mut scene = Vec::with_capacity(checker.path().moves().len() * MOVE_BYTES);
+    for one in checker.path().moves() {
         let mut one = *one;
         for (place, zero) in one.to.iter_mut().zip(zero) {
             *place -= zero;
@@ -83,16 +79,11 @@ fn check(job: &Job, config: MachineConfig<AXES>, settings: &Settings<AXES>) -> i
 }
 
 /// Runs the job on a machine of its own, tells how far it has come, and then what the time went into.
-fn time(
-    job: &Job,
-    settings: &Settings<AXES>,
-    go_on: &dyn Fn() -> bool,
-    tell: &mut dyn FnMut(Finding),
-) {
+fn time(job: &Job, machine: &Machine, go_on: &dyn Fn() -> bool, tell: &mut dyn FnMut(Finding)) {
     let shared = Arc::new(Shared::default());
     let size = job.text.len().max(1);
     std::thread::scope(|scope| {
-        let timed = scope.spawn(|| run(job, settings, &shared));
+        let timed = scope.spawn(|| run(job, machine, &shared));
         while !timed.is_finished() {
             std::thread::sleep(TELL);
             if !go_on() {
@@ -108,8 +99,8 @@ fn time(
 }
 
 /// The profile as JSON; `None` where it was given up.
-fn run(job: &Job, settings: &Settings<AXES>, shared: &Arc<Shared>) -> Option<String> {
-    let mut settings = without_lead(settings.clone());
+fn run(job: &Job, machine: &Machine, shared: &Arc<Shared>) -> Option<String> {
+    let mut settings = without_lead(machine).settings;
     // The job begins at machine position 0 here: its time is the same wherever it begins.
     for setting in [Setting::SoftLimits, Setting::Homing] {
         settings.load(Entry {
@@ -117,20 +108,15 @@ fn run(job: &Job, settings: &Settings<AXES>, shared: &Arc<Shared>) -> Option<Str
             value: Number::from_int(0),
         });
     }
-    let config = MachineConfig {
-        defaults: as_defaults(&settings),
-        ..MachineConfig::new()
-    };
+    let machine = machine.with(&settings);
     let stream = Stream {
-        config,
-        settings: &settings,
+        machine: &machine,
         rate: Rate::NeverWaits,
         keep_going: false,
         quiet: true,
         mute: true,
         feed_percent: 100,
         keep_answers: true,
-        outputs: OutputsConfig::default(),
     };
     let text = Watched {
         text: Cursor::new(job.text.clone()),
@@ -141,7 +127,7 @@ fn run(job: &Job, settings: &Settings<AXES>, shared: &Arc<Shared>) -> Option<Str
         size: Some(job.text.len() as u64),
         text: Box::new(BufReader::new(text)),
     };
-    let recorder = Recorder::new(machine(&settings, &config.step_timing));
+    let recorder = Recorder::new(limits_of(&machine));
     let done = stream.run(input, recorder).ok()?;
     Some(ProfileReport::new(&job.name, done).json(true))
 }

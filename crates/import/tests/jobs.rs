@@ -23,6 +23,7 @@ fn options() -> Options {
         bits: Vec::new(),
         mills_slots: false,
         job_a_bit: false,
+        cycles: false,
     }
 }
 
@@ -361,4 +362,46 @@ proptest! {
             }
         }
     }
+}
+
+#[test]
+fn cycles_say_once_how_and_then_only_where() {
+    let cycles = Options {
+        cycles: true,
+        ..options()
+    };
+    let text = "M48\nMETRIC\nT1C0.8\n%\nT1\nX1.0Y5.0\nX2.5Y5.0\nG00X3.0Y5.0\nM15\nG01X4.0Y5.0\nM16\nG05\nX5.0Y5.0\nM30\n";
+    let (mut holes, mut routes, mut in_cycle) = (0, 0, false);
+    for line in lines(&[text], &cycles) {
+        let words = line.split_once(' ').map_or("", |(_, words)| words);
+        if words.starts_with("G98 G81 X") {
+            assert!(!in_cycle && words.ends_with(" Z-1.8 R2 F120"), "{line}");
+            (in_cycle, holes) = (true, holes + 1);
+        } else if line == "G80" {
+            assert!(in_cycle);
+            in_cycle = false;
+        } else if in_cycle {
+            assert!(words.starts_with('X'), "{line}");
+            holes += 1;
+        } else if words == "G1 X4 Y5 F120" {
+            routes += 1;
+        }
+    }
+    assert_eq!((holes, routes, in_cycle), (3, 1, false));
+}
+
+#[test]
+fn pecks_become_the_word_of_g83() {
+    let cycles = Options {
+        cycles: true,
+        peck: Some(mm("0.6")),
+        ..options()
+    };
+    let job = lines(&[TWO], &cycles);
+    let begun: Vec<&String> = job.iter().filter(|line| line.contains("G83")).collect();
+    assert_eq!(begun.len(), 2, "{job:?}");
+    assert!(
+        begun.iter().all(|line| line.contains("Z-1.8 R2 Q0.6 F")),
+        "{begun:?}"
+    );
 }

@@ -170,6 +170,7 @@ fn drilled(drawing: Drawing) -> usize {
         bits: Vec::new(),
         mills_slots: true,
         job_a_bit: false,
+        cycles: false,
     };
     let speeds = Speeds {
         rates: [328.0; 3],

@@ -2,7 +2,7 @@
 //! planned move, for a profiler to count.
 //!
 //! ```text
-//! cargo xtask bench target/release/examples/plan_lines raster.gcode {lines}
+//! cargo xtask bench target/fast/examples/plan_lines raster.gcode {lines}
 //! ```
 //!
 //! Line reader, interpreter and planner are those of the machine; the queue is emptied whenever it is full. Settings: 250

@@ -1,7 +1,7 @@
 //! Times the simulation of a whole job, from its bytes to its pins, without writing anything.
 //!
 //!     python3 bench/workloads/gen.py /tmp
-//!     cargo run --release -p leadscrew-sim --example time_a_job -- /tmp/spiral.gcode
+//!     cargo run --profile fast -p leadscrew-sim --example time_a_job -- /tmp/spiral.gcode
 //!
 //! Settings may stand at the head of the file (`$110=2000`). Beside it: a loop that does nothing but look at the same step
 //! events, one after the other.

@@ -22,7 +22,7 @@ use crate::cost::Costs;
 use crate::link::{Host, LinkEvent, Links, PACKET};
 use crate::load::Cpu;
 use crate::observer::Observer;
-use crate::plant::{Pin, Plant, Switch};
+use crate::plant::{Pin, Plant, Plate, Switch};
 use crate::position::PositionCheck;
 use crate::setup::{Memory, Setup};
 use crate::stepping::{Ran, Stepping};
@@ -250,6 +250,11 @@ where
     /// Puts the carriages of X and Y on crossed belts. At power-up.
     pub fn cross_belts(&mut self) {
         self.board.plant.cross_belts();
+    }
+
+    /// Bends and tilts the plate that the probe meets. At power-up.
+    pub fn bend_plate(&mut self, plate: Plate) {
+        self.board.plant.bend_plate(plate);
     }
 
     /// Adds a switch that a carriage works.

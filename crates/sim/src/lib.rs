@@ -30,6 +30,7 @@ pub mod outcome;
 pub mod output_pins;
 pub mod plant;
 mod position;
+pub mod powered;
 pub mod profile;
 pub mod replay;
 pub mod scene;
@@ -37,6 +38,7 @@ pub mod setup;
 pub mod speed_profile;
 mod stepping;
 pub mod streamer;
+pub mod train;
 pub mod trouble;
 
 pub use clock::Cycle;

@@ -28,9 +28,14 @@ pub trait Host {
 
     /// A byte from the board has come in.
     fn receive(&mut self, channel: ChannelId, byte: u8, now: Cycle);
+
+    /// Whether the host has sent all that it has to send, and has heard an answer to each line.
+    fn is_done(&self) -> bool {
+        false
+    }
 }
 
-impl<H: Host> Host for &mut H {
+impl<H: Host + ?Sized> Host for &mut H {
     fn next_byte(&mut self, channel: ChannelId) -> Option<u8> {
         (**self).next_byte(channel)
     }
@@ -39,6 +44,9 @@ impl<H: Host> Host for &mut H {
     }
     fn receive(&mut self, channel: ChannelId, byte: u8, now: Cycle) {
         (**self).receive(channel, byte, now);
+    }
+    fn is_done(&self) -> bool {
+        (**self).is_done()
     }
 }
 

@@ -129,7 +129,7 @@ impl<O: Observer> Observer for Option<O> {
     forward!(self, (self.iter_mut()));
 }
 
-impl<O: Observer> Observer for &mut O {
+impl<O: Observer + ?Sized> Observer for &mut O {
     forward!(self, ([&mut **self]));
 }
 

@@ -21,6 +21,15 @@ pub struct MotorOutcome {
     pub peak_hz: f64,
 }
 
+impl MotorOutcome {
+    /// A motor that is not there.
+    const NONE: Self = Self {
+        pulses: 0,
+        net_steps: 0,
+        peak_hz: 0.0,
+    };
+}
+
 /// What a simulation has found out.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Outcome<const MOTORS: usize> {
@@ -58,6 +67,35 @@ pub struct Outcome<const MOTORS: usize> {
     pub outputs: (u8, u64),
     /// CPU cycles since power-up.
     pub cycles: u64,
+}
+
+impl<const MOTORS: usize> Outcome<MOTORS> {
+    /// The same with `MORE` motors; those beyond the machine's did nothing.
+    pub fn with_motors<const MORE: usize>(self) -> Outcome<MORE> {
+        let motors = std::array::from_fn(|motor| {
+            let of = self.motors.get(motor);
+            of.copied().unwrap_or(MotorOutcome::NONE)
+        });
+        Outcome {
+            motors,
+            job_seconds: self.job_seconds,
+            first_byte: self.first_byte,
+            job_cycles: self.job_cycles,
+            motion_seconds: self.motion_seconds,
+            step_events: self.step_events,
+            smoothing_ticks: self.smoothing_ticks,
+            dominant_step_events: self.dominant_step_events,
+            peak_step_hz: self.peak_step_hz,
+            min_pulse_us: self.min_pulse_us,
+            min_direction_setup_us: self.min_direction_setup_us,
+            max_step_delay_us: self.max_step_delay_us,
+            late: self.late,
+            violations: self.violations,
+            cpu: self.cpu,
+            outputs: self.outputs,
+            cycles: self.cycles,
+        }
+    }
 }
 
 impl<K, O, X, const AXES: usize, const MOTORS: usize, const MOVES: usize>

@@ -12,7 +12,8 @@ const STEPS_PER_MM: i32 = 100;
 
 const PROFILE: &str = r#"
 kinematics = "corexy"
-homing = ["xy"]
+[homing]
+order = ["xy"]
 [settings]
 "$22" = 1
 "$23" = 3

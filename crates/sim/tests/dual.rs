@@ -34,7 +34,8 @@ fn profile(skew: f64, second: f64) -> Profile {
     let start = 20.0 + skew;
     let text = format!(
         r#"
-        homing = ["y"]
+        [homing]
+        order = ["y"]
         [settings]
         "$21" = 1
         "$22" = 1

@@ -2,7 +2,7 @@
 
 use super::super::args::SettingArgs;
 use super::super::output::is_stdout;
-use super::super::setting_args::{settings, AXES};
+use super::super::setting_args::Machine;
 use super::super::{unusable, Unusable};
 use super::output::{read, shown, write};
 use super::OutputArgs;
@@ -10,9 +10,7 @@ use clap::{Args, ValueEnum};
 use leadscrew_import::drill::{jobs, DrillJob, Mirror, Options, Speeds};
 use leadscrew_import::excellon::{self, Digits, Known, Units, Zeros};
 use leadscrew_import::Mm;
-use leadscrew_machine::config::MachineConfig;
 use leadscrew_machine::settings::table::{AxisSetting, Setting};
-use leadscrew_machine::settings::values::Settings;
 use std::path::{Path, PathBuf};
 
 /// Options of `import drill`. Lengths are mm, feeds mm/min.
@@ -64,6 +62,9 @@ pub(in super::super) struct DrillArgs {
     /// One job with M6 between tools, or a file for each tool.
     #[arg(long, value_name = "HOW", default_value = "m6")]
     tools: ToolsArg,
+    /// Write canned cycles, G81 and with --peck G83, for machines that know them.
+    #[arg(long)]
+    cycles: bool,
     /// The unit of the files, where they do not say.
     #[arg(long, value_name = "UNIT")]
     units: Option<UnitsArg>,
@@ -118,7 +119,7 @@ enum ZerosArg {
 /// # Errors
 /// Where an option or a file cannot be used.
 pub(super) fn run(args: &DrillArgs) -> Result<bool, Unusable> {
-    let settings = settings(&args.machine, &MachineConfig::<AXES>::new())?;
+    let machine = Machine::new(&args.machine)?;
     let mut drawings = Vec::new();
     for name in &args.files {
         let text = read(name)?;
@@ -133,7 +134,7 @@ pub(super) fn run(args: &DrillArgs) -> Result<bool, Unusable> {
             notes.for_each(|note| eprintln!("note: {}: {note}", name.display()));
         }
     }
-    let jobs = jobs(&drawings, &options(args), &speeds(&settings)).map_err(unusable)?;
+    let jobs = jobs(&drawings, &options(args), &speeds(&machine)).map_err(unusable)?;
     let path = &args.output.output;
     if args.tools == ToolsArg::Files && is_stdout(path) {
         return Err(unusable("--tools files needs -o JOB.nc"));
@@ -186,18 +187,18 @@ fn options(args: &DrillArgs) -> Options {
         bits: args.bits.clone(),
         mills_slots: args.slots == SlotsArg::Mill,
         job_a_bit: args.tools == ToolsArg::Files,
+        cycles: args.cycles,
     }
 }
 
-fn speeds(settings: &Settings<AXES>) -> Speeds {
+fn speeds(machine: &Machine) -> Speeds {
     let of = |setting| {
-        settings
-            .axes(setting)
-            .map(|value| value.nanos() as f64 / 1e9)
+        let all = machine.of_axes(setting);
+        [all[0], all[1], all[2]]
     };
     Speeds {
         rates: of(AxisSetting::MaxRate),
         accelerations: of(AxisSetting::Acceleration),
-        spindle: settings.value(Setting::MaxSpeed).nanos() as f64 / 1e9,
+        spindle: machine.settings.value(Setting::MaxSpeed).nanos() as f64 / 1e9,
     }
 }

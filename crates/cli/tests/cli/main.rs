@@ -3,6 +3,7 @@
 mod habits;
 mod import;
 mod jobs;
+mod machine;
 mod outputs;
 mod program;
 mod refusals;

@@ -20,6 +20,7 @@ pub(super) fn job(board: &Board, options: &Options) -> Result<Job, String> {
         lines: Vec::new(),
         number: 0,
         levels: levels(options),
+        in_cycle: false,
         options,
     };
     writer.begin(board);
@@ -41,6 +42,8 @@ struct Writer<'a> {
     /// The hole that is being made, from 1.
     number: usize,
     levels: Vec<Mm>,
+    /// A canned cycle is in force: a place alone is a hole.
+    in_cycle: bool,
     options: &'a Options,
 }
 
@@ -69,6 +72,7 @@ impl Writer<'_> {
 
     /// Puts a bit in and starts the spindle. The only bit of a job is in the spindle when it starts.
     fn take(&mut self, bit: &Bit, holes: usize, is_one_of_many: bool) {
+        self.leave_cycle();
         self.say(comment(&format!(
             "{}: {}",
             name(bit),
@@ -87,6 +91,7 @@ impl Writer<'_> {
 
     /// Goes to X0 Y0, and then down to the Z0 at which the machine was set up: slowly where that is below the clearance.
     fn end(&mut self, board: &Board) {
+        self.leave_cycle();
         self.say("M5");
         self.say("G0 X0 Y0");
         if self.options.clearance > Mm::ZERO {
@@ -121,6 +126,9 @@ impl Writer<'_> {
 
     /// One hole, by pecks where they are wanted: up and out after each, and back to just above its bottom.
     fn hole(&mut self, at: Point, bit: &Bit) {
+        if self.options.cycles {
+            return self.cycle(at, bit);
+        }
         let clearance = self.options.clearance;
         self.cut(format!("G0 X{} Y{}", at.x, at.y));
         let mut bottom: Option<Mm> = None;
@@ -135,6 +143,33 @@ impl Writer<'_> {
         self.cut(format!("G0 Z{clearance}"));
     }
 
+    /// One hole by a canned cycle: the first says how, those after it only where.
+    fn cycle(&mut self, at: Point, bit: &Bit) {
+        let Point { x, y } = at;
+        if self.in_cycle {
+            return self.cut(format!("X{x} Y{y}"));
+        }
+        self.in_cycle = true;
+        let Options {
+            depth, clearance, ..
+        } = self.options;
+        let (code, peck) = match self.options.peck {
+            Some(peck) => ("G83", format!(" Q{peck}")),
+            None => ("G81", String::new()),
+        };
+        let feed = bit.feed;
+        self.cut(format!(
+            "G98 {code} X{x} Y{y} Z{depth} R{clearance}{peck} F{feed}"
+        ));
+    }
+
+    fn leave_cycle(&mut self) {
+        if self.in_cycle {
+            self.say("G80");
+        }
+        self.in_cycle = false;
+    }
+
     fn relief(&self) -> Mm {
         let peck = self.options.peck.unwrap_or_default();
         RELIEF.min(Mm::from_nanos(peck.nanos() / 2))
@@ -142,6 +177,7 @@ impl Writer<'_> {
 
     /// One path, there and back, a peck deeper each time.
     fn route(&mut self, route: &Route, bit: &Bit) {
+        self.leave_cycle();
         self.cut(format!("G0 X{} Y{}", route.from.x, route.from.y));
         let back = route.reversed();
         for (index, level) in self.levels.clone().into_iter().enumerate() {

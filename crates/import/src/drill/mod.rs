@@ -44,6 +44,8 @@ pub struct Options {
     pub mills_slots: bool,
     /// One job a bit, in place of one with `M6`.
     pub job_a_bit: bool,
+    /// Write canned cycles: G81, and G83 where there is a peck.
+    pub cycles: bool,
 }
 
 /// Which coordinates change their sign.

@@ -44,7 +44,7 @@ impl Coordinate {
     }
 
     /// Half of the coordinate, rounded towards zero.
-    pub(crate) const fn half(self) -> Self {
+    pub const fn half(self) -> Self {
         Self(self.0 / 2)
     }
 }

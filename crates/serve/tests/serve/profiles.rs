@@ -5,7 +5,7 @@ use crate::served::Served;
 /// A gantry that is square at power-up, and whose second switch closes `apart` mm below the first.
 fn gantry(apart: f64, squaring: &str) -> String {
     format!(
-        "homing = [\"y\"]\n[settings]\n\"$22\"=1\n\"$23\"=2\n\"$24\"=300\n\"$25\"=3000\n\"$26\"=10\n\"$27\"=2\n\
+        "[homing]\norder = [\"y\"]\n[settings]\n\"$22\"=1\n\"$23\"=2\n\"$24\"=300\n\"$25\"=3000\n\"$26\"=10\n\"$27\"=2\n\
          \"$111\"=3000\n\"$121\"=500\n[axes.y]\nsteps_per_mm = 100\ntravel = 80\nstart = 10\nlimits = {{ low = 0 }}\n\
          [second_motor]\naxis = \"y\"\nstart = 10\nlimits = {{ low = -{apart} }}\n{squaring}\n"
     )
@@ -41,7 +41,7 @@ fn a_gantry_is_squared_or_refused_as_its_profile_says() {
 
 #[test]
 fn crossed_belts_home_and_move_as_their_profile_says() {
-    let belts = "kinematics = \"corexy\"\nhoming = [\"xy\"]\n[settings]\n\"$22\"=1\n\"$23\"=3\n\"$24\"=300\n\"$25\"=3000\n\
+    let belts = "kinematics = \"corexy\"\n[homing]\norder = [\"xy\"]\n[settings]\n\"$22\"=1\n\"$23\"=3\n\"$24\"=300\n\"$25\"=3000\n\
                  \"$26\"=10\n\"$27\"=2\n\"$110\"=3000\n\"$111\"=3000\n\"$120\"=500\n\"$121\"=500\n\
                  [axes.x]\nsteps_per_mm = 100\ntravel = 80\nstart = 10\nlimits = { low = 0 }\n\
                  [axes.y]\nsteps_per_mm = 100\ntravel = 60\nstart = 20\nlimits = { low = 0 }\n";

@@ -17,6 +17,7 @@
 //! difference.
 
 mod carriage;
+mod plate;
 mod rate;
 mod switch;
 
@@ -26,6 +27,7 @@ use leadscrew_machine::board::Switches;
 use leadscrew_stepper::MotorMask;
 use switch::set_level;
 
+pub use plate::Plate;
 pub use switch::{Pin, Side, Switch};
 
 /// Least time from a change of direction to the step, in cycles: 650 ns (TI DRV8825 data sheet SLVSA73F,
@@ -61,6 +63,8 @@ pub struct Plant<const MOTORS: usize> {
     switches: Vec<Switch>,
     /// Motors 0 and 1 are on crossed belts.
     crossed: bool,
+    /// How uneven the plate is that the probe meets.
+    plate: Option<Plate>,
     /// Pins that are held at a level.
     forced: Vec<(Pin, bool)>,
 }
@@ -86,6 +90,7 @@ impl<const MOTORS: usize> Plant<MOTORS> {
             wired: Switches::OPEN,
             switches: Vec::new(),
             crossed: false,
+            plate: None,
             forced: Vec::new(),
         }
     }
@@ -170,6 +175,11 @@ impl<const MOTORS: usize> Plant<MOTORS> {
         self.crossed = true;
     }
 
+    /// Bends and tilts the plate that the probe's switch stands for.
+    pub fn bend_plate(&mut self, plate: Plate) {
+        self.plate = Some(plate);
+    }
+
     /// Adds a switch that a carriage works. It takes over its pin from [`Plant::set_pin`].
     pub fn add_switch(&mut self, switch: Switch) {
         self.switches.push(switch);
@@ -206,6 +216,7 @@ impl<const MOTORS: usize> Plant<MOTORS> {
     /// Brings the levels and the windows up to the carriages' positions; returns whether a level changed.
     pub fn update_switches(&mut self) -> bool {
         let before = self.levels;
+        let surface = self.surface();
         for carriage in &mut self.carriages {
             carriage.window = (i32::MIN, i32::MAX);
         }
@@ -220,11 +231,16 @@ impl<const MOTORS: usize> Plant<MOTORS> {
                     all => all.get(switch.motor).map(|carriage| carriage.position),
                 };
                 let Some(place) = place else { continue };
-                let level = switch.level_at(place);
+                let uneven = surface.filter(|_| switch.pin == Pin::Probe);
+                let level = switch.level_at(place - uneven.unwrap_or(0));
                 if (level == switch.level) == decisive {
                     set_level(&mut self.wired, switch.pin, level);
                 }
-                if self.crossed && switch.motor < 2 {
+                if uneven.is_some() {
+                    // Each step along the plate may lead to it.
+                    let all = self.carriages.iter_mut();
+                    all.for_each(|carriage| carriage.window = NOWHERE);
+                } else if self.crossed && switch.motor < 2 {
                     // Each step of either motor may pass it.
                     self.carriages[..2]
                         .iter_mut()
@@ -240,6 +256,19 @@ impl<const MOTORS: usize> Plant<MOTORS> {
             set_level(&mut self.levels, *pin, *level);
         }
         self.levels != before
+    }
+
+    /// How far an uneven plate stands above its place where the carriages of X and Y are, in steps of Z.
+    fn surface(&self) -> Option<i32> {
+        let [a, b, ..] = self.carriages.as_slice() else {
+            return None;
+        };
+        let (a, b) = (a.position, b.position);
+        let place = match self.crossed {
+            true => [(a + b).div_euclid(2), (a - b).div_euclid(2)],
+            false => [a, b],
+        };
+        Some(self.plate?.height(place))
     }
 
     /// Where the carriages are, in steps.

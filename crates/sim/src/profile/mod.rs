@@ -1,4 +1,4 @@
-//! Machine profiles: a TOML file that says what a simulated machine is made of.
+//! Machine files: a TOML file that says what a machine is made of.
 //!
 //! ```text
 //!         start                       places are millimetres on the axis' own scale
@@ -7,27 +7,32 @@
 //!     |<------- travel ------->|
 //! ```
 //!
-//! Every key may be left out: then the machine is a stock Grbl's, without any switch. What a machine's settings say
-//! is not the profile's business: it gives their first values, and a state file overrules it.
+//! Every key may be left out: then the machine is a stock Grbl's, without any switch. The file gives settings their first
+//! values, by name (`laser.lead_us = 250`) or by number (`settings."$703" = 250`); a state file or a sender may change them.
 //!
-//! `examples/machines/` holds profiles with every key explained.
+//! `examples/machines/` holds machine files with every key explained. `leadscrew schema machine` prints their JSON schema.
 
 mod error;
+mod first;
+mod named;
 mod plan;
 mod value;
 
 pub use error::{ProfileError, Wrong};
+pub use named::{Bounds, Homing, Laser, Motors, Path as PathSettings, Reports, Spindle, Streaming};
 pub use value::{
-    AxisLetters, BufferSize, LookAhead, PerSecond, Place, Positive, SettingNumber, ValueError,
+    AxisLetters, BufferSize, LookAhead, OutputCount, PerSecond, Place, Positive, SettingNumber,
+    ValueError,
 };
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 use std::collections::BTreeMap;
 use std::path::Path;
 use toml::Spanned;
 
 /// A simulated machine.
-#[derive(Clone, PartialEq, Debug, Default, Deserialize)]
+#[derive(Clone, PartialEq, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Profile {
     /// What it is called on the screen.
@@ -38,9 +43,26 @@ pub struct Profile {
     pub look_ahead: Option<LookAhead>,
     /// What turns X and Y.
     pub kinematics: Belts,
-    /// Axes that home together, cycle after cycle; as stock Grbl where it is left out: Z, then X and Y.
-    pub homing: Option<Vec<AxisLetters>>,
-    /// First values of settings.
+    /// How home is found.
+    pub homing: Homing,
+    /// The motors.
+    pub motors: Motors,
+    /// Limits of the travel.
+    pub bounds: Bounds,
+    /// Corners, arcs, jerk, canned cycles.
+    pub path: PathSettings,
+    /// The spindle.
+    pub spindle: Spindle,
+    /// The laser.
+    pub laser: Laser,
+    /// What a sender is told.
+    pub reports: Reports,
+    /// How lines become motion.
+    pub streaming: Streaming,
+    /// Outputs that M62 to M65 switch.
+    pub outputs: OutputsTable,
+    /// First values of settings by their numbers; they win over names.
+    #[schemars(with = "BTreeMap<String, f64>")]
     pub settings: BTreeMap<SettingNumber, Spanned<f64>>,
     /// The axes; X, Y and Z are always there.
     pub axes: Axes,
@@ -56,8 +78,20 @@ pub struct Profile {
     pub options: Options,
 }
 
+/// Outputs that M62 to M65 switch.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct OutputsTable {
+    /// How many: `P0` to `P(count - 1)`.
+    pub count: OutputCount,
+    /// Those that are on after power-up, a reset, an alarm and the end of the program, a bit an output.
+    pub boot: u8,
+    /// Those that stay as they are in a hold, a bit an output; all others go off.
+    pub stay: u8,
+}
+
 /// The axes.
-#[derive(Clone, PartialEq, Debug, Default, Deserialize)]
+#[derive(Clone, PartialEq, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Axes {
     /// X.
@@ -68,16 +102,34 @@ pub struct Axes {
     pub z: Axis,
     /// A fourth axis, where there is one.
     pub a: Option<Axis>,
+    /// A fifth axis, beside A.
+    pub b: Option<Axis>,
+    /// A sixth axis, beside A and B.
+    pub c: Option<Axis>,
 }
 
 /// One axis.
-#[derive(Clone, PartialEq, Debug, Default, Deserialize)]
+#[derive(Clone, PartialEq, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Axis {
     /// Steps of its motor that make a millimetre, as the screws and belts have it; the setting's first value too.
-    pub steps_per_mm: Option<Positive>,
-    /// How far it can go: the first value of `$130`, `$131`, …
-    pub travel: Option<Positive>,
+    #[schemars(with = "Option<f64>")]
+    pub steps_per_mm: Option<Spanned<Positive>>,
+    /// How far it can go, mm: the first value of `$130`, `$131`, …
+    #[schemars(with = "Option<f64>")]
+    pub travel: Option<Spanned<Positive>>,
+    /// Its fastest motion, mm/min: the first value of `$110`, `$111`, …
+    #[schemars(with = "Option<f64>")]
+    pub rate_mm_min: Option<Spanned<Positive>>,
+    /// How quickly it changes speed, mm/s²: the first value of `$120`, `$121`, …
+    #[schemars(with = "Option<f64>")]
+    pub acceleration_mm_s2: Option<Spanned<Positive>>,
+    /// Whether its motor turns the other way: its bit in `$3`.
+    pub reversed: bool,
+    /// Whether its step pulses are inverted: its bit in `$2`.
+    pub step_inverted: bool,
+    /// The end at which it has its home; its bit in `$23` is set for `low`.
+    pub home: End,
     /// Where the carriage stands at power-up, mm.
     pub start: Place,
     /// Where its limit switches are.
@@ -86,8 +138,19 @@ pub struct Axis {
     pub rotary: bool,
 }
 
+/// An end of an axis.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum End {
+    /// Where its coordinate is lowest.
+    Low,
+    /// Where it is highest.
+    #[default]
+    High,
+}
+
 /// Where an axis has limit switches; both are wired to one input, as on Grbl's boards.
-#[derive(Clone, Copy, PartialEq, Debug, Default, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Limits {
     /// Closed here and below.
@@ -99,7 +162,7 @@ pub struct Limits {
 /// A second motor on an axis, with a carriage and switches of its own: the other side of a gantry.
 ///
 /// Its number, and so its bit in `$2` and `$3`, comes after those of the axes.
-#[derive(Clone, Copy, PartialEq, Debug, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SecondMotor {
     /// The axis that it helps to turn. Its scale is the axis's.
@@ -107,6 +170,9 @@ pub struct SecondMotor {
     /// Where its carriage stands at power-up, mm on the axis's scale; differs from the axis's start where the gantry is
     /// skewed.
     pub start: Place,
+    /// Whether it turns the other way: its bit in `$3`.
+    #[serde(default)]
+    pub reversed: bool,
     /// Where its limit switches are.
     #[serde(default)]
     pub limits: Limits,
@@ -116,7 +182,7 @@ pub struct SecondMotor {
 }
 
 /// How far one of two motors may go on without its switch while homing: farther is ALARM:10. As Grbl where it is left out.
-#[derive(Clone, Copy, PartialEq, Debug, Default, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Squaring {
     /// A share of the axis's travel, 0.05 is 5 %.
@@ -128,7 +194,7 @@ pub struct Squaring {
 }
 
 /// What turns X and Y.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Belts {
     /// A motor each.
@@ -139,7 +205,7 @@ pub enum Belts {
 }
 
 /// An axis that may have two motors.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum GantryAxis {
     /// X.
@@ -149,15 +215,24 @@ pub enum GantryAxis {
 }
 
 /// What the probe meets: a plate under the Z axis.
-#[derive(Clone, Copy, PartialEq, Debug, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Probe {
     /// Where Z makes contact: here and below.
     pub plate_height: Place,
+    /// How far the plate rises for a millimetre of X, mm.
+    #[serde(default)]
+    pub tilt_x: Place,
+    /// How far it rises for a millimetre of Y, mm.
+    #[serde(default)]
+    pub tilt_y: Place,
+    /// How far the middle of the travel stands above its edges, mm.
+    #[serde(default)]
+    pub bow: Place,
 }
 
 /// What all switches have in common.
-#[derive(Clone, Copy, PartialEq, Debug, Default, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Switches {
     /// Whether limit switches open instead of close (settings: `$5=1`).
@@ -171,7 +246,7 @@ pub struct Switches {
 }
 
 /// The safety door.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Door {
     /// Whether there is one.
@@ -181,7 +256,7 @@ pub struct Door {
 }
 
 /// What stock Grbl chooses when it is compiled.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Options {
     /// M7 and the mist valve.
@@ -227,10 +302,9 @@ impl Profile {
         }
         match profile.refused_setting() {
             None => Ok(profile),
-            Some((number, status)) => {
-                let start = profile.settings[&number].span().start;
-                let (key, what) = (format!("settings.${}", number.0), status.text().to_owned());
-                Err(Wrong::at(file, text, start, key, what))
+            Some((named, status)) => {
+                let what = status.text().to_owned();
+                Err(Wrong::at(file, text, named.at, named.key, what))
             }
         }
     }
@@ -263,7 +337,12 @@ mod tests {
             receive_buffer = 128
             look_ahead = 15
             kinematics = "cartesian"
-            homing = ["z", "xy"]
+            [homing]
+            order = ["z", "xy"]
+            on = true
+            pull_off_mm = 2
+            [laser]
+            lead_us = 250
             [settings]
             "$110" = 5000
             "$11" = 0.02
@@ -301,7 +380,7 @@ mod tests {
         assert_eq!(profile.second_motor.unwrap().axis, GantryAxis::Y);
         assert_eq!(profile.axes.x.limits.high.unwrap().mm(), 401.0);
         assert_eq!(
-            profile.homing.unwrap(),
+            profile.homing.order.unwrap(),
             [AxisLetters(0b100), AxisLetters(0b011)]
         );
         assert!(profile.axes.a.unwrap().rotary && profile.door.open);
@@ -317,7 +396,7 @@ mod tests {
             ("name = 5", "router.toml:1: name: invalid type: integer `5`, expected a string"),
             ("look_ahead = \"far\"", "router.toml:1: look_ahead: invalid type: string \"far\", expected a whole number"),
             ("[settings]\nsteps = 1", "router.toml:2: settings.steps: expected the name of a setting, such as \"$110\""),
-            ("homing = [\"z\", \"xq\"]", "router.toml:1: homing[1]: expected axes that home together, such as \"z\" or \"xy\""),
+            ("[homing]\norder = [\"z\", \"xq\"]", "router.toml:2: homing.order[1]: expected axes that home together, such as \"z\" or \"xy\""),
             ("[door]\nfited = true", "router.toml:2: door.fited: unknown field `fited`, expected `fitted` or `open`"),
             ("[second_motor]\naxis = \"z\"", "router.toml:2: second_motor.axis: unknown variant `z`, expected `x` or `y`"),
             ("kinematics = \"delta\"", "router.toml:1: kinematics: unknown variant `delta`, expected `cartesian` or `corexy`"),

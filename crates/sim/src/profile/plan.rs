@@ -1,30 +1,32 @@
 //! What a simulation is made of, after a profile: the machine's build, its first settings, its switches.
 
-use super::{Axis, Belts, GantryAxis, Limits, Positive, Profile, SecondMotor, SettingNumber};
+use super::{Axes, Axis, Belts, GantryAxis, Limits, OutputsTable, Positive, Profile, SecondMotor};
 use crate::contacts::Contacts;
-use crate::plant::{Pin, Side, Switch};
-use leadscrew_gcode::Number;
+use crate::plant::{Pin, Plate, Side, Switch};
 use leadscrew_machine::config::{AxisKind, MachineConfig, Options, ParkingConfig, Squaring};
-use leadscrew_machine::protocol::status::Status;
-use leadscrew_machine::settings::table::{AxisSetting, Setting};
-use leadscrew_machine::settings::values::{Entry, Settings};
+use leadscrew_outputs::OutputsConfig;
 
-/// The axes of the largest machine.
-const MOST_AXES: usize = 4;
+/// The axes of the largest machine with a second motor.
+const GANGED_AXES: usize = 4;
 
 /// The axis that the probe belongs to.
 const Z: usize = 2;
 
+/// Grbl's travel, mm: where an axis does not say its own.
+const GRBL_TRAVEL: f64 = 200.0;
+
 /// Bytes that a sender may have on the way where the profile does not say.
 const RECEIVE_BUFFER: u16 = 1024;
 
-/// Times that settings are tried: some are refused until another one is set.
-const PASSES: usize = 2;
-
 impl Profile {
-    /// The number of axes: 3, or 4 with A.
+    /// The number of axes: 3 to 6.
     pub fn axis_count(&self) -> usize {
-        3 + usize::from(self.axes.a.is_some())
+        self.all_axes().count()
+    }
+
+    /// The number of motors: one an axis, and a second one.
+    pub fn motor_count(&self) -> usize {
+        self.axis_count() + usize::from(self.second_motor.is_some())
     }
 
     /// Bytes that a sender may have on the way.
@@ -55,7 +57,7 @@ impl Profile {
         if let Some(look_ahead) = self.look_ahead {
             config.moves = look_ahead.0;
         }
-        if let Some(homing) = &self.homing {
+        if let Some(homing) = &self.homing.order {
             let mut cycles = homing.iter().map(|letters| letters.0);
             config.homing_cycles = config.homing_cycles.map(|_| cycles.next().unwrap_or(0));
         }
@@ -74,35 +76,26 @@ impl Profile {
         config
     }
 
-    /// Where this machine's first settings differ from a stock Grbl's.
-    pub fn first_settings(&self) -> Vec<Entry> {
-        let mut entries = Vec::new();
-        if self.switches.normally_closed {
-            entries.push(entry(Setting::LimitInvert.row().number, 1.0));
-        }
-        for (number, axis) in (0u16..).zip(self.all_axes()) {
-            let of = |setting: AxisSetting| setting.row().number + number;
-            let steps = axis
-                .steps_per_mm
-                .map(|steps| entry(of(AxisSetting::StepsPerMm), steps.get()));
-            let travel = axis
-                .travel
-                .map(|travel| entry(of(AxisSetting::Travel), travel.get()));
-            entries.extend(steps.into_iter().chain(travel));
-        }
-        let own = self.settings.iter();
-        entries.extend(own.map(|(number, value)| entry(number.0, *value.get_ref())));
-        entries
-    }
-
     /// A key that contradicts others, and what was expected.
     pub(super) fn contradiction(&self) -> Option<(&'static str, &'static str)> {
+        if self.axes.c.is_some() && self.axes.b.is_none()
+            || self.axes.b.is_some() && self.axes.a.is_none()
+        {
+            return Some((
+                "axes",
+                "expected axes in the order x, y, z, a, b, c without a gap",
+            ));
+        }
+        if self.axis_count() > GANGED_AXES && self.second_motor.is_some() {
+            return Some(("second_motor", "expected 3 or 4 axes beside a second motor"));
+        }
+        let steps = |axis: &Axis| axis.steps_per_mm.as_ref().map(|steps| *steps.get_ref());
         let expected = match self.kinematics {
             Belts::Cartesian => return None,
             Belts::CoreXy if self.second_motor.is_some() => {
                 "expected `cartesian` beside a second motor"
             }
-            Belts::CoreXy if self.axes.x.steps_per_mm != self.axes.y.steps_per_mm => {
+            Belts::CoreXy if steps(&self.axes.x) != steps(&self.axes.y) => {
                 "expected X and Y with the same steps_per_mm on crossed belts"
             }
             Belts::CoreXy => return None,
@@ -110,21 +103,9 @@ impl Profile {
         Some(("kinematics", expected))
     }
 
-    /// The first of the settings that the machine refuses, and its answer.
-    pub(super) fn refused_setting(&self) -> Option<(SettingNumber, Status)> {
-        let mut settings = Settings::<MOST_AXES>::new(&[]);
-        let limit = MachineConfig::<MOST_AXES>::new()
-            .step_timing
-            .limits(MOST_AXES);
-        let mut refused = None;
-        for _ in 0..PASSES {
-            let mut results = self.settings.iter().map(|(number, value)| {
-                let result = settings.set(entry(number.0, *value.get_ref()), limit);
-                result.err().map(|status| (*number, status))
-            });
-            refused = results.by_ref().fold(None, Option::or);
-        }
-        refused
+    /// Whether any carriage works a switch.
+    pub fn has_switches(&self) -> bool {
+        !self.plant_switches().is_empty()
     }
 
     /// The switches that carriages work.
@@ -145,6 +126,20 @@ impl Profile {
             level: false,
         }));
         switches
+    }
+
+    /// How uneven the plate is that the probe meets; `None` where it is flat.
+    pub fn plate(&self) -> Option<Plate> {
+        let probe = self.probe?;
+        let tilt = [probe.tilt_x.mm(), probe.tilt_y.mm()];
+        let is_flat = tilt == [0.0; 2] && probe.bow.mm() == 0.0;
+        let Axes { x, y, z, .. } = &self.axes;
+        let span = [x, y].map(|axis| {
+            axis.travel
+                .as_ref()
+                .map_or(GRBL_TRAVEL, |of| of.get_ref().get())
+        });
+        (!is_flat).then(|| Plate::new(tilt, probe.bow.mm(), span, [x, y, z].map(steps_per_mm)))
     }
 
     /// What lies between the switches and the machine: the filter of a board such as the firmware's, and contacts that
@@ -195,10 +190,21 @@ impl Profile {
         }
     }
 
-    fn all_axes(&self) -> impl Iterator<Item = &Axis> {
-        [&self.axes.x, &self.axes.y, &self.axes.z]
-            .into_iter()
-            .chain(&self.axes.a)
+    /// The axes, in order.
+    pub(super) fn all_axes(&self) -> impl Iterator<Item = &Axis> {
+        let Axes { x, y, z, a, b, c } = &self.axes;
+        [x, y, z].into_iter().chain(a).chain(b).chain(c)
+    }
+}
+
+impl OutputsTable {
+    /// What the extension for M62 to M65 is made with.
+    pub fn config(&self) -> OutputsConfig {
+        OutputsConfig {
+            count: self.count.0,
+            boot: self.boot,
+            stay: self.stay,
+        }
     }
 }
 
@@ -214,19 +220,22 @@ impl GantryAxis {
 
 /// A place in steps of the carriage.
 fn steps(axis: &Axis, mm: f64) -> i32 {
-    const GRBL: f64 = 250.0;
-    let per_mm = axis.steps_per_mm.map_or(GRBL, |steps| steps.get());
-    (mm * per_mm).round() as i32
+    (mm * steps_per_mm(axis)).round() as i32
 }
 
-fn entry(number: u16, value: f64) -> Entry {
-    let value = Number::from_nanos((value * 1e9).round() as i64);
-    Entry { number, value }
+fn steps_per_mm(axis: &Axis) -> f64 {
+    const GRBL: f64 = 250.0;
+    let own = axis.steps_per_mm.as_ref();
+    own.map_or(GRBL, |steps| steps.get_ref().get())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use leadscrew_gcode::Number;
+    use leadscrew_machine::protocol::status::Status;
+    use leadscrew_machine::settings::table::{AxisSetting, Setting};
+    use leadscrew_machine::settings::values::Settings;
     use std::path::Path;
 
     fn parse(text: &str) -> Profile {

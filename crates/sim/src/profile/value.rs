@@ -1,5 +1,6 @@
 //! Values that can only be what a machine can have: checked while the file is read, so that errors know their line.
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 use std::fmt;
 
@@ -20,6 +21,8 @@ pub enum ValueError {
     NotABuffer,
     /// A look-ahead out of range.
     NotALookAhead,
+    /// More outputs than there can be.
+    NotACount,
 }
 
 impl fmt::Display for ValueError {
@@ -32,6 +35,7 @@ impl fmt::Display for ValueError {
             Self::NotAxes => "expected axes that home together, such as \"z\" or \"xy\"",
             Self::NotABuffer => "expected 128 to 1024 bytes",
             Self::NotALookAhead => "expected 2 to 1024 moves",
+            Self::NotACount => "expected 0 to 8 outputs",
         })
     }
 }
@@ -42,39 +46,52 @@ impl std::error::Error for ValueError {}
 const FAR: f64 = 1e6;
 
 /// A number above 0: millimetres, or steps in one.
-#[derive(Clone, Copy, PartialEq, PartialOrd, Debug, Deserialize)]
+#[derive(Clone, Copy, PartialEq, PartialOrd, Debug, Deserialize, JsonSchema)]
 #[serde(try_from = "f64")]
 pub struct Positive(f64);
 
 /// A place on an axis, mm.
-#[derive(Clone, Copy, PartialEq, PartialOrd, Debug, Default, Deserialize)]
+#[derive(Clone, Copy, PartialEq, PartialOrd, Debug, Default, Deserialize, JsonSchema)]
 #[serde(try_from = "f64")]
 pub struct Place(f64);
 
 /// Events a second, 0 for never.
-#[derive(Clone, Copy, PartialEq, PartialOrd, Debug, Default, Deserialize)]
+#[derive(Clone, Copy, PartialEq, PartialOrd, Debug, Default, Deserialize, JsonSchema)]
 #[serde(try_from = "f64")]
 pub struct PerSecond(f64);
 
 /// The number of a setting, written `"$110"`.
-#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Deserialize, JsonSchema)]
 #[serde(try_from = "String")]
 pub struct SettingNumber(pub u16);
 
 /// Axes as a mask, written as their letters.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Deserialize, JsonSchema)]
 #[serde(try_from = "String")]
 pub struct AxisLetters(pub u8);
 
 /// Bytes that a sender may have on the way.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Deserialize, JsonSchema)]
 #[serde(try_from = "u16")]
 pub struct BufferSize(pub u16);
 
 /// Moves planned ahead.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Deserialize)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Deserialize, JsonSchema)]
 #[serde(try_from = "usize")]
 pub struct LookAhead(pub usize);
+
+/// How many outputs there are.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Deserialize, JsonSchema)]
+#[serde(try_from = "u16")]
+pub struct OutputCount(pub u8);
+
+impl TryFrom<u16> for OutputCount {
+    type Error = ValueError;
+    fn try_from(count: u16) -> Result<Self, ValueError> {
+        let count = u8::try_from(count).ok().filter(|count| *count <= 8);
+        count.map(Self).ok_or(ValueError::NotACount)
+    }
+}
 
 impl Positive {
     /// The number.
@@ -139,7 +156,7 @@ impl TryFrom<String> for AxisLetters {
     fn try_from(letters: String) -> Result<Self, ValueError> {
         let mut mask = 0u8;
         for letter in letters.chars() {
-            let axis = "xyza".find(letter).ok_or(ValueError::NotAxes)?;
+            let axis = "xyzabc".find(letter).ok_or(ValueError::NotAxes)?;
             if mask >> axis & 1 == 1 {
                 return Err(ValueError::NotAxes);
             }

@@ -1,0 +1,164 @@
+//! `--machine FILE`: what a machine is made of, for every command.
+
+use crate::program::{leadscrew, report, stderr, stdout, unusable, Folder, SQUARE};
+
+#[test]
+fn a_new_machine_file_is_one_that_every_command_takes() {
+    let folder = Folder::new();
+    let job = folder.file("job.nc", SQUARE);
+    for like in ["router", "laser"] {
+        let file = folder.path(&format!("{like}.toml"));
+        let file = file.to_str().unwrap();
+        let output = leadscrew(&["machine", "new", "--like", like, "-o", file]);
+        assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
+        for command in ["run", "check", "profile"] {
+            let output = leadscrew(&[command, &job, "--machine", file]);
+            assert_eq!(
+                output.status.code(),
+                Some(0),
+                "{command}: {}",
+                stderr(&output)
+            );
+        }
+        unusable(
+            &["machine", "new", "--like", like, "-o", file],
+            &["is there already"],
+        );
+    }
+}
+
+#[test]
+fn what_is_wrong_in_a_machine_file_is_told_with_its_line() {
+    let folder = Folder::new();
+    let job = folder.file("job.nc", SQUARE);
+    let file = folder.file(
+        "mine.toml",
+        "[axes.x]\nsteps_per_mm = 80\n[laser]\nlead_us = \"long\"\n",
+    );
+    for command in ["run", "check", "profile"] {
+        let parts = ["mine.toml:4: laser.lead_us: ", "expected a number"];
+        unusable(&[command, &job, "--machine", &file], &parts);
+    }
+    unusable(
+        &["serve", "--tcp", "0", "--machine", &file],
+        &["mine.toml:4: laser.lead_us: "],
+    );
+}
+
+#[test]
+fn axes_rates_and_accelerations_are_the_file_s() {
+    let folder = Folder::new();
+    let job = folder.file("job.nc", "G1 X60 F3000\n");
+    let slow = folder.file(
+        "slow.toml",
+        "[axes.x]\nrate_mm_min = 600\nacceleration_mm_s2 = 1000\n",
+    );
+    let fast = folder.file(
+        "fast.toml",
+        "[axes.x]\nrate_mm_min = 6000\nacceleration_mm_s2 = 1000\n",
+    );
+    let seconds = |file: &str| {
+        report(&[&job, "--machine", file])["motion_seconds"]
+            .as_f64()
+            .unwrap()
+    };
+    // 60 mm at 10 mm/s and at 50 mm/s, with ramps of 1000 mm/s².
+    assert!((seconds(&slow) - 6.01).abs() < 0.01);
+    assert!((seconds(&fast) - 1.25).abs() < 0.01);
+}
+
+#[test]
+fn a_fourth_axis_moves_where_the_file_has_one() {
+    let folder = Folder::new();
+    let job = folder.file("job.nc", "G1 X1 A90 F600\n");
+    let file = folder.file(
+        "four.toml",
+        "[axes.a]\nrotary = true\nsteps_per_mm = 10\nrate_mm_min = 6000\n",
+    );
+    assert_eq!(leadscrew(&["run", &job]).status.code(), Some(1));
+    assert_eq!(leadscrew(&["check", &job]).status.code(), Some(1));
+    let axes = &report(&[&job, "--machine", &file])["axes"];
+    assert_eq!(axes["a"]["net_steps"], 900);
+    assert_eq!(axes["x"]["position_mm"], 1.0);
+    let check = leadscrew(&["check", &job, "--machine", &file]);
+    assert_eq!(check.status.code(), Some(0), "{}", stderr(&check));
+}
+
+#[test]
+fn six_axes_end_where_they_are_told() {
+    let folder = Folder::new();
+    let job = folder.file("job.nc", "G1 X1 Y2 Z3 A4 B5 C6 F600\nG1 A-1 C1\n");
+    let file = folder.file("six.toml", "[axes.a]\n[axes.b]\n[axes.c]\n");
+    let axes = &report(&[&job, "--machine", &file])["axes"];
+    for (axis, place) in ["x", "y", "z", "a", "b", "c"]
+        .into_iter()
+        .zip([1.0, 2.0, 3.0, -1.0, 5.0, 1.0])
+    {
+        assert_eq!(axes[axis]["position_mm"], place, "{axis}");
+    }
+}
+
+#[test]
+fn crossed_belts_end_where_single_motors_do() {
+    let folder = Folder::new();
+    let job = folder.file("job.nc", SQUARE);
+    let job_to = folder.file("to.nc", "G1 X7 Y3 F400\n");
+    let file = folder.file("belts.toml", "kinematics = \"corexy\"\n");
+    let there = report(&[&job_to, "--machine", &file]);
+    assert_eq!(there["axes"]["x"]["position_mm"], 7.0);
+    assert_eq!(there["axes"]["y"]["position_mm"], 3.0);
+    // Motor 0 turns by the sum, motor 1 by the difference.
+    assert_eq!(there["axes"]["x"]["net_steps"], 2500);
+    assert_eq!(there["axes"]["y"]["net_steps"], 1000);
+    assert_eq!(
+        report(&[&job, "--machine", &file])["axes"]["y"]["position_mm"],
+        0.0
+    );
+    unusable(&["profile", &job, "--machine", &file], &["crossed belts"]);
+}
+
+#[test]
+fn a_second_motor_has_a_wire_of_its_own_in_the_waveform() {
+    let folder = Folder::new();
+    let job = folder.file("job.nc", "G1 Y1 F400\n");
+    let file = folder.file("gantry.toml", "[second_motor]\naxis = \"y\"\nstart = 0\n");
+    let vcd = folder.path("job.vcd");
+    report(&[&job, "--machine", &file, "--vcd", vcd.to_str().unwrap()]);
+    let wave = std::fs::read_to_string(vcd).unwrap();
+    let steps = wave
+        .lines()
+        .filter(|line| line.starts_with("$var") && line.contains("step"));
+    assert_eq!(steps.count(), 4);
+}
+
+#[test]
+fn settings_of_a_job_win_over_the_machine_s() {
+    let folder = Folder::new();
+    let file = folder.file("mine.toml", "[axes.x]\nsteps_per_mm = 80\n");
+    let calibrate = |more: &[&str]| {
+        let args = [
+            "calibrate",
+            "x",
+            "--commanded",
+            "100",
+            "--measured",
+            "50",
+            "--machine",
+            &file,
+        ];
+        let output = leadscrew(&[&args, more].concat());
+        stdout(&output).trim().to_owned()
+    };
+    assert_eq!(calibrate(&[]), "$100=160");
+    assert_eq!(calibrate(&["--set", "$100=10"]), "$100=20");
+}
+
+#[test]
+fn the_schema_of_a_machine_file_names_settings_and_axes() {
+    let schema = stdout(&leadscrew(&["schema", "machine"]));
+    let schema: serde_json::Value = serde_json::from_str(&schema).unwrap();
+    let text = schema.to_string();
+    for key in ["lead_us", "steps_per_mm", "second_motor", "plate_height"] {
+        assert!(text.contains(&format!("\"{key}\"")), "{key}");
+    }
+}

@@ -1,0 +1,161 @@
+//! The five machines that the project grew from: every command of their READMEs, in their folders.
+
+use std::fs;
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+const PROGRAM: &str = env!("CARGO_BIN_EXE_leadscrew");
+
+/// A copy of the examples that commands may write into.
+struct Examples(tempfile::TempDir);
+
+impl Examples {
+    fn new() -> Self {
+        let copy = tempfile::tempdir().unwrap();
+        let from = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples");
+        for folder in [
+            "sources",
+            "machines/000",
+            "machines/001",
+            "machines/002",
+            "machines/003",
+            "machines/004",
+        ] {
+            let to = copy.path().join(folder);
+            fs::create_dir_all(&to).unwrap();
+            for entry in fs::read_dir(from.join(folder)).unwrap() {
+                let file = entry.unwrap().path();
+                fs::copy(&file, to.join(file.file_name().unwrap())).unwrap();
+            }
+        }
+        Self(copy)
+    }
+
+    fn machine(&self, number: &str) -> PathBuf {
+        self.0.path().join("machines").join(number)
+    }
+}
+
+/// The commands of a README.
+fn commands(folder: &Path) -> Vec<Vec<String>> {
+    let page = fs::read_to_string(folder.join("README.md")).unwrap();
+    let blocks = page
+        .split("```sh\n")
+        .skip(1)
+        .map(|rest| rest.split("```").next().unwrap());
+    let lines = blocks.flat_map(str::lines);
+    lines
+        .map(|line| line.split_whitespace().map(str::to_owned).collect())
+        .collect()
+}
+
+/// Runs a command; answers what it prints.
+fn run(folder: &Path, args: &[String]) -> String {
+    let output = Command::new(PROGRAM)
+        .args(args)
+        .current_dir(folder)
+        .output()
+        .unwrap();
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{args:?}: {errors}");
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// Starts a server on a port that is free, and ends it when it is ready.
+fn serve(folder: &Path, args: &[String]) {
+    let free = args.iter().map(|arg| if arg == "2323" { "0" } else { arg });
+    let mut server = Command::new(PROGRAM)
+        .args(free)
+        .current_dir(folder)
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let said = BufReader::new(server.stdout.take().unwrap());
+    let ready = said
+        .lines()
+        .map_while(Result::ok)
+        .find(|line| line.contains("ready at"));
+    let ended = Command::new("kill")
+        .args(["-INT", &server.id().to_string()])
+        .status();
+    assert!(ready.is_some(), "{args:?}");
+    assert!(ended.unwrap().success() && server.wait().unwrap().success());
+}
+
+/// Runs every command of a machine's README in order; answers what each printed.
+fn follow(number: &str, least: usize) -> (Examples, Vec<String>) {
+    let examples = Examples::new();
+    let folder = examples.machine(number);
+    let commands = commands(&folder);
+    assert!(commands.len() >= least, "{commands:?}");
+    let mut said = Vec::new();
+    for command in commands {
+        assert_eq!(command[0], "leadscrew", "{command:?}");
+        if command[1] == "serve" {
+            serve(&folder, &command[1..]);
+        } else {
+            said.push(run(&folder, &command[1..]));
+        }
+    }
+    (examples, said)
+}
+
+/// The report of a job of a machine.
+fn report(examples: &Examples, number: &str, job: &str) -> serde_json::Value {
+    let args = ["run", job, "--machine", "machine.toml", "--json"].map(str::to_owned);
+    serde_json::from_str(&run(&examples.machine(number), &args)).unwrap()
+}
+
+fn place(report: &serde_json::Value, axis: &str) -> f64 {
+    report["axes"][axis]["position_mm"].as_f64().unwrap()
+}
+
+#[test]
+fn machine_000_cuts_its_square_and_goes_back_to_its_zero() {
+    let (examples, said) = follow("000", 6);
+    assert_eq!(said[0].trim(), "$100=80.241");
+    let square = report(&examples, "000", "square.nc");
+    assert_eq!((place(&square, "x"), place(&square, "y")), (0.0, 0.0));
+    assert!((square["cut_mm"].as_f64().unwrap() - 200.0).abs() < 1e-6);
+}
+
+#[test]
+fn machine_001_makes_its_bar_and_its_square() {
+    let (examples, _) = follow("001", 6);
+    let bar = report(&examples, "001", "bar.nc");
+    let length = &bar["extents"]["x"];
+    let width = length["max"].as_f64().unwrap() - length["min"].as_f64().unwrap();
+    assert!((width - 50.0).abs() < 0.01, "{width}");
+}
+
+#[test]
+fn machine_002_drills_a_hole_in_four_seconds() {
+    let (examples, _) = follow("002", 9);
+    let holes = report(&examples, "002", "holes.nc");
+    assert!(holes["job_seconds"].as_f64().unwrap() <= 28.0 * 4.0);
+    let dip14 = fs::read_to_string(examples.machine("002").join("dip14.nc")).unwrap();
+    assert_eq!(dip14.matches("G81").count(), 1);
+    let numbered = dip14.lines().filter(|line| line.starts_with('N'));
+    assert_eq!(numbered.count(), 14);
+}
+
+#[test]
+fn machine_003_engraves_a_heart_that_closes() {
+    let (examples, _) = follow("003", 6);
+    let heart = report(&examples, "003", "heart.nc");
+    assert_eq!((place(&heart, "x"), place(&heart, "y")), (0.0, 0.0));
+    let printed = report(&examples, "003", "printed.nc");
+    assert_eq!((place(&printed, "x"), place(&printed, "y")), (-4.0, 4.0));
+}
+
+#[test]
+fn machine_004_moves_four_axes_and_ramps_as_its_document_computes() {
+    let (examples, _) = follow("004", 6);
+    let four = report(&examples, "004", "four.nc");
+    assert_eq!((place(&four, "a"), place(&four, "z")), (6.0, 5.0));
+    // 100 mm/s² · 0.1 s up, 0.1 s on, 0.1 s down, less the time before the first step.
+    let ramp = report(&examples, "004", "ramp.nc");
+    assert!((ramp["motion_seconds"].as_f64().unwrap() - 0.3).abs() < 0.006);
+}

@@ -1,0 +1,70 @@
+//! The plate that the probe meets, where it is uneven.
+//!
+//! ```text
+//!           ___---‾‾‾---___          the bow: highest in the middle of the travel, none at its edge
+//!  place --+---------------+--       the tilt: so far up for each step of X and of Y
+//!          0               span
+//! ```
+
+/// Parts of a step: tilts are counted in them.
+const PARTS: i64 = 1 << 20;
+
+/// How a plate differs from a flat one, in steps of the three carriages.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct Plate {
+    /// How far it rises for a step of X and for a step of Y, in 2⁻²⁰ steps of Z.
+    tilt: [i64; 2],
+    /// How far the middle stands above the edges, in steps of Z.
+    bow: i64,
+    /// Steps of X and Y from one edge to the other; none where there is no bow.
+    span: [i64; 2],
+}
+
+impl Plate {
+    /// A plate that rises by `tilt` mm for a mm of X and of Y, and whose middle stands `bow` mm above the edges of the
+    /// travels `span`, mm. `steps_per_mm` of X, Y and Z.
+    pub fn new(tilt: [f64; 2], bow: f64, span: [f64; 2], steps_per_mm: [f64; 3]) -> Self {
+        let [x, y, z] = steps_per_mm;
+        let parts = |tilt: f64, steps: f64| (tilt * z / steps * PARTS as f64).round() as i64;
+        Self {
+            tilt: [parts(tilt[0], x), parts(tilt[1], y)],
+            bow: (bow * z).round() as i64,
+            span: [(span[0] * x).round() as i64, (span[1] * y).round() as i64],
+        }
+    }
+
+    /// How far the plate stands above its place under the carriages of X and Y, in steps of Z.
+    pub(super) fn height(&self, [x, y]: [i32; 2]) -> i32 {
+        let parts = self.tilt[0] * i64::from(x) + self.tilt[1] * i64::from(y);
+        let tilted = (parts + PARTS / 2).div_euclid(PARTS);
+        let along = |place: i32, span: i64| {
+            let place = f64::from(place) / span.max(1) as f64;
+            (4.0 * place * (1.0 - place)).max(0.0)
+        };
+        let bowed = self.bow as f64 * along(x, self.span[0]) * along(y, self.span[1]);
+        (tilted + bowed.round() as i64) as i32
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_tilted_plate_rises_with_each_axis() {
+        let plate = Plate::new([0.01, -0.02], 0.0, [0.0; 2], [80.0, 80.0, 400.0]);
+        // 100 mm of X rise 1 mm, 50 mm of Y fall 1 mm.
+        assert_eq!(plate.height([8000, 0]), 400);
+        assert_eq!(plate.height([0, 4000]), -400);
+        assert_eq!(plate.height([8000, 4000]), 0);
+    }
+
+    #[test]
+    fn a_bow_is_highest_in_the_middle_and_none_at_the_edge() {
+        let plate = Plate::new([0.0; 2], 0.5, [400.0, 200.0], [80.0, 80.0, 400.0]);
+        assert_eq!(plate.height([16_000, 8000]), 200);
+        assert_eq!(plate.height([0, 8000]), 0);
+        assert_eq!(plate.height([16_000, 16_000]), 0);
+        assert_eq!(plate.height([8000, 8000]), 150);
+    }
+}

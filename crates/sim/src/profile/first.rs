@@ -1,0 +1,200 @@
+//! The settings that a machine file gives: numbers and values for a new machine.
+
+use super::named::Named;
+use super::{Axis, End, Positive, Profile};
+use crate::powered::MOST_AXES;
+use leadscrew_gcode::Number;
+use leadscrew_machine::config::MachineConfig;
+use leadscrew_machine::protocol::status::Status;
+use leadscrew_machine::settings::table::{AxisSetting, Setting};
+use leadscrew_machine::settings::values::{Entry, Key, Settings};
+use toml::Spanned;
+
+/// Times that settings are tried: some are refused until another one is set.
+const PASSES: usize = 2;
+
+impl Profile {
+    /// Where this machine's first settings differ from a stock Grbl's, in the order in which they take effect.
+    pub fn first_settings(&self) -> Vec<Entry> {
+        self.named_settings().iter().map(entry).collect()
+    }
+
+    /// The first setting that the machine refuses, and its answer.
+    pub(super) fn refused_setting(&self) -> Option<(Named, Status)> {
+        let axes = self.axis_count();
+        let mut settings = Settings::<MOST_AXES>::new(&[]);
+        let limit = MachineConfig::<MOST_AXES>::new().step_timing.limits(axes);
+        let all = self.named_settings();
+        let mut refused = None;
+        for _ in 0..PASSES {
+            let mut results = all.iter().map(|named| {
+                let known = Key::from_number(named.number, axes).ok_or(Status::InvalidStatement);
+                let result = known.and_then(|_| settings.set(entry(named), limit));
+                result.err().map(|status| (named.clone(), status))
+            });
+            refused = results.by_ref().fold(None, Option::or);
+        }
+        refused
+    }
+
+    /// All settings of the file: those that follow from switches and axes, then names, then numbers.
+    fn named_settings(&self) -> Vec<Named> {
+        let mut all = self.masks();
+        for (axis, letter) in self.all_axes().zip("xyzabc".chars()) {
+            all.extend(of_axis(axis, letter));
+        }
+        all.extend(self.motors.named());
+        all.extend(self.bounds.named());
+        all.extend(self.path.named());
+        all.extend(self.spindle.named());
+        all.extend(self.laser.named());
+        all.extend(self.reports.named());
+        all.extend(self.streaming.named());
+        all.extend(self.homing.named());
+        all.extend(self.settings.iter().map(|(number, value)| Named {
+            key: format!("settings.${}", number.0),
+            number: number.0,
+            value: *value.get_ref(),
+            at: value.span().start,
+        }));
+        all
+    }
+
+    /// Settings with one bit an axis or motor, and the level of the limit switches.
+    fn masks(&self) -> Vec<Named> {
+        let bits = |is: fn(&Axis) -> bool| {
+            let axes = self.all_axes().enumerate();
+            axes.fold(0, |mask, (axis, of)| mask | u8::from(is(of)) << axis)
+        };
+        let second = self
+            .second_motor
+            .as_ref()
+            .is_some_and(|second| second.reversed);
+        let reversed = bits(|axis| axis.reversed) | u8::from(second) << self.axis_count();
+        let masks = [
+            (Setting::StepInvert, bits(|axis| axis.step_inverted)),
+            (Setting::DirectionInvert, reversed),
+            (Setting::HomingDirection, bits(|axis| axis.home == End::Low)),
+            (
+                Setting::LimitInvert,
+                u8::from(self.switches.normally_closed),
+            ),
+        ];
+        let given = masks.into_iter().filter(|(_, mask)| *mask != 0);
+        let named = |(setting, mask): (Setting, u8)| Named {
+            key: "axes".to_owned(),
+            number: setting.row().number,
+            value: f64::from(mask),
+            at: 0,
+        };
+        given.map(named).collect()
+    }
+}
+
+/// The settings that an axis gives.
+fn of_axis(axis: &Axis, letter: char) -> impl Iterator<Item = Named> + use<'_> {
+    let values: [(&str, AxisSetting, &Option<Spanned<Positive>>); 4] = [
+        ("steps_per_mm", AxisSetting::StepsPerMm, &axis.steps_per_mm),
+        ("travel", AxisSetting::Travel, &axis.travel),
+        ("rate_mm_min", AxisSetting::MaxRate, &axis.rate_mm_min),
+        (
+            "acceleration_mm_s2",
+            AxisSetting::Acceleration,
+            &axis.acceleration_mm_s2,
+        ),
+    ];
+    let number = "xyzabc".find(letter).unwrap_or_default() as u16;
+    values.into_iter().filter_map(move |(key, setting, value)| {
+        let value = value.as_ref()?;
+        Some(Named {
+            key: format!("axes.{letter}.{key}"),
+            number: setting.row().number + number,
+            value: value.get_ref().get(),
+            at: value.span().start,
+        })
+    })
+}
+
+fn entry(named: &Named) -> Entry {
+    let value = Number::from_nanos((named.value * 1e9).round() as i64);
+    Entry {
+        number: named.number,
+        value,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    /// The first settings of a machine, by number.
+    fn first(text: &str) -> Vec<(u16, i64)> {
+        let file = Profile::parse(Path::new("test.toml"), text).unwrap();
+        let entries = file.first_settings().into_iter();
+        entries
+            .map(|entry| (entry.number, entry.value.nanos()))
+            .collect()
+    }
+
+    #[test]
+    fn names_stand_for_numbers() {
+        let text = "[laser]\non = true\nlead_us = 250\n[homing]\npull_off_mm = 1.5\n";
+        let wanted = [
+            (32, 1_000_000_000),
+            (703, 250_000_000_000),
+            (27, 1_500_000_000),
+        ];
+        assert_eq!(first(text), wanted);
+    }
+
+    #[test]
+    fn masks_are_made_of_what_each_axis_says() {
+        let text = "[axes.x]\nhome = \"low\"\n[axes.z]\nreversed = true\nstep_inverted = true\n\
+            [axes.y]\nreversed = true\nhome = \"low\"\n[second_motor]\naxis = \"y\"\nstart = 0\nreversed = true\n";
+        let masks: Vec<_> = first(text)
+            .into_iter()
+            .map(|(number, nanos)| (number, nanos / 1_000_000_000))
+            .collect();
+        assert_eq!(masks, [(2, 0b100), (3, 0b1110), (23, 0b011)]);
+    }
+
+    #[test]
+    fn a_number_wins_over_a_name() {
+        let text = "[laser]\nlead_us = 250\n[settings]\n\"$703\" = 100\n";
+        assert_eq!(first(text).last(), Some(&(703, 100_000_000_000)));
+    }
+
+    #[test]
+    fn a_refused_name_is_shown_with_its_line() {
+        let wrong = |text| {
+            let wrong = Profile::parse(Path::new("m.toml"), text).unwrap_err();
+            wrong.to_string()
+        };
+        let refused = wrong("[laser]\non = true\nlead_us = 5000\n");
+        assert!(
+            refused.starts_with("m.toml:3: laser.lead_us: "),
+            "{refused}"
+        );
+        let refused = wrong("[axes.y]\nsteps_per_mm = 300000\n");
+        assert!(
+            refused.starts_with("m.toml:2: axes.y.steps_per_mm: "),
+            "{refused}"
+        );
+        let unknown = wrong("[laser]\nled_us = 5\n");
+        assert!(
+            unknown.starts_with("m.toml:2: laser.led_us: unknown field `led_us`, expected one of "),
+            "{unknown}"
+        );
+        let gap = wrong("[axes.b]\nrotary = true\n");
+        assert!(gap.contains("axes: expected axes in the order"), "{gap}");
+    }
+
+    #[test]
+    fn axes_beyond_z_have_settings_of_their_own() {
+        let text =
+            "[axes.a]\nsteps_per_mm = 10\n[axes.b]\nrate_mm_min = 700\n[axes.c]\ntravel = 360\n";
+        let numbers: Vec<u16> = first(text).iter().map(|(number, _)| *number).collect();
+        assert_eq!(numbers, [103, 114, 135]);
+    }
+}

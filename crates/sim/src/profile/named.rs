@@ -1,0 +1,197 @@
+//! Settings by their names: the tables of a machine file that stand for numbers after a `$`.
+//!
+//! ```text
+//!  [laser]
+//!  on = true          # $32=1
+//!  lead_us = 250      # $703=250
+//! ```
+
+use super::value::AxisLetters;
+use leadscrew_machine::settings::table::Setting;
+use schemars::JsonSchema;
+use serde::Deserialize;
+use toml::Spanned;
+
+/// A value that a file gives to a setting.
+pub(super) trait Value {
+    /// The value as the machine has it, and where it stands in the text.
+    fn given(&self) -> (f64, usize);
+}
+
+impl Value for Spanned<f64> {
+    fn given(&self) -> (f64, usize) {
+        (*self.get_ref(), self.span().start)
+    }
+}
+
+impl Value for Spanned<bool> {
+    fn given(&self) -> (f64, usize) {
+        (f64::from(u8::from(*self.get_ref())), self.span().start)
+    }
+}
+
+/// A setting that a file names: its key, its number, its value and its place in the text.
+#[derive(Clone, PartialEq, Debug)]
+pub(super) struct Named {
+    pub(super) key: String,
+    pub(super) number: u16,
+    pub(super) value: f64,
+    pub(super) at: usize,
+}
+
+macro_rules! tables {
+    ($($(#[$about:meta])* $table:ident $name:literal {
+        $($(#[$doc:meta])* $key:ident: $kind:ty as $schema:literal = $setting:ident;)*
+        $(+ $(#[$other_doc:meta])* $other:ident: $other_kind:ty;)*
+    })*) => {
+        $(
+            $(#[$about])*
+            #[derive(Clone, PartialEq, Debug, Default, Deserialize, JsonSchema)]
+            #[serde(deny_unknown_fields, default)]
+            pub struct $table {
+                $(
+                    $(#[$doc])*
+                    #[schemars(with = $schema)]
+                    pub $key: Option<Spanned<$kind>>,
+                )*
+                $($(#[$other_doc])* pub $other: $other_kind,)*
+            }
+
+            impl $table {
+                /// The settings that this table gives.
+                pub(super) fn named(&self) -> impl Iterator<Item = Named> {
+                    let all = [$((stringify!($key), Setting::$setting, self.$key.as_ref().map(Value::given)),)*];
+                    all.into_iter().filter_map(|(key, setting, given)| {
+                        let (value, at) = given?;
+                        let key = format!(concat!($name, ".{}"), key);
+                        Some(Named { key, number: setting.row().number, value, at })
+                    })
+                }
+            }
+        )*
+
+        /// All settings that have a name, with it.
+        #[cfg(test)]
+        const NAMED: &[(Setting, &str)] = &[$($((Setting::$setting, concat!($name, ".", stringify!($key))),)*)*];
+    };
+}
+
+tables! {
+    /// Pulses, directions and power of the motors.
+    Motors "motors" {
+        /// Length of a step pulse, us: `$0`.
+        step_pulse_us: f64 as "Option<f64>" = StepPulse;
+        /// How long motors stay enabled after motion, ms; 255 for always: `$1`.
+        idle_delay_ms: f64 as "Option<f64>" = IdleDelay;
+        /// How long before a step its direction is there, us: `$709`.
+        direction_setup_us: f64 as "Option<f64>" = DirectionSetup;
+        /// The enable output is active when high: `$4`.
+        enable_inverted: bool as "Option<bool>" = EnableInvert;
+    }
+    /// Limits of the travel.
+    Bounds "bounds" {
+        /// Motion beyond the travel is refused: `$20`.
+        soft: bool as "Option<bool>" = SoftLimits;
+        /// A limit switch stops motion: `$21`.
+        hard: bool as "Option<bool>" = HardLimits;
+        /// How long a switch keeps a new level before it counts, us: `$706`.
+        filter_us: f64 as "Option<f64>" = SwitchFilter;
+        /// The probe input is active when high: `$6`.
+        probe_inverted: bool as "Option<bool>" = ProbeInvert;
+    }
+    /// Corners, arcs, jerk, canned cycles.
+    Path "path" {
+        /// How far a circle that touches both moves may cut a corner, mm: `$11`.
+        junction_deviation_mm: f64 as "Option<f64>" = JunctionDeviation;
+        /// How far the chords of an arc may stray from it, mm: `$12`.
+        arc_tolerance_mm: f64 as "Option<f64>" = ArcTolerance;
+        /// Corners as Grbl has them: `$704`.
+        grbl_corners: bool as "Option<bool>" = GrblCorners;
+        /// How fast the acceleration may change, mm/s3; 0 for no limit: `$705`.
+        jerk_mm_s3: f64 as "Option<f64>" = Jerk;
+        /// How far G73 goes back after a peck, mm: `$711`.
+        peck_clearance_mm: f64 as "Option<f64>" = PeckClearance;
+    }
+    /// A spindle.
+    Spindle "spindle" {
+        /// The speed of full output, 1/min: `$30`.
+        max_rpm: f64 as "Option<f64>" = MaxSpeed;
+        /// The speed of the least output, 1/min: `$31`.
+        min_rpm: f64 as "Option<f64>" = MinSpeed;
+    }
+    /// A laser.
+    Laser "laser" {
+        /// Power changes in motion and is off in rapids: `$32`.
+        on: bool as "Option<bool>" = Laser;
+        /// The power S of full output: `$30`.
+        full_power: f64 as "Option<f64>" = MaxSpeed;
+        /// The delay with which the laser switches, us: `$703`.
+        lead_us: f64 as "Option<f64>" = LaserLead;
+        /// A laser that is lit at rest goes dark when its sender was silent for so long, s: `$707`.
+        dead_man_s: f64 as "Option<f64>" = LaserPatience;
+    }
+    /// What a sender is told.
+    Reports "reports" {
+        /// Fields of a status report, a mask: `$10`.
+        fields: f64 as "Option<f64>" = ReportMask;
+        /// Positions and feeds in inches: `$13`.
+        inches: bool as "Option<bool>" = Inches;
+        /// A message with the reason before each refusal: `$700`.
+        faults_in_words: bool as "Option<bool>" = FaultTexts;
+    }
+    /// How lines become motion.
+    Streaming "streaming" {
+        /// Motion starts when no line has come for so long, ms: `$701`.
+        start_silence_ms: f64 as "Option<f64>" = StartSilence;
+        /// A sender may stall for so long in motion, s: `$710`.
+        stall_reserve_s: f64 as "Option<f64>" = StallReserve;
+    }
+    /// How home is found.
+    Homing "homing" {
+        /// The machine is locked until it is homed: `$22`.
+        on: bool as "Option<bool>" = Homing;
+        /// Speed that locates a switch, mm/min: `$24`.
+        feed_mm_min: f64 as "Option<f64>" = HomingFeed;
+        /// Speed that searches for a switch, mm/min: `$25`.
+        seek_mm_min: f64 as "Option<f64>" = HomingSeek;
+        /// Pause between the phases, ms: `$26`.
+        debounce_ms: f64 as "Option<f64>" = HomingDebounce;
+        /// Way off a switch, mm: `$27`.
+        pull_off_mm: f64 as "Option<f64>" = HomingPullOff;
+        /// How far the second motor goes on after its switch, mm: `$702`.
+        second_motor_offset_mm: f64 as "Option<f64>" = SecondMotorOffset;
+        + /// Axes that home together, cycle after cycle; as stock Grbl where it is left out: Z, then X and Y.
+        order: Option<Vec<AxisLetters>>;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The masks are made of what each axis says, and the level of limit switches of what all switches say.
+    const ELSEWHERE: [Setting; 4] = [
+        Setting::StepInvert,
+        Setting::DirectionInvert,
+        Setting::HomingDirection,
+        Setting::LimitInvert,
+    ];
+
+    #[test]
+    fn every_setting_has_a_name() {
+        for setting in Setting::ALL {
+            let named = NAMED.iter().any(|(named, _)| named == setting);
+            let number = setting.row().number;
+            assert!(named || ELSEWHERE.contains(setting), "${number}");
+        }
+    }
+
+    #[test]
+    fn the_document_has_every_name_with_its_number() {
+        let document = include_str!("../../../../docs/machine-file.md");
+        for (setting, name) in NAMED {
+            let row = format!("| `{name}` | `${}` |", setting.row().number);
+            assert!(document.contains(&row), "{row}");
+        }
+    }
+}
