@@ -249,14 +249,14 @@ mod tests {
         let settings = settings_of(&["$110=30000", "$111=20000"]).unwrap();
         let words = "$110=30000: 21818.16 mm/min is the most with $0=10, 90909 steps/s; motion is capped there";
         assert_eq!(capped(&settings, 3), [words]);
-        let refused = settings_of(&["$110=20000000"]).unwrap_err();
+        let refused = settings_of(&["$110=30000000"]).unwrap_err();
         let instead = "$110 can be 21818.16 at most.";
         assert!(
             refused.contains("error:12") && refused.contains(instead),
             "{refused}"
         );
-        let refused = settings_of(&["$100=300000"]).unwrap_err();
-        assert!(refused.contains("$100 can be 250000 at most."), "{refused}");
+        let refused = settings_of(&["$100=400000"]).unwrap_err();
+        assert!(refused.contains("$100 can be 370370 at most."), "{refused}");
     }
 
     #[test]

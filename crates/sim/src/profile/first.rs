@@ -176,7 +176,7 @@ mod tests {
             refused.starts_with("m.toml:3: laser.lead_us: "),
             "{refused}"
         );
-        let refused = wrong("[axes.y]\nsteps_per_mm = 300000\n");
+        let refused = wrong("[axes.y]\nsteps_per_mm = 400000\n");
         assert!(
             refused.starts_with("m.toml:2: axes.y.steps_per_mm: "),
             "{refused}"
