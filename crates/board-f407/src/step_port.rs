@@ -188,12 +188,12 @@ pub(crate) fn start(_: TIM2, _: TIM11) {
 /// Interrupt of TIM11, which the main loop pends.
 #[inline(always)]
 pub(crate) fn is_to_start(shared: &Shared<MOTORS>) -> bool {
-    !TICKING.load(Relaxed) && rewired_and_to_start(shared)
+    !TICKING.load(Relaxed) && rewire_and_look(shared)
 }
 
 #[cold]
 #[inline(never)]
-fn rewired_and_to_start(shared: &Shared<MOTORS>) -> bool {
+fn rewire_and_look(shared: &Shared<MOTORS>) -> bool {
     if !is_pulsing() && REWIRED.swap(false, Relaxed) {
         // 255 µs at most, 42 840 counts.
         let counts = PULSE.load(Relaxed) as u16;
