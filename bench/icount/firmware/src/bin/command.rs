@@ -6,7 +6,7 @@ use core::hint::black_box;
 use icount_firmware::{count, done};
 use leadscrew_machine::{
     config::{AxisKind, Options},
-    interpreter::{Commands, Context, Interpreter, OwnCodes, MAX_WORD, ToolTable},
+    interpreter::{Commands, Context, Interpreter, OwnCodes, ToolTable, MAX_WORD},
     protocol::line_reader::{LineReader, GRBL_LINE_LENGTH},
 };
 
