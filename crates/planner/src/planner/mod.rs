@@ -25,7 +25,7 @@ use backlog::Backlog;
 use core::fmt;
 use leadscrew_stepper::{Line, LineError};
 
-/// Plans the moves of a machine in a [`Queue`] that it borrows.
+/// Plans the moves of a machine in a [`crate::Queue`] that it borrows.
 ///
 /// Moves of a laser that go straight on and differ in power are planned as one; their changes of power wait in the queue's pool
 /// of pixels.
