@@ -96,6 +96,7 @@ fn config() -> MachineConfig<AXES> {
             // Not measured on silicon: 20 000 steps a second, for which every Cortex-M3 has time.
             tick_ns: 45_000,
             motor_ns: 1_000,
+            line_ns: 48_000,
             pulse_end_ns: 2_000,
             setup_ns: 1_000,
             shortest_pulse_us: 3,

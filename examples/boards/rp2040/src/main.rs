@@ -157,6 +157,7 @@ fn config() -> MachineConfig<AXES> {
             // Not measured: 20 000 steps a second.
             tick_ns: 45_000,
             motor_ns: 1_000,
+            line_ns: 48_000,
             pulse_end_ns: 3_000,
             setup_ns: 1_000,
             shortest_pulse_us: 3,
