@@ -195,9 +195,14 @@ impl Served {
             for_observer: String::new(),
             ws: String::new(),
         };
-        for _ in 0..LINES {
+        let mut ready = 0;
+        while ready < LINES {
             let line = lines.next().ok_or(io::ErrorKind::UnexpectedEof)??;
+            if line.starts_with("page: ") {
+                continue;
+            }
             let (name, at) = (line.split_once(": ready at ")).ok_or(io::Error::other(&*line))?;
+            ready += 1;
             if name.starts_with("ws") {
                 served.ws = format!("ws://{at}/");
             } else if name.ends_with(OBSERVERS) {
