@@ -33,9 +33,9 @@ pub struct StepTiming {
 impl StepTiming {
     /// An STM32F407 at 168 MHz: three motors at 370 kHz with pulses of 1 µs.
     ///
-    /// Tick: a quarter below the highest rate at which no tick of three motors was late in an emulated one, 490 kHz
+    /// Tick: 23 % below the highest rate at which no tick of three motors was late in an emulated one, 482 kHz
     /// (`cargo fw-test --highest-rate`): the emulator's cycles are right to within 15 % by judgement, and the main loop needs its
-    /// share. A line: 529 cycles (`cargo fw-test step-interrupt`), rounded up. A motor: 20 instructions of 1.65 cycles each, rounded to 0.2 µs. A pulse's end: entry, and 25 instructions before
+    /// share. A line: 534 cycles (`cargo fw-test step-interrupt`), rounded up. A motor: 20 instructions of 1.65 cycles each, rounded to 0.2 µs. A pulse's end: entry, and 25 instructions before
     /// the last pin is written. Set-up: 650 ns (TI DRV8825, SLVSA73F).
     pub const F407: Self = Self {
         tick_ns: 2_100,

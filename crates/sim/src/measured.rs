@@ -4,19 +4,19 @@
 pub const STEP_EDGE: u32 = 49;
 
 /// From the timer's compare to the power that changes with a step: the middle one.
-pub const POWER_EDGE: u32 = 61;
+pub const POWER_EDGE: u32 = 62;
 
 /// A tick at which three motors step and power changes: the middle one.
-pub const STEP: u32 = 199;
+pub const STEP: u32 = 198;
 
 /// The same: the longest.
-pub const STEP_MOST: u32 = 217;
+pub const STEP_MOST: u32 = 216;
 
 /// A tick that loads a segment: the middle one.
-pub const LOAD: u32 = 314;
+pub const LOAD: u32 = 313;
 
 /// The same: the longest, the first of a line.
-pub const LOAD_MOST: u32 = 529;
+pub const LOAD_MOST: u32 = 534;
 
 /// A tick that comes to rest where no segment is left.
 pub const RUN_OUT: u32 = 231;
@@ -31,34 +31,34 @@ pub const PULSE_END: u32 = 69;
 pub const SWITCHES: u32 = 712;
 
 /// To receive a byte of a line of 2 Mbaud that never rests.
-pub const BYTE_IN: u32 = 86;
+pub const BYTE_IN: u32 = 87;
 
 /// To send a byte of `ok`.
-pub const BYTE_OUT: u32 = 64;
+pub const BYTE_OUT: u32 = 63;
 
 /// A turn of the main loop at rest.
-pub const POLL: u32 = 6147;
+pub const POLL: u32 = 6186;
 
 /// A byte taken from the receive queue, or given to the sender.
-pub const BYTE: u32 = 81;
+pub const BYTE: u32 = 123;
 
 /// A line of seven words, none of them a place, checked and interpreted, and answered.
-pub const LINE: u32 = 1294;
+pub const LINE: u32 = 332;
 
 /// A move planned, and its words: in the mean of a thousand.
-pub const PLANNED_MOVE: u32 = 7723;
+pub const PLANNED_MOVE: u32 = 6905;
 
 /// A move that became part of a row of pixels, and its words: in the mean of a thousand.
-pub const PIXEL: u32 = 3050;
+pub const PIXEL: u32 = 3313;
 
 /// A segment made, in the mean of a thousand moves, and what finds no room for one.
-pub const SEGMENT: u32 = 2158;
+pub const SEGMENT: u32 = 2014;
 
 /// A queued move whose time is added up for a report.
 pub const TIMED: u32 = 2431;
 
 /// A status report.
-pub const REPORT: u32 = 11278;
+pub const REPORT: u32 = 8990;
 
 /// A hundred instructions of the main loop, while a thousand moves are planned.
-pub const HUNDRED_INSTRUCTIONS: u32 = 188;
+pub const HUNDRED_INSTRUCTIONS: u32 = 187;
