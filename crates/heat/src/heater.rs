@@ -198,24 +198,17 @@ impl Heater {
         }
     }
 
+    /// A reading that is no number counts as beyond the hot end.
     fn check_sensor(&self) -> Result<(), Fault> {
         let limits = &self.config.limits;
-        let cold_if_open = self.config.sensor.is_cold_if_open();
-        if self.celsius < limits.coldest {
-            return Err(if cold_if_open {
-                Fault::SensorOpen
-            } else {
-                Fault::SensorShorted
-            });
+        if (limits.coldest..=limits.hottest).contains(&self.celsius) {
+            return Ok(());
         }
-        if self.celsius > limits.hottest {
-            return Err(if cold_if_open {
-                Fault::SensorShorted
-            } else {
-                Fault::SensorOpen
-            });
+        let is_cold = self.celsius < limits.coldest;
+        match is_cold == self.config.sensor.is_cold_if_open() {
+            true => Err(Fault::SensorOpen),
+            false => Err(Fault::SensorShorted),
         }
-        Ok(())
     }
 
     /// A heater that is on gets warmer, and one that is off does not.
@@ -230,8 +223,6 @@ impl Heater {
         let patience = Duration::from_ticks(u64::from(limits.patience) * 1_000_000);
         let over = now >= watch.since + patience;
         let frozen = self.on && over && rise < limits.answer;
-        // What was heated a moment ago gets warmer for a while: counted from where that ends.
-        let cools = !self.on && !over;
         let stuck = !self.on && over && rise > limits.answer;
         if frozen {
             return Err(Fault::SensorFrozen);
@@ -239,9 +230,47 @@ impl Heater {
         if stuck {
             return Err(Fault::DoesNotCool);
         }
-        if over && !cools {
+        if over {
             self.watch = Some(fresh);
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn fault_at(sensor: Sensor, share: f32) -> Option<Fault> {
+        let mut heater = Heater::new(HeaterConfig {
+            name: "N",
+            sensor,
+            hysteresis: 2.0,
+            limits: Limits::NOZZLE,
+        });
+        let now = Instant::from_ticks(0);
+        heater.regulate(share, 5.0, now).err()
+    }
+
+    #[test]
+    fn each_sensor_is_open_on_its_own_side_and_no_number_is_no_temperature() {
+        let thermistor = Sensor::Thermistor {
+            r25: 100_000.0,
+            beta: 3950.0,
+            pull_up: 4_700.0,
+        };
+        let cases = [
+            (thermistor, 1.0, Some(Fault::SensorOpen)),
+            (thermistor, 0.0, Some(Fault::SensorShorted)),
+            (thermistor, 0.95, None),
+            (thermistor, f32::NAN, Some(Fault::SensorShorted)),
+            (Sensor::AD595, 1.0, Some(Fault::SensorOpen)),
+            (Sensor::AD595, -0.1, Some(Fault::SensorShorted)),
+            (Sensor::AD595, 0.05, None),
+            (Sensor::AD595, f32::NAN, Some(Fault::SensorOpen)),
+        ];
+        for (sensor, share, fault) in cases {
+            assert_eq!(fault_at(sensor, share), fault, "{sensor:?} {share}");
+        }
     }
 }

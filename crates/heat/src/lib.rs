@@ -77,6 +77,8 @@ pub struct Heat<P, const N: usize> {
     port: P,
     next: Option<Instant>,
     fan: u8,
+    /// The fault that the operator knows of.
+    told: Option<(usize, Fault)>,
 }
 
 impl<P: HeatPort, const N: usize> Heat<P, N> {
@@ -88,6 +90,7 @@ impl<P: HeatPort, const N: usize> Heat<P, N> {
             port,
             next: None,
             fan: 0,
+            told: None,
         };
         heat.port.supply(true);
         heat.off();
@@ -164,14 +167,22 @@ impl<P: HeatPort, const N: usize> Heat<P, N> {
         found.or(external.then_some((self.config.nozzle, Fault::External)))
     }
 
+    /// Switches all off while a fault lasts, and tells of it once: again only after `$X`.
     fn stop_for<const AXES: usize>(&mut self, index: usize, fault: Fault, cx: &mut Cx<'_, AXES>) {
         self.off();
-        let name = self.heaters.get(index).map_or("", Heater::name);
         if fault == Fault::DoesNotCool {
             self.port.supply(false);
-            cx.message(format_args!("Cut the power: heater {name} does not go off"));
-        } else {
-            cx.message(format_args!("Heater {name}: {}", fault.text()));
+        }
+        let is_known = self.told.replace((index, fault)) == Some((index, fault));
+        if is_known && matches!(cx.state, State::Alarm(_)) {
+            return;
+        }
+        let name = self.heaters.get(index).map_or("", Heater::name);
+        match fault {
+            Fault::DoesNotCool => {
+                cx.message(format_args!("Cut the power: heater {name} does not go off"));
+            }
+            _ => cx.message(format_args!("Heater {name}: {}", fault.text())),
         }
         cx.alarm(Alarm::Own(fault.alarm().number));
     }
@@ -283,8 +294,9 @@ impl<P: HeatPort, const AXES: usize, const N: usize> Extension<AXES> for Heat<P,
     fn poll(&mut self, cx: &mut Cx<'_, AXES>) -> Option<Instant> {
         if self.next.is_none_or(|next| cx.now >= next) {
             self.next = Some(cx.now + PERIOD);
-            if let Some((index, fault)) = self.regulate(cx.now) {
-                self.stop_for(index, fault, cx);
+            match self.regulate(cx.now) {
+                Some((index, fault)) => self.stop_for(index, fault, cx),
+                None => self.told = None,
             }
         }
         self.next

@@ -308,9 +308,26 @@ fn each_fault_stops_the_job_switches_off_and_has_its_name() {
     ];
     for (go_wrong, alarm, message) in cases {
         let (lines, _) = alarm_after(go_wrong);
-        assert!(lines.contains(&alarm.to_owned()), "{lines:?}");
-        assert!(lines.contains(&format!("[MSG:{message}]")), "{lines:?}");
+        let count = |wanted: &str| lines.iter().filter(|line| **line == wanted).count();
+        assert_eq!(count(alarm), 1, "{lines:?}");
+        assert_eq!(count(&format!("[MSG:{message}]")), 1, "{lines:?}");
     }
+}
+
+#[test]
+fn a_fault_that_lasts_is_told_again_after_an_unlock() {
+    let mut memory = Memory::new();
+    let (extension, plant) = heat(CONFIG);
+    let mut session = boot(&mut memory, extension);
+    plant.borrow_mut().fault = true;
+    session.wait_ms(2_000);
+    session.lines();
+    session.line("$X");
+    session.wait_ms(2_000);
+    let lines = session.lines();
+    let alarms = lines.iter().filter(|line| *line == "ALARM:225").count();
+    assert_eq!(alarms, 1, "{lines:?}");
+    assert!(session.status().starts_with("<Alarm|"));
 }
 
 #[test]

@@ -87,8 +87,11 @@ impl<const AXES: usize, const KEPT: usize> ToolChange<AXES, KEPT> {
         if !cx.at_rest {
             return Step::Rest;
         }
-        let tool = call.words.get(Letter::T).unwrap_or_default().trunc();
-        self.wanted = u8::try_from(tool).unwrap_or(0);
+        let tool = match tool_number(call) {
+            Ok(tool) => tool,
+            Err(status) => return Step::Refuse(status),
+        };
+        self.wanted = tool;
         (self.left_at, self.offset) = (cx.position, cx.work_offset);
         let comment = cx.comment();
         match comment.trim() {
@@ -155,9 +158,22 @@ impl<const AXES: usize, const KEPT: usize> ToolChange<AXES, KEPT> {
     }
 }
 
+/// The tool that M6 asks for, by its T or by one of an earlier line.
+///
+/// # Errors
+/// There is no such number.
+fn tool_number(call: &Call) -> Result<u8, Status> {
+    let tool = call.words.get(Letter::T).unwrap_or_default().trunc();
+    u8::try_from(tool).map_err(|_| Status::ToolTooLarge)
+}
+
 impl<const AXES: usize, const KEPT: usize> Extension<AXES> for ToolChange<AXES, KEPT> {
     fn m_code(&self, number: u8) -> Option<MCode> {
         (number == 6).then_some(MCode::with(&[Letter::T]).alone())
+    }
+
+    fn check(&self, call: &Call) -> Result<(), Status> {
+        tool_number(call).map(|_| ())
     }
 
     fn perform(&mut self, call: &Call, cx: &mut Cx<'_, AXES>) -> Step<AXES> {

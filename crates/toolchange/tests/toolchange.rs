@@ -378,3 +378,16 @@ fn check_mode_passes_over_a_tool_change() {
     assert_eq!(session.line("T1M6"), ["ok"]);
     assert_eq!(session.line("G43H1"), ["ok"]);
 }
+
+#[test]
+fn a_tool_number_that_no_t_can_have_is_refused_and_its_word_named() {
+    let mut memory = Memory::new();
+    let mut session = boot(&mut memory);
+    session.line("$700=1");
+    let said = session.line("M6T256");
+    assert_eq!(said, ["[MSG:The tool number is too large]", "error:38"]);
+    assert!(session.status().starts_with("<Idle|"));
+    session.send("T255M6\n");
+    session.wait_ms(500);
+    assert_eq!(session.lines(), ["[MSG:Tool 255, then ~]"]);
+}

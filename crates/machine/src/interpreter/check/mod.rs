@@ -114,6 +114,7 @@ const F: Letters = Letters::of(&[Letter::F]);
 const H: Letters = Letters::of(&[Letter::H]);
 const L: Letters = Letters::of(&[Letter::L]);
 const M: Letters = Letters::of(&[Letter::M]);
+const T: Letters = Letters::of(&[Letter::T]);
 const N: Letters = Letters::of(&[Letter::N]);
 const P: Letters = Letters::of(&[Letter::P]);
 const Q: Letters = Letters::of(&[Letter::Q]);
@@ -186,7 +187,10 @@ impl<'a, const AXES: usize> Check<'a, AXES> {
         self.check_leftovers()?;
         if self.block.groups.contains(Group::Own) {
             let checked = self.context.own.check();
-            checked.map_err(|status| Refusal::words(status, M))?;
+            checked.map_err(|status| match status {
+                Status::ToolTooLarge => Refusal::words(status, T),
+                _ => Refusal::words(status, M),
+            })?;
         }
         Ok(())
     }
