@@ -13,7 +13,7 @@
 //! depends on how busy the CPU is. `power` is a share of full power. `steps` says which motors step at each event: `3x xy` is
 //! x, x, x, then both.
 //!
-//! `BLESS=1 cargo test -p leadscrew-tests --test golden_steps` writes the step files anew: look at the difference.
+//! `BLESS=1 cargo test -p leadscrew-tests golden_steps` writes the step files anew: look at the difference.
 
 use leadscrew_sim::clock::{CYCLES_PER_COUNT, TIMER_HZ};
 use leadscrew_sim::StepEvent;

@@ -1,6 +1,6 @@
 //! What the machine can be asked about itself: settings, groups, errors, alarms; and the documents made of the same tables.
 //!
-//! After a change that is meant, `BLESS=1 cargo test -p leadscrew-tests --test tables` writes the documents anew.
+//! After a change that is meant, `BLESS=1 cargo test -p leadscrew-tests tables` writes the documents anew.
 
 use leadscrew_machine::protocol::alarm::Alarm;
 use leadscrew_machine::protocol::status::Status;
@@ -79,7 +79,7 @@ fn settings_page() -> String {
 
 const SETTINGS_HEAD: &str = "# Settings
 
-Made of the table in `crates/machine/src/settings/table.rs` by `BLESS=1 cargo test -p leadscrew-tests --test tables`; a test fails where the two differ.
+Made of the table in `crates/machine/src/settings/table.rs` by `BLESS=1 cargo test -p leadscrew-tests tables`; a test fails where the two differ.
 
 | line | answer |
 |---|---|

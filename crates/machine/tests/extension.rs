@@ -1,20 +1,16 @@
 //! An extension's M codes, a setting, a report field and a realtime byte, seen from the sender.
 
-mod bench;
-#[path = "bench/flash.rs"]
-mod flash;
 #[path = "../examples/vacuum/extension.rs"]
 mod vacuum;
 
-use bench::{Memory, Session};
+use crate::bench::flash::MockFlash;
+use crate::bench::{Memory, Session};
 use embedded_hal::digital::{ErrorType, OutputPin};
-use flash::MockFlash;
 use leadscrew_gcode::{Letter, Number};
 use leadscrew_machine::config::MachineConfig;
 use leadscrew_machine::extension::{Call, Cx, Event, Extension, MCode, Step};
 use leadscrew_machine::protocol::alarm::Alarm;
 use leadscrew_machine::protocol::status::Status;
-use leadscrew_machine::settings::flash::{Area, SettingsStore};
 use leadscrew_machine::state::State;
 use leadscrew_planner::{Cartesian, Coordinate};
 use std::cell::{Cell, RefCell};

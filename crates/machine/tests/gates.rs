@@ -1,9 +1,7 @@
 //! An extension that objects to moves and M codes, refuses words of its own before anything is carried out, and has numbers of
 //! its own for errors and alarms.
 
-mod bench;
-
-use bench::{Memory, Session};
+use crate::bench::{Memory, Session};
 use leadscrew_gcode::{Letter, Number};
 use leadscrew_machine::board::Instant;
 use leadscrew_machine::config::MachineConfig;

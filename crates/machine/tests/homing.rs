@@ -1,8 +1,6 @@
 //! Homing where it is easy to get wrong: crossed belts, and a switch that closes while the motor lock changes hands.
 
-mod bench;
-
-use bench::{Contact, Memory, Session};
+use crate::bench::{Contact, Memory, Session};
 use leadscrew_machine::board::Switches;
 use leadscrew_machine::config::MachineConfig;
 use leadscrew_planner::CoreXy;

@@ -1,8 +1,6 @@
 //! What `$10` adds to status reports: the line under way and the time to finish. Without it, reports are Grbl's.
 
-mod bench;
-
-use bench::{Memory, Session};
+use crate::bench::{Memory, Session};
 use leadscrew_machine::config::MachineConfig;
 
 /// What follows `|key:` in a report.

@@ -1,8 +1,6 @@
 //! Whole conversations with a machine: bytes in, answers and step pulses out.
 
-mod bench;
-
-use bench::{Contact, Memory, Session};
+use crate::bench::{Contact, Memory, Session};
 use leadscrew_machine::board::SpindleOutput;
 use leadscrew_machine::config::MachineConfig;
 use leadscrew_stepper::Power;

@@ -1,13 +1,8 @@
 //! A change is stored before its line is answered: whoever has heard `ok` may pull the plug.
 
-mod bench;
-#[path = "bench/flash.rs"]
-mod flash;
-
-use bench::{Memory, Session};
-use flash::MockFlash as Flash;
+use crate::bench::flash::MockFlash as Flash;
+use crate::bench::{Memory, Session};
 use leadscrew_machine::config::MachineConfig;
-use leadscrew_machine::settings::flash::{Area, SettingsStore};
 
 /// Bytes of an area.
 const SIZE: usize = 1024;

@@ -12,12 +12,15 @@ use leadscrew_machine::extension::Extension;
 use leadscrew_machine::inputs::Inputs;
 use leadscrew_machine::machine::{Links, Machine};
 use leadscrew_machine::protocol::serial::{Receiver, SerialQueue};
+use leadscrew_machine::settings::flash::{Area, SettingsStore};
 use leadscrew_planner::{Cartesian, Kinematics};
 use leadscrew_stepper::{
     on_timer, MotorMask, OutputChange, Power, Segment, Shared, StepInterrupt, StepPort, Ticks,
 };
 use std::cell::Cell;
 use std::rc::Rc;
+
+pub(crate) mod flash;
 
 const COUNTS_PER_US: u64 = 84;
 const POLL_EVERY: u64 = 100 * COUNTS_PER_US;

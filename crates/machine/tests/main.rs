@@ -1,0 +1,10 @@
+//! The machine as its main loop and its serial lines see it, a module a subject.
+
+mod bench;
+mod commands;
+mod extension;
+mod gates;
+mod homing;
+mod reports;
+mod session;
+mod storing;

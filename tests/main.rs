@@ -1,0 +1,26 @@
+//! The acceptance tests, a module a subject: `cargo test -p leadscrew-tests laser` runs those of one.
+#![forbid(unsafe_code)]
+
+mod answers;
+mod bounce;
+mod checks;
+mod conformance;
+mod cycles;
+mod dark;
+mod examples;
+mod golden_steps;
+mod inputs;
+mod interruptions;
+mod laser;
+mod latency;
+mod lumps;
+mod outlines;
+mod pins;
+mod position;
+mod prompt;
+mod shape;
+mod silence;
+mod step_rate;
+mod streams;
+mod tables;
+mod traces;
