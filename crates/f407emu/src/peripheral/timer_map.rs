@@ -1,5 +1,6 @@
 //! What tells the fourteen timers apart: where they are (RM0090 table 1), what they can do (chapters 17 to 20), their
-//! interrupts (table 62), DMA streams (tables 43 and 44) and pins (data sheet, table 9).
+//! interrupts (table 62), DMA streams (tables 43 and 44) and pins (data sheet, table 9). `crate::st_data` holds all of it but
+//! the widths against ST's data.
 use super::timer_output::Output;
 
 /// A DMA stream that listens to a request.
@@ -144,7 +145,7 @@ pub(crate) static INSTANCES: [Instance; 14] = [
     plain(0x4000_2000, 1, 45),
 ];
 
-/// The timer output that a pin of port A to E becomes by an alternate function: index into [`INSTANCES`], and output.
+/// The timer output that a pin of port A to G becomes by an alternate function: index into [`INSTANCES`], and output.
 pub(crate) fn output(port: usize, pin: u8, function: u8) -> Option<(usize, Output)> {
     let timer = |number: usize, channel: u8| {
         let output = Output {
@@ -185,11 +186,11 @@ pub(crate) fn output(port: usize, pin: u8, function: u8) -> Option<(usize, Outpu
         (3, 1, 1 | 15) => complement(8, 3),
         (3, 0, 2 | 3) => timer(9, pin - 1),
         (3, 4, 5 | 6) => timer(9, pin - 4),
-        (3, 1, 8) => timer(10, 1),
-        (3, 1, 9) => timer(11, 1),
+        (3, 1, 8) | (3, 5, 6) => timer(10, 1),
+        (3, 1, 9) | (3, 5, 7) => timer(11, 1),
         (9, 1, 14 | 15) => timer(12, pin - 13),
-        (9, 0, 6) => timer(13, 1),
-        (9, 0, 7) => timer(14, 1),
+        (9, 0, 6) | (9, 5, 8) => timer(13, 1),
+        (9, 0, 7) | (9, 5, 9) => timer(14, 1),
         _ => None,
     }
 }
@@ -208,7 +209,7 @@ mod tests {
 
     #[test]
     fn outputs_are_channels_that_their_timer_has() {
-        for (port, pin, function) in (0..5)
+        for (port, pin, function) in (0..7)
             .flat_map(|port| (0..16).flat_map(move |pin| (0..16).map(move |f| (port, pin, f))))
         {
             if let Some((timer, output)) = output(port, pin, function) {

@@ -2,7 +2,7 @@
 //! DMA requests and pins.
 mod dma;
 mod pins;
-mod serial;
+pub(crate) mod serial;
 mod timers;
 
 use crate::{

@@ -5,17 +5,17 @@ use crate::{
 };
 
 /// Interrupts of the USARTs, in the order of `Devices` (RM0090 table 62).
-const USART_IRQS: [u8; 4] = [37, 38, 39, 71];
+pub(crate) const USART_IRQS: [u8; 4] = [37, 38, 39, 71];
 /// Interrupt of USB OTG FS.
-const USB_IRQ: u8 = 67;
-/// DMA streams of the USARTs (RM0090 tables 42 and 43): of received bytes, and of those to be sent.
-const USART_RECEIVE: [&[Route]; 4] = [
+pub(crate) const USB_IRQ: u8 = 67;
+/// DMA streams of the USARTs (RM0090 tables 43 and 44): of received bytes, and of those to be sent.
+pub(crate) const USART_RECEIVE: [&[Route]; 4] = [
     &[route(1, 2, 4), route(1, 5, 4)],
     &[route(0, 5, 4)],
     &[route(0, 1, 4)],
     &[route(1, 1, 5), route(1, 2, 5)],
 ];
-const USART_TRANSMIT: [&[Route]; 4] = [
+pub(crate) const USART_TRANSMIT: [&[Route]; 4] = [
     &[route(1, 7, 4)],
     &[route(0, 6, 4)],
     &[route(0, 3, 4), route(0, 4, 7)],

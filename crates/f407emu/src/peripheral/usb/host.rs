@@ -24,8 +24,9 @@ const RESET: u64 = 10_000;
 const RECOVERY: u64 = 10_000;
 /// For a device to take its address, µs (section 9.2.6.3).
 const ADDRESSING: u64 = 2_000;
-/// Silence after which a device is suspended, µs (section 7.1.7.6).
-const SILENCE: u64 = 3_000;
+/// Silence after which the controller says that it is suspended, µs: the bus is after 3 ms (section 7.1.7.6), which makes an early
+/// warning, and the interrupt comes 3 ms later (RM0090 section 34.5.2).
+const SILENCE: u64 = 6_000;
 /// Between two looks for a pull-up, µs.
 const LOOK: u64 = 1_000;
 /// From two refusals to the next try, µs.
@@ -356,7 +357,9 @@ mod tests {
         usb.event(1000);
         assert_eq!(usb.next_event(), 1000 + 168 * LOOK);
         usb.host.plug(false, 2000);
+        assert_eq!(usb.next_event(), 2000 + 168 * 6_000);
         usb.event(usb.next_event());
+        assert_eq!(usb.read(0x14) >> 11 & 1, 1, "USBSUSP");
         assert_eq!(usb.next_event(), NEVER);
         assert!(!usb.host.is_talking());
     }

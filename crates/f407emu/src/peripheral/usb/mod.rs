@@ -295,7 +295,7 @@ impl Usb {
         self.flags |= ENUMDNE;
     }
 
-    /// Nothing has happened on the line for 3 ms.
+    /// Nothing has happened on the line for so long that the controller is suspended.
     fn bus_idle(&mut self) {
         self.flags |= USBSUSP;
     }
