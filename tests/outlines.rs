@@ -209,8 +209,7 @@ proptest! {
     #[test]
     fn a_greater_deviation_makes_no_outline_slower(of in outline()) {
         let mut fastest = f64::INFINITY;
-        // Not 0.5: a staircase of 0.01 mm, 1 mm in all, is known to take 15 % longer there than at 0.1.
-        for deviation in [0.001, 0.005, 0.02, 0.1] {
+        for deviation in [0.001, 0.005, 0.02, 0.1, 0.5] {
             let time = of.run(deviation).outcome.motion_seconds;
             prop_assert!(time <= fastest * 1.005, "$11={}: {} s, {} s with less", deviation, time, fastest);
             fastest = fastest.min(time);

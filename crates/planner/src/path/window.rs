@@ -147,6 +147,11 @@ impl<const AXES: usize> Window<AXES> {
         self.waiting as usize
     }
 
+    /// Whether the first piece that waits turns sharply away from the one before it.
+    pub(crate) const fn waits_at_corner(&self) -> bool {
+        self.waiting > 0 && self.is_sharp(self.count.wrapping_sub(self.waiting))
+    }
+
     /// Adds a piece that ends at `end`; it waits.
     pub(crate) fn push(
         &mut self,

@@ -311,14 +311,12 @@ where
     /// What the running move's profile depends on, besides the move. Moves whose curvature is not known yet are planned now, where the
     /// running move would have to slow down for want of them.
     pub(crate) fn outlook(&mut self) -> Outlook {
-        /// So many moves may go without one that waits.
-        const FEW: usize = 64;
-        /// So many are planned at a time at most.
+        /// As many are planned at a time at most.
         const MOST: usize = 4;
         self.find();
-        if self.hangs() && self.unsettled() > self.queue.waiting() / FEW {
+        if self.hangs() && self.lacks_what_waits() {
             for _ in 0..MOST {
-                if self.unsettled() > self.queue.waiting() / FEW {
+                if self.lacks_what_waits() {
                     self.settle_one(true);
                 }
             }
@@ -330,9 +328,20 @@ where
         }
     }
 
-    /// How many moves wait until the turn at their start is known.
-    fn unsettled(&self) -> usize {
-        self.window.as_ref().map_or(0, |window| window.waiting())
+    /// Whether moves that wait until the turn at their start is known are many beside those that are planned.
+    fn lacks_what_waits(&self) -> bool {
+        /// As many planned moves can do without one that waits.
+        const FEW: usize = 64;
+        /// Before a corner: what is planned too early there stays slow.
+        const FEW_BEFORE_CORNER: usize = 8;
+        self.window.as_ref().is_some_and(|window| {
+            let few = if window.waits_at_corner() {
+                FEW_BEFORE_CORNER
+            } else {
+                FEW
+            };
+            window.waiting() > self.queue.waiting() / few
+        })
     }
 
     fn find(&mut self) {
