@@ -104,7 +104,6 @@ fn a_row_that_asks_for_too_many_pixels_a_second_is_slowed_down() {
     }
 }
 
-/// As LaserGRBL writes a black and white picture: what is white is skipped.
 /// The exposure of pixels at 450 mm/s, greys from a tenth to full power in no order, against duty times time from the pixel's
 /// first step edge to its last: the worst ratio to 1, for pixels of `size` µm, 80 steps/mm.
 fn worst_exposure(size: u32) -> f64 {
@@ -151,6 +150,7 @@ fn a_pixel_has_its_own_exposure_whatever_its_neighbours_have() {
     }
 }
 
+/// As LaserGRBL writes a black and white picture: white is skipped.
 #[test]
 fn a_row_with_gaps_runs_at_450_mm_s() {
     let program = row(6000, 100, |program, k, x| match k * k % 11 % 3 {

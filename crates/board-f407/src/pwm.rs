@@ -122,8 +122,8 @@ impl Mode {
     }
 }
 
-/// 1 while the channel makes PWM: a byte, which a tick compares as it is. Cleared before the output is forced low, and looked at again once it makes PWM: whoever is
-/// interrupted by somebody who switches off leaves it off.
+/// 1 while the channel makes PWM: a byte, which a tick compares as it is. It is cleared before the output is forced low, and
+/// looked at again once the channel makes PWM: whoever is interrupted by somebody who switches off leaves it off.
 #[allow(unsafe_code)] // the section of what every tick reads
 #[link_section = ".bss.ccm.lit"]
 static LIT: AtomicU8 = AtomicU8::new(0);

@@ -84,8 +84,6 @@ fn TIM1_TRG_COM_TIM11() {
 }
 
 /// Out of rest: has a tick come at once.
-#[cold]
-#[inline(never)]
 fn start_motion() {
     // SAFETY: at rest no tick comes before `let_ticks_come`.
     let owned = unsafe { (*OWNED.0.get()).assume_init_mut() };

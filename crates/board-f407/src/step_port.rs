@@ -13,7 +13,7 @@
 //! A tick interrupts the end of a pulse, so that edges keep their distance from the schedule; nothing but a tick does. That
 //! a tick never comes just between the look at TIM11 and the stores that end its pulse is a matter of time: ticks are a pulse
 //! and 1 µs apart at least (`StepTiming::F407`), and the pins are low 0.3 µs after a pulse's end. Where a pulse is over
-//! while a tick is at work, it ends after that, 1.1 µs later at most.
+//! while a tick is at work, it ends after the tick: 1.3 µs later at most, 3.2 µs where the tick begins a line.
 //!
 //! What goes to the ports for each set of motors stands ready in a table ([`Words`]): one store for each port that has
 //! step pins, one after the other. Boards with all of them on one port step all motors at the same instant.
@@ -119,7 +119,7 @@ static PULSE: AtomicU32 = AtomicU32::new(10 * PULSE_MICROSECOND);
 /// whenever a pulse ends.
 #[link_section = ".bss.ccm.negative"]
 static NEGATIVE: AtomicU8 = AtomicU8::new(0);
-/// A tick is armed, or at work. Otherwise ticks' possessions are the end of a pulse's.
+/// A tick is armed, or at work. Otherwise the end of a pulse may use what ticks own.
 #[link_section = ".bss.ccm.ticking"]
 static TICKING: AtomicBool = AtomicBool::new(false);
 
@@ -186,7 +186,7 @@ pub(crate) fn start(_: TIM2, _: TIM11) {
 
 /// At rest: puts new levels out (where a pulse is under way, its end puts them out). Whether motion is to begin.
 /// Interrupt of TIM11, which the main loop pends.
-#[inline(always)]
+#[inline(always)] // 4 of the 69 cycles of a pulse's end
 pub(crate) fn is_to_start(shared: &Shared<MOTORS>) -> bool {
     !TICKING.load(Relaxed) && rewire_and_look(shared)
 }
@@ -204,7 +204,7 @@ fn rewire_and_look(shared: &Shared<MOTORS>) -> bool {
 }
 
 /// Whether step pins are high: TIM11 counts, or nobody has seen yet that it has stopped.
-#[inline(always)]
+#[inline(always)] // 4 of the 69 cycles of a pulse's end
 fn is_pulsing() -> bool {
     pulse().cr1().read().cen().bit_is_set() || pulse().sr().read().uif().bit_is_set()
 }

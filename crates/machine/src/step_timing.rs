@@ -35,8 +35,9 @@ impl StepTiming {
     ///
     /// Tick: 23 % below the highest rate at which no tick of three motors was late in an emulated one, 482 kHz
     /// (`cargo fw-test --highest-rate`): the emulator's cycles are right to within 15 % by judgement, and the main loop needs its
-    /// share. A line: 534 cycles (`cargo fw-test step-interrupt`), rounded up. A motor: 20 instructions of 1.65 cycles each, rounded to 0.2 µs. A pulse's end: entry, and 25 instructions before
-    /// the last pin is written. Set-up: 650 ns (TI DRV8825, SLVSA73F).
+    /// share. A line: 534 cycles (`cargo fw-test step-interrupt`), rounded up. A motor: 20 instructions of 1.65 cycles each,
+    /// rounded to 0.2 µs. A pulse's end: entry, and 25 instructions before the last pin is written. Set-up: 650 ns (TI DRV8825,
+    /// SLVSA73F).
     pub const F407: Self = Self {
         tick_ns: 2_100,
         motor_ns: 200,

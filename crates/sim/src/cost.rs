@@ -5,10 +5,10 @@
 //! check `costs` of `cargo fw-test` holds the file against the firmware as it is now.
 //!
 //! Interrupts are charged what the middle one of a job took, with their entry and exit; whether a tick is late is judged by
-//! the longest. A segment that begins a line is charged the longest load, any other the middle one: where a line ends with a
-//! segment of one tick, two loads follow each other, and only one of them begins a line. The main loop's work is charged what it took in the mean, after all other work of the same job: see there
-//! (`tests/firmware/src/checks/costs.rs`). Of the looks at the serial line, every 50 µs, what their bytes take is
-//! charged, as each comes; what a look takes that finds none is not (some 50 cycles, 0.6 % of the CPU).
+//! the longest. A tick that takes a segment is charged the longest such tick where the segment begins a line, and the middle
+//! one elsewhere. The main loop's work is charged its mean, after all other work of the same job
+//! (`tests/firmware/src/checks/costs.rs`). Of the looks at the serial line, every 50 µs, the bytes are charged as they come;
+//! a look that finds none is not (some 50 cycles, 0.6 % of the CPU).
 //!
 //! `HUNDRED_INSTRUCTIONS` there is for who has counted instructions and wants cycles (`docs/benchmarks.md`).
 //!

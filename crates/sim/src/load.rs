@@ -2,7 +2,7 @@
 //!
 //! ```text
 //!  ticks              ====           ====            highest priority
-//!  pulse end, load        ==   ====|     |====       below it: a tick interrupts it
+//!  pulse end              ==   ====|     |====       below it: a tick interrupts it
 //!  serial, switches         ==                       below both: only their time is counted
 //!  main loop                  =               =====  the rest; a poll ends later by what interrupts it
 //! ```
@@ -24,7 +24,7 @@ const SLOT: u64 = CPU_HZ / 1000 / SLOTS as u64;
 pub struct Cpu {
     /// A tick is under way until then.
     tick_until: Cycle,
-    /// A tick, the end of a pulse or a segment's load is under way until then.
+    /// A tick or the end of a pulse is under way until then.
     timer_until: Cycle,
     main_until: Cycle,
     /// Cycles of the main loop and of other interrupts.
@@ -79,10 +79,9 @@ impl Cpu {
         due.max(self.tick_until)
     }
 
-    /// When the end of a pulse that is due at `due`, or a segment's load, begins: then, or once neither a tick nor another of
-    /// its own kind is under way.
+    /// When the end of a pulse that is due at `due` begins: then, or once neither a tick nor another end is under way.
     #[inline]
-    pub fn untimed_start(&self, due: Cycle) -> Cycle {
+    pub fn pulse_end_start(&self, due: Cycle) -> Cycle {
         due.max(self.timer_until)
     }
 
@@ -95,9 +94,9 @@ impl Cpu {
         self.charge(start, u64::from(cycles));
     }
 
-    /// Charges the end of a pulse, or a segment's load, that begins at `start`.
+    /// Charges the end of a pulse that begins at `start`.
     #[inline]
-    pub fn charge_untimed(&mut self, start: Cycle, cycles: u32) {
+    pub fn charge_pulse_end(&mut self, start: Cycle, cycles: u32) {
         self.timer_until = start + u64::from(cycles);
         self.delay_main(start, cycles);
         self.charge(start, u64::from(cycles));
@@ -194,13 +193,13 @@ mod tests {
     #[test]
     fn a_tick_interrupts_the_end_of_a_pulse_and_not_the_other_way_round() {
         let mut cpu = Cpu::new();
-        cpu.charge_untimed(Cycle(100), 60);
+        cpu.charge_pulse_end(Cycle(100), 60);
         assert_eq!(cpu.tick_start(Cycle(120)), Cycle(120));
         cpu.charge_tick(Cycle(120), 200);
-        assert_eq!(cpu.untimed_start(Cycle(130)), Cycle(360));
+        assert_eq!(cpu.pulse_end_start(Cycle(130)), Cycle(360));
         assert_eq!(cpu.main_start(Cycle(0)), Cycle(360));
         cpu.charge_tick(Cycle(1000), 200);
-        assert_eq!(cpu.untimed_start(Cycle(1100)), Cycle(1200));
+        assert_eq!(cpu.pulse_end_start(Cycle(1100)), Cycle(1200));
     }
 
     #[test]

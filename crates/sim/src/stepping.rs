@@ -71,11 +71,11 @@ impl<'a, const MOTORS: usize> Stepping<'a, MOTORS> {
             // pulse and 1 µs apart at least (`StepTiming`).
             let pulse_start = match board.pulse_due() {
                 Cycle::NEVER => Cycle::NEVER,
-                due => cpu.untimed_start(due),
+                due => cpu.pulse_end_start(due),
             };
             if pulse_start < step_start {
                 board.end_pulse(pulse_start + u64::from(self.costs.pulse_edge));
-                cpu.charge_untimed(pulse_start, self.costs.pulse_end);
+                cpu.charge_pulse_end(pulse_start, self.costs.pulse_end);
             } else if self.step(board, cpu, step_start) || board.switches_moved {
                 return Ran::Wake(step_start);
             }

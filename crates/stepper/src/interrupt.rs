@@ -160,7 +160,6 @@ fn arm<P: StepPort, const MOTORS: usize>(
 }
 
 /// Begins the next segment and asks for its first tick; comes to rest where there is none.
-#[inline(always)]
 fn next_segment<P: StepPort, const MOTORS: usize>(
     interrupt: &mut StepInterrupt<MOTORS>,
     segments: &mut Consumer<'_, Segment<MOTORS>>,
@@ -190,7 +189,6 @@ fn next_segment<P: StepPort, const MOTORS: usize>(
 }
 
 /// Begins a line. Returns whether a motor turns round: then its directions hold from now on.
-#[inline(always)]
 fn begin<P: StepPort, const MOTORS: usize>(
     interrupt: &mut StepInterrupt<MOTORS>,
     start: &LineStart<MOTORS>,
