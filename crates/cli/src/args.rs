@@ -8,6 +8,7 @@ use super::replay::ReplayArgs;
 use super::serve_args::ServeArgs;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
+use leadscrew_sim::oven::SensorFault;
 use std::num::NonZeroU32;
 use std::path::PathBuf;
 
@@ -166,6 +167,9 @@ pub(super) struct JobArgs {
     /// has.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(0..=8))]
     pub(super) outputs: Option<u8>,
+    /// The nozzle's sensor fails so many seconds after power-up: open@40, shorted@40, frozen@40.
+    #[arg(long, value_name = "HOW@S")]
+    pub(super) sensor_fault: Option<SensorFault>,
     /// Print the outcome as JSON.
     #[arg(long)]
     pub(super) json: bool,

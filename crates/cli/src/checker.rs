@@ -7,10 +7,10 @@ use super::remark::Remark;
 use super::setting_args::{instead, Machine, TIMING};
 use crate::picture::{StrokeKind, Toolpath};
 use leadscrew_machine::config::MachineConfig;
-use leadscrew_machine::extension::{Call, Extension, MCode};
+use leadscrew_machine::extension::{Call, Extension};
 use leadscrew_machine::interpreter::{
-    ArcShape, Command, Commands, Context, Fault as LineFault, Feed, Interpreter, OffsetId, Own,
-    OwnCodes, Rotation, Spindle, Strokes, ToolTable, Travel, Turn, WorkSystem,
+    ArcShape, Command, Commands, Context, Fault as LineFault, Feed, Interpreter, OffsetId,
+    Own as Codes, OwnCodes, Rotation, Spindle, Strokes, ToolTable, Travel, Turn, WorkSystem,
 };
 use leadscrew_machine::protocol::alarm::Alarm;
 use leadscrew_machine::protocol::line_reader::{raw_column, LineReader};
@@ -19,8 +19,8 @@ use leadscrew_machine::protocol::system_command::{Activity, Circumstances, Syste
 use leadscrew_machine::settings::table::{AxisSetting, Setting};
 use leadscrew_machine::settings::values::{Entry, Settings};
 use leadscrew_machine::soft_limits;
-use leadscrew_outputs::{OutputPort, Outputs};
 use leadscrew_planner::{Arc, Coordinate, StepsPerMm};
+use leadscrew_sim::own::Own;
 use leadscrew_sim::OutputPins;
 use leadscrew_stepper::MAX_STEP_EVENTS;
 
@@ -35,21 +35,6 @@ enum LineFaultKind {
     Refused(LineFault),
     OutOfTravel,
     TooLong,
-}
-
-/// The M codes that a machine has beyond GRBL's.
-pub(super) trait OwnWords {
-    fn find(&self, code: u8) -> Option<MCode>;
-    fn check(&self, call: &Call) -> Result<(), Status>;
-}
-
-impl<P: OutputPort> OwnWords for Outputs<P> {
-    fn find(&self, code: u8) -> Option<MCode> {
-        Extension::<3>::m_code(self, code)
-    }
-    fn check(&self, call: &Call) -> Result<(), Status> {
-        Extension::<3>::check(self, call)
-    }
 }
 
 /// Follows a program line by line, whatever the axes of its machine.
@@ -85,7 +70,8 @@ struct Checker<const AXES: usize> {
     config: MachineConfig<AXES>,
     settings: Settings<AXES>,
     interpreter: Interpreter<AXES>,
-    words: Box<dyn OwnWords>,
+    /// The M codes that its machine has beyond GRBL's.
+    own: Own<AXES>,
     /// Where the program goes.
     path: Toolpath,
     /// Whether targets outside the travel are faults where soft limits are off, too.
@@ -146,7 +132,9 @@ impl<const AXES: usize> Checker<AXES> {
             config: machine.config(),
             settings: Settings::new(machine.first()),
             interpreter: Interpreter::new(),
-            words: Box::new(Outputs::new(machine.outputs, OutputPins::default())),
+            own: machine
+                .file
+                .extension(machine.outputs, None, OutputPins::default()),
             path: Toolpath::new([0.0; 3], false),
             travel_counts: false,
             last: Done::default(),
@@ -172,11 +160,13 @@ impl<const AXES: usize> Checker<AXES> {
         let mut commands = Commands::new();
         let start = *self.interpreter.position();
         let reach = self.reach();
-        let find = |code| self.words.find(code);
-        let check = |call: &Call| self.words.check(call);
-        let own = Own::new(&find, &check);
+        let find = |code| self.own.m_code(code);
+        let check = |call: &Call| self.own.check(call);
+        let own = Codes::new(&find, &check);
+        let length = |tool| self.own.tool_length(tool);
         let context = Context {
             own: OwnCodes::some(&own),
+            tools: ToolTable::some(&length),
             ..context(&self.config, &self.settings, &reach)
         };
         self.interpreter

@@ -10,6 +10,7 @@
 use super::remark::Remark;
 use leadscrew_machine::protocol::alarm::Alarm;
 use leadscrew_machine::protocol::status::Status;
+use leadscrew_sim::own::{alarm_of, error_of};
 use std::fmt;
 
 /// What a line of a job was refused with, or what stopped the machine at it.
@@ -54,6 +55,8 @@ impl Fault {
         match self {
             Self::TooLong => "the move has more steps than can be counted",
             Self::Remark(remark) => remark.message(),
+            Self::Error(Status::Own(number)) => error_of(number).map_or("", |own| own.text),
+            Self::Alarm(Alarm::Own(number)) => alarm_of(number).map_or("", |own| own.text),
             Self::Error(status) => status.text(),
             Self::Alarm(alarm) => alarm.text(),
         }
@@ -63,6 +66,8 @@ impl Fault {
         match self {
             Self::TooLong => "67 108 863 steps of one motor are the most: divide the move.",
             Self::Remark(remark) => remark.explanation(),
+            Self::Error(Status::Own(number)) => error_of(number).map_or("", |own| own.explanation),
+            Self::Alarm(Alarm::Own(number)) => alarm_of(number).map_or("", |own| own.explanation),
             Self::Error(status) => status.explanation(),
             Self::Alarm(alarm) => alarm.explanation(),
         }

@@ -26,6 +26,7 @@ use std::time::Instant;
 pub(super) fn run(args: &JobArgs) -> Result<bool, Unusable> {
     let mut machine = Machine::new(&args.machine)?;
     machine.outputs.count = args.outputs.unwrap_or(machine.outputs.count);
+    machine.sensor_fault = args.sensor_fault;
     if !args.quiet {
         say_capped(&machine);
     }

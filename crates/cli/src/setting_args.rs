@@ -11,6 +11,7 @@ use leadscrew_machine::settings::values::{Entry, Key, Settings};
 use leadscrew_machine::step_rate;
 use leadscrew_machine::step_timing::StepTiming;
 use leadscrew_outputs::OutputsConfig;
+use leadscrew_sim::oven::SensorFault;
 use leadscrew_sim::powered::MOST_AXES;
 use leadscrew_sim::profile::Profile;
 
@@ -23,6 +24,8 @@ pub(super) struct Machine {
     pub(super) settings: Settings<MOST_AXES>,
     /// Its outputs that M62 to M65 switch.
     pub(super) outputs: OutputsConfig,
+    /// A sensor that fails in the run.
+    pub(super) sensor_fault: Option<SensorFault>,
     /// The same as a new machine's, which it boots with.
     first: &'static [Entry],
 }
@@ -60,6 +63,7 @@ impl Machine {
         let first = as_defaults(&settings, file.axis_count());
         Self {
             outputs: file.outputs.config(),
+            sensor_fault: None,
             file,
             settings,
             first,

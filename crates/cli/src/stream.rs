@@ -13,7 +13,6 @@ use leadscrew_machine::protocol::alarm::Alarm;
 use leadscrew_machine::protocol::line_reader::raw_column;
 use leadscrew_machine::protocol::status::Status;
 use leadscrew_machine::settings::table::Setting;
-use leadscrew_machine::state::State;
 use leadscrew_sim::clock::Cycle;
 use leadscrew_sim::event_loop::Stopped;
 use leadscrew_sim::link::{Host, Rate};
@@ -111,6 +110,7 @@ impl Stream<'_> {
             first: self.machine.first(),
             rate: self.rate,
             outputs: self.machine.outputs,
+            sensor_fault: self.machine.sensor_fault,
         };
         file.power_up(supply, &mut watching, &mut |powered| {
             pauses = operate(powered, &mut operator);
@@ -153,8 +153,8 @@ impl Observer for FaultWatch {
     }
 }
 
-/// Lets the machine work until the program is done and motion rests. A program pause (M0) is resumed at once: nobody
-/// stands at this machine. Answers the lines that paused.
+/// Lets the machine work until the program is done and motion rests. A program pause (M0) and a tool change (M6) are resumed at
+/// once: nobody stands at this machine. Answers the lines that paused.
 fn operate<F: Replies, R: BufRead>(
     powered: &mut dyn Powered,
     operator: &mut Operator<R, F>,
@@ -162,7 +162,7 @@ fn operate<F: Replies, R: BufRead>(
     let mut pauses = Vec::new();
     loop {
         match powered.work(operator) {
-            Stopped::Quiet if matches!(powered.state(), State::Hold(_)) => {
+            Stopped::Quiet if powered.waits_for_operator() => {
                 pauses.push(operator.streamer.current());
                 operator.say(b"~");
             }
@@ -281,8 +281,8 @@ impl Complaints {
         let fault = self.faults.borrow_mut().pop_front();
         let status = fault
             .map(|fault| fault.status)
-            .or_else(|| Status::from_number(code));
-        let Some(status) = status else { return };
+            .or_else(|| Status::from_number(code))
+            .unwrap_or(Status::Own(code));
         let column = fault.map(|fault| raw_column(text, fault.column));
         let fault = match (status, column) {
             // The interpreter names a place: this is the planner's.
@@ -310,9 +310,7 @@ impl Replies for Complaints {
                 self.refused(line, code, text);
             }
             Reply::Alarm { code, line, text } => {
-                let Some(alarm) = Alarm::from_number(code) else {
-                    return;
-                };
+                let alarm = Alarm::from_number(code).unwrap_or(Alarm::Own(code));
                 let complaint = self.complaint(line, None, Fault::Alarm(alarm), text);
                 if !self.mute {
                     eprintln!("{complaint}");

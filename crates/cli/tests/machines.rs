@@ -44,10 +44,17 @@ fn commands(folder: &Path) -> Vec<Vec<String>> {
         .split("```sh\n")
         .skip(1)
         .map(|rest| rest.split("```").next().unwrap());
-    let lines = blocks.flat_map(str::lines);
-    lines
-        .map(|line| line.split_whitespace().map(str::to_owned).collect())
-        .collect()
+    blocks.flat_map(str::lines).map(words).collect()
+}
+
+/// The words of a command; one in quotes is one.
+fn words(line: &str) -> Vec<String> {
+    let parts = line.split('\'').enumerate();
+    let words = parts.flat_map(|(index, part)| match index % 2 {
+        0 => part.split_whitespace().collect(),
+        _ => vec![part],
+    });
+    words.map(str::to_owned).collect()
 }
 
 /// Runs a command; answers what it prints.
@@ -60,6 +67,17 @@ fn run(folder: &Path, args: &[String]) -> String {
     let errors = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{args:?}: {errors}");
     String::from_utf8(output.stdout).unwrap()
+}
+
+/// Runs a command that ends with an alarm; answers what it says of that.
+fn fail(folder: &Path, args: &[String]) -> String {
+    let output = Command::new(PROGRAM)
+        .args(args)
+        .current_dir(folder)
+        .output()
+        .unwrap();
+    assert!(!output.status.success(), "{args:?}");
+    String::from_utf8(output.stderr).unwrap()
 }
 
 /// Starts a server on a port that is free, and ends it when it is ready.
@@ -95,6 +113,8 @@ fn follow(number: &str, least: usize) -> (Examples, Vec<String>) {
         assert_eq!(command[0], "leadscrew", "{command:?}");
         if command[1] == "serve" {
             serve(&folder, &command[1..]);
+        } else if command.iter().any(|word| word == "--sensor-fault") {
+            said.push(fail(&folder, &command[1..]));
         } else {
             said.push(run(&folder, &command[1..]));
         }
@@ -123,16 +143,39 @@ fn machine_000_cuts_its_square_and_goes_back_to_its_zero() {
 
 #[test]
 fn machine_001_makes_its_bar_and_its_square() {
-    let (examples, _) = follow("001", 6);
+    let (examples, said) = follow("001", 7);
+    let fault = said.last().unwrap();
+    assert!(
+        fault.contains("ALARM:220: Temperature sensor is open"),
+        "{fault}"
+    );
     let bar = report(&examples, "001", "bar.nc");
     let length = &bar["extents"]["x"];
     let width = length["max"].as_f64().unwrap() - length["min"].as_f64().unwrap();
     assert!((width - 50.0).abs() < 0.01, "{width}");
+    // The bed alone takes more than two minutes: 1.5 K/s against a time constant of 300 s.
+    let seconds = bar["job_seconds"].as_f64().unwrap() - bar["motion_seconds"].as_f64().unwrap();
+    assert!((120.0..240.0).contains(&seconds), "{seconds}");
+}
+
+#[test]
+fn machine_001_does_not_feed_while_it_is_cold() {
+    let examples = Examples::new();
+    let folder = examples.machine("001");
+    fs::write(folder.join("cold.nc"), "M62 P0\nG1 X1 F600\n").unwrap();
+    let args = ["run", "cold.nc", "--machine", "machine.toml"].map(str::to_owned);
+    let said = fail(&folder, &args);
+    assert!(said.contains("error:220: Too cold to extrude"), "{said}");
 }
 
 #[test]
 fn machine_002_drills_a_hole_in_four_seconds() {
-    let (examples, _) = follow("002", 9);
+    let (examples, _) = follow("002", 11);
+    let board = report(&examples, "002", "board.nc");
+    assert_eq!(
+        board["pauses"].as_array().map(Vec::len),
+        board["tools"].as_array().map(Vec::len)
+    );
     let holes = report(&examples, "002", "holes.nc");
     assert!(holes["job_seconds"].as_f64().unwrap() <= 28.0 * 4.0);
     let dip14 = fs::read_to_string(examples.machine("002").join("dip14.nc")).unwrap();

@@ -45,7 +45,8 @@ static ERRORS: [OwnCode; 3] = [
     },
 ];
 
-pub(crate) fn errors() -> impl Iterator<Item = &'static OwnCode> {
+/// The errors that lines are answered with.
+pub fn errors() -> impl Iterator<Item = &'static OwnCode> {
     ERRORS.iter()
 }
 

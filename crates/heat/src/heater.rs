@@ -42,6 +42,15 @@ impl Limits {
         answer: 2.0,
         band: 30.0,
     };
+
+    /// Those of a heated bed.
+    pub const BED: Self = Self {
+        most: 120.0,
+        hottest: 150.0,
+        patience: 90,
+        band: 20.0,
+        ..Self::NOZZLE
+    };
 }
 
 /// A heater.

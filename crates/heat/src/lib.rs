@@ -9,8 +9,11 @@ mod sensor;
 pub use heater::{Fault, Heater, HeaterConfig, Limits};
 pub use sensor::Sensor;
 
-use codes::{errors, Refusal};
+pub use codes::errors;
+
+use codes::Refusal;
 use core::fmt;
+use heapless::Vec;
 use leadscrew_gcode::{Letter, Number};
 use leadscrew_machine::board::{Duration, Instant};
 use leadscrew_machine::extension::{Asked, Call, Cx, Event, Extension, Gate, MCode, OwnCode, Step};
@@ -23,6 +26,11 @@ pub const PERIOD: Duration = Duration::from_ticks(100_000);
 
 /// The pins of heaters, sensors and fan.
 pub trait HeatPort {
+    /// All sensors are about to be read, every [`PERIOD`]: a board starts its conversions.
+    fn begin(&mut self, now: Instant) {
+        let _ = now;
+    }
+
     /// The voltage at a heater's sensor, as a share of the reference voltage, 0 to 1. 12 bits are enough.
     fn sensor(&mut self, heater: usize) -> f32;
 
@@ -67,13 +75,15 @@ pub struct HeatConfig {
     pub bed: Option<usize>,
     /// The reference voltage of the sensors, V.
     pub reference: f32,
+    /// Whether there is a fan: without one M106 and M107 are refused.
+    pub fan: bool,
 }
 
-/// `N` heaters and a fan.
+/// Up to `N` heaters, and a fan.
 #[derive(Debug)]
 pub struct Heat<P, const N: usize> {
     config: HeatConfig,
-    heaters: [Heater; N],
+    heaters: Vec<Heater, N>,
     port: P,
     next: Option<Instant>,
     fan: u8,
@@ -82,11 +92,15 @@ pub struct Heat<P, const N: usize> {
 }
 
 impl<P: HeatPort, const N: usize> Heat<P, N> {
-    /// Makes the extension; all heaters are off at once.
-    pub fn new(config: HeatConfig, heaters: [HeaterConfig; N], port: P) -> Self {
+    /// Makes the extension of the first `N` heaters; all are off at once.
+    pub fn new(
+        config: HeatConfig,
+        heaters: impl IntoIterator<Item = HeaterConfig>,
+        port: P,
+    ) -> Self {
         let mut heat = Self {
             config,
-            heaters: heaters.map(Heater::new),
+            heaters: heaters.into_iter().take(N).map(Heater::new).collect(),
             port,
             next: None,
             fan: 0,
@@ -98,7 +112,7 @@ impl<P: HeatPort, const N: usize> Heat<P, N> {
     }
 
     /// The heaters, with their temperatures.
-    pub fn heaters(&self) -> &[Heater; N] {
+    pub fn heaters(&self) -> &[Heater] {
         &self.heaters
     }
 
@@ -119,7 +133,7 @@ impl<P: HeatPort, const N: usize> Heat<P, N> {
             (None, 140 | 190) => self.config.bed?,
             (None, _) => self.config.nozzle,
         };
-        (index < N).then_some(index)
+        (index < self.heaters.len()).then_some(index)
     }
 
     fn set_target(&mut self, call: &Call) {
@@ -156,6 +170,7 @@ impl<P: HeatPort, const N: usize> Heat<P, N> {
     /// Reads all sensors and switches all heaters; the fault that it finds.
     fn regulate(&mut self, now: Instant) -> Option<(usize, Fault)> {
         let mut found = None;
+        self.port.begin(now);
         for (index, heater) in self.heaters.iter_mut().enumerate() {
             let share = self.port.sensor(index);
             match heater.regulate(share, self.config.reference, now) {
@@ -192,11 +207,11 @@ impl<P: HeatPort, const AXES: usize, const N: usize> Extension<AXES> for Heat<P,
     fn m_code(&self, number: u8) -> Option<MCode> {
         const HEATER: MCode = MCode::with(&[Letter::S, Letter::P, Letter::T]);
         match number {
-            104 | 109 => Some(HEATER),
+            104 | 109 if !self.heaters.is_empty() => Some(HEATER),
             140 | 190 if self.config.bed.is_some() => Some(HEATER),
             105 => Some(MCode::with(&[Letter::T])),
-            106 => Some(MCode::with(&[Letter::S, Letter::P])),
-            107 => Some(MCode::with(&[Letter::P])),
+            106 if self.config.fan => Some(MCode::with(&[Letter::S, Letter::P])),
+            107 if self.config.fan => Some(MCode::with(&[Letter::P])),
             116 => Some(MCode::PLAIN),
             _ => None,
         }
@@ -282,7 +297,10 @@ impl<P: HeatPort, const AXES: usize, const N: usize> Extension<AXES> for Heat<P,
     }
 
     fn report(&self, fields: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(fields, "|Heat:{}", Temperatures(&self.heaters))
+        match self.heaters.is_empty() {
+            true => Ok(()),
+            false => write!(fields, "|Heat:{}", Temperatures(&self.heaters)),
+        }
     }
 
     fn event(&mut self, event: Event) {

@@ -101,6 +101,7 @@ const CONFIG: HeatConfig = HeatConfig {
     nozzle: 0,
     bed: Some(1),
     reference: 5.0,
+    fan: true,
 };
 
 fn heater(name: &'static str) -> HeaterConfig {

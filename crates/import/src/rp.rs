@@ -24,6 +24,21 @@ pub struct Options {
     pub off: String,
     /// Rows are ways from the point before, not places.
     pub is_incremental: bool,
+    /// The temperature of the nozzle, °C; `None`: something else heats it.
+    pub nozzle: Option<u16>,
+    /// The temperature of the bed, likewise.
+    pub bed: Option<u16>,
+}
+
+impl Options {
+    /// The lines that heat: both at once, and then a wait for each.
+    fn heat(&self) -> impl Iterator<Item = String> {
+        let both = [(self.bed, 140, 190), (self.nozzle, 104, 109)];
+        let set = both.map(|(celsius, set, _)| celsius.map(|celsius| format!("M{set} S{celsius}")));
+        let wait =
+            both.map(|(celsius, _, wait)| celsius.map(|celsius| format!("M{wait} S{celsius}")));
+        set.into_iter().chain(wait).flatten()
+    }
 }
 
 /// One row of a file.
@@ -59,11 +74,18 @@ struct Part<'a> {
 
 impl<'a> Part<'a> {
     fn new(options: &'a Options) -> Self {
-        let lines = vec![
-            comment("X0 Y0 Z0: the start point of the part. Heat nozzle and bed first."),
+        let is_cold = options.nozzle.is_none() && options.bed.is_none();
+        let hint = if is_cold {
+            " Heat nozzle and bed first."
+        } else {
+            ""
+        };
+        let mut lines = vec![
+            comment(&format!("X0 Y0 Z0: the start point of the part.{hint}")),
             ABSOLUTE_MM.to_owned(),
             options.off.clone(),
         ];
+        lines.extend(options.heat());
         Self {
             options,
             lines,
@@ -196,6 +218,8 @@ mod tests {
             on: "M3 S1000".to_owned(),
             off: "M5".to_owned(),
             is_incremental: false,
+            nozzle: None,
+            bed: None,
         }
     }
 
@@ -222,6 +246,20 @@ mod tests {
             "M30",
         ];
         assert_eq!(lines, wanted);
+    }
+
+    #[test]
+    fn nozzle_and_bed_are_heated_together_before_anything_moves() {
+        let options = Options {
+            nozzle: Some(255),
+            bed: Some(205),
+            ..options()
+        };
+        let lines = made("RPcode.V.1.0.0\n1 1 0 0", &options);
+        let heat = ["M140 S205", "M104 S255", "M190 S205", "M109 S255"];
+        assert_eq!(lines[1..5], heat);
+        let job = job("RPcode.V.1.0.0\n1 1 0 0", &options).unwrap();
+        assert!(!job.lines[0].contains("Heat"), "{}", job.lines[0]);
     }
 
     #[test]

@@ -64,9 +64,9 @@ const TWO: &str =
 fn a_job_begins_clear_and_ends_over_its_zero_and_then_on_it() {
     let lines = lines(&[TWO], &options());
     let wanted = "(3 holes down to Z-1.8, clearance Z2)\nG21 G90 G94 G17\nG0 Z2\n\
-        (T1 0.8 mm, 0.0315 inch: 2 holes)\nM5\nT1 M6\nM3 S10000\nG4 P1\nG0 Z2\n\
+        (T1 0.8 mm, 0.0315 inch: 2 holes)\nM5\nT1 M6 (T1 0.8 mm, 0.0315 inch)\nM3 S10000\nG4 P1\nG0 Z2\n\
         N1 G0 X12.5 Y5\nN1 G1 Z-1.8 F120\nN1 G0 Z2\nN2 G0 X10 Y5\nN2 G1 Z-1.8 F120\nN2 G0 Z2\n\
-        (T2 1 mm, 0.0394 inch: 1 hole)\nM5\nT2 M6\nM3 S10000\nG4 P1\nG0 Z2\n\
+        (T2 1 mm, 0.0394 inch: 1 hole)\nM5\nT2 M6 (T2 1 mm, 0.0394 inch)\nM3 S10000\nG4 P1\nG0 Z2\n\
         N3 G0 X3 Y4\nN3 G1 Z-1.8 F120\nN3 G0 Z2\nM5\nG0 X0 Y0\nG1 Z0 F120\nM30";
     assert_eq!(lines.join("\n"), wanted);
 }
@@ -140,8 +140,13 @@ fn feeds_of_the_file_are_taken_only_when_wanted_and_clipped() {
 fn files_of_one_board_share_bits_of_one_diameter() {
     let other = "M48\nMETRIC\nT1C1.0\nT2C3.2\n%\nT1\nX1.0Y1.0\nT2\nX2.0Y2.0\nM30\n";
     let lines = lines(&[TWO, other], &options());
-    let changes: Vec<_> = lines.iter().filter(|line| line.ends_with("M6")).collect();
-    assert_eq!(changes, ["T1 M6", "T2 M6", "T3 M6"]);
+    let changes: Vec<_> = lines.iter().filter(|line| line.contains("M6")).collect();
+    let wanted = [
+        "T1 M6 (T1 0.8 mm, 0.0315 inch)",
+        "T2 M6 (T2 1 mm, 0.0394 inch)",
+        "T3 M6 (T3 3.2 mm, 0.1260 inch)",
+    ];
+    assert_eq!(changes, wanted);
     assert!(lines.contains(&"(T2 1 mm, 0.0394 inch: 2 holes)".to_owned()));
     assert!(notes(&[TWO, other], &options()).contains("T2 of another file is T3"));
 }
@@ -296,7 +301,7 @@ fn visits(lines: &[String]) -> Vec<(String, [f64; 2], [f64; 2])> {
     let mut visits: Vec<(String, [f64; 2], [f64; 2])> = Vec::new();
     let (mut tool, mut number) = (String::new(), String::new());
     for line in lines {
-        if line.ends_with("M6") {
+        if line.contains("M6") {
             tool = line.clone();
         }
         let words: Vec<&str> = line.split(' ').collect();

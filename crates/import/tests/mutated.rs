@@ -236,7 +236,7 @@ proptest! {
         let (drawing, _) = read_all(&text, &Known::default());
         prop_assert!(drawing.hits.len() <= 100_000);
         let part = rp::Options {
-            feed: mm("1"), lift: mm("1"), on: String::new(), off: String::new(), is_incremental: true,
+            feed: mm("1"), lift: mm("1"), on: String::new(), off: String::new(), is_incremental: true, nozzle: None, bed: None,
         };
         let _ = rp::job(&text, &part);
         let engraving = rows::Options {

@@ -60,6 +60,8 @@ pub struct Next {
     pub busy: bool,
     /// At this instant at the latest; `None`: at the next byte, switch edge or step interrupt that takes a segment.
     pub when: Option<Instant>,
+    /// `when` is nothing but the extension's regular work: no line and no activity waits for it.
+    pub is_chore: bool,
 }
 
 /// How motion stands at the end of the segment that was made last.
@@ -360,11 +362,13 @@ where
             self.motion.drivers.rest_at(delay, self.is_locked()),
         ];
         let mut next = deadlines.into_iter().fold(None, earlier);
+        let is_chore = X::IN_USE && !busy && next.is_none() && !self.activity.line.is_busy();
         if X::IN_USE {
             next = earlier(next, extension);
         }
         Next {
             busy,
+            is_chore,
             when: next.map(|instant| instant.max(now + SHORTEST_SLEEP)),
         }
     }

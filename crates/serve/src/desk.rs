@@ -3,6 +3,7 @@
 use super::browser::{Trail, Watched};
 use super::panel::Snapshot;
 use super::wires::Wires;
+use leadscrew_machine::extension::Extension;
 use leadscrew_machine::settings::store::Condition;
 use leadscrew_machine::settings::table::Kind;
 use leadscrew_machine::settings::values::{Key, Settings};
@@ -54,11 +55,12 @@ pub(super) trait Desk {
     fn snapshot(&self) -> Snapshot;
 }
 
-impl<K, O, const AXES: usize, const MOTORS: usize, const MOVES: usize> Desk
-    for Simulation<'_, K, O, AXES, MOTORS, MOVES>
+impl<K, O, X, const AXES: usize, const MOTORS: usize, const MOVES: usize> Desk
+    for Simulation<'_, K, O, AXES, MOTORS, MOVES, X>
 where
     K: Kinematics<AXES, MOTORS> + Clone,
     O: Watched,
+    X: Extension<AXES>,
 {
     fn now(&self) -> Cycle {
         self.now()

@@ -180,11 +180,13 @@ fn run<K: Kinematics<AXES, MOTORS> + Copy, const AXES: usize, const MOTORS: usiz
     let mut carriages = profile.start::<MOTORS>();
     loop {
         let mut memory = Memory::new(&setup);
-        let mut simulation = Simulation::<_, _, AXES, MOTORS, MOVES>::new(
+        let own = profile.extension::<AXES>(profile.outputs.config(), None, memory.outputs());
+        let mut simulation = Simulation::<_, _, AXES, MOTORS, MOVES, _>::extended(
             &mut memory,
             &setup,
             kinematics,
             Trail::default(),
+            own,
         );
         if profile.kinematics == Belts::CoreXy {
             simulation.cross_belts();

@@ -73,6 +73,8 @@ pub struct Simulation<'a, K, O, const AXES: usize, const MOTORS: usize, const MO
     wake: Cycle,
     /// When it wants to run at the latest.
     deadline: Cycle,
+    /// It wants to run then for an extension's regular work only.
+    is_chore: bool,
     pub(crate) first_byte: Cycle,
     pub(crate) last_byte: Cycle,
 }
@@ -143,13 +145,14 @@ where
             now: Cycle::ZERO,
             wake: Cycle::ZERO,
             deadline: Cycle::NEVER,
+            is_chore: false,
             first_byte: Cycle::NEVER,
             last_byte: Cycle::ZERO,
         }
     }
 
     /// Lets things happen up to `end`, or until nothing is left to happen: then the present is the instant of the last
-    /// thing that happened.
+    /// thing that happened. Where `end` is [`Cycle::NEVER`], the regular work of an extension counts as nothing.
     pub fn run_until<H: Host>(&mut self, host: &mut H, end: Cycle) -> Stopped {
         self.run_while(host, end, |_| true)
     }
@@ -175,6 +178,9 @@ where
             let next = main.min(line).min(contact);
             if next > end || next == Cycle::NEVER {
                 return self.stop(next, end);
+            }
+            if end == Cycle::NEVER && self.has_only_chores(line.min(contact)) {
+                return Stopped::Quiet;
             }
             self.now = next;
             if contact == next {
@@ -305,6 +311,12 @@ where
     #[inline]
     fn main_due(&self) -> Cycle {
         self.cpu.main_start(self.wake.min(self.deadline))
+    }
+
+    /// Whether an extension's regular work is all that will ever happen, but for what is `due` on lines and switches.
+    fn has_only_chores(&self, due: Cycle) -> bool {
+        let others = due.min(self.wake).min(self.board.timer_due());
+        self.is_chore && others == Cycle::NEVER
     }
 
     fn stop(&mut self, next: Cycle, end: Cycle) -> Stopped {
@@ -440,6 +452,7 @@ where
         let soonest = self.now + cycles_of_micros(1);
         let deadline = next.when.map(Cycle::from_instant);
         self.deadline = deadline.map_or(Cycle::NEVER, |deadline| deadline.max(soonest));
+        self.is_chore = next.is_chore;
         self.wake = if next.busy { self.now } else { Cycle::NEVER };
     }
 

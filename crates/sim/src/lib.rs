@@ -28,6 +28,8 @@ pub mod measured;
 pub mod observer;
 pub mod outcome;
 pub mod output_pins;
+pub mod oven;
+pub mod own;
 pub mod plant;
 mod position;
 pub mod powered;

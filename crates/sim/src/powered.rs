@@ -5,6 +5,7 @@ use crate::event_loop::{Simulation, Stopped};
 use crate::link::{Host, Rate};
 use crate::observer::Observer;
 use crate::outcome::Outcome;
+use crate::oven::SensorFault;
 use crate::plant::Pin;
 use crate::profile::{Belts, Profile};
 use crate::setup::{Memory, Setup};
@@ -12,7 +13,7 @@ use crate::train::Train;
 use leadscrew_machine::extension::Extension;
 use leadscrew_machine::settings::values::Entry;
 use leadscrew_machine::state::State;
-use leadscrew_outputs::{Outputs, OutputsConfig};
+use leadscrew_outputs::OutputsConfig;
 use leadscrew_planner::Kinematics;
 
 /// The axes of the largest machine that a file can describe.
@@ -30,8 +31,8 @@ pub trait Powered {
     fn work(&mut self, host: &mut dyn Host) -> Stopped;
     /// Lets the machine work until nothing happens any more.
     fn settle(&mut self, host: &mut dyn Host);
-    /// What the machine is doing.
-    fn state(&self) -> State;
+    /// Whether it waits for its operator: a program pause, a tool change.
+    fn waits_for_operator(&self) -> bool;
     /// What has been found out so far.
     fn outcome(&self) -> Outcome<MOST_MOTORS>;
 }
@@ -51,8 +52,8 @@ where
         self.run_until(&mut host, Cycle::NEVER);
     }
 
-    fn state(&self) -> State {
-        self.machine().state()
+    fn waits_for_operator(&self) -> bool {
+        matches!(self.machine().state(), State::Hold(_)) || self.machine().is_aside()
     }
 
     fn outcome(&self) -> Outcome<MOST_MOTORS> {
@@ -69,6 +70,8 @@ pub struct Supply {
     pub rate: Rate,
     /// Its outputs that M62 to M65 switch.
     pub outputs: OutputsConfig,
+    /// A sensor that fails.
+    pub sensor_fault: Option<SensorFault>,
 }
 
 impl Profile {
@@ -102,10 +105,9 @@ impl Profile {
             setup.contacts = self.contacts();
         }
         let mut memory = Memory::new(&setup);
-        let has_outputs = with.outputs.count > 0;
-        let outputs = has_outputs.then(|| Outputs::new(with.outputs, memory.outputs()));
+        let own = self.extension::<AXES>(with.outputs, with.sensor_fault, memory.outputs());
         let mut simulation: Simulation<'_, _, _, AXES, MOTORS, MOVES, _> =
-            Simulation::extended(&mut memory, &setup, self.train(), observer, outputs);
+            Simulation::extended(&mut memory, &setup, self.train(), observer, own);
         if self.kinematics == Belts::CoreXy {
             simulation.cross_belts();
         }

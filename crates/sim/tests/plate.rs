@@ -74,6 +74,7 @@ fn found(machine: &str, places: &[[f64; 2]]) -> Vec<f64> {
         first: file.first_settings().leak(),
         rate: Rate::NeverWaits,
         outputs: file.outputs.config(),
+        sensor_fault: None,
     };
     let work = &mut |powered: &mut dyn Powered| powered.settle(&mut sender);
     file.power_up(supply, &mut (), work);

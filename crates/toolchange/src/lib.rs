@@ -20,10 +20,32 @@ pub use settings::TOOLS;
 const TOOL_AXIS: usize = 2;
 
 /// How a machine changes its tools.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct ToolChangeConfig {
     /// The state that reports show meanwhile: `Hold:0`, or `Tool` for senders that know it.
     pub shown: Shown,
+    /// `$860` of a new machine, mm.
+    pub clearance: Number,
+    /// `$861` of a new machine, whole ms.
+    pub spin_up: Number,
+    /// `$862` of a new machine, mm/min, above 0.
+    pub rate: Number,
+}
+
+impl ToolChangeConfig {
+    /// What the settings say where nothing else is known.
+    pub const DEFAULT: Self = Self {
+        shown: Shown::Hold,
+        clearance: CLEARANCE.default,
+        spin_up: SPIN_UP.default,
+        rate: RETURN_RATE.default,
+    };
+}
+
+impl Default for ToolChangeConfig {
+    fn default() -> Self {
+        Self::DEFAULT
+    }
 }
 
 /// How far a tool change has come.
@@ -65,9 +87,9 @@ impl<const AXES: usize, const KEPT: usize> ToolChange<AXES, KEPT> {
     pub const fn new(config: ToolChangeConfig) -> Self {
         Self {
             config,
-            clearance: CLEARANCE.default,
-            spin_up: SPIN_UP.default,
-            rate: RETURN_RATE.default,
+            clearance: config.clearance,
+            spin_up: config.spin_up,
+            rate: config.rate,
             lengths: [Number::from_int(0); TOOLS],
             loaded: 0,
             wanted: 0,

@@ -29,6 +29,12 @@ pub(in super::super) struct RpArgs {
     /// Rows are ways from the point before, not places.
     #[arg(long)]
     incremental: bool,
+    /// Heat the nozzle to so many degrees, and wait for it (M104, M109).
+    #[arg(long, value_name = "CELSIUS")]
+    nozzle: Option<u16>,
+    /// Heat the bed, likewise (M140, M190).
+    #[arg(long, value_name = "CELSIUS")]
+    bed: Option<u16>,
 }
 
 /// Options of `import rows`.
@@ -72,6 +78,8 @@ pub(super) fn rp(args: &RpArgs) -> Result<bool, Unusable> {
         on: args.on.clone(),
         off: args.off.clone(),
         is_incremental: args.incremental,
+        nozzle: args.nozzle,
+        bed: args.bed,
     };
     convert(&args.file, &args.output, |text| rp::job(text, &options))
 }

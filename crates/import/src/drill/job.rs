@@ -80,7 +80,7 @@ impl Writer<'_> {
         )));
         if is_one_of_many {
             self.say("M5");
-            self.say(format!("T{} M6", bit.number));
+            self.say(format!("T{} M6 {}", bit.number, comment(&name(bit))));
         }
         self.say(format!("M3 S{}", bit.speed));
         self.say("G4 P1");

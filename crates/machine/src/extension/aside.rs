@@ -16,8 +16,8 @@ where
     K: Kinematics<AXES, MOTORS> + Clone,
     X: Extension<AXES>,
 {
-    /// Whether the operator has the machine.
-    pub(crate) fn is_aside(&self) -> bool {
+    /// Whether the operator has the machine, until `~`: a tool change.
+    pub fn is_aside(&self) -> bool {
         X::IN_USE
             && matches!(
                 self.activity.aside,

@@ -56,3 +56,26 @@ fn crossed_belts_home_and_move_as_their_profile_says() {
     let report = client.wait_for("Idle");
     assert!(report.contains("|MPos:-72.500,-59.000,0.000|"), "{report}");
 }
+
+#[test]
+fn a_sender_sees_temperatures_and_the_state_of_a_tool_change_as_the_profile_says() {
+    for (shown, state) in [("hold", "Hold:0"), ("tool", "Tool")] {
+        let profile = format!(
+            "[heaters.nozzle]\nsensor = \"ad595\"\n[fan]\nfitted = true\n[tool_change]\nshown = \"{shown}\"\n"
+        );
+        let served = Served::tcp(&profile, 20.0);
+        let mut client = served.connect();
+        assert!(client.wait_for("Idle").contains("|Heat:N,22.0,0.0|T:0"));
+        assert_eq!(client.say("M106 S128"), [""; 0]);
+        client.send(b"M109 S60\n");
+        assert!(client.wait_for("Run").contains(",60.0"));
+        client.expect("ok");
+        client.send(b"T3 M6 (0.8 mm)\n");
+        client.expect("[MSG:Tool 3: 0.8 mm, then ~]");
+        client.wait_for(state);
+        client.send(b"~");
+        client.expect("ok");
+        let report = client.wait_for("Idle");
+        assert!(report.contains("|T:3"), "{report}");
+    }
+}

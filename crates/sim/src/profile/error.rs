@@ -75,9 +75,13 @@ impl Wrong {
     /// Describes what is wrong with a key of the top level of `text`, the content of `file`.
     pub(super) fn at_key(file: &Path, text: &str, key: &str, what: &str) -> Self {
         let mut starts = text.match_indices(key).map(|(start, _)| start);
-        let begins_line =
-            |start: &usize| text[..*start].trim_end_matches([' ', '\t']).ends_with('\n');
-        let start = starts.find(|start| *start == 0 || begins_line(start));
+        let begins_line = |start: &usize| {
+            text[..*start]
+                .trim_end_matches([' ', '\t', '['])
+                .ends_with('\n')
+        };
+        let first = |start: &usize| text[..*start].trim_end_matches('[').is_empty();
+        let start = starts.find(|start| first(start) || begins_line(start));
         Self::at(
             file,
             text,

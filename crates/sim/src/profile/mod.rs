@@ -14,15 +14,19 @@
 
 mod error;
 mod first;
+mod heat;
 mod named;
 mod plan;
+mod tools;
 mod value;
 
 pub use error::{ProfileError, Wrong};
+pub use heat::{Fan, HeaterTable, Heaters, SensorTable};
 pub use named::{Bounds, Homing, Laser, Motors, Path as PathSettings, Reports, Spindle, Streaming};
+pub use tools::{ShownAs, ToolChangeTable};
 pub use value::{
-    AxisLetters, BufferSize, LookAhead, OutputCount, PerSecond, Place, Positive, SettingNumber,
-    ValueError,
+    AxisLetters, BufferSize, Celsius, LookAhead, OutputCount, PerSecond, Place, Positive,
+    SettingNumber, ValueError,
 };
 
 use schemars::JsonSchema;
@@ -61,6 +65,12 @@ pub struct Profile {
     pub streaming: Streaming,
     /// Outputs that M62 to M65 switch.
     pub outputs: OutputsTable,
+    /// Heaters.
+    pub heaters: Heaters,
+    /// A fan.
+    pub fan: Fan,
+    /// M6 and a tool table.
+    pub tool_change: Option<ToolChangeTable>,
     /// First values of settings by their numbers; they win over names.
     #[schemars(with = "BTreeMap<String, f64>")]
     pub settings: BTreeMap<SettingNumber, Spanned<f64>>,
@@ -405,6 +415,11 @@ mod tests {
             ("[second_motor]\naxis = \"y\"\nstart = 0\nsquaring = { least = -1 }", "router.toml:4: second_motor.squaring.least: expected a number above 0 and below 1e6"),
             ("[switches]\nbounce_us = -1", "router.toml:2: switches.bounce_us: invalid value: integer `-1`, expected a whole number"),
             ("[probe]", "router.toml:1: probe: missing field `plate_height`"),
+            ("[heaters.bed]\nsensor = \"ad595\"", "router.toml:1: heaters: expected a nozzle beside a bed"),
+            ("\n[heaters.nozzle]\nsensor = \"ad\"", "router.toml:3: heaters.nozzle.sensor: unknown variant `ad`, expected one of `ad595`, `amplifier`, `thermistor`"),
+            ("[heaters]\nextruder = \"a\"", "router.toml:1: heaters: expected the letter of one of its axes as `extruder`"),
+            ("[heaters.nozzle]\nsensor = \"ad595\"\nmost = 1e9", "router.toml:3: heaters.nozzle.most: expected between -273 and 2000 degrees"),
+            ("[tool_change]\nshown = \"t\"", "router.toml:2: tool_change.shown: unknown variant `t`, expected `hold` or `tool`"),
         ];
         for (text, expected) in table {
             assert_eq!(complaint(text), expected);

@@ -52,7 +52,7 @@ impl Profile {
             parking: self.options.parking.then_some(ParkingConfig::GRBL),
             parking_override: self.options.parking_override,
             cycles: true,
-            tools: false,
+            tools: self.tool_change.is_some(),
         };
         if let Some(look_ahead) = self.look_ahead {
             config.moves = look_ahead.0;
@@ -91,14 +91,14 @@ impl Profile {
         }
         let steps = |axis: &Axis| axis.steps_per_mm.as_ref().map(|steps| *steps.get_ref());
         let expected = match self.kinematics {
-            Belts::Cartesian => return None,
+            Belts::Cartesian => return self.contradiction_of_heaters(),
             Belts::CoreXy if self.second_motor.is_some() => {
                 "expected `cartesian` beside a second motor"
             }
             Belts::CoreXy if steps(&self.axes.x) != steps(&self.axes.y) => {
                 "expected X and Y with the same steps_per_mm on crossed belts"
             }
-            Belts::CoreXy => return None,
+            Belts::CoreXy => return self.contradiction_of_heaters(),
         };
         Some(("kinematics", expected))
     }

@@ -23,6 +23,8 @@ pub enum ValueError {
     NotALookAhead,
     /// More outputs than there can be.
     NotACount,
+    /// Not finite, colder than anything, or hotter than any heater.
+    NotATemperature,
 }
 
 impl fmt::Display for ValueError {
@@ -36,6 +38,7 @@ impl fmt::Display for ValueError {
             Self::NotABuffer => "expected 128 to 1024 bytes",
             Self::NotALookAhead => "expected 2 to 1024 moves",
             Self::NotACount => "expected 0 to 8 outputs",
+            Self::NotATemperature => "expected between -273 and 2000 degrees",
         })
     }
 }
@@ -59,6 +62,28 @@ pub struct Place(f64);
 #[derive(Clone, Copy, PartialEq, PartialOrd, Debug, Default, Deserialize, JsonSchema)]
 #[serde(try_from = "f64")]
 pub struct PerSecond(f64);
+
+/// A temperature, °C.
+#[derive(Clone, Copy, PartialEq, PartialOrd, Debug, Deserialize, JsonSchema)]
+#[serde(try_from = "f64")]
+pub struct Celsius(f32);
+
+impl Celsius {
+    /// °C.
+    pub fn get(self) -> f32 {
+        self.0
+    }
+}
+
+impl TryFrom<f64> for Celsius {
+    type Error = ValueError;
+    fn try_from(celsius: f64) -> Result<Self, ValueError> {
+        (-273.0..=2000.0)
+            .contains(&celsius)
+            .then_some(Self(celsius as f32))
+            .ok_or(ValueError::NotATemperature)
+    }
+}
 
 /// The number of a setting, written `"$110"`.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Deserialize, JsonSchema)]

@@ -1,0 +1,248 @@
+//! What heaters warm: bodies that the room cools, and sensors on them that may fail.
+
+use leadscrew_heat::{HeatPort, Sensor};
+use leadscrew_machine::board::{Duration, Instant};
+use std::str::FromStr;
+
+/// The room, °C.
+const ROOM: f32 = 22.0;
+
+/// 0 °C and 25 °C, K.
+const ZERO: f32 = 273.15;
+const WARM_ROOM: f32 = 298.15;
+
+/// What a heater warms: `dT/dt = power − (T − room) / cools`, without the power while it is off.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Body {
+    /// K/s.
+    pub power: f32,
+    /// Seconds in which the difference to the room falls to 37 %.
+    pub cools: f32,
+    /// How its temperature is read.
+    pub sensor: Sensor,
+}
+
+/// How a sensor fails.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Failure {
+    /// Its wire breaks.
+    Open,
+    /// Its wires touch.
+    Shorted,
+    /// It falls out of its place, and reads what it read last.
+    Frozen,
+}
+
+/// The first heater's sensor fails, so long after power-up.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct SensorFault {
+    /// How.
+    pub failure: Failure,
+    /// When.
+    pub at: Duration,
+}
+
+/// Why a text is no [`SensorFault`].
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct NoSensorFault;
+
+impl std::fmt::Display for NoSensorFault {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("expected open, shorted or frozen, and the second, such as open@40")
+    }
+}
+
+impl std::error::Error for NoSensorFault {}
+
+impl FromStr for SensorFault {
+    type Err = NoSensorFault;
+
+    /// `open@40`: after 40 seconds.
+    fn from_str(text: &str) -> Result<Self, NoSensorFault> {
+        let (failure, seconds) = text.split_once('@').ok_or(NoSensorFault)?;
+        let failure = match failure {
+            "open" => Failure::Open,
+            "shorted" => Failure::Shorted,
+            "frozen" => Failure::Frozen,
+            _ => return Err(NoSensorFault),
+        };
+        let seconds: u32 = seconds.parse().map_err(|_| NoSensorFault)?;
+        let at = Duration::from_ticks(u64::from(seconds) * 1_000_000);
+        Ok(Self { failure, at })
+    }
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Part {
+    body: Body,
+    celsius: f32,
+    is_on: bool,
+}
+
+/// All that is warmed, with the pins of its heaters and sensors.
+#[derive(Clone, Debug)]
+pub struct Oven {
+    parts: Vec<Part>,
+    reference: f32,
+    fault: Option<SensorFault>,
+    /// What the first sensor reads since it is frozen.
+    frozen: Option<f32>,
+    now: Instant,
+    has_supply: bool,
+}
+
+impl Oven {
+    /// Bodies at the temperature of the room; `reference` is the voltage that sensors share.
+    pub fn new(bodies: &[Body], reference: f32, fault: Option<SensorFault>) -> Self {
+        let cold = |body: &Body| Part {
+            body: *body,
+            celsius: ROOM,
+            is_on: false,
+        };
+        Self {
+            parts: bodies.iter().map(cold).collect(),
+            reference,
+            fault,
+            frozen: None,
+            now: Instant::from_ticks(0),
+            has_supply: true,
+        }
+    }
+
+    /// How the first sensor fails by now.
+    fn failure(&self) -> Option<Failure> {
+        let fault = self.fault.filter(|fault| {
+            let since = self.now.duration_since_epoch();
+            since >= fault.at
+        });
+        fault.map(|fault| fault.failure)
+    }
+}
+
+impl HeatPort for Oven {
+    fn begin(&mut self, now: Instant) {
+        let passed = now.checked_duration_since(self.now);
+        let seconds = passed.map_or(0.0, |passed| passed.ticks() as f32 / 1e6);
+        self.now = now;
+        for part in &mut self.parts {
+            let power = f32::from(u8::from(part.is_on && self.has_supply)) * part.body.power;
+            // Exact for a power that does not change meanwhile.
+            let end = ROOM + power * part.body.cools;
+            part.celsius = end + (part.celsius - end) * (-seconds / part.body.cools).exp();
+        }
+    }
+
+    fn sensor(&mut self, heater: usize) -> f32 {
+        let Some(part) = self.parts.get(heater) else {
+            return 0.0;
+        };
+        let (sensor, celsius) = (part.body.sensor, part.celsius);
+        let is_cold_if_open = matches!(sensor, Sensor::Thermistor { .. });
+        match self.failure().filter(|_| heater == 0) {
+            None => share(sensor, celsius, self.reference),
+            Some(Failure::Frozen) => {
+                let celsius = *self.frozen.get_or_insert(celsius);
+                share(sensor, celsius, self.reference)
+            }
+            // A thermistor is pulled up; an amplifier's input floats up, and its short is below its 0 °C.
+            Some(Failure::Open) => 1.0,
+            Some(Failure::Shorted) if is_cold_if_open => 0.0,
+            Some(Failure::Shorted) => -1.0,
+        }
+    }
+
+    fn heat(&mut self, heater: usize, on: bool) {
+        if let Some(part) = self.parts.get_mut(heater) {
+            part.is_on = on;
+        }
+    }
+
+    fn supply(&mut self, on: bool) {
+        self.has_supply = on;
+    }
+}
+
+/// The voltage of a sensor at a temperature, as a share of the reference.
+fn share(sensor: Sensor, celsius: f32, reference: f32) -> f32 {
+    match sensor {
+        Sensor::Linear { offset, gain } => (offset + gain * celsius) / reference,
+        Sensor::Thermistor { r25, beta, pull_up } => {
+            let resistance = r25 * (beta * (1.0 / (celsius + ZERO) - 1.0 / WARM_ROOM)).exp();
+            resistance / (resistance + pull_up)
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const THERMISTOR: Sensor = Sensor::Thermistor {
+        r25: 100_000.0,
+        beta: 3950.0,
+        pull_up: 4_700.0,
+    };
+
+    fn oven(sensor: Sensor, fault: Option<SensorFault>) -> Oven {
+        let body = Body {
+            power: 4.0,
+            cools: 90.0,
+            sensor,
+        };
+        Oven::new(&[body], 5.0, fault)
+    }
+
+    fn seconds(seconds: u64) -> Instant {
+        Instant::from_ticks(seconds * 1_000_000)
+    }
+
+    #[test]
+    fn a_sensor_reads_the_temperature_of_its_body() {
+        for sensor in [Sensor::AD595, THERMISTOR] {
+            let mut oven = oven(sensor, None);
+            oven.heat(0, true);
+            oven.begin(seconds(90));
+            // A time constant: 63.2 % of the way from 22 to 22 + 4 * 90.
+            let read = sensor.celsius(oven.sensor(0), 5.0);
+            assert!((read - (22.0 + 0.632 * 360.0)).abs() < 1.0, "{read}");
+            oven.supply(false);
+            oven.begin(seconds(2000));
+            let read = sensor.celsius(oven.sensor(0), 5.0);
+            assert!((read - 22.0).abs() < 0.1, "{read}");
+        }
+    }
+
+    #[test]
+    fn steps_of_any_length_lead_to_the_same_temperature() {
+        let (mut one, mut many) = (oven(Sensor::AD595, None), oven(Sensor::AD595, None));
+        one.heat(0, true);
+        many.heat(0, true);
+        one.begin(seconds(60));
+        (1..=600).for_each(|tenth| many.begin(Instant::from_ticks(tenth * 100_000)));
+        assert!((one.sensor(0) - many.sensor(0)).abs() < 1e-4);
+    }
+
+    #[test]
+    fn a_fault_comes_when_it_is_due() {
+        for (text, hot) in [
+            ("open@10", Some(true)),
+            ("shorted@10", Some(false)),
+            ("frozen@10", None),
+        ] {
+            let mut oven = oven(Sensor::AD595, Some(text.parse().unwrap()));
+            oven.heat(0, true);
+            oven.begin(seconds(9));
+            assert!((0.0..0.9).contains(&oven.sensor(0)), "{text}");
+            oven.begin(seconds(10));
+            let at_ten = oven.sensor(0);
+            oven.begin(seconds(20));
+            match hot {
+                Some(true) => assert_eq!(oven.sensor(0), 1.0),
+                Some(false) => assert!(oven.sensor(0) < 0.0),
+                None => assert_eq!(oven.sensor(0), at_ten),
+            }
+        }
+        assert_eq!("loose@10".parse::<SensorFault>(), Err(NoSensorFault));
+        assert_eq!("open".parse::<SensorFault>(), Err(NoSensorFault));
+    }
+}

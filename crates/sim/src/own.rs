@@ -1,0 +1,56 @@
+//! The extensions of a machine that its file asks for.
+
+use crate::output_pins::OutputPins;
+use crate::oven::{Oven, SensorFault};
+use crate::profile::Profile;
+use leadscrew_heat::{Fault, Heat};
+use leadscrew_machine::extension::OwnCode;
+use leadscrew_outputs::{Outputs, OutputsConfig};
+use leadscrew_toolchange::ToolChange;
+
+/// The words for an error of an extension.
+pub fn error_of(number: u8) -> Option<&'static OwnCode> {
+    leadscrew_heat::errors().find(|code| code.number == number)
+}
+
+/// The words for an alarm of an extension.
+pub fn alarm_of(number: u8) -> Option<&'static OwnCode> {
+    let mut alarms = Fault::ALL.iter().map(|fault| fault.alarm());
+    alarms.find(|code| code.number == number)
+}
+
+/// Heaters of a machine at most: nozzle and bed.
+pub const HEATERS: usize = 2;
+
+/// Bytes of lines that are kept during a tool change: as many as the largest receive buffer takes.
+const KEPT: usize = 1024;
+
+/// Heaters, outputs and a tool change, as far as the file has them.
+pub type Own<const AXES: usize> = (
+    (Option<Heat<Oven, HEATERS>>, Option<Outputs<OutputPins>>),
+    Option<ToolChange<AXES, KEPT>>,
+);
+
+impl Profile {
+    /// The extensions of the machine with these outputs, which may be more than those of the file.
+    pub fn extension<const AXES: usize>(
+        &self,
+        outputs: OutputsConfig,
+        fault: Option<SensorFault>,
+        pins: OutputPins,
+    ) -> Own<AXES> {
+        let outputs = (outputs.count > 0).then(|| Outputs::new(outputs, pins));
+        let tools = self.tool_change.as_ref();
+        let tools = tools.map(|table| ToolChange::new(table.config()));
+        ((self.heat(fault), outputs), tools)
+    }
+
+    fn heat(&self, fault: Option<SensorFault>) -> Option<Heat<Oven, HEATERS>> {
+        if !self.heaters.is_any() && !self.fan.fitted {
+            return None;
+        }
+        let config = self.heat_config();
+        let oven = Oven::new(&self.heaters.bodies(), config.reference, fault);
+        Some(Heat::new(config, self.heaters.configs(), oven))
+    }
+}

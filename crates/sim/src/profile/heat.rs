@@ -1,0 +1,240 @@
+//! Heaters and fan of a machine file.
+
+use super::value::{AxisLetters, Celsius, Positive};
+use super::Profile;
+use crate::oven::Body;
+use leadscrew_heat::{Gates, HeatConfig, HeaterConfig, Limits, Sensor};
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+/// Heaters that are switched on and off, and what moves only where it is warm.
+#[derive(Clone, PartialEq, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Heaters {
+    /// The heater of M104 and M109.
+    pub nozzle: Option<HeaterTable>,
+    /// The heater of M140 and M190; beside a nozzle.
+    pub bed: Option<HeaterTable>,
+    /// The reference voltage of the sensors, V; 5 where it is left out.
+    pub reference_v: Option<Positive>,
+    /// The axis that does not turn while the nozzle is too cold.
+    pub extruder: Option<AxisLetters>,
+    /// The outputs (M62, M64) that go on only where the nozzle is warm enough, a bit an output.
+    pub feeders: u8,
+    /// No program moves until all heaters that have a target have reached it.
+    pub wait_until_ready: bool,
+}
+
+/// One heater, its sensor, and its body in the simulator.
+#[derive(Clone, Copy, PartialEq, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct HeaterTable {
+    /// How its temperature is read.
+    pub sensor: SensorTable,
+    /// How far from its target it is switched, K; 2 where it is left out.
+    pub hysteresis_k: Option<Positive>,
+    /// The highest target; 275 for a nozzle, 120 for a bed.
+    pub most: Option<Celsius>,
+    /// Nothing is extruded below this; 170.
+    pub extrusion: Option<Celsius>,
+    /// What is colder is a sensor's fault; -10.
+    pub coldest: Option<Celsius>,
+    /// What is hotter is a sensor's fault; 310 for a nozzle, 150 for a bed.
+    pub hottest: Option<Celsius>,
+    /// After so long its temperature has answered to its switch, s; 20 for a nozzle, 90 for a bed.
+    pub patience_s: Option<u16>,
+    /// The least answer, K; 2.
+    pub answer_k: Option<Positive>,
+    /// Once at its target it stays within so much of it, K; 30 for a nozzle, 20 for a bed.
+    pub band_k: Option<Positive>,
+    /// How fast it warms its body where that is cold, K/s: in the simulator only. 4 for a nozzle, 1 for a bed.
+    pub warms_k_s: Option<Positive>,
+    /// The time constant with which its body cools, s: in the simulator only. 90 for a nozzle, 300 for a bed.
+    pub cools_s: Option<Positive>,
+}
+
+/// A sensor of temperature.
+#[derive(Clone, Copy, PartialEq, Debug, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase", deny_unknown_fields)]
+pub enum SensorTable {
+    /// A thermocouple behind an AD595: 10 mV/K.
+    Ad595,
+    /// An amplifier whose voltage is straight.
+    Amplifier {
+        /// Volts at 0 degrees.
+        offset_v: f32,
+        /// Volts a kelvin.
+        gain_v_k: Positive,
+    },
+    /// A thermistor to ground, with a resistor to the reference voltage.
+    Thermistor {
+        /// Its resistance at 25 degrees, ohms.
+        ohms_25: Positive,
+        /// Its B value, K.
+        beta: Positive,
+        /// The resistor, ohms.
+        pull_up_ohms: Positive,
+    },
+}
+
+/// A fan.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Fan {
+    /// Whether there is one: M106 and M107.
+    pub fitted: bool,
+}
+
+/// What a heater has where its table does not say.
+struct Usual {
+    name: &'static str,
+    limits: Limits,
+    warms: f32,
+    cools: f32,
+}
+
+const NOZZLE: Usual = Usual {
+    name: "N",
+    limits: Limits::NOZZLE,
+    warms: 4.0,
+    cools: 90.0,
+};
+
+const BED: Usual = Usual {
+    name: "B",
+    limits: Limits::BED,
+    warms: 1.0,
+    cools: 300.0,
+};
+
+/// Switched so far from the target, K.
+const HYSTERESIS: f32 = 2.0;
+
+/// V.
+const REFERENCE: f32 = 5.0;
+
+impl Heaters {
+    /// Whether there is one.
+    pub fn is_any(&self) -> bool {
+        self.tables().next().is_some()
+    }
+
+    /// What the extension is made with.
+    pub fn configs(&self) -> Vec<HeaterConfig> {
+        self.tables()
+            .map(|(table, usual)| table.config(usual))
+            .collect()
+    }
+
+    /// What they warm.
+    pub fn bodies(&self) -> Vec<Body> {
+        self.tables()
+            .map(|(table, usual)| table.body(usual))
+            .collect()
+    }
+
+    /// All heaters, the nozzle first.
+    fn tables(&self) -> impl Iterator<Item = (&HeaterTable, &'static Usual)> {
+        let nozzle = self.nozzle.iter().map(|table| (table, &NOZZLE));
+        nozzle.chain(self.bed.iter().map(|table| (table, &BED)))
+    }
+}
+
+impl HeaterTable {
+    fn config(&self, usual: &Usual) -> HeaterConfig {
+        let celsius = |own: Option<Celsius>, usual: f32| own.map_or(usual, Celsius::get);
+        let of = &usual.limits;
+        HeaterConfig {
+            name: usual.name,
+            sensor: self.sensor.sensor(),
+            hysteresis: or(self.hysteresis_k, HYSTERESIS),
+            limits: Limits {
+                most: celsius(self.most, of.most),
+                extrusion: celsius(self.extrusion, of.extrusion),
+                coldest: celsius(self.coldest, of.coldest),
+                hottest: celsius(self.hottest, of.hottest),
+                patience: self.patience_s.unwrap_or(of.patience),
+                answer: or(self.answer_k, of.answer),
+                band: or(self.band_k, of.band),
+            },
+        }
+    }
+
+    fn body(&self, usual: &Usual) -> Body {
+        Body {
+            power: or(self.warms_k_s, usual.warms),
+            cools: or(self.cools_s, usual.cools),
+            sensor: self.sensor.sensor(),
+        }
+    }
+}
+
+impl SensorTable {
+    fn sensor(self) -> Sensor {
+        match self {
+            Self::Ad595 => Sensor::AD595,
+            Self::Amplifier { offset_v, gain_v_k } => Sensor::Linear {
+                offset: offset_v,
+                gain: gain_v_k.get() as f32,
+            },
+            Self::Thermistor {
+                ohms_25,
+                beta,
+                pull_up_ohms,
+            } => Sensor::Thermistor {
+                r25: ohms_25.get() as f32,
+                beta: beta.get() as f32,
+                pull_up: pull_up_ohms.get() as f32,
+            },
+        }
+    }
+}
+
+fn or(own: Option<Positive>, usual: f32) -> f32 {
+    own.map_or(usual, |own| own.get() as f32)
+}
+
+impl Profile {
+    /// What the extension for heaters and fan is made with.
+    pub fn heat_config(&self) -> HeatConfig {
+        let Heaters {
+            extruder,
+            feeders,
+            wait_until_ready,
+            reference_v,
+            ..
+        } = &self.heaters;
+        HeatConfig {
+            gates: Gates {
+                extruder_axis: extruder.map(|letters| letters.0.trailing_zeros() as usize),
+                feeders: *feeders,
+                wait_until_ready: *wait_until_ready,
+            },
+            nozzle: 0,
+            bed: self.heaters.bed.map(|_| 1),
+            reference: or(*reference_v, REFERENCE),
+            fan: self.fan.fitted,
+        }
+    }
+
+    /// A key about heaters that contradicts others, and what was expected.
+    pub(super) fn contradiction_of_heaters(&self) -> Option<(&'static str, &'static str)> {
+        let Heaters {
+            nozzle,
+            bed,
+            extruder,
+            ..
+        } = &self.heaters;
+        if bed.is_some() && nozzle.is_none() {
+            return Some(("heaters", "expected a nozzle beside a bed"));
+        }
+        let is_axis = |letters: AxisLetters| {
+            letters.0.is_power_of_two() && (letters.0.trailing_zeros() as usize) < self.axis_count()
+        };
+        let is_good = extruder.is_none_or(is_axis);
+        (!is_good).then_some((
+            "heaters",
+            "expected the letter of one of its axes as `extruder`",
+        ))
+    }
+}

@@ -1,0 +1,56 @@
+//! The tool change of a machine file.
+
+use super::value::{Place, Positive};
+use leadscrew_gcode::Number;
+use leadscrew_machine::extension::Shown;
+use leadscrew_toolchange::ToolChangeConfig;
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+/// M6 and a tool table, where the file has this table.
+#[derive(Clone, Copy, PartialEq, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct ToolChangeTable {
+    /// The state that senders see while the operator has the machine.
+    pub shown: ShownAs,
+    /// How far above the higher end of its way the tool goes back, mm: the first value of `$860`.
+    pub clearance_mm: Option<Place>,
+    /// How long the spindle runs up before Z goes down, ms: the first value of `$861`.
+    pub spin_up_ms: Option<u16>,
+    /// How fast the tool goes back, mm/min: the first value of `$862`.
+    pub rate_mm_min: Option<Positive>,
+}
+
+/// A state that senders see.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum ShownAs {
+    /// `Hold:0`, which every sender knows.
+    #[default]
+    Hold,
+    /// `Tool`, for senders that know it.
+    Tool,
+}
+
+impl ToolChangeTable {
+    /// What the extension is made with.
+    pub fn config(&self) -> ToolChangeConfig {
+        let usual = ToolChangeConfig::DEFAULT;
+        let number = |value: f64| Number::from_nanos((value * 1e9).round() as i64);
+        ToolChangeConfig {
+            shown: match self.shown {
+                ShownAs::Hold => Shown::Hold,
+                ShownAs::Tool => Shown::Tool,
+            },
+            clearance: self
+                .clearance_mm
+                .map_or(usual.clearance, |place| number(place.mm().max(0.0))),
+            spin_up: self
+                .spin_up_ms
+                .map_or(usual.spin_up, |ms| Number::from_int(ms.into())),
+            rate: self
+                .rate_mm_min
+                .map_or(usual.rate, |rate| number(rate.get())),
+        }
+    }
+}
