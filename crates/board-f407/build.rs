@@ -1,8 +1,12 @@
-//! Puts the `memory.x` of the profile that is built where the linker of the firmware looks for it, and says how much is logged.
+//! Makes the board's module and the linker's memory of its file, and says how much is logged.
+//!
+//! `LEADSCREW_BOARD` names the board: one of `crates/boards`, or a file (`cargo fw --board`). Without it, it is the Discovery.
+use leadscrew_boards::{Board, BOARDS};
 use std::{env, error::Error, fs, path::PathBuf};
 
 fn main() -> Result<(), Box<dyn Error>> {
     println!("cargo:rerun-if-changed=memory");
+    println!("cargo:rerun-if-env-changed=LEADSCREW_BOARD");
     if env::var("CARGO_CFG_TARGET_OS")? != "none" {
         return Ok(());
     }
@@ -10,18 +14,33 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("cargo:rerun-if-env-changed=DEFMT_LOG");
     let level = env::var("DEFMT_LOG").unwrap_or_else(|_| "info".into());
     println!("cargo:rustc-env=DEFMT_LOG={level}");
-    // As `src/profile.rs` chooses.
-    let memory = if env::var_os("CARGO_FEATURE_SKR_2").is_some() {
-        "memory/skr_2.x"
-    } else {
-        "memory/discovery.x"
-    };
+    let board = board()?;
     let out = PathBuf::from(env::var("OUT_DIR")?);
-    let layout = [
-        fs::read_to_string(memory)?,
-        fs::read_to_string("memory/fast.x")?,
-    ];
-    fs::write(out.join("memory.x"), layout.concat())?;
+    fs::write(out.join("board.rs"), board.firmware())?;
+    let memory = board.memory() + &fs::read_to_string("memory/fast.x")?;
+    fs::write(out.join("memory.x"), memory)?;
     println!("cargo:rustc-link-search={}", out.display());
     Ok(())
+}
+
+/// The board that was asked for, with nothing wrong about it.
+fn board() -> Result<Board, Box<dyn Error>> {
+    let asked = env::var("LEADSCREW_BOARD").unwrap_or_else(|_| "discovery".into());
+    let text = match BOARDS.iter().find(|(name, _)| *name == asked) {
+        Some((_, text)) => (*text).to_owned(),
+        None => {
+            println!("cargo:rerun-if-changed={asked}");
+            fs::read_to_string(&asked).map_err(|error| format!("{asked}: {error}"))?
+        }
+    };
+    let board = Board::read(&text).map_err(|error| format!("{asked}: {error}"))?;
+    let findings: Vec<String> = board
+        .check()
+        .iter()
+        .map(|one| format!("{asked}: {one}"))
+        .collect();
+    match findings.is_empty() {
+        true => Ok(board),
+        false => Err(findings.join("\n").into()),
+    }
 }

@@ -1,5 +1,5 @@
-//! `cargo fw`: builds the firmware with whichever compiler can, and prints its size; `cargo fw --run` flashes it, too, and
-//! shows its log.
+//! `cargo fw`: builds the firmware with whichever compiler can, and prints its size; `cargo fw --board NAME` for another board
+//! than the Discovery; `cargo fw --run` flashes it, too, and shows its log.
 use crate::{
     failure::Failure,
     shell, sizes,
@@ -20,16 +20,41 @@ const NO_PROBE_RS: &str = "probe-rs flashes the board and shows its log; it is n
     https://probe.rs/docs/getting-started/installation
 Without it the ELF above can be flashed by any other tool, OpenOCD or STM32CubeProgrammer; the log is not shown then.";
 
-/// Builds `board-f407`; `arguments` go to `cargo build`, but for `--run`.
+/// What was asked for.
+#[derive(Default)]
+struct Request {
+    /// A board's name or file.
+    board: Option<String>,
+    /// Flash it and show its log.
+    flashes: bool,
+    /// The rest, for `cargo build`.
+    others: Vec<String>,
+}
+
+impl Request {
+    fn read(arguments: &[String]) -> Self {
+        let mut request = Request::default();
+        let mut words = arguments.iter();
+        while let Some(word) = words.next() {
+            match word.as_str() {
+                "--run" => request.flashes = true,
+                "--board" => request.board = words.next().cloned(),
+                other => request.others.push(other.to_owned()),
+            }
+        }
+        request
+    }
+}
+
+/// Builds `board-f407`; `arguments` go to `cargo build`, but for `--run` and `--board`.
 pub(crate) fn run(arguments: &[String]) -> Result<(), Failure> {
-    let (ours, others): (Vec<String>, Vec<String>) = arguments
-        .iter()
-        .cloned()
-        .partition(|argument| argument == "--run");
-    let elf = build(&Toolchain::find()?, &others)?;
+    let request = Request::read(arguments);
+    let board = request.board.as_deref().map(place);
+    let variables = board.as_deref().map(|board| (BOARD, board));
+    let elf = build_with(&Toolchain::find()?, &request.others, variables.as_slice())?;
     println!("{}", elf.display());
     print_sizes(&elf)?;
-    if ours.is_empty() {
+    if !request.flashes {
         return Ok(());
     }
     let mut probe = Command::new("probe-rs");
@@ -38,6 +63,14 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), Failure> {
         eprintln!("{NO_PROBE_RS}");
     }
     flashed
+}
+
+/// What the build script understands: a file by its whole path, since it looks from a folder of its own; a name as it is.
+fn place(board: &str) -> String {
+    match Path::new(board).canonicalize() {
+        Ok(path) if path.is_file() => path.display().to_string(),
+        _ => board.to_owned(),
+    }
 }
 
 fn print_sizes(elf: &Path) -> Result<(), Failure> {
@@ -55,12 +88,10 @@ fn print_sizes(elf: &Path) -> Result<(), Failure> {
     }
 }
 
-/// Builds `board-f407` and returns the path of its ELF.
-pub(crate) fn build(toolchain: &Toolchain, arguments: &[String]) -> Result<PathBuf, Failure> {
-    build_with(toolchain, arguments, &[])
-}
+/// The variable that names the board.
+pub(crate) const BOARD: &str = "LEADSCREW_BOARD";
 
-/// As [`build`], with variables of the environment that the firmware reads while it is built.
+/// Builds `board-f407` and returns the path of its ELF. `variables` are what the firmware reads while it is built.
 pub(crate) fn build_with(
     toolchain: &Toolchain,
     arguments: &[String],

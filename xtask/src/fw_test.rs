@@ -4,7 +4,8 @@
 //! not limit; and one for each other board, with other frequencies of power.
 use crate::{
     failure::Failure,
-    fw, shell,
+    fw::{self, BOARD},
+    shell,
     toolchain::{self, Toolchain},
 };
 use std::{fs, path::Path, process::Command};
@@ -12,58 +13,43 @@ use std::{fs, path::Path, process::Command};
 /// A build, as `tests/firmware` knows it.
 struct Build {
     name: &'static str,
-    /// For `cargo build`.
-    arguments: &'static [&'static str],
     /// What the firmware reads while it is built.
     variables: &'static [(&'static str, &'static str)],
 }
 
-/// A build with the profile of this name.
-const fn profile(
-    name: &'static str,
-    arguments: &'static [&'static str],
-    variables: &'static [(&'static str, &'static str)],
-) -> Build {
-    Build {
-        name,
-        arguments,
-        variables,
-    }
+const fn build(name: &'static str, variables: &'static [(&'static str, &'static str)]) -> Build {
+    Build { name, variables }
 }
 
 const FAST: (&str, &str) = ("LEADSCREW_BAUD", "2000000");
 
 /// For `--highest-rate`: ticks may be 2 µs apart, 500 000 steps/s.
-const UNCAPPED: Build = Build {
-    name: "uncapped",
-    arguments: &[],
-    variables: &[FAST, ("LEADSCREW_TICK_NS", "1400")],
-};
+const UNCAPPED: Build = build("uncapped", &[FAST, ("LEADSCREW_TICK_NS", "1400")]);
+
+/// Boards that the subset leaves out.
+const MORE: [Build; 3] = [
+    build("octopus", &[(BOARD, "octopus")]),
+    build("fly-407zg", &[(BOARD, "fly-407zg")]),
+    build("spider", &[(BOARD, "spider")]),
+];
 
 /// The usual build last: it is what stays where `cargo fw` puts it.
 const BUILDS: [Build; 6] = [
-    Build {
-        name: "fast",
-        arguments: &[],
-        variables: &[FAST],
-    },
-    profile(
+    build("fast", &[FAST]),
+    build(
         "machine-003",
-        &["--features", "machine-003"],
-        &[("LEADSCREW_POWER_HZ", "50")],
+        &[(BOARD, "machine-003"), ("LEADSCREW_POWER_HZ", "50")],
     ),
-    profile("skr-2", &["--features", "skr-2"], &[]),
-    profile(
+    build("skr-2", &[(BOARD, "skr-2")]),
+    build(
         "dual-y",
-        &["--features", "dual-y"],
-        &[("LEADSCREW_POWER_HZ", "100000")],
+        &[(BOARD, "skr-2-dual-y"), ("LEADSCREW_POWER_HZ", "100000")],
     ),
-    profile(
+    build(
         "core-xy",
-        &["--features", "core-xy"],
-        &[("LEADSCREW_POWER_HZ", "1000")],
+        &[(BOARD, "skr-2-core-xy"), ("LEADSCREW_POWER_HZ", "1000")],
     ),
-    profile("usual", &[], &[]),
+    build("usual", &[]),
 ];
 
 /// Builds and runs; `arguments` go to `fw-test`.
@@ -71,8 +57,13 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), Failure> {
     let toolchain = Toolchain::find()?;
     let folder = toolchain::firmware_dir().join("fw-test");
     fs::create_dir_all(&folder).map_err(Failure::file(&folder))?;
-    let searches = arguments.iter().any(|word| word == "--highest-rate");
-    for build in searches.then_some(&UNCAPPED).into_iter().chain(&BUILDS) {
+    let asks = |word: &str| arguments.iter().any(|argument| argument == word);
+    let uncapped = asks("--highest-rate").then_some(&UNCAPPED);
+    let more: &[Build] = match arguments.is_empty() || asks("more-boards") {
+        true => &MORE,
+        false => &[],
+    };
+    for build in uncapped.into_iter().chain(more).chain(&BUILDS) {
         keep(&toolchain, build, &folder)?;
     }
     let mut tests = Command::new("cargo");
@@ -86,8 +77,7 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), Failure> {
 
 /// Puts an ELF aside before the next build replaces it.
 fn keep(toolchain: &Toolchain, build: &Build, folder: &Path) -> Result<(), Failure> {
-    let arguments: Vec<String> = build.arguments.iter().map(|&word| word.into()).collect();
-    let elf = fw::build_with(toolchain, &arguments, build.variables)?;
+    let elf = fw::build_with(toolchain, &[], build.variables)?;
     let kept = folder.join(build.name);
     fs::copy(elf, &kept).map_err(Failure::file(&kept))?;
     Ok(())

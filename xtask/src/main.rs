@@ -8,6 +8,7 @@ mod failure;
 mod fw;
 mod fw_test;
 mod icount;
+mod release;
 mod senders;
 mod shell;
 mod sizes;
@@ -19,14 +20,16 @@ mod without_masking;
 use std::{env, process::ExitCode};
 
 const USAGE: &str = "usage: cargo xtask COMMAND
-    fw [--run] [ARGUMENTS]
-                       build the firmware; ARGUMENTS go to `cargo build`; --run flashes it and shows its log (probe-rs)
+    fw [--board NAME] [--run] [ARGUMENTS]
+                       build the firmware, for a board of crates/boards or a file that describes one; ARGUMENTS go to
+                       `cargo build`; --run flashes it and shows its log (probe-rs)
     fw-test [NAME...]  run the firmware in an emulated STM32F407; --subset, --list, --costs,
                        --highest-rate, --planted
     thumb              build libraries and firmware for the microcontroller; check what is in them
     targets            check the libraries for other processors
     boards             build the boards in examples/boards; run the one that QEMU emulates
     bench COMMAND...   count x86-64 instructions per line; COMMAND says {lines} for their number
+    release [BOARD...] make the files that are handed out, for all boards or those named
     icount [--check]   count instructions under QEMU; fail above the budgets
     senders [NAME...]  run real senders (meerk40t, grbl-streamer, websockets, cncjs) against `leadscrew serve`";
 
@@ -40,6 +43,7 @@ fn main() -> ExitCode {
         ["bench", ..] => bench::run(&arguments[1..]),
         ["icount"] => icount::run(false),
         ["icount", "--check"] => icount::run(true),
+        ["release", ..] => release::run(&arguments[1..]),
         ["senders", ..] => senders::run_all(&arguments[1..]),
         ["targets"] => targets::run(),
         ["thumb"] => thumb::run(),

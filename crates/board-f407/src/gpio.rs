@@ -188,14 +188,6 @@ pub(crate) struct Output {
 }
 
 impl Output {
-    /// An output that is on when high.
-    pub(crate) const fn high(bank: Bank, number: u8) -> Self {
-        Self {
-            pin: Pin::new(bank, number),
-            active_high: true,
-        }
-    }
-
     /// Switches on or off. Any context.
     pub(crate) fn switch(self, on: bool) {
         self.pin.set(on == self.active_high);
@@ -213,6 +205,7 @@ pub(crate) struct Input {
 
 impl Input {
     /// A switch to ground: pulled up.
+    #[allow(dead_code)] // not on every board
     pub(crate) const fn to_ground(bank: Bank, number: u8) -> Self {
         Self {
             pin: Pin::new(bank, number),

@@ -1,15 +1,18 @@
-//! What a board is made of. One file in `profiles/` for each board; this one says what such a file has to name.
+//! What a board is made of: `build.rs` makes it of the board's file (`crates/boards`), this module says what there is to name.
 use crate::gpio::{Bank, Input, Output, Pin, Pull, Speed};
 use leadscrew_machine::config::MachineConfig;
 
-// One profile is built in: the Discovery's, unless a feature names another.
-#[cfg_attr(
-    not(any(feature = "machine-003", feature = "skr-2")),
-    path = "profiles/discovery.rs"
-)]
-#[cfg_attr(feature = "machine-003", path = "profiles/machine_003.rs")]
-#[cfg_attr(feature = "skr-2", path = "profiles/skr_2.rs")]
-mod selected;
+/// The board that the firmware is built for.
+#[allow(unused_imports, reason = "no board uses all of them")]
+mod selected {
+    use super::{MotorPins, PowerPin, Profile, SerialPins, Timer, Usart};
+    use crate::gpio::{Bank, Input, Output, Pin};
+    use crate::settings_flash::Sector;
+    use leadscrew_gcode::Number;
+    use leadscrew_machine::{config::MachineConfig, settings::values::Entry};
+
+    include!(concat!(env!("OUT_DIR"), "/board.rs"));
+}
 
 pub(crate) use selected::{kinematics, Kinematics, AXES, MOTORS, PROFILE, SETTINGS_SECTORS};
 

@@ -1,6 +1,7 @@
 //! The command line.
 
 use super::align::AlignArgs;
+use super::board::BoardCommand;
 use super::calibrate::CalibrateArgs;
 use super::import::ImportCommand;
 use super::machine::MachineCommand;
@@ -51,6 +52,9 @@ pub(super) enum Command {
     /// Begin a machine file.
     #[command(subcommand)]
     Machine(MachineCommand),
+    /// Boards for the firmware: hold one against its chip, begin a file.
+    #[command(subcommand)]
+    Board(BoardCommand),
     /// Print the JSON schema of what a command writes with --json, or of a machine file.
     Schema {
         /// The command.

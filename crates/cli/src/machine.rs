@@ -5,7 +5,7 @@ use super::{unusable, Unusable};
 use clap::{Args, Subcommand, ValueEnum};
 use std::fs::OpenOptions;
 use std::io::{ErrorKind, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// The subcommands of `machine`.
 #[derive(Subcommand, Debug)]
@@ -53,9 +53,17 @@ pub(super) fn run(command: &MachineCommand) -> Result<bool, Unusable> {
     let Some(path) = &args.output else {
         return say(text.trim_end()).map(|()| true);
     };
+    write_new(path, text).map(|()| true)
+}
+
+/// Writes a file that must not be there yet.
+///
+/// # Errors
+/// Where it is there already or cannot be written.
+pub(super) fn write_new(path: &Path, text: &str) -> Result<(), Unusable> {
     let file = OpenOptions::new().write(true).create_new(true).open(path);
     let written = file.and_then(|mut file| file.write_all(text.as_bytes()));
-    written.map(|()| true).map_err(|error| {
+    written.map_err(|error| {
         let name = path.display();
         match error.kind() {
             ErrorKind::AlreadyExists => unusable(format!("{name}: is there already")),

@@ -3,6 +3,7 @@
 
 mod align;
 mod args;
+mod board;
 mod calibrate;
 mod causes;
 mod check;
@@ -58,6 +59,7 @@ fn main() -> ExitCode {
         Command::Calibrate(args) => calibrate::calibrate(&args),
         Command::Completions { shell } => shell::completions(shell),
         Command::Machine(command) => machine::run(&command),
+        Command::Board(command) => board::run(&command),
         Command::Man(args) => shell::man(&args),
         Command::Schema { of } => shell::schema(of),
     };

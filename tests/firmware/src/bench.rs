@@ -3,7 +3,7 @@
 //! Time passes only in [`Bench::run_for`] and what is made of it; whoever waits gives the longest that it may take.
 use crate::{
     firmware::Build,
-    pins::{CPU_HZ, CRYSTAL_HZ, SETTLED, TICK},
+    pins::{CPU_HZ, SETTLED, TICK},
     steps::Tracker,
     stream::Stream,
     wiring::{Wiring, FLASH},
@@ -82,7 +82,7 @@ impl Bench {
 
     /// Switches a board on; nothing has been carried out yet.
     pub(crate) fn switch_on(build: &Build) -> Result<Bench, Failure> {
-        Bench::switch_on_with(build, CRYSTAL_HZ)
+        Bench::switch_on_with(build, build.wiring.crystal_hz)
     }
 
     /// The same with another crystal; none where its frequency is 0.

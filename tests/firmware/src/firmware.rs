@@ -1,7 +1,7 @@
 //! The firmware under test, as it was built or with a fault planted in it.
 use crate::{
     bench::Failure,
-    wiring::{Wiring, DISCOVERY, DUAL_Y, MACHINE_003, SKR_2},
+    wiring::{Wiring, DISCOVERY, DUAL_Y, FLY_407ZG, MACHINE_003, OCTOPUS, SKR_2, SPIDER},
 };
 use leadscrew_f407emu::Tamper;
 use std::{fs, path::Path, sync::Arc};
@@ -68,6 +68,8 @@ pub(crate) struct Firmware {
     pub(crate) fast: Build,
     /// For the other boards at 115200 baud.
     pub(crate) others: Others,
+    /// For more of them, by name, as far as they have been built: three motors each.
+    pub(crate) more: Vec<(&'static str, Build)>,
 }
 
 /// The builds for boards other than the Discovery as it comes.
@@ -83,7 +85,14 @@ impl Firmware {
     /// Reads the files that `cargo fw-test` has put into a folder.
     pub(crate) fn read(folder: &str) -> Result<Self, Failure> {
         let read = |name, wiring, baud| Build::read(&Path::new(folder).join(name), wiring, baud);
+        let more = [
+            ("octopus", &OCTOPUS),
+            ("fly-407zg", &FLY_407ZG),
+            ("spider", &SPIDER),
+        ];
+        let built = |(name, wiring)| Some((name, read(name, wiring, USUAL_BAUD).ok()?));
         Ok(Firmware {
+            more: more.into_iter().filter_map(built).collect(),
             usual: read("usual", &DISCOVERY, USUAL_BAUD)?,
             fast: read("fast", &DISCOVERY, FAST_BAUD)?,
             others: Others {
@@ -109,6 +118,9 @@ impl Firmware {
         faulty.others.skr_2.fault = Some(fault);
         faulty.others.dual_y.fault = Some(fault);
         faulty.others.core_xy.fault = Some(fault);
+        for (_, build) in &mut faulty.more {
+            build.fault = Some(fault);
+        }
         faulty
     }
 }

@@ -1,5 +1,5 @@
 //! What hangs on the pins of each board, as the wiring tables of `crates/board-f407/README.md` have it.
-use crate::pins::{DIRECTION, LIMIT, LINE, POWER, SPINDLE, STEP};
+use crate::pins::{CRYSTAL_HZ, DIRECTION, LIMIT, LINE, POWER, SPINDLE, STEP};
 use leadscrew_f407emu::{Pin, SerialPort};
 
 /// Where the flash begins, and most programs do.
@@ -30,6 +30,8 @@ pub(crate) struct Wiring {
     pub(crate) spindle: Pin,
     /// Outputs that are always high.
     pub(crate) high: &'static [Pin],
+    /// Frequency of the crystal in Hz.
+    pub(crate) crystal_hz: u32,
     /// Where the vector table is: behind a bootloader where that is not where the flash begins.
     pub(crate) start: u32,
 }
@@ -55,6 +57,7 @@ pub(crate) const DISCOVERY: Wiring = Wiring {
     power: POWER,
     spindle: SPINDLE,
     high: &[],
+    crystal_hz: CRYSTAL_HZ,
     start: FLASH,
 };
 
@@ -67,6 +70,7 @@ pub(crate) const MACHINE_003: Wiring = Wiring {
     power: Pin::new('E', 9),
     spindle: Pin::new('E', 11),
     high: &[Pin::new('D', 1), Pin::new('D', 3)],
+    crystal_hz: CRYSTAL_HZ,
     start: FLASH,
 };
 
@@ -83,6 +87,7 @@ pub(crate) const SKR_2: Wiring = Wiring {
     power: Pin::new('E', 5),
     spindle: Pin::new('B', 3),
     high: &[Pin::new('C', 13)],
+    crystal_hz: CRYSTAL_HZ,
     start: FLASH + 0x8000,
 };
 
@@ -107,4 +112,55 @@ pub(crate) const DUAL_Y: Wiring = Wiring {
         to_ground(Pin::new('C', 2)),
     ],
     ..SKR_2
+};
+
+/// BIGTREETECH Octopus V1.1.
+pub(crate) const OCTOPUS: Wiring = Wiring {
+    line: SerialPort::Usart1,
+    step: &[Pin::new('F', 13), Pin::new('G', 0), Pin::new('F', 11)],
+    direction: &[Pin::new('F', 12), Pin::new('G', 1), Pin::new('G', 3)],
+    limits: &[
+        to_ground(Pin::new('G', 6)),
+        to_ground(Pin::new('G', 9)),
+        to_ground(Pin::new('G', 10)),
+    ],
+    power: Pin::new('B', 6),
+    spindle: Pin::new('A', 2),
+    high: &[],
+    crystal_hz: CRYSTAL_HZ,
+    start: FLASH + 0x8000,
+};
+
+/// Mellow Fly-407ZG.
+pub(crate) const FLY_407ZG: Wiring = Wiring {
+    line: SerialPort::Usart1,
+    step: &[Pin::new('B', 9), Pin::new('B', 8), Pin::new('A', 8)],
+    direction: &[Pin::new('E', 0), Pin::new('G', 11), Pin::new('D', 6)],
+    limits: &[
+        to_ground(Pin::new('C', 3)),
+        to_ground(Pin::new('F', 2)),
+        to_ground(Pin::new('F', 0)),
+    ],
+    power: Pin::new('E', 11),
+    spindle: Pin::new('F', 7),
+    high: &[],
+    crystal_hz: CRYSTAL_HZ,
+    start: FLASH + 0x8000,
+};
+
+/// FYSETC Spider: another crystal.
+pub(crate) const SPIDER: Wiring = Wiring {
+    line: SerialPort::Usart1,
+    step: &[Pin::new('E', 11), Pin::new('D', 8), Pin::new('D', 14)],
+    direction: &[Pin::new('E', 10), Pin::new('B', 12), Pin::new('D', 13)],
+    limits: &[
+        to_ground(Pin::new('B', 14)),
+        to_ground(Pin::new('B', 13)),
+        to_ground(Pin::new('A', 0)),
+    ],
+    power: Pin::new('B', 6),
+    spindle: Pin::new('B', 15),
+    high: &[],
+    crystal_hz: 12_000_000,
+    start: FLASH + 0x8000,
 };

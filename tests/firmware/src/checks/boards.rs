@@ -1,7 +1,7 @@
 //! The builds for other boards: each boots, makes a recorded program's steps at its own pins, homes, and dims its laser.
 use super::{
     homing::{ensure_homes, Belts},
-    motion, Figures,
+    motion, start_up, Figures,
 };
 use crate::{
     bench::{ensure, Bench, Failure},
@@ -24,6 +24,12 @@ const AWAY: [i64; 4] = [700, 1300, 411, 1337];
 const MACHINE_003_POWER: (u64, u64) = (50, 64_615);
 const SKR_2_POWER: (u64, u64) = (10_000, 16_800);
 const CORE_XY_POWER: (u64, u64) = (1_000, 56_000);
+/// The Octopus and the Spider have TIM4, on APB1, the Fly-407ZG TIM1.
+const MORE_POWER: [(&str, (u64, u64)); 3] = [
+    ("octopus", (10_000, 8_400)),
+    ("fly-407zg", (10_000, 16_800)),
+    ("spider", (1_000, 42_000)),
+];
 const DUAL_Y_POWER: (u64, u64) = (100_000, 1_680);
 
 /// The motor that turns with Y where there is a fourth.
@@ -146,6 +152,22 @@ pub(crate) fn boards(firmware: &Firmware) -> Result<Figures, Failure> {
             name,
             works.map_err(|Failure(words)| Failure(format!("{name}: {words}")))?,
         );
+    }
+    Ok(figures)
+}
+
+/// Boards that came later: the same of each, and its pins are safe at once.
+pub(crate) fn more(firmware: &Firmware) -> Result<Figures, Failure> {
+    let [x, y, z, _] = AWAY;
+    let all = "<Idle|MPos:-1.000,-1.000,-1.000|";
+    let mut figures = Figures::default();
+    for (name, power) in MORE_POWER {
+        let built = firmware.more.iter().find(|(one, _)| *one == name);
+        let (_, build) = built.ok_or_else(|| Failure(format!("{name} has not been built")))?;
+        let safe = start_up::ensure_off_at_once(build)?;
+        let works = ensure_works(build, Belts::Straight, power, [x, y, z], all);
+        let works = works.map_err(|Failure(words)| Failure(format!("{name}: {words}")))?;
+        figures.add(name, format!("{works}; {safe}"));
     }
     Ok(figures)
 }

@@ -277,6 +277,12 @@ pub(crate) const CHECKS: &[Check] = &[
         run: boards::boards,
     },
     Check {
+        name: "more-boards",
+        what: "the builds for boards that came later: the same, and every pin is safe at once",
+        subset: false,
+        run: boards::more,
+    },
+    Check {
         name: "endings",
         what: "panic, faults, full stack, crystal, supply: safe within 10 us, then a reset, and the next boot says why",
         subset: true,

@@ -34,7 +34,7 @@ fn first_driven(build: &Build, pin: Pin) -> Result<f64, Failure> {
 }
 
 /// The pins that could do harm are off from their first driving on, up to the banner.
-fn ensure_off_at_once(build: &Build) -> Result<String, Failure> {
+pub(super) fn ensure_off_at_once(build: &Build) -> Result<String, Failure> {
     let wiring = build.wiring;
     let motors = wiring.step.iter().chain(wiring.direction);
     let pins: Vec<Pin> = motors

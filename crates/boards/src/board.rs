@@ -1,0 +1,262 @@
+//! What a board's file says.
+use crate::{Chip, Pin};
+use serde::Deserialize;
+use std::collections::BTreeMap;
+
+/// A board, as its file describes it.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Board {
+    /// For people.
+    pub name: String,
+    /// The chip, as ST calls it.
+    pub chip: Chip,
+    /// Frequency of the crystal in Hz.
+    pub crystal: u32,
+    /// Where the program begins: the flash's begin, or behind a bootloader.
+    pub start: u32,
+    /// The two sectors of the flash that keep the settings.
+    pub settings: [u8; 2],
+    /// Where the pins are from: documents that anybody can open.
+    pub sources: Vec<String>,
+    /// How the motors move the axes.
+    #[serde(default)]
+    pub kinematics: Kinematics,
+    /// Axes that home together, in the order in which they home, as in `["Z", "XY"]`; Grbl's order where it is left out.
+    pub homing: Option<Vec<String>>,
+    /// Settings that a new machine has instead of Grbl's: `"$4" = 1`.
+    #[serde(default)]
+    pub defaults: BTreeMap<String, i32>,
+    /// The serial line.
+    pub serial: Serial,
+    /// The motors: those of X, Y and Z in this order, then second ones.
+    pub motor: Vec<Motor>,
+    /// All motors are enabled by these.
+    pub enable: Vec<Pin>,
+    /// Laser or spindle power.
+    pub power: Power,
+    /// What is switched.
+    #[serde(default)]
+    pub outputs: Outputs,
+    /// Probe and buttons.
+    #[serde(default)]
+    pub inputs: Inputs,
+    /// Where on the board each pin is found.
+    pub at: BTreeMap<Pin, String>,
+}
+
+/// How the motors move the axes.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Kinematics {
+    /// A motor moves one axis; an axis may have two.
+    #[default]
+    Cartesian,
+    /// The motors of X and Y pull crossed belts: X + Y and X − Y.
+    CoreXy,
+}
+
+/// An axis.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Deserialize)]
+pub enum Axis {
+    /// The first.
+    X,
+    /// The second.
+    Y,
+    /// The third.
+    Z,
+}
+
+/// A USART and its pins.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Serial {
+    /// 1 or 2.
+    pub usart: u8,
+    /// What the board says.
+    pub transmit: Pin,
+    /// What the board hears.
+    pub receive: Pin,
+}
+
+/// A motor driver's pins.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Motor {
+    /// The axis that it moves; with crossed belts X and Y are the two belts.
+    pub axis: Axis,
+    /// A pulse for each step.
+    pub step: Pin,
+    /// High is negative, unless `$3` says otherwise.
+    pub direction: Pin,
+    /// Its limit switch.
+    pub limit: Option<Input>,
+}
+
+/// The pin that a timer's channel modulates.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Power {
+    /// The pin.
+    pub pin: Pin,
+    /// Number of the timer.
+    pub timer: u8,
+    /// 1 to 4.
+    pub channel: u8,
+    /// Of the pulses, in Hz: 50 to 100 000.
+    pub frequency: u32,
+}
+
+/// What is switched; each may be missing.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub struct Outputs {
+    /// Spindle on.
+    pub spindle: Option<Output>,
+    /// Spindle counter-clockwise.
+    pub spindle_reverse: Option<Output>,
+    /// Flood coolant.
+    pub flood: Option<Output>,
+    /// Mist coolant.
+    pub mist: Option<Output>,
+    /// Pins that are always high.
+    #[serde(default)]
+    pub high: Vec<Pin>,
+}
+
+/// An output.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Output {
+    /// The pin.
+    pub pin: Pin,
+    /// Its level when it is on.
+    #[serde(default)]
+    pub on: Level,
+}
+
+/// The level of a pin.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Level {
+    /// 3.3 V.
+    #[default]
+    High,
+    /// Ground.
+    Low,
+}
+
+/// Probe and buttons; each may be missing.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Inputs {
+    /// Probe.
+    pub probe: Option<Input>,
+    /// Reset.
+    pub reset: Option<Input>,
+    /// Feed hold.
+    pub hold: Option<Input>,
+    /// Cycle start.
+    pub start: Option<Input>,
+    /// Safety door.
+    pub door: Option<Input>,
+}
+
+/// A switch.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Input {
+    /// The pin.
+    pub pin: Pin,
+    /// What it is connected to when it is closed.
+    #[serde(default)]
+    pub closes: Closes,
+}
+
+/// What a closed switch connects its pin to.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Closes {
+    /// Ground: the pin is pulled up.
+    #[default]
+    ToGround,
+    /// 3.3 V: the pin is pulled down.
+    ToSupply,
+}
+
+impl Board {
+    /// Reads a board's file.
+    ///
+    /// # Errors
+    /// Where it is not TOML, or not a board's: the text names line and column.
+    pub fn read(text: &str) -> Result<Self, String> {
+        toml::from_str(text).map_err(|error| error.to_string())
+    }
+
+    /// The outputs that a program switches, with what they are for.
+    pub(crate) fn switched(&self) -> impl Iterator<Item = (&'static str, Output)> {
+        let outputs = &self.outputs;
+        [
+            ("spindle", outputs.spindle),
+            ("spindle-reverse", outputs.spindle_reverse),
+            ("flood", outputs.flood),
+            ("mist", outputs.mist),
+        ]
+        .into_iter()
+        .filter_map(|(name, output)| Some((name, output?)))
+    }
+
+    /// The inputs other than limit switches, with what they are for.
+    pub(crate) fn buttons(&self) -> [(&'static str, Option<Input>); 5] {
+        let inputs = &self.inputs;
+        [
+            ("probe", inputs.probe),
+            ("reset", inputs.reset),
+            ("hold", inputs.hold),
+            ("start", inputs.start),
+            ("door", inputs.door),
+        ]
+    }
+
+    /// All inputs, with what they are for.
+    pub(crate) fn all_inputs(&self) -> Vec<(String, Input)> {
+        let limits =
+            self.motor.iter().zip(1..).filter_map(|(motor, number)| {
+                Some((format!("limit of motor {number}"), motor.limit?))
+            });
+        let buttons = self.buttons().into_iter();
+        let others = buttons.filter_map(|(name, input)| Some((name.to_owned(), input?)));
+        limits.chain(others).collect()
+    }
+
+    /// All pins, with what they are for, in the order of the file.
+    #[must_use]
+    pub fn pins(&self) -> Vec<(String, Pin)> {
+        let mut pins = vec![
+            ("serial line, out".to_owned(), self.serial.transmit),
+            ("serial line, in".to_owned(), self.serial.receive),
+        ];
+        for (motor, number) in self.motor.iter().zip(1..) {
+            pins.push((format!("step of motor {number}"), motor.step));
+            pins.push((format!("direction of motor {number}"), motor.direction));
+        }
+        pins.extend(self.enable.iter().map(|pin| ("enable".to_owned(), *pin)));
+        pins.push(("power".to_owned(), self.power.pin));
+        pins.extend(
+            self.switched()
+                .map(|(name, one)| (name.to_owned(), one.pin)),
+        );
+        pins.extend(
+            self.outputs
+                .high
+                .iter()
+                .map(|pin| ("high".to_owned(), *pin)),
+        );
+        pins.extend(
+            self.all_inputs()
+                .into_iter()
+                .map(|(name, one)| (name, one.pin)),
+        );
+        pins
+    }
+}

@@ -1,0 +1,227 @@
+//! A board against its chip.
+use crate::{
+    chip::{function, hears},
+    flash::{Sector, BEGIN},
+    Axis, Board, Kinematics, Pin,
+};
+use std::{collections::BTreeMap, fmt};
+
+/// The most that the firmware may take of the flash (`bench/sizes.txt`).
+const PROGRAM: u32 = 192 << 10;
+/// The timers that power may hang on. The others have a task already, or no pin of their own.
+const POWER_TIMERS: [u8; 5] = [1, 3, 4, 8, 9];
+/// The VCO of the PLL in Hz: twice 168 MHz, from which 48 MHz for USB come as well (RM0090 section 7.3.2).
+const VCO: u32 = 336_000_000;
+
+/// What is wrong with a board.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Finding(String);
+
+impl fmt::Display for Finding {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.0)
+    }
+}
+
+/// Notes what is wrong unless `right`.
+fn expect(findings: &mut Vec<Finding>, right: bool, words: impl FnOnce() -> String) {
+    if !right {
+        findings.push(Finding(words()));
+    }
+}
+
+impl Board {
+    /// What is wrong with it; nothing where the firmware can be built for it.
+    #[must_use]
+    pub fn check(&self) -> Vec<Finding> {
+        let mut findings = Vec::new();
+        self.check_pins(&mut findings);
+        self.check_lines(&mut findings);
+        self.check_motors(&mut findings);
+        self.check_serial(&mut findings);
+        self.check_power(&mut findings);
+        self.check_clock(&mut findings);
+        self.check_flash(&mut findings);
+        self.check_settings(&mut findings);
+        findings
+    }
+
+    /// Each pin is there, free, used once, and found on the board.
+    fn check_pins(&self, findings: &mut Vec<Finding>) {
+        let mut users: BTreeMap<Pin, String> = BTreeMap::new();
+        for (name, pin) in self.pins() {
+            expect(findings, self.chip.has(pin), || {
+                format!("{name}: the chip has no {pin}")
+            });
+            if let Some(taken) = taken(pin) {
+                findings.push(Finding(format!("{name}: {pin} is {taken}")));
+            }
+            expect(findings, self.at.contains_key(&pin), || {
+                format!("{name}: `at` does not say where {pin} is on the board")
+            });
+            if let Some(other) = users.insert(pin, name.clone()) {
+                findings.push(Finding(format!("{pin}: {other}, and {name}")));
+            }
+        }
+        for pin in self.at.keys().filter(|pin| !users.contains_key(pin)) {
+            findings.push(Finding(format!("{pin}: in `at`, and nowhere else")));
+        }
+        expect(findings, !self.sources.is_empty(), || {
+            "sources: none".to_owned()
+        });
+    }
+
+    /// Each input has a line of EXTI of its own, its pin's number (RM0090 section 12.2.5).
+    fn check_lines(&self, findings: &mut Vec<Finding>) {
+        let mut lines: BTreeMap<u8, (String, Pin)> = BTreeMap::new();
+        for (name, input) in self.all_inputs() {
+            let (pin, line) = (input.pin, input.pin.number);
+            if let Some((other, first)) = lines.insert(line, (name.clone(), pin)) {
+                findings.push(Finding(format!(
+                    "{other} ({first}) and {name} ({pin}) are both on line {line} of EXTI"
+                )));
+            }
+        }
+    }
+
+    fn check_motors(&self, findings: &mut Vec<Finding>) {
+        let axes: Vec<Axis> = self.motor.iter().map(|motor| motor.axis).collect();
+        let begins = axes.starts_with(&[Axis::X, Axis::Y, Axis::Z]);
+        expect(findings, begins, || {
+            "motor: the first three are those of X, Y and Z".to_owned()
+        });
+        expect(findings, axes.len() <= 4, || {
+            format!("motor: {} of them, four are driven", axes.len())
+        });
+        let crossed = self.kinematics == Kinematics::CoreXy;
+        expect(findings, !crossed || axes.len() == 3, || {
+            "kinematics: crossed belts have no second motor".to_owned()
+        });
+        for group in self.homing.iter().flatten() {
+            let known = !group.is_empty() && group.chars().all(|axis| "XYZ".contains(axis));
+            expect(findings, known, || {
+                format!("homing: `{group}` names no axes")
+            });
+        }
+        let groups = self.homing.as_ref().map_or(0, Vec::len);
+        expect(findings, groups <= 4, || {
+            format!("homing: {groups} groups, four are kept")
+        });
+    }
+
+    /// The line's pins are the USART's, and its requests reach the streams that the firmware listens on.
+    fn check_serial(&self, findings: &mut Vec<Finding>) {
+        let usart = self.serial.usart;
+        let streams = match usart {
+            1 => ["DMA2.5.4", "DMA2.7.4"],
+            2 => ["DMA1.5.4", "DMA1.6.4"],
+            _ => {
+                findings.push(Finding(format!("serial: USART{usart} is not 1 or 2")));
+                return;
+            }
+        };
+        let ends = [("RX", self.serial.receive), ("TX", self.serial.transmit)];
+        for ((signal, pin), stream) in ends.into_iter().zip(streams) {
+            let name = format!("USART{usart}_{signal}");
+            expect(findings, function(pin, &name) == Some(7), || {
+                format!("serial: {pin} cannot be {name}")
+            });
+            expect(findings, hears(&name, stream), || {
+                format!("serial: no stream {stream} for {name}")
+            });
+        }
+    }
+
+    fn check_power(&self, findings: &mut Vec<Finding>) {
+        let power = &self.power;
+        expect(findings, POWER_TIMERS.contains(&power.timer), || {
+            format!("power: TIM{} is not one of {POWER_TIMERS:?}", power.timer)
+        });
+        expect(findings, self.power_function().is_some(), || {
+            let (pin, timer, channel) = (power.pin, power.timer, power.channel);
+            format!("power: {pin} cannot be channel {channel} of TIM{timer}")
+        });
+        expect(findings, (50..=100_000).contains(&power.frequency), || {
+            format!("power: {} Hz are not 50 to 100 000", power.frequency)
+        });
+    }
+
+    /// The number of the function by which the power pin becomes its timer's channel.
+    pub(crate) fn power_function(&self) -> Option<u8> {
+        let power = &self.power;
+        let signal = format!("TIM{}_CH{}", power.timer, power.channel);
+        function(power.pin, &signal)
+    }
+
+    /// 168 MHz for the core and 48 for USB, from 1 or 2 MHz at the PLL's input.
+    fn check_clock(&self, findings: &mut Vec<Finding>) {
+        let crystal = self.crystal;
+        let divides = |divider: &u32| {
+            let input = crystal / divider;
+            crystal.is_multiple_of(*divider)
+                && (1_000_000..=2_000_000).contains(&input)
+                && VCO.is_multiple_of(input)
+        };
+        let right = (4_000_000..=26_000_000).contains(&crystal) && (2..=63).any(|by| divides(&by));
+        expect(findings, right, || {
+            format!("crystal: {crystal} Hz do not make 168 MHz and 48 MHz")
+        });
+    }
+
+    fn check_flash(&self, findings: &mut Vec<Finding>) {
+        let sectors = self.settings.map(Sector::new);
+        let [Some(first), Some(second)] = sectors else {
+            findings.push(Finding("settings: sectors are 0 to 11".to_owned()));
+            return;
+        };
+        let end = BEGIN + self.chip.flash();
+        expect(
+            findings,
+            second.begin == first.end() && second.end() <= end,
+            || "settings: two sectors of the chip, one behind the other".to_owned(),
+        );
+        let on_sector = (0..12)
+            .filter_map(Sector::new)
+            .any(|one| one.begin == self.start);
+        expect(findings, on_sector && self.start < end, || {
+            format!("start: no sector begins at {:#x}", self.start)
+        });
+        let bootloader = self.start > first.begin;
+        expect(findings, !bootloader, || {
+            "settings: where the bootloader is, or the program begins".to_owned()
+        });
+        let room = self.room(first, second);
+        expect(findings, room >= PROGRAM, || {
+            format!("flash: {room} bytes for the program, {PROGRAM} are wanted")
+        });
+    }
+
+    /// Bytes that the program has: in front of the settings, or behind them where only its vectors are in front.
+    pub(crate) fn room(&self, first: Sector, second: Sector) -> u32 {
+        let before = first.begin.saturating_sub(self.start);
+        let behind = (BEGIN + self.chip.flash()).saturating_sub(second.end());
+        before.max(behind)
+    }
+
+    fn check_settings(&self, findings: &mut Vec<Finding>) {
+        for name in self.defaults.keys() {
+            expect(findings, number_of(name).is_some(), || {
+                format!("defaults: `{name}` is no setting")
+            });
+        }
+    }
+}
+
+/// The number of a setting: 4 of `$4`.
+pub(crate) fn number_of(name: &str) -> Option<u16> {
+    name.strip_prefix('$')?.parse().ok()
+}
+
+/// What has a pin for itself on every board.
+fn taken(pin: Pin) -> Option<&'static str> {
+    match (pin.port, pin.number) {
+        ('A', 11 | 12) => Some("USB's"),
+        ('A', 13 | 14) => Some("the debug port's (SWD)"),
+        _ => None,
+    }
+}

@@ -1,0 +1,82 @@
+//! The chips, and what their pins can be.
+use crate::Pin;
+use serde::Deserialize;
+
+/// A chip that the firmware runs on.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Deserialize)]
+pub enum Chip {
+    /// 100 pins, 512 KiB of flash.
+    #[serde(rename = "STM32F407VE")]
+    Ve,
+    /// 100 pins, 1 MiB of flash.
+    #[serde(rename = "STM32F407VG")]
+    Vg,
+    /// 144 pins, 512 KiB of flash.
+    #[serde(rename = "STM32F407ZE")]
+    Ze,
+    /// 144 pins, 1 MiB of flash.
+    #[serde(rename = "STM32F407ZG")]
+    Zg,
+}
+
+/// Functions of the pins of the STM32F407ZG: see `tests/chip.rs`.
+const FUNCTIONS: &str = include_str!("../data/stm32f407.txt");
+
+impl Chip {
+    /// Bytes of flash.
+    #[must_use]
+    pub fn flash(self) -> u32 {
+        match self {
+            Chip::Ve | Chip::Ze => 512 << 10,
+            Chip::Vg | Chip::Zg => 1024 << 10,
+        }
+    }
+
+    /// Whether the chip's package has a pin: with 100 pins the ports end at E.
+    #[must_use]
+    pub fn has(self, pin: Pin) -> bool {
+        match self {
+            Chip::Ve | Chip::Vg => pin.port <= 'E',
+            Chip::Ze | Chip::Zg => pin.port <= 'G',
+        }
+    }
+}
+
+/// The number of the function by which a pin becomes a peripheral's signal, such as `USART1_TX`.
+pub(crate) fn function(pin: Pin, signal: &str) -> Option<u8> {
+    let name = pin.to_string();
+    let mut lines = FUNCTIONS.lines();
+    let ours = lines.find_map(|line| line.strip_prefix(&name)?.strip_prefix(' '))?;
+    ours.split(' ').find_map(|word| {
+        let (found, number) = word.split_once('=')?;
+        (found == signal).then(|| number.parse().ok())?
+    })
+}
+
+/// The DMA stream and channel that hear a request, as in `DMA2.5.4`.
+pub(crate) fn hears(request: &str, stream: &str) -> bool {
+    let mut lines = FUNCTIONS.lines();
+    let ours = lines.find_map(|line| line.strip_prefix(request)?.strip_prefix(": "));
+    ours.is_some_and(|streams| streams.split(' ').any(|one| one == stream))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pin_has_the_functions_of_its_own_line() {
+        let pin = |name: &str| name.parse::<Pin>().unwrap();
+        assert_eq!(function(pin("PD12"), "TIM4_CH1"), Some(2));
+        assert_eq!(function(pin("PD1"), "TIM4_CH1"), None);
+        assert_eq!(function(pin("PA9"), "USART1_TX"), Some(7));
+        assert!(hears("USART1_RX", "DMA2.5.4") && !hears("USART1_RX", "DMA1.5.4"));
+    }
+
+    #[test]
+    fn the_small_package_has_no_port_f() {
+        let pin: Pin = "PF0".parse().unwrap();
+        assert!(!Chip::Vg.has(pin) && Chip::Zg.has(pin));
+        assert_eq!(Chip::Ve.flash(), 0x8_0000);
+    }
+}

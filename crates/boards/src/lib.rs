@@ -1,0 +1,32 @@
+#![forbid(unsafe_code)]
+#![doc = include_str!("../README.md")]
+
+mod board;
+mod check;
+mod chip;
+mod flash;
+mod pin;
+mod source;
+
+pub use board::{
+    Axis, Board, Closes, Input, Inputs, Kinematics, Level, Motor, Output, Outputs, Power, Serial,
+};
+pub use check::Finding;
+pub use chip::Chip;
+pub use flash::Sector;
+pub use pin::{Pin, UnknownPin};
+
+/// The boards that come with the firmware: the name that `cargo fw --board` takes, and the file's text.
+pub const BOARDS: [(&str, &str); 8] = [
+    ("discovery", include_str!("../boards/discovery.toml")),
+    ("fly-407zg", include_str!("../boards/fly-407zg.toml")),
+    ("machine-003", include_str!("../boards/machine-003.toml")),
+    ("octopus", include_str!("../boards/octopus.toml")),
+    ("skr-2", include_str!("../boards/skr-2.toml")),
+    (
+        "skr-2-core-xy",
+        include_str!("../boards/skr-2-core-xy.toml"),
+    ),
+    ("skr-2-dual-y", include_str!("../boards/skr-2-dual-y.toml")),
+    ("spider", include_str!("../boards/spider.toml")),
+];

@@ -1,0 +1,207 @@
+//! What the firmware's build makes of a board: a Rust module, and the linker's memory.
+use crate::{
+    check::number_of,
+    flash::{Sector, BEGIN},
+    Axis, Board, Closes, Input, Kinematics, Level, Output, Pin,
+};
+use std::fmt::Write;
+
+/// The axes that one motor or more moves.
+const AXES: usize = 3;
+
+impl Board {
+    /// The module that `crates/board-f407` compiles for this board, which has to be free of findings.
+    #[must_use]
+    pub fn firmware(&self) -> String {
+        let mut text = self.machine();
+        let motors = self.motor.iter().map(|motor| {
+            let (step, direction) = (literal(motor.step), literal(motor.direction));
+            format!("MotorPins::new({step}, {direction})")
+        });
+        let limits = self.motor.iter().map(|motor| input(motor.limit));
+        let outputs = &self.outputs;
+        let fields = [
+            ("name", format!("{:?}", self.name)),
+            ("crystal_hz", self.crystal.to_string()),
+            ("serial", self.serial_pins()),
+            ("motors", list(motors)),
+            ("enables", slice(&self.enable)),
+            ("power", self.power_pin()),
+            ("spindle", output(outputs.spindle)),
+            ("spindle_reverse", output(outputs.spindle_reverse)),
+            ("flood", output(outputs.flood)),
+            ("mist", output(outputs.mist)),
+            ("high", slice(&outputs.high)),
+            ("limits", list(limits)),
+        ];
+        text += "pub(crate) const PROFILE: Profile = Profile {\n";
+        let buttons = self.buttons().map(|(name, button)| (name, input(button)));
+        for (name, value) in fields.into_iter().chain(buttons) {
+            let _ = writeln!(text, "    {name}: {value},");
+        }
+        text + "};\n"
+    }
+
+    /// How many motors move which axes, and a new machine's settings.
+    fn machine(&self) -> String {
+        let motors = self.motor.len();
+        let (kind, value) = self.motion();
+        let [first, second] = self.settings;
+        let defaults = self.defaults.iter().filter_map(|(name, value)| {
+            let number = number_of(name)?;
+            Some(format!(
+                "Entry {{ number: {number}, value: Number::from_int({value}) }}"
+            ))
+        });
+        let defaults = list(defaults);
+        let homing = self.homing.as_ref().map_or(String::new(), |groups| {
+            let masks = groups.iter().map(|axes| mask(axes).to_string());
+            let padded = masks.chain(std::iter::repeat("0".to_owned())).take(4);
+            format!("    config.homing_cycles = {};\n", list(padded))
+        });
+        format!(
+            "pub(crate) const AXES: usize = {AXES};
+pub(crate) const MOTORS: usize = {motors};
+pub(crate) type Kinematics = leadscrew_planner::{kind};
+pub(crate) const fn kinematics() -> Kinematics {{
+    leadscrew_planner::{value}
+}}
+const DEFAULTS: &[Entry] = &{defaults};
+pub(crate) const fn config() -> MachineConfig<AXES> {{
+    let mut config = MachineConfig::new();
+    config.defaults = DEFAULTS;
+{homing}    config
+}}
+pub(crate) const SETTINGS_SECTORS: (Sector, Sector) = (Sector::new({first}), Sector::new({second}));
+"
+        )
+    }
+
+    /// Type and value of the kinematics.
+    fn motion(&self) -> (String, String) {
+        let seconds: Vec<String> = self
+            .motor
+            .iter()
+            .skip(AXES)
+            .map(|motor| (motor.axis as usize).to_string())
+            .collect();
+        match (self.kinematics, seconds.len()) {
+            (Kinematics::CoreXy, _) => ("CoreXy".to_owned(), "CoreXy".to_owned()),
+            (Kinematics::Cartesian, 0) => ("Cartesian".to_owned(), "Cartesian".to_owned()),
+            (Kinematics::Cartesian, count) => (
+                format!("Ganged<{count}>"),
+                format!("Ganged {{ axis_of: {} }}", list(seconds)),
+            ),
+        }
+    }
+
+    fn serial_pins(&self) -> String {
+        let serial = &self.serial;
+        let (transmit, receive) = (literal(serial.transmit), literal(serial.receive));
+        let usart = serial.usart;
+        format!(
+            "SerialPins {{ usart: Usart::Usart{usart}, transmit: {transmit}, receive: {receive} }}"
+        )
+    }
+
+    fn power_pin(&self) -> String {
+        let power = &self.power;
+        let function = self.power_function().unwrap_or(0);
+        format!(
+            "PowerPin {{ pin: {}, function: {function}, timer: Timer::Tim{}, channel: {}, frequency: {} }}",
+            literal(power.pin),
+            power.timer,
+            power.channel,
+            power.frequency
+        )
+    }
+
+    /// The linker's script: where flash, code in SRAM, variables and stack are.
+    #[must_use]
+    pub fn memory(&self) -> String {
+        let sectors = self.settings.map(Sector::new);
+        let [Some(first), Some(second)] = sectors else {
+            return String::new();
+        };
+        let before = first.begin.saturating_sub(self.start);
+        let (length, text) = if before == self.room(first, second) {
+            (before, String::new())
+        } else {
+            let offset = second.end() - self.start;
+            let whole = BEGIN + self.chip.flash() - self.start;
+            let words =
+                "/* Behind the sectors of the settings; the vector table is in front of them. */";
+            (
+                whole,
+                format!("{words}\n_stext = ORIGIN(FLASH) + {offset:#X};\n"),
+            )
+        };
+        format!(
+            "MEMORY
+{{
+  FLASH    : ORIGIN = {:#010X}, LENGTH = {}K
+{MEMORY}}}
+{text}{STACK}",
+            self.start,
+            length >> 10
+        )
+    }
+}
+
+/// SRAM and core coupled memory, as every F407 has them (data sheet DocID022152 section 2.2).
+const MEMORY: &str =
+    "  /* The first 4 KiB of SRAM1, as the core fetches them once SRAM1 is at 0. */
+  CODE     : ORIGIN = 0x00000000, LENGTH = 4K
+  RAM      : ORIGIN = 0x20001000, LENGTH = 124K
+  CCM      : ORIGIN = 0x10000000, LENGTH = 16K
+  CCM_DATA : ORIGIN = 0x10004000, LENGTH = 48K
+";
+const STACK: &str =
+    "/* The stack grows down to the begin of the core coupled memory: below it there is nothing, so that an overflow is a fault
+   and not a variable that changes. */
+__stack_top = ORIGIN(CCM) + 16K;
+_stack_end = ORIGIN(CCM);
+/* What the vector table says: bootloaders after ST's template start a program only where this is in SRAM, below 0x20020000.
+   `src/safe_state.rs` goes over to the stack above before anything is pushed. */
+_stack_start = ORIGIN(RAM) + LENGTH(RAM) - 8;
+";
+
+/// One bit for each axis that is named.
+fn mask(axes: &str) -> u8 {
+    [('X', Axis::X), ('Y', Axis::Y), ('Z', Axis::Z)]
+        .into_iter()
+        .filter(|(name, _)| axes.contains(*name))
+        .fold(0, |all, (_, axis)| all | 1 << axis as u8)
+}
+
+fn list(items: impl IntoIterator<Item = String>) -> String {
+    let items: Vec<String> = items.into_iter().collect();
+    format!("[{}]", items.join(", "))
+}
+
+fn slice(pins: &[Pin]) -> String {
+    format!("&{}", list(pins.iter().map(|pin| literal(*pin))))
+}
+
+fn literal(pin: Pin) -> String {
+    format!("Pin::new(Bank::{}, {})", pin.port, pin.number)
+}
+
+fn output(output: Option<Output>) -> String {
+    output.map_or("None".to_owned(), |output| {
+        let high = output.on == Level::High;
+        let pin = literal(output.pin);
+        format!("Some(Output {{ pin: {pin}, active_high: {high} }})")
+    })
+}
+
+fn input(input: Option<Input>) -> String {
+    input.map_or("None".to_owned(), |input| {
+        let made = match input.closes {
+            Closes::ToGround => "to_ground",
+            Closes::ToSupply => "to_supply",
+        };
+        let (bank, number) = (input.pin.port, input.pin.number);
+        format!("Some(Input::{made}(Bank::{bank}, {number}))")
+    })
+}

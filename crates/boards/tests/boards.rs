@@ -1,0 +1,150 @@
+//! The boards that come with the firmware are right; a board that is wrong in one way is told so.
+use leadscrew_boards::{Board, BOARDS};
+
+fn board(name: &str) -> &'static str {
+    BOARDS.iter().find(|(one, _)| *one == name).unwrap().1
+}
+
+/// What is said of a board with one text replaced by another.
+fn findings(name: &str, from: &str, to: &str) -> Vec<String> {
+    let text = board(name);
+    assert!(text.contains(from), "{name} has no {from}");
+    match Board::read(&text.replacen(from, to, 1)) {
+        Ok(board) => board.check().iter().map(ToString::to_string).collect(),
+        Err(error) => vec![error],
+    }
+}
+
+#[test]
+fn every_board_that_comes_with_the_firmware_is_right() {
+    for (name, text) in BOARDS {
+        let board = Board::read(text).unwrap_or_else(|error| panic!("{name}: {error}"));
+        assert_eq!(board.check(), [], "{name}");
+        assert!(board.sources.iter().all(|source| !source.is_empty()));
+    }
+    assert!(BOARDS.is_sorted_by_key(|(name, _)| name));
+}
+
+#[test]
+fn a_wrong_board_is_told_what_is_wrong() {
+    let cases = [
+        // A pin twice, one that the chip lacks, USB's, the debug port's, one that nobody can find.
+        (
+            r#"step = "PE8""#,
+            r#"step = "PE7""#,
+            "PE7: step of motor 1, and step of motor 2",
+        ),
+        (r#"step = "PE8""#, r#"step = "PF8""#, "the chip has no PF8"),
+        (r#"step = "PE8""#, r#"step = "PA11""#, "PA11 is USB's"),
+        (
+            r#"step = "PE8""#,
+            r#"step = "PA14""#,
+            "PA14 is the debug port's",
+        ),
+        (
+            r#"step = "PE8""#,
+            r#"step = "PB0""#,
+            "`at` does not say where PB0 is",
+        ),
+        // Two inputs on a line; what a pin cannot be.
+        (
+            r#"probe = { pin = "PC1" }"#,
+            r#"probe = { pin = "PC4" }"#,
+            "on line 4 of EXTI",
+        ),
+        (
+            r#"transmit = "PA2""#,
+            r#"transmit = "PA9""#,
+            "PA9 cannot be USART2_TX",
+        ),
+        ("usart = 2", "usart = 3", "USART3 is not 1 or 2"),
+        (
+            "channel = 1",
+            "channel = 2",
+            "PD12 cannot be channel 2 of TIM4",
+        ),
+        ("timer = 4", "timer = 2", "TIM2 is not one of"),
+        (
+            "frequency = 10_000",
+            "frequency = 200_000",
+            "200000 Hz are not",
+        ),
+        // Clock and flash.
+        (
+            "crystal = 8_000_000",
+            "crystal = 11_059_200",
+            "do not make 168 MHz",
+        ),
+        (
+            "settings = [1, 2]",
+            "settings = [1, 3]",
+            "one behind the other",
+        ),
+        (
+            "settings = [1, 2]",
+            "settings = [10, 11]",
+            "the chip has no",
+        ),
+        (
+            "start = 0x0800_0000",
+            "start = 0x0800_1000",
+            "no sector begins",
+        ),
+        // Texts that are no board's.
+        (r#"step = "PE8""#, r#"step = "E8""#, "is no pin"),
+        ("crystal", "cristal", "unknown field `cristal`"),
+    ];
+    for (from, to, expected) in cases {
+        let found = findings("discovery", from, to);
+        if from.starts_with("settings") && to.contains("10") {
+            assert_eq!(
+                found, [""; 0],
+                "settings at the end of the flash are as good"
+            );
+            continue;
+        }
+        let told = found.iter().any(|finding| finding.contains(expected));
+        assert!(told, "{to}: {found:?}");
+    }
+}
+
+#[test]
+fn settings_inside_a_bootloader_are_refused() {
+    let found = findings("skr-2", "settings = [10, 11]", "settings = [0, 1]");
+    assert!(
+        found.iter().any(|one| one.contains("bootloader")),
+        "{found:?}"
+    );
+}
+
+#[test]
+fn a_second_motor_is_ganged_and_crossed_belts_have_none() {
+    let dual = Board::read(board("skr-2-dual-y")).unwrap().firmware();
+    assert!(
+        dual.contains("Ganged<1>") && dual.contains("axis_of: [1]"),
+        "{dual}"
+    );
+    let found = findings(
+        "skr-2-dual-y",
+        "[serial]",
+        "kinematics = \"core-xy\"\n[serial]",
+    );
+    let refused = |one: &String| one.contains("crossed belts") || one.contains("kinematics");
+    assert!(found.iter().any(refused), "{found:?}");
+}
+
+#[test]
+fn the_program_goes_where_the_settings_are_not() {
+    let memory = |name| Board::read(board(name)).unwrap().memory();
+    let discovery = memory("discovery");
+    assert!(
+        discovery.contains("0x08000000, LENGTH = 1024K"),
+        "{discovery}"
+    );
+    assert!(discovery.contains("_stext = ORIGIN(FLASH) + 0xC000;"));
+    let skr = memory("skr-2");
+    assert!(
+        skr.contains("0x08008000, LENGTH = 736K") && !skr.contains("_stext"),
+        "{skr}"
+    );
+}

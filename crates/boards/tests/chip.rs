@@ -1,0 +1,60 @@
+//! `data/stm32f407.txt` is what ST's data say, as the crate `stm32-metapac` has them. `LEADSCREW_WRITE=1 cargo test -p
+//! leadscrew-boards --test chip` writes it anew.
+use std::{collections::BTreeMap, env, fmt::Write, fs};
+use stm32_metapac::metadata::METADATA;
+
+const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/data/stm32f407.txt");
+const HEAD: &str = "# Made by `tests/chip.rs` from ST's data (the crate stm32-metapac, MIT or Apache-2.0): for each pin of the STM32F407ZG
+# the signals that it can be with the number of the function, and for each request of a USART the DMA streams that hear it,
+# as controller, stream and channel.
+";
+
+/// Ports in the order of the alphabet, their pins in that of their numbers.
+fn place(pin: &str) -> (char, u8) {
+    let port = pin.chars().nth(1).unwrap();
+    (port, pin[2..].parse().unwrap())
+}
+
+fn expected() -> String {
+    let mut pins: BTreeMap<(char, u8), Vec<String>> = BTreeMap::new();
+    for pin in METADATA.pins.iter().filter(|pin| pin.name < "PH") {
+        pins.entry(place(pin.name)).or_default();
+    }
+    let mut requests = String::new();
+    for one in METADATA.peripherals {
+        for at in one.pins {
+            let Some(number) = at.af.filter(|_| at.pin < "PH") else {
+                continue;
+            };
+            let word = format!("{}_{}={number}", one.name, at.signal);
+            pins.entry(place(at.pin)).or_default().push(word);
+        }
+        if !one.name.starts_with("USART") {
+            continue;
+        }
+        for signal in ["RX", "TX"] {
+            let ours = one.dma_channels.iter().filter(|at| at.signal == signal);
+            let streams: Vec<String> = ours
+                .filter_map(|at| {
+                    Some(format!("{}.{}", at.channel?, at.request?).replace("_CH", "."))
+                })
+                .collect();
+            writeln!(requests, "{}_{signal}: {}", one.name, streams.join(" ")).unwrap();
+        }
+    }
+    let mut text = HEAD.to_owned();
+    for ((port, number), mut words) in pins {
+        words.sort();
+        writeln!(text, "P{port}{number} {}", words.join(" ")).unwrap();
+    }
+    text + &requests
+}
+
+#[test]
+fn functions_and_requests_are_those_of_sts_data() {
+    let expected = expected();
+    if env::var_os("LEADSCREW_WRITE").is_some() {
+        fs::write(FILE, &expected).unwrap();
+    }
+    assert_eq!(fs::read_to_string(FILE).unwrap(), expected);
+}
