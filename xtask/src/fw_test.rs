@@ -23,7 +23,7 @@ const fn build(name: &'static str, variables: &'static [(&'static str, &'static 
 
 const FAST: (&str, &str) = ("LEADSCREW_BAUD", "2000000");
 
-/// For `--highest-rate`: ticks may be 2 µs apart, 500 000 steps/s.
+/// For `--highest-rate` and `--rates`, which need no other: ticks may be 2 µs apart, 500 000 steps/s.
 const UNCAPPED: Build = build("uncapped", &[FAST, ("LEADSCREW_TICK_NS", "1400")]);
 
 /// Boards that the subset leaves out.
@@ -58,13 +58,16 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), Failure> {
     let folder = toolchain::firmware_dir().join("fw-test");
     fs::create_dir_all(&folder).map_err(Failure::file(&folder))?;
     let asks = |word: &str| arguments.iter().any(|argument| argument == word);
-    let uncapped = asks("--highest-rate").then_some(&UNCAPPED);
     let more: &[Build] = match arguments.is_empty() || asks("more-boards") {
         true => &MORE,
         false => &[],
     };
-    for build in uncapped.into_iter().chain(more).chain(&BUILDS) {
-        keep(&toolchain, build, &folder)?;
+    if asks("--highest-rate") || asks("--rates") {
+        keep(&toolchain, &UNCAPPED, &folder)?;
+    } else {
+        for build in more.iter().chain(&BUILDS) {
+            keep(&toolchain, build, &folder)?;
+        }
     }
     let mut tests = Command::new("cargo");
     tests

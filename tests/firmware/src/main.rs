@@ -31,7 +31,7 @@ use crate::{
 use std::{env, fs, process::ExitCode, sync::Mutex, thread, time::Instant};
 
 const USAGE: &str =
-    "usage: fw-test FOLDER [--subset | --list | --costs | --highest-rate | --planted [WORD] | NAME...]";
+    "usage: fw-test FOLDER [--subset | --list | --costs | --highest-rate | --rates | --planted [WORD] | NAME...]";
 /// What `--costs` writes.
 const COSTS: &str = concat!(
     env!("CARGO_MANIFEST_DIR"),
@@ -49,21 +49,29 @@ fn main() -> ExitCode {
         CHECKS.iter().for_each(|check| println!("{check}"));
         return ExitCode::SUCCESS;
     }
-    let done = Firmware::read(folder).and_then(|firmware| match names {
-        ["--costs"] => Ok(fs::write(COSTS, checks::costs::source(&firmware)?)?),
-        ["--highest-rate"] => {
-            let found = checks::rate::highest(&Firmware::uncapped(folder)?)?;
-            println!("{found}");
+    let done = match names {
+        ["--rates"] => Firmware::uncapped(folder).and_then(|build| checks::rates::table(&build)),
+        ["--highest-rate"] => Firmware::uncapped(folder).and_then(|build| {
+            println!("{}", checks::rate::highest(&build)?);
             Ok(())
-        }
-        names => run(&tasks(&firmware, names)?),
-    });
+        }),
+        names => with_all(folder, names),
+    };
     match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
             eprintln!("error: {failure}");
             ExitCode::FAILURE
         }
+    }
+}
+
+/// What needs all builds.
+fn with_all(folder: &str, names: &[&str]) -> Result<(), Failure> {
+    let firmware = Firmware::read(folder)?;
+    match names {
+        ["--costs"] => Ok(fs::write(COSTS, checks::costs::source(&firmware)?)?),
+        names => run(&tasks(&firmware, names)?),
     }
 }
 

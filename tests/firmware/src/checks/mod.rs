@@ -13,6 +13,7 @@ mod power_loss;
 mod probe;
 mod raster;
 pub(crate) mod rate;
+pub(crate) mod rates;
 mod realtime;
 mod stall;
 mod start_up;

@@ -1,0 +1,83 @@
+//! What the board does at which rate: a table of step events and lines a second, late ticks and the CPU's load.
+//!
+//! With the build that caps nothing, three motors and power, fed at 2 Mbaud. A row says what was asked for and what came of it.
+use super::timing::{ensure_no_gap, fastest, settings};
+use crate::{
+    bench::{Bench, Failure},
+    firmware::Build,
+    stream::Stream,
+};
+use std::fmt::Write;
+
+/// Steps of a millimetre.
+const STEPS_PER_MM: f64 = 250.0;
+/// From rest to the rate, s: a quarter of the job is ramps.
+const RAMP_SECONDS: f64 = 0.125;
+/// How long the job goes at its rate, s.
+const SECONDS: f64 = 1.0;
+
+/// What is asked for: step events a second, lines a second.
+const ROWS: [(f64, f64); 10] = [
+    (100_000.0, 500.0),
+    (200_000.0, 500.0),
+    (300_000.0, 500.0),
+    (370_000.0, 500.0),
+    (430_000.0, 500.0),
+    (482_000.0, 500.0),
+    (500_000.0, 500.0),
+    (200_000.0, 2_000.0),
+    (200_000.0, 5_000.0),
+    (200_000.0, 10_000.0),
+];
+
+/// A job of lines on all axes, each of a few steps more or less, and of power, each other line another.
+fn program(rate: f64, lines: f64) -> (String, usize) {
+    let length = rate / lines / STEPS_PER_MM;
+    let count = (SECONDS * lines) as usize;
+    let mut text = String::from("G91M4S500F200000\nG1");
+    for line in 0..count {
+        let x = length + (line % 3) as f64 / STEPS_PER_MM;
+        let power = 500 + 100 * (line % 2);
+        // Writing to a string does not fail.
+        let _ = writeln!(text, "X{x:.3}Y{length:.3}Z{length:.3}S{power}");
+    }
+    (text, count)
+}
+
+/// A row of the table.
+fn row(build: &Build, rate: f64, lines: f64) -> Result<String, Failure> {
+    let (program, count) = program(rate, lines);
+    let mut bench = Bench::boot(build)?;
+    bench.ignore_power();
+    let acceleration = (rate / STEPS_PER_MM / RAMP_SECONDS) as u32;
+    bench.commands(&settings(1, rate, acceleration))?;
+    bench.pins.clear();
+    bench.machine.clear_records();
+    let (began, slept) = (bench.machine.cycle(), bench.machine.slept());
+    if let Err(Failure(words)) = bench.stream(&Stream::new(&program).polling(0.1)) {
+        return Ok(format!("| {rate:.0} | {lines:.0} | not done: {words} |"));
+    }
+    let cycles = (bench.machine.cycle() - began) as f64;
+    let load = 100.0 - 100.0 * (bench.machine.slept() - slept) as f64 / cycles;
+    let steps = &bench.pins.steps;
+    let late = steps.iter().filter(|step| step.late).count();
+    let seconds = cycles / crate::pins::CPU_HZ as f64;
+    let gap = match ensure_no_gap(steps) {
+        Ok(()) => "",
+        Err(_) => ", motion stands still in between",
+    };
+    Ok(format!(
+        "| {rate:.0} | {lines:.0} | ticks up to {:.0}/s, {:.0} lines/s in the mean of the job, {late} late, CPU {load:.0} %{gap} |",
+        fastest(steps),
+        count as f64 / seconds
+    ))
+}
+
+/// Prints the table.
+pub(crate) fn table(uncapped: &Build) -> Result<(), Failure> {
+    println!("| steps/s | lines/s | three motors and power |\n|---|---|---|");
+    for (rate, lines) in ROWS {
+        println!("{}", row(uncapped, rate, lines)?);
+    }
+    Ok(())
+}
