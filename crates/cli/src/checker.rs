@@ -20,8 +20,7 @@ use leadscrew_machine::settings::table::{AxisSetting, Setting};
 use leadscrew_machine::settings::values::{Entry, Settings};
 use leadscrew_machine::soft_limits;
 use leadscrew_planner::{Arc, Coordinate, StepsPerMm};
-use leadscrew_sim::own::Own;
-use leadscrew_sim::OutputPins;
+use leadscrew_sim::own::{Own, OwnPins};
 use leadscrew_stepper::MAX_STEP_EVENTS;
 
 /// What a jog begins with.
@@ -134,7 +133,7 @@ impl<const AXES: usize> Checker<AXES> {
             interpreter: Interpreter::new(),
             own: machine
                 .file
-                .extension(machine.outputs, None, OutputPins::default()),
+                .extension(machine.outputs, None, OwnPins::default()),
             path: Toolpath::new([0.0; 3], false),
             travel_counts: false,
             last: Done::default(),

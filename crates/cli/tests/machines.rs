@@ -189,6 +189,10 @@ fn machine_003_engraves_a_heart_that_closes() {
     let (examples, _) = follow("003", 6);
     let heart = report(&examples, "003", "heart.nc");
     assert_eq!((place(&heart, "x"), place(&heart, "y")), (0.0, 0.0));
+    let z = place(&heart, "z");
+    assert!((3.0..3.3).contains(&z), "the tool is up: {z}");
+    let job = fs::read_to_string(examples.machine("003").join("heart.nc")).unwrap();
+    assert!(!job.contains('Z') && job.contains("\nM3\n"), "{job}");
     let printed = report(&examples, "003", "printed.nc");
     assert_eq!((place(&printed, "x"), place(&printed, "y")), (-4.0, 4.0));
 }

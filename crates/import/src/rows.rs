@@ -20,6 +20,8 @@ pub struct Options {
     pub lift: Mm,
     /// Speed of the spindle, 1/min.
     pub spindle: u32,
+    /// The tool goes down and up between two switches (M3, M5), in place of a plunge and a lift of Z.
+    pub has_switches: bool,
 }
 
 struct Row {
@@ -39,15 +41,22 @@ pub fn job(text: &str, options: &Options) -> Result<Job, Faults> {
         scale,
         ..
     } = options;
-    let mut lines = vec![
-        comment(&format!(
-            "Starts with the tool on the surface, at the first point. {scale} mm a unit: the rows have no scale."
+    let mut lines =
+        vec![
+            comment(&format!(
+            "Starts with the tool {}at the first point. {scale} mm a unit: the rows have no scale.",
+            if options.has_switches { "" } else { "on the surface, " },
         )),
-        "G21 G91 G94 G17".to_owned(),
-        format!("G0 Z{lift}"),
-        format!("M3 S{spindle}"),
-        "G4 P1".to_owned(),
-    ];
+            "G21 G91 G94 G17".to_owned(),
+        ];
+    lines.extend(match options.has_switches {
+        true => vec!["M5".to_owned()],
+        false => vec![
+            format!("G0 Z{lift}"),
+            format!("M3 S{spindle}"),
+            "G4 P1".to_owned(),
+        ],
+    });
     let mut is_down = false;
     for Row { way, burns } in rows {
         if is_down != burns {
@@ -71,7 +80,11 @@ fn tool(down: bool, options: &Options) -> Vec<String> {
     let Options {
         lift, plunge, feed, ..
     } = options;
-    if down {
+    if options.has_switches {
+        let code = if down { "M3" } else { "M5" };
+        let feed = down.then(|| format!("F{feed}"));
+        [code.to_owned()].into_iter().chain(feed).collect()
+    } else if down {
         vec![format!("G1 Z{} F{plunge}", -*lift), format!("F{feed}")]
     } else {
         vec![format!("G0 Z{lift}")]
@@ -186,6 +199,7 @@ mod tests {
             plunge: mm("200"),
             lift: mm("2"),
             spindle: 1000,
+            has_switches: false,
         }
     }
 

@@ -240,7 +240,7 @@ proptest! {
         };
         let _ = rp::job(&text, &part);
         let engraving = rows::Options {
-            scale: mm("0.1"), feed: mm("1"), plunge: mm("1"), lift: mm("1"), spindle: 1,
+            scale: mm("0.1"), feed: mm("1"), plunge: mm("1"), lift: mm("1"), spindle: 1, has_switches: false,
         };
         let _ = rows::job(&text, &engraving);
         let _ = print::job(&text);

@@ -180,7 +180,7 @@ fn run<K: Kinematics<AXES, MOTORS> + Copy, const AXES: usize, const MOTORS: usiz
     let mut carriages = profile.start::<MOTORS>();
     loop {
         let mut memory = Memory::new(&setup);
-        let own = profile.extension::<AXES>(profile.outputs.config(), None, memory.outputs());
+        let own = profile.extension::<AXES>(profile.outputs.config(), None, memory.own_pins());
         let mut simulation = Simulation::<_, _, AXES, MOTORS, MOVES, _>::extended(
             &mut memory,
             &setup,

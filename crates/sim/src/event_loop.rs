@@ -26,6 +26,7 @@ use crate::plant::{Pin, Plant, Plate, Switch};
 use crate::position::PositionCheck;
 use crate::setup::{Memory, Setup};
 use crate::stepping::{Ran, Stepping};
+use crate::tool_pins::ToolHeight;
 use crate::trouble::{LateReason, Violation};
 use leadscrew_machine::board::{ChannelId, SpindleOutput};
 use leadscrew_machine::config::CHANNELS;
@@ -41,6 +42,9 @@ use leadscrew_stepper::{Power, Shared};
 
 /// The last instant at which anything can happen.
 const LAST: Cycle = Cycle(Cycle::NEVER.0 - 1);
+
+/// The motor of the tool's axis.
+const Z: usize = 2;
 
 /// Why a simulation came back.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -65,6 +69,8 @@ pub struct Simulation<'a, K, O, const AXES: usize, const MOTORS: usize, const MO
     shared: &'a Shared<MOTORS>,
     inputs: &'a Inputs<MOTORS>,
     position: PositionCheck<MOTORS>,
+    /// Where the extension's switches find the tool.
+    tool: ToolHeight,
     work: Work,
     /// The laser is on where it has to be off, and that has been noted.
     laser_noted: bool,
@@ -140,6 +146,7 @@ where
             shared,
             inputs,
             position: PositionCheck::default(),
+            tool: memory.tool.clone(),
             work: Work::default(),
             laser_noted: false,
             now: Cycle::ZERO,
@@ -427,6 +434,7 @@ where
         let counted = self.shared.position();
         // As motion has left it, before the main loop can mend it.
         self.check_laser();
+        self.show_tool();
         self.board.begin_poll(self.now);
         let next = self.machine.poll(&mut self.board, self.now.instant());
         self.board.show_outputs(self.now);
@@ -446,6 +454,14 @@ where
         self.check(&counted);
         self.schedule(&next);
         self.exchange(host);
+    }
+
+    /// Shows the extension where Z stands.
+    fn show_tool(&self) {
+        let place = self.board.plant.position();
+        if let Some(z) = place.get(Z) {
+            self.tool.set(*z);
+        }
     }
 
     fn schedule(&mut self, next: &Next) {

@@ -40,6 +40,7 @@ pub mod setup;
 pub mod speed_profile;
 mod stepping;
 pub mod streamer;
+pub mod tool_pins;
 pub mod train;
 pub mod trouble;
 

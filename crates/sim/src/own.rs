@@ -3,10 +3,12 @@
 use crate::output_pins::OutputPins;
 use crate::oven::{Oven, SensorFault};
 use crate::profile::Profile;
+use crate::tool_pins::{ToolHeight, ToolSwitches};
 use leadscrew_heat::{Fault, Heat};
 use leadscrew_machine::extension::OwnCode;
 use leadscrew_outputs::{Outputs, OutputsConfig};
 use leadscrew_toolchange::ToolChange;
+use leadscrew_ztool::{ZTool, NO_SWITCH};
 
 /// The words for an error of an extension.
 pub fn error_of(number: u8) -> Option<&'static OwnCode> {
@@ -15,7 +17,10 @@ pub fn error_of(number: u8) -> Option<&'static OwnCode> {
 
 /// The words for an alarm of an extension.
 pub fn alarm_of(number: u8) -> Option<&'static OwnCode> {
-    let mut alarms = Fault::ALL.iter().map(|fault| fault.alarm());
+    let mut alarms = Fault::ALL
+        .iter()
+        .map(|fault| fault.alarm())
+        .chain([&NO_SWITCH]);
     alarms.find(|code| code.number == number)
 }
 
@@ -25,11 +30,23 @@ pub const HEATERS: usize = 2;
 /// Bytes of lines that are kept during a tool change: as many as the largest receive buffer takes.
 const KEPT: usize = 1024;
 
-/// Heaters, outputs and a tool change, as far as the file has them.
+/// Heaters, outputs, a tool change and a tool between two switches, as far as the file has them.
 pub type Own<const AXES: usize> = (
     (Option<Heat<Oven, HEATERS>>, Option<Outputs<OutputPins>>),
-    Option<ToolChange<AXES, KEPT>>,
+    (
+        Option<ToolChange<AXES, KEPT>>,
+        Option<ZTool<ToolSwitches, AXES>>,
+    ),
 );
+
+/// The pins that extensions own.
+#[derive(Clone, Debug, Default)]
+pub struct OwnPins {
+    /// Of M62 to M65.
+    pub outputs: OutputPins,
+    /// Works the switches of the tool.
+    pub tool: ToolHeight,
+}
 
 impl Profile {
     /// The extensions of the machine with these outputs, which may be more than those of the file.
@@ -37,12 +54,15 @@ impl Profile {
         &self,
         outputs: OutputsConfig,
         fault: Option<SensorFault>,
-        pins: OutputPins,
+        pins: OwnPins,
     ) -> Own<AXES> {
-        let outputs = (outputs.count > 0).then(|| Outputs::new(outputs, pins));
+        let outputs = (outputs.count > 0).then(|| Outputs::new(outputs, pins.outputs));
         let tools = self.tool_change.as_ref();
         let tools = tools.map(|table| ToolChange::new(table.config()));
-        ((self.heat(fault), outputs), tools)
+        let switched = self.tool_switches.as_ref();
+        let switched =
+            switched.map(|table| ZTool::new(table.config(), self.tool_port(table, pins.tool)));
+        ((self.heat(fault), outputs), (tools, switched))
     }
 
     fn heat(&self, fault: Option<SensorFault>) -> Option<Heat<Oven, HEATERS>> {

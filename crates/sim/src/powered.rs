@@ -105,7 +105,7 @@ impl Profile {
             setup.contacts = self.contacts();
         }
         let mut memory = Memory::new(&setup);
-        let own = self.extension::<AXES>(with.outputs, with.sensor_fault, memory.outputs());
+        let own = self.extension::<AXES>(with.outputs, with.sensor_fault, memory.own_pins());
         let mut simulation: Simulation<'_, _, _, AXES, MOTORS, MOVES, _> =
             Simulation::extended(&mut memory, &setup, self.train(), observer, own);
         if self.kinematics == Belts::CoreXy {

@@ -4,6 +4,8 @@ use crate::contacts::Contacts;
 use crate::cost::Costs;
 use crate::link::Rate;
 use crate::output_pins::OutputPins;
+use crate::own::OwnPins;
+use crate::tool_pins::ToolHeight;
 use leadscrew_machine::config::{MachineConfig, MoveQueues, RowPixels, SegmentQueue, CHANNELS};
 use leadscrew_machine::inputs::Inputs;
 use leadscrew_machine::protocol::serial::{SerialQueue, DEFAULT_RX};
@@ -47,6 +49,7 @@ pub struct Memory<const AXES: usize, const MOTORS: usize, const MOVES: usize = 1
     pub(crate) inputs: Inputs<MOTORS>,
     pub(crate) serial: Vec<SerialQueue>,
     pub(crate) outputs: OutputPins,
+    pub(crate) tool: ToolHeight,
 }
 
 impl<const AXES: usize, const MOTORS: usize, const MOVES: usize> Memory<AXES, MOTORS, MOVES> {
@@ -63,11 +66,25 @@ impl<const AXES: usize, const MOTORS: usize, const MOVES: usize> Memory<AXES, MO
                 .map(|_| SerialQueue::with_limit(setup.receive_buffer))
                 .collect(),
             outputs: OutputPins::default(),
+            tool: ToolHeight::default(),
         }
     }
 
     /// The pins of the synchronised outputs, for an extension that switches them.
     pub fn outputs(&self) -> OutputPins {
         self.outputs.clone()
+    }
+
+    /// Where the tool stands, for an extension whose switches it works.
+    pub fn tool(&self) -> ToolHeight {
+        self.tool.clone()
+    }
+
+    /// The pins of all extensions.
+    pub fn own_pins(&self) -> OwnPins {
+        OwnPins {
+            outputs: self.outputs(),
+            tool: self.tool(),
+        }
     }
 }

@@ -59,6 +59,9 @@ pub(in super::super) struct RowsArgs {
     /// Speed of the spindle.
     #[arg(long, value_name = "RPM", default_value = "1000")]
     spindle: u32,
+    /// The tool goes down and up between two switches (M3, M5), in place of Z.
+    #[arg(long)]
+    switches: bool,
 }
 
 /// Options of `import print`.
@@ -92,6 +95,7 @@ pub(super) fn rows(args: &RowsArgs) -> Result<bool, Unusable> {
         plunge: args.plunge,
         lift: args.lift,
         spindle: args.spindle,
+        has_switches: args.switches,
     };
     convert(&args.file, &args.output, |text| rows::job(text, &options))
 }

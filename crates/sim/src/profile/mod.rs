@@ -23,7 +23,7 @@ mod value;
 pub use error::{ProfileError, Wrong};
 pub use heat::{Fan, HeaterTable, Heaters, SensorTable};
 pub use named::{Bounds, Homing, Laser, Motors, Path as PathSettings, Reports, Spindle, Streaming};
-pub use tools::{ShownAs, ToolChangeTable};
+pub use tools::{ShownAs, ToolChangeTable, ToolSwitchesTable};
 pub use value::{
     AxisLetters, BufferSize, Celsius, LookAhead, OutputCount, PerSecond, Place, Positive,
     SettingNumber, ValueError,
@@ -71,6 +71,8 @@ pub struct Profile {
     pub fan: Fan,
     /// M6 and a tool table.
     pub tool_change: Option<ToolChangeTable>,
+    /// A tool between two switches.
+    pub tool_switches: Option<ToolSwitchesTable>,
     /// First values of settings by their numbers; they win over names.
     #[schemars(with = "BTreeMap<String, f64>")]
     pub settings: BTreeMap<SettingNumber, Spanned<f64>>,
@@ -419,6 +421,7 @@ mod tests {
             ("\n[heaters.nozzle]\nsensor = \"ad\"", "router.toml:3: heaters.nozzle.sensor: unknown variant `ad`, expected one of `ad595`, `amplifier`, `thermistor`"),
             ("[heaters]\nextruder = \"a\"", "router.toml:1: heaters: expected the letter of one of its axes as `extruder`"),
             ("[heaters.nozzle]\nsensor = \"ad595\"\nmost = 1e9", "router.toml:3: heaters.nozzle.most: expected between -273 and 2000 degrees"),
+            ("[tool_switches]\nlower = 2\nupper = 1\nrate_mm_min = 1\nmost_mm = 1", "router.toml:1: tool_switches: expected the upper switch above the lower one"),
             ("[tool_change]\nshown = \"t\"", "router.toml:2: tool_change.shown: unknown variant `t`, expected `hold` or `tool`"),
         ];
         for (text, expected) in table {

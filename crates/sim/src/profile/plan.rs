@@ -1,8 +1,12 @@
 //! What a simulation is made of, after a profile: the machine's build, its first settings, its switches.
 
-use super::{Axes, Axis, Belts, GantryAxis, Limits, OutputsTable, Positive, Profile, SecondMotor};
+use super::{
+    Axes, Axis, Belts, GantryAxis, Limits, OutputsTable, Positive, Profile, SecondMotor,
+    ToolSwitchesTable,
+};
 use crate::contacts::Contacts;
 use crate::plant::{Pin, Plate, Side, Switch};
+use crate::tool_pins::{ToolHeight, ToolSwitches};
 use leadscrew_machine::config::{AxisKind, MachineConfig, Options, ParkingConfig, Squaring};
 use leadscrew_outputs::OutputsConfig;
 
@@ -76,6 +80,25 @@ impl Profile {
         config
     }
 
+    /// The switches of the tool.
+    pub(crate) fn tool_port(&self, table: &ToolSwitchesTable, z: ToolHeight) -> ToolSwitches {
+        ToolSwitches {
+            z,
+            lower: steps(&self.axes.z, table.lower.mm()),
+            upper: steps(&self.axes.z, table.upper.mm()),
+        }
+    }
+
+    /// What is wrong with tables of extensions, and what was expected.
+    fn contradiction_of_extensions(&self) -> Option<(&'static str, &'static str)> {
+        let is_upside_down = |table: &ToolSwitchesTable| table.upper <= table.lower;
+        if self.tool_switches.as_ref().is_some_and(is_upside_down) {
+            let expected = "expected the upper switch above the lower one";
+            return Some(("tool_switches", expected));
+        }
+        self.contradiction_of_heaters()
+    }
+
     /// A key that contradicts others, and what was expected.
     pub(super) fn contradiction(&self) -> Option<(&'static str, &'static str)> {
         if self.axes.c.is_some() && self.axes.b.is_none()
@@ -91,14 +114,14 @@ impl Profile {
         }
         let steps = |axis: &Axis| axis.steps_per_mm.as_ref().map(|steps| *steps.get_ref());
         let expected = match self.kinematics {
-            Belts::Cartesian => return self.contradiction_of_heaters(),
+            Belts::Cartesian => return self.contradiction_of_extensions(),
             Belts::CoreXy if self.second_motor.is_some() => {
                 "expected `cartesian` beside a second motor"
             }
             Belts::CoreXy if steps(&self.axes.x) != steps(&self.axes.y) => {
                 "expected X and Y with the same steps_per_mm on crossed belts"
             }
-            Belts::CoreXy => return self.contradiction_of_heaters(),
+            Belts::CoreXy => return self.contradiction_of_extensions(),
         };
         Some(("kinematics", expected))
     }

@@ -4,6 +4,7 @@ use super::value::{Place, Positive};
 use leadscrew_gcode::Number;
 use leadscrew_machine::extension::Shown;
 use leadscrew_toolchange::ToolChangeConfig;
+use leadscrew_ztool::ZToolConfig;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
@@ -19,6 +20,30 @@ pub struct ToolChangeTable {
     pub spin_up_ms: Option<u16>,
     /// How fast the tool goes back, mm/min: the first value of `$862`.
     pub rate_mm_min: Option<Positive>,
+}
+
+/// A tool that M3 moves down until a switch and M5 up until another: where the file has this table.
+#[derive(Clone, Copy, PartialEq, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ToolSwitchesTable {
+    /// The lower switch closes here and below, mm on the scale of Z.
+    pub lower: Place,
+    /// The upper one closes here and above.
+    pub upper: Place,
+    /// How fast the tool goes, mm/min.
+    pub rate_mm_min: Positive,
+    /// How far it goes without a switch before that is an alarm, mm.
+    pub most_mm: Positive,
+}
+
+impl ToolSwitchesTable {
+    /// What the extension is made with.
+    pub fn config(&self) -> ZToolConfig {
+        ZToolConfig {
+            rate: Number::from_nanos((self.rate_mm_min.get() * 1e9).round() as i64),
+            most_mm: self.most_mm.get() as f32,
+        }
+    }
 }
 
 /// A state that senders see.
