@@ -107,10 +107,12 @@ impl Stream<'_> {
         let (mut pauses, mut outcome) = (Vec::new(), None);
         let file = &self.machine.file;
         let supply = Supply {
-            first: self.machine.first(),
+            first: Some(self.machine.first()),
+            lines: 1,
             rate: self.rate,
             outputs: self.machine.outputs,
             sensor_fault: self.machine.sensor_fault,
+            carriages: None,
         };
         file.power_up(supply, &mut watching, &mut |powered| {
             pauses = operate(powered, &mut operator);

@@ -19,7 +19,7 @@ pub(super) struct Buttons {
 
 impl Buttons {
     /// Holds what was held before on a machine that starts anew: it is the same machine.
-    pub(super) fn hold_on(&mut self, desk: &mut dyn Desk) {
+    pub(super) fn hold_on(&mut self, desk: &mut Desk<'_>) {
         self.pressed.clear();
         for (pin, level) in &self.held {
             desk.force_pin(*pin, Some(*level));
@@ -27,7 +27,7 @@ impl Buttons {
     }
 
     /// Presses what `key` stands for; nothing where the machine has no such switch.
-    pub(super) fn press(&mut self, key: Key, desk: &mut dyn Desk) {
+    pub(super) fn press(&mut self, key: Key, desk: &mut Desk<'_>) {
         match key {
             Key::Door => self.toggle(Pin::Door, desk),
             Key::Probe => self.toggle(Pin::Probe, desk),
@@ -43,7 +43,7 @@ impl Buttons {
     }
 
     /// Lets go of buttons that have been pressed for long enough.
-    pub(super) fn release(&mut self, desk: &mut dyn Desk) {
+    pub(super) fn release(&mut self, desk: &mut Desk<'_>) {
         let now = desk.now();
         self.pressed.retain(|(pin, until)| {
             let over = *until <= now;
@@ -54,13 +54,13 @@ impl Buttons {
         });
     }
 
-    fn push(&mut self, pin: Pin, desk: &mut dyn Desk) {
+    fn push(&mut self, pin: Pin, desk: &mut Desk<'_>) {
         self.pressed.retain(|(other, _)| *other != pin);
         self.pressed.push((pin, desk.now() + PRESS));
         desk.force_pin(pin, Some(false));
     }
 
-    fn toggle(&mut self, pin: Pin, desk: &mut dyn Desk) {
+    fn toggle(&mut self, pin: Pin, desk: &mut Desk<'_>) {
         let before = self.held.len();
         self.held.retain(|(other, _)| *other != pin);
         if self.held.len() == before {
@@ -82,12 +82,14 @@ mod tests {
     use leadscrew_sim::event_loop::Simulation;
     use leadscrew_sim::link::Rate;
     use leadscrew_sim::setup::{Memory, Setup};
+    use std::cell::RefCell;
 
-    fn with_desk(buttons: &mut Buttons, act: impl FnOnce(&mut Buttons, &mut dyn Desk)) {
+    fn with_desk(buttons: &mut Buttons, act: impl FnOnce(&mut Buttons, &mut Desk<'_>)) {
         let setup = Setup::<3>::new(MachineConfig::new(), Rate::NeverWaits);
         let mut memory = Memory::new(&setup);
-        let mut desk = Simulation::<_, _, 3, 3, 8>::new(&mut memory, &setup, Cartesian, ());
-        act(buttons, &mut desk);
+        let mut machine = Simulation::<_, _, 3, 3, 8>::new(&mut memory, &setup, Cartesian, ());
+        let trail = RefCell::default();
+        act(buttons, &mut Desk::new(&mut machine, &trail, 3));
     }
 
     #[test]
@@ -134,7 +136,9 @@ mod tests {
         let setup = Setup::<3>::new(MachineConfig::new(), Rate::NeverWaits);
         let mut memory = Memory::new(&setup);
         let ganged = Ganged { axis_of: [1] };
-        let mut desk = Simulation::<_, _, 3, 4, 8>::new(&mut memory, &setup, ganged, ());
+        let mut machine = Simulation::<_, _, 3, 4, 8>::new(&mut memory, &setup, ganged, ());
+        let trail = RefCell::default();
+        let mut desk = Desk::new(&mut machine, &trail, 4);
         Buttons::default().press(Key::SecondMotorLimit, &mut desk);
         assert!(!desk.level(Pin::Limit(3)));
     }

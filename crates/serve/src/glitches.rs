@@ -32,7 +32,7 @@ impl Glitches {
     }
 
     /// Lets the simulation go on to `end`, with glitches on the way.
-    pub(super) fn run_until(&mut self, desk: &mut dyn Desk, wires: &mut Wires, end: Cycle) {
+    pub(super) fn run_until(&mut self, desk: &mut Desk<'_>, wires: &mut Wires, end: Cycle) {
         while self.next <= end {
             desk.run_until(wires, self.next);
             let pin = Pin::Limit((self.draw() % desk.motors() as u64) as usize);

@@ -50,24 +50,19 @@ pub use state_file::StateFile;
 pub use web::{Allowed, Foreign};
 pub use wire_log::WireLog;
 
-use browser::{Pages, Trail, Workshop};
+use browser::{Pages, Trail, Watcher, Workshop};
+use desk::Desk;
 use glitches::Glitches;
 use leadscrew_machine::config::CHANNELS;
-use leadscrew_planner::{Cartesian, CoreXy, Ganged, Kinematics};
-use leadscrew_sim::cost::Costs;
-use leadscrew_sim::event_loop::Simulation;
 use leadscrew_sim::link::Rate;
-use leadscrew_sim::plant::Pin;
-use leadscrew_sim::profile::{Belts, Profile};
-use leadscrew_sim::setup::{Memory, Setup};
+use leadscrew_sim::powered::Supply;
+use leadscrew_sim::profile::Profile;
 use line::Lines;
 use remembered::Remembered;
 use serde_json::{json, Value};
 use server::{End, Server};
+use std::cell::RefCell;
 use std::sync::Arc;
-
-/// Moves that the simulated machine can plan ahead.
-const MOVES: usize = 1024;
 
 /// How long a glitch lasts where the profile does not say, microseconds.
 const GLITCH_US: u16 = 5;
@@ -109,18 +104,7 @@ pub fn serve(service: Service, around: Surroundings<'_>) {
     let pages = Pages::new(channel, count, workshop, profile.switches.normally_closed);
     let opened = Lines::open(&lines, &allowed);
     let mut server = Server::new(opened, lines, allowed, speed, log, pages, around);
-    let ganged = profile.second_motor.map(|second| Ganged {
-        axis_of: [second.axis.number()],
-    });
-    let crossed = profile.kinematics == Belts::CoreXy;
-    match (profile.axis_count(), ganged) {
-        (4, None) if crossed => run::<_, 4, 4>(&profile, CoreXy, rate, state, &mut server),
-        (_, None) if crossed => run::<_, 3, 3>(&profile, CoreXy, rate, state, &mut server),
-        (4, Some(ganged)) => run::<_, 4, 5>(&profile, ganged, rate, state, &mut server),
-        (4, None) => run::<_, 4, 4>(&profile, Cartesian, rate, state, &mut server),
-        (_, Some(ganged)) => run::<_, 3, 4>(&profile, ganged, rate, state, &mut server),
-        (_, None) => run::<_, 3, 3>(&profile, Cartesian, rate, state, &mut server),
-    }
+    run(&profile, rate, state, &mut server);
 }
 
 /// The examples of the package's README, compiled as tests.
@@ -138,8 +122,8 @@ fn pages_channel(lines: &[LineSpec]) -> Option<usize> {
 }
 
 /// What pages are told of a machine.
-fn hello<const MOTORS: usize>(profile: &Profile, channel: Option<usize>) -> Value {
-    let axes: Vec<String> = ["X", "Y", "Z", "A"][..profile.axis_count()]
+fn hello(profile: &Profile, channel: Option<usize>) -> Value {
+    let axes: Vec<String> = ["X", "Y", "Z", "A", "B", "C"][..profile.axis_count()]
         .iter()
         .map(ToString::to_string)
         .collect();
@@ -150,7 +134,7 @@ fn hello<const MOTORS: usize>(profile: &Profile, channel: Option<usize>) -> Valu
         "name": profile.name,
         "version": env!("CARGO_PKG_VERSION"),
         "axes": axes,
-        "motors": MOTORS,
+        "motors": profile.motor_count(),
         "second": second,
         "receive_buffer": profile.receive_buffer(),
         "channel": channel,
@@ -158,50 +142,34 @@ fn hello<const MOTORS: usize>(profile: &Profile, channel: Option<usize>) -> Valu
 }
 
 /// Powers a machine up, and again after each restart.
-fn run<K: Kinematics<AXES, MOTORS> + Copy, const AXES: usize, const MOTORS: usize>(
-    profile: &Profile,
-    kinematics: K,
-    rate: Rate,
-    state: Option<StateFile>,
-    server: &mut Server<'_>,
-) {
+fn run(profile: &Profile, rate: Rate, state: Option<StateFile>, server: &mut Server<'_>) {
     let mut remembered = Remembered::new(state, &mut |note| server.note(note));
     let glitches = Glitches::new(
         profile.switches.glitches.get(),
         profile.switches.glitch_us.unwrap_or(GLITCH_US),
     );
-    let setup = Setup::<AXES> {
-        machine: profile.config(),
-        receive_buffer: usize::from(profile.receive_buffer()),
-        costs: Costs::F407,
-        lines: vec![rate; server.line_count()],
-        contacts: profile.contacts(),
+    let motors = profile.motor_count();
+    let mut supply = Supply {
+        first: None,
+        lines: server.line_count(),
+        rate,
+        outputs: profile.outputs.config(),
+        sensor_fault: None,
+        carriages: None,
     };
-    let mut carriages = profile.start::<MOTORS>();
     loop {
-        let mut memory = Memory::new(&setup);
-        let own = profile.extension::<AXES>(profile.outputs.config(), None, memory.own_pins());
-        let mut simulation = Simulation::<_, _, AXES, MOTORS, MOVES, _>::extended(
-            &mut memory,
-            &setup,
-            kinematics,
-            Trail::default(),
-            own,
-        );
-        if profile.kinematics == Belts::CoreXy {
-            simulation.cross_belts();
-        }
-        simulation.place(carriages);
-        for switch in profile.plant_switches() {
-            simulation.add_switch(switch);
-        }
-        simulation.set_pin(Pin::Door, !profile.door.open);
-        remembered.load(&mut simulation, &mut |note| server.note(note));
-        server.greet(&hello::<MOTORS>(profile, server.pages_channel()));
-        match server.run(&mut simulation, glitches.clone(), &mut remembered) {
+        let trail = RefCell::new(Trail::default());
+        let mut end = End::Stopped;
+        profile.power_up(supply, &mut Watcher(&trail), &mut |machine| {
+            let mut desk = Desk::new(machine, &trail, motors);
+            remembered.load(&mut desk, &mut |note| server.note(note));
+            server.greet(&hello(profile, server.pages_channel()));
+            end = server.run(&mut desk, glitches.clone(), &mut remembered);
+            supply.carriages = Some(desk.carriages());
+        });
+        match end {
             End::Stopped => return,
             End::Restart => server.note(&Note::Restarted),
         }
-        carriages = simulation.board().plant.position();
     }
 }

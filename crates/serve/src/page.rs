@@ -10,7 +10,7 @@ use super::panel::Snapshot;
 use leadscrew_sim::profile::Profile;
 use std::borrow::Cow;
 
-const AXES: [char; 4] = ['X', 'Y', 'Z', 'A'];
+const AXES: [char; 6] = ['X', 'Y', 'Z', 'A', 'B', 'C'];
 
 /// Rows from which on there is room for empty ones.
 const ROOMY: usize = 16;
@@ -166,7 +166,6 @@ mod tests {
             spindle: SpindleOutput::Off,
             power: 0.0,
             coolant: CoolantOutput::default(),
-            motors: 4,
             switches: Switches {
                 limits: MotorMask::from_bits(0b1111_0101),
                 probe: false,

@@ -2,8 +2,7 @@
 
 use super::note::Note;
 use super::spool::Spool;
-use leadscrew_machine::board::{CoolantOutput, SpindleOutput, Switches};
-use leadscrew_sim::clock::Cycle;
+pub use leadscrew_sim::powered::Snapshot;
 use std::io::{self, Write};
 
 /// Something that the user presses.
@@ -25,37 +24,6 @@ pub enum Key {
     SecondMotorLimit,
     /// Ends the server.
     Quit,
-}
-
-/// The machine at an instant.
-#[derive(Clone, PartialEq, Debug)]
-pub struct Snapshot {
-    /// Simulated time since power-up.
-    pub now: Cycle,
-    /// The state, as status reports spell it.
-    pub state: &'static str,
-    /// Machine position, mm or degrees, axis by axis.
-    pub position: Vec<f32>,
-    /// Speed on the path, mm/min.
-    pub feed: f32,
-    /// Feed, rapid and spindle overrides, percent.
-    pub overrides: [u8; 3],
-    /// Where work zero is, machine position, axis by axis.
-    pub work_offset: Vec<f32>,
-    /// What turns the spindle.
-    pub spindle: SpindleOutput,
-    /// Its power, or the laser's, at this instant: share of full power.
-    pub power: f32,
-    /// The coolant valves.
-    pub coolant: CoolantOutput,
-    /// The number of motors.
-    pub motors: usize,
-    /// Levels of all switches.
-    pub switches: Switches,
-    /// Lines of the program taken since it began. How many are to come, nobody has told the machine.
-    pub lines: u32,
-    /// Time to finish what is queued, s.
-    pub seconds_queued: f32,
 }
 
 /// Where messages and the machine's state are shown.

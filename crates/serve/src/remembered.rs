@@ -41,7 +41,7 @@ impl Remembered {
     }
 
     /// Gives a machine what is stored. What another version has stored is put aside.
-    pub(super) fn load(&mut self, desk: &mut dyn Desk, say: &mut dyn FnMut(&Note<'_>)) {
+    pub(super) fn load(&mut self, desk: &mut Desk<'_>, say: &mut dyn FnMut(&Note<'_>)) {
         let condition = desk.load(&mut self.flash);
         self.lost |= condition == Condition::Foreign;
         if self.lost {
@@ -67,7 +67,7 @@ impl Remembered {
 
     /// Stores what a machine has changed, and again what could not be stored before `now`, the time since any instant. The
     /// line that has changed it is answered after that.
-    pub(super) fn save(&mut self, desk: &mut dyn Desk, now: Duration) -> Option<Note<'static>> {
+    pub(super) fn save(&mut self, desk: &mut Desk<'_>, now: Duration) -> Option<Note<'static>> {
         desk.save(&mut self.flash);
         let file = self.file.as_ref()?;
         let changed = self.flash.changed();

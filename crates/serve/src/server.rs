@@ -143,7 +143,7 @@ impl<'s> Server<'s> {
     /// Runs a machine until the user wants it to end or it is to start anew.
     pub(super) fn run(
         &mut self,
-        desk: &mut dyn Desk,
+        desk: &mut Desk<'_>,
         mut glitches: Glitches,
         remembered: &mut Remembered,
     ) -> End {
@@ -173,7 +173,7 @@ impl<'s> Server<'s> {
     }
 
     /// Lets the simulation reach the present.
-    fn advance(&mut self, desk: &mut dyn Desk, pace: &mut Pace, glitches: &mut Glitches) {
+    fn advance(&mut self, desk: &mut Desk<'_>, pace: &mut Pace, glitches: &mut Glitches) {
         let due = pace.due((self.around.clock)());
         let end = due.min(desk.now() + SLICE.max(pace.cycles(TICK)));
         glitches.run_until(desk, &mut self.wires, end);
@@ -187,7 +187,7 @@ impl<'s> Server<'s> {
     }
 
     /// Takes what clients have sent, waiting a moment for it; answers whether the machine is to start anew.
-    fn wait(&mut self, desk: &mut dyn Desk) -> bool {
+    fn wait(&mut self, desk: &mut Desk<'_>) -> bool {
         let mut patience = TICK;
         for _ in 0..EVENTS {
             let Some(event) = self.lines.next(patience) else {
@@ -201,7 +201,7 @@ impl<'s> Server<'s> {
         false
     }
 
-    fn handle(&mut self, desk: &mut dyn Desk, event: Event) -> bool {
+    fn handle(&mut self, desk: &mut Desk<'_>, event: Event) -> bool {
         let (now, line) = (desk.now(), event.line);
         if let What::Bytes(bytes) = &event.what {
             self.log(|log| log.bytes(now, line, Way::ToMachine, bytes));
@@ -244,7 +244,7 @@ impl<'s> Server<'s> {
     }
 
     /// Does what pages want, and shows them the machine.
-    fn serve_pages(&mut self, desk: &mut dyn Desk) {
+    fn serve_pages(&mut self, desk: &mut Desk<'_>) {
         for _ in 0..EVENTS {
             let Some(event) = self.lines.next_of_page() else {
                 break;
@@ -306,7 +306,7 @@ impl<'s> Server<'s> {
         }
     }
 
-    fn tell_of_lost_bytes(&mut self, desk: &dyn Desk) {
+    fn tell_of_lost_bytes(&mut self, desk: &Desk<'_>) {
         for (line, spec) in self.specs.iter().enumerate() {
             let lost = desk.lost_bytes(line);
             let more = std::mem::replace(&mut self.lost[line], lost) < lost;
@@ -316,7 +316,7 @@ impl<'s> Server<'s> {
         }
     }
 
-    fn show(&mut self, desk: &dyn Desk) {
+    fn show(&mut self, desk: &Desk<'_>) {
         let now = (self.around.clock)();
         if now.saturating_sub(self.shown) >= SHOW {
             self.shown = now;

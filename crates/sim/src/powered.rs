@@ -2,6 +2,7 @@
 
 use crate::clock::Cycle;
 use crate::event_loop::{Simulation, Stopped};
+use crate::flash::Flash;
 use crate::link::{Host, Rate};
 use crate::observer::Observer;
 use crate::outcome::Outcome;
@@ -10,11 +11,13 @@ use crate::plant::Pin;
 use crate::profile::{Belts, Profile};
 use crate::setup::{Memory, Setup};
 use crate::train::Train;
+use leadscrew_machine::board::{CoolantOutput, SpindleOutput, Switches};
 use leadscrew_machine::extension::Extension;
-use leadscrew_machine::settings::values::Entry;
+use leadscrew_machine::settings::store::Condition;
+use leadscrew_machine::settings::values::{Entry, Key, Settings};
 use leadscrew_machine::state::State;
 use leadscrew_outputs::OutputsConfig;
-use leadscrew_planner::Kinematics;
+use leadscrew_planner::{Coordinate, Kinematics};
 
 /// The axes of the largest machine that a file can describe.
 pub const MOST_AXES: usize = 6;
@@ -25,19 +28,76 @@ pub const MOST_MOTORS: usize = MOST_AXES + 1;
 /// Moves planned ahead at most, as on the board.
 const MOVES: usize = 1024;
 
-/// What a job does with a simulation, whatever its axes, motors and kinematics.
+/// What programs do with a simulation, whatever its axes, motors and kinematics.
 pub trait Powered {
     /// Lets the machine work until `host` is done or nothing happens any more.
     fn work(&mut self, host: &mut dyn Host) -> Stopped;
     /// Lets the machine work until nothing happens any more.
     fn settle(&mut self, host: &mut dyn Host);
+    /// Lets time pass up to `end`.
+    fn wait_until(&mut self, host: &mut dyn Host, end: Cycle);
+    /// The simulated present.
+    fn now(&self) -> Cycle;
     /// Whether it waits for its operator: a program pause, a tool change.
     fn waits_for_operator(&self) -> bool;
+    /// Whether no job and no command is under way.
+    fn is_quiet(&self) -> bool;
     /// What has been found out so far.
     fn outcome(&self) -> Outcome<MOST_MOTORS>;
+    /// How the machine stands.
+    fn snapshot(&self) -> Snapshot;
+    /// Lines that the machine has begun since power-up.
+    fn lines_begun(&self) -> u32;
+    /// Where the carriages are, steps of their motors.
+    fn carriages(&self) -> [i32; MOST_MOTORS];
+    /// Holds an input at a level whatever its switch does; `None` lets it go. Returns how it was held before.
+    fn force_pin(&mut self, pin: Pin, level: Option<bool>) -> Option<bool>;
+    /// All settings, each as `$$` prints it.
+    fn settings(&self) -> Vec<(Key, String)>;
+    /// Takes over what is stored, before time passes; answers in what condition it is.
+    fn load(&mut self, flash: &mut Flash) -> Condition;
+    /// Stores what has changed, as far as the machine is at rest.
+    fn save(&mut self, flash: &mut Flash);
+    /// Notes that what is stored is lost.
+    fn distrust_settings(&mut self);
+    /// Notes that what was stored did not survive: the line that has changed it is answered with `error:7`.
+    fn not_saved(&mut self);
+    /// Somebody has come at the other end of a line.
+    fn open_line(&mut self, line: usize);
+    /// How many bytes of a line were lost for want of room in the receive buffer since power-up.
+    fn lost_bytes(&self, line: usize) -> u32;
 }
 
-impl<K, O, X, const AXES: usize, const MOTORS: usize> Powered
+/// A machine at an instant.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Snapshot {
+    /// Simulated time since power-up.
+    pub now: Cycle,
+    /// The state, as status reports spell it.
+    pub state: &'static str,
+    /// Machine position, mm or degrees, axis by axis.
+    pub position: Vec<f32>,
+    /// Speed on the path, mm/min.
+    pub feed: f32,
+    /// Feed, rapid and spindle overrides, percent.
+    pub overrides: [u8; 3],
+    /// Where work zero is, machine position, axis by axis.
+    pub work_offset: Vec<f32>,
+    /// What turns the spindle.
+    pub spindle: SpindleOutput,
+    /// Its power, or the laser's, at this instant: share of full power.
+    pub power: f32,
+    /// The coolant valves.
+    pub coolant: CoolantOutput,
+    /// Levels of all switches.
+    pub switches: Switches,
+    /// Lines of the program taken since it began. How many are to come, nobody has told the machine.
+    pub lines: u32,
+    /// Time to finish what is queued, s.
+    pub seconds_queued: f32,
+}
+
+impl<K, O, X, const AXES: usize, const MOTORS: usize, const MOVES: usize> Powered
     for Simulation<'_, K, O, AXES, MOTORS, MOVES, X>
 where
     K: Kinematics<AXES, MOTORS> + Clone,
@@ -52,43 +112,124 @@ where
         self.run_until(&mut host, Cycle::NEVER);
     }
 
+    fn wait_until(&mut self, mut host: &mut dyn Host, end: Cycle) {
+        self.wait_until(&mut host, end);
+    }
+
+    fn now(&self) -> Cycle {
+        self.now()
+    }
+
     fn waits_for_operator(&self) -> bool {
         matches!(self.machine().state(), State::Hold(_)) || self.machine().is_aside()
     }
 
+    fn is_quiet(&self) -> bool {
+        self.machine().is_quiet()
+    }
+
     fn outcome(&self) -> Outcome<MOST_MOTORS> {
         self.outcome().with_motors()
+    }
+
+    fn snapshot(&self) -> Snapshot {
+        let levels = *self.board().plant.levels();
+        let machine = self.machine();
+        let overrides = machine.overrides();
+        Snapshot {
+            now: self.now(),
+            state: machine.state().name(!levels.door),
+            position: machine.position().map(Coordinate::to_mm).to_vec(),
+            feed: machine.speed() * 60.0,
+            overrides: [overrides.feed, overrides.rapid, overrides.spindle],
+            work_offset: machine.work_offset().map(Coordinate::to_mm).to_vec(),
+            spindle: self.board().spindle(),
+            power: self.board().power().share().to_num(),
+            coolant: self.board().coolant(),
+            switches: levels,
+            lines: machine.program_lines(),
+            seconds_queued: machine.time_to_finish(),
+        }
+    }
+
+    fn lines_begun(&self) -> u32 {
+        self.machine().work().lines
+    }
+
+    fn carriages(&self) -> [i32; MOST_MOTORS] {
+        let mut places = self.board().plant.position().into_iter();
+        [0; MOST_MOTORS].map(|_: i32| places.next().unwrap_or(0))
+    }
+
+    fn force_pin(&mut self, pin: Pin, level: Option<bool>) -> Option<bool> {
+        self.force_pin(pin, level)
+    }
+
+    fn settings(&self) -> Vec<(Key, String)> {
+        let settings = self.machine().settings();
+        let keys = Settings::<AXES>::keys();
+        keys.map(|key| (key, settings.line(key).to_string()))
+            .collect()
+    }
+
+    fn load(&mut self, flash: &mut Flash) -> Condition {
+        let Ok(condition) = self.machine_mut().load(flash);
+        condition
+    }
+
+    fn save(&mut self, flash: &mut Flash) {
+        // Where the store is full, the machine says so: `error:7`.
+        while self.machine_mut().save(flash) == Ok(true) && self.machine().state() == State::Idle {}
+    }
+
+    fn distrust_settings(&mut self) {
+        self.machine_mut().distrust_settings();
+    }
+
+    fn not_saved(&mut self) {
+        self.machine_mut().not_saved();
+    }
+
+    fn open_line(&mut self, line: usize) {
+        self.open_line(line);
+    }
+
+    fn lost_bytes(&self, line: usize) -> u32 {
+        self.lost_bytes(line)
     }
 }
 
 /// What a machine is powered up with beside its file.
 #[derive(Clone, Copy, Debug)]
 pub struct Supply {
-    /// Settings of a new machine.
-    pub first: &'static [Entry],
-    /// Its serial line.
+    /// Settings of a new machine; `None`: those of the file.
+    pub first: Option<&'static [Entry]>,
+    /// Its serial lines.
+    pub lines: usize,
+    /// How fast they are.
     pub rate: Rate,
     /// Its outputs that M62 to M65 switch.
     pub outputs: OutputsConfig,
     /// A sensor that fails.
     pub sensor_fault: Option<SensorFault>,
+    /// Where the carriages are, steps of their motors; `None`: where the file says.
+    pub carriages: Option<[i32; MOST_MOTORS]>,
 }
 
 impl Profile {
-    /// Powers the machine up with one serial line and lends it to `work`.
+    /// Powers the machine up and lends it to `work`.
     pub fn power_up(
         &self,
         with: Supply,
         observer: &mut dyn Observer,
         work: &mut dyn FnMut(&mut dyn Powered),
     ) {
-        match (self.axis_count(), self.second_motor.is_some()) {
-            (6, _) => self.simulate::<6, 6>(with, observer, work),
-            (5, _) => self.simulate::<5, 5>(with, observer, work),
-            (4, true) => self.simulate::<4, 5>(with, observer, work),
-            (4, false) => self.simulate::<4, 4>(with, observer, work),
-            (_, true) => self.simulate::<3, 4>(with, observer, work),
-            (_, false) => self.simulate::<3, 3>(with, observer, work),
+        // One motor more than axes, fitted or not: fewer machines to compile.
+        match self.axis_count() {
+            6 => self.simulate::<6, 7>(with, observer, work),
+            5 => self.simulate::<5, 6>(with, observer, work),
+            4 => self.simulate::<4, 5>(with, observer, work),
+            _ => self.simulate::<3, 4>(with, observer, work),
         }
     }
 
@@ -99,11 +240,10 @@ impl Profile {
         work: &mut dyn FnMut(&mut dyn Powered),
     ) {
         let mut setup = Setup::<AXES>::new(self.config(), with.rate);
-        setup.machine.defaults = with.first;
+        setup.lines = vec![with.rate; with.lines];
+        setup.machine.defaults = with.first.unwrap_or(setup.machine.defaults);
         setup.receive_buffer = usize::from(self.receive_buffer());
-        if self.has_switches() {
-            setup.contacts = self.contacts();
-        }
+        setup.contacts = self.contacts();
         let mut memory = Memory::new(&setup);
         let own = self.extension::<AXES>(with.outputs, with.sensor_fault, memory.own_pins());
         let mut simulation: Simulation<'_, _, _, AXES, MOTORS, MOVES, _> =
@@ -111,18 +251,15 @@ impl Profile {
         if self.kinematics == Belts::CoreXy {
             simulation.cross_belts();
         }
-        if self.has_switches() {
-            simulation.place(self.start::<MOTORS>());
-        }
+        let mut places = with.carriages.unwrap_or_else(|| self.start()).into_iter();
+        simulation.place([0; MOTORS].map(|_: i32| places.next().unwrap_or(0)));
         if let Some(plate) = self.plate() {
             simulation.bend_plate(plate);
         }
         for switch in self.plant_switches() {
             simulation.add_switch(switch);
         }
-        if self.door.open {
-            simulation.set_pin(Pin::Door, false);
-        }
+        simulation.set_pin(Pin::Door, !self.door.open);
         work(&mut simulation);
     }
 

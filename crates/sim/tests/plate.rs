@@ -71,10 +71,12 @@ fn found(machine: &str, places: &[[f64; 2]]) -> Vec<f64> {
         heard: String::new(),
     };
     let supply = Supply {
-        first: file.first_settings().leak(),
+        first: None,
+        lines: 1,
         rate: Rate::NeverWaits,
         outputs: file.outputs.config(),
         sensor_fault: None,
+        carriages: None,
     };
     let work = &mut |powered: &mut dyn Powered| powered.settle(&mut sender);
     file.power_up(supply, &mut (), work);

@@ -86,7 +86,8 @@ pub(super) struct Progress {
 /// The machine at an instant.
 pub(super) fn state(machine: &Snapshot, progress: Progress, normally_closed: bool) -> Vec<u8> {
     let levels = &machine.switches;
-    let motors = machine.motors;
+    // One an axis, and a second one.
+    let motors = machine.position.len() + 1;
     let pressed = |motor: usize| levels.limits.contains(motor) == normally_closed;
     let bits = |pressed: &mut dyn Iterator<Item = bool>| {
         pressed

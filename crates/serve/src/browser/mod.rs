@@ -19,7 +19,7 @@ mod workshop;
 pub(crate) use frames::{Nonsense, Said, SaidReader};
 pub(crate) use request::{answer, is_page, is_trusted, read, wants_websocket};
 pub use token::Token;
-pub(crate) use trail::{Trail, Watched};
+pub(crate) use trail::{Trail, Watcher};
 pub(crate) use workshop::Bench;
 pub use workshop::{Finding, Job, Workshop};
 
@@ -148,7 +148,7 @@ impl Pages {
     }
 
     /// Takes what a page did; answers what is to be done.
-    pub(crate) fn handle(&mut self, event: PageEvent, desk: &mut dyn Desk) -> Option<Errand> {
+    pub(crate) fn handle(&mut self, event: PageEvent, desk: &mut Desk<'_>) -> Option<Errand> {
         let number = event.page;
         match event.what {
             PageWhat::Opened(outlet) => self.open(number, outlet),
@@ -157,9 +157,7 @@ impl Pages {
             PageWhat::Said(Said::Key(key)) => return key_of(key).map(Errand::Press),
             PageWhat::Said(Said::Job(job)) => self.look_at(&job, desk),
             PageWhat::Said(Said::Clear) => {
-                if let Some(trail) = desk.trail() {
-                    trail.clear();
-                }
+                desk.trail().clear();
             }
         }
         None
@@ -191,7 +189,7 @@ impl Pages {
     }
 
     /// Looks at a job: its name, a line end, its text.
-    fn look_at(&mut self, job: &[u8], desk: &dyn Desk) {
+    fn look_at(&mut self, job: &[u8], desk: &Desk<'_>) {
         let end = job.iter().position(|byte| *byte == b'\n').unwrap_or(0);
         let (name, text) = (&job[..end], job.get(end + 1..).unwrap_or_default());
         self.known.job.clear();
@@ -251,7 +249,7 @@ impl Pages {
     }
 
     /// Shows pages how the machine stands, where it is time.
-    pub(crate) fn show(&mut self, desk: &mut dyn Desk, now: Duration) {
+    pub(crate) fn show(&mut self, desk: &mut Desk<'_>, now: Duration) {
         if self.all.is_empty() || now.saturating_sub(self.shown) < SHOW {
             return;
         }
@@ -266,10 +264,7 @@ impl Pages {
         if quiet {
             self.answers = desk.lines_begun();
         }
-        let progress = match desk.trail() {
-            Some(trail) => self.tell_moves(trail, &machine, quiet),
-            None => Progress::default(),
-        };
+        let progress = self.tell_moves(&mut desk.trail(), &machine, quiet);
         self.tell(&frames::state(&machine, progress, self.normally_closed));
     }
 
@@ -290,8 +285,8 @@ impl Pages {
         }
     }
 
-    fn tell_settings(&mut self, desk: &dyn Desk) {
-        let settings = frames::text(Tag::Settings, &desk.settings());
+    fn tell_settings(&mut self, desk: &Desk<'_>) {
+        let settings = frames::text(Tag::Settings, &desk.settings_table());
         if settings != self.known.settings {
             self.tell(&settings);
             self.known.settings = settings;

@@ -10,6 +10,7 @@ use leadscrew_planner::MoveKind;
 use leadscrew_sim::clock::Cycle;
 use leadscrew_sim::observer::{Observer, Taken};
 use leadscrew_sim::scene::{Drawn, Way};
+use std::cell::RefCell;
 use std::collections::VecDeque;
 
 /// Moves that are kept, 20 bytes each as pages get them.
@@ -164,21 +165,16 @@ impl Observer for Trail {
     }
 }
 
-/// Who may be asked for a trail.
-pub(crate) trait Watched: Observer {
-    /// The trail, where there is one.
-    fn trail(&mut self) -> Option<&mut Trail>;
-}
+/// Writes down where the tool goes while others may ask.
+pub(crate) struct Watcher<'t>(pub(crate) &'t RefCell<Trail>);
 
-impl Watched for Trail {
-    fn trail(&mut self) -> Option<&mut Trail> {
-        Some(self)
+impl Observer for Watcher<'_> {
+    fn move_planned(&mut self, planned: &PlannedMove<'_>) {
+        self.0.borrow_mut().move_planned(planned);
     }
-}
 
-impl Watched for () {
-    fn trail(&mut self) -> Option<&mut Trail> {
-        None
+    fn segment_taken(&mut self, cycle: Cycle, taken: Option<&Taken<'_>>) {
+        self.0.borrow_mut().segment_taken(cycle, taken);
     }
 }
 
