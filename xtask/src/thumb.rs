@@ -5,7 +5,7 @@
 //! | software double precision | the libraries' own code, the whole firmware | the FPU is single precision: 84 instructions a product |
 //! | 64-bit division | whatever the step interrupt reaches | 198 to 287 instructions (u64 by u64, by u32), the whole budget of a tick is 100 |
 //! | `cpsid`, a write to PRIMASK or FAULTMASK | the whole firmware, but for the first instructions and the start of `main` | it would mask the step interrupt |
-//! | more flash, memory or stack than allowed | the whole firmware, each profile of it | `bench/sizes.txt` |
+//! | more flash, memory or stack than allowed | the whole firmware, for the Discovery and for the board with the largest | `bench/sizes.txt` |
 //! | code in the flash | whatever the step interrupt reaches | it waits there, five cycles a line of 16 bytes |
 //! | a panic, a call through a register | whatever the step interrupt reaches | it cannot fail, and its cost must be known |
 use crate::{
