@@ -4,6 +4,7 @@
 use crate::board::Duration;
 use crate::protocol::line_reader::GRBL_LINE_LENGTH;
 use crate::protocol::report::fields;
+use crate::rules::SwitchRules;
 use crate::settings::table::Setting;
 use crate::settings::values::Entry;
 use crate::step_timing::StepTiming;
@@ -187,6 +188,8 @@ pub struct MachineConfig<const AXES: usize> {
     pub coolant_delay: Duration,
     /// How an axis with two motors is squared, where there is one.
     pub squaring: Squaring,
+    /// What limit switches do beyond Grbl's rules.
+    pub rules: SwitchRules,
     /// Bits of `$10` that ask for something; the others are kept and change nothing, as in Grbl.
     pub report_bits: u8,
     /// Options that Grbl chooses when it is compiled.
@@ -222,6 +225,7 @@ impl<const AXES: usize> MachineConfig<AXES> {
             spindle_delay: Duration::from_ticks(4_000_000),
             coolant_delay: Duration::from_ticks(1_000_000),
             squaring: Squaring::GRBL,
+            rules: SwitchRules::GRBL,
             report_bits: REPORT_BITS,
             options: Options {
                 mist: false,

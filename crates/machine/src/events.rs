@@ -89,7 +89,7 @@ where
         if edges == before {
             return;
         }
-        self.take_limit_edge(edges, before, board);
+        self.take_limit_edge(edges, before, board, now);
         if edges.resets != before.resets {
             self.reset(Discard::All, board, now);
         }
@@ -109,9 +109,18 @@ where
         self.set_gate();
     }
 
-    fn take_limit_edge<B: Board>(&mut self, edges: Edges, before: Edges, board: &mut B) {
+    fn take_limit_edge<B: Board>(
+        &mut self,
+        edges: Edges,
+        before: Edges,
+        board: &mut B,
+        now: Instant,
+    ) {
         if edges.limit_hits == before.limit_hits {
             return;
+        }
+        if self.config.rules.named && !matches!(self.state, State::Alarm(_) | State::Home) {
+            return self.leave_limit(board, now);
         }
         self.motion.stop();
         if !matches!(self.state, State::Alarm(_)) {

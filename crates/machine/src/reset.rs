@@ -32,6 +32,9 @@ where
         self.motion.stop();
         if aborted {
             self.raise(Alarm::AbortedMotion, board);
+            if self.config.rules.drops_drivers {
+                self.motion.drivers.drop(board);
+            }
         }
         self.restart(discard, board, now);
     }
@@ -130,7 +133,8 @@ where
             let text = self.alarm_text(alarm);
             self.console.say(format_args!("[MSG:{text}]"));
         }
-        let lock = if alarm.needs_reset() {
+        let is_kept = self.config.rules.named && alarm == Alarm::HardLimit;
+        let lock = if alarm.needs_reset() && !is_kept {
             self.console.message(Message::ResetToContinue);
             Lock::Critical
         } else {

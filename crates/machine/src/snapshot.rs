@@ -13,6 +13,7 @@ use crate::protocol::report::{
     self, Accessories, ModesReport, OptionsLine, OverridePercents, Parameters, Pins, ProbeReport,
     Room, StatusReport, Turning,
 };
+use crate::rules::ClosedSwitches;
 use crate::settings::table::Setting;
 use crate::state::State;
 use core::fmt;
@@ -47,8 +48,16 @@ where
                 Some(_) | None => continue,
             };
             let report = self.status_report(&active, free);
+            let closed = self.closed_switches(&active);
             let extension = &self.extension;
-            self.console.line(id, WithOwn { report, extension });
+            self.console.line(
+                id,
+                WithOwn {
+                    report,
+                    closed,
+                    extension,
+                },
+            );
             self.work.reports = self.work.reports.wrapping_add(1);
         }
         self.console.time_left = None;
@@ -272,12 +281,16 @@ where
 /// A status report with the fields of an extension.
 struct WithOwn<'a, X, const AXES: usize> {
     report: StatusReport<AXES>,
+    closed: ClosedSwitches<AXES>,
     extension: &'a X,
 }
 
 impl<X: Extension<AXES>, const AXES: usize> fmt::Display for WithOwn<'_, X, AXES> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.report.write(f, |f| self.extension.report(f))
+        self.report.write(f, |f| {
+            write!(f, "{}", self.closed)?;
+            self.extension.report(f)
+        })
     }
 }
 

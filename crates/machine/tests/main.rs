@@ -6,5 +6,6 @@ mod extension;
 mod gates;
 mod homing;
 mod reports;
+mod rules;
 mod session;
 mod storing;

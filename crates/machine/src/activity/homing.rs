@@ -26,7 +26,7 @@
 //! the contact that interrupt locks the motor at that very step ([`crate::inputs`]); a group's other axes go on until
 //! they meet theirs. Rates are multiplied by √n for n axes at once, so that each moves at the rate that is set.
 
-use super::homing_cycle::{Homing, Phase, Wait};
+use super::homing_cycle::{Homing, LastMove, Phase, Wait};
 use crate::activity::line::Origin;
 use crate::board::{Board, Duration, Instant};
 use crate::config::AxisMask;
@@ -63,9 +63,15 @@ where
             hard_limits: false,
             ..self.input_config()
         });
+        let all = groups.iter().fold(0, |all, group| all | group);
+        let without = self.config.rules.without_switch;
         self.activity.homing = Some(Homing {
             origin,
-            groups,
+            groups: groups.map(|group| group & !without),
+            last: match all & without {
+                0 => LastMove::None,
+                axes => LastMove::ToZero(axes),
+            },
             one_by_one: self.motion.sharing().bits(),
             phase: Phase::Search,
             wait: Wait::Settled(now),
@@ -78,7 +84,7 @@ where
             return;
         };
         let Some(group) = homing.group() else {
-            return self.end_homing();
+            return self.advance_last_move(&homing, board, now);
         };
         match homing.wait {
             Wait::Settled(instant) => {
@@ -288,7 +294,7 @@ where
         self.take_position();
     }
 
-    fn end_homing(&mut self) {
+    pub(crate) fn end_homing(&mut self) {
         if let Some(homing) = self.activity.homing.take() {
             self.release_homing();
             self.enter(State::Idle);

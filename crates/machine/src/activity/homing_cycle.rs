@@ -40,6 +40,17 @@ pub(crate) enum Wait {
     Motion,
 }
 
+/// What follows once all switches are found.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum LastMove {
+    /// Nothing.
+    None,
+    /// Axes without a switch go to their zero.
+    ToZero(AxisMask),
+    /// No homing at all: axes go off the limit switches that have stopped the machine.
+    BackOff(AxisMask),
+}
+
 /// Homing under way.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Homing {
@@ -49,6 +60,7 @@ pub(crate) struct Homing {
     pub(crate) groups: [AxisMask; 4],
     /// Axes that home one by one, whatever their group: those that share motors.
     pub(crate) one_by_one: AxisMask,
+    pub(crate) last: LastMove,
     pub(crate) phase: Phase,
     pub(crate) wait: Wait,
 }

@@ -23,6 +23,12 @@ impl Drivers {
         self.idle_since = None;
     }
 
+    /// Disables the drivers at once. Main loop, after a stop.
+    pub(crate) fn drop<B: Board>(&mut self, board: &mut B) {
+        board.enable_motors(false);
+        self.enabled = false;
+    }
+
     /// Disables the drivers `delay_ms` after motion ended; 255 stands for never, unless `locked`: in an alarm, and
     /// asleep, they are disabled in any case. Main loop, while at rest.
     pub(crate) fn rest<B: Board>(

@@ -159,6 +159,8 @@ pub enum End {
     /// Where it is highest.
     #[default]
     High,
+    /// It has no switch: `$H` takes it to its zero once the others are home.
+    Zero,
 }
 
 /// Where an axis has limit switches; both are wired to one input, as on Grbl's boards.
@@ -255,6 +257,14 @@ pub struct Switches {
     pub glitch_us: Option<u16>,
     /// How long a limit switch or the probe bounces at each edge, microseconds.
     pub bounce_us: u16,
+    /// A limit switch that stops the machine is named with its end, the position is kept, and `$X` unlocks.
+    pub named: bool,
+    /// With `named`: how far X and Y then go back, mm; Z never does.
+    pub back_off_mm: Option<Positive>,
+    /// Reports have `Sw:X+,Z-`.
+    pub reported: bool,
+    /// 0x18 in motion and the reset input switch the drivers off at once.
+    pub stop_drops_drivers: bool,
 }
 
 /// The safety door.

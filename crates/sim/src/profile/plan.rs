@@ -1,13 +1,14 @@
 //! What a simulation is made of, after a profile: the machine's build, its first settings, its switches.
 
 use super::{
-    Axes, Axis, Belts, GantryAxis, Limits, OutputsTable, Positive, Profile, SecondMotor,
+    Axes, Axis, Belts, End, GantryAxis, Limits, OutputsTable, Positive, Profile, SecondMotor,
     ToolSwitchesTable,
 };
 use crate::contacts::Contacts;
 use crate::plant::{Pin, Plate, Side, Switch};
 use crate::tool_pins::{ToolHeight, ToolSwitches};
 use leadscrew_machine::config::{AxisKind, MachineConfig, Options, ParkingConfig, Squaring};
+use leadscrew_machine::rules::SwitchRules;
 use leadscrew_outputs::OutputsConfig;
 
 /// The axes of the largest machine with a second motor.
@@ -65,6 +66,10 @@ impl Profile {
             let mut cycles = homing.iter().map(|letters| letters.0);
             config.homing_cycles = config.homing_cycles.map(|_| cycles.next().unwrap_or(0));
         }
+        config.rules = self.switch_rules();
+        if let Some(first) = config.homing_cycles.first_mut() {
+            *first |= config.rules.without_switch;
+        }
         if let Some(second) = &self.second_motor {
             let own = second.squaring;
             let grbl = config.squaring;
@@ -78,6 +83,22 @@ impl Profile {
         // Once a run: the machine keeps its defaults for as long as the program runs.
         config.defaults = Box::leak(self.first_settings().into_boxed_slice());
         config
+    }
+
+    fn switch_rules(&self) -> SwitchRules {
+        let axes = self.all_axes().enumerate();
+        SwitchRules {
+            named: self.switches.named,
+            back_off_mm: self
+                .switches
+                .back_off_mm
+                .map_or(0.0, |way| way.get() as f32),
+            reported: self.switches.reported,
+            drops_drivers: self.switches.stop_drops_drivers,
+            without_switch: axes.fold(0, |mask, (axis, of)| {
+                mask | u8::from(of.home == End::Zero) << axis
+            }),
+        }
     }
 
     /// The switches of the tool.

@@ -1,0 +1,202 @@
+//! Rules of limit switches that Grbl has not: they hold where the machine's build asks for them ([`SwitchRules`]).
+//!
+//! ```text
+//!   edge --> stopped at its step --> [MSG:X high] --> back off (X, Y) --> ALARM:1, `$X` unlocks
+//! ```
+
+use crate::activity::homing_cycle::{Homing, LastMove, Phase, Wait};
+use crate::activity::line::Origin;
+use crate::board::{Board, Instant};
+use crate::config::AxisMask;
+use crate::extension::Extension;
+use crate::inputs::{ActiveSwitches, InputConfig};
+use crate::machine::Machine;
+use crate::protocol::alarm::Alarm;
+use crate::protocol::report::AXIS_LETTERS;
+use crate::settings::table::Setting;
+use crate::state::State;
+use core::cmp::Ordering;
+use core::fmt;
+use leadscrew_planner::{Coordinate, Feed, Kinematics, Move, MoveKind, MovePower};
+use leadscrew_stepper::{MotorMask, OutputChange};
+
+/// What limit switches do beyond Grbl's rules.
+#[derive(Clone, Copy, PartialEq, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct SwitchRules {
+    /// A switch that stops the machine is named with its end (`[MSG:X high]`); the position is kept, and `$X` unlocks ALARM:1.
+    pub named: bool,
+    /// With `named`: how far X and Y then go back, mm; 0: not at all. Z never does.
+    pub back_off_mm: f32,
+    /// Reports have `Sw:X+,Z-`: switches that are closed, and their ends as far as they are known.
+    pub reported: bool,
+    /// 0x18 in motion and the reset input switch the drivers off at once, not after `$1`.
+    pub drops_drivers: bool,
+    /// Axes without a switch: `$H` takes them to their zero once the others are home.
+    pub without_switch: AxisMask,
+}
+
+impl SwitchRules {
+    /// Grbl's.
+    pub const GRBL: Self = Self {
+        named: false,
+        back_off_mm: 0.0,
+        reported: false,
+        drops_drivers: false,
+        without_switch: 0,
+    };
+}
+
+/// The axes that back off: X and Y.
+const BACK_OFF: AxisMask = 0b11;
+
+impl<K, X, const AXES: usize, const MOTORS: usize> Machine<'_, K, AXES, MOTORS, X>
+where
+    K: Kinematics<AXES, MOTORS> + Clone,
+    X: Extension<AXES>,
+{
+    /// Names the switches that have stopped the machine, and backs off or locks it. Main loop.
+    pub(crate) fn leave_limit<B: Board>(&mut self, board: &mut B, now: Instant) {
+        self.motion.stop();
+        self.switch_outputs_off(board);
+        let closed = self.switches.ends.closed;
+        let mut back = 0;
+        for (axis, (end, letter)) in closed.iter().zip(AXIS_LETTERS).enumerate() {
+            let Some(end) = end else { continue };
+            let word = match end {
+                Ordering::Greater => " high",
+                Ordering::Less => " low",
+                Ordering::Equal => "",
+            };
+            self.console.say(format_args!("[MSG:{letter}{word}]"));
+            if *end != Ordering::Equal {
+                back |= MotorMask::only(axis).bits();
+            }
+        }
+        let back = back & BACK_OFF;
+        if back == 0 || self.config.rules.back_off_mm <= 0.0 {
+            return self.abort(Alarm::HardLimit, board, now);
+        }
+        self.take_position();
+        self.switches.inputs.configure(&InputConfig {
+            hard_limits: false,
+            ..self.input_config()
+        });
+        self.enter(State::Home);
+        self.activity.homing = Some(Homing {
+            origin: Origin::Nobody,
+            groups: [0; 4],
+            one_by_one: 0,
+            last: LastMove::BackOff(back),
+            phase: Phase::Search,
+            wait: Wait::Settled(now),
+        });
+    }
+
+    /// The last move of homing, or the way off a limit switch; ends both.
+    pub(crate) fn advance_last_move<B: Board>(
+        &mut self,
+        homing: &Homing,
+        board: &mut B,
+        now: Instant,
+    ) {
+        if homing.last == LastMove::None {
+            return self.end_homing();
+        }
+        match homing.wait {
+            Wait::Settled(instant) if now < instant || self.motion.is_stopping() => {}
+            Wait::Settled(_) => {
+                self.motion.shared.set_motor_lock(MotorMask::NONE);
+                let next = self.last_move(homing.last);
+                // A way of 0 plans nothing: it then ends at once.
+                let _ = self.motion.push_aside(&next);
+                if let Some(homing) = &mut self.activity.homing {
+                    homing.wait = Wait::Motion;
+                }
+            }
+            Wait::Motion if !self.motion.is_aside_idle() => {}
+            Wait::Motion => {
+                self.motion.end_aside();
+                self.take_position();
+                match homing.last {
+                    LastMove::BackOff(_) => self.end_back_off(board, now),
+                    LastMove::ToZero(_) | LastMove::None => self.end_homing(),
+                }
+            }
+        }
+    }
+
+    fn end_back_off<B: Board>(&mut self, board: &mut B, now: Instant) {
+        self.activity.homing = None;
+        self.release_homing();
+        self.enter(State::Run);
+        self.abort(Alarm::HardLimit, board, now);
+    }
+
+    fn last_move(&self, last: LastMove) -> Move<AXES> {
+        let back = Coordinate::from_mm(self.config.rules.back_off_mm);
+        let (axes, is_back) = match last {
+            LastMove::BackOff(axes) => (axes, true),
+            LastMove::ToZero(axes) => (axes, false),
+            LastMove::None => (0, false),
+        };
+        let mut target = self.motion.position();
+        let ends = self.switches.ends.closed;
+        for (axis, (target, end)) in target.iter_mut().zip(ends).enumerate() {
+            *target = match end {
+                _ if axes >> axis & 1 == 0 => *target,
+                _ if !is_back => Coordinate::ZERO,
+                Some(Ordering::Greater) => *target - back,
+                Some(Ordering::Less) => *target + back,
+                Some(Ordering::Equal) | None => *target,
+            };
+        }
+        let rate = self.settings.value(Setting::HomingSeek).to_f32();
+        Move {
+            target,
+            feed: Feed::PerMinute(rate / 60.0 * libm::sqrtf(axes.count_ones() as f32)),
+            power: MovePower::Off,
+            curve: None,
+            outputs: OutputChange::NONE,
+            line_number: None,
+            kind: MoveKind::System,
+        }
+    }
+
+    /// The field `Sw:`, where the build asks for it.
+    pub(crate) fn closed_switches(&self, active: &ActiveSwitches) -> ClosedSwitches<AXES> {
+        let axes = match self.config.rules.reported {
+            true => self.switches.axes_at_limits(active),
+            false => MotorMask::NONE,
+        };
+        ClosedSwitches {
+            axes,
+            ends: self.switches.ends.closed,
+        }
+    }
+}
+
+/// Switches that are closed, with their ends; displayed as `|Sw:X+,Z-`, or nothing.
+pub(crate) struct ClosedSwitches<const AXES: usize> {
+    axes: MotorMask,
+    ends: [Option<Ordering>; AXES],
+}
+
+impl<const AXES: usize> fmt::Display for ClosedSwitches<AXES> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut separator = "|Sw:";
+        for (axis, (end, letter)) in self.ends.iter().zip(AXIS_LETTERS).enumerate() {
+            if !self.axes.contains(axis) {
+                continue;
+            }
+            let sign = match end {
+                Some(Ordering::Greater) => "+",
+                Some(Ordering::Less) => "-",
+                Some(Ordering::Equal) | None => "",
+            };
+            write!(f, "{separator}{letter}{sign}")?;
+            separator = ",";
+        }
+        Ok(())
+    }
+}
