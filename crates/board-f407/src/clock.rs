@@ -1,4 +1,4 @@
-//! Where the clocks come from, and what time it is.
+//! The sources of the clocks, and the time.
 use crate::{profile::PROFILE, wake::wake};
 use leadscrew_machine::board::Instant;
 use stm32f4::stm32f407::{rcc, tim5, PWR, RCC, TIM5};
@@ -18,7 +18,7 @@ pub(crate) const APB1_HZ: u32 = 42_000_000;
 /// within 2 ms (data sheet, table 36).
 const PATIENCE: u32 = 200_000;
 
-/// What the CPU's clock is made from.
+/// The source of the CPU's clock.
 #[derive(Clone, Copy, PartialEq, Eq, defmt::Format)]
 pub(crate) enum Source {
     /// The crystal.
@@ -28,7 +28,7 @@ pub(crate) enum Source {
 }
 
 impl Source {
-    /// What the operator is told.
+    /// The operator's message.
     pub(crate) const fn text(self) -> Option<&'static str> {
         match self {
             Self::Crystal => None,

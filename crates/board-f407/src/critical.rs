@@ -5,7 +5,8 @@
 use cortex_m::register::{basepri, basepri_max};
 use critical_section::RawRestoreState;
 
-/// The four bits of a priority on the F407 are the upper ones (RM0090 table 62, PM0214 section 2.3.6). 0 is that of ticks.
+/// The four bits of a priority on the F407 are the upper ones (RM0090 table 62, PM0214 section
+/// 2.3.6). Ticks have priority 0.
 pub(crate) const PULSE_END_PRIORITY: u8 = 1 << 4;
 /// The highest priority that is kept away, as BASEPRI has it. RTIC's tasks have 14 at most, which is this one.
 const BELOW_STEPS: u8 = 2 << 4;
@@ -14,8 +15,9 @@ struct BelowSteps;
 
 critical_section::set_impl!(BelowSteps);
 
-// SAFETY: what runs while the section is held are the step interrupts and faults. The step interrupts use no critical
-// section and nothing that is kept in one; a fault ends the program. BASEPRI is put back as it was, so sections nest.
+// SAFETY: only the step interrupts and faults run while the section is held. The step interrupts
+// use no critical section and no data that is kept in one; a fault ends the program. BASEPRI is put
+// back as it was, so sections nest.
 #[allow(unsafe_code)]
 unsafe impl critical_section::Impl for BelowSteps {
     unsafe fn acquire() -> RawRestoreState {

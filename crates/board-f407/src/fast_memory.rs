@@ -2,7 +2,7 @@
 //!
 //! ```text
 //!  instruction bus  0x00000000  SRAM1 a second time: vectors, step interrupts     no wait states, where the flash has five
-//!  data bus         0x10000000  core coupled memory: stack, what every tick reads, machine and pixels: no DMA there
+//!  data bus         0x10000000  core coupled memory: stack, data of ticks, machine and pixels: no DMA there
 //!  system bus       0x20000000  SRAM for all else, DMA, peripherals
 //! ```
 //!
@@ -24,7 +24,7 @@ extern "C" {
     static mut __ccm_bss_end: u32;
 }
 
-/// Where SRAM1 really is: what stands at 0 is written there.
+/// The real address of SRAM1: data for address 0 is written there.
 const SRAM1: usize = 0x2000_0000;
 /// Words of the vector table: the core's 16, and 82 interrupts (RM0090 table 62).
 const VECTORS: usize = 16 + 82;
@@ -54,7 +54,7 @@ pub(crate) fn load(syscfg: &SYSCFG, scb: &mut SCB) {
     asm::isb();
 }
 
-/// Copies words to what will stand at `to`.
+/// Copies words to the place that `to` names after the remapping.
 ///
 /// # Safety
 /// `from` is readable and `to` is kept for this.

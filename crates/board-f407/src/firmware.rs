@@ -1,4 +1,4 @@
-//! Puts the machine on the board: what is started, which interrupt calls what, and the main loop.
+//! Puts the machine on the board: start-up, the calls of each interrupt, and the main loop.
 use crate::{
     board::F407,
     clock::{self, Clock, Source},

@@ -48,7 +48,7 @@ impl Bank {
     }
 }
 
-/// What a pin is pulled to where nothing else drives it.
+/// The pull of a pin that nothing else drives.
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[allow(dead_code)] // no board uses all of them
 pub(crate) enum Pull {
@@ -57,7 +57,7 @@ pub(crate) enum Pull {
     Down = 2,
 }
 
-/// What a pin does (MODER, RM0090 section 8.4.1).
+/// The mode of a pin (MODER, RM0090 section 8.4.1).
 #[derive(Clone, Copy)]
 enum Mode {
     Input = 0,
@@ -180,7 +180,7 @@ const fn field(register: u32, number: u8, width: u8, value: u32) -> u32 {
     register & !(mask << shift) | value << shift
 }
 
-/// An output and which level switches on what hangs on it.
+/// An output, and the level that switches its load on.
 #[derive(Clone, Copy)]
 pub(crate) struct Output {
     pub(crate) pin: Pin,

@@ -1,4 +1,5 @@
-//! What a board is made of: `build.rs` makes it of the board's file (`crates/boards`), this module says what there is to name.
+//! The parts of a board. `build.rs` makes a board's table from its file (`crates/boards`); this
+//! module has the types.
 use crate::gpio::{Bank, Input, Output, Pin, Pull, Speed};
 use leadscrew_machine::config::MachineConfig;
 
@@ -134,14 +135,14 @@ pub(crate) fn give_usb_its_pins() {
     }
 }
 
-/// The serial line's rate in bits a second: 115200, or what `LEADSCREW_BAUD` says when the firmware is built.
+/// The serial line's rate in bits a second: 115200, or the value of `LEADSCREW_BAUD` at build time.
 pub(crate) const BAUD: u32 = match number(option_env!("LEADSCREW_BAUD")) {
     Some(baud) => baud,
     None => 115_200,
 };
 
-/// Frequency of laser or spindle power in Hz, 50 to 100 000: the profile's, or what `LEADSCREW_POWER_HZ` says when the firmware is
-/// built.
+/// Frequency of laser or spindle power in Hz, 50 to 100 000: the profile's, or the value of
+/// `LEADSCREW_POWER_HZ` at build time.
 pub(crate) const POWER_HZ: u32 = match number(option_env!("LEADSCREW_POWER_HZ")) {
     Some(hz) => hz,
     None => PROFILE.power.frequency,

@@ -94,7 +94,7 @@ pub(crate) fn start(rcc: &RCC) {
     OUTPUT.pin.make_alternate(OUTPUT.function, Pull::Down);
 }
 
-/// What the channel does (TIMx_CCMRx.OCxM, RM0090 section 18.4.7).
+/// The mode of the channel (TIMx_CCMRx.OCxM, RM0090 section 18.4.7).
 #[derive(Clone, Copy)]
 enum Mode {
     /// The output keeps its level: PWM that begins from here looks at the count at once, otherwise only where the count comes
@@ -124,7 +124,7 @@ impl Mode {
 
 /// 1 while the channel makes PWM: a byte, which a tick compares as it is. It is cleared before the output is forced low, and
 /// looked at again once the channel makes PWM: whoever is interrupted by somebody who switches off leaves it off.
-#[allow(unsafe_code)] // the section of what every tick reads
+#[allow(unsafe_code)] // the section of the data that every tick reads
 #[link_section = ".bss.ccm.lit"]
 static LIT: AtomicU8 = AtomicU8::new(0);
 

@@ -35,7 +35,7 @@ pub(crate) enum Reason {
 }
 
 impl Reason {
-    /// What the operator is told.
+    /// The operator's message.
     pub(crate) const fn text(self) -> Option<&'static str> {
         match self {
             Self::Ordinary => None,
@@ -54,7 +54,7 @@ impl Reason {
     }
 }
 
-/// The reason of the reset to come. Outside of what is cleared at start-up.
+/// The reason of the reset to come. Start-up does not clear its section.
 #[link_section = ".uninit.restart"]
 static NOTE: AtomicU32 = AtomicU32::new(0);
 
@@ -95,7 +95,8 @@ fn panic(_: &PanicInfo<'_>) -> ! {
     because(Reason::Panic)
 }
 
-// The stack pointer may be what is wrong: it is put right before anything is pushed. Where it was goes on as an argument.
+// The stack pointer itself may be wrong: it is put right before anything is pushed. Its old value
+// goes on as an argument.
 global_asm!(
     ".section .text.HardFault, \"ax\"",
     ".global HardFault",

@@ -125,9 +125,10 @@ const SAFE: [Store; 4 * PORTS.1] = {
 /// RCC_AHB1ENR with ports A to G on (RM0090 section 7.3.10).
 const PORTS_ON: Store = Store::new(0x4002_3830, 0, 0x7F);
 
-/// Ends what a bootloader may have left running: SysTick and what it and PendSV wait for (DDI 0403, B3.2.4 and B3.3), all
-/// interrupts and what waits for them (B3.4), lines of EXTI (RM0090 section 12.3), both DMA controllers and USB (resets of
-/// RCC, sections 7.3.5 and 7.3.6).
+/// Ends everything that a bootloader may have left running: SysTick, pending SysTick and PendSV
+/// exceptions (DDI 0403, B3.2.4 and B3.3), all interrupts and their pending bits (B3.4), lines of
+/// EXTI (RM0090 section 12.3), both DMA controllers and USB (resets of RCC, sections 7.3.5 and
+/// 7.3.6).
 const FRESH: [Store; 14] = [
     Store::whole(0xE000_E010, 0),
     Store::whole(0xE000_ED04, 1 << 27 | 1 << 25),

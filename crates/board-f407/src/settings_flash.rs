@@ -53,7 +53,8 @@ impl Sectors {
         Self { flash }
     }
 
-    /// Lets `work` write the flash, then checks what the controller says of it, and forgets what the caches hold.
+    /// Lets `work` write the flash, then checks the controller's error flags, and clears the
+    /// caches.
     fn unlocked(&self, work: impl FnOnce(&FLASH)) -> Result<(), FlashError> {
         let flash = &self.flash;
         flash.keyr().write(|w| w.key().set(0x4567_0123));
@@ -76,7 +77,7 @@ impl Sectors {
         }
     }
 
-    /// What the caches hold may be old (RM0090 section 3.6.4). They have to be off for that.
+    /// The caches may hold old data (RM0090 section 3.6.4). They have to be off for the reset.
     fn reset_caches(&self) {
         let access = self.flash.acr();
         access.modify(|_, w| w.dcen().disabled().icen().disabled());

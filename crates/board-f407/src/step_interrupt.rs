@@ -3,7 +3,7 @@
 //! They are none of RTIC's tasks: those save and restore BASEPRI, 14 cycles of each interrupt, for locks that nothing above
 //! RTIC's own priorities has need of. They share nothing with anybody but what is made for that ([`SHARED`], the segment
 //! queue). Their code is in SRAM, what they read in the core coupled memory ([`crate::fast_memory`]).
-#![allow(unsafe_code)] // a handler and what it owns
+#![allow(unsafe_code)] // a handler and its data
 use crate::{
     critical::PULSE_END_PRIORITY,
     profile::MOTORS,
@@ -15,11 +15,12 @@ use heapless::spsc::Consumer;
 use leadscrew_stepper::{on_timer, Segment, Shared, StepInterrupt};
 use stm32f4::stm32f407::{interrupt, Interrupt, TIM11, TIM2};
 
-/// What the interrupts share with the main loop. Its section: memory that `fast_memory` has zeroed before anybody looks at it.
+/// The data that the interrupts share with the main loop. Its section: memory that `fast_memory`
+/// has zeroed before anybody looks at it.
 #[link_section = ".bss.ccm.shared"]
 pub(crate) static SHARED: Shared<MOTORS> = Shared::new();
 
-/// What ticks own.
+/// The data of ticks.
 struct Owned {
     port: Port,
     state: StepInterrupt<MOTORS>,

@@ -17,7 +17,7 @@
 //!
 //! What goes to the ports for each set of motors stands ready in a table ([`Words`]): one store for each port that has
 //! step pins, one after the other. Boards with all of them on one port step all motors at the same instant.
-#![allow(unsafe_code)] // the section of what every tick reads, and the pulse's timer
+#![allow(unsafe_code)] // the section of the data that every tick reads, and the pulse's timer
 use crate::{
     clock::APB1_TIMER_HZ,
     gpio::{Bank, Pin},
@@ -80,8 +80,8 @@ impl<const BANKS: usize> Words<BANKS> {
         }
     }
 
-    /// Makes the table: for each set, what `level` says of each pin by the motor's number and whether it is in the set;
-    /// `None` leaves the pin alone.
+    /// Makes the table. For each set of motors, `level` answers the level of each pin, from the
+    /// motor's number and whether it is in the set. `None` leaves the pin alone.
     fn fill(
         &self,
         pins: &[Pin; MOTORS],
@@ -119,7 +119,7 @@ static PULSE: AtomicU32 = AtomicU32::new(10 * PULSE_MICROSECOND);
 /// whenever a pulse ends.
 #[link_section = ".bss.ccm.negative"]
 static NEGATIVE: AtomicU8 = AtomicU8::new(0);
-/// A tick is armed, or at work. Otherwise the end of a pulse may use what ticks own.
+/// A tick is armed, or at work. Otherwise the end of a pulse may use the data of ticks.
 #[link_section = ".bss.ccm.ticking"]
 static TICKING: AtomicBool = AtomicBool::new(false);
 
@@ -265,7 +265,8 @@ pub(crate) fn catch_missed_tick() {
     }
 }
 
-/// What ticks drive. TIM2's interrupt; that of TIM11 where no tick is armed.
+/// The outputs of ticks. TIM2's interrupt uses it; TIM11's interrupt uses it where no tick is
+/// armed.
 pub(crate) struct Port {
     /// The instant of the tick that is armed, as compare 1 has it: to read it there takes 16 cycles.
     due: u32,

@@ -72,7 +72,7 @@ pub(crate) fn set_filter(microseconds: u32) {
 
 /// Waits until each edge that has come so far is believed or forgotten, 10 ms at most. Main loop, at rest.
 pub(crate) fn let_settle() {
-    /// What the interrupts take besides, generously.
+    /// The time that interrupts take besides, a generous estimate.
     const INTERRUPTS_US: u32 = 20;
     let microseconds = TIME_US.load(Relaxed) + INTERRUPTS_US;
     cortex_m::asm::delay(microseconds * (clock::CPU_HZ / 1_000_000));

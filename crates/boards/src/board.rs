@@ -1,4 +1,4 @@
-//! What a board's file says.
+//! The contents of a board's file.
 use crate::{Chip, Pin};
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -29,13 +29,13 @@ pub struct Board {
     pub defaults: BTreeMap<String, i32>,
     /// The serial line.
     pub serial: Serial,
-    /// The motors: those of X, Y and Z in this order, then second ones.
+    /// The motors: X, Y and Z in this order, then second motors.
     pub motor: Vec<Motor>,
     /// All motors are enabled by these.
     pub enable: Vec<Pin>,
     /// Laser or spindle power.
     pub power: Power,
-    /// What is switched.
+    /// The switched outputs.
     #[serde(default)]
     pub outputs: Outputs,
     /// Probe and buttons.
@@ -73,9 +73,9 @@ pub enum Axis {
 pub struct Serial {
     /// 1 or 2.
     pub usart: u8,
-    /// What the board says.
+    /// The pin on which the board sends.
     pub transmit: Pin,
-    /// What the board hears.
+    /// The pin on which the board receives.
     pub receive: Pin,
 }
 
@@ -107,7 +107,7 @@ pub struct Power {
     pub frequency: u32,
 }
 
-/// What is switched; each may be missing.
+/// The switched outputs; each may be missing.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct Outputs {
@@ -168,12 +168,12 @@ pub struct Inputs {
 pub struct Input {
     /// The pin.
     pub pin: Pin,
-    /// What it is connected to when it is closed.
+    /// The supply to which a closed switch connects the pin.
     #[serde(default)]
     pub closes: Closes,
 }
 
-/// What a closed switch connects its pin to.
+/// The supply to which a closed switch connects its pin.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Closes {
@@ -193,7 +193,7 @@ impl Board {
         toml::from_str(text).map_err(|error| error.to_string())
     }
 
-    /// The outputs that a program switches, with what they are for.
+    /// The outputs that a program switches, with their purpose.
     pub(crate) fn switched(&self) -> impl Iterator<Item = (&'static str, Output)> {
         let outputs = &self.outputs;
         [
@@ -206,7 +206,7 @@ impl Board {
         .filter_map(|(name, output)| Some((name, output?)))
     }
 
-    /// The inputs other than limit switches, with what they are for.
+    /// The inputs other than limit switches, with their purpose.
     pub(crate) fn buttons(&self) -> [(&'static str, Option<Input>); 5] {
         let inputs = &self.inputs;
         [
@@ -218,7 +218,7 @@ impl Board {
         ]
     }
 
-    /// All inputs, with what they are for.
+    /// All inputs, with their purpose.
     pub(crate) fn all_inputs(&self) -> Vec<(String, Input)> {
         let limits =
             self.motor.iter().zip(1..).filter_map(|(motor, number)| {
@@ -229,7 +229,7 @@ impl Board {
         limits.chain(others).collect()
     }
 
-    /// All pins, with what they are for, in the order of the file.
+    /// All pins, with their purpose, in the order of the file.
     #[must_use]
     pub fn pins(&self) -> Vec<(String, Pin)> {
         let mut pins = vec![

@@ -13,7 +13,7 @@ const POWER_TIMERS: [u8; 5] = [1, 3, 4, 8, 9];
 /// The VCO of the PLL in Hz: twice 168 MHz, from which 48 MHz for USB come as well (RM0090 section 7.3.2).
 const VCO: u32 = 336_000_000;
 
-/// What is wrong with a board.
+/// A mistake in a board's file.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Finding(String);
 
@@ -23,7 +23,7 @@ impl fmt::Display for Finding {
     }
 }
 
-/// Notes what is wrong unless `right`.
+/// Notes a mistake unless `right`.
 fn expect(findings: &mut Vec<Finding>, right: bool, words: impl FnOnce() -> String) {
     if !right {
         findings.push(Finding(words()));
@@ -31,7 +31,7 @@ fn expect(findings: &mut Vec<Finding>, right: bool, words: impl FnOnce() -> Stri
 }
 
 impl Board {
-    /// What is wrong with it; nothing where the firmware can be built for it.
+    /// The mistakes of the board; none where the firmware can be built for it.
     #[must_use]
     pub fn check(&self) -> Vec<Finding> {
         let mut findings = Vec::new();
@@ -217,7 +217,7 @@ pub(crate) fn number_of(name: &str) -> Option<u16> {
     name.strip_prefix('$')?.parse().ok()
 }
 
-/// What has a pin for itself on every board.
+/// The fixed purpose of a pin that every board reserves.
 fn taken(pin: Pin) -> Option<&'static str> {
     match (pin.port, pin.number) {
         ('A', 11 | 12) => Some("USB's"),

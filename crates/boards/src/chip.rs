@@ -1,4 +1,4 @@
-//! The chips, and what their pins can be.
+//! The chips, and the functions of their pins.
 use crate::Pin;
 use serde::Deserialize;
 

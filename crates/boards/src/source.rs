@@ -1,4 +1,4 @@
-//! What the firmware's build makes of a board: a Rust module, and the linker's memory.
+//! The output for the firmware's build: a Rust module of the board, and the linker's memory.
 use crate::{
     check::number_of,
     flash::{Sector, BEGIN},

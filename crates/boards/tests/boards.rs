@@ -5,7 +5,7 @@ fn board(name: &str) -> &'static str {
     BOARDS.iter().find(|(one, _)| *one == name).unwrap().1
 }
 
-/// What is said of a board with one text replaced by another.
+/// The findings on a board with one text replaced by another.
 fn findings(name: &str, from: &str, to: &str) -> Vec<String> {
     let text = board(name);
     assert!(text.contains(from), "{name} has no {from}");
@@ -46,7 +46,7 @@ fn a_wrong_board_is_told_what_is_wrong() {
             r#"step = "PB0""#,
             "`at` does not say where PB0 is",
         ),
-        // Two inputs on a line; what a pin cannot be.
+        // Two inputs on a line; a function that the pin lacks.
         (
             r#"probe = { pin = "PC1" }"#,
             r#"probe = { pin = "PC4" }"#,

@@ -1,5 +1,5 @@
-//! `data/stm32f407.txt` is what ST's data say, as the crate `stm32-metapac` has them. `LEADSCREW_WRITE=1 cargo test -p
-//! leadscrew-boards --test chip` writes it anew.
+//! Compares `data/stm32f407.txt` with ST's data, as the crate `stm32-metapac` has them.
+//! `LEADSCREW_WRITE=1 cargo test -p leadscrew-boards --test chip` writes the file anew.
 use std::{collections::BTreeMap, env, fmt::Write, fs};
 use stm32_metapac::metadata::METADATA;
 
@@ -9,7 +9,7 @@ const HEAD: &str = "# Made by `tests/chip.rs` from ST's data (the crate stm32-me
 # as controller, stream and channel.
 ";
 
-/// Ports in the order of the alphabet, their pins in that of their numbers.
+/// Ports in the order of the alphabet, their pins in the order of their numbers.
 fn place(pin: &str) -> (char, u8) {
     let port = pin.chars().nth(1).unwrap();
     (port, pin[2..].parse().unwrap())

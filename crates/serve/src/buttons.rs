@@ -8,7 +8,7 @@ use leadscrew_sim::plant::Pin;
 /// How long a button is pressed, cycles.
 const PRESS: u64 = cycles_of_micros(100_000);
 
-/// What is being pressed. Inputs are low while a switch is pressed.
+/// The pressed switches. Inputs are low while a switch is pressed.
 #[derive(Default)]
 pub(super) struct Buttons {
     /// Switches that stay until they are pressed again, and the levels that they are held at.
@@ -18,7 +18,7 @@ pub(super) struct Buttons {
 }
 
 impl Buttons {
-    /// Holds what was held before on a machine that starts anew: it is the same machine.
+    /// Holds the same switches on a machine that starts anew: it is the same machine.
     pub(super) fn hold_on(&mut self, desk: &mut Desk<'_>) {
         self.pressed.clear();
         for (pin, level) in &self.held {
@@ -26,7 +26,7 @@ impl Buttons {
         }
     }
 
-    /// Presses what `key` stands for; nothing where the machine has no such switch.
+    /// Presses the switch of `key`; nothing where the machine has no such switch.
     pub(super) fn press(&mut self, key: Key, desk: &mut Desk<'_>) {
         match key {
             Key::Door => self.toggle(Pin::Door, desk),

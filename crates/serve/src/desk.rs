@@ -102,7 +102,7 @@ impl<'m> Desk<'m> {
     }
 }
 
-/// What a setting is called, with its axis.
+/// The name of a setting, with its axis.
 fn name_of(key: Key) -> String {
     match key {
         Key::Machine(setting) => setting.row().name.to_owned(),

@@ -27,7 +27,7 @@ pub(super) enum Control {
     Close,
 }
 
-/// What a client must not do; the connection is to be closed.
+/// A client's breach of the protocol; the connection is to be closed.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum FrameError {
     /// An opcode or length that RFC 6455 does not know, or bits reserved for extensions.
@@ -64,7 +64,7 @@ enum Place {
     },
 }
 
-/// What the payload is for.
+/// The purpose of the payload.
 enum Kind {
     Data,
     Ping(Vec<u8>),
@@ -81,10 +81,12 @@ impl FrameReader {
         Self(Place::Header(Vec::new()))
     }
 
-    /// Reads `bytes`: appends what is payload of data frames to `payload`, hands control frames to `control`.
+    /// Reads `bytes`: appends the payload of data frames to `payload`, hands control frames to
+    /// `control`.
     ///
     /// # Errors
-    /// [`FrameError`] at what no client may send; what came before it has been handed out.
+    /// [`FrameError`] where the client breaks the protocol; everything before it has been handed
+    /// out.
     pub(super) fn read(
         &mut self,
         bytes: &[u8],

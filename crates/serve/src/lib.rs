@@ -67,7 +67,7 @@ use std::sync::Arc;
 /// How long a glitch lasts where the profile does not say, microseconds.
 const GLITCH_US: u16 = 5;
 
-/// What is served.
+/// The served machine and its lines.
 pub struct Service {
     /// The machine.
     pub profile: Profile,
@@ -121,7 +121,7 @@ fn pages_channel(lines: &[LineSpec]) -> Option<usize> {
     (has_port && lines.len() < CHANNELS).then_some(lines.len())
 }
 
-/// What pages are told of a machine.
+/// The first message to a page: the description of the machine.
 fn hello(profile: &Profile, channel: Option<usize>) -> Value {
     let axes: Vec<String> = ["X", "Y", "Z", "A", "B", "C"][..profile.axis_count()]
         .iter()

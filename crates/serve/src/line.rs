@@ -90,7 +90,7 @@ impl fmt::Display for LineError {
 
 impl std::error::Error for LineError {}
 
-/// What happened on a line.
+/// An event on a line.
 #[derive(Debug)]
 pub enum What {
     /// Programs can connect now, at this address or device.
@@ -146,7 +146,7 @@ impl fmt::Display for Refusal {
 pub(super) struct Event {
     /// The line, counted from 0.
     pub(super) line: usize,
-    /// What happened.
+    /// The event.
     pub(super) what: What,
 }
 
@@ -155,7 +155,7 @@ pub(super) struct Event {
 pub struct Outlet(SyncSender<Vec<u8>>);
 
 impl Outlet {
-    /// Makes an outlet and what its writer thread reads.
+    /// Makes an outlet and its writer thread's end.
     pub(super) fn new() -> (Self, mpsc::Receiver<Vec<u8>>) {
         let (sender, receiver) = mpsc::sync_channel(OUTLET);
         (Self(sender), receiver)
@@ -167,7 +167,7 @@ impl Outlet {
     }
 }
 
-/// What a line's threads know of the server.
+/// The server, as the threads of a line see it.
 #[derive(Clone)]
 pub(super) struct Uplink {
     line: usize,
@@ -186,8 +186,8 @@ impl Uplink {
         self.busy.clone()
     }
 
-    /// Passes on what a client has sent. Waits while the machine has not taken what it sent before: the operating
-    /// system then holds back a client that floods, and the other lines go on.
+    /// Passes a client's bytes on. Waits while the machine has not taken the bytes before: the
+    /// operating system then holds back a client that floods, and the other lines go on.
     pub(super) fn pass(&self, bytes: &[u8]) {
         while self.backlog.load(Ordering::Relaxed) > BACKLOG && !self.stopped() {
             std::thread::sleep(Duration::from_millis(1));
@@ -204,7 +204,7 @@ impl Uplink {
         }
     }
 
-    /// Tells the server what a page did; waits while it is busy.
+    /// Tells the server of a page's action; waits while it is busy.
     pub(super) fn tell_of_page(&self, event: PageEvent) {
         if self.pages.send(event).is_err() {
             self.stop.store(true, Ordering::Relaxed);
@@ -248,8 +248,8 @@ struct LineThread {
 }
 
 impl Lines {
-    /// Opens lines, for senders and the web pages that are `allowed`; the first has number 0. What becomes of each comes as its
-    /// first event.
+    /// Opens lines, for senders and the web pages that are `allowed`; the first has number 0. The
+    /// first event of each line tells whether it could be opened.
     pub(super) fn open(specs: &[LineSpec], allowed: &Allowed) -> Self {
         let (events, heard) = mpsc::sync_channel(EVENTS);
         let (pages, pages_heard) = mpsc::sync_channel(EVENTS);
@@ -292,7 +292,7 @@ impl Lines {
         }
     }
 
-    /// What a page did, where something waits.
+    /// The next action of a page, where one waits.
     pub(super) fn next_of_page(&self) -> Option<PageEvent> {
         self.pages.try_recv().ok()
     }

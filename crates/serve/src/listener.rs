@@ -22,7 +22,7 @@ const ASK: Duration = Duration::from_secs(5);
 const ASK_AGAIN: Duration = Duration::from_secs(3);
 const TIMES: u32 = 3;
 
-/// How long a client may leave unanswered what was sent to it: at most 15 s, with [`ASK`].
+/// The longest time that a client may leave sent bytes unanswered: at most 15 s, with [`ASK`].
 const GONE: Duration = Duration::from_secs(14);
 
 /// A client that has come.
@@ -37,7 +37,7 @@ pub(super) struct Client {
 /// How clients are met.
 #[derive(Clone, Copy)]
 pub(super) struct Protocol {
-    /// What a client is that has said nothing yet.
+    /// The state of a client that has said nothing yet.
     pub(super) newcomer: Guest,
     /// Waits for the line and talks to the client until it goes.
     pub(super) serve: fn(Client, &Allowed, &Uplink),

@@ -1,4 +1,4 @@
-//! What `serve` tells its user: one clear message each.
+//! The messages of `serve` to its user.
 
 use super::line::{LineSpec, What};
 use super::state_file::{Copied, SetAside};
@@ -11,7 +11,7 @@ use std::path::PathBuf;
 pub enum Note<'a> {
     /// Something happened on a line.
     Line(&'a LineSpec, &'a What),
-    /// A client does not read: what it was to get is thrown away.
+    /// A client does not read: its bytes are thrown away.
     NotRead(&'a LineSpec),
     /// A client has sent more than the machine's receive buffer holds: bytes are lost, as on a real line.
     BytesLost(&'a LineSpec),
@@ -29,7 +29,7 @@ pub enum Note<'a> {
     UnreadState(PathBuf, io::Error),
     /// The last change of a setting was not stored completely.
     LastChangeLost,
-    /// Some of what was stored is lost.
+    /// Some stored values are lost.
     Damaged(Copied),
     /// The state file could not be used.
     SetAside(SetAside),

@@ -26,7 +26,8 @@ impl Pace {
         self.cycle + self.cycles(wall.saturating_sub(self.wall))
     }
 
-    /// Gives up what the simulation has fallen behind, if it is too much to catch up; answers whether it did.
+    /// Skips the time that the simulation is behind, if it is too long to catch up; answers whether
+    /// it did.
     pub(super) fn give_up(&mut self, wall: Duration, reached: Cycle) -> bool {
         let behind = self.due(wall) - reached;
         let hopeless = behind > self.cycles(PATIENCE);

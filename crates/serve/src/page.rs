@@ -1,7 +1,7 @@
-//! What the screen says, as lines of text that fit a window.
+//! The text of the screen, as lines that fit a window.
 //!
 //! ```text
-//!   leadscrew router   12.3 s         what the machine does; then the keys, then as many of the latest messages as
+//!   leadscrew router   12.3 s         the machine's state; then the keys, then as many of the latest messages as
 //!                                     there is room for. A low window leaves out the empty rows, a narrow one
 //!   state     Run                     breaks the lines between words.
 //! ```
@@ -36,7 +36,7 @@ impl Page {
         }
     }
 
-    /// The lines for a window of so many columns and rows.
+    /// The lines for a window of the given columns and rows.
     pub(super) fn lines<'n>(
         &self,
         machine: &Snapshot,

@@ -1,4 +1,4 @@
-//! What `serve` shows its user and what the user presses; a terminal, plain text, or a test.
+//! The display of `serve` and the keys of its user; a terminal, plain text, or a test.
 
 use super::note::Note;
 use super::spool::Spool;
@@ -32,7 +32,7 @@ pub trait Panel {
     fn note(&mut self, note: &Note<'_>);
     /// Shows the machine.
     fn show(&mut self, machine: &Snapshot);
-    /// What was pressed since it was asked last.
+    /// The next key since the last call.
     fn key(&mut self) -> Option<Key>;
 }
 

@@ -133,7 +133,8 @@ impl Port {
         }
     }
 
-    /// Drops what the program left unread, so that the next one does not get it: only the other end can do that.
+    /// Drops the bytes that the program left unread, so that the next program does not get them:
+    /// only the other end can do that.
     fn forget_unread(&self) {
         let flags = OFlag::O_RDWR | OFlag::O_NOCTTY | OFlag::O_NONBLOCK;
         if let Ok(other) = nix::fcntl::open(&self.link.device, flags, Mode::empty()) {

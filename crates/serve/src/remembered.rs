@@ -1,4 +1,4 @@
-//! What outlives a restart of the machine, and where it can, of the program.
+//! The values that outlive a restart of the machine, and where possible of the program.
 
 use super::desk::Desk;
 use super::note::Note;
@@ -12,12 +12,12 @@ use std::time::Duration;
 /// The flash memory and its file.
 pub(super) struct Remembered {
     flash: Flash,
-    /// What was stored is lost, and nothing was stored since.
+    /// The stored values are lost, and nothing was stored since.
     lost: bool,
     file: Option<StateFile>,
     /// Keeps other programs from the file.
     _claim: Option<File>,
-    /// When the file is to be written again: what has changed is not in it yet.
+    /// The time at which the file is to be written again: it lacks a change.
     again: Option<Duration>,
 }
 
@@ -25,7 +25,7 @@ pub(super) struct Remembered {
 const RETRY: Duration = Duration::from_secs(1);
 
 impl Remembered {
-    /// Reads the file, if there is to be one; tells `say` what could not be used.
+    /// Reads the file, if there is to be one; tells `say` of unusable parts.
     pub(super) fn new(file: Option<StateFile>, say: &mut dyn FnMut(&Note<'_>)) -> Self {
         let image = file
             .as_ref()
@@ -40,7 +40,7 @@ impl Remembered {
         }
     }
 
-    /// Gives a machine what is stored. What another version has stored is put aside.
+    /// Gives a machine the stored values. Values of another version are put aside.
     pub(super) fn load(&mut self, desk: &mut Desk<'_>, say: &mut dyn FnMut(&Note<'_>)) {
         let condition = desk.load(&mut self.flash);
         self.lost |= condition == Condition::Foreign;
@@ -65,8 +65,8 @@ impl Remembered {
         }
     }
 
-    /// Stores what a machine has changed, and again what could not be stored before `now`, the time since any instant. The
-    /// line that has changed it is answered after that.
+    /// Stores a machine's changes, and retries those that failed before `now`, the time since any
+    /// instant. The line that made a change is answered after that.
     pub(super) fn save(&mut self, desk: &mut Desk<'_>, now: Duration) -> Option<Note<'static>> {
         desk.save(&mut self.flash);
         let file = self.file.as_ref()?;

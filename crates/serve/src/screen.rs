@@ -31,7 +31,7 @@ impl Screen {
     /// Takes the terminal, for a machine.
     ///
     /// # Errors
-    /// Those of the terminal.
+    /// Errors of the terminal.
     pub fn new(profile: &Profile) -> io::Result<Self> {
         terminal::enable_raw_mode()?;
         give_back_before_a_panic_speaks();
@@ -113,7 +113,7 @@ fn leave(to: &mut impl Write) -> io::Result<()> {
     to.flush()
 }
 
-/// What a panic says would vanish together with the screen.
+/// Leaves the screen before a panic's message, which would vanish with it.
 fn give_back_before_a_panic_speaks() {
     let speak = panic::take_hook();
     panic::set_hook(Box::new(move |what| {

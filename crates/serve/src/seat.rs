@@ -136,7 +136,8 @@ impl Seat {
 }
 
 impl Ticket {
-    /// Waits for the seat; `None` where it cannot be had. `guest` waits for a moment and tells what the client does.
+    /// Waits for the seat; `None` where it cannot be had. `guest` waits for a moment and reports
+    /// the client's behaviour.
     pub(super) fn wait(
         self,
         stream: &TcpStream,

@@ -33,11 +33,12 @@ const TICK: Duration = Duration::from_millis(1);
 /// How often the machine is shown.
 const SHOW: Duration = Duration::from_millis(100);
 
-/// Simulated time between two looks at what clients have sent, cycles.
+/// Simulated time between two looks at the clients' bytes, cycles.
 const SLICE: u64 = cycles_of_micros(2_000);
 
-/// Simulated time in which a machine starts and says so before a client can be heard, cycles: a client that comes early does
-/// not take that banner for the one that it asks for with 0x18. Eight times what a banner takes at 115200 baud.
+/// Simulated time in which a machine starts and prints its banner before a client can be heard,
+/// cycles. So a client that comes early does not mistake this banner for the answer to its 0x18.
+/// Eight times a banner's duration at 115200 baud.
 const START: u64 = cycles_of_micros(20_000);
 
 /// Events that are handled before the simulation goes on.
@@ -52,7 +53,7 @@ pub(super) enum End {
     Restart,
 }
 
-/// What a server needs from whoever runs it.
+/// The server's needs from its caller.
 pub struct Surroundings<'s> {
     /// The wall clock: time since any instant.
     pub clock: &'s dyn Fn() -> Duration,
@@ -62,7 +63,7 @@ pub struct Surroundings<'s> {
     pub panel: &'s mut dyn Panel,
 }
 
-/// What is said of a client once only.
+/// Messages about a client that are sent only once.
 #[derive(Clone, Copy, Default, Debug)]
 struct Told {
     not_read: bool,
@@ -78,7 +79,7 @@ pub(super) struct Server<'s> {
     pages: Pages,
     /// Lines that have a client.
     taken: Vec<bool>,
-    /// What was told of each line's client already.
+    /// The messages already sent about each line's client.
     told: Vec<Told>,
     /// Bytes of each line that are known to be lost.
     lost: Vec<u32>,
@@ -129,7 +130,7 @@ impl<'s> Server<'s> {
         self.pages.channel()
     }
 
-    /// Tells pages what machine there is.
+    /// Describes the machine to pages.
     pub(super) fn greet(&mut self, hello: &Value) {
         self.pages.begin(hello);
     }
@@ -186,7 +187,8 @@ impl<'s> Server<'s> {
         }
     }
 
-    /// Takes what clients have sent, waiting a moment for it; answers whether the machine is to start anew.
+    /// Takes the clients' bytes, waiting a moment for them; answers whether the machine is to start
+    /// anew.
     fn wait(&mut self, desk: &mut Desk<'_>) -> bool {
         let mut patience = TICK;
         for _ in 0..EVENTS {
@@ -243,7 +245,7 @@ impl<'s> Server<'s> {
         }
     }
 
-    /// Does what pages want, and shows them the machine.
+    /// Carries out the requests of pages, and shows them the machine.
     fn serve_pages(&mut self, desk: &mut Desk<'_>) {
         for _ in 0..EVENTS {
             let Some(event) = self.lines.next_of_page() else {
@@ -276,7 +278,8 @@ impl<'s> Server<'s> {
         self.pages.show(desk, (self.around.clock)());
     }
 
-    /// Whether opening a line starts the machine anew. What waits to go in is lost then, as in a real reset.
+    /// Whether opening a line starts the machine anew. Bytes that wait to go in are lost then, as
+    /// in a real reset.
     fn resets(&mut self, line: usize) -> bool {
         let resets = match &self.specs[line] {
             LineSpec::Pty { reset_on_open, .. } => *reset_on_open,
@@ -288,7 +291,7 @@ impl<'s> Server<'s> {
         resets
     }
 
-    /// Sends to the clients what the machine has written.
+    /// Sends the machine's output to the clients.
     fn deliver(&mut self, now: Cycle) {
         for line in 0..self.wires.count() {
             self.lines.taken(line, self.wires.taken(line));

@@ -4,10 +4,11 @@ use std::io::{self, Write};
 use std::sync::mpsc::{self, Receiver, SyncSender, TrySendError};
 use std::time::Duration;
 
-/// How long the end of a program waits for what is still to be written.
+/// The time that the end of a program waits for unwritten text.
 const PARTING: Duration = Duration::from_millis(500);
 
-/// Hands text to a thread that writes it; never waits. What is flushed together is written whole or not at all.
+/// Hands text to a thread that writes it; never waits. Text that is flushed together is written
+/// whole or not at all.
 pub(super) struct Spool {
     begun: Vec<u8>,
     /// `None` once the spool ends.
@@ -44,8 +45,8 @@ impl Write for Spool {
     }
 
     /// # Errors
-    /// `WouldBlock` where there is no room: what was written since the last flush is thrown away. `BrokenPipe` where nobody
-    /// will ever read it.
+    /// `WouldBlock` where there is no room: the text since the last flush is thrown away.
+    /// `BrokenPipe` where nobody will ever read it.
     fn flush(&mut self) -> io::Result<()> {
         let piece = std::mem::take(&mut self.begun);
         let Some(pieces) = &self.pieces else {

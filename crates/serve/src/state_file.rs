@@ -4,7 +4,8 @@
 //!   LEADSCREW-STATE | version, 1 byte | the flash memory, byte for byte
 //! ```
 //!
-//! Written beside it and then put in its place: whoever reads it, after a power loss as well, finds the old or the new one.
+//! Written beside it and then put in its place: a reader finds the old or the new one, after a
+//! power loss as well.
 
 use atomic_write_file::AtomicWriteFile;
 use std::fmt;
@@ -14,7 +15,8 @@ use std::path::{Path, PathBuf};
 
 const MAGIC: &[u8; 15] = b"LEADSCREW-STATE";
 
-/// Version of the file's layout. What the records in it mean is the settings store's business, which has its own.
+/// Version of the file's layout. The records in it belong to the settings store, which has its own
+/// version.
 const VERSION: u8 = 1;
 
 const HEADER: usize = MAGIC.len() + 1;
@@ -51,7 +53,7 @@ impl fmt::Display for Fault {
     }
 }
 
-/// A state file that could not be used, and what became of it.
+/// A state file that could not be used, and its new place.
 #[derive(Debug)]
 pub struct SetAside {
     file: PathBuf,
@@ -90,7 +92,7 @@ impl fmt::Display for Copied {
     }
 }
 
-/// What was found in the place of the state file.
+/// The finding in the place of the state file.
 #[derive(Debug)]
 pub(super) enum Found {
     /// Nothing: the first start.
@@ -128,7 +130,7 @@ impl StateFile {
     /// because each [`StateFile::save`] puts a new file in its place.
     ///
     /// # Errors
-    /// Those of making the file beside it.
+    /// Errors of making the file beside it.
     pub(super) fn claim(&self) -> io::Result<Option<File>> {
         self.make_folder()?;
         let beside = File::create(self.path.with_added_extension("lock"))?;
@@ -142,8 +144,8 @@ impl StateFile {
         }
     }
 
-    /// Removes what a program that was killed while it saved has left beside the file: `.NAME.` and six letters or digits. Nobody
-    /// else is saving there.
+    /// Removes the leftovers of a program that was killed while it saved: `.NAME.` and six letters
+    /// or digits. Nobody else is saving there.
     fn remove_leftovers(&self) {
         let folder = self.path.parent().and_then(|folder| folder.read_dir().ok());
         let name = self.path.file_name().and_then(|name| name.to_str());
@@ -160,7 +162,7 @@ impl StateFile {
                 random.len() == 6 && random.bytes().all(|byte| byte.is_ascii_alphanumeric())
             };
             if random.is_some_and(is_ours) {
-                // What stays does no harm.
+                // A leftover does no harm.
                 let _ = std::fs::remove_file(entry.path());
             }
         }
@@ -169,7 +171,7 @@ impl StateFile {
     /// Reads the flash memory, which has `size` bytes. A file that cannot be used gets another name.
     ///
     /// # Errors
-    /// Those of reading, other than that there is no file.
+    /// Errors of reading, except for a missing file.
     pub(super) fn load(&self, size: usize) -> io::Result<Found> {
         let bytes = match std::fs::read(&self.path) {
             Ok(bytes) => bytes,
@@ -185,7 +187,7 @@ impl StateFile {
     /// Writes the flash memory.
     ///
     /// # Errors
-    /// Those of writing; the file is as before then.
+    /// Errors of writing; the file is as before then.
     pub(super) fn save(&self, image: &[u8]) -> io::Result<()> {
         self.make_folder()?;
         let mut file = AtomicWriteFile::open(&self.path)?;
@@ -239,7 +241,7 @@ impl StateFile {
         free.ok_or_else(|| io::ErrorKind::AlreadyExists.into())
     }
 
-    /// Names for what is kept aside.
+    /// Names for the files that are kept aside.
     fn names(&self) -> impl Iterator<Item = PathBuf> + use<'_> {
         let name = |count: u32| self.path.with_added_extension(format!("kept-{count}"));
         (1..).map(name)

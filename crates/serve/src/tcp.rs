@@ -81,7 +81,7 @@ fn serve_seated(
     uplink.tell(What::Closed);
 }
 
-/// What is known of a client.
+/// The known facts about a client.
 #[derive(Clone, Copy)]
 enum Place {
     /// It has sent nothing yet.
@@ -117,7 +117,7 @@ impl<'s> FirstBytes<'s> {
         matches!(self.place, Place::Silent | Place::Begun(_))
     }
 
-    /// Listens for a moment; tells what the client does.
+    /// Listens for a moment; reports the client's behaviour.
     fn guest(&mut self, time: Duration) -> Guest {
         if self.is_open() {
             self.listen(time);

@@ -9,7 +9,7 @@
 //!   Origin null or another        a page from elsewhere                refused, unless `--allow ORIGIN`
 //!   Host is an address, localhost                                      let in
 //!   Host is another name          it may be made to lead here by       refused, unless `--allow NAME`
-//!                                 whoever owns the name
+//!                                 the owner of the name
 //! ```
 
 use crate::browser::Token;
@@ -19,7 +19,8 @@ use tungstenite::http::header::{AsHeaderName, HOST, ORIGIN};
 use tungstenite::http::uri::Authority;
 use tungstenite::http::HeaderMap;
 
-/// What raw bytes of a browser begin with: HTTP requests, TLS, STUN. No line of G-code and no realtime byte does.
+/// The first bytes of a browser's raw traffic: HTTP requests, TLS, STUN. No line of G-code and no
+/// realtime byte begins with them.
 const REQUESTS: [&[u8]; 13] = [
     b"GET ",
     b"HEAD ",
@@ -36,7 +37,7 @@ const REQUESTS: [&[u8]; 13] = [
     b"\x00\x03\x00",
 ];
 
-/// What the first bytes of a connection are.
+/// The kind of a connection, by its first bytes.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Beginning {
     /// The bytes of a sender.
@@ -47,7 +48,7 @@ pub(super) enum Beginning {
     Either,
 }
 
-/// Tells what the first bytes of a connection are.
+/// Classifies the first bytes of a connection.
 pub(super) fn beginning(bytes: &[u8]) -> Beginning {
     if REQUESTS.iter().any(|request| bytes.starts_with(request)) {
         Beginning::Request
@@ -108,7 +109,7 @@ impl Allowed {
         Self { token, ..self }
     }
 
-    /// What the address of our own page ends with.
+    /// The token at the end of our own page's address.
     pub fn token(&self) -> &Token {
         &self.token
     }

@@ -108,7 +108,7 @@ fn serve_page(reader: &TcpStream, writer: TcpStream, uplink: &Uplink) {
     tell(PageWhat::Closed);
 }
 
-/// What came of a request.
+/// The outcome of a request.
 enum Met {
     /// It was for a document, and is answered.
     Answered,
@@ -164,7 +164,7 @@ fn meet(
     Ok(Met::Sender(seated, reader, writer))
 }
 
-/// Waits for the line. Whoever has sent a request has spoken.
+/// Waits for the line. A client that has sent a request has spoken.
 fn wait(stream: &TcpStream, ticket: Ticket, uplink: &Uplink) -> Option<Seated> {
     ticket.wait(stream, || {
         std::thread::sleep(POLL);
@@ -185,7 +185,7 @@ fn refuse(to: &mut Limited, away: Away) -> Result<Met, Away> {
 }
 
 impl Away {
-    /// What a client is told that is not let in (RFC 9110, sections 15.5.4 and 15.6.4).
+    /// The answer to a client that is not let in (RFC 9110, sections 15.5.4 and 15.6.4).
     fn answer(&self) -> ErrorResponse {
         let (status, why) = match self {
             Self::Held => (
@@ -292,7 +292,7 @@ fn answer(control: Control, sink: &Sink, reader: &TcpStream) {
 fn close(sink: &Sink, reader: &TcpStream, code: CloseCode) {
     let reason = "".into();
     send(sink, Frame::close(Some(CloseFrame { code, reason })));
-    // What fails is closed already.
+    // A failure means that it is closed already.
     let _ = reader.shutdown(Shutdown::Both);
 }
 

@@ -13,7 +13,7 @@ use std::collections::BTreeMap;
 use std::fmt::Display;
 use std::io::{self, Write};
 
-/// A line of text without end is cut after so many bytes.
+/// A line of text without an end is cut after this number of bytes.
 const LONGEST: usize = 512;
 
 /// Which way bytes go.
@@ -34,10 +34,10 @@ impl Way {
     }
 }
 
-/// Writes down what goes over the lines.
+/// Writes down the bytes of the lines.
 pub struct WireLog {
     to: Box<dyn Write + Send>,
-    /// What has been seen of unfinished lines.
+    /// The bytes of unfinished lines.
     begun: BTreeMap<(usize, Way), Vec<u8>>,
 }
 
@@ -53,7 +53,7 @@ impl WireLog {
     /// Writes down bytes of a line.
     ///
     /// # Errors
-    /// Those of the file.
+    /// Errors of the file.
     pub fn bytes(&mut self, now: Cycle, line: usize, way: Way, bytes: &[u8]) -> io::Result<()> {
         for byte in bytes {
             match (way, Byte::sort(*byte)) {
@@ -72,7 +72,7 @@ impl WireLog {
     /// Writes down something that happened on a line.
     ///
     /// # Errors
-    /// Those of the file.
+    /// Errors of the file.
     pub fn event(&mut self, now: Cycle, line: usize, what: &impl Display) -> io::Result<()> {
         self.row(now, line, '.', &what.to_string())
     }
@@ -80,7 +80,7 @@ impl WireLog {
     /// Brings everything to the file.
     ///
     /// # Errors
-    /// Those of the file.
+    /// Errors of the file.
     pub fn flush(&mut self) -> io::Result<()> {
         self.to.flush()
     }

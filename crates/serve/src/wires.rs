@@ -1,4 +1,4 @@
-//! The clients' ends of the machine's serial lines: what waits to go in, what has come out.
+//! The clients' ends of the machine's serial lines: bytes that wait to go in, bytes that came out.
 
 use super::line::Outlet;
 use leadscrew_machine::board::ChannelId;
@@ -10,12 +10,12 @@ use std::collections::VecDeque;
 #[derive(Debug, Default)]
 struct Wire {
     waiting: VecDeque<u8>,
-    /// The client has gone away behind so many of the bytes that wait.
+    /// The client has gone away. The number of waiting bytes that it sent before.
     gone: Option<usize>,
     /// Bytes that the machine has taken since [`Wires::taken`].
     taken: usize,
     written: Vec<u8>,
-    /// The client that gets what the machine writes.
+    /// The client that gets the machine's output.
     outlet: Option<Outlet>,
 }
 
@@ -51,7 +51,7 @@ impl Wires {
         wire.gone = Some(wire.waiting.len());
     }
 
-    /// Forgets what waits to go in: the machine starts anew.
+    /// Forgets the bytes that wait to go in: the machine starts anew.
     pub(super) fn clear(&mut self, line: usize) {
         let wire = &mut self.0[line];
         wire.taken += wire.waiting.len();
@@ -69,7 +69,7 @@ impl Wires {
         std::mem::take(&mut self.0[line].taken)
     }
 
-    /// What the machine has written since it was asked last.
+    /// The machine's output since the last call.
     pub(super) fn written(&mut self, line: usize) -> Vec<u8> {
         std::mem::take(&mut self.0[line].written)
     }

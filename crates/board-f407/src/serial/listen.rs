@@ -1,4 +1,4 @@
-//! The interrupt's end of the line: what has come.
+//! The interrupt's end of the line: received bytes.
 //!
 //! DMA writes each byte to the next place of a ring, as the half-word that the USART's data register is, and never stops. A
 //! place that has been read is marked empty, so that the ring alone says what is new: no count to read, and none that could
@@ -52,11 +52,11 @@ impl Listener {
         }
     }
 
-    /// Takes what has come. Interrupt of TIM7.
+    /// Takes the received bytes. Interrupt of TIM7.
     pub(crate) fn listen(&mut self) {
         self.timer.sr().write(|w| w.uif().clear_bit());
         let begin = self.next;
-        // The last place to be filled: so many bytes have come that some may have been written over.
+        // The last place to be filled: the ring is full, and some bytes may have been written over.
         if place(begin + RING - 1).load(Relaxed) != EMPTY {
             return self.lose();
         }

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //!   pin -> DMA -> ring -> looked at every 50 µs -> Receiver: realtime bytes picked out, all others queued -> main loop
-//!   pin <- DMA <- ring <- started by the interrupt at the end of what was sent before             <- main loop: Writer
+//!   pin <- DMA <- ring <- started by the interrupt at the end of the piece before                 <- main loop: Writer
 //! ```
 //!
 //! At 2 Mbaud a byte comes every 5 µs: an interrupt for each would take a quarter of the CPU, and none could come while the
@@ -68,7 +68,7 @@ impl Stream {
         dma().st(self.0)
     }
 
-    /// Writes what comes to `ring`, byte by byte in half-words, for ever. While it is off.
+    /// Writes each received byte to `ring`, in half-words, for ever. The stream must be off.
     fn fill(self, ring: &'static [AtomicU16]) {
         self.set_up(ring.as_ptr() as u32, ring.len());
         self.registers().cr().write(|w| {
@@ -81,7 +81,7 @@ impl Stream {
     /// Sends `bytes`. While it is off.
     fn send(self, bytes: &'static [AtomicU8]) {
         self.set_up(bytes.as_ptr() as u32, bytes.len());
-        // What was written to them is in the memory before DMA reads it.
+        // The writes to the ring are in the memory before DMA reads it.
         cortex_m::asm::dmb();
         self.registers().cr().write(|w| {
             w.chsel().set(CHANNEL).minc().incremented();

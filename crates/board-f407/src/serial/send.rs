@@ -1,4 +1,5 @@
-//! What is sent: the main loop writes to a ring, DMA sends what lies together in it, an interrupt for each such piece.
+//! Sending: the main loop writes to a ring, DMA sends each contiguous piece, an interrupt ends each
+//! piece.
 use super::{Stream, LINE};
 use crate::{
     profile::{Usart, BAUD},
@@ -12,8 +13,9 @@ use stm32f4::stm32f407::Interrupt;
 
 /// Bytes that the ring has room for: the two messages that may come before the banner. A power of two.
 const RING: usize = 128;
-/// Bytes of the machine's that wait to be sent at most: what the line sends in 0.7 ms, 8 at least. Few, as a report waits for
-/// those before it. What finds no room waits in the machine.
+/// The most bytes of the machine that wait to be sent: the line sends them in 0.7 ms; 8 at least.
+/// Few, because a report waits for the bytes before it. Bytes that find no room wait in the
+/// machine.
 const AHEAD: usize = match BAUD / 10 * 7 / 10_000 {
     0..8 => 8,
     bytes @ 8..128 => bytes as usize,

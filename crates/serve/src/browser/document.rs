@@ -27,7 +27,7 @@ const VIEW: (&str, &str) = ("view", include_str!("../../page/view.js"));
 const PAGE: &str = include_str!("../../page/page.html");
 const STYLE: &str = include_str!("../../page/style.css");
 
-/// What stands for the answer's own secret, by which the browser knows our scripts.
+/// The place of the answer's own secret, by which the browser knows our scripts.
 const NONCE: &str = "NONCE";
 
 static DOCUMENT: LazyLock<String> = LazyLock::new(compose);
@@ -74,7 +74,7 @@ fn quoted(text: &str) -> String {
 mod tests {
     use super::*;
 
-    /// What a page may weigh, bytes.
+    /// The largest size of a page, bytes.
     const MOST: usize = 200_000;
 
     #[test]

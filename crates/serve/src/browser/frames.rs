@@ -1,4 +1,4 @@
-//! What pages are sent and what they send: frames, of which the first byte says what the rest is.
+//! The frames between pages and server. The first byte of a frame is its kind.
 //!
 //! ```text
 //!   to a page      tag, content                          one WebSocket message each; numbers little-endian
@@ -12,18 +12,19 @@ use serde_json::{json, Value};
 /// Content of a frame from a page at most, bytes: a job of 200 MB and its name.
 const LONGEST: usize = 201_000_000;
 
-/// What a frame to a page brings.
+/// The content of a frame to a page.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Tag {
     /// Bytes on a line of the machine's: channel, 1 where they come from it, 0, number of answers before them (u32).
     Wire = 1,
     /// The machine at an instant.
     State = 2,
-    /// Moves: 3 bytes that are 0, number of the first of them (u32), 20 bytes each. They replace what was planned from there on.
+    /// Moves: 3 bytes that are 0, number of the first move (u32), 20 bytes for each. They replace
+    /// the planned moves from this number on.
     Moves = 3,
     /// The machine's parts, as JSON.
     Hello = 4,
-    /// What the page may do, as JSON.
+    /// The rights of the page, as JSON.
     Role = 5,
     /// A message, text.
     Note = 6,
@@ -132,7 +133,7 @@ pub(super) fn state(machine: &Snapshot, progress: Progress, normally_closed: boo
     bytes
 }
 
-/// What a page may do, and who else is there.
+/// The rights of a page, and the senders that are connected.
 pub(super) fn role(controls: bool, senders: &[String]) -> Vec<u8> {
     text(
         Tag::Role,
@@ -145,7 +146,7 @@ pub(super) fn text(tag: Tag, value: &Value) -> Vec<u8> {
     frame(tag, value.to_string().as_bytes())
 }
 
-/// What a page has sent.
+/// A message from a page.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(crate) enum Said {
     /// Bytes for the machine.
@@ -167,7 +168,7 @@ pub(crate) struct SaidReader(Vec<u8>);
 pub(crate) struct Nonsense;
 
 impl SaidReader {
-    /// Takes `bytes`; hands over what is complete.
+    /// Takes `bytes`; hands over each complete message.
     ///
     /// # Errors
     /// [`Nonsense`] at a tag or a length that no page sends.

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //!   pages <==frames== Pages <--- Server: states, moves, bytes on the wire
-//!     |                 ^  `---- Bench: what is found in a job that was dropped
+//!     |                 ^  `---- Bench: findings about a job that was dropped
 //!     `---Said--> PageEvent
 //! ```
 //!
@@ -49,11 +49,11 @@ const ALWAYS: [u8; 4] = [b'!', 0x18, 0x84, 0x85];
 pub(crate) struct PageEvent {
     /// Which page: numbers are not used again.
     pub(crate) page: u64,
-    /// What it did.
+    /// The page's action.
     pub(crate) what: PageWhat,
 }
 
-/// What a page did.
+/// An action of a page.
 #[derive(Debug)]
 pub(crate) enum PageWhat {
     /// It has come; frames go there.
@@ -64,7 +64,7 @@ pub(crate) enum PageWhat {
     Closed,
 }
 
-/// What the server has to do for a page.
+/// A task of the server for a page.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(crate) enum Errand {
     /// Bytes for the machine, on the pages' channel.
@@ -83,7 +83,7 @@ struct Page {
     edition: u32,
 }
 
-/// What lasts: a page that comes gets it.
+/// Lasting information: a new page gets it.
 #[derive(Default)]
 struct Known {
     hello: Vec<u8>,
@@ -147,7 +147,7 @@ impl Pages {
         self.tell_roles();
     }
 
-    /// Takes what a page did; answers what is to be done.
+    /// Takes an action of a page; answers the task that follows.
     pub(crate) fn handle(&mut self, event: PageEvent, desk: &mut Desk<'_>) -> Option<Errand> {
         let number = event.page;
         match event.what {
@@ -342,7 +342,7 @@ fn count_answers(begun: &mut Vec<u8>, bytes: &[u8]) -> u32 {
     count
 }
 
-/// What a number stands for that a page sends as a key.
+/// The key of a number that a page sends.
 fn key_of(number: u8) -> Option<Key> {
     match number {
         0 => Some(Key::Door),

@@ -1,4 +1,4 @@
-//! What a page has to know to get in: a secret that is printed when the server starts.
+//! The secret that lets a page in. It is printed when the server starts.
 
 use std::fmt;
 use tungstenite::handshake::client::generate_key;

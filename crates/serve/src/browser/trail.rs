@@ -54,7 +54,7 @@ impl Trail {
         (self.done, under_way)
     }
 
-    /// The moves from number `from` on, as pages get them: so many at most.
+    /// The moves from number `from` on, in the layout of pages; `most` moves at most.
     pub(crate) fn bytes(&self, from: u32, most: usize) -> Vec<u8> {
         let mut bytes = Vec::new();
         let skipped = from.saturating_sub(self.first) as usize;
@@ -64,7 +64,7 @@ impl Trail {
         bytes
     }
 
-    /// Forgets what lies behind.
+    /// Forgets the moves that are done.
     pub(crate) fn clear(&mut self) {
         let behind = self.done.saturating_sub(self.first) as usize;
         self.moves.drain(..behind.min(self.moves.len()));
@@ -75,7 +75,7 @@ impl Trail {
         }
     }
 
-    /// The machine rests at `position`, mm: what was planned and has not begun will not come.
+    /// The machine rests at `position`, mm: planned moves that have not begun are dropped.
     pub(crate) fn rest(&mut self, position: [f32; 3]) {
         let taken_back = self.planned.front().map(|(number, _)| *number);
         if let Some(number) = taken_back {

@@ -7,7 +7,7 @@ use std::sync::Arc;
 /// A job to be looked at.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Job {
-    /// What its file is called.
+    /// The name of its file.
     pub name: String,
     /// Its text.
     pub text: Vec<u8>,
@@ -22,17 +22,17 @@ pub struct Job {
 pub enum Finding {
     /// Moves of the job in work coordinates: [`Drawn`](leadscrew_sim::scene::Drawn)s.
     Scene(Vec<u8>),
-    /// What `leadscrew check --json` says.
+    /// The output of `leadscrew check --json`.
     Check(String),
     /// How much of the job has been timed, percent.
     Progress(u8),
-    /// What `leadscrew profile --json` says.
+    /// The output of `leadscrew profile --json`.
     Profile(String),
 }
 
 /// Looks at jobs.
 pub trait Workshop: Send + Sync {
-    /// Looks at a job; hands over what it finds as it finds it, and ends soon once `go_on` says no.
+    /// Looks at a job; hands over each finding at once, and ends soon once `go_on` answers no.
     fn look(&self, job: &Job, go_on: &dyn Fn() -> bool, tell: &mut dyn FnMut(Finding));
 }
 
@@ -73,7 +73,7 @@ impl Bench {
         });
     }
 
-    /// What was found since it was asked last.
+    /// The next finding since the last call.
     pub(crate) fn next(&self) -> Option<Finding> {
         self.findings.as_ref()?.try_recv().ok()
     }

@@ -75,7 +75,7 @@ impl Client {
         self.reports[heard].clone()
     }
 
-    /// What is heard before the `ok` to a line.
+    /// The lines that come before the `ok` to a line.
     pub(crate) fn say(&mut self, line: &str) -> Vec<String> {
         self.send(format!("{line}\n").as_bytes());
         std::iter::from_fn(|| self.hear(PATIENCE).filter(|heard| heard != "ok")).collect()

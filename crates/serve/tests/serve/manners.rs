@@ -55,7 +55,7 @@ fn a_flood_costs_its_sender_only() {
         .unwrap();
     let until = Instant::now() + Duration::from_secs(2);
     while Instant::now() < until {
-        // What does not fit any more may fail.
+        // Bytes that find no room may fail.
         let _ = flood.write_all(&[b'X'; 4096]);
         client.ask();
     }
@@ -67,7 +67,7 @@ fn a_flood_costs_its_sender_only() {
 fn a_sender_that_does_not_count_is_named_once_when_bytes_are_lost() {
     let served = Served::tcp(FAST, 1.0);
     let mut client = served.connect();
-    // The machine takes nothing for a second; its buffer is smaller than what follows.
+    // The machine takes nothing for a second; its buffer is smaller than the flood that follows.
     client.send(b"G4 P1\n");
     for _ in 0..2 {
         client.send(&[b'X'; 4096]);

@@ -34,9 +34,9 @@ pub(crate) struct Served {
     thread: Option<JoinHandle<()>>,
     /// Where the lines are.
     pub(crate) ready: Vec<String>,
-    /// What else was said until all lines were ready.
+    /// The other messages until all lines were ready.
     pub(crate) said: Vec<String>,
-    /// What is said from then on.
+    /// The messages from then on.
     pub(crate) heard: Receiver<String>,
 }
 

@@ -1,10 +1,10 @@
-//! What a machine remembers from one server to the next.
+//! The values that a machine remembers from one server to the next.
 
 use crate::client::PATIENCE;
 use crate::served::Served;
 use std::time::{Duration, Instant};
 
-/// What every client hears until the machine is unlocked.
+/// The message to every client until the machine is unlocked.
 const LOST: &str = "[MSG:Stored values lost, defaults in force: check them, then $X]";
 
 #[test]
