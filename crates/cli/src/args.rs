@@ -17,7 +17,7 @@ use std::path::PathBuf;
 #[derive(Parser, Debug)]
 #[command(name = "leadscrew", version, about, arg_required_else_help = true)]
 pub(super) struct Cli {
-    /// What to do.
+    /// The command.
     #[command(subcommand)]
     pub(super) command: Command,
 }
@@ -27,13 +27,15 @@ pub(super) struct Cli {
 pub(super) enum Command {
     /// Run a G-code file on the simulated machine.
     Run(JobArgs),
-    /// Show where the time of a job goes: which limit binds when, and what to change to run it faster.
+    /// Show where the time of a job goes: which limit binds when, and which settings would make it
+    /// faster.
     Profile(ProfileArgs),
-    /// Check G-code files: report every error in them, and what is probably not meant; move nothing.
+    /// Check G-code files: report every error in them, and likely mistakes; move nothing.
     Check(CheckArgs),
     /// Be a machine that senders can connect to.
     Serve(ServeArgs),
-    /// Hold a recorded conversation with Grbl again, in virtual time, and print what this machine answers.
+    /// Hold a recorded conversation with Grbl again, in virtual time, and print the answers of this
+    /// machine.
     Replay(ReplayArgs),
     /// Make a job of another machine's file: drill holes, RP code, engraver rows, a printer's G-code.
     #[command(subcommand)]
@@ -55,7 +57,7 @@ pub(super) enum Command {
     /// Boards for the firmware: hold one against its chip, begin a file.
     #[command(subcommand)]
     Board(BoardCommand),
-    /// Print the JSON schema of what a command writes with --json, or of a machine file.
+    /// Print the JSON schema of the output of --json, or of a machine file.
     Schema {
         /// The command.
         of: Shape,
@@ -107,7 +109,8 @@ pub(super) struct ProfileArgs {
     /// Speed of the serial line in bits per second; without it the line never waits.
     #[arg(long, value_name = "N", value_parser = baud)]
     pub(super) baud: Option<NonZeroU32>,
-    /// Draw speed, acceleration, power and what binds along time as an SVG picture; `-` writes to standard output.
+    /// Draw speed, acceleration, power and the limit in force along time as an SVG picture; `-`
+    /// writes to standard output.
     #[arg(long, value_name = "FILE")]
     pub(super) svg: Option<PathBuf>,
     /// Write one row of CSV for each stretch in which one limit binds; `-` writes to standard output.
@@ -116,7 +119,7 @@ pub(super) struct ProfileArgs {
     /// With --json: tell how long the machine is at each line.
     #[arg(long, requires = "json")]
     pub(super) line_times: bool,
-    /// Do not run the job again to find out what would make it faster.
+    /// Do not run the job again to find faster settings.
     #[arg(long)]
     pub(super) no_trials: bool,
     /// Print the outcome as JSON.
@@ -138,8 +141,8 @@ pub(super) struct CheckArgs {
     pub(super) files: Vec<PathBuf>,
     #[command(flatten)]
     pub(super) machine: SettingArgs,
-    /// Where work zero is in machine coordinates, such as -200,-150,-40: what leaves the travel from there is told, with soft
-    /// limits or without.
+    /// Where work zero is in machine coordinates, for example -200,-150,-40: moves that leave the
+    /// travel from there are reported, with soft limits or without.
     #[arg(long, value_name = "X,Y,Z", value_parser = origin, allow_hyphen_values = true)]
     pub(super) origin: Option<[f32; 3]>,
     /// Draw the toolpath as an SVG picture; `-` writes to standard output.
@@ -171,7 +174,7 @@ pub(super) struct JobArgs {
     /// has.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(0..=8))]
     pub(super) outputs: Option<u8>,
-    /// The nozzle's sensor fails so many seconds after power-up: open@40, shorted@40, frozen@40.
+    /// The nozzle's sensor fails at this time after power-up, s: open@40, shorted@40, frozen@40.
     #[arg(long, value_name = "HOW@S")]
     pub(super) sensor_fault: Option<SensorFault>,
     /// Print the outcome as JSON.

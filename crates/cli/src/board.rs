@@ -16,7 +16,7 @@ pub(super) enum BoardCommand {
     Check(CheckArgs),
     /// Copy a board's file, to be changed.
     New(NewArgs),
-    /// Print which pin is what, and where on the board.
+    /// Print the function of each pin, and its place on the board.
     Pins {
         /// A board's file, or the name of one that comes with the firmware.
         #[arg(value_name = "BOARD")]
@@ -43,7 +43,7 @@ pub(super) struct NewArgs {
     output: Option<PathBuf>,
 }
 
-/// Does what was asked for; `false` where a board is wrong.
+/// Carries out the command; `false` where a board is wrong.
 ///
 /// # Errors
 /// Where a file cannot be read or written, or is no board's.

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 /// Causes that are kept apart; of others every complaint is shown.
 const KEPT: usize = 1000;
 
-/// What complaints have in common: what is wrong, and with what word or axis.
+/// The common part of complaints: the mistake, and its word or axis.
 type Cause = (String, String);
 
 /// The complaints of one cause.
@@ -37,7 +37,7 @@ impl Causes {
         true
     }
 
-    /// What was not shown, in a line for each cause.
+    /// The complaints that were not shown, in a line for each cause.
     pub(super) fn rest(&self, file: &str) -> Vec<String> {
         let mut groups: Vec<_> = self.0.iter().filter(|(_, group)| group.count > 1).collect();
         groups.sort_by_key(|(_, group)| group.first);
@@ -54,7 +54,7 @@ impl Causes {
     }
 }
 
-/// With what something is wrong: the word at the column, or the axes that leave their travel.
+/// The subject of a complaint: the word at the column, or the axes that leave their travel.
 fn subject(complaint: &Complaint) -> String {
     match (complaint.fault, complaint.column) {
         (Fault::Remark(_), _) => complaint.fault.message().to_owned(),

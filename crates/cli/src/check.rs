@@ -1,4 +1,5 @@
-//! `leadscrew check`: every error of a file in one go, soft limits included, and what is probably not meant; nothing moves.
+//! `leadscrew check`: every error of a file in one go, soft limits included, and likely mistakes;
+//! nothing moves.
 
 use super::args::CheckArgs;
 use super::causes::Causes;

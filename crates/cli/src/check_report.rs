@@ -1,4 +1,4 @@
-//! What a check came to: as a line for a person, as JSON for a program.
+//! The result of a check: as a line for a person, as JSON for a program.
 
 use super::complaint::Complaint;
 use super::report::{error_json, extents, Extents, JsonError, JSON_VERSION};
@@ -8,7 +8,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use std::fmt;
 
-/// What a check came to.
+/// The result of a check.
 #[derive(Default)]
 pub(super) struct CheckReport {
     /// The file's name.
@@ -105,7 +105,7 @@ impl fmt::Display for CheckReport {
     }
 }
 
-/// What `check --json` writes of a file.
+/// The output of `check --json` for a file.
 #[derive(Serialize, JsonSchema)]
 #[serde(rename = "Check")]
 pub(super) struct CheckJson<'a> {

@@ -1,4 +1,4 @@
-//! Follows a program line by line without a machine: what is wrong with it, and where it goes.
+//! Follows a program line by line without a machine: its mistakes, and its path.
 //!
 //! Lines go through the machine's own line reader, interpreter and settings, and no further.
 
@@ -23,10 +23,10 @@ use leadscrew_planner::{Arc, Coordinate, StepsPerMm};
 use leadscrew_sim::own::{Own, OwnPins};
 use leadscrew_stepper::MAX_STEP_EVENTS;
 
-/// What a jog begins with.
+/// The beginning of a jog.
 const JOG: &[u8] = b"$J=";
 
-/// What a line is found to be.
+/// The finding about a line.
 type Finding = Result<(), (LineFaultKind, Option<String>)>;
 
 /// A fault with its column in the filtered line, or one of the whole line.
@@ -38,16 +38,16 @@ enum LineFaultKind {
 
 /// Follows a program line by line, whatever the axes of its machine.
 pub(super) trait Follow {
-    /// Puts the machine's X, Y and Z at `origin`, in machine coordinates, and work zero there: what leaves the travel from
-    /// there is a fault.
+    /// Puts the machine's X, Y and Z at `origin`, in machine coordinates, and work zero there: a
+    /// move that leaves the travel from there is a fault.
     fn begin_at(&mut self, origin: [Coordinate; 3]);
-    /// Keeps what a picture is drawn from.
+    /// Keeps the data of a picture.
     fn draw(&mut self);
     /// Takes a line, which has this number; answers the fault that is in it.
     fn check(&mut self, number: u64, raw: &[u8]) -> Option<Complaint>;
     /// Takes a line; answers whether the machine will refuse it.
     fn refuses(&mut self, raw: &[u8]) -> bool;
-    /// What the line under way did.
+    /// The effects of the line under way.
     fn last(&self) -> Done;
     /// Where the program goes.
     fn path(&self) -> &Toolpath;
@@ -75,11 +75,11 @@ struct Checker<const AXES: usize> {
     path: Toolpath,
     /// Whether targets outside the travel are faults where soft limits are off, too.
     travel_counts: bool,
-    /// What the line under way did.
+    /// The effects of the line under way.
     last: Done,
 }
 
-/// What a line did beside moving.
+/// The effects of a line besides its motion.
 #[derive(Clone, Copy, PartialEq, Eq, Default, Debug)]
 pub(super) struct Done {
     /// It paused for the operator: M0, M1.

@@ -1,4 +1,5 @@
-//! An error shown to a person: file, line, column, the line itself with a caret, GRBL's number, and what to do.
+//! An error shown to a person: file, line, column, the line itself with a caret, GRBL's number, and
+//! the remedy.
 //!
 //! ```text
 //! job.nc:12:5: error:2: A number is missing or badly written
@@ -13,7 +14,7 @@ use leadscrew_machine::protocol::status::Status;
 use leadscrew_sim::own::{alarm_of, error_of};
 use std::fmt;
 
-/// What a line of a job was refused with, or what stopped the machine at it.
+/// The refusal of a line of a job, or the event that stopped the machine at it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Fault {
     /// `error:N`.
@@ -40,7 +41,7 @@ impl Fault {
         matches!(self, Self::Remark(_))
     }
 
-    /// GRBL's number; 0 for what the machine takes.
+    /// GRBL's number; 0 for a line that the machine accepts.
     pub(super) fn code(self) -> u8 {
         match self {
             Self::TooLong => Status::InvalidTarget.number(),
@@ -94,11 +95,11 @@ pub(super) struct Complaint {
     pub(super) line: u64,
     /// Where in the line, bytes from 0, if that is known.
     pub(super) column: Option<usize>,
-    /// What is wrong.
+    /// The mistake.
     pub(super) fault: Fault,
     /// The line's text.
     pub(super) text: String,
-    /// What is particular about this case, such as how far a soft limit was passed.
+    /// Details of this case, for example the distance beyond a soft limit.
     pub(super) detail: Option<String>,
 }
 
@@ -158,7 +159,7 @@ impl Complaint {
         format!("::{level} file={file},line={line}{column},title={title}::{message}")
     }
 
-    /// Writes the line, cut to what is near the caret, and the caret under it.
+    /// Writes the line, cut to the text near the caret, and the caret under it.
     fn quote(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let shown: Vec<char> = self.text.chars().map(printable).collect();
         let caret = self.column.unwrap_or(0).min(shown.len());

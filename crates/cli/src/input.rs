@@ -44,7 +44,7 @@ impl std::error::Error for InputError {}
 
 /// A job, ready to be read.
 pub(super) struct Job {
-    /// What messages call it.
+    /// The name in messages.
     pub(super) name: String,
     /// Its size in bytes, where that is known.
     pub(super) size: Option<u64>,
@@ -52,7 +52,7 @@ pub(super) struct Job {
     pub(super) text: Box<dyn BufRead>,
 }
 
-/// What files of G-code are called, in folders: other files are left alone there.
+/// The endings of G-code files, in folders: other files are left alone there.
 const ENDINGS: [&str; 9] = ["nc", "gcode", "ngc", "gc", "g", "tap", "cnc", "ncc", "eia"];
 
 /// The jobs that are meant by `names`: in place of a folder all G-code in it and in the folders in it, by name.

@@ -1,6 +1,7 @@
-//! Where an output goes: a file, standard output (`-`), or what is there already: a pipe, a device.
+//! The destination of an output: a new file, standard output (`-`), or an existing pipe or device.
 //!
-//! A file appears under its name when it is complete: whoever stops the program finds the one before, or none.
+//! A file appears under its name when it is complete. If the program is stopped, the file from
+//! before stays, or none.
 
 use atomic_write_file::AtomicWriteFile;
 use std::cell::RefCell;
@@ -29,7 +30,7 @@ impl std::fmt::Display for OutputError {
 
 impl std::error::Error for OutputError {}
 
-/// Whether an output goes to standard output: what is told of the job does not go there then.
+/// Whether an output goes to standard output: messages about the job do not go there then.
 pub(super) fn is_stdout(path: &Path) -> bool {
     path.as_os_str() == "-"
 }
@@ -43,12 +44,12 @@ pub(super) struct Output {
 /// Writes to an [`Output`].
 pub(super) struct Pen(Rc<RefCell<To>>);
 
-/// What is behind an output.
+/// The device, file or pipe of an output.
 enum To {
     Stdout(Stdout),
     /// Not under its name yet.
     Beside(BufWriter<AtomicWriteFile>),
-    /// What cannot be put in place of another: a pipe, a device.
+    /// A pipe or a device: no other file can take its place.
     There(BufWriter<File>),
     /// Complete.
     Done,
@@ -75,7 +76,7 @@ impl Output {
         Pen(Rc::clone(&self.to))
     }
 
-    /// Puts what was written in its place; `written` tells whether all of it could be.
+    /// Puts the written file in its place; `written` tells whether all of it could be written.
     ///
     /// # Errors
     /// The first failure; the output is as it was before then.
@@ -125,7 +126,7 @@ impl Write for Pen {
         }
     }
 
-    /// What is written is complete only with [`Output::complete`].
+    /// The file is complete only after [`Output::complete`].
     fn flush(&mut self) -> io::Result<()> {
         Ok(())
     }

@@ -1,4 +1,4 @@
-//! `leadscrew profile`: where the time of a job goes, and what to change to run it faster.
+//! `leadscrew profile`: where the time of a job goes, and which settings would make it faster.
 
 use super::args::ProfileArgs;
 use super::complaint::Complaint;
@@ -104,7 +104,7 @@ pub(super) fn without_lead(chosen: &Chosen) -> Chosen {
     chosen.with(&settings)
 }
 
-/// What the limits are found from.
+/// The machine whose limits are found.
 pub(super) fn machine(chosen: &Chosen) -> Machine {
     let pulse = chosen.settings.whole(Setting::StepPulse);
     let pulse_us = u8::try_from(pulse).unwrap_or(u8::MAX);
@@ -186,7 +186,7 @@ impl Course {
     }
 }
 
-/// What came of it.
+/// The result of a profile.
 pub(super) struct ProfileReport {
     file: String,
     lines: u64,
@@ -201,7 +201,7 @@ pub(super) struct ProfileReport {
 }
 
 impl ProfileReport {
-    /// What came of a job called `file`.
+    /// The result of a job called `file`.
     pub(super) fn new(file: &str, done: Streamed<Recorder>) -> Self {
         let begin = done.outcome.first_byte;
         let end = begin + done.outcome.job_cycles;
@@ -350,7 +350,7 @@ impl fmt::Display for ProfileReport {
     }
 }
 
-/// What `profile --json` writes.
+/// The output of `profile --json`.
 #[derive(Serialize, JsonSchema)]
 #[serde(rename = "Profile")]
 pub(super) struct ProfileJson<'a> {

@@ -1,8 +1,9 @@
-//! What the machine takes and nobody can have meant: comments that do not end, settings in a job, lines after its end.
+//! Likely mistakes that the machine accepts: comments that do not end, settings in a job, lines
+//! after its end.
 
 use super::checker::Done;
 
-/// What is remarked on.
+/// The subject of a remark.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub(super) enum Remark {
     /// A `(` without a `)`: all that follows in the line is comment.
@@ -40,7 +41,7 @@ impl Remark {
         }
     }
 
-    /// What it means.
+    /// The meaning of the remark.
     pub(super) fn explanation(self) -> &'static str {
         match self {
             Self::UnclosedComment => "All that follows the ( in this line is taken for comment.",
@@ -62,7 +63,7 @@ pub(super) struct Remarks {
 }
 
 impl Remarks {
-    /// Takes a line, which did what `done` says; answers what is to be remarked, and at which byte.
+    /// Takes a line with the effects `done`; answers the remarks about it, and the byte of each.
     pub(super) fn take(&mut self, raw: &[u8], done: Done) -> Vec<(usize, Remark)> {
         let mut found = Vec::new();
         let code = code(raw, &mut found);
@@ -78,7 +79,7 @@ impl Remarks {
     }
 }
 
-/// The first byte of a line that is code; notes what is odd about comments and bytes.
+/// The first byte of a line that is code; notes remarks about comments and bytes.
 fn code(raw: &[u8], found: &mut Vec<(usize, Remark)>) -> Option<u8> {
     let (mut first, mut comment, mut odd) = (None, None, None);
     for (column, byte) in raw.iter().enumerate() {

@@ -42,7 +42,7 @@ impl fmt::Display for Failure {
     }
 }
 
-/// Prints the conversation with this machine's lines, or what is to be said of several.
+/// Prints the conversation with this machine's lines, or the verdicts on several.
 pub(super) fn run(args: &ReplayArgs) -> Result<bool, Unusable> {
     if args.judge {
         return judge_all(&args.cases);

@@ -1,4 +1,4 @@
-//! What a job came to: as lines for a person, as JSON for a program.
+//! The result of a job: as lines for a person, as JSON for a program.
 
 use super::complaint::Complaint;
 use leadscrew_sim::outcome::Outcome;
@@ -25,7 +25,7 @@ pub(super) struct Report {
     pub(super) error_count: u64,
     /// The alarm that ended the job.
     pub(super) alarm: Option<Complaint>,
-    /// What the simulation found out.
+    /// The result of the simulation.
     pub(super) outcome: Outcome<MOST_MOTORS>,
     /// Steps/mm of each axis.
     pub(super) steps_per_mm: Vec<f64>,
@@ -75,7 +75,7 @@ pub(super) fn extents([low, high]: [[f64; 3]; 2]) -> Extents {
         .collect()
 }
 
-/// What `run --json` writes of a job.
+/// The output of `run --json` for a job.
 #[derive(Serialize, JsonSchema)]
 #[serde(rename = "Run")]
 pub(super) struct RunJson<'a> {
@@ -317,7 +317,7 @@ impl Report {
 /// Lines that are named one by one.
 const NAMED_PAUSES: usize = 8;
 
-/// What became of the program's pauses.
+/// The sentence about the program's pauses.
 fn pauses(lines: &[u64]) -> String {
     let named: Vec<String> = lines
         .iter()
@@ -356,7 +356,7 @@ fn row(f: &mut fmt::Formatter<'_>, name: &str, value: &str) -> fmt::Result {
     writeln!(f, "  {name:<12} {value}")
 }
 
-/// What was found of jobs: an object, an array of them where there may be several.
+/// The reports of jobs: an object, or an array of them where there may be several.
 pub(super) fn json_text(reports: &[impl Serialize], is_one: bool) -> String {
     let text = match (is_one, reports) {
         (true, [one]) => serde_json::to_string_pretty(one),

@@ -1,4 +1,5 @@
-//! `leadscrew run`: streams a file through the machine's own serial protocol and tells what came of it.
+//! `leadscrew run`: streams a file through the machine's own serial protocol and reports the
+//! result.
 
 use super::args::JobArgs;
 use super::input::{self, Job};
@@ -71,7 +72,7 @@ fn named(args: &JobArgs) -> impl Iterator<Item = &Path> {
     all.into_iter().flatten().map(PathBuf::as_path)
 }
 
-/// Refuses what would mix several outputs.
+/// Refuses arguments that would mix several outputs.
 fn one_for_stdout(args: &JobArgs) -> Result<(), &'static str> {
     let count = named(args).filter(|path| is_stdout(path)).count() + usize::from(args.json);
     match count {

@@ -1,4 +1,4 @@
-//! What a command says on standard output.
+//! The text of a command on standard output.
 
 use super::{unusable, Unusable};
 use std::fmt::Display;

@@ -31,7 +31,8 @@ pub(super) struct ServeArgs {
     /// (`cnc.local`). May be repeated. Senders that are no web pages need no leave.
     #[arg(long, value_name = "ORIGIN|NAME", requires = "ws")]
     pub(super) allow: Vec<String>,
-    /// What the page's address ends with, 16 letters and digits or more: the same after a restart. Without it a new one is drawn.
+    /// The end of the page's address, 16 letters and digits or more: the same after a restart.
+    /// Without it a new one is drawn.
     #[arg(long, value_name = "TEXT", requires = "ws", value_parser = token)]
     pub(super) token: Option<Token>,
     /// The machine, a TOML file; without it a stock Grbl without switches. See examples/machines.
@@ -40,7 +41,7 @@ pub(super) struct ServeArgs {
     /// Where settings survive a restart; without it a file in the user's data directory, one for each machine.
     #[arg(long, value_name = "FILE")]
     pub(super) state: Option<PathBuf>,
-    /// Write down what goes over the lines, with the time.
+    /// Write down the bytes on the lines, with the time.
     #[arg(long, value_name = "FILE")]
     pub(super) log: Option<PathBuf>,
     /// Simulated seconds in a second.
@@ -64,7 +65,8 @@ impl ServeArgs {
         pty.chain(tcp).chain(ws).collect()
     }
 
-    /// The state file: the one named, or that of the machine's profile in the user's data directory.
+    /// The state file: the one named, or the default of the machine's profile in the user's data
+    /// directory.
     pub(super) fn state_file(&self) -> Option<StateFile> {
         if let Some(file) = &self.state {
             return Some(StateFile::new(file.clone()));

@@ -15,12 +15,12 @@ use leadscrew_sim::oven::SensorFault;
 use leadscrew_sim::powered::MOST_AXES;
 use leadscrew_sim::profile::Profile;
 
-/// The machine that a command works with: what its file says, and its settings.
+/// The machine that a command works with: its file, and its settings.
 #[derive(Clone, Debug)]
 pub(super) struct Machine {
-    /// What its file says; a stock Grbl without switches where there is none.
+    /// Its file; a stock Grbl without switches where there is none.
     pub(super) file: Profile,
-    /// Its settings, those of axes that it has not included.
+    /// Its settings; the settings of axes that it lacks are included.
     pub(super) settings: Settings<MOST_AXES>,
     /// Its outputs that M62 to M65 switch.
     pub(super) outputs: OutputsConfig,
@@ -50,7 +50,8 @@ impl Machine {
         Ok(Self::of(file, settings))
     }
 
-    /// A machine of three axes with the settings of its own listing: what this machine refuses keeps its default.
+    /// A machine of three axes with the settings of its own listing: a setting that this machine
+    /// refuses keeps its default.
     pub(super) fn from_listing(listing: &str) -> Self {
         let mut settings = Settings::new(&[]);
         for entry in listing.lines().filter_map(|line| entry(line).ok()) {
@@ -100,7 +101,7 @@ impl Machine {
     }
 }
 
-/// What making steps takes on the board that is simulated.
+/// The times of making steps on the simulated board.
 pub(super) const TIMING: StepTiming = StepTiming::F407;
 
 /// The settings as a machine's own defaults. They live as long as the process.
@@ -175,7 +176,7 @@ fn refused(
     ))
 }
 
-/// What would work in place of a setting that was refused for its step rate.
+/// The settings that would work in place of one that was refused for its step rate.
 pub(super) fn instead<const AXES: usize>(
     settings: &Settings<AXES>,
     axes: usize,
@@ -195,7 +196,8 @@ pub(super) fn say_capped(machine: &Machine) {
     }
 }
 
-/// Says of each rate that asks for more steps than the board can make what it comes to.
+/// For each rate that asks for more steps than the board can make, a sentence with the rate that is
+/// reached.
 fn capped(settings: &Settings<MOST_AXES>, axes: usize) -> Vec<String> {
     let pulse = settings.whole(Setting::StepPulse);
     let rate = TIMING.highest_rate(u8::try_from(pulse).unwrap_or(u8::MAX), axes);

@@ -5,8 +5,8 @@
 //! $110=500.000 (x max rate, mm/min)
 //! ```
 //!
-//! What stands in parentheses after the value is a description, as old versions of Grbl printed it. Empty lines
-//! and an `ok` at the end, as a terminal's log has them, are passed over.
+//! Text in parentheses after the value is a description, as old versions of Grbl printed it. Empty
+//! lines and an `ok` at the end, as a terminal's log has them, are passed over.
 
 use std::fmt;
 use std::path::Path;

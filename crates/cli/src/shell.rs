@@ -1,4 +1,4 @@
-//! What a shell and its user want of the command line: completions, manual pages, schemas of `--json`.
+//! Help for a shell and its user: completions, manual pages, schemas of `--json`.
 
 use super::args::{Cli, ManArgs, Shape};
 use super::check_report::CheckJson;
@@ -23,7 +23,7 @@ pub(super) fn completions(shell: Shell) -> Result<bool, Unusable> {
     say(String::from_utf8_lossy(&text)).map(|()| true)
 }
 
-/// Prints the manual page, or writes those of all commands into a folder.
+/// Prints the manual page, or writes the pages of all commands into a folder.
 ///
 /// # Errors
 /// Where the folder or standard output cannot be written.
@@ -40,7 +40,7 @@ pub(super) fn man(args: &ManArgs) -> Result<bool, Unusable> {
     say(String::from_utf8_lossy(&text)).map(|()| true)
 }
 
-/// Prints the JSON schema of what a command writes, or of a machine file.
+/// Prints the JSON schema of a command's output, or of a machine file.
 ///
 /// # Errors
 /// Where standard output cannot be written.

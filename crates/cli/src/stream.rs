@@ -1,4 +1,4 @@
-//! Streams a job through a simulated machine: what `run` and `profile` have in common.
+//! Streams a job through a simulated machine: the common part of `run` and `profile`.
 
 use super::checker::{follow, Follow};
 use super::complaint::{Complaint, Fault};
@@ -49,7 +49,7 @@ pub(super) struct Stream<'a> {
     pub(super) keep_answers: bool,
 }
 
-/// What came of a job.
+/// The result of a job.
 pub(super) struct Streamed<O> {
     /// Lines read from the file.
     pub(super) lines: u64,
@@ -66,7 +66,7 @@ pub(super) struct Streamed<O> {
     /// The line of the file of each answered line, in the order of the answers; 0 for the operator's own. Empty where that is not
     /// to be known.
     pub(super) answered: Vec<u64>,
-    /// What the simulation found out.
+    /// The result of the simulation.
     pub(super) outcome: Outcome<MOST_MOTORS>,
     /// Who watched.
     pub(super) observer: O,

@@ -1,4 +1,4 @@
-//! What a change would save: found by running the job again with it.
+//! The saving of a change: found by running the job again with it.
 
 use super::profile::{Course, Text};
 use super::setting_args::{Machine, TIMING};
@@ -16,10 +16,10 @@ use std::collections::BTreeSet;
 /// A limit that binds for less than this share of the time is not tried.
 const WORTH_TRYING: f64 = 0.01;
 
-/// A change and what it saves.
+/// A change and its saving.
 #[derive(Clone, PartialEq, Debug, Serialize, JsonSchema)]
 pub(super) struct Trial {
-    /// What is changed, such as `$120=400 (now 200)`.
+    /// The change of settings, for example `$120=400 (now 200)`.
     pub(super) change: String,
     /// How much shorter the job is, s.
     pub(super) seconds_saved: f64,
@@ -62,7 +62,8 @@ pub(super) fn trials(
     trials
 }
 
-/// What to change so that the limits that bind for long bind less, and all accelerations together.
+/// The changes that make the limits bind less that bind for long, and one of all accelerations
+/// together.
 fn changes(shares: &[Share], job_cycles: u64) -> BTreeSet<Change> {
     let least = job_cycles as f64 * WORTH_TRYING;
     let binding = shares.iter().filter(|share| share.cycles as f64 >= least);

@@ -1,4 +1,5 @@
-//! What watches the pins during a run: the step list, the waveform, and what the picture is drawn from.
+//! The observers of the pins during a run: the step list, the waveform, and the data of the
+//! picture.
 
 use super::output::{Output, OutputError, Pen};
 use super::report::LETTERS;

@@ -1,4 +1,5 @@
-//! Looks at jobs that are dropped on the page of `serve`: what `check` and `profile` say of them, and where they lead.
+//! Looks at jobs that are dropped on the page of `serve`: the findings of `check` and `profile`,
+//! and the path.
 
 use super::check::read_through;
 use super::checker::follow;
@@ -44,7 +45,7 @@ impl Workshop for Desk {
     }
 }
 
-/// What a check came to.
+/// The result of a check.
 struct Checked {
     scene: Vec<u8>,
     json: String,
@@ -78,7 +79,7 @@ fn check(job: &Job, machine: &Machine) -> io::Result<Checked> {
     })
 }
 
-/// Runs the job on a machine of its own, tells how far it has come, and then what the time went into.
+/// Runs the job on a machine of its own. Tells the progress, and at the end the uses of the time.
 fn time(job: &Job, machine: &Machine, go_on: &dyn Fn() -> bool, tell: &mut dyn FnMut(Finding)) {
     let shared = Arc::new(Shared::default());
     let size = job.text.len().max(1);
@@ -132,7 +133,7 @@ fn run(job: &Job, machine: &Machine, shared: &Arc<Shared>) -> Option<String> {
     Some(ProfileReport::new(&job.name, done).json(true))
 }
 
-/// What the thread that runs a job and the one that waits for it know of each other.
+/// The state shared by the thread that runs a job and the thread that waits for it.
 #[derive(Default)]
 struct Shared {
     read: AtomicUsize,

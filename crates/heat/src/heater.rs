@@ -1,4 +1,4 @@
-//! One heater: on below its target, off above it, and what may be wrong with it.
+//! One heater: on below its target, off above it, and its faults.
 //!
 //! ```text
 //!             +---- hysteresis ----+
@@ -27,12 +27,12 @@ pub struct Limits {
     pub patience: u16,
     /// Kelvins.
     pub answer: f32,
-    /// Once it has reached its target, it stays within so many kelvins of it, or it runs away.
+    /// Once it has reached its target, it stays within this distance of it, K, or it runs away.
     pub band: f32,
 }
 
 impl Limits {
-    /// Those of a plastic nozzle.
+    /// The limits of a plastic nozzle.
     pub const NOZZLE: Self = Self {
         most: 275.0,
         extrusion: 170.0,
@@ -43,7 +43,7 @@ impl Limits {
         band: 30.0,
     };
 
-    /// Those of a heated bed.
+    /// The limits of a heated bed.
     pub const BED: Self = Self {
         most: 120.0,
         hottest: 150.0,
@@ -62,11 +62,11 @@ pub struct HeaterConfig {
     pub sensor: Sensor,
     /// How far from its target it is switched, K, above 0: a relay lasts longer with more.
     pub hysteresis: f32,
-    /// What it is kept within.
+    /// The limits that it is kept within.
     pub limits: Limits,
 }
 
-/// What is wrong with a heater.
+/// A fault of a heater.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Fault {
     /// The sensor's wire is broken.
@@ -175,7 +175,7 @@ impl Heater {
     /// Takes a reading, `share` of the reference voltage; answers whether to heat.
     ///
     /// # Errors
-    /// What is wrong.
+    /// The fault of the heater.
     pub(crate) fn regulate(
         &mut self,
         share: f32,

@@ -53,7 +53,7 @@ pub trait HeatPort {
     }
 }
 
-/// What moves only where it is warm.
+/// The axis and the outputs that work only while the nozzle is warm.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Gates {
     /// The extruder's axis, counted from 0, which does not turn below the heater's [`Limits::extrusion`]; `None`: there is none.
@@ -64,10 +64,10 @@ pub struct Gates {
     pub wait_until_ready: bool,
 }
 
-/// What there is besides the heaters.
+/// The parts besides the heaters.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct HeatConfig {
-    /// What moves only where it is warm.
+    /// The axis and the outputs that work only while the nozzle is warm.
     pub gates: Gates,
     /// The heater of M104 and M109, counted from 0.
     pub nozzle: usize,
@@ -126,7 +126,8 @@ impl<P: HeatPort, const N: usize> Heat<P, N> {
         self.port.fan(0);
     }
 
-    /// The heater that an M code is about: P where it is given, else nozzle or bed. T may be that of an earlier line.
+    /// The heater that an M code is about: P where it is given, else nozzle or bed. T may come from
+    /// an earlier line.
     fn heater_of(&self, call: &Call) -> Option<usize> {
         let index = match (call.words.get(Letter::P), call.code) {
             (Some(number), _) => usize::try_from(number.trunc()).ok()?,

@@ -1,4 +1,4 @@
-//! Sensors: what a voltage says about a temperature.
+//! Sensors: from a voltage to a temperature.
 
 use libm::logf;
 

@@ -10,7 +10,7 @@ pub(crate) const NANOS_PER_INCH: i64 = 25_400_000_000;
 /// Reads `[+-] digits [. digits]` as a length in units of `unit_nanos`.
 ///
 /// # Errors
-/// What is wrong with it: no digits, too many decimals to be held exactly, too long.
+/// The mistake in the number: no digits, too many decimals to be held exactly, too long.
 pub(crate) fn length(text: &str, unit_nanos: i64) -> Result<Mm, String> {
     let (negative, digits) = split_sign(text);
     let (whole, fraction) = digits.split_once('.').unwrap_or((digits, ""));

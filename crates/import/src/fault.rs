@@ -1,4 +1,4 @@
-//! What a reader did not understand, and where.
+//! The text that a reader did not understand, and its place.
 
 use std::fmt;
 
@@ -9,7 +9,7 @@ pub struct Fault {
     pub line: u32,
     /// Where in the line, characters from 1.
     pub column: u32,
-    /// What is wrong and, where there is a way out, what to do.
+    /// The mistake and, where there is one, the remedy.
     pub message: String,
 }
 

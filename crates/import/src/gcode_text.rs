@@ -1,6 +1,6 @@
 //! Writing lines of G-code.
 
-/// Mm, absolute, mm/min, XY plane: a job must not trust what was set before it.
+/// Mm, absolute, mm/min, XY plane: a job must not trust the modes from before it.
 pub(crate) const ABSOLUTE_MM: &str = "G21 G90 G94 G17";
 
 /// A comment in parentheses. Senders and Grbl take `!`, `?`, `~` and bytes above 0x7F for commands wherever they stand,

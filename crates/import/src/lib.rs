@@ -6,9 +6,10 @@
 //! a G-code job and pairs of points       -> align                        -> lines
 //! ```
 //!
-//! Coordinates are exact decimals ([`Mm`]) from the file's digits to the job's. What a reader does not understand is a
-//! [`Fault`] with line and column: no hole, row or move is ever left out in silence. A reader goes on after a fault, so that
-//! a person sees all of them; a job is made only of a file without faults.
+//! Coordinates are exact decimals ([`Mm`]) from the file's digits to the job's. Text that a reader
+//! does not understand is a [`Fault`] with line and column: no hole, row or move is ever left out
+//! in silence. A reader goes on after a fault, so that a person sees all of them; a job is made
+//! only of a file without faults.
 #![forbid(unsafe_code)]
 
 pub mod align;
@@ -28,12 +29,12 @@ pub use fault::{Fault, Faults};
 pub use mm::Mm;
 pub use point::Point;
 
-/// A job: its lines without line ends, and what its user should know.
+/// A job: its lines without line ends, and notes for its user.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub struct Job {
     /// Lines of G-code.
     pub lines: Vec<String>,
-    /// Sentences for the user: what was assumed, clipped or left out.
+    /// Sentences for the user: things that were assumed, clipped or left out.
     pub notes: Vec<String>,
 }
 

@@ -1,7 +1,8 @@
 //! A printer's G-code, as slicers write it for Marlin.
 //!
-//! Moves, E, coordinates and heaters stay as they are. What means something else to Grbl is put in its words; what only tunes
-//! a printer is dropped and said; anything else is a fault.
+//! Moves, E, coordinates and heaters stay as they are. Commands that mean something else to Grbl
+//! are translated. Commands that only tune a printer are dropped, with a note. Any other command is
+//! a fault.
 
 use crate::gcode_text::comment;
 use crate::{Fault, Faults, Job};
@@ -39,10 +40,10 @@ struct Printer {
     faults: Vec<Fault>,
 }
 
-/// What is wrong with a line, and in which column, from 1.
+/// The mistake in a line, and its column, from 1.
 type Wrong = (usize, String);
 
-/// What becomes of a command.
+/// The treatment of a command.
 enum Fate {
     /// It stays, with words of these letters.
     Stays(&'static [Letter]),
@@ -196,7 +197,7 @@ fn thousandth(number: Number) -> Option<Number> {
     (nanos % 1000 == 0).then(|| Number::from_nanos(nanos / 1000))
 }
 
-/// What becomes of a command; `None` where there is nothing like it.
+/// The treatment of a command; `None` where Grbl has nothing like it.
 fn fate(code: &str) -> Option<Fate> {
     use Letter::{E, F, I, J, P, R, S, T, X, Y, Z};
     let fate = match code {

@@ -108,7 +108,7 @@ impl<'a> Part<'a> {
         self.at = [x, y, z];
     }
 
-    /// X and Y, then Z; what stays where it is, is left out.
+    /// X and Y, then Z; a coordinate that stays the same is left out.
     fn go(&mut self, Point { x, y }: Point, z: Mm) {
         let Options { feed, lift, .. } = self.options;
         let (code, feed, lift) = match self.is_on {

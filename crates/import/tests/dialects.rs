@@ -1,4 +1,4 @@
-//! Excellon as programs write it: each file of `drl/`, and what a person reads in it.
+//! Excellon as programs write it: each file of `drl/`, and a person's reading of it.
 
 use leadscrew_import::excellon::{read, Drawing, Known, Shape};
 use leadscrew_import::Point;
@@ -13,7 +13,7 @@ fn drawing(name: &str) -> Drawing {
     read(&text, &Known::default()).unwrap_or_else(|faults| panic!("{}", faults.show(name, &text)))
 }
 
-/// What a tool makes, in words: `0.8: 12.7 5.08`, `1: 5 5 to 6 5` for slots and routes.
+/// The shapes of a tool, in words: `0.8: 12.7 5.08`, `1: 5 5 to 6 5` for slots and routes.
 fn shown(name: &str) -> Vec<String> {
     let drawing = drawing(name);
     let hits = drawing.hits.iter().map(|hit| {

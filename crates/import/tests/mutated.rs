@@ -82,7 +82,7 @@ impl Dice {
     }
 }
 
-/// What the lines before said of routing.
+/// The routing state that the lines before leave.
 #[derive(Default)]
 struct Mode {
     is_routing: bool,
@@ -122,7 +122,7 @@ fn asked(line: &str, mode: &mut Mode) -> u64 {
     count
 }
 
-/// Reads a file and compares each of its lines with what the dumb counter makes of it.
+/// Reads a file and compares each of its lines with the answer of the dumb counter.
 fn compare(text: &str) -> (Drawing, usize) {
     let (drawing, faults) = read_all(text, &Known::default());
     let mut made = BTreeMap::<u32, u64>::new();

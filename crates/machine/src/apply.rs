@@ -1,4 +1,5 @@
-//! Settings put into effect: from exact decimals in the table to what planner, board and inputs work with.
+//! Settings put into effect: from exact decimals in the table to the values of planner, board and
+//! inputs.
 
 use crate::board::Board;
 use crate::extension::Extension;
@@ -55,7 +56,7 @@ where
         counts(wait_ns, self.config.timer_hz)
     }
 
-    /// What the settings say about switches.
+    /// The settings of switches.
     pub(crate) fn input_config(&self) -> InputConfig {
         InputConfig {
             limits_invert: self.settings.is_on(Setting::LimitInvert),

@@ -37,7 +37,7 @@ impl fmt::Display for ChannelId {
 pub struct PlannedMove<'a> {
     /// Where it ends: axes, machine position.
     pub target: &'a [Coordinate],
-    /// What sort of motion it is.
+    /// The kind of motion.
     pub kind: MoveKind,
     /// Power as programmed, at the programmed feed.
     pub power: Power,
@@ -77,7 +77,7 @@ pub struct Switches {
 }
 
 impl Switches {
-    /// All inputs open: what a board without any switch reports.
+    /// All inputs open: the report of a board without any switch.
     pub const OPEN: Self = Self {
         limits: MotorMask::from_bits(0xFF),
         probe: true,

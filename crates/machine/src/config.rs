@@ -137,7 +137,7 @@ impl Squaring {
     }
 }
 
-/// What Grbl decides when it is compiled.
+/// The choices that Grbl fixes when it is compiled.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Options {
@@ -159,22 +159,23 @@ pub struct Options {
     pub tools: bool,
 }
 
-/// A machine's build: what no setting changes.
+/// A machine's build: the properties that no setting changes.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct MachineConfig<const AXES: usize> {
     /// Linear and rotary axes.
     pub axes: [AxisKind; AXES],
     /// Counts of the step timer a second.
     pub timer_hz: u32,
-    /// What making steps takes on the board: faster motion is capped, settings that ask for more than it can make with any
-    /// others are refused.
+    /// The times of making steps on the board: faster motion is capped. Settings that ask for more
+    /// than the board can make with any other settings are refused.
     pub step_timing: StepTiming,
     /// How many moves may be planned ahead; at most as many as its [`MoveQueues`] has room for.
     pub moves: usize,
     /// How many changes of power rows of a raster may hold while they are planned, at most [`PIXELS`]; 0: each line is a move of
     /// its own.
     pub pixels: usize,
-    /// Unread bytes that each serial line is to take, for whoever makes its queue; Grbl's 128, or more.
+    /// Unread bytes that each serial line is to take, for the maker of its queue; Grbl's 128, or
+    /// more.
     pub receive_size: u16,
     /// Characters that a line may have after filtering.
     pub line_length: usize,
@@ -188,7 +189,7 @@ pub struct MachineConfig<const AXES: usize> {
     pub coolant_delay: Duration,
     /// How an axis with two motors is squared, where there is one.
     pub squaring: Squaring,
-    /// What limit switches do beyond Grbl's rules.
+    /// The rules of limit switches beyond Grbl's.
     pub rules: SwitchRules,
     /// Bits of `$10` that ask for something; the others are kept and change nothing, as in Grbl.
     pub report_bits: u8,

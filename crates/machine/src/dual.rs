@@ -7,7 +7,7 @@ use leadscrew_planner::Kinematics;
 pub(crate) struct DualAxis {
     /// The axis.
     pub(crate) axis: usize,
-    /// The second motor's number, beyond those of the axes: its bit in `$2`, `$3` and in the limit inputs.
+    /// The second motor's number, beyond the axes: its bit in `$2`, `$3` and in the limit inputs.
     pub(crate) motor: usize,
 }
 

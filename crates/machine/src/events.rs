@@ -254,7 +254,7 @@ where
         }
     }
 
-    /// Switches on again what is wanted, out of a hold.
+    /// Switches the wanted spindle on again, out of a hold.
     fn restore_held_spindle(&mut self) {
         self.restore_spindle();
         if self.tool.spindle.is_wanted() {
@@ -262,7 +262,7 @@ where
         }
     }
 
-    /// Switches on again what is wanted.
+    /// Switches the wanted spindle on again.
     pub(crate) fn restore_spindle(&mut self) {
         if self.is_aside() {
             return;
@@ -296,7 +296,7 @@ where
         self.set_coolant(wanted, board);
     }
 
-    /// Sets the valves, for the program or the operator; `$G` follows whoever did so last.
+    /// Sets the valves, for the program or the operator; `$G` follows the last change.
     pub(crate) fn set_coolant<B: Board>(&mut self, wanted: CoolantOutput, board: &mut B) {
         self.program.interpreter.set_coolant(Coolant {
             mist: wanted.mist,
@@ -368,7 +368,7 @@ where
         }
     }
 
-    /// Drops what is left of a cancelled jog: its line, too, which is answered.
+    /// Drops the rest of a cancelled jog: its line, too, which is answered.
     fn forget_jog(&mut self) {
         self.motion.forget();
         self.take_position();

@@ -19,7 +19,7 @@ use crate::board::Switches;
 use core::sync::atomic::{AtomicBool, AtomicI32, AtomicU8, Ordering};
 use leadscrew_stepper::{MotorMask, Shared};
 
-/// What the probe is waited for.
+/// The change of the probe that is waited for.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum ProbeWatch {
@@ -134,7 +134,7 @@ impl<const MOTORS: usize> Default for Inputs<MOTORS> {
 }
 
 impl<const MOTORS: usize> Inputs<MOTORS> {
-    /// The bits of `watch` that say what is awaited.
+    /// The bits of `watch` for the kind of event that is awaited.
     const KIND: u8 = 3;
 
     /// Makes the words of a board with all switches open.

@@ -8,7 +8,7 @@ use super::Unusable;
 use clap::Subcommand;
 use std::path::PathBuf;
 
-/// What a file is.
+/// The kind of a file.
 #[derive(Subcommand, Debug)]
 pub(super) enum ImportCommand {
     /// Holes of a circuit board: Excellon files, as KiCad, Eagle, Altium and FlatCAM write them.

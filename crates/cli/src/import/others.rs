@@ -29,7 +29,7 @@ pub(in super::super) struct RpArgs {
     /// Rows are ways from the point before, not places.
     #[arg(long)]
     incremental: bool,
-    /// Heat the nozzle to so many degrees, and wait for it (M104, M109).
+    /// Heat the nozzle to this temperature, and wait for it (M104, M109).
     #[arg(long, value_name = "CELSIUS")]
     nozzle: Option<u16>,
     /// Heat the bed, likewise (M140, M190).

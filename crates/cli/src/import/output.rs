@@ -21,7 +21,7 @@ pub(in super::super) fn read(name: &Path) -> Result<String, Unusable> {
     Ok(String::from_utf8_lossy(&bytes).into_owned())
 }
 
-/// What a reader made of a file; where it made faults, says them.
+/// The result of a reader; prints the faults where there are any.
 pub(in super::super) fn shown<T>(name: &Path, text: &str, read: Result<T, Faults>) -> Option<T> {
     let name = name.display().to_string();
     read.map_err(|faults| eprintln!("{}", faults.show(&name, text)))

@@ -3,7 +3,7 @@
 use leadscrew_sim::clock::{seconds, Cycle};
 use leadscrew_sim::speed_profile::{Limit, Stretch};
 
-/// What happens in one column.
+/// The events in one column.
 #[derive(Clone, PartialEq, Debug)]
 pub(super) struct Column {
     /// Mean speed, mm/s.

@@ -1,4 +1,4 @@
-//! The colours of paths: those of the page that `serve` shows.
+//! The colours of paths: the same as on the page of `serve`.
 
 /// From the top of the material down, equally spaced: each is told from white and from black.
 const DEPTH: [[f64; 3]; 5] = [

@@ -1,4 +1,5 @@
-//! Draws where the limits bind: speed, acceleration and power along time, and a band that shows what binds when.
+//! Draws the limits in force: speed, acceleration and power along time, and a band that shows which
+//! limit binds when.
 //!
 //! ```text
 //!  | mm/min  speed: mean in each column, and from the least to the highest |

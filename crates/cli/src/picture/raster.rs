@@ -11,7 +11,7 @@ const LEAST: usize = 2000;
 /// Pixels of the image in a pixel of the picture, at first.
 const FINE: f64 = 2.0;
 
-/// What an image may weigh, bytes of text.
+/// The largest size of an image, bytes of text.
 const MOST: usize = 700_000;
 
 /// The rows of a job.

@@ -1,4 +1,4 @@
-//! The speed along time: that of `profile`.
+//! The speed along time: the curve of `profile`.
 
 use super::columns::Columns;
 use super::page::{axes, Frame};

@@ -42,7 +42,7 @@ const ARROWS: usize = 150;
 
 const START: &str = "#2a7f62";
 
-/// What the picture is drawn with.
+/// The parts of the picture's coordinate system.
 struct Plot<'a> {
     path: &'a Toolpath,
     frame: Frame,

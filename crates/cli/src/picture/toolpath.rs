@@ -2,7 +2,7 @@
 
 use leadscrew_sim::scene::{Drawn, Way};
 
-/// What the tool does along a stroke.
+/// The use of the tool along a stroke.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum StrokeKind {
     /// A rapid (G0), a jog, or the machine driving itself.
@@ -31,7 +31,7 @@ impl StrokeKind {
 pub(crate) struct Toolpath {
     /// `None` where only distances are wanted.
     moves: Option<Vec<Drawn>>,
-    /// The line that asks for what comes next, counted from 1; 0 for none.
+    /// The line that asks for the following motion, counted from 1; 0 for none.
     pub(crate) line: u32,
     /// Where the tool went down and up again without moving aside: X and Y in mm.
     holes: Vec<[f32; 2]>,

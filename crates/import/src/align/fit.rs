@@ -26,7 +26,7 @@ pub struct Pair {
 pub struct Fit {
     /// Turned so far against the clock, rad.
     pub angle: f64,
-    /// So many times as large as the job says: told, not applied unless wanted.
+    /// The board's size divided by the job's: reported, not applied unless wanted.
     pub scale: f64,
     /// Whether the points fit a mirrored board better. Two points, or points on one line, cannot show it.
     pub is_mirrored: bool,
@@ -39,7 +39,7 @@ pub struct Fit {
 
 /// Points closer together than this name no direction, mm.
 const NEAR: f64 = 1e-6;
-/// A mirrored board has to fit so many times better.
+/// A mirrored board has to fit better by this factor.
 const CLEARLY: f64 = 2.0;
 
 impl Fit {
@@ -134,7 +134,7 @@ fn factor(seen: &[Pair], size: f64, mirrors: bool) -> [f64; 2] {
     sum.map(|part| part / size)
 }
 
-/// Root of the mean square of what a factor leaves, mm.
+/// Root of the mean square of the distances that a factor leaves, mm.
 fn rest(seen: &[Pair], factor: [f64; 2], mirrors: bool) -> f64 {
     let squares = seen.iter().map(|pair| {
         let [x, y] = product(factor, seen_nominal(pair, mirrors));

@@ -189,7 +189,8 @@ impl<'a> Turner<'a> {
         Ok(Some(self.fit.place([x, y])))
     }
 
-    /// A way with what rounding owes it, so that many short ways end where they should.
+    /// A way together with the remainder of earlier rounding, so that many short ways end where
+    /// they should.
     fn repaid(&mut self, way: Place) -> Place {
         let wanted = [way[0] + self.owed[0], way[1] + self.owed[1]];
         let unit = if self.is_inch { INCH } else { 1.0 };

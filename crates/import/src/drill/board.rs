@@ -10,7 +10,7 @@ pub(super) struct Board {
     pub(super) notes: Vec<String>,
 }
 
-/// A bit and what it makes.
+/// A bit and its shapes.
 pub(super) struct Group {
     pub(super) bit: Bit,
     pub(super) shapes: Vec<Shape>,

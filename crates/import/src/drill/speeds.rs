@@ -2,7 +2,7 @@
 
 use crate::Point;
 
-/// What bounds the machine's motion.
+/// The limits of the machine's motion.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Speeds {
     /// `$110` to `$112`: mm/min of X, Y and Z.

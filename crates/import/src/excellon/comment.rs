@@ -4,7 +4,7 @@
 
 use super::format::{Digits, Format, Units, Zeros};
 
-/// Takes from a comment what it says of the format; other comments mean nothing.
+/// Takes the statements about the format from a comment; other comments mean nothing.
 pub(super) fn read(comment: &str, format: &mut Format) {
     let comment = comment.trim();
     if let Some(digits) = comment.strip_prefix("FILE_FORMAT=") {

@@ -1,4 +1,4 @@
-//! What a file's numbers show of the zeros that they leave out.
+//! The evidence of a file's numbers about the zeros that they leave out.
 //!
 //! A program that leaves leading zeros out never writes one, and likewise for trailing ones. So a file with a leading zero
 //! keeps them, and where it has no trailing zero as well, those are the ones that it leaves out.

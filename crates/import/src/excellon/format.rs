@@ -77,7 +77,7 @@ pub enum Zeros {
     Trailing,
 }
 
-/// What the user says of a file; it wins over what the file says.
+/// The user's statements about a file; they win over the file's own.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Known {
     /// The unit.
@@ -88,13 +88,13 @@ pub struct Known {
     pub zeros: Option<Zeros>,
 }
 
-/// What is known of a file's numbers so far.
+/// The known facts about a file's numbers so far.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Format {
     told: Known,
-    /// What the file said.
+    /// The file's own statements.
     pub(super) said: Known,
-    /// What its numbers show, and the line of the first that does.
+    /// The evidence of its numbers, and the line of the first number that gives it.
     shown: Option<(Zeros, usize)>,
     /// Whether there was an `M48`, behind which a unit has to be named.
     pub(super) has_header: bool,
@@ -110,7 +110,7 @@ impl Format {
         }
     }
 
-    /// Takes a unit from the file; digits were those of the unit before it.
+    /// Takes a unit from the file; digits belong to the unit before it.
     pub(super) fn set_units(&mut self, units: Units) {
         if self.said.units.is_some_and(|before| before != units) {
             self.said.digits = None;

@@ -34,14 +34,14 @@ use crate::Faults;
 use program::Reader;
 use std::collections::BTreeMap;
 
-/// What a file holds: tools, and what is made with them in the order of the file.
+/// The contents of a file: tools, and their shapes in the order of the file.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub struct Drawing {
     /// Tools by their numbers.
     pub tools: BTreeMap<u32, Tool>,
     /// Holes, slots and routes; a repeat (`R5`) is as many holes.
     pub hits: Vec<Hit>,
-    /// What was assumed or is not used.
+    /// Assumptions, and statements that are not used.
     pub notes: Vec<String>,
 }
 
@@ -52,11 +52,11 @@ pub struct Hit {
     pub tool: u32,
     /// Line of the file on which it ends, from 1.
     pub line: u32,
-    /// What is made.
+    /// The shape.
     pub shape: Shape,
 }
 
-/// Reads a file, `known` in place of what it does not say of itself.
+/// Reads a file; `known` fills in the facts that it does not state itself.
 ///
 /// # Errors
 /// All that was not understood.
@@ -69,7 +69,8 @@ pub fn read(text: &str, known: &Known) -> Result<Drawing, Faults> {
     }
 }
 
-/// Reads a file, and what there is beside its faults: each line is understood wholly or is a fault.
+/// Reads a file; answers the drawing beside its faults: each line is understood wholly or is a
+/// fault.
 pub fn read_all(text: &str, known: &Known) -> (Drawing, Faults) {
     let mut reader = Reader::new(known, evidence::zeros(text));
     for (index, line) in text.lines().enumerate() {

@@ -11,7 +11,7 @@ use crate::{Fault, Faults, Mm, Point};
 const MOST_HITS: usize = 100_000;
 const TOO_MANY: &str = "more than 100000 holes";
 
-/// What is wrong with a line, and in which column, from 1.
+/// The mistake in a line, and its column, from 1.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(super) struct Wrong {
     pub(super) column: usize,
@@ -40,7 +40,7 @@ pub(super) enum Stage {
     Ended,
 }
 
-/// What a statement means depends on those before it.
+/// The state that the statements before leave: a statement's meaning depends on it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct State {
     pub(super) format: Format,
@@ -137,7 +137,7 @@ impl Reader {
         }
     }
 
-    /// What only a body has ends the header where `%` is missing.
+    /// A statement that only a body has ends the header where `%` is missing.
     pub(super) fn begin_body(&mut self) {
         if self.now.stage == Stage::Header {
             self.notes.add("the header has no end (%)");

@@ -5,7 +5,7 @@ use super::shape::{Arc, Centre, Cut, Route, Shape};
 use super::word::Word;
 use crate::{Mm, Point};
 
-/// What a coordinate means.
+/// The meaning of a coordinate.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Mode {
     /// A hole.

@@ -1,4 +1,4 @@
-//! What tools make: holes, slots, routed paths.
+//! The shapes that tools make: holes, slots, routed paths.
 
 use crate::{Mm, Point};
 
@@ -23,7 +23,7 @@ pub enum Shape {
 pub struct Route {
     /// Where the tool goes down.
     pub from: Point,
-    /// What it cuts from there; never empty.
+    /// The cuts from there; never empty.
     pub cuts: Vec<Cut>,
 }
 

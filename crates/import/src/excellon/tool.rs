@@ -6,7 +6,7 @@ use super::word::Word;
 use crate::decimal::{self, NANOS_PER_MM};
 use crate::Mm;
 
-/// What a file says of a tool.
+/// A file's statements about a tool.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Tool {
     /// `C`. Older programs write diameters into a list of their own.

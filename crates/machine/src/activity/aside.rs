@@ -20,7 +20,7 @@ pub(crate) const LONGEST: Duration = Duration::from_ticks(300_000);
 /// How far it has come.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Phase {
-    /// What the sender had on the way is kept.
+    /// Lines that the sender had on the way are kept.
     Collecting {
         /// Since when.
         since: Instant,

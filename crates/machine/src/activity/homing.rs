@@ -141,7 +141,7 @@ where
             .is_empty()
     }
 
-    /// Those of `motors` whose limit switch is closed.
+    /// The motors among `motors` whose limit switch is closed.
     fn closed<B: Board>(&self, motors: MotorMask, board: &B) -> MotorMask {
         let closed = self.switches.inputs.active(&board.switches()).limits;
         motors.without(motors.without(closed))
@@ -302,7 +302,7 @@ where
         }
     }
 
-    /// Gives motors and limit switches back to what they are outside homing.
+    /// Gives motors and limit switches back to their state outside homing.
     pub(crate) fn release_homing(&mut self) {
         self.switches
             .inputs

@@ -40,7 +40,7 @@ pub(crate) enum Wait {
     Motion,
 }
 
-/// What follows once all switches are found.
+/// The step after all switches are found.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum LastMove {
     /// Nothing.

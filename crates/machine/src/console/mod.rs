@@ -1,4 +1,4 @@
-//! The serial lines: what comes in line by line, what goes out, and where.
+//! The serial lines: input line by line, output, and the channel of each.
 //!
 //! An answer goes out on the channel that its line came in on, messages and alarms on all. A line is taken only
 //! where the board has got the answers before it. So no answer is ever lost, however slowly the other end reads, and a
@@ -47,7 +47,7 @@ pub(crate) struct Channel<'a> {
     reader: LineReader<LINE>,
     /// The reader holds a whole line, not yet taken.
     complete: bool,
-    /// What is being sent row by row; its line is answered after the last.
+    /// The listing that is being sent row by row; its line is answered after the last row.
     pub(crate) listing: Option<Listing>,
     /// A `?` waits for its report.
     pub(crate) report_due: bool,
@@ -263,7 +263,8 @@ impl<'a> Console<'a> {
         self.turn = usize::from(id.0) + 1;
     }
 
-    /// Forgets lines begun, lists begun, and what was received as far as `discard` says. After a reset.
+    /// Forgets lines begun, lists begun, and received bytes as far as `discard` says. After a
+    /// reset.
     pub(crate) fn discard(&mut self, discard: Discard) {
         if discard == Discard::Nothing {
             return;
@@ -281,7 +282,7 @@ impl<'a> Console<'a> {
         }
     }
 
-    /// Hands the board what it takes of the waiting output.
+    /// Hands the board as much of the waiting output as it takes.
     pub(crate) fn flush<B: Board>(&mut self, board: &mut B, work: &mut Work) {
         for (id, channel) in self.channels() {
             if !channel.output_is_empty() {

@@ -1,4 +1,4 @@
-//! What waits to be sent on one serial line.
+//! The output that waits to be sent on one serial line.
 
 use crate::board::{Board, ChannelId};
 use core::fmt;
@@ -10,7 +10,8 @@ const OUTPUT: usize = 1024;
 /// Room that a report fits into, and leaves enough for the messages that may come then.
 const REPORT_ROOM: usize = 512;
 
-/// Messages leave so much: for an alarm, the greeting and an answer, which others depend on.
+/// Messages leave this room, bytes: for an alarm, the greeting and an answer, which others depend
+/// on.
 const MESSAGES_LEAVE: usize = 256;
 
 /// Bytes that wait to be sent.
@@ -49,7 +50,7 @@ impl Output {
         self.add(0, format_args!("{line}\r\n"));
     }
 
-    /// As [`Output::line`], for what may be missed where the other end reads slowly.
+    /// As [`Output::line`], for text that may be missed where the other end reads slowly.
     pub(crate) fn message(&mut self, line: impl fmt::Display) {
         self.add(MESSAGES_LEAVE, format_args!("{line}\r\n"));
     }
@@ -71,7 +72,7 @@ impl Output {
         let _ = fmt::Write::write_str(self, "ok\r\n");
     }
 
-    /// Hands the board what it takes; returns how many bytes that was.
+    /// Hands the board as many bytes as it takes; returns their number.
     pub(crate) fn flush<B: Board>(&mut self, channel: ChannelId, board: &mut B) -> u32 {
         let (first, second) = self.waiting.as_slices();
         let mut sent = board.write(channel, first);

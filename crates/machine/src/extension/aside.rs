@@ -49,8 +49,8 @@ where
         self.wait_own(OwnWait::Turn(Some(now + SETTLE)))
     }
 
-    /// Keeps what the sender had on the way; hands the machine to the operator once nothing more comes. `None`: there is nothing
-    /// to collect.
+    /// Keeps the lines that the sender had on the way; hands the machine to the operator once
+    /// nothing more comes. `None`: there is nothing to collect.
     pub(super) fn collect<B: Board>(&mut self, board: &mut B, now: Instant) -> Option<Progress> {
         let Some(Aside {
             phase: Phase::Collecting { since, last },

@@ -155,7 +155,7 @@ impl<const AXES: usize> Extension<AXES> for () {
     const IN_USE: bool = false;
 }
 
-/// What an extension may object to: [`Extension::gate`].
+/// The question to [`Extension::gate`]: something to which an extension may object.
 #[derive(Clone, Copy, PartialEq, Debug)]
 #[non_exhaustive]
 pub enum Asked<'a, const AXES: usize> {

@@ -139,7 +139,7 @@ mod tests {
         assert_eq!(centre, Err(Status::InvalidTarget));
     }
 
-    /// Travel along X and I: what Grbl answered, and the thresholds to the last digit.
+    /// Travel along X and I: Grbl's answers, and the thresholds to the last digit.
     #[test]
     fn the_radii_may_differ_by_5_um_or_a_thousandth_up_to_half_a_millimetre() {
         let cases = [

@@ -25,7 +25,7 @@ pub(super) struct Code {
 /// The fraction of a number that is not within 0 to 255: no word has it.
 const WRAPPED: u16 = u16::MAX;
 
-/// What a G word says.
+/// The meaning of a G word.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum GWord {
     NonModal(NonModal),
@@ -39,7 +39,7 @@ pub(super) enum GWord {
     Units(Units),
     /// G40, the only mode there is.
     CutterCompensation,
-    /// G43.1, G49: what they do hangs on the axis words.
+    /// G43.1, G49: their effect depends on the axis words.
     ToolLength,
     System(WorkSystem),
     /// G61, the only mode there is.
@@ -65,7 +65,7 @@ impl GWord {
     }
 }
 
-/// What an M word says.
+/// The meaning of an M word.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum MWord {
     Flow(Flow),
@@ -203,7 +203,8 @@ impl Code {
         })
     }
 
-    /// Answers what a fraction that means nothing is: of numbers that take some fraction it is just unknown.
+    /// Answers the status of a fraction that means nothing: a number that takes some fraction is
+    /// just unknown.
     fn not_whole(self, options: &Options) -> Status {
         match self.whole {
             28 | 30 | 38 | 43 | 61 | 90 | 91 | 92 => Status::UnsupportedCommand,
@@ -217,7 +218,7 @@ impl Code {
         (self.hundredths == 0).then_some(self.whole)
     }
 
-    /// Answers what it says as an M word, on a machine built with these options.
+    /// Answers its meaning as an M word, on a machine built with these options.
     pub(super) fn m(self, options: &Options) -> Result<MWord, Status> {
         if self.hundredths != 0 {
             return Err(Status::NotWhole);

@@ -35,7 +35,7 @@ pub enum Command<const AXES: usize> {
     Dwell(Number),
     /// Wait until motion has ended, then write this to the store: it outlasts power (G10, G28.1, G30.1).
     StoreOffset {
-        /// What is stored.
+        /// The offset that is stored.
         id: OffsetId,
         /// Its value, machine coordinates.
         value: [Coordinate; AXES],
@@ -70,7 +70,7 @@ pub enum Command<const AXES: usize> {
     Probe {
         /// Where to at the farthest, how fast.
         travel: Travel<AXES>,
-        /// What to wait for.
+        /// The event to wait for.
         kind: ProbeKind,
     },
     /// Wait until motion has ended, then hold until resumed (M0).
@@ -106,7 +106,7 @@ pub enum Feed {
     InverseTime(Number),
 }
 
-/// What the spindle, or the laser, is told.
+/// The command to the spindle, or to the laser.
 ///
 /// Without laser mode only [`Command::Spindle`] sets the output. In laser mode a motion sets it for its own duration:
 /// `speed` under M3, `speed` scaled by actual over programmed speed under M4, nothing where it is not `cutting`. At

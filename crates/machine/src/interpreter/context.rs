@@ -7,7 +7,7 @@ use crate::protocol::status::Status;
 use core::cell::Cell;
 use core::fmt;
 
-/// The settings and build options that decide what a line means.
+/// The settings and build options that decide the meaning of a line.
 #[derive(Debug, Clone, Copy)]
 pub struct Context<'a, const AXES: usize> {
     /// Linear axes take inches in G20, rotary ones never.
@@ -19,8 +19,9 @@ pub struct Context<'a, const AXES: usize> {
     /// `$20`: a target beyond `reach` is taken, as one just beyond it, which lies outside every travel: the alarm is
     /// then the answer, as in Grbl. Without, it is refused.
     pub soft_limits: bool,
-    /// The farthest machine coordinate to either side, by axis: what steps can count. Half the range of `i32` divided
-    /// by the steps per mm keeps every move countable, too. At most [`MAX_WORD`](super::MAX_WORD).
+    /// The farthest machine coordinate to either side, by axis, that steps can count. Half the
+    /// range of `i32` divided by the steps per mm keeps every move countable, too. At most
+    /// [`MAX_WORD`](super::MAX_WORD).
     pub reach: &'a [Coordinate; AXES],
     /// M codes beyond GRBL's.
     pub own: OwnCodes<'a>,

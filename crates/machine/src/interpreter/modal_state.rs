@@ -1,13 +1,13 @@
 //! The modes that stay in force from line to line: one enum for each modal group.
 //!
-//! Modal groups are those of RS274/NGC (NISTIR 6556, table 4), as far as GRBL 1.1h knows them. Each enum prints as the
-//! word that selects it, so that `$G` is a list of them.
+//! Modal groups are the groups of RS274/NGC (NISTIR 6556, table 4), as far as GRBL 1.1h knows them.
+//! Each enum prints as the word that selects it, so that `$G` is a list of them.
 
 use super::cycle::kind::CycleKind;
 use core::fmt::{self, Display, Formatter, Write};
 use leadscrew_gcode::Number;
 
-/// What motion an axis word asks for: modal group 1.
+/// The motion that an axis word asks for: modal group 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Motion {
@@ -76,7 +76,7 @@ impl Display for Turn {
     }
 }
 
-/// What a probing motion waits for, and whether it is an alarm if that never comes.
+/// The event that a probing motion waits for, and whether its absence is an alarm.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ProbeKind {
@@ -140,7 +140,7 @@ impl Display for Plane {
     }
 }
 
-/// What axis words count from: modal group 3.
+/// The origin that axis words count from: modal group 3.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Distance {
@@ -160,7 +160,7 @@ impl Display for Distance {
     }
 }
 
-/// What F means: modal group 5.
+/// The meaning of F: modal group 5.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum FeedMode {
@@ -273,7 +273,7 @@ impl Display for Rotation {
     }
 }
 
-/// What cools: modal group M8.
+/// The coolant in use: modal group M8.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Coolant {
@@ -302,9 +302,9 @@ impl Display for Coolant {
     }
 }
 
-/// What one line leaves to the next, offsets and position apart.
+/// The state that one line leaves to the next, offsets and position apart.
 ///
-/// The default is what power-up and soft reset leave.
+/// The default is the state after power-up and soft reset.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ModalState {
@@ -314,7 +314,7 @@ pub struct ModalState {
     pub plane: Plane,
     /// Absolute or incremental.
     pub distance: Distance,
-    /// What F means.
+    /// The meaning of F.
     pub feed_mode: FeedMode,
     /// Inches or millimetres.
     pub units: Units,

@@ -55,7 +55,7 @@ impl<const AXES: usize> Offsets<AXES> {
         self.tool_length
     }
 
-    /// Answers the sum of all offsets in force while `system` is: what reports call `WCO`.
+    /// Answers the sum of all offsets in force while `system` is: `WCO` of reports.
     pub fn work_offset(&self, system: WorkSystem) -> [Coordinate; AXES] {
         let mut sum = self.without_g92(system);
         for (sum, g92) in sum.iter_mut().zip(&self.g92) {

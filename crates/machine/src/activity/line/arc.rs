@@ -12,12 +12,13 @@ pub(crate) struct ArcFeed<const AXES: usize> {
     chords: Arc<AXES>,
     /// The end of the next chord, drawn but not planned yet.
     next: Option<[Coordinate; AXES]>,
-    /// What bounds the speed on it.
+    /// The bounds of the speed on it.
     pub(crate) curve: Curve,
 }
 
 impl<const AXES: usize> ArcFeed<AXES> {
-    /// Makes the arc from `start`. `acceleration`: what both axes of its plane allow, mm/s²; `tolerance` in mm.
+    /// Makes the arc from `start`. `acceleration`: the limit of both axes of its plane, mm/s²;
+    /// `tolerance` in mm.
     pub(crate) fn new(
         start: [Coordinate; AXES],
         travel: &Travel<AXES>,

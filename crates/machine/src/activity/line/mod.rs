@@ -6,8 +6,8 @@
 //!                                    +---- Wait: again at the next poll
 //! ```
 //!
-//! There is one line at a time, whoever sent it. A command that waits for room, rest, a time or a contact has that in its
-//! [`Wait`].
+//! There is one line at a time, from any sender. The [`Wait`] of a command holds the room, rest,
+//! time or contact that it waits for.
 
 mod arc;
 mod cycle;
@@ -39,7 +39,7 @@ pub(crate) enum LineKind {
     Jog,
 }
 
-/// What the command under way waits for.
+/// The event that the command under way waits for.
 #[derive(Clone, Debug)]
 pub(crate) enum Wait<const AXES: usize> {
     /// It has not begun.
@@ -54,7 +54,8 @@ pub(crate) enum Wait<const AXES: usize> {
     Pause,
     /// The event for which an extension's M code waits.
     Own(OwnWait),
-    /// That what it changed is stored. `then_restart`: the machine starts anew after the answer (`$RST=`).
+    /// The line's change is stored. `then_restart`: the machine starts anew after the answer
+    /// (`$RST=`).
     Stored {
         /// Whether it does.
         then_restart: bool,
@@ -132,7 +133,7 @@ impl<const AXES: usize> Executor<AXES> {
         self.wait = Wait::Nothing;
     }
 
-    /// Takes on a line that is carried out, and is answered once what it changed is stored.
+    /// Takes on a line that is carried out, and is answered once its change is stored.
     pub(crate) fn begin_storing(&mut self, origin: Origin, then_restart: bool) {
         self.commands.clear();
         self.begin(origin, LineKind::Program);
@@ -217,7 +218,7 @@ impl<const AXES: usize> Executor<AXES> {
         }
     }
 
-    /// Has the line under way wait until what it changed is stored.
+    /// Has the line under way wait until its change is stored.
     pub(crate) fn begin_waiting_for_store(&mut self) {
         self.wait = Wait::Stored {
             then_restart: false,
@@ -249,7 +250,7 @@ impl<const AXES: usize> Executor<AXES> {
         Some((*self.commands.get(self.next)?, self.kind))
     }
 
-    /// Whether what is to be carried out next is to be planned, for which there must be room.
+    /// Whether the next command has to be planned, for which there must be room.
     pub(crate) fn moves_next(&self) -> bool {
         if !matches!(self.wait, Wait::Nothing | Wait::Arc(_)) {
             return false;

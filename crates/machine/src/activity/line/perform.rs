@@ -280,7 +280,7 @@ where
         Progress::Done
     }
 
-    /// A move that motors cannot count: refused, and with it what is left of its line.
+    /// A move that motors cannot count: refused, and with it the rest of its line.
     fn refuse_move(&mut self) -> Progress {
         self.program.interpreter.set_position(self.motion.path_end);
         if let Some(origin) = self.activity.line.finish() {
@@ -419,7 +419,8 @@ where
         Progress::Done
     }
 
-    /// Notes what the spindle is to do with the moves planned from now on; one that stands until then turns again.
+    /// Notes the spindle's state for the moves planned from now on; a spindle that stands until
+    /// then turns again.
     #[inline(never)]
     pub(crate) fn want_spindle(&mut self, spindle: Spindle) {
         if spindle.rotation == Rotation::Off {

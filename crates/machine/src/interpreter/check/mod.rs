@@ -23,7 +23,7 @@ use crate::config::AxisKind;
 use crate::protocol::status::Status;
 use leadscrew_gcode::{Letter, Number};
 
-/// What a line comes to. Carrying it out cannot fail.
+/// The commands of a checked line. Carrying them out cannot fail.
 #[derive(Debug, Clone)]
 pub(super) struct Plan<const AXES: usize> {
     pub(super) line_number: Option<u32>,
@@ -54,7 +54,7 @@ impl<const AXES: usize> Plan<AXES> {
     }
 }
 
-/// What the non-modal command does.
+/// The effect of the non-modal command.
 #[derive(Debug, Clone)]
 pub(super) enum Effect<const AXES: usize> {
     None,
@@ -81,7 +81,7 @@ pub(super) enum Path {
     Cycle,
 }
 
-/// What a line is for.
+/// The purpose of a line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Purpose {
     /// To be carried out.
@@ -91,7 +91,7 @@ pub(super) enum Purpose {
 }
 
 impl Purpose {
-    /// Words that a line may have for nothing: they set what stays, or say nothing.
+    /// Words that a line may have without a use: they set lasting values, or mean nothing.
     const fn free_words(self) -> Letters {
         match self {
             Self::Program => Letters::of(&[Letter::F, Letter::N, Letter::S, Letter::T]),
@@ -157,7 +157,7 @@ impl<'a, const AXES: usize> Check<'a, AXES> {
         }
     }
 
-    /// Checks the line as a whole and fills in what it comes to.
+    /// Checks the line as a whole and fills in its commands.
     ///
     /// # Errors
     ///

@@ -14,7 +14,7 @@ use crate::protocol::status::Status;
 use leadscrew_gcode::{Letter, Number};
 
 impl<const AXES: usize> Check<'_, AXES> {
-    /// What the motion mode makes of the line.
+    /// The motion of the line in the motion mode.
     #[inline]
     pub(super) fn path(
         &mut self,
