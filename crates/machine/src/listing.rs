@@ -44,7 +44,7 @@ where
         }
     }
 
-    /// Writes a row; what comes after it, if anything does.
+    /// Writes a row; answers the following row, if there is one.
     fn write_row(&mut self, id: ChannelId, listing: Listing) -> Option<Listing> {
         match listing {
             Listing::Settings(row) => {

@@ -30,7 +30,8 @@ use heapless::Vec;
 use leadscrew_planner::{ConfigError, Kinematics, PixelQueue};
 use leadscrew_stepper::{Segment, Shared};
 
-/// What a machine borrows: room for its moves, and the main loop's ends of everything that crosses to interrupts.
+/// The memory that a machine borrows: room for its moves, and the main loop's ends of everything
+/// that crosses to interrupts.
 pub struct Links<
     'a,
     const AXES: usize,
@@ -69,11 +70,11 @@ pub struct Next {
 pub struct Committed {
     /// Speed along the path, mm/s.
     pub speed: f32,
-    /// What bounds the speed from there on, where it slows down.
+    /// The bound of the speed from there on, where it slows down.
     pub ahead: Ahead,
 }
 
-/// What motion slows down for.
+/// The reason why motion slows down.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Ahead {
     /// The program asks for rest: a dwell, a spindle that is switched, a pause, the end.
@@ -115,7 +116,7 @@ where
     /// Makes a machine that will boot at its first [`Machine::poll`].
     ///
     /// # Errors
-    /// Nothing can be planned with what `config` says: a timer that stands, no room for moves.
+    /// Nothing can be planned with `config`: a timer that stands, no room for moves.
     pub fn new<const MOVES: usize, const PIXELS: usize>(
         config: MachineConfig<AXES>,
         kinematics: K,
@@ -130,7 +131,7 @@ where
     K: Kinematics<AXES, MOTORS> + Clone,
     X: Extension<AXES>,
 {
-    /// As [`Machine::new`], with what a firmware adds.
+    /// As [`Machine::new`], with a firmware's extension.
     ///
     /// # Errors
     /// As [`Machine::new`].
@@ -199,7 +200,7 @@ where
         self.next(extension, now)
     }
 
-    /// What the machine is doing.
+    /// The state of the machine.
     pub fn state(&self) -> State {
         self.state
     }
@@ -257,14 +258,15 @@ where
         self.program.lines
     }
 
-    /// How long it takes to finish what is queued, s. For those at a desk: takes time in proportion to the queue.
+    /// The time to finish the queued moves, s. For use at a desk: takes time in proportion to the
+    /// queue.
     pub fn time_to_finish(&self) -> f32 {
         let mut left = self.motion.time_left();
         while self.motion.add_time(&mut left) {}
         left.seconds()
     }
 
-    /// What has been done since power-up.
+    /// The work since power-up.
     pub fn work(&self) -> &Work {
         &self.work
     }
@@ -296,7 +298,7 @@ where
 
     fn boot<B: Board>(&mut self, board: &mut B, now: Instant) {
         self.history.booted = true;
-        // What is closed at power-up is a level, no edge: nothing was under way.
+        // An input that is closed at power-up is a level, no edge: nothing was under way.
         self.switches.edges = self.switches.inputs.edges();
         if self.motion.shared.is_stopped() {
             self.motion.stop();
@@ -310,8 +312,8 @@ where
         self.greet(board, now);
     }
 
-    /// Keeps the step interrupt supplied, and the drivers enabled while it runs. What this poll has changed so far is in the
-    /// power at rest before motion begins.
+    /// Keeps the step interrupt supplied, and the drivers enabled while it runs. The changes of
+    /// this poll so far are in the power at rest before motion begins.
     fn feed<B: Board>(&mut self, board: &mut B, now: Instant) {
         self.put_out_tool(board);
         if self.console.hears() {

@@ -21,7 +21,7 @@ impl Memory {
             .map_or(&[], Text::as_slice)
     }
 
-    /// What `$I=` stored.
+    /// The text that `$I=` stored.
     pub(crate) fn build(&self) -> &[u8] {
         &self.build
     }

@@ -46,7 +46,7 @@ impl Default for Overrides {
     }
 }
 
-/// Stores `new`; returns whether it differs from what was there.
+/// Stores `new`; returns whether it differs from the old value.
 fn replace(old: &mut u8, new: u8) -> bool {
     let changed = *old != new;
     *old = new;

@@ -22,8 +22,8 @@ where
 {
     /// Soft reset: 0x18, or the reset button, which locks the machine, too. Main loop.
     ///
-    /// What was received before is dropped, what comes after is kept. A line under way is answered before the
-    /// banner, never after it.
+    /// Bytes from before are dropped, bytes from after are kept. A line under way is answered
+    /// before the banner, never after it.
     pub(crate) fn reset<B: Board>(&mut self, discard: Discard, board: &mut B, now: Instant) {
         if self.state == State::Home {
             return self.reset_homing(discard, board, now);
@@ -53,7 +53,7 @@ where
         self.take_position();
     }
 
-    /// All of a reset but for what the state before says about it.
+    /// A reset without the effects of the state before it.
     pub(crate) fn restart<B: Board>(&mut self, discard: Discard, board: &mut B, now: Instant) {
         self.end_cycles();
         self.complete_lines();
@@ -82,7 +82,7 @@ where
         self.greet(board, now);
     }
 
-    /// The banner and what follows it: warnings, then startup lines unless locked.
+    /// The banner and the lines after it: warnings, then startup lines unless locked.
     pub(crate) fn greet<B: Board>(&mut self, board: &mut B, now: Instant) {
         self.console.cadence = Cadence::new();
         if self.store.lost {

@@ -20,7 +20,7 @@ use core::fmt;
 use leadscrew_planner::{Coordinate, Feed, Kinematics, Move, MoveKind, MovePower};
 use leadscrew_stepper::{MotorMask, OutputChange};
 
-/// What limit switches do beyond Grbl's rules.
+/// The rules of limit switches beyond Grbl's.
 #[derive(Clone, Copy, PartialEq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct SwitchRules {

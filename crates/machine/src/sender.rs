@@ -36,8 +36,8 @@ where
         }
     }
 
-    /// What a motion, or a line without one, may have of the laser: once the sender has been silent, only the cut of a program
-    /// lights it up again.
+    /// The laser's share in a motion, or in a line without one: once the sender has been silent,
+    /// only the cut of a program lights it up again.
     pub(crate) fn light_of(&mut self, travel: &Travel<AXES>, kind: LineKind) -> Spindle {
         if kind == LineKind::Program && travel.spindle.cutting {
             self.tool.dead_man = DeadMan::Dark;
@@ -62,7 +62,7 @@ where
         }
     }
 
-    /// The other end of `id` has gone away: M5 behind what it sent, where that was a job with a laser.
+    /// The other end of `id` has gone away: M5 behind its last line, where its job used a laser.
     pub(crate) fn end_job_of<B: Board>(&mut self, id: ChannelId, board: &mut B, now: Instant) {
         if self.program.owner != Some(id) {
             return;

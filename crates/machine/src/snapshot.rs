@@ -32,7 +32,8 @@ where
     K: Kinematics<AXES, MOTORS> + Clone,
     X: Extension<AXES>,
 {
-    /// Answers every `?` that waits and whose channel has room, once what it has to tell is known. Main loop.
+    /// Answers every `?` that waits and whose channel has room, once its values are known. Main
+    /// loop.
     pub(crate) fn report<B: Board>(&mut self, board: &B) {
         if !self.console.reports_now() || self.reports(TIME_LEFT) && self.adds_time() {
             return;
@@ -244,7 +245,7 @@ where
         }
     }
 
-    /// What `$#` lists.
+    /// The values of `$#`.
     pub(crate) fn parameters(&self) -> Parameters<AXES> {
         let offsets = self.program.interpreter.offsets();
         let system = |system: WorkSystem| numbers(offsets.get(OffsetId::Work(system)));

@@ -19,7 +19,7 @@
 
 use crate::board::Instant;
 
-/// What the machine is doing.
+/// The activity of the machine.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum State {
@@ -50,7 +50,7 @@ pub enum State {
 pub enum Jog {
     /// To its end.
     Moving,
-    /// It slows down; what is left of it is forgotten at rest. `then_door`: the door waits for that.
+    /// It slows down; the rest of it is forgotten at rest. `then_door`: the door waits for that.
     Cancelling {
         /// Whether the safety door opened meanwhile.
         then_door: bool,
@@ -65,7 +65,7 @@ pub enum Hold {
     Stopping {
         /// When it began.
         since: Instant,
-        /// The stop is that of a soft limit: ALARM:2 follows.
+        /// The stop is due to a soft limit: ALARM:2 follows.
         then_alarm: bool,
     },
     /// At rest (`Hold:0`).
@@ -89,7 +89,7 @@ pub enum Door {
     Restoring,
 }
 
-/// What unlocks an alarm.
+/// The command that unlocks an alarm.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Lock {

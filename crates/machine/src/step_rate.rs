@@ -8,7 +8,7 @@ use crate::settings::values::{Key, Settings};
 use crate::step_timing::StepTiming;
 use leadscrew_gcode::Number;
 
-/// A rate setting that asks for more steps than can be made, and what would work.
+/// A rate setting that asks for more steps than can be made, and the values that would work.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Capped {
@@ -36,7 +36,7 @@ pub fn largest_rate<const AXES: usize>(
     }
 }
 
-/// Answers what caps the motion of an axis, where its rate asks for more.
+/// Answers the cap on the motion of an axis, where its rate asks for more.
 pub fn capped<const AXES: usize>(
     settings: &Settings<AXES>,
     timing: &StepTiming,
@@ -48,7 +48,7 @@ pub fn capped<const AXES: usize>(
     (rate > largest.most).then_some(largest)
 }
 
-/// Answers what would work instead of a value that was refused for its step rate.
+/// Answers the values that would work instead of one that was refused for its step rate.
 pub fn instead<const AXES: usize>(
     settings: &Settings<AXES>,
     timing: &StepTiming,
@@ -66,7 +66,8 @@ pub fn instead<const AXES: usize>(
     }
 }
 
-/// Answers what caps motion now that `key` was changed: of its axis, or of each where it is the pulse.
+/// Answers the caps on motion now that `key` was changed: for its axis, or for each axis where it
+/// is the pulse.
 pub fn capped_by<'a, const AXES: usize>(
     settings: &'a Settings<AXES>,
     timing: &'a StepTiming,

@@ -12,13 +12,13 @@
 //! Two things bound it: the time that the board's interrupts take, and pins that must have fallen, with new directions
 //! settled, before they rise again. Motion is capped at that rate, and step smoothing keeps to it, too.
 
-/// What making steps takes on a board.
+/// The times of making steps on a board.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct StepTiming {
-    /// From one tick to the next at least, without what each motor takes, ns.
+    /// The shortest time from one tick to the next, without the share of each motor, ns.
     pub tick_ns: u32,
-    /// What each motor takes, ns.
+    /// The share of each motor, ns.
     pub motor_ns: u32,
     /// The longest tick, which begins a line, ns: a pulse that is over meanwhile ends after it.
     pub line_ns: u32,
@@ -72,8 +72,8 @@ impl StepTiming {
         1_000_000_000 / self.shortest_tick_ns(pulse_us, motors)
     }
 
-    /// What `$0` and rates may ask for, whatever the other settings are. No pulse is too long: the longest, 255 µs, leaves
-    /// 3900 steps/s, and rates above that are capped.
+    /// The bounds of `$0` and of rates, for any values of the other settings. No pulse is too long:
+    /// the longest, 255 µs, leaves 3900 steps/s, and rates above that are capped.
     pub const fn limits(&self, motors: usize) -> StepLimits {
         StepLimits {
             shortest_pulse_us: self.shortest_pulse_us,
@@ -92,7 +92,7 @@ impl StepTiming {
     }
 }
 
-/// What a setting may not ask for, whatever the others are.
+/// The values that a setting may not have, for any values of the others.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct StepLimits {

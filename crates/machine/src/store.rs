@@ -21,9 +21,10 @@ where
     K: Kinematics<AXES, MOTORS> + Clone,
     X: Extension<AXES>,
 {
-    /// Takes over what is stored. Main loop, before the first [`Machine::poll`].
+    /// Takes over the stored values. Main loop, before the first [`Machine::poll`].
     ///
-    /// What was damaged keeps its default. Then the machine is locked until `$X`, and tells everybody who comes why.
+    /// Damaged values keep their defaults. Then the machine is locked until `$X`, and tells the
+    /// reason to everybody who comes.
     ///
     /// # Errors
     /// The memory could not be read: all defaults are in force, and the machine is locked as well.
@@ -90,7 +91,7 @@ where
     /// half a second for a flash.
     ///
     /// # Errors
-    /// The memory could not be erased; what is stored stands.
+    /// The memory could not be erased; the stored values stand.
     pub fn make_room<S: SettingsStore>(
         &mut self,
         store: &mut S,
@@ -101,7 +102,8 @@ where
         }
     }
 
-    /// Writes one record of what changed, or a part of a long one, if motion rests; returns whether more is left to write.
+    /// Writes one changed record, or a part of a long one, if motion rests; returns whether more is
+    /// left to write.
     ///
     /// Main loop, after every [`Machine::poll`]: lines that change something wait for it. Does nothing before
     /// [`Machine::load`]. Takes as long as the store does.
@@ -114,8 +116,9 @@ where
         saved
     }
 
-    /// Notes that what [`Machine::save`] has written did not reach its place after all, where a store hands on many records
-    /// together. Main loop, before the next [`Machine::poll`]: the line under way is answered with `error:7`.
+    /// Notes that a write of [`Machine::save`] did not reach its place after all, where a store
+    /// hands on many records together. Main loop, before the next [`Machine::poll`]: the line under
+    /// way is answered with `error:7`.
     pub fn not_saved(&mut self) {
         self.store.failed = true;
     }

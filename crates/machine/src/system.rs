@@ -23,7 +23,7 @@ use leadscrew_planner::{Coordinate, Kinematics};
 enum Reply {
     /// Now.
     Now,
-    /// Once what it changed is stored.
+    /// Once the change is stored.
     Stored,
     /// The command has answered, or will do so.
     Later,

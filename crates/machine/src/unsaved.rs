@@ -12,9 +12,9 @@ use crate::settings::values::{Key, Settings, MAX_AXES};
 pub(crate) struct Store {
     /// Startup lines, the text of `$I`.
     pub(crate) memory: Memory,
-    /// What is in the store, once it was loaded.
+    /// The records of the store, once it was loaded.
     pub(crate) records: Option<Records>,
-    /// What is not in the store yet.
+    /// The changes that are not in the store yet.
     pub(crate) unsaved: Unsaved,
     /// Not all that the line under way changed could be stored.
     pub(crate) failed: bool,
@@ -25,16 +25,16 @@ pub(crate) struct Store {
 /// Words of [`Unsaved`]: a bit for each record of the largest machine.
 const WORDS: usize = MAX_RECORDS.div_ceil(u32::BITS as usize);
 
-/// What is not in the store yet.
+/// The changes that are not in the store yet.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub(crate) struct Unsaved {
     /// A bit for each of [`Item::all`].
     items: [u32; WORDS],
-    /// What a part has been written of.
+    /// The item of which a part has been written.
     pub(crate) begun: Option<Item>,
     /// A bit for each setting of the extension.
     own: u32,
-    /// What goes back to its defaults, all at once, before anything else is written.
+    /// The values that go back to their defaults, all at once, before anything else is written.
     pub(crate) restored: Option<Restore>,
 }
 
@@ -113,7 +113,7 @@ impl Unsaved {
         }
     }
 
-    /// Takes the first of what is noted.
+    /// Takes the first noted item.
     pub(crate) fn take<const AXES: usize>(&mut self) -> Option<Item> {
         if let Some(item) = self.begun.take() {
             return Some(item);
@@ -143,7 +143,7 @@ impl Item {
         settings.chain(offsets).chain(lines).chain([Self::Build])
     }
 
-    /// What stands for it in the store.
+    /// Its key in the store.
     pub(crate) fn key(self) -> RecordKey {
         match self {
             Self::Setting(key) => RecordKey::Setting(key.number()),

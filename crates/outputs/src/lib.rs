@@ -88,7 +88,7 @@ impl<P: OutputPort> Outputs<P> {
         }
     }
 
-    /// Switches on again what a hold switched off.
+    /// Switches the outputs that a hold switched off on again.
     fn resume(&mut self) {
         if self.is_aside {
             return;

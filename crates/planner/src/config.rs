@@ -1,4 +1,4 @@
-//! What the planner must know of the machine, and the numbers derived from it.
+//! The planner's knowledge of the machine, and the numbers derived from it.
 
 use crate::path::short::STEPS;
 use crate::real::{most, norm2, sqrt};
@@ -16,7 +16,7 @@ pub(crate) const SLOWEST: f32 = 1.0 / 60.0;
 /// 10 000 lines a second beside that. A row that asks for more is slowed down, so that segments do not run out.
 pub(crate) const PIXELS_A_SECOND: f32 = 12_500.0;
 
-/// What bounds the speed where the direction changes.
+/// The bound of the speed where the direction changes.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum CornerRule {
@@ -41,7 +41,7 @@ pub struct Config<const AXES: usize> {
     pub jerk: f32,
     /// How far the circle that sets a corner's speed stays away from the corner, mm.
     pub junction_deviation: f32,
-    /// What bounds the speed at corners and on curves.
+    /// The bound of the speed at corners and on curves.
     pub corner_rule: CornerRule,
     /// How far a chord may stay away from its arc, mm. For those who make [`crate::Arc`]s.
     pub arc_tolerance: f32,
@@ -49,8 +49,8 @@ pub struct Config<const AXES: usize> {
     pub timer_hz: u32,
     /// Ticks are at least this far apart: no motor steps faster, and step smoothing keeps to it.
     pub shortest_tick: Ticks,
-    /// The longest segment, seconds, unless one step alone takes longer: what is handed out is out of reach of a hold. No more than
-    /// a millisecond, for which edges are exact.
+    /// The longest segment, seconds, unless one step alone takes longer: a segment that is handed
+    /// out is out of reach of a hold. No more than a millisecond, for which edges are exact.
     pub longest_segment: f32,
     /// How many moves may be queued, the running one included; no more than the planner's capacity.
     pub moves: usize,
@@ -102,11 +102,13 @@ impl Default for Overrides {
 /// How far rounding to three decimals puts a point beside its place, mm, on each axis.
 pub(crate) const DECIMALS: f32 = 0.0005;
 
-/// Share of each limit that is made use of. The rest, 32 roundings of an `f32`, is more than all roundings between a
-/// setting and a ramp together (20 at most): what is planned is within the setting in exact arithmetic.
+/// The used share of each limit. The rest, 32 roundings of an `f32`, is more than all roundings
+/// between a setting and a ramp together (20 at most): planned motion is within the setting in
+/// exact arithmetic.
 pub(crate) const MARGIN: f32 = 1.0 - 1.0 / (1 << 19) as f32;
 
-/// What `push` needs of a [`Config`], with the divisions done; limits less their [`MARGIN`].
+/// The values of a [`Config`] that `push` needs, with the divisions done; limits less their
+/// [`MARGIN`].
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Limits<const AXES: usize> {
     /// 1/rate, s/mm.

@@ -84,13 +84,14 @@ impl Program {
         legs.collect()
     }
 
-    /// What the axes allow along `u`, mm/s².
+    /// The acceleration that the axes allow along `u`, mm/s².
     fn acceleration(&self, u: [f64; 2]) -> f64 {
         let along = |axis: usize| f64::from(self.config.acceleration[axis]) / u[axis].abs();
         along(0).min(along(1))
     }
 
-    /// The largest second difference about a corner, less four steps, as a share of what is allowed.
+    /// The largest second difference about a corner, less four steps, as a share of the allowed
+    /// one.
     fn worst(&self, settings: Config<2>) -> f64 {
         let moves = self.moves();
         let legs = self.legs(&moves);

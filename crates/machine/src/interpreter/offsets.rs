@@ -118,7 +118,7 @@ impl<const AXES: usize> Offsets<AXES> {
         self.tool_length = length;
     }
 
-    /// Forgets what does not outlast a reset: G92 and the tool length.
+    /// Forgets the offsets that do not outlast a reset: G92 and the tool length.
     pub(super) fn reset(&mut self) {
         self.g92 = [Coordinate::ZERO; AXES];
         self.tool_length = Coordinate::ZERO;

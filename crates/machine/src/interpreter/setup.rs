@@ -43,7 +43,7 @@ impl<const AXES: usize> Interpreter<AXES> {
         &self.modal
     }
 
-    /// Notes the state of the valves, whoever set them: `$G` follows.
+    /// Notes the state of the valves, set by the program or the operator: `$G` follows.
     pub fn set_coolant(&mut self, coolant: Coolant) {
         self.modal.coolant = coolant;
     }

@@ -15,7 +15,7 @@ use crate::extension::Words;
 use crate::protocol::status::Status;
 use leadscrew_gcode::{words, Letter, Number, Word};
 
-/// What one line says, and the modal state with its words applied.
+/// The words of one line, and the modal state with these words applied.
 #[derive(Debug, Clone)]
 pub(super) struct Block<const AXES: usize> {
     /// The modal state of the lines before, as this line's words change it. Its feed is still the old one.
@@ -28,7 +28,7 @@ pub(super) struct Block<const AXES: usize> {
     pub(super) axis_command: AxisCommand,
     /// The non-modal command.
     pub(super) non_modal: NonModal,
-    /// What happens at the end of the line.
+    /// The program flow at the end of the line.
     pub(super) flow: Flow,
     /// Which axes have a word, one bit an axis.
     pub(super) axis_mask: u8,
@@ -99,7 +99,7 @@ impl<const AXES: usize> Block<AXES> {
         }
     }
 
-    /// Applies what only the whole line can tell.
+    /// Applies the words whose meaning depends on the whole line.
     fn finish(&mut self, context: &Context<'_, AXES>, before: &ModalState) {
         if self.axis_mask != 0 && self.axis_command == AxisCommand::None {
             self.axis_command = AxisCommand::Motion;

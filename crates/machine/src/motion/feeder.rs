@@ -17,12 +17,13 @@ use heapless::spsc::Producer;
 use heapless::Deque;
 use leadscrew_stepper::{Segment, Shared};
 
-/// A byte may have come that segments do not know of: so much less than [`COMMITTED`] is committed. 50 µs until a board looks
-/// at what has come, some for its interrupts, and a microsecond for each rounding of the time.
+/// [`COMMITTED`] is reduced by this time, since a byte may have come that segments do not know of:
+/// 50 µs until a board looks at received bytes, some for its interrupts, and a microsecond for each
+/// rounding of the time.
 const UNSEEN: Duration = Duration::from_ticks(100);
 
-/// So much less than that may be committed where power has a lead: half a tick of fast steps, for which power is needed beyond
-/// the lead.
+/// A further reduction where power has a lead: half a tick of fast steps, for which power is needed
+/// beyond the lead.
 const HALF_A_TICK: Duration = Duration::from_ticks(50);
 
 /// Less than this in the queue and under way is too little to wait for the next segment's begin: more than a `Machine::poll`
@@ -68,8 +69,8 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
         self.lead_us = lead_us;
     }
 
-    /// The longest segment that may be handed over, seconds: half of what may be committed, so that one waits while one is under
-    /// way, and no more than leaves [`SHORT`].
+    /// The longest segment that may be handed over, seconds: half of the time that may be
+    /// committed, so that one waits while one is under way, and no more than leaves [`SHORT`].
     pub(crate) fn longest_segment(&self) -> f32 {
         self.longest_us() as f32 * 1e-6
     }
@@ -79,7 +80,7 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
         (most / 2).min(most - SHORT.ticks() as u32)
     }
 
-    /// What may be committed besides what waits for the power's lead, µs.
+    /// The time that may be committed besides the power's lead, µs.
     fn most_us(&self) -> u32 {
         let most = (COMMITTED - UNSEEN).ticks() as u32 - self.lead_us;
         if self.lead_us > 0 {
@@ -102,9 +103,11 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
         self.left(now) <= most && self.segments.ready()
     }
 
-    /// When what is committed will have come down to [`SHORT`], should the step interrupt take no segment before: one that
-    /// waits may be short, and what comes behind it must be there before it is over. `None` at rest, and where no slot is
-    /// free. Later than there is room: what is committed can no longer be changed, so no more of it than is needed.
+    /// The time at which the committed motion has come down to [`SHORT`], if the step interrupt
+    /// takes no segment before: a waiting segment may be short, and the next must be there before
+    /// it is over. `None` at rest, and where no slot is free. It is later than the time at which
+    /// there is room: committed motion can no longer be changed, so no more is committed than is
+    /// needed.
     pub(crate) fn short_at(&self, now: Instant) -> Option<Instant> {
         let spare = self.left(now).saturating_sub(self.short());
         let wait = Duration::from_ticks(spare.div_ceil(self.counts_per_us).into());

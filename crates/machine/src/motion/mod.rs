@@ -37,7 +37,7 @@ use start::{Start, DEPTH};
 /// together take longer to make than the segment lasts.
 const AT_ONCE: usize = 4;
 
-/// A planner and what makes segments of its moves.
+/// A planner and the segmenter of its moves.
 struct Track<'a, K, const AXES: usize, const MOTORS: usize> {
     planner: Planner<'a, K, AXES, MOTORS>,
     segmenter: Segmenter<AXES, MOTORS>,
@@ -57,7 +57,7 @@ pub(crate) struct Pacing {
     pub(crate) silence: Duration,
     /// A sender may fall silent for so long in motion; 0: for as long as the queue lasts.
     pub(crate) stall: Duration,
-    /// Power changes so many microseconds before the motion that it belongs to.
+    /// Power changes this time before the motion that it belongs to, µs.
     pub(crate) lead_us: u32,
 }
 
@@ -76,7 +76,7 @@ pub(crate) struct Motion<'a, K, const AXES: usize, const MOTORS: usize> {
     pub(crate) shared: &'a Shared<MOTORS>,
     underruns: u32,
     power: PowerRule,
-    /// That of the segment committed last.
+    /// The power of the segment committed last.
     power_out: Power,
     pub(crate) drivers: Drivers,
     /// Outputs that change where the next move of the program begins.
@@ -308,12 +308,13 @@ where
         }
     }
 
-    /// What the program's newest move was planned with.
+    /// The values that the program's newest move was planned with.
     pub(crate) fn newest(&self) -> Option<Outline<MOTORS>> {
         self.program.planner.newest()
     }
 
-    /// The speed at the end of the segment that was committed last, mm/s, and what lies ahead of it.
+    /// The speed at the end of the segment that was committed last, mm/s, and the limit that lies
+    /// ahead of it.
     pub(crate) fn committed(&self) -> (f32, Ahead) {
         match self.driver {
             Driver::Program => (self.program.segmenter.speed(), self.ahead()),

@@ -43,7 +43,7 @@ where
         steps
     }
 
-    /// Axes that share their motors, those of the same numbers.
+    /// Axes that share their motors: the motors of the same numbers.
     pub(crate) fn sharing(&self) -> MotorMask {
         self.program.planner.kinematics().sharing()
     }

@@ -8,7 +8,7 @@ use leadscrew_stepper::{Power, PowerChange, Segment};
 pub(crate) enum PowerRule {
     /// A spindle: this power in motion and at rest, whatever the moves were planned with.
     Spindle(Power),
-    /// A laser: what the moves ask for, in percent of it.
+    /// A laser: the power of the moves, in percent of full power.
     Laser {
         /// The spindle override.
         percent: u8,

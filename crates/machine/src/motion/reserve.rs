@@ -19,8 +19,8 @@ impl Reserve {
         percent: 100,
     };
 
-    /// What braking from the highest speed takes, so that the queue's end bounds nothing, and `stall` more: for so long a sender
-    /// may fall silent. 0: as much as fits.
+    /// The time of braking from the highest speed, so that the queue's end limits nothing, and
+    /// `stall` more: for this time a sender may fall silent. 0: as much as fits.
     pub(super) fn new<const AXES: usize>(config: &Config<AXES>, stall: Duration) -> Self {
         let braking = (braking_time(config) * 1e6) as u64;
         Self {
@@ -29,7 +29,7 @@ impl Reserve {
         }
     }
 
-    /// Follows the feed override: what is faster than programmed is over sooner.
+    /// Follows the feed override: motion faster than programmed is over sooner.
     pub(super) fn set_override(&mut self, percent: u8) {
         self.percent = percent.max(100);
     }

@@ -5,13 +5,13 @@ use crate::board::{Duration, Instant};
 /// Moves with which motion begins, and without which no line waits for its answer: as many as Grbl plans.
 pub(super) const DEPTH: usize = 15;
 
-/// As long as two characters take at 115 200 baud: what is on its way is heard by then.
+/// The time of two characters at 115 200 baud: bytes on their way are heard by then.
 const SILENCE: Duration = Duration::from_ticks(200);
 
 /// No sender waits for motion longer than this.
 const LONGEST: Duration = Duration::from_ticks(5_000);
 
-/// What motion waits for: this silence, or so many moves, or that so long has passed.
+/// The conditions that motion waits for: this silence, this number of moves, or this time.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 struct Patience {
     silence: Duration,

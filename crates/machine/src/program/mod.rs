@@ -20,7 +20,7 @@ pub(crate) struct Program<const AXES: usize> {
     pub(crate) parking_allowed: bool,
     /// The end of the last probing motion.
     pub(crate) probed: Probed<AXES>,
-    /// What reports show as `WCO`.
+    /// The `WCO` of reports.
     pub(crate) work_offset: [Coordinate; AXES],
 }
 

@@ -10,7 +10,7 @@ pub(crate) struct Startup {
     then: Option<Origin>,
 }
 
-/// What [`Startup::advance`] asks for.
+/// The request of [`Startup::advance`].
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Turn {
     /// Nothing is to be done.
@@ -38,7 +38,7 @@ impl Startup {
         };
     }
 
-    /// Forgets what is left to run; the line that waits for it is returned.
+    /// Forgets the lines that are left to run; the line that waits for them is returned.
     pub(crate) fn cancel(&mut self) -> Option<Origin> {
         self.next = None;
         self.then.take()

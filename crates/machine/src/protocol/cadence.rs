@@ -4,7 +4,7 @@
 //! first report after a reset or a change and then every 10th (every 30th while busy), the overrides in the report after
 //! the first and then every 10th (20th), and in the next after a change. Never both: the work offset goes first.
 
-/// What a status report carries besides the rest.
+/// The occasional fields of a status report.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Extra {
@@ -48,7 +48,8 @@ impl Cadence {
         self.overrides = 0;
     }
 
-    /// Answers what the next report carries. `busy`: running, jogging, held, homing or with an open door.
+    /// Answers the occasional fields of the next report. `busy`: running, jogging, held, homing or
+    /// with an open door.
     pub fn next(&mut self, busy: bool) -> Extra {
         let every = |(rest, moving)| if busy { moving } else { rest };
         let extra = if self.work_offset == 0 {

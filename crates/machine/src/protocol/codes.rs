@@ -7,7 +7,7 @@ pub struct OwnCode {
     pub number: u8,
     /// The event in a few words without a full stop, 60 characters at most; neither `ok`, `error` nor `alarm` in it.
     pub text: &'static str,
-    /// Why it happens and what to do about it, in whole sentences.
+    /// The cause and the remedy, in whole sentences.
     pub explanation: &'static str,
 }
 
@@ -28,7 +28,7 @@ macro_rules! codes {
         }
 
         impl $name {
-            /// All codes but those of extensions, by rising number.
+            /// All codes but the codes of extensions, by rising number.
             pub const ALL: &'static [Self] = &[$(Self::$variant),*];
 
             /// Answers the number that is sent.
@@ -44,7 +44,7 @@ macro_rules! codes {
                 Self::ALL.iter().copied().find(|code| code.number() == number)
             }
 
-            /// Answers what happened, in a few words without a full stop; nothing for an extension's.
+            /// Answers the event, in a few words without a full stop; nothing for an extension's.
             pub const fn text(self) -> &'static str {
                 match self {
                     $(Self::$variant => $text,)*
@@ -52,7 +52,7 @@ macro_rules! codes {
                 }
             }
 
-            /// Answers why it happens and what to do about it, in whole sentences; nothing for an extension's.
+            /// Answers the cause and the remedy, in whole sentences; nothing for an extension's.
             pub const fn explanation(self) -> &'static str {
                 match self {
                     $(Self::$variant => $explanation,)*

@@ -46,7 +46,7 @@ impl Decimal {
         Self::new(value, 1_000_000_000, 0)
     }
 
-    /// What Grbl prints for a value of this sign that is too large for it: 2³¹ of the last digit.
+    /// Grbl's output for a value of this sign that is too large for it: 2³¹ of the last digit.
     pub fn saturated(self) -> Self {
         Self {
             digits: self.digits.signum() << 31,
@@ -54,7 +54,7 @@ impl Decimal {
         }
     }
 
-    /// `unit`: what one of the last digit is worth, in 10⁻⁹.
+    /// `unit`: the value of one in the last digit, in 10⁻⁹.
     fn new(value: Number, unit: i64, places: u8) -> Self {
         let nanos = value.nanos();
         let rest = nanos % unit;
@@ -80,7 +80,8 @@ impl fmt::Display for Decimal {
     }
 }
 
-/// Answers the nearest number of thousandths to a measured value, for reports: 0 for what is no number.
+/// Answers the nearest number of thousandths to a measured value, for reports: 0 for a value that
+/// is no number.
 pub fn from_f32(value: f32) -> Number {
     Number::from_nanos(((value * 1000.0) as i64).saturating_mul(1_000_000))
 }

@@ -22,12 +22,12 @@ const BITS: u32 = 4;
 /// The list; above it is a count of its changes.
 const LIST: u32 = 0xFFFF;
 
-/// What is kept of one channel's commands.
+/// The late commands of one channel.
 #[derive(Debug)]
 pub(super) struct Late {
     /// Count of changes, and numbers of kinds: the first to be carried out in the lowest bits.
     list: AtomicU32,
-    /// What the main loop has taken of it.
+    /// The commands that the main loop has taken.
     taken: AtomicU32,
     /// Where the newest 0x85 stood.
     mark: AtomicU32,
@@ -61,7 +61,7 @@ impl Late {
         true
     }
 
-    /// Forgets what came before a reset. Serial interrupt.
+    /// Forgets the commands from before a reset. Serial interrupt.
     pub(super) fn forget(&self) {
         if self.waits() {
             self.change(self.list.load(Ordering::Relaxed), 0);
@@ -78,7 +78,7 @@ impl Late {
         self.list.load(Ordering::Acquire)
     }
 
-    /// Takes what [`Late::peek`] has answered. Main loop.
+    /// Takes the commands that [`Late::peek`] has answered. Main loop.
     pub(super) fn take(&self, peeked: u32) -> Taken {
         let fresh = self.taken.load(Ordering::Relaxed) != peeked;
         self.taken.store(peeked, Ordering::Release);

@@ -13,7 +13,7 @@ use heapless::Vec;
 /// The longest line of Grbl, in characters after filtering.
 pub const GRBL_LINE_LENGTH: usize = 79;
 
-/// What the filter is passing over.
+/// The text that the filter is passing over.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Skip {
     Nothing,
@@ -23,7 +23,7 @@ enum Skip {
     Rest,
 }
 
-/// What each byte becomes outside comments, 0 where that takes a closer look (or nothing).
+/// The byte that each byte becomes outside comments, 0 where that takes a closer look (or nothing).
 const KEPT: [u8; 256] = {
     let mut kept = [0; 256];
     let mut byte = 0x21;
@@ -36,14 +36,15 @@ const KEPT: [u8; 256] = {
     kept
 };
 
-/// Answers what a byte becomes outside comments: 0 for blanks, what opens a comment, and what is never part of a line.
+/// Answers the byte that a byte becomes outside comments: 0 for blanks, for the start of a comment,
+/// and for bytes that are never part of a line.
 #[inline]
 fn kept(byte: u8) -> u8 {
     KEPT.get(usize::from(byte)).copied().unwrap_or(0)
 }
 
 impl Skip {
-    /// Answers what to pass over after this byte, which is not the end of the line.
+    /// Answers the text to pass over after this byte, which is not the end of the line.
     fn after(self, byte: u8) -> Self {
         match (self, byte) {
             (Self::Nothing, b'(') => Self::Parentheses,
@@ -66,7 +67,7 @@ pub struct LineReader<const CAPACITY: usize> {
     line: [u8; CAPACITY],
     /// Where the next character goes: [`NOWHERE`] while something is passed over, which spares each byte a test.
     next: usize,
-    /// How many characters were kept before what is passed over.
+    /// The number of characters that were kept before the text that is passed over.
     kept: usize,
     limit: usize,
     skip: Skip,

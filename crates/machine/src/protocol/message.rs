@@ -36,14 +36,14 @@ pub enum Message {
     RestoringSpindle,
     /// `$SLP`.
     Sleeping,
-    /// What was stored is damaged: defaults are in force.
+    /// Stored values are damaged: defaults are in force.
     SettingsLost,
-    /// A setting asks for more steps than the board can make: what would work.
+    /// A setting asks for more steps than the board can make, with the values that would work.
     StepRate(Capped),
 }
 
 impl Message {
-    /// Answers what stands between `[MSG:` and `]`, or begins there.
+    /// Answers the text between `[MSG:` and `]`, or its beginning.
     const fn text(self) -> &'static str {
         match self {
             Self::ResetToContinue => "Reset to continue",

@@ -82,7 +82,7 @@ pub enum Realtime {
     Own(u8),
 }
 
-/// What a received byte is.
+/// The meaning of a received byte.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Byte {

@@ -42,7 +42,7 @@ pub struct Mark(u32);
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Request {
-    /// What is asked for.
+    /// The request.
     pub realtime: Realtime,
     /// Where it stood among the ordinary bytes.
     pub mark: Mark,
@@ -71,7 +71,7 @@ struct Shared {
 pub struct SerialQueue<const RX: usize = DEFAULT_RX> {
     bytes: Queue<u8, RX>,
     requests: Queue<Request, REALTIME_SLOTS>,
-    /// What waits to be sent.
+    /// The output that waits to be sent.
     output: Output,
     shared: Shared,
     /// Places that are never used. Not the limit itself: an empty channel is all zeros, and takes no room in a program's image.
@@ -163,7 +163,8 @@ impl Receiver<'_> {
         }
     }
 
-    /// Notes that somebody has come at the other end, who is to hear what everybody must know. Serial interrupt.
+    /// Notes that somebody has come at the other end, to whom the general messages are due. Serial
+    /// interrupt.
     pub fn open(&mut self) {
         self.shared.opened.store(true, Ordering::Release);
     }
@@ -173,7 +174,7 @@ impl Receiver<'_> {
         self.shared.lost_bytes.load(Ordering::Relaxed)
     }
 
-    /// Notes that bytes were lost before they came here, at least so many. Serial interrupt.
+    /// Notes that at least this number of bytes was lost before they came here. Serial interrupt.
     pub fn lose(&mut self, bytes: u32) {
         add(&self.shared.lost_bytes, bytes);
     }
@@ -225,7 +226,7 @@ impl Receiver<'_> {
             | Realtime::SpindleStop
             | Realtime::Flood
             | Realtime::Mist
-            | Realtime::Own(_) => {} // without effect: whoever sent it sees that, and sends it again
+            | Realtime::Own(_) => {} // without effect: its sender sees that, and sends it again
         }
     }
 }
@@ -234,7 +235,7 @@ impl Receiver<'_> {
 pub struct Inbox<'a> {
     bytes: Consumer<'a, u8>,
     requests: Consumer<'a, Request>,
-    /// What waits to be sent to the other end.
+    /// The output that waits to be sent to the other end.
     pub(crate) output: &'a mut Output,
     shared: &'a Shared,
     limit: usize,
@@ -253,7 +254,7 @@ impl Inbox<'_> {
         }
         let late = self.shared.late.peek();
         let Some(request) = self.requests.dequeue() else {
-            // All that came before what was late has been taken.
+            // Everything from before the late commands has been taken.
             self.late = self.shared.late.take(late);
             let realtime = self.late.next();
             return realtime
@@ -566,7 +567,7 @@ mod tests {
         assert_eq!(read(&mut inbox), b"c");
     }
 
-    /// What comes out behind a full queue.
+    /// The commands that come out behind a full queue.
     fn behind_a_full_queue(bytes: &[u8]) -> Vec<Realtime> {
         let mut queue = SerialQueue::<64>::new();
         let (mut receiver, mut inbox) = queue.split();

@@ -25,7 +25,7 @@ pub enum SystemCommand<'a> {
     ShowAllSettings,
     /// `$n`: show a setting that `$$` leaves out. Grbl knows no `$n`, and its own settings answer as in Grbl.
     ShowSetting(u16),
-    /// `$ES` and the like: list what there is, as grblHAL does.
+    /// `$ES` and the like: list settings, groups, errors or alarms, as grblHAL does.
     Enumerate(Enumeration),
     /// `$SED=n`: describe a setting.
     Describe(u16),
@@ -52,7 +52,7 @@ pub enum SystemCommand<'a> {
     Unlock,
     /// `$H`: home all axes, or `$HX` one.
     Home(Homing),
-    /// `$J=`: jog; what follows the `=`.
+    /// `$J=`: jog; the text after the `=`.
     Jog(&'a [u8]),
     /// `$SLP`: sleep.
     Sleep,
@@ -67,7 +67,7 @@ pub enum SystemCommand<'a> {
     },
 }
 
-/// What is listed.
+/// The subject of a list.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Enumeration {
@@ -91,7 +91,7 @@ pub enum Homing {
     Axis(u8),
 }
 
-/// What goes back to its defaults.
+/// The values that go back to their defaults.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Restore {
@@ -103,7 +103,7 @@ pub enum Restore {
     All,
 }
 
-/// What the machine is doing, as far as `$` commands care.
+/// The activity of the machine, as far as `$` commands care.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Activity {
@@ -119,11 +119,11 @@ pub enum Activity {
     Busy,
 }
 
-/// What decides whether a command is taken.
+/// The facts that decide whether a command is taken.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Circumstances {
-    /// What the machine is doing.
+    /// The activity of the machine.
     pub activity: Activity,
     /// Whether homing is switched on, `$22`.
     pub homing: bool,
@@ -131,7 +131,7 @@ pub struct Circumstances {
     pub single_axis_homing: bool,
 }
 
-/// What is wrong with a line, and what is left of it from there on: from its length follows the column.
+/// The fault of a line, and the rest of the line from there on: its length gives the column.
 type Refused<'a> = (Status, &'a [u8]);
 
 impl<'a> SystemCommand<'a> {
@@ -278,7 +278,8 @@ impl<'a> SystemCommand<'a> {
     }
 }
 
-/// Reads what asks for settings, errors and alarms beyond `$$`, without its `$`: nothing that Grbl takes for anything else.
+/// Reads the commands that ask for settings, errors and alarms beyond `$$`, without the `$`. Grbl
+/// knows none of them.
 fn question(text: &[u8]) -> Option<SystemCommand<'static>> {
     Some(match text {
         b"+" => SystemCommand::ShowAllSettings,
@@ -307,7 +308,7 @@ fn alone<'a>(rest: &'a [u8], command: SystemCommand<'a>) -> Result<SystemCommand
     }
 }
 
-/// Answers what follows a spelling; the fault is at the first character that is not of it.
+/// Answers the text after a spelling; the fault is at the first character that differs.
 fn behind<'a>(spelling: &[u8], text: &'a [u8]) -> Result<&'a [u8], Refused<'a>> {
     let alike = spelling.iter().zip(text).take_while(|(a, b)| a == b);
     let (_, rest) = text.split_at_checked(alike.count()).unwrap_or((text, &[]));
@@ -322,7 +323,7 @@ fn storable(text: &[u8]) -> Result<&[u8], Refused<'_>> {
     }
 }
 
-/// Reads what stands behind the `H` of `command`.
+/// Reads the text behind the `H` of `command`.
 fn homing<'a>(
     command: &'a [u8],
     axes: &'a [u8],
@@ -342,7 +343,7 @@ fn homing<'a>(
     Ok(SystemCommand::Home(Homing::Axis(axis)))
 }
 
-/// Reads what stands behind `$RST=`.
+/// Reads the text behind `$RST=`.
 fn restore(what: &[u8]) -> Result<SystemCommand<'_>, Refused<'_>> {
     let (which, rest) = match what {
         [b'$', rest @ ..] => (Restore::Settings, rest),
@@ -371,13 +372,13 @@ fn setting(text: &[u8]) -> Result<SystemCommand<'_>, Refused<'_>> {
     alone(rest, SystemCommand::Set { number, value })
 }
 
-/// Reads a number, cut to a whole one, and the `=` behind it; answers what follows, too.
+/// Reads a number, cut to a whole one, and the `=` behind it; answers the rest of the text, too.
 fn assignment(text: &[u8]) -> Result<(i64, &[u8]), Refused<'_>> {
     let (number, rest) = number_of(text)?;
     Ok((number.trunc(), behind(b"=", rest)?))
 }
 
-/// Reads the number that a text begins with; answers what follows it, too.
+/// Reads the number that a text begins with; answers the rest of the text, too.
 fn number_of(text: &[u8]) -> Result<(Number, &[u8]), Refused<'_>> {
     leading_number(text).map_err(|_| (Status::BadNumber, text))
 }

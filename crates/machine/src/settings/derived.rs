@@ -15,7 +15,7 @@ use leadscrew_stepper::{MotorMask, Ticks};
 /// Seconds in a minute: settings are in mm/min, the planner in mm/s.
 const MINUTE: f32 = 60.0;
 
-/// The planner's configuration; what the board can step caps its rates.
+/// The planner's configuration; the board's step rate caps its rates.
 pub(crate) fn planner_config<const AXES: usize>(
     settings: &Settings<AXES>,
     config: &MachineConfig<AXES>,
@@ -42,7 +42,7 @@ pub(crate) fn planner_config<const AXES: usize>(
         arc_tolerance: settings.value(Setting::ArcTolerance).to_f32(),
         timer_hz: config.timer_hz,
         shortest_tick,
-        longest_segment: 0.0, // whoever hands segments on says
+        longest_segment: 0.0, // the caller that hands segments on sets it
         moves: config.moves,
         pixels: config.pixels,
     }
@@ -76,7 +76,8 @@ pub(crate) fn spindle_scale<const AXES: usize>(settings: &Settings<AXES>) -> Spi
     }
 }
 
-/// `$130` and up, no farther than steps can be counted: what lies beyond reach is outside the travel, too.
+/// `$130` and up, no farther than steps can be counted: places beyond reach are outside the travel,
+/// too.
 pub(crate) fn travel<const AXES: usize>(
     settings: &Settings<AXES>,
     reach: &[Coordinate; AXES],
@@ -89,7 +90,8 @@ pub(crate) fn travel<const AXES: usize>(
     })
 }
 
-/// How far an axis may go to either side so that its steps, and those of any move, fit 32 bits: 2³⁰ steps.
+/// The distance that an axis may go to either side so that its steps, and the steps of any move,
+/// fit 32 bits: 2³⁰ steps.
 pub(crate) fn reach<const AXES: usize>(settings: &Settings<AXES>) -> [Coordinate; AXES] {
     settings.axes(AxisSetting::StepsPerMm).map(|steps| {
         let steps = StepsPerMm::from_nanos(steps.nanos());
@@ -114,7 +116,7 @@ mod tests {
     use leadscrew_planner::ConfigError;
     use std::vec::Vec;
 
-    /// What the planner says to the defaults with one setting changed, if the table takes the value.
+    /// The planner's answer to the defaults with one setting changed, if the table takes the value.
     fn planned(number: u16, value: Number) -> Option<Result<(), ConfigError>> {
         let build = MachineConfig::<3>::new();
         let mut settings = Settings::<3>::new(&[]);

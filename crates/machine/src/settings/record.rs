@@ -7,8 +7,9 @@
 //! commit = a record of key 0xFFFE without payload
 //! ```
 //!
-//! Numbers are little endian. The header of a record has a checksum of its own, so that the next record is found even if
-//! a payload is damaged. CRC-32 is that of ISO-HDLC (Ethernet, zip), CRC-8 that of SMBus.
+//! Numbers are little endian. The header of a record has a checksum of its own, so that the next
+//! record is found even if a payload is damaged. The CRC-32 is ISO-HDLC's (Ethernet, zip), the
+//! CRC-8 SMBus's.
 
 use super::table::{AxisSetting, Setting};
 use super::values::MAX_AXES;
@@ -38,7 +39,7 @@ pub(super) const RECORD_HEADER: usize = 4;
 /// Bytes of a record besides its payload.
 pub(super) const OVERHEAD: usize = RECORD_HEADER + 4;
 
-/// Ends what a rewrite has copied.
+/// Ends the copies of a rewrite.
 pub(super) const COMMIT: u16 = 0xfffe;
 
 const MAGIC: [u8; 2] = *b"LS";
@@ -50,7 +51,7 @@ pub type Payload = Vec<u8, MAX_PAYLOAD>;
 /// A whole record in memory.
 pub(super) type Record = Vec<u8, { MAX_PAYLOAD + OVERHEAD }>;
 
-/// What a record holds.
+/// The contents of a record.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum RecordKey {
@@ -122,7 +123,7 @@ pub(super) fn area_header(sequence: u32) -> [u8; AREA_HEADER] {
     [m0, m1, v0, v1, s0, s1, s2, s3, c0, c1, c2, c3]
 }
 
-/// What the header of an area says.
+/// The header of an area.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum AreaHeader {
     /// Written by this version.

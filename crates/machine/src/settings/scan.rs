@@ -7,7 +7,8 @@ use super::record::{
 };
 use heapless::Vec;
 
-/// The most keys that a store can hold: those of the largest machine, and some that only another version knows.
+/// The most keys that a store can hold: the keys of the largest machine, and some that only another
+/// version knows.
 const MAX_KEYS: usize = MAX_RECORDS + 32;
 
 /// The newest record of each key.
@@ -32,7 +33,7 @@ pub(super) enum Tail {
     Damaged,
 }
 
-/// What an area is worth.
+/// The condition of an area.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum AreaState {
     /// Its commit record is there.
@@ -156,7 +157,7 @@ pub(super) fn scan<S: SettingsStore>(flash: &mut S, area: Area) -> Result<Scan, 
         }
     }
     if (scan.state, scan.tail) == (AreaState::Unfinished, Tail::Damaged) {
-        scan.state = AreaState::Damaged; // its commit record may be what is damaged
+        scan.state = AreaState::Damaged; // its commit record may be the damaged one
     }
     if (scan.end, scan.tail) == (AREA_HEADER, Tail::Clean) {
         scan.state = AreaState::Prepared { sequence };

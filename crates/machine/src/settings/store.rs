@@ -22,7 +22,7 @@ use super::record::{
 use super::scan::{note, read_payload, scan, AreaState, Index, Place, Scan, Tail};
 use core::fmt;
 
-/// What was found at power-up.
+/// The condition of the store at power-up.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Condition {
@@ -32,7 +32,7 @@ pub enum Condition {
     Blank,
     /// Power was lost while a change was being written: it did not happen, all else is there.
     CutShort,
-    /// Something is lost; what could be read is there. The operator is told with `error:7`.
+    /// Something is lost; readable values are there. The operator is told with `error:7`.
     Damaged,
     /// Another version wrote it: nothing is read, and the first change erases it.
     Foreign,
@@ -106,7 +106,7 @@ pub struct Records {
 }
 
 impl Records {
-    /// Reads what is there. Nothing is written.
+    /// Reads the stored values. Nothing is written.
     ///
     /// # Errors
     ///
@@ -192,7 +192,8 @@ impl Records {
         Ok(Written::All)
     }
 
-    /// Whether this record is the one under way. Where it is another, what was begun is in the way: the area is to be rewritten.
+    /// Whether this record is the one under way. Where it is another, the begun record is in the
+    /// way: the area is to be rewritten.
     fn has_begun<S: SettingsStore>(
         &mut self,
         flash: &mut S,
@@ -233,7 +234,7 @@ impl Records {
     ///
     /// # Errors
     ///
-    /// The memory failed twice, or there is no room. What was there stands.
+    /// The memory failed twice, or there is no room. The old contents stand.
     pub fn retain<S: SettingsStore>(
         &mut self,
         flash: &mut S,
@@ -245,7 +246,7 @@ impl Records {
         }
     }
 
-    /// Copies what is kept to the spare area, which is the one in use from then on.
+    /// Copies the kept records to the spare area, which is the one in use from then on.
     fn rewrite<S: SettingsStore>(
         &mut self,
         flash: &mut S,
@@ -423,7 +424,7 @@ impl Copy {
     }
 }
 
-/// Writes bytes, those of a record at most, and reads them back.
+/// Writes bytes, one record at most, and reads them back.
 fn write_faithfully<S: SettingsStore>(
     flash: &mut S,
     area: Area,
@@ -438,7 +439,7 @@ fn write_faithfully<S: SettingsStore>(
     same.then_some(()).ok_or(StoreError::Unfaithful)
 }
 
-/// Answers what two areas without a commit record mean.
+/// Answers the meaning of two areas without a commit record.
 fn unreadable(first: &Scan, second: &Scan) -> Condition {
     let any = |state| first.state == state || second.state == state;
     if any(AreaState::Foreign) {

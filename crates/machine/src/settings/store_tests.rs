@@ -42,7 +42,8 @@ fn program() -> StdVec<(RecordKey, StdVec<u8>)> {
         .collect()
 }
 
-/// Runs the program until it is done or power is lost; answers what was acknowledged and what was being written.
+/// Runs the program until it is done or power is lost; answers the acknowledged values and the
+/// value that was being written.
 type Outcome = (BTreeMap<u16, StdVec<u8>>, Option<(u16, StdVec<u8>)>);
 fn run(flash: &mut MockFlash) -> Outcome {
     let (mut records, _) = mounted(flash);
@@ -367,7 +368,7 @@ proptest! {
     }
 }
 
-/// What a history does to a store.
+/// A step of a store's history.
 #[derive(Clone, Debug)]
 enum Step {
     Set(u16, StdVec<u8>),
@@ -375,9 +376,9 @@ enum Step {
     Restore,
     /// Power goes and comes again, and the spare area is prepared.
     Restart,
-    /// Power is lost after so many bytes, in whatever they are written.
+    /// Power is lost after this number of bytes, in any record or header.
     Cut(usize),
-    /// The word after so many goes wrong without a sign.
+    /// The word after this number of words goes wrong without a sign.
     Err(usize),
 }
 
@@ -430,7 +431,7 @@ fn carry_out(
     (done, new)
 }
 
-/// Power comes back; what is read then.
+/// Power comes back; answers the values that are read then.
 fn boot(flash: &mut MockFlash) -> (Records, Values) {
     flash.restart();
     let (mut records, _) = mounted(flash);
@@ -439,7 +440,8 @@ fn boot(flash: &mut MockFlash) -> (Records, Values) {
     (records, values)
 }
 
-/// Whatever was acknowledged is there, and of what was not, all or nothing.
+/// Every acknowledged value is there. A value that was not acknowledged is there whole or not at
+/// all.
 fn survive(history: &[Step], half_written: u8, weakens: bool) -> Result<(), TestCaseError> {
     let mut flash = MockFlash {
         half_written,

@@ -6,7 +6,7 @@
 use super::group::Group;
 use leadscrew_gcode::Number;
 
-/// What values a setting takes and how it is printed.
+/// The values that a setting takes and the way it is printed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Kind {
@@ -61,17 +61,17 @@ const WORD: Kind = Kind::Whole { max: 65_535 };
 /// One setting, or one of each axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Row {
-    /// What follows the `$`; for the first axis.
+    /// The number after the `$`; for the first axis.
     pub number: u16,
     /// A short name.
     pub name: &'static str,
     /// The unit of its value, empty for none.
     pub unit: &'static str,
-    /// What it does, in one sentence.
+    /// Its effect, in one sentence.
     pub description: &'static str,
     /// The settings it stands with.
     pub group: Group,
-    /// What values it takes.
+    /// The values that it takes.
     pub kind: Kind,
     /// Its value in a new machine.
     pub default: Number,

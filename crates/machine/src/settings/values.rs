@@ -18,13 +18,13 @@ const ZERO: Number = Number::from_int(0);
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Entry {
-    /// What follows the `$`.
+    /// The number after the `$`.
     pub number: u16,
     /// Its value.
     pub value: Number,
 }
 
-/// What one `$n=v` changes, in the order in which it must be stored: at most two settings.
+/// The changes of one `$n=v`, in the order in which they must be stored: at most two settings.
 pub type Changes = Vec<Entry, 2>;
 
 /// One setting of one machine.
@@ -141,10 +141,10 @@ impl<const AXES: usize> Settings<AXES> {
             .unwrap_or([ZERO; AXES])
     }
 
-    /// Changes a setting: `$n=v`. Answers what to store, in that order: a power loss in between then leaves no
-    /// forbidden combination behind.
+    /// Changes a setting: `$n=v`. Answers the changes to store, in that order: a power loss in
+    /// between then leaves no forbidden combination behind.
     ///
-    /// `limits`: what the board can make.
+    /// `limits`: the board's step limits.
     ///
     /// # Errors
     ///
@@ -189,7 +189,7 @@ impl<const AXES: usize> Settings<AXES> {
             .map(|key| self.line(key))
     }
 
-    /// Answers all rows, from 0, those of the machine before those of the axes; `None` beyond the last.
+    /// Answers all rows, from 0, the machine's before the axes'; `None` beyond the last.
     pub fn any(&self, index: usize) -> Option<SettingLine> {
         Self::keys().nth(index).map(|key| self.line(key))
     }
@@ -350,7 +350,7 @@ mod tests {
         settings.line(Key::Machine(setting)).to_string()
     }
 
-    /// What `$$` shows of `n` after the lines.
+    /// The value of `n` in `$$` after the lines.
     fn shown(lines: &[&str], n: &str) -> String {
         let mut settings = Settings::<3>::default();
         for line in lines {

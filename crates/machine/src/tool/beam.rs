@@ -14,7 +14,7 @@ use crate::state::{Door, Hold, Jog, State};
 use crate::tool::scale::SpindleScale;
 use leadscrew_stepper::Power;
 
-/// What a laser puts out.
+/// The output of a laser.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Beam {
@@ -26,7 +26,7 @@ pub enum Beam {
     WithSpeed(Power),
 }
 
-/// What the program wants of a laser.
+/// The program's command to a laser.
 #[derive(Clone, Copy, PartialEq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Wanted {
@@ -66,7 +66,7 @@ pub fn beam(state: State, wanted: Wanted, percent: u8, scale: &SpindleScale) -> 
     }
 }
 
-/// Whether the gate is open. What slows down on its path still burns with its steps.
+/// Whether the gate is open. A motion that slows down on its path still burns with its steps.
 pub fn may_burn(state: State) -> bool {
     match state {
         State::Idle

@@ -2,7 +2,7 @@
 
 use crate::board::{Board, CoolantOutput};
 
-/// What the valves are meant to be, and whether they are kept shut for now.
+/// The wanted state of the valves, and whether they are kept shut for now.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Coolant {
@@ -12,13 +12,13 @@ pub struct Coolant {
 }
 
 impl Coolant {
-    /// Sets what is wanted, and the valves unless they are kept shut. Main loop.
+    /// Sets the wanted state, and the valves unless they are kept shut. Main loop.
     pub fn set<B: Board>(&mut self, wanted: CoolantOutput, board: &mut B) {
         self.wanted = wanted;
         board.set_coolant(self.output());
     }
 
-    /// Shuts the valves until [`Coolant::restore`]; what is wanted is kept. Main loop.
+    /// Shuts the valves until [`Coolant::restore`]; the wanted state is kept. Main loop.
     pub fn suspend<B: Board>(&mut self, board: &mut B) {
         self.suspended = true;
         board.set_coolant(self.output());
@@ -30,7 +30,7 @@ impl Coolant {
         board.set_coolant(self.output());
     }
 
-    /// What the program or the operator asked for last.
+    /// The last request of the program or the operator.
     pub fn wanted(&self) -> CoolantOutput {
         self.wanted
     }

@@ -38,7 +38,7 @@ impl SpindleScale {
         share((speed - self.min) / (self.max - self.min))
     }
 
-    /// What becomes of a speed, RPM: no less than `$31`, unless it is 0, and no more than `$30`.
+    /// Limits a speed, RPM: no less than `$31`, unless it is 0, and no more than `$30`.
     pub fn within(&self, speed: f32) -> f32 {
         if speed <= 0.0 {
             0.0

@@ -6,7 +6,7 @@ use crate::tool::beam::{beam, may_burn, Beam, Wanted};
 pub use crate::tool::scale::SpindleScale;
 use leadscrew_stepper::Power;
 
-/// What the spindle is meant to do, and what keeps it from that for now.
+/// The wanted state of the spindle, and the reason that keeps it off for now.
 #[derive(Clone, Copy, PartialEq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Spindle {
@@ -45,7 +45,7 @@ impl Spindle {
         self.laser = laser;
     }
 
-    /// Notes what is wanted from now on; moves bring the power of a laser along.
+    /// Notes the wanted state from now on; moves bring the power of a laser along.
     pub fn want(&mut self, wanted: Wanted) {
         self.stands_at = None;
         self.wanted = wanted;
@@ -66,12 +66,12 @@ impl Spindle {
         self.percent = percent;
     }
 
-    /// Switches off until [`Spindle::restore`]; what is wanted is kept.
+    /// Switches off until [`Spindle::restore`]; the wanted state is kept.
     pub fn suspend(&mut self) {
         self.suspended = true;
     }
 
-    /// Switches on again what is wanted.
+    /// Switches the wanted state on again.
     pub fn restore(&mut self) {
         self.suspended = false;
     }
@@ -119,7 +119,8 @@ impl Spindle {
         }
     }
 
-    /// The speed as reports show it, RPM: a laser's is that of the power that is put out, `out`, whatever `S` says.
+    /// The speed as reports show it, RPM. A laser's speed follows the power that is put out, `out`,
+    /// not `S`.
     pub fn reported_speed(&self, out: Power) -> f32 {
         match self.stands_at {
             Some(speed) => speed,

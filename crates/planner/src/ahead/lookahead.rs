@@ -22,7 +22,8 @@
 //! From rest at the end of the last move the speeds are found block by block, as far as they have changed, and from the second block
 //! after the running move on move by move, with all of the polygon. Whatever is added makes them greater: what was promised stays.
 //!
-//! The last move is *open*: what follows it is not known yet. Those of a curve wait before that until their curvature is known.
+//! The last move is *open*: the move after it is not known yet. The moves of a curve wait before
+//! that until their curvature is known.
 //!
 //! Everything is in whole [`SpeedUnit`](crate::config::SpeedUnit)s: gains and caps are rounded down, so no plan needs more than the
 //! limits; where `α` is 1, as on straight lines, sums are exact.
@@ -111,7 +112,7 @@ pub(crate) struct LookAhead<'q, const AXES: usize, const MOTORS: usize> {
     renewed: Option<usize>,
 }
 
-/// What has changed since speeds were found.
+/// The change since speeds were found.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Stale {
     Nothing,
@@ -279,7 +280,7 @@ impl<'q, const AXES: usize, const MOTORS: usize> LookAhead<'q, AXES, MOTORS> {
         (next + (2 << self.block_bits) - into).min(open)
     }
 
-    /// The speed at the start of the move `near`, from that of the open one, block by block.
+    /// The speed at the start of the move `near`, from the speed of the open move, block by block.
     fn find_blocks(
         &mut self,
         near: usize,

@@ -1,6 +1,7 @@
 //! How the squared speed at the start of a move follows from the one at its end, and how that composes (see `lookahead`).
 
-/// How fast a move may end, and what it can brake then: squared speeds in units.
+/// The speed at which a move may end, and the speed that braking can take off before it: squared
+/// speeds in units.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) struct Ends {
     /// The highest squared speed at its end.
@@ -70,7 +71,7 @@ impl Map {
         if at_rest == at_top || top == 0 {
             return Self::parallel(cap, at_rest);
         }
-        // What the products below round away, both ways.
+        // The roundings of the products below, both ways.
         const ROUNDED: u32 = 4;
         let slope = at_rest.abs_diff(at_top) as f32 / top as f32 * ONE as f32;
         // Both ways the roundings of `f32` make the line lower.

@@ -13,9 +13,10 @@ use crate::path::Window;
 use heapless::deque::DequeView;
 use heapless::Deque;
 
-/// Room for `MOVES` planned moves of `AXES` axes and `MOTORS` motors: what a [`Planner`](crate::Planner) works in.
+/// Room for `MOVES` planned moves of `AXES` axes and `MOTORS` motors: the memory of a
+/// [`Planner`](crate::Planner).
 ///
-/// Owned by whoever makes the planner: a `static` on a microcontroller, where it lies in zeroed memory.
+/// The planner's maker owns it: a `static` on a microcontroller, where it lies in zeroed memory.
 #[derive(Debug)]
 pub struct Queue<const AXES: usize, const MOTORS: usize, const MOVES: usize> {
     pub(crate) moves: Deque<PlannedMove<AXES, MOTORS>, MOVES>,
@@ -26,7 +27,7 @@ pub struct Queue<const AXES: usize, const MOTORS: usize, const MOVES: usize> {
 }
 
 impl<const AXES: usize, const MOTORS: usize, const MOVES: usize> Queue<AXES, MOTORS, MOVES> {
-    /// There are blocks for so many.
+    /// There are enough blocks for `MOVES` moves.
     const FITS: () = assert!(MOVES > 0 && MOVES <= MOST_MOVES);
 
     /// An empty queue.

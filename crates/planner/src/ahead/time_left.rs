@@ -1,9 +1,10 @@
-//! How long it takes to finish what is queued, added up a few moves at a time.
+//! The time to finish the queued moves, added up a few moves at a time.
 //!
 //! The look-ahead finds how fast the next moves may begin, and for those far ahead how fast blocks of them may. Here the forward pass is
 //! made for all moves, with the ramps that they will run with, as if each were one step long.
 //!
-//! With a jerk limit the ramps are those of `ramp`, and the speeds at which they fit into a move are found by halving.
+//! With a jerk limit the ramps follow `ramp`, and the speeds at which they fit into a move are
+//! found by halving.
 //!
 //! Moves may begin and be queued meanwhile. Those that are over by the end count still: some milliseconds.
 
@@ -35,7 +36,7 @@ impl<K, const AXES: usize, const MOTORS: usize> Planner<'_, K, AXES, MOTORS>
 where
     K: Kinematics<AXES, MOTORS>,
 {
-    /// Begins with what is left of the move that `segmenter` runs.
+    /// Begins with the rest of the move that `segmenter` runs.
     pub fn time_left(&self, segmenter: &Segmenter<AXES, MOTORS>) -> TimeLeft {
         let (seconds, speed) = segmenter.rest_of_move();
         TimeLeft {

@@ -85,7 +85,7 @@ impl<const AXES: usize> Bench<AXES> {
         }
     }
 
-    /// Carries out a line and answers what Grbl would: 0 for `ok`, or the number of the error.
+    /// Carries out a line and answers Grbl's number: 0 for `ok`, or the number of the error.
     pub(super) fn answer(&mut self, line: &str) -> u8 {
         match self.send(line.as_bytes()) {
             Ok(_) => 0,

@@ -5,7 +5,7 @@ use core::fmt;
 /// `[VER:`, the first line of `$I`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct VersionLine<'a> {
-    /// What `$I=` stored.
+    /// The text that `$I=` stored.
     pub text: &'a [u8],
 }
 
@@ -15,7 +15,7 @@ impl fmt::Display for VersionLine<'_> {
     }
 }
 
-/// `[OPT:`, the second line of `$I`. Its letters are those of Grbl's wiki, "Grbl v1.1 Interface".
+/// `[OPT:`, the second line of `$I`. Its letters come from Grbl's wiki, "Grbl v1.1 Interface".
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct OptionsLine {
@@ -23,7 +23,7 @@ pub struct OptionsLine {
     pub line_numbers: bool,
     /// M7.
     pub mist: bool,
-    /// Axes that share motors, as those of crossed belts.
+    /// Axes that share motors, as crossed belts do.
     pub crossed_belts: bool,
     /// Parking.
     pub parking: bool,
@@ -66,7 +66,7 @@ impl fmt::Display for OptionsLine {
 pub struct StartupLine<'a> {
     /// 0 or 1.
     pub index: u8,
-    /// What is stored there.
+    /// The line that is stored there.
     pub line: &'a [u8],
 }
 

@@ -28,9 +28,9 @@ pub struct GroupInfo(pub Group);
 /// `[SETTINGDESCR:`: number and description.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Description {
-    /// What follows the `$`.
+    /// The number after the `$`.
     pub number: u16,
-    /// What it does.
+    /// Its effect.
     pub text: &'static str,
 }
 

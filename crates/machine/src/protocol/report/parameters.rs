@@ -4,7 +4,7 @@ use super::{Coordinates, Units};
 use core::fmt;
 use leadscrew_gcode::Number;
 
-/// What `$#` shows.
+/// The rows of `$#`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Parameters<const AXES: usize> {
     /// G54 to G59.

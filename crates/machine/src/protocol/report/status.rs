@@ -30,7 +30,7 @@ pub enum Turning {
     Counterclockwise,
 }
 
-/// What is switched on: the letters of `A:`.
+/// The accessories that are on: the letters of `A:`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Accessories {
@@ -121,7 +121,7 @@ pub struct StatusReport<const AXES: usize> {
     pub room: Room,
     /// Line of the move under way, where it is reported.
     pub line_number: Option<u32>,
-    /// Time to finish what is queued, s, where it is reported.
+    /// Time to finish the queued moves, s, where it is reported.
     pub time_left: Option<Number>,
     /// Actual feed, mm/min.
     pub feed: Number,
@@ -131,9 +131,9 @@ pub struct StatusReport<const AXES: usize> {
     pub pins: Pins,
     /// Overrides.
     pub overrides: OverridePercents,
-    /// What is switched on.
+    /// The accessories that are on.
     pub accessories: Accessories,
-    /// What this report carries now and then.
+    /// The occasional fields of this report.
     pub extra: Extra,
     /// Unit of lengths and feeds.
     pub units: Units<AXES>,
@@ -146,7 +146,7 @@ impl<const AXES: usize> StatusReport<AXES> {
     pub const ROOM: u8 = fields::ROOM;
     /// Bit of `$10`: `Ln:` for lines without an `N` word, too.
     pub const LINE: u8 = fields::LINE;
-    /// Bit of `$10`: `Fin:`, the time to finish what is queued, seconds.
+    /// Bit of `$10`: `Fin:`, the time to finish the queued moves, seconds.
     pub const TIME_LEFT: u8 = fields::TIME_LEFT;
 
     fn positions(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -188,7 +188,7 @@ impl<const AXES: usize> fmt::Display for StatusReport<AXES> {
 }
 
 impl<const AXES: usize> StatusReport<AXES> {
-    /// Writes the report, with what `others` writes as its last fields.
+    /// Writes the report, with the output of `others` as its last fields.
     pub(crate) fn write(
         &self,
         f: &mut fmt::Formatter<'_>,

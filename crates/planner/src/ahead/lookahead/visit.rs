@@ -1,9 +1,10 @@
-//! Looks at planned moves without changing them: for reports and for whoever explains a job.
+//! Looks at planned moves without changing them: for reports and for the explanation of a job.
 
 use super::{Braking, LookAhead, MOST_BITS};
 use crate::moves::PlannedMove;
 
-/// So many moves are visited at a time: `Machine::poll` may do so, and is not to take long.
+/// The number of moves that are visited at a time: `Machine::poll` may do so, and must not take
+/// long.
 const VISITED: usize = 8;
 
 impl<const AXES: usize, const MOTORS: usize> LookAhead<'_, AXES, MOTORS> {
