@@ -17,7 +17,7 @@ const FEW: u64 = 500;
 /// Odd scales, 10⁻⁹ steps/mm: most targets lie between two steps.
 const SCALES: [i64; 2] = [80_370_000_000, 250_123_000_000];
 
-/// Some moves from rest to rest, and what comes between.
+/// Some moves from rest to rest, and the events in between.
 #[derive(Clone, Debug)]
 struct Round {
     rates: [f32; 2],
@@ -25,7 +25,7 @@ struct Round {
     jerk: f32,
     rule: CornerRule,
     moves: Vec<Move<2>>,
-    /// After so many segments each: a hold, or a feed override.
+    /// Each with its number of segments before: a hold, or a feed override.
     events: Vec<(usize, Option<u8>)>,
 }
 
@@ -55,7 +55,7 @@ fn round() -> impl Strategy<Value = Round> {
         })
 }
 
-/// What was made.
+/// The result.
 #[derive(Default, Debug)]
 struct Made {
     steps: u64,

@@ -1,4 +1,5 @@
-//! Energy on the path: under M4 each step gets what the program asks for a millimetre, from the first out of rest to the last.
+//! Energy on the path: under M4 each step gets the programmed energy for a millimetre, from the
+//! first out of rest to the last.
 
 use crate::reference::{to, Rig, RigQueue};
 use crate::{Config, Move, MovePower, Overrides};
@@ -38,7 +39,7 @@ impl Leg {
     }
 }
 
-/// What comes between: with which segment, and a hold or an override.
+/// The interference: with which segment, and a hold or an override.
 type Meddling = Vec<(usize, Option<u8>)>;
 
 fn moves(legs: &[Leg]) -> Vec<Move<2>> {

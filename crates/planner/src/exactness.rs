@@ -25,8 +25,8 @@ const FEW: u32 = 150;
 /// Seconds that a move may take at its rate: slow steps are many segments.
 const LONGEST: f32 = 30.0;
 
-/// The bounds, seconds, besides 10⁻⁷ of the time since the move began: the dominant motor's, and what others may be off
-/// where a sixteenth of the dominant motor's interval is less.
+/// The bounds, seconds, besides 10⁻⁷ of the time since the move began: the dominant motor's, and
+/// the bound of the others where a sixteenth of the dominant motor's interval is less.
 const DOMINANT: f64 = 1e-6;
 const OTHERS: f64 = 5e-6;
 
@@ -38,7 +38,8 @@ const LONG_TICK: f32 = 11e-6;
 /// first 1.06 longer.
 const GROWTH: f64 = 1.08 * 1.06 * 1.06;
 
-/// What ticks are off themselves, seconds: the most that the dominant motor was in campaigns.
+/// The error of the ticks themselves, seconds: the largest error of the dominant motor in
+/// campaigns.
 const OWN: f64 = 0.4e-6;
 
 /// xorshift64 (G. Marsaglia, *Xorshift RNGs*, 2003).
@@ -72,7 +73,7 @@ impl Random {
     }
 }
 
-/// A move, a step a mm, so that mm are steps, and what comes between.
+/// A move, a step a mm, so that mm are steps, and the events in between.
 #[derive(Clone, Copy, Debug)]
 struct Case {
     seed: u32,
@@ -140,7 +141,8 @@ impl Case {
         }
     }
 
-    /// What motors other than the dominant one may be off at a step of its that takes `interval`, seconds.
+    /// The error that motors other than the dominant one may have at a step that takes `interval`,
+    /// seconds.
     fn others(&self, interval: f64) -> f64 {
         // There is no tick in a step of less than two: half of it. Else half of a tick, which is less than two of the shortest.
         let tick = f64::from(self.shortest_tick);
@@ -257,7 +259,7 @@ fn play(case: &Case, mut meddle: impl FnMut(&mut Segment<3>)) -> (Schedule, Edge
     (schedule, edges)
 }
 
-/// How far off edges are, as a share of what they may be.
+/// The errors of edges, as a share of the allowed ones.
 #[derive(Clone, Copy, Default, Debug)]
 struct Worst {
     /// Of the dominant motor, and in seconds beyond 10⁻⁷ of the time.

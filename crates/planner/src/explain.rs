@@ -1,4 +1,4 @@
-//! What bounds motion, in words: for those who explain a job, not for those who make it.
+//! The bounds of motion, in words: for the explanation of a job, not for its execution.
 //!
 //! Nothing here is kept; it is read off the queue when it is asked for.
 
@@ -6,7 +6,7 @@ use crate::moves::PlannedMove;
 use crate::space::polygon::cap;
 use crate::{Kinematics, Planner};
 
-/// What a queued move was planned with.
+/// The values that a queued move was planned with.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Outline<const MOTORS: usize> {
     /// Signed steps of each motor.
@@ -21,7 +21,7 @@ pub struct Outline<const MOTORS: usize> {
     pub feed: f32,
 }
 
-/// What the running move slows down for where it does: the place ahead that bounds its speed.
+/// The reason why the running move slows down: the place ahead that bounds its speed.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Ahead {
     /// The end of all that is queued, where motion must be able to rest.
@@ -41,7 +41,7 @@ impl<K, const AXES: usize, const MOTORS: usize> Planner<'_, K, AXES, MOTORS>
 where
     K: Kinematics<AXES, MOTORS>,
 {
-    /// What the move that was queued last was planned with; `None` where nothing is queued.
+    /// The values that the last queued move was planned with; `None` where nothing is queued.
     pub fn newest(&self) -> Option<Outline<MOTORS>> {
         let planned = self.queue().newest()?;
         Some(Outline {
@@ -53,7 +53,8 @@ where
         })
     }
 
-    /// What bounds the speed at the end of the running move, or of the one that has just been handed out.
+    /// The bound of the speed at the end of the running move, or of the move that has just been
+    /// handed out.
     pub fn ahead(&self) -> Ahead {
         match self.queue().slow_start(&self.ground()) {
             Some(planned) if planned.cap < planned.corner => Ahead::SlowerMove,
@@ -88,7 +89,8 @@ mod tests {
         .unwrap()
     }
 
-    /// What the first of these moves, each of two coordinates and a feed in mm/s, slows down for.
+    /// The reason why the first of these moves slows down. Each has two coordinates and a feed in
+    /// mm/s.
     fn ahead(moves: &[(f64, f64, f32)]) -> Ahead {
         let mut planner = planner();
         for (x, y, feed) in moves {

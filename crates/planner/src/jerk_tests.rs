@@ -10,7 +10,7 @@ fn config(acceleration: f32, jerk: f32) -> Config<2> {
         max_rate: [80.0; 2],
         acceleration: [acceleration; 2],
         jerk,
-        corner_rule: crate::CornerRule::Grbl, // that of the model
+        corner_rule: crate::CornerRule::Grbl, // the rule of the model
         ..Config::default()
     }
 }
@@ -39,7 +39,7 @@ fn moves(points: &[[i32; 2]], feed: f32) -> Vec<Move<2>> {
         .collect()
 }
 
-/// Speed and acceleration along the path at the end of what was handed out, mm/s and mm/s².
+/// Speed and acceleration along the path at the end of the segments handed out, mm/s and mm/s².
 fn motion(rig: &Rig<'_>) -> (f64, f64) {
     let speed = f64::from(rig.segmenter.speed());
     let acceleration = rig.segmenter.profile().map_or(0.0, |(profile, place)| {
@@ -75,7 +75,7 @@ proptest! {
             let mut segment = rig.step();
             while !rig.segmenter.at_step() {
                 segment = rig.step();
-                // A millisecond: what a rounding adds is less than a tenth of a microsecond.
+                // A millisecond: rounding adds less than a tenth of a microsecond.
                 prop_assert!(segment.is_none_or(|segment| segment.duration() <= 84_008), "{:?}", segment);
             }
             let (now, elapsed) = (motion(&rig), (rig.player.now - at) as f64 / 84e6);

@@ -1,4 +1,4 @@
-//! What is asked of the planner, and what it keeps of it.
+//! The requests to the planner, and its own record of them.
 
 use crate::real::least;
 use crate::{Coordinate, Curve};
@@ -103,7 +103,7 @@ impl MovePower {
     }
 }
 
-/// What sort of motion a move is: decides which override applies.
+/// The kind of motion of a move: decides which override applies.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum MoveKind {
@@ -204,7 +204,7 @@ impl<const AXES: usize, const MOTORS: usize> PlannedMove<AXES, MOTORS> {
             && self.line_number() == of.line_number
     }
 
-    /// The highest speed at any override, squared, mm²/s²: what is planned for it holds at all of them.
+    /// The highest speed at any override, squared, mm²/s²: a plan for it holds at all of them.
     pub(crate) fn top_v2(&self) -> f32 {
         const HIGHEST_OVERRIDE: f32 = 2.0;
         let top = least(self.rate, self.feed * HIGHEST_OVERRIDE);

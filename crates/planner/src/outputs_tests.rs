@@ -6,7 +6,7 @@ use leadscrew_stepper::{OutputChange, Power};
 use proptest::prelude::*;
 use std::vec::Vec;
 
-/// Where an output changes, steps, and to what.
+/// The place where an output changes, steps, and its new level.
 type Change = ([i32; 2], OutputChange);
 
 /// A program: the way of each move in steps, the output that changes with it, and whether a laser burns in it.

@@ -2,7 +2,7 @@
 //!
 //! All are plain `f32`: correctly rounded, never fused, so that desk and microcontroller agree to the bit.
 
-/// The correctly rounded square root; 0 for what is negative (a rounding error below 0).
+/// The correctly rounded square root; 0 for a negative number (a rounding error below 0).
 pub(crate) fn sqrt(x: f32) -> f32 {
     if x > 0.0 {
         leadscrew_fpu::sqrt(x)

@@ -55,7 +55,7 @@ fn moves(pixels: &[Due]) -> Vec<Move<2>> {
     moves.collect()
 }
 
-/// What comes between: with which segment, and a hold or an override.
+/// The interference: with which segment, and a hold or an override.
 type Meddling = Vec<(usize, Option<u8>)>;
 
 /// Runs the pixels and looks at the motors at each border and at the power of each dominant step. Returns how many planned

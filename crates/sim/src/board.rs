@@ -30,7 +30,7 @@ use leadscrew_stepper::{MotorMask, OutputChange, Power, StepPort, Ticks, MAX_SMO
 /// Parts of a dominant motor's step, as small as its finest smoothing makes them.
 pub(crate) const PARTS: u64 = 1 << MAX_SMOOTHING_LEVEL;
 
-/// What the board has counted.
+/// The counts of the board.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Counts {
     /// Instants at which at least one motor steps.
@@ -90,7 +90,7 @@ pub struct SimBoard<O, const MOTORS: usize> {
     tick_due: Cycle,
     /// When the pulse under way is to end.
     pulse_due: Cycle,
-    /// What `$0` asked for when it began, in cycles.
+    /// The pulse width of `$0` when it began, in cycles.
     pulse_width: u64,
     direction: MotorMask,
     power: Power,
@@ -191,7 +191,8 @@ impl<O: Observer, const MOTORS: usize> SimBoard<O, MOTORS> {
         self.now = now;
     }
 
-    /// Begins a step interrupt at `now` that takes so many `cycles`: its tick counts, whether a motor steps or not.
+    /// Begins a step interrupt at `now` that takes `cycles`: its tick counts, whether a motor steps
+    /// or not.
     #[inline]
     pub(crate) fn begin_step_interrupt(&mut self, now: Cycle, cycles: u32) {
         self.now = now;
@@ -224,7 +225,7 @@ impl<O: Observer, const MOTORS: usize> SimBoard<O, MOTORS> {
         self.power
     }
 
-    /// Switches the laser off at once: what the switch interrupt does.
+    /// Switches the laser off at once, as the switch interrupt does.
     pub(crate) fn darken(&mut self, now: Cycle) {
         self.put_power(now, Power::OFF);
     }

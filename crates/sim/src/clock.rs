@@ -25,7 +25,7 @@ pub struct Cycle(pub u64);
 impl Cycle {
     /// Power-up.
     pub const ZERO: Self = Self(0);
-    /// Later than everything (1700 years): what is due then does not happen.
+    /// Later than everything (1700 years): an event at this time does not happen.
     pub const NEVER: Self = Self(u64::MAX / 2);
 
     /// The first cycle of a microsecond since power-up; [`Cycle::NEVER`] where that is too late.
@@ -41,7 +41,7 @@ impl Cycle {
         Self::from_micros(instant.ticks())
     }
 
-    /// What a clock of whole microseconds shows now: rounded down.
+    /// The time on a clock of whole microseconds: rounded down.
     pub const fn instant(self) -> Instant {
         Instant::from_ticks(self.0 / CYCLES_PER_US)
     }

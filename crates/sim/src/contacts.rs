@@ -7,14 +7,15 @@
 //!                 |<-------->|                $706: is it still there? then it counts
 //! ```
 //!
-//! The filter is the firmware's: an edge begins the time, those that follow within it change nothing, and the level at its
-//! end is believed. What is forgotten so may come back with the next edge.
+//! The filter is the firmware's: an edge begins the time, edges that follow within it change
+//! nothing, and the level at its end is believed. A forgotten edge may come back with the next one.
 
 use crate::clock::{cycles_of_micros, Cycle};
 use leadscrew_machine::board::Switches;
 use leadscrew_stepper::MotorMask;
 
-/// What lies between the switches of a simulated machine and its inputs. As [`Contacts::default`] has it, nothing.
+/// The contacts between the switches of a simulated machine and its inputs. [`Contacts::default`]
+/// has none.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Contacts {
     /// How long a limit switch or a probe bounces at each edge, microseconds.
@@ -50,7 +51,7 @@ pub(crate) struct Inputs<const MOTORS: usize> {
     due: Cycle,
 }
 
-/// What the machine is to be told.
+/// The messages for the machine.
 pub(crate) struct Told<const MOTORS: usize> {
     pub(crate) levels: Switches,
     /// Where the motors stood at the edge.
@@ -109,7 +110,7 @@ impl<const MOTORS: usize> Inputs<MOTORS> {
         self.due = now;
     }
 
-    /// Looks at the inputs; answers what the machine learns by it.
+    /// Looks at the inputs; answers the machine's news.
     pub(crate) fn look(&mut self, now: Cycle, position: [i32; MOTORS]) -> Option<Told<MOTORS>> {
         let levels = self.levels(now);
         let edges = levels ^ self.seen;
@@ -173,7 +174,7 @@ impl<const MOTORS: usize> Inputs<MOTORS> {
 
 const PROBE: usize = 8;
 
-/// Those of `all` whose bits are set, with their numbers.
+/// The entries of `all` whose bits are set, with their numbers.
 fn each<T>(all: &mut [T; INPUTS], bits: u16) -> impl Iterator<Item = (usize, &mut T)> {
     let all = all.iter_mut().enumerate();
     all.filter(move |(input, _)| bits >> input & 1 == 1)
@@ -223,7 +224,8 @@ mod tests {
         inputs
     }
 
-    /// When the machine learns of what, microseconds, after a carriage has closed the switch at 1000.
+    /// The times at which the machine learns of each level, microseconds, after a carriage has
+    /// closed the switch at 1000.
     fn learns(inputs: &mut Inputs<1>) -> Vec<(u64, bool)> {
         let mut learned = Vec::new();
         inputs.change(&CLOSED, true, Cycle::from_micros(1000));

@@ -1,8 +1,9 @@
-//! What the CPU of an STM32F407 pays for each piece of work, in cycles.
+//! The cost of each piece of work on an STM32F407, in CPU cycles.
 //!
-//! All figures are those of [`crate::measured`], which `cargo fw-test --costs` writes: what the unmodified firmware took in the
-//! emulator of `crates/f407emu`, whose cycles are right to within about 15 %, a judgement; no board has been measured. The
-//! check `costs` of `cargo fw-test` holds the file against the firmware as it is now.
+//! All figures come from [`crate::measured`], which `cargo fw-test --costs` writes: the cycles of
+//! the unmodified firmware in the emulator of `crates/f407emu`. The emulator's cycles are right to
+//! within about 15 %, a judgement; no board has been measured. The check `costs` of `cargo fw-test`
+//! compares the file with the current firmware.
 //!
 //! Interrupts are charged what the middle one of a job took, with their entry and exit; whether a tick is late is judged by
 //! the longest. A tick that takes a segment is charged the longest such tick where the segment begins a line, and the middle
@@ -12,7 +13,7 @@
 //!
 //! `HUNDRED_INSTRUCTIONS` there is for who has counted instructions and wants cycles (`docs/benchmarks.md`).
 //!
-//! What is charged when is in [`crate::event_loop`].
+//! [`crate::event_loop`] says when each cost is charged.
 
 use crate::measured;
 use leadscrew_machine::work::Work;
@@ -40,11 +41,11 @@ pub struct Costs {
     pub pulse_end: u32,
     /// The interrupts of a switch's edge and of the end of its filter's time.
     pub switches: u32,
-    /// What a byte that is received takes of interrupts.
+    /// Cycles of interrupts for a received byte.
     pub byte_in: u32,
-    /// What a byte that is sent takes of interrupts.
+    /// Cycles of interrupts for a sent byte.
     pub byte_out: u32,
-    /// A turn of the main loop, without what is listed below.
+    /// A turn of the main loop, without the work listed below.
     pub poll: u32,
     /// A byte put on its line, or one of an answer printed.
     pub byte: u32,

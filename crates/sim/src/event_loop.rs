@@ -1,20 +1,21 @@
-//! The event loop: what happens next, and who pays for it.
+//! The event loop: the next event, and the CPU that pays for it.
 //!
 //! ```text
 //!             due                         then                                charged
 //!  timers     a tick, a pulse's end       on_timer, end of a pulse            step, load, pulse_end
 //!  switches   a carriage passed one       Inputs::on_switches                 switches
 //!  lines      a byte's last bit           Receiver::receive, Host::receive    byte_in, byte_out
-//!  main loop  woken, and the CPU is free  Machine::poll                       poll and what Work counts
+//!  main loop  woken, and the CPU is free  Machine::poll                       poll and the counts of Work
 //! ```
 //!
 //! At one instant they come in this order. The main loop is woken by a byte, a switch edge, a segment taken,
 //! motion at rest, its own deadline, or because it said that it is busy; turns that would find nothing are
 //! left out.
 //!
-//! What a poll does is seen at its start, and its time passes after it: the next poll begins when that time
-//! is over, later by all interrupts in between. A poll is short (one line, a few segments), so that its
-//! effects come too early by some tens of microseconds at most; two milliseconds of segments lie in the queue.
+//! The effects of a poll are seen at its start, and its time passes after it: the next poll begins
+//! when that time is over, later by all interrupts in between. A poll is short (one line, a few
+//! segments), so that its effects come too early by some tens of microseconds at most; two
+//! milliseconds of segments lie in the queue.
 
 use crate::board::SimBoard;
 use crate::clock::{cycles_of_micros, Cycle};
@@ -219,7 +220,7 @@ where
         &self.machine
     }
 
-    /// The machine, to load and save what it remembers.
+    /// The machine, to load and save its stored values.
     pub fn machine_mut(&mut self) -> &mut Machine<'a, K, AXES, MOTORS, X> {
         &mut self.machine
     }
@@ -234,7 +235,7 @@ where
         &mut self.board.observer
     }
 
-    /// Somebody has come at the other end of a line: the machine tells them what everybody must know.
+    /// Somebody has come at the other end of a line: the machine sends the general messages.
     pub fn open_line(&mut self, line: usize) {
         if let Some(receiver) = self.receivers.get_mut(line) {
             receiver.open();
@@ -320,7 +321,8 @@ where
         self.cpu.main_start(self.wake.min(self.deadline))
     }
 
-    /// Whether an extension's regular work is all that will ever happen, but for what is `due` on lines and switches.
+    /// Whether an extension's regular work is all that will ever happen, except for events that are
+    /// `due` on lines and switches.
     fn has_only_chores(&self, due: Cycle) -> bool {
         let others = due.min(self.wake).min(self.board.timer_due());
         self.is_chore && others == Cycle::NEVER
@@ -405,10 +407,11 @@ where
         self.wake = self.wake.min(self.now);
     }
 
-    /// Asks the host for what it has to send, on all lines; brings it what came over those that take no time.
+    /// Asks the host for bytes to send, on all lines; brings it the bytes of lines that take no
+    /// time.
     fn exchange<H: Host>(&mut self, host: &mut H) {
         for channel in (0..self.board.links.count()).map(|number| ChannelId(number as u8)) {
-            // Not before what it sent has come in.
+            // Not before its own bytes have come in.
             if !self.board.links.is_receiving(channel) && host.closes(channel) {
                 self.close(channel);
             }
@@ -480,7 +483,8 @@ where
         self.cpu.charge_main(self.now, cycles);
     }
 
-    /// Checks what must hold whenever the main loop has run. `counted` is the position before the poll.
+    /// Checks the rules that hold whenever the main loop has run. `counted` is the position before
+    /// the poll.
     fn check(&mut self, counted: &[i32; MOTORS]) {
         let (now, after) = (self.now, self.shared.position());
         let made = self.board.plant.position();
@@ -501,8 +505,9 @@ where
         self.check_laser();
     }
 
-    /// Checks that the laser is off where it has to be. Power and state change in polls, and in motion with ticks: so what holds
-    /// before and after each poll holds at every tick of a rest.
+    /// Checks that the laser is off where it has to be. Power and state change in polls, and in
+    /// motion with ticks: so a rule that holds before and after each poll holds at every tick of a
+    /// rest.
     fn check_laser(&mut self) {
         let on = self.board.power() != Power::OFF && self.has_laser_to_be_off();
         if on && !self.laser_noted {
@@ -515,7 +520,8 @@ where
         let resting = !self.shared.is_running();
         let constant = self.board.spindle() == SpindleOutput::Clockwise;
         let dark = match self.machine.state() {
-            // A stop takes effect at once, not with the next step only; and what the machine does by itself it does in the dark.
+            // A stop takes effect at once, not only with the next step; and motion of the machine's
+            // own is dark.
             State::Alarm(_)
             | State::Sleep
             | State::Check

@@ -8,12 +8,12 @@
 //!                               +------- SimBoard ------+ +--> Observer
 //! ```
 //!
-//! [`Simulation`] always handles the event that is due next ([`event_loop`]), charges the CPU for it ([`cost`],
-//! [`load`]) and so finds out what comes late. Nothing depends on the machine that it runs on: the same input gives
-//! the same bits.
+//! [`Simulation`] always handles the event that is due next ([`event_loop`]), charges the CPU for
+//! it ([`cost`], [`load`]) and so finds late events. Nothing depends on the machine that it runs
+//! on: the same input gives the same bits.
 //!
-//! It checks on its own what must always hold, and collects [`trouble::Violation`]s: the carriages stand
-//! where the machine counts them, no pulse is short, no direction changes late.
+//! It checks its rules on its own, and collects [`trouble::Violation`]s: the carriages stand where
+//! the machine counts them, no pulse is short, no direction changes late.
 #![forbid(unsafe_code)]
 
 pub mod board;

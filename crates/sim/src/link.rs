@@ -13,7 +13,7 @@ use leadscrew_machine::board::ChannelId;
 use std::collections::VecDeque;
 use std::num::NonZeroU32;
 
-/// What sits at the other end of the serial lines.
+/// The program at the other end of the serial lines.
 pub trait Host {
     /// The next byte that the host sends on `channel`, if it has one to send now.
     ///
@@ -72,8 +72,8 @@ impl Rate {
 /// Bytes in a packet of a line that never waits: USB full speed, bulk (USB 2.0 specification, 5.8.3).
 pub(crate) const PACKET: usize = 64;
 
-/// Bytes that the board keeps for sending on a line that takes time, as the firmware does: what the line sends in 0.7 ms, 8 at
-/// least and 128 at most. A report waits for them.
+/// Bytes that the board keeps for sending on a line that takes time, as the firmware does: the line
+/// sends them in 0.7 ms; 8 at least and 128 at most. A report waits for them.
 fn send_buffer(byte_time: u64) -> usize {
     usize::try_from(CPU_HZ * 7 / 10_000 / byte_time).map_or(128, |bytes| bytes.clamp(8, 128))
 }
@@ -129,7 +129,7 @@ impl Link {
         taken
     }
 
-    /// What is due at `now` or before.
+    /// The event that is due at `now` or before.
     fn take(&mut self, now: Cycle) -> Option<LinkEvent> {
         if let Some((_, byte)) = self.incoming.filter(|(at, _)| *at <= now) {
             self.incoming = None;

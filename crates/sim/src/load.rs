@@ -4,12 +4,13 @@
 //!  ticks              ====           ====            highest priority
 //!  pulse end              ==   ====|     |====       below it: a tick interrupts it
 //!  serial, switches         ==                       below both: only their time is counted
-//!  main loop                  =               =====  the rest; a poll ends later by what interrupts it
+//!  main loop                  =               =====  the rest; interrupts make a poll end later
 //! ```
 //!
-//! Cycles of the step interrupts are collected in slots of a quarter of a millisecond; what does not fit into a slot runs on
-//! into the next. The peak is the busiest stretch of four slots: any millisecond, to a quarter of one. The rest does not
-//! count there: while lines come as fast as they are taken, the main loop is always busy, and motion does not depend on it.
+//! Cycles of the step interrupts are collected in slots of a quarter of a millisecond; cycles that
+//! do not fit into a slot run on into the next. The peak is the busiest stretch of four slots: any
+//! millisecond, to a quarter of one. The main loop does not count there: while lines come as fast
+//! as they are taken, it is always busy, and motion does not depend on it.
 
 use crate::clock::{Cycle, CPU_HZ};
 

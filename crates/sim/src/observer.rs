@@ -35,7 +35,7 @@ pub struct Taken<'a> {
     pub power: [f64; 2],
 }
 
-/// What can be watched. All cycles rise from call to call.
+/// The events that can be watched. All cycles rise from call to call.
 #[allow(unused_variables)]
 pub trait Observer {
     /// Step pins rise.
@@ -68,7 +68,8 @@ pub trait Observer {
     /// A move of the program is planned.
     #[inline]
     fn move_planned(&mut self, planned: &PlannedMove<'_>) {}
-    /// The main loop has made so many segments, at the end of the last of which motion stands like that.
+    /// The main loop has made `segments`. `committed` is the state of motion at the end of the last
+    /// one.
     #[inline]
     fn segments_made(&mut self, segments: u32, committed: &Committed) {}
     /// The step interrupt takes a segment, or comes to rest: segments are taken in the order in which they were made.

@@ -1,4 +1,4 @@
-//! What a simulation has found out: all that a summary or a test wants to know of a job.
+//! The results of a simulation: everything that a summary or a test asks about a job.
 
 use crate::board::PARTS;
 use crate::clock::{micros, seconds, Cycle};
@@ -10,7 +10,7 @@ use crate::trouble::{Late, Record, Violation};
 use leadscrew_machine::extension::Extension;
 use leadscrew_planner::Kinematics;
 
-/// What one motor did.
+/// The results of one motor.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct MotorOutcome {
     /// Steps either way.
@@ -30,7 +30,7 @@ impl MotorOutcome {
     };
 }
 
-/// What a simulation has found out.
+/// The results of a simulation.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Outcome<const MOTORS: usize> {
     /// From the first byte to the board until motion rests and all has been said, s.
@@ -57,9 +57,9 @@ pub struct Outcome<const MOTORS: usize> {
     pub min_direction_setup_us: Option<f64>,
     /// The longest that a step was delayed by the interrupt before it, µs.
     pub max_step_delay_us: f64,
-    /// What came too late.
+    /// Late events.
     pub late: Record<Late>,
-    /// What must never happen.
+    /// Violations of the rules.
     pub violations: Record<Violation>,
     /// How busy the CPU was, since power-up.
     pub cpu: CpuLoad,
@@ -105,12 +105,12 @@ where
     O: Observer,
     X: Extension<AXES>,
 {
-    /// Ends the simulation: what was found out, and the observer.
+    /// Ends the simulation: its results, and the observer.
     pub fn finish(self) -> (Outcome<MOTORS>, O) {
         (self.outcome(), self.board.observer)
     }
 
-    /// What has been found out so far.
+    /// The results so far.
     pub fn outcome(&self) -> Outcome<MOTORS> {
         let board = &self.board;
         let motors = self.motors();
@@ -161,7 +161,7 @@ pub struct LineError {
     pub text: String,
 }
 
-/// What the machine said to a program, for those who need it only afterwards.
+/// The machine's words to a program, for readers after the end.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Answers {
     /// Lines that were answered.

@@ -1,4 +1,4 @@
-//! What heaters warm: bodies that the room cools, and sensors on them that may fail.
+//! The bodies that heaters warm: the room cools them, and their sensors may fail.
 
 use leadscrew_heat::{HeatPort, Sensor};
 use leadscrew_machine::board::{Duration, Instant};
@@ -11,7 +11,7 @@ const ROOM: f32 = 22.0;
 const ZERO: f32 = 273.15;
 const WARM_ROOM: f32 = 298.15;
 
-/// What a heater warms: `dT/dt = power − (T − room) / cools`, without the power while it is off.
+/// A body with a heater: `dT/dt = power − (T − room) / cools`, without the power while it is off.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Body {
     /// K/s.
@@ -29,7 +29,7 @@ pub enum Failure {
     Open,
     /// Its wires touch.
     Shorted,
-    /// It falls out of its place, and reads what it read last.
+    /// It falls out of its place, and keeps its last reading.
     Frozen,
 }
 
@@ -85,7 +85,7 @@ pub struct Oven {
     parts: Vec<Part>,
     reference: f32,
     fault: Option<SensorFault>,
-    /// What the first sensor reads since it is frozen.
+    /// The reading of the first sensor since it is frozen.
     frozen: Option<f32>,
     now: Instant,
     has_supply: bool,

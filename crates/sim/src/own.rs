@@ -49,7 +49,7 @@ pub struct OwnPins {
 }
 
 impl Profile {
-    /// The extensions of the machine with these outputs, which may be more than those of the file.
+    /// The extensions of the machine with these outputs, which may be more than the file's.
     pub fn extension<const AXES: usize>(
         &self,
         outputs: OutputsConfig,

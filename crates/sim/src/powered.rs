@@ -28,7 +28,7 @@ pub const MOST_MOTORS: usize = MOST_AXES + 1;
 /// Moves planned ahead at most, as on the board.
 const MOVES: usize = 1024;
 
-/// What programs do with a simulation, whatever its axes, motors and kinematics.
+/// The use of a simulation by programs, for any axes, motors and kinematics.
 pub trait Powered {
     /// Lets the machine work until `host` is done or nothing happens any more.
     fn work(&mut self, host: &mut dyn Host) -> Stopped;
@@ -42,7 +42,7 @@ pub trait Powered {
     fn waits_for_operator(&self) -> bool;
     /// Whether no job and no command is under way.
     fn is_quiet(&self) -> bool;
-    /// What has been found out so far.
+    /// The results so far.
     fn outcome(&self) -> Outcome<MOST_MOTORS>;
     /// How the machine stands.
     fn snapshot(&self) -> Snapshot;
@@ -54,13 +54,13 @@ pub trait Powered {
     fn force_pin(&mut self, pin: Pin, level: Option<bool>) -> Option<bool>;
     /// All settings, each as `$$` prints it.
     fn settings(&self) -> Vec<(Key, String)>;
-    /// Takes over what is stored, before time passes; answers in what condition it is.
+    /// Takes over the stored values, before time passes; answers their condition.
     fn load(&mut self, flash: &mut Flash) -> Condition;
-    /// Stores what has changed, as far as the machine is at rest.
+    /// Stores the changes, as far as the machine is at rest.
     fn save(&mut self, flash: &mut Flash);
-    /// Notes that what is stored is lost.
+    /// Notes that the stored values are lost.
     fn distrust_settings(&mut self);
-    /// Notes that what was stored did not survive: the line that has changed it is answered with `error:7`.
+    /// Notes that the last write did not survive: its line is answered with `error:7`.
     fn not_saved(&mut self);
     /// Somebody has come at the other end of a line.
     fn open_line(&mut self, line: usize);
@@ -83,7 +83,7 @@ pub struct Snapshot {
     pub overrides: [u8; 3],
     /// Where work zero is, machine position, axis by axis.
     pub work_offset: Vec<f32>,
-    /// What turns the spindle.
+    /// The output to the spindle.
     pub spindle: SpindleOutput,
     /// Its power, or the laser's, at this instant: share of full power.
     pub power: f32,
@@ -93,7 +93,7 @@ pub struct Snapshot {
     pub switches: Switches,
     /// Lines of the program taken since it began. How many are to come, nobody has told the machine.
     pub lines: u32,
-    /// Time to finish what is queued, s.
+    /// Time to finish the queued moves, s.
     pub seconds_queued: f32,
 }
 
@@ -199,10 +199,10 @@ where
     }
 }
 
-/// What a machine is powered up with beside its file.
+/// The options of a power-up beside the machine's file.
 #[derive(Clone, Copy, Debug)]
 pub struct Supply {
-    /// Settings of a new machine; `None`: those of the file.
+    /// Settings of a new machine; `None`: the file's settings.
     pub first: Option<&'static [Entry]>,
     /// Its serial lines.
     pub lines: usize,
@@ -263,7 +263,7 @@ impl Profile {
         work(&mut simulation);
     }
 
-    /// What stands between its axes and motors.
+    /// The gearing between its axes and motors.
     pub fn train(&self) -> Train {
         match (self.kinematics, &self.second_motor) {
             (Belts::CoreXy, _) => Train::Crossed,

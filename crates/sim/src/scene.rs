@@ -1,9 +1,9 @@
-//! A job or a machine's path as moves to be drawn: what pictures and pages have in common.
+//! A job or a machine's path as moves to be drawn: the common part of pictures and pages.
 
 /// Bytes of a move as pages and pictures get it.
 pub const MOVE_BYTES: usize = 20;
 
-/// What the tool does on a move.
+/// The use of the tool on a move.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Way {
     /// A rapid, a jog, or the machine driving itself.
@@ -21,7 +21,7 @@ pub struct Drawn {
     pub to: [f32; 3],
     /// The line that asked for it; 0 for none.
     pub line: u32,
-    /// What the tool does.
+    /// The use of the tool.
     pub way: Way,
     /// Power as programmed, share of full power.
     pub power: f32,

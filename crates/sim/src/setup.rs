@@ -1,4 +1,4 @@
-//! What a simulation is made of: its settings, and the memory that main loop and interrupts share.
+//! The parts of a simulation: its settings, and the memory that main loop and interrupts share.
 
 use crate::contacts::Contacts;
 use crate::cost::Costs;
@@ -11,18 +11,18 @@ use leadscrew_machine::inputs::Inputs;
 use leadscrew_machine::protocol::serial::{SerialQueue, DEFAULT_RX};
 use leadscrew_stepper::Shared;
 
-/// What is simulated.
+/// The simulated machine.
 #[derive(Clone, Debug)]
 pub struct Setup<const AXES: usize> {
     /// The machine's build.
     pub machine: MachineConfig<AXES>,
-    /// What its CPU pays.
+    /// The costs of its CPU.
     pub costs: Costs,
     /// Its serial lines, in the order of their channels; as many as the machine can serve at most.
     pub lines: Vec<Rate>,
     /// Bytes that each line's receive buffer takes: 128 as Grbl, 1024 at most.
     pub receive_buffer: usize,
-    /// What lies between its switches and its inputs.
+    /// The contacts between its switches and its inputs.
     pub contacts: Contacts,
 }
 

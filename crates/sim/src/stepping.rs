@@ -15,7 +15,7 @@ pub(crate) struct Stepping<'a, const MOTORS: usize> {
     segments: Consumer<'a, Segment<MOTORS>>,
     shared: &'a Shared<MOTORS>,
     costs: Costs,
-    /// Ticks that the segment under way still has: for so many interrupts none is taken.
+    /// Ticks that the segment under way still has: no segment is taken during these interrupts.
     ticks_left: u16,
     /// Parts of a dominant step in each tick of the segment that is being taken.
     next_parts: Option<u64>,
@@ -140,7 +140,8 @@ impl<'a, const MOTORS: usize> Stepping<'a, MOTORS> {
     }
 }
 
-/// What a tick of `segment` is of a step of the dominant motor, in [`PARTS`]; all of it in the last part of one.
+/// The share of a tick of `segment` in a step of the dominant motor, in [`PARTS`]; all of it in the
+/// last part of one.
 fn parts_per_tick<const MOTORS: usize>(segment: &Segment<MOTORS>) -> u64 {
     if segment.ends_event {
         PARTS >> segment.smoothing.level()

@@ -16,7 +16,7 @@ use leadscrew_machine::board::ChannelId;
 use std::collections::VecDeque;
 use std::io::{self, BufRead};
 
-/// What the machine has said.
+/// The machine's answer.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Reply<'a> {
     /// The line was taken.
@@ -46,8 +46,9 @@ pub enum Reply<'a> {
     Other(&'a [u8]),
 }
 
-/// The longest line that is kept, bytes; the rest of a longer one is dropped, and the machine refuses what is left
-/// (GRBL takes 79 without blanks and comments). It keeps a file without line ends from filling the memory.
+/// The longest line that is kept, bytes; the rest of a longer one is dropped, and the machine
+/// refuses the kept part (GRBL takes 79 without blanks and comments). It keeps a file without line
+/// ends from filling the memory.
 const LONGEST_LINE: usize = 64 * 1024;
 
 /// Takes the machine's replies, in order.
@@ -169,7 +170,7 @@ impl<R: BufRead, F: Replies> Streamer<R, F> {
             .map_or(self.lines.number, |pending| pending.number)
     }
 
-    /// Ends the streaming: what takes the replies, or why the program could not be read to its end.
+    /// Ends the streaming: answers the taker of the replies, or the error of reading the program.
     ///
     /// # Errors
     /// The reader's error.
@@ -306,7 +307,7 @@ impl<R: BufRead, F: Replies> Host for Streamer<R, F> {
     }
 }
 
-/// What kind of answer a line is.
+/// The kind of a line that answers.
 enum Answer {
     Ok,
     Error(u8),

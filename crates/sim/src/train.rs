@@ -1,11 +1,12 @@
-//! What stands between axes and motors, chosen when the machine is made rather than when the program is compiled.
+//! The gearing between axes and motors, chosen when the machine is made rather than when the
+//! program is compiled.
 
 use leadscrew_planner::{Coordinate, Kinematics};
 use leadscrew_stepper::MotorMask;
 use std::array::from_fn;
 
-/// What stands between axes and motors. The maps are those of [`leadscrew_planner::Cartesian`], [`leadscrew_planner::CoreXy`]
-/// and [`leadscrew_planner::Ganged`].
+/// The gearing between axes and motors. The maps belong to [`leadscrew_planner::Cartesian`],
+/// [`leadscrew_planner::CoreXy`] and [`leadscrew_planner::Ganged`].
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Train {
     /// One motor an axis.

@@ -1,4 +1,4 @@
-//! What went wrong: late events, which a loaded controller may have, and violations, which nothing may have.
+//! Late events, which a loaded controller may have, and violations, which nothing may have.
 
 use crate::clock::{micros, Cycle};
 use core::fmt;
@@ -20,7 +20,7 @@ pub enum LateReason {
 pub struct Late {
     /// When it was noticed.
     pub cycle: Cycle,
-    /// What it was.
+    /// The reason.
     pub reason: LateReason,
 }
 

@@ -33,7 +33,7 @@ pub struct ToolChangeConfig {
 }
 
 impl ToolChangeConfig {
-    /// What the settings say where nothing else is known.
+    /// The values of the settings where nothing else is known.
     pub const DEFAULT: Self = Self {
         shown: Shown::Hold,
         clearance: CLEARANCE.default,

@@ -50,7 +50,7 @@ pub(crate) static RETURN_RATE: Row = Row {
     listed: false,
 };
 
-/// `$881`: the length of tool 1; those of the others follow.
+/// `$881`: the length of tool 1; the lengths of the others follow.
 pub(crate) const FIRST_LENGTH: u16 = 881;
 
 /// The longest tool, mm.

@@ -49,7 +49,7 @@ fn boot<X: Extension<3>>(memory: &mut Memory, extension: X) -> Session<'_, Carte
     Session::extended(memory, MachineConfig::grbl(), Cartesian, extension)
 }
 
-/// Sends a program and lets the switches follow Z; answers what the machine says until it is silent.
+/// Sends a program and lets the switches follow Z; answers the machine's output until it is silent.
 fn run<X: Extension<3>>(
     session: &mut Session<'_, Cartesian, X>,
     pins: &Pins,

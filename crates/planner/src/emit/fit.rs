@@ -12,14 +12,14 @@
 //! the third derivative `3a²/v⁵`, so that over `T` seconds the quadratic is off by about
 //! `0.024·T³·a²/v²` ([`longest`] turns that round).
 //!
-//! Intervals have 24 significant bits from `f32`; what rounding them loses is exact in 2⁻³² counts and
+//! Intervals have 24 significant bits from `f32`; the loss of rounding is exact in 2⁻³² counts and
 //! carried into the next segment.
 
 use crate::real::{least, rough_cube_root};
 use core::num::NonZeroU16;
 use leadscrew_stepper::{Interval, IntervalChange, Smoothing};
 
-/// `0.25 µs / 0.024`: a quarter of a microsecond is what a segment may be off.
+/// `0.25 µs / 0.024`: a segment may be off by a quarter of a microsecond.
 const TOLERANCE: f32 = 0.25e-6 / 0.024;
 
 /// How long a segment may be at the speed `v` (its lowest, steps/s) and acceleration `a` (not 0,
@@ -118,7 +118,7 @@ impl Linear {
     }
 }
 
-/// What rounding has lost so far, in 2⁻³² counts: the next segment is that much longer.
+/// The loss of rounding so far, in 2⁻³² counts: the next segment is longer by this.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub(crate) struct Carry(i64);
 

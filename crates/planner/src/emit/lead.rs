@@ -5,7 +5,7 @@
 //! time `t + lead` is put out at `t`:
 //!
 //! ```text
-//!   motion   | front ...... | second | third ...............|      what waits, oldest first
+//!   motion   | front ...... | second | third ...............|      segments that wait, oldest first
 //!            |<----- lead ----->|
 //!   power                       ^ for the front's first tick
 //! ```
@@ -68,8 +68,9 @@ impl<const MOTORS: usize> PowerLead<MOTORS> {
         self.lead = lead * u64::from(timer_hz) / 1_000_000;
     }
 
-    /// Hands out the next segment, taking from `source` what has to be known for its power: none more where more than
-    /// `room` timer counts wait already. `None` where `source` has none and all that waited were handed out.
+    /// Hands out the next segment, taking the segments from `source` that its power depends on: no
+    /// more where more than `room` timer counts wait already. `None` where `source` has none and
+    /// all that waited were handed out.
     pub fn next(
         &mut self,
         room: u64,
@@ -107,12 +108,13 @@ impl<const MOTORS: usize> PowerLead<MOTORS> {
         self.waiting.is_empty()
     }
 
-    /// Forgets what waits: after a reset or a jog cancel.
+    /// Forgets the segments that wait: after a reset or a jog cancel.
     pub fn clear(&mut self) {
         self.waiting.clear();
     }
 
-    /// Takes segments until they cover what the front's first tick takes its power from, or none comes, or there is no room.
+    /// Takes segments until they cover the time that the front's first tick takes its power from,
+    /// or none comes, or there is no room.
     fn fill(&mut self, room: u64, mut source: impl FnMut() -> Option<Segment<MOTORS>>) {
         let mut covered: u64 = self.waiting.iter().map(duration).sum();
         while !self.waiting.is_full()
@@ -214,7 +216,7 @@ fn ticks_within<const MOTORS: usize>(segment: &Segment<MOTORS>, counts: u64) -> 
     ticks
 }
 
-/// What is left of a segment after `taken` ticks.
+/// The rest of a segment after `taken` ticks.
 fn rest_of<const MOTORS: usize>(
     segment: &Segment<MOTORS>,
     taken: NonZeroU16,
@@ -257,7 +259,7 @@ mod tests {
         )
     }
 
-    /// What the pins show: when a power was put out, and when the carriage was where (steps).
+    /// The record of the pins: when a power was put out, and when the carriage was where (steps).
     #[derive(Default)]
     struct Record {
         powers: Vec<(u64, Power)>,
@@ -433,7 +435,8 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(60))]
 
-        /// Motion is the same to the count, and the power is that of the time `lead` later, within the change of half a tick.
+        /// Motion is the same to the count. The power belongs to the time `lead` later, within the
+        /// change of half a tick.
         #[test]
         fn motion_stays_and_power_comes_by_the_lead_earlier(
             ends in prop::collection::vec((-8.0f64..8.0, 0u32..=100), 1..30), lead_us in 1u32..=1000,

@@ -90,8 +90,8 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
         Some(segment)
     }
 
-    /// Begins a feed hold: from the end of what was handed out, the shortest stop on the path that
-    /// acceleration allows.
+    /// Begins a feed hold: from the end of the segments handed out, the shortest stop on the path
+    /// that acceleration allows.
     ///
     /// It ends on a whole step; where the running move is too short, in a later one.
     /// [`Segmenter::is_held`] tells when.
@@ -112,7 +112,7 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
         self.plan_anew();
     }
 
-    /// Whether a feed hold has reached rest (at the end of what was handed out).
+    /// Whether a feed hold has reached rest (at the end of the segments handed out).
     pub fn is_held(&self) -> bool {
         self.mode == Mode::Held
     }
@@ -136,14 +136,14 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
         }
     }
 
-    /// Speed along the path at the end of what was handed out, mm/s.
+    /// Speed along the path at the end of the segments handed out, mm/s.
     pub fn speed(&self) -> f32 {
         self.running
             .as_ref()
             .map_or_else(|| sqrt(self.exit_v2), Running::speed)
     }
 
-    /// Seconds that what is left of the running move takes, and the speed after it, mm/s.
+    /// Seconds of the rest of the running move, and the speed after it, mm/s.
     pub(crate) fn rest_of_move(&self) -> (f32, f32) {
         self.running
             .as_ref()
@@ -164,7 +164,7 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
             .map(|running| (running.profile(), running.here()))
     }
 
-    /// Whether what was handed out ends with a whole step event.
+    /// Whether the segments handed out end with a whole step event.
     #[cfg(test)]
     pub(crate) fn at_step(&self) -> bool {
         self.running.as_ref().is_none_or(Running::at_step)
@@ -201,7 +201,7 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
     }
 }
 
-/// What the running move is to do next.
+/// The next task of the running move.
 fn aim<K, const AXES: usize, const MOTORS: usize>(
     mode: Mode,
     planner: &Planner<'_, K, AXES, MOTORS>,

@@ -1,4 +1,4 @@
-//! Random programs: lines, arcs, curves and lines in pieces, and what comes in between.
+//! Random programs: lines, arcs, curves and lines in pieces, and the events in between.
 
 use crate::reference::to;
 use crate::{
@@ -27,7 +27,7 @@ pub(super) enum Part {
     CutLine { angle: f64, length: f64, piece: f64 },
 }
 
-/// What comes in between, after so many segments.
+/// The events in between, each after a number of segments.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Event {
     Hold,

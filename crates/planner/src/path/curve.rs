@@ -2,12 +2,13 @@
 
 use crate::real::sqrt;
 
-/// An arc's curvature, and what bounds the acceleration on it.
+/// An arc's curvature, and the bound of the acceleration on it.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Curve {
     /// Radius, mm, above 0.
     pub radius: f32,
-    /// What every direction in its plane allows, mm/s²: the smaller acceleration of the plane's two axes.
+    /// The acceleration in every direction of its plane, mm/s²: the smaller acceleration of the
+    /// plane's two axes.
     pub acceleration: f32,
 }
 

@@ -77,7 +77,8 @@ impl<const MOTORS: usize> Row<MOTORS> {
         self.delta
     }
 
-    /// The row's steps with those of `delta`; `None` where that leads another way, or farther than one line goes.
+    /// The row's steps together with `delta`; `None` where that leads another way, or farther than
+    /// one line goes.
     fn longer(&self, delta: &[i32; MOTORS]) -> Option<[i32; MOTORS]> {
         let (way, on) = (self.along(&self.delta), self.along(delta));
         if (way > 0) != (on > 0) {

@@ -30,7 +30,7 @@ impl<const AXES: usize> Turn<AXES> {
     /// A start from rest.
     pub(crate) const REST: Self = Self::corner(0.0);
 
-    /// A corner, which has no curvature: the jump of its speed is what `$11` allows.
+    /// A corner, which has no curvature: `$11` limits the jump of its speed.
     pub(crate) const fn corner(v2: f32) -> Self {
         Self {
             bend: [0.0; AXES],

@@ -309,7 +309,7 @@ impl<const AXES: usize> Window<AXES> {
         self.count.wrapping_sub(number)
     }
 
-    /// The path from the start of one piece to that of a later one, mm.
+    /// The path from the start of one piece to the start of a later one, mm.
     pub(super) fn way(&self, from: u32, to: u32) -> f32 {
         let (from, to) = (self.placed(from).since, self.placed(to).since);
         to.wrapping_sub(from) as f32 * MM

@@ -1,4 +1,5 @@
-//! How much motion waits, summed up as moves come and go: for whoever decides whether more is wanted.
+//! The time of the waiting motion, summed up as moves come and go: it decides whether more moves
+//! are wanted.
 
 use super::Planner;
 use crate::config::SLOWEST;
@@ -6,7 +7,7 @@ use crate::moves::PlannedMove;
 use crate::real::{least, most, norm2, sqrt};
 use crate::{Config, Kinematics};
 
-/// The sum of what the moves that wait take at least.
+/// The sum of the least times of the moves that wait.
 #[derive(Debug)]
 pub(super) struct Backlog {
     micros: u64,
@@ -29,7 +30,8 @@ impl Backlog {
         self.micros = self.micros.saturating_sub(old.unwrap_or(0).into());
     }
 
-    /// What a move takes at least at 100 %, µs. Of what does not change while it waits.
+    /// The least time of a move at 100 %, µs. It uses only values that do not change while the move
+    /// waits.
     fn micros<const AXES: usize, const MOTORS: usize>(
         &self,
         planned: &PlannedMove<AXES, MOTORS>,

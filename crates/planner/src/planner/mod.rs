@@ -59,7 +59,7 @@ pub struct Planner<'q, K, const AXES: usize, const MOTORS: usize> {
     revision: u32,
 }
 
-/// What became of a move.
+/// The result of queueing a move.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Pushed {
@@ -97,7 +97,7 @@ impl<'q, K, const AXES: usize, const MOTORS: usize> Planner<'q, K, AXES, MOTORS>
 where
     K: Kinematics<AXES, MOTORS>,
 {
-    /// Makes a planner at position 0. What was in `queue` is forgotten.
+    /// Makes a planner at position 0. The old contents of `queue` are forgotten.
     ///
     /// # Errors
     /// [`Config::validate`] refuses the settings.
@@ -260,7 +260,7 @@ where
         &self.queue
     }
 
-    /// The queue, and what the axes leave to its moves.
+    /// The queue, and the limits that the axes leave to its moves.
     pub(crate) fn parts(
         &mut self,
     ) -> (
@@ -294,7 +294,7 @@ where
         self.queue.running()
     }
 
-    /// Whether the speed is bounded by the end of what is planned: then a line more makes it higher.
+    /// Whether the end of the planned moves bounds the speed: then a line more makes it higher.
     pub(crate) fn hangs(&self) -> bool {
         self.queue.hangs()
     }
@@ -332,7 +332,7 @@ where
     fn lacks_what_waits(&self) -> bool {
         /// As many planned moves can do without one that waits.
         const FEW: usize = 64;
-        /// Before a corner: what is planned too early there stays slow.
+        /// Before a corner: a move that is planned too early there stays slow.
         const FEW_BEFORE_CORNER: usize = 8;
         self.window.as_ref().is_some_and(|window| {
             let few = if window.waits_at_corner() {
@@ -371,7 +371,7 @@ where
     }
 }
 
-/// What the running move's profile depends on, besides the move.
+/// The values that the running move's profile depends on, besides the move.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub(crate) struct Outlook {
     /// Squared speed at which the move may end, speed units.

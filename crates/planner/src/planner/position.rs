@@ -1,4 +1,4 @@
-//! Between axes and motors: where the queue ends, and what a target is in steps.
+//! Between axes and motors: the end of the queue, and the steps of a target.
 
 use super::Planner;
 use crate::{Coordinate, Kinematics};

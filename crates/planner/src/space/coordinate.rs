@@ -11,7 +11,8 @@ pub const NANOS_PER_MM: i64 = 1_000_000_000;
 
 /// A position or distance: a whole number of 10⁻⁹ mm (or degrees on a rotary axis), ±9.2·10⁹ mm.
 ///
-/// Sums saturate: what lies beyond the range is beyond every machine, and [`StepsPerMm::steps`] refuses it.
+/// Sums saturate: a coordinate beyond the range is beyond every machine, and [`StepsPerMm::steps`]
+/// refuses it.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Coordinate(i64);
@@ -107,7 +108,7 @@ impl StepsPerMm {
     #[inline(never)] // a motor may not move, and there are up to six
     pub fn steps(self, coordinate: Coordinate) -> Option<i32> {
         let product = u128::from(coordinate.0.unsigned_abs()) * u128::from(self.0);
-        // Found from the upper half what is too much by far: less than a comparison of 128 bits.
+        // Excludes large excesses by the upper half: less work than a comparison of 128 bits.
         if (product >> 64) as u64 >= TOO_MUCH {
             return None;
         }

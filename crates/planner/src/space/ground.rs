@@ -1,4 +1,5 @@
-//! What the axes leave to a planned move: for the look-ahead, and for the move that runs.
+//! The limits that the axes leave to a planned move: for the look-ahead, and for the move that
+//! runs.
 
 use crate::ahead::lookahead::{Braking, Ends};
 use crate::config::{Limits, Scales};
@@ -179,7 +180,7 @@ where
 /// Share of the acceleration along a move that a ramp has where nothing is left: for the divisions.
 const STILL: f32 = 1e-6;
 
-/// The curvature between the ends of a move: what both turns have in common, spread over its length.
+/// The curvature between the ends of a move: the common part of both turns, spread over its length.
 fn middle<const AXES: usize, const MOTORS: usize>(
     planned: &PlannedMove<AXES, MOTORS>,
     behind: Option<&PlannedMove<AXES, MOTORS>>,

@@ -95,7 +95,8 @@ impl<const N: usize> Kinematics<N, N> for CoreXy {
 
 /// As [`Cartesian`], but motor `AXES + k` turns together with the motor of axis `axis_of[k]`.
 ///
-/// The axis stands where its own motor, that of its number, says. An axis that is not there stands still.
+/// The axis stands at the count of its own motor, which has the axis's number. A missing axis
+/// stands still.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Ganged<const MORE: usize> {
     /// The axis of each motor beyond the axes.

@@ -1,4 +1,5 @@
-//! Where the axes are, and what they leave: exact coordinates, the map to motors, limits as polygons.
+//! The places of the axes, and their limits: exact coordinates, the map to motors, limits as
+//! polygons.
 
 pub(crate) mod coordinate;
 pub(crate) mod ground;

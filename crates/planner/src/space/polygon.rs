@@ -1,4 +1,4 @@
-//! What the axes leave to the acceleration along a piece of path, as it follows the speed.
+//! The acceleration that the axes leave along a piece of path, as it follows the speed.
 //!
 //! A piece of path has the unit tangent `p`; where it meets the next one the path turns with the curvature `k` (a vector, 1/mm). With the
 //! squared speed `x` and the acceleration `u` along the path each axis asks
@@ -38,7 +38,7 @@ pub(crate) fn cap(bend: &[f32]) -> f32 {
     1.0 / bend.iter().fold(0.0, |worst, b| most(worst, b.abs()))
 }
 
-/// What two curvatures have in common: that of the way between them.
+/// The common part of two curvatures: the curvature of the way between them.
 pub(crate) fn common<const N: usize>(one: &[f32; N], other: &[f32; N]) -> [f32; N] {
     let mut both = *one;
     for (both, other) in both.iter_mut().zip(other) {
@@ -87,7 +87,8 @@ impl<const AXES: usize> Piece<AXES> {
         gains.map(|gain| most(gain, 0.0))
     }
 
-    /// What is left for the acceleration along the path at the squared speed `x` where it turns with the curvature `bend`, mm/s².
+    /// The acceleration left along the path at the squared speed `x` where it turns with the
+    /// curvature `bend`, mm/s².
     pub(crate) fn left(&self, x: f32, bend: &[f32], rise: Rise) -> f32 {
         let axes = self.tangent.iter().zip(bend);
         let left = axes.fold(f32::INFINITY, |left, (q, bend)| {

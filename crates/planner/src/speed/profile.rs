@@ -47,7 +47,7 @@ impl Place {
     }
 }
 
-/// What a profile is made from: steps of the dominant motor, steps/s, steps/s².
+/// The input of a profile: steps of the dominant motor, steps/s, steps/s².
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Plan {
     /// Place at which the profile begins.

@@ -38,7 +38,7 @@ pub(crate) struct Ramp {
     last: f32,
     /// Length of all of it, steps.
     whole: f32,
-    /// What was over when the ramp was joined: seconds, steps.
+    /// The part that was over when the ramp was joined: seconds, steps.
     skipped: (f32, f32),
 }
 
@@ -319,7 +319,7 @@ fn solve(v: f32, jerk: f32, x: f32) -> f32 {
 /// The rough cube root is at least 0.93 of the true one.
 const ROOT_MARGIN: f32 = 1.0 / 0.93;
 
-/// What the tests compare with, in `f64`.
+/// The reference of the tests, in `f64`.
 #[cfg(test)]
 impl Ramp {
     /// Place and speed after `t` seconds (of the whole ramp, where it was joined), by integrating its three parts one after

@@ -218,7 +218,8 @@ impl SCurve {
 
 #[cfg(test)]
 impl SCurve {
-    /// Seconds from the start to the place `s` steps after it, in `f64`: what the tests compare with.
+    /// Seconds from the start to the place `s` steps after it, in `f64`: the reference of the
+    /// tests.
     pub(crate) fn exact_time(&self, s: f64) -> f64 {
         let length = f64::from(self.end - self.start.step) - f64::from(self.start.part);
         let [easing, up, down] = [&self.easing, &self.up, &self.down].map(Ramp::exact_length);
@@ -391,7 +392,7 @@ mod tests {
             prop_assert!(last.1.abs() <= 1e-2 * plan.up + 1e-6 * jerk, "{:?}", last);
         }
 
-        /// The profile's own words agree: its times are those of its speeds.
+        /// The profile agrees with itself: its times follow from its speeds.
         #[test]
         fn time_and_speed_agree(case in cases()) {
             let profile = SCurve::new(&case.plan, 0.0, case.jerk).unwrap();

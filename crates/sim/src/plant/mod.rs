@@ -1,4 +1,4 @@
-//! The machine beyond the pins: what the motor drivers, the carriage and the switches make of them.
+//! The machine beyond the pins: motor drivers, carriage and switches.
 //!
 //! A driver takes one step at each rising edge, in the direction that its pin shows at that instant. The
 //! plant counts those, knows nothing of G-code, and checks what a driver asks for:
@@ -34,7 +34,7 @@ pub use switch::{Pin, Side, Switch};
 /// timing requirements; Allegro's A4988 asks for 200 ns).
 pub const LEAST_SETUP: u64 = (650 * (CPU_HZ / 1_000_000)).div_ceil(1000);
 
-/// What rising step pins did.
+/// The effect of rising step pins.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Rise {
     /// Motors whose pin was high already: no edge, no step.
@@ -56,9 +56,9 @@ pub struct Plant<const MOTORS: usize> {
     raised: Cycle,
     shortest_pulse: u64,
     shortest_setup: u64,
-    /// What is seen on the pins.
+    /// The levels on the pins.
     levels: Switches,
-    /// What would be seen if no pin were held.
+    /// The levels if no pin were held.
     wired: Switches,
     switches: Vec<Switch>,
     /// Motors 0 and 1 are on crossed belts.

@@ -8,8 +8,8 @@ const LONG: usize = 16;
 /// Steps over which the rate of a shorter burst is measured: of a move between two rests.
 const SHORT: usize = 8;
 
-/// A step that comes after so many times the interval before it begins another burst. A ramp's last intervals grow by less
-/// than 4, with limited jerk as well.
+/// A step begins another burst if it comes after this multiple of the interval before it. A ramp's
+/// last intervals grow by less than 4, with limited jerk as well.
 const REST: u64 = 4;
 
 /// Follows the steps of one motor.
@@ -115,7 +115,7 @@ impl PeakRate {
         }
     }
 
-    /// What is known, the present burst included.
+    /// The figures so far, the present burst included.
     fn with_burst(&self) -> (u64, Brief) {
         let burst = &self.burst;
         match burst.intervals {

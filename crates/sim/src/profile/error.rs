@@ -1,4 +1,4 @@
-//! Why a profile cannot be used: where it stands, which key it is, what was expected there.
+//! The reason why a profile cannot be used: the place, the key and the expected value.
 
 use std::fmt;
 use std::io;
@@ -22,7 +22,7 @@ pub struct Wrong {
     pub line: usize,
     /// The key, with the tables that it is in: `axes.x.travel`. Empty where the text is no TOML.
     pub key: String,
-    /// What was found, and what was expected.
+    /// The found value, and the expected one.
     pub what: String,
 }
 
@@ -64,7 +64,7 @@ impl Wrong {
         })
     }
 
-    /// Describes what the parser found wrong in `text`, the content of `file`.
+    /// Describes the parser's error in `text`, the content of `file`.
     pub(super) fn new(file: &Path, text: &str, key: String, error: &toml::de::Error) -> Self {
         let start = error.span().map_or(0, |span| span.start);
         // The parser puts "expected …" on a line of its own.
@@ -72,7 +72,7 @@ impl Wrong {
         Self::at(file, text, start, key, in_words(what))
     }
 
-    /// Describes what is wrong with a key of the top level of `text`, the content of `file`.
+    /// Describes a mistake in a key of the top level of `text`, the content of `file`.
     pub(super) fn at_key(file: &Path, text: &str, key: &str, what: &str) -> Self {
         let mut starts = text.match_indices(key).map(|(start, _)| start);
         let begins_line = |start: &usize| {
@@ -91,7 +91,7 @@ impl Wrong {
         )
     }
 
-    /// Describes what is wrong at byte `start` of `text`, the content of `file`.
+    /// Describes a mistake at byte `start` of `text`, the content of `file`.
     pub(super) fn at(file: &Path, text: &str, start: usize, key: String, what: String) -> Self {
         let before = text.get(..start).unwrap_or(text);
         let line = before.matches('\n').count() + 1;
@@ -104,7 +104,7 @@ impl Wrong {
     }
 }
 
-/// Names what was expected as a person would, not by its type.
+/// Names the expected value as a person would, not by its type.
 fn in_words(what: String) -> String {
     let words = [
         ("f64", "a number"),

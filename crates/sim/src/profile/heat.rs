@@ -7,7 +7,7 @@ use leadscrew_heat::{Gates, HeatConfig, HeaterConfig, Limits, Sensor};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-/// Heaters that are switched on and off, and what moves only where it is warm.
+/// Heaters that are switched on and off, and the axis and outputs that work only where it is warm.
 #[derive(Clone, PartialEq, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Heaters {
@@ -37,15 +37,15 @@ pub struct HeaterTable {
     pub most: Option<Celsius>,
     /// Nothing is extruded below this; 170.
     pub extrusion: Option<Celsius>,
-    /// What is colder is a sensor's fault; -10.
+    /// A lower reading is a sensor's fault; -10.
     pub coldest: Option<Celsius>,
-    /// What is hotter is a sensor's fault; 310 for a nozzle, 150 for a bed.
+    /// A higher reading is a sensor's fault; 310 for a nozzle, 150 for a bed.
     pub hottest: Option<Celsius>,
     /// After so long its temperature has answered to its switch, s; 20 for a nozzle, 90 for a bed.
     pub patience_s: Option<u16>,
     /// The least answer, K; 2.
     pub answer_k: Option<Positive>,
-    /// Once at its target it stays within so much of it, K; 30 for a nozzle, 20 for a bed.
+    /// Once at its target it stays within this distance of it, K; 30 for a nozzle, 20 for a bed.
     pub band_k: Option<Positive>,
     /// How fast it warms its body where that is cold, K/s: in the simulator only. 4 for a nozzle, 1 for a bed.
     pub warms_k_s: Option<Positive>,
@@ -85,7 +85,7 @@ pub struct Fan {
     pub fitted: bool,
 }
 
-/// What a heater has where its table does not say.
+/// The values of a heater where its table does not say.
 struct Usual {
     name: &'static str,
     limits: Limits,
@@ -119,14 +119,14 @@ impl Heaters {
         self.tables().next().is_some()
     }
 
-    /// What the extension is made with.
+    /// The heaters' part of the extension's configuration.
     pub fn configs(&self) -> Vec<HeaterConfig> {
         self.tables()
             .map(|(table, usual)| table.config(usual))
             .collect()
     }
 
-    /// What they warm.
+    /// The bodies that they warm.
     pub fn bodies(&self) -> Vec<Body> {
         self.tables()
             .map(|(table, usual)| table.body(usual))
@@ -195,7 +195,7 @@ fn or(own: Option<Positive>, usual: f32) -> f32 {
 }
 
 impl Profile {
-    /// What the extension for heaters and fan is made with.
+    /// The configuration of the extension for heaters and fan.
     pub fn heat_config(&self) -> HeatConfig {
         let Heaters {
             extruder,
@@ -217,7 +217,7 @@ impl Profile {
         }
     }
 
-    /// A key about heaters that contradicts others, and what was expected.
+    /// A key about heaters that contradicts others, and the expected value.
     pub(super) fn contradiction_of_heaters(&self) -> Option<(&'static str, &'static str)> {
         let Heaters {
             nozzle,

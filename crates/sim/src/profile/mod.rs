@@ -1,4 +1,4 @@
-//! Machine files: a TOML file that says what a machine is made of.
+//! Machine files: a TOML file that describes a machine.
 //!
 //! ```text
 //!         start                       places are millimetres on the axis' own scale
@@ -39,13 +39,13 @@ use toml::Spanned;
 #[derive(Clone, PartialEq, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Profile {
-    /// What it is called on the screen.
+    /// The name on the screen.
     pub name: String,
     /// Bytes that a sender may have on the way; 1024 where it is left out.
     pub receive_buffer: Option<BufferSize>,
     /// Moves planned ahead; 1024 where it is left out.
     pub look_ahead: Option<LookAhead>,
-    /// What turns X and Y.
+    /// The belts of X and Y.
     pub kinematics: Belts,
     /// How home is found.
     pub homing: Homing,
@@ -59,7 +59,7 @@ pub struct Profile {
     pub spindle: Spindle,
     /// The laser.
     pub laser: Laser,
-    /// What a sender is told.
+    /// The reports to a sender.
     pub reports: Reports,
     /// How lines become motion.
     pub streaming: Streaming,
@@ -80,13 +80,13 @@ pub struct Profile {
     pub axes: Axes,
     /// A second motor on X or Y, squared while homing.
     pub second_motor: Option<SecondMotor>,
-    /// What the probe meets.
+    /// The plate under the probe.
     pub probe: Option<Probe>,
-    /// What all switches have in common.
+    /// The common properties of all switches.
     pub switches: Switches,
     /// Whether there is a safety door.
     pub door: Door,
-    /// What stock Grbl chooses when it is compiled.
+    /// The options that stock Grbl fixes when it is compiled.
     pub options: Options,
 }
 
@@ -175,7 +175,7 @@ pub struct Limits {
 
 /// A second motor on an axis, with a carriage and switches of its own: the other side of a gantry.
 ///
-/// Its number, and so its bit in `$2` and `$3`, comes after those of the axes.
+/// Its number, and so its bit in `$2` and `$3`, comes after the numbers of the axes.
 #[derive(Clone, Copy, PartialEq, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SecondMotor {
@@ -207,7 +207,7 @@ pub struct Squaring {
     pub most: Option<Positive>,
 }
 
-/// What turns X and Y.
+/// The belts of X and Y.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Belts {
@@ -228,7 +228,7 @@ pub enum GantryAxis {
     Y,
 }
 
-/// What the probe meets: a plate under the Z axis.
+/// The plate under the probe, below the Z axis.
 #[derive(Clone, Copy, PartialEq, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Probe {
@@ -245,7 +245,7 @@ pub struct Probe {
     pub bow: Place,
 }
 
-/// What all switches have in common.
+/// The common properties of all switches.
 #[derive(Clone, Copy, PartialEq, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Switches {
@@ -277,7 +277,7 @@ pub struct Door {
     pub open: bool,
 }
 
-/// What stock Grbl chooses when it is compiled.
+/// The options that stock Grbl fixes when it is compiled.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Options {

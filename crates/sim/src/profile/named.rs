@@ -130,7 +130,7 @@ tables! {
         /// A laser that is lit at rest goes dark when its sender was silent for so long, s: `$707`.
         dead_man_s: f64 as "Option<f64>" = LaserPatience;
     }
-    /// What a sender is told.
+    /// The reports to a sender.
     Reports "reports" {
         /// Fields of a status report, a mask: `$10`.
         fields: f64 as "Option<f64>" = ReportMask;
@@ -169,7 +169,8 @@ tables! {
 mod tests {
     use super::*;
 
-    /// The masks are made of what each axis says, and the level of limit switches of what all switches say.
+    /// The masks are made from the keys of each axis, and the level of limit switches from the key
+    /// of all switches.
     const ELSEWHERE: [Setting; 4] = [
         Setting::StepInvert,
         Setting::DirectionInvert,

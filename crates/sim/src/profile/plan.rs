@@ -1,4 +1,4 @@
-//! What a simulation is made of, after a profile: the machine's build, its first settings, its switches.
+//! A simulation's parts, from a profile: the machine's build, its first settings, its switches.
 
 use super::{
     Axes, Axis, Belts, End, GantryAxis, Limits, OutputsTable, Positive, Profile, SecondMotor,
@@ -110,7 +110,7 @@ impl Profile {
         }
     }
 
-    /// What is wrong with tables of extensions, and what was expected.
+    /// A mistake in the tables of extensions, and the expected value.
     fn contradiction_of_extensions(&self) -> Option<(&'static str, &'static str)> {
         let is_upside_down = |table: &ToolSwitchesTable| table.upper <= table.lower;
         if self.tool_switches.as_ref().is_some_and(is_upside_down) {
@@ -120,7 +120,7 @@ impl Profile {
         self.contradiction_of_heaters()
     }
 
-    /// A key that contradicts others, and what was expected.
+    /// A key that contradicts others, and the expected value.
     pub(super) fn contradiction(&self) -> Option<(&'static str, &'static str)> {
         if self.axes.c.is_some() && self.axes.b.is_none()
             || self.axes.b.is_some() && self.axes.a.is_none()
@@ -186,8 +186,8 @@ impl Profile {
         (!is_flat).then(|| Plate::new(tilt, probe.bow.mm(), span, [x, y, z].map(steps_per_mm)))
     }
 
-    /// What lies between the switches and the machine: the filter of a board such as the firmware's, and contacts that
-    /// bounce.
+    /// The contacts between the switches and the machine: the filter of a board like the
+    /// firmware's, and contacts that bounce.
     pub fn contacts(&self) -> Contacts {
         Contacts {
             bounce_us: self.switches.bounce_us,
@@ -242,7 +242,7 @@ impl Profile {
 }
 
 impl OutputsTable {
-    /// What the extension for M62 to M65 is made with.
+    /// The configuration of the extension for M62 to M65.
     pub fn config(&self) -> OutputsConfig {
         OutputsConfig {
             count: self.count.0,

@@ -37,7 +37,7 @@ pub struct ToolSwitchesTable {
 }
 
 impl ToolSwitchesTable {
-    /// What the extension is made with.
+    /// The configuration of the extension.
     pub fn config(&self) -> ZToolConfig {
         ZToolConfig {
             rate: Number::from_nanos((self.rate_mm_min.get() * 1e9).round() as i64),
@@ -58,7 +58,7 @@ pub enum ShownAs {
 }
 
 impl ToolChangeTable {
-    /// What the extension is made with.
+    /// The configuration of the extension.
     pub fn config(&self) -> ToolChangeConfig {
         let usual = ToolChangeConfig::DEFAULT;
         let number = |value: f64| Number::from_nanos((value * 1e9).round() as i64);

@@ -1,4 +1,5 @@
-//! Values that can only be what a machine can have: checked while the file is read, so that errors know their line.
+//! Values that a machine can have: they are checked while the file is read, so that errors know
+//! their line.
 
 use schemars::JsonSchema;
 use serde::Deserialize;

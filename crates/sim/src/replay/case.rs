@@ -8,12 +8,12 @@ use serde_json::{Map, Value};
 #[derive(Clone, PartialEq, Debug, Deserialize, Serialize)]
 #[serde(expecting = "an object with `exchanges`")]
 pub struct Case {
-    /// What the machine was built with.
+    /// The options that the machine was built with.
     #[serde(default)]
     pub build: Build,
-    /// What was done and what came back, in order.
+    /// The operations and their answers, in order.
     pub exchanges: Vec<Exchange>,
-    /// Name, group, purpose and what else there is: handed on as it was.
+    /// Name, group, purpose and other keys: handed on unchanged.
     #[serde(flatten)]
     pub other: Map<String, Value>,
 }
@@ -21,7 +21,7 @@ pub struct Case {
 /// One operation, and the lines that ended before the next one.
 #[derive(Clone, PartialEq, Debug, Deserialize, Serialize)]
 pub struct Exchange {
-    /// What was done: an [`super::Op`].
+    /// The operation: an [`super::Op`].
     pub op: String,
     /// When it began, ms of virtual time since the first power-up; power-up itself may go without.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -13,11 +13,11 @@ use std::fmt;
 pub struct Disagreement {
     /// The exchange, from 0, and its operation.
     pub exchange: usize,
-    /// What was done.
+    /// The operation.
     pub op: String,
-    /// What the recorded machine answered.
+    /// The answer of the recorded machine.
     pub expected: String,
-    /// What this one did.
+    /// The answer of this machine.
     pub found: String,
 }
 
@@ -39,7 +39,7 @@ impl fmt::Display for Disagreement {
 /// A line with the exchange that it came in.
 type Line<'a> = (usize, &'a str);
 
-/// Compares what a machine has `answered` with what was `recorded`; `None` where they agree.
+/// Compares a machine's answers, `answered`, with the `recorded` ones; `None` where they agree.
 pub fn judge(recorded: &Case, answered: &Case) -> Option<Disagreement> {
     let [expected, found] = [recorded, answered].map(|case| lines(&case.exchanges));
     let timing = recorded
@@ -83,7 +83,7 @@ fn is_report(line: &str) -> bool {
     line.starts_with('<') && line.ends_with('>')
 }
 
-/// The first line that is not the same: its exchange, what was expected, what was found.
+/// The first line that differs: its exchange, the expected text, the found text.
 fn differ(expected: &[Line<'_>], found: &[Line<'_>]) -> Option<(usize, String, String)> {
     let words =
         |line: Option<&Line<'_>>| line.map_or("nothing".into(), |(_, line)| format!("{line:?}"));
@@ -158,7 +158,7 @@ fn same_but_for_last_places(one: &str, other: &str) -> bool {
     }
 }
 
-/// Numbers, and what is between them.
+/// Numbers, and the text between them.
 fn pieces(line: &str) -> impl Iterator<Item = &str> {
     let is_number = |c: char| c.is_ascii_digit() || matches!(c, '.' | '-');
     let mut rest = line;

@@ -4,7 +4,7 @@
 //!   Case --Op--> Session --bytes--> Wire ==115200 baud==> Simulation      one Simulation from power-up to power-up
 //!    ^             |  |                                      |  ^
 //!    +----lines----+  +------ pins, switches, carriages -----|--+
-//!                                                          Flash         what a power cycle leaves
+//!                                                          Flash         the values after a power cycle
 //! ```
 //!
 //! A conversation is a list of operations such as `cmd G0 X1` or `pin hold 0`, each with the lines that came before the
@@ -41,7 +41,7 @@ pub struct ReplayError {
     pub exchange: usize,
     /// Its operation.
     pub op: String,
-    /// What is wrong with it.
+    /// The mistake in it.
     pub why: BadOp,
 }
 

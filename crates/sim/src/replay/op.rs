@@ -22,7 +22,7 @@ use std::fmt;
 use std::str::{FromStr, SplitWhitespace};
 use std::time::Duration;
 
-/// What is done to the machine.
+/// An operation on the machine.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub enum Op {
     /// The first power-up, until the machine listens.
@@ -33,7 +33,7 @@ pub enum Op {
     Send(Vec<u8>),
     /// Sends bytes, the end of a line with them, and waits for an answer.
     Command(Vec<u8>),
-    /// Waits for so many answers.
+    /// Waits for this number of answers.
     Answers(u32),
     /// Waits until the machine has nothing to do.
     Idle,

@@ -14,7 +14,7 @@ use std::time::Duration;
 /// Moves that a Grbl plans ahead at most.
 const MOVES: usize = 15;
 
-/// What power-up takes at most until the machine listens.
+/// The longest power-up until the machine listens.
 const BOOT: Duration = Duration::from_millis(30);
 /// How long `cmd` waits at most.
 const COMMAND: Duration = Duration::from_secs(20);
@@ -25,7 +25,7 @@ const IDLE: Duration = Duration::from_secs(120);
 /// How long nothing steps before a machine counts as idle.
 const STILL: Duration = Duration::from_millis(25);
 
-/// Simulated time between two looks at what is to be stored and at the condition that is waited for.
+/// Simulated time between two looks at unsaved changes and at the condition that is waited for.
 const SLICE: Duration = Duration::from_millis(1);
 
 /// Why a session is over.
@@ -70,7 +70,8 @@ impl<'m> Session<'m> {
         }
     }
 
-    /// Does operations until the power goes; `done` gets the time at which each began, ms, and what came before the next.
+    /// Carries out operations until the power goes; `done` gets the time at which each began, ms,
+    /// and the lines that came before the next.
     pub(super) fn hold(
         &mut self,
         ops: &[Op],
@@ -92,7 +93,7 @@ impl<'m> Session<'m> {
         self.begun + self.sim.now().0
     }
 
-    /// What stays when the power goes.
+    /// The state that stays when the power goes.
     pub(super) fn world(&self) -> World {
         let plant = &self.sim.board().plant;
         World {
@@ -165,7 +166,7 @@ impl<'m> Session<'m> {
         self.save();
     }
 
-    /// Stores what has changed, as far as the machine is at rest.
+    /// Stores the changes, as far as the machine is at rest.
     fn save(&mut self) {
         while self.sim.machine_mut().save(self.flash) == Ok(true)
             && self.sim.machine().state() == State::Idle

@@ -5,7 +5,7 @@ use crate::link::Host;
 use leadscrew_machine::board::ChannelId;
 use std::collections::VecDeque;
 
-/// What is sent and received; it outlives the machine's power cycles.
+/// The bytes sent and received; they outlive the machine's power cycles.
 #[derive(Debug, Default)]
 pub(super) struct Wire {
     waiting: VecDeque<u8>,
@@ -74,7 +74,7 @@ impl Host for Wire {
     }
 }
 
-/// Whether a line answers a line. What startup lines print, `>G21:ok`, does not.
+/// Whether a line answers a line. The output of startup lines, `>G21:ok`, does not.
 fn is_answer(line: &str) -> bool {
     line == "ok" || line.starts_with("error:")
 }

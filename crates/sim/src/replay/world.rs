@@ -1,4 +1,4 @@
-//! What is wired to the machine and stays as it is when the machine loses its power.
+//! The wiring of the machine, which stays as it is when the machine loses its power.
 
 use crate::event_loop::Simulation;
 use crate::observer::Observer;

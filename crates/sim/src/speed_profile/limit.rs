@@ -1,11 +1,11 @@
-//! What can bind: the limits, their names, and the settings that hold them.
+//! The limits, their names, and the settings that hold them.
 
 use leadscrew_machine::machine::Ahead;
 
 /// Letters of the axes, in order.
 const LETTERS: [char; 6] = ['X', 'Y', 'Z', 'A', 'B', 'C'];
 
-/// What bounds the speed of a move where nothing slows it down.
+/// The bound of the speed of a move where nothing slows it down.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 pub enum SpeedLimit {
     /// The program's `F`.
@@ -35,7 +35,7 @@ pub enum Slow {
     Move(SpeedLimit),
 }
 
-/// What keeps the speed from being higher.
+/// The limit that keeps the speed from being higher.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 pub enum Limit {
     /// A limit of the move itself.
@@ -51,7 +51,8 @@ pub enum Limit {
 }
 
 impl Slow {
-    /// What motion slows down for, `curve` where the path's curvature bounds it. A slower move is named later, once it has come.
+    /// The reason to slow down, `curve` where the path's curvature bounds it. A slower move is
+    /// named later, once it has come.
     pub(super) fn new(ahead: Ahead, curve: SpeedLimit) -> Self {
         match ahead {
             Ahead::Stop => Self::Stop,
@@ -70,7 +71,7 @@ fn letter(axis: usize) -> char {
 }
 
 impl SpeedLimit {
-    /// What it is called.
+    /// Its name.
     pub fn name(self) -> String {
         match self {
             Self::Feed => "feed".to_owned(),
@@ -83,7 +84,7 @@ impl SpeedLimit {
 }
 
 impl Slow {
-    /// What it is called.
+    /// Its name.
     pub fn name(self) -> String {
         match self {
             Self::Corner => "corner".to_owned(),
@@ -96,7 +97,7 @@ impl Slow {
 }
 
 impl Limit {
-    /// What it is called in a list.
+    /// Its name in a list.
     pub fn name(self) -> String {
         match self {
             Self::Speed(limit) => limit.name(),
@@ -115,7 +116,7 @@ impl Limit {
         }
     }
 
-    /// What to change so that it binds less: settings and words of the program.
+    /// The settings and words of the program that make it bind less.
     pub fn held_by(self) -> String {
         match self {
             Self::Speed(limit) => limit.held_by(),
@@ -152,7 +153,7 @@ impl SpeedLimit {
     }
 }
 
-/// What a limit is found from: the settings of each axis.
+/// The input for finding a limit: the settings of each axis.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Machine {
     /// Millimetres in a step.
@@ -174,7 +175,7 @@ pub(super) struct Limits {
     pub(super) length: f64,
     /// The speed where nothing slows it down, mm/s.
     pub(super) nominal: f64,
-    /// What that speed comes from.
+    /// The origin of that speed.
     pub(super) speed_limit: SpeedLimit,
     /// Whether it is a chord of an arc.
     pub(super) is_arc: bool,

@@ -26,7 +26,7 @@ pub use shares::{shares, Share};
 
 use crate::clock::Cycle;
 
-/// What the speed does in a stretch.
+/// The course of the speed in a stretch.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Phase {
     /// Nothing moves.
@@ -60,7 +60,7 @@ pub struct Stretch {
     pub end: Cycle,
     /// The line of the file that asked for the move, from 1; 0 at rest and where the machine moves by itself.
     pub line: u64,
-    /// What the speed does.
+    /// The course of the speed.
     pub phase: Phase,
     /// Length of the path, mm.
     pub length: f64,
@@ -68,7 +68,7 @@ pub struct Stretch {
     pub speed: [f64; 2],
     /// Power at the begin and at the end, shares of full power.
     pub power: [f64; 2],
-    /// What keeps the speed from being higher.
+    /// The limit that keeps the speed from being higher.
     pub limit: Limit,
 }
 

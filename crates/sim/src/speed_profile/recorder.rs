@@ -21,7 +21,7 @@ use std::collections::VecDeque;
 pub struct Recorder {
     machine: Machine,
     planned: VecDeque<(u32, Limits)>,
-    /// What is known at the end of each segment; nothing where others were made with it.
+    /// The facts at the end of each segment; nothing where others were made with it.
     made: VecDeque<Option<Committed>>,
     /// The move under way; `None` where the machine moves by itself.
     running: Option<(u32, Limits)>,
@@ -51,7 +51,7 @@ struct Raw {
     stretch: Stretch,
     /// [`PlannedMove::line`].
     line: u32,
-    /// What bounds the move where nothing slows it down.
+    /// The bound of the move where nothing slows it down.
     speed_limit: Option<SpeedLimit>,
     /// Mean power and mean speed of its last piece.
     mean: [f64; 2],
@@ -178,7 +178,7 @@ impl Recorder {
         self.pass(&stretch, ahead);
     }
 
-    /// What a curve at the running move, or at the next one, is called.
+    /// The name of a curve at the running move, or at the next one.
     fn curve(&self) -> SpeedLimit {
         let mut moves = self.running.iter().chain(self.planned.front());
         match moves.any(|(_, of)| of.is_arc) {
@@ -253,7 +253,7 @@ impl Recorder {
         });
     }
 
-    /// Braking for a slower move is told what bounds that move, which comes later.
+    /// Braking for a slower move gets the bound of that move, which comes later.
     fn name_slower_moves(&mut self) {
         let mut next = None;
         for raw in self.stretches.iter_mut().rev() {

@@ -42,7 +42,7 @@ impl Timing {
     }
 }
 
-/// What the running move is to do next.
+/// The next task of the running move.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) struct Aim {
     pub(crate) goal: Goal,
@@ -77,12 +77,13 @@ pub(crate) struct Running<const MOTORS: usize> {
     announce: bool,
     /// Whether a motor steps less often than the dominant one: only then smoothing is of use.
     smooth: bool,
-    /// The smoothing for whose half a tick motors are early at the end of what was handed out, and that later segments may
-    /// therefore have; `None` where they are not early at all.
+    /// The smoothing for whose half a tick motors are early at the end of the segments handed out,
+    /// and that later segments may therefore have; `None` where they are not early at all.
     early: Option<Smoothing>,
     /// Whole steps of the dominant motor handed out.
     done: u32,
-    /// What was handed out of the next one: 0 unless it takes so long that it is handed out in spans.
+    /// The part of the next one that was handed out: 0 unless it takes so long that it is handed
+    /// out in spans.
     way: f32,
     /// The motors that have come on by it.
     made: MotorMask,
@@ -91,7 +92,7 @@ pub(crate) struct Running<const MOTORS: usize> {
     /// Steps of the dominant motor in the whole move.
     events: u32,
     profile: Profile,
-    /// Speed at the end of what was handed out, steps/s.
+    /// Speed at the end of the segments handed out, steps/s.
     speed: f32,
     /// The step event after `done`, or a span of it, where a part of that was handed out.
     parts: Option<Parts<MOTORS>>,
@@ -111,12 +112,12 @@ pub(crate) struct Running<const MOTORS: usize> {
     pixels: u16,
     /// The next change of power, and the step at which it comes.
     next_pixel: Option<(u32, Pixel)>,
-    /// What the profile was made from.
+    /// The outlook that the profile was made from.
     pub(crate) outlook: Option<Outlook>,
 }
 
 impl<const MOTORS: usize> Running<MOTORS> {
-    /// What all segments have in common until [`Self::segment`] fills it in.
+    /// The common values of all segments until [`Self::segment`] fills in the others.
     const BLANK: Segment<MOTORS> = Segment {
         line: None,
         ticks: NonZeroU16::MIN,
@@ -193,12 +194,12 @@ impl<const MOTORS: usize> Running<MOTORS> {
         }
     }
 
-    /// Speed along the path at the end of what was handed out, mm/s.
+    /// Speed along the path at the end of the segments handed out, mm/s.
     pub(crate) fn speed(&self) -> f32 {
         self.speed / self.steps_per_mm
     }
 
-    /// Seconds that what is left of the profile takes, and the speed at its end, mm/s.
+    /// Seconds of the rest of the profile, and the speed at its end, mm/s.
     pub(crate) fn rest(&self) -> (f32, f32) {
         let steps = self.here().before(self.profile.end());
         let (entry, elapsed) = self
@@ -222,7 +223,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
         &self.profile
     }
 
-    /// The end of what was handed out, but for the parts of a span.
+    /// The end of the segments handed out, except for the parts of a span.
     pub(crate) const fn here(&self) -> Place {
         Place {
             step: self.done,
@@ -245,7 +246,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
         self.done >= self.profile.end()
     }
 
-    /// Whether what is handed out next belongs to the profile's last step.
+    /// Whether the next segment belongs to the profile's last step.
     fn is_in_last_step(&self) -> bool {
         self.done + 1 >= self.profile.end()
     }
@@ -355,7 +356,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
         }
     }
 
-    /// How early motors are at the end of what was handed out.
+    /// The earliness of motors at the end of the segments handed out.
     fn early(&self) -> Early {
         self.early.map_or(Early::NOT, Early::half_a_tick)
     }

@@ -11,8 +11,8 @@
 //!     part of Y alone   of Z    of all others      each motor comes on by the whole step event at once
 //! ```
 //!
-//! Ticks cannot be any closer than [`Timing::shortest_tick`]: what is due so soon after a tick comes a little late, or with
-//! the next one.
+//! Ticks cannot be any closer than [`Timing::shortest_tick`]: a step that is due sooner after a
+//! tick comes a little late, or with the next one.
 //!
 //! What is handed out can no longer be changed. So a step event that takes longer than a segment may is handed out in *spans*,
 //! each of parts; between two of them, where no motor need step, the profile may be made anew as it may between steps:
@@ -46,7 +46,7 @@ const ROOM: f32 = 16.0;
 /// The least way of a span, steps: where even that takes longer than a segment may, at 1000 s a step, it does.
 const LEAST_WAY: f32 = 1.0 / (1 << 20) as f32;
 
-/// The way of a span is found in so many rounds at most.
+/// The most rounds in which the way of a span is found.
 const CORRECTIONS: u32 = 8;
 
 /// The most of a step event's rest that a span takes that is not all of it.
@@ -65,7 +65,7 @@ pub(super) struct Parts<const MOTORS: usize> {
     pub(super) entry: f32,
     exit: f32,
     mean: f32,
-    /// Time that all of it takes, and that of the parts handed out, seconds.
+    /// Time of the whole, and time of the parts handed out, seconds.
     seconds: f32,
     pub(super) elapsed: f32,
     /// What motors are to be early for at its end, as [`Running::early`].
@@ -131,7 +131,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
         })
     }
 
-    /// The piece of the next step event from what was handed out up to `to`.
+    /// The piece of the next step event from the part handed out up to `to`.
     fn span(&self, to: f32) -> Span {
         let over = self
             .profile
