@@ -19,7 +19,7 @@ use libfuzzer_sys::fuzz_target;
 
 const AXES: usize = 4;
 
-/// What lines depend on, out of one byte.
+/// The context that lines depend on, out of one byte.
 struct Bench {
     axes: [AxisKind; AXES],
     options: Options,
@@ -138,7 +138,7 @@ impl Bench {
     }
 }
 
-/// Both ways of reading words; what one prints, it reads again.
+/// Both ways of reading words; the printed words of one are read again.
 fn spell(line: &[u8]) {
     for error in words(line).filter_map(Result::err) {
         assert!(error.column <= line.len());

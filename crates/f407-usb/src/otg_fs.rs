@@ -48,7 +48,7 @@ static MORE: AtomicBool = AtomicBool::new(false);
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 enum Host {
-    /// Nobody since power-up: what there is to say waits for the first one.
+    /// Nobody since power-up: bytes to send wait for the first client.
     Expected,
     /// It has set the device up.
     Attached,
@@ -78,7 +78,8 @@ struct Controller {
 #[allow(unsafe_code)]
 unsafe impl Sync for Controller {}
 
-// SAFETY: address, size of the packet memory and number of endpoints are those of OTG FS (RM0090 sections 2.3, 34.2.1 and 34.2.3).
+// SAFETY: address, size of the packet memory and number of endpoints belong to OTG FS (RM0090
+// sections 2.3, 34.2.1 and 34.2.3).
 #[allow(unsafe_code)]
 unsafe impl UsbPeripheral for Controller {
     const REGISTERS: *const () = OTG_FS_GLOBAL::ptr().cast();
@@ -129,7 +130,7 @@ impl Place {
     /// Starts the line. At start-up, with the clock of 48 MHz running, and the pins the controller's; `cpu_hz` is the clock of
     /// the CPU.
     ///
-    /// `None` where the driver refuses what it is told here, which nothing does.
+    /// `None` where the driver refuses these values, which never happens.
     #[inline(never)] // what is moved on the way is on the stack for this long only
     pub fn start(
         &'static mut self,
@@ -246,7 +247,8 @@ impl Port {
         }
     }
 
-    /// Whether more was to be queued, and half of the queue is free: what is left goes out while the main loop comes.
+    /// Whether more was to be queued, and half of the queue is free: the queued bytes go out while
+    /// the main loop comes.
     fn takes_more(&self) -> bool {
         MORE.load(Relaxed) && self.outgoing.len() <= self.outgoing.capacity() / 2
     }

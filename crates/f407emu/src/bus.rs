@@ -1,4 +1,4 @@
-//! What the core reaches at which address (RM0090 section 2.3), and how long that takes.
+//! The memory behind each address (RM0090 section 2.3), and the time of an access.
 use crate::{
     cpu::PC,
     instruction::Width,
@@ -158,8 +158,8 @@ impl Machine {
         self.cycle = self.cycle.max(self.buffer_free);
     }
 
-    /// Waits until clocks that have been switched on have come: what DSB is said to do (ES0182, "Delay after an RCC peripheral
-    /// clock enabling", workaround 1).
+    /// Waits until clocks that have been switched on have come, as DSB is said to do (ES0182,
+    /// "Delay after an RCC peripheral clock enabling", workaround 1).
     pub(crate) fn wait_for_clocks(&mut self) {
         self.cycle = self.cycle.max(self.devices.rcc.clocks_come_at());
     }

@@ -1,15 +1,15 @@
-//! The registers of the core (DDI 0403, B1.4) and what the flags mean.
+//! The registers of the core (DDI 0403, B1.4) and the meaning of the flags.
 
 /// The registers, as one instruction finds them.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Cpu {
-    /// r0 to r15. Register 15 is what an instruction reads there: its own address and 4.
+    /// r0 to r15. Register 15 is the value that an instruction reads there: its own address and 4.
     pub(crate) r: [u32; 16],
     /// s0 to s31, as bit patterns.
     pub(crate) s: [u32; 32],
     pub(crate) fpscr: u32,
     pub(crate) flags: Flags,
-    /// What SADD8 and its like leave for SEL, one bit for each byte.
+    /// The flags that SADD8 and its like leave for SEL, one bit for each byte.
     pub(crate) ge: u8,
     /// The IT block under way: condition and mask, 0 outside (A7.3).
     pub(crate) it: u8,

@@ -48,7 +48,7 @@ pub(crate) struct Devices {
     pub(crate) dwt: Dwt,
     pub(crate) iwdg: Iwdg,
     pub(crate) usb: Usb,
-    /// What has been written to peripherals that are not modelled, by address.
+    /// The words written to peripherals that are not modelled, by address.
     pub(crate) others: HashMap<u32, u32>,
 }
 

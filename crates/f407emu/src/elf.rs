@@ -44,7 +44,7 @@ impl From<object::Error> for LoadError {
     }
 }
 
-/// Loads all segments of `elf`; what they do not cover stays as it is.
+/// Loads all segments of `elf`; the memory outside them stays as it is.
 ///
 /// # Errors
 /// When it is not an ELF for this chip; some segments may have been loaded then.

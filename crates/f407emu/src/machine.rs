@@ -24,7 +24,7 @@ use crate::{
 };
 use std::collections::BTreeSet;
 
-/// What the previous instruction did with the memory: the next access may overlap it.
+/// The previous instruction's use of the memory: the next access may overlap it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum LastAccess {
     None,
@@ -62,7 +62,8 @@ pub struct Machine {
     pub(crate) stray: Option<Stop>,
     pub(crate) unfinished: Unfinished,
     pub(crate) debugger: bool,
-    /// DBGMCU_APB1_FZ: what stands still with a core that a debugger stops. Only a loss of power resets it.
+    /// DBGMCU_APB1_FZ: the peripherals that stand still with a core that a debugger stops. Only a
+    /// loss of power resets it.
     pub(crate) freeze_apb1: u32,
     pub(crate) world: World,
     pub(crate) edges: Vec<Edge>,
@@ -76,7 +77,7 @@ pub struct Machine {
     pub(crate) writers_of: Option<Exception>,
     pub(crate) writers: BTreeSet<(u32, u32)>,
     pub(crate) flash_operations: Vec<FlashOperation>,
-    /// What is made of words that the program writes to registers, by their addresses.
+    /// The changes of words that the program writes to registers, by their addresses.
     pub(crate) tampers: Vec<(u32, Tamper)>,
     /// The core stands still before its next store to a register, by an exception's handler: which, and for how many cycles.
     pub(crate) stall: Option<(Exception, u32, u64)>,
@@ -246,7 +247,8 @@ impl Machine {
         self.cycle += u64::from(cycles);
     }
 
-    /// Goes on to what may wake the core; PRIMASK does not keep it asleep (DDI 0403, B1.5.19).
+    /// Goes on to the next event that may wake the core; PRIMASK does not keep it asleep (DDI 0403,
+    /// B1.5.19).
     fn sleep(&mut self, limit: u64) {
         let mut masks = self.cpu.masks;
         masks.primask = false;
@@ -370,8 +372,8 @@ impl Machine {
         &self.flash_operations
     }
 
-    /// Plants a fault: from now on each word that the program writes to the register at `address` is what `tamper` makes of
-    /// it, or is not written at all.
+    /// Plants a fault: from now on `tamper` changes each word that the program writes to the
+    /// register at `address`, or drops it.
     pub fn tamper_with(&mut self, address: u32, tamper: Tamper) {
         self.tampers.push((address, tamper));
     }
@@ -432,7 +434,7 @@ impl Machine {
         self.profiler.services.as_deref().unwrap_or(&[])
     }
 
-    /// What the program did that would not work as intended.
+    /// The program's actions that would not work as intended.
     pub fn warnings(&self) -> &[Warning] {
         self.warnings.all()
     }

@@ -13,7 +13,8 @@ pub(crate) const SRAM: u32 = 0x2000_0000;
 pub(crate) const CCM: u32 = 0x1000_0000;
 const FLASH_SIZE: usize = 1 << 20;
 const SRAM_SIZE: usize = 128 << 10;
-/// SRAM1: a slave of the bus matrix of its own, and what is there a second time at 0 where the program asks for that.
+/// SRAM1: a slave of the bus matrix of its own, and there a second time at 0 where the program asks
+/// for that.
 pub(crate) const SRAM1_SIZE: u32 = 112 << 10;
 /// As much of SRAM, from its begin, keeps its instructions decoded.
 const CODE_SIZE: usize = 16 << 10;
@@ -28,7 +29,7 @@ pub(crate) struct Memory {
     pub(crate) flash: Box<[u8]>,
     pub(crate) sram: Box<[u8; SRAM_SIZE]>,
     pub(crate) ccm: Box<[u8]>,
-    /// What is there a second time from address 0 on.
+    /// The memory that is there a second time from address 0 on.
     pub(crate) low: Low,
     /// By halfword of the flash; forgotten where it is written.
     decoded: Box<[Option<Decoded>]>,
@@ -36,7 +37,7 @@ pub(crate) struct Memory {
     decoded_low: Box<[Option<Decoded>]>,
 }
 
-/// What answers from address 0 on (RM0090 section 9.2.1, SYSCFG_MEMRMP.MEM_MODE).
+/// The memory that answers from address 0 on (RM0090 section 9.2.1, SYSCFG_MEMRMP.MEM_MODE).
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Low {
     /// The flash: after a reset, as the boot pins are.
@@ -45,7 +46,7 @@ pub(crate) enum Low {
     Sram1,
 }
 
-/// What answers at an address.
+/// The memory or device that answers at an address.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Region {
     Flash,

@@ -1,4 +1,4 @@
-//! What a run leaves behind: edges of pins, changes of PWM, statistics of exceptions.
+//! The record of a run: edges of pins, changes of PWM, statistics of exceptions.
 use crate::peripheral::nvic::{Exception, EXCEPTIONS};
 use core::fmt;
 
@@ -31,7 +31,7 @@ impl fmt::Display for Pin {
     }
 }
 
-/// What changed a pin.
+/// The cause of a pin's change.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Cause {
     /// The core, with the instruction at this address.
@@ -60,7 +60,7 @@ pub struct Edge {
     pub pin: Pin,
     /// Its new level.
     pub level: bool,
-    /// What changed it.
+    /// The cause.
     pub cause: Cause,
 }
 
@@ -90,7 +90,7 @@ pub struct FlashOperation {
     pub erases: bool,
 }
 
-/// What becomes of a word on its way to a register; `None` where it gets lost.
+/// The change of a word on its way to a register; `None` where it gets lost.
 pub type Tamper = fn(u32) -> Option<u32>;
 
 /// A change of the share of time during which a timer drives a pin high.
@@ -152,7 +152,7 @@ pub struct Service {
     pub exit: u64,
 }
 
-/// Handlers that are under way, and what was measured of those that are over.
+/// Handlers that are under way, and the measurements of those that are over.
 #[derive(Clone, Debug)]
 pub(crate) struct Profiler {
     profiles: Vec<Profile>,
@@ -189,7 +189,7 @@ impl Profiler {
         &self.profiles[usize::from(exception.number())]
     }
 
-    /// Forgets what has been measured; handlers under way go on being measured.
+    /// Forgets the measurements; handlers under way go on being measured.
     pub(crate) fn clear(&mut self) {
         self.profiles.fill(Profile::default());
     }

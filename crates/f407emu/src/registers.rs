@@ -1,4 +1,5 @@
-//! Registers by their addresses: those of the peripherals (RM0090 table 1), and those of the core (DDI 0403, B3.1).
+//! Registers by their addresses: the peripherals' (RM0090 table 1), and the core's (DDI 0403,
+//! B3.1).
 use crate::{
     devices::USARTS,
     instruction::Width,
@@ -114,7 +115,8 @@ impl Machine {
         }
     }
 
-    /// Writes a peripheral's register at a cycle, of which only `lanes` are the program's; what depends on it follows.
+    /// Writes a peripheral's register at a cycle, of which only `lanes` are the program's, and
+    /// carries out the consequences.
     pub(crate) fn register_write(
         &mut self,
         address: u32,

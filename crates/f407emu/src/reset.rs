@@ -1,4 +1,4 @@
-//! Resets (RM0090 section 7.1), and what a loss of power leaves in the memories.
+//! Resets (RM0090 section 7.1), and the memories after a loss of power.
 use crate::{
     art::Art,
     cpu::Cpu,
@@ -9,7 +9,7 @@ use crate::{
 };
 use core::ops::Range;
 
-/// An operation of the flash that may still be under way, and what was there before.
+/// An operation of the flash that may still be under way, and the contents before it.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Unfinished {
     range: Range<usize>,
@@ -17,7 +17,7 @@ pub(crate) struct Unfinished {
 }
 
 impl Machine {
-    /// Remembers what an operation of the flash is about to change.
+    /// Remembers the contents that an operation of the flash is about to change.
     pub(crate) fn remember(&mut self, range: Range<usize>) {
         self.unfinished = Unfinished {
             before: self.memory.flash[range.clone()].to_vec(),

@@ -15,7 +15,7 @@
 //!
 //! Not modelled: contention of core and DMA on the bus matrix, late arrival of a higher interrupt during entry (it nests).
 
-/// What the cycle model charges, in cycles of HCLK.
+/// The charges of the cycle model, in cycles of HCLK.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Timing {
     /// Refill of the pipeline after a direct branch that is taken.
@@ -98,7 +98,7 @@ mod tests {
         machine
     }
 
-    /// Cycles of so many instructions.
+    /// Cycles of `instructions`.
     fn cycles(machine: &mut Machine, instructions: usize) -> u64 {
         let before = machine.cycle();
         for _ in 0..instructions {

@@ -1,4 +1,4 @@
-//! What keeps an instruction from being carried out, and what ends a run.
+//! The reasons why an instruction is not carried out, and the ends of a run.
 use core::fmt;
 
 /// Why an instruction was not carried out. The core answers with a fault exception (DDI 0403, B1.5.14).
@@ -47,7 +47,7 @@ pub enum Stop {
     Lockup {
         /// Address of the instruction.
         pc: u32,
-        /// What was wrong with it.
+        /// The fault.
         trap: Trap,
     },
     /// A breakpoint instruction, with [`crate::Machine::set_debugger`].
@@ -55,13 +55,14 @@ pub enum Stop {
         /// Address of the instruction.
         pc: u32,
     },
-    /// The program did to a peripheral what the manual forbids. On the chip it would go on, and nobody knows how.
+    /// The program broke a rule of the manual for a peripheral. On the chip it would go on, and
+    /// nobody knows how.
     Stray {
         /// Address of the instruction.
         pc: u32,
         /// Address of the register.
         address: u32,
-        /// What is wrong with it.
+        /// The breach.
         stray: Stray,
     },
 }
@@ -83,7 +84,7 @@ pub enum Stray {
     ReadOnly,
     /// Reserved bits do not keep the value that they had after the reset.
     Reserved {
-        /// What was written.
+        /// The written value.
         value: u32,
         /// The bits that had to stay.
         bits: u32,

@@ -1,7 +1,7 @@
 //! Turns of a program's main loop: each begins as it feeds the watchdog, and ends as the core falls asleep, or with the next.
 use crate::machine::Machine;
 
-/// How many turns are over, and what they took.
+/// The number of turns that are over, and their instructions and cycles.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Turns {
     /// How many.
@@ -10,11 +10,11 @@ pub struct Turns {
     pub cycles: u64,
     /// Instructions in all, without those of exceptions.
     pub instructions: u64,
-    /// What had been spent outside exceptions when the one under way began.
+    /// The counts outside exceptions when the turn under way began.
     began: Option<Spent>,
 }
 
-/// What has been spent outside exceptions since power-on.
+/// The counts outside exceptions since power-on.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 struct Spent {
     cycles: u64,

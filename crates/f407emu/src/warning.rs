@@ -1,4 +1,4 @@
-//! What a program did that would not work on the chip as intended, or that is not modelled.
+//! The program's actions that would not work on the chip as intended, or that are not modelled.
 use core::fmt;
 
 /// One kind of mistake; each is recorded once.
@@ -29,7 +29,7 @@ pub enum Warning {
     FlashWriteWidth,
     /// A sector was to be erased that does not exist.
     NoSuchSector,
-    /// A peripheral that is not modelled: it remembers what is written, and no more.
+    /// A peripheral that is not modelled: it only remembers the written words.
     NotModelled {
         /// Address of the register.
         address: u32,
@@ -39,7 +39,8 @@ pub enum Warning {
         /// Base address of the timer.
         base: u32,
     },
-    /// A DMA stream was to reach what its controller cannot (RM0090 section 10.3: DMA1 has no GPIO, no DMA has CCM).
+    /// A DMA stream was to reach a place that its controller cannot reach (RM0090 section 10.3:
+    /// DMA1 has no GPIO, no DMA has CCM).
     DmaUnreachable {
         /// The address.
         address: u32,

@@ -1,4 +1,4 @@
-//! The test bench: what happens outside the chip, and when.
+//! The test bench: the events outside the chip, and their times.
 use crate::{
     devices::SerialPort,
     machine::Machine,
@@ -20,7 +20,7 @@ pub(crate) enum Happening {
     Reset(ResetCause),
 }
 
-/// What is going to happen, in order.
+/// The coming events, in order.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct World {
     happenings: VecDeque<(u64, Happening)>,
@@ -40,7 +40,7 @@ impl World {
             .map(|(_, happening)| happening)
     }
 
-    /// Adds a happening; those of one cycle keep the order in which they were added.
+    /// Adds a happening; happenings of one cycle keep the order in which they were added.
     fn add(&mut self, cycle: u64, happening: Happening) {
         let place = self
             .happenings
@@ -68,7 +68,7 @@ impl Machine {
         self.devices.usarts[port as usize].unsent()
     }
 
-    /// What the firmware has sent on a serial port; the caller may take it out.
+    /// The bytes that the firmware has sent on a serial port; the caller may take them out.
     pub fn uart_out(&mut self, port: SerialPort) -> &mut Vec<u8> {
         &mut self.devices.usarts[port as usize].output
     }
@@ -91,7 +91,7 @@ impl Machine {
         self.devices.usb.host.is_talking()
     }
 
-    /// What the device has answered to each request of the host, in order, since the cable was plugged in.
+    /// The device's answer to each request of the host, in order, since the cable was plugged in.
     pub fn usb_answers(&self) -> &[Vec<u8>] {
         &self.devices.usb.host.answers
     }
@@ -101,7 +101,7 @@ impl Machine {
         self.devices.usb.host.to_send.extend(bytes);
     }
 
-    /// Whether the host's program reads what comes; from the start it does.
+    /// Whether the host's program reads the received bytes; from the start it does.
     pub fn usb_read(&mut self, reads: bool) {
         self.devices.usb.host.reads = reads;
     }
@@ -111,7 +111,7 @@ impl Machine {
         self.devices.usb.host.to_send.len()
     }
 
-    /// What the firmware has sent over USB; the caller may take it out.
+    /// The bytes that the firmware has sent over USB; the caller may take them out.
     pub fn usb_out(&mut self) -> &mut Vec<u8> {
         &mut self.devices.usb.host.received
     }

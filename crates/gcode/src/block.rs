@@ -109,7 +109,8 @@ impl<const N: usize> Block<N> {
     }
 }
 
-/// Reads the checksum at the start of `rest` and compares it with that of the bytes `before` it.
+/// Reads the checksum at the start of `rest` and compares it with the checksum of the bytes
+/// `before` it.
 fn verified_checksum(before: &[u8], rest: &[u8]) -> Result<u8, Error> {
     let (_, stated) =
         line::checksum(rest).map_err(|error| line::locate(error, before.len() + rest.len()))?;

@@ -1,7 +1,8 @@
-//! Markers around what is counted, and the end of a program. A program is a file in `src/bin` that measures one layer.
+//! Markers around the counted code, and the end of a program. A program is a file in `src/bin` that
+//! measures one layer.
 //!
-//! What is counted stands in a function that is never inlined, its inputs behind `black_box`: so the count holds for
-//! the code as it is, not for what the compiler knows of the measurement.
+//! The counted code stands in a function that is never inlined, its inputs behind `black_box`: so
+//! the count holds for the code as it is, without the compiler's knowledge of the measurement.
 #![no_std]
 
 pub mod session;
@@ -10,7 +11,7 @@ pub mod spiral;
 use core::{arch::asm, panic::PanicInfo};
 use cortex_m_semihosting::{debug, hprintln};
 
-/// Opens a region, 0 to 7: what runs from here to [`close`] is one sample.
+/// Opens a region, 0 to 7: the code from here to [`close`] is one sample.
 #[inline(always)]
 pub fn open<const REGION: u8>() {
     // SAFETY: `dbg` is a hint without effect. It may touch memory for all the compiler knows: so nothing moves across it.

@@ -20,13 +20,13 @@ pub const SETTINGS: [(u16, u16); 5] = [
 /// The planner of a machine of three axes.
 pub type ThePlanner<'q> = Planner<'q, Cartesian, 3, 3>;
 
-/// Queues a move: what is counted.
+/// Queues a move: the counted code.
 #[inline(never)]
 pub fn push(planner: &mut ThePlanner<'_>, of: &Move<3>) -> Result<Pushed, PushError> {
     planner.push(of)
 }
 
-/// Makes the next segment: what is counted.
+/// Makes the next segment: the counted code.
 #[inline(never)]
 pub fn prepare(
     segmenter: &mut Segmenter<3, 3>,

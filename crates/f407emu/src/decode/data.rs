@@ -51,7 +51,7 @@ pub(super) fn shifted_register(word: u32) -> Instruction {
     })
 }
 
-/// What the two encodings share.
+/// The common fields of the two encodings.
 struct Operation {
     op: DataOp,
     flags: SetFlags,
@@ -156,7 +156,7 @@ fn saturate(word: u32, code: u32) -> Media {
     }
 }
 
-/// BFI and BFC: the width is that of a field from its lowest to its highest bit.
+/// BFI and BFC: the width counts from the lowest to the highest bit of the field.
 fn insert(word: u32, rd: u8, rn: u8) -> Instruction {
     let (lsb, msb) = (shift_amount(word), bits(word, 0, 5));
     if msb < lsb {

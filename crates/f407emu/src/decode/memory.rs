@@ -134,7 +134,7 @@ pub(super) fn single(word: u32, address: u32) -> Instruction {
     }
 }
 
-/// What one register is loaded from or stored to.
+/// A load or a store of one register, with its width.
 #[derive(Clone, Copy)]
 enum Access {
     Load(LoadKind),

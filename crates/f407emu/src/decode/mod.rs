@@ -74,7 +74,7 @@ fn signed(value: u32, width: u32) -> i32 {
     (value << unused) as i32 >> unused
 }
 
-/// What the PC reads as in the instruction at `address`, aligned to a word (A5.1.2).
+/// The PC as the instruction at `address` reads it, aligned to a word (A5.1.2).
 fn aligned_pc(address: u32) -> u32 {
     address.wrapping_add(4) & !3
 }

@@ -28,7 +28,7 @@ impl Machine {
         self.start_handler(exception)
     }
 
-    /// What the link register holds in a handler: how to return from it (table B1-8).
+    /// The link register in a handler: the way to return from it (table B1-8).
     fn exception_return_value(&self) -> u32 {
         let mode = if self.cpu.exception != 0 {
             0xFFFF_FFF1

@@ -48,7 +48,7 @@ pub(super) fn shift(value: u32, kind: Shift, amount: u32, carry: bool) -> (u32, 
     }
 }
 
-/// SignedSatQ: the nearest value of so many bits, and whether that is another one.
+/// SignedSatQ: the nearest value of `bits` bits, and whether it differs.
 pub(super) fn saturate_signed(value: i64, bits: u32) -> (i64, bool) {
     let limit = 1i64 << (bits - 1);
     let saturated = value.clamp(-limit, limit - 1);

@@ -9,7 +9,7 @@ use crate::{
 };
 
 impl Machine {
-    /// The instruction at an address; the clock moves on by what the flash makes it wait.
+    /// The instruction at an address; the clock moves on by the flash's wait states.
     #[inline(always)]
     pub(crate) fn fetch(&mut self, address: u32) -> Result<Decoded, Trap> {
         let offset = address.wrapping_sub(FLASH) as usize;

@@ -234,7 +234,7 @@ fn fused_multiply_add(a: f32, b: f32, addend: f32) -> f32 {
         .map_or(f32::from_bits(NAN), quieted)
 }
 
-/// The nearest integer of so many bits; NaN is zero. The casts saturate.
+/// The nearest integer of `bits` bits; NaN is zero. The casts saturate.
 fn to_integer(value: f64, signed: bool, bits: u8) -> u32 {
     match (signed, bits) {
         (true, 16) => value as i16 as u32,

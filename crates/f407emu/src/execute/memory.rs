@@ -116,7 +116,7 @@ impl Machine {
         Ok(())
     }
 
-    /// The address of an access, and what its base becomes where it is written back.
+    /// The address of an access, and the new value of its base where it is written back.
     #[inline(always)]
     fn address(&self, rn: u8, offset: i32, mode: AddressMode) -> (u32, u32) {
         let base = self.cpu.get(rn);
@@ -244,7 +244,7 @@ impl Machine {
         Ok(())
     }
 
-    /// The first address of a list of registers, and what the base becomes.
+    /// The first address of a list of registers, and the new value of the base.
     fn span(&self, rn: u8, list: u16, before: bool) -> (u32, u32) {
         let (base, size) = (self.cpu.get(rn), 4 * list.count_ones());
         if before {

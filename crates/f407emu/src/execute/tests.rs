@@ -1,4 +1,4 @@
-//! Short programs in SRAM, and what they leave in the registers.
+//! Short programs in SRAM, and the registers after them.
 use crate::{
     instruction::Width,
     machine::Machine,
@@ -26,7 +26,7 @@ fn machine(program: &[u16]) -> Box<Machine> {
     machine
 }
 
-/// Runs a program of so many instructions with r0 to r3 as given.
+/// Runs `steps` instructions of a program with r0 to r3 as given.
 fn run(program: &[u16], steps: usize, registers: [u32; 4]) -> Box<Machine> {
     let mut machine = machine(program);
     machine.cpu.r[..4].copy_from_slice(&registers);

@@ -1,4 +1,4 @@
-//! Instructions of the floating-point unit. Registers are those of single precision, 0 to 31.
+//! Instructions of the floating-point unit. Registers are the single-precision ones, 0 to 31.
 
 /// Single precision (A6.4 to A6.7).
 #[derive(Clone, Copy, PartialEq, Debug)]

@@ -89,7 +89,7 @@ pub(crate) enum Width {
     Word,
 }
 
-/// What a load does to the bits above those it read.
+/// The effect of a load on the bits above those it read.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum LoadKind {
     Byte,

@@ -1,4 +1,5 @@
-//! What an instruction says: a type for each family, filled in by [`crate::decode`], carried out by `execute`.
+//! The contents of an instruction: a type for each family, filled in by [`crate::decode`], carried
+//! out by `execute`.
 //!
 //! The families follow the instruction set of the ARMv7-M Architecture Reference Manual (DDI 0403), chapters A5 to A7.
 //! Registers are their numbers: 0 to 15 in the core, 0 to 31 (`s0` to `s31`) in the floating-point unit.
@@ -244,7 +245,7 @@ pub(crate) enum Media {
     },
 }
 
-/// What an extension takes out of the register.
+/// The part of the register that an extension takes out.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum ExtendOp {
     Half,
@@ -275,7 +276,7 @@ pub(crate) enum LaneOp {
     SubtractAddExchanged,
 }
 
-/// What becomes of a lane that overflows.
+/// The result of a lane that overflows.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum LaneResult {
     /// Wraps, and sets the GE flags.

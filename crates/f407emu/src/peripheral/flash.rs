@@ -25,7 +25,7 @@ const PGPERR: u32 = 1 << 6;
 const PGSERR: u32 = 1 << 7;
 const BSY: u32 = 1 << 16;
 
-/// What FLASH_CR has started.
+/// The operation that FLASH_CR has started.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(crate) struct Erase {
     /// Offsets in the flash.

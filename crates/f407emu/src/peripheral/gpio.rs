@@ -26,7 +26,7 @@ impl Driven {
     }
 }
 
-/// Registers of a port, and what the world does to its pins.
+/// Registers of a port, and the world's effect on its pins.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Gpio {
     moder: u32,
@@ -40,7 +40,7 @@ pub(crate) struct Gpio {
     outputs: u16,
     alternates: u16,
     pull_ups: u16,
-    /// What switches and drivers outside do.
+    /// The levels from switches and drivers outside.
     pub(crate) world: Driven,
     /// Levels that were seen last.
     pub(crate) levels: u16,
@@ -111,7 +111,7 @@ impl Gpio {
         (register >> (4 * (pin & 7)) & 15) as u8
     }
 
-    /// The pins' levels, where timers drive those of `timers`.
+    /// The pins' levels, where timers drive the pins of `timers`.
     pub(crate) fn resolve(&self, timers: Driven) -> u16 {
         let outputs = self.driven_levels(timers);
         let driving = self.driving(timers);
@@ -119,7 +119,8 @@ impl Gpio {
         outputs & driving | left & !driving
     }
 
-    /// The pins that the port drives: outputs and what a timer drives, but for open drains that let go.
+    /// The pins that the port drives: outputs and pins of timers, except for open drains that let
+    /// go.
     pub(crate) fn driving(&self, timers: Driven) -> u16 {
         let released = self.driven_levels(timers) & self.otyper as u16;
         (self.outputs | self.alternates & timers.pins) & !released

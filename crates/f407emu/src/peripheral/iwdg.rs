@@ -26,7 +26,7 @@ const ARRIVES_AFTER: u64 = 5;
 pub const LSI_SLOWEST_HZ: u32 = 17_000;
 /// The fastest that the low-speed oscillator may be, in Hz.
 pub const LSI_FASTEST_HZ: u32 = 47_000;
-/// What it is typically, in Hz.
+/// Its typical frequency, Hz.
 pub const LSI_TYPICAL_HZ: u32 = 32_000;
 
 /// Whether a word written at `offset` from 0x40003000 feeds the watchdog.
@@ -37,9 +37,9 @@ pub(crate) fn is_feeding(offset: u32, value: u32) -> bool {
 /// A value on its way into the watchdog's own clock.
 #[derive(Clone, Copy, Debug)]
 struct Arriving {
-    /// What was written last.
+    /// The value that was written last.
     written: u32,
-    /// What was in force before.
+    /// The value in force before.
     before: u32,
     /// The cycle from which on `written` is in force.
     at: u64,
@@ -113,7 +113,7 @@ impl Iwdg {
         self.lsi_hz = hz;
     }
 
-    /// HCLK changes: what is left of the time is another number of cycles.
+    /// HCLK changes: the rest of the time is another number of cycles.
     pub(crate) fn set_hclk(&mut self, hz: u32, now: u64) {
         if self.expires_at != NEVER {
             let left = self.expires_at.saturating_sub(now);
@@ -122,7 +122,7 @@ impl Iwdg {
         self.hclk_hz = hz;
     }
 
-    /// It does not count for so many cycles.
+    /// It does not count for this number of cycles.
     pub(crate) fn stand_still(&mut self, cycles: u64) {
         self.expires_at = self.expires_at.saturating_add(cycles);
     }

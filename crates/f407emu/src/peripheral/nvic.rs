@@ -51,7 +51,7 @@ impl Exception {
     }
 }
 
-/// What the controller knows of each exception.
+/// The controller's state of each exception.
 #[derive(Clone, Debug)]
 pub(crate) struct Nvic {
     priority: [u8; EXCEPTIONS as usize],

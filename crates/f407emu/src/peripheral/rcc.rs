@@ -59,7 +59,8 @@ pub enum ResetCause {
     Software,
     /// The independent watchdog was not fed.
     Watchdog,
-    /// The supply fell below the level of the option bytes (BOR_LEV) and came back: RAM keeps what it has.
+    /// The supply fell below the level of the option bytes (BOR_LEV) and came back: RAM keeps its
+    /// contents.
     BrownOut,
 }
 
@@ -220,7 +221,8 @@ impl Rcc {
         self.registers[CSR] = flags | value & 1 | (value & 1) << 1;
     }
 
-    /// Selects the system clock; SWS says what it is, which is not always what was asked for.
+    /// Selects the system clock; SWS shows the clock in use, which may differ from the requested
+    /// one.
     fn select(&mut self, value: u32, warnings: &mut Warnings) {
         let ready = match value & 3 {
             0 => HSION << 1,
@@ -291,7 +293,8 @@ impl Rcc {
         (input, oscillator, (oscillator / divider) as u32)
     }
 
-    /// Warns of what the chip's limits do not allow (its data sheet, tables 14 and 36; RM0090 table 11).
+    /// Warns where the chip's limits are exceeded (its data sheet, tables 14 and 36; RM0090 table
+    /// 11).
     pub(crate) fn check(&self, wait_states: u32, warnings: &mut Warnings) {
         let Clocks { hclk, apb1, apb2 } = self.clocks();
         let (input, oscillator, _) = self.pll();

@@ -150,7 +150,7 @@ impl Scb {
         }
     }
 
-    /// Writes a register at `offset` from 0xE000E000; those of faults are cleared by ones.
+    /// Writes a register at `offset` from 0xE000E000; ones clear the registers of faults.
     pub(crate) fn write(&mut self, offset: u32, value: u32) {
         match offset {
             0xD08 => self.vtor = value & !0x1FF,

@@ -38,7 +38,7 @@ const UG: u32 = 1;
 /// The four compare flags, in SR and EGR.
 const COMPARES: u32 = 0xF << 1;
 
-/// What a timer asks of the DMA controllers, and why.
+/// The requests of a timer to the DMA controllers, and the reasons.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub(crate) struct TimerRequests {
     pub(crate) update: bool,
@@ -61,7 +61,7 @@ pub(crate) struct Timer {
     arr: u32,
     rcr: u32,
     dcr: u32,
-    /// What its input is connected to: nothing here.
+    /// The source of its input: nothing here.
     or: u32,
     pub(crate) outputs: Outputs,
     /// The values in force, until the next update event loads the registers.

@@ -1,4 +1,4 @@
-//! What the manual says of a timer's counter, case by case.
+//! The manual's rules for a timer's counter, case by case.
 use super::super::timer_map::INSTANCES;
 use super::*;
 

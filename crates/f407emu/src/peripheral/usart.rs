@@ -29,7 +29,7 @@ const EIE: u32 = 1;
 const DMAR: u32 = 1 << 6;
 const DMAT: u32 = 1 << 7;
 
-/// What a USART asks of the DMA controllers.
+/// The requests of a USART to the DMA controllers.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub(crate) struct UsartRequests {
     pub(crate) receive: bool,
@@ -89,7 +89,7 @@ impl Usart {
         }
     }
 
-    /// Resets the USART; what is on the line, and what the other end keeps, stays.
+    /// Resets the USART; the byte on the line, and the bytes at the other end, stay.
     pub(crate) fn reset(&mut self) {
         *self = Usart {
             to_receive: core::mem::take(&mut self.to_receive),
@@ -123,7 +123,7 @@ impl Usart {
         self.receive_at.min(self.idle_at).min(self.sent_at)
     }
 
-    /// Does what is due.
+    /// Carries out the due event.
     pub(crate) fn event(&mut self, now: u64) -> UsartRequests {
         let mut requests = UsartRequests::default();
         if self.receive_at <= now {
@@ -175,7 +175,8 @@ impl Usart {
         self.cr3 & DMAT != 0
     }
 
-    /// What it asks of DMA as things stand: for as long as a flag is up and its DMA is enabled (RM0090 section 30.3.13).
+    /// Its present requests to DMA: for as long as a flag is up and its DMA is enabled (RM0090
+    /// section 30.3.13).
     pub(crate) fn requests(&self) -> UsartRequests {
         let asks = |enable, flag| self.cr3 & enable != 0 && self.status & flag != 0;
         UsartRequests {
@@ -237,7 +238,7 @@ impl Usart {
         }
     }
 
-    /// Writes the register at `offset` from its base; returns what DMA is to do.
+    /// Writes the register at `offset` from its base; returns the requests to DMA.
     pub(crate) fn write(
         &mut self,
         offset: u32,

@@ -134,7 +134,7 @@ fn requests_reach_the_dma_streams_of_sts_data() {
     }
 }
 
-/// What an output is called in ST's data.
+/// The name of an output in ST's data.
 fn output_name(timer: usize, channel: u8, complementary: bool) -> (String, String) {
     let complement = if complementary { "N" } else { "" };
     let signal = format!("CH{}{complement}", channel + 1);

@@ -13,7 +13,7 @@ use reasons::{PLAIN, RESETS, ROWS};
 use source::Register;
 use std::collections::BTreeMap;
 
-/// Those of the peripherals that are modelled: USB without host mode.
+/// The registers of the modelled peripherals: USB without host mode.
 fn st_registers() -> BTreeMap<u32, Register> {
     source::registers(|name, base| is_modelled(base) && name != "OTG_FS_HOST")
 }

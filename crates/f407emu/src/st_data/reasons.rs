@@ -48,7 +48,7 @@ pub(super) const RESETS: &[(&str, &str)] = &[
     ),
 ];
 
-/// What is written to bits that are read and written does not read back.
+/// Bits that are read and written but do not read back the written value.
 pub(super) const PLAIN: &[(&str, &str)] = &[
     ("RCC.CSR", "RMVF acts, and reads as 0"),
     ("TIM*.DMAR", "bursts of DMA are not modelled"),

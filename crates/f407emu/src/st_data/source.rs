@@ -76,7 +76,7 @@ struct Block<'a> {
     text: String,
 }
 
-/// What an accessor gives: one register or cluster, or several of them one after the other.
+/// The result of an accessor: one register or cluster, or several of them one after the other.
 struct Member<'a> {
     offset: u32,
     stride: u32,
@@ -126,7 +126,7 @@ impl<'a> Block<'a> {
         }
     }
 
-    /// What the accessors give, each of which says its offset in the first line above it.
+    /// The results of the accessors, each of which has its offset in the first line above it.
     fn members(&self) -> Vec<Member<'_>> {
         let mut members = Vec::new();
         let mut place = None;
@@ -140,7 +140,7 @@ impl<'a> Block<'a> {
         members
     }
 
-    /// `place`: the offset's digits, with those of the end for a cluster or an array.
+    /// `place`: the offset's digits, together with the end's for a cluster or an array.
     fn member<'t>(&self, place: &str, signature: &'t str) -> Option<Member<'t>> {
         let hex = |digits| u32::from_str_radix(digits, 16).unwrap();
         let (name, rest) = signature.split_once('(')?;

@@ -1,4 +1,4 @@
-//! The DMA controllers: requests of the peripherals, and what a stream reaches.
+//! The DMA controllers: requests of the peripherals, and the memory that a stream reaches.
 use crate::{
     instruction::Width,
     machine::Machine,

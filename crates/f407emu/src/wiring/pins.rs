@@ -1,4 +1,5 @@
-//! The pins: what drives them, the edges that are recorded, and the external interrupts that follow them.
+//! The pins: their drivers, the edges that are recorded, and the external interrupts that follow
+//! them.
 use super::timers::outputs;
 use crate::{
     machine::Machine,

@@ -49,7 +49,7 @@ impl Machine {
         self.nvic.set_line(Exception::irq(USB_IRQ), up);
     }
 
-    /// What the USARTs ask of DMA is still asked for: for a stream that listens from now on.
+    /// Repeats the USARTs' requests to DMA: for a stream that listens from now on.
     pub(super) fn repeat_usart_requests(&mut self, now: u64) {
         for index in 0..self.devices.usarts.len() {
             let requests = self.devices.usarts[index].requests();

@@ -24,7 +24,7 @@ fn machine(registers: &[(u32, u32)]) -> Box<Machine> {
     machine
 }
 
-/// TIM4 channel 1 on PD12: 1000 counts, so many of them high.
+/// TIM4 channel 1 on PD12: 1000 counts, `high` of them high.
 fn pwm(high: u32, preload: u32) -> Box<Machine> {
     machine(&[
         (GPIOD, 2 << 24),

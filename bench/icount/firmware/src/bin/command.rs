@@ -14,7 +14,7 @@ const LINE: &[u8] = b"G1X12.345Y-6.789F1500\n";
 
 type Reader = LineReader<{ GRBL_LINE_LENGTH }>;
 
-/// What the main loop keeps from line to line.
+/// The main loop's state from line to line.
 struct Machine<'a> {
     reader: Reader,
     interpreter: Interpreter<3>,

@@ -45,14 +45,14 @@ struct Registers {
 }
 
 impl Registers {
-    /// What the timer does: counts on to the next tick and says that it is due.
+    /// The timer's part: counts on to the next tick and says that it is due.
     fn pass_to_tick(&mut self) {
         self.counter = self.compare_tick;
         self.status = TICK_DUE;
     }
 }
 
-/// What `board-f407/src/step_port.rs` does, store for store.
+/// The same stores as in `board-f407/src/step_port.rs`.
 struct Port<'a> {
     registers: &'a mut Registers,
     power_scale: PowerScale,

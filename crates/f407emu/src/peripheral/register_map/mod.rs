@@ -33,7 +33,7 @@ impl Register {
         !(self.read | self.write)
     }
 
-    /// What a program reads where the peripheral says `value`.
+    /// The value that a program reads where the peripheral says `value`.
     pub(crate) fn seen(&self, value: u32) -> u32 {
         value & self.read | self.ones
     }

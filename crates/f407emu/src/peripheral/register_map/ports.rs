@@ -1,4 +1,4 @@
-//! The ports, and what makes interrupts of their pins.
+//! The ports, and the registers that make interrupts of their pins.
 use super::{mixed, ro, rw, wo, Register, ALL, LOWER};
 
 /// RM0090 section 8.4.

@@ -25,7 +25,7 @@ const ADVANCED: &[Register] = &[
     rw(0x4C, ALL),    // DMAR
 ];
 
-/// RM0090 section 18.4: four channels, a counter of so many bits.
+/// RM0090 section 18.4: four channels; `count` has the counter's bits.
 const fn general(count: u32) -> [Register; 18] {
     [
         rw(0x00, 0x3FF),  // CR1

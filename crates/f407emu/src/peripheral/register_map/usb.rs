@@ -1,4 +1,4 @@
-//! USB OTG FS (RM0090 section 34.16). Those of the host mode are not modelled.
+//! USB OTG FS (RM0090 section 34.16). The registers of the host mode are not modelled.
 use super::{mixed, passing, ro, rw, with_ones, Peripheral, Register, ALL as EVERY, LOWER};
 
 const GLOBAL: &[Register] = &[

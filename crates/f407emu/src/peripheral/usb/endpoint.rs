@@ -10,7 +10,8 @@ const CNAK: u32 = 1 << 26;
 const SNAK: u32 = 1 << 27;
 const EPDIS: u32 = 1 << 30;
 const EPENA: u32 = 1 << 31;
-/// Bits of the control register that keep what is written: type, number of the FIFO, snooping, largest packet, and the two above.
+/// Bits of the control register that keep the written value: type, number of the FIFO, snooping,
+/// largest packet, and the two above.
 const KEPT: u32 = 0x03DC_07FF | USBAEP | STALL;
 /// Flags: transfer complete, disabled.
 const XFRC: u32 = 1;
@@ -51,7 +52,7 @@ fn largest(control: u32, index: usize) -> u32 {
     }
 }
 
-/// What both directions have.
+/// The common state of both directions.
 #[derive(Clone, Default, Debug)]
 pub(super) struct Registers {
     pub(super) control: u32,
@@ -83,12 +84,12 @@ impl Registers {
         }
     }
 
-    /// A request has come: what was halted goes on, what was under way is not wanted any more.
+    /// A request has come: a halted endpoint goes on, a transfer under way is not wanted any more.
     pub(super) fn begin_request(&mut self) {
         self.control = self.control & !STALL | NAKSTS;
     }
 
-    /// What endpoint `index` answers where it takes no part in a transfer.
+    /// The answer of endpoint `index` where it takes no part in a transfer.
     pub(super) fn refusal(&self, index: usize) -> Option<Answer> {
         match self.control {
             // Endpoint 0 is always active.

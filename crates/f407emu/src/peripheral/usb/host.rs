@@ -40,7 +40,7 @@ const ADDRESS: u8 = 5;
 #[derive(Clone, Copy)]
 struct Request {
     setup: [u8; 8],
-    /// What the host sends with it.
+    /// The host's data with it.
     data: &'static [u8],
 }
 
@@ -101,7 +101,7 @@ enum Stage {
 #[derive(Clone, Debug)]
 pub(crate) struct Host {
     plugged: bool,
-    /// The program reads what comes.
+    /// The program reads the received bytes.
     pub(crate) reads: bool,
     stage: Stage,
     next: u64,
@@ -111,10 +111,10 @@ pub(crate) struct Host {
     sends_next: bool,
     /// The last transaction met no readiness.
     refused: bool,
-    /// What the program wants to be sent, and what has come for it.
+    /// The bytes that the program wants to send, and the bytes received for it.
     pub(crate) to_send: VecDeque<u8>,
     pub(crate) received: Vec<u8>,
-    /// What the device has answered to each request since it was seen last.
+    /// The device's answer to each request since it was seen last.
     pub(crate) answers: Vec<Vec<u8>>,
 }
 
@@ -172,7 +172,7 @@ impl Host {
         self.hclk * micros / 1_000_000
     }
 
-    /// Cycles of a transaction with so many bytes of data.
+    /// Cycles of a transaction with this number of bytes of data.
     fn transaction(&self, bytes: usize) -> u64 {
         (OVERHEAD + bytes as u64) * 8 * self.hclk / BIT_RATE
     }
@@ -215,7 +215,7 @@ impl Usb {
         self.host.go_on(stage, now + wait.max(1));
     }
 
-    /// A transaction of a control transfer; what comes then, and after how many cycles.
+    /// A transaction of a control transfer; answers the next stage, and the cycles until then.
     fn ask(&mut self, number: usize, phase: Phase) -> (Stage, u64) {
         let request = &REQUESTS[number];
         let address = self.host.address;

@@ -50,7 +50,7 @@ const ENDPOINTS: usize = 4;
 
 /// OTG_FS_GINTSTS: the FIFOs of host mode, which are empty.
 const HOST_FIFOS_EMPTY: u32 = 1 << 26 | 1 << 5;
-/// What registers that keep what is written hold after a reset, by their offsets.
+/// The values after a reset of registers that keep the written value, by their offsets.
 const RESET: [(u32, u32); 11] = [
     (0x000, 0x800),
     (0x00C, 0xA00),
@@ -65,10 +65,10 @@ const RESET: [(u32, u32); 11] = [
     (0x82C, 0x5B8),
 ];
 
-/// What the device answers to a token.
+/// The device's answer to a token.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(crate) enum Answer {
-    /// Data of an IN token, or that those of an OUT or SETUP token were taken.
+    /// Data of an IN token, or the acceptance of an OUT or SETUP token's data.
     Ack(Vec<u8>),
     /// Not ready.
     Nak,
@@ -101,7 +101,7 @@ impl Entry {
 /// The controller's registers and FIFOs, and the other end of the cable.
 #[derive(Clone, Debug)]
 pub(crate) struct Usb {
-    /// Registers that keep what is written.
+    /// Registers that keep the written value.
     written: HashMap<u32, u32>,
     /// The host has told the speed (DSTS).
     enumerated: bool,
@@ -271,7 +271,7 @@ impl Usb {
         (self.plain(offset) >> 16) as usize
     }
 
-    /// Whether the receive FIFO has room for a packet of so many bytes.
+    /// Whether the receive FIFO has room for a packet of this number of bytes.
     fn has_room(&self, bytes: usize) -> bool {
         let used: usize = self.receive.iter().map(Entry::words).sum();
         // The entry that says that the transfer is complete, too.
