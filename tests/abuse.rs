@@ -157,7 +157,7 @@ impl<'a> Trial<'a> {
     }
 
     fn toggle(&mut self, pin: Pin) {
-        // What was sent before the edge has come in before it.
+        // Bytes sent before the edge have come in before it.
         self.wait_ms(0);
         let index = PINS.iter().position(|other| *other == pin);
         let level = &mut self.levels[index.expect("a pin of the table")];
@@ -174,7 +174,7 @@ impl<'a> Trial<'a> {
         self.look();
     }
 
-    /// Nothing moves in Alarm, and a laser is dark in what has no light.
+    /// Nothing moves in Alarm, and a laser is dark in states without light.
     fn look(&mut self) {
         let place = self.sim.board().plant.position();
         let locked = matches!(self.sim.machine().state(), State::Alarm(_));
@@ -262,7 +262,7 @@ impl<'a> Trial<'a> {
     fn assert_true_to_its_word(&mut self) {
         self.ask_on(&[0, 1], b"\n", 300);
         let idle = self.is_idle();
-        // What the machine has written may be on the wire: the board keeps as much as that sends in 0.7 ms.
+        // The machine's output may be on the wire: the board keeps as much as that sends in 0.7 ms.
         self.wait_ms(2);
         for (number, wire) in self.wires.0.iter().enumerate() {
             wire.assert_answered(idle && self.sim.lost_bytes(number) == 0);
@@ -324,7 +324,7 @@ impl<'a> Trial<'a> {
         for ((place, steps), scale) in places.zip(counts).zip(scales) {
             let place: f64 = place.parse().expect("a number");
             let counted = f64::from(steps) / f64::from(scale.to_f32());
-            // Three decimals, and what f32 keeps of steps/mm.
+            // Three decimals, and the rounding of steps/mm in f32.
             let near = (place * unit - counted).abs() <= 0.001 * unit + 1e-6 * counted.abs();
             assert!(near, "{report}: counted {counts:?}");
         }

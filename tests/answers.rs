@@ -19,7 +19,7 @@ const WINDOW: usize = 1000;
 const SETTINGS: &str = "$0=5\n$110=6000\n$111=6000\n$112=500\n$120=500\n$121=500\n$122=500\n";
 const BRAKING: f64 = 0.2;
 
-/// What the sender knows after some milliseconds.
+/// The sender's view after some milliseconds.
 struct Sight {
     /// Lines answered.
     answered: usize,
@@ -198,7 +198,7 @@ fn a_setting_behind_a_move_in_one_burst_acts_after_it() {
     assert!(span(0..1000) < 0.2 && span(1000..1500) > 0.39);
 }
 
-/// Whoever has had an `ok` for a move is not told that nothing goes on.
+/// A sender that has had an `ok` for a move is not told that nothing goes on.
 #[test]
 fn a_report_after_the_answer_to_a_move_is_never_idle() {
     for pause in [0, 50, 100, 150, 300, 1_000] {

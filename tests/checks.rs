@@ -1,4 +1,5 @@
-//! What the pins must keep to: pulse width and direction set-up, inverted levels, holds and resets in motion.
+//! The rules of the pins: pulse width and direction set-up, inverted levels, holds and resets in
+//! motion.
 
 use leadscrew_planner::Cartesian;
 use leadscrew_sim::Memory;

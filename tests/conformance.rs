@@ -46,7 +46,7 @@ fn lines(of: &Value) -> Vec<String> {
     serde_json::from_value(of.clone()).unwrap()
 }
 
-/// Puts what a row permits in place of what was recorded.
+/// Puts the text that a row permits in place of the recorded one.
 fn apply(row: &Value, case: &mut Case) {
     let rule = row["rule"].as_str().unwrap();
     let known = (1..=RULES).any(|number| rule == format!("D{number}"));
@@ -68,7 +68,8 @@ fn said(exchanges: &[Exchange]) -> Vec<&str> {
         .collect()
 }
 
-/// Whether a line is what is expected: to the byte, or, where it tells positions, to one unit of their last place.
+/// Whether a line is as expected: to the byte, or, where it tells positions, to one unit of their
+/// last place.
 fn agrees(expected: &str, found: &str) -> bool {
     const POSITIONS: [&str; 10] = [
         "[G54:", "[G55:", "[G56:", "[G57:", "[G58:", "[G59:", "[G28:", "[G30:", "[G92:", "[TLO:",
@@ -131,7 +132,8 @@ fn every_recorded_conversation_is_held_as_with_grbl() {
     assert!(differences.is_empty(), "\n{}", differences.join("\n"));
 }
 
-/// Every line. Of reports whose numbers depend on the time, what does not: state, fields, switches, overrides.
+/// Every line. Of reports whose numbers depend on the time, the other fields: state, fields,
+/// switches, overrides.
 fn heard(case: &Case, exchanges: &[Exchange]) -> Vec<String> {
     let timing = case.other["timing"] == true;
     let all = exchanges.iter().flat_map(|exchange| &exchange.recv);
@@ -162,7 +164,7 @@ fn every_conversation_written_from_grbl_s_documents_is_held_as_written() {
     }
 }
 
-/// What `leadscrew replay --judge` says, beside what is known of each recording.
+/// The verdict of `leadscrew replay --judge`, beside the known differences of each recording.
 #[test]
 fn a_conversation_is_judged_to_differ_where_a_row_says_so_and_nowhere_else() {
     let rows = rows();

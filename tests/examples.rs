@@ -39,7 +39,7 @@ fn table() -> BTreeMap<String, String> {
     rows.collect()
 }
 
-/// Runs a job with its settings: what is wrong with it, if anything.
+/// Runs a job with its settings: answers the complaint, if there is one.
 fn complaint(job: &str, settings: &str, seconds: f64) -> Option<String> {
     let read = |path: PathBuf| fs::read_to_string(path).unwrap();
     let settings = read(folder().join("settings").join(settings));

@@ -25,7 +25,7 @@ const STOPPING: u64 = 300_000;
 
 type Desk<'a> = Session<'a, Cartesian, 3>;
 
-/// What the carriages have done: steps with signs, motor by motor.
+/// The motion of the carriages: steps with signs, motor by motor.
 ///
 /// Not step events: where two motors step between ticks of different segments, they may come at once or one after
 /// the other.
@@ -187,7 +187,7 @@ fn cycle<'m>(
     session
 }
 
-/// What each axis counts its carriage away from where it stands.
+/// The difference between each axis's count and its carriage's place.
 fn shifts(session: &Desk<'_>) -> [i32; 3] {
     let (counted, plant) = (
         session.sim.counted_position(),

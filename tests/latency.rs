@@ -24,7 +24,7 @@ const SETTINGS: &str =
     "$100=80\n$101=80\n$102=80\n$110=9000\n$111=9000\n$112=9000\n$120=300\n$121=300\n$122=300\n\
                         $22=1\n$25=3000\n$24=500\n";
 
-/// A situation: what brings the machine there, and how it is recognised.
+/// A situation: the lines that bring the machine there, and how it is recognised.
 struct Situation {
     name: &'static str,
     bytes: &'static [u8],
@@ -241,7 +241,7 @@ fn byte_time(rate: Rate) -> u64 {
     rate.byte_time().map_or(0, |cycles| cycles.div_ceil(168))
 }
 
-/// What a byte makes of a state, whatever else it does; `None` where the state stays.
+/// The state after a byte, whatever else it does; `None` where the state stays.
 fn becomes(state: State, byte: u8) -> Option<fn(State) -> bool> {
     let hold: fn(State) -> bool = |state| matches!(state, State::Hold(_));
     let door: fn(State) -> bool = |state| matches!(state, State::Door(_));
@@ -282,7 +282,7 @@ fn commands_of_the_operator_change_the_state_within_a_millisecond_in_every_situa
                 let name = situation.name;
                 match becomes(before, byte) {
                     Some(expected) => assert!(expected(after), "{name} {byte:#x}: {after:?}"),
-                    // What goes on by itself may have come to its end.
+                    // Motion that goes on by itself may have come to its end.
                     None => assert!(
                         before == after || is_end(before, after),
                         "{name} {byte:#x}: {before:?}, {after:?}"
@@ -406,7 +406,7 @@ fn a_report_is_answered_within_five_milliseconds_in_every_situation() {
     for rate in [baud(115_200), baud(3_000_000), Rate::NeverWaits] {
         for situation in &SITUATIONS {
             in_situation(situation, rate, |session| {
-                // What is still on its way to the machine goes first.
+                // Bytes still on their way to the machine go first.
                 while session.is_sending(0) {
                     session.wait_us(1_000);
                 }

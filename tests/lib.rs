@@ -60,16 +60,16 @@ pub fn programs(folder: &str) -> Vec<PathBuf> {
     programs
 }
 
-/// What happened in a session.
+/// The events of a session.
 #[derive(Debug)]
 pub struct Run<const N: usize> {
-    /// What the simulator has found out.
+    /// The results of the simulation.
     pub outcome: Outcome<N>,
     /// All step events.
     pub steps: Vec<StepEvent>,
     /// The electrical levels of the pins whenever pulses begin or end.
     pub pins: Vec<Pins>,
-    /// What else changed, and when.
+    /// The other changes, and their times.
     pub signals: Vec<(Cycle, Signal)>,
     /// Each change of the power, exact.
     pub powers: Vec<(Cycle, Power)>,
@@ -275,7 +275,7 @@ impl<'a, K: Kinematics<N, N> + Clone, const N: usize> Session<'a, K, N> {
         self.desk.0[line].to_send.extend(bytes.as_ref());
     }
 
-    /// Goes away from a line behind what was sent on it: the socket closes, the cable is pulled.
+    /// Goes away from a line behind the bytes sent on it: the socket closes, the cable is pulled.
     pub fn leave(&mut self, line: usize) {
         self.desk.0[line].leaves = true;
     }
@@ -290,7 +290,7 @@ impl<'a, K: Kinematics<N, N> + Clone, const N: usize> Session<'a, K, N> {
         std::mem::take(&mut self.desk.0[line].heard)
     }
 
-    /// Sends on line 0 and waits until nothing moves; what is heard on it.
+    /// Sends on line 0 and waits until nothing moves; answers the lines heard on it.
     pub fn say(&mut self, text: &str) -> Vec<String> {
         self.send(0, text);
         self.until_quiet();

@@ -13,14 +13,14 @@ const WINDOW: usize = 128;
 
 const QUICK: &str = "$110=6000\n$111=6000\n$112=3000\n$120=800\n$121=800\n$122=800\n$10=255\n";
 
-/// What the sender does next.
+/// The sender's next action.
 #[derive(Clone, Copy, Debug)]
 enum Turn {
-    /// It hears all that was said and sends what fits, after so many microseconds.
+    /// It hears everything and sends lines as they fit, after this time, µs.
     Lines(u64),
-    /// It asks for a report after so many microseconds.
+    /// It asks for a report after this time, µs.
     Report(u64),
-    /// An override, after so many microseconds.
+    /// An override, after this time, µs.
     Override(u64, u8),
 }
 

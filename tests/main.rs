@@ -1,4 +1,5 @@
-//! The acceptance tests, a module a subject: `cargo test -p leadscrew-tests laser` runs those of one.
+//! The acceptance tests, a module a subject: `cargo test -p leadscrew-tests laser` runs the tests
+//! of one subject.
 #![forbid(unsafe_code)]
 
 mod answers;

@@ -21,7 +21,7 @@ const SCALE: f64 = 800.0;
 
 type Point = [f64; 2];
 
-/// A path, and what the machine is set to.
+/// A path, and the machine's settings.
 #[derive(Clone, Debug)]
 struct Outline {
     points: Vec<Point>,

@@ -1,4 +1,5 @@
-//! What no recording shows: laser power, the drivers' enable pin, step and direction levels, at every edge.
+//! Facts that no recording shows: laser power, the drivers' enable pin, step and direction levels,
+//! at every edge.
 
 use leadscrew_machine::config::MachineConfig;
 use leadscrew_planner::Cartesian;
@@ -16,7 +17,7 @@ const MM: usize = 250;
 
 const LASER: &str = "$32=1\n$707=0\n$110=3000\n$111=3000\n$120=100\n$121=100\n";
 
-/// Runs what `then` does with a laser's machine.
+/// Runs `then` with a laser's machine.
 fn with_laser(then: impl FnOnce(&mut Desk<'_>)) -> Run<3> {
     let setup = setup::<3>(1);
     let mut memory = Memory::new(&setup);
@@ -87,7 +88,7 @@ fn speeds(run: &Run<3>) -> Vec<f64> {
 fn assert_scaled(run: &Run<3>, s: f64, feed_mm_s: f64) {
     let speeds = speeds(run);
     let powers = step_powers(run);
-    // From rest to rest: the first and the last interval are not those of a speed.
+    // From rest to rest: the first and the last interval belong to no speed.
     for index in 2..speeds.len() - 2 {
         let expected = s * (speeds[index] / feed_mm_s).min(1.0);
         let found = f64::from(powers[index + 1]);
@@ -244,7 +245,7 @@ fn a_reset_and_a_limit_switch_take_the_power_off_before_another_step() {
 #[test]
 fn segments_that_run_out_in_motion_are_counted_and_end_in_the_dark_with_an_alarm() {
     let mut setup = setup::<3>(1);
-    // A main loop that hangs for longer than what is committed.
+    // A main loop that hangs for longer than the committed motion.
     setup.costs.report = CPU_HZ as u32 / 50;
     let mut memory = Memory::new(&setup);
     let mut session = Session::new(&mut memory, &setup, Cartesian);

@@ -57,7 +57,8 @@ struct Arc {
 }
 
 impl Arc {
-    /// From start to end: the spoke to the start, turned by so many quarters, less the spoke.
+    /// From start to end: the spoke to the start, turned by this number of quarters, less the
+    /// spoke.
     fn travel(&self) -> [i32; 2] {
         let spoke = self.centre.map(|c| -c);
         let [mut x, mut y] = spoke;
@@ -74,7 +75,7 @@ impl Arc {
     }
 }
 
-/// What a program comes to.
+/// The result of a program.
 #[derive(Default)]
 struct Reference {
     inches: bool,
@@ -274,7 +275,7 @@ fn thousands_of_relative_moves_end_where_their_sum_says() {
     assert_eq!(run.net_steps()[0], 32_148);
 }
 
-/// What a report says in `field`.
+/// The text of `field` in a report.
 fn reported(session: &mut Session<'_, Cartesian, 3>, field: &str) -> String {
     let heard = session.say("?\n");
     let report = heard.iter().find(|line| line.starts_with('<'));

@@ -1,4 +1,5 @@
-//! How soon a feed hold or an override acts: what the motors do after the byte is held against the undisturbed run.
+//! How soon a feed hold or an override acts: the steps after the byte are compared with the
+//! undisturbed run.
 //!
 //! Up to the end of what was committed both make the same step events. The last of these begins the first interval that is
 //! not as planned: there the deceleration begins.

@@ -8,7 +8,7 @@ use leadscrew_tests::{setup, Session};
 
 type Desk<'a> = Session<'a, Cartesian, 3>;
 
-/// What the operator reads, once.
+/// The operator's message, once.
 const WHY: &str = "[MSG:Laser off, its sender is silent ($707)]";
 
 const SECOND: u64 = 1_000_000;
@@ -37,7 +37,7 @@ fn is_lit(session: &Desk<'_>) -> bool {
     session.sim.board().power() > Power::OFF
 }
 
-/// Sends and lets half a second pass; what is heard on line 0.
+/// Sends and lets half a second pass; answers the lines heard on line 0.
 fn say(session: &mut Desk<'_>, line: usize, text: &str) -> Vec<String> {
     session.send(line, text);
     session.wait_us(SECOND / 2);

@@ -1,4 +1,4 @@
-//! Streams of bytes: any at all, and those of real senders that are easy to get wrong.
+//! Streams of bytes: any at all, and streams of real senders that are easy to get wrong.
 
 #[path = "abuse/scripts.rs"]
 mod scripts;

@@ -1,4 +1,5 @@
-//! What the machine can be asked about itself: settings, groups, errors, alarms; and the documents made of the same tables.
+//! The machine's description of itself: settings, groups, errors, alarms; and the documents made of
+//! the same tables.
 //!
 //! After a change that is meant, `BLESS=1 cargo test -p leadscrew-tests tables` writes the documents anew.
 

@@ -1,4 +1,4 @@
-//! Whether light goes with a move that has none: a rapid, or what the machine does by itself.
+//! Whether light goes with a move that has none: a rapid, or the machine's own motion.
 //!
 //! ```text
 //!  move_planned  -->  planned moves, oldest first  --+--> segment_taken: a move begins, dark or lit
@@ -28,9 +28,9 @@ pub(super) struct Light {
     planned_before: usize,
     /// The program's move that was begun last: the machine may come back to it, or to its rest.
     begun: Option<Planned>,
-    /// A door is dealt with: what begins is parking, which is dark.
+    /// A door is dealt with: parking begins, which is dark.
     at_door: bool,
-    /// A line of parking has begun since: what begins next may be the rest of the move that it cut.
+    /// A line of parking has begun since: the next move may be the rest of the move that it cut.
     parked: bool,
     may_burn: bool,
     /// When a dark move was lit.

@@ -12,7 +12,7 @@ use std::ops::Range;
 
 type Bytes = Vec<u8>;
 
-/// What the spindle, or the laser in its place, is told to do.
+/// Commands to the spindle, or to the laser in its place.
 const TOOLS: &[&[u8]] = &[
     b"$32=1\nM3S500G1F3000\n",
     b"$32=1\nM3S500G1F3000\n",
@@ -25,7 +25,7 @@ const TOOLS: &[&[u8]] = &[
     b"G1F1000\n",
 ];
 
-/// What else stays in force.
+/// Other lasting words.
 const MODES: &[&[u8]] = &[
     b"G91\n",
     b"G93\n",
@@ -74,7 +74,7 @@ const MOTION: &[&[u8]] = &[
     b"G1X500F6000\n",
 ];
 
-/// What is said between motions.
+/// Lines between motions.
 const WORDS: &[&[u8]] = &[
     b"S0\n",
     b"S800\n",
@@ -111,7 +111,7 @@ const WORDS: &[&[u8]] = &[
     b"(a comment",
 ];
 
-/// What comes between, with what leads back; time passes where both touch.
+/// Interruptions, each with the bytes that lead back; time passes where both touch.
 const INTERRUPTIONS: &[(&[u8], &[u8])] = &[
     (b"!", b"~"),
     (b"\x84", b"~"),
@@ -182,7 +182,7 @@ fn episode() -> impl Strategy<Value = Bytes> {
         })
 }
 
-/// What no sender means: any bytes, the other line, an input.
+/// Bytes that no sender means: any bytes, the other line, an input.
 fn noise() -> impl Strategy<Value = Bytes> {
     prop_oneof![
         prop::collection::vec(any::<u8>(), 0..8),

@@ -1,4 +1,4 @@
-//! Both ends of the serial lines that are not the machine's, and what went over them.
+//! Both ends of the serial lines that are not the machine's, and the bytes that went over them.
 
 use leadscrew_machine::board::ChannelId;
 use leadscrew_sim::{Cycle, Host};
@@ -12,7 +12,7 @@ pub(super) const LINES: usize = 2;
 pub(super) struct Wire {
     to_send: VecDeque<u8>,
     heard: Vec<u8>,
-    /// What has been sent.
+    /// The sent bytes.
     sent: Vec<u8>,
     /// Lines that have been sent.
     lines: usize,
@@ -69,7 +69,7 @@ impl Wires {
         self.0.iter().any(lines)
     }
 
-    /// Drops what waits to be sent; where what is heard from now on begins.
+    /// Drops the bytes that wait to be sent; answers where the next output begins.
     pub(super) fn begin(&mut self) -> [usize; LINES] {
         self.0.each_mut().map(Wire::begin)
     }
@@ -79,7 +79,7 @@ impl Wires {
         self.0[0].banners
     }
 
-    /// What was heard on each line since `begin`.
+    /// The output on each line since `begin`.
     pub(super) fn heard_since(&self, begin: [usize; LINES]) -> [String; LINES] {
         std::array::from_fn(|line| self.0[line].heard_since(begin[line]).to_owned())
     }

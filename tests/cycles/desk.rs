@@ -18,9 +18,9 @@ const SHORT: f64 = 0.04;
 pub(crate) enum Event {
     /// As fast as it goes, to X, Y, Z.
     Rapid([f64; 3]),
-    /// To X, Y, Z at so many mm/min.
+    /// To X, Y, Z at this feed, mm/min.
     Feed([f64; 3], f64),
-    /// Rest for so many seconds.
+    /// Rest for this time, s.
     Dwell(f64),
     /// The spindle turns, or stands.
     Spindle(bool),

@@ -6,9 +6,9 @@ mod inside;
 use desk::{run, Event};
 use serde_json::Value;
 
-/// Coordinates agree to this, mm: LinuxCNC's are printed with so many decimals.
+/// Coordinates agree to this, mm: LinuxCNC's are printed with this precision.
 const TOLERANCE: f64 = 1e-6;
-/// A dwell may be so much longer, s: motion has to come to rest, and to start.
+/// A dwell may be longer by this, s: motion has to come to rest, and to start.
 const LATE: f64 = 0.02;
 
 /// Programs whose refused line LinuxCNC has begun already, and how many of its moves: here, as in Grbl, a line is carried out

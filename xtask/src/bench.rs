@@ -7,7 +7,7 @@ use std::process::Command;
 
 /// Lines of the shorter run. Twice as many are fewer than any job of `bench/workloads` has.
 const LINES: u64 = 20_000;
-/// What stands for the number of lines in the command.
+/// The text that stands for the number of lines in the command.
 const PLACEHOLDER: &str = "{lines}";
 
 /// Counts, and prints the instructions per line.

@@ -27,7 +27,7 @@ const BOARDS: [(&str, &str); 2] = [
 const JOB: &str = "$X\nG1X1F300\nG1Y-0.5\n";
 const END: &str = "<Idle|MPos:1.000,-0.500,0.000|";
 
-/// What the pins must have shown: port, pin, level, how often.
+/// The edges that the pins must have shown: port, pin, level, how often.
 ///
 /// Port E (its device is number 12 in QEMU's list) has the steps, port D the directions.
 const EDGES: [(&str, usize); 6] = [
@@ -73,7 +73,7 @@ fn build(board: &str, target: &str) -> Result<(), Failure> {
     shell::run(&mut build)
 }
 
-/// Sends the job and asks for the state until it is the one at the job's end; returns what was answered.
+/// Sends the job and asks for the state until it is the one at the job's end; returns the answer.
 fn run_job(elf: &Path, trace: &Path) -> Result<String, Failure> {
     let mut qemu = start(elf, trace)?;
     let done = converse(&mut qemu);
@@ -162,7 +162,7 @@ fn listen(mut from: impl Read + Send + 'static) -> Receiver<String> {
     receiver
 }
 
-/// Holds QEMU's trace against what the job asks of the pins.
+/// Compares QEMU's trace with the job's pin levels.
 fn compare(trace: &str) -> Result<(), Failure> {
     let mut findings = Vec::new();
     for (edge, expected) in EDGES {

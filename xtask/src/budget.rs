@@ -1,8 +1,8 @@
-//! `bench/budgets.txt`: what each count is called, and the most that it may be.
+//! `bench/budgets.txt`: the name of each count, and the most that it may be.
 use crate::failure::Failure;
 use std::{fs, path::Path};
 
-/// What was counted in one region of a program, in instructions.
+/// The count of one region of a program, in instructions.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) struct Count {
     pub(crate) samples: u64,
@@ -26,7 +26,7 @@ pub(crate) struct Budget {
     max: f64,
     /// Mean to reach, if there is one.
     target: Option<f64>,
-    /// What it is, in words.
+    /// Its description.
     pub(crate) what: String,
 }
 
@@ -79,7 +79,7 @@ impl Budget {
         format!("{mean:8.1} {max:8.0} {target:>7}   {budget_mean:>8} {budget_max:>9}  {what}")
     }
 
-    /// What to complain of, where a count exceeds the budget.
+    /// The complaint, where a count exceeds the budget.
     pub(crate) fn exceeded_by(&self, count: &Count) -> Option<String> {
         let (mean, max) = self.figures(count);
         let exceeded = mean > self.mean || max > self.max;

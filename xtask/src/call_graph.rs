@@ -1,4 +1,4 @@
-//! What one function can reach, read from the disassembly of the linked program.
+//! The functions that one function can reach, read from the disassembly of the linked program.
 //!
 //! Why the disassembly and not a second program that links the step interrupt alone: optimisation across crates
 //! decides what is inlined and which routine is called, so only the program that is flashed can answer. The weak point
@@ -31,7 +31,7 @@ pub(crate) struct CallGraph(BTreeMap<String, Function>);
 pub(crate) struct Finding {
     /// The symbols from the entry to the end, in order of the calls.
     pub(crate) path: Vec<String>,
-    /// What is wrong at the end of the path.
+    /// The fault at the end of the path.
     pub(crate) reason: String,
 }
 
@@ -93,7 +93,7 @@ impl CallGraph {
             .collect()
     }
 
-    /// What is wrong with a function that calls through a register.
+    /// The fault of a function that calls through a register.
     fn computed_call(&self, symbol: &str) -> Option<String> {
         let instruction = self.0.get(symbol)?.computed_call.as_ref()?;
         Some(format!("calls through a register: `{instruction}`"))
@@ -131,7 +131,7 @@ impl CallGraph {
 }
 
 impl Function {
-    /// Takes what one instruction of the function `own` says.
+    /// Takes one instruction of the function `own`.
     fn read(&mut self, own: &str, line: &str) {
         let Some((_address, instruction)) = line.split_once(':') else {
             return;

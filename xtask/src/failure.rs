@@ -8,7 +8,7 @@ pub(crate) enum Failure {
     NotStarted {
         /// Its name.
         program: String,
-        /// What the system says.
+        /// The system's message.
         error: io::Error,
     },
     /// A program ran and did not succeed.
@@ -17,17 +17,17 @@ pub(crate) enum Failure {
         program: String,
         /// How it ended.
         status: ExitStatus,
-        /// What it said on standard error, where that was not shown already.
+        /// Its text on standard error, where that was not shown already.
         words: String,
     },
     /// A file could not be read or written.
     File {
         /// Where it is.
         path: PathBuf,
-        /// What the system says.
+        /// The system's message.
         error: io::Error,
     },
-    /// A text is not what it should be.
+    /// A text has the wrong form.
     Unreadable {
         /// Where the text stands: a file and a line, or a program.
         place: String,
@@ -51,7 +51,7 @@ impl Failure {
         move |error| Failure::File { path, error }
     }
 
-    /// A text is not what it should be.
+    /// A text has the wrong form.
     pub(crate) fn unreadable(place: impl Into<String>, text: impl Into<String>) -> Self {
         Failure::Unreadable {
             place: place.into(),

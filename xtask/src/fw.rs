@@ -14,13 +14,13 @@ use std::{
 /// The chip of the STM32F4-Discovery, as probe-rs calls it.
 const CHIP: &str = "STM32F407VGTx";
 
-/// For whoever has never flashed one.
+/// The help for somebody who has never flashed one.
 const NO_PROBE_RS: &str = "probe-rs flashes the board and shows its log; it is not installed. One of
     cargo install probe-rs-tools --locked
     https://probe.rs/docs/getting-started/installation
 Without it the ELF above can be flashed by any other tool, OpenOCD or STM32CubeProgrammer; the log is not shown then.";
 
-/// What was asked for.
+/// The arguments.
 #[derive(Default)]
 struct Request {
     /// A board's name or file.
@@ -65,7 +65,8 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), Failure> {
     flashed
 }
 
-/// What the build script understands: a file by its whole path, since it looks from a folder of its own; a name as it is.
+/// The board as the build script understands it: a file by its whole path, since it looks from a
+/// folder of its own; a name as it is.
 fn place(board: &str) -> String {
     match Path::new(board).canonicalize() {
         Ok(path) if path.is_file() => path.display().to_string(),
@@ -91,7 +92,8 @@ fn print_sizes(elf: &Path) -> Result<(), Failure> {
 /// The variable that names the board.
 pub(crate) const BOARD: &str = "LEADSCREW_BOARD";
 
-/// Builds `board-f407` and returns the path of its ELF. `variables` are what the firmware reads while it is built.
+/// Builds `board-f407` and returns the path of its ELF. `variables` are the environment variables
+/// that the firmware reads while it is built.
 pub(crate) fn build_with(
     toolchain: &Toolchain,
     arguments: &[String],

@@ -1,6 +1,7 @@
 //! The test bench: an emulated board, and somebody at the other end of its serial line.
 //!
-//! Time passes only in [`Bench::run_for`] and what is made of it; whoever waits gives the longest that it may take.
+//! Time passes only in [`Bench::run_for`] and its callers; each caller that waits gives the longest
+//! time that it may take.
 use crate::{
     firmware::Build,
     pins::{CPU_HZ, SETTLED, TICK},
@@ -41,34 +42,34 @@ pub(crate) fn ensure(held: bool, words: impl FnOnce() -> String) -> Result<(), F
     }
 }
 
-/// What every banner says.
+/// The text of every banner.
 pub(crate) const BANNER: &str = "Grbl 1.1h ['$' for help]";
 /// The longest that the firmware may take from reset to its banner, s: it may erase a sector of its settings first,
 /// 0.5 s at most (data sheet DocID022152, table 40: 16 KB at x8 takes 800 ms at most).
 const BOOT_SECONDS: f64 = 2.0;
-/// The longest that a host takes to set the device up, s: five times what its waits add up to.
+/// The longest that a host takes to set the device up, s: five times the sum of its waits.
 const USB_SECONDS: f64 = 0.6;
 /// The longest that a line may take to be answered at rest, s.
 const ANSWER_SECONDS: f64 = 2.0;
-/// How far the line's rate may be off: 1 %, less than half of what a receiver takes with the other end 1 % off as well
-/// (RM0090 section 30.3.5).
+/// The allowed error of the line's rate: 1 %, less than half of a receiver's tolerance with the
+/// other end 1 % off as well (RM0090 section 30.3.5).
 const RATE_ERROR: f64 = 0.01;
-/// Cycles between two looks of whoever listens: 119 µs.
+/// Cycles between two looks of a listener: 119 µs.
 const SLICE: u64 = 20_000;
 
 /// An emulated board. A clone goes on from the same instant.
 #[derive(Clone)]
 pub(crate) struct Bench {
     pub(crate) machine: Box<Machine>,
-    /// What the pins of the motors have done.
+    /// The record of the motors' pins.
     pub(crate) pins: Tracker,
-    /// What hangs on the pins.
+    /// The devices on the pins.
     pub(crate) wiring: &'static Wiring,
     /// The rate that the serial line should have, baud.
     baud: u32,
     /// Bytes of a line that has not ended yet.
     incoming: Vec<u8>,
-    /// What is said and heard goes over USB.
+    /// Input and output go over USB.
     over_usb: bool,
 }
 
@@ -108,8 +109,8 @@ impl Bench {
         })
     }
 
-    /// Empties the flash's caches at every exception from now on: the slowest that an interrupt can be. What runs between
-    /// many interrupts is then slower than on the chip.
+    /// Empties the flash's caches at every exception from now on: the slowest that an interrupt can
+    /// be. Code between many interrupts is then slower than on the chip.
     pub(crate) fn cold(&mut self) {
         self.machine.timing_mut().flash = FlashTiming::ArtCold;
     }
@@ -132,7 +133,8 @@ impl Bench {
         Ok(heard)
     }
 
-    /// Waits for the banner after a reset; what was being said before is forgotten, what is said before it comes back.
+    /// Waits for the banner after a reset; lines from before are forgotten, lines that come before
+    /// it are answered.
     pub(crate) fn hear_boot(&mut self) -> Result<Vec<String>, Failure> {
         self.incoming.clear();
         self.output().clear();
@@ -239,13 +241,13 @@ impl Bench {
         ))
     }
 
-    /// Sends a line and waits for its answer; what was heard, the answer included.
+    /// Sends a line and waits for its answer; returns the lines heard, the answer included.
     pub(crate) fn say(&mut self, line: &str) -> Result<Vec<String>, Failure> {
         self.send(format!("{line}\n"));
         self.hear_until(ANSWER_SECONDS, is_answer)
     }
 
-    /// Sends a line that must be answered with `ok`; what was heard before.
+    /// Sends a line that must be answered with `ok`; returns the lines heard before.
     pub(crate) fn command(&mut self, line: &str) -> Result<Vec<String>, Failure> {
         let mut heard = self.say(line)?;
         match heard.pop() {

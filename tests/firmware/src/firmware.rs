@@ -23,11 +23,11 @@ pub(crate) struct Fault {
 #[derive(Clone)]
 pub(crate) struct Build {
     pub(crate) elf: Arc<[u8]>,
-    /// What hangs on the board's pins.
+    /// The devices on the board's pins.
     pub(crate) wiring: &'static Wiring,
     /// The line's rate in baud.
     pub(crate) baud: u32,
-    /// What is wrong with it from power-up on.
+    /// Its fault from power-up on.
     pub(crate) fault: Option<Fault>,
 }
 

@@ -32,7 +32,7 @@ use std::{env, fs, process::ExitCode, sync::Mutex, thread, time::Instant};
 
 const USAGE: &str =
     "usage: fw-test FOLDER [--subset | --list | --costs | --highest-rate | --rates | --planted [WORD] | NAME...]";
-/// What `--costs` writes.
+/// The file that `--costs` writes.
 const COSTS: &str = concat!(
     env!("CARGO_MANIFEST_DIR"),
     "/../../crates/sim/src/measured.rs"
@@ -66,7 +66,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// What needs all builds.
+/// The tasks that need all builds.
 fn with_all(folder: &str, names: &[&str]) -> Result<(), Failure> {
     let firmware = Firmware::read(folder)?;
     match names {
@@ -81,7 +81,7 @@ struct Task<'a> {
     run: Box<dyn Fn() -> Result<Figures, Failure> + Sync + 'a>,
 }
 
-/// What was asked for: checks by their names, all where none is named, or planted faults.
+/// The requested tasks: checks by their names, all where none is named, or planted faults.
 fn tasks<'a>(firmware: &'a Firmware, names: &[&str]) -> Result<Vec<Task<'a>>, Failure> {
     match names {
         [] => Ok(CHECKS
@@ -126,7 +126,7 @@ fn find(name: &str) -> Result<&'static Check, Failure> {
     check.ok_or_else(|| Failure(format!("no check '{name}'; `--list` names them")))
 }
 
-/// Runs tasks on all cores, and prints what each has found.
+/// Runs tasks on all cores, and prints the findings of each.
 fn run(tasks: &[Task<'_>]) -> Result<(), Failure> {
     let cores = thread::available_parallelism().map_or(1, usize::from);
     let queue = Mutex::new(tasks.iter().enumerate());
@@ -147,7 +147,7 @@ fn run(tasks: &[Task<'_>]) -> Result<(), Failure> {
     bench::fail(format!("failed: {}", failed.join(", ")))
 }
 
-/// What is left to do.
+/// The tasks left to do.
 type Queue<'a, 'b> = Mutex<std::iter::Enumerate<std::slice::Iter<'a, Task<'b>>>>;
 
 /// Takes tasks until none is left; which of them held.

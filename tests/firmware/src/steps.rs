@@ -1,4 +1,4 @@
-//! What the pins did: edges become step events, each with the tick that asked for it.
+//! The record of the pins: edges become step events, each with the tick that asked for it.
 //!
 //! ```text
 //!  TIM2 CC1   |                |          matches: the timer's schedule
@@ -110,7 +110,7 @@ impl Tracker {
         };
     }
 
-    /// Takes in what a machine has recorded.
+    /// Takes in a machine's record.
     pub(crate) fn follow(&mut self, machine: &mut Machine) {
         let (ticks, alarms): (Vec<Match>, Vec<Match>) = machine
             .take_matches()
@@ -181,7 +181,7 @@ impl Tracker {
     }
 }
 
-/// Difference between the longest and the shortest latency: what a driver sees as jitter, cycles.
+/// Difference between the longest and the shortest latency: a driver sees it as jitter, cycles.
 pub(crate) fn jitter(steps: &[Step]) -> u32 {
     let latencies = || steps.iter().map(|step| step.latency);
     latencies().max().unwrap_or(0) - latencies().min().unwrap_or(0)

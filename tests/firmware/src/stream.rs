@@ -2,7 +2,7 @@
 use crate::bench::{cycles, ensure, fail, is_answer, Bench, Failure, BANNER};
 use std::{collections::VecDeque, ops::Range};
 
-/// Cycles between two looks at what has come in: 30 µs, as a sender on a fast line.
+/// Cycles between two looks at received bytes: 30 µs, as a sender on a fast line.
 const SLICE: u64 = 5_000;
 /// The longest that nothing may be answered, s: a slow move through a full queue.
 const PATIENCE_SECONDS: f64 = 120.0;

@@ -1,4 +1,5 @@
-//! What hangs on the pins of each board, as the wiring tables of `crates/board-f407/README.md` have it.
+//! The devices on the pins of each board, as the wiring tables of `crates/board-f407/README.md`
+//! have it.
 use crate::pins::{CRYSTAL_HZ, DIRECTION, LIMIT, LINE, POWER, SPINDLE, STEP};
 use leadscrew_f407emu::{Pin, SerialPort};
 

@@ -35,7 +35,7 @@ const DUAL_Y_POWER: (u64, u64) = (100_000, 1_680);
 /// The motor that turns with Y where there is a fourth.
 const SECOND_Y: (usize, usize) = (1, 3);
 
-/// Where there is a fourth motor, it does what Y's does.
+/// A fourth motor, where there is one, moves as Y does.
 fn gang(planned: &mut [Planned], wiring: &Wiring) {
     let (first, second) = SECOND_Y;
     if wiring.step.len() > second {

@@ -1,4 +1,4 @@
-//! What a bootloader asks of a program, and what it may leave behind.
+//! A bootloader's conditions on a program, and the state that it may leave behind.
 use super::Figures;
 use crate::{
     bench::{ensure, Bench, Failure},
@@ -7,7 +7,8 @@ use crate::{
 };
 use object::{read::elf::FileHeader, Object, ObjectSegment};
 
-/// What ST's template asks of the stack pointer in the vector table: `(word & 0x2FFE0000) == 0x20000000`.
+/// The condition of ST's template on the stack pointer in the vector table: `(word & 0x2FFE0000) ==
+/// 0x20000000`.
 const TEMPLATE: (u32, u32) = (0x2FFE_0000, 0x2000_0000);
 
 const AHB1ENR: u32 = 0x4002_3830;

@@ -148,7 +148,7 @@ fn of_switches(firmware: &Firmware) -> Result<Cost, Failure> {
     ))
 }
 
-/// What a stretch of time took of the main loop.
+/// The main loop's part of a stretch of time.
 #[derive(Clone, Copy)]
 struct Spent {
     cycles: u64,
@@ -159,7 +159,7 @@ struct Spent {
 }
 
 impl Spent {
-    /// What `job` takes.
+    /// The cost of `job`.
     fn on(
         bench: &mut Bench,
         job: impl FnOnce(&mut Bench) -> Result<(), Failure>,
@@ -178,13 +178,13 @@ impl Spent {
     }
 }
 
-/// Cycles of the looks at the serial line beyond what each takes that finds nothing.
+/// Cycles of the looks at the serial line beyond the cost of a look that finds nothing.
 fn listening(bench: &Bench, nothing: u64) -> u64 {
     let listener = profile(bench, LISTENER_IRQ);
     listener.total.saturating_sub(listener.count * nothing)
 }
 
-/// What a figure may be off, cycles.
+/// The allowed error of a figure, cycles.
 fn allowed(name: &str, written: u64) -> u64 {
     let turn = u64::from(measured::POLL);
     let with = match name {
@@ -199,7 +199,7 @@ fn lines(of: impl Fn(usize) -> String) -> String {
     (0..MANY).map(|number| of(number) + "\n").collect()
 }
 
-/// What the main loop's kinds of work take, cycles: each is known once those before it are.
+/// The costs of the main loop's kinds of work, cycles: each is known once the ones before it are.
 #[derive(Default)]
 struct Work {
     poll: u64,
@@ -210,7 +210,7 @@ struct Work {
 }
 
 impl Work {
-    /// What is left of a stretch of time, for each of so many things, once all else is paid.
+    /// The rest of a stretch of time, for each of `things`, once all else is paid.
     fn rest_of(&self, spent: Spent, lines: usize, bytes: usize, things: usize) -> u64 {
         let known = spent.turns * self.poll
             + spent.segments * self.segment
@@ -402,7 +402,7 @@ pub(crate) fn source(firmware: &Firmware) -> Result<String, Failure> {
     Ok(text)
 }
 
-/// What is written down is what is measured.
+/// The written figures are the measured ones.
 pub(crate) fn costs(firmware: &Firmware) -> Result<Figures, Failure> {
     let mut figures = Figures::default();
     let mut off = Vec::new();

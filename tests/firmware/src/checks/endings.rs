@@ -13,7 +13,7 @@ use leadscrew_f407emu::{Cause, ResetCause};
 /// From the event to the last step edge and to laser off at most, where a handler of the firmware sees to it, µs.
 const HANDLED_US: f64 = 10.0;
 
-/// An event, and what the machine says of it when it is back.
+/// An event, and the machine's message when it is back.
 struct Ending {
     name: &'static str,
     cause: Event,
@@ -139,7 +139,7 @@ pub(crate) fn endings(firmware: &Firmware) -> Result<Figures, Failure> {
     Ok(figures)
 }
 
-/// Resets that come from outside, and what is said of them.
+/// Resets from outside, and the message of each.
 const RESETS: [(ResetCause, Option<&str>); 3] = [
     (ResetCause::Pin, None),
     (ResetCause::PowerOn, None),

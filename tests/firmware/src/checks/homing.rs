@@ -74,7 +74,8 @@ fn sum<const MOTORS: usize>(one: [i64; MOTORS], other: [i64; MOTORS]) -> [i64; M
     from_fn(|motor| one[motor] + other[motor])
 }
 
-/// Homes carriages that are so many steps from their switches; where they are then, steps beyond the switches.
+/// Homes carriages at the given steps from their switches; answers where they are then, steps
+/// beyond the switches.
 fn home<const MOTORS: usize>(
     build: &Build,
     belts: Belts,

@@ -5,14 +5,14 @@ use crate::{
 };
 use leadscrew_f407emu::{Exception, Service};
 
-/// What is further from a tick than this is the start after a rest, cycles: 0.1 ms.
+/// A step further from a tick than this is the start after a rest, cycles: 0.1 ms.
 const REST: u64 = 16_800;
 /// Ticks that are so near each other may come too late, cycles: 168 000 a second.
 const FAST: u64 = 1_000;
 /// A tick that takes longer than this loads a segment, cycles. The check `step-interrupt` sees to it that they are few.
 pub(super) const TICK: u64 = 230;
 
-/// Lengths of services in cycles, without what interrupted them, in order of time.
+/// Lengths of services in cycles, without the interrupts in between, in order of time.
 #[derive(Default)]
 pub(super) struct Interrupts {
     /// Ticks at which three motors stepped, and no segment was loaded.
@@ -21,7 +21,7 @@ pub(super) struct Interrupts {
     pub(super) loads: Vec<u64>,
     /// The last tick of all, which finds none to load.
     pub(super) run_out: u64,
-    /// What ended a pulse, and no tick interrupted.
+    /// Ends of pulses that no tick interrupted.
     pub(super) ends: Vec<u64>,
     /// The most that all of them took from one tick to the next, where that is near.
     pub(super) busiest: u64,

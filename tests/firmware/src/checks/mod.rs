@@ -1,4 +1,4 @@
-//! What is checked, by name.
+//! The checks, by name.
 mod boards;
 mod bootloader;
 pub(crate) mod costs;
@@ -33,7 +33,7 @@ use std::fmt::{self, Write};
 /// One check.
 pub(crate) struct Check {
     pub(crate) name: &'static str,
-    /// What must hold.
+    /// The rule that must hold.
     pub(crate) what: &'static str,
     /// It runs in `.ci/run firmware`.
     pub(crate) subset: bool,

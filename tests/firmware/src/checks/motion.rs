@@ -45,7 +45,7 @@ fn ensure_settled(bench: &Bench) -> Result<(), Failure> {
     })
 }
 
-/// Holds a queued job against the simulator's; what to say of it.
+/// Compares a queued job with the simulator's; answers the sentence about it.
 fn compare_queued(build: &Build, job: &Job) -> Result<String, Failure> {
     let (_, steps) = run_queued(build, job)?;
     let settings = format!("{}{AFTER_ALL}", job.settings);
@@ -84,7 +84,7 @@ pub(crate) fn queued_examples(firmware: &Firmware) -> Result<Figures, Failure> {
 /// Corners of 90° at which Y turns round at some 27 000 steps/s: its next step comes 36 µs later.
 const ZIGZAG: &str =
     "$0=3\n$11=2\n$100=250\n$101=250\n$110=30000\n$111=30000\n$120=5000\n$121=5000\n$704=1\n";
-/// What drivers ask for, µs.
+/// The set-up times of drivers, µs.
 const SETUPS: [u64; 3] = [5, 50, 90];
 
 /// The direction is there as long before a step as `$709` asks for, on the board as in the simulator.

@@ -1,5 +1,5 @@
-//! Instructions that are replaced while the firmware runs: what a bug would do, at an instant of our choice; and the restart
-//! that comes of it.
+//! Instructions that are replaced while the firmware runs: the effect of a bug, at an instant of
+//! our choice; and the restart after it.
 use super::stopping::{last_step, power_edge};
 use crate::{
     bench::{cycles, ensure, Bench, Failure},
@@ -16,7 +16,8 @@ pub(super) const INSTANTS: [f64; 2] = [0.03, 0.4007];
 /// `b .`
 pub(super) const FOR_EVER: [u16; 1] = [0xE7FE];
 
-/// Makes something happen in a few cycles; what it has replaced for that in the program.
+/// Makes something happen in a few cycles; answers the part of the program that it has replaced for
+/// that.
 pub(super) type Event = fn(&mut Bench, &Build) -> Result<Option<Replaced>, Failure>;
 
 /// Bytes of the program as they were.
@@ -93,7 +94,7 @@ pub(super) fn plant_in_step_interrupt(
     replace(bench, handler & !1, halfwords)
 }
 
-/// Waits for the reset, puts the program right, and hears what the machine says.
+/// Waits for the reset, puts the program right, and hears the machine's messages.
 pub(super) fn hear_restart(
     bench: &mut Bench,
     replaced: Option<Replaced>,

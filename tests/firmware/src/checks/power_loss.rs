@@ -6,7 +6,7 @@ use crate::{
 };
 use leadscrew_f407emu::{FlashOperation, ResetCause, LSI_FASTEST_HZ};
 
-/// What is in the store before: none of it a default.
+/// The settings in the store before: none is a default.
 const KNOWN: &str = "$30=12000\n$100=123.456\n$101=80\n$110=4000\n$120=77\n$N0=G54\nG10L2P1X1.5Y2.25\nG10L2P3Z-4\nG28.1\n$I=old\n";
 /// Lines that write a record each: a setting, an offset, a startup line, the text of `$I`. And those that take many records away.
 const WRITES: [&str; 8] = [
@@ -47,7 +47,7 @@ pub(super) fn with_known(build: &Build) -> Result<Bench, Failure> {
     Ok(bench)
 }
 
-/// Loses power at a cycle and switches on again; what is stored then.
+/// Loses power at a cycle and switches on again; answers the settings stored then.
 fn after_loss(mut bench: Bench, cycle: u64) -> Result<(Bench, Vec<String>), Failure> {
     bench.machine.reset_at(cycle, ResetCause::PowerOn);
     bench.run_to(cycle + 100)?;
@@ -78,7 +78,7 @@ fn differences(found: &[String], expected: &[String]) -> String {
     format!("found {others:?} in place of {missing:?}")
 }
 
-/// What was found after the power had been away: all that was there before, or all that should be there after.
+/// The findings after the power had been away: all old values, or all new ones.
 #[derive(Default)]
 struct Found {
     old: usize,
@@ -136,7 +136,7 @@ impl Change<'_> {
     }
 }
 
-/// The operations of the flash that a line leads to, and what is stored after it.
+/// The operations of the flash that a line leads to, and the settings stored after it.
 fn operations_of(start: &Bench, line: &str) -> Result<(Vec<FlashOperation>, Vec<String>), Failure> {
     let mut bench = start.clone();
     bench.command(line)?;
@@ -203,7 +203,8 @@ pub(super) fn fill(mut bench: Bench) -> Result<(Bench, String), Failure> {
     Err(Failure("the sector never fills".into()))
 }
 
-/// Loses power at operations of the change from one sector to the other, and of what is erased at start-up after it.
+/// Loses power at operations of the change from one sector to the other, and of the erasure at
+/// start-up after it.
 pub(crate) fn sector_change(firmware: &Firmware) -> Result<Figures, Failure> {
     let mut figures = Figures::default();
     let mut start = with_known(&firmware.fast)?;

@@ -18,8 +18,8 @@ const PROBINGS: [(&str, usize); 3] = [
 /// The instants of the contact between two steps, of 16.
 const PLACES: [u64; 4] = [2, 5, 10, 14];
 
-/// What the machine says of a probing that meets something between the steps `contact` and `contact + 1`, at `place`
-/// sixteenths of the time between them.
+/// The machine's report of a probing that meets something between the steps `contact` and `contact
+/// + 1`, at `place` sixteenths of the time between them.
 fn report(bench: &Bench, line: &str, contact: usize, place: u64) -> Result<Vec<String>, Failure> {
     // Where the steps will be: the emulator does the same in every run.
     let mut ahead = bench.clone();

@@ -18,14 +18,14 @@ use std::fmt::Write;
 const RATE: f64 = 370_000.0;
 /// A setting that asks for more, steps/s.
 const FASTER: f64 = 400_000.0;
-/// What is said of it: 370 370 steps/s · 60 / 250.
+/// The message about it: 370 370 steps/s · 60 / 250.
 const CAPPED: &str = "can be 88888.800 at most]";
 
 /// Lines of the job, 4 mm long each on all axes, some 1000 steps: 500 lines/s at 500 000 steps/s.
 const LINES: usize = 400;
 /// mm/s²: from rest to 400 000 steps/s in a quarter of the job.
 const ACCELERATION: u32 = 5000;
-/// The search: from what must hold to what cannot, and how exact, steps/s.
+/// The search: from a rate that must hold to one that cannot, and how exact, steps/s.
 const SLOWEST: f64 = RATE;
 const FASTEST: f64 = 500_000.0;
 const EXACT: f64 = 2_000.0;
@@ -60,7 +60,7 @@ fn late(bench: &Bench) -> usize {
     bench.pins.steps.iter().filter(|step| step.late).count()
 }
 
-/// Three motors at the board's highest rate, for a second; what asks for more is told so.
+/// Three motors at the board's highest rate, for a second; a setting that asks for more is told so.
 pub(crate) fn at_the_cap(firmware: &Firmware) -> Result<Figures, Failure> {
     let (mut bench, busy) = run(&firmware.fast, FASTER)?;
     let (steps, late) = (&bench.pins.steps, late(&bench));
@@ -104,7 +104,8 @@ pub(crate) fn at_the_cap(firmware: &Firmware) -> Result<Figures, Failure> {
     Ok(figures)
 }
 
-/// Looks for the highest rate at which no tick is late, with a build that caps nothing; what to say of it.
+/// Looks for the highest rate at which no tick is late, with a build that caps nothing; answers the
+/// sentence about it.
 pub(crate) fn highest(uncapped: &Build) -> Result<String, Failure> {
     let (mut on_time, mut too_fast) = (SLOWEST, FASTEST);
     while too_fast - on_time > EXACT {

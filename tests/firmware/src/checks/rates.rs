@@ -1,6 +1,8 @@
-//! What the board does at which rate: a table of step events and lines a second, late ticks and the CPU's load.
+//! The board at each rate: a table of step events and lines a second, late ticks and the CPU's
+//! load.
 //!
-//! With the build that caps nothing, three motors and power, fed at 2 Mbaud. A row says what was asked for and what came of it.
+//! With the build that caps nothing, three motors and power, fed at 2 Mbaud. A row has the request
+//! and the result.
 use super::timing::{ensure_no_gap, fastest, settings};
 use crate::{
     bench::{Bench, Failure},
@@ -16,7 +18,7 @@ const RAMP_SECONDS: f64 = 0.125;
 /// How long the job goes at its rate, s.
 const SECONDS: f64 = 1.0;
 
-/// What is asked for: step events a second, lines a second.
+/// The requests: step events a second, lines a second.
 const ROWS: [(f64, f64); 10] = [
     (100_000.0, 500.0),
     (200_000.0, 500.0),

@@ -1,4 +1,5 @@
-//! What must happen at once: realtime bytes that come in while motors step, alone and in the midst of others.
+//! Immediate effects: realtime bytes that come in while motors step, alone and in the midst of
+//! others.
 use super::{
     stopping::{last_step, moving, power_off},
     Figures,
@@ -27,7 +28,7 @@ fn send_and_arrive(bench: &mut Bench, byte: u8) -> Result<u64, Failure> {
     send_and_arrive_among(bench, byte, 0, 0)
 }
 
-/// The same with so many bytes of comments right before it and right after it.
+/// The same with this number of bytes of comments right before it and right after it.
 fn send_and_arrive_among(
     bench: &mut Bench,
     byte: u8,

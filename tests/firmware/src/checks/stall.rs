@@ -1,4 +1,4 @@
-//! Settings in the flash: how long they hold everything up, and what comes meanwhile.
+//! Settings in the flash: how long they hold everything up, and the bytes that come meanwhile.
 use super::{
     power_loss::{with_known, LONGEST},
     Figures,
@@ -26,7 +26,7 @@ const MOVES: usize = 60;
 /// Bytes that a sender may have under way unanswered.
 const WINDOW: usize = Stream::WINDOW;
 
-/// So many moves, and their steps.
+/// `count` moves, and their steps.
 fn moves(count: usize) -> (String, i64) {
     let (mut lines, mut steps) = (String::new(), 0);
     for index in 1..=count {

@@ -1,4 +1,4 @@
-//! From reset to work: when the pins are driven, and what becomes of a crystal that does not start.
+//! From reset to work: when the pins are driven, and the effect of a crystal that does not start.
 use super::{motion, Figures};
 use crate::{
     bench::{ensure, Bench, Failure},
@@ -81,7 +81,7 @@ pub(crate) fn pins(firmware: &Firmware) -> Result<Figures, Failure> {
 
 /// Where SRAM begins.
 const SRAM: u64 = 0x2000_0000;
-/// What the machine says of a crystal that does not start.
+/// The machine's message about a crystal that does not start.
 const NO_CRYSTAL: &str = "[MSG:the crystal does not start: times are exact to 1 %, no USB]";
 /// The share of a second at rest that the core sleeps.
 const ASLEEP: f64 = 0.95;
@@ -129,7 +129,7 @@ fn logged(bench: &Bench, elf: &[u8]) -> Result<u32, Failure> {
         .ok_or_else(|| Failure("the log is not in SRAM".into()))
 }
 
-/// What probe-rs would show is there: the board's name and clock, in four bytes or more.
+/// The log as probe-rs would show it: the board's name and clock, in four bytes or more.
 pub(crate) fn log(firmware: &Firmware) -> Result<Figures, Failure> {
     let bench = Bench::boot(&firmware.usual)?;
     let bytes = logged(&bench, &firmware.usual.elf)?;

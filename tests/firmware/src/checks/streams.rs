@@ -31,7 +31,8 @@ fn run_streamed(build: &Build, job: &Job) -> Result<Vec<Step>, Failure> {
     Ok(std::mem::take(&mut bench.pins.steps))
 }
 
-/// Streams jobs and holds each against the simulator's; `hold` says what must agree, and what it found.
+/// Streams jobs and compares each with the simulator's; `hold` names the values that must agree,
+/// and its finding.
 fn compare_all(
     build: &Build,
     jobs: impl IntoIterator<Item = Result<Job, Failure>>,
@@ -119,7 +120,7 @@ pub(crate) fn traces(firmware: &Firmware) -> Result<Figures, Failure> {
 
 /// A sender falls silent for nine tenths of the reserve (`$710`), s.
 const SILENCE: Range<f64> = 1.0..1.9;
-/// What it may cost, of the job's time; and what it costs at least with a reserve of 0.1 s, s.
+/// The allowed cost, a share of the job's time; and the least cost with a reserve of 0.1 s, s.
 const LONGER: f64 = 1e-3;
 const MISSED: f64 = 0.1;
 

@@ -18,7 +18,7 @@ const JITTER: u32 = 40;
 const PROLONGED_US: f64 = 1.0;
 /// The most that a tick which loads a segment may take from entry to exit, cycles: what `StepTiming` says of a line.
 pub(super) const LOADING: u64 = 571;
-/// Of a hundred ticks so many may take longer than [`TICK`], because they load a segment.
+/// The share of ticks that may take longer than [`TICK`], because they load a segment, in per cent.
 const LOADS_PERCENT: usize = 5;
 
 /// The longest that step events of these jobs may be apart, s: the first from rest comes after sqrt(2 s/a) = 1.4 ms, with

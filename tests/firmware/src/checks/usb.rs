@@ -27,13 +27,13 @@ const BEFORE: usize = 300;
 /// The device's identification, as docs/hardware.md has it.
 const VENDOR: u16 = 0x16C0;
 const PRODUCT: u16 = 0x27DD;
-/// Lists that nobody reads for a while: six times what the board keeps for a line. And the rows of one.
+/// Lists that nobody reads for a while: six times the board's room for a line. And the rows of one.
 const LISTS: usize = 10;
 const ROWS: usize = 34;
 /// A job that goes on for a second after the cable was pulled.
 const LONG: &str = "G91 G1 X30 F1500";
 
-/// What the host was told: a serial device with its own descriptors' lengths right.
+/// The device's description to the host: a serial device with its own descriptors' lengths right.
 fn descriptors(bench: &Bench) -> Result<(), Failure> {
     let answers = bench.machine.usb_answers();
     let [_, _, device, _, configuration, ..] = answers else {
@@ -101,7 +101,7 @@ fn jobs(bench: &Bench, figures: &mut Figures) -> Result<(), Failure> {
 fn reset(build: &Build, figures: &mut Figures) -> Result<(), Failure> {
     let mut bench = moving(build, 0.4)?;
     bench.plug_usb()?;
-    // What was said from power-up on.
+    // The lines from power-up on.
     bench.hear_until(0.1, |line| line == BANNER)?;
     let mut bytes = b"(traffic)\n".repeat(BEFORE / 10);
     bytes.push(0x18);
