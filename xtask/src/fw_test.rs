@@ -13,7 +13,7 @@ use std::{fs, path::Path, process::Command};
 /// A build, as `tests/firmware` knows it.
 struct Build {
     name: &'static str,
-    /// What the firmware reads while it is built.
+    /// The environment variables that the firmware reads while it is built.
     variables: &'static [(&'static str, &'static str)],
 }
 
@@ -33,7 +33,7 @@ const MORE: [Build; 3] = [
     build("spider", &[(BOARD, "spider")]),
 ];
 
-/// The usual build last: it is what stays where `cargo fw` puts it.
+/// The usual build last: it stays where `cargo fw` puts it.
 const BUILDS: [Build; 6] = [
     build("fast", &[FAST]),
     build(

@@ -16,14 +16,16 @@ use std::{
     process::Command,
 };
 
-/// The program that shows that the plugin counts right, and what it must count in regions 0, 1, 2, ...
+/// The program that shows that the plugin counts right, and the counts that it must have in regions
+/// 0, 1, 2, ...
 const CALIBRATION: (&str, [u64; 5]) = ("calibrate", [0, 5, 21, 4, 3]);
-/// The program that prints a checksum of what the planner makes, and the planner's example that does so here.
+/// The program that prints a checksum of the planner's output, and the planner's example that does
+/// so here.
 const SAME_BITS: &str = "same_bits";
 /// Longest time that QEMU may take for one program, in seconds.
 const TIME_LIMIT: &str = "120";
 
-/// What a program counted, by region.
+/// The counts of a program, by region.
 type Counts = BTreeMap<usize, Count>;
 
 /// Counts, prints a table, and with `check` fails where a budget is exceeded.
@@ -87,8 +89,8 @@ impl Emulator {
         build
             .args(["--bins", "--profile", "firmware"])
             .current_dir(sources.join("firmware"));
-        // Instead of the flags in the repository's configuration, which are those of the board: the same for the compiler, others
-        // for the linker.
+        // Instead of the flags in the repository's configuration, which are the board's: the same
+        // for the compiler, others for the linker.
         build.env("RUSTFLAGS", FLAGS);
         shell::run(&mut build)?;
         Ok(Emulator {
@@ -97,7 +99,7 @@ impl Emulator {
         })
     }
 
-    /// Fails unless the plugin counts what is known beforehand.
+    /// Fails unless the plugin's counts are the ones known beforehand.
     fn calibrate(&self) -> Result<(), Failure> {
         let (program, expected) = CALIBRATION;
         let counts = self.count(program)?;
@@ -241,7 +243,7 @@ mod tests {
         assert_eq!(parse_count("1 3 15 5 x"), None);
     }
 
-    /// What is counted must be compiled as the firmware is.
+    /// The counted code must be compiled as the firmware is.
     #[test]
     fn the_programs_are_built_with_the_profile_of_the_firmware() {
         let firmware_profile = |path: PathBuf| {

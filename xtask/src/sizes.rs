@@ -1,8 +1,8 @@
-//! `bench/sizes.txt`: what the firmware takes of flash and memory, and the most that it may.
+//! `bench/sizes.txt`: the firmware's use of flash and memory, and the most that it may be.
 use crate::{failure::Failure, shell, toolchain};
 use std::{collections::BTreeMap, fs, path::Path, process::Command};
 
-/// What a program takes, in bytes, by the names of `bench/sizes.txt`.
+/// The sizes of a program, in bytes, by the names of `bench/sizes.txt`.
 pub(crate) type Sizes = BTreeMap<&'static str, u64>;
 
 /// Measures a linked firmware.
@@ -36,7 +36,7 @@ pub(crate) fn of(elf: &Path) -> Result<Sizes, Failure> {
     ]))
 }
 
-/// What is above its limit, a text for each; says on standard output what all take.
+/// The sizes above their limits, a text for each; prints all sizes on standard output.
 ///
 /// # Errors
 /// When the limits cannot be read.

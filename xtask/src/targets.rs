@@ -5,7 +5,7 @@ use crate::{
     toolchain::{self, Toolchain},
 };
 
-/// What the libraries are checked for, each for what it lacks or is.
+/// The targets that the libraries are checked for, each for a property or a lack.
 const TARGETS: [&str; 3] = [
     // Cortex-M0: no compare-and-swap, no floating point.
     "thumbv6m-none-eabi",

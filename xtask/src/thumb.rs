@@ -1,4 +1,5 @@
-//! `cargo xtask thumb`: the libraries and the firmware built for the microcontroller, and what must not be in them.
+//! `cargo xtask thumb`: the libraries and the firmware built for the microcontroller, and the
+//! things that must not be in them.
 //!
 //! | what | where | why |
 //! |---|---|---|
@@ -23,12 +24,14 @@ const LIBRARIES: [&str; 4] = [
     "leadscrew-planner",
     "leadscrew-machine",
 ];
-/// The board with the largest firmware, and the Discovery, which comes last: it is what stays where `cargo fw` puts it.
+/// The board with the largest firmware, and the Discovery, which comes last: it stays where `cargo
+/// fw` puts it.
 const BOARDS: [&str; 2] = ["skr-2-dual-y", "discovery"];
 /// The vectors of the step timer, and of the one that ends a pulse.
 const STEP_INTERRUPTS: [&str; 2] = ["TIM2", "TIM1_TRG_COM_TIM11"];
 
-/// What runs before any interrupt: the first instructions after a reset, and the start of RTIC's `main`.
+/// The code that runs before any interrupt: the first instructions after a reset, and the start of
+/// RTIC's `main`.
 const BEFORE_INTERRUPTS: [&str; 2] = ["__pre_init", "main"];
 
 /// Where the flash begins, which makes the core wait: the step interrupts are in SRAM.
@@ -91,7 +94,7 @@ pub(crate) fn software_doubles(file: &Path) -> Result<Vec<String>, Failure> {
         .collect())
 }
 
-/// What the step interrupt reaches in the linked firmware and must not.
+/// The forbidden things that the step interrupt reaches in the linked firmware.
 fn check_step_interrupt(elf: &Path) -> Result<Vec<String>, Failure> {
     let mut objdump = Command::new("arm-none-eabi-objdump");
     let code = shell::output(objdump.args(["-d", "--no-show-raw-insn"]).arg(elf))?;
@@ -116,8 +119,8 @@ fn check_step_interrupt(elf: &Path) -> Result<Vec<String>, Failure> {
     Ok(all)
 }
 
-/// The functions that mask all interrupts, that of the steps as well. Those that run before the first interrupt is let in may;
-/// nothing else.
+/// The functions that mask all interrupts, the step interrupts as well. Functions that run before
+/// the first interrupt is let in may; nothing else.
 fn masks(code: &str) -> Vec<String> {
     let (mut function, mut findings) = ("", Vec::new());
     for line in code.lines() {

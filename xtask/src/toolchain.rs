@@ -96,7 +96,7 @@ fn linker_variable(target: &str) -> String {
     format!("CARGO_TARGET_{target}_LINKER")
 }
 
-/// The folder of the workspace: cargo names that of this program when it runs it.
+/// The folder of the workspace: cargo names this program's folder when it runs it.
 pub(crate) fn root() -> PathBuf {
     let own =
         env::var_os("CARGO_MANIFEST_DIR").map_or_else(|| PathBuf::from("xtask"), PathBuf::from);

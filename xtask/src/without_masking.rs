@@ -14,7 +14,7 @@ use std::{
 };
 
 const PACKAGE: &str = "cortex-m";
-/// What is left out of `src/lib.rs`.
+/// The part of `src/lib.rs` that is left out.
 const MODULE: &str =
     "#[cfg(all(cortex_m, feature = \"critical-section-single-core\"))]\nmod critical_section;\n";
 
@@ -49,7 +49,7 @@ fn manifest(metadata: &str) -> Option<PathBuf> {
     package["manifest_path"].as_str().map(PathBuf::from)
 }
 
-/// Made beside its place and then moved there: what is there is whole.
+/// Made beside its place and then moved there: the file in its place is always whole.
 fn make(original: &Path, copy: &Path) -> Result<(), Failure> {
     let unfinished = copy.with_file_name("unfinished");
     if unfinished.exists() {

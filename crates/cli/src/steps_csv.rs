@@ -50,7 +50,7 @@ impl<W: Write> StepsCsv<W> {
         )
     }
 
-    /// Writes out what is still buffered.
+    /// Writes the rest of the buffer.
     ///
     /// # Errors
     /// Whatever `out` answers.

@@ -123,7 +123,7 @@ impl<W: Write> Waveform<W> {
         Ok(())
     }
 
-    /// Writes out what is still buffered.
+    /// Writes the rest of the buffer.
     ///
     /// # Errors
     /// Whatever `out` answers.

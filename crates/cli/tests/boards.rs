@@ -1,4 +1,4 @@
-//! `leadscrew board`: what it says of boards that are right, wrong and unknown.
+//! `leadscrew board`: its answers about boards that are right, wrong and unknown.
 use std::fs;
 use std::process::{Command, Output};
 

@@ -57,7 +57,7 @@ fn words(line: &str) -> Vec<String> {
     words.map(str::to_owned).collect()
 }
 
-/// Runs a command; answers what it prints.
+/// Runs a command; answers its output.
 fn run(folder: &Path, args: &[String]) -> String {
     let output = Command::new(PROGRAM)
         .args(args)
@@ -69,7 +69,7 @@ fn run(folder: &Path, args: &[String]) -> String {
     String::from_utf8(output.stdout).unwrap()
 }
 
-/// Runs a command that ends with an alarm; answers what it says of that.
+/// Runs a command that ends with an alarm; answers the message about it.
 fn fail(folder: &Path, args: &[String]) -> String {
     let output = Command::new(PROGRAM)
         .args(args)
@@ -102,7 +102,7 @@ fn serve(folder: &Path, args: &[String]) {
     assert!(ended.unwrap().success() && server.wait().unwrap().success());
 }
 
-/// Runs every command of a machine's README in order; answers what each printed.
+/// Runs every command of a machine's README in order; answers the output of each.
 fn follow(number: &str, least: usize) -> (Examples, Vec<String>) {
     let examples = Examples::new();
     let folder = examples.machine(number);

@@ -37,7 +37,7 @@ pub(crate) fn print_commands(program: &[u8]) -> String {
     printed
 }
 
-/// Carries out one line and prints its commands, or what is wrong with it.
+/// Carries out one line and prints its commands, or its fault.
 fn answer(interpreter: &mut Interpreter<3>, raw: &[u8]) -> String {
     let options = Options {
         mist: true,

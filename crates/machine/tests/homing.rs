@@ -69,7 +69,7 @@ fn axes_on_crossed_belts_home_one_after_the_other_whatever_their_groups() {
         assert!(session
             .status()
             .starts_with("<Idle|MPos:-1.000,-1.000,-1.000|"));
-        // And what follows goes where it says.
+        // And the next move goes where it says.
         assert_eq!(session.line("G0X-2Y-1.5"), ["ok"]);
         let moved = carriage(&session);
         assert_eq!([moved[0] - at[0], moved[1] - at[1]], [-MM, -MM / 2]);

@@ -293,7 +293,7 @@ fn motors_are_enabled_for_motion_and_let_go_after_the_set_delay() {
     assert!(!session.pins.enabled);
 }
 
-/// What a job of two lines and a corner may meet at any moment.
+/// The events that a job of two lines and a corner may meet at any moment.
 const INTERRUPTIONS: [u8; 4] = [b'!', 0x84, 0x85, 0x18];
 
 #[test]
@@ -325,7 +325,7 @@ fn after_an_interruption_at_any_moment_nothing_moves_and_the_position_is_the_pla
     }
 }
 
-/// The right way out of an interruption, and what it leads to.
+/// The right way out of an interruption, and its result.
 fn go_on(session: &mut Session<'_>, byte: u8, at: [i32; 3]) {
     session.send("~");
     session.until_quiet();

@@ -1,4 +1,4 @@
-//! Plans a square with one round corner and prints what the step interrupt would be given.
+//! Plans a square with one round corner and prints the segments for the step interrupt.
 //!
 //! `cargo run -p leadscrew-planner --example plan_a_square`
 

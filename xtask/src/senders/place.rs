@@ -85,7 +85,7 @@ impl Place {
         shell::run(npm.current_dir(&folder))
     }
 
-    /// Lets a sender run its job, and judges what has happened.
+    /// Lets a sender run its job, and judges the result.
     ///
     /// # Errors
     /// Where the job did not end as it should.
@@ -219,7 +219,8 @@ impl Served {
 
 impl Drop for Served {
     fn drop(&mut self) {
-        // What has ended already needs no end; a link that leads nowhere is replaced by the next server.
+        // A program that has ended already needs no end; a link that leads nowhere is replaced by
+        // the next server.
         let _ = self.child.kill().and_then(|()| self.child.wait());
     }
 }

@@ -1,4 +1,4 @@
-//! Which sender runs which job on which machine, and what must have happened then.
+//! Which sender runs which job on which machine, and the checks of the result.
 
 use super::verdict::Check;
 
@@ -7,11 +7,12 @@ pub(super) struct Run {
     pub(super) sender: Sender,
     /// The machine: a profile in `tests/senders`.
     pub(super) machine: &'static str,
-    /// What follows the line on the sender's command line; names of jobs are in `tests/senders/gcode`.
+    /// The text after the line on the sender's command line; names of jobs are in
+    /// `tests/senders/gcode`.
     pub(super) arguments: &'static [&'static str],
     /// The exit code that means success: 7 where the run ends in a stop.
     pub(super) code: i32,
-    /// What must have happened.
+    /// The checks of the result.
     pub(super) checks: &'static [Check],
 }
 

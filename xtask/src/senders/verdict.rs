@@ -1,9 +1,10 @@
-//! Whether what a sender did was what it was asked for.
+//! Whether a sender did its job.
 
 use super::observer::{Seen, Sight};
 use super::wire::Wire;
 
-/// What may differ between a target and where the machine rests, mm: half a step, and the report's third decimal.
+/// The allowed difference between a target and the machine's place at rest, mm: half a step, and
+/// the report's third decimal.
 const EXACT: f64 = 0.0075;
 
 /// Something that must have happened.
@@ -28,7 +29,7 @@ pub(super) enum Check {
 }
 
 impl Check {
-    /// What is not as it should be.
+    /// The fault, where a rule is broken.
     pub(super) fn fault(self, wire: &Wire, seen: &Seen) -> Option<String> {
         let holds = match self {
             Self::AllOk => return unanswered(wire),

@@ -1,4 +1,4 @@
-//! What went over a sender's line, as the server's log has it.
+//! The bytes on a sender's line, as the server's log has them.
 
 /// One side's lines and bytes, in their order.
 #[derive(Default, Debug)]
@@ -12,7 +12,7 @@ pub(super) struct Wire {
 }
 
 impl Wire {
-    /// Picks from a log what belongs to the line with this number.
+    /// Picks the entries of the line with this number from a log.
     ///
     /// ```text
     ///     12.034567 0 < G1X10F600          seconds, line, to or from the machine
@@ -49,7 +49,7 @@ impl Wire {
     }
 }
 
-/// `?`, `!`, `~`, and what the log spells `\x18` and so on.
+/// `?`, `!`, `~`, and bytes that the log spells `\x18` and so on.
 fn is_realtime(text: &str) -> bool {
     matches!(text, "?" | "!" | "~") || (text.len() == 4 && text.starts_with("\\x"))
 }

@@ -1,4 +1,4 @@
-//! `leadscrew import`, `align` and `calibrate`: what is written in `docs/import.md`.
+//! `leadscrew import`, `align` and `calibrate`: the promises of `docs/import.md`.
 
 use crate::program::{leadscrew, stderr, stdout, unusable, Folder};
 use std::fs;

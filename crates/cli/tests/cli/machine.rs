@@ -1,4 +1,4 @@
-//! `--machine FILE`: what a machine is made of, for every command.
+//! `--machine FILE`: the description of a machine, for every command.
 
 use crate::program::{leadscrew, report, stderr, stdout, unusable, Folder, SQUARE};
 

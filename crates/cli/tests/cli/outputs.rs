@@ -1,4 +1,4 @@
-//! What the program says and writes of a job that was done.
+//! The program's output and files after a job that was done.
 
 use crate::program::{leadscrew, report, stderr, stdout, Folder, SQUARE};
 use std::fs;
@@ -26,7 +26,7 @@ fn the_summary_says_what_the_machine_did() {
     assert_eq!(stderr(&output), "", "no progress bar where nobody watches");
 }
 
-/// All names of fields in `value`, but for those of axes.
+/// All names of fields in `value`, except for the axes' own.
 fn fields(value: &serde_json::Value, all: &mut Vec<String>) {
     match value {
         serde_json::Value::Object(object) => {
@@ -195,7 +195,7 @@ fn outputs_of_a_job_stand_in_its_waveform_and_its_json() {
     let wave = fs::read_to_string(&vcd).unwrap();
     let id = wave.lines().find(|line| line.ends_with(" output_1 $end"));
     let id = id.unwrap().split(' ').nth(3).unwrap();
-    // What it was at power-up, on, off; M64 of the other one writes it again.
+    // Its level at power-up, on, off; M64 of the other one writes it again.
     let levels = ["0", "1"].map(|level| wave.matches(&format!("\n{level}{id}\n")).count());
     assert_eq!(levels, [3, 1], "{wave}");
     // Without outputs the words are Grbl's error.

@@ -1,4 +1,4 @@
-//! What cannot be used: options, files, outputs; each refused with one message.
+//! Unusable options, files, outputs; each refused with one message.
 
 use crate::program::{leadscrew, stderr, unusable, Folder, SQUARE};
 use std::fs;

@@ -49,7 +49,7 @@ impl MockFlash {
         }
     }
 
-    /// Power comes back. What weak cells held is gone by then.
+    /// Power comes back. The contents of weak cells are gone by then.
     pub(crate) fn restart(&mut self) {
         (self.fuel, self.dead) = (usize::MAX, false);
         for (area, weak) in self.areas.iter_mut().zip(self.weak) {

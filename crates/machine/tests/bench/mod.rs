@@ -40,7 +40,8 @@ pub struct Pins<'a> {
     pub enabled: bool,
     pub port: PortConfig,
     pub switches: Cell<Switches>,
-    /// What the switches become behind the main loop's back, right after it has read them this many times more.
+    /// The levels that the switches take behind the main loop's back, right after it has read them
+    /// this many times more.
     pub edge: Cell<Option<(u32, Switches)>>,
     inputs: &'a Inputs<3>,
     shared: &'a Shared<3>,
@@ -161,7 +162,7 @@ impl Memory {
     }
 }
 
-/// A machine, its interrupts, and what a sender sees.
+/// A machine, its interrupts, and the sender's view.
 pub struct Session<'a, K: Kinematics<3, 3> + Clone = Cartesian, X: Extension<3> = ()> {
     pub machine: Machine<'a, K, 3, 3, X>,
     pub pins: Pins<'a>,
@@ -271,7 +272,7 @@ impl<'a, K: Kinematics<3, 3> + Clone, X: Extension<3>> Session<'a, K, X> {
         }
     }
 
-    /// Sends a line, waits until all is quiet, and returns what was received.
+    /// Sends a line, waits until all is quiet, and returns the received text.
     pub fn line(&mut self, line: &str) -> Vec<String> {
         self.send(line);
         self.send("\n");
