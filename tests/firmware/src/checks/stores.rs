@@ -19,9 +19,10 @@ const TIMER: std::ops::Range<u32> = 0x4000_0000..0x4000_0400;
 const PULSE_TIMER: std::ops::Range<u32> = 0x4001_4800..0x4001_4C00;
 const PORTS: std::ops::Range<u32> = 0x4002_0000..0x4002_2400;
 
-/// Stores whose absence this job cannot show: where motion starts, compare and flag of an instant of 51 s before; in a
-/// step, the flag of a pulse's end that falls into that very interrupt.
-const EQUIVALENT: usize = 3;
+/// Stores whose absence this job cannot show. Out of rest the directions are put out twice, at the start and by the tick that
+/// begins the line: one of them is enough. The event that brings the first tick: the main loop looks for a tick that has not
+/// come. At the end, the mask of the compare: its instant comes round in 51 s.
+const EQUIVALENT: usize = 4;
 
 /// There and back, with a corner.
 fn job() -> Job {
