@@ -204,26 +204,6 @@ pub(crate) struct Input {
 }
 
 impl Input {
-    /// A switch to ground: pulled up.
-    #[allow(dead_code)] // not on every board
-    pub(crate) const fn to_ground(bank: Bank, number: u8) -> Self {
-        Self {
-            pin: Pin::new(bank, number),
-            pull: Pull::Up,
-            inverted: false,
-        }
-    }
-
-    /// A switch to the supply: pulled down, told to the machine the other way round.
-    #[allow(dead_code)] // not on every board
-    pub(crate) const fn to_supply(bank: Bank, number: u8) -> Self {
-        Self {
-            pin: Pin::new(bank, number),
-            pull: Pull::Down,
-            inverted: true,
-        }
-    }
-
     /// Its line of EXTI, as a bit.
     pub(crate) const fn line(self) -> u16 {
         1 << self.pin.number

@@ -4,12 +4,10 @@ use crate::gpio::{Bank, Input, Output, Pin, Pull, Speed};
 use leadscrew_machine::config::MachineConfig;
 
 /// The board that the firmware is built for.
-#[allow(unused_imports, reason = "no board uses all of them")]
 mod selected {
     use super::{MotorPins, PowerPin, Profile, SerialPins, Timer, Usart};
-    use crate::gpio::{Bank, Input, Output, Pin};
+    use crate::gpio::{Bank, Pin};
     use crate::settings_flash::Sector;
-    use leadscrew_gcode::Number;
     use leadscrew_machine::{config::MachineConfig, settings::values::Entry};
 
     include!(concat!(env!("OUT_DIR"), "/board.rs"));

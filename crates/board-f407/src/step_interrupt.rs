@@ -1,8 +1,8 @@
 //! The step interrupts, above everything else, so that nothing delays a step: a tick, and below it the end of a pulse.
 //!
-//! They are none of RTIC's tasks: those save and restore BASEPRI, 14 cycles of each interrupt, for locks that nothing above
-//! RTIC's own priorities has need of. They share nothing with anybody but what is made for that ([`SHARED`], the segment
-//! queue). Their code is in SRAM, what they read in the core coupled memory ([`crate::fast_memory`]).
+//! They are not tasks of RTIC. A task of RTIC saves and restores BASEPRI: 14 cycles of each interrupt, for locks that an
+//! interrupt above RTIC's own priorities does not need. They share two things with the main loop: [`SHARED`] and the segment
+//! queue. Their code is in SRAM, and their data is in the core coupled memory ([`crate::fast_memory`]).
 #![allow(unsafe_code)] // a handler and its data
 use crate::{
     critical::PULSE_END_PRIORITY,

@@ -50,7 +50,7 @@ impl Board {
         let defaults = self.defaults.iter().filter_map(|(name, value)| {
             let number = number_of(name)?;
             Some(format!(
-                "Entry {{ number: {number}, value: Number::from_int({value}) }}"
+                "Entry {{ number: {number}, value: leadscrew_gcode::Number::from_int({value}) }}"
             ))
         });
         let defaults = list(defaults);
@@ -191,17 +191,18 @@ fn output(output: Option<Output>) -> String {
     output.map_or("None".to_owned(), |output| {
         let high = output.on == Level::High;
         let pin = literal(output.pin);
-        format!("Some(Output {{ pin: {pin}, active_high: {high} }})")
+        format!("Some(crate::gpio::Output {{ pin: {pin}, active_high: {high} }})")
     })
 }
 
 fn input(input: Option<Input>) -> String {
     input.map_or("None".to_owned(), |input| {
-        let made = match input.closes {
-            Closes::ToGround => "to_ground",
-            Closes::ToSupply => "to_supply",
+        // A switch to the supply is told to the machine the other way round.
+        let (pull, inverted) = match input.closes {
+            Closes::ToGround => ("Up", false),
+            Closes::ToSupply => ("Down", true),
         };
-        let (bank, number) = (input.pin.port, input.pin.number);
-        format!("Some(Input::{made}(Bank::{bank}, {number}))")
+        let (pin, gpio) = (literal(input.pin), "crate::gpio");
+        format!("Some({gpio}::Input {{ pin: {pin}, pull: {gpio}::Pull::{pull}, inverted: {inverted} }})")
     })
 }

@@ -70,7 +70,8 @@ pub fn on_timer<P: StepPort, const MOTORS: usize>(
     }
 }
 
-/// Looks ahead out of rest: puts out power and directions of the first segment. The first [`on_timer`] has to follow at once.
+/// Looks ahead out of rest: puts out the power of the first segment. The first [`on_timer`] has to follow at once: it puts out
+/// the directions.
 ///
 /// Called by whoever starts the timer, while no tick can come.
 pub fn start<P: StepPort, const MOTORS: usize>(
@@ -83,9 +84,6 @@ pub fn start<P: StepPort, const MOTORS: usize>(
     interrupt.power = first.map_or(Power::OFF, |first| first.power);
     interrupt.stepper.start(interrupt.power);
     put_out(interrupt.power, shared, port);
-    if let Some(start) = first.and_then(|first| first.line.as_ref()) {
-        port.set_direction(start.line().direction());
-    }
 }
 
 /// Nobody holds anything back: the pins first, then the count.

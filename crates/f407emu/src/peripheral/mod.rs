@@ -1,11 +1,12 @@
 //! The peripherals, each a value of its own: registers are read and written at a cycle, `next_event` says when it
 //! changes by itself, and `event` lets it. None knows the others: `crate::wiring` connects them.
 //!
-//! Sections and tables are those of RM0090, revision 21. Those of chapters 3, 5, 7 to 10, 12, 21 and 38 have been opened, and of
-//! chapter 34 the text up to the registers; those of the memory map (2), the timers (17 to 20) and the USARTs (30) not.
+//! Comments cite sections and tables of RM0090, revision 21. Each section that a comment cites of chapters 3, 5, 7 to 10, 12,
+//! 21 and 38 was read again and compared with the code; of chapter 34, the text up to the registers. The sections of the
+//! memory map (2), the timers (17 to 20) and the USARTs (30) were not.
 //!
-//! Which bits of their registers there are says [`register_map`], which is held against ST's data (`crate::st_data`), as are
-//! addresses, interrupts, DMA requests, pins and clocks.
+//! [`register_map`] lists the bits of each register. A test compares it with ST's data (`crate::st_data`), and addresses,
+//! interrupts, DMA requests, pins and clocks as well.
 pub(crate) mod bitband;
 pub(crate) mod dma;
 pub(crate) mod dwt;

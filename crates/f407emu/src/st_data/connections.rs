@@ -1,5 +1,5 @@
-//! What hangs together on the chip, against ST's data as the crate `stm32-metapac` has them: which interrupt a peripheral has,
-//! which DMA stream hears it, which of its outputs a pin becomes by which function, and which bit of RCC is its clock.
+//! The connections of the chip, compared with ST's data as the crate `stm32-metapac` has them: the interrupt of a peripheral,
+//! its DMA streams, the alternate functions of the pins, and the bit of RCC that switches its clock on.
 use crate::{
     devices::USARTS,
     machine::Machine,

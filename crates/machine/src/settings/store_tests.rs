@@ -42,9 +42,10 @@ fn program() -> StdVec<(RecordKey, StdVec<u8>)> {
         .collect()
 }
 
-/// Runs the program until it is done or power is lost; answers the acknowledged values and the
-/// value that was being written.
+/// The acknowledged values, and the value that was being written where power was lost.
 type Outcome = (BTreeMap<u16, StdVec<u8>>, Option<(u16, StdVec<u8>)>);
+
+/// Runs the program until it is done or power is lost.
 fn run(flash: &mut MockFlash) -> Outcome {
     let (mut records, _) = mounted(flash);
     let mut stored = BTreeMap::new();

@@ -19,10 +19,9 @@ const TIMER: std::ops::Range<u32> = 0x4000_0000..0x4000_0400;
 const PULSE_TIMER: std::ops::Range<u32> = 0x4001_4800..0x4001_4C00;
 const PORTS: std::ops::Range<u32> = 0x4002_0000..0x4002_2400;
 
-/// Stores whose absence this job cannot show. Out of rest the directions are put out twice, at the start and by the tick that
-/// begins the line: one of them is enough. The event that brings the first tick: the main loop looks for a tick that has not
-/// come. At the end, the mask of the compare: its instant comes round in 51 s.
-const EQUIVALENT: usize = 4;
+/// Stores whose absence this job cannot show. One brings the first tick: the main loop looks for a tick that has not come, and
+/// makes it. One masks the compare at the end of the job: without it the next compare comes after 51 s.
+const EQUIVALENT: usize = 3;
 
 /// There and back, with a corner.
 fn job() -> Job {
