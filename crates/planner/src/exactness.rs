@@ -312,7 +312,7 @@ fn every_edge_of_random_moves_lies_on_the_profile() {
 
 #[test]
 fn with_a_jerk_limit_every_edge_of_undisturbed_moves_lies_on_the_profile() {
-    check(FEW / 20, Case::with_jerk);
+    check(FEW / 5, Case::with_jerk);
 }
 
 #[test]
