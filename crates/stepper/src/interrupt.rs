@@ -87,7 +87,7 @@ pub fn start<P: StepPort, const MOTORS: usize>(
 }
 
 /// Nobody holds anything back: the pins first, then the count.
-#[inline(always)]
+#[inline(always)] // a tick that loads a segment takes 173 instructions and not 177
 fn make_steps<P: StepPort, const MOTORS: usize>(
     interrupt: &StepInterrupt<MOTORS>,
     shared: &Shared<MOTORS>,

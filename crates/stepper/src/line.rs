@@ -121,7 +121,6 @@ impl<const MOTORS: usize> LineStart<MOTORS> {
         &self.line
     }
 
-    #[inline]
     pub(crate) const fn left(&self) -> &[u32; MOTORS] {
         &self.left
     }

@@ -195,7 +195,6 @@ impl<const MOTORS: usize> Stepper<MOTORS> {
 
     /// The power from the tick on that was taken last: this segment's, or where it ends there the `next` one's; where motion ends
     /// there, the power at rest. It stays as it is where the next segment is still missing.
-    #[inline]
     pub(crate) fn next_power(&self, next: impl FnOnce() -> Option<Power>) -> Power {
         if self.ticks_left > 0 {
             self.power.changed_by(self.power_change)

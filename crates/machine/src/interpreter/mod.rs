@@ -94,7 +94,6 @@ impl<const AXES: usize> Interpreter<AXES> {
     }
 
     /// Begins a line.
-    #[inline]
     fn block(&self, context: &Context<'_, AXES>) -> Block<AXES> {
         let mut block = Block::new(&self.modal);
         if context.options.tools {
