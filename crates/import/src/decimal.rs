@@ -1,11 +1,21 @@
 //! Digits to exact lengths.
 
 use crate::Mm;
+use std::str::FromStr;
 
 /// 1e-9 mm in a millimetre.
 pub(crate) const NANOS_PER_MM: i64 = 1_000_000_000;
 /// 1e-9 mm in an inch.
 pub(crate) const NANOS_PER_INCH: i64 = 25_400_000_000;
+
+impl FromStr for Mm {
+    type Err = String;
+
+    /// Reads `7.62`, `-0.5` or `40`.
+    fn from_str(text: &str) -> Result<Self, String> {
+        length(text, NANOS_PER_MM)
+    }
+}
 
 /// Reads `[+-] digits [. digits]` as a length in units of `unit_nanos`.
 ///

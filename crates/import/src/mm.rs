@@ -1,10 +1,8 @@
 //! Lengths without rounding.
 
-use crate::decimal;
 use leadscrew_gcode::Number;
 use std::fmt;
 use std::ops::{Add, AddAssign, Neg, Sub};
-use std::str::FromStr;
 
 /// A length or coordinate in mm, exact to 1e-9 mm.
 ///
@@ -44,15 +42,6 @@ impl Mm {
     /// The length without its sign.
     pub const fn abs(self) -> Self {
         Self(self.0.abs())
-    }
-}
-
-impl FromStr for Mm {
-    type Err = String;
-
-    /// Reads `7.62`, `-0.5` or `40`.
-    fn from_str(text: &str) -> Result<Self, String> {
-        decimal::length(text, decimal::NANOS_PER_MM)
     }
 }
 

@@ -1,7 +1,7 @@
 //! How a file writes lengths: unit, digits, zeros left out.
 
-use super::program::Wrong;
 use super::word::Word;
+use super::wrong::Wrong;
 use crate::decimal::{self, NANOS_PER_INCH, NANOS_PER_MM};
 use crate::Mm;
 use std::str::FromStr;

@@ -1,7 +1,8 @@
 //! Statements of whole words: `METRIC,TZ`, `FMAT,2`, `ICI,OFF`.
 
 use super::format::{Digits, Units, Zeros};
-use super::program::{Reader, Wrong};
+use super::reader::Reader;
+use super::wrong::Wrong;
 
 /// Whether a statement is one of whole words, and not of letters with numbers.
 pub(super) fn is_keyword(statement: &str) -> bool {

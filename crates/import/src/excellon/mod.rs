@@ -21,17 +21,19 @@ mod evidence;
 mod format;
 mod header;
 mod program;
+mod reader;
 mod route;
 mod shape;
 mod tool;
 mod word;
+mod wrong;
 
 pub use format::{Digits, Known, Units, Zeros};
 pub use shape::{Arc, Centre, Cut, Route, Shape};
 pub use tool::Tool;
 
 use crate::Faults;
-use program::Reader;
+use reader::Reader;
 use std::collections::BTreeMap;
 
 /// The contents of a file: tools, and their shapes in the order of the file.

@@ -1,89 +1,14 @@
 //! A file's statements, one a line, from the first to the last.
 
-use super::format::{Format, Known, Notes, Units, Zeros};
-use super::route::Mode;
-use super::shape::{Cut, Shape};
+use super::format::Units;
+use super::reader::{Mode, Reader, Stage, MOST_HITS, TOO_MANY};
+use super::shape::Shape;
 use super::word::{words, Word};
+use super::wrong::Wrong;
 use super::{comment, header, Drawing, Hit};
 use crate::{Fault, Faults, Mm, Point};
 
-/// More than any board has; a repeat may ask for any number.
-const MOST_HITS: usize = 100_000;
-const TOO_MANY: &str = "more than 100000 holes";
-
-/// The mistake in a line, and its column, from 1.
-#[derive(Clone, PartialEq, Eq, Debug)]
-pub(super) struct Wrong {
-    pub(super) column: usize,
-    message: String,
-}
-
-impl Wrong {
-    pub(super) fn at(column: usize, message: impl Into<String>) -> Self {
-        Self {
-            column,
-            message: message.into(),
-        }
-    }
-}
-
-/// How far a file has been read.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(super) enum Stage {
-    /// Nothing but comments so far.
-    Start,
-    /// Behind `M48`.
-    Header,
-    /// Behind the header, or there was none.
-    Body,
-    /// Behind `M30` or `M00`.
-    Ended,
-}
-
-/// The state that the statements before leave: a statement's meaning depends on it.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct State {
-    pub(super) format: Format,
-    pub(super) stage: Stage,
-    pub(super) is_incremental: bool,
-    /// The tool in the spindle.
-    pub(super) tool: Option<u32>,
-    pub(super) mode: Mode,
-    /// Where the tool is.
-    pub(super) at: Point,
-}
-
-/// Reads a file line by line. A line with a fault changes nothing.
-pub(super) struct Reader {
-    pub(super) now: State,
-    /// Cuts of the path that has been begun.
-    pub(super) cuts: Vec<Cut>,
-    pub(super) line: usize,
-    pub(super) drawing: Drawing,
-    pub(super) notes: Notes,
-    faults: Vec<Fault>,
-}
-
 impl Reader {
-    pub(super) fn new(known: &Known, shown: Option<(Zeros, usize)>) -> Self {
-        let now = State {
-            format: Format::new(known, shown),
-            stage: Stage::Start,
-            is_incremental: false,
-            tool: None,
-            mode: Mode::Drill,
-            at: Point::ORIGIN,
-        };
-        Self {
-            now,
-            cuts: Vec::new(),
-            line: 1,
-            drawing: Drawing::default(),
-            notes: Notes::default(),
-            faults: Vec::new(),
-        }
-    }
-
     /// Reads line `number`, from 1.
     pub(super) fn line(&mut self, number: usize, line: &str) {
         self.line = number;
@@ -135,14 +60,6 @@ impl Reader {
         if self.now.stage != Stage::Ended {
             self.now.stage = Stage::Body;
         }
-    }
-
-    /// A statement that only a body has ends the header where `%` is missing.
-    pub(super) fn begin_body(&mut self) {
-        if self.now.stage == Stage::Header {
-            self.notes.add("the header has no end (%)");
-        }
-        self.now.stage = Stage::Body;
     }
 
     fn words(&mut self, words: &[Word]) -> Result<(), Wrong> {
@@ -237,59 +154,6 @@ impl Reader {
         }
         let to = self.target(second, from)?;
         self.hit(first, Shape::Slot { from, to })
-    }
-
-    /// The point that X and Y words name, seen from `from`: a coordinate that is missing stays.
-    pub(super) fn target(&mut self, words: &[Word], from: Point) -> Result<Point, Wrong> {
-        let (mut x, mut y) = (None, None);
-        for word in words {
-            let slot = match word.letter {
-                'X' => &mut x,
-                'Y' => &mut y,
-                _ => return Err(word.wrong("not understood here")),
-            };
-            if slot.is_some() {
-                return Err(word.wrong("stands twice"));
-            }
-            *slot = Some(self.now.format.coordinate(word, &mut self.notes)?);
-        }
-        let way = Point {
-            x: x.unwrap_or_default(),
-            y: y.unwrap_or_default(),
-        };
-        let target = if self.now.is_incremental {
-            from + way
-        } else {
-            Point {
-                x: x.unwrap_or(from.x),
-                y: y.unwrap_or(from.y),
-            }
-        };
-        self.reachable(words, target)
-    }
-
-    fn reachable(&self, words: &[Word], target: Point) -> Result<Point, Wrong> {
-        let limit = Mm::LIMIT;
-        if target.x.abs() <= limit && target.y.abs() <= limit {
-            return Ok(target);
-        }
-        let column = words.first().map_or(1, |word| word.column);
-        Err(Wrong::at(column, "is further than 100 m"))
-    }
-
-    /// Makes a shape with the tool in the spindle.
-    pub(super) fn hit(&mut self, words: &[Word], shape: Shape) -> Result<(), Wrong> {
-        let column = words.first().map_or(1, |word| word.column);
-        let Some(tool) = self.now.tool else {
-            return Err(Wrong::at(column, "no tool was chosen for this hole"));
-        };
-        if self.drawing.hits.len() == MOST_HITS {
-            return Err(Wrong::at(column, TOO_MANY));
-        }
-        self.now.at = shape.to();
-        let line = u32::try_from(self.line).unwrap_or(u32::MAX);
-        self.drawing.hits.push(Hit { tool, line, shape });
-        Ok(())
     }
 
     /// `R5X100`: the last hole, five times more, each so far from the one before.

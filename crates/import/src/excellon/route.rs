@@ -1,34 +1,10 @@
 //! Routing: `G00` moves above the board, `M15` lowers the tool, `G01` `G02` `G03` cut, `M16` lifts it, `G05` drills again.
 
-use super::program::{Reader, Wrong};
+use super::reader::{Mode, Motion, Reader};
 use super::shape::{Arc, Centre, Cut, Route, Shape};
 use super::word::Word;
+use super::wrong::Wrong;
 use crate::{Mm, Point};
-
-/// The meaning of a coordinate.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(super) enum Mode {
-    /// A hole.
-    Drill,
-    /// A move above the board.
-    Up(Motion),
-    /// A cut of the path that was begun at this place.
-    Down(Motion, Point),
-}
-
-/// How the router moves.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(super) enum Motion {
-    /// `G00`.
-    Rapid,
-    /// `G01`.
-    Line,
-    /// `G02`, and `G03` the other way round.
-    Arc {
-        /// Which it is.
-        is_clockwise: bool,
-    },
-}
 
 impl Reader {
     /// `G00` to `G03`, `G05` and `G81`.

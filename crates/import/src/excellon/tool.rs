@@ -1,8 +1,9 @@
 //! Tools: `T1C0.8F200S100` defines one, `T1` takes it.
 
 use super::format::Units;
-use super::program::{Reader, Stage, Wrong};
+use super::reader::{Reader, Stage};
 use super::word::Word;
+use super::wrong::Wrong;
 use crate::decimal::{self, NANOS_PER_MM};
 use crate::Mm;
 

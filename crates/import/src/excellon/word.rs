@@ -1,6 +1,6 @@
 //! Words of a statement: letters with their digits.
 
-use super::program::Wrong;
+use super::wrong::Wrong;
 use nom::character::complete::{one_of, satisfy};
 use nom::combinator::{opt, recognize};
 use nom::{bytes::complete::take_while, IResult, Parser};

@@ -1,0 +1,156 @@
+//! The state of a file that is being read, and the shapes that were read so far.
+
+use super::format::{Format, Known, Notes, Zeros};
+use super::shape::{Cut, Shape};
+use super::word::Word;
+use super::wrong::Wrong;
+use super::{Drawing, Hit};
+use crate::{Fault, Mm, Point};
+
+/// More than any board has; a repeat may ask for any number.
+pub(super) const MOST_HITS: usize = 100_000;
+pub(super) const TOO_MANY: &str = "more than 100000 holes";
+
+/// The meaning of a coordinate.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Mode {
+    /// A hole.
+    Drill,
+    /// A move above the board.
+    Up(Motion),
+    /// A cut of the path that was begun at this place.
+    Down(Motion, Point),
+}
+
+/// How the router moves.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Motion {
+    /// `G00`.
+    Rapid,
+    /// `G01`.
+    Line,
+    /// `G02`, and `G03` the other way round.
+    Arc {
+        /// Which it is.
+        is_clockwise: bool,
+    },
+}
+
+/// How far a file has been read.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Stage {
+    /// Nothing but comments so far.
+    Start,
+    /// Behind `M48`.
+    Header,
+    /// Behind the header, or there was none.
+    Body,
+    /// Behind `M30` or `M00`.
+    Ended,
+}
+
+/// The state that the statements before leave: a statement's meaning depends on it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct State {
+    pub(super) format: Format,
+    pub(super) stage: Stage,
+    pub(super) is_incremental: bool,
+    /// The tool in the spindle.
+    pub(super) tool: Option<u32>,
+    pub(super) mode: Mode,
+    /// Where the tool is.
+    pub(super) at: Point,
+}
+
+/// Reads a file line by line. A line with a fault changes nothing.
+pub(super) struct Reader {
+    pub(super) now: State,
+    /// Cuts of the path that has been begun.
+    pub(super) cuts: Vec<Cut>,
+    pub(super) line: usize,
+    pub(super) drawing: Drawing,
+    pub(super) notes: Notes,
+    pub(super) faults: Vec<Fault>,
+}
+
+impl Reader {
+    pub(super) fn new(known: &Known, shown: Option<(Zeros, usize)>) -> Self {
+        let now = State {
+            format: Format::new(known, shown),
+            stage: Stage::Start,
+            is_incremental: false,
+            tool: None,
+            mode: Mode::Drill,
+            at: Point::ORIGIN,
+        };
+        Self {
+            now,
+            cuts: Vec::new(),
+            line: 1,
+            drawing: Drawing::default(),
+            notes: Notes::default(),
+            faults: Vec::new(),
+        }
+    }
+
+    /// A statement that only a body has ends the header where `%` is missing.
+    pub(super) fn begin_body(&mut self) {
+        if self.now.stage == Stage::Header {
+            self.notes.add("the header has no end (%)");
+        }
+        self.now.stage = Stage::Body;
+    }
+
+    /// The point that X and Y words name, seen from `from`: a coordinate that is missing stays.
+    pub(super) fn target(&mut self, words: &[Word], from: Point) -> Result<Point, Wrong> {
+        let (mut x, mut y) = (None, None);
+        for word in words {
+            let slot = match word.letter {
+                'X' => &mut x,
+                'Y' => &mut y,
+                _ => return Err(word.wrong("not understood here")),
+            };
+            if slot.is_some() {
+                return Err(word.wrong("stands twice"));
+            }
+            *slot = Some(self.now.format.coordinate(word, &mut self.notes)?);
+        }
+        let way = Point {
+            x: x.unwrap_or_default(),
+            y: y.unwrap_or_default(),
+        };
+        let target = if self.now.is_incremental {
+            from + way
+        } else {
+            Point {
+                x: x.unwrap_or(from.x),
+                y: y.unwrap_or(from.y),
+            }
+        };
+        self.reachable(words, target)
+    }
+
+    fn reachable(&self, words: &[Word], target: Point) -> Result<Point, Wrong> {
+        let limit = Mm::LIMIT;
+        if target.x.abs() <= limit && target.y.abs() <= limit {
+            return Ok(target);
+        }
+        let column = words.first().map_or(1, |word| word.column);
+        Err(Wrong::at(column, "is further than 100 m"))
+    }
+
+    /// Makes a shape with the tool in the spindle.
+    pub(super) fn hit(&mut self, words: &[Word], shape: Shape) -> Result<(), Wrong> {
+        let column = words.first().map_or(1, |word| word.column);
+        let Some(tool) = self.now.tool else {
+            return Err(Wrong::at(column, "no tool was chosen for this hole"));
+        };
+        if self.drawing.hits.len() == MOST_HITS {
+            return Err(Wrong::at(column, TOO_MANY));
+        }
+        self.now.at = shape.to();
+        let line = u32::try_from(self.line).unwrap_or(u32::MAX);
+        self.drawing.hits.push(Hit { tool, line, shape });
+        Ok(())
+    }
+}
