@@ -24,8 +24,10 @@ mod restart;
 #[cfg(target_os = "none")]
 mod safe_state;
 #[cfg(target_os = "none")]
-mod serial;
+mod sector;
 #[cfg(target_os = "none")]
+mod serial;
+
 mod settings_flash;
 #[cfg(target_os = "none")]
 mod step_interrupt;

@@ -7,7 +7,7 @@ use leadscrew_machine::config::MachineConfig;
 mod selected {
     use super::{MotorPins, PowerPin, Profile, SerialPins, Timer, Usart};
     use crate::gpio::{Bank, Pin};
-    use crate::settings_flash::Sector;
+    use crate::sector::Sector;
     use leadscrew_machine::{config::MachineConfig, settings::values::Entry};
 
     include!(concat!(env!("OUT_DIR"), "/board.rs"));

@@ -4,34 +4,14 @@
 //! table 40), under 2 ms for the longest record. Bytes that come meanwhile wait where DMA puts them ([`crate::serial`]). Erasing
 //! a sector takes half a second: done at start-up where it is needed, on a new chip, too; later only where both sectors were
 //! filled since.
-use crate::{profile::SETTINGS_SECTORS, pwm, step_interrupt::SHARED, switches, watchdog};
+use crate::{
+    profile::SETTINGS_SECTORS, pwm, sector::Sector, step_interrupt::SHARED, switches, watchdog,
+};
 use leadscrew_machine::settings::flash::{Area, SettingsStore};
 use stm32f4::stm32f407::FLASH;
 
 /// Bytes of a sector that are used: all of a small one.
 const AREA: usize = 16 * 1024;
-
-/// A sector of the flash.
-#[derive(Clone, Copy)]
-pub(crate) struct Sector(u8);
-
-impl Sector {
-    /// Sector `number` of the F407: 0 to 11 (RM0090 table 5).
-    pub(crate) const fn new(number: u8) -> Self {
-        assert!(number < 12);
-        Self(number)
-    }
-
-    /// Its first byte: four sectors of 16 KiB, one of 64 KiB, seven of 128 KiB.
-    const fn address(self) -> usize {
-        let offset = match self.0 {
-            small @ 0..=3 => small as usize * 0x4000,
-            4 => 0x1_0000,
-            large => (large as usize - 4) * 0x2_0000,
-        };
-        0x0800_0000 + offset
-    }
-}
 
 /// Why the flash refused.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, defmt::Format)]

@@ -6,10 +6,9 @@
 //! ------------+------ target ------+----------> °C
 //! ```
 
-use crate::codes;
+use crate::fault::Fault;
 use crate::sensor::Sensor;
 use leadscrew_machine::board::{Duration, Instant};
-use leadscrew_machine::extension::OwnCode;
 
 /// Temperatures that a heater is kept within, °C, and how fast it has to answer.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -64,45 +63,6 @@ pub struct HeaterConfig {
     pub hysteresis: f32,
     /// The limits that it is kept within.
     pub limits: Limits,
-}
-
-/// A fault of a heater.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Fault {
-    /// The sensor's wire is broken.
-    SensorOpen,
-    /// The sensor is shorted.
-    SensorShorted,
-    /// It is heated, and its temperature does not change.
-    SensorFrozen,
-    /// It leaves the band about its target.
-    RunsAway,
-    /// It is switched off and goes on heating.
-    DoesNotCool,
-    /// Somebody else reports a fault.
-    External,
-}
-
-impl Fault {
-    /// All of them.
-    pub const ALL: &'static [Self] = &[
-        Self::SensorOpen,
-        Self::SensorShorted,
-        Self::SensorFrozen,
-        Self::RunsAway,
-        Self::DoesNotCool,
-        Self::External,
-    ];
-
-    /// Its alarm.
-    pub fn alarm(self) -> &'static OwnCode {
-        codes::alarm(self)
-    }
-
-    /// In a few words.
-    pub fn text(self) -> &'static str {
-        self.alarm().text
-    }
 }
 
 /// A temperature, and since when nothing has changed by more than [`Limits::answer`].

@@ -2,16 +2,17 @@
 #![forbid(unsafe_code)]
 #![doc = include_str!("../README.md")]
 
-mod codes;
+mod fault;
 mod heater;
+mod refusal;
 mod sensor;
 
-pub use heater::{Fault, Heater, HeaterConfig, Limits};
+pub use fault::Fault;
+pub use heater::{Heater, HeaterConfig, Limits};
 pub use sensor::Sensor;
 
-pub use codes::errors;
+pub use refusal::errors;
 
-use codes::Refusal;
 use core::fmt;
 use heapless::Vec;
 use leadscrew_gcode::{Letter, Number};
@@ -20,6 +21,7 @@ use leadscrew_machine::extension::{Asked, Call, Cx, Event, Extension, Gate, MCod
 use leadscrew_machine::protocol::alarm::Alarm;
 use leadscrew_machine::protocol::status::Status;
 use leadscrew_machine::state::State;
+use refusal::Refusal;
 
 /// How often temperatures are read and heaters switched.
 pub const PERIOD: Duration = Duration::from_ticks(100_000);

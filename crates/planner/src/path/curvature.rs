@@ -19,6 +19,7 @@
 //!
 //! A curve that goes on as it did at the turn before is measured once, over the length that was found there.
 
+use super::probe::Probe;
 use super::window::{Window, MM};
 use crate::config::Limits;
 use crate::real::{least, most, sqrt};
@@ -53,31 +54,6 @@ const OFF: f32 = 4.0;
 
 /// A curvature by the accelerations of the axes, s²/mm², and the length to both sides over which it holds, mm.
 pub(super) type Curved<const AXES: usize> = ([f32; AXES], f32);
-
-/// How the curvature was measured at the turn before.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Probe<const AXES: usize> {
-    /// The length that rounding asks for, mm.
-    pub(super) wanted: f32,
-    /// How many pieces that is, ahead and behind.
-    pieces: [u32; 2],
-    /// The result.
-    pub(super) before: [f32; AXES],
-    /// Whether that is any.
-    pub(super) is_curved: bool,
-    /// Whether it is known that rounding explains what the two pieces turn besides.
-    pub(super) goes_on: bool,
-}
-
-impl<const AXES: usize> Probe<AXES> {
-    pub(super) const NEW: Self = Self {
-        wanted: 0.0,
-        pieces: [0; 2],
-        before: [0.0; AXES],
-        is_curved: false,
-        goes_on: false,
-    };
-}
 
 /// The place of a turn, as far as its curvature depends on it. Lengths in mm.
 struct Meeting {

@@ -4,6 +4,7 @@ pub(crate) mod arc;
 mod curvature;
 pub(crate) mod curve;
 pub(crate) mod junction;
+mod probe;
 pub(crate) mod row;
 pub(crate) mod short;
 pub(crate) mod trigonometry;

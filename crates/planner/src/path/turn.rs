@@ -5,8 +5,8 @@
 //!
 //! A sharper turn is a corner. Between short pieces its curvature counts as well, over two pieces to both sides: turns to and fro cancel.
 
-use super::curvature::Probe;
-use super::window::Window;
+use super::probe::Probe;
+use super::window::{Window, PIECES};
 use crate::config::Limits;
 use crate::path::junction::junction_v2;
 use crate::real::{least, most};
@@ -41,8 +41,52 @@ impl<const AXES: usize> Turn<AXES> {
 }
 
 impl<const AXES: usize> Window<AXES> {
+    /// Takes out the first piece that waits, with the turn at its start: once that is known, or `now`, as well as it is known.
+    pub(crate) fn settle(&mut self, limits: &Limits<AXES>, now: bool) -> Option<Turn<AXES>> {
+        if self.waiting == 0 {
+            return None;
+        }
+        let number = self.count.wrapping_sub(self.waiting);
+        let now = now || self.waiting >= PIECES / 2;
+        if !now && self.is_early(number) {
+            return None;
+        }
+        let turn = if self.waiting >= self.known {
+            Turn::REST
+        } else {
+            let mut probe = self.probe;
+            let turn = self.turn(number, limits, now, &mut probe);
+            self.probe = probe;
+            turn?
+        };
+        self.waiting -= 1;
+        self.probe.before = turn.bend;
+        self.probe.is_curved = turn.reach > 0.0;
+        Some(turn)
+    }
+
+    /// Whether it is too early to ask for the turn at the start of a piece: there is less path behind it than the last one needed, or it is
+    /// a short one that may become longer yet.
+    fn is_early(&self, number: u32) -> bool {
+        let may_grow = self.is_last(number) && self.short.has(number);
+        let is_known = self.goes_straight_on(number) || self.is_sharp(number);
+        let ahead = self.way(number, self.count);
+        may_grow || !is_known && self.is_open(number) && ahead < self.probe.wanted
+    }
+
+    /// The turn at the start of the piece that waits as the `waiting`-th behind the first one, as well as it is known.
+    pub(crate) fn guess(&self, waiting: u32, limits: &Limits<AXES>) -> Option<Turn<AXES>> {
+        let behind = self.waiting.checked_sub(waiting)?;
+        if behind >= self.known {
+            return None;
+        }
+        let number = self.count.wrapping_sub(behind);
+        let mut probe = Probe::NEW;
+        self.turn(number, limits, true, &mut probe)
+    }
+
     /// The turn at the start of a piece; `None` where the path has to go on for that, and not `now`.
-    pub(super) fn turn(
+    fn turn(
         &self,
         number: u32,
         limits: &Limits<AXES>,

@@ -6,14 +6,12 @@
 //!                          the first one that waits: the turn at its start is asked for (see `turn`)
 //! ```
 
-use super::curvature::Probe;
-use super::turn::Turn;
-use crate::config::Limits;
+use super::probe::Probe;
 use crate::real::{least, norm2, sqrt};
 use crate::{Coordinate, NANOS_PER_MM};
 
 /// Pieces that are remembered: half of them behind the turn that is asked for, half ahead of it. One bit each of a `u32`.
-const PIECES: u32 = u32::BITS;
+pub(super) const PIECES: u32 = u32::BITS;
 
 /// A length unit here is 2¹⁰ of a coordinate's, about a nanometre: differences of 32 bits reach two metres and cost no division.
 const SHIFT: u32 = 10;
@@ -58,7 +56,7 @@ pub(super) struct Placed<const AXES: usize> {
 
 /// Facts of a piece, one bit of each piece: piece `n` has bit `n` modulo [`PIECES`].
 #[derive(Clone, Copy, Debug)]
-struct Bits(u32);
+pub(super) struct Bits(u32);
 
 impl Bits {
     fn set(&mut self, number: u32, value: bool) {
@@ -66,7 +64,7 @@ impl Bits {
         self.0 = (self.0 & !bit) | (bit * u32::from(value));
     }
 
-    const fn has(self, number: u32) -> bool {
+    pub(super) const fn has(self, number: u32) -> bool {
         self.0 & (1 << (number % PIECES)) != 0
     }
 }
@@ -84,15 +82,15 @@ pub(crate) struct Window<const AXES: usize> {
     /// Which are chords of an arc.
     chords: Bits,
     /// Which have so few steps that these give no direction.
-    short: Bits,
+    pub(super) short: Bits,
     /// Pieces so far, modulo 2³².
-    count: u32,
+    pub(super) count: u32,
     /// How many of the last ones are one path.
-    known: u32,
+    pub(super) known: u32,
     /// How many of the last ones wait until the turn at their start is known.
-    waiting: u32,
+    pub(super) waiting: u32,
     /// How the last turn was measured.
-    probe: Probe<AXES>,
+    pub(super) probe: Probe<AXES>,
 }
 
 impl<const AXES: usize> Window<AXES> {
@@ -213,50 +211,6 @@ impl<const AXES: usize> Window<AXES> {
 
     fn place(&mut self, number: u32) -> &mut Placed<AXES> {
         &mut self.placed[(number % PIECES) as usize]
-    }
-
-    /// Takes out the first piece that waits, with the turn at its start: once that is known, or `now`, as well as it is known.
-    pub(crate) fn settle(&mut self, limits: &Limits<AXES>, now: bool) -> Option<Turn<AXES>> {
-        if self.waiting == 0 {
-            return None;
-        }
-        let number = self.count.wrapping_sub(self.waiting);
-        let now = now || self.waiting >= PIECES / 2;
-        if !now && self.is_early(number) {
-            return None;
-        }
-        let turn = if self.waiting >= self.known {
-            Turn::REST
-        } else {
-            let mut probe = self.probe;
-            let turn = self.turn(number, limits, now, &mut probe);
-            self.probe = probe;
-            turn?
-        };
-        self.waiting -= 1;
-        self.probe.before = turn.bend;
-        self.probe.is_curved = turn.reach > 0.0;
-        Some(turn)
-    }
-
-    /// Whether it is too early to ask for the turn at the start of a piece: there is less path behind it than the last one needed, or it is
-    /// a short one that may become longer yet.
-    fn is_early(&self, number: u32) -> bool {
-        let may_grow = self.is_last(number) && self.short.has(number);
-        let is_known = self.goes_straight_on(number) || self.is_sharp(number);
-        let ahead = self.way(number, self.count);
-        may_grow || !is_known && self.is_open(number) && ahead < self.probe.wanted
-    }
-
-    /// The turn at the start of the piece that waits as the `waiting`-th behind the first one, as well as it is known.
-    pub(crate) fn guess(&self, waiting: u32, limits: &Limits<AXES>) -> Option<Turn<AXES>> {
-        let behind = self.waiting.checked_sub(waiting)?;
-        if behind >= self.known {
-            return None;
-        }
-        let number = self.count.wrapping_sub(behind);
-        let mut probe = Probe::NEW;
-        self.turn(number, limits, true, &mut probe)
     }
 
     /// Whether the path was straight at the turn before, and does not turn here either.

@@ -1,0 +1,26 @@
+//! How the curvature of a path was measured at a turn, for the turn after it.
+
+/// How the curvature was measured at the turn before.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Probe<const AXES: usize> {
+    /// The length that rounding asks for, mm.
+    pub(super) wanted: f32,
+    /// How many pieces that is, ahead and behind.
+    pub(super) pieces: [u32; 2],
+    /// The result.
+    pub(super) before: [f32; AXES],
+    /// Whether that is any.
+    pub(super) is_curved: bool,
+    /// Whether it is known that rounding explains what the two pieces turn besides.
+    pub(super) goes_on: bool,
+}
+
+impl<const AXES: usize> Probe<AXES> {
+    pub(super) const NEW: Self = Self {
+        wanted: 0.0,
+        pieces: [0; 2],
+        before: [0.0; AXES],
+        is_curved: false,
+        goes_on: false,
+    };
+}
