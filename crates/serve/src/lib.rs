@@ -16,6 +16,7 @@ mod desk;
 mod frame_reader;
 mod glitches;
 mod line;
+mod lines;
 mod listener;
 mod note;
 mod pace;
@@ -33,13 +34,14 @@ mod server;
 mod spool;
 mod state_file;
 mod tcp;
+mod uplink;
 mod web;
 mod websocket;
 mod wire_log;
 mod wires;
 
 #[cfg(test)]
-mod line_tests;
+mod lines_tests;
 
 pub use line::{LineError, LineSpec, Refusal, What};
 pub use note::Note;
@@ -57,7 +59,7 @@ use leadscrew_machine::config::CHANNELS;
 use leadscrew_sim::link::Rate;
 use leadscrew_sim::powered::Supply;
 use leadscrew_sim::profile::Profile;
-use line::Lines;
+use lines::Lines;
 use remembered::Remembered;
 use serde_json::{json, Value};
 use server::{End, Server};

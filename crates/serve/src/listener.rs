@@ -1,7 +1,8 @@
 //! Waits for clients on a TCP port: each is met by a thread of its own, and one at a time has the line.
 
-use super::line::{LineError, Uplink, What, RETRY};
+use super::line::{LineError, What, RETRY};
 use super::seat::{Guest, Seat, Ticket};
+use super::uplink::Uplink;
 use super::web::Allowed;
 use socket2::{SockRef, TcpKeepalive};
 use std::io;

@@ -1,6 +1,7 @@
 //! The pty line where there is none.
 
-use super::line::{LineError, Uplink, What};
+use super::line::{LineError, What};
+use super::uplink::Uplink;
 use std::io;
 use std::path::Path;
 

@@ -3,9 +3,10 @@
 //! A web page can make its browser send a request to any port of this computer. So the first bytes are held while they may
 //! be the beginning of one.
 
-use super::line::{Outlet, Refusal, Uplink, What, CHUNK};
+use super::line::{Outlet, Refusal, What, CHUNK};
 use super::listener::{Client, Protocol};
 use super::seat::{Guest, Seated};
+use super::uplink::Uplink;
 use super::web::{beginning, Allowed, Beginning};
 use std::io::{self, Read, Write};
 use std::net::{Shutdown, TcpStream};

@@ -7,10 +7,11 @@
 
 use super::browser::{self, Nonsense, PageEvent, PageWhat, SaidReader};
 use super::frame_reader::{Control, FrameReader};
-use super::line::{Outlet, Refusal, Uplink, What};
+use super::line::{Outlet, Refusal, What};
 use super::listener::{Client, Protocol};
 use super::seat::{Guest, Seated, Ticket};
 use super::tcp;
+use super::uplink::Uplink;
 use super::web::Allowed;
 use std::io::{self, Read, Write};
 use std::net::{Shutdown, TcpStream};

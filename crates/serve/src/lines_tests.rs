@@ -1,6 +1,7 @@
 //! The lines against real sockets and pseudo-terminals.
 
-use super::line::{LineError, LineSpec, Lines, Outlet, What};
+use super::line::{LineError, LineSpec, Outlet, What};
+use super::lines::Lines;
 use super::web::Allowed;
 use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};

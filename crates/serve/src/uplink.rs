@@ -1,0 +1,76 @@
+//! The server, as the threads of one line see it.
+
+use super::browser::PageEvent;
+use super::line::{Event, What};
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
+use std::sync::mpsc::SyncSender;
+use std::sync::Arc;
+use std::time::Duration;
+
+/// Bytes from one client that may wait for the machine before reading waits too.
+const BACKLOG: usize = 64 * 1024;
+
+/// The server, as the threads of a line see it.
+#[derive(Clone)]
+pub(super) struct Uplink {
+    pub(super) line: usize,
+    pub(super) events: SyncSender<Event>,
+    pub(super) pages: SyncSender<PageEvent>,
+    /// Pages that have come.
+    pub(super) page_count: Arc<AtomicU64>,
+    pub(super) stop: Arc<AtomicBool>,
+    pub(super) backlog: Arc<AtomicUsize>,
+    pub(super) busy: Arc<AtomicBool>,
+}
+
+impl Uplink {
+    /// Whether the machine has a job that is not finished, as the server says at each of its turns.
+    pub(super) fn busy(&self) -> Arc<AtomicBool> {
+        self.busy.clone()
+    }
+
+    /// Passes a client's bytes on. Waits while the machine has not taken the bytes before: the
+    /// operating system then holds back a client that floods, and the other lines go on.
+    pub(super) fn pass(&self, bytes: &[u8]) {
+        while self.backlog.load(Ordering::Relaxed) > BACKLOG && !self.stopped() {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        self.backlog.fetch_add(bytes.len(), Ordering::Relaxed);
+        self.tell(What::Bytes(bytes.to_vec()));
+    }
+
+    /// Tells the server; waits while it is busy. Nobody is left to hear it once the server has gone.
+    pub(super) fn tell(&self, what: What) {
+        let line = self.line;
+        if self.events.send(Event { line, what }).is_err() {
+            self.stop.store(true, Ordering::Relaxed);
+        }
+    }
+
+    /// Tells the server of a page's action; waits while it is busy.
+    pub(super) fn tell_of_page(&self, event: PageEvent) {
+        if self.pages.send(event).is_err() {
+            self.stop.store(true, Ordering::Relaxed);
+        }
+    }
+
+    /// A number for a page that has come.
+    pub(super) fn number_page(&self) -> u64 {
+        self.page_count.fetch_add(1, Ordering::Relaxed)
+    }
+
+    /// Whether the threads are to end.
+    pub(super) fn stopped(&self) -> bool {
+        self.stop.load(Ordering::Relaxed)
+    }
+
+    /// Waits for `time`, or until the threads are to end.
+    pub(super) fn pause(&self, time: Duration) {
+        const STEP: Duration = Duration::from_millis(20);
+        let mut left = time;
+        while !left.is_zero() && !self.stopped() {
+            std::thread::sleep(left.min(STEP));
+            left = left.saturating_sub(STEP);
+        }
+    }
+}
