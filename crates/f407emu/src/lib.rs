@@ -57,6 +57,7 @@ mod registers;
 mod reset;
 #[cfg(test)]
 mod st_data;
+mod test_bench;
 mod timing;
 mod trap;
 mod turns;

@@ -8,17 +8,16 @@ use crate::{
     devices::Devices,
     elf::{self, LoadError},
     instruction::Width,
-    memory::{Memory, Region, FLASH},
+    memory::{Memory, Region, Unfinished, FLASH},
     peripheral::{
         nvic::{Exception, Nvic},
         rcc::{Clocks, ResetCause},
         scb::Scb,
     },
     record::{Cause, Duty, Edge, FlashOperation, Match, Pin, Profile, Profiler, Service, Tamper},
-    reset::Unfinished,
     timing::Timing,
     trap::{Stop, Trap},
-    turns::Turns,
+    turns::{Spent, Turns},
     warning::{Warning, Warnings},
     world::World,
 };
@@ -487,5 +486,27 @@ impl Machine {
     /// The content of SRAM1 and SRAM2; its first byte is at 0x20000000.
     pub fn sram(&self) -> &[u8] {
         &self.memory.sram[..]
+    }
+
+    /// Turns of the main loop since power-on.
+    pub fn turns(&self) -> Turns {
+        self.turns
+    }
+
+    /// The watchdog is fed.
+    pub(crate) fn begin_turn(&mut self) {
+        self.turns.begin(self.spent_outside_exceptions());
+    }
+
+    /// The core has fallen asleep.
+    pub(crate) fn end_turn(&mut self) {
+        self.turns.end(self.spent_outside_exceptions());
+    }
+
+    fn spent_outside_exceptions(&self) -> Spent {
+        Spent {
+            cycles: self.cycle - self.profiler.cycles,
+            instructions: self.instructions - self.profiler.instructions,
+        }
     }
 }

@@ -237,6 +237,13 @@ fn little_endian(bytes: &[u8]) -> u32 {
         .fold(0, |value, &byte| value << 8 | u32::from(byte))
 }
 
+/// An operation of the flash that may still be under way, and the contents before it.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Unfinished {
+    pub(crate) range: Range<usize>,
+    pub(crate) before: Vec<u8>,
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

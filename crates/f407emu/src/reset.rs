@@ -3,18 +3,11 @@ use crate::{
     art::Art,
     cpu::Cpu,
     machine::Machine,
-    memory::{Low, FLASH},
+    memory::{Low, Unfinished, FLASH},
     peripheral::{nvic::Nvic, rcc::ResetCause, scb::Scb},
     record::Cause,
 };
 use core::ops::Range;
-
-/// An operation of the flash that may still be under way, and the contents before it.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Unfinished {
-    range: Range<usize>,
-    before: Vec<u8>,
-}
 
 impl Machine {
     /// Remembers the contents that an operation of the flash is about to change.

@@ -1,5 +1,4 @@
 //! Turns of a program's main loop: each begins as it feeds the watchdog, and ends as the core falls asleep, or with the next.
-use crate::machine::Machine;
 
 /// The number of turns that are over, and their instructions and cycles.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -16,46 +15,22 @@ pub struct Turns {
 
 /// The counts outside exceptions since power-on.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-struct Spent {
-    cycles: u64,
-    instructions: u64,
+pub(crate) struct Spent {
+    pub(crate) cycles: u64,
+    pub(crate) instructions: u64,
 }
 
 impl Turns {
-    fn begin(&mut self, spent: Spent) {
+    pub(crate) fn begin(&mut self, spent: Spent) {
         self.end(spent);
         self.began = Some(spent);
     }
 
-    fn end(&mut self, spent: Spent) {
+    pub(crate) fn end(&mut self, spent: Spent) {
         if let Some(before) = self.began.take() {
             self.count += 1;
             self.cycles += spent.cycles - before.cycles;
             self.instructions += spent.instructions - before.instructions;
-        }
-    }
-}
-
-impl Machine {
-    /// Turns of the main loop since power-on.
-    pub fn turns(&self) -> Turns {
-        self.turns
-    }
-
-    /// The watchdog is fed.
-    pub(crate) fn begin_turn(&mut self) {
-        self.turns.begin(self.spent_outside_exceptions());
-    }
-
-    /// The core has fallen asleep.
-    pub(crate) fn end_turn(&mut self) {
-        self.turns.end(self.spent_outside_exceptions());
-    }
-
-    fn spent_outside_exceptions(&self) -> Spent {
-        Spent {
-            cycles: self.cycle - self.profiler.cycles,
-            instructions: self.instructions - self.profiler.instructions,
         }
     }
 }

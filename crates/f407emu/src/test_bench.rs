@@ -1,0 +1,125 @@
+//! The test bench: lines, pins, supply and crystal, as those outside the chip see and move them.
+use crate::{
+    devices::SerialPort, machine::Machine, peripheral::rcc::ResetCause, record::Pin,
+    world::Happening,
+};
+
+impl Machine {
+    /// Sends bytes to a serial port, at the rate that the firmware has set, after those that are still being sent.
+    pub fn uart_send(&mut self, port: SerialPort, bytes: &[u8]) {
+        let cycle = self.cycle;
+        self.devices.usarts[port as usize].send(bytes, cycle);
+        self.reschedule();
+    }
+
+    /// The rate of a serial port in baud, as the firmware has set it; the other end keeps to it whatever it is.
+    pub fn uart_baud(&self, port: SerialPort) -> u64 {
+        let bit = self.devices.usarts[port as usize].bit_cycles();
+        u64::from(self.clocks.hclk) / bit.max(1)
+    }
+
+    /// How many bytes the sender at the other end of a serial port still keeps.
+    pub fn uart_unsent(&self, port: SerialPort) -> usize {
+        self.devices.usarts[port as usize].unsent()
+    }
+
+    /// The bytes that the firmware has sent on a serial port; the caller may take them out.
+    pub fn uart_out(&mut self, port: SerialPort) -> &mut Vec<u8> {
+        &mut self.devices.usarts[port as usize].output
+    }
+
+    /// Bytes that a serial port has lost because the one before had not been read.
+    pub fn uart_overruns(&self, port: SerialPort) -> u64 {
+        self.devices.usarts[port as usize].overruns
+    }
+
+    /// Plugs the cable of USB in or out. A host at its other end sets the device up as an operating system does; what its program
+    /// had to send before is forgotten.
+    pub fn usb_plug(&mut self, plugged: bool) {
+        let cycle = self.cycle;
+        self.devices.usb.host.plug(plugged, cycle);
+        self.reschedule();
+    }
+
+    /// Whether the device is set up: bytes go both ways.
+    pub fn usb_is_up(&self) -> bool {
+        self.devices.usb.host.is_talking()
+    }
+
+    /// The device's answer to each request of the host, in order, since the cable was plugged in.
+    pub fn usb_answers(&self) -> &[Vec<u8>] {
+        &self.devices.usb.host.answers
+    }
+
+    /// Sends bytes over USB, as fast as the device takes them.
+    pub fn usb_send(&mut self, bytes: &[u8]) {
+        self.devices.usb.host.to_send.extend(bytes);
+    }
+
+    /// Whether the host's program reads the received bytes; from the start it does.
+    pub fn usb_read(&mut self, reads: bool) {
+        self.devices.usb.host.reads = reads;
+    }
+
+    /// How many bytes the host still keeps.
+    pub fn usb_unsent(&self) -> usize {
+        self.devices.usb.host.to_send.len()
+    }
+
+    /// The bytes that the firmware has sent over USB; the caller may take them out.
+    pub fn usb_out(&mut self) -> &mut Vec<u8> {
+        &mut self.devices.usb.host.received
+    }
+
+    /// Sets an input pin at a cycle. From then on the world drives it.
+    pub fn pin_at(&mut self, cycle: u64, pin: Pin, level: bool) {
+        self.at(cycle, Happening::Pin { pin, level });
+    }
+
+    /// The crystal stops at a cycle: the clock security system, where it is on, asks for the NMI.
+    pub fn crystal_stops_at(&mut self, cycle: u64) {
+        self.at(cycle, Happening::CrystalStops);
+    }
+
+    /// The supply falls below the threshold of the voltage detector at a cycle, or comes back.
+    pub fn supply_at(&mut self, cycle: u64, low: bool) {
+        self.at(cycle, Happening::Supply { low });
+    }
+
+    /// A reset at a cycle. [`ResetCause::PowerOn`] is a power cycle: RAM is lost, and an operation of the flash that
+    /// is under way leaves something between the old and the new.
+    pub fn reset_at(&mut self, cycle: u64, cause: ResetCause) {
+        self.at(cycle, Happening::Reset(cause));
+    }
+
+    fn at(&mut self, cycle: u64, happening: Happening) {
+        self.world.add(cycle, happening);
+        self.reschedule();
+    }
+
+    /// Sets the frequency of the watchdog's oscillator in Hz, [`crate::LSI_SLOWEST_HZ`] to [`crate::LSI_FASTEST_HZ`].
+    /// It counts from the next feeding on, so call it before the firmware starts the watchdog.
+    pub fn set_lsi(&mut self, hz: u32) {
+        self.devices.iwdg.set_lsi(hz);
+    }
+
+    /// The level of a pin.
+    pub fn level(&self, pin: Pin) -> bool {
+        self.devices.ports[usize::from(pin.port)].levels >> pin.number & 1 != 0
+    }
+
+    /// Records the edges of a pin, or does not; at first all are recorded.
+    pub fn watch(&mut self, pin: Pin, watched: bool) {
+        let pins = &mut self.watched[usize::from(pin.port)];
+        let mask = 1 << pin.number;
+        *pins = if watched { *pins | mask } else { *pins & !mask };
+    }
+
+    /// Records the matches of a timer's channel from now on: timer 1 to 14, channel 1 to 4.
+    ///
+    /// # Panics
+    /// When there is no such timer.
+    pub fn watch_channel(&mut self, timer: u8, channel: u8) {
+        self.watched_channels[usize::from(timer) - 1] |= 1 << (channel - 1);
+    }
+}
