@@ -6,7 +6,7 @@ use super::complaint::{Complaint, Fault};
 use super::remark::Remark;
 use super::setting_args::{instead, Machine, TIMING};
 use crate::picture::{StrokeKind, Toolpath};
-use leadscrew_machine::config::MachineConfig;
+use leadscrew_machine::config::{AxisKind, MachineConfig};
 use leadscrew_machine::extension::{Call, Extension};
 use leadscrew_machine::interpreter::{
     ArcShape, Command, Commands, Context, Fault as LineFault, Feed, Interpreter, OffsetId,
@@ -66,6 +66,8 @@ pub(super) fn follow(file: &str, machine: &Machine) -> Box<dyn Follow> {
 /// Follows a program line by line without a machine.
 struct Checker<const AXES: usize> {
     file: String,
+    /// Letters of the axes, in order.
+    letters: Vec<char>,
     config: MachineConfig<AXES>,
     settings: Settings<AXES>,
     interpreter: Interpreter<AXES>,
@@ -128,6 +130,7 @@ impl<const AXES: usize> Checker<AXES> {
     fn new(file: &str, machine: &Machine) -> Self {
         Self {
             file: file.to_owned(),
+            letters: machine.file.letters(),
             config: machine.config(),
             settings: Settings::new(machine.first()),
             interpreter: Interpreter::new(),
@@ -324,10 +327,39 @@ impl<const AXES: usize> Checker<AXES> {
             return Ok(());
         }
         let travel = self.travel();
-        if soft_limits::allow(target, &travel) {
+        if soft_limits::allow(target, &travel, &self.config.axes) {
             return Ok(());
         }
-        Err((LineFaultKind::OutOfTravel, Some(beyond(target, &travel))))
+        Err((
+            LineFaultKind::OutOfTravel,
+            Some(self.beyond(target, &travel)),
+        ))
+    }
+
+    /// Says which axis would leave its travel, and by how much.
+    fn beyond(&self, target: &[Coordinate; AXES], travel: &[Coordinate; AXES]) -> String {
+        let kinds = self.config.axes.iter();
+        let axes = self
+            .letters
+            .iter()
+            .zip(kinds)
+            .zip(target.iter().zip(travel));
+        let is_beyond = |at: Coordinate, travel: Coordinate| {
+            at > Coordinate::ZERO || at < Coordinate::ZERO - travel
+        };
+        let parts: Vec<String> = axes
+            .filter(|((_, kind), (at, travel))| {
+                **kind != AxisKind::Extruder && is_beyond(**at, **travel)
+            })
+            .map(|((name, _), (at, travel))| {
+                format!(
+                    "{name} would be at {:.3} mm, its travel is {:.3} to 0",
+                    at.to_mm(),
+                    -travel.to_mm()
+                )
+            })
+            .collect();
+        parts.join("; ")
     }
 
     fn travel(&self) -> [Coordinate; AXES] {
@@ -394,20 +426,4 @@ fn context<'a, const AXES: usize>(
         own: OwnCodes::NONE,
         tools: ToolTable::NONE,
     }
-}
-
-/// Says which axis would leave its travel, and by how much.
-fn beyond<const AXES: usize>(target: &[Coordinate; AXES], travel: &[Coordinate; AXES]) -> String {
-    let axes = super::report::LETTERS.iter().zip(target.iter().zip(travel));
-    let parts: Vec<String> = axes
-        .filter(|(_, (at, travel))| **at > Coordinate::ZERO || **at < Coordinate::ZERO - **travel)
-        .map(|(name, (at, travel))| {
-            format!(
-                "{name} would be at {:.3} mm, its travel is {:.3} to 0",
-                at.to_mm(),
-                -travel.to_mm()
-            )
-        })
-        .collect();
-    parts.join("; ")
 }

@@ -50,9 +50,9 @@ pub(super) fn profile(args: &ProfileArgs) -> Result<bool, Unusable> {
     };
     let recorder = Recorder::new(machine(&chosen));
     let done = course.run(&text, &chosen, 100, recorder)?;
-    let mut report = ProfileReport::new(&text.name, done);
+    let mut report = ProfileReport::new(&text.name, chosen.file.letters(), done);
     if let Some(csv) = csv {
-        let written = write_csv(csv.pen(), report.begin, &report.stretches);
+        let written = write_csv(csv.pen(), report.begin, &report.stretches, &report.letters);
         csv.complete(written).map_err(unusable)?;
     }
     if let Some(svg) = svg {
@@ -189,6 +189,8 @@ impl Course {
 /// The result of a profile.
 pub(super) struct ProfileReport {
     file: String,
+    /// Letters of the axes, in order.
+    letters: Vec<char>,
     lines: u64,
     errors: Vec<Complaint>,
     error_count: u64,
@@ -201,8 +203,8 @@ pub(super) struct ProfileReport {
 }
 
 impl ProfileReport {
-    /// The result of a job called `file`.
-    pub(super) fn new(file: &str, done: Streamed<Recorder>) -> Self {
+    /// The result of a job called `file`, on a machine whose axes have these letters.
+    pub(super) fn new(file: &str, letters: Vec<char>, done: Streamed<Recorder>) -> Self {
         let begin = done.outcome.first_byte;
         let end = begin + done.outcome.job_cycles;
         let lines = done.answered;
@@ -212,6 +214,7 @@ impl ProfileReport {
         });
         Self {
             file: file.to_owned(),
+            letters,
             lines: done.lines,
             errors: done.errors,
             error_count: done.error_count,
@@ -246,8 +249,8 @@ impl ProfileReport {
     /// The report as JSON, with the time at each line where it is wanted.
     pub(super) fn json(&self, line_times: bool) -> String {
         let share = |share: &Share| JsonShare {
-            limit: share.limit.name(),
-            because: share.limit.because(),
+            limit: share.limit.name(&self.letters),
+            because: share.limit.because(&self.letters),
             held_by: share.limit.held_by(),
             seconds: seconds(share.cycles),
             share: self.part(share.cycles),
@@ -285,9 +288,9 @@ impl ProfileReport {
             "  what binds                                     time    share  held by"
         )?;
         for share in self.shares.iter().take(LISTED) {
-            let because = share.limit.because();
+            let because = share.limit.because(&self.letters);
             let ramp = if because.is_empty() { "" } else { ", " };
-            let name = format!("{}{ramp}{because}", share.limit.name());
+            let name = format!("{}{ramp}{because}", share.limit.name(&self.letters));
             let percent = self.part(share.cycles) * 100.0;
             let line = format!(
                 "    {name:<40} {:>10.3} s {percent:>6.1} %  {}",

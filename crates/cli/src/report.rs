@@ -9,9 +9,6 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::num::NonZeroU32;
 
-/// Letters of the axes, in order.
-pub(super) const LETTERS: [char; 6] = ['X', 'Y', 'Z', 'A', 'B', 'C'];
-
 /// All that is told of a job.
 #[derive(Debug)]
 pub(super) struct Report {
@@ -27,6 +24,8 @@ pub(super) struct Report {
     pub(super) alarm: Option<Complaint>,
     /// The result of the simulation.
     pub(super) outcome: Outcome<MOST_MOTORS>,
+    /// Letters of the axes, in order.
+    pub(super) letters: Vec<char>,
     /// Steps/mm of each axis.
     pub(super) steps_per_mm: Vec<f64>,
     /// Whether motors 0 and 1 turn X and Y together, by crossed belts.
@@ -68,11 +67,7 @@ pub(super) fn extents([low, high]: [[f64; 3]; 2]) -> Extents {
         .into_iter()
         .zip(high)
         .map(|(min, max)| Extent { min, max });
-    LETTERS
-        .into_iter()
-        .map(|letter| letter.to_ascii_lowercase())
-        .zip(ends)
-        .collect()
+    ['x', 'y', 'z'].into_iter().zip(ends).collect()
 }
 
 /// The output of `run --json` for a job.
@@ -201,8 +196,8 @@ impl Report {
     fn axes(&self) -> impl Iterator<Item = (char, JsonAxis)> + '_ {
         let motors = self.outcome.motors.iter().zip(&self.steps_per_mm);
         let steps = self.net_steps();
-        LETTERS
-            .into_iter()
+        let letters = self.letters.iter().copied();
+        letters
             .zip(steps)
             .zip(motors)
             .map(|((name, steps), (motor, steps_per_mm))| {

@@ -96,7 +96,7 @@ impl Outputs {
             .vcd
             .as_deref()
             .map(|path| {
-                WaveformFile::create(path, machine.file.motor_count(), machine.outputs.count)
+                WaveformFile::create(path, &machine.file.motor_letters(), machine.outputs.count)
             })
             .transpose()?;
         let svg = args.svg.as_deref().map(Output::create).transpose()?;
@@ -148,6 +148,7 @@ fn simulate(
         error_count: done.error_count,
         alarm: done.alarm,
         outcome: done.outcome,
+        letters: machine.file.letters(),
         steps_per_mm: steps_per_mm(machine),
         crossed: machine.file.kinematics == Belts::CoreXy,
         cut_mm: sketch.path.cut_mm(),

@@ -2,7 +2,6 @@
 //! picture.
 
 use super::output::{Output, OutputError, Pen};
-use super::report::LETTERS;
 use crate::picture::{StrokeKind, Toolpath};
 use crate::steps_csv::StepsCsv;
 use crate::vcd::Waveform;
@@ -89,17 +88,16 @@ pub(super) struct WaveformFile {
 const PWM_SCALE: PowerScale = PowerScale::new(u16::MAX);
 
 impl WaveformFile {
-    /// Creates the file for a machine with `motors` motors and `outputs` synchronised outputs.
+    /// Creates the file for a machine with a motor for each letter and `outputs` synchronised outputs.
     ///
     /// # Errors
     /// Where it cannot be created.
-    pub(super) fn create(path: &Path, motors: usize, outputs: u8) -> Result<Self, OutputError> {
-        let names = &LETTERS[..motors.min(LETTERS.len())];
+    pub(super) fn create(path: &Path, names: &[char], outputs: u8) -> Result<Self, OutputError> {
         let sink = Sink::create(path, |out| Waveform::new(out, names, outputs))?;
         Ok(Self {
             sink,
             port: PortConfig::default(),
-            all: (0..motors).fold(MotorMask::NONE, |all, m| all.with(MotorMask::only(m))),
+            all: (0..names.len()).fold(MotorMask::NONE, |all, m| all.with(MotorMask::only(m))),
             high: MotorMask::NONE,
         })
     }

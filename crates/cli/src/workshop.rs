@@ -130,7 +130,7 @@ fn run(job: &Job, machine: &Machine, shared: &Arc<Shared>) -> Option<String> {
     };
     let recorder = Recorder::new(limits_of(&machine));
     let done = stream.run(input, recorder).ok()?;
-    Some(ProfileReport::new(&job.name, done).json(true))
+    Some(ProfileReport::new(&job.name, machine.file.letters(), done).json(true))
 }
 
 /// The state shared by the thread that runs a job and the thread that waits for it.

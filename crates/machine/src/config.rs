@@ -74,6 +74,21 @@ pub enum AxisKind {
     Linear,
     /// Degrees, never inches.
     Rotary,
+    /// Filament of a printer, millimetres: the word E, whatever the axis's place. On a machine with more than three axes, and
+    /// never one of the first three.
+    Extruder,
+}
+
+/// Axes that are never an extruder: X, Y, Z. A machine without further ones is built without E.
+pub(crate) const WITHOUT_EXTRUDER: usize = 3;
+
+/// The axis of the extruder, if there is one.
+pub fn extruder<const AXES: usize>(axes: &[AxisKind; AXES]) -> Option<usize> {
+    if AXES <= WITHOUT_EXTRUDER {
+        return None;
+    }
+    let mut further = axes.iter().enumerate().skip(WITHOUT_EXTRUDER);
+    further.find_map(|(axis, kind)| (*kind == AxisKind::Extruder).then_some(axis))
 }
 
 /// Axes that home together, one bit an axis.

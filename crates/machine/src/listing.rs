@@ -3,6 +3,7 @@
 //! So a report that is asked for goes out between two rows, and does not wait for the rest of the list.
 
 use crate::board::ChannelId;
+use crate::config::extruder;
 use crate::console::Listing;
 use crate::extension::Extension;
 use crate::machine::Machine;
@@ -176,6 +177,7 @@ where
             return Some(SettingInfo {
                 row: *own,
                 axis: None,
+                letter: '?',
                 least: 0,
             });
         };
@@ -184,6 +186,10 @@ where
             true => self.config.step_timing.shortest_pulse_us,
             false => 0,
         };
-        Some(SettingInfo::of(key, least))
+        let mut info = SettingInfo::of(key, least);
+        if info.axis.is_some() && info.axis == extruder(&self.config.axes) {
+            info.letter = 'E';
+        }
+        Some(info)
     }
 }

@@ -1,6 +1,7 @@
 //! Reports: plain values taken from the machine's parts at one instant.
 
 use crate::board::{Board, SpindleOutput};
+use crate::config::extruder;
 use crate::extension::Extension;
 use crate::inputs::ActiveSwitches;
 use crate::interpreter::{
@@ -221,6 +222,12 @@ where
             mist: modal.coolant.mist,
             flood: modal.coolant.flood,
             parking: self.config.options.parking_override && self.program.parking_allowed,
+            extrusion: extruder(&self.config.axes).map(|_| {
+                match modal.extrusion.unwrap_or(modal.distance) {
+                    Distance::Absolute => 82,
+                    Distance::Incremental => 83,
+                }
+            }),
             tool: modal.tool,
             feed: modal.feed,
             speed: modal.speed,

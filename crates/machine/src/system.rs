@@ -218,7 +218,7 @@ where
         };
         let target = jog.travel.target;
         if self.settings.is_on(Setting::SoftLimits)
-            && !soft_limits::allow(&target, &self.motion.travel)
+            && !soft_limits::allow(&target, &self.motion.travel, &self.config.axes)
         {
             return Err(Status::JogOutOfTravel.into());
         }

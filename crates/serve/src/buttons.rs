@@ -89,7 +89,10 @@ mod tests {
         let mut memory = Memory::new(&setup);
         let mut machine = Simulation::<_, _, 3, 3, 8>::new(&mut memory, &setup, Cartesian, ());
         let trail = RefCell::default();
-        act(buttons, &mut Desk::new(&mut machine, &trail, 3));
+        act(
+            buttons,
+            &mut Desk::new(&mut machine, &trail, 3, vec!['X', 'Y', 'Z']),
+        );
     }
 
     #[test]
@@ -138,7 +141,7 @@ mod tests {
         let ganged = Ganged { axis_of: [1] };
         let mut machine = Simulation::<_, _, 3, 4, 8>::new(&mut memory, &setup, ganged, ());
         let trail = RefCell::default();
-        let mut desk = Desk::new(&mut machine, &trail, 4);
+        let mut desk = Desk::new(&mut machine, &trail, 4, vec!['X', 'Y', 'Z']);
         Buttons::default().press(Key::SecondMotorLimit, &mut desk);
         assert!(!desk.level(Pin::Limit(3)));
     }

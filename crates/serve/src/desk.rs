@@ -16,6 +16,8 @@ pub(super) struct Desk<'m> {
     machine: &'m mut (dyn Powered + 'm),
     trail: &'m RefCell<Trail>,
     motors: usize,
+    /// Letters of the axes, in order.
+    letters: Vec<char>,
 }
 
 impl<'m> Deref for Desk<'m> {
@@ -33,16 +35,18 @@ impl DerefMut for Desk<'_> {
 }
 
 impl<'m> Desk<'m> {
-    /// A machine with `motors` motors, whose observer writes `trail`.
+    /// A machine with `motors` motors and axes of these `letters`, whose observer writes `trail`.
     pub(super) fn new(
         machine: &'m mut (dyn Powered + 'm),
         trail: &'m RefCell<Trail>,
         motors: usize,
+        letters: Vec<char>,
     ) -> Self {
         Self {
             machine,
             trail,
             motors,
+            letters,
         }
     }
 
@@ -85,7 +89,7 @@ impl<'m> Desk<'m> {
             let row = key.row();
             json!({
                 "number": key.number(),
-                "name": name_of(*key),
+                "name": self.name_of(*key),
                 "unit": row.unit,
                 "description": row.description,
                 "value": line.split_once('=').map_or("", |(_, value)| value),
@@ -95,24 +99,21 @@ impl<'m> Desk<'m> {
         self.settings().iter().map(one).collect()
     }
 
+    /// The name of a setting, with its axis.
+    fn name_of(&self, key: Key) -> String {
+        match key {
+            Key::Machine(setting) => setting.row().name.to_owned(),
+            Key::Axis(setting, axis) => {
+                let letter = self.letters.get(axis).copied().unwrap_or('?');
+                format!("{letter} {}", setting.row().name)
+            }
+        }
+    }
+
     /// All settings as `$$` prints them, our own ones too.
     pub(super) fn settings_text(&self) -> String {
         let settings = self.settings().into_iter();
         settings.map(|(_, line)| line + "\n").collect()
-    }
-}
-
-/// The name of a setting, with its axis.
-fn name_of(key: Key) -> String {
-    match key {
-        Key::Machine(setting) => setting.row().name.to_owned(),
-        Key::Axis(setting, axis) => {
-            let letter = ["X", "Y", "Z", "A", "B", "C"]
-                .get(axis)
-                .copied()
-                .unwrap_or("?");
-            format!("{letter} {}", setting.row().name)
-        }
     }
 }
 

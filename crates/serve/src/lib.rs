@@ -125,10 +125,7 @@ fn pages_channel(lines: &[LineSpec]) -> Option<usize> {
 
 /// The first message to a page: the description of the machine.
 fn hello(profile: &Profile, channel: Option<usize>) -> Value {
-    let axes: Vec<String> = ["X", "Y", "Z", "A", "B", "C"][..profile.axis_count()]
-        .iter()
-        .map(ToString::to_string)
-        .collect();
+    let axes: Vec<String> = profile.letters().iter().map(char::to_string).collect();
     let second = profile
         .second_motor
         .map(|second| &axes[second.axis.number()]);
@@ -163,7 +160,7 @@ fn run(profile: &Profile, rate: Rate, state: Option<StateFile>, server: &mut Ser
         let trail = RefCell::new(Trail::default());
         let mut end = End::Stopped;
         profile.power_up(supply, &mut Watcher(&trail), &mut |machine| {
-            let mut desk = Desk::new(machine, &trail, motors);
+            let mut desk = Desk::new(machine, &trail, motors, profile.letters());
             remembered.load(&mut desk, &mut |note| server.note(note));
             server.greet(&hello(profile, server.pages_channel()));
             end = server.run(&mut desk, glitches.clone(), &mut remembered);

@@ -10,15 +10,14 @@ use super::panel::Snapshot;
 use leadscrew_sim::profile::Profile;
 use std::borrow::Cow;
 
-const AXES: [char; 6] = ['X', 'Y', 'Z', 'A', 'B', 'C'];
-
 /// Rows from which on there is room for empty ones.
 const ROOMY: usize = 16;
 
 /// The machine's parts, and how they are called.
 pub(super) struct Page {
     title: String,
-    axes: usize,
+    /// Letters of the axes, in order.
+    axes: Vec<char>,
     /// The axis that the second motor belongs to.
     second_motor: Option<usize>,
     /// Whether a limit input is high while its switch is pressed.
@@ -30,7 +29,7 @@ impl Page {
     pub(super) fn new(profile: &Profile) -> Self {
         Self {
             title: format!("leadscrew {}", profile.name),
-            axes: profile.axis_count(),
+            axes: profile.letters(),
             second_motor: profile.second_motor.map(|second| second.axis.number()),
             normally_closed: profile.switches.normally_closed,
         }
@@ -57,8 +56,9 @@ impl Page {
     }
 
     fn state(&self, machine: &Snapshot) -> Vec<String> {
-        let place = |(place, axis): (&f32, char)| format!("{axis} {place:10.3}");
-        let position: Vec<_> = machine.position.iter().zip(AXES).map(place).collect();
+        let place = |(place, axis): (&f32, &char)| format!("{axis} {place:10.3}");
+        let position = machine.position.iter().zip(&self.axes);
+        let position: Vec<_> = position.map(place).collect();
         let [feed, rapid, spindle] = machine.overrides;
         vec![
             format!("state     {}", machine.state),
@@ -73,11 +73,11 @@ impl Page {
     }
 
     fn keys(&self) -> String {
-        let axes: Vec<_> = AXES[..self.axes]
+        let axes: Vec<_> = self
+            .axes
             .iter()
-            .map(char::to_ascii_lowercase)
+            .map(|letter| letter.to_ascii_lowercase().to_string())
             .collect();
-        let axes: Vec<_> = axes.iter().map(char::to_string).collect();
         let second = self.second_motor.map_or("", |_| " 2");
         let limits = axes.join(" ");
         format!(
@@ -88,8 +88,10 @@ impl Page {
     /// Switches and buttons that are pressed.
     fn switches(&self, machine: &Snapshot) -> String {
         let levels = &machine.switches;
-        let second = self.second_motor.map(|axis| format!("{}2", AXES[axis]));
-        let motors = AXES[..self.axes].iter().map(char::to_string).chain(second);
+        let second = self
+            .second_motor
+            .map(|axis| format!("{}2", self.axes[axis]));
+        let motors = self.axes.iter().map(char::to_string).chain(second);
         let limits = motors
             .enumerate()
             .filter(|(motor, _)| levels.limits.contains(*motor) == self.normally_closed)

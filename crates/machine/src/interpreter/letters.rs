@@ -91,6 +91,8 @@ pub(super) enum Group {
     Own,
     /// G98, G99.
     Retract,
+    /// M82, M83.
+    Extrusion,
 }
 
 /// The groups of which a jog may have words; of the non-modal ones G53 alone.

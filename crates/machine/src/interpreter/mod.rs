@@ -19,6 +19,7 @@ mod command;
 mod commit;
 mod context;
 mod cycle;
+mod extruder;
 mod fault;
 mod jog;
 mod letters;

@@ -314,6 +314,8 @@ pub struct ModalState {
     pub plane: Plane,
     /// Absolute or incremental.
     pub distance: Distance,
+    /// M82 or M83: how E counts where that is not as the other axes do. G90 and G91 set it back.
+    pub extrusion: Option<Distance>,
     /// The meaning of F.
     pub feed_mode: FeedMode,
     /// Inches or millimetres.
@@ -342,6 +344,7 @@ impl Default for ModalState {
             motion: Motion::default(),
             plane: Plane::default(),
             distance: Distance::default(),
+            extrusion: None,
             feed_mode: FeedMode::default(),
             units: Units::default(),
             system: WorkSystem::default(),
@@ -373,9 +376,14 @@ impl ModalState {
 }
 
 impl Display for ModalState {
-    /// Writes the modal words in the order of `$G`, without M56, T, F and S; G99 alone of its group, as Grbl has no G98.
+    /// Writes the modal words in the order of `$G`, without M56, T, F and S; G99 alone of its group, as Grbl has no G98; M82 and
+    /// M83 where they are in force.
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
-        let groups: [Option<&dyn Display>; 9] = [
+        let extrusion = self.extrusion.map(|distance| match distance {
+            Distance::Absolute => "M82",
+            Distance::Incremental => "M83",
+        });
+        let groups: [Option<&dyn Display>; 10] = [
             Some(&self.motion),
             Some(&self.system),
             Some(&self.plane),
@@ -385,6 +393,7 @@ impl Display for ModalState {
             (self.retract == Retract::Clear).then_some(&"G99"),
             Some(&self.rotation),
             Some(&self.coolant),
+            extrusion.as_ref().map(|word| word as &dyn Display),
         ];
         for (index, group) in groups.iter().flatten().enumerate() {
             if index > 0 {
@@ -413,6 +422,7 @@ mod tests {
             motion: Motion::Cancelled,
             plane: Plane::Zx,
             distance: Distance::Incremental,
+            extrusion: None,
             feed_mode: FeedMode::InverseTime,
             units: Units::Inches,
             system: WorkSystem::G55,

@@ -95,7 +95,7 @@ impl<const AXES: usize> Block<AXES> {
         match word.letter() {
             Letter::G => self.take_g(Code::of(word.value()), context.options),
             Letter::M => self.take_m(Code::of(word.value()), context),
-            letter => self.take_value(letter, word.value(), context.options),
+            letter => self.take_value(letter, word.value(), context),
         }
     }
 
@@ -170,7 +170,7 @@ impl<const AXES: usize> Block<AXES> {
             GWord::NonModal(command) => self.non_modal = command,
             GWord::Motion(motion) => self.modal.motion = motion,
             GWord::Plane(plane) => self.modal.plane = plane,
-            GWord::Distance(distance) => self.modal.distance = distance,
+            GWord::Distance(distance) => self.take_distance(distance),
             GWord::FeedMode(mode) => self.modal.feed_mode = mode,
             GWord::Retract(retract) => self.modal.retract = retract,
             GWord::Units(units) => self.modal.units = units,
@@ -186,6 +186,10 @@ impl<const AXES: usize> Block<AXES> {
     fn take_m(&mut self, code: Code, context: &Context<'_, AXES>) -> Result<(), Status> {
         if code.exact().is_some_and(|code| context.own.take(code)) {
             return self.groups.insert(Group::Own);
+        }
+        if let Some(extrusion) = context.extrusion(code) {
+            self.modal.extrusion = Some(extrusion);
+            return self.groups.insert(Group::Extrusion);
         }
         let word = code.m(context.options)?;
         self.groups.insert(word.group())?;
@@ -204,20 +208,18 @@ impl<const AXES: usize> Block<AXES> {
         &mut self,
         letter: Letter,
         value: Number,
-        options: &Options,
+        context: &Context<'_, AXES>,
     ) -> Result<(), Status> {
         let mut tool = Number::default();
         let slot = match letter {
             Letter::X => self.axis(0)?,
             Letter::Y => self.axis(1)?,
             Letter::Z => self.axis(2)?,
-            Letter::A => self.axis(3)?,
-            Letter::B => self.axis(4)?,
-            Letter::C => self.axis(5)?,
+            Letter::A | Letter::B | Letter::C | Letter::E => self.further_axis(letter, context)?,
             Letter::F => &mut self.f,
             Letter::S => &mut self.modal.speed,
             Letter::T => &mut tool,
-            _ => self.rare_slot(letter, options)?,
+            _ => self.rare_slot(letter, context.options)?,
         };
         *slot = value;
         if letter == Letter::T {
@@ -231,7 +233,7 @@ impl<const AXES: usize> Block<AXES> {
     }
 
     /// Notes that an axis has a word and answers the place for its value.
-    fn axis(&mut self, index: usize) -> Result<&mut Number, Status> {
+    pub(super) fn axis(&mut self, index: usize) -> Result<&mut Number, Status> {
         let slot = self.axes.get_mut(index).ok_or(Status::UnsupportedCommand)?;
         self.axis_mask |= 1 << index;
         Ok(slot)

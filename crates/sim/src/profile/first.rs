@@ -40,8 +40,8 @@ impl Profile {
     /// All settings of the file: those that follow from switches and axes, then names, then numbers.
     fn named_settings(&self) -> Vec<Named> {
         let mut all = self.masks();
-        for (axis, letter) in self.all_axes().zip("xyzabc".chars()) {
-            all.extend(of_axis(axis, letter));
+        for (number, (axis, letter)) in self.all_axes().zip(self.letters()).enumerate() {
+            all.extend(of_axis(axis, number as u16, letter.to_ascii_lowercase()));
         }
         all.extend(self.motors.named());
         all.extend(self.bounds.named());
@@ -92,7 +92,7 @@ impl Profile {
 }
 
 /// The settings that an axis gives.
-fn of_axis(axis: &Axis, letter: char) -> impl Iterator<Item = Named> + use<'_> {
+fn of_axis(axis: &Axis, number: u16, letter: char) -> impl Iterator<Item = Named> + use<'_> {
     let values: [(&str, AxisSetting, &Option<Spanned<Positive>>); 4] = [
         ("steps_per_mm", AxisSetting::StepsPerMm, &axis.steps_per_mm),
         ("travel", AxisSetting::Travel, &axis.travel),
@@ -103,7 +103,6 @@ fn of_axis(axis: &Axis, letter: char) -> impl Iterator<Item = Named> + use<'_> {
             &axis.acceleration_mm_s2,
         ),
     ];
-    let number = "xyzabc".find(letter).unwrap_or_default() as u16;
     values.into_iter().filter_map(move |(key, setting, value)| {
         let value = value.as_ref()?;
         Some(Named {

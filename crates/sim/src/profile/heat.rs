@@ -17,7 +17,7 @@ pub struct Heaters {
     pub bed: Option<HeaterTable>,
     /// The reference voltage of the sensors, V; 5 where it is left out.
     pub reference_v: Option<Positive>,
-    /// The axis that does not turn while the nozzle is too cold.
+    /// The axis that does not turn while the nozzle is too cold; E where there is one and this is left out.
     pub extruder: Option<AxisLetters>,
     /// The outputs (M62, M64) that go on only where the nozzle is warm enough, a bit an output.
     pub feeders: u8,
@@ -206,7 +206,9 @@ impl Profile {
         } = &self.heaters;
         HeatConfig {
             gates: Gates {
-                extruder_axis: extruder.map(|letters| letters.0.trailing_zeros() as usize),
+                extruder_axis: extruder
+                    .map_or(Some('E'), AxisLetters::only)
+                    .and_then(|letter| self.axis_of_letter(letter)),
                 feeders: *feeders,
                 wait_until_ready: *wait_until_ready,
             },
@@ -229,7 +231,8 @@ impl Profile {
             return Some(("heaters", "expected a nozzle beside a bed"));
         }
         let is_axis = |letters: AxisLetters| {
-            letters.0.is_power_of_two() && (letters.0.trailing_zeros() as usize) < self.axis_count()
+            let letter = letters.only();
+            letter.is_some_and(|letter| self.axis_of_letter(letter).is_some())
         };
         let is_good = extruder.is_none_or(is_axis);
         (!is_good).then_some((

@@ -118,6 +118,8 @@ pub struct Axes {
     pub b: Option<Axis>,
     /// A sixth axis, beside A and B.
     pub c: Option<Axis>,
+    /// The filament of a printer: its motor's number comes after those of all other axes.
+    pub e: Option<Axis>,
 }
 
 /// One axis.

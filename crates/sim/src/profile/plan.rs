@@ -1,11 +1,12 @@
 //! A simulation's parts, from a profile: the machine's build, its first settings, its switches.
 
 use super::{
-    Axes, Axis, Belts, End, GantryAxis, Limits, OutputsTable, Positive, Profile, SecondMotor,
-    ToolSwitchesTable,
+    Axes, Axis, AxisLetters, Belts, End, GantryAxis, Limits, OutputsTable, Positive, Profile,
+    SecondMotor, ToolSwitchesTable,
 };
 use crate::contacts::Contacts;
 use crate::plant::{Pin, Plate, Side, Switch};
+use crate::powered::MOST_AXES;
 use crate::tool_pins::{ToolHeight, ToolSwitches};
 use leadscrew_machine::config::{AxisKind, MachineConfig, Options, ParkingConfig, Squaring};
 use leadscrew_machine::rules::SwitchRules;
@@ -16,6 +17,12 @@ const GANGED_AXES: usize = 4;
 
 /// The axis that the probe belongs to.
 const Z: usize = 2;
+
+/// Letters of the axes but the extruder's, in order.
+const LETTERS: [char; 6] = ['X', 'Y', 'Z', 'A', 'B', 'C'];
+
+/// The letter of the extruder.
+const EXTRUDER: char = 'E';
 
 /// Grbl's travel, mm: where an axis does not say its own.
 const GRBL_TRAVEL: f64 = 200.0;
@@ -42,11 +49,16 @@ impl Profile {
     /// The build of a machine with `AXES` axes.
     pub fn config<const AXES: usize>(&self) -> MachineConfig<AXES> {
         let mut config = MachineConfig::new();
-        for (kind, axis) in config.axes.iter_mut().zip(self.all_axes()) {
-            *kind = if axis.rotary {
-                AxisKind::Rotary
-            } else {
-                AxisKind::Linear
+        for ((kind, axis), letter) in config
+            .axes
+            .iter_mut()
+            .zip(self.all_axes())
+            .zip(self.letters())
+        {
+            *kind = match letter {
+                EXTRUDER => AxisKind::Extruder,
+                _ if axis.rotary => AxisKind::Rotary,
+                _ => AxisKind::Linear,
             };
         }
         config.options = Options {
@@ -120,6 +132,25 @@ impl Profile {
         self.contradiction_of_heaters()
     }
 
+    /// A mistake about E, and the expected value.
+    fn contradiction_of_extruder(&self) -> Option<(&'static str, &'static str)> {
+        let order = self.homing.order.iter().flatten();
+        let mut all = order.fold(0, |all, letters| all | letters.0);
+        all &= AxisLetters::EXTRUDER;
+        if all != 0 {
+            return Some(("homing", "expected no e in `order`: filament has no home"));
+        }
+        if self.axis_count() > MOST_AXES {
+            return Some(("axes", "expected six axes at most"));
+        }
+        let has_places =
+            |e: &Axis| e.rotary || e.home != End::default() || e.limits != Limits::default();
+        self.axes.e.as_ref().is_some_and(has_places).then_some((
+            "axes.e",
+            "expected filament: without `rotary`, `home` and `limits`",
+        ))
+    }
+
     /// A key that contradicts others, and the expected value.
     pub(super) fn contradiction(&self) -> Option<(&'static str, &'static str)> {
         if self.axes.c.is_some() && self.axes.b.is_none()
@@ -129,6 +160,9 @@ impl Profile {
                 "axes",
                 "expected axes in the order x, y, z, a, b, c without a gap",
             ));
+        }
+        if let Some(contradiction) = self.contradiction_of_extruder() {
+            return Some(contradiction);
         }
         if self.axis_count() > GANGED_AXES && self.second_motor.is_some() {
             return Some(("second_motor", "expected 3 or 4 axes beside a second motor"));
@@ -236,8 +270,37 @@ impl Profile {
 
     /// The axes, in order.
     pub(super) fn all_axes(&self) -> impl Iterator<Item = &Axis> {
-        let Axes { x, y, z, a, b, c } = &self.axes;
-        [x, y, z].into_iter().chain(a).chain(b).chain(c)
+        let Axes {
+            x,
+            y,
+            z,
+            a,
+            b,
+            c,
+            e,
+        } = &self.axes;
+        [x, y, z].into_iter().chain(a).chain(b).chain(c).chain(e)
+    }
+
+    /// The letters of the axes, in order: the extruder's is the last.
+    pub fn letters(&self) -> Vec<char> {
+        let extruder = usize::from(self.axes.e.is_some());
+        let others = self.axis_count() - extruder;
+        let letters = LETTERS.into_iter().take(others);
+        letters.chain((extruder == 1).then_some(EXTRUDER)).collect()
+    }
+
+    /// The letters of the motors: a second one has the first letter that no axis has.
+    pub fn motor_letters(&self) -> Vec<char> {
+        let mut letters = self.letters();
+        let free = LETTERS.into_iter().find(|of| !letters.contains(of));
+        letters.extend(free.filter(|_| self.second_motor.is_some()));
+        letters
+    }
+
+    /// The number of the axis with this letter, a capital.
+    pub(super) fn axis_of_letter(&self, letter: char) -> Option<usize> {
+        self.letters().iter().position(|of| *of == letter)
     }
 }
 

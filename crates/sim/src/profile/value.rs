@@ -91,7 +91,7 @@ impl TryFrom<f64> for Celsius {
 #[serde(try_from = "String")]
 pub struct SettingNumber(pub u16);
 
-/// Axes as a mask, written as their letters.
+/// Axes as a mask, written as their letters: X, Y, Z, A, B, C in bits 0 to 5, E in bit 6.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Deserialize, JsonSchema)]
 #[serde(try_from = "String")]
 pub struct AxisLetters(pub u8);
@@ -110,6 +110,20 @@ pub struct LookAhead(pub usize);
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Deserialize, JsonSchema)]
 #[serde(try_from = "u16")]
 pub struct OutputCount(pub u8);
+
+impl AxisLetters {
+    /// E alone.
+    pub(super) const EXTRUDER: u8 = 1 << 6;
+
+    /// The letter, a capital, if it is one alone.
+    pub(super) fn only(self) -> Option<char> {
+        let index = self.0.trailing_zeros() as usize;
+        self.0
+            .is_power_of_two()
+            .then(|| "XYZABCE".chars().nth(index))
+            .flatten()
+    }
+}
 
 impl TryFrom<u16> for OutputCount {
     type Error = ValueError;
@@ -182,7 +196,7 @@ impl TryFrom<String> for AxisLetters {
     fn try_from(letters: String) -> Result<Self, ValueError> {
         let mut mask = 0u8;
         for letter in letters.chars() {
-            let axis = "xyzabc".find(letter).ok_or(ValueError::NotAxes)?;
+            let axis = "xyzabce".find(letter).ok_or(ValueError::NotAxes)?;
             if mask >> axis & 1 == 1 {
                 return Err(ValueError::NotAxes);
             }

@@ -16,11 +16,16 @@ const HEADER: &str =
     "line,begin_s,end_s,phase,length_mm,begin_mm_min,end_mm_min,acceleration_mm_s2,\
     begin_power_percent,end_power_percent,limit,because,held_by";
 
-/// Writes the stretches of a job that began at `begin`.
+/// Writes the stretches of a job that began at `begin`, on a machine whose axes have these letters.
 ///
 /// # Errors
 /// Whatever `out` answers.
-pub fn write_csv<W: Write>(mut out: W, begin: Cycle, stretches: &[Stretch]) -> io::Result<()> {
+pub fn write_csv<W: Write>(
+    mut out: W,
+    begin: Cycle,
+    stretches: &[Stretch],
+    letters: &[char],
+) -> io::Result<()> {
     writeln!(out, "{HEADER}")?;
     for stretch in stretches {
         let [from, to] = [stretch.begin, stretch.end].map(|cycle| seconds(cycle - begin));
@@ -33,8 +38,8 @@ pub fn write_csv<W: Write>(mut out: W, begin: Cycle, stretches: &[Stretch]) -> i
             stretch.phase.name(),
             stretch.length,
             stretch.acceleration(),
-            stretch.limit.name(),
-            stretch.limit.because(),
+            stretch.limit.name(letters),
+            stretch.limit.because(letters),
             stretch.limit.held_by(),
         )?;
     }

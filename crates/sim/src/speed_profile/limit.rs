@@ -2,9 +2,6 @@
 
 use leadscrew_machine::machine::Ahead;
 
-/// Letters of the axes, in order.
-const LETTERS: [char; 6] = ['X', 'Y', 'Z', 'A', 'B', 'C'];
-
 /// The bound of the speed of a move where nothing slows it down.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 pub enum SpeedLimit {
@@ -65,17 +62,17 @@ impl Slow {
     }
 }
 
-/// `X` for 0.
-fn letter(axis: usize) -> char {
-    LETTERS.get(axis).copied().unwrap_or('?')
+/// `X` for 0, where these are the letters of the axes.
+fn letter(axis: usize, letters: &[char]) -> char {
+    letters.get(axis).copied().unwrap_or('?')
 }
 
 impl SpeedLimit {
-    /// Its name.
-    pub fn name(self) -> String {
+    /// Its name, on a machine whose axes have these letters.
+    pub fn name(self, letters: &[char]) -> String {
         match self {
             Self::Feed => "feed".to_owned(),
-            Self::Rate(axis) => format!("rate {}", letter(axis)),
+            Self::Rate(axis) => format!("rate {}", letter(axis, letters)),
             Self::Arc => "arc".to_owned(),
             Self::Curve => "curve".to_owned(),
             Self::StepRate => "step rate".to_owned(),
@@ -84,34 +81,34 @@ impl SpeedLimit {
 }
 
 impl Slow {
-    /// Its name.
-    pub fn name(self) -> String {
+    /// Its name, on a machine whose axes have these letters.
+    pub fn name(self, letters: &[char]) -> String {
         match self {
             Self::Corner => "corner".to_owned(),
             Self::Stop => "stop".to_owned(),
             Self::LookAhead => "look-ahead".to_owned(),
             Self::NoLine => "no line".to_owned(),
-            Self::Move(limit) => format!("slower move: {}", limit.name()),
+            Self::Move(limit) => format!("slower move: {}", limit.name(letters)),
         }
     }
 }
 
 impl Limit {
-    /// Its name in a list.
-    pub fn name(self) -> String {
+    /// Its name in a list, on a machine whose axes have these letters.
+    pub fn name(self, letters: &[char]) -> String {
         match self {
-            Self::Speed(limit) => limit.name(),
-            Self::Acceleration(axis, _) => format!("acceleration {}", letter(axis)),
-            Self::Slow(slow) => slow.name(),
+            Self::Speed(limit) => limit.name(letters),
+            Self::Acceleration(axis, _) => format!("acceleration {}", letter(axis, letters)),
+            Self::Slow(slow) => slow.name(letters),
             Self::Rest => "rest".to_owned(),
             Self::Cycle => "cycle".to_owned(),
         }
     }
 
     /// The slow place that a ramp is there for; empty elsewhere.
-    pub fn because(self) -> String {
+    pub fn because(self, letters: &[char]) -> String {
         match self {
-            Self::Acceleration(_, slow) => slow.name(),
+            Self::Acceleration(_, slow) => slow.name(letters),
             Self::Speed(_) | Self::Slow(_) | Self::Rest | Self::Cycle => String::new(),
         }
     }

@@ -11,6 +11,7 @@
 
 mod arc;
 mod cycle;
+mod extruder;
 mod perform;
 mod probe;
 

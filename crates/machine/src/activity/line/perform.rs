@@ -121,7 +121,7 @@ where
         let spindle = self.light_of(travel, kind);
         let next = Move {
             target: travel.target,
-            feed: feed(travel.feed, 1.0),
+            feed: self.feed_beside_e(feed(travel.feed, 1.0), &travel.target),
             power: self.move_power(&spindle),
             curve: None,
             outputs: self.outputs_of(kind),
@@ -170,7 +170,7 @@ where
         let target = arc.peek()?;
         let next = Move {
             target,
-            feed: feed(travel.feed, arc.shares(travel.feed)),
+            feed: self.feed_beside_e(feed(travel.feed, arc.shares(travel.feed)), &target),
             power: self.move_power(&spindle),
             curve: Some(arc.curve),
             outputs: self.outputs_of(LineKind::Program),
@@ -305,7 +305,8 @@ where
     }
 
     pub(crate) fn is_within_travel(&self, target: &[Coordinate; AXES]) -> bool {
-        !self.settings.is_on(Setting::SoftLimits) || soft_limits::allow(target, &self.motion.travel)
+        !self.settings.is_on(Setting::SoftLimits)
+            || soft_limits::allow(target, &self.motion.travel, &self.config.axes)
     }
 
     fn perform_dwell(&mut self, seconds: Number, now: Instant) -> Progress {
@@ -381,9 +382,11 @@ where
         }
     }
 
-    /// Waits for motion to end, as GRBL does: reports subtract one offset from all positions.
+    /// Waits for motion to end, as GRBL does: reports subtract one offset from all positions. Filament is counted anew in mid-job
+    /// (`G92 E0`): for that motion does not stop.
     fn perform_work_offset(&mut self, offset: &[Coordinate; AXES]) -> Progress {
-        if self.state != State::Check && !self.is_motion_over() {
+        let moves_on = self.state == State::Check || self.is_offset_of_e(offset);
+        if !moves_on && !self.is_motion_over() {
             return Progress::Wait;
         }
         self.program.work_offset = *offset;

@@ -12,6 +12,7 @@ use super::command::{ArcShape, OffsetId};
 use super::context::Context;
 use super::cycle::holes::Cycle;
 use super::cycle::series::Series;
+use super::extruder::beyond_reach;
 use super::fault::Refusal;
 use super::letters::{Group, Groups, Letters, GROUPS_IN_JOGS};
 use super::modal_state::{Distance, FeedMode, Motion, ProbeKind, Units, WorkSystem};
@@ -100,13 +101,14 @@ impl Purpose {
     }
 }
 
-const AXIS_LETTERS: [Letter; 6] = [
+const AXIS_LETTERS: [Letter; 7] = [
     Letter::X,
     Letter::Y,
     Letter::Z,
     Letter::A,
     Letter::B,
     Letter::C,
+    Letter::E,
 ];
 const AXIS_WORDS: Letters = Letters::of(&AXIS_LETTERS);
 const CENTRE_WORDS: Letters = Letters::of(&[Letter::I, Letter::J, Letter::K]);
@@ -126,9 +128,9 @@ const MAX_LINE_NUMBER: Number = Number::from_int(10_000_000);
 /// A line under examination.
 #[derive(Clone, Copy)]
 pub(super) struct Check<'a, const AXES: usize> {
-    state: &'a Interpreter<AXES>,
-    block: &'a Block<AXES>,
-    context: &'a Context<'a, AXES>,
+    pub(super) state: &'a Interpreter<AXES>,
+    pub(super) block: &'a Block<AXES>,
+    pub(super) context: &'a Context<'a, AXES>,
     purpose: Purpose,
     /// Words that nobody has taken yet.
     unused: Letters,
@@ -311,14 +313,19 @@ impl<'a, const AXES: usize> Check<'a, AXES> {
             other_system = offsets.work_offset_with(modal.system, tool_length);
             &other_system
         };
+        let (extruder, origin_of_e) = (self.context.extruder(), self.extruder_origin());
         let axes = target.iter_mut().zip(origin).zip(self.context.reach);
         for (axis, ((target, origin), reach)) in axes.enumerate() {
             if self.moves(axis) {
                 let word = self.word(axis);
+                let origin = match origin_of_e {
+                    Some(of_e) if extruder == Some(axis) => of_e,
+                    _ => *origin,
+                };
                 let soft_limits = self.context.soft_limits;
-                *target = sum_within(*origin, word, *reach)
-                    .or_else(|| soft_limits.then(|| beyond(*origin, word, *reach)))
-                    .ok_or_else(|| out_of_range(axis))?;
+                *target = sum_within(origin, word, *reach)
+                    .or_else(|| soft_limits.then(|| beyond(origin, word, *reach)))
+                    .ok_or_else(|| beyond_reach(axis, extruder))?;
             }
         }
         Ok(())
@@ -335,13 +342,15 @@ impl<'a, const AXES: usize> Check<'a, AXES> {
         }
     }
 
-    /// G28 and G30: with axis words, axes without one stay where the target is.
+    /// G28 and G30: with axis words, axes without one stay where the target is. An extruder always does: it has no such place.
     fn keep_others(&self, end: &mut [Coordinate; AXES], target: &[Coordinate; AXES]) {
-        if self.block.axis_mask == 0 {
+        let extruder = self.context.extruder();
+        if self.block.axis_mask == 0 && extruder.is_none() {
             return;
         }
         for (axis, (end, target)) in end.iter_mut().zip(target).enumerate() {
-            if !self.moves(axis) {
+            let stays = self.block.axis_mask != 0 && !self.moves(axis);
+            if stays || extruder == Some(axis) {
                 *end = *target;
             }
         }
@@ -463,7 +472,7 @@ fn beyond(one: Coordinate, other: Coordinate, limit: Coordinate) -> Coordinate {
     }
 }
 
-fn out_of_range(axis: usize) -> Refusal {
+pub(super) fn out_of_range(axis: usize) -> Refusal {
     Refusal::words(Status::OutOfRange, axis_letter(axis))
 }
 

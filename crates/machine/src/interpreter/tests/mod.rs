@@ -1,6 +1,7 @@
 //! Grbl's answers and actions, line by line: the rules of the recorded conversations as tables.
 
 mod cycles;
+mod extruder;
 mod jogs;
 mod motion;
 mod offsets;

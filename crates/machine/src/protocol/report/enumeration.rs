@@ -17,6 +17,8 @@ pub struct SettingInfo {
     pub row: Row,
     /// Of which axis, counted from 0.
     pub axis: Option<usize>,
+    /// The letter of that axis.
+    pub letter: char,
     /// The least value of a whole number: more than 0 for a step pulse.
     pub least: u8,
 }
@@ -93,9 +95,8 @@ impl fmt::Display for SettingInfo {
         let row = &self.row;
         let number = usize::from(row.number) + self.axis.unwrap_or(0);
         write!(f, "[SETTING:{number}|{}|", row.group.id())?;
-        if let Some(axis) = self.axis {
-            let letter = AXIS_LETTERS.get(axis).unwrap_or(&'?');
-            write!(f, "{letter}-axis ")?;
+        if self.axis.is_some() {
+            write!(f, "{}-axis ", self.letter)?;
         }
         write!(f, "{}|{}|", row.name, row.unit)?;
         self.range(f, row.kind)?;
@@ -106,12 +107,15 @@ impl fmt::Display for SettingInfo {
 impl SettingInfo {
     /// Describes a setting of GRBL's or of this project. `least`: the least value of a whole number.
     pub fn of(key: Key, least: u8) -> Self {
+        let axis = match key {
+            Key::Machine(_) => None,
+            Key::Axis(_, axis) => Some(axis),
+        };
+        let letter = axis.and_then(|axis| AXIS_LETTERS.get(axis));
         Self {
             row: key.row(),
-            axis: match key {
-                Key::Machine(_) => None,
-                Key::Axis(_, axis) => Some(axis),
-            },
+            axis,
+            letter: letter.copied().unwrap_or('?'),
             least,
         }
     }

@@ -30,6 +30,8 @@ pub struct ModesReport {
     pub flood: bool,
     /// M56 is in force: parking is allowed, on machines with parking override control.
     pub parking: bool,
+    /// 82 or 83, on a machine with an extruder.
+    pub extrusion: Option<u8>,
     /// Tool of the last line.
     pub tool: u8,
     /// Programmed feed, mm/min (or 1/min in G93).
@@ -69,6 +71,9 @@ impl fmt::Display for ModesReport {
         if self.parking {
             f.write_str(" M56")?;
         }
+        if let Some(extrusion) = self.extrusion {
+            write!(f, " M{extrusion}")?;
+        }
         let units = Units {
             inches: self.inches,
             rotary: [],
@@ -98,6 +103,7 @@ mod tests {
             distance: 90,
             feed_mode: 94,
             back_to_r: false,
+            extrusion: None,
             spindle: 5,
             mist: false,
             flood: false,
@@ -119,6 +125,7 @@ mod tests {
             motion: number("38.2"),
             coordinate_system: 59,
             back_to_r: true,
+            extrusion: Some(83),
             spindle: 3,
             parking: true,
             tool: 255,
@@ -128,7 +135,7 @@ mod tests {
         };
         assert_eq!(
             other.to_string(),
-            "[GC:G38.2 G59 G17 G21 G90 G94 G99 M3 M9 M56 T255 F3 S12346]"
+            "[GC:G38.2 G59 G17 G21 G90 G94 G99 M3 M9 M56 M83 T255 F3 S12346]"
         );
     }
 
