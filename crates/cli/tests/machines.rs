@@ -199,10 +199,65 @@ fn machine_003_engraves_a_heart_that_closes() {
 
 #[test]
 fn machine_004_moves_four_axes_and_ramps_as_its_document_computes() {
-    let (examples, _) = follow("004", 6);
+    let (examples, _) = follow("004", 9);
     let four = report(&examples, "004", "four.nc");
-    assert_eq!((place(&four, "a"), place(&four, "z")), (6.0, 5.0));
+    assert_eq!((place(&four, "e"), place(&four, "z")), (6.0, 5.0));
     // 100 mm/s² · 0.1 s up, 0.1 s on, 0.1 s down, less the time before the first step.
     let ramp = report(&examples, "004", "ramp.nc");
     assert!((ramp["motion_seconds"].as_f64().unwrap() - 0.3).abs() < 0.006);
+}
+
+/// The ways of E in a printer's file with M82, mm, one a line that moves it.
+fn ways_of_e(file: &str) -> Vec<f64> {
+    let (mut at, mut ways) = (0.0, Vec::new());
+    for line in file.lines() {
+        let code = line.split(';').next().unwrap();
+        let word = code
+            .split_whitespace()
+            .find_map(|word| word.strip_prefix('E'));
+        let Some(place) = word.map(|number| number.parse::<f64>().unwrap()) else {
+            continue;
+        };
+        if !code.starts_with("G92") {
+            ways.push(place - at);
+        }
+        at = place;
+    }
+    ways
+}
+
+#[test]
+fn machine_004_prints_a_slicers_file_to_the_step() {
+    let (examples, _) = follow("004", 9);
+    let folder = examples.machine("004");
+    let ways = ways_of_e(&fs::read_to_string(folder.join("part.gcode")).unwrap());
+    assert_eq!(ways.iter().filter(|way| **way < 0.0).count(), 3, "{ways:?}");
+    let csv = fs::read_to_string(folder.join("part.csv")).unwrap();
+    let (mut forward, mut back) = (0, 0);
+    for row in csv.lines().skip(1) {
+        let mut cells = row
+            .split(',')
+            .skip(1)
+            .map(|cell| cell.parse::<u8>().unwrap_or(0));
+        let (step, negative) = (cells.next().unwrap(), cells.next().unwrap());
+        if step & 0b1000 != 0 {
+            *(if negative & 0b1000 != 0 {
+                &mut back
+            } else {
+                &mut forward
+            }) += 1;
+        }
+    }
+    let steps = |forward: bool| -> f64 {
+        let ways = ways.iter().filter(|way| (**way > 0.0) == forward);
+        ways.map(|way| way.abs() * 95.0).sum()
+    };
+    // Each place is rounded to a step: half of one at every turn back.
+    assert!((f64::from(forward) - steps(true)).abs() <= 3.0, "{forward}");
+    assert!((f64::from(back) - steps(false)).abs() <= 3.0, "{back}");
+    let part = report(&examples, "004", "part.nc");
+    let net = part["axes"]["e"]["net_steps"].as_i64().unwrap();
+    assert_eq!(net, (ways.iter().sum::<f64>() * 95.0).round() as i64);
+    // The file's zero is at the end stops: X- and Y- where the carriage stood 20 mm from them.
+    assert!((place(&part, "x") - 0.0).abs() < 0.013, "{part}");
 }

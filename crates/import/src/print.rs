@@ -5,16 +5,26 @@
 //! a fault.
 
 use crate::gcode_text::comment;
-use crate::{Fault, Faults, Job};
+use crate::{Fault, Faults, Job, Mm};
 use leadscrew_gcode::{parse, Letter, Number, Word};
 use std::collections::BTreeMap;
+
+/// How a printer's file is read.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct Options {
+    /// X, Y and Z of the file where the tool stands after `G28`; `None`: the work coordinates of the machine are the file's.
+    pub home: Option<[Mm; 3]>,
+}
 
 /// Makes a job of a printer's file.
 ///
 /// # Errors
 /// All that has no counterpart.
-pub fn job(text: &str) -> Result<Job, Faults> {
-    let mut printer = Printer::default();
+pub fn job(text: &str, options: &Options) -> Result<Job, Faults> {
+    let mut printer = Printer {
+        home: options.home,
+        ..Printer::default()
+    };
     for (index, line) in text.lines().enumerate() {
         printer.line(index + 1, line);
     }
@@ -33,6 +43,8 @@ pub fn job(text: &str) -> Result<Job, Faults> {
 
 #[derive(Default)]
 struct Printer {
+    /// Where the tool stands after homing, in the file's coordinates.
+    home: Option<[Mm; 3]>,
     lines: Vec<String>,
     notes: Vec<String>,
     /// Codes that were dropped, and on which lines.
@@ -147,19 +159,37 @@ impl Printer {
             }
             letters.push(char::from(letter));
         }
-        match letters.len() {
-            0 | 3 => self.lines.push("$H".to_owned()),
-            _ => self
-                .lines
-                .extend(letters.iter().map(|letter| format!("$H{letter}"))),
+        if matches!(letters.len(), 0 | 3) {
+            letters = vec!['X', 'Y', 'Z'];
+            self.lines.push("$H".to_owned());
+        } else {
+            let single = letters.iter().map(|letter| format!("$H{letter}"));
+            self.lines.extend(single);
         }
-        let note =
-            "G28 is $H: where the axes are after it, is what the machine's homing says".to_owned();
+        let note = match self.home {
+            Some(home) => {
+                self.lines.push(here_is(&home, &letters));
+                "G28 is $H, and G92 with the coordinates of --home behind it"
+            }
+            None => "G28 is $H: where the axes are after it, is what the machine's homing says",
+        };
+        let note = note.to_owned();
         if !self.notes.contains(&note) {
             self.notes.push(note);
         }
         Ok(())
     }
+}
+
+/// The line that gives axes which were just homed their coordinates.
+fn here_is(home: &[Mm; 3], letters: &[char]) -> String {
+    let mut line = "G92".to_owned();
+    for (letter, place) in "XYZ".chars().zip(home) {
+        if letters.contains(&letter) {
+            line.push_str(&format!(" {letter}{place}"));
+        }
+    }
+    line
 }
 
 /// Where a line's command begins, behind its `N` word, and its letter and number.
@@ -229,7 +259,7 @@ mod tests {
     use super::*;
 
     fn made(text: &str) -> Vec<String> {
-        job(text)
+        job(text, &Options::default())
             .unwrap_or_else(|faults| panic!("{faults:?}"))
             .lines
     }
@@ -265,12 +295,31 @@ mod tests {
     fn single_axes_are_homed_singly() {
         assert_eq!(made("G28 X0 Y"), ["$HX", "$HY"]);
         assert_eq!(made("g28 x y z"), ["$H"]);
-        assert_eq!(job("G28 W").unwrap_err().0[0].column, 5);
+        assert_eq!(
+            job("G28 W", &Options::default()).unwrap_err().0[0].column,
+            5
+        );
+    }
+
+    #[test]
+    fn where_the_tool_stands_after_homing_may_be_told() {
+        let home = ["2", "-1.5", "0"].map(|mm| mm.parse().unwrap());
+        let options = Options { home: Some(home) };
+        let lines = |text| job(text, &options).unwrap().lines;
+        assert_eq!(lines("G28"), ["$H", "G92 X2 Y-1.5 Z0"]);
+        assert_eq!(lines("G28 Y X0"), ["$HY", "$HX", "G92 X2 Y-1.5"]);
+        let notes = job("G28", &options).unwrap().notes;
+        assert_eq!(notes.len(), 1);
+        assert!(notes[0].contains("--home"), "{notes:?}");
     }
 
     #[test]
     fn what_tunes_a_printer_is_dropped_and_said() {
-        let job = job("M204 P800\nM204 T1000\nM84 X Y E\nM220 S100").unwrap();
+        let job = job(
+            "M204 P800\nM204 T1000\nM84 X Y E\nM220 S100",
+            &Options::default(),
+        )
+        .unwrap();
         assert!(job.lines.is_empty());
         assert_eq!(
             job.notes[0],
@@ -282,13 +331,19 @@ mod tests {
     #[test]
     fn numbers_and_checksums_are_taken_off_and_verified() {
         assert_eq!(made("N3 G1 X5*102"), ["G1 X5"]);
-        assert_eq!(job("N3 G1 X5*103").unwrap_err().0.len(), 1);
+        assert_eq!(
+            job("N3 G1 X5*103", &Options::default())
+                .unwrap_err()
+                .0
+                .len(),
+            1
+        );
     }
 
     #[test]
     fn anything_else_is_a_fault_with_its_place() {
         let text = "G29\nG1 X1 H2\n  M220 S90\nG1 X--1\n@pause\nT1\nM106 S1 M107";
-        let Faults(faults) = job(text).unwrap_err();
+        let Faults(faults) = job(text, &Options::default()).unwrap_err();
         let places: Vec<_> = faults
             .iter()
             .map(|fault| (fault.line, fault.column))

@@ -243,7 +243,7 @@ proptest! {
             scale: mm("0.1"), feed: mm("1"), plunge: mm("1"), lift: mm("1"), spindle: 1, has_switches: false,
         };
         let _ = rows::job(&text, &engraving);
-        let _ = print::job(&text);
+        let _ = print::job(&text, &print::Options::default());
         let pair = |nominal, measured| align::Pair { nominal, measured };
         let pairs = [pair([0.0, 0.0], [1.0, 2.0]), pair([9.0, 0.0], [9.0, 4.0])];
         let _ = align::job(&text, &align::Fit::new(&pairs, true).unwrap());

@@ -71,6 +71,16 @@ pub(in super::super) struct PrintArgs {
     file: PathBuf,
     #[command(flatten)]
     output: OutputArgs,
+    /// Coordinates of the file at which the tool stands after homing: G92 follows each $H.
+    #[arg(long, value_name = "X,Y,Z", value_parser = home, allow_hyphen_values = true)]
+    home: Option<[Mm; 3]>,
+}
+
+/// Reads three coordinates.
+fn home(text: &str) -> Result<[Mm; 3], String> {
+    let places: Result<Vec<Mm>, String> = text.split(',').map(str::parse).collect();
+    let three = <[Mm; 3]>::try_from(places?);
+    three.map_err(|_| "expected three lengths, such as 2,2,2".to_owned())
 }
 
 /// Imports RP code.
@@ -102,7 +112,8 @@ pub(super) fn rows(args: &RowsArgs) -> Result<bool, Unusable> {
 
 /// Imports a printer's file.
 pub(super) fn print(args: &PrintArgs) -> Result<bool, Unusable> {
-    convert(&args.file, &args.output, print::job)
+    let options = print::Options { home: args.home };
+    convert(&args.file, &args.output, |text| print::job(text, &options))
 }
 
 fn convert(
