@@ -66,6 +66,9 @@ impl<'a, const MOTORS: usize> Stepping<'a, MOTORS> {
             board.parts_per_tick = None;
         }
         while board.timer_due() <= horizon {
+            if board.pulse_due() == Cycle::NEVER && self.pass_quiet(board, cpu, horizon) {
+                continue;
+            }
             let step_start = cpu.tick_start(board.step_due());
             // A tick comes first. One that would interrupt the end of a pulse before its edge does not come: ticks are a
             // pulse and 1 µs apart at least (`StepTiming`).
@@ -109,6 +112,29 @@ impl<'a, const MOTORS: usize> Stepping<'a, MOTORS> {
             self.taken(board, at);
         }
         takes
+    }
+
+    /// Handles the step interrupts ahead that find nothing to do but to ask for the next one, as [`Stepping::step`] would. Returns
+    /// whether there were any.
+    #[inline]
+    fn pass_quiet<O: Observer>(
+        &mut self,
+        board: &mut SimBoard<O, MOTORS>,
+        cpu: &mut Cpu,
+        horizon: Cycle,
+    ) -> bool {
+        let calls = self.interrupt.quiet_calls(self.shared);
+        for _ in 0..calls {
+            if board.step_due() > horizon {
+                break;
+            }
+            let at = cpu.tick_start(board.step_due());
+            self.ticks_left -= 1;
+            board.begin_step_interrupt(at, self.costs.step);
+            self.interrupt.pass(self.shared, board);
+            cpu.charge_tick(at, self.costs.step);
+        }
+        calls > 0
     }
 
     /// Looks at the segment that the step interrupt is about to take. Returns the cycles that this tick takes.

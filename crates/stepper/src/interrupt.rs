@@ -35,6 +35,26 @@ impl<const MOTORS: usize> StepInterrupt<MOTORS> {
             sign: [1; MOTORS],
         }
     }
+
+    /// How many of the coming calls of [`on_timer`] will step no motor, change no power and take no segment: calls for smoothing
+    /// ticks, which are most of all calls while motors are slow. Each of them may be a call of [`StepInterrupt::pass`] instead.
+    ///
+    /// For simulators, while nobody else reaches `shared`.
+    pub fn quiet_calls(&self, shared: &Shared<MOTORS>) -> u32 {
+        let changes_nothing = self.due.is_empty() && self.power == self.stepper.power();
+        if changes_nothing && !shared.is_restricted() {
+            self.stepper.quiet_ticks()
+        } else {
+            0
+        }
+    }
+
+    /// Does the work of one of the [`StepInterrupt::quiet_calls`]: asks for the next tick.
+    pub fn pass<P: StepPort>(&mut self, shared: &Shared<MOTORS>, port: &mut P) {
+        if port.arm(self.stepper.pass()) {
+            shared.count_late();
+        }
+    }
 }
 
 /// Makes the steps that are due and changes the power with them, then prepares the next tick. Returns whether this tick took

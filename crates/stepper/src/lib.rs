@@ -36,6 +36,9 @@ mod shared;
 mod smoothing;
 mod stepper;
 
+#[cfg(test)]
+mod quiet_tests;
+
 pub use interrupt::{on_timer, start, StepInterrupt};
 pub use line::{Line, LineError, LineStart, MAX_STEP_EVENTS};
 pub use motors::{MotorMask, MAX_MOTORS};

@@ -130,6 +130,34 @@ impl<const MOTORS: usize> Stepper<MOTORS> {
         Some(self.trace())
     }
 
+    /// How many of the next ticks step no motor and leave the power alone. The last tick of a segment does not count: the one
+    /// after it may change the power.
+    pub(crate) fn quiet_ticks(&self) -> u32 {
+        if self.power_change != PowerChange::ZERO {
+            return 0;
+        }
+        let in_segment = u32::try_from(self.ticks_left.wrapping_sub(1)).unwrap_or(0);
+        let motors = self.left.iter().zip(&self.increment);
+        motors.fold(in_segment, |least, (left, increment)| {
+            let is_due = left >> SIGN & 1 == 1;
+            let to_step = if is_due {
+                0
+            } else {
+                left.checked_div(*increment).unwrap_or(u32::MAX)
+            };
+            least.min(to_step)
+        })
+    }
+
+    /// Takes one of the [`Stepper::quiet_ticks`]. Returns the wait before it.
+    pub(crate) fn pass(&mut self) -> Ticks {
+        self.ticks_left = self.ticks_left.wrapping_sub(1);
+        for (left, increment) in self.left.iter_mut().zip(&self.increment) {
+            *left = left.wrapping_sub(*increment);
+        }
+        self.wait()
+    }
+
     /// Begins a line, whose first segment is so `early`. Returns whether a motor turns round.
     #[inline]
     pub(crate) fn begin(&mut self, start: &LineStart<MOTORS>, early: Early) -> bool {

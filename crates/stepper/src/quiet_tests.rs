@@ -1,0 +1,135 @@
+//! A simulator that passes over quiet ticks makes the same steps at the same times as one that makes every call.
+
+extern crate std;
+use crate::{
+    on_timer, start, Early, Interval, IntervalChange, Line, LineStart, MotorMask, OutputChange,
+    Power, PowerChange, Segment, Shared, Smoothing, StepInterrupt, StepPort, Ticks,
+};
+use core::num::NonZeroU16;
+use heapless::spsc::Queue;
+use proptest::prelude::*;
+use std::vec::Vec;
+
+const LEVELS: [Smoothing; 5] = [
+    Smoothing::None,
+    Smoothing::Twofold,
+    Smoothing::Fourfold,
+    Smoothing::Eightfold,
+    Smoothing::Sixteenfold,
+];
+
+/// The waits that were armed, and how often that was when a pin changed.
+#[derive(Default, PartialEq, Debug)]
+struct Pins {
+    waits: Vec<u32>,
+    edges: Vec<(usize, u8, Power)>,
+    rests: bool,
+}
+
+impl Pins {
+    fn edge(&mut self, motors: u8, power: Power) {
+        self.edges.push((self.waits.len(), motors, power));
+    }
+}
+
+impl StepPort for Pins {
+    fn step(&mut self, motors: MotorMask) {
+        self.edge(motors.bits(), Power::OFF);
+    }
+    fn set_direction(&mut self, _: MotorMask) {}
+    fn set_power(&mut self, power: Power) {
+        self.edge(0, power);
+    }
+    fn change_outputs(&mut self, _: OutputChange) {}
+    fn arm(&mut self, wait: Ticks) -> bool {
+        self.waits.push(wait.0);
+        false
+    }
+    fn rest(&mut self) {
+        self.rests = true;
+    }
+}
+
+/// Segments of one line: step events, smoothing, whether power rises.
+fn segments(delta: [i32; 3], cuts: &[(u16, usize, bool)], change: i32) -> Vec<Segment<3>> {
+    let Ok(line) = Line::new(delta) else {
+        return Vec::new();
+    };
+    let mut left = line.step_events().get() as u16;
+    let mut first = Some(line);
+    let mut all = Vec::new();
+    for (events, level, rises) in cuts.iter().cycle() {
+        let events = (*events).min(left);
+        let early = Early::half_a_tick(LEVELS[*level]);
+        left -= events;
+        all.push(Segment {
+            line: first.take().map(|line| LineStart::new(line, early)),
+            ticks: NonZeroU16::new(events << level).unwrap(),
+            smoothing: LEVELS[*level],
+            motors: MotorMask::ALL,
+            ends_event: true,
+            early,
+            interval: Interval::from_num(3000.3),
+            interval_change: IntervalChange::from_bits(i64::from(change)),
+            power: if *rises { Power::OFF } else { Power::FULL },
+            power_change: if *rises {
+                PowerChange::from_bits(1 << 16)
+            } else {
+                PowerChange::ZERO
+            },
+            outputs: OutputChange::NONE,
+            at_rest: (left == 0).then_some(Power::OFF),
+        });
+        if left == 0 {
+            return all;
+        }
+    }
+    all
+}
+
+/// Runs them to rest; answers the pins, and how many calls were passed over.
+fn run(segments: &[Segment<3>], passes: bool) -> (Pins, u32) {
+    let mut queue: Queue<Segment<3>, 512> = Queue::new();
+    let (mut producer, mut consumer) = queue.split();
+    for segment in segments {
+        producer.enqueue(*segment).unwrap();
+    }
+    let (mut interrupt, shared, mut pins, mut passed) =
+        (StepInterrupt::new(), Shared::new(), Pins::default(), 0);
+    shared.set_running();
+    start(&mut interrupt, &consumer, &shared, &mut pins);
+    while !pins.rests {
+        let quiet = if passes {
+            interrupt.quiet_calls(&shared)
+        } else {
+            0
+        };
+        for _ in 0..quiet {
+            interrupt.pass(&shared, &mut pins);
+        }
+        passed += quiet;
+        on_timer(&mut interrupt, &mut consumer, &shared, &mut pins);
+    }
+    (pins, passed)
+}
+
+proptest! {
+    #[test]
+    fn passing_over_quiet_ticks_changes_no_edge_and_no_wait(
+        delta in prop::array::uniform3(-200i32..200),
+        cuts in prop::collection::vec((1u16..60, 0usize..5, prop::bool::weighted(0.2)), 1..20),
+        change in -1_000_000i32..1_000_000,
+    ) {
+        let segments = segments(delta, &cuts, change);
+        prop_assume!(!segments.is_empty());
+        prop_assert_eq!(run(&segments, true).0, run(&segments, false).0);
+    }
+}
+
+#[test]
+fn of_sixteen_ticks_a_step_fourteen_are_passed_over() {
+    // The tick that steps and the one after which it is seen to step are calls.
+    let segments = segments([100, 0, 0], &[(100, 4, false)], 0);
+    let (_, passed) = run(&segments, true);
+    assert_eq!(passed, 1400);
+}
