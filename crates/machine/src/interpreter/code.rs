@@ -9,7 +9,7 @@ use super::letters::{Group, GROUPS_IN_JOGS};
 use super::modal_state::{
     Distance, FeedMode, Motion, Plane, ProbeKind, Retract, Rotation, Turn, Units, WorkSystem,
 };
-use super::words::{AxisCommand, Flow, NonModal};
+use super::takers::{AxisCommand, Flow, NonModal};
 use crate::config::Options;
 use crate::protocol::status::Status;
 use leadscrew_gcode::Number;

@@ -7,7 +7,8 @@ use super::cycle::holes::Cycle;
 use super::cycle::series::Series;
 use super::letters::Group;
 use super::modal_state::{FeedMode, ModalState, Motion, Rotation};
-use super::words::{Block, Flow};
+use super::takers::Flow;
+use super::words::Block;
 use super::{Coordinate, Interpreter, MAX_COMMANDS};
 
 /// Spindle, coolant, parking and an extension's.

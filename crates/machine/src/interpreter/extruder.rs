@@ -7,14 +7,11 @@
 //!
 //! A machine with three axes has none, and is built without this.
 
-use super::check::{out_of_range, Check};
 use super::code::Code;
 use super::context::Context;
-use super::fault::Refusal;
-use super::letters::{Group, Letters};
+use super::letters::Group;
 use super::modal_state::Distance;
-use super::words::{Block, NonModal};
-use super::Coordinate;
+use super::words::Block;
 use crate::config::{self, WITHOUT_EXTRUDER};
 use crate::protocol::status::Status;
 use leadscrew_gcode::{Letter, Number};
@@ -67,28 +64,5 @@ impl<const AXES: usize> Block<AXES> {
             Some(axis) => self.axis(axis),
             None => self.axis(extruder.ok_or(Status::UnsupportedCommand)?),
         }
-    }
-}
-
-impl<const AXES: usize> Check<'_, AXES> {
-    /// Where the extruder's word counts from, if it counts in its own way.
-    pub(super) fn extruder_origin(&self) -> Option<Coordinate> {
-        let axis = self.context.extruder()?;
-        if self.block.non_modal == NonModal::MachineCoordinates {
-            return None;
-        }
-        let origins = match self.block.modal.extrusion? {
-            Distance::Absolute => self.state.offsets.work_offset(self.block.modal.system),
-            Distance::Incremental => self.state.position,
-        };
-        origins.get(axis).copied()
-    }
-}
-
-/// The refusal of a word that leads beyond the reach of its axis.
-pub(super) fn beyond_reach(axis: usize, extruder: Option<usize>) -> Refusal {
-    match extruder == Some(axis) {
-        true => Refusal::words(Status::OutOfRange, Letters::of(&[Letter::E])),
-        false => out_of_range(axis),
     }
 }

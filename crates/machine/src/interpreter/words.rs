@@ -9,7 +9,7 @@ use super::context::Context;
 use super::fault::Fault;
 use super::letters::{Group, Groups, Letters};
 use super::modal_state::{Coolant, ModalState, Motion};
-pub(super) use super::takers::{AxisCommand, Flow, NonModal};
+use super::takers::{AxisCommand, Flow, NonModal};
 use crate::config::Options;
 use crate::extension::Words;
 use crate::protocol::status::Status;

@@ -5,20 +5,22 @@
 //! 33), probing (26, 33), canned cycles (see [`cycle`]), words that nobody took (36).
 
 mod cycle;
+mod extruder;
 mod offsets;
 mod path;
 
+use self::extruder::beyond_reach;
 use super::command::{ArcShape, OffsetId};
 use super::context::Context;
 use super::cycle::holes::Cycle;
 use super::cycle::series::Series;
-use super::extruder::beyond_reach;
 use super::fault::Refusal;
 use super::letters::{Group, Groups, Letters, GROUPS_IN_JOGS};
 use super::modal_state::{Distance, FeedMode, Motion, ProbeKind, Units, WorkSystem};
 use super::offsets::TOOL_AXIS;
+use super::takers::{AxisCommand, NonModal};
 use super::units::inches_to_millimetres;
-use super::words::{AxisCommand, Block, NonModal, WITH_WORDS};
+use super::words::{Block, WITH_WORDS};
 use super::{Coordinate, Interpreter, MAX_WORD};
 use crate::config::AxisKind;
 use crate::protocol::status::Status;

@@ -1,0 +1,33 @@
+//! The extruder's word: where it counts from, and its refusal.
+
+use super::{out_of_range, Check};
+use crate::interpreter::fault::Refusal;
+use crate::interpreter::letters::Letters;
+use crate::interpreter::modal_state::Distance;
+use crate::interpreter::takers::NonModal;
+use crate::interpreter::Coordinate;
+use crate::protocol::status::Status;
+use leadscrew_gcode::Letter;
+
+impl<const AXES: usize> Check<'_, AXES> {
+    /// Where the extruder's word counts from, if it counts in its own way.
+    pub(super) fn extruder_origin(&self) -> Option<Coordinate> {
+        let axis = self.context.extruder()?;
+        if self.block.non_modal == NonModal::MachineCoordinates {
+            return None;
+        }
+        let origins = match self.block.modal.extrusion? {
+            Distance::Absolute => self.state.offsets.work_offset(self.block.modal.system),
+            Distance::Incremental => self.state.position,
+        };
+        origins.get(axis).copied()
+    }
+}
+
+/// The refusal of a word that leads beyond the reach of its axis.
+pub(super) fn beyond_reach(axis: usize, extruder: Option<usize>) -> Refusal {
+    match extruder == Some(axis) {
+        true => Refusal::words(Status::OutOfRange, Letters::of(&[Letter::E])),
+        false => out_of_range(axis),
+    }
+}
