@@ -6,7 +6,7 @@
 //!
 //! Where the power leads the motion (`$703`), or a spindle turns, nobody asks.
 
-use leadscrew_machine::board::PlannedMove;
+use leadscrew_machine::explain::PlannedMove;
 use leadscrew_planner::MoveKind;
 use leadscrew_sim::observer::{Observer, Taken};
 use leadscrew_sim::Cycle;

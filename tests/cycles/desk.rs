@@ -1,6 +1,7 @@
 //! A machine that is told a program line by line, and the moves, dwells and spindle commands that come of it.
 
-use leadscrew_machine::board::{ChannelId, PlannedMove, SpindleOutput};
+use leadscrew_machine::board::{ChannelId, SpindleOutput};
+use leadscrew_machine::explain::PlannedMove;
 use leadscrew_planner::{Cartesian, MoveKind};
 use leadscrew_sim::{Cycle, Host, Memory, Observer, Simulation, Stopped};
 use leadscrew_tests::{setup, MOVES};

@@ -11,8 +11,8 @@
 //! Implemented by the firmware's board and by the simulator. Every method is called from the main loop
 //! and none may wait: a long job is begun, or done in parts ([`Board::write`]).
 
+use crate::explain::Explain;
 use core::fmt;
-use leadscrew_planner::{Coordinate, MoveKind};
 use leadscrew_stepper::{MotorMask, Power};
 
 /// Microseconds since power-up, as the caller of `Machine::poll` counts them.
@@ -30,29 +30,6 @@ impl fmt::Display for ChannelId {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", self.0)
     }
-}
-
-/// A move of the program that has just been planned.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub struct PlannedMove<'a> {
-    /// Where it ends: axes, machine position.
-    pub target: &'a [Coordinate],
-    /// The kind of motion.
-    pub kind: MoveKind,
-    /// Power as programmed, at the programmed feed.
-    pub power: Power,
-    /// The limit from an arc's curvature, mm/s.
-    pub speed_limit: Option<f32>,
-    /// The line that asked for it, counted as [`Work::lines`](crate::work::Work::lines) does.
-    pub line: u32,
-    /// Signed steps of each motor, of all that was planned as one move with it.
-    pub steps: &'a [i32],
-    /// Highest acceleration along the path, mm/s².
-    pub acceleration: f32,
-    /// Highest speed along the path whatever the override, mm/s.
-    pub rate: f32,
-    /// Speed along the path as programmed, mm/s.
-    pub feed: f32,
 }
 
 /// Electrical levels of all switches at one instant. Inputs are pulled up: `true` is high, an open switch.
@@ -158,9 +135,8 @@ pub trait Board {
     /// direction waits for its end.
     fn configure(&mut self, port: &PortConfig);
 
-    /// Learns of a move of the program as it is planned. For boards that watch, such as a simulator that draws; others
-    /// need not care.
-    fn move_planned(&mut self, planned: &PlannedMove<'_>) {
-        let _ = planned;
+    /// Whoever explains the job: a simulator that draws it or tells why it slows down. A controller has nobody.
+    fn explainer(&mut self) -> Option<&mut dyn Explain> {
+        None
     }
 }

@@ -16,6 +16,8 @@ mod console;
 mod dual;
 mod ends;
 mod events;
+pub mod explain;
+mod explanation;
 pub mod extension;
 mod hard_limits;
 mod history;

@@ -65,32 +65,6 @@ pub struct Next {
     pub is_chore: bool,
 }
 
-/// How motion stands at the end of the segment that was made last.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub struct Committed {
-    /// Speed along the path, mm/s.
-    pub speed: f32,
-    /// The bound of the speed from there on, where it slows down.
-    pub ahead: Ahead,
-}
-
-/// The reason why motion slows down.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Ahead {
-    /// The program asks for rest: a dwell, a spindle that is switched, a pause, the end.
-    Stop,
-    /// As many moves are queued as fit.
-    LookAhead,
-    /// No further line has come yet.
-    NoLine,
-    /// A corner.
-    Corner,
-    /// The curvature of the path: an arc, or a curve of short moves.
-    Curve,
-    /// A move that is slower.
-    SlowerMove,
-}
-
 /// A GRBL machine with `AXES` axes on `MOTORS` motors, and an extension.
 pub struct Machine<'a, K, const AXES: usize, const MOTORS: usize, X = ()> {
     pub(crate) config: MachineConfig<AXES>,
@@ -175,6 +149,7 @@ where
     /// Main loop. `now` never goes back.
     pub fn poll<B: Board>(&mut self, board: &mut B, now: Instant) -> Next {
         self.work.polls = self.work.polls.wrapping_add(1);
+        let segments = self.work.segments;
         if !self.history.booted {
             self.boot(board, now);
         }
@@ -196,6 +171,7 @@ where
         // Whatever has come meanwhile acts on the segments that are made now.
         self.take_requests(board, now);
         self.feed(board, now);
+        self.explain_segments(segments, board);
         self.console.flush(board, &mut self.work);
         self.next(extension, now)
     }
@@ -234,23 +210,6 @@ where
     /// Speed on the path, mm/s; 0 at rest.
     pub fn speed(&self) -> f32 {
         self.motion.speed()
-    }
-
-    /// How motion stands at the end of the segment that was made last: for those who explain a job.
-    pub fn committed(&self) -> Committed {
-        let (speed, ahead) = self.motion.committed();
-        let waits = self.activity.line.is_busy() && !self.activity.line.moves_next();
-        Committed {
-            speed,
-            ahead: match ahead {
-                leadscrew_planner::Ahead::QueueEnd { .. } if waits => Ahead::Stop,
-                leadscrew_planner::Ahead::QueueEnd { full: true } => Ahead::LookAhead,
-                leadscrew_planner::Ahead::QueueEnd { full: false } => Ahead::NoLine,
-                leadscrew_planner::Ahead::Corner => Ahead::Corner,
-                leadscrew_planner::Ahead::Curve => Ahead::Curve,
-                leadscrew_planner::Ahead::SlowerMove => Ahead::SlowerMove,
-            },
-        }
     }
 
     /// Lines of the program since it began: since power-up, a reset, or the end of the program before.

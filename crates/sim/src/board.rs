@@ -22,8 +22,9 @@ use crate::output_pins::OutputPins;
 use crate::plant::{Plant, Rise, LEAST_SETUP};
 use crate::trouble::{Late, LateReason, Record, Violation};
 use leadscrew_machine::board::{
-    Board, ChannelId, CoolantOutput, Instant, PlannedMove, PortConfig, SpindleOutput, Switches,
+    Board, ChannelId, CoolantOutput, Instant, PortConfig, SpindleOutput, Switches,
 };
+use leadscrew_machine::explain::{Committed, Explain, PlannedMove};
 use leadscrew_outputs::OutputPort;
 use leadscrew_stepper::{MotorMask, OutputChange, Power, StepPort, Ticks, MAX_SMOOTHING_LEVEL};
 
@@ -364,6 +365,16 @@ impl<O: Observer, const MOTORS: usize> StepPort for SimBoard<O, MOTORS> {
     }
 }
 
+impl<O: Observer, const MOTORS: usize> Explain for SimBoard<O, MOTORS> {
+    fn move_planned(&mut self, planned: &PlannedMove<'_>) {
+        self.observer.move_planned(planned);
+    }
+
+    fn segments_made(&mut self, count: u32, committed: &Committed) {
+        self.observer.segments_made(count, committed);
+    }
+}
+
 impl<O: Observer, const MOTORS: usize> Board for SimBoard<O, MOTORS> {
     fn start_stepping(&mut self, now: Instant) -> Instant {
         self.tick_due = self.now;
@@ -406,8 +417,8 @@ impl<O: Observer, const MOTORS: usize> Board for SimBoard<O, MOTORS> {
         }
     }
 
-    fn move_planned(&mut self, planned: &PlannedMove<'_>) {
-        self.observer.move_planned(planned);
+    fn explainer(&mut self) -> Option<&mut dyn Explain> {
+        Some(self)
     }
 
     fn configure(&mut self, port: &PortConfig) {

@@ -444,15 +444,6 @@ where
         if let Some(fault) = self.machine.take_fault() {
             self.board.observer.refused(self.now, &fault);
         }
-        let made = self
-            .machine
-            .work()
-            .segments
-            .wrapping_sub(self.work.segments);
-        if made > 0 {
-            let committed = self.machine.committed();
-            self.board.observer.segments_made(made, &committed);
-        }
         self.charge_poll();
         self.check(&counted);
         self.schedule(&next);

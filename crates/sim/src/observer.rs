@@ -5,8 +5,9 @@
 
 use crate::clock::Cycle;
 use crate::trouble::{Late, Violation};
-use leadscrew_machine::board::{CoolantOutput, PlannedMove, PortConfig, SpindleOutput};
-use leadscrew_machine::machine::{Committed, LineFault};
+use leadscrew_machine::board::{CoolantOutput, PortConfig, SpindleOutput};
+use leadscrew_machine::explain::{Committed, PlannedMove};
+use leadscrew_machine::machine::LineFault;
 use leadscrew_stepper::{MotorMask, Power};
 
 /// The rising edges of one step event.

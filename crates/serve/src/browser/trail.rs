@@ -5,7 +5,7 @@
 //!     behind         ahead
 //! ```
 
-use leadscrew_machine::board::PlannedMove;
+use leadscrew_machine::explain::PlannedMove;
 use leadscrew_planner::MoveKind;
 use leadscrew_sim::clock::Cycle;
 use leadscrew_sim::observer::{Observer, Taken};

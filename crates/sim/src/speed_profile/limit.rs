@@ -1,6 +1,6 @@
 //! The limits, their names, and the settings that hold them.
 
-use leadscrew_machine::machine::Ahead;
+use leadscrew_machine::explain::Ahead;
 
 /// The bound of the speed of a move where nothing slows it down.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]

@@ -11,8 +11,7 @@ use super::limit::{Limit, Limits, Machine, Slow, SpeedLimit};
 use super::{Phase, Stretch};
 use crate::clock::Cycle;
 use crate::observer::{Observer, Taken};
-use leadscrew_machine::board::PlannedMove;
-use leadscrew_machine::machine::Committed;
+use leadscrew_machine::explain::{Committed, PlannedMove};
 use leadscrew_planner::MoveKind;
 use std::collections::VecDeque;
 

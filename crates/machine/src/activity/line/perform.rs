@@ -2,7 +2,7 @@
 
 use super::arc::{ArcFeed, CHORDS_A_POLL};
 use super::{LineKind, Progress, Wait};
-use crate::board::{Board, CoolantOutput, Duration, Instant, PlannedMove, SpindleOutput};
+use crate::board::{Board, CoolantOutput, Duration, Instant, SpindleOutput};
 use crate::console::Discard;
 use crate::extension::{Event, Extension};
 use crate::interpreter::{ArcShape, Command, Coolant, Feed, OffsetId, Rotation, Spindle, Travel};
@@ -225,7 +225,7 @@ where
                     self.motion.outputs = OutputChange::NONE;
                 }
                 self.motion.path_end = next.target;
-                self.show_planned(next, board);
+                self.explain_move(next, board);
                 // A jog burns in every motion mode, at rest the mode decides.
                 let cuts = !self.activity.line.is_jogging()
                     || self.program.interpreter.modal().motion.is_cutting();
@@ -245,24 +245,6 @@ where
             }
             Err(PushError::TooFar) => self.refuse_move(),
         }
-    }
-
-    /// Shows a move that has just been queued to a board that watches.
-    fn show_planned<B: Board>(&self, of: &Move<AXES>, board: &mut B) {
-        let Some(outline) = self.motion.newest() else {
-            return;
-        };
-        board.move_planned(&PlannedMove {
-            target: &of.target,
-            kind: of.kind,
-            power: of.power.programmed(),
-            speed_limit: self.motion.arc_speed(of),
-            line: self.work.lines,
-            steps: &outline.steps,
-            acceleration: outline.acceleration,
-            rate: outline.rate,
-            feed: outline.feed,
-        });
     }
 
     /// A move that is not a step long: a laser at constant power still changes, once motion has ended.

@@ -22,12 +22,12 @@ impl<const AXES: usize> Check<'_, AXES> {
         };
         origins.get(axis).copied()
     }
-}
 
-/// The refusal of a word that leads beyond the reach of its axis.
-pub(super) fn beyond_reach(axis: usize, extruder: Option<usize>) -> Refusal {
-    match extruder == Some(axis) {
-        true => Refusal::words(Status::OutOfRange, Letters::of(&[Letter::E])),
-        false => out_of_range(axis),
+    /// The refusal of a word that leads beyond the reach of its axis.
+    pub(super) fn beyond_reach(&self, axis: usize) -> Refusal {
+        match self.context.extruder() == Some(axis) {
+            true => Refusal::words(Status::OutOfRange, Letters::of(&[Letter::E])),
+            false => out_of_range(axis),
+        }
     }
 }

@@ -9,7 +9,6 @@ mod extruder;
 mod offsets;
 mod path;
 
-use self::extruder::beyond_reach;
 use super::command::{ArcShape, OffsetId};
 use super::context::Context;
 use super::cycle::holes::Cycle;
@@ -327,7 +326,7 @@ impl<'a, const AXES: usize> Check<'a, AXES> {
                 let soft_limits = self.context.soft_limits;
                 *target = sum_within(origin, word, *reach)
                     .or_else(|| soft_limits.then(|| beyond(origin, word, *reach)))
-                    .ok_or_else(|| beyond_reach(axis, extruder))?;
+                    .ok_or_else(|| self.beyond_reach(axis))?;
             }
         }
         Ok(())
