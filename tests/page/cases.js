@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import {readFileSync} from "node:fs";
 import {get} from "node:http";
 import {createRequire} from "node:module";
-import {sender, sleep} from "./server.js";
+import {playback, sender, sleep} from "./server.js";
 
 const AXE = readFileSync(createRequire(import.meta.url).resolve("axe-core/axe.min.js"), "utf8");
 const EXAMPLES = new URL("../../examples/", import.meta.url);
@@ -312,6 +312,33 @@ export const cases = [
       server.start(["--ws", address.host, "--token", address.searchParams.get("token")]);
       await isState(page, "Idle");
       assert.ok(await page.evaluate(() => globalThis.before), "the same page");
+    },
+  },
+  {
+    name: "a finished job is played from a file: the tool is where the job has it at each time",
+    alone: true,
+    run: async ({page, server, shoot}) => {
+      // 12 mm aside at 4 mm/s, 30 mm at 10 mm/s, back at the rate of 500 mm/min; ramps of 10 mm/s².
+      const job = "G21 G90\n(cutter 3 mm)\nG1 X12 F240\nG1 Y30 F600\nG0 X0 Y0\n";
+      await page.goto(playback(server.folder, "job.nc", job));
+      assert.equal(await text(page, "#title"), "job.nc");
+      assert.match(await text(page, "#now"), /done .*X 0\.000  Y 0\.000/);
+      assert.match(await text(page, "#legend"), /tool 3 mm/);
+      await page.getByRole("button", {name: "3D"}).click();
+      await shoot("playback");
+      await page.locator("#slider").focus();
+      await page.keyboard.press("Home");
+      assert.match(await text(page, "#now"), /^0\.00 s .*X 0\.000  Y 0\.000/);
+      // Half a way of 12 mm: at half the time from its begin to its end, which are alike.
+      const seconds = 12 / 4 + 4 / 10;
+      await page.evaluate((half) => globalThis.leadscrew.show(half), seconds / 2);
+      assert.match(await text(page, "#now"), /line 3 /);
+      assert.ok(Math.abs(Number((await text(page, "#now")).match(/X (\S+)/)[1]) - 6) < 0.1, await text(page, "#now"));
+      assert.match(await text(page, "#now"), / 240 mm\/min/);
+      await page.getByRole("button", {name: "Play"}).click();
+      await page.waitForFunction(() => document.getElementById("now").textContent.includes("done"));
+      await page.getByRole("button", {name: "Play"}).waitFor();
+      assert.deepEqual(await violations(page), []);
     },
   },
   {

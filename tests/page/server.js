@@ -1,10 +1,11 @@
 // A machine to try the page on, and a sender on one of its lines.
 
-import {spawn} from "node:child_process";
+import {execFileSync, spawn} from "node:child_process";
 import {mkdtempSync, rmSync, writeFileSync} from "node:fs";
 import {connect} from "node:net";
 import {tmpdir} from "node:os";
 import {join} from "node:path";
+import {pathToFileURL} from "node:url";
 
 /** How long anything may take, ms. */
 export const PATIENCE = 20_000;
@@ -46,6 +47,14 @@ export class Server {
     if (this.process.exitCode === null) await this.stop();
     rmSync(this.folder, {recursive: true, force: true});
   }
+}
+
+/** Runs a job; answers the address of its page, which is in `folder`. */
+export function playback(folder, name, text) {
+  const [job, page] = [join(folder, name), join(folder, `${name}.html`)];
+  writeFileSync(job, text);
+  execFileSync(process.env.LEADSCREW ?? "leadscrew", ["run", job, "--html", page, "--quiet"]);
+  return pathToFileURL(page).href;
 }
 
 /** Connects to a TCP line as a sender does. */

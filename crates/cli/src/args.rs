@@ -183,6 +183,10 @@ pub(super) struct JobArgs {
     /// Draw the toolpath and the speed as an SVG picture; `-` writes to standard output.
     #[arg(long, value_name = "FILE")]
     pub(super) svg: Option<PathBuf>,
+    /// Write the job as a web page that needs no network: the toolpath, to be zoomed and turned, and a slider along its time; `-`
+    /// writes to standard output.
+    #[arg(long, value_name = "FILE")]
+    pub(super) html: Option<PathBuf>,
     /// Write the pins' waveform as VCD (GTKWave opens it); `-` writes to standard output.
     #[arg(long, value_name = "FILE")]
     pub(super) vcd: Option<PathBuf>,

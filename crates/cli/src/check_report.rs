@@ -2,8 +2,8 @@
 
 use super::complaint::Complaint;
 use super::report::{error_json, extents, Extents, JsonError, JSON_VERSION};
-use super::tools::note_tools;
-use crate::picture::Toolpath;
+use leadscrew_sim::scene::note_tools;
+use leadscrew_sim::scene::Toolpath;
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::fmt;

@@ -5,7 +5,6 @@
 use super::complaint::{Complaint, Fault};
 use super::remark::Remark;
 use super::setting_args::{instead, Machine, TIMING};
-use crate::picture::{StrokeKind, Toolpath};
 use leadscrew_machine::config::{AxisKind, MachineConfig};
 use leadscrew_machine::extension::{Call, Extension};
 use leadscrew_machine::interpreter::{
@@ -21,6 +20,7 @@ use leadscrew_machine::settings::values::{Entry, Settings};
 use leadscrew_machine::soft_limits;
 use leadscrew_planner::{Arc, Coordinate, StepsPerMm};
 use leadscrew_sim::own::{Own, OwnPins};
+use leadscrew_sim::scene::{StrokeKind, ToolSizes, Toolpath};
 use leadscrew_stepper::MAX_STEP_EVENTS;
 
 /// The beginning of a jog.
@@ -75,6 +75,8 @@ struct Checker<const AXES: usize> {
     own: Own<AXES>,
     /// Where the program goes.
     path: Toolpath,
+    /// The tools that its comments tell; only a picture asks for them.
+    tools: ToolSizes,
     /// Whether targets outside the travel are faults where soft limits are off, too.
     travel_counts: bool,
     /// The effects of the line under way.
@@ -106,6 +108,9 @@ impl<const AXES: usize> Follow for Checker<AXES> {
 
     fn check(&mut self, number: u64, raw: &[u8]) -> Option<Complaint> {
         self.path.line = u32::try_from(number).unwrap_or(u32::MAX);
+        if self.path.is_drawn() {
+            self.path.tool_mm = self.tools.read(raw);
+        }
         let (kind, detail) = self.check_line(raw).err()?;
         Some(self.complaint(number, raw, &kind, detail))
     }
@@ -138,6 +143,7 @@ impl<const AXES: usize> Checker<AXES> {
                 .file
                 .extension(machine.outputs, None, OwnPins::default()),
             path: Toolpath::new([0.0; 3], false),
+            tools: ToolSizes::default(),
             travel_counts: false,
             last: Done::default(),
         }

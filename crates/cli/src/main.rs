@@ -28,7 +28,6 @@ mod settings_file;
 mod shell;
 mod steps_csv;
 mod stream;
-mod tools;
 mod trials;
 mod vcd;
 mod watchers;

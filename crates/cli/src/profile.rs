@@ -207,11 +207,10 @@ impl ProfileReport {
     pub(super) fn new(file: &str, letters: Vec<char>, done: Streamed<Recorder>) -> Self {
         let begin = done.outcome.first_byte;
         let end = begin + done.outcome.job_cycles;
-        let lines = done.answered;
-        let stretches = done.observer.finish(begin, end, |number| {
-            let index = usize::try_from(number).ok()?.checked_sub(1)?;
-            lines.get(index).copied()
-        });
+        let counted = done.counted;
+        let stretches = done
+            .observer
+            .finish(begin, end, |number| counted.line(number));
         Self {
             file: file.to_owned(),
             letters,

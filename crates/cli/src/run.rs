@@ -14,9 +14,12 @@ use super::{unusable, Unusable};
 use crate::picture::{draw, Caption};
 use leadscrew_machine::settings::table::{AxisSetting, Setting};
 use leadscrew_machine::tool::spindle::SpindleScale;
+use leadscrew_serve::browser::Playback;
+use leadscrew_sim::clock::seconds;
 use leadscrew_sim::link::Rate;
 use leadscrew_sim::profile::Belts;
 use leadscrew_sim::speed_profile::{Recorder, Stretch};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -34,7 +37,7 @@ pub(super) fn run(args: &JobArgs) -> Result<bool, Unusable> {
     let jobs = input::jobs(&args.files).map_err(unusable)?;
     let is_one = jobs.len() == 1 && jobs == args.files;
     if !is_one && named(args).next().is_some() {
-        return Err(unusable("--svg, --vcd and --steps are of one job"));
+        return Err(unusable("--svg, --html, --vcd and --steps are of one job"));
     }
     one_for_stdout(args).map_err(unusable)?;
     let mut reports = Vec::new();
@@ -63,12 +66,13 @@ struct Outputs {
     steps: Option<StepList>,
     vcd: Option<WaveformFile>,
     svg: Option<Output>,
+    html: Option<Output>,
     sketch: Sketch,
 }
 
 /// All outputs that `args` names.
 fn named(args: &JobArgs) -> impl Iterator<Item = &Path> {
-    let all = [&args.svg, &args.vcd, &args.steps];
+    let all = [&args.svg, &args.html, &args.vcd, &args.steps];
     all.into_iter().flatten().map(PathBuf::as_path)
 }
 
@@ -77,7 +81,7 @@ fn one_for_stdout(args: &JobArgs) -> Result<(), &'static str> {
     let count = named(args).filter(|path| is_stdout(path)).count() + usize::from(args.json);
     match count {
         0 | 1 => Ok(()),
-        _ => Err("standard output takes one of --json, --svg -, --vcd -, --steps -"),
+        _ => Err("standard output takes one of --json, --svg -, --html -, --vcd -, --steps -"),
     }
 }
 
@@ -100,14 +104,17 @@ impl Outputs {
             })
             .transpose()?;
         let svg = args.svg.as_deref().map(Output::create).transpose()?;
+        let html = args.html.as_deref().map(Output::create).transpose()?;
+        let picture = svg.is_some() || html.is_some();
         // The recorder knows motors that turn one axis each.
-        let is_drawn = svg.is_some() && machine.file.kinematics != Belts::CoreXy;
+        let is_drawn = picture && machine.file.kinematics != Belts::CoreXy;
         let recorder = is_drawn.then(|| Recorder::new(limits_of(machine)));
         Ok(Self {
             steps,
             vcd,
-            sketch: Sketch::new(recorder, svg.is_some()),
+            sketch: Sketch::new(recorder, picture),
             svg,
+            html,
         })
     }
 }
@@ -130,11 +137,14 @@ fn simulate(
         quiet: args.quiet,
         mute: false,
         feed_percent: 100,
-        keep_answers: false,
+        keep_answers: outputs.sketch.path.is_drawn(),
     };
     let observer = ((outputs.steps, outputs.vcd), outputs.sketch);
     let done = stream.run(job, observer)?;
     let ((steps, vcd), mut sketch) = done.observer;
+    sketch
+        .path
+        .tell_lines(|number| done.counted.line_and_tool(number));
     if let Some(steps) = steps {
         steps.finish().map_err(unusable)?;
     }
@@ -160,13 +170,22 @@ fn simulate(
         extents: sketch.path.cut_bounds().map(extents),
         wall_seconds: 0.0,
     };
-    if let Some(output) = outputs.svg {
+    if sketch.path.is_drawn() {
         let begin = report.outcome.first_byte;
         let end = begin + report.outcome.job_cycles;
         let speed = sketch.speed.take();
         let stretches = speed.map(|speed| speed.finish(begin, end, |_| None));
-        let stretches = stretches.unwrap_or_default();
-        draw_picture(output, machine, &sketch, &stretches, &report).map_err(unusable)?;
+        let drawing = Drawing {
+            caption: caption(machine, &report),
+            sketch: &sketch,
+            stretches: stretches.unwrap_or_default(),
+        };
+        if let Some(output) = outputs.svg {
+            drawing.write_svg(output).map_err(unusable)?;
+        }
+        if let Some(output) = outputs.html {
+            drawing.write_html(output).map_err(unusable)?;
+        }
     }
     Ok(report)
 }
@@ -178,20 +197,52 @@ pub(super) fn full_power(machine: &Machine) -> Option<f64> {
     settings.is_on(Setting::Laser).then_some(full)
 }
 
-fn draw_picture(
-    output: Output,
-    machine: &Machine,
-    sketch: &Sketch,
-    stretches: &[Stretch],
-    report: &Report,
-) -> Result<(), OutputError> {
-    let caption = Caption {
+fn caption(machine: &Machine, report: &Report) -> Caption {
+    Caption {
         title: title(&report.file),
         summary: report.caption(),
         full_power_s: full_power(machine),
-    };
-    let written = svg::write(output.pen(), &draw(&sketch.path, stretches, &caption));
-    output.complete(written)
+    }
+}
+
+/// All that pictures of a run show.
+struct Drawing<'a> {
+    caption: Caption,
+    sketch: &'a Sketch,
+    stretches: Vec<Stretch>,
+}
+
+impl Drawing<'_> {
+    fn write_svg(&self, output: Output) -> Result<(), OutputError> {
+        let picture = draw(&self.sketch.path, &self.stretches, &self.caption);
+        let written = svg::write(output.pen(), &picture);
+        output.complete(written)
+    }
+
+    fn write_html(&self, output: Output) -> Result<(), OutputError> {
+        let mut moves = Vec::new();
+        for one in self.sketch.path.moves() {
+            one.write(&mut moves);
+        }
+        let course = self.stretches.iter().flat_map(|stretch| {
+            let time = seconds(stretch.cycles());
+            [time, stretch.length, stretch.speed[0]].map(|value| value as f32)
+        });
+        let playback = Playback {
+            title: &self.caption.title,
+            summary: &self.caption.summary,
+            is_laser: self.caption.full_power_s.is_some(),
+            moves: &moves,
+            lengths: &bytes(self.sketch.lengths.iter().copied()),
+            course: &bytes(course),
+        };
+        let written = output.pen().write_all(playback.document().as_bytes());
+        output.complete(written)
+    }
+}
+
+fn bytes(values: impl Iterator<Item = f32>) -> Vec<u8> {
+    values.flat_map(f32::to_le_bytes).collect()
 }
 
 fn tell(args: &JobArgs, report: &Report) -> Result<(), Unusable> {

@@ -4,7 +4,6 @@ use super::checker::{follow, Follow};
 use super::complaint::{Complaint, Fault};
 use super::input::Job;
 use super::setting_args::Machine;
-use super::tools::note_tools;
 use super::{unusable, Unusable};
 use indicatif::{ProgressBar, ProgressStyle};
 use leadscrew_machine::board::ChannelId;
@@ -19,6 +18,7 @@ use leadscrew_sim::link::{Host, Rate};
 use leadscrew_sim::observer::Observer;
 use leadscrew_sim::outcome::Outcome;
 use leadscrew_sim::powered::{Powered, Supply, MOST_MOTORS};
+use leadscrew_sim::scene::{note_tools, ToolSizes};
 use leadscrew_sim::streamer::{Replies, Reply, Streamer, Streaming};
 use std::cell::RefCell;
 use std::collections::VecDeque;
@@ -45,7 +45,7 @@ pub(super) struct Stream<'a> {
     pub(super) mute: bool,
     /// The feed override, 100 to 200 in tens.
     pub(super) feed_percent: u8,
-    /// Whether it is to be known which line each answer was to: 8 bytes a line.
+    /// Whether it is to be known which line each answer was to, 8 bytes a line; and the sizes of the tools.
     pub(super) keep_answers: bool,
 }
 
@@ -63,9 +63,8 @@ pub(super) struct Streamed<O> {
     pub(super) pauses: Vec<u64>,
     /// The tools that it asked for.
     pub(super) tools: Vec<u32>,
-    /// The line of the file of each answered line, in the order of the answers; 0 for the operator's own. Empty where that is not
-    /// to be known.
-    pub(super) answered: Vec<u64>,
+    /// The lines that the machine counts.
+    pub(super) counted: Counted,
     /// The result of the simulation.
     pub(super) outcome: Outcome<MOST_MOTORS>,
     /// Who watched.
@@ -87,6 +86,7 @@ impl Stream<'_> {
         let checker = (!self.keep_going).then(|| follow(&job.name, self.machine));
         let complaints = Complaints {
             answered: self.keep_answers.then(Vec::new),
+            sizes: self.keep_answers.then(Sizes::default),
             mute: self.mute,
             ..Complaints::new(&job.name, faults, checker, self.quiet)
         };
@@ -123,7 +123,7 @@ impl Stream<'_> {
 
         let lines = operator.streamer.lines();
         let own = operator.own_lines;
-        let complaints = operator
+        let mut complaints = operator
             .streamer
             .finish()
             .map_err(|error| unusable(format!("{}: cannot be read: {error}", job.name)))?;
@@ -134,9 +134,16 @@ impl Stream<'_> {
             alarm: complaints.alarm,
             pauses,
             tools: complaints.tools,
-            answered: std::iter::repeat_n(0, own)
-                .chain(complaints.answered.into_iter().flatten())
-                .collect(),
+            counted: Counted {
+                tools: complaints
+                    .sizes
+                    .take()
+                    .map(|sizes| sizes.behind(own))
+                    .unwrap_or_default(),
+                lines: std::iter::repeat_n(0, own)
+                    .chain(complaints.answered.into_iter().flatten())
+                    .collect(),
+            },
             outcome,
             observer: watching.0,
         })
@@ -229,6 +236,59 @@ impl<R: BufRead, F: Replies> Host for Operator<R, F> {
     }
 }
 
+/// The lines that a machine has answered. Empty where they are not to be known.
+#[derive(Default)]
+pub(super) struct Counted {
+    /// The line of the file of each, in the order of the answers; 0 for the operator's own.
+    lines: Vec<u64>,
+    /// The diameter of the tool from the answered line with this index on, mm.
+    tools: Vec<(usize, f32)>,
+}
+
+impl Counted {
+    /// The line of the file that the machine counts as its line `number`; `None` where there is none.
+    pub(super) fn line(&self, number: u32) -> Option<u64> {
+        let index = usize::try_from(number).ok()?.checked_sub(1)?;
+        self.lines.get(index).copied()
+    }
+
+    /// As [`Counted::line`], 0 for none; and the diameter of the tool then, mm.
+    pub(super) fn line_and_tool(&self, number: u32) -> (u32, f32) {
+        let line = self.line(number).unwrap_or(0);
+        let line = u32::try_from(line).unwrap_or(u32::MAX);
+        let begun = |(begin, _): &(usize, f32)| *begin < number as usize;
+        let last = self.tools.partition_point(begun).checked_sub(1);
+        let tool = last.and_then(|last| self.tools.get(last));
+        (line, tool.map_or(0.0, |(_, mm)| *mm))
+    }
+}
+
+/// The sizes of the tools along a program.
+#[derive(Default)]
+struct Sizes {
+    tools: ToolSizes,
+    /// Lines sent.
+    sent: usize,
+    /// Each size, and the lines that were sent before it came into use.
+    changes: Vec<(usize, f32)>,
+}
+
+impl Sizes {
+    fn read(&mut self, line: &[u8]) {
+        let size = self.tools.read(line);
+        if self.changes.last().is_none_or(|(_, last)| *last != size) {
+            self.changes.push((self.sent, size));
+        }
+        self.sent += 1;
+    }
+
+    /// The changes, where `own` lines were sent before the program.
+    fn behind(self, own: usize) -> Vec<(usize, f32)> {
+        let changes = self.changes.into_iter();
+        changes.map(|(sent, size)| (sent + own, size)).collect()
+    }
+}
+
 /// Turns refusals into complaints, and prints each as it comes.
 struct Complaints {
     file: String,
@@ -242,6 +302,8 @@ struct Complaints {
     answered: Option<Vec<u64>>,
     /// Tools that lines have asked for.
     tools: Vec<u32>,
+    /// How large they are, where that is to be known.
+    sizes: Option<Sizes>,
     quiet: bool,
     mute: bool,
 }
@@ -257,6 +319,7 @@ impl Complaints {
             alarm: None,
             answered: None,
             tools: Vec::new(),
+            sizes: None,
             quiet,
             mute: false,
         }
@@ -326,6 +389,9 @@ impl Replies for Complaints {
 
     fn is_last(&mut self, line: &[u8]) -> bool {
         note_tools(&mut self.tools, line);
+        if let Some(sizes) = &mut self.sizes {
+            sizes.read(line);
+        }
         self.checker
             .as_mut()
             .is_some_and(|checker| checker.refuses(line))

@@ -2,15 +2,15 @@
 //! picture.
 
 use super::output::{Output, OutputError, Pen};
-use crate::picture::{StrokeKind, Toolpath};
 use crate::steps_csv::StepsCsv;
 use crate::vcd::Waveform;
 use leadscrew_machine::board::PortConfig;
 use leadscrew_machine::explain::{Committed, PlannedMove};
 use leadscrew_machine::tool::spindle::SpindleScale;
-use leadscrew_planner::MoveKind;
+use leadscrew_planner::{Coordinate, MoveKind};
 use leadscrew_sim::clock::Cycle;
 use leadscrew_sim::observer::{Observer, StepEvent, Taken};
+use leadscrew_sim::scene::{StrokeKind, Toolpath};
 use leadscrew_sim::speed_profile::Recorder;
 use leadscrew_stepper::{MotorMask, Power, PowerScale};
 use std::io;
@@ -162,6 +162,10 @@ pub(super) struct Sketch {
     pub(super) path: Toolpath,
     /// How fast it goes.
     pub(super) speed: Option<Recorder>,
+    /// The length of each move of the path, mm along all axes; the first is where it begins.
+    pub(super) lengths: Vec<f32>,
+    /// Where the last move ends.
+    at: Vec<Coordinate>,
 }
 
 impl Sketch {
@@ -170,7 +174,19 @@ impl Sketch {
         Self {
             path: Toolpath::new([0.0; 3], picture),
             speed: recorder,
+            lengths: if picture { vec![0.0] } else { Vec::new() },
+            at: Vec::new(),
         }
+    }
+
+    fn measure(&mut self, target: &[Coordinate]) {
+        self.at.resize(target.len(), Coordinate::ZERO);
+        let ways = self.at.iter().zip(target);
+        let square: f64 = ways
+            .map(|(from, to)| ((to.nanos() - from.nanos()) as f64 * 1e-9).powi(2))
+            .sum();
+        self.lengths.push(square.sqrt() as f32);
+        self.at.copy_from_slice(target);
     }
 }
 
@@ -195,6 +211,10 @@ impl Observer for Sketch {
             MoveKind::Feed => StrokeKind::cut(planned.power.share().to_num()),
             MoveKind::Rapid | MoveKind::Jog | MoveKind::System => StrokeKind::Travel,
         };
+        if self.path.is_drawn() {
+            self.measure(planned.target);
+        }
+        self.path.line = planned.line;
         self.path.go([mm(0), mm(1), mm(2)], kind);
     }
 }

@@ -2,10 +2,10 @@
 // The page: brings the machine's frames to the panels, and what is pressed to the machine.
 
 import {Chart} from "chart";
-import {DEPTH, INK, css, ramp} from "colours";
 import {by, make, say, tabs} from "dom";
 import {Job} from "job";
 import {Jog} from "jog";
+import {mark, marksOf} from "legend";
 import {FROM, Link, TO} from "link";
 import {Console, Position, SettingsPanel, Switches, buildOverrides, showOverrides} from "panels";
 import {Program} from "program";
@@ -75,6 +75,7 @@ const frames = {
   [FROM.NOTE]: (bytes) => log.add(text(bytes), "note"),
   [FROM.SCENE]: (bytes) => {
     job.path.append(job.path.first + job.path.count, bytes.subarray(8));
+    drawLegend();
     show();
     if (!isBusy()) view.fit();
     view.touch();
@@ -336,6 +337,7 @@ function check() {
   hasRun = false;
   job.forget();
   job.path.clear(0);
+  drawLegend();
   checkedAt = state?.offset.join() ?? "";
   say(by("job-facts"), "checking …");
   link.send(TO.JOB, `${job.name}\n${job.text}`);
@@ -361,12 +363,8 @@ function reset() {
 }
 
 function drawLegend() {
-  const ink = INK[document.documentElement.dataset.theme === "dark" ? "dark" : "light"];
-  const mark = (/** @type {string} */ background, /** @type {string} */ name, cls = "") =>
-    make("span", {}, [make("i", {class: cls, style: `background:${background}`}), name]);
-  const cut = settings.isLaser ? mark(ramp([ink.powerOff, ink.powerFull]), "laser: off to full power", "ramp") : mark(ramp(DEPTH), "cut: shallow to deep", "ramp");
-  by("legend").replaceChildren(cut, mark(css(ink.travel), "travel"), mark("var(--carriage)", "carriage"), mark("var(--box)", settings.hasSoftLimits ? "soft limits" : "travel of the axes (soft limits off)"),
-    make("span", {text: "pale: ahead"}));
+  const limits = settings.hasSoftLimits ? "soft limits" : "travel of the axes (soft limits off)";
+  by("legend").replaceChildren(...marksOf(job.path, settings.isLaser), mark("var(--carriage)", "carriage"), mark("var(--box)", limits), make("span", {text: "pale: ahead"}));
 }
 
 /** @param {"top" | "3d" | "front"} [name] */

@@ -2,7 +2,8 @@
 // The path of a job or of the machine: 20 bytes a move, as the server sends them and as the graphics card takes them.
 //
 //   0   4   8   12    16    17     18
-//   x   y   z   line  kind  power  -       f32 mm, u32, u8 (0 travel, 1 cut, 2 jump), u8 (255 is full power)
+//   x   y   z   line  kind  power  tool    f32 mm, u32, u8 (0 travel, 1 cut, 2 jump), u8 (255 is full power), u16 (diameter, 0.01 mm;
+//                                          0 where it is not known)
 
 /** Bytes of a move. */
 export const MOVE = 20;
@@ -31,8 +32,10 @@ export class Path {
     this.bytes = new Uint8Array(MOVE * ROW);
     /** @type {Box | null} */
     this.box = null;
-    /** @type {Box | null} */
-    this.cutBox = null;
+    /** The lowest and the highest Z at which the tool works, mm. @type {[number, number] | null} */
+    this.depth = null;
+    /** The diameters of the tools, mm. @type {Set<number>} */
+    this.tools = new Set();
   }
 
   /**
@@ -48,9 +51,10 @@ export class Path {
       this.edition++;
     }
     const added = Math.floor(moves.length / MOVE);
+    const before = this.at(this.first + this.count - 1);
     this.#makeRoom(added);
     this.bytes.set(moves.subarray(0, added * MOVE), this.count * MOVE);
-    this.#widen(moves, added);
+    this.#widen(moves, added, before && [before.x, before.y, before.z]);
     this.count += added;
   }
 
@@ -59,7 +63,8 @@ export class Path {
     this.first = at;
     this.count = 0;
     this.box = null;
-    this.cutBox = null;
+    this.depth = null;
+    this.tools.clear();
     this.edition++;
   }
 
@@ -95,13 +100,30 @@ export class Path {
   /**
    * @param {Uint8Array} moves
    * @param {number} count
+   * @param {number[] | null} from
    */
-  #widen(moves, count) {
+  #widen(moves, count, from) {
     const view = new DataView(moves.buffer, moves.byteOffset, moves.length);
     for (let at = 0; at < count * MOVE; at += MOVE) {
       const point = [view.getFloat32(at, true), view.getFloat32(at + 4, true), view.getFloat32(at + 8, true)];
       this.box = widened(this.box, point);
-      if (view.getUint8(at + 16) === CUT) this.cutBox = widened(this.cutBox, point);
+      if (view.getUint8(at + 16) === CUT) this.#cut(from ?? point, point, view.getUint16(at + 18, true) / 100);
+      from = point;
+    }
+  }
+
+  /**
+   * Of a move straight down only the end counts: it may begin above the material. One straight up cuts nothing.
+   * @param {number[]} from
+   * @param {number[]} to
+   * @param {number} tool
+   */
+  #cut(from, to, tool) {
+    const isVertical = from[0] === to[0] && from[1] === to[1];
+    if (isVertical && to[2] >= from[2]) return;
+    if (tool > 0) this.tools.add(tool);
+    for (const z of isVertical ? [to[2]] : [from[2], to[2]]) {
+      this.depth = this.depth ? [Math.min(this.depth[0], z), Math.max(this.depth[1], z)] : [z, z];
     }
   }
 }

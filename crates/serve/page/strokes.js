@@ -1,6 +1,7 @@
 // @ts-check
-// Draws paths on the graphics card: one rectangle a move, as wide as its tool and never thinner than a hair. The card reads the moves
-// from a texture, a row of which holds 400 of them: cards that draw in software take a whole draw for each instance.
+// Draws paths on the graphics card: one rectangle a move, with round ends. Of a tool whose diameter is known, the material that it
+// takes away is drawn first, pale and as wide as the tool; then the path of its centre. The card reads the moves from a texture, a row
+// of which holds 400 of them: cards that draw in software take a whole draw for each instance.
 
 import {DEPTH} from "colours";
 import {MOVE, ROW} from "scene";
@@ -9,17 +10,24 @@ import {MOVE, ROW} from "scene";
 /** @typedef {import("camera").Camera} Camera */
 /** @typedef {import("colours").Ink} Ink */
 
+/** How much of a colour is in the material that was taken away. */
+const PALE = "0.35";
+/** A laser's spot, mm. */
+const SPOT = 0.1;
+
 const VERTEX = `#version 300 es
 uniform highp usampler2D moves;
 uniform int first;
 uniform vec3 right, up, offset;
 uniform vec2 half_size;
-uniform float millimetre, hair, alpha;
+uniform float millimetre, hair, spot, alpha;
 uniform vec2 depth;
-uniform bool laser, travels;
-uniform vec3 travel, power_off, power_full, ramp[5];
+uniform bool laser, travels, swept;
+uniform vec3 travel, power_off, power_full, ground, ramp[5];
 out vec4 colour;
-out vec2 edge;
+// Pixels along the move and beside it; its length, and half of its width.
+out vec2 place_;
+flat out vec2 size;
 const int CORNERS[6] = int[](0, 1, 2, 2, 1, 3);
 vec2 flat_(vec3 p) { return vec2(dot(right, p), dot(up, p)); }
 vec3 by_depth(float z) {
@@ -40,29 +48,35 @@ void main() {
   float power = float((what >> 8) & 255u) / 255.0;
   vec3 from = place(number), to = place(number + 1);
   bool cut = kind == 1u;
-  if (kind == 2u || (!cut && !travels)) { gl_Position = vec4(2.0); return; }
+  float tool = float(what >> 16) * 0.01 * millimetre;
+  bool shown = swept ? cut && tool > 0.0 : cut || travels;
+  if (kind == 2u || !shown) { gl_Position = vec4(2.0); return; }
   vec3 a3 = from + offset, b3 = to + offset;
   vec2 a = flat_(a3), b = flat_(b3);
   vec2 along = b - a;
   float long_ = length(along);
   along = long_ > 1e-4 ? along / long_ : vec2(1.0, 0.0);
   float end = float(corner & 1), side = float(corner >> 1) * 2.0 - 1.0;
-  float wide = cut ? max(millimetre, hair) : hair * 0.75;
+  float wide = swept ? tool : cut ? max(laser ? spot * millimetre : 0.0, hair) : hair * 0.75;
   float half_ = wide * 0.5 + 0.5;
-  edge = vec2(side * half_, wide * 0.5);
-  vec2 p = mix(a - along * wide * 0.3, b + along * wide * 0.3, end) + vec2(-along.y, along.x) * side * half_;
+  place_ = vec2(mix(-half_, long_ + half_, end), side * half_);
+  size = vec2(long_, wide * 0.5);
+  vec2 p = a + along * place_.x + vec2(-along.y, along.x) * place_.y;
   gl_Position = vec4(p / half_size, 0.0, 1.0);
   vec3 ink = !cut ? travel : laser ? mix(power_off, power_full, power) : by_depth(mix(from.z, to.z, end));
-  colour = vec4(ink, cut ? alpha : alpha * 0.75);
+  // Opaque: where moves overlap, they are no darker.
+  colour = swept ? vec4(mix(ground, ink, ${PALE} * alpha), 1.0) : vec4(ink, cut ? alpha : alpha * 0.75);
 }`;
 
 const FRAGMENT = `#version 300 es
 precision mediump float;
 in vec4 colour;
-in vec2 edge;
+in highp vec2 place_;
+flat in highp vec2 size;
 out vec4 shown;
 void main() {
-  float there = colour.a * clamp(edge.y + 0.5 - abs(edge.x), 0.0, 1.0);
+  float away = length(vec2(place_.x - clamp(place_.x, 0.0, size.x), place_.y));
+  float there = colour.a * clamp(size.y + 0.5 - away, 0.0, 1.0);
   shown = vec4(colour.rgb * there, there);
 }`;
 
@@ -74,7 +88,6 @@ void main() {
  * @property {[number, number]} depth the lowest and the highest Z of cuts, before the offset
  * @property {boolean} laser
  * @property {boolean} travels
- * @property {number} tool width of a cut, mm
  * @property {Ink} ink
  */
 
@@ -141,17 +154,22 @@ export class Strokes {
     const offset = style.offset.map((value, axis) => value - (this.camera?.target[axis] ?? 0));
     gl.uniform3fv(this.#place("offset"), offset);
     gl.uniform1f(this.#place("alpha"), style.alpha);
-    gl.uniform1f(this.#place("millimetre"), style.tool * (this.camera?.scale ?? 1));
+    gl.uniform1f(this.#place("millimetre"), this.camera?.scale ?? 1);
+    gl.uniform1f(this.#place("spot"), SPOT);
     gl.uniform2fv(this.#place("depth"), style.depth);
     gl.uniform1i(this.#place("laser"), style.laser ? 1 : 0);
     gl.uniform1i(this.#place("travels"), style.travels ? 1 : 0);
     gl.uniform3fv(this.#place("travel"), style.ink.travel);
+    gl.uniform3fv(this.#place("ground"), style.ink.ground);
     gl.uniform3fv(this.#place("power_off"), style.ink.powerOff);
     gl.uniform3fv(this.#place("power_full"), style.ink.powerFull);
     gl.uniform3fv(this.#place("ramp"), DEPTH.flat());
     gl.bindTexture(gl.TEXTURE_2D, held.texture);
     gl.uniform1i(this.#place("first"), from);
-    gl.drawArrays(gl.TRIANGLES, 0, 6 * moves);
+    for (const swept of path.tools.size > 0 && !style.laser ? [1, 0] : [0]) {
+      gl.uniform1i(this.#place("swept"), swept);
+      gl.drawArrays(gl.TRIANGLES, 0, 6 * moves);
+    }
   }
 
   /** @param {Path} path */

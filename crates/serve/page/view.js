@@ -3,7 +3,7 @@
 // drawn anew only where it has changed.
 
 import {Camera, cornersOf} from "camera";
-import {INK} from "colours";
+import {inkNow} from "legend";
 import {JUMP, MOVE, Path, shifted, widened} from "scene";
 import {Strokes} from "strokes";
 
@@ -25,7 +25,8 @@ import {Strokes} from "strokes";
  * @property {boolean} travels whether rapids are drawn
  */
 
-const WIDTHS = {laser: 0.1, router: 0};
+/** Moves up to which all are drawn anew at each picture where a wide tool would cover the lines before. */
+const MOST_SWEPT = 20_000;
 
 export class View {
   camera = new Camera();
@@ -86,7 +87,9 @@ export class View {
     for (const box of boxes) {
       if (box) all = widened(widened(all, box.low), box.high);
     }
-    if (all && size(all) > 0.01) this.camera.fit(all);
+    const beside = shown.laser ? 0 : Math.max(0, ...shown.job.tools) / 2;
+    const grown = (/** @type {number[]} */ point, /** @type {number} */ by) => [point[0] + by, point[1] + by, point[2]];
+    if (all && size(all) > 0.01) this.camera.fit(widened(widened(all, grown(all.low, -beside)), grown(all.high, beside)));
     else return this.fitMachine();
     this.touch();
   }
@@ -165,13 +168,12 @@ export class View {
 
   /** @param {Shown} shown */
   #drawPaths(shown) {
-    const ink = INK[document.documentElement.dataset.theme === "dark" ? "dark" : "light"];
+    const ink = inkNow();
     const depth = depthOf(shown);
-    const tool = shown.laser ? WIDTHS.laser : WIDTHS.router;
-    const common = {laser: shown.laser, travels: shown.travels, tool, ink};
+    const common = {laser: shown.laser, travels: shown.travels, ink};
     const hasJob = shown.job.count > 1;
     /** @type {[number, number]} */
-    const inMachine = hasJob ? [depth[0] + shown.offset[2], depth[1] + shown.offset[2]] : [shown.trace.cutBox?.low[2] ?? 0, shown.trace.cutBox?.high[2] ?? 1e-3];
+    const inMachine = hasJob ? [depth[0] + shown.offset[2], depth[1] + shown.offset[2]] : range(shown.trace.depth ?? [0, 0]);
     const style = {...common, offset: [0, 0, 0], depth: inMachine};
     const {camera} = this;
     const scene = JSON.stringify([camera, common, inMachine]);
@@ -184,7 +186,8 @@ export class View {
       else this.strokes.ahead.draw(shown.trace, {...style, alpha: 0.28}, undefined, shown.done - 1);
     }
     const behind = `${scene} ${shown.trace.edition} ${shown.trace.first}`;
-    const anew = behind !== this.#behindDrawn || shown.done < this.#doneDrawn;
+    const isSwept = !shown.laser && shown.trace.tools.size > 0 && shown.done < MOST_SWEPT;
+    const anew = behind !== this.#behindDrawn || shown.done < this.#doneDrawn || isSwept;
     const from = anew ? shown.trace.first : Math.max(this.#doneDrawn - 1, shown.trace.first);
     [this.#behindDrawn, this.#doneDrawn] = [behind, shown.done];
     this.strokes.behind.begin(camera, density(), anew);
@@ -411,8 +414,16 @@ function size(box) {
 
 /** @param {Shown} shown @returns {[number, number]} */
 function depthOf(shown) {
-  const box = shown.job.cutBox;
-  return box ? [box.low[2], Math.max(box.high[2], box.low[2] + 1e-3)] : [0, 1];
+  return range(shown.job.depth ?? [0, 1]);
+}
+
+/**
+ * A single depth has the last colour.
+ * @param {[number, number]} depth
+ * @returns {[number, number]}
+ */
+function range([low, high]) {
+  return [low, Math.max(high, low + 1e-3)];
 }
 
 /**

@@ -11,6 +11,8 @@ const DEPTH: [[f64; 3]; 5] = [
 const TRAVEL: [f64; 3] = [0.62, 0.69, 0.76];
 const POWER_OFF: [f64; 3] = [0.90, 0.91, 0.93];
 const POWER_FULL: [f64; 3] = [0.08, 0.09, 0.11];
+/// The share of the ground in a pale colour.
+const PALE: f64 = 0.65;
 
 /// Of moves that do not cut.
 pub(super) fn travel() -> String {
@@ -29,9 +31,18 @@ pub(super) fn grey(share: f64) -> u8 {
 
 /// Of a cut at `share` of the job's depth, 0 the highest to 1 the lowest.
 pub(super) fn depth(share: f64) -> String {
+    hex(depth_colour(share))
+}
+
+/// The same, pale: of the material that a tool takes away.
+pub(super) fn pale_depth(share: f64) -> String {
+    hex(mixed(depth_colour(share), [1.0; 3], PALE))
+}
+
+fn depth_colour(share: f64) -> [f64; 3] {
     let at = share.clamp(0.0, 1.0) * (DEPTH.len() - 1) as f64;
     let below = (at as usize).min(DEPTH.len() - 2);
-    hex(mixed(DEPTH[below], DEPTH[below + 1], at - below as f64))
+    mixed(DEPTH[below], DEPTH[below + 1], at - below as f64)
 }
 
 fn mixed(from: [f64; 3], to: [f64; 3], share: f64) -> [f64; 3] {

@@ -4,7 +4,8 @@
 //!  title, summary line
 //!  +------------------------+
 //!  | Y mm                   |   cuts (laser power grey, depth in colour), travels dashed,
-//!  |      toolpath          |   equal scales, grid, direction, start and end marked
+//!  |      toolpath          |   as wide as its tool, equal scales, grid, direction, start and end
+//!  |                        |   marked, holes as wide as their drills
 //!  +------------------ X mm +
 //!  | mm/min                 |
 //!  |      speed             |
@@ -14,14 +15,14 @@
 
 mod columns;
 mod ink;
+mod legend;
 mod limits;
 mod page;
+mod plot;
 mod raster;
 mod scale;
 mod speed;
 mod svg;
-mod toolpath;
 
 pub(crate) use limits::draw_limits;
 pub(crate) use svg::{draw, Caption};
-pub(crate) use toolpath::{StrokeKind, Toolpath};

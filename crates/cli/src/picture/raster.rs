@@ -148,6 +148,7 @@ mod tests {
             line: 0,
             way: Way::Cut,
             power,
+            tool_mm: 0.0,
         }
     }
 

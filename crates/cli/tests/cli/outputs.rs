@@ -147,6 +147,30 @@ fn picture_and_waveform_are_written() {
     assert!(times.by_ref().is_sorted(), "time runs forward");
 }
 
+#[test]
+fn a_page_of_the_job_is_written_and_tells_its_time() {
+    let folder = Folder::new();
+    let job = folder.file("job.nc", SQUARE);
+    let html = folder.path("a.html");
+    let json = report(&[&job, "--html", html.to_str().unwrap()]);
+    let html = fs::read_to_string(html).unwrap();
+    let data = |id: &str| {
+        let text = html.split(&format!("id=\"{id}\">")).nth(1).unwrap();
+        let text = text.split("</script>").next().unwrap();
+        data_encoding::BASE64.decode(text.as_bytes()).unwrap()
+    };
+    let course = data("course");
+    let numbers = course
+        .chunks(4)
+        .map(|four| f32::from_le_bytes(four.try_into().unwrap()));
+    let numbers: Vec<f64> = numbers.map(f64::from).collect();
+    let sum = |which: usize| numbers.iter().skip(which).step_by(3).sum::<f64>();
+    assert!((sum(0) - json["job_seconds"].as_f64().unwrap()).abs() < 1e-3);
+    let way = json["cut_mm"].as_f64().unwrap() + json["travel_mm"].as_f64().unwrap();
+    assert!((sum(1) - way).abs() < 0.05, "{} {way}", sum(1));
+    assert_eq!(data("moves").len(), data("lengths").len() * 5);
+}
+
 /// The readme's block of text that begins so, without the rows that it leaves out.
 fn shown_in_the_readme(begin: &str) -> Vec<String> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");

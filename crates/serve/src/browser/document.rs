@@ -3,43 +3,106 @@
 //! Modules import each other by bare names. An import map leads each name to the module's text as a `data:` address, so that the
 //! document also works from a file.
 
+use data_encoding::BASE64;
+use serde_json::json;
 use std::fmt::Write as _;
 use std::sync::LazyLock;
 
-/// The modules, by the names that they import each other by.
-const MODULES: [(&str, &str); 14] = [
+/// A module: the name that others import it by, and its text.
+type Module = (&'static str, &'static str);
+
+/// The modules of both documents.
+const COMMON: [Module; 7] = [
     ("camera", include_str!("../../page/camera.js")),
-    ("chart", include_str!("../../page/chart.js")),
     ("colours", include_str!("../../page/colours.js")),
     ("dom", include_str!("../../page/dom.js")),
+    ("legend", include_str!("../../page/legend.js")),
+    ("scene", include_str!("../../page/scene.js")),
+    ("strokes", include_str!("../../page/strokes.js")),
+    ("view", include_str!("../../page/view.js")),
+];
+
+/// Those of the page of a machine alone.
+const MACHINE: [Module; 9] = [
+    ("chart", include_str!("../../page/chart.js")),
     ("job", include_str!("../../page/job.js")),
     ("jog", include_str!("../../page/jog.js")),
     ("link", include_str!("../../page/link.js")),
     ("main", include_str!("../../page/main.js")),
     ("panels", include_str!("../../page/panels.js")),
     ("program", include_str!("../../page/program.js")),
-    ("scene", include_str!("../../page/scene.js")),
     ("sender", include_str!("../../page/sender.js")),
     ("state", include_str!("../../page/state.js")),
-    ("strokes", include_str!("../../page/strokes.js")),
 ];
-const VIEW: (&str, &str) = ("view", include_str!("../../page/view.js"));
+
+/// Those of a finished job alone.
+const PLAYER: [Module; 2] = [
+    ("course", include_str!("../../page/course.js")),
+    ("main", include_str!("../../page/player.js")),
+];
+
 const PAGE: &str = include_str!("../../page/page.html");
+const PLAYER_PAGE: &str = include_str!("../../page/player.html");
 const STYLE: &str = include_str!("../../page/style.css");
 
 /// The place of the answer's own secret, by which the browser knows our scripts.
 const NONCE: &str = "NONCE";
 
-static DOCUMENT: LazyLock<String> = LazyLock::new(compose);
+static DOCUMENT: LazyLock<String> = LazyLock::new(|| compose(PAGE, &MACHINE));
 
 /// The document; scripts in it run where the answer allows those with this `nonce`.
 pub(crate) fn document(nonce: &str) -> String {
     DOCUMENT.replace(NONCE, nonce)
 }
 
-fn compose() -> String {
+/// A finished job as a document of its own, with a slider along its time: nothing is fetched, it works from a file.
+pub struct Playback<'a> {
+    /// The job's name.
+    pub title: &'a str,
+    /// One line of figures.
+    pub summary: &'a str,
+    /// Whether power is a laser's.
+    pub is_laser: bool,
+    /// The moves, [`Drawn`](leadscrew_sim::scene::Drawn)s; the first is where the path begins.
+    pub moves: &'a [u8],
+    /// Their lengths, mm, along all axes; f32, little-endian.
+    pub lengths: &'a [u8],
+    /// The stretches of even acceleration: time in s, length in mm, speed at the begin in mm/s; f32, little-endian.
+    pub course: &'a [u8],
+}
+
+impl Playback<'_> {
+    /// The document.
+    pub fn document(&self) -> String {
+        let facts = json!({
+            "title": self.title,
+            "summary": self.summary,
+            "laser": self.is_laser,
+            "letters": ["X", "Y", "Z"],
+        });
+        // A script element ends at the first `</script`, in a text as well.
+        let mut data = element("facts", &facts.to_string().replace('<', "\\u003c"));
+        for (id, bytes) in [
+            ("moves", self.moves),
+            ("lengths", self.lengths),
+            ("course", self.course),
+        ] {
+            data.push_str(&element(id, &BASE64.encode(bytes)));
+        }
+        compose(PLAYER_PAGE, &PLAYER)
+            .replace(&format!(" nonce=\"{NONCE}\""), "")
+            .replace("<!--data-->", &data)
+    }
+}
+
+fn element(id: &str, text: &str) -> String {
+    format!("<script type=\"text/plain\" id=\"{id}\">{text}</script>\n")
+}
+
+/// A page of HTML with the style, the modules of both documents, and `own` ones, of which `main` begins.
+fn compose(page: &str, own: &[Module]) -> String {
     let mut map = String::new();
-    for (name, text) in MODULES.iter().chain([&VIEW]) {
+    for (name, text) in COMMON.iter().chain(own) {
         let comma = if map.is_empty() { "" } else { "," };
         // Writing to a text cannot fail.
         let _ = write!(
@@ -52,7 +115,7 @@ fn compose() -> String {
         "<script type=\"importmap\" nonce=\"{NONCE}\">{{\"imports\": {{{map}\n}}}}</script>\n\
         <script type=\"module\" nonce=\"{NONCE}\">import \"main\";</script>"
     );
-    PAGE.replace("<!--style-->", &format!("<style>\n{STYLE}</style>"))
+    page.replace("<!--style-->", &format!("<style>\n{STYLE}</style>"))
         .replace("<!--modules-->", &modules)
 }
 
@@ -86,26 +149,48 @@ mod tests {
         assert_eq!(document.matches("</script>").count(), 2);
     }
 
+    fn playback() -> String {
+        let job = Playback {
+            title: "a </script> b",
+            summary: "1 s",
+            is_laser: false,
+            moves: &[0; 40],
+            lengths: &[0; 8],
+            course: &[0; 12],
+        };
+        job.document()
+    }
+
     #[test]
     fn nothing_is_fetched() {
-        let document = document("");
-        for address in ["src=\"http", "href=\"http", "url(", "@import", "fetch("] {
-            assert!(!document.contains(address), "{address}");
+        for document in [document(""), playback()] {
+            for address in ["src=\"http", "href=\"http", "url(", "@import", "fetch("] {
+                assert!(!document.contains(address), "{address}");
+            }
         }
     }
 
     #[test]
+    fn a_finished_job_is_whole_and_its_name_ends_no_element() {
+        let document = playback();
+        assert!(!document.contains("<!--") && !document.contains(NONCE));
+        assert!(document.contains("a \\u003c/script> b"));
+        // Facts, moves, lengths, course, the import map and the module that begins.
+        assert_eq!(document.matches("</script>").count(), 6);
+        let data = document.split("id=\"lengths\">").nth(1).unwrap();
+        assert!(data.starts_with("AAAAAAAAAAA=</script>"));
+    }
+
+    #[test]
     fn every_module_that_is_imported_is_there() {
-        let all: Vec<&str> = MODULES
-            .iter()
-            .chain([&VIEW])
-            .map(|(name, _)| *name)
-            .collect();
-        for (name, text) in MODULES.iter().chain([&VIEW]) {
-            let imports = text.lines().filter_map(|line| line.strip_prefix("import "));
-            for import in imports {
-                let from = import.split('"').nth(1).unwrap();
-                assert!(all.contains(&from), "{name} imports {from}");
+        for own in [&MACHINE[..], &PLAYER] {
+            let all: Vec<&str> = COMMON.iter().chain(own).map(|(name, _)| *name).collect();
+            for (name, text) in COMMON.iter().chain(own) {
+                let imports = text.lines().filter_map(|line| line.strip_prefix("import "));
+                for import in imports {
+                    let from = import.split('"').nth(1).unwrap();
+                    assert!(all.contains(&from), "{name} imports {from}");
+                }
             }
         }
     }

@@ -16,6 +16,7 @@ mod token;
 mod trail;
 mod workshop;
 
+pub use document::Playback;
 pub(crate) use frames::{Nonsense, Said, SaidReader};
 pub(crate) use request::{answer, is_page, is_trusted, read, wants_websocket};
 pub use token::Token;

@@ -99,6 +99,7 @@ impl Trail {
             line: 0,
             way: Way::Jump,
             power: 0.0,
+            tool_mm: 0.0,
         });
         self.done = self.done.max(self.planned());
         self.joined = self.done;
@@ -148,6 +149,7 @@ impl Observer for Trail {
                 MoveKind::Rapid | MoveKind::Jog | MoveKind::System => Way::Travel,
             },
             power: planned.power.share().to_num(),
+            tool_mm: 0.0,
         });
     }
 

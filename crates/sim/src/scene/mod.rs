@@ -1,5 +1,13 @@
 //! A job or a machine's path as moves to be drawn: the common part of pictures and pages.
 
+mod sizes;
+mod toolpath;
+mod tools;
+
+pub use sizes::ToolSizes;
+pub use toolpath::{Hole, StrokeKind, Toolpath};
+pub use tools::note_tools;
+
 /// Bytes of a move as pages and pictures get it.
 pub const MOVE_BYTES: usize = 20;
 
@@ -25,17 +33,24 @@ pub struct Drawn {
     pub way: Way,
     /// Power as programmed, share of full power.
     pub power: f32,
+    /// Diameter of the tool, mm; 0 where it is not known.
+    pub tool_mm: f32,
 }
 
+/// Units of a tool's diameter in a millimetre, as pages get it.
+const TOOL_UNITS: f32 = 100.0;
+
 impl Drawn {
-    /// Adds its 20 bytes: X, Y, Z (f32, mm), line (u32), way, power (255 is full), two that are 0; little-endian.
+    /// Adds its 20 bytes: X, Y, Z (f32, mm), line (u32), way, power (255 is full), the tool's diameter (u16, 0.01
+    /// mm; 0 unknown); little-endian.
     pub fn write(&self, to: &mut Vec<u8>) {
         for place in self.to {
             to.extend(place.to_le_bytes());
         }
         to.extend(self.line.to_le_bytes());
         let power = (self.power * 255.0).round() as u8;
-        to.extend([self.way as u8, power, 0, 0]);
+        to.extend([self.way as u8, power]);
+        to.extend(((self.tool_mm * TOOL_UNITS).round() as u16).to_le_bytes());
     }
 }
 
@@ -50,11 +65,12 @@ mod tests {
             line: 7,
             way: Way::Cut,
             power: 0.5,
+            tool_mm: 3.2,
         };
         let mut bytes = Vec::new();
         one.write(&mut bytes);
         assert_eq!(bytes.len(), MOVE_BYTES);
         assert_eq!(bytes[..4], 1.0f32.to_le_bytes());
-        assert_eq!(bytes[12..], [7, 0, 0, 0, 1, 128, 0, 0]);
+        assert_eq!(bytes[12..], [7, 0, 0, 0, 1, 128, 0x40, 1]);
     }
 }

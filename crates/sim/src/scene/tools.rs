@@ -7,7 +7,7 @@ use leadscrew_machine::protocol::line_reader::LineReader;
 const LINE: usize = 256;
 
 /// Adds the tools (T words) of a line that are not among `tools` yet.
-pub(super) fn note_tools(tools: &mut Vec<u32>, raw: &[u8]) {
+pub fn note_tools(tools: &mut Vec<u32>, raw: &[u8]) {
     if !raw.iter().any(|byte| matches!(byte, b'T' | b't')) {
         return;
     }

@@ -1,0 +1,39 @@
+// @ts-check
+// The legend of a path: the same for a job on the machine and for one that is played.
+
+import {DEPTH, INK, css, ramp} from "colours";
+import {make} from "dom";
+
+/** @typedef {import("scene").Path} Path */
+
+/** The colours of the theme. */
+export function inkNow() {
+  return INK[document.documentElement.dataset.theme === "dark" ? "dark" : "light"];
+}
+
+/**
+ * @param {string} background
+ * @param {string} name
+ */
+export function mark(background, name, cls = "") {
+  return make("span", {}, [make("i", {class: cls, style: `background:${background}`}), name]);
+}
+
+/**
+ * The marks of a path's colours and tools.
+ * @param {Path} path
+ * @param {boolean} isLaser
+ */
+export function marksOf(path, isLaser) {
+  const ink = inkNow();
+  const cut = isLaser ? mark(ramp([ink.powerOff, ink.powerFull]), "laser: off to full power", "ramp") : mark(ramp(DEPTH), heights(path), "ramp");
+  const tools = isLaser ? [] : [...path.tools].sort((a, b) => b - a);
+  return [cut, ...tools.map((mm) => make("span", {text: `tool ${mm} mm`})), mark(css(ink.travel), "travel")];
+}
+
+/** The heights of the cuts. @param {Path} path */
+function heights({depth}) {
+  const words = (/** @type {number} */ z) => String(Math.round(z * 100) / 100);
+  if (!depth) return "cut: shallow to deep";
+  return depth[0] < depth[1] ? `cut: Z ${words(depth[1])} to Z ${words(depth[0])}` : `cut: Z ${words(depth[0])}`;
+}

@@ -1,0 +1,323 @@
+//! The path that the tool took.
+
+use super::{Drawn, Way};
+
+/// The use of the tool along a stroke.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum StrokeKind {
+    /// A rapid (G0), a jog, or the machine driving itself.
+    Travel,
+    /// A feed move; `shade` is the output's power, 0 (off) to [`StrokeKind::SHADES`] (full).
+    Cut {
+        /// Power in steps of 1/[`StrokeKind::SHADES`].
+        shade: u8,
+    },
+}
+
+impl StrokeKind {
+    /// Shades between off and full power.
+    pub const SHADES: u8 = 255;
+
+    /// A feed move at `share` of full power, 0 to 1.
+    pub fn cut(share: f64) -> Self {
+        Self::Cut {
+            shade: (share * f64::from(Self::SHADES)).round() as u8,
+        }
+    }
+}
+
+/// Collects the moves of a job.
+#[derive(Clone, Debug)]
+pub struct Toolpath {
+    /// `None` where only distances are wanted.
+    moves: Option<Vec<Drawn>>,
+    /// The line that asks for the following motion, counted from 1; 0 for none.
+    pub line: u32,
+    /// Diameter of the tool in use, mm; 0 where it is not known.
+    pub tool_mm: f32,
+    at: [f64; 3],
+    start: [f64; 3],
+    cut_mm: f64,
+    travel_mm: f64,
+    /// The corners of the box around all feed moves.
+    cut: Option<[[f64; 3]; 2]>,
+}
+
+impl Toolpath {
+    /// Starts at `start`, X, Y, Z in mm. Strokes are kept only where they are to be `drawn`: memory stays flat otherwise.
+    pub fn new(start: [f64; 3], drawn: bool) -> Self {
+        Self {
+            moves: drawn.then(|| vec![begin(start)]),
+            line: 0,
+            tool_mm: 0.0,
+            at: start,
+            start,
+            cut_mm: 0.0,
+            travel_mm: 0.0,
+            cut: None,
+        }
+    }
+
+    /// Whether strokes are kept.
+    pub fn is_drawn(&self) -> bool {
+        self.moves.is_some()
+    }
+
+    /// The lowest and the highest X, Y and Z of all feed moves, mm; `None` where there was none.
+    pub fn cut_bounds(&self) -> Option<[[f64; 3]; 2]> {
+        self.cut
+    }
+
+    fn widen(&mut self, point: [f64; 3]) {
+        let [low, high] = self.cut.get_or_insert([point; 2]);
+        for axis in 0..3 {
+            low[axis] = low[axis].min(point[axis]);
+            high[axis] = high[axis].max(point[axis]);
+        }
+    }
+
+    /// Goes on to `target`, X, Y, Z in mm.
+    pub fn go(&mut self, target: [f64; 3], kind: StrokeKind) {
+        let length = distance(self.at, target);
+        match kind {
+            StrokeKind::Travel => self.travel_mm += length,
+            StrokeKind::Cut { .. } => {
+                self.cut_mm += length;
+                self.widen(self.at);
+                self.widen(target);
+            }
+        }
+        self.at = target;
+        let Some(moves) = &mut self.moves else {
+            return;
+        };
+        moves.push(Drawn {
+            to: target.map(|mm| mm as f32),
+            line: self.line,
+            way: match kind {
+                StrokeKind::Travel => Way::Travel,
+                StrokeKind::Cut { .. } => Way::Cut,
+            },
+            power: match kind {
+                StrokeKind::Travel => 0.0,
+                StrokeKind::Cut { shade } => f32::from(shade) / f32::from(StrokeKind::SHADES),
+            },
+            tool_mm: self.tool_mm,
+        });
+    }
+
+    /// Length of the feed moves, mm.
+    pub fn cut_mm(&self) -> f64 {
+        self.cut_mm
+    }
+
+    /// Length of all other moves, mm.
+    pub fn travel_mm(&self) -> f64 {
+        self.travel_mm
+    }
+
+    /// All moves, in order: the first is where the path begins.
+    pub fn moves(&self) -> &[Drawn] {
+        self.moves.as_deref().unwrap_or_default()
+    }
+
+    /// Lines and tools that become known afterwards: answers for the line that a move has its own.
+    pub fn tell_lines(&mut self, of: impl Fn(u32) -> (u32, f32)) {
+        for one in self.moves.iter_mut().flatten() {
+            (one.line, one.tool_mm) = of(one.line);
+        }
+    }
+
+    /// Drilled holes, in order: where the tool went down at feed and up again without moving aside. Strokes that follow each
+    /// other at one place are one hole.
+    pub fn holes(&self) -> Vec<Hole> {
+        let mut holes: Vec<Hole> = Vec::new();
+        let mut plunge: Option<Hole> = None;
+        for pair in self.moves().windows(2) {
+            let (from, to) = (pair[0].to, pair[1].to);
+            if [from[0], from[1]] != [to[0], to[1]] || pair[1].way == Way::Jump {
+                plunge = None;
+                continue;
+            }
+            if to[2] > from[2] {
+                match (plunge.take(), holes.last_mut()) {
+                    (Some(new), Some(last)) if last.at == new.at => {
+                        last.bottom = last.bottom.min(new.bottom);
+                    }
+                    (Some(new), _) => holes.push(new),
+                    (None, _) => {}
+                }
+            } else if to[2] < from[2] {
+                let new = Hole {
+                    at: [to[0], to[1]],
+                    bottom: to[2],
+                    tool_mm: pair[1].tool_mm,
+                };
+                plunge = (pair[1].way == Way::Cut).then_some(new);
+            }
+        }
+        holes
+    }
+
+    /// The highest and the lowest Z at which the tool works, mm: of a move straight down only its end counts, since it may begin
+    /// above the material.
+    pub fn depths(&self) -> Option<[f32; 2]> {
+        let cuts = self.moves().windows(2);
+        let cuts = cuts.filter(|pair| pair[1].way == Way::Cut && !is_upward(pair));
+        let heights = cuts.flat_map(|pair| {
+            let begin = (!is_vertical(pair)).then_some(pair[0].to[2]);
+            begin.into_iter().chain([pair[1].to[2]])
+        });
+        heights.fold(None, |range, z| {
+            let [top, bottom] = range.unwrap_or([z; 2]);
+            Some([f32::max(top, z), f32::min(bottom, z)])
+        })
+    }
+
+    /// The heights of level cuts, mm, the highest first; nothing where there are more than `most`.
+    pub fn passes(&self, most: usize) -> Vec<f32> {
+        let mut passes: Vec<f32> = Vec::new();
+        for pair in self.moves().windows(2) {
+            let is_level = (pair[0].to[2] - pair[1].to[2]).abs() < SAME;
+            if pair[1].way != Way::Cut || !is_level || is_vertical(pair) {
+                continue;
+            }
+            if passes.iter().all(|z| (z - pair[1].to[2]).abs() >= SAME) {
+                if passes.len() == most {
+                    return Vec::new();
+                }
+                passes.push(pair[1].to[2]);
+            }
+        }
+        passes.sort_by(|a, b| b.total_cmp(a));
+        passes
+    }
+
+    /// Where the path starts and ends: X and Y in mm.
+    pub fn ends(&self) -> [[f32; 2]; 2] {
+        [flat(self.start), flat(self.at)]
+    }
+
+    /// The smallest and the largest X and Y of the path, mm.
+    pub fn bounds(&self) -> [[f32; 2]; 2] {
+        let first = flat(self.start);
+        let points = self.moves().iter().map(|one| [one.to[0], one.to[1]]);
+        points.fold([first, first], |[low, high], p| {
+            [
+                [low[0].min(p[0]), low[1].min(p[1])],
+                [high[0].max(p[0]), high[1].max(p[1])],
+            ]
+        })
+    }
+}
+
+/// Heights closer than this are one, mm.
+const SAME: f32 = 1e-3;
+
+/// A drilled hole.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Hole {
+    /// X and Y in mm.
+    pub at: [f32; 2],
+    /// The lowest Z of the tool, mm.
+    pub bottom: f32,
+    /// Diameter of the tool, mm; 0 where it is not known.
+    pub tool_mm: f32,
+}
+
+/// Whether a move stays at its X and Y.
+fn is_vertical(pair: &[Drawn]) -> bool {
+    pair[0].to[..2] == pair[1].to[..2]
+}
+
+/// Whether a move goes straight up: it cuts nothing.
+fn is_upward(pair: &[Drawn]) -> bool {
+    is_vertical(pair) && pair[1].to[2] >= pair[0].to[2]
+}
+
+fn begin(at: [f64; 3]) -> Drawn {
+    Drawn {
+        to: at.map(|mm| mm as f32),
+        line: 0,
+        way: Way::Jump,
+        power: 0.0,
+        tool_mm: 0.0,
+    }
+}
+
+fn flat(point: [f64; 3]) -> [f32; 2] {
+    [point[0] as f32, point[1] as f32]
+}
+
+fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
+    a.iter()
+        .zip(b)
+        .map(|(a, b)| (a - b).powi(2))
+        .sum::<f64>()
+        .sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_move_is_kept_and_lengths_add_up() {
+        let mut path = Toolpath::new([0.0; 3], true);
+        path.go([3.0, 4.0, 0.0], StrokeKind::Travel);
+        path.go([3.0, 4.0, -2.0], StrokeKind::cut(0.0));
+        path.go([6.0, 4.0, -2.0], StrokeKind::cut(0.0));
+        path.go([6.0, 8.0, -2.0], StrokeKind::cut(0.0));
+        path.go([6.0, 9.0, -2.0], StrokeKind::cut(1.0));
+        assert_eq!(path.moves().len(), 6);
+        assert_eq!((path.travel_mm(), path.cut_mm()), (5.0, 10.0));
+        assert_eq!(path.bounds(), [[0.0, 0.0], [6.0, 9.0]]);
+    }
+
+    #[test]
+    fn down_and_up_again_is_a_hole_and_a_plunge_into_a_cut_is_none() {
+        let mut path = Toolpath::new([0.0; 3], true);
+        for y in [1.0, 2.0] {
+            path.go([5.0, y, 0.0], StrokeKind::Travel);
+            for depth in [-1.0, 0.5, -2.0, 1.0] {
+                let kind = if depth < 0.0 {
+                    StrokeKind::cut(0.0)
+                } else {
+                    StrokeKind::Travel
+                };
+                path.go([5.0, y, depth], kind);
+            }
+        }
+        path.go([5.0, 2.0, -1.0], StrokeKind::cut(0.0));
+        path.go([9.0, 2.0, -1.0], StrokeKind::cut(0.0));
+        path.go([9.0, 2.0, 1.0], StrokeKind::Travel);
+        let holes = path.holes();
+        let places: Vec<[f32; 2]> = holes.iter().map(|hole| hole.at).collect();
+        assert_eq!(places, [[5.0, 1.0], [5.0, 2.0]]);
+        assert!(holes.iter().all(|hole| hole.bottom == -2.0), "{holes:?}");
+    }
+
+    #[test]
+    fn passes_are_the_heights_of_level_cuts_and_a_plunge_begins_above_the_material() {
+        let mut path = Toolpath::new([0.0, 0.0, 5.0], true);
+        for z in [-1.0, -2.0] {
+            path.go([0.0, 0.0, z], StrokeKind::cut(0.0));
+            path.go([9.0, 0.0, z], StrokeKind::cut(0.0));
+            path.go([9.0, 0.0, 5.0], StrokeKind::cut(0.0));
+            path.go([0.0, 0.0, 5.0], StrokeKind::Travel);
+        }
+        assert_eq!(path.depths(), Some([-1.0, -2.0]));
+        assert_eq!(path.passes(8), [-1.0, -2.0]);
+        assert!(path.passes(1).is_empty());
+    }
+
+    #[test]
+    fn lines_and_tools_may_become_known_afterwards() {
+        let mut path = Toolpath::new([0.0; 3], true);
+        path.line = 2;
+        path.go([5.0, 0.0, -1.0], StrokeKind::cut(0.0));
+        path.tell_lines(|line| (line + 40, 3.0));
+        let last = path.moves()[1];
+        assert_eq!((last.line, last.tool_mm), (42, 3.0));
+    }
+}
