@@ -15,6 +15,7 @@ mod input;
 mod machine;
 mod output;
 mod picture;
+mod playback;
 mod profile;
 mod remark;
 mod replay;

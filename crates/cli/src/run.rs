@@ -4,6 +4,7 @@
 use super::args::JobArgs;
 use super::input::{self, Job};
 use super::output::{is_stdout, Output, OutputError};
+use super::playback;
 use super::profile::machine as limits_of;
 use super::report::{extents, json_text, title, Report};
 use super::said::say;
@@ -14,12 +15,9 @@ use super::{unusable, Unusable};
 use crate::picture::{draw, Caption};
 use leadscrew_machine::settings::table::{AxisSetting, Setting};
 use leadscrew_machine::tool::spindle::SpindleScale;
-use leadscrew_serve::browser::Playback;
-use leadscrew_sim::clock::seconds;
 use leadscrew_sim::link::Rate;
 use leadscrew_sim::profile::Belts;
 use leadscrew_sim::speed_profile::{Recorder, Stretch};
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -174,7 +172,7 @@ fn simulate(
         let begin = report.outcome.first_byte;
         let end = begin + report.outcome.job_cycles;
         let speed = sketch.speed.take();
-        let stretches = speed.map(|speed| speed.finish(begin, end, |_| None));
+        let stretches = speed.map(|speed| speed.finish(begin, end, |line| Some(line.into())));
         let drawing = Drawing {
             caption: caption(machine, &report),
             sketch: &sketch,
@@ -184,7 +182,9 @@ fn simulate(
             drawing.write_svg(output).map_err(unusable)?;
         }
         if let Some(output) = outputs.html {
-            drawing.write_html(output).map_err(unusable)?;
+            let written =
+                playback::write(output, drawing.sketch, &drawing.stretches, &drawing.caption);
+            written.map_err(unusable)?;
         }
     }
     Ok(report)
@@ -218,31 +218,6 @@ impl Drawing<'_> {
         let written = svg::write(output.pen(), &picture);
         output.complete(written)
     }
-
-    fn write_html(&self, output: Output) -> Result<(), OutputError> {
-        let mut moves = Vec::new();
-        for one in self.sketch.path.moves() {
-            one.write(&mut moves);
-        }
-        let course = self.stretches.iter().flat_map(|stretch| {
-            let time = seconds(stretch.cycles());
-            [time, stretch.length, stretch.speed[0]].map(|value| value as f32)
-        });
-        let playback = Playback {
-            title: &self.caption.title,
-            summary: &self.caption.summary,
-            is_laser: self.caption.full_power_s.is_some(),
-            moves: &moves,
-            lengths: &bytes(self.sketch.lengths.iter().copied()),
-            course: &bytes(course),
-        };
-        let written = output.pen().write_all(playback.document().as_bytes());
-        output.complete(written)
-    }
-}
-
-fn bytes(values: impl Iterator<Item = f32>) -> Vec<u8> {
-    values.flat_map(f32::to_le_bytes).collect()
 }
 
 fn tell(args: &JobArgs, report: &Report) -> Result<(), Unusable> {

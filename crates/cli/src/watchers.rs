@@ -156,14 +156,23 @@ impl Observer for WaveformFile {
     }
 }
 
+/// The way of a move along all axes.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(super) struct Way {
+    /// [`PlannedMove::line`].
+    pub(super) line: u64,
+    /// Its length, mm.
+    pub(super) mm: f64,
+}
+
 /// Collects the toolpath, and where a picture is wanted the speed.
 pub(super) struct Sketch {
     /// Where the tool goes.
     pub(super) path: Toolpath,
     /// How fast it goes.
     pub(super) speed: Option<Recorder>,
-    /// The length of each move of the path, mm along all axes; the first is where it begins.
-    pub(super) lengths: Vec<f32>,
+    /// The moves of the path, without its begin.
+    pub(super) ways: Vec<Way>,
     /// Where the last move ends.
     at: Vec<Coordinate>,
 }
@@ -174,18 +183,21 @@ impl Sketch {
         Self {
             path: Toolpath::new([0.0; 3], picture),
             speed: recorder,
-            lengths: if picture { vec![0.0] } else { Vec::new() },
+            ways: Vec::new(),
             at: Vec::new(),
         }
     }
 
-    fn measure(&mut self, target: &[Coordinate]) {
+    fn measure(&mut self, line: u32, target: &[Coordinate]) {
         self.at.resize(target.len(), Coordinate::ZERO);
         let ways = self.at.iter().zip(target);
         let square: f64 = ways
             .map(|(from, to)| ((to.nanos() - from.nanos()) as f64 * 1e-9).powi(2))
             .sum();
-        self.lengths.push(square.sqrt() as f32);
+        self.ways.push(Way {
+            line: line.into(),
+            mm: square.sqrt(),
+        });
         self.at.copy_from_slice(target);
     }
 }
@@ -212,7 +224,7 @@ impl Observer for Sketch {
             MoveKind::Rapid | MoveKind::Jog | MoveKind::System => StrokeKind::Travel,
         };
         if self.path.is_drawn() {
-            self.measure(planned.target);
+            self.measure(planned.line, planned.target);
         }
         self.path.line = planned.line;
         self.path.go([mm(0), mm(1), mm(2)], kind);

@@ -30,10 +30,6 @@ export class Course {
     /** How far the tool has come at the end of each move, mm. */
     this.ends = new Float64Array(lengths.length);
     for (let at = 1; at < lengths.length; at++) this.ends[at] = this.ends[at - 1] + lengths[at];
-    // Both count the same way: one in whole steps, the other as programmed.
-    const programmed = this.ends[lengths.length - 1] ?? 0;
-    const scale = programmed > 0 ? this.ways[this.count] / programmed : 1;
-    for (let at = 0; at < this.ends.length; at++) this.ends[at] *= scale;
   }
 
   get seconds() {

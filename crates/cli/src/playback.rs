@@ -1,0 +1,146 @@
+//! A job as a page with a slider along its time: brings together the path, which has no times, and the course of the speed,
+//! which has no places.
+
+use super::output::{Output, OutputError};
+use super::watchers::{Sketch, Way};
+use crate::picture::Caption;
+use leadscrew_serve::browser::Playback;
+use leadscrew_sim::clock::seconds;
+use leadscrew_sim::speed_profile::Stretch;
+use std::io::Write;
+
+/// Writes the page. The lines of `stretches` are those that the machine counts.
+///
+/// # Errors
+/// Where it cannot be written.
+pub(super) fn write(
+    output: Output,
+    sketch: &Sketch,
+    stretches: &[Stretch],
+    caption: &Caption,
+) -> Result<(), OutputError> {
+    let mut moves = Vec::new();
+    for one in sketch.path.moves() {
+        one.write(&mut moves);
+    }
+    let fitted = Fitted::new(&sketch.ways, stretches);
+    let playback = Playback {
+        title: &caption.title,
+        summary: &caption.summary,
+        is_laser: caption.full_power_s.is_some(),
+        moves: &moves,
+        lengths: &bytes(&fitted.lengths),
+        course: &bytes(&fitted.course),
+    };
+    let written = output.pen().write_all(playback.document().as_bytes());
+    output.complete(written)
+}
+
+/// Moves and stretches of the same lines made equally long: rounding to steps, and places that the machine has gone to by itself, do
+/// not add up.
+#[derive(PartialEq, Debug)]
+struct Fitted {
+    /// The length of each move, mm; 0 for the begin of the path.
+    lengths: Vec<f32>,
+    /// Time in s, length in mm and first speed in mm/s of each stretch.
+    course: Vec<f32>,
+}
+
+impl Fitted {
+    fn new(ways: &[Way], stretches: &[Stretch]) -> Self {
+        let mut fitted = Self {
+            lengths: Vec::with_capacity(ways.len() + 1),
+            course: Vec::with_capacity(3 * stretches.len()),
+        };
+        fitted.lengths.push(0.0);
+        let mut ways = ways;
+        for of_line in stretches.chunk_by(|one, next| one.line == next.line) {
+            let line = of_line.first().map_or(0, |first| first.line);
+            // Moves that were planned as one have the line of the last of them.
+            let count = ways.iter().take_while(|way| way.line <= line).count();
+            let (passed, rest) = ways.split_at(count);
+            ways = rest;
+            fitted.add(passed, of_line);
+        }
+        // They were never begun.
+        fitted.lengths.extend(ways.iter().map(|_| 0.0));
+        fitted
+    }
+
+    fn add(&mut self, ways: &[Way], stretches: &[Stretch]) {
+        let programmed: f64 = ways.iter().map(|way| way.mm).sum();
+        let gone: f64 = stretches.iter().map(|stretch| stretch.length).sum();
+        let scale = if programmed > 0.0 {
+            gone / programmed
+        } else {
+            0.0
+        };
+        let lengths = ways.iter().map(|way| (way.mm * scale) as f32);
+        self.lengths.extend(lengths);
+        for stretch in stretches {
+            // Where no move of the path is under way, the machine moves by itself: homing, a tool change.
+            let has_place = programmed > 0.0;
+            let length = if has_place { stretch.length } else { 0.0 };
+            let speed = if has_place { stretch.speed[0] } else { 0.0 };
+            let numbers = [seconds(stretch.cycles()), length, speed];
+            self.course.extend(numbers.map(|number| number as f32));
+        }
+    }
+}
+
+fn bytes(values: &[f32]) -> Vec<u8> {
+    values
+        .iter()
+        .flat_map(|value| value.to_le_bytes())
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use leadscrew_sim::clock::{Cycle, CPU_HZ};
+    use leadscrew_sim::speed_profile::{Limit, Phase, SpeedLimit};
+
+    fn stretch(line: u64, length: f64) -> Stretch {
+        Stretch {
+            begin: Cycle(line * CPU_HZ),
+            end: Cycle((line + 1) * CPU_HZ),
+            line,
+            phase: Phase::Cruise,
+            length,
+            speed: [length; 2],
+            power: [0.0; 2],
+            limit: Limit::Speed(SpeedLimit::Feed),
+        }
+    }
+
+    fn way(line: u64, mm: f64) -> Way {
+        Way { line, mm }
+    }
+
+    #[test]
+    fn moves_are_as_long_as_their_lines_take_and_pixels_that_were_joined_share() {
+        let ways = [way(1, 10.0), way(2, 1.0), way(3, 1.0), way(4, 2.0)];
+        let fitted = Fitted::new(&ways, &[stretch(1, 5.0), stretch(4, 8.0)]);
+        assert_eq!(fitted.lengths, [0.0, 5.0, 2.0, 2.0, 4.0]);
+        assert_eq!(fitted.course, [1.0, 5.0, 5.0, 1.0, 8.0, 8.0]);
+    }
+
+    #[test]
+    fn the_tool_stands_while_the_machine_moves_by_itself() {
+        let ways = [way(1, 10.0), way(2, 10.0)];
+        let homing = Stretch {
+            line: 0,
+            ..stretch(1, 300.0)
+        };
+        let fitted = Fitted::new(&ways, &[stretch(1, 10.0), homing, stretch(2, 12.0)]);
+        assert_eq!(fitted.lengths, [0.0, 10.0, 12.0]);
+        assert_eq!(fitted.course[3..6], [1.0, 0.0, 0.0]);
+    }
+
+    #[test]
+    fn moves_that_an_alarm_has_taken_back_have_no_length() {
+        let fitted = Fitted::new(&[way(1, 10.0), way(2, 10.0)], &[stretch(1, 10.0)]);
+        assert_eq!(fitted.lengths, [0.0, 10.0, 0.0]);
+    }
+}
