@@ -24,17 +24,10 @@ use std::{format, println, string::String, vec};
 pub(crate) use leg::{corner_v2, Leg};
 pub(crate) use program::{program, Cut, Program};
 
-/// Runs a program as a planner with `settings` does, and checks it against `limits`.
-fn run(program: &Program, settings: Config<2>, limits: &Config<2>) -> Result<Worst, String> {
-    let mut queue = RigQueue::new();
-    let mut rig = Rig::new(settings, &mut queue);
-    let mut worst = Worst::default();
-    let mut events = program.events.iter().copied();
-    let mut event = events.next();
-    let mut cancelling = false;
-    let all = program.moves();
+/// Queues all moves of a program. Answers what was asked for with each of them; moves that were joined are one.
+fn push(program: &Program, rig: &mut Rig<'_>) -> Vec<Leg> {
     let mut legs: Vec<Leg> = Vec::new();
-    for cut in &all {
+    for cut in &program.moves() {
         while rig.planner.is_renewing() {
             rig.planner.renew();
         }
@@ -50,51 +43,72 @@ fn run(program: &Program, settings: Config<2>, limits: &Config<2>) -> Result<Wor
             _ => legs.push(Leg::new(cut, delta, program.steps_per_mm)),
         }
     }
+    legs
+}
+
+/// Lets something happen that is asked for from outside.
+fn meddle(what: Event, rig: &mut Rig<'_>) {
+    let overrides = rig.planner.overrides();
+    match what {
+        Event::Hold | Event::Cancel => rig.segmenter.hold(),
+        Event::Resume => rig.segmenter.resume(),
+        Event::Feed(feed) => rig.planner.set_overrides(Overrides { feed, ..overrides }),
+        Event::Rapid(rapid) => rig.planner.set_overrides(Overrides { rapid, ..overrides }),
+    }
+}
+
+/// The speed between two moves, against that of the corner. Corners of curves in pieces are looked at elsewhere.
+fn check_corner(rig: &Rig<'_>, legs: &[Leg], limits: &Config<2>) -> Result<f64, String> {
+    let [leg, next] = legs else {
+        return Ok(0.0);
+    };
+    let v2 = f64::from(rig.segmenter.speed()).powi(2);
+    if rig.planner.is_empty() || !leg.stands_alone(limits) || !next.stands_alone(limits) {
+        return Ok(0.0);
+    }
+    let corner = corner_v2(leg, next, limits);
+    if v2 > corner {
+        return Err(format!("corner: {v2} instead of {corner}"));
+    }
+    let counts = v2 > 0.0 && corner < f64::INFINITY;
+    Ok(if counts { v2 / corner } else { 0.0 })
+}
+
+/// How far the squared speed at the start of a profile is from the one that the profile before it had there.
+fn jump(before: &Trapezoid, profile: &Trapezoid) -> f64 {
+    let (was, is) = (before.speed_v2(profile.start()), profile.entry_v2());
+    f64::from((was - is).abs()) / f64::from(is.max(1.0))
+}
+
+/// Runs a program as a planner with `settings` does, and checks it against `limits`.
+fn run(program: &Program, settings: Config<2>, limits: &Config<2>) -> Result<Worst, String> {
+    let mut queue = RigQueue::new();
+    let mut rig = Rig::new(settings, &mut queue);
+    let mut worst = Worst::default();
+    let mut events = program.events.iter().copied();
+    let mut event = events.next();
+    let mut cancelling = false;
+    let legs = push(program, &mut rig);
     let mut begun = 0;
     let mut last: Option<(Trapezoid, usize)> = None;
     while let Some(segment) = rig.segmenter.next(&mut rig.planner) {
         begun += usize::from(segment.line.is_some());
-        let leg = &legs[begun - 1];
         if let Some((Profile::Trapezoid(profile), _)) = rig.segmenter.profile() {
             if last.as_ref().is_none_or(|(last, _)| last != profile) {
-                worst = worst.and(leg.check(profile, limits)?);
-                // A profile goes on with the speed that the last one had there.
+                worst = worst.and(legs[begun - 1].check(profile, limits)?);
                 if let Some((before, _)) = last.filter(|(_, of)| *of == begun) {
-                    let start = profile.start();
-                    let (was, is) = (before.speed_v2(start), profile.entry_v2());
-                    worst.jump = worst
-                        .jump
-                        .max(f64::from((was - is).abs()) / f64::from(is.max(1.0)));
+                    worst.jump = worst.jump.max(jump(&before, profile));
                 }
             }
             last = Some((*profile, begun));
-        } else if let Some(next) = legs.get(begun).filter(|_| !rig.planner.is_empty()) {
-            let v2 = f64::from(rig.segmenter.speed()).powi(2);
-            if leg.stands_alone(limits) && next.stands_alone(limits) {
-                let corner = corner_v2(leg, next, limits);
-                if v2 > corner {
-                    return Err(format!("corner: {v2} instead of {corner}"));
-                }
-                if v2 > 0.0 && corner < f64::INFINITY {
-                    worst.corner = worst.corner.max(v2 / corner);
-                }
-            }
+        } else {
+            let here = &legs[begun - 1..(begun + 1).min(legs.len())];
+            worst.corner = worst.corner.max(check_corner(&rig, here, limits)?);
         }
         match &mut event {
             Some((0, what)) => {
-                let overrides = rig.planner.overrides();
-                match *what {
-                    Event::Hold => rig.segmenter.hold(),
-                    Event::Resume => rig.segmenter.resume(),
-                    Event::Feed(feed) => rig.planner.set_overrides(Overrides { feed, ..overrides }),
-                    Event::Rapid(rapid) => {
-                        rig.planner.set_overrides(Overrides { rapid, ..overrides })
-                    }
-                    Event::Cancel => {
-                        rig.segmenter.hold();
-                        cancelling = true;
-                    }
-                }
+                meddle(*what, &mut rig);
+                cancelling |= matches!(what, Event::Cancel);
                 event = events.next();
             }
             Some((wait, _)) => *wait -= 1,

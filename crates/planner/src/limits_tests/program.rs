@@ -155,7 +155,6 @@ impl Program {
     }
 
     fn cut(&self, part: &Part, at: [f64; 2], feed: f32, kind: MoveKind) -> (Vec<Cut>, [f64; 2]) {
-        let rounded = |x: f64| (x * 1000.0).round() / 1000.0;
         let of = |[x, y]: [f64; 2]| Move {
             feed: if kind == MoveKind::Rapid {
                 Feed::Rapid
@@ -165,21 +164,16 @@ impl Program {
             kind,
             ..to(rounded(x), rounded(y), feed)
         };
+        let cut = |point, circle| Cut {
+            of: of(point),
+            is_first: false,
+            circle,
+        };
         let line = |end: [f64; 2], pieces: usize| {
             let share = |k: usize| k as f64 / pieces as f64;
             let point = |k| [0, 1].map(|i| at[i] + (end[i] - at[i]) * share(k));
-            let cuts = (1..=pieces).map(|k| Cut {
-                of: of(point(k)),
-                is_first: false,
-                circle: None,
-            });
+            let cuts = (1..=pieces).map(|k| cut(point(k), None));
             (cuts.collect(), end)
-        };
-        let on_circle = |from: f64, radius: f64, angle: f64| {
-            [
-                at[0] + radius * (angle.cos() - from.cos()),
-                at[1] + radius * (angle.sin() - from.sin()),
-            ]
         };
         match *part {
             Part::Line { x, y } => line([at[0] + x, at[1] + y], 1),
@@ -198,45 +192,51 @@ impl Program {
                 piece,
             } => {
                 let pieces = ((radius * turn.abs() / piece).ceil() as usize).min(240);
-                let point =
-                    |k: usize| on_circle(from, radius, from + turn * k as f64 / pieces as f64);
-                let cuts = (1..=pieces).map(|k| Cut {
-                    of: of(point(k)),
-                    is_first: false,
-                    circle: Some([radius, radius * turn.abs()]),
-                });
+                let angle = |k: usize| from + turn * k as f64 / pieces as f64;
+                let point = |k| on_circle(at, from, radius, angle(k));
+                let circle = Some([radius, radius * turn.abs()]);
+                let cuts = (1..=pieces).map(|k| cut(point(k), circle));
                 (cuts.collect(), point(pieces))
             }
             Part::Arc { from, radius, turn } => {
-                let mm = |x: f64| Coordinate::from_nanos((rounded(x) * 1e9).round() as i64);
-                let (end, centre) = (
-                    on_circle(from, radius, from + turn),
-                    on_circle(from, 0.0, 0.0),
-                );
-                let offset = [-radius * from.cos(), -radius * from.sin()].map(mm);
-                let chords = Arc::new(
-                    centre.map(mm),
-                    end.map(mm),
-                    offset,
-                    (0, 1),
-                    turn < 0.0,
-                    0.002,
-                );
-                let curve = Curve {
-                    radius: chords.radius(),
-                    acceleration: self.accelerations[0].min(self.accelerations[1]),
-                };
-                let cuts = chords.map(|target| Cut {
-                    of: Move {
-                        target,
-                        curve: Some(curve),
-                        ..of(end)
-                    },
-                    is_first: false,
-                    circle: None,
-                });
-                (cuts.collect(), end)
+                let end = on_circle(at, from, radius, from + turn);
+                (self.arc(at, [from, radius, turn], &of(end)), end)
             }
         }
     }
+
+    /// The chords of an arc as the machine makes them.
+    fn arc(&self, at: [f64; 2], [from, radius, turn]: [f64; 3], last: &Move<2>) -> Vec<Cut> {
+        let mm = |x: f64| Coordinate::from_nanos((rounded(x) * 1e9).round() as i64);
+        let offset = [-radius * from.cos(), -radius * from.sin()].map(mm);
+        let (start, end) = (at.map(mm), last.target);
+        let chords = Arc::new(start, end, offset, (0, 1), turn < 0.0, 0.002);
+        let curve = Curve {
+            radius: chords.radius(),
+            acceleration: self.accelerations[0].min(self.accelerations[1]),
+        };
+        let cut = |target| Cut {
+            of: Move {
+                target,
+                curve: Some(curve),
+                ..*last
+            },
+            is_first: false,
+            circle: None,
+        };
+        chords.map(cut).collect()
+    }
+}
+
+/// To 3 decimals.
+fn rounded(x: f64) -> f64 {
+    (x * 1000.0).round() / 1000.0
+}
+
+/// The point at `angle` on the circle on which `at` is the point at `from`.
+fn on_circle(at: [f64; 2], from: f64, radius: f64, angle: f64) -> [f64; 2] {
+    [
+        at[0] + radius * (angle.cos() - from.cos()),
+        at[1] + radius * (angle.sin() - from.sin()),
+    ]
 }
