@@ -19,6 +19,7 @@ where
 {
     /// Puts all settings into effect. At rest with nothing planned: at boot and after a change.
     pub(crate) fn apply_settings<B: Board>(&mut self, board: &mut B) {
+        self.look_at_limits(board);
         let settings = &self.settings;
         self.motion.reach = reach(settings);
         self.motion.travel = travel(settings, &self.motion.reach);

@@ -3,7 +3,6 @@
 use crate::board::{Board, ChannelId, CoolantOutput, Duration, Instant};
 use crate::console::Discard;
 use crate::extension::Extension;
-use crate::inputs::Edges;
 use crate::interpreter::Coolant;
 use crate::machine::Machine;
 use crate::protocol::alarm::Alarm;
@@ -85,11 +84,13 @@ where
     pub(crate) fn take_edges<B: Board>(&mut self, board: &mut B, now: Instant) {
         let edges = self.switches.inputs.edges();
         let before = core::mem::replace(&mut self.switches.edges, edges);
-        self.watch_limits(edges.limit_hits != before.limit_hits, board);
-        if edges == before {
+        let limit_hit = self.watch_limits(edges.limit_hits != before.limit_hits, board);
+        if edges == before && !limit_hit {
             return;
         }
-        self.take_limit_edge(edges, before, board, now);
+        if limit_hit {
+            self.stop_at_limit(board, now);
+        }
         if edges.resets != before.resets {
             self.reset(Discard::All, board, now);
         }
@@ -109,16 +110,7 @@ where
         self.set_gate();
     }
 
-    fn take_limit_edge<B: Board>(
-        &mut self,
-        edges: Edges,
-        before: Edges,
-        board: &mut B,
-        now: Instant,
-    ) {
-        if edges.limit_hits == before.limit_hits {
-            return;
-        }
+    fn stop_at_limit<B: Board>(&mut self, board: &mut B, now: Instant) {
         if self.config.rules.named && !matches!(self.state, State::Alarm(_) | State::Home) {
             return self.leave_limit(board, now);
         }

@@ -7,6 +7,9 @@
 //! |---|---|
 //! | while the axis moved | against that motion |
 //! | at rest, or nobody knows | either way, at `$25` at most: both ends of an axis may be on one input |
+//!
+//! Where the build says at which end the only switch of an axis stands ([`SwitchRules`](crate::rules::SwitchRules)), it stops motion
+//! towards that end alone: from the switch that is closed, programs may leave.
 
 use crate::board::Board;
 use crate::extension::Extension;
@@ -15,28 +18,31 @@ use crate::machine::Machine;
 use crate::protocol::message::Message;
 use crate::protocol::status::Status;
 use crate::settings::table::Setting;
+use crate::state::State;
 use core::cmp::Ordering;
 use leadscrew_gcode::Number;
 use leadscrew_planner::Kinematics;
+use leadscrew_stepper::MotorMask;
 
 impl<K, X, const AXES: usize, const MOTORS: usize> Machine<'_, K, AXES, MOTORS, X>
 where
     K: Kinematics<AXES, MOTORS> + Clone,
     X: Extension<AXES>,
 {
-    /// Notes which way motors go, and where a limit switch has closed or opened. `hit`: one has stopped the machine. Main loop, at
-    /// every turn, before anything moves on.
-    pub(crate) fn watch_limits<B: Board>(&mut self, hit: bool, board: &B) {
+    /// Notes which way motors go, and where a limit switch has closed or opened. `hit`: one has stopped the machine. Answers whether
+    /// one is to stop it: `hit`, or an axis leads farther into its closed switch. Main loop, at every turn, before anything moves on.
+    pub(crate) fn watch_limits<B: Board>(&mut self, hit: bool, board: &B) -> bool {
         if !self.settings.is_on(Setting::HardLimits) {
-            return;
+            return hit;
         }
         self.switches.ends.follow(&self.motion.shared.position());
-        if hit || self.switches.ends.closed.iter().any(Option::is_some) {
-            self.look_at_limits(board);
-        }
+        let closed = &self.switches.ends.closed;
+        let looks = hit || self.config.rules.are_own() || closed.iter().any(Option::is_some);
+        let leads_into = looks && self.look_at_limits(board);
         if self.motion.is_at_rest() {
             self.switches.ends.heading = [0; MOTORS];
         }
+        hit || leads_into && !matches!(self.state, State::Home | State::Alarm(_))
     }
 
     /// Whether a limit switch is closed that allows jogs only. At rest.
@@ -45,7 +51,9 @@ where
             return false;
         }
         self.look_at_limits(board);
-        self.switches.ends.closed.iter().any(Option::is_some)
+        let rules = &self.config.rules;
+        let mut closed = self.switches.ends.closed.iter().enumerate();
+        closed.any(|(axis, closed)| closed.is_some() && rules.only_end(axis).is_none())
     }
 
     /// Lets a jog lead away from a closed switch, slowly where nobody knows which way that is.
@@ -57,9 +65,10 @@ where
         jog: &mut Jog<AXES>,
         board: &B,
     ) -> Result<(), Status> {
-        if !self.is_at_limit(board) {
+        if !self.settings.is_on(Setting::HardLimits) {
             return Ok(());
         }
+        self.look_at_limits(board);
         let slow = self.settings.value(Setting::HomingSeek);
         let ways = jog.travel.target.iter().zip(&self.motion.path_end);
         for ((target, from), closed) in ways.zip(&self.switches.ends.closed) {
@@ -80,17 +89,38 @@ where
         Ok(())
     }
 
-    fn look_at_limits<B: Board>(&mut self, board: &B) {
+    /// Notes which switches are closed, and has those stop nothing that serve homing alone or to which their axis does not go. Answers
+    /// whether an axis leads into its only switch, which is closed. Motion that has begun since the last turn goes nowhere yet: the
+    /// next turn finds its switch closed.
+    pub(crate) fn look_at_limits<B: Board>(&mut self, board: &B) -> bool {
         let active = self.switches.inputs.active(&board.switches());
-        let axes = self.switches.axes_at_limits(&active);
+        let rules = &self.config.rules;
+        let mut ignored = MotorMask::from_bits(rules.homing_only);
+        let axes = self.switches.axes_at_limits(&active).without(ignored);
         let ways = self.motion.axes(&self.switches.ends.heading);
+        let mut leads_into = false;
         for (axis, (closed, way)) in self.switches.ends.closed.iter_mut().zip(ways).enumerate() {
+            let (way, end) = (way.cmp(&Coordinate::ZERO), rules.only_end(axis));
             *closed = match *closed {
                 _ if !axes.contains(axis) => None,
-                None => Some(way.cmp(&Coordinate::ZERO)),
+                None => Some(end.unwrap_or(way)),
                 known => known,
             };
+            let goes_there = end == Some(way);
+            leads_into |= goes_there && closed.is_some();
+            if end.is_some() && !goes_there {
+                ignored = ignored.with(MotorMask::only(axis));
+            }
         }
+        if let Some(dual) = self
+            .switches
+            .dual
+            .filter(|dual| ignored.contains(dual.axis))
+        {
+            ignored = ignored.with(MotorMask::only(dual.motor));
+        }
+        self.switches.inputs.ignore_limits(ignored);
+        leads_into
     }
 }
 

@@ -53,6 +53,8 @@ pub struct Inputs<const MOTORS: usize> {
     probe_invert: AtomicBool,
     hard_limits: AtomicBool,
     door_present: AtomicBool,
+    /// Motors whose limit switch stops nothing now.
+    ignored: AtomicU8,
     homing: AtomicU8,
     /// Motors that stop together while homing.
     sharing: AtomicU8,
@@ -144,6 +146,7 @@ impl<const MOTORS: usize> Inputs<MOTORS> {
             probe_invert: AtomicBool::new(false),
             hard_limits: AtomicBool::new(false),
             door_present: AtomicBool::new(false),
+            ignored: AtomicU8::new(0),
             homing: AtomicU8::new(0),
             sharing: AtomicU8::new(0),
             watch: AtomicU8::new(ProbeWatch::Off as u8),
@@ -228,6 +231,11 @@ impl<const MOTORS: usize> Inputs<MOTORS> {
         self.homing.store(motors.bits(), Ordering::Release);
     }
 
+    /// Has the limit switches of `motors` stop nothing, and all others stop motion again. Main loop.
+    pub fn ignore_limits(&self, motors: MotorMask) {
+        self.ignored.store(motors.bits(), Ordering::Relaxed);
+    }
+
     /// Begins to wait for the probe, or ends it. Main loop.
     ///
     /// A probe that is as awaited already is seen at the next edge only: ask [`Inputs::active`] first.
@@ -264,7 +272,9 @@ impl<const MOTORS: usize> Inputs<MOTORS> {
     /// Whether a limit switch has closed that ends motion.
     #[inline]
     fn is_hit(&self, active: MotorMask) -> bool {
-        let before = MotorMask::from_bits(self.last_limits.load(Ordering::Relaxed));
+        let before =
+            self.last_limits.load(Ordering::Relaxed) | self.ignored.load(Ordering::Relaxed);
+        let before = MotorMask::from_bits(before);
         self.homing.load(Ordering::Acquire) == 0
             && self.hard_limits.load(Ordering::Acquire)
             && !active.without(before).is_empty()

@@ -91,11 +91,11 @@ where
         }
         self.console.broadcast("");
         self.console.broadcast(BANNER);
-        let active = self.switches.inputs.active(&board.switches());
-        if self.settings.is_on(Setting::HardLimits) && !active.limits.is_empty() {
+        if self.is_at_limit(board) {
             self.enter(State::Alarm(Lock::Unlockable));
             self.console.message(Message::CheckLimits);
         }
+        let active = self.switches.inputs.active(&board.switches());
         if active.reset {
             self.enter(State::Alarm(Lock::Unlockable));
             self.console.message(Message::ResetHeld);

@@ -34,6 +34,13 @@ pub struct SwitchRules {
     pub drops_drivers: bool,
     /// Axes without a switch: `$H` takes them to their zero once the others are home.
     pub without_switch: AxisMask,
+    /// Axes whose limit switch serves homing alone: it never stops motion.
+    pub homing_only: AxisMask,
+    /// Axes whose limit switch stands at the low end and stops motion towards it alone: motion that leaves it goes on, programs
+    /// too.
+    pub towards_low: AxisMask,
+    /// The same at the high end. With one switch at either end on one input, an axis is in both: it may not tell the ends apart.
+    pub towards_high: AxisMask,
 }
 
 impl SwitchRules {
@@ -44,7 +51,24 @@ impl SwitchRules {
         reported: false,
         drops_drivers: false,
         without_switch: 0,
+        homing_only: 0,
+        towards_low: 0,
+        towards_high: 0,
     };
+
+    /// Whether a switch stops less than in Grbl.
+    pub(crate) const fn are_own(&self) -> bool {
+        self.homing_only | self.towards_low | self.towards_high != 0
+    }
+
+    /// The one end at which the switch of an axis stands, where motion that leaves it goes on.
+    pub(crate) const fn only_end(&self, axis: usize) -> Option<Ordering> {
+        match (self.towards_low >> axis & 1, self.towards_high >> axis & 1) {
+            (1, 0) => Some(Ordering::Less),
+            (0, 1) => Some(Ordering::Greater),
+            _ => None,
+        }
+    }
 }
 
 /// The axes that back off: X and Y.

@@ -1,6 +1,6 @@
 //! Switch rules that Grbl has not, and that a build may ask for.
 
-use crate::bench::{Memory, Session};
+use crate::bench::{Contact, Memory, Session};
 use leadscrew_machine::config::MachineConfig;
 use leadscrew_machine::rules::SwitchRules;
 use leadscrew_planner::Cartesian;
@@ -12,6 +12,7 @@ const RULES: SwitchRules = SwitchRules {
     reported: true,
     drops_drivers: true,
     without_switch: 0,
+    ..SwitchRules::GRBL
 };
 
 fn config(rules: SwitchRules) -> MachineConfig<3> {
@@ -112,4 +113,112 @@ fn an_axis_without_a_switch_goes_to_its_zero_while_homing() {
     assert!(session
         .status()
         .starts_with("<Idle|MPos:0.000,0.000,0.000|"));
+}
+
+/// The switch of X at its high end, 5 mm from power-up; no other one closes.
+const X_HIGH: Contact = Contact::Limits([1250, i32::MAX, i32::MAX]);
+
+#[test]
+fn a_program_leaves_a_switch_that_stops_only_motion_towards_it() {
+    let rules = SwitchRules {
+        towards_high: 0b001,
+        ..SwitchRules::GRBL
+    };
+    for (rules, leaves) in [(rules, true), (SwitchRules::GRBL, false)] {
+        let mut memory = Memory::new();
+        let mut session = Session::boot(&mut memory, config(rules));
+        session.contact = Some(X_HIGH);
+        session.line("$21=1");
+        session.send("G1X10F500\n");
+        session.wait_ms(2_000);
+        assert_eq!(session.pins.position, [1250, 0, 0]);
+        session.send([0x18]);
+        session.wait_ms(10);
+        assert!(session.lines().contains(&"ALARM:1".to_owned()));
+        session.line("$X");
+        let lines = session.line("G91G1X-3F500");
+        session.until_quiet();
+        assert_eq!(lines.contains(&"ok".to_owned()), leaves, "{lines:?}");
+        assert_eq!(lines.contains(&"error:9".to_owned()), !leaves, "{lines:?}");
+        assert_eq!(session.pins.position[0] == 500, leaves);
+    }
+}
+
+#[test]
+fn a_switch_that_closes_while_its_axis_leaves_stops_nothing() {
+    let rules = SwitchRules {
+        towards_low: 0b001,
+        named: true,
+        ..SwitchRules::GRBL
+    };
+    let mut memory = Memory::new();
+    let mut session = Session::boot(&mut memory, config(rules));
+    session.line("$21=1");
+    session.send("G1X10F500\n");
+    session.wait_ms(500);
+    close(&mut session, 0);
+    session.until_quiet();
+    assert_eq!(session.lines(), ["ok"]);
+    assert_eq!(session.pins.position, [2500, 0, 0]);
+    session.switch(|switches| switches.limits = MotorMask::from_bits(0xFF));
+    session.send("G1X0F500\n");
+    session.wait_ms(500);
+    close(&mut session, 0);
+    let at = session.pins.position;
+    session.wait_ms(100);
+    assert_eq!(session.pins.position, at, "at its very step");
+    let lines = session.lines();
+    assert_eq!(lines, ["ok", "[MSG:X low]", "ALARM:1"]);
+}
+
+#[test]
+fn motion_into_a_closed_switch_ends_at_its_first_steps() {
+    let rules = SwitchRules {
+        towards_low: 0b010,
+        ..SwitchRules::GRBL
+    };
+    let mut memory = Memory::new();
+    let mut session = Session::boot(&mut memory, config(rules));
+    session.line("$21=1");
+    close(&mut session, 1);
+    assert_eq!(session.line("G1X1F500"), ["ok"], "another axis");
+    session.until_quiet();
+    session.send("G1Y-5F500\n");
+    session.wait_ms(500);
+    assert!(session.lines().contains(&"ALARM:1".to_owned()));
+    assert!(
+        (-3..0).contains(&session.pins.position[1]),
+        "{:?}",
+        session.pins.position
+    );
+    session.send([0x18]);
+    session.wait_ms(10);
+    session.line("$X");
+    let jog = session.line("$J=G91Y-1F500");
+    assert!(jog.contains(&"error:15".to_owned()), "{jog:?}");
+    assert!(session.line("$J=G91Y1F500").contains(&"ok".to_owned()));
+}
+
+#[test]
+fn a_switch_for_homing_alone_stops_nothing_else() {
+    let rules = SwitchRules {
+        homing_only: 0b111,
+        ..SwitchRules::GRBL
+    };
+    let mut memory = Memory::new();
+    let mut session = Session::boot(&mut memory, config(rules));
+    session.contact = Some(X_HIGH);
+    session.line("$21=1");
+    assert_eq!(session.line("G1X10F500"), ["ok"]);
+    session.until_quiet();
+    assert_eq!(session.line("G1X7F500"), ["ok"]);
+    session.until_quiet();
+    assert_eq!(session.pins.position, [1750, 0, 0]);
+    session.contact = Some(Contact::Limits([2500, 1250, 1250]));
+    for setting in ["$22=1", "$25=500", "$120=100", "$121=100", "$122=100"] {
+        session.line(setting);
+    }
+    session.send("$H\n");
+    session.until_quiet();
+    assert_eq!(session.lines().last().unwrap(), "ok");
 }

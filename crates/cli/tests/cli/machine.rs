@@ -162,3 +162,31 @@ fn the_schema_of_a_machine_file_names_settings_and_axes() {
         assert!(text.contains(&format!("\"{key}\"")), "{key}");
     }
 }
+
+#[test]
+fn a_switch_stops_any_motion_or_motion_towards_it_or_none_as_the_file_says() {
+    let folder = Folder::new();
+    let machine = |name: &str, stops: &str| {
+        let axis = format!("[axes.x]\nlimits = {{ low = 0 }}\nstops = \"{stops}\"\n");
+        folder.file(name, format!("[bounds]\nhard = true\n{axis}"))
+    };
+    let [any, towards, homing] =
+        ["any", "towards", "homing"].map(|stops| machine(&format!("{stops}.toml"), stops));
+    // The carriage stands in its switch at power-up: machine position 0.
+    let leaves = folder.file("leaves.nc", "G1 X5 F500\nX3\n");
+    let comes = folder.file("comes.nc", "G1 X5 F500\nX-4\n");
+    let run = |job: &str, file: &str| {
+        let output = leadscrew(&["run", job, "--machine", file]);
+        (output.status.code(), stderr(&output))
+    };
+    let (code, said) = run(&leaves, &any);
+    assert_eq!(code, Some(1));
+    assert!(said.contains("error:9"), "{said}");
+    assert_eq!(run(&leaves, &towards).0, Some(0));
+    let (code, said) = run(&comes, &towards);
+    assert_eq!(code, Some(1));
+    assert!(said.contains("ALARM:1"), "{said}");
+    assert_eq!(run(&comes, &homing).0, Some(0));
+    let there = report(&[&comes, "--machine", &homing]);
+    assert_eq!(there["axes"]["x"]["position_mm"], -4.0);
+}

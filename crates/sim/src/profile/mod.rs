@@ -148,6 +148,8 @@ pub struct Axis {
     pub start: Place,
     /// Where its limit switches are.
     pub limits: Limits,
+    /// Which motion its limit switches stop, with `bounds.hard`.
+    pub stops: Stops,
     /// Whether it turns: degrees instead of millimetres.
     pub rotary: bool,
 }
@@ -163,6 +165,19 @@ pub enum End {
     High,
     /// It has no switch: `$H` takes it to its zero once the others are home.
     Zero,
+}
+
+/// The motion that a limit switch stops.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Stops {
+    /// Any motion, as in Grbl; from a switch that is closed only jogs lead away.
+    #[default]
+    Any,
+    /// Motion towards its only switch. Motion that leaves it goes on, programs too.
+    Towards,
+    /// Homing alone.
+    Homing,
 }
 
 /// Where an axis has limit switches; both are wired to one input, as on Grbl's boards.

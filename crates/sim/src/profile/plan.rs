@@ -2,7 +2,7 @@
 
 use super::{
     Axes, Axis, AxisLetters, Belts, End, GantryAxis, Limits, OutputsTable, Positive, Profile,
-    SecondMotor, ToolSwitchesTable,
+    SecondMotor, Stops, ToolSwitchesTable,
 };
 use crate::contacts::Contacts;
 use crate::plant::{Pin, Plate, Side, Switch};
@@ -98,7 +98,10 @@ impl Profile {
     }
 
     fn switch_rules(&self) -> SwitchRules {
-        let axes = self.all_axes().enumerate();
+        let mask = |holds: fn(&Axis) -> bool| {
+            let axes = self.all_axes().enumerate();
+            axes.fold(0, |mask, (axis, of)| mask | u8::from(holds(of)) << axis)
+        };
         SwitchRules {
             named: self.switches.named,
             back_off_mm: self
@@ -107,9 +110,10 @@ impl Profile {
                 .map_or(0.0, |way| way.get() as f32),
             reported: self.switches.reported,
             drops_drivers: self.switches.stop_drops_drivers,
-            without_switch: axes.fold(0, |mask, (axis, of)| {
-                mask | u8::from(of.home == End::Zero) << axis
-            }),
+            without_switch: mask(|axis| axis.home == End::Zero),
+            homing_only: mask(|axis| axis.stops == Stops::Homing),
+            towards_low: mask(|axis| axis.stops == Stops::Towards && axis.limits.low.is_some()),
+            towards_high: mask(|axis| axis.stops == Stops::Towards && axis.limits.high.is_some()),
         }
     }
 
@@ -163,6 +167,16 @@ impl Profile {
         }
         if let Some(contradiction) = self.contradiction_of_extruder() {
             return Some(contradiction);
+        }
+        let knows_no_end = |axis: &Axis| {
+            let Limits { low, high } = axis.limits;
+            axis.stops == Stops::Towards && low.is_some() == high.is_some()
+        };
+        if self.all_axes().any(knows_no_end) {
+            return Some((
+                "axes",
+                "expected one limit switch, low or high, on an axis with `stops = \"towards\"`: both ends share an input",
+            ));
         }
         if self.axis_count() > GANGED_AXES && self.second_motor.is_some() {
             return Some(("second_motor", "expected 3 or 4 axes beside a second motor"));
