@@ -57,15 +57,11 @@ impl Host for Sender {
     }
 }
 
-/// What the probe finds at each of these places: Z in mm.
-fn found(machine: &str, places: &[[f64; 2]]) -> Vec<f64> {
+/// Sends these lines to a machine; answers all that it says.
+fn heard(machine: &str, lines: VecDeque<String>) -> String {
     let file = Profile::parse(Path::new("plate.toml"), machine).unwrap();
-    let lines = places.iter().flat_map(|[x, y]| {
-        let line = format!("G0 X{x} Y{y}\n");
-        [line, "G38.2 Z-12 F200\n".into(), "G0 Z0\n".into()]
-    });
     let mut sender = Sender {
-        lines: lines.collect(),
+        lines,
         bytes: VecDeque::new(),
         waits: false,
         heard: String::new(),
@@ -80,14 +76,33 @@ fn found(machine: &str, places: &[[f64; 2]]) -> Vec<f64> {
     };
     let work = &mut |powered: &mut dyn Powered| powered.settle(&mut sender);
     file.power_up(supply, &mut (), work);
-    let heard = &sender.heard;
-    let found: Vec<f64> = heard
+    sender.heard
+}
+
+/// The places of contact that were reported, mm.
+fn contacts(heard: &str) -> Vec<[f64; 3]> {
+    let reports = heard
         .lines()
-        .filter_map(|line| line.strip_prefix("[PRB:")?.strip_suffix(":1]"))
-        .map(|place| place.rsplit(',').next().unwrap().parse().unwrap())
-        .collect();
+        .filter_map(|line| line.strip_prefix("[PRB:")?.strip_suffix(":1]"));
+    reports.map(place).collect()
+}
+
+/// Three coordinates with commas between them.
+fn place(text: &str) -> [f64; 3] {
+    let places = text.split(',').map(|place| place.parse().unwrap());
+    places.collect::<Vec<f64>>().try_into().unwrap()
+}
+
+/// What the probe finds at each of these places: Z in mm.
+fn found(machine: &str, places: &[[f64; 2]]) -> Vec<f64> {
+    let lines = places.iter().flat_map(|[x, y]| {
+        let line = format!("G0 X{x} Y{y}\n");
+        [line, "G38.2 Z-12 F200\n".into(), "G0 Z0\n".into()]
+    });
+    let heard = heard(machine, lines.collect());
+    let found = contacts(&heard);
     assert_eq!(found.len(), places.len(), "{heard}");
-    found
+    found.into_iter().map(|[_, _, z]| z).collect()
 }
 
 #[test]
@@ -123,5 +138,51 @@ fn a_flat_plate_is_as_high_everywhere() {
     assert_eq!(file.plate(), None::<Plate>);
     for found in found(&flat, &[[0.0, 0.0], [150.0, 80.0]]) {
         assert!((found + 5.0).abs() <= 0.005, "{found}");
+    }
+}
+
+/// How high the plate of [`MACHINE`] stands above its place at X0 Y0, mm: its tilt, and a bow of 0.4 mm over 200 mm by 100 mm.
+fn height([x, y]: [f64; 2]) -> f64 {
+    let along = |share: f64| 4.0 * share * (1.0 - share);
+    0.01 * x - 0.02 * y + 0.4 * along(x / 200.0) * along(y / 100.0)
+}
+
+#[test]
+fn the_lines_of_bcnc_s_auto_level_find_the_plate_s_heights_in_work_coordinates() {
+    let grid = [10.0, 55.0, 100.0, 145.0, 190.0];
+    let rows = [10.0, 50.0, 90.0];
+    let places: Vec<[f64; 2]> = rows.iter().flat_map(|y| grid.map(|x| [x, *y])).collect();
+    // Connected: it asks for settings, modes and parameters, and for reports all the time. Then Z0 is set on the plate.
+    let mut lines: VecDeque<String> = ["$$", "$I", "$G", "$#", "G38.2Z-12.0000F60"]
+        .map(str::to_owned)
+        .into();
+    lines.extend(["G10L20P1Z0", "$#", "G0Z3.0000", "G0X10.0000Y10.0000"].map(str::to_owned));
+    for [x, y] in &places {
+        lines.push_back("G0Z3.0000".to_owned());
+        lines.push_back(format!("G0X{x:.4}Y{y:.4}"));
+        lines.push_back("G4P0".to_owned()); // it waits for rest
+        lines.push_back("G38.2Z-3.0000F120".to_owned());
+        lines.push_back("$G".to_owned());
+    }
+    lines.extend(["G0Z3.0000", "G0X10.0000Y10.0000", "$#"].map(str::to_owned));
+    let lines = lines.into_iter().map(|line| format!("?{line}\n"));
+    let heard = heard(MACHINE, lines.collect());
+    assert!(
+        !heard.contains("error") && !heard.contains("ALARM"),
+        "{heard}"
+    );
+    let mut found = contacts(&heard);
+    found.dedup(); // `$#` repeats the last one
+    let mut origin = heard.lines().filter_map(|line| line.strip_prefix("[G54:"));
+    let [_, _, zero] = place(origin.next_back().unwrap().trim_end_matches(']'));
+    // The first contact is the one for Z0; the reports are in machine coordinates, as is G54.
+    assert_eq!(found.len(), 1 + places.len(), "{heard}");
+    for (place, [x, y, z]) in places.iter().zip(&found[1..]) {
+        assert_eq!([*x, *y], *place);
+        let found = z - zero;
+        assert!(
+            (found - height(*place)).abs() <= 0.006,
+            "{found} at {place:?}"
+        );
     }
 }
