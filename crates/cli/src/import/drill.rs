@@ -11,6 +11,7 @@ use leadscrew_import::drill::{jobs, DrillJob, Mirror, Options, Speeds};
 use leadscrew_import::excellon::{self, Digits, Known, Units, Zeros};
 use leadscrew_import::Mm;
 use leadscrew_machine::settings::table::{AxisSetting, Setting};
+use leadscrew_sim::profile::{DrillTable, Place, Positive};
 use std::path::{Path, PathBuf};
 
 /// Options of `import drill`. Lengths are mm, feeds mm/min.
@@ -21,20 +22,15 @@ pub(in super::super) struct DrillArgs {
     files: Vec<PathBuf>,
     #[command(flatten)]
     output: OutputArgs,
-    /// Z of a hole's bottom, such as -1.8.
+    /// Z of a hole's bottom, such as -1.8; needed where [drill] of the machine file has none.
     #[arg(long, value_name = "Z", allow_hyphen_values = true)]
-    depth: Mm,
-    /// Z between holes.
-    #[arg(
-        long,
-        value_name = "Z",
-        allow_hyphen_values = true,
-        default_value = "2"
-    )]
-    clearance: Mm,
-    /// How fast bits go down.
+    depth: Option<Mm>,
+    /// Z between holes; 2 unless [drill] of the machine file has another one.
+    #[arg(long, value_name = "Z", allow_hyphen_values = true)]
+    clearance: Option<Mm>,
+    /// How fast bits go down; needed where [drill] of the machine file has none.
     #[arg(long, value_name = "MM/MIN")]
-    feed: Mm,
+    feed: Option<Mm>,
     /// How fast slots and routes are milled; as --feed unless told.
     #[arg(long, value_name = "MM/MIN")]
     mill_feed: Option<Mm>,
@@ -120,6 +116,7 @@ enum ZerosArg {
 /// Where an option or a file cannot be used.
 pub(super) fn run(args: &DrillArgs) -> Result<bool, Unusable> {
     let machine = Machine::new(&args.machine)?;
+    let options = options(args, &machine.file.drill)?;
     let mut drawings = Vec::new();
     for name in &args.files {
         let text = read(name)?;
@@ -134,7 +131,7 @@ pub(super) fn run(args: &DrillArgs) -> Result<bool, Unusable> {
             notes.for_each(|note| eprintln!("note: {}: {note}", name.display()));
         }
     }
-    let jobs = jobs(&drawings, &options(args), &speeds(&machine)).map_err(unusable)?;
+    let jobs = jobs(&drawings, &options, &speeds(&machine)).map_err(unusable)?;
     let path = &args.output.output;
     if args.tools == ToolsArg::Files && is_stdout(path) {
         return Err(unusable("--tools files needs -o JOB.nc"));
@@ -170,13 +167,32 @@ fn known(args: &DrillArgs) -> Known {
     }
 }
 
-fn options(args: &DrillArgs) -> Options {
-    Options {
-        depth: args.depth,
-        clearance: args.clearance,
-        feed: args.feed,
-        mill_feed: args.mill_feed,
-        peck: args.peck,
+/// Z between holes where nobody says it.
+const CLEARANCE: Mm = Mm::from_nanos(2_000_000_000);
+
+/// The options, and what the machine's file has where they do not say.
+///
+/// # Errors
+/// Neither says how deep or how fast.
+fn options(args: &DrillArgs, file: &DrillTable) -> Result<Options, Unusable> {
+    let mm = |mm: f64| Mm::from_nanos((mm * 1e9).round() as i64);
+    let place = |option: Option<Mm>, file: Option<Place>| option.or(file.map(|of| mm(of.mm())));
+    let positive =
+        |option: Option<Mm>, file: Option<Positive>| option.or(file.map(|of| mm(of.get())));
+    let needed = |option: Option<Mm>, name: &str, key: &str| {
+        let said = format!("expected {name}, or `{key}` in [drill] of the machine file");
+        option.ok_or_else(|| unusable(said))
+    };
+    Ok(Options {
+        depth: needed(place(args.depth, file.depth_mm), "--depth", "depth_mm")?,
+        clearance: place(args.clearance, file.clearance_mm).unwrap_or(CLEARANCE),
+        feed: needed(
+            positive(args.feed, file.feed_mm_min),
+            "--feed",
+            "feed_mm_min",
+        )?,
+        mill_feed: positive(args.mill_feed, file.mill_feed_mm_min),
+        peck: positive(args.peck, file.peck_mm),
         tool_feeds: args.tool_feeds,
         spindle: args.spindle,
         mirror: args.mirror.map(|axis| match axis {
@@ -188,7 +204,7 @@ fn options(args: &DrillArgs) -> Options {
         mills_slots: args.slots == SlotsArg::Mill,
         job_a_bit: args.tools == ToolsArg::Files,
         cycles: args.cycles,
-    }
+    })
 }
 
 fn speeds(machine: &Machine) -> Speeds {

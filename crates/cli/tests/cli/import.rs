@@ -271,3 +271,46 @@ fn every_test_that_the_table_of_machines_names_is_there() {
     }
     assert!(named >= 25, "{named}");
 }
+
+#[test]
+fn a_drill_job_takes_from_the_machine_file_what_its_options_do_not_say() {
+    let folder = folder();
+    let drill = |more: &[&str]| {
+        let args = [&["import", "drill", "board.drl", "-q"], more].concat();
+        let output = call(&folder, &args);
+        (stdout(&output), stderr(&output), output.status.code())
+    };
+    let said = [
+        "--depth",
+        "-1.7",
+        "--clearance",
+        "1.25",
+        "--feed",
+        "90",
+        "--peck",
+        "0.5",
+    ];
+    let (by_options, _, code) = drill(&said);
+    assert_eq!(code, Some(0));
+    assert!(
+        by_options.contains("down to Z-1.7, clearance Z1.25"),
+        "{by_options}"
+    );
+    assert!(by_options.contains("F90"), "{by_options}");
+    folder.file(
+        "drill.toml",
+        "[drill]\ndepth_mm = -1.7\nclearance_mm = 1.25\nfeed_mm_min = 90\npeck_mm = 0.5\n",
+    );
+    assert_eq!(drill(&["--machine", "drill.toml"]).0, by_options);
+    let (deeper, _, _) = drill(&["--machine", "drill.toml", "--depth", "-2.1"]);
+    assert!(
+        deeper.contains("down to Z-2.1, clearance Z1.25"),
+        "{deeper}"
+    );
+    let (_, error, code) = drill(&["--depth", "-1.7"]);
+    assert_eq!(code, Some(2));
+    assert!(
+        error.contains("expected --feed, or `feed_mm_min` in [drill]"),
+        "{error}"
+    );
+}

@@ -73,6 +73,8 @@ pub struct Profile {
     pub tool_change: Option<ToolChangeTable>,
     /// A tool between two switches.
     pub tool_switches: Option<ToolSwitchesTable>,
+    /// How `import drill` makes a job for this machine, where its options do not say.
+    pub drill: DrillTable,
     /// First values of settings by their numbers; they win over names.
     #[schemars(with = "BTreeMap<String, f64>")]
     pub settings: BTreeMap<SettingNumber, Spanned<f64>>,
@@ -100,6 +102,22 @@ pub struct OutputsTable {
     pub boot: u8,
     /// Those that stay as they are in a hold, a bit an output; all others go off.
     pub stay: u8,
+}
+
+/// Depths and feeds of a drill job, mm and mm/min: each as the option of `import drill` with its name.
+#[derive(Clone, Copy, PartialEq, Debug, Default, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct DrillTable {
+    /// Z of a hole's bottom, below zero.
+    pub depth_mm: Option<Place>,
+    /// Z between holes.
+    pub clearance_mm: Option<Place>,
+    /// How fast bits go down.
+    pub feed_mm_min: Option<Positive>,
+    /// How fast slots and routes are milled.
+    pub mill_feed_mm_min: Option<Positive>,
+    /// The deepest that is drilled or milled in one go.
+    pub peck_mm: Option<Positive>,
 }
 
 /// The axes.
