@@ -57,7 +57,7 @@ impl<'m> Desk<'m> {
 
     /// The level of an input.
     pub(super) fn level(&self, pin: Pin) -> bool {
-        let levels = self.snapshot().switches;
+        let levels = self.levels();
         match pin {
             Pin::Limit(motor) => levels.limits.contains(motor),
             Pin::Probe => levels.probe,
@@ -66,11 +66,6 @@ impl<'m> Desk<'m> {
             Pin::Start => levels.start,
             Pin::Door => levels.door,
         }
-    }
-
-    /// The number of axes.
-    pub(super) fn axes(&self) -> usize {
-        self.snapshot().position.len()
     }
 
     /// The number of motors: one an axis, and second ones.

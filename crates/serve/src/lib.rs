@@ -149,7 +149,8 @@ fn run(profile: &Profile, rate: Rate, state: Option<StateFile>, server: &mut Ser
     );
     let motors = profile.motor_count();
     let mut supply = Supply {
-        first: None,
+        // Once, and not at each restart: they stay in memory.
+        first: Some(profile.first_settings().leak()),
         lines: server.line_count(),
         rate,
         outputs: profile.outputs.config(),

@@ -12,6 +12,7 @@ use crate::profile::{Belts, Profile};
 use crate::setup::{Memory, Setup};
 use crate::train::Train;
 use leadscrew_machine::board::{CoolantOutput, SpindleOutput, Switches};
+use leadscrew_machine::config::MachineConfig;
 use leadscrew_machine::extension::Extension;
 use leadscrew_machine::settings::store::Condition;
 use leadscrew_machine::settings::values::{Entry, Key, Settings};
@@ -46,6 +47,10 @@ pub trait Powered {
     fn outcome(&self) -> Outcome<MOST_MOTORS>;
     /// How the machine stands.
     fn snapshot(&self) -> Snapshot;
+    /// The levels of its inputs.
+    fn levels(&self) -> Switches;
+    /// The number of its axes.
+    fn axes(&self) -> usize;
     /// Lines that the machine has begun since power-up.
     fn lines_begun(&self) -> u32;
     /// Where the carriages are, steps of their motors.
@@ -133,7 +138,7 @@ where
     }
 
     fn snapshot(&self) -> Snapshot {
-        let levels = *self.board().plant.levels();
+        let levels = Powered::levels(self);
         let machine = self.machine();
         let overrides = machine.overrides();
         Snapshot {
@@ -150,6 +155,14 @@ where
             lines: machine.program_lines(),
             seconds_queued: machine.time_to_finish(),
         }
+    }
+
+    fn levels(&self) -> Switches {
+        *self.board().plant.levels()
+    }
+
+    fn axes(&self) -> usize {
+        AXES
     }
 
     fn lines_begun(&self) -> u32 {
@@ -202,7 +215,7 @@ where
 /// The options of a power-up beside the machine's file.
 #[derive(Clone, Copy, Debug)]
 pub struct Supply {
-    /// Settings of a new machine; `None`: the file's settings.
+    /// Settings of a new machine; `None`: the file's settings, which then take memory at each power-up.
     pub first: Option<&'static [Entry]>,
     /// Its serial lines.
     pub lines: usize,
@@ -239,9 +252,15 @@ impl Profile {
         observer: &mut dyn Observer,
         work: &mut dyn FnMut(&mut dyn Powered),
     ) {
-        let mut setup = Setup::<AXES>::new(self.config(), with.rate);
+        let config = match with.first {
+            Some(defaults) => MachineConfig {
+                defaults,
+                ..self.bare_config()
+            },
+            None => self.config(),
+        };
+        let mut setup = Setup::<AXES>::new(config, with.rate);
         setup.lines = vec![with.rate; with.lines];
-        setup.machine.defaults = with.first.unwrap_or(setup.machine.defaults);
         setup.receive_buffer = usize::from(self.receive_buffer());
         setup.contacts = self.contacts();
         let mut memory = Memory::new(&setup);

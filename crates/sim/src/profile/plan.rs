@@ -46,8 +46,16 @@ impl Profile {
         self.receive_buffer.map_or(RECEIVE_BUFFER, |size| size.0)
     }
 
-    /// The build of a machine with `AXES` axes.
+    /// The build of a machine with `AXES` axes. Its first settings stay in memory to the end of the program.
     pub fn config<const AXES: usize>(&self) -> MachineConfig<AXES> {
+        MachineConfig {
+            defaults: self.first_settings().leak(),
+            ..self.bare_config()
+        }
+    }
+
+    /// The same with Grbl's first settings.
+    pub(crate) fn bare_config<const AXES: usize>(&self) -> MachineConfig<AXES> {
         let mut config = MachineConfig::new();
         for ((kind, axis), letter) in config
             .axes
@@ -92,8 +100,6 @@ impl Profile {
                 most_mm: or(own.most, grbl.most_mm),
             };
         }
-        // Once a run: the machine keeps its defaults for as long as the program runs.
-        config.defaults = Box::leak(self.first_settings().into_boxed_slice());
         config
     }
 
