@@ -1,7 +1,9 @@
 //! The result of a check: as a line for a person, as JSON for a program.
 
 use super::complaint::Complaint;
-use super::report::{error_json, extents, Extents, JsonError, JSON_VERSION};
+use super::report::{
+    error_json, extents, warning_json, Extents, JsonError, JsonWarning, JSON_VERSION,
+};
 use leadscrew_sim::scene::note_tools;
 use leadscrew_sim::scene::Toolpath;
 use schemars::JsonSchema;
@@ -119,23 +121,4 @@ pub(super) struct CheckJson<'a> {
     travel_mm: f64,
     tools: &'a [u32],
     pauses: &'a [u64],
-}
-
-#[derive(Serialize, JsonSchema)]
-struct JsonWarning<'a> {
-    line: u64,
-    column: Option<usize>,
-    kind: &'static str,
-    message: &'static str,
-    text: &'a str,
-}
-
-fn warning_json(complaint: &Complaint) -> JsonWarning<'_> {
-    JsonWarning {
-        line: complaint.line,
-        column: complaint.column.map(|column| column + 1),
-        kind: complaint.fault.name(),
-        message: complaint.fault.message(),
-        text: &complaint.text,
-    }
 }

@@ -181,6 +181,7 @@ impl Course {
             mute: false,
             feed_percent: percent,
             keep_answers: true,
+            warn: false,
         };
         stream.run(text.job(), observer)
     }

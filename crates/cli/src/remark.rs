@@ -65,6 +65,13 @@ pub(super) struct Remarks {
 impl Remarks {
     /// Takes a line with the effects `done`; answers the remarks about it, and the byte of each.
     pub(super) fn take(&mut self, raw: &[u8], done: Done) -> Vec<(usize, Remark)> {
+        let found = self.read(raw);
+        self.pass(done);
+        found
+    }
+
+    /// Takes a line whose effects are not known yet.
+    pub(super) fn read(&mut self, raw: &[u8]) -> Vec<(usize, Remark)> {
         let mut found = Vec::new();
         let code = code(raw, &mut found);
         if code == Some(b'$') && raw.contains(&b'=') && !raw.trim_ascii().starts_with(b"$J=") {
@@ -74,8 +81,12 @@ impl Remarks {
         if after_end && !std::mem::replace(&mut self.told_of_end, true) {
             found.push((0, Remark::AfterEnd));
         }
-        self.ended |= done.ended;
         found
+    }
+
+    /// Takes the effects of the line read last.
+    pub(super) fn pass(&mut self, done: Done) {
+        self.ended |= done.ended;
     }
 }
 

@@ -20,6 +20,8 @@ pub(super) struct Report {
     pub(super) errors: Vec<Complaint>,
     /// How many errors there were.
     pub(super) error_count: u64,
+    /// Likely mistakes in the job.
+    pub(super) warnings: Vec<Complaint>,
     /// The alarm that ended the job.
     pub(super) alarm: Option<Complaint>,
     /// The result of the simulation.
@@ -78,6 +80,7 @@ pub(super) struct RunJson<'a> {
     file: &'a str,
     lines: u64,
     errors: Vec<JsonError<'a>>,
+    warnings: Vec<JsonWarning<'a>>,
     alarm: Option<u8>,
     alarm_line: Option<u64>,
     pauses: &'a [u64],
@@ -145,6 +148,7 @@ impl Report {
             file: &self.file,
             lines: self.lines,
             errors: self.errors.iter().map(error_json).collect(),
+            warnings: self.warnings.iter().map(warning_json).collect(),
             alarm: self.alarm.as_ref().map(|alarm| alarm.fault.code()),
             alarm_line: self.alarm.as_ref().map(|alarm| alarm.line),
             pauses: &self.pauses,
@@ -217,6 +221,27 @@ pub(super) fn error_json(complaint: &Complaint) -> JsonError<'_> {
         line: complaint.line,
         column: complaint.column.map(|column| column + 1),
         code: complaint.fault.code(),
+        message: complaint.fault.message(),
+        text: &complaint.text,
+    }
+}
+
+/// A likely mistake.
+#[derive(Serialize, JsonSchema)]
+pub(super) struct JsonWarning<'a> {
+    line: u64,
+    column: Option<usize>,
+    kind: &'static str,
+    message: &'static str,
+    text: &'a str,
+}
+
+/// A warning as JSON.
+pub(super) fn warning_json(complaint: &Complaint) -> JsonWarning<'_> {
+    JsonWarning {
+        line: complaint.line,
+        column: complaint.column.map(|column| column + 1),
+        kind: complaint.fault.name(),
         message: complaint.fault.message(),
         text: &complaint.text,
     }

@@ -136,6 +136,7 @@ fn simulate(
         mute: false,
         feed_percent: 100,
         keep_answers: outputs.sketch.path.is_drawn(),
+        warn: args.json,
     };
     let observer = ((outputs.steps, outputs.vcd), outputs.sketch);
     let done = stream.run(job, observer)?;
@@ -155,6 +156,7 @@ fn simulate(
         errors: done.errors,
         error_count: done.error_count,
         alarm: done.alarm,
+        warnings: done.warnings,
         outcome: done.outcome,
         letters: machine.file.letters(),
         steps_per_mm: steps_per_mm(machine),

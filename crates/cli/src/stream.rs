@@ -3,6 +3,7 @@
 use super::checker::{follow, Follow};
 use super::complaint::{Complaint, Fault};
 use super::input::Job;
+use super::remark::Remarks;
 use super::setting_args::Machine;
 use super::{unusable, Unusable};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -31,6 +32,9 @@ const FEED_TEN_MORE: u8 = 0x91;
 /// Errors that are kept in full.
 const KEPT_ERRORS: usize = 100;
 
+/// Warnings that are kept, as many as `check` keeps.
+const KEPT_WARNINGS: usize = 10_000;
+
 /// How a job is streamed, and through which machine.
 pub(super) struct Stream<'a> {
     /// The machine.
@@ -47,6 +51,8 @@ pub(super) struct Stream<'a> {
     pub(super) feed_percent: u8,
     /// Whether it is to be known which line each answer was to, 8 bytes a line; and the sizes of the tools.
     pub(super) keep_answers: bool,
+    /// Whether likely mistakes are to be known.
+    pub(super) warn: bool,
 }
 
 /// The result of a job.
@@ -59,6 +65,8 @@ pub(super) struct Streamed<O> {
     pub(super) error_count: u64,
     /// The alarm that ended the job.
     pub(super) alarm: Option<Complaint>,
+    /// Likely mistakes, as `check` finds them; empty where they are not to be known.
+    pub(super) warnings: Vec<Complaint>,
     /// The lines at which the program paused for its operator (M0).
     pub(super) pauses: Vec<u64>,
     /// The tools that it asked for.
@@ -83,10 +91,12 @@ impl Stream<'_> {
         let faults = Faults::default();
         let mut watching = (observer, FaultWatch(Rc::clone(&faults)));
         let bar = progress_bar(self.quiet, job.size);
-        let checker = (!self.keep_going).then(|| follow(&job.name, self.machine));
+        let checker = (self.warn || !self.keep_going).then(|| follow(&job.name, self.machine));
         let complaints = Complaints {
             answered: self.keep_answers.then(Vec::new),
             sizes: self.keep_answers.then(Sizes::default),
+            remarks: self.warn.then(Remarks::default),
+            keep_going: self.keep_going,
             mute: self.mute,
             ..Complaints::new(&job.name, faults, checker, self.quiet)
         };
@@ -132,6 +142,7 @@ impl Stream<'_> {
             errors: complaints.errors,
             error_count: complaints.count,
             alarm: complaints.alarm,
+            warnings: complaints.warnings,
             pauses,
             tools: complaints.tools,
             counted: Counted {
@@ -304,6 +315,11 @@ struct Complaints {
     tools: Vec<u32>,
     /// How large they are, where that is to be known.
     sizes: Option<Sizes>,
+    /// The program's likely mistakes, where they are to be known.
+    remarks: Option<Remarks>,
+    warnings: Vec<Complaint>,
+    /// Whether a line that will be refused is sent like any other.
+    keep_going: bool,
     quiet: bool,
     mute: bool,
 }
@@ -320,6 +336,9 @@ impl Complaints {
             answered: None,
             tools: Vec::new(),
             sizes: None,
+            remarks: None,
+            warnings: Vec::new(),
+            keep_going: false,
             quiet,
             mute: false,
         }
@@ -388,13 +407,30 @@ impl Replies for Complaints {
     }
 
     fn is_last(&mut self, line: &[u8]) -> bool {
+        let Some(checker) = &mut self.checker else {
+            return false;
+        };
+        let refuses = checker.refuses(line);
+        if let Some(remarks) = &mut self.remarks {
+            remarks.pass(checker.last());
+        }
+        refuses && !self.keep_going
+    }
+
+    fn read(&mut self, number: u64, line: &[u8]) {
         note_tools(&mut self.tools, line);
         if let Some(sizes) = &mut self.sizes {
             sizes.read(line);
         }
-        self.checker
-            .as_mut()
-            .is_some_and(|checker| checker.refuses(line))
+        let Some(remarks) = &mut self.remarks else {
+            return;
+        };
+        for (column, remark) in remarks.read(line) {
+            if self.warnings.len() < KEPT_WARNINGS {
+                let warning = Complaint::remark(&self.file, number, column, remark, line);
+                self.warnings.push(warning);
+            }
+        }
     }
 }
 

@@ -118,6 +118,7 @@ fn run(job: &Job, machine: &Machine, shared: &Arc<Shared>) -> Option<String> {
         mute: true,
         feed_percent: 100,
         keep_answers: true,
+        warn: false,
     };
     let text = Watched {
         text: Cursor::new(job.text.clone()),

@@ -56,6 +56,11 @@ pub trait Replies {
     /// A reply has come in at `now`.
     fn reply(&mut self, reply: &Reply<'_>, now: Cycle);
 
+    /// Line `number` of the program was read, and is about to be sent; as it stands in the file.
+    fn read(&mut self, number: u64, line: &[u8]) {
+        let _ = (number, line);
+    }
+
     /// Whether nothing may be sent after `line`, which is about to be sent: where it is known beforehand that it will be
     /// refused, and the program is to stop there.
     fn is_last(&mut self, line: &[u8]) -> bool {
@@ -207,6 +212,7 @@ impl<R: BufRead, F: Replies> Streamer<R, F> {
     fn read(&mut self) -> Option<u64> {
         match self.lines.next(&mut self.line) {
             Ok(true) => {
+                self.replies.read(self.lines.number, &self.line);
                 hide_realtime(&mut self.line);
                 self.last = self.replies.is_last(&self.line);
                 Some(self.lines.number)

@@ -70,6 +70,7 @@ class Run(TypedDict):
     file: str
     lines: int
     errors: List[Error]
+    warnings: List[Warning]
     alarm: Optional[int]
     alarm_line: Optional[int]
     pauses: List[int]

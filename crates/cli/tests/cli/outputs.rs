@@ -148,6 +148,35 @@ fn picture_and_waveform_are_written() {
 }
 
 #[test]
+fn run_warns_of_what_check_warns_of() {
+    let folder = Folder::new();
+    let job = "G21 (open\nG1\u{a0}X1 F600\n%\n$110=600\nG1 X2 (\u{b5})\nM2\nG1 X3\n";
+    let job = folder.file("job.nc", job);
+    let warnings = |args: &[&str]| {
+        let output = leadscrew(&[args, &["--json", &job]].concat());
+        serde_json::from_str::<serde_json::Value>(&stdout(&output)).unwrap()["warnings"].clone()
+    };
+    let expected = warnings(&["check"]);
+    let kinds: Vec<&str> = expected
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|one| one["kind"].as_str().unwrap())
+        .collect();
+    assert_eq!(
+        kinds,
+        ["unclosed_comment", "odd_byte", "setting", "after_end"]
+    );
+    assert_eq!(warnings(&["run", "--keep-going"]), expected);
+    // The second line is refused, and nothing is read behind it.
+    let read = warnings(&["run"]);
+    assert_eq!(
+        read.as_array().unwrap()[..],
+        expected.as_array().unwrap()[..2]
+    );
+}
+
+#[test]
 fn a_page_of_the_job_is_written_and_tells_its_time() {
     let folder = Folder::new();
     let job = folder.file("job.nc", SQUARE);
