@@ -35,6 +35,7 @@ mod segment;
 mod shared;
 mod smoothing;
 mod stepper;
+mod windings;
 
 #[cfg(test)]
 mod quiet_tests;
@@ -49,6 +50,7 @@ pub use segment::{Interval, IntervalChange, Segment, Ticks};
 pub use shared::Shared;
 pub use smoothing::{Early, Smoothing, MAX_SMOOTHING_LEVEL};
 pub use stepper::{Progress, Stepper, Tick};
+pub use windings::{WindingPort, WindingTable, Windings, FIVE_PHASE_HALF_STEPS};
 
 /// The examples of the package's README, run as tests.
 #[cfg(doctest)]

@@ -1,0 +1,121 @@
+//! Motors whose windings the board switches itself: no driver counts steps.
+//!
+//! ```text
+//!   on_timer --> StepPort: Windings --+--> WindingPort: the lines of each motor that steps
+//!                                     +--> the board's own StepPort: timer, power, outputs
+//! ```
+//!
+//! A step takes a motor to the next state of its table, or back to the one before. Where nothing steps the lines stay as they are,
+//! so that the motor holds; [`Windings::energise`] takes the current off and puts the same state on again.
+
+use crate::{MotorMask, OutputChange, Power, StepPort, Ticks};
+
+/// States of a motor's lines in the order of forward steps: bit *n* is line *n*, counted from 0.
+pub type WindingTable<const STATES: usize> = [u8; STATES];
+
+/// Half steps of a motor with five phases: from one to the next a single line changes.
+pub const FIVE_PHASE_HALF_STEPS: WindingTable<10> = [
+    0b1_0011, 0b0_0011, 0b0_0111, 0b0_0110, 0b0_1110, 0b0_1100, 0b1_1100, 0b1_1000, 0b1_1001,
+    0b1_0001,
+];
+
+/// The lines of motors. Implemented by the board; called from the step interrupt, and at rest from the main loop.
+pub trait WindingPort {
+    /// Puts out all lines of a motor at once: bit *n* is line *n*.
+    fn put(&mut self, motor: usize, lines: u8);
+}
+
+/// A [`StepPort`] that switches windings. All but steps and directions goes to the board's own `port`, whose step pins stay unused.
+#[derive(Debug)]
+pub struct Windings<P, W, const MOTORS: usize, const STATES: usize> {
+    port: P,
+    lines: W,
+    table: &'static WindingTable<STATES>,
+    /// Where each motor is in the table.
+    states: [usize; MOTORS],
+    negative: MotorMask,
+    energised: bool,
+}
+
+impl<P, W, const MOTORS: usize, const STATES: usize> Windings<P, W, MOTORS, STATES>
+where
+    W: WindingPort,
+{
+    /// Motors without current, each at the first state of its table.
+    pub const fn new(port: P, lines: W, table: &'static WindingTable<STATES>) -> Self {
+        Self {
+            port,
+            lines,
+            table,
+            states: [0; MOTORS],
+            negative: MotorMask::NONE,
+            energised: false,
+        }
+    }
+
+    /// Switches all motors on, each at the state that it has, or all lines off. For `Board::enable_motors`, at rest.
+    pub fn energise(&mut self, on: bool) {
+        self.energised = on;
+        for motor in 0..MOTORS {
+            self.put(motor);
+        }
+    }
+
+    /// The board's own port.
+    pub fn port(&mut self) -> &mut P {
+        &mut self.port
+    }
+
+    fn put(&mut self, motor: usize) {
+        let state = self
+            .states
+            .get(motor)
+            .and_then(|state| self.table.get(*state));
+        let lines = state.copied().filter(|_| self.energised);
+        self.lines.put(motor, lines.unwrap_or(0));
+    }
+}
+
+impl<P, W, const MOTORS: usize, const STATES: usize> StepPort for Windings<P, W, MOTORS, STATES>
+where
+    P: StepPort,
+    W: WindingPort,
+{
+    fn step(&mut self, motors: MotorMask) {
+        for (motor, state) in self.states.iter_mut().enumerate() {
+            if !motors.contains(motor) {
+                continue;
+            }
+            *state = match self.negative.contains(motor) {
+                true => state.checked_sub(1).unwrap_or(STATES.saturating_sub(1)),
+                false if *state + 1 < STATES => *state + 1,
+                false => 0,
+            };
+        }
+        for motor in 0..MOTORS {
+            if motors.contains(motor) {
+                self.put(motor);
+            }
+        }
+    }
+
+    fn set_power(&mut self, power: Power) {
+        self.port.set_power(power);
+    }
+
+    fn set_direction(&mut self, negative: MotorMask) {
+        self.negative = negative;
+    }
+
+    fn change_outputs(&mut self, change: OutputChange) {
+        self.port.change_outputs(change);
+    }
+
+    fn arm(&mut self, wait: Ticks) -> bool {
+        self.port.arm(wait)
+    }
+
+    fn rest(&mut self) {
+        self.port.rest();
+    }
+}
