@@ -199,7 +199,7 @@ fn machine_003_engraves_a_heart_that_closes() {
 
 #[test]
 fn machine_004_moves_four_axes_and_ramps_as_its_document_computes() {
-    let (examples, _) = follow("004", 9);
+    let (examples, _) = follow("004", 10);
     let four = report(&examples, "004", "four.nc");
     assert_eq!((place(&four, "e"), place(&four, "z")), (6.0, 5.0));
     // 100 mm/s² · 0.1 s up, 0.1 s on, 0.1 s down, less the time before the first step.
@@ -228,7 +228,7 @@ fn ways_of_e(file: &str) -> Vec<f64> {
 
 #[test]
 fn machine_004_prints_a_slicers_file_to_the_step() {
-    let (examples, _) = follow("004", 9);
+    let (examples, _) = follow("004", 10);
     let folder = examples.machine("004");
     let ways = ways_of_e(&fs::read_to_string(folder.join("part.gcode")).unwrap());
     assert_eq!(ways.iter().filter(|way| **way < 0.0).count(), 3, "{ways:?}");
@@ -260,4 +260,130 @@ fn machine_004_prints_a_slicers_file_to_the_step() {
     assert_eq!(net, (ways.iter().sum::<f64>() * 95.0).round() as i64);
     // The file's zero is at the end stops: X- and Y- where the carriage stood 20 mm from them.
     assert!((place(&part, "x") - 0.0).abs() < 0.013, "{part}");
+}
+
+/// When each motor steps, s, from a step list.
+fn edges(examples: &Examples, list: &str) -> [Vec<f64>; 4] {
+    const CPU_HZ: f64 = 168e6;
+    let csv = fs::read_to_string(examples.machine("004").join(list)).unwrap();
+    let mut edges: [Vec<f64>; 4] = std::array::from_fn(|_| Vec::new());
+    for row in csv.lines().skip(1) {
+        let mut cells = row.split(',');
+        let cycle: f64 = cells.next().unwrap().parse().unwrap();
+        let motors: u8 = cells.next().unwrap().parse().unwrap();
+        for (motor, edges) in edges.iter_mut().enumerate() {
+            if motors >> motor & 1 == 1 {
+                edges.push(cycle / CPU_HZ);
+            }
+        }
+    }
+    edges
+}
+
+/// When a motion from rest to rest over a way of 1, at most `speed`, with `acceleration`, is at `place`.
+fn exact(place: f64, speed: f64, acceleration: f64) -> f64 {
+    let ramp = speed * speed / 2.0 / acceleration;
+    let whole = 2.0 * speed / acceleration + (1.0 - 2.0 * ramp) / speed;
+    if place < ramp {
+        (2.0 * place / acceleration).sqrt()
+    } else if place > 1.0 - ramp {
+        whole - (2.0 * (1.0 - place).max(0.0) / acceleration).sqrt()
+    } else {
+        speed / acceleration + (place - ramp) / speed
+    }
+}
+
+/// Standard deviation of some times about their mean, and the farthest from 0.
+fn spread(times: &[f64]) -> [f64; 2] {
+    let count = times.len() as f64;
+    let mean = times.iter().sum::<f64>() / count;
+    let squares = times.iter().map(|time| (time - mean).powi(2));
+    let farthest = times
+        .iter()
+        .fold(0.0, |most: f64, time| most.max(time.abs()));
+    [(squares.sum::<f64>() / count).sqrt(), farthest]
+}
+
+/// The edges of the document's recurrence, s: 1600 steps, 80 000 steps/s², 8000 steps/s.
+fn recurrence() -> Vec<f64> {
+    let (a, first, fastest): (f64, f64, f64) = (80_000e-12, 2500.0, 125.0);
+    let (mut now, mut period): (f64, f64) = (0.0, first);
+    let steps = (1..=1600).map(|step| {
+        now += period;
+        let change = a * period * period;
+        period = match 1600 - step <= 400 {
+            true => (period * (1.0 + change)).min(first),
+            false => (period * (1.0 - change)).max(fastest),
+        };
+        now * 1e-6
+    });
+    steps.collect()
+}
+
+/// From the first edge to the last one; edges up to the fastest interval; the last interval.
+fn figures(edges: &[f64]) -> (f64, usize, f64) {
+    let intervals: Vec<f64> = edges.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let fast = intervals.iter().position(|interval| *interval < 125.1e-6);
+    let whole = edges[edges.len() - 1] - edges[0];
+    (whole, fast.unwrap() + 1, intervals[intervals.len() - 1])
+}
+
+#[test]
+fn machine_004_ramps_as_its_table_says_beside_the_recurrence() {
+    let (examples, _) = follow("004", 10);
+    let [x, ..] = edges(&examples, "ramp.csv");
+    assert_eq!(x.len(), 1600);
+    let exact: Vec<f64> = (1..=1600)
+        .map(|step| exact(f64::from(step) / 1600.0, 5.0, 50.0))
+        .collect();
+    let beside = |edges: &[f64]| -> Vec<f64> {
+        let pairs = edges.iter().zip(&exact);
+        pairs.map(|(edge, exact)| edge - exact).collect()
+    };
+    let (whole, fast, last) = figures(&x);
+    assert!((whole - 0.295).abs() < 1e-5, "{whole}");
+    assert!((398..=402).contains(&fast), "{fast}");
+    assert!((last - 5e-3).abs() < 1e-5, "{last}");
+    let [deviation, _] = spread(&beside(&x));
+    assert!(deviation < 0.15e-6, "{deviation}");
+    let old = recurrence();
+    assert!(
+        (old[1599] - 0.285_178).abs() < 1e-6,
+        "as the document's figures"
+    );
+    let (whole, fast, last) = figures(&old);
+    assert!((whole - 0.2827).abs() < 5e-5, "{whole}");
+    assert!((393..=395).contains(&fast), "{fast}");
+    assert!((last - 1.34e-3).abs() < 1e-5, "{last}");
+    let [deviation, _] = spread(&beside(&old));
+    assert!((deviation - 482e-6).abs() < 1e-6, "{deviation}");
+}
+
+#[test]
+fn machine_004_s_four_axes_keep_the_times_of_their_edges() {
+    let (examples, _) = follow("004", 10);
+    let edges = edges(&examples, "line.csv");
+    // The line's parts a second: 25 mm/s on the 7 mm of E, 1000 mm/s² on the 20 mm of X. Limits leave 1/2¹⁹ unused.
+    let margin = 1.0 - 1.0 / f64::from(1 << 19);
+    let time = |place: f64| exact(place, 25.0 / 7.0 * margin, 50.0 * margin);
+    let of_x = edges[0].iter().enumerate();
+    let began = of_x.map(|(step, edge)| edge - time((step as f64 + 1.0) / 1600.0));
+    let began = began.sum::<f64>() / 1600.0;
+    // X counts a step where it is complete, the others step where they are nearest to the line.
+    let bounds = [
+        (1600, 1.0, 0.02, 0.05),
+        (1040, 0.5, 6.5, 18.5),
+        (400, 0.5, 0.7, 12.5),
+        (665, 0.5, 6.5, 12.5),
+    ];
+    for (axis, (of_axis, (steps, part, deviation, most))) in edges.iter().zip(bounds).enumerate() {
+        assert_eq!(of_axis.len(), steps);
+        let places = of_axis.iter().enumerate();
+        let beside: Vec<f64> = places
+            .map(|(step, edge)| edge - began - time((step as f64 + part) / steps as f64))
+            .collect();
+        let [found, farthest] = spread(&beside).map(|time| time * 1e6);
+        assert!(found < deviation, "axis {axis}: {found} us");
+        assert!(farthest < most, "axis {axis}: {farthest} us");
+    }
 }
