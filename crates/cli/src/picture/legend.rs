@@ -87,7 +87,11 @@ fn depths(rows: &mut Rows, plot: &Plot<'_>) {
     }
     for (number, z) in plot.passes.iter().enumerate() {
         let colour = plot.colour(plot.level_of(*z));
-        let before = if number == 0 { "cut at Z " } else { "Z " };
+        let before = match (number, plot.builds_up()) {
+            (0, true) => "layer at Z ",
+            (0, false) => "cut at Z ",
+            (_, _) => "Z ",
+        };
         rows.add(SWATCH, &format!("{before}{}", millimetres(*z)), |[x, y]| {
             rectangle(x, y - 6.0, SWATCH, 12.0, &colour)
         });

@@ -17,6 +17,7 @@ mod columns;
 mod ink;
 mod legend;
 mod limits;
+mod line;
 mod page;
 mod plot;
 mod raster;

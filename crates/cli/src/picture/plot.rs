@@ -3,6 +3,7 @@
 //! Of a tool whose diameter is known, the material that it takes away is drawn pale, and the path of its centre in full colour on top.
 
 use super::ink;
+use super::line::Line;
 use super::page::{Frame, INK, LEFT, PLOT_WIDTH, TOP};
 use super::raster::Raster;
 use super::scale::{label, Scale};
@@ -158,7 +159,7 @@ impl<'a> Plot<'a> {
     }
 
     /// Whether later passes lie higher, as a printer's.
-    fn builds_up(&self) -> bool {
+    pub(super) fn builds_up(&self) -> bool {
         let mut cuts = self.path.moves().iter().filter(|one| one.way == Way::Cut);
         match (cuts.next(), cuts.next_back()) {
             (Some(first), Some(last)) => self.passes.len() > 1 && first.to[2] < last.to[2],
@@ -193,10 +194,9 @@ impl<'a> Plot<'a> {
             .set("stroke-linejoin", "round")
             .set("stroke-linecap", "round");
         let mut dashed = Group::new();
-        if !travels.data.is_empty() {
-            let path = Path::new()
-                .set("d", travels.data)
-                .set("stroke", ink::travel());
+        let travels = travels.finish();
+        if !travels.is_empty() {
+            let path = Path::new().set("d", travels).set("stroke", ink::travel());
             dashed = dashed.add(path.set("stroke-width", 0.8).set("stroke-dasharray", "4 3"));
         }
         let [kept, pale, full] = self.cuts(cuts);
@@ -212,7 +212,7 @@ impl<'a> Plot<'a> {
             let colour = self.colour(level.unsigned_abs() as u8);
             let hair = spot + self.stands_out(level);
             let wide = f64::from(tool) / 1000.0 * self.per_mm;
-            let path = Path::new().set("d", cut.data);
+            let path = Path::new().set("d", cut.finish());
             if is_laser || wide <= hair {
                 full = full.add(path.set("stroke", colour).set("stroke-width", hair));
                 continue;
@@ -334,28 +334,6 @@ fn is_aside(pair: &[Drawn]) -> bool {
 fn widest(path: &Toolpath) -> f64 {
     let cuts = path.moves().iter().filter(|one| one.way == Way::Cut);
     cuts.map(|one| f64::from(one.tool_mm)).fold(0.0, f64::max)
-}
-
-/// Moves as the data of one SVG path.
-#[derive(Default)]
-struct Line {
-    data: String,
-    last: Option<usize>,
-}
-
-impl Line {
-    /// Adds the move with number `index`: where it goes on from the one before, only its end.
-    fn go(&mut self, index: usize, [from, to]: [[f64; 2]; 2]) {
-        if index
-            .checked_sub(1)
-            .is_none_or(|before| self.last != Some(before))
-        {
-            // Writing to a text cannot fail.
-            let _ = write!(self.data, "M{:.1} {:.1}", from[0], from[1]);
-        }
-        let _ = write!(self.data, "L{:.1} {:.1}", to[0], to[1]);
-        self.last = Some(index);
-    }
 }
 
 /// Adds an arrow in the middle of a move; `along` is half of it.
