@@ -1,7 +1,7 @@
 //! The sources of the clocks, and the time.
-use crate::{profile::PROFILE, wake::wake};
+use crate::{profile::PROFILE, registers::clock_timer, wake::wake};
 use leadscrew_machine::board::Instant;
-use stm32f4::stm32f407::{rcc, tim5, PWR, RCC, TIM5};
+use stm32f4::stm32f407::{rcc, PWR, RCC, TIM5};
 use stm32f4xx_hal::{
     rcc::{Config, Rcc, RccExt},
     time::Hertz,
@@ -128,33 +128,25 @@ impl Clock {
     }
 }
 
-fn timer() -> &'static tim5::RegisterBlock {
-    // SAFETY: `Clock` writes compare 1, the functions below compare 2 and the flags, which are cleared by single stores.
-    #[allow(unsafe_code)]
-    unsafe {
-        &*TIM5::ptr()
-    }
-}
-
 /// Microseconds, modulo 2³². Any context.
 #[inline]
 pub(crate) fn count() -> u32 {
-    timer().cnt().read().bits()
+    clock_timer().cnt().read().bits()
 }
 
 /// Asks for an interrupt at this count, at once where that has passed. Switch interrupts.
 pub(crate) fn set_filter_alarm(due: u32) {
-    timer().ccr2().write(|w| w.ccr().set(due));
+    clock_timer().ccr2().write(|w| w.ccr().set(due));
     if count().wrapping_sub(due).cast_signed() >= 0 {
-        timer().egr().write(|w| w.cc2g().set_bit());
+        clock_timer().egr().write(|w| w.cc2g().set_bit());
     }
 }
 
 /// Which alarms have gone off; wakes the main loop where its own has. Returns whether the filter's has. Interrupt of TIM5.
 pub(crate) fn take_alarms() -> bool {
-    let flags = timer().sr().read();
+    let flags = clock_timer().sr().read();
     // A flag is cleared by a zero, ones leave the others.
-    timer().sr().write(|w| {
+    clock_timer().sr().write(|w| {
         w.cc1if().bit(!flags.cc1if().bit());
         w.cc2if().bit(!flags.cc2if().bit())
     });

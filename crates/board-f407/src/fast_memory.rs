@@ -14,6 +14,17 @@ use core::ptr::{addr_of, addr_of_mut};
 use cortex_m::{asm, peripheral::SCB};
 use stm32f4::stm32f407::SYSCFG;
 
+/// Gives a static its section: `.bss.ccm.NAME`, all zero at the start, or `.fast_code.NAME`.
+macro_rules! placed {
+    ($section:literal; $(#[$doc:meta])* static $name:ident: $type:ty = $value:expr;) => {
+        $(#[$doc])*
+        #[allow(unsafe_code)]
+        #[link_section = $section]
+        static $name: $type = $value;
+    };
+}
+pub(crate) use placed;
+
 extern "C" {
     static __vector_table: u32;
     static __fast_vectors: u32;

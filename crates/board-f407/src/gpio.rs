@@ -2,7 +2,7 @@
 //!
 //! A HAL has a type for each pin, which a table of pins cannot hold; and its ports build their words bit by bit, where the
 //! step interrupt needs them ready made. All ports have the same registers, 0x400 apart (RM0090 sections 2.3 and 8.4).
-use stm32f4::stm32f407::{gpioi::RegisterBlock, GPIOA};
+use crate::registers::{port, Word};
 
 /// A port of 16 pins.
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -19,32 +19,17 @@ pub(crate) enum Bank {
 }
 
 impl Bank {
-    /// The port's registers.
-    #[inline(always)]
-    pub(crate) fn registers(self) -> &'static RegisterBlock {
-        let first = GPIOA::ptr() as usize;
-        let address = first + 0x400 * self as usize;
-        // SAFETY: the ports' registers lie 0x400 apart from GPIOA on, and differ in their reset values only. Every access is
-        // volatile; who may write which register stands at the functions that do.
-        #[allow(unsafe_code)]
-        unsafe {
-            &*(address as *const RegisterBlock)
-        }
-    }
-
     /// The levels at its pins, one bit a pin. Any context.
     #[inline(always)]
     pub(crate) fn levels(self) -> u32 {
-        self.registers().idr().read().bits()
+        port(self).idr().read().bits()
     }
 
     /// Sets and resets pins in one store (RM0090 section 8.4.7): bit *n* raises pin *n*, bit *n* + 16 lowers it. Any
     /// context: a store cannot interfere with another one.
     #[inline(always)]
     pub(crate) fn write(self, word: u32) {
-        // SAFETY: all 32 bits are defined; the register has no other effect than on the pins that the word names.
-        #[allow(unsafe_code)]
-        self.registers().bsrr().write(|w| unsafe { w.bits(word) });
+        port(self).bsrr().put(word);
     }
 }
 
@@ -127,18 +112,16 @@ impl Pin {
     /// Hands the pin to a peripheral: `function` is its number in the data sheet's table 9. Before the interrupts are on.
     pub(crate) fn make_alternate(self, function: u8, pull: Pull) {
         self.set_pull(pull);
-        let (registers, number) = (self.bank.registers(), self.number);
+        let (registers, number) = (port(self.bank), self.number);
         let function = u32::from(function);
-        // SAFETY: every value of a pin's four bits is defined (RM0090 sections 8.4.9 and 8.4.10).
-        #[allow(unsafe_code)]
         if number < 8 {
             registers
                 .afrl()
-                .modify(|r, w| unsafe { w.bits(field(r.bits(), number, 4, function)) });
+                .change(|bits| field(bits, number, 4, function));
         } else {
             registers
                 .afrh()
-                .modify(|r, w| unsafe { w.bits(field(r.bits(), number - 8, 4, function)) });
+                .change(|bits| field(bits, number - 8, 4, function));
         }
         self.set_speed(Speed::Medium);
         self.set_mode(Mode::Alternate);
@@ -146,30 +129,21 @@ impl Pin {
 
     /// How fast its edges are. Before the interrupts are on.
     pub(crate) fn set_speed(self, speed: Speed) {
-        // SAFETY: every value of these two bits is defined (RM0090 section 8.4.3).
-        #[allow(unsafe_code)]
-        self.bank
-            .registers()
+        port(self.bank)
             .ospeedr()
-            .modify(|r, w| unsafe { w.bits(field(r.bits(), self.number, 2, speed as u32)) });
+            .change(|bits| field(bits, self.number, 2, speed as u32));
     }
 
     fn set_pull(self, pull: Pull) {
-        // SAFETY: the value of these two bits is one of those that are defined (RM0090 section 8.4.4).
-        #[allow(unsafe_code)]
-        self.bank
-            .registers()
+        port(self.bank)
             .pupdr()
-            .modify(|r, w| unsafe { w.bits(field(r.bits(), self.number, 2, pull as u32)) });
+            .change(|bits| field(bits, self.number, 2, pull as u32));
     }
 
     fn set_mode(self, mode: Mode) {
-        // SAFETY: every value of these two bits is defined.
-        #[allow(unsafe_code)]
-        self.bank
-            .registers()
+        port(self.bank)
             .moder()
-            .modify(|r, w| unsafe { w.bits(field(r.bits(), self.number, 2, mode as u32)) });
+            .change(|bits| field(bits, self.number, 2, mode as u32));
     }
 }
 

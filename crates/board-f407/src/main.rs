@@ -20,6 +20,8 @@ mod profile;
 #[cfg(target_os = "none")]
 mod pwm;
 #[cfg(target_os = "none")]
+mod registers;
+#[cfg(target_os = "none")]
 mod restart;
 #[cfg(target_os = "none")]
 mod safe_state;

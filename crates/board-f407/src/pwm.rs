@@ -12,31 +12,16 @@
 //! that in one-pulse mode only (section 18.4.7, OC1PE): where a chip does otherwise, a level comes a period late at most.
 use crate::{
     clock::{self, APB1_TIMER_HZ},
+    fast_memory::placed,
     gpio::Pull,
     profile::{PowerPin, Timer, POWER_HZ, PROFILE},
+    registers::{power_timer, Word},
 };
 use core::sync::atomic::{AtomicU8, Ordering::Relaxed};
 use leadscrew_stepper::{Power, PowerScale};
-use stm32f4::stm32f407::{tim1::RegisterBlock, RCC, TIM1, TIM3, TIM4, TIM8, TIM9};
+use stm32f4::stm32f407::RCC;
 
 impl Timer {
-    /// TIM1 and TIM8 have all registers, the others those that they have at the same offsets (RM0090 sections 17.4, 18.4 and 19.4).
-    fn registers(self) -> &'static RegisterBlock {
-        let address = match self {
-            Self::Tim1 => TIM1::ptr(),
-            Self::Tim3 => TIM3::ptr().cast(),
-            Self::Tim4 => TIM4::ptr().cast(),
-            Self::Tim8 => TIM8::ptr(),
-            Self::Tim9 => TIM9::ptr().cast(),
-        };
-        // SAFETY: a timer with at least the registers used below; besides `start`, which runs once, only the compare
-        // register is written, in single stores.
-        #[allow(unsafe_code)]
-        unsafe {
-            &*address
-        }
-    }
-
     /// Counts in a second: TIM1, TIM8 and TIM9 are on APB2.
     const fn hz(self) -> u32 {
         match self {
@@ -77,15 +62,12 @@ const CHANNEL: usize = {
 /// Starts the timer with the output off, and hands it the pin.
 pub(crate) fn start(rcc: &RCC) {
     OUTPUT.timer.enable(rcc);
-    let timer = OUTPUT.timer.registers();
+    let timer = power_timer(OUTPUT.timer);
     timer.psc().write(|w| w.psc().set((PRESCALER - 1) as u16));
     timer.arr().write(|w| w.arr().set(PERIOD - 1));
     Mode::Off.begin();
-    // SAFETY: the channel's enable bit, active high.
-    #[allow(unsafe_code)]
-    timer
-        .ccer()
-        .write(|w| unsafe { w.bits(1 << (4 * CHANNEL)) });
+    // The channel's enable bit, active high.
+    timer.ccer().put(1 << (4 * CHANNEL));
     timer.egr().write(|w| w.ug().update());
     if matches!(OUTPUT.timer, Timer::Tim1 | Timer::Tim8) {
         timer.bdtr().write(|w| w.moe().enabled());
@@ -111,22 +93,20 @@ impl Mode {
     #[inline(always)]
     fn begin(self) {
         let bits = (self as u32) << (8 * (CHANNEL % 2) + 4);
-        let timer = OUTPUT.timer.registers();
-        // SAFETY: these bits are the mode of the channel, in either register.
-        #[allow(unsafe_code)]
+        let timer = power_timer(OUTPUT.timer);
         if CHANNEL < 2 {
-            timer.ccmr1_output().write(|w| unsafe { w.bits(bits) });
+            timer.ccmr1_output().put(bits);
         } else {
-            timer.ccmr2_output().write(|w| unsafe { w.bits(bits) });
+            timer.ccmr2_output().put(bits);
         }
     }
 }
 
-/// 1 while the channel makes PWM: a byte, which a tick compares as it is. It is cleared before the output is forced low, and
-/// looked at again once the channel makes PWM: whoever is interrupted by somebody who switches off leaves it off.
-#[allow(unsafe_code)] // the section of the data that every tick reads
-#[link_section = ".bss.ccm.lit"]
-static LIT: AtomicU8 = AtomicU8::new(0);
+placed! { ".bss.ccm.lit";
+    /// 1 while the channel makes PWM: a byte, which a tick compares as it is. It is cleared before the output is forced low, and
+    /// looked at again once the channel makes PWM: whoever is interrupted by somebody who switches off leaves it off.
+    static LIT: AtomicU8 = AtomicU8::new(0);
+}
 
 /// Does something with the power off, and puts it back, but where it has been switched off meanwhile, or a switch has shut the
 /// gate: that stays dark. `is_shut` asks the gate, after the work. Main loop, at rest.
@@ -147,7 +127,7 @@ pub(crate) fn set(power: Power) {
     const SCALE: PowerScale = PowerScale::new(PERIOD);
     // At most the period.
     let level = power.level(SCALE) as u16;
-    let compare = OUTPUT.timer.registers().ccr(CHANNEL);
+    let compare = power_timer(OUTPUT.timer).ccr(CHANNEL);
     compare.write(|w| w.ccr().set(level));
     let lit = u8::from(level != 0);
     if LIT.load(Relaxed) != lit {

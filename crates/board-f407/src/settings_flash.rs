@@ -5,7 +5,8 @@
 //! a sector takes half a second: done at start-up where it is needed, on a new chip, too; later only where both sectors were
 //! filled since.
 use crate::{
-    profile::SETTINGS_SECTORS, pwm, sector::Sector, step_interrupt::SHARED, switches, watchdog,
+    profile::SETTINGS_SECTORS, pwm, registers::Word, sector::Sector, step_interrupt::SHARED,
+    switches, watchdog,
 };
 use leadscrew_machine::settings::flash::{Area, SettingsStore};
 use stm32f4::stm32f407::FLASH;
@@ -39,16 +40,13 @@ impl Sectors {
         let flash = &self.flash;
         flash.keyr().write(|w| w.key().set(0x4567_0123));
         flash.keyr().write(|w| w.key().set(0xCDEF_89AB));
-        // Errors from before are cleared by ones.
-        // SAFETY: these are the error flags and the end-of-operation flag (RM0090 section 3.9.5).
-        #[allow(unsafe_code)]
-        flash.sr().write(|w| unsafe { w.bits(0xF3) });
+        // The error flags and the end-of-operation flag are cleared by ones (RM0090 section 3.9.5).
+        flash.sr().put(0xF3);
         work(flash);
         while flash.sr().read().bsy().bit_is_set() {}
         let errors = flash.sr().read().bits() & 0xF2;
-        // SAFETY: the lock bit alone; PG, SER and the sector number go back to zero.
-        #[allow(unsafe_code)]
-        flash.cr().write(|w| unsafe { w.bits(1 << 31) });
+        // The lock bit alone; PG, SER and the sector number go back to zero.
+        flash.cr().put(1 << 31);
         self.reset_caches();
         if errors == 0 {
             Ok(())
@@ -68,11 +66,10 @@ impl Sectors {
 
     fn erase_sector(&self, sector: Sector) -> Result<(), FlashError> {
         self.unlocked(|flash| {
-            // SAFETY: sector erase, 32 bits at a time (2.7 V and more), the sector's number, start (RM0090 section 3.9.7).
-            #[allow(unsafe_code)]
-            flash.cr().write(|w| unsafe {
-                w.bits(1 << 16 | 0b10 << 8 | u32::from(sector.0) << 3 | 1 << 1)
-            });
+            // Sector erase, 32 bits at a time (2.7 V and more), the sector's number, start (RM0090 section 3.9.7).
+            flash
+                .cr()
+                .put(1 << 16 | 0b10 << 8 | u32::from(sector.0) << 3 | 1 << 1);
         })
     }
 }
@@ -120,9 +117,8 @@ impl SettingsStore for Sectors {
             return Err(FlashError::OutOfBounds);
         }
         self.unlocked(|flash| {
-            // SAFETY: programming, 32 bits at a time.
-            #[allow(unsafe_code)]
-            flash.cr().write(|w| unsafe { w.bits(0b10 << 8 | 1) });
+            // Programming, 32 bits at a time.
+            flash.cr().put(0b10 << 8 | 1);
             for (word, place) in bytes.chunks_exact(4).zip((start..).step_by(4)) {
                 let word = word
                     .iter()

@@ -17,12 +17,13 @@
 //!
 //! What goes to the ports for each set of motors stands ready in a table ([`Words`]): one store for each port that has
 //! step pins, one after the other. Boards with all of them on one port step all motors at the same instant.
-#![allow(unsafe_code)] // the section of the data that every tick reads, and the pulse's timer
 use crate::{
     clock::APB1_TIMER_HZ,
+    fast_memory::placed,
     gpio::{Bank, Pin},
     profile::{banks, index_of, MOTORS, PROFILE},
     pwm,
+    registers::{pulse_timer, tick_timer},
     wake::wake,
 };
 use core::{
@@ -31,7 +32,7 @@ use core::{
 };
 use leadscrew_machine::board::PortConfig;
 use leadscrew_stepper::{MotorMask, OutputChange, Power, Shared, StepPort, Ticks};
-use stm32f4::stm32f407::{tim11, tim2, Interrupt, TIM11, TIM2};
+use stm32f4::stm32f407::{Interrupt, TIM11, TIM2};
 
 /// The interrupt of TIM11: the main loop pends it where there is something to start, or new tables to follow.
 pub(crate) const PULSE_END_INTERRUPT: Interrupt = Interrupt::TIM1_TRG_COM_TIM11;
@@ -103,25 +104,30 @@ impl<const BANKS: usize> Words<BANKS> {
 }
 
 // SAFETY of the section: memory that `fast_memory` has zeroed before anybody looks at it.
-#[link_section = ".bss.ccm.steps"]
-static STEPS: Words<{ STEP_BANKS.1 }> = Words::new();
-#[link_section = ".bss.ccm.directions"]
-static DIRECTIONS: Words<{ DIRECTION_BANKS.1 }> = Words::new();
-/// Words that end a pulse, one a port.
-#[link_section = ".bss.ccm.pulse_end"]
-static PULSE_END: [AtomicU32; STEP_BANKS.1] = [const { AtomicU32::new(0) }; STEP_BANKS.1];
+placed! { ".bss.ccm.steps";
+    static STEPS: Words<{ STEP_BANKS.1 }> = Words::new();
+}
+placed! { ".bss.ccm.directions";
+    static DIRECTIONS: Words<{ DIRECTION_BANKS.1 }> = Words::new();
+}
+placed! { ".bss.ccm.pulse_end";
+    /// Words that end a pulse, one a port.
+    static PULSE_END: [AtomicU32; STEP_BANKS.1] = [const { AtomicU32::new(0) }; STEP_BANKS.1];
+}
 /// The tables are new: pins have to follow.
 static REWIRED: AtomicBool = AtomicBool::new(false);
 /// Counts of TIM11 that a pulse lasts.
 static PULSE: AtomicU32 = AtomicU32::new(10 * PULSE_MICROSECOND);
 
-/// The motors that turn the negative way: set by the tick that begins a line, written where no step pin is high, and again
-/// whenever a pulse ends.
-#[link_section = ".bss.ccm.negative"]
-static NEGATIVE: AtomicU8 = AtomicU8::new(0);
-/// A tick is armed, or at work. Otherwise the end of a pulse may use the data of ticks.
-#[link_section = ".bss.ccm.ticking"]
-static TICKING: AtomicBool = AtomicBool::new(false);
+placed! { ".bss.ccm.negative";
+    /// The motors that turn the negative way: set by the tick that begins a line, written where no step pin is high, and again
+    /// whenever a pulse ends.
+    static NEGATIVE: AtomicU8 = AtomicU8::new(0);
+}
+placed! { ".bss.ccm.ticking";
+    /// A tick is armed, or at work. Otherwise the end of a pulse may use the data of ticks.
+    static TICKING: AtomicBool = AtomicBool::new(false);
+}
 
 /// Puts the wiring into effect. Main loop, at rest; the step interrupt puts the pins to their new levels.
 pub(crate) fn configure(port: &PortConfig) {
@@ -159,29 +165,16 @@ fn has_come(instant: u32, now: u32) -> bool {
 }
 
 #[inline(always)]
-fn timer() -> &'static tim2::RegisterBlock {
-    // SAFETY: `start` has taken the timer. A tick writes all registers, the end of a pulse only where no tick is armed.
-    unsafe { &*TIM2::ptr() }
-}
-
-#[inline(always)]
-fn pulse() -> &'static tim11::RegisterBlock {
-    // SAFETY: `start` has taken the timer. Ticks write CR1, the end of a pulse SR and, where no tick is armed, ARR: in
-    // single stores.
-    unsafe { &*TIM11::ptr() }
-}
-
-#[inline(always)]
 fn count() -> u32 {
-    timer().cnt().read().bits()
+    tick_timer().cnt().read().bits()
 }
 
 /// Starts the timers; no tick comes until the main loop starts the machine.
 pub(crate) fn start(_: TIM2, _: TIM11) {
-    timer().arr().write(|w| w.arr().set(u32::MAX));
-    timer().egr().write(|w| w.ug().update());
-    timer().cr1().write(|w| w.cen().enabled());
-    pulse().dier().write(|w| w.uie().enabled());
+    tick_timer().arr().write(|w| w.arr().set(u32::MAX));
+    tick_timer().egr().write(|w| w.ug().update());
+    tick_timer().cr1().write(|w| w.cen().enabled());
+    pulse_timer().dier().write(|w| w.uie().enabled());
 }
 
 /// At rest: puts new levels out (where a pulse is under way, its end puts them out). Whether motion is to begin.
@@ -197,7 +190,7 @@ fn rewire_and_look(shared: &Shared<MOTORS>) -> bool {
     if !is_pulsing() && REWIRED.swap(false, Relaxed) {
         // 255 µs at most, 42 840 counts.
         let counts = PULSE.load(Relaxed) as u16;
-        pulse().arr().write(|w| w.arr().set(counts));
+        pulse_timer().arr().write(|w| w.arr().set(counts));
         end_pulse();
     }
     shared.is_running()
@@ -206,14 +199,14 @@ fn rewire_and_look(shared: &Shared<MOTORS>) -> bool {
 /// Whether step pins are high: TIM11 counts, or nobody has seen yet that it has stopped.
 #[inline(always)] // see `is_to_start`
 fn is_pulsing() -> bool {
-    pulse().cr1().read().cen().bit_is_set() || pulse().sr().read().uif().bit_is_set()
+    pulse_timer().cr1().read().cen().bit_is_set() || pulse_timer().sr().read().uif().bit_is_set()
 }
 
 /// Ends the pulse where it is over. Either step interrupt.
 #[inline(always)]
 pub(crate) fn end_pulse_if_over() {
-    if pulse().sr().read().uif().bit_is_set() {
-        pulse().sr().write(|w| w.uif().clear_bit());
+    if pulse_timer().sr().read().uif().bit_is_set() {
+        pulse_timer().sr().write(|w| w.uif().clear_bit());
         end_pulse();
     }
 }
@@ -244,19 +237,19 @@ fn make_up(now: u32) -> u32 {
     }
     // The tick before came late itself, and its pulse has only begun: as far apart as ticks are at least.
     let due = now.wrapping_add(PULSE.load(Relaxed) / 2 + APB1_TIMER_HZ / 1_000_000);
-    timer().ccr1().write(|w| w.ccr().set(due));
+    tick_timer().ccr1().write(|w| w.ccr().set(due));
     due
 }
 
 /// Has the armed tick come at once, whatever its instant is.
 fn make_tick_come() {
-    timer().egr().write(|w| w.cc1g().set_bit());
+    tick_timer().egr().write(|w| w.cc1g().set_bit());
 }
 
 /// Has the armed tick come where its instant has passed unmet: something kept the core from the compare for too long, and the
 /// timer would come round to it in 51 s. Main loop, at every turn.
 pub(crate) fn catch_missed_tick() {
-    let instant = || timer().ccr1().read().bits();
+    let instant = || tick_timer().ccr1().read().bits();
     let due = instant();
     let missed = has_come(due.wrapping_add(MISSED), count());
     // A tick in between would have armed another one.
@@ -281,7 +274,7 @@ impl Port {
     /// Clears the flag of the tick that is due.
     #[inline(always)]
     pub(crate) fn acknowledge(&mut self) {
-        timer().sr().write(|w| w.cc1if().clear());
+        tick_timer().sr().write(|w| w.cc1if().clear());
     }
 
     /// Makes now the instant from which the first wait counts. At rest.
@@ -293,7 +286,7 @@ impl Port {
 /// Has a tick come at once, and lets those come that it arms. Interrupt of TIM11, at rest.
 pub(crate) fn let_ticks_come() {
     TICKING.store(true, Relaxed);
-    timer().dier().write(|w| w.cc1ie().enabled());
+    tick_timer().dier().write(|w| w.cc1ie().enabled());
     make_tick_come();
 }
 
@@ -303,7 +296,9 @@ impl StepPort for Port {
     fn step(&mut self, motors: MotorMask) {
         STEPS.write(&STEP_BANKS.0, motors);
         // In one-pulse mode the counter has stopped at 0.
-        pulse().cr1().write(|w| w.cen().enabled().opm().enabled());
+        pulse_timer()
+            .cr1()
+            .write(|w| w.cen().enabled().opm().enabled());
     }
 
     #[inline]
@@ -328,7 +323,7 @@ impl StepPort for Port {
     #[inline]
     fn arm(&mut self, wait: Ticks) -> bool {
         self.due = self.due.wrapping_add(wait.0);
-        timer().ccr1().write(|w| w.ccr().set(self.due));
+        tick_timer().ccr1().write(|w| w.ccr().set(self.due));
         // An instant that has passed will not match.
         let now = count();
         let late = has_come(self.due, now);
@@ -342,7 +337,7 @@ impl StepPort for Port {
     fn rest(&mut self) {
         TICKING.store(false, Relaxed);
         // The instant in the compare register comes round every 51 s.
-        timer().dier().reset();
+        tick_timer().dier().reset();
         wake();
     }
 }

@@ -10,12 +10,13 @@
 //! within the time change nothing, so that a switch that bounces, or noise that goes on, is answered after exactly that
 //! time; a shorter spike is forgotten. The line is masked for as long, so that noise takes two interrupts each such time and no
 //! more. TIM5, which counts microseconds, keeps the time.
-#![allow(unsafe_code)] // the section of data that interrupts read; registers without a safe interface
 use crate::{
     clock,
+    fast_memory::placed,
     gpio::{Bank, Input},
     profile::{MOTORS, PROFILE},
     pwm,
+    registers::Word,
     wake::wake,
 };
 use core::sync::atomic::{AtomicU16, AtomicU32, Ordering::Relaxed};
@@ -31,9 +32,10 @@ const BUTTONS: [Option<Input>; 5] = [
     PROFILE.start,
     PROFILE.door,
 ];
-/// The port of the input on each line of EXTI. A pin's number is its line's.
-#[link_section = ".fast_code.banks"]
-static BANKS: [Bank; 16] = WIRED.0;
+placed! { ".fast_code.banks";
+    /// The port of the input on each line of EXTI. A pin's number is its line's.
+    static BANKS: [Bank; 16] = WIRED.0;
+}
 /// Lines of EXTI in use, one bit a line.
 const LINES: u16 = WIRED.1;
 /// Lines whose input is inverted, one bit a line.
@@ -59,9 +61,10 @@ const WIRED: ([Bank; 16], u16, u16) = {
     (banks, lines, inverted)
 };
 
-/// The levels that are believed, one bit a line. Written by the switch interrupts.
-#[link_section = ".bss.ccm.levels"]
-static LEVELS: AtomicU16 = AtomicU16::new(0);
+placed! { ".bss.ccm.levels";
+    /// The levels that are believed, one bit a line. Written by the switch interrupts.
+    static LEVELS: AtomicU16 = AtomicU16::new(0);
+}
 /// How long a level has to last, in microseconds. Written by the main loop at rest.
 static TIME_US: AtomicU32 = AtomicU32::new(0);
 
@@ -107,14 +110,12 @@ impl Filter {
         cortex_m::asm::delay(20_000);
         let levels = all().filter(|input| input.level());
         LEVELS.store(levels.fold(0, |all, input| all | input.line()), Relaxed);
-        // SAFETY: bits 0 to 15 are the pins' lines in these registers; those above stay.
-        unsafe {
-            let lines = u32::from(LINES);
-            exti.rtsr().modify(|r, w| w.bits(r.bits() | lines));
-            exti.ftsr().modify(|r, w| w.bits(r.bits() | lines));
-            exti.pr().write(|w| w.bits(lines));
-            exti.imr().modify(|r, w| w.bits(r.bits() | lines));
-        }
+        // Bits 0 to 15 are the pins' lines in these registers; those above stay.
+        let lines = u32::from(LINES);
+        exti.rtsr().change(|all| all | lines);
+        exti.ftsr().change(|all| all | lines);
+        exti.pr().put(lines);
+        exti.imr().change(|all| all | lines);
         Self {
             exti,
             settling: 0,
@@ -127,8 +128,8 @@ impl Filter {
     /// Notes edges. Interrupts of EXTI.
     pub(crate) fn on_edge(&mut self, shared: &Shared<MOTORS>) {
         let pending = self.exti.pr().read().bits() & u32::from(LINES);
-        // SAFETY: a one clears a flag, zeros leave the others.
-        self.exti.pr().write(|w| unsafe { w.bits(pending) });
+        // A one clears a flag, zeros leave the others.
+        self.exti.pr().put(pending);
         let fresh = pending as u16 & !self.settling;
         if fresh == 0 {
             return;
@@ -192,10 +193,7 @@ impl Filter {
 
     /// Hears nothing more of some lines.
     fn mask(&self, lines: u16) {
-        // SAFETY: bits 0 to 15 are the pins' lines; those above stay.
-        self.exti
-            .imr()
-            .modify(|r, w| unsafe { w.bits(r.bits() & !u32::from(lines)) });
+        self.exti.imr().change(|all| all & !u32::from(lines));
     }
 
     /// Listens again to some lines, whose level is believed to be that of `levels`: where it is another by now, that counts as
@@ -203,14 +201,11 @@ impl Filter {
     #[inline(never)]
     fn listen_again(&self, over: u16, levels: u16) {
         let over = u32::from(over);
-        // SAFETY: bits 0 to 15 are the pins' lines in these registers; those above stay, or are written as zeros, which change
-        // nothing.
-        unsafe {
-            self.exti.pr().write(|w| w.bits(over));
-            self.exti.imr().modify(|r, w| w.bits(r.bits() | over));
-            let changed = over & (levels_of(over as u16) ^ u32::from(levels));
-            self.exti.swier().write(|w| w.bits(changed));
-        }
+        // Zeros change nothing in the first register and in the last.
+        self.exti.pr().put(over);
+        self.exti.imr().change(|all| all | over);
+        let changed = over & (levels_of(over as u16) ^ u32::from(levels));
+        self.exti.swier().put(changed);
     }
 
     /// Believes new levels.
@@ -280,19 +275,10 @@ fn switches_at(levels: u16) -> Switches {
 fn select_port(syscfg: &SYSCFG, line: u8, bank: Bank) {
     let shift = line % 4 * 4;
     let word = |before: u32| before & !(0xF << shift) | (bank as u32) << shift;
-    // SAFETY: the port is one of those that the chip has.
     match line / 4 {
-        0 => syscfg
-            .exticr1()
-            .modify(|r, w| unsafe { w.bits(word(r.bits())) }),
-        1 => syscfg
-            .exticr2()
-            .modify(|r, w| unsafe { w.bits(word(r.bits())) }),
-        2 => syscfg
-            .exticr3()
-            .modify(|r, w| unsafe { w.bits(word(r.bits())) }),
-        _ => syscfg
-            .exticr4()
-            .modify(|r, w| unsafe { w.bits(word(r.bits())) }),
+        0 => syscfg.exticr1().change(word),
+        1 => syscfg.exticr2().change(word),
+        2 => syscfg.exticr3().change(word),
+        _ => syscfg.exticr4().change(word),
     };
 }

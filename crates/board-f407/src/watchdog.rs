@@ -6,21 +6,14 @@
 //!   201 × 4 / 17 kHz = 47.3 ms     outputs are safe within 50 ms
 //!   201 × 4 / 47 kHz = 17.1 ms     the longest turn of the main loop: 5 ms of sleep, or 2 ms of writing a setting
 //! ```
-use stm32f4::stm32f407::{iwdg, DBGMCU, IWDG};
+use crate::registers::watchdog;
+use stm32f4::stm32f407::DBGMCU;
 
 /// Counts of the watchdog's clock divided by four.
 const RELOAD: u16 = 200;
 /// Counts while a sector is erased, of the clock divided by 256: 5.5 s at 47 kHz; erasing takes 0.5 s at most (data sheet,
 /// table 40).
 const LONG_RELOAD: u16 = 1_000;
-
-fn registers() -> &'static iwdg::RegisterBlock {
-    // SAFETY: only the main loop uses it, and the start-up code before that.
-    #[allow(unsafe_code)]
-    unsafe {
-        &*IWDG::ptr()
-    }
-}
 
 /// Whether it stands still while a debugger stops the CPU, which leaves a laser on that is lit (RM0090 section 38.16.4): for who
 /// looks for faults with motors and laser unplugged, and sets `LEADSCREW_DEBUG_HALT` when the firmware is built.
@@ -31,14 +24,14 @@ pub(crate) fn start(debug: &DBGMCU) {
     debug
         .apb1_fz()
         .modify(|_, w| w.dbg_iwdg_stop().bit(STOPS_ON_HALT));
-    registers().kr().write(|w| w.key().start());
+    watchdog().kr().write(|w| w.key().start());
     set(true, RELOAD);
 }
 
 /// Puts the reset off once more. Main loop, at least every 17 ms.
 #[inline]
 pub(crate) fn feed() {
-    registers().kr().write(|w| w.key().feed());
+    watchdog().kr().write(|w| w.key().feed());
 }
 
 /// Does something that takes up to five seconds. Main loop, with the power off; has no effect before the start.
@@ -51,7 +44,7 @@ pub(crate) fn patiently<T>(work: impl FnOnce() -> T) -> T {
 
 /// Sets the time, and begins it anew once it counts (RM0090 section 21.4.4: five periods of its clock, 0.3 ms).
 fn set(short: bool, reload: u16) {
-    let registers = registers();
+    let registers = watchdog();
     registers.kr().write(|w| w.key().unlock());
     registers.pr().write(|w| match short {
         true => w.pr().divide_by4(),

@@ -14,9 +14,10 @@ use crate::{
     clock::{self, APB1_HZ},
     gpio::Pull,
     profile::{Usart, BAUD, PROFILE},
+    registers::{self, Word},
 };
 use core::sync::atomic::{AtomicU16, AtomicU8};
-use stm32f4::stm32f407::{dma2, usart1, DMA1, DMA2, RCC, USART1, USART2};
+use stm32f4::stm32f407::{dma2, usart1, RCC};
 
 pub(crate) use listen::Listener;
 pub(crate) use send::{Sender, Writer};
@@ -35,28 +36,14 @@ const CLOCK_HZ: u32 = match LINE {
 /// All that DMA does for either USART is on this channel: USART2's on DMA1, USART1's on DMA2 (RM0090 tables 43 and 44).
 const CHANNEL: u8 = 4;
 
+/// Written at start-up only; the bytes are DMA's.
 fn usart() -> &'static usart1::RegisterBlock {
-    let address = match LINE {
-        Usart::Usart1 => USART1::ptr(),
-        Usart::Usart2 => USART2::ptr(),
-    };
-    // SAFETY: written at start-up only; the bytes are DMA's.
-    #[allow(unsafe_code)]
-    unsafe {
-        &*address
-    }
+    registers::usart(LINE)
 }
 
+/// Of the controller the two streams of the line are in use: `Listener` has one, `Sender` the other.
 fn dma() -> &'static dma2::RegisterBlock {
-    let address = match LINE {
-        Usart::Usart1 => DMA2::ptr(),
-        Usart::Usart2 => DMA1::ptr(),
-    };
-    // SAFETY: of each controller the two streams of the line are in use: `Listener` has one, `Sender` the other.
-    #[allow(unsafe_code)]
-    unsafe {
-        &*address
-    }
+    registers::dma(LINE)
 }
 
 /// A stream of the line's controller, 4 to 7.
@@ -70,7 +57,8 @@ impl Stream {
 
     /// Writes each received byte to `ring`, in half-words, for ever. The stream must be off.
     fn fill(self, ring: &'static [AtomicU16]) {
-        self.set_up(ring.as_ptr() as u32, ring.len());
+        self.clear_flags();
+        registers::aim(self.registers(), usart().dr(), ring);
         self.registers().cr().write(|w| {
             w.chsel().set(CHANNEL).pl().very_high().circ().enabled();
             w.psize().bits16().msize().bits16().minc().incremented();
@@ -80,7 +68,8 @@ impl Stream {
 
     /// Sends `bytes`. While it is off.
     fn send(self, bytes: &'static [AtomicU8]) {
-        self.set_up(bytes.as_ptr() as u32, bytes.len());
+        self.clear_flags();
+        registers::aim(self.registers(), usart().dr(), bytes);
         // The writes to the ring are in the memory before DMA reads it.
         cortex_m::asm::dmb();
         self.registers().cr().write(|w| {
@@ -90,28 +79,11 @@ impl Stream {
         });
     }
 
-    /// Where its data come from or go to, besides the USART, and how many they are: nothing moves yet.
-    fn set_up(self, memory: u32, count: usize) {
-        self.clear_flags();
-        // SAFETY: addresses of the USART's data register and of memory that the two callers have for ever.
-        #[allow(unsafe_code)]
-        unsafe {
-            let usart = usart().dr().as_ptr() as u32;
-            self.registers().par().write(|w| w.bits(usart));
-            self.registers().m0ar().write(|w| w.bits(memory));
-        }
-        self.registers().ndtr().write(|w| w.ndt().set(count as u16));
-    }
-
     /// A stream starts only with its flags cleared (RM0090 section 10.3.17). They are six bits of the high register (section
     /// 10.5.4).
     fn clear_flags(self) {
         let first = [0, 6, 16, 22][self.0 - 4];
-        // SAFETY: a store that clears the flags of this stream and no other.
-        #[allow(unsafe_code)]
-        unsafe {
-            dma().hifcr().write(|w| w.bits(0x3D << first));
-        }
+        dma().hifcr().put(0x3D << first);
     }
 }
 
@@ -139,9 +111,8 @@ pub(crate) fn start() {
     pins.receive.make_alternate(FUNCTION, Pull::Up);
     // Sixteenths of the clock a bit, rounded (RM0090 section 30.3.4).
     let divider = (CLOCK_HZ + BAUD / 2) / BAUD;
-    // SAFETY: mantissa and fraction together are the whole divider; 16 to 0xFFFF is defined.
-    #[allow(unsafe_code)]
-    usart().brr().write(|w| unsafe { w.bits(divider as u16) });
+    // Mantissa and fraction together are the whole divider; 16 to 0xFFFF is defined.
+    usart().brr().put(divider as u16);
     usart().cr3().write(|w| w.dmar().enabled().dmat().enabled());
     usart()
         .cr1()

@@ -1,0 +1,163 @@
+//! Registers as whole words, and peripherals that are reached from several places.
+//!
+//! `stm32f4` makes two things unsafe. One is to write the bits of a register as a word: a register may start a transfer into
+//! memory. The other is to reach a peripheral that one does not own. Both are safe for what is listed here, so that the rest of
+//! the board needs neither.
+#![allow(unsafe_code)]
+use crate::{
+    gpio::Bank,
+    profile::{Timer, Usart},
+};
+use core::sync::atomic::{AtomicU16, AtomicU8};
+use stm32f4::{
+    stm32f407::{
+        dma2, exti, flash, gpioi, iwdg, syscfg, tim1, tim11, tim2, tim5, usart1, DMA1, DMA2, GPIOA,
+        IWDG, TIM1, TIM11, TIM2, TIM3, TIM4, TIM5, TIM8, TIM9, USART1, USART2,
+    },
+    Readable, Reg, RegisterSpec, Resettable, Writable,
+};
+
+/// A register that reaches no memory: a wrong value makes a wrong level, time or rate, and nothing else.
+pub(crate) trait Harmless: Writable + Resettable {}
+
+// Ports (RM0090 sections 8.4.1 to 8.4.10), lines of EXTI (12.3) and their ports (9.2.3 to 9.2.6).
+impl Harmless for gpioi::moder::MODERrs {}
+impl Harmless for gpioi::ospeedr::OSPEEDRrs {}
+impl Harmless for gpioi::pupdr::PUPDRrs {}
+impl Harmless for gpioi::bsrr::BSRRrs {}
+impl Harmless for gpioi::afrl::AFRLrs {}
+impl Harmless for gpioi::afrh::AFRHrs {}
+impl Harmless for exti::imr::IMRrs {}
+impl Harmless for exti::rtsr::RTSRrs {}
+impl Harmless for exti::ftsr::FTSRrs {}
+impl Harmless for exti::swier::SWIERrs {}
+impl Harmless for exti::pr::PRrs {}
+impl Harmless for syscfg::exticr1::EXTICR1rs {}
+impl Harmless for syscfg::exticr2::EXTICR2rs {}
+impl Harmless for syscfg::exticr3::EXTICR3rs {}
+impl Harmless for syscfg::exticr4::EXTICR4rs {}
+// The flash's control and status (3.9.5, 3.9.7): they erase and program the flash, and no other memory. The firmware is in
+// other sectors than `settings_flash` names.
+impl Harmless for flash::sr::SRrs {}
+impl Harmless for flash::cr::CRrs {}
+// The output of a timer's channel (18.4.7 to 18.4.9), and the rate of a serial line (30.6.3).
+impl Harmless for tim1::ccmr1_output::CCMR1_OUTPUTrs {}
+impl Harmless for tim1::ccmr2_output::CCMR2_OUTPUTrs {}
+impl Harmless for tim1::ccer::CCERrs {}
+impl Harmless for usart1::brr::BRRrs {}
+// Flags of DMA, which ones clear (10.5.4).
+impl Harmless for dma2::hifcr::HIFCRrs {}
+
+/// Writes whole words.
+pub(crate) trait Word<S: RegisterSpec> {
+    /// Writes all bits.
+    fn put(&self, bits: S::Ux);
+    /// Writes `change` of the bits that are there.
+    fn change(&self, change: impl FnOnce(S::Ux) -> S::Ux)
+    where
+        S: Readable;
+}
+
+impl<S: Harmless> Word<S> for Reg<S> {
+    #[inline]
+    fn put(&self, bits: S::Ux) {
+        // SAFETY: `Harmless`.
+        self.write(|w| unsafe { w.bits(bits) });
+    }
+
+    #[inline]
+    fn change(&self, change: impl FnOnce(S::Ux) -> S::Ux)
+    where
+        S: Readable,
+    {
+        // SAFETY: `Harmless`.
+        self.modify(|r, w| unsafe { w.bits(change(r.bits())) });
+    }
+}
+
+/// A port's registers.
+#[inline(always)]
+pub(crate) fn port(bank: Bank) -> &'static gpioi::RegisterBlock {
+    let address = GPIOA::ptr() as usize + 0x400 * bank as usize;
+    // SAFETY: the ports' registers lie 0x400 apart from GPIOA on, and differ in their reset values only.
+    unsafe { &*(address as *const gpioi::RegisterBlock) }
+}
+
+/// The timer of the power. TIM1 and TIM8 have all registers, the others those that they have at the same offsets (17.4, 18.4 and
+/// 19.4).
+#[inline(always)]
+pub(crate) fn power_timer(timer: Timer) -> &'static tim1::RegisterBlock {
+    let address = match timer {
+        Timer::Tim1 => TIM1::ptr(),
+        Timer::Tim3 => TIM3::ptr().cast(),
+        Timer::Tim4 => TIM4::ptr().cast(),
+        Timer::Tim8 => TIM8::ptr(),
+        Timer::Tim9 => TIM9::ptr().cast(),
+    };
+    // SAFETY: a timer with at least the registers that `crate::pwm` uses.
+    unsafe { &*address }
+}
+
+/// The timer of ticks.
+#[inline(always)]
+pub(crate) fn tick_timer() -> &'static tim2::RegisterBlock {
+    // SAFETY: a timer reaches no memory: its DMA requests stay off.
+    unsafe { &*TIM2::ptr() }
+}
+
+/// The timer of pulses.
+#[inline(always)]
+pub(crate) fn pulse_timer() -> &'static tim11::RegisterBlock {
+    // SAFETY: as `tick_timer`.
+    unsafe { &*TIM11::ptr() }
+}
+
+/// The timer of the clock.
+#[inline(always)]
+pub(crate) fn clock_timer() -> &'static tim5::RegisterBlock {
+    // SAFETY: as `tick_timer`.
+    unsafe { &*TIM5::ptr() }
+}
+
+/// The independent watchdog.
+#[inline(always)]
+pub(crate) fn watchdog() -> &'static iwdg::RegisterBlock {
+    // SAFETY: it reaches no memory.
+    unsafe { &*IWDG::ptr() }
+}
+
+/// A USART; those of the chip are alike.
+pub(crate) fn usart(line: Usart) -> &'static usart1::RegisterBlock {
+    let address = match line {
+        Usart::Usart1 => USART1::ptr(),
+        Usart::Usart2 => USART2::ptr(),
+    };
+    // SAFETY: it reaches no memory but through DMA.
+    unsafe { &*address }
+}
+
+/// The DMA controller of a USART.
+pub(crate) fn dma(line: Usart) -> &'static dma2::RegisterBlock {
+    let address = match line {
+        Usart::Usart1 => DMA2::ptr(),
+        Usart::Usart2 => DMA1::ptr(),
+    };
+    // SAFETY: its streams reach the memory that `aim` gives them, and no other.
+    unsafe { &*address }
+}
+
+/// Memory that DMA may change while others read it.
+pub(crate) trait Shared {}
+impl Shared for AtomicU8 {}
+impl Shared for AtomicU16 {}
+
+/// Points a stream at a USART's data register and at memory that is there for ever, a transfer for each item: the stream has to be off,
+/// and its items as wide as the memory's. Nothing moves yet.
+pub(crate) fn aim<T: Shared>(stream: &dma2::ST, data: &usart1::DR, memory: &'static [T]) {
+    // SAFETY: two addresses that are valid for ever; `NDTR` keeps the stream within the memory.
+    unsafe {
+        stream.par().write(|w| w.bits(data.as_ptr() as u32));
+        stream.m0ar().write(|w| w.bits(memory.as_ptr() as u32));
+    }
+    stream.ndtr().write(|w| w.ndt().set(memory.len() as u16));
+}
