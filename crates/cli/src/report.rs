@@ -30,6 +30,8 @@ pub(super) struct Report {
     pub(super) letters: Vec<char>,
     /// Steps/mm of each axis.
     pub(super) steps_per_mm: Vec<f64>,
+    /// Steps of a turn of each axis's motor, where that is known.
+    pub(super) steps_per_rev: Vec<Option<f64>>,
     /// Whether motors 0 and 1 turn X and Y together, by crossed belts.
     pub(super) crossed: bool,
     /// Length of the feed moves, mm.
@@ -120,6 +122,10 @@ struct JsonAxis {
     net_steps: i64,
     position_mm: f64,
     peak_mm_min: f64,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    position_rev: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    peak_rev_min: Option<f64>,
 }
 
 #[derive(Serialize, JsonSchema)]
@@ -198,21 +204,23 @@ impl Report {
     }
 
     fn axes(&self) -> impl Iterator<Item = (char, JsonAxis)> + '_ {
-        let motors = self.outcome.motors.iter().zip(&self.steps_per_mm);
+        let scales = self.steps_per_mm.iter().zip(&self.steps_per_rev);
+        let motors = self.outcome.motors.iter().zip(scales);
         let steps = self.net_steps();
         let letters = self.letters.iter().copied();
-        letters
-            .zip(steps)
-            .zip(motors)
-            .map(|((name, steps), (motor, steps_per_mm))| {
+        letters.zip(steps).zip(motors).map(
+            |((name, steps), (motor, (steps_per_mm, steps_per_rev)))| {
                 let axis = JsonAxis {
                     pulses: motor.pulses,
                     net_steps: motor.net_steps,
                     position_mm: steps / steps_per_mm,
                     peak_mm_min: motor.peak_hz / steps_per_mm * 60.0,
+                    position_rev: steps_per_rev.map(|turn| steps / turn),
+                    peak_rev_min: steps_per_rev.map(|turn| motor.peak_hz / turn * 60.0),
                 };
                 (name, axis)
-            })
+            },
+        )
     }
 }
 

@@ -160,6 +160,7 @@ fn simulate(
         outcome: done.outcome,
         letters: machine.file.letters(),
         steps_per_mm: steps_per_mm(machine),
+        steps_per_rev: machine.file.steps_per_rev(),
         crossed: machine.file.kinematics == Belts::CoreXy,
         cut_mm: sketch.path.cut_mm(),
         travel_mm: sketch.path.travel_mm(),

@@ -205,6 +205,16 @@ fn machine_004_moves_four_axes_and_ramps_as_its_document_computes() {
     // 100 mm/s² · 0.1 s up, 0.1 s on, 0.1 s down, less the time before the first step.
     let ramp = report(&examples, "004", "ramp.nc");
     assert!((ramp["motion_seconds"].as_f64().unwrap() - 0.3).abs() < 0.006);
+    // 20 mm are 1600 steps, half a turn; 100 mm/s are 150 turns a minute.
+    let x = &ramp["axes"]["x"];
+    assert_eq!(
+        (x["net_steps"].as_i64(), x["position_rev"].as_f64()),
+        (Some(1600), Some(0.5))
+    );
+    assert!(
+        (x["peak_rev_min"].as_f64().unwrap() - 150.0).abs() < 0.1,
+        "{x}"
+    );
 }
 
 /// The ways of E in a printer's file with M82, mm, one a line that moves it.

@@ -47,13 +47,18 @@ class Check(TypedDict):
     pauses: List[int]
 
 
-class Axis(TypedDict):
-    """What an axis did."""
-
+class _Axis(TypedDict):
     pulses: int
     net_steps: int
     position_mm: float
     peak_mm_min: float
+
+
+class Axis(_Axis, total=False):
+    """What an axis did; in turns where the machine file has `steps_per_rev`."""
+
+    position_rev: float
+    peak_rev_min: float
 
 
 class Cpu(TypedDict):

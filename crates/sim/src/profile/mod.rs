@@ -147,6 +147,8 @@ pub struct Axis {
     /// Steps of its motor that make a millimetre, as the screws and belts have it; the setting's first value too.
     #[schemars(with = "Option<f64>")]
     pub steps_per_mm: Option<Spanned<Positive>>,
+    /// Steps of a whole turn of its motor: `run --json` then tells turns too.
+    pub steps_per_rev: Option<Positive>,
     /// How far it can go, mm: the first value of `$130`, `$131`, …
     #[schemars(with = "Option<f64>")]
     pub travel: Option<Spanned<Positive>>,

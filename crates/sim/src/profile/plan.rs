@@ -310,6 +310,12 @@ impl Profile {
         letters.chain((extruder == 1).then_some(EXTRUDER)).collect()
     }
 
+    /// Steps of a whole turn of each axis's motor, where the file says it.
+    pub fn steps_per_rev(&self) -> Vec<Option<f64>> {
+        let turns = self.all_axes().map(|axis| axis.steps_per_rev);
+        turns.map(|steps| steps.map(Positive::get)).collect()
+    }
+
     /// The letters of the motors: a second one has the first letter that no axis has.
     pub fn motor_letters(&self) -> Vec<char> {
         let mut letters = self.letters();
