@@ -2,21 +2,10 @@
 //!
 //! A HAL has a type for each pin, which a table of pins cannot hold; and its ports build their words bit by bit, where the
 //! step interrupt needs them ready made. All ports have the same registers, 0x400 apart (RM0090 sections 2.3 and 8.4).
-use crate::registers::{port, Word};
-
-/// A port of 16 pins.
-#[derive(Clone, Copy, PartialEq, Eq)]
-#[repr(u8)]
-#[allow(dead_code)] // no board uses all of them
-pub(crate) enum Bank {
-    A,
-    B,
-    C,
-    D,
-    E,
-    F,
-    G,
-}
+use crate::{
+    chip::Bank,
+    registers::{port, Word},
+};
 
 impl Bank {
     /// The levels at its pins, one bit a pin. Any context.

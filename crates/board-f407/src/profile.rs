@@ -1,12 +1,16 @@
 //! The parts of a board. `build.rs` makes a board's table from its file (`crates/boards`); this
 //! module has the types.
-use crate::gpio::{Bank, Input, Output, Pin, Pull, Speed};
+use crate::{
+    chip::{Bank, Timer, Usart},
+    gpio::{Input, Output, Pin, Pull, Speed},
+};
 use leadscrew_machine::config::MachineConfig;
 
 /// The board that the firmware is built for.
 mod selected {
-    use super::{MotorPins, PowerPin, Profile, SerialPins, Timer, Usart};
-    use crate::gpio::{Bank, Pin};
+    use super::{MotorPins, PowerPin, Profile, SerialPins};
+    use crate::chip::{Bank, Timer, Usart};
+    use crate::gpio::Pin;
     use crate::sector::Sector;
     use leadscrew_machine::{config::MachineConfig, settings::values::Entry};
 
@@ -75,16 +79,6 @@ pub(crate) struct SerialPins {
     pub(crate) receive: Pin,
 }
 
-/// Which USART the line is on.
-#[derive(Clone, Copy, PartialEq, Eq)]
-#[allow(dead_code, reason = "a profile names one of the two")]
-pub(crate) enum Usart {
-    /// On APB2.
-    Usart1,
-    /// On APB1.
-    Usart2,
-}
-
 /// A motor driver's pins.
 #[derive(Clone, Copy)]
 pub(crate) struct MotorPins {
@@ -109,18 +103,6 @@ pub(crate) struct PowerPin {
     pub(crate) channel: u8,
     /// Frequency in Hz, 50 to 100 000, unless the build names another ([`POWER_HZ`]).
     pub(crate) frequency: u32,
-}
-
-/// A timer that a power pin may hang on. The others have a task already, or no pin of their own.
-#[derive(Clone, Copy, PartialEq, Eq)]
-#[allow(dead_code, reason = "no board uses all of them")]
-pub(crate) enum Timer {
-    Tim1,
-    Tim3,
-    Tim4,
-    Tim8,
-    /// Channels 1 and 2.
-    Tim9,
 }
 
 /// Hands PA11 and PA12 to the USB controller: they are the same on every board, and no profile names them.

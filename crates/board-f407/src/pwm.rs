@@ -11,10 +11,11 @@
 //! without preload: with it, a pixel that is shorter than a period would get what the one before had. The manual guarantees
 //! that in one-pulse mode only (section 18.4.7, OC1PE): where a chip does otherwise, a level comes a period late at most.
 use crate::{
+    chip::Timer,
     clock::{self, APB1_TIMER_HZ},
     fast_memory::placed,
     gpio::Pull,
-    profile::{PowerPin, Timer, POWER_HZ, PROFILE},
+    profile::{PowerPin, POWER_HZ, PROFILE},
     registers::{power_timer, Word},
 };
 use core::sync::atomic::{AtomicU8, Ordering::Relaxed};

@@ -4,10 +4,7 @@
 //! memory. The other is to reach a peripheral that one does not own. Both are safe for what is listed here, so that the rest of
 //! the board needs neither.
 #![allow(unsafe_code)]
-use crate::{
-    gpio::Bank,
-    profile::{Timer, Usart},
-};
+use crate::chip::{Bank, Timer, Usart};
 use core::sync::atomic::{AtomicU16, AtomicU8};
 use stm32f4::{
     stm32f407::{

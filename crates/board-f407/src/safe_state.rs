@@ -8,7 +8,8 @@
 #![allow(unsafe_code)] // an entry in assembly, stores to registers by their addresses
 
 use crate::{
-    gpio::{Bank, Pin},
+    chip::Bank,
+    gpio::Pin,
     profile::{banks, MOTORS, PROFILE},
     step_port::PULSE_END_INTERRUPT,
 };

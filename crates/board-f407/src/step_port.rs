@@ -18,9 +18,10 @@
 //! What goes to the ports for each set of motors stands ready in a table ([`Words`]): one store for each port that has
 //! step pins, one after the other. Boards with all of them on one port step all motors at the same instant.
 use crate::{
+    chip::Bank,
     clock::APB1_TIMER_HZ,
     fast_memory::placed,
-    gpio::{Bank, Pin},
+    gpio::Pin,
     profile::{banks, index_of, MOTORS, PROFILE},
     pwm,
     registers::{pulse_timer, tick_timer},

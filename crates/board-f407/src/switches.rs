@@ -11,9 +11,10 @@
 //! time; a shorter spike is forgotten. The line is masked for as long, so that noise takes two interrupts each such time and no
 //! more. TIM5, which counts microseconds, keeps the time.
 use crate::{
+    chip::Bank,
     clock,
     fast_memory::placed,
-    gpio::{Bank, Input},
+    gpio::Input,
     profile::{MOTORS, PROFILE},
     pwm,
     registers::Word,

@@ -8,7 +8,7 @@
 //! | while the axis moved | against that motion |
 //! | at rest, or nobody knows | either way, at `$25` at most: both ends of an axis may be on one input |
 //!
-//! Where the build says at which end the only switch of an axis stands ([`SwitchRules`](crate::rules::SwitchRules)), it stops motion
+//! Where the build says at which end the only switch of an axis stands ([`SwitchRules`](crate::config::SwitchRules)), it stops motion
 //! towards that end alone: from the switch that is closed, programs may leave.
 
 use crate::board::Board;

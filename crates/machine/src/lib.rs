@@ -32,7 +32,7 @@ pub mod overrides;
 mod program;
 pub mod protocol;
 mod reset;
-pub mod rules;
+mod rules;
 mod sender;
 pub mod settings;
 mod snapshot;

@@ -1,4 +1,4 @@
-//! Rules of limit switches that Grbl has not: they hold where the machine's build asks for them ([`SwitchRules`]).
+//! Rules of limit switches that Grbl has not: they hold where the machine's build asks for them ([`SwitchRules`](crate::config::SwitchRules)).
 //!
 //! ```text
 //!   edge --> stopped at its step --> [MSG:X high] --> back off (X, Y) --> ALARM:1, `$X` unlocks
@@ -19,57 +19,6 @@ use core::cmp::Ordering;
 use core::fmt;
 use leadscrew_planner::{Coordinate, Feed, Kinematics, Move, MoveKind, MovePower};
 use leadscrew_stepper::{MotorMask, OutputChange};
-
-/// The rules of limit switches beyond Grbl's.
-#[derive(Clone, Copy, PartialEq, Debug)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct SwitchRules {
-    /// A switch that stops the machine is named with its end (`[MSG:X high]`); the position is kept, and `$X` unlocks ALARM:1.
-    pub named: bool,
-    /// With `named`: how far X and Y then go back, mm; 0: not at all. Z never does.
-    pub back_off_mm: f32,
-    /// Reports have `Sw:X+,Z-`: switches that are closed, and their ends as far as they are known.
-    pub reported: bool,
-    /// 0x18 in motion and the reset input switch the drivers off at once, not after `$1`.
-    pub drops_drivers: bool,
-    /// Axes without a switch: `$H` takes them to their zero once the others are home.
-    pub without_switch: AxisMask,
-    /// Axes whose limit switch serves homing alone: it never stops motion.
-    pub homing_only: AxisMask,
-    /// Axes whose limit switch stands at the low end and stops motion towards it alone: motion that leaves it goes on, programs
-    /// too.
-    pub towards_low: AxisMask,
-    /// The same at the high end. With one switch at either end on one input, an axis is in both: it may not tell the ends apart.
-    pub towards_high: AxisMask,
-}
-
-impl SwitchRules {
-    /// Grbl's.
-    pub const GRBL: Self = Self {
-        named: false,
-        back_off_mm: 0.0,
-        reported: false,
-        drops_drivers: false,
-        without_switch: 0,
-        homing_only: 0,
-        towards_low: 0,
-        towards_high: 0,
-    };
-
-    /// Whether a switch stops less than in Grbl.
-    pub(crate) const fn are_own(&self) -> bool {
-        self.homing_only | self.towards_low | self.towards_high != 0
-    }
-
-    /// The one end at which the switch of an axis stands, where motion that leaves it goes on.
-    pub(crate) const fn only_end(&self, axis: usize) -> Option<Ordering> {
-        match (self.towards_low >> axis & 1, self.towards_high >> axis & 1) {
-            (1, 0) => Some(Ordering::Less),
-            (0, 1) => Some(Ordering::Greater),
-            _ => None,
-        }
-    }
-}
 
 /// The axes that back off: X and Y.
 const BACK_OFF: AxisMask = 0b11;

@@ -2,7 +2,7 @@
 
 use crate::bench::{Contact, Memory, Session};
 use leadscrew_machine::config::MachineConfig;
-use leadscrew_machine::rules::SwitchRules;
+use leadscrew_machine::config::SwitchRules;
 use leadscrew_planner::Cartesian;
 use leadscrew_stepper::MotorMask;
 

@@ -11,9 +11,10 @@ mod listen;
 mod send;
 
 use crate::{
+    chip::Usart,
     clock::{self, APB1_HZ},
     gpio::Pull,
-    profile::{Usart, BAUD, PROFILE},
+    profile::{BAUD, PROFILE},
     registers::{self, Word},
 };
 use core::sync::atomic::{AtomicU16, AtomicU8};

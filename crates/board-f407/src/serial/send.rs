@@ -1,10 +1,7 @@
 //! Sending: the main loop writes to a ring, DMA sends each contiguous piece, an interrupt ends each
 //! piece.
 use super::{Stream, LINE};
-use crate::{
-    profile::{Usart, BAUD},
-    wake::wake,
-};
+use crate::{chip::Usart, profile::BAUD, wake::wake};
 use core::sync::atomic::{
     AtomicBool, AtomicU8, AtomicUsize,
     Ordering::{Acquire, Relaxed, Release},

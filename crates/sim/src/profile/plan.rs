@@ -8,8 +8,8 @@ use crate::contacts::Contacts;
 use crate::plant::{Pin, Plate, Side, Switch};
 use crate::powered::MOST_AXES;
 use crate::tool_pins::{ToolHeight, ToolSwitches};
+use leadscrew_machine::config::SwitchRules;
 use leadscrew_machine::config::{AxisKind, MachineConfig, Options, ParkingConfig, Squaring};
-use leadscrew_machine::rules::SwitchRules;
 use leadscrew_outputs::OutputsConfig;
 
 /// The axes of the largest machine with a second motor.
