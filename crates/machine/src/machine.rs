@@ -1,7 +1,7 @@
 //! The machine: owns all parts of the main loop, and lends them to each other in [`Machine::poll`].
 
 use crate::activity::door_cycle::DoorCycle;
-use crate::activity::homing_cycle::Homing;
+use crate::activity::switch_cycle::SwitchCycle;
 use crate::activity::Activity;
 use crate::board::{Board, Duration, Instant};
 use crate::config::{MachineConfig, MoveQueues, CHANNELS};
@@ -245,7 +245,7 @@ where
         self.motion.is_idle()
             && !self.activity.line.is_busy()
             && !self.program.startup.is_running()
-            && self.activity.homing.is_none()
+            && self.activity.switch_cycle.is_none()
             && self.activity.kept.is_none()
             && self.console.is_quiet()
     }
@@ -318,7 +318,10 @@ where
             self.motion.hungry_at(now, self.state.may_start()),
             self.activity.line.wakes(),
             self.tool.dead_man.expires_at(self.patience()),
-            self.activity.homing.as_ref().and_then(Homing::settles_at),
+            self.activity
+                .switch_cycle
+                .as_ref()
+                .and_then(SwitchCycle::settles_at),
             self.activity.door.as_ref().and_then(DoorCycle::waits_until),
             self.motion.drivers.rest_at(delay, self.is_locked()),
         ];

@@ -184,7 +184,7 @@ where
 
     /// Ends homing, probing and the door's sequence, without a word.
     fn end_cycles(&mut self) {
-        self.activity.homing = None;
+        self.activity.switch_cycle = None;
         self.activity.door = None;
         self.release_homing();
         self.switches.inputs.watch_probe(ProbeWatch::Off);

@@ -4,8 +4,8 @@
 //!   edge --> stopped at its step --> [MSG:X high] --> back off (X, Y) --> ALARM:1, `$X` unlocks
 //! ```
 
-use crate::activity::homing_cycle::{Homing, LastMove, Phase, Wait};
 use crate::activity::line::Origin;
+use crate::activity::switch_cycle::{LastMove, Phase, SwitchCycle, Wait};
 use crate::board::{Board, Instant};
 use crate::config::AxisMask;
 use crate::extension::Extension;
@@ -56,7 +56,7 @@ where
             ..self.input_config()
         });
         self.enter(State::Home);
-        self.activity.homing = Some(Homing {
+        self.activity.switch_cycle = Some(SwitchCycle {
             origin: Origin::Nobody,
             groups: [0; 4],
             one_by_one: 0,
@@ -69,29 +69,29 @@ where
     /// The last move of homing, or the way off a limit switch; ends both.
     pub(crate) fn advance_last_move<B: Board>(
         &mut self,
-        homing: &Homing,
+        cycle: &SwitchCycle,
         board: &mut B,
         now: Instant,
     ) {
-        if homing.last == LastMove::None {
+        if cycle.last == LastMove::None {
             return self.end_homing();
         }
-        match homing.wait {
+        match cycle.wait {
             Wait::Settled(instant) if now < instant || self.motion.is_stopping() => {}
             Wait::Settled(_) => {
                 self.motion.shared.set_motor_lock(MotorMask::NONE);
-                let next = self.last_move(homing.last);
+                let next = self.last_move(cycle.last);
                 // A way of 0 plans nothing: it then ends at once.
                 let _ = self.motion.push_aside(&next);
-                if let Some(homing) = &mut self.activity.homing {
-                    homing.wait = Wait::Motion;
+                if let Some(cycle) = &mut self.activity.switch_cycle {
+                    cycle.wait = Wait::Motion;
                 }
             }
             Wait::Motion if !self.motion.is_aside_idle() => {}
             Wait::Motion => {
                 self.motion.end_aside();
                 self.take_position();
-                match homing.last {
+                match cycle.last {
                     LastMove::BackOff(_) => self.end_back_off(board, now),
                     LastMove::ToZero(_) | LastMove::None => self.end_homing(),
                 }
@@ -100,7 +100,7 @@ where
     }
 
     fn end_back_off<B: Board>(&mut self, board: &mut B, now: Instant) {
-        self.activity.homing = None;
+        self.activity.switch_cycle = None;
         self.release_homing();
         self.enter(State::Run);
         self.abort(Alarm::HardLimit, board, now);

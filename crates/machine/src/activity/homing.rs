@@ -26,7 +26,7 @@
 //! the contact that interrupt locks the motor at that very step ([`crate::inputs`]); a group's other axes go on until
 //! they meet theirs. Rates are multiplied by √n for n axes at once, so that each moves at the rate that is set.
 
-use super::homing_cycle::{Homing, LastMove, Phase, Wait};
+use super::switch_cycle::{LastMove, Phase, SwitchCycle, Wait};
 use crate::activity::line::Origin;
 use crate::board::{Board, Duration, Instant};
 use crate::config::AxisMask;
@@ -65,7 +65,7 @@ where
         });
         let all = groups.iter().fold(0, |all, group| all | group);
         let without = self.config.rules.without_switch;
-        self.activity.homing = Some(Homing {
+        self.activity.switch_cycle = Some(SwitchCycle {
             origin,
             groups: groups.map(|group| group & !without),
             last: match all & without {
@@ -80,20 +80,20 @@ where
 
     /// Goes on with homing. Main loop.
     pub(crate) fn advance_homing<B: Board>(&mut self, board: &mut B, now: Instant) {
-        let Some(homing) = self.activity.homing else {
+        let Some(cycle) = self.activity.switch_cycle else {
             return;
         };
-        let Some(group) = homing.group() else {
-            return self.advance_last_move(&homing, board, now);
+        let Some(group) = cycle.group() else {
+            return self.advance_last_move(&cycle, board, now);
         };
-        match homing.wait {
+        match cycle.wait {
             Wait::Settled(instant) => {
                 if now >= instant && !self.motion.is_stopping() {
-                    self.begin_phase(homing.phase, group, board);
+                    self.begin_phase(cycle.phase, group, board);
                 }
             }
-            Wait::Motion if homing.phase.approaches() => self.watch_approach(group, board, now),
-            Wait::Motion if homing.phase == Phase::Offset => {
+            Wait::Motion if cycle.phase.approaches() => self.watch_approach(group, board, now),
+            Wait::Motion if cycle.phase == Phase::Offset => {
                 if self.motion.is_aside_idle() {
                     self.motion.end_aside();
                     self.end_phase(now);
@@ -123,8 +123,8 @@ where
         let next = self.homing_move(phase, group);
         // A distance of 0 plans nothing: the phase then ends at once.
         let _ = self.motion.push_aside(&next);
-        if let Some(homing) = &mut self.activity.homing {
-            homing.wait = Wait::Motion;
+        if let Some(cycle) = &mut self.activity.switch_cycle {
+            cycle.wait = Wait::Motion;
         }
     }
 
@@ -252,9 +252,9 @@ where
     fn end_phase(&mut self, now: Instant) {
         let group = self
             .activity
-            .homing
+            .switch_cycle
             .as_ref()
-            .and_then(Homing::group)
+            .and_then(SwitchCycle::group)
             .unwrap_or(0);
         let offset = self.settings.value(Setting::SecondMotorOffset) != Number::from_int(0);
         let offset = offset && self.dual_of(group).is_some();
@@ -263,15 +263,15 @@ where
             .watch_homing(MotorMask::NONE, MotorMask::NONE);
         let debounce =
             Duration::from_ticks(u64::from(self.settings.whole(Setting::HomingDebounce)) * 1_000);
-        let Some(homing) = &mut self.activity.homing else {
+        let Some(cycle) = &mut self.activity.switch_cycle else {
             return;
         };
-        homing.wait = Wait::Settled(now + debounce);
-        match homing.phase.next(offset) {
-            Some(next) => homing.phase = next,
+        cycle.wait = Wait::Settled(now + debounce);
+        match cycle.phase.next(offset) {
+            Some(next) => cycle.phase = next,
             None => {
-                homing.end_group();
-                homing.phase = Phase::Search;
+                cycle.end_group();
+                cycle.phase = Phase::Search;
                 self.set_home(group);
             }
         }
@@ -295,7 +295,7 @@ where
     }
 
     pub(crate) fn end_homing(&mut self) {
-        if let Some(homing) = self.activity.homing.take() {
+        if let Some(homing) = self.activity.switch_cycle.take() {
             self.release_homing();
             self.enter(State::Idle);
             self.program.startup.begin(Some(homing.origin));
@@ -330,7 +330,7 @@ where
     ) {
         self.motion.stop();
         self.raise(alarm, board);
-        if let Some(homing) = self.activity.homing.take() {
+        if let Some(homing) = self.activity.switch_cycle.take() {
             self.answer(homing.origin, Ok(()));
         }
         self.restart(discard, board, now);

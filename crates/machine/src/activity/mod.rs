@@ -3,7 +3,7 @@
 //! | activity | state | begins with |
 //! |---|---|---|
 //! | [`mod@line`] | Idle, Run, Jog, Check | a line of G-code or `$J=` |
-//! | [`homing`] | Home | `$H` |
+//! | [`homing`] | Home | `$H`, or a limit switch from which axes back off |
 //! | [`aside`] | Idle | an M code that an extension puts aside |
 //! | [`door`] | Door, Sleep | the door, 0x84, `$SLP` |
 
@@ -11,18 +11,18 @@ pub(crate) mod aside;
 pub(crate) mod door;
 pub(crate) mod door_cycle;
 pub(crate) mod homing;
-pub(crate) mod homing_cycle;
 pub(crate) mod line;
+pub(crate) mod switch_cycle;
 
 use aside::{Aside, Kept};
 use door_cycle::DoorCycle;
-use homing_cycle::Homing;
 use line::Executor;
+use switch_cycle::SwitchCycle;
 
-/// The activities under way. A line may wait while the door is open; homing excludes both.
+/// The activities under way. A line may wait while the door is open; a cycle at the switches excludes both.
 pub(crate) struct Activity<const AXES: usize> {
     pub(crate) line: Executor<AXES>,
-    pub(crate) homing: Option<Homing>,
+    pub(crate) switch_cycle: Option<SwitchCycle>,
     pub(crate) door: Option<DoorCycle<AXES>>,
     /// An M code that is put aside.
     pub(crate) aside: Option<Aside>,
@@ -35,7 +35,7 @@ impl<const AXES: usize> Activity<AXES> {
     pub(crate) const fn new() -> Self {
         Self {
             line: Executor::new(),
-            homing: None,
+            switch_cycle: None,
             door: None,
             aside: None,
             kept: None,

@@ -1,4 +1,4 @@
-//! How far homing has come.
+//! How far the machine has come with a motion of its own at its limit switches: homing, or the way off a switch that has stopped it.
 
 use crate::activity::line::Origin;
 use crate::board::Instant;
@@ -31,7 +31,7 @@ impl Phase {
     }
 }
 
-/// The event for which homing waits.
+/// The event for which the cycle waits.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Wait {
     /// The switches to settle.
@@ -40,20 +40,20 @@ pub(crate) enum Wait {
     Motion,
 }
 
-/// The step after all switches are found.
+/// The step after all switches are found: the only one where no axis homes.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum LastMove {
     /// Nothing.
     None,
     /// Axes without a switch go to their zero.
     ToZero(AxisMask),
-    /// No homing at all: axes go off the limit switches that have stopped the machine.
+    /// Axes go off the limit switches that have stopped the machine.
     BackOff(AxisMask),
 }
 
-/// Homing under way.
+/// Homing, or the way off a limit switch.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Homing {
+pub(crate) struct SwitchCycle {
     /// Where `$H` came from.
     pub(crate) origin: Origin,
     /// Groups of axes that are still to be homed, the present one first.
@@ -65,7 +65,7 @@ pub(crate) struct Homing {
     pub(crate) wait: Wait,
 }
 
-impl Homing {
+impl SwitchCycle {
     /// The axes that home now. Groups that have no axis left are passed over.
     pub(crate) fn group(&self) -> Option<AxisMask> {
         let group = self.groups.iter().copied().find(|group| *group != 0)?;
