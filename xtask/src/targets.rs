@@ -4,6 +4,7 @@ use crate::{
     shell,
     toolchain::{self, Toolchain},
 };
+use std::{path::Path, process::Command};
 
 /// The targets that the libraries are checked for, each for a property or a lack.
 const TARGETS: [&str; 3] = [
@@ -11,22 +12,32 @@ const TARGETS: [&str; 3] = [
     "thumbv6m-none-eabi",
     // Another architecture.
     "riscv32imac-unknown-none-elf",
-    // A browser.
-    "wasm32-unknown-unknown",
+    BROWSER,
 ];
 
 /// The topmost library, which brings the other three.
 const LIBRARY: &str = "leadscrew-machine";
 
+/// The simulator: it needs a standard library, and a browser's has neither files nor threads nor a clock.
+const SIMULATOR: &str = "leadscrew-sim";
+const BROWSER: &str = "wasm32-unknown-unknown";
+
 /// Checks every target.
 pub(crate) fn run() -> Result<(), Failure> {
-    TARGETS.into_iter().try_for_each(check)
+    for target in TARGETS {
+        check(LIBRARY, target, Toolchain::cargo)?;
+    }
+    check(SIMULATOR, BROWSER, Toolchain::cargo_with_std)
 }
 
-fn check(target: &str) -> Result<(), Failure> {
-    eprintln!("{LIBRARY} for {target}");
+fn check(
+    library: &str,
+    target: &str,
+    cargo: fn(&Toolchain, &str, &str, &Path) -> Command,
+) -> Result<(), Failure> {
+    eprintln!("{library} for {target}");
     let toolchain = Toolchain::find_for(target)?;
-    let mut check = toolchain.cargo("check", target, &toolchain::target_dir());
-    check.args(["-p", LIBRARY]).current_dir(toolchain::root());
+    let mut check = cargo(&toolchain, "check", target, &toolchain::target_dir());
+    check.args(["-p", library]).current_dir(toolchain::root());
     shell::run(&mut check)
 }

@@ -70,6 +70,16 @@ impl Toolchain {
 
     /// `cargo VERB` for `target`, as [`Self::build`].
     pub(crate) fn cargo(&self, verb: &str, target: &str, target_dir: &Path) -> Command {
+        self.cargo_with("core", verb, target, target_dir)
+    }
+
+    /// The same for a package that needs the standard library: Debian's compiler has its sources, too, and those of the
+    /// packages that it needs.
+    pub(crate) fn cargo_with_std(&self, verb: &str, target: &str, target_dir: &Path) -> Command {
+        self.cargo_with("std,panic_abort", verb, target, target_dir)
+    }
+
+    fn cargo_with(&self, libraries: &str, verb: &str, target: &str, target_dir: &Path) -> Command {
         let mut command = match self {
             Toolchain::Prebuilt => Command::new("cargo"),
             Toolchain::FromSource { cargo, .. } => Command::new(cargo),
@@ -79,7 +89,7 @@ impl Toolchain {
             .arg(target_dir);
         if let Toolchain::FromSource { rustc, linker, .. } = self {
             command
-                .arg("-Zbuild-std=core")
+                .arg(format!("-Zbuild-std={libraries}"))
                 .env("RUSTC_BOOTSTRAP", "1")
                 .env("RUSTC", rustc)
                 .env(linker_variable(target), linker)
