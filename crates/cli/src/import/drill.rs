@@ -22,13 +22,13 @@ pub(in super::super) struct DrillArgs {
     files: Vec<PathBuf>,
     #[command(flatten)]
     output: OutputArgs,
-    /// Z of a hole's bottom, such as -1.8; needed where [drill] of the machine file has none.
+    /// Z of a hole's bottom, such as -1.8; needed where `[drill]` of the machine file has none.
     #[arg(long, value_name = "Z", allow_hyphen_values = true)]
     depth: Option<Mm>,
-    /// Z between holes; 2 unless [drill] of the machine file has another one.
+    /// Z between holes; 2 unless `[drill]` of the machine file has another one.
     #[arg(long, value_name = "Z", allow_hyphen_values = true)]
     clearance: Option<Mm>,
-    /// How fast bits go down; needed where [drill] of the machine file has none.
+    /// How fast bits go down; needed where `[drill]` of the machine file has none.
     #[arg(long, value_name = "MM/MIN")]
     feed: Option<Mm>,
     /// How fast slots and routes are milled; as --feed unless told.
