@@ -111,7 +111,7 @@ fn service(args: &ServeArgs) -> Result<Service, ServeError> {
         rate: args.baud.map_or(Rate::NeverWaits, Rate::Baud),
         speed: args.speed,
         log: args.log.clone().map(open_log).transpose()?,
-        workshop: Some(Arc::new(Desk)),
+        workshop: Some(Arc::new(Desk::new(&profile))),
         profile,
         lines,
     })

@@ -50,14 +50,13 @@ impl Machine {
         Ok(Self::of(file, settings))
     }
 
-    /// A machine of three axes with the settings of its own listing: a setting that this machine
-    /// refuses keeps its default.
-    pub(super) fn from_listing(listing: &str) -> Self {
+    /// A machine with the settings of its own listing: a setting that this machine refuses keeps its default.
+    pub(super) fn from_listing(listing: &str, file: Profile) -> Self {
         let mut settings = Settings::new(&[]);
         for entry in listing.lines().filter_map(|line| entry(line).ok()) {
             settings.load(entry);
         }
-        Self::of(Profile::default(), settings)
+        Self::of(file, settings)
     }
 
     fn of(file: Profile, settings: Settings<MOST_AXES>) -> Self {

@@ -13,6 +13,7 @@ use leadscrew_machine::settings::values::{Entry, Key};
 use leadscrew_planner::Coordinate;
 use leadscrew_serve::browser::{Finding, Job, Workshop};
 use leadscrew_sim::link::Rate;
+use leadscrew_sim::profile::{Axes, Belts, Door, Limits, Place, Profile, Stops};
 use leadscrew_sim::scene::MOVE_BYTES;
 use leadscrew_sim::speed_profile::Recorder;
 use std::io::{self, BufReader, Cursor, Read};
@@ -27,11 +28,40 @@ const TELL: Duration = Duration::from_millis(100);
 const AT_ONCE: usize = 100_000;
 
 /// Looks at jobs with this program's own `check` and `profile`.
-pub(super) struct Desk;
+pub(super) struct Desk {
+    /// The machine of the page.
+    file: Profile,
+}
+
+impl Desk {
+    /// Looks at jobs for this machine: at what they ask of it, not at where its carriages and switches happen to be.
+    pub(super) fn new(machine: &Profile) -> Self {
+        let mut file = machine.clone();
+        // The recorder knows motors that turn one axis each.
+        file.kinematics = Belts::Cartesian;
+        (file.second_motor, file.probe) = (None, None);
+        file.door = Door::default();
+        let Axes {
+            x,
+            y,
+            z,
+            a,
+            b,
+            c,
+            e,
+        } = &mut file.axes;
+        for axis in [x, y, z].into_iter().chain(a).chain(b).chain(c).chain(e) {
+            axis.limits = Limits::default();
+            axis.start = Place::default();
+            axis.stops = Stops::default();
+        }
+        Self { file }
+    }
+}
 
 impl Workshop for Desk {
     fn look(&self, job: &Job, go_on: &dyn Fn() -> bool, tell: &mut dyn FnMut(Finding)) {
-        let machine = Machine::from_listing(&job.settings);
+        let machine = Machine::from_listing(&job.settings, self.file.clone());
         let Ok(checked) = check(job, &machine) else {
             return;
         };
@@ -163,6 +193,12 @@ mod tests {
     use super::*;
 
     fn look(text: &str, settings: &str, origin: [f32; 3]) -> Vec<Finding> {
+        look_for("", text, settings, origin)
+    }
+
+    /// Looks at a job for the machine of this file.
+    fn look_for(file: &str, text: &str, settings: &str, origin: [f32; 3]) -> Vec<Finding> {
+        let file = Profile::parse(std::path::Path::new("test.toml"), file).unwrap();
         let job = Job {
             name: "test.nc".to_owned(),
             text: text.as_bytes().to_vec(),
@@ -170,7 +206,7 @@ mod tests {
             origin: origin.to_vec(),
         };
         let mut found = Vec::new();
-        Desk.look(&job, &|| true, &mut |finding| found.push(finding));
+        Desk::new(&file).look(&job, &|| true, &mut |finding| found.push(finding));
         found
     }
 
@@ -219,6 +255,20 @@ mod tests {
     }
 
     #[test]
+    fn a_job_is_looked_at_for_the_machine_of_the_page() {
+        let file = "[axes.e]\nlimits = {}\n[outputs]\ncount = 1\n[axes.x]\nlimits = { low = 0 }\n";
+        let job = "M83\nM62P0\nG1X10E1F300\n";
+        let errors = |found: &[Finding]| check_of(found)["errors"].as_array().unwrap().len();
+        let found = look_for(file, job, "$21=1\n", [0.0; 3]);
+        assert_eq!(errors(&found), 0, "{found:?}");
+        assert!(
+            matches!(found.last(), Some(Finding::Profile(_))),
+            "{found:?}"
+        );
+        assert_eq!(errors(&look(job, "", [0.0; 3])), 3);
+    }
+
+    #[test]
     fn a_job_that_is_given_up_ends_soon() {
         let job = Job {
             name: "long.nc".to_owned(),
@@ -227,7 +277,7 @@ mod tests {
             origin: vec![0.0; 3],
         };
         let begun = std::time::Instant::now();
-        Desk.look(
+        Desk::new(&Profile::default()).look(
             &job,
             &|| begun.elapsed() < Duration::from_millis(300),
             &mut |_| {},
