@@ -1,4 +1,4 @@
-//! The machine tells a board's [`Explain`] how it plans.
+//! The machine tells a board's [`Explain`](crate::explain::Explain) how it plans.
 
 use crate::board::Board;
 use crate::explain::{Ahead, Committed, PlannedMove};
