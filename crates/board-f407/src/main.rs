@@ -31,7 +31,7 @@ mod safe_state;
 mod sector;
 #[cfg(target_os = "none")]
 mod serial;
-
+#[cfg(target_os = "none")]
 mod settings_flash;
 #[cfg(target_os = "none")]
 mod step_interrupt;
