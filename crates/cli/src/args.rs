@@ -1,12 +1,14 @@
 //! The command line.
 
 use super::align::AlignArgs;
+use super::baud::baud;
 use super::board::BoardCommand;
 use super::calibrate::CalibrateArgs;
 use super::import::ImportCommand;
 use super::machine::MachineCommand;
 use super::replay::ReplayArgs;
 use super::serve_args::ServeArgs;
+use super::setting_args::SettingArgs;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 use leadscrew_sim::oven::SensorFault;
@@ -83,20 +85,6 @@ pub(super) struct ManArgs {
     /// Write the pages of all commands into this folder.
     #[arg(long, value_name = "FOLDER")]
     pub(super) folder: Option<PathBuf>,
-}
-
-/// The machine's settings.
-#[derive(Args, Debug)]
-pub(super) struct SettingArgs {
-    /// The machine, a TOML file; without it a stock Grbl without switches. See `leadscrew machine new`.
-    #[arg(long, value_name = "FILE")]
-    pub(super) machine: Option<PathBuf>,
-    /// A file of settings, lines as `$$` prints them.
-    #[arg(long, value_name = "FILE")]
-    pub(super) settings: Option<PathBuf>,
-    /// One setting, such as '$110=6000'; may be repeated, later ones win.
-    #[arg(long = "set", value_name = "$N=VALUE")]
-    pub(super) set: Vec<String>,
 }
 
 /// Options of `profile`.
@@ -210,23 +198,6 @@ fn origin(text: &str) -> Result<[f32; 3], String> {
     let numbers = numbers.filter(|numbers| numbers.iter().all(|number| number.abs() < 1e5));
     let three = numbers.and_then(|numbers| numbers.try_into().ok());
     three.ok_or_else(|| "expected X,Y,Z in mm, such as -200,-150,-40".to_owned())
-}
-
-/// Slowest and fastest serial line, bits a second.
-const BAUD: std::ops::RangeInclusive<u32> = 300..=12_000_000;
-
-pub(super) fn baud(text: &str) -> Result<NonZeroU32, String> {
-    let number = text
-        .parse()
-        .ok()
-        .filter(|number: &NonZeroU32| BAUD.contains(&number.get()));
-    number.ok_or_else(|| {
-        format!(
-            "expected bits a second from {} to {}",
-            BAUD.start(),
-            BAUD.end()
-        )
-    })
 }
 
 #[cfg(test)]

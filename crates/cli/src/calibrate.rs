@@ -1,8 +1,7 @@
 //! `leadscrew calibrate`: steps per mm from a measured move.
 
-use super::args::SettingArgs;
 use super::said::say;
-use super::setting_args::Machine;
+use super::setting_args::{Machine, SettingArgs};
 use super::{unusable, Unusable};
 use clap::{Args, ValueEnum};
 use leadscrew_import::calibrate::steps_per_mm;

@@ -3,7 +3,7 @@
 //! Lines go through the machine's own line reader, interpreter and settings, and no further.
 
 use super::complaint::{Complaint, Fault};
-use super::remark::Remark;
+use super::remark::{Done, Remark};
 use super::setting_args::{instead, Machine, TIMING};
 use leadscrew_machine::config::{AxisKind, MachineConfig};
 use leadscrew_machine::extension::{Call, Extension};
@@ -81,15 +81,6 @@ struct Checker<const AXES: usize> {
     travel_counts: bool,
     /// The effects of the line under way.
     last: Done,
-}
-
-/// The effects of a line besides its motion.
-#[derive(Clone, Copy, PartialEq, Eq, Default, Debug)]
-pub(super) struct Done {
-    /// It paused for the operator: M0, M1.
-    pub(super) paused: bool,
-    /// It ended the program: M2, M30.
-    pub(super) ended: bool,
 }
 
 impl<const AXES: usize> Follow for Checker<AXES> {

@@ -3,6 +3,7 @@
 
 mod align;
 mod args;
+mod baud;
 mod board;
 mod calibrate;
 mod causes;
@@ -10,6 +11,7 @@ mod check;
 mod check_report;
 mod checker;
 mod complaint;
+mod course;
 mod import;
 mod input;
 mod machine;

@@ -2,12 +2,13 @@
 
 use super::args::ProfileArgs;
 use super::complaint::Complaint;
-use super::input::{self, Job};
+use super::course::{Course, Text};
+use super::input;
 use super::output::{is_stdout, Output};
 use super::report::{duration, error_json, title, verdict, JsonError, JSON_VERSION};
 use super::said::say;
 use super::setting_args::{Machine as Chosen, TIMING};
-use super::stream::{Stream, Streamed};
+use super::stream::Streamed;
 use super::trials::{trials, Trial};
 use super::{unusable, Unusable};
 use crate::picture::draw_limits;
@@ -22,9 +23,7 @@ use schemars::JsonSchema;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt;
-use std::io::{Cursor, Read};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 /// Limits that are listed one by one; the rest is added up.
 const LISTED: usize = 12;
@@ -118,72 +117,6 @@ pub(super) fn machine(chosen: &Chosen) -> Machine {
         step_rate: TIMING
             .highest_rate(pulse_us, chosen.file.motor_count())
             .into(),
-    }
-}
-
-/// A job in memory, to be run more than once.
-pub(super) struct Text {
-    name: String,
-    bytes: Arc<[u8]>,
-}
-
-impl Text {
-    fn read(mut job: Job) -> Result<Self, Unusable> {
-        let mut bytes = Vec::new();
-        job.text
-            .read_to_end(&mut bytes)
-            .map_err(|error| unusable(format!("{}: cannot be read: {error}", job.name)))?;
-        Ok(Self {
-            name: job.name,
-            bytes: bytes.into(),
-        })
-    }
-
-    fn job(&self) -> Job {
-        Job {
-            name: self.name.clone(),
-            size: Some(self.bytes.len() as u64),
-            text: Box::new(Cursor::new(Arc::clone(&self.bytes))),
-        }
-    }
-}
-
-/// How the job is run, whatever the settings.
-#[derive(Clone, Copy)]
-pub(super) struct Course {
-    rate: Rate,
-    keep_going: bool,
-    quiet: bool,
-}
-
-impl Course {
-    /// The same without a word on the terminal.
-    pub(super) fn silent(self) -> Self {
-        Self {
-            quiet: true,
-            ..self
-        }
-    }
-
-    /// Runs the job with `settings` and all programmed feeds at `percent`.
-    pub(super) fn run<O: leadscrew_sim::Observer>(
-        &self,
-        text: &Text,
-        machine: &Chosen,
-        percent: u8,
-        observer: O,
-    ) -> Result<Streamed<O>, Unusable> {
-        let stream = Stream {
-            machine,
-            rate: self.rate,
-            keep_going: self.keep_going,
-            quiet: self.quiet,
-            mute: false,
-            feed_percent: percent,
-            keep_answers: true,
-            warn: false,
-        };
-        stream.run(text.job(), observer)
     }
 }
 

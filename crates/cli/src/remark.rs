@@ -1,7 +1,14 @@
 //! Likely mistakes that the machine accepts: comments that do not end, settings in a job, lines
 //! after its end.
 
-use super::checker::Done;
+/// The effects of a line besides its motion.
+#[derive(Clone, Copy, PartialEq, Eq, Default, Debug)]
+pub(super) struct Done {
+    /// It paused for the operator: M0, M1.
+    pub(super) paused: bool,
+    /// It ended the program: M2, M30.
+    pub(super) ended: bool,
+}
 
 /// The subject of a remark.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]

@@ -48,7 +48,7 @@ pub(super) struct ServeArgs {
     #[arg(long, value_name = "N", default_value = "1", value_parser = speed)]
     pub(super) speed: f64,
     /// Speed of the lines in bits per second; without it they never wait.
-    #[arg(long, value_name = "N", value_parser = super::args::baud)]
+    #[arg(long, value_name = "N", value_parser = super::baud::baud)]
     pub(super) baud: Option<NonZeroU32>,
 }
 

@@ -1,8 +1,8 @@
 //! The machine from the command line: Grbl's settings, a machine file over them, a settings file over that, then single ones.
 
-use super::args::SettingArgs;
 use super::settings_file::{self, SettingLine};
 use super::{unusable, Unusable};
+use clap::Args;
 use leadscrew_gcode::{leading_number, Number};
 use leadscrew_machine::config::MachineConfig;
 use leadscrew_machine::protocol::status::Status;
@@ -14,6 +14,21 @@ use leadscrew_outputs::OutputsConfig;
 use leadscrew_sim::oven::SensorFault;
 use leadscrew_sim::powered::MOST_AXES;
 use leadscrew_sim::profile::Profile;
+use std::path::PathBuf;
+
+/// The machine's settings.
+#[derive(Args, Debug)]
+pub(super) struct SettingArgs {
+    /// The machine, a TOML file; without it a stock Grbl without switches. See `leadscrew machine new`.
+    #[arg(long, value_name = "FILE")]
+    pub(super) machine: Option<PathBuf>,
+    /// A file of settings, lines as `$$` prints them.
+    #[arg(long, value_name = "FILE")]
+    pub(super) settings: Option<PathBuf>,
+    /// One setting, such as '$110=6000'; may be repeated, later ones win.
+    #[arg(long = "set", value_name = "$N=VALUE")]
+    pub(super) set: Vec<String>,
+}
 
 /// The machine that a command works with: its file, and its settings.
 #[derive(Clone, Debug)]

@@ -1,6 +1,6 @@
 //! The saving of a change: found by running the job again with it.
 
-use super::profile::{Course, Text};
+use super::course::{Course, Text};
 use super::setting_args::{Machine, TIMING};
 use leadscrew_gcode::Number;
 use leadscrew_machine::settings::table::Setting;

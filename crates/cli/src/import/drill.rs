@@ -1,8 +1,8 @@
 //! `leadscrew import drill`.
 
-use super::super::args::SettingArgs;
 use super::super::output::is_stdout;
 use super::super::setting_args::Machine;
+use super::super::setting_args::SettingArgs;
 use super::super::{unusable, Unusable};
 use super::output::{read, shown, write};
 use super::OutputArgs;
