@@ -369,6 +369,26 @@ proptest! {
     }
 }
 
+/// X and Y are as fast as each other here, so the way across takes no longer than the way along a side.
+#[test]
+fn of_two_ways_of_equal_time_the_shorter_one_is_taken() {
+    let board = "M48\nMETRIC\nT1C3.2\n%\nT1\nX5.0Y5.0\nX55.0Y105.0\nX5.0Y105.0\nX55.0Y5.0\nM30\n";
+    let speeds = Speeds {
+        rates: [328.0; 3],
+        accelerations: [50.0; 3],
+        ..SPEEDS
+    };
+    let job = jobs(&[drawing(board)], &options(), &speeds)
+        .unwrap()
+        .remove(0)
+        .job;
+    let holes = visits(&job.lines);
+    let legs = holes.windows(2).map(|pair| (pair[0].2, pair[1].1));
+    let length: f64 = legs.map(|(a, b)| (b[0] - a[0]).hypot(b[1] - a[1])).sum();
+    // Three sides of the rectangle.
+    assert_eq!(length, 200.0, "{holes:?}");
+}
+
 #[test]
 fn cycles_say_once_how_and_then_only_where() {
     let cycles = Options {

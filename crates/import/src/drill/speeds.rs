@@ -16,6 +16,11 @@ pub struct Speeds {
 /// A place in mm, as a float: only the order of holes depends on it.
 pub(super) type Place = [f64; 2];
 
+/// The way from one place to another, mm.
+pub(super) fn distance(from: Place, to: Place) -> f64 {
+    (to[0] - from[0]).hypot(to[1] - from[1])
+}
+
 /// The point as a [`Place`].
 pub(super) fn place(point: Point) -> Place {
     [point.x.to_f64(), point.y.to_f64()]
