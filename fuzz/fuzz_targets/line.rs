@@ -103,6 +103,7 @@ impl Bench {
             soft_limits: self.soft_limits,
             reach: &self.reach,
             own: OwnCodes::NONE,
+            tools: ToolTable::NONE,
         };
         let answer = self
             .interpreter
@@ -126,6 +127,7 @@ impl Bench {
             soft_limits: self.soft_limits,
             reach: &self.reach,
             own: OwnCodes::NONE,
+            tools: ToolTable::NONE,
         }
     }
 

@@ -167,12 +167,13 @@ pub(crate) const PLANTED: &[Planted] = &[
         "an edge's flag not cleared",
         EXTI + 0x14,
         |_| None,
-        &["limits"],
+        &["filter"],
     ),
     planted(
+        // Where a compare value counts at the end of a period only: otherwise the value 0 puts the laser out as well.
         "laser off is no forced level",
         TIM4 + 0x18,
-        |word| Some(if word >> 4 == 4 { 6 << 4 } else { word }),
+        |word| Some(if word >> 4 == 4 { 6 << 4 } else { word } | 1 << 3),
         &["limits"],
     ),
     planted(
