@@ -16,8 +16,10 @@ use crate::picture::{draw, Caption};
 use leadscrew_machine::settings::table::{AxisSetting, Setting};
 use leadscrew_machine::tool::spindle::SpindleScale;
 use leadscrew_sim::link::Rate;
+use leadscrew_sim::powered::MOST_MOTORS;
 use leadscrew_sim::profile::Belts;
 use leadscrew_sim::speed_profile::{Recorder, Stretch};
+use leadscrew_sim::Outcome;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -172,25 +174,35 @@ fn simulate(
         wall_seconds: 0.0,
     };
     if sketch.path.is_drawn() {
-        let begin = report.outcome.first_byte;
-        let end = begin + report.outcome.job_cycles;
-        let speed = sketch.speed.take();
-        let stretches = speed.map(|speed| speed.finish(begin, end, |line| Some(line.into())));
-        let drawing = Drawing {
-            caption: caption(machine, &report),
-            sketch: &sketch,
-            stretches: stretches.unwrap_or_default(),
-        };
-        if let Some(output) = outputs.svg {
-            drawing.write_svg(output).map_err(unusable)?;
-        }
-        if let Some(output) = outputs.html {
-            let written =
-                playback::write(output, drawing.sketch, &drawing.stretches, &drawing.caption);
-            written.map_err(unusable)?;
-        }
+        let caption = caption(machine, &report);
+        let pictures = (outputs.svg, outputs.html);
+        write_pictures(sketch, caption, &report.outcome, pictures).map_err(unusable)?;
     }
     Ok(report)
+}
+
+/// Writes the picture and the page of a job, as far as they are asked for.
+fn write_pictures(
+    mut sketch: Sketch,
+    caption: Caption,
+    outcome: &Outcome<MOST_MOTORS>,
+    (svg, html): (Option<Output>, Option<Output>),
+) -> Result<(), OutputError> {
+    let (begin, end) = (outcome.first_byte, outcome.first_byte + outcome.job_cycles);
+    let speed = sketch.speed.take();
+    let stretches = speed.map(|speed| speed.finish(begin, end, |line| Some(line.into())));
+    let drawing = Drawing {
+        caption,
+        sketch: &sketch,
+        stretches: stretches.unwrap_or_default(),
+    };
+    if let Some(output) = svg {
+        drawing.write_svg(output)?;
+    }
+    if let Some(output) = html {
+        playback::write(output, drawing.sketch, &drawing.stretches, &drawing.caption)?;
+    }
+    Ok(())
 }
 
 /// S of a laser's full power; `None` where S is a spindle's speed.

@@ -91,15 +91,7 @@ impl Stream<'_> {
         let faults = Faults::default();
         let mut watching = (observer, FaultWatch(Rc::clone(&faults)));
         let bar = progress_bar(self.quiet, job.size);
-        let checker = (self.warn || !self.keep_going).then(|| follow(&job.name, self.machine));
-        let complaints = Complaints {
-            answered: self.keep_answers.then(Vec::new),
-            sizes: self.keep_answers.then(Sizes::default),
-            remarks: self.warn.then(Remarks::default),
-            keep_going: self.keep_going,
-            mute: self.mute,
-            ..Complaints::new(&job.name, faults, checker, self.quiet)
-        };
+        let complaints = self.complaints(&job.name, faults);
         let streaming = Streaming {
             window: usize::from(self.machine.file.receive_buffer()),
             keep_going: self.keep_going,
@@ -116,15 +108,7 @@ impl Stream<'_> {
         operator.say(&vec![FEED_TEN_MORE; tens]);
         let (mut pauses, mut outcome) = (Vec::new(), None);
         let file = &self.machine.file;
-        let supply = Supply {
-            first: Some(self.machine.first()),
-            lines: 1,
-            rate: self.rate,
-            outputs: self.machine.outputs,
-            sensor_fault: self.machine.sensor_fault,
-            carriages: None,
-        };
-        file.power_up(supply, &mut watching, &mut |powered| {
+        file.power_up(self.supply(), &mut watching, &mut |powered| {
             pauses = operate(powered, &mut operator);
             outcome = Some(powered.outcome());
         });
@@ -158,6 +142,29 @@ impl Stream<'_> {
             outcome,
             observer: watching.0,
         })
+    }
+
+    fn complaints(&self, name: &str, faults: Faults) -> Complaints {
+        let checker = (self.warn || !self.keep_going).then(|| follow(name, self.machine));
+        Complaints {
+            answered: self.keep_answers.then(Vec::new),
+            sizes: self.keep_answers.then(Sizes::default),
+            remarks: self.warn.then(Remarks::default),
+            keep_going: self.keep_going,
+            mute: self.mute,
+            ..Complaints::new(name, faults, checker, self.quiet)
+        }
+    }
+
+    fn supply(&self) -> Supply {
+        Supply {
+            first: Some(self.machine.first()),
+            lines: 1,
+            rate: self.rate,
+            outputs: self.machine.outputs,
+            sensor_fault: self.machine.sensor_fault,
+            carriages: None,
+        }
     }
 }
 
