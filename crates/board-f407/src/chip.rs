@@ -1,9 +1,9 @@
 //! The parts of the chip that a board chooses among.
+#![allow(dead_code, reason = "a board has some of them, and no board has all")]
 
 /// A port of 16 pins.
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
-#[allow(dead_code)] // no board uses all of them
 pub(crate) enum Bank {
     A,
     B,
@@ -14,9 +14,8 @@ pub(crate) enum Bank {
     G,
 }
 
-/// Which USART the line is on.
+/// A USART of a serial line.
 #[derive(Clone, Copy, PartialEq, Eq)]
-#[allow(dead_code, reason = "a profile names one of the two")]
 pub(crate) enum Usart {
     /// On APB2.
     Usart1,
@@ -24,9 +23,8 @@ pub(crate) enum Usart {
     Usart2,
 }
 
-/// A timer that a power pin may hang on. The others have a task already, or no pin of their own.
+/// A timer that can drive a power pin. The chip's other timers have a task already, or no pin of their own.
 #[derive(Clone, Copy, PartialEq, Eq)]
-#[allow(dead_code, reason = "no board uses all of them")]
 pub(crate) enum Timer {
     Tim1,
     Tim3,

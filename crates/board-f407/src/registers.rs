@@ -1,8 +1,8 @@
 //! Registers as whole words, and peripherals that are reached from several places.
 //!
-//! `stm32f4` makes two things unsafe. One is to write the bits of a register as a word: a register may start a transfer into
-//! memory. The other is to reach a peripheral that one does not own. Both are safe for what is listed here, so that the rest of
-//! the board needs neither.
+//! `stm32f4` makes two things unsafe. One is to write a register as a word: some registers start a transfer into memory. The
+//! other is to use a peripheral without owning its value. The registers and peripherals in this file are safe to use in both
+//! ways, each for the reason beside it. So the other files need no unsafe code for them.
 #![allow(unsafe_code)]
 use crate::chip::{Bank, Timer, Usart};
 use core::sync::atomic::{AtomicU16, AtomicU8};
@@ -42,7 +42,7 @@ impl Harmless for tim1::ccmr1_output::CCMR1_OUTPUTrs {}
 impl Harmless for tim1::ccmr2_output::CCMR2_OUTPUTrs {}
 impl Harmless for tim1::ccer::CCERrs {}
 impl Harmless for usart1::brr::BRRrs {}
-// Flags of DMA, which ones clear (10.5.4).
+// Flags of DMA, which are cleared by ones (10.5.4).
 impl Harmless for dma2::hifcr::HIFCRrs {}
 
 /// Writes whole words.
@@ -56,13 +56,10 @@ pub(crate) trait Word<S: RegisterSpec> {
 }
 
 impl<S: Harmless> Word<S> for Reg<S> {
-    #[inline]
     fn put(&self, bits: S::Ux) {
         // SAFETY: `Harmless`.
         self.write(|w| unsafe { w.bits(bits) });
     }
-
-    #[inline]
     fn change(&self, change: impl FnOnce(S::Ux) -> S::Ux)
     where
         S: Readable,
@@ -73,7 +70,6 @@ impl<S: Harmless> Word<S> for Reg<S> {
 }
 
 /// A port's registers.
-#[inline(always)]
 pub(crate) fn port(bank: Bank) -> &'static gpioi::RegisterBlock {
     let address = GPIOA::ptr() as usize + 0x400 * bank as usize;
     // SAFETY: the ports' registers lie 0x400 apart from GPIOA on, and differ in their reset values only.
@@ -82,7 +78,6 @@ pub(crate) fn port(bank: Bank) -> &'static gpioi::RegisterBlock {
 
 /// The timer of the power. TIM1 and TIM8 have all registers, the others those that they have at the same offsets (17.4, 18.4 and
 /// 19.4).
-#[inline(always)]
 pub(crate) fn power_timer(timer: Timer) -> &'static tim1::RegisterBlock {
     let address = match timer {
         Timer::Tim1 => TIM1::ptr(),
@@ -96,34 +91,30 @@ pub(crate) fn power_timer(timer: Timer) -> &'static tim1::RegisterBlock {
 }
 
 /// The timer of ticks.
-#[inline(always)]
 pub(crate) fn tick_timer() -> &'static tim2::RegisterBlock {
     // SAFETY: a timer reaches no memory: its DMA requests stay off.
     unsafe { &*TIM2::ptr() }
 }
 
 /// The timer of pulses.
-#[inline(always)]
 pub(crate) fn pulse_timer() -> &'static tim11::RegisterBlock {
     // SAFETY: as `tick_timer`.
     unsafe { &*TIM11::ptr() }
 }
 
 /// The timer of the clock.
-#[inline(always)]
 pub(crate) fn clock_timer() -> &'static tim5::RegisterBlock {
     // SAFETY: as `tick_timer`.
     unsafe { &*TIM5::ptr() }
 }
 
 /// The independent watchdog.
-#[inline(always)]
 pub(crate) fn watchdog() -> &'static iwdg::RegisterBlock {
     // SAFETY: it reaches no memory.
     unsafe { &*IWDG::ptr() }
 }
 
-/// A USART; those of the chip are alike.
+/// A USART. All of them have the registers of USART1 (RM0090 section 30.6).
 pub(crate) fn usart(line: Usart) -> &'static usart1::RegisterBlock {
     let address = match line {
         Usart::Usart1 => USART1::ptr(),

@@ -34,7 +34,7 @@ pub(super) struct Desk {
 }
 
 impl Desk {
-    /// Looks at jobs for this machine: at what they ask of it, not at where its carriages and switches happen to be.
+    /// Checks and times jobs for this machine. The present places of its carriages and switches do not count.
     pub(super) fn new(machine: &Profile) -> Self {
         let mut file = machine.clone();
         // The recorder knows motors that turn one axis each.

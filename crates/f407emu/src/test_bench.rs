@@ -33,8 +33,8 @@ impl Machine {
         self.devices.usarts[port as usize].overruns
     }
 
-    /// Plugs the cable of USB in or out. A host at its other end sets the device up as an operating system does; what its program
-    /// had to send before is forgotten.
+    /// Plugs the cable of USB in or out. A host at its other end configures the device as an operating system does. The host
+    /// forgets bytes that it had not sent yet.
     pub fn usb_plug(&mut self, plugged: bool) {
         let cycle = self.cycle;
         self.devices.usb.host.plug(plugged, cycle);

@@ -170,10 +170,10 @@ fn known(args: &DrillArgs) -> Known {
 /// Z between holes where nobody says it.
 const CLEARANCE: Mm = Mm::from_nanos(2_000_000_000);
 
-/// The options, and what the machine's file has where they do not say.
+/// The options. The machine's file gives the values that the command line leaves out.
 ///
 /// # Errors
-/// Neither says how deep or how fast.
+/// Neither names a depth or a feed.
 fn options(args: &DrillArgs, file: &DrillTable) -> Result<Options, Unusable> {
     let mm = |mm: f64| Mm::from_nanos((mm * 1e9).round() as i64);
     let place = |option: Option<Mm>, file: Option<Place>| option.or(file.map(|of| mm(of.mm())));

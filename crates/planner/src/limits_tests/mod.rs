@@ -24,7 +24,7 @@ use std::{format, println, string::String, vec};
 pub(crate) use leg::{corner_v2, Leg};
 pub(crate) use program::{program, Cut, Program};
 
-/// Queues all moves of a program. Answers what was asked for with each of them; moves that were joined are one.
+/// Queues all moves of a program. Answers the leg that the program asked for with each move; joined moves are one leg.
 fn push(program: &Program, rig: &mut Rig<'_>) -> Vec<Leg> {
     let mut legs: Vec<Leg> = Vec::new();
     for cut in &program.moves() {
@@ -46,10 +46,10 @@ fn push(program: &Program, rig: &mut Rig<'_>) -> Vec<Leg> {
     legs
 }
 
-/// Lets something happen that is asked for from outside.
-fn meddle(what: Event, rig: &mut Rig<'_>) {
+/// Holds, resumes or changes an override.
+fn handle(event: Event, rig: &mut Rig<'_>) {
     let overrides = rig.planner.overrides();
-    match what {
+    match event {
         Event::Hold | Event::Cancel => rig.segmenter.hold(),
         Event::Resume => rig.segmenter.resume(),
         Event::Feed(feed) => rig.planner.set_overrides(Overrides { feed, ..overrides }),
@@ -57,7 +57,7 @@ fn meddle(what: Event, rig: &mut Rig<'_>) {
     }
 }
 
-/// The speed between two moves, against that of the corner. Corners of curves in pieces are looked at elsewhere.
+/// The share of the corner's squared speed at which two moves meet. It is 0 inside a curve in pieces, which has no corner.
 fn check_corner(rig: &Rig<'_>, legs: &[Leg], limits: &Config<2>) -> Result<f64, String> {
     let [leg, next] = legs else {
         return Ok(0.0);
@@ -107,7 +107,7 @@ fn run(program: &Program, settings: Config<2>, limits: &Config<2>) -> Result<Wor
         }
         match &mut event {
             Some((0, what)) => {
-                meddle(*what, &mut rig);
+                handle(*what, &mut rig);
                 cancelling |= matches!(what, Event::Cancel);
                 event = events.next();
             }

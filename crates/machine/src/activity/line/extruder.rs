@@ -2,7 +2,7 @@
 //!
 //! ```text
 //!   G1 X30 Y40 E10 F3000     50 mm at 3000 mm/min: one second. The path of all four axes has 51 mm, and is planned at 3059 mm/min.
-//!   G1 E-2 F1800             no other axis moves: the feed is that of E
+//!   G1 E-2 F1800             no other axis moves: E moves at the feed
 //! ```
 
 use crate::config::{extruder, WITHOUT_EXTRUDER};
