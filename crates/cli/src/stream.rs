@@ -159,11 +159,9 @@ impl Stream<'_> {
     fn supply(&self) -> Supply {
         Supply {
             first: Some(self.machine.first()),
-            lines: 1,
-            rate: self.rate,
             outputs: self.machine.outputs,
             sensor_fault: self.machine.sensor_fault,
-            carriages: None,
+            ..self.machine.file.supply(self.rate)
         }
     }
 }

@@ -152,10 +152,7 @@ fn run(profile: &Profile, rate: Rate, state: Option<StateFile>, server: &mut Ser
         // Once, and not at each restart: they stay in memory.
         first: Some(profile.first_settings().leak()),
         lines: server.line_count(),
-        rate,
-        outputs: profile.outputs.config(),
-        sensor_fault: None,
-        carriages: None,
+        ..profile.supply(rate)
     };
     loop {
         let trail = RefCell::new(Trail::default());

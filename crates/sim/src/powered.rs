@@ -230,6 +230,18 @@ pub struct Supply {
 }
 
 impl Profile {
+    /// The options of a power-up as the file has them: one serial line at `rate`, and no sensor that fails.
+    pub fn supply(&self, rate: Rate) -> Supply {
+        Supply {
+            first: None,
+            lines: 1,
+            rate,
+            outputs: self.outputs.config(),
+            sensor_fault: None,
+            carriages: None,
+        }
+    }
+
     /// Powers the machine up and lends it to `work`.
     pub fn power_up(
         &self,

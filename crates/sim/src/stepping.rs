@@ -116,7 +116,6 @@ impl<'a, const MOTORS: usize> Stepping<'a, MOTORS> {
 
     /// Handles the step interrupts ahead that find nothing to do but to ask for the next one, as [`Stepping::step`] would. Returns
     /// whether there were any.
-    #[inline]
     fn pass_quiet<O: Observer>(
         &mut self,
         board: &mut SimBoard<O, MOTORS>,

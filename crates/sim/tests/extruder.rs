@@ -1,7 +1,7 @@
 //! A printer's axis E, on the edges of its motors: the feed, E's own limits, corners, and `G92 E0` in mid-motion.
 
 use leadscrew_sim::clock::seconds;
-use leadscrew_sim::powered::{Powered, Supply};
+use leadscrew_sim::powered::Powered;
 use leadscrew_sim::profile::Profile;
 use leadscrew_sim::{Answers, Observer, Rate, StepEvent, Streamer, Streaming};
 use std::path::Path;
@@ -68,14 +68,7 @@ impl Edges {
 /// Runs a job on a machine; answers the edges of its motors, and the errors.
 fn run(machine: &str, job: &str) -> (Edges, Answers) {
     let file = Profile::parse(Path::new("printer.toml"), machine).unwrap();
-    let supply = Supply {
-        first: None,
-        lines: 1,
-        rate: Rate::NeverWaits,
-        outputs: file.outputs.config(),
-        sensor_fault: None,
-        carriages: None,
-    };
+    let supply = file.supply(Rate::NeverWaits);
     let streaming = Streaming {
         window: 128,
         keep_going: false,

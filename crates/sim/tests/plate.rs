@@ -2,7 +2,7 @@
 
 use leadscrew_machine::board::ChannelId;
 use leadscrew_sim::plant::Plate;
-use leadscrew_sim::powered::{Powered, Supply};
+use leadscrew_sim::powered::Powered;
 use leadscrew_sim::profile::Profile;
 use leadscrew_sim::{Cycle, Host, Rate};
 use std::collections::VecDeque;
@@ -66,14 +66,7 @@ fn heard(machine: &str, lines: VecDeque<String>) -> String {
         waits: false,
         heard: String::new(),
     };
-    let supply = Supply {
-        first: None,
-        lines: 1,
-        rate: Rate::NeverWaits,
-        outputs: file.outputs.config(),
-        sensor_fault: None,
-        carriages: None,
-    };
+    let supply = file.supply(Rate::NeverWaits);
     let work = &mut |powered: &mut dyn Powered| powered.settle(&mut sender);
     file.power_up(supply, &mut (), work);
     sender.heard
