@@ -1,7 +1,7 @@
 //! `leadscrew calibrate`: steps per mm from a measured move.
 
 use super::said::say;
-use super::setting_args::{Machine, SettingArgs};
+use super::setting_args::{machine, SettingArgs};
 use super::{unusable, Unusable};
 use clap::{Args, ValueEnum};
 use leadscrew_import::calibrate::steps_per_mm;
@@ -36,7 +36,7 @@ enum AxisArg {
 /// # Errors
 /// Where a length makes no sense.
 pub(super) fn calibrate(args: &CalibrateArgs) -> Result<bool, Unusable> {
-    let machine = Machine::new(&args.machine)?;
+    let machine = machine(&args.machine)?;
     let axis = args.axis as usize;
     let key = Key::Axis(AxisSetting::StepsPerMm, axis);
     let now = machine.settings.get(key);

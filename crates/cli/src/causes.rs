@@ -1,6 +1,6 @@
 //! Complaints by their cause: one wrong origin is told once, not for each line that it spoils.
 
-use super::complaint::{Complaint, Fault};
+use leadscrew_jobs::{Complaint, Fault};
 use std::collections::BTreeMap;
 
 /// Causes that are kept apart; of others every complaint is shown.

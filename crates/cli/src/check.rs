@@ -3,33 +3,25 @@
 
 use super::args::CheckArgs;
 use super::causes::Causes;
-use super::check_report::CheckReport;
-use super::checker::{follow, Follow};
-use super::complaint::Complaint;
 use super::input;
 use super::output::{is_stdout, Output, OutputError};
-use super::remark::Remarks;
-use super::report::{json_text, title};
+use super::report::json_text;
 use super::run::full_power;
 use super::said::say;
-use super::setting_args::{say_capped, Machine};
+use super::setting_args::{machine, say_capped};
 use super::{unusable, Unusable};
 use crate::picture::{draw, Caption};
+use leadscrew_jobs::{follow, read_through, title, CheckReport, Complaint, Machine};
 use leadscrew_planner::Coordinate;
 use leadscrew_sim::scene::Toolpath;
-use leadscrew_sim::streamer::Lines;
-use std::io::{self, BufRead};
 use std::path::Path;
-
-/// Complaints that are kept for the JSON output.
-const KEPT: usize = 10_000;
 
 /// Checks the jobs; answers whether none has an error.
 ///
 /// # Errors
 /// Where an option or an input cannot be used.
 pub(super) fn check(args: &CheckArgs) -> Result<bool, Unusable> {
-    let machine = Machine::new(&args.machine)?;
+    let machine = machine(&args.machine)?;
     if !args.quiet {
         say_capped(&machine);
     }
@@ -81,39 +73,6 @@ fn check_one(args: &CheckArgs, file: &Path, machine: &Machine) -> Result<CheckRe
     if let Some(output) = svg {
         draw_picture(output, machine, checker.path(), &report).map_err(unusable)?;
     }
-    Ok(report)
-}
-
-/// Follows a job called `name` to its end; hands out each complaint.
-///
-/// # Errors
-/// Where the text cannot be read.
-pub(super) fn read_through(
-    checker: &mut dyn Follow,
-    name: &str,
-    text: impl BufRead,
-    mut each: impl FnMut(&Complaint),
-) -> io::Result<CheckReport> {
-    let mut report = CheckReport::new(name);
-    let mut remarks = Remarks::default();
-    let mut lines = Lines::new(text);
-    let mut raw = Vec::new();
-    while lines.next(&mut raw)? {
-        let number = lines.number();
-        let found = checker.check(number, &raw);
-        let done = checker.last();
-        report.pauses.extend(done.paused.then_some(number));
-        report.note_tools(&raw);
-        let remarked = remarks.take(&raw, done).into_iter();
-        let remarked =
-            remarked.map(|(column, remark)| Complaint::remark(name, number, column, remark, &raw));
-        for complaint in found.into_iter().chain(remarked) {
-            each(&complaint);
-            report.note(complaint, KEPT);
-        }
-    }
-    report.lines = lines.number();
-    report.measure(checker.path());
     Ok(report)
 }
 

@@ -1,17 +1,17 @@
 //! A job that is run more than once, each time with other settings.
 
 use super::input::Job;
-use super::setting_args::Machine;
-use super::stream::{Stream, Streamed};
+use super::told::{progress_bar, teller};
 use super::{unusable, Unusable};
+use leadscrew_jobs::{Machine, Stream, Streamed};
 use leadscrew_sim::link::Rate;
-use std::io::{Cursor, Read};
-use std::sync::Arc;
+use leadscrew_sim::Observer;
+use std::io::{BufReader, Read};
 
 /// A job in memory, to be run more than once.
 pub(super) struct Text {
     pub(super) name: String,
-    bytes: Arc<[u8]>,
+    bytes: Vec<u8>,
 }
 
 impl Text {
@@ -22,16 +22,8 @@ impl Text {
             .map_err(|error| unusable(format!("{}: cannot be read: {error}", job.name)))?;
         Ok(Self {
             name: job.name,
-            bytes: bytes.into(),
+            bytes,
         })
-    }
-
-    fn job(&self) -> Job {
-        Job {
-            name: self.name.clone(),
-            size: Some(self.bytes.len() as u64),
-            text: Box::new(Cursor::new(Arc::clone(&self.bytes))),
-        }
     }
 }
 
@@ -44,7 +36,7 @@ pub(super) struct Course {
 }
 
 impl Course {
-    /// The same without a word on the terminal.
+    /// The same with errors alone on the terminal.
     pub(super) fn silent(self) -> Self {
         Self {
             quiet: true,
@@ -53,7 +45,7 @@ impl Course {
     }
 
     /// Runs the job with `settings` and all programmed feeds at `percent`.
-    pub(super) fn run<O: leadscrew_sim::Observer>(
+    pub(super) fn run<O: Observer>(
         &self,
         text: &Text,
         machine: &Machine,
@@ -64,12 +56,18 @@ impl Course {
             machine,
             rate: self.rate,
             keep_going: self.keep_going,
-            quiet: self.quiet,
-            mute: false,
             feed_percent: percent,
             keep_answers: true,
             warn: false,
+            tell: teller(self.quiet),
         };
-        stream.run(text.job(), observer)
+        let bar = progress_bar(self.quiet, Some(text.bytes.len() as u64));
+        let done = stream.run(
+            &text.name,
+            BufReader::new(bar.wrap_read(&text.bytes[..])),
+            observer,
+        );
+        bar.finish_and_clear();
+        done.map_err(|error| unusable(format!("{}: cannot be read: {error}", text.name)))
     }
 }

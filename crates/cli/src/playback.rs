@@ -4,7 +4,7 @@
 use super::output::{Output, OutputError};
 use super::watchers::{Sketch, Way};
 use crate::picture::Caption;
-use leadscrew_serve::browser::Playback;
+use leadscrew_page::Playback;
 use leadscrew_sim::clock::seconds;
 use leadscrew_sim::speed_profile::Stretch;
 use std::io::Write;

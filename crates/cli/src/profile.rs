@@ -1,39 +1,26 @@
 //! `leadscrew profile`: where the time of a job goes, and which settings would make it faster.
 
 use super::args::ProfileArgs;
-use super::complaint::Complaint;
 use super::course::{Course, Text};
 use super::input;
 use super::output::{is_stdout, Output};
-use super::report::{duration, error_json, title, verdict, JsonError, JSON_VERSION};
 use super::said::say;
-use super::setting_args::{Machine as Chosen, TIMING};
-use super::stream::Streamed;
-use super::trials::{trials, Trial};
+use super::setting_args::machine;
+use super::trials::trials;
 use super::{unusable, Unusable};
 use crate::picture::draw_limits;
-use leadscrew_gcode::Number;
-use leadscrew_machine::settings::table::{AxisSetting, Setting};
-use leadscrew_machine::settings::values::{Entry, Key};
-use leadscrew_sim::clock::seconds;
+use leadscrew_jobs::{limits_of, title, without_lead, ProfileReport};
 use leadscrew_sim::link::Rate;
 use leadscrew_sim::profile::Belts;
-use leadscrew_sim::speed_profile::{shares, write_csv, Machine, Recorder, Share, Stretch};
-use schemars::JsonSchema;
-use serde::Serialize;
-use std::collections::BTreeMap;
-use std::fmt;
+use leadscrew_sim::speed_profile::{write_csv, Recorder};
 use std::path::{Path, PathBuf};
-
-/// Limits that are listed one by one; the rest is added up.
-const LISTED: usize = 12;
 
 /// Profiles the job; answers whether it met neither an error nor an alarm.
 ///
 /// # Errors
 /// Where an option or the input cannot be used, or an output not be written.
 pub(super) fn profile(args: &ProfileArgs) -> Result<bool, Unusable> {
-    let chosen = Chosen::new(&args.machine)?;
+    let chosen = machine(&args.machine)?;
     if chosen.file.kinematics == Belts::CoreXy {
         return Err(unusable(
             "profile: crossed belts are not supported yet; run tells the job's time",
@@ -47,7 +34,7 @@ pub(super) fn profile(args: &ProfileArgs) -> Result<bool, Unusable> {
         keep_going: args.keep_going,
         quiet: args.quiet,
     };
-    let recorder = Recorder::new(machine(&chosen));
+    let recorder = Recorder::new(limits_of(&chosen));
     let done = course.run(&text, &chosen, 100, recorder)?;
     let mut report = ProfileReport::new(&text.name, chosen.file.letters(), done);
     if let Some(csv) = csv {
@@ -91,228 +78,4 @@ fn outputs(args: &ProfileArgs) -> Result<[Option<Output>; 2], Unusable> {
     let svg = create(&args.svg).map_err(unusable)?;
     let csv = create(&args.csv).map_err(unusable)?;
     Ok([svg, csv])
-}
-
-/// The same without the laser's lead, which leaves the motion alone: power is shown where it belongs on the path.
-pub(super) fn without_lead(chosen: &Chosen) -> Chosen {
-    let mut settings = chosen.settings.clone();
-    settings.load(Entry {
-        number: Key::Machine(Setting::LaserLead).number(),
-        value: Number::from_int(0),
-    });
-    chosen.with(&settings)
-}
-
-/// The machine whose limits are found.
-pub(super) fn machine(chosen: &Chosen) -> Machine {
-    let pulse = chosen.settings.whole(Setting::StepPulse);
-    let pulse_us = u8::try_from(pulse).unwrap_or(u8::MAX);
-    let values = |setting| chosen.of_axes(setting).into_iter();
-    Machine {
-        mm_per_step: values(AxisSetting::StepsPerMm).map(f64::recip).collect(),
-        rate: values(AxisSetting::MaxRate)
-            .map(|rate| rate / 60.0)
-            .collect(),
-        acceleration: values(AxisSetting::Acceleration).collect(),
-        step_rate: TIMING
-            .highest_rate(pulse_us, chosen.file.motor_count())
-            .into(),
-    }
-}
-
-/// The result of a profile.
-pub(super) struct ProfileReport {
-    file: String,
-    /// Letters of the axes, in order.
-    letters: Vec<char>,
-    lines: u64,
-    errors: Vec<Complaint>,
-    error_count: u64,
-    alarm: Option<Complaint>,
-    begin: leadscrew_sim::Cycle,
-    job_cycles: u64,
-    stretches: Vec<Stretch>,
-    shares: Vec<Share>,
-    trials: Vec<Trial>,
-}
-
-impl ProfileReport {
-    /// The result of a job called `file`, on a machine whose axes have these letters.
-    pub(super) fn new(file: &str, letters: Vec<char>, done: Streamed<Recorder>) -> Self {
-        let begin = done.outcome.first_byte;
-        let end = begin + done.outcome.job_cycles;
-        let counted = done.counted;
-        let stretches = done
-            .observer
-            .finish(begin, end, |number| counted.line(number));
-        Self {
-            file: file.to_owned(),
-            letters,
-            lines: done.lines,
-            errors: done.errors,
-            error_count: done.error_count,
-            alarm: done.alarm,
-            begin,
-            job_cycles: done.outcome.job_cycles,
-            shares: shares(&stretches),
-            stretches,
-            trials: Vec::new(),
-        }
-    }
-
-    fn is_clean(&self) -> bool {
-        self.error_count == 0 && self.alarm.is_none()
-    }
-
-    fn verdict(&self) -> String {
-        verdict(self.alarm.as_ref(), self.error_count)
-    }
-
-    fn caption(&self) -> String {
-        let length: f64 = self.stretches.iter().map(|stretch| stretch.length).sum();
-        let time = seconds(self.job_cycles);
-        format!("{} · {length:.1} mm · {}", duration(time), self.verdict())
-    }
-
-    /// Share of the job's time.
-    fn part(&self, cycles: u64) -> f64 {
-        cycles as f64 / self.job_cycles.max(1) as f64
-    }
-
-    /// The report as JSON, with the time at each line where it is wanted.
-    pub(super) fn json(&self, line_times: bool) -> String {
-        let share = |share: &Share| JsonShare {
-            limit: share.limit.name(&self.letters),
-            because: share.limit.because(&self.letters),
-            held_by: share.limit.held_by(),
-            seconds: seconds(share.cycles),
-            share: self.part(share.cycles),
-        };
-        let json = ProfileJson {
-            version: JSON_VERSION,
-            file: &self.file,
-            lines: self.lines,
-            errors: self.errors.iter().map(error_json).collect(),
-            alarm: self.alarm.as_ref().map(|alarm| alarm.fault.code()),
-            job_seconds: seconds(self.job_cycles),
-            limits: self.shares.iter().map(share).collect(),
-            trials: &self.trials,
-            line_times: line_times.then(|| self.line_times()),
-        };
-        serde_json::to_string_pretty(&json).unwrap_or_default()
-    }
-
-    /// How long the machine is at each line that moves it.
-    fn line_times(&self) -> Vec<JsonLine> {
-        let mut cycles: BTreeMap<u64, u64> = BTreeMap::new();
-        for stretch in self.stretches.iter().filter(|stretch| stretch.line > 0) {
-            *cycles.entry(stretch.line).or_default() += stretch.cycles();
-        }
-        let line = |(line, cycles): (u64, u64)| JsonLine {
-            line,
-            seconds: seconds(cycles),
-        };
-        cycles.into_iter().map(line).collect()
-    }
-
-    fn write_shares(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(
-            f,
-            "  what binds                                     time    share  held by"
-        )?;
-        for share in self.shares.iter().take(LISTED) {
-            let because = share.limit.because(&self.letters);
-            let ramp = if because.is_empty() { "" } else { ", " };
-            let name = format!("{}{ramp}{because}", share.limit.name(&self.letters));
-            let percent = self.part(share.cycles) * 100.0;
-            let line = format!(
-                "    {name:<40} {:>10.3} s {percent:>6.1} %  {}",
-                seconds(share.cycles),
-                share.limit.held_by()
-            );
-            writeln!(f, "{}", line.trim_end())?;
-        }
-        let rest: u64 = self
-            .shares
-            .iter()
-            .skip(LISTED)
-            .map(|share| share.cycles)
-            .sum();
-        if rest > 0 {
-            let percent = self.part(rest) * 100.0;
-            writeln!(
-                f,
-                "    {:<40} {:>10.3} s {percent:>6.1} %",
-                "others",
-                seconds(rest)
-            )?;
-        }
-        Ok(())
-    }
-
-    fn write_trials(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if self.trials.is_empty() {
-            return Ok(());
-        }
-        writeln!(
-            f,
-            "  to run faster (each measured by running the job again)"
-        )?;
-        let job = seconds(self.job_cycles);
-        let widths = self.trials.iter().map(|trial| trial.change.len());
-        let width = widths.max().unwrap_or(0);
-        for trial in &self.trials {
-            let (saved, percent) = (trial.seconds_saved, trial.seconds_saved / job * 100.0);
-            writeln!(
-                f,
-                "    {:<width$}  saves {saved:.3} s ({percent:.1} %)",
-                trial.change
-            )?;
-        }
-        writeln!(
-            f,
-            "  whether machine and tool can do it is for you to judge"
-        )
-    }
-}
-
-impl fmt::Display for ProfileReport {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "{}: {} lines, {}", self.file, self.lines, self.verdict())?;
-        let time = duration(seconds(self.job_cycles));
-        writeln!(f, "  job time     {time} from the first byte to rest")?;
-        self.write_shares(f)?;
-        self.write_trials(f)
-    }
-}
-
-/// The output of `profile --json`.
-#[derive(Serialize, JsonSchema)]
-#[serde(rename = "Profile")]
-pub(super) struct ProfileJson<'a> {
-    version: u32,
-    file: &'a str,
-    lines: u64,
-    errors: Vec<JsonError<'a>>,
-    alarm: Option<u8>,
-    job_seconds: f64,
-    limits: Vec<JsonShare>,
-    trials: &'a [Trial],
-    #[serde(skip_serializing_if = "Option::is_none")]
-    line_times: Option<Vec<JsonLine>>,
-}
-
-#[derive(Serialize, JsonSchema)]
-struct JsonLine {
-    line: u64,
-    seconds: f64,
-}
-
-#[derive(Serialize, JsonSchema)]
-struct JsonShare {
-    limit: String,
-    because: String,
-    held_by: String,
-    seconds: f64,
-    share: f64,
 }

@@ -1,6 +1,9 @@
 //! The result of a job: as lines for a person, as JSON for a program.
 
-use super::complaint::Complaint;
+use leadscrew_jobs::{
+    duration, error_json, verdict, warning_json, Complaint, Extents, JsonError, JsonWarning,
+    JSON_VERSION,
+};
 use leadscrew_sim::outcome::Outcome;
 use leadscrew_sim::powered::MOST_MOTORS;
 use schemars::JsonSchema;
@@ -52,28 +55,6 @@ pub(super) struct Report {
     pub(super) wall_seconds: f64,
 }
 
-/// Version of all that `--json` writes; fields that are added do not raise it.
-pub(super) const JSON_VERSION: u32 = 1;
-
-/// The box around all feed moves, axis by axis.
-pub(super) type Extents = BTreeMap<char, Extent>;
-
-/// Along one axis, mm.
-#[derive(Clone, Copy, PartialEq, Debug, Serialize, JsonSchema)]
-pub(super) struct Extent {
-    min: f64,
-    max: f64,
-}
-
-/// The box between two corners.
-pub(super) fn extents([low, high]: [[f64; 3]; 2]) -> Extents {
-    let ends = low
-        .into_iter()
-        .zip(high)
-        .map(|(min, max)| Extent { min, max });
-    ['x', 'y', 'z'].into_iter().zip(ends).collect()
-}
-
 /// The output of `run --json` for a job.
 #[derive(Serialize, JsonSchema)]
 #[serde(rename = "Run")]
@@ -105,15 +86,6 @@ pub(super) struct RunJson<'a> {
     cpu: JsonCpu,
     cycles: u64,
     wall_seconds: f64,
-}
-
-#[derive(Serialize, JsonSchema)]
-pub(super) struct JsonError<'a> {
-    line: u64,
-    column: Option<usize>,
-    code: u8,
-    message: &'a str,
-    text: &'a str,
 }
 
 #[derive(Serialize, JsonSchema)]
@@ -224,37 +196,6 @@ impl Report {
     }
 }
 
-pub(super) fn error_json(complaint: &Complaint) -> JsonError<'_> {
-    JsonError {
-        line: complaint.line,
-        column: complaint.column.map(|column| column + 1),
-        code: complaint.fault.code(),
-        message: complaint.fault.message(),
-        text: &complaint.text,
-    }
-}
-
-/// A likely mistake.
-#[derive(Serialize, JsonSchema)]
-pub(super) struct JsonWarning<'a> {
-    line: u64,
-    column: Option<usize>,
-    kind: &'static str,
-    message: &'static str,
-    text: &'a str,
-}
-
-/// A warning as JSON.
-pub(super) fn warning_json(complaint: &Complaint) -> JsonWarning<'_> {
-    JsonWarning {
-        line: complaint.line,
-        column: complaint.column.map(|column| column + 1),
-        kind: complaint.fault.name(),
-        message: complaint.fault.message(),
-        text: &complaint.text,
-    }
-}
-
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let outcome = &self.outcome;
@@ -361,25 +302,6 @@ fn pauses(lines: &[u64]) -> String {
     format!("{count} (M0), resumed at once: the time is without them; line {places}{more}")
 }
 
-/// A job's name without its folders, for a picture.
-pub(super) fn title(file: &str) -> String {
-    let name = std::path::Path::new(file).file_name();
-    name.map_or_else(
-        || file.to_owned(),
-        |name| name.to_string_lossy().into_owned(),
-    )
-}
-
-/// How a job ended, in a few words.
-pub(super) fn verdict(alarm: Option<&Complaint>, errors: u64) -> String {
-    match (alarm, errors) {
-        (Some(alarm), _) => format!("stopped by ALARM:{}", alarm.fault.code()),
-        (None, 0) => "done".to_owned(),
-        (None, 1) => "1 error".to_owned(),
-        (None, count) => format!("{count} errors"),
-    }
-}
-
 fn row(f: &mut fmt::Formatter<'_>, name: &str, value: &str) -> fmt::Result {
     writeln!(f, "  {name:<12} {value}")
 }
@@ -391,26 +313,4 @@ pub(super) fn json_text(reports: &[impl Serialize], is_one: bool) -> String {
         (_, all) => serde_json::to_string_pretty(all),
     };
     text.unwrap_or_default()
-}
-
-/// A time as a person reads it: `83.512 s`, with hours and minutes beside it where it is long.
-pub(super) fn duration(seconds: f64) -> String {
-    let whole = seconds as u64;
-    match (whole / 3600, whole / 60 % 60, whole % 60) {
-        (0, 0, _) => format!("{seconds:.3} s"),
-        (0, minutes, rest) => format!("{seconds:.3} s ({minutes} min {rest} s)"),
-        (hours, minutes, _) => format!("{seconds:.3} s ({hours} h {minutes} min)"),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn long_times_are_also_given_in_minutes_and_hours() {
-        assert_eq!(duration(59.0004), "59.000 s");
-        assert_eq!(duration(83.5), "83.500 s (1 min 23 s)");
-        assert_eq!(duration(7384.0), "7384.000 s (2 h 3 min)");
-    }
 }

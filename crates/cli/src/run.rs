@@ -5,14 +5,14 @@ use super::args::JobArgs;
 use super::input::{self, Job};
 use super::output::{is_stdout, Output, OutputError};
 use super::playback;
-use super::profile::machine as limits_of;
-use super::report::{extents, json_text, title, Report};
+use super::report::{json_text, Report};
 use super::said::say;
-use super::setting_args::{say_capped, Machine};
-use super::stream::Stream;
+use super::setting_args::{machine, say_capped};
+use super::told::{progress_bar, teller};
 use super::watchers::{Sketch, StepList, WaveformFile};
 use super::{unusable, Unusable};
 use crate::picture::{draw, Caption};
+use leadscrew_jobs::{extents, limits_of, title, Machine, Stream};
 use leadscrew_machine::settings::table::{AxisSetting, Setting};
 use leadscrew_machine::tool::spindle::SpindleScale;
 use leadscrew_sim::link::Rate;
@@ -20,6 +20,7 @@ use leadscrew_sim::powered::MOST_MOTORS;
 use leadscrew_sim::profile::Belts;
 use leadscrew_sim::speed_profile::{Recorder, Stretch};
 use leadscrew_sim::Outcome;
+use std::io::BufReader;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -28,7 +29,7 @@ use std::time::Instant;
 /// # Errors
 /// Where an option or an input cannot be used, or an output not be written.
 pub(super) fn run(args: &JobArgs) -> Result<bool, Unusable> {
-    let mut machine = Machine::new(&args.machine)?;
+    let mut machine = machine(&args.machine)?;
     machine.outputs.count = args.outputs.unwrap_or(machine.outputs.count);
     machine.sensor_fault = args.sensor_fault;
     if !args.quiet {
@@ -129,19 +130,22 @@ fn simulate(
     job: Job,
     outputs: Outputs,
 ) -> Result<Report, Unusable> {
-    let file = job.name.clone();
+    let file = job.name;
     let stream = Stream {
         machine,
         rate: args.baud.map_or(Rate::NeverWaits, Rate::Baud),
         keep_going: args.keep_going,
-        quiet: args.quiet,
-        mute: false,
         feed_percent: 100,
         keep_answers: outputs.sketch.path.is_drawn(),
         warn: args.json,
+        tell: teller(args.quiet),
     };
     let observer = ((outputs.steps, outputs.vcd), outputs.sketch);
-    let done = stream.run(job, observer)?;
+    let bar = progress_bar(args.quiet, job.size);
+    let text = BufReader::new(bar.wrap_read(job.text));
+    let done = stream.run(&file, text, observer);
+    bar.finish_and_clear();
+    let done = done.map_err(|error| unusable(format!("{file}: cannot be read: {error}")))?;
     let ((steps, vcd), mut sketch) = done.observer;
     sketch
         .path

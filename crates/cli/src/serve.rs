@@ -1,7 +1,6 @@
 //! `leadscrew serve`: a virtual machine on lines that senders can open, until Ctrl-C.
 
 use super::serve_args::ServeArgs;
-use super::workshop::Desk;
 use super::{unusable, Unusable};
 use leadscrew_machine::config::CHANNELS;
 use leadscrew_serve::{serve, Allowed, Plain, Screen, Service, Surroundings, WireLog};
@@ -12,7 +11,6 @@ use std::fs::File;
 use std::io::{self, BufWriter, IsTerminal};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::Arc;
 use std::time::Instant;
 
 /// The axes of the largest machine that is served.
@@ -111,7 +109,6 @@ fn service(args: &ServeArgs) -> Result<Service, ServeError> {
         rate: args.baud.map_or(Rate::NeverWaits, Rate::Baud),
         speed: args.speed,
         log: args.log.clone().map(open_log).transpose()?,
-        workshop: Some(Arc::new(Desk::new(&profile))),
         profile,
         lines,
     })

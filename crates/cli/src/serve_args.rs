@@ -1,8 +1,7 @@
 //! Options of `leadscrew serve`.
 
 use clap::{ArgGroup, Args};
-use leadscrew_serve::browser::Token;
-use leadscrew_serve::{LineSpec, StateFile};
+use leadscrew_serve::{LineSpec, StateFile, Token};
 use std::num::NonZeroU32;
 use std::path::{Path, PathBuf};
 

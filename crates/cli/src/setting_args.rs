@@ -1,18 +1,8 @@
-//! The machine from the command line: Grbl's settings, a machine file over them, a settings file over that, then single ones.
+//! The machine from the command line: a machine file, a settings file over that, then single settings.
 
-use super::settings_file::{self, SettingLine};
 use super::{unusable, Unusable};
 use clap::Args;
-use leadscrew_gcode::{leading_number, Number};
-use leadscrew_machine::config::MachineConfig;
-use leadscrew_machine::protocol::status::Status;
-use leadscrew_machine::settings::table::{AxisSetting, Setting};
-use leadscrew_machine::settings::values::{Entry, Key, Settings};
-use leadscrew_machine::step_rate;
-use leadscrew_machine::step_timing::StepTiming;
-use leadscrew_outputs::OutputsConfig;
-use leadscrew_sim::oven::SensorFault;
-use leadscrew_sim::powered::MOST_AXES;
+use leadscrew_jobs::{capped, settings_file, Machine};
 use leadscrew_sim::profile::Profile;
 use std::path::PathBuf;
 
@@ -30,263 +20,26 @@ pub(super) struct SettingArgs {
     pub(super) set: Vec<String>,
 }
 
-/// The machine that a command works with: its file, and its settings.
-#[derive(Clone, Debug)]
-pub(super) struct Machine {
-    /// Its file; a stock Grbl without switches where there is none.
-    pub(super) file: Profile,
-    /// Its settings; the settings of axes that it lacks are included.
-    pub(super) settings: Settings<MOST_AXES>,
-    /// Its outputs that M62 to M65 switch.
-    pub(super) outputs: OutputsConfig,
-    /// A sensor that fails in the run.
-    pub(super) sensor_fault: Option<SensorFault>,
-    /// The same as a new machine's, which it boots with.
-    first: &'static [Entry],
-}
-
-impl Machine {
-    /// Reads the machine's file and all settings, and puts them into effect one after the other.
-    ///
-    /// # Errors
-    /// The first that is no setting or is refused, with where it came from and GRBL's words for it.
-    pub(super) fn new(args: &SettingArgs) -> Result<Self, Unusable> {
-        let file = args.machine.as_deref().map(Profile::load).transpose();
-        let file = file.map_err(unusable)?.unwrap_or_default();
-        let mut lines = match &args.settings {
-            Some(path) => settings_file::read(path).map_err(unusable)?,
-            None => Vec::new(),
-        };
-        for option in &args.set {
-            lines.push(settings_file::option(option).map_err(unusable)?);
-        }
-        let mut settings = Settings::new(file.first_settings().leak());
-        put(&mut settings, &lines, file.axis_count())?;
-        Ok(Self::of(file, settings))
-    }
-
-    /// A machine with the settings of its own listing: a setting that this machine refuses keeps its default.
-    pub(super) fn from_listing(listing: &str, file: Profile) -> Self {
-        let mut settings = Settings::new(&[]);
-        for entry in listing.lines().filter_map(|line| entry(line).ok()) {
-            settings.load(entry);
-        }
-        Self::of(file, settings)
-    }
-
-    fn of(file: Profile, settings: Settings<MOST_AXES>) -> Self {
-        let first = as_defaults(&settings, file.axis_count());
-        Self {
-            outputs: file.outputs.config(),
-            sensor_fault: None,
-            file,
-            settings,
-            first,
-        }
-    }
-
-    /// The same machine with other settings.
-    pub(super) fn with(&self, settings: &Settings<MOST_AXES>) -> Self {
-        Self::of(self.file.clone(), settings.clone())
-    }
-
-    /// The number of its axes.
-    pub(super) fn axes(&self) -> usize {
-        self.file.axis_count()
-    }
-
-    /// Its settings as a new machine's. They live as long as the process.
-    pub(super) fn first(&self) -> &'static [Entry] {
-        self.first
-    }
-
-    /// Its build, which boots with its settings.
-    pub(super) fn config<const AXES: usize>(&self) -> MachineConfig<AXES> {
-        MachineConfig {
-            defaults: self.first,
-            ..self.file.config()
-        }
-    }
-
-    /// The values of a setting that each axis has.
-    pub(super) fn of_axes(&self, setting: AxisSetting) -> Vec<f64> {
-        let all = self.settings.axes(setting);
-        all[..self.axes()].iter().copied().map(plain).collect()
-    }
-}
-
-/// The times of making steps on the simulated board.
-pub(super) const TIMING: StepTiming = StepTiming::F407;
-
-/// The settings as a machine's own defaults. They live as long as the process.
-fn as_defaults(settings: &Settings<MOST_AXES>, axes: usize) -> &'static [Entry] {
-    let of_machine = |key: &Key| Key::from_number(key.number(), axes).is_some();
-    let entry = |key: Key| Entry {
-        number: key.number(),
-        value: settings.get(key),
+/// Reads the machine's file and all settings, and puts them into effect one after the other.
+///
+/// # Errors
+/// The first that is no setting or is refused, with where it came from and GRBL's words for it.
+pub(super) fn machine(args: &SettingArgs) -> Result<Machine, Unusable> {
+    let file = args.machine.as_deref().map(Profile::load).transpose();
+    let file = file.map_err(unusable)?.unwrap_or_default();
+    let mut lines = match &args.settings {
+        Some(path) => settings_file::read(path).map_err(unusable)?,
+        None => Vec::new(),
     };
-    let keys = Settings::<MOST_AXES>::keys().filter(of_machine);
-    let entries: Vec<Entry> = keys.map(entry).collect();
-    entries.leak()
-}
-
-/// Puts `lines` into effect in their order; one that needs a later one (soft limits before homing) is tried again
-/// after it.
-fn put(
-    settings: &mut Settings<MOST_AXES>,
-    lines: &[SettingLine],
-    axes: usize,
-) -> Result<(), Unusable> {
-    let mut postponed = Vec::new();
-    for line in lines {
-        match set(settings, line, axes) {
-            Ok(()) => {}
-            Err(Status::SoftLimitsNeedHoming) => postponed.push(line),
-            Err(status) => return Err(refused(line, status, settings, axes)),
-        }
+    for option in &args.set {
+        lines.push(settings_file::option(option).map_err(unusable)?);
     }
-    for line in postponed {
-        set(settings, line, axes).map_err(|status| refused(line, status, settings, axes))?;
-    }
-    Ok(())
-}
-
-fn set(settings: &mut Settings<MOST_AXES>, line: &SettingLine, axes: usize) -> Result<(), Status> {
-    let entry = entry(&line.text)?;
-    Key::from_number(entry.number, axes).ok_or(Status::InvalidStatement)?;
-    settings.set(entry, TIMING.limits(axes)).map(|_| ())
-}
-
-fn entry(text: &str) -> Result<Entry, Status> {
-    let (number, value) = text
-        .strip_prefix('$')
-        .and_then(|rest| rest.split_once('='))
-        .ok_or(Status::InvalidStatement)?;
-    let number = number
-        .trim()
-        .parse()
-        .map_err(|_| Status::InvalidStatement)?;
-    match leading_number(value.trim().as_bytes()) {
-        Ok((value, [])) => Ok(Entry { number, value }),
-        Ok((_, _)) => Err(Status::InvalidStatement),
-        Err(_) => Err(Status::BadNumber),
-    }
-}
-
-fn refused(
-    line: &SettingLine,
-    status: Status,
-    settings: &Settings<MOST_AXES>,
-    axes: usize,
-) -> Unusable {
-    let (number, text, advice) = (status.number(), status.text(), status.explanation());
-    let instead = match (status, entry(&line.text)) {
-        (Status::StepRateTooHigh, Ok(entry)) => instead(settings, axes, entry.number),
-        _ => String::new(),
-    };
-    unusable(format!(
-        "{}: {}: error:{number}: {text}\n  {advice}{instead}",
-        line.origin, line.text
-    ))
-}
-
-/// The settings that would work in place of one that was refused for its step rate.
-pub(super) fn instead<const AXES: usize>(
-    settings: &Settings<AXES>,
-    axes: usize,
-    number: u16,
-) -> String {
-    let key = Key::from_number(number, axes);
-    let capped = key.and_then(|key| step_rate::instead(settings, &TIMING, axes, key));
-    capped.map_or_else(String::new, |capped| {
-        format!(" ${number} can be {} at most.", plain(capped.most))
-    })
+    Machine::new(file, &lines).map_err(unusable)
 }
 
 /// Says on the standard error output where motion is capped.
 pub(super) fn say_capped(machine: &Machine) {
-    for words in capped(&machine.settings, machine.axes()) {
+    for words in capped(machine) {
         eprintln!("note: {words}");
-    }
-}
-
-/// For each rate that asks for more steps than the board can make, a sentence with the rate that is
-/// reached.
-fn capped(settings: &Settings<MOST_AXES>, axes: usize) -> Vec<String> {
-    let pulse = settings.whole(Setting::StepPulse);
-    let rate = TIMING.highest_rate(u8::try_from(pulse).unwrap_or(u8::MAX), axes);
-    let words = |axis: usize| {
-        let capped = step_rate::capped(settings, &TIMING, axes, axis)?;
-        let asked = settings.get(Key::Axis(AxisSetting::MaxRate, axis));
-        Some(format!(
-            "${number}={asked}: {most} mm/min is the most with $0={pulse}, {rate} steps/s; motion is capped there",
-            number = capped.number,
-            asked = plain(asked),
-            most = plain(capped.most),
-        ))
-    };
-    (0..axes).filter_map(words).collect()
-}
-
-fn plain(number: Number) -> f64 {
-    number.nanos() as f64 / 1e9
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn settings_of(texts: &[&str]) -> Result<Settings<MOST_AXES>, String> {
-        let mut settings = Settings::default();
-        let lines: Vec<_> = texts
-            .iter()
-            .map(|text| settings_file::option(text).unwrap())
-            .collect();
-        put(&mut settings, &lines, 3).map_err(|error| error.to_string())?;
-        Ok(settings)
-    }
-
-    #[test]
-    fn soft_limits_may_stand_before_homing_as_listings_have_them() {
-        let settings = settings_of(&["$20=1", "$22=1"]).unwrap();
-        assert!(settings.is_on(Setting::SoftLimits));
-        assert!(settings_of(&["$20=1"]).unwrap_err().contains("error:10"));
-    }
-
-    #[test]
-    fn a_refused_setting_is_shown_with_its_place_and_words() {
-        let message = settings_of(&["$0=0.9"]).unwrap_err();
-        assert!(
-            message.contains("--set '$0=0.9'") && message.contains("error:6"),
-            "{message}"
-        );
-        assert!(settings_of(&["$999=1"]).unwrap_err().contains("error:3"));
-        assert!(settings_of(&["$110=1x"]).unwrap_err().contains("error:3"));
-    }
-
-    #[test]
-    fn words_name_the_largest_rate_that_would_work() {
-        let settings = settings_of(&["$110=30000", "$111=20000"]).unwrap();
-        let words = "$110=30000: 21818.16 mm/min is the most with $0=10, 90909 steps/s; motion is capped there";
-        assert_eq!(capped(&settings, 3), [words]);
-        let refused = settings_of(&["$110=30000000"]).unwrap_err();
-        let instead = "$110 can be 21818.16 at most.";
-        assert!(
-            refused.contains("error:12") && refused.contains(instead),
-            "{refused}"
-        );
-        let refused = settings_of(&["$100=400000"]).unwrap_err();
-        assert!(refused.contains("$100 can be 370370 at most."), "{refused}");
-    }
-
-    #[test]
-    fn a_machine_boots_with_what_was_set() {
-        let settings = settings_of(&["$110=6000", "$32=1"]).unwrap();
-        let booted = Settings::<MOST_AXES>::new(as_defaults(&settings, 3));
-        assert!(booted == settings || booted.is_on(Setting::Laser));
-        assert_eq!(
-            booted.listed(21).unwrap().to_string(),
-            settings.listed(21).unwrap().to_string()
-        );
     }
 }

@@ -1,13 +1,12 @@
 //! Help for a shell and its user: completions, manual pages, schemas of `--json`.
 
 use super::args::{Cli, ManArgs, Shape};
-use super::check_report::CheckJson;
-use super::profile::ProfileJson;
 use super::report::RunJson;
 use super::said::say;
 use super::{unusable, Unusable};
 use clap::CommandFactory;
 use clap_complete::{generate, Shell};
+use leadscrew_jobs::{CheckJson, ProfileJson};
 use leadscrew_sim::profile::Profile;
 use schemars::schema_for;
 

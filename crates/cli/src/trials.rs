@@ -1,29 +1,18 @@
 //! The saving of a change: found by running the job again with it.
 
 use super::course::{Course, Text};
-use super::setting_args::{Machine, TIMING};
 use leadscrew_gcode::Number;
+use leadscrew_jobs::{Machine, Trial, TIMING};
 use leadscrew_machine::settings::table::Setting;
 use leadscrew_machine::settings::values::{Entry, Key, Settings};
 use leadscrew_machine::step_timing::StepLimits;
 use leadscrew_sim::clock::seconds;
 use leadscrew_sim::powered::MOST_AXES;
 use leadscrew_sim::speed_profile::{Limit, Share, Slow, SpeedLimit};
-use schemars::JsonSchema;
-use serde::Serialize;
 use std::collections::BTreeSet;
 
 /// A limit that binds for less than this share of the time is not tried.
 const WORTH_TRYING: f64 = 0.01;
-
-/// A change and its saving.
-#[derive(Clone, PartialEq, Debug, Serialize, JsonSchema)]
-pub(super) struct Trial {
-    /// The change of settings, for example `$120=400 (now 200)`.
-    pub(super) change: String,
-    /// How much shorter the job is, s.
-    pub(super) seconds_saved: f64,
-}
 
 /// Something that can be changed.
 #[derive(Clone, PartialEq, Eq, PartialOrd, Ord, Debug)]

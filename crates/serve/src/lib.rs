@@ -10,16 +10,12 @@
 //! the machine goes on. A line that cannot be opened is tried again until it can.
 #![forbid(unsafe_code)]
 
-pub mod browser;
-mod buttons;
-mod desk;
+mod bench;
 mod frame_reader;
-mod glitches;
 mod line;
 mod lines;
 mod listener;
 mod note;
-mod pace;
 mod page;
 mod panel;
 #[cfg(unix)]
@@ -28,17 +24,18 @@ mod pty;
 #[path = "no_pty.rs"]
 mod pty;
 mod remembered;
+mod request;
 mod screen;
 mod seat;
 mod server;
 mod spool;
 mod state_file;
 mod tcp;
+mod token;
 mod uplink;
 mod web;
 mod websocket;
 mod wire_log;
-mod wires;
 
 #[cfg(test)]
 mod lines_tests;
@@ -49,25 +46,20 @@ pub use panel::{Key, Panel, Plain, Snapshot};
 pub use screen::Screen;
 pub use server::Surroundings;
 pub use state_file::StateFile;
+pub use token::Token;
 pub use web::{Allowed, Foreign};
 pub use wire_log::WireLog;
 
-use browser::{Pages, Trail, Watcher, Workshop};
-use desk::Desk;
-use glitches::Glitches;
+use bench::Bench;
+use leadscrew_jobs::Workshop;
 use leadscrew_machine::config::CHANNELS;
+use leadscrew_page::{hello, Desk, Glitches, Pages, Trail, Watcher};
 use leadscrew_sim::link::Rate;
 use leadscrew_sim::powered::Supply;
 use leadscrew_sim::profile::Profile;
-use lines::Lines;
 use remembered::Remembered;
-use serde_json::{json, Value};
 use server::{End, Server};
 use std::cell::RefCell;
-use std::sync::Arc;
-
-/// How long a glitch lasts where the profile does not say, microseconds.
-const GLITCH_US: u16 = 5;
 
 /// The served machine and its lines.
 pub struct Service {
@@ -85,8 +77,6 @@ pub struct Service {
     pub state: Option<StateFile>,
     /// Where the wire is written down.
     pub log: Option<WireLog>,
-    /// Who looks at jobs that are dropped on a page.
-    pub workshop: Option<Arc<dyn Workshop>>,
 }
 
 /// Serves until the user wants it to end.
@@ -99,13 +89,12 @@ pub fn serve(service: Service, around: Surroundings<'_>) {
         speed,
         state,
         log,
-        workshop,
     } = service;
     let channel = pages_channel(&lines);
     let count = lines.len() + usize::from(channel.is_some());
-    let pages = Pages::new(channel, count, workshop, profile.switches.normally_closed);
-    let opened = Lines::open(&lines, &allowed);
-    let mut server = Server::new(opened, lines, allowed, speed, log, pages, around);
+    let pages = Pages::new(channel, count, profile.switches.normally_closed);
+    let bench = Bench::new(Workshop::new(&profile));
+    let mut server = Server::new(lines, allowed, speed, log, pages, bench, around);
     run(&profile, rate, state, &mut server);
 }
 
@@ -123,30 +112,10 @@ fn pages_channel(lines: &[LineSpec]) -> Option<usize> {
     (has_port && lines.len() < CHANNELS).then_some(lines.len())
 }
 
-/// The first message to a page: the description of the machine.
-fn hello(profile: &Profile, channel: Option<usize>) -> Value {
-    let axes: Vec<String> = profile.letters().iter().map(char::to_string).collect();
-    let second = profile
-        .second_motor
-        .map(|second| &axes[second.axis.number()]);
-    json!({
-        "name": profile.name,
-        "version": env!("CARGO_PKG_VERSION"),
-        "axes": axes,
-        "motors": profile.motor_count(),
-        "second": second,
-        "receive_buffer": profile.receive_buffer(),
-        "channel": channel,
-    })
-}
-
 /// Powers a machine up, and again after each restart.
 fn run(profile: &Profile, rate: Rate, state: Option<StateFile>, server: &mut Server<'_>) {
     let mut remembered = Remembered::new(state, &mut |note| server.note(note));
-    let glitches = Glitches::new(
-        profile.switches.glitches.get(),
-        profile.switches.glitch_us.unwrap_or(GLITCH_US),
-    );
+    let glitches = Glitches::of(profile);
     let motors = profile.motor_count();
     let mut supply = Supply {
         // Once, and not at each restart: they stay in memory.

@@ -9,17 +9,14 @@
 //! channel, and what a client does not read is thrown away once its outlet is full.
 
 use super::web::Foreign;
+use leadscrew_page::Outlet;
 use std::fmt;
 use std::io;
 use std::path::PathBuf;
-use std::sync::mpsc::{self, SyncSender};
 use std::time::Duration;
 
 /// Bytes that are read from a client at a time.
 pub(super) const CHUNK: usize = 4096;
-
-/// Pieces of output that may wait for a client that does not read.
-const OUTLET: usize = 1024;
 
 /// How often a line that is not available is tried again.
 pub(super) const RETRY: Duration = Duration::from_secs(1);
@@ -137,21 +134,4 @@ pub(super) struct Event {
     pub(super) line: usize,
     /// The event.
     pub(super) what: What,
-}
-
-/// Takes bytes for one client; once the client has gone, nothing.
-#[derive(Debug)]
-pub struct Outlet(SyncSender<Vec<u8>>);
-
-impl Outlet {
-    /// Makes an outlet and its writer thread's end.
-    pub(super) fn new() -> (Self, mpsc::Receiver<Vec<u8>>) {
-        let (sender, receiver) = mpsc::sync_channel(OUTLET);
-        (Self(sender), receiver)
-    }
-
-    /// Sends `bytes`; answers whether there was room for them. Never waits.
-    pub(super) fn send(&self, bytes: Vec<u8>) -> bool {
-        !matches!(self.0.try_send(bytes), Err(mpsc::TrySendError::Full(_)))
-    }
 }

@@ -1,10 +1,10 @@
 //! All lines of a server, each with its thread.
 
-use super::browser::PageEvent;
 use super::line::{Event, LineSpec};
 use super::uplink::Uplink;
 use super::web::Allowed;
 use super::{listener, tcp, websocket};
+use leadscrew_page::PageEvent;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::mpsc;
 use std::sync::Arc;

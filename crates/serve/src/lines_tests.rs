@@ -1,8 +1,9 @@
 //! The lines against real sockets and pseudo-terminals.
 
-use super::line::{LineError, LineSpec, Outlet, What};
+use super::line::{LineError, LineSpec, What};
 use super::lines::Lines;
 use super::web::Allowed;
+use leadscrew_page::Outlet;
 use std::io::{Read, Write};
 use std::net::{TcpListener, TcpStream};
 use std::time::{Duration, Instant};

@@ -2,29 +2,9 @@
 
 use super::note::Note;
 use super::spool::Spool;
+pub use leadscrew_page::Key;
 pub use leadscrew_sim::powered::Snapshot;
 use std::io::{self, Write};
-
-/// Something that the user presses.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Key {
-    /// Opens or shuts the safety door.
-    Door,
-    /// Presses the feed hold button.
-    Hold,
-    /// Presses the cycle start button.
-    Start,
-    /// Presses the reset button.
-    Reset,
-    /// Touches the probe, or lets go of it.
-    Probe,
-    /// Presses the limit switch of an axis, or lets go of it.
-    Limit(usize),
-    /// Presses the limit switch of the second motor, or lets go of it.
-    SecondMotorLimit,
-    /// Ends the server.
-    Quit,
-}
 
 /// Where messages and the machine's state are shown.
 pub trait Panel {

@@ -8,8 +8,9 @@
 //! opening and closing are seen. A program that closes and opens again within a few milliseconds may go on as the same
 //! client.
 
-use super::line::{LineError, Outlet, What, CHUNK, RETRY};
+use super::line::{LineError, What, CHUNK, RETRY};
 use super::uplink::Uplink;
+use leadscrew_page::Outlet;
 use nix::fcntl::OFlag;
 use nix::poll::{poll, PollFd, PollFlags};
 use nix::sys::stat::Mode;

@@ -1,9 +1,9 @@
 //! The values that outlive a restart of the machine, and where possible of the program.
 
-use super::desk::Desk;
 use super::note::Note;
 use super::state_file::{Fault, Found, StateFile};
 use leadscrew_machine::settings::store::Condition;
+use leadscrew_page::Desk;
 use leadscrew_sim::flash::Flash;
 use std::fs::File;
 use std::io;

@@ -9,19 +9,15 @@
 //! A turn takes about a millisecond: events, then simulation up to the present, then output. Whatever takes longer is
 //! done by other threads.
 
-use super::browser::{Errand, Pages};
-use super::buttons::Buttons;
-use super::desk::Desk;
-use super::glitches::Glitches;
+use super::bench::Bench;
 use super::line::{Event, LineSpec, What};
 use super::lines::Lines;
 use super::note::Note;
-use super::pace::Pace;
-use super::panel::{Key, Panel};
+use super::panel::Panel;
 use super::remembered::Remembered;
 use super::web::Allowed;
 use super::wire_log::{Way, WireLog};
-use super::wires::Wires;
+use leadscrew_page::{Buttons, Desk, Errand, Glitches, Key, Pace, Pages, Wires};
 use leadscrew_sim::clock::{cycles_of_micros, Cycle};
 use serde_json::Value;
 use std::io;
@@ -78,6 +74,7 @@ pub(super) struct Server<'s> {
     wires: Wires,
     allowed: Allowed,
     pages: Pages,
+    bench: Bench,
     /// Lines that have a client.
     taken: Vec<bool>,
     /// The messages already sent about each line's client.
@@ -93,21 +90,22 @@ pub(super) struct Server<'s> {
 }
 
 impl<'s> Server<'s> {
-    /// Serves lines that are open, as `specs` say; their machine is to run `speed` times as fast as the wall clock.
+    /// Opens lines as `specs` say; their machine is to run `speed` times as fast as the wall clock.
     pub(super) fn new(
-        lines: Lines,
         specs: Vec<LineSpec>,
         allowed: Allowed,
         speed: f64,
         log: Option<WireLog>,
         pages: Pages,
+        bench: Bench,
         around: Surroundings<'s>,
     ) -> Self {
         Self {
-            lines,
+            lines: Lines::open(&specs, &allowed),
             wires: Wires::new(specs.len() + usize::from(pages.channel().is_some())),
             allowed,
             pages,
+            bench,
             taken: vec![false; specs.len()],
             told: vec![Told::default(); specs.len()],
             lost: vec![0; specs.len()],
@@ -258,6 +256,7 @@ impl<'s> Server<'s> {
                     self.wires.push(channel, &bytes);
                 }
                 (Some(Errand::Press(key)), _) => self.buttons.press(key, desk),
+                (Some(Errand::Look(job)), _) => self.bench.begin(job),
                 (Some(Errand::Send(_)), None) | (None, _) => {}
             }
         }
@@ -275,6 +274,9 @@ impl<'s> Server<'s> {
             (Some(true), Some(channel)) => desk.open_line(channel),
             (Some(false), Some(channel)) => self.wires.close(channel),
             (_, _) => {}
+        }
+        while let Some(finding) = self.bench.next() {
+            self.pages.found(&finding);
         }
         self.pages.show(desk, (self.around.clock)());
     }

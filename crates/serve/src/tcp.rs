@@ -3,11 +3,12 @@
 //! A web page can make its browser send a request to any port of this computer. So the first bytes are held while they may
 //! be the beginning of one.
 
-use super::line::{Outlet, Refusal, What, CHUNK};
+use super::line::{Refusal, What, CHUNK};
 use super::listener::{Client, Protocol};
 use super::seat::{Guest, Seated};
 use super::uplink::Uplink;
 use super::web::{beginning, Allowed, Beginning};
+use leadscrew_page::Outlet;
 use std::io::{self, Read, Write};
 use std::net::{Shutdown, TcpStream};
 use std::sync::mpsc::Receiver;

@@ -1,7 +1,7 @@
 //! The server, as the threads of one line see it.
 
-use super::browser::PageEvent;
 use super::line::{Event, What};
+use leadscrew_page::PageEvent;
 use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering};
 use std::sync::mpsc::SyncSender;
 use std::sync::Arc;

@@ -12,7 +12,7 @@
 //!                                 the owner of the name
 //! ```
 
-use crate::browser::Token;
+use crate::token::Token;
 use std::fmt;
 use std::net::IpAddr;
 use tungstenite::http::header::{AsHeaderName, HOST, ORIGIN};

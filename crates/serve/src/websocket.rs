@@ -5,14 +5,15 @@
 //! [`FrameReader`] passes on each byte of payload as it arrives. The answers go out as text, whole lines to a frame:
 //! one of the senders listens to nothing else.
 
-use super::browser::{self, Nonsense, PageEvent, PageWhat, SaidReader};
 use super::frame_reader::{Control, FrameReader};
-use super::line::{Outlet, Refusal, What};
+use super::line::{Refusal, What};
 use super::listener::{Client, Protocol};
+use super::request;
 use super::seat::{Guest, Seated, Ticket};
 use super::tcp;
 use super::uplink::Uplink;
 use super::web::Allowed;
+use leadscrew_page::{Nonsense, Outlet, PageEvent, PageWhat, SaidReader};
 use std::io::{self, Read, Write};
 use std::net::{Shutdown, TcpStream};
 use std::sync::mpsc::Receiver;
@@ -138,18 +139,18 @@ fn meet(
     let gone = |_: io::Error| Away::Refused(Refusal::Gone);
     let mut limited = Limited::new(stream.try_clone().map_err(unfit)?).map_err(unfit)?;
     // Nothing can be lost behind the request: a client that sends more before it was answered is refused.
-    let request = browser::read(&mut limited).map_err(unfit)?;
+    let request = request::read(&mut limited).map_err(unfit)?;
     if let Err(foreign) = allowed.check(request.headers()) {
         return refuse(&mut limited, Away::Refused(Refusal::Foreign(foreign)));
     }
-    if !browser::wants_websocket(&request) {
-        browser::answer(&mut limited, &request, allowed.token()).map_err(gone)?;
+    if !request::wants_websocket(&request) {
+        request::answer(&mut limited, &request, allowed.token()).map_err(gone)?;
         return Ok(Met::Answered);
     }
     let response = create_response(&request).map_err(|_| Away::Refused(Refusal::NoWebSocket))?;
     let response = agree(&request, response);
-    if browser::is_page(&request) {
-        if !browser::is_trusted(&request, allowed.token()) {
+    if request::is_page(&request) {
+        if !request::is_trusted(&request, allowed.token()) {
             return refuse(&mut limited, Away::Refused(Refusal::NoToken));
         }
         drop(ticket);

@@ -1,8 +1,7 @@
 //! `leadscrew import drill`.
 
 use super::super::output::is_stdout;
-use super::super::setting_args::Machine;
-use super::super::setting_args::SettingArgs;
+use super::super::setting_args::{machine, SettingArgs};
 use super::super::{unusable, Unusable};
 use super::output::{read, shown, write};
 use super::OutputArgs;
@@ -10,6 +9,7 @@ use clap::{Args, ValueEnum};
 use leadscrew_import::drill::{jobs, DrillJob, Mirror, Options, Speeds};
 use leadscrew_import::excellon::{self, Digits, Known, Units, Zeros};
 use leadscrew_import::Mm;
+use leadscrew_jobs::Machine;
 use leadscrew_machine::settings::table::{AxisSetting, Setting};
 use leadscrew_sim::profile::{DrillTable, Place, Positive};
 use std::path::{Path, PathBuf};
@@ -115,7 +115,7 @@ enum ZerosArg {
 /// # Errors
 /// Where an option or a file cannot be used.
 pub(super) fn run(args: &DrillArgs) -> Result<bool, Unusable> {
-    let machine = Machine::new(&args.machine)?;
+    let machine = machine(&args.machine)?;
     let options = options(args, &machine.file.drill)?;
     let mut drawings = Vec::new();
     for name in &args.files {

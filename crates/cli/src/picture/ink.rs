@@ -64,7 +64,7 @@ mod tests {
 
     #[test]
     fn the_page_has_the_same_colours() {
-        let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../serve/page/colours.js");
+        let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../page/web/colours.js");
         let page = std::fs::read_to_string(file).unwrap();
         let listed =
             |colour: [f64; 3]| format!("[{:.2}, {:.2}, {:.2}]", colour[0], colour[1], colour[2]);

@@ -129,6 +129,5 @@ pub(crate) fn one_line() -> Service {
         log: None,
         lines: vec![LineSpec::Tcp("127.0.0.1:0".into())],
         allowed: Allowed::default(),
-        workshop: None,
     }
 }

@@ -1,0 +1,43 @@
+//! What a job that runs tells on the terminal: its errors as they come, and how far it is.
+
+use indicatif::{ProgressBar, ProgressStyle};
+use leadscrew_jobs::News;
+use std::io::{self, IsTerminal};
+
+/// Who hears of a job's news: `quiet` people of errors alone.
+pub(super) fn teller(quiet: bool) -> fn(&News<'_>) {
+    match quiet {
+        true => tell_errors,
+        false => tell,
+    }
+}
+
+fn tell_errors(news: &News<'_>) {
+    if let News::Complaint(complaint) = news {
+        eprintln!("{complaint}");
+    }
+}
+
+fn tell(news: &News<'_>) {
+    match news {
+        News::Complaint(_) => tell_errors(news),
+        News::Unlocked => eprintln!("leadscrew: homing is on ($22=1): unlocked by $X, not homed; the job starts at machine position 0"),
+        News::FurtherErrors => eprintln!("leadscrew: further errors are counted, not shown"),
+    }
+}
+
+/// A bar with the time left, on a terminal; otherwise one that is not seen.
+pub(super) fn progress_bar(quiet: bool, size: Option<u64>) -> ProgressBar {
+    if quiet || !io::stderr().is_terminal() {
+        return ProgressBar::hidden();
+    }
+    let bar = match size {
+        Some(size) => ProgressBar::new(size),
+        None => ProgressBar::new_spinner(),
+    };
+    let style = ProgressStyle::with_template("{bar:40} {percent:>3} %  {eta} left");
+    match style {
+        Ok(style) if size.is_some() => bar.with_style(style),
+        Ok(_) | Err(_) => bar,
+    }
+}

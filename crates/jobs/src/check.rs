@@ -1,0 +1,164 @@
+//! A check of a job: every error in one go, soft limits included, and likely mistakes; nothing moves.
+//! The result is a line for a person, or JSON for a program.
+
+use crate::checker::Follow;
+use crate::complaint::Complaint;
+use crate::json::{
+    error_json, extents, warning_json, Extents, JsonError, JsonWarning, JSON_VERSION,
+};
+use crate::remark::Remarks;
+use leadscrew_sim::scene::{note_tools, Toolpath};
+use leadscrew_sim::streamer::Lines;
+use schemars::JsonSchema;
+use serde::Serialize;
+use std::fmt;
+use std::io::{self, BufRead};
+
+/// Complaints that are kept for the JSON output.
+const KEPT: usize = 10_000;
+
+/// Follows a job called `name` to its end; hands out each complaint.
+///
+/// # Errors
+/// Where the text cannot be read.
+pub fn read_through(
+    checker: &mut dyn Follow,
+    name: &str,
+    text: impl BufRead,
+    mut each: impl FnMut(&Complaint),
+) -> io::Result<CheckReport> {
+    let mut report = CheckReport::new(name);
+    let mut remarks = Remarks::default();
+    let mut lines = Lines::new(text);
+    let mut raw = Vec::new();
+    while lines.next(&mut raw)? {
+        let number = lines.number();
+        let found = checker.check(number, &raw);
+        let done = checker.last();
+        report.pauses.extend(done.paused.then_some(number));
+        report.note_tools(&raw);
+        let remarked = remarks.take(&raw, done).into_iter();
+        let remarked =
+            remarked.map(|(column, remark)| Complaint::remark(name, number, column, remark, &raw));
+        for complaint in found.into_iter().chain(remarked) {
+            each(&complaint);
+            report.note(complaint, KEPT);
+        }
+    }
+    report.lines = lines.number();
+    report.measure(checker.path());
+    Ok(report)
+}
+
+/// The result of a check.
+#[derive(Default)]
+pub struct CheckReport {
+    /// The file's name.
+    pub file: String,
+    /// Lines read from it.
+    pub lines: u64,
+    errors: Vec<Complaint>,
+    /// How many errors there were.
+    pub error_count: u64,
+    warnings: Vec<Complaint>,
+    warning_count: u64,
+    /// Lines at which the program pauses.
+    pub pauses: Vec<u64>,
+    tools: Vec<u32>,
+    extents: Option<Extents>,
+    cut_mm: f64,
+    travel_mm: f64,
+}
+
+impl CheckReport {
+    /// Begins the report of a file.
+    fn new(file: &str) -> Self {
+        Self {
+            file: file.to_owned(),
+            ..Self::default()
+        }
+    }
+
+    /// Counts a complaint, and keeps it where there are not `most` already.
+    fn note(&mut self, complaint: Complaint, most: usize) {
+        let (kept, count) = match complaint.fault.is_remark() {
+            true => (&mut self.warnings, &mut self.warning_count),
+            false => (&mut self.errors, &mut self.error_count),
+        };
+        *count += 1;
+        if kept.len() < most {
+            kept.push(complaint);
+        }
+    }
+
+    /// Notes the tools that a line asks for.
+    fn note_tools(&mut self, raw: &[u8]) {
+        note_tools(&mut self.tools, raw);
+    }
+
+    /// Takes over where the program goes.
+    fn measure(&mut self, path: &Toolpath) {
+        self.extents = path.cut_bounds().map(extents);
+        (self.cut_mm, self.travel_mm) = (path.cut_mm(), path.travel_mm());
+    }
+
+    /// One line of figures, for a picture.
+    pub fn caption(&self) -> String {
+        let (cut, travel) = (self.cut_mm, self.travel_mm);
+        format!(
+            "{cut:.1} mm cut, {travel:.1} mm travelled · {}",
+            self.verdict()
+        )
+    }
+
+    /// The findings as a JSON object.
+    pub fn json(&self) -> impl Serialize + '_ {
+        CheckJson {
+            version: JSON_VERSION,
+            file: &self.file,
+            lines: self.lines,
+            errors: self.errors.iter().map(error_json).collect(),
+            warnings: self.warnings.iter().map(warning_json).collect(),
+            extents: self.extents.as_ref(),
+            cut_mm: self.cut_mm,
+            travel_mm: self.travel_mm,
+            tools: &self.tools,
+            pauses: &self.pauses,
+        }
+    }
+
+    fn verdict(&self) -> String {
+        let plural = |count, word| match count {
+            0 => format!("no {word}"),
+            1 => format!("1 {word}"),
+            count => format!("{count} {word}s"),
+        };
+        let errors = plural(self.error_count, "error");
+        match self.warning_count {
+            0 => errors,
+            count => format!("{errors}, {}", plural(count, "warning")),
+        }
+    }
+}
+
+impl fmt::Display for CheckReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}: {} lines, {}", self.file, self.lines, self.verdict())
+    }
+}
+
+/// The output of `leadscrew check --json` for a file.
+#[derive(Serialize, JsonSchema)]
+#[serde(rename = "Check")]
+pub struct CheckJson<'a> {
+    version: u32,
+    file: &'a str,
+    lines: u64,
+    errors: Vec<JsonError<'a>>,
+    warnings: Vec<JsonWarning<'a>>,
+    extents: Option<&'a Extents>,
+    cut_mm: f64,
+    travel_mm: f64,
+    tools: &'a [u32],
+    pauses: &'a [u64],
+}

@@ -1,0 +1,426 @@
+//! Follows a program line by line without a machine: its mistakes, and its path.
+//!
+//! Lines go through the machine's own line reader, interpreter and settings, and no further.
+
+use crate::complaint::{Complaint, Fault};
+use crate::machine::{instead, Machine, TIMING};
+use crate::remark::{Done, Remark};
+use leadscrew_machine::config::{AxisKind, MachineConfig};
+use leadscrew_machine::extension::{Call, Extension};
+use leadscrew_machine::interpreter::{
+    ArcShape, Command, Commands, Context, Fault as LineFault, Feed, Interpreter, OffsetId,
+    Own as Codes, OwnCodes, Rotation, Spindle, Strokes, ToolTable, Travel, Turn, WorkSystem,
+};
+use leadscrew_machine::protocol::alarm::Alarm;
+use leadscrew_machine::protocol::line_reader::{raw_column, LineReader};
+use leadscrew_machine::protocol::status::Status;
+use leadscrew_machine::protocol::system_command::{Activity, Circumstances, SystemCommand};
+use leadscrew_machine::settings::table::{AxisSetting, Setting};
+use leadscrew_machine::settings::values::{Entry, Settings};
+use leadscrew_machine::soft_limits;
+use leadscrew_planner::{Arc, Coordinate, StepsPerMm};
+use leadscrew_sim::own::{Own, OwnPins};
+use leadscrew_sim::scene::{StrokeKind, ToolSizes, Toolpath};
+use leadscrew_stepper::MAX_STEP_EVENTS;
+
+/// The beginning of a jog.
+const JOG: &[u8] = b"$J=";
+
+/// The finding about a line.
+type Finding = Result<(), (LineFaultKind, Option<String>)>;
+
+/// A fault with its column in the filtered line, or one of the whole line.
+enum LineFaultKind {
+    Refused(LineFault),
+    OutOfTravel,
+    TooLong,
+}
+
+/// Follows a program line by line, whatever the axes of its machine.
+pub trait Follow {
+    /// Puts the machine's X, Y and Z at `origin`, in machine coordinates, and work zero there: a
+    /// move that leaves the travel from there is a fault.
+    fn begin_at(&mut self, origin: [Coordinate; 3]);
+    /// Keeps the data of a picture.
+    fn draw(&mut self);
+    /// Takes a line, which has this number; answers the fault that is in it.
+    fn check(&mut self, number: u64, raw: &[u8]) -> Option<Complaint>;
+    /// Takes a line; answers whether the machine will refuse it.
+    fn refuses(&mut self, raw: &[u8]) -> bool;
+    /// The effects of the line under way.
+    fn last(&self) -> Done;
+    /// Where the program goes.
+    fn path(&self) -> &Toolpath;
+}
+
+/// Begins a program called `file` on `machine` as it is after power-up.
+pub fn follow(file: &str, machine: &Machine) -> Box<dyn Follow> {
+    match machine.axes() {
+        6 => Box::new(Checker::<6>::new(file, machine)),
+        5 => Box::new(Checker::<5>::new(file, machine)),
+        4 => Box::new(Checker::<4>::new(file, machine)),
+        _ => Box::new(Checker::<3>::new(file, machine)),
+    }
+}
+
+/// Follows a program line by line without a machine.
+struct Checker<const AXES: usize> {
+    file: String,
+    /// Letters of the axes, in order.
+    letters: Vec<char>,
+    config: MachineConfig<AXES>,
+    settings: Settings<AXES>,
+    interpreter: Interpreter<AXES>,
+    /// The M codes that its machine has beyond GRBL's.
+    own: Own<AXES>,
+    /// Where the program goes.
+    path: Toolpath,
+    /// The tools that its comments tell; only a picture asks for them.
+    tools: ToolSizes,
+    /// Whether targets outside the travel are faults where soft limits are off, too.
+    travel_counts: bool,
+    /// The effects of the line under way.
+    last: Done,
+}
+
+impl<const AXES: usize> Follow for Checker<AXES> {
+    fn begin_at(&mut self, origin: [Coordinate; 3]) {
+        let origin = std::array::from_fn(|axis| origin.get(axis).copied().unwrap_or_default());
+        let zero = OffsetId::Work(WorkSystem::default());
+        self.interpreter.load_offset(zero, origin);
+        self.interpreter.set_position(origin);
+        self.travel_counts = true;
+        self.path = Toolpath::new(mm(&origin), self.path.is_drawn());
+    }
+
+    fn draw(&mut self) {
+        self.path = Toolpath::new(mm(self.interpreter.position()), true);
+    }
+
+    fn check(&mut self, number: u64, raw: &[u8]) -> Option<Complaint> {
+        self.path.line = u32::try_from(number).unwrap_or(u32::MAX);
+        if self.path.is_drawn() {
+            self.path.tool_mm = self.tools.read(raw);
+        }
+        let (kind, detail) = self.check_line(raw).err()?;
+        Some(self.complaint(number, raw, &kind, detail))
+    }
+
+    fn refuses(&mut self, raw: &[u8]) -> bool {
+        match self.check_line(raw) {
+            Ok(()) | Err((LineFaultKind::OutOfTravel, _)) => false,
+            Err((LineFaultKind::Refused(_) | LineFaultKind::TooLong, _)) => true,
+        }
+    }
+
+    fn last(&self) -> Done {
+        self.last
+    }
+
+    fn path(&self) -> &Toolpath {
+        &self.path
+    }
+}
+
+impl<const AXES: usize> Checker<AXES> {
+    fn new(file: &str, machine: &Machine) -> Self {
+        Self {
+            file: file.to_owned(),
+            letters: machine.file.letters(),
+            config: machine.config(),
+            settings: Settings::new(machine.first()),
+            interpreter: Interpreter::new(),
+            own: machine
+                .file
+                .extension(machine.outputs, None, OwnPins::default()),
+            path: Toolpath::new([0.0; 3], false),
+            tools: ToolSizes::default(),
+            travel_counts: false,
+            last: Done::default(),
+        }
+    }
+
+    fn check_line(&mut self, raw: &[u8]) -> Finding {
+        self.last = Done::default();
+        let mut reader = LineReader::<128>::new(self.config.line_length);
+        for byte in raw.iter().filter(|byte| byte.is_ascii()) {
+            reader.push(*byte);
+        }
+        let whole = |status| refused(LineFault { status, column: 0 });
+        let line = reader.line().map_err(whole)?;
+        match line {
+            [b'$', b'J', b'=', jog @ ..] => self.check_jog(jog),
+            [b'$', ..] => self.check_system(line),
+            _ => self.check_program(line),
+        }
+    }
+
+    fn check_program(&mut self, line: &[u8]) -> Finding {
+        let mut commands = Commands::new();
+        let start = *self.interpreter.position();
+        let reach = self.reach();
+        let find = |code| self.own.m_code(code);
+        let check = |call: &Call| self.own.check(call);
+        let own = Codes::new(&find, &check);
+        let length = |tool| self.own.tool_length(tool);
+        let context = Context {
+            own: OwnCodes::some(&own),
+            tools: ToolTable::some(&length),
+            ..context(&self.config, &self.settings, &reach)
+        };
+        self.interpreter
+            .interpret(line, &context, &mut commands)
+            .map_err(refused)?;
+        let mut at = start;
+        commands
+            .iter()
+            .try_for_each(|command| self.check_command(&mut at, command))
+    }
+
+    /// Checks where a command goes, from where the one before has led: an arc along all of its way.
+    fn check_command(&mut self, at: &mut [Coordinate; AXES], command: &Command<AXES>) -> Finding {
+        match command {
+            Command::Line(travel) | Command::Probe { travel, .. } => self.go(at, travel, None),
+            Command::Arc { travel, arc } => self.go(at, travel, Some(arc)),
+            Command::Cycle { travel, cycle } => {
+                let clearance = self.settings.value(Setting::PeckClearance);
+                let clearance = Coordinate::from_nanos(clearance.nanos());
+                Strokes::new(at, travel, cycle, clearance)
+                    .try_for_each(|stroke| self.check_command(at, &stroke))
+            }
+            Command::Pause => {
+                self.last.paused = true;
+                Ok(())
+            }
+            Command::ProgramEnd => {
+                self.last.ended = true;
+                Ok(())
+            }
+            Command::Spindle(_)
+            | Command::Coolant(_)
+            | Command::ParkingControl(_)
+            | Command::Own(_)
+            | Command::Dwell(_)
+            | Command::StoreOffset { .. }
+            | Command::StoreTool { .. }
+            | Command::WorkOffset(_) => Ok(()),
+        }
+    }
+
+    fn go(
+        &mut self,
+        at: &mut [Coordinate; AXES],
+        travel: &Travel<AXES>,
+        arc: Option<&ArcShape>,
+    ) -> Finding {
+        let start = std::mem::replace(at, travel.target);
+        let kind = match travel.feed {
+            Feed::Rapid => StrokeKind::Travel,
+            Feed::PerMinute(_) | Feed::InverseTime(_) => {
+                StrokeKind::cut(self.power(&travel.spindle))
+            }
+        };
+        let Some(arc) = arc else {
+            self.path.go(mm(&travel.target), kind);
+            self.check_length(&start, &travel.target)?;
+            return self.check_travel(&travel.target);
+        };
+        let mut found = Ok(());
+        for chord in self.chords(&start, &travel.target, arc) {
+            self.path.go(mm(&chord), kind);
+            found = found.and_then(|()| self.check_travel(&chord));
+        }
+        found
+    }
+
+    /// The spindle's speed, or the laser's power: share of full power.
+    fn power(&self, spindle: &Spindle) -> f64 {
+        let full = self.settings.value(Setting::MaxSpeed).nanos() as f64;
+        match spindle.rotation {
+            Rotation::Off => 0.0,
+            Rotation::Clockwise | Rotation::Counterclockwise => {
+                (spindle.speed.nanos() as f64 / full.max(1.0)).clamp(0.0, 1.0)
+            }
+        }
+    }
+
+    /// Whether the steps of a move can be counted.
+    fn check_length(&self, from: &[Coordinate; AXES], to: &[Coordinate; AXES]) -> Finding {
+        let steps = self.settings.axes(AxisSetting::StepsPerMm);
+        let too_long = (0..AXES).any(|axis| {
+            let scale = StepsPerMm::from_nanos(steps[axis].nanos());
+            let ends = scale.steps(from[axis]).zip(scale.steps(to[axis]));
+            ends.is_none_or(|(from, to)| from.abs_diff(to) > MAX_STEP_EVENTS)
+        });
+        match too_long {
+            true => Err((LineFaultKind::TooLong, None)),
+            false => Ok(()),
+        }
+    }
+
+    /// The chords of an arc, as the machine cuts it.
+    fn chords(
+        &self,
+        start: &[Coordinate; AXES],
+        target: &[Coordinate; AXES],
+        arc: &ArcShape,
+    ) -> Arc<AXES> {
+        let tolerance = self.settings.value(Setting::ArcTolerance).to_f32();
+        let clockwise = arc.turn == Turn::Clockwise;
+        Arc::new(
+            *start,
+            *target,
+            arc.centre,
+            arc.plane.axes(),
+            clockwise,
+            tolerance,
+        )
+    }
+
+    fn check_jog(&mut self, jog: &[u8]) -> Finding {
+        let reach = self.reach();
+        let context = context(&self.config, &self.settings, &reach);
+        let refused = |fault: LineFault| {
+            let column = fault.column + JOG.len();
+            refused(LineFault { column, ..fault })
+        };
+        match self.interpreter.jog(jog, &context).map_err(refused)? {
+            Some(jog) => {
+                let column = JOG.len();
+                let refuse = |(_, detail)| {
+                    let status = Status::JogOutOfTravel;
+                    (LineFaultKind::Refused(LineFault { status, column }), detail)
+                };
+                self.check_travel(&jog.travel.target).map_err(refuse)?;
+                self.interpreter.set_position(jog.travel.target);
+                Ok(())
+            }
+            None => Ok(()),
+        }
+    }
+
+    fn check_system(&mut self, line: &[u8]) -> Finding {
+        let now = Circumstances {
+            activity: Activity::Idle,
+            homing: self.settings.is_on(Setting::Homing),
+            single_axis_homing: self.config.options.single_axis_homing,
+        };
+        let command = SystemCommand::parse(line, &now).map_err(refused)?;
+        if let SystemCommand::Set { number, value } = command {
+            let entry = Entry { number, value };
+            if let Err(status) = self.settings.set(entry, TIMING.limits(AXES)) {
+                let fault = command.locate(status.into(), line);
+                let words = || instead(&self.settings, AXES, number).trim().to_owned();
+                let detail = (status == Status::StepRateTooHigh).then(words);
+                return Err((LineFaultKind::Refused(fault), detail));
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether a target lies within the travel, where soft limits are on.
+    fn check_travel(&self, target: &[Coordinate; AXES]) -> Finding {
+        if !self.settings.is_on(Setting::SoftLimits) && !self.travel_counts {
+            return Ok(());
+        }
+        let travel = self.travel();
+        if soft_limits::allow(target, &travel, &self.config.axes) {
+            return Ok(());
+        }
+        Err((
+            LineFaultKind::OutOfTravel,
+            Some(self.beyond(target, &travel)),
+        ))
+    }
+
+    /// Says which axis would leave its travel, and by how much.
+    fn beyond(&self, target: &[Coordinate; AXES], travel: &[Coordinate; AXES]) -> String {
+        let kinds = self.config.axes.iter();
+        let axes = self
+            .letters
+            .iter()
+            .zip(kinds)
+            .zip(target.iter().zip(travel));
+        let is_beyond = |at: Coordinate, travel: Coordinate| {
+            at > Coordinate::ZERO || at < Coordinate::ZERO - travel
+        };
+        let parts: Vec<String> = axes
+            .filter(|((_, kind), (at, travel))| {
+                **kind != AxisKind::Extruder && is_beyond(**at, **travel)
+            })
+            .map(|((name, _), (at, travel))| {
+                format!(
+                    "{name} would be at {:.3} mm, its travel is {:.3} to 0",
+                    at.to_mm(),
+                    -travel.to_mm()
+                )
+            })
+            .collect();
+        parts.join("; ")
+    }
+
+    fn travel(&self) -> [Coordinate; AXES] {
+        let travel = self.settings.axes(AxisSetting::Travel);
+        let reach = self.reach();
+        std::array::from_fn(|axis| Coordinate::from_nanos(travel[axis].nanos()).min(reach[axis]))
+    }
+
+    /// How far steps can be counted: as the machine itself limits coordinates.
+    fn reach(&self) -> [Coordinate; AXES] {
+        let steps = self.settings.axes(AxisSetting::StepsPerMm);
+        steps.map(|steps| StepsPerMm::from_nanos(steps.nanos()).coordinate(1 << 30))
+    }
+
+    fn complaint(
+        &self,
+        line: u64,
+        raw: &[u8],
+        kind: &LineFaultKind,
+        detail: Option<String>,
+    ) -> Complaint {
+        let (fault, column) = match kind {
+            LineFaultKind::Refused(fault) => (
+                Fault::Error(fault.status),
+                Some(raw_column(raw, fault.column)),
+            ),
+            LineFaultKind::OutOfTravel if self.settings.is_on(Setting::SoftLimits) => {
+                (Fault::Alarm(Alarm::SoftLimit), None)
+            }
+            LineFaultKind::OutOfTravel => (Fault::Remark(Remark::OutsideTravel), None),
+            LineFaultKind::TooLong => (Fault::TooLong, None),
+        };
+        Complaint {
+            file: self.file.clone(),
+            line,
+            column,
+            fault,
+            text: String::from_utf8_lossy(raw).into_owned(),
+            detail,
+        }
+    }
+}
+
+/// X, Y and Z in mm.
+fn mm<const AXES: usize>(at: &[Coordinate; AXES]) -> [f64; 3] {
+    std::array::from_fn(|axis| at.get(axis).map_or(0.0, |axis| axis.nanos() as f64 * 1e-9))
+}
+
+fn refused(fault: LineFault) -> (LineFaultKind, Option<String>) {
+    (LineFaultKind::Refused(fault), None)
+}
+
+fn context<'a, const AXES: usize>(
+    config: &'a MachineConfig<AXES>,
+    settings: &Settings<AXES>,
+    reach: &'a [Coordinate; AXES],
+) -> Context<'a, AXES> {
+    Context {
+        axes: &config.axes,
+        options: &config.options,
+        laser_mode: settings.is_on(Setting::Laser),
+        soft_limits: settings.is_on(Setting::SoftLimits),
+        reach,
+        own: OwnCodes::NONE,
+        tools: ToolTable::NONE,
+    }
+}

@@ -1,0 +1,231 @@
+//! An error shown to a person: file, line, column, the line itself with a caret, GRBL's number, and
+//! the remedy.
+//!
+//! ```text
+//! job.nc:12:5: error:2: A number is missing or badly written
+//!    12 | G1 X-- Y2
+//!       |     ^
+//!   A letter, `$` or `=` must be followed by a number such as 10, -0.5 or .25. ...
+//! ```
+
+use crate::remark::Remark;
+use leadscrew_machine::protocol::alarm::Alarm;
+use leadscrew_machine::protocol::status::Status;
+use leadscrew_sim::own::{alarm_of, error_of};
+use std::fmt;
+
+/// The refusal of a line of a job, or the event that stopped the machine at it.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Fault {
+    /// `error:N`.
+    Error(Status),
+    /// `ALARM:N`.
+    Alarm(Alarm),
+    /// `error:33`, of a move with more steps than can be counted.
+    TooLong,
+    /// Nothing that the machine says.
+    Remark(Remark),
+}
+
+impl Fault {
+    /// The name of a remark in JSON.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Remark(remark) => remark.name(),
+            Self::Error(_) | Self::Alarm(_) | Self::TooLong => "error",
+        }
+    }
+
+    /// Whether the machine takes it.
+    pub fn is_remark(self) -> bool {
+        matches!(self, Self::Remark(_))
+    }
+
+    /// GRBL's number; 0 for a line that the machine accepts.
+    pub fn code(self) -> u8 {
+        match self {
+            Self::TooLong => Status::InvalidTarget.number(),
+            Self::Remark(_) => 0,
+            Self::Error(status) => status.number(),
+            Self::Alarm(alarm) => alarm.number(),
+        }
+    }
+
+    /// The short text.
+    pub fn message(self) -> &'static str {
+        match self {
+            Self::TooLong => "the move has more steps than can be counted",
+            Self::Remark(remark) => remark.message(),
+            Self::Error(Status::Own(number)) => error_of(number).map_or("", |own| own.text),
+            Self::Alarm(Alarm::Own(number)) => alarm_of(number).map_or("", |own| own.text),
+            Self::Error(status) => status.text(),
+            Self::Alarm(alarm) => alarm.text(),
+        }
+    }
+
+    fn explanation(self) -> &'static str {
+        match self {
+            Self::TooLong => "67 108 863 steps of one motor are the most: divide the move.",
+            Self::Remark(remark) => remark.explanation(),
+            Self::Error(Status::Own(number)) => error_of(number).map_or("", |own| own.explanation),
+            Self::Alarm(Alarm::Own(number)) => alarm_of(number).map_or("", |own| own.explanation),
+            Self::Error(status) => status.explanation(),
+            Self::Alarm(alarm) => alarm.explanation(),
+        }
+    }
+}
+
+/// As GRBL spells it.
+impl fmt::Display for Fault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Error(_) | Self::TooLong => write!(f, "error:{}", self.code()),
+            Self::Alarm(_) => write!(f, "ALARM:{}", self.code()),
+            Self::Remark(_) => f.write_str("warning"),
+        }
+    }
+}
+
+/// A fault and the line that it belongs to.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Complaint {
+    /// The job's file name.
+    pub file: String,
+    /// The line's number, from 1.
+    pub line: u64,
+    /// Where in the line, bytes from 0, if that is known.
+    pub column: Option<usize>,
+    /// The mistake.
+    pub fault: Fault,
+    /// The line's text.
+    pub text: String,
+    /// Details of this case, for example the distance beyond a soft limit.
+    pub detail: Option<String>,
+}
+
+/// Characters of a line that are shown on each side of the caret.
+const CONTEXT: usize = 50;
+
+impl fmt::Display for Complaint {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}:{}", self.file, self.line)?;
+        if let Some(column) = self.column {
+            write!(f, ":{}", column + 1)?;
+        }
+        writeln!(f, ": {}: {}", self.fault, self.fault.message())?;
+        self.quote(f)?;
+        if let Some(detail) = &self.detail {
+            writeln!(f, "  {detail}")?;
+        }
+        write!(f, "  {}", self.fault.explanation())
+    }
+}
+
+impl Complaint {
+    /// A remark on a line.
+    pub fn remark(file: &str, line: u64, column: usize, remark: Remark, text: &[u8]) -> Self {
+        Self {
+            file: file.to_owned(),
+            line,
+            column: Some(column),
+            fault: Fault::Remark(remark),
+            text: String::from_utf8_lossy(text).into_owned(),
+            detail: None,
+        }
+    }
+
+    /// An annotation as GitHub's workflows show it beside the line.
+    pub fn annotation(&self) -> String {
+        let level = if self.fault.is_remark() {
+            "warning"
+        } else {
+            "error"
+        };
+        let column = self
+            .column
+            .map_or(String::new(), |column| format!(",col={}", column + 1));
+        let title = property(&format!("{}: {}", self.fault, self.fault.message()));
+        let mut message = self.fault.explanation().to_owned();
+        if let Some(detail) = &self.detail {
+            message = format!("{detail}\n{message}");
+        }
+        let (file, line, message) = (property(&self.file), self.line, data(&message));
+        format!("::{level} file={file},line={line}{column},title={title}::{message}")
+    }
+
+    /// Writes the line, cut to the text near the caret, and the caret under it.
+    fn quote(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let shown: Vec<char> = self.text.chars().map(printable).collect();
+        let caret = self.column.unwrap_or(0).min(shown.len());
+        let from = caret.saturating_sub(CONTEXT);
+        let to = (caret + CONTEXT).min(shown.len());
+        let before = if from > 0 { "…" } else { "" };
+        let after = if to < shown.len() { "…" } else { "" };
+        let part: String = shown.get(from..to).unwrap_or_default().iter().collect();
+        writeln!(f, "{:>6} | {before}{part}{after}", self.line)?;
+        if self.column.is_some() {
+            let blanks = caret - from + before.chars().count();
+            writeln!(f, "       | {:blanks$}^", "")?;
+        }
+        Ok(())
+    }
+}
+
+/// Text of an annotation, escaped.
+fn data(text: &str) -> String {
+    text.replace('%', "%25")
+        .replace('\r', "%0D")
+        .replace('\n', "%0A")
+}
+
+/// The value of an annotation's property, escaped.
+fn property(text: &str) -> String {
+    data(text).replace(':', "%3A").replace(',', "%2C")
+}
+
+/// A line's character as it may be shown: control characters as a dot, so that columns stay.
+fn printable(c: char) -> char {
+    match c {
+        '\t' => ' ',
+        c if c.is_control() => '·',
+        c => c,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn complaint(text: &str, column: Option<usize>) -> Complaint {
+        Complaint {
+            file: "job.nc".to_owned(),
+            line: 12,
+            column,
+            fault: Fault::Error(Status::BadNumber),
+            text: text.to_owned(),
+            detail: None,
+        }
+    }
+
+    #[test]
+    fn the_caret_stands_under_the_column() {
+        let text = complaint("G1 X-- Y2", Some(3)).to_string();
+        let lines: Vec<&str> = text.lines().collect();
+        assert!(lines[0].starts_with("job.nc:12:4: error:2: "));
+        assert_eq!(lines[1], "    12 | G1 X-- Y2");
+        assert_eq!(lines[2].find('^'), lines[1].find("X--"));
+    }
+
+    #[test]
+    fn a_long_line_is_cut_around_the_caret() {
+        let text = complaint(&"X1".repeat(500_000), Some(700)).to_string();
+        assert!(text.lines().all(|line| line.chars().count() < 200));
+        let lines: Vec<&str> = text.lines().collect();
+        assert!(lines[1].contains('…') && lines[2].ends_with('^'));
+    }
+
+    #[test]
+    fn control_characters_are_not_sent_to_the_terminal() {
+        assert!(!complaint("G1\x1b[31mX", None).to_string().contains('\x1b'));
+    }
+}

@@ -1,0 +1,41 @@
+//! Checks and times G-code jobs on a simulated machine.
+//!
+//! ```text
+//!   text --lines--> Follow: interpreter alone ----> CheckReport     read_through
+//!    |                                              path, remarks
+//!    `----bytes---> Stream: simulated machine ----> ProfileReport   Recorder watches
+//! ```
+//!
+//! It needs neither a command line nor a clock nor threads: `leadscrew check` and `profile`, the page of `leadscrew serve`, and the
+//! page without a server all use it.
+#![forbid(unsafe_code)]
+
+mod check;
+mod checker;
+mod complaint;
+mod json;
+mod look;
+mod machine;
+mod profile;
+mod remark;
+pub mod settings_file;
+mod stream;
+mod words;
+
+pub use check::{read_through, CheckJson, CheckReport};
+pub use checker::{follow, Follow};
+pub use complaint::{Complaint, Fault};
+pub use json::{
+    error_json, extents, warning_json, Extent, Extents, JsonError, JsonWarning, JSON_VERSION,
+};
+pub use look::{Finding, Job, Workshop};
+pub use machine::{capped, Machine, TIMING};
+pub use profile::{limits_of, without_lead, ProfileJson, ProfileReport, Trial};
+pub use remark::{Done, Remark};
+pub use stream::{Counted, News, Stream, Streamed};
+pub use words::{duration, title, verdict};
+
+/// The example of the package's README, run as a test.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

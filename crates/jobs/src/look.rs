@@ -1,0 +1,293 @@
+//! Looks at a job for somebody who waits: its path, the findings of a check, the uses of its time.
+
+use crate::check::read_through;
+use crate::checker::follow;
+use crate::machine::Machine;
+use crate::profile::{limits_of, without_lead, ProfileReport};
+use crate::stream::Stream;
+use leadscrew_gcode::Number;
+use leadscrew_machine::settings::table::Setting;
+use leadscrew_machine::settings::values::{Entry, Key};
+use leadscrew_planner::Coordinate;
+use leadscrew_sim::link::Rate;
+use leadscrew_sim::profile::{Axes, Belts, Door, Limits, Place, Profile, Stops};
+use leadscrew_sim::scene::MOVE_BYTES;
+use leadscrew_sim::speed_profile::Recorder;
+use std::io::{self, BufReader, Read};
+
+/// Moves that are handed over at a time.
+const AT_ONCE: usize = 100_000;
+
+/// Bytes of a job that are read at a time: whether to go on is asked before each.
+const READ: usize = 1024;
+
+/// A job to be looked at.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Job {
+    /// The name of its file.
+    pub name: String,
+    /// Its text.
+    pub text: Vec<u8>,
+    /// The machine's settings, lines as `$$` prints them.
+    pub settings: String,
+    /// Where work zero is, machine position, axis by axis, mm.
+    pub origin: Vec<f32>,
+}
+
+/// Something that is known of a job. They come in this order, [`Finding::Progress`] again and again.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub enum Finding {
+    /// Moves of the job in work coordinates: [`Drawn`](leadscrew_sim::scene::Drawn)s.
+    Scene(Vec<u8>),
+    /// The output of `leadscrew check --json`.
+    Check(String),
+    /// How much of the job has been timed, percent.
+    Progress(u8),
+    /// The output of `leadscrew profile --json`.
+    Profile(String),
+}
+
+/// Looks at jobs for one machine.
+#[derive(Clone, Debug)]
+pub struct Workshop {
+    /// The machine.
+    file: Profile,
+}
+
+impl Workshop {
+    /// Looks at jobs for this machine. The present places of its carriages and switches do not count.
+    pub fn new(machine: &Profile) -> Self {
+        let mut file = machine.clone();
+        // The recorder knows motors that turn one axis each.
+        file.kinematics = Belts::Cartesian;
+        (file.second_motor, file.probe) = (None, None);
+        file.door = Door::default();
+        let Axes {
+            x,
+            y,
+            z,
+            a,
+            b,
+            c,
+            e,
+        } = &mut file.axes;
+        for axis in [x, y, z].into_iter().chain(a).chain(b).chain(c).chain(e) {
+            axis.limits = Limits::default();
+            axis.start = Place::default();
+            axis.stops = Stops::default();
+        }
+        Self { file }
+    }
+
+    /// Looks at a job; hands over each finding at once, and ends soon once `go_on` answers no.
+    pub fn look(&self, job: &Job, go_on: &dyn Fn() -> bool, tell: &mut dyn FnMut(Finding)) {
+        let machine = Machine::from_listing(&job.settings, self.file.clone());
+        let Ok(checked) = check(job, &machine) else {
+            return;
+        };
+        for part in checked.scene.chunks(AT_ONCE * MOVE_BYTES) {
+            tell(Finding::Scene(part.to_vec()));
+        }
+        tell(Finding::Check(checked.json));
+        if checked.is_clean && go_on() {
+            time(job, &machine, go_on, tell);
+        }
+    }
+}
+
+/// The result of a check.
+struct Checked {
+    scene: Vec<u8>,
+    json: String,
+    is_clean: bool,
+}
+
+fn check(job: &Job, machine: &Machine) -> io::Result<Checked> {
+    let mut checker = follow(&job.name, machine);
+    let origin: [f32; 3] = std::array::from_fn(|axis| job.origin.get(axis).copied().unwrap_or(0.0));
+    // Where the machine has no home, it does not know where its travel ends.
+    let has_home = machine.settings.is_on(Setting::Homing);
+    let zero = if has_home { origin } else { [0.0; 3] };
+    if has_home {
+        checker.begin_at(origin.map(Coordinate::from_mm));
+    }
+    checker.draw();
+    let report = read_through(&mut *checker, &job.name, &job.text[..], |_| {})?;
+    let mut scene = Vec::with_capacity(checker.path().moves().len() * MOVE_BYTES);
+    for one in checker.path().moves() {
+        let mut one = *one;
+        for (place, zero) in one.to.iter_mut().zip(zero) {
+            *place -= zero;
+        }
+        one.write(&mut scene);
+    }
+    let json = serde_json::to_string(&report.json()).unwrap_or_default();
+    Ok(Checked {
+        scene,
+        json,
+        is_clean: report.error_count == 0,
+    })
+}
+
+/// Runs the job on a machine of its own. Tells the progress, and at the end the uses of the time.
+fn time(job: &Job, machine: &Machine, go_on: &dyn Fn() -> bool, tell: &mut dyn FnMut(Finding)) {
+    let mut settings = without_lead(machine).settings;
+    // The job begins at machine position 0 here: its time is the same wherever it begins.
+    for setting in [Setting::SoftLimits, Setting::Homing] {
+        settings.load(Entry {
+            number: Key::Machine(setting).number(),
+            value: Number::from_int(0),
+        });
+    }
+    let machine = machine.with(&settings);
+    let stream = Stream {
+        machine: &machine,
+        rate: Rate::NeverWaits,
+        keep_going: false,
+        feed_percent: 100,
+        keep_answers: true,
+        warn: false,
+        tell: |_| {},
+    };
+    let text = Watched {
+        size: job.text.len(),
+        rest: &job.text,
+        told: 0,
+        go_on,
+        tell,
+    };
+    let recorder = Recorder::new(limits_of(&machine));
+    let done = stream.run(&job.name, BufReader::with_capacity(READ, text), recorder);
+    // A job that is given up has no time.
+    if let Ok(done) = done {
+        let report = ProfileReport::new(&job.name, machine.file.letters(), done);
+        tell(Finding::Profile(report.json(true)));
+    }
+}
+
+/// A job's text that tells how much of it was read, and ends where it is to.
+struct Watched<'a> {
+    size: usize,
+    rest: &'a [u8],
+    /// Percent that have been told.
+    told: u8,
+    go_on: &'a dyn Fn() -> bool,
+    tell: &'a mut dyn FnMut(Finding),
+}
+
+impl Read for Watched<'_> {
+    fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
+        if !(self.go_on)() {
+            return Err(io::ErrorKind::ConnectionAborted.into());
+        }
+        let done = (self.size - self.rest.len()) * 100 / self.size.max(1);
+        if done > usize::from(self.told) {
+            self.told = done as u8;
+            (self.tell)(Finding::Progress(self.told));
+        }
+        self.rest.read(bytes)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::time::Duration;
+
+    fn look(text: &str, settings: &str, origin: [f32; 3]) -> Vec<Finding> {
+        look_for("", text, settings, origin)
+    }
+
+    /// Looks at a job for the machine of this file.
+    fn look_for(file: &str, text: &str, settings: &str, origin: [f32; 3]) -> Vec<Finding> {
+        let file = Profile::parse(std::path::Path::new("test.toml"), file).unwrap();
+        let job = Job {
+            name: "test.nc".to_owned(),
+            text: text.as_bytes().to_vec(),
+            settings: settings.to_owned(),
+            origin: origin.to_vec(),
+        };
+        let mut found = Vec::new();
+        Workshop::new(&file).look(&job, &|| true, &mut |finding| found.push(finding));
+        found
+    }
+
+    fn check_of(found: &[Finding]) -> serde_json::Value {
+        let json = found.iter().find_map(|finding| match finding {
+            Finding::Check(json) => Some(json),
+            _ => None,
+        });
+        serde_json::from_str(json.unwrap()).unwrap()
+    }
+
+    #[test]
+    fn a_job_is_drawn_checked_and_timed_in_this_order() {
+        let found = look("G1X10F300\n", "", [0.0; 3]);
+        let Finding::Scene(scene) = &found[0] else {
+            panic!("{found:?}")
+        };
+        assert_eq!(scene.len(), 2 * MOVE_BYTES);
+        assert!(check_of(&found)["errors"].as_array().unwrap().is_empty());
+        let Some(Finding::Profile(json)) = found.last() else {
+            panic!("{found:?}")
+        };
+        let profile: serde_json::Value = serde_json::from_str(json).unwrap();
+        // 10 mm at 5 mm/s, with ramps of 10 mm/s².
+        let ideal = 10.0 / 5.0 + 5.0 / 10.0;
+        let seconds = profile["job_seconds"].as_f64().unwrap();
+        assert!((seconds - ideal).abs() < 0.05, "{seconds} {ideal}");
+    }
+
+    #[test]
+    fn a_job_with_errors_is_drawn_and_not_timed() {
+        let found = look("G1X10\n", "", [0.0; 3]);
+        assert_eq!(check_of(&found)["errors"][0]["line"], 1);
+        assert!(!found
+            .iter()
+            .any(|finding| matches!(finding, Finding::Profile(_))));
+    }
+
+    #[test]
+    fn soft_limits_count_from_where_work_zero_is() {
+        let settings = "$22=1\n$20=1\n$130=200\n";
+        let inside = look("G0X50\n", settings, [-100.0, -100.0, -10.0]);
+        assert!(check_of(&inside)["errors"].as_array().unwrap().is_empty());
+        let outside = look("G0X150\n", settings, [-100.0, -100.0, -10.0]);
+        assert_eq!(check_of(&outside)["errors"][0]["line"], 1);
+    }
+
+    #[test]
+    fn a_job_is_looked_at_for_the_machine_of_the_page() {
+        let file = "[axes.e]\nlimits = {}\n[outputs]\ncount = 1\n[axes.x]\nlimits = { low = 0 }\n";
+        let job = "M83\nM62P0\nG1X10E1F300\n";
+        let errors = |found: &[Finding]| check_of(found)["errors"].as_array().unwrap().len();
+        let found = look_for(file, job, "$21=1\n", [0.0; 3]);
+        assert_eq!(errors(&found), 0, "{found:?}");
+        assert!(
+            matches!(found.last(), Some(Finding::Profile(_))),
+            "{found:?}"
+        );
+        assert_eq!(errors(&look(job, "", [0.0; 3])), 3);
+    }
+
+    #[test]
+    fn a_job_that_is_given_up_ends_soon() {
+        let job = Job {
+            name: "long.nc".to_owned(),
+            text: "G1X1F500\nX0\n".repeat(100_000).into_bytes(),
+            settings: String::new(),
+            origin: vec![0.0; 3],
+        };
+        let begun = std::time::Instant::now();
+        Workshop::new(&Profile::default()).look(
+            &job,
+            &|| begun.elapsed() < Duration::from_millis(300),
+            &mut |_| {},
+        );
+        assert!(
+            begun.elapsed() < Duration::from_secs(20),
+            "{:?}",
+            begun.elapsed()
+        );
+    }
+}

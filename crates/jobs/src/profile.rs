@@ -1,0 +1,259 @@
+//! Where the time of a job goes, and which settings would make it faster.
+
+use crate::complaint::Complaint;
+use crate::json::{error_json, JsonError, JSON_VERSION};
+use crate::machine::{Machine as Chosen, TIMING};
+use crate::stream::Streamed;
+use crate::words::{duration, verdict};
+use leadscrew_gcode::Number;
+use leadscrew_machine::settings::table::{AxisSetting, Setting};
+use leadscrew_machine::settings::values::{Entry, Key};
+use leadscrew_sim::clock::{seconds, Cycle};
+use leadscrew_sim::speed_profile::{shares, Machine, Recorder, Share, Stretch};
+use schemars::JsonSchema;
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::fmt;
+
+/// Limits that are listed one by one; the rest is added up.
+const LISTED: usize = 12;
+
+/// The same without the laser's lead, which leaves the motion alone: power is shown where it belongs on the path.
+pub fn without_lead(chosen: &Chosen) -> Chosen {
+    let mut settings = chosen.settings.clone();
+    settings.load(Entry {
+        number: Key::Machine(Setting::LaserLead).number(),
+        value: Number::from_int(0),
+    });
+    chosen.with(&settings)
+}
+
+/// The machine whose limits are found.
+pub fn limits_of(chosen: &Chosen) -> Machine {
+    let pulse = chosen.settings.whole(Setting::StepPulse);
+    let pulse_us = u8::try_from(pulse).unwrap_or(u8::MAX);
+    let values = |setting| chosen.of_axes(setting).into_iter();
+    Machine {
+        mm_per_step: values(AxisSetting::StepsPerMm).map(f64::recip).collect(),
+        rate: values(AxisSetting::MaxRate)
+            .map(|rate| rate / 60.0)
+            .collect(),
+        acceleration: values(AxisSetting::Acceleration).collect(),
+        step_rate: TIMING
+            .highest_rate(pulse_us, chosen.file.motor_count())
+            .into(),
+    }
+}
+
+/// A change and its saving.
+#[derive(Clone, PartialEq, Debug, Serialize, JsonSchema)]
+pub struct Trial {
+    /// The change of settings, for example `$120=400 (now 200)`.
+    pub change: String,
+    /// How much shorter the job is, s.
+    pub seconds_saved: f64,
+}
+
+/// The result of a profile.
+pub struct ProfileReport {
+    file: String,
+    /// Letters of the axes, in order.
+    pub letters: Vec<char>,
+    lines: u64,
+    errors: Vec<Complaint>,
+    error_count: u64,
+    alarm: Option<Complaint>,
+    /// When the first byte came.
+    pub begin: Cycle,
+    /// The job's time from then on, cycles.
+    pub job_cycles: u64,
+    /// The stretches in which one limit binds.
+    pub stretches: Vec<Stretch>,
+    /// How long each limit binds.
+    pub shares: Vec<Share>,
+    /// The savings of changes that were tried.
+    pub trials: Vec<Trial>,
+}
+
+impl ProfileReport {
+    /// The result of a job called `file`, on a machine whose axes have these letters.
+    pub fn new(file: &str, letters: Vec<char>, done: Streamed<Recorder>) -> Self {
+        let begin = done.outcome.first_byte;
+        let end = begin + done.outcome.job_cycles;
+        let counted = done.counted;
+        let stretches = done
+            .observer
+            .finish(begin, end, |number| counted.line(number));
+        Self {
+            file: file.to_owned(),
+            letters,
+            lines: done.lines,
+            errors: done.errors,
+            error_count: done.error_count,
+            alarm: done.alarm,
+            begin,
+            job_cycles: done.outcome.job_cycles,
+            shares: shares(&stretches),
+            stretches,
+            trials: Vec::new(),
+        }
+    }
+
+    /// Whether the job met neither an error nor an alarm.
+    pub fn is_clean(&self) -> bool {
+        self.error_count == 0 && self.alarm.is_none()
+    }
+
+    fn verdict(&self) -> String {
+        verdict(self.alarm.as_ref(), self.error_count)
+    }
+
+    /// One line of figures, for a picture.
+    pub fn caption(&self) -> String {
+        let length: f64 = self.stretches.iter().map(|stretch| stretch.length).sum();
+        let time = seconds(self.job_cycles);
+        format!("{} · {length:.1} mm · {}", duration(time), self.verdict())
+    }
+
+    /// Share of the job's time.
+    fn part(&self, cycles: u64) -> f64 {
+        cycles as f64 / self.job_cycles.max(1) as f64
+    }
+
+    /// The report as JSON, with the time at each line where it is wanted.
+    pub fn json(&self, line_times: bool) -> String {
+        let share = |share: &Share| JsonShare {
+            limit: share.limit.name(&self.letters),
+            because: share.limit.because(&self.letters),
+            held_by: share.limit.held_by(),
+            seconds: seconds(share.cycles),
+            share: self.part(share.cycles),
+        };
+        let json = ProfileJson {
+            version: JSON_VERSION,
+            file: &self.file,
+            lines: self.lines,
+            errors: self.errors.iter().map(error_json).collect(),
+            alarm: self.alarm.as_ref().map(|alarm| alarm.fault.code()),
+            job_seconds: seconds(self.job_cycles),
+            limits: self.shares.iter().map(share).collect(),
+            trials: &self.trials,
+            line_times: line_times.then(|| self.line_times()),
+        };
+        serde_json::to_string_pretty(&json).unwrap_or_default()
+    }
+
+    /// How long the machine is at each line that moves it.
+    fn line_times(&self) -> Vec<JsonLine> {
+        let mut cycles: BTreeMap<u64, u64> = BTreeMap::new();
+        for stretch in self.stretches.iter().filter(|stretch| stretch.line > 0) {
+            *cycles.entry(stretch.line).or_default() += stretch.cycles();
+        }
+        let line = |(line, cycles): (u64, u64)| JsonLine {
+            line,
+            seconds: seconds(cycles),
+        };
+        cycles.into_iter().map(line).collect()
+    }
+
+    fn write_shares(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(
+            f,
+            "  what binds                                     time    share  held by"
+        )?;
+        for share in self.shares.iter().take(LISTED) {
+            let because = share.limit.because(&self.letters);
+            let ramp = if because.is_empty() { "" } else { ", " };
+            let name = format!("{}{ramp}{because}", share.limit.name(&self.letters));
+            let percent = self.part(share.cycles) * 100.0;
+            let line = format!(
+                "    {name:<40} {:>10.3} s {percent:>6.1} %  {}",
+                seconds(share.cycles),
+                share.limit.held_by()
+            );
+            writeln!(f, "{}", line.trim_end())?;
+        }
+        let rest: u64 = self
+            .shares
+            .iter()
+            .skip(LISTED)
+            .map(|share| share.cycles)
+            .sum();
+        if rest > 0 {
+            let percent = self.part(rest) * 100.0;
+            writeln!(
+                f,
+                "    {:<40} {:>10.3} s {percent:>6.1} %",
+                "others",
+                seconds(rest)
+            )?;
+        }
+        Ok(())
+    }
+
+    fn write_trials(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.trials.is_empty() {
+            return Ok(());
+        }
+        writeln!(
+            f,
+            "  to run faster (each measured by running the job again)"
+        )?;
+        let job = seconds(self.job_cycles);
+        let widths = self.trials.iter().map(|trial| trial.change.len());
+        let width = widths.max().unwrap_or(0);
+        for trial in &self.trials {
+            let (saved, percent) = (trial.seconds_saved, trial.seconds_saved / job * 100.0);
+            writeln!(
+                f,
+                "    {:<width$}  saves {saved:.3} s ({percent:.1} %)",
+                trial.change
+            )?;
+        }
+        writeln!(
+            f,
+            "  whether machine and tool can do it is for you to judge"
+        )
+    }
+}
+
+impl fmt::Display for ProfileReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{}: {} lines, {}", self.file, self.lines, self.verdict())?;
+        let time = duration(seconds(self.job_cycles));
+        writeln!(f, "  job time     {time} from the first byte to rest")?;
+        self.write_shares(f)?;
+        self.write_trials(f)
+    }
+}
+
+/// The output of `leadscrew profile --json`.
+#[derive(Serialize, JsonSchema)]
+#[serde(rename = "Profile")]
+pub struct ProfileJson<'a> {
+    version: u32,
+    file: &'a str,
+    lines: u64,
+    errors: Vec<JsonError<'a>>,
+    alarm: Option<u8>,
+    job_seconds: f64,
+    limits: Vec<JsonShare>,
+    trials: &'a [Trial],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    line_times: Option<Vec<JsonLine>>,
+}
+
+#[derive(Serialize, JsonSchema)]
+struct JsonLine {
+    line: u64,
+    seconds: f64,
+}
+
+#[derive(Serialize, JsonSchema)]
+struct JsonShare {
+    limit: String,
+    because: String,
+    held_by: String,
+    seconds: f64,
+    share: f64,
+}

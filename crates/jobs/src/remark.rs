@@ -1,0 +1,161 @@
+//! Likely mistakes that the machine accepts: comments that do not end, settings in a job, lines
+//! after its end.
+
+/// The effects of a line besides its motion.
+#[derive(Clone, Copy, PartialEq, Eq, Default, Debug)]
+pub struct Done {
+    /// It paused for the operator: M0, M1.
+    pub paused: bool,
+    /// It ended the program: M2, M30.
+    pub ended: bool,
+}
+
+/// The subject of a remark.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
+pub enum Remark {
+    /// A `(` without a `)`: all that follows in the line is comment.
+    UnclosedComment,
+    /// A byte that no G-code has: it is dropped.
+    OddByte,
+    /// A line that changes a setting of the machine, for good.
+    Setting,
+    /// A line behind M2 or M30: senders send it all the same.
+    AfterEnd,
+    /// A place outside the travel that soft limits would not stop: they are off.
+    OutsideTravel,
+}
+
+impl Remark {
+    /// The name in JSON.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::UnclosedComment => "unclosed_comment",
+            Self::OddByte => "odd_byte",
+            Self::Setting => "setting",
+            Self::AfterEnd => "after_end",
+            Self::OutsideTravel => "outside_travel",
+        }
+    }
+
+    /// The short text.
+    pub fn message(self) -> &'static str {
+        match self {
+            Self::UnclosedComment => "a comment is not closed",
+            Self::OddByte => "a byte that is no G-code is dropped",
+            Self::Setting => "the job changes a setting of the machine",
+            Self::AfterEnd => "the program has ended before",
+            Self::OutsideTravel => "outside the travel",
+        }
+    }
+
+    /// The meaning of the remark.
+    pub fn explanation(self) -> &'static str {
+        match self {
+            Self::UnclosedComment => "All that follows the ( in this line is taken for comment.",
+            Self::OddByte => {
+                "What looks like a blank, a minus or a digit may be another character."
+            }
+            Self::Setting => "It stays changed after the job, and motion stops for it.",
+            Self::AfterEnd => "M2 and M30 end the program; senders send what follows all the same.",
+            Self::OutsideTravel => "Soft limits ($20) are off: the machine would run into its end.",
+        }
+    }
+}
+
+/// Follows a program for remarks.
+#[derive(Default)]
+pub(crate) struct Remarks {
+    ended: bool,
+    told_of_end: bool,
+}
+
+impl Remarks {
+    /// Takes a line with the effects `done`; answers the remarks about it, and the byte of each.
+    pub(crate) fn take(&mut self, raw: &[u8], done: Done) -> Vec<(usize, Remark)> {
+        let found = self.read(raw);
+        self.pass(done);
+        found
+    }
+
+    /// Takes a line whose effects are not known yet.
+    pub(crate) fn read(&mut self, raw: &[u8]) -> Vec<(usize, Remark)> {
+        let mut found = Vec::new();
+        let code = code(raw, &mut found);
+        if code == Some(b'$') && raw.contains(&b'=') && !raw.trim_ascii().starts_with(b"$J=") {
+            found.push((0, Remark::Setting));
+        }
+        let after_end = self.ended && code.is_some();
+        if after_end && !std::mem::replace(&mut self.told_of_end, true) {
+            found.push((0, Remark::AfterEnd));
+        }
+        found
+    }
+
+    /// Takes the effects of the line read last.
+    pub(crate) fn pass(&mut self, done: Done) {
+        self.ended |= done.ended;
+    }
+}
+
+/// The first byte of a line that is code; notes remarks about comments and bytes.
+fn code(raw: &[u8], found: &mut Vec<(usize, Remark)>) -> Option<u8> {
+    let (mut first, mut comment, mut odd) = (None, None, None);
+    for (column, byte) in raw.iter().enumerate() {
+        match (comment, byte) {
+            (Some(_), b')') => comment = None,
+            (Some(_), _) => {}
+            (None, b'(') => comment = Some(column),
+            (None, b';') => break,
+            (None, b'\t' | b' ') => {}
+            (None, b'!'..=b'~') => first = first.or(Some(*byte)),
+            (None, _) => odd = odd.or(Some(column)),
+        }
+    }
+    found.extend(odd.map(|column| (column, Remark::OddByte)));
+    found.extend(comment.map(|column| (column, Remark::UnclosedComment)));
+    first
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn remarks(lines: &[&str]) -> Vec<(usize, Remark)> {
+        let mut all = Remarks::default();
+        let mut found = Vec::new();
+        for line in lines {
+            let ended = line.starts_with("M30");
+            let done = Done {
+                ended,
+                ..Done::default()
+            };
+            found.extend(all.take(line.as_bytes(), done));
+        }
+        found
+    }
+
+    #[test]
+    fn what_nobody_can_have_meant_is_remarked_at_its_place() {
+        assert_eq!(
+            remarks(&["G0X1 (to the left"]),
+            [(5, Remark::UnclosedComment)]
+        );
+        assert_eq!(remarks(&["G0X\u{2212}1"]), [(3, Remark::OddByte)]);
+        assert_eq!(remarks(&["$110=500"]), [(0, Remark::Setting)]);
+
+        assert_eq!(remarks(&["M30", "G0X1", "G0X2"]), [(0, Remark::AfterEnd)]);
+    }
+
+    #[test]
+    fn what_is_usual_is_not() {
+        let usual = [
+            "G0X1 (\u{e4}) Y2\t; (\u{e4}",
+            "$J=G91X1F100",
+            "$H",
+            "M30",
+            "; end (",
+            "",
+        ];
+        assert_eq!(remarks(&usual), []);
+    }
+}

@@ -1,0 +1,438 @@
+//! Streams a job through a simulated machine.
+
+use crate::checker::{follow, Follow};
+use crate::complaint::{Complaint, Fault};
+use crate::machine::Machine;
+use crate::remark::Remarks;
+use leadscrew_machine::board::ChannelId;
+use leadscrew_machine::machine::LineFault;
+use leadscrew_machine::protocol::alarm::Alarm;
+use leadscrew_machine::protocol::line_reader::raw_column;
+use leadscrew_machine::protocol::status::Status;
+use leadscrew_machine::settings::table::Setting;
+use leadscrew_sim::clock::Cycle;
+use leadscrew_sim::event_loop::Stopped;
+use leadscrew_sim::link::{Host, Rate};
+use leadscrew_sim::observer::Observer;
+use leadscrew_sim::outcome::Outcome;
+use leadscrew_sim::powered::{Powered, Supply, MOST_MOTORS};
+use leadscrew_sim::scene::{note_tools, ToolSizes};
+use leadscrew_sim::streamer::{Replies, Reply, Streamer, Streaming};
+use std::cell::RefCell;
+use std::collections::VecDeque;
+use std::io::{self, BufRead};
+use std::rc::Rc;
+
+/// The realtime byte that raises the feed override by 10 %.
+const FEED_TEN_MORE: u8 = 0x91;
+
+/// Errors that are kept in full.
+const KEPT_ERRORS: usize = 100;
+
+/// Warnings that are kept, as many as `check` keeps.
+const KEPT_WARNINGS: usize = 10_000;
+
+/// How a job is streamed, and through which machine.
+pub struct Stream<'a> {
+    /// The machine.
+    pub machine: &'a Machine,
+    /// The serial line.
+    pub rate: Rate,
+    /// Whether lines after a refused one are sent all the same.
+    pub keep_going: bool,
+    /// The feed override, 100 to 200 in tens.
+    pub feed_percent: u8,
+    /// Whether it is to be known which line each answer was to, 8 bytes a line; and the sizes of the tools.
+    pub keep_answers: bool,
+    /// Whether likely mistakes are to be known.
+    pub warn: bool,
+    /// Hears of news while the job runs.
+    pub tell: fn(&News<'_>),
+}
+
+/// News of a job that runs.
+#[derive(Debug)]
+pub enum News<'a> {
+    /// The machine wants homing, which locks it at power-up: `$X` has unlocked it where it stands.
+    Unlocked,
+    /// An error or an alarm.
+    Complaint(&'a Complaint),
+    /// There are more errors than are kept: the further ones are only counted.
+    FurtherErrors,
+}
+
+/// The result of a job.
+pub struct Streamed<O> {
+    /// Lines read from the file.
+    pub lines: u64,
+    /// The errors that were kept in full.
+    pub errors: Vec<Complaint>,
+    /// How many errors there were.
+    pub error_count: u64,
+    /// The alarm that ended the job.
+    pub alarm: Option<Complaint>,
+    /// Likely mistakes, as `check` finds them; empty where they are not to be known.
+    pub warnings: Vec<Complaint>,
+    /// The lines at which the program paused for its operator (M0).
+    pub pauses: Vec<u64>,
+    /// The tools that it asked for.
+    pub tools: Vec<u32>,
+    /// The lines that the machine counts.
+    pub counted: Counted,
+    /// The result of the simulation.
+    pub outcome: Outcome<MOST_MOTORS>,
+    /// Who watched.
+    pub observer: O,
+}
+
+impl Stream<'_> {
+    /// Streams the job called `name` to its end while `observer` watches.
+    ///
+    /// # Errors
+    /// Where its text cannot be read to its end.
+    pub fn run<O: Observer>(
+        &self,
+        name: &str,
+        text: impl BufRead,
+        observer: O,
+    ) -> io::Result<Streamed<O>> {
+        let faults = Faults::default();
+        let mut watching = (observer, FaultWatch(Rc::clone(&faults)));
+        let complaints = self.complaints(name, faults);
+        let streaming = Streaming {
+            window: usize::from(self.machine.file.receive_buffer()),
+            keep_going: self.keep_going,
+        };
+        let mut operator = Operator::new(Streamer::new(text, streaming, complaints));
+        if self.machine.settings.is_on(Setting::Homing) {
+            operator.say(b"$X\n");
+            (self.tell)(&News::Unlocked);
+        }
+        let tens = usize::from(self.feed_percent.saturating_sub(100) / 10);
+        operator.say(&vec![FEED_TEN_MORE; tens]);
+        let (mut pauses, mut outcome) = (Vec::new(), None);
+        let file = &self.machine.file;
+        file.power_up(self.supply(), &mut watching, &mut |powered| {
+            pauses = operate(powered, &mut operator);
+            outcome = Some(powered.outcome());
+        });
+        let outcome = outcome.ok_or_else(|| io::Error::other("the machine has no power"))?;
+
+        let lines = operator.streamer.lines();
+        let own = operator.own_lines;
+        let mut complaints = operator.streamer.finish()?;
+        Ok(Streamed {
+            lines,
+            errors: complaints.errors,
+            error_count: complaints.count,
+            alarm: complaints.alarm,
+            warnings: complaints.warnings,
+            pauses,
+            tools: complaints.tools,
+            counted: Counted {
+                tools: complaints
+                    .sizes
+                    .take()
+                    .map(|sizes| sizes.behind(own))
+                    .unwrap_or_default(),
+                lines: std::iter::repeat_n(0, own)
+                    .chain(complaints.answered.into_iter().flatten())
+                    .collect(),
+            },
+            outcome,
+            observer: watching.0,
+        })
+    }
+
+    fn complaints(&self, name: &str, faults: Faults) -> Complaints {
+        let checker = (self.warn || !self.keep_going).then(|| follow(name, self.machine));
+        Complaints {
+            answered: self.keep_answers.then(Vec::new),
+            sizes: self.keep_answers.then(Sizes::default),
+            remarks: self.warn.then(Remarks::default),
+            keep_going: self.keep_going,
+            ..Complaints::new(name, faults, checker, self.tell)
+        }
+    }
+
+    fn supply(&self) -> Supply {
+        Supply {
+            first: Some(self.machine.first()),
+            outputs: self.machine.outputs,
+            sensor_fault: self.machine.sensor_fault,
+            ..self.machine.file.supply(self.rate)
+        }
+    }
+}
+
+/// Faults that the machine has found and not yet answered, in order: an answer has no column.
+type Faults = Rc<RefCell<VecDeque<LineFault>>>;
+
+/// Collects the faults.
+struct FaultWatch(Faults);
+
+impl Observer for FaultWatch {
+    fn refused(&mut self, _: Cycle, fault: &LineFault) {
+        self.0.borrow_mut().push_back(*fault);
+    }
+}
+
+/// Lets the machine work until the program is done and motion rests. A program pause (M0) and a tool change (M6) are resumed at
+/// once: nobody stands at this machine. Answers the lines that paused.
+fn operate<F: Replies, R: BufRead>(
+    powered: &mut dyn Powered,
+    operator: &mut Operator<R, F>,
+) -> Vec<u64> {
+    let mut pauses = Vec::new();
+    loop {
+        match powered.work(operator) {
+            Stopped::Quiet if powered.waits_for_operator() => {
+                pauses.push(operator.streamer.current());
+                operator.say(b"~");
+            }
+            Stopped::Quiet | Stopped::Reached | Stopped::Condition => break,
+        }
+    }
+    powered.settle(operator);
+    pauses
+}
+
+/// Who sends: a program, and now and then a word in between.
+struct Operator<R, F> {
+    streamer: Streamer<R, F>,
+    words: VecDeque<u8>,
+    /// Answers to the operator's own lines that are still to come: not the program's.
+    own_answers: usize,
+    /// Lines that the operator said before the program began.
+    own_lines: usize,
+    answer: Vec<u8>,
+}
+
+impl<R: BufRead, F: Replies> Operator<R, F> {
+    fn new(streamer: Streamer<R, F>) -> Self {
+        Self {
+            streamer,
+            words: VecDeque::new(),
+            own_answers: 0,
+            own_lines: 0,
+            answer: Vec::new(),
+        }
+    }
+
+    fn say(&mut self, words: &[u8]) {
+        let lines = words.iter().filter(|byte| **byte == b'\n').count();
+        self.own_answers += lines;
+        self.own_lines += lines;
+        self.words.extend(words);
+    }
+}
+
+impl<R: BufRead, F: Replies> Host for Operator<R, F> {
+    fn next_byte(&mut self, channel: ChannelId) -> Option<u8> {
+        let word = self.words.pop_front();
+        word.or_else(|| self.streamer.next_byte(channel))
+    }
+
+    fn receive(&mut self, channel: ChannelId, byte: u8, now: Cycle) {
+        if self.own_answers == 0 {
+            return self.streamer.receive(channel, byte, now);
+        }
+        if byte != b'\n' {
+            return self.answer.push(byte);
+        }
+        if self.answer.starts_with(b"ok") || self.answer.starts_with(b"error") {
+            self.own_answers -= 1;
+        }
+        self.answer.clear();
+    }
+
+    fn is_done(&self) -> bool {
+        self.words.is_empty() && self.own_answers == 0 && self.streamer.is_done()
+    }
+}
+
+/// The lines that a machine has answered. Empty where they are not to be known.
+#[derive(Default)]
+pub struct Counted {
+    /// The line of the file of each, in the order of the answers; 0 for the operator's own.
+    lines: Vec<u64>,
+    /// The diameter of the tool from the answered line with this index on, mm.
+    tools: Vec<(usize, f32)>,
+}
+
+impl Counted {
+    /// The line of the file that the machine counts as its line `number`; `None` where there is none.
+    pub fn line(&self, number: u32) -> Option<u64> {
+        let index = usize::try_from(number).ok()?.checked_sub(1)?;
+        self.lines.get(index).copied()
+    }
+
+    /// As [`Counted::line`], 0 for none; and the diameter of the tool then, mm.
+    pub fn line_and_tool(&self, number: u32) -> (u32, f32) {
+        let line = self.line(number).unwrap_or(0);
+        let line = u32::try_from(line).unwrap_or(u32::MAX);
+        let begun = |(begin, _): &(usize, f32)| *begin < number as usize;
+        let last = self.tools.partition_point(begun).checked_sub(1);
+        let tool = last.and_then(|last| self.tools.get(last));
+        (line, tool.map_or(0.0, |(_, mm)| *mm))
+    }
+}
+
+/// The sizes of the tools along a program.
+#[derive(Default)]
+struct Sizes {
+    tools: ToolSizes,
+    /// Lines sent.
+    sent: usize,
+    /// Each size, and the lines that were sent before it came into use.
+    changes: Vec<(usize, f32)>,
+}
+
+impl Sizes {
+    fn read(&mut self, line: &[u8]) {
+        let size = self.tools.read(line);
+        if self.changes.last().is_none_or(|(_, last)| *last != size) {
+            self.changes.push((self.sent, size));
+        }
+        self.sent += 1;
+    }
+
+    /// The changes, where `own` lines were sent before the program.
+    fn behind(self, own: usize) -> Vec<(usize, f32)> {
+        let changes = self.changes.into_iter();
+        changes.map(|(sent, size)| (sent + own, size)).collect()
+    }
+}
+
+/// Turns refusals into complaints, and tells each as it comes.
+struct Complaints {
+    file: String,
+    faults: Faults,
+    /// Reads ahead of the machine, so that nothing is sent after the first line that it will refuse.
+    checker: Option<Box<dyn Follow>>,
+    errors: Vec<Complaint>,
+    count: u64,
+    alarm: Option<Complaint>,
+    /// The lines that have been answered, in order, where they are to be known.
+    answered: Option<Vec<u64>>,
+    /// Tools that lines have asked for.
+    tools: Vec<u32>,
+    /// How large they are, where that is to be known.
+    sizes: Option<Sizes>,
+    /// The program's likely mistakes, where they are to be known.
+    remarks: Option<Remarks>,
+    warnings: Vec<Complaint>,
+    /// Whether a line that will be refused is sent like any other.
+    keep_going: bool,
+    tell: fn(&News<'_>),
+}
+
+impl Complaints {
+    fn new(
+        file: &str,
+        faults: Faults,
+        checker: Option<Box<dyn Follow>>,
+        tell: fn(&News<'_>),
+    ) -> Self {
+        Self {
+            file: file.to_owned(),
+            faults,
+            checker,
+            errors: Vec::new(),
+            count: 0,
+            alarm: None,
+            answered: None,
+            tools: Vec::new(),
+            sizes: None,
+            remarks: None,
+            warnings: Vec::new(),
+            keep_going: false,
+            tell,
+        }
+    }
+
+    fn complaint(&self, line: u64, column: Option<usize>, fault: Fault, text: &[u8]) -> Complaint {
+        Complaint {
+            file: self.file.clone(),
+            line,
+            column,
+            fault,
+            text: String::from_utf8_lossy(text).into_owned(),
+            detail: None,
+        }
+    }
+
+    fn note_answer(&mut self, line: u64) {
+        if let Some(answered) = &mut self.answered {
+            answered.push(line);
+        }
+    }
+
+    fn refused(&mut self, line: u64, code: u8, text: &[u8]) {
+        let fault = self.faults.borrow_mut().pop_front();
+        let status = fault
+            .map(|fault| fault.status)
+            .or_else(|| Status::from_number(code))
+            .unwrap_or(Status::Own(code));
+        let column = fault.map(|fault| raw_column(text, fault.column));
+        let fault = match (status, column) {
+            // The interpreter names a place: this is the planner's.
+            (Status::InvalidTarget, None) => Fault::TooLong,
+            (status, _) => Fault::Error(status),
+        };
+        let complaint = self.complaint(line, column, fault, text);
+        self.count += 1;
+        if self.errors.len() < KEPT_ERRORS {
+            (self.tell)(&News::Complaint(&complaint));
+            self.errors.push(complaint);
+        } else if self.count == KEPT_ERRORS as u64 + 1 {
+            (self.tell)(&News::FurtherErrors);
+        }
+    }
+}
+
+impl Replies for Complaints {
+    fn reply(&mut self, reply: &Reply<'_>, _: Cycle) {
+        match *reply {
+            Reply::Error { line, code, text } => {
+                self.note_answer(line);
+                self.refused(line, code, text);
+            }
+            Reply::Alarm { code, line, text } => {
+                let alarm = Alarm::from_number(code).unwrap_or(Alarm::Own(code));
+                let complaint = self.complaint(line, None, Fault::Alarm(alarm), text);
+                (self.tell)(&News::Complaint(&complaint));
+                self.alarm.get_or_insert(complaint);
+            }
+            Reply::Ok { line } => self.note_answer(line),
+            Reply::Other(_) => {}
+        }
+    }
+
+    fn is_last(&mut self, line: &[u8]) -> bool {
+        let Some(checker) = &mut self.checker else {
+            return false;
+        };
+        let refuses = checker.refuses(line);
+        if let Some(remarks) = &mut self.remarks {
+            remarks.pass(checker.last());
+        }
+        refuses && !self.keep_going
+    }
+
+    fn read(&mut self, number: u64, line: &[u8]) {
+        note_tools(&mut self.tools, line);
+        if let Some(sizes) = &mut self.sizes {
+            sizes.read(line);
+        }
+        let Some(remarks) = &mut self.remarks else {
+            return;
+        };
+        for (column, remark) in remarks.read(line) {
+            if self.warnings.len() < KEPT_WARNINGS {
+                let warning = Complaint::remark(&self.file, number, column, remark, line);
+                self.warnings.push(warning);
+            }
+        }
+    }
+}

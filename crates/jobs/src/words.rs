@@ -1,0 +1,44 @@
+//! Words about a job, for people.
+
+use crate::complaint::Complaint;
+
+/// A job's name without its folders, for a picture.
+pub fn title(file: &str) -> String {
+    let name = std::path::Path::new(file).file_name();
+    name.map_or_else(
+        || file.to_owned(),
+        |name| name.to_string_lossy().into_owned(),
+    )
+}
+
+/// How a job ended, in a few words.
+pub fn verdict(alarm: Option<&Complaint>, errors: u64) -> String {
+    match (alarm, errors) {
+        (Some(alarm), _) => format!("stopped by ALARM:{}", alarm.fault.code()),
+        (None, 0) => "done".to_owned(),
+        (None, 1) => "1 error".to_owned(),
+        (None, count) => format!("{count} errors"),
+    }
+}
+
+/// A time as a person reads it: `83.512 s`, with hours and minutes beside it where it is long.
+pub fn duration(seconds: f64) -> String {
+    let whole = seconds as u64;
+    match (whole / 3600, whole / 60 % 60, whole % 60) {
+        (0, 0, _) => format!("{seconds:.3} s"),
+        (0, minutes, rest) => format!("{seconds:.3} s ({minutes} min {rest} s)"),
+        (hours, minutes, _) => format!("{seconds:.3} s ({hours} h {minutes} min)"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn long_times_are_also_given_in_minutes_and_hours() {
+        assert_eq!(duration(59.0004), "59.000 s");
+        assert_eq!(duration(83.5), "83.500 s (1 min 23 s)");
+        assert_eq!(duration(7384.0), "7384.000 s (2 h 3 min)");
+    }
+}

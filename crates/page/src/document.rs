@@ -1,0 +1,207 @@
+//! The page as one document: its style and its modules stand in it, nothing is fetched.
+//!
+//! Modules import each other by bare names. An import map leads each name to the module's text as a `data:` address, so that the
+//! document also works from a file.
+
+use data_encoding::BASE64;
+use serde_json::json;
+use std::fmt::Write as _;
+use std::sync::LazyLock;
+
+/// A module: the name that others import it by, and its text.
+type Module = (&'static str, &'static str);
+
+/// The modules of both documents.
+const COMMON: [Module; 7] = [
+    ("camera", include_str!("../web/camera.js")),
+    ("colours", include_str!("../web/colours.js")),
+    ("dom", include_str!("../web/dom.js")),
+    ("legend", include_str!("../web/legend.js")),
+    ("scene", include_str!("../web/scene.js")),
+    ("strokes", include_str!("../web/strokes.js")),
+    ("view", include_str!("../web/view.js")),
+];
+
+/// Those of the page of a machine alone, but for the way to the machine.
+const MACHINE: [Module; 9] = [
+    ("chart", include_str!("../web/chart.js")),
+    ("frames", include_str!("../web/frames.js")),
+    ("job", include_str!("../web/job.js")),
+    ("jog", include_str!("../web/jog.js")),
+    ("main", include_str!("../web/main.js")),
+    ("panels", include_str!("../web/panels.js")),
+    ("program", include_str!("../web/program.js")),
+    ("sender", include_str!("../web/sender.js")),
+    ("state", include_str!("../web/state.js")),
+];
+
+/// The way to a machine behind a server.
+const SOCKET: Module = ("link", include_str!("../web/link.js"));
+
+/// Those of a finished job alone.
+const PLAYER: [Module; 2] = [
+    ("course", include_str!("../web/course.js")),
+    ("main", include_str!("../web/player.js")),
+];
+
+const PAGE: &str = include_str!("../web/page.html");
+const PLAYER_PAGE: &str = include_str!("../web/player.html");
+const STYLE: &str = include_str!("../web/style.css");
+
+/// The place of the answer's own secret, by which the browser knows our scripts.
+const NONCE: &str = "NONCE";
+
+/// The place of a document's data.
+const DATA: &str = "<!--data-->";
+
+static DOCUMENT: LazyLock<String> = LazyLock::new(|| {
+    let own: Vec<Module> = MACHINE.into_iter().chain([SOCKET]).collect();
+    compose(PAGE, &own).replace(DATA, "")
+});
+
+/// The document; scripts in it run where the answer allows those with this `nonce`.
+pub fn document(nonce: &str) -> String {
+    DOCUMENT.replace(NONCE, nonce)
+}
+
+/// A finished job as a document of its own, with a slider along its time: nothing is fetched, it works from a file.
+pub struct Playback<'a> {
+    /// The job's name.
+    pub title: &'a str,
+    /// One line of figures.
+    pub summary: &'a str,
+    /// Whether power is a laser's.
+    pub is_laser: bool,
+    /// The moves, [`Drawn`](leadscrew_sim::scene::Drawn)s; the first is where the path begins.
+    pub moves: &'a [u8],
+    /// Their lengths, mm, along all axes; f32, little-endian.
+    pub lengths: &'a [u8],
+    /// The stretches of even acceleration: time in s, length in mm, speed at the begin in mm/s; f32, little-endian.
+    pub course: &'a [u8],
+}
+
+impl Playback<'_> {
+    /// The document.
+    pub fn document(&self) -> String {
+        let facts = json!({
+            "title": self.title,
+            "summary": self.summary,
+            "laser": self.is_laser,
+            "letters": ["X", "Y", "Z"],
+        });
+        // A script element ends at the first `</script`, in a text as well.
+        let mut data = element("facts", &facts.to_string().replace('<', "\\u003c"));
+        for (id, bytes) in [
+            ("moves", self.moves),
+            ("lengths", self.lengths),
+            ("course", self.course),
+        ] {
+            data.push_str(&element(id, &BASE64.encode(bytes)));
+        }
+        compose(PLAYER_PAGE, &PLAYER)
+            .replace(&format!(" nonce=\"{NONCE}\""), "")
+            .replace(DATA, &data)
+    }
+}
+
+fn element(id: &str, text: &str) -> String {
+    format!("<script type=\"text/plain\" id=\"{id}\">{text}</script>\n")
+}
+
+/// A page of HTML with the style, the modules of both documents, and `own` ones, of which `main` begins.
+fn compose(page: &str, own: &[Module]) -> String {
+    let mut map = String::new();
+    for (name, text) in COMMON.iter().chain(own) {
+        let comma = if map.is_empty() { "" } else { "," };
+        // Writing to a text cannot fail.
+        let _ = write!(
+            map,
+            "{comma}\n\"{name}\": \"data:text/javascript,{}\"",
+            quoted(text)
+        );
+    }
+    let modules = format!(
+        "<script type=\"importmap\" nonce=\"{NONCE}\">{{\"imports\": {{{map}\n}}}}</script>\n\
+        <script type=\"module\" nonce=\"{NONCE}\">import \"main\";</script>"
+    );
+    page.replace("<!--style-->", &format!("<style>\n{STYLE}</style>"))
+        .replace("<!--modules-->", &modules)
+}
+
+/// A text as part of a `data:` address within a JSON string within a script element (RFC 3986, section 2.1).
+fn quoted(text: &str) -> String {
+    let mut quoted = String::with_capacity(text.len() * 5 / 4);
+    for byte in text.bytes() {
+        match byte {
+            b'%' | b'"' | b'\\' | b'#' | b'<' | b'\n' | b'\r' | b'\t' | 0x80.. => {
+                let _ = write!(quoted, "%{byte:02X}");
+            }
+            printed => quoted.push(printed.into()),
+        }
+    }
+    quoted
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The largest size of a page, bytes.
+    const MOST: usize = 200_000;
+
+    #[test]
+    fn the_document_is_whole_and_light() {
+        let document = document("secret");
+        assert!(document.len() <= MOST, "{} bytes", document.len());
+        assert!(!document.contains("<!--style-->") && !document.contains("<!--modules-->"));
+        assert_eq!(document.matches("nonce=\"secret\"").count(), 2);
+        assert_eq!(document.matches("</script>").count(), 2);
+    }
+
+    fn playback() -> String {
+        let job = Playback {
+            title: "a </script> b",
+            summary: "1 s",
+            is_laser: false,
+            moves: &[0; 40],
+            lengths: &[0; 8],
+            course: &[0; 12],
+        };
+        job.document()
+    }
+
+    #[test]
+    fn nothing_is_fetched() {
+        for document in [document(""), playback()] {
+            for address in ["src=\"http", "href=\"http", "url(", "@import", "fetch("] {
+                assert!(!document.contains(address), "{address}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_finished_job_is_whole_and_its_name_ends_no_element() {
+        let document = playback();
+        assert!(!document.contains("<!--") && !document.contains(NONCE));
+        assert!(document.contains("a \\u003c/script> b"));
+        // Facts, moves, lengths, course, the import map and the module that begins.
+        assert_eq!(document.matches("</script>").count(), 6);
+        let data = document.split("id=\"lengths\">").nth(1).unwrap();
+        assert!(data.starts_with("AAAAAAAAAAA=</script>"));
+    }
+
+    #[test]
+    fn every_module_that_is_imported_is_there() {
+        let of_machine = |link| MACHINE.into_iter().chain([link]).collect::<Vec<_>>();
+        for own in [of_machine(SOCKET), PLAYER.to_vec()] {
+            let all: Vec<&str> = COMMON.iter().chain(&own).map(|(name, _)| *name).collect();
+            for (name, text) in COMMON.iter().chain(&own) {
+                let imports = text.lines().filter_map(|line| line.strip_prefix("import "));
+                for import in imports {
+                    let from = import.split('"').nth(1).unwrap();
+                    assert!(all.contains(&from), "{name} imports {from}");
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,144 @@
+//! The clients' ends of the machine's serial lines: bytes that wait to go in, bytes that came out.
+
+use crate::outlet::Outlet;
+use leadscrew_machine::board::ChannelId;
+use leadscrew_sim::clock::Cycle;
+use leadscrew_sim::link::Host;
+use std::collections::VecDeque;
+
+/// One line.
+#[derive(Debug, Default)]
+struct Wire {
+    waiting: VecDeque<u8>,
+    /// The client has gone away. The number of waiting bytes that it sent before.
+    gone: Option<usize>,
+    /// Bytes that the machine has taken since [`Wires::taken`].
+    taken: usize,
+    written: Vec<u8>,
+    /// The client that gets the machine's output.
+    outlet: Option<Outlet>,
+}
+
+/// All lines, as the simulated machine's host.
+#[derive(Debug)]
+pub struct Wires(Vec<Wire>);
+
+impl Wires {
+    /// Makes `count` lines without clients.
+    pub fn new(count: usize) -> Self {
+        Self((0..count).map(|_| Wire::default()).collect())
+    }
+
+    /// The number of lines.
+    pub fn count(&self) -> usize {
+        self.0.len()
+    }
+
+    /// A client has come.
+    pub fn open(&mut self, line: usize, outlet: Outlet) {
+        self.0[line].outlet = Some(outlet);
+    }
+
+    /// A client has sent bytes.
+    pub fn push(&mut self, line: usize, bytes: &[u8]) {
+        self.0[line].waiting.extend(bytes);
+    }
+
+    /// The client has gone.
+    pub fn close(&mut self, line: usize) {
+        let wire = &mut self.0[line];
+        wire.outlet = None;
+        wire.gone = Some(wire.waiting.len());
+    }
+
+    /// Forgets the bytes that wait to go in: the machine starts anew.
+    pub fn clear(&mut self, line: usize) {
+        let wire = &mut self.0[line];
+        wire.taken += wire.waiting.len();
+        wire.waiting.clear();
+        wire.gone = None;
+    }
+
+    /// Whether bytes wait to go in.
+    pub fn wait(&self) -> bool {
+        self.0.iter().any(|wire| !wire.waiting.is_empty())
+    }
+
+    /// How many bytes of clients the machine has taken since it was asked last.
+    pub fn taken(&mut self, line: usize) -> usize {
+        std::mem::take(&mut self.0[line].taken)
+    }
+
+    /// The machine's output since the last call.
+    pub fn written(&mut self, line: usize) -> Vec<u8> {
+        std::mem::take(&mut self.0[line].written)
+    }
+
+    /// Sends bytes to the client, if there is one; answers whether there was room for them.
+    pub fn send(&self, line: usize, bytes: Vec<u8>) -> bool {
+        self.0[line]
+            .outlet
+            .as_ref()
+            .is_none_or(|outlet| outlet.send(bytes))
+    }
+}
+
+impl Host for Wires {
+    fn next_byte(&mut self, channel: ChannelId) -> Option<u8> {
+        let wire = self.0.get_mut(usize::from(channel.0))?;
+        if wire.gone == Some(0) {
+            return None;
+        }
+        let byte = wire.waiting.pop_front()?;
+        wire.gone = wire.gone.map(|ahead| ahead - 1);
+        wire.taken += 1;
+        Some(byte)
+    }
+
+    fn closes(&mut self, channel: ChannelId) -> bool {
+        let wire = self.0.get_mut(usize::from(channel.0));
+        wire.is_some_and(|wire| wire.gone.take_if(|ahead| *ahead == 0).is_some())
+    }
+
+    fn receive(&mut self, channel: ChannelId, byte: u8, _now: Cycle) {
+        if let Some(wire) = self.0.get_mut(usize::from(channel.0)) {
+            wire.written.push(byte);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LINE: ChannelId = ChannelId(0);
+
+    fn all(wires: &mut Wires) -> Vec<u8> {
+        std::iter::from_fn(|| wires.next_byte(LINE)).collect()
+    }
+
+    #[test]
+    fn a_client_goes_behind_its_bytes_and_ahead_of_those_of_the_next_one() {
+        let mut wires = Wires::new(1);
+        wires.push(0, b"G0X1\nG1X");
+        wires.close(0);
+        wires.push(0, b"$G\n");
+        assert!(!wires.closes(LINE));
+        assert_eq!(all(&mut wires), b"G0X1\nG1X");
+        assert!(wires.closes(LINE) && !wires.closes(LINE));
+        assert_eq!(all(&mut wires), b"$G\n");
+        assert_eq!((wires.taken(0), wires.taken(0)), (11, 0));
+    }
+
+    #[test]
+    fn a_machine_that_starts_anew_knows_of_no_client_before() {
+        let mut wires = Wires::new(1);
+        wires.push(0, b"G0X1\n");
+        wires.close(0);
+        wires.clear(0);
+        wires.push(0, b"?");
+        assert_eq!(all(&mut wires), b"?");
+        assert!(!wires.closes(LINE));
+        assert_eq!(wires.taken(0), 6);
+    }
+}

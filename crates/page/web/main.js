@@ -1,0 +1,459 @@
+// @ts-check
+// The page: brings the machine's frames to the panels, and what is pressed to the machine.
+
+import {Chart} from "chart";
+import {by, make, say, tabs} from "dom";
+import {FROM, TO} from "frames";
+import {Job} from "job";
+import {Jog} from "jog";
+import {mark, marksOf} from "legend";
+import {Link} from "link";
+import {Console, Position, SettingsPanel, Switches, buildOverrides, showOverrides} from "panels";
+import {Program} from "program";
+import {Path} from "scene";
+import {LineReader, Sender, isAnswer} from "sender";
+import {Settings, readState} from "state";
+import {View} from "view";
+
+/** @typedef {import("state").State} State */
+/** @typedef {import("state").Hello} Hello */
+/** @typedef {import("state").Role} Role */
+
+const RESET = 0x18;
+/** The largest job that is taken, bytes. */
+const LARGEST = 200e6;
+
+const settings = new Settings();
+const job = new Job();
+const trace = new Path();
+const program = new Program();
+const log = new Console();
+const chart = new Chart(/** @type {HTMLCanvasElement} */ (by("chart")));
+const position = new Position();
+const switches = new Switches();
+const settingsPanel = new SettingsPanel((line) => command(line));
+
+/** @type {Hello | null} */
+let hello = null;
+/** @type {Role} */
+let role = {controls: false, senders: []};
+/** @type {State | null} */
+let state = null;
+/** Line of the job by the machine's number of it. @type {Map<number, number>} */
+const jobLines = new Map();
+/** Whether a job of this page is under way, and when it began, s. */
+let isWatchingRun = false;
+let jobBegan = 0;
+let showsTravels = true;
+let hasFitted = false;
+/** Whether the job has been run since it was opened: what it has not done yet is pale. */
+let hasRun = false;
+/** What the picture shows. */
+let shownLast = "";
+/** Work zero where the job was checked. */
+let checkedAt = "";
+
+const view = new View(by("view"), () => markView());
+const sender = new Sender({send: (text) => link.send(TO.WIRE, text), answered});
+const jog = new Jog({
+  say: (line) => command(line, false), press,
+  machine: () => ({position: state?.position ?? [], travel: [...settings.travel, settings.value(133)], softLimits: settings.hasSoftLimits}),
+});
+
+/** What each frame brings. @type {Record<number, (bytes: Uint8Array) => void>} */
+const frames = {
+  [FROM.WIRE]: (bytes) => wire(bytes),
+  [FROM.STATE]: (bytes) => showState(readState(bytes)),
+  [FROM.MOVES]: (bytes) => {
+    trace.append(new DataView(bytes.buffer).getUint32(4, true), bytes.subarray(8));
+    view.touch();
+  },
+  [FROM.HELLO]: (bytes) => greet(json(bytes)),
+  [FROM.ROLE]: (bytes) => takeRole(json(bytes)),
+  [FROM.NOTE]: (bytes) => log.add(text(bytes), "note"),
+  [FROM.SCENE]: (bytes) => {
+    job.path.append(job.path.first + job.path.count, bytes.subarray(8));
+    drawLegend();
+    show();
+    if (!isBusy()) view.fit();
+    view.touch();
+  },
+  [FROM.CHECK]: (bytes) => {
+    program.mark(job.note(json(bytes), (line) => program.show(line)));
+    enable();
+  },
+  [FROM.PROFILE]: (bytes) => job.time(json(bytes)),
+  [FROM.PROGRESS]: (bytes) => {
+    if (job.checked && !sender.isRunning) say(by("job-time"), `timing … ${text(bytes)} %`);
+  },
+  [FROM.SETTINGS]: (bytes) => {
+    settings.load(json(bytes));
+    settingsPanel.load(settings);
+    drawLegend();
+    show();
+  },
+};
+const link = new Link({frame: (tag, bytes) => frames[tag]?.(bytes), opened});
+
+/** @param {Uint8Array} bytes */
+function text(bytes) {
+  return new TextDecoder().decode(bytes.subarray(1));
+}
+
+/** @param {Uint8Array} bytes */
+function json(bytes) {
+  return JSON.parse(text(bytes));
+}
+
+/** @param {boolean} isOpen @param {string} why it is not */
+function opened(isOpen, why) {
+  by("link").hidden = isOpen;
+  if (isOpen) return;
+  say(by("link"), why);
+  say(by("state"), "not connected");
+  by("state").dataset.kind = "bad";
+  if (sender.isRunning) job.end("the connection was lost");
+  sender.reset();
+  role = {controls: false, senders: []};
+  enable();
+}
+
+/** @param {Hello} now */
+function greet(now) {
+  hello = now;
+  say(by("machine-name"), now.name ? `leadscrew · ${now.name}` : "leadscrew");
+  document.title = now.name ? `${now.name} · leadscrew` : "leadscrew";
+  sender.reset();
+  sender.room = Math.max(now.receive_buffer - 1, 16);
+  trace.clear(0);
+  position.build(now.axes, (axis) => command(`G10L20P0${axis}0`));
+  switches.build(now, (key) => link.send(TO.KEY, new Uint8Array([key])));
+  jog.build(now.axes);
+  enable();
+}
+
+/** @param {Role} now */
+function takeRole(now) {
+  role = now;
+  const watching = by("watching");
+  watching.hidden = now.controls;
+  const who = now.senders.length ? `A sender has the machine (${now.senders.join("; ")}).` : "Another page has the machine.";
+  say(watching, `${who} This page watches; Hold and Reset work.`);
+  if (!now.controls) sender.reset();
+  enable();
+}
+
+/** Bytes on a line of the machine's. @param {Uint8Array} bytes */
+function wire(bytes) {
+  const [channel, fromMachine] = [bytes[1], bytes[2] === 1];
+  const isOwn = channel === hello?.channel && role.controls;
+  const number = new DataView(bytes.buffer).getUint32(4, true);
+  const reader = readerOf(channel, fromMachine);
+  let answers = 0;
+  reader.read(bytes.subarray(8), (line) => {
+    if (!fromMachine) {
+      if (!isOwn) heardSender(channel, line);
+      return;
+    }
+    if (isAnswer(line)) {
+      answers++;
+      if (isOwn) sender.answer(line, number + answers);
+      else answeredSender(channel, number + answers);
+    }
+    if (line.startsWith("Grbl ") && isOwn) sender.reset();
+    if (!line.startsWith("<") && (line !== "ok" || !isOwn) && (isOwn || line !== "ok")) log.add(line, /^(error|ALARM)/.test(line) ? "bad" : "heard");
+    if (line.startsWith("ALARM:")) alarm(line);
+  });
+}
+
+/** @type {Map<string, LineReader>} */
+const readers = new Map();
+
+/** @param {number} channel @param {boolean} fromMachine */
+function readerOf(channel, fromMachine) {
+  const name = `${channel} ${fromMachine}`;
+  const reader = readers.get(name) ?? new LineReader();
+  readers.set(name, reader);
+  return reader;
+}
+
+/** Lines that another sender has sent, and those of them that have been answered. @type {Map<number, {waiting: number[]}>} */
+const others = new Map();
+
+/** @param {number} channel @param {string} line */
+function heardSender(channel, line) {
+  const bare = line.replace(/[?!~\u0080-\uffff]/g, "");
+  if (!bare) return;
+  if (job.name !== "what the sender sends") {
+    job.load("what the sender sends", "");
+    job.lines = [];
+    say(by("job-facts"), "");
+    jobLines.clear();
+    others.clear();
+  }
+  job.lines.push(bare);
+  const other = others.get(channel) ?? {waiting: []};
+  other.waiting.push(job.lines.length);
+  others.set(channel, other);
+  if (job.lines.length % 50 === 1) program.load(job.lines);
+  else program.lines = job.lines;
+}
+
+/** @param {number} channel @param {number} number */
+function answeredSender(channel, number) {
+  const line = others.get(channel)?.waiting.shift();
+  if (line) jobLines.set(number, line);
+}
+
+/**
+ * A line of this page's has been answered.
+ * @param {import("sender").Line} line
+ * @param {string} answer
+ * @param {number} number
+ */
+function answered(line, answer, number) {
+  if (line.job) jobLines.set(number, line.job);
+  if (answer === "ok") return;
+  if (line.text.startsWith("$")) settingsPanel.restore(settings);
+  if (!line.job) return;
+  sender.stop();
+  job.end(`stopped at line ${line.job}: ${answer}`);
+  program.mark(new Map([[line.job, "error"]]));
+  program.show(line.job);
+}
+
+/** @param {string} line */
+function alarm(line) {
+  if (sender.isRunning) job.end(`stopped by ${line}`);
+  sender.stop();
+  say(by("alarm-text"), `${line}. ${ALARMS[line.slice(6)] ?? ""} Position may be lost: home, or unlock.`);
+}
+
+/** @type {Record<string, string>} */
+const ALARMS = {
+  1: "A limit switch was hit.", 2: "The move would leave the travel.", 3: "Reset while moving.", 4: "The probe was in the wrong state.", 5: "The probe did not touch.",
+  6: "Reset while homing.", 7: "The door was opened while homing.", 8: "The switch stayed closed after the pull-off.", 9: "No switch was found.", 10: "The second motor's switch was not found.",
+};
+
+/**
+ * Sends a line; answers whether this page may.
+ * @param {string} line
+ * @param {boolean} [shows] whether it is shown in the console
+ */
+function command(line, shows = true) {
+  if (!role.controls || !link.isOpen) return false;
+  if (shows) log.add(line, "sent");
+  sender.say(line);
+  return true;
+}
+
+/** Sends a realtime byte. @param {number} byte */
+function press(byte) {
+  link.send(TO.WIRE, new Uint8Array([byte]));
+}
+
+function isBusy() {
+  return state !== null && !/^(Idle|Alarm|Check|Sleep)/.test(state.name);
+}
+
+/** @param {State} now */
+function showState(now) {
+  const before = state;
+  state = now;
+  const box = by("state");
+  say(box, now.name);
+  const kind = /^(Run|Jog|Home)/.test(now.name) ? "run" : /^(Hold|Door)/.test(now.name) ? "hold" : /^(Alarm|Sleep)/.test(now.name) ? "bad" : "idle";
+  if (box.dataset.kind !== kind) box.dataset.kind = kind;
+  by("alarm").hidden = !now.name.startsWith("Alarm");
+  if (now.name.startsWith("Alarm") && !by("alarm-text").textContent) say(by("alarm-text"), "The machine is locked: home it, or unlock it.");
+  if (!now.name.startsWith("Alarm") && before?.name.startsWith("Alarm")) say(by("alarm-text"), "");
+  position.show(now, settings.isLaser, settings.value(30));
+  showOverrides(now);
+  switches.show(now);
+  if (chart.note(now)) chart.draw();
+  followJob(now);
+  if (before?.name !== now.name) enable();
+  // Where work zero has moved, soft limits may lie elsewhere.
+  if (now.name === "Idle" && job.checked && settings.hasSoftLimits && checkedAt !== now.offset.join()) check();
+  show();
+  if (!hasFitted && settings.byNumber.size) {
+    hasFitted = true;
+    view.fit();
+  }
+}
+
+/** @param {State} now */
+function followJob(now) {
+  const line = jobLines.get(now.running) ?? 0;
+  if (line) {
+    program.run(line);
+    job.progress(line, true);
+  }
+  if (isWatchingRun && !sender.isRunning && now.name === "Idle" && now.queued === 0) {
+    isWatchingRun = false;
+    if (!/stopped|lost/.test(by("job-time").textContent ?? "")) job.end(`done in ${(now.seconds - jobBegan).toFixed(1)} s`);
+    enable();
+  }
+}
+
+/** Draws the picture where something has changed. */
+function show() {
+  if (!state) return;
+  const {done, position, offset, power, spindle, moves} = state;
+  const now = JSON.stringify([done, position, offset, spindle && power, moves, trace.edition, job.path.edition, settings.travel, settings.isLaser, showsTravels, hasRun, document.documentElement.dataset.theme]);
+  if (now === shownLast) return;
+  shownLast = now;
+  view.shown = {
+    job: job.path, trace, done: state.done, position: state.position, offset: state.offset, travel: settings.travel,
+    softLimits: settings.hasSoftLimits, laser: settings.isLaser, power: state.spindle ? state.power : 0,
+    running: hasRun, travels: showsTravels,
+  };
+  view.touch();
+}
+
+function enable() {
+  const may = role.controls && link.isOpen;
+  const name = state?.name ?? "";
+  for (const element of document.querySelectorAll(".drive")) /** @type {HTMLButtonElement} */ (element).disabled = !may;
+  const hasErrors = (job.checked?.errors.length ?? 1) > 0;
+  /** @type {HTMLButtonElement} */ (by("run")).disabled = !may || name !== "Idle" || !job.checked || hasErrors || job.text === "";
+  /** @type {HTMLButtonElement} */ (by("check")).disabled = !link.isOpen || job.text === "";
+  for (const id of ["hold", "reset"]) /** @type {HTMLButtonElement} */ (by(id)).disabled = !link.isOpen;
+  /** @type {HTMLButtonElement} */ (by("resume")).disabled = !may || !/^(Hold|Door)/.test(name);
+}
+
+/** @param {File} file */
+async function open(file) {
+  if (isBusy() && isWatchingRun) return log.add("a job is running: reset it first", "note");
+  if (file.size > LARGEST) return log.add(`${file.name}: larger than 200 MB`, "bad");
+  job.load(file.name, await file.text());
+  program.load(job.lines);
+  check();
+}
+
+function check() {
+  hasRun = false;
+  job.forget();
+  job.path.clear(0);
+  drawLegend();
+  checkedAt = state?.offset.join() ?? "";
+  say(by("job-facts"), "checking …");
+  link.send(TO.JOB, `${job.name}\n${job.text}`);
+  enable();
+}
+
+function run() {
+  trace.clear();
+  link.send(TO.CLEAR);
+  jobLines.clear();
+  hasRun = true;
+  isWatchingRun = true;
+  jobBegan = state?.seconds ?? 0;
+  log.add(job.name, "sent");
+  sender.run(job.lines);
+  enable();
+}
+
+function reset() {
+  if (sender.isRunning) job.end("stopped by reset");
+  sender.reset();
+  press(RESET);
+}
+
+function drawLegend() {
+  const limits = settings.hasSoftLimits ? "soft limits" : "travel of the axes (soft limits off)";
+  by("legend").replaceChildren(...marksOf(job.path, settings.isLaser), mark("var(--carriage)", "carriage"), mark("var(--box)", limits), make("span", {text: "pale: ahead"}));
+}
+
+/** @param {"top" | "3d" | "front"} [name] */
+function markView(name) {
+  for (const one of ["top", "3d", "front"]) by(`view-${one}`).setAttribute("aria-pressed", String(one === (name ?? (view.camera.isFromAbove ? "top" : ""))));
+}
+
+function theme() {
+  const root = document.documentElement;
+  root.dataset.theme = root.dataset.theme === "dark" ? "light" : "dark";
+  try {
+    localStorage.setItem("theme", root.dataset.theme);
+  } catch {
+    // A page without storage forgets it.
+  }
+  drawLegend();
+  chart.draw();
+  show();
+}
+
+function begin() {
+  let kept = null;
+  try {
+    kept = localStorage.getItem("theme");
+  } catch {
+    // As the system is.
+  }
+  document.documentElement.dataset.theme = kept ?? (matchMedia("(prefers-color-scheme: dark)").matches ? "dark" : "light");
+  /** @type {Record<string, () => void>} */
+  const clicks = {
+    hold: () => press(0x21), resume: () => press(0x7e), reset, theme, run, check, home: () => command("$H"), unlock: () => command("$X"),
+    "zero-all": () => command("G10L20P0X0Y0"), "go-zero": () => command("G90G0X0Y0"),
+    "view-top": () => look("top"), "view-3d": () => look("3d"), "view-front": () => look("front"), "view-fit": () => view.fit(), "view-machine": () => view.fitMachine(),
+    "view-clear": () => {
+      trace.clear();
+      link.send(TO.CLEAR);
+      show();
+    },
+    "view-travels": () => {
+      showsTravels = !showsTravels;
+      by("view-travels").setAttribute("aria-pressed", String(showsTravels));
+      show();
+    },
+  };
+  for (const [id, act] of Object.entries(clicks)) by(id).addEventListener("click", act);
+  const file = /** @type {HTMLInputElement} */ (by("file"));
+  file.addEventListener("change", () => file.files?.[0] && open(file.files[0]));
+  buildOverrides(press);
+  tabs(/** @type {HTMLElement} */ (document.querySelector('[role="tablist"]')));
+  by("say").addEventListener("submit", (event) => {
+    event.preventDefault();
+    const line = /** @type {HTMLInputElement} */ (by("line"));
+    if (line.value && command(line.value)) line.value = "";
+  });
+  listenForFiles();
+  document.addEventListener("keydown", (event) => {
+    if (event.key === "Escape" && isBusy()) reset();
+    const target = /** @type {HTMLElement} */ (event.target);
+    if (event.key === " " && target === document.body) {
+      event.preventDefault();
+      press(state?.name.startsWith("Hold") ? 0x7e : 0x21);
+    }
+  });
+  drawLegend();
+  enable();
+}
+
+/** @param {"top" | "3d" | "front"} name */
+function look(name) {
+  view.look(name);
+  view.fit();
+  markView(name);
+}
+
+function listenForFiles() {
+  let depth = 0;
+  const over = (/** @type {number} */ change) => {
+    depth = Math.max(depth + change, 0);
+    by("drop").hidden = depth === 0;
+  };
+  document.addEventListener("dragenter", () => over(1));
+  document.addEventListener("dragleave", () => over(-1));
+  document.addEventListener("dragover", (event) => event.preventDefault());
+  document.addEventListener("drop", (event) => {
+    event.preventDefault();
+    over(-depth);
+    const file = event.dataTransfer?.files[0];
+    if (file) open(file);
+  });
+}
+
+begin();
+/** For tests: the script time of the last picture. */
+Object.assign(globalThis, {leadscrew: {cost: () => view.cost, draw: () => view.draw(), state: () => state, trace, job}});
