@@ -99,6 +99,26 @@ fn a_window_full_of_lines_waits_and_follows_in_its_order_with_an_answer_each() {
 }
 
 #[test]
+fn lines_that_wait_behind_a_second_change_wait_for_its_operator_too() {
+    let mut memory = Memory::new();
+    let mut session = boot(&mut memory);
+    session.send("G91G21F6000\nT1M6\nG1X1\nT2M6\nG1X1\nT3M6\nG1X1\n");
+    let mut answers = Vec::new();
+    for changes in 1..=3 {
+        session.wait_ms(1_000);
+        assert_eq!(session.pins.position, [mm(changes - 1), 0, 0]);
+        answers.extend(session.lines());
+        session.send("~");
+    }
+    session.until_quiet();
+    answers.extend(session.lines());
+    assert_eq!(session.pins.position, [mm(3), 0, 0]);
+    let refused = answers.iter().filter(|line| line.starts_with("error"));
+    assert_eq!(refused.count(), 0, "{answers:?}");
+    assert_eq!(answers.iter().filter(|line| *line == "ok").count(), 7);
+}
+
+#[test]
 fn a_reset_drops_the_lines_that_were_kept() {
     let mut memory = Memory::new();
     let mut session = boot(&mut memory);

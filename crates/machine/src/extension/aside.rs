@@ -32,9 +32,12 @@ where
     pub(super) fn begin_aside(&mut self, call: &Call, shown: Shown, now: Instant) -> Progress {
         let alone = self.extension.m_code(call.code);
         let fits = alone.is_some_and(|code| code.is_alone()) && self.motion.is_idle();
-        let Some(origin) = self.activity.line.origin().filter(|_| fits) else {
+        let kept_for = self.activity.kept.map(|kept| Origin::Channel(kept.id));
+        let fits = |origin: &Origin| fits && kept_for.is_none_or(|of| of == *origin);
+        let Some(origin) = self.activity.line.origin().filter(fits) else {
             return self.refuse_own(Status::InvalidStatement);
         };
+        let kept = self.keep_further();
         self.activity.aside = Some(Aside {
             call: *call,
             phase: Phase::Collecting {
@@ -44,9 +47,24 @@ where
             origin,
             shown,
             modal: *self.program.interpreter.modal(),
-            kept: 0,
+            kept,
         });
         self.wait_own(OwnWait::Turn(Some(now + SETTLE)))
+    }
+
+    /// Lines that an earlier code has kept, and that have not been taken yet, stay kept: in front of those that come now. How
+    /// many bytes they are.
+    fn keep_further(&mut self) -> usize {
+        let Some(Kept { id, next, end }) = self.activity.kept.take() else {
+            return 0;
+        };
+        self.console.block(id, false);
+        let memory = self.extension.kept();
+        if next > end || end > memory.len() {
+            return 0;
+        }
+        memory.copy_within(next..end, 0);
+        end - next
     }
 
     /// Keeps the lines that the sender had on the way; hands the machine to the operator once
