@@ -1,5 +1,5 @@
 //! `cargo fw`: builds the firmware with whichever compiler can, and prints its size; `cargo fw --board NAME` for another board
-//! than the Discovery; `cargo fw --run` flashes it, too, and shows its log.
+//! than the Discovery, `--machine FILE` for the machine of a file; `cargo fw --run` flashes it, too, and shows its log.
 use crate::{
     failure::Failure,
     shell, sizes,
@@ -25,6 +25,8 @@ Without it the ELF above can be flashed by any other tool, OpenOCD or STM32CubeP
 struct Request {
     /// A board's name or file.
     board: Option<String>,
+    /// A machine's file.
+    machine: Option<String>,
     /// Flash it and show its log.
     flashes: bool,
     /// The rest, for `cargo build`.
@@ -39,6 +41,7 @@ impl Request {
             match word.as_str() {
                 "--run" => request.flashes = true,
                 "--board" => request.board = words.next().cloned(),
+                "--machine" => request.machine = words.next().cloned(),
                 other => request.others.push(other.to_owned()),
             }
         }
@@ -46,12 +49,17 @@ impl Request {
     }
 }
 
-/// Builds `board-f407`; `arguments` go to `cargo build`, but for `--run` and `--board`.
+/// Builds `board-f407`; `arguments` go to `cargo build`, but for `--run`, `--board` and `--machine`.
 pub(crate) fn run(arguments: &[String]) -> Result<(), Failure> {
     let request = Request::read(arguments);
     let board = request.board.as_deref().map(place);
-    let variables = board.as_deref().map(|board| (BOARD, board));
-    let elf = build_with(&Toolchain::find()?, &request.others, variables.as_slice())?;
+    let machine = request.machine.as_deref().map(place);
+    let variables = [(BOARD, board.as_deref()), (MACHINE, machine.as_deref())];
+    let variables = variables
+        .iter()
+        .filter_map(|(name, value)| Some((*name, (*value)?)));
+    let variables: Vec<_> = variables.collect();
+    let elf = build_with(&Toolchain::find()?, &request.others, &variables)?;
     println!("{}", elf.display());
     print_sizes(&elf)?;
     if !request.flashes {
@@ -65,12 +73,12 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), Failure> {
     flashed
 }
 
-/// The board as the build script understands it: a file by its whole path, since it looks from a
+/// A board or machine as the build script understands it: a file by its whole path, since it looks from a
 /// folder of its own; a name as it is.
-fn place(board: &str) -> String {
-    match Path::new(board).canonicalize() {
+fn place(name: &str) -> String {
+    match Path::new(name).canonicalize() {
         Ok(path) if path.is_file() => path.display().to_string(),
-        _ => board.to_owned(),
+        _ => name.to_owned(),
     }
 }
 
@@ -91,6 +99,9 @@ fn print_sizes(elf: &Path) -> Result<(), Failure> {
 
 /// The variable that names the board.
 pub(crate) const BOARD: &str = "LEADSCREW_BOARD";
+
+/// The variable that names the machine's file.
+pub(crate) const MACHINE: &str = "LEADSCREW_MACHINE";
 
 /// Builds `board-f407` and returns the path of its ELF. `variables` are the environment variables
 /// that the firmware reads while it is built.

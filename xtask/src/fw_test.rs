@@ -33,8 +33,29 @@ const MORE: [Build; 3] = [
     build("spider", &[(BOARD, "spider")]),
 ];
 
+/// The file of a machine of `examples/machines`.
+macro_rules! machine {
+    ($number:literal) => {
+        (
+            fw::MACHINE,
+            concat!(
+                env!("CARGO_MANIFEST_DIR"),
+                "/../examples/machines/",
+                $number,
+                "/machine.toml"
+            ),
+        )
+    };
+}
+
 /// The usual build last: it stays where `cargo fw` puts it.
-const BUILDS: [Build; 6] = [
+const BUILDS: [Build; 9] = [
+    build("machine-file-000", &[machine!("000")]),
+    build("machine-file-002", &[machine!("002")]),
+    build(
+        "machine-file-003",
+        &[machine!("003"), (BOARD, "machine-003")],
+    ),
     build("fast", &[FAST]),
     build(
         "machine-003",

@@ -3,7 +3,7 @@ use crate::{
     board::F407,
     clock::{self, Clock, Source},
     fast_memory,
-    profile::{self, config, kinematics, Kinematics, AXES, MOTORS, MOVES, PROFILE},
+    profile::{self, config, kinematics, own, Kinematics, Own, AXES, MOTORS, MOVES, PROFILE},
     pwm, restart,
     serial::{self, Listener, Sender, Writer},
     settings_flash::Sectors,
@@ -31,7 +31,7 @@ const LONGEST_SLEEP: Duration = Duration::from_ticks(5_000);
 /// Bytes to send on USB, and the place that a ring keeps free: they are gone within a millisecond.
 type UsbOutgoing = Queue<u8, 1025>;
 
-type TheMachine = Machine<'static, Kinematics, AXES, MOTORS>;
+type TheMachine = Machine<'static, Kinematics, AXES, MOTORS, Own>;
 
 static INPUTS: Inputs<MOTORS> = Inputs::new();
 
@@ -130,7 +130,7 @@ mod app {
             inputs: &INPUTS,
             inboxes: inboxes.collect(),
         };
-        let Ok(machine) = Machine::new(config(), kinematics(), links) else {
+        let Ok(machine) = Machine::with_extension(config(), kinematics(), links, own()) else {
             panic!("nothing can be planned with this profile");
         };
         let machine = cx.local.place.write(machine);

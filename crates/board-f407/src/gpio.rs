@@ -155,6 +155,12 @@ impl Output {
     pub(crate) fn switch(self, on: bool) {
         self.pin.set(on == self.active_high);
     }
+
+    /// Whether it is on. Any context.
+    #[cfg(outputs)]
+    pub(crate) fn is_on(self) -> bool {
+        self.pin.is_high() == self.active_high
+    }
 }
 
 /// An input and which level counts as open.

@@ -17,6 +17,8 @@ mod fast_memory;
 mod firmware;
 #[cfg(target_os = "none")]
 mod gpio;
+#[cfg(all(target_os = "none", outputs))]
+mod outputs;
 #[cfg(target_os = "none")]
 mod profile;
 #[cfg(target_os = "none")]
@@ -41,6 +43,8 @@ mod step_port;
 mod supply;
 #[cfg(target_os = "none")]
 mod switches;
+#[cfg(all(target_os = "none", tool_switches))]
+mod tool;
 #[cfg(target_os = "none")]
 mod wake;
 #[cfg(target_os = "none")]

@@ -17,7 +17,9 @@ mod selected {
     include!(concat!(env!("OUT_DIR"), "/board.rs"));
 }
 
-pub(crate) use selected::{kinematics, Kinematics, AXES, MOTORS, PROFILE, SETTINGS_SECTORS};
+pub(crate) use selected::{
+    kinematics, own, Kinematics, Own, AXES, MOTORS, PROFILE, SETTINGS_SECTORS,
+};
 
 /// The profile's machine, with the options that the board has pins for. `LEADSCREW_TICK_NS`, where it is set when the firmware
 /// is built, is the least time between ticks: to find out how fast the board can step.
@@ -70,6 +72,8 @@ pub(crate) struct Profile {
     pub(crate) start: Option<Input>,
     /// Safety door.
     pub(crate) door: Option<Input>,
+    /// The outputs of M62 to M65.
+    pub(crate) synchronised: &'static [Output],
 }
 
 /// Pins of the USART.

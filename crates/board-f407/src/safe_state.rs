@@ -77,9 +77,16 @@ const PINS: ([Pin; MOST], [bool; MOST], usize) = {
         }
         output += 1;
     }
+    let mut output = 0;
+    while output < PROFILE.synchronised.len() {
+        let found = PROFILE.synchronised[output];
+        (pins[count], levels[count]) = (found.pin, !found.active_high);
+        count += 1;
+        output += 1;
+    }
     (pins, levels, count)
 };
-const MOST: usize = 1 + 2 * MOTORS + PROFILE.high.len() + 4;
+const MOST: usize = 1 + 2 * MOTORS + PROFILE.high.len() + 4 + PROFILE.synchronised.len();
 /// Their ports.
 const PORTS: ([Bank; MOST], usize) = banks(PINS.0);
 

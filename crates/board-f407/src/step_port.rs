@@ -291,6 +291,17 @@ pub(crate) fn let_ticks_come() {
     make_tick_come();
 }
 
+/// Changes the outputs of M62 to M65: one store for each that changes. Any context.
+#[inline(always)]
+pub(crate) fn change_outputs(change: OutputChange) {
+    for (index, output) in PROFILE.synchronised.iter().enumerate() {
+        let bit = 1 << index;
+        if (change.set | change.clear) & bit != 0 {
+            output.switch(change.set & bit != 0);
+        }
+    }
+}
+
 impl StepPort for Port {
     /// A pulse that is still high would be made no longer: ticks are further apart than that.
     #[inline]
@@ -310,9 +321,10 @@ impl StepPort for Port {
         }
     }
 
-    /// This board has no synchronised outputs; but a segment has left the queue, and there is room for another.
+    /// A segment has left the queue, and there is room for another.
     #[inline]
-    fn change_outputs(&mut self, _: OutputChange) {
+    fn change_outputs(&mut self, change: OutputChange) {
+        change_outputs(change);
         wake();
     }
 

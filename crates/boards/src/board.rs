@@ -41,6 +41,9 @@ pub struct Board {
     /// Probe and buttons.
     #[serde(default)]
     pub inputs: Inputs,
+    /// Parts that only a machine's file puts to use.
+    #[serde(default)]
+    pub sockets: Sockets,
     /// Where on the board each pin is found.
     pub at: BTreeMap<Pin, String>,
 }
@@ -162,6 +165,41 @@ pub struct Inputs {
     pub door: Option<Input>,
 }
 
+/// Parts that only a machine's file puts to use: a firmware without one leaves their pins alone.
+#[derive(Clone, Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Sockets {
+    /// The fourth motor: a second one of X or Y, or a fourth axis.
+    pub motor: Option<MotorSocket>,
+    /// The outputs of M62 to M65, `P0` first.
+    #[serde(default)]
+    pub outputs: Vec<Output>,
+    /// The switches at the ends of a tool's way.
+    pub tool: Option<ToolSwitches>,
+}
+
+/// A motor driver's pins, for any axis.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MotorSocket {
+    /// A pulse for each step.
+    pub step: Pin,
+    /// High is negative, unless `$3` says otherwise.
+    pub direction: Pin,
+    /// Its limit switch.
+    pub limit: Option<Input>,
+}
+
+/// The switches at the ends of a tool's way. They are looked at while the tool moves, and interrupt nothing.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ToolSwitches {
+    /// Closed where the tool is in the work.
+    pub lower: Input,
+    /// Closed where it is above the work.
+    pub upper: Input,
+}
+
 /// A switch.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -218,7 +256,7 @@ impl Board {
         ]
     }
 
-    /// All inputs, with their purpose.
+    /// All inputs that interrupt, with their purpose.
     pub(crate) fn all_inputs(&self) -> Vec<(String, Input)> {
         let limits =
             self.motor.iter().zip(1..).filter_map(|(motor, number)| {
@@ -226,7 +264,9 @@ impl Board {
             });
         let buttons = self.buttons().into_iter();
         let others = buttons.filter_map(|(name, input)| Some((name.to_owned(), input?)));
-        limits.chain(others).collect()
+        let spare = self.sockets.motor.and_then(|motor| motor.limit);
+        let spare = spare.map(|input| ("limit of the spare motor".to_owned(), input));
+        limits.chain(spare).chain(others).collect()
     }
 
     /// All pins, with their purpose, in the order of the file.
@@ -257,6 +297,33 @@ impl Board {
                 .into_iter()
                 .map(|(name, one)| (name, one.pin)),
         );
+        // The tool's switches may be inputs with another purpose beside.
+        let seen: Vec<Pin> = pins.iter().map(|(_, pin)| *pin).collect();
+        let tool = self.sockets.tool_pins();
+        pins.extend(self.sockets.pins());
+        pins.extend(tool.into_iter().filter(|(_, pin)| !seen.contains(pin)));
         pins
+    }
+}
+
+impl Sockets {
+    /// All output pins, with their purpose.
+    fn pins(&self) -> Vec<(String, Pin)> {
+        let mut pins = Vec::new();
+        if let Some(motor) = self.motor {
+            pins.push(("step of the spare motor".to_owned(), motor.step));
+            pins.push(("direction of the spare motor".to_owned(), motor.direction));
+        }
+        let outputs = self.outputs.iter().enumerate();
+        pins.extend(outputs.map(|(number, output)| (format!("output P{number}"), output.pin)));
+        pins
+    }
+
+    fn tool_pins(&self) -> Vec<(String, Pin)> {
+        let Some(tool) = self.tool else {
+            return Vec::new();
+        };
+        let named = |name: &str, switch: Input| (format!("{name} switch of the tool"), switch.pin);
+        vec![named("lower", tool.lower), named("upper", tool.upper)]
     }
 }

@@ -4,15 +4,18 @@
 mod board;
 mod check;
 mod chip;
+mod fit;
 mod flash;
 mod pin;
 mod source;
 
 pub use board::{
-    Axis, Board, Closes, Input, Inputs, Kinematics, Level, Motor, Output, Outputs, Power, Serial,
+    Axis, Board, Closes, Input, Inputs, Kinematics, Level, Motor, MotorSocket, Output, Outputs,
+    Power, Serial, Sockets, ToolSwitches,
 };
 pub use check::Finding;
 pub use chip::Chip;
+pub use fit::{Needs, Unfit};
 pub use flash::Sector;
 pub use pin::{Pin, UnknownPin};
 

@@ -10,15 +10,23 @@ use std::fmt::Write;
 const AXES: usize = 3;
 
 impl Board {
-    /// The module that `crates/board-f407` compiles for this board, which has to be free of findings.
+    /// The module of its pins that `crates/board-f407` compiles for this board, which has to be free of findings.
     #[must_use]
-    pub fn firmware(&self) -> String {
-        let mut text = self.machine();
-        let motors = self.motor.iter().map(|motor| {
-            let (step, direction) = (literal(motor.step), literal(motor.direction));
+    pub fn pins_module(&self) -> String {
+        let [first, second] = self.settings;
+        let mut text = format!(
+            "pub(crate) const SETTINGS_SECTORS: (Sector, Sector) = (Sector::new({first}), Sector::new({second}));\n"
+        );
+        let motors = self.motor.iter().map(|motor| (motor.step, motor.direction));
+        let spare = self.sockets.motor;
+        let motors = motors.chain(spare.map(|motor| (motor.step, motor.direction)));
+        let motors = motors.map(|(step, direction)| {
+            let (step, direction) = (literal(step), literal(direction));
             format!("MotorPins::new({step}, {direction})")
         });
-        let limits = self.motor.iter().map(|motor| input(motor.limit));
+        let limits = self.motor.iter().map(|motor| motor.limit);
+        let limits = limits.chain(spare.map(|motor| motor.limit)).map(input);
+        let synchronised = self.sockets.outputs.iter().map(|one| output_literal(*one));
         let outputs = &self.outputs;
         let fields = [
             ("name", format!("{:?}", self.name)),
@@ -33,6 +41,7 @@ impl Board {
             ("mist", output(outputs.mist)),
             ("high", slice(&outputs.high)),
             ("limits", list(limits)),
+            ("synchronised", format!("&{}", list(synchronised))),
         ];
         text += "pub(crate) const PROFILE: Profile = Profile {\n";
         let buttons = self.buttons().map(|(name, button)| (name, input(button)));
@@ -42,11 +51,11 @@ impl Board {
         text + "};\n"
     }
 
-    /// How many motors move which axes, and a new machine's settings.
-    fn machine(&self) -> String {
+    /// The module of a machine without a file of its own: how many motors move which axes, and a new machine's settings.
+    #[must_use]
+    pub fn machine_module(&self) -> String {
         let motors = self.motor.len();
         let (kind, value) = self.motion();
-        let [first, second] = self.settings;
         let defaults = self.defaults.iter().filter_map(|(name, value)| {
             let number = number_of(name)?;
             Some(format!(
@@ -72,7 +81,8 @@ pub(crate) const fn config() -> MachineConfig<AXES> {{
     config.defaults = DEFAULTS;
 {homing}    config
 }}
-pub(crate) const SETTINGS_SECTORS: (Sector, Sector) = (Sector::new({first}), Sector::new({second}));
+pub(crate) type Own = ();
+pub(crate) const fn own() -> Own {{}}
 "
         )
     }
@@ -188,21 +198,33 @@ fn literal(pin: Pin) -> String {
 }
 
 fn output(output: Option<Output>) -> String {
-    output.map_or("None".to_owned(), |output| {
-        let high = output.on == Level::High;
-        let pin = literal(output.pin);
-        format!("Some(crate::gpio::Output {{ pin: {pin}, active_high: {high} }})")
-    })
+    optional(output.map(output_literal))
+}
+
+fn output_literal(output: Output) -> String {
+    let high = output.on == Level::High;
+    let pin = literal(output.pin);
+    format!("crate::gpio::Output {{ pin: {pin}, active_high: {high} }}")
 }
 
 fn input(input: Option<Input>) -> String {
-    input.map_or("None".to_owned(), |input| {
+    optional(input.map(Input::literal))
+}
+
+fn optional(value: Option<String>) -> String {
+    value.map_or("None".to_owned(), |value| format!("Some({value})"))
+}
+
+impl Input {
+    /// The input as a value of the firmware's.
+    #[must_use]
+    pub fn literal(self) -> String {
         // A switch to the supply is told to the machine the other way round.
-        let (pull, inverted) = match input.closes {
+        let (pull, inverted) = match self.closes {
             Closes::ToGround => ("Up", false),
             Closes::ToSupply => ("Down", true),
         };
-        let (pin, gpio) = (literal(input.pin), "crate::gpio");
-        format!("Some({gpio}::Input {{ pin: {pin}, pull: {gpio}::Pull::{pull}, inverted: {inverted} }})")
-    })
+        let (pin, gpio) = (literal(self.pin), "crate::gpio");
+        format!("{gpio}::Input {{ pin: {pin}, pull: {gpio}::Pull::{pull}, inverted: {inverted} }}")
+    }
 }

@@ -1,5 +1,5 @@
 //! The boards that come with the firmware are right; a board that is wrong in one way is told so.
-use leadscrew_boards::{Board, BOARDS};
+use leadscrew_boards::{Board, Needs, Unfit, BOARDS};
 
 fn board(name: &str) -> &'static str {
     BOARDS.iter().find(|(one, _)| *one == name).unwrap().1
@@ -113,7 +113,8 @@ fn settings_inside_a_bootloader_are_refused() {
 
 #[test]
 fn a_second_motor_is_ganged_and_crossed_belts_have_none() {
-    let dual = Board::read(board("skr-2-dual-y")).unwrap().firmware();
+    let dual = Board::read(board("skr-2-dual-y")).unwrap();
+    let dual = dual.machine_module();
     assert!(
         dual.contains("Ganged<1>") && dual.contains("axis_of: [1]"),
         "{dual}"
@@ -141,4 +142,42 @@ fn the_program_goes_where_the_settings_are_not() {
         skr.contains("0x08008000, LENGTH = 736K") && !skr.contains("_stext"),
         "{skr}"
     );
+}
+
+/// A SKR 2 with one output for M62 to M65 and no other socket.
+fn with_an_output() -> Board {
+    let text = board("skr-2").replace(
+        "[at]",
+        "[sockets]\noutputs = [{ pin = \"PD7\" }]\n[at]\nPD7 = \"HB\"",
+    );
+    Board::read(&text).unwrap()
+}
+
+#[test]
+fn a_machine_uses_sockets_that_are_there() {
+    let one = Needs {
+        motors: 3,
+        outputs: 1,
+        tool: false,
+    };
+    let board = with_an_output();
+    assert_eq!(board.check(), []);
+    let used = board.fitted(one).unwrap().pins_module();
+    assert!(used.contains("synchronised: &[crate::gpio::Output { pin: Pin::new(Bank::D, 7)"));
+    assert!(board.bare().pins_module().contains("synchronised: &[],"));
+    let refused = |needs| board.fitted(needs).unwrap_err().to_string();
+    let words = refused(Needs { motors: 4, ..one });
+    assert_eq!(words, "the machine has 4 motors, the board drives 3");
+    assert!(refused(Needs { outputs: 2, ..one }).contains("the machine has 2 outputs"));
+    assert!(refused(Needs { tool: true, ..one }).contains("no `sockets.tool`"));
+}
+
+#[test]
+fn a_board_with_motors_of_its_own_kind_takes_no_machine() {
+    let dual = Board::read(board("skr-2-dual-y")).unwrap();
+    let needs = Needs {
+        motors: 3,
+        ..Needs::default()
+    };
+    assert_eq!(dual.fitted(needs).unwrap_err(), Unfit::Kinematics);
 }

@@ -5,9 +5,7 @@ use crate::{
     pins::{CPU_HZ, CYCLES_PER_COUNT},
     steps::Step,
 };
-
-/// Motors of the board.
-const MOTORS: usize = 3;
+use std::array::from_fn;
 
 /// Every step event is there, in the same order, with the same motors and directions, and every interval in motion is
 /// the same number of timer counts.
@@ -33,22 +31,22 @@ pub(crate) fn to_the_tick(ours: &[Step], planned: &[Planned]) -> Result<(), Fail
     })
 }
 
-/// Every motor takes the same steps in the same directions, and motion takes as long within `tolerance`, a share.
-pub(crate) fn in_path(ours: &[Step], planned: &[Planned], tolerance: f64) -> Result<f64, Failure> {
-    for motor in 0..MOTORS {
-        let path = runs(ours.iter().map(|step| (step.motors, step.negative)), motor);
-        let expected = runs(
-            planned.iter().map(|step| (step.motors, step.negative)),
-            motor,
-        );
+/// Every motor takes the same steps in the same directions, whenever that is.
+pub(crate) fn same_ways(ours: &[Step], planned: &[Planned]) -> Result<(), Failure> {
+    let paths = ways(ours).into_iter().zip(planned_ways(planned));
+    for (motor, (path, expected)) in paths.enumerate() {
         ensure(path == expected, || {
             let differs = path.iter().zip(&expected).position(|(a, b)| a != b);
-            format!(
-                "motor {motor}: its steps differ in run {differs:?} of {}",
-                expected.len()
-            )
+            let runs = expected.len();
+            format!("motor {motor}: its steps differ in run {differs:?} of {runs}")
         })?;
     }
+    Ok(())
+}
+
+/// Every motor takes the same steps in the same directions, and motion takes as long within `tolerance`, a share.
+pub(crate) fn in_path(ours: &[Step], planned: &[Planned], tolerance: f64) -> Result<f64, Failure> {
+    same_ways(ours, planned)?;
     let time = span(ours.iter().map(|step| step.due));
     let expected = span(planned.iter().map(|step| step.due));
     let ratio = time / expected;
@@ -58,20 +56,31 @@ pub(crate) fn in_path(ours: &[Step], planned: &[Planned], tolerance: f64) -> Res
     Ok(ratio)
 }
 
-/// The steps of a motor as runs in one direction.
-fn runs(steps: impl Iterator<Item = (u8, u8)>, motor: usize) -> Vec<(bool, u64)> {
-    let mut runs: Vec<(bool, u64)> = Vec::new();
+/// The steps of a motor as runs in one direction, each its count with its sign.
+fn runs(steps: impl Iterator<Item = (u8, u8)>, motor: usize) -> Vec<i64> {
+    let mut runs: Vec<i64> = Vec::new();
     for (motors, negative) in steps {
         if motors >> motor & 1 == 0 {
             continue;
         }
-        let negative = negative >> motor & 1 != 0;
+        let step = 1 - 2 * i64::from(negative >> motor & 1);
         match runs.last_mut() {
-            Some((direction, count)) if *direction == negative => *count += 1,
-            _ => runs.push((negative, 1)),
+            Some(run) if run.signum() == step => *run += step,
+            _ => runs.push(step),
         }
     }
     runs
+}
+
+/// The ways of each motor at the pins, from turn to turn, steps.
+pub(crate) fn ways(ours: &[Step]) -> [Vec<i64>; 4] {
+    from_fn(|motor| runs(ours.iter().map(|step| (step.motors, step.negative)), motor))
+}
+
+/// The same as it was planned.
+pub(crate) fn planned_ways(planned: &[Planned]) -> [Vec<i64>; 4] {
+    let steps = || planned.iter().map(|step| (step.motors, step.negative));
+    from_fn(|motor| runs(steps(), motor))
 }
 
 /// Seconds from the first to the last.

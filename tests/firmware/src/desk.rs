@@ -3,13 +3,15 @@ use crate::{
     bench::{ensure, Failure},
     pins::CYCLES_PER_COUNT,
 };
-use leadscrew_machine::config::MachineConfig;
+use leadscrew_machine::{board::ChannelId, config::MachineConfig};
 use leadscrew_planner::{Cartesian, Kinematics};
 use leadscrew_sim::{
     cost::Costs,
     plant::{Pin, Side, Switch},
-    Answers, Cycle, Memory, Observer, Rate, Reply, Setup, Simulation, StepEvent, Stopped, Streamer,
-    Streaming,
+    powered::Powered,
+    profile::Profile,
+    Answers, Cycle, Host, Memory, Observer, Rate, Reply, Setup, Simulation, StepEvent, Stopped,
+    Streamer, Streaming,
 };
 
 /// Moves planned ahead, as on the board.
@@ -135,4 +137,68 @@ pub(crate) fn plan_with(
         },
     )?;
     Ok(schedule.steps)
+}
+
+/// The step events of a program on the machine of a file, after lines that must be answered with `ok` too. Its operator resumes
+/// pauses and tool changes at once.
+pub(crate) fn plan_machine(
+    profile: &Profile,
+    before: &str,
+    program: &str,
+) -> Result<Vec<Planned>, Failure> {
+    let mut schedule = Schedule::default();
+    let mut result = Ok(());
+    let supply = profile.supply(Rate::NeverWaits);
+    profile.power_up(supply, &mut schedule, &mut |machine| {
+        result = [before, program]
+            .into_iter()
+            .try_for_each(|text| send_all(machine, text, profile.receive_buffer()));
+    });
+    result.map(|()| schedule.steps)
+}
+
+fn send_all(machine: &mut dyn Powered, text: &str, window: u16) -> Result<(), Failure> {
+    let streaming = Streaming {
+        window: window.into(),
+        keep_going: false,
+    };
+    let mut host = Operator {
+        streamer: Streamer::new(text.as_bytes(), streaming, Answers::default()),
+        resumes: false,
+    };
+    loop {
+        machine.work(&mut host);
+        if !machine.waits_for_operator() {
+            break;
+        }
+        host.resumes = true;
+    }
+    machine.settle(&mut host);
+    let answers = host.streamer.finish()?;
+    ensure(answers.errors.is_empty() && answers.alarm.is_none(), || {
+        format!("the simulator refuses: {answers:?}")
+    })
+}
+
+/// A sender whose operator presses resume.
+struct Operator<'a> {
+    streamer: Streamer<&'a [u8], Answers>,
+    resumes: bool,
+}
+
+impl Host for Operator<'_> {
+    fn next_byte(&mut self, channel: ChannelId) -> Option<u8> {
+        match std::mem::take(&mut self.resumes) {
+            true => Some(b'~'),
+            false => self.streamer.next_byte(channel),
+        }
+    }
+
+    fn receive(&mut self, channel: ChannelId, byte: u8, now: Cycle) {
+        self.streamer.receive(channel, byte, now);
+    }
+
+    fn is_done(&self) -> bool {
+        self.streamer.is_done()
+    }
 }

@@ -1,7 +1,9 @@
 //! The firmware under test, as it was built or with a fault planted in it.
 use crate::{
     bench::Failure,
-    wiring::{Wiring, DISCOVERY, DUAL_Y, FLY_407ZG, MACHINE_003, OCTOPUS, SKR_2, SPIDER},
+    wiring::{
+        Wiring, DISCOVERY, DISCOVERY_4, DUAL_Y, FLY_407ZG, MACHINE_003, OCTOPUS, SKR_2, SPIDER,
+    },
 };
 use leadscrew_f407emu::Tamper;
 use std::{fs, path::Path, sync::Arc};
@@ -68,6 +70,8 @@ pub(crate) struct Firmware {
     pub(crate) fast: Build,
     /// For the other boards at 115200 baud.
     pub(crate) others: Others,
+    /// For machines 000, 002 and 003, each for its own file.
+    pub(crate) machines: [Build; 3],
     /// For more of them, by name, as far as they have been built: three motors each.
     pub(crate) more: Vec<(&'static str, Build)>,
 }
@@ -93,6 +97,11 @@ impl Firmware {
         let built = |(name, wiring)| Some((name, read(name, wiring, USUAL_BAUD).ok()?));
         Ok(Firmware {
             more: more.into_iter().filter_map(built).collect(),
+            machines: [
+                read("machine-file-000", &DISCOVERY_4, USUAL_BAUD)?,
+                read("machine-file-002", &DISCOVERY, USUAL_BAUD)?,
+                read("machine-file-003", &MACHINE_003, USUAL_BAUD)?,
+            ],
             usual: read("usual", &DISCOVERY, USUAL_BAUD)?,
             fast: read("fast", &DISCOVERY, FAST_BAUD)?,
             others: Others {
@@ -118,6 +127,9 @@ impl Firmware {
         faulty.others.skr_2.fault = Some(fault);
         faulty.others.dual_y.fault = Some(fault);
         faulty.others.core_xy.fault = Some(fault);
+        for build in &mut faulty.machines {
+            build.fault = Some(fault);
+        }
         for (_, build) in &mut faulty.more {
             build.fault = Some(fault);
         }

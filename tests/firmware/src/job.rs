@@ -23,6 +23,17 @@ fn read(path: &Path) -> Result<String, Failure> {
     fs::read_to_string(path).map_err(|error| Failure(format!("{}: {error}", path.display())))
 }
 
+/// A file of `examples/`.
+pub(crate) fn file(name: &str) -> Result<String, Failure> {
+    read(&repository().join("examples").join(name))
+}
+
+/// The file of a machine of `examples/machines/`.
+pub(crate) fn machine(number: &str) -> PathBuf {
+    let machines = repository().join("examples/machines");
+    machines.join(number).join("machine.toml")
+}
+
 impl Job {
     /// A job of a few lines.
     pub(crate) fn new(name: &str, settings: &str, program: &str) -> Job {

@@ -7,6 +7,9 @@ const SLICE: u64 = 5_000;
 /// The longest that nothing may be answered, s: a slow move through a full queue.
 const PATIENCE_SECONDS: f64 = 120.0;
 
+/// The time that an operator takes to change a tool, s.
+const OPERATOR_SECONDS: f64 = 0.5;
+
 /// How a program is sent.
 pub(crate) struct Stream<'a> {
     /// The program's lines.
@@ -68,6 +71,11 @@ impl<'a> Stream<'a> {
             bench.run_to(if silent { silence.end } else { now + SLICE })?;
             for heard in bench.heard() {
                 patience = bench.machine.cycle() + cycles(PATIENCE_SECONDS);
+                // Tools are changed quickly here.
+                if heard.starts_with("[MSG:Tool ") {
+                    bench.run_for(OPERATOR_SECONDS)?;
+                    bench.send("~");
+                }
                 self.take(&heard, &mut unanswered)?;
             }
             ensure(bench.machine.cycle() < patience, || {

@@ -62,6 +62,29 @@ pub(crate) const DISCOVERY: Wiring = Wiring {
     start: FLASH,
 };
 
+/// The same with the motor of its spare socket.
+pub(crate) const DISCOVERY_4: Wiring = Wiring {
+    step: &[STEP[0], STEP[1], STEP[2], Pin::new('E', 14)],
+    direction: &[DIRECTION[0], DIRECTION[1], DIRECTION[2], Pin::new('E', 15)],
+    limits: &[
+        to_ground(LIMIT[0]),
+        to_ground(LIMIT[1]),
+        to_ground(LIMIT[2]),
+        to_ground(Pin::new('D', 7)),
+    ],
+    ..DISCOVERY
+};
+
+/// The switches of machine 003's tool: high when closed.
+pub(crate) const TOOL_LOWER: Switch = Switch {
+    pin: Pin::new('D', 4),
+    closed: true,
+};
+pub(crate) const TOOL_UPPER: Switch = Switch {
+    pin: Pin::new('D', 2),
+    closed: true,
+};
+
 /// Machine 003: only Z has a limit switch.
 pub(crate) const MACHINE_003: Wiring = Wiring {
     line: SerialPort::Usart1,

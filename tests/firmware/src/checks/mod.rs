@@ -6,6 +6,7 @@ mod endings;
 mod homing;
 mod interrupts;
 mod late;
+mod machines;
 mod motion;
 mod outputs;
 mod planting;
@@ -282,6 +283,12 @@ pub(crate) const CHECKS: &[Check] = &[
         what: "the builds for boards that came later: the same, and every pin is safe at once",
         subset: false,
         run: boards::more,
+    },
+    Check {
+        name: "machines",
+        what: "builds for the files of machines 000, 002 and 003: two motors on Y to the tick, tool changes, a tool between its switches",
+        subset: true,
+        run: machines::machines,
     },
     Check {
         name: "endings",

@@ -1,0 +1,106 @@
+//! A board for one machine: its parts, and the sockets that the machine uses.
+use crate::{Board, Kinematics, Sockets};
+use std::fmt;
+
+/// The parts of a board that a machine uses beside those that every machine has.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct Needs {
+    /// Motors, 3 or more.
+    pub motors: usize,
+    /// Outputs of M62 to M65.
+    pub outputs: usize,
+    /// The switches at the ends of a tool's way.
+    pub tool: bool,
+}
+
+/// The axes of a board without a machine's file, and its motors but second ones.
+const THREE: usize = 3;
+
+/// A part that the machine needs and the board lacks.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Unfit {
+    /// The board drives fewer motors.
+    Motors {
+        /// Motors of the machine.
+        needs: usize,
+        /// Motors that the board drives.
+        has: usize,
+    },
+    /// The board has fewer outputs for M62 to M65.
+    Outputs {
+        /// Outputs of the machine.
+        needs: usize,
+        /// Outputs of the board.
+        has: usize,
+    },
+    /// The board has no inputs for the two switches of a tool.
+    Tool,
+    /// The board's own kinematics and second motors are for another machine.
+    Kinematics,
+}
+
+impl fmt::Display for Unfit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Motors { needs, has } => {
+                write!(f, "the machine has {needs} motors, the board drives {has}")
+            }
+            Self::Outputs { needs, has } => write!(
+                f,
+                "the machine has {needs} outputs, `sockets.outputs` of the board {has}"
+            ),
+            Self::Tool => f.write_str(
+                "the machine has a tool between two switches, the board no `sockets.tool`",
+            ),
+            Self::Kinematics => {
+                f.write_str("the board's file says how motors move axes, and so does the machine's")
+            }
+        }
+    }
+}
+
+impl std::error::Error for Unfit {}
+
+impl Board {
+    /// The board without its sockets.
+    #[must_use]
+    pub fn bare(&self) -> Self {
+        Self {
+            sockets: Sockets::default(),
+            ..self.clone()
+        }
+    }
+
+    /// The board with the sockets that a machine uses, and no others. Settings and order of homing are the machine's affair then.
+    ///
+    /// # Errors
+    /// A part that the board lacks.
+    pub fn fitted(&self, needs: Needs) -> Result<Self, Unfit> {
+        if self.kinematics != Kinematics::Cartesian || self.motor.len() > THREE {
+            return Err(Unfit::Kinematics);
+        }
+        let spare = self.sockets.motor;
+        let has = THREE + usize::from(spare.is_some());
+        if needs.motors > has {
+            let needs = needs.motors;
+            return Err(Unfit::Motors { needs, has });
+        }
+        let outputs = self.sockets.outputs.get(..needs.outputs);
+        let outputs = outputs.ok_or(Unfit::Outputs {
+            needs: needs.outputs,
+            has: self.sockets.outputs.len(),
+        })?;
+        if needs.tool && self.sockets.tool.is_none() {
+            return Err(Unfit::Tool);
+        }
+        let sockets = Sockets {
+            motor: spare.filter(|_| needs.motors > THREE),
+            outputs: outputs.to_vec(),
+            tool: self.sockets.tool.filter(|_| needs.tool),
+        };
+        Ok(Self {
+            sockets,
+            ..self.clone()
+        })
+    }
+}
