@@ -1,7 +1,7 @@
 // What a user of the page does, and what has to come of it.
 
 import assert from "node:assert/strict";
-import {readFileSync} from "node:fs";
+import {readFileSync, statSync} from "node:fs";
 import {get} from "node:http";
 import {createRequire} from "node:module";
 import {playback, sender, sleep} from "./server.js";
@@ -48,7 +48,7 @@ const isState = (page, name) => page.waitForFunction((name) => document.getEleme
 const axis = (letter) => `#axes td[data-axis="${letter}"]`;
 
 /** Drops a file on the page, as a file manager does. */
-async function drop(page, name, content) {
+export async function drop(page, name, content) {
   await page.evaluate(([name, content]) => {
     const data = new DataTransfer();
     data.items.add(new File([content], name));
@@ -113,6 +113,7 @@ export const cases = [
   },
   {
     name: "only the printed address opens the page, and no page from elsewhere its socket",
+    only: "server",
     alone: true,
     async run({server}) {
       const address = new URL(await server.address());
@@ -263,6 +264,7 @@ export const cases = [
   },
   {
     name: "with a sender on TCP the page watches and says so, and can still hold",
+    only: "server",
     machine: FAST,
     lines: ["--tcp", "127.0.0.1:0"],
     async run({page, server, shoot}) {
@@ -286,6 +288,7 @@ export const cases = [
   },
   {
     name: "a second page watches until the first has gone",
+    only: "server",
     machine: FAST,
     async run({page, server, context}) {
       await isState(page, "Idle");
@@ -300,6 +303,7 @@ export const cases = [
   },
   {
     name: "the page comes back when the server does",
+    only: "server",
     machine: FAST,
     expected: /WebSocket|ERR_CONNECTION/,
     async run({page, server}) {
@@ -316,6 +320,7 @@ export const cases = [
   },
   {
     name: "a finished job is played from a file: the tool is where the job has it at each time",
+    only: "server",
     alone: true,
     run: async ({page, server, shoot}) => {
       // 12 mm aside at 4 mm/s, 30 mm at 10 mm/s, back at the rate of 500 mm/min; ramps of 10 mm/s².
@@ -339,6 +344,38 @@ export const cases = [
       await page.waitForFunction(() => document.getElementById("now").textContent.includes("done"));
       await page.getByRole("button", {name: "Play"}).waitFor();
       assert.deepEqual(await violations(page), []);
+    },
+  },
+  {
+    name: "the page from a file is one light document that asks for nothing",
+    only: "file",
+    async run({page}) {
+      const asked = [];
+      page.on("request", (request) => asked.push(request.url()));
+      await page.reload();
+      await isState(page, "Idle");
+      await dropAndTime(page, "square.nc", SQUARE);
+      const outside = asked.filter((address) => !/^(data|blob):/.test(address));
+      assert.deepEqual(outside, [page.url()]);
+      const {size} = statSync(process.env.PAGE);
+      console.log(`       ${size} bytes`);
+      assert.ok(size <= 1_500_000, `${size} bytes`);
+    },
+  },
+  {
+    name: "a machine is dropped as a file; one that is wrong is told with its line, and the machine stays",
+    only: "file",
+    machine: FAST,
+    async run({page}) {
+      await dropAndTime(page, "square.nc", SQUARE);
+      const fast = await text(page, "#job-time");
+      await drop(page, "wrong.toml", "name = \"wrong\"\n[axes.x]\ntravle = 5\n");
+      await page.getByRole("tab", {name: "Console"}).click();
+      await page.waitForFunction(() => /machine:3.*travle/s.test(document.getElementById("log").textContent));
+      assert.match(await text(page, "#machine-name"), /bench/);
+      await drop(page, "slow.toml", "name = \"slow\"\n");
+      await page.waitForFunction(() => document.getElementById("machine-name").textContent.includes("slow"));
+      await page.waitForFunction((fast) => /^takes/.test(document.getElementById("job-time").textContent) && document.getElementById("job-time").textContent !== fast, fast);
     },
   },
   {

@@ -2,12 +2,16 @@
 //
 //   node run.js [--screenshots FOLDER] [NAME...]
 //
-// LEADSCREW names the program, CHROMIUM the browser.
+// LEADSCREW names the program, CHROMIUM the browser, PAGE the page without a server (`cargo xtask page`).
+//
+// A case is tried on a page of a server, and on the page that is opened from its file: nobody may notice a difference. One with
+// `only` is tried on that page alone.
 
 import {mkdirSync} from "node:fs";
 import {join} from "node:path";
+import {pathToFileURL} from "node:url";
 import {chromium} from "playwright-core";
-import {cases} from "./cases.js";
+import {cases, drop} from "./cases.js";
 import {PATIENCE, Server, sleep} from "./server.js";
 
 const args = process.argv.slice(2);
@@ -27,31 +31,55 @@ async function seen(page, test, argument) {
   throw new Error(`never seen: ${test} ${argument ?? ""}`);
 }
 
-let failed = 0;
-for (const one of cases.filter(({name}) => args.length === 0 || args.some((wanted) => name.includes(wanted)))) {
+/** A page of `leadscrew serve`. */
+async function served(one, page) {
   const server = new Server(one.machine ?? "name = \"test\"", one.lines ?? []);
+  if (!one.alone) await page.goto(await server.address());
+  return server;
+}
+
+/** The page without a server, opened from its file, with the machine dropped on it. */
+async function opened(one, page) {
+  await page.goto(pathToFileURL(process.env.PAGE).href);
+  if (one.machine) {
+    await drop(page, "machine.toml", one.machine);
+    const name = one.machine.match(/name = "(.*)"/)[1];
+    await page.waitForFunction((name) => document.getElementById("machine-name").textContent.includes(name), name);
+  }
+  return null;
+}
+
+let failed = 0;
+
+async function attempt(one, way, open) {
   const context = await browser.newContext({viewport: {width: 1440, height: 900}, ...one.context});
   const page = await context.newPage();
   const errors = [];
   page.on("pageerror", (error) => errors.push(String(error)));
   page.on("console", (message) => message.type() === "error" && errors.push(message.text()));
   page.setDefaultTimeout(PATIENCE);
+  page.waitForFunction = (test, argument) => seen(page, test, argument);
+  const shoot = async (name) => screenshots && page.screenshot({path: join(screenshots, `${way}-${name}.png`)});
   const begun = Date.now();
+  let server = null;
   try {
-    const shoot = async (name) => screenshots && page.screenshot({path: join(screenshots, `${name}.png`)});
-    page.waitForFunction = (test, argument) => seen(page, test, argument);
-    if (!one.alone) await page.goto(await server.address());
+    server = await open(one, page);
     await one.run({page, server, context, shoot});
     const unexpected = errors.filter((error) => !one.expected?.test(error));
     if (unexpected.length) throw new Error(`the page complains: ${unexpected.join("; ")}`);
-    console.log(`ok     ${one.name} (${((Date.now() - begun) / 1000).toFixed(1)} s)`);
+    console.log(`ok     ${way}: ${one.name} (${((Date.now() - begun) / 1000).toFixed(1)} s)`);
   } catch (error) {
     failed++;
     if (screenshots) await page.screenshot({path: join(screenshots, `failed-${failed}.png`)}).catch(() => {});
-    console.log(`FAILED ${one.name}\n       ${String(error.stack ?? error).replaceAll("\n", "\n       ")}\n       ${errors.join("\n       ")}`);
+    console.log(`FAILED ${way}: ${one.name}\n       ${String(error.stack ?? error).replaceAll("\n", "\n       ")}\n       ${errors.join("\n       ")}`);
   }
   await context.close();
-  await server.end();
+  await server?.end();
+}
+
+for (const one of cases.filter(({name}) => args.length === 0 || args.some((wanted) => name.includes(wanted)))) {
+  if (one.only !== "file") await attempt(one, "server", served);
+  if (one.only !== "server") await attempt(one, "file", opened);
 }
 await browser.close();
 process.exit(failed ? 1 : 0);

@@ -8,6 +8,7 @@ mod failure;
 mod fw;
 mod fw_test;
 mod icount;
+mod page;
 mod release;
 mod senders;
 mod shell;
@@ -29,6 +30,8 @@ const USAGE: &str = "usage: cargo xtask COMMAND
     targets            check the libraries for other processors
     boards             build the boards in examples/boards; run the one that QEMU emulates
     bench COMMAND...   count x86-64 instructions per line; COMMAND says {lines} for their number
+    page PAGE.html [MACHINE.toml]
+                       write the page of a machine as one file that needs no server: the simulator is in it
     release [BOARD...] make the files that are handed out, for all boards or those named
     icount [--check]   count instructions under QEMU; fail above the budgets
     senders [NAME...]  run real senders (meerk40t, grbl-streamer, websockets, cncjs) against `leadscrew serve`";
@@ -43,6 +46,7 @@ fn main() -> ExitCode {
         ["bench", ..] => bench::run(&arguments[1..]),
         ["icount"] => icount::run(false),
         ["icount", "--check"] => icount::run(true),
+        ["page", _] | ["page", _, _] => page::run(&arguments[1..]),
         ["release", ..] => release::run(&arguments[1..]),
         ["senders", ..] => senders::run_all(&arguments[1..]),
         ["targets"] => targets::run(),

@@ -2,7 +2,7 @@
 use crate::{
     failure::Failure,
     shell,
-    toolchain::{self, Toolchain},
+    toolchain::{self, Toolchain, BROWSER},
 };
 use std::{path::Path, process::Command};
 
@@ -18,9 +18,8 @@ const TARGETS: [&str; 3] = [
 /// The topmost library, which brings the other three.
 const LIBRARY: &str = "leadscrew-machine";
 
-/// The simulator: it needs a standard library, and a browser's has neither files nor threads nor a clock.
-const SIMULATOR: &str = "leadscrew-sim";
-const BROWSER: &str = "wasm32-unknown-unknown";
+/// The simulator and the page: they need a standard library, and a browser's has neither files nor threads nor a clock.
+const SIMULATOR: &str = "leadscrew-wasm";
 
 /// Checks every target.
 pub(crate) fn run() -> Result<(), Failure> {

@@ -14,6 +14,9 @@ use std::{
 /// Cortex-M4 with the single-precision FPU, hard-float calls.
 pub(crate) const TARGET: &str = "thumbv7em-none-eabihf";
 
+/// WebAssembly in a browser.
+pub(crate) const BROWSER: &str = "wasm32-unknown-unknown";
+
 /// A compiler that can build for [`TARGET`].
 pub(crate) enum Toolchain {
     /// The target's libraries are installed.
@@ -51,7 +54,7 @@ impl Toolchain {
             .into_iter()
             .find(|(rustc, _)| has_core_sources(rustc))
             .ok_or(Failure::NoCompiler)?;
-        let linker = find_linker();
+        let linker = find_linker(target);
         eprintln!(
             "compiler: {rustc}, building core from source; linker: {}",
             linker.display()
@@ -147,11 +150,15 @@ fn sysroot(rustc: &str) -> Option<PathBuf> {
     Some(PathBuf::from(path.trim()))
 }
 
-/// The linker that rustup ships with its compiler (Debian's compiler has none), else the GNU one.
-fn find_linker() -> PathBuf {
+/// The linker that rustup ships with its compiler (Debian's compiler has none), else the GNU one, or LLVM's for a browser.
+fn find_linker(target: &str) -> PathBuf {
+    let other = match target {
+        BROWSER => "wasm-ld",
+        _ => "arm-none-eabi-ld",
+    };
     let host = concat!("lib/rustlib/", env!("HOST_TRIPLE"), "/bin/rust-lld");
     sysroot("rustc")
         .map(|dir| dir.join(host))
         .filter(|path| path.exists())
-        .unwrap_or_else(|| PathBuf::from("arm-none-eabi-ld"))
+        .unwrap_or_else(|| PathBuf::from(other))
 }

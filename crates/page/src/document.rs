@@ -38,6 +38,12 @@ const MACHINE: [Module; 9] = [
 /// The way to a machine behind a server.
 const SOCKET: Module = ("link", include_str!("../web/link.js"));
 
+/// The way to a machine in the browser: under the same name, for the same use.
+const WORKERS: Module = ("link", include_str!("../web/local.js"));
+
+/// The script of its workers.
+const WORKER: &str = include_str!("../web/worker.js");
+
 /// Those of a finished job alone.
 const PLAYER: [Module; 2] = [
     ("course", include_str!("../web/course.js")),
@@ -99,6 +105,31 @@ impl Playback<'_> {
             data.push_str(&element(id, &BASE64.encode(bytes)));
         }
         compose(PLAYER_PAGE, &PLAYER)
+            .replace(&format!(" nonce=\"{NONCE}\""), "")
+            .replace(DATA, &data)
+    }
+}
+
+/// The page of a machine with the simulator in it: nothing is fetched, it works from a file.
+pub struct Standalone<'a> {
+    /// The module of `leadscrew-wasm`, packed by gzip.
+    pub simulator: &'a [u8],
+    /// The machine file.
+    pub machine: &'a str,
+}
+
+impl Standalone<'_> {
+    /// The document.
+    pub fn document(&self) -> String {
+        let own: Vec<Module> = MACHINE.into_iter().chain([WORKERS]).collect();
+        let data = [
+            // A script element ends at the first `</script`, in a text as well.
+            ("machine", BASE64.encode(self.machine.as_bytes())),
+            ("worker", BASE64.encode(WORKER.as_bytes())),
+            ("simulator", BASE64.encode(self.simulator)),
+        ];
+        let data: String = data.iter().map(|(id, text)| element(id, text)).collect();
+        compose(PAGE, &own)
             .replace(&format!(" nonce=\"{NONCE}\""), "")
             .replace(DATA, &data)
     }
@@ -170,9 +201,27 @@ mod tests {
         job.document()
     }
 
+    fn standalone() -> String {
+        let page = Standalone {
+            simulator: b"a module",
+            machine: "name = \"</script>\"",
+        };
+        page.document()
+    }
+
+    #[test]
+    fn a_page_without_a_server_is_whole_and_its_machine_ends_no_element() {
+        let document = standalone();
+        assert!(!document.contains("<!--") && !document.contains(NONCE));
+        // Machine, worker, simulator, the import map and the module that begins.
+        assert_eq!(document.matches("</script>").count(), 5);
+        let data = document.split("id=\"simulator\">").nth(1).unwrap();
+        assert!(data.starts_with("YSBtb2R1bGU=</script>"));
+    }
+
     #[test]
     fn nothing_is_fetched() {
-        for document in [document(""), playback()] {
+        for document in [document(""), playback(), standalone()] {
             for address in ["src=\"http", "href=\"http", "url(", "@import", "fetch("] {
                 assert!(!document.contains(address), "{address}");
             }
@@ -193,7 +242,7 @@ mod tests {
     #[test]
     fn every_module_that_is_imported_is_there() {
         let of_machine = |link| MACHINE.into_iter().chain([link]).collect::<Vec<_>>();
-        for own in [of_machine(SOCKET), PLAYER.to_vec()] {
+        for own in [of_machine(SOCKET), of_machine(WORKERS), PLAYER.to_vec()] {
             let all: Vec<&str> = COMMON.iter().chain(&own).map(|(name, _)| *name).collect();
             for (name, text) in COMMON.iter().chain(&own) {
                 let imports = text.lines().filter_map(|line| line.strip_prefix("import "));

@@ -5,10 +5,11 @@
 //!                   ==Said====>            Wires: its serial lines    Pace: its clock beside the wall's
 //! ```
 //!
-//! Nothing here waits, opens a connection or asks for the time: time is an argument. So it can serve
-//! pages over a network (`leadscrew-serve`), and be compiled for a browser.
+//! Nothing here waits, opens a connection or asks for the time: time is an argument. So the same code serves pages over a network
+//! (`leadscrew-serve`) and, compiled for a browser, a page without a server (`leadscrew-wasm`).
 #![forbid(unsafe_code)]
 
+mod alone;
 mod buttons;
 mod desk;
 mod document;
@@ -21,9 +22,10 @@ mod pages;
 mod trail;
 mod wires;
 
+pub use alone::Alone;
 pub use buttons::Buttons;
 pub use desk::Desk;
-pub use document::{document, Playback};
+pub use document::{document, Playback, Standalone};
 pub use frames::{finding as finding_frame, Nonsense, Said, SaidReader};
 pub use glitches::Glitches;
 pub use key::Key;

@@ -36,6 +36,14 @@ export class Link {
     if (this.isOpen) this.#socket?.send(frameOf(tag, content));
   }
 
+  /**
+   * Changes the machine; answers whether it can be changed: the machine of a server cannot.
+   * @param {Uint8Array} _file
+   */
+  change(_file) {
+    return false;
+  }
+
   #open() {
     const socket = new WebSocket(this.address);
     this.#socket = socket;

@@ -326,9 +326,17 @@ function enable() {
 async function open(file) {
   if (isBusy() && isWatchingRun) return log.add("a job is running: reset it first", "note");
   if (file.size > LARGEST) return log.add(`${file.name}: larger than 200 MB`, "bad");
+  if (/\.toml$/i.test(file.name)) return change(new Uint8Array(await file.arrayBuffer()));
   job.load(file.name, await file.text());
   program.load(job.lines);
   check();
+}
+
+/** Changes the machine for that of a file. @param {Uint8Array} file */
+function change(file) {
+  if (!link.change(file)) return log.add("this machine is behind a server: its file is told by --machine", "note");
+  hasFitted = false;
+  if (job.text) check();
 }
 
 function check() {

@@ -7,6 +7,7 @@ use crate::link::{Host, Rate};
 use crate::observer::Observer;
 use crate::outcome::Outcome;
 use crate::oven::SensorFault;
+use crate::own::Own;
 use crate::plant::Pin;
 use crate::profile::{Belts, Profile};
 use crate::setup::{Memory, Setup};
@@ -212,6 +213,10 @@ where
     }
 }
 
+/// A machine of a file, put together.
+type Assembled<'m, const AXES: usize, const MOTORS: usize> =
+    Simulation<'m, Train, &'m mut dyn Observer, AXES, MOTORS, MOVES, Own<AXES>>;
+
 /// The options of a power-up beside the machine's file.
 #[derive(Clone, Copy, Debug)]
 pub struct Supply {
@@ -258,12 +263,42 @@ impl Profile {
         }
     }
 
+    /// Powers the machine up for as long as the program runs: its memory is never given back.
+    pub fn power_up_for_good(
+        &self,
+        with: Supply,
+        observer: &'static mut dyn Observer,
+    ) -> Box<dyn Powered> {
+        match self.axis_count() {
+            6 => self.keep::<6, 7>(with, observer),
+            5 => self.keep::<5, 6>(with, observer),
+            4 => self.keep::<4, 5>(with, observer),
+            _ => self.keep::<3, 4>(with, observer),
+        }
+    }
+
     fn simulate<const AXES: usize, const MOTORS: usize>(
         &self,
         with: Supply,
         observer: &mut dyn Observer,
         work: &mut dyn FnMut(&mut dyn Powered),
     ) {
+        let setup = self.setup::<AXES>(with);
+        let mut memory = Memory::<AXES, MOTORS, MOVES>::new(&setup);
+        work(&mut self.assemble(&setup, with, &mut memory, observer));
+    }
+
+    fn keep<const AXES: usize, const MOTORS: usize>(
+        &self,
+        with: Supply,
+        observer: &'static mut dyn Observer,
+    ) -> Box<dyn Powered> {
+        let setup = self.setup::<AXES>(with);
+        let memory = Box::leak(Box::new(Memory::<AXES, MOTORS, MOVES>::new(&setup)));
+        Box::new(self.assemble(&setup, with, memory, observer))
+    }
+
+    fn setup<const AXES: usize>(&self, with: Supply) -> Setup<AXES> {
         let config = match with.first {
             Some(defaults) => MachineConfig {
                 defaults,
@@ -271,14 +306,23 @@ impl Profile {
             },
             None => self.config(),
         };
-        let mut setup = Setup::<AXES>::new(config, with.rate);
+        let mut setup = Setup::new(config, with.rate);
         setup.lines = vec![with.rate; with.lines];
         setup.receive_buffer = usize::from(self.receive_buffer());
         setup.contacts = self.contacts();
-        let mut memory = Memory::new(&setup);
+        setup
+    }
+
+    /// Puts the machine together: its extensions, its carriages and the switches that they work.
+    fn assemble<'m, const AXES: usize, const MOTORS: usize>(
+        &self,
+        setup: &Setup<AXES>,
+        with: Supply,
+        memory: &'m mut Memory<AXES, MOTORS, MOVES>,
+        observer: &'m mut dyn Observer,
+    ) -> Assembled<'m, AXES, MOTORS> {
         let own = self.extension::<AXES>(with.outputs, with.sensor_fault, memory.own_pins());
-        let mut simulation: Simulation<'_, _, _, AXES, MOTORS, MOVES, _> =
-            Simulation::extended(&mut memory, &setup, self.train(), observer, own);
+        let mut simulation = Simulation::extended(memory, setup, self.train(), observer, own);
         if self.kinematics == Belts::CoreXy {
             simulation.cross_belts();
         }
@@ -291,7 +335,7 @@ impl Profile {
             simulation.add_switch(switch);
         }
         simulation.set_pin(Pin::Door, !self.door.open);
-        work(&mut simulation);
+        simulation
     }
 
     /// The gearing between its axes and motors.

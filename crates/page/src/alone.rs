@@ -1,0 +1,209 @@
+//! A machine and its one page, and nothing between them: frames in, frames out. The page without a server.
+
+use crate::buttons::Buttons;
+use crate::desk::Desk;
+use crate::frames::{Nonsense, Said, SaidReader};
+use crate::glitches::Glitches;
+use crate::outlet::Outlet;
+use crate::pace::Pace;
+use crate::pages::{hello, Errand, PageEvent, PageWhat, Pages};
+use crate::trail::{Trail, Watcher};
+use crate::wires::Wires;
+use leadscrew_jobs::Job;
+use leadscrew_sim::clock::cycles_of_micros;
+use leadscrew_sim::flash::Flash;
+use leadscrew_sim::link::Rate;
+use leadscrew_sim::powered::Supply;
+use leadscrew_sim::profile::Profile;
+use std::cell::RefCell;
+use std::sync::mpsc::Receiver;
+use std::time::Duration;
+
+/// The only page.
+const PAGE: u64 = 0;
+
+/// Its channel to the machine, the only one.
+const CHANNEL: usize = 0;
+
+/// Simulated time in which a machine starts and prints its banner, cycles.
+const START: u64 = cycles_of_micros(20_000);
+
+/// Simulated time that passes at once at most, cycles: the page is heard in between.
+const SLICE: u64 = cycles_of_micros(25_000);
+
+/// A machine in real time and its page. It lasts as long as the program: its memory is never given back.
+pub struct Alone {
+    desk: Desk<'static>,
+    wires: Wires,
+    pages: Pages,
+    buttons: Buttons,
+    glitches: Glitches,
+    /// Settings survive a reset of the machine in it.
+    flash: Flash,
+    pace: Pace,
+    said: SaidReader,
+    frames: Receiver<Vec<u8>>,
+}
+
+impl Alone {
+    /// Powers the machine of this file up at `now`, the time since any instant.
+    pub fn power_up(file: &Profile, now: Duration) -> Self {
+        let trail: &'static RefCell<Trail> = Box::leak(Box::default());
+        let watcher = Box::leak(Box::new(Watcher(trail)));
+        let supply = Supply {
+            first: Some(file.first_settings().leak()),
+            ..file.supply(Rate::NeverWaits)
+        };
+        let machine = Box::leak(file.power_up_for_good(supply, watcher));
+        let mut desk = Desk::new(machine, trail, file.motor_count(), file.letters());
+        let mut flash = Flash::blank();
+        desk.load(&mut flash);
+        let mut wires = Wires::new(1);
+        desk.run_until(&mut wires, desk.now() + START);
+
+        let mut pages = Pages::new(Some(CHANNEL), 1, file.switches.normally_closed);
+        pages.begin(&hello(file, Some(CHANNEL)));
+        let (outlet, frames) = Outlet::new();
+        let opened = PageEvent {
+            page: PAGE,
+            what: PageWhat::Opened(outlet),
+        };
+        pages.handle(opened, &mut desk);
+        if pages.agree_who_moves(&[], false) == Some(true) {
+            desk.open_line(CHANNEL);
+        }
+        Self {
+            pace: Pace::new(1.0, now, desk.now()),
+            desk,
+            wires,
+            pages,
+            buttons: Buttons::default(),
+            glitches: Glitches::of(file),
+            flash,
+            said: SaidReader::default(),
+            frames,
+        }
+    }
+
+    /// Takes bytes of the page's frames; hands over each job that somebody is to look at.
+    ///
+    /// # Errors
+    /// [`Nonsense`] at bytes that no page sends.
+    pub fn hear(&mut self, bytes: &[u8], mut look: impl FnMut(Job)) -> Result<(), Nonsense> {
+        let mut all: Vec<Said> = Vec::new();
+        let read = self.said.read(bytes, |said| all.push(said));
+        for said in all {
+            let event = PageEvent {
+                page: PAGE,
+                what: PageWhat::Said(said),
+            };
+            match self.pages.handle(event, &mut self.desk) {
+                Some(Errand::Send(bytes)) => {
+                    self.pages.wire(CHANNEL, false, &bytes);
+                    self.wires.push(CHANNEL, &bytes);
+                }
+                Some(Errand::Press(key)) => self.buttons.press(key, &mut self.desk),
+                Some(Errand::Look(job)) => look(job),
+                None => {}
+            }
+        }
+        read
+    }
+
+    /// Lets the machine reach `now`, or come a step nearer where it is behind.
+    pub fn go(&mut self, now: Duration) {
+        let desk = &mut self.desk;
+        let end = self.pace.due(now).min(desk.now() + SLICE);
+        self.glitches.run_until(desk, &mut self.wires, end);
+        self.pace.give_up(now, desk.now());
+        let bytes = self.wires.written(CHANNEL);
+        if !bytes.is_empty() {
+            self.pages.wire(CHANNEL, true, &bytes);
+        }
+        self.buttons.release(desk);
+        desk.save(&mut self.flash);
+        self.pages.show(desk, now);
+    }
+
+    /// The next frame for the page.
+    pub fn next_frame(&mut self) -> Option<Vec<u8>> {
+        self.frames.try_recv().ok()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::frames::Tag;
+
+    /// A frame as the page sends it.
+    fn frame(tag: u8, content: &[u8]) -> Vec<u8> {
+        let mut frame = vec![tag];
+        frame.extend((content.len() as u32).to_le_bytes());
+        frame.extend_from_slice(content);
+        frame
+    }
+
+    fn frames(alone: &mut Alone) -> Vec<Vec<u8>> {
+        std::iter::from_fn(|| alone.next_frame()).collect()
+    }
+
+    /// Lets `millis` pass from `from` on; answers the frames that came.
+    fn pass(alone: &mut Alone, from: u64, millis: u64) -> Vec<Vec<u8>> {
+        let mut all = Vec::new();
+        for now in (from..from + millis).step_by(10) {
+            alone.go(Duration::from_millis(now));
+            all.extend(frames(alone));
+        }
+        all
+    }
+
+    /// The name of the state in the last state frame.
+    fn last_state(frames: &[Vec<u8>]) -> String {
+        let mut states = frames.iter().filter(|frame| frame[0] == Tag::State as u8);
+        let last = states.next_back().expect("a state");
+        let axes = usize::from(last[7]);
+        String::from_utf8_lossy(&last[48 + 8 * axes..]).into_owned()
+    }
+
+    #[test]
+    fn a_page_is_greeted_has_the_machine_and_moves_it() {
+        let mut alone = Alone::power_up(&Profile::default(), Duration::ZERO);
+        let greeting = frames(&mut alone);
+        assert_eq!(greeting[0][0], Tag::Hello as u8);
+        let role = greeting.last().unwrap();
+        assert!(String::from_utf8_lossy(role).contains("\"controls\":true"));
+        assert_eq!(last_state(&pass(&mut alone, 0, 200)), "Idle");
+
+        // 10 mm at 10 mm/s, and ramps of 10 mm/s² at both ends: 2 s.
+        let line = frame(1, b"G1X10F600\n");
+        assert_eq!(alone.hear(&line, |_| panic!("no job")), Ok(()));
+        assert_eq!(last_state(&pass(&mut alone, 200, 1000)), "Run");
+        assert_eq!(last_state(&pass(&mut alone, 1200, 1500)), "Idle");
+    }
+
+    #[test]
+    fn a_job_is_handed_over_with_the_settings_and_the_zero_of_the_machine() {
+        let mut alone = Alone::power_up(&Profile::default(), Duration::ZERO);
+        let lines = frame(1, b"$110=777\nG10L2P1X-7\n");
+        alone.hear(&lines, |_| panic!("no job")).unwrap();
+        pass(&mut alone, 0, 200);
+        let mut jobs = Vec::new();
+        let dropped = frame(3, b"a.nc\nG0X1\n");
+        alone.hear(&dropped, |job| jobs.push(job)).unwrap();
+        let [job] = &jobs[..] else { panic!("{jobs:?}") };
+        assert_eq!((&job.name[..], &job.text[..]), ("a.nc", &b"G0X1\n"[..]));
+        assert!(job.settings.contains("$110=777"), "{}", job.settings);
+        assert_eq!(job.origin[0], -7.0);
+    }
+
+    #[test]
+    fn a_machine_that_is_far_behind_does_not_race() {
+        let mut alone = Alone::power_up(&Profile::default(), Duration::ZERO);
+        let hour = Duration::from_secs(3600);
+        alone.go(hour);
+        assert!(alone.desk.now().seconds() < 0.1);
+        alone.go(hour + Duration::from_millis(10));
+        assert!(alone.desk.now().seconds() < 0.1);
+    }
+}

@@ -1,0 +1,125 @@
+// @ts-check
+// The way to a machine in the browser itself: one worker is the machine, another looks at jobs.
+
+import {by} from "dom";
+import {FROM, frameOf} from "frames";
+
+/** @typedef {import("frames").Ears} Ears */
+
+/** What workers tell of beside frames for the page: a job to be looked at, and why a worker is of no further use. */
+const LOOK = 128;
+const FAILED = 129;
+
+export class Link {
+  #worker = URL.createObjectURL(new Blob([bytes("worker")], {type: "text/javascript"}));
+  /** @type {Uint8Array} */
+  #file = bytes("machine");
+  /** The machine file before the one that is being tried. @type {Uint8Array | null} */
+  #before = null;
+  /** @type {WebAssembly.Module | null} */
+  #module = null;
+  /** @type {Worker | null} */
+  #machine = null;
+  /** @type {Worker | null} */
+  #looker = null;
+
+  /** @param {Ears} ears */
+  constructor(ears) {
+    this.ears = ears;
+    this.#begin().catch((error) => this.#fail(`The simulator cannot begin: ${error}`));
+  }
+
+  /** Whether frames go out. */
+  get isOpen() {
+    return this.#machine !== null;
+  }
+
+  /**
+   * @param {number} tag
+   * @param {Uint8Array | string} [content]
+   */
+  send(tag, content = new Uint8Array()) {
+    const frame = frameOf(tag, content);
+    this.#machine?.postMessage(frame, [frame.buffer]);
+  }
+
+  /**
+   * Changes the machine; answers whether it can be changed.
+   * @param {Uint8Array} file
+   */
+  change(file) {
+    this.#before = this.#file;
+    this.#file = file;
+    this.#restart();
+    return true;
+  }
+
+  async #begin() {
+    const packed = new Blob([bytes("simulator")]).stream();
+    const module = await new Response(packed.pipeThrough(new DecompressionStream("gzip"))).arrayBuffer();
+    this.#module = await WebAssembly.compile(module);
+    this.#restart();
+  }
+
+  #restart() {
+    this.#end();
+    if (!this.#module) return;
+    this.#machine = this.#start();
+    this.ears.opened(true, "");
+  }
+
+  #end() {
+    this.#machine?.terminate();
+    this.#looker?.terminate();
+    this.#machine = null;
+    this.#looker = null;
+  }
+
+  /**
+   * Starts a worker: the machine, or one that looks at a job.
+   * @param {Uint8Array} [job]
+   */
+  #start(job) {
+    const worker = new Worker(this.#worker);
+    worker.onmessage = ({data}) => this.#take(data);
+    worker.onerror = (event) => this.#fail(`The simulator has failed: ${event.message}`);
+    worker.postMessage({module: this.#module, file: this.#file, job});
+    return worker;
+  }
+
+  /** @param {Uint8Array} frame */
+  #take(frame) {
+    if (frame[0] === LOOK) {
+      this.#looker?.terminate();
+      this.#looker = this.#start(frame.subarray(1));
+      return;
+    }
+    if (frame[0] === FAILED) {
+      const words = frame.subarray(1);
+      if (this.#before) this.#goBack(words);
+      else this.#fail(`The simulator has failed: ${new TextDecoder().decode(words)}`);
+      return;
+    }
+    if (frame[0] === FROM.HELLO) this.#before = null;
+    this.ears.frame(frame[0], frame);
+  }
+
+  /** Takes the machine of before: the file of the new one is wrong. @param {Uint8Array} words */
+  #goBack(words) {
+    this.#file = this.#before ?? this.#file;
+    this.#before = null;
+    this.ears.frame(FROM.NOTE, Uint8Array.of(FROM.NOTE, ...words));
+    this.#restart();
+  }
+
+  /** @param {string} why */
+  #fail(why) {
+    this.#end();
+    this.ears.opened(false, `${why} Load the page again.`);
+  }
+}
+
+/** The data of an element. @param {string} id */
+function bytes(id) {
+  return Uint8Array.from(atob(by(id).textContent ?? ""), (letter) => letter.charCodeAt(0));
+}

@@ -1,0 +1,154 @@
+//! The machine of a page without a server, as a WebAssembly module: five functions, bytes in, and bytes out through `tell`.
+//!
+//! ```text
+//!   room(length) -> address      room for the bytes of the next call; the caller writes them there
+//!   machine()                    takes a machine file from there
+//!   hear()                       takes frames of the page from there
+//!   go(ms)                       lets the machine reach this time of the caller's clock, ms; powers it up at first
+//!   look()                       looks at a job from there, that another instance has told of, to its end
+//!
+//!   tell(address, length)        what the module asks its caller for: takes a frame, until it returns
+//! ```
+//!
+//! Frames for the page are those of `leadscrew serve`. Two more are for the caller, [`LOOK`] and [`FAILED`].
+#![cfg(target_arch = "wasm32")]
+
+use leadscrew_jobs::{Finding, Job, Workshop};
+use leadscrew_page::{finding_frame, Alone};
+use leadscrew_sim::profile::Profile;
+use serde::{Deserialize, Serialize};
+use std::cell::RefCell;
+use std::path::Path;
+use std::time::Duration;
+
+/// The first byte of a frame: a job follows, for [`look`] of another instance.
+const LOOK: u8 = 128;
+
+/// The first byte of a frame: words follow, and the module is of no further use.
+const FAILED: u8 = 129;
+
+#[link(wasm_import_module = "page")]
+extern "C" {
+    fn tell(address: *const u8, length: usize);
+}
+
+/// Hands a frame to the caller.
+fn send(frame: &[u8]) {
+    // SAFETY: the caller reads `length` bytes at `address`, which are the frame's, before it returns.
+    unsafe { tell(frame.as_ptr(), frame.len()) }
+}
+
+fn fail(words: &str) {
+    send(&[&[FAILED], words.as_bytes()].concat());
+}
+
+/// The module's only state. It has one thread.
+#[derive(Default)]
+struct Module {
+    input: Vec<u8>,
+    file: Profile,
+    alone: Option<Alone>,
+}
+
+thread_local! {
+    static MODULE: RefCell<Module> = RefCell::default();
+}
+
+fn with<T>(work: impl FnOnce(&mut Module) -> T) -> T {
+    MODULE.with_borrow_mut(work)
+}
+
+/// Makes room for `length` bytes; answers its address.
+#[no_mangle]
+pub extern "C" fn room(length: usize) -> *mut u8 {
+    with(|module| {
+        module.input = vec![0; length];
+        module.input.as_mut_ptr()
+    })
+}
+
+/// Takes a machine file, before anything else.
+#[no_mangle]
+pub extern "C" fn machine() {
+    std::panic::set_hook(Box::new(|info| fail(&info.to_string())));
+    with(|module| {
+        let text = String::from_utf8_lossy(&module.input);
+        match Profile::parse(Path::new("machine"), &text) {
+            Ok(file) => module.file = file,
+            Err(wrong) => fail(&wrong.to_string()),
+        }
+    });
+}
+
+/// Takes frames of the page.
+#[no_mangle]
+pub extern "C" fn hear() {
+    with(|module| {
+        let Some(alone) = &mut module.alone else {
+            return;
+        };
+        let input = std::mem::take(&mut module.input);
+        if alone.hear(&input, |job| send(&packed(&job))).is_err() {
+            fail("bytes that no page sends");
+        }
+    });
+}
+
+/// Lets the machine reach the time `ms` of the caller's clock.
+#[no_mangle]
+pub extern "C" fn go(ms: f64) {
+    let now = Duration::try_from_secs_f64(ms / 1000.0).unwrap_or_default();
+    with(|module| {
+        let file = &module.file;
+        let alone = module
+            .alone
+            .get_or_insert_with(|| Alone::power_up(file, now));
+        alone.go(now);
+        while let Some(frame) = alone.next_frame() {
+            send(&frame);
+        }
+    });
+}
+
+/// Looks at a job to its end.
+#[no_mangle]
+pub extern "C" fn look() {
+    let (input, file) = with(|module| (std::mem::take(&mut module.input), module.file.clone()));
+    match unpacked(&input) {
+        Some(job) => {
+            let mut tell = |finding: Finding| send(&finding_frame(&finding));
+            // Whoever wants it to end ends the worker.
+            Workshop::new(&file).look(&job, &|| true, &mut tell);
+        }
+        None => fail("no job"),
+    }
+}
+
+/// What is told of a job beside its text: one line of JSON before it.
+#[derive(Serialize, Deserialize)]
+struct Header {
+    name: String,
+    settings: String,
+    origin: Vec<f32>,
+}
+
+fn packed(job: &Job) -> Vec<u8> {
+    let header = Header {
+        name: job.name.clone(),
+        settings: job.settings.clone(),
+        origin: job.origin.clone(),
+    };
+    let header = serde_json::to_vec(&header).unwrap_or_default();
+    [&[LOOK][..], &header, b"\n", &job.text].concat()
+}
+
+fn unpacked(bytes: &[u8]) -> Option<Job> {
+    let end = bytes.iter().position(|byte| *byte == b'\n')?;
+    let header: Header = serde_json::from_slice(&bytes[..end]).ok()?;
+    Some(Job {
+        name: header.name,
+        text: bytes[end + 1..].to_vec(),
+        settings: header.settings,
+        origin: header.origin,
+    })
+}

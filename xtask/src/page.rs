@@ -1,0 +1,35 @@
+//! `cargo xtask page PAGE.html [MACHINE.toml]`: the page of a machine as one file, with the simulator in it as WebAssembly.
+use crate::{
+    failure::Failure,
+    shell,
+    toolchain::{self, Toolchain, BROWSER},
+};
+use std::{env, path::PathBuf, process::Command};
+
+/// The simulator's package, and its profile of the workspace.
+const PACKAGE: &str = "leadscrew-wasm";
+const PROFILE: &str = "page";
+
+/// Builds the simulator and writes the page; `files` are its name, and the machine file where there is one.
+pub(crate) fn run(files: &[String]) -> Result<(), Failure> {
+    let toolchain = Toolchain::find_for(BROWSER)?;
+    let mut build = toolchain.cargo_with_std("build", BROWSER, &toolchain::target_dir());
+    build
+        .args(["--locked", "-p", PACKAGE, "--profile", PROFILE])
+        .current_dir(toolchain::root());
+    shell::run(&mut build)?;
+    let module = toolchain::target_dir()
+        .join(BROWSER)
+        .join(PROFILE)
+        .join("leadscrew_wasm.wasm");
+    // Names are those of the caller's folder.
+    let here = env::current_dir().map_err(Failure::file(&PathBuf::from(".")))?;
+    let mut write = Command::new("cargo");
+    write
+        .args(["run", "--quiet", "-p", "leadscrew-page"])
+        .args(["--example", "standalone", "--"])
+        .arg(module)
+        .args(files.iter().map(|file| here.join(file)))
+        .current_dir(toolchain::root());
+    shell::run(&mut write)
+}
