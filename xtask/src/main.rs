@@ -25,7 +25,7 @@ const USAGE: &str = "usage: cargo xtask COMMAND
                        build the firmware, for a board of crates/boards or a file that describes one; ARGUMENTS go to
                        `cargo build`; --run flashes it and shows its log (probe-rs)
     fw-test [NAME...]  run the firmware in an emulated STM32F407; --subset, --list, --costs,
-                       --highest-rate, --rates, --planted
+                       --highest-rate, --rates, --planted; qemu: in QEMU instead
     thumb              build libraries and firmware for the microcontroller; check what is in them
     targets            check the libraries for other processors
     boards             build the boards in examples/boards; run the one that QEMU emulates

@@ -118,6 +118,11 @@ impl Firmware {
         Build::read(&Path::new(folder).join("uncapped"), &DISCOVERY, FAST_BAUD)
     }
 
+    /// The build for the SKR 2, which `cargo fw-test qemu` needs alone.
+    pub(crate) fn skr_2(folder: &str) -> Result<Build, Failure> {
+        Build::read(&Path::new(folder).join("skr-2"), &SKR_2, USUAL_BAUD)
+    }
+
     /// The same with a fault.
     pub(crate) fn with(&self, fault: Fault) -> Self {
         let mut faulty = self.clone();

@@ -18,6 +18,7 @@ mod firmware;
 mod job;
 mod pins;
 mod planted;
+mod qemu;
 mod steps;
 mod stream;
 mod wiring;
@@ -31,7 +32,7 @@ use crate::{
 use std::{env, fs, process::ExitCode, sync::Mutex, thread, time::Instant};
 
 const USAGE: &str =
-    "usage: fw-test FOLDER [--subset | --list | --costs | --highest-rate | --rates | --planted [WORD] | NAME...]";
+    "usage: fw-test FOLDER [--subset | --list | --costs | --highest-rate | --rates | --planted [WORD] | qemu | NAME...]";
 /// The file that `--costs` writes.
 const COSTS: &str = concat!(
     env!("CARGO_MANIFEST_DIR"),
@@ -53,6 +54,10 @@ fn main() -> ExitCode {
         ["--rates"] => Firmware::uncapped(folder).and_then(|build| checks::rates::table(&build)),
         ["--highest-rate"] => Firmware::uncapped(folder).and_then(|build| {
             println!("{}", checks::rate::highest(&build)?);
+            Ok(())
+        }),
+        ["qemu"] => Firmware::skr_2(folder).and_then(|build| {
+            println!("{}", qemu::check(&build)?);
             Ok(())
         }),
         names => with_all(folder, names),
