@@ -32,7 +32,9 @@ const USAGE: &str = "usage: cargo xtask COMMAND
     bench COMMAND...   count x86-64 instructions per line; COMMAND says {lines} for their number
     page PAGE.html [MACHINE.toml]
                        write the page of a machine as one file that needs no server: the simulator is in it
-    release [BOARD...] make the files that are handed out, for all boards or those named
+    release [--twice] [BOARD...]
+                       make the files that are handed out, for all boards or those named; --twice makes them in a second
+                       folder, too, and compares
     icount [--check]   count instructions under QEMU; fail above the budgets
     senders [NAME...]  run real senders (meerk40t, grbl-streamer, websockets, cncjs) against `leadscrew serve`";
 

@@ -5,19 +5,51 @@
 //! | `NAME.elf` | probe-rs: the firmware with its symbols, without what only a debugger wants, which has this computer's paths in it |
 //! | `NAME.bin` | dfu-util, a bootloader's memory card: from the board's `start` on |
 //! | `SHA256SUMS` | whoever wants to know whether theirs are the same |
+//!
+//! `--twice` makes them a second time, in a copy of the repository with another path and nothing built, and compares: the same
+//! sources and compiler give the same files to the bit, wherever they lie.
 use crate::{
     failure::Failure,
     fw, shell,
     toolchain::{self, Toolchain},
 };
 use leadscrew_boards::BOARDS;
-use std::{fs, path::Path, process::Command};
+use std::{
+    env, fs,
+    path::{Path, PathBuf},
+    process::Command,
+};
 
-/// Makes the files of the named boards; of all where none is named.
-pub(crate) fn run(names: &[String]) -> Result<(), Failure> {
+/// Asks for the comparison.
+const TWICE: &str = "--twice";
+
+/// Makes the files of the named boards; of all where none is named. With `--twice` among the names, compares them with those of
+/// a copy.
+pub(crate) fn run(arguments: &[String]) -> Result<(), Failure> {
+    let asked = |word: &&String| word.as_str() == TWICE;
+    let names: Vec<String> = arguments
+        .iter()
+        .filter(|word| !asked(word))
+        .cloned()
+        .collect();
+    let folder = toolchain::firmware_dir().join(FOLDER);
+    let files = make(&names, &folder)?;
+    if arguments.iter().any(|word| asked(&word)) {
+        compare(&files, &folder, &make_in_copy(&names)?)?;
+    }
+    Ok(())
+}
+
+/// Where the files are, in the folder of the profile's results.
+const FOLDER: &str = "release";
+
+/// Makes the files in `folder`; their names.
+fn make(names: &[String], folder: &Path) -> Result<Vec<String>, Failure> {
     let toolchain = Toolchain::find()?;
-    let folder = toolchain::firmware_dir().join("release");
-    fs::create_dir_all(&folder).map_err(Failure::file(&folder))?;
+    fs::create_dir_all(folder).map_err(Failure::file(folder))?;
+    if let Some(name) = names.iter().find(|name| !is_board(name)) {
+        return Err(Failure::finding(format!("no board is called {name}")));
+    }
     let wanted = |name: &str| names.is_empty() || names.iter().any(|one| one == name);
     let mut files = Vec::new();
     for (name, _) in BOARDS.iter().filter(|(name, _)| wanted(name)) {
@@ -31,14 +63,113 @@ pub(crate) fn run(names: &[String]) -> Result<(), Failure> {
         )?;
         files.extend([kept, image]);
     }
-    let sums = shell::output(Command::new("sha256sum").args(&files).current_dir(&folder))?;
+    let sums = shell::output(Command::new("sha256sum").args(&files).current_dir(folder))?;
     let path = folder.join("SHA256SUMS");
     fs::write(&path, &sums).map_err(Failure::file(&path))?;
     println!("{}\n{sums}", folder.display());
-    Ok(())
+    Ok(files)
+}
+
+fn is_board(name: &str) -> bool {
+    BOARDS.iter().any(|(board, _)| *board == name)
+}
+
+/// Makes the files once more, from a copy of the repository's files; the folder that they are in.
+fn make_in_copy(names: &[String]) -> Result<PathBuf, Failure> {
+    // Not below this repository: cargo would take its settings a second time from there.
+    let copy = env::temp_dir().join("leadscrew-at-another-place");
+    if copy.exists() {
+        fs::remove_dir_all(&copy).map_err(Failure::file(&copy))?;
+    }
+    let root = toolchain::root();
+    let listed = shell::output(
+        Command::new("git")
+            .args(["ls-files", "-z"])
+            .current_dir(&root),
+    )?;
+    for file in listed.split_terminator('\0') {
+        let (from, to) = (root.join(file), copy.join(file));
+        let parent = to.parent().unwrap_or(&copy);
+        fs::create_dir_all(parent).map_err(Failure::file(parent))?;
+        fs::copy(&from, &to).map_err(Failure::file(&from))?;
+    }
+    let copy = copy.canonicalize().map_err(Failure::file(&copy))?;
+    let own = env::current_exe().map_err(Failure::file("this program"))?;
+    let mut again = Command::new(own);
+    // Where this program looks for the workspace and its results (`toolchain::root`).
+    again
+        .arg("release")
+        .args(names)
+        .env("CARGO_MANIFEST_DIR", copy.join("xtask"))
+        .env("CARGO_TARGET_DIR", copy.join("target"));
+    shell::run(&mut again)?;
+    Ok(copy
+        .join("target")
+        .join(toolchain::TARGET)
+        .join("firmware")
+        .join(FOLDER))
+}
+
+/// Each file is the same in both folders.
+fn compare(files: &[String], one: &Path, other: &Path) -> Result<(), Failure> {
+    let mut findings = Vec::new();
+    for file in files {
+        let read = |folder: &Path| {
+            let path = folder.join(file);
+            fs::read(&path).map_err(Failure::file(&path))
+        };
+        let (first, second) = (read(one)?, read(other)?);
+        match difference(&first, &second) {
+            None => println!("{file}: the same {} bytes twice", first.len()),
+            Some(place) => findings.push(format!(
+                "{file}: {} bytes, and {} in another folder; the first that differs is at {place:#x}",
+                first.len(),
+                second.len()
+            )),
+        }
+    }
+    match findings.is_empty() {
+        true => Ok(()),
+        false => Err(Failure::Findings(findings)),
+    }
+}
+
+/// Where two files begin to differ.
+fn difference(one: &[u8], other: &[u8]) -> Option<usize> {
+    let differs = one.iter().zip(other).position(|(a, b)| a != b);
+    differs.or((one.len() != other.len()).then(|| one.len().min(other.len())))
 }
 
 fn copy(options: &[&str], from: &Path, to: &Path) -> Result<(), Failure> {
     let mut objcopy = Command::new("arm-none-eabi-objcopy");
     shell::run(objcopy.args(options).arg(from).arg(to))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_byte_or_a_length_is_a_difference() {
+        assert_eq!(difference(b"firmware", b"firmware"), None);
+        assert_eq!(difference(b"firmware", b"firmWare"), Some(4));
+        assert_eq!(difference(b"firmware", b"firm"), Some(4));
+        assert_eq!(difference(b"", b"f"), Some(0));
+    }
+
+    #[test]
+    fn files_that_differ_are_named() {
+        let folder = env::temp_dir().join(format!("leadscrew-release-{}", std::process::id()));
+        let (one, other) = (folder.join("one"), folder.join("other"));
+        for (place, text) in [(&one, "1"), (&other, "2")] {
+            fs::create_dir_all(place).unwrap();
+            fs::write(place.join("same.bin"), "0").unwrap();
+            fs::write(place.join("board.bin"), text).unwrap();
+        }
+        let files = ["same.bin".to_owned(), "board.bin".to_owned()];
+        assert!(compare(&files[..1], &one, &other).is_ok());
+        let found = compare(&files, &one, &other).unwrap_err().to_string();
+        assert!(found.starts_with("board.bin: 1 bytes"), "{found}");
+        fs::remove_dir_all(folder).unwrap();
+    }
 }
