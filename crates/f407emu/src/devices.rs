@@ -1,5 +1,6 @@
 //! All peripherals of the chip, and when the next of them has something to do.
 use crate::peripheral::{
+    adc::Adc,
     dma::Dma,
     dwt::Dwt,
     exti::Exti,
@@ -41,6 +42,7 @@ pub(crate) struct Devices {
     pub(crate) flash: Flash,
     pub(crate) ports: [Gpio; 9],
     pub(crate) exti: Exti,
+    pub(crate) adc: Adc,
     pub(crate) usarts: [Usart; 4],
     pub(crate) timers: [Timer; 14],
     pub(crate) dma: [Dma; 2],
@@ -63,6 +65,7 @@ impl Devices {
             flash: Flash::new(),
             ports: array::from_fn(Gpio::new),
             exti: Exti::default(),
+            adc: Adc::new(),
             usarts: USARTS.map(Usart::new),
             timers: array::from_fn(|index| Timer::new(&INSTANCES[index])),
             dma: Default::default(),
@@ -85,6 +88,7 @@ impl Devices {
             (port.world, port.levels) = (world, levels);
         }
         self.exti = Exti::default();
+        self.adc.reset();
         self.usarts.iter_mut().for_each(Usart::reset);
         for timer in &mut self.timers {
             *timer = Timer::new(timer.instance);

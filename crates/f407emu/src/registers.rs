@@ -5,7 +5,7 @@ use crate::{
     instruction::Width,
     machine::Machine,
     memory::Low,
-    peripheral::{dma::Dma, iwdg, nvic::Exception, register_map, timer_map::INSTANCES},
+    peripheral::{adc, dma::Dma, iwdg, nvic::Exception, register_map, timer_map::INSTANCES},
     record::Cause,
     trap::{Stop, Stray},
     warning::Warning,
@@ -29,6 +29,7 @@ enum Device {
     Port(usize),
     Syscfg,
     Exti,
+    Adc,
     Dma(usize),
     Usart(usize),
     Timer(usize),
@@ -51,6 +52,7 @@ impl Device {
             0x5000_0000..=0x5003_FFFF => Device::Usb,
             0x4001_3800 => Device::Syscfg,
             0x4001_3C00 => Device::Exti,
+            0x4001_2000 => Device::Adc,
             _ => Device::by_table(base),
         }
     }
@@ -92,6 +94,7 @@ impl Machine {
             Device::Port(index) => devices.ports[index].read(offset),
             Device::Syscfg => devices.exti.read_syscfg(offset),
             Device::Exti => devices.exti.read(offset),
+            Device::Adc => devices.adc.read(offset, now),
             Device::Dma(index) => devices.dma[index].read(offset),
             Device::Timer(index) => {
                 self.catch_up_timer(index, now);
@@ -173,6 +176,16 @@ impl Machine {
             Device::Exti => {
                 devices.exti.write(offset, value);
                 self.exti_changed();
+            }
+            Device::Adc => {
+                let clock = adc::Clock {
+                    now,
+                    apb2: self.clocks.apb2.into(),
+                    hclk: self.clocks.hclk.into(),
+                };
+                if devices.adc.write(offset, value, clock) {
+                    self.warnings.add(Warning::NotModelled { address });
+                }
             }
             Device::Dma(index) => self.dma_write(index, offset, value, now),
             Device::Usart(index) => self.usart_write(index, offset, value, now),

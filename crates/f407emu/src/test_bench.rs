@@ -1,6 +1,9 @@
 //! The test bench: lines, pins, supply and crystal, as those outside the chip see and move them.
 use crate::{
-    devices::SerialPort, machine::Machine, peripheral::rcc::ResetCause, record::Pin,
+    devices::SerialPort,
+    machine::Machine,
+    peripheral::{adc, rcc::ResetCause},
+    record::Pin,
     world::Happening,
 };
 
@@ -74,6 +77,16 @@ impl Machine {
     /// Sets an input pin at a cycle. From then on the world drives it.
     pub fn pin_at(&mut self, cycle: u64, pin: Pin, level: bool) {
         self.at(cycle, Happening::Pin { pin, level });
+    }
+
+    /// Sets the voltage at a pin of the analog-to-digital converter from now on, as a share of its reference voltage, 0 to 1.
+    ///
+    /// # Panics
+    /// Where the pin is none of the converter's.
+    pub fn analog(&mut self, pin: Pin, share: f64) {
+        let channel = adc::channel(pin.port, pin.number);
+        let channel = channel.expect("a pin with a channel of ADC1");
+        self.devices.adc.set_input(channel, share);
     }
 
     /// The crystal stops at a cycle: the clock security system, where it is on, asks for the NMI.

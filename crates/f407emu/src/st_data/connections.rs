@@ -4,7 +4,7 @@ use crate::{
     devices::USARTS,
     machine::Machine,
     peripheral::{
-        dma, exti,
+        adc, dma, exti,
         nvic::Exception,
         timer_map::{output, Route, INSTANCES},
     },
@@ -202,4 +202,25 @@ fn each_modelled_peripheral_has_the_clock_of_sts_data() {
         seen += 1;
     }
     assert!(seen >= 9 + 2 + 14 + 4 + 3, "only {seen}");
+}
+
+#[test]
+fn the_converters_channels_are_at_sts_pins() {
+    let mut found = 0;
+    for pin in peripheral("ADC1").pins {
+        let Some(number) = pin.signal.strip_prefix("IN") else {
+            continue;
+        };
+        let port = pin.pin.as_bytes()[1] - b'A';
+        let place = pin.pin[2..].parse().unwrap();
+        assert_eq!(
+            adc::channel(port, place),
+            number.parse().ok(),
+            "{}",
+            pin.pin
+        );
+        found += 1;
+    }
+    assert_eq!(found, 16);
+    assert_eq!(adc::channel(1, 2), None);
 }

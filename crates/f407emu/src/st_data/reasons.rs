@@ -21,7 +21,11 @@ pub(super) const ROWS: &[(&str, &str)] = &[
     ("OTG_FS_DEVICE.DIEP[4]*", FOUR),
     ("OTG_FS_DEVICE.DOEP[3]*", FOUR),
     ("OTG_FS_DEVICE.DOEP[4]*", FOUR),
+    ("ADC2.*", ONE),
+    ("ADC3.*", ONE),
 ];
+
+const ONE: &str = "of the three converters the firmware uses ADC1: the others are not there";
 
 const FOUR: &str = "endpoint 0 and three more in each direction (RM0090 section 34.2.3)";
 
@@ -51,6 +55,10 @@ pub(super) const RESETS: &[(&str, &str)] = &[
 /// Bits that are read and written but do not read back the written value.
 pub(super) const PLAIN: &[(&str, &str)] = &[
     ("RCC.CSR", "RMVF acts, and reads as 0"),
+    (
+        "ADC1.CR2",
+        "JSWSTART acts, and reads as 0 (RM0090 section 13.13.3)",
+    ),
     ("TIM*.DMAR", "bursts of DMA are not modelled"),
     ("IWDG.PR", "locked until its key (RM0090 section 21.3.2)"),
     (

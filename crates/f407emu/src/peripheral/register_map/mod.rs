@@ -114,6 +114,7 @@ fn peripheral(address: u32) -> Option<Peripheral> {
         0x4002_6000 | 0x4002_6400 => serial::DMA,
         0x4000_3000 => clocks::IWDG,
         0x4000_7000 => clocks::PWR,
+        0x4001_2000 => ports::ADC,
         0x4001_3800 => ports::SYSCFG,
         0x4001_3C00 => ports::EXTI,
         0x5000_0000..=0x5003_FFFF => return Some(usb::registers(address)),
@@ -164,6 +165,6 @@ mod tests {
     fn where_a_peripheral_has_no_register_there_is_none() {
         assert_eq!(find(0x4002_0028), None);
         assert_eq!(find(0x4001_4804), None, "TIM11 has no CR2");
-        assert!(is_modelled(0x4001_4804) && !is_modelled(0x4001_2000));
+        assert!(is_modelled(0x4001_4804) && !is_modelled(0x4001_3000));
     }
 }
