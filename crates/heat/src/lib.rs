@@ -21,6 +21,7 @@ use leadscrew_machine::extension::{Asked, Call, Cx, Event, Extension, Gate, MCod
 use leadscrew_machine::protocol::alarm::Alarm;
 use leadscrew_machine::protocol::status::Status;
 use leadscrew_machine::state::State;
+use libm::roundf;
 use refusal::Refusal;
 
 /// How often temperatures are read and heaters switched.
@@ -331,9 +332,42 @@ impl fmt::Display for Temperatures<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (index, heater) in self.0.iter().enumerate() {
             let separator = if index > 0 { ";" } else { "" };
-            let (now, target) = (heater.celsius(), heater.target());
-            write!(f, "{separator}{},{now:.1},{target:.1}", heater.name())?;
+            let (now, target) = (Tenths(heater.celsius()), Tenths(heater.target()));
+            write!(f, "{separator}{},{now},{target}", heater.name())?;
         }
         Ok(())
+    }
+}
+
+/// A temperature with one decimal. The formatting of floats in `core` takes 9 KB of a microcontroller's flash.
+struct Tenths(f32);
+
+impl fmt::Display for Tenths {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let tenths = roundf(self.0 * 10.0) as i32;
+        let sign = if tenths < 0 { "-" } else { "" };
+        let tenths = tenths.unsigned_abs();
+        write!(f, "{sign}{}.{}", tenths / 10, tenths % 10)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_temperature_has_one_decimal_and_its_sign() {
+        extern crate std;
+        use std::string::ToString;
+        for (celsius, text) in [
+            (0.0, "0.0"),
+            (-0.04, "0.0"),
+            (-0.06, "-0.1"),
+            (-39.96, "-40.0"),
+            (254.85, "254.9"),
+            (1e12, "214748364.7"),
+        ] {
+            assert_eq!(Tenths(celsius).to_string(), text);
+        }
     }
 }
