@@ -164,7 +164,7 @@ fn machine(elf: &Path) -> Command {
 }
 
 /// How the programs are compiled and linked.
-const FLAGS: &str = "-C link-arg=-Tlink.x -C link-arg=--nmagic -C llvm-args=-inline-threshold=80";
+const FLAGS: &str = "-C link-arg=-Tlink.x -C link-arg=--nmagic -C llvm-args=-inline-threshold=70";
 
 /// The version of the plugin interface that the installed QEMU asks for.
 fn plugin_interface() -> Result<u32, Failure> {
