@@ -103,6 +103,25 @@ pub(crate) const BOARD: &str = "LEADSCREW_BOARD";
 /// The variable that names the machine's file.
 pub(crate) const MACHINE: &str = "LEADSCREW_MACHINE";
 
+/// The file of a machine of `examples/machines`.
+macro_rules! machine {
+    ($number:literal) => {
+        (
+            $crate::fw::MACHINE,
+            concat!(
+                env!("CARGO_MANIFEST_DIR"),
+                "/../examples/machines/",
+                $number,
+                "/machine.toml"
+            ),
+        )
+    };
+}
+pub(crate) use machine;
+
+/// Memory of the log: it says a few lines at the start, and what goes wrong.
+const LOG_BYTES: &str = "512";
+
 /// Builds `board-f407` and returns the path of its ELF. `variables` are the environment variables
 /// that the firmware reads while it is built.
 pub(crate) fn build_with(
@@ -115,6 +134,7 @@ pub(crate) fn build_with(
         .args(["-p", "board-f407", "--profile", "firmware", "--config"])
         .arg(without_masking::config()?)
         .args(arguments)
+        .env("DEFMT_RTT_BUFFER_SIZE", LOG_BYTES)
         .envs(variables.iter().copied());
     shell::run(command.current_dir(toolchain::root()))?;
     Ok(toolchain::firmware_dir().join("board-f407"))

@@ -4,7 +4,7 @@
 //! not limit; and one for each other board, with other frequencies of power.
 use crate::{
     failure::Failure,
-    fw::{self, BOARD},
+    fw::{self, machine, BOARD},
     shell,
     toolchain::{self, Toolchain},
 };
@@ -33,32 +33,19 @@ const MORE: [Build; 3] = [
     build("spider", &[(BOARD, "spider")]),
 ];
 
-/// The file of a machine of `examples/machines`.
-macro_rules! machine {
-    ($number:literal) => {
-        (
-            fw::MACHINE,
-            concat!(
-                env!("CARGO_MANIFEST_DIR"),
-                "/../examples/machines/",
-                $number,
-                "/machine.toml"
-            ),
-        )
-    };
-}
-
 /// For `qemu`, which runs it behind a bootloader's place, and for checks in the emulator.
 const SKR_2: Build = build("skr-2", &[(BOARD, "skr-2")]);
 
 /// The usual build last: it stays where `cargo fw` puts it.
-const BUILDS: [Build; 9] = [
+const BUILDS: [Build; 11] = [
     build("machine-file-000", &[machine!("000")]),
+    build("machine-file-001", &[machine!("001")]),
     build("machine-file-002", &[machine!("002")]),
     build(
         "machine-file-003",
         &[machine!("003"), (BOARD, "machine-003")],
     ),
+    build("machine-file-004", &[machine!("004")]),
     build("fast", &[FAST]),
     build(
         "machine-003",

@@ -6,13 +6,14 @@
 //! | software double precision | the libraries' own code, the whole firmware | the FPU is single precision: 84 instructions a product |
 //! | 64-bit division | whatever the step interrupt reaches | 198 to 287 instructions (u64 by u64, by u32), the whole budget of a tick is 100 |
 //! | `cpsid`, a write to PRIMASK or FAULTMASK | the whole firmware, but for the first instructions and the start of `main` | it would mask the step interrupt |
-//! | more flash, memory or stack than allowed | the whole firmware, for the Discovery and for the board with the largest | `bench/sizes.txt` |
+//! | more flash, memory or stack than allowed | the whole firmware, for the Discovery, two motors on Y, and two machines with a file | `bench/sizes.txt` |
 //! | code in the flash | whatever the step interrupt reaches | it waits there, five cycles a line of 16 bytes |
 //! | a panic, a call through a register | whatever the step interrupt reaches | it cannot fail, and its cost must be known |
 use crate::{
     call_graph::CallGraph,
     failure::Failure,
-    fw, shell, sizes,
+    fw::{self, machine},
+    shell, sizes,
     toolchain::{self, Toolchain},
 };
 use std::{path::Path, process::Command};
@@ -24,9 +25,14 @@ const LIBRARIES: [&str; 4] = [
     "leadscrew-planner",
     "leadscrew-machine",
 ];
-/// The board with the largest firmware, and the Discovery, which comes last: it stays where `cargo
-/// fw` puts it.
-const BOARDS: [&str; 2] = ["skr-2-dual-y", "discovery"];
+/// The builds, each by what it is built for: machine 001 has outputs that the step interrupt changes, machine 004 the largest
+/// firmware. The Discovery's own comes last: it stays where `cargo fw` puts it.
+const BUILDS: [&[(&str, &str)]; 4] = [
+    &[(fw::BOARD, "skr-2-dual-y")],
+    &[machine!("001")],
+    &[machine!("004")],
+    &[(fw::BOARD, "discovery")],
+];
 /// The vectors of the step timer, and of the one that ends a pulse.
 const STEP_INTERRUPTS: [&str; 2] = ["TIM2", "TIM1_TRG_COM_TIM11"];
 
@@ -41,9 +47,10 @@ const FLASH: u64 = 0x0800_0000;
 pub(crate) fn run() -> Result<(), Failure> {
     let toolchain = Toolchain::find()?;
     let mut findings = check_libraries(&toolchain)?;
-    for board in BOARDS {
-        println!("thumb: {board}");
-        let elf = fw::build_with(&toolchain, &[], &[(fw::BOARD, board)])?;
+    for build in BUILDS {
+        let names: Vec<&str> = build.iter().map(|(_, name)| *name).collect();
+        println!("thumb: {}", names.join(", "));
+        let elf = fw::build_with(&toolchain, &[], build)?;
         findings.extend(check_firmware(&elf)?);
     }
     if findings.is_empty() {

@@ -1,5 +1,6 @@
 //! The module of a machine that has a file: its axes, its first settings, its extensions.
 use leadscrew_boards::{Board, Needs};
+use leadscrew_heat::HeatConfig;
 use leadscrew_machine::config::{AxisKind, MachineConfig};
 use leadscrew_sim::{
     profile::{Belts, Profile},
@@ -13,6 +14,9 @@ const MOST: usize = 6;
 /// Bytes of lines that are kept during a tool change: as many as a serial line's buffer takes.
 const KEPT: usize = 1024;
 
+/// The reference voltage of a board's converter where its file does not say, V.
+const REFERENCE: f32 = 3.3;
+
 /// An extension of the machine, as the firmware compiles it.
 pub(crate) struct Extension {
     /// The condition under which the module of its pins is compiled, if it has any.
@@ -24,9 +28,11 @@ pub(crate) struct Extension {
 /// A part of the machine that the firmware cannot drive.
 pub(crate) fn unknown_part(profile: &Profile) -> Option<&'static str> {
     let parts = [
-        (profile.heaters.is_any(), "heaters"),
-        (profile.fan.fitted, "fan"),
         (profile.motor_count() > 4, "fifth motor"),
+        (
+            profile.fan.fitted && !profile.heaters.is_any(),
+            "fan without a heater",
+        ),
     ];
     parts
         .into_iter()
@@ -39,6 +45,8 @@ pub(crate) fn needs(profile: &Profile) -> Needs {
         motors: profile.motor_count(),
         outputs: usize::from(profile.outputs.config().count),
         tool: profile.tool_switches.is_some(),
+        heaters: profile.heaters.configs().len(),
+        fan: profile.fan.fitted,
     }
 }
 
@@ -51,6 +59,23 @@ pub(crate) fn extensions(profile: &Profile, board: &Board) -> Vec<Extension> {
         value: format!(
             "leadscrew_outputs::Outputs::new(leadscrew_outputs::{outputs:?}, crate::outputs::OutputPins)"
         ),
+    });
+    let heaters = profile.heaters.configs();
+    let heat = (!heaters.is_empty()).then(|| {
+        let reference = board.sockets.reference.unwrap_or(REFERENCE);
+        let config = HeatConfig {
+            reference,
+            ..profile.heat_config()
+        };
+        let count = heaters.len();
+        Extension {
+            cfg: Some("heaters"),
+            of_type: format!("leadscrew_heat::Heat<crate::heaters::HeatPins, {count}>"),
+            // The Debug of these values is their source, where their names are in scope.
+            value: format!(
+                "{{ #[allow(unused_imports)] use leadscrew_heat::{{Gates, Heat, HeatConfig, HeaterConfig, Limits, Sensor::*}}; Heat::new({config:?}, {heaters:?}, crate::heaters::HeatPins::new()) }}"
+            ),
+        }
     });
     let tool = profile.tool_switches.zip(board.sockets.tool);
     let tool = tool.map(|(table, switches)| {
@@ -73,7 +98,11 @@ pub(crate) fn extensions(profile: &Profile, board: &Board) -> Vec<Extension> {
             tool_change(table.config())
         ),
     });
-    outputs.into_iter().chain(tool).chain(change).collect()
+    heat.into_iter()
+        .chain(outputs)
+        .chain(tool)
+        .chain(change)
+        .collect()
 }
 
 fn tool_change(config: ToolChangeConfig) -> String {

@@ -17,7 +17,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("cargo:rerun-if-changed=memory");
     println!("cargo:rerun-if-env-changed=LEADSCREW_BOARD");
     println!("cargo:rerun-if-env-changed=LEADSCREW_MACHINE");
-    println!("cargo:rustc-check-cfg=cfg(outputs, tool_switches)");
+    println!("cargo:rustc-check-cfg=cfg(heaters, outputs, tool_switches)");
     if env::var("CARGO_CFG_TARGET_OS")? != "none" {
         return Ok(());
     }

@@ -35,11 +35,13 @@ type TheMachine = Machine<'static, Kinematics, AXES, MOTORS, Own>;
 
 static INPUTS: Inputs<MOTORS> = Inputs::new();
 
-/// Clocks of the timers, of the switches' lines and of the supply's watch.
-fn switch_on_timers(rcc: &RCC) {
+/// Clocks of the timers, of the switches' lines, of the supply's watch, of the heaters' converter.
+fn switch_on_clocks(rcc: &RCC) {
     clock::switch_on(rcc, |rcc| {
         rcc.apb2enr()
             .modify(|_, w| w.syscfgen().enabled().tim11en().enabled());
+        #[cfg(heaters)]
+        rcc.apb2enr().modify(|_, w| w.adc1en().enabled());
         rcc.apb1enr()
             .modify(|_, w| w.tim2en().enabled().tim5en().enabled().pwren().enabled());
     });
@@ -105,7 +107,7 @@ mod app {
     fn init(cx: init::Context) -> (SharedResources, Local) {
         let (device, mut core) = (cx.device, cx.core);
         serial::enable(&device.RCC);
-        switch_on_timers(&device.RCC);
+        switch_on_clocks(&device.RCC);
         fast_memory::load(&device.SYSCFG, &mut core.SCB);
         let reason = restart::reason(&device.RCC);
         supply::watch(&device.PWR, &device.EXTI);

@@ -37,6 +37,8 @@ enum Mode {
     Input = 0,
     Output = 1,
     Alternate = 2,
+    #[cfg(heaters)]
+    Analog = 3,
 }
 
 /// How fast an output's edges are (OSPEEDR; data sheet, table 50). After a reset most pins take 100 ns for one.
@@ -96,6 +98,13 @@ impl Pin {
     pub(crate) fn make_input(self, pull: Pull) {
         self.set_pull(pull);
         self.set_mode(Mode::Input);
+    }
+
+    /// Makes the pin an input of the converter. Before the interrupts are on.
+    #[cfg(heaters)]
+    pub(crate) fn make_analog(self) {
+        self.set_pull(Pull::None);
+        self.set_mode(Mode::Analog);
     }
 
     /// Hands the pin to a peripheral: `function` is its number in the data sheet's table 9. Before the interrupts are on.

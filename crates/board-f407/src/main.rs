@@ -17,6 +17,8 @@ mod fast_memory;
 mod firmware;
 #[cfg(target_os = "none")]
 mod gpio;
+#[cfg(all(target_os = "none", heaters))]
+mod heaters;
 #[cfg(all(target_os = "none", outputs))]
 mod outputs;
 #[cfg(target_os = "none")]

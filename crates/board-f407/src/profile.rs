@@ -21,6 +21,9 @@ pub(crate) use selected::{
     kinematics, own, Kinematics, Own, AXES, MOTORS, PROFILE, SETTINGS_SECTORS,
 };
 
+#[cfg(heaters)]
+pub(crate) use selected::SENSORS;
+
 /// The profile's machine, with the options that the board has pins for. `LEADSCREW_TICK_NS`, where it is set when the firmware
 /// is built, is the least time between ticks: to find out how fast the board can step.
 pub(crate) const fn config() -> MachineConfig<AXES> {
@@ -74,6 +77,10 @@ pub(crate) struct Profile {
     pub(crate) door: Option<Input>,
     /// The outputs of M62 to M65.
     pub(crate) synchronised: &'static [Output],
+    /// The switches of heaters.
+    pub(crate) heaters: &'static [Output],
+    /// A fan.
+    pub(crate) fan: Option<Output>,
 }
 
 /// Pins of the USART.

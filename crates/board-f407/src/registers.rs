@@ -14,6 +14,9 @@ use stm32f4::{
     Readable, Reg, RegisterSpec, Resettable, Writable,
 };
 
+#[cfg(heaters)]
+use stm32f4::stm32f407::{adc1, adc_common, ADC1, ADC_COMMON};
+
 /// A register that reaches no memory: a wrong value makes a wrong level, time or rate, and nothing else.
 pub(crate) trait Harmless: Writable + Resettable {}
 
@@ -42,6 +45,13 @@ impl Harmless for tim1::ccmr1_output::CCMR1_OUTPUTrs {}
 impl Harmless for tim1::ccmr2_output::CCMR2_OUTPUTrs {}
 impl Harmless for tim1::ccer::CCERrs {}
 impl Harmless for usart1::brr::BRRrs {}
+// The converter's sampling times and sequence (13.13.4, 13.13.5, 13.13.12).
+#[cfg(heaters)]
+impl Harmless for adc1::smpr1::SMPR1rs {}
+#[cfg(heaters)]
+impl Harmless for adc1::smpr2::SMPR2rs {}
+#[cfg(heaters)]
+impl Harmless for adc1::jsqr::JSQRrs {}
 // Flags of DMA, which are cleared by ones (10.5.4).
 impl Harmless for dma2::hifcr::HIFCRrs {}
 
@@ -106,6 +116,20 @@ pub(crate) fn pulse_timer() -> &'static tim11::RegisterBlock {
 pub(crate) fn clock_timer() -> &'static tim5::RegisterBlock {
     // SAFETY: as `tick_timer`.
     unsafe { &*TIM5::ptr() }
+}
+
+/// The converter of heaters' sensors.
+#[cfg(heaters)]
+pub(crate) fn converter() -> &'static adc1::RegisterBlock {
+    // SAFETY: it reaches no memory: its DMA requests stay off.
+    unsafe { &*ADC1::ptr() }
+}
+
+/// The registers that all converters share.
+#[cfg(heaters)]
+pub(crate) fn converters() -> &'static adc_common::RegisterBlock {
+    // SAFETY: as `converter`.
+    unsafe { &*ADC_COMMON::ptr() }
 }
 
 /// The independent watchdog.

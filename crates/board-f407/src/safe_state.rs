@@ -68,6 +68,7 @@ const PINS: ([Pin; MOST], [bool; MOST], usize) = {
         PROFILE.spindle_reverse,
         PROFILE.flood,
         PROFILE.mist,
+        PROFILE.fan,
     ];
     let mut output = 0;
     while output < outputs.len() {
@@ -77,16 +78,24 @@ const PINS: ([Pin; MOST], [bool; MOST], usize) = {
         }
         output += 1;
     }
-    let mut output = 0;
-    while output < PROFILE.synchronised.len() {
-        let found = PROFILE.synchronised[output];
-        (pins[count], levels[count]) = (found.pin, !found.active_high);
-        count += 1;
-        output += 1;
+    let lists = [PROFILE.synchronised, PROFILE.heaters];
+    let mut list = 0;
+    while list < lists.len() {
+        let mut output = 0;
+        while output < lists[list].len() {
+            let found = lists[list][output];
+            (pins[count], levels[count]) = (found.pin, !found.active_high);
+            count += 1;
+            output += 1;
+        }
+        list += 1;
     }
     (pins, levels, count)
 };
-const MOST: usize = 1 + 2 * MOTORS + PROFILE.high.len() + 4 + PROFILE.synchronised.len();
+const MOST: usize = 1 + 2 * MOTORS + PROFILE.high.len() + SINGLE + LISTED;
+/// Outputs that a board has once at most, and those of which it may have several.
+const SINGLE: usize = 5;
+const LISTED: usize = PROFILE.synchronised.len() + PROFILE.heaters.len();
 /// Their ports.
 const PORTS: ([Bank; MOST], usize) = banks(PINS.0);
 

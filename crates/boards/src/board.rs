@@ -176,6 +176,34 @@ pub struct Sockets {
     pub outputs: Vec<Output>,
     /// The switches at the ends of a tool's way.
     pub tool: Option<ToolSwitches>,
+    /// Heaters, the nozzle's first, then the bed's.
+    #[serde(default)]
+    pub heaters: Vec<HeaterSocket>,
+    /// A fan, on or off.
+    pub fan: Option<Output>,
+    /// The reference voltage of the converter, V; 3.3 where it is left out.
+    pub reference: Option<f32>,
+}
+
+/// A heater's switch, and the input of its sensor.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct HeaterSocket {
+    /// The pin of its switch.
+    pub pin: Pin,
+    /// The level that heats.
+    #[serde(default)]
+    pub on: Level,
+    /// The pin of its sensor, a channel of ADC1.
+    pub sensor: Pin,
+}
+
+impl HeaterSocket {
+    /// Its switch.
+    pub(crate) fn output(self) -> Output {
+        let Self { pin, on, .. } = self;
+        Output { pin, on }
+    }
 }
 
 /// A motor driver's pins, for any axis.
@@ -307,7 +335,7 @@ impl Board {
 }
 
 impl Sockets {
-    /// All output pins, with their purpose.
+    /// All pins but those of switches, with their purpose.
     fn pins(&self) -> Vec<(String, Pin)> {
         let mut pins = Vec::new();
         if let Some(motor) = self.motor {
@@ -316,6 +344,11 @@ impl Sockets {
         }
         let outputs = self.outputs.iter().enumerate();
         pins.extend(outputs.map(|(number, output)| (format!("output P{number}"), output.pin)));
+        for (number, heater) in self.heaters.iter().enumerate() {
+            pins.push((format!("heater {number}"), heater.pin));
+            pins.push((format!("sensor of heater {number}"), heater.sensor));
+        }
+        pins.extend(self.fan.map(|fan| ("fan".to_owned(), fan.pin)));
         pins
     }
 

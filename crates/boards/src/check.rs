@@ -1,6 +1,6 @@
 //! A board against its chip.
 use crate::{
-    chip::{function, hears},
+    chip::{channel, function, hears},
     flash::{Sector, BEGIN},
     Axis, Board, Kinematics, Pin,
 };
@@ -38,6 +38,7 @@ impl Board {
         self.check_pins(&mut findings);
         self.check_lines(&mut findings);
         self.check_motors(&mut findings);
+        self.check_heaters(&mut findings);
         self.check_serial(&mut findings);
         self.check_power(&mut findings);
         self.check_clock(&mut findings);
@@ -106,6 +107,22 @@ impl Board {
         let groups = self.homing.as_ref().map_or(0, Vec::len);
         expect(findings, groups <= 4, || {
             format!("homing: {groups} groups, four are kept")
+        });
+    }
+
+    /// Each sensor's pin has a channel of the converter, which takes four in a row (RM0090 section 13.3.3).
+    fn check_heaters(&self, findings: &mut Vec<Finding>) {
+        let heaters = &self.sockets.heaters;
+        for (number, heater) in heaters.iter().enumerate() {
+            expect(findings, channel(heater.sensor).is_some(), || {
+                format!(
+                    "sensor of heater {number}: {} is no channel of ADC1",
+                    heater.sensor
+                )
+            });
+        }
+        expect(findings, heaters.len() <= 4, || {
+            format!("heaters: {} of them, four are read", heaters.len())
         });
     }
 

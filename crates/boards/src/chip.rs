@@ -42,15 +42,25 @@ impl Chip {
     }
 }
 
-/// The number of the function by which a pin becomes a peripheral's signal, such as `USART1_TX`.
-pub(crate) fn function(pin: Pin, signal: &str) -> Option<u8> {
+/// The words of a pin's line.
+fn words(pin: Pin) -> impl Iterator<Item = &'static str> {
     let name = pin.to_string();
     let mut lines = FUNCTIONS.lines();
-    let ours = lines.find_map(|line| line.strip_prefix(&name)?.strip_prefix(' '))?;
-    ours.split(' ').find_map(|word| {
+    let ours = lines.find_map(|line| line.strip_prefix(&name)?.strip_prefix(' '));
+    ours.into_iter().flat_map(|line| line.split(' '))
+}
+
+/// The number of the function by which a pin becomes a peripheral's signal, such as `USART1_TX`.
+pub(crate) fn function(pin: Pin, signal: &str) -> Option<u8> {
+    words(pin).find_map(|word| {
         let (found, number) = word.split_once('=')?;
         (found == signal).then(|| number.parse().ok())?
     })
+}
+
+/// The pin's channel of ADC1, if it has one.
+pub(crate) fn channel(pin: Pin) -> Option<u8> {
+    words(pin).find_map(|word| word.strip_prefix("ADC1_IN")?.parse().ok())
 }
 
 /// The DMA stream and channel that hear a request, as in `DMA2.5.4`.
@@ -70,6 +80,7 @@ mod tests {
         assert_eq!(function(pin("PD12"), "TIM4_CH1"), Some(2));
         assert_eq!(function(pin("PD1"), "TIM4_CH1"), None);
         assert_eq!(function(pin("PA9"), "USART1_TX"), Some(7));
+        assert_eq!((channel(pin("PB0")), channel(pin("PB2"))), (Some(8), None));
         assert!(hears("USART1_RX", "DMA2.5.4") && !hears("USART1_RX", "DMA1.5.4"));
     }
 

@@ -11,6 +11,10 @@ pub struct Needs {
     pub outputs: usize,
     /// The switches at the ends of a tool's way.
     pub tool: bool,
+    /// Heaters.
+    pub heaters: usize,
+    /// A fan.
+    pub fan: bool,
 }
 
 /// The axes of a board without a machine's file, and its motors but second ones.
@@ -35,6 +39,15 @@ pub enum Unfit {
     },
     /// The board has no inputs for the two switches of a tool.
     Tool,
+    /// The board has fewer switches and sensors for heaters.
+    Heaters {
+        /// Heaters of the machine.
+        needs: usize,
+        /// Heaters of the board.
+        has: usize,
+    },
+    /// The board has no output for a fan.
+    Fan,
     /// The board's own kinematics and second motors are for another machine.
     Kinematics,
 }
@@ -52,6 +65,11 @@ impl fmt::Display for Unfit {
             Self::Tool => f.write_str(
                 "the machine has a tool between two switches, the board no `sockets.tool`",
             ),
+            Self::Heaters { needs, has } => write!(
+                f,
+                "the machine has {needs} heaters, `sockets.heaters` of the board {has}"
+            ),
+            Self::Fan => f.write_str("the machine has a fan, the board no `sockets.fan`"),
             Self::Kinematics => {
                 f.write_str("the board's file says how motors move axes, and so does the machine's")
             }
@@ -93,10 +111,21 @@ impl Board {
         if needs.tool && self.sockets.tool.is_none() {
             return Err(Unfit::Tool);
         }
+        let heaters = self.sockets.heaters.get(..needs.heaters);
+        let heaters = heaters.ok_or(Unfit::Heaters {
+            needs: needs.heaters,
+            has: self.sockets.heaters.len(),
+        })?;
+        if needs.fan && self.sockets.fan.is_none() {
+            return Err(Unfit::Fan);
+        }
         let sockets = Sockets {
             motor: spare.filter(|_| needs.motors > THREE),
             outputs: outputs.to_vec(),
             tool: self.sockets.tool.filter(|_| needs.tool),
+            heaters: heaters.to_vec(),
+            fan: self.sockets.fan.filter(|_| needs.fan),
+            reference: self.sockets.reference,
         };
         Ok(Self {
             sockets,

@@ -10,8 +10,8 @@ mod pin;
 mod source;
 
 pub use board::{
-    Axis, Board, Closes, Input, Inputs, Kinematics, Level, Motor, MotorSocket, Output, Outputs,
-    Power, Serial, Sockets, ToolSwitches,
+    Axis, Board, Closes, HeaterSocket, Input, Inputs, Kinematics, Level, Motor, MotorSocket,
+    Output, Outputs, Power, Serial, Sockets, ToolSwitches,
 };
 pub use check::Finding;
 pub use chip::Chip;

@@ -1,6 +1,7 @@
 //! The output for the firmware's build: a Rust module of the board, and the linker's memory.
 use crate::{
     check::number_of,
+    chip::channel,
     flash::{Sector, BEGIN},
     Axis, Board, Closes, Input, Kinematics, Level, Output, Pin,
 };
@@ -27,6 +28,19 @@ impl Board {
         let limits = self.motor.iter().map(|motor| motor.limit);
         let limits = limits.chain(spare.map(|motor| motor.limit)).map(input);
         let synchronised = self.sockets.outputs.iter().map(|one| output_literal(*one));
+        let heaters = &self.sockets.heaters;
+        if !heaters.is_empty() {
+            let sensors = heaters.iter().map(|heater| {
+                let of = channel(heater.sensor).unwrap_or(0);
+                format!("({}, {of})", literal(heater.sensor))
+            });
+            let count = heaters.len();
+            text += &format!(
+                "pub(crate) const SENSORS: [(Pin, u8); {count}] = {};\n",
+                list(sensors)
+            );
+        }
+        let heaters = heaters.iter().map(|one| output_literal(one.output()));
         let outputs = &self.outputs;
         let fields = [
             ("name", format!("{:?}", self.name)),
@@ -42,6 +56,8 @@ impl Board {
             ("high", slice(&outputs.high)),
             ("limits", list(limits)),
             ("synchronised", format!("&{}", list(synchronised))),
+            ("heaters", format!("&{}", list(heaters))),
+            ("fan", output(self.sockets.fan)),
         ];
         text += "pub(crate) const PROFILE: Profile = Profile {\n";
         let buttons = self.buttons().map(|(name, button)| (name, input(button)));

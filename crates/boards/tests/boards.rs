@@ -49,8 +49,8 @@ fn a_wrong_board_is_told_what_is_wrong() {
         ),
         (
             r#"step = "PE8""#,
-            r#"step = "PB0""#,
-            "`at` does not say where PB0 is",
+            r#"step = "PB2""#,
+            "`at` does not say where PB2 is",
         ),
         // Two inputs on a line; a function that the pin lacks.
         (
@@ -64,6 +64,11 @@ fn a_wrong_board_is_told_what_is_wrong() {
             "PA9 cannot be USART2_TX",
         ),
         ("usart = 2", "usart = 3", "USART3 is not 1 or 2"),
+        (
+            r#"pin = "PB5", sensor = "PB0""#,
+            r#"pin = "PB5", sensor = "PB2""#,
+            "PB2 is no channel of ADC1",
+        ),
         (
             "channel = 1",
             "channel = 2",
@@ -158,7 +163,7 @@ fn a_machine_uses_sockets_that_are_there() {
     let one = Needs {
         motors: 3,
         outputs: 1,
-        tool: false,
+        ..Needs::default()
     };
     let board = with_an_output();
     assert_eq!(board.check(), []);
@@ -170,6 +175,8 @@ fn a_machine_uses_sockets_that_are_there() {
     assert_eq!(words, "the machine has 4 motors, the board drives 3");
     assert!(refused(Needs { outputs: 2, ..one }).contains("the machine has 2 outputs"));
     assert!(refused(Needs { tool: true, ..one }).contains("no `sockets.tool`"));
+    assert!(refused(Needs { heaters: 1, ..one }).contains("the machine has 1 heaters"));
+    assert!(refused(Needs { fan: true, ..one }).contains("no `sockets.fan`"));
 }
 
 #[test]

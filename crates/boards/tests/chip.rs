@@ -5,7 +5,7 @@ use stm32_metapac::metadata::METADATA;
 
 const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/data/stm32f407.txt");
 const HEAD: &str = "# Made by `tests/chip.rs` from ST's data (the crate stm32-metapac, MIT or Apache-2.0): for each pin of the STM32F407ZG
-# the signals that it can be with the number of the function, and for each request of a USART the DMA streams that hear it,
+# the signals that it can be with the number of the function, its channel of ADC1, and for each request of a USART the DMA streams that hear it,
 # as controller, stream and channel.
 ";
 
@@ -23,11 +23,16 @@ fn expected() -> String {
     let mut requests = String::new();
     for one in METADATA.peripherals {
         for at in one.pins {
-            let Some(number) = at.af.filter(|_| at.pin < "PH") else {
-                continue;
+            let name = format!("{}_{}", one.name, at.signal);
+            let word = match at.af {
+                Some(number) => format!("{name}={number}"),
+                // A channel of the converter has no function's number: its pin is analog.
+                None if one.name == "ADC1" => name,
+                None => continue,
             };
-            let word = format!("{}_{}={number}", one.name, at.signal);
-            pins.entry(place(at.pin)).or_default().push(word);
+            if at.pin < "PH" {
+                pins.entry(place(at.pin)).or_default().push(word);
+            }
         }
         if !one.name.starts_with("USART") {
             continue;

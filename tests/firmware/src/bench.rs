@@ -5,9 +5,10 @@
 use crate::{
     firmware::Build,
     pins::{CPU_HZ, SETTLED, TICK},
-    steps::{net, Step, Tracker},
+    plant::Plant,
+    steps::Tracker,
     stream::Stream,
-    wiring::{Switch, Wiring, FLASH},
+    wiring::{Wiring, FLASH},
 };
 use leadscrew_f407emu::{FlashTiming, Machine, Pin};
 use std::fmt;
@@ -54,46 +55,8 @@ const ANSWER_SECONDS: f64 = 2.0;
 /// The allowed error of the line's rate: 1 %, less than half of a receiver's tolerance with the
 /// other end 1 % off as well (RM0090 section 30.3.5).
 const RATE_ERROR: f64 = 0.01;
-/// Motors of a board at most.
-const MOST_MOTORS: usize = 4;
 /// Cycles between two looks of a listener: 119 µs.
 const SLICE: u64 = 20_000;
-
-/// A switch that the carriage of a motor works.
-#[derive(Clone, Debug)]
-pub(crate) struct Contact {
-    pub(crate) switch: Switch,
-    pub(crate) motor: usize,
-    /// Closed where the carriage is here and on the far side of it from zero, steps.
-    pub(crate) place: i64,
-    is_closed: bool,
-    /// Step events that have been counted, and the carriage's place after them.
-    counted: usize,
-    at: i64,
-}
-
-impl Contact {
-    /// An open switch, away from zero, where the carriage begins.
-    pub(crate) fn new(switch: Switch, motor: usize, place: i64) -> Self {
-        Contact {
-            switch,
-            motor,
-            place,
-            is_closed: false,
-            counted: 0,
-            at: 0,
-        }
-    }
-
-    /// The new level of its pin, if the carriage has changed it with the latest of all `steps`.
-    fn follow(&mut self, steps: &[Step]) -> Option<bool> {
-        self.at += net::<MOST_MOTORS>(&steps[self.counted..])[self.motor];
-        self.counted = steps.len();
-        let is_closed = self.at * self.place.signum() >= self.place.abs();
-        let changes = is_closed != std::mem::replace(&mut self.is_closed, is_closed);
-        changes.then_some(is_closed == self.switch.closed)
-    }
-}
 
 /// An emulated board. A clone goes on from the same instant.
 #[derive(Clone)]
@@ -103,8 +66,8 @@ pub(crate) struct Bench {
     pub(crate) pins: Tracker,
     /// The devices on the pins.
     pub(crate) wiring: &'static Wiring,
-    /// Switches that a motor's carriage works.
-    pub(crate) contacts: Vec<Contact>,
+    /// Carriages and heated bodies.
+    pub(crate) plant: Plant,
     /// The rate that the serial line should have, baud.
     baud: u32,
     /// Bytes of a line that has not ended yet.
@@ -143,7 +106,7 @@ impl Bench {
             machine,
             pins: Tracker::new(wiring),
             wiring,
-            contacts: Vec::new(),
+            plant: Plant::default(),
             baud: build.baud,
             incoming: Vec::new(),
             over_usb: false,
@@ -191,19 +154,15 @@ impl Bench {
     pub(crate) fn run_to(&mut self, cycle: u64) -> Result<(), Failure> {
         let stopped = self.machine.run_until(cycle);
         self.pins.follow(&mut self.machine);
-        self.work_contacts();
+        self.follow_plant();
         Ok(stopped?)
     }
 
-    /// Closes and opens the switches that carriages have come to since the last look.
-    fn work_contacts(&mut self) {
-        let mut contacts = std::mem::take(&mut self.contacts);
-        for contact in &mut contacts {
-            if let Some(level) = contact.follow(&self.pins.steps) {
-                self.set(contact.switch.pin, level);
-            }
-        }
-        self.contacts = contacts;
+    /// Switches and sensors follow the motors and heaters.
+    fn follow_plant(&mut self) {
+        let mut plant = std::mem::take(&mut self.plant);
+        plant.follow(&mut self.machine, &self.pins.steps);
+        self.plant = plant;
     }
 
     /// Sets an input in a few cycles; the cycle of its edge.

@@ -70,8 +70,8 @@ pub(crate) struct Firmware {
     pub(crate) fast: Build,
     /// For the other boards at 115200 baud.
     pub(crate) others: Others,
-    /// For machines 000, 002 and 003, each for its own file.
-    pub(crate) machines: [Build; 3],
+    /// For machines 000 to 004, each for its own file.
+    pub(crate) machines: [Build; 5],
     /// For more of them, by name, as far as they have been built: three motors each.
     pub(crate) more: Vec<(&'static str, Build)>,
 }
@@ -99,8 +99,10 @@ impl Firmware {
             more: more.into_iter().filter_map(built).collect(),
             machines: [
                 read("machine-file-000", &DISCOVERY_4, USUAL_BAUD)?,
+                read("machine-file-001", &DISCOVERY, USUAL_BAUD)?,
                 read("machine-file-002", &DISCOVERY, USUAL_BAUD)?,
                 read("machine-file-003", &MACHINE_003, USUAL_BAUD)?,
+                read("machine-file-004", &DISCOVERY_4, USUAL_BAUD)?,
             ],
             usual: read("usual", &DISCOVERY, USUAL_BAUD)?,
             fast: read("fast", &DISCOVERY, FAST_BAUD)?,

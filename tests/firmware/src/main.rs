@@ -17,6 +17,7 @@ mod desk;
 mod firmware;
 mod job;
 mod pins;
+mod plant;
 mod planted;
 mod qemu;
 mod steps;

@@ -1,14 +1,20 @@
 //! The machines of `examples/machines`, each in the build for its own file: its job at the pins against the simulator's.
-use super::{motion::AFTER_ALL, Figures};
+use super::{
+    motion::AFTER_ALL,
+    planting::{hear_restart, plant, FOR_EVER},
+    Figures,
+};
 use crate::{
-    bench::{ensure, Bench, Contact, Failure},
+    bench::{cycles, ensure, micros_between, Bench, Failure},
     compare, desk,
     firmware::{Build, Firmware},
     job::{self, Job},
+    plant::{Body, Contact},
     steps::Step,
     stream::Stream,
-    wiring::{TOOL_LOWER, TOOL_UPPER},
+    wiring::{HEATERS, OUTPUT, SENSORS, TOOL_LOWER, TOOL_UPPER},
 };
+use leadscrew_f407emu::LSI_SLOWEST_HZ;
 use leadscrew_sim::profile::Profile;
 
 /// The machine homes, and is locked until it has.
@@ -75,7 +81,7 @@ const STOPS_WITHIN: i64 = 27;
 /// Machine 003 engraves a square: the tool is at its lower switch for the cuts, at its upper one for the ways between.
 fn engraver(build: &Build) -> Result<String, Failure> {
     let mut bench = Bench::boot(build)?;
-    bench.contacts = vec![
+    bench.plant.contacts = vec![
         Contact::new(TOOL_LOWER, 2, LOWER),
         Contact::new(TOOL_UPPER, 2, UPPER),
     ];
@@ -101,17 +107,160 @@ fn engraver(build: &Build) -> Result<String, Failure> {
     Ok(format!("Z stands at {stands:?} steps"))
 }
 
+/// Warms machines 001 and 004 in some seconds, K/s: their own heaters take minutes.
+const WARMS: [f64; 2] = [25.0, 20.0];
+/// The reference voltage of the Discovery's converter, V.
+const REFERENCE: f64 = 3.0;
+
+/// A thermocouple's amplifier of machine 001 by its file: of the nozzle, of the bed.
+fn nozzle_amplifier(celsius: f64) -> f64 {
+    (0.00653 + 0.00994 * celsius) / REFERENCE
+}
+
+fn bed_amplifier(celsius: f64) -> f64 {
+    0.010 * celsius / REFERENCE
+}
+
+/// A thermistor of 100 kilohms at 25 degrees, B 3950, to ground, with 4.7 kilohms to the reference voltage.
+fn thermistor(celsius: f64) -> f64 {
+    let ohms = 100_000.0 * (3950.0 * (1.0 / (celsius + 273.15) - 1.0 / 298.15)).exp();
+    ohms / (ohms + 4_700.0)
+}
+
+/// Switches a machine with two cold heaters on.
+fn boot_cold(build: &Build, sensors: [fn(f64) -> f64; 2]) -> Result<Bench, Failure> {
+    let mut bench = Bench::switch_on(build)?;
+    let bodies =
+        (0..2).map(|index| Body::new(HEATERS[index], SENSORS[index], WARMS[index], sensors[index]));
+    bench.plant.bodies = bodies.collect();
+    bench.hear_banner()?;
+    Ok(bench)
+}
+
+/// Lines of a part: the feeder is on for the second and the fourth move.
+const PART: &str =
+    "G21G90\nM140S205\nM104S255\nM190S205\nM109S255\nG0X1\nM62P0\nG1X5Y3F900\nM63P0\n\
+    G1Z0.5F180\nM62P0\nG1X0\nM63P0\nG0Y0\nM30\n";
+/// An output changes at the border of two lines: with the last step of the first one, 2 µs from its edge at most.
+const WITH_ITS_STEP: u64 = 336;
+/// The way to the line that feeds: 1 mm of X is 312.5 steps, rounded away from zero.
+const BEFORE_FEEDING: usize = 313;
+
+/// Machine 001 heats, feeds from step to step, and is safe where a sensor breaks or the main loop hangs.
+fn prototyper(build: &Build) -> Result<String, Failure> {
+    let mut bench = boot_cold(build, [nozzle_amplifier, bed_amplifier])?;
+    let settings = format!("{UNLOCKED}{AFTER_ALL}");
+    bench.commands(UNLOCKED)?;
+    let cold = bench.say("M62P0")?;
+    ensure(
+        cold.last().is_some_and(|line| line.starts_with("error:")),
+        || format!("feeds while it is cold: {cold:?}"),
+    )?;
+    let steps = run(&mut bench, &Job::new("part", AFTER_ALL, PART))?;
+    compare::to_the_tick(
+        &steps,
+        &desk::plan_machine(&profile("001")?, &settings, PART)?,
+    )?;
+    let switched = bench.pins.others.iter().filter(|edge| edge.pin == OUTPUT);
+    let levels: Vec<bool> = switched.clone().map(|edge| edge.level).collect();
+    ensure(levels == [true, false, true, false], || {
+        format!("the feeder is switched {levels:?}")
+    })?;
+    let nearest = |cycle: u64| {
+        let distances = steps.iter().map(|step| step.edge().abs_diff(cycle));
+        distances.zip(1..).min().unwrap_or((u64::MAX, 0))
+    };
+    let changes: Vec<(u64, usize)> = switched.map(|edge| nearest(edge.cycle)).collect();
+    let farthest = changes.iter().map(|(cycles, _)| *cycles).max().unwrap_or(0);
+    let first = changes.first().map(|(_, step)| *step);
+    ensure(
+        farthest <= WITH_ITS_STEP && first == Some(BEFORE_FEEDING),
+        || format!("the feeder changes by steps, cycles from them and their numbers: {changes:?}"),
+    )?;
+    let broken = sensor_breaks(&mut bench.clone())?;
+    let hung = main_loop_hangs(&mut bench)?;
+    Ok(format!(
+        "{} step events to the tick, the feeder {farthest} cycles from a line's border; heaters off {broken:.0} ms \
+         after a sensor breaks, {hung:.0} ms after the main loop hangs",
+        steps.len()
+    ))
+}
+
+/// Both heaters on.
+fn warm_up(bench: &mut Bench) -> Result<(), Failure> {
+    bench.commands("M104S260\nM140S210\n")?;
+    bench.run_for(0.3)?;
+    let on = HEATERS.map(|pin| bench.machine.level(pin));
+    ensure(on == [true, true], || format!("heaters are {on:?}"))
+}
+
+/// Milliseconds from now until both heaters are off.
+fn until_off(bench: &mut Bench, seconds: f64) -> Result<f64, Failure> {
+    let begin = bench.machine.cycle();
+    let end = begin + cycles(seconds);
+    while HEATERS.iter().any(|pin| bench.machine.level(*pin)) {
+        let now = bench.machine.cycle();
+        ensure(now < end, || "the heaters stay on".into())?;
+        bench.run_to(now + cycles(0.0005))?;
+    }
+    Ok(micros_between(begin, bench.machine.cycle()) / 1e3)
+}
+
+/// The wire of the nozzle's sensor breaks, and the amplifier's output goes up: a named alarm within two readings.
+fn sensor_breaks(bench: &mut Bench) -> Result<f64, Failure> {
+    warm_up(bench)?;
+    bench.plant.bodies[0].share = |_| 1.0;
+    let off = until_off(bench, 0.3)?;
+    bench.hear_until(0.1, |line| line == "ALARM:220")?;
+    Ok(off)
+}
+
+/// Nobody feeds the slowest watchdog any more: the chip is reset with its heaters off.
+fn main_loop_hangs(bench: &mut Bench) -> Result<f64, Failure> {
+    warm_up(bench)?;
+    bench.machine.set_lsi(LSI_SLOWEST_HZ);
+    bench.run_for(0.05)?;
+    let replaced = plant(bench, &FOR_EVER)?;
+    let off = until_off(bench, HUNG)?;
+    hear_restart(bench, replaced)?;
+    Ok(off)
+}
+
+/// The longest that a hung main loop may leave heaters on, s.
+const HUNG: f64 = 0.05;
+
+/// Lines of a print: X, Y, Z and the filament, which turns alone at the end.
+const PRINT: &str = "G21G90G94\nM109S200\nG1Z0.3F300\nG1X8E0.4F3000\nY6E0.7\nX0E1.1\nG1E0.5F1200\nM106\nG0Z2\nM107\nM30\n";
+
+/// Machine 004 prints with four motors, to the tick.
+fn printer(build: &Build) -> Result<String, Failure> {
+    let mut bench = boot_cold(build, [thermistor, thermistor])?;
+    let settings = format!("{UNLOCKED}{AFTER_ALL}");
+    let steps = run(&mut bench, &Job::new("print", &settings, PRINT))?;
+    compare::to_the_tick(
+        &steps,
+        &desk::plan_machine(&profile("004")?, &settings, PRINT)?,
+    )?;
+    let [.., e] = compare::ways(&steps);
+    // 95 steps/mm: 1.1 mm out, 0.6 mm back.
+    ensure(e == [105, -57], || format!("the filament goes {e:?}"))?;
+    Ok(format!(
+        "{} step events of four motors to the tick",
+        steps.len()
+    ))
+}
+
+/// The check of a machine; answers the sentence about it.
+type Of = fn(&Build) -> Result<String, Failure>;
+
 pub(crate) fn machines(firmware: &Firmware) -> Result<Figures, Failure> {
     let mut figures = Figures::default();
-    let [laser_build, drill_build, engraver_build] = &firmware.machines;
-    for (name, done) in [
-        ("000", laser(laser_build)),
-        ("002", drill(drill_build)),
-        ("003", engraver(engraver_build)),
-    ] {
+    let checks: [Of; 5] = [laser, prototyper, drill, engraver, printer];
+    for (number, (check, build)) in checks.iter().zip(&firmware.machines).enumerate() {
+        let done = check(build);
         figures.add(
-            name,
-            done.map_err(|Failure(words)| Failure(format!("{name}: {words}")))?,
+            format!("00{number}"),
+            done.map_err(|Failure(words)| Failure(format!("00{number}: {words}")))?,
         );
     }
     Ok(figures)

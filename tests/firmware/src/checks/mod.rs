@@ -286,7 +286,7 @@ pub(crate) const CHECKS: &[Check] = &[
     },
     Check {
         name: "machines",
-        what: "builds for the files of machines 000, 002 and 003: two motors on Y to the tick, tool changes, a tool between its switches",
+        what: "builds for the files of machines 000 to 004: their steps as in the simulator; heaters go off with a broken sensor or a hung main loop",
         subset: true,
         run: machines::machines,
     },

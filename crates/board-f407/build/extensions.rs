@@ -1,0 +1,124 @@
+//! The extensions of a machine that has a file, as source of the firmware.
+use crate::machine::number;
+use leadscrew_boards::Board;
+use leadscrew_heat::HeatConfig;
+use leadscrew_sim::profile::Profile;
+
+/// Bytes of lines that are kept during a tool change: as many as a serial line's buffer takes.
+const KEPT: usize = 1024;
+
+/// The reference voltage of a board's converter where its file does not say, V.
+const REFERENCE: f32 = 3.3;
+
+/// An extension, as the firmware compiles it.
+pub(crate) struct Extension {
+    /// The condition under which the module of its pins is compiled, if it has any.
+    pub(crate) cfg: Option<&'static str>,
+    of_type: String,
+    value: String,
+}
+
+/// The extensions of the machine on a board that has its sockets.
+pub(crate) fn all(profile: &Profile, board: &Board) -> Vec<Extension> {
+    let all = [
+        heat(profile, board),
+        outputs(profile),
+        tool_switches(profile, board),
+        tool_change(profile),
+    ];
+    all.into_iter().flatten().collect()
+}
+
+/// Type and value of all extensions as one: pairs of pairs.
+pub(crate) fn nested(extensions: &[Extension]) -> (String, String) {
+    match extensions {
+        [] => ("()".to_owned(), "()".to_owned()),
+        [one] => (one.of_type.clone(), one.value.clone()),
+        [first, rest @ ..] => {
+            let (types, values) = nested(rest);
+            (
+                format!("({}, {types})", first.of_type),
+                format!("({}, {values})", first.value),
+            )
+        }
+    }
+}
+
+/// Heaters and a fan. The Debug of a configuration is its source, where its names are in scope.
+fn heat(profile: &Profile, board: &Board) -> Option<Extension> {
+    const NAMES: &str = "Gates, Heat, HeatConfig, HeaterConfig, Limits, Sensor::*";
+    let heaters = profile.heaters.configs();
+    let count = heaters.len();
+    let config = HeatConfig {
+        reference: board.sockets.reference.unwrap_or(REFERENCE),
+        ..profile.heat_config()
+    };
+    let value = format!(
+        "{{
+        use leadscrew_heat::{{{NAMES}}};
+        Heat::new({config:?}, {heaters:?}, crate::heaters::HeatPins::new())
+    }}"
+    );
+    (count > 0).then(|| Extension {
+        cfg: Some("heaters"),
+        of_type: format!("leadscrew_heat::Heat<crate::heaters::HeatPins, {count}>"),
+        value,
+    })
+}
+
+/// M62 to M65.
+fn outputs(profile: &Profile) -> Option<Extension> {
+    let config = profile.outputs.config();
+    (config.count > 0).then(|| Extension {
+        cfg: Some("outputs"),
+        of_type: "leadscrew_outputs::Outputs<crate::outputs::OutputPins>".to_owned(),
+        value: format!(
+            "{{
+        use leadscrew_outputs::{{Outputs, OutputsConfig}};
+        Outputs::new({config:?}, crate::outputs::OutputPins)
+    }}"
+        ),
+    })
+}
+
+/// A tool between two switches.
+fn tool_switches(profile: &Profile, board: &Board) -> Option<Extension> {
+    let switches = board.sockets.tool?;
+    let config = profile.tool_switches?.config();
+    let (rate, most_mm) = (number(config.rate), config.most_mm);
+    let (lower, upper) = (switches.lower.literal(), switches.upper.literal());
+    Some(Extension {
+        cfg: Some("tool_switches"),
+        of_type: "leadscrew_ztool::ZTool<crate::tool::ToolPins, AXES>".to_owned(),
+        value: format!(
+            "{{
+        use leadscrew_ztool::{{ZTool, ZToolConfig}};
+        let config = ZToolConfig {{ rate: {rate}, most_mm: {most_mm:?} }};
+        ZTool::new(config, crate::tool::ToolPins::new({lower}, {upper}))
+    }}"
+        ),
+    })
+}
+
+/// M6 and a tool table.
+fn tool_change(profile: &Profile) -> Option<Extension> {
+    let config = profile.tool_change.as_ref()?.config();
+    let shown = config.shown;
+    let [clearance, spin_up, rate] = [config.clearance, config.spin_up, config.rate].map(number);
+    Some(Extension {
+        cfg: None,
+        of_type: format!("leadscrew_toolchange::ToolChange<AXES, {KEPT}>"),
+        value: format!(
+            "{{
+        use leadscrew_machine::extension::Shown;
+        use leadscrew_toolchange::{{ToolChange, ToolChangeConfig}};
+        ToolChange::new(ToolChangeConfig {{
+            shown: Shown::{shown:?},
+            clearance: {clearance},
+            spin_up: {spin_up},
+            rate: {rate},
+        }})
+    }}"
+        ),
+    })
+}

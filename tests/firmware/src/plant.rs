@@ -1,0 +1,113 @@
+//! The machine around the board: carriages that work switches, heaters that warm bodies with sensors.
+use crate::{
+    pins::CPU_HZ,
+    steps::{net, Step},
+    wiring::Switch,
+};
+use leadscrew_f407emu::{Machine, Pin};
+
+/// Motors of a board at most.
+const MOST_MOTORS: usize = 4;
+/// The air, °C.
+const ROOM: f64 = 20.0;
+/// A share of the distance from the air's temperature that a body loses in a second.
+const LOSES: f64 = 0.01;
+
+/// Everything that moves or warms.
+#[derive(Clone, Default)]
+pub(crate) struct Plant {
+    pub(crate) contacts: Vec<Contact>,
+    pub(crate) bodies: Vec<Body>,
+}
+
+impl Plant {
+    /// Follows the pins: `steps` are all since power-up.
+    pub(crate) fn follow(&mut self, machine: &mut Machine, steps: &[Step]) {
+        for contact in &mut self.contacts {
+            if let Some(level) = contact.follow(steps) {
+                let soon = machine.cycle() + 100;
+                machine.pin_at(soon, contact.switch.pin, level);
+            }
+        }
+        for body in &mut self.bodies {
+            body.follow(machine);
+        }
+    }
+}
+
+/// A switch that the carriage of a motor works.
+#[derive(Clone, Debug)]
+pub(crate) struct Contact {
+    switch: Switch,
+    motor: usize,
+    /// Closed where the carriage is here and on the far side of it from zero, steps.
+    place: i64,
+    is_closed: bool,
+    /// Step events that have been counted, and the carriage's place after them.
+    counted: usize,
+    at: i64,
+}
+
+impl Contact {
+    /// An open switch, away from zero, where the carriage begins.
+    pub(crate) fn new(switch: Switch, motor: usize, place: i64) -> Self {
+        Contact {
+            switch,
+            motor,
+            place,
+            is_closed: false,
+            counted: 0,
+            at: 0,
+        }
+    }
+
+    /// The new level of its pin, if the carriage has changed it with the latest of all `steps`.
+    fn follow(&mut self, steps: &[Step]) -> Option<bool> {
+        self.at += net::<MOST_MOTORS>(&steps[self.counted..])[self.motor];
+        self.counted = steps.len();
+        let is_closed = self.at * self.place.signum() >= self.place.abs();
+        let changes = is_closed != std::mem::replace(&mut self.is_closed, is_closed);
+        changes.then_some(is_closed == self.switch.closed)
+    }
+}
+
+/// A body that a heater warms while its pin is high.
+#[derive(Clone)]
+pub(crate) struct Body {
+    heater: Pin,
+    /// The pin of its sensor.
+    sensor: Pin,
+    /// Kelvins a second.
+    warms: f64,
+    celsius: f64,
+    /// The sensor's voltage as a share of the reference voltage, by the temperature.
+    pub(crate) share: fn(f64) -> f64,
+    since: u64,
+}
+
+impl Body {
+    /// A cold body at power-up.
+    pub(crate) fn new(heater: Pin, sensor: Pin, warms: f64, share: fn(f64) -> f64) -> Self {
+        Body {
+            heater,
+            sensor,
+            warms,
+            celsius: ROOM,
+            share,
+            since: 0,
+        }
+    }
+
+    fn follow(&mut self, machine: &mut Machine) {
+        let now = machine.cycle();
+        let seconds = (now - self.since) as f64 / CPU_HZ as f64;
+        self.since = now;
+        let warms = if machine.level(self.heater) {
+            self.warms
+        } else {
+            0.0
+        };
+        self.celsius += (warms - LOSES * (self.celsius - ROOM)) * seconds;
+        machine.analog(self.sensor, (self.share)(self.celsius));
+    }
+}
