@@ -173,8 +173,6 @@ pub(super) struct Sketch {
     pub(super) speed: Option<Recorder>,
     /// The moves of the path, without its begin.
     pub(super) ways: Vec<Way>,
-    /// Where the last move ends.
-    at: Vec<Coordinate>,
 }
 
 impl Sketch {
@@ -184,21 +182,23 @@ impl Sketch {
             path: Toolpath::new([0.0; 3], picture),
             speed: recorder,
             ways: Vec::new(),
-            at: Vec::new(),
         }
     }
 
-    fn measure(&mut self, line: u32, target: &[Coordinate]) {
-        self.at.resize(target.len(), Coordinate::ZERO);
-        let ways = self.at.iter().zip(target);
+    fn measure(&mut self, planned: &PlannedMove<'_>) {
+        // The machine has moved by itself: a move of the path that the job does not make.
+        let jumps = self.path.moves().len() - 1 - self.ways.len();
+        let line = planned.line.into();
+        self.ways
+            .extend(std::iter::repeat_n(Way { line, mm: 0.0 }, jumps));
+        let ways = planned.begin.iter().zip(planned.target);
         let square: f64 = ways
             .map(|(from, to)| ((to.nanos() - from.nanos()) as f64 * 1e-9).powi(2))
             .sum();
         self.ways.push(Way {
-            line: line.into(),
+            line,
             mm: square.sqrt(),
         });
-        self.at.copy_from_slice(target);
     }
 }
 
@@ -213,20 +213,21 @@ impl Observer for Sketch {
 
     fn move_planned(&mut self, planned: &PlannedMove<'_>) {
         self.speed.move_planned(planned);
-        let mm = |axis: usize| {
-            planned
-                .target
-                .get(axis)
-                .map_or(0.0, |c| c.nanos() as f64 * 1e-9)
-        };
         let kind = match planned.kind {
             MoveKind::Feed => StrokeKind::cut(planned.power.share().to_num()),
             MoveKind::Rapid | MoveKind::Jog | MoveKind::System => StrokeKind::Travel,
         };
+        self.path.resume_at(mm(planned.begin));
         if self.path.is_drawn() {
-            self.measure(planned.line, planned.target);
+            self.measure(planned);
         }
         self.path.line = planned.line;
-        self.path.go([mm(0), mm(1), mm(2)], kind);
+        self.path.go(mm(planned.target), kind);
     }
+}
+
+/// X, Y and Z in mm.
+fn mm(place: &[Coordinate]) -> [f64; 3] {
+    let of = |axis: &Coordinate| axis.nanos() as f64 * 1e-9;
+    std::array::from_fn(|axis| place.get(axis).map_or(0.0, of))
 }

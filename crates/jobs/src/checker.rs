@@ -7,6 +7,7 @@ use crate::machine::{instead, Machine, TIMING};
 use crate::remark::{Done, Remark};
 use leadscrew_machine::config::{AxisKind, MachineConfig};
 use leadscrew_machine::extension::{Call, Extension};
+use leadscrew_machine::home;
 use leadscrew_machine::interpreter::{
     ArcShape, Command, Commands, Context, Fault as LineFault, Feed, Interpreter, OffsetId,
     Own as Codes, OwnCodes, Rotation, Spindle, Strokes, ToolTable, Travel, Turn, WorkSystem,
@@ -14,7 +15,7 @@ use leadscrew_machine::interpreter::{
 use leadscrew_machine::protocol::alarm::Alarm;
 use leadscrew_machine::protocol::line_reader::{raw_column, LineReader};
 use leadscrew_machine::protocol::status::Status;
-use leadscrew_machine::protocol::system_command::{Activity, Circumstances, SystemCommand};
+use leadscrew_machine::protocol::system_command::{Activity, Circumstances, Homing, SystemCommand};
 use leadscrew_machine::settings::table::{AxisSetting, Setting};
 use leadscrew_machine::settings::values::{Entry, Settings};
 use leadscrew_machine::soft_limits;
@@ -306,6 +307,9 @@ impl<const AXES: usize> Checker<AXES> {
             single_axis_homing: self.config.options.single_axis_homing,
         };
         let command = SystemCommand::parse(line, &now).map_err(refused)?;
+        if let SystemCommand::Home(homing) = command {
+            self.home(homing);
+        }
         if let SystemCommand::Set { number, value } = command {
             let entry = Entry { number, value };
             if let Err(status) = self.settings.set(entry, TIMING.limits(AXES)) {
@@ -316,6 +320,26 @@ impl<const AXES: usize> Checker<AXES> {
             }
         }
         Ok(())
+    }
+
+    /// The machine homes axes: the program goes on from there.
+    fn home(&mut self, homing: Homing) {
+        let cycles = self.config.homing_cycles.iter();
+        let mask = match homing {
+            Homing::All => cycles.fold(0, |all, cycle| all | cycle),
+            Homing::Axis(axis) => 1 << axis,
+        };
+        let pull_off = self.settings.value(Setting::HomingPullOff).nanos();
+        let pull_off = Coordinate::from_nanos(pull_off);
+        let negative = self.settings.mask(Setting::HomingDirection);
+        let mut position = *self.interpreter.position();
+        for (axis, (place, travel)) in position.iter_mut().zip(self.travel()).enumerate() {
+            if mask >> axis & 1 == 1 {
+                *place = home::place(travel, pull_off, negative >> axis & 1 == 1);
+            }
+        }
+        self.interpreter.set_position(position);
+        self.path.resume_at(mm(&position));
     }
 
     /// Whether a target lies within the travel, where soft limits are on.

@@ -15,6 +15,8 @@ pub trait Explain {
 /// A move of the program that has just been planned.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct PlannedMove<'a> {
+    /// Where it begins: axes, machine position. Elsewhere than the move before has ended where the machine has moved by itself.
+    pub begin: &'a [Coordinate],
     /// Where it ends: axes, machine position.
     pub target: &'a [Coordinate],
     /// The kind of motion.

@@ -11,12 +11,13 @@ where
     K: Kinematics<AXES, MOTORS> + Clone,
     X: Extension<AXES>,
 {
-    /// Tells of a move that has just been queued.
+    /// Tells of a move that has just been queued. The path still ends where it begins.
     pub(crate) fn explain_move<B: Board>(&self, of: &Move<AXES>, board: &mut B) {
         let (Some(explainer), Some(outline)) = (board.explainer(), self.motion.newest()) else {
             return;
         };
         explainer.move_planned(&PlannedMove {
+            begin: &self.motion.path_end,
             target: &of.target,
             kind: of.kind,
             power: of.power.programmed(),

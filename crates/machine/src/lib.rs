@@ -21,6 +21,7 @@ mod explanation;
 pub mod extension;
 mod hard_limits;
 mod history;
+pub mod home;
 pub mod inputs;
 pub mod interpreter;
 mod lines;

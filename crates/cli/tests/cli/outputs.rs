@@ -257,3 +257,39 @@ fn outputs_of_a_job_stand_in_its_waveform_and_its_json() {
     assert_eq!(plain["errors"][0]["code"], 20);
     assert_eq!(plain["outputs"], serde_json::Value::Null);
 }
+
+#[test]
+fn the_path_goes_on_from_where_homing_has_led() {
+    let folder = Folder::new();
+    let mut machine = "[settings]\n\"$22\" = 1\n\"$24\" = 200\n\"$25\" = 2000\n".to_owned();
+    for axis in ["x", "y", "z"] {
+        machine += &format!("[axes.{axis}]\nstart = -5\nlimits = {{ high = 0 }}\n");
+    }
+    let machine = folder.file("machine.toml", machine);
+    let job = "G21 G90\nG0 X-3\nG4 P0.01\n$H\nG0 X-20\nG1 Y-10 F1000\n";
+    let job = folder.file("job.nc", job);
+    let html = folder.path("a.html");
+    let run = report(&[
+        &job,
+        "--machine",
+        &machine,
+        "--html",
+        html.to_str().unwrap(),
+    ]);
+    let check = leadscrew(&["check", "--json", &job, "--machine", &machine]);
+    let check: serde_json::Value = serde_json::from_str(&stdout(&check)).unwrap();
+    // The switches are at 0, the pull-off ($27) is 1 mm.
+    for report in [run, check] {
+        assert_eq!(report["travel_mm"].as_f64(), Some(3.0 + 19.0), "{report}");
+        assert_eq!(report["cut_mm"].as_f64(), Some(9.0), "{report}");
+        assert_eq!(report["extents"]["y"]["max"].as_f64(), Some(-1.0));
+    }
+    let html = fs::read_to_string(html).unwrap();
+    let size = |id: &str| {
+        let text = html.split(&format!("id=\"{id}\">")).nth(1).unwrap();
+        let text = text.split('<').next().unwrap();
+        data_encoding::BASE64.decode(text.as_bytes()).unwrap().len()
+    };
+    // The begin, three moves, and the jump of homing: 20 bytes each, and 4 of their lengths.
+    assert_eq!((size("moves"), size("lengths")), (5 * 20, 5 * 4));
+}

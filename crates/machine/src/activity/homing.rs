@@ -33,6 +33,7 @@ use crate::config::AxisMask;
 use crate::console::Discard;
 use crate::dual::DualAxis;
 use crate::extension::Extension;
+use crate::home;
 use crate::inputs::{with_sharing, InputConfig};
 use crate::machine::Machine;
 use crate::protocol::alarm::Alarm;
@@ -283,11 +284,7 @@ where
         let mut position = self.motion.position();
         for (axis, (position, travel)) in position.iter_mut().zip(&self.motion.travel).enumerate() {
             if group >> axis & 1 == 1 {
-                *position = if self.homes_negative(axis) {
-                    pull_off - *travel
-                } else {
-                    Coordinate::ZERO - pull_off
-                };
+                *position = home::place(*travel, pull_off, self.homes_negative(axis));
             }
         }
         self.motion.set_position(&position);

@@ -76,6 +76,23 @@ impl Toolpath {
         }
     }
 
+    /// Goes on from `place`, X, Y, Z in mm, to which the machine has moved by itself: nothing is drawn to there.
+    pub fn resume_at(&mut self, place: [f64; 3]) {
+        if distance(self.at, place) < SAME_PLACE {
+            return;
+        }
+        self.at = place;
+        let is_begin = self.cut_mm == 0.0 && self.travel_mm == 0.0;
+        if is_begin {
+            self.start = place;
+        }
+        match &mut self.moves {
+            Some(moves) if is_begin => *moves = vec![begin(place)],
+            Some(moves) => moves.push(begin(place)),
+            None => {}
+        }
+    }
+
     /// Goes on to `target`, X, Y, Z in mm.
     pub fn go(&mut self, target: [f64; 3], kind: StrokeKind) {
         let length = distance(self.at, target);
@@ -210,6 +227,9 @@ impl Toolpath {
         })
     }
 }
+
+/// Places closer than this are one, mm: a move that is not a step long is none.
+const SAME_PLACE: f64 = 0.02;
 
 /// Heights closer than this are one, mm.
 const SAME: f32 = 1e-3;

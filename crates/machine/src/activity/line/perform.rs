@@ -224,8 +224,8 @@ where
                 if !next.outputs.is_none() {
                     self.motion.outputs = OutputChange::NONE;
                 }
-                self.motion.path_end = next.target;
                 self.explain_move(next, board);
+                self.motion.path_end = next.target;
                 // A jog burns in every motion mode, at rest the mode decides.
                 let cuts = !self.activity.line.is_jogging()
                     || self.program.interpreter.modal().motion.is_cutting();
