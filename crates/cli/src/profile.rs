@@ -11,7 +11,6 @@ use super::{unusable, Unusable};
 use crate::picture::draw_limits;
 use leadscrew_jobs::{limits_of, title, without_lead, ProfileReport};
 use leadscrew_sim::link::Rate;
-use leadscrew_sim::profile::Belts;
 use leadscrew_sim::speed_profile::{write_csv, Recorder};
 use std::path::{Path, PathBuf};
 
@@ -20,13 +19,7 @@ use std::path::{Path, PathBuf};
 /// # Errors
 /// Where an option or the input cannot be used, or an output not be written.
 pub(super) fn profile(args: &ProfileArgs) -> Result<bool, Unusable> {
-    let chosen = machine(&args.machine)?;
-    if chosen.file.kinematics == Belts::CoreXy {
-        return Err(unusable(
-            "profile: crossed belts are not supported yet; run tells the job's time",
-        ));
-    }
-    let chosen = without_lead(&chosen);
+    let chosen = without_lead(&machine(&args.machine)?);
     let text = Text::read(input::open(&args.file).map_err(unusable)?)?;
     let [svg, csv] = outputs(args)?;
     let course = Course {

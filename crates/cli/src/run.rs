@@ -107,9 +107,7 @@ impl Outputs {
         let svg = args.svg.as_deref().map(Output::create).transpose()?;
         let html = args.html.as_deref().map(Output::create).transpose()?;
         let picture = svg.is_some() || html.is_some();
-        // The recorder knows motors that turn one axis each.
-        let is_drawn = picture && machine.file.kinematics != Belts::CoreXy;
-        let recorder = is_drawn.then(|| Recorder::new(limits_of(machine)));
+        let recorder = picture.then(|| Recorder::new(limits_of(machine)));
         Ok(Self {
             steps,
             vcd,

@@ -10,7 +10,7 @@ use leadscrew_machine::settings::table::Setting;
 use leadscrew_machine::settings::values::{Entry, Key};
 use leadscrew_planner::Coordinate;
 use leadscrew_sim::link::Rate;
-use leadscrew_sim::profile::{Axes, Belts, Door, Limits, Place, Profile, Stops};
+use leadscrew_sim::profile::{Axes, Door, Limits, Place, Profile, Stops};
 use leadscrew_sim::scene::MOVE_BYTES;
 use leadscrew_sim::speed_profile::Recorder;
 use std::io::{self, BufReader, Read};
@@ -58,8 +58,6 @@ impl Workshop {
     /// Looks at jobs for this machine. The present places of its carriages and switches do not count.
     pub fn new(machine: &Profile) -> Self {
         let mut file = machine.clone();
-        // The recorder knows motors that turn one axis each.
-        file.kinematics = Belts::Cartesian;
         (file.second_motor, file.probe) = (None, None);
         file.door = Door::default();
         let Axes {

@@ -9,6 +9,7 @@ use leadscrew_gcode::Number;
 use leadscrew_machine::settings::table::{AxisSetting, Setting};
 use leadscrew_machine::settings::values::{Entry, Key};
 use leadscrew_sim::clock::{seconds, Cycle};
+use leadscrew_sim::profile::Belts;
 use leadscrew_sim::speed_profile::{shares, Machine, Recorder, Share, Stretch};
 use schemars::JsonSchema;
 use serde::Serialize;
@@ -42,6 +43,7 @@ pub fn limits_of(chosen: &Chosen) -> Machine {
         step_rate: TIMING
             .highest_rate(pulse_us, chosen.file.motor_count())
             .into(),
+        crossed: chosen.file.kinematics == Belts::CoreXy,
     }
 }
 

@@ -114,7 +114,40 @@ fn crossed_belts_end_where_single_motors_do() {
         report(&[&job, "--machine", &file])["axes"]["y"]["position_mm"],
         0.0
     );
-    unusable(&["profile", &job, "--machine", &file], &["crossed belts"]);
+}
+
+#[test]
+fn crossed_belts_take_the_time_of_single_motors_and_have_the_same_limits() {
+    let folder = Folder::new();
+    let job = folder.file("job.nc", "G21\nG1 X9 Y3 F900\nG2 X5 Y-1 I-4\nG0 X-9\nY20\n");
+    let crossed = folder.file("belts.toml", "kinematics = \"corexy\"\n");
+    let single = folder.file("single.toml", "");
+    let profile = |machine: &str| -> serde_json::Value {
+        let args = [
+            "profile",
+            "--json",
+            "--no-trials",
+            &job,
+            "--machine",
+            machine,
+        ];
+        serde_json::from_str(&stdout(&leadscrew(&args))).unwrap()
+    };
+    let [crossed, single] = [&crossed, &single].map(|machine| profile(machine));
+    let seconds = |profile: &serde_json::Value, limit: &str| {
+        let limits = profile["limits"].as_array().unwrap().iter();
+        let shares = limits.filter(|one| one["limit"] == limit);
+        shares
+            .map(|one| one["seconds"].as_f64().unwrap())
+            .sum::<f64>()
+    };
+    let total = |profile: &serde_json::Value| profile["job_seconds"].as_f64().unwrap();
+    assert!((total(&crossed) - total(&single)).abs() < 0.01);
+    for limit in ["rate X", "rate Y", "acceleration X", "acceleration Y"] {
+        let [there, here] = [seconds(&crossed, limit), seconds(&single, limit)];
+        assert!(here > 0.1, "{limit}: {here}");
+        assert!((there - here).abs() < 0.05, "{limit}: {there} {here}");
+    }
 }
 
 #[test]

@@ -161,6 +161,8 @@ pub struct Machine {
     pub acceleration: Vec<f64>,
     /// Highest rate of steps that the board makes, steps/s.
     pub step_rate: f64,
+    /// Whether motors 0 and 1 turn X and Y together, by crossed belts.
+    pub crossed: bool,
 }
 
 /// A move as far as its limits go.
@@ -184,6 +186,22 @@ pub(super) struct Limits {
 const SAME: f64 = 1e-4;
 
 impl Machine {
+    /// The length of the path of a move with these steps, mm.
+    pub(super) fn length(&self, steps: &[i32]) -> f64 {
+        let ways = self.ways(steps).into_iter();
+        ways.map(|mm| mm * mm).sum::<f64>().sqrt()
+    }
+
+    /// How far each axis goes in a move with these steps of the motors, mm, whichever way.
+    fn ways(&self, steps: &[i32]) -> Vec<f64> {
+        let motors = steps.iter().zip(&self.mm_per_step);
+        let mut ways: Vec<f64> = motors.map(|(steps, mm)| f64::from(*steps) * mm).collect();
+        if let (true, [a, b, ..]) = (self.crossed, ways.as_mut_slice()) {
+            (*a, *b) = (0.5 * (*a + *b), 0.5 * (*a - *b));
+        }
+        ways.into_iter().map(f64::abs).collect()
+    }
+
     /// The limits of a move with these steps that was planned with `rate` (mm/s, the highest), `feed` (mm/s, the
     /// programmed; `None` for a rapid) and an arc's limit.
     pub(super) fn limits(
@@ -193,12 +211,8 @@ impl Machine {
         feed: Option<f64>,
         arc: Option<f64>,
     ) -> Limits {
-        let ways: Vec<f64> = steps
-            .iter()
-            .zip(&self.mm_per_step)
-            .map(|(steps, mm)| f64::from(steps.unsigned_abs()) * mm)
-            .collect();
-        let length = ways.iter().map(|mm| mm * mm).sum::<f64>().sqrt();
+        let ways = self.ways(steps);
+        let length = self.length(steps);
         let (rate_axis, by_axis) = least(&self.rate, &ways, length);
         let most_steps = steps.iter().map(|steps| steps.unsigned_abs()).max();
         let by_steps = self.step_rate * length / f64::from(most_steps.unwrap_or(1));
@@ -251,6 +265,7 @@ mod tests {
             rate: vec![10.0, 5.0],
             acceleration: vec![100.0, 300.0],
             step_rate: 1e4,
+            crossed: false,
         }
     }
 
@@ -298,6 +313,20 @@ mod tests {
     fn the_axis_that_allows_least_acceleration_along_the_path_is_named() {
         let axis = |steps: [i32; 2]| machine().limits(&steps, 1.0, None, None).axis;
         assert_eq!((axis([100, 100]), axis([10, 100]), axis([0, 5])), (0, 1, 1));
+    }
+
+    #[test]
+    fn crossed_belts_have_the_limits_and_the_length_of_their_axes() {
+        let crossed = Machine {
+            crossed: true,
+            ..machine()
+        };
+        // Both motors 100 steps the same way: X alone, 1 mm; against each other: Y alone.
+        let of = |steps: [i32; 2]| crossed.limits(&steps, 1.0, None, None);
+        assert_eq!((of([100, 100]).length, of([100, 100]).axis), (1.0, 0));
+        assert_eq!((of([-100, 100]).length, of([-100, 100]).axis), (1.0, 1));
+        // One motor alone: both axes, half as far each.
+        assert!((of([200, 0]).length - 2f64.sqrt()).abs() < 1e-12);
     }
 
     #[test]

@@ -128,10 +128,16 @@ impl Recorder {
     fn begin_move(&mut self, steps: &[u32]) {
         let found = self.planned.iter().position(|(_, of)| of.steps == steps);
         let ended = found.and_then(|last| self.planned.drain(..=last).next_back());
-        let ways = steps.iter().zip(&self.machine.mm_per_step);
-        let square: f64 = ways.map(|(n, mm)| (f64::from(*n) * mm).powi(2)).sum();
+        let length = match &ended {
+            Some((_, of)) => of.length,
+            // The machine moves by itself, crossed belts along one axis at a time: the directions do not matter.
+            None => {
+                let steps: Vec<i32> = steps.iter().map(|steps| steps.cast_signed()).collect();
+                self.machine.length(&steps)
+            }
+        };
         let events = steps.iter().copied().max().unwrap_or(1).max(1);
-        self.mm_per_event = square.sqrt() / f64::from(events);
+        self.mm_per_event = length / f64::from(events);
         self.running = ended;
     }
 
