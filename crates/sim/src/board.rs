@@ -68,6 +68,8 @@ pub struct SimBoard<O, const MOTORS: usize> {
     pub(crate) last_step: Cycle,
     pub(crate) last_rest: Cycle,
     pub(crate) port: PortConfig,
+    /// Motors that are mounted the other way round: their carriages go back where others go on.
+    pub(crate) mirrored: MotorMask,
     /// Where there is something between the switches and the inputs.
     pub(crate) contacts: Option<Inputs<MOTORS>>,
     /// Set whenever an input may have changed its level.
@@ -130,6 +132,7 @@ impl<O: Observer, const MOTORS: usize> SimBoard<O, MOTORS> {
                 pulse_us: DEFAULT_PULSE_US,
                 ..PortConfig::default()
             },
+            mirrored: MotorMask::default(),
             contacts: Inputs::new(contacts),
             switches_moved: false,
             rewired: false,
@@ -273,16 +276,22 @@ impl<O: Observer, const MOTORS: usize> SimBoard<O, MOTORS> {
     /// Puts the direction asked for on the pins.
     #[inline]
     fn write_direction(&mut self, now: Cycle) {
-        let pins = self.direction.bits() ^ self.port.direction_invert.bits();
-        let pins = MotorMask::from_bits(pins);
-        if pins != self.plant.direction() {
-            self.change_direction(now, pins);
+        let carriages = self.direction.bits() ^ self.turned().bits();
+        let carriages = MotorMask::from_bits(carriages);
+        if carriages != self.plant.direction() {
+            self.change_direction(now, carriages);
         }
     }
 
+    /// The motors whose carriages go the other way than the machine counts: inverted by `$3` or mirrored, not both.
+    #[inline]
+    pub(crate) fn turned(&self) -> MotorMask {
+        MotorMask::from_bits(self.port.direction_invert.bits() ^ self.mirrored.bits())
+    }
+
     #[cold]
-    fn change_direction(&mut self, now: Cycle, pins: MotorMask) {
-        let moving = self.plant.set_direction(now, pins);
+    fn change_direction(&mut self, now: Cycle, carriages: MotorMask) {
+        let moving = self.plant.set_direction(now, carriages);
         self.observer.direction(now, self.direction);
         if !moving.is_empty() {
             self.violate(Violation::DirectionInPulse {

@@ -39,7 +39,7 @@ use leadscrew_machine::settings::table::Setting;
 use leadscrew_machine::state::{Door, Hold, State};
 use leadscrew_machine::work::Work;
 use leadscrew_planner::Kinematics;
-use leadscrew_stepper::{Power, Shared};
+use leadscrew_stepper::{MotorMask, Power, Shared};
 
 /// The last instant at which anything can happen.
 const LAST: Cycle = Cycle(Cycle::NEVER.0 - 1);
@@ -261,6 +261,11 @@ where
         before
     }
 
+    /// Mounts motors the other way round. At power-up.
+    pub fn mirror(&mut self, motors: MotorMask) {
+        self.board.mirrored = motors;
+    }
+
     /// Puts the carriages of X and Y on crossed belts. At power-up.
     pub fn cross_belts(&mut self) {
         self.board.plant.cross_belts();
@@ -479,7 +484,7 @@ where
     fn check(&mut self, counted: &[i32; MOTORS]) {
         let (now, after) = (self.now, self.shared.position());
         let made = self.board.plant.position();
-        let invert = self.board.port.direction_invert;
+        let invert = self.board.turned();
         if after != *counted || std::mem::take(&mut self.board.rewired) {
             self.position.compare_from_now(after, made);
         }

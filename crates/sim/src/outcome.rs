@@ -140,7 +140,7 @@ where
         let plant = &self.board.plant;
         let (pulses, net, peak) = (plant.pulses(), plant.net_steps(), plant.peak_rates());
         std::array::from_fn(|motor| {
-            let inverted = self.board.port.direction_invert.contains(motor);
+            let inverted = self.board.turned().contains(motor);
             MotorOutcome {
                 pulses: pulses[motor],
                 net_steps: if inverted { -net[motor] } else { net[motor] },

@@ -323,6 +323,7 @@ impl Profile {
     ) -> Assembled<'m, AXES, MOTORS> {
         let own = self.extension::<AXES>(with.outputs, with.sensor_fault, memory.own_pins());
         let mut simulation = Simulation::extended(memory, setup, self.train(), observer, own);
+        simulation.mirror(self.reversed());
         if self.kinematics == Belts::CoreXy {
             simulation.cross_belts();
         }

@@ -79,6 +79,7 @@ fn run(profile: &Profile, host: &mut impl Host) -> ([i32; 2], State) {
     let kinematics = Ganged { axis_of: [1] };
     let mut sim: Gantry<'_> = Simulation::new(&mut memory, &setup, kinematics, ());
     sim.place(profile.start());
+    sim.mirror(profile.reversed());
     for switch in profile.plant_switches() {
         sim.add_switch(switch);
     }
@@ -126,6 +127,24 @@ fn a_skewed_gantry_is_square_after_homing_and_stays_so() {
         // Machine position 0 is a travel away from the switch; -64.997 mm are -6500 steps.
         assert_eq!(first, 80 * STEPS_PER_MM - 6_500);
     }
+}
+
+#[test]
+fn motors_that_are_mounted_the_other_way_round_square_the_gantry_too() {
+    for (first_reversed, second_reversed) in [(true, false), (false, true), (true, true)] {
+        let mut profile = profile(2.0, 0.0);
+        profile.axes.y.reversed = first_reversed;
+        let second = profile.second_motor.as_mut();
+        second.unwrap().reversed = second_reversed;
+        let (heard, [first, second], _) = session(&profile, "$H\nG90G1Y-30F2000\n");
+        assert_eq!(heard.last().unwrap(), "ok", "{heard:?}");
+        assert_eq!([first, second], [50 * STEPS_PER_MM; 2]);
+    }
+    // Without its bit in `$3` the mirrored motor goes away from its switch.
+    let mut profile = profile(2.0, 0.0);
+    profile.second_motor.as_mut().unwrap().reversed = true;
+    let (heard, ..) = session(&profile, "$3=0\n$H\n");
+    assert!(heard.contains(&"ALARM:10".to_owned()), "{heard:?}");
 }
 
 #[test]

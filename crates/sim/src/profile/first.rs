@@ -8,6 +8,7 @@ use leadscrew_machine::config::MachineConfig;
 use leadscrew_machine::protocol::status::Status;
 use leadscrew_machine::settings::table::{AxisSetting, Setting};
 use leadscrew_machine::settings::values::{Entry, Key, Settings};
+use leadscrew_stepper::MotorMask;
 use toml::Spanned;
 
 /// Times that settings are tried: some are refused until another one is set.
@@ -60,20 +61,24 @@ impl Profile {
         all
     }
 
+    /// The motors that turn the other way.
+    pub fn reversed(&self) -> MotorMask {
+        let axes = self.all_axes().map(|axis| axis.reversed);
+        let second = self.second_motor.as_ref().map(|second| second.reversed);
+        let motors = axes.chain(second).enumerate();
+        let bits = motors.fold(0, |mask, (motor, is)| mask | u8::from(is) << motor);
+        MotorMask::from_bits(bits)
+    }
+
     /// Settings with one bit an axis or motor, and the level of the limit switches.
     fn masks(&self) -> Vec<Named> {
         let bits = |is: fn(&Axis) -> bool| {
             let axes = self.all_axes().enumerate();
             axes.fold(0, |mask, (axis, of)| mask | u8::from(is(of)) << axis)
         };
-        let second = self
-            .second_motor
-            .as_ref()
-            .is_some_and(|second| second.reversed);
-        let reversed = bits(|axis| axis.reversed) | u8::from(second) << self.axis_count();
         let masks = [
             (Setting::StepInvert, bits(|axis| axis.step_inverted)),
-            (Setting::DirectionInvert, reversed),
+            (Setting::DirectionInvert, self.reversed().bits()),
             (Setting::HomingDirection, bits(|axis| axis.home == End::Low)),
             (
                 Setting::LimitInvert,
