@@ -1,42 +1,22 @@
-//! The module of a machine that has a file: its axes, its first settings, its extensions.
-use leadscrew_boards::{Board, Needs};
-use leadscrew_heat::HeatConfig;
+//! The module of a machine that has a file: its axes, its first settings, its options.
+use crate::extensions::{self, Extension};
+use leadscrew_boards::Needs;
 use leadscrew_machine::config::{AxisKind, MachineConfig};
 use leadscrew_sim::{
     profile::{Belts, Profile},
     train::Train,
 };
-use leadscrew_toolchange::ToolChangeConfig;
 
 /// Axes of the largest machine that a file describes: the configuration is made for so many, and cut.
 const MOST: usize = 6;
 
-/// Bytes of lines that are kept during a tool change: as many as a serial line's buffer takes.
-const KEPT: usize = 1024;
-
-/// The reference voltage of a board's converter where its file does not say, V.
-const REFERENCE: f32 = 3.3;
-
-/// An extension of the machine, as the firmware compiles it.
-pub(crate) struct Extension {
-    /// The condition under which the module of its pins is compiled, if it has any.
-    pub(crate) cfg: Option<&'static str>,
-    of_type: String,
-    value: String,
-}
-
 /// A part of the machine that the firmware cannot drive.
 pub(crate) fn unknown_part(profile: &Profile) -> Option<&'static str> {
-    let parts = [
-        (profile.motor_count() > 4, "fifth motor"),
-        (
-            profile.fan.fitted && !profile.heaters.is_any(),
-            "fan without a heater",
-        ),
-    ];
-    parts
-        .into_iter()
-        .find_map(|(has, part)| has.then_some(part))
+    let fan_alone = profile.fan.fitted && !profile.heaters.is_any();
+    match profile.motor_count() {
+        5.. => Some("fifth motor"),
+        _ => fan_alone.then_some("fan without a heater"),
+    }
 }
 
 /// The parts of a board that the machine uses.
@@ -50,74 +30,6 @@ pub(crate) fn needs(profile: &Profile) -> Needs {
     }
 }
 
-/// The extensions of the machine on a board that has its sockets.
-pub(crate) fn extensions(profile: &Profile, board: &Board) -> Vec<Extension> {
-    let outputs = profile.outputs.config();
-    let outputs = (outputs.count > 0).then(|| Extension {
-        cfg: Some("outputs"),
-        of_type: "leadscrew_outputs::Outputs<crate::outputs::OutputPins>".to_owned(),
-        value: format!(
-            "leadscrew_outputs::Outputs::new(leadscrew_outputs::{outputs:?}, crate::outputs::OutputPins)"
-        ),
-    });
-    let heaters = profile.heaters.configs();
-    let heat = (!heaters.is_empty()).then(|| {
-        let reference = board.sockets.reference.unwrap_or(REFERENCE);
-        let config = HeatConfig {
-            reference,
-            ..profile.heat_config()
-        };
-        let count = heaters.len();
-        Extension {
-            cfg: Some("heaters"),
-            of_type: format!("leadscrew_heat::Heat<crate::heaters::HeatPins, {count}>"),
-            // The Debug of these values is their source, where their names are in scope.
-            value: format!(
-                "{{ #[allow(unused_imports)] use leadscrew_heat::{{Gates, Heat, HeatConfig, HeaterConfig, Limits, Sensor::*}}; Heat::new({config:?}, {heaters:?}, crate::heaters::HeatPins::new()) }}"
-            ),
-        }
-    });
-    let tool = profile.tool_switches.zip(board.sockets.tool);
-    let tool = tool.map(|(table, switches)| {
-        let config = table.config();
-        let (rate, most) = (number(config.rate), config.most_mm);
-        let (lower, upper) = (switches.lower.literal(), switches.upper.literal());
-        Extension {
-            cfg: Some("tool_switches"),
-            of_type: "leadscrew_ztool::ZTool<crate::tool::ToolPins, AXES>".to_owned(),
-            value: format!(
-                "leadscrew_ztool::ZTool::new(leadscrew_ztool::ZToolConfig {{ rate: {rate}, most_mm: {most:?} }}, crate::tool::ToolPins::new({lower}, {upper}))"
-            ),
-        }
-    });
-    let change = profile.tool_change.as_ref().map(|table| Extension {
-        cfg: None,
-        of_type: format!("leadscrew_toolchange::ToolChange<AXES, {KEPT}>"),
-        value: format!(
-            "leadscrew_toolchange::ToolChange::new({})",
-            tool_change(table.config())
-        ),
-    });
-    heat.into_iter()
-        .chain(outputs)
-        .chain(tool)
-        .chain(change)
-        .collect()
-}
-
-fn tool_change(config: ToolChangeConfig) -> String {
-    let ToolChangeConfig {
-        shown,
-        clearance,
-        spin_up,
-        rate,
-    } = config;
-    let (clearance, spin_up, rate) = (number(clearance), number(spin_up), number(rate));
-    format!(
-        "leadscrew_toolchange::ToolChangeConfig {{ shown: leadscrew_machine::extension::Shown::{shown:?}, clearance: {clearance}, spin_up: {spin_up}, rate: {rate} }}"
-    )
-}
-
 /// The module that the firmware includes.
 pub(crate) fn module(profile: &Profile, extensions: &[Extension]) -> String {
     let (axes, motors) = (profile.axis_count(), profile.motor_count());
@@ -129,7 +41,7 @@ pub(crate) fn module(profile: &Profile, extensions: &[Extension]) -> String {
     });
     let kinds = kinds.map(|kind| format!("leadscrew_machine::config::AxisKind::{kind}"));
     let (kind, value) = kinematics(profile);
-    let (own_type, own_value) = nested(extensions);
+    let (own_type, own_value) = extensions::nested(extensions);
     format!(
         "pub(crate) const AXES: usize = {axes};
 pub(crate) const MOTORS: usize = {motors};
@@ -209,21 +121,7 @@ fn choices(config: &MachineConfig<MOST>) -> String {
     text
 }
 
-/// All extensions as one: pairs of pairs.
-fn nested(extensions: &[Extension]) -> (String, String) {
-    match extensions {
-        [] => ("()".to_owned(), "()".to_owned()),
-        [one] => (one.of_type.clone(), one.value.clone()),
-        [first, rest @ ..] => {
-            let (types, values) = nested(rest);
-            (
-                format!("({}, {types})", first.of_type),
-                format!("({}, {values})", first.value),
-            )
-        }
-    }
-}
-
-fn number(number: leadscrew_gcode::Number) -> String {
+/// A number as source.
+pub(crate) fn number(number: leadscrew_gcode::Number) -> String {
     format!("leadscrew_gcode::Number::from_nanos({})", number.nanos())
 }

@@ -2,6 +2,7 @@
 //!
 //! `LEADSCREW_BOARD` names the board: one of `crates/boards`, or a file (`cargo fw --board`). Without it, it is the Discovery.
 //! `LEADSCREW_MACHINE` names a machine's file (`cargo fw --machine`). Without it, the board's file has axes and first settings.
+mod extensions;
 mod machine;
 
 use leadscrew_boards::{Board, BOARDS};
@@ -71,7 +72,7 @@ fn for_machine(board: &Board, file: &Path) -> Result<(Board, String), Box<dyn Er
     let board = board
         .fitted(machine::needs(&profile))
         .map_err(|why| unfit(&why))?;
-    let extensions = machine::extensions(&profile, &board);
+    let extensions = extensions::all(&profile, &board);
     for cfg in extensions.iter().filter_map(|extension| extension.cfg) {
         println!("cargo:rustc-cfg={cfg}");
     }

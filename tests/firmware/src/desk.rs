@@ -139,22 +139,25 @@ pub(crate) fn plan_with(
     Ok(schedule.steps)
 }
 
-/// The step events of a program on the machine of a file, after lines that must be answered with `ok` too. Its operator resumes
-/// pauses and tool changes at once.
+/// The step events of a program on the machine of a file, without those of the lines `before`; all must be answered with `ok`.
+/// Its operator resumes pauses and tool changes at once.
 pub(crate) fn plan_machine(
     profile: &Profile,
     before: &str,
     program: &str,
 ) -> Result<Vec<Planned>, Failure> {
     let mut schedule = Schedule::default();
-    let mut result = Ok(());
+    let mut begun = Ok(Cycle::default());
     let supply = profile.supply(Rate::NeverWaits);
     profile.power_up(supply, &mut schedule, &mut |machine| {
-        result = [before, program]
-            .into_iter()
-            .try_for_each(|text| send_all(machine, text, profile.receive_buffer()));
+        begun = send_all(machine, before, profile.receive_buffer()).and_then(|()| {
+            let begun = machine.now();
+            send_all(machine, program, profile.receive_buffer()).map(|()| begun)
+        });
     });
-    result.map(|()| schedule.steps)
+    let begun = begun?.0 / CYCLES_PER_COUNT;
+    schedule.steps.retain(|step| step.due >= begun);
+    Ok(schedule.steps)
 }
 
 fn send_all(machine: &mut dyn Powered, text: &str, window: u16) -> Result<(), Failure> {

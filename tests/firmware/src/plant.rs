@@ -61,11 +61,16 @@ impl Contact {
         }
     }
 
+    /// Steps from its place to the carriage, away from where the carriage began.
+    pub(crate) fn beyond(&self) -> i64 {
+        (self.at - self.place) * self.place.signum()
+    }
+
     /// The new level of its pin, if the carriage has changed it with the latest of all `steps`.
     fn follow(&mut self, steps: &[Step]) -> Option<bool> {
         self.at += net::<MOST_MOTORS>(&steps[self.counted..])[self.motor];
         self.counted = steps.len();
-        let is_closed = self.at * self.place.signum() >= self.place.abs();
+        let is_closed = self.beyond() >= 0;
         let changes = is_closed != std::mem::replace(&mut self.is_closed, is_closed);
         changes.then_some(is_closed == self.switch.closed)
     }

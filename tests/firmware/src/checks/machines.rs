@@ -1,12 +1,12 @@
 //! The machines of `examples/machines`, each in the build for its own file: its job at the pins against the simulator's.
 use super::{
-    motion::AFTER_ALL,
     planting::{hear_restart, plant, FOR_EVER},
     Figures,
 };
 use crate::{
-    bench::{cycles, ensure, micros_between, Bench, Failure},
-    compare, desk,
+    bench::{cycles, ensure, is_answer, micros_between, Bench, Failure},
+    compare,
+    desk::{self, Planned},
     firmware::{Build, Firmware},
     job::{self, Job},
     plant::{Body, Contact},
@@ -17,15 +17,45 @@ use crate::{
 use leadscrew_f407emu::LSI_SLOWEST_HZ;
 use leadscrew_sim::profile::Profile;
 
-/// The machine homes, and is locked until it has.
+/// Without homing: the machine is locked until it has homed.
 const UNLOCKED: &str = "$X\n";
+/// The work's zero is where homing ends, and motion begins when all is queued.
+const ZERO: &str = "G10L20P1X0Y0Z0\n$701=500\n";
 
-/// Runs a job on a board that is on, wholly queued before it starts where it rests nowhere; its steps since power-up.
+/// Runs a job on a board that is on, wholly queued before it starts where it rests nowhere; its steps.
 fn run(bench: &mut Bench, job: &Job) -> Result<Vec<Step>, Failure> {
     bench.ignore_power();
     bench.commands(&job.settings)?;
+    let before = bench.pins.steps.len();
     bench.stream(&Stream::new(&job.program))?;
-    Ok(std::mem::take(&mut bench.pins.steps))
+    Ok(bench.pins.steps[before..].to_vec())
+}
+
+/// The longest that homing may take here, s.
+const HOMING_SECONDS: f64 = 30.0;
+/// Steps that a carriage may be off the place to which it pulls off.
+const SLACK: i64 = 2;
+
+/// A carriage of a motor: steps to its switch at power-up, with their sign, and steps that it pulls off.
+type Carriage = (usize, i64, i64);
+
+/// Homes carriages: each ends where it has pulled off.
+fn home(bench: &mut Bench, carriages: &[Carriage]) -> Result<(), Failure> {
+    let limits = bench.wiring.limits;
+    let contacts = carriages.iter().filter_map(|(motor, away, _)| {
+        let switch = limits.get(*motor).copied().flatten()?;
+        Some(Contact::new(switch, *motor, *away))
+    });
+    bench.plant.contacts = contacts.collect();
+    bench.send("$H\n");
+    let heard = bench.hear_until(HOMING_SECONDS, is_answer)?;
+    let places = bench.plant.contacts.iter().map(Contact::beyond);
+    let places: Vec<i64> = places.collect();
+    let right = |(place, (_, _, off)): (&i64, &Carriage)| (place + off).abs() <= SLACK;
+    ensure(
+        heard.last().is_some_and(|line| line == "ok") && places.iter().zip(carriages).all(right),
+        || format!("homing: {heard:?}, steps beyond the switches: {places:?}"),
+    )
 }
 
 /// The machine file of `examples/machines/NUMBER`.
@@ -33,15 +63,26 @@ fn profile(number: &str) -> Result<Profile, Failure> {
     Ok(Profile::load(&job::machine(number))?)
 }
 
+/// The steps of a job on a machine that has homed.
+fn plan(number: &str, job: &Job) -> Result<Vec<Planned>, Failure> {
+    let before = format!("$H\n{}", job.settings);
+    desk::plan_machine(&profile(number)?, &before, &job.program)
+}
+
 /// The second motor of Y on machine 000, `reversed`: its direction pin has the other level.
 const MIRRORED: u8 = 1 << 3;
 
-/// Machine 000 cuts its square: both motors of Y, to the tick.
+/// Machine 000 squares its gantry and cuts its square: both motors of Y, to the tick.
 fn laser(build: &Build) -> Result<String, Failure> {
-    let settings = format!("{UNLOCKED}{AFTER_ALL}");
-    let job = Job::new("square", &settings, &job::file("machines/000/square.nc")?);
-    let steps = run(&mut Bench::boot(build)?, &job)?;
-    let mut planned = desk::plan_machine(&profile("000")?, &job.settings, &job.program)?;
+    let job = Job::new("square", ZERO, &job::file("machines/000/square.nc")?);
+    let mut bench = Bench::boot(build)?;
+    // The second motor is 1 mm askew, and its steps count the other way.
+    home(
+        &mut bench,
+        &[(0, -2400, 240), (1, -1600, 240), (3, 1680, 240)],
+    )?;
+    let steps = run(&mut bench, &job)?;
+    let mut planned = plan("000", &job)?;
     for step in &mut planned {
         step.negative ^= MIRRORED;
     }
@@ -62,7 +103,8 @@ const BOARD: &str = "G21G90\nM6T1\nM3S30\nG0Z1\nG81X3Y2Z-1.8R1F300\nX6Y4\nG80\n\
 fn drill(build: &Build) -> Result<String, Failure> {
     let job = Job::new("board", UNLOCKED, BOARD);
     let steps = run(&mut Bench::boot(build)?, &job)?;
-    let planned = desk::plan_machine(&profile("002")?, &job.settings, &job.program)?;
+    let profile = profile("002")?;
+    let planned = desk::plan_machine(&profile, &job.settings, &job.program)?;
     compare::same_ways(&steps, &planned)?;
     let changes = BOARD.matches("M6").count();
     Ok(format!(
@@ -139,7 +181,7 @@ fn boot_cold(build: &Build, sensors: [fn(f64) -> f64; 2]) -> Result<Bench, Failu
 
 /// Lines of a part: the feeder is on for the second and the fourth move.
 const PART: &str =
-    "G21G90\nM140S205\nM104S255\nM190S205\nM109S255\nG0X1\nM62P0\nG1X5Y3F900\nM63P0\n\
+    "G21G90\nM140S205\nM104S255\nM190S205\nM109S255\nG0X-1\nM62P0\nG1X-5Y3F900\nM63P0\n\
     G1Z0.5F180\nM62P0\nG1X0\nM63P0\nG0Y0\nM30\n";
 /// An output changes at the border of two lines: with the last step of the first one, 2 µs from its edge at most.
 const WITH_ITS_STEP: u64 = 336;
@@ -149,18 +191,18 @@ const BEFORE_FEEDING: usize = 313;
 /// Machine 001 heats, feeds from step to step, and is safe where a sensor breaks or the main loop hangs.
 fn prototyper(build: &Build) -> Result<String, Failure> {
     let mut bench = boot_cold(build, [nozzle_amplifier, bed_amplifier])?;
-    let settings = format!("{UNLOCKED}{AFTER_ALL}");
-    bench.commands(UNLOCKED)?;
+    home(
+        &mut bench,
+        &[(0, 3125, 313), (1, -3125, 313), (2, -625, 313)],
+    )?;
     let cold = bench.say("M62P0")?;
     ensure(
         cold.last().is_some_and(|line| line.starts_with("error:")),
         || format!("feeds while it is cold: {cold:?}"),
     )?;
-    let steps = run(&mut bench, &Job::new("part", AFTER_ALL, PART))?;
-    compare::to_the_tick(
-        &steps,
-        &desk::plan_machine(&profile("001")?, &settings, PART)?,
-    )?;
+    let job = Job::new("part", ZERO, PART);
+    let steps = run(&mut bench, &job)?;
+    compare::to_the_tick(&steps, &plan("001", &job)?)?;
     let switched = bench.pins.others.iter().filter(|edge| edge.pin == OUTPUT);
     let levels: Vec<bool> = switched.clone().map(|edge| edge.level).collect();
     ensure(levels == [true, false, true, false], || {
@@ -235,12 +277,13 @@ const PRINT: &str = "G21G90G94\nM109S200\nG1Z0.3F300\nG1X8E0.4F3000\nY6E0.7\nX0E
 /// Machine 004 prints with four motors, to the tick.
 fn printer(build: &Build) -> Result<String, Failure> {
     let mut bench = boot_cold(build, [thermistor, thermistor])?;
-    let settings = format!("{UNLOCKED}{AFTER_ALL}");
-    let steps = run(&mut bench, &Job::new("print", &settings, PRINT))?;
-    compare::to_the_tick(
-        &steps,
-        &desk::plan_machine(&profile("004")?, &settings, PRINT)?,
+    home(
+        &mut bench,
+        &[(0, -800, 160), (1, -1600, 160), (2, -2000, 800)],
     )?;
+    let job = Job::new("print", ZERO, PRINT);
+    let steps = run(&mut bench, &job)?;
+    compare::to_the_tick(&steps, &plan("004", &job)?)?;
     let [.., e] = compare::ways(&steps);
     // 95 steps/mm: 1.1 mm out, 0.6 mm back.
     ensure(e == [105, -57], || format!("the filament goes {e:?}"))?;
