@@ -346,7 +346,7 @@ pub(crate) const CHECKS: &[Check] = &[
     },
     Check {
         name: "raster",
-        what: "at least 10 000 lines of 14 bytes a second",
+        what: "at least 7000 lines of 14 bytes a second",
         subset: false,
         run: raster::raster_lines,
     },
