@@ -75,8 +75,9 @@ pub(crate) const DISCOVERY_4: Wiring = Wiring {
     ..DISCOVERY
 };
 
-/// Of the Discovery's sockets: the output P0, the heaters of nozzle and bed, and their sensors.
+/// Of the Discovery's sockets: the output P0, a fan, the heaters of nozzle and bed, and their sensors.
 pub(crate) const OUTPUT: Pin = Pin::new('B', 12);
+pub(crate) const FAN: Pin = Pin::new('B', 7);
 pub(crate) const HEATERS: [Pin; 2] = [Pin::new('B', 5), Pin::new('B', 8)];
 pub(crate) const SENSORS: [Pin; 2] = [Pin::new('B', 0), Pin::new('B', 1)];
 

@@ -164,7 +164,7 @@ pub(crate) fn more(firmware: &Firmware) -> Result<Figures, Failure> {
     for (name, power) in MORE_POWER {
         let built = firmware.more.iter().find(|(one, _)| *one == name);
         let (_, build) = built.ok_or_else(|| Failure(format!("{name} has not been built")))?;
-        let safe = start_up::ensure_off_at_once(build)?;
+        let safe = start_up::ensure_off_at_once(build, &[])?;
         let works = ensure_works(build, Belts::Straight, power, [x, y, z], all);
         let works = works.map_err(|Failure(words)| Failure(format!("{name}: {words}")))?;
         figures.add(name, format!("{works}; {safe}"));

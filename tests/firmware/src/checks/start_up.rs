@@ -6,6 +6,7 @@ use crate::{
     firmware::{Build, Firmware},
     job::Job,
     pins::CRYSTAL_HZ,
+    wiring::{FAN, HEATERS, OUTPUT},
 };
 use leadscrew_f407emu::Pin;
 use leadscrew_sim::Rate;
@@ -33,12 +34,13 @@ fn first_driven(build: &Build, pin: Pin) -> Result<f64, Failure> {
     Ok(bench.machine.cycle() as f64 * 1e6 / INTERNAL_HZ)
 }
 
-/// The pins that could do harm are off from their first driving on, up to the banner.
-pub(super) fn ensure_off_at_once(build: &Build) -> Result<String, Failure> {
+/// The pins that could do harm, and `further` ones, are off from their first driving on, up to the banner.
+pub(super) fn ensure_off_at_once(build: &Build, further: &[Pin]) -> Result<String, Failure> {
     let wiring = build.wiring;
     let motors = wiring.step.iter().chain(wiring.direction);
     let pins: Vec<Pin> = motors
         .chain([&wiring.power, &wiring.spindle])
+        .chain(further)
         .copied()
         .collect();
     let power = first_driven(build, wiring.power)?;
@@ -65,12 +67,16 @@ pub(super) fn ensure_off_at_once(build: &Build) -> Result<String, Failure> {
 
 pub(crate) fn pins(firmware: &Firmware) -> Result<Figures, Failure> {
     let mut figures = Figures::default();
-    for (name, build) in [
-        ("discovery", &firmware.usual),
-        ("machine-003", &firmware.others.machine_003),
-        ("dual-y", &firmware.others.dual_y),
+    let [_, prototyper, _, _, printer] = &firmware.machines;
+    let [nozzle, bed] = HEATERS;
+    for (name, build, further) in [
+        ("discovery", &firmware.usual, &[][..]),
+        ("machine-003", &firmware.others.machine_003, &[]),
+        ("dual-y", &firmware.others.dual_y, &[]),
+        ("machine 001", prototyper, &[OUTPUT, nozzle, bed]),
+        ("machine 004", printer, &[FAN, nozzle, bed]),
     ] {
-        let words = ensure_off_at_once(build);
+        let words = ensure_off_at_once(build, further);
         figures.add(
             name,
             words.map_err(|Failure(words)| Failure(format!("{name}: {words}")))?,
