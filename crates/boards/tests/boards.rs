@@ -149,11 +149,11 @@ fn the_program_goes_where_the_settings_are_not() {
     );
 }
 
-/// A SKR 2 with one output for M62 to M65 and no other socket.
+/// An Octopus with one output for M62 to M65 and no other socket.
 fn with_an_output() -> Board {
-    let text = board("skr-2").replace(
+    let text = board("octopus").replace(
         "[at]",
-        "[sockets]\noutputs = [{ pin = \"PD7\" }]\n[at]\nPD7 = \"HB\"",
+        "[sockets]\noutputs = [{ pin = \"PC13\" }]\n[at]\nPC13 = \"EXP2\"",
     );
     Board::read(&text).unwrap()
 }
@@ -168,7 +168,7 @@ fn a_machine_uses_sockets_that_are_there() {
     let board = with_an_output();
     assert_eq!(board.check(), []);
     let used = board.fitted(one).unwrap().pins_module();
-    assert!(used.contains("synchronised: &[crate::gpio::Output { pin: Pin::new(Bank::D, 7)"));
+    assert!(used.contains("synchronised: &[crate::gpio::Output { pin: Pin::new(Bank::C, 13)"));
     assert!(board.bare().pins_module().contains("synchronised: &[],"));
     let refused = |needs| board.fitted(needs).unwrap_err().to_string();
     let words = refused(Needs { motors: 4, ..one });
