@@ -10,7 +10,7 @@
 //!   tell(address, length)        what the module asks its caller for: takes a frame, until it returns
 //! ```
 //!
-//! Frames for the page are those of `leadscrew serve`. Two more are for the caller, [`LOOK`] and [`FAILED`].
+//! Frames for the page are those of `leadscrew serve`. Two more are for the caller, `LOOK` and `FAILED`.
 #![cfg(target_arch = "wasm32")]
 
 use leadscrew_jobs::{Finding, Job, Workshop};
