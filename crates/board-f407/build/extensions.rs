@@ -1,7 +1,7 @@
 //! The extensions of a machine that has a file, as source of the firmware.
 use crate::machine::number;
 use leadscrew_boards::Board;
-use leadscrew_heat::HeatConfig;
+use leadscrew_heat::{HeatConfig, Sensor};
 use leadscrew_sim::profile::Profile;
 
 /// Bytes of lines that are kept during a tool change: as many as a serial line's buffer takes.
@@ -29,6 +29,27 @@ pub(crate) fn all(profile: &Profile, board: &Board) -> Vec<Extension> {
     all.into_iter().flatten().collect()
 }
 
+/// A heater whose amplifier does not read beyond `hottest` on this board: nobody would see that its sensor's wire is broken.
+pub(crate) fn blind_sensor(profile: &Profile, board: &Board) -> Option<String> {
+    let reference = reference(board);
+    profile.heaters.configs().into_iter().find_map(|heater| {
+        let full = heater.sensor.celsius(1.0, reference);
+        let (name, hottest) = (heater.name, heater.limits.hottest);
+        let is_blind = matches!(heater.sensor, Sensor::Linear { .. }) && full <= hottest;
+        is_blind.then(|| {
+            format!(
+                "heater {name}: `hottest` is {hottest} °C, and at {reference} V its sensor reads {full:.0} °C at most: \
+                 a broken wire would not be seen"
+            )
+        })
+    })
+}
+
+/// The reference voltage of a board's converter, V.
+fn reference(board: &Board) -> f32 {
+    board.sockets.reference.unwrap_or(REFERENCE)
+}
+
 /// Type and value of all extensions as one: pairs of pairs.
 pub(crate) fn nested(extensions: &[Extension]) -> (String, String) {
     match extensions {
@@ -50,7 +71,7 @@ fn heat(profile: &Profile, board: &Board) -> Option<Extension> {
     let heaters = profile.heaters.configs();
     let count = heaters.len();
     let config = HeatConfig {
-        reference: board.sockets.reference.unwrap_or(REFERENCE),
+        reference: reference(board),
         ..profile.heat_config()
     };
     let value = format!(

@@ -72,6 +72,9 @@ fn for_machine(board: &Board, file: &Path) -> Result<(Board, String), Box<dyn Er
     let board = board
         .fitted(machine::needs(&profile))
         .map_err(|why| unfit(&why))?;
+    if let Some(heater) = extensions::blind_sensor(&profile, &board) {
+        return Err(unfit(&heater).into());
+    }
     let extensions = extensions::all(&profile, &board);
     for cfg in extensions.iter().filter_map(|extension| extension.cfg) {
         println!("cargo:rustc-cfg={cfg}");

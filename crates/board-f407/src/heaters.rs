@@ -22,8 +22,8 @@ const SEQUENCE: u32 = {
 };
 /// The longest sampling time for all channels (sections 13.13.4 and 13.13.5): a thermistor's divider is slow.
 const LONGEST: (u32, u32) = (0x07FF_FFFF, 0x3FFF_FFFF);
-/// The converter is right 3 µs after it is switched on (data sheet, table 67): this many a second.
-const STABLE_HZ: u32 = 100_000;
+/// Microseconds from the converter's start to its first reading; 3 are enough (data sheet, table 67).
+const STABLE_US: u32 = 10;
 /// The largest result.
 const FULL: f32 = 4095.0;
 
@@ -42,7 +42,7 @@ impl HeatPins {
         converter().smpr2().put(LONGEST.1);
         converter().jsqr().put(SEQUENCE);
         converter().cr2().write(|w| w.adon().enabled());
-        cortex_m::asm::delay(clock::CPU_HZ / STABLE_HZ);
+        cortex_m::asm::delay(STABLE_US * (clock::CPU_HZ / 1_000_000));
         read_all();
         Self
     }
