@@ -6,7 +6,7 @@ use crate::frames::{Nonsense, Said, SaidReader};
 use crate::glitches::Glitches;
 use crate::outlet::Outlet;
 use crate::pace::Pace;
-use crate::pages::{hello, Errand, PageEvent, PageWhat, Pages};
+use crate::pages::{hello, Errand, PageAction, PageEvent, Pages};
 use crate::trail::{Trail, Watcher};
 use crate::wires::Wires;
 use leadscrew_jobs::Job;
@@ -66,7 +66,7 @@ impl Alone {
         let (outlet, frames) = Outlet::new();
         let opened = PageEvent {
             page: PAGE,
-            what: PageWhat::Opened(outlet),
+            action: PageAction::Opened(outlet),
         };
         pages.handle(opened, &mut desk);
         if pages.agree_who_moves(&[], false) == Some(true) {
@@ -95,7 +95,7 @@ impl Alone {
         for said in all {
             let event = PageEvent {
                 page: PAGE,
-                what: PageWhat::Said(said),
+                action: PageAction::Said(said),
             };
             match self.pages.handle(event, &mut self.desk) {
                 Some(Errand::Send(bytes)) => {

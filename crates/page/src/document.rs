@@ -22,7 +22,7 @@ const COMMON: [Module; 7] = [
     ("view", include_str!("../web/view.js")),
 ];
 
-/// Those of the page of a machine alone, but for the way to the machine.
+/// Modules of the page of a machine only. The module that reaches the machine comes on top.
 const MACHINE: [Module; 9] = [
     ("chart", include_str!("../web/chart.js")),
     ("frames", include_str!("../web/frames.js")),

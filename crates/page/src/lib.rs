@@ -31,7 +31,7 @@ pub use glitches::Glitches;
 pub use key::Key;
 pub use outlet::Outlet;
 pub use pace::Pace;
-pub use pages::{hello, Errand, PageEvent, PageWhat, Pages};
+pub use pages::{hello, Errand, PageAction, PageEvent, Pages};
 pub use trail::{Trail, Watcher};
 pub use wires::Wires;
 

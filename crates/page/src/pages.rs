@@ -39,12 +39,12 @@ pub struct PageEvent {
     /// Which page: numbers are not used again.
     pub page: u64,
     /// The page's action.
-    pub what: PageWhat,
+    pub action: PageAction,
 }
 
 /// An action of a page.
 #[derive(Debug)]
-pub enum PageWhat {
+pub enum PageAction {
     /// It has come; frames go there.
     Opened(Outlet),
     /// It has sent something.
@@ -134,13 +134,13 @@ impl Pages {
     /// Takes an action of a page; answers the task that follows.
     pub fn handle(&mut self, event: PageEvent, desk: &mut Desk<'_>) -> Option<Errand> {
         let number = event.page;
-        match event.what {
-            PageWhat::Opened(outlet) => self.open(number, outlet),
-            PageWhat::Closed => self.all.retain(|page| page.number != number),
-            PageWhat::Said(Said::Wire(bytes)) => return self.wire_said(number, bytes),
-            PageWhat::Said(Said::Key(key)) => return key_of(key).map(Errand::Press),
-            PageWhat::Said(Said::Job(job)) => return Some(Errand::Look(self.job(&job, desk))),
-            PageWhat::Said(Said::Clear) => {
+        match event.action {
+            PageAction::Opened(outlet) => self.open(number, outlet),
+            PageAction::Closed => self.all.retain(|page| page.number != number),
+            PageAction::Said(Said::Wire(bytes)) => return self.wire_said(number, bytes),
+            PageAction::Said(Said::Key(key)) => return key_of(key).map(Errand::Press),
+            PageAction::Said(Said::Job(job)) => return Some(Errand::Look(self.job(&job, desk))),
+            PageAction::Said(Said::Clear) => {
                 desk.trail().clear();
             }
         }

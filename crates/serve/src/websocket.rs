@@ -13,7 +13,7 @@ use super::seat::{Guest, Seated, Ticket};
 use super::tcp;
 use super::uplink::Uplink;
 use super::web::Allowed;
-use leadscrew_page::{Nonsense, Outlet, PageEvent, PageWhat, SaidReader};
+use leadscrew_page::{Nonsense, Outlet, PageAction, PageEvent, SaidReader};
 use std::io::{self, Read, Write};
 use std::net::{Shutdown, TcpStream};
 use std::sync::mpsc::Receiver;
@@ -93,8 +93,8 @@ fn serve_page(reader: &TcpStream, writer: TcpStream, uplink: &Uplink) {
     let sink: Sink = Arc::new(Mutex::new(writer));
     let (outlet, frames) = Outlet::new();
     let page = uplink.number_page();
-    let tell = |what| uplink.tell_of_page(PageEvent { page, what });
-    tell(PageWhat::Opened(outlet));
+    let tell = |action| uplink.tell_of_page(PageEvent { page, action });
+    tell(PageAction::Opened(outlet));
     let for_writer = sink.clone();
     std::thread::spawn(move || {
         for frame in frames {
@@ -104,10 +104,10 @@ fn serve_page(reader: &TcpStream, writer: TcpStream, uplink: &Uplink) {
     });
     let mut said = SaidReader::default();
     read_frames(reader, &sink, uplink, |bytes| {
-        said.read(bytes, |said| tell(PageWhat::Said(said)))
+        said.read(bytes, |said| tell(PageAction::Said(said)))
     });
     let _ = reader.shutdown(Shutdown::Both);
-    tell(PageWhat::Closed);
+    tell(PageAction::Closed);
 }
 
 /// The outcome of a request.
