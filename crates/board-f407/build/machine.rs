@@ -7,7 +7,7 @@ use leadscrew_sim::{
     train::Train,
 };
 
-/// Axes of the largest machine that a file describes: the configuration is made for so many, and cut.
+/// The most axes that a file describes. The configuration is made for all of them; the module has the machine's own.
 const MOST: usize = 6;
 
 /// A part of the machine that the firmware cannot drive.

@@ -1,5 +1,8 @@
 //! The parts of the chip that a board chooses among.
-#![allow(dead_code, reason = "a board has some of them, and no board has all")]
+#![allow(
+    dead_code,
+    reason = "each board uses some of these ports, lines and timers; no board uses all of them"
+)]
 
 /// A port of 16 pins.
 #[derive(Clone, Copy, PartialEq, Eq)]

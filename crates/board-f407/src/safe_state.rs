@@ -93,8 +93,9 @@ const PINS: ([Pin; MOST], [bool; MOST], usize) = {
     (pins, levels, count)
 };
 const MOST: usize = 1 + 2 * MOTORS + PROFILE.high.len() + SINGLE + LISTED;
-/// Outputs that a board has once at most, and those of which it may have several.
+/// Outputs of `PROFILE` that are there or not: spindle, its reverse, flood, mist, fan.
 const SINGLE: usize = 5;
+/// Outputs of its lists.
 const LISTED: usize = PROFILE.synchronised.len() + PROFILE.heaters.len();
 /// Their ports.
 const PORTS: ([Bank; MOST], usize) = banks(PINS.0);

@@ -292,7 +292,7 @@ pub(crate) fn let_ticks_come() {
 }
 
 /// Changes the outputs of M62 to M65: one store for each that changes. Any context.
-#[inline(always)]
+#[inline(always)] // the step interrupt calls it, and reaches no code in the flash (`cargo xtask thumb`)
 pub(crate) fn change_outputs(change: OutputChange) {
     for (index, output) in PROFILE.synchronised.iter().enumerate() {
         let bit = 1 << index;

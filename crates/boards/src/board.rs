@@ -335,7 +335,7 @@ impl Board {
 }
 
 impl Sockets {
-    /// All pins but those of switches, with their purpose.
+    /// All pins with their purpose. The tool's switches have a list of their own.
     fn pins(&self) -> Vec<(String, Pin)> {
         let mut pins = Vec::new();
         if let Some(motor) = self.motor {

@@ -1,4 +1,4 @@
-//! What a job that runs tells on the terminal: its errors as they come, and how far it is.
+//! The lines on the terminal while a job runs: its errors as they come, and its progress.
 
 use indicatif::{ProgressBar, ProgressStyle};
 use leadscrew_jobs::News;

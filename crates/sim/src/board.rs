@@ -284,7 +284,6 @@ impl<O: Observer, const MOTORS: usize> SimBoard<O, MOTORS> {
     }
 
     /// The motors whose carriages go the other way than the machine counts: inverted by `$3` or mirrored, not both.
-    #[inline]
     pub(crate) fn turned(&self) -> MotorMask {
         MotorMask::from_bits(self.port.direction_invert.bits() ^ self.mirrored.bits())
     }
