@@ -115,11 +115,6 @@ impl<const AXES: usize, const KEPT: usize> ToolChange<AXES, KEPT> {
         };
         self.wanted = tool;
         (self.left_at, self.offset) = (cx.position, cx.work_offset);
-        let comment = cx.comment();
-        match comment.trim() {
-            "" => cx.message(format_args!("Tool {tool}, then ~")),
-            comment => cx.message(format_args!("Tool {tool}: {comment}, then ~")),
-        }
         Step::SetAside(self.config.shown)
     }
 
@@ -203,6 +198,14 @@ impl<const AXES: usize, const KEPT: usize> Extension<AXES> for ToolChange<AXES, 
             Phase::Asked => self.begin(call, cx),
             _ if !cx.at_rest => Step::Wait(None),
             _ => self.go_back(cx),
+        }
+    }
+
+    fn set_aside(&mut self, _: &Call, cx: &mut Cx<'_, AXES>) {
+        let (tool, comment) = (self.wanted, cx.comment());
+        match comment.trim() {
+            "" => cx.message(format_args!("Tool {tool}, then ~")),
+            comment => cx.message(format_args!("Tool {tool}: {comment}, then ~")),
         }
     }
 

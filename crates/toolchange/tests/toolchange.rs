@@ -67,6 +67,23 @@ fn m6_ends_motion_stops_spindle_and_coolant_names_the_tool_and_has_no_ok_yet() {
 }
 
 #[test]
+fn a_resume_right_behind_the_message_is_obeyed() {
+    let mut memory = Memory::new();
+    let mut session = boot(&mut memory);
+    session.send("T3M6\nG1X1F6000\n");
+    let mut answers = Vec::new();
+    while answers.is_empty() {
+        session.wait_ms(1);
+        answers.extend(session.lines());
+    }
+    assert_eq!(answers, ["[MSG:Tool 3, then ~]"]);
+    session.send("~");
+    session.until_quiet();
+    assert_eq!(session.lines(), ["ok", "ok"]);
+    assert_eq!(session.pins.position[0], mm(1));
+}
+
+#[test]
 fn a_window_full_of_lines_waits_and_follows_in_its_order_with_an_answer_each() {
     let mut memory = Memory::new();
     let mut session = boot(&mut memory);

@@ -89,7 +89,7 @@ where
         }
         let last = if taken > 0 { now } else { last };
         if now >= (last + SETTLE).min(since + LONGEST) {
-            self.hand_over(board);
+            self.hand_over(board, now);
             return Some(Progress::Wait);
         }
         if let Some(aside) = &mut self.activity.aside {
@@ -98,9 +98,11 @@ where
         Some(self.wait_own(OwnWait::Turn(Some(last + SETTLE))))
     }
 
-    fn hand_over<B: Board>(&mut self, board: &mut B) {
+    fn hand_over<B: Board>(&mut self, board: &mut B, now: Instant) {
         if let Some(aside) = &mut self.activity.aside {
             aside.phase = Phase::Waiting;
+            let call = aside.call;
+            self.ask_of_line(board, now, |extension, cx| extension.set_aside(&call, cx));
         }
         let _answered_later = self.activity.line.finish();
         self.tool.spindle.suspend();

@@ -92,15 +92,7 @@ where
         if let Some(not_yet) = self.ask_gate(&Asked::Code(call)) {
             return not_yet;
         }
-        let asker = match self.activity.line.origin() {
-            Some(Origin::Channel(id)) => Some(id),
-            Some(Origin::Startup(_) | Origin::Nobody) | None => None,
-        };
-        let comment = asker.map(|id| self.console.comment(id));
-        let step = self.ask(asker, board, now, |extension, cx| {
-            cx.comment = comment.unwrap_or_default();
-            extension.perform(call, cx)
-        });
+        let step = self.ask_of_line(board, now, |extension, cx| extension.perform(call, cx));
         if !self.activity.line.is_busy() {
             return Progress::Wait; // it raised an alarm, which ended its line
         }
@@ -293,6 +285,24 @@ where
             self.stop_for(alarm, board, now);
         }
         answer
+    }
+
+    /// Asks the extension about the line under way: its sender is answered, and its comment can be read.
+    pub(super) fn ask_of_line<B: Board, R>(
+        &mut self,
+        board: &mut B,
+        now: Instant,
+        call: impl FnOnce(&mut X, &mut Cx<'_, AXES>) -> R,
+    ) -> R {
+        let asker = match self.activity.line.origin() {
+            Some(Origin::Channel(id)) => Some(id),
+            Some(Origin::Startup(_) | Origin::Nobody) | None => None,
+        };
+        let comment = asker.map(|id| self.console.comment(id));
+        self.ask(asker, board, now, |extension, cx| {
+            cx.comment = comment.unwrap_or_default();
+            call(extension, cx)
+        })
     }
 
     /// Stops for an alarm of the extension, which may ask for it at every turn.

@@ -75,6 +75,11 @@ pub trait Extension<const AXES: usize> {
         Step::Done
     }
 
+    /// The operator has the machine from now on, after [`Step::SetAside`]: tells him what to do. From this message on `~` is obeyed.
+    fn set_aside(&mut self, call: &Call, cx: &mut Cx<'_, AXES>) {
+        let _ = (call, cx);
+    }
+
     /// Its settings. All extensions together have 32 at most. Numbers 800 to 999 are free for extensions.
     fn settings(&self) -> impl Iterator<Item = &'static Row> {
         core::iter::empty()

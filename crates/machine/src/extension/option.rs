@@ -33,6 +33,12 @@ where
         }
     }
 
+    fn set_aside(&mut self, call: &Call, cx: &mut Cx<'_, AXES>) {
+        if let Some(own) = self {
+            own.set_aside(call, cx);
+        }
+    }
+
     fn settings(&self) -> impl Iterator<Item = &'static Row> {
         self.iter().flat_map(X::settings)
     }

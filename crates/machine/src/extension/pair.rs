@@ -28,6 +28,14 @@ where
         }
     }
 
+    fn set_aside(&mut self, call: &Call, cx: &mut Cx<'_, AXES>) {
+        let (one, other) = self;
+        match one.m_code(call.code) {
+            Some(_) => one.set_aside(call, cx),
+            None => other.set_aside(call, cx),
+        }
+    }
+
     fn check(&self, call: &Call) -> Result<(), Status> {
         let (one, other) = self;
         match one.m_code(call.code) {
