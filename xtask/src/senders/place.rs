@@ -61,8 +61,14 @@ impl Place {
             "--quiet",
             "--disable-pip-version-check",
         ];
-        let list = self.scripts.join("requirements.txt");
-        shell::run(Command::new(self.python()).args(pip).arg("-r").arg(list))
+        let install = |options: &[&str], name: &str| {
+            let mut command = Command::new(self.python());
+            let list = self.scripts.join(name);
+            shell::run(command.args(pip).args(options).arg("-r").arg(list))
+        };
+        install(&[], "requirements.txt")?;
+        // bCNC asks for OpenCV besides, for a camera.
+        install(&["--no-deps"], "requirements-bcnc.txt")
     }
 
     /// Installs the Node.js packages, those that they need in turn included, as `package-lock.json` has them. They go
@@ -141,7 +147,8 @@ impl Place {
             Sender::MeerK40tOverTcp
             | Sender::MeerK40tOverPty
             | Sender::GrblStreamer
-            | Sender::Websockets => Command::new(self.python()),
+            | Sender::Websockets
+            | Sender::Bcnc => Command::new(self.python()),
             Sender::Cncjs => Command::new("node"),
         };
         match run.sender {
@@ -154,6 +161,9 @@ impl Place {
                 .arg(&served.link),
             Sender::GrblStreamer => command
                 .arg(self.scripts.join("grblstreamer_stream.py"))
+                .arg(&served.link),
+            Sender::Bcnc => command
+                .arg(self.scripts.join("bcnc_stream.py"))
                 .arg(&served.link),
             Sender::Websockets => command
                 .arg(self.scripts.join("websockets_stream.py"))

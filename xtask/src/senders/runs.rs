@@ -25,6 +25,7 @@ pub(super) enum Sender {
     /// Not a sender but a widespread WebSocket client.
     Websockets,
     Cncjs,
+    Bcnc,
 }
 
 impl Sender {
@@ -35,13 +36,14 @@ impl Sender {
             Self::GrblStreamer => "grbl-streamer",
             Self::Websockets => "websockets",
             Self::Cncjs => "cncjs",
+            Self::Bcnc => "bcnc",
         }
     }
 
     /// The number of its line in the server's log.
     pub(super) fn line(self) -> &'static str {
         match self {
-            Self::MeerK40tOverPty | Self::GrblStreamer | Self::Cncjs => "0",
+            Self::MeerK40tOverPty | Self::GrblStreamer | Self::Cncjs | Self::Bcnc => "0",
             Self::MeerK40tOverTcp => "1",
             Self::Websockets => "3",
         }
@@ -67,7 +69,7 @@ const fn run(sender: Sender, arguments: &'static [&'static str], checks: &'stati
 }
 
 /// All of them.
-pub(super) const RUNS: [Run; 15] = [
+pub(super) const RUNS: [Run; 17] = [
     run(Sender::MeerK40tOverTcp, &[], JOB),
     run(Sender::MeerK40tOverTcp, &["--hold"], HELD),
     run(Sender::MeerK40tOverTcp, &["--gcode", "small.nc"], JOB),
@@ -120,6 +122,32 @@ pub(super) const RUNS: [Run; 15] = [
             Sender::Cncjs,
             &["small.nc", "--home"],
             &[Check::AllOk, Check::Homed, Check::Ran, Check::EndsWhereSent],
+        )
+    },
+    Run {
+        machine: "bench.toml",
+        ..run(
+            Sender::Bcnc,
+            &["change.nc", "--change"],
+            &[
+                Check::AllOk,
+                Check::Ran,
+                Check::ChangedTools(2),
+                Check::EndsWhereSent,
+            ],
+        )
+    },
+    Run {
+        machine: "bench.toml",
+        ..run(
+            Sender::Bcnc,
+            &["flat.nc", "--level"],
+            &[
+                Check::AllOk,
+                Check::Ran,
+                Check::FollowsPlate,
+                Check::EndsWhereSent,
+            ],
         )
     },
     Run {

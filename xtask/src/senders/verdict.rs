@@ -1,7 +1,7 @@
 //! Whether a sender did its job.
 
 use super::observer::{Seen, Sight};
-use super::wire::Wire;
+use super::wire::{word, Wire};
 
 /// The allowed difference between a target and the machine's place at rest, mm: half a step, and
 /// the report's third decimal.
@@ -24,6 +24,10 @@ pub(super) enum Check {
     Unlocked,
     /// It was locked, homed, and then free.
     Homed,
+    /// So many tool changes were asked for, waited in `Hold:0`, and were resumed.
+    ChangedTools(usize),
+    /// Each probed point is on the plate of `bench.toml`, and each cut follows it.
+    FollowsPlate,
     /// A reset in the hold left it free and where the hold had brought it, and it moves by a millimetre when asked to.
     StoppedInPlace,
 }
@@ -39,6 +43,8 @@ impl Check {
             Self::JoggedTo(x) => jogged_to(x, &seen.sights),
             Self::Unlocked => in_order(&seen.sights, &["Alarm", "Idle"]) && !homed(&seen.sights),
             Self::Homed => in_order(&seen.sights, &["Alarm", "Home", "Idle", "Run"]),
+            Self::ChangedTools(count) => changed_tools(count, wire, seen),
+            Self::FollowsPlate => return off_the_plate(wire),
             Self::StoppedInPlace => return not_in_place(wire, seen),
         };
         (!holds).then(|| format!("{self:?} does not hold; states seen: {}", states(seen)))
@@ -93,6 +99,52 @@ fn held_and_resumed(wire: &Wire, sights: &[Sight]) -> bool {
         Some(after.state == "Run" && near)
     });
     in_order(&wire.realtime, &["!", "~"]) && moved_on == Some(true)
+}
+
+fn changed_tools(count: usize, wire: &Wire, seen: &Seen) -> bool {
+    let asked = |line: &&String| line.starts_with("[MSG:Tool ");
+    let resumed = |byte: &&String| *byte == "~";
+    wire.answers.iter().filter(asked).count() == count
+        && wire.realtime.iter().filter(resumed).count() == count
+        && in_order(&seen.sights, &["Run", "Hold:0", "Run", "Hold:0", "Run"])
+}
+
+/// The height of the plate of `tests/senders/bench.toml`.
+fn plate([x, y]: [f64; 2]) -> f64 {
+    -1.0 + 0.02 * x - 0.01 * y
+}
+
+/// The first probed point that is not on the plate, or the first cut of `flat.nc` that is not 0.2 mm below it.
+fn off_the_plate(wire: &Wire) -> Option<String> {
+    const POINTS: usize = 12;
+    const DEPTH: f64 = 0.2;
+    let probed: Vec<[f64; 3]> = wire
+        .answers
+        .iter()
+        .filter_map(|line| probed(line))
+        .collect();
+    let cuts: Vec<[f64; 3]> = wire.sent.iter().filter_map(|line| cut(line)).collect();
+    if probed.len() != POINTS || cuts.len() < POINTS / 2 {
+        return Some(format!("{} points, {} cuts", probed.len(), cuts.len()));
+    }
+    let below =
+        |depth: f64| move |[x, y, z]: &[f64; 3]| (z + depth - plate([*x, *y])).abs() > EXACT;
+    let off = probed.into_iter().find(below(0.0));
+    let off = off.or_else(|| cuts.into_iter().find(below(DEPTH)));
+    off.map(|place| format!("{place:?} is off the plate"))
+}
+
+/// The place of `[PRB:x,y,z:1]`.
+fn probed(line: &str) -> Option<[f64; 3]> {
+    let places = line.strip_prefix("[PRB:")?.strip_suffix(":1]")?;
+    let places: Vec<f64> = places.split(',').flat_map(str::parse).collect();
+    places.try_into().ok()
+}
+
+/// The end of a `G1` that names all three axes.
+fn cut(line: &str) -> Option<[f64; 3]> {
+    let line = line.strip_prefix("G1")?;
+    Some([word(line, 'X')?, word(line, 'Y')?, word(line, 'Z')?])
 }
 
 fn jogged_to(x: f64, sights: &[Sight]) -> bool {
@@ -194,6 +246,48 @@ mod tests {
         assert!(!holds(Check::EndsWhereSent, &[], &[("Idle", 4.98)]));
         assert!(!holds(Check::EndsWhereSent, &[], &[("Alarm", 5.0)]));
         assert!(!holds(Check::EndsWhereSent, &[], &[]));
+    }
+
+    #[test]
+    fn each_tool_change_is_asked_for_and_resumed() {
+        let states: Vec<(&str, f64)> = ["Idle", "Run", "Hold:0", "Run", "Hold:0", "Run", "Idle"]
+            .map(|state| (state, 0.0))
+            .into();
+        let mut wire = wire(&["?", "~", "~"]);
+        wire.answers = vec!["[MSG:Tool 1, then ~]".into(), "[MSG:Tool 2, then ~]".into()];
+        assert!(changed_tools(2, &wire, &seen(&states)));
+        assert!(!changed_tools(2, &wire, &seen(&states[..4])));
+        wire.answers.pop();
+        assert!(!changed_tools(2, &wire, &seen(&states)));
+    }
+
+    #[test]
+    fn points_beside_the_plate_and_cuts_that_do_not_follow_it_are_found() {
+        let good = Wire {
+            answers: vec!["[PRB:10.000,20.000,-1.000:1]".into(); 12],
+            sent: vec!["G1X30Y0Z-0.6F300".into(); 6],
+            ..Wire::default()
+        };
+        assert_eq!(off_the_plate(&good), None);
+        let mut wrong = good.answers.clone();
+        wrong[5] = "[PRB:10.000,20.000,-1.010:1]".into();
+        let (sent, answers) = (good.sent.clone(), wrong);
+        assert!(off_the_plate(&Wire {
+            sent,
+            answers,
+            ..Wire::default()
+        })
+        .is_some());
+        let mut sent = good.sent.clone();
+        sent[5] = "G1X30Y0Z-0.2".into();
+        let answers = good.answers.clone();
+        assert!(off_the_plate(&Wire {
+            sent,
+            answers,
+            ..Wire::default()
+        })
+        .is_some());
+        assert!(off_the_plate(&Wire::default()).is_some());
     }
 
     #[test]

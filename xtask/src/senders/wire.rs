@@ -54,7 +54,8 @@ fn is_realtime(text: &str) -> bool {
     matches!(text, "?" | "!" | "~") || (text.len() == 4 && text.starts_with("\\x"))
 }
 
-fn word(line: &str, letter: char) -> Option<f64> {
+/// The value of a word.
+pub(super) fn word(line: &str, letter: char) -> Option<f64> {
     let (_, rest) = line.split_once(letter)?;
     let end = rest.find(|c: char| !(c.is_ascii_digit() || matches!(c, '.' | '-')));
     rest[..end.unwrap_or(rest.len())].parse().ok()
