@@ -98,6 +98,9 @@ impl Machine {
             Device::Dma(index) => devices.dma[index].read(offset),
             Device::Timer(index) => {
                 self.catch_up_timer(index, now);
+                if self.devices.timers[index].take_capture(offset) {
+                    self.update_timer_lines(index);
+                }
                 self.devices.timers[index].read(offset, now)
             }
             Device::Iwdg => devices.iwdg.read(offset, now),

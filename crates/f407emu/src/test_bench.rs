@@ -4,7 +4,7 @@ use crate::{
     machine::Machine,
     peripheral::{adc, rcc::ResetCause},
     record::Pin,
-    world::Happening,
+    world::{Happening, Wire},
 };
 
 impl Machine {
@@ -77,6 +77,14 @@ impl Machine {
     /// Sets an input pin at a cycle. From then on the world drives it.
     pub fn pin_at(&mut self, cycle: u64, pin: Pin, level: bool) {
         self.at(cycle, Happening::Pin { pin, level });
+    }
+
+    /// Connects a pin that the chip drives to one that it does not, from now on: edges at `from` come to `to` after some cycles,
+    /// none for a wire as it should be. A pin that is let go counts as low.
+    pub fn connect(&mut self, from: Pin, to: Pin, cycles: u64) {
+        let level = self.level(from);
+        self.world.connect(Wire { from, to, cycles });
+        self.pin_at(self.cycle, to, level);
     }
 
     /// Sets the voltage at a pin of the analog-to-digital converter from now on, as a share of its reference voltage, 0 to 1.

@@ -1,4 +1,4 @@
-//! The events outside the chip, and their times.
+//! The events outside the chip and their times, and the wires between its pins.
 use crate::{
     peripheral::{rcc::ResetCause, NEVER},
     record::Pin,
@@ -18,10 +18,20 @@ pub(crate) enum Happening {
     Reset(ResetCause),
 }
 
-/// The coming events, in order.
+/// A wire from a pin that the chip drives to one that it does not.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) struct Wire {
+    pub(crate) from: Pin,
+    pub(crate) to: Pin,
+    /// The time that an edge takes: none, but for a planted fault.
+    pub(crate) cycles: u64,
+}
+
+/// The coming events, in order, and the wires.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct World {
     happenings: VecDeque<(u64, Happening)>,
+    wires: Vec<Wire>,
 }
 
 impl World {
@@ -36,6 +46,17 @@ impl World {
         due.then(|| self.happenings.pop_front())
             .flatten()
             .map(|(_, happening)| happening)
+    }
+
+    /// Connects two pins.
+    pub(crate) fn connect(&mut self, wire: Wire) {
+        self.wires.push(wire);
+    }
+
+    /// The wires that begin at a pin.
+    pub(crate) fn wires_of(&self, from: Pin) -> Vec<Wire> {
+        let wires = self.wires.iter().filter(|wire| wire.from == from);
+        wires.copied().collect()
     }
 
     /// Adds a happening; happenings of one cycle keep the order in which they were added.

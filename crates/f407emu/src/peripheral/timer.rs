@@ -9,8 +9,10 @@
 //!        +--------+------+--------> HCLK cycles, (PSC + 1) × clock for each count
 //! ```
 //!
-//! A flag is up in the very cycle of its match; on the chip it takes a clock of the timer or two more.
-//! Not modelled: counting down or both ways, slave modes, input capture, external clocks, dead times and breaks.
+//! A flag is up in the very cycle of its match; on the chip it takes a clock of the timer or two more. An edge is captured in its
+//! very cycle; on the chip it is sampled by the timer's clock first, and a count or two later.
+//! Not modelled: counting down or both ways, slave modes, external clocks, dead times and breaks; of input capture prescalers,
+//! filters and triggers.
 use super::{
     timer_map::Instance,
     timer_output::{Output, Outputs},
@@ -30,6 +32,8 @@ const SMS: u32 = 7;
 /// TIMx_SR and TIMx_DIER: update, and the first of the compare channels.
 const UIF: u32 = 1;
 const CC1IF: u32 = 1 << 1;
+/// TIMx_SR: a capture came while the flag of the one before was up.
+const CC1OF: u32 = 1 << 9;
 /// TIMx_DIER: DMA requests at update and compare.
 const UDE: u32 = 1 << 8;
 const CC1DE: u32 = 1 << 9;
@@ -165,7 +169,7 @@ impl Timer {
         let last = self.last_count();
         let overflow = u64::from(last) + 1 - u64::from(self.count);
         let counts = self
-            .channels()
+            .compares()
             .map(|channel| self.outputs.compare(channel))
             .filter(|&compare| compare > self.count && compare <= last)
             .map(|compare| u64::from(compare - self.count))
@@ -175,6 +179,34 @@ impl Timer {
 
     fn channels(&self) -> core::ops::Range<usize> {
         0..usize::from(self.instance.channels)
+    }
+
+    /// The channels that compare.
+    fn compares(&self) -> impl Iterator<Item = usize> + '_ {
+        let channels = self.channels();
+        channels.filter(|&channel| !self.outputs.is_input(channel))
+    }
+
+    /// The level of the timer's pin `input` has changed, 0 for that of channel 1: channels capture the count (RM0090 section
+    /// 18.3.5). Events that are due by now have happened.
+    pub(crate) fn edge(&mut self, input: usize, rises: bool, now: u64) -> TimerRequests {
+        let count = self.count_at(now);
+        let mut captured = 0;
+        for channel in self.channels() {
+            if self.outputs.captures(channel, input, rises) {
+                self.outputs.capture(channel, count);
+                // Nobody has read the one before.
+                if self.sr & CC1IF << channel != 0 {
+                    self.sr |= CC1OF << channel;
+                }
+                self.sr |= CC1IF << channel;
+                captured |= 1 << channel;
+            }
+        }
+        TimerRequests {
+            matched: 0,
+            ..self.requests(false, captured)
+        }
     }
 
     /// The count that was planned for has come.
@@ -220,7 +252,7 @@ impl Timer {
     /// Sets the flags of the channels that match the count; returns a bit for each.
     fn matches(&mut self) -> u8 {
         let matched = self
-            .channels()
+            .compares()
             .filter(|&channel| self.outputs.compare(channel) == self.count)
             .fold(0, |all, channel| all | 1 << channel);
         self.sr |= u32::from(matched) * CC1IF;
@@ -251,6 +283,20 @@ impl Timer {
         let high = self.outputs.high_counts(channel, counts)?;
         let running = if self.counts() { self.period() } else { 0 };
         Some((high * running, counts * running))
+    }
+
+    /// The register at `offset` is about to be read: the flag of a capture goes down with that. Whether it did.
+    pub(crate) fn take_capture(&mut self, offset: u32) -> bool {
+        let channel = match offset {
+            0x34..=0x40 => (offset as usize - 0x34) / 4,
+            _ => return false,
+        };
+        let flag = CC1IF << channel;
+        let takes = self.outputs.is_input(channel) && self.sr & flag != 0;
+        if takes {
+            self.sr &= !flag;
+        }
+        takes
     }
 
     /// Reads the register at `offset` from its base.
@@ -297,7 +343,10 @@ impl Timer {
             0x50 => self.or = value,
             _ => self.outputs.write(offset, value & self.output_mask(offset)),
         }
-        if self.cr1 & DIR_CMS != 0 || self.smcr & SMS != 0 {
+        let is_conditioned = self
+            .channels()
+            .any(|channel| self.outputs.is_conditioned(channel));
+        if self.cr1 & DIR_CMS != 0 || self.smcr & SMS != 0 || is_conditioned {
             let base = self.instance.base;
             warnings.add(Warning::TimerMode { base });
         }

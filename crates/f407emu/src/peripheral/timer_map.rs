@@ -195,6 +195,12 @@ pub(crate) fn output(port: usize, pin: u8, function: u8) -> Option<(usize, Outpu
     }
 }
 
+/// The timer whose channel a pin is the input of by an alternate function: index into [`INSTANCES`], and channel, 0 for channel 1.
+pub(crate) fn input(port: usize, pin: u8, function: u8) -> Option<(usize, usize)> {
+    let (timer, same) = output(port, pin, function)?;
+    (!same.complementary).then_some((timer, same.channel.into()))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -1,4 +1,5 @@
-//! A timer's compare channels and their outputs: PWM and its relatives (RM0090 sections 17.3.9 to 17.3.11, 18.3.9).
+//! A timer's channels: their outputs, PWM and its relatives (RM0090 sections 17.3.9 to 17.3.11, 18.3.9), and their inputs, which
+//! capture the count (section 18.3.5).
 //!
 //! ```text
 //!  mode 1 (110)  OCxREF = count < CCRx        OCx = OCxREF, inverted by CCxP, while CCxE (and MOE)
@@ -10,6 +11,8 @@
 //!
 //! Where OCxPE is set, a new CCRx counts from the next update event on: a PWM of 50 Hz goes on for up to 20 ms. Without it the
 //! manual guarantees PWM in one-pulse mode only; here it counts at once. A forced level, CCxE and MOE work at once.
+//!
+//! A channel whose CCxS is not 0 is an input: it drives nothing and matches nothing, and its CCRx cannot be written.
 
 /// TIMx_BDTR: outputs stay driven while MOE is off; main output enable.
 const OSSI: u32 = 1 << 10;
@@ -64,13 +67,49 @@ impl Outputs {
 
     /// Whether the timer drives any pin, or did when this was last asked.
     pub(crate) fn take_driving(&mut self) -> bool {
-        let driving = self.ccer & 0x5555 != 0;
+        let outputs = (0..4).filter(|&channel| !self.is_input(channel));
+        let enables = outputs.fold(0, |all, channel| all | 5 << (4 * channel));
+        let driving = self.ccer & enables != 0;
         core::mem::replace(&mut self.drove, driving) || driving
     }
 
     /// An update event: new compare values come into force.
     pub(crate) fn update(&mut self) {
         self.active = self.ccr;
+    }
+
+    /// Whether a channel is an input (TIMx_CCMR.CCxS).
+    pub(crate) fn is_input(&self, channel: usize) -> bool {
+        half(self.ccmr, channel) & 3 != 0
+    }
+
+    /// Whether an input has something between pin and capture that is not modelled: the trigger, a prescaler, a filter.
+    pub(crate) fn is_conditioned(&self, channel: usize) -> bool {
+        let half = half(self.ccmr, channel);
+        half & 3 == 3 || (half & 3 != 0 && half >> 2 != 0)
+    }
+
+    /// Whether an edge of the timer's pin `input` is one that a channel captures: CCxS selects the pin, its own or that of the
+    /// neighbour; CCxNP and CCxP select rising, falling or both edges (section 18.4.9), and CCxE enables.
+    pub(crate) fn captures(&self, channel: usize, input: usize, rises: bool) -> bool {
+        let selected = match half(self.ccmr, channel) & 3 {
+            1 => input == channel,
+            2 => input == channel ^ 1,
+            _ => false,
+        };
+        let bits = self.ccer >> (4 * channel);
+        let edge = match bits >> 1 & 5 {
+            0 => rises,
+            1 => !rises,
+            5 => true,
+            _ => false,
+        };
+        selected && edge && bits & 1 != 0
+    }
+
+    /// Keeps the count of an edge.
+    pub(crate) fn capture(&mut self, channel: usize, count: u32) {
+        self.ccr[channel] = count;
     }
 
     /// Brings the references in line with the count and the channels that match it.
@@ -104,7 +143,7 @@ impl Outputs {
         } else {
             (enables & 1, enables >> 1 & 1 != 0)
         };
-        if enable == 0 {
+        if enable == 0 || self.is_input(output.channel.into()) {
             return None;
         }
         if advanced && self.bdtr & MOE == 0 {
@@ -169,6 +208,9 @@ impl Outputs {
     }
 
     fn write_compare(&mut self, channel: usize, value: u32) {
+        if self.is_input(channel) {
+            return;
+        }
         self.ccr[channel] = value;
         if half(self.ccmr, channel) >> 3 & 1 == 0 {
             self.active[channel] = value;
@@ -182,7 +224,12 @@ fn half(ccmr: [u32; 2], channel: usize) -> u32 {
 }
 
 fn mode(ccmr: [u32; 2], channel: usize) -> Mode {
-    match half(ccmr, channel) >> 4 & 7 {
+    let half = half(ccmr, channel);
+    // The bits of an input's filter are in the same place.
+    if half & 3 != 0 {
+        return Mode::Frozen;
+    }
+    match half >> 4 & 7 {
         0 => Mode::Frozen,
         1 => Mode::ActiveOnMatch,
         2 => Mode::InactiveOnMatch,

@@ -170,4 +170,6 @@ impl Machine {
 }
 
 #[cfg(test)]
+mod capture_tests;
+#[cfg(test)]
 mod tests;

@@ -5,6 +5,7 @@ use crate::{
     machine::Machine,
     peripheral::gpio::Driven,
     record::{Cause, Edge, Pin},
+    world::Happening,
 };
 
 impl Machine {
@@ -18,11 +19,11 @@ impl Machine {
         self.devices.ports[port].levels = levels;
         for number in (0..16).filter(|number| changed >> number & 1 != 0) {
             let level = levels >> number & 1 != 0;
+            let pin = Pin {
+                port: port as u8,
+                number,
+            };
             if self.watched[port] >> number & 1 != 0 {
-                let pin = Pin {
-                    port: port as u8,
-                    number,
-                };
                 self.edges.push(Edge {
                     cycle,
                     pin,
@@ -31,8 +32,20 @@ impl Machine {
                 });
             }
             self.devices.exti.pin_changed(port, number, level);
+            self.show_timer(pin, level, cycle);
+            self.show_wires(pin, level, cycle);
         }
         self.exti_changed();
+    }
+
+    /// The wires of a pin carry its new level to their other ends.
+    fn show_wires(&mut self, from: Pin, level: bool, cycle: u64) {
+        for wire in self.world.wires_of(from) {
+            let pin = wire.to;
+            let arrives = cycle + wire.cycles;
+            self.world.add(arrives, Happening::Pin { pin, level });
+            self.reschedule();
+        }
     }
 
     /// All pins take the levels that the ports' registers make.

@@ -8,12 +8,12 @@ use crate::{
 };
 
 const RCC: u32 = 0x4002_3800;
-const GPIOD: u32 = 0x4002_0C00;
-const TIM4: u32 = 0x4000_0800;
-const LASER: Pin = Pin::new('D', 12);
+pub(super) const GPIOD: u32 = 0x4002_0C00;
+pub(super) const TIM4: u32 = 0x4000_0800;
+pub(super) const LASER: Pin = Pin::new('D', 12);
 
 /// A machine whose core sleeps in a `wfi; b .-2` at the start of SRAM, with these registers written.
-fn machine(registers: &[(u32, u32)]) -> Box<Machine> {
+pub(super) fn machine(registers: &[(u32, u32)]) -> Box<Machine> {
     let mut machine = Machine::with_clocks();
     machine.write_word(0x2000_0000, 0xE7FD_BF30).unwrap();
     machine.cpu.next = 0x2000_0000;

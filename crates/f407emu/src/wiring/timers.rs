@@ -43,15 +43,36 @@ impl Machine {
     }
 
     pub(super) fn timer_changed(&mut self, index: usize, now: u64, cause: Cause) {
-        let timer = &mut self.devices.timers[index];
-        let (instance, drives) = (timer.instance, timer.outputs.take_driving());
+        let drives = self.devices.timers[index].outputs.take_driving();
+        self.update_timer_lines(index);
+        if drives {
+            self.update_timer_pins(index, now, cause);
+        }
+    }
+
+    /// The interrupt lines of a timer follow its flags.
+    pub(crate) fn update_timer_lines(&mut self, index: usize) {
+        let instance = self.devices.timers[index].instance;
         self.update_timer_line(instance.update_irq);
         if instance.compare_irq != instance.update_irq {
             self.update_timer_line(instance.compare_irq);
         }
-        if drives {
-            self.update_timer_pins(index, now, cause);
+    }
+
+    /// A pin's level has changed: a timer that the pin is an input of may capture its count.
+    pub(super) fn show_timer(&mut self, pin: Pin, level: bool, now: u64) {
+        let port = &self.devices.ports[usize::from(pin.port)];
+        if port.alternate_pins() >> pin.number & 1 == 0 {
+            return;
         }
+        let function = port.function(pin.number);
+        let Some((index, channel)) = timer_map::input(pin.port.into(), pin.number, function) else {
+            return;
+        };
+        self.catch_up_timer(index, now);
+        let requests = self.devices.timers[index].edge(channel, level, now);
+        self.update_timer_lines(index);
+        self.timer_requests(index, requests, now);
     }
 
     /// Records the matches of watched channels, `matched` with a bit for each.
