@@ -212,6 +212,24 @@ impl<O: Observer, const MOTORS: usize> SimBoard<O, MOTORS> {
         }
     }
 
+    /// Whether the next step interrupt comes later than the tick that it stands for.
+    #[inline]
+    pub(crate) fn is_late(&self) -> bool {
+        self.step_due != self.tick_due
+    }
+
+    /// Counts ticks at which nothing happens, and goes on to the one that comes `wait` after the last of them, and that `to_last`
+    /// after the first, which is due now.
+    #[inline]
+    pub(crate) fn pass_ticks(&mut self, ticks: u32, [to_last, wait]: [Ticks; 2]) {
+        let parts = self.parts_per_tick.unwrap_or(0);
+        self.counts.dominant_parts += parts * u64::from(ticks);
+        self.counts.ticks += u64::from(ticks);
+        let counts = u64::from(to_last.0) + u64::from(wait.0);
+        self.tick_due = self.tick_due + counts * CYCLES_PER_COUNT;
+        self.step_due = self.tick_due;
+    }
+
     /// Lets the step pins fall, then sets the directions that waited for it.
     #[inline]
     pub(crate) fn end_pulse(&mut self, now: Cycle) {

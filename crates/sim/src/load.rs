@@ -95,6 +95,32 @@ impl Cpu {
         self.charge(start, u64::from(cycles));
     }
 
+    /// Whether nothing is under way at `at`.
+    #[inline]
+    pub fn is_free(&self, at: Cycle) -> bool {
+        self.main_start(Cycle::ZERO) <= at
+    }
+
+    /// Charges `count` ticks of `cycles` each that begin while nothing is under way, none before the one before it has ended: the
+    /// `first` and the `last`, and the others evenly between them.
+    #[inline]
+    pub fn charge_ticks(&mut self, [first, last]: [Cycle; 2], count: u32, cycles: u32) {
+        self.tick_until = last + u64::from(cycles);
+        self.timer_until = self.tick_until;
+        let mut left = u64::from(count);
+        let every = ((last - first) / (left - 1).max(1)).max(1);
+        let mut next = first;
+        while left > 0 {
+            if next >= self.slot_end {
+                self.roll(next);
+            }
+            let in_slot = left.min((self.slot_end - next).div_ceil(every));
+            self.pending += in_slot * u64::from(cycles);
+            next = next + in_slot * every;
+            left -= in_slot;
+        }
+    }
+
     /// Charges the end of a pulse that begins at `start`.
     #[inline]
     pub fn charge_pulse_end(&mut self, start: Cycle, cycles: u32) {

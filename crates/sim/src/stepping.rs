@@ -1,13 +1,13 @@
 //! The step interrupts in simulated time: the same [`on_timer`] as on the board, and the ends of pulses.
 
 use crate::board::{SimBoard, PARTS};
-use crate::clock::Cycle;
+use crate::clock::{Cycle, CYCLES_PER_COUNT};
 use crate::cost::Costs;
 use crate::load::Cpu;
 use crate::observer::{Observer, Taken};
 use crate::trouble::LateReason;
 use heapless::spsc::Consumer;
-use leadscrew_stepper::{on_timer, start, Segment, Shared, StepInterrupt};
+use leadscrew_stepper::{on_timer, start, Interval, Segment, Shared, StepInterrupt};
 
 /// The step interrupt's end of everything.
 pub(crate) struct Stepping<'a, const MOTORS: usize> {
@@ -66,8 +66,8 @@ impl<'a, const MOTORS: usize> Stepping<'a, MOTORS> {
             board.parts_per_tick = None;
         }
         while board.timer_due() <= horizon {
-            if board.pulse_due() == Cycle::NEVER && self.pass_quiet(board, cpu, horizon) {
-                continue;
+            if board.pulse_due() == Cycle::NEVER {
+                self.pass_quiet(board, cpu, horizon);
             }
             let step_start = cpu.tick_start(board.step_due());
             // A tick comes first. One that would interrupt the end of a pulse before its edge does not come: ticks are a
@@ -114,26 +114,32 @@ impl<'a, const MOTORS: usize> Stepping<'a, MOTORS> {
         takes
     }
 
-    /// Handles the step interrupts ahead that find nothing to do but to ask for the next one, as [`Stepping::step`] would. Returns
-    /// whether there were any.
+    /// Passes over the step interrupts ahead that change nothing, as [`Stepping::step`] would handle them, as far as they are due
+    /// up to `horizon`. Not where the CPU is busy or an interrupt is late: they would delay each other.
+    #[inline]
     fn pass_quiet<O: Observer>(
         &mut self,
         board: &mut SimBoard<O, MOTORS>,
         cpu: &mut Cpu,
         horizon: Cycle,
-    ) -> bool {
-        let calls = self.interrupt.quiet_calls(self.shared);
-        for _ in 0..calls {
-            if board.step_due() > horizon {
-                break;
-            }
-            let at = cpu.tick_start(board.step_due());
-            self.ticks_left -= 1;
-            board.begin_step_interrupt(at, self.costs.step);
-            self.interrupt.pass(self.shared, board);
-            cpu.charge_tick(at, self.costs.step);
+    ) {
+        let quiet = self.interrupt.quiet_calls(self.shared);
+        let due = board.step_due();
+        if quiet == 0 || !cpu.is_free(due) || board.is_late() {
+            return;
         }
-        calls > 0
+        let [shortest, longest] = self.interrupt.waits(quiet).map(cycles_of);
+        if shortest < u64::from(self.costs.step_armed) {
+            return;
+        }
+        // The longest is rounded up, so that none is found before the horizon that comes after it.
+        let every = longest + CYCLES_PER_COUNT;
+        let calls = u64::from(quiet - 1).min((horizon - due) / every) as u32 + 1;
+        self.ticks_left -= calls as u16;
+        let waits = self.interrupt.pass(calls);
+        board.pass_ticks(calls, waits);
+        let last = due + u64::from(waits[0].0) * CYCLES_PER_COUNT;
+        cpu.charge_ticks([due, last], calls, self.costs.step);
     }
 
     /// Looks at the segment that the step interrupt is about to take. Returns the cycles that this tick takes.
@@ -163,6 +169,11 @@ impl<'a, const MOTORS: usize> Stepping<'a, MOTORS> {
             board.note_late(at, LateReason::Underrun);
         }
     }
+}
+
+/// CPU cycles, to a count of the timer.
+fn cycles_of(interval: Interval) -> u64 {
+    (interval.to_bits() >> 32) * CYCLES_PER_COUNT
 }
 
 /// The share of a tick of `segment` in a step of the dominant motor, in [`PARTS`]; all of it in the
@@ -197,7 +208,6 @@ fn taken<const MOTORS: usize>(segment: &Segment<MOTORS>) -> Taken<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::clock::CYCLES_PER_COUNT;
     use crate::contacts::Contacts;
     use crate::link::Links;
     use crate::observer::StepEvent;
@@ -206,8 +216,8 @@ mod tests {
     use heapless::spsc::Queue;
     use leadscrew_machine::board::{Board, Instant, PortConfig};
     use leadscrew_stepper::{
-        Early, Interval, IntervalChange, Line, LineStart, MotorMask, OutputChange, Power,
-        PowerChange, Smoothing,
+        Early, IntervalChange, Line, LineStart, MotorMask, OutputChange, Power, PowerChange,
+        Smoothing,
     };
     use std::num::NonZeroU16;
 

@@ -1,6 +1,8 @@
 //! The body of the step interrupt, shared by board and simulator.
 
-use crate::{Early, LineStart, MotorMask, Power, Segment, Shared, StepPort, Stepper, Ticks};
+use crate::{
+    Early, Interval, LineStart, MotorMask, Power, Segment, Shared, StepPort, Stepper, Ticks,
+};
 use heapless::spsc::Consumer;
 
 /// The step interrupt's state between calls.
@@ -36,8 +38,8 @@ impl<const MOTORS: usize> StepInterrupt<MOTORS> {
         }
     }
 
-    /// How many of the coming calls of [`on_timer`] will step no motor, change no power and take no segment: calls for smoothing
-    /// ticks, which are most of all calls while motors are slow. Each of them may be a call of [`StepInterrupt::pass`] instead.
+    /// How many of the coming calls of [`on_timer`] will change no pin and take no segment: calls for smoothing ticks, which are
+    /// most of all calls while motors are slow. One [`StepInterrupt::pass`] does the work of them all, or of some.
     ///
     /// For simulators, while nobody else reaches `shared`.
     pub fn quiet_calls(&self, shared: &Shared<MOTORS>) -> u32 {
@@ -49,11 +51,20 @@ impl<const MOTORS: usize> StepInterrupt<MOTORS> {
         }
     }
 
-    /// Does the work of one of the [`StepInterrupt::quiet_calls`]: asks for the next tick.
-    pub fn pass<P: StepPort>(&mut self, shared: &Shared<MOTORS>, port: &mut P) {
-        if port.arm(self.stepper.pass()) {
-            shared.count_late();
-        }
+    /// The shortest and the longest of the waits that the next `calls` quiet calls would ask for.
+    pub fn waits(&self, calls: u32) -> [Interval; 2] {
+        self.stepper.intervals(calls)
+    }
+
+    /// Does the work of `calls` of the [`StepInterrupt::quiet_calls`], one at least, all of whose waits together are fewer than 2³²
+    /// counts. Asks for nothing: returns the time from the first of the calls to the last one, and the wait that this asks for.
+    pub fn pass(&mut self, calls: u32) -> [Ticks; 2] {
+        let to_last = self.stepper.pass(calls.saturating_sub(1));
+        self.due = self
+            .stepper
+            .take_tick(self.power)
+            .unwrap_or(MotorMask::NONE);
+        [to_last, self.stepper.wait()]
     }
 }
 
@@ -275,7 +286,7 @@ fn rest<P: StepPort, const MOTORS: usize>(power: Power, shared: &Shared<MOTORS>,
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Interval, IntervalChange, OutputChange, PowerChange, PowerScale};
+    use crate::{IntervalChange, OutputChange, PowerChange, PowerScale};
     use crate::{Line, Smoothing};
     use core::num::NonZeroU16;
     use heapless::spsc::Queue;

@@ -130,8 +130,8 @@ impl<const MOTORS: usize> Stepper<MOTORS> {
         Some(self.trace())
     }
 
-    /// How many of the next ticks step no motor and leave the power alone. The last tick of a segment does not count: the one
-    /// after it may change the power.
+    /// How many of the next ticks of the segment leave the power alone and step no motor, but for the last of them, which may.
+    /// The last tick of the segment does not count: the one after it may change the power.
     pub(crate) fn quiet_ticks(&self) -> u32 {
         if self.power_change != PowerChange::ZERO {
             return 0;
@@ -143,19 +143,36 @@ impl<const MOTORS: usize> Stepper<MOTORS> {
             let to_step = if is_due {
                 0
             } else {
-                left.checked_div(*increment).unwrap_or(u32::MAX)
+                left.checked_div(*increment).unwrap_or(u32::MAX - 1)
             };
-            least.min(to_step)
+            least.min(to_step + 1)
         })
     }
 
-    /// Takes one of the [`Stepper::quiet_ticks`]. Returns the wait before it.
-    pub(crate) fn pass(&mut self) -> Ticks {
-        self.ticks_left = self.ticks_left.wrapping_sub(1);
+    /// The shortest and the longest interval before the next `count` ticks of the segment.
+    pub(crate) fn intervals(&self, count: u32) -> [Interval; 2] {
+        let further = i64::from(count.saturating_sub(1));
+        let change = self.interval_change.to_bits().wrapping_mul(further);
+        let first = Interval::from_bits(self.interval);
+        let last = first.wrapping_add_signed(IntervalChange::from_bits(change));
+        [first.min(last), first.max(last)]
+    }
+
+    /// Takes `count` ticks that step no motor. Returns how long they take, `p·n + d·n(n−1)/2` counts: fewer than 2³².
+    pub(crate) fn pass(&mut self, count: u32) -> Ticks {
+        self.ticks_left = self.ticks_left.wrapping_sub(count.cast_signed());
         for (left, increment) in self.left.iter_mut().zip(&self.increment) {
-            *left = left.wrapping_sub(*increment);
+            *left = left.wrapping_sub(increment.wrapping_mul(count));
         }
-        self.wait()
+        let ticks = u64::from(count);
+        let pairs = ticks * ticks.saturating_sub(1) / 2;
+        let change = self.interval_change.to_bits().cast_unsigned();
+        let due = u64::from(self.fraction)
+            .wrapping_add(self.interval.wrapping_mul(ticks))
+            .wrapping_add(change.wrapping_mul(pairs));
+        self.interval = self.interval.wrapping_add(change.wrapping_mul(ticks));
+        self.fraction = due as u32;
+        Ticks((due >> 32) as u32)
     }
 
     /// Begins a line, whose first segment is so `early`. Returns whether a motor turns round.
