@@ -26,6 +26,8 @@ pub(crate) fn needs(profile: &Profile) -> Needs {
         outputs: usize::from(profile.outputs.config().count),
         tool: profile.tool_switches.is_some(),
         heaters: profile.heaters.configs().len(),
+        heater_supply: profile.heaters.supply_relay,
+        heater_fault: profile.heaters.fault_input,
         fan: profile.fan.fitted,
     }
 }

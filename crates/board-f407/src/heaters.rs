@@ -1,10 +1,10 @@
-//! The pins of heaters, of their sensors and of a fan.
+//! The pins of heaters, of their sensors, of their supply, of faults that others see, and of a fan.
 //!
 //! ADC1 converts the sensors one after the other, as its injected group: up to four, each with a result of its own (RM0090 section
 //! 13.3.3). A conversion takes 492 clocks of 21 MHz, 23 µs. A reading is of the turn before, 100 ms old.
 use crate::{
     clock,
-    profile::{PROFILE, SENSORS},
+    profile::{HEATER_FAULT, PROFILE, SENSORS},
     registers::{converter, converters, Word},
 };
 use leadscrew_heat::HeatPort;
@@ -35,6 +35,9 @@ impl HeatPins {
     pub(crate) fn new() -> Self {
         for (pin, _) in SENSORS {
             pin.make_analog();
+        }
+        if let Some(fault) = HEATER_FAULT {
+            fault.pin.make_input(fault.pull);
         }
         converters().ccr().write(|w| w.adcpre().div4());
         converter().cr1().write(|w| w.scan().enabled());
@@ -73,6 +76,16 @@ impl HeatPort for HeatPins {
         if let Some(output) = PROFILE.heaters.get(heater) {
             output.switch(on);
         }
+    }
+
+    fn supply(&mut self, on: bool) {
+        if let Some(relay) = PROFILE.heater_supply {
+            relay.switch(on);
+        }
+    }
+
+    fn external_fault(&mut self) -> bool {
+        HEATER_FAULT.is_some_and(|input| !input.level())
     }
 
     fn fan(&mut self, power: u8) {

@@ -22,7 +22,7 @@ pub(crate) use selected::{
 };
 
 #[cfg(heaters)]
-pub(crate) use selected::SENSORS;
+pub(crate) use selected::{HEATER_FAULT, SENSORS};
 
 /// The profile's machine, with the options that the board has pins for. `LEADSCREW_TICK_NS`, where it is set when the firmware
 /// is built, is the least time between ticks: to find out how fast the board can step.
@@ -79,6 +79,8 @@ pub(crate) struct Profile {
     pub(crate) synchronised: &'static [Output],
     /// The switches of heaters.
     pub(crate) heaters: &'static [Output],
+    /// The relay that supplies all heaters.
+    pub(crate) heater_supply: Option<Output>,
     /// A fan.
     pub(crate) fan: Option<Output>,
 }

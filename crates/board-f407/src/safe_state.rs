@@ -68,6 +68,7 @@ const PINS: ([Pin; MOST], [bool; MOST], usize) = {
         PROFILE.spindle_reverse,
         PROFILE.flood,
         PROFILE.mist,
+        PROFILE.heater_supply,
         PROFILE.fan,
     ];
     let mut output = 0;
@@ -93,8 +94,8 @@ const PINS: ([Pin; MOST], [bool; MOST], usize) = {
     (pins, levels, count)
 };
 const MOST: usize = 1 + 2 * MOTORS + PROFILE.high.len() + SINGLE + LISTED;
-/// Outputs of `PROFILE` that are there or not: spindle, its reverse, flood, mist, fan.
-const SINGLE: usize = 5;
+/// Outputs of `PROFILE` that are there or not: spindle, its reverse, flood, mist, the heaters' supply, fan.
+const SINGLE: usize = 6;
 /// Outputs of its lists.
 const LISTED: usize = PROFILE.synchronised.len() + PROFILE.heaters.len();
 /// Their ports.

@@ -167,7 +167,7 @@ pub struct Inputs {
 
 /// Parts that only a machine's file puts to use: a firmware without one leaves their pins alone.
 #[derive(Clone, Debug, Default, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct Sockets {
     /// The fourth motor: a second one of X or Y, or a fourth axis.
     pub motor: Option<MotorSocket>,
@@ -179,6 +179,10 @@ pub struct Sockets {
     /// Heaters, the nozzle's first, then the bed's.
     #[serde(default)]
     pub heaters: Vec<HeaterSocket>,
+    /// The relay that supplies all heaters.
+    pub heater_supply: Option<Output>,
+    /// Closed while another controller, or a thermal cut-out, reports a fault of the heaters. It interrupts nothing.
+    pub heater_fault: Option<Input>,
     /// A fan, on or off.
     pub fan: Option<Output>,
     /// The reference voltage of the converter, V; 3.3 where it is left out.
@@ -348,6 +352,10 @@ impl Sockets {
             pins.push((format!("heater {number}"), heater.pin));
             pins.push((format!("sensor of heater {number}"), heater.sensor));
         }
+        let supply = self.heater_supply.map(|relay| relay.pin);
+        pins.extend(supply.map(|pin| ("supply of the heaters".to_owned(), pin)));
+        let fault = self.heater_fault.map(|input| input.pin);
+        pins.extend(fault.map(|pin| ("fault of the heaters".to_owned(), pin)));
         pins.extend(self.fan.map(|fan| ("fan".to_owned(), fan.pin)));
         pins
     }

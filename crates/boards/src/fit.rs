@@ -13,6 +13,10 @@ pub struct Needs {
     pub tool: bool,
     /// Heaters.
     pub heaters: usize,
+    /// A relay that supplies all heaters.
+    pub heater_supply: bool,
+    /// An input for faults of the heaters that somebody else sees.
+    pub heater_fault: bool,
     /// A fan.
     pub fan: bool,
 }
@@ -46,6 +50,10 @@ pub enum Unfit {
         /// Heaters of the board.
         has: usize,
     },
+    /// The board has no output for the relay that supplies the heaters.
+    HeaterSupply,
+    /// The board has no input for faults of the heaters.
+    HeaterFault,
     /// The board has no output for a fan.
     Fan,
     /// The board's own kinematics and second motors are for another machine.
@@ -68,6 +76,12 @@ impl fmt::Display for Unfit {
             Self::Heaters { needs, has } => write!(
                 f,
                 "the machine has {needs} heaters, `sockets.heaters` of the board {has}"
+            ),
+            Self::HeaterSupply => f.write_str(
+                "the machine has a relay that supplies its heaters, the board no `sockets.heater-supply`",
+            ),
+            Self::HeaterFault => f.write_str(
+                "the machine has an input for faults of its heaters, the board no `sockets.heater-fault`",
             ),
             Self::Fan => f.write_str("the machine has a fan, the board no `sockets.fan`"),
             Self::Kinematics => {
@@ -116,6 +130,12 @@ impl Board {
             needs: needs.heaters,
             has: self.sockets.heaters.len(),
         })?;
+        if needs.heater_supply && self.sockets.heater_supply.is_none() {
+            return Err(Unfit::HeaterSupply);
+        }
+        if needs.heater_fault && self.sockets.heater_fault.is_none() {
+            return Err(Unfit::HeaterFault);
+        }
         if needs.fan && self.sockets.fan.is_none() {
             return Err(Unfit::Fan);
         }
@@ -124,6 +144,8 @@ impl Board {
             outputs: outputs.to_vec(),
             tool: self.sockets.tool.filter(|_| needs.tool),
             heaters: heaters.to_vec(),
+            heater_supply: self.sockets.heater_supply.filter(|_| needs.heater_supply),
+            heater_fault: self.sockets.heater_fault.filter(|_| needs.heater_fault),
             fan: self.sockets.fan.filter(|_| needs.fan),
             reference: self.sockets.reference,
         };

@@ -35,8 +35,10 @@ impl Board {
                 format!("({}, {of})", literal(heater.sensor))
             });
             let count = heaters.len();
+            let fault = input(self.sockets.heater_fault);
             text += &format!(
-                "pub(crate) const SENSORS: [(Pin, u8); {count}] = {};\n",
+                "pub(crate) const SENSORS: [(Pin, u8); {count}] = {};
+pub(crate) const HEATER_FAULT: Option<crate::gpio::Input> = {fault};\n",
                 list(sensors)
             );
         }
@@ -57,6 +59,7 @@ impl Board {
             ("limits", list(limits)),
             ("synchronised", format!("&{}", list(synchronised))),
             ("heaters", format!("&{}", list(heaters))),
+            ("heater_supply", output(self.sockets.heater_supply)),
             ("fan", output(self.sockets.fan)),
         ];
         text += "pub(crate) const PROFILE: Profile = Profile {\n";

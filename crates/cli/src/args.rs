@@ -11,7 +11,7 @@ use super::serve_args::ServeArgs;
 use super::setting_args::SettingArgs;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
-use leadscrew_sim::oven::SensorFault;
+use leadscrew_sim::oven::HeatFault;
 use std::num::NonZeroU32;
 use std::path::PathBuf;
 
@@ -162,9 +162,10 @@ pub(super) struct JobArgs {
     /// has.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(0..=8))]
     pub(super) outputs: Option<u8>,
-    /// The nozzle's sensor fails at this time after power-up, s: open@40, shorted@40, frozen@40.
+    /// The nozzle fails at this time after power-up, s. Its sensor: open@40, shorted@40, frozen@40. Its relay: stuck@40.
+    /// Another controller reports a fault: external@40.
     #[arg(long, value_name = "HOW@S")]
-    pub(super) sensor_fault: Option<SensorFault>,
+    pub(super) heat_fault: Option<HeatFault>,
     /// Print the outcome as JSON.
     #[arg(long)]
     pub(super) json: bool,

@@ -16,6 +16,7 @@ use leadscrew_jobs::{extents, limits_of, title, Machine, Stream};
 use leadscrew_machine::settings::table::{AxisSetting, Setting};
 use leadscrew_machine::tool::spindle::SpindleScale;
 use leadscrew_sim::link::Rate;
+use leadscrew_sim::oven::{Failure, HeatFault};
 use leadscrew_sim::powered::MOST_MOTORS;
 use leadscrew_sim::profile::Belts;
 use leadscrew_sim::speed_profile::{Recorder, Stretch};
@@ -31,7 +32,13 @@ use std::time::Instant;
 pub(super) fn run(args: &JobArgs) -> Result<bool, Unusable> {
     let mut machine = machine(&args.machine)?;
     machine.outputs.count = args.outputs.unwrap_or(machine.outputs.count);
-    machine.sensor_fault = args.sensor_fault;
+    machine.heat_fault = args.heat_fault;
+    let is_external = |fault: HeatFault| fault.failure == Failure::External;
+    if args.heat_fault.is_some_and(is_external) && !machine.file.heaters.fault_input {
+        return Err(unusable(
+            "--heat-fault external: the machine has no `heaters.fault_input`",
+        ));
+    }
     if !args.quiet {
         say_capped(&machine);
     }

@@ -113,7 +113,7 @@ fn follow(number: &str, least: usize) -> (Examples, Vec<String>) {
         assert_eq!(command[0], "leadscrew", "{command:?}");
         if command[1] == "serve" {
             serve(&folder, &command[1..]);
-        } else if command.iter().any(|word| word == "--sensor-fault") {
+        } else if command.iter().any(|word| word == "--heat-fault") {
             said.push(fail(&folder, &command[1..]));
         } else {
             said.push(run(&folder, &command[1..]));

@@ -9,7 +9,7 @@ use leadscrew_machine::settings::values::{Entry, Key, Settings};
 use leadscrew_machine::step_rate;
 use leadscrew_machine::step_timing::StepTiming;
 use leadscrew_outputs::OutputsConfig;
-use leadscrew_sim::oven::SensorFault;
+use leadscrew_sim::oven::HeatFault;
 use leadscrew_sim::powered::MOST_AXES;
 use leadscrew_sim::profile::Profile;
 
@@ -22,8 +22,8 @@ pub struct Machine {
     pub settings: Settings<MOST_AXES>,
     /// Its outputs that M62 to M65 switch.
     pub outputs: OutputsConfig,
-    /// A sensor that fails in the run.
-    pub sensor_fault: Option<SensorFault>,
+    /// A heater that fails in the run.
+    pub heat_fault: Option<HeatFault>,
     /// The same as a new machine's, which it boots with.
     first: &'static [Entry],
 }
@@ -52,7 +52,7 @@ impl Machine {
         let first = as_defaults(&settings, file.axis_count());
         Self {
             outputs: file.outputs.config(),
-            sensor_fault: None,
+            heat_fault: None,
             file,
             settings,
             first,

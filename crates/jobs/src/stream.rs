@@ -159,7 +159,7 @@ impl Stream<'_> {
         Supply {
             first: Some(self.machine.first()),
             outputs: self.machine.outputs,
-            sensor_fault: self.machine.sensor_fault,
+            heat_fault: self.machine.heat_fault,
             ..self.machine.file.supply(self.rate)
         }
     }

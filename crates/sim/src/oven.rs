@@ -1,4 +1,4 @@
-//! The bodies that heaters warm: the room cools them, and their sensors may fail.
+//! The bodies that heaters warm: the room cools them, and sensors and relays may fail.
 
 use leadscrew_heat::{HeatPort, Sensor};
 use leadscrew_machine::board::{Duration, Instant};
@@ -22,54 +22,71 @@ pub struct Body {
     pub sensor: Sensor,
 }
 
-/// How a sensor fails.
+/// What fails.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Failure {
-    /// Its wire breaks.
+    /// The wire of the sensor breaks.
     Open,
-    /// Its wires touch.
+    /// The wires of the sensor touch.
     Shorted,
-    /// It falls out of its place, and keeps its last reading.
+    /// The sensor falls out of its place, and keeps its last reading.
     Frozen,
+    /// The relay of the heater sticks: only a relay of the supply switches it off.
+    Stuck,
+    /// Another controller reports a fault on the input for it.
+    External,
 }
 
-/// The first heater's sensor fails, so long after power-up.
+/// A fault of the first heater, so long after power-up.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct SensorFault {
-    /// How.
+pub struct HeatFault {
+    /// What fails.
     pub failure: Failure,
     /// When.
     pub at: Duration,
 }
 
-/// Why a text is no [`SensorFault`].
+/// Why a text is no [`HeatFault`].
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct NoSensorFault;
+pub struct NoHeatFault;
 
-impl std::fmt::Display for NoSensorFault {
+impl std::fmt::Display for NoHeatFault {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str("expected open, shorted or frozen, and the second, such as open@40")
+        f.write_str(
+            "expected open, shorted, frozen, stuck or external, and the second, such as open@40",
+        )
     }
 }
 
-impl std::error::Error for NoSensorFault {}
+impl std::error::Error for NoHeatFault {}
 
-impl FromStr for SensorFault {
-    type Err = NoSensorFault;
+impl FromStr for HeatFault {
+    type Err = NoHeatFault;
 
     /// `open@40`: after 40 seconds.
-    fn from_str(text: &str) -> Result<Self, NoSensorFault> {
-        let (failure, seconds) = text.split_once('@').ok_or(NoSensorFault)?;
+    fn from_str(text: &str) -> Result<Self, NoHeatFault> {
+        let (failure, seconds) = text.split_once('@').ok_or(NoHeatFault)?;
         let failure = match failure {
             "open" => Failure::Open,
             "shorted" => Failure::Shorted,
             "frozen" => Failure::Frozen,
-            _ => return Err(NoSensorFault),
+            "stuck" => Failure::Stuck,
+            "external" => Failure::External,
+            _ => return Err(NoHeatFault),
         };
-        let seconds: u32 = seconds.parse().map_err(|_| NoSensorFault)?;
+        let seconds: u32 = seconds.parse().map_err(|_| NoHeatFault)?;
         let at = Duration::from_ticks(u64::from(seconds) * 1_000_000);
         Ok(Self { failure, at })
     }
+}
+
+/// The wires of the heaters that not every machine has.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct HeatWires {
+    /// A relay supplies all heaters.
+    pub supply_relay: bool,
+    /// An input for faults that another controller sees.
+    pub fault_input: bool,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -84,7 +101,8 @@ struct Part {
 pub struct Oven {
     parts: Vec<Part>,
     reference: f32,
-    fault: Option<SensorFault>,
+    wires: HeatWires,
+    fault: Option<HeatFault>,
     /// The reading of the first sensor since it is frozen.
     frozen: Option<f32>,
     now: Instant,
@@ -93,7 +111,12 @@ pub struct Oven {
 
 impl Oven {
     /// Bodies at the temperature of the room; `reference` is the voltage that sensors share.
-    pub fn new(bodies: &[Body], reference: f32, fault: Option<SensorFault>) -> Self {
+    pub fn new(
+        bodies: &[Body],
+        reference: f32,
+        wires: HeatWires,
+        fault: Option<HeatFault>,
+    ) -> Self {
         let cold = |body: &Body| Part {
             body: *body,
             celsius: ROOM,
@@ -102,6 +125,7 @@ impl Oven {
         Self {
             parts: bodies.iter().map(cold).collect(),
             reference,
+            wires,
             fault,
             frozen: None,
             now: Instant::from_ticks(0),
@@ -109,7 +133,7 @@ impl Oven {
         }
     }
 
-    /// How the first sensor fails by now.
+    /// What has failed by now.
     fn failure(&self) -> Option<Failure> {
         let fault = self.fault.filter(|fault| {
             let since = self.now.duration_since_epoch();
@@ -123,9 +147,11 @@ impl HeatPort for Oven {
     fn begin(&mut self, now: Instant) {
         let passed = now.checked_duration_since(self.now);
         let seconds = passed.map_or(0.0, |passed| passed.ticks() as f32 / 1e6);
+        let is_stuck = self.failure() == Some(Failure::Stuck);
         self.now = now;
-        for part in &mut self.parts {
-            let power = f32::from(u8::from(part.is_on && self.has_supply)) * part.body.power;
+        for (heater, part) in self.parts.iter_mut().enumerate() {
+            let is_closed = part.is_on || is_stuck && heater == 0;
+            let power = f32::from(u8::from(is_closed && self.has_supply)) * part.body.power;
             // Exact for a power that does not change meanwhile.
             let end = ROOM + power * part.body.cools;
             part.celsius = end + (part.celsius - end) * (-seconds / part.body.cools).exp();
@@ -139,7 +165,9 @@ impl HeatPort for Oven {
         let (sensor, celsius) = (part.body.sensor, part.celsius);
         let is_cold_if_open = matches!(sensor, Sensor::Thermistor { .. });
         match self.failure().filter(|_| heater == 0) {
-            None => share(sensor, celsius, self.reference),
+            None | Some(Failure::Stuck | Failure::External) => {
+                share(sensor, celsius, self.reference)
+            }
             Some(Failure::Frozen) => {
                 let celsius = *self.frozen.get_or_insert(celsius);
                 share(sensor, celsius, self.reference)
@@ -158,7 +186,11 @@ impl HeatPort for Oven {
     }
 
     fn supply(&mut self, on: bool) {
-        self.has_supply = on;
+        self.has_supply = on || !self.wires.supply_relay;
+    }
+
+    fn external_fault(&mut self) -> bool {
+        self.wires.fault_input && self.failure() == Some(Failure::External)
     }
 }
 
@@ -183,13 +215,17 @@ mod tests {
         pull_up: 4_700.0,
     };
 
-    fn oven(sensor: Sensor, fault: Option<SensorFault>) -> Oven {
+    fn oven(sensor: Sensor, fault: Option<HeatFault>) -> Oven {
         let body = Body {
             power: 4.0,
             cools: 90.0,
             sensor,
         };
-        Oven::new(&[body], 5.0, fault)
+        let wires = HeatWires {
+            supply_relay: true,
+            fault_input: true,
+        };
+        Oven::new(&[body], 5.0, wires, fault)
     }
 
     fn seconds(seconds: u64) -> Instant {
@@ -223,6 +259,19 @@ mod tests {
     }
 
     #[test]
+    fn a_relay_that_sticks_heats_until_the_supply_is_off() {
+        let mut oven = oven(Sensor::AD595, Some("stuck@10".parse().unwrap()));
+        oven.begin(seconds(10));
+        let cold = oven.sensor(0);
+        oven.begin(seconds(40));
+        let warm = oven.sensor(0);
+        assert!(warm > cold);
+        oven.supply(false);
+        oven.begin(seconds(60));
+        assert!(oven.sensor(0) < warm);
+    }
+
+    #[test]
     fn a_fault_comes_when_it_is_due() {
         for (text, hot) in [
             ("open@10", Some(true)),
@@ -242,7 +291,12 @@ mod tests {
                 None => assert_eq!(oven.sensor(0), at_ten),
             }
         }
-        assert_eq!("loose@10".parse::<SensorFault>(), Err(NoSensorFault));
-        assert_eq!("open".parse::<SensorFault>(), Err(NoSensorFault));
+        let mut oven = oven(Sensor::AD595, Some("external@10".parse().unwrap()));
+        oven.begin(seconds(9));
+        assert!(!oven.external_fault());
+        oven.begin(seconds(10));
+        assert!(oven.external_fault());
+        assert_eq!("loose@10".parse::<HeatFault>(), Err(NoHeatFault));
+        assert_eq!("open".parse::<HeatFault>(), Err(NoHeatFault));
     }
 }

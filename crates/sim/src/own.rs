@@ -1,7 +1,7 @@
 //! The extensions of a machine that its file asks for.
 
 use crate::output_pins::OutputPins;
-use crate::oven::{Oven, SensorFault};
+use crate::oven::{HeatFault, Oven};
 use crate::profile::Profile;
 use crate::tool_pins::{ToolHeight, ToolSwitches};
 use leadscrew_heat::{Fault, Heat};
@@ -53,7 +53,7 @@ impl Profile {
     pub fn extension<const AXES: usize>(
         &self,
         outputs: OutputsConfig,
-        fault: Option<SensorFault>,
+        fault: Option<HeatFault>,
         pins: OwnPins,
     ) -> Own<AXES> {
         let outputs = (outputs.count > 0).then(|| Outputs::new(outputs, pins.outputs));
@@ -65,12 +65,17 @@ impl Profile {
         ((self.heat(fault), outputs), (tools, switched))
     }
 
-    fn heat(&self, fault: Option<SensorFault>) -> Option<Heat<Oven, HEATERS>> {
+    fn heat(&self, fault: Option<HeatFault>) -> Option<Heat<Oven, HEATERS>> {
         if !self.heaters.is_any() && !self.fan.fitted {
             return None;
         }
         let config = self.heat_config();
-        let oven = Oven::new(&self.heaters.bodies(), config.reference, fault);
+        let oven = Oven::new(
+            &self.heaters.bodies(),
+            config.reference,
+            self.heaters.wires(),
+            fault,
+        );
         Some(Heat::new(config, self.heaters.configs(), oven))
     }
 }

@@ -6,7 +6,7 @@ use crate::flash::Flash;
 use crate::link::{Host, Rate};
 use crate::observer::Observer;
 use crate::outcome::Outcome;
-use crate::oven::SensorFault;
+use crate::oven::HeatFault;
 use crate::own::Own;
 use crate::plant::Pin;
 use crate::profile::{Belts, Profile};
@@ -228,8 +228,8 @@ pub struct Supply {
     pub rate: Rate,
     /// Its outputs that M62 to M65 switch.
     pub outputs: OutputsConfig,
-    /// A sensor that fails.
-    pub sensor_fault: Option<SensorFault>,
+    /// A heater that fails.
+    pub heat_fault: Option<HeatFault>,
     /// Where the carriages are, steps of their motors; `None`: where the file says.
     pub carriages: Option<[i32; MOST_MOTORS]>,
 }
@@ -242,7 +242,7 @@ impl Profile {
             lines: 1,
             rate,
             outputs: self.outputs.config(),
-            sensor_fault: None,
+            heat_fault: None,
             carriages: None,
         }
     }
@@ -321,7 +321,7 @@ impl Profile {
         memory: &'m mut Memory<AXES, MOTORS, MOVES>,
         observer: &'m mut dyn Observer,
     ) -> Assembled<'m, AXES, MOTORS> {
-        let own = self.extension::<AXES>(with.outputs, with.sensor_fault, memory.own_pins());
+        let own = self.extension::<AXES>(with.outputs, with.heat_fault, memory.own_pins());
         let mut simulation = Simulation::extended(memory, setup, self.train(), observer, own);
         simulation.mirror(self.reversed());
         if self.kinematics == Belts::CoreXy {

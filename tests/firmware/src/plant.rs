@@ -82,8 +82,10 @@ pub(crate) struct Body {
     heater: Pin,
     /// The pin of its sensor.
     sensor: Pin,
+    /// Its relay sticks.
+    pub(crate) is_stuck: bool,
     /// Kelvins a second.
-    warms: f64,
+    pub(crate) warms: f64,
     celsius: f64,
     /// The sensor's voltage as a share of the reference voltage, by the temperature.
     pub(crate) share: fn(f64) -> f64,
@@ -96,6 +98,7 @@ impl Body {
         Body {
             heater,
             sensor,
+            is_stuck: false,
             warms,
             celsius: ROOM,
             share,
@@ -107,7 +110,7 @@ impl Body {
         let now = machine.cycle();
         let seconds = (now - self.since) as f64 / CPU_HZ as f64;
         self.since = now;
-        let warms = if machine.level(self.heater) {
+        let warms = if self.is_stuck || machine.level(self.heater) {
             self.warms
         } else {
             0.0

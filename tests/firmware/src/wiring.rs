@@ -75,11 +75,14 @@ pub(crate) const DISCOVERY_4: Wiring = Wiring {
     ..DISCOVERY
 };
 
-/// Of the Discovery's sockets: the output P0, a fan, the heaters of nozzle and bed, and their sensors.
+/// Of the Discovery's sockets: the output P0, a fan, the heaters of nozzle and bed, their sensors, their supply's relay, and the
+/// input for their faults, which is high as long as there is none.
 pub(crate) const OUTPUT: Pin = Pin::new('B', 12);
 pub(crate) const FAN: Pin = Pin::new('B', 7);
 pub(crate) const HEATERS: [Pin; 2] = [Pin::new('B', 5), Pin::new('B', 8)];
 pub(crate) const SENSORS: [Pin; 2] = [Pin::new('B', 0), Pin::new('B', 1)];
+pub(crate) const HEATER_SUPPLY: Pin = Pin::new('D', 9);
+pub(crate) const HEATER_FAULT: Pin = Pin::new('D', 10);
 
 /// The switches of machine 003's tool: high when closed.
 pub(crate) const TOOL_LOWER: Switch = Switch {

@@ -2,7 +2,7 @@
 
 use super::value::{AxisLetters, Celsius, Positive};
 use super::Profile;
-use crate::oven::Body;
+use crate::oven::{Body, HeatWires};
 use leadscrew_heat::{Gates, HeatConfig, HeaterConfig, Limits, Sensor};
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -23,6 +23,10 @@ pub struct Heaters {
     pub feeders: u8,
     /// No program moves until all heaters that have a target have reached it.
     pub wait_until_ready: bool,
+    /// A relay supplies all heaters: it goes off where one of them does not cool.
+    pub supply_relay: bool,
+    /// Another controller, or a thermal cut-out, reports faults on an input.
+    pub fault_input: bool,
 }
 
 /// One heater, its sensor, and its body in the simulator.
@@ -131,6 +135,14 @@ impl Heaters {
         self.tables()
             .map(|(table, usual)| table.body(usual))
             .collect()
+    }
+
+    /// The wires that not every machine has.
+    pub fn wires(&self) -> HeatWires {
+        HeatWires {
+            supply_relay: self.supply_relay,
+            fault_input: self.fault_input,
+        }
     }
 
     /// All heaters, the nozzle first.

@@ -12,7 +12,7 @@ use crate::{
     plant::{Body, Contact},
     steps::Step,
     stream::Stream,
-    wiring::{HEATERS, OUTPUT, SENSORS, TOOL_LOWER, TOOL_UPPER},
+    wiring::{HEATERS, HEATER_FAULT, HEATER_SUPPLY, OUTPUT, SENSORS, TOOL_LOWER, TOOL_UPPER},
 };
 use leadscrew_f407emu::LSI_SLOWEST_HZ;
 use leadscrew_sim::profile::Profile;
@@ -195,6 +195,7 @@ fn prototyper(build: &Build) -> Result<String, Failure> {
         &mut bench,
         &[(0, 3125, 313), (1, -3125, 313), (2, -625, 313)],
     )?;
+    relay_sticks(&mut bench.clone())?;
     let cold = bench.say("M62P0")?;
     ensure(
         cold.last().is_some_and(|line| line.starts_with("error:")),
@@ -220,10 +221,11 @@ fn prototyper(build: &Build) -> Result<String, Failure> {
         || format!("the feeder changes by steps, cycles from them and their numbers: {changes:?}"),
     )?;
     let broken = sensor_breaks(&mut bench.clone())?;
+    let reported = fault_is_reported(&mut bench.clone())?;
     let hung = main_loop_hangs(&mut bench)?;
     Ok(format!(
         "{} step events to the tick, the feeder {farthest} cycles from a line's border; heaters off {broken:.0} ms \
-         after a sensor breaks, {hung:.0} ms after the main loop hangs",
+         after a sensor breaks, {reported:.0} ms after a reported fault, {hung:.0} ms after the main loop hangs",
         steps.len()
     ))
 }
@@ -255,6 +257,31 @@ fn sensor_breaks(bench: &mut Bench) -> Result<f64, Failure> {
     let off = until_off(bench, 0.3)?;
     bench.hear_until(0.1, |line| line == "ALARM:220")?;
     Ok(off)
+}
+
+/// Another controller closes the input for faults.
+fn fault_is_reported(bench: &mut Bench) -> Result<f64, Failure> {
+    warm_up(bench)?;
+    let now = bench.machine.cycle();
+    bench.machine.pin_at(now + 100, HEATER_FAULT, false);
+    let off = until_off(bench, 0.3)?;
+    bench.hear_until(0.1, |line| line == "ALARM:225")?;
+    Ok(off)
+}
+
+/// How long a heater may get warmer while it is off, s: twice the patience of the nozzle.
+const STUCK: f64 = 40.0;
+
+/// The relay of the cold nozzle sticks, which warms slowly then: the supply goes off.
+fn relay_sticks(bench: &mut Bench) -> Result<(), Failure> {
+    let nozzle = &mut bench.plant.bodies[0];
+    (nozzle.is_stuck, nozzle.warms) = (true, 1.0);
+    let before = bench.machine.level(HEATER_SUPPLY);
+    bench.hear_until(STUCK, |line| line == "ALARM:224")?;
+    let levels = [before, bench.machine.level(HEATER_SUPPLY)];
+    ensure(levels == [true, false], || {
+        format!("the supply was and is {levels:?}")
+    })
 }
 
 /// Nobody feeds the slowest watchdog any more: the chip is reset with its heaters off.
