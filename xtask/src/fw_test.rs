@@ -1,7 +1,7 @@
 //! `cargo fw-test`: builds the firmware and runs it in the emulator (`tests/firmware`).
 //!
-//! `qemu` needs the build for the SKR 2 alone. All else needs builds for the Discovery that differ in the rate of the serial line only, 115200 baud, and 2 Mbaud for what the line must
-//! not limit; and one for each other board, with other frequencies of power.
+//! `qemu` needs the build for the SKR 2 alone. All else needs builds for the Discovery that differ in the rate of the serial line
+//! only, 115200 baud, and 2 Mbaud for what the line must not limit; and one for each other board, with other frequencies of power.
 use crate::{
     failure::Failure,
     fw::{self, machine, BOARD},

@@ -15,7 +15,8 @@ pub(crate) struct Job {
     pub(crate) program: String,
 }
 
-fn repository() -> PathBuf {
+/// The root of the repository.
+pub(crate) fn repository() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 

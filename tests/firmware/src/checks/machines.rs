@@ -1,4 +1,5 @@
-//! The machines of `examples/machines`, each in the build for its own file: its job at the pins against the simulator's.
+//! The machines of `examples/machines`, each in the build for its own file: a short job at the pins against the simulator's, and its
+//! faults. `supplied.rs` has the whole jobs.
 use super::{
     planting::{hear_restart, plant, FOR_EVER},
     Figures,
@@ -18,12 +19,12 @@ use leadscrew_f407emu::LSI_SLOWEST_HZ;
 use leadscrew_sim::profile::Profile;
 
 /// Without homing: the machine is locked until it has homed.
-const UNLOCKED: &str = "$X\n";
+pub(super) const UNLOCKED: &str = "$X\n";
 /// The work's zero is where homing ends, and motion begins when all is queued.
-const ZERO: &str = "G10L20P1X0Y0Z0\n$701=500\n";
+pub(super) const ZERO: &str = "G10L20P1X0Y0Z0\n$701=500\n";
 
 /// Runs a job on a board that is on, wholly queued before it starts where it rests nowhere; its steps.
-fn run(bench: &mut Bench, job: &Job) -> Result<Vec<Step>, Failure> {
+pub(super) fn run(bench: &mut Bench, job: &Job) -> Result<Vec<Step>, Failure> {
     bench.ignore_power();
     bench.commands(&job.settings)?;
     let before = bench.pins.steps.len();
@@ -37,10 +38,10 @@ const HOMING_SECONDS: f64 = 30.0;
 const SLACK: i64 = 2;
 
 /// A carriage of a motor: steps to its switch at power-up, with their sign, and steps that it pulls off.
-type Carriage = (usize, i64, i64);
+pub(super) type Carriage = (usize, i64, i64);
 
 /// Homes carriages: each ends where it has pulled off.
-fn home(bench: &mut Bench, carriages: &[Carriage]) -> Result<(), Failure> {
+pub(super) fn home(bench: &mut Bench, carriages: &[Carriage]) -> Result<(), Failure> {
     let limits = bench.wiring.limits;
     let contacts = carriages.iter().filter_map(|(motor, away, _)| {
         let switch = limits.get(*motor).copied().flatten()?;
@@ -59,12 +60,12 @@ fn home(bench: &mut Bench, carriages: &[Carriage]) -> Result<(), Failure> {
 }
 
 /// The machine file of `examples/machines/NUMBER`.
-fn profile(number: &str) -> Result<Profile, Failure> {
+pub(super) fn profile(number: &str) -> Result<Profile, Failure> {
     Ok(Profile::load(&job::machine(number))?)
 }
 
 /// The steps of a job on a machine that has homed.
-fn plan(number: &str, job: &Job) -> Result<Vec<Planned>, Failure> {
+pub(super) fn plan(number: &str, job: &Job) -> Result<Vec<Planned>, Failure> {
     let before = format!("$H\n{}", job.settings);
     desk::plan_machine(&profile(number)?, &before, &job.program)
 }
@@ -120,13 +121,19 @@ const LOWER: i64 = -300;
 const UPPER: i64 = 300;
 const STOPS_WITHIN: i64 = 27;
 
-/// Machine 003 engraves a square: the tool is at its lower switch for the cuts, at its upper one for the ways between.
-fn engraver(build: &Build) -> Result<String, Failure> {
+/// Switches machine 003 on, its tool between its switches.
+pub(super) fn boot_engraver(build: &Build) -> Result<Bench, Failure> {
     let mut bench = Bench::boot(build)?;
     bench.plant.contacts = vec![
         Contact::new(TOOL_LOWER, 2, LOWER),
         Contact::new(TOOL_UPPER, 2, UPPER),
     ];
+    Ok(bench)
+}
+
+/// Machine 003 engraves a square: the tool is at its lower switch for the cuts, at its upper one for the ways between.
+fn engraver(build: &Build) -> Result<String, Failure> {
+    let mut bench = boot_engraver(build)?;
     let steps = run(&mut bench, &Job::new("square", "", SQUARE))?;
     let planned = desk::plan_machine(&profile("003")?, "", SQUARE)?;
     let [x, y, z, _] = compare::ways(&steps);
@@ -188,13 +195,18 @@ const WITH_ITS_STEP: u64 = 336;
 /// The way to the line that feeds: 1 mm of X is 312.5 steps, rounded away from zero.
 const BEFORE_FEEDING: usize = 313;
 
+/// The carriages of machine 001.
+pub(super) const PROTOTYPER: [Carriage; 3] = [(0, 3125, 313), (1, -3125, 313), (2, -625, 313)];
+
+/// Switches machine 001 on.
+pub(super) fn boot_prototyper(build: &Build) -> Result<Bench, Failure> {
+    boot_cold(build, [nozzle_amplifier, bed_amplifier])
+}
+
 /// Machine 001 heats, feeds from step to step, and is safe where a sensor breaks or the main loop hangs.
 fn prototyper(build: &Build) -> Result<String, Failure> {
-    let mut bench = boot_cold(build, [nozzle_amplifier, bed_amplifier])?;
-    home(
-        &mut bench,
-        &[(0, 3125, 313), (1, -3125, 313), (2, -625, 313)],
-    )?;
+    let mut bench = boot_prototyper(build)?;
+    home(&mut bench, &PROTOTYPER)?;
     relay_sticks(&mut bench.clone())?;
     let cold = bench.say("M62P0")?;
     ensure(
@@ -301,13 +313,18 @@ const HUNG: f64 = 0.05;
 /// Lines of a print: X, Y, Z and the filament, which turns alone at the end.
 const PRINT: &str = "G21G90G94\nM109S200\nG1Z0.3F300\nG1X8E0.4F3000\nY6E0.7\nX0E1.1\nG1E0.5F1200\nM106\nG0Z2\nM107\nM30\n";
 
+/// The carriages of machine 004; filament has none.
+pub(super) const PRINTER: [Carriage; 3] = [(0, -800, 160), (1, -1600, 160), (2, -2000, 800)];
+
+/// Switches machine 004 on.
+pub(super) fn boot_printer(build: &Build) -> Result<Bench, Failure> {
+    boot_cold(build, [thermistor, thermistor])
+}
+
 /// Machine 004 prints with four motors, to the tick.
 fn printer(build: &Build) -> Result<String, Failure> {
-    let mut bench = boot_cold(build, [thermistor, thermistor])?;
-    home(
-        &mut bench,
-        &[(0, -800, 160), (1, -1600, 160), (2, -2000, 800)],
-    )?;
+    let mut bench = boot_printer(build)?;
+    home(&mut bench, &PRINTER)?;
     let job = Job::new("print", ZERO, PRINT);
     let steps = run(&mut bench, &job)?;
     compare::to_the_tick(&steps, &plan("004", &job)?)?;

@@ -21,6 +21,7 @@ mod start_up;
 mod stopping;
 mod stores;
 mod streams;
+mod supplied;
 mod switches;
 mod timing;
 mod together;
@@ -289,6 +290,12 @@ pub(crate) const CHECKS: &[Check] = &[
         what: "builds for the files of machines 000 to 004: their steps as in the simulator; heaters go off with a broken sensor or a hung main loop",
         subset: true,
         run: machines::machines,
+    },
+    Check {
+        name: "supplied-jobs",
+        what: "machines 001 to 004 make each job of their READMEs, from its import to its end",
+        subset: false,
+        run: supplied::supplied_jobs,
     },
     Check {
         name: "endings",
