@@ -41,10 +41,7 @@ const BUILDS: [Build; 11] = [
     build("machine-file-000", &[machine!("000")]),
     build("machine-file-001", &[machine!("001")]),
     build("machine-file-002", &[machine!("002")]),
-    build(
-        "machine-file-003",
-        &[machine!("003"), (BOARD, "machine-003")],
-    ),
+    build("machine-file-003", &[machine!("003")]),
     build("machine-file-004", &[machine!("004")]),
     build("fast", &[FAST]),
     build(

@@ -1,6 +1,5 @@
 //! The module of a machine that has a file: its axes, its first settings, its options.
 use crate::extensions::{self, Extension};
-use leadscrew_boards::Needs;
 use leadscrew_machine::config::{AxisKind, MachineConfig};
 use leadscrew_sim::{
     profile::{Belts, Profile},
@@ -9,28 +8,6 @@ use leadscrew_sim::{
 
 /// The most axes that a file describes. The configuration is made for all of them; the module has the machine's own.
 const MOST: usize = 6;
-
-/// A part of the machine that the firmware cannot drive.
-pub(crate) fn unknown_part(profile: &Profile) -> Option<&'static str> {
-    let fan_alone = profile.fan.fitted && !profile.heaters.is_any();
-    match profile.motor_count() {
-        5.. => Some("fifth motor"),
-        _ => fan_alone.then_some("fan without a heater"),
-    }
-}
-
-/// The parts of a board that the machine uses.
-pub(crate) fn needs(profile: &Profile) -> Needs {
-    Needs {
-        motors: profile.motor_count(),
-        outputs: usize::from(profile.outputs.config().count),
-        tool: profile.tool_switches.is_some(),
-        heaters: profile.heaters.configs().len(),
-        heater_supply: profile.heaters.supply_relay,
-        heater_fault: profile.heaters.fault_input,
-        fan: profile.fan.fitted,
-    }
-}
 
 /// The module that the firmware includes.
 pub(crate) fn module(profile: &Profile, extensions: &[Extension]) -> String {

@@ -1,7 +1,8 @@
 //! Makes the board's module and the linker's memory of its file, and says how much is logged.
 //!
-//! `LEADSCREW_BOARD` names the board: one of `crates/boards`, or a file (`cargo fw --board`). Without it, it is the Discovery.
 //! `LEADSCREW_MACHINE` names a machine's file (`cargo fw --machine`). Without it, the board's file has axes and first settings.
+//! `LEADSCREW_BOARD` names the board: one of `crates/boards`, or a file (`cargo fw --board`). Without it, it is the one that the
+//! machine's file names, or else the Discovery.
 mod extensions;
 mod machine;
 
@@ -26,10 +27,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("cargo:rerun-if-env-changed=DEFMT_LOG");
     let level = env::var("DEFMT_LOG").unwrap_or_else(|_| "info".into());
     println!("cargo:rustc-env=DEFMT_LOG={level}");
-    let board = board()?;
-    let (board, machine) = match env::var("LEADSCREW_MACHINE") {
-        Err(_) => (board.bare(), board.machine_module()),
-        Ok(file) => for_machine(&board, Path::new(&file))?,
+    let machine = env::var_os("LEADSCREW_MACHINE").map(PathBuf::from);
+    let machine = machine.map(|file| Machine::load(&file)).transpose()?;
+    let board = board(machine.as_ref())?;
+    let (board, machine) = match &machine {
+        None => (board.bare(), board.machine_module()),
+        Some(machine) => for_machine(&board, machine)?,
     };
     let out = PathBuf::from(env::var("OUT_DIR")?);
     fs::write(out.join("board.rs"), machine + &board.pins_module())?;
@@ -39,17 +42,34 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// The board that was asked for, with nothing wrong about it.
-fn board() -> Result<Board, Box<dyn Error>> {
-    let asked = env::var("LEADSCREW_BOARD").unwrap_or_else(|_| "discovery".into());
-    let text = match BOARDS.iter().find(|(name, _)| *name == asked) {
-        Some((_, text)) => (*text).to_owned(),
-        None => {
-            println!("cargo:rerun-if-changed={asked}");
-            fs::read_to_string(&asked).map_err(|error| format!("{asked}: {error}"))?
+/// A machine's file.
+struct Machine {
+    file: PathBuf,
+    profile: Profile,
+}
+
+impl Machine {
+    fn load(file: &Path) -> Result<Self, Box<dyn Error>> {
+        println!("cargo:rerun-if-changed={}", file.display());
+        let (file, profile) = (file.to_owned(), Profile::load(file)?);
+        Ok(Self { file, profile })
+    }
+}
+
+/// The board that was asked for, or else the one that the machine's file names, with nothing wrong about it.
+fn board(machine: Option<&Machine>) -> Result<Board, Box<dyn Error>> {
+    let (asked, folder) = match (env::var("LEADSCREW_BOARD"), machine) {
+        (Ok(asked), _) => (asked, Path::new("")),
+        (Err(_), Some(Machine { file, profile })) if profile.board.is_some() => {
+            let folder = file.parent().unwrap_or(Path::new(""));
+            (profile.board.clone().unwrap_or_default(), folder)
         }
+        (Err(_), _) => ("discovery".to_owned(), Path::new("")),
     };
-    let board = Board::read(&text).map_err(|error| format!("{asked}: {error}"))?;
+    if !BOARDS.iter().any(|(name, _)| *name == asked) {
+        println!("cargo:rerun-if-changed={}", folder.join(&asked).display());
+    }
+    let board = Board::find(&asked, folder)?;
     let findings: Vec<String> = board
         .check()
         .iter()
@@ -62,23 +82,20 @@ fn board() -> Result<Board, Box<dyn Error>> {
 }
 
 /// The board with the sockets that the machine uses, and the machine's module.
-fn for_machine(board: &Board, file: &Path) -> Result<(Board, String), Box<dyn Error>> {
-    println!("cargo:rerun-if-changed={}", file.display());
-    let profile = Profile::load(file)?;
+fn for_machine(board: &Board, machine: &Machine) -> Result<(Board, String), Box<dyn Error>> {
+    let Machine { file, profile } = machine;
     let unfit = |why: &dyn std::fmt::Display| format!("{}: {why}", file.display());
-    if let Some(part) = machine::unknown_part(&profile) {
-        return Err(unfit(&format_args!("the firmware has no {part}")).into());
+    if profile.fan.fitted && !profile.heaters.is_any() {
+        return Err(unfit(&"the firmware has no fan without a heater").into());
     }
-    let board = board
-        .fitted(machine::needs(&profile))
-        .map_err(|why| unfit(&why))?;
-    if let Some(heater) = extensions::blind_sensor(&profile, &board) {
+    let board = profile.fitted(board).map_err(|why| unfit(&why))?;
+    if let Some(heater) = extensions::blind_sensor(profile, &board) {
         return Err(unfit(&heater).into());
     }
-    let extensions = extensions::all(&profile, &board);
+    let extensions = extensions::all(profile, &board);
     for cfg in extensions.iter().filter_map(|extension| extension.cfg) {
         println!("cargo:rustc-cfg={cfg}");
     }
-    let module = machine::module(&profile, &extensions);
+    let module = machine::module(profile, &extensions);
     Ok((board, module))
 }

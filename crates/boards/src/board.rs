@@ -1,7 +1,7 @@
 //! The contents of a board's file.
-use crate::{Chip, Pin};
+use crate::{Chip, Pin, BOARDS};
 use serde::Deserialize;
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, fs, path::Path};
 
 /// A board, as its file describes it.
 #[derive(Clone, Debug, Deserialize)]
@@ -261,6 +261,19 @@ impl Board {
     /// Where it is not TOML, or not a board's: the text names line and column.
     pub fn read(text: &str) -> Result<Self, String> {
         toml::from_str(text).map_err(|error| error.to_string())
+    }
+
+    /// The board that comes with the firmware by this name, or else the one of the file of this name, looked for in `folder`.
+    ///
+    /// # Errors
+    /// Where there is neither, or the file is no board's: the text says where and why.
+    pub fn find(asked: &str, folder: &Path) -> Result<Self, String> {
+        let text = match BOARDS.iter().find(|(name, _)| *name == asked) {
+            Some((_, text)) => (*text).to_owned(),
+            None => fs::read_to_string(folder.join(asked))
+                .map_err(|error| format!("{asked}: cannot be read: {error}"))?,
+        };
+        Self::read(&text).map_err(|error| format!("{asked}: {}", error.trim_end()))
     }
 
     /// The outputs that a program switches, with their purpose.

@@ -1,12 +1,39 @@
 //! A board for one machine: its parts, and the sockets that the machine uses.
-use crate::{Board, Kinematics, Sockets};
+use crate::{Axis, Board, Kinematics, Motor, MotorSocket, Sockets};
 use std::fmt;
 
+/// A motor driver's place on a board, with the limit switch beside it.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Place {
+    /// The first motor of the board's file.
+    X,
+    /// The second.
+    Y,
+    /// The third.
+    Z,
+    /// `sockets.motor`.
+    Spare,
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::X => "x",
+            Self::Y => "y",
+            Self::Z => "z",
+            Self::Spare => "spare",
+        })
+    }
+}
+
+/// The places of a machine's motors where its file does not say.
+const USUAL: [Place; 4] = [Place::X, Place::Y, Place::Z, Place::Spare];
+
 /// The parts of a board that a machine uses beside those that every machine has.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub struct Needs {
-    /// Motors, 3 or more.
-    pub motors: usize,
+    /// The place of each motor, 3 or more; `None`: the next one in the order X, Y, Z, spare.
+    pub motors: Vec<Option<Place>>,
     /// Outputs of M62 to M65.
     pub outputs: usize,
     /// The switches at the ends of a tool's way.
@@ -34,6 +61,8 @@ pub enum Unfit {
         /// Motors that the board drives.
         has: usize,
     },
+    /// Two motors of the machine are in one place.
+    Shared(Place),
     /// The board has fewer outputs for M62 to M65.
     Outputs {
         /// Outputs of the machine.
@@ -66,6 +95,7 @@ impl fmt::Display for Unfit {
             Self::Motors { needs, has } => {
                 write!(f, "the machine has {needs} motors, the board drives {has}")
             }
+            Self::Shared(place) => write!(f, "two motors of the machine are at `{place}` of the board"),
             Self::Outputs { needs, has } => write!(
                 f,
                 "the machine has {needs} outputs, `sockets.outputs` of the board {has}"
@@ -107,16 +137,11 @@ impl Board {
     ///
     /// # Errors
     /// A part that the board lacks.
-    pub fn fitted(&self, needs: Needs) -> Result<Self, Unfit> {
+    pub fn fitted(&self, needs: &Needs) -> Result<Self, Unfit> {
         if self.kinematics != Kinematics::Cartesian || self.motor.len() > THREE {
             return Err(Unfit::Kinematics);
         }
-        let spare = self.sockets.motor;
-        let has = THREE + usize::from(spare.is_some());
-        if needs.motors > has {
-            let needs = needs.motors;
-            return Err(Unfit::Motors { needs, has });
-        }
+        let motors = self.motors_at(&needs.motors)?;
         let outputs = self.sockets.outputs.get(..needs.outputs);
         let outputs = outputs.ok_or(Unfit::Outputs {
             needs: needs.outputs,
@@ -140,7 +165,7 @@ impl Board {
             return Err(Unfit::Fan);
         }
         let sockets = Sockets {
-            motor: spare.filter(|_| needs.motors > THREE),
+            motor: motors.get(THREE).copied(),
             outputs: outputs.to_vec(),
             tool: self.sockets.tool.filter(|_| needs.tool),
             heaters: heaters.to_vec(),
@@ -150,8 +175,55 @@ impl Board {
             reference: self.sockets.reference,
         };
         Ok(Self {
+            motor: of_axes(&motors),
             sockets,
             ..self.clone()
         })
     }
+
+    /// The drivers at the places of a machine's motors.
+    fn motors_at(&self, asked: &[Option<Place>]) -> Result<Vec<MotorSocket>, Unfit> {
+        let has = THREE + usize::from(self.sockets.motor.is_some());
+        let needs = asked.len();
+        let lacks = Unfit::Motors { needs, has };
+        let usual = USUAL.map(Some).into_iter().chain(std::iter::repeat(None));
+        let places = asked
+            .iter()
+            .zip(usual)
+            .map(|(asked, usual)| asked.or(usual));
+        let places: Vec<Place> = places.collect::<Option<_>>().ok_or(lacks)?;
+        for (index, place) in places.iter().enumerate() {
+            if places[..index].contains(place) {
+                return Err(Unfit::Shared(*place));
+            }
+        }
+        let motors = places.into_iter().map(|place| self.motor_at(place));
+        motors.collect::<Option<_>>().ok_or(lacks)
+    }
+
+    fn motor_at(&self, place: Place) -> Option<MotorSocket> {
+        match place {
+            Place::Spare => self.sockets.motor,
+            Place::X | Place::Y | Place::Z => {
+                let motor = self.motor.get(place as usize)?;
+                Some(MotorSocket {
+                    step: motor.step,
+                    direction: motor.direction,
+                    limit: motor.limit,
+                })
+            }
+        }
+    }
+}
+
+/// The first three of a machine's motors, which are those of X, Y and Z.
+fn of_axes(motors: &[MotorSocket]) -> Vec<Motor> {
+    let axes = [Axis::X, Axis::Y, Axis::Z].into_iter();
+    let motors = axes.zip(motors).map(|(axis, motor)| Motor {
+        axis,
+        step: motor.step,
+        direction: motor.direction,
+        limit: motor.limit,
+    });
+    motors.collect()
 }

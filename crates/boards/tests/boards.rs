@@ -1,5 +1,5 @@
 //! The boards that come with the firmware are right; a board that is wrong in one way is told so.
-use leadscrew_boards::{Board, Needs, Unfit, BOARDS};
+use leadscrew_boards::{Board, Needs, Place, Unfit, BOARDS};
 
 fn board(name: &str) -> &'static str {
     BOARDS.iter().find(|(one, _)| *one == name).unwrap().1
@@ -161,30 +161,70 @@ fn with_an_output() -> Board {
 #[test]
 fn a_machine_uses_sockets_that_are_there() {
     let one = Needs {
-        motors: 3,
+        motors: vec![None; 3],
         outputs: 1,
         ..Needs::default()
     };
     let board = with_an_output();
     assert_eq!(board.check(), []);
-    let used = board.fitted(one).unwrap().pins_module();
+    let used = board.fitted(&one).unwrap().pins_module();
     assert!(used.contains("synchronised: &[crate::gpio::Output { pin: Pin::new(Bank::C, 13)"));
     assert!(board.bare().pins_module().contains("synchronised: &[],"));
-    let refused = |needs| board.fitted(needs).unwrap_err().to_string();
-    let words = refused(Needs { motors: 4, ..one });
-    assert_eq!(words, "the machine has 4 motors, the board drives 3");
-    assert!(refused(Needs { outputs: 2, ..one }).contains("the machine has 2 outputs"));
-    assert!(refused(Needs { tool: true, ..one }).contains("no `sockets.tool`"));
-    assert!(refused(Needs { heaters: 1, ..one }).contains("the machine has 1 heaters"));
-    assert!(refused(Needs { fan: true, ..one }).contains("no `sockets.fan`"));
+    let refused = |change: fn(&mut Needs), words: &str| {
+        let mut needs = one.clone();
+        change(&mut needs);
+        let why = board.fitted(&needs).unwrap_err().to_string();
+        assert!(why.contains(words), "{why}");
+    };
+    refused(
+        |needs| needs.motors.push(None),
+        "the machine has 4 motors, the board drives 3",
+    );
+    refused(|needs| needs.outputs = 2, "the machine has 2 outputs");
+    refused(|needs| needs.tool = true, "no `sockets.tool`");
+    refused(|needs| needs.heaters = 1, "the machine has 1 heaters");
+    refused(
+        |needs| needs.heater_supply = true,
+        "no `sockets.heater-supply`",
+    );
+    refused(
+        |needs| needs.heater_fault = true,
+        "no `sockets.heater-fault`",
+    );
+    refused(|needs| needs.fan = true, "no `sockets.fan`");
+}
+
+#[test]
+fn a_machine_s_motors_are_plugged_in_where_its_file_says() {
+    let board = Board::read(board("discovery")).unwrap();
+    let at = |motors: Vec<Option<Place>>| {
+        let fitted = board.fitted(&Needs {
+            motors,
+            ..Needs::default()
+        });
+        fitted.map(|board| {
+            let steps = board.motor.iter().map(|motor| motor.step.to_string());
+            let spare = board.sockets.motor.map(|motor| motor.step.to_string());
+            steps.chain(spare).collect::<Vec<String>>()
+        })
+    };
+    assert_eq!(at(vec![None; 3]).unwrap(), ["PE7", "PE8", "PE9"]);
+    let swapped = vec![Some(Place::Spare), None, None, Some(Place::X)];
+    assert_eq!(at(swapped).unwrap(), ["PE14", "PE8", "PE9", "PE7"]);
+    let shared = at(vec![Some(Place::Y), None, None]).unwrap_err();
+    assert_eq!(shared, Unfit::Shared(Place::Y));
+    assert!(matches!(
+        at(vec![None; 5]),
+        Err(Unfit::Motors { needs: 5, has: 4 })
+    ));
 }
 
 #[test]
 fn a_board_with_motors_of_its_own_kind_takes_no_machine() {
     let dual = Board::read(board("skr-2-dual-y")).unwrap();
     let needs = Needs {
-        motors: 3,
+        motors: vec![None; 3],
         ..Needs::default()
     };
-    assert_eq!(dual.fitted(needs).unwrap_err(), Unfit::Kinematics);
+    assert_eq!(dual.fitted(&needs).unwrap_err(), Unfit::Kinematics);
 }

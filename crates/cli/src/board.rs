@@ -4,8 +4,7 @@ use super::said::say;
 use super::{unusable, Unusable};
 use clap::{Args, Subcommand};
 use leadscrew_boards::{Board, BOARDS};
-use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// The subcommands of `board`.
 #[derive(Subcommand, Debug)]
@@ -65,12 +64,7 @@ fn known(name: &str) -> Option<&'static str> {
 }
 
 fn read(board: &str) -> Result<Board, Unusable> {
-    let text = match known(board) {
-        Some(text) => text.to_owned(),
-        None => fs::read_to_string(board)
-            .map_err(|error| unusable(format!("{board}: cannot be read: {error}")))?,
-    };
-    Board::read(&text).map_err(|error| unusable(format!("{board}: {}", error.trim_end())))
+    Board::find(board, Path::new("")).map_err(unusable)
 }
 
 fn list() -> Result<bool, Unusable> {
@@ -110,11 +104,18 @@ fn new(args: &NewArgs) -> Result<bool, Unusable> {
 }
 
 fn pins(board: &str) -> Result<bool, Unusable> {
-    let board = read(board)?;
+    say_pins(&read(board)?)
+}
+
+/// Prints the board's name and its pins.
+///
+/// # Errors
+/// Where standard output is closed.
+pub(super) fn say_pins(board: &Board) -> Result<bool, Unusable> {
     say(&board.name)?;
     for (use_of_it, pin) in board.pins() {
         let place = board.at.get(&pin).map_or("", String::as_str);
-        say(format!("{:5} {use_of_it:22} {place}", pin.to_string()))?;
+        say(format!("{:5} {use_of_it:32} {place}", pin.to_string()))?;
     }
     Ok(true)
 }

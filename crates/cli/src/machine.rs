@@ -1,8 +1,11 @@
-//! `leadscrew machine`: begins a machine file.
+//! `leadscrew machine`: begins a machine file, and tells how the machine is wired to its board.
 
+use super::board::say_pins;
 use super::said::say;
 use super::{unusable, Unusable};
 use clap::{Args, Subcommand, ValueEnum};
+use leadscrew_boards::Board;
+use leadscrew_sim::profile::Profile;
 use std::fs::OpenOptions;
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
@@ -12,7 +15,23 @@ use std::path::{Path, PathBuf};
 pub(super) enum MachineCommand {
     /// Copy a machine file with every key explained, to be changed.
     New(NewArgs),
+    /// Print the pins of the machine's board: the function of each, and its place on the board.
+    Pins(PinsArgs),
 }
+
+/// Options of `machine pins`.
+#[derive(Args, Debug)]
+pub(super) struct PinsArgs {
+    /// The machine's file.
+    #[arg(value_name = "FILE")]
+    machine: PathBuf,
+    /// A board's file, or the name of one that comes with the firmware, in place of the board that the machine's file names.
+    #[arg(long, value_name = "BOARD")]
+    board: Option<String>,
+}
+
+/// The board of a machine whose file names none.
+const DISCOVERY: &str = "discovery";
 
 /// Options of `machine new`.
 #[derive(Args, Debug)]
@@ -43,17 +62,51 @@ impl Example {
     }
 }
 
-/// Writes the file.
+/// Carries out the command.
 ///
 /// # Errors
-/// Where it is there already or cannot be written.
+/// Where a file cannot be read or written, or the machine does not fit its board.
 pub(super) fn run(command: &MachineCommand) -> Result<bool, Unusable> {
-    let MachineCommand::New(args) = command;
+    match command {
+        MachineCommand::New(args) => new(args),
+        MachineCommand::Pins(args) => pins(args),
+    }
+}
+
+fn new(args: &NewArgs) -> Result<bool, Unusable> {
     let text = args.like.text();
     let Some(path) = &args.output else {
         return say(text.trim_end()).map(|()| true);
     };
     write_new(path, text).map(|()| true)
+}
+
+fn pins(args: &PinsArgs) -> Result<bool, Unusable> {
+    let file = &args.machine;
+    let profile = Profile::load(file).map_err(unusable)?;
+    let (asked, folder) = match (&args.board, &profile.board) {
+        (Some(asked), _) => (asked.as_str(), Path::new("")),
+        (None, Some(named)) => (named.as_str(), file.parent().unwrap_or(Path::new(""))),
+        (None, None) => (DISCOVERY, Path::new("")),
+    };
+    let board = Board::find(asked, folder).map_err(unusable)?;
+    let unfit = |why| unusable(format!("{}: {why}", file.display()));
+    let board = profile.fitted(&board).map_err(unfit)?;
+    say(motors(&profile))?;
+    say_pins(&board)
+}
+
+/// The motors, as the list of pins counts them.
+fn motors(profile: &Profile) -> String {
+    let mut motors: Vec<String> = profile.letters().iter().map(char::to_string).collect();
+    let second = profile.second_motor.map(|second| second.axis.number());
+    motors.extend(second.map(|axis| format!("second {}", motors[axis])));
+    let places = ["motor 1", "motor 2", "motor 3", "spare motor"];
+    let named = places.iter().zip(motors);
+    let named: Vec<String> = named
+        .map(|(place, motor)| format!("{place} {motor}"))
+        .collect();
+    named.join(", ")
 }
 
 /// Writes a file that must not be there yet.

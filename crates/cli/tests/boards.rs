@@ -54,7 +54,7 @@ fn a_file_that_was_begun_and_broken_is_told_what_is_wrong() {
 fn pins_are_listed_with_their_places() {
     let said = text(&board(&["pins", "fly-407zg"]).stdout);
     assert!(
-        said.contains("PB9   step of motor 1        socket 0, step"),
+        said.contains("PB9   step of motor 1                  socket 0, step"),
         "{said}"
     );
 }
@@ -66,4 +66,33 @@ fn what_is_no_board_is_unusable() {
         assert_eq!(output.status.code(), Some(2));
         assert!(text(&output.stderr).contains(arguments[1]));
     }
+}
+
+#[test]
+fn a_machine_s_pins_are_those_of_its_board() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("mine.toml");
+    let pins = |machine: &str, more: &[&str]| {
+        fs::write(&path, machine).unwrap();
+        let mut command = Command::new(env!("CARGO_BIN_EXE_leadscrew"));
+        command.args(["machine", "pins"]).arg(&path).args(more);
+        command.output().unwrap()
+    };
+    let swapped = "board = \"skr-2\"\n[axes.x]\nsocket = \"y\"\n[axes.y]\nsocket = \"x\"\n";
+    let said = text(&pins(swapped, &[]).stdout);
+    assert!(
+        said.starts_with("motor 1 X, motor 2 Y, motor 3 Z\nBIGTREETECH"),
+        "{said}"
+    );
+    // The step pin of the SKR 2's Y socket.
+    assert!(said.contains("PD5   step of motor 1"), "{said}");
+    let own = text(&board(&["new"]).stdout);
+    fs::write(folder.path().join("own.toml"), own).unwrap();
+    let beside = "board = \"own.toml\"\n[fan]\nfitted = true\n";
+    assert!(text(&pins(beside, &[]).stdout).contains("PB7   fan"));
+    let lacks = pins(beside, &["--board", "skr-2"]);
+    assert_eq!(lacks.status.code(), Some(2));
+    assert!(text(&lacks.stderr).contains("no `sockets.fan`"));
+    let shared = pins("[axes.x]\nsocket = \"y\"\n", &[]);
+    assert!(text(&shared.stderr).contains("two motors of the machine are at `y`"));
 }

@@ -14,6 +14,7 @@
 
 mod error;
 mod first;
+mod fit;
 mod heat;
 mod named;
 mod plan;
@@ -41,6 +42,8 @@ use toml::Spanned;
 pub struct Profile {
     /// The name on the screen.
     pub name: String,
+    /// The board: one that comes with the firmware, or a board's file beside this one. The simulator needs none.
+    pub board: Option<String>,
     /// Bytes that a sender may have on the way; 1024 where it is left out.
     pub receive_buffer: Option<BufferSize>,
     /// Moves planned ahead; 1024 where it is left out.
@@ -172,6 +175,22 @@ pub struct Axis {
     pub stops: Stops,
     /// Whether it turns: degrees instead of millimetres.
     pub rotary: bool,
+    /// The board's socket of its motor and limit switch, where that is not the next one in the order x, y, z, spare.
+    pub socket: Option<Socket>,
+}
+
+/// A board's socket for a motor and its limit switch.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Socket {
+    /// The first in the board's file.
+    X,
+    /// The second.
+    Y,
+    /// The third.
+    Z,
+    /// The one of `[sockets]`.
+    Spare,
 }
 
 /// An end of an axis.
@@ -230,6 +249,8 @@ pub struct SecondMotor {
     /// How far its switch may be from the first motor's.
     #[serde(default)]
     pub squaring: Squaring,
+    /// As an axis's.
+    pub socket: Option<Socket>,
 }
 
 /// How far one of two motors may go on without its switch while homing: farther is ALARM:10. As Grbl where it is left out.

@@ -1,0 +1,40 @@
+//! The machine on its board.
+
+use super::{Profile, Socket};
+use leadscrew_boards::{Board, Needs, Place, Unfit};
+
+impl Profile {
+    /// The board with the parts that the machine uses, its motors where the file says.
+    ///
+    /// # Errors
+    /// A part that the board lacks, or a socket that two motors share.
+    pub fn fitted(&self, board: &Board) -> Result<Board, Unfit> {
+        board.fitted(&self.needs())
+    }
+
+    /// The parts of a board that the machine uses.
+    fn needs(&self) -> Needs {
+        let second = self.second_motor.iter().map(|second| second.socket);
+        let sockets = self.all_axes().map(|axis| axis.socket).chain(second);
+        Needs {
+            motors: sockets.map(|socket| socket.map(Socket::place)).collect(),
+            outputs: usize::from(self.outputs.config().count),
+            tool: self.tool_switches.is_some(),
+            heaters: self.heaters.configs().len(),
+            heater_supply: self.heaters.supply_relay,
+            heater_fault: self.heaters.fault_input,
+            fan: self.fan.fitted,
+        }
+    }
+}
+
+impl Socket {
+    fn place(self) -> Place {
+        match self {
+            Self::X => Place::X,
+            Self::Y => Place::Y,
+            Self::Z => Place::Z,
+            Self::Spare => Place::Spare,
+        }
+    }
+}
