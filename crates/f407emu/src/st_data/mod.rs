@@ -1,5 +1,6 @@
 //! The peripherals' registers against ST's data: address, access, reserved bits, value after a reset, bits that are cleared by
 //! writing. A difference needs a reason; a reason needs a difference.
+#[cfg(feature = "st-data")]
 mod connections;
 mod reasons;
 mod source;

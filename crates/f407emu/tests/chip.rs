@@ -1,10 +1,10 @@
-//! Compares `data/stm32f407.txt` with ST's data, as the crate `stm32-metapac` has them.
-//! `LEADSCREW_WRITE=1 cargo test -p leadscrew-boards --test chip` writes the file anew.
+//! Compares `crates/boards/data/stm32f407.txt` with ST's data, as the crate `stm32-metapac` has them.
+//! `LEADSCREW_WRITE=1 cargo test -p leadscrew-f407emu --features st-data --test chip` writes the file anew.
 use std::{collections::BTreeMap, env, fmt::Write, fs};
 use stm32_metapac::metadata::METADATA;
 
-const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/data/stm32f407.txt");
-const HEAD: &str = "# Made by `tests/chip.rs` from ST's data (the crate stm32-metapac, MIT or Apache-2.0): for each pin of the STM32F407ZG
+const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../boards/data/stm32f407.txt");
+const HEAD: &str = "# Made by `crates/f407emu/tests/chip.rs` from ST's data (the crate stm32-metapac, MIT or Apache-2.0): for each pin of the STM32F407ZG
 # the signals that it can be with the number of the function, its channel of ADC1, and for each request of a USART the DMA streams that hear it,
 # as controller, stream and channel.
 ";
