@@ -118,7 +118,7 @@ impl Outputs {
         Ok(Self {
             steps,
             vcd,
-            sketch: Sketch::new(recorder, picture),
+            sketch: Sketch::new(machine.file.tooling(), recorder, picture),
             svg,
             html,
         })

@@ -10,7 +10,7 @@ use leadscrew_machine::tool::spindle::SpindleScale;
 use leadscrew_planner::{Coordinate, MoveKind};
 use leadscrew_sim::clock::Cycle;
 use leadscrew_sim::observer::{Observer, StepEvent, Taken};
-use leadscrew_sim::scene::{StrokeKind, Toolpath};
+use leadscrew_sim::scene::{StrokeKind, Tooling, Toolpath};
 use leadscrew_sim::speed_profile::Recorder;
 use leadscrew_stepper::{MotorMask, Power, PowerScale};
 use std::io;
@@ -169,6 +169,7 @@ pub(super) struct Way {
 pub(super) struct Sketch {
     /// Where the tool goes.
     pub(super) path: Toolpath,
+    tooling: Tooling,
     /// How fast it goes.
     pub(super) speed: Option<Recorder>,
     /// The moves of the path, without its begin.
@@ -177,8 +178,9 @@ pub(super) struct Sketch {
 
 impl Sketch {
     /// Starts at the origin. `recorder` collects the speed. Without a picture only distances are kept.
-    pub(super) fn new(recorder: Option<Recorder>, picture: bool) -> Self {
+    pub(super) fn new(tooling: Tooling, recorder: Option<Recorder>, picture: bool) -> Self {
         Self {
+            tooling,
             path: Toolpath::new([0.0; 3], picture),
             speed: recorder,
             ways: Vec::new(),
@@ -214,7 +216,10 @@ impl Observer for Sketch {
     fn move_planned(&mut self, planned: &PlannedMove<'_>) {
         self.speed.move_planned(planned);
         let kind = match planned.kind {
-            MoveKind::Feed => StrokeKind::cut(planned.power.share().to_num()),
+            MoveKind::Feed => {
+                let power = planned.power.share().to_num();
+                self.tooling.feed(planned.begin, planned.target, power)
+            }
             MoveKind::Rapid | MoveKind::Jog | MoveKind::System => StrokeKind::Travel,
         };
         self.path.resume_at(mm(planned.begin));

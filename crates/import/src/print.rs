@@ -45,12 +45,17 @@ pub fn job(text: &str, options: &Options) -> Result<Job, Faults> {
 struct Printer {
     /// Where the tool stands after homing, in the file's coordinates.
     home: Option<[Mm; 3]>,
+    /// Motion may be under way.
+    moves: bool,
     lines: Vec<String>,
     notes: Vec<String>,
     /// Codes that were dropped, and on which lines.
     dropped: BTreeMap<String, Vec<usize>>,
     faults: Vec<Fault>,
 }
+
+/// Commands that move the machine.
+const MOTION: [&str; 4] = ["G0", "G1", "G2", "G3"];
 
 /// The mistake in a line, and its column, from 1.
 type Wrong = (usize, String);
@@ -126,6 +131,7 @@ impl Printer {
                 format!("{word} is not understood with {command}"),
             ));
         }
+        self.moves |= MOTION.contains(&command.to_string().as_str());
         let shown: Vec<String> = words.iter().map(Word::to_string).collect();
         self.lines.push(shown.join(" "));
         Ok(())
@@ -158,6 +164,10 @@ impl Printer {
                 return Err((column, format!("{axis} is not understood with G28")));
             }
             letters.push(char::from(letter));
+        }
+        // `$H` is refused while the machine moves; a pause waits for the end of motion.
+        if std::mem::take(&mut self.moves) {
+            self.lines.push("G4 P0".to_owned());
         }
         if matches!(letters.len(), 0 | 3) {
             letters = vec!['X', 'Y', 'Z'];
@@ -295,6 +305,10 @@ mod tests {
     fn single_axes_are_homed_singly() {
         assert_eq!(made("G28 X0 Y"), ["$HX", "$HY"]);
         assert_eq!(made("g28 x y z"), ["$H"]);
+        assert_eq!(
+            made("G28\nG1 X5 F600\nG28 X0 Y0\nG28 Z"),
+            ["$H", "G1 X5 F600", "G4 P0", "$HX", "$HY", "$HZ"]
+        );
         assert_eq!(
             job("G28 W", &Options::default()).unwrap_err().0[0].column,
             5

@@ -21,7 +21,7 @@ use leadscrew_machine::settings::values::{Entry, Settings};
 use leadscrew_machine::soft_limits;
 use leadscrew_planner::{Arc, Coordinate, StepsPerMm};
 use leadscrew_sim::own::{Own, OwnPins};
-use leadscrew_sim::scene::{StrokeKind, ToolSizes, Toolpath};
+use leadscrew_sim::scene::{StrokeKind, ToolSizes, Tooling, Toolpath};
 use leadscrew_stepper::MAX_STEP_EVENTS;
 
 /// The beginning of a jog.
@@ -76,6 +76,7 @@ struct Checker<const AXES: usize> {
     own: Own<AXES>,
     /// Where the program goes.
     path: Toolpath,
+    tooling: Tooling,
     /// The tools that its comments tell; only a picture asks for them.
     tools: ToolSizes,
     /// Whether targets outside the travel are faults where soft limits are off, too.
@@ -135,6 +136,7 @@ impl<const AXES: usize> Checker<AXES> {
                 .file
                 .extension(machine.outputs, None, OwnPins::default()),
             path: Toolpath::new([0.0; 3], false),
+            tooling: machine.file.tooling(),
             tools: ToolSizes::default(),
             travel_counts: false,
             last: Done::default(),
@@ -218,7 +220,8 @@ impl<const AXES: usize> Checker<AXES> {
         let kind = match travel.feed {
             Feed::Rapid => StrokeKind::Travel,
             Feed::PerMinute(_) | Feed::InverseTime(_) => {
-                StrokeKind::cut(self.power(&travel.spindle))
+                let power = self.power(&travel.spindle);
+                self.tooling.feed(&start, &travel.target, power)
             }
         };
         let Some(arc) = arc else {

@@ -9,7 +9,7 @@ use leadscrew_machine::explain::PlannedMove;
 use leadscrew_planner::MoveKind;
 use leadscrew_sim::clock::Cycle;
 use leadscrew_sim::observer::{Observer, Taken};
-use leadscrew_sim::scene::{Drawn, Way};
+use leadscrew_sim::scene::{Drawn, StrokeKind, Tooling, Way};
 use std::cell::RefCell;
 use std::collections::VecDeque;
 
@@ -19,6 +19,7 @@ const KEPT: usize = 500_000;
 /// Watches a machine's moves.
 #[derive(Debug, Default)]
 pub struct Trail {
+    tooling: Tooling,
     moves: VecDeque<Drawn>,
     /// Moves that were forgotten.
     first: u32,
@@ -35,6 +36,14 @@ pub struct Trail {
 }
 
 impl Trail {
+    /// No move yet.
+    pub fn new(tooling: Tooling) -> Self {
+        Self {
+            tooling,
+            ..Self::default()
+        }
+    }
+
     /// Moves planned since power-up.
     pub fn planned(&self) -> u32 {
         self.first + self.moves.len() as u32
@@ -132,6 +141,13 @@ impl Observer for Trail {
     fn move_planned(&mut self, planned: &PlannedMove<'_>) {
         let mm = |axis: usize| planned.target.get(axis).map_or(0.0, |at| at.to_mm());
         let to = [mm(0), mm(1), mm(2)];
+        let kind = match planned.kind {
+            MoveKind::Feed => {
+                let power = planned.power.share().to_num();
+                self.tooling.feed(planned.begin, planned.target, power)
+            }
+            MoveKind::Rapid | MoveKind::Jog | MoveKind::System => StrokeKind::Travel,
+        };
         self.planned.push_back((
             self.planned(),
             planned
@@ -144,11 +160,8 @@ impl Observer for Trail {
         self.push(Drawn {
             to,
             line: planned.line,
-            way: match planned.kind {
-                MoveKind::Feed => Way::Cut,
-                MoveKind::Rapid | MoveKind::Jog | MoveKind::System => Way::Travel,
-            },
-            power: planned.power.share().to_num(),
+            way: kind.way(),
+            power: kind.power(),
             tool_mm: 0.0,
         });
     }

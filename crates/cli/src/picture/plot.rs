@@ -162,7 +162,7 @@ impl<'a> Plot<'a> {
     pub(super) fn builds_up(&self) -> bool {
         let mut cuts = self.path.moves().iter().filter(|one| one.way == Way::Cut);
         match (cuts.next(), cuts.next_back()) {
-            (Some(first), Some(last)) => self.passes.len() > 1 && first.to[2] < last.to[2],
+            (Some(first), Some(last)) => first.to[2] < last.to[2],
             (_, _) => false,
         }
     }

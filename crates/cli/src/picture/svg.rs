@@ -121,6 +121,21 @@ mod tests {
     }
 
     #[test]
+    fn the_last_layer_of_many_is_on_top() {
+        let mut path = Toolpath::new([0.0; 3], true);
+        for layer in 1..=50 {
+            path.go([0.0, 0.0, f64::from(layer) * 0.2], StrokeKind::cut(0.0));
+            path.go([9.0, 0.0, f64::from(layer) * 0.2], StrokeKind::cut(0.0));
+        }
+        let svg = picture(&path, None);
+        let drawn = |share| {
+            let stroke = format!("stroke=\"{}\"", ink::depth(share));
+            svg.find(&stroke).unwrap()
+        };
+        assert!(drawn(1.0) < drawn(0.0));
+    }
+
+    #[test]
     fn an_engraving_of_200_000_pixels_is_one_image_and_less_than_a_megabyte() {
         let mut path = Toolpath::new([0.0; 3], true);
         for row in 0..400 {

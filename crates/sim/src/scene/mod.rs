@@ -5,7 +5,7 @@ mod toolpath;
 mod tools;
 
 pub use sizes::ToolSizes;
-pub use toolpath::{Hole, StrokeKind, Toolpath};
+pub use toolpath::{Hole, StrokeKind, Tooling, Toolpath};
 pub use tools::note_tools;
 
 /// Bytes of a move as pages and pictures get it.
@@ -14,9 +14,9 @@ pub const MOVE_BYTES: usize = 20;
 /// The use of the tool on a move.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Way {
-    /// A rapid, a jog, or the machine driving itself.
+    /// As [`StrokeKind::Travel`].
     Travel = 0,
-    /// A feed move.
+    /// As [`StrokeKind::Cut`].
     Cut = 1,
     /// The path begins anew: nothing is drawn.
     Jump = 2,

@@ -1,13 +1,14 @@
 //! The path that the tool took.
 
 use super::{Drawn, Way};
+use leadscrew_planner::Coordinate;
 
 /// The use of the tool along a stroke.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum StrokeKind {
-    /// A rapid (G0), a jog, or the machine driving itself.
+    /// A rapid (G0), a jog, the machine driving itself, or a feed move that feeds no filament.
     Travel,
-    /// A feed move; `shade` is the output's power, 0 (off) to [`StrokeKind::SHADES`] (full).
+    /// Any other feed move; `shade` is the output's power, 0 (off) to [`StrokeKind::SHADES`] (full).
     Cut {
         /// Power in steps of 1/[`StrokeKind::SHADES`].
         shade: u8,
@@ -22,6 +23,40 @@ impl StrokeKind {
     pub fn cut(share: f64) -> Self {
         Self::Cut {
             shade: (share * f64::from(Self::SHADES)).round() as u8,
+        }
+    }
+
+    /// The use of the tool, without the power.
+    pub fn way(self) -> Way {
+        match self {
+            Self::Travel => Way::Travel,
+            Self::Cut { .. } => Way::Cut,
+        }
+    }
+
+    /// The share of full power; 0 for travel.
+    pub fn power(self) -> f32 {
+        match self {
+            Self::Travel => 0.0,
+            Self::Cut { shade } => f32::from(shade) / f32::from(Self::SHADES),
+        }
+    }
+}
+
+/// The rule by which a feed move is a cut.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct Tooling {
+    /// The axis of the filament, on a printer: a feed move that feeds none is travel.
+    pub extruder: Option<usize>,
+}
+
+impl Tooling {
+    /// The use of the tool on a feed move from `begin` to `target` with a share of full power.
+    pub fn feed(self, begin: &[Coordinate], target: &[Coordinate], power: f64) -> StrokeKind {
+        let fed = |axis: usize| target.get(axis) > begin.get(axis);
+        match self.extruder.is_none_or(fed) {
+            true => StrokeKind::cut(power),
+            false => StrokeKind::Travel,
         }
     }
 }
@@ -111,14 +146,8 @@ impl Toolpath {
         moves.push(Drawn {
             to: target.map(|mm| mm as f32),
             line: self.line,
-            way: match kind {
-                StrokeKind::Travel => Way::Travel,
-                StrokeKind::Cut { .. } => Way::Cut,
-            },
-            power: match kind {
-                StrokeKind::Travel => 0.0,
-                StrokeKind::Cut { shade } => f32::from(shade) / f32::from(StrokeKind::SHADES),
-            },
+            way: kind.way(),
+            power: kind.power(),
             tool_mm: self.tool_mm,
         });
     }
@@ -329,6 +358,17 @@ mod tests {
         assert_eq!(path.depths(), Some([-1.0, -2.0]));
         assert_eq!(path.passes(8), [-1.0, -2.0]);
         assert!(path.passes(1).is_empty());
+    }
+
+    #[test]
+    fn a_printers_feed_moves_are_cuts_where_they_feed_filament() {
+        let at = |places: [f64; 4]| places.map(|mm| Coordinate::from_nanos((mm * 1e9) as i64));
+        let (begin, printer) = (at([0.0, 0.0, 0.3, 1.0]), Tooling { extruder: Some(3) });
+        let kind = |tooling: Tooling, end| tooling.feed(&begin, &at(end), 0.0).way();
+        assert_eq!(kind(printer, [9.0, 0.0, 0.3, 1.2]), Way::Cut);
+        assert_eq!(kind(printer, [9.0, 0.0, 0.3, 1.0]), Way::Travel);
+        assert_eq!(kind(printer, [9.0, 0.0, 0.3, 0.5]), Way::Travel);
+        assert_eq!(kind(Tooling::default(), [9.0, 0.0, 0.3, 1.0]), Way::Cut);
     }
 
     #[test]
