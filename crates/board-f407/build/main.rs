@@ -19,7 +19,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("cargo:rerun-if-changed=memory");
     println!("cargo:rerun-if-env-changed=LEADSCREW_BOARD");
     println!("cargo:rerun-if-env-changed=LEADSCREW_MACHINE");
-    println!("cargo:rustc-check-cfg=cfg(heaters, outputs, tool_switches)");
+    println!("cargo:rustc-check-cfg=cfg(captures, heaters, outputs, tool_switches)");
     if env::var("CARGO_CFG_TARGET_OS")? != "none" {
         return Ok(());
     }
@@ -34,6 +34,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         None => (board.bare(), board.machine_module()),
         Some(machine) => for_machine(&board, machine)?,
     };
+    if !board.captures().is_empty() {
+        println!("cargo:rustc-cfg=captures");
+    }
     let out = PathBuf::from(env::var("OUT_DIR")?);
     fs::write(out.join("board.rs"), machine + &board.pins_module())?;
     let memory = board.memory() + &fs::read_to_string("memory/fast.x")?;
@@ -83,6 +86,9 @@ fn board(machine: Option<&Machine>) -> Result<Board, Box<dyn Error>> {
 
 /// The board with the sockets that the machine uses, and the machine's module.
 fn for_machine(board: &Board, machine: &Machine) -> Result<(Board, String), Box<dyn Error>> {
+    if !board.captures().is_empty() {
+        return Err("a board that captures its own edges has no machine's file".into());
+    }
     let Machine { file, profile } = machine;
     let unfit = |why: &dyn std::fmt::Display| format!("{}: {why}", file.display());
     if profile.fan.fitted && !profile.heaters.is_any() {

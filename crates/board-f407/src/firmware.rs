@@ -40,6 +40,8 @@ fn switch_on_clocks(rcc: &RCC) {
     clock::switch_on(rcc, |rcc| {
         rcc.apb2enr()
             .modify(|_, w| w.syscfgen().enabled().tim11en().enabled());
+        #[cfg(captures)]
+        rcc.ahb1enr().modify(|_, w| w.dma1en().enabled());
         #[cfg(heaters)]
         rcc.apb2enr().modify(|_, w| w.adc1en().enabled());
         rcc.apb1enr()

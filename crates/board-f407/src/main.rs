@@ -5,6 +5,8 @@
 
 #[cfg(target_os = "none")]
 mod board;
+#[cfg(all(target_os = "none", captures))]
+mod capture;
 #[cfg(target_os = "none")]
 mod chip;
 #[cfg(target_os = "none")]

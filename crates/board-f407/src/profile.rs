@@ -21,6 +21,8 @@ pub(crate) use selected::{
     kinematics, own, Kinematics, Own, AXES, MOTORS, PROFILE, SETTINGS_SECTORS,
 };
 
+#[cfg(captures)]
+pub(crate) use selected::CAPTURES;
 #[cfg(heaters)]
 pub(crate) use selected::{HEATER_FAULT, SENSORS};
 
@@ -36,8 +38,8 @@ pub(crate) const fn config() -> MachineConfig<AXES> {
     config
 }
 
-/// Moves planned ahead.
-pub(crate) const MOVES: usize = 1024;
+/// Moves planned ahead. The self-test's short jobs leave their room to captured edges.
+pub(crate) const MOVES: usize = if cfg!(captures) { 256 } else { 1024 };
 
 /// A board: its pins and its crystal.
 pub(crate) struct Profile {

@@ -14,6 +14,8 @@ use stm32f4::{
     Readable, Reg, RegisterSpec, Resettable, Writable,
 };
 
+#[cfg(captures)]
+use core::sync::atomic::AtomicU32;
 #[cfg(heaters)]
 use stm32f4::stm32f407::{adc1, adc_common, ADC1, ADC_COMMON};
 
@@ -54,6 +56,12 @@ impl Harmless for adc1::smpr2::SMPR2rs {}
 impl Harmless for adc1::jsqr::JSQRrs {}
 // Flags of DMA, which are cleared by ones (10.5.4).
 impl Harmless for dma2::hifcr::HIFCRrs {}
+
+// The captures' edges (18.4.9), and the flags of the lower streams (10.5.3).
+#[cfg(captures)]
+impl Harmless for tim2::ccer::CCERrs {}
+#[cfg(captures)]
+impl Harmless for dma2::lifcr::LIFCRrs {}
 
 /// Writes whole words.
 pub(crate) trait Word<S: RegisterSpec> {
@@ -102,7 +110,7 @@ pub(crate) fn power_timer(timer: Timer) -> &'static tim1::RegisterBlock {
 
 /// The timer of ticks.
 pub(crate) fn tick_timer() -> &'static tim2::RegisterBlock {
-    // SAFETY: a timer reaches no memory: its DMA requests stay off.
+    // SAFETY: a timer reaches no memory but through DMA, whose streams have the memory that `aim` gives them.
     unsafe { &*TIM2::ptr() }
 }
 
@@ -158,14 +166,29 @@ pub(crate) fn dma(line: Usart) -> &'static dma2::RegisterBlock {
     unsafe { &*address }
 }
 
+/// The DMA controller of the captures.
+#[cfg(captures)]
+pub(crate) fn capture_dma() -> &'static dma2::RegisterBlock {
+    // SAFETY: as `dma`.
+    unsafe { &*DMA1::ptr() }
+}
+
 /// Memory that DMA may change while others read it.
 pub(crate) trait Shared {}
 impl Shared for AtomicU8 {}
 impl Shared for AtomicU16 {}
+#[cfg(captures)]
+impl Shared for AtomicU32 {}
 
-/// Points a stream at a USART's data register and at memory that is there for ever, a transfer for each item: the stream has to be off,
+/// A register that DMA reads or writes for its peripheral: data, and no address.
+pub(crate) trait Data: RegisterSpec {}
+impl Data for usart1::dr::DRrs {}
+#[cfg(captures)]
+impl Data for tim2::ccr::CCRrs {}
+
+/// Points a stream at a peripheral's register and at memory that is there for ever, a transfer for each item: the stream has to be off,
 /// and its items as wide as the memory's. Nothing moves yet.
-pub(crate) fn aim<T: Shared>(stream: &dma2::ST, data: &usart1::DR, memory: &'static [T]) {
+pub(crate) fn aim<T: Shared, S: Data>(stream: &dma2::ST, data: &Reg<S>, memory: &'static [T]) {
     // SAFETY: two addresses that are valid for ever; `NDTR` keeps the stream within the memory.
     unsafe {
         stream.par().write(|w| w.bits(data.as_ptr() as u32));

@@ -33,7 +33,7 @@ use core::{
 };
 use leadscrew_machine::board::PortConfig;
 use leadscrew_stepper::{MotorMask, OutputChange, Power, Shared, StepPort, Ticks};
-use stm32f4::stm32f407::{Interrupt, TIM11, TIM2};
+use stm32f4::stm32f407::{tim2::dier, Interrupt, TIM11, TIM2};
 
 /// The interrupt of TIM11: the main loop pends it where there is something to start, or new tables to follow.
 pub(crate) const PULSE_END_INTERRUPT: Interrupt = Interrupt::TIM1_TRG_COM_TIM11;
@@ -287,8 +287,20 @@ impl Port {
 /// Has a tick come at once, and lets those come that it arms. Interrupt of TIM11, at rest.
 pub(crate) fn let_ticks_come() {
     TICKING.store(true, Relaxed);
-    tick_timer().dier().write(|w| w.cc1ie().enabled());
+    tick_timer()
+        .dier()
+        .write(|w| keep_captures(w).cc1ie().enabled());
     make_tick_come();
+}
+
+/// The requests of the other channels, where they capture edges (`src/capture.rs`); none otherwise.
+#[inline(always)]
+pub(crate) fn keep_captures(w: &mut dier::W) -> &mut dier::W {
+    if cfg!(captures) {
+        w.cc2de().set_bit().cc3de().set_bit().cc4de().set_bit()
+    } else {
+        w
+    }
 }
 
 /// Changes the outputs of M62 to M65: one store for each that changes. Any context.
@@ -350,7 +362,7 @@ impl StepPort for Port {
     fn rest(&mut self) {
         TICKING.store(false, Relaxed);
         // The instant in the compare register comes round every 51 s.
-        tick_timer().dier().reset();
+        tick_timer().dier().write(|w| keep_captures(w));
         wake();
     }
 }

@@ -1,5 +1,5 @@
 //! The contents of a board's file.
-use crate::{Chip, Pin, BOARDS};
+use crate::{chip::capture_channel, Chip, Pin, BOARDS};
 use serde::Deserialize;
 use std::{collections::BTreeMap, fs, path::Path};
 
@@ -44,8 +44,21 @@ pub struct Board {
     /// Parts that only a machine's file puts to use.
     #[serde(default)]
     pub sockets: Sockets,
+    /// Wires between the board's own pins: with them it is built to measure its own edges (`cargo hil`).
+    #[serde(default)]
+    pub wire: Vec<Wire>,
     /// Where on the board each pin is found.
     pub at: BTreeMap<Pin, String>,
+}
+
+/// A wire from an output to an input of the same board.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Wire {
+    /// The output.
+    pub from: Pin,
+    /// One of the board's inputs, or a pin of channel 2, 3 or 4 of TIM2: there the instants of edges are captured.
+    pub to: Pin,
 }
 
 /// How the motors move the axes.
@@ -314,6 +327,16 @@ impl Board {
         limits.chain(spare).chain(others).collect()
     }
 
+    /// The wires to pins of channels of TIM2, with the channel, in the order of the file.
+    #[must_use]
+    pub fn captures(&self) -> Vec<(Wire, u8)> {
+        let inputs: Vec<Pin> = self.all_inputs().iter().map(|(_, one)| one.pin).collect();
+        let wires = self.wire.iter().filter(|wire| !inputs.contains(&wire.to));
+        wires
+            .filter_map(|wire| Some((*wire, capture_channel(wire.to)?)))
+            .collect()
+    }
+
     /// All pins, with their purpose, in the order of the file.
     #[must_use]
     pub fn pins(&self) -> Vec<(String, Pin)> {
@@ -342,6 +365,8 @@ impl Board {
                 .into_iter()
                 .map(|(name, one)| (name, one.pin)),
         );
+        let captures = self.captures().into_iter().enumerate();
+        pins.extend(captures.map(|(number, (wire, _))| (format!("capture {number}"), wire.to)));
         // The tool's switches may be inputs with another purpose beside.
         let seen: Vec<Pin> = pins.iter().map(|(_, pin)| *pin).collect();
         let tool = self.sockets.tool_pins();

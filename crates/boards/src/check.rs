@@ -2,7 +2,7 @@
 use crate::{
     chip::{channel, function, hears},
     flash::{Sector, BEGIN},
-    Axis, Board, Kinematics, Pin,
+    Axis, Board, Kinematics, Pin, Wire,
 };
 use std::{collections::BTreeMap, fmt};
 
@@ -12,6 +12,14 @@ const PROGRAM: u32 = 192 << 10;
 const POWER_TIMERS: [u8; 5] = [1, 3, 4, 8, 9];
 /// The VCO of the PLL in Hz: twice 168 MHz, from which 48 MHz for USB come as well (RM0090 section 7.3.2).
 const VCO: u32 = 336_000_000;
+/// The requests of TIM2's channels, and the streams by which the firmware hears them.
+const CAPTURES: [(&str, &str); 3] = [
+    ("TIM2_CH2", "DMA1.6.3"),
+    ("TIM2_CH3", "DMA1.1.3"),
+    ("TIM2_CH4", "DMA1.7.3"),
+];
+/// Wires of a self-test at most.
+const WIRES: usize = 6;
 
 /// A mistake in a board's file.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -44,6 +52,7 @@ impl Board {
         self.check_clock(&mut findings);
         self.check_flash(&mut findings);
         self.check_settings(&mut findings);
+        self.check_wires(&mut findings);
         findings
     }
 
@@ -147,6 +156,47 @@ impl Board {
                 format!("serial: no stream {stream} for {name}")
             });
         }
+    }
+
+    /// Each wire leads from an output to an input or to a channel of TIM2, whose requests reach streams that the serial line leaves
+    /// free.
+    fn check_wires(&self, findings: &mut Vec<Finding>) {
+        if self.wire.is_empty() {
+            return;
+        }
+        let (captures, inputs) = (self.captures(), self.all_inputs());
+        for wire in &self.wire {
+            let Wire { from, to } = wire;
+            expect(findings, self.drives(*from), || {
+                format!("wire: {from} is no output of the board")
+            });
+            let is_input = inputs.iter().any(|(_, input)| input.pin == *to);
+            let is_capture = captures.iter().any(|(capture, _)| capture == wire);
+            expect(findings, is_input || is_capture, || {
+                format!("wire: {to} is neither an input nor channel 2, 3 or 4 of TIM2")
+            });
+        }
+        for (request, stream) in CAPTURES {
+            expect(findings, hears(request, stream), || {
+                format!("wire: no stream {stream} for {request}")
+            });
+        }
+        expect(
+            findings,
+            captures.is_empty() || self.serial.usart == 1,
+            || "wire: stream 6 of DMA1 is the serial line's, unless that is on USART1".to_owned(),
+        );
+        expect(findings, self.wire.len() <= WIRES, || {
+            format!("wire: {} of them, {WIRES} at most", self.wire.len())
+        });
+    }
+
+    /// Whether a pin is an output of the board.
+    fn drives(&self, pin: Pin) -> bool {
+        let motors = self.motor.iter().flat_map(|one| [one.step, one.direction]);
+        let switched = self.switched().map(|(_, output)| output.pin);
+        let mut outputs = motors.chain(switched).chain([self.power.pin]);
+        outputs.any(|output| output == pin)
     }
 
     fn check_power(&self, findings: &mut Vec<Finding>) {

@@ -58,6 +58,11 @@ pub(crate) fn function(pin: Pin, signal: &str) -> Option<u8> {
     })
 }
 
+/// The channel of TIM2, 2 to 4, whose input a pin can be. Channel 1 has another task.
+pub(crate) fn capture_channel(pin: Pin) -> Option<u8> {
+    (2..=4).find(|channel| function(pin, &format!("TIM2_CH{channel}")) == Some(1))
+}
+
 /// The pin's channel of ADC1, if it has one.
 pub(crate) fn channel(pin: Pin) -> Option<u8> {
     words(pin).find_map(|word| word.strip_prefix("ADC1_IN")?.parse().ok())
@@ -82,6 +87,8 @@ mod tests {
         assert_eq!(function(pin("PA9"), "USART1_TX"), Some(7));
         assert_eq!((channel(pin("PB0")), channel(pin("PB2"))), (Some(8), None));
         assert!(hears("USART1_RX", "DMA2.5.4") && !hears("USART1_RX", "DMA1.5.4"));
+        let captures = ["PA1", "PA2", "PB11", "PA0"].map(|name| capture_channel(pin(name)));
+        assert_eq!(captures, [Some(2), Some(3), Some(4), None]);
     }
 
     #[test]

@@ -11,7 +11,7 @@ mod source;
 
 pub use board::{
     Axis, Board, Closes, HeaterSocket, Input, Inputs, Kinematics, Level, Motor, MotorSocket,
-    Output, Outputs, Power, Serial, Sockets, ToolSwitches,
+    Output, Outputs, Power, Serial, Sockets, ToolSwitches, Wire,
 };
 pub use check::Finding;
 pub use chip::Chip;

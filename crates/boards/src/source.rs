@@ -42,6 +42,17 @@ pub(crate) const HEATER_FAULT: Option<crate::gpio::Input> = {fault};\n",
                 list(sensors)
             );
         }
+        let captures = self.captures().into_iter().map(|(wire, channel)| {
+            let pin = literal(wire.to);
+            format!("crate::capture::Input {{ pin: {pin}, channel: {channel} }}")
+        });
+        if captures.len() > 0 {
+            let count = captures.len();
+            text += &format!(
+                "pub(crate) const CAPTURES: [crate::capture::Input; {count}] = {};\n",
+                list(captures)
+            );
+        }
         let heaters = heaters.iter().map(|one| output_literal(one.output()));
         let outputs = &self.outputs;
         let fields = [
@@ -82,6 +93,10 @@ pub(crate) const HEATER_FAULT: Option<crate::gpio::Input> = {fault};\n",
             ))
         });
         let defaults = list(defaults);
+        let (own, own_value) = match self.captures().is_empty() {
+            true => ("()", ""),
+            false => ("crate::capture::Capture", "crate::capture::Capture::new()"),
+        };
         let homing = self.homing.as_ref().map_or(String::new(), |groups| {
             let masks = groups.iter().map(|axes| mask(axes).to_string());
             let padded = masks.chain(std::iter::repeat("0".to_owned())).take(4);
@@ -100,8 +115,10 @@ pub(crate) const fn config() -> MachineConfig<AXES> {{
     config.defaults = DEFAULTS;
 {homing}    config
 }}
-pub(crate) type Own = ();
-pub(crate) const fn own() -> Own {{}}
+pub(crate) type Own = {own};
+pub(crate) fn own() -> Own {{
+    {own_value}
+}}
 "
         )
     }

@@ -31,6 +31,64 @@ fn settings_may_lie_at_the_end_of_the_flash() {
     assert_eq!(found, [""; 0]);
 }
 
+/// The findings on a Discovery with its serial line on USART1 and these wires; a capture's pin is in `at`.
+fn wired(wires: &[(&str, &str)]) -> Vec<String> {
+    let tables = wires
+        .iter()
+        .map(|(from, to)| format!("[[wire]]\nfrom = \"{from}\"\nto = \"{to}\"\n"));
+    let serial = "usart = 1\ntransmit = \"PA9\"\nreceive = \"PA10\"";
+    let text = board("discovery")
+        .replacen(
+            "usart = 2\ntransmit = \"PA2\"\nreceive = \"PA3\"",
+            serial,
+            1,
+        )
+        .replacen(
+            "PA2 = \"header P1\"\nPA3 =",
+            "PA9 = \"P2\"\nPA10 = \"P2\"\nPA3 =",
+            1,
+        );
+    let at = text.find("[at]").unwrap();
+    let text = format!(
+        "{}{}{}",
+        &text[..at],
+        tables.collect::<String>(),
+        &text[at..]
+    );
+    let board = Board::read(&text).unwrap();
+    board.check().iter().map(ToString::to_string).collect()
+}
+
+#[test]
+fn a_wire_leads_from_an_output_to_a_capture_or_to_an_input() {
+    let right = [("PE7", "PA3"), ("PD15", "PC8")];
+    assert_eq!(wired(&right), [""; 0]);
+    let cases = [
+        (("PC1", "PA3"), "PC1 is no output of the board"),
+        (
+            ("PE7", "PE2"),
+            "PE2 is neither an input nor channel 2, 3 or 4 of TIM2",
+        ),
+        (
+            ("PE7", "PA1"),
+            "`at` does not say where PA1 is on the board",
+        ),
+    ];
+    for (wire, expected) in cases {
+        let found = wired(&[("PE8", "PA3"), wire]);
+        assert!(found.iter().any(|one| one.contains(expected)), "{found:?}");
+    }
+    let seven = wired(&[("PE7", "PC8"); 7]);
+    assert!(seven.iter().any(|one| one.contains("7 of them, 6 at most")));
+    let beside_usart_2 = findings(
+        "discovery",
+        "[at]",
+        "[[wire]]\nfrom = \"PE7\"\nto = \"PB11\"\n[at]\nPB11 = \"P1\"",
+    );
+    assert_eq!(beside_usart_2.len(), 1);
+    assert!(beside_usart_2[0].contains("stream 6 of DMA1 is the serial line's"));
+}
+
 #[test]
 fn a_wrong_board_is_told_what_is_wrong() {
     let cases = [

@@ -5,8 +5,8 @@ use stm32_metapac::metadata::METADATA;
 
 const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../boards/data/stm32f407.txt");
 const HEAD: &str = "# Made by `crates/f407emu/tests/chip.rs` from ST's data (the crate stm32-metapac, MIT or Apache-2.0): for each pin of the STM32F407ZG
-# the signals that it can be with the number of the function, its channel of ADC1, and for each request of a USART the DMA streams that hear it,
-# as controller, stream and channel.
+# the signals that it can be with the number of the function, its channel of ADC1, and for each request of a USART and of TIM2 the DMA
+# streams that hear it, as controller, stream and channel.
 ";
 
 /// Ports in the order of the alphabet, their pins in the order of their numbers.
@@ -34,11 +34,13 @@ fn expected() -> String {
                 pins.entry(place(at.pin)).or_default().push(word);
             }
         }
-        if !one.name.starts_with("USART") {
-            continue;
-        }
-        for signal in ["RX", "TX"] {
-            let ours = one.dma_channels.iter().filter(|at| at.signal == signal);
+        let signals: &[&str] = match one.name {
+            "TIM2" => &["CH2", "CH3", "CH4"],
+            name if name.starts_with("USART") => &["RX", "TX"],
+            _ => continue,
+        };
+        for signal in signals {
+            let ours = one.dma_channels.iter().filter(|at| at.signal == *signal);
             let streams: Vec<String> = ours
                 .filter_map(|at| {
                     Some(format!("{}.{}", at.channel?, at.request?).replace("_CH", "."))

@@ -1,0 +1,273 @@
+//! The self-test's image: the instants of edges at the board's own pins, for `cargo hil` (docs/hil.md).
+//!
+//! A wire leads from an output to a pin of TIM2, whose counter makes the ticks of motion as well. A channel keeps the count of each
+//! edge (input capture, RM0090 section 18.3.5), and DMA takes it to memory without the core, until the channel's part is full. Two
+//! wires at a time: the stream of channel 2 hears channel 4 as well.
+//!
+//! ```text
+//!   M120 P5        begins, at rest: wires 0 and 2, a bit each
+//!   M121 P0 L32    [EDGES:0,32,1000,0,1:0001a2b3...]: of wire 0, from edge 32 on; 1000 in all, none lost, high before the first
+//!   M122           [COUNT:0001a2b3]
+//! ```
+use crate::{
+    gpio::{Pin, Pull},
+    profile::{AXES, CAPTURES},
+    registers::{self, capture_dma, tick_timer, Word},
+    step_port::keep_captures,
+};
+use core::{
+    fmt,
+    sync::atomic::{AtomicU32, Ordering::Relaxed},
+};
+use heapless::Vec;
+use leadscrew_gcode::{Letter, Number};
+use leadscrew_machine::{
+    extension::{Call, Cx, Extension, MCode, Step},
+    protocol::status::Status,
+};
+use stm32f4::stm32f407::dma2;
+
+/// Edges that there is room for. In SRAM: DMA does not reach the core coupled memory.
+const ROOM: usize = 14_000;
+static EDGES: [AtomicU32; ROOM] = [const { AtomicU32::new(0) }; ROOM];
+
+/// Wires at a time.
+const AT_ONCE: usize = 2;
+/// Function of TIM2 in the data sheet's table 9.
+const FUNCTION: u8 = 1;
+/// The channel of DMA1 on which its streams hear TIM2 (RM0090 table 43).
+const DMA_CHANNEL: u8 = 3;
+/// Edges that one line tells.
+const PER_LINE: usize = 32;
+
+/// The end of a wire.
+pub(crate) struct Input {
+    pub(crate) pin: Pin,
+    /// Of TIM2, 2 to 4.
+    pub(crate) channel: u8,
+}
+
+impl Input {
+    /// Its place in tables of channels, 0 to 3.
+    fn index(&self) -> usize {
+        usize::from(self.channel - 1)
+    }
+
+    /// The number of the stream that takes its channel's edges: it hears the channel's requests (RM0090 table 43).
+    fn stream_number(&self) -> usize {
+        match self.channel {
+            2 => 6,
+            3 => 1,
+            _ => 7,
+        }
+    }
+
+    /// All streams that hear them, a bit each.
+    fn hearers(&self) -> u8 {
+        let others = if self.channel == 4 { 1 << 6 } else { 0 };
+        1 << self.stream_number() | others
+    }
+
+    fn stream(&self) -> &'static dma2::ST {
+        capture_dma().st(self.stream_number())
+    }
+
+    /// Takes both edges to `memory` from now on.
+    fn begin(&self, memory: &'static [AtomicU32]) {
+        let stream = self.stream();
+        // A stream starts only with its flags cleared (RM0090 section 10.3.17): six bits of the low or the high register.
+        match self.stream_number() {
+            1 => capture_dma().lifcr().put(0x3D << 6),
+            6 => capture_dma().hifcr().put(0x3D << 16),
+            _ => capture_dma().hifcr().put(0x3D << 22),
+        }
+        registers::aim(stream, tick_timer().ccr(self.index()), memory);
+        stream.cr().write(|w| {
+            w.chsel().set(DMA_CHANNEL).pl().very_high();
+            w.psize().bits32().msize().bits32().minc().incremented();
+            w.en().enabled()
+        });
+        // CCxE, CCxP and CCxNP: both edges (section 18.4.9).
+        tick_timer()
+            .ccer()
+            .change(|bits| bits | 0b1011 << (4 * self.index()));
+    }
+}
+
+/// The edges of a wire.
+struct Part {
+    /// Its number in [`CAPTURES`].
+    wire: usize,
+    memory: &'static [AtomicU32],
+    /// The level before the first edge.
+    level: bool,
+}
+
+impl Part {
+    fn input(&self) -> &'static Input {
+        &CAPTURES[self.wire]
+    }
+
+    /// The edges so far.
+    fn edges(&self) -> &'static [AtomicU32] {
+        let left = usize::from(self.input().stream().ndtr().read().ndt().bits());
+        let taken = self.memory.len().saturating_sub(left);
+        self.memory.get(..taken).unwrap_or_default()
+    }
+
+    /// Whether an edge was lost: it came before DMA had taken the one before, or found the memory full.
+    fn has_lost(&self) -> bool {
+        let flags = tick_timer().sr().read();
+        flags.ccof(self.input().index() as u8).bit_is_set()
+    }
+}
+
+/// The M codes of the self-test.
+pub(crate) struct Capture {
+    parts: Vec<Part, AT_ONCE>,
+}
+
+impl Capture {
+    /// Makes the wires' ends inputs, and the channels captures. Once.
+    pub(crate) fn new() -> Self {
+        for input in &CAPTURES {
+            input.pin.make_input(Pull::Down);
+        }
+        tick_timer().ccmr1_input().write(|w| w.cc2s().ti2());
+        tick_timer()
+            .ccmr2_input()
+            .write(|w| w.cc3s().ti3().cc4s().ti4());
+        Capture { parts: Vec::new() }
+    }
+
+    /// Captures these wires from now on, a bit each; all edges before are forgotten. At rest, where no tick writes DIER.
+    fn begin(&mut self, wires: usize) {
+        self.end();
+        let chosen = (0..CAPTURES.len()).filter(|wire| wires >> wire & 1 != 0);
+        let length = ROOM / chosen.clone().count().max(1);
+        for (wire, memory) in chosen.zip(EDGES.chunks(length)) {
+            let input = &CAPTURES[wire];
+            input.pin.make_alternate(FUNCTION, Pull::Down);
+            let level = input.pin.is_high();
+            let part = Part {
+                wire,
+                memory,
+                level,
+            };
+            if self.parts.push(part).is_ok() {
+                input.begin(memory);
+            }
+        }
+    }
+
+    /// No channel captures any more, and no request is left.
+    fn end(&mut self) {
+        let timer = tick_timer();
+        timer.ccer().put(0);
+        timer.dier().reset();
+        for input in &CAPTURES {
+            input.stream().cr().reset();
+            while input.stream().cr().read().en().is_enabled() {}
+            input.pin.make_input(Pull::Down);
+            // Its flag goes down.
+            timer.ccr(input.index()).read();
+        }
+        timer.sr().write(|w| {
+            w.cc2of().clear_bit().cc3of().clear_bit();
+            w.cc4of().clear_bit()
+        });
+        timer.dier().write(|w| keep_captures(w));
+        self.parts.clear();
+    }
+
+    fn part(&self, wire: usize) -> Option<&Part> {
+        self.parts.iter().find(|part| part.wire == wire)
+    }
+}
+
+/// A word's value, where it is whole and no more than `most`.
+fn whole(call: &Call, letter: Letter, most: usize) -> Result<usize, Status> {
+    let value = call.words.get(letter).ok_or(Status::MissingWord)?;
+    if value.nanos() % 1_000_000_000 != 0 {
+        return Err(Status::NotWhole);
+    }
+    let value = usize::try_from(value.trunc()).map_err(|_| Status::OutOfRange)?;
+    (value <= most).then_some(value).ok_or(Status::OutOfRange)
+}
+
+/// Wires, a bit each. No stream hears the channels of two of them.
+fn wires(call: &Call) -> Result<usize, Status> {
+    let wires = whole(call, Letter::P, (1 << CAPTURES.len()) - 1)?;
+    let mut taken = 0;
+    for (wire, input) in CAPTURES.iter().enumerate() {
+        if wires >> wire & 1 != 0 {
+            if taken & input.hearers() != 0 {
+                return Err(Status::OutOfRange);
+            }
+            taken |= input.hearers();
+        }
+    }
+    Ok(wires)
+}
+
+/// Counts as `M121` prints them.
+struct Hex(&'static [AtomicU32]);
+
+impl fmt::Display for Hex {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut counts = self.0.iter();
+        counts.try_for_each(|count| write!(f, "{:08x}", count.load(Relaxed)))
+    }
+}
+
+impl Extension<AXES> for Capture {
+    fn m_code(&self, number: u8) -> Option<MCode> {
+        match number {
+            120 | 121 => Some(MCode::with(&[Letter::P, Letter::L])),
+            122 => Some(MCode::PLAIN),
+            _ => None,
+        }
+    }
+
+    fn check(&self, call: &Call) -> Result<(), Status> {
+        match call.code {
+            120 => wires(call).map(|_| ()),
+            121 => {
+                let wire = whole(call, Letter::P, CAPTURES.len() - 1)?;
+                whole(call, Letter::L, ROOM)?;
+                self.part(wire).map(|_| ()).ok_or(Status::OutOfRange)
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn perform(&mut self, call: &Call, cx: &mut Cx<'_, AXES>) -> Step<AXES> {
+        let word = |letter| {
+            call.words
+                .get(letter)
+                .map_or(0, |value: Number| value.trunc()) as usize
+        };
+        match call.code {
+            120 if !cx.at_rest => return Step::Rest,
+            120 => self.begin(word(Letter::P)),
+            121 => {
+                if let Some(part) = self.part(word(Letter::P)) {
+                    let (edges, first) = (part.edges(), word(Letter::L));
+                    let some = edges.get(first..).unwrap_or_default();
+                    let some = some.get(..PER_LINE).unwrap_or(some);
+                    let (lost, level) = (u8::from(part.has_lost()), u8::from(part.level));
+                    let (wire, all) = (part.wire, edges.len());
+                    cx.line(format_args!(
+                        "[EDGES:{wire},{first},{all},{lost},{level}:{}]",
+                        Hex(some)
+                    ));
+                }
+            }
+            _ => {
+                let count = tick_timer().cnt().read().bits();
+                cx.line(format_args!("[COUNT:{count:08x}]"));
+            }
+        }
+        Step::Done
+    }
+}
