@@ -118,7 +118,7 @@ impl Outputs {
         Ok(Self {
             steps,
             vcd,
-            sketch: Sketch::new(machine.file.tooling(), recorder, picture),
+            sketch: Sketch::new(machine.tooling(), recorder, picture),
             svg,
             html,
         })

@@ -136,7 +136,7 @@ impl<const AXES: usize> Checker<AXES> {
                 .file
                 .extension(machine.outputs, None, OwnPins::default()),
             path: Toolpath::new([0.0; 3], false),
-            tooling: machine.file.tooling(),
+            tooling: machine.tooling(),
             tools: ToolSizes::default(),
             travel_counts: false,
             last: Done::default(),

@@ -12,6 +12,7 @@ use leadscrew_outputs::OutputsConfig;
 use leadscrew_sim::oven::HeatFault;
 use leadscrew_sim::powered::MOST_AXES;
 use leadscrew_sim::profile::Profile;
+use leadscrew_sim::scene::Tooling;
 
 /// A machine: its file, and its settings.
 #[derive(Clone, Debug)]
@@ -46,6 +47,11 @@ impl Machine {
             settings.load(entry);
         }
         Self::of(file, settings)
+    }
+
+    /// The rule by which its feed moves are cuts.
+    pub fn tooling(&self) -> Tooling {
+        self.file.tooling(self.settings.is_on(Setting::Laser))
     }
 
     fn of(file: Profile, settings: Settings<MOST_AXES>) -> Self {

@@ -3,6 +3,7 @@
 use super::named::Named;
 use super::{Axis, End, Positive, Profile};
 use crate::powered::MOST_AXES;
+use crate::scene::Tooling;
 use leadscrew_gcode::Number;
 use leadscrew_machine::config::MachineConfig;
 use leadscrew_machine::protocol::status::Status;
@@ -18,6 +19,20 @@ impl Profile {
     /// Where this machine's first settings differ from a stock Grbl's, in the order in which they take effect.
     pub fn first_settings(&self) -> Vec<Entry> {
         self.named_settings().iter().map(entry).collect()
+    }
+
+    /// The rule by which its feed moves are cuts, with `$32` as `is_laser`.
+    pub fn tooling(&self, is_laser: bool) -> Tooling {
+        let extruder = self.heat_config().gates.extruder_axis;
+        Tooling { extruder, is_laser }
+    }
+
+    /// Whether a new machine is in laser mode.
+    pub fn is_laser(&self) -> bool {
+        let number = Key::Machine(Setting::Laser).number();
+        let first = self.first_settings();
+        let mode = first.iter().rfind(|entry| entry.number == number);
+        mode.is_some_and(|entry| entry.value.nanos() != 0)
     }
 
     /// The first setting that the machine refuses, and its answer.

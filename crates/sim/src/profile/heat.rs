@@ -3,7 +3,6 @@
 use super::value::{AxisLetters, Celsius, Positive};
 use super::Profile;
 use crate::oven::{Body, HeatWires};
-use crate::scene::Tooling;
 use leadscrew_heat::{Gates, HeatConfig, HeaterConfig, Limits, Sensor};
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -208,12 +207,6 @@ fn or(own: Option<Positive>, usual: f32) -> f32 {
 }
 
 impl Profile {
-    /// The rule by which its feed moves are cuts.
-    pub fn tooling(&self) -> Tooling {
-        let extruder = self.heat_config().gates.extruder_axis;
-        Tooling { extruder }
-    }
-
     /// The configuration of the extension for heaters and fan.
     pub fn heat_config(&self) -> HeatConfig {
         let Heaters {

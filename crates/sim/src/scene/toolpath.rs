@@ -6,7 +6,7 @@ use leadscrew_planner::Coordinate;
 /// The use of the tool along a stroke.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum StrokeKind {
-    /// A rapid (G0), a jog, the machine driving itself, or a feed move that feeds no filament.
+    /// A rapid (G0), a jog, the machine driving itself, or a feed move that does nothing ([`Tooling`]).
     Travel,
     /// Any other feed move; `shade` is the output's power, 0 (off) to [`StrokeKind::SHADES`] (full).
     Cut {
@@ -48,13 +48,16 @@ impl StrokeKind {
 pub struct Tooling {
     /// The axis of the filament, on a printer: a feed move that feeds none is travel.
     pub extruder: Option<usize>,
+    /// Laser mode: a feed move without power is travel.
+    pub is_laser: bool,
 }
 
 impl Tooling {
     /// The use of the tool on a feed move from `begin` to `target` with a share of full power.
     pub fn feed(self, begin: &[Coordinate], target: &[Coordinate], power: f64) -> StrokeKind {
-        let fed = |axis: usize| target.get(axis) > begin.get(axis);
-        match self.extruder.is_none_or(fed) {
+        let feeds = |axis: usize| target.get(axis) > begin.get(axis);
+        let burns = !self.is_laser || power > 0.0;
+        match burns && self.extruder.is_none_or(feeds) {
             true => StrokeKind::cut(power),
             false => StrokeKind::Travel,
         }
@@ -363,12 +366,27 @@ mod tests {
     #[test]
     fn a_printers_feed_moves_are_cuts_where_they_feed_filament() {
         let at = |places: [f64; 4]| places.map(|mm| Coordinate::from_nanos((mm * 1e9) as i64));
-        let (begin, printer) = (at([0.0, 0.0, 0.3, 1.0]), Tooling { extruder: Some(3) });
+        let begin = at([0.0, 0.0, 0.3, 1.0]);
+        let printer = Tooling {
+            extruder: Some(3),
+            ..Tooling::default()
+        };
         let kind = |tooling: Tooling, end| tooling.feed(&begin, &at(end), 0.0).way();
         assert_eq!(kind(printer, [9.0, 0.0, 0.3, 1.2]), Way::Cut);
         assert_eq!(kind(printer, [9.0, 0.0, 0.3, 1.0]), Way::Travel);
         assert_eq!(kind(printer, [9.0, 0.0, 0.3, 0.5]), Way::Travel);
         assert_eq!(kind(Tooling::default(), [9.0, 0.0, 0.3, 1.0]), Way::Cut);
+    }
+
+    #[test]
+    fn a_laser_s_feed_moves_without_power_are_travel() {
+        let laser = Tooling {
+            is_laser: true,
+            ..Tooling::default()
+        };
+        assert_eq!(laser.feed(&[], &[], 0.1).way(), Way::Cut);
+        assert_eq!(laser.feed(&[], &[], 0.0).way(), Way::Travel);
+        assert_eq!(Tooling::default().feed(&[], &[], 0.0).way(), Way::Cut);
     }
 
     #[test]
