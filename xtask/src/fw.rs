@@ -12,10 +12,10 @@ use std::{
 };
 
 /// The chip of the STM32F4-Discovery, as probe-rs calls it.
-const CHIP: &str = "STM32F407VGTx";
+pub(crate) const CHIP: &str = "STM32F407VGTx";
 
 /// The help for somebody who has never flashed one.
-const NO_PROBE_RS: &str = "probe-rs flashes the board and shows its log; it is not installed. One of
+pub(crate) const NO_PROBE_RS: &str = "probe-rs flashes the board and shows its log; it is not installed. One of
     cargo install probe-rs-tools --locked
     https://probe.rs/docs/getting-started/installation
 Without it the ELF above can be flashed by any other tool, OpenOCD or STM32CubeProgrammer; the log is not shown then.";

@@ -7,6 +7,7 @@ mod call_graph;
 mod failure;
 mod fw;
 mod fw_test;
+mod hil;
 mod icount;
 mod page;
 mod release;
@@ -26,6 +27,8 @@ const USAGE: &str = "usage: cargo xtask COMMAND
                        `cargo build`; --run flashes it and shows its log (probe-rs)
     fw-test [NAME...]  run the firmware in an emulated STM32F407; --subset, --list, --costs,
                        --highest-rate, --rates, --planted; qemu: in QEMU instead
+    hil --flash | --port NAME | --emulated | --planted | --wires
+                       the self-test of a board that measures its own edges (docs/hil.md); --baud RATE, --report FILE
     thumb              build libraries and firmware for the microcontroller; check what is in them
     targets            check the libraries for other processors
     boards             build the boards in examples/boards; run the one that QEMU emulates
@@ -44,6 +47,7 @@ fn main() -> ExitCode {
     let done = match words.as_slice() {
         ["fw", ..] => fw::run(&arguments[1..]),
         ["fw-test", ..] => fw_test::run(&arguments[1..]),
+        ["hil", _, ..] => hil::run(&arguments[1..]),
         ["boards"] => boards::run(),
         ["bench", ..] => bench::run(&arguments[1..]),
         ["icount"] => icount::run(false),

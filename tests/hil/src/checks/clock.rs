@@ -1,0 +1,18 @@
+//! The board's clock against this computer's.
+use crate::{board::Board, edges::PER_US, failure::Failure, report::Row};
+
+/// s.
+const SECONDS: f64 = 2.0;
+/// The internal oscillator would be 1 % off, a crystal 0.01 %; an adapter and its driver delay a line by some milliseconds.
+const PERCENT: f64 = 0.5;
+
+/// Counts in some seconds.
+pub(super) fn rate(board: &mut Board<'_>) -> Result<Vec<Row>, Failure> {
+    let began = (board.link().seconds(), board.count()?);
+    board.wait(SECONDS)?;
+    let ended = (board.link().seconds(), board.count()?);
+    let counts = f64::from(ended.1.wrapping_sub(began.1));
+    let expected = (ended.0 - began.0) * PER_US * 1e6;
+    let off = (counts / expected - 1.0) * 100.0;
+    Ok(vec![Row::within("faster by", off, -PERCENT, PERCENT, "%")])
+}

@@ -1,0 +1,114 @@
+//! Laser and spindle power.
+use crate::{
+    board::Board,
+    edges::{Edges, PER_US},
+    failure::{fail, Failure},
+    plan::plan,
+    report::Row,
+    wires::Signal,
+};
+
+/// Counts of a period: 10 kHz.
+const PERIOD: u64 = 8400;
+/// A duty is wrong where it is half a count off in the mean.
+const HALF: f64 = 0.5;
+/// Values of S, of 1000, and the high counts that they ask for: PERIOD · S / 1000. Shares that binary numbers have exactly, since
+/// what is left of a count is cut off.
+const VALUES: [(u32, f64); 4] = [(125, 1050.0), (250, 2100.0), (500, 4200.0), (875, 7350.0)];
+/// How long each lasts, s: some hundred periods.
+const SECONDS: f64 = 0.02;
+
+/// One move with ramps, at 5000 steps/s and most at half of full power.
+const SETTINGS: &str = "$32=1\n$100=250\n$110=6000\n$120=400\n";
+const JOB: &str = "G91\nM4S500\nG1X2F1200\nM5\n";
+/// Power follows its tick within a period of its PWM, and a count of the capture, µs.
+const PERIOD_US: f64 = 100.0;
+/// The instructions between a tick and its power: less than 1 µs.
+const TICK_US: f64 = 1.0;
+/// Of a move: the power of a tick is held for its whole period or is cut off, either way.
+const ENERGY_PERCENT: f64 = 1.0;
+
+/// High counts and periods in the mean.
+fn mean(edges: &Edges) -> Result<(f64, f64), Failure> {
+    let pulses = edges.pulses();
+    // The first and the last may be cut off.
+    let [_, whole @ .., last] = pulses.as_slice() else {
+        return fail("no pulses of power");
+    };
+    let count = whole.len() as f64;
+    let Some(first) = whole.first() else {
+        return fail("less than three pulses of power");
+    };
+    let high: u64 = whole.iter().map(|pulse| pulse.fall - pulse.rise).sum();
+    let all = last.rise - first.rise;
+    Ok((high as f64 / count, all as f64 / count))
+}
+
+/// Power of some values at rest.
+pub(super) fn duty(board: &mut Board<'_>) -> Result<Vec<Row>, Failure> {
+    let mut rows = Vec::new();
+    for (value, expected) in VALUES {
+        board.command(&format!("M3S{value}"))?;
+        board.capture(&[Signal::Power])?;
+        board.wait(SECONDS)?;
+        board.command("M5")?;
+        let (high, period) = mean(&board.edges(Signal::Power)?)?;
+        let within = |what: String, figure, middle: f64| {
+            Row::within(&what, figure, middle - HALF, middle + HALF, "counts")
+        };
+        rows.push(within(format!("S{value}, high"), high, expected));
+        rows.push(within(format!("S{value}, period"), period, PERIOD as f64));
+    }
+    Ok(rows)
+}
+
+/// Power in motion.
+pub(super) fn in_motion(board: &mut Board<'_>) -> Result<Vec<Row>, Failure> {
+    board.stream(SETTINGS)?;
+    board.capture(&[Signal::StepX, Signal::Power])?;
+    board.run(JOB)?;
+    let steps = board.edges(Signal::StepX)?;
+    let power = board.edges(Signal::Power)?.beside(&steps);
+    let (steps, power) = (steps.pulses(), power.pulses());
+    let plan = plan(SETTINGS, JOB)?;
+    let planned = plan.of(0);
+    let (Some((on, off)), [first, .., last], [lit, .., dark], [begin, .., end]) = (
+        plan.lit(),
+        steps.as_slice(),
+        power.as_slice(),
+        planned.as_slice(),
+    ) else {
+        return fail(format!(
+            "{} steps, {} pulses of power",
+            steps.len(),
+            power.len()
+        ));
+    };
+    let us = |later: u64, earlier: u64| (later as f64 - earlier as f64) / PER_US;
+    let (lights, ends) = (us(on, begin.due), us(off, end.due));
+    let high: u64 = power.iter().map(|pulse| pulse.fall - pulse.rise).sum();
+    Ok(vec![
+        Row::equal("steps", steps.len(), planned.len()),
+        Row::within(
+            "from the first step to light",
+            us(lit.rise, first.rise),
+            lights - TICK_US,
+            lights + PERIOD_US + TICK_US,
+            "us",
+        ),
+        Row::within(
+            "from the last step to the end of light",
+            us(dark.fall, last.rise),
+            ends - PERIOD_US - TICK_US,
+            ends + TICK_US,
+            "us",
+        ),
+        Row::within(
+            "energy beyond the simulator's",
+            (high as f64 / plan.energy() - 1.0) * 100.0,
+            -ENERGY_PERCENT,
+            ENERGY_PERCENT,
+            "%",
+        ),
+    ])
+}

@@ -1,0 +1,86 @@
+//! The reset button, which flood coolant presses.
+use crate::{
+    board::Board,
+    edges::{Edges, PER_US},
+    failure::{fail, Failure},
+    report::Row,
+    wires::Signal,
+};
+
+/// 10 000 steps/s and power.
+const SETTINGS: &str = "$32=0\n$100=250\n$110=6000\n$120=2000\n";
+const JOB: &str = "G91\nM3S500\nG1X16F2400\n";
+const INTERVAL_US: f64 = 100.0;
+const TIMES: usize = 3;
+/// After the start of motion, s.
+const AFTER: f64 = 0.12;
+/// The realtime byte that switches flood coolant.
+const FLOOD: &[u8] = b"\xA0";
+/// A switch is believed after 200 µs (`$706`), within its count of microseconds, and an interrupt that takes a segment in front.
+const FILTER_US: f64 = 200.0;
+const FILTER_LATE_US: f64 = 4.7;
+/// From there to the last edge of a step, µs (docs/hardware.md).
+const STEPS_US: f64 = 10.0;
+/// A pulse of 10 µs may be under way.
+const PULSE_US: f64 = 10.0;
+
+/// Stops in motion; the edges of two signals.
+fn stop(board: &mut Board<'_>, signals: [Signal; 2]) -> Result<[Edges; 2], Failure> {
+    board.reset()?;
+    board.capture(&signals)?;
+    board.stream(JOB)?;
+    board.wait(AFTER)?;
+    board.send(FLOOD)?;
+    let heard = board.hear_until(1.0, |line| line.starts_with("Grbl"))?;
+    if !heard.iter().any(|line| line == "ALARM:3") {
+        return fail(format!("no ALARM:3 in motion, but {heard:?}"));
+    }
+    // Nothing may move any more.
+    board.wait(0.05)?;
+    board.reset()?;
+    let one = board.edges(signals[0])?;
+    let other = board.edges(signals[1])?.beside(&one);
+    Ok([one, other])
+}
+
+/// The last edges of steps and of power, several times.
+pub(super) fn by_button(board: &mut Board<'_>) -> Result<Vec<Row>, Failure> {
+    board.stream(SETTINGS)?;
+    let (mut steps_us, mut dark_us) = (Vec::new(), Vec::new());
+    for _ in 0..TIMES {
+        let [steps, flood] = stop(board, [Signal::StepX, Signal::Flood])?;
+        let (Some(last), Some(pressed)) = (steps.counts().last(), flood.counts().first()) else {
+            return fail("no steps, or no edge of flood coolant");
+        };
+        steps_us.push((*last as f64 - *pressed as f64) / PER_US);
+        let [steps, power] = stop(board, [Signal::StepX, Signal::Power])?;
+        let (Some(step), Some(dark)) = (steps.counts().last(), power.counts().last()) else {
+            return fail("no steps, or no power");
+        };
+        if power.level_at(u64::MAX) {
+            return fail("power is on after the stop");
+        }
+        dark_us.push((*dark as f64 - *step as f64) / PER_US);
+    }
+    let least = |all: &[f64]| all.iter().copied().fold(f64::INFINITY, f64::min);
+    let most = |all: &[f64]| all.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let steps = |what: &str, figure| {
+        let earliest = FILTER_US - FILTER_LATE_US - INTERVAL_US;
+        let latest = FILTER_US + FILTER_LATE_US + STEPS_US;
+        Row::within(what, figure, earliest, latest, "us")
+    };
+    Ok(vec![
+        steps(
+            "from the button to the last edge of a step, shortest",
+            least(&steps_us),
+        ),
+        steps("... and longest", most(&steps_us)),
+        Row::within(
+            "from the last edge of a step to the last of power, longest",
+            most(&dark_us),
+            -INTERVAL_US - STEPS_US - PULSE_US,
+            INTERVAL_US,
+            "us",
+        ),
+    ])
+}

@@ -1,0 +1,136 @@
+//! The same image in an emulated STM32F407, with the wires of the board's file.
+use crate::{
+    failure::Failure,
+    link::Link,
+    wires::{self, Wires},
+};
+use leadscrew_f407emu::{Exception, Machine, Pin, SerialPort, Tamper};
+
+/// The Discovery's crystal, Hz.
+const CRYSTAL_HZ: u32 = 8_000_000;
+/// The board's serial line.
+const LINE: SerialPort = SerialPort::Usart1;
+/// Cycles of one look at the line: 60 µs.
+const LOOK: u64 = 10_000;
+
+/// What is wrong with an emulated board: nothing, or one planted fault.
+#[derive(Clone, Copy)]
+pub(crate) enum Fault {
+    /// It is as it should be.
+    None,
+    /// Words on their way to a register are changed.
+    Tamper {
+        /// The register's address.
+        register: u32,
+        /// The change.
+        tamper: Tamper,
+    },
+    /// The core stands still once, for so many cycles, before an interrupt's next store to a register.
+    Stall {
+        /// The interrupt.
+        irq: u8,
+        /// The register's address.
+        register: u32,
+        /// How long.
+        cycles: u64,
+    },
+    /// Two wires of captures have changed places, by their numbers.
+    Swapped(usize, usize),
+    /// A wire is broken.
+    Broken(usize),
+    /// The edges of a wire come late, by so many cycles.
+    Late(usize, u64),
+    /// The crystal has another frequency, Hz.
+    Crystal(u32),
+    /// To program a word of the flash takes so many microseconds.
+    SlowFlash(u32),
+}
+
+/// An emulated board.
+pub(crate) struct Emulated {
+    machine: Box<Machine>,
+    seconds: f64,
+}
+
+impl Emulated {
+    /// Switches a board on.
+    ///
+    /// # Errors
+    /// The file is no program for it.
+    pub(crate) fn switch_on(elf: &[u8], wires: &Wires, fault: Fault) -> Result<Self, Failure> {
+        let crystal_hz = match fault {
+            Fault::Crystal(hz) => hz,
+            _ => CRYSTAL_HZ,
+        };
+        let mut machine = Machine::new(crystal_hz);
+        machine.load_elf(elf)?;
+        match fault {
+            Fault::Tamper { register, tamper } => machine.tamper_with(register, tamper),
+            Fault::Stall {
+                irq,
+                register,
+                cycles,
+            } => machine.stall_before(Exception::irq(irq), register, cycles),
+            Fault::SlowFlash(micros) => machine.timing_mut().program_us = micros,
+            Fault::None
+            | Fault::Swapped(..)
+            | Fault::Broken(_)
+            | Fault::Late(..)
+            | Fault::Crystal(_) => {}
+        }
+        connect(&mut machine, wires, fault);
+        Ok(Emulated {
+            machine,
+            seconds: 0.0,
+        })
+    }
+}
+
+/// Connects the wires, with the fault where it is one of theirs.
+fn connect(machine: &mut Machine, wires: &Wires, fault: Fault) {
+    let pin = |pin: leadscrew_boards::Pin| Pin::new(pin.port, pin.number);
+    for (number, wire) in wires.captures.iter().enumerate() {
+        let to = match fault {
+            Fault::Swapped(one, other) if number == one => wires.captures[other].to,
+            Fault::Swapped(one, other) if number == other => wires.captures[one].to,
+            _ => wire.to,
+        };
+        let delay = match fault {
+            Fault::Broken(broken) if broken == number => continue,
+            Fault::Late(late, cycles) if late == number => cycles,
+            _ => 0,
+        };
+        machine.connect(pin(wire.from), pin(to), delay);
+        machine.watch(pin(to), false);
+    }
+    for wire in &wires.others {
+        machine.connect(pin(wire.from), pin(wire.to), 0);
+    }
+    for pin in wires::outputs(wires) {
+        machine.watch(Pin::new(pin.port, pin.number), false);
+    }
+}
+
+impl Link for Emulated {
+    fn send(&mut self, bytes: &[u8]) -> Result<(), Failure> {
+        self.machine.uart_send(LINE, bytes);
+        Ok(())
+    }
+
+    fn receive(&mut self) -> Result<Vec<u8>, Failure> {
+        let before = self.machine.cycle();
+        self.machine.run_until(before + LOOK)?;
+        let passed = self.machine.cycle() - before;
+        self.seconds += passed as f64 / f64::from(self.machine.clocks().hclk);
+        self.machine.clear_records();
+        Ok(std::mem::take(self.machine.uart_out(LINE)))
+    }
+
+    fn seconds(&self) -> f64 {
+        self.seconds
+    }
+
+    fn name(&self) -> String {
+        "an emulated STM32F407 with its wires".into()
+    }
+}
