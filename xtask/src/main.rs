@@ -5,6 +5,7 @@ mod boards;
 mod budget;
 mod call_graph;
 mod failure;
+mod figures;
 mod fw;
 mod fw_test;
 mod hil;
@@ -38,8 +39,9 @@ const USAGE: &str = "usage: cargo xtask COMMAND
     release [--twice] [BOARD...]
                        make the files that are handed out, for all boards or those named; --twice makes them in a second
                        folder, too, and compares
+    figures            run what measures, and write docs/figures.md
     icount [--check]   count instructions under QEMU; fail above the budgets
-    senders [NAME...]  run real senders (meerk40t, grbl-streamer, websockets, cncjs) against `leadscrew serve`";
+    senders [NAME...]  run real senders (meerk40t, grbl-streamer, bcnc, websockets, cncjs) against `leadscrew serve`";
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = env::args().skip(1).collect();
@@ -50,6 +52,7 @@ fn main() -> ExitCode {
         ["hil", _, ..] => hil::run(&arguments[1..]),
         ["boards"] => boards::run(),
         ["bench", ..] => bench::run(&arguments[1..]),
+        ["figures"] => figures::run(),
         ["icount"] => icount::run(false),
         ["icount", "--check"] => icount::run(true),
         ["page", _] | ["page", _, _] => page::run(&arguments[1..]),

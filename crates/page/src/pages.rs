@@ -22,7 +22,7 @@ use serde_json::{json, Value};
 use std::time::Duration;
 
 /// How often pages are told how the machine stands.
-const SHOW: Duration = Duration::from_millis(50);
+const SHOW: Duration = Duration::from_millis(45);
 
 /// How often it is looked whether settings have changed.
 const LOOK: Duration = Duration::from_millis(500);

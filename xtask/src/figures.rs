@@ -1,0 +1,94 @@
+//! `cargo xtask figures`: runs what measures, and writes what it says to `docs/figures.md`, which documents link to.
+use crate::{failure::Failure, shell, toolchain};
+use std::{fmt::Write, fs, path::Path, process::Command};
+
+const FILE: &str = "docs/figures.md";
+
+const HEAD: &str = "# Figures of the last run\n
+`cargo xtask figures` writes this file: each command, and what it said. It takes a quarter of an hour. What the figures
+mean, and what was to be met, stands in [benchmarks.md](benchmarks.md) and [hardware.md](hardware.md).\n";
+
+/// Commands that only make ready.
+const READY: [&str; 2] = [
+    "python3 bench/workloads/gen.py target/workloads",
+    "cargo build --quiet --profile fast -p leadscrew-machine --example plan_lines",
+];
+
+/// What is measured: a heading, and the commands under it.
+const SECTIONS: [(&str, &[&str]); 4] = [
+    (
+        "x86-64 instructions from a line's bytes to its planned move",
+        &[
+            "cargo xtask bench target/fast/examples/plan_lines target/workloads/raster.gcode {lines}",
+            "cargo xtask bench target/fast/examples/plan_lines target/workloads/raster.gcode {lines} grbl",
+            "cargo xtask bench target/fast/examples/plan_lines target/workloads/spiral.gcode {lines}",
+            "cargo xtask bench target/fast/examples/plan_lines target/workloads/spiral.gcode {lines} grbl",
+        ],
+    ),
+    ("Cortex-M4F instructions", &["cargo xtask icount"]),
+    (
+        "Flash and memory of the firmware",
+        &[
+            "cargo fw",
+            "cargo fw --board skr-2-dual-y",
+            "cargo fw --machine examples/machines/004/machine.toml",
+        ],
+    ),
+    (
+        "The firmware, emulated",
+        &["cargo fw-test --subset", "cargo fw-test raster rate", "cargo fw-test --rates"],
+    ),
+];
+
+/// Measures, and writes the file.
+///
+/// # Errors
+/// Where a command does not succeed; the file stays as it is then.
+pub(crate) fn run() -> Result<(), Failure> {
+    let root = toolchain::root();
+    for command in READY {
+        said(&root, command)?;
+    }
+    let mut text = HEAD.to_owned();
+    for (heading, commands) in SECTIONS {
+        let _ = write!(text, "\n## {heading}\n");
+        for command in commands {
+            eprintln!("{command}");
+            let said = said(&root, command)?;
+            let _ = write!(text, "\n`{command}`\n\n```text\n{}```\n", figures(&said));
+        }
+    }
+    let file = root.join(FILE);
+    fs::write(&file, text).map_err(Failure::file(&file))
+}
+
+/// What a command says on standard output.
+fn said(root: &Path, command: &str) -> Result<String, Failure> {
+    let mut words = command.split(' ');
+    let program = words.next().unwrap_or_default();
+    shell::output(Command::new(program).args(words).current_dir(root))
+}
+
+/// The lines that are the same in every folder and at every pace: no path, and no time that a check took.
+fn figures(said: &str) -> String {
+    let lines = said.lines().filter(|line| !line.starts_with('/'));
+    lines.fold(String::new(), |text, line| match line.strip_prefix("ok ") {
+        Some(check) => {
+            let name = check.split_whitespace().next().unwrap_or_default();
+            text + name + "\n"
+        }
+        None => text + line + "\n",
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn paths_and_times_are_left_out() {
+        let said =
+            "/work/target/board-f407\nflash 5 of 9 bytes\nok     rate   12.5 s\n    3 lines\n";
+        assert_eq!(figures(said), "flash 5 of 9 bytes\nrate\n    3 lines\n");
+    }
+}
