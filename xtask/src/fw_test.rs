@@ -26,11 +26,18 @@ const FAST: (&str, &str) = ("LEADSCREW_BAUD", "2000000");
 /// For `--highest-rate` and `--rates`, which need no other: ticks may be 2 µs apart, 500 000 steps/s.
 const UNCAPPED: Build = build("uncapped", &[FAST, ("LEADSCREW_TICK_NS", "1400")]);
 
+/// Four axes on an SKR 2.
+const FOUR_AXES: &str = concat!(
+    env!("CARGO_MANIFEST_DIR"),
+    "/../tests/firmware/four_axes.toml"
+);
+
 /// Boards that the subset leaves out.
-const MORE: [Build; 3] = [
+const MORE: [Build; 4] = [
     build("octopus", &[(BOARD, "octopus")]),
     build("fly-407zg", &[(BOARD, "fly-407zg")]),
     build("spider", &[(BOARD, "spider")]),
+    build("four-axes", &[(fw::MACHINE, FOUR_AXES)]),
 ];
 
 /// For `qemu`, which runs it behind a bootloader's place, and for checks in the emulator.

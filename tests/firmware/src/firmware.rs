@@ -74,6 +74,8 @@ pub(crate) struct Firmware {
     pub(crate) machines: [Build; 5],
     /// For more of them, by name, as far as they have been built: three motors each.
     pub(crate) more: Vec<(&'static str, Build)>,
+    /// For the machine of `four_axes.toml`, if it has been built.
+    pub(crate) four_axes: Option<Build>,
 }
 
 /// The builds for boards other than the Discovery as it comes.
@@ -97,6 +99,8 @@ impl Firmware {
         let built = |(name, wiring)| Some((name, read(name, wiring, USUAL_BAUD).ok()?));
         Ok(Firmware {
             more: more.into_iter().filter_map(built).collect(),
+            // The SKR 2 whose fourth driver moves an axis, not Y.
+            four_axes: read("four-axes", &DUAL_Y, USUAL_BAUD).ok(),
             machines: [
                 read("machine-file-000", &DISCOVERY_4, USUAL_BAUD)?,
                 read("machine-file-001", &DISCOVERY, USUAL_BAUD)?,
@@ -137,7 +141,8 @@ impl Firmware {
         for build in &mut faulty.machines {
             build.fault = Some(fault);
         }
-        for (_, build) in &mut faulty.more {
+        let more = faulty.more.iter_mut().map(|(_, build)| build);
+        for build in more.chain(&mut faulty.four_axes) {
             build.fault = Some(fault);
         }
         faulty

@@ -1,6 +1,9 @@
-//! The builds for other boards: each boots, makes a recorded program's steps at its own pins, homes, and dims its laser.
+//! The builds for other boards: each boots, makes a recorded program's steps at its own pins, homes, dims its laser, engraves a row,
+//! and stops for a reset.
 use super::{
+    board_jobs::{ensure_engraves, ensure_stops},
     homing::{ensure_homes, Belts},
+    machines::{self, Carriage},
     motion, start_up, Figures,
 };
 use crate::{
@@ -8,12 +11,12 @@ use crate::{
     compare,
     desk::{self, Planned},
     firmware::{Build, Firmware},
-    job::Job,
+    job::{self, Job},
     pins::CPU_HZ,
     wiring::Wiring,
 };
 use leadscrew_planner::{Cartesian, CoreXy, Kinematics};
-use leadscrew_sim::Rate;
+use leadscrew_sim::{profile::Profile, Rate};
 
 /// A recorded program that steps three motors together.
 const TRACE: &str = "line_xyz";
@@ -113,6 +116,8 @@ fn ensure_works<const MOTORS: usize>(
         Belts::Crossed => ensure_traces(build, CoreXy)?,
     };
     ensure_outputs(build, power)?;
+    ensure_engraves(build, power)?;
+    ensure_stops(build)?;
     let homed = ensure_homes(build, belts, away, homed)?;
     Ok(format!("{traced}{homed}"))
 }
@@ -169,5 +174,34 @@ pub(crate) fn more(firmware: &Firmware) -> Result<Figures, Failure> {
         let works = works.map_err(|Failure(words)| Failure(format!("{name}: {words}")))?;
         figures.add(name, format!("{works}; {safe}"));
     }
+    figures.add("four axes", four_axes(firmware)?);
     Ok(figures)
+}
+
+/// The carriages of `four_axes.toml`: the table has no switch.
+const CARRIAGES: [Carriage; 3] = [(0, 750, 250), (1, 1250, 250), (2, 500, 250)];
+/// All axes together, then the table alone, and both ways.
+const TURNS: &str = "G21G91G94\nG1X-4Y-2Z-1A90F1000\nA-45F3000\nX2Y1Z0.5A360\nG0X-1A-30\n";
+
+/// A machine with a fourth axis on an SKR 2: homes, reports four axes, and steps them to the tick.
+fn four_axes(firmware: &Firmware) -> Result<String, Failure> {
+    let missing = || Failure("four-axes has not been built".into());
+    let build = firmware.four_axes.as_ref().ok_or_else(missing)?;
+    let file = job::repository().join("tests/firmware/four_axes.toml");
+    let profile = Profile::load(&file)?;
+    let mut bench = Bench::boot(build)?;
+    machines::home(&mut bench, &CARRIAGES)?;
+    let status = bench.status()?;
+    ensure(status.contains("|MPos:-1.000,-1.000,-1.000,0.000|"), || {
+        status.clone()
+    })?;
+    let turns = Job::new("turns", "$701=500\n", TURNS);
+    let steps = machines::run(&mut bench, &turns)?;
+    let before = format!("$H\n{}", turns.settings);
+    compare::to_the_tick(
+        &steps,
+        &desk::plan_machine(&profile, &before, &turns.program)?,
+    )?;
+    ensure_stops(build)?;
+    Ok(format!("{} step events to the tick", steps.len()))
 }

@@ -1,4 +1,5 @@
 //! The checks, by name.
+mod board_jobs;
 mod boards;
 mod bootloader;
 pub(crate) mod costs;
@@ -275,13 +276,13 @@ pub(crate) const CHECKS: &[Check] = &[
     },
     Check {
         name: "boards",
-        what: "the builds for other boards: boot, a recorded program to the tick, homing (a second motor is squared), power at 50 Hz to 100 kHz",
+        what: "the builds for other boards: boot, a recorded program to the tick, homing (a second motor is squared), power at 50 Hz to 100 kHz, an engraved row, a reset in motion",
         subset: true,
         run: boards::boards,
     },
     Check {
         name: "more-boards",
-        what: "the builds for boards that came later: the same, and every pin is safe at once",
+        what: "the builds for boards that came later, and four axes on an SKR 2: the same, and every pin is safe at once",
         subset: false,
         run: boards::more,
     },
