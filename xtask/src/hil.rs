@@ -40,8 +40,17 @@ fn tests() -> Command {
     let mut command = Command::new("cargo");
     command
         .args(["run", "--quiet", "--profile", "fw-test"])
-        .args(["-p", "leadscrew-hil", "--"]);
+        .args(["-p", "leadscrew-hil", "--"])
+        .env("LEADSCREW_SOURCES", sources());
     command
+}
+
+/// The commit of the sources, and whether they were changed since: for the report.
+fn sources() -> String {
+    let mut git = Command::new("git");
+    git.args(["describe", "--always", "--dirty", "--abbrev=12"]);
+    let named = shell::output(git.current_dir(toolchain::root()));
+    named.map_or("without git".into(), |name| name.trim().to_owned())
 }
 
 /// Builds the self-test's image; its place.

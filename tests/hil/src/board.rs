@@ -114,11 +114,14 @@ impl<'a> Board<'a> {
         let mut end = self.link.seconds() + PATIENCE_SECONDS;
         while lines.peek().is_some() || !unanswered.is_empty() {
             let used: usize = unanswered.iter().map(|line: &&str| line.len() + 1).sum();
-            let mut free = WINDOW - used;
-            while let Some(line) = lines.next_if(|line| line.len() < free) {
-                free -= line.len() + 1;
-                self.link.send(format!("{line}\n").as_bytes())?;
+            // All that may go goes at once: an adapter puts no gap into it.
+            let mut going = String::new();
+            while let Some(line) = lines.next_if(|line| used + going.len() + line.len() < WINDOW) {
+                going.extend([line, "\n"]);
                 unanswered.push_back(line);
+            }
+            if !going.is_empty() {
+                self.link.send(going.as_bytes())?;
             }
             for heard in self.heard()? {
                 end = self.link.seconds() + PATIENCE_SECONDS;

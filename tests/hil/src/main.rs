@@ -38,6 +38,9 @@ const USAGE: &str = "usage: hil --port NAME [--baud RATE] [--report FILE]
 /// The report's file, unless another is named.
 const REPORT: &str = "hil-report.txt";
 
+/// The variable in which `cargo hil` names the sources.
+const SOURCES: &str = "LEADSCREW_SOURCES";
+
 /// The task.
 enum Task {
     /// A board at a serial port.
@@ -151,10 +154,13 @@ fn measure(link: &mut dyn Link, is_emulated: bool) -> Result<Report, Failure> {
         eprintln!("{verdict:<7}{}", check.name);
         sections.push(section);
     }
-    // The settings of the jobs are forgotten.
-    board.reset()?;
-    board.command("$RST=$")?;
+    // The settings of the jobs are forgotten. The report is worth more than that.
+    let forgotten = board.reset().and_then(|()| board.command("$RST=$"));
+    if let Err(Failure(words)) = forgotten {
+        eprintln!("note: the board keeps the last job's settings: {words}");
+    }
     Ok(Report {
+        sources: env::var(SOURCES).unwrap_or_else(|_| "unknown".into()),
         link: name,
         build,
         is_emulated,

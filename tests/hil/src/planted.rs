@@ -121,8 +121,8 @@ pub(crate) const PLANTED: &[Planted] = &[
         "laser",
     ),
     planted(
-        "the stop 500 us late",
-        tamper(TIM5_CCR2, |word| Some(word.wrapping_add(500))),
+        "the stop 50 us late",
+        tamper(TIM5_CCR2, |word| Some(word.wrapping_add(50))),
         "stop",
     ),
     planted(

@@ -24,6 +24,12 @@ impl Row {
         }
     }
 
+    /// The same row with a remark beside its figure.
+    pub(crate) fn noting(mut self, remark: impl fmt::Display) -> Self {
+        self.measured = format!("{}, {remark}", self.measured);
+        self
+    }
+
     /// A figure that has to be `least` or more.
     pub(crate) fn at_least(what: &str, figure: f64, least: f64, unit: &str) -> Self {
         Row {
@@ -71,6 +77,8 @@ impl Section {
 
 /// All of it.
 pub(crate) struct Report {
+    /// The sources of this program, as git names them.
+    pub(crate) sources: String,
     /// The line to the board.
     pub(crate) link: String,
     /// The board's own words about its build.
@@ -113,6 +121,7 @@ impl fmt::Display for Report {
             f,
             "leadscrew: the board's own edges against the simulator's\n"
         )?;
+        writeln!(f, "tool    {}", self.sources)?;
         writeln!(f, "line    {}", self.link)?;
         for line in &self.build {
             writeln!(f, "board   {line}")?;
@@ -128,7 +137,7 @@ impl fmt::Display for Report {
                 let verdict = if row.holds { "ok    " } else { "FAILED" };
                 writeln!(
                     f,
-                    "  {verdict} {:<68} {:<22} expected {}",
+                    "  {verdict} {:<68} {:<32} expected {}",
                     row.what, row.measured, row.expected
                 )?;
             }

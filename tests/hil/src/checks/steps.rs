@@ -61,15 +61,20 @@ fn us(counts: f64) -> f64 {
 /// Pulses against planned steps: their number, their instants from the first on, their widths.
 fn compare(pulses: &[Pulse], planned: &[Planned], pulse_us: f64) -> Vec<Row> {
     let mut rows = vec![Row::equal("steps", pulses.len(), planned.len())];
-    let rises = pulses.iter().map(|pulse| pulse.rise);
-    let (least, most) = offsets(rises, planned.iter().map(|plan| plan.due));
-    rows.push(Row::within(
+    let mut late = pulses
+        .iter()
+        .zip(planned)
+        .map(|(pulse, plan)| pulse.rise as f64 - plan.due as f64);
+    let (least, most) = extremes(late.clone());
+    let latest = late.position(|one| one == most).unwrap_or(0);
+    let jitter = Row::within(
         "instants of steps against the simulator's, latest less earliest",
         us(most - least),
         0.0,
         JITTER_US,
         "us",
-    ));
+    );
+    rows.push(jitter.noting(format_args!("latest is step {latest}")));
     let widths = pulses.iter().map(|pulse| (pulse.fall - pulse.rise) as f64);
     let (least, most) = extremes(widths);
     let longest = pulse_us + PROLONGED_US;

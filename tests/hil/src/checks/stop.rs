@@ -7,22 +7,22 @@ use crate::{
     wires::Signal,
 };
 
-/// 10 000 steps/s and power.
-const SETTINGS: &str = "$32=0\n$100=250\n$110=6000\n$120=2000\n";
-const JOB: &str = "G91\nM3S500\nG1X16F2400\n";
-const INTERVAL_US: f64 = 100.0;
+/// 40 000 steps/s and power: the edges of 85 ms find room.
+const SETTINGS: &str = "$0=3\n$32=0\n$100=250\n$110=9600\n$120=20000\n";
+const JOB: &str = "G91\nM3S500\nG1X40F9600\n";
+const INTERVAL_US: f64 = 25.0;
 const TIMES: usize = 3;
-/// After the start of motion, s.
-const AFTER: f64 = 0.12;
+/// After the start of motion, s: the ramp is over.
+const AFTER: f64 = 0.03;
 /// The realtime byte that switches flood coolant.
 const FLOOD: &[u8] = b"\xA0";
 /// A switch is believed after 200 µs (`$706`), within its count of microseconds, and an interrupt that takes a segment in front.
 const FILTER_US: f64 = 200.0;
 const FILTER_LATE_US: f64 = 4.7;
-/// From there to the last edge of a step, µs (docs/hardware.md).
+/// From there to the last step, µs (docs/hardware.md).
 const STEPS_US: f64 = 10.0;
-/// A pulse of 10 µs may be under way.
-const PULSE_US: f64 = 10.0;
+/// A period of the PWM, whose last edge may be older than the stop.
+const PERIOD_US: f64 = 100.0;
 
 /// Stops in motion; the edges of two signals.
 fn stop(board: &mut Board<'_>, signals: [Signal; 2]) -> Result<[Edges; 2], Failure> {
@@ -49,18 +49,20 @@ pub(super) fn by_button(board: &mut Board<'_>) -> Result<Vec<Row>, Failure> {
     let (mut steps_us, mut dark_us) = (Vec::new(), Vec::new());
     for _ in 0..TIMES {
         let [steps, flood] = stop(board, [Signal::StepX, Signal::Flood])?;
-        let (Some(last), Some(pressed)) = (steps.counts().last(), flood.counts().first()) else {
+        let (Some(last), Some(pressed)) = (steps.pulses().last().copied(), flood.counts().first())
+        else {
             return fail("no steps, or no edge of flood coolant");
         };
-        steps_us.push((*last as f64 - *pressed as f64) / PER_US);
+        steps_us.push((last.rise as f64 - *pressed as f64) / PER_US);
         let [steps, power] = stop(board, [Signal::StepX, Signal::Power])?;
-        let (Some(step), Some(dark)) = (steps.counts().last(), power.counts().last()) else {
+        let (Some(step), Some(dark)) = (steps.pulses().last().copied(), power.counts().last())
+        else {
             return fail("no steps, or no power");
         };
         if power.level_at(u64::MAX) {
             return fail("power is on after the stop");
         }
-        dark_us.push((*dark as f64 - *step as f64) / PER_US);
+        dark_us.push((*dark as f64 - step.rise as f64) / PER_US);
     }
     let least = |all: &[f64]| all.iter().copied().fold(f64::INFINITY, f64::min);
     let most = |all: &[f64]| all.iter().copied().fold(f64::NEG_INFINITY, f64::max);
@@ -71,15 +73,15 @@ pub(super) fn by_button(board: &mut Board<'_>) -> Result<Vec<Row>, Failure> {
     };
     Ok(vec![
         steps(
-            "from the button to the last edge of a step, shortest",
+            "from the button to the last step, shortest",
             least(&steps_us),
         ),
         steps("... and longest", most(&steps_us)),
         Row::within(
-            "from the last edge of a step to the last of power, longest",
+            "from the last step to the last edge of power, longest",
             most(&dark_us),
-            -INTERVAL_US - STEPS_US - PULSE_US,
-            INTERVAL_US,
+            -PERIOD_US - STEPS_US,
+            INTERVAL_US + FILTER_LATE_US,
             "us",
         ),
     ])
