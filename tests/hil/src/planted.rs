@@ -39,6 +39,8 @@ const TIM11_ARR: u32 = 0x4001_482C;
 /// Power: counts of a period, and high ones.
 const TIM4_ARR: u32 = 0x4000_082C;
 const TIM4_CCR1: u32 = 0x4000_0834;
+/// Control of the stream that takes the edges of steps.
+const DMA1_S1CR: u32 = 0x4002_6028;
 /// The interrupt of ticks.
 const TICK: u8 = 28;
 
@@ -58,6 +60,11 @@ pub(crate) const PLANTED: &[Planted] = &[
         "the direction 5 us late",
         Fault::Late(Signal::DirectionX as usize, 840),
         "steps",
+    ),
+    planted(
+        "edges not taken by DMA",
+        tamper(DMA1_S1CR, |word| Some(word & !1)),
+        "second motor",
     ),
     planted(
         "one tick 0.6 us late",
