@@ -10,7 +10,7 @@ use crate::step_timing::StepTiming;
 use core::cmp::Ordering;
 use heapless::spsc;
 use leadscrew_gcode::Number;
-use leadscrew_planner::{PixelQueue, Queue, SmallQueue};
+use leadscrew_planner::{PixelQueue, Queue, SmallQueue, USUAL_BLOCKS};
 use leadscrew_stepper::Segment;
 
 /// Segments between the main loop and the step interrupt.
@@ -31,15 +31,22 @@ pub type SegmentQueue<const MOTORS: usize> = spsc::Queue<Segment<MOTORS>, { SEGM
 pub(crate) const ASIDE_MOVES: usize = 4;
 
 /// Where planned moves are kept, `MOVES` of the program: by far the largest part of a machine. A machine borrows it, so
-/// that it can be a `static` and need not be built on a stack (see [`Queue`]).
+/// that it can be a `static` and need not be built on a stack. `BLOCKS` is for small ones: see [`Queue`].
 #[derive(Debug)]
-pub struct MoveQueues<const AXES: usize, const MOTORS: usize, const MOVES: usize> {
-    pub(crate) program: Queue<AXES, MOTORS, MOVES>,
+pub struct MoveQueues<
+    const AXES: usize,
+    const MOTORS: usize,
+    const MOVES: usize,
+    const BLOCKS: usize = USUAL_BLOCKS,
+> {
+    pub(crate) program: Queue<AXES, MOTORS, MOVES, BLOCKS>,
     pub(crate) aside: SmallQueue<AXES, MOTORS, ASIDE_MOVES>,
     pub(crate) aside_pixels: PixelQueue<1>,
 }
 
-impl<const AXES: usize, const MOTORS: usize, const MOVES: usize> MoveQueues<AXES, MOTORS, MOVES> {
+impl<const AXES: usize, const MOTORS: usize, const MOVES: usize, const BLOCKS: usize>
+    MoveQueues<AXES, MOTORS, MOVES, BLOCKS>
+{
     /// Empty queues.
     pub const fn new() -> Self {
         Self {
@@ -50,8 +57,8 @@ impl<const AXES: usize, const MOTORS: usize, const MOVES: usize> MoveQueues<AXES
     }
 }
 
-impl<const AXES: usize, const MOTORS: usize, const MOVES: usize> Default
-    for MoveQueues<AXES, MOTORS, MOVES>
+impl<const AXES: usize, const MOTORS: usize, const MOVES: usize, const BLOCKS: usize> Default
+    for MoveQueues<AXES, MOTORS, MOVES, BLOCKS>
 {
     fn default() -> Self {
         Self::new()

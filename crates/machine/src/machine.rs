@@ -38,9 +38,10 @@ pub struct Links<
     const MOTORS: usize,
     const MOVES: usize,
     const PIXELS: usize,
+    const BLOCKS: usize,
 > {
     /// Where planned moves are kept: no interrupt's business, but too large to be a part of the machine.
-    pub moves: &'a mut MoveQueues<AXES, MOTORS, MOVES>,
+    pub moves: &'a mut MoveQueues<AXES, MOTORS, MOVES, BLOCKS>,
     /// Where the pixels of rows are kept: [`crate::config::RowPixels`], or fewer; 1 where nothing burns.
     pub pixels: &'a mut PixelQueue<PIXELS>,
     /// Segments for the step interrupt, from a [`crate::config::SegmentQueue`].
@@ -91,10 +92,10 @@ where
     ///
     /// # Errors
     /// Nothing can be planned with `config`: a timer that stands, no room for moves.
-    pub fn new<const MOVES: usize, const PIXELS: usize>(
+    pub fn new<const MOVES: usize, const PIXELS: usize, const BLOCKS: usize>(
         config: MachineConfig<AXES>,
         kinematics: K,
-        links: Links<'a, AXES, MOTORS, MOVES, PIXELS>,
+        links: Links<'a, AXES, MOTORS, MOVES, PIXELS, BLOCKS>,
     ) -> Result<Self, ConfigError> {
         Self::with_extension(config, kinematics, links, ())
     }
@@ -109,10 +110,10 @@ where
     ///
     /// # Errors
     /// As [`Machine::new`].
-    pub fn with_extension<const MOVES: usize, const PIXELS: usize>(
+    pub fn with_extension<const MOVES: usize, const PIXELS: usize, const BLOCKS: usize>(
         mut config: MachineConfig<AXES>,
         kinematics: K,
-        links: Links<'a, AXES, MOTORS, MOVES, PIXELS>,
+        links: Links<'a, AXES, MOTORS, MOVES, PIXELS, BLOCKS>,
         extension: X,
     ) -> Result<Self, ConfigError> {
         config.moves = config.moves.min(MOVES);

@@ -40,6 +40,7 @@ mod space;
 mod speed;
 mod valid;
 
+pub use ahead::lookahead::USUAL_BLOCKS;
 pub use ahead::queue::{PixelQueue, Queue, Room, SmallQueue};
 pub use ahead::time_left::TimeLeft;
 pub use config::{Config, CornerRule, Overrides, DEFAULT_TIMER_HZ};

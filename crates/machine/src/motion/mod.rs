@@ -97,11 +97,11 @@ where
     ///
     /// # Errors
     /// Nothing can be planned with these settings.
-    pub(crate) fn new<const MOVES: usize, const PIXELS: usize>(
+    pub(crate) fn new<const MOVES: usize, const PIXELS: usize, const BLOCKS: usize>(
         config: Config<AXES>,
         kinematics: K,
         (queues, pixels): (
-            &'a mut MoveQueues<AXES, MOTORS, MOVES>,
+            &'a mut MoveQueues<AXES, MOTORS, MOVES, BLOCKS>,
             &'a mut PixelQueue<PIXELS>,
         ),
         segments: Producer<'a, Segment<MOTORS>>,

@@ -38,19 +38,21 @@ pub(crate) use super::map::Ends;
 use super::map::{Map, Reach};
 use heapless::deque::DequeView;
 
-/// How many blocks there is room for: a power of two.
-pub(crate) const BLOCKS: usize = 128;
+/// Blocks of a [`Queue`](crate::Queue) that says no other number: enough for 1024 moves in blocks of sixteen.
+pub const USUAL_BLOCKS: usize = 128;
 
 /// Moves in the largest block there can be, as a power of two.
 const MOST_BITS: u32 = 6;
 
-/// How many moves may be queued at most.
-pub(crate) const MOST_MOVES: usize = (BLOCKS / 2) << MOST_BITS;
+/// How many moves may be queued at most. Half of the blocks have them all, wherever the first one begins.
+pub(crate) const fn most_moves(blocks: usize) -> usize {
+    (blocks / 2) << MOST_BITS
+}
 
-/// Moves in a block, as a power of two: sixteen, more in a queue of more than a thousand moves.
-const fn block_bits(moves: usize) -> u32 {
+/// Moves in a block, as a power of two: sixteen, more in a queue of more than eight moves a block.
+fn block_bits(moves: usize, blocks: usize) -> u32 {
     let mut bits = 4;
-    while moves >> bits > BLOCKS / 2 {
+    while moves >> bits > blocks / 2 {
         bits += 1;
     }
     bits
@@ -130,7 +132,7 @@ impl<'q, const AXES: usize, const MOTORS: usize> LookAhead<'q, AXES, MOTORS> {
     ) -> Self {
         room.clear();
         Self {
-            block_bits: block_bits(room.storage_capacity()),
+            block_bits: block_bits(room.storage_capacity(), blocks.len()),
             moves: room,
             blocks,
             first: 0,

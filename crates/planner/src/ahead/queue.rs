@@ -6,7 +6,7 @@
 //! without its size, planners with queues of different sizes are one and the same code. Moves and pixels are apart: a
 //! microcontroller's memory is in pieces.
 
-use crate::ahead::lookahead::{Block, BLOCKS, MOST_MOVES};
+use crate::ahead::lookahead::{most_moves, Block, USUAL_BLOCKS};
 use crate::emit::pixel::Packed;
 use crate::moves::PlannedMove;
 use crate::path::Window;
@@ -16,9 +16,17 @@ use heapless::Deque;
 /// Room for `MOVES` planned moves of `AXES` axes and `MOTORS` motors: the memory of a
 /// [`Planner`](crate::Planner).
 ///
+/// `MOVES` are looked ahead over in `BLOCKS` blocks of 20 bytes, a power of two, of which half are in use: blocks of sixteen moves where
+/// there are enough of them, of 64 at most. With fewer blocks a line takes longer to plan. 2 are enough for 16 moves.
+///
 /// The planner's maker owns it: a `static` on a microcontroller, where it lies in zeroed memory.
 #[derive(Debug)]
-pub struct Queue<const AXES: usize, const MOTORS: usize, const MOVES: usize> {
+pub struct Queue<
+    const AXES: usize,
+    const MOTORS: usize,
+    const MOVES: usize,
+    const BLOCKS: usize = USUAL_BLOCKS,
+> {
     pub(crate) moves: Deque<PlannedMove<AXES, MOTORS>, MOVES>,
     /// Of the look-ahead.
     pub(crate) blocks: [Block; BLOCKS],
@@ -26,9 +34,11 @@ pub struct Queue<const AXES: usize, const MOTORS: usize, const MOVES: usize> {
     pub(crate) window: Window<AXES>,
 }
 
-impl<const AXES: usize, const MOTORS: usize, const MOVES: usize> Queue<AXES, MOTORS, MOVES> {
+impl<const AXES: usize, const MOTORS: usize, const MOVES: usize, const BLOCKS: usize>
+    Queue<AXES, MOTORS, MOVES, BLOCKS>
+{
     /// There are enough blocks for `MOVES` moves.
-    const FITS: () = assert!(MOVES > 0 && MOVES <= MOST_MOVES);
+    const FITS: () = assert!(BLOCKS.is_power_of_two() && MOVES > 0 && MOVES <= most_moves(BLOCKS));
 
     /// An empty queue.
     pub const fn new() -> Self {
@@ -41,8 +51,8 @@ impl<const AXES: usize, const MOTORS: usize, const MOVES: usize> Queue<AXES, MOT
     }
 }
 
-impl<const AXES: usize, const MOTORS: usize, const MOVES: usize> Default
-    for Queue<AXES, MOTORS, MOVES>
+impl<const AXES: usize, const MOTORS: usize, const MOVES: usize, const BLOCKS: usize> Default
+    for Queue<AXES, MOTORS, MOVES, BLOCKS>
 {
     fn default() -> Self {
         Self::new()
@@ -87,10 +97,10 @@ pub struct Room<'q, const AXES: usize, const MOTORS: usize> {
     pub(crate) window: Option<&'q mut Window<AXES>>,
 }
 
-impl<'q, const AXES: usize, const MOTORS: usize, const MOVES: usize>
-    From<&'q mut Queue<AXES, MOTORS, MOVES>> for Room<'q, AXES, MOTORS>
+impl<'q, const AXES: usize, const MOTORS: usize, const MOVES: usize, const BLOCKS: usize>
+    From<&'q mut Queue<AXES, MOTORS, MOVES, BLOCKS>> for Room<'q, AXES, MOTORS>
 {
-    fn from(queue: &'q mut Queue<AXES, MOTORS, MOVES>) -> Self {
+    fn from(queue: &'q mut Queue<AXES, MOTORS, MOVES, BLOCKS>) -> Self {
         Self {
             moves: queue.moves.as_mut_view(),
             blocks: &mut queue.blocks,

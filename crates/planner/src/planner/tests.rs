@@ -64,6 +64,31 @@ fn fewer_moves_than_there_is_room_for_can_be_used() {
     assert_eq!(planner.push(&to(3.0, 0.0, 10.0)), Err(PushError::Full));
 }
 
+/// A zigzag that turns a little at each corner, longer and longer.
+fn zigzag(k: u32) -> Move<2> {
+    let (x, side) = (f64::from(k) * 0.3, f64::from(k % 7) * 0.05);
+    to(x, side, 80.0)
+}
+
+#[test]
+fn moves_are_planned_alike_in_few_blocks_and_in_many() {
+    let (mut small, mut usual) = (Queue::<2, 2, 64, 2>::new(), Queue::<2, 2, 64>::new());
+    let mut small = Planner::new(config(), Cartesian, &mut small, pixels::<1>()).unwrap();
+    let mut usual = Planner::new(config(), Cartesian, &mut usual, pixels::<1>()).unwrap();
+    let mut pushed = 0;
+    for started in 0..300 {
+        while pushed < 300 && small.room() > 0 {
+            pushed += 1;
+            assert_eq!(small.push(&zigzag(pushed)), usual.push(&zigzag(pushed)));
+        }
+        let one = small.start_next().map(|of| (of.length, of.rate));
+        assert_eq!(one, usual.start_next().map(|of| (of.length, of.rate)));
+        assert_eq!(small.outlook(), usual.outlook(), "{started}");
+        small.finish();
+        usual.finish();
+    }
+}
+
 fn planned(
     planner: &Planner<'_, Cartesian, 2, 2>,
     of: &Move<2>,

@@ -42,6 +42,9 @@ const AXES: usize = 3;
 /// Moves that are planned ahead.
 const MOVES: usize = 16;
 
+/// Blocks in which they are looked ahead over.
+const BLOCKS: usize = 2;
+
 /// The main loop sleeps no longer than this, so that it sees the clock's high word change.
 const LONGEST_SLEEP: Duration = Duration::from_ticks(5_000);
 
@@ -56,7 +59,7 @@ fn main() -> ! {
     // Constants: zeroed memory, which is never built on the stack.
     static SEGMENTS: ConstStaticCell<SegmentQueue<AXES>> =
         ConstStaticCell::new(SegmentQueue::new());
-    static MOVE_QUEUES: ConstStaticCell<MoveQueues<AXES, AXES, MOVES>> =
+    static MOVE_QUEUES: ConstStaticCell<MoveQueues<AXES, AXES, MOVES, BLOCKS>> =
         ConstStaticCell::new(MoveQueues::new());
     static PIXELS: ConstStaticCell<PixelQueue<1>> = ConstStaticCell::new(PixelQueue::new());
     static SERIAL: ConstStaticCell<SerialQueue<129>> = ConstStaticCell::new(SerialQueue::new());
