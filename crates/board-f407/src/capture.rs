@@ -5,8 +5,8 @@
 //! wires at a time: the stream of channel 2 hears channel 4 as well.
 //!
 //! ```text
-//!   M120 P5        begins, at rest: wires 0 and 2, a bit each
-//!   M121 P0 L32    [EDGES:0,32,1000,0,1:0001a2b3...]: of wire 0, from edge 32 on; 1000 in all, none lost, high before the first
+//!   M120 P5        at rest: begins with wires 0 and 2, a bit each
+//!   M121 P0 L32    at rest: [EDGES:0,32,1000,0,1:0001a2b3...]: of wire 0, from edge 32 on; 1000 in all, none lost, high before the first
 //!   M122           [COUNT:0001a2b3]
 //! ```
 use crate::{
@@ -115,6 +115,11 @@ impl Part {
         self.memory.get(..taken).unwrap_or_default()
     }
 
+    /// The edges from `first` on, as many as a line tells.
+    fn told(&self, first: usize) -> Told<'_> {
+        Told { part: self, first }
+    }
+
     /// Whether an edge was lost: it came before DMA had taken the one before, or found the memory full.
     fn has_lost(&self) -> bool {
         let flags = tick_timer().sr().read();
@@ -210,20 +215,32 @@ fn wires(call: &Call) -> Result<usize, Status> {
     Ok(wires)
 }
 
-/// Counts as `M121` prints them.
-struct Hex(&'static [AtomicU32]);
+/// Edges as `M121` tells them.
+struct Told<'a> {
+    part: &'a Part,
+    /// The number of the first.
+    first: usize,
+}
 
-impl fmt::Display for Hex {
+impl fmt::Display for Told<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let mut counts = self.0.iter();
-        counts.try_for_each(|count| write!(f, "{:08x}", count.load(Relaxed)))
+        let Told { part, first } = self;
+        let edges = part.edges();
+        let (wire, all) = (part.wire, edges.len());
+        let (lost, level) = (u8::from(part.has_lost()), u8::from(part.level));
+        write!(f, "[EDGES:{wire},{first},{all},{lost},{level}:")?;
+        for count in edges.iter().skip(*first).take(PER_LINE) {
+            write!(f, "{:08x}", count.load(Relaxed))?;
+        }
+        f.write_str("]")
     }
 }
 
 impl Extension<AXES> for Capture {
     fn m_code(&self, number: u8) -> Option<MCode> {
         match number {
-            120 | 121 => Some(MCode::with(&[Letter::P, Letter::L])),
+            120 => Some(MCode::with(&[Letter::P])),
+            121 => Some(MCode::with(&[Letter::P, Letter::L])),
             122 => Some(MCode::PLAIN),
             _ => None,
         }
@@ -248,19 +265,12 @@ impl Extension<AXES> for Capture {
                 .map_or(0, |value: Number| value.trunc()) as usize
         };
         match call.code {
-            120 if !cx.at_rest => return Step::Rest,
+            // To begin needs a timer without ticks; to tell takes longer than motion should wait.
+            120 | 121 if !cx.at_rest => return Step::Rest,
             120 => self.begin(word(Letter::P)),
             121 => {
                 if let Some(part) = self.part(word(Letter::P)) {
-                    let (edges, first) = (part.edges(), word(Letter::L));
-                    let some = edges.get(first..).unwrap_or_default();
-                    let some = some.get(..PER_LINE).unwrap_or(some);
-                    let (lost, level) = (u8::from(part.has_lost()), u8::from(part.level));
-                    let (wire, all) = (part.wire, edges.len());
-                    cx.line(format_args!(
-                        "[EDGES:{wire},{first},{all},{lost},{level}:{}]",
-                        Hex(some)
-                    ));
+                    cx.line(format_args!("{}", part.told(word(Letter::L))));
                 }
             }
             _ => {
