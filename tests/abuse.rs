@@ -1,7 +1,8 @@
 //! Whatever comes over the wires and the pins, at whatever moment: what must hold all the same.
 //!
-//! A session is a *script* of bytes, so that a fuzzer can change it, a property test can shorten it, and a failure can be
-//! kept as a string. Its first byte is the machine, a [`Build`]; of the others
+//! A session is a *script* of bytes, so that a fuzzer can change it, a property test can shorten
+//! it, and a failure can be kept as a string. Its first byte is the machine, a [`Build`]; of the
+//! others
 //!
 //! | byte | what happens |
 //! |---|---|
@@ -10,8 +11,8 @@
 //! | 0xFF | the bytes that follow go over the other serial line |
 //! | any other | is sent |
 //!
-//! Grbl knows none of the bytes of the table. Line 0 never waits, line 1 has 115 200 baud; neither counts characters, so
-//! that receive buffers overflow, too.
+//! Grbl knows none of the bytes of the table. Line 0 never waits, line 1 has 115 200 baud; neither
+//! counts characters, so that receive buffers overflow, too.
 
 mod light;
 mod wires;
@@ -126,10 +127,12 @@ struct Trial<'a> {
     levels: [bool; PINS.len()],
     /// Where the carriages stood when the machine was found locked.
     locked_at: Option<[i32; 3]>,
-    /// What was planned is dropped: at a reset, in an alarm, and where a jog ends, which may be cancelled.
+    /// What was planned is dropped: at a reset, in an alarm, and where a jog ends, which may be
+    /// cancelled.
     banners: usize,
     jogging: bool,
-    /// It was asleep, with nothing under way, at the last look: on the way to sleep a spindle turns until it is pulled out.
+    /// It was asleep, with nothing under way, at the last look: on the way to sleep a spindle turns
+    /// until it is pulled out.
     asleep: bool,
 }
 
@@ -234,7 +237,8 @@ impl<'a> Trial<'a> {
         heard
     }
 
-    /// Sends the same bytes on some lines, in place of what waits to be sent; what is heard on each in that time.
+    /// Sends the same bytes on some lines, in place of what waits to be sent; what is heard on each
+    /// in that time.
     fn ask_on(&mut self, lines: &[usize], bytes: &[u8], millis: u64) -> [String; LINES] {
         let begin = self.wires.begin();
         lines
@@ -258,7 +262,8 @@ impl<'a> Trial<'a> {
         }
     }
 
-    /// At rest and with nothing to do, pins and reports are what the modes say, and each line has had its answer.
+    /// At rest and with nothing to do, pins and reports are what the modes say, and each line has
+    /// had its answer.
     fn assert_true_to_its_word(&mut self) {
         self.ask_on(&[0, 1], b"\n", 300);
         let idle = self.is_idle();
@@ -330,8 +335,8 @@ impl<'a> Trial<'a> {
         }
     }
 
-    /// Released, reset and unlocked, it takes lines again, but where a startup line keeps it busy. What was locked or asleep
-    /// is locked after it, and so is what was moving; nothing else.
+    /// Released, reset and unlocked, it takes lines again, but where a startup line keeps it busy.
+    /// What was locked or asleep is locked after it, and so is what was moving; nothing else.
     fn assert_recovers(&mut self) {
         for (pin, level) in PINS.into_iter().zip(&mut self.levels) {
             *level = true;
@@ -352,9 +357,9 @@ impl<'a> Trial<'a> {
     }
 }
 
-/// Plays a script. Nothing panics, nothing moves in Alarm, a laser is dark wherever it has to be, no pulse is lost, the
-/// carriages stand where they are counted and where reports say, each line has one answer, outputs are what `$G` says, and
-/// `?` is answered, after a reset, too.
+/// Plays a script. Nothing panics, nothing moves in Alarm, a laser is dark wherever it has to be,
+/// no pulse is lost, the carriages stand where they are counted and where reports say, each line
+/// has one answer, outputs are what `$G` says, and `?` is answered, after a reset, too.
 pub fn endure(script: &[u8]) {
     let Some((build, script)) = script.split_first() else {
         return;

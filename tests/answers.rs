@@ -27,7 +27,8 @@ struct Sight {
     x: i32,
 }
 
-/// Streams a job, behind overrides perhaps; in the milliseconds `stall` the sender neither listens nor speaks.
+/// Streams a job, behind overrides perhaps; in the milliseconds `stall` the sender neither listens
+/// nor speaks.
 fn stream(rate: Rate, more_settings: &str, job: &str, stall: Range<u64>) -> (Run<3>, Vec<Sight>) {
     let mut setup = setup::<3>(1);
     setup.lines = vec![rate];
@@ -139,7 +140,8 @@ fn contour(lines: usize, mm: f64) -> String {
     job
 }
 
-/// The same with blanks behind each line: so few of them fit a window that the machine has not heard them all already.
+/// The same with blanks behind each line: so few of them fit a window that the machine has not
+/// heard them all already.
 fn long(job: &str) -> String {
     job.lines().map(|line| format!("{line:100}\n")).collect()
 }

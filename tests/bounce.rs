@@ -1,5 +1,5 @@
-//! Limit switches whose contacts bounce, on a board that filters its inputs for the time of `$706`: homing finds the same
-//! place, hard limits are raised by a switch that closes and by nothing else.
+//! Limit switches whose contacts bounce, on a board that filters its inputs for the time of `$706`:
+//! homing finds the same place, hard limits are raised by a switch that closes and by nothing else.
 
 use leadscrew_planner::Cartesian;
 use leadscrew_sim::plant::{Pin, Side, Switch};
@@ -67,7 +67,8 @@ fn homing_finds_the_same_place_however_long_a_switch_bounces() {
             assert_eq!(session.say("$H\n"), ["ok"], "{bounce} us, $706={filter}");
             session.sim.board().plant.position()
         });
-        // Pulled off by $27 from where the switch was found: at the latest a filter's time after its first edge, at $24.
+        // Pulled off by $27 from where the switch was found: at the latest a filter's time after
+        // its first edge, at $24.
         let late = 1 + i32::from(filter.max(bounce) / 5000);
         for place in &places {
             for axis in place {
@@ -101,7 +102,8 @@ fn a_switch_that_closes_in_motion_is_one_alarm_however_long_it_bounces() {
     }
 }
 
-/// Grbl raises ALARM:1 at either edge; here a switch that opens is none, unless it closes again in its bounce.
+/// Grbl raises ALARM:1 at either edge; here a switch that opens is none, unless it closes again in
+/// its bounce.
 #[test]
 fn a_switch_that_bounces_as_it_opens_is_no_alarm_where_the_filter_is_longer() {
     for (bounce, filter) in PAIRS {

@@ -1,4 +1,5 @@
-//! The recorded conversations with Grbl 1.1h: the same lines, but for the differences in `conformance/deviations.toml`.
+//! The recorded conversations with Grbl 1.1h: the same lines, but for the differences in
+//! `conformance/deviations.toml`.
 //!
 //! Checks what does not depend on time: every line that is no status report, in order (rule 1 of
 //! `conformance/compare.py`). `.ci/run conformance` checks all rules.
@@ -148,8 +149,8 @@ fn heard(case: &Case, exchanges: &[Exchange]) -> Vec<String> {
     all.map(shown).collect()
 }
 
-/// Those were never recorded: they combine what the recordings do not, and what they expect was written after Grbl's
-/// documents ("Grbl v1.1 Interface", "Commands", "Configuration").
+/// Those were never recorded: they combine what the recordings do not, and what they expect was
+/// written after Grbl's documents ("Grbl v1.1 Interface", "Commands", "Configuration").
 #[test]
 fn every_conversation_written_from_grbl_s_documents_is_held_as_written() {
     let cases = cases_in(&folder().join("written"));
@@ -174,7 +175,8 @@ fn a_conversation_is_judged_to_differ_where_a_row_says_so_and_nowhere_else() {
         let told = judge(&case, &replay(&case).unwrap());
         match &told {
             None => {
-                // A difference of the fields of a report does not count where it depends on the instant.
+                // A difference of the fields of a report does not count where it depends on the
+                // instant.
                 let timing = case.other["timing"] == true;
                 assert!(differing.is_empty() || timing, "{name}");
             }

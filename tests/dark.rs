@@ -1,7 +1,7 @@
 //! A laser is dark wherever neither a program nor a jog has it burn, whatever comes in between.
 //!
-//! Scripts are played by [`endure`], which asks the simulator's own rule at every turn; where light may be, tests look at the
-//! power that is put out.
+//! Scripts are played by [`endure`], which asks the simulator's own rule at every turn; where light
+//! may be, tests look at the power that is put out.
 
 use leadscrew_planner::Cartesian;
 use leadscrew_sim::plant::{Pin, Side, Switch};

@@ -1,4 +1,5 @@
-//! The jobs of `examples/`: each runs clean with its settings, in the time that it took when it was committed.
+//! The jobs of `examples/`: each runs clean with its settings, in the time that it took when it was
+//! committed.
 
 use leadscrew_tests::run_program;
 use std::collections::BTreeMap;
@@ -26,7 +27,8 @@ fn folder() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../examples")
 }
 
-/// Job and settings file of each row of the table in `examples/README.md`: ``| `job.nc` | … | `settings.txt` | … |``.
+/// Job and settings file of each row of the table in `examples/README.md`: ``| `job.nc` | … |
+/// `settings.txt` | … |``.
 fn table() -> BTreeMap<String, String> {
     let readme = fs::read_to_string(folder().join("README.md")).unwrap();
     let rows = readme.lines().filter_map(|line| {

@@ -1,19 +1,23 @@
-//! Golden files at the second seam: the step events of small programs, `golden/NAME.nc` to `golden/NAME.steps`.
+//! Golden files at the second seam: the step events of small programs, `golden/NAME.nc` to
+//! `golden/NAME.steps`.
 //!
-//! Lines of a program that begin with `$` are settings. In the step file each row is a run of events along one parabola:
+//! Lines of a program that begin with `$` are settings. In the step file each row is a run of
+//! events along one parabola:
 //!
 //! ```text
 //!      at     interval       add  -   power  steps
 //!   12860     4243.250   -12.500  y  0.2500  3x xy 2x
 //! ```
 //!
-//! The run's first event is `at` timer counts (84 MHz) after the first one since the last rest; event *k* of the run, from 0,
-//! is `k·interval + k(k−1)/2·add` counts later, within one count. Motors under `-` turn in the negative direction (`.`:
-//! none). A pause of more than 0.1 s is a rest and stands in a row of its own, in ms: the main loop ends it, so that it
-//! depends on how busy the CPU is. `power` is a share of full power. `steps` says which motors step at each event: `3x xy` is
-//! x, x, x, then both.
+//! The run's first event is `at` timer counts (84 MHz) after the first one since the last rest;
+//! event *k* of the run, from 0, is `k·interval + k(k−1)/2·add` counts later, within one count.
+//! Motors under `-` turn in the negative direction (`.`: none). A pause of more than 0.1 s is a
+//! rest and stands in a row of its own, in ms: the main loop ends it, so that it depends on how
+//! busy the CPU is. `power` is a share of full power. `steps` says which motors step at each event:
+//! `3x xy` is x, x, x, then both.
 //!
-//! `BLESS=1 cargo test -p leadscrew-tests golden_steps` writes the step files anew: look at the difference.
+//! `BLESS=1 cargo test -p leadscrew-tests golden_steps` writes the step files anew: look at the
+//! difference.
 
 use leadscrew_sim::clock::{CYCLES_PER_COUNT, TIMER_HZ};
 use leadscrew_sim::StepEvent;

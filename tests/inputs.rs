@@ -1,4 +1,5 @@
-//! Inputs that stay closed: the reset input locks the machine as long as it is held, a closed limit lets it jog away.
+//! Inputs that stay closed: the reset input locks the machine as long as it is held, a closed limit
+//! lets it jog away.
 
 use leadscrew_planner::Cartesian;
 use leadscrew_sim::plant::{Pin, Side, Switch};

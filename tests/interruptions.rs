@@ -1,8 +1,9 @@
-//! A hold, a door, a reset or a jog cancel at every step of a short job: nothing moves afterwards that was not asked
-//! for, the position is exact, and it goes on to the exact end where it may.
+//! A hold, a door, a reset or a jog cancel at every step of a short job: nothing moves afterwards
+//! that was not asked for, the position is exact, and it goes on to the exact end where it may.
 //!
-//! The job runs once undisturbed. Then it runs anew for each of its step events, with the byte at the end of the
-//! microsecond before it, and what the motors do is held against the undisturbed run.
+//! The job runs once undisturbed. Then it runs anew for each of its step events, with the byte at
+//! the end of the microsecond before it, and what the motors do is held against the undisturbed
+//! run.
 
 use leadscrew_planner::Cartesian;
 use leadscrew_sim::plant::{Pin, Side, Switch};
@@ -15,7 +16,8 @@ const SETTINGS: &str =
 /// A line, a corner, an arc and a way back, burnt with a laser that follows the speed.
 const PROGRAM: &str = "M4S700\nG1X2Y1F2000\nY2.5\nG2X3Y3.5R1\nG0X2\n";
 
-/// Two holes in pecks, two bored in another plane: a line is many moves. It ends where it was never before.
+/// Two holes in pecks, two bored in another plane: a line is many moves. It ends where it was never
+/// before.
 const HOLES: &str = "G91G99G83X0.5Y0.2Z-0.7R-0.3Q0.3L2F900\nG18G98G85X0.3Y-0.5R0.2L2\nG0X0.1\n";
 
 const JOGS: &str = "$J=G91X2Y1F2000\n$J=G91Y2F2000\n";
@@ -27,8 +29,8 @@ type Desk<'a> = Session<'a, Cartesian, 3>;
 
 /// The motion of the carriages: steps with signs, motor by motor.
 ///
-/// Not step events: where two motors step between ticks of different segments, they may come at once or one after
-/// the other.
+/// Not step events: where two motors step between ticks of different segments, they may come at
+/// once or one after the other.
 type Tracks = [Vec<i8>; 3];
 
 fn tracks(steps: &[StepEvent]) -> Tracks {
@@ -87,8 +89,9 @@ impl<'a> Case<'a> {
         session
     }
 
-    /// Interrupts the job at every step event; `then` gets the session at rest and whether all steps were made, and returns
-    /// whether all of the job is to be made in the end, or only the steps up to the interruption.
+    /// Interrupts the job at every step event; `then` gets the session at rest and whether all
+    /// steps were made, and returns whether all of the job is to be made in the end, or only the
+    /// steps up to the interruption.
     fn at_every_step(&self, then: impl Fn(&mut Desk<'_>, bool) -> bool) {
         let (whole, places) = (tracks(&self.steps), places(&self.steps));
         for (index, event) in self.steps.iter().enumerate() {
@@ -151,11 +154,13 @@ fn reported(session: &mut Desk<'_>) -> [f64; 3] {
     [(); 3].map(|()| numbers.next().unwrap())
 }
 
-/// Homing of Z, then of X and Y together, against switches half a millimetre away, or probing down to a plate at −1 mm.
+/// Homing of Z, then of X and Y together, against switches half a millimetre away, or probing down
+/// to a plate at −1 mm.
 const CYCLE_SETTINGS: &str =
     "$22=1\n$24=300\n$25=1200\n$26=2\n$27=0.5\n$130=2\n$131=2\n$132=2\n$112=3000\n$122=300\n";
 
-/// Begins a cycle with its switches in place, and sends `byte` at the end of the microsecond before `cycle`, if any.
+/// Begins a cycle with its switches in place, and sends `byte` at the end of the microsecond before
+/// `cycle`, if any.
 fn cycle<'m>(
     memory: &'m mut Memory<3, 3>,
     line: &str,
@@ -196,9 +201,10 @@ fn shifts(session: &Desk<'_>) -> [i32; 3] {
     std::array::from_fn(|axis| counted[axis] - plant[axis])
 }
 
-/// Interrupts a cycle at every step event: what the motors do then is the beginning of what they did undisturbed, and
-/// nothing moves afterwards that is not asked for. Each axis is counted where it stands, or from home if it has got there.
-/// `then` is told whether the cycle had come to its end.
+/// Interrupts a cycle at every step event: what the motors do then is the beginning of what they
+/// did undisturbed, and nothing moves afterwards that is not asked for. Each axis is counted where
+/// it stands, or from home if it has got there. `then` is told whether the cycle had come to its
+/// end.
 fn cycle_at_every_step(line: &str, byte: u8, then: impl Fn(&mut Desk<'_>, bool)) {
     let mut memory = Memory::new(&setup::<3>(1));
     let mut session = cycle(&mut memory, line, None);

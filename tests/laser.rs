@@ -1,5 +1,5 @@
-//! Lasers on the simulated pins: rasters at full speed, energy at every step, no light in rapids and rests, and both
-//! directions of a raster in the same place.
+//! Lasers on the simulated pins: rasters at full speed, energy at every step, no light in rapids
+//! and rests, and both directions of a raster in the same place.
 
 use leadscrew_planner::Cartesian;
 use leadscrew_sim::{Cycle, Memory, Rate, StepEvent};
@@ -12,7 +12,8 @@ use std::num::NonZeroU32;
 /// CPU cycles in a second.
 const HZ: f64 = 168e6;
 
-/// 80 steps/mm, 500 mm/s, a laser with full power at S1000, and motion that waits for no pause of the sender.
+/// 80 steps/mm, 500 mm/s, a laser with full power at S1000, and motion that waits for no pause of
+/// the sender.
 fn settings(acceleration: u32) -> String {
     format!("$100=80\n$101=80\n$110=30000\n$111=30000\n$120={acceleration}\n$121={acceleration}\n$32=1\n$30=1000\n$707=0\n")
 }
@@ -75,7 +76,8 @@ fn a_row_of_twentieths_runs_at_450_mm_s_over_a_serial_line_of_3_megabaud() {
     runs_at_full_speed(line, &program);
 }
 
-/// 18 000 pixels a second are more than the controller prepares: the row is slowed down, and segments do not run out.
+/// 18 000 pixels a second are more than the controller prepares: the row is slowed down, and
+/// segments do not run out.
 #[test]
 fn a_row_that_asks_for_too_many_pixels_a_second_is_slowed_down() {
     let there = row(3000, 100, |program, k, x| {
@@ -99,13 +101,15 @@ fn a_row_that_asks_for_too_many_pixels_a_second_is_slowed_down() {
         let run = session.finish();
         assert_eq!(run.outcome.motors[X].pulses, 48_000);
         let peak = run.outcome.motors[X].peak_hz / 80.0;
-        // Motion begins with 15 lines or 5 ms of them: the first row ends where it does, and has a change of power less than pixels.
+        // Motion begins with 15 lines or 5 ms of them: the first row ends where it does, and has a
+        // change of power less than pixels.
         assert!((1200.0..1253.0).contains(&peak), "{peak} mm/s");
     }
 }
 
-/// The exposure of pixels at 450 mm/s, greys from a tenth to full power in no order, against duty times time from the pixel's
-/// first step edge to its last: the worst ratio to 1, for pixels of `size` µm, 80 steps/mm.
+/// The exposure of pixels at 450 mm/s, greys from a tenth to full power in no order, against duty
+/// times time from the pixel's first step edge to its last: the worst ratio to 1, for pixels of
+/// `size` µm, 80 steps/mm.
 fn worst_exposure(size: u32) -> f64 {
     let count = 80_000 / size;
     let grey = |k: u32| 100 + (k.wrapping_mul(2_654_435_761) >> 16) % 901;
@@ -183,7 +187,8 @@ fn free_moves_fall_with_the_pixels_planned_and_come_back_as_they_are_made() {
     let mut free = vec![1024.0];
     session.send(0, "M4G1F60\n");
     for part in 0..50 {
-        // 80 pixels of 0.1 mm at 1 mm/s, no more than the receive buffer takes; 4608 are a full queue.
+        // 80 pixels of 0.1 mm at 1 mm/s, no more than the receive buffer takes; 4608 are a full
+        // queue.
         let pixels = (1..=80).map(|k| format!("X{:.1}S{}\n", f64::from(part * 80 + k) * 0.1, k));
         session.send(0, pixels.collect::<String>());
         session.wait_us(20_000);
@@ -259,7 +264,8 @@ fn dark(steps: &[StepEvent]) -> impl Iterator<Item = (usize, &StepEvent)> {
     })
 }
 
-/// The laser's other rules are checked by the simulator, before and after each turn of the main loop.
+/// The laser's other rules are checked by the simulator, before and after each turn of the main
+/// loop.
 #[test]
 fn the_laser_is_off_in_every_rapid_whatever_interrupts_the_job() {
     let program = picture();
@@ -433,12 +439,14 @@ proptest! {
         let powers = pixels.iter().flat_map(|(steps, power)| std::iter::repeat_n(*power, *steps as usize));
         for (pair, power) in steps.windows(2).zip(powers.skip(1)) {
             let interval = (pair[1].cycle - pair[0].cycle) as f64;
-            // A held step waits as long as the hold; one that is not 100 timer counts long is not looked at.
+            // A held step waits as long as the hold; one that is not 100 timer counts long is not
+            // looked at.
             if !(200.0..0.5 * HZ).contains(&interval) {
                 continue;
             }
             let due = f64::from(power) / 1000.0 / 80.0 / (f64::from(feed) / 60.0) * HZ;
-            // What changes the power comes a little after a step: that matters where steps are fast, and have one power each.
+            // What changes the power comes a little after a step: that matters where steps are
+            // fast, and have one power each.
             let energy = if interval > SLOW {
                 burnt_between(&run.powers, pair[0].cycle, pair[1].cycle)
             } else {

@@ -1,5 +1,6 @@
-//! Realtime bytes act within 1 ms of simulated time, and `?` is answered within 5 ms, in every state and whatever the
-//! machine is busy with; and a sender that ignores flow control is told what it has lost.
+//! Realtime bytes act within 1 ms of simulated time, and `?` is answered within 5 ms, in every
+//! state and whatever the machine is busy with; and a sender that ignores flow control is told what
+//! it has lost.
 
 use leadscrew_machine::config::MachineConfig;
 use leadscrew_machine::settings::flash::{Area, SettingsStore};
@@ -212,8 +213,8 @@ fn in_situation(situation: &Situation, rate: Rate, then: impl FnOnce(&mut Desk<'
     then(&mut session);
 }
 
-/// Sends a byte in motion and waits until the machine is where the situation wants it: longer than one burst of bytes, in
-/// which a hold keeps what comes after it from resuming.
+/// Sends a byte in motion and waits until the machine is where the situation wants it: longer than
+/// one burst of bytes, in which a hold keeps what comes after it from resuming.
 fn interrupt(session: &mut Desk<'_>, byte: &[u8], situation: &Situation) {
     session.wait_us(500_000);
     session.heard(0);
@@ -412,7 +413,8 @@ fn a_report_is_answered_within_five_milliseconds_in_every_situation() {
                 }
                 session.heard(0);
                 session.send(0, "?");
-                // The line's own time, there and back, comes on top: a report has 80 characters at most here.
+                // The line's own time, there and back, comes on top: a report has 80 characters at
+                // most here.
                 session.wait_us(ANSWERS + 81 * byte_time(rate));
                 let heard = session.heard(0);
                 let report = heard
@@ -424,7 +426,8 @@ fn a_report_is_answered_within_five_milliseconds_in_every_situation() {
     }
 }
 
-/// When the report that was asked for at `asked` has begun, µs later, and all that was heard from then on.
+/// When the report that was asked for at `asked` has begun, µs later, and all that was heard from
+/// then on.
 fn report_begins(session: &mut Desk<'_>, asked: Cycle, byte_time: u64) -> (u64, Vec<String>) {
     let mut heard = Vec::new();
     loop {
@@ -439,7 +442,8 @@ fn report_begins(session: &mut Desk<'_>, asked: Cycle, byte_time: u64) -> (u64, 
     }
 }
 
-/// What is asked for while answers go out, at any instant of it: never inside a line, and after one line at most.
+/// What is asked for while answers go out, at any instant of it: never inside a line, and after one
+/// line at most.
 #[test]
 fn a_report_begins_within_five_milliseconds_or_a_row_while_answers_go_out() {
     let many = "\n".repeat(60);

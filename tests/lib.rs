@@ -6,8 +6,9 @@
 //!    +--- Run <-------+<-------- Desk: lines heard ------ Recorder <----------+
 //! ```
 //!
-//! A [`Session`] is a machine on its desk, with a [`Desk`] at the other end of its serial lines. [`Session::finish`]
-//! ends it, asserts what must hold after anything that moves, and leaves what happened as a [`Run`].
+//! A [`Session`] is a machine on its desk, with a [`Desk`] at the other end of its serial lines.
+//! [`Session::finish`] ends it, asserts what must hold after anything that moves, and leaves what
+//! happened as a [`Run`].
 #![forbid(unsafe_code)]
 
 pub mod abuse;
@@ -176,7 +177,8 @@ struct Wire {
     heard: Vec<String>,
 }
 
-/// Who sits at the other end of all serial lines: sends what it is told to, keeps the lines that it hears.
+/// Who sits at the other end of all serial lines: sends what it is told to, keeps the lines that it
+/// hears.
 #[derive(Debug, Default)]
 pub struct Desk([Wire; CHANNELS]);
 
@@ -309,7 +311,8 @@ impl<'a, K: Kinematics<N, N> + Clone, const N: usize> Session<'a, K, N> {
         self.sim.wait_until(&mut self.desk, end);
     }
 
-    /// Streams lines on line 0 by character counting until all are answered with `ok` and motion rests.
+    /// Streams lines on line 0 by character counting until all are answered with `ok` and motion
+    /// rests.
     pub fn stream(&mut self, text: &str) {
         let streaming = Streaming {
             window: self.window,
@@ -328,7 +331,8 @@ impl<'a, K: Kinematics<N, N> + Clone, const N: usize> Session<'a, K, N> {
         self.sim.take().finish().1.steps
     }
 
-    /// Ends the session. Nothing may have been late or violated, and the carriages stand where they are counted.
+    /// Ends the session. Nothing may have been late or violated, and the carriages stand where they
+    /// are counted.
     pub fn finish(self) -> Run<N> {
         let late = self.sim.outcome().late;
         assert!(late.is_empty(), "{late:?}");

@@ -1,4 +1,5 @@
-//! Lines that come in lumps, as from a sender on a busy computer: motion runs dry between them, and segments never run out.
+//! Lines that come in lumps, as from a sender on a busy computer: motion runs dry between them, and
+//! segments never run out.
 
 use leadscrew_planner::Cartesian;
 use leadscrew_sim::Memory;
@@ -34,7 +35,8 @@ fn turn() -> impl Strategy<Value = Turn> {
     ]
 }
 
-/// Streams by character counting in the sender's own time, which begins anew when its turns are used up.
+/// Streams by character counting in the sender's own time, which begins anew when its turns are
+/// used up.
 fn stream(session: &mut Desk<'_>, job: &str, turns: &[Turn]) {
     let mut waiting: VecDeque<&str> = job.lines().collect();
     let mut unanswered: VecDeque<usize> = VecDeque::new();

@@ -1,8 +1,10 @@
-//! Outlines of pixels and bitmap traces: paths of pieces about as short as `$11`, with a corner at each.
+//! Outlines of pixels and bitmap traces: paths of pieces about as short as `$11`, with a corner at
+//! each.
 //!
-//! Promised to whoever sets `$120` and `$11`: between corners no axis accelerates more than `$12x`, and at a corner its speed
-//! jumps by no more than junction deviation allows. Both are looked for in the step edges alone: the second difference of an
-//! axis's place over the time `h` to both sides is at most
+//! Promised to whoever sets `$120` and `$11`: between corners no axis accelerates more than `$12x`,
+//! and at a corner its speed jumps by no more than junction deviation allows. Both are looked for
+//! in the step edges alone: the second difference of an axis's place over the time `h` to both
+//! sides is at most
 //!
 //! ```text
 //! a·h² + Σ jump·(h − |t − t_corner|) + 4 steps
@@ -58,7 +60,8 @@ impl Outline {
         std::iter::once([0, 0]).chain(places).collect()
     }
 
-    /// How fast a corner may be taken, mm/s, as S. K. Jeon's article has it; each axis bounds the acceleration across it.
+    /// How fast a corner may be taken, mm/s, as S. K. Jeon's article has it; each axis bounds the
+    /// acceleration across it.
     fn corner_speed(&self, from: Point, to: Point) -> f64 {
         let cos = -(from[0] * to[0] + from[1] * to[1]);
         let turn = [to[0] - from[0], to[1] - from[1]];

@@ -125,8 +125,8 @@ fn under_m4_a_rapid_is_dark() {
 
 #[test]
 fn a_jog_has_the_power_of_g1_whatever_the_motion_mode_as_in_grbl() {
-    // G1: on before, during and after it, without an edge. G0: on with the jog, as the recording `laser_m3_g0_jog` shows, and off with its
-    // end, where Grbl's stays lit.
+    // G1: on before, during and after it, without an edge. G0: on with the jog, as the recording
+    // `laser_m3_g0_jog` shows, and off with its end, where Grbl's stays lit.
     let cut = with_laser(|session| {
         for line in ["M3S500", "G1X1F600", "$J=X2F600"] {
             assert_eq!(session.say(&format!("{line}\n")), ["ok"], "{line}");
@@ -229,7 +229,8 @@ fn a_reset_and_a_limit_switch_take_the_power_off_before_another_step() {
         });
         let changes = power_changes(&run);
         assert_eq!(powers(&run), [500, 0]);
-        // A step every 200 us: the interrupt that would have made the next one switches the laser off.
+        // A step every 200 us: the interrupt that would have made the next one switches the laser
+        // off.
         let off = changes[1].0;
         assert!(
             off <= cut + Cycle::from_micros(250).0,
@@ -349,7 +350,8 @@ fn drivers_are_enabled_at_every_step_and_for_the_set_time_after_the_last() {
                 (255, Some((since, _))) => panic!("$1=255: off at {since}"),
                 (_, None) => panic!("$1={delay_ms}: never off"),
                 (_, Some((since, _))) => {
-                    // The step interrupt rests with the tick behind the last step; then the main loop sees it.
+                    // The step interrupt rests with the tick behind the last step; then the main
+                    // loop sees it.
                     let least = Cycle::from_micros(delay_ms * 1000).0;
                     let span = *since - last;
                     let slack = Cycle::from_micros(2_000).0 + 20_000 * 168;

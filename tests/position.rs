@@ -1,7 +1,7 @@
 //! Any program ends where exact arithmetic says, to the step.
 //!
-//! Beside the machine runs a [`Reference`] in whole 10⁻⁹ mm: positions, offsets and steps are sums and products of
-//! decimals in `i128`, rounded once, at the end.
+//! Beside the machine runs a [`Reference`] in whole 10⁻⁹ mm: positions, offsets and steps are sums
+//! and products of decimals in `i128`, rounded once, at the end.
 
 use leadscrew_planner::Cartesian;
 use leadscrew_sim::Memory;

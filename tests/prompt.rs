@@ -1,8 +1,8 @@
 //! How soon a feed hold or an override acts: the steps after the byte are compared with the
 //! undisturbed run.
 //!
-//! Up to the end of what was committed both make the same step events. The last of these begins the first interval that is
-//! not as planned: there the deceleration begins.
+//! Up to the end of what was committed both make the same step events. The last of these begins the
+//! first interval that is not as planned: there the deceleration begins.
 
 use leadscrew_planner::Cartesian;
 use leadscrew_sim::{Cycle, Memory, StepEvent};
@@ -13,8 +13,8 @@ type Desk<'a> = Session<'a, Cartesian, 3>;
 
 const CYCLES_PER_US: u64 = 168;
 
-/// From the byte to the begin of the deceleration at most, µs: 1950 are committed (docs/motion.md, section 6), and a step at 50 kHz may
-/// be the same to the cycle after that.
+/// From the byte to the begin of the deceleration at most, µs: 1950 are committed (docs/motion.md,
+/// section 6), and a step at 50 kHz may be the same to the cycle after that.
 const WITHIN: u64 = 1_970;
 
 const SETTINGS: &str =
@@ -75,7 +75,8 @@ fn situations() -> Vec<Situation> {
     ]
 }
 
-/// Runs a situation's program; `byte` comes `after` microseconds after it was sent. When the byte came, and all step events.
+/// Runs a situation's program; `byte` comes `after` microseconds after it was sent. When the byte
+/// came, and all step events.
 fn run(situation: &Situation, lead_us: u64, byte: Option<(u64, u8)>) -> (Cycle, Vec<StepEvent>) {
     let setup = setup::<3>(1);
     let mut memory = Memory::new(&setup);

@@ -1,5 +1,5 @@
-//! The shape of the machine: axes and motors, their number and kind, serial lines, startup lines; and that all of it
-//! happens on the same cycle each time.
+//! The shape of the machine: axes and motors, their number and kind, serial lines, startup lines;
+//! and that all of it happens on the same cycle each time.
 
 use leadscrew_machine::config::AxisKind;
 use leadscrew_planner::{Cartesian, CoreXy};

@@ -1,5 +1,5 @@
-//! A laser that is lit at rest under M3 needs a sender that is there: one that is silent, goes away or is taken over leaves it
-//! dark.
+//! A laser that is lit at rest under M3 needs a sender that is there: one that is silent, goes away
+//! or is taken over leaves it dark.
 
 use leadscrew_planner::Cartesian;
 use leadscrew_sim::Memory;

@@ -1,5 +1,5 @@
-//! The highest step rate: with every pulse width three motors run at it, no event late, no step lost, each direction
-//! settled; what asks for more is told what would work.
+//! The highest step rate: with every pulse width three motors run at it, no event late, no step
+//! lost, each direction settled; what asks for more is told what would work.
 
 use leadscrew_machine::config::MachineConfig;
 use leadscrew_machine::step_timing::StepTiming;

@@ -1,7 +1,8 @@
 //! The machine's description of itself: settings, groups, errors, alarms; and the documents made of
 //! the same tables.
 //!
-//! After a change that is meant, `BLESS=1 cargo test -p leadscrew-tests tables` writes the documents anew.
+//! After a change that is meant, `BLESS=1 cargo test -p leadscrew-tests tables` writes the
+//! documents anew.
 
 use leadscrew_machine::protocol::alarm::Alarm;
 use leadscrew_machine::protocol::status::Status;
@@ -172,8 +173,8 @@ fn the_documents_say_what_the_tables_say() {
     }
 }
 
-/// Grbl has errors 1 to 38 and alarms 1 to 10, grblHAL's wiki lists errors below 100 and alarms below 30. 52, the only one of
-/// theirs here, has its meaning there: a value out of range.
+/// Grbl has errors 1 to 38 and alarms 1 to 10, grblHAL's wiki lists errors below 100 and alarms
+/// below 30. 52, the only one of theirs here, has its meaning there: a value out of range.
 #[test]
 fn our_own_errors_and_alarms_have_numbers_of_their_own() {
     let errors = Status::ALL.iter().map(|code| code.number());

@@ -1,4 +1,5 @@
-//! Any bytes, switches and times as a session of a whole machine on its board: see [`leadscrew_tests::abuse`].
+//! Any bytes, switches and times as a session of a whole machine on its board: see
+//! [`leadscrew_tests::abuse`].
 
 #![no_main]
 

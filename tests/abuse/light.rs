@@ -43,8 +43,9 @@ impl Light {
         self.wrong.take()
     }
 
-    /// After a turn of the main loop; `at_door`: a door is dealt with; `dropped`: in this turn, what was planned was dropped. Moves
-    /// planned in the same turn may have been dropped or not: nobody asks about them.
+    /// After a turn of the main loop; `at_door`: a door is dealt with; `dropped`: in this turn,
+    /// what was planned was dropped. Moves planned in the same turn may have been dropped or not:
+    /// nobody asks about them.
     pub(super) fn end_turn(&mut self, at_door: bool, dropped: bool) {
         self.at_door = at_door;
         if dropped {
@@ -77,7 +78,8 @@ impl Light {
     }
 }
 
-/// Whether a line of `rest` steps leads to the end of one of `all` steps: as far in each motor's share, to the nearest step.
+/// Whether a line of `rest` steps leads to the end of one of `all` steps: as far in each motor's
+/// share, to the nearest step.
 fn is_rest(rest: &[u32], all: &[u32]) -> bool {
     let events = |line: &[u32]| i64::from(line.iter().copied().max().unwrap_or(0));
     let (left, whole) = (events(rest), events(all));

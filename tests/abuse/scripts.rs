@@ -1,10 +1,12 @@
-//! Scripts that go where faults are: modes, work, an interruption at any moment of it, a way back; cut and garbled at times.
+//! Scripts that go where faults are: modes, work, an interruption at any moment of it, a way back;
+//! cut and garbled at times.
 //!
 //! ```text
 //!   build | modes  work ... | moment  interruption  moment  way back | the next episode ...     then cuts
 //! ```
 //!
-//! Bytes alone reach a laser that is lit, held and parked once in ten thousand scripts; episodes do so in every tenth.
+//! Bytes alone reach a laser that is lit, held and parked once in ten thousand scripts; episodes do
+//! so in every tenth.
 
 use proptest::prelude::*;
 use proptest::sample::select;
@@ -46,7 +48,8 @@ const MODES: &[&[u8]] = &[
     b"$H\n",
 ];
 
-/// Motion. Soft limits are at 0, where a machine that is not homed stands: most of it goes the other way.
+/// Motion. Soft limits are at 0, where a machine that is not homed stands: most of it goes the
+/// other way.
 const MOTION: &[&[u8]] = &[
     b"G1X-5Y-2F3000S500\n",
     b"G1X-2F600\n",

@@ -43,8 +43,8 @@ impl Wire {
         lines.filter(is_answer).count()
     }
 
-    /// Each line has one answer. A reset drops lines unanswered; none is answered twice. `complete`: nothing was lost, and
-    /// nothing waits.
+    /// Each line has one answer. A reset drops lines unanswered; none is answered twice.
+    /// `complete`: nothing was lost, and nothing waits.
     pub(super) fn assert_answered(&self, complete: bool) {
         let (lines, answers) = (self.lines, self.answers());
         let heard = self.heard_since(0);
@@ -60,7 +60,8 @@ impl Wire {
 pub(super) struct Wires(pub(super) [Wire; LINES]);
 
 impl Wires {
-    /// Whether a line was sent after which a spindle stands until the next move: `$H`, `$30=`, `$31=`, however spelt.
+    /// Whether a line was sent after which a spindle stands until the next move: `$H`, `$30=`,
+    /// `$31=`, however spelt.
     pub(super) fn stop_the_spindle(&self) -> bool {
         let lines = |wire: &Wire| {
             let mut lines = wire.sent.split(|byte| matches!(byte, b'\r' | b'\n'));

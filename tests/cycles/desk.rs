@@ -1,4 +1,5 @@
-//! A machine that is told a program line by line, and the moves, dwells and spindle commands that come of it.
+//! A machine that is told a program line by line, and the moves, dwells and spindle commands that
+//! come of it.
 
 use leadscrew_machine::board::{ChannelId, SpindleOutput};
 use leadscrew_machine::explain::PlannedMove;

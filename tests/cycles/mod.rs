@@ -1,4 +1,5 @@
-//! Canned cycles: the same moves, dwells, spindle commands and refusals as LinuxCNC's interpreter makes of a program.
+//! Canned cycles: the same moves, dwells, spindle commands and refusals as LinuxCNC's interpreter
+//! makes of a program.
 
 mod desk;
 mod inside;
@@ -11,8 +12,8 @@ const TOLERANCE: f64 = 1e-6;
 /// A dwell may be longer by this, s: motion has to come to rest, and to start.
 const LATE: f64 = 0.02;
 
-/// Programs whose refused line LinuxCNC has begun already, and how many of its moves: here, as in Grbl, a line is carried out
-/// wholly or not at all.
+/// Programs whose refused line LinuxCNC has begun already, and how many of its moves: here, as in
+/// Grbl, a line is carried out wholly or not at all.
 const BEGUN: [(usize, usize); 2] = [(0, 1), (80, 1)];
 
 /// A program, and its moves in LinuxCNC.

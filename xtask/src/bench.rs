@@ -1,7 +1,8 @@
 //! `cargo xtask bench COMMAND...`: x86-64 instructions per line, counted by callgrind.
 //!
-//! The command runs twice, with `{lines}` in it replaced by [`LINES`] and by twice as many. The difference is the work
-//! for [`LINES`] lines: what a program does once, at its start and end, cancels out.
+//! The command runs twice, with `{lines}` in it replaced by [`LINES`] and by twice as many. The
+//! difference is the work for [`LINES`] lines: what a program does once, at its start and end,
+//! cancels out.
 use crate::{failure::Failure, shell};
 use std::process::Command;
 

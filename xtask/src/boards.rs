@@ -1,7 +1,7 @@
 //! `cargo xtask boards`: the example boards that are not an F407.
 //!
-//! All of them are compiled. QEMU emulates one: it is sent a job over its serial line, and QEMU's trace of its ports must
-//! show the steps and directions that the job asks for.
+//! All of them are compiled. QEMU emulates one: it is sent a job over its serial line, and QEMU's
+//! trace of its ports must show the steps and directions that the job asks for.
 use crate::{
     failure::Failure,
     shell,

@@ -1,9 +1,10 @@
 //! The functions that one function can reach, read from the disassembly of the linked program.
 //!
-//! Why the disassembly and not a second program that links the step interrupt alone: optimisation across crates
-//! decides what is inlined and which routine is called, so only the program that is flashed can answer. The weak point
-//! of the method, a call through a register, whose target the text does not show, is closed by forbidding it:
-//! an unknown call is a finding, as a forbidden one is.
+//! Why the disassembly and not a second program that links the step interrupt alone: optimisation
+//! across crates decides what is inlined and which routine is called, so only the program that is
+//! flashed can answer. The weak point of the method, a call through a register, whose target the
+//! text does not show, is closed by forbidding it: an unknown call is a finding, as a forbidden one
+//! is.
 //!
 //! The text is that of `arm-none-eabi-objdump -d --no-show-raw-insn`:
 //!
@@ -14,7 +15,8 @@
 //! ```
 use std::collections::{BTreeMap, BTreeSet};
 
-/// A function of the program: where it is, the symbols it mentions, and whether a call in it goes through a register.
+/// A function of the program: where it is, the symbols it mentions, and whether a call in it goes
+/// through a register.
 #[derive(Debug, Default)]
 struct Function {
     address: u64,
@@ -61,8 +63,8 @@ impl CallGraph {
         self.paths_from(entry, |_| true).len()
     }
 
-    /// Everything that `entry` can reach and must not: computed calls, and symbols for which `forbidden` has a reason;
-    /// what lies behind these is not looked at.
+    /// Everything that `entry` can reach and must not: computed calls, and symbols for which
+    /// `forbidden` has a reason; what lies behind these is not looked at.
     pub(crate) fn findings(
         &self,
         entry: &str,
@@ -154,15 +156,16 @@ fn heading(line: &str) -> Option<(u64, &str)> {
     ))
 }
 
-/// `tick` from `bl 800c200 <tick>` and from `b.n 800c210 <tick+0x10>`: whatever names a symbol counts as a call.
+/// `tick` from `bl 800c200 <tick>` and from `b.n 800c210 <tick+0x10>`: whatever names a symbol
+/// counts as a call.
 fn mentioned_symbol(instruction: &str) -> Option<&str> {
     let (_, rest) = instruction.split_once('<')?;
     let (name, _) = rest.rsplit_once('>')?;
     Some(name.rsplit_once("+0x").map_or(name, |(symbol, _)| symbol))
 }
 
-/// Whether an instruction jumps to an address that is computed. Returns (`bx lr`) and jump tables inside a function
-/// (`tbb`, `tbh`) are not calls.
+/// Whether an instruction jumps to an address that is computed. Returns (`bx lr`) and jump tables
+/// inside a function (`tbb`, `tbh`) are not calls.
 fn is_computed_call(instruction: &str) -> bool {
     let mut words = instruction.split_whitespace();
     let mnemonic = words.next().unwrap_or_default();

@@ -1,4 +1,5 @@
-//! `cargo xtask figures`: runs what measures, and writes what it says to `docs/figures.md`, which documents link to.
+//! `cargo xtask figures`: runs what measures, and writes what it says to `docs/figures.md`, which
+//! documents link to.
 use crate::{failure::Failure, shell, toolchain};
 use std::{fmt::Write, fs, path::Path, process::Command};
 
@@ -69,7 +70,8 @@ fn said(root: &Path, command: &str) -> Result<String, Failure> {
     shell::output(Command::new(program).args(words).current_dir(root))
 }
 
-/// The lines that are the same in every folder and at every pace: no path, and no time that a check took.
+/// The lines that are the same in every folder and at every pace: no path, and no time that a check
+/// took.
 fn figures(said: &str) -> String {
     let lines = said.lines().filter(|line| !line.starts_with('/'));
     lines.fold(String::new(), |text, line| match line.strip_prefix("ok ") {

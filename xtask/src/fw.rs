@@ -1,5 +1,6 @@
-//! `cargo fw`: builds the firmware with whichever compiler can, and prints its size; `cargo fw --board NAME` for another board
-//! than the Discovery, `--machine FILE` for the machine of a file; `cargo fw --run` flashes it, too, and shows its log.
+//! `cargo fw`: builds the firmware with whichever compiler can, and prints its size; `cargo fw
+//! --board NAME` for another board than the Discovery, `--machine FILE` for the machine of a file;
+//! `cargo fw --run` flashes it, too, and shows its log.
 use crate::{
     failure::Failure,
     shell, sizes,
@@ -49,7 +50,8 @@ impl Request {
     }
 }
 
-/// Builds `board-f407`; `arguments` go to `cargo build`, but for `--run`, `--board` and `--machine`.
+/// Builds `board-f407`; `arguments` go to `cargo build`, but for `--run`, `--board` and
+/// `--machine`.
 pub(crate) fn run(arguments: &[String]) -> Result<(), Failure> {
     let request = Request::read(arguments);
     let board = request.board.as_deref().map(place);
@@ -73,8 +75,8 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), Failure> {
     flashed
 }
 
-/// A board or machine as the build script understands it: a file by its whole path, since it looks from a
-/// folder of its own; a name as it is.
+/// A board or machine as the build script understands it: a file by its whole path, since it looks
+/// from a folder of its own; a name as it is.
 fn place(name: &str) -> String {
     match Path::new(name).canonicalize() {
         Ok(path) if path.is_file() => path.display().to_string(),

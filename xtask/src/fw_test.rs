@@ -1,7 +1,8 @@
 //! `cargo fw-test`: builds the firmware and runs it in the emulator (`tests/firmware`).
 //!
-//! `qemu` needs the build for the SKR 2 alone. All else needs builds for the Discovery that differ in the rate of the serial line
-//! only, 115200 baud, and 2 Mbaud for what the line must not limit; and one for each other board, with other frequencies of power.
+//! `qemu` needs the build for the SKR 2 alone. All else needs builds for the Discovery that differ
+//! in the rate of the serial line only, 115200 baud, and 2 Mbaud for what the line must not limit;
+//! and one for each other board, with other frequencies of power.
 use crate::{
     failure::Failure,
     fw::{self, machine, BOARD},
@@ -23,7 +24,8 @@ const fn build(name: &'static str, variables: &'static [(&'static str, &'static 
 
 const FAST: (&str, &str) = ("LEADSCREW_BAUD", "2000000");
 
-/// For `--highest-rate` and `--rates`, which need no other: ticks may be 2 µs apart, 500 000 steps/s.
+/// For `--highest-rate` and `--rates`, which need no other: ticks may be 2 µs apart, 500 000
+/// steps/s.
 const UNCAPPED: Build = build("uncapped", &[FAST, ("LEADSCREW_TICK_NS", "1400")]);
 
 /// Four axes on an SKR 2.

@@ -1,8 +1,8 @@
 //! `cargo xtask icount [--check]`: exact Cortex-M4F instruction counts, under QEMU.
 //!
-//! The programs in `bench/icount/firmware` mark what is to be counted, `bench/icount/plugin.c` counts, and
-//! `bench/budgets.txt` says what each count is, and the most that it may be. The planner's bits are compared with those of
-//! this machine.
+//! The programs in `bench/icount/firmware` mark what is to be counted, `bench/icount/plugin.c`
+//! counts, and `bench/budgets.txt` says what each count is, and the most that it may be. The
+//! planner's bits are compared with those of this machine.
 use crate::{
     budget::{Budget, Count},
     failure::Failure,
@@ -117,7 +117,8 @@ impl Emulator {
         Ok(())
     }
 
-    /// Fails unless the planner makes the same moves and segments, to the bit, on the microcontroller and here.
+    /// Fails unless the planner makes the same moves and segments, to the bit, on the
+    /// microcontroller and here.
     fn compare_bits(&self) -> Result<(), Failure> {
         let elf = self.programs.join(SAME_BITS);
         let there = shell::output(&mut machine(&elf))?;
@@ -134,8 +135,9 @@ impl Emulator {
         Ok(())
     }
 
-    /// Runs a program and returns what it counted. Its ELF is searched for software double precision before: generic
-    /// functions of the libraries are compiled in it, and in the firmware only as far as that uses them.
+    /// Runs a program and returns what it counted. Its ELF is searched for software double
+    /// precision before: generic functions of the libraries are compiled in it, and in the firmware
+    /// only as far as that uses them.
     fn count(&self, program: &str) -> Result<Counts, Failure> {
         let elf = self.programs.join(program);
         let doubles = thumb::software_doubles(&elf)?;

@@ -1,4 +1,5 @@
-//! `cargo xtask page PAGE.html [MACHINE.toml]`: the page of a machine as one file, with the simulator in it as WebAssembly.
+//! `cargo xtask page PAGE.html [MACHINE.toml]`: the page of a machine as one file, with the
+//! simulator in it as WebAssembly.
 use crate::{
     failure::Failure,
     shell,
@@ -10,7 +11,8 @@ use std::{env, path::PathBuf, process::Command};
 const PACKAGE: &str = "leadscrew-wasm";
 const PROFILE: &str = "page";
 
-/// Builds the simulator and writes the page; `files` are its name, and the machine file where there is one.
+/// Builds the simulator and writes the page; `files` are its name, and the machine file where there
+/// is one.
 pub(crate) fn run(files: &[String]) -> Result<(), Failure> {
     let toolchain = Toolchain::find_for(BROWSER)?;
     let mut build = toolchain.cargo_with_std("build", BROWSER, &toolchain::target_dir());

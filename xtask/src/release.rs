@@ -6,8 +6,9 @@
 //! | `NAME.bin` | dfu-util, a bootloader's memory card: from the board's `start` on |
 //! | `SHA256SUMS` | whoever wants to know whether theirs are the same |
 //!
-//! `--twice` makes them a second time, in a copy of the repository with another path and nothing built, and compares: the same
-//! sources and compiler give the same files to the bit, wherever they lie.
+//! `--twice` makes them a second time, in a copy of the repository with another path and nothing
+//! built, and compares: the same sources and compiler give the same files to the bit, wherever they
+//! lie.
 use crate::{
     failure::Failure,
     fw, shell,
@@ -23,8 +24,8 @@ use std::{
 /// Asks for the comparison.
 const TWICE: &str = "--twice";
 
-/// Makes the files of the named boards; of all where none is named. With `--twice` among the names, compares them with those of
-/// a copy.
+/// Makes the files of the named boards; of all where none is named. With `--twice` among the names,
+/// compares them with those of a copy.
 pub(crate) fn run(arguments: &[String]) -> Result<(), Failure> {
     let asked = |word: &&String| word.as_str() == TWICE;
     let names: Vec<String> = arguments

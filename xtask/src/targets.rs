@@ -18,7 +18,8 @@ const TARGETS: [&str; 3] = [
 /// The topmost library, which brings the other three.
 const LIBRARY: &str = "leadscrew-machine";
 
-/// The simulator and the page: they need a standard library, and a browser's has neither files nor threads nor a clock.
+/// The simulator and the page: they need a standard library, and a browser's has neither files nor
+/// threads nor a clock.
 const SIMULATOR: &str = "leadscrew-wasm";
 
 /// Checks every target.

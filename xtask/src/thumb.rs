@@ -25,8 +25,9 @@ const LIBRARIES: [&str; 4] = [
     "leadscrew-planner",
     "leadscrew-machine",
 ];
-/// The builds, each by what it is built for: machine 001 has outputs that the step interrupt changes, machine 004 the largest
-/// firmware. The Discovery's own comes last: it stays where `cargo fw` puts it.
+/// The builds, each by what it is built for: machine 001 has outputs that the step interrupt
+/// changes, machine 004 the largest firmware. The Discovery's own comes last: it stays where `cargo
+/// fw` puts it.
 const BUILDS: [&[(&str, &str)]; 4] = [
     &[(fw::BOARD, "skr-2-dual-y")],
     &[machine!("001")],
@@ -67,7 +68,8 @@ fn check_firmware(elf: &Path) -> Result<Vec<String>, Failure> {
     Ok(findings)
 }
 
-/// Builds the libraries one by one, without link-time optimisation: so their objects hold machine code to look at.
+/// Builds the libraries one by one, without link-time optimisation: so their objects hold machine
+/// code to look at.
 fn check_libraries(toolchain: &Toolchain) -> Result<Vec<String>, Failure> {
     let mut build = toolchain.build(&toolchain::target_dir());
     build.args([
@@ -160,8 +162,8 @@ fn forbidden_in_a_step(symbol: &str) -> Option<&'static str> {
     }
 }
 
-/// Run-time ABI for the Arm architecture (IHI 0043) section 4.2 and GCC's names for the same routines, and the
-/// function of `compiler_builtins` behind them.
+/// Run-time ABI for the Arm architecture (IHI 0043) section 4.2 and GCC's names for the same
+/// routines, and the function of `compiler_builtins` behind them.
 fn is_long_division(symbol: &str) -> bool {
     const NAMES: [&str; 8] = [
         "__aeabi_uldivmod",
@@ -176,8 +178,9 @@ fn is_long_division(symbol: &str) -> bool {
     NAMES.contains(&symbol) || symbol.contains("u64_div_rem")
 }
 
-/// Run-time ABI for the Arm architecture (IHI 0043) section 4.1: arithmetic, comparison and conversion of doubles;
-/// and GCC's names, which have `df` (double float) in them: `__muldf3`, `__extendsfdf2`, `__floatsidf`.
+/// Run-time ABI for the Arm architecture (IHI 0043) section 4.1: arithmetic, comparison and
+/// conversion of doubles; and GCC's names, which have `df` (double float) in them: `__muldf3`,
+/// `__extendsfdf2`, `__floatsidf`.
 fn is_software_double(symbol: &str) -> bool {
     let converts_to = ["i2d", "ui2d", "f2d", "l2d", "ul2d"];
     match symbol.strip_prefix("__aeabi_") {

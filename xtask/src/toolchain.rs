@@ -2,8 +2,9 @@
 //!
 //! Two worlds, in this order:
 //! 1. rustup's toolchain with the target installed: a plain build.
-//! 2. a compiler with the sources of `core` beside it (Debian: `rustc-web`, `rust-web-src`): `core` is built too.
-//!    That needs `-Zbuild-std`, which a stable compiler only takes with `RUSTC_BOOTSTRAP=1`.
+//! 2. a compiler with the sources of `core` beside it (Debian: `rustc-web`, `rust-web-src`): `core`
+//!    is built too. That needs `-Zbuild-std`, which a stable compiler only takes with
+//!    `RUSTC_BOOTSTRAP=1`.
 use crate::{failure::Failure, shell};
 use std::{
     env, fs,
@@ -66,7 +67,8 @@ impl Toolchain {
         })
     }
 
-    /// A `cargo build` for [`TARGET`] with artefacts in `target_dir`; the caller adds packages and a profile.
+    /// A `cargo build` for [`TARGET`] with artefacts in `target_dir`; the caller adds packages and
+    /// a profile.
     pub(crate) fn build(&self, target_dir: &Path) -> Command {
         self.cargo("build", TARGET, target_dir)
     }
@@ -76,8 +78,8 @@ impl Toolchain {
         self.cargo_with("core", verb, target, target_dir)
     }
 
-    /// The same for a package that needs the standard library: Debian's compiler has its sources, too, and those of the
-    /// packages that it needs.
+    /// The same for a package that needs the standard library: Debian's compiler has its sources,
+    /// too, and those of the packages that it needs.
     pub(crate) fn cargo_with_std(&self, verb: &str, target: &str, target_dir: &Path) -> Command {
         self.cargo_with("std,panic_abort", verb, target, target_dir)
     }
@@ -96,7 +98,8 @@ impl Toolchain {
                 .env("RUSTC_BOOTSTRAP", "1")
                 .env("RUSTC", rustc)
                 .env(linker_variable(target), linker)
-                // Set by rustup's cargo, which runs this program; it would lead /usr/bin/cargo back to rustup.
+                // Set by rustup's cargo, which runs this program; it would lead /usr/bin/cargo back
+                // to rustup.
                 .env_remove("RUSTUP_TOOLCHAIN");
         }
         command
@@ -150,7 +153,8 @@ fn sysroot(rustc: &str) -> Option<PathBuf> {
     Some(PathBuf::from(path.trim()))
 }
 
-/// The linker that rustup ships with its compiler (Debian's compiler has none), else the GNU one, or LLVM's for a browser.
+/// The linker that rustup ships with its compiler (Debian's compiler has none), else the GNU one,
+/// or LLVM's for a browser.
 fn find_linker(target: &str) -> PathBuf {
     let other = match target {
         BROWSER => "wasm-ld",

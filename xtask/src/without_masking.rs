@@ -1,10 +1,12 @@
-//! cortex-m for the firmware: the registry's own, without the critical sections that mask every interrupt.
+//! cortex-m for the firmware: the registry's own, without the critical sections that mask every
+//! interrupt.
 //!
-//! stm32f4xx-hal asks for cortex-m's feature `critical-section-single-core`, whose sections keep steps away, too. The firmware
-//! has its own (`crates/board-f407/src/critical.rs`), and a program holds one implementation only. No manifest can take back a
-//! feature that another package asks for. So the firmware is built with a copy of the package that lacks the two lines of
-//! [`MODULE`]. The copy is made under `target/` from cargo's own download; cargo takes it for the original by its `paths` key,
-//! and `Cargo.lock` stays as it is.
+//! stm32f4xx-hal asks for cortex-m's feature `critical-section-single-core`, whose sections keep
+//! steps away, too. The firmware has its own (`crates/board-f407/src/critical.rs`), and a program
+//! holds one implementation only. No manifest can take back a feature that another package asks
+//! for. So the firmware is built with a copy of the package that lacks the two lines of [`MODULE`].
+//! The copy is made under `target/` from cargo's own download; cargo takes it for the original by
+//! its `paths` key, and `Cargo.lock` stays as it is.
 use crate::{failure::Failure, shell, toolchain};
 use serde_json::Value;
 use std::{

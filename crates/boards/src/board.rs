@@ -22,7 +22,8 @@ pub struct Board {
     /// How the motors move the axes.
     #[serde(default)]
     pub kinematics: Kinematics,
-    /// Axes that home together, in the order in which they home, as in `["Z", "XY"]`; Grbl's order where it is left out.
+    /// Axes that home together, in the order in which they home, as in `["Z", "XY"]`; Grbl's order
+    /// where it is left out.
     pub homing: Option<Vec<String>>,
     /// Settings that a new machine has instead of Grbl's: `"$4" = 1`.
     #[serde(default)]
@@ -44,7 +45,8 @@ pub struct Board {
     /// Parts that only a machine's file puts to use.
     #[serde(default)]
     pub sockets: Sockets,
-    /// Wires between the board's own pins: with them it is built to measure its own edges (`cargo hil`).
+    /// Wires between the board's own pins: with them it is built to measure its own edges (`cargo
+    /// hil`).
     #[serde(default)]
     pub wire: Vec<Wire>,
     /// Where on the board each pin is found.
@@ -57,7 +59,8 @@ pub struct Board {
 pub struct Wire {
     /// The output.
     pub from: Pin,
-    /// One of the board's inputs, or a pin of channel 2, 3 or 4 of TIM2: there the instants of edges are captured.
+    /// One of the board's inputs, or a pin of channel 2, 3 or 4 of TIM2: there the instants of
+    /// edges are captured.
     pub to: Pin,
 }
 
@@ -194,7 +197,8 @@ pub struct Sockets {
     pub heaters: Vec<HeaterSocket>,
     /// The relay that supplies all heaters.
     pub heater_supply: Option<Output>,
-    /// Closed while another controller, or a thermal cut-out, reports a fault of the heaters. It interrupts nothing.
+    /// Closed while another controller, or a thermal cut-out, reports a fault of the heaters. It
+    /// interrupts nothing.
     pub heater_fault: Option<Input>,
     /// A fan, on or off.
     pub fan: Option<Output>,
@@ -235,7 +239,8 @@ pub struct MotorSocket {
     pub limit: Option<Input>,
 }
 
-/// The switches at the ends of a tool's way. They are looked at while the tool moves, and interrupt nothing.
+/// The switches at the ends of a tool's way. They are looked at while the tool moves, and interrupt
+/// nothing.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ToolSwitches {
@@ -276,7 +281,8 @@ impl Board {
         toml::from_str(text).map_err(|error| error.to_string())
     }
 
-    /// The board that comes with the firmware by this name, or else the one of the file of this name, looked for in `folder`.
+    /// The board that comes with the firmware by this name, or else the one of the file of this
+    /// name, looked for in `folder`.
     ///
     /// # Errors
     /// Where there is neither, or the file is no board's: the text says where and why.

@@ -10,7 +10,8 @@ use std::{collections::BTreeMap, fmt};
 const PROGRAM: u32 = 192 << 10;
 /// The timers that power may hang on. The others have a task already, or no pin of their own.
 const POWER_TIMERS: [u8; 5] = [1, 3, 4, 8, 9];
-/// The VCO of the PLL in Hz: twice 168 MHz, from which 48 MHz for USB come as well (RM0090 section 7.3.2).
+/// The VCO of the PLL in Hz: twice 168 MHz, from which 48 MHz for USB come as well (RM0090 section
+/// 7.3.2).
 const VCO: u32 = 336_000_000;
 /// The requests of TIM2's channels, and the streams by which the firmware hears them.
 const CAPTURES: [(&str, &str); 3] = [
@@ -119,7 +120,8 @@ impl Board {
         });
     }
 
-    /// Each sensor's pin has a channel of the converter, which takes four in a row (RM0090 section 13.3.3).
+    /// Each sensor's pin has a channel of the converter, which takes four in a row (RM0090 section
+    /// 13.3.3).
     fn check_heaters(&self, findings: &mut Vec<Finding>) {
         let heaters = &self.sockets.heaters;
         for (number, heater) in heaters.iter().enumerate() {
@@ -135,7 +137,8 @@ impl Board {
         });
     }
 
-    /// The line's pins are the USART's, and its requests reach the streams that the firmware listens on.
+    /// The line's pins are the USART's, and its requests reach the streams that the firmware
+    /// listens on.
     fn check_serial(&self, findings: &mut Vec<Finding>) {
         let usart = self.serial.usart;
         let streams = match usart {
@@ -158,8 +161,8 @@ impl Board {
         }
     }
 
-    /// Each wire leads from an output to an input or to a channel of TIM2, whose requests reach streams that the serial line leaves
-    /// free.
+    /// Each wire leads from an output to an input or to a channel of TIM2, whose requests reach
+    /// streams that the serial line leaves free.
     fn check_wires(&self, findings: &mut Vec<Finding>) {
         if self.wire.is_empty() {
             return;
@@ -263,7 +266,8 @@ impl Board {
         });
     }
 
-    /// Bytes that the program has: in front of the settings, or behind them where only its vectors are in front.
+    /// Bytes that the program has: in front of the settings, or behind them where only its vectors
+    /// are in front.
     pub(crate) fn room(&self, first: Sector, second: Sector) -> u32 {
         let before = first.begin.saturating_sub(self.start);
         let behind = (BEGIN + self.chip.flash()).saturating_sub(second.end());

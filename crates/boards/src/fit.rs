@@ -133,7 +133,8 @@ impl Board {
         }
     }
 
-    /// The board with the sockets that a machine uses, and no others. Settings and order of homing are the machine's affair then.
+    /// The board with the sockets that a machine uses, and no others. Settings and order of homing
+    /// are the machine's affair then.
     ///
     /// # Errors
     /// A part that the board lacks.

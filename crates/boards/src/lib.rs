@@ -19,7 +19,8 @@ pub use fit::{Needs, Place, Unfit};
 pub use flash::Sector;
 pub use pin::{Pin, UnknownPin};
 
-/// The boards that come with the firmware: the name that `cargo fw --board` takes, and the file's text.
+/// The boards that come with the firmware: the name that `cargo fw --board` takes, and the file's
+/// text.
 pub const BOARDS: [(&str, &str); 8] = [
     ("discovery", include_str!("../boards/discovery.toml")),
     ("fly-407zg", include_str!("../boards/fly-407zg.toml")),

@@ -11,7 +11,8 @@ use std::fmt::Write;
 const AXES: usize = 3;
 
 impl Board {
-    /// The module of its pins that `crates/board-f407` compiles for this board, which has to be free of findings.
+    /// The module of its pins that `crates/board-f407` compiles for this board, which has to be
+    /// free of findings.
     #[must_use]
     pub fn pins_module(&self) -> String {
         let [first, second] = self.settings;
@@ -81,7 +82,8 @@ pub(crate) const HEATER_FAULT: Option<crate::gpio::Input> = {fault};\n",
         text + "};\n"
     }
 
-    /// The module of a machine without a file of its own: how many motors move which axes, and a new machine's settings.
+    /// The module of a machine without a file of its own: how many motors move which axes, and a
+    /// new machine's settings.
     #[must_use]
     pub fn machine_module(&self) -> String {
         let motors = self.motor.len();

@@ -31,7 +31,8 @@ fn settings_may_lie_at_the_end_of_the_flash() {
     assert_eq!(found, [""; 0]);
 }
 
-/// The findings on a Discovery with its serial line on USART1 and these wires; a capture's pin is in `at`.
+/// The findings on a Discovery with its serial line on USART1 and these wires; a capture's pin is
+/// in `at`.
 fn wired(wires: &[(&str, &str)]) -> Vec<String> {
     let tables = wires
         .iter()

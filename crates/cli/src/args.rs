@@ -39,14 +39,16 @@ pub(super) enum Command {
     /// Hold a recorded conversation with Grbl again, in virtual time, and print the answers of this
     /// machine.
     Replay(ReplayArgs),
-    /// Make a job of another machine's file: drill holes, RP code, engraver rows, a printer's G-code.
+    /// Make a job of another machine's file: drill holes, RP code, engraver rows, a printer's
+    /// G-code.
     #[command(subcommand)]
     Import(ImportCommand),
     /// Turn and shift a job onto a board that lies askew.
     Align(AlignArgs),
     /// Work out an axis's steps per mm from a measured move.
     Calibrate(CalibrateArgs),
-    /// Print completions for a shell: `leadscrew completions bash > /etc/bash_completion.d/leadscrew`.
+    /// Print completions for a shell: `leadscrew completions bash >
+    /// /etc/bash_completion.d/leadscrew`.
     Completions {
         /// The shell.
         shell: Shell,
@@ -101,7 +103,8 @@ pub(super) struct ProfileArgs {
     /// writes to standard output.
     #[arg(long, value_name = "FILE")]
     pub(super) svg: Option<PathBuf>,
-    /// Write one row of CSV for each stretch in which one limit binds; `-` writes to standard output.
+    /// Write one row of CSV for each stretch in which one limit binds; `-` writes to standard
+    /// output.
     #[arg(long, value_name = "FILE")]
     pub(super) csv: Option<PathBuf>,
     /// With --json: tell how long the machine is at each line.
@@ -158,12 +161,12 @@ pub(super) struct JobArgs {
     /// Speed of the serial line in bits per second; without it the line never waits.
     #[arg(long, value_name = "N", value_parser = baud)]
     pub(super) baud: Option<NonZeroU32>,
-    /// How many outputs M62 to M65 switch, 0 to 8; the waveform and the JSON show them. Without it as many as the machine's file
-    /// has.
+    /// How many outputs M62 to M65 switch, 0 to 8; the waveform and the JSON show them. Without it
+    /// as many as the machine's file has.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(0..=8))]
     pub(super) outputs: Option<u8>,
-    /// The nozzle fails at this time after power-up, s. Its sensor: open@40, shorted@40, frozen@40. Its relay: stuck@40.
-    /// Another controller reports a fault: external@40.
+    /// The nozzle fails at this time after power-up, s. Its sensor: open@40, shorted@40, frozen@40.
+    /// Its relay: stuck@40. Another controller reports a fault: external@40.
     #[arg(long, value_name = "HOW@S")]
     pub(super) heat_fault: Option<HeatFault>,
     /// Print the outcome as JSON.
@@ -172,8 +175,8 @@ pub(super) struct JobArgs {
     /// Draw the toolpath and the speed as an SVG picture; `-` writes to standard output.
     #[arg(long, value_name = "FILE")]
     pub(super) svg: Option<PathBuf>,
-    /// Write the job as a web page that needs no network: the toolpath, to be zoomed and turned, and a slider along its time; `-`
-    /// writes to standard output.
+    /// Write the job as a web page that needs no network: the toolpath, to be zoomed and turned,
+    /// and a slider along its time; `-` writes to standard output.
     #[arg(long, value_name = "FILE")]
     pub(super) html: Option<PathBuf>,
     /// Write the pins' waveform as VCD (GTKWave opens it); `-` writes to standard output.

@@ -63,7 +63,8 @@ fn subject(complaint: &Complaint) -> String {
     }
 }
 
-/// The axes that leave their travel, and at which end: of `X would be at 5.000 mm, ...; Y would be at -7.000 mm, ...`.
+/// The axes that leave their travel, and at which end: of `X would be at 5.000 mm, ...; Y would be
+/// at -7.000 mm, ...`.
 fn axes(detail: &str) -> String {
     let end = |axis: &str| {
         let name = axis.chars().next().unwrap_or(' ');

@@ -55,7 +55,8 @@ pub(super) struct Job {
 /// The endings of G-code files, in folders: other files are left alone there.
 const ENDINGS: [&str; 9] = ["nc", "gcode", "ngc", "gc", "g", "tap", "cnc", "ncc", "eia"];
 
-/// The jobs that are meant by `names`: in place of a folder all G-code in it and in the folders in it, by name.
+/// The jobs that are meant by `names`: in place of a folder all G-code in it and in the folders in
+/// it, by name.
 ///
 /// # Errors
 /// [`InputError`] where a folder cannot be read, or there is none in it.
@@ -150,8 +151,8 @@ fn from_reader(
     })
 }
 
-/// The offset of the first control byte, where there are too many of them for text: more than one in
-/// four. (A few NULs in a text do no harm: the machine drops them.)
+/// The offset of the first control byte, where there are too many of them for text: more than one
+/// in four. (A few NULs in a text do no harm: the machine drops them.)
 fn binary_at(head: &[u8]) -> Option<usize> {
     let control = |b: &u8| *b < 0x20 && !matches!(b, b'\t' | b'\n' | b'\r' | 0x0B | 0x0C);
     let count = head.iter().filter(|b| control(b)).count();

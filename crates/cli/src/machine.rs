@@ -25,7 +25,8 @@ pub(super) struct PinsArgs {
     /// The machine's file.
     #[arg(value_name = "FILE")]
     machine: PathBuf,
-    /// A board's file, or the name of one that comes with the firmware, in place of the board that the machine's file names.
+    /// A board's file, or the name of one that comes with the firmware, in place of the board that
+    /// the machine's file names.
     #[arg(long, value_name = "BOARD")]
     board: Option<String>,
 }

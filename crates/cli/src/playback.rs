@@ -1,5 +1,5 @@
-//! A job as a page with a slider along its time: brings together the path, which has no times, and the course of the speed,
-//! which has no places.
+//! A job as a page with a slider along its time: brings together the path, which has no times, and
+//! the course of the speed, which has no places.
 
 use super::output::{Output, OutputError};
 use super::watchers::{Sketch, Way};
@@ -36,8 +36,8 @@ pub(super) fn write(
     output.complete(written)
 }
 
-/// Moves and stretches of the same lines made equally long: rounding to steps, and places that the machine has gone to by itself, do
-/// not add up.
+/// Moves and stretches of the same lines made equally long: rounding to steps, and places that the
+/// machine has gone to by itself, do not add up.
 #[derive(PartialEq, Debug)]
 struct Fitted {
     /// The length of each move, mm; 0 for the begin of the path.
@@ -78,7 +78,8 @@ impl Fitted {
         let lengths = ways.iter().map(|way| (way.mm * scale) as f32);
         self.lengths.extend(lengths);
         for stretch in stretches {
-            // Where no move of the path is under way, the machine moves by itself: homing, a tool change.
+            // Where no move of the path is under way, the machine moves by itself: homing, a tool
+            // change.
             let has_place = programmed > 0.0;
             let length = if has_place { stretch.length } else { 0.0 };
             let speed = if has_place { stretch.speed[0] } else { 0.0 };

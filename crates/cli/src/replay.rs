@@ -1,4 +1,5 @@
-//! `leadscrew replay`: a recorded conversation with Grbl, held again with this machine in virtual time.
+//! `leadscrew replay`: a recorded conversation with Grbl, held again with this machine in virtual
+//! time.
 
 use super::input;
 use super::said::say;
@@ -14,8 +15,8 @@ pub(super) struct ReplayArgs {
     /// The conversation, as JSON. With --judge there may be several, and folders of them.
     #[arg(required = true, value_name = "CASE")]
     cases: Vec<PathBuf>,
-    /// Say whether this machine agrees with the recorded one, in place of printing its answers; where not, where it first
-    /// differs. Exit status 1 where any conversation differs.
+    /// Say whether this machine agrees with the recorded one, in place of printing its answers;
+    /// where not, where it first differs. Exit status 1 where any conversation differs.
     #[arg(long)]
     judge: bool,
 }

@@ -25,7 +25,8 @@ use std::io::BufReader;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-/// Runs the jobs, one after the other, each on a machine of its own; answers whether none met an error or an alarm.
+/// Runs the jobs, one after the other, each on a machine of its own; answers whether none met an
+/// error or an alarm.
 ///
 /// # Errors
 /// Where an option or an input cannot be used, or an output not be written.

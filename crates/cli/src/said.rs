@@ -4,7 +4,8 @@ use super::{unusable, Unusable};
 use std::fmt::Display;
 use std::io::{stdout, ErrorKind, Write};
 
-/// Writes a text to standard output and ends its last line; a reader who has seen enough (`| head`) is no failure.
+/// Writes a text to standard output and ends its last line; a reader who has seen enough (`| head`)
+/// is no failure.
 ///
 /// # Errors
 /// Where standard output cannot be written: a full disk.

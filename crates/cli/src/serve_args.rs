@@ -14,7 +14,8 @@ use std::path::{Path, PathBuf};
     Example: leadscrew serve --tcp 2323 --ws 8081 --machine examples/machines/router.toml"
 )]
 pub(super) struct ServeArgs {
-    /// A serial port for local programs: makes this link, which senders open. May be repeated. Unix only.
+    /// A serial port for local programs: makes this link, which senders open. May be repeated. Unix
+    /// only.
     #[arg(long, value_name = "LINK")]
     pub(super) pty: Vec<PathBuf>,
     /// Opening the serial port resets the machine, as it does an Arduino.
@@ -26,8 +27,9 @@ pub(super) struct ServeArgs {
     /// A port for WebSocket clients. May be repeated.
     #[arg(long, value_name = "ADDRESS", value_parser = address)]
     pub(super) ws: Vec<String>,
-    /// A web page that may connect, by its origin (`https://cnc.example`), or a name by which this computer is reached
-    /// (`cnc.local`). May be repeated. Senders that are no web pages need no leave.
+    /// A web page that may connect, by its origin (`https://cnc.example`), or a name by which this
+    /// computer is reached (`cnc.local`). May be repeated. Senders that are no web pages need no
+    /// leave.
     #[arg(long, value_name = "ORIGIN|NAME", requires = "ws")]
     pub(super) allow: Vec<String>,
     /// The end of the page's address, 16 letters and digits or more: the same after a restart.
@@ -37,7 +39,8 @@ pub(super) struct ServeArgs {
     /// The machine, a TOML file; without it a stock Grbl without switches. See examples/machines.
     #[arg(long, value_name = "FILE")]
     pub(super) machine: Option<PathBuf>,
-    /// Where settings survive a restart; without it a file in the user's data directory, one for each machine.
+    /// Where settings survive a restart; without it a file in the user's data directory, one for
+    /// each machine.
     #[arg(long, value_name = "FILE")]
     pub(super) state: Option<PathBuf>,
     /// Write down the bytes on the lines, with the time.

@@ -1,4 +1,5 @@
-//! The machine from the command line: a machine file, a settings file over that, then single settings.
+//! The machine from the command line: a machine file, a settings file over that, then single
+//! settings.
 
 use super::{unusable, Unusable};
 use clap::Args;
@@ -9,7 +10,8 @@ use std::path::PathBuf;
 /// The machine's settings.
 #[derive(Args, Debug)]
 pub(super) struct SettingArgs {
-    /// The machine, a TOML file; without it a stock Grbl without switches. See `leadscrew machine new`.
+    /// The machine, a TOML file; without it a stock Grbl without switches. See `leadscrew machine
+    /// new`.
     #[arg(long, value_name = "FILE")]
     pub(super) machine: Option<PathBuf>,
     /// A file of settings, lines as `$$` prints them.

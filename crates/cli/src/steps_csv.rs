@@ -5,9 +5,9 @@
 //! 5042118,1,0,0.000
 //! ```
 //!
-//! `cycle` is the CPU cycle of the rising edges since power-up; `step` the motors that step (X = 1, Y = 2,
-//! Z = 4, A = 8, …); `dir` those of all motors that turn in the negative direction; `power` the
-//! spindle or laser output at that moment in S units, to 3 decimals.
+//! `cycle` is the CPU cycle of the rising edges since power-up; `step` the motors that step (X = 1,
+//! Y = 2, Z = 4, A = 8, …); `dir` those of all motors that turn in the negative direction; `power`
+//! the spindle or laser output at that moment in S units, to 3 decimals.
 
 use leadscrew_stepper::MotorMask;
 use std::io::{self, Write};

@@ -28,7 +28,8 @@ enum Change {
 /// The feed override at its most, per cent.
 const MOST_FEED: u8 = 200;
 
-/// Tries one change after the other; the largest savings come first, changes that save nothing are left out.
+/// Tries one change after the other; the largest savings come first, changes that save nothing are
+/// left out.
 pub(super) fn trials(
     course: &Course,
     text: &Text,

@@ -1,7 +1,8 @@
 //! The waveform: a Value Change Dump (IEEE 1364, clause 18) that GTKWave opens.
 //!
-//! One wire each for the step and direction pin of every motor, for the motors' enable and for each synchronised output
-//! (M62 to M65), and a 16-bit value for the spindle or laser PWM's compare level. Time is in nanoseconds since power-up.
+//! One wire each for the step and direction pin of every motor, for the motors' enable and for each
+//! synchronised output (M62 to M65), and a 16-bit value for the spindle or laser PWM's compare
+//! level. Time is in nanoseconds since power-up.
 
 use leadscrew_stepper::MotorMask;
 use std::io::{self, Write};
@@ -24,8 +25,8 @@ pub(crate) struct Waveform<W: Write> {
 }
 
 impl<W: Write> Waveform<W> {
-    /// Writes the header and the levels at power-up: everything low. `names` has a letter a motor; `outputs`: how
-    /// many synchronised outputs there are.
+    /// Writes the header and the levels at power-up: everything low. `names` has a letter a motor;
+    /// `outputs`: how many synchronised outputs there are.
     ///
     /// # Errors
     /// Whatever `out` answers.

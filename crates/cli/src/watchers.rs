@@ -16,8 +16,8 @@ use leadscrew_stepper::{MotorMask, Power, PowerScale};
 use std::io;
 use std::path::Path;
 
-/// A file that is written as the job goes on. After a failure nothing more is written, and the failure is told
-/// at the end.
+/// A file that is written as the job goes on. After a failure nothing more is written, and the
+/// failure is told at the end.
 struct Sink<T> {
     output: Output,
     writer: io::Result<T>,
@@ -88,7 +88,8 @@ pub(super) struct WaveformFile {
 const PWM_SCALE: PowerScale = PowerScale::new(u16::MAX);
 
 impl WaveformFile {
-    /// Creates the file for a machine with a motor for each letter and `outputs` synchronised outputs.
+    /// Creates the file for a machine with a motor for each letter and `outputs` synchronised
+    /// outputs.
     ///
     /// # Errors
     /// Where it cannot be created.
@@ -177,7 +178,8 @@ pub(super) struct Sketch {
 }
 
 impl Sketch {
-    /// Starts at the origin. `recorder` collects the speed. Without a picture only distances are kept.
+    /// Starts at the origin. `recorder` collects the speed. Without a picture only distances are
+    /// kept.
     pub(super) fn new(tooling: Tooling, recorder: Option<Recorder>, picture: bool) -> Self {
         Self {
             tooling,

@@ -1,10 +1,11 @@
-//! Files of CAM programs as they come (`docs/senders.md` lists the programs): each runs without an error, and what it cuts
-//! has the size of the drawing that the program was given.
+//! Files of CAM programs as they come (`docs/senders.md` lists the programs): each runs without an
+//! error, and what it cuts has the size of the drawing that the program was given.
 use serde_json::Value;
 use std::path::Path;
 use std::process::Command;
 
-/// A vector drawing of 60 mm by 42.1 mm: a frame of two curves and two lines, and figures in it. Its lower left corner is at 10, 10.
+/// A vector drawing of 60 mm by 42.1 mm: a frame of two curves and two lines, and figures in it.
+/// Its lower left corner is at 10, 10.
 const DRAWING: [[f64; 2]; 2] = [[10.0, 10.0], [70.0, 52.1]];
 /// Lengths of its parts, mm, as the Python package svgelements measures them.
 const FRAME: f64 = 206.12;
@@ -53,7 +54,8 @@ fn assert_length(report: &Value, expected: f64) {
 fn lasers_cut_the_drawing_and_travel_dark() {
     for name in ["vpype.nc", "svg2gcode.nc", "meerk40t.nc", "svg-to-gcode.nc"] {
         let report = run(&file("tests/cam", name), "laser.toml");
-        // MeerK40t puts it on its bed, 1 m by 0.3 m, and ends its lines with a carriage return only.
+        // MeerK40t puts it on its bed, 1 m by 0.3 m, and ends its lines with a carriage return
+        // only.
         let up = if name == "meerk40t.nc" { 175.0 } else { 0.0 };
         assert_cuts(&report, DRAWING.map(|[x, y]| [x, y + up]));
         // svg-to-gcode knows no circle and no rectangle, and travels with G1; svg2gcode makes 6 mm

@@ -288,7 +288,8 @@ fn edges(examples: &Examples, list: &str) -> [Vec<f64>; 4] {
     edges
 }
 
-/// When a motion from rest to rest over a way of 1, at most `speed`, with `acceleration`, is at `place`.
+/// When a motion from rest to rest over a way of 1, at most `speed`, with `acceleration`, is at
+/// `place`.
 fn exact(place: f64, speed: f64, acceleration: f64) -> f64 {
     let ramp = speed * speed / 2.0 / acceleration;
     let whole = 2.0 * speed / acceleration + (1.0 - 2.0 * ramp) / speed;
@@ -371,7 +372,8 @@ fn machine_004_ramps_as_its_table_says_beside_the_recurrence() {
 fn machine_004_s_four_axes_keep_the_times_of_their_edges() {
     let (examples, _) = follow("004", 10);
     let edges = edges(&examples, "line.csv");
-    // The line's parts a second: 25 mm/s on the 7 mm of E, 1000 mm/s² on the 20 mm of X. Limits leave 1/2¹⁹ unused.
+    // The line's parts a second: 25 mm/s on the 7 mm of E, 1000 mm/s² on the 20 mm of X. Limits
+    // leave 1/2¹⁹ unused.
     let margin = 1.0 - 1.0 / f64::from(1 << 19);
     let time = |place: f64| exact(place, 25.0 / 7.0 * margin, 50.0 * margin);
     let of_x = edges[0].iter().enumerate();

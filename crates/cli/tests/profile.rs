@@ -1,4 +1,5 @@
-//! `leadscrew profile`: its times are those of `run`, to the tick, and the limits that it names are those that bind.
+//! `leadscrew profile`: its times are those of `run`, to the tick, and the limits that it names are
+//! those that bind.
 
 use proptest::prelude::*;
 use std::fs;
@@ -258,7 +259,8 @@ fn line() -> impl Strategy<Value = String> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
 
-    /// Nine decimals are finer than a CPU cycle, and there are two of those to a tick of the step timer.
+    /// Nine decimals are finer than a CPU cycle, and there are two of those to a tick of the step
+    /// timer.
     #[test]
     fn the_stretches_add_up_to_the_time_of_the_run_to_the_tick(
         lines in prop::collection::vec(line(), 1..40), laser in 0u8..2, baud in prop::option::of(9600u32..200_000),
@@ -280,8 +282,8 @@ proptest! {
     }
 }
 
-/// The desk's estimate against the job as it is streamed over lines of two speeds: equal to the tick where the queue never runs
-/// low. (Moves take longer than their lines.)
+/// The desk's estimate against the job as it is streamed over lines of two speeds: equal to the
+/// tick where the queue never runs low. (Moves take longer than their lines.)
 #[test]
 fn the_desk_s_time_is_that_of_the_streamed_job_to_the_tick() {
     let program: String = (0..300)

@@ -1,5 +1,5 @@
-//! `leadscrew replay` as a script calls it: every recorded conversation goes through the program, and what is no
-//! conversation is refused with one message.
+//! `leadscrew replay` as a script calls it: every recorded conversation goes through the program,
+//! and what is no conversation is refused with one message.
 
 use leadscrew_sim::replay::{replay, Case};
 use std::fs;

@@ -5,11 +5,13 @@
 //!   host <- packet <- interrupt <- queue of bytes to send                                 <- main loop: Writer
 //! ```
 //!
-//! A packet is always taken, so that a realtime byte never waits behind a full buffer: a sender counts what it has sent, or
-//! waits for each answer, as on any line of Grbl's. DTR says that a program has come; the rate that the host sets means nothing.
+//! A packet is always taken, so that a realtime byte never waits behind a full buffer: a sender
+//! counts what it has sent, or waits for each answer, as on any line of Grbl's. DTR says that a
+//! program has come; the rate that the host sets means nothing.
 //!
-//! A host that does not read stops nobody: the queue fills, then the machine takes no more lines from it, the other line
-//! goes on. Without a host bytes go nowhere, but for the first kilobyte after power-up, the banner: whoever comes first reads that.
+//! A host that does not read stops nobody: the queue fills, then the machine takes no more lines
+//! from it, the other line goes on. Without a host bytes go nowhere, but for the first kilobyte
+//! after power-up, the banner: whoever comes first reads that.
 //!
 //! Run in the emulator (`cargo fw-test usb`), never on a board.
 use core::{
@@ -32,10 +34,11 @@ use usbd_serial::{CdcAcmClass, USB_CLASS_CDC};
 
 /// Largest packet of a full-speed bulk endpoint in bytes (USB 2.0 section 5.8.3).
 const PACKET: usize = 64;
-/// Bytes in a packet that is sent: a full one would have to be followed by an empty one (USB 2.0 section 5.8.3).
+/// Bytes in a packet that is sent: a full one would have to be followed by an empty one (USB 2.0
+/// section 5.8.3).
 const SENT: usize = PACKET - 1;
-/// The pair that V-USB's makers share for serial devices told apart by their texts (USB-IDs-for-free.txt). Whoever sells
-/// boards takes one of his own.
+/// The pair that V-USB's makers share for serial devices told apart by their texts
+/// (USB-IDs-for-free.txt). Whoever sells boards takes one of his own.
 const ID: UsbVidPid = UsbVidPid(0x16C0, 0x27DD);
 
 /// Who is at the other end: a [`Host`], as the interrupt knows it.
@@ -106,7 +109,8 @@ type Bus = UsbBus<Controller>;
 pub struct Place {
     /// Packets until they are read: two endpoints of 64 bytes, in words.
     packets: [u32; 2 * PACKET / 4],
-    /// Uninitialised, not `None`, which is not all zeros and would be a kilobyte of the program's image.
+    /// Uninitialised, not `None`, which is not all zeros and would be a kilobyte of the program's
+    /// image.
     bus: MaybeUninit<UsbBusAllocator<Bus>>,
     port: MaybeUninit<Port>,
 }
@@ -127,8 +131,8 @@ impl Place {
         }
     }
 
-    /// Starts the line. At start-up, with the clock of 48 MHz running, and the pins the controller's; `cpu_hz` is the clock of
-    /// the CPU.
+    /// Starts the line. At start-up, with the clock of 48 MHz running, and the pins the
+    /// controller's; `cpu_hz` is the clock of the CPU.
     ///
     /// `None` where the driver refuses these values, which never happens.
     #[inline(never)] // what is moved on the way is on the stack for this long only
@@ -188,9 +192,9 @@ impl Port {
         })
     }
 
-    /// Takes what has come, sends what there is; says whether the main loop has something to do: bytes have come, there is
-    /// room for what it could not queue, or nobody is there any more who would read it. Interrupt of OTG FS, or pended by
-    /// whoever has queued bytes.
+    /// Takes what has come, sends what there is; says whether the main loop has something to do:
+    /// bytes have come, there is room for what it could not queue, or nobody is there any more who
+    /// would read it. Interrupt of OTG FS, or pended by whoever has queued bytes.
     #[inline(never)]
     pub fn on_interrupt(&mut self) -> bool {
         self.device.poll(&mut [&mut self.class]);
@@ -233,7 +237,8 @@ impl Port {
         true
     }
 
-    /// One packet; where the one before is still under way, the interrupt at its end comes here again.
+    /// One packet; where the one before is still under way, the interrupt at its end comes here
+    /// again.
     fn send(&mut self) {
         while !self.packet.is_full() {
             match self.outgoing.dequeue() {
@@ -271,8 +276,8 @@ impl Writer {
         Self { outgoing }
     }
 
-    /// Takes as many of `bytes` as there is room for; all, where there is nobody to read them. Main loop, which then pends the
-    /// interrupt.
+    /// Takes as many of `bytes` as there is room for; all, where there is nobody to read them. Main
+    /// loop, which then pends the interrupt.
     pub fn write(&mut self, bytes: &[u8]) -> usize {
         match Host::now() {
             Host::Expected => {

@@ -1,7 +1,8 @@
 //! Runs firmware for a while and prints what it did:
 //! `cargo run --release -p leadscrew-f407emu --example run -- ELF [MILLISECONDS [LINE]...]`.
 //!
-//! The lines go to USART2, each after the answer to the one before (a line with `ok`), and each has the time given.
+//! The lines go to USART2, each after the answer to the one before (a line with `ok`), and each has
+//! the time given.
 use leadscrew_f407emu::{Exception, Machine, SerialPort, Stop};
 use std::{env, error::Error, fs, time::Instant};
 

@@ -1,8 +1,8 @@
 //! Carries out the cases that `oracle/difftest.py` makes, and writes the states after them.
 //!
-//! `vectors FOLDER` reads `ram.bin` (32 KB) and `in.bin`, writes `out.bin`. A case is 52 words: r0 to r14, flags, s0 to s31,
-//! FPSCR, two words of code, the count of instructions. A result: outcome, r0 to r14, PC, flags, s0 to s31, FPSCR, checksum
-//! of the RAM.
+//! `vectors FOLDER` reads `ram.bin` (32 KB) and `in.bin`, writes `out.bin`. A case is 52 words: r0
+//! to r14, flags, s0 to s31, FPSCR, two words of code, the count of instructions. A result:
+//! outcome, r0 to r14, PC, flags, s0 to s31, FPSCR, checksum of the RAM.
 use leadscrew_f407emu::oracle::{Bench, Outcome, State, RAM};
 use std::{env, error::Error, fs, path::Path};
 

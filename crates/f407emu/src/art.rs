@@ -1,8 +1,9 @@
 //! The ART accelerator between core and flash (RM0090 section 3.5.2): how long a fetch waits.
 //!
-//! The flash is read in lines of 16 bytes, at `wait states + 1` cycles each. 64 lines of instructions and 8 lines of
-//! constants are kept (ACR.ICEN, DCEN), the next line is read ahead (ACR.PRFTEN).
-//! The manual names the sizes; that the least recently used line is replaced is an assumption.
+//! The flash is read in lines of 16 bytes, at `wait states + 1` cycles each. 64 lines of
+//! instructions and 8 lines of constants are kept (ACR.ICEN, DCEN), the next line is read ahead
+//! (ACR.PRFTEN). The manual names the sizes; that the least recently used line is replaced is an
+//! assumption.
 
 /// FLASH_ACR: wait states.
 const LATENCY: u32 = 7;

@@ -72,9 +72,10 @@ impl Machine {
         }
     }
 
-    /// An access to SRAM1, at an offset in SRAM, while the core's instructions come out of the same memory: instruction bus and
-    /// data or system bus then meet at one slave of the bus matrix (RM0090 section 2.1), and one of them waits a cycle. The
-    /// prefetch unit would hide some of these cycles: charged at each access, this is the upper bound.
+    /// An access to SRAM1, at an offset in SRAM, while the core's instructions come out of the same
+    /// memory: instruction bus and data or system bus then meet at one slave of the bus matrix
+    /// (RM0090 section 2.1), and one of them waits a cycle. The prefetch unit would hide some of
+    /// these cycles: charged at each access, this is the upper bound.
     #[inline(always)]
     fn share_sram(&mut self, offset: u32) {
         let executes_low = self.cpu.r[PC] < SRAM1_SIZE;
@@ -107,7 +108,8 @@ impl Machine {
         Ok(word >> (8 * (address & 3)) & width.mask())
     }
 
-    /// A write goes into the store buffer: the next access to a peripheral waits for it, not this one.
+    /// A write goes into the store buffer: the next access to a peripheral waits for it, not this
+    /// one.
     fn write_peripheral(&mut self, address: u32, width: Width, value: u32) -> Result<(), Trap> {
         must_align(address, width)?;
         self.stall_as_planted(address);
@@ -134,7 +136,8 @@ impl Machine {
         }
     }
 
-    /// Writes a part of a register: the rest keeps its value, or is zero where reading says nothing of it.
+    /// Writes a part of a register: the rest keeps its value, or is zero where reading says nothing
+    /// of it.
     pub(crate) fn write_part(
         &mut self,
         address: u32,

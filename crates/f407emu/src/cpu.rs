@@ -105,7 +105,8 @@ impl Cpu {
         positive != (condition & 1 != 0)
     }
 
-    /// Whether the IT block lets this instruction be carried out; moves on in the block (ITAdvance, A7.3.3).
+    /// Whether the IT block lets this instruction be carried out; moves on in the block (ITAdvance,
+    /// A7.3.3).
     pub(crate) fn passes_it(&mut self) -> bool {
         let passes = self.holds(self.it >> 4);
         self.it = if self.it & 7 == 0 {

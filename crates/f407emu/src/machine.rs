@@ -1,7 +1,8 @@
 //! The chip as a whole, and the loop that runs it.
 //!
-//! Time is the count of HCLK cycles since power-on. The core carries out one instruction after the other, each moving the
-//! clock by what it costs; before each one, the peripherals' events that are due by then happen at their own cycles.
+//! Time is the count of HCLK cycles since power-on. The core carries out one instruction after the
+//! other, each moving the clock by what it costs; before each one, the peripherals' events that are
+//! due by then happen at their own cycles.
 use crate::{
     art::{Art, ArtStatistics},
     cpu::{Cpu, SP},
@@ -32,7 +33,8 @@ pub(crate) enum LastAccess {
     Store,
 }
 
-/// An STM32F407 with its firmware. A clone goes on from the same instant: for tests that try many ends of one beginning.
+/// An STM32F407 with its firmware. A clone goes on from the same instant: for tests that try many
+/// ends of one beginning.
 #[derive(Clone)]
 pub struct Machine {
     pub(crate) cpu: Cpu,
@@ -72,13 +74,15 @@ pub struct Machine {
     pub(crate) watched_channels: [u8; 14],
     /// Pins of each port whose edges are recorded.
     pub(crate) watched: [u16; 9],
-    /// The exception whose stores to peripherals are recorded, and these: address of the instruction, register.
+    /// The exception whose stores to peripherals are recorded, and these: address of the
+    /// instruction, register.
     pub(crate) writers_of: Option<Exception>,
     pub(crate) writers: BTreeSet<(u32, u32)>,
     pub(crate) flash_operations: Vec<FlashOperation>,
     /// The changes of words that the program writes to registers, by their addresses.
     pub(crate) tampers: Vec<(u32, Tamper)>,
-    /// The core stands still before its next store to a register, by an exception's handler: which, and for how many cycles.
+    /// The core stands still before its next store to a register, by an exception's handler: which,
+    /// and for how many cycles.
     pub(crate) stall: Option<(Exception, u32, u64)>,
     pub(crate) resets: Vec<(u64, ResetCause)>,
     pub(crate) profiler: Profiler,
@@ -141,7 +145,8 @@ impl Machine {
         machine
     }
 
-    /// Loads the segments of a 32-bit ELF at their physical addresses and starts the core at its reset vector.
+    /// Loads the segments of a 32-bit ELF at their physical addresses and starts the core at its
+    /// reset vector.
     ///
     /// # Errors
     /// When the file is not an ELF for this chip.
@@ -171,8 +176,8 @@ impl Machine {
     /// Runs until the clock reaches `cycle`; the instruction under way is finished.
     ///
     /// # Errors
-    /// When the core locks up and no watchdog is running, at a breakpoint with a debugger, and where an access to a peripheral
-    /// goes astray.
+    /// When the core locks up and no watchdog is running, at a breakpoint with a debugger, and
+    /// where an access to a peripheral goes astray.
     pub fn run_until(&mut self, cycle: u64) -> Result<(), Stop> {
         while self.cycle < cycle {
             if self.locked.is_some() {
@@ -311,8 +316,9 @@ impl Machine {
         self.debugger = attached;
     }
 
-    /// Stops the core for a number of cycles, as a debugger does. Everything else goes on, the watchdog as DBGMCU_APB1_FZ says
-    /// (RM0090 section 38.16.4); ends early where that resets the chip. Not modelled: what else that register stops.
+    /// Stops the core for a number of cycles, as a debugger does. Everything else goes on, the
+    /// watchdog as DBGMCU_APB1_FZ says (RM0090 section 38.16.4); ends early where that resets the
+    /// chip. Not modelled: what else that register stops.
     pub fn halt(&mut self, cycles: u64) {
         const DBG_IWDG_STOP: u32 = 1 << 12;
         if self.freeze_apb1 & DBG_IWDG_STOP != 0 {
@@ -361,7 +367,8 @@ impl Machine {
         &self.duties
     }
 
-    /// Matches of watched channels ([`Machine::watch_channel`]) since the last [`Machine::clear_records`], in order.
+    /// Matches of watched channels ([`Machine::watch_channel`]) since the last
+    /// [`Machine::clear_records`], in order.
     pub fn matches(&self) -> &[Match] {
         &self.matches
     }
@@ -377,8 +384,8 @@ impl Machine {
         self.tampers.push((address, tamper));
     }
 
-    /// Plants a delay: the core stands still for some cycles before the next store that `exception`'s handler makes to the register
-    /// at `address`. Once.
+    /// Plants a delay: the core stands still for some cycles before the next store that
+    /// `exception`'s handler makes to the register at `address`. Once.
     pub fn stall_before(&mut self, exception: Exception, address: u32, cycles: u64) {
         self.stall = Some((exception, address, cycles));
     }
@@ -403,12 +410,14 @@ impl Machine {
         self.profiler.profile(exception)
     }
 
-    /// Adds up from now on the cycles that each instruction of the flash takes, entries into exceptions with their first one.
+    /// Adds up from now on the cycles that each instruction of the flash takes, entries into
+    /// exceptions with their first one.
     pub fn record_cycles(&mut self) {
         self.spent = vec![0; self.memory.flash.len() / 2];
     }
 
-    /// The cycles since [`Machine::record_cycles`], for each half-word of the flash; empty without it.
+    /// The cycles since [`Machine::record_cycles`], for each half-word of the flash; empty without
+    /// it.
     pub fn cycles_spent(&self) -> &[u64] {
         &self.spent
     }
@@ -423,7 +432,8 @@ impl Machine {
         self.writers_of = Some(exception);
     }
 
-    /// The stores recorded since [`Machine::record_writers`]: address of the instruction, address of the register.
+    /// The stores recorded since [`Machine::record_writers`]: address of the instruction, address
+    /// of the register.
     pub fn writers(&self) -> &BTreeSet<(u32, u32)> {
         &self.writers
     }
@@ -443,7 +453,8 @@ impl Machine {
         self.art.statistics
     }
 
-    /// Forgets edges, changes of PWM, matches, operations of the flash, statistics and services; the state of the chip stays.
+    /// Forgets edges, changes of PWM, matches, operations of the flash, statistics and services;
+    /// the state of the chip stays.
     pub fn clear_records(&mut self) {
         self.edges.clear();
         self.duties.clear();

@@ -1,4 +1,5 @@
-//! The memories on the chip (RM0090 section 2.3), and the instructions that have been decoded from the flash.
+//! The memories on the chip (RM0090 section 2.3), and the instructions that have been decoded from
+//! the flash.
 use crate::{
     decode::{self, Decoded},
     instruction::Width,
@@ -9,7 +10,8 @@ use core::ops::Range;
 pub(crate) const FLASH: u32 = 0x0800_0000;
 /// Where SRAM1 begins; SRAM2 follows it.
 pub(crate) const SRAM: u32 = 0x2000_0000;
-/// Where the memory on the core's data bus begins: no DMA reaches it, and no instruction is fetched from it.
+/// Where the memory on the core's data bus begins: no DMA reaches it, and no instruction is fetched
+/// from it.
 pub(crate) const CCM: u32 = 0x1000_0000;
 const FLASH_SIZE: usize = 1 << 20;
 const SRAM_SIZE: usize = 128 << 10;
@@ -68,7 +70,8 @@ impl Memory {
         }
     }
 
-    /// The memory at an address and the offset in it; flash or SRAM1 is there a second time at 0 (section 2.4).
+    /// The memory at an address and the offset in it; flash or SRAM1 is there a second time at 0
+    /// (section 2.4).
     pub(crate) fn place(&self, address: u32) -> Option<(Region, usize)> {
         within(address, SRAM, SRAM_SIZE, Region::Sram)
             .or_else(|| within(address, FLASH, FLASH_SIZE, Region::Flash))

@@ -1,6 +1,7 @@
 //! One instruction on a given state, for the comparison with another emulator (`oracle/README.md`).
 //!
-//! The code stands at the end of 32 KB of SRAM; flash waits are off, floating-point registers are not stacked.
+//! The code stands at the end of 32 KB of SRAM; flash waits are off, floating-point registers are
+//! not stacked.
 use crate::{
     machine::Machine,
     timing::FlashTiming,

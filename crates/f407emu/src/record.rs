@@ -106,7 +106,8 @@ pub struct Duty {
     pub period: u64,
 }
 
-/// Statistics of one exception, from entry to the end of the return, without the exceptions nested in it.
+/// Statistics of one exception, from entry to the end of the return, without the exceptions nested
+/// in it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Profile {
     /// How often it was served.

@@ -356,7 +356,8 @@ const FAULTS: [(u32, Exception); 3] = [
     (18, Exception::USAGE_FAULT),
 ];
 
-/// Whether the manual allows a program to write a word, of which only `lanes` are its own, to a register.
+/// Whether the manual allows a program to write a word, of which only `lanes` are its own, to a
+/// register.
 fn is_proper(address: u32, value: u32, lanes: u32) -> Result<(), Stray> {
     match register_map::find(address) {
         None if register_map::is_modelled(address) => Err(Stray::NoRegister),

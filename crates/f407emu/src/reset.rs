@@ -18,7 +18,8 @@ impl Machine {
         };
     }
 
-    /// Everything starts anew. Pins fall back to inputs at `cycle`; RAM survives all but a loss of power.
+    /// Everything starts anew. Pins fall back to inputs at `cycle`; RAM survives all but a loss of
+    /// power.
     pub(crate) fn restart(&mut self, cause: ResetCause, cycle: u64) {
         let mut noise = Noise(cycle | 1);
         self.leave_unfinished(cycle, &mut noise);
@@ -44,8 +45,9 @@ impl Machine {
         self.boot();
     }
 
-    /// A reset in an operation of the flash (RM0090 section 3.6: its content is not guaranteed then). Of a unit being
-    /// programmed some bits have been cleared, of a sector being erased some have been set: noise that is the same in every run.
+    /// A reset in an operation of the flash (RM0090 section 3.6: its content is not guaranteed
+    /// then). Of a unit being programmed some bits have been cleared, of a sector being erased some
+    /// have been set: noise that is the same in every run.
     fn leave_unfinished(&mut self, cycle: u64, noise: &mut Noise) {
         if cycle < self.devices.flash.busy_until {
             let Unfinished { range, before } = core::mem::take(&mut self.unfinished);

@@ -8,14 +8,16 @@ use crate::{
 };
 
 impl Machine {
-    /// Sends bytes to a serial port, at the rate that the firmware has set, after those that are still being sent.
+    /// Sends bytes to a serial port, at the rate that the firmware has set, after those that are
+    /// still being sent.
     pub fn uart_send(&mut self, port: SerialPort, bytes: &[u8]) {
         let cycle = self.cycle;
         self.devices.usarts[port as usize].send(bytes, cycle);
         self.reschedule();
     }
 
-    /// The rate of a serial port in baud, as the firmware has set it; the other end keeps to it whatever it is.
+    /// The rate of a serial port in baud, as the firmware has set it; the other end keeps to it
+    /// whatever it is.
     pub fn uart_baud(&self, port: SerialPort) -> u64 {
         let bit = self.devices.usarts[port as usize].bit_cycles();
         u64::from(self.clocks.hclk) / bit.max(1)
@@ -36,8 +38,8 @@ impl Machine {
         self.devices.usarts[port as usize].overruns
     }
 
-    /// Plugs the cable of USB in or out. A host at its other end configures the device as an operating system does. The host
-    /// forgets bytes that it had not sent yet.
+    /// Plugs the cable of USB in or out. A host at its other end configures the device as an
+    /// operating system does. The host forgets bytes that it had not sent yet.
     pub fn usb_plug(&mut self, plugged: bool) {
         let cycle = self.cycle;
         self.devices.usb.host.plug(plugged, cycle);
@@ -79,15 +81,17 @@ impl Machine {
         self.at(cycle, Happening::Pin { pin, level });
     }
 
-    /// Connects a pin that the chip drives to one that it does not, from now on: edges at `from` come to `to` after some cycles,
-    /// none for a wire as it should be. A pin that is let go counts as low.
+    /// Connects a pin that the chip drives to one that it does not, from now on: edges at `from`
+    /// come to `to` after some cycles, none for a wire as it should be. A pin that is let go counts
+    /// as low.
     pub fn connect(&mut self, from: Pin, to: Pin, cycles: u64) {
         let level = self.level(from);
         self.world.connect(Wire { from, to, cycles });
         self.pin_at(self.cycle, to, level);
     }
 
-    /// Sets the voltage at a pin of the analog-to-digital converter from now on, as a share of its reference voltage, 0 to 1.
+    /// Sets the voltage at a pin of the analog-to-digital converter from now on, as a share of its
+    /// reference voltage, 0 to 1.
     ///
     /// # Panics
     /// Where the pin is none of the converter's.
@@ -107,8 +111,8 @@ impl Machine {
         self.at(cycle, Happening::Supply { low });
     }
 
-    /// A reset at a cycle. [`ResetCause::PowerOn`] is a power cycle: RAM is lost, and an operation of the flash that
-    /// is under way leaves something between the old and the new.
+    /// A reset at a cycle. [`ResetCause::PowerOn`] is a power cycle: RAM is lost, and an operation
+    /// of the flash that is under way leaves something between the old and the new.
     pub fn reset_at(&mut self, cycle: u64, cause: ResetCause) {
         self.at(cycle, Happening::Reset(cause));
     }
@@ -118,8 +122,9 @@ impl Machine {
         self.reschedule();
     }
 
-    /// Sets the frequency of the watchdog's oscillator in Hz, [`crate::LSI_SLOWEST_HZ`] to [`crate::LSI_FASTEST_HZ`].
-    /// It counts from the next feeding on, so call it before the firmware starts the watchdog.
+    /// Sets the frequency of the watchdog's oscillator in Hz, [`crate::LSI_SLOWEST_HZ`] to
+    /// [`crate::LSI_FASTEST_HZ`]. It counts from the next feeding on, so call it before the
+    /// firmware starts the watchdog.
     pub fn set_lsi(&mut self, hz: u32) {
         self.devices.iwdg.set_lsi(hz);
     }

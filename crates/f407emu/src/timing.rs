@@ -1,19 +1,22 @@
 //! The constants of the cycle model.
 //!
-//! What an instruction costs stands where it is carried out: one cycle, loads and stores two but one where they follow
-//! each other, divisions two to twelve by the quotient's size, VDIV and VSQRT fourteen, exception entry and exit 12 and 10,
-//! a tail chain 6. These are figures of the Cortex-M4 Technical Reference Manual (DDI 0439) as remembered, not looked up.
-//! Branch refills, divisions and tables come from an earlier version of this model, whose constants were fitted to 45
-//! kernels on a cycle-exact Cortex-M3 without wait states (30 equal, 11 within a cycle for each loop): a fit, not a
-//! validation, and not repeated for this code. Exceptions, floats, bus bridges and the flash were not part of it.
-//! Nothing has been held against silicon: ±15 % is a judgement.
+//! What an instruction costs stands where it is carried out: one cycle, loads and stores two but
+//! one where they follow each other, divisions two to twelve by the quotient's size, VDIV and VSQRT
+//! fourteen, exception entry and exit 12 and 10, a tail chain 6. These are figures of the Cortex-M4
+//! Technical Reference Manual (DDI 0439) as remembered, not looked up. Branch refills, divisions
+//! and tables come from an earlier version of this model, whose constants were fitted to 45 kernels
+//! on a cycle-exact Cortex-M3 without wait states (30 equal, 11 within a cycle for each loop): a
+//! fit, not a validation, and not repeated for this code. Exceptions, floats, bus bridges and the
+//! flash were not part of it. Nothing has been held against silicon: ±15 % is a judgement.
 //!
-//! Code in SRAM: fetched over the system bus (at 0x20000000) each instruction takes a cycle more; over the instruction bus
-//! (SRAM1 at 0, SYSCFG_MEMRMP) none, since SRAM has no wait states (RM0090 section 2.3.1, which recommends the remapping for
-//! that reason). A data access to SRAM1 then takes a cycle more, as both go to one slave of the bus matrix; data in CCM
-//! or SRAM2 do not. The rule of a cycle for each is an assumption, and the upper bound: `bus.rs`.
+//! Code in SRAM: fetched over the system bus (at 0x20000000) each instruction takes a cycle more;
+//! over the instruction bus (SRAM1 at 0, SYSCFG_MEMRMP) none, since SRAM has no wait states (RM0090
+//! section 2.3.1, which recommends the remapping for that reason). A data access to SRAM1 then
+//! takes a cycle more, as both go to one slave of the bus matrix; data in CCM or SRAM2 do not. The
+//! rule of a cycle for each is an assumption, and the upper bound: `bus.rs`.
 //!
-//! Not modelled: contention of core and DMA on the bus matrix, late arrival of a higher interrupt during entry (it nests).
+//! Not modelled: contention of core and DMA on the bus matrix, late arrival of a higher interrupt
+//! during entry (it nests).
 
 /// The charges of the cycle model, in cycles of HCLK.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,7 +37,8 @@ pub struct Timing {
     pub apb_clocks: u32,
     /// How instructions and constants come out of the flash.
     pub flash: FlashTiming,
-    /// Time in which the flash programs a unit of any width, µs: 16 typically, 100 at most (data sheet, table 40).
+    /// Time in which the flash programs a unit of any width, µs: 16 typically, 100 at most (data
+    /// sheet, table 40).
     pub program_us: u32,
 }
 
@@ -45,7 +49,8 @@ pub enum FlashTiming {
     ZeroWait,
     /// With the ART accelerator's caches as the program has filled them.
     Art,
-    /// The caches are empty at each exception entry: the upper bound for an interrupt, to be used for budgets.
+    /// The caches are empty at each exception entry: the upper bound for an interrupt, to be used
+    /// for budgets.
     ArtCold,
 }
 
@@ -67,8 +72,9 @@ impl Default for Timing {
 
 #[cfg(test)]
 mod tests {
-    //! RM0090 section 3.5: the flash is read in lines of 16 bytes, each `LATENCY` + 1 cycles; 5 wait states at 168 MHz and 3.3 V
-    //! (table 11). The Cortex-M4 enters an exception in 12 cycles, returns in 10, and goes from one to the next in 6.
+    //! RM0090 section 3.5: the flash is read in lines of 16 bytes, each `LATENCY` + 1 cycles; 5
+    //! wait states at 168 MHz and 3.3 V (table 11). The Cortex-M4 enters an exception in 12 cycles,
+    //! returns in 10, and goes from one to the next in 6.
     use super::*;
     use crate::{machine::Machine, peripheral::nvic::Exception};
 

@@ -1,7 +1,8 @@
 //! The reasons why an instruction is not carried out, and the ends of a run.
 use core::fmt;
 
-/// Why an instruction was not carried out. The core answers with a fault exception (DDI 0403, B1.5.14).
+/// Why an instruction was not carried out. The core answers with a fault exception (DDI 0403,
+/// B1.5.14).
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Trap {
     /// The instruction is undefined.
@@ -42,8 +43,9 @@ pub enum Trap {
 /// Why a run ended before its time.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Stop {
-    /// A fault in the handler of a fault: the core has locked up (DDI 0403, B1.5.15). Only a reset helps, such as
-    /// that of the watchdog, which [`crate::Machine::run_until`] waits for where one is running.
+    /// A fault in the handler of a fault: the core has locked up (DDI 0403, B1.5.15). Only a reset
+    /// helps, such as that of the watchdog, which [`crate::Machine::run_until`] waits for where one
+    /// is running.
     Lockup {
         /// Address of the instruction.
         pc: u32,
@@ -72,8 +74,8 @@ pub enum Stop {
 pub enum Stray {
     /// RCC keeps the peripheral's clock off: reads say nothing, writes are lost.
     ClockOff,
-    /// The peripheral's clock has only just been switched on: the access may be lost (ES0182, "Delay after an RCC peripheral
-    /// clock enabling").
+    /// The peripheral's clock has only just been switched on: the access may be lost (ES0182,
+    /// "Delay after an RCC peripheral clock enabling").
     ClockTooFresh {
         /// Cycles of HCLK that are left until it has come.
         left: u64,

@@ -1,4 +1,5 @@
-//! Turns of a program's main loop: each begins as it feeds the watchdog, and ends as the core falls asleep, or with the next.
+//! Turns of a program's main loop: each begins as it feeds the watchdog, and ends as the core falls
+//! asleep, or with the next.
 
 /// The number of turns that are over, and their instructions and cycles.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]

@@ -1,5 +1,6 @@
-//! Compares `crates/boards/data/stm32f407.txt` with ST's data, as the crate `stm32-metapac` has them.
-//! `LEADSCREW_WRITE=1 cargo test -p leadscrew-f407emu --features st-data --test chip` writes the file anew.
+//! Compares `crates/boards/data/stm32f407.txt` with ST's data, as the crate `stm32-metapac` has
+//! them. `LEADSCREW_WRITE=1 cargo test -p leadscrew-f407emu --features st-data --test chip` writes
+//! the file anew.
 use std::{collections::BTreeMap, env, fmt::Write, fs};
 use stm32_metapac::metadata::METADATA;
 

@@ -11,8 +11,8 @@ pub const DEFAULT_WORDS: usize = 32;
 
 /// The words of one line, at most `N` of them, and the marks around them.
 ///
-/// Blocks are equal when they say the same. Where their words stood does not count, nor does the checksum: it guards
-/// one spelling of a line on its way and is settled once the line is read.
+/// Blocks are equal when they say the same. Where their words stood does not count, nor does the
+/// checksum: it guards one spelling of a line on its way and is settled once the line is read.
 #[derive(Debug, Clone, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Block<const N: usize = DEFAULT_WORDS> {
@@ -26,8 +26,8 @@ pub struct Block<const N: usize = DEFAULT_WORDS> {
 ///
 /// # Errors
 ///
-/// The first fault from the left, see [`ErrorKind`]. A line whose checksum is wrong is an error, too: nothing on it can
-/// be trusted.
+/// The first fault from the left, see [`ErrorKind`]. A line whose checksum is wrong is an error,
+/// too: nothing on it can be trusted.
 pub fn parse(line: &[u8]) -> Result<Block, Error> {
     Block::parse(line)
 }
@@ -60,7 +60,8 @@ impl<const N: usize> Block<N> {
         &self.words
     }
 
-    /// Answers the line number: the value of the first N word. Nothing is asked of it; it may be negative or broken.
+    /// Answers the line number: the value of the first N word. Nothing is asked of it; it may be
+    /// negative or broken.
     pub fn line_number(&self) -> Option<Number> {
         self.words
             .iter()
@@ -68,7 +69,8 @@ impl<const N: usize> Block<N> {
             .map(Word::value)
     }
 
-    /// Answers whether a `/` opens the line: a machine with block delete switched on skips such lines.
+    /// Answers whether a `/` opens the line: a machine with block delete switched on skips such
+    /// lines.
     pub fn is_deleted(&self) -> bool {
         self.deleted
     }
@@ -135,7 +137,8 @@ impl<const N: usize> PartialEq for Block<N> {
 impl<const N: usize> Eq for Block<N> {}
 
 impl<const N: usize> fmt::Display for Block<N> {
-    /// Writes a line that reads back as an equal block: words one space apart, without comments and checksum.
+    /// Writes a line that reads back as an equal block: words one space apart, without comments and
+    /// checksum.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         if self.demarcation {
             return f.write_str("%");

@@ -8,7 +8,8 @@ use core::fmt;
 pub struct Error {
     /// The fault.
     pub kind: ErrorKind,
-    /// Where: the offset in the line, in bytes from 0. The length of the line when its end came too soon.
+    /// Where: the offset in the line, in bytes from 0. The length of the line when its end came too
+    /// soon.
     pub column: usize,
 }
 
@@ -26,7 +27,8 @@ pub enum ErrorKind {
     TooManyWords,
     /// `*` is not followed by a whole number from 0 to 255 and the end of the line.
     BadChecksum,
-    /// The bytes before `*` are not those that the sender added up: the line was garbled on its way.
+    /// The bytes before `*` are not those that the sender added up: the line was garbled on its
+    /// way.
     ChecksumMismatch {
         /// The checksum written on the line.
         stated: u8,

@@ -1,7 +1,8 @@
 //! Reads G-code: one line of text in, its words with exact decimal values out.
 //!
-//! The crate knows the *spelling* of G-code, not its meaning: there are no units, axes or modal groups here, and any
-//! letter may carry any number, any number of times. It allocates nothing and fits a microcontroller.
+//! The crate knows the *spelling* of G-code, not its meaning: there are no units, axes or modal
+//! groups here, and any letter may carry any number, any number of times. It allocates nothing and
+//! fits a microcontroller.
 //!
 //! # The grammar
 //!
@@ -15,22 +16,26 @@
 //! gap      = { blank | "(" any text [ ")" ] | ";" any text up to the end of the line }
 //! ```
 //!
-//! A gap may stand anywhere, even inside a number, and means nothing: `G0 X1 0` is `G0X10`. A blank is every byte up to
-//! 0x20 but CR and LF. Comments do not nest: inside `( )` a `;` is text, behind `;` a `(` is. A `(` left open lasts to
-//! the end of the line. There are no exponents: `X1E2` is the words `X1` and `E2`. A number beyond the range of [`Number`]
-//! is read as the end of that range, [`Number::MAX`] or its negative. Whether a letter takes it is the caller's to decide.
+//! A gap may stand anywhere, even inside a number, and means nothing: `G0 X1 0` is `G0X10`. A blank
+//! is every byte up to 0x20 but CR and LF. Comments do not nest: inside `( )` a `;` is text, behind
+//! `;` a `(` is. A `(` left open lasts to the end of the line. There are no exponents: `X1E2` is
+//! the words `X1` and `E2`. A number beyond the range of [`Number`] is read as the end of that
+//! range, [`Number::MAX`] or its negative. Whether a letter takes it is the caller's to decide.
 //!
-//! A line comes without its line end. Not even a comment swallows a CR or LF: two lines passed as one are an error, and
-//! never a silently forgotten second line.
+//! A line comes without its line end. Not even a comment swallows a CR or LF: two lines passed as
+//! one are an error, and never a silently forgotten second line.
 //!
-//! The letters, numbers and comments are those of RS274/NGC (Kramer, Proctor, Messina: "The NIST RS274/NGC Interpreter,
-//! Version 3", NISTIR 6556, section 3.3); `;` comments and checksums are custom of the machines that came after it.
+//! The letters, numbers and comments are those of RS274/NGC (Kramer, Proctor, Messina: "The NIST
+//! RS274/NGC Interpreter, Version 3", NISTIR 6556, section 3.3); `;` comments and checksums are
+//! custom of the machines that came after it.
 //!
 //! # Two ways in
 //!
-//! - [`words`] hands out one word after the other and costs no more than reading them. A machine checks each word
-//!   before it asks for the next, so that of two faults on a line the left one is reported.
-//! - [`parse`] collects the whole line in a [`Block`] with its line number, block delete, checksum and demarcation.
+//! - [`words`] hands out one word after the other and costs no more than reading them. A machine
+//!   checks each word before it asks for the next, so that of two faults on a line the left one is
+//!   reported.
+//! - [`parse`] collects the whole line in a [`Block`] with its line number, block delete, checksum
+//!   and demarcation.
 //!
 //! ```
 //! use leadscrew_gcode::{parse, words, ErrorKind, Letter, Number};

@@ -1,7 +1,8 @@
 //! The grammar of a line as nom parsers, from the byte up.
 //!
-//! Short or rare parts are nom combinators: comments, the checksum. [`plain_number`], through which nearly all numbers go, is
-//! written out for speed. It leaves long numbers, numbers with gaps and faults to [`number`].
+//! Short or rare parts are nom combinators: comments, the checksum. [`plain_number`], through which
+//! nearly all numbers go, is written out for speed. It leaves long numbers, numbers with gaps and
+//! faults to [`number`].
 
 use nom::branch::alt;
 use nom::bytes::complete::take_till;
@@ -32,8 +33,8 @@ impl Fault {
         nom::Err::Error(Self { kind, left })
     }
 
-    /// A byte that cannot stand there. At the end of a line only a number can still be missing, because each word may
-    /// be the last.
+    /// A byte that cannot stand there. At the end of a line only a number can still be missing,
+    /// because each word may be the last.
     #[cold]
     fn unexpected(input: &[u8]) -> Self {
         let missing = ErrorKind::MissingNumber;
@@ -61,7 +62,8 @@ impl ParseError<&[u8]> for Fault {
 pub(crate) fn locate(error: nom::Err<Fault>, length: usize) -> Error {
     let (kind, left) = match error {
         nom::Err::Error(fault) | nom::Err::Failure(fault) => (fault.kind, fault.left),
-        // Never answered: all parsers here are complete ones. It would mean that the line ended too soon.
+        // Never answered: all parsers here are complete ones. It would mean that the line ended too
+        // soon.
         nom::Err::Incomplete(_) => (ErrorKind::MissingNumber, 0),
     };
     Error {
@@ -113,8 +115,9 @@ fn letter(input: &[u8]) -> Parsed<'_, Letter> {
     read.ok_or_else(|| nom::Err::Error(Fault::unexpected(input)))
 }
 
-/// Reads a number as nearly all are: a minus or none, one to nine digits with at most one point among them, and behind
-/// it the end of the line or a byte that may be the letter of the next word. `None` for all others, which [`number`] reads.
+/// Reads a number as nearly all are: a minus or none, one to nine digits with at most one point
+/// among them, and behind it the end of the line or a byte that may be the letter of the next word.
+/// `None` for all others, which [`number`] reads.
 #[inline]
 fn plain_number(input: &[u8]) -> Option<(&[u8], Number)> {
     let (unsigned, negative) = match input {
@@ -160,10 +163,11 @@ const UNITS: [i32; 10] = [
     1,
 ];
 
-/// Reads any number and the gap behind it: a sign or none, digits with at most one point and gaps among them.
+/// Reads any number and the gap behind it: a sign or none, digits with at most one point and gaps
+/// among them.
 ///
-/// Nine digits behind the point count, the others are dropped: the value is cut toward zero. A number beyond the range of
-/// [`Number`] is read as the end of the range.
+/// Nine digits behind the point count, the others are dropped: the value is cut toward zero. A
+/// number beyond the range of [`Number`] is read as the end of the range.
 #[cold]
 pub(crate) fn number(input: &[u8]) -> Parsed<'_, Number> {
     let (unsigned, negative) = sign(input);
@@ -208,7 +212,8 @@ fn no_digits(input: &[u8], rest: &[u8]) -> nom::Err<Fault> {
     Fault::at(input, kind)
 }
 
-/// Hands all digits to `push`, from left to right, and skips the gaps between and behind them; answers how many digits.
+/// Hands all digits to `push`, from left to right, and skips the gaps between and behind them;
+/// answers how many digits.
 fn digits(mut input: &[u8], mut push: impl FnMut(u32)) -> (&[u8], usize) {
     let mut count = 0;
     while let [byte, rest @ ..] = input {
@@ -247,7 +252,8 @@ fn long_gap(input: &[u8]) -> &[u8] {
     skipped.map_or(input, |(rest, _)| rest)
 }
 
-/// Reads a comment: `(` to `)`, or to the end of the line when it is not closed; `;` to the end of the line.
+/// Reads a comment: `(` to `)`, or to the end of the line when it is not closed; `;` to the end of
+/// the line.
 fn comment(input: &[u8]) -> Parsed<'_, ()> {
     let bracketed = delimited(
         byte(|byte| byte == b'('),
@@ -258,7 +264,8 @@ fn comment(input: &[u8]) -> Parsed<'_, ()> {
     alt((value((), bracketed), value((), trailing))).parse(input)
 }
 
-/// Reads one byte that is accepted. nom's own `char` and `take_while1` keep a bounds check, and with it a panic.
+/// Reads one byte that is accepted. nom's own `char` and `take_while1` keep a bounds check, and
+/// with it a panic.
 fn byte<'a>(accepts: impl Fn(u8) -> bool) -> impl Fn(&'a [u8]) -> Parsed<'a, u8> {
     move |input: &'a [u8]| match input {
         [first, rest @ ..] if accepts(*first) => Ok((rest, *first)),
@@ -448,7 +455,8 @@ mod tests {
         assert_eq!(words.next(), None);
     }
 
-    /// Reads a decimal the obvious way: cuts the text apart, fills up with zeros, and lets `i128` read it.
+    /// Reads a decimal the obvious way: cuts the text apart, fills up with zeros, and lets `i128`
+    /// read it.
     fn reference(sign: &str, whole: &str, fraction: &str) -> i128 {
         let nanos: String = fraction
             .chars()

@@ -1,7 +1,8 @@
 //! Decimal values without rounding: a whole count of 10⁻⁹.
 //!
-//! `0.1` has no exact binary form, so a sum of a million floats drifts. Here `0.1` is 100 000 000 and stays so: sums are
-//! exact, equality means equality, and whoever wants a float rounds once, at the very end.
+//! `0.1` has no exact binary form, so a sum of a million floats drifts. Here `0.1` is 100 000 000
+//! and stays so: sums are exact, equality means equality, and whoever wants a float rounds once, at
+//! the very end.
 
 use core::fmt;
 
@@ -14,7 +15,8 @@ const TWOS: u32 = 9;
 
 /// An exact decimal number in fixed point, unit 10⁻⁹.
 ///
-/// Its range is ±9 223 372 036.854 775 807, the same to both sides, so that every number has its negative.
+/// Its range is ±9 223 372 036.854 775 807, the same to both sides, so that every number has its
+/// negative.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Number(i64);
@@ -33,7 +35,8 @@ impl Number {
         }
     }
 
-    /// Makes a number of a count of `unit` · 10⁻⁹. No product of 32 bits each comes near the ends of the range.
+    /// Makes a number of a count of `unit` · 10⁻⁹. No product of 32 bits each comes near the ends
+    /// of the range.
     #[inline]
     pub(crate) const fn product(count: i32, unit: i32) -> Self {
         Self(count as i64 * unit as i64)
@@ -64,8 +67,9 @@ impl Number {
 
     /// Answers the nearest `f32`, ties to even, as `str::parse::<f32>` does for the same digits.
     ///
-    /// Neither 64-bit division nor double precision: an n of 63 bits is divided by 5⁹ as on paper, in three digits of
-    /// 11, 11 and 8 bits, which gives more bits than an `f32` holds. The remainder is only compared with zero.
+    /// Neither 64-bit division nor double precision: an n of 63 bits is divided by 5⁹ as on paper,
+    /// in three digits of 11, 11 and 8 bits, which gives more bits than an `f32` holds. The
+    /// remainder is only compared with zero.
     pub fn to_f32(self) -> f32 {
         let magnitude = self.0.unsigned_abs();
         if magnitude == 0 {
@@ -94,8 +98,8 @@ impl Number {
     }
 }
 
-/// Divides numbers that are negative or too large for 32 bits. A function of its own: side by side with the quick division
-/// the compiler would take the slow one for both.
+/// Divides numbers that are negative or too large for 32 bits. A function of its own: side by side
+/// with the quick division the compiler would take the slow one for both.
 #[cold]
 #[inline(never)]
 fn wide_trunc(nanos: i64) -> i64 {
@@ -125,7 +129,8 @@ mod tests {
     use proptest::prelude::*;
     use std::string::ToString;
 
-    /// All magnitudes alike, so that the small numbers of real programs are met as often as the huge ones.
+    /// All magnitudes alike, so that the small numbers of real programs are met as often as the
+    /// huge ones.
     fn any_number() -> impl Strategy<Value = Number> {
         (any::<i64>(), 0..63u32).prop_map(|(nanos, shift)| Number::from_nanos(nanos >> shift))
     }

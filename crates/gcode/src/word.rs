@@ -52,8 +52,9 @@ impl fmt::Display for Word {
 
 /// Reads the words of a line one by one, from left to right.
 ///
-/// The iterator ends with the line or with the first error. A `/` that opens the line is skipped; block delete is then
-/// the caller's to notice, or [`parse`](crate::parse)'s. `%` and `*` are no words and hence errors.
+/// The iterator ends with the line or with the first error. A `/` that opens the line is skipped;
+/// block delete is then the caller's to notice, or [`parse`](crate::parse)'s. `%` and `*` are no
+/// words and hence errors.
 ///
 /// Bounded by the length of the line.
 #[inline]
@@ -65,7 +66,8 @@ pub fn words(line: &[u8]) -> Words<'_> {
     }
 }
 
-/// Reads the number that a text begins with, as behind the `$` and the `=` of a setting; answers the text behind it, too.
+/// Reads the number that a text begins with, as behind the `$` and the `=` of a setting; answers
+/// the text behind it, too.
 ///
 /// # Errors
 ///

@@ -1,13 +1,14 @@
 //! Reads `golden/lines.txt` and compares the words of each line with the text below it.
 //!
-//! The file is pairs of lines: `< ` and a line of G-code as written, `> ` and the block printed, or the error. Escapes
-//! like `\t` and `\x80` stand for bytes that an editor would not show.
+//! The file is pairs of lines: `< ` and a line of G-code as written, `> ` and the block printed, or
+//! the error. Escapes like `\t` and `\x80` stand for bytes that an editor would not show.
 
 use leadscrew_gcode::parse;
 
 const LINES: &str = include_str!("golden/lines.txt");
 
-/// The byte string that an escaped text stands for: the inverse of `<[u8]>::escape_ascii`, as far as needed.
+/// The byte string that an escaped text stands for: the inverse of `<[u8]>::escape_ascii`, as far
+/// as needed.
 fn unescape(text: &str) -> Vec<u8> {
     let mut parts = text.split('\\');
     let mut bytes = parts.next().unwrap_or_default().as_bytes().to_vec();

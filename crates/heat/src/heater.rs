@@ -21,8 +21,9 @@ pub struct Limits {
     pub coldest: f32,
     /// A sensor that reads more is shorted (or open).
     pub hottest: f32,
-    /// Heated for this long, seconds, the temperature has risen by [`Limits::answer`], or the sensor is frozen. Switched off for
-    /// this long, it has not risen by that, or the heater does not go off.
+    /// Heated for this long, seconds, the temperature has risen by [`Limits::answer`], or the
+    /// sensor is frozen. Switched off for this long, it has not risen by that, or the heater does
+    /// not go off.
     pub patience: u16,
     /// Kelvins.
     pub answer: f32,

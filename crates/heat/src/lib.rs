@@ -34,7 +34,8 @@ pub trait HeatPort {
         let _ = now;
     }
 
-    /// The voltage at a heater's sensor, as a share of the reference voltage, 0 to 1. 12 bits are enough.
+    /// The voltage at a heater's sensor, as a share of the reference voltage, 0 to 1. 12 bits are
+    /// enough.
     fn sensor(&mut self, heater: usize) -> f32;
 
     /// Switches a heater.
@@ -45,7 +46,8 @@ pub trait HeatPort {
         let _ = power;
     }
 
-    /// Switches the supply of all heaters, where there is a relay for that: off if one of them does not cool, on at power-up.
+    /// Switches the supply of all heaters, where there is a relay for that: off if one of them does
+    /// not cool, on at power-up.
     fn supply(&mut self, on: bool) {
         let _ = on;
     }
@@ -59,7 +61,8 @@ pub trait HeatPort {
 /// The axis and the outputs that work only while the nozzle is warm.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Gates {
-    /// The extruder's axis, counted from 0, which does not turn below the heater's [`Limits::extrusion`]; `None`: there is none.
+    /// The extruder's axis, counted from 0, which does not turn below the heater's
+    /// [`Limits::extrusion`]; `None`: there is none.
     pub extruder_axis: Option<usize>,
     /// The outputs (M62, M64), a bit each, that go on at that temperature only.
     pub feeders: u8,
@@ -339,7 +342,8 @@ impl fmt::Display for Temperatures<'_> {
     }
 }
 
-/// A temperature with one decimal. The formatting of floats in `core` takes 9 KB of a microcontroller's flash.
+/// A temperature with one decimal. The formatting of floats in `core` takes 9 KB of a
+/// microcontroller's flash.
 struct Tenths(f32);
 
 impl fmt::Display for Tenths {

@@ -37,8 +37,8 @@ impl Sensor {
 
     /// The temperature in °C for a voltage, as a share of the reference voltage `reference` (V).
     ///
-    /// A thermistor: `1/T = 1/T25 + ln(R/R25)/B`. Beyond what a resistance can say it is very hot or very cold, which the
-    /// heater takes for a short or an open wire.
+    /// A thermistor: `1/T = 1/T25 + ln(R/R25)/B`. Beyond what a resistance can say it is very hot
+    /// or very cold, which the heater takes for a short or an open wire.
     pub fn celsius(self, share: f32, reference: f32) -> f32 {
         match self {
             Self::Linear { offset, gain } => (share * reference - offset) / gain,
@@ -52,7 +52,8 @@ impl Sensor {
         }
     }
 
-    /// Whether a broken wire reads as cold: a thermistor's does. An amplifier's input must be pulled up to be seen.
+    /// Whether a broken wire reads as cold: a thermistor's does. An amplifier's input must be
+    /// pulled up to be seen.
     pub(crate) const fn is_cold_if_open(self) -> bool {
         matches!(self, Self::Thermistor { .. })
     }

@@ -256,7 +256,8 @@ fn no_program_moves_until_the_heaters_are_ready_where_that_is_asked_for() {
     assert!(plant.borrow().bodies[0].celsius > 97.0);
 }
 
-/// Warms up, lets something go wrong in mid-job, and answers the alarm that follows within a minute.
+/// Warms up, lets something go wrong in mid-job, and answers the alarm that follows within a
+/// minute.
 fn alarm_after(go_wrong: impl FnOnce(&mut Plant)) -> (Vec<String>, Rc<RefCell<Plant>>) {
     let mut memory = Memory::new();
     let (extension, plant) = heat(CONFIG);

@@ -3,7 +3,8 @@
 use crate::Mm;
 use leadscrew_gcode::Number;
 
-/// The steps per mm with which a move of `commanded` mm is as long as that, where it measured `measured` mm with `now`.
+/// The steps per mm with which a move of `commanded` mm is as long as that, where it measured
+/// `measured` mm with `now`.
 ///
 /// Rounded to three decimals, as `$$` prints them.
 ///

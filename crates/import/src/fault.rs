@@ -40,7 +40,8 @@ const SHOWN: usize = 20;
 const WIDTH: usize = 100;
 
 impl Faults {
-    /// Writes the faults as a compiler does: `file:line:column: message`, the line, and a caret below it.
+    /// Writes the faults as a compiler does: `file:line:column: message`, the line, and a caret
+    /// below it.
     pub fn show(&self, file: &str, text: &str) -> String {
         let lines: Vec<&str> = text.lines().collect();
         let shown = self.0.iter().take(SHOWN);

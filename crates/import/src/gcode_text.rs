@@ -3,8 +3,8 @@
 /// Mm, absolute, mm/min, XY plane: a job must not trust the modes from before it.
 pub(crate) const ABSOLUTE_MM: &str = "G21 G90 G94 G17";
 
-/// A comment in parentheses. Senders and Grbl take `!`, `?`, `~` and bytes above 0x7F for commands wherever they stand,
-/// so that a comment has none.
+/// A comment in parentheses. Senders and Grbl take `!`, `?`, `~` and bytes above 0x7F for commands
+/// wherever they stand, so that a comment has none.
 pub(crate) fn comment(text: &str) -> String {
     let harmless = |c: char| match c {
         '(' => '[',

@@ -12,7 +12,8 @@ use std::collections::BTreeMap;
 /// How a printer's file is read.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Options {
-    /// X, Y and Z of the file where the tool stands after `G28`; `None`: the work coordinates of the machine are the file's.
+    /// X, Y and Z of the file where the tool stands after `G28`; `None`: the work coordinates of
+    /// the machine are the file's.
     pub home: Option<[Mm; 3]>,
 }
 

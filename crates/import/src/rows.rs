@@ -1,7 +1,9 @@
-//! Rows of an engraver: `dx, dy, burn`, each a straight way from the end of the one before, cut where `burn` is 1.
+//! Rows of an engraver: `dx, dy, burn`, each a straight way from the end of the one before, cut
+//! where `burn` is 1.
 //!
-//! A first line may name the columns (`dx` or `x`, `dy` or `y`, `engrave` or `burn`); other columns are then passed over.
-//! Without it a row has these three. Commas, semicolons, tabs or blanks divide them.
+//! A first line may name the columns (`dx` or `x`, `dy` or `y`, `engrave` or `burn`); other columns
+//! are then passed over. Without it a row has these three. Commas, semicolons, tabs or blanks
+//! divide them.
 
 use crate::decimal;
 use crate::gcode_text::comment;
@@ -20,7 +22,8 @@ pub struct Options {
     pub lift: Mm,
     /// Speed of the spindle, 1/min.
     pub spindle: u32,
-    /// The tool goes down and up between two switches (M3, M5), in place of a plunge and a lift of Z.
+    /// The tool goes down and up between two switches (M3, M5), in place of a plunge and a lift of
+    /// Z.
     pub has_switches: bool,
 }
 

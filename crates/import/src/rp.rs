@@ -5,7 +5,8 @@
 //! 1  0.5  20.0  0.25      extruder (1 on, 0 off), X, Y, Z in mm, apart by tabs or blanks
 //! ```
 //!
-//! Some files have no column for the extruder: it is on. X and Y move together, Z alone after them, as on the machine.
+//! Some files have no column for the extruder: it is on. X and Y move together, Z alone after them,
+//! as on the machine.
 
 use crate::decimal::{self, NANOS_PER_MM};
 use crate::gcode_text::{comment, ABSOLUTE_MM};

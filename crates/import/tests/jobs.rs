@@ -278,8 +278,8 @@ fn options_that_make_no_sense_are_refused() {
         .contains("no hole"));
 }
 
-/// Time of a rapid from rest to rest, found by trying speeds: the highest that each axis allows, reached and left again at
-/// what each axis allows.
+/// Time of a rapid from rest to rest, found by trying speeds: the highest that each axis allows,
+/// reached and left again at what each axis allows.
 fn seconds(from: [f64; 2], to: [f64; 2]) -> f64 {
     let way = [to[0] - from[0], to[1] - from[1]];
     let length = way[0].hypot(way[1]);
@@ -369,7 +369,8 @@ proptest! {
     }
 }
 
-/// X and Y are as fast as each other here, so the way across takes no longer than the way along a side.
+/// X and Y are as fast as each other here, so the way across takes no longer than the way along a
+/// side.
 #[test]
 fn of_two_ways_of_equal_time_the_shorter_one_is_taken() {
     let board = "M48\nMETRIC\nT1C3.2\n%\nT1\nX5.0Y5.0\nX55.0Y105.0\nX5.0Y105.0\nX55.0Y5.0\nM30\n";

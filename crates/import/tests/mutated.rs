@@ -1,4 +1,5 @@
-//! Damaged files: each hole that stands in one is a hole that is read or a fault, and a job has as many as were read.
+//! Damaged files: each hole that stands in one is a hole that is read or a fault, and a job has as
+//! many as were read.
 
 use leadscrew_import::drill::{jobs, Options, Speeds};
 use leadscrew_import::excellon::{read_all, Drawing, Known};
@@ -89,8 +90,9 @@ struct Mode {
     is_down: bool,
 }
 
-/// How many holes a line asks for, by the letters that it has: a coordinate is a hole, `R6` six; while routing, lifting the
-/// tool ends one, and so does the end of the program. Knows nothing of units, formats, tools or headers.
+/// How many holes a line asks for, by the letters that it has: a coordinate is a hole, `R6` six;
+/// while routing, lifting the tool ends one, and so does the end of the program. Knows nothing of
+/// units, formats, tools or headers.
 fn asked(line: &str, mode: &mut Mode) -> u64 {
     let line = line.split(';').next().unwrap().trim().to_ascii_uppercase();
     if line.starts_with('(') || line.contains(',') {
@@ -217,7 +219,8 @@ fn each_hole_of_a_damaged_file_is_drilled_or_refused() {
     );
 }
 
-/// Text that is nearly a file: its letters, digits and marks in any order, and some that are in none.
+/// Text that is nearly a file: its letters, digits and marks in any order, and some that are in
+/// none.
 fn scrambled() -> impl Strategy<Value = String> {
     let piece = prop_oneof![
         "[XYZGMTRCFSIJAEN]-?[0-9]{0,7}(\\.[0-9]{0,4})?",

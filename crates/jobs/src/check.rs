@@ -1,5 +1,5 @@
-//! A check of a job: every error in one go, soft limits included, and likely mistakes; nothing moves.
-//! The result is a line for a person, or JSON for a program.
+//! A check of a job: every error in one go, soft limits included, and likely mistakes; nothing
+//! moves. The result is a line for a person, or JSON for a program.
 
 use crate::checker::Follow;
 use crate::complaint::Complaint;

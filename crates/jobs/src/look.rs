@@ -34,7 +34,8 @@ pub struct Job {
     pub origin: Vec<f32>,
 }
 
-/// Something that is known of a job. They come in this order, [`Finding::Progress`] again and again.
+/// Something that is known of a job. They come in this order, [`Finding::Progress`] again and
+/// again.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub enum Finding {
     /// Moves of the job in work coordinates: [`Drawn`](leadscrew_sim::scene::Drawn)s.
@@ -55,7 +56,8 @@ pub struct Workshop {
 }
 
 impl Workshop {
-    /// Looks at jobs for this machine. The present places of its carriages and switches do not count.
+    /// Looks at jobs for this machine. The present places of its carriages and switches do not
+    /// count.
     pub fn new(machine: &Profile) -> Self {
         let mut file = machine.clone();
         (file.second_motor, file.probe) = (None, None);

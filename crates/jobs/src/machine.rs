@@ -1,4 +1,5 @@
-//! The machine that a job is for: Grbl's settings, a machine file over them, lines of settings over that.
+//! The machine that a job is for: Grbl's settings, a machine file over them, lines of settings over
+//! that.
 
 use crate::settings_file::{SettingLine, SettingsError};
 use leadscrew_gcode::{leading_number, Number};
@@ -40,7 +41,8 @@ impl Machine {
         Ok(Self::of(file, settings))
     }
 
-    /// A machine with the settings of its own listing: a setting that this machine refuses keeps its default.
+    /// A machine with the settings of its own listing: a setting that this machine refuses keeps
+    /// its default.
     pub fn from_listing(listing: &str, file: Profile) -> Self {
         let mut settings = Settings::new(&[]);
         for entry in listing.lines().filter_map(|line| entry(line).ok()) {
@@ -110,8 +112,8 @@ fn as_defaults(settings: &Settings<MOST_AXES>, axes: usize) -> &'static [Entry] 
     entries.leak()
 }
 
-/// Puts `lines` into effect in their order; one that needs a later one (soft limits before homing) is tried again
-/// after it.
+/// Puts `lines` into effect in their order; one that needs a later one (soft limits before homing)
+/// is tried again after it.
 fn put(
     settings: &mut Settings<MOST_AXES>,
     lines: &[SettingLine],

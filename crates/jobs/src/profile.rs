@@ -19,7 +19,8 @@ use std::fmt;
 /// Limits that are listed one by one; the rest is added up.
 const LISTED: usize = 12;
 
-/// The same without the laser's lead, which leaves the motion alone: power is shown where it belongs on the path.
+/// The same without the laser's lead, which leaves the motion alone: power is shown where it
+/// belongs on the path.
 pub fn without_lead(chosen: &Chosen) -> Chosen {
     let mut settings = chosen.settings.clone();
     settings.load(Entry {

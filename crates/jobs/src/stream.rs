@@ -42,7 +42,8 @@ pub struct Stream<'a> {
     pub keep_going: bool,
     /// The feed override, 100 to 200 in tens.
     pub feed_percent: u8,
-    /// Whether it is to be known which line each answer was to, 8 bytes a line; and the sizes of the tools.
+    /// Whether it is to be known which line each answer was to, 8 bytes a line; and the sizes of
+    /// the tools.
     pub keep_answers: bool,
     /// Whether likely mistakes are to be known.
     pub warn: bool,
@@ -177,8 +178,9 @@ impl Observer for FaultWatch {
     }
 }
 
-/// Lets the machine work until the program is done and motion rests. A program pause (M0) and a tool change (M6) are resumed at
-/// once: nobody stands at this machine. Answers the lines that paused.
+/// Lets the machine work until the program is done and motion rests. A program pause (M0) and a
+/// tool change (M6) are resumed at once: nobody stands at this machine. Answers the lines that
+/// paused.
 fn operate<F: Replies, R: BufRead>(
     powered: &mut dyn Powered,
     operator: &mut Operator<R, F>,
@@ -261,7 +263,8 @@ pub struct Counted {
 }
 
 impl Counted {
-    /// The line of the file that the machine counts as its line `number`; `None` where there is none.
+    /// The line of the file that the machine counts as its line `number`; `None` where there is
+    /// none.
     pub fn line(&self, number: u32) -> Option<u64> {
         let index = usize::try_from(number).ok()?.checked_sub(1)?;
         self.lines.get(index).copied()
@@ -308,7 +311,8 @@ impl Sizes {
 struct Complaints {
     file: String,
     faults: Faults,
-    /// Reads ahead of the machine, so that nothing is sent after the first line that it will refuse.
+    /// Reads ahead of the machine, so that nothing is sent after the first line that it will
+    /// refuse.
     checker: Option<Box<dyn Follow>>,
     errors: Vec<Complaint>,
     count: u64,

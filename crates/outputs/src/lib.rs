@@ -10,8 +10,9 @@ use leadscrew_machine::state::{Door, Hold, State};
 
 /// The pins of the outputs, as the main loop changes them.
 ///
-/// The step interrupt changes the same pins (`StepPort::change_outputs`), and may do so in the middle of these methods: one write
-/// that names the pins which change, as a set and reset register takes it, leaves the others as that left them.
+/// The step interrupt changes the same pins (`StepPort::change_outputs`), and may do so in the
+/// middle of these methods: one write that names the pins which change, as a set and reset register
+/// takes it, leaves the others as that left them.
 pub trait OutputPort {
     /// Changes the outputs at once; those in neither mask stay.
     fn change(&mut self, change: OutputChange);
@@ -23,9 +24,11 @@ pub trait OutputPort {
 /// How many outputs there are, and when they are on.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct OutputsConfig {
-    /// How many, 0 to 8: `P0` to `P(count - 1)`. With 0 M62 to M65 are refused, as without this extension.
+    /// How many, 0 to 8: `P0` to `P(count - 1)`. With 0 M62 to M65 are refused, as without this
+    /// extension.
     pub count: u8,
-    /// Those that are on after power-up, a reset, an alarm and the end of the program, a bit an output.
+    /// Those that are on after power-up, a reset, an alarm and the end of the program, a bit an
+    /// output.
     pub boot: u8,
     /// Those that stay as they are in a hold, a bit an output; all others go off.
     pub stay: u8,
@@ -79,7 +82,8 @@ impl<P: OutputPort> Outputs<P> {
         });
     }
 
-    /// Switches off for a hold, once. Motion rests, so that the step interrupt changes nothing meanwhile.
+    /// Switches off for a hold, once. Motion rests, so that the step interrupt changes nothing
+    /// meanwhile.
     fn hold(&mut self) {
         if self.held.is_none() {
             let off = self.levels() & !self.config.stay;

@@ -1,4 +1,5 @@
-//! Writes the page of a machine as one file with the simulator in it. `cargo xtask page` builds the module and calls this.
+//! Writes the page of a machine as one file with the simulator in it. `cargo xtask page` builds the
+//! module and calls this.
 //!
 //! ```sh
 //! standalone MODULE.wasm PAGE.html [MACHINE.toml]

@@ -1,4 +1,5 @@
-//! A machine and its one page, and nothing between them: frames in, frames out. The page without a server.
+//! A machine and its one page, and nothing between them: frames in, frames out. The page without a
+//! server.
 
 use crate::buttons::Buttons;
 use crate::desk::Desk;
@@ -31,7 +32,8 @@ const START: u64 = cycles_of_micros(20_000);
 /// Simulated time that passes at once at most, cycles: the page is heard in between.
 const SLICE: u64 = cycles_of_micros(25_000);
 
-/// A machine in real time and its page. It lasts as long as the program: its memory is never given back.
+/// A machine in real time and its page. It lasts as long as the program: its memory is never given
+/// back.
 pub struct Alone {
     desk: Desk<'static>,
     wires: Wires,

@@ -1,7 +1,7 @@
 //! The page as one document: its style and its modules stand in it, nothing is fetched.
 //!
-//! Modules import each other by bare names. An import map leads each name to the module's text as a `data:` address, so that the
-//! document also works from a file.
+//! Modules import each other by bare names. An import map leads each name to the module's text as a
+//! `data:` address, so that the document also works from a file.
 
 use data_encoding::BASE64;
 use serde_json::json;
@@ -70,7 +70,8 @@ pub fn document(nonce: &str) -> String {
     DOCUMENT.replace(NONCE, nonce)
 }
 
-/// A finished job as a document of its own, with a slider along its time: nothing is fetched, it works from a file.
+/// A finished job as a document of its own, with a slider along its time: nothing is fetched, it
+/// works from a file.
 pub struct Playback<'a> {
     /// The job's name.
     pub title: &'a str,
@@ -82,7 +83,8 @@ pub struct Playback<'a> {
     pub moves: &'a [u8],
     /// Their lengths, mm, along all axes; f32, little-endian.
     pub lengths: &'a [u8],
-    /// The stretches of even acceleration: time in s, length in mm, speed at the begin in mm/s; f32, little-endian.
+    /// The stretches of even acceleration: time in s, length in mm, speed at the begin in mm/s;
+    /// f32, little-endian.
     pub course: &'a [u8],
 }
 
@@ -139,7 +141,8 @@ fn element(id: &str, text: &str) -> String {
     format!("<script type=\"text/plain\" id=\"{id}\">{text}</script>\n")
 }
 
-/// A page of HTML with the style, the modules of both documents, and `own` ones, of which `main` begins.
+/// A page of HTML with the style, the modules of both documents, and `own` ones, of which `main`
+/// begins.
 fn compose(page: &str, own: &[Module]) -> String {
     let mut map = String::new();
     for (name, text) in COMMON.iter().chain(own) {
@@ -159,7 +162,8 @@ fn compose(page: &str, own: &[Module]) -> String {
         .replace("<!--modules-->", &modules)
 }
 
-/// A text as part of a `data:` address within a JSON string within a script element (RFC 3986, section 2.1).
+/// A text as part of a `data:` address within a JSON string within a script element (RFC 3986,
+/// section 2.1).
 fn quoted(text: &str) -> String {
     let mut quoted = String::with_capacity(text.len() * 5 / 4);
     for byte in text.bytes() {

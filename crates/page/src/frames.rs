@@ -16,7 +16,8 @@ const LONGEST: usize = 201_000_000;
 /// The content of a frame to a page.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Tag {
-    /// Bytes on a line of the machine's: channel, 1 where they come from it, 0, number of answers before them (u32).
+    /// Bytes on a line of the machine's: channel, 1 where they come from it, 0, number of answers
+    /// before them (u32).
     Wire = 1,
     /// The machine at an instant.
     State = 2,

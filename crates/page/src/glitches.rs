@@ -1,4 +1,5 @@
-//! Disturbances on the limit inputs: wrong levels for microseconds, at instants that look random and never change.
+//! Disturbances on the limit inputs: wrong levels for microseconds, at instants that look random
+//! and never change.
 
 use crate::desk::Desk;
 use crate::wires::Wires;

@@ -1,12 +1,14 @@
-//! A simulated machine on a web page: the page, the frames that it speaks, and the machine in real time behind it.
+//! A simulated machine on a web page: the page, the frames that it speaks, and the machine in real
+//! time behind it.
 //!
 //! ```text
 //!   page (web/*.js) <==frames== Pages <--- Desk: machine, Trail, Buttons, Glitches
 //!                   ==Said====>            Wires: its serial lines    Pace: its clock beside the wall's
 //! ```
 //!
-//! Nothing here waits, opens a connection or asks for the time: time is an argument. So the same code serves pages over a network
-//! (`leadscrew-serve`) and, compiled for a browser, a page without a server (`leadscrew-wasm`).
+//! Nothing here waits, opens a connection or asks for the time: time is an argument. So the same
+//! code serves pages over a network (`leadscrew-serve`) and, compiled for a browser, a page without
+//! a server (`leadscrew-wasm`).
 #![forbid(unsafe_code)]
 
 mod alone;

@@ -3,7 +3,8 @@
 use leadscrew_sim::clock::{Cycle, CPU_HZ};
 use std::time::Duration;
 
-/// How far the simulation may fall behind before the time that it lost is given up, so that it does not race afterwards.
+/// How far the simulation may fall behind before the time that it lost is given up, so that it does
+/// not race afterwards.
 const PATIENCE: Duration = Duration::from_millis(250);
 
 /// Ties the simulation's clock to the wall's.
@@ -16,7 +17,8 @@ pub struct Pace {
 }
 
 impl Pace {
-    /// The simulation is at `cycle` now, which the wall clock calls `wall`; it is to run `speed` times as fast.
+    /// The simulation is at `cycle` now, which the wall clock calls `wall`; it is to run `speed`
+    /// times as fast.
     pub fn new(speed: f64, wall: Duration, cycle: Cycle) -> Self {
         Self { speed, wall, cycle }
     }

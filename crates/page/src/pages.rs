@@ -6,8 +6,8 @@
 //!     `---Said--> PageEvent
 //! ```
 //!
-//! The page that came first has the machine, on a channel of its own, unless a sender is connected: then all pages watch. A page
-//! that watches can still press the switches, hold and reset.
+//! The page that came first has the machine, on a channel of its own, unless a sender is connected:
+//! then all pages watch. A page that watches can still press the switches, hold and reset.
 
 use crate::desk::Desk;
 use crate::frames::{self, frame, Progress, Said, Tag};
@@ -30,7 +30,8 @@ const LOOK: Duration = Duration::from_millis(500);
 /// Moves in one frame at most.
 const AT_ONCE: usize = 20_000;
 
-/// Bytes that a page which only watches may send to the machine: feed hold, soft reset, safety door, jog cancel.
+/// Bytes that a page which only watches may send to the machine: feed hold, soft reset, safety
+/// door, jog cancel.
 const ALWAYS: [u8; 4] = [b'!', 0x18, 0x84, 0x85];
 
 /// Something that a page did.
@@ -195,8 +196,8 @@ impl Pages {
         }
     }
 
-    /// Who has a line of the machine's beside the pages; the machine is `busy` or not. Answers whether its channel is now open
-    /// that was shut (`true`), or the other way round.
+    /// Who has a line of the machine's beside the pages; the machine is `busy` or not. Answers
+    /// whether its channel is now open that was shut (`true`), or the other way round.
     pub fn agree_who_moves(&mut self, senders: &[String], busy: bool) -> Option<bool> {
         let holds = |page: &u64| self.all.iter().any(|other| other.number == *page);
         let before = self.holder;

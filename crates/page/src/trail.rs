@@ -27,7 +27,8 @@ pub struct Trail {
     done: u32,
     /// The move under way was planned with those before it, back to this one.
     joined: u32,
-    /// Moves that have not begun: their numbers, and the steps of each motor, of all that was planned as one with them.
+    /// Moves that have not begun: their numbers, and the steps of each motor, of all that was
+    /// planned as one with them.
     planned: VecDeque<(u32, Vec<u32>)>,
     /// Where the path has led.
     at: Option<[f32; 3]>,
@@ -54,7 +55,8 @@ impl Trail {
         self.first
     }
 
-    /// How many moves lie behind a carriage at `position`, mm; and the line of the one under way, 0 for none.
+    /// How many moves lie behind a carriage at `position`, mm; and the line of the one under way, 0
+    /// for none.
     pub fn progress(&mut self, position: [f32; 3]) -> (u32, u32) {
         while self.done < self.joined && self.is_passed(self.done, position) {
             self.done += 1;

@@ -1,4 +1,5 @@
-//! Where jobs are looked at that somebody has dropped on a page: beside the machine, on a thread of its own.
+//! Where jobs are looked at that somebody has dropped on a page: beside the machine, on a thread of
+//! its own.
 
 use leadscrew_jobs::{Finding, Job, Workshop};
 use std::sync::atomic::{AtomicBool, Ordering};

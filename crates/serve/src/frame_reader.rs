@@ -5,8 +5,8 @@
 //!   `------------------ FrameHeader ------------------------' `--- passed on as it arrives
 //! ```
 //!
-//! Whether a frame is text, binary, the first or a later fragment makes no difference to its payload: some senders
-//! begin a message with each realtime byte and never end it.
+//! Whether a frame is text, binary, the first or a later fragment makes no difference to its
+//! payload: some senders begin a message with each realtime byte and never end it.
 
 use std::fmt;
 use std::io::Cursor;

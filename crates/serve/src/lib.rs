@@ -6,8 +6,8 @@
 //!                                        Panel, WireLog        StateFile
 //! ```
 //!
-//! Nothing that a client does can stop the server: one that vanishes, floods or does not read costs one message, and
-//! the machine goes on. A line that cannot be opened is tried again until it can.
+//! Nothing that a client does can stop the server: one that vanishes, floods or does not read costs
+//! one message, and the machine goes on. A line that cannot be opened is tried again until it can.
 #![forbid(unsafe_code)]
 
 mod bench;
@@ -103,8 +103,8 @@ pub fn serve(service: Service, around: Surroundings<'_>) {
 #[doc = include_str!("../README.md")]
 pub struct Readme;
 
-/// The channel that pages move the machine on: one more than the lines, where there is a port for pages and the machine has one
-/// left.
+/// The channel that pages move the machine on: one more than the lines, where there is a port for
+/// pages and the machine has one left.
 fn pages_channel(lines: &[LineSpec]) -> Option<usize> {
     let has_port = lines
         .iter()

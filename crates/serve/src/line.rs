@@ -5,8 +5,9 @@
 //!                              `-- writer thread <--- Outlet ------'
 //! ```
 //!
-//! A line has one client at a time. Its threads may wait; the server loop never does: events come through a bounded
-//! channel, and what a client does not read is thrown away once its outlet is full.
+//! A line has one client at a time. Its threads may wait; the server loop never does: events come
+//! through a bounded channel, and what a client does not read is thrown away once its outlet is
+//! full.
 
 use super::web::Foreign;
 use leadscrew_page::Outlet;

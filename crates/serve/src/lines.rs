@@ -11,10 +11,12 @@ use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-/// Events that may wait for the server loop; then reading waits, and the operating system holds the client back.
+/// Events that may wait for the server loop; then reading waits, and the operating system holds the
+/// client back.
 const EVENTS: usize = 64;
 
-/// All lines of a server. Dropping them disconnects the clients, frees the ports and removes the links.
+/// All lines of a server. Dropping them disconnects the clients, frees the ports and removes the
+/// links.
 pub(super) struct Lines {
     // First: a thread that waits for room among the events must wake before it is joined.
     events: mpsc::Receiver<Event>,
@@ -57,7 +59,8 @@ impl Lines {
         }
     }
 
-    /// Notes whether the machine has a job that is not finished: no client loses its line until it is.
+    /// Notes whether the machine has a job that is not finished: no client loses its line until it
+    /// is.
     pub(super) fn set_busy(&self, busy: bool) {
         self.busy.store(busy, Ordering::Relaxed);
     }

@@ -1,4 +1,5 @@
-//! Waits for clients on a TCP port: each is met by a thread of its own, and one at a time has the line.
+//! Waits for clients on a TCP port: each is met by a thread of its own, and one at a time has the
+//! line.
 
 use super::line::{LineError, What, RETRY};
 use super::seat::{Guest, Seat, Ticket};
@@ -14,11 +15,12 @@ use std::time::Duration;
 /// How often a new client is looked for.
 const POLL: Duration = Duration::from_millis(5);
 
-/// Clients that are met at a time; others wait in the operating system until one of these is turned away.
+/// Clients that are met at a time; others wait in the operating system until one of these is turned
+/// away.
 const GUESTS: usize = 64;
 
-/// A client that says nothing is asked after this time whether its computer is still there, and again so often; one that does
-/// not answer is gone after [`GONE`].
+/// A client that says nothing is asked after this time whether its computer is still there, and
+/// again so often; one that does not answer is gone after [`GONE`].
 const ASK: Duration = Duration::from_secs(5);
 const ASK_AGAIN: Duration = Duration::from_secs(3);
 const TIMES: u32 = 3;
@@ -77,7 +79,8 @@ pub(super) fn run(address: &str, allowed: &Allowed, uplink: &Uplink, protocol: P
     }
 }
 
-/// Has the operating system end a connection to a computer that is gone. Where it cannot, the connection lasts longer.
+/// Has the operating system end a connection to a computer that is gone. Where it cannot, the
+/// connection lasts longer.
 fn watch(stream: &TcpStream) {
     let socket = SockRef::from(stream);
     let ask = TcpKeepalive::new()

@@ -13,7 +13,8 @@ pub enum Note<'a> {
     Line(&'a LineSpec, &'a What),
     /// A client does not read: its bytes are thrown away.
     NotRead(&'a LineSpec),
-    /// A client has sent more than the machine's receive buffer holds: bytes are lost, as on a real line.
+    /// A client has sent more than the machine's receive buffer holds: bytes are lost, as on a real
+    /// line.
     BytesLost(&'a LineSpec),
     /// The simulation cannot run as fast as asked for.
     TooSlow,

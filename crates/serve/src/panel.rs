@@ -19,7 +19,8 @@ pub trait Panel {
 /// Messages that wait for a reader that is late.
 const MESSAGES: usize = 1024;
 
-/// Messages as lines of text, nothing else. Never waits: where nobody reads them, messages are lost and counted.
+/// Messages as lines of text, nothing else. Never waits: where nobody reads them, messages are lost
+/// and counted.
 pub struct Plain {
     to: Spool,
     lost: u32,

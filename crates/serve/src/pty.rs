@@ -4,9 +4,9 @@
 //!   sender -- opens --> LINK -> /dev/pts/7 (raw) ==== kernel ==== our end, polled
 //! ```
 //!
-//! Our end reports a hang-up while no program has the other end open (Linux, tty_ioctl(4) and pty(7)): that is how
-//! opening and closing are seen. A program that closes and opens again within a few milliseconds may go on as the same
-//! client.
+//! Our end reports a hang-up while no program has the other end open (Linux, tty_ioctl(4) and
+//! pty(7)): that is how opening and closing are seen. A program that closes and opens again within
+//! a few milliseconds may go on as the same client.
 
 use super::line::{LineError, What, CHUNK, RETRY};
 use super::uplink::Uplink;

@@ -1,4 +1,5 @@
-//! The HTTP that is needed: a request is read as tungstenite reads it, a page's is answered with the document.
+//! The HTTP that is needed: a request is read as tungstenite reads it, a page's is answered with
+//! the document.
 //!
 //! ```text
 //!   GET /?token=...                        the document

@@ -1,4 +1,5 @@
-//! The machine on a terminal: state, position, feed, overrides, switches, messages, and keys to press.
+//! The machine on a terminal: state, position, feed, overrides, switches, messages, and keys to
+//! press.
 
 use super::note::Note;
 use super::page::Page;

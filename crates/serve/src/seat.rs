@@ -1,11 +1,11 @@
 //! Who has a line: one client at a time, the others wait for it or are turned away.
 //!
-//! A client that comes back finds its own end not seen yet; one whose program hangs, or whose network has swallowed the
-//! end, would keep everybody out. So:
+//! A client that comes back finds its own end not seen yet; one whose program hangs, or whose
+//! network has swallowed the end, would keep everybody out. So:
 //!
 //! * a client that comes waits [`GRACE`] for the one before it to go;
-//! * from the same address, once it has sent a byte, it takes the line over from a client that has been silent for
-//!   [`SILENCE`], unless a job is unfinished;
+//! * from the same address, once it has sent a byte, it takes the line over from a client that has
+//!   been silent for [`SILENCE`], unless a job is unfinished;
 //! * a client whose computer is gone is found out by the operating system (`listener.rs`).
 
 use std::net::{IpAddr, Shutdown, TcpStream};
@@ -13,12 +13,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-/// How long a new client waits for the end of one that is just going: programs that probe a port close it and come
-/// back within milliseconds.
+/// How long a new client waits for the end of one that is just going: programs that probe a port
+/// close it and come back within milliseconds.
 const GRACE: Duration = Duration::from_millis(500);
 
-/// How long a new client from the same address may take for its first byte, and then waits for the one before it to fall
-/// silent.
+/// How long a new client from the same address may take for its first byte, and then waits for the
+/// one before it to fall silent.
 const PATIENCE: Duration = Duration::from_secs(3);
 
 /// How long a client has to be silent for another one to take its line over.

@@ -1,4 +1,5 @@
-//! The server loop: clients' bytes into the simulation, its answers back, simulated time tied to real time.
+//! The server loop: clients' bytes into the simulation, its answers back, simulated time tied to
+//! real time.
 //!
 //! ```text
 //!   Lines --events--> Wires <--Host--> Simulation <--pins-- keys, glitches
@@ -6,8 +7,8 @@
 //!                    WireLog             Panel
 //! ```
 //!
-//! A turn takes about a millisecond: events, then simulation up to the present, then output. Whatever takes longer is
-//! done by other threads.
+//! A turn takes about a millisecond: events, then simulation up to the present, then output.
+//! Whatever takes longer is done by other threads.
 
 use super::bench::Bench;
 use super::line::{Event, LineSpec, What};

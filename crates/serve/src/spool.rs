@@ -1,4 +1,5 @@
-//! Text on its way to an output that may block: a pipe that nobody reads, a terminal behind a stalled connection.
+//! Text on its way to an output that may block: a pipe that nobody reads, a terminal behind a
+//! stalled connection.
 
 use std::io::{self, Write};
 use std::sync::mpsc::{self, Receiver, SyncSender, TrySendError};

@@ -115,7 +115,8 @@ impl StateFile {
         Self { path }
     }
 
-    /// The state file of the machine called `name`, in the user's data directory; `None` where there is no such.
+    /// The state file of the machine called `name`, in the user's data directory; `None` where
+    /// there is no such.
     pub fn of_user(name: &str) -> Option<Self> {
         let file = format!("{name}.state");
         Some(Self::new(dirs::data_dir()?.join("leadscrew").join(file)))
@@ -126,8 +127,8 @@ impl StateFile {
         &self.path
     }
 
-    /// Claims the file for as long as the answer lives; `None` while another program has it. The claim is on a file beside it,
-    /// because each [`StateFile::save`] puts a new file in its place.
+    /// Claims the file for as long as the answer lives; `None` while another program has it. The
+    /// claim is on a file beside it, because each [`StateFile::save`] puts a new file in its place.
     ///
     /// # Errors
     /// Errors of making the file beside it.
@@ -168,7 +169,8 @@ impl StateFile {
         }
     }
 
-    /// Reads the flash memory, which has `size` bytes. A file that cannot be used gets another name.
+    /// Reads the flash memory, which has `size` bytes. A file that cannot be used gets another
+    /// name.
     ///
     /// # Errors
     /// Errors of reading, except for a missing file.

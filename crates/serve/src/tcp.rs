@@ -1,7 +1,7 @@
 //! Raw TCP: bytes as they are, both ways.
 //!
-//! A web page can make its browser send a request to any port of this computer. So the first bytes are held while they may
-//! be the beginning of one.
+//! A web page can make its browser send a request to any port of this computer. So the first bytes
+//! are held while they may be the beginning of one.
 
 use super::line::{Refusal, What, CHUNK};
 use super::listener::{Client, Protocol};
@@ -28,8 +28,8 @@ pub(super) const PROTOCOL: Protocol = Protocol {
     serve,
 };
 
-/// Passes bytes between a client and the server until the client goes. Who is turned away finds the connection closed: raw
-/// bytes have no words for it.
+/// Passes bytes between a client and the server until the client goes. Who is turned away finds the
+/// connection closed: raw bytes have no words for it.
 fn serve(client: Client, _: &Allowed, uplink: &Uplink) {
     let peer = client.peer;
     let Ok((reader, writer)) = prepare(client.stream) else {

@@ -26,7 +26,8 @@ impl Token {
         fits.then(|| Self(text.to_owned()))
     }
 
-    /// Whether the query of an address, such as `token=...`, has it. Takes the same time wherever a guess goes wrong.
+    /// Whether the query of an address, such as `token=...`, has it. Takes the same time wherever a
+    /// guess goes wrong.
     pub(super) fn is_in(&self, query: &str) -> bool {
         let guesses = query
             .split('&')

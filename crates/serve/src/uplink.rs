@@ -39,7 +39,8 @@ impl Uplink {
         self.tell(What::Bytes(bytes.to_vec()));
     }
 
-    /// Tells the server; waits while it is busy. Nobody is left to hear it once the server has gone.
+    /// Tells the server; waits while it is busy. Nobody is left to hear it once the server has
+    /// gone.
     pub(super) fn tell(&self, what: What) {
         let line = self.line;
         if self.events.send(Event { line, what }).is_err() {

@@ -1,7 +1,8 @@
 //! Which web pages may talk to the machine.
 //!
-//! Every page that a browser shows can open a WebSocket to this computer, and reach any port on it with a request of its
-//! own. A browser says who asks: `Origin` names the page, `Host` the name by which it found this computer.
+//! Every page that a browser shows can open a WebSocket to this computer, and reach any port on it
+//! with a request of its own. A browser says who asks: `Origin` names the page, `Host` the name by
+//! which it found this computer.
 //!
 //! ```text
 //!   no Origin                     a sender that is no page             let in
@@ -59,7 +60,8 @@ pub(super) fn beginning(bytes: &[u8]) -> Beginning {
     }
 }
 
-/// Pages and names that are let in beside those that always are, and the secret that opens our own page.
+/// Pages and names that are let in beside those that always are, and the secret that opens our own
+/// page.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Allowed {
     names: Vec<String>,
@@ -97,7 +99,8 @@ impl fmt::Display for Foreign {
 }
 
 impl Allowed {
-    /// Allows pages by their origins, such as `https://cnc.example`, and names of this computer, such as `cnc.local`.
+    /// Allows pages by their origins, such as `https://cnc.example`, and names of this computer,
+    /// such as `cnc.local`.
     pub fn new(names: Vec<String>) -> Self {
         let token = Token::draw();
         Self { names, token }
@@ -153,7 +156,8 @@ fn only(headers: &HeaderMap, name: impl AsHeaderName) -> Result<Option<String>, 
     }
 }
 
-/// Whether nobody else can own a host's name: it is an address, or means this computer everywhere (RFC 6761, section 6.3).
+/// Whether nobody else can own a host's name: it is an address, or means this computer everywhere
+/// (RFC 6761, section 6.3).
 fn is_this_computer(host: &str) -> bool {
     let bare = host
         .strip_prefix('[')

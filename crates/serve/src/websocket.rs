@@ -1,9 +1,11 @@
-//! WebSocket (RFC 6455): the handshake and the frames' format are tungstenite's, the reading is not.
+//! WebSocket (RFC 6455): the handshake and the frames' format are tungstenite's, the reading is
+//! not.
 //!
-//! tungstenite hands out whole messages, or whole frames at best. A realtime command that a sender puts into the first
-//! fragment of a message that it never ends must act at once, and text frames may hold bytes that are no UTF-8. So
-//! [`FrameReader`] passes on each byte of payload as it arrives. The answers go out as text, whole lines to a frame:
-//! one of the senders listens to nothing else.
+//! tungstenite hands out whole messages, or whole frames at best. A realtime command that a sender
+//! puts into the first fragment of a message that it never ends must act at once, and text frames
+//! may hold bytes that are no UTF-8. So [`FrameReader`] passes on each byte of payload as it
+//! arrives. The answers go out as text, whole lines to a frame: one of the senders listens to
+//! nothing else.
 
 use super::frame_reader::{Control, FrameReader};
 use super::line::{Refusal, What};
@@ -35,7 +37,8 @@ const HANDSHAKE: Duration = Duration::from_secs(3);
 /// How often a client looks whether the line has become free.
 const POLL: Duration = Duration::from_millis(5);
 
-/// The socket's sending end, used by the writer and by the answers to control frames: whole frames each.
+/// The socket's sending end, used by the writer and by the answers to control frames: whole frames
+/// each.
 type Sink = Arc<Mutex<TcpStream>>;
 
 pub(super) const PROTOCOL: Protocol = Protocol {
@@ -43,7 +46,8 @@ pub(super) const PROTOCOL: Protocol = Protocol {
     serve,
 };
 
-/// Answers a request: with the document, as a page, or as a line of bytes. Ends when the client goes.
+/// Answers a request: with the document, as a page, or as a line of bytes. Ends when the client
+/// goes.
 fn serve(client: Client, allowed: &Allowed, uplink: &Uplink) {
     let Client {
         stream,
@@ -138,7 +142,8 @@ fn meet(
     let unfit = |_: io::Error| Away::Refused(Refusal::NoWebSocket);
     let gone = |_: io::Error| Away::Refused(Refusal::Gone);
     let mut limited = Limited::new(stream.try_clone().map_err(unfit)?).map_err(unfit)?;
-    // Nothing can be lost behind the request: a client that sends more before it was answered is refused.
+    // Nothing can be lost behind the request: a client that sends more before it was answered is
+    // refused.
     let request = request::read(&mut limited).map_err(unfit)?;
     if let Err(foreign) = allowed.check(request.headers()) {
         return refuse(&mut limited, Away::Refused(Refusal::Foreign(foreign)));
@@ -208,8 +213,8 @@ impl Away {
     }
 }
 
-/// Agrees to the first of the subprotocols that a client offers: one that has offered some hangs up where none of them
-/// is chosen (RFC 6455, section 4.1). They say nothing about the bytes.
+/// Agrees to the first of the subprotocols that a client offers: one that has offered some hangs up
+/// where none of them is chosen (RFC 6455, section 4.1). They say nothing about the bytes.
 fn agree(request: &Request, mut response: Response) -> Response {
     let offered = request.headers().get(SEC_WEBSOCKET_PROTOCOL);
     let names = offered.and_then(|names| names.to_str().ok());

@@ -104,8 +104,8 @@ impl WireLog {
     }
 }
 
-/// Bytes as text: an LF (from a client) or CR LF (from the machine) at the end is left out, other control bytes are
-/// spelled.
+/// Bytes as text: an LF (from a client) or CR LF (from the machine) at the end is left out, other
+/// control bytes are spelled.
 fn escape(bytes: &[u8]) -> String {
     let text = bytes.strip_suffix(b"\n").unwrap_or(bytes);
     let text = text

@@ -63,8 +63,8 @@ enum Phase {
     Arrives,
 }
 
-/// M6 and the tool table. `AXES`: of the machine; `KEPT`: bytes of lines that are kept meanwhile, as many as the receive buffer
-/// takes.
+/// M6 and the tool table. `AXES`: of the machine; `KEPT`: bytes of lines that are kept meanwhile,
+/// as many as the receive buffer takes.
 #[derive(Debug)]
 pub struct ToolChange<const AXES: usize, const KEPT: usize> {
     config: ToolChangeConfig,

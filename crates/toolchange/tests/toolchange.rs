@@ -289,7 +289,8 @@ fn a_tool_stays_selected_until_m6_takes_it_and_bcnc_sees_it() {
     session.line("T5");
     session.line("G0X1");
     assert!(session.line("$G")[0].contains(" T5 "));
-    // bCNC asks for state and modes all the time, and counts the bytes that it has not had an `ok` for.
+    // bCNC asks for state and modes all the time, and counts the bytes that it has not had an `ok`
+    // for.
     session.send("M6\n");
     for _ in 0..20 {
         session.send("?");

@@ -1,4 +1,5 @@
-//! The machine of a page without a server, as a WebAssembly module: five functions, bytes in, and bytes out through `tell`.
+//! The machine of a page without a server, as a WebAssembly module: five functions, bytes in, and
+//! bytes out through `tell`.
 //!
 //! ```text
 //!   room(length) -> address      room for the bytes of the next call; the caller writes them there
@@ -10,7 +11,8 @@
 //!   tell(address, length)        what the module asks its caller for: takes a frame, until it returns
 //! ```
 //!
-//! Frames for the page are those of `leadscrew serve`. Two more are for the caller, `LOOK` and `FAILED`.
+//! Frames for the page are those of `leadscrew serve`. Two more are for the caller, `LOOK` and
+//! `FAILED`.
 #![cfg(target_arch = "wasm32")]
 
 use leadscrew_jobs::{Finding, Job, Workshop};
@@ -34,7 +36,8 @@ extern "C" {
 
 /// Hands a frame to the caller.
 fn send(frame: &[u8]) {
-    // SAFETY: the caller reads `length` bytes at `address`, which are the frame's, before it returns.
+    // SAFETY: the caller reads `length` bytes at `address`, which are the frame's, before it
+    // returns.
     unsafe { tell(frame.as_ptr(), frame.len()) }
 }
 

@@ -22,7 +22,8 @@ pub enum End {
 
 /// The two switches of the tool.
 pub trait ToolPort {
-    /// Whether the switch at this end is closed. Read at every turn of the main loop while the tool is on its way.
+    /// Whether the switch at this end is closed. Read at every turn of the main loop while the tool
+    /// is on its way.
     fn is_closed(&self, end: End) -> bool;
 }
 

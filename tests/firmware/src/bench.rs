@@ -45,8 +45,9 @@ pub(crate) fn ensure(held: bool, words: impl FnOnce() -> String) -> Result<(), F
 
 /// The text of every banner.
 pub(crate) const BANNER: &str = "Grbl 1.1h ['$' for help]";
-/// The longest that the firmware may take from reset to its banner, s: it may erase a sector of its settings first,
-/// 0.5 s at most (data sheet DocID022152, table 40: 16 KB at x8 takes 800 ms at most).
+/// The longest that the firmware may take from reset to its banner, s: it may erase a sector of its
+/// settings first, 0.5 s at most (data sheet DocID022152, table 40: 16 KB at x8 takes 800 ms at
+/// most).
 const BOOT_SECONDS: f64 = 2.0;
 /// The longest that a host takes to set the device up, s: five times the sum of its waits.
 const USB_SECONDS: f64 = 0.6;

@@ -7,8 +7,8 @@ use crate::{
 };
 use std::array::from_fn;
 
-/// Every step event is there, in the same order, with the same motors and directions, and every interval in motion is
-/// the same number of timer counts.
+/// Every step event is there, in the same order, with the same motors and directions, and every
+/// interval in motion is the same number of timer counts.
 pub(crate) fn to_the_tick(ours: &[Step], planned: &[Planned]) -> Result<(), Failure> {
     let mut last: Option<(&Step, &Planned)> = None;
     for (index, (our, plan)) in ours.iter().zip(planned).enumerate() {
@@ -44,7 +44,8 @@ pub(crate) fn same_ways(ours: &[Step], planned: &[Planned]) -> Result<(), Failur
     Ok(())
 }
 
-/// Every motor takes the same steps in the same directions, and motion takes as long within `tolerance`, a share.
+/// Every motor takes the same steps in the same directions, and motion takes as long within
+/// `tolerance`, a share.
 pub(crate) fn in_path(ours: &[Step], planned: &[Planned], tolerance: f64) -> Result<f64, Failure> {
     same_ways(ours, planned)?;
     let time = span(ours.iter().map(|step| step.due));

@@ -1,4 +1,5 @@
-//! The same job in the simulator, on a CPU that takes no time: the steps as the timer's schedule has them.
+//! The same job in the simulator, on a CPU that takes no time: the steps as the timer's schedule
+//! has them.
 use crate::{
     bench::{ensure, Failure},
     pins::CYCLES_PER_COUNT,
@@ -54,7 +55,8 @@ impl Observer for Schedule {
     }
 }
 
-/// What the simulator says of a probing in the negative direction of Z that meets something after so many steps: `[PRB:…]`.
+/// What the simulator says of a probing in the negative direction of Z that meets something after
+/// so many steps: `[PRB:…]`.
 pub(crate) fn probe(settings: &str, program: &str, contact: usize) -> Result<String, Failure> {
     let mut setup = Setup::<3>::new(MachineConfig::new(), Rate::NeverWaits);
     setup.costs = Costs::NONE;
@@ -92,8 +94,8 @@ pub(crate) fn probe(settings: &str, program: &str, contact: usize) -> Result<Str
     report.ok_or_else(|| Failure("the simulator says nothing of the probe".into()))
 }
 
-/// The step events of a program after `settings`, over a line of this rate. A slow line leaves less to look ahead over
-/// when motion begins: that takes longer, here and on the board.
+/// The step events of a program after `settings`, over a line of this rate. A slow line leaves less
+/// to look ahead over when motion begins: that takes longer, here and on the board.
 pub(crate) fn plan(settings: &str, program: &str, line: Rate) -> Result<Vec<Planned>, Failure> {
     plan_with(Cartesian, settings, program, line)
 }
@@ -139,8 +141,8 @@ pub(crate) fn plan_with(
     Ok(schedule.steps)
 }
 
-/// The step events of a program on the machine of a file, without those of the lines `before`; all must be answered with `ok`.
-/// Its operator resumes pauses and tool changes at once.
+/// The step events of a program on the machine of a file, without those of the lines `before`; all
+/// must be answered with `ok`. Its operator resumes pauses and tool changes at once.
 pub(crate) fn plan_machine(
     profile: &Profile,
     before: &str,

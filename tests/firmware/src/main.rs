@@ -1,4 +1,5 @@
-//! Runs the unmodified firmware in an emulated STM32F407 and holds its pins against the simulator's: `cargo fw-test`.
+//! Runs the unmodified firmware in an emulated STM32F407 and holds its pins against the
+//! simulator's: `cargo fw-test`.
 //!
 //! ```text
 //!  program --text--> Bench ==USART==> firmware (emulated) --edges, matches--> Tracker --Step--+
@@ -6,9 +7,10 @@
 //!     +------------> desk: Machine and step interrupt in the simulator ------------Planned----+
 //! ```
 //!
-//! Each check boots a board of its own; those of the interrupts' time empty the flash's caches at every exception.
-//! `cargo fw-test --list` names the checks; those of the subset run in `.ci/run firmware`. `cargo fw-test --planted` plants
-//! faults in the firmware, one after the other, and holds the checks against them.
+//! Each check boots a board of its own; those of the interrupts' time empty the flash's caches at
+//! every exception. `cargo fw-test --list` names the checks; those of the subset run in `.ci/run
+//! firmware`. `cargo fw-test --planted` plants faults in the firmware, one after the other, and
+//! holds the checks against them.
 #![forbid(unsafe_code)]
 mod bench;
 mod checks;

@@ -1,5 +1,6 @@
-//! The wiring of the firmware's default profile, as its wiring table has it (`crates/board-f407/README.md`): what is
-//! seen at the pins is held against that table, not against the firmware's own source.
+//! The wiring of the firmware's default profile, as its wiring table has it
+//! (`crates/board-f407/README.md`): what is seen at the pins is held against that table, not
+//! against the firmware's own source.
 use leadscrew_f407emu::{Pin, SerialPort};
 
 /// Frequency of the board's crystal in Hz.

@@ -1,4 +1,5 @@
-//! The machine around the board: carriages that work switches, heaters that warm bodies with sensors.
+//! The machine around the board: carriages that work switches, heaters that warm bodies with
+//! sensors.
 use crate::{
     pins::CPU_HZ,
     steps::{net, Step},

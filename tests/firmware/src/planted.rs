@@ -1,7 +1,8 @@
 //! Faults planted in the firmware, and the checks that must find them: `cargo fw-test --planted`.
 //!
-//! A fault is a word that comes out wrong, or not at all, on its way to a register: what a wrong compare, a flag that is not
-//! cleared or a bit that is not set do to the chip. The check `stores` leaves out each store of the step interrupt besides.
+//! A fault is a word that comes out wrong, or not at all, on its way to a register: what a wrong
+//! compare, a flag that is not cleared or a bit that is not set do to the chip. The check `stores`
+//! leaves out each store of the step interrupt besides.
 use crate::{
     bench::Failure,
     checks::{Check, Figures},
@@ -170,7 +171,8 @@ pub(crate) const PLANTED: &[Planted] = &[
         &["filter"],
     ),
     planted(
-        // Where a compare value counts at the end of a period only: otherwise the value 0 puts the laser out as well.
+        // Where a compare value counts at the end of a period only: otherwise the value 0 puts the
+        // laser out as well.
         "laser off is no forced level",
         TIM4 + 0x18,
         |word| Some(if word >> 4 == 4 { 6 << 4 } else { word } | 1 << 3),

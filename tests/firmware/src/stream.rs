@@ -1,4 +1,5 @@
-//! A sender that streams a program by character counting: lines go out while the unread ones fit the receive buffer.
+//! A sender that streams a program by character counting: lines go out while the unread ones fit
+//! the receive buffer.
 use crate::bench::{cycles, ensure, fail, is_answer, Bench, Failure, BANNER};
 use std::{collections::VecDeque, ops::Range};
 

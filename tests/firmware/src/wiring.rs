@@ -75,8 +75,8 @@ pub(crate) const DISCOVERY_4: Wiring = Wiring {
     ..DISCOVERY
 };
 
-/// Of the Discovery's sockets: the output P0, a fan, the heaters of nozzle and bed, their sensors, their supply's relay, and the
-/// input for their faults, which is high as long as there is none.
+/// Of the Discovery's sockets: the output P0, a fan, the heaters of nozzle and bed, their sensors,
+/// their supply's relay, and the input for their faults, which is high as long as there is none.
 pub(crate) const OUTPUT: Pin = Pin::new('B', 12);
 pub(crate) const FAN: Pin = Pin::new('B', 7);
 pub(crate) const HEATERS: [Pin; 2] = [Pin::new('B', 5), Pin::new('B', 8)];

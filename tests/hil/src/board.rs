@@ -107,7 +107,8 @@ impl<'a> Board<'a> {
         self.stream(line)
     }
 
-    /// Sends lines as fast as the receive buffer allows; each must be answered with `ok`. All other lines that were heard.
+    /// Sends lines as fast as the receive buffer allows; each must be answered with `ok`. All other
+    /// lines that were heard.
     pub(crate) fn stream(&mut self, program: &str) -> Result<Vec<String>, Failure> {
         let mut lines = program.lines().filter(|line| !line.is_empty()).peekable();
         let (mut unanswered, mut others) = (VecDeque::new(), Vec::new());

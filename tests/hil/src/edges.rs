@@ -129,7 +129,8 @@ impl Edges {
         self.level ^ (before % 2 != 0)
     }
 
-    /// Moves the counts so that they are on one scale with `other`, which was captured with them: no more than 25 s apart.
+    /// Moves the counts so that they are on one scale with `other`, which was captured with them:
+    /// no more than 25 s apart.
     pub(crate) fn beside(mut self, other: &Edges) -> Self {
         let (Some(&ours), Some(&theirs)) = (self.counts.first(), other.counts.first()) else {
             return self;

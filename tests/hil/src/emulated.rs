@@ -25,7 +25,8 @@ pub(crate) enum Fault {
         /// The change.
         tamper: Tamper,
     },
-    /// The core stands still once, for so many cycles, before an interrupt's next store to a register.
+    /// The core stands still once, for so many cycles, before an interrupt's next store to a
+    /// register.
     Stall {
         /// The interrupt.
         irq: u8,

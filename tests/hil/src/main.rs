@@ -1,4 +1,5 @@
-//! Holds the edges that a board has captured at its own pins against the simulator's: `cargo hil`, docs/hil.md.
+//! Holds the edges that a board has captured at its own pins against the simulator's: `cargo hil`,
+//! docs/hil.md.
 //!
 //! ```text
 //!  job --text--> Board ==serial line==> self-test's image: steps, power --wires--> captures

@@ -1,4 +1,5 @@
-//! The same job in the simulator, on a CPU that takes no time: its steps and its power as the schedule has them.
+//! The same job in the simulator, on a CPU that takes no time: its steps and its power as the
+//! schedule has them.
 use crate::failure::{fail, Failure};
 use leadscrew_machine::config::MachineConfig;
 use leadscrew_planner::Cartesian;

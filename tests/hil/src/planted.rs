@@ -1,4 +1,5 @@
-//! Faults planted in an emulated board, each with the check that must find it: `cargo hil --planted`.
+//! Faults planted in an emulated board, each with the check that must find it: `cargo hil
+//! --planted`.
 use crate::{
     board::Board,
     checks::CHECKS,

@@ -1,4 +1,5 @@
-//! The wires, as the board's file has them: the build of the image and this program read the same one.
+//! The wires, as the board's file has them: the build of the image and this program read the same
+//! one.
 use crate::failure::{fail, Failure};
 use leadscrew_boards::{Board, Pin, Wire};
 use std::fmt;

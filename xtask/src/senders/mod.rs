@@ -1,4 +1,5 @@
-//! Real senders against `leadscrew serve`: installs them under `target/senders`, then lets each run its jobs.
+//! Real senders against `leadscrew serve`: installs them under `target/senders`, then lets each run
+//! its jobs.
 //!
 //! ```text
 //!   sender --pty, tcp, ws--> leadscrew serve <--tcp-- Observer      asks for the state every few milliseconds
@@ -6,8 +7,9 @@
 //!                              wire log --> verdict <----'          with the sender's own exit code
 //! ```
 //!
-//! The scripts in `tests/senders` drive the senders' own code. What they say is not taken on trust: the verdict is from
-//! the bytes on their line and from what a second client has seen the machine do.
+//! The scripts in `tests/senders` drive the senders' own code. What they say is not taken on trust:
+//! the verdict is from the bytes on their line and from what a second client has seen the machine
+//! do.
 
 mod observer;
 mod place;

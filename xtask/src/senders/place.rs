@@ -71,8 +71,8 @@ impl Place {
         install(&["--no-deps"], "requirements-bcnc.txt")
     }
 
-    /// Installs the Node.js packages, those that they need in turn included, as `package-lock.json` has them. They go
-    /// beside a copy of the script: Node.js looks for packages there.
+    /// Installs the Node.js packages, those that they need in turn included, as `package-lock.json`
+    /// has them. They go beside a copy of the script: Node.js looks for packages there.
     pub(super) fn install_node(&self) -> Result<(), Failure> {
         let folder = self.installed.join("cncjs");
         fs::create_dir_all(&folder).map_err(Failure::file(&folder))?;

@@ -28,7 +28,8 @@ pub(super) enum Check {
     ChangedTools(usize),
     /// Each probed point is on the plate of `bench.toml`, and each cut follows it.
     FollowsPlate,
-    /// A reset in the hold left it free and where the hold had brought it, and it moves by a millimetre when asked to.
+    /// A reset in the hold left it free and where the hold had brought it, and it moves by a
+    /// millimetre when asked to.
     StoppedInPlace,
 }
 
@@ -114,7 +115,8 @@ fn plate([x, y]: [f64; 2]) -> f64 {
     -1.0 + 0.02 * x - 0.01 * y
 }
 
-/// The first probed point that is not on the plate, or the first cut of `flat.nc` that is not 0.2 mm below it.
+/// The first probed point that is not on the plate, or the first cut of `flat.nc` that is not 0.2
+/// mm below it.
 fn off_the_plate(wire: &Wire) -> Option<String> {
     const POINTS: usize = 12;
     const DEPTH: f64 = 0.2;

@@ -14,7 +14,8 @@ use cortex_m_semihosting::{debug, hprintln};
 /// Opens a region, 0 to 7: the code from here to [`close`] is one sample.
 #[inline(always)]
 pub fn open<const REGION: u8>() {
-    // SAFETY: `dbg` is a hint without effect. It may touch memory for all the compiler knows: so nothing moves across it.
+    // SAFETY: `dbg` is a hint without effect. It may touch memory for all the compiler knows: so
+    // nothing moves across it.
     unsafe { asm!("dbg #{}", const REGION) }
 }
 

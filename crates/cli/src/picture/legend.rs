@@ -133,7 +133,8 @@ fn holes(rows: &mut Rows, plot: &Plot<'_>, hole: Hole, count: usize) {
     });
 }
 
-/// The drills, in the order in which they are used: of each its deepest hole, and how many it makes.
+/// The drills, in the order in which they are used: of each its deepest hole, and how many it
+/// makes.
 fn drills(holes: &[Hole]) -> Vec<(Hole, usize)> {
     let mut drills: Vec<(Hole, usize)> = Vec::new();
     for hole in holes {

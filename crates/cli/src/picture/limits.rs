@@ -9,7 +9,8 @@
 //!  legend: colour, limit, share of the time
 //! ```
 //!
-//! Time is cut into one column a pixel, so that a picture is as large for a million moves as for ten.
+//! Time is cut into one column a pixel, so that a picture is as large for a million moves as for
+//! ten.
 
 use super::columns::{Column, Columns};
 use super::page::{axes, page, rectangle, text, Frame};

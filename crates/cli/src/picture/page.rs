@@ -1,4 +1,5 @@
-//! The page that pictures are drawn on: its measures, title, and plots with a grid and labelled axes.
+//! The page that pictures are drawn on: its measures, title, and plots with a grid and labelled
+//! axes.
 
 use super::scale::{label, Scale};
 use svg::node::element::{Group, Line, Rectangle, Text};

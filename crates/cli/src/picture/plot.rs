@@ -1,6 +1,7 @@
 //! The toolpath in its coordinate system: cuts as wide as their tool, holes as wide as their drill.
 //!
-//! Of a tool whose diameter is known, the material that it takes away is drawn pale, and the path of its centre in full colour on top.
+//! Of a tool whose diameter is known, the material that it takes away is drawn pale, and the path
+//! of its centre in full colour on top.
 
 use super::ink;
 use super::line::Line;
@@ -29,7 +30,8 @@ const ARROWS: usize = 150;
 const SPOT: f64 = 0.1;
 /// Colours of a scale: more cannot be told apart.
 pub(super) const LEVELS: u8 = 24;
-/// Passes that are told apart one by one; and those that show beside each other where they lie on top of each other.
+/// Passes that are told apart one by one; and those that show beside each other where they lie on
+/// top of each other.
 const PASSES: usize = 8;
 const STACKED: usize = 5;
 /// Pixels that a pass is wider than the one on top of it.
@@ -228,7 +230,8 @@ impl<'a> Plot<'a> {
         [Group::new().add(kept), pale, full]
     }
 
-    /// Pixels that a cut drawn at `order` is wider than the last one: passes that lie below others show on both sides of them.
+    /// Pixels that a cut drawn at `order` is wider than the last one: passes that lie below others
+    /// show on both sides of them.
     fn stands_out(&self, order: i16) -> f64 {
         let sign = if self.builds_up() { -1 } else { 1 };
         let orders = self

@@ -15,7 +15,8 @@ pub(crate) struct Caption {
     pub(crate) title: String,
     /// One line of figures: time, distance, lines.
     pub(crate) summary: String,
-    /// The S value of a laser's full power (`$30`), at the dark end of the scale; `None` where S is a spindle's speed.
+    /// The S value of a laser's full power (`$30`), at the dark end of the scale; `None` where S is
+    /// a spindle's speed.
     pub(crate) full_power_s: Option<f64>,
 }
 
@@ -108,7 +109,8 @@ mod tests {
             path.go([x, 5.0, -2.0], StrokeKind::cut(0.0));
         }
         let svg = picture(&path, None);
-        // 20 mm and half a tool on each side, of a plot 856 pixels wide with a margin of 4 % of the path.
+        // 20 mm and half a tool on each side, of a plot 856 pixels wide with a margin of 4 % of the
+        // path.
         let per_mm: f64 = 856.0 / (20.0 * 1.08 + 6.0);
         let wide = format!("stroke-width=\"{}\"", (600.0 * per_mm).round() / 100.0);
         assert!(svg.contains(&wide), "{wide} in {svg}");

@@ -1,4 +1,5 @@
-//! What people and scripts expect of a program for files: pipes, folders, several of them, odd names, Ctrl-C.
+//! What people and scripts expect of a program for files: pipes, folders, several of them, odd
+//! names, Ctrl-C.
 
 use crate::program::{interrupt, leadscrew, report, stderr, stdout, Folder, SQUARE};
 use serde_json::Value;

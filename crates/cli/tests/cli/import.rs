@@ -156,8 +156,8 @@ fn options_that_make_no_sense_are_refused_with_one_message() {
     );
 }
 
-/// Machine 002's own program makes a hole in 3.77 s at its highest speed; the time of a whole job has the way to the board,
-/// the spindle's start and the way back in it, which are no hole's.
+/// Machine 002's own program makes a hole in 3.77 s at its highest speed; the time of a whole job
+/// has the way to the board, the spindle's start and the way back in it, which are no hole's.
 #[test]
 fn a_hole_of_the_supplied_board_takes_four_seconds_at_most_at_the_machines_speeds() {
     let folder = folder();

@@ -1,4 +1,5 @@
-//! The `leadscrew` program as a user meets it: options, outputs, exit status, and every kind of bad input.
+//! The `leadscrew` program as a user meets it: options, outputs, exit status, and every kind of bad
+//! input.
 
 mod habits;
 mod import;

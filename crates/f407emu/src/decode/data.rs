@@ -1,4 +1,5 @@
-//! The 32-bit encodings of arithmetic, logic, bit fields and saturation on constants (A5.3.1, A5.3.3, A5.3.11).
+//! The 32-bit encodings of arithmetic, logic, bit fields and saturation on constants (A5.3.1,
+//! A5.3.3, A5.3.11).
 use super::{aligned_pc, bit, bits, immediate_shift, register};
 use crate::instruction::{
     Data, DataOp, Instruction, Media, SetFlags, Shift, NO_OPERAND, NO_REGISTER,

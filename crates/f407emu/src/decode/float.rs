@@ -1,4 +1,5 @@
-//! The encodings of the floating-point unit (A6.4 to A6.7). FPv4-SP: doubles can be moved, not calculated with.
+//! The encodings of the floating-point unit (A6.4 to A6.7). FPv4-SP: doubles can be moved, not
+//! calculated with.
 //!
 //! Not modelled: VCVTB and VCVTT (half precision), which decode as undefined.
 use super::{bit, bits, register};

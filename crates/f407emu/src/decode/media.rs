@@ -1,4 +1,5 @@
-//! The 32-bit encodings on registers alone: shifts, extensions, lanes, products, quotients (A5.3.12 to A5.3.17).
+//! The 32-bit encodings on registers alone: shifts, extensions, lanes, products, quotients (A5.3.12
+//! to A5.3.17).
 use super::{bit, bits, register};
 use crate::instruction::{
     Data, ExtendOp, Instruction, LaneOp, LaneResult, LongOp, Media, Multiply, ReverseOp, SetFlags,

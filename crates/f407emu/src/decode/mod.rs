@@ -1,7 +1,8 @@
-//! From halfwords to [`Instruction`]s: Thumb as the Cortex-M4F knows it (DDI 0403, chapters A5 and A6).
+//! From halfwords to [`Instruction`]s: Thumb as the Cortex-M4F knows it (DDI 0403, chapters A5 and
+//! A6).
 //!
-//! One file for each family of encodings. UNPREDICTABLE encodings and bits that should be zero are decoded
-//! leniently: what a compiler never emits is not refused.
+//! One file for each family of encodings. UNPREDICTABLE encodings and bits that should be zero are
+//! decoded leniently: what a compiler never emits is not refused.
 mod branch;
 mod data;
 mod float;

@@ -1,4 +1,5 @@
-//! Exception entry (DDI 0403, B1.5.6, B1.5.7): registers to the stack, the handler out of the vector table.
+//! Exception entry (DDI 0403, B1.5.6, B1.5.7): registers to the stack, the handler out of the
+//! vector table.
 use crate::{
     cpu::{CONTROL_FLOAT, CONTROL_PROCESS_STACK, LR, SP},
     machine::{LastAccess, Machine},
@@ -41,7 +42,8 @@ impl Machine {
         mode & if float { !0x10 } else { !0 }
     }
 
-    /// Registers could not be stacked: that is a fault of its own, unless one is being entered already.
+    /// Registers could not be stacked: that is a fault of its own, unless one is being entered
+    /// already.
     fn stacking_failed(&mut self, exception: Exception, trap: Trap) -> Exception {
         self.scb.note(Trap::Stacking);
         if exception <= Exception::HARD_FAULT {

@@ -1,5 +1,5 @@
-//! Faults (DDI 0403, B1.5.14): the exception that an instruction causes which cannot be carried out, its escalation to
-//! HardFault, and lock-up (B1.5.15).
+//! Faults (DDI 0403, B1.5.14): the exception that an instruction causes which cannot be carried
+//! out, its escalation to HardFault, and lock-up (B1.5.15).
 use crate::{
     machine::Machine,
     peripheral::nvic::Exception,
@@ -42,8 +42,8 @@ impl Machine {
     }
 }
 
-/// The exception that a trap has where it is enabled; without an MPU nothing is a MemManage fault but a fetch from a
-/// region that is never executable, which the emulator reports as a bus fault.
+/// The exception that a trap has where it is enabled; without an MPU nothing is a MemManage fault
+/// but a fetch from a region that is never executable, which the emulator reports as a bus fault.
 fn handler(trap: Trap) -> Exception {
     match trap {
         Trap::Undefined

@@ -7,7 +7,8 @@ use crate::{
     trap::{Stop, Trap},
 };
 
-/// Bits of the value: return to thread mode, to the process stack, to a context without floating-point registers.
+/// Bits of the value: return to thread mode, to the process stack, to a context without
+/// floating-point registers.
 const TO_THREAD: u32 = 1 << 3;
 const TO_PROCESS_STACK: u32 = 1 << 2;
 const BASIC: u32 = 1 << 4;

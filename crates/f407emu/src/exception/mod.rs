@@ -33,7 +33,8 @@ mod tests {
 
     const STACK: u32 = 0x2000_1000;
 
-    /// Programs in the flash by their addresses; a vector table whose every handler returns at once (`bx lr`).
+    /// Programs in the flash by their addresses; a vector table whose every handler returns at once
+    /// (`bx lr`).
     fn machine(programs: &[(u32, &[u16])]) -> Box<Machine> {
         let mut machine = Machine::new(8_000_000);
         let mut vectors = vec![STACK, 0x0800_0401];

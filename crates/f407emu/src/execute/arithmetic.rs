@@ -1,4 +1,5 @@
-//! The arithmetic that instructions share: addition with carry, shifts, saturation (DDI 0403, A2.2.1, A7.4.2).
+//! The arithmetic that instructions share: addition with carry, shifts, saturation (DDI 0403,
+//! A2.2.1, A7.4.2).
 use crate::instruction::Shift;
 
 /// A sum, its carry and its signed overflow.

@@ -101,7 +101,8 @@ impl Machine {
         }
     }
 
-    /// Writes a result: to the stack pointer aligned, to the program counter as a branch, nowhere for a comparison.
+    /// Writes a result: to the stack pointer aligned, to the program counter as a branch, nowhere
+    /// for a comparison.
     #[inline(always)]
     fn write_register(&mut self, rd: u8, value: u32) {
         match rd {

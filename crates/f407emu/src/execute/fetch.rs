@@ -37,8 +37,8 @@ impl Machine {
         self.cycle += self.art.fetch(address, acr, self.cycle);
     }
 
-    /// From SRAM over the system bus, which takes a cycle more (RM0090 section 2.1.3: less efficient), or from the flash's
-    /// second place at 0.
+    /// From SRAM over the system bus, which takes a cycle more (RM0090 section 2.1.3: less
+    /// efficient), or from the flash's second place at 0.
     #[cold]
     fn fetch_elsewhere(&mut self, address: u32) -> Result<Decoded, Trap> {
         let trap = Trap::Fetch { address };

@@ -1,6 +1,8 @@
-//! Single-precision arithmetic (DDI 0403, A2.5), on the host's: both follow IEEE 754, rounding to nearest.
+//! Single-precision arithmetic (DDI 0403, A2.5), on the host's: both follow IEEE 754, rounding to
+//! nearest.
 //!
-//! Not modelled: other rounding modes (but for VCVTR), flush-to-zero, the cumulative exception flags.
+//! Not modelled: other rounding modes (but for VCVTR), flush-to-zero, the cumulative exception
+//! flags.
 use crate::{
     cpu::CONTROL_FLOAT,
     instruction::{Float, FloatOp, FloatUnary},
@@ -74,7 +76,8 @@ impl Machine {
         Ok(())
     }
 
-    /// Before each instruction: the unit must be on; promised registers go to the stack; a new context begins (B1.5.7).
+    /// Before each instruction: the unit must be on; promised registers go to the stack; a new
+    /// context begins (B1.5.7).
     #[inline(always)]
     fn use_float(&mut self) -> Result<(), Trap> {
         if !self.scb.has_float() {
@@ -205,7 +208,8 @@ fn quieted(value: f32) -> f32 {
     f32::from_bits(value.to_bits() | QUIET)
 }
 
-/// FPProcessNaNs: the first signalling operand made quiet, else the first quiet one, else the default NaN.
+/// FPProcessNaNs: the first signalling operand made quiet, else the first quiet one, else the
+/// default NaN.
 fn propagate(value: f32, operands: [f32; 2]) -> f32 {
     if !value.is_nan() {
         return value;

@@ -10,7 +10,8 @@ use crate::{
 const FPSCR_MASK: u32 = 0xF7C0_009F;
 
 impl Machine {
-    /// Loads, stores and transfers; returns their cycles. Calculations are carried out elsewhere, and cost nothing here.
+    /// Loads, stores and transfers; returns their cycles. Calculations are carried out elsewhere,
+    /// and cost nothing here.
     pub(super) fn move_float(&mut self, float: Float) -> Result<u32, Trap> {
         match float {
             Float::Memory {

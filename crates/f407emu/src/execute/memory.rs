@@ -1,4 +1,5 @@
-//! Loads and stores. A load takes two cycles, or one behind another access whose result is not its address.
+//! Loads and stores. A load takes two cycles, or one behind another access whose result is not its
+//! address.
 use crate::{
     instruction::{AddressMode, LoadKind, Memory, Width},
     machine::{LastAccess, Machine},

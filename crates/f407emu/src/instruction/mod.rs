@@ -1,8 +1,9 @@
 //! The contents of an instruction: a type for each family, filled in by [`crate::decode`], carried
 //! out by `execute`.
 //!
-//! The families follow the instruction set of the ARMv7-M Architecture Reference Manual (DDI 0403), chapters A5 to A7.
-//! Registers are their numbers: 0 to 15 in the core, 0 to 31 (`s0` to `s31`) in the floating-point unit.
+//! The families follow the instruction set of the ARMv7-M Architecture Reference Manual (DDI 0403),
+//! chapters A5 to A7. Registers are their numbers: 0 to 15 in the core, 0 to 31 (`s0` to `s31`) in
+//! the floating-point unit.
 
 mod float;
 mod memory;
@@ -73,7 +74,8 @@ pub(crate) enum Data {
     MoveTop { rd: u8, value: u16 },
 }
 
-/// The operation of a [`Data`] instruction. Comparisons are those whose destination is [`NO_REGISTER`].
+/// The operation of a [`Data`] instruction. Comparisons are those whose destination is
+/// [`NO_REGISTER`].
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum DataOp {
     And,

@@ -1,10 +1,11 @@
-//! The analog-to-digital converter (RM0090 chapter 13): ADC1's injected group, up to four channels one after the other, started by
-//! software.
+//! The analog-to-digital converter (RM0090 chapter 13): ADC1's injected group, up to four channels
+//! one after the other, started by software.
 //!
-//! `conversion = (sampling time + 12) × 2 (ADCPRE + 1) / f_PCLK2` a channel (sections 13.3.2 and 13.5).
+//! `conversion = (sampling time + 12) × 2 (ADCPRE + 1) / f_PCLK2` a channel (sections 13.3.2 and
+//! 13.5).
 //!
-//! Not modelled, and warned of where a program asks for it: regular groups, triggers, DMA, fewer than 12 bits, alignment to the left,
-//! the analog watchdog. ADC2 and ADC3 are not there.
+//! Not modelled, and warned of where a program asks for it: regular groups, triggers, DMA, fewer
+//! than 12 bits, alignment to the left, the analog watchdog. ADC2 and ADC3 are not there.
 
 /// ADC_SR: the injected group has ended, has begun.
 const JEOC: u32 = 1 << 2;
@@ -37,7 +38,8 @@ const WORDS: usize = DR / 4 + 1;
 const SAMPLING: [u64; 8] = [3, 15, 28, 56, 84, 112, 144, 480];
 /// Clocks of the conversion itself, 12 bits.
 const CONVERSION: u64 = 12;
-/// The longest time from ADON to conversions that are right, a share of a second (data sheet, table 67: 3 µs).
+/// The longest time from ADON to conversions that are right, a share of a second (data sheet, table
+/// 67: 3 µs).
 const STABLE_HZ: u64 = 333_333;
 
 /// Channels with a pin.
@@ -122,7 +124,8 @@ impl Adc {
         }
     }
 
-    /// Writes the register at `offset` from 0x40012000; whether it asks for something that is not modelled.
+    /// Writes the register at `offset` from 0x40012000; whether it asks for something that is not
+    /// modelled.
     pub(crate) fn write(&mut self, offset: u32, value: u32, clock: Clock) -> bool {
         self.end_group(clock.now);
         let offset = offset as usize;
@@ -161,7 +164,8 @@ impl Adc {
         }
     }
 
-    /// Samples the channels of the injected group. The group's last channel stands in JSQ4 (section 13.13.12).
+    /// Samples the channels of the injected group. The group's last channel stands in JSQ4 (section
+    /// 13.13.12).
     fn start(&mut self, clock: Clock) {
         let sequence = self.words[JSQR / 4];
         let length = match self.words[CR1 / 4] & SCAN {

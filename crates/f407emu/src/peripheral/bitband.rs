@@ -1,5 +1,5 @@
-//! Bit banding (RM0090 section 2.3.3; DDI 0439, 3.7): each bit of the first MB of SRAM and of the peripherals has a
-//! word of its own, 32 MB further up.
+//! Bit banding (RM0090 section 2.3.3; DDI 0439, 3.7): each bit of the first MB of SRAM and of the
+//! peripherals has a word of its own, 32 MB further up.
 //!
 //! `alias = alias base + byte offset × 32 + bit × 4`
 

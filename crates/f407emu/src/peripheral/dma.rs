@@ -1,10 +1,11 @@
 //! A DMA controller (RM0090 chapter 10): eight streams, each moving one datum for each request.
 //!
-//! Not modelled: the FIFO's packing and bursts (a transfer is made at once, in the width of the peripheral), arbitration
-//! (it takes no bus time from the core), priorities, errors.
+//! Not modelled: the FIFO's packing and bursts (a transfer is made at once, in the width of the
+//! peripheral), arbitration (it takes no bus time from the core), priorities, errors.
 use super::nvic::Exception;
 
-/// DMA_SxCR: enable, half-transfer, transfer-complete and error interrupts, circular, increments, double buffer.
+/// DMA_SxCR: enable, half-transfer, transfer-complete and error interrupts, circular, increments,
+/// double buffer.
 const EN: u32 = 1;
 const TEIE: u32 = 1 << 2;
 const HTIE: u32 = 1 << 3;
@@ -95,7 +96,8 @@ impl Dma {
         }
     }
 
-    /// Writes the register at `offset`; returns the stream that a memory-to-memory transfer starts on.
+    /// Writes the register at `offset`; returns the stream that a memory-to-memory transfer starts
+    /// on.
     pub(crate) fn write(&mut self, offset: u32, value: u32) -> Option<usize> {
         const CLEARABLE: u64 = 0x0F7D_0F7D;
         let Some((index, register)) = place(offset) else {
@@ -220,7 +222,8 @@ impl Stream {
         }
     }
 
-    /// All data have been moved: the next buffer, the same again, or the end (RM0090 sections 10.3.8, 10.3.9).
+    /// All data have been moved: the next buffer, the same again, or the end (RM0090 sections
+    /// 10.3.8, 10.3.9).
     fn end(&mut self) {
         self.position = 0;
         if self.control & DBM != 0 {
@@ -296,8 +299,9 @@ mod tests {
         assert!(dma.is_enabled(5));
     }
 
-    /// RM0090 section 10.3.8: the count is reloaded with what it was when the stream was enabled, and requests go on being
-    /// served; section 10.5.1: the flags of half and of the whole come in every round.
+    /// RM0090 section 10.3.8: the count is reloaded with what it was when the stream was enabled,
+    /// and requests go on being served; section 10.5.1: the flags of half and of the whole come in
+    /// every round.
     #[test]
     fn a_circular_stream_reloads_its_count_and_shows_each_half() {
         const HALF: u32 = HTIF << 6;

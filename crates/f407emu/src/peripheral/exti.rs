@@ -1,8 +1,8 @@
-//! Edges of pins as interrupts: EXTI (RM0090 section 12.2), and SYSCFG, which says which port's pin a line looks at
-//! (section 9.2).
+//! Edges of pins as interrupts: EXTI (RM0090 section 12.2), and SYSCFG, which says which port's pin
+//! a line looks at (section 9.2).
 //!
-//! SYSCFG's memory remapping is `crate::registers`'. Not modelled: of the internal lines only 16, the voltage detector, is
-//! connected.
+//! SYSCFG's memory remapping is `crate::registers`'. Not modelled: of the internal lines only 16,
+//! the voltage detector, is connected.
 use super::nvic::Exception;
 
 /// Lines that exist.
@@ -73,7 +73,8 @@ impl Exti {
             0x04 => self.event_mask = value & LINES,
             0x08 => self.rising = value & LINES,
             0x0C => self.falling = value & LINES,
-            // SWIER: a bit that rises makes its line pending, where that is enabled (section 12.3.5).
+            // SWIER: a bit that rises makes its line pending, where that is enabled (section
+            // 12.3.5).
             0x10 => {
                 self.pending |= value & !self.software & self.interrupt_mask;
                 self.software |= value;

@@ -1,7 +1,8 @@
 //! The flash interface (RM0090 chapter 3): keys, programming, sector erase, and how long they take.
 //!
-//! The core stalls where it fetches from the flash, or reads it, while an operation is under way. Times are the typical
-//! ones of the data sheet's table 40 at 2.7 to 3.6 V; that of a unit can be set ([`crate::Timing`]).
+//! The core stalls where it fetches from the flash, or reads it, while an operation is under way.
+//! Times are the typical ones of the data sheet's table 40 at 2.7 to 3.6 V; that of a unit can be
+//! set ([`crate::Timing`]).
 //!
 //! Not modelled: mass erase, option bytes, write protection, sequence errors.
 use super::NEVER;

@@ -6,8 +6,8 @@
 //!              MODER = input, analog: ...............................          else the pull-up or pull-down
 //! ```
 //!
-//! Not modelled: LCKR (it reads back, and locks nothing), slew rates, alternate functions other than timer outputs, and what
-//! a floating pin does: it reads as 0.
+//! Not modelled: LCKR (it reads back, and locks nothing), slew rates, alternate functions other
+//! than timer outputs, and what a floating pin does: it reads as 0.
 
 /// Levels that something drives onto the pins.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]

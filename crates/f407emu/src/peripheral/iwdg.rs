@@ -1,10 +1,11 @@
 //! The independent watchdog (RM0090 chapter 21): resets the chip unless it is fed in time.
 //!
-//! `timeout = 4 × 2^PR × (RLR + 1) / f_LSI`, with f_LSI anywhere from 17 to 47 kHz (data sheet, table 39): a test runs
-//! at both ends. Once started it cannot be stopped; its own clock runs on whatever happens to the others.
+//! `timeout = 4 × 2^PR × (RLR + 1) / f_LSI`, with f_LSI anywhere from 17 to 47 kHz (data sheet,
+//! table 39): a test runs at both ends. Once started it cannot be stopped; its own clock runs on
+//! whatever happens to the others.
 //!
-//! Prescaler and reload value take five clocks of the oscillator to arrive (sections 21.4.2 to 21.4.4): until then SR says
-//! so, and a feeding takes the old ones.
+//! Prescaler and reload value take five clocks of the oscillator to arrive (sections 21.4.2 to
+//! 21.4.4): until then SR says so, and a feeding takes the old ones.
 //!
 //! Not modelled: the option byte that starts it by hardware.
 use super::NEVER;

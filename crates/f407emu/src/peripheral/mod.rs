@@ -1,12 +1,14 @@
-//! The peripherals, each a value of its own: registers are read and written at a cycle, `next_event` says when it
-//! changes by itself, and `event` lets it. None knows the others: `crate::wiring` connects them.
+//! The peripherals, each a value of its own: registers are read and written at a cycle,
+//! `next_event` says when it changes by itself, and `event` lets it. None knows the others:
+//! `crate::wiring` connects them.
 //!
-//! Comments cite sections and tables of RM0090, revision 21. Each section that a comment cites of chapters 3, 5, 7 to 10, 12,
-//! 13 (as far as it is modelled), 21 and 38 was read again and compared with the code; of chapter 34, the text up to the registers. The sections of the
-//! memory map (2), the timers (17 to 20) and the USARTs (30) were not.
+//! Comments cite sections and tables of RM0090, revision 21. Each section that a comment cites of
+//! chapters 3, 5, 7 to 10, 12, 13 (as far as it is modelled), 21 and 38 was read again and compared
+//! with the code; of chapter 34, the text up to the registers. The sections of the memory map (2),
+//! the timers (17 to 20) and the USARTs (30) were not.
 //!
-//! [`register_map`] lists the bits of each register. A test compares it with ST's data (`crate::st_data`), and addresses,
-//! interrupts, DMA requests, pins and clocks as well.
+//! [`register_map`] lists the bits of each register. A test compares it with ST's data
+//! (`crate::st_data`), and addresses, interrupts, DMA requests, pins and clocks as well.
 pub(crate) mod adc;
 pub(crate) mod bitband;
 pub(crate) mod dma;

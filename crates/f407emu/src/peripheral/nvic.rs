@@ -1,4 +1,5 @@
-//! The interrupt controller (DDI 0403, B3.4; priorities B1.5.4; RM0090 section 12.1 and its table 62 for the numbers).
+//! The interrupt controller (DDI 0403, B3.4; priorities B1.5.4; RM0090 section 12.1 and its table
+//! 62 for the numbers).
 //!
 //! Not modelled: NMIPENDSET of ICSR other than through the clock security system; SEVONPEND.
 use crate::cpu::Masks;
@@ -208,7 +209,8 @@ impl Nvic {
         self.changed = true;
     }
 
-    /// Reads a register of the controller at `offset` from 0xE000E000 (B3.4.3): enables, pending, active, priorities.
+    /// Reads a register of the controller at `offset` from 0xE000E000 (B3.4.3): enables, pending,
+    /// active, priorities.
     pub(crate) fn read(&self, offset: u32) -> u32 {
         match offset {
             0x100..=0x11F | 0x180..=0x19F => word(self.enabled, offset),
@@ -224,7 +226,8 @@ impl Nvic {
         }
     }
 
-    /// Writes a register of the controller; priorities come byte by byte through [`Nvic::set_priority`].
+    /// Writes a register of the controller; priorities come byte by byte through
+    /// [`Nvic::set_priority`].
     pub(crate) fn write(&mut self, offset: u32, value: u32) {
         let mask = mask_of(value, offset);
         match offset {

@@ -1,6 +1,7 @@
 //! Power control (RM0090 chapter 5): the voltage detector that warns of a brown-out.
 //!
-//! Not modelled: stop and standby (sleep is), the backup regulator, the detector's thresholds: the supply is good or low.
+//! Not modelled: stop and standby (sleep is), the backup regulator, the detector's thresholds: the
+//! supply is good or low.
 
 /// PWR_CR.PVDE: the detector is on.
 const DETECTOR: u32 = 1 << 4;
@@ -25,7 +26,8 @@ impl Pwr {
         }
     }
 
-    /// Says how the supply is; returns the new level of EXTI line 16 where that changes (RM0090 section 5.2.3).
+    /// Says how the supply is; returns the new level of EXTI line 16 where that changes (RM0090
+    /// section 5.2.3).
     pub(crate) fn set_supply(&mut self, low: bool) -> Option<bool> {
         let before = self.output();
         self.low = low;
@@ -53,7 +55,8 @@ impl Pwr {
         };
     }
 
-    /// Writes the register at `offset` from 0x40007000; returns the new level of EXTI line 16 where that changes.
+    /// Writes the register at `offset` from 0x40007000; returns the new level of EXTI line 16 where
+    /// that changes.
     pub(crate) fn write(&mut self, offset: u32, value: u32) -> Option<bool> {
         let before = self.output();
         if offset == 0 {

@@ -1,11 +1,12 @@
-//! Reset and clock control (RM0090 chapter 7): which clock HCLK is made of, which peripherals have one, why the last
-//! reset came.
+//! Reset and clock control (RM0090 chapter 7): which clock HCLK is made of, which peripherals have
+//! one, why the last reset came.
 //!
-//! A peripheral's clock comes some cycles after its enable bit has been set (ES0182, "Delay after an RCC peripheral clock
-//! enabling"): two of HCLK on AHB, one and the bus's divider on an APB.
+//! A peripheral's clock comes some cycles after its enable bit has been set (ES0182, "Delay after
+//! an RCC peripheral clock enabling"): two of HCLK on AHB, one and the bus's divider on an APB.
 //!
-//! Not modelled: start-up times of oscillators and PLLs (one that is switched on is ready at once, a crystal that is not there
-//! never), clock outputs, I2S, sleep-mode clock enables, peripheral resets but those of DMA (they read back, and reset nothing).
+//! Not modelled: start-up times of oscillators and PLLs (one that is switched on is ready at once,
+//! a crystal that is not there never), clock outputs, I2S, sleep-mode clock enables, peripheral
+//! resets but those of DMA (they read back, and reset nothing).
 use crate::warning::{Warning, Warnings};
 
 /// Registers by their number: a quarter of their offset.
@@ -238,8 +239,9 @@ impl Rcc {
         self.registers[CFGR] = value & !0xC | current << 2;
     }
 
-    /// The crystal stops. Returns whether the clock security system noticed (RM0090 section 7.2.7): then the
-    /// internal oscillator has taken over. Without it the chip would stand still, which is not modelled.
+    /// The crystal stops. Returns whether the clock security system noticed (RM0090 section 7.2.7):
+    /// then the internal oscillator has taken over. Without it the chip would stand still, which is
+    /// not modelled.
     pub(crate) fn crystal_fails(&mut self) -> bool {
         let guarded = self.registers[CR] & CSSON != 0 && self.registers[CR] & HSERDY != 0;
         self.crystal_hz = 0;
@@ -320,7 +322,8 @@ impl Rcc {
             .fold(0, |all, &one| all.max(one))
     }
 
-    /// The cycle from which on the peripheral at an address has its clock, if that is on (RM0090 sections 7.3.10 to 7.3.14).
+    /// The cycle from which on the peripheral at an address has its clock, if that is on (RM0090
+    /// sections 7.3.10 to 7.3.14).
     pub(crate) fn clock_of(&self, address: u32) -> Option<u64> {
         let page = address & !0x3FF;
         let (register, bit) = match page {

@@ -1,5 +1,5 @@
-//! The system control block (DDI 0403, B3.2), the floating-point context (B1.5.7) and the debug registers that a
-//! program reads (C1.6): what the core is told, and what it reports of faults.
+//! The system control block (DDI 0403, B3.2), the floating-point context (B1.5.7) and the debug
+//! registers that a program reads (C1.6): what the core is told, and what it reports of faults.
 //!
 //! Not modelled: the MPU (reads as absent), the cache registers, DHCSR's control of the core.
 use crate::trap::Trap;

@@ -1,4 +1,5 @@
-//! The system timer (DDI 0403, B3.3): counts down at HCLK or an eighth of it (RM0090 section 7.2, the clock tree).
+//! The system timer (DDI 0403, B3.3): counts down at HCLK or an eighth of it (RM0090 section 7.2,
+//! the clock tree).
 //!
 //! Not modelled: SYST_CALIB (reads as zero).
 use super::NEVER;

@@ -1,6 +1,7 @@
 //! A timer's counter (RM0090 chapters 17 to 20): TIM1 to TIM14, counting up.
 //!
-//! The count is worked out from when it was last known: only compare matches and overflows are events.
+//! The count is worked out from when it was last known: only compare matches and overflows are
+//! events.
 //!
 //! ```text
 //!  count ^      ______CCR3___overflow: update event, shadow registers are loaded
@@ -9,10 +10,10 @@
 //!        +--------+------+--------> HCLK cycles, (PSC + 1) × clock for each count
 //! ```
 //!
-//! A flag is up in the very cycle of its match; on the chip it takes a clock of the timer or two more. An edge is captured in its
-//! very cycle; on the chip it is sampled by the timer's clock first, and a count or two later.
-//! Not modelled: counting down or both ways, slave modes, external clocks, dead times and breaks; of input capture prescalers,
-//! filters and triggers.
+//! A flag is up in the very cycle of its match; on the chip it takes a clock of the timer or two
+//! more. An edge is captured in its very cycle; on the chip it is sampled by the timer's clock
+//! first, and a count or two later. Not modelled: counting down or both ways, slave modes, external
+//! clocks, dead times and breaks; of input capture prescalers, filters and triggers.
 use super::{
     timer_map::Instance,
     timer_output::{Output, Outputs},
@@ -20,7 +21,8 @@ use super::{
 };
 use crate::warning::{Warning, Warnings};
 
-/// TIMx_CR1: counter enable, update disable, update request source, one pulse, direction and alignment, ARR preload.
+/// TIMx_CR1: counter enable, update disable, update request source, one pulse, direction and
+/// alignment, ARR preload.
 const CEN: u32 = 1;
 const UDIS: u32 = 1 << 1;
 const URS: u32 = 1 << 2;
@@ -107,8 +109,8 @@ impl Timer {
         }
     }
 
-    /// Sets how many HCLK cycles a clock of the timer takes, from now on; clocks that the prescaler has counted stay counted.
-    /// Events that are due by now have happened.
+    /// Sets how many HCLK cycles a clock of the timer takes, from now on; clocks that the prescaler
+    /// has counted stay counted. Events that are due by now have happened.
     pub(crate) fn set_clock(&mut self, cycles: u64, now: u64) {
         self.synchronise(now);
         let prescaled = now.saturating_sub(self.since) / self.clock;
@@ -151,7 +153,8 @@ impl Timer {
         }
     }
 
-    /// The last count before the overflow: a count already past the top goes on to the end of the register.
+    /// The last count before the overflow: a count already past the top goes on to the end of the
+    /// register.
     fn last_count(&self) -> u32 {
         if self.count > self.top {
             self.instance.mask()
@@ -187,8 +190,8 @@ impl Timer {
         channels.filter(|&channel| !self.outputs.is_input(channel))
     }
 
-    /// The level of the timer's pin `input` has changed, 0 for that of channel 1: channels capture the count (RM0090 section
-    /// 18.3.5). Events that are due by now have happened.
+    /// The level of the timer's pin `input` has changed, 0 for that of channel 1: channels capture
+    /// the count (RM0090 section 18.3.5). Events that are due by now have happened.
     pub(crate) fn edge(&mut self, input: usize, rises: bool, now: u64) -> TimerRequests {
         let count = self.count_at(now);
         let mut captured = 0;
@@ -285,7 +288,8 @@ impl Timer {
         Some((high * running, counts * running))
     }
 
-    /// The register at `offset` is about to be read: the flag of a capture goes down with that. Whether it did.
+    /// The register at `offset` is about to be read: the flag of a capture goes down with that.
+    /// Whether it did.
     pub(crate) fn take_capture(&mut self, offset: u32) -> bool {
         let channel = match offset {
             0x34..=0x40 => (offset as usize - 0x34) / 4,

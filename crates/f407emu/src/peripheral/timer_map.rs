@@ -1,6 +1,6 @@
-//! What tells the fourteen timers apart: where they are (RM0090 table 1), what they can do (chapters 17 to 20), their
-//! interrupts (table 62), DMA streams (tables 43 and 44) and pins (data sheet, table 9). `crate::st_data` holds all of it but
-//! the widths against ST's data.
+//! What tells the fourteen timers apart: where they are (RM0090 table 1), what they can do
+//! (chapters 17 to 20), their interrupts (table 62), DMA streams (tables 43 and 44) and pins (data
+//! sheet, table 9). `crate::st_data` holds all of it but the widths against ST's data.
 use super::timer_output::Output;
 
 /// A DMA stream that listens to a request.
@@ -145,7 +145,8 @@ pub(crate) static INSTANCES: [Instance; 14] = [
     plain(0x4000_2000, 1, 45),
 ];
 
-/// The timer output that a pin of port A to G becomes by an alternate function: index into [`INSTANCES`], and output.
+/// The timer output that a pin of port A to G becomes by an alternate function: index into
+/// [`INSTANCES`], and output.
 pub(crate) fn output(port: usize, pin: u8, function: u8) -> Option<(usize, Output)> {
     let timer = |number: usize, channel: u8| {
         let output = Output {
@@ -195,7 +196,8 @@ pub(crate) fn output(port: usize, pin: u8, function: u8) -> Option<(usize, Outpu
     }
 }
 
-/// The timer whose channel a pin is the input of by an alternate function: index into [`INSTANCES`], and channel, 0 for channel 1.
+/// The timer whose channel a pin is the input of by an alternate function: index into
+/// [`INSTANCES`], and channel, 0 for channel 1.
 pub(crate) fn input(port: usize, pin: u8, function: u8) -> Option<(usize, usize)> {
     let (timer, same) = output(port, pin, function)?;
     (!same.complementary).then_some((timer, same.channel.into()))

@@ -1,18 +1,21 @@
-//! A timer's channels: their outputs, PWM and its relatives (RM0090 sections 17.3.9 to 17.3.11, 18.3.9), and their inputs, which
-//! capture the count (section 18.3.5).
+//! A timer's channels: their outputs, PWM and its relatives (RM0090 sections 17.3.9 to 17.3.11,
+//! 18.3.9), and their inputs, which capture the count (section 18.3.5).
 //!
 //! ```text
 //!  mode 1 (110)  OCxREF = count < CCRx        OCx = OCxREF, inverted by CCxP, while CCxE (and MOE)
 //!  mode 2 (111)  OCxREF = count >= CCRx       OCxN = its complement, while CCxNE
 //! ```
 //!
-//! OCxREF changes in these modes only where the comparison comes out otherwise than before, or where the mode was frozen before
-//! (section 18.4.7, OC1M): a PWM that begins from a forced level keeps that until then, one of 100 % for ever.
+//! OCxREF changes in these modes only where the comparison comes out otherwise than before, or
+//! where the mode was frozen before (section 18.4.7, OC1M): a PWM that begins from a forced level
+//! keeps that until then, one of 100 % for ever.
 //!
-//! Where OCxPE is set, a new CCRx counts from the next update event on: a PWM of 50 Hz goes on for up to 20 ms. Without it the
-//! manual guarantees PWM in one-pulse mode only; here it counts at once. A forced level, CCxE and MOE work at once.
+//! Where OCxPE is set, a new CCRx counts from the next update event on: a PWM of 50 Hz goes on for
+//! up to 20 ms. Without it the manual guarantees PWM in one-pulse mode only; here it counts at
+//! once. A forced level, CCxE and MOE work at once.
 //!
-//! A channel whose CCxS is not 0 is an input: it drives nothing and matches nothing, and its CCRx cannot be written.
+//! A channel whose CCxS is not 0 is an input: it drives nothing and matches nothing, and its CCRx
+//! cannot be written.
 
 /// TIMx_BDTR: outputs stay driven while MOE is off; main output enable.
 const OSSI: u32 = 1 << 10;
@@ -83,14 +86,16 @@ impl Outputs {
         half(self.ccmr, channel) & 3 != 0
     }
 
-    /// Whether an input has something between pin and capture that is not modelled: the trigger, a prescaler, a filter.
+    /// Whether an input has something between pin and capture that is not modelled: the trigger, a
+    /// prescaler, a filter.
     pub(crate) fn is_conditioned(&self, channel: usize) -> bool {
         let half = half(self.ccmr, channel);
         half & 3 == 3 || (half & 3 != 0 && half >> 2 != 0)
     }
 
-    /// Whether an edge of the timer's pin `input` is one that a channel captures: CCxS selects the pin, its own or that of the
-    /// neighbour; CCxNP and CCxP select rising, falling or both edges (section 18.4.9), and CCxE enables.
+    /// Whether an edge of the timer's pin `input` is one that a channel captures: CCxS selects the
+    /// pin, its own or that of the neighbour; CCxNP and CCxP select rising, falling or both edges
+    /// (section 18.4.9), and CCxE enables.
     pub(crate) fn captures(&self, channel: usize, input: usize, rises: bool) -> bool {
         let selected = match half(self.ccmr, channel) & 3 {
             1 => input == channel,
@@ -154,7 +159,8 @@ impl Outputs {
         Some(self.reference[usize::from(output.channel)] ^ complement ^ inverted)
     }
 
-    /// Counts of a period during which a PWM output is high; `None` for a channel that makes no PWM.
+    /// Counts of a period during which a PWM output is high; `None` for a channel that makes no
+    /// PWM.
     pub(crate) fn high_counts(&self, channel: usize, period: u64) -> Option<u64> {
         let below = u64::from(self.active[channel]).min(period);
         let stuck = below == period && !self.reference[channel];

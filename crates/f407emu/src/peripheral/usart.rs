@@ -1,9 +1,11 @@
 //! A serial port (RM0090 chapter 30), with a line to the test on the other end.
 //!
-//! A byte on the line lasts a start bit, 8 or 9 bits and the stop bits of the rate that BRR makes; the sender at the other
-//! end uses the same rate. What is sent meanwhile waits at that end: nothing but the program can lose a byte.
+//! A byte on the line lasts a start bit, 8 or 9 bits and the stop bits of the rate that BRR makes;
+//! the sender at the other end uses the same rate. What is sent meanwhile waits at that end:
+//! nothing but the program can lose a byte.
 //!
-//! Not modelled: parity and noise, LIN, smartcard, IrDA, hardware flow control, wake-up from mute mode.
+//! Not modelled: parity and noise, LIN, smartcard, IrDA, hardware flow control, wake-up from mute
+//! mode.
 use super::NEVER;
 use crate::warning::{Warning, Warnings};
 use std::collections::VecDeque;
@@ -14,7 +16,8 @@ const IDLE: u32 = 1 << 4;
 const RXNE: u32 = 1 << 5;
 const TC: u32 = 1 << 6;
 const TXE: u32 = 1 << 7;
-/// USART_CR1: receiver, transmitter, four interrupt enables, 9 bits, the USART itself, oversampling by 8.
+/// USART_CR1: receiver, transmitter, four interrupt enables, 9 bits, the USART itself, oversampling
+/// by 8.
 const RE: u32 = 1 << 2;
 const TE: u32 = 1 << 3;
 const IDLEIE: u32 = 1 << 4;

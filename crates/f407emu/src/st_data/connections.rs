@@ -1,5 +1,6 @@
-//! The connections of the chip, compared with ST's data as the crate `stm32-metapac` has them: the interrupt of a peripheral,
-//! its DMA streams, the alternate functions of the pins, and the bit of RCC that switches its clock on.
+//! The connections of the chip, compared with ST's data as the crate `stm32-metapac` has them: the
+//! interrupt of a peripheral, its DMA streams, the alternate functions of the pins, and the bit of
+//! RCC that switches its clock on.
 use crate::{
     devices::USARTS,
     machine::Machine,

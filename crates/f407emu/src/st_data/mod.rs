@@ -1,5 +1,6 @@
-//! The peripherals' registers against ST's data: address, access, reserved bits, value after a reset, bits that are cleared by
-//! writing. A difference needs a reason; a reason needs a difference.
+//! The peripherals' registers against ST's data: address, access, reserved bits, value after a
+//! reset, bits that are cleared by writing. A difference needs a reason; a reason needs a
+//! difference.
 #[cfg(feature = "st-data")]
 mod connections;
 mod reasons;
@@ -29,8 +30,8 @@ impl Machine {
     }
 }
 
-/// Holds differences, each as its register's name and what differs, against the reasons for them, by names in which a `*` stands
-/// for anything.
+/// Holds differences, each as its register's name and what differs, against the reasons for them,
+/// by names in which a `*` stands for anything.
 fn explain(differences: &[(String, String)], reasons: &[(&str, &str)]) {
     let fits = |name: &str, pattern: &str| match pattern.split_once('*') {
         Some((begin, end)) => name.starts_with(begin) && name.ends_with(end),

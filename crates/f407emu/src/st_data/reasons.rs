@@ -1,4 +1,5 @@
-//! Why the emulator's registers differ from ST's data, by their names, in which a `*` stands for anything.
+//! Why the emulator's registers differ from ST's data, by their names, in which a `*` stands for
+//! anything.
 
 /// Address, access, reserved bits.
 pub(super) const ROWS: &[(&str, &str)] = &[

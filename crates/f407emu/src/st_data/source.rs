@@ -1,5 +1,5 @@
-//! ST's register data, as the crate `stm32f4` has them: read out of its generated source, where it lies in cargo's registry.
-//! Nothing of it is copied.
+//! ST's register data, as the crate `stm32f4` has them: read out of its generated source, where it
+//! lies in cargo's registry. Nothing of it is copied.
 use std::{
     collections::BTreeMap,
     env, fs,

@@ -1,5 +1,5 @@
-//! How the peripherals are connected: events in the order of time, clocks, and in the files below it interrupt lines,
-//! DMA requests and pins.
+//! How the peripherals are connected: events in the order of time, clocks, and in the files below
+//! it interrupt lines, DMA requests and pins.
 mod dma;
 mod pins;
 pub(crate) mod serial;

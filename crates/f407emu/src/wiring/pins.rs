@@ -55,7 +55,8 @@ impl Machine {
         }
     }
 
-    /// Whether the chip drives a pin; one that it does not drive floats, or follows its pull or the world.
+    /// Whether the chip drives a pin; one that it does not drive floats, or follows its pull or the
+    /// world.
     pub fn drives(&self, pin: Pin) -> bool {
         let port = usize::from(pin.port);
         let driving = self.devices.ports[port].driving(self.timer_levels(port));

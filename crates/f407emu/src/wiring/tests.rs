@@ -12,7 +12,8 @@ pub(super) const GPIOD: u32 = 0x4002_0C00;
 pub(super) const TIM4: u32 = 0x4000_0800;
 pub(super) const LASER: Pin = Pin::new('D', 12);
 
-/// A machine whose core sleeps in a `wfi; b .-2` at the start of SRAM, with these registers written.
+/// A machine whose core sleeps in a `wfi; b .-2` at the start of SRAM, with these registers
+/// written.
 pub(super) fn machine(registers: &[(u32, u32)]) -> Box<Machine> {
     let mut machine = Machine::with_clocks();
     machine.write_word(0x2000_0000, 0xE7FD_BF30).unwrap();
@@ -80,7 +81,8 @@ fn the_matches_of_a_watched_channel_are_recorded_with_their_origin() {
 
 #[test]
 fn no_match_is_lost_while_a_store_to_the_timer_waits() {
-    // A store of SR, in front of it one that fills the store buffer: the match comes before, in and after the wait.
+    // A store of SR, in front of it one that fills the store buffer: the match comes before, in and
+    // after the wait.
     for compare in 1..60 {
         let mut machine = machine(&[(TIM4 + 0x34, compare), (TIM4, 1)]);
         machine.watch_channel(4, 1);
@@ -247,7 +249,8 @@ const USART2: u32 = 0x4000_4400;
 const DMA1_S5: u32 = 0x4002_6000 + 0x10 + 5 * 0x18;
 const DMA1_S6: u32 = 0x4002_6000 + 0x10 + 6 * 0x18;
 
-/// RM0090 section 30.3.13, reception using DMA: each byte is taken from DR to memory, here as the half-words that DR has.
+/// RM0090 section 30.3.13, reception using DMA: each byte is taken from DR to memory, here as the
+/// half-words that DR has.
 #[test]
 fn dma_takes_received_bytes_round_and_round() {
     let mut machine = machine(&[
@@ -271,7 +274,8 @@ fn dma_takes_received_bytes_round_and_round() {
     assert_eq!(machine.uart_overruns(crate::SerialPort::Usart2), 0);
 }
 
-/// RM0090 section 30.3.13, transmission using DMA: the request is there while TXE and DMAT are, whichever side is enabled first.
+/// RM0090 section 30.3.13, transmission using DMA: the request is there while TXE and DMAT are,
+/// whichever side is enabled first.
 #[test]
 fn dma_sends_bytes_from_memory_and_says_when_the_last_is_in_the_port() {
     let mut machine = machine(&[

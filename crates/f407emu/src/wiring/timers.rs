@@ -25,8 +25,9 @@ impl Machine {
         self.reschedule();
     }
 
-    /// Lets a timer's events happen that are due by now. An access comes later than its instruction began, by the time that it
-    /// waits for the flash and for the store buffer: a match meanwhile must not be passed over.
+    /// Lets a timer's events happen that are due by now. An access comes later than its instruction
+    /// began, by the time that it waits for the flash and for the store buffer: a match meanwhile
+    /// must not be passed over.
     pub(crate) fn catch_up_timer(&mut self, index: usize, now: u64) {
         while self.devices.timers[index].next_event() <= now {
             let due = self.devices.timers[index].next_event();

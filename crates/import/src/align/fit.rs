@@ -6,8 +6,8 @@
 //! c = sum q p* / sum p p*         turn = arg c,  scale = |c|
 //! ```
 //!
-//! minimises the sum of |q - c p|² over all turns and scales. The turn is the same where the scale is held at 1 (Umeyama 1991).
-//! A mirrored board fits better with p* in place of p.
+//! minimises the sum of |q - c p|² over all turns and scales. The turn is the same where the scale
+//! is held at 1 (Umeyama 1991). A mirrored board fits better with p* in place of p.
 
 /// A place in mm.
 pub type Place = [f64; 2];
@@ -28,7 +28,8 @@ pub struct Fit {
     pub angle: f64,
     /// The board's size divided by the job's: reported, not applied unless wanted.
     pub scale: f64,
-    /// Whether the points fit a mirrored board better. Two points, or points on one line, cannot show it.
+    /// Whether the points fit a mirrored board better. Two points, or points on one line, cannot
+    /// show it.
     pub is_mirrored: bool,
     /// How far each point is from where the turned and shifted job has it, mm.
     pub misses: Vec<f64>,

@@ -7,7 +7,8 @@ use leadscrew_gcode::{words, Letter, Number, Word};
 /// Turns and shifts a job. Lines without X, Y, I or J stay as they are.
 ///
 /// # Errors
-/// All lines whose meaning would change: other planes, zeros set within the job, a coordinate that is not known.
+/// All lines whose meaning would change: other planes, zeros set within the job, a coordinate that
+/// is not known.
 pub fn job(text: &str, fit: &Fit) -> Result<Job, Faults> {
     let mut turner = Turner::new(fit);
     let (mut lines, mut faults) = (Vec::new(), Vec::new());

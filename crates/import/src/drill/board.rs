@@ -143,7 +143,8 @@ impl Board {
         }
     }
 
-    /// Adds shapes to their bit: one bit for each diameter, whatever the files call it. Its slowest feed and speed count.
+    /// Adds shapes to their bit: one bit for each diameter, whatever the files call it. Its slowest
+    /// feed and speed count.
     fn add(&mut self, bit: Bit, shapes: Vec<Shape>) {
         let same = |group: &&mut Group| match bit.diameter {
             Some(_) => group.bit.diameter == bit.diameter,

@@ -6,7 +6,8 @@ use crate::excellon::{Arc, Centre, Cut, Route, Shape};
 use crate::gcode_text::{comment, ABSOLUTE_MM};
 use crate::{Job, Mm, Point};
 
-/// How far above the last bottom a rapid may go back down a hole, mm: 0.25, but no more than half a peck.
+/// How far above the last bottom a rapid may go back down a hole, mm: 0.25, but no more than half a
+/// peck.
 const RELIEF: Mm = Mm::from_nanos(250_000_000);
 /// The most holes as which a slot is drilled.
 const MOST_HOLES: f64 = 10_000.0;
@@ -52,7 +53,8 @@ impl Writer<'_> {
         self.lines.push(line.into());
     }
 
-    /// A line that belongs to a hole has its number, so that `Ln:` of a report tells how far the job is.
+    /// A line that belongs to a hole has its number, so that `Ln:` of a report tells how far the
+    /// job is.
     fn cut(&mut self, line: String) {
         self.lines.push(format!("N{} {line}", self.number));
     }
@@ -70,7 +72,8 @@ impl Writer<'_> {
         self.say(format!("G0 Z{clearance}"));
     }
 
-    /// Puts a bit in and starts the spindle. The only bit of a job is in the spindle when it starts.
+    /// Puts a bit in and starts the spindle. The only bit of a job is in the spindle when it
+    /// starts.
     fn take(&mut self, bit: &Bit, holes: usize, is_one_of_many: bool) {
         self.leave_cycle();
         self.say(comment(&format!(
@@ -89,7 +92,8 @@ impl Writer<'_> {
         }
     }
 
-    /// Goes to X0 Y0, and then down to the Z0 at which the machine was set up: slowly where that is below the clearance.
+    /// Goes to X0 Y0, and then down to the Z0 at which the machine was set up: slowly where that is
+    /// below the clearance.
     fn end(&mut self, board: &Board) {
         self.leave_cycle();
         self.say("M5");
@@ -124,7 +128,8 @@ impl Writer<'_> {
         Ok(())
     }
 
-    /// One hole, by pecks where they are wanted: up and out after each, and back to just above its bottom.
+    /// One hole, by pecks where they are wanted: up and out after each, and back to just above its
+    /// bottom.
     fn hole(&mut self, at: Point, bit: &Bit) {
         if self.options.cycles {
             return self.cycle(at, bit);

@@ -17,7 +17,8 @@ use crate::excellon::Drawing;
 use crate::{Job, Mm};
 use board::Board;
 
-/// How a board is drilled. Heights are Z of the job: a depth is below zero where zero is the board's surface.
+/// How a board is drilled. Heights are Z of the job: a depth is below zero where zero is the
+/// board's surface.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Options {
     /// Z of a hole's bottom, mm.
@@ -38,7 +39,8 @@ pub struct Options {
     pub mirror: Option<Mirror>,
     /// X0 Y0 is the corner of the holes and not the files' zero.
     pub from_corner: bool,
-    /// Diameters of the bits that there are, mm; each tool becomes the nearest of them. Empty: as the files have them.
+    /// Diameters of the bits that there are, mm; each tool becomes the nearest of them. Empty: as
+    /// the files have them.
     pub bits: Vec<Mm>,
     /// Mill slots (`G85`) in place of drilling them as a row of holes.
     pub mills_slots: bool,
@@ -140,8 +142,8 @@ fn counted(count: usize, name: &str) -> String {
     format!("{count} {name}{end}")
 }
 
-/// Levels to which a bit goes one after the other, the last of them the depth. The first is counted from Z0, or from the
-/// clearance where that is lower.
+/// Levels to which a bit goes one after the other, the last of them the depth. The first is counted
+/// from Z0, or from the clearance where that is lower.
 fn levels(options: &Options) -> Vec<Mm> {
     let Some(peck) = options.peck else {
         return vec![options.depth];

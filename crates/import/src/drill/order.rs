@@ -4,9 +4,10 @@
 //! a -> b ... c -> d   becomes   a -> c ... b -> d     the part between is passed backwards
 //! ```
 //!
-//! The way begins and ends at X0 Y0 and stays with a bit until all its holes are made. It begins as the way to the nearest
-//! hole each time; then legs are exchanged (2-opt) as long as that saves time at the machine's speeds. Of two ways of equal time the
-//! shorter one is taken: the axis that needs longest sets the time of a leg, so that a way across may cost nothing.
+//! The way begins and ends at X0 Y0 and stays with a bit until all its holes are made. It begins as
+//! the way to the nearest hole each time; then legs are exchanged (2-opt) as long as that saves
+//! time at the machine's speeds. Of two ways of equal time the shorter one is taken: the axis that
+//! needs longest sets the time of a leg, so that a way across may cost nothing.
 
 use super::board::Group;
 use super::speeds::{distance, place, Place, Speeds};

@@ -29,7 +29,8 @@ pub(super) fn place(point: Point) -> Place {
 impl Speeds {
     /// Time of a rapid in X and Y from rest to rest, s.
     ///
-    /// With a length L, the speed v and acceleration a along it follow from the axis that needs longest:
+    /// With a length L, the speed v and acceleration a along it follow from the axis that needs
+    /// longest:
     ///
     /// ```text
     /// L/v = max |d_axis| / rate,  L/a = max |d_axis| / acceleration

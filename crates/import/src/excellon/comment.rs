@@ -1,6 +1,7 @@
 //! Comments in which programs say how they write numbers.
 //!
-//! `; FORMAT={2:4/ absolute / inch / suppress leading zeros}` is KiCad's, `;FILE_FORMAT=4:4` Altium's.
+//! `; FORMAT={2:4/ absolute / inch / suppress leading zeros}` is KiCad's, `;FILE_FORMAT=4:4`
+//! Altium's.
 
 use super::format::{Digits, Format, Units, Zeros};
 

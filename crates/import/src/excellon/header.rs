@@ -11,7 +11,8 @@ pub(super) fn is_keyword(statement: &str) -> bool {
 }
 
 impl Reader {
-    /// Reads a statement of whole words. Those about the machine itself (broken tools, tool changers) say nothing of holes.
+    /// Reads a statement of whole words. Those about the machine itself (broken tools, tool
+    /// changers) say nothing of holes.
     pub(super) fn keyword(&mut self, statement: &str) -> Result<(), Wrong> {
         let upper = statement.to_ascii_uppercase();
         let (name, value) = upper.split_once(',').unwrap_or((&upper, ""));

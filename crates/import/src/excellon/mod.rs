@@ -13,8 +13,9 @@
 //! M30            end
 //! ```
 //!
-//! There is no standard that programs keep to. Read are the files of KiCad, Eagle, Altium and FlatCAM, and those without a
-//! header as older programs wrote them. `docs/import.md` lists what each statement means here.
+//! There is no standard that programs keep to. Read are the files of KiCad, Eagle, Altium and
+//! FlatCAM, and those without a header as older programs wrote them. `docs/import.md` lists what
+//! each statement means here.
 
 mod comment;
 mod evidence;

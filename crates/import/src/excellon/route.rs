@@ -1,4 +1,5 @@
-//! Routing: `G00` moves above the board, `M15` lowers the tool, `G01` `G02` `G03` cut, `M16` lifts it, `G05` drills again.
+//! Routing: `G00` moves above the board, `M15` lowers the tool, `G01` `G02` `G03` cut, `M16` lifts
+//! it, `G05` drills again.
 
 use super::reader::{Mode, Motion, Reader};
 use super::shape::{Arc, Centre, Cut, Route, Shape};

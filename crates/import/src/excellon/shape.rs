@@ -72,8 +72,8 @@ impl Shape {
         }
     }
 
-    /// The same shape, made from its other end. A slot and a path without compensation are as wide as the tool, so that
-    /// the direction does not show.
+    /// The same shape, made from its other end. A slot and a path without compensation are as wide
+    /// as the tool, so that the direction does not show.
     pub fn reversed(&self) -> Self {
         match self {
             Self::Hole(at) => Self::Hole(*at),
@@ -85,7 +85,8 @@ impl Shape {
         }
     }
 
-    /// The shape with all its points moved by `place`, which keeps lengths; `mirrors` where it turns a shape over.
+    /// The shape with all its points moved by `place`, which keeps lengths; `mirrors` where it
+    /// turns a shape over.
     pub(crate) fn placed(&self, place: impl Fn(Point) -> Point, mirrors: bool) -> Self {
         match self {
             Self::Hole(at) => Self::Hole(place(*at)),

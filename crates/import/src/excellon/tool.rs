@@ -112,7 +112,8 @@ impl Reader {
         units.map_err(|message| word.wrong(message))
     }
 
-    /// Takes a tool. `T0` puts it away. Where no tool is defined at all, their diameters are in a list elsewhere.
+    /// Takes a tool. `T0` puts it away. Where no tool is defined at all, their diameters are in a
+    /// list elsewhere.
     fn select(&mut self, name: &Word, number: u32) -> Result<(), Wrong> {
         self.begin_body();
         self.now.tool = (number > 0).then_some(number);

@@ -5,7 +5,8 @@ use nom::character::complete::{one_of, satisfy};
 use nom::combinator::{opt, recognize};
 use nom::{bytes::complete::take_while, IResult, Parser};
 
-/// A letter and the number behind it, as written: where its decimal point belongs depends on the file.
+/// A letter and the number behind it, as written: where its decimal point belongs depends on the
+/// file.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) struct Word<'a> {
     /// The letter, a capital.

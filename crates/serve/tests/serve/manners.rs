@@ -82,7 +82,8 @@ fn a_sender_that_does_not_count_is_named_once_when_bytes_are_lost() {
     );
 }
 
-/// In simulated time, by the log: however late the computer comes to it, a turn of the server is 2 ms at most.
+/// In simulated time, by the log: however late the computer comes to it, a turn of the server is 2
+/// ms at most.
 #[test]
 fn an_answer_to_a_realtime_byte_takes_no_longer_than_a_turn_of_the_server() {
     let folder = tempfile::tempdir().unwrap();

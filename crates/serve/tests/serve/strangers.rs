@@ -1,4 +1,5 @@
-//! Who may drive the machine and who may not: web pages, clients that say nothing, clients that are gone.
+//! Who may drive the machine and who may not: web pages, clients that say nothing, clients that are
+//! gone.
 
 use crate::client::Client;
 use crate::served::{one_line, Served, FAST};
@@ -167,8 +168,8 @@ fn a_silent_websocket_loses_its_line_as_well() {
     while silent.read(&mut [0; 100]).unwrap_or(0) > 0 {}
 }
 
-/// Lets nothing that arrives reach the client, not even a question whether it is still there: it is as if its computer had
-/// been switched off.
+/// Lets nothing that arrives reach the client, not even a question whether it is still there: it is
+/// as if its computer had been switched off.
 #[cfg(target_os = "linux")]
 fn switch_off(client: &TcpStream) {
     // BPF: return 0, take no byte of any segment.

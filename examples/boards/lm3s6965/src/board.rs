@@ -1,4 +1,5 @@
-//! The board under the machine: three motors and a serial line; no spindle, no coolant, no switches.
+//! The board under the machine: three motors and a serial line; no spindle, no coolant, no
+//! switches.
 
 use crate::{handlers, step_port, uart};
 use leadscrew_machine::board::{

@@ -1,8 +1,8 @@
 //! The board's clock: one count of 50 MHz for steps and for the main loop.
 //!
-//! SysTick counts 24 bits down, and its exception counts how often it has come round. A step timer that is
-//! started anew for each tick would lose the time from its end to its start; so ticks are places in this count, and the step
-//! timer only rings when the next one has come.
+//! SysTick counts 24 bits down, and its exception counts how often it has come round. A step timer
+//! that is started anew for each tick would lose the time from its end to its start; so ticks are
+//! places in this count, and the step timer only rings when the next one has come.
 
 use crate::register::Register;
 use core::sync::atomic::{AtomicU32, Ordering};

@@ -1,4 +1,5 @@
-//! Which interrupt calls what. Steps and the end of a pulse come first, then the clock's round, then bytes.
+//! Which interrupt calls what. Steps and the end of a pulse come first, then the clock's round,
+//! then bytes.
 #![allow(unsafe_code)] // a handler and what it owns
 
 use crate::vectors::Interrupt;
@@ -13,7 +14,8 @@ use leadscrew_stepper::{on_timer, start as start_motion, Segment, StepInterrupt}
 /// What one handler owns: filled before its interrupt can come, and nobody else's from then on.
 struct Owned<T>(UnsafeCell<Option<T>>);
 
-// SAFETY: `start` fills it while the interrupt is masked; afterwards one handler alone uses it, and never interrupts itself.
+// SAFETY: `start` fills it while the interrupt is masked; afterwards one handler alone uses it, and
+// never interrupts itself.
 unsafe impl<T> Sync for Owned<T> {}
 
 struct Steps {
@@ -37,8 +39,8 @@ pub(crate) fn start(receiver: Receiver<'static>, segments: Consumer<'static, Seg
         port: step_port::Port::new(),
         in_motion: false,
     };
-    // SAFETY: the interrupts are masked, so no handler runs; the peripherals are nobody else's; no critical section
-    // rests on these priorities.
+    // SAFETY: the interrupts are masked, so no handler runs; the peripherals are nobody else's; no
+    // critical section rests on these priorities.
     unsafe {
         *STEPS.0.get() = Some(steps);
         *LISTENER.0.get() = Some(receiver);

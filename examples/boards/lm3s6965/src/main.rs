@@ -6,8 +6,8 @@
 //!                                          +-- segments-+-------------------------- -+
 //! ```
 //!
-//! Written from `docs/embedding.md`. Pins: steps of X, Y, Z on PE0 to PE2, directions on PD0 to PD2, enable on PE3.
-//! Register addresses and bits are those of the LM3S6965's data sheet.
+//! Written from `docs/embedding.md`. Pins: steps of X, Y, Z on PE0 to PE2, directions on PD0 to
+//! PD2, enable on PE3. Register addresses and bits are those of the LM3S6965's data sheet.
 #![no_std]
 #![no_main]
 #![deny(unsafe_code)]

@@ -16,7 +16,8 @@ const PORT_E: u32 = 0x4002_4000;
 const MOTORS: u32 = 0b111;
 const ENABLE: u32 = 1 << 3;
 
-/// A store at `base + 4 * mask` changes the pins of `mask` and no others (data sheet, GPIO data register).
+/// A store at `base + 4 * mask` changes the pins of `mask` and no others (data sheet, GPIO data
+/// register).
 const fn pins(base: u32, mask: u32) -> Register {
     Register::at(base, mask << 2)
 }
@@ -56,7 +57,8 @@ pub(crate) fn enable_motors(on: bool) {
     pins(PORT_E, ENABLE).write(if on { 0 } else { ENABLE });
 }
 
-/// Ends a pulse; directions that have waited for that follow. Interrupt of the second timer, as high as that of the first.
+/// Ends a pulse; directions that have waited for that follow. Interrupt of the second timer, as
+/// high as that of the first.
 pub(crate) fn on_pulse_end() {
     pins(PORT_E, MOTORS).write(STEP_INVERT.load(Relaxed).into());
     PULSING.store(false, Relaxed);

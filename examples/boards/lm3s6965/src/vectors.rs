@@ -1,4 +1,5 @@
-//! The chip's part of the vector table, and the names of its interrupts (data sheet, interrupt table).
+//! The chip's part of the vector table, and the names of its interrupts (data sheet, interrupt
+//! table).
 #![allow(unsafe_code)]
 
 use cortex_m::interrupt::InterruptNumber;

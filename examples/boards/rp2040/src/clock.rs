@@ -9,7 +9,8 @@ pub(crate) const HZ: u32 = 1_000_000;
 
 /// The timer's registers.
 pub(crate) fn timer() -> &'static pac::timer::RegisterBlock {
-    // SAFETY: the time is only read; alarm 0 is the tick's, alarm 1 the pulse's, and both interrupts have one priority.
+    // SAFETY: the time is only read; alarm 0 is the tick's, alarm 1 the pulse's, and both
+    // interrupts have one priority.
     unsafe { &*pac::TIMER::ptr() }
 }
 

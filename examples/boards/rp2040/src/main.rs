@@ -6,8 +6,9 @@
 //!                                     +-- segments-+---------------------------+
 //! ```
 //!
-//! Written from `docs/embedding.md`; compiled, and never run. Pins: serial line on GPIO 0 and 1, steps of X, Y, Z on GPIO 2 to 4, directions
-//! on GPIO 5 to 7, enable (low) on GPIO 8. Time and steps share one count of a microsecond, the chip's own timer.
+//! Written from `docs/embedding.md`; compiled, and never run. Pins: serial line on GPIO 0 and 1,
+//! steps of X, Y, Z on GPIO 2 to 4, directions on GPIO 5 to 7, enable (low) on GPIO 8. Time and
+//! steps share one count of a microsecond, the chip's own timer.
 #![no_std]
 #![no_main]
 #![deny(unsafe_code)]

@@ -94,7 +94,8 @@ impl Port {
         self.due = count();
     }
 
-    /// Clears the flag of the tick that is being handled, whether the alarm or a late tick has set it.
+    /// Clears the flag of the tick that is being handled, whether the alarm or a late tick has set
+    /// it.
     pub(crate) fn acknowledge(&mut self) {
         // SAFETY: bits of an alarm that is ours.
         unsafe {
@@ -130,7 +131,8 @@ impl StepPort for Port {
         self.due = self.due.wrapping_add(wait.0);
         // SAFETY: every value is an instant.
         timer().alarm0().write(|w| unsafe { w.bits(self.due) });
-        // The alarm matches one count exactly: an instant that has passed would come round after 71 minutes.
+        // The alarm matches one count exactly: an instant that has passed would come round after 71
+        // minutes.
         let late = count().wrapping_sub(self.due).cast_signed() >= 0;
         if late {
             // SAFETY: a bit of an alarm that is ours.

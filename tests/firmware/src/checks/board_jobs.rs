@@ -17,7 +17,8 @@ const ROW: [u64; 12] = [1000, 200, 800, 0, 500, 1000, 0, 100, 900, 300, 600, 50]
 const PIXEL: &str = "X2";
 const STEPS: usize = ROW.len() * 500;
 
-/// A row of pixels under M3, whose power does not follow the speed: each has its duty, within a level, for its own time.
+/// A row of pixels under M3, whose power does not follow the speed: each has its duty, within a
+/// level, for its own time.
 pub(super) fn ensure_engraves(build: &Build, (hz, levels): (u64, u64)) -> Result<(), Failure> {
     let mut bench = Bench::boot(build)?;
     bench.commands(SETTINGS)?;

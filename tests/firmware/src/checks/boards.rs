@@ -1,5 +1,5 @@
-//! The builds for other boards: each boots, makes a recorded program's steps at its own pins, homes, dims its laser, engraves a row,
-//! and stops for a reset.
+//! The builds for other boards: each boots, makes a recorded program's steps at its own pins,
+//! homes, dims its laser, engraves a row, and stops for a reset.
 use super::{
     board_jobs::{ensure_engraves, ensure_stops},
     homing::{ensure_homes, Belts},
@@ -22,8 +22,9 @@ use leadscrew_sim::{profile::Profile, Rate};
 const TRACE: &str = "line_xyz";
 /// Steps from the limit switches; the second motor of Y is askew.
 const AWAY: [i64; 4] = [700, 1300, 411, 1337];
-/// Frequencies of power for which the builds are made, Hz, and levels above off at each, as `crates/board-f407/src/pwm.rs`
-/// states them: machine 003 has TIM1 and the SKR 2 TIM9, both on APB2.
+/// Frequencies of power for which the builds are made, Hz, and levels above off at each, as
+/// `crates/board-f407/src/pwm.rs` states them: machine 003 has TIM1 and the SKR 2 TIM9, both on
+/// APB2.
 const MACHINE_003_POWER: (u64, u64) = (50, 64_615);
 const SKR_2_POWER: (u64, u64) = (10_000, 16_800);
 const CORE_XY_POWER: (u64, u64) = (1_000, 56_000);
@@ -53,7 +54,8 @@ fn gang(planned: &mut [Planned], wiring: &Wiring) {
 const EQUAL: &str = "$0=5\n$100=250\n$101=250\n$102=250\n$110=1000\n$111=1000\n$112=1000\n$120=50\n$121=50\n$122=50\n";
 const TOGETHER: &str = "G91G1X10Y10Z10F900\n";
 
-/// Queued jobs, to the tick: a recorded one, and one that steps all motors at once; what to say of it.
+/// Queued jobs, to the tick: a recorded one, and one that steps all motors at once; what to say of
+/// it.
 fn ensure_traces(
     build: &Build,
     kinematics: impl Kinematics<3, 3> + Clone,
@@ -78,8 +80,9 @@ fn ensure_traces(
     Ok(words)
 }
 
-/// Half of the power is half of the period, and the whole is always on, each within a level; the period is off by less than
-/// one: not at all where the timer's clock is a multiple of the frequency. Spindle and supplies are on.
+/// Half of the power is half of the period, and the whole is always on, each within a level; the
+/// period is off by less than one: not at all where the timer's clock is a multiple of the
+/// frequency. Spindle and supplies are on.
 fn ensure_outputs(build: &Build, (hz, levels): (u64, u64)) -> Result<(), Failure> {
     let mut bench = Bench::boot(build)?;
     bench.commands("$30=1000\n$31=0\n")?;

@@ -24,8 +24,9 @@ const USART3: u32 = 1 << (39 - 32);
 const EXTI_SWIER: u32 = 0x4001_3C10;
 const EXTI_IMR: u32 = 0x4001_3C00;
 
-/// Stores with which a bootloader could go: SysTick runs with its interrupt waiting, an interrupt that no program has asked for
-/// is on and waits, a line of EXTI is on, a DMA stream writes to SRAM for ever.
+/// Stores with which a bootloader could go: SysTick runs with its interrupt waiting, an interrupt
+/// that no program has asked for is on and waits, a line of EXTI is on, a DMA stream writes to SRAM
+/// for ever.
 const LEFT_BEHIND: [(u32, u32); 13] = [
     (AHB1ENR, 0x0050_0000),
     (AHB1ENR, 0x0050_0000),
@@ -83,7 +84,8 @@ fn first_stack(build: &Build) -> Result<u32, Failure> {
     Err(Failure("nothing where the vector table should be".into()))
 }
 
-/// A bootloader after ST's template starts it; what another one left behind has ended when the banner comes.
+/// A bootloader after ST's template starts it; what another one left behind has ended when the
+/// banner comes.
 pub(crate) fn bootloaders(firmware: &Firmware) -> Result<Figures, Failure> {
     let mut figures = Figures::default();
     let (mask, expected) = TEMPLATE;

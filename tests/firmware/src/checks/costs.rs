@@ -1,8 +1,9 @@
-//! What the firmware's CPU is busy with, in cycles: what the simulator charges its own. `cargo fw-test --costs` writes it to
-//! `crates/sim/src/measured.rs`; the check `costs` holds that file against the firmware as it is.
+//! What the firmware's CPU is busy with, in cycles: what the simulator charges its own. `cargo
+//! fw-test --costs` writes it to `crates/sim/src/measured.rs`; the check `costs` holds that file
+//! against the firmware as it is.
 //!
-//! Interrupts are seen one by one. The main loop's work is told apart by jobs of which each adds one kind of it to those
-//! before: so many cycles more are its own.
+//! Interrupts are seen one by one. The main loop's work is told apart by jobs of which each adds
+//! one kind of it to those before: so many cycles more are its own.
 use super::{
     interrupts::{middle_and_most, Interrupts},
     stopping::moving,
@@ -18,14 +19,15 @@ use leadscrew_f407emu::{Duty, Exception, Profile};
 use leadscrew_sim::measured;
 use std::fmt::Write;
 
-/// Interrupts of a switch (EXTI4) and of the end of its time (TIM5), of the serial line's listener (TIM7) and sender (DMA1
-/// stream 6).
+/// Interrupts of a switch (EXTI4) and of the end of its time (TIM5), of the serial line's listener
+/// (TIM7) and sender (DMA1 stream 6).
 const EDGE_IRQ: u8 = 10;
 const SETTLED_IRQ: u8 = 50;
 const LISTENER_IRQ: u8 = 55;
 const SENDER_IRQ: u8 = 17;
-/// How far a figure may be off the one written down, per cent: another compiler moves them a little. Of the main loop's work, with
-/// the turn in which it comes: what is its own is a difference of large numbers.
+/// How far a figure may be off the one written down, per cent: another compiler moves them a
+/// little. Of the main loop's work, with the turn in which it comes: what is its own is a
+/// difference of large numbers.
 const OFF_PERCENT: u64 = 10;
 /// Bytes that come in a turn, at 2 Mbaud and a look every 50 µs.
 const BYTES_IN_A_TURN: u64 = 10;

@@ -1,4 +1,5 @@
-//! Ways in which the program ends: the outputs are made safe, the chip is reset, and the next boot says why.
+//! Ways in which the program ends: the outputs are made safe, the chip is reset, and the next boot
+//! says why.
 use super::{
     planting::{hear_restart, jump, panic_handler, plant, went_on, Event, INSTANTS},
     stopping::{ensure_safe, last_step, moving, power_edge},
@@ -10,7 +11,8 @@ use crate::{
 };
 use leadscrew_f407emu::{Cause, ResetCause};
 
-/// From the event to the last step edge and to laser off at most, where a handler of the firmware sees to it, µs.
+/// From the event to the last step edge and to laser off at most, where a handler of the firmware
+/// sees to it, µs.
 const HANDLED_US: f64 = 10.0;
 
 /// An event, and the machine's message when it is back.

@@ -12,7 +12,8 @@ const SETTINGS: &str = "$0=5\n$22=1\n$24=60\n$25=1200\n$26=20\n$27=1\n$100=250\n
 /// Steps from each switch at power-up, and steps of the pull-off.
 const AWAY: [i64; 3] = [700, 1300, 411];
 const PULL_OFF: i64 = 250;
-/// Steps that a carriage may go on after its switch in the slow search: 250 steps/s, for the filter's 0.2 ms and a look.
+/// Steps that a carriage may go on after its switch in the slow search: 250 steps/s, for the
+/// filter's 0.2 ms and a look.
 const SLACK: i64 = 1;
 /// Cycles between two looks of the carriages: 24 µs.
 const LOOK: u64 = 4_000;
@@ -51,8 +52,9 @@ struct Carriages<const MOTORS: usize> {
 }
 
 impl<const MOTORS: usize> Carriages<MOTORS> {
-    /// Follows the motors, and works the switches. The last step event is counted anew at each look: on a board with step pins
-    /// on two ports they rise one after the other, and a look may come between the two.
+    /// Follows the motors, and works the switches. The last step event is counted anew at each
+    /// look: on a board with step pins on two ports they rise one after the other, and a look may
+    /// come between the two.
     fn follow(&mut self, bench: &mut Bench) {
         let steps = &bench.pins.steps;
         let complete = steps.len().saturating_sub(1);
@@ -106,7 +108,8 @@ fn home<const MOTORS: usize>(
     fail("homing does not end")
 }
 
-/// Homes, and holds the carriages that have a switch against it, the others against where they were; what to say of it.
+/// Homes, and holds the carriages that have a switch against it, the others against where they
+/// were; what to say of it.
 pub(super) fn ensure_homes<const MOTORS: usize>(
     build: &Build,
     belts: Belts,

@@ -1,4 +1,5 @@
-//! The services of the step interrupts, told apart: ticks, those that load a segment, ends of pulses.
+//! The services of the step interrupts, told apart: ticks, those that load a segment, ends of
+//! pulses.
 use crate::{
     bench::Bench,
     pins::{PULSE_IRQ, STEP_IRQ},
@@ -9,7 +10,8 @@ use leadscrew_f407emu::{Exception, Service};
 const REST: u64 = 16_800;
 /// Ticks that are so near each other may come too late, cycles: 168 000 a second.
 const FAST: u64 = 1_000;
-/// A tick that takes longer than this loads a segment, cycles. The check `step-interrupt` sees to it that they are few.
+/// A tick that takes longer than this loads a segment, cycles. The check `step-interrupt` sees to
+/// it that they are few.
 pub(super) const TICK: u64 = 230;
 
 /// Lengths of services in cycles, without the interrupts in between, in order of time.

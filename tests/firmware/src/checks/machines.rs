@@ -1,5 +1,5 @@
-//! The machines of `examples/machines`, each in the build for its own file: a short job at the pins against the simulator's, and its
-//! faults. `supplied.rs` has the whole jobs.
+//! The machines of `examples/machines`, each in the build for its own file: a short job at the pins
+//! against the simulator's, and its faults. `supplied.rs` has the whole jobs.
 use super::{
     planting::{hear_restart, plant, FOR_EVER},
     Figures,
@@ -23,7 +23,8 @@ pub(super) const UNLOCKED: &str = "$X\n";
 /// The work's zero is where homing ends, and motion begins when all is queued.
 pub(super) const ZERO: &str = "G10L20P1X0Y0Z0\n$701=500\n";
 
-/// Runs a job on a board that is on, wholly queued before it starts where it rests nowhere; its steps.
+/// Runs a job on a board that is on, wholly queued before it starts where it rests nowhere; its
+/// steps.
 pub(super) fn run(bench: &mut Bench, job: &Job) -> Result<Vec<Step>, Failure> {
     bench.ignore_power();
     bench.commands(&job.settings)?;
@@ -37,7 +38,8 @@ const HOMING_SECONDS: f64 = 30.0;
 /// Steps that a carriage may be off the place to which it pulls off.
 const SLACK: i64 = 2;
 
-/// A carriage of a motor: steps to its switch at power-up, with their sign, and steps that it pulls off.
+/// A carriage of a motor: steps to its switch at power-up, with their sign, and steps that it pulls
+/// off.
 pub(super) type Carriage = (usize, i64, i64);
 
 /// Homes carriages: each ends where it has pulled off.
@@ -116,7 +118,8 @@ fn drill(build: &Build) -> Result<String, Failure> {
 
 /// A square of 5 mm, engraved, and the way back.
 const SQUARE: &str = "G21G91G94\nM5\nG0X1Y1\nM3\nG1X5F600\nY5\nX-5\nY-5\nM5\nG0X-1Y-1\nM30\n";
-/// Where machine 003's file has its switches, steps of 0.01 mm, and the way in which Z stops: 5 mm/s at 50 mm/s² take 0.25 mm.
+/// Where machine 003's file has its switches, steps of 0.01 mm, and the way in which Z stops: 5
+/// mm/s at 50 mm/s² take 0.25 mm.
 const LOWER: i64 = -300;
 const UPPER: i64 = 300;
 const STOPS_WITHIN: i64 = 27;
@@ -131,7 +134,8 @@ pub(super) fn boot_engraver(build: &Build) -> Result<Bench, Failure> {
     Ok(bench)
 }
 
-/// Machine 003 engraves a square: the tool is at its lower switch for the cuts, at its upper one for the ways between.
+/// Machine 003 engraves a square: the tool is at its lower switch for the cuts, at its upper one
+/// for the ways between.
 fn engraver(build: &Build) -> Result<String, Failure> {
     let mut bench = boot_engraver(build)?;
     let steps = run(&mut bench, &Job::new("square", "", SQUARE))?;
@@ -170,7 +174,8 @@ fn bed_amplifier(celsius: f64) -> f64 {
     0.010 * celsius / REFERENCE
 }
 
-/// A thermistor of 100 kilohms at 25 degrees, B 3950, to ground, with 4.7 kilohms to the reference voltage.
+/// A thermistor of 100 kilohms at 25 degrees, B 3950, to ground, with 4.7 kilohms to the reference
+/// voltage.
 fn thermistor(celsius: f64) -> f64 {
     let ohms = 100_000.0 * (3950.0 * (1.0 / (celsius + 273.15) - 1.0 / 298.15)).exp();
     ohms / (ohms + 4_700.0)
@@ -190,7 +195,8 @@ fn boot_cold(build: &Build, sensors: [fn(f64) -> f64; 2]) -> Result<Bench, Failu
 const PART: &str =
     "G21G90\nM140S205\nM104S255\nM190S205\nM109S255\nG0X-1\nM62P0\nG1X-5Y3F900\nM63P0\n\
     G1Z0.5F180\nM62P0\nG1X0\nM63P0\nG0Y0\nM30\n";
-/// An output changes at the border of two lines: with the last step of the first one, 2 µs from its edge at most.
+/// An output changes at the border of two lines: with the last step of the first one, 2 µs from its
+/// edge at most.
 const WITH_ITS_STEP: u64 = 336;
 /// The way to the line that feeds: 1 mm of X is 312.5 steps, rounded away from zero.
 const BEFORE_FEEDING: usize = 313;
@@ -203,7 +209,8 @@ pub(super) fn boot_prototyper(build: &Build) -> Result<Bench, Failure> {
     boot_cold(build, [nozzle_amplifier, bed_amplifier])
 }
 
-/// Machine 001 heats, feeds from step to step, and is safe where a sensor breaks or the main loop hangs.
+/// Machine 001 heats, feeds from step to step, and is safe where a sensor breaks or the main loop
+/// hangs.
 fn prototyper(build: &Build) -> Result<String, Failure> {
     let mut bench = boot_prototyper(build)?;
     home(&mut bench, &PROTOTYPER)?;
@@ -262,7 +269,8 @@ fn until_off(bench: &mut Bench, seconds: f64) -> Result<f64, Failure> {
     Ok(micros_between(begin, bench.machine.cycle()) / 1e3)
 }
 
-/// The wire of the nozzle's sensor breaks, and the amplifier's output goes up: a named alarm within two readings.
+/// The wire of the nozzle's sensor breaks, and the amplifier's output goes up: a named alarm within
+/// two readings.
 fn sensor_breaks(bench: &mut Bench) -> Result<f64, Failure> {
     warm_up(bench)?;
     bench.plant.bodies[0].share = |_| 1.0;

@@ -34,7 +34,8 @@ pub(super) fn run_queued_on(bench: &mut Bench, job: &Job) -> Result<Vec<Step>, F
     Ok(std::mem::take(&mut bench.pins.steps))
 }
 
-/// A driver sees each direction in time before a step and after one, ns (TI DRV8825, SLVSA73F: 650).
+/// A driver sees each direction in time before a step and after one, ns (TI DRV8825, SLVSA73F:
+/// 650).
 const SETTLED_NS: u64 = 650;
 
 fn ensure_settled(bench: &Bench) -> Result<(), Failure> {
@@ -87,7 +88,8 @@ const ZIGZAG: &str =
 /// The set-up times of drivers, µs.
 const SETUPS: [u64; 3] = [5, 50, 90];
 
-/// The direction is there as long before a step as `$709` asks for, on the board as in the simulator.
+/// The direction is there as long before a step as `$709` asks for, on the board as in the
+/// simulator.
 pub(crate) fn direction_setup(firmware: &Firmware) -> Result<Figures, Failure> {
     let program = format!("G91F20000\n{}", "G1X2Y2\nX2Y-2\n".repeat(10));
     let mut figures = Figures::default();

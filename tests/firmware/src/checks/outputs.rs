@@ -21,7 +21,8 @@ const WORDS: [(&str, &[Pin]); 9] = [
 ];
 const PINS: [Pin; 6] = [ENABLE, POWER, SPINDLE, REVERSE, FLOOD, MIST];
 
-/// Speeds of the spindle, of 1000, and the cycles of a period of 100 µs during which the pin is high; the least is a 255th.
+/// Speeds of the spindle, of 1000, and the cycles of a period of 100 µs during which the pin is
+/// high; the least is a 255th.
 const POWERS: [(u32, u64); 4] = [(1, 64), (250, 4_200), (500, 8_400), (999, 16_782)];
 const PERIOD: u64 = 16_800;
 

@@ -26,8 +26,8 @@ pub(super) struct Replaced {
     bytes: Vec<u8>,
 }
 
-/// Replaces the instructions that the main loop carries out next, the next time that it sleeps, and waits until it is
-/// there: woken by whatever comes next.
+/// Replaces the instructions that the main loop carries out next, the next time that it sleeps, and
+/// waits until it is there: woken by whatever comes next.
 pub(super) fn plant(bench: &mut Bench, halfwords: &[u16]) -> Result<Option<Replaced>, Failure> {
     wait_until(bench, |bench| bench.machine.is_asleep())?;
     let address = bench.machine.pc();

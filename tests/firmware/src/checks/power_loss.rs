@@ -8,7 +8,8 @@ use leadscrew_f407emu::{FlashOperation, ResetCause, LSI_FASTEST_HZ};
 
 /// The settings in the store before: none is a default.
 const KNOWN: &str = "$30=12000\n$100=123.456\n$101=80\n$110=4000\n$120=77\n$N0=G54\nG10L2P1X1.5Y2.25\nG10L2P3Z-4\nG28.1\n$I=old\n";
-/// Lines that write a record each: a setting, an offset, a startup line, the text of `$I`. And those that take many records away.
+/// Lines that write a record each: a setting, an offset, a startup line, the text of `$I`. And
+/// those that take many records away.
 const WRITES: [&str; 8] = [
     "$100=250.125",
     "G10L2P1X-3.5Y0Z7",
@@ -186,7 +187,8 @@ const SECTOR: u32 = 16 * 1024;
 /// Lines that fill a sector of 16 KiB, at most.
 const FILLING: u32 = 2_000;
 
-/// Changes a setting until a sector is full; the board before the line that changes to the other one, and that line.
+/// Changes a setting until a sector is full; the board before the line that changes to the other
+/// one, and that line.
 pub(super) fn fill(mut bench: Bench) -> Result<(Bench, String), Failure> {
     for value in 0..FILLING {
         let line = format!("$102={}", 100 + value % 900);

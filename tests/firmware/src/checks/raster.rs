@@ -15,11 +15,12 @@ const PIXELS: usize = 10_000;
 const ROWS: usize = 3;
 /// Lines that come before the clock starts: they fill the queue of pixels, and motion begins.
 const AHEAD: usize = 6_000;
-/// Steps of a line: with these the rate must be kept up, and with as many as the board's highest step rate allows nothing may
-/// run out.
+/// Steps of a line: with these the rate must be kept up, and with as many as the board's highest
+/// step rate allows nothing may run out.
 const STEPS: [(u32, f64); 2] = [(8, RATE), (20, 0.0)];
 
-/// A laser that is faster than the lines come, 0.05 mm and so many steps a line: of 12 500 pixels a second, 11 500 with the turns.
+/// A laser that is faster than the lines come, 0.05 mm and so many steps a line: of 12 500 pixels a
+/// second, 11 500 with the turns.
 fn settings(steps: u32) -> String {
     let steps_per_mm = 20 * steps;
     format!("$0=3\n$32=1\n$30=1000\n$31=0\n$100={steps_per_mm}\n$101={steps_per_mm}\n$110=37500\n$111=37500\n$120=9000\n$121=9000\n")

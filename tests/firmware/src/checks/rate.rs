@@ -1,5 +1,5 @@
-//! How fast three motors may step together with the shortest pulses: a job of lines that turn a little, since the load of a
-//! line's first segment takes longest.
+//! How fast three motors may step together with the shortest pulses: a job of lines that turn a
+//! little, since the load of a line's first segment takes longest.
 use super::{
     interrupts::{middle_and_most, Interrupts},
     timing::{ensure_no_gap, fastest, longest_tick, settings, LOADING},

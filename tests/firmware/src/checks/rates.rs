@@ -32,7 +32,8 @@ const ROWS: [(f64, f64); 10] = [
     (200_000.0, 10_000.0),
 ];
 
-/// A job of lines on all axes, straight ahead, and of power, each other line another: as few bytes as there can be.
+/// A job of lines on all axes, straight ahead, and of power, each other line another: as few bytes
+/// as there can be.
 fn program(rate: f64, lines: f64) -> (String, usize) {
     let length = format!("{:.3}", rate / lines / STEPS_PER_MM);
     let length = length.trim_matches('0').trim_end_matches('.');

@@ -17,13 +17,15 @@ const INSTANTS: [f64; 4] = [0.02, 0.151, 0.4007, 0.77];
 /// Cycles in which a byte's arrival is looked for.
 const LOOK: u64 = 100;
 
-/// From the last bit of a byte on a full line at 2 Mbaud to the last step edge, or to the first byte of the report, at most,
-/// µs. The line is looked at every 50 µs, and a poll that has just begun ends first.
+/// From the last bit of a byte on a full line at 2 Mbaud to the last step edge, or to the first
+/// byte of the report, at most, µs. The line is looked at every 50 µs, and a poll that has just
+/// begun ends first.
 const FULL_LINE_US: f64 = 300.0;
 /// Other bytes in front of it: from one to the next, another phase of the looks.
 const BEFORE: [usize; 10] = [20, 101, 182, 263, 344, 425, 506, 587, 668, 749];
 
-/// Sends a byte and waits until its last bit has arrived; the cycle of that, too late by [`LOOK`] at most.
+/// Sends a byte and waits until its last bit has arrived; the cycle of that, too late by [`LOOK`]
+/// at most.
 fn send_and_arrive(bench: &mut Bench, byte: u8) -> Result<u64, Failure> {
     send_and_arrive_among(bench, byte, 0, 0)
 }
@@ -86,7 +88,8 @@ fn report_after(bench: &mut Bench, arrived: u64) -> Result<f64, Failure> {
     Ok(micros_between(arrived, bench.machine.cycle()))
 }
 
-/// From the arrival of 0x18 on a full line to the last step edge, µs; negative where that came before.
+/// From the arrival of 0x18 on a full line to the last step edge, µs; negative where that came
+/// before.
 fn until_stop(bench: &mut Bench, before: usize) -> Result<f64, Failure> {
     let arrived = send_and_arrive_among(bench, 0x18, before, BEHIND)?;
     bench.hear_banner()?;
@@ -117,7 +120,8 @@ pub(crate) fn on_a_full_line(firmware: &Firmware) -> Result<Figures, Failure> {
 
 /// The time of a byte at 115200 baud, s.
 const BYTE: f64 = 10.0 / 115_200.0;
-/// Bytes of the list, of 342, that have gone out when the report is asked for: at and between ends of rows.
+/// Bytes of the list, of 342, that have gone out when the report is asked for: at and between ends
+/// of rows.
 const GONE_OUT: [u32; 6] = [1, 44, 101, 200, 250, 300];
 /// From the arrival of `?` in a list at 115200 baud to the report's first byte, µs.
 const IN_A_LIST_US: f64 = 5_000.0;

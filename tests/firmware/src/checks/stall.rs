@@ -17,8 +17,8 @@ use std::fmt::Write;
 const PROGRAMMING: [u32; 2] = [16, 100];
 /// The longest that the main loop may wait for the flash, µs.
 const STALL_US: f64 = 2_000.0;
-/// Words that come sooner than this after the one before are written in one go, cycles: an interrupt may come between them. A
-/// poll takes longer.
+/// Words that come sooner than this after the one before are written in one go, cycles: an
+/// interrupt may come between them. A poll takes longer.
 const IN_ONE_GO: u64 = 4_000;
 
 /// Lines of moves that come while a record is written: together 1000 steps and more.
@@ -37,8 +37,9 @@ fn moves(count: usize) -> (String, i64) {
     (lines, steps)
 }
 
-/// Sends lines, one of which is stored, and at `cycle` (at once where that is past) moves behind them, with a status query
-/// in their midst; how long the main loop waits for the flash at most, µs.
+/// Sends lines, one of which is stored, and at `cycle` (at once where that is past) moves behind
+/// them, with a status query in their midst; how long the main loop waits for the flash at most,
+/// µs.
 fn stall(bench: Bench, lines: &str, cycle: u64) -> Result<f64, Failure> {
     stall_with(moves(MOVES), bench, lines, cycle)
 }
@@ -80,8 +81,8 @@ fn stall_with(
     Ok(longest_stall(&bench))
 }
 
-/// As many lines as a sender may have under way behind one whose record asks for an erase: none is lost. How long the main loop
-/// waits, µs. At 250 steps/mm in X, G91 G1.
+/// As many lines as a sender may have under way behind one whose record asks for an erase: none is
+/// lost. How long the main loop waits, µs. At 250 steps/mm in X, G91 G1.
 pub(super) fn ensure_window_survives(bench: &Bench, line: &str) -> Result<f64, Failure> {
     let room = WINDOW - line.len() - 1;
     // Each takes seven bytes with its line feed.
@@ -129,7 +130,8 @@ fn is_sending(bench: &Bench, lines: &str, begin: u64, end: u64) -> Result<bool, 
     Ok(bench.machine.uart_out(LINE).len() > before)
 }
 
-/// Bytes begin to come around the first word: on a silent line, and with the end of a list going out.
+/// Bytes begin to come around the first word: on a silent line, and with the end of a list going
+/// out.
 fn at_many_instants(bench: &Bench) -> Result<String, Failure> {
     let mut count = 0;
     for lines in ["$30=24000", "$#\n$30=24000"] {

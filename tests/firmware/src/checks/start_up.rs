@@ -34,7 +34,8 @@ fn first_driven(build: &Build, pin: Pin) -> Result<f64, Failure> {
     Ok(bench.machine.cycle() as f64 * 1e6 / INTERNAL_HZ)
 }
 
-/// The pins that could do harm, and `further` ones, are off from their first driving on, up to the banner.
+/// The pins that could do harm, and `further` ones, are off from their first driving on, up to the
+/// banner.
 pub(super) fn ensure_off_at_once(build: &Build, further: &[Pin]) -> Result<String, Failure> {
     let wiring = build.wiring;
     let motors = wiring.step.iter().chain(wiring.direction);
@@ -119,8 +120,8 @@ pub(crate) fn crystal(firmware: &Firmware) -> Result<Figures, Failure> {
     Ok(figures)
 }
 
-/// Bytes of the log so far: where RTT's first channel is written next (SEGGER's control block: 16 bytes of name, two
-/// counts; of a channel its name, its buffer, the buffer's size, then this).
+/// Bytes of the log so far: where RTT's first channel is written next (SEGGER's control block: 16
+/// bytes of name, two counts; of a channel its name, its buffer, the buffer's size, then this).
 fn logged(bench: &Bench, elf: &[u8]) -> Result<u32, Failure> {
     const WRITTEN: usize = 16 + 2 * 4 + 3 * 4;
     let file = object::File::parse(elf)?;

@@ -7,8 +7,8 @@ use crate::{
 };
 use leadscrew_f407emu::{Edge, Pin};
 
-/// Fast enough that the last step says when stepping stopped: 50 000 steps/s. At full power the laser's pin has no edges
-/// but those of on and off. Limit switches stop it.
+/// Fast enough that the last step says when stepping stopped: 50 000 steps/s. At full power the
+/// laser's pin has no edges but those of on and off. Limit switches stop it.
 const SETTINGS: &str = "$0=5\n$21=1\n$32=1\n$30=1000\n$701=0\n$100=250\n$110=12000\n$120=4000\n";
 /// 250 steps/mm over 400 mm, 2 s of cruise.
 const JOB: &str = "G91M3M8S1000\nG1X400F12000\n";

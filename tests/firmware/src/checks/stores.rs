@@ -1,5 +1,6 @@
-//! Every store of the step interrupt to the step timer or to a port is replaced by an instruction that does nothing, one
-//! at a time: a flag that is not cleared, a compare that is not set, a pin that does not fall. Other faults: `planted`.
+//! Every store of the step interrupt to the step timer or to a port is replaced by an instruction
+//! that does nothing, one at a time: a flag that is not cleared, a compare that is not set, a pin
+//! that does not fall. Other faults: `planted`.
 use super::Figures;
 use crate::{
     bench::{ensure, Bench, Failure},
@@ -19,8 +20,9 @@ const TIMER: std::ops::Range<u32> = 0x4000_0000..0x4000_0400;
 const PULSE_TIMER: std::ops::Range<u32> = 0x4001_4800..0x4001_4C00;
 const PORTS: std::ops::Range<u32> = 0x4002_0000..0x4002_2400;
 
-/// Stores whose absence this job cannot show. One brings the first tick: the main loop looks for a tick that has not come, and
-/// makes it. One masks the compare at the end of the job: without it the next compare comes after 51 s.
+/// Stores whose absence this job cannot show. One brings the first tick: the main loop looks for a
+/// tick that has not come, and makes it. One masks the compare at the end of the job: without it
+/// the next compare comes after 51 s.
 const EQUIVALENT: usize = 2;
 
 /// There and back, with a corner.
@@ -47,7 +49,8 @@ fn stores(build: &Build) -> Result<BTreeSet<(u32, u32)>, Failure> {
     Ok(all)
 }
 
-/// Replaces the instruction at an address by one that does nothing, in the flash, before the program has copied it from there.
+/// Replaces the instruction at an address by one that does nothing, in the flash, before the
+/// program has copied it from there.
 fn plant(machine: &mut Machine, build: &Build, address: u32) -> Result<(), Failure> {
     const NARROW: [u8; 2] = [0x00, 0xBF];
     const WIDE: [u8; 4] = [0xAF, 0xF3, 0x00, 0x80];
@@ -62,7 +65,8 @@ fn plant(machine: &mut Machine, build: &Build, address: u32) -> Result<(), Failu
     Ok(())
 }
 
-/// Runs the job and holds it against the simulator's, with the instruction at `fault` replaced where there is one.
+/// Runs the job and holds it against the simulator's, with the instruction at `fault` replaced
+/// where there is one.
 fn run(build: &Build, fault: Option<u32>) -> Result<(), Failure> {
     let job = job();
     let mut bench = Bench::switch_on(build)?;

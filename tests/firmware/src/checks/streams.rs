@@ -16,7 +16,8 @@ use std::{num::NonZeroU32, ops::Range};
 const POLL_SECONDS: f64 = 0.1;
 /// How far the time of a job may be off where its line is not faster than motion: 1 %.
 const TOLERANCE: f64 = 0.01;
-/// Motion begins when nothing has come for so long, or the queue is full: from then on a fast line keeps it full.
+/// Motion begins when nothing has come for so long, or the queue is full: from then on a fast line
+/// keeps it full.
 const FULL_FIRST: &str = "$701=500\n";
 
 /// Streams a job; its steps.
@@ -124,7 +125,8 @@ const SILENCE: Range<f64> = 1.0..1.9;
 const LONGER: f64 = 1e-3;
 const MISSED: f64 = 0.1;
 
-/// Short moves round corners. The blanks make the lines so long that ten of them, less than 0.1 s, fill the receive buffer.
+/// Short moves round corners. The blanks make the lines so long that ten of them, less than 0.1 s,
+/// fill the receive buffer.
 fn contour() -> String {
     let moves = (0..500).map(|line| {
         let angle = (f64::from(line) * 0.05).sin() * 1.2;

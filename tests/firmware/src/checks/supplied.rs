@@ -1,4 +1,5 @@
-//! The supplied jobs of the machines, whole: each command of a machine's README that makes a job, then the job at the pins.
+//! The supplied jobs of the machines, whole: each command of a machine's README that makes a job,
+//! then the job at the pins.
 use super::{
     machines::{
         boot_engraver, boot_printer, boot_prototyper, home, plan, profile, run, Carriage, PRINTER,
@@ -62,7 +63,8 @@ const OWNERS: [Owner; 4] = [
 /// The program that imports jobs.
 const DESK: &str = "target/debug/leadscrew";
 
-/// Makes the jobs of a machine as its README says, in a copy of its folder; answers their names and texts.
+/// Makes the jobs of a machine as its README says, in a copy of its folder; answers their names and
+/// texts.
 fn made(number: &str) -> Result<Vec<Job>, Failure> {
     let examples = job::repository().join("examples");
     let work = job::repository().join("target/tmp/supplied");

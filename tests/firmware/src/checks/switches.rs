@@ -22,8 +22,8 @@ const LOAD_US: f64 = 3.2;
 const AT_LOAD: usize = 1;
 /// The filter's time in µs.
 const FILTER_US: f64 = FILTER_SECONDS * 1e6;
-/// The clock of the filter counts microseconds, so that its time ends within one of them: and that end, the timer's match with
-/// the alarm, is what all else is measured from.
+/// The clock of the filter counts microseconds, so that its time ends within one of them: and that
+/// end, the timer's match with the alarm, is what all else is measured from.
 const COUNT_US: f64 = 1.5;
 /// Edges that are tried: at other places between two steps and two counts, 20.3 µs apart.
 const EDGES: usize = 60;
@@ -104,8 +104,8 @@ fn stop_at_many(firmware: &Firmware, pins: &[Pin], words: &str) -> Result<Figure
     Ok(figures)
 }
 
-/// The mode of the laser's channel (TIM4_CCMR1), where its compare value counts at the end of a period only: the manual leaves
-/// that open for PWM without preload.
+/// The mode of the laser's channel (TIM4_CCMR1), where its compare value counts at the end of a
+/// period only: the manual leaves that open for PWM without preload.
 const AT_THE_PERIODS_END: Fault = Fault {
     register: 0x4000_0818,
     tamper: |word| Some(word | 1 << 3),
@@ -208,7 +208,8 @@ fn bounce(bench: &mut Bench, pin: Pin, closed: bool, micros: &[u64]) -> u64 {
     first
 }
 
-/// Spikes and bounces that are over before the filter's time, each of an odd number of edges after the first: open again.
+/// Spikes and bounces that are over before the filter's time, each of an odd number of edges after
+/// the first: open again.
 const SPIKES: [&[u64]; 3] = [&[195], &[5], &[20, 20, 20, 20, 20, 20, 20, 20, 20]];
 /// Pulses and bounces that are closed when the filter's time is over.
 const PULSES: [&[u64]; 2] = [&[205], &[60, 60, 500, 20, 20]];
@@ -238,7 +239,8 @@ fn filter_one(base: &Bench, pin: Pin, closed: bool, state: &str) -> Result<(), F
     Ok(())
 }
 
-/// Other times of the filter, µs, each with what is shorter and what is longer. At 0 the level after the edge counts.
+/// Other times of the filter, µs, each with what is shorter and what is longer. At 0 the level
+/// after the edge counts.
 const OTHER_TIMES: [(u32, Option<u64>, u64); 3] = [
     (0, None, 20),
     (1_000, Some(995), 1_005),
@@ -289,7 +291,8 @@ pub(crate) fn filter(firmware: &Firmware) -> Result<Figures, Failure> {
     Ok(figures)
 }
 
-/// From the cycle start behind a closed door to motion at most, s: spindle and coolant take their 4 s and 1 s.
+/// From the cycle start behind a closed door to motion at most, s: spindle and coolant take their 4
+/// s and 1 s.
 const RESUME_SECONDS: f64 = 8.0;
 
 /// Presses a button for a millisecond.
@@ -307,7 +310,8 @@ fn ensure_still(bench: &mut Bench) -> Result<(), Failure> {
     ensure(bench.pins.steps.len() == steps, || "motion goes on".into())
 }
 
-/// Feed hold, cycle start and door, one after the other; the job is carried out to its last step all the same.
+/// Feed hold, cycle start and door, one after the other; the job is carried out to its last step
+/// all the same.
 pub(crate) fn buttons(firmware: &Firmware) -> Result<Figures, Failure> {
     let mut bench = moving(&firmware.usual, 0.1)?;
     press(&mut bench, HOLD, false)?;
@@ -352,7 +356,8 @@ const NOISE_SETTINGS: &str = "$0=5\n$21=0\n$32=1\n$30=1000\n$100=250\n$110=6000\
 /// From `?` to its answer at most, while there is noise, s: at 115200 baud a report takes 5 ms.
 const ANSWERED_SECONDS: f64 = 0.01;
 
-/// Noise in the MHz on a limit switch that nobody asks for: the machine answers, and motion goes on to its last step.
+/// Noise in the MHz on a limit switch that nobody asks for: the machine answers, and motion goes on
+/// to its last step.
 pub(crate) fn noise(firmware: &Firmware) -> Result<Figures, Failure> {
     let mut bench = Bench::boot(&firmware.usual)?;
     bench.ignore_power();

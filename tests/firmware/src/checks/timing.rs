@@ -16,16 +16,19 @@ use leadscrew_f407emu::Exception;
 const JITTER: u32 = 40;
 /// The most that a pulse may be longer than it is set, µs.
 const PROLONGED_US: f64 = 1.0;
-/// The most that a tick which loads a segment may take from entry to exit, cycles: what `StepTiming` says of a line.
+/// The most that a tick which loads a segment may take from entry to exit, cycles: what
+/// `StepTiming` says of a line.
 pub(super) const LOADING: u64 = 571;
 /// The share of ticks that may take longer than [`TICK`], because they load a segment, in per cent.
 const LOADS_PERCENT: usize = 5;
 
-/// The longest that step events of these jobs may be apart, s: the first from rest comes after sqrt(2 s/a) = 1.4 ms, with
-/// 1/250 mm and the least acceleration, 2000 mm/s²; halfway there is a stop at most. A tick that was lost leaves 51 s.
+/// The longest that step events of these jobs may be apart, s: the first from rest comes after
+/// sqrt(2 s/a) = 1.4 ms, with 1/250 mm and the least acceleration, 2000 mm/s²; halfway there is a
+/// stop at most. A tick that was lost leaves 51 s.
 const LONGEST_GAP: f64 = 0.01;
 
-/// Three motors at 250 steps/mm and up to `rate` steps/s, with the acceleration in mm/s² and the pulse width in µs.
+/// Three motors at 250 steps/mm and up to `rate` steps/s, with the acceleration in mm/s² and the
+/// pulse width in µs.
 pub(super) fn settings(pulse_us: u32, rate: f64, acceleration: u32) -> String {
     let feed = rate / 250.0 * 60.0;
     let axis = |axis: u32| {
@@ -64,7 +67,8 @@ const RATIOS: [(u32, f64); 4] = [
     (10, 76_000.0),
     (20, 42_000.0),
 ];
-/// A move of three motors at 250 steps/mm that never step at the same rate; where it leads, in steps and as a report says it.
+/// A move of three motors at 250 steps/mm that never step at the same rate; where it leads, in
+/// steps and as a report says it.
 const MOVE: &str = "G91M4S500\nG1X300Y211Z97F99999\n";
 const MOVED: [i64; 3] = [75_000, 52_750, 24_250];
 const REPORTED: &str = "MPos:300.000,211.000,97.000|";
@@ -104,7 +108,8 @@ fn describe_edges(bench: &Bench, pulse_us: u32, figures: &mut Figures) {
     );
 }
 
-/// Every edge is where it should be, none is missing, and the machine has counted what the drivers have seen.
+/// Every edge is where it should be, none is missing, and the machine has counted what the drivers
+/// have seen.
 fn ensure_exact(bench: &mut Bench, pulse_us: u32) -> Result<(), Failure> {
     let (steps, extremes) = (&bench.pins.steps, bench.pins.extremes);
     ensure_no_gap(steps)?;
@@ -153,7 +158,8 @@ pub(super) fn longest_tick(bench: &Bench) -> u64 {
 /// Width of the pulses that [`busy_with_three_motors`] makes, µs.
 pub(super) const PULSE_US: u32 = 3;
 
-/// Three motors together up to 100 000 steps/s and back, power changing at every tick, with cold caches.
+/// Three motors together up to 100 000 steps/s and back, power changing at every tick, with cold
+/// caches.
 pub(super) fn busy_with_three_motors(firmware: &Firmware) -> Result<Bench, Failure> {
     let mut bench = Bench::boot(&firmware.usual)?;
     bench.cold();

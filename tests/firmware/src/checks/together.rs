@@ -1,4 +1,5 @@
-//! Whatever could move a step edge, all of it at once: USB, the serial line both ways, the flash read and written, loads.
+//! Whatever could move a step edge, all of it at once: USB, the serial line both ways, the flash
+//! read and written, loads.
 use super::{usb::plugged, Figures};
 use crate::{
     bench::{ensure, Failure},
@@ -15,10 +16,12 @@ const JITTER: u32 = 42;
 /// Three motors at 250 steps/mm, up to 100 000 steps/s.
 const RATE: f64 = 100_000.0;
 const PULSE_US: u32 = 3;
-/// Short lines, each with a power and a direction of its own; every so many of them an offset is stored.
+/// Short lines, each with a power and a direction of its own; every so many of them an offset is
+/// stored.
 const LINES: i64 = 1_200;
 const STORED_EVERY: i64 = 100;
-/// Queries that wait on the serial line, at 2 Mbaud: bytes come and go for as long as the job lasts.
+/// Queries that wait on the serial line, at 2 Mbaud: bytes come and go for as long as the job
+/// lasts.
 const QUERIES: usize = 1_500;
 
 /// The job, and the steps that it makes.

@@ -1,4 +1,5 @@
-//! An update of the firmware, as probe-rs makes it: the sectors that the program needs are erased and written, no others.
+//! An update of the firmware, as probe-rs makes it: the sectors that the program needs are erased
+//! and written, no others.
 use super::{
     power_loss::{stored, with_known},
     Figures,

@@ -138,14 +138,17 @@ fn pulled(bench: &Bench, figures: &mut Figures) -> Result<(), Failure> {
 
 /// A job that leaves a laser lit at rest, which no silence puts out.
 const LIT: &str = "$32=1\n$707=0\n$110=3000\n$120=4000\nG91 M3 S1000\nG1 X1 F3000\n";
-/// Shorter than the silence after which a device knows that its host is gone, 6 ms (RM0090 section 34.5.2), s.
+/// Shorter than the silence after which a device knows that its host is gone, 6 ms (RM0090 section
+/// 34.5.2), s.
 const TOO_SHORT_TO_SUSPEND: f64 = 5e-3;
-/// From there on until a laser is off whose sender's host has gone, s: the rest of the silence and turns of the main loop.
+/// From there on until a laser is off whose sender's host has gone, s: the rest of the silence and
+/// turns of the main loop.
 const M5_SECONDS: f64 = 3e-3;
 /// The host sees the device, waits and resets the bus, s.
 const BUS_RESET_SECONDS: f64 = 0.12;
 
-/// The cable is pulled, or the host resets the bus, while a laser of that line stands still, lit: M5.
+/// The cable is pulled, or the host resets the bus, while a laser of that line stands still, lit:
+/// M5.
 fn left_lit(bench: &Bench, figures: &mut Figures) -> Result<(), Failure> {
     let mut bench = bench.clone();
     bench.ignore_power();

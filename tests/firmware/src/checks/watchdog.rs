@@ -56,7 +56,8 @@ pub(crate) fn watchdog(firmware: &Firmware) -> Result<Figures, Failure> {
     Ok(figures)
 }
 
-/// A debugger halts the core while the slowest watchdog counts: the laser is off in time all the same.
+/// A debugger halts the core while the slowest watchdog counts: the laser is off in time all the
+/// same.
 pub(crate) fn halted(firmware: &Firmware) -> Result<Figures, Failure> {
     let mut figures = Figures::default();
     for seconds in INSTANTS {

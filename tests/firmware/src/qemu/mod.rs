@@ -6,8 +6,9 @@
 //!  this file:   a sender at the serial line, and the simulator's steps
 //! ```
 //!
-//! QEMU's core was written by others from Arm's manuals. What the emulator of `crates/f407emu` and QEMU have in common is the
-//! program alone: an instruction or an interrupt that both get wrong must be wrong twice in the same way.
+//! QEMU's core was written by others from Arm's manuals. What the emulator of `crates/f407emu` and
+//! QEMU have in common is the program alone: an instruction or an interrupt that both get wrong
+//! must be wrong twice in the same way.
 mod process;
 mod stand_in;
 
@@ -109,7 +110,8 @@ impl Sender {
         self.hear(done)
     }
 
-    /// Sends a job at once, so that all of it is there before the first step, and waits for rest; its steps.
+    /// Sends a job at once, so that all of it is there before the first step, and waits for rest;
+    /// its steps.
     fn run(&mut self, job: &str) -> Result<Vec<Step>, Failure> {
         let lines = job.lines().count();
         let answers = self.ask(job, |text| {

@@ -1,4 +1,5 @@
-//! QEMU as a process: its debugger's stub, which stops the core, and its test protocol, which reaches the registers.
+//! QEMU as a process: its debugger's stub, which stops the core, and its test protocol, which
+//! reaches the registers.
 use crate::bench::{fail, Failure};
 use std::{
     env,
@@ -48,7 +49,8 @@ pub(super) struct Qemu {
 
 impl Drop for Qemu {
     fn drop(&mut self) {
-        // It does not end by itself; where it has, there is nothing to stop. What stays in the folder harms nobody.
+        // It does not end by itself; where it has, there is nothing to stop. What stays in the
+        // folder harms nobody.
         let _ = self.child.kill();
         let _ = self.child.wait();
         let _ = fs::remove_dir_all(&self.folder);
@@ -56,7 +58,8 @@ impl Drop for Qemu {
 }
 
 impl Qemu {
-    /// Starts QEMU, stopped at the first instruction of `elf`, with `images` in memory besides: address and bytes.
+    /// Starts QEMU, stopped at the first instruction of `elf`, with `images` in memory besides:
+    /// address and bytes.
     pub(super) fn start(elf: &[u8], images: &[(u32, Vec<u8>)]) -> Result<Self, Failure> {
         let program = env::var(VARIABLE).unwrap_or_else(|_| "qemu-system-arm".into());
         let version = version(&program)?;

@@ -139,7 +139,8 @@ impl StandIn {
             steps: Vec::new(),
         };
         board.turn()?;
-        // QEMU's timers count as fast as the host runs: 15 kHz is next to nothing, and the stand-in sets them.
+        // QEMU's timers count as fast as the host runs: 15 kHz is next to nothing, and the stand-in
+        // sets them.
         for timer in [TIM2, TIM5] {
             board.qemu.set_word(timer + PSC, 0xFFFF)?;
         }
@@ -240,7 +241,8 @@ impl StandIn {
         Ok((pc, low >> 16 | high << 16))
     }
 
-    /// Takes in the program's writes to peripherals that QEMU does not have. A turn has one tick at most.
+    /// Takes in the program's writes to peripherals that QEMU does not have. A turn has one tick at
+    /// most.
     fn follow(&mut self) -> Result<(), Failure> {
         let mut step: Option<Step> = None;
         for write in self.qemu.log()?.lines().filter_map(Logged::read) {
@@ -266,7 +268,8 @@ impl StandIn {
         Ok(())
     }
 
-    /// A step of no motor yet, at the last tick: the line that begins behind it has other directions.
+    /// A step of no motor yet, at the last tick: the line that begins behind it has other
+    /// directions.
     fn step(&self) -> Step {
         Step {
             due: self.due,
@@ -323,7 +326,8 @@ impl StandIn {
         Ok(true)
     }
 
-    /// Where a tick is armed, goes to its instant; whether there is one. The first comes at once: its instant is the present.
+    /// Where a tick is armed, goes to its instant; whether there is one. The first comes at once:
+    /// its instant is the present.
     fn tick(&mut self) -> Result<bool, Failure> {
         let ticked = std::mem::replace(&mut self.ticks, self.qemu.word(TIM2 + DIER)? & 1 << 1 != 0);
         if !self.ticks {

@@ -3,7 +3,8 @@ use crate::{board::Board, edges::PER_US, failure::Failure, report::Row};
 
 /// s.
 const SECONDS: f64 = 2.0;
-/// The internal oscillator would be 1 % off, a crystal 0.01 %; an adapter and its driver delay a line by some milliseconds.
+/// The internal oscillator would be 1 % off, a crystal 0.01 %; an adapter and its driver delay a
+/// line by some milliseconds.
 const PERCENT: f64 = 0.5;
 
 /// Counts in some seconds.

@@ -12,8 +12,8 @@ use crate::{
 const PERIOD: u64 = 8400;
 /// A duty is wrong where it is half a count off in the mean.
 const HALF: f64 = 0.5;
-/// Values of S, of 1000, and the high counts that they ask for: PERIOD · S / 1000. Shares that binary numbers have exactly, since
-/// what is left of a count is cut off.
+/// Values of S, of 1000, and the high counts that they ask for: PERIOD · S / 1000. Shares that
+/// binary numbers have exactly, since what is left of a count is cut off.
 const VALUES: [(u32, f64); 4] = [(125, 1050.0), (250, 2100.0), (500, 4200.0), (875, 7350.0)];
 /// How long each lasts, s: some hundred periods.
 const SECONDS: f64 = 0.02;

@@ -8,19 +8,23 @@ use crate::{
     wires::Signal,
 };
 
-/// Edges against the schedule: 40 cycles, as `cargo fw-test jitter` allows, and a count of the capture, µs.
+/// Edges against the schedule: 40 cycles, as `cargo fw-test jitter` allows, and a count of the
+/// capture, µs.
 const JITTER_US: f64 = 0.25;
-/// A pulse whose end waits for a tick is so much longer at most, and more where the tick begins a line
-/// (`crates/board-f407/src/step_port.rs`), µs.
+/// A pulse whose end waits for a tick is so much longer at most, and more where the tick begins a
+/// line (`crates/board-f407/src/step_port.rs`), µs.
 const PROLONGED_US: f64 = 3.2;
-/// A direction comes before and after a step as a driver asks for it, µs (TI DRV8825, SLVSA73F: 0.65).
+/// A direction comes before and after a step as a driver asks for it, µs (TI DRV8825, SLVSA73F:
+/// 0.65).
 const SETTLED_US: f64 = 0.65;
 /// The time that a direction is asked to have before a step (`$709`), µs.
 const SETUP_US: f64 = 20.0;
-/// Motion begins when nothing has come for 0.5 s: after the whole job, which is planned as the simulator's is.
+/// Motion begins when nothing has come for 0.5 s: after the whole job, which is planned as the
+/// simulator's is.
 const AFTER_ALL: &str = "$701=500\n";
 
-/// X and Y at up to 60 000 steps/s. At corners of 90° X turns at full speed: its next step comes soon.
+/// X and Y at up to 60 000 steps/s. At corners of 90° X turns at full speed: its next step comes
+/// soon.
 const SETTINGS: &str = "$0=3\n$11=2\n$704=1\n$709=20\n$100=250\n$101=250\n$102=250\n\
                         $110=24000\n$111=24000\n$112=24000\n$120=5000\n$121=5000\n$122=5000\n";
 const JOB: &str = "G91\nG1X3Y1F24000\nX2Y2\nX-2Y2\nX-1.5Z1\nX1Y1\nX-1Y1\nX1Y-1\nX-0.01\nX0.02\n";
@@ -84,7 +88,8 @@ fn compare(pulses: &[Pulse], planned: &[Planned], pulse_us: f64) -> Vec<Row> {
     rows
 }
 
-/// By how much edges come later than planned, the least and the most, each side on a scale of its own.
+/// By how much edges come later than planned, the least and the most, each side on a scale of its
+/// own.
 fn offsets(edges: impl Iterator<Item = u64>, planned: impl Iterator<Item = u64>) -> (f64, f64) {
     let pairs = edges.zip(planned);
     extremes(pairs.map(|(edge, plan)| edge as f64 - plan as f64))
@@ -147,7 +152,8 @@ pub(super) fn with_direction(board: &mut Board<'_>) -> Result<Vec<Row>, Failure>
     Ok(rows)
 }
 
-/// The shortest from a change of the direction to the next step, and from a step to the next change.
+/// The shortest from a change of the direction to the next step, and from a step to the next
+/// change.
 fn settled(pulses: &[Pulse], changes: &[u64]) -> (f64, f64) {
     let (mut before, mut after) = (f64::MAX, f64::MAX);
     for change in changes {

@@ -16,7 +16,8 @@ const TIMES: usize = 3;
 const AFTER: f64 = 0.03;
 /// The realtime byte that switches flood coolant.
 const FLOOD: &[u8] = b"\xA0";
-/// A switch is believed after 200 µs (`$706`), within its count of microseconds, and an interrupt that takes a segment in front.
+/// A switch is believed after 200 µs (`$706`), within its count of microseconds, and an interrupt
+/// that takes a segment in front.
 const FILTER_US: f64 = 200.0;
 const FILTER_LATE_US: f64 = 4.7;
 /// From there to the last step, µs (docs/hardware.md).

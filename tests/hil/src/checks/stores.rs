@@ -11,8 +11,8 @@ use crate::{
 const SETTINGS: &str = "$706=10000\n";
 /// How often each is measured.
 const TIMES: u32 = 8;
-/// Four words of 16 µs, as the data sheet has it in the middle, and of 100 µs at most (table 40), µs; a turn of the main loop and its
-/// look at the line lie in between, one way or the other.
+/// Four words of 16 µs, as the data sheet has it in the middle, and of 100 µs at most (table 40),
+/// µs; a turn of the main loop and its look at the line lie in between, one way or the other.
 const LEAST_US: f64 = 30.0;
 const MOST_US: f64 = 500.0;
 

@@ -4,7 +4,8 @@ use crate::{board::Board, failure::Failure, report::Row, wires::Signal};
 /// 250 steps/mm, and a button that is not believed within 10 ms.
 const SETTINGS: &str = "$100=250\n$101=250\n$120=1000\n$121=1000\n$706=10000\n";
 const JOB: &str = "G91\nM3S500\nG1X-0.1F600\nX0.1\nY0.04\nM5\nM8\nM9\n";
-/// 25 steps of X there and as many back, the turns before them, 10 steps of Y, on and off. Power: some periods.
+/// 25 steps of X there and as many back, the turns before them, 10 steps of Y, on and off. Power:
+/// some periods.
 const EDGES: [(Signal, usize, usize); 5] = [
     (Signal::StepX, 100, 100),
     (Signal::StepY, 20, 20),

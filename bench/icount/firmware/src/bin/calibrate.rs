@@ -15,7 +15,8 @@ macro_rules! sample {
     };
 }
 
-/// One sample of each region. A function by itself, so that nothing of a caller is moved between its markers.
+/// One sample of each region. A function by itself, so that nothing of a caller is moved between
+/// its markers.
 #[inline(never)]
 fn samples() {
     sample!(0, "");

@@ -1,4 +1,5 @@
-//! The bytes of a line to a checked command, nothing planned. Region 0: all of it. Region 1: the interpreter's part.
+//! The bytes of a line to a checked command, nothing planned. Region 0: all of it. Region 1: the
+//! interpreter's part.
 #![no_std]
 #![no_main]
 

@@ -1,8 +1,9 @@
 //! Planning one line by the rule that keeps all limits, and the worst that planning can come to.
 //!
-//! Regions 0 to 4: a move of a spiral pushed into a queue of 1024 that is kept full, at the settings of [`SETTINGS`]. Region
-//! 5: a move that takes the place of all 1023 before it in the look-ahead. Region 6: a change of overrides with 1024 moves
-//! queued; region 7: each of the calls that carry it through the queue.
+//! Regions 0 to 4: a move of a spiral pushed into a queue of 1024 that is kept full, at the
+//! settings of [`SETTINGS`]. Region 5: a move that takes the place of all 1023 before it in the
+//! look-ahead. Region 6: a change of overrides with 1024 moves queued; region 7: each of the calls
+//! that carry it through the queue.
 #![no_std]
 #![no_main]
 
@@ -21,7 +22,8 @@ fn renew(planner: &mut ThePlanner<'_>) -> bool {
     planner.renew()
 }
 
-/// Fills the queue with short moves at full speed, each of which bounds the ones before it a little more, then turns back.
+/// Fills the queue with short moves at full speed, each of which bounds the ones before it a little
+/// more, then turns back.
 fn worst(planner: &mut ThePlanner<'_>) {
     planner
         .configure(Config {

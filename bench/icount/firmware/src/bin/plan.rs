@@ -1,8 +1,8 @@
 //! Planning one line, and the preparation of segments.
 //!
-//! Region 0: a move of a spiral pushed into a queue of 1024 that is kept full, by Grbl's corner rule at 2000 mm/min and
-//! 200 mm/s²; regions 2 to 5: at the other settings of [`SETTINGS`]. Region 1: a segment of 1 ms in cruise at 20 kHz, of
-//! a line with three axes: [`EVENTS`] step events.
+//! Region 0: a move of a spiral pushed into a queue of 1024 that is kept full, by Grbl's corner
+//! rule at 2000 mm/min and 200 mm/s²; regions 2 to 5: at the other settings of [`SETTINGS`]. Region
+//! 1: a segment of 1 ms in cruise at 20 kHz, of a line with three axes: [`EVENTS`] step events.
 #![no_std]
 #![no_main]
 
@@ -13,7 +13,8 @@ use leadscrew_planner::{Cartesian, Config, CornerRule, PixelQueue, Pushed, Queue
 
 /// Step events that a segment of the second measurement covers: 1 ms at 20 kHz.
 const EVENTS: u32 = 20;
-/// Speed of that line, mm/s: a little above 20 kHz at 250 steps/mm, so that a millisecond holds 20 whole steps.
+/// Speed of that line, mm/s: a little above 20 kHz at 250 steps/mm, so that a millisecond holds 20
+/// whole steps.
 const CRUISE: f32 = 80.4;
 
 /// Prepares the segments of a long line once it has reached its speed.

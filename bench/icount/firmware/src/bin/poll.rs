@@ -1,7 +1,9 @@
-//! The longest single `Machine::poll`, while 1024 short moves are queued, motion is under way and the serial line is full.
+//! The longest single `Machine::poll`, while 1024 short moves are queued, motion is under way and
+//! the serial line is full.
 //!
-//! Region 0: polls that take a line, the nastiest of each kind. Region 1: polls that take eight overrides. Region 2: polls that
-//! take eight holds, resumes and report requests. Region 3: all polls while arcs, lists and offsets are worked off.
+//! Region 0: polls that take a line, the nastiest of each kind. Region 1: polls that take eight
+//! overrides. Region 2: polls that take eight holds, resumes and report requests. Region 3: all
+//! polls while arcs, lists and offsets are worked off.
 #![no_std]
 #![no_main]
 
@@ -9,7 +11,8 @@ use core::fmt::Write;
 use heapless::String;
 use icount_firmware::{count, done, session::Session};
 
-/// All fields of reports; moves of 4 µm and more, so that motion takes many segments; as many of them queued as fit.
+/// All fields of reports; moves of 4 µm and more, so that motion takes many segments; as many of
+/// them queued as fit.
 const SETTINGS: &str =
     "$10=255\n$110=6000\n$111=6000\n$112=6000\n$120=500\n$121=500\n$122=500\n$32=1\n$30=1000\n$701=0\n$710=0\nG91M4S500F3000\n";
 

@@ -1,4 +1,5 @@
-//! Prints the checksum that the planner's example `same_bits` prints on the host: moves and segments of random programs.
+//! Prints the checksum that the planner's example `same_bits` prints on the host: moves and
+//! segments of random programs.
 #![no_std]
 #![no_main]
 

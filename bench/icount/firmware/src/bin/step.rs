@@ -1,7 +1,7 @@
 //! The step interrupt, its whole body, with three motors stepping at every tick and changing power.
 //!
-//! Region 0: a tick within a segment. Region 1: one that loads a segment of the same line. Region 2: one that loads
-//! a segment that begins a line.
+//! Region 0: a tick within a segment. Region 1: one that loads a segment of the same line. Region
+//! 2: one that loads a segment that begins a line.
 #![no_std]
 #![no_main]
 
@@ -31,7 +31,8 @@ const FIRST_STEP_PIN: u32 = 7;
 const FIRST_DIRECTION_PIN: u32 = 10;
 const ALL: u32 = (1 << MOTORS) - 1;
 
-/// Memory in place of the registers of a general-purpose timer and a port; those that the board's port touches.
+/// Memory in place of the registers of a general-purpose timer and a port; those that the board's
+/// port touches.
 #[derive(Default)]
 struct Registers {
     status: u32,
@@ -75,7 +76,8 @@ macro_rules! write {
 }
 
 impl Port<'_> {
-    /// The tick is due (the timer's flag says so): the end of the pulse comes as an interrupt of its own.
+    /// The tick is due (the timer's flag says so): the end of the pulse comes as an interrupt of
+    /// its own.
     #[inline]
     fn acknowledge(&mut self) -> bool {
         let flags = read!(self, status) & (TICK_DUE | PULSE_OVER);

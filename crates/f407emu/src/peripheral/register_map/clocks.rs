@@ -1,7 +1,8 @@
 //! RCC, PWR, the flash interface, the watchdog.
 use super::{mixed, ro, rw, with_ones, wo, Register, ALL};
 
-/// Enables and resets of AHB2: DCMI, RNG, USB OTG FS. The F415 and F417 have CRYP and HASH at bits 4 and 5.
+/// Enables and resets of AHB2: DCMI, RNG, USB OTG FS. The F415 and F417 have CRYP and HASH at bits
+/// 4 and 5.
 const AHB2: u32 = 0xC1;
 const APB1: u32 = 0x36FE_C9FF;
 

@@ -1,8 +1,10 @@
-//! Which registers there are, and which of their bits: what a program may write, and what it can read.
+//! Which registers there are, and which of their bits: what a program may write, and what it can
+//! read.
 //!
-//! A bit that is neither read nor written is reserved. A program has to leave it as it was after the reset; one that does
-//! not is wrong, and stops ([`crate::Stop::Stray`]). The tables are from RM0090; `crate::st_data` holds them, and
-//! what the peripherals do with their registers, against ST's data.
+//! A bit that is neither read nor written is reserved. A program has to leave it as it was after
+//! the reset; one that does not is wrong, and stops ([`crate::Stop::Stray`]). The tables are from
+//! RM0090; `crate::st_data` holds them, and what the peripherals do with their registers, against
+//! ST's data.
 mod clocks;
 mod ports;
 mod serial;
@@ -86,7 +88,8 @@ const fn passing(register: Register) -> Register {
     }
 }
 
-/// A peripheral that is modelled: its first address and its registers, in the order of their offsets.
+/// A peripheral that is modelled: its first address and its registers, in the order of their
+/// offsets.
 type Peripheral = (u32, &'static [Register]);
 
 /// The register at a word's address: `None` where a peripheral that is modelled has none there.

@@ -1,4 +1,5 @@
-//! The ports, the registers that make interrupts of their pins, and the converter of their voltages.
+//! The ports, the registers that make interrupts of their pins, and the converter of their
+//! voltages.
 use super::{mixed, ro, rw, wo, Register, ALL, LOWER};
 
 /// RM0090 section 8.4.

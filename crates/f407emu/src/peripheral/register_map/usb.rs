@@ -22,8 +22,8 @@ const GLOBAL: &[Register] = &[
     rw(0x10C, EVERY),                                // DIEPTXF3
 ];
 
-/// An endpoint other than 0: control, interrupts (which the driver clears with ones), size; IN endpoints say what their FIFO has
-/// room for.
+/// An endpoint other than 0: control, interrupts (which the driver clears with ones), size; IN
+/// endpoints say what their FIFO has room for.
 const IN: [Register; 4] = [
     mixed(0x00, 0xC3EF_87FF, 0xFFEC_87FF),
     passing(mixed(0x08, 0xDB, 0x5B)),
@@ -36,7 +36,8 @@ const OUT: [Register; 3] = [
     rw(0x10, 0x7FFF_FFFF),
 ];
 
-/// Bits of DCFG, and XCVRDLY, which other controllers of the family have: the driver sets it on all of them.
+/// Bits of DCFG, and XCVRDLY, which other controllers of the family have: the driver sets it on all
+/// of them.
 const DCFG: Register = passing(with_ones(rw(0x000, 0x1FF7), 0x0220_0000));
 
 const DEVICE: &[Register] = &{

@@ -1,4 +1,5 @@
-//! The registers of one endpoint (RM0090 section 34.16.4): OTG_FS_DIEPCTLx and OTG_FS_DOEPCTLx, and those behind them.
+//! The registers of one endpoint (RM0090 section 34.16.4): OTG_FS_DIEPCTLx and OTG_FS_DOEPCTLx, and
+//! those behind them.
 use super::Answer;
 use std::collections::VecDeque;
 
@@ -108,8 +109,8 @@ impl Registers {
         self.size & XFRSIZ
     }
 
-    /// A packet of so many bytes has gone or come. Whether that was the transfer's last one; a transfer without a size is one
-    /// packet.
+    /// A packet of so many bytes has gone or come. Whether that was the transfer's last one; a
+    /// transfer without a size is one packet.
     fn packet(&mut self, bytes: u32) -> bool {
         let packets = self.packets().saturating_sub(1);
         let left = self.bytes().saturating_sub(bytes);

@@ -1,5 +1,5 @@
-//! The other end of the cable: a host that sets a serial device up as an operating system does (USB 2.0 chapter 9, CDC 1.2), then
-//! moves the bytes of a program both ways.
+//! The other end of the cable: a host that sets a serial device up as an operating system does (USB
+//! 2.0 chapter 9, CDC 1.2), then moves the bytes of a program both ways.
 //!
 //! ```text
 //!   Alone --pull-up--> Seen --100 ms--> Resetting --10 ms--> Asking, request by request --> Talking
@@ -7,25 +7,27 @@
 //!     +------------------ Leaving, 3 ms (the device notices) <-------- cable pulled -----------+
 //! ```
 //!
-//! A transaction takes the time of its bytes at 12 Mbit/s. One that meets no readiness is tried again at once, as long as
-//! another one may have more luck; else a little later. DTR is never set.
+//! A transaction takes the time of its bytes at 12 Mbit/s. One that meets no readiness is tried
+//! again at once, as long as another one may have more luck; else a little later. DTR is never set.
 use super::{Answer, Usb};
 use crate::peripheral::NEVER;
 use std::collections::VecDeque;
 
-/// Bytes that a transaction has besides its data, times between packets included (USB 2.0 table 5-9).
+/// Bytes that a transaction has besides its data, times between packets included (USB 2.0 table
+/// 5-9).
 const OVERHEAD: u64 = 13;
 /// Bits a second.
 const BIT_RATE: u64 = 12_000_000;
-/// From the pull-up to the reset, and the reset, and from its end to the first request, µs (USB 2.0 section 7.1.7.3 and 7.1.7.5:
-/// TATTDB, TDRST, TRSTRCY).
+/// From the pull-up to the reset, and the reset, and from its end to the first request, µs (USB 2.0
+/// section 7.1.7.3 and 7.1.7.5: TATTDB, TDRST, TRSTRCY).
 const DEBOUNCE: u64 = 100_000;
 const RESET: u64 = 10_000;
 const RECOVERY: u64 = 10_000;
 /// For a device to take its address, µs (section 9.2.6.3).
 const ADDRESSING: u64 = 2_000;
-/// Silence after which the controller says that it is suspended, µs: the bus is after 3 ms (section 7.1.7.6), which makes an early
-/// warning, and the interrupt comes 3 ms later (RM0090 section 34.5.2).
+/// Silence after which the controller says that it is suspended, µs: the bus is after 3 ms (section
+/// 7.1.7.6), which makes an early warning, and the interrupt comes 3 ms later (RM0090 section
+/// 34.5.2).
 const SILENCE: u64 = 6_000;
 /// Between two looks for a pull-up, µs.
 const LOOK: u64 = 1_000;
@@ -62,8 +64,8 @@ impl Request {
     }
 }
 
-/// Device descriptor (its first packet), address, device descriptor, head of the configuration and all of it, configuration 1,
-/// 115200 baud.
+/// Device descriptor (its first packet), address, device descriptor, head of the configuration and
+/// all of it, configuration 1, 115200 baud.
 const REQUESTS: [Request; 7] = [
     request([0x80, 6, 0, 1, 0, 0, 64, 0]),
     request([0, 5, ADDRESS, 0, 0, 0, 0, 0]),

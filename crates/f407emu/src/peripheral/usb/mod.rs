@@ -1,10 +1,13 @@
-//! USB OTG FS as a full-speed device (RM0090 chapter 34), with a host at the other end of the cable ([`host`]).
+//! USB OTG FS as a full-speed device (RM0090 chapter 34), with a host at the other end of the cable
+//! ([`host`]).
 //!
-//! The device answers the tokens of the host: data out of the endpoints' FIFOs for IN, into the common receive FIFO for OUT and
-//! SETUP, or that it is not ready (NAK). Endpoints other than 0 answer to their address only.
+//! The device answers the tokens of the host: data out of the endpoints' FIFOs for IN, into the
+//! common receive FIFO for OUT and SETUP, or that it is not ready (NAK). Endpoints other than 0
+//! answer to their address only.
 //!
-//! Not modelled: host mode, isochronous transfers, data toggles and errors of the line, interrupts other than those of the
-//! endpoints' ends of transfer and of reset, speed, suspend and received data; DMA, low power.
+//! Not modelled: host mode, isochronous transfers, data toggles and errors of the line, interrupts
+//! other than those of the endpoints' ends of transfer and of reset, speed, suspend and received
+//! data; DMA, low power.
 mod endpoint;
 mod host;
 
@@ -15,7 +18,8 @@ use std::collections::{HashMap, VecDeque};
 
 /// OTG_FS_GAHBCFG.GINTMSK: interrupts reach the NVIC.
 const GINT: u32 = 1;
-/// OTG_FS_GRSTCTL: core soft reset, HCLK soft reset, frame counter reset, receive and transmit FIFO flush, and the latter's number.
+/// OTG_FS_GRSTCTL: core soft reset, HCLK soft reset, frame counter reset, receive and transmit FIFO
+/// flush, and the latter's number.
 const CSRST: u32 = 1;
 const RXFFLSH: u32 = 1 << 4;
 const TXFFLSH: u32 = 1 << 5;
@@ -346,7 +350,8 @@ impl Usb {
 mod tests {
     use super::*;
 
-    /// A controller as a driver leaves it after a reset of the bus: address 5, endpoint 0 and a bulk pair 1 of 64 bytes.
+    /// A controller as a driver leaves it after a reset of the bus: address 5, endpoint 0 and a
+    /// bulk pair 1 of 64 bytes.
     fn ready() -> Usb {
         let mut usb = Usb::default();
         for (offset, value) in [
