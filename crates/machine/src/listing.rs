@@ -26,8 +26,10 @@ where
 {
     /// Goes on with lists; a list is answered `ok` after its last row. Main loop.
     pub(crate) fn list(&mut self) {
-        for index in 0..self.console.count() {
-            self.list_row(ChannelId(index));
+        if self.console.lists() {
+            for index in 0..self.console.count() {
+                self.list_row(ChannelId(index));
+            }
         }
     }
 

@@ -12,7 +12,7 @@ use crate::extension::Extension;
 use crate::history::History;
 use crate::inputs::Inputs;
 use crate::interpreter::Coordinate;
-use crate::motion::Motion;
+use crate::motion::{Hunger, Motion};
 use crate::overrides::Overrides;
 use crate::program::Program;
 use crate::protocol::alarm::Alarm;
@@ -288,10 +288,9 @@ where
                 self.enter(next);
             }
         } else if self.motion.is_at_rest() {
-            let delay = self.settings.whole(Setting::IdleDelay);
-            self.motion
-                .drivers
-                .rest(delay, self.is_locked(), board, now);
+            let (settings, locked) = (&self.settings, self.is_locked());
+            let delay = || settings.whole(Setting::IdleDelay);
+            self.motion.drivers.rest(delay, locked, board, now);
         }
     }
 
@@ -312,13 +311,34 @@ where
 
     /// `extension`: when it wants the next turn at the latest.
     fn next(&mut self, extension: Option<Instant>, now: Instant) -> Next {
-        let busy = self.is_busy(now);
-        let delay = self.settings.whole(Setting::IdleDelay);
+        let hunger = self.motion.hunger(now, self.state.may_start());
+        if hunger == Hunger::Now || self.is_busy() {
+            return Next {
+                busy: true,
+                ..Next::default()
+            };
+        }
+        let mut next = self.deadline(hunger);
+        let is_chore = X::IN_USE && next.is_none() && !self.activity.line.is_busy();
+        if X::IN_USE {
+            next = earlier(next, extension);
+        }
+        Next {
+            busy: false,
+            is_chore,
+            when: next.map(|instant| instant.max(now + SHORTEST_SLEEP)),
+        }
+    }
+
+    /// When something is to be done that no interrupt will announce, besides the regular work of
+    /// the extension.
+    fn deadline(&self, hunger: Hunger) -> Option<Instant> {
+        let delay = || self.settings.whole(Setting::IdleDelay);
         let deadlines = [
             self.motion.starts_at(),
-            self.motion.hungry_at(now, self.state.may_start()),
+            hunger.at(),
             self.activity.line.wakes(),
-            self.tool.dead_man.expires_at(self.patience()),
+            self.tool.dead_man.expires_at(|| self.patience()),
             self.activity
                 .switch_cycle
                 .as_ref()
@@ -326,20 +346,11 @@ where
             self.activity.door.as_ref().and_then(DoorCycle::waits_until),
             self.motion.drivers.rest_at(delay, self.is_locked()),
         ];
-        let mut next = deadlines.into_iter().fold(None, earlier);
-        let is_chore = X::IN_USE && !busy && next.is_none() && !self.activity.line.is_busy();
-        if X::IN_USE {
-            next = earlier(next, extension);
-        }
-        Next {
-            busy,
-            is_chore,
-            when: next.map(|instant| instant.max(now + SHORTEST_SLEEP)),
-        }
+        deadlines.into_iter().fold(None, earlier)
     }
 
-    /// Whether there is something to do that no interrupt will announce.
-    fn is_busy(&mut self, now: Instant) -> bool {
+    /// Whether there is something to do, besides segments, that no interrupt will announce.
+    fn is_busy(&mut self) -> bool {
         let takes_lines = self.can_take_line();
         let resting = self.motion.is_at_rest();
         self.console
@@ -347,7 +358,6 @@ where
             || takes_lines && self.program.startup.is_running()
             || takes_lines && self.activity.kept.is_some()
             || self.motion.is_renewing()
-            || self.motion.is_hungry(now, self.state.may_start())
             || self
                 .activity
                 .line

@@ -29,7 +29,8 @@ where
     /// Puts out a laser that is lit at rest once its sender has been silent for too long. Main loop, at every turn.
     pub(crate) fn watch_sender(&mut self, now: Instant) {
         let heard = self.console.take_heard(self.program.owner);
-        let (lit, patience) = (self.is_lit_at_rest(), self.patience());
+        let lit = self.is_lit_at_rest();
+        let patience = if lit { self.patience() } else { None };
         if self.tool.dead_man.watch(lit, heard, patience, now) {
             self.stop_cutting();
             self.console.message(Message::SenderSilent);

@@ -92,7 +92,8 @@ impl Unsaved {
 
     /// Whether everything is in the store.
     pub(crate) fn is_empty(&self) -> bool {
-        *self == Self::default()
+        let noted = self.items.iter().fold(self.own, |noted, word| noted | word);
+        noted == 0 && self.begun.is_none() && self.restored.is_none()
     }
 
     fn add<const AXES: usize>(&mut self, item: Item) {

@@ -157,6 +157,19 @@ impl<'a> Console<'a> {
         }
     }
 
+    /// Whether a realtime command has come, or somebody at the other end of a line.
+    pub(crate) fn has_requests(&self) -> bool {
+        let mut channels = self.channels.iter();
+        channels.any(|channel| channel.inbox.has_requests() || channel.inbox.was_opened())
+    }
+
+    /// Whether a list is being sent.
+    pub(crate) fn lists(&self) -> bool {
+        self.channels
+            .iter()
+            .any(|channel| channel.listing.is_some())
+    }
+
     /// Takes the next realtime command of any channel.
     pub(crate) fn next_request(&mut self) -> Option<(ChannelId, Request)> {
         self.channels().find_map(|(id, channel)| {

@@ -33,7 +33,7 @@ impl Drivers {
     /// asleep, they are disabled in any case. Main loop, while at rest.
     pub(crate) fn rest<B: Board>(
         &mut self,
-        delay_ms: u32,
+        delay_ms: impl FnOnce() -> u32,
         locked: bool,
         board: &mut B,
         now: Instant,
@@ -49,8 +49,9 @@ impl Drivers {
     }
 
     /// When the drivers are to be disabled; `None`: not by time.
-    pub(crate) fn rest_at(&self, delay_ms: u32, locked: bool) -> Option<Instant> {
+    pub(crate) fn rest_at(&self, delay_ms: impl FnOnce() -> u32, locked: bool) -> Option<Instant> {
         let since = self.idle_since.filter(|_| self.enabled)?;
+        let delay_ms = delay_ms();
         (locked || delay_ms != ALWAYS).then(|| since + millis(delay_ms))
     }
 }
@@ -69,13 +70,13 @@ mod tests {
             enabled: true,
             idle_since: Some(Instant::from_ticks(5)),
         };
-        assert_eq!(drivers.rest_at(ALWAYS, false), None);
+        assert_eq!(drivers.rest_at(|| ALWAYS, false), None);
         assert_eq!(
-            drivers.rest_at(25, false),
+            drivers.rest_at(|| 25, false),
             Some(Instant::from_ticks(25_005))
         );
         assert_eq!(
-            drivers.rest_at(ALWAYS, true),
+            drivers.rest_at(|| ALWAYS, true),
             Some(Instant::from_ticks(255_005))
         );
     }

@@ -50,6 +50,27 @@ enum Driver {
     Aside,
 }
 
+/// When motion wants another segment.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Hunger {
+    /// One more could be committed now.
+    Now,
+    /// At this instant, if the step interrupt takes none before.
+    At(Instant),
+    /// Not before something else happens.
+    None,
+}
+
+impl Hunger {
+    /// The instant that it names.
+    pub(crate) fn at(self) -> Option<Instant> {
+        match self {
+            Self::At(at) => Some(at),
+            Self::Now | Self::None => None,
+        }
+    }
+}
+
 /// How motion follows the sender and the laser.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) struct Pacing {
@@ -396,18 +417,15 @@ where
         self.program.planner.is_renewing()
     }
 
-    /// Whether one more segment could be committed now: `feed` wants to be called again at once.
-    pub(crate) fn is_hungry(&mut self, now: Instant, may_start: bool) -> bool {
-        !self.stopping
-            && self.may_feed(now, may_start)
-            && self.has_moves()
-            && self.feeder.has_room(now)
-    }
-
-    /// When [`Motion::is_hungry`] must be asked again, should no interrupt come before.
-    pub(crate) fn hungry_at(&mut self, now: Instant, may_start: bool) -> Option<Instant> {
-        let hungers = !self.stopping && self.may_feed(now, may_start) && self.has_moves();
-        hungers.then(|| self.feeder.short_at(now)).flatten()
+    /// When [`Motion::prepare`] wants to be called again, should no interrupt come before.
+    pub(crate) fn hunger(&mut self, now: Instant, may_start: bool) -> Hunger {
+        if self.stopping || !self.may_feed(now, may_start) || !self.has_moves() {
+            Hunger::None
+        } else if self.feeder.has_room(now) {
+            Hunger::Now
+        } else {
+            self.feeder.short_at(now).map_or(Hunger::None, Hunger::At)
+        }
     }
 
     fn has_moves(&self) -> bool {

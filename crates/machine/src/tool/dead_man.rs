@@ -38,7 +38,7 @@ impl DeadMan {
             Self::Lit(since) if !heard => Self::Lit(since),
             Self::Dark | Self::Lit(_) => Self::Lit(now),
         };
-        let expires = self.expires_at(limit).is_some_and(|end| now >= end);
+        let expires = self.expires_at(|| limit).is_some_and(|end| now >= end);
         if expires {
             *self = Self::Expired;
         }
@@ -46,10 +46,10 @@ impl DeadMan {
     }
 
     /// When a laser goes dark that is lit now, should nothing be heard until then.
-    pub(crate) fn expires_at(&self, limit: Option<Duration>) -> Option<Instant> {
-        match (*self, limit) {
-            (Self::Lit(since), Some(limit)) => since.checked_add_duration(limit),
-            (Self::Lit(_) | Self::Dark | Self::Expired, _) => None,
+    pub(crate) fn expires_at(&self, limit: impl FnOnce() -> Option<Duration>) -> Option<Instant> {
+        match *self {
+            Self::Lit(since) => since.checked_add_duration(limit()?),
+            Self::Dark | Self::Expired => None,
         }
     }
 }
@@ -89,7 +89,7 @@ mod tests {
         assert_eq!(dead_man, DeadMan::Dark);
         let now = Instant::from_ticks(150);
         assert!(!dead_man.watch(true, false, LIMIT, now));
-        let end = dead_man.expires_at(LIMIT).unwrap();
+        let end = dead_man.expires_at(|| LIMIT).unwrap();
         assert_eq!(end, Instant::from_ticks(250));
     }
 

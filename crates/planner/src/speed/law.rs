@@ -14,14 +14,17 @@ pub enum Profile {
 }
 
 impl Profile {
-    /// Makes the fastest profile that keeps `plan` and, where it is above 0, `jerk` (steps/s³). `before` is the profile
-    /// in force where `plan` begins, and stays where its acceleration cannot fall to 0 before the end.
-    pub(crate) fn new(plan: &Plan, jerk: f32, before: &Self) -> Self {
-        if jerk > 0.0 {
-            let (_, acceleration) = before.motion(plan.start);
-            SCurve::new(plan, acceleration, jerk).map_or(*before, Self::SCurve)
-        } else {
-            Self::Trapezoid(Trapezoid::new(plan))
+    /// Becomes the fastest profile that keeps `plan` and, where it is above 0, `jerk` (steps/s³),
+    /// from where `plan` begins. Stays as it is where its acceleration cannot fall to 0 before the
+    /// end.
+    pub(crate) fn change(&mut self, plan: &Plan, jerk: f32) {
+        if jerk <= 0.0 {
+            *self = Self::Trapezoid(Trapezoid::new(plan));
+            return;
+        }
+        let (_, acceleration) = self.motion(plan.start);
+        if let Some(curve) = SCurve::new(plan, acceleration, jerk) {
+            *self = Self::SCurve(curve);
         }
     }
 

@@ -354,7 +354,7 @@ pub(crate) const CHECKS: &[Check] = &[
     },
     Check {
         name: "raster",
-        what: "at least 7000 lines of 14 bytes a second",
+        what: "at least 7600 lines of 14 bytes a second",
         subset: false,
         run: raster::raster_lines,
     },

@@ -4,7 +4,7 @@ use super::{Aim, Goal, Running, Timing};
 use crate::emit::fit::bits;
 use crate::real::{divide_twice, least, most, sqrt};
 use crate::speed::profile::{Plan, ROUNDING};
-use crate::{Profile, SCurve};
+use crate::SCurve;
 
 /// Where a profile leads: steps of the dominant motor, steps/s.
 struct Path {
@@ -36,7 +36,7 @@ impl<const MOTORS: usize> Running<MOTORS> {
             down: path.down * path.share,
         };
         let jerk = aim.jerk * self.steps_per_mm * path.share * path.share;
-        self.profile = Profile::new(&plan, jerk, &self.profile);
+        self.profile.change(&plan, jerk);
         let (interval, rest) = divide_twice(timing.hz, self.profile.cruise());
         self.cruise_interval = bits(interval).saturating_add_signed(if rest < 0.0 {
             -(bits(-rest) as i64)
