@@ -29,7 +29,8 @@ pub(crate) fn all(profile: &Profile, board: &Board) -> Vec<Extension> {
     all.into_iter().flatten().collect()
 }
 
-/// A heater whose amplifier does not read beyond `hottest` on this board: nobody would see that its sensor's wire is broken.
+/// A heater whose amplifier does not read beyond `hottest` on this board: nobody would see that its
+/// sensor's wire is broken.
 pub(crate) fn blind_sensor(profile: &Profile, board: &Board) -> Option<String> {
     let reference = reference(board);
     profile.heaters.configs().into_iter().find_map(|heater| {

@@ -6,7 +6,8 @@ use leadscrew_sim::{
     train::Train,
 };
 
-/// The most axes that a file describes. The configuration is made for all of them; the module has the machine's own.
+/// The most axes that a file describes. The configuration is made for all of them; the module has
+/// the machine's own.
 const MOST: usize = 6;
 
 /// The module that the firmware includes.

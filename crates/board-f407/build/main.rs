@@ -1,8 +1,9 @@
 //! Makes the board's module and the linker's memory of its file, and says how much is logged.
 //!
-//! `LEADSCREW_MACHINE` names a machine's file (`cargo fw --machine`). Without it, the board's file has axes and first settings.
-//! `LEADSCREW_BOARD` names the board: one of `crates/boards`, or a file (`cargo fw --board`). Without it, it is the one that the
-//! machine's file names, or else the Discovery.
+//! `LEADSCREW_MACHINE` names a machine's file (`cargo fw --machine`). Without it, the board's file
+//! has axes and first settings. `LEADSCREW_BOARD` names the board: one of `crates/boards`, or a
+//! file (`cargo fw --board`). Without it, it is the one that the machine's file names, or else the
+//! Discovery.
 mod extensions;
 mod machine;
 
@@ -59,7 +60,8 @@ impl Machine {
     }
 }
 
-/// The board that was asked for, or else the one that the machine's file names, with nothing wrong about it.
+/// The board that was asked for, or else the one that the machine's file names, with nothing wrong
+/// about it.
 fn board(machine: Option<&Machine>) -> Result<Board, Box<dyn Error>> {
     let (asked, folder) = match (env::var("LEADSCREW_BOARD"), machine) {
         (Ok(asked), _) => (asked, Path::new("")),

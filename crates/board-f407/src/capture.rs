@@ -1,8 +1,10 @@
-//! The self-test's image: the instants of edges at the board's own pins, for `cargo hil` (docs/hil.md).
+//! The self-test's image: the instants of edges at the board's own pins, for `cargo hil`
+//! (docs/hil.md).
 //!
-//! A wire leads from an output to a pin of TIM2, whose counter makes the ticks of motion as well. A channel keeps the count of each
-//! edge (input capture, RM0090 section 18.3.5), and DMA takes it to memory without the core, until the channel's part is full. Two
-//! wires at a time: the stream of channel 2 hears channel 4 as well.
+//! A wire leads from an output to a pin of TIM2, whose counter makes the ticks of motion as well. A
+//! channel keeps the count of each edge (input capture, RM0090 section 18.3.5), and DMA takes it to
+//! memory without the core, until the channel's part is full. Two wires at a time: the stream of
+//! channel 2 hears channel 4 as well.
 //!
 //! ```text
 //!   M120 P5        at rest: begins with wires 0 and 2, a bit each
@@ -53,7 +55,8 @@ impl Input {
         usize::from(self.channel - 1)
     }
 
-    /// The number of the stream that takes its channel's edges: it hears the channel's requests (RM0090 table 43).
+    /// The number of the stream that takes its channel's edges: it hears the channel's requests
+    /// (RM0090 table 43).
     fn stream_number(&self) -> usize {
         match self.channel {
             2 => 6,
@@ -75,7 +78,8 @@ impl Input {
     /// Takes both edges to `memory` from now on.
     fn begin(&self, memory: &'static [AtomicU32]) {
         let stream = self.stream();
-        // A stream starts only with its flags cleared (RM0090 section 10.3.17): six bits of the low or the high register.
+        // A stream starts only with its flags cleared (RM0090 section 10.3.17): six bits of the low
+        // or the high register.
         match self.stream_number() {
             1 => capture_dma().lifcr().put(0x3D << 6),
             6 => capture_dma().hifcr().put(0x3D << 16),
@@ -120,7 +124,8 @@ impl Part {
         Told { part: self, first }
     }
 
-    /// Whether an edge was lost: it came before DMA had taken the one before, or found the memory full.
+    /// Whether an edge was lost: it came before DMA had taken the one before, or found the memory
+    /// full.
     fn has_lost(&self) -> bool {
         let flags = tick_timer().sr().read();
         flags.ccof(self.input().index() as u8).bit_is_set()
@@ -145,7 +150,8 @@ impl Capture {
         Capture { parts: Vec::new() }
     }
 
-    /// Captures these wires from now on, a bit each; all edges before are forgotten. At rest, where no tick writes DIER.
+    /// Captures these wires from now on, a bit each; all edges before are forgotten. At rest, where
+    /// no tick writes DIER.
     fn begin(&mut self, wires: usize) {
         self.end();
         let chosen = (0..CAPTURES.len()).filter(|wire| wires >> wire & 1 != 0);

@@ -26,7 +26,8 @@ pub(crate) enum Usart {
     Usart2,
 }
 
-/// A timer that can drive a power pin. The chip's other timers have a task already, or no pin of their own.
+/// A timer that can drive a power pin. The chip's other timers have a task already, or no pin of
+/// their own.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Timer {
     Tim1,

@@ -14,8 +14,8 @@ pub(crate) const CPU_HZ: u32 = 168_000_000;
 pub(crate) const APB1_TIMER_HZ: u32 = 84_000_000;
 /// Clock of the bus of USART2 in Hz.
 pub(crate) const APB1_HZ: u32 = 42_000_000;
-/// How often the crystal is looked at before it is given up: some 100 ms with the 16 MHz after reset. A crystal starts
-/// within 2 ms (data sheet, table 36).
+/// How often the crystal is looked at before it is given up: some 100 ms with the 16 MHz after
+/// reset. A crystal starts within 2 ms (data sheet, table 36).
 const PATIENCE: u32 = 200_000;
 
 /// The source of the CPU's clock.
@@ -23,7 +23,8 @@ const PATIENCE: u32 = 200_000;
 pub(crate) enum Source {
     /// The crystal.
     Crystal,
-    /// The internal oscillator, within 1 % at room temperature: the crystal did not start. Too inexact for USB.
+    /// The internal oscillator, within 1 % at room temperature: the crystal did not start. Too
+    /// inexact for USB.
     Internal,
 }
 
@@ -37,7 +38,8 @@ impl Source {
     }
 }
 
-/// Sets the clocks up: CPU 168 MHz, APB1 42 MHz, APB2 84 MHz, USB 48 MHz. The crystal is given up where it does not start.
+/// Sets the clocks up: CPU 168 MHz, APB1 42 MHz, APB2 84 MHz, USB 48 MHz. The crystal is given up
+/// where it does not start.
 pub(crate) fn start(rcc: RCC, power: &PWR) -> (Rcc, Source) {
     use_internal_oscillator(&rcc);
     power.cr().modify(|_, w| w.vos().scale1());
@@ -59,9 +61,10 @@ pub(crate) fn start(rcc: RCC, power: &PWR) -> (Rcc, Source) {
     (rcc, source)
 }
 
-/// Lets `enable` switch clocks of peripherals on, and waits until they have come: a store to a peripheral right after it would
-/// be lost (ES0182, "Delay after an RCC peripheral clock enabling"). The barrier is ST's first workaround; its other one, to
-/// read the register back, is not enough for a store that follows at once.
+/// Lets `enable` switch clocks of peripherals on, and waits until they have come: a store to a
+/// peripheral right after it would be lost (ES0182, "Delay after an RCC peripheral clock
+/// enabling"). The barrier is ST's first workaround; its other one, to read the register back, is
+/// not enough for a store that follows at once.
 pub(crate) fn switch_on(rcc: &rcc::RegisterBlock, enable: impl FnOnce(&rcc::RegisterBlock)) {
     enable(rcc);
     cortex_m::asm::dsb();
@@ -142,7 +145,8 @@ pub(crate) fn set_filter_alarm(due: u32) {
     }
 }
 
-/// Which alarms have gone off; wakes the main loop where its own has. Returns whether the filter's has. Interrupt of TIM5.
+/// Which alarms have gone off; wakes the main loop where its own has. Returns whether the filter's
+/// has. Interrupt of TIM5.
 pub(crate) fn take_alarms() -> bool {
     let flags = clock_timer().sr().read();
     // A flag is cleared by a zero, ones leave the others.

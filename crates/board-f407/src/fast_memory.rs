@@ -6,9 +6,10 @@
 //!  system bus       0x20000000  SRAM for all else, DMA, peripherals
 //! ```
 //!
-//! Code is fetched over the instruction bus below 0x20000000 only, and SRAM1 is there once SYSCFG says so (RM0090 sections
-//! 2.3.1 and 9.2.1). Data that a tick reads must not be in SRAM1 as well: fetch and data would wait for each other. What goes
-//! where says `memory/fast.x`; `cargo xtask thumb` fails where a step interrupt reaches code in the flash.
+//! Code is fetched over the instruction bus below 0x20000000 only, and SRAM1 is there once SYSCFG
+//! says so (RM0090 sections 2.3.1 and 9.2.1). Data that a tick reads must not be in SRAM1 as well:
+//! fetch and data would wait for each other. What goes where says `memory/fast.x`; `cargo xtask
+//! thumb` fails where a step interrupt reaches code in the flash.
 #![allow(unsafe_code)] // memory that the linker has laid out
 use core::ptr::{addr_of, addr_of_mut};
 use cortex_m::{asm, peripheral::SCB};
@@ -40,8 +41,8 @@ const SRAM1: usize = 0x2000_0000;
 /// Words of the vector table: the core's 16, and 82 interrupts (RM0090 table 62).
 const VECTORS: usize = 16 + 82;
 
-/// Puts vectors and code into SRAM1 and SRAM1 to address 0, and clears the data. SYSCFG has its clock. Before anything else
-/// that uses either, once.
+/// Puts vectors and code into SRAM1 and SRAM1 to address 0, and clears the data. SYSCFG has its
+/// clock. Before anything else that uses either, once.
 pub(crate) fn load(syscfg: &SYSCFG, scb: &mut SCB) {
     // SAFETY: the linker has kept these places for this, and nobody uses them yet.
     unsafe {

@@ -123,7 +123,8 @@ mod app {
         let (receiver, inbox) = cx.local.received.split();
         let (usb_receiver, usb_inbox) = cx.local.usb_received.split();
         let (usb_outgoing, usb_sending) = cx.local.usb_outgoing.split();
-        // In the order of their channels: `F407::write`. The internal oscillator is too inexact for USB.
+        // In the order of their channels: `F407::write`. The internal oscillator is too inexact for
+        // USB.
         let has_usb = source == Source::Crystal;
         let inboxes = iter::once(inbox).chain(has_usb.then_some(usb_inbox));
         let links = Links {

@@ -1,7 +1,8 @@
 //! Pins as data: a profile names them, this file drives them.
 //!
-//! A HAL has a type for each pin, which a table of pins cannot hold; and its ports build their words bit by bit, where the
-//! step interrupt needs them ready made. All ports have the same registers, 0x400 apart (RM0090 sections 2.3 and 8.4).
+//! A HAL has a type for each pin, which a table of pins cannot hold; and its ports build their
+//! words bit by bit, where the step interrupt needs them ready made. All ports have the same
+//! registers, 0x400 apart (RM0090 sections 2.3 and 8.4).
 use crate::{
     chip::Bank,
     registers::{port, Word},
@@ -14,8 +15,8 @@ impl Bank {
         port(self).idr().read().bits()
     }
 
-    /// Sets and resets pins in one store (RM0090 section 8.4.7): bit *n* raises pin *n*, bit *n* + 16 lowers it. Any
-    /// context: a store cannot interfere with another one.
+    /// Sets and resets pins in one store (RM0090 section 8.4.7): bit *n* raises pin *n*, bit *n* +
+    /// 16 lowers it. Any context: a store cannot interfere with another one.
     #[inline(always)]
     pub(crate) fn write(self, word: u32) {
         port(self).bsrr().put(word);
@@ -41,7 +42,8 @@ enum Mode {
     Analog = 3,
 }
 
-/// How fast an output's edges are (OSPEEDR; data sheet, table 50). After a reset most pins take 100 ns for one.
+/// How fast an output's edges are (OSPEEDR; data sheet, table 50). After a reset most pins take 100
+/// ns for one.
 #[derive(Clone, Copy)]
 pub(crate) enum Speed {
     /// 10 ns: steps and 2 Mbaud.
@@ -87,8 +89,8 @@ impl Pin {
         self.bank.levels() >> self.number & 1 == 1
     }
 
-    /// Makes the pin an output of this level, without any other level in between. Before the interrupts are on, or where
-    /// nothing else runs any more.
+    /// Makes the pin an output of this level, without any other level in between. Before the
+    /// interrupts are on, or where nothing else runs any more.
     pub(crate) fn make_output(self, high: bool) {
         self.set(high);
         self.set_mode(Mode::Output);
@@ -107,7 +109,8 @@ impl Pin {
         self.set_mode(Mode::Analog);
     }
 
-    /// Hands the pin to a peripheral: `function` is its number in the data sheet's table 9. Before the interrupts are on.
+    /// Hands the pin to a peripheral: `function` is its number in the data sheet's table 9. Before
+    /// the interrupts are on.
     pub(crate) fn make_alternate(self, function: u8, pull: Pull) {
         self.set_pull(pull);
         let (registers, number) = (port(self.bank), self.number);
@@ -177,7 +180,8 @@ impl Output {
 pub(crate) struct Input {
     pub(crate) pin: Pin,
     pub(crate) pull: Pull,
-    /// Whether the machine is told the other level: for a button that makes its pin high when pressed.
+    /// Whether the machine is told the other level: for a button that makes its pin high when
+    /// pressed.
     pub(crate) inverted: bool,
 }
 

@@ -1,7 +1,8 @@
 //! The pins of heaters, of their sensors, of their supply, of faults that others see, and of a fan.
 //!
-//! ADC1 converts the sensors one after the other, as its injected group: up to four, each with a result of its own (RM0090 section
-//! 13.3.3). A conversion takes 492 clocks of 21 MHz, 23 µs. A reading is of the turn before, 100 ms old.
+//! ADC1 converts the sensors one after the other, as its injected group: up to four, each with a
+//! result of its own (RM0090 section 13.3.3). A conversion takes 492 clocks of 21 MHz, 23 µs. A
+//! reading is of the turn before, 100 ms old.
 use crate::{
     clock,
     profile::{HEATER_FAULT, PROFILE, SENSORS},
@@ -10,7 +11,8 @@ use crate::{
 use leadscrew_heat::HeatPort;
 use leadscrew_machine::board::Instant;
 
-/// The channels of the sensors and their number: the last one stands in the fourth place (section 13.13.12).
+/// The channels of the sensors and their number: the last one stands in the fourth place (section
+/// 13.13.12).
 const SEQUENCE: u32 = {
     let (mut word, mut place) = ((SENSORS.len() as u32 - 1) << 20, 0);
     while place < SENSORS.len() {
@@ -20,9 +22,11 @@ const SEQUENCE: u32 = {
     }
     word
 };
-/// The longest sampling time for all channels (sections 13.13.4 and 13.13.5): a thermistor's divider is slow.
+/// The longest sampling time for all channels (sections 13.13.4 and 13.13.5): a thermistor's
+/// divider is slow.
 const LONGEST: (u32, u32) = (0x07FF_FFFF, 0x3FFF_FFFF);
-/// Microseconds from the converter's start to its first reading; 3 are enough (data sheet, table 67).
+/// Microseconds from the converter's start to its first reading; 3 are enough (data sheet, table
+/// 67).
 const STABLE_US: u32 = 10;
 /// The largest result.
 const FULL: f32 = 4095.0;

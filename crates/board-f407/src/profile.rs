@@ -26,8 +26,9 @@ pub(crate) use selected::CAPTURES;
 #[cfg(heaters)]
 pub(crate) use selected::{HEATER_FAULT, SENSORS};
 
-/// The profile's machine, with the options that the board has pins for. `LEADSCREW_TICK_NS`, where it is set when the firmware
-/// is built, is the least time between ticks: to find out how fast the board can step.
+/// The profile's machine, with the options that the board has pins for. `LEADSCREW_TICK_NS`, where
+/// it is set when the firmware is built, is the least time between ticks: to find out how fast the
+/// board can step.
 pub(crate) const fn config() -> MachineConfig<AXES> {
     let mut config = selected::config();
     config.options.door = PROFILE.door.is_some();
@@ -120,7 +121,8 @@ pub(crate) struct PowerPin {
     pub(crate) frequency: u32,
 }
 
-/// Hands PA11 and PA12 to the USB controller: they are the same on every board, and no profile names them.
+/// Hands PA11 and PA12 to the USB controller: they are the same on every board, and no profile
+/// names them.
 pub(crate) fn give_usb_its_pins() {
     for number in [11, 12] {
         // The controller's number in the data sheet's table 9.

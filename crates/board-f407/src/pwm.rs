@@ -7,9 +7,10 @@
 //! | 10 kHz | 8400 | 16800 |
 //! | 100 kHz | 840 | 1680 |
 //!
-//! Off is a forced level of the channel, which works at once whatever the compare value is. A level counts at once as well,
-//! without preload: with it, a pixel that is shorter than a period would get what the one before had. The manual guarantees
-//! that in one-pulse mode only (section 18.4.7, OC1PE): where a chip does otherwise, a level comes a period late at most.
+//! Off is a forced level of the channel, which works at once whatever the compare value is. A level
+//! counts at once as well, without preload: with it, a pixel that is shorter than a period would
+//! get what the one before had. The manual guarantees that in one-pulse mode only (section 18.4.7,
+//! OC1PE): where a chip does otherwise, a level comes a period late at most.
 use crate::{
     chip::Timer,
     clock::{self, APB1_TIMER_HZ},
@@ -80,8 +81,8 @@ pub(crate) fn start(rcc: &RCC) {
 /// The mode of the channel (TIMx_CCMRx.OCxM, RM0090 section 18.4.7).
 #[derive(Clone, Copy)]
 enum Mode {
-    /// The output keeps its level: PWM that begins from here looks at the count at once, otherwise only where the count comes
-    /// to the compare value or to 0.
+    /// The output keeps its level: PWM that begins from here looks at the count at once, otherwise
+    /// only where the count comes to the compare value or to 0.
     Frozen = 0b000,
     /// Forced low.
     Off = 0b100,
@@ -104,13 +105,15 @@ impl Mode {
 }
 
 placed! { ".bss.ccm.lit";
-    /// 1 while the channel makes PWM: a byte, which a tick compares as it is. It is cleared before the output is forced low, and
-    /// looked at again once the channel makes PWM: whoever is interrupted by somebody who switches off leaves it off.
+    /// 1 while the channel makes PWM: a byte, which a tick compares as it is. It is cleared before
+    /// the output is forced low, and looked at again once the channel makes PWM: whoever is
+    /// interrupted by somebody who switches off leaves it off.
     static LIT: AtomicU8 = AtomicU8::new(0);
 }
 
-/// Does something with the power off, and puts it back, but where it has been switched off meanwhile, or a switch has shut the
-/// gate: that stays dark. `is_shut` asks the gate, after the work. Main loop, at rest.
+/// Does something with the power off, and puts it back, but where it has been switched off
+/// meanwhile, or a switch has shut the gate: that stays dark. `is_shut` asks the gate, after the
+/// work. Main loop, at rest.
 pub(crate) fn off_during<T>(work: impl FnOnce() -> T, is_shut: impl FnOnce() -> bool) -> T {
     Mode::Off.begin();
     let done = work();
@@ -122,7 +125,8 @@ pub(crate) fn off_during<T>(work: impl FnOnce() -> T, is_shut: impl FnOnce() -> 
     done
 }
 
-/// Sets the power at once. Step interrupt; main loop at rest; switch interrupts where steps are stopped.
+/// Sets the power at once. Step interrupt; main loop at rest; switch interrupts where steps are
+/// stopped.
 #[inline]
 pub(crate) fn set(power: Power) {
     const SCALE: PowerScale = PowerScale::new(PERIOD);

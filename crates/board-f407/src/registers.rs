@@ -1,8 +1,9 @@
 //! Registers as whole words, and peripherals that are reached from several places.
 //!
-//! `stm32f4` makes two things unsafe. One is to write a register as a word: some registers start a transfer into memory. The
-//! other is to use a peripheral without owning its value. The registers and peripherals in this file are safe to use in both
-//! ways, each for the reason beside it. So the other files need no unsafe code for them.
+//! `stm32f4` makes two things unsafe. One is to write a register as a word: some registers start a
+//! transfer into memory. The other is to use a peripheral without owning its value. The registers
+//! and peripherals in this file are safe to use in both ways, each for the reason beside it. So the
+//! other files need no unsafe code for them.
 #![allow(unsafe_code)]
 use crate::chip::{Bank, Timer, Usart};
 use core::sync::atomic::{AtomicU16, AtomicU8};
@@ -19,7 +20,8 @@ use core::sync::atomic::AtomicU32;
 #[cfg(heaters)]
 use stm32f4::stm32f407::{adc1, adc_common, ADC1, ADC_COMMON};
 
-/// A register that reaches no memory: a wrong value makes a wrong level, time or rate, and nothing else.
+/// A register that reaches no memory: a wrong value makes a wrong level, time or rate, and nothing
+/// else.
 pub(crate) trait Harmless: Writable + Resettable {}
 
 // Ports (RM0090 sections 8.4.1 to 8.4.10), lines of EXTI (12.3) and their ports (9.2.3 to 9.2.6).
@@ -38,8 +40,8 @@ impl Harmless for syscfg::exticr1::EXTICR1rs {}
 impl Harmless for syscfg::exticr2::EXTICR2rs {}
 impl Harmless for syscfg::exticr3::EXTICR3rs {}
 impl Harmless for syscfg::exticr4::EXTICR4rs {}
-// The flash's control and status (3.9.5, 3.9.7): they erase and program the flash, and no other memory. The firmware is in
-// other sectors than `settings_flash` names.
+// The flash's control and status (3.9.5, 3.9.7): they erase and program the flash, and no other
+// memory. The firmware is in other sectors than `settings_flash` names.
 impl Harmless for flash::sr::SRrs {}
 impl Harmless for flash::cr::CRrs {}
 // The output of a timer's channel (18.4.7 to 18.4.9), and the rate of a serial line (30.6.3).
@@ -90,12 +92,13 @@ impl<S: Harmless> Word<S> for Reg<S> {
 /// A port's registers.
 pub(crate) fn port(bank: Bank) -> &'static gpioi::RegisterBlock {
     let address = GPIOA::ptr() as usize + 0x400 * bank as usize;
-    // SAFETY: the ports' registers lie 0x400 apart from GPIOA on, and differ in their reset values only.
+    // SAFETY: the ports' registers lie 0x400 apart from GPIOA on, and differ in their reset values
+    // only.
     unsafe { &*(address as *const gpioi::RegisterBlock) }
 }
 
-/// The timer of the power. TIM1 and TIM8 have all registers, the others those that they have at the same offsets (17.4, 18.4 and
-/// 19.4).
+/// The timer of the power. TIM1 and TIM8 have all registers, the others those that they have at the
+/// same offsets (17.4, 18.4 and 19.4).
 pub(crate) fn power_timer(timer: Timer) -> &'static tim1::RegisterBlock {
     let address = match timer {
         Timer::Tim1 => TIM1::ptr(),
@@ -110,7 +113,8 @@ pub(crate) fn power_timer(timer: Timer) -> &'static tim1::RegisterBlock {
 
 /// The timer of ticks.
 pub(crate) fn tick_timer() -> &'static tim2::RegisterBlock {
-    // SAFETY: a timer reaches no memory but through DMA, whose streams have the memory that `aim` gives them.
+    // SAFETY: a timer reaches no memory but through DMA, whose streams have the memory that `aim`
+    // gives them.
     unsafe { &*TIM2::ptr() }
 }
 
@@ -186,8 +190,8 @@ impl Data for usart1::dr::DRrs {}
 #[cfg(captures)]
 impl Data for tim2::ccr::CCRrs {}
 
-/// Points a stream at a peripheral's register and at memory that is there for ever, a transfer for each item: the stream has to be off,
-/// and its items as wide as the memory's. Nothing moves yet.
+/// Points a stream at a peripheral's register and at memory that is there for ever, a transfer for
+/// each item: the stream has to be off, and its items as wide as the memory's. Nothing moves yet.
 pub(crate) fn aim<T: Shared, S: Data>(stream: &dma2::ST, data: &Reg<S>, memory: &'static [T]) {
     // SAFETY: two addresses that are valid for ever; `NDTR` keeps the stream within the memory.
     unsafe {

@@ -1,5 +1,5 @@
-//! Ways that end the program: first the outputs are made safe, then the reason is noted, then the chip is reset. The next
-//! boot says why.
+//! Ways that end the program: first the outputs are made safe, then the reason is noted, then the
+//! chip is reset. The next boot says why.
 //!
 //! | event | comes as | source |
 //! |---|---|---|
@@ -116,7 +116,8 @@ extern "C" fn on_fault(stack: u32) -> ! {
     extern "C" {
         static _stack_end: u32;
     }
-    /// Room that a handler's registers take, the floating-point ones as well, and a frame below that.
+    /// Room that a handler's registers take, the floating-point ones as well, and a frame below
+    /// that.
     const MARGIN: u32 = 0x400;
     let end = (&raw const _stack_end) as u32;
     because(if stack < end + MARGIN {

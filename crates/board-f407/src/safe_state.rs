@@ -1,10 +1,11 @@
 //! The state in which the outputs do no harm: no step, laser, spindle and coolant off.
 //!
-//! Entered from reset on, before memory is even cleared, and again by whatever ends the program (`restart`). Motors keep
-//! what they have: a Z axis that is let go may drop.
+//! Entered from reset on, before memory is even cleared, and again by whatever ends the program
+//! (`restart`). Motors keep what they have: a Z axis that is let go may drop.
 //!
-//! At reset it is entered in assembly, since no Rust may run before memory has its first values, from a table that the compiler
-//! makes of the profile. What a bootloader has left behind ends there as well.
+//! At reset it is entered in assembly, since no Rust may run before memory has its first values,
+//! from a table that the compiler makes of the profile. What a bootloader has left behind ends
+//! there as well.
 #![allow(unsafe_code)] // an entry in assembly, stores to registers by their addresses
 
 use crate::{
@@ -94,15 +95,16 @@ const PINS: ([Pin; MOST], [bool; MOST], usize) = {
     (pins, levels, count)
 };
 const MOST: usize = 1 + 2 * MOTORS + PROFILE.high.len() + SINGLE + LISTED;
-/// Outputs of `PROFILE` that are there or not: spindle, its reverse, flood, mist, the heaters' supply, fan.
+/// Outputs of `PROFILE` that are there or not: spindle, its reverse, flood, mist, the heaters'
+/// supply, fan.
 const SINGLE: usize = 6;
 /// Outputs of its lists.
 const LISTED: usize = PROFILE.synchronised.len() + PROFILE.heaters.len();
 /// Their ports.
 const PORTS: ([Bank; MOST], usize) = banks(PINS.0);
 
-/// What makes the pins of a port safe: their levels, then outputs, push-pull, with edges of 10 ns in place of 100 (RM0090
-/// section 8.4; data sheet, table 50).
+/// What makes the pins of a port safe: their levels, then outputs, push-pull, with edges of 10 ns
+/// in place of 100 (RM0090 section 8.4; data sheet, table 50).
 const fn of_port(bank: Bank) -> [Store; 4] {
     let (mut levels, mut modes, mut outputs, mut types) = (0, 0, 0, 0);
     let mut place = 0;
@@ -191,9 +193,9 @@ pub(crate) fn enter() {
     }
 }
 
-// The first instructions after a reset, a call without a stack: interrupts off, which `main` lets in again; then the stack is
-// where it belongs, and the table is worked off. The barrier after each store is for the ports' clocks (ES0182, "Delay after an
-// RCC peripheral clock enabling").
+// The first instructions after a reset, a call without a stack: interrupts off, which `main` lets
+// in again; then the stack is where it belongs, and the table is worked off. The barrier after each
+// store is for the ports' clocks (ES0182, "Delay after an RCC peripheral clock enabling").
 global_asm!(
     ".section .text.__pre_init, \"ax\"",
     ".global __pre_init",

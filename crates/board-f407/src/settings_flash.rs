@@ -1,9 +1,10 @@
 //! The machine's settings in two sectors of the flash (RM0090 chapter 3).
 //!
-//! The CPU stands still while the flash is written, since its program is there: 16 µs a word, 100 µs at most (data sheet,
-//! table 40), under 2 ms for the longest record. Bytes that come meanwhile wait where DMA puts them ([`crate::serial`]). Erasing
-//! a sector takes half a second: done at start-up where it is needed, on a new chip, too; later only where both sectors were
-//! filled since.
+//! The CPU stands still while the flash is written, since its program is there: 16 µs a word, 100
+//! µs at most (data sheet, table 40), under 2 ms for the longest record. Bytes that come meanwhile
+//! wait where DMA puts them ([`crate::serial`]). Erasing a sector takes half a second: done at
+//! start-up where it is needed, on a new chip, too; later only where both sectors were filled
+//! since.
 use crate::{
     profile::SETTINGS_SECTORS, pwm, registers::Word, sector::Sector, step_interrupt::SHARED,
     switches, watchdog,
@@ -66,7 +67,8 @@ impl Sectors {
 
     fn erase_sector(&self, sector: Sector) -> Result<(), FlashError> {
         self.unlocked(|flash| {
-            // Sector erase, 32 bits at a time (2.7 V and more), the sector's number, start (RM0090 section 3.9.7).
+            // Sector erase, 32 bits at a time (2.7 V and more), the sector's number, start (RM0090
+            // section 3.9.7).
             flash
                 .cr()
                 .put(1 << 16 | 0b10 << 8 | u32::from(sector.0) << 3 | 1 << 1);
@@ -102,7 +104,8 @@ impl SettingsStore for Sectors {
     fn read(&mut self, area: Area, offset: usize, bytes: &mut [u8]) -> Result<(), FlashError> {
         let start = address(area, offset, bytes.len())?;
         for (byte, address) in bytes.iter_mut().zip(start..) {
-            // SAFETY: `address` made sure that all of it is in the sector; volatile, since a write changes it unseen.
+            // SAFETY: `address` made sure that all of it is in the sector; volatile, since a write
+            // changes it unseen.
             #[allow(unsafe_code)]
             unsafe {
                 *byte = (address as *const u8).read_volatile();
@@ -124,7 +127,8 @@ impl SettingsStore for Sectors {
                     .iter()
                     .rev()
                     .fold(0, |all, byte| all << 8 | u32::from(*byte));
-                // SAFETY: a word of the sector, erased before; the controller takes one word at a time.
+                // SAFETY: a word of the sector, erased before; the controller takes one word at a
+                // time.
                 #[allow(unsafe_code)]
                 unsafe {
                     (place as *mut u32).write_volatile(word);
@@ -135,10 +139,11 @@ impl SettingsStore for Sectors {
     }
 
     fn erase(&mut self, area: Area) -> Result<(), FlashError> {
-        // An erase that was cut short may read as a whole one: it is not for this to say that nothing is to be done.
+        // An erase that was cut short may read as a whole one: it is not for this to say that
+        // nothing is to be done.
         let sector = sector(area);
-        // Nobody could switch the laser off meanwhile: while flash is erased no interrupt runs. So the switches are given their
-        // time before the gate is asked.
+        // Nobody could switch the laser off meanwhile: while flash is erased no interrupt runs. So
+        // the switches are given their time before the gate is asked.
         let gate_is_shut = || {
             switches::let_settle();
             SHARED.is_laser_off()

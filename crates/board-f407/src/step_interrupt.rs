@@ -1,8 +1,10 @@
-//! The step interrupts, above everything else, so that nothing delays a step: a tick, and below it the end of a pulse.
+//! The step interrupts, above everything else, so that nothing delays a step: a tick, and below it
+//! the end of a pulse.
 //!
-//! They are not tasks of RTIC. A task of RTIC saves and restores BASEPRI: 14 cycles of each interrupt, for locks that an
-//! interrupt above RTIC's own priorities does not need. They share two things with the main loop: [`SHARED`] and the segment
-//! queue. Their code is in SRAM, and their data is in the core coupled memory ([`crate::fast_memory`]).
+//! They are not tasks of RTIC. A task of RTIC saves and restores BASEPRI: 14 cycles of each
+//! interrupt, for locks that an interrupt above RTIC's own priorities does not need. They share two
+//! things with the main loop: [`SHARED`] and the segment queue. Their code is in SRAM, and their
+//! data is in the core coupled memory ([`crate::fast_memory`]).
 #![allow(unsafe_code)] // a handler and its data
 use crate::{
     critical::PULSE_END_PRIORITY,
@@ -29,15 +31,15 @@ struct Owned {
 
 struct Place(UnsafeCell<MaybeUninit<Owned>>);
 
-// SAFETY: `start` fills it before the interrupts can come. After that it is the ticks'; the end of a pulse has it at rest, where
-// no tick comes.
+// SAFETY: `start` fills it before the interrupts can come. After that it is the ticks'; the end of
+// a pulse has it at rest, where no tick comes.
 unsafe impl Sync for Place {}
 
 #[link_section = ".bss.ccm.owned"]
 static OWNED: Place = Place(UnsafeCell::new(MaybeUninit::uninit()));
 
-/// Starts the timers and lets the interrupts come, ticks at the priority that they have after a reset: the highest. Once,
-/// before the first segment.
+/// Starts the timers and lets the interrupts come, ticks at the priority that they have after a
+/// reset: the highest. Once, before the first segment.
 pub(crate) fn start(
     nvic: &mut NVIC,
     timers: (TIM2, TIM11),
@@ -49,7 +51,8 @@ pub(crate) fn start(
         state: StepInterrupt::new(),
         segments,
     };
-    // SAFETY: the interrupts are still masked, and the queue's end, which exists once, has come here only now.
+    // SAFETY: the interrupts are still masked, and the queue's end, which exists once, has come
+    // here only now.
     unsafe {
         (*OWNED.0.get()).write(owned);
         nvic.set_priority(PULSE_END_INTERRUPT, PULSE_END_PRIORITY);
@@ -61,7 +64,8 @@ pub(crate) fn start(
 /// A tick is due.
 #[interrupt]
 fn TIM2() {
-    // SAFETY: unmasked by `start`, after that has filled it; the end of a pulse, which it interrupts, does not have it then.
+    // SAFETY: unmasked by `start`, after that has filled it; the end of a pulse, which it
+    // interrupts, does not have it then.
     let owned = unsafe { (*OWNED.0.get()).assume_init_mut() };
     owned.port.acknowledge();
     let Owned {
@@ -70,7 +74,8 @@ fn TIM2() {
         segments,
     } = owned;
     if on_timer(state, segments, &SHARED, port) {
-        // It has taken so long that the shortest pulse is over, and the next tick may come before its end can.
+        // It has taken so long that the shortest pulse is over, and the next tick may come before
+        // its end can.
         step_port::end_pulse_if_over();
     }
 }

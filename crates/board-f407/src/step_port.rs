@@ -1,7 +1,8 @@
 //! Step pins, direction pins and step timer: the board's side of the step interrupt.
 //!
-//! TIM2 counts freely at [`APB1_TIMER_HZ`] (RM0090 section 18.3). Its compare register holds the instant of the next tick.
-//! TIM11 counts a pulse once (one-pulse mode, section 19.3.9) and says when it is over:
+//! TIM2 counts freely at [`APB1_TIMER_HZ`] (RM0090 section 18.3). Its compare register holds the
+//! instant of the next tick. TIM11 counts a pulse once (one-pulse mode, section 19.3.9) and says
+//! when it is over:
 //!
 //! ```text
 //!  TIM2       |                 |          next tick: steps, then the tick after it is prepared
@@ -10,13 +11,16 @@
 //!  step pin _____|     |___________|
 //! ```
 //!
-//! A tick interrupts the end of a pulse, so that edges keep their distance from the schedule; nothing but a tick does. That
-//! a tick never comes just between the look at TIM11 and the stores that end its pulse is a matter of time: ticks are a pulse
-//! and 1 µs apart at least (`StepTiming::F407`), and the pins are low 0.3 µs after a pulse's end. Where a pulse is over
-//! while a tick is at work, it ends after the tick: 1.3 µs later at most, 3.2 µs where the tick begins a line.
+//! A tick interrupts the end of a pulse, so that edges keep their distance from the schedule;
+//! nothing but a tick does. That a tick never comes just between the look at TIM11 and the stores
+//! that end its pulse is a matter of time: ticks are a pulse and 1 µs apart at least
+//! (`StepTiming::F407`), and the pins are low 0.3 µs after a pulse's end. Where a pulse is over
+//! while a tick is at work, it ends after the tick: 1.3 µs later at most, 3.2 µs where the tick
+//! begins a line.
 //!
-//! What goes to the ports for each set of motors stands ready in a table ([`Words`]): one store for each port that has
-//! step pins, one after the other. Boards with all of them on one port step all motors at the same instant.
+//! What goes to the ports for each set of motors stands ready in a table ([`Words`]): one store for
+//! each port that has step pins, one after the other. Boards with all of them on one port step all
+//! motors at the same instant.
 use crate::{
     chip::Bank,
     clock::APB1_TIMER_HZ,
@@ -35,7 +39,8 @@ use leadscrew_machine::board::PortConfig;
 use leadscrew_stepper::{MotorMask, OutputChange, Power, Shared, StepPort, Ticks};
 use stm32f4::stm32f407::{tim2::dier, Interrupt, TIM11, TIM2};
 
-/// The interrupt of TIM11: the main loop pends it where there is something to start, or new tables to follow.
+/// The interrupt of TIM11: the main loop pends it where there is something to start, or new tables
+/// to follow.
 pub(crate) const PULSE_END_INTERRUPT: Interrupt = Interrupt::TIM1_TRG_COM_TIM11;
 
 /// Sets of motors.
@@ -64,7 +69,8 @@ const DIRECTION_PINS: [Pin; MOTORS] = {
 const STEP_BANKS: ([Bank; MOTORS], usize) = banks(STEP_PINS);
 const DIRECTION_BANKS: ([Bank; MOTORS], usize) = banks(DIRECTION_PINS);
 
-/// The words for each set of motors, one a port. Written by the main loop at rest, read by the step interrupt.
+/// The words for each set of motors, one a port. Written by the main loop at rest, read by the step
+/// interrupt.
 struct Words<const BANKS: usize>([[AtomicU32; BANKS]; SETS]);
 
 impl<const BANKS: usize> Words<BANKS> {
@@ -121,8 +127,8 @@ static REWIRED: AtomicBool = AtomicBool::new(false);
 static PULSE: AtomicU32 = AtomicU32::new(10 * PULSE_MICROSECOND);
 
 placed! { ".bss.ccm.negative";
-    /// The motors that turn the negative way: set by the tick that begins a line, written where no step pin is high, and again
-    /// whenever a pulse ends.
+    /// The motors that turn the negative way: set by the tick that begins a line, written where no
+    /// step pin is high, and again whenever a pulse ends.
     static NEGATIVE: AtomicU8 = AtomicU8::new(0);
 }
 placed! { ".bss.ccm.ticking";
@@ -130,7 +136,8 @@ placed! { ".bss.ccm.ticking";
     static TICKING: AtomicBool = AtomicBool::new(false);
 }
 
-/// Puts the wiring into effect. Main loop, at rest; the step interrupt puts the pins to their new levels.
+/// Puts the wiring into effect. Main loop, at rest; the step interrupt puts the pins to their new
+/// levels.
 pub(crate) fn configure(port: &PortConfig) {
     let (steps, directions) = (port.step_invert, port.direction_invert);
     STEPS.fill(&STEP_PINS, &STEP_BANKS.0, |motor, stepping| {
@@ -156,7 +163,8 @@ pub(crate) fn configure(port: &PortConfig) {
     rtic::pend(PULSE_END_INTERRUPT);
 }
 
-/// Counts behind its instant at which a tick is missed: 100 µs. Nothing keeps a tick away for longer than an instruction.
+/// Counts behind its instant at which a tick is missed: 100 µs. Nothing keeps a tick away for
+/// longer than an instruction.
 const MISSED: u32 = 8_400;
 
 /// Whether an instant has come: less than half the timer's range (25 s) ahead is the future.
@@ -178,8 +186,8 @@ pub(crate) fn start(_: TIM2, _: TIM11) {
     pulse_timer().dier().write(|w| w.uie().enabled());
 }
 
-/// At rest: puts new levels out (where a pulse is under way, its end puts them out). Whether motion is to begin.
-/// Interrupt of TIM11, which the main loop pends.
+/// At rest: puts new levels out (where a pulse is under way, its end puts them out). Whether motion
+/// is to begin. Interrupt of TIM11, which the main loop pends.
 #[inline(always)] // with `is_pulsing` inlined too, a pulse ends in 69 cycles and not in 77
 pub(crate) fn is_to_start(shared: &Shared<MOTORS>) -> bool {
     !TICKING.load(Relaxed) && rewire_and_look(shared)
@@ -217,7 +225,8 @@ fn end_pulse() {
     for (bank, word) in STEP_BANKS.0.iter().zip(&PULSE_END) {
         bank.write(word.load(Relaxed));
     }
-    // From here on a tick that begins a line puts its directions out by itself; older ones must not follow them.
+    // From here on a tick that begins a line puts its directions out by itself; older ones must not
+    // follow them.
     loop {
         let negative = NEGATIVE.load(Relaxed);
         DIRECTIONS.write(&DIRECTION_BANKS.0, MotorMask::from_bits(negative));
@@ -227,7 +236,8 @@ fn end_pulse() {
     }
 }
 
-/// Has a tick whose instant has passed come as soon as a pulse may begin; from which instant on the schedule goes on.
+/// Has a tick whose instant has passed come as soon as a pulse may begin; from which instant on the
+/// schedule goes on.
 #[cold]
 #[inline(never)]
 fn make_up(now: u32) -> u32 {
@@ -236,7 +246,8 @@ fn make_up(now: u32) -> u32 {
         make_tick_come();
         return now;
     }
-    // The tick before came late itself, and its pulse has only begun: as far apart as ticks are at least.
+    // The tick before came late itself, and its pulse has only begun: as far apart as ticks are at
+    // least.
     let due = now.wrapping_add(PULSE.load(Relaxed) / 2 + APB1_TIMER_HZ / 1_000_000);
     tick_timer().ccr1().write(|w| w.ccr().set(due));
     due
@@ -247,8 +258,8 @@ fn make_tick_come() {
     tick_timer().egr().write(|w| w.cc1g().set_bit());
 }
 
-/// Has the armed tick come where its instant has passed unmet: something kept the core from the compare for too long, and the
-/// timer would come round to it in 51 s. Main loop, at every turn.
+/// Has the armed tick come where its instant has passed unmet: something kept the core from the
+/// compare for too long, and the timer would come round to it in 51 s. Main loop, at every turn.
 pub(crate) fn catch_missed_tick() {
     let instant = || tick_timer().ccr1().read().bits();
     let due = instant();
@@ -262,7 +273,8 @@ pub(crate) fn catch_missed_tick() {
 /// The outputs of ticks. TIM2's interrupt uses it; TIM11's interrupt uses it where no tick is
 /// armed.
 pub(crate) struct Port {
-    /// The instant of the tick that is armed, as compare 1 has it: to read it there takes 16 cycles.
+    /// The instant of the tick that is armed, as compare 1 has it: to read it there takes 16
+    /// cycles.
     due: u32,
 }
 
@@ -353,7 +365,8 @@ impl StepPort for Port {
         let now = count();
         let late = has_come(self.due, now);
         if late {
-            // The schedule goes on from here: ticks that made up for it would be closer than a pulse.
+            // The schedule goes on from here: ticks that made up for it would be closer than a
+            // pulse.
             self.due = make_up(now);
         }
         late

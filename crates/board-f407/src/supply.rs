@@ -1,8 +1,10 @@
-//! The supply voltage's detector (RM0090 section 5.2.3): the outputs are made safe before the chip resets itself.
+//! The supply voltage's detector (RM0090 section 5.2.3): the outputs are made safe before the chip
+//! resets itself.
 //!
-//! Level 4, 2.66 V falling (data sheet, table 19): a little under the 2.7 V that the flash asks for when it is written by words
-//! (RM0090 table 13). Level 5 would be above it, but may keep a board of 3.0 V, an STM32F4-Discovery, from starting. The chip
-//! resets itself at 1.7 V, unless its option bytes say otherwise.
+//! Level 4, 2.66 V falling (data sheet, table 19): a little under the 2.7 V that the flash asks for
+//! when it is written by words (RM0090 table 13). Level 5 would be above it, but may keep a board
+//! of 3.0 V, an STM32F4-Discovery, from starting. The chip resets itself at 1.7 V, unless its
+//! option bytes say otherwise.
 use crate::{
     registers::Word,
     restart::{self, Reason},

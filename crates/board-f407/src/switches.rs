@@ -6,10 +6,11 @@
 //!             |<----- the filter's time, $706 -->|
 //! ```
 //!
-//! Each input is on a line of EXTI of its own: its pin's number, whatever the port (RM0090 section 12.2.5). Further edges
-//! within the time change nothing, so that a switch that bounces, or noise that goes on, is answered after exactly that
-//! time; a shorter spike is forgotten. The line is masked for as long, so that noise takes two interrupts each such time and no
-//! more. TIM5, which counts microseconds, keeps the time.
+//! Each input is on a line of EXTI of its own: its pin's number, whatever the port (RM0090 section
+//! 12.2.5). Further edges within the time change nothing, so that a switch that bounces, or noise
+//! that goes on, is answered after exactly that time; a shorter spike is forgotten. The line is
+//! masked for as long, so that noise takes two interrupts each such time and no more. TIM5, which
+//! counts microseconds, keeps the time.
 use crate::{
     chip::Bank,
     clock,
@@ -69,12 +70,14 @@ placed! { ".bss.ccm.levels";
 /// How long a level has to last, in microseconds. Written by the main loop at rest.
 static TIME_US: AtomicU32 = AtomicU32::new(0);
 
-/// Sets the filter's time. Main loop, at rest: at start-up before the machine listens, and after a change of `$706`.
+/// Sets the filter's time. Main loop, at rest: at start-up before the machine listens, and after a
+/// change of `$706`.
 pub(crate) fn set_filter(microseconds: u32) {
     TIME_US.store(microseconds, Relaxed);
 }
 
-/// Waits until each edge that has come so far is believed or forgotten, 10 ms at most. Main loop, at rest.
+/// Waits until each edge that has come so far is believed or forgotten, 10 ms at most. Main loop,
+/// at rest.
 pub(crate) fn let_settle() {
     /// The time that interrupts take besides, a generous estimate.
     const INTERRUPTS_US: u32 = 20;
@@ -86,8 +89,8 @@ fn all() -> impl Iterator<Item = Input> {
     PROFILE.limits.into_iter().chain(BUTTONS).flatten()
 }
 
-/// The state of the switch interrupts, of EXTI and of the timer. The tasks share it without a lock, since RTIC refuses
-/// to build them unless all have one priority.
+/// The state of the switch interrupts, of EXTI and of the timer. The tasks share it without a lock,
+/// since RTIC refuses to build them unless all have one priority.
 pub(crate) struct Filter {
     exti: EXTI,
     /// Lines whose level is being waited for.
@@ -101,7 +104,8 @@ pub(crate) struct Filter {
 }
 
 impl Filter {
-    /// Makes inputs of the pins, takes their levels as they are, and listens from here on. Before the interrupts are on.
+    /// Makes inputs of the pins, takes their levels as they are, and listens from here on. Before
+    /// the interrupts are on.
     pub(crate) fn new(exti: EXTI, syscfg: &SYSCFG) -> Self {
         for input in all() {
             input.pin.make_input(input.pull);
@@ -156,8 +160,8 @@ impl Filter {
         clock::set_filter_alarm(due);
     }
 
-    /// Looks at the lines whose time is over, and acts on those that have changed. The alarm's instant stands in for the
-    /// present: to ask the timer takes 20 cycles. Interrupt of TIM5.
+    /// Looks at the lines whose time is over, and acts on those that have changed. The alarm's
+    /// instant stands in for the present: to ask the timer takes 20 cycles. Interrupt of TIM5.
     #[inline(always)]
     pub(crate) fn on_time(&mut self, inputs: &Inputs<MOTORS>, shared: &Shared<MOTORS>) {
         let (before, waiting) = (LEVELS.load(Relaxed), self.settling);
@@ -197,8 +201,9 @@ impl Filter {
         self.exti.imr().change(|all| all & !u32::from(lines));
     }
 
-    /// Listens again to some lines, whose level is believed to be that of `levels`: where it is another by now, that counts as
-    /// an edge. What was noted of them while they were masked is forgotten before they are looked at, so that nothing is lost.
+    /// Listens again to some lines, whose level is believed to be that of `levels`: where it is
+    /// another by now, that counts as an edge. What was noted of them while they were masked is
+    /// forgotten before they are looked at, so that nothing is lost.
     #[inline(never)]
     fn listen_again(&self, over: u16, levels: u16) {
         let over = u32::from(over);
@@ -250,7 +255,8 @@ fn lines(set: u16) -> impl Iterator<Item = usize> {
     })
 }
 
-/// The levels of all switches, as they are believed; one that the board does not have is open. Any context.
+/// The levels of all switches, as they are believed; one that the board does not have is open. Any
+/// context.
 pub(crate) fn switches() -> Switches {
     switches_at(LEVELS.load(Relaxed))
 }
@@ -272,7 +278,8 @@ fn switches_at(levels: u16) -> Switches {
     }
 }
 
-/// Which port's pin a line looks at (RM0090 section 9.2.3): four bits a line, four lines a register.
+/// Which port's pin a line looks at (RM0090 section 9.2.3): four bits a line, four lines a
+/// register.
 fn select_port(syscfg: &SYSCFG, line: u8, bank: Bank) {
     let shift = line % 4 * 4;
     let word = |before: u32| before & !(0xF << shift) | (bank as u32) << shift;

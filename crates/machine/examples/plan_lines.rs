@@ -1,13 +1,13 @@
-//! Reads the first lines of a G-code file and plans their moves, nothing else: what a line costs from its bytes to its
-//! planned move, for a profiler to count.
+//! Reads the first lines of a G-code file and plans their moves, nothing else: what a line costs
+//! from its bytes to its planned move, for a profiler to count.
 //!
 //! ```text
 //! cargo xtask bench target/fast/examples/plan_lines raster.gcode {lines}
 //! ```
 //!
-//! Line reader, interpreter and planner are those of the machine; the queue is emptied whenever it is full. Settings: 250
-//! steps/mm, 2000 mm/min, 200 mm/s², as in `bench/settings/mid.json`, and the corner rule that a machine has from the start.
-//! A third argument `grbl` takes Grbl's.
+//! Line reader, interpreter and planner are those of the machine; the queue is emptied whenever it
+//! is full. Settings: 250 steps/mm, 2000 mm/min, 200 mm/s², as in `bench/settings/mid.json`, and
+//! the corner rule that a machine has from the start. A third argument `grbl` takes Grbl's.
 
 use leadscrew_machine::config::{AxisKind, Options};
 use leadscrew_machine::interpreter::{

@@ -1,4 +1,5 @@
-//! Prints what a machine would be told by the G-code on standard input: each line, and its canonical commands below.
+//! Prints what a machine would be told by the G-code on standard input: each line, and its
+//! canonical commands below.
 //!
 //! ```text
 //! $ printf 'G20 G1 X1 F10\nG2 X1\n' | cargo run -p leadscrew-machine --example print_commands
@@ -8,7 +9,8 @@
 //! ^ error:35 The arc has no centre in its plane
 //! ```
 //!
-//! `$J=` jogs and `$G` prints the modal state. Nothing is planned: there are no steps and no limits here.
+//! `$J=` jogs and `$G` prints the modal state. Nothing is planned: there are no steps and no limits
+//! here.
 
 use leadscrew_machine::config::{AxisKind, Options};
 use leadscrew_machine::interpreter::{

@@ -40,7 +40,8 @@ where
         self.motion.shared.set_direction_wait(self.direction_wait());
         board.configure(&port_config(&self.settings));
         if another_tool {
-            // Switching `$32` resets the tool: M3 for a spindle was no order to a laser, and the reverse.
+            // Switching `$32` resets the tool: M3 for a spindle was no order to a laser, and the
+            // reverse.
             self.switch_spindle_off(board);
         }
         self.set_gate();

@@ -8,8 +8,8 @@
 //!          set_spindle, set_coolant, ...
 //! ```
 //!
-//! Implemented by the firmware's board and by the simulator. Every method is called from the main loop
-//! and none may wait: a long job is begun, or done in parts ([`Board::write`]).
+//! Implemented by the firmware's board and by the simulator. Every method is called from the main
+//! loop and none may wait: a long job is begun, or done in parts ([`Board::write`]).
 
 use crate::explain::Explain;
 use core::fmt;
@@ -32,10 +32,11 @@ impl fmt::Display for ChannelId {
     }
 }
 
-/// Electrical levels of all switches at one instant. Inputs are pulled up: `true` is high, an open switch.
+/// Electrical levels of all switches at one instant. Inputs are pulled up: `true` is high, an open
+/// switch.
 ///
-/// What is *active* follows from the settings (`$5`, `$6`) and the machine's configuration; the board need
-/// not know.
+/// What is *active* follows from the settings (`$5`, `$6`) and the machine's configuration; the
+/// board need not know.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Switches {
@@ -88,7 +89,8 @@ pub struct CoolantOutput {
     pub mist: bool,
 }
 
-/// How step port and switches are wired: settings that the board, not the machine, puts into effect.
+/// How step port and switches are wired: settings that the board, not the machine, puts into
+/// effect.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct PortConfig {
@@ -100,7 +102,8 @@ pub struct PortConfig {
     pub direction_invert: MotorMask,
     /// Whether the drivers are enabled by a high level (`$4`).
     pub enable_invert: bool,
-    /// How long a switch input keeps a new level before the board believes it, in microseconds, 0 to 10 000 (`$706`).
+    /// How long a switch input keeps a new level before the board believes it, in microseconds, 0
+    /// to 10 000 (`$706`).
     pub filter_us: u32,
 }
 
@@ -108,8 +111,8 @@ pub struct PortConfig {
 pub trait Board {
     /// Makes the step interrupt happen as soon as possible, with the timer running from now on.
     ///
-    /// The machine has noted `Shared::set_running` before. Called at rest only, in a poll at `now`. Answers when that is: what is
-    /// committed is counted from there.
+    /// The machine has noted `Shared::set_running` before. Called at rest only, in a poll at `now`.
+    /// Answers when that is: what is committed is counted from there.
     fn start_stepping(&mut self, now: Instant) -> Instant;
 
     /// Takes as many of `bytes` for sending on `channel` as there is room for; returns how many.
@@ -121,21 +124,23 @@ pub trait Board {
     /// Enables or disables all motor drivers.
     fn enable_motors(&mut self, on: bool);
 
-    /// Sets direction and enable of the spindle. Its power: [`Board::set_power`] and the step interrupt.
+    /// Sets direction and enable of the spindle. Its power: [`Board::set_power`] and the step
+    /// interrupt.
     fn set_spindle(&mut self, output: SpindleOutput);
 
-    /// Sets the spindle's or laser's power. Called while the step timer rests, and to switch it off after a stop; in motion, power
-    /// goes through `StepPort::set_power`.
+    /// Sets the spindle's or laser's power. Called while the step timer rests, and to switch it off
+    /// after a stop; in motion, power goes through `StepPort::set_power`.
     fn set_power(&mut self, power: Power);
 
     /// Sets the coolant valves.
     fn set_coolant(&mut self, output: CoolantOutput);
 
-    /// Puts the wiring into effect. Called at rest only, though the last pulse may still be high: a new
-    /// direction waits for its end.
+    /// Puts the wiring into effect. Called at rest only, though the last pulse may still be high: a
+    /// new direction waits for its end.
     fn configure(&mut self, port: &PortConfig);
 
-    /// Whoever explains the job: a simulator that draws it or tells why it slows down. A controller has nobody.
+    /// Whoever explains the job: a simulator that draws it or tells why it slows down. A controller
+    /// has nobody.
     fn explainer(&mut self) -> Option<&mut dyn Explain> {
         None
     }

@@ -1,5 +1,5 @@
-//! Everything about a machine that is fixed when it is built: sizes, wiring that no setting knows, options
-//! that Grbl chooses when it is compiled.
+//! Everything about a machine that is fixed when it is built: sizes, wiring that no setting knows,
+//! options that Grbl chooses when it is compiled.
 
 use crate::board::Duration;
 use crate::protocol::line_reader::GRBL_LINE_LENGTH;
@@ -16,22 +16,24 @@ use leadscrew_stepper::Segment;
 /// Segments between the main loop and the step interrupt.
 pub const SEGMENTS: usize = 16;
 
-/// Changes of power that rows of a raster may hold together while they are planned, 36 KB: a little more than the pixels of
-/// 0.05 mm in the 202 mm that stopping from 450 mm/s takes at 500 mm/s².
+/// Changes of power that rows of a raster may hold together while they are planned, 36 KB: a little
+/// more than the pixels of 0.05 mm in the 202 mm that stopping from 450 mm/s takes at 500 mm/s².
 pub const PIXELS: usize = 4608;
 
-/// Where the pixels of the program's rows are kept. Borrowed as [`MoveQueues`] are, and apart from them: no memory of a
-/// microcontroller need hold both.
+/// Where the pixels of the program's rows are kept. Borrowed as [`MoveQueues`] are, and apart from
+/// them: no memory of a microcontroller need hold both.
 pub type RowPixels = PixelQueue<PIXELS>;
 
-/// The queue between the main loop and the step interrupt ([`SEGMENTS`] and the one slot that a ring keeps free).
+/// The queue between the main loop and the step interrupt ([`SEGMENTS`] and the one slot that a
+/// ring keeps free).
 pub type SegmentQueue<const MOTORS: usize> = spsc::Queue<Segment<MOTORS>, { SEGMENTS + 1 }>;
 
 /// Moves that a cycle may have planned at once.
 pub(crate) const ASIDE_MOVES: usize = 4;
 
-/// Where planned moves are kept, `MOVES` of the program: by far the largest part of a machine. A machine borrows it, so
-/// that it can be a `static` and need not be built on a stack. `BLOCKS` is for small ones: see [`Queue`].
+/// Where planned moves are kept, `MOVES` of the program: by far the largest part of a machine. A
+/// machine borrows it, so that it can be a `static` and need not be built on a stack. `BLOCKS` is
+/// for small ones: see [`Queue`].
 #[derive(Debug)]
 pub struct MoveQueues<
     const AXES: usize,
@@ -68,8 +70,8 @@ impl<const AXES: usize, const MOTORS: usize, const MOVES: usize, const BLOCKS: u
 /// Serial lines that one machine can serve.
 pub const CHANNELS: usize = 4;
 
-/// Motion that may be committed to the segment queue: a hold, a cancel or an override acts after no more
-/// than this.
+/// Motion that may be committed to the segment queue: a hold, a cancel or an override acts after no
+/// more than this.
 pub const COMMITTED: Duration = Duration::from_ticks(2_000);
 
 /// Whether an axis is a length or an angle.
@@ -81,8 +83,8 @@ pub enum AxisKind {
     Linear,
     /// Degrees, never inches.
     Rotary,
-    /// Filament of a printer, millimetres: the word E, whatever the axis's place. On a machine with more than three axes, and
-    /// never one of the first three.
+    /// Filament of a printer, millimetres: the word E, whatever the axis's place. On a machine with
+    /// more than three axes, and never one of the first three.
     Extruder,
 }
 
@@ -128,14 +130,15 @@ impl ParkingConfig {
     };
 }
 
-/// How far the two switches of an axis with two motors may be apart when it is squared while homing.
+/// How far the two switches of an axis with two motors may be apart when it is squared while
+/// homing.
 ///
 /// Which axis that is, its kinematics say: a [`leadscrew_planner::Ganged`].
 #[derive(Clone, Copy, PartialEq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Squaring {
-    /// How far one of the two motors may go on without its switch once the other one has met its own, as a share of the
-    /// axis's travel: farther is ALARM:10.
+    /// How far one of the two motors may go on without its switch once the other one has met its
+    /// own, as a share of the axis's travel: farther is ALARM:10.
     pub tolerance: f32,
     /// No less than this, mm.
     pub least_mm: f32,
@@ -175,9 +178,11 @@ pub struct Options {
     pub parking: Option<ParkingConfig>,
     /// M56, which allows and forbids parking.
     pub parking_override: bool,
-    /// Canned cycles, which Grbl has not: G73, G81 to G83, G85, G86, G89, G98, G99, and the words Q and L for them.
+    /// Canned cycles, which Grbl has not: G73, G81 to G83, G85, G86, G89, G98, G99, and the words Q
+    /// and L for them.
     pub cycles: bool,
-    /// A tool table, which Grbl has not: T stays selected, G43 Hn, G10 L1. For a machine with an extension that keeps the table.
+    /// A tool table, which Grbl has not: T stays selected, G43 Hn, G10 L1. For a machine with an
+    /// extension that keeps the table.
     pub tools: bool,
 }
 
@@ -185,7 +190,8 @@ pub struct Options {
 #[derive(Clone, Copy, PartialEq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct SwitchRules {
-    /// A switch that stops the machine is named with its end (`[MSG:X high]`); the position is kept, and `$X` unlocks ALARM:1.
+    /// A switch that stops the machine is named with its end (`[MSG:X high]`); the position is
+    /// kept, and `$X` unlocks ALARM:1.
     pub named: bool,
     /// With `named`: how far X and Y then go back, mm; 0: not at all. Z never does.
     pub back_off_mm: f32,
@@ -197,10 +203,11 @@ pub struct SwitchRules {
     pub without_switch: AxisMask,
     /// Axes whose limit switch serves homing alone: it never stops motion.
     pub homing_only: AxisMask,
-    /// Axes whose limit switch stands at the low end and stops motion towards it alone: motion that leaves it goes on, programs
-    /// too.
+    /// Axes whose limit switch stands at the low end and stops motion towards it alone: motion that
+    /// leaves it goes on, programs too.
     pub towards_low: AxisMask,
-    /// The same at the high end. With one switch at either end on one input, an axis is in both: it may not tell the ends apart.
+    /// The same at the high end. With one switch at either end on one input, an axis is in both: it
+    /// may not tell the ends apart.
     pub towards_high: AxisMask,
 }
 
@@ -244,8 +251,8 @@ pub struct MachineConfig<const AXES: usize> {
     pub step_timing: StepTiming,
     /// How many moves may be planned ahead; at most as many as its [`MoveQueues`] has room for.
     pub moves: usize,
-    /// How many changes of power rows of a raster may hold while they are planned, at most [`PIXELS`]; 0: each line is a move of
-    /// its own.
+    /// How many changes of power rows of a raster may hold while they are planned, at most
+    /// [`PIXELS`]; 0: each line is a move of its own.
     pub pixels: usize,
     /// Unread bytes that each serial line is to take, for the maker of its queue; Grbl's 128, or
     /// more.
@@ -314,7 +321,8 @@ impl<const AXES: usize> MachineConfig<AXES> {
         }
     }
 
-    /// A machine that answers as stock Grbl 1.1h does: 15 moves, 128 bytes, two bits of `$10`, its corners, no cycles.
+    /// A machine that answers as stock Grbl 1.1h does: 15 moves, 128 bytes, two bits of `$10`, its
+    /// corners, no cycles.
     pub const fn grbl() -> Self {
         let mut config = Self::new();
         config.step_timing = StepTiming::GRBL;

@@ -9,7 +9,8 @@ pub(crate) struct Ends<const AXES: usize, const MOTORS: usize> {
     pub(crate) seen: [i32; MOTORS],
     /// Which way each motor stepped last in this motion: 1, -1, or 0 where it has not.
     pub(crate) heading: [i32; MOTORS],
-    /// Axes whose limit switch is closed: which way leads farther into it, `Equal` where nobody knows.
+    /// Axes whose limit switch is closed: which way leads farther into it, `Equal` where nobody
+    /// knows.
     pub(crate) closed: [Option<Ordering>; AXES],
 }
 

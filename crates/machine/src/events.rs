@@ -15,7 +15,8 @@ use leadscrew_planner::Kinematics;
 /// Realtime commands handled in one poll: bounds its time.
 const REQUESTS_A_POLL: usize = 8;
 
-/// A resume that comes this soon after a hold in motion, or after a door, was in one burst with it: hold and door stay.
+/// A resume that comes this soon after a hold in motion, or after a door, was in one burst with it:
+/// hold and door stay.
 const BURST: Duration = Duration::from_ticks(2_000);
 
 impl<K, X, const AXES: usize, const MOTORS: usize> Machine<'_, K, AXES, MOTORS, X>
@@ -239,7 +240,8 @@ where
         self.override_motion();
     }
 
-    /// 0x9E: in a completed hold, switches the spindle off, or on again. A laser that is held stays dark until it is resumed.
+    /// 0x9E: in a completed hold, switches the spindle off, or on again. A laser that is held stays
+    /// dark until it is resumed.
     fn stop_spindle(&mut self) {
         let held = matches!(self.state, State::Hold(Hold::Complete { .. }));
         if !held || !self.tool.spindle.is_wanted() || self.tool.spindle.is_laser() {

@@ -8,14 +8,16 @@ pub trait Explain {
     /// A move of the program is planned.
     fn move_planned(&mut self, planned: &PlannedMove<'_>);
 
-    /// `count` segments, 1 or more, were made for the step interrupt. `committed`: motion at the end of the last one.
+    /// `count` segments, 1 or more, were made for the step interrupt. `committed`: motion at the
+    /// end of the last one.
     fn segments_made(&mut self, count: u32, committed: &Committed);
 }
 
 /// A move of the program that has just been planned.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct PlannedMove<'a> {
-    /// Where it begins: axes, machine position. Elsewhere than the move before has ended where the machine has moved by itself.
+    /// Where it begins: axes, machine position. Elsewhere than the move before has ended where the
+    /// machine has moved by itself.
     pub begin: &'a [Coordinate],
     /// Where it ends: axes, machine position.
     pub target: &'a [Coordinate],

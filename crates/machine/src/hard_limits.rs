@@ -1,15 +1,16 @@
 //! A limit switch that stays closed (`$21=1`), and the jogs that are still allowed.
 //!
-//! The edge stops the machine ([`crate::inputs`]). As long as the switch is closed after that, programs are refused, and of the
-//! jogs those that lead farther into it:
+//! The edge stops the machine ([`crate::inputs`]). As long as the switch is closed after that,
+//! programs are refused, and of the jogs those that lead farther into it:
 //!
 //! | the switch closed | a jog of its axis |
 //! |---|---|
 //! | while the axis moved | against that motion |
 //! | at rest, or nobody knows | either way, at `$25` at most: both ends of an axis may be on one input |
 //!
-//! Where the build says at which end the only switch of an axis stands ([`SwitchRules`](crate::config::SwitchRules)), it stops motion
-//! towards that end alone: from the switch that is closed, programs may leave.
+//! Where the build says at which end the only switch of an axis stands
+//! ([`SwitchRules`](crate::config::SwitchRules)), it stops motion towards that end alone: from the
+//! switch that is closed, programs may leave.
 
 use crate::board::Board;
 use crate::extension::Extension;
@@ -29,8 +30,9 @@ where
     K: Kinematics<AXES, MOTORS> + Clone,
     X: Extension<AXES>,
 {
-    /// Notes which way motors go, and where a limit switch has closed or opened. `hit`: one has stopped the machine. Answers whether
-    /// one is to stop it: `hit`, or an axis leads farther into its closed switch. Main loop, at every turn, before anything moves on.
+    /// Notes which way motors go, and where a limit switch has closed or opened. `hit`: one has
+    /// stopped the machine. Answers whether one is to stop it: `hit`, or an axis leads farther into
+    /// its closed switch. Main loop, at every turn, before anything moves on.
     pub(crate) fn watch_limits<B: Board>(&mut self, hit: bool, board: &B) -> bool {
         if !self.settings.is_on(Setting::HardLimits) {
             return hit;
@@ -89,9 +91,10 @@ where
         Ok(())
     }
 
-    /// Notes which switches are closed, and has those stop nothing that serve homing alone or to which their axis does not go. Answers
-    /// whether an axis leads into its only switch, which is closed. Motion that has begun since the last turn goes nowhere yet: the
-    /// next turn finds its switch closed.
+    /// Notes which switches are closed, and has those stop nothing that serve homing alone or to
+    /// which their axis does not go. Answers whether an axis leads into its only switch, which is
+    /// closed. Motion that has begun since the last turn goes nowhere yet: the next turn finds its
+    /// switch closed.
     pub(crate) fn look_at_limits<B: Board>(&mut self, board: &B) -> bool {
         let active = self.switches.inputs.active(&board.switches());
         let rules = &self.config.rules;

@@ -1,7 +1,7 @@
 //! Switch edges and the probe latch: the answer to a contact at its very step.
 //!
-//! The switch interrupt calls [`Inputs::on_switches`] with the levels of all inputs. Some things cannot
-//! wait for the main loop and are done there and then:
+//! The switch interrupt calls [`Inputs::on_switches`] with the levels of all inputs. Some things
+//! cannot wait for the main loop and are done there and then:
 //!
 //! | input | armed by | at once | later, in `Machine::poll` |
 //! |---|---|---|---|
@@ -11,9 +11,10 @@
 //! | reset | – | stepping stops, the laser's gate shuts | reset, and locked as long as it is held |
 //! | buttons | – | the edge is counted | reset, hold, start, door |
 //!
-//! Each word has one writer at a time. The motor lock changes hands: it is the main loop's but while [`Inputs::watch_homing`]
-//! has the switch interrupt write it. Events are counters: the interrupt advances them, the main loop compares them with its
-//! last copy. So nothing needs a compare-and-swap, which a Cortex-M0 lacks.
+//! Each word has one writer at a time. The motor lock changes hands: it is the main loop's but
+//! while [`Inputs::watch_homing`] has the switch interrupt write it. Events are counters: the
+//! interrupt advances them, the main loop compares them with its last copy. So nothing needs a
+//! compare-and-swap, which a Cortex-M0 lacks.
 
 use crate::board::Switches;
 use core::sync::atomic::{AtomicBool, AtomicI32, AtomicU8, Ordering};
@@ -164,14 +165,14 @@ impl<const MOTORS: usize> Inputs<MOTORS> {
 
     /// Acts on the levels of all switches: stops, locks, latches, counts edges.
     ///
-    /// Called from the switch interrupt at every edge of any input, with the levels read after it. Must not be
-    /// preempted by itself. Bounded: no loop but one over the motors.
+    /// Called from the switch interrupt at every edge of any input, with the levels read after it.
+    /// Must not be preempted by itself. Bounded: no loop but one over the motors.
     pub fn on_switches(&self, switches: &Switches, shared: &Shared<MOTORS>) {
         self.on_switches_at(switches, shared, &shared.position());
     }
 
-    /// As [`Inputs::on_switches`], for a board that filters its inputs: `position` is where the motors stood at the edge
-    /// that has lasted long enough by now.
+    /// As [`Inputs::on_switches`], for a board that filters its inputs: `position` is where the
+    /// motors stood at the edge that has lasted long enough by now.
     pub fn on_switches_at(
         &self,
         switches: &Switches,
@@ -184,8 +185,8 @@ impl<const MOTORS: usize> Inputs<MOTORS> {
         self.check_buttons(active.buttons(), shared);
     }
 
-    /// Whether [`Inputs::on_switches_at`] with these levels is going to stop motion: for a board that makes the laser dark
-    /// before it does anything else. Switch interrupt.
+    /// Whether [`Inputs::on_switches_at`] with these levels is going to stop motion: for a board
+    /// that makes the laser dark before it does anything else. Switch interrupt.
     #[inline]
     pub fn would_stop(&self, switches: &Switches) -> bool {
         let active = self.active(switches);
@@ -219,34 +220,39 @@ impl<const MOTORS: usize> Inputs<MOTORS> {
             .store(config.hard_limits, Ordering::Release);
     }
 
-    /// Locks each of `motors` at the step at which its limit switch closes, in place of an alarm; none ends
-    /// that. Main loop; the motor lock is the interrupt's alone until then, and nobody else may write it.
+    /// Locks each of `motors` at the step at which its limit switch closes, in place of an alarm;
+    /// none ends that. Main loop; the motor lock is the interrupt's alone until then, and nobody
+    /// else may write it.
     ///
-    /// A switch that is closed already has no edge: lock its motor before this, and look once more after it.
+    /// A switch that is closed already has no edge: lock its motor before this, and look once more
+    /// after it.
     ///
     /// Where one of `sharing` is locked, all of them are: motors that turn for several axes
-    /// ([`leadscrew_planner::Kinematics::sharing`]), of which one alone would drag another axis along.
+    /// ([`leadscrew_planner::Kinematics::sharing`]), of which one alone would drag another axis
+    /// along.
     pub fn watch_homing(&self, motors: MotorMask, sharing: MotorMask) {
         self.sharing.store(sharing.bits(), Ordering::Relaxed);
         self.homing.store(motors.bits(), Ordering::Release);
     }
 
-    /// Has the limit switches of `motors` stop nothing, and all others stop motion again. Main loop.
+    /// Has the limit switches of `motors` stop nothing, and all others stop motion again. Main
+    /// loop.
     pub fn ignore_limits(&self, motors: MotorMask) {
         self.ignored.store(motors.bits(), Ordering::Relaxed);
     }
 
     /// Begins to wait for the probe, or ends it. Main loop.
     ///
-    /// A probe that is as awaited already is seen at the next edge only: ask [`Inputs::active`] first.
+    /// A probe that is as awaited already is seen at the next edge only: ask [`Inputs::active`]
+    /// first.
     pub fn watch_probe(&self, watch: ProbeWatch) {
         let count = self.watch.load(Ordering::Relaxed) | Self::KIND;
         let next = count.wrapping_add(1) | watch as u8;
         self.watch.store(next, Ordering::Release);
     }
 
-    /// The motors' positions at the contact that [`Inputs::watch_probe`] waits for, once it has come.
-    /// Main loop.
+    /// The motors' positions at the contact that [`Inputs::watch_probe`] waits for, once it has
+    /// come. Main loop.
     pub fn latched(&self) -> Option<[i32; MOTORS]> {
         let watch = self.watch.load(Ordering::Relaxed);
         let met = self.latched_watch.load(Ordering::Acquire) == watch;

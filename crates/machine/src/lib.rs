@@ -1,7 +1,7 @@
 //! GRBL 1.1h as a state machine that never waits: bytes in, segments and pins out.
 //!
-//! A [`board`] lends its slow pins and its serial lines; switch interrupts report to [`inputs`]. The
-//! machine's build is in [`config`]; a firmware adds to it by an [`extension`].
+//! A [`board`] lends its slow pins and its serial lines; switch interrupts report to [`inputs`].
+//! The machine's build is in [`config`]; a firmware adds to it by an [`extension`].
 #![no_std]
 #![forbid(unsafe_code)]
 

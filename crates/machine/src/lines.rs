@@ -1,4 +1,5 @@
-//! Lines: taken one at a time, wherever they come from, and handed to the interpreter or to `$` commands.
+//! Lines: taken one at a time, wherever they come from, and handed to the interpreter or to `$`
+//! commands.
 
 use crate::activity::line::{LineKind, Origin};
 use crate::board::{Board, ChannelId, Instant};
@@ -71,7 +72,8 @@ where
             && (rests || !self.program.line_waits)
     }
 
-    /// Whether a `$` line changes a setting behind moves that have not begun: then it is carried out after them.
+    /// Whether a `$` line changes a setting behind moves that have not begun: then it is carried
+    /// out after them.
     fn awaits_motion(&self, line: &[u8]) -> bool {
         let command = || SystemCommand::parse(line, &self.circumstances());
         self.is_about_to_move() && matches!(command(), Ok(SystemCommand::Set { .. }))
@@ -134,7 +136,8 @@ where
         }
     }
 
-    /// Whether a line of G-code, sound or not, is one of those that the operator may send while an M code is put aside.
+    /// Whether a line of G-code, sound or not, is one of those that the operator may send while an
+    /// M code is put aside.
     pub(crate) fn serves_operator(&self, line: &[u8]) -> bool {
         let find = |number| self.extension.m_code(number);
         let check = |call: &Call| self.extension.check(call);
@@ -144,7 +147,8 @@ where
         self.program.interpreter.serves_operator(line, &context)
     }
 
-    /// Answers a line with an error. In words, too, where the operator wants them, and for a number that no sender knows.
+    /// Answers a line with an error. In words, too, where the operator wants them, and for a number
+    /// that no sender knows.
     pub(crate) fn refuse(&mut self, origin: Origin, fault: Fault) {
         if let Origin::Channel(channel) = origin {
             self.console.last_fault = Some(LineFault {

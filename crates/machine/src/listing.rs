@@ -1,6 +1,6 @@
-//! A listing goes out row by row, each row once the board has taken the one before it: `$$`, `$+`, `$ES`, `$#`, `$N`, `$I`
-//! and the like.
-//! So a report that is asked for goes out between two rows, and does not wait for the rest of the list.
+//! A listing goes out row by row, each row once the board has taken the one before it: `$$`, `$+`,
+//! `$ES`, `$#`, `$N`, `$I` and the like. So a report that is asked for goes out between two rows,
+//! and does not wait for the rest of the list.
 
 use crate::board::ChannelId;
 use crate::config::extruder;

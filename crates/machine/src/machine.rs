@@ -40,9 +40,11 @@ pub struct Links<
     const PIXELS: usize,
     const BLOCKS: usize,
 > {
-    /// Where planned moves are kept: no interrupt's business, but too large to be a part of the machine.
+    /// Where planned moves are kept: no interrupt's business, but too large to be a part of the
+    /// machine.
     pub moves: &'a mut MoveQueues<AXES, MOTORS, MOVES, BLOCKS>,
-    /// Where the pixels of rows are kept: [`crate::config::RowPixels`], or fewer; 1 where nothing burns.
+    /// Where the pixels of rows are kept: [`crate::config::RowPixels`], or fewer; 1 where nothing
+    /// burns.
     pub pixels: &'a mut PixelQueue<PIXELS>,
     /// Segments for the step interrupt, from a [`crate::config::SegmentQueue`].
     pub segments: Producer<'a, Segment<MOTORS>>,
@@ -60,7 +62,8 @@ pub struct Links<
 pub struct Next {
     /// At once: there is more to do.
     pub busy: bool,
-    /// At this instant at the latest; `None`: at the next byte, switch edge or step interrupt that takes a segment.
+    /// At this instant at the latest; `None`: at the next byte, switch edge or step interrupt that
+    /// takes a segment.
     pub when: Option<Instant>,
     /// `when` is nothing but the extension's regular work: no line and no activity waits for it.
     pub is_chore: bool,
@@ -182,8 +185,8 @@ where
         self.state
     }
 
-    /// The states that the machine has left, the last sixteen at most, the oldest first: for tests and for those who look for a
-    /// fault.
+    /// The states that the machine has left, the last sixteen at most, the oldest first: for tests
+    /// and for those who look for a fault.
     pub fn history(&self) -> impl Iterator<Item = State> + '_ {
         self.history.states()
     }
@@ -193,7 +196,8 @@ where
         self.motion.position()
     }
 
-    /// Where work zero is: work coordinate system, G92 and tool length of the line that was taken last.
+    /// Where work zero is: work coordinate system, G92 and tool length of the line that was taken
+    /// last.
     pub fn work_offset(&self) -> [Coordinate; AXES] {
         self.program.work_offset
     }
@@ -213,7 +217,8 @@ where
         self.motion.speed()
     }
 
-    /// Lines of the program since it began: since power-up, a reset, or the end of the program before.
+    /// Lines of the program since it began: since power-up, a reset, or the end of the program
+    /// before.
     pub fn program_lines(&self) -> u32 {
         self.program.lines
     }
@@ -251,7 +256,8 @@ where
             && self.console.is_quiet()
     }
 
-    /// Bytes of output that were lost since power-up because a line's other end had stopped reading.
+    /// Bytes of output that were lost since power-up because a line's other end had stopped
+    /// reading.
     pub fn lost_output(&self) -> u32 {
         self.console.lost_output()
     }
@@ -380,5 +386,6 @@ fn earlier(one: Option<Instant>, other: Option<Instant>) -> Option<Instant> {
     }
 }
 
-/// A deadline that has passed is looked at again after this, so that a caller that sleeps until it makes progress.
+/// A deadline that has passed is looked at again after this, so that a caller that sleeps until it
+/// makes progress.
 const SHORTEST_SLEEP: Duration = Duration::from_ticks(1);

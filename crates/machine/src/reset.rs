@@ -39,8 +39,8 @@ where
         self.restart(discard, board, now);
     }
 
-    /// Stops motion without a deceleration, or finds it so stopped: motors may have lost steps. All that is under way ends
-    /// as in a reset, modes stay.
+    /// Stops motion without a deceleration, or finds it so stopped: motors may have lost steps. All
+    /// that is under way ends as in a reset, modes stay.
     pub(crate) fn abort<B: Board>(&mut self, alarm: Alarm, board: &mut B, now: Instant) {
         if self.state == State::Home {
             return self.fail_homing(alarm, board, now);
@@ -110,7 +110,8 @@ where
         self.program.startup.begin(None);
     }
 
-    /// Says that stored values are lost, where that is so and nobody has unlocked the machine since: to one channel, or to all.
+    /// Says that stored values are lost, where that is so and nobody has unlocked the machine
+    /// since: to one channel, or to all.
     pub(crate) fn say_lost(&mut self, to: Option<ChannelId>) {
         match to {
             _ if !self.store.lost => {}
@@ -119,8 +120,8 @@ where
         }
     }
 
-    /// Locks the machine and says why. A laser goes off, until a line after the lock wants it; a spindle goes on, as Grbl's
-    /// does where the alarm alone does not stop it.
+    /// Locks the machine and says why. A laser goes off, until a line after the lock wants it; a
+    /// spindle goes on, as Grbl's does where the alarm alone does not stop it.
     pub(crate) fn raise<B: Board>(&mut self, alarm: Alarm, board: &mut B) {
         if self.tool.spindle.is_laser() {
             self.switch_spindle_off(board);
@@ -143,8 +144,8 @@ where
         self.enter(State::Alarm(lock));
     }
 
-    /// Spindle and coolant off, for good. At rest or after a stop: the power goes at once, not with the next step, which may be
-    /// long in coming. (After a stop the step interrupt puts out none.)
+    /// Spindle and coolant off, for good. At rest or after a stop: the power goes at once, not with
+    /// the next step, which may be long in coming. (After a stop the step interrupt puts out none.)
     pub(crate) fn switch_outputs_off<B: Board>(&mut self, board: &mut B) {
         self.switch_spindle_off(board);
         self.tool.coolant.restore(board);
@@ -168,7 +169,8 @@ where
     }
 
     fn is_in_motion(&self) -> bool {
-        // The reset button stops the motors before the main loop learns of it: by now they may stand.
+        // The reset button stops the motors before the main loop learns of it: by now they may
+        // stand.
         let stopped = self.motion.shared.is_stopped();
         self.state.is_moving() && (stopped || !self.motion.is_at_rest())
     }

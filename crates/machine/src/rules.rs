@@ -1,4 +1,5 @@
-//! Rules of limit switches that Grbl has not: they hold where the machine's build asks for them ([`SwitchRules`](crate::config::SwitchRules)).
+//! Rules of limit switches that Grbl has not: they hold where the machine's build asks for them
+//! ([`SwitchRules`](crate::config::SwitchRules)).
 //!
 //! ```text
 //!   edge --> stopped at its step --> [MSG:X high] --> back off (X, Y) --> ALARM:1, `$X` unlocks

@@ -1,6 +1,8 @@
-//! The laser and its sender: it goes off when the sender falls silent, goes away, or another sender takes over.
+//! The laser and its sender: it goes off when the sender falls silent, goes away, or another sender
+//! takes over.
 //!
-//! The sender is the serial line that sent the last line of G-code. A laser lit by a startup line belongs to every sender.
+//! The sender is the serial line that sent the last line of G-code. A laser lit by a startup line
+//! belongs to every sender.
 
 use crate::activity::line::{LineKind, Origin};
 use crate::board::{Board, ChannelId, Duration, Instant};
@@ -26,7 +28,8 @@ where
         (micros > 0).then(|| Duration::from_ticks(micros))
     }
 
-    /// Puts out a laser that is lit at rest once its sender has been silent for too long. Main loop, at every turn.
+    /// Puts out a laser that is lit at rest once its sender has been silent for too long. Main
+    /// loop, at every turn.
     pub(crate) fn watch_sender(&mut self, now: Instant) {
         let heard = self.console.take_heard(self.program.owner);
         let lit = self.is_lit_at_rest();
@@ -54,7 +57,8 @@ where
         }
     }
 
-    /// A line of G-code has come from `id`. A laser that another sender has lit, or let go dark, goes off: M5.
+    /// A line of G-code has come from `id`. A laser that another sender has lit, or let go dark,
+    /// goes off: M5.
     pub(crate) fn take_over<B: Board>(&mut self, id: ChannelId, board: &mut B) {
         let before = self.program.owner.replace(id);
         let anothers = before.is_some_and(|before| before != id);
@@ -80,7 +84,8 @@ where
         }
     }
 
-    /// Whether a laser is lit at rest with nothing under way that would end that: no motion, no dwell, no startup line.
+    /// Whether a laser is lit at rest with nothing under way that would end that: no motion, no
+    /// dwell, no startup line.
     fn is_lit_at_rest(&self) -> bool {
         self.state == State::Idle
             && self.tool.spindle.is_laser()

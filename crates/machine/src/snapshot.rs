@@ -162,7 +162,8 @@ where
         }
     }
 
-    /// The state as reports show it: who has had an `ok` for a move does not take the machine for done.
+    /// The state as reports show it: who has had an `ok` for a move does not take the machine for
+    /// done.
     fn shown_state(&self) -> State {
         match self.is_about_to_move() {
             true => State::Run,

@@ -3,9 +3,11 @@
 use crate::config::{extruder, AxisKind};
 use leadscrew_planner::Coordinate;
 
-/// Whether a target lies within the travel: from `−travel` to 0 on each axis, ends included, exactly.
+/// Whether a target lies within the travel: from `−travel` to 0 on each axis, ends included,
+/// exactly.
 ///
-/// An axis without travel is never within, as in Grbl, unless it stays at 0. An extruder always is: filament has no end.
+/// An axis without travel is never within, as in Grbl, unless it stays at 0. An extruder always is:
+/// filament has no end.
 pub fn allow<const AXES: usize>(
     target: &[Coordinate; AXES],
     travel: &[Coordinate; AXES],

@@ -14,8 +14,8 @@
 //!                        +---------------+       Home: $H; Check: $C; Sleep: $SLP, left by 0x18 only
 //! ```
 //!
-//! Phases are data of their state, so that none can contradict another. Each event is one method: it
-//! returns the next state, or `None` where the event means nothing.
+//! Phases are data of their state, so that none can contradict another. Each event is one method:
+//! it returns the next state, or `None` where the event means nothing.
 
 use crate::board::Instant;
 
@@ -164,8 +164,8 @@ impl State {
         (self == Self::Jog(Jog::Moving)).then_some(Self::Jog(Jog::Cancelling { then_door: false }))
     }
 
-    /// After 0x84 or the door's edge. `moving`: whether there is anything to slow down. An open door, or a sleeping machine,
-    /// stays as it is.
+    /// After 0x84 or the door's edge. `moving`: whether there is anything to slow down. An open
+    /// door, or a sleeping machine, stays as it is.
     pub fn door_opens(self, moving: bool) -> Option<Self> {
         match self {
             Self::Jog(_) => Some(Self::Jog(Jog::Cancelling { then_door: true })),

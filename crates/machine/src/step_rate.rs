@@ -1,7 +1,8 @@
 //! Settings that ask for more steps than the board makes, and the values that would work.
 //!
-//! Settings are accepted one by one, since senders restore them so. A value is refused only where no values of the other
-//! settings could make it work ([`StepTiming::limits`]). Motion is capped at the rate that all settings leave.
+//! Settings are accepted one by one, since senders restore them so. A value is refused only where
+//! no values of the other settings could make it work ([`StepTiming::limits`]). Motion is capped at
+//! the rate that all settings leave.
 
 use crate::settings::table::{AxisSetting, Setting};
 use crate::settings::values::{Key, Settings};
@@ -18,7 +19,8 @@ pub struct Capped {
     pub most: Number,
 }
 
-/// Answers the largest `$110` and up of an axis that its steps/mm and `$0` allow, rounded down to 0.01 mm/min.
+/// Answers the largest `$110` and up of an axis that its steps/mm and `$0` allow, rounded down to
+/// 0.01 mm/min.
 pub fn largest_rate<const AXES: usize>(
     settings: &Settings<AXES>,
     timing: &StepTiming,

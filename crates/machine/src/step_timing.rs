@@ -1,4 +1,5 @@
-//! How fast steps may follow each other: one function of board, pulse width, direction set-up and number of motors.
+//! How fast steps may follow each other: one function of board, pulse width, direction set-up and
+//! number of motors.
 //!
 //! ```text
 //!  tick      |------------ shortest tick ------------|
@@ -9,8 +10,9 @@
 //!                           |--| pulse end
 //! ```
 //!
-//! Two things bound it: the time that the board's interrupts take, and pins that must have fallen, with new directions
-//! settled, before they rise again. Motion is capped at that rate, and step smoothing keeps to it, too.
+//! Two things bound it: the time that the board's interrupts take, and pins that must have fallen,
+//! with new directions settled, before they rise again. Motion is capped at that rate, and step
+//! smoothing keeps to it, too.
 
 /// The times of making steps on a board.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -22,7 +24,8 @@ pub struct StepTiming {
     pub motor_ns: u32,
     /// The longest tick, which begins a line, ns: a pulse that is over meanwhile ends after it.
     pub line_ns: u32,
-    /// From the instant at which a pulse is to end until its pins are low and new directions are out, ns.
+    /// From the instant at which a pulse is to end until its pins are low and new directions are
+    /// out, ns.
     pub pulse_end_ns: u32,
     /// From a change of direction to the step, and from pulse to pulse, at least, ns.
     pub setup_ns: u32,
@@ -33,11 +36,12 @@ pub struct StepTiming {
 impl StepTiming {
     /// An STM32F407 at 168 MHz: three motors at 370 kHz with pulses of 1 µs.
     ///
-    /// Tick: 23 % below the highest rate at which no tick of three motors was late in an emulated one, 482 kHz
-    /// (`cargo fw-test --highest-rate`): the emulator's cycles are right to within 15 % by judgement, and the main loop needs its
-    /// share. A line: 534 cycles (`cargo fw-test step-interrupt`), rounded up. A motor: 20 instructions of 1.65 cycles each,
-    /// rounded to 0.2 µs. A pulse's end: entry, and 25 instructions before the last pin is written. Set-up: 650 ns (TI DRV8825,
-    /// SLVSA73F).
+    /// Tick: 23 % below the highest rate at which no tick of three motors was late in an emulated
+    /// one, 482 kHz (`cargo fw-test --highest-rate`): the emulator's cycles are right to within 15
+    /// % by judgement, and the main loop needs its share. A line: 534 cycles (`cargo fw-test
+    /// step-interrupt`), rounded up. A motor: 20 instructions of 1.65 cycles each, rounded to 0.2
+    /// µs. A pulse's end: entry, and 25 instructions before the last pin is written. Set-up: 650 ns
+    /// (TI DRV8825, SLVSA73F).
     pub const F407: Self = Self {
         tick_ns: 2_100,
         motor_ns: 200,
@@ -47,8 +51,8 @@ impl StepTiming {
         shortest_pulse_us: 1,
     };
 
-    /// A board that sets no bound which Grbl does not set: for the same answers to the same settings. Pulses have Grbl's
-    /// least width.
+    /// A board that sets no bound which Grbl does not set: for the same answers to the same
+    /// settings. Pulses have Grbl's least width.
     pub const GRBL: Self = Self {
         tick_ns: 2_000,
         motor_ns: 0,
@@ -81,7 +85,8 @@ impl StepTiming {
         }
     }
 
-    /// From a tick until the directions of the line that it begins are out, ns: its pulse is over, and itself.
+    /// From a tick until the directions of the line that it begins are out, ns: its pulse is over,
+    /// and itself.
     pub(crate) fn direction_out_ns(&self, pulse_us: u8) -> u32 {
         let pulse = u32::from(pulse_us) * 1_000;
         pulse.max(self.line_ns) + self.pulse_end_ns

@@ -1,8 +1,9 @@
 //! Between the machine and its store: loads at power-up, and writes changes at rest.
 //!
-//! Lines change settings, offsets and texts in memory, and note the change; [`Machine::save`] then writes one
-//! record a call, a long one in parts, while motion rests: writing flash may stop the CPU for a while. The line that made the
-//! change is answered after that, so that its `ok` says that the change will survive a power loss.
+//! Lines change settings, offsets and texts in memory, and note the change; [`Machine::save`] then
+//! writes one record a call, a long one in parts, while motion rests: writing flash may stop the
+//! CPU for a while. The line that made the change is answered after that, so that its `ok` says
+//! that the change will survive a power loss.
 
 use crate::extension::Extension;
 use crate::interpreter::OffsetId;
@@ -37,8 +38,8 @@ where
         loaded
     }
 
-    /// Notes that something is lost that was stored, as [`Machine::load`] does where it finds that out. Before the first
-    /// [`Machine::poll`].
+    /// Notes that something is lost that was stored, as [`Machine::load`] does where it finds that
+    /// out. Before the first [`Machine::poll`].
     pub fn distrust_settings(&mut self) {
         self.store.lost = true;
     }
@@ -86,9 +87,9 @@ where
         self.store.records.is_some() && !self.store.unsaved.is_empty()
     }
 
-    /// Erases what the store holds in vain, so that no change to come has to wait for that. Where something was lost, nothing is
-    /// erased yet. Main loop, after [`Machine::load`] and before the first [`Machine::poll`]. Takes as long as the store does:
-    /// half a second for a flash.
+    /// Erases what the store holds in vain, so that no change to come has to wait for that. Where
+    /// something was lost, nothing is erased yet. Main loop, after [`Machine::load`] and before the
+    /// first [`Machine::poll`]. Takes as long as the store does: half a second for a flash.
     ///
     /// # Errors
     /// The memory could not be erased; the stored values stand.
@@ -105,8 +106,8 @@ where
     /// Writes one changed record, or a part of a long one, if motion rests; returns whether more is
     /// left to write.
     ///
-    /// Main loop, after every [`Machine::poll`]: lines that change something wait for it. Does nothing before
-    /// [`Machine::load`]. Takes as long as the store does.
+    /// Main loop, after every [`Machine::poll`]: lines that change something wait for it. Does
+    /// nothing before [`Machine::load`]. Takes as long as the store does.
     ///
     /// # Errors
     /// [`StoreError`]: the change is in force, but will not survive a power loss; its line is answered with `error:7`.

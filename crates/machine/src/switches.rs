@@ -1,4 +1,5 @@
-//! The main loop's side of the switches: the words of their interrupts, and how much of those it has seen.
+//! The main loop's side of the switches: the words of their interrupts, and how much of those it
+//! has seen.
 
 use crate::dual::DualAxis;
 use crate::ends::Ends;

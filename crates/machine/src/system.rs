@@ -237,7 +237,8 @@ where
         Ok(Reply::Later)
     }
 
-    /// `$SLP`: answered first, as Grbl does. Out of Alarm it does not park: the position may be wrong.
+    /// `$SLP`: answered first, as Grbl does. Out of Alarm it does not park: the position may be
+    /// wrong.
     fn sleep<B: Board>(&mut self, id: ChannelId, board: &mut B, now: Instant) -> Reply {
         self.console.answer(id, Ok(()));
         let parks = self.state == State::Idle && self.parks();
@@ -312,7 +313,8 @@ where
         Ok(Reply::Stored)
     }
 
-    /// Where the operator wants words, says which rates would work where a setting asks for more steps than can be made.
+    /// Where the operator wants words, says which rates would work where a setting asks for more
+    /// steps than can be made.
     fn say_step_rate(&mut self, number: u16, refused: Option<&Status>) {
         let key =
             Key::from_number(number, AXES).filter(|_| self.settings.is_on(Setting::FaultTexts));

@@ -1,4 +1,5 @@
-//! All that outlasts power besides the settings in force, and the notes of it that is not in the store yet.
+//! All that outlasts power besides the settings in force, and the notes of it that is not in the
+//! store yet.
 
 use crate::interpreter::OffsetId;
 use crate::memory::Memory;
@@ -18,7 +19,8 @@ pub(crate) struct Store {
     pub(crate) unsaved: Unsaved,
     /// Not all that the line under way changed could be stored.
     pub(crate) failed: bool,
-    /// The store had lost something: the machine is locked until `$X`, and everybody who comes is told why.
+    /// The store had lost something: the machine is locked until `$X`, and everybody who comes is
+    /// told why.
     pub(crate) lost: bool,
 }
 

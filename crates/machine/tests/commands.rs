@@ -1,7 +1,8 @@
 //! The first seam: G-code programs in, canonical commands out, compared with golden files.
 //!
-//! Each `golden/NAME.nc` prints as `golden/NAME.commands`. After a change that is meant, `BLESS=1 cargo test -p
-//! leadscrew-machine --test all commands` writes them anew; the difference is then in the diff to be reviewed.
+//! Each `golden/NAME.nc` prints as `golden/NAME.commands`. After a change that is meant, `BLESS=1
+//! cargo test -p leadscrew-machine --test all commands` writes them anew; the difference is then in
+//! the diff to be reviewed.
 
 #[path = "../examples/print_commands.rs"]
 #[allow(dead_code, reason = "the example's main")]

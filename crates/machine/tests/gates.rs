@@ -1,5 +1,5 @@
-//! An extension that objects to moves and M codes, refuses words of its own before anything is carried out, and has numbers of
-//! its own for errors and alarms.
+//! An extension that objects to moves and M codes, refuses words of its own before anything is
+//! carried out, and has numbers of its own for errors and alarms.
 
 use crate::bench::{Memory, Session};
 use leadscrew_gcode::{Letter, Number};

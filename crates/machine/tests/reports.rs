@@ -1,4 +1,5 @@
-//! What `$10` adds to status reports: the line under way and the time to finish. Without it, reports are Grbl's.
+//! What `$10` adds to status reports: the line under way and the time to finish. Without it,
+//! reports are Grbl's.
 
 use crate::bench::{Memory, Session};
 use leadscrew_machine::config::MachineConfig;

@@ -12,16 +12,17 @@ pub const DEFAULT_TIMER_HZ: u32 = 84_000_000;
 /// The slowest speed of a move: Grbl's minimum feed of 1 mm/min, in mm/s.
 pub(crate) const SLOWEST: f32 = 1.0 / 60.0;
 
-/// As many pixels of a row are made in a second, by their mean length: each is a segment, and an emulated F407 still takes in
-/// 10 000 lines a second beside that. A row that asks for more is slowed down, so that segments do not run out.
+/// As many pixels of a row are made in a second, by their mean length: each is a segment, and an
+/// emulated F407 still takes in 10 000 lines a second beside that. A row that asks for more is
+/// slowed down, so that segments do not run out.
 pub(crate) const PIXELS_A_SECOND: f32 = 12_500.0;
 
 /// The bound of the speed where the direction changes.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum CornerRule {
-    /// Junction deviation alone, between each move and the next, as in Grbl: its times. Arcs and curves of short
-    /// moves may then ask for several times the acceleration.
+    /// Junction deviation alone, between each move and the next, as in Grbl: its times. Arcs and
+    /// curves of short moves may then ask for several times the acceleration.
     Grbl,
     /// Junction deviation at corners, and `v² ≤ a·R` on arcs and on curves of short moves.
     #[default]
@@ -54,14 +55,14 @@ pub struct Config<const AXES: usize> {
     pub longest_segment: f32,
     /// How many moves may be queued, the running one included; no more than the planner's capacity.
     pub moves: usize,
-    /// How many changes of power rows of laser pixels may hold together; no more than the planner has room for. 0: each line
-    /// is a move of its own, as in Grbl.
+    /// How many changes of power rows of laser pixels may hold together; no more than the planner
+    /// has room for. 0: each line is a move of its own, as in Grbl.
     pub pixels: usize,
 }
 
 impl<const AXES: usize> Default for Config<AXES> {
-    /// Grbl's defaults: 250 steps/mm, 500 mm/min, 10 mm/s², 0.01 mm, 0.002 mm; the rule that keeps the
-    /// limits; as many moves as there is room for, each a line.
+    /// Grbl's defaults: 250 steps/mm, 500 mm/min, 10 mm/s², 0.01 mm, 0.002 mm; the rule that keeps
+    /// the limits; as many moves as there is room for, each a line.
     fn default() -> Self {
         Self {
             steps_per_mm: [StepsPerMm::from_nanos(250 * crate::NANOS_PER_MM); AXES],
@@ -119,7 +120,8 @@ pub(crate) struct Limits<const AXES: usize> {
     pub(crate) per_acceleration: [f32; AXES],
     /// The largest of them: 1/acceleration of the weakest axis, s²/mm.
     pub(crate) per_weakest: f32,
-    /// How far a point may be beside the place that was meant, by the rounding of steps and of decimals, mm.
+    /// How far a point may be beside the place that was meant, by the rounding of steps and of
+    /// decimals, mm.
     pub(crate) rounding: [f32; AXES],
     /// Highest step rate of a motor, steps/s.
     pub(crate) step_rate: f32,
@@ -159,7 +161,8 @@ fn short2<const AXES: usize>(config: &Config<AXES>) -> f32 {
     length * length
 }
 
-/// How far each motor turns its axis with a step: from the axes' [`Config`], once, so that no move looks it up.
+/// How far each motor turns its axis with a step: from the axes' [`Config`], once, so that no move
+/// looks it up.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Scales<const MOTORS: usize> {
     pub(crate) steps_per_mm: [StepsPerMm; MOTORS],
@@ -186,11 +189,12 @@ impl<const MOTORS: usize> Scales<MOTORS> {
     }
 }
 
-/// The unit of squared speeds in the look-ahead: a power of two, so that conversion rounds but once.
+/// The unit of squared speeds in the look-ahead: a power of two, so that conversion rounds but
+/// once.
 ///
 /// Chosen so that the square of the machine's largest possible speed (all axes at their rate) lies
-/// between 2³⁰ and 2³¹: a squared speed is then known to 10⁻⁹ of the largest one, and all sums are exact
-/// whole numbers.
+/// between 2³⁰ and 2³¹: a squared speed is then known to 10⁻⁹ of the largest one, and all sums are
+/// exact whole numbers.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) struct SpeedUnit {
     /// Units in 1 mm²/s².

@@ -1,6 +1,8 @@
-//! A line that CAM cut into pieces of 0.01 mm, rounded to 3 decimals, takes hardly longer than the line in one move.
+//! A line that CAM cut into pieces of 0.01 mm, rounded to 3 decimals, takes hardly longer than the
+//! line in one move.
 //!
-//! As a campaign: `PROPTEST_CASES=2000 cargo test --release -p leadscrew-planner cut_line -- --nocapture`.
+//! As a campaign: `PROPTEST_CASES=2000 cargo test --release -p leadscrew-planner cut_line --
+//! --nocapture`.
 
 use crate::path::short::STEPS;
 use crate::reference::{to, Rig, RigQueue};
@@ -74,7 +76,8 @@ fn line() -> impl Strategy<Value = Line> {
 }
 
 impl Line {
-    /// Whether 1024 moves suffice to stop from the feed, twenty in a hundred of them shorter than they could be.
+    /// Whether 1024 moves suffice to stop from the feed, twenty in a hundred of them shorter than
+    /// they could be.
     fn fits_the_queue(&self) -> bool {
         let piece = (f64::from(STEPS) / self.steps_per_mm as f64).max(PIECE);
         let (feed, acceleration) = (f64::from(self.feed), f64::from(self.acceleration));

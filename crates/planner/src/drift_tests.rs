@@ -1,4 +1,5 @@
-//! Nothing drifts: after any number of steps, holds and overrides the motors stand where exact arithmetic says.
+//! Nothing drifts: after any number of steps, holds and overrides the motors stand where exact
+//! arithmetic says.
 //!
 //! A few holds each time; as a campaign:
 //! `HOLDS=100000 cargo test --release -p leadscrew-planner drift_tests -- --nocapture`.

@@ -1,8 +1,10 @@
-//! No limit is broken on the motors: the second difference of the places that the step edges say, over 5 to 50 ms.
+//! No limit is broken on the motors: the second difference of the places that the step edges say,
+//! over 5 to 50 ms.
 //!
-//! An axis whose acceleration is `a` at most has `|x(t−h) − 2·x(t) + x(t+h)| ≤ a·h²`. Three places are whole steps, each half a
-//! step from the line at most: four steps more are allowed. Where one part of a program meets the next there is a corner,
-//! whose speed jumps: windows with one in them are left out (`corners_tests` looks at those).
+//! An axis whose acceleration is `a` at most has `|x(t−h) − 2·x(t) + x(t+h)| ≤ a·h²`. Three places
+//! are whole steps, each half a step from the line at most: four steps more are allowed. Where one
+//! part of a program meets the next there is a corner, whose speed jumps: windows with one in them
+//! are left out (`corners_tests` looks at those).
 
 use crate::limits_tests::{program, Cut, Program};
 use crate::reference::{Rig, RigQueue};

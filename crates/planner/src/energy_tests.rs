@@ -8,11 +8,12 @@ use leadscrew_stepper::Power;
 use proptest::prelude::*;
 use std::vec::Vec;
 
-/// Power that is less than this share is not looked at: pixels keep theirs in 2⁻²² (see `pixel`), of which this is 200; a level
-/// of the board's PWM is more.
+/// Power that is less than this share is not looked at: pixels keep theirs in 2⁻²² (see `pixel`),
+/// of which this is 200; a level of the board's PWM is more.
 const FLOOR: f64 = 4.8e-5;
 
-/// Shorter intervals, timer counts, are not looked at: rounding to whole counts alone is a hundredth of them.
+/// Shorter intervals, timer counts, are not looked at: rounding to whole counts alone is a
+/// hundredth of them.
 const SHORTEST: u64 = 100;
 
 /// A straight line of a program: steps, share of full power, feed in mm/s.
@@ -66,7 +67,8 @@ fn worst_error(
     for next in moves(legs) {
         rig.planner.push(&next).unwrap();
     }
-    // Faster than programmed there may be no power left to follow with, in all or a part of a segment.
+    // Faster than programmed there may be no power left to follow with, in all or a part of a
+    // segment.
     let faster = meddling.iter().any(|(_, feed)| *feed > Some(100));
     let most = if faster { 0.8 } else { 1.1 };
     let mut worst = (0.0, None);

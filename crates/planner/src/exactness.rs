@@ -1,7 +1,7 @@
 //! Where the edges of random moves lie, against the move's profile computed exactly.
 //!
-//! `CAMPAIGN=100000 cargo test --release -p leadscrew-planner exactness -- --nocapture` runs so many moves instead of a
-//! few and prints the worst edges.
+//! `CAMPAIGN=100000 cargo test --release -p leadscrew-planner exactness -- --nocapture` runs so
+//! many moves instead of a few and prints the worst edges.
 
 use crate::emit::fit::Carry;
 use crate::emit::running::{Aim, Goal, Running, Timing};
@@ -33,9 +33,9 @@ const OTHERS: f64 = 5e-6;
 /// From tick to tick with pulses of 10 µs on the F407, seconds.
 const LONG_TICK: f32 = 11e-6;
 
-/// How much longer half a tick may be than the shortest tick: speed grows by 1.08 in the segment before (`fit::GROWTH`), and in a
-/// segment it changes by 12 % from the first tick to the last at most, so that the last is 1.06 shorter than the mean one and the
-/// first 1.06 longer.
+/// How much longer half a tick may be than the shortest tick: speed grows by 1.08 in the segment
+/// before (`fit::GROWTH`), and in a segment it changes by 12 % from the first tick to the last at
+/// most, so that the last is 1.06 shorter than the mean one and the first 1.06 longer.
 const GROWTH: f64 = 1.08 * 1.06 * 1.06;
 
 /// The error of the ticks themselves, seconds: the largest error of the dominant motor in
@@ -121,7 +121,8 @@ impl Case {
         }
     }
 
-    /// The same with pulses of 10 µs, Grbl's default: ticks are 11 µs apart, and rates are capped there.
+    /// The same with pulses of 10 µs, Grbl's default: ticks are 11 µs apart, and rates are capped
+    /// there.
     fn with_long_pulses(seed: u32) -> Self {
         let case = Self::new(seed);
         let most = 1.0 / LONG_TICK;
@@ -144,7 +145,8 @@ impl Case {
     /// The error that motors other than the dominant one may have at a step that takes `interval`,
     /// seconds.
     fn others(&self, interval: f64) -> f64 {
-        // There is no tick in a step of less than two: half of it. Else half of a tick, which is less than two of the shortest.
+        // There is no tick in a step of less than two: half of it. Else half of a tick, which is
+        // less than two of the shortest.
         let tick = f64::from(self.shortest_tick);
         let half = f64::min(0.5 * interval, GROWTH * tick);
         OTHERS.max(interval / 16.0).max(half)
@@ -266,7 +268,8 @@ struct Worst {
     dominant: f64,
     /// Of the others.
     others: f64,
-    /// Where that is: the place of the dominant motor (steps), that motor's interval there, and how late (seconds).
+    /// Where that is: the place of the dominant motor (steps), that motor's interval there, and how
+    /// late (seconds).
     place: [f64; 3],
 }
 

@@ -139,7 +139,8 @@ pub(crate) struct PlannedMove<const AXES: usize, const MOTORS: usize> {
     pub(crate) corner: u32,
     /// Limit at the move's start by the corner and both nominal speeds, squared, in speed units.
     pub(crate) cap: u32,
-    /// How fast it may begin so that all that follows can be kept, squared, in speed units (see `lookahead`).
+    /// How fast it may begin so that all that follows can be kept, squared, in speed units (see
+    /// `lookahead`).
     pub(crate) entry: u32,
     pub(crate) line_number: u32,
     pub(crate) outputs: OutputChange,

@@ -1,4 +1,5 @@
-//! Outputs change where their move begins, whatever becomes of the moves around it: rows, short moves that are one, corners.
+//! Outputs change where their move begins, whatever becomes of the moves around it: rows, short
+//! moves that are one, corners.
 
 use crate::reference::{to, Rig, RigQueue};
 use crate::{Config, Coordinate, CornerRule, Move, MovePower};
@@ -9,7 +10,8 @@ use std::vec::Vec;
 /// The place where an output changes, steps, and its new level.
 type Change = ([i32; 2], OutputChange);
 
-/// A program: the way of each move in steps, the output that changes with it, and whether a laser burns in it.
+/// A program: the way of each move in steps, the output that changes with it, and whether a laser
+/// burns in it.
 type Program = Vec<([i32; 2], Option<(u8, bool)>, bool)>;
 
 fn program() -> impl Strategy<Value = Program> {

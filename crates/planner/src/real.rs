@@ -1,6 +1,7 @@
 //! The few operations on real numbers that `core` lacks or does slowly.
 //!
-//! All are plain `f32`: correctly rounded, never fused, so that desk and microcontroller agree to the bit.
+//! All are plain `f32`: correctly rounded, never fused, so that desk and microcontroller agree to
+//! the bit.
 
 /// The correctly rounded square root; 0 for a negative number (a rounding error below 0).
 pub(crate) fn sqrt(x: f32) -> f32 {
@@ -46,8 +47,8 @@ pub(crate) fn worst<const N: usize>(vector: &[f32; N], reciprocals: &[f32; N]) -
 
 /// A cube root of a positive number, 0.93 to 1.04 times the true one.
 ///
-/// Dividing the bits by three divides the exponent by three; the constant (W. Kahan, *Computing a Real Cube
-/// Root*, 1991) restores the bias. Good enough for a bound on a duration.
+/// Dividing the bits by three divides the exponent by three; the constant (W. Kahan, *Computing a
+/// Real Cube Root*, 1991) restores the bias. Good enough for a bound on a duration.
 pub(crate) fn rough_cube_root(x: f32) -> f32 {
     const BIAS: u32 = 709_958_130;
     f32::from_bits(x.to_bits() / 3 + BIAS)
@@ -55,8 +56,8 @@ pub(crate) fn rough_cube_root(x: f32) -> f32 {
 
 /// `a / b` as a sum of two floats, about 45 bits of the quotient.
 ///
-/// The remainder `a − q·b` is exact by Dekker's product (T. J. Dekker, *A floating-point technique for
-/// extending the available precision*, 1971). For `|q|` and `|b|` below 2¹⁰⁰.
+/// The remainder `a − q·b` is exact by Dekker's product (T. J. Dekker, *A floating-point technique
+/// for extending the available precision*, 1971). For `|q|` and `|b|` below 2¹⁰⁰.
 pub(crate) fn divide_twice(a: f32, b: f32) -> (f32, f32) {
     let quotient = a / b;
     let (product, error) = exact_product(quotient, b);

@@ -262,8 +262,8 @@ pub(crate) fn corners(config: &Config<2>, points: &[[i32; 2]]) -> Vec<f64> {
         .collect()
 }
 
-/// The shortest time (s) for a polyline in steps with infinite look-ahead, from rest to rest; by the
-/// book, in `f64`.
+/// The shortest time (s) for a polyline in steps with infinite look-ahead, from rest to rest; by
+/// the book, in `f64`.
 pub(crate) fn job_time(config: &Config<2>, points: &[[i32; 2]], feed: f64) -> f64 {
     let mut legs = legs(config, points, feed);
     let mut exit = 0.0;

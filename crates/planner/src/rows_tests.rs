@@ -1,8 +1,9 @@
-//! Rows of pixels on the motors: each border lies at the step at which moves of their own would have it.
+//! Rows of pixels on the motors: each border lies at the step at which moves of their own would
+//! have it.
 //!
-//! A row's pixels end on one line in steps. There all motors have made exactly the steps of a whole number of pixels, so
-//! nothing is left to be rounded; within a pixel, motors other than the dominant one have half a step to go from either
-//! border, as in a move of its own.
+//! A row's pixels end on one line in steps. There all motors have made exactly the steps of a whole
+//! number of pixels, so nothing is left to be rounded; within a pixel, motors other than the
+//! dominant one have half a step to go from either border, as in a move of its own.
 
 use crate::reference::{to, Rig, RigQueue};
 use crate::{Config, Coordinate, Move, MovePower, Overrides};
@@ -11,7 +12,8 @@ use leadscrew_stepper::Power;
 use proptest::prelude::*;
 use std::vec::Vec;
 
-/// A row: the way of its pixels in steps, and of each how many times that it is long, and its power in 2⁻²².
+/// A row: the way of its pixels in steps, and of each how many times that it is long, and its power
+/// in 2⁻²².
 type Row = ([i32; 2], Vec<(i32, u32)>);
 
 /// A pixel as the motors are to make it: from where the last one ended, and its power.
@@ -58,8 +60,8 @@ fn moves(pixels: &[Due]) -> Vec<Move<2>> {
 /// The interference: with which segment, and a hold or an override.
 type Meddling = Vec<(usize, Option<u8>)>;
 
-/// Runs the pixels and looks at the motors at each border and at the power of each dominant step. Returns how many planned
-/// moves there were.
+/// Runs the pixels and looks at the motors at each border and at the power of each dominant step.
+/// Returns how many planned moves there were.
 fn run(config: Config<2>, pixels: &[Due], meddling: &Meddling) -> Result<usize, TestCaseError> {
     let mut queue = RigQueue::new();
     let mut rig = Rig::new(config, &mut queue);

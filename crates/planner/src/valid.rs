@@ -4,7 +4,8 @@ use crate::Config;
 use core::fmt;
 use core::ops::RangeInclusive;
 
-/// Rates in mm/s and accelerations in mm/s²: all that GRBL's settings can say, and far from where an `f32` overflows.
+/// Rates in mm/s and accelerations in mm/s²: all that GRBL's settings can say, and far from where
+/// an `f32` overflows.
 const ABOVE_ZERO: RangeInclusive<f32> = 1e-12..=1e10;
 /// Jerk in mm/s³ and junction deviation in mm.
 const ZERO_OR_MORE: RangeInclusive<f32> = 0.0..=1e10;
@@ -13,7 +14,8 @@ const SEGMENT: RangeInclusive<f32> = 1e-6..=1e-3;
 /// Time is counted in microseconds elsewhere.
 const SLOWEST_TIMER_HZ: u32 = 1_000_000;
 
-/// The value of a [`Config`] with which nothing can be planned: not a number, infinite, or out of range.
+/// The value of a [`Config`] with which nothing can be planned: not a number, infinite, or out of
+/// range.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum ConfigError {

@@ -3,8 +3,8 @@
 //!     python3 bench/workloads/gen.py /tmp
 //!     cargo run --profile fast -p leadscrew-sim --example time_a_job -- /tmp/spiral.gcode
 //!
-//! Settings may stand at the head of the file (`$110=2000`). Beside it: a loop that does nothing but look at the same step
-//! events, one after the other.
+//! Settings may stand at the head of the file (`$110=2000`). Beside it: a loop that does nothing
+//! but look at the same step events, one after the other.
 
 use leadscrew_machine::config::MachineConfig;
 use leadscrew_planner::Cartesian;

@@ -1,7 +1,7 @@
 //! The simulated board: step timer, pins and serial output, as the firmware's board has them.
 //!
-//! TIM2 counts at [`TIMER_HZ`](crate::clock::TIMER_HZ) and holds the next tick, whose interrupt has the highest priority. One
-//! below it ends the pulse under way:
+//! TIM2 counts at [`TIMER_HZ`](crate::clock::TIMER_HZ) and holds the next tick, whose interrupt has
+//! the highest priority. One below it ends the pulse under way:
 //!
 //! ```text
 //!  tick due     step_edge    power_edge      step or load        pulse over   pulse_edge  pulse_end
@@ -10,8 +10,8 @@
 //! ```
 //!
 //! The edges of all ticks lag behind the timer by the same [`Costs::step_edge`], but where the tick
-//! before has not ended. New directions go out as the pulse ends, so that no edge finds them moving. Whatever else an
-//! interrupt writes it writes at its end.
+//! before has not ended. New directions go out as the pulse ends, so that no edge finds them
+//! moving. Whatever else an interrupt writes it writes at its end.
 
 use crate::clock::{cycles_of_micros, Cycle, CYCLES_PER_COUNT};
 use crate::contacts::{Contacts, Inputs};
@@ -53,8 +53,8 @@ impl Counts {
     }
 }
 
-/// The board under a simulated machine: implements [`Board`] for its main loop and [`StepPort`] for its step
-/// interrupt.
+/// The board under a simulated machine: implements [`Board`] for its main loop and [`StepPort`] for
+/// its step interrupt.
 #[derive(Debug)]
 pub struct SimBoard<O, const MOTORS: usize> {
     /// The world beyond the pins.
@@ -218,8 +218,8 @@ impl<O: Observer, const MOTORS: usize> SimBoard<O, MOTORS> {
         self.step_due != self.tick_due
     }
 
-    /// Counts ticks at which nothing happens, and goes on to the one that comes `wait` after the last of them, and that `to_last`
-    /// after the first, which is due now.
+    /// Counts ticks at which nothing happens, and goes on to the one that comes `wait` after the
+    /// last of them, and that `to_last` after the first, which is due now.
     #[inline]
     pub(crate) fn pass_ticks(&mut self, ticks: u32, [to_last, wait]: [Ticks; 2]) {
         let parts = self.parts_per_tick.unwrap_or(0);
@@ -301,7 +301,8 @@ impl<O: Observer, const MOTORS: usize> SimBoard<O, MOTORS> {
         }
     }
 
-    /// The motors whose carriages go the other way than the machine counts: inverted by `$3` or mirrored, not both.
+    /// The motors whose carriages go the other way than the machine counts: inverted by `$3` or
+    /// mirrored, not both.
     pub(crate) fn turned(&self) -> MotorMask {
         MotorMask::from_bits(self.port.direction_invert.bits() ^ self.mirrored.bits())
     }

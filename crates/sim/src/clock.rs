@@ -1,7 +1,7 @@
 //! The simulator's only clock: cycles of the CPU since power-up.
 //!
-//! Every other time is a whole multiple or a rounded-down share of it, so that nothing depends on the
-//! machine that runs the simulation.
+//! Every other time is a whole multiple or a rounded-down share of it, so that nothing depends on
+//! the machine that runs the simulation.
 
 use core::fmt;
 use core::ops::{Add, Sub};

@@ -59,7 +59,8 @@ pub(crate) struct Told<const MOTORS: usize> {
 }
 
 impl<const MOTORS: usize> Inputs<MOTORS> {
-    /// Inputs of a board with these contacts; `None` where the machine sees its switches as they are.
+    /// Inputs of a board with these contacts; `None` where the machine sees its switches as they
+    /// are.
     pub(crate) fn new(contacts: Contacts) -> Option<Self> {
         let open = word(&Switches::OPEN);
         (contacts != Contacts::default()).then(|| Self {

@@ -5,13 +5,15 @@
 //! within about 15 %, a judgement; no board has been measured. The check `costs` of `cargo fw-test`
 //! compares the file with the current firmware.
 //!
-//! Interrupts are charged what the middle one of a job took, with their entry and exit; whether a tick is late is judged by
-//! the longest. A tick that takes a segment is charged the longest such tick where the segment begins a line, and the middle
-//! one elsewhere. The main loop's work is charged its mean, after all other work of the same job
-//! (`tests/firmware/src/checks/costs.rs`). Of the looks at the serial line, every 50 µs, the bytes are charged as they come;
-//! a look that finds none is not (some 50 cycles, 0.6 % of the CPU).
+//! Interrupts are charged what the middle one of a job took, with their entry and exit; whether a
+//! tick is late is judged by the longest. A tick that takes a segment is charged the longest such
+//! tick where the segment begins a line, and the middle one elsewhere. The main loop's work is
+//! charged its mean, after all other work of the same job (`tests/firmware/src/checks/costs.rs`).
+//! Of the looks at the serial line, every 50 µs, the bytes are charged as they come; a look that
+//! finds none is not (some 50 cycles, 0.6 % of the CPU).
 //!
-//! `HUNDRED_INSTRUCTIONS` there is for who has counted instructions and wants cycles (`docs/benchmarks.md`).
+//! `HUNDRED_INSTRUCTIONS` there is for who has counted instructions and wants cycles
+//! (`docs/benchmarks.md`).
 //!
 //! [`crate::event_loop`] says when each cost is charged.
 
@@ -27,7 +29,8 @@ pub struct Costs {
     pub power_edge: u32,
     /// A tick.
     pub step: u32,
-    /// From the timer's compare to the next one's being armed, at most: a tick due before that is late.
+    /// From the timer's compare to the next one's being armed, at most: a tick due before that is
+    /// late.
     pub step_armed: u32,
     /// A tick that loads a segment, which goes on along its line.
     pub load: u32,

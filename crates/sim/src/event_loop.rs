@@ -8,9 +8,9 @@
 //!  main loop  woken, and the CPU is free  Machine::poll                       poll and the counts of Work
 //! ```
 //!
-//! At one instant they come in this order. The main loop is woken by a byte, a switch edge, a segment taken,
-//! motion at rest, its own deadline, or because it said that it is busy; turns that would find nothing are
-//! left out.
+//! At one instant they come in this order. The main loop is woken by a byte, a switch edge, a
+//! segment taken, motion at rest, its own deadline, or because it said that it is busy; turns that
+//! would find nothing are left out.
 //!
 //! The effects of a poll are seen at its start, and its time passes after it: the next poll begins
 //! when that time is over, later by all interrupts in between. A poll is short (one line, a few
@@ -92,7 +92,8 @@ where
     K: Kinematics<AXES, MOTORS> + Clone,
     O: Observer,
 {
-    /// Puts a machine on a board, at power-up. Its main loop runs for the first time in [`Simulation::run_until`].
+    /// Puts a machine on a board, at power-up. Its main loop runs for the first time in
+    /// [`Simulation::run_until`].
     pub fn new(
         memory: &'a mut Memory<AXES, MOTORS, MOVES>,
         setup: &Setup<AXES>,
@@ -159,8 +160,9 @@ where
         }
     }
 
-    /// Lets things happen up to `end`, or until nothing is left to happen: then the present is the instant of the last
-    /// thing that happened. Where `end` is [`Cycle::NEVER`], the regular work of an extension counts as nothing.
+    /// Lets things happen up to `end`, or until nothing is left to happen: then the present is the
+    /// instant of the last thing that happened. Where `end` is [`Cycle::NEVER`], the regular work
+    /// of an extension counts as nothing.
     pub fn run_until<H: Host>(&mut self, host: &mut H, end: Cycle) -> Stopped {
         self.run_while(host, end, |_| true)
     }
@@ -209,8 +211,8 @@ where
         self.now
     }
 
-    /// Answers how many bytes of a line were lost since power-up because the sender had sent more than the receive buffer
-    /// holds; 0 for a line that is not there.
+    /// Answers how many bytes of a line were lost since power-up because the sender had sent more
+    /// than the receive buffer holds; 0 for a line that is not there.
     pub fn lost_bytes(&self, line: usize) -> u32 {
         self.receivers.get(line).map_or(0, Receiver::lost_bytes)
     }
@@ -254,7 +256,8 @@ where
         self.report_switches(false, self.now);
     }
 
-    /// Holds an input at a level whatever its switch does; `None` lets it go. Returns how it was held before.
+    /// Holds an input at a level whatever its switch does; `None` lets it go. Returns how it was
+    /// held before.
     pub fn force_pin(&mut self, pin: Pin, level: Option<bool>) -> Option<bool> {
         let before = self.board.plant.force(pin, level);
         self.report_switches(false, self.now);
@@ -303,7 +306,8 @@ where
     /// Handles the timer's interrupts up to `limit`, or until the main loop can run.
     fn run_timer(&mut self, limit: Cycle) {
         loop {
-            // Interrupts only put the main loop off: until one wakes it, this horizon is never too late.
+            // Interrupts only put the main loop off: until one wakes it, this horizon is never too
+            // late.
             let horizon = limit.min(self.main_due()).min(LAST);
             if self.board.timer_due() > horizon {
                 return;
@@ -341,7 +345,8 @@ where
         Stopped::Reached
     }
 
-    /// Tells the machine of new levels, by way of the contacts. `moved`: a carriage has worked them.
+    /// Tells the machine of new levels, by way of the contacts. `moved`: a carriage has worked
+    /// them.
     fn report_switches(&mut self, moved: bool, now: Cycle) {
         let levels = self.board.plant.levels();
         let Some(contacts) = &mut self.board.contacts else {

@@ -1,5 +1,5 @@
-//! A leadscrew machine on a desk: the same main loop and the same step interrupt as on the board, on a
-//! clock that counts the cycles of its CPU.
+//! A leadscrew machine on a desk: the same main loop and the same step interrupt as on the board,
+//! on a clock that counts the cycles of its CPU.
 //!
 //! ```text
 //!   Host ====serial line====> Machine ---segments---> step interrupt ---pins---> Plant

@@ -5,8 +5,9 @@
 //!   Host::receive <--(10 bit times)--- send buffer <--- Board::write
 //! ```
 //!
-//! A line that *never waits* stands for one that is faster than the machine, such as USB: packets of up to
-//! 64 bytes come in whenever the main loop has finished a turn, and all that is written goes out at once.
+//! A line that *never waits* stands for one that is faster than the machine, such as USB: packets
+//! of up to 64 bytes come in whenever the main loop has finished a turn, and all that is written
+//! goes out at once.
 
 use crate::clock::{Cycle, CPU_HZ};
 use leadscrew_machine::board::ChannelId;
@@ -20,7 +21,8 @@ pub trait Host {
     /// Asked when the line is free, and again after each byte that the host receives.
     fn next_byte(&mut self, channel: ChannelId) -> Option<u8>;
 
-    /// Whether the host has gone away since it was asked last, and all that it sent before is on the way: the board notices it.
+    /// Whether the host has gone away since it was asked last, and all that it sent before is on
+    /// the way: the board notices it.
     fn closes(&mut self, channel: ChannelId) -> bool {
         let _ = channel;
         false
@@ -69,7 +71,8 @@ impl Rate {
     }
 }
 
-/// Bytes in a packet of a line that never waits: USB full speed, bulk (USB 2.0 specification, 5.8.3).
+/// Bytes in a packet of a line that never waits: USB full speed, bulk (USB 2.0 specification,
+/// 5.8.3).
 pub(crate) const PACKET: usize = 64;
 
 /// Bytes that the board keeps for sending on a line that takes time, as the firmware does: the line

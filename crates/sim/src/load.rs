@@ -80,7 +80,8 @@ impl Cpu {
         due.max(self.tick_until)
     }
 
-    /// When the end of a pulse that is due at `due` begins: then, or once neither a tick nor another end is under way.
+    /// When the end of a pulse that is due at `due` begins: then, or once neither a tick nor
+    /// another end is under way.
     #[inline]
     pub fn pulse_end_start(&self, due: Cycle) -> Cycle {
         due.max(self.timer_until)
@@ -101,8 +102,8 @@ impl Cpu {
         self.main_start(Cycle::ZERO) <= at
     }
 
-    /// Charges `count` ticks of `cycles` each that begin while nothing is under way, none before the one before it has ended: the
-    /// `first` and the `last`, and the others evenly between them.
+    /// Charges `count` ticks of `cycles` each that begin while nothing is under way, none before
+    /// the one before it has ended: the `first` and the `last`, and the others evenly between them.
     #[inline]
     pub fn charge_ticks(&mut self, [first, last]: [Cycle; 2], count: u32, cycles: u32) {
         self.tick_until = last + u64::from(cycles);

@@ -1,4 +1,5 @@
-//! What the firmware took on an emulated STM32F407, in cycles. Written by `cargo fw-test --costs`: do not edit.
+//! What the firmware took on an emulated STM32F407, in cycles. Written by `cargo fw-test --costs`:
+//! do not edit.
 
 /// From the timer's compare to the edge of the step pins: the middle one.
 pub const STEP_EDGE: u32 = 49;

@@ -1,7 +1,8 @@
 //! Who watches the pins: file writers, pictures, tests.
 //!
-//! The simulation takes its observer as a type parameter; methods that are not overridden cost nothing.
-//! Two observers are watched with as a pair, none with `()`, an optional one with `Option`.
+//! The simulation takes its observer as a type parameter; methods that are not overridden cost
+//! nothing. Two observers are watched with as a pair, none with `()`, an optional one with
+//! `Option`.
 
 use crate::clock::Cycle;
 use crate::trouble::{Late, Violation};
@@ -26,7 +27,8 @@ pub struct StepEvent {
 /// A segment as the step interrupt takes it.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Taken<'a> {
-    /// The steps of each motor in the move that begins with it, whichever way; `None` where the one under way goes on.
+    /// The steps of each motor in the move that begins with it, whichever way; `None` where the one
+    /// under way goes on.
     pub line: Option<&'a [u32]>,
     /// Steps of the dominant motor that end in it: 0 in the parts of one before the last.
     pub step_events: u32,
@@ -73,7 +75,8 @@ pub trait Observer {
     /// one.
     #[inline]
     fn segments_made(&mut self, segments: u32, committed: &Committed) {}
-    /// The step interrupt takes a segment, or comes to rest: segments are taken in the order in which they were made.
+    /// The step interrupt takes a segment, or comes to rest: segments are taken in the order in
+    /// which they were made.
     #[inline]
     fn segment_taken(&mut self, cycle: Cycle, taken: Option<&Taken<'_>>) {}
     /// A line was refused.

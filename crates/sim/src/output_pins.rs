@@ -1,4 +1,5 @@
-//! The pins of the synchronised outputs (M62 to M65). The step interrupt and the machine's extension change them.
+//! The pins of the synchronised outputs (M62 to M65). The step interrupt and the machine's
+//! extension change them.
 
 use leadscrew_machine::extension::OutputChange;
 use leadscrew_outputs::OutputPort;

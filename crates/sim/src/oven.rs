@@ -172,7 +172,8 @@ impl HeatPort for Oven {
                 let celsius = *self.frozen.get_or_insert(celsius);
                 share(sensor, celsius, self.reference)
             }
-            // A thermistor is pulled up; an amplifier's input floats up, and its short is below its 0 °C.
+            // A thermistor is pulled up; an amplifier's input floats up, and its short is below its
+            // 0 °C.
             Some(Failure::Open) => 1.0,
             Some(Failure::Shorted) if is_cold_if_open => 0.0,
             Some(Failure::Shorted) => -1.0,

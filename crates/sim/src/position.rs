@@ -1,7 +1,8 @@
 //! Holds the carriages' positions against the counted ones.
 //!
-//! Both are counted from a common origin, which moves when the machine declares its position anew (homing),
-//! when a carriage is put elsewhere by hand, or when the wiring of a direction pin changes.
+//! Both are counted from a common origin, which moves when the machine declares its position anew
+//! (homing), when a carriage is put elsewhere by hand, or when the wiring of a direction pin
+//! changes.
 
 use leadscrew_stepper::MotorMask;
 
@@ -27,8 +28,8 @@ impl<const MOTORS: usize> PositionCheck<MOTORS> {
         *self = Self { counted, made };
     }
 
-    /// The first motor whose carriage has not made the steps counted since the origin: its number, the steps
-    /// counted and the steps made. Motors of `inverted` turn the other way.
+    /// The first motor whose carriage has not made the steps counted since the origin: its number,
+    /// the steps counted and the steps made. Motors of `inverted` turn the other way.
     pub(crate) fn difference(
         &self,
         counted: [i32; MOTORS],

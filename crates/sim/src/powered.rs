@@ -56,7 +56,8 @@ pub trait Powered {
     fn lines_begun(&self) -> u32;
     /// Where the carriages are, steps of their motors.
     fn carriages(&self) -> [i32; MOST_MOTORS];
-    /// Holds an input at a level whatever its switch does; `None` lets it go. Returns how it was held before.
+    /// Holds an input at a level whatever its switch does; `None` lets it go. Returns how it was
+    /// held before.
     fn force_pin(&mut self, pin: Pin, level: Option<bool>) -> Option<bool>;
     /// All settings, each as `$$` prints it.
     fn settings(&self) -> Vec<(Key, String)>;
@@ -97,7 +98,8 @@ pub struct Snapshot {
     pub coolant: CoolantOutput,
     /// Levels of all switches.
     pub switches: Switches,
-    /// Lines of the program taken since it began. How many are to come, nobody has told the machine.
+    /// Lines of the program taken since it began. How many are to come, nobody has told the
+    /// machine.
     pub lines: u32,
     /// Time to finish the queued moves, s.
     pub seconds_queued: f32,
@@ -220,7 +222,8 @@ type Assembled<'m, const AXES: usize, const MOTORS: usize> =
 /// The options of a power-up beside the machine's file.
 #[derive(Clone, Copy, Debug)]
 pub struct Supply {
-    /// Settings of a new machine; `None`: the file's settings, which then take memory at each power-up.
+    /// Settings of a new machine; `None`: the file's settings, which then take memory at each
+    /// power-up.
     pub first: Option<&'static [Entry]>,
     /// Its serial lines.
     pub lines: usize,
@@ -235,7 +238,8 @@ pub struct Supply {
 }
 
 impl Profile {
-    /// The options of a power-up as the file has them: one serial line at `rate`, and no sensor that fails.
+    /// The options of a power-up as the file has them: one serial line at `rate`, and no sensor
+    /// that fails.
     pub fn supply(&self, rate: Rate) -> Supply {
         Supply {
             first: None,

@@ -39,8 +39,9 @@ impl<const AXES: usize> Setup<AXES> {
     }
 }
 
-/// Room for planned moves, and everything that crosses between the main loop and interrupts. On the board these are statics;
-/// here whoever runs a [`crate::Simulation`] keeps them, because it borrows them.
+/// Room for planned moves, and everything that crosses between the main loop and interrupts. On the
+/// board these are statics; here whoever runs a [`crate::Simulation`] keeps them, because it
+/// borrows them.
 pub struct Memory<const AXES: usize, const MOTORS: usize, const MOVES: usize = 1024> {
     pub(crate) moves: Box<MoveQueues<AXES, MOTORS, MOVES>>,
     pub(crate) pixels: Box<RowPixels>,

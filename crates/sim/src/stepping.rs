@@ -1,4 +1,5 @@
-//! The step interrupts in simulated time: the same [`on_timer`] as on the board, and the ends of pulses.
+//! The step interrupts in simulated time: the same [`on_timer`] as on the board, and the ends of
+//! pulses.
 
 use crate::board::{SimBoard, PARTS};
 use crate::clock::{Cycle, CYCLES_PER_COUNT};
@@ -29,7 +30,8 @@ pub(crate) struct Stepping<'a, const MOTORS: usize> {
 pub(crate) enum Ran {
     /// Nothing more is due up to the horizon.
     Horizon,
-    /// In the interrupt that began at this instant a segment was taken, motion came to rest, or a switch moved.
+    /// In the interrupt that began at this instant a segment was taken, motion came to rest, or a
+    /// switch moved.
     Wake(Cycle),
 }
 
@@ -51,8 +53,9 @@ impl<'a, const MOTORS: usize> Stepping<'a, MOTORS> {
         }
     }
 
-    /// Handles the timer's interrupts that are due up to `horizon`, the earliest first, until the main loop is to hear
-    /// of one. Nobody but the main loop and the switch interrupts, which come between two calls, can stop them.
+    /// Handles the timer's interrupts that are due up to `horizon`, the earliest first, until the
+    /// main loop is to hear of one. Nobody but the main loop and the switch interrupts, which come
+    /// between two calls, can stop them.
     #[inline]
     pub(crate) fn run<O: Observer>(
         &mut self,
@@ -70,8 +73,8 @@ impl<'a, const MOTORS: usize> Stepping<'a, MOTORS> {
                 self.pass_quiet(board, cpu, horizon);
             }
             let step_start = cpu.tick_start(board.step_due());
-            // A tick comes first. One that would interrupt the end of a pulse before its edge does not come: ticks are a
-            // pulse and 1 µs apart at least (`StepTiming`).
+            // A tick comes first. One that would interrupt the end of a pulse before its edge does
+            // not come: ticks are a pulse and 1 µs apart at least (`StepTiming`).
             let pulse_start = match board.pulse_due() {
                 Cycle::NEVER => Cycle::NEVER,
                 due => cpu.pulse_end_start(due),
@@ -114,8 +117,9 @@ impl<'a, const MOTORS: usize> Stepping<'a, MOTORS> {
         takes
     }
 
-    /// Passes over the step interrupts ahead that change nothing, as [`Stepping::step`] would handle them, as far as they are due
-    /// up to `horizon`. Not where the CPU is busy or an interrupt is late: they would delay each other.
+    /// Passes over the step interrupts ahead that change nothing, as [`Stepping::step`] would
+    /// handle them, as far as they are due up to `horizon`. Not where the CPU is busy or an
+    /// interrupt is late: they would delay each other.
     #[inline]
     fn pass_quiet<O: Observer>(
         &mut self,
@@ -142,7 +146,8 @@ impl<'a, const MOTORS: usize> Stepping<'a, MOTORS> {
         cpu.charge_ticks([due, last], calls, self.costs.step);
     }
 
-    /// Looks at the segment that the step interrupt is about to take. Returns the cycles that this tick takes.
+    /// Looks at the segment that the step interrupt is about to take. Returns the cycles that this
+    /// tick takes.
     #[inline(never)]
     fn look_ahead<O: Observer>(&mut self, board: &mut SimBoard<O, MOTORS>, at: Cycle) -> u32 {
         let next = self.segments.peek().filter(|_| !self.shared.is_stopped());
@@ -261,7 +266,8 @@ mod tests {
         shared: Shared<2>,
     }
 
-    /// Runs `segments` to rest with pulses of `pulse_us`; `taken` is called each time that a segment was taken.
+    /// Runs `segments` to rest with pulses of `pulse_us`; `taken` is called each time that a
+    /// segment was taken.
     fn run(pulse_us: u8, segments: &[Segment<2>], mut taken: impl FnMut()) -> Bench {
         let costs = Costs::F407;
         let mut queue: Queue<Segment<2>, 17> = Queue::new();
@@ -341,7 +347,8 @@ mod tests {
         assert_eq!(bench.shared.late_ticks(), 10);
         assert_eq!(bench.board.late.count(), 11); // and the end of all segments
         assert_eq!(bench.shared.position(), [90, 0]);
-        // The end of the pulse waits for the load, the late tick does not. The first one comes out of rest.
+        // The end of the pulse waits for the load, the late tick does not. The first one comes out
+        // of rest.
         assert_eq!(bench.board.plant.position(), [81, 0]);
         assert_eq!(bench.board.violations.count(), 9);
     }

@@ -1,14 +1,16 @@
 //! A sender that streams a program by character counting.
 //!
-//! The machine answers every line with `ok` or `error:N`, in order. The sender knows how many bytes the
-//! receive buffer holds, counts those of all unanswered lines, and sends the next line whenever it fits:
+//! The machine answers every line with `ok` or `error:N`, in order. The sender knows how many bytes
+//! the receive buffer holds, counts those of all unanswered lines, and sends the next line whenever
+//! it fits:
 //!
 //! ```text
 //!  reader --> line --> [ unanswered lines .......... | next ] <= window
 //!                        ^ ok: drop the first
 //! ```
 //!
-//! Memory stays flat: one window of text, one line that is being read, whatever the length of the file.
+//! Memory stays flat: one window of text, one line that is being read, whatever the length of the
+//! file.
 
 use crate::clock::Cycle;
 use crate::link::Host;
@@ -37,7 +39,8 @@ pub enum Reply<'a> {
     Alarm {
         /// GRBL's number.
         code: u8,
-        /// The first unanswered line in the program, from 1; the last answered one where there is none.
+        /// The first unanswered line in the program, from 1; the last answered one where there is
+        /// none.
         line: u64,
         /// That line as it was sent; empty where it has been answered.
         text: &'a [u8],
@@ -61,8 +64,8 @@ pub trait Replies {
         let _ = (number, line);
     }
 
-    /// Whether nothing may be sent after `line`, which is about to be sent: where it is known beforehand that it will be
-    /// refused, and the program is to stop there.
+    /// Whether nothing may be sent after `line`, which is about to be sent: where it is known
+    /// beforehand that it will be refused, and the program is to stop there.
     fn is_last(&mut self, line: &[u8]) -> bool {
         let _ = line;
         false
@@ -168,7 +171,8 @@ impl<R: BufRead, F: Replies> Streamer<R, F> {
         self.answered
     }
 
-    /// The line that the machine is at: the first that is not answered; the last one read where all are.
+    /// The line that the machine is at: the first that is not answered; the last one read where all
+    /// are.
     pub fn current(&self) -> u64 {
         self.pending
             .front()
@@ -338,8 +342,8 @@ fn parse(digits: &[u8]) -> Option<u8> {
     std::str::from_utf8(digits).ok()?.parse().ok()
 }
 
-/// Replaces bytes that would act at once, wherever they stand, by one that no line may contain outside a comment:
-/// a comment's `!` must not stop the machine, and columns stay where they are.
+/// Replaces bytes that would act at once, wherever they stand, by one that no line may contain
+/// outside a comment: a comment's `!` must not stop the machine, and columns stay where they are.
 fn hide_realtime(line: &mut [u8]) {
     for byte in line {
         if matches!(*byte, b'?' | b'!' | b'~' | 0x18 | 0x80..) {
@@ -348,7 +352,8 @@ fn hide_realtime(line: &mut [u8]) {
     }
 }
 
-/// Lines of a file that end with LF, CR or CR LF. A byte order mark and lines with `%` (tape marks) are left out.
+/// Lines of a file that end with LF, CR or CR LF. A byte order mark and lines with `%` (tape marks)
+/// are left out.
 #[derive(Debug)]
 pub struct Lines<R> {
     reader: R,

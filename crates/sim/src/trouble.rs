@@ -79,8 +79,8 @@ pub enum Violation {
         /// Steps that the carriage has made.
         made: i32,
     },
-    /// Laser power was on though it has to be off: at rest unless under M3, while held, at the door, homing, locked, checking
-    /// or asleep.
+    /// Laser power was on though it has to be off: at rest unless under M3, while held, at the
+    /// door, homing, locked, checking or asleep.
     LaserOn {
         /// When it was noticed.
         cycle: Cycle,

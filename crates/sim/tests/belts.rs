@@ -1,4 +1,5 @@
-//! X and Y on crossed belts, as a profile describes them: the switches belong to the axes, not to the motors.
+//! X and Y on crossed belts, as a profile describes them: the switches belong to the axes, not to
+//! the motors.
 
 use leadscrew_machine::state::State;
 use leadscrew_planner::CoreXy;

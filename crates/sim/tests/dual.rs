@@ -1,4 +1,5 @@
-//! A gantry with two motors on Y: skewed at power-up, square after homing, or too far apart for that.
+//! A gantry with two motors on Y: skewed at power-up, square after homing, or too far apart for
+//! that.
 
 use leadscrew_machine::board::ChannelId;
 use leadscrew_machine::state::{Lock, State};
@@ -29,7 +30,8 @@ impl Replies for &mut Heard {
     }
 }
 
-/// A gantry whose second carriage is `skew` mm ahead of the first; switches of Y at 0, of the second motor at `second`.
+/// A gantry whose second carriage is `skew` mm ahead of the first; switches of Y at 0, of the
+/// second motor at `second`.
 fn profile(skew: f64, second: f64) -> Profile {
     let start = 20.0 + skew;
     let text = format!(
@@ -59,7 +61,8 @@ fn profile(skew: f64, second: f64) -> Profile {
     Profile::parse(Path::new("gantry.toml"), &text).unwrap()
 }
 
-/// Sends `lines` to the machine of a profile; what it said, where its carriages are (Y's two, steps), its state.
+/// Sends `lines` to the machine of a profile; what it said, where its carriages are (Y's two,
+/// steps), its state.
 fn session(profile: &Profile, lines: &str) -> (Vec<String>, [i32; 2], State) {
     let mut heard = Heard::default();
     let streaming = Streaming {

@@ -1,4 +1,5 @@
-//! A printer's axis E, on the edges of its motors: the feed, E's own limits, corners, and `G92 E0` in mid-motion.
+//! A printer's axis E, on the edges of its motors: the feed, E's own limits, corners, and `G92 E0`
+//! in mid-motion.
 
 use leadscrew_sim::clock::seconds;
 use leadscrew_sim::powered::Powered;

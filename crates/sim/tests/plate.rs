@@ -107,7 +107,8 @@ fn each_point_of_an_uneven_plate_is_found_at_its_height() {
         [100.0, 50.0],
         [50.0, 50.0],
     ];
-    // Tilt and bow by hand: the bow is all in the middle, three quarters of it at a quarter of the way.
+    // Tilt and bow by hand: the bow is all in the middle, three quarters of it at a quarter of the
+    // way.
     let heights = [
         -5.0,
         -3.0,
@@ -134,7 +135,8 @@ fn a_flat_plate_is_as_high_everywhere() {
     }
 }
 
-/// How high the plate of [`MACHINE`] stands above its place at X0 Y0, mm: its tilt, and a bow of 0.4 mm over 200 mm by 100 mm.
+/// How high the plate of [`MACHINE`] stands above its place at X0 Y0, mm: its tilt, and a bow of
+/// 0.4 mm over 200 mm by 100 mm.
 fn height([x, y]: [f64; 2]) -> f64 {
     let along = |share: f64| 4.0 * share * (1.0 - share);
     0.01 * x - 0.02 * y + 0.4 * along(x / 200.0) * along(y / 100.0)
@@ -145,7 +147,8 @@ fn the_lines_of_bcnc_s_auto_level_find_the_plate_s_heights_in_work_coordinates()
     let grid = [10.0, 55.0, 100.0, 145.0, 190.0];
     let rows = [10.0, 50.0, 90.0];
     let places: Vec<[f64; 2]> = rows.iter().flat_map(|y| grid.map(|x| [x, *y])).collect();
-    // Connected: it asks for settings, modes and parameters, and for reports all the time. Then Z0 is set on the plate.
+    // Connected: it asks for settings, modes and parameters, and for reports all the time. Then Z0
+    // is set on the plate.
     let mut lines: VecDeque<String> = ["$$", "$I", "$G", "$#", "G38.2Z-12.0000F60"]
         .map(str::to_owned)
         .into();

@@ -44,7 +44,8 @@ impl StepPort for Drawing {
 }
 
 fn main() {
-    // 12 steps of X, 5 of Y, 1 of Z, four ticks to a step; each interval 0.2 ms shorter than the last.
+    // 12 steps of X, 5 of Y, 1 of Z, four ticks to a step; each interval 0.2 ms shorter than the
+    // last.
     let line = Line::new([12, 5, 1]).expect("12 steps are a line");
     let early = Early::half_a_tick(Smoothing::Fourfold);
     let segment = Segment {

@@ -17,8 +17,8 @@ pub struct StepInterrupt<const MOTORS: usize> {
     sign: [i32; MOTORS],
 }
 
-/// Counts from one call to the next while a stop empties the queue: long enough for the main loop to go
-/// on, short enough for 16 segments to be gone within 100 µs at 84 MHz.
+/// Counts from one call to the next while a stop empties the queue: long enough for the main loop
+/// to go on, short enough for 16 segments to be gone within 100 µs at 84 MHz.
 const DRAIN_INTERVAL: Ticks = Ticks(500);
 
 impl<const MOTORS: usize> Default for StepInterrupt<MOTORS> {
@@ -38,8 +38,9 @@ impl<const MOTORS: usize> StepInterrupt<MOTORS> {
         }
     }
 
-    /// How many of the coming calls of [`on_timer`] will change no pin and take no segment: calls for smoothing ticks, which are
-    /// most of all calls while motors are slow. One [`StepInterrupt::pass`] does the work of them all, or of some.
+    /// How many of the coming calls of [`on_timer`] will change no pin and take no segment: calls
+    /// for smoothing ticks, which are most of all calls while motors are slow. One
+    /// [`StepInterrupt::pass`] does the work of them all, or of some.
     ///
     /// For simulators, while nobody else reaches `shared`.
     pub fn quiet_calls(&self, shared: &Shared<MOTORS>) -> u32 {
@@ -56,8 +57,9 @@ impl<const MOTORS: usize> StepInterrupt<MOTORS> {
         self.stepper.intervals(calls)
     }
 
-    /// Does the work of `calls` of the [`StepInterrupt::quiet_calls`], one at least, all of whose waits together are fewer than 2³²
-    /// counts. Asks for nothing: returns the time from the first of the calls to the last one, and the wait that this asks for.
+    /// Does the work of `calls` of the [`StepInterrupt::quiet_calls`], one at least, all of whose
+    /// waits together are fewer than 2³² counts. Asks for nothing: returns the time from the first
+    /// of the calls to the last one, and the wait that this asks for.
     pub fn pass(&mut self, calls: u32) -> [Ticks; 2] {
         let to_last = self.stepper.pass(calls.saturating_sub(1));
         self.due = self
@@ -68,12 +70,12 @@ impl<const MOTORS: usize> StepInterrupt<MOTORS> {
     }
 }
 
-/// Makes the steps that are due and changes the power with them, then prepares the next tick. Returns whether this tick took
-/// longer than others, because it looked for a segment.
+/// Makes the steps that are due and changes the power with them, then prepares the next tick.
+/// Returns whether this tick took longer than others, because it looked for a segment.
 ///
-/// Called from the step interrupt.
-/// Steps and power come first, so that their jitter is that of the interrupt's entry. Bounded: no loop but
-/// those over the motors. Inlined in every caller: a call would cost the registers that it keeps.
+/// Called from the step interrupt. Steps and power come first, so that their jitter is that of the
+/// interrupt's entry. Bounded: no loop but those over the motors. Inlined in every caller: a call
+/// would cost the registers that it keeps.
 #[inline(always)]
 pub fn on_timer<P: StepPort, const MOTORS: usize>(
     interrupt: &mut StepInterrupt<MOTORS>,
@@ -101,8 +103,8 @@ pub fn on_timer<P: StepPort, const MOTORS: usize>(
     }
 }
 
-/// Looks ahead out of rest: puts out the power of the first segment. The first [`on_timer`] has to follow at once: it puts out
-/// the directions.
+/// Looks ahead out of rest: puts out the power of the first segment. The first [`on_timer`] has to
+/// follow at once: it puts out the directions.
 ///
 /// Called by whoever starts the timer, while no tick can come.
 pub fn start<P: StepPort, const MOTORS: usize>(
@@ -141,8 +143,8 @@ enum Restricted {
     Stopped,
 }
 
-/// In place of [`make_steps`], for a stop, a locked motor, or a laser that is held off: one of them was asked for, or is no
-/// longer.
+/// In place of [`make_steps`], for a stop, a locked motor, or a laser that is held off: one of them
+/// was asked for, or is no longer.
 #[cold]
 #[inline(never)]
 fn restricted<P: StepPort, const MOTORS: usize>(
@@ -171,8 +173,8 @@ fn put_out<P: StepPort, const MOTORS: usize>(power: Power, shared: &Shared<MOTOR
     port.set_power(if off { Power::OFF } else { power });
 }
 
-/// Asks for the tick that was taken, `least` after the one before it at least: those that follow come as much later. Looks ahead
-/// for the power that begins with it.
+/// Asks for the tick that was taken, `least` after the one before it at least: those that follow
+/// come as much later. Looks ahead for the power that begins with it.
 #[inline(always)]
 fn arm<P: StepPort, const MOTORS: usize>(
     least: Ticks,
@@ -350,7 +352,8 @@ mod tests {
         }
     }
 
-    /// Calls the interrupt until the timer rests; `meddle` is called before each call with its number.
+    /// Calls the interrupt until the timer rests; `meddle` is called before each call with its
+    /// number.
     fn run(
         segments: &[Segment<2>],
         shared: &Shared<2>,
@@ -463,7 +466,8 @@ mod tests {
                 }
             });
             assert_eq!(calls, 10);
-            // The segment's own, none where nothing changes, off while held, then once more; with the last step and at rest.
+            // The segment's own, none where nothing changes, off while held, then once more; with
+            // the last step and at rest.
             let mut expected = Vec::new();
             expected.push(if held > 0 { 100 } else { 0 });
             expected.extend([0, 100, 0, 0]);

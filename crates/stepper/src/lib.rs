@@ -16,11 +16,12 @@
 //! level *L* there are `2^L` ticks to a step of the dominant motor, so that the other motors step
 //! within half a tick of the true line.
 //!
-//! The time of tick *k* (from 1) after the segment's start is `p·k + d·k(k−1)/2` timer ticks, with the
-//! first interval `p` and its change `d`: two additions a tick, no division, no float.
+//! The time of tick *k* (from 1) after the segment's start is `p·k + d·k(k−1)/2` timer ticks, with
+//! the first interval `p` and its change `d`: two additions a tick, no division, no float.
 //!
-//! [`on_timer`] is the whole body of the step interrupt. The board and the simulator call the same function; they differ in their
-//! [`StepPort`] only. Each tick looks ahead for the power that begins with the next one, so that power changes with its step.
+//! [`on_timer`] is the whole body of the step interrupt. The board and the simulator call the same
+//! function; they differ in their [`StepPort`] only. Each tick looks ahead for the power that
+//! begins with the next one, so that power changes with its step.
 #![no_std]
 #![forbid(unsafe_code)]
 #![deny(clippy::float_arithmetic)]

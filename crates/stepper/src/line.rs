@@ -74,8 +74,8 @@ impl<const MOTORS: usize> Line<MOTORS> {
         self.direction
     }
 
-    /// The part of this line that is left once `taken` step events have been made, the last of them in a segment that
-    /// was `early`; `None` where none is.
+    /// The part of this line that is left once `taken` step events have been made, the last of them
+    /// in a segment that was `early`; `None` where none is.
     ///
     /// Main loop: for motion that goes on after another line came between (parking).
     pub fn rest(&self, taken: u32, early: Early) -> Option<Self> {
@@ -93,7 +93,8 @@ impl<const MOTORS: usize> Line<MOTORS> {
     }
 }
 
-/// A line, and the tracer's state at its start: the main loop works it out, so that the tick which takes it only copies.
+/// A line, and the tracer's state at its start: the main loop works it out, so that the tick which
+/// takes it only copies.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct LineStart<const MOTORS: usize> {
@@ -103,8 +104,8 @@ pub struct LineStart<const MOTORS: usize> {
 }
 
 impl<const MOTORS: usize> LineStart<MOTORS> {
-    /// Begins `line`: the dominant motor steps when a step event is complete, the others half-way to it, and as `early` as its
-    /// first segment says. Main loop.
+    /// Begins `line`: the dominant motor steps when a step event is complete, the others half-way
+    /// to it, and as `early` as its first segment says. Main loop.
     pub fn new(line: Line<MOTORS>, early: Early) -> Self {
         let early = early.in_whole_events();
         let events = line.step_events.get();
@@ -126,8 +127,8 @@ impl<const MOTORS: usize> LineStart<MOTORS> {
     }
 }
 
-/// Steps that a motor with `steps` in `events` has taken after the first `taken` step events: the nearest whole number
-/// to its share half a tick later, as the tracer finds it.
+/// Steps that a motor with `steps` in `events` has taken after the first `taken` step events: the
+/// nearest whole number to its share half a tick later, as the tracer finds it.
 fn taken_of(steps: u32, events: NonZeroU32, taken: u32, early: Early) -> u32 {
     if steps == events.get() {
         return taken;

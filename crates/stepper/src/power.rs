@@ -6,8 +6,8 @@ use fixed::types::{I1F31, U1F31};
 ///
 /// *Full* is defined outside this crate, by `$30` and the PWM timer's period.
 ///
-/// Stored as power less full power, -2³¹ to 0. The processor's saturating addition stops at the lower end; a positive sum
-/// says that the upper end is passed.
+/// Stored as power less full power, -2³¹ to 0. The processor's saturating addition stops at the
+/// lower end; a positive sum says that the upper end is passed.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Hash)]
 pub struct Power {
     missing: i32,
@@ -18,7 +18,8 @@ pub type PowerChange = I1F31;
 
 /// Turns a [`Power`] into the compare value of a PWM timer.
 ///
-/// Twice the timer's period: the upper word of its product with a share of 31 bits is the level, with nothing to shift.
+/// Twice the timer's period: the upper word of its product with a share of 31 bits is the level,
+/// with nothing to shift.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct PowerScale(u32);
@@ -52,7 +53,8 @@ impl Power {
         U1F31::from_bits(self.missing.cast_unsigned().wrapping_add(FULL_BITS))
     }
 
-    /// The compare value for a PWM timer whose period has the scale `scale`, rounded down: 0 is off, the period is full.
+    /// The compare value for a PWM timer whose period has the scale `scale`, rounded down: 0 is
+    /// off, the period is full.
     ///
     /// Called from the step interrupt: one widening multiplication.
     #[inline]

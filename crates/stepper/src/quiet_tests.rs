@@ -1,4 +1,5 @@
-//! A simulator that passes over quiet ticks makes the same steps at the same times as one that makes every call.
+//! A simulator that passes over quiet ticks makes the same steps at the same times as one that
+//! makes every call.
 
 extern crate std;
 use crate::{

@@ -26,13 +26,15 @@ pub struct Segment<const MOTORS: usize> {
     pub ticks: NonZeroU16,
     /// Ticks to a step event.
     pub smoothing: Smoothing,
-    /// The motors that a part of a step event brings on. A step event may be made in parts, one tick each, so that each motor
-    /// steps when it is due: each motor is in one of them. [`MotorMask::ALL`] elsewhere.
+    /// The motors that a part of a step event brings on. A step event may be made in parts, one
+    /// tick each, so that each motor steps when it is due: each motor is in one of them.
+    /// [`MotorMask::ALL`] elsewhere.
     pub motors: MotorMask,
     /// Whether a step event ends with it: not with the parts of one before the last.
     pub ends_event: bool,
-    /// How long before their time motors other than the dominant one step: half a tick of `smoothing`; of a coarser
-    /// one in the last segment before that, whose half tick begins in this segment. [`Early::of_a_part`] in parts.
+    /// How long before their time motors other than the dominant one step: half a tick of
+    /// `smoothing`; of a coarser one in the last segment before that, whose half tick begins in
+    /// this segment. [`Early::of_a_part`] in parts.
     pub early: Early,
     /// Time from the segment's start to its first tick.
     pub interval: Interval,
@@ -44,8 +46,8 @@ pub struct Segment<const MOTORS: usize> {
     pub power_change: PowerChange,
     /// The outputs that change at the segment's start.
     pub outputs: OutputChange,
-    /// The power at rest, where motion comes to rest with this segment's last tick; `None` where more
-    /// must follow: if nothing does, that is an underrun.
+    /// The power at rest, where motion comes to rest with this segment's last tick; `None` where
+    /// more must follow: if nothing does, that is an underrun.
     pub at_rest: Option<Power>,
 }
 

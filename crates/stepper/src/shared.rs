@@ -10,17 +10,19 @@
 //! | motor lock | main loop; the switch interrupt alone while the limit switches are watched for homing | step interrupt, where restricted |
 //! | position, running, counters | step interrupt | anybody |
 //!
-//! A plain tick looks at one word only, *restricted*: whoever stops, locks or switches off sets it afterwards. The step
-//! interrupt clears it before it looks at the three words, and sets it again where one of them still holds: so
-//! nothing that is asked for is missed, whoever interrupts whom in between.
+//! A plain tick looks at one word only, *restricted*: whoever stops, locks or switches off sets it
+//! afterwards. The step interrupt clears it before it looks at the three words, and sets it again
+//! where one of them still holds: so nothing that is asked for is missed, whoever interrupts whom
+//! in between.
 //!
 //! `running` has two writers that never meet: the main loop sets it before it starts the timer, the
 //! interrupt clears it as it stops the timer.
 //!
-//! All contexts run on one core: an interrupt sees every store that came before it, so that no memory barrier (`dmb`) is
-//! needed. Only the compiler could change the order. No word that a tick reads or writes says that another one is ready:
-//! their accesses are relaxed. `running` does say so. Words set before the start hold from the first tick on, and at rest
-//! the position is final: `running` is stored with release and loaded with acquire order.
+//! All contexts run on one core: an interrupt sees every store that came before it, so that no
+//! memory barrier (`dmb`) is needed. Only the compiler could change the order. No word that a tick
+//! reads or writes says that another one is ready: their accesses are relaxed. `running` does say
+//! so. Words set before the start hold from the first tick on, and at rest the position is final:
+//! `running` is stored with release and loaded with acquire order.
 
 use crate::{MotorMask, Ticks};
 use core::sync::atomic::{compiler_fence, AtomicBool, AtomicI32, AtomicU32, AtomicU8, Ordering};
@@ -66,8 +68,8 @@ impl<const MOTORS: usize> Shared<MOTORS> {
 
     /// Stops stepping before the next step (`true`), or allows it again (`false`). Any context.
     ///
-    /// While stopped, the step interrupt throws away one segment a call until the queue is empty and then
-    /// rests; the laser is off.
+    /// While stopped, the step interrupt throws away one segment a call until the queue is empty
+    /// and then rests; the laser is off.
     pub fn set_stop(&self, stop: bool) {
         self.stop.store(stop, Ordering::Relaxed);
         self.restrict();
@@ -81,8 +83,9 @@ impl<const MOTORS: usize> Shared<MOTORS> {
 
     /// Holds the laser off, whatever later ticks ask for (`true`), or releases it. Any context.
     ///
-    /// The step interrupt obeys at its next tick. Whoever cannot wait for that one, or finds the timer at rest,
-    /// switches the laser off at the board as well: after this call no tick switches it on again.
+    /// The step interrupt obeys at its next tick. Whoever cannot wait for that one, or finds the
+    /// timer at rest, switches the laser off at the board as well: after this call no tick switches
+    /// it on again.
     pub fn set_laser_off(&self, off: bool) {
         self.laser_off.store(off, Ordering::Relaxed);
         self.restrict();
@@ -94,8 +97,9 @@ impl<const MOTORS: usize> Shared<MOTORS> {
         self.laser_off.load(Ordering::Relaxed)
     }
 
-    /// Keeps the motors of `lock` from stepping: their pulses are neither made nor counted. Any context, one
-    /// at a time: whoever adds a motor to those that are locked must not be interrupted by another one who does.
+    /// Keeps the motors of `lock` from stepping: their pulses are neither made nor counted. Any
+    /// context, one at a time: whoever adds a motor to those that are locked must not be
+    /// interrupted by another one who does.
     pub fn set_motor_lock(&self, lock: MotorMask) {
         self.locked_motors.store(lock.bits(), Ordering::Relaxed);
         self.restrict();
@@ -107,8 +111,8 @@ impl<const MOTORS: usize> Shared<MOTORS> {
         MotorMask::from_bits(self.locked_motors.load(Ordering::Relaxed))
     }
 
-    /// Sets how long the first tick of a line that turns a motor round follows the tick before it at least: pulse, its end, and
-    /// the time that the drivers ask for. Main loop, at rest.
+    /// Sets how long the first tick of a line that turns a motor round follows the tick before it
+    /// at least: pulse, its end, and the time that the drivers ask for. Main loop, at rest.
     pub fn set_direction_wait(&self, wait: Ticks) {
         self.direction_wait.store(wait.0, Ordering::Relaxed);
     }
@@ -131,7 +135,8 @@ impl<const MOTORS: usize> Shared<MOTORS> {
         self.restricted.load(Ordering::Relaxed)
     }
 
-    /// Has later ticks look at stop, laser and motor lock only while one of them holds. Step interrupt only.
+    /// Has later ticks look at stop, laser and motor lock only while one of them holds. Step
+    /// interrupt only.
     pub(crate) fn refresh_restricted(&self) {
         self.restricted.store(false, Ordering::Relaxed);
         compiler_fence(Ordering::SeqCst);
@@ -161,7 +166,8 @@ impl<const MOTORS: usize> Shared<MOTORS> {
         self.underruns.load(Ordering::Relaxed)
     }
 
-    /// How often a tick was due before the one ahead of it had been dealt with, since power-up. Any context.
+    /// How often a tick was due before the one ahead of it had been dealt with, since power-up. Any
+    /// context.
     pub fn late_ticks(&self) -> u32 {
         self.late_ticks.load(Ordering::Relaxed)
     }
@@ -176,7 +182,8 @@ impl<const MOTORS: usize> Shared<MOTORS> {
         })
     }
 
-    /// Declares the present position to be `steps`. Main loop only, with the motors at rest (homing).
+    /// Declares the present position to be `steps`. Main loop only, with the motors at rest
+    /// (homing).
     pub fn set_position(&self, steps: [i32; MOTORS]) {
         for (count, value) in self.position.iter().zip(steps) {
             count.store(value, Ordering::Relaxed);

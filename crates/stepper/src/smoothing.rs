@@ -27,10 +27,11 @@ impl Smoothing {
     }
 }
 
-/// How early motors other than the dominant one are, so that they are as often early as late: half a tick, or not at all.
+/// How early motors other than the dominant one are, so that they are as often early as late: half
+/// a tick, or not at all.
 ///
-/// In one byte with it: whether the segment is a part of a step event. So the tick that loads a segment sees in one
-/// comparison whether there is anything out of the ordinary.
+/// In one byte with it: whether the segment is a part of a step event. So the tick that loads a
+/// segment sees in one comparison whether there is anything out of the ordinary.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Early {
@@ -78,8 +79,8 @@ impl Early {
         self.bits
     }
 
-    /// How much that is of the way of a motor that takes `steps` in a line, in the tracer's units: sixteenths of a step
-    /// over the line's step events.
+    /// How much that is of the way of a motor that takes `steps` in a line, in the tracer's units:
+    /// sixteenths of a step over the line's step events.
     #[inline]
     pub(crate) const fn of(self, steps: u32) -> u32 {
         (steps * self.bits as u32) >> 1

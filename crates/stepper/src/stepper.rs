@@ -33,7 +33,8 @@ pub enum Progress {
     Underrun,
 }
 
-/// This bit is set in numbers below 0 (modulo 2³²) and in no others: the tracer counts to less than 2³⁰.
+/// This bit is set in numbers below 0 (modulo 2³²) and in no others: the tracer counts to less than
+/// 2³⁰.
 const SIGN: u32 = 30;
 
 /// Turns segments into ticks.
@@ -118,8 +119,8 @@ impl<const MOTORS: usize> Stepper<MOTORS> {
         })
     }
 
-    /// Takes one more tick of the segment, up to which `power` is put out. Returns the motors that step at it; `None` where none
-    /// is left, so that it takes another segment.
+    /// Takes one more tick of the segment, up to which `power` is put out. Returns the motors that
+    /// step at it; `None` where none is left, so that it takes another segment.
     #[inline]
     pub(crate) fn take_tick(&mut self, power: Power) -> Option<MotorMask> {
         self.ticks_left = self.ticks_left.wrapping_sub(1);
@@ -130,8 +131,9 @@ impl<const MOTORS: usize> Stepper<MOTORS> {
         Some(self.trace())
     }
 
-    /// How many of the next ticks of the segment leave the power alone and step no motor, but for the last of them, which may.
-    /// The last tick of the segment does not count: the one after it may change the power.
+    /// How many of the next ticks of the segment leave the power alone and step no motor, but for
+    /// the last of them, which may. The last tick of the segment does not count: the one after it
+    /// may change the power.
     pub(crate) fn quiet_ticks(&self) -> u32 {
         if self.power_change != PowerChange::ZERO {
             return 0;
@@ -158,7 +160,8 @@ impl<const MOTORS: usize> Stepper<MOTORS> {
         [first.min(last), first.max(last)]
     }
 
-    /// Takes `count` ticks that step no motor. Returns how long they take, `p·n + d·n(n−1)/2` counts: fewer than 2³².
+    /// Takes `count` ticks that step no motor. Returns how long they take, `p·n + d·n(n−1)/2`
+    /// counts: fewer than 2³².
     pub(crate) fn pass(&mut self, count: u32) -> Ticks {
         self.ticks_left = self.ticks_left.wrapping_sub(count.cast_signed());
         for (left, increment) in self.left.iter_mut().zip(&self.increment) {
@@ -188,9 +191,9 @@ impl<const MOTORS: usize> Stepper<MOTORS> {
         turns
     }
 
-    /// Has the motors other than the dominant one step as early as `segment` says. Where that is more than it was, a motor may
-    /// find that it should have stepped by now: it does so at the next tick. In a part of a step event only the motors that come
-    /// on in it do.
+    /// Has the motors other than the dominant one step as early as `segment` says. Where that is
+    /// more than it was, a motor may find that it should have stepped by now: it does so at the
+    /// next tick. In a part of a step event only the motors that come on in it do.
     #[cold]
     #[inline(never)]
     fn change_early(&mut self, segment: &Segment<MOTORS>) {
@@ -209,8 +212,8 @@ impl<const MOTORS: usize> Stepper<MOTORS> {
         self.early = early;
     }
 
-    /// Begins a segment (its line, if it has one, has begun already) and takes its first tick. Returns the motors that
-    /// step at it.
+    /// Begins a segment (its line, if it has one, has begun already) and takes its first tick.
+    /// Returns the motors that step at it.
     #[inline]
     pub(crate) fn load(&mut self, segment: &Segment<MOTORS>) -> MotorMask {
         let shift = MAX_SMOOTHING_LEVEL - segment.smoothing.level();
@@ -238,8 +241,9 @@ impl<const MOTORS: usize> Stepper<MOTORS> {
         self.power
     }
 
-    /// The power from the tick on that was taken last: this segment's, or where it ends there the `next` one's; where motion ends
-    /// there, the power at rest. It stays as it is where the next segment is still missing.
+    /// The power from the tick on that was taken last: this segment's, or where it ends there the
+    /// `next` one's; where motion ends there, the power at rest. It stays as it is where the next
+    /// segment is still missing.
     pub(crate) fn next_power(&self, next: impl FnOnce() -> Option<Power>) -> Power {
         if self.ticks_left > 0 {
             self.power.changed_by(self.power_change)
@@ -248,7 +252,8 @@ impl<const MOTORS: usize> Stepper<MOTORS> {
         }
     }
 
-    /// Whole counts to wait for the tick that was taken; the fraction is carried on. Once for each tick.
+    /// Whole counts to wait for the tick that was taken; the fraction is carried on. Once for each
+    /// tick.
     #[inline]
     pub(crate) fn wait(&mut self) -> Ticks {
         let due = self.interval.wrapping_add(u64::from(self.fraction));
@@ -284,7 +289,8 @@ impl<const MOTORS: usize> Stepper<MOTORS> {
         // The last motor first: its bit is pushed up by those of the others.
         for (left, increment) in self.left.iter_mut().zip(&self.increment).rev() {
             let next = left.wrapping_sub(*increment);
-            // 1 where that is below 0 and the motor steps. Multiplied, it takes fewer instructions than a branch.
+            // 1 where that is below 0 and the motor steps. Multiplied, it takes fewer instructions
+            // than a branch.
             let steps = next >> SIGN & 1;
             *left = next.wrapping_add(self.full.wrapping_mul(steps));
             step = step << 1 | steps;
@@ -380,7 +386,8 @@ mod tests {
         // Y is due at 0.67 of the first step event, Z at its end.
         assert_eq!(steps(part(Some(line), 0b010, false, Early::NOT)), [0b010]);
         assert_eq!(steps(part(None, 0b101, true, Early::NOT)), [0b101]);
-        // Y is due at the end of the second step event. In the fourth it is so at a third, early by half a step event.
+        // Y is due at the end of the second step event. In the fourth it is so at a third, early by
+        // half a step event.
         let early = Early::half_a_tick(Smoothing::None);
         assert_eq!(steps(part(None, 0b111, true, early)), [0b011]);
         assert_eq!(
@@ -429,8 +436,8 @@ mod tests {
     }
 
     proptest! {
-        /// Against exact division: after k step events each motor has taken the whole number of steps nearest to its
-        /// share half a tick later, whatever the smoothing does in between.
+        /// Against exact division: after k step events each motor has taken the whole number of
+        /// steps nearest to its share half a tick later, whatever the smoothing does in between.
         #[test]
         fn the_tracer_agrees_with_exact_division(
             x in -300i32..300, y in -300i32..300, z in -300i32..300,

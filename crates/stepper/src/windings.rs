@@ -5,8 +5,9 @@
 //!                                     +--> the board's own StepPort: timer, power, outputs
 //! ```
 //!
-//! A step takes a motor to the next state of its table, or back to the one before. Where nothing steps the lines stay as they are,
-//! so that the motor holds; [`Windings::energise`] takes the current off and puts the same state on again.
+//! A step takes a motor to the next state of its table, or back to the one before. Where nothing
+//! steps the lines stay as they are, so that the motor holds; [`Windings::energise`] takes the
+//! current off and puts the same state on again.
 
 use crate::{MotorMask, OutputChange, Power, StepPort, Ticks};
 
@@ -19,13 +20,15 @@ pub const FIVE_PHASE_HALF_STEPS: WindingTable<10> = [
     0b1_0001,
 ];
 
-/// The lines of motors. Implemented by the board; called from the step interrupt, and at rest from the main loop.
+/// The lines of motors. Implemented by the board; called from the step interrupt, and at rest from
+/// the main loop.
 pub trait WindingPort {
     /// Puts out all lines of a motor at once: bit *n* is line *n*.
     fn put(&mut self, motor: usize, lines: u8);
 }
 
-/// A [`StepPort`] that switches windings. All but steps and directions goes to the board's own `port`, whose step pins stay unused.
+/// A [`StepPort`] that switches windings. All but steps and directions goes to the board's own
+/// `port`, whose step pins stay unused.
 #[derive(Debug)]
 pub struct Windings<P, W, const MOTORS: usize, const STATES: usize> {
     port: P,
@@ -53,7 +56,8 @@ where
         }
     }
 
-    /// Switches all motors on, each at the state that it has, or all lines off. For `Board::enable_motors`, at rest.
+    /// Switches all motors on, each at the state that it has, or all lines off. For
+    /// `Board::enable_motors`, at rest.
     pub fn energise(&mut self, on: bool) {
         self.energised = on;
         for motor in 0..MOTORS {

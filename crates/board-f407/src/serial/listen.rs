@@ -1,19 +1,21 @@
 //! The interrupt's end of the line: received bytes.
 //!
-//! DMA writes each byte to the next place of a ring, as the half-word that the USART's data register is, and never stops. A
-//! place that has been read is marked empty, so that the ring alone says what is new: no count to read, and none that could
-//! have come round unseen.
+//! DMA writes each byte to the next place of a ring, as the half-word that the USART's data
+//! register is, and never stops. A place that has been read is marked empty, so that the ring alone
+//! says what is new: no count to read, and none that could have come round unseen.
 use super::Stream;
 use crate::{clock::APB1_TIMER_HZ, wake::wake};
 use core::sync::atomic::{AtomicU16, Ordering::Relaxed};
 use leadscrew_machine::protocol::serial::{Receiver, DEFAULT_RX};
 use stm32f4::stm32f407::TIM7;
 
-/// How often the ring is looked at, in microseconds: a realtime byte is seen no later than this. Ten bytes at 2 Mbaud.
+/// How often the ring is looked at, in microseconds: a realtime byte is seen no later than this.
+/// Ten bytes at 2 Mbaud.
 const EVERY_US: u32 = 50;
 
-/// Places of the ring. At 2 Mbaud 400 bytes come in the 2 ms for which the flash may hold the CPU up. Where a sector is erased
-/// in mid-run it is half a second, 2 s at most: as many as a sender may have under way unanswered, and 64 realtime bytes.
+/// Places of the ring. At 2 Mbaud 400 bytes come in the 2 ms for which the flash may hold the CPU
+/// up. Where a sector is erased in mid-run it is half a second, 2 s at most: as many as a sender
+/// may have under way unanswered, and 64 realtime bytes.
 const RING: usize = DEFAULT_RX + 64;
 /// In SRAM: DMA does not reach the core coupled memory.
 static ARRIVED: [AtomicU16; RING] = [const { AtomicU16::new(0) }; RING];
@@ -75,8 +77,8 @@ impl Listener {
         }
     }
 
-    /// Forgets all that has come: the CPU stood still for longer than the ring lasts. One that comes between the last two
-    /// lines is taken for another overrun, and forgotten as well.
+    /// Forgets all that has come: the CPU stood still for longer than the ring lasts. One that
+    /// comes between the last two lines is taken for another overrun, and forgotten as well.
     #[cold]
     fn lose(&mut self) {
         defmt::error!("bytes of the serial line lost");

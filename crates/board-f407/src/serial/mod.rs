@@ -5,8 +5,8 @@
 //!   pin <- DMA <- ring <- started by the interrupt at the end of the piece before                 <- main loop: Writer
 //! ```
 //!
-//! At 2 Mbaud a byte comes every 5 µs: an interrupt for each would take a quarter of the CPU, and none could come while the
-//! flash is written. DMA needs no program.
+//! At 2 Mbaud a byte comes every 5 µs: an interrupt for each would take a quarter of the CPU, and
+//! none could come while the flash is written. DMA needs no program.
 mod listen;
 mod send;
 
@@ -34,7 +34,8 @@ const CLOCK_HZ: u32 = match LINE {
     Usart::Usart2 => APB1_HZ,
 };
 
-/// All that DMA does for either USART is on this channel: USART2's on DMA1, USART1's on DMA2 (RM0090 tables 43 and 44).
+/// All that DMA does for either USART is on this channel: USART2's on DMA1, USART1's on DMA2
+/// (RM0090 tables 43 and 44).
 const CHANNEL: u8 = 4;
 
 /// Written at start-up only; the bytes are DMA's.
@@ -42,7 +43,8 @@ fn usart() -> &'static usart1::RegisterBlock {
     registers::usart(LINE)
 }
 
-/// Of the controller the two streams of the line are in use: `Listener` has one, `Sender` the other.
+/// Of the controller the two streams of the line are in use: `Listener` has one, `Sender` the
+/// other.
 fn dma() -> &'static dma2::RegisterBlock {
     registers::dma(LINE)
 }
@@ -80,15 +82,16 @@ impl Stream {
         });
     }
 
-    /// A stream starts only with its flags cleared (RM0090 section 10.3.17). They are six bits of the high register (section
-    /// 10.5.4).
+    /// A stream starts only with its flags cleared (RM0090 section 10.3.17). They are six bits of
+    /// the high register (section 10.5.4).
     fn clear_flags(self) {
         let first = [0, 6, 16, 22][self.0 - 4];
         dma().hifcr().put(0x3D << first);
     }
 }
 
-/// Switches the USART, its DMA controller and the timer of [`Listener`] on. Before anything else here.
+/// Switches the USART, its DMA controller and the timer of [`Listener`] on. Before anything else
+/// here.
 pub(crate) fn enable(rcc: &RCC) {
     clock::switch_on(rcc, |rcc| {
         match LINE {

@@ -8,7 +8,8 @@ use core::sync::atomic::{
 };
 use stm32f4::stm32f407::Interrupt;
 
-/// Bytes that the ring has room for: the two messages that may come before the banner. A power of two.
+/// Bytes that the ring has room for: the two messages that may come before the banner. A power of
+/// two.
 const RING: usize = 128;
 /// The most bytes of the machine that wait to be sent: the line sends them in 0.7 ms; 8 at least.
 /// Few, because a report waits for the bytes before it. Bytes that find no room wait in the

@@ -20,8 +20,9 @@ static RUN_UP: Row = Row {
     listed: false,
 };
 
-/// M10 switches a vacuum on, M11 off: after the motion before it, and M10 waits until the hose draws (`P`, s, or `$800`).
-/// Reports show `Vac:`, byte 0xF8 toggles it. It goes off with an alarm, a reset and the end of the program.
+/// M10 switches a vacuum on, M11 off: after the motion before it, and M10 waits until the hose
+/// draws (`P`, s, or `$800`). Reports show `Vac:`, byte 0xF8 toggles it. It goes off with an alarm,
+/// a reset and the end of the program.
 pub(crate) struct Vacuum<P> {
     pin: P,
     on: bool,

@@ -1,7 +1,7 @@
 //! A machine with a vacuum on M10 and M11, its run-up time as `$800`, and `Vac:` in status reports.
 //!
-//! `cargo run -p leadscrew-machine --example vacuum` sends it a few lines and prints the conversation. A firmware does the same
-//! with its own board and the pin of its relay.
+//! `cargo run -p leadscrew-machine --example vacuum` sends it a few lines and prints the
+//! conversation. A firmware does the same with its own board and the pin of its relay.
 
 mod extension;
 

@@ -1,4 +1,5 @@
-//! An M code of an extension that is put aside: until `~` the operator has the machine (a tool change).
+//! An M code of an extension that is put aside: until `~` the operator has the machine (a tool
+//! change).
 //!
 //! ```text
 //!   M6 --SetAside--> Collecting --nothing comes for 100 ms, or 300 ms--> Waiting --~--> Returning --Done--> `ok`, then the kept lines

@@ -5,9 +5,10 @@
 //!  Door:3  unpark --> spindle on, 4 s --> coolant on, 1 s --> back into the work --> laser on, Run or Idle
 //! ```
 //!
-//! The motions are left out on machines without parking, while parking is forbidden (M56 P0), without homing
-//! (`$22`), and where the spindle is higher than the place to park already. Only outputs that were on are waited for. A
-//! laser needs no wait: it comes back with the program. `$SLP` goes the same way as far as `park`.
+//! The motions are left out on machines without parking, while parking is forbidden (M56 P0),
+//! without homing (`$22`), and where the spindle is higher than the place to park already. Only
+//! outputs that were on are waited for. A laser needs no wait: it comes back with the program.
+//! `$SLP` goes the same way as far as `park`.
 
 use super::door_cycle::{DoorCycle, Step};
 use crate::board::{Board, Duration, Instant};
@@ -138,7 +139,8 @@ where
         self.go_on();
     }
 
-    /// Returns how long to wait for it. A laser has no delay; its gate stays shut until motion goes on.
+    /// Returns how long to wait for it. A laser has no delay; its gate stays shut until motion goes
+    /// on.
     fn restore_spindle_after_door(&mut self) -> Duration {
         self.restore_spindle();
         if self.tool.spindle.is_wanted() && !self.tool.spindle.is_laser() {

@@ -6,8 +6,8 @@
 //!     v                                      v                         v              next group, or done
 //! ```
 //!
-//! An axis with two motors ([`crate::config::Squaring`]) is squared on the way. Each motor is locked at its own switch,
-//! and the approach is over once both are:
+//! An axis with two motors ([`crate::config::Squaring`]) is squared on the way. Each motor is
+//! locked at its own switch, and the approach is over once both are:
 //!
 //! ```text
 //!   start, skewed        first contact         second contact        second motor goes on by $702, then both back
@@ -16,15 +16,18 @@
 //!   2 ----o              2 -----o    |         2 --------o|          2 ---------o|
 //! ```
 //!
-//! How far the one goes on after the other was locked is the difference of their counts, which are the same at the
-//! begin of each motion; more than the configuration allows is ALARM:10. Then both count as one again.
+//! How far the one goes on after the other was locked is the difference of their counts, which are
+//! the same at the begin of each motion; more than the configuration allows is ALARM:10. Then both
+//! count as one again.
 //!
-//! Axes that share motors (crossed belts) home one by one, whatever their group, and a contact locks all of these motors.
+//! Axes that share motors (crossed belts) home one by one, whatever their group, and a contact
+//! locks all of these motors.
 //!
-//! Before each motion the switches have `$26` milliseconds to settle. The main loop locks the motors whose switch is
-//! closed already, and then leaves the motor lock to the switch interrupt, its only writer until the approach ends. At
-//! the contact that interrupt locks the motor at that very step ([`crate::inputs`]); a group's other axes go on until
-//! they meet theirs. Rates are multiplied by √n for n axes at once, so that each moves at the rate that is set.
+//! Before each motion the switches have `$26` milliseconds to settle. The main loop locks the
+//! motors whose switch is closed already, and then leaves the motor lock to the switch interrupt,
+//! its only writer until the approach ends. At the contact that interrupt locks the motor at that
+//! very step ([`crate::inputs`]); a group's other axes go on until they meet theirs. Rates are
+//! multiplied by √n for n axes at once, so that each moves at the rate that is set.
 
 use super::switch_cycle::{LastMove, Phase, SwitchCycle, Wait};
 use crate::activity::line::Origin;
@@ -53,8 +56,8 @@ where
     K: Kinematics<AXES, MOTORS> + Clone,
     X: Extension<AXES>,
 {
-    /// Begins to home `groups` of axes, one after the other; the line is answered at the end. A spindle stands until the next
-    /// move.
+    /// Begins to home `groups` of axes, one after the other; the line is answered at the end. A
+    /// spindle stands until the next move.
     pub(crate) fn begin_homing(&mut self, origin: Origin, groups: [AxisMask; 4], now: Instant) {
         self.enter(State::Home);
         self.stop_cutting();
@@ -104,7 +107,8 @@ where
         }
     }
 
-    /// Begins a motion, unless a switch closes in these very instructions: then the next poll begins it.
+    /// Begins a motion, unless a switch closes in these very instructions: then the next poll
+    /// begins it.
     fn begin_phase<B: Board>(&mut self, phase: Phase, group: AxisMask, board: &B) {
         match phase {
             Phase::Search | Phase::Locate => {
@@ -129,8 +133,9 @@ where
         }
     }
 
-    /// Locks the motors whose switch is closed already, and has the switch interrupt lock the others. Answers whether it
-    /// has seen all of them; an edge between the two may have found nobody to act on it. At rest.
+    /// Locks the motors whose switch is closed already, and has the switch interrupt lock the
+    /// others. Answers whether it has seen all of them; an edge between the two may have found
+    /// nobody to act on it. At rest.
     fn watch_switches<B: Board>(&self, motors: MotorMask, board: &B) -> bool {
         let sharing = self.motion.sharing();
         self.switches.inputs.watch_homing(MotorMask::NONE, sharing);
@@ -205,8 +210,8 @@ where
         self.settings.mask(Setting::HomingDirection) >> axis & 1 == 1
     }
 
-    /// The approach ends once all switches of the group have closed, or without that: ALARM:9; ALARM:10 where the two of
-    /// an axis are too far apart.
+    /// The approach ends once all switches of the group have closed, or without that: ALARM:9;
+    /// ALARM:10 where the two of an axis are too far apart.
     fn watch_approach<B: Board>(&mut self, group: AxisMask, board: &mut B, now: Instant) {
         let lock = self.motion.shared.motor_lock();
         if self.is_skewed(group) {
@@ -340,7 +345,8 @@ where
             .filter(|dual| group & axis_bit(dual.axis) != 0)
     }
 
-    /// The motors of a group: each axis has the motor of its own number, one axis perhaps another one.
+    /// The motors of a group: each axis has the motor of its own number, one axis perhaps another
+    /// one.
     fn motors_of(&self, group: AxisMask) -> MotorMask {
         let own = MotorMask::from_bits(group);
         let dual = self.dual_of(group);

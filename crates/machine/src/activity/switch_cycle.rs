@@ -1,4 +1,5 @@
-//! How far the machine has come with a motion of its own at its limit switches: homing, or the way off a switch that has stopped it.
+//! How far the machine has come with a motion of its own at its limit switches: homing, or the way
+//! off a switch that has stopped it.
 
 use crate::activity::line::Origin;
 use crate::board::Instant;

@@ -1,8 +1,9 @@
 //! The serial lines: input line by line, output, and the channel of each.
 //!
-//! An answer goes out on the channel that its line came in on, messages and alarms on all. A line is taken only
-//! where the board has got the answers before it. So no answer is ever lost, however slowly the other end reads, and a
-//! report that is asked for waits for one answer at most, however many lines have come.
+//! An answer goes out on the channel that its line came in on, messages and alarms on all. A line
+//! is taken only where the board has got the answers before it. So no answer is ever lost, however
+//! slowly the other end reads, and a report that is asked for waits for one answer at most, however
+//! many lines have come.
 
 mod discard;
 mod listing;
@@ -179,7 +180,8 @@ impl<'a> Console<'a> {
         })
     }
 
-    /// Whether a byte has come from `owner`, or without an owner from anybody, since this was asked last.
+    /// Whether a byte has come from `owner`, or without an owner from anybody, since this was asked
+    /// last.
     pub(crate) fn take_heard(&mut self, owner: Option<ChannelId>) -> bool {
         let mut heard = false;
         for (id, channel) in self.channels() {
@@ -188,15 +190,15 @@ impl<'a> Console<'a> {
         heard
     }
 
-    /// Takes the end of a line whose other end has gone away, once all that it sent is carried out. A line that it had begun is
-    /// forgotten.
+    /// Takes the end of a line whose other end has gone away, once all that it sent is carried out.
+    /// A line that it had begun is forgotten.
     pub(crate) fn take_closed(&mut self) -> Option<ChannelId> {
         self.channels()
             .find_map(|(id, channel)| channel.take_closed().then_some(id))
     }
 
-    /// Reads on until a line is complete that may be taken; returns its channel. While a channel is `owner` of the
-    /// job, others may only ask (`$`).
+    /// Reads on until a line is complete that may be taken; returns its channel. While a channel is
+    /// `owner` of the job, others may only ask (`$`).
     pub(crate) fn read(&mut self, owner: Option<ChannelId>, work: &mut Work) -> Option<ChannelId> {
         let count = self.channels.len();
         for offset in 0..count {
@@ -238,8 +240,8 @@ impl<'a> Console<'a> {
         kept
     }
 
-    /// Reads kept bytes until a line is complete; returns how many. Not before a line that the channel itself has begun is
-    /// complete and taken, unless that is a kept one (`goes_on`).
+    /// Reads kept bytes until a line is complete; returns how many. Not before a line that the
+    /// channel itself has begun is complete and taken, unless that is a kept one (`goes_on`).
     pub(crate) fn read_kept(&mut self, id: ChannelId, bytes: &[u8], goes_on: bool) -> usize {
         let Some(channel) = self.channel(id) else {
             return bytes.len();

@@ -18,7 +18,8 @@ const MESSAGES_LEAVE: usize = 256;
 #[derive(Debug)]
 pub(crate) struct Output {
     waiting: Deque<u8, OUTPUT>,
-    /// Bytes that found no room: of messages on a line whose other end reads too slowly, or has stopped reading.
+    /// Bytes that found no room: of messages on a line whose other end reads too slowly, or has
+    /// stopped reading.
     lost: u32,
 }
 
@@ -67,7 +68,8 @@ impl Output {
         }
     }
 
-    /// Adds `ok` and its CR LF, as [`Output::line`] would: nearly all answers, without the ways of formatting.
+    /// Adds `ok` and its CR LF, as [`Output::line`] would: nearly all answers, without the ways of
+    /// formatting.
     pub(crate) fn ok(&mut self) {
         let _ = fmt::Write::write_str(self, "ok\r\n");
     }

@@ -1,4 +1,5 @@
-//! The machine's side of [`Step::SetAside`](super::Step::SetAside): keeps the sender's lines, obeys the operator, goes on at `~`.
+//! The machine's side of [`Step::SetAside`](super::Step::SetAside): keeps the sender's lines, obeys
+//! the operator, goes on at `~`.
 
 use super::{Call, Event, Extension, Shown};
 use crate::activity::aside::{Aside, Kept, Phase, LONGEST, SETTLE};
@@ -52,8 +53,8 @@ where
         self.wait_own(OwnWait::Turn(Some(now + SETTLE)))
     }
 
-    /// Lines that an earlier code has kept, and that have not been taken yet, stay kept: in front of those that come now. How
-    /// many bytes they are.
+    /// Lines that an earlier code has kept, and that have not been taken yet, stay kept: in front
+    /// of those that come now. How many bytes they are.
     fn keep_further(&mut self) -> usize {
         let Some(Kept { id, next, end }) = self.activity.kept.take() else {
             return 0;
@@ -148,7 +149,8 @@ where
         (aside.phase == Phase::Waiting).then_some(aside.origin)
     }
 
-    /// Reads the kept lines, before any that came later. Whether the channel of the kept lines may be read itself.
+    /// Reads the kept lines, before any that came later. Whether the channel of the kept lines may
+    /// be read itself.
     pub(crate) fn read_kept(&mut self) {
         let Some(Kept { id, next, end }) = self.activity.kept.filter(|_| X::IN_USE) else {
             return;

@@ -14,7 +14,8 @@ pub type Comment = String<COMMENT>;
 
 /// Where an extension's lines go.
 pub trait Out {
-    /// Sends a line, without its end, to the sender whose line is carried out; to all where there is none.
+    /// Sends a line, without its end, to the sender whose line is carried out; to all where there
+    /// is none.
     fn line(&mut self, line: fmt::Arguments<'_>);
     /// Sends `[MSG:text]` to all.
     fn message(&mut self, text: fmt::Arguments<'_>);
@@ -66,7 +67,8 @@ impl<'a, const AXES: usize> Cx<'a, AXES> {
         Self::new(now, State::Idle, (zero, zero), true, out)
     }
 
-    /// Sends a line to the sender whose line is carried out; to all from [`Extension::poll`](super::Extension::poll).
+    /// Sends a line to the sender whose line is carried out; to all from
+    /// [`Extension::poll`](super::Extension::poll).
     pub fn line(&mut self, line: fmt::Arguments<'_>) {
         self.out.line(line);
     }
@@ -76,8 +78,8 @@ impl<'a, const AXES: usize> Cx<'a, AXES> {
         self.out.message(text);
     }
 
-    /// Has synchronised outputs change where the next move of the program begins, with changes asked for before. A reset, an alarm
-    /// and the end of the program forget them.
+    /// Has synchronised outputs change where the next move of the program begins, with changes
+    /// asked for before. A reset, an alarm and the end of the program forget them.
     pub fn with_next_move(&mut self, change: OutputChange) {
         self.outputs = self.outputs.then(change);
     }
@@ -92,7 +94,8 @@ impl<'a, const AXES: usize> Cx<'a, AXES> {
         self.outputs
     }
 
-    /// Locks the machine after this call: motion stops at once, spindle and coolant go off, the line under way is answered.
+    /// Locks the machine after this call: motion stops at once, spindle and coolant go off, the
+    /// line under way is answered.
     pub fn alarm(&mut self, alarm: Alarm) {
         self.alarm = Some(alarm);
     }

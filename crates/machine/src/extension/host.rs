@@ -39,7 +39,8 @@ where
     K: Kinematics<AXES, MOTORS> + Clone,
     X: Extension<AXES>,
 {
-    /// Lets the extension do its regular work; returns when it wants the next turn at the latest. Main loop.
+    /// Lets the extension do its regular work; returns when it wants the next turn at the latest.
+    /// Main loop.
     pub(crate) fn poll_extension<B: Board>(
         &mut self,
         board: &mut B,
@@ -287,7 +288,8 @@ where
         answer
     }
 
-    /// Asks the extension about the line under way: its sender is answered, and its comment can be read.
+    /// Asks the extension about the line under way: its sender is answered, and its comment can be
+    /// read.
     pub(super) fn ask_of_line<B: Board, R>(
         &mut self,
         board: &mut B,

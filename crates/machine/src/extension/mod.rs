@@ -1,4 +1,5 @@
-//! Additions of a firmware to GRBL, without a fork: M codes, settings, report fields, realtime bytes, and the pins that it owns.
+//! Additions of a firmware to GRBL, without a fork: M codes, settings, report fields, realtime
+//! bytes, and the pins that it owns.
 //!
 //! ```text
 //!   M10 P1          m_code(10) --> perform(call) --> Step: done, again later, move there, refused
@@ -9,9 +10,9 @@
 //!   a reset, ...    event()
 //! ```
 //!
-//! All methods are called from the main loop and none may wait: a long activity is a value that [`Extension::perform`] advances.
-//! Two extensions are one: `(Heat, Vacuum)`. Where both know an M code or a setting, the first one has it. `()` is none, and
-//! nothing of this is compiled for it.
+//! All methods are called from the main loop and none may wait: a long activity is a value that
+//! [`Extension::perform`] advances. Two extensions are one: `(Heat, Vacuum)`. Where both know an M
+//! code or a setting, the first one has it. `()` is none, and nothing of this is compiled for it.
 //!
 //! An extension owns its pins. GRBL's own pins stay with the [`Board`](crate::board::Board).
 //!
@@ -46,13 +47,15 @@ pub trait Extension<const AXES: usize> {
     /// Whether there is anything to ask: where not, no call is compiled. `false` for `()` alone.
     const IN_USE: bool = true;
 
-    /// The M code of this number, 0 to 255, if it is one of this extension's. Asked before GRBL's own codes.
+    /// The M code of this number, 0 to 255, if it is one of this extension's. Asked before GRBL's
+    /// own codes.
     fn m_code(&self, number: u8) -> Option<MCode> {
         let _ = number;
         None
     }
 
-    /// Checks an M code of [`Extension::m_code`] with its words, before anything of its line is carried out; in check mode, too.
+    /// Checks an M code of [`Extension::m_code`] with its words, before anything of its line is
+    /// carried out; in check mode, too.
     ///
     /// # Errors
     /// The answer to the line, of which nothing is carried out.
@@ -61,26 +64,29 @@ pub trait Extension<const AXES: usize> {
         Ok(())
     }
 
-    /// Says whether a move may be planned, or an M code of any extension be begun. Asked once more at every turn while the answer
-    /// is [`Gate::Wait`]. Not asked in check mode, nor for homing and parking.
+    /// Says whether a move may be planned, or an M code of any extension be begun. Asked once more
+    /// at every turn while the answer is [`Gate::Wait`]. Not asked in check mode, nor for homing
+    /// and parking.
     fn gate(&self, asked: &Asked<'_, AXES>) -> Gate {
         let _ = asked;
         Gate::Open
     }
 
-    /// Carries out an M code of [`Extension::m_code`], or goes on with it: called at every turn of the main loop until it is
-    /// done. Not called in check mode.
+    /// Carries out an M code of [`Extension::m_code`], or goes on with it: called at every turn of
+    /// the main loop until it is done. Not called in check mode.
     fn perform(&mut self, call: &Call, cx: &mut Cx<'_, AXES>) -> Step<AXES> {
         let _ = (call, cx);
         Step::Done
     }
 
-    /// The operator has the machine from now on, after [`Step::SetAside`]: tells him what to do. From this message on `~` is obeyed.
+    /// The operator has the machine from now on, after [`Step::SetAside`]: tells him what to do.
+    /// From this message on `~` is obeyed.
     fn set_aside(&mut self, call: &Call, cx: &mut Cx<'_, AXES>) {
         let _ = (call, cx);
     }
 
-    /// Its settings. All extensions together have 32 at most. Numbers 800 to 999 are free for extensions.
+    /// Its settings. All extensions together have 32 at most. Numbers 800 to 999 are free for
+    /// extensions.
     fn settings(&self) -> impl Iterator<Item = &'static Row> {
         core::iter::empty()
     }
@@ -91,7 +97,8 @@ pub trait Extension<const AXES: usize> {
         Number::default()
     }
 
-    /// Puts a value of one of [`Extension::settings`] into effect: it is in the range of its row. At rest.
+    /// Puts a value of one of [`Extension::settings`] into effect: it is in the range of its row.
+    /// At rest.
     ///
     /// # Errors
     /// The answer to the line. The value in force must stay.
@@ -105,7 +112,8 @@ pub trait Extension<const AXES: usize> {
         core::iter::empty()
     }
 
-    /// The alarms that it raises besides GRBL's, as [`Alarm::Own`](crate::protocol::alarm::Alarm::Own).
+    /// The alarms that it raises besides GRBL's, as
+    /// [`Alarm::Own`](crate::protocol::alarm::Alarm::Own).
     fn alarms(&self) -> impl Iterator<Item = &'static OwnCode> {
         core::iter::empty()
     }
@@ -149,7 +157,8 @@ pub trait Extension<const AXES: usize> {
         let _ = event;
     }
 
-    /// Does its regular work: at every turn of the main loop. Returns when it wants the next turn at the latest.
+    /// Does its regular work: at every turn of the main loop. Returns when it wants the next turn
+    /// at the latest.
     fn poll(&mut self, cx: &mut Cx<'_, AXES>) -> Option<Instant> {
         let _ = cx;
         None
@@ -182,8 +191,8 @@ pub enum Asked<'a, const AXES: usize> {
 pub enum Gate {
     /// It may.
     Open,
-    /// Not yet: ask again at the next turn. The line has no answer meanwhile, motion planned before goes on, and the machine
-    /// shows `Run`.
+    /// Not yet: ask again at the next turn. The line has no answer meanwhile, motion planned before
+    /// goes on, and the machine shows `Run`.
     Wait,
     /// The line is answered with this error; nothing else of it is carried out.
     Refuse(Status),
@@ -206,8 +215,8 @@ impl MCode {
         alone: false,
     };
 
-    /// An M code that takes these words, of `L`, `P`, `R`, `S` and `T`: they mean nothing to GRBL on its line. None has to be
-    /// there.
+    /// An M code that takes these words, of `L`, `P`, `R`, `S` and `T`: they mean nothing to GRBL
+    /// on its line. None has to be there.
     pub const fn with(words: &[Letter]) -> Self {
         let (mut letters, mut rest) = (0, words);
         while let [letter, tail @ ..] = rest {
@@ -299,21 +308,24 @@ pub enum Step<const AXES: usize> {
     Wait(Option<Instant>),
     /// Ask again once all motion has ended.
     Rest,
-    /// Go straight to the target, then ask again, at every turn on the way: for an M code that stands alone. Motion that was
-    /// planned before has to have ended ([`Step::Rest`]). A laser is dark on the way.
+    /// Go straight to the target, then ask again, at every turn on the way: for an M code that
+    /// stands alone. Motion that was planned before has to have ended ([`Step::Rest`]). A laser is
+    /// dark on the way.
     Move {
         /// Machine position. Outside the travel it is ALARM:2, with soft limits.
         target: [Coordinate; AXES],
         /// Speed along the path, mm/min, above 0.
         rate: Number,
     },
-    /// Slow down on the way to a target of [`Step::Move`], forget the rest of it, and ask again at rest.
+    /// Slow down on the way to a target of [`Step::Move`], forget the rest of it, and ask again at
+    /// rest.
     Stop,
-    /// Put the line aside, for an M code that stands alone, at rest: spindle and coolant go off, the line has no answer yet, and
-    /// lines that its sender has sent already go to [`Extension::kept`]. Until `~` the operator has the machine: `$J`, `$H`, `$X` and
-    /// `$` questions, G38, G10 L1 and L20, G43.1, G49 and words of modes are obeyed, all else is `error:9`. With `~` modes,
-    /// spindle and coolant are as before, and the code is asked again; once it is done, its line is answered and the kept lines
-    /// follow.
+    /// Put the line aside, for an M code that stands alone, at rest: spindle and coolant go off,
+    /// the line has no answer yet, and lines that its sender has sent already go to
+    /// [`Extension::kept`]. Until `~` the operator has the machine: `$J`, `$H`, `$X` and `$`
+    /// questions, G38, G10 L1 and L20, G43.1, G49 and words of modes are obeyed, all else is
+    /// `error:9`. With `~` modes, spindle and coolant are as before, and the code is asked again;
+    /// once it is done, its line is answered and the kept lines follow.
     SetAside(Shown),
     /// The line is answered with this error; nothing else of it is carried out.
     Refuse(Status),

@@ -79,7 +79,8 @@ where
     pub(crate) fn restore_own(&mut self) {
         let mut index = 0;
         while let Some(row) = self.own_setting(index) {
-            // A default is in the range of its row; where the extension refuses it, its value stays.
+            // A default is in the range of its row; where the extension refuses it, its value
+            // stays.
             let _refused = self.extension.set(row.number, row.default);
             index += 1;
         }

@@ -1,7 +1,8 @@
 //! Arcs: from the program's words to the centre.
 //!
-//! Lengths are whole numbers of 10⁻⁹ mm and are compared by their exact squares, so that a radius of half the chord is
-//! enough and 10⁻⁹ mm less is not. Only the height of a centre over its chord is rounded.
+//! Lengths are whole numbers of 10⁻⁹ mm and are compared by their exact squares, so that a radius
+//! of half the chord is enough and 10⁻⁹ mm less is not. Only the height of a centre over its chord
+//! is rounded.
 
 use super::modal_state::Turn;
 use super::Coordinate;
@@ -10,8 +11,8 @@ use leadscrew_gcode::Number;
 
 /// Finds the centre of an arc given by its radius (R), as an offset from the start.
 ///
-/// `travel` leads from start to end in the plane. A negative radius asks for the arc of more than half a turn. The
-/// centre lies on the bisector of the chord, `√(r² − (chord/2)²)` from its middle.
+/// `travel` leads from start to end in the plane. A negative radius asks for the arc of more than
+/// half a turn. The centre lies on the bisector of the chord, `√(r² − (chord/2)²)` from its middle.
 ///
 /// # Errors
 ///
@@ -29,7 +30,8 @@ pub(super) fn centre_from_radius(
     let height2 = (4 * square(radius))
         .checked_sub(chord2)
         .ok_or(Status::ArcRadiusTooSmall)?;
-    // Twice the height over the chord's length; to the right of the chord for a short clockwise arc.
+    // Twice the height over the chord's length; to the right of the chord for a short clockwise
+    // arc.
     let ratio = libm::sqrtf(height2 as f32 / chord2 as f32);
     let to_the_left = (turn == Turn::Counterclockwise) == (radius >= Coordinate::ZERO);
     let height = if to_the_left { ratio } else { -ratio };
@@ -40,7 +42,8 @@ pub(super) fn centre_from_radius(
     ])
 }
 
-/// Checks that start and end are equally far from a centre given by its offset from the start (I, J, K).
+/// Checks that start and end are equally far from a centre given by its offset from the start (I,
+/// J, K).
 ///
 /// GRBL allows 0.005 mm, and beyond that a thousandth of the radius up to 0.5 mm.
 ///

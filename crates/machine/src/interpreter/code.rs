@@ -1,7 +1,8 @@
 //! G and M numbers: which exist, their meaning, and the error of a wrong one.
 //!
-//! GRBL takes a number modulo 256 and its fraction in hundredths, rounded: G38.204 is G38.2, G0.004 is G0. A number
-//! that wraps is never accepted. It is refused as the wrapped number is: G256 as a G0 with a fraction, G300 as G44.
+//! GRBL takes a number modulo 256 and its fraction in hundredths, rounded: G38.204 is G38.2, G0.004
+//! is G0. A number that wraps is never accepted. It is refused as the wrapped number is: G256 as a
+//! G0 with a fraction, G300 as G44.
 
 use super::command::OffsetId;
 use super::cycle::kind::CycleKind;
@@ -108,7 +109,8 @@ impl Code {
         self.whole
     }
 
-    /// Answers who takes the axis words because of this G word. Asked before the word is known to exist.
+    /// Answers who takes the axis words because of this G word. Asked before the word is known to
+    /// exist.
     pub(super) const fn claims(self, options: &Options) -> Option<AxisCommand> {
         match self.whole {
             0..=3 | 38 => Some(AxisCommand::Motion),

@@ -1,7 +1,8 @@
-//! Canonical commands: a line's work for the machine, in machine coordinates, with all modes resolved.
+//! Canonical commands: a line's work for the machine, in machine coordinates, with all modes
+//! resolved.
 //!
-//! The machine needs no modal state to carry them out, and a test can print them: this is the first seam for golden
-//! files.
+//! The machine needs no modal state to carry them out, and a test can print them: this is the first
+//! seam for golden files.
 
 use super::cycle::holes::Cycle;
 use super::modal_state::{Coolant, Plane, ProbeKind, Rotation, Turn, WorkSystem};
@@ -11,8 +12,8 @@ use core::fmt::{self, Display, Formatter};
 use heapless::Vec;
 use leadscrew_gcode::Number;
 
-/// The most commands that one line can ask for: spindle, coolant, parking control, an extension's, dwell, two for offsets, two moves,
-/// and three for the end of the program.
+/// The most commands that one line can ask for: spindle, coolant, parking control, an extension's,
+/// dwell, two for offsets, two moves, and three for the end of the program.
 pub const MAX_COMMANDS: usize = 12;
 
 /// The commands of one line, in the order in which they are carried out.
@@ -22,8 +23,8 @@ pub type Commands<const AXES: usize> = Vec<Command<AXES>, MAX_COMMANDS>;
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Command<const AXES: usize> {
-    /// Wait until motion has ended, then set the spindle so; a laser under M4, which is off at rest, need not wait for another
-    /// speed. Comes only with a change: see [`Spindle`].
+    /// Wait until motion has ended, then set the spindle so; a laser under M4, which is off at
+    /// rest, need not wait for another speed. Comes only with a change: see [`Spindle`].
     Spindle(Spindle),
     /// Wait until motion has ended, then set the coolant so.
     Coolant(Coolant),
@@ -33,7 +34,8 @@ pub enum Command<const AXES: usize> {
     Own(Call),
     /// Wait until motion has ended, then this long, s.
     Dwell(Number),
-    /// Wait until motion has ended, then write this to the store: it outlasts power (G10, G28.1, G30.1).
+    /// Wait until motion has ended, then write this to the store: it outlasts power (G10, G28.1,
+    /// G30.1).
     StoreOffset {
         /// The offset that is stored.
         id: OffsetId,
@@ -47,7 +49,8 @@ pub enum Command<const AXES: usize> {
         /// Its length.
         length: Coordinate,
     },
-    /// Wait until motion has ended; from then on this is the work offset that reports subtract and show as `WCO`.
+    /// Wait until motion has ended; from then on this is the work offset that reports subtract and
+    /// show as `WCO`.
     WorkOffset([Coordinate; AXES]),
     /// Go straight to the target.
     Line(Travel<AXES>),
@@ -58,15 +61,16 @@ pub enum Command<const AXES: usize> {
         /// The way round.
         arc: ArcShape,
     },
-    /// Drill or bore holes: the cycle's [`Strokes`](super::Strokes), one after the other. The target is where it ends.
+    /// Drill or bore holes: the cycle's [`Strokes`](super::Strokes), one after the other. The
+    /// target is where it ends.
     Cycle {
         /// Where to, how fast in the material.
         travel: Travel<AXES>,
         /// The holes.
         cycle: Cycle,
     },
-    /// Go straight towards the target until the probe says stop. The position is then the machine's to tell, with
-    /// [`Interpreter::set_position`](super::Interpreter::set_position).
+    /// Go straight towards the target until the probe says stop. The position is then the machine's
+    /// to tell, with [`Interpreter::set_position`](super::Interpreter::set_position).
     Probe {
         /// Where to at the farthest, how fast.
         travel: Travel<AXES>,
@@ -75,8 +79,8 @@ pub enum Command<const AXES: usize> {
     },
     /// Wait until motion has ended, then hold until resumed (M0).
     Pause,
-    /// Wait until motion has ended, then switch spindle and coolant off, set all overrides to 100 % and say so (M2,
-    /// M30).
+    /// Wait until motion has ended, then switch spindle and coolant off, set all overrides to 100 %
+    /// and say so (M2, M30).
     ProgramEnd,
 }
 
@@ -102,16 +106,18 @@ pub enum Feed {
     Rapid,
     /// mm/min along the path, above zero.
     PerMinute(Number),
-    /// The whole motion takes one minute divided by this, above zero. An arc, too, with all its chords together.
+    /// The whole motion takes one minute divided by this, above zero. An arc, too, with all its
+    /// chords together.
     InverseTime(Number),
 }
 
 /// The command to the spindle, or to the laser.
 ///
-/// Without laser mode only [`Command::Spindle`] sets the output. In laser mode a motion sets it for its own duration:
-/// `speed` under M3, `speed` scaled by actual over programmed speed under M4, nothing where it is not `cutting`. At
-/// rest the output is `speed` under M3 where `cutting`, and otherwise off. A [`Command::Line`] that turns out shorter
-/// than a step still sets the output at rest.
+/// Without laser mode only [`Command::Spindle`] sets the output. In laser mode a motion sets it for
+/// its own duration: `speed` under M3, `speed` scaled by actual over programmed speed under M4,
+/// nothing where it is not `cutting`. At rest the output is `speed` under M3 where `cutting`, and
+/// otherwise off. A [`Command::Line`] that turns out shorter than a step still sets the output at
+/// rest.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Spindle {

@@ -1,4 +1,5 @@
-//! Carrying a checked line out: state, offsets and position change, commands come out. Nothing here can fail.
+//! Carrying a checked line out: state, offsets and position change, commands come out. Nothing here
+//! can fail.
 
 use super::check::{Effect, Path, Plan};
 use super::command::{Command, Commands, Feed, OffsetId, Spindle, Travel};
@@ -24,8 +25,8 @@ const MOST: usize = SWITCHES + OFFSETS + MOTIONS + ENDS;
 const _: () = assert!(MOST <= MAX_COMMANDS, "a line would lose a command");
 
 impl<const AXES: usize> Interpreter<AXES> {
-    /// Carries a line out, in GRBL's order: feed, speed, tool, spindle, coolant, parking, dwell, modes, offsets, motion,
-    /// end of the program.
+    /// Carries a line out, in GRBL's order: feed, speed, tool, spindle, coolant, parking, dwell,
+    /// modes, offsets, motion, end of the program.
     #[inline]
     pub(super) fn commit(
         &mut self,
@@ -199,8 +200,9 @@ impl<const AXES: usize> Interpreter<AXES> {
 
 /// Whether the line is a spindle command.
 ///
-/// A laser changes with the motion instead: only switching it on or off is a command, and S on a line without motion. Under M3
-/// a change of the motion mode is one, too: it changes the power at rest.
+/// A laser changes with the motion instead: only switching it on or off is a command, and S on a
+/// line without motion. Under M3 a change of the motion mode is one, too: it changes the power at
+/// rest.
 #[inline]
 fn commands_spindle(
     before: &ModalState,

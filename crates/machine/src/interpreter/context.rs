@@ -16,8 +16,8 @@ pub struct Context<'a, const AXES: usize> {
     pub options: &'a Options,
     /// `$32`: spindle words are laser words.
     pub laser_mode: bool,
-    /// `$20`: a target beyond `reach` is taken, as one just beyond it, which lies outside every travel: the alarm is
-    /// then the answer, as in Grbl. Without, it is refused.
+    /// `$20`: a target beyond `reach` is taken, as one just beyond it, which lies outside every
+    /// travel: the alarm is then the answer, as in Grbl. Without, it is refused.
     pub soft_limits: bool,
     /// The farthest machine coordinate to either side, by axis, that steps can count. Half the
     /// range of `i32` divided by the steps per mm keeps every move countable, too. At most
@@ -61,7 +61,8 @@ impl fmt::Debug for ToolTable<'_> {
 pub struct Own<'a> {
     find: &'a dyn Fn(u8) -> Option<MCode>,
     check: &'a dyn Fn(&Call) -> Result<(), Status>,
-    /// Noted as the words are read, for the end of the line. Kept apart from the block, since most lines have none.
+    /// Noted as the words are read, for the end of the line. Kept apart from the block, since most
+    /// lines have none.
     found: Cell<Option<(MCode, Call)>>,
 }
 

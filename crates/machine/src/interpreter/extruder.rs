@@ -45,8 +45,8 @@ impl<const AXES: usize> Block<AXES> {
         }
     }
 
-    /// Notes that an axis beyond Z has a word and answers the place for its value. E is the word of the extruder, and of it
-    /// alone.
+    /// Notes that an axis beyond Z has a word and answers the place for its value. E is the word of
+    /// the extruder, and of it alone.
     pub(super) fn further_axis(
         &mut self,
         letter: Letter,

@@ -63,7 +63,8 @@ pub(super) struct Refusal {
     pub(super) culprit: Culprit,
 }
 
-/// The word at which a [`Refusal`] points: the first of its kind, or the start of the line where there is none.
+/// The word at which a [`Refusal`] points: the first of its kind, or the start of the line where
+/// there is none.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Culprit {
     /// One of these letters.

@@ -10,15 +10,16 @@ use super::words::Block;
 use super::Interpreter;
 
 impl<const AXES: usize> Interpreter<AXES> {
-    /// Reads a jog: the line behind `$J=`. `None` where it has no axis words and hence moves nothing.
+    /// Reads a jog: the line behind `$J=`. `None` where it has no axis words and hence moves
+    /// nothing.
     ///
-    /// Changes nothing, as it takes more than a line to accept a jog: the caller looks at the soft limits, and then moves
-    /// the position to the target with [`Self::set_position`].
+    /// Changes nothing, as it takes more than a line to accept a jog: the caller looks at the soft
+    /// limits, and then moves the position to the target with [`Self::set_position`].
     ///
     /// # Errors
     ///
-    /// As [`Self::interpret`]; [`InvalidJog`](crate::protocol::status::Status::InvalidJog) for words that would change
-    /// the modal state.
+    /// As [`Self::interpret`]; [`InvalidJog`](crate::protocol::status::Status::InvalidJog) for
+    /// words that would change the modal state.
     pub fn jog(
         &self,
         line: &[u8],

@@ -6,11 +6,12 @@
 //!             1, 2, 4, 20…25, 38   20, 22, 26…37    nothing can fail: modal state, offsets, position change
 //! ```
 //!
-//! Read first: Kramer, Proctor, Messina, "The NIST RS274/NGC Interpreter, Version 3" (NISTIR 6556). Which of its words
-//! exist, and which fault of a line is reported, is GRBL 1.1h's.
+//! Read first: Kramer, Proctor, Messina, "The NIST RS274/NGC Interpreter, Version 3" (NISTIR 6556).
+//! Which of its words exist, and which fault of a line is reported, is GRBL 1.1h's.
 //!
-//! Everything is checked before anything changes: a line is carried out wholly or not at all. The first fault from the
-//! left is reported while words are read, then the first in the order of [`check`].
+//! Everything is checked before anything changes: a line is carried out wholly or not at all. The
+//! first fault from the left is reported while words are read, then the first in the order of
+//! [`check`].
 
 mod arc;
 mod check;
@@ -52,7 +53,8 @@ use words::Block;
 impl<const AXES: usize> Interpreter<AXES> {
     /// Reads a line, checks all of it, and carries it out: replaces `commands` by its commands.
     ///
-    /// `line` comes without blanks, comments and line end, in capitals. Main loop; bounded by the line's length.
+    /// `line` comes without blanks, comments and line end, in capitals. Main loop; bounded by the
+    /// line's length.
     ///
     /// # Errors
     ///
@@ -73,7 +75,8 @@ impl<const AXES: usize> Interpreter<AXES> {
         Ok(())
     }
 
-    /// Checks a line as [`Self::interpret`] would, and changes nothing. For startup lines when they are stored.
+    /// Checks a line as [`Self::interpret`] would, and changes nothing. For startup lines when they
+    /// are stored.
     ///
     /// # Errors
     ///
@@ -84,8 +87,9 @@ impl<const AXES: usize> Interpreter<AXES> {
         self.plan(&mut Plan::new(&self.position), &block, line, context)
     }
 
-    /// Whether a line is one of those that the operator may send while a program's line is put aside: probing, G10 L1 and L20,
-    /// tool length, and words of modes. A line with a fault is: it is answered with that.
+    /// Whether a line is one of those that the operator may send while a program's line is put
+    /// aside: probing, G10 L1 and L20, tool length, and words of modes. A line with a fault is: it
+    /// is answered with that.
     pub(crate) fn serves_operator(&self, line: &[u8], context: &Context<'_, AXES>) -> bool {
         let mut block = self.block(context);
         match block.read(line, context, &self.modal) {

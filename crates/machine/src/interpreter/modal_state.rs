@@ -111,7 +111,8 @@ pub enum Plane {
 }
 
 impl Plane {
-    /// Answers the plane's axes, X = 0, in the order in which a counterclockwise turn goes from one to the other.
+    /// Answers the plane's axes, X = 0, in the order in which a counterclockwise turn goes from one
+    /// to the other.
     pub const fn axes(self) -> (usize, usize) {
         match self {
             Self::Xy => (0, 1),
@@ -376,8 +377,8 @@ impl ModalState {
 }
 
 impl Display for ModalState {
-    /// Writes the modal words in the order of `$G`, without M56, T, F and S; G99 alone of its group, as Grbl has no G98; M82 and
-    /// M83 where they are in force.
+    /// Writes the modal words in the order of `$G`, without M56, T, F and S; G99 alone of its
+    /// group, as Grbl has no G98; M82 and M83 where they are in force.
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         let extrusion = self.extrusion.map(|distance| match distance {
             Distance::Absolute => "M82",

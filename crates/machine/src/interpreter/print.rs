@@ -1,4 +1,5 @@
-//! Commands in words, for people and golden files: a name, then words as G-code writes them, in machine coordinates.
+//! Commands in words, for people and golden files: a name, then words as G-code writes them, in
+//! machine coordinates.
 //!
 //! ```text
 //! FEED X1 Y0 Z-0.5 F1500 M3 S800      ARC G2 G17 X2 Y0 Z0 I1 J0 F500      STORE G55 X9 Y0 Z0

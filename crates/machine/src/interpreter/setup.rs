@@ -6,9 +6,11 @@ use super::modal_state::{Coolant, ModalState, Rotation};
 use super::offsets::Offsets;
 use leadscrew_planner::Coordinate;
 
-/// The state that G-code leaves from line to line: modes, offsets, and where the program has got to.
+/// The state that G-code leaves from line to line: modes, offsets, and where the program has got
+/// to.
 ///
-/// Its position runs ahead of the machine: it is where the last command ends, exactly, however it was rounded to steps.
+/// Its position runs ahead of the machine: it is where the last command ends, exactly, however it
+/// was rounded to steps.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Interpreter<const AXES: usize> {
     pub(super) modal: ModalState,
@@ -58,7 +60,8 @@ impl<const AXES: usize> Interpreter<AXES> {
         &self.offsets
     }
 
-    /// Answers the work offset for the next line. Reports show the offset of the last [`Command::WorkOffset`](super::Command::WorkOffset), which may be behind.
+    /// Answers the work offset for the next line. Reports show the offset of the last
+    /// [`Command::WorkOffset`](super::Command::WorkOffset), which may be behind.
     pub fn work_offset(&self) -> &[Coordinate; AXES] {
         &self.work_offset
     }
@@ -68,8 +71,8 @@ impl<const AXES: usize> Interpreter<AXES> {
         &self.position
     }
 
-    /// Sets where the next line begins: after a jog was accepted, and wherever motion ended early (reset, homing,
-    /// probing, jog cancel).
+    /// Sets where the next line begins: after a jog was accepted, and wherever motion ended early
+    /// (reset, homing, probing, jog cancel).
     pub fn set_position(&mut self, position: [Coordinate; AXES]) {
         self.position = position;
     }

@@ -4,8 +4,8 @@ use super::Coordinate;
 use crate::protocol::status::Status;
 use leadscrew_gcode::Number;
 
-/// The farthest offset, centre or radius, mm or degrees: 10⁶ m, so that no sum of offsets overflows. Offsets end there,
-/// motion beyond it is refused.
+/// The farthest offset, centre or radius, mm or degrees: 10⁶ m, so that no sum of offsets
+/// overflows. Offsets end there, motion beyond it is refused.
 pub const MAX_WORD: Coordinate = Coordinate::from_nanos(1_000_000_000_000_000_000);
 
 /// Reads a length in millimetres, or an angle in degrees.
@@ -22,8 +22,8 @@ pub(super) fn millimetres(value: Number) -> Result<Coordinate, Status> {
     Ok(Coordinate::from_nanos(nanos))
 }
 
-/// Multiplies by 25.4. Exact to 8 decimals of an inch; the ninth is rounded to the nearest 10⁻⁹ mm. Beyond the range of
-/// [`Number`] the product is the end of it.
+/// Multiplies by 25.4. Exact to 8 decimals of an inch; the ninth is rounded to the nearest 10⁻⁹ mm.
+/// Beyond the range of [`Number`] the product is the end of it.
 pub(super) fn inches_to_millimetres(value: Number) -> Number {
     let inches = value.nanos().unsigned_abs();
     // 25.4·n = 25·n + 2·n/5

@@ -1,8 +1,8 @@
 //! The words of one line, gathered from left to right, each checked as it comes.
 //!
-//! A word is checked in GRBL's order: that it does not claim axis words that are taken (24), that it exists (20, 38)
-//! and its number is whole where it must be (23), that neither its group nor its letter was there before (21, 25),
-//! that it is not negative where it may not be (4).
+//! A word is checked in GRBL's order: that it does not claim axis words that are taken (24), that
+//! it exists (20, 38) and its number is whole where it must be (23), that neither its group nor its
+//! letter was there before (21, 25), that it is not negative where it may not be (4).
 
 use super::code::{Code, GWord, MWord};
 use super::context::Context;
@@ -18,7 +18,8 @@ use leadscrew_gcode::{words, Letter, Number, Word};
 /// The words of one line, and the modal state with these words applied.
 #[derive(Debug, Clone)]
 pub(super) struct Block<const AXES: usize> {
-    /// The modal state of the lines before, as this line's words change it. Its feed is still the old one.
+    /// The modal state of the lines before, as this line's words change it. Its feed is still the
+    /// old one.
     pub(super) modal: ModalState,
     /// The letters seen, G and M apart.
     pub(super) letters: Letters,
@@ -34,8 +35,8 @@ pub(super) struct Block<const AXES: usize> {
     pub(super) axis_mask: u8,
     /// The axis words, in units of the program.
     pub(super) axes: [Number; AXES],
-    /// I, J, K, in units of the program; Q in the place of I. No command takes both, and a place more that is zeroed on each line
-    /// would cost it 100 instructions.
+    /// I, J, K, in units of the program; Q in the place of I. No command takes both, and a place
+    /// more that is zeroed on each line would cost it 100 instructions.
     pub(super) centre: [Number; 3],
     pub(super) f: Number,
     /// L, or H: no command takes both.

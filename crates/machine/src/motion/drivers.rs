@@ -29,8 +29,8 @@ impl Drivers {
         self.enabled = false;
     }
 
-    /// Disables the drivers `delay_ms` after motion ended; 255 stands for never, unless `locked`: in an alarm, and
-    /// asleep, they are disabled in any case. Main loop, while at rest.
+    /// Disables the drivers `delay_ms` after motion ended; 255 stands for never, unless `locked`:
+    /// in an alarm, and asleep, they are disabled in any case. Main loop, while at rest.
     pub(crate) fn rest<B: Board>(
         &mut self,
         delay_ms: impl FnOnce() -> u32,

@@ -1,15 +1,16 @@
 //! The main loop's end of the segment queue: hands segments over, and no more than 2 ms of them.
 //!
-//! A segment in the queue can no longer be changed: a hold, an override or a cancel acts behind it. The time committed is the
-//! rest of the segment under way and all segments that wait:
+//! A segment in the queue can no longer be changed: a hold, an override or a cancel acts behind it.
+//! The time committed is the rest of the segment under way and all segments that wait:
 //!
 //! ```text
 //!    left of the one under way | waiting ...          | room for the longest | laser's lead
 //!    <--------------------------------- 2 ms ----------------------------------------->
 //! ```
 //!
-//! The main loop notices the begin of a segment late, never early. So its estimate of the committed time is too long rather
-//! than too short. No segment is longer than [`Feeder::longest_segment`]; a slow step takes several.
+//! The main loop notices the begin of a segment late, never early. So its estimate of the committed
+//! time is too long rather than too short. No segment is longer than [`Feeder::longest_segment`]; a
+//! slow step takes several.
 
 use crate::board::{Board, Duration, Instant};
 use crate::config::{COMMITTED, SEGMENTS};
@@ -26,15 +27,16 @@ const UNSEEN: Duration = Duration::from_ticks(100);
 /// beyond the lead.
 const HALF_A_TICK: Duration = Duration::from_ticks(50);
 
-/// Less than this in the queue and under way is too little to wait for the next segment's begin: more than a `Machine::poll`
-/// takes (0.4 ms).
+/// Less than this in the queue and under way is too little to wait for the next segment's begin:
+/// more than a `Machine::poll` takes (0.4 ms).
 const SHORT: Duration = Duration::from_ticks(450);
 
 /// Hands segments to the step interrupt and starts it out of rest. Main loop.
 pub(crate) struct Feeder<'a, const MOTORS: usize> {
     segments: Producer<'a, Segment<MOTORS>>,
     shared: &'a Shared<MOTORS>,
-    /// Durations of the segments that wait in the queue and of the one under way, oldest first, timer counts.
+    /// Durations of the segments that wait in the queue and of the one under way, oldest first,
+    /// timer counts.
     durations: Deque<u32, { SEGMENTS + 1 }>,
     /// Their sum.
     committed: u32,
@@ -90,7 +92,8 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
         }
     }
 
-    /// Counts that may wait for the power's lead, so that one segment more is no more than may be committed.
+    /// Counts that may wait for the power's lead, so that one segment more is no more than may be
+    /// committed.
     pub(crate) fn room(&self, now: Instant) -> u32 {
         let most = (COMMITTED - UNSEEN).ticks() as u32 - self.longest_us();
         (most * self.counts_per_us).saturating_sub(self.left(now))
@@ -114,7 +117,8 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
         (self.shared.is_running() && self.segments.ready()).then(|| now + wait)
     }
 
-    /// Whether motion is about to run dry: less is left than that at which the main loop asked to be woken, so that it is late.
+    /// Whether motion is about to run dry: less is left than that at which the main loop asked to
+    /// be woken, so that it is late.
     pub(crate) fn is_short(&self, now: Instant) -> bool {
         self.shared.is_running() && self.left(now) < self.short()
     }
@@ -149,7 +153,8 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
         self.segments.is_empty() && !self.shared.is_running()
     }
 
-    /// Drops the durations of segments that are over: all but the waiting ones and the one under way.
+    /// Drops the durations of segments that are over: all but the waiting ones and the one under
+    /// way.
     fn forget_consumed(&mut self, now: Instant) {
         let under_way = usize::from(self.shared.is_running());
         let left = self.segments.len() + under_way;
@@ -225,7 +230,8 @@ mod tests {
         assert!(feeder.has_room(at(950)));
     }
 
-    /// With segments as long as can be, and all that the power's lead needs: the most that is committed, µs.
+    /// With segments as long as can be, and all that the power's lead needs: the most that is
+    /// committed, µs.
     fn committed_with(lead_us: u32) -> u32 {
         let mut queue = SegmentQueue::<1>::new();
         let (producer, _consumer) = queue.split();

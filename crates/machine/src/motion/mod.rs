@@ -7,8 +7,9 @@
 //!                (homing, parking)
 //! ```
 //!
-//! There are two queues of moves. The program's may be held half-way through a move while a cycle (parking)
-//! moves the machine aside and back again with the other one; only one of them feeds the step interrupt at a time.
+//! There are two queues of moves. The program's may be held half-way through a move while a cycle
+//! (parking) moves the machine aside and back again with the other one; only one of them feeds the
+//! step interrupt at a time.
 
 mod drivers;
 mod feeder;
@@ -33,8 +34,8 @@ pub(crate) use power::PowerRule;
 use reserve::Reserve;
 use start::{Start, DEPTH};
 
-/// Segments made between two lines where motion is about to run dry. With one only, it does run dry wherever line and segment
-/// together take longer to make than the segment lasts.
+/// Segments made between two lines where motion is about to run dry. With one only, it does run dry
+/// wherever line and segment together take longer to make than the segment lasts.
 const AT_ONCE: usize = 4;
 
 /// A planner and the segmenter of its moves.
@@ -169,7 +170,8 @@ where
     /// Takes over new settings. At rest, with nothing queued.
     ///
     /// # Errors
-    /// Nothing can be planned with these settings: those in force stay. The settings' table has no such values.
+    /// Nothing can be planned with these settings: those in force stay. The settings' table has no
+    /// such values.
     pub(crate) fn configure(
         &mut self,
         config: Config<AXES>,
@@ -212,7 +214,8 @@ where
         self.power = rule;
     }
 
-    /// Plans a move of the program. `more`: its line has further moves, motion out of rest waits for them.
+    /// Plans a move of the program. `more`: its line has further moves, motion out of rest waits
+    /// for them.
     pub(crate) fn push(
         &mut self,
         next: &Move<AXES>,
@@ -235,8 +238,8 @@ where
         self.aside.planner.push(next)
     }
 
-    /// Gives the step interrupt back to the program. At rest, with the motors where a hold left them or the
-    /// program's queue empty.
+    /// Gives the step interrupt back to the program. At rest, with the motors where a hold left
+    /// them or the program's queue empty.
     pub(crate) fn end_aside(&mut self) {
         if self.driver == Driver::Aside {
             self.aside.planner.clear();
@@ -246,8 +249,9 @@ where
         }
     }
 
-    /// Whether one more move of the program is of use: without it the queue's end may bound the plan, or a sender that stalls
-    /// as long as `$710` allows might leave it without moves. The line whose move it is waits where not.
+    /// Whether one more move of the program is of use: without it the queue's end may bound the
+    /// plan, or a sender that stalls as long as `$710` allows might leave it without moves. The
+    /// line whose move it is waits where not.
     pub(crate) fn wants_more(&self) -> bool {
         let planner = &self.program.planner;
         let ample = planner.len() >= DEPTH && self.reserve.is_exceeded(planner.waiting_micros());
@@ -296,7 +300,8 @@ where
         self.resync();
     }
 
-    /// Stops before the next step, and forgets all that is planned. Position is kept: no step is made after this.
+    /// Stops before the next step, and forgets all that is planned. Position is kept: no step is
+    /// made after this.
     pub(crate) fn stop(&mut self) {
         self.shared.set_stop(true);
         self.stopping = true;
@@ -365,9 +370,10 @@ where
         self.underruns != before
     }
 
-    /// Commits one segment where there is room, and no more: a line that waits comes between two of them, so that the next
-    /// segment knows of its move. Where segments are about to run out, they come before the line, [`AT_ONCE`] at most.
-    /// Returns whether the step timer is to be started. `may_start`: whether the program may begin to move now.
+    /// Commits one segment where there is room, and no more: a line that waits comes between two of
+    /// them, so that the next segment knows of its move. Where segments are about to run out, they
+    /// come before the line, [`AT_ONCE`] at most. Returns whether the step timer is to be started.
+    /// `may_start`: whether the program may begin to move now.
     pub(crate) fn prepare(&mut self, now: Instant, may_start: bool, work: &mut Work) -> bool {
         self.end_stop();
         self.program.planner.renew();

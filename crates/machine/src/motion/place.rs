@@ -32,8 +32,9 @@ where
         self.aside.planner.set_position(steps);
     }
 
-    /// Declares a second motor's position to be that of its axis, where a motor lock has let them step apart: a skew
-    /// that homing has taken out is not to come back with the next move. Answers the position. At rest.
+    /// Declares a second motor's position to be that of its axis, where a motor lock has let them
+    /// step apart: a skew that homing has taken out is not to come back with the next move. Answers
+    /// the position. At rest.
     pub(super) fn gang(&mut self) -> [i32; MOTORS] {
         let counted = self.shared.position();
         let steps = self.program.planner.ganged(counted);

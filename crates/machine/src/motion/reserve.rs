@@ -42,7 +42,8 @@ impl Reserve {
     }
 }
 
-/// The longest that any motion takes to stop, seconds. Along a path that one axis bounds, speed and acceleration are that axis's.
+/// The longest that any motion takes to stop, seconds. Along a path that one axis bounds, speed and
+/// acceleration are that axis's.
 fn braking_time<const AXES: usize>(config: &Config<AXES>) -> f32 {
     let rates = config.max_rate.iter().zip(&config.acceleration);
     let braking = rates.fold(0.0, |longest: f32, (rate, acceleration)| {

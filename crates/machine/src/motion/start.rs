@@ -1,8 +1,10 @@
-//! When the program's motion begins out of rest: lines that a sender sends together are planned together.
+//! When the program's motion begins out of rest: lines that a sender sends together are planned
+//! together.
 
 use crate::board::{Duration, Instant};
 
-/// Moves with which motion begins, and without which no line waits for its answer: as many as Grbl plans.
+/// Moves with which motion begins, and without which no line waits for its answer: as many as Grbl
+/// plans.
 pub(super) const DEPTH: usize = 15;
 
 /// The time of two characters at 115 200 baud: bytes on their way are heard by then.
@@ -62,7 +64,8 @@ impl Start {
         }
     }
 
-    /// A move was planned, the first one after rest if it `begins`. `more`: its line has further ones.
+    /// A move was planned, the first one after rest if it `begins`. `more`: its line has further
+    /// ones.
     pub(super) fn planned(&mut self, begins: bool, more: bool, now: Instant) {
         if begins {
             self.latest = self.patience.longest.map(|longest| now + longest);

@@ -48,7 +48,8 @@ impl<const AXES: usize> Program<AXES> {
         }
     }
 
-    /// Modes, offsets that are not stored, and the count of lines as at power-up; whose job it is, and startup lines, stay.
+    /// Modes, offsets that are not stored, and the count of lines as at power-up; whose job it is,
+    /// and startup lines, stay.
     pub(crate) fn reset(&mut self) {
         self.interpreter.reset();
         self.work_offset = *self.interpreter.work_offset();

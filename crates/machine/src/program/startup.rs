@@ -1,4 +1,5 @@
-//! Startup lines: run after power-up, after each reset and after homing, unless the machine is locked.
+//! Startup lines: run after power-up, after each reset and after homing, unless the machine is
+//! locked.
 
 use crate::activity::line::Origin;
 

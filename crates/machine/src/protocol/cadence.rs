@@ -1,8 +1,9 @@
 //! Which status report carries the work offset, which the overrides.
 //!
-//! Both change seldom and senders keep the last they saw, so that each comes only now and then: the work offset in the
-//! first report after a reset or a change and then every 10th (every 30th while busy), the overrides in the report after
-//! the first and then every 10th (20th), and in the next after a change. Never both: the work offset goes first.
+//! Both change seldom and senders keep the last they saw, so that each comes only now and then: the
+//! work offset in the first report after a reset or a change and then every 10th (every 30th while
+//! busy), the overrides in the report after the first and then every 10th (20th), and in the next
+//! after a change. Never both: the work offset goes first.
 
 /// The occasional fields of a status report.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

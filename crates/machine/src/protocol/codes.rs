@@ -5,17 +5,19 @@
 pub struct OwnCode {
     /// The number that is sent.
     pub number: u8,
-    /// The event in a few words without a full stop, 60 characters at most; neither `ok`, `error` nor `alarm` in it.
+    /// The event in a few words without a full stop, 60 characters at most; neither `ok`, `error`
+    /// nor `alarm` in it.
     pub text: &'static str,
     /// The cause and the remedy, in whole sentences.
     pub explanation: &'static str,
 }
 
-/// Makes an enum of one table: name and number, short text, long explanation. One more variant has the numbers of extensions.
+/// Makes an enum of one table: name and number, short text, long explanation. One more variant has
+/// the numbers of extensions.
 ///
-/// Texts go over the wire in `[MSG:…]` lines and into the documents. Some senders look for the two answers *anywhere* in
-/// a line, so that neither word may occur in a text, in any case; `texts_are_safe_to_send` in each table's tests sees
-/// to it.
+/// Texts go over the wire in `[MSG:…]` lines and into the documents. Some senders look for the two
+/// answers *anywhere* in a line, so that neither word may occur in a text, in any case;
+/// `texts_are_safe_to_send` in each table's tests sees to it.
 macro_rules! codes {
     ($(#[$meta:meta])* $name:ident { $($variant:ident = $number:literal, $text:literal, $explanation:literal;)* }) => {
         $(#[$meta])*
@@ -65,7 +67,8 @@ macro_rules! codes {
 
 pub(crate) use codes;
 
-/// Checks a table: numbers rise, texts fit a message line and hold no word that a sender takes for an answer.
+/// Checks a table: numbers rise, texts fit a message line and hold no word that a sender takes for
+/// an answer.
 #[cfg(test)]
 pub(crate) fn assert_is_a_good_table(rows: &[(u8, &str, &str)]) {
     for pair in rows.windows(2) {

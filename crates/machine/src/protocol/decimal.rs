@@ -1,13 +1,14 @@
 //! Exact values as the fixed decimals that go over the wire.
 //!
-//! A value is a whole count of 10⁻⁹ mm; the last printed digit stands for a whole count of those, too, in inches as well:
-//! 10⁻⁴ inch = 2 540 000 · 10⁻⁹ mm. One integer division so gives the printed digits, rounded half away from zero. A
-//! value that rounds to zero has no sign.
+//! A value is a whole count of 10⁻⁹ mm; the last printed digit stands for a whole count of those,
+//! too, in inches as well: 10⁻⁴ inch = 2 540 000 · 10⁻⁹ mm. One integer division so gives the
+//! printed digits, rounded half away from zero. A value that rounds to zero has no sign.
 
 use core::fmt;
 use leadscrew_gcode::Number;
 
-/// A number with a fixed count of decimals. Displayed in at most [`Decimal::MAX_LENGTH`] characters.
+/// A number with a fixed count of decimals. Displayed in at most [`Decimal::MAX_LENGTH`]
+/// characters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Decimal {

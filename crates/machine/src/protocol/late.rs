@@ -1,10 +1,12 @@
 //! Realtime commands that find their queue full and must not be lost: `!`, `~`, 0x84 and 0x85.
 //!
-//! Each kind is kept once, in the order in which the last of each came. So `!~` still ends a hold and `~!` still begins one,
-//! however many there were: all that comes earlier of the same kind changes nothing in the end.
+//! Each kind is kept once, in the order in which the last of each came. So `!~` still ends a hold
+//! and `~!` still begins one, however many there were: all that comes earlier of the same kind
+//! changes nothing in the end.
 //!
-//! The interrupt owns `list`, the main loop owns `taken`: loads and stores are enough. A command that comes while
-//! the main loop takes the list is added to it. The main loop then gets some commands twice, which changes nothing.
+//! The interrupt owns `list`, the main loop owns `taken`: loads and stores are enough. A command
+//! that comes while the main loop takes the list is added to it. The main loop then gets some
+//! commands twice, which changes nothing.
 
 use super::realtime::Realtime;
 use core::sync::atomic::{AtomicU32, Ordering};
@@ -47,7 +49,8 @@ impl Late {
         self.list.load(Ordering::Acquire) != self.taken.load(Ordering::Acquire)
     }
 
-    /// Keeps a command that stood at `mark`; whether it is of a kind that is kept. Serial interrupt.
+    /// Keeps a command that stood at `mark`; whether it is of a kind that is kept. Serial
+    /// interrupt.
     pub(super) fn keep(&self, realtime: Realtime, mark: u32) -> bool {
         let Some(number) = number(realtime) else {
             return false;
@@ -73,7 +76,8 @@ impl Late {
         self.list.store(count | list, Ordering::Release);
     }
 
-    /// The list as it is, to be taken with [`Late::take`] where nothing that came earlier is left. Main loop.
+    /// The list as it is, to be taken with [`Late::take`] where nothing that came earlier is left.
+    /// Main loop.
     pub(super) fn peek(&self) -> u32 {
         self.list.load(Ordering::Acquire)
     }

@@ -1,10 +1,12 @@
 //! Bytes to lines: Grbl's filter.
 //!
-//! Dropped are bytes up to 0x20, `/` anywhere, comments in parentheses and behind `;`. Small letters become capitals. CR
-//! and LF each end a line. Comments do not nest: inside `( )` a `;` is text, behind `;` a `(` is. A `(` left open lasts
-//! to the end of the line; a `)` without a `(` stays and is the interpreter's to refuse. `$` lines are filtered alike.
+//! Dropped are bytes up to 0x20, `/` anywhere, comments in parentheses and behind `;`. Small
+//! letters become capitals. CR and LF each end a line. Comments do not nest: inside `( )` a `;` is
+//! text, behind `;` a `(` is. A `(` left open lasts to the end of the line; a `)` without a `(`
+//! stays and is the interpreter's to refuse. `$` lines are filtered alike.
 //!
-//! Nearly all bytes of a job are capitals, digits, `.` and `-`: they take one look-up and one store.
+//! Nearly all bytes of a job are capitals, digits, `.` and `-`: they take one look-up and one
+//! store.
 
 use super::realtime::Byte;
 use super::status::Status;
@@ -60,12 +62,13 @@ const NOWHERE: usize = usize::MAX;
 
 /// Collects one line at a time, at most `CAPACITY` characters of it.
 ///
-/// The main loop pushes bytes until a line is complete, deals with [`line`](Self::line) for as long as that takes, then
-/// calls [`clear`](Self::clear) and goes on.
+/// The main loop pushes bytes until a line is complete, deals with [`line`](Self::line) for as long
+/// as that takes, then calls [`clear`](Self::clear) and goes on.
 #[derive(Debug, Clone)]
 pub struct LineReader<const CAPACITY: usize> {
     line: [u8; CAPACITY],
-    /// Where the next character goes: [`NOWHERE`] while something is passed over, which spares each byte a test.
+    /// Where the next character goes: [`NOWHERE`] while something is passed over, which spares each
+    /// byte a test.
     next: usize,
     /// The number of characters that were kept before the text that is passed over.
     kept: usize,
@@ -82,7 +85,8 @@ pub struct LineReader<const CAPACITY: usize> {
 pub const COMMENT: usize = 48;
 
 impl<const CAPACITY: usize> LineReader<CAPACITY> {
-    /// Makes a reader that refuses lines of more than `limit` characters, and of more than `CAPACITY` in any case.
+    /// Makes a reader that refuses lines of more than `limit` characters, and of more than
+    /// `CAPACITY` in any case.
     pub const fn new(limit: usize) -> Self {
         Self {
             line: [0; CAPACITY],
@@ -135,7 +139,8 @@ impl<const CAPACITY: usize> LineReader<CAPACITY> {
         self.too_long = false;
     }
 
-    /// Answers the comment of the line that was completed last, as far as there is room for it: between `(` and `)`, or behind `;`.
+    /// Answers the comment of the line that was completed last, as far as there is room for it:
+    /// between `(` and `)`, or behind `;`.
     pub fn comment(&self) -> &str {
         core::str::from_utf8(&self.comment).unwrap_or_default()
     }
@@ -186,8 +191,9 @@ impl<const CAPACITY: usize> LineReader<CAPACITY> {
     }
 }
 
-/// Finds where the character at `column` of a filtered line stands in the line as it was sent, for a front end that wants
-/// to point at a fault. Answers the length of `raw` for a column beyond the end.
+/// Finds where the character at `column` of a filtered line stands in the line as it was sent, for
+/// a front end that wants to point at a fault. Answers the length of `raw` for a column beyond the
+/// end.
 pub fn raw_column(raw: &[u8], column: usize) -> usize {
     let mut skip = Skip::Nothing;
     let mut ahead = column;

@@ -1,4 +1,5 @@
-//! From the serial interrupt to the main loop: ordinary bytes in one queue, realtime commands in another.
+//! From the serial interrupt to the main loop: ordinary bytes in one queue, realtime commands in
+//! another.
 //!
 //! ```text
 //!            serial interrupt      |  main loop
@@ -9,16 +10,18 @@
 //!           nothing                |
 //! ```
 //!
-//! A realtime command carries a [`Mark`]: how many ordinary bytes came before it. A reset drops the bytes received
-//! before it and no others, however late the main loop sees it. The order of arrival is kept: the inbox hands
-//! out no byte before the realtime commands that came ahead of it.
+//! A realtime command carries a [`Mark`]: how many ordinary bytes came before it. A reset drops the
+//! bytes received before it and no others, however late the main loop sees it. The order of arrival
+//! is kept: the inbox hands out no byte before the realtime commands that came ahead of it.
 //!
-//! Why no byte can overtake: the receiver queues a command before any later byte, and the queue publishes each entry
-//! with release ordering. Once the inbox sees a byte (acquire), it sees all commands ahead of that byte.
+//! Why no byte can overtake: the receiver queues a command before any later byte, and the queue
+//! publishes each entry with release ordering. Once the inbox sees a byte (acquire), it sees all
+//! commands ahead of that byte.
 //!
-//! When a queue is full: an ordinary byte is lost and counted, as in Grbl. `?` is remembered in a flag, so that a report
-//! follows. One place is kept for a reset; where that is taken, a reset is under way already and only its mark moves on. `!`, `~`, 0x84 and 0x85 are kept beside the queue ([`Late`]). Overrides and the like are lost and
-//! counted.
+//! When a queue is full: an ordinary byte is lost and counted, as in Grbl. `?` is remembered in a
+//! flag, so that a report follows. One place is kept for a reset; where that is taken, a reset is
+//! under way already and only its mark moves on. `!`, `~`, 0x84 and 0x85 are kept beside the queue
+//! ([`Late`]). Overrides and the like are lost and counted.
 
 use super::late::{Late, Taken};
 use super::realtime::{Byte, Realtime};
@@ -26,8 +29,8 @@ use crate::console::Output;
 use core::sync::atomic::{fence, AtomicBool, AtomicU32, Ordering};
 use heapless::spsc::{Consumer, Producer, Queue};
 
-/// Slots for realtime commands; one of them stays empty. A burst of overrides at 3 Mbaud comes 3.3 µs apart, so that
-/// the main loop may be away for 200 µs.
+/// Slots for realtime commands; one of them stays empty. A burst of overrides at 3 Mbaud comes 3.3
+/// µs apart, so that the main loop may be away for 200 µs.
 const REALTIME_SLOTS: usize = 64;
 
 /// Slots for ordinary bytes by default: 1024 usable bytes, as one slot of the ring stays empty.
@@ -48,8 +51,8 @@ pub struct Request {
     pub mark: Mark,
 }
 
-/// Words that the two ends share besides the queues. Each is written by the interrupt, but for `report`, `opened` and `closed`,
-/// which the main loop clears, and its part of `late`.
+/// Words that the two ends share besides the queues. Each is written by the interrupt, but for
+/// `report`, `opened` and `closed`, which the main loop clears, and its part of `late`.
 #[derive(Debug)]
 struct Shared {
     /// A `?` that found no room.
@@ -74,7 +77,8 @@ pub struct SerialQueue<const RX: usize = DEFAULT_RX> {
     /// The output that waits to be sent.
     output: Output,
     shared: Shared,
-    /// Places that are never used. Not the limit itself: an empty channel is all zeros, and takes no room in a program's image.
+    /// Places that are never used. Not the limit itself: an empty channel is all zeros, and takes
+    /// no room in a program's image.
     spare: usize,
 }
 
@@ -90,7 +94,8 @@ impl<const RX: usize> SerialQueue<RX> {
         Self::with_limit(RX - 1)
     }
 
-    /// Makes an empty channel that loses bytes beyond `limit` unread ones: 128 to behave as Grbl does.
+    /// Makes an empty channel that loses bytes beyond `limit` unread ones: 128 to behave as Grbl
+    /// does.
     pub const fn with_limit(limit: usize) -> Self {
         Self {
             bytes: Queue::new(),
@@ -145,7 +150,8 @@ pub struct Receiver<'a> {
 }
 
 impl Receiver<'_> {
-    /// Takes a received byte, and answers the realtime command if it is one. Serial interrupt; bounded.
+    /// Takes a received byte, and answers the realtime command if it is one. Serial interrupt;
+    /// bounded.
     ///
     /// The answer is for a board that wants to act at once; the inbox gets the command in any case.
     #[inline]
@@ -179,8 +185,8 @@ impl Receiver<'_> {
         add(&self.shared.lost_bytes, bytes);
     }
 
-    /// Notes that the other end has gone away: a socket that closed, a cable that was pulled. Bytes that come after this are
-    /// somebody else's. Serial interrupt; wake the main loop.
+    /// Notes that the other end has gone away: a socket that closed, a cable that was pulled. Bytes
+    /// that come after this are somebody else's. Serial interrupt; wake the main loop.
     pub fn close(&mut self) {
         self.shared
             .closed_at
@@ -279,8 +285,8 @@ impl Inbox<'_> {
         Some(Request { mark, ..request })
     }
 
-    /// Hands ordinary bytes to `take` until it answers that it has enough, `most` have been taken, or a realtime command came
-    /// before the next; answers whether `take` has enough. Main loop.
+    /// Hands ordinary bytes to `take` until it answers that it has enough, `most` have been taken,
+    /// or a realtime command came before the next; answers whether `take` has enough. Main loop.
     #[inline]
     pub fn read(&mut self, most: usize, mut take: impl FnMut(u8) -> bool) -> bool {
         let here = self.bytes.len();
@@ -315,7 +321,8 @@ impl Inbox<'_> {
         }
     }
 
-    /// Where the other end went away, until [`Inbox::forget_close`]: [`Inbox::read`] hands out nothing that came after. Main loop.
+    /// Where the other end went away, until [`Inbox::forget_close`]: [`Inbox::read`] hands out
+    /// nothing that came after. Main loop.
     pub fn closed(&self) -> Option<Mark> {
         let closed = self.shared.closed.load(Ordering::Acquire);
         closed.then(|| Mark(self.shared.closed_at.load(Ordering::Relaxed)))
@@ -376,7 +383,8 @@ impl Inbox<'_> {
         self.limit.saturating_sub(self.bytes.len())
     }
 
-    /// Answers how many unread bytes the channel takes in all: the last number of `[OPT:`. Main loop.
+    /// Answers how many unread bytes the channel takes in all: the last number of `[OPT:`. Main
+    /// loop.
     pub fn limit(&self) -> usize {
         self.limit
     }
@@ -411,7 +419,8 @@ impl Inbox<'_> {
         self.ahead_of_request() == Some(0)
     }
 
-    /// How many bytes came before the next realtime command and have not been taken yet; `None` where there is no command.
+    /// How many bytes came before the next realtime command and have not been taken yet; `None`
+    /// where there is no command.
     fn ahead_of_request(&self) -> Option<usize> {
         let Some(request) = self.requests.peek() else {
             return self.is_late().then_some(0);

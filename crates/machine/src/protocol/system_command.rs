@@ -1,7 +1,8 @@
 //! `$` lines.
 //!
-//! Faults are looked for in Grbl's order, so that a sender gets the error number that it expects. For `$`, `$$`, `$G`, `$C` and
-//! `$X` the spelling comes first, then whether the machine may do it now; for all others the reverse.
+//! Faults are looked for in Grbl's order, so that a sender gets the error number that it expects.
+//! For `$`, `$$`, `$G`, `$C` and `$X` the spelling comes first, then whether the machine may do it
+//! now; for all others the reverse.
 
 use super::status::Status;
 use crate::interpreter::Fault;
@@ -23,7 +24,8 @@ pub enum SystemCommand<'a> {
     ShowSettings,
     /// `$+`: list the settings that `$$` leaves out, too.
     ShowAllSettings,
-    /// `$n`: show a setting that `$$` leaves out. Grbl knows no `$n`, and its own settings answer as in Grbl.
+    /// `$n`: show a setting that `$$` leaves out. Grbl knows no `$n`, and its own settings answer
+    /// as in Grbl.
     ShowSetting(u16),
     /// `$ES` and the like: list settings, groups, errors or alarms, as grblHAL does.
     Enumerate(Enumeration),
@@ -187,8 +189,9 @@ impl<'a> SystemCommand<'a> {
     ///
     /// # Errors
     ///
-    /// The one that Grbl gives, but for `$Nx=` beyond the lines there are: [`Status::InvalidStatement`]. Its column is 0
-    /// where the line is right and the machine may not carry it out now.
+    /// The one that Grbl gives, but for `$Nx=` beyond the lines there are:
+    /// [`Status::InvalidStatement`]. Its column is 0 where the line is right and the machine may
+    /// not carry it out now.
     pub fn parse(line: &'a [u8], now: &Circumstances) -> Result<Self, Fault> {
         Self::read(line, now).map_err(|(status, left)| Fault {
             status,
@@ -245,8 +248,9 @@ impl<'a> SystemCommand<'a> {
         }
     }
 
-    /// Where in `line`, which this command was read from, a fault stands that was found in carrying it out: in its line of
-    /// G-code, at a setting's value, or at the number of a setting that there is not.
+    /// Where in `line`, which this command was read from, a fault stands that was found in carrying
+    /// it out: in its line of G-code, at a setting's value, or at the number of a setting that
+    /// there is not.
     pub fn locate(&self, fault: Fault, line: &[u8]) -> Fault {
         let begins = match self {
             Self::Jog(gcode) | Self::StoreStartup { line: gcode, .. } => {

@@ -20,8 +20,8 @@ impl Area {
     }
 }
 
-/// Memory of two areas of one size that are erased as a whole and then written once, byte after byte: two sectors of
-/// flash, or two files.
+/// Memory of two areas of one size that are erased as a whole and then written once, byte after
+/// byte: two sectors of flash, or two files.
 ///
 /// Called from the main loop with the machine at rest: a flash may stall the CPU while it erases.
 pub trait SettingsStore {
@@ -38,8 +38,8 @@ pub trait SettingsStore {
     /// The memory could not be read.
     fn read(&mut self, area: Area, offset: usize, bytes: &mut [u8]) -> Result<(), Self::Error>;
 
-    /// Writes `bytes` from `offset` on, in this order. Offset and length are multiples of 4, and none of these bytes was
-    /// written since the erase.
+    /// Writes `bytes` from `offset` on, in this order. Offset and length are multiples of 4, and
+    /// none of these bytes was written since the erase.
     ///
     /// # Errors
     ///

@@ -203,7 +203,8 @@ fn is_erased<S: SettingsStore>(flash: &mut S, area: Area, offset: usize) -> Resu
     Ok(true)
 }
 
-/// Notes where the newest record of a key is; an empty record removes the key. Answers whether there was room.
+/// Notes where the newest record of a key is; an empty record removes the key. Answers whether
+/// there was room.
 pub(super) fn note(index: &mut Index, place: Place) -> bool {
     index.retain(|old| old.code != place.code);
     place.length == 0 || index.push(place).is_ok()

@@ -5,15 +5,16 @@
 //!   area 2: header | $100 | G54 | $110 | commit | ...             when full, the records that count are copied to the other area
 //! ```
 //!
-//! A record counts once its checksum, written last, is there: before that the old value stands. An area counts once its
-//! commit record is there: before that the other area stands. So each value is the old or the new one, never a mixture,
-//! and so is all that one [`Records::retain`] removes.
+//! A record counts once its checksum, written last, is there: before that the old value stands. An
+//! area counts once its commit record is there: before that the other area stands. So each value is
+//! the old or the new one, never a mixture, and so is all that one [`Records::retain`] removes.
 //!
-//! The memory may err without saying so. Everything that is written is read back: a record before it counts as stored, a copy
-//! before its commit record is written. After a fault the other area is written, once more if need be.
+//! The memory may err without saying so. Everything that is written is read back: a record before
+//! it counts as stored, a copy before its commit record is written. After a fault the other area is
+//! written, once more if need be.
 //!
-//! After an erase that power interrupted, cells may read as erased and lose later writes. The header is written after the
-//! erase: an area without one is erased again, whatever it reads as.
+//! After an erase that power interrupted, cells may read as erased and lose later writes. The
+//! header is written after the erase: an area without one is erased again, whatever it reads as.
 
 use super::flash::{Area, SettingsStore};
 use super::record::{
@@ -71,7 +72,8 @@ impl<E> fmt::Display for StoreError<E> {
 
 impl<E: fmt::Debug> core::error::Error for StoreError<E> {}
 
-/// Bytes of a record that are written at once: a flash that takes 100 µs for a word holds the CPU up for 1.2 ms.
+/// Bytes of a record that are written at once: a flash that takes 100 µs for a word holds the CPU
+/// up for 1.2 ms.
 const AT_ONCE: usize = 48;
 
 /// How much of a record is written.
@@ -127,7 +129,8 @@ impl Records {
         Ok(Self::with(newest, scan, &other, flash.size()))
     }
 
-    /// Reads the value of a key; `None` if it has none. A record that has become unreadable has none, either.
+    /// Reads the value of a key; `None` if it has none. A record that has become unreadable has
+    /// none, either.
     ///
     /// # Errors
     ///
@@ -143,13 +146,13 @@ impl Records {
         }
     }
 
-    /// Stores the value of a key, or a part of it. An empty one removes the key; a value that is stored already is not written
-    /// again.
+    /// Stores the value of a key, or a part of it. An empty one removes the key; a value that is
+    /// stored already is not written again.
     ///
     /// # Errors
     ///
-    /// The value is too long, there is no room, or the memory failed in both areas. The old value stands then, but after a
-    /// failure of the memory it may be the new one.
+    /// The value is too long, there is no room, or the memory failed in both areas. The old value
+    /// stands then, but after a failure of the memory it may be the new one.
     pub fn write<S: SettingsStore>(
         &mut self,
         flash: &mut S,
@@ -300,8 +303,8 @@ impl Records {
         Ok(())
     }
 
-    /// Prepares the area that is not in use, so that no later change has to wait for that. Where something was lost, the area
-    /// stays as it is until all that is left was copied and read back.
+    /// Prepares the area that is not in use, so that no later change has to wait for that. Where
+    /// something was lost, the area stays as it is until all that is left was copied and read back.
     ///
     /// # Errors
     ///
@@ -340,7 +343,8 @@ impl Records {
         let active = scan.sequence().map(|sequence| Active {
             area,
             sequence,
-            // Where something is lost, the first change is to rewrite all: the other area may be read another time.
+            // Where something is lost, the first change is to rewrite all: the other area may be
+            // read another time.
             end: if sound { scan.end } else { size },
             begun: 0,
         });
@@ -363,8 +367,8 @@ impl Records {
             .map_or(0, |active| flash.size().saturating_sub(active.end))
     }
 
-    /// Appends a record, or as much of it as is written at once; answers where, once all of it is there. After a failure the
-    /// area is to be rewritten.
+    /// Appends a record, or as much of it as is written at once; answers where, once all of it is
+    /// there. After a failure the area is to be rewritten.
     fn append<S: SettingsStore>(
         &mut self,
         flash: &mut S,

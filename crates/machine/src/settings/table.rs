@@ -1,7 +1,7 @@
 //! The table of all settings: `$$`, the checks and the documents are made of it.
 //!
-//! Numbers up to 255 are GRBL's. From 700 on are our own, where GRBL answers `error:3`; `$$` does not print them, because
-//! senders count its 34 rows.
+//! Numbers up to 255 are GRBL's. From 700 on are our own, where GRBL answers `error:3`; `$$` does
+//! not print them, because senders count its 34 rows.
 
 use super::group::Group;
 use leadscrew_gcode::Number;
@@ -12,7 +12,8 @@ use leadscrew_gcode::Number;
 pub enum Kind {
     /// One bit an axis or motor: 0 to 255; a fraction is cut.
     AxisMask,
-    /// One bit an option, by these names with commas between, from the lowest bit: 0 to 255; a fraction is cut.
+    /// One bit an option, by these names with commas between, from the lowest bit: 0 to 255; a
+    /// fraction is cut.
     Bits(&'static str),
     /// Off at 0, on at any other of 0 to 255; a fraction is cut.
     Switch,
@@ -186,7 +187,8 @@ rows! {
 }
 
 rows! {
-    /// Settings of each axis: the number of the first axis, and those after it. Defaults are in thousandths.
+    /// Settings of each axis: the number of the first axis, and those after it. Defaults are in
+    /// thousandths.
     AxisSetting, true {
         StepsPerMm = 100, Axes, POSITIVE, 250_000, "Steps per millimetre", "step/mm",
             "Motor steps for a millimetre, or a degree.";

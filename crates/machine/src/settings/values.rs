@@ -92,7 +92,8 @@ impl<const AXES: usize> Default for Settings<AXES> {
 }
 
 impl<const AXES: usize> Settings<AXES> {
-    /// Makes the settings of a new machine: the table's defaults but for those that the machine brings along.
+    /// Makes the settings of a new machine: the table's defaults but for those that the machine
+    /// brings along.
     pub fn new(defaults: &'static [Entry]) -> Self {
         let mut settings = Self {
             scalars: [ZERO; SCALARS],
@@ -148,8 +149,8 @@ impl<const AXES: usize> Settings<AXES> {
     ///
     /// # Errors
     ///
-    /// The first of: negative value, no such setting, out of range, step pulse too short, soft limits without homing,
-    /// step rate too high. Nothing is changed then.
+    /// The first of: negative value, no such setting, out of range, step pulse too short, soft
+    /// limits without homing, step rate too high. Nothing is changed then.
     pub fn set(&mut self, entry: Entry, limits: StepLimits) -> Result<Changes, Status> {
         let key = Key::from_number(entry.number, AXES);
         if entry.value < ZERO && !key.is_some_and(Key::is_signed) {
@@ -167,7 +168,8 @@ impl<const AXES: usize> Settings<AXES> {
         Ok(changes)
     }
 
-    /// Takes a stored value, as it was once accepted; answers whether there is such a setting and it takes the value.
+    /// Takes a stored value, as it was once accepted; answers whether there is such a setting and
+    /// it takes the value.
     pub fn load(&mut self, entry: Entry) -> bool {
         let Some(key) = Key::from_number(entry.number, AXES) else {
             return false;

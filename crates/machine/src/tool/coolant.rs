@@ -1,4 +1,5 @@
-//! Coolant valves: set by the program (M7, M8, M9), toggled by the operator (0xA0, 0xA1), closed by the door.
+//! Coolant valves: set by the program (M7, M8, M9), toggled by the operator (0xA0, 0xA1), closed by
+//! the door.
 
 use crate::board::{Board, CoolantOutput};
 

@@ -23,8 +23,9 @@ pub(crate) enum DeadMan {
 }
 
 impl DeadMan {
-    /// Looks at the laser: `lit` at rest, with nothing under way; `heard`: a byte has come from its sender since the last look.
-    /// Answers whether the sender has been silent for `limit` just now. Main loop, at every turn.
+    /// Looks at the laser: `lit` at rest, with nothing under way; `heard`: a byte has come from its
+    /// sender since the last look. Answers whether the sender has been silent for `limit` just now.
+    /// Main loop, at every turn.
     pub(crate) fn watch(
         &mut self,
         lit: bool,

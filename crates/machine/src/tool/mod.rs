@@ -32,7 +32,8 @@ pub(crate) struct Tool {
     pub(crate) dead_man: DeadMan,
     /// The program's last word to the spindle.
     pub(crate) told: interpreter::Spindle,
-    /// The power that was put out in this rest; `None` in motion, and where it has to be put out anew.
+    /// The power that was put out in this rest; `None` in motion, and where it has to be put out
+    /// anew.
     rest_power: Option<Power>,
     /// The direction that was put out in this rest, likewise.
     rest_output: Option<SpindleOutput>,
@@ -51,7 +52,8 @@ impl Tool {
         }
     }
 
-    /// Motion begins, and brings its own power: in the next rest, direction and power are put out anew.
+    /// Motion begins, and brings its own power: in the next rest, direction and power are put out
+    /// anew.
     pub(crate) fn leave_rest(&mut self) {
         self.rest_power = None;
         self.rest_output = None;

@@ -1,7 +1,7 @@
 //! The tool follows the state: the laser's gate, and the output of spindle or laser at rest.
 //!
-//! [`Machine::enter`] is the only writer of the state, [`Machine::put_out_tool`] the only place where power comes on out of
-//! motion. The rule for a laser is in [`crate::tool::beam`].
+//! [`Machine::enter`] is the only writer of the state, [`Machine::put_out_tool`] the only place
+//! where power comes on out of motion. The rule for a laser is in [`crate::tool::beam`].
 
 use crate::board::{Board, SpindleOutput};
 use crate::extension::{Event, Extension};
@@ -24,8 +24,9 @@ where
         self.tell_extension(Event::Enters(state));
     }
 
-    /// Shuts the laser's gate where the state wants it shut. A switch that has stopped the machine shut it, too: it stays so until
-    /// the main loop has dealt with that edge, which it may not have seen yet.
+    /// Shuts the laser's gate where the state wants it shut. A switch that has stopped the machine
+    /// shut it, too: it stays so until the main loop has dealt with that edge, which it may not
+    /// have seen yet.
     pub(crate) fn set_gate(&mut self) {
         let shut = self.tool.spindle.is_shut(self.state);
         if shut != self.motion.shared.is_laser_off() {
@@ -48,7 +49,8 @@ where
             self.tool.rest_output = Some(output);
         }
         let power = self.power_at_rest();
-        // Moves that wait bring their own power along; until they begin, no laser lights up for them.
+        // Moves that wait bring their own power along; until they begin, no laser lights up for
+        // them.
         let of_moves =
             self.tool.spindle.is_laser() && power != Power::OFF && !self.motion.is_idle();
         if !of_moves && self.tool.rest_power != Some(power) {

@@ -1,4 +1,5 @@
-//! The spindle, or the laser in its place: the output that is wanted, and the reasons to keep it off.
+//! The spindle, or the laser in its place: the output that is wanted, and the reasons to keep it
+//! off.
 
 use crate::board::SpindleOutput;
 use crate::state::State;
@@ -51,7 +52,8 @@ impl Spindle {
         self.wanted = wanted;
     }
 
-    /// Stops until the next move or spindle command wants something; reports show `speed` meanwhile, RPM.
+    /// Stops until the next move or spindle command wants something; reports show `speed`
+    /// meanwhile, RPM.
     pub fn stand(&mut self, speed: f32) {
         self.stands_at = Some(speed);
     }
@@ -110,7 +112,8 @@ impl Spindle {
         self.turning_at(self.wanted_speed())
     }
 
-    /// The direction, as reports show it (`A:S`, `A:C`), at a speed in RPM: a laser that is dark does not turn.
+    /// The direction, as reports show it (`A:S`, `A:C`), at a speed in RPM: a laser that is dark
+    /// does not turn.
     pub fn turning_at(&self, speed: f32) -> SpindleOutput {
         if speed > 0.0 && !self.stands() {
             self.wanted.output

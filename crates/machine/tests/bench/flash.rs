@@ -1,4 +1,5 @@
-//! Flash memory for tests: it enforces the rules of [`SettingsStore`], loses power, and errs without saying so.
+//! Flash memory for tests: it enforces the rules of [`SettingsStore`], loses power, and errs
+//! without saying so.
 
 use super::{Area, SettingsStore};
 use std::{vec, vec::Vec};
@@ -14,7 +15,8 @@ pub(crate) struct MockFlash {
     pub(crate) fuel: usize,
     /// Bits of the byte under way that stay set when power is lost.
     pub(crate) half_written: u8,
-    /// An erase that is cut short leaves cells that read as erased and do not keep what is written to them.
+    /// An erase that is cut short leaves cells that read as erased and do not keep what is written
+    /// to them.
     pub(crate) weakens: bool,
     /// Bytes written and blocks erased.
     pub(crate) written: usize,

@@ -1,6 +1,8 @@
-//! A desk with a machine on it: bytes in, lines out, the step interrupt called when its timer is due.
+//! A desk with a machine on it: bytes in, lines out, the step interrupt called when its timer is
+//! due.
 //!
-//! Time is counted in timer counts (84 MHz). The main loop polls every 100 µs and whenever it asks to.
+//! Time is counted in timer counts (84 MHz). The main loop polls every 100 µs and whenever it asks
+//! to.
 
 #![allow(unreachable_pub, dead_code, reason = "shared by several test files")]
 
@@ -170,7 +172,8 @@ pub struct Session<'a, K: Kinematics<3, 3> + Clone = Cartesian, X: Extension<3> 
     receiver: Receiver<'a>,
     interrupt: StepInterrupt<3>,
     segments: heapless::spsc::Consumer<'a, Segment<3>>,
-    /// A switch on the probe input or a limit: closes where the carriage is at or beyond this (motor, steps).
+    /// A switch on the probe input or a limit: closes where the carriage is at or beyond this
+    /// (motor, steps).
     pub contact: Option<Contact>,
     next_poll: u64,
 }
@@ -192,7 +195,8 @@ pub enum Contact {
     Probe(i32),
     /// The limit switch of each motor is closed where it is at or above this.
     Limits([i32; 3]),
-    /// The limit switches of crossed belts: of each axis, where the carriage is at or above this, steps.
+    /// The limit switches of crossed belts: of each axis, where the carriage is at or above this,
+    /// steps.
     Belts([i32; 3]),
 }
 

@@ -1,5 +1,5 @@
-//! Prints a checksum of what the planner makes of random programs, to be held against the one that a Cortex-M4F computes:
-//! `cargo xtask icount` does so. (`docs/motion.md`, section 8.)
+//! Prints a checksum of what the planner makes of random programs, to be held against the one that
+//! a Cortex-M4F computes: `cargo xtask icount` does so. (`docs/motion.md`, section 8.)
 
 mod program;
 

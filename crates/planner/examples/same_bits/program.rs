@@ -1,4 +1,5 @@
-//! Random programs through the planner, and a checksum of all that comes out: moves, segments, power.
+//! Random programs through the planner, and a checksum of all that comes out: moves, segments,
+//! power.
 //!
 //! Compiled for the host and for the microcontroller; nothing in it depends on either.
 

@@ -1,14 +1,17 @@
-//! The queue of planned moves, and how fast each may begin so that all limits behind it can be kept.
+//! The queue of planned moves, and how fast each may begin so that all limits behind it can be
+//! kept.
 //!
-//! The squared speed at the start of a move is bounded by its `cap` and by what it can brake, which follows the speed (see `polygon`):
-//! `x_in = min(cap, x_out + gain(x_out))`. That is a concave function; the line through its values at `x_out = 0` and at the highest
-//! `x_out` is never above it:
+//! The squared speed at the start of a move is bounded by its `cap` and by what it can brake, which
+//! follows the speed (see `polygon`): `x_in = min(cap, x_out + gain(x_out))`. That is a concave
+//! function; the line through its values at `x_out = 0` and at the highest `x_out` is never above
+//! it:
 //!
 //! ```text
 //!   x_in ≥ min(c, α·x_out + β)
 //! ```
 //!
-//! Such maps are closed under composition, so that a *block* of moves has one of its own, to which each new move is added once:
+//! Such maps are closed under composition, so that a *block* of moves has one of its own, to which
+//! each new move is added once:
 //!
 //! ```text
 //!   min(c1, α1·min(c2, α2·x + β2) + β1) = min( min(c1, α1·c2 + β1),  α1·α2·x + (α1·β2 + β1) )
@@ -19,17 +22,20 @@
 //!             <---- move by move, exact --------- <------ block by block ------- rest
 //! ```
 //!
-//! From rest at the end of the last move the speeds are found block by block, as far as they have changed, and from the second block
-//! after the running move on move by move, with all of the polygon. Whatever is added makes them greater: what was promised stays.
+//! From rest at the end of the last move the speeds are found block by block, as far as they have
+//! changed, and from the second block after the running move on move by move, with all of the
+//! polygon. Whatever is added makes them greater: what was promised stays.
 //!
 //! The last move is *open*: the move after it is not known yet. The moves of a curve wait before
 //! that until their curvature is known.
 //!
-//! Everything is in whole [`SpeedUnit`](crate::config::SpeedUnit)s: gains and caps are rounded down, so no plan needs more than the
-//! limits; where `α` is 1, as on straight lines, sums are exact.
+//! Everything is in whole [`SpeedUnit`](crate::config::SpeedUnit)s: gains and caps are rounded
+//! down, so no plan needs more than the limits; where `α` is 1, as on straight lines, sums are
+//! exact.
 //!
-//! An override changes all caps. That is done a few moves at a time, from the running end; meanwhile new caps hold up to some place
-//! and old ones behind it. Both keep every limit of the machine; they differ in the speed asked for.
+//! An override changes all caps. That is done a few moves at a time, from the running end;
+//! meanwhile new caps hold up to some place and old ones behind it. Both keep every limit of the
+//! machine; they differ in the speed asked for.
 
 use crate::moves::PlannedMove;
 mod visit;
@@ -38,13 +44,15 @@ pub(crate) use super::map::Ends;
 use super::map::{Map, Reach};
 use heapless::deque::DequeView;
 
-/// Blocks of a [`Queue`](crate::Queue) that says no other number: enough for 1024 moves in blocks of sixteen.
+/// Blocks of a [`Queue`](crate::Queue) that says no other number: enough for 1024 moves in blocks
+/// of sixteen.
 pub const USUAL_BLOCKS: usize = 128;
 
 /// Moves in the largest block there can be, as a power of two.
 const MOST_BITS: u32 = 6;
 
-/// How many moves may be queued at most. Half of the blocks have them all, wherever the first one begins.
+/// How many moves may be queued at most. Half of the blocks have them all, wherever the first one
+/// begins.
 pub(crate) const fn most_moves(blocks: usize) -> usize {
     (blocks / 2) << MOST_BITS
 }
@@ -77,7 +85,8 @@ impl Block {
     };
 }
 
-/// By how much the squared speed (units) can fall over a move that ends with `v2`, with the move behind it, if there is one.
+/// By how much the squared speed (units) can fall over a move that ends with `v2`, with the move
+/// behind it, if there is one.
 pub(crate) trait Braking<const AXES: usize, const MOTORS: usize> {
     fn gain(
         &self,
@@ -181,7 +190,8 @@ impl<'q, const AXES: usize, const MOTORS: usize> LookAhead<'q, AXES, MOTORS> {
         self.moves.get(self.planned.checked_sub(1)?)
     }
 
-    /// Plans the first move that is not planned yet: `begin` sets its start. That will not change any more, but for overrides.
+    /// Plans the first move that is not planned yet: `begin` sets its start. That will not change
+    /// any more, but for overrides.
     pub(crate) fn plan(
         &mut self,
         braking: &impl Braking<AXES, MOTORS>,
@@ -219,8 +229,8 @@ impl<'q, const AXES: usize, const MOTORS: usize> LookAhead<'q, AXES, MOTORS> {
         Some((last, self.planned == self.moves.storage_len()))
     }
 
-    /// Puts the same move made longer in the place of the last one, which does not run. It begins as before, and can brake no less:
-    /// what is planned stays right.
+    /// Puts the same move made longer in the place of the last one, which does not run. It begins
+    /// as before, and can brake no less: what is planned stays right.
     pub(crate) fn lengthen_last(&mut self, longer: PlannedMove<AXES, MOTORS>) {
         if self.planned == self.moves.storage_len() {
             self.stale = self.stale.max(Stale::End);
@@ -248,8 +258,8 @@ impl<'q, const AXES: usize, const MOTORS: usize> LookAhead<'q, AXES, MOTORS> {
         }
     }
 
-    /// The largest squared speed, in units, at which the running move may end, so that all that follows can be kept; as it was
-    /// found last.
+    /// The largest squared speed, in units, at which the running move may end, so that all that
+    /// follows can be kept; as it was found last.
     pub(crate) fn exit_limit(&self) -> u32 {
         self.next().map_or(0, |next| next.entry)
     }
@@ -276,7 +286,8 @@ impl<'q, const AXES: usize, const MOTORS: usize> LookAhead<'q, AXES, MOTORS> {
         self.found = self.number(open);
     }
 
-    /// The move up to which speeds are found move by move: the first one of the second block after the next move, or the open one.
+    /// The move up to which speeds are found move by move: the first one of the second block after
+    /// the next move, or the open one.
     fn near_end(&self, next: usize, open: usize) -> usize {
         let into = usize::from(self.number(next) & self.mask());
         (next + (2 << self.block_bits) - into).min(open)
@@ -325,7 +336,8 @@ impl<'q, const AXES: usize, const MOTORS: usize> LookAhead<'q, AXES, MOTORS> {
         }
     }
 
-    /// The speeds at the starts of the moves from `next` to `near`, move by move, as far as they have changed.
+    /// The speeds at the starts of the moves from `next` to `near`, move by move, as far as they
+    /// have changed.
     fn walk(
         &mut self,
         next: usize,
@@ -383,7 +395,8 @@ impl<'q, const AXES: usize, const MOTORS: usize> LookAhead<'q, AXES, MOTORS> {
         self.renewed.is_some()
     }
 
-    /// Sets the caps of a further block of moves anew: `cap` is given each of them with the one before it.
+    /// Sets the caps of a further block of moves anew: `cap` is given each of them with the one
+    /// before it.
     pub(crate) fn renew(
         &mut self,
         braking: &impl Braking<AXES, MOTORS>,

@@ -1,4 +1,5 @@
-//! How the squared speed at the start of a move follows from the one at its end, and how that composes (see `lookahead`).
+//! How the squared speed at the start of a move follows from the one at its end, and how that
+//! composes (see `lookahead`).
 
 /// The speed at which a move may end, and the speed that braking can take off before it: squared
 /// speeds in units.

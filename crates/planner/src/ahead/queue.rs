@@ -1,9 +1,10 @@
 //! Where planned moves are kept: the planner's large part, which its caller owns.
 //!
-//! 1024 moves and the pixels of rows are 100 KB. A planner that owned them would be built on the stack and copied to
-//! its place whenever the compiler sees no way round it, and a microcontroller has no stack for that. A queue has a constant
-//! for its first value, so a `static` of it costs neither stack nor flash; the planner borrows it. And since it borrows it
-//! without its size, planners with queues of different sizes are one and the same code. Moves and pixels are apart: a
+//! 1024 moves and the pixels of rows are 100 KB. A planner that owned them would be built on the
+//! stack and copied to its place whenever the compiler sees no way round it, and a microcontroller
+//! has no stack for that. A queue has a constant for its first value, so a `static` of it costs
+//! neither stack nor flash; the planner borrows it. And since it borrows it without its size,
+//! planners with queues of different sizes are one and the same code. Moves and pixels are apart: a
 //! microcontroller's memory is in pieces.
 
 use crate::ahead::lookahead::{most_moves, Block, USUAL_BLOCKS};
@@ -16,8 +17,9 @@ use heapless::Deque;
 /// Room for `MOVES` planned moves of `AXES` axes and `MOTORS` motors: the memory of a
 /// [`Planner`](crate::Planner).
 ///
-/// `MOVES` are looked ahead over in `BLOCKS` blocks of 20 bytes, a power of two, of which half are in use: blocks of sixteen moves where
-/// there are enough of them, of 64 at most. With fewer blocks a line takes longer to plan. 2 are enough for 16 moves.
+/// `MOVES` are looked ahead over in `BLOCKS` blocks of 20 bytes, a power of two, of which half are
+/// in use: blocks of sixteen moves where there are enough of them, of 64 at most. With fewer blocks
+/// a line takes longer to plan. 2 are enough for 16 moves.
 ///
 /// The planner's maker owns it: a `static` on a microcontroller, where it lies in zeroed memory.
 #[derive(Debug)]
@@ -59,8 +61,9 @@ impl<const AXES: usize, const MOTORS: usize, const MOVES: usize, const BLOCKS: u
     }
 }
 
-/// A [`Queue`] for up to sixteen lines, planned by [`CornerRule::Grbl`](crate::CornerRule) whatever the settings: for homing, parking and
-/// the like. It remembers no path, whose curvature could be asked for.
+/// A [`Queue`] for up to sixteen lines, planned by [`CornerRule::Grbl`](crate::CornerRule) whatever
+/// the settings: for homing, parking and the like. It remembers no path, whose curvature could be
+/// asked for.
 #[derive(Debug)]
 pub struct SmallQueue<const AXES: usize, const MOTORS: usize, const MOVES: usize> {
     moves: Deque<PlannedMove<AXES, MOTORS>, MOVES>,

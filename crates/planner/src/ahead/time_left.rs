@@ -1,12 +1,14 @@
 //! The time to finish the queued moves, added up a few moves at a time.
 //!
-//! The look-ahead finds how fast the next moves may begin, and for those far ahead how fast blocks of them may. Here the forward pass is
-//! made for all moves, with the ramps that they will run with, as if each were one step long.
+//! The look-ahead finds how fast the next moves may begin, and for those far ahead how fast blocks
+//! of them may. Here the forward pass is made for all moves, with the ramps that they will run
+//! with, as if each were one step long.
 //!
 //! With a jerk limit the ramps follow `ramp`, and the speeds at which they fit into a move are
 //! found by halving.
 //!
-//! Moves may begin and be queued meanwhile. Those that are over by the end count still: some milliseconds.
+//! Moves may begin and be queued meanwhile. Those that are over by the end count still: some
+//! milliseconds.
 
 use crate::planner::nominal;
 use crate::real::{least, most, sqrt};
@@ -130,10 +132,12 @@ impl Stretch {
         (ramps + most(self.length - both(peak), 0.0) / peak, v1)
     }
 
-    /// The speed nearest to `wanted` for which the `way` of the ramps is no longer than the move, as it is for `from`.
+    /// The speed nearest to `wanted` for which the `way` of the ramps is no longer than the move,
+    /// as it is for `from`.
     #[inline(never)]
     fn reached(&self, from: f32, wanted: f32, way: &dyn Fn(f32) -> f32) -> f32 {
-        /// To a 65 000th of the speeds in question: a slow move after a fast one is still timed to some thousandths.
+        /// To a 65 000th of the speeds in question: a slow move after a fast one is still timed to
+        /// some thousandths.
         const HALVINGS: u32 = 16;
         if way(wanted) <= self.length {
             return wanted;

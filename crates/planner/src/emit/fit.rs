@@ -1,15 +1,15 @@
 //! From the time that some steps take to ticks whose interval changes linearly.
 //!
-//! A segment of `M` ticks with the first interval `p` and the change `d` reaches tick *k* after `p·k +
-//! d·k(k−1)/2`. It is made to agree with the profile in its middle (`H` after `h` ticks) and at its end
-//! (`D` after `M`):
+//! A segment of `M` ticks with the first interval `p` and the change `d` reaches tick *k* after
+//! `p·k + d·k(k−1)/2`. It is made to agree with the profile in its middle (`H` after `h` ticks) and
+//! at its end (`D` after `M`):
 //!
 //! ```text
 //!   d = 2·(D/M − H/h) / (M − h)        p = D/M − d·(M − 1)/2
 //! ```
 //!
-//! Under constant acceleration `a` (steps/s²) at the speed `v` the time as a function of the step has
-//! the third derivative `3a²/v⁵`, so that over `T` seconds the quadratic is off by about
+//! Under constant acceleration `a` (steps/s²) at the speed `v` the time as a function of the step
+//! has the third derivative `3a²/v⁵`, so that over `T` seconds the quadratic is off by about
 //! `0.024·T³·a²/v²` ([`longest`] turns that round).
 //!
 //! Intervals have 24 significant bits from `f32`; the loss of rounding is exact in 2⁻³² counts and
@@ -29,7 +29,8 @@ pub(crate) fn longest(v: f32, a: f32, most: f32) -> f32 {
     least(most, rough_cube_root(TOLERANCE * ratio * ratio))
 }
 
-/// How many steps a segment of `most` seconds at most takes that begins at the speed `v` under the acceleration `a`, at least 1.
+/// How many steps a segment of `most` seconds at most takes that begins at the speed `v` under the
+/// acceleration `a`, at least 1.
 pub(crate) fn steps(v: f32, a: f32, most: f32) -> u32 {
     let steps = if a > 0.0 {
         v * longest(v, a, most)
@@ -48,22 +49,25 @@ pub(crate) fn steps(v: f32, a: f32, most: f32) -> u32 {
     (steps as u32).max(1)
 }
 
-/// The longest tick that is not smoothed, seconds. Motors other than the dominant one are up to half a tick off the
-/// true line, 5 µs at most: what is left is for ticks that are longer than the mean of their segment.
+/// The longest tick that is not smoothed, seconds. Motors other than the dominant one are up to
+/// half a tick off the true line, 5 µs at most: what is left is for ticks that are longer than the
+/// mean of their segment.
 const FINE: f32 = 9e-6;
 
-/// Where the speed changes, half an eighth of a step may take longer than a sixteenth of the step's time.
+/// Where the speed changes, half an eighth of a step may take longer than a sixteenth of the step's
+/// time.
 const EVEN: f32 = 1.0;
 
-/// A coarser smoothing begins a segment after it was found to be needed; so much faster it may become in that segment
-/// ([`longest`]: 8 % at 10⁵ steps/s and 4·10⁶ steps/s²).
+/// A coarser smoothing begins a segment after it was found to be needed; so much faster it may
+/// become in that segment ([`longest`]: 8 % at 10⁵ steps/s and 4·10⁶ steps/s²).
 const GROWTH: f32 = 1.08;
 
-/// The least smoothing that brings other motors' steps within 5 µs or a sixteenth of a step of the true line,
-/// whichever is more, where ticks allow it: of a segment whose steps take `interval` seconds in the mean.
+/// The least smoothing that brings other motors' steps within 5 µs or a sixteenth of a step of the
+/// true line, whichever is more, where ticks allow it: of a segment whose steps take `interval`
+/// seconds in the mean.
 ///
-/// `evenness` is the segment's lowest speed as a share of its mean one, 0 for a step out of rest or into it: the
-/// shortest of that one's ticks has a quarter of the mean.
+/// `evenness` is the segment's lowest speed as a share of its mean one, 0 for a step out of rest or
+/// into it: the shortest of that one's ticks has a quarter of the mean.
 #[inline(never)]
 pub(crate) fn smoothing(interval: f32, shortest_tick: f32, evenness: f32) -> Smoothing {
     const LEVELS: [Smoothing; 3] = [Smoothing::None, Smoothing::Twofold, Smoothing::Fourfold];
@@ -233,7 +237,8 @@ mod tests {
     }
 
     proptest! {
-        /// However segments are rounded, their sum stays within a count of the sum of their durations.
+        /// However segments are rounded, their sum stays within a count of the sum of their
+        /// durations.
         #[test]
         fn rounding_never_adds_up(pieces in prop::collection::vec((2u16..300, 300.0f32..3e4, -0.2f32..0.2), 1..200)) {
             let mut carry = Carry::default();

@@ -1,8 +1,9 @@
 //! Power ahead of time: a laser that switches late is told early.
 //!
-//! A laser answers a change of its power after a while (its driver's rise time, the tube's ignition). At a speed `v` the light
-//! is then `v·delay` behind on the path, to either side in turn on a raster that is burnt in both directions. So the power for the
-//! time `t + lead` is put out at `t`:
+//! A laser answers a change of its power after a while (its driver's rise time, the tube's
+//! ignition). At a speed `v` the light is then `v·delay` behind on the path, to either side in turn
+//! on a raster that is burnt in both directions. So the power for the time `t + lead` is put out at
+//! `t`:
 //!
 //! ```text
 //!   motion   | front ...... | second | third ...............|      segments that wait, oldest first
@@ -10,20 +11,22 @@
 //!   power                       ^ for the front's first tick
 //! ```
 //!
-//! Segments wait here until they cover the time that the front's first tick takes its power from, and no longer: what waits
-//! can no longer be changed. For the same reason no more of them is taken than there is room for: where ticks are so long
-//! that the front's middle is beyond that, power stays what it is at the end of what is known. Each is handed out in pieces, one
-//! for each segment that its power comes from; the power changes with a tick, no more than half of one beside its time.
-//! Motion is never changed. Out of rest the first power would have to be put out before motion begins: it stays off there,
-//! and what is lost is what a laser in proportion to speed burns in that time at the slowest. At an end the power at rest
-//! comes early.
+//! Segments wait here until they cover the time that the front's first tick takes its power from,
+//! and no longer: what waits can no longer be changed. For the same reason no more of them is taken
+//! than there is room for: where ticks are so long that the front's middle is beyond that, power
+//! stays what it is at the end of what is known. Each is handed out in pieces, one for each segment
+//! that its power comes from; the power changes with a tick, no more than half of one beside its
+//! time. Motion is never changed. Out of rest the first power would have to be put out before
+//! motion begins: it stays off there, and what is lost is what a laser in proportion to speed burns
+//! in that time at the slowest. At an end the power at rest comes early.
 
 use core::num::NonZeroU16;
 use fixed::types::U1F31;
 use heapless::Deque;
 use leadscrew_stepper::{Interval, OutputChange, Power, PowerChange, Segment};
 
-/// Segments that may wait. Where a lead spans more, the last one's power is put out for the rest of it.
+/// Segments that may wait. Where a lead spans more, the last one's power is put out for the rest of
+/// it.
 const WAITING: usize = 16;
 
 /// The longest lead, µs.
@@ -62,7 +65,8 @@ impl<const MOTORS: usize> PowerLead<MOTORS> {
         }
     }
 
-    /// Sets the lead in microseconds, up to [`LONGEST_LEAD`], for a step timer of `timer_hz` counts a second. At rest.
+    /// Sets the lead in microseconds, up to [`LONGEST_LEAD`], for a step timer of `timer_hz` counts
+    /// a second. At rest.
     pub fn set(&mut self, lead_us: u32, timer_hz: u32) {
         let lead = u64::from(lead_us.min(LONGEST_LEAD));
         self.lead = lead * u64::from(timer_hz) / 1_000_000;
@@ -197,8 +201,8 @@ fn interval<const MOTORS: usize>(segment: &Segment<MOTORS>) -> u64 {
     (duration(segment) / u64::from(segment.ticks.get())).max(1)
 }
 
-/// How many of a segment's ticks have their middle less than `counts` after the middle of the first. Bounded by the ticks
-/// of a millisecond.
+/// How many of a segment's ticks have their middle less than `counts` after the middle of the
+/// first. Bounded by the ticks of a millisecond.
 fn ticks_within<const MOTORS: usize>(segment: &Segment<MOTORS>, counts: u64) -> NonZeroU16 {
     let change = segment.interval_change.to_bits();
     let mut interval = segment.interval.to_bits();
@@ -325,7 +329,8 @@ mod tests {
         marks.collect()
     }
 
-    /// Marks burnt on the way there and on the way back, with a lead for the laser's delay: how far apart (steps) at worst.
+    /// Marks burnt on the way there and on the way back, with a lead for the laser's delay: how far
+    /// apart (steps) at worst.
     fn mismatch(lead_us: u32, delay_us: u64, feed: f32) -> f64 {
         let there = [10.0, 10.5, 12.0, 12.1, 12.3, 12.35, 15.0, 18.0, 30.0];
         let back = [18.0, 15.0, 12.35, 12.3, 12.1, 12.0, 10.5, 10.0, 0.0];
@@ -377,7 +382,8 @@ mod tests {
         }
     }
 
-    /// The most that was committed together with something that waited, timer counts: steps of 1.2 ms in two spans, a lead of 1 ms.
+    /// The most that was committed together with something that waited, timer counts: steps of 1.2
+    /// ms in two spans, a lead of 1 ms.
     fn committed(room: u64) -> u64 {
         let mut queue = RigQueue::new();
         let mut rig = rig(2000.0, &mut queue);

@@ -1,7 +1,7 @@
 //! Changes of power within a planned move: the pixels of a raster's row.
 //!
-//! A row is planned as one move (see [`crate::path::row`]). What makes its pixels differ waits in a pool that all moves
-//! share, oldest first, eight bytes a pixel:
+//! A row is planned as one move (see [`crate::path::row`]). What makes its pixels differ waits in a
+//! pool that all moves share, oldest first, eight bytes a pixel:
 //!
 //! ```text
 //!   bit 63      40 39       17 16       0
@@ -45,7 +45,8 @@ impl Pixel {
             None => NO_LINE,
         };
         let after = Some(self.after).filter(|after| after >> AFTER_BITS == 0)?;
-        // Rounded up: powers are made by rounding decimals down, and what puts them out rounds down again.
+        // Rounded up: powers are made by rounding decimals down, and what puts them out rounds down
+        // again.
         let share = self.power.share().to_bits();
         let power = (share + ((1 << ROUNDED) - 1)) >> ROUNDED;
         let high = u64::from(line) << POWER_BITS | u64::from(power);

@@ -8,10 +8,11 @@
 //!      +-------------------+--------------------------+
 //! ```
 //!
-//! Each call hands out a segment of at most `Config::longest_segment`; a step event that takes longer is handed out in spans. Before it
-//! does, it asks the planner again how fast the running move may end (the queue may have grown) and
-//! whether speeds have changed (overrides); where something has, the profile is made anew from the place
-//! and speed reached. So everything takes effect behind what was handed out.
+//! Each call hands out a segment of at most `Config::longest_segment`; a step event that takes
+//! longer is handed out in spans. Before it does, it asks the planner again how fast the running
+//! move may end (the queue may have grown) and whether speeds have changed (overrides); where
+//! something has, the profile is made anew from the place and speed reached. So everything takes
+//! effect behind what was handed out.
 
 use crate::emit::fit::Carry;
 use crate::emit::running::{Aim, Goal, Running, Timing};
@@ -60,8 +61,8 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
 
     /// Hands out the next segment: at most `Config::longest_segment` of motion.
     ///
-    /// Takes the next move from `planner` where one ends. `None` where nothing is queued, or a hold has
-    /// reached rest.
+    /// Takes the next move from `planner` where one ends. `None` where nothing is queued, or a hold
+    /// has reached rest.
     pub fn next<K>(&mut self, planner: &mut Planner<'_, K, AXES, MOTORS>) -> Option<Segment<MOTORS>>
     where
         K: Kinematics<AXES, MOTORS>,
@@ -180,7 +181,8 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
         }
     }
 
-    /// All steps of the profile have been handed out: the move is over, or a hold has stopped in it.
+    /// All steps of the profile have been handed out: the move is over, or a hold has stopped in
+    /// it.
     fn end_profile<K>(&mut self, planner: &mut Planner<'_, K, AXES, MOTORS>)
     where
         K: Kinematics<AXES, MOTORS>,
@@ -401,7 +403,8 @@ mod tests {
             prop_assert!((seconds - ideal).abs() <= 1e-3 * ideal, "{} {}", seconds, ideal);
         }
 
-        /// Rates, accelerations and the steps themselves, with holds and overrides thrown in anywhere.
+        /// Rates, accelerations and the steps themselves, with holds and overrides thrown in
+        /// anywhere.
         #[test]
         fn nothing_is_lost_and_no_limit_broken_whatever_comes_between(
             legs in legs(), acceleration in 50.0f32..5000.0, feed in 1.0f32..100.0,
@@ -433,7 +436,8 @@ mod tests {
                     for (axis, share) in share.iter().enumerate() {
                         let rate = f64::from(profile.cruise()) * share / f64::from(limits.max_rate[axis]);
                         prop_assert!(rate <= 1.000_001, "rate {}", rate);
-                        // A ramp may make up for the rounding of the squared speed that it begins with.
+                        // A ramp may make up for the rounding of the squared speed that it begins
+                        // with.
                         let start = profile.start();
                         let length = f64::from(profile.end() - start.step) - f64::from(start.part);
                         for a in profile.accelerations() {
@@ -470,8 +474,8 @@ mod tests {
             prop_assert!(rig.planner.is_empty());
         }
 
-        /// The hold ends the line in hand; another line comes; the rest of the first one goes on to the
-        /// same end.
+        /// The hold ends the line in hand; another line comes; the rest of the first one goes on to
+        /// the same end.
         #[test]
         fn parking_between_hold_and_resume_loses_no_step(x in 1000i32..9000, y in -9000i32..9000, pause in 1usize..60) {
             let mut queue = RigQueue::new();

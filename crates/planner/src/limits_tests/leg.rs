@@ -42,8 +42,8 @@ fn float(x: &BigRational) -> f64 {
     x.to_f64().expect("a number")
 }
 
-/// By how much more than its acceleration a profile changes the squared speed from its start to its end, as a share of
-/// that: what rounding makes of speeds.
+/// By how much more than its acceleration a profile changes the squared speed from its start to its
+/// end, as a share of that: what rounding makes of speeds.
 fn joint(profile: &Trapezoid) -> f64 {
     let (entry, exit) = (exact(profile.entry_v2()), exact(profile.exit_v2()));
     let [up, down] = profile.accelerations().map(|a| exact(a.abs()));
@@ -144,8 +144,9 @@ impl Leg {
         Ok(worst)
     }
 
-    /// The largest share of an axis's acceleration that a circle takes at a profile's faster end, where the direction is as uncertain as
-    /// a chord and rounding make it. (What that leaves to ramps is seen on the step edges: `edges_tests`.)
+    /// The largest share of an axis's acceleration that a circle takes at a profile's faster end,
+    /// where the direction is as uncertain as a chord and rounding make it. (What that leaves to
+    /// ramps is seen on the step edges: `edges_tests`.)
     fn on_circle(&self, profile: &Trapezoid, radius: f64, limits: &Config<2>) -> f64 {
         let rounding = limits.steps_per_mm.map(|steps| 1e9 / steps.nanos() as f64);
         let unsure = self.length / radius + 2.0 * (rounding[0] + rounding[1] + 0.002) / self.length;
@@ -157,7 +158,8 @@ impl Leg {
         share(0).max(share(1))
     }
 
-    /// Whether it is so long that rounding hides no corner at its ends: 40 of the coarsest steps, and half a millimetre.
+    /// Whether it is so long that rounding hides no corner at its ends: 40 of the coarsest steps,
+    /// and half a millimetre.
     pub(crate) fn stands_alone(&self, limits: &Config<2>) -> bool {
         let steps = limits
             .steps_per_mm

@@ -1,8 +1,9 @@
-//! No limit is broken: random programs, each planned move, ramp and corner against the settings in exact arithmetic.
+//! No limit is broken: random programs, each planned move, ramp and corner against the settings in
+//! exact arithmetic.
 //!
-//! A profile's speeds and accelerations are `f32`: each is a rational number, and so are steps/mm and the settings. Only
-//! junction deviation has roots in it; it is compared in `f64`, a thousand times finer than the margin that the
-//! planner keeps.
+//! A profile's speeds and accelerations are `f32`: each is a rational number, and so are steps/mm
+//! and the settings. Only junction deviation has roots in it; it is compared in `f64`, a thousand
+//! times finer than the margin that the planner keeps.
 //!
 //! 1000 programs each time; as a campaign:
 //! `PROPTEST_CASES=100000 cargo test --release -p leadscrew-planner limits_tests -- --nocapture`.
@@ -24,7 +25,8 @@ use std::{format, println, string::String, vec};
 pub(crate) use leg::{corner_v2, Leg};
 pub(crate) use program::{program, Cut, Program};
 
-/// Queues all moves of a program. Answers the leg that the program asked for with each move; joined moves are one leg.
+/// Queues all moves of a program. Answers the leg that the program asked for with each move; joined
+/// moves are one leg.
 fn push(program: &Program, rig: &mut Rig<'_>) -> Vec<Leg> {
     let mut legs: Vec<Leg> = Vec::new();
     for cut in &program.moves() {
@@ -57,7 +59,8 @@ fn handle(event: Event, rig: &mut Rig<'_>) {
     }
 }
 
-/// The share of the corner's squared speed at which two moves meet. It is 0 inside a curve in pieces, which has no corner.
+/// The share of the corner's squared speed at which two moves meet. It is 0 inside a curve in
+/// pieces, which has no corner.
 fn check_corner(rig: &Rig<'_>, legs: &[Leg], limits: &Config<2>) -> Result<f64, String> {
     let [leg, next] = legs else {
         return Ok(0.0);
@@ -74,7 +77,8 @@ fn check_corner(rig: &Rig<'_>, legs: &[Leg], limits: &Config<2>) -> Result<f64, 
     Ok(if counts { v2 / corner } else { 0.0 })
 }
 
-/// How far the squared speed at the start of a profile is from the one that the profile before it had there.
+/// How far the squared speed at the start of a profile is from the one that the profile before it
+/// had there.
 fn jump(before: &Trapezoid, profile: &Trapezoid) -> f64 {
     let (was, is) = (before.speed_v2(profile.start()), profile.entry_v2());
     f64::from((was - is).abs()) / f64::from(is.max(1.0))
@@ -160,7 +164,8 @@ fn cases() -> u32 {
     asked.and_then(|cases| cases.parse().ok()).unwrap_or(1000)
 }
 
-/// A line cut into 0.01 mm, planned as it comes: at rest at its end, in the time that the queue allows.
+/// A line cut into 0.01 mm, planned as it comes: at rest at its end, in the time that the queue
+/// allows.
 #[test]
 fn a_line_in_short_pieces_ends_at_rest_and_as_soon_as_one_move_does() {
     for angle in [0.1f64, 0.3, 0.5, 0.8, 1.1] {
@@ -268,7 +273,8 @@ fn a_curve_that_begins_at_rest_is_a_curve_from_its_first_piece_on() {
     assert!(worst.is_ok_and(|worst| worst.curve < 1.1));
 }
 
-/// No stroke ends with the last pieces of a path; there a strong axis could double its speed within one of them.
+/// No stroke ends with the last pieces of a path; there a strong axis could double its speed within
+/// one of them.
 #[test]
 fn a_curve_that_ends_at_rest_is_a_curve_up_to_its_last_piece() {
     let cut = |from, turn| Part::Cut {
@@ -291,7 +297,8 @@ fn a_curve_that_ends_at_rest_is_a_curve_up_to_its_last_piece() {
     keeps_its_curves(&program);
 }
 
-/// The first pieces of the arc are taken for the end of the line: with a strong axis along them, and a weak one across.
+/// The first pieces of the arc are taken for the end of the line: with a strong axis along them,
+/// and a weak one across.
 #[test]
 fn a_curve_that_begins_at_a_corner_of_a_line_in_pieces_is_a_curve_from_its_first_piece_on() {
     type Found = ([f64; 2], [f64; 4], [f32; 2], [i64; 2]);
@@ -354,7 +361,8 @@ fn corners_that_rounding_makes_of_a_curve_leave_it_a_curve() {
     keeps_its_curves(&program);
 }
 
-/// The override asks for less than can be reached any more; what can be is only as exact as the high speed before.
+/// The override asks for less than can be reached any more; what can be is only as exact as the
+/// high speed before.
 #[test]
 fn an_override_on_the_way_down_to_a_corner_leaves_the_corner_its_limit() {
     let line = |x, y| Part::Line { x, y };

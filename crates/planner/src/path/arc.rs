@@ -7,9 +7,9 @@
 //! ```
 //!
 //! That count is Grbl's, so that programs take the same steps; being rounded down it overshoots the
-//! tolerance by the factor ((n + 1)/n)² at most. Other axes move in proportion (helix). Each chord's end
-//! is the start rotated about the centre, in `f32` relative to the centre (4·10⁻⁷ of the radius); the
-//! last one is the exact end.
+//! tolerance by the factor ((n + 1)/n)² at most. Other axes move in proportion (helix). Each
+//! chord's end is the start rotated about the centre, in `f32` relative to the centre (4·10⁻⁷ of
+//! the radius); the last one is the exact end.
 
 use crate::path::trigonometry::sin_cos;
 use crate::real::{norm2, sqrt};
@@ -40,9 +40,9 @@ const FULL_CIRCLE: f32 = 5e-7;
 impl<const AXES: usize> Arc<AXES> {
     /// Makes the arc from `start` to `end`.
     ///
-    /// `offset` leads from the start to the centre along the two axes of `plane` (first and second, so
-    /// that counter-clockwise is from first to second); all other axes move in proportion. `tolerance`
-    /// is in mm. Where the ends coincide in the plane, the arc is a full circle.
+    /// `offset` leads from the start to the centre along the two axes of `plane` (first and second,
+    /// so that counter-clockwise is from first to second); all other axes move in proportion.
+    /// `tolerance` is in mm. Where the ends coincide in the plane, the arc is a full circle.
     pub fn new(
         start: [Coordinate; AXES],
         end: [Coordinate; AXES],
@@ -80,7 +80,8 @@ impl<const AXES: usize> Arc<AXES> {
         self.radius
     }
 
-    /// How many chords the arc is made of, at least 1. (In G93 each of them takes that share of the time.)
+    /// How many chords the arc is made of, at least 1. (In G93 each of them takes that share of the
+    /// time.)
     pub const fn chords(&self) -> u32 {
         self.chords
     }
@@ -121,7 +122,8 @@ impl<const AXES: usize> Iterator for Arc<AXES> {
     }
 }
 
-/// The angle from `from` to `to` in the sense of rotation asked for; a full turn where they coincide.
+/// The angle from `from` to `to` in the sense of rotation asked for; a full turn where they
+/// coincide.
 fn angle_between(from: [f32; 2], to: [f32; 2], clockwise: bool) -> f32 {
     let cross = from[0] * to[1] - from[1] * to[0];
     let dot = from[0] * to[0] + from[1] * to[1];
@@ -204,7 +206,8 @@ mod tests {
     }
 
     proptest! {
-        /// Points on the circle, chords no further from it than the rounded count allows, the end exact.
+        /// Points on the circle, chords no further from it than the rounded count allows, the end
+        /// exact.
         #[test]
         fn chords_follow_the_circle(
             x in -300.0f64..300.0, y in -300.0f64..300.0, radius in 0.01f64..400.0,

@@ -7,17 +7,19 @@
 //!   P(s−h)             P(s+h)
 //! ```
 //!
-//! Coordinates are rounded to a few decimals, each by up to `e`, which makes an error of `4·e/h²`. So `h` begins as the length of the
-//! shorter of the two pieces. It grows while the error would cost more than [`QUIET`] of the speed:
+//! Coordinates are rounded to a few decimals, each by up to `e`, which makes an error of `4·e/h²`.
+//! So `h` begins as the length of the shorter of the two pieces. It grows while the error would
+//! cost more than [`QUIET`] of the speed:
 //!
 //! ```text
 //!   4·e/h² ≤ QUIET · max(|k|, a/x)      x: the highest squared speed that the pieces may have
 //! ```
 //!
-//! Each length that is tried bounds the curvature from both sides by its own error. The result keeps all of these bounds, so it bends
-//! the path by no more than rounding does.
+//! Each length that is tried bounds the curvature from both sides by its own error. The result
+//! keeps all of these bounds, so it bends the path by no more than rounding does.
 //!
-//! A curve that goes on as it did at the turn before is measured once, over the length that was found there.
+//! A curve that goes on as it did at the turn before is measured once, over the length that was
+//! found there.
 
 use super::probe::Probe;
 use super::window::{Window, MM};
@@ -52,7 +54,8 @@ const ALIKE: f32 = 0.2;
 /// The second difference of three points may be off by this many times their rounding.
 const OFF: f32 = 4.0;
 
-/// A curvature by the accelerations of the axes, s²/mm², and the length to both sides over which it holds, mm.
+/// A curvature by the accelerations of the axes, s²/mm², and the length to both sides over which it
+/// holds, mm.
 pub(super) type Curved<const AXES: usize> = ([f32; AXES], f32);
 
 /// The place of a turn, as far as its curvature depends on it. Lengths in mm.
@@ -69,7 +72,8 @@ struct Meeting {
 }
 
 impl<const AXES: usize> Window<AXES> {
-    /// The curvature at the start of a piece; `None` where the path has to go on for that, and not `now`.
+    /// The curvature at the start of a piece; `None` where the path has to go on for that, and not
+    /// `now`.
     pub(super) fn curved(
         &self,
         number: u32,
@@ -172,7 +176,8 @@ impl<const AXES: usize> Window<AXES> {
         bend
     }
 
-    /// Whether a curvature is like that of the turn before, and explains how the two pieces turn, but for what rounding does.
+    /// Whether a curvature is like that of the turn before, and explains how the two pieces turn,
+    /// but for what rounding does.
     fn is_as_before(
         &self,
         number: u32,
@@ -209,7 +214,8 @@ impl Meeting {
             .fold(self.per_top_v2, |worst, b| most(worst, b.abs()))
     }
 
-    /// The error of a curvature over a length by the error that is allowed; `loudness` is that of the curvature.
+    /// The error of a curvature over a length by the error that is allowed; `loudness` is that of
+    /// the curvature.
     fn error(&self, loudness: f32, length: f32) -> f32 {
         OFF * self.rounding * self.per_acceleration / (QUIET * length * length * loudness)
     }
@@ -221,7 +227,8 @@ struct Range<const AXES: usize>([[f32; 2]; AXES]);
 impl<const AXES: usize> Range<AXES> {
     const ANY: Self = Self([[f32::NEG_INFINITY, f32::INFINITY]; AXES]);
 
-    /// Leaves the part of it that points over `length` allow: they are rounded, and lie on pieces of uneven length.
+    /// Leaves the part of it that points over `length` allow: they are rounded, and lie on pieces
+    /// of uneven length.
     fn narrow(&mut self, bend: &[f32; AXES], length: f32, of: &Meeting, limits: &Limits<AXES>) {
         let per_length2 = 1.0 / (length * length);
         let longer = most(of.lengths[0], of.lengths[1]);

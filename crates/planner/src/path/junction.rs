@@ -7,24 +7,26 @@
 //!   ------+              allow along the change of direction u1 − u0. The path itself keeps its corner.
 //! ```
 //!
-//! Source: S. K. Jeon, *Improving Grbl: Cornering Algorithm* (2011); the per-axis acceleration as in
-//! Grbl 1.1.
+//! Source: S. K. Jeon, *Improving Grbl: Cornering Algorithm* (2011); the per-axis acceleration as
+//! in Grbl 1.1.
 //!
-//! Near θ = 180° the formula cancels in `f32`. With the unit vectors' sum and difference it does not:
-//! `s = |u0 + u1| / 2`, `1 − s² = |u1 − u0|² / 4`, so
-//! `v² = a·d·s·(1 + s)/(1 − s²) = 4·a·d·s·(1 + s) / |u1 − u0|²`.
+//! Near θ = 180° the formula cancels in `f32`. With the unit vectors' sum and difference it does
+//! not: `s = |u0 + u1| / 2`, `1 − s² = |u1 − u0|² / 4`, so `v² = a·d·s·(1 + s)/(1 − s²) =
+//! 4·a·d·s·(1 + s) / |u1 − u0|²`.
 
 use crate::config::Limits;
 use crate::real::{most, norm2, sqrt, worst};
 
-/// Corners whose `|cos θ|` is within this of 1 count as straight on or as reversal (Grbl: 0.999999).
+/// Corners whose `|cos θ|` is within this of 1 count as straight on or as reversal (Grbl:
+/// 0.999999).
 const FLAT: f32 = 1e-6;
 
-/// How far sum and difference of two unit vectors may be from the true ones: seven roundings of an `f32` to either side.
+/// How far sum and difference of two unit vectors may be from the true ones: seven roundings of an
+/// `f32` to either side.
 const UNCERTAIN: f32 = 4e-7;
 
-/// The squared speed (mm²/s²) at which the direction may change from `u0` to `u1` (unit vectors): 0 at a
-/// reversal, infinite straight on.
+/// The squared speed (mm²/s²) at which the direction may change from `u0` to `u1` (unit vectors): 0
+/// at a reversal, infinite straight on.
 pub(crate) fn junction_v2<const AXES: usize>(
     u0: &[f32; AXES],
     u1: &[f32; AXES],

@@ -1,4 +1,5 @@
-//! The path: arcs and their chords, pieces that are joined, and how sharply two pieces meet, before they enter the look-ahead.
+//! The path: arcs and their chords, pieces that are joined, and how sharply two pieces meet, before
+//! they enter the look-ahead.
 
 pub(crate) mod arc;
 mod curvature;

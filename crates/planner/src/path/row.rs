@@ -1,19 +1,22 @@
-//! A row of a raster: moves that go straight on at one feed and differ in power only are planned as one.
+//! A row of a raster: moves that go straight on at one feed and differ in power only are planned as
+//! one.
 //!
 //! ```text
 //!   X1 S10   X2 S80   G0 X2.5 S0   G1 X3 S40         one planned move, its first power 10,
 //!   |--------|========|            |----|     -->    and the pixels  80, 0, 40  (see [`crate::emit::pixel`])
 //! ```
 //!
-//! Look-ahead counts moves: were each pixel one, 1024 of 0.1 mm would let a machine of 500 mm/s² go no faster than
-//! 320 mm/s (`√(2·a·N·L)`).
+//! Look-ahead counts moves: were each pixel one, 1024 of 0.1 mm would let a machine of 500 mm/s² go
+//! no faster than 320 mm/s (`√(2·a·N·L)`).
 //!
-//! Which moves: those of a laser that go on in exactly the same direction, counted in steps, at the same feed in mm/min, in the
-//! same mode. So neither limits nor the corner before the row change as it grows.
+//! Which moves: those of a laser that go on in exactly the same direction, counted in steps, at the
+//! same feed in mm/min, in the same mode. So neither limits nor the corner before the row change as
+//! it grows.
 //!
-//! A short rapid between pixels (`G0 … S0`) belongs to the row, at the row's speed and without power. A gap of length `L`
-//! lets a rapid gain no more than `a·L/4v²` of its time (accelerating to its middle, from the speed `v`); where that is less
-//! than a thousandth it is left alone. What remains are at most 250 moves in the distance `v²/2a` that stopping takes.
+//! A short rapid between pixels (`G0 … S0`) belongs to the row, at the row's speed and without
+//! power. A gap of length `L` lets a rapid gain no more than `a·L/4v²` of its time (accelerating to
+//! its middle, from the speed `v`); where that is less than a thousandth it is left alone. What
+//! remains are at most 250 moves in the distance `v²/2a` that stopping takes.
 
 use crate::emit::pixel::{Packed, Pixel};
 use crate::{Feed, Move, MoveKind, MovePower};
@@ -35,7 +38,8 @@ pub(crate) struct Row<const MOTORS: usize> {
 }
 
 impl<const MOTORS: usize> Row<MOTORS> {
-    /// Begins with a move by `delta` steps; `None` where it is no laser's, or has a speed of its own.
+    /// Begins with a move by `delta` steps; `None` where it is no laser's, or has a speed of its
+    /// own.
     pub(crate) fn begin<const AXES: usize>(of: &Move<AXES>, delta: [i32; MOTORS]) -> Option<Self> {
         match of.power {
             MovePower::Off | MovePower::Spindle { .. } => None,
@@ -136,8 +140,8 @@ pub(crate) fn is_gap<const AXES: usize>(of: &Move<AXES>) -> bool {
     of.kind == MoveKind::Rapid && of.curve.is_none()
 }
 
-/// Whether a rapid of `length` mm gains next to nothing on a row at `speed` mm/s, on a machine that accelerates with
-/// `acceleration` mm/s².
+/// Whether a rapid of `length` mm gains next to nothing on a row at `speed` mm/s, on a machine that
+/// accelerates with `acceleration` mm/s².
 pub(crate) fn is_short(length: f32, speed: f32, acceleration: f32) -> bool {
     /// `a·L/v²` that gains a thousandth of the time.
     const LITTLE: f32 = 4.0 / 1000.0;

@@ -6,14 +6,16 @@
 //!      x--.  .  .  .      pieces of 0.01 mm take up to a fifth longer than the line. With 32 steps the direction is right.
 //! ```
 //!
-//! The joined move ends where its last piece does and makes as many steps of each motor. It passes the end of each piece with no
-//! motor more than a step beside that: at the place that is as many steps from the start, those of all motors together. So each end
-//! leaves a range to the share that a motor has in all steps, and pieces are joined while the shares of all of them are within.
+//! The joined move ends where its last piece does and makes as many steps of each motor. It passes
+//! the end of each piece with no motor more than a step beside that: at the place that is as many
+//! steps from the start, those of all motors together. So each end leaves a range to the share that
+//! a motor has in all steps, and pieces are joined while the shares of all of them are within.
 
 use crate::real::{least, most};
 
-/// Moves that are shorter than as many of the coarsest steps are joined to the next one: the direction of those that are not is off by
-/// 1/32 at most, their length by half the square of that, 1/2000.
+/// Moves that are shorter than as many of the coarsest steps are joined to the next one: the
+/// direction of those that are not is off by 1/32 at most, their length by half the square of that,
+/// 1/2000.
 pub(crate) const STEPS: u32 = 32;
 
 /// The last queued move, where it has so few steps that its direction says little.
@@ -73,8 +75,8 @@ impl<const MOTORS: usize> Short<MOTORS> {
 }
 
 impl Motor {
-    /// Makes `more` steps where all motors made `done` of them and are to make `all`; answers whether it then still passes the ends
-    /// of the pieces so far, and does not turn back.
+    /// Makes `more` steps where all motors made `done` of them and are to make `all`; answers
+    /// whether it then still passes the ends of the pieces so far, and does not turn back.
     #[inline(never)] // not once for each motor
     fn lengthen(&mut self, more: i32, done: f32, all: f32) -> bool {
         let end = self.steps as f32;
@@ -168,7 +170,8 @@ mod tests {
     }
 
     proptest! {
-        /// The motors make each step that was asked for and no other, and come within a step of where each piece ends.
+        /// The motors make each step that was asked for and no other, and come within a step of
+        /// where each piece ends.
         #[test]
         fn joined_pieces_lead_by_their_ends(pieces in prop::collection::vec((-1i32..5, -1i32..5), 1..60)) {
             let mut place = [0, 0];

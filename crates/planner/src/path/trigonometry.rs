@@ -1,9 +1,10 @@
 //! Sine and cosine in plain `f32`.
 //!
-//! The `libm` crate's `sinf` computes in `f64`, which the M4F does in software. An angle is reduced to
-//! ±π/4 by a multiple of π/2 in three parts (W. Cody and W. Waite, *Software Manual for the Elementary
-//! Functions*, 1980); there the polynomials are those of the Cephes library's `sinf` and `cosf` (S.
-//! Moshier, <https://www.netlib.org/cephes/>). The error is below 1.2·10⁻⁷ for |angle| ≤ 8.
+//! The `libm` crate's `sinf` computes in `f64`, which the M4F does in software. An angle is reduced
+//! to ±π/4 by a multiple of π/2 in three parts (W. Cody and W. Waite, *Software Manual for the
+//! Elementary Functions*, 1980); there the polynomials are those of the Cephes library's `sinf` and
+//! `cosf` (S. Moshier, <https://www.netlib.org/cephes/>). The error is below 1.2·10⁻⁷ for |angle|
+//! ≤ 8.
 
 const HALF_PI: [f32; 3] = [1.570_312_5, 4.837_513e-4, 7.549_79e-8];
 const SINE: [f32; 3] = [-1.951_529_6e-4, 8.332_161e-3, -1.666_665_5e-1];

@@ -1,9 +1,11 @@
 //! How fast a path may turn where two of its pieces meet.
 //!
-//! A turn of less than 22 degrees may be part of a smooth curve: then its curvature bounds the squared speed, and so does junction
-//! deviation, unless the curve explains the turn. It does where the points need to be off by no more than rounding makes them.
+//! A turn of less than 22 degrees may be part of a smooth curve: then its curvature bounds the
+//! squared speed, and so does junction deviation, unless the curve explains the turn. It does where
+//! the points need to be off by no more than rounding makes them.
 //!
-//! A sharper turn is a corner. Between short pieces its curvature counts as well, over two pieces to both sides: turns to and fro cancel.
+//! A sharper turn is a corner. Between short pieces its curvature counts as well, over two pieces
+//! to both sides: turns to and fro cancel.
 
 use super::probe::Probe;
 use super::window::{Window, PIECES};
@@ -41,7 +43,8 @@ impl<const AXES: usize> Turn<AXES> {
 }
 
 impl<const AXES: usize> Window<AXES> {
-    /// Takes out the first piece that waits, with the turn at its start: once that is known, or `now`, as well as it is known.
+    /// Takes out the first piece that waits, with the turn at its start: once that is known, or
+    /// `now`, as well as it is known.
     pub(crate) fn settle(&mut self, limits: &Limits<AXES>, now: bool) -> Option<Turn<AXES>> {
         if self.waiting == 0 {
             return None;
@@ -65,8 +68,8 @@ impl<const AXES: usize> Window<AXES> {
         Some(turn)
     }
 
-    /// Whether it is too early to ask for the turn at the start of a piece: there is less path behind it than the last one needed, or it is
-    /// a short one that may become longer yet.
+    /// Whether it is too early to ask for the turn at the start of a piece: there is less path
+    /// behind it than the last one needed, or it is a short one that may become longer yet.
     fn is_early(&self, number: u32) -> bool {
         let may_grow = self.is_last(number) && self.short.has(number);
         let is_known = self.goes_straight_on(number) || self.is_sharp(number);
@@ -74,7 +77,8 @@ impl<const AXES: usize> Window<AXES> {
         may_grow || !is_known && self.is_open(number) && ahead < self.probe.wanted
     }
 
-    /// The turn at the start of the piece that waits as the `waiting`-th behind the first one, as well as it is known.
+    /// The turn at the start of the piece that waits as the `waiting`-th behind the first one, as
+    /// well as it is known.
     pub(crate) fn guess(&self, waiting: u32, limits: &Limits<AXES>) -> Option<Turn<AXES>> {
         let behind = self.waiting.checked_sub(waiting)?;
         if behind >= self.known {
@@ -85,7 +89,8 @@ impl<const AXES: usize> Window<AXES> {
         self.turn(number, limits, true, &mut probe)
     }
 
-    /// The turn at the start of a piece; `None` where the path has to go on for that, and not `now`.
+    /// The turn at the start of a piece; `None` where the path has to go on for that, and not
+    /// `now`.
     fn turn(
         &self,
         number: u32,
@@ -135,7 +140,8 @@ impl<const AXES: usize> Window<AXES> {
             FARTHEST,
         );
         let by_four = cap(&self.curvature(number, length, limits, pieces));
-        // A lower corner would be taken as fast as the first of them allows: a higher one is no reason to be slower.
+        // A lower corner would be taken as fast as the first of them allows: a higher one is no
+        // reason to be slower.
         Some(least(corner, most(by_two, by_four)))
     }
 

@@ -10,10 +10,12 @@ use super::probe::Probe;
 use crate::real::{least, norm2, sqrt};
 use crate::{Coordinate, NANOS_PER_MM};
 
-/// Pieces that are remembered: half of them behind the turn that is asked for, half ahead of it. One bit each of a `u32`.
+/// Pieces that are remembered: half of them behind the turn that is asked for, half ahead of it.
+/// One bit each of a `u32`.
 pub(super) const PIECES: u32 = u32::BITS;
 
-/// A length unit here is 2¹⁰ of a coordinate's, about a nanometre: differences of 32 bits reach two metres and cost no division.
+/// A length unit here is 2¹⁰ of a coordinate's, about a nanometre: differences of 32 bits reach two
+/// metres and cost no division.
 const SHIFT: u32 = 10;
 pub(super) const MM: f32 = (1 << SHIFT) as f32 / NANOS_PER_MM as f32;
 const PER_MM: f32 = 1.0 / MM;
@@ -21,7 +23,8 @@ const PER_MM: f32 = 1.0 / MM;
 /// A piece counts for no more than this along the path, mm, so that all of them fit into 32 bits.
 const FARTHEST: f32 = 64.0;
 
-/// A turn by more is no part of a smooth curve, 22 degrees: the square of the distance between two unit vectors.
+/// A turn by more is no part of a smooth curve, 22 degrees: the square of the distance between two
+/// unit vectors.
 const SHARP2: f32 = 0.15;
 
 /// A turn by less is none: unit vectors are no more exact.
@@ -69,7 +72,8 @@ impl Bits {
     }
 }
 
-/// The last pieces of a path. Piece `n` is at `n` modulo [`PIECES`]; behind the last one stands where the path ends.
+/// The last pieces of a path. Piece `n` is at `n` modulo [`PIECES`]; behind the last one stands
+/// where the path ends.
 #[derive(Clone, Debug)]
 pub(crate) struct Window<const AXES: usize> {
     placed: [Placed<AXES>; PIECES as usize],
@@ -233,7 +237,8 @@ impl<const AXES: usize> Window<AXES> {
         number.wrapping_add(1) == self.count
     }
 
-    /// Whether the path goes on from the start of a piece without a sharp turn, so that its end may move on.
+    /// Whether the path goes on from the start of a piece without a sharp turn, so that its end may
+    /// move on.
     pub(super) const fn is_open(&self, number: u32) -> bool {
         self.count.wrapping_sub(self.last_sharp) >= self.from(number)
     }
@@ -246,7 +251,8 @@ impl<const AXES: usize> Window<AXES> {
         self.way(number, until)
     }
 
-    /// The path behind the start of a piece, back to a sharp turn or to the first piece that is known, mm.
+    /// The path behind the start of a piece, back to a sharp turn or to the first piece that is
+    /// known, mm.
     pub(super) fn room_behind(&self, number: u32) -> f32 {
         let smooth = self.sharp.0.rotate_right(number % PIECES);
         let back = smooth.leading_zeros() + 1;
@@ -269,8 +275,9 @@ impl<const AXES: usize> Window<AXES> {
         to.wrapping_sub(from) as f32 * MM
     }
 
-    /// Where the path is so far ahead of the start of a piece and so far behind it: the sum of both ways there, mm, and the product of the
-    /// squares of their lengths. There is as much path. `pieces` says how many are passed, and where to begin to look.
+    /// Where the path is so far ahead of the start of a piece and so far behind it: the sum of both
+    /// ways there, mm, and the product of the squares of their lengths. There is as much path.
+    /// `pieces` says how many are passed, and where to begin to look.
     pub(super) fn aside(
         &self,
         number: u32,
@@ -307,7 +314,8 @@ impl<const AXES: usize> Window<AXES> {
     }
 }
 
-/// The greatest number, `most` at most, that is `within`, as all below it are, from a `guess` on; 0 where none is.
+/// The greatest number, `most` at most, that is `within`, as all below it are, from a `guess` on; 0
+/// where none is.
 fn find(guess: u32, most: u32, within: impl Fn(u32) -> bool) -> u32 {
     let mut found = guess.min(most);
     while found > 0 && !within(found) {

@@ -45,7 +45,8 @@ impl<K, const AXES: usize, const MOTORS: usize> Planner<'_, K, AXES, MOTORS>
 where
     K: Kinematics<AXES, MOTORS>,
 {
-    /// How long the moves that wait behind the running one take at least, µs, at 100 % of the speed asked for.
+    /// How long the moves that wait behind the running one take at least, µs, at 100 % of the speed
+    /// asked for.
     pub const fn waiting_micros(&self) -> u64 {
         self.backlog.micros
     }

@@ -27,8 +27,8 @@ use leadscrew_stepper::{Line, LineError};
 
 /// Plans the moves of a machine in a [`crate::Queue`] that it borrows.
 ///
-/// Moves of a laser that go straight on and differ in power are planned as one; their changes of power wait in the queue's pool
-/// of pixels.
+/// Moves of a laser that go straight on and differ in power are planned as one; their changes of
+/// power wait in the queue's pool of pixels.
 ///
 /// All methods are for the main loop. There are at least as many motors as axes.
 #[derive(Debug)]
@@ -41,7 +41,8 @@ pub struct Planner<'q, K, const AXES: usize, const MOTORS: usize> {
     queue: LookAhead<'q, AXES, MOTORS>,
     /// Where the last queued move ends, steps.
     position: [i32; MOTORS],
-    /// The target of the last `push`, by motors, and its steps: most moves leave some motor where it is.
+    /// The target of the last `push`, by motors, and its steps: most moves leave some motor where
+    /// it is.
     target: [(Coordinate, i32); MOTORS],
     /// Direction at the end of the last queued move, by Grbl's rule.
     last: Option<[f32; AXES]>,
@@ -65,7 +66,8 @@ pub struct Planner<'q, K, const AXES: usize, const MOTORS: usize> {
 pub enum Pushed {
     /// It is queued.
     Queued,
-    /// It goes on from the queued move before it and is part of it now: the next change of power of a row.
+    /// It goes on from the queued move before it and is part of it now: the next change of power of
+    /// a row.
     Merged,
     /// It is not a step long: there is nothing to do.
     TooShort,
@@ -198,14 +200,15 @@ where
         })
     }
 
-    /// Whether one more move can be queued. Not for a moment after a change of overrides, see [`Planner::renew`].
+    /// Whether one more move can be queued. Not for a moment after a change of overrides, see
+    /// [`Planner::renew`].
     pub fn has_room(&self) -> bool {
         let free = self.pixels.len() < self.pixel_capacity().max(1);
         free && self.len() < self.capacity() && !self.queue.is_renewing()
     }
 
-    /// How many more moves can be queued, as if pixels took room of theirs in proportion: 0 where there is no room, all where
-    /// nothing is queued, fewer the more lines are.
+    /// How many more moves can be queued, as if pixels took room of theirs in proportion: 0 where
+    /// there is no room, all where nothing is queued, fewer the more lines are.
     pub fn room(&self) -> usize {
         let (all, capacity) = (self.capacity(), self.pixel_capacity().max(1));
         let free = capacity.saturating_sub(self.pixels.len());
@@ -235,8 +238,8 @@ where
 
     /// Forgets everything that is queued: after a reset or a jog cancel, at rest.
     ///
-    /// The position remains the end of the forgotten queue: follow with [`Planner::set_position`] and
-    /// [`crate::Segmenter::abandon`].
+    /// The position remains the end of the forgotten queue: follow with [`Planner::set_position`]
+    /// and [`crate::Segmenter::abandon`].
     pub fn clear(&mut self) {
         self.queue.clear();
         self.pixels.clear();
@@ -308,8 +311,8 @@ where
         self.pixels.pop()
     }
 
-    /// What the running move's profile depends on, besides the move. Moves whose curvature is not known yet are planned now, where the
-    /// running move would have to slow down for want of them.
+    /// What the running move's profile depends on, besides the move. Moves whose curvature is not
+    /// known yet are planned now, where the running move would have to slow down for want of them.
     pub(crate) fn outlook(&mut self) -> Outlook {
         /// As many are planned at a time at most.
         const MOST: usize = 4;
@@ -328,7 +331,8 @@ where
         }
     }
 
-    /// Whether moves that wait until the turn at their start is known are many beside those that are planned.
+    /// Whether moves that wait until the turn at their start is known are many beside those that
+    /// are planned.
     fn lacks_what_waits(&self) -> bool {
         /// As many planned moves can do without one that waits.
         const FEW: usize = 64;

@@ -15,7 +15,8 @@ where
 
     /// Changes the overrides and begins to plan the queued moves anew, the first ones first.
     ///
-    /// The running move follows at the next [`crate::Segmenter::next`]; the others with [`Planner::renew`].
+    /// The running move follows at the next [`crate::Segmenter::next`]; the others with
+    /// [`Planner::renew`].
     pub fn set_overrides(&mut self, overrides: Overrides) {
         if overrides == self.overrides {
             return;
@@ -33,12 +34,13 @@ where
         self.queue.is_renewing()
     }
 
-    /// Plans a few more of the queued moves for a change of overrides; returns whether more of them are left.
+    /// Plans a few more of the queued moves for a change of overrides; returns whether more of them
+    /// are left.
     ///
-    /// All limits are kept meanwhile; the moves that are left are planned for the speed asked for before the change.
-    /// No move can be queued until it is over: at most 65 calls for 1024 moves. [`Planner::push`] and
-    /// [`crate::Segmenter::next`] call it too. Bounded: 16 moves, since a `Machine::poll` may call it for
-    /// each segment that it makes.
+    /// All limits are kept meanwhile; the moves that are left are planned for the speed asked for
+    /// before the change. No move can be queued until it is over: at most 65 calls for 1024 moves.
+    /// [`Planner::push`] and [`crate::Segmenter::next`] call it too. Bounded: 16 moves, since a
+    /// `Machine::poll` may call it for each segment that it makes.
     pub fn renew(&mut self) -> bool {
         if !self.queue.is_renewing() {
             return false;

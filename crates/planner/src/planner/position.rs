@@ -40,7 +40,8 @@ where
         Some(steps)
     }
 
-    /// Where the axes stand where the motors stand at `steps`. Not for the path of a line: 128-bit divisions.
+    /// Where the axes stand where the motors stand at `steps`. Not for the path of a line: 128-bit
+    /// divisions.
     pub fn axes_at(&self, steps: &[i32; MOTORS]) -> [Coordinate; AXES] {
         let mut motors = [Coordinate::ZERO; MOTORS];
         for ((motor, steps), scale) in motors.iter_mut().zip(steps).zip(self.scales.steps_per_mm) {
@@ -49,8 +50,8 @@ where
         self.kinematics.axes(&motors)
     }
 
-    /// `steps` with every motor beyond the axes put where the motor of its axis is: what their counts have to be
-    /// before a move, since it brings both to the same one.
+    /// `steps` with every motor beyond the axes put where the motor of its axis is: what their
+    /// counts have to be before a move, since it brings both to the same one.
     pub fn ganged(&self, steps: [i32; MOTORS]) -> [i32; MOTORS] {
         let mut ganged = steps;
         for (motor, place) in ganged.iter_mut().enumerate().skip(AXES) {

@@ -267,7 +267,8 @@ fn an_override_that_is_taken_back_leaves_the_plan_as_it_was() {
 }
 
 proptest! {
-    /// Position after any program, against rational arithmetic (half away from zero), with odd scales.
+    /// Position after any program, against rational arithmetic (half away from zero), with odd
+    /// scales.
     #[test]
     fn the_end_of_the_queue_is_where_exact_arithmetic_says(
         moves in prop::collection::vec((-1_000_000_000_000i64..1_000_000_000_000, -900_000_000_000i64..900_000_000_000), 1..8),

@@ -1,8 +1,8 @@
 //! Exact positions: whole numbers of 10⁻⁹ mm, and steps/mm as an exact decimal.
 //!
-//! A target in steps is `coordinate · steps/mm`, rounded once, half away from zero. Both factors are
-//! decimals with nine places, so the product is a whole number of 10⁻¹⁸ steps in 128 bits and nothing
-//! accumulates from move to move.
+//! A target in steps is `coordinate · steps/mm`, rounded once, half away from zero. Both factors
+//! are decimals with nine places, so the product is a whole number of 10⁻¹⁸ steps in 128 bits and
+//! nothing accumulates from move to move.
 
 use core::ops::{Add, Neg, Sub};
 
@@ -37,7 +37,8 @@ impl Coordinate {
         (self.0 / nanos) as f32 + (self.0 % nanos) as f32 / nanos as f32
     }
 
-    /// Makes a coordinate from mm, exact to 10⁻⁹ mm or the resolution of `f32`; saturates beyond ±2·10⁹ mm.
+    /// Makes a coordinate from mm, exact to 10⁻⁹ mm or the resolution of `f32`; saturates beyond
+    /// ±2·10⁹ mm.
     pub fn from_mm(mm: f32) -> Self {
         let whole = mm as i32;
         let rest = ((mm - whole as f32) * NANOS_PER_MM as f32) as i32;
@@ -119,7 +120,8 @@ impl StepsPerMm {
 
     /// The coordinate nearest to `steps`; the origin where the scale is 0.
     ///
-    /// Not for the path of a line: a 128-bit division. Not inlined: it is a kilobyte, and there are as many calls as motors.
+    /// Not for the path of a line: a 128-bit division. Not inlined: it is a kilobyte, and there are
+    /// as many calls as motors.
     #[inline(never)]
     pub fn coordinate(self, steps: i32) -> Coordinate {
         let scale = i128::from(self.0);
@@ -135,9 +137,10 @@ impl StepsPerMm {
 
 /// The whole part of `x / 5¹⁸`, for `x` below 2⁷³.
 ///
-/// An estimate from the top 32 bits of `x` and the reciprocal is too small by 2 at most (0.58 for what is below the top, 1 for
-/// what the reciprocal lacks, and it is rounded down); the remainder puts it right, in two steps: of a loop the compiler
-/// makes a division. (Its 128-bit division costs twenty times as much.)
+/// An estimate from the top 32 bits of `x` and the reciprocal is too small by 2 at most (0.58 for
+/// what is below the top, 1 for what the reciprocal lacks, and it is rounded down); the remainder
+/// puts it right, in two steps: of a loop the compiler makes a division. (Its 128-bit division
+/// costs twenty times as much.)
 fn divide_by_odd(x: u128) -> u32 {
     const TOP: u32 = 41;
     const RECIPROCAL: u64 = ((1u128 << (TOP + 32)) / ODD as u128) as u64;

@@ -13,8 +13,9 @@ use crate::Kinematics;
 /// ramps in `f32` (a few 2⁻²⁴), so that no ramp is steeper than allowed.
 const GAIN_MARGIN: f32 = 1.0 - 1.0 / (1 << 20) as f32;
 
-/// With a jerk limit a ramp has one acceleration, what the highest speed leaves. So much of the acceleration a curve may take there:
-/// from rest to rest round a circle that is best (8.5·√(R/a) against 8.8 at 0.9 and 8.7 at 0.7).
+/// With a jerk limit a ramp has one acceleration, what the highest speed leaves. So much of the
+/// acceleration a curve may take there: from rest to rest round a circle that is best (8.5·√(R/a)
+/// against 8.8 at 0.9 and 8.7 at 0.7).
 const EASED: f32 = 0.8;
 
 /// The machine as far as it bounds the acceleration along moves.
@@ -38,7 +39,8 @@ pub(crate) struct Course {
     pub(crate) stop: f32,
 }
 
-/// Where the running move is: squared speed in mm²/s², what is left of it in mm, and whether all of it is.
+/// Where the running move is: squared speed in mm²/s², what is left of it in mm, and whether all of
+/// it is.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) struct Whereabouts {
     pub(crate) v2: f32,
@@ -73,7 +75,8 @@ where
         Piece { tangent, length }
     }
 
-    /// How the running move goes on, with the one `behind` it, where its end is to be passed at `exit_v2` at most.
+    /// How the running move goes on, with the one `behind` it, where its end is to be passed at
+    /// `exit_v2` at most.
     pub(crate) fn course(
         &self,
         planned: &PlannedMove<AXES, MOTORS>,

@@ -1,7 +1,7 @@
 //! Which motors move which axes.
 //!
-//! Limits apply to axes, Bresenham's tracer to motors. The maps are linear, so that a straight move is
-//! straight in both, and a map of positions is also one of differences.
+//! Limits apply to axes, Bresenham's tracer to motors. The maps are linear, so that a straight move
+//! is straight in both, and a map of positions is also one of differences.
 //!
 //! ```text
 //!             axes     motors
@@ -23,8 +23,8 @@ pub trait Kinematics<const AXES: usize, const MOTORS: usize> {
         motor
     }
 
-    /// Axes that share their motors, those of the same numbers: a motor turns for each of them. They home one by one, and
-    /// a limit switch of any stops all of these motors.
+    /// Axes that share their motors, those of the same numbers: a motor turns for each of them.
+    /// They home one by one, and a limit switch of any stops all of these motors.
     fn sharing(&self) -> MotorMask {
         MotorMask::NONE
     }
@@ -57,7 +57,8 @@ impl<const N: usize> Kinematics<N, N> for Cartesian {
     }
 }
 
-/// Two crossed belts: motor 0 turns by `x + y`, motor 1 by `x − y`; all other axes have a motor each.
+/// Two crossed belts: motor 0 turns by `x + y`, motor 1 by `x − y`; all other axes have a motor
+/// each.
 ///
 /// Source: <https://corexy.com/theory.html>.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]

@@ -1,20 +1,24 @@
 //! The acceleration that the axes leave along a piece of path, as it follows the speed.
 //!
-//! A piece of path has the unit tangent `p`; where it meets the next one the path turns with the curvature `k` (a vector, 1/mm). With the
-//! squared speed `x` and the acceleration `u` along the path each axis asks
+//! A piece of path has the unit tangent `p`; where it meets the next one the path turns with the
+//! curvature `k` (a vector, 1/mm). With the squared speed `x` and the acceleration `u` along the
+//! path each axis asks
 //!
 //! ```text
 //!   |p_d·u + k_d·x| ≤ a_d
 //! ```
 //!
-//! which is a polygon in the plane of `u` and `x`. All vectors here are divided by the accelerations, so that it reads `|q_d·u + b_d·x| ≤ 1`.
-//! A speed is allowed where `u = 0` is: then it can be kept, and both braking and accelerating have something left, or nothing, but
-//! never less.
+//! which is a polygon in the plane of `u` and `x`. All vectors here are divided by the
+//! accelerations, so that it reads `|q_d·u + b_d·x| ≤ 1`. A speed is allowed where `u = 0` is: then
+//! it can be kept, and both braking and accelerating have something left, or nothing, but never
+//! less.
 //!
-//! Between two turns motion is straight: there no more than `|q_d·u| ≤ 1` is made use of, though a turn to come might make up for it.
+//! Between two turns motion is straight: there no more than `|q_d·u| ≤ 1` is made use of, though a
+//! turn to come might make up for it.
 //!
-//! A piece whose speed rises from `x` to `x + g` over its length `L` has `u = g/2L`, and is asked at both of its ends, each with the
-//! curvature that is there. Braking is the same seen from the other end: the tangent turns round, the curvature stays.
+//! A piece whose speed rises from `x` to `x + g` over its length `L` has `u = g/2L`, and is asked
+//! at both of its ends, each with the curvature that is there. Braking is the same seen from the
+//! other end: the tangent turns round, the curvature stays.
 
 use crate::real::{least, most};
 
@@ -33,7 +37,8 @@ pub(crate) enum Rise {
     Backward,
 }
 
-/// The highest squared speed (mm²/s²) at which a path may turn with the curvature `bend` (by accelerations, s²/mm²).
+/// The highest squared speed (mm²/s²) at which a path may turn with the curvature `bend` (by
+/// accelerations, s²/mm²).
 pub(crate) fn cap(bend: &[f32]) -> f32 {
     1.0 / bend.iter().fold(0.0, |worst, b| most(worst, b.abs()))
 }
@@ -54,10 +59,11 @@ pub(crate) fn common<const N: usize>(one: &[f32; N], other: &[f32; N]) -> [f32; 
 }
 
 impl<const AXES: usize> Piece<AXES> {
-    /// By how much the squared speed can rise from each of `xs` over the piece, mm²/s²: `from` is the curvature where it is `x`, `to`
-    /// that at the other end.
+    /// By how much the squared speed can rise from each of `xs` over the piece, mm²/s²: `from` is
+    /// the curvature where it is `x`, `to` that at the other end.
     ///
-    /// With the share `p` of an axis in a gain `g` each asks for `|p·g + from·x| ≤ 1` and `|p·g + to·(x + g)| ≤ 1`.
+    /// With the share `p` of an axis in a gain `g` each asks for `|p·g + from·x| ≤ 1` and `|p·g +
+    /// to·(x + g)| ≤ 1`.
     pub(crate) fn gains<const N: usize>(
         &self,
         xs: [f32; N],
@@ -115,7 +121,8 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
-        /// In `f64`, at both ends: neither axis is asked for more, and one of them for all of it, or nothing bounds the gain.
+        /// In `f64`, at both ends: neither axis is asked for more, and one of them for all of it,
+        /// or nothing bounds the gain.
         #[test]
         fn a_gain_uses_all_of_one_axis_and_no_more_of_any(
             angle in 0.0..core::f32::consts::TAU, length in 0.01f32..10.0, share in 0.0f32..1.0,

@@ -72,8 +72,8 @@ impl Profile {
         }
     }
 
-    /// Speed (steps/s) at a place, and the acceleration that must not end at once (steps/s², signed): 0 without a jerk
-    /// limit.
+    /// Speed (steps/s) at a place, and the acceleration that must not end at once (steps/s²,
+    /// signed): 0 without a jerk limit.
     pub(crate) fn motion(&self, place: Place) -> (f32, f32) {
         match self {
             Self::Trapezoid(_) => (sqrt(self.speed_v2(place)), 0.0),

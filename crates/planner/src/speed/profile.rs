@@ -9,19 +9,22 @@
 //!      start ...... s .... end     (steps of the dominant motor)
 //! ```
 //!
-//! Positions are whole steps and what is begun of the next one, so they are exact; only speeds and lengths of phases are `f32`. Speeds on
-//! a ramp are taken from its outer end, where they are smallest and `v² = 2·a·s` loses nothing. Times
-//! come from `t = 2·Δs/(v0 + v1)`, exact under constant acceleration and free of cancellation. Together
-//! the relative error of a time is a few 2⁻²⁴.
+//! Positions are whole steps and what is begun of the next one, so they are exact; only speeds and
+//! lengths of phases are `f32`. Speeds on a ramp are taken from its outer end, where they are
+//! smallest and `v² = 2·a·s` loses nothing. Times come from `t = 2·Δs/(v0 + v1)`, exact under
+//! constant acceleration and free of cancellation. Together the relative error of a time is a few
+//! 2⁻²⁴.
 //!
-//! A first ramp goes down where the move begins faster than it is to cruise (an override was lowered).
+//! A first ramp goes down where the move begins faster than it is to cruise (an override was
+//! lowered).
 //!
-//! Another profile takes the trapezoid's place by answering the same questions: [`Trapezoid::speed`],
-//! [`Trapezoid::time`], [`Trapezoid::stretch`], [`Trapezoid::exit_v2`].
+//! Another profile takes the trapezoid's place by answering the same questions:
+//! [`Trapezoid::speed`], [`Trapezoid::time`], [`Trapezoid::stretch`], [`Trapezoid::exit_v2`].
 
 use crate::real::{least, most, sqrt};
 
-/// A place in a move: whole steps of the dominant motor from its start, and the part of the next one.
+/// A place in a move: whole steps of the dominant motor from its start, and the part of the next
+/// one.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Place {
     /// Whole steps.
@@ -58,8 +61,8 @@ pub struct Plan {
     pub entry_v2: f32,
     /// Speed to cruise at, above 0.
     pub cruise: f32,
-    /// Squared speed wanted at the end; more where the distance does not suffice to brake, less where it
-    /// does not suffice to accelerate.
+    /// Squared speed wanted at the end; more where the distance does not suffice to brake, less
+    /// where it does not suffice to accelerate.
     pub exit_v2: f32,
     /// Acceleration where the speed rises, above 0.
     pub up: f32,
@@ -94,15 +97,15 @@ pub(crate) struct Stretch {
     pub(crate) acceleration: f32,
 }
 
-/// How far a speed may miss the one that the distance allows and still count as rounding, as a share of
-/// the squared speed.
+/// How far a speed may miss the one that the distance allows and still count as rounding, as a
+/// share of the squared speed.
 pub(crate) const ROUNDING: f32 = 2e-6;
 
 impl Trapezoid {
     /// Makes the fastest profile that keeps `plan`.
     ///
-    /// An end that cannot be reached by braking is met as slowly as can be; speeds that differ by no
-    /// more than rounding errors are met exactly.
+    /// An end that cannot be reached by braking is met as slowly as can be; speeds that differ by
+    /// no more than rounding errors are met exactly.
     pub fn new(plan: &Plan) -> Self {
         let cruise_v2 = plan.cruise * plan.cruise;
         let [rise, fall] = [plan.up, plan.down].map(|a| 2.0 * a * length(plan));
@@ -120,7 +123,8 @@ impl Trapezoid {
         let slowest = plan.entry_v2 - 2.0 * plan.down * length;
         let missed = slowest - exit_v2 > ROUNDING * plan.entry_v2;
         let exit_v2 = if missed { slowest } else { exit_v2 };
-        // What rounding adds to a ramp, the speed that it begins with takes: no ramp is steeper than planned.
+        // What rounding adds to a ramp, the speed that it begins with takes: no ramp is steeper
+        // than planned.
         let slope = most((plan.entry_v2 - exit_v2) / length, 0.0);
         let slope = least(slope, 2.0 * plan.down);
         Self {

@@ -14,8 +14,9 @@
 //!   length = (v0 + v1)/2 · (2·ease + steady)
 //! ```
 //!
-//! (L. Biagiotti, C. Melchiorri, *Trajectory Planning for Automatic Machines and Robots*, 2008, section 3.4: the double-S
-//! profile.) Places are reckoned from the nearer end, where speeds are exact and nothing cancels.
+//! (L. Biagiotti, C. Melchiorri, *Trajectory Planning for Automatic Machines and Robots*, 2008,
+//! section 3.4: the double-S profile.) Places are reckoned from the nearer end, where speeds are
+//! exact and nothing cancels.
 //!
 //! A ramp can be joined when its acceleration has grown already: [`Ramp::joined`].
 
@@ -52,7 +53,8 @@ pub(crate) struct Limits {
 }
 
 impl Limits {
-    /// The shortest times in which the speed changes by `change` steps/s: an ease, and the steady part. Rounded up.
+    /// The shortest times in which the speed changes by `change` steps/s: an ease, and the steady
+    /// part. Rounded up.
     fn times(self, change: f32) -> (f32, f32) {
         let (a, jerk) = (self.acceleration * SAFE, self.jerk * SAFE);
         let longest = a / jerk;
@@ -108,8 +110,9 @@ impl Ramp {
         }
     }
 
-    /// The rest of a ramp to `v1` that is joined at `speed`, when its acceleration has grown to `acceleration` (signed, not 0,
-    /// towards `v1`). `None` where that speed is too near: the acceleration would have to fall at once.
+    /// The rest of a ramp to `v1` that is joined at `speed`, when its acceleration has grown to
+    /// `acceleration` (signed, not 0, towards `v1`). `None` where that speed is too near: the
+    /// acceleration would have to fall at once.
     pub(crate) fn joined(speed: f32, acceleration: f32, v1: f32, limits: Limits) -> Option<Self> {
         let past = eased(acceleration, limits);
         let ramp = Self::new(most(speed - past, 0.0), v1, v1 - speed + past, limits);
@@ -149,7 +152,8 @@ impl Ramp {
 
     /// Seconds that the `steps` from the place `x` steps after the start take.
     ///
-    /// Part by part: within one, the time follows from the speeds at its ends. `steps` may be known better than places are.
+    /// Part by part: within one, the time follows from the speeds at its ends. `steps` may be known
+    /// better than places are.
     pub(crate) fn time(&self, x: f32, steps: f32) -> f32 {
         let x = x + self.skipped.1;
         let (first, last) = (self.first, most(self.whole - self.last, self.first));
@@ -160,8 +164,8 @@ impl Ramp {
             + self.part(x + steady, steps - steady, -self.jerk)
     }
 
-    /// Seconds that the `steps` from a place of one part take, with its jerk: they are `(v0 + v1)/2·t − jerk·t³/12`, by Newton's
-    /// method.
+    /// Seconds that the `steps` from a place of one part take, with its jerk: they are `(v0 +
+    /// v1)/2·t − jerk·t³/12`, by Newton's method.
     fn part(&self, x0: f32, steps: f32, jerk: f32) -> f32 {
         const ROUNDS: u32 = 3;
         if steps <= 0.0 {
@@ -264,11 +268,13 @@ pub(crate) fn half_a_step(limits: Limits) -> f32 {
     rough_cube_root(0.25 * limits.jerk)
 }
 
-/// How much a move of `length` can brake, as a loss of squared speed: from any speed up to `fastest`, without and
-/// with acceleration 0 at its ends. Never too much, within some per cent of what would be possible.
+/// How much a move of `length` can brake, as a loss of squared speed: from any speed up to
+/// `fastest`, without and with acceleration 0 at its ends. Never too much, within some per cent of
+/// what would be possible.
 ///
-/// A loss `g` takes the longest way at the highest speed, and there `length = (v − Δ/2)·T(Δ)` for the change of
-/// speed `Δ`, with `T` the time of a ramp. Solved for `Δ` from below: a mean speed too high gives a change too small.
+/// A loss `g` takes the longest way at the highest speed, and there `length = (v − Δ/2)·T(Δ)` for
+/// the change of speed `Δ`, with `T` the time of a ramp. Solved for `Δ` from below: a mean speed
+/// too high gives a change too small.
 pub(crate) fn braking(fastest: f32, length: f32, limits: Limits) -> f32 {
     const ROUNDS: u32 = 3;
     let (a, jerk) = (limits.acceleration * SAFE, limits.jerk * SAFE);
@@ -287,14 +293,15 @@ pub(crate) fn braking(fastest: f32, length: f32, limits: Limits) -> f32 {
     change * (2.0 * fastest - change)
 }
 
-/// How well a speed is known, as a share of it: a loss of speed is counted on less that much, for moves so short that it is
-/// within the rounding. Eight units in the last place.
+/// How well a speed is known, as a share of it: a loss of speed is counted on less that much, for
+/// moves so short that it is within the rounding. Eight units in the last place.
 const COARSE: f32 = 1.0 / (1 << 20) as f32;
 
 /// The first time at which `v·t + jerk·t³/6` is `x`, with `v` at least 0.
 ///
-/// Newton's method from the side from which it converges without overshooting: each term alone, where both have the same
-/// sign, takes longer than the two together; where the speed falls, a steady one is too short.
+/// Newton's method from the side from which it converges without overshooting: each term alone,
+/// where both have the same sign, takes longer than the two together; where the speed falls, a
+/// steady one is too short.
 fn solve(v: f32, jerk: f32, x: f32) -> f32 {
     const ROUNDS: u32 = 5;
     if x <= 0.0 {
@@ -322,8 +329,8 @@ const ROOT_MARGIN: f32 = 1.0 / 0.93;
 /// The reference of the tests, in `f64`.
 #[cfg(test)]
 impl Ramp {
-    /// Place and speed after `t` seconds (of the whole ramp, where it was joined), by integrating its three parts one after
-    /// the other.
+    /// Place and speed after `t` seconds (of the whole ramp, where it was joined), by integrating
+    /// its three parts one after the other.
     fn exact(&self, t: f64) -> (f64, f64) {
         let (ease, steady) = (f64::from(self.ease), f64::from(self.steady));
         let (mut x, mut v, mut a, mut left) = (0.0, f64::from(self.v0), 0.0, t);

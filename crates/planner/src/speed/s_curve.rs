@@ -9,8 +9,8 @@
 //!   start ...... s ...... end    (steps of the dominant motor)
 //! ```
 //!
-//! The acceleration is 0 where a move ends: a ramp never goes on in the next move. That is safe whatever comes next, and
-//! slow where moves are short; collinear ones are better given as one.
+//! The acceleration is 0 where a move ends: a ramp never goes on in the next move. That is safe
+//! whatever comes next, and slow where moves are short; collinear ones are better given as one.
 
 use crate::real::{least, most, rough_cube_root, sqrt};
 use crate::speed::profile::{Place, Plan, Stretch};
@@ -24,7 +24,8 @@ pub struct SCurve {
     easing: Ramp,
     up: Ramp,
     cruise: f32,
-    /// Speed between the ramps where rounding leaves a little of the way: not below what half a step gives.
+    /// Speed between the ramps where rounding leaves a little of the way: not below what half a
+    /// step gives.
     level: f32,
     /// Seen from the end, backwards in time: places near rest are then small numbers, and exact.
     down: Ramp,
@@ -38,11 +39,12 @@ const ROOT_MARGIN: f32 = 1.1;
 const HALVINGS: u32 = 23;
 
 impl SCurve {
-    /// Makes the fastest profile that keeps `plan`, begun with `acceleration` (steps/s², signed) and with `jerk` (steps/s³,
-    /// above 0) as its limit.
+    /// Makes the fastest profile that keeps `plan`, begun with `acceleration` (steps/s², signed)
+    /// and with `jerk` (steps/s³, above 0) as its limit.
     ///
-    /// An end that cannot be reached by braking is met as slowly as can be. `None` where the acceleration under way
-    /// cannot fall to 0 before the end: the profile in force must then be kept.
+    /// An end that cannot be reached by braking is met as slowly as can be. `None` where the
+    /// acceleration under way cannot fall to 0 before the end: the profile in force must then be
+    /// kept.
     pub(crate) fn new(plan: &Plan, acceleration: f32, jerk: f32) -> Option<Self> {
         let limits = Limits {
             acceleration: least(plan.up, plan.down),
@@ -73,7 +75,8 @@ impl SCurve {
         })
     }
 
-    /// Steps, a fraction in general, of the shortest stop from `speed` (steps/s) with `acceleration` (steps/s², signed) under way.
+    /// Steps, a fraction in general, of the shortest stop from `speed` (steps/s) with
+    /// `acceleration` (steps/s², signed) under way.
     pub(crate) fn stop(speed: f32, acceleration: f32, largest: f32, jerk: f32) -> f32 {
         let limits = Limits {
             acceleration: largest,
@@ -150,8 +153,8 @@ impl SCurve {
         (time, speed)
     }
 
-    /// The stretch that step `from` lies in. Its acceleration is the constant one that bends time as much as ramp and
-    /// jerk together can: t‴ = (3a² − v·jerk)/v⁵.
+    /// The stretch that step `from` lies in. Its acceleration is the constant one that bends time
+    /// as much as ramp and jerk together can: t‴ = (3a² − v·jerk)/v⁵.
     pub(crate) fn stretch(&self, from: u32) -> Stretch {
         let from = Place::at(from);
         let (x, y) = self.ends(from);
@@ -191,7 +194,8 @@ impl SCurve {
         let eased = most(least(length - x, steps), 0.0);
         let mut time = 0.0;
         if eased > 0.0 {
-            // Near rest a place in a long easing is not known well enough to tell its time; jerk alone covers it in no more.
+            // Near rest a place in a long easing is not known well enough to tell its time; jerk
+            // alone covers it in no more.
             let most_time = ROOT_MARGIN * rough_cube_root(6.0 * eased / self.limits.jerk);
             time = least(self.easing.time(x, eased), most_time);
         }
@@ -253,7 +257,8 @@ impl Entry {
         Ramp::easing(self.speed, self.acceleration, self.limits).end_speed()
     }
 
-    /// The quickest way to `speed`: a ramp that goes on as begun, or one that follows when the acceleration has fallen to 0.
+    /// The quickest way to `speed`: a ramp that goes on as begun, or one that follows when the
+    /// acceleration has fallen to 0.
     fn ramps(&self, speed: f32) -> (Ramp, Ramp) {
         if self.acceleration == 0.0 {
             let up = Ramp::between(self.speed, speed, self.limits);
@@ -275,8 +280,8 @@ impl Entry {
         easing.length() + up.length()
     }
 
-    /// The speed nearest to `wanted` that is reached within `length` steps; `None` where the acceleration under way
-    /// does not even fall to 0.
+    /// The speed nearest to `wanted` that is reached within `length` steps; `None` where the
+    /// acceleration under way does not even fall to 0.
     fn exit(&self, wanted: f32, length: f32) -> Option<f32> {
         if self.distance(wanted) <= length {
             return Some(wanted);
@@ -286,7 +291,8 @@ impl Entry {
             .then(|| furthest(level, wanted, |speed| self.distance(speed) <= length))
     }
 
-    /// The highest speed up to `wanted` from which `exit` can still be reached, `length` steps after the start.
+    /// The highest speed up to `wanted` from which `exit` can still be reached, `length` steps
+    /// after the start.
     fn cruise(&self, wanted: f32, exit: f32, length: f32) -> f32 {
         let fits = |speed| self.distance(speed) + ramp::length(speed, exit, self.limits) <= length;
         if fits(wanted) {

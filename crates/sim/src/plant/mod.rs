@@ -1,7 +1,7 @@
 //! The machine beyond the pins: motor drivers, carriage and switches.
 //!
-//! A driver takes one step at each rising edge, in the direction that its pin shows at that instant. The
-//! plant counts those, knows nothing of G-code, and checks what a driver asks for:
+//! A driver takes one step at each rising edge, in the direction that its pin shows at that
+//! instant. The plant counts those, knows nothing of G-code, and checks what a driver asks for:
 //!
 //! ```text
 //!  direction ____/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾
@@ -10,11 +10,12 @@
 //!                            |width|
 //! ```
 //!
-//! Every motor has a carriage of its own. Two motors on one axis are the two sides of a gantry, which is square where
-//! their carriages stand at the same place; the plant lets them be skewed as far as they like.
+//! Every motor has a carriage of its own. Two motors on one axis are the two sides of a gantry,
+//! which is square where their carriages stand at the same place; the plant lets them be skewed as
+//! far as they like.
 //!
-//! On crossed belts the first two motors move one carriage in X and Y: it stands at half their sum and half their
-//! difference.
+//! On crossed belts the first two motors move one carriage in X and Y: it stands at half their sum
+//! and half their difference.
 
 mod carriage;
 mod plate;
@@ -30,8 +31,8 @@ use switch::set_level;
 pub use plate::Plate;
 pub use switch::{Pin, Side, Switch};
 
-/// Least time from a change of direction to the step, in cycles: 650 ns (TI DRV8825 data sheet SLVSA73F,
-/// timing requirements; Allegro's A4988 asks for 200 ns).
+/// Least time from a change of direction to the step, in cycles: 650 ns (TI DRV8825 data sheet
+/// SLVSA73F, timing requirements; Allegro's A4988 asks for 200 ns).
 pub const LEAST_SETUP: u64 = (650 * (CPU_HZ / 1_000_000)).div_ceil(1000);
 
 /// The effect of rising step pins.
@@ -39,7 +40,8 @@ pub const LEAST_SETUP: u64 = (650 * (CPU_HZ / 1_000_000)).div_ceil(1000);
 pub struct Rise {
     /// Motors whose pin was high already: no edge, no step.
     pub lost: MotorMask,
-    /// The shortest time since a change of direction, where one of the motors had one since its last step.
+    /// The shortest time since a change of direction, where one of the motors had one since its
+    /// last step.
     pub setup: Option<u64>,
     /// Whether a switch may have changed.
     pub switches: bool,
@@ -198,8 +200,8 @@ impl<const MOTORS: usize> Plant<MOTORS> {
         self.update_switches();
     }
 
-    /// Holds a pin at a level whatever its switch does, as a finger or a disturbance; `None` lets it go. Returns how it
-    /// was held before.
+    /// Holds a pin at a level whatever its switch does, as a finger or a disturbance; `None` lets
+    /// it go. Returns how it was held before.
     pub fn force(&mut self, pin: Pin, level: Option<bool>) -> Option<bool> {
         let held = self.forced.iter().position(|(other, _)| *other == pin);
         let before = held.map(|held| self.forced.swap_remove(held).1);
@@ -213,7 +215,8 @@ impl<const MOTORS: usize> Plant<MOTORS> {
         &self.levels
     }
 
-    /// Brings the levels and the windows up to the carriages' positions; returns whether a level changed.
+    /// Brings the levels and the windows up to the carriages' positions; returns whether a level
+    /// changed.
     pub fn update_switches(&mut self) -> bool {
         let before = self.levels;
         let surface = self.surface();
@@ -258,7 +261,8 @@ impl<const MOTORS: usize> Plant<MOTORS> {
         self.levels != before
     }
 
-    /// How far an uneven plate stands above its place where the carriages of X and Y are, in steps of Z.
+    /// How far an uneven plate stands above its place where the carriages of X and Y are, in steps
+    /// of Z.
     fn surface(&self) -> Option<i32> {
         let [a, b, ..] = self.carriages.as_slice() else {
             return None;
@@ -276,7 +280,8 @@ impl<const MOTORS: usize> Plant<MOTORS> {
         self.carriages.each_ref().map(|carriage| carriage.position)
     }
 
-    /// Steps that each motor has made since power-up, positive less negative, by the level of its direction pin.
+    /// Steps that each motor has made since power-up, positive less negative, by the level of its
+    /// direction pin.
     pub fn net_steps(&self) -> [i64; MOTORS] {
         self.carriages
             .each_ref()
@@ -300,7 +305,8 @@ impl<const MOTORS: usize> Plant<MOTORS> {
         Some(self.shortest_pulse).filter(|width| *width != u64::MAX)
     }
 
-    /// The shortest time from a change of direction to its motor's next step in cycles; `None` where there was none.
+    /// The shortest time from a change of direction to its motor's next step in cycles; `None`
+    /// where there was none.
     pub fn shortest_setup(&self) -> Option<u64> {
         Some(self.shortest_setup).filter(|setup| *setup != u64::MAX)
     }

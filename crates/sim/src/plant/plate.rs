@@ -21,8 +21,8 @@ pub struct Plate {
 }
 
 impl Plate {
-    /// A plate that rises by `tilt` mm for a mm of X and of Y, and whose middle stands `bow` mm above the edges of the
-    /// travels `span`, mm. `steps_per_mm` of X, Y and Z.
+    /// A plate that rises by `tilt` mm for a mm of X and of Y, and whose middle stands `bow` mm
+    /// above the edges of the travels `span`, mm. `steps_per_mm` of X, Y and Z.
     pub fn new(tilt: [f64; 2], bow: f64, span: [f64; 2], steps_per_mm: [f64; 3]) -> Self {
         let [x, y, z] = steps_per_mm;
         let parts = |tilt: f64, steps: f64| (tilt * z / steps * PARTS as f64).round() as i64;

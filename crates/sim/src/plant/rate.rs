@@ -2,7 +2,8 @@
 
 use crate::clock::{Cycle, CPU_HZ};
 
-/// Steps over which a rate is measured. Fewer would see the unevenness of Bresenham's tracer as speed.
+/// Steps over which a rate is measured. Fewer would see the unevenness of Bresenham's tracer as
+/// speed.
 const LONG: usize = 16;
 
 /// Steps over which the rate of a shorter burst is measured: of a move between two rests.
@@ -19,7 +20,8 @@ pub(super) struct PeakRate {
     recent: [Cycle; LONG],
     steps: usize,
     burst: Burst,
-    /// Shortest time of [`LONG`] intervals, and of [`SHORT`] in bursts that have no more than [`LONG`].
+    /// Shortest time of [`LONG`] intervals, and of [`SHORT`] in bursts that have no more than
+    /// [`LONG`].
     long: u64,
     short: u64,
     /// The fastest of the bursts that have fewer.

@@ -1,7 +1,8 @@
 //! Inputs, and the switches that carriages work.
 //!
-//! A switch changes its level where the carriage passes its place. Between two such places a *window* of
-//! positions says that nothing changes, so that a step costs two comparisons however many switches there are.
+//! A switch changes its level where the carriage passes its place. Between two such places a
+//! *window* of positions says that nothing changes, so that a step costs two comparisons however
+//! many switches there are.
 
 use leadscrew_machine::board::Switches;
 use leadscrew_stepper::MotorMask;
@@ -37,7 +38,8 @@ pub enum Side {
 pub struct Switch {
     /// The input that it is wired to.
     pub pin: Pin,
-    /// The motor whose carriage works it; on crossed belts 0 and 1 are X and Y, which both motors move.
+    /// The motor whose carriage works it; on crossed belts 0 and 1 are X and Y, which both motors
+    /// move.
     pub motor: usize,
     /// Which side has `level`; the other has the opposite.
     pub side: Side,

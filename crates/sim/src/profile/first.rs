@@ -16,7 +16,8 @@ use toml::Spanned;
 const PASSES: usize = 2;
 
 impl Profile {
-    /// Where this machine's first settings differ from a stock Grbl's, in the order in which they take effect.
+    /// Where this machine's first settings differ from a stock Grbl's, in the order in which they
+    /// take effect.
     pub fn first_settings(&self) -> Vec<Entry> {
         self.named_settings().iter().map(entry).collect()
     }
@@ -53,7 +54,8 @@ impl Profile {
         refused
     }
 
-    /// All settings of the file: those that follow from switches and axes, then names, then numbers.
+    /// All settings of the file: those that follow from switches and axes, then names, then
+    /// numbers.
     fn named_settings(&self) -> Vec<Named> {
         let mut all = self.masks();
         for (number, (axis, letter)) in self.all_axes().zip(self.letters()).enumerate() {

@@ -17,7 +17,8 @@ pub struct Heaters {
     pub bed: Option<HeaterTable>,
     /// The reference voltage of the sensors, V; 5 where it is left out.
     pub reference_v: Option<Positive>,
-    /// The axis that does not turn while the nozzle is too cold; E where there is one and this is left out.
+    /// The axis that does not turn while the nozzle is too cold; E where there is one and this is
+    /// left out.
     pub extruder: Option<AxisLetters>,
     /// The outputs (M62, M64) that go on only where the nozzle is warm enough, a bit an output.
     pub feeders: u8,
@@ -51,9 +52,11 @@ pub struct HeaterTable {
     pub answer_k: Option<Positive>,
     /// Once at its target it stays within this distance of it, K; 30 for a nozzle, 20 for a bed.
     pub band_k: Option<Positive>,
-    /// How fast it warms its body where that is cold, K/s: in the simulator only. 4 for a nozzle, 1 for a bed.
+    /// How fast it warms its body where that is cold, K/s: in the simulator only. 4 for a nozzle, 1
+    /// for a bed.
     pub warms_k_s: Option<Positive>,
-    /// The time constant with which its body cools, s: in the simulator only. 90 for a nozzle, 300 for a bed.
+    /// The time constant with which its body cools, s: in the simulator only. 90 for a nozzle, 300
+    /// for a bed.
     pub cools_s: Option<Positive>,
 }
 

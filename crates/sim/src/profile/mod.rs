@@ -7,10 +7,12 @@
 //!     |<------- travel ------->|
 //! ```
 //!
-//! Every key may be left out: then the machine is a stock Grbl's, without any switch. The file gives settings their first
-//! values, by name (`laser.lead_us = 250`) or by number (`settings."$703" = 250`); a state file or a sender may change them.
+//! Every key may be left out: then the machine is a stock Grbl's, without any switch. The file
+//! gives settings their first values, by name (`laser.lead_us = 250`) or by number
+//! (`settings."$703" = 250`); a state file or a sender may change them.
 //!
-//! `examples/machines/` holds machine files with every key explained. `leadscrew schema machine` prints their JSON schema.
+//! `examples/machines/` holds machine files with every key explained. `leadscrew schema machine`
+//! prints their JSON schema.
 
 mod error;
 mod first;
@@ -42,7 +44,8 @@ use toml::Spanned;
 pub struct Profile {
     /// The name on the screen.
     pub name: String,
-    /// The board: one that comes with the firmware, or a board's file beside this one. The simulator needs none.
+    /// The board: one that comes with the firmware, or a board's file beside this one. The
+    /// simulator needs none.
     pub board: Option<String>,
     /// Bytes that a sender may have on the way; 1024 where it is left out.
     pub receive_buffer: Option<BufferSize>,
@@ -101,13 +104,15 @@ pub struct Profile {
 pub struct OutputsTable {
     /// How many: `P0` to `P(count - 1)`.
     pub count: OutputCount,
-    /// Those that are on after power-up, a reset, an alarm and the end of the program, a bit an output.
+    /// Those that are on after power-up, a reset, an alarm and the end of the program, a bit an
+    /// output.
     pub boot: u8,
     /// Those that stay as they are in a hold, a bit an output; all others go off.
     pub stay: u8,
 }
 
-/// Depths and feeds of a drill job, mm and mm/min: each as the option of `import drill` with its name.
+/// Depths and feeds of a drill job, mm and mm/min: each as the option of `import drill` with its
+/// name.
 #[derive(Clone, Copy, PartialEq, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct DrillTable {
@@ -147,7 +152,8 @@ pub struct Axes {
 #[derive(Clone, PartialEq, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Axis {
-    /// Steps of its motor that make a millimetre, as the screws and belts have it; the setting's first value too.
+    /// Steps of its motor that make a millimetre, as the screws and belts have it; the setting's
+    /// first value too.
     #[schemars(with = "Option<f64>")]
     pub steps_per_mm: Option<Spanned<Positive>>,
     /// Steps of a whole turn of its motor: `run --json` then tells turns too.
@@ -175,7 +181,8 @@ pub struct Axis {
     pub stops: Stops,
     /// Whether it turns: degrees instead of millimetres.
     pub rotary: bool,
-    /// The board's socket of its motor and limit switch, where that is not the next one in the order x, y, z, spare.
+    /// The board's socket of its motor and limit switch, where that is not the next one in the
+    /// order x, y, z, spare.
     pub socket: Option<Socket>,
 }
 
@@ -237,8 +244,8 @@ pub struct Limits {
 pub struct SecondMotor {
     /// The axis that it helps to turn. Its scale is the axis's.
     pub axis: GantryAxis,
-    /// Where its carriage stands at power-up, mm on the axis's scale; differs from the axis's start where the gantry is
-    /// skewed.
+    /// Where its carriage stands at power-up, mm on the axis's scale; differs from the axis's start
+    /// where the gantry is skewed.
     pub start: Place,
     /// Whether it turns the other way: its bit in `$3`.
     #[serde(default)]
@@ -253,7 +260,8 @@ pub struct SecondMotor {
     pub socket: Option<Socket>,
 }
 
-/// How far one of two motors may go on without its switch while homing: farther is ALARM:10. As Grbl where it is left out.
+/// How far one of two motors may go on without its switch while homing: farther is ALARM:10. As
+/// Grbl where it is left out.
 #[derive(Clone, Copy, PartialEq, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Squaring {
@@ -272,7 +280,8 @@ pub enum Belts {
     /// A motor each.
     #[default]
     Cartesian,
-    /// Two crossed belts, each turned by both: their steps are X's and Y's `steps_per_mm`, which must be the same.
+    /// Two crossed belts, each turned by both: their steps are X's and Y's `steps_per_mm`, which
+    /// must be the same.
     CoreXy,
 }
 
@@ -315,7 +324,8 @@ pub struct Switches {
     pub glitch_us: Option<u16>,
     /// How long a limit switch or the probe bounces at each edge, microseconds.
     pub bounce_us: u16,
-    /// A limit switch that stops the machine is named with its end, the position is kept, and `$X` unlocks.
+    /// A limit switch that stops the machine is named with its end, the position is kept, and `$X`
+    /// unlocks.
     pub named: bool,
     /// With `named`: how far X and Y then go back, mm; Z never does.
     pub back_off_mm: Option<Positive>,

@@ -46,7 +46,8 @@ impl Profile {
         self.receive_buffer.map_or(RECEIVE_BUFFER, |size| size.0)
     }
 
-    /// The build of a machine with `AXES` axes. Its first settings stay in memory to the end of the program.
+    /// The build of a machine with `AXES` axes. Its first settings stay in memory to the end of the
+    /// program.
     pub fn config<const AXES: usize>(&self) -> MachineConfig<AXES> {
         MachineConfig {
             defaults: self.first_settings().leak(),

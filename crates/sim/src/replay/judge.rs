@@ -1,9 +1,11 @@
 //! Whether a machine has answered as the recorded one did.
 //!
-//! * Lines that are no status report are the same, in the same order, through the whole conversation. Where one tells
-//!   positions (`[G54:`, `[PRB:`, ...), a number may differ by one unit of its last place.
-//! * Status reports are the same one by one, with the same tolerance. In a conversation that is marked `timing` it depends on
-//!   the instant what they show: there each exchange that shows states shows the same.
+//! * Lines that are no status report are the same, in the same order, through the whole
+//!   conversation. Where one tells positions (`[G54:`, `[PRB:`, ...), a number may differ by one
+//!   unit of its last place.
+//! * Status reports are the same one by one, with the same tolerance. In a conversation that is
+//!   marked `timing` it depends on the instant what they show: there each exchange that shows
+//!   states shows the same.
 
 use super::case::{Case, Exchange};
 use std::fmt;
@@ -118,8 +120,8 @@ fn reports(exchange: &Exchange) -> Vec<&str> {
     all.filter(|line| is_report(line)).collect()
 }
 
-/// Whether two reports show the same state. `Hold:1` and `Door:2` become the next ones after a time that no two machines
-/// share, and a motion that begins or ends at that instant may be none.
+/// Whether two reports show the same state. `Hold:1` and `Door:2` become the next ones after a time
+/// that no two machines share, and a motion that begins or ends at that instant may be none.
 fn shows(one: &str, other: &str) -> bool {
     let state = |report| {
         str::trim_start_matches(report, '<')

@@ -7,8 +7,9 @@
 //!                                                          Flash         the values after a power cycle
 //! ```
 //!
-//! A conversation is a list of operations such as `cmd G0 X1` or `pin hold 0`, each with the lines that came before the
-//! next one: [`op`] says which there are. The machine is a Grbl as far as builds go: [`case::Build`].
+//! A conversation is a list of operations such as `cmd G0 X1` or `pin hold 0`, each with the lines
+//! that came before the next one: [`op`] says which there are. The machine is a Grbl as far as
+//! builds go: [`case::Build`].
 
 pub mod case;
 pub mod judge;
@@ -53,7 +54,8 @@ impl fmt::Display for ReplayError {
 
 impl std::error::Error for ReplayError {}
 
-/// Holds the conversation of `case` with a machine of its build, and answers it with that machine's lines and times.
+/// Holds the conversation of `case` with a machine of its build, and answers it with that machine's
+/// lines and times.
 ///
 /// # Errors
 /// An operation is not one of [`Op`].

@@ -147,8 +147,8 @@ impl<'m> Session<'m> {
         }
     }
 
-    /// Lets time pass, `limit` at most, until `reached`, which is looked at after each line from the machine, and
-    /// every [`SLICE`].
+    /// Lets time pass, `limit` at most, until `reached`, which is looked at after each line from
+    /// the machine, and every [`SLICE`].
     fn wait_while(&mut self, limit: Duration, reached: impl Fn(&Self) -> bool) {
         let end = self.sim.now() + cycles(limit);
         while self.sim.now() < end && !reached(self) {

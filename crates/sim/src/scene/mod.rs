@@ -41,8 +41,8 @@ pub struct Drawn {
 const TOOL_UNITS: f32 = 100.0;
 
 impl Drawn {
-    /// Adds its 20 bytes: X, Y, Z (f32, mm), line (u32), way, power (255 is full), the tool's diameter (u16, 0.01
-    /// mm; 0 unknown); little-endian.
+    /// Adds its 20 bytes: X, Y, Z (f32, mm), line (u32), way, power (255 is full), the tool's
+    /// diameter (u16, 0.01 mm; 0 unknown); little-endian.
     pub fn write(&self, to: &mut Vec<u8>) {
         for place in self.to {
             to.extend(place.to_le_bytes());

@@ -1,4 +1,5 @@
-//! The diameters of tools, as CAM programs write them into comments: a picture is as wide as its cuts.
+//! The diameters of tools, as CAM programs write them into comments: a picture is as wide as its
+//! cuts.
 //!
 //! | comment | who writes it |
 //! |---|---|
@@ -38,7 +39,8 @@ pub struct ToolSizes {
 }
 
 impl ToolSizes {
-    /// Takes a line of the program; answers the diameter of the tool in use then, mm; 0 where it is not known.
+    /// Takes a line of the program; answers the diameter of the tool in use then, mm; 0 where it is
+    /// not known.
     pub fn read(&mut self, line: &[u8]) -> f32 {
         let has_words = line
             .iter()
@@ -155,7 +157,8 @@ fn numbered(comment: &str) -> Option<(u32, &str)> {
     Some((number, &rest[end..]))
 }
 
-/// A length with its unit right before or behind a tool's name: `cutter 6 mm`, `3 mm flat end mill`.
+/// A length with its unit right before or behind a tool's name: `cutter 6 mm`, `3 mm flat end
+/// mill`.
 fn beside_a_noun(comment: &str) -> Option<Size> {
     let digit = |at: &usize| comment.as_bytes().get(*at).is_some_and(u8::is_ascii_digit);
     let mut at = 0;
@@ -176,7 +179,8 @@ fn beside_a_noun(comment: &str) -> Option<Size> {
     None
 }
 
-/// The positive length that a text begins with, `0.8`, `.125"`, `1/4 inch`, `3 mm`; and the text behind it.
+/// The positive length that a text begins with, `0.8`, `.125"`, `1/4 inch`, `3 mm`; and the text
+/// behind it.
 fn length(text: &str) -> Option<(Size, &str)> {
     let (mut value, mut rest) = decimal(text)?;
     if let Some((below, behind)) = rest.strip_prefix('/').and_then(decimal) {

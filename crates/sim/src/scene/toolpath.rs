@@ -6,9 +6,11 @@ use leadscrew_planner::Coordinate;
 /// The use of the tool along a stroke.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum StrokeKind {
-    /// A rapid (G0), a jog, the machine driving itself, or a feed move that does nothing ([`Tooling`]).
+    /// A rapid (G0), a jog, the machine driving itself, or a feed move that does nothing
+    /// ([`Tooling`]).
     Travel,
-    /// Any other feed move; `shade` is the output's power, 0 (off) to [`StrokeKind::SHADES`] (full).
+    /// Any other feed move; `shade` is the output's power, 0 (off) to [`StrokeKind::SHADES`]
+    /// (full).
     Cut {
         /// Power in steps of 1/[`StrokeKind::SHADES`].
         shade: u8,
@@ -82,7 +84,8 @@ pub struct Toolpath {
 }
 
 impl Toolpath {
-    /// Starts at `start`, X, Y, Z in mm. Strokes are kept only where they are to be `drawn`: memory stays flat otherwise.
+    /// Starts at `start`, X, Y, Z in mm. Strokes are kept only where they are to be `drawn`: memory
+    /// stays flat otherwise.
     pub fn new(start: [f64; 3], drawn: bool) -> Self {
         Self {
             moves: drawn.then(|| vec![begin(start)]),
@@ -114,7 +117,8 @@ impl Toolpath {
         }
     }
 
-    /// Goes on from `place`, X, Y, Z in mm, to which the machine has moved by itself: nothing is drawn to there.
+    /// Goes on from `place`, X, Y, Z in mm, to which the machine has moved by itself: nothing is
+    /// drawn to there.
     pub fn resume_at(&mut self, place: [f64; 3]) {
         if distance(self.at, place) < SAME_PLACE {
             return;
@@ -177,8 +181,8 @@ impl Toolpath {
         }
     }
 
-    /// Drilled holes, in order: where the tool went down at feed and up again without moving aside. Strokes that follow each
-    /// other at one place are one hole.
+    /// Drilled holes, in order: where the tool went down at feed and up again without moving aside.
+    /// Strokes that follow each other at one place are one hole.
     pub fn holes(&self) -> Vec<Hole> {
         let mut holes: Vec<Hole> = Vec::new();
         let mut plunge: Option<Hole> = None;
@@ -208,8 +212,8 @@ impl Toolpath {
         holes
     }
 
-    /// The highest and the lowest Z at which the tool works, mm: of a move straight down only its end counts, since it may begin
-    /// above the material.
+    /// The highest and the lowest Z at which the tool works, mm: of a move straight down only its
+    /// end counts, since it may begin above the material.
     pub fn depths(&self) -> Option<[f32; 2]> {
         let cuts = self.moves().windows(2);
         let cuts = cuts.filter(|pair| pair[1].way == Way::Cut && !is_upward(pair));

@@ -5,8 +5,8 @@
 //! 2,0.010021,0.843354321,accelerate,3.472,0.000,500.000,10.000,0.000,0.000,acceleration X,stop,$120
 //! ```
 //!
-//! Times are seconds since the first byte of the job, with nine decimals: finer than a CPU cycle. Each row begins where
-//! the one before ends; the last one ends at the job's time.
+//! Times are seconds since the first byte of the job, with nine decimals: finer than a CPU cycle.
+//! Each row begins where the one before ends; the last one ends at the job's time.
 
 use super::Stretch;
 use crate::clock::{seconds, Cycle};

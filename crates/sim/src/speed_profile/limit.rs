@@ -202,8 +202,8 @@ impl Machine {
         ways.into_iter().map(f64::abs).collect()
     }
 
-    /// The limits of a move with these steps that was planned with `rate` (mm/s, the highest), `feed` (mm/s, the
-    /// programmed; `None` for a rapid) and an arc's limit.
+    /// The limits of a move with these steps that was planned with `rate` (mm/s, the highest),
+    /// `feed` (mm/s, the programmed; `None` for a rapid) and an arc's limit.
     pub(super) fn limits(
         &self,
         steps: &[i32],

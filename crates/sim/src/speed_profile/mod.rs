@@ -9,10 +9,11 @@
 //!  rest                                                      rest
 //! ```
 //!
-//! The job is cut into [`Stretch`]es without gaps: in each one acceleration is constant and one [`Limit`] binds. They are
-//! taken from the segments that the step interrupt consumed, so that their times add up to the job's, to the cycle;
-//! the speeds between them are the planner's own. A slow place (a corner, a stop) takes no time itself: the time that it
-//! costs is that of the ramps to and from it, and so a ramp names the place that it is there for ([`Slow`]).
+//! The job is cut into [`Stretch`]es without gaps: in each one acceleration is constant and one
+//! [`Limit`] binds. They are taken from the segments that the step interrupt consumed, so that
+//! their times add up to the job's, to the cycle; the speeds between them are the planner's own. A
+//! slow place (a corner, a stop) takes no time itself: the time that it costs is that of the ramps
+//! to and from it, and so a ramp names the place that it is there for ([`Slow`]).
 
 mod csv;
 mod limit;
@@ -58,7 +59,8 @@ pub struct Stretch {
     pub begin: Cycle,
     /// When it ends: where the next one begins.
     pub end: Cycle,
-    /// The line of the file that asked for the move, from 1; 0 at rest and where the machine moves by itself.
+    /// The line of the file that asked for the move, from 1; 0 at rest and where the machine moves
+    /// by itself.
     pub line: u64,
     /// The course of the speed.
     pub phase: Phase,

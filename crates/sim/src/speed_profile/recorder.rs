@@ -71,7 +71,8 @@ impl Raw {
 /// By how much a speed may miss the nominal one and still be it; and how much of a change is none.
 const SAME: f64 = 1e-3;
 const EVEN: f64 = 1e-6;
-/// By how much power changes within a pixel (share of full power); and how closely it follows the speed.
+/// By how much power changes within a pixel (share of full power); and how closely it follows the
+/// speed.
 const STEADY: f64 = 0.005;
 const FOLLOWS: f64 = 0.03;
 
@@ -91,8 +92,8 @@ impl Recorder {
         }
     }
 
-    /// The job from `begin` to `end`, cut into stretches without a gap. `file_line` tells the line of the file from
-    /// [`PlannedMove::line`].
+    /// The job from `begin` to `end`, cut into stretches without a gap. `file_line` tells the line
+    /// of the file from [`PlannedMove::line`].
     pub fn finish(
         mut self,
         begin: Cycle,
@@ -123,14 +124,15 @@ impl Recorder {
         }
     }
 
-    /// Finds the move that begins with a segment of these steps: planned moves that were joined into one come as
-    /// several, the last of them with all the steps.
+    /// Finds the move that begins with a segment of these steps: planned moves that were joined
+    /// into one come as several, the last of them with all the steps.
     fn begin_move(&mut self, steps: &[u32]) {
         let found = self.planned.iter().position(|(_, of)| of.steps == steps);
         let ended = found.and_then(|last| self.planned.drain(..=last).next_back());
         let length = match &ended {
             Some((_, of)) => of.length,
-            // The machine moves by itself, crossed belts along one axis at a time: the directions do not matter.
+            // The machine moves by itself, crossed belts along one axis at a time: the directions
+            // do not matter.
             None => {
                 let steps: Vec<i32> = steps.iter().map(|steps| steps.cast_signed()).collect();
                 self.machine.length(&steps)
@@ -223,8 +225,8 @@ impl Recorder {
         }
     }
 
-    /// Adds a piece: to the stretch under way where it does the same in the same move, or goes on at the same speed along
-    /// an arc's next chord.
+    /// Adds a piece: to the stretch under way where it does the same in the same move, or goes on
+    /// at the same speed along an arc's next chord.
     fn add(&mut self, piece: Stretch, begins: bool) {
         let line = self.running.as_ref().map_or(0, |(line, _)| *line);
         if let Some(last) = self.stretches.last_mut() {
@@ -294,7 +296,8 @@ fn mean(piece: &Stretch) -> [f64; 2] {
     [piece.power, piece.speed].map(|[from, to]| (from + to) / 2.0)
 }
 
-/// Whether from one piece to the next the power stays, or follows the speed: else another pixel has begun.
+/// Whether from one piece to the next the power stays, or follows the speed: else another pixel has
+/// begun.
 fn is_steady(one: [f64; 2], next: [f64; 2]) -> bool {
     let ([p0, v0], [p1, v1]) = (one, next);
     (p1 - p0).abs() <= STEADY || (p1 * v0 - p0 * v1).abs() <= FOLLOWS * p0 * v1

@@ -120,7 +120,8 @@ impl<const AXES: usize> Executor<AXES> {
         }
     }
 
-    /// Where the commands of the next line go; there is none under way. Follow with [`Executor::begin`].
+    /// Where the commands of the next line go; there is none under way. Follow with
+    /// [`Executor::begin`].
     pub(crate) fn commands(&mut self) -> &mut Commands<AXES> {
         &mut self.commands
     }
@@ -177,8 +178,8 @@ impl<const AXES: usize> Executor<AXES> {
         matches!(self.wait, Wait::Stored { then_restart: true })
     }
 
-    /// Whether the line under way would go on at once. `resting`: motion rests; `room`: the planner has room. The store is
-    /// written between two polls.
+    /// Whether the line under way would go on at once. `resting`: motion rests; `room`: the planner
+    /// has room. The store is written between two polls.
     pub(crate) fn can_advance(&self, resting: bool, room: bool) -> bool {
         self.is_busy()
             && match self.wait {
@@ -281,7 +282,8 @@ impl<const AXES: usize> Executor<AXES> {
         in_cycle || self.next + 1 < self.commands.len()
     }
 
-    /// Goes on to the next command, or to the cycle's next stroke, which takes the place of the one before.
+    /// Goes on to the next command, or to the cycle's next stroke, which takes the place of the one
+    /// before.
     fn advance(&mut self) {
         self.wait = Wait::Nothing;
         if let Some(cycle) = &mut self.cycle {

@@ -30,7 +30,8 @@ where
     K: Kinematics<AXES, MOTORS> + Clone,
     X: Extension<AXES>,
 {
-    /// Goes on with the line under way; answers it once all its commands are carried out. Main loop.
+    /// Goes on with the line under way; answers it once all its commands are carried out. Main
+    /// loop.
     pub(crate) fn execute<B: Board>(&mut self, board: &mut B, now: Instant) {
         if !self.activity.line.is_busy() || !self.state.takes_lines() || self.is_storing() {
             return;
@@ -63,7 +64,8 @@ where
         }
     }
 
-    /// Whether the line under way waits for [`Machine::save`]. A machine without a store waits for nothing.
+    /// Whether the line under way waits for [`Machine::save`]. A machine without a store waits for
+    /// nothing.
     fn is_storing(&self) -> bool {
         self.activity.line.is_storing() && self.has_unsaved()
     }
@@ -201,8 +203,8 @@ where
         ArcFeed::new(self.motion.path_end, travel, shape, acceleration, tolerance)
     }
 
-    /// The line that reports show for a move: its `N` word, or else how many lines of the program there have been, where
-    /// that is asked for.
+    /// The line that reports show for a move: its `N` word, or else how many lines of the program
+    /// there have been, where that is asked for.
     pub(super) fn line_of(&self, travel: &Travel<AXES>, kind: LineKind) -> Option<u32> {
         let counted = kind == LineKind::Program && self.reports(StatusReport::<AXES>::LINE);
         let count = Some(self.program.lines).filter(|_| counted);
@@ -247,7 +249,8 @@ where
         }
     }
 
-    /// A move that is not a step long: a laser at constant power still changes, once motion has ended.
+    /// A move that is not a step long: a laser at constant power still changes, once motion has
+    /// ended.
     fn stay(&mut self, next: &Move<AXES>, spindle: &Spindle) -> Progress {
         if !self.tool.spindle.is_laser() || self.activity.line.is_jogging() {
             self.motion.path_end = next.target;
@@ -321,7 +324,8 @@ where
         Progress::Done
     }
 
-    /// Whether a spindle command changes the output at rest. A laser under M4 is off then, and its moves have their power.
+    /// Whether a spindle command changes the output at rest. A laser under M4 is off then, and its
+    /// moves have their power.
     fn changes_at_rest(&self, spindle: &Spindle) -> bool {
         let dynamic = Rotation::Counterclockwise;
         let rotations = (self.tool.told.rotation, spindle.rotation);
@@ -345,8 +349,9 @@ where
         Progress::Done
     }
 
-    /// Notes an offset that is to be stored, and waits until it is: an `ok` says that it will survive a power loss. The
-    /// store is written at rest, so that this, as in GRBL, waits for motion to end.
+    /// Notes an offset that is to be stored, and waits until it is: an `ok` says that it will
+    /// survive a power loss. The store is written at rest, so that this, as in GRBL, waits for
+    /// motion to end.
     fn perform_store(&mut self, id: OffsetId) -> Progress {
         if self.activity.line.is_storing() {
             return Progress::Done;
@@ -364,8 +369,8 @@ where
         }
     }
 
-    /// Waits for motion to end, as GRBL does: reports subtract one offset from all positions. Filament is counted anew in mid-job
-    /// (`G92 E0`): for that motion does not stop.
+    /// Waits for motion to end, as GRBL does: reports subtract one offset from all positions.
+    /// Filament is counted anew in mid-job (`G92 E0`): for that motion does not stop.
     fn perform_work_offset(&mut self, offset: &[Coordinate; AXES]) -> Progress {
         let moves_on = self.state == State::Check || self.is_offset_of_e(offset);
         if !moves_on && !self.is_motion_over() {
@@ -422,7 +427,8 @@ where
         }
     }
 
-    /// Has a laser stay dark at rest until the program cuts again: the machine moved by itself, or not to the end.
+    /// Has a laser stay dark at rest until the program cuts again: the machine moved by itself, or
+    /// not to the end.
     pub(crate) fn stop_cutting(&mut self) {
         self.want_spindle(Spindle {
             cutting: false,

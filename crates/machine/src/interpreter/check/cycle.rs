@@ -1,9 +1,10 @@
-//! Canned cycles, in LinuxCNC's order: axis words (26) and feed rate (22) as in [`path`](super::path), then axes that no cycle
-//! moves (36), G93 (201), R (28), L (23, 52), the depth (28), R below it (200), P or Q (28, 52), the spindle of G86 (202), and
-//! levels or holes that steps cannot count (52).
+//! Canned cycles, in LinuxCNC's order: axis words (26) and feed rate (22) as in
+//! [`path`](super::path), then axes that no cycle moves (36), G93 (201), R (28), L (23, 52), the
+//! depth (28), R below it (200), P or Q (28, 52), the spindle of G86 (202), and levels or holes
+//! that steps cannot count (52).
 //!
-//! R, the depth, P and Q of the line before stay in force where cycle, plane and distance mode do. The level of G98 stays for
-//! a whole series: cycles of any kind in one plane.
+//! R, the depth, P and Q of the line before stay in force where cycle, plane and distance mode do.
+//! The level of G98 stays for a whole series: cycles of any kind in one plane.
 
 use super::{out_of_range, pick, sum_within, Check, AXIS_WORDS, L, P, Q, R};
 use crate::interpreter::cycle::holes::{Cycle, MOST};
@@ -207,7 +208,8 @@ impl<const AXES: usize> Check<'_, AXES> {
         Ok(Number::from_nanos(peck))
     }
 
-    /// Leads the target from the first hole to where the cycle ends; answers the way from a hole to the next.
+    /// Leads the target from the first hole to where the cycle ends; answers the way from a hole to
+    /// the next.
     fn lead_to_last_hole(
         &self,
         repeats: u16,

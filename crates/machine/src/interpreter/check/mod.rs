@@ -1,8 +1,9 @@
 //! The checks that need the whole line, in GRBL's order, and the plan of a line that passes.
 //!
-//! Line number (27), feed mode (22), dwell (28), tool length (37), G10 and G92 (26, 28, 29, 20), targets that
-//! nothing reaches (52), G53 (30), axis words in G80 (31), feed rate (22), arcs (26, 32, then R: 33, 34, or I, J, K: 35,
-//! 33), probing (26, 33), canned cycles (see [`cycle`]), words that nobody took (36).
+//! Line number (27), feed mode (22), dwell (28), tool length (37), G10 and G92 (26, 28, 29, 20),
+//! targets that nothing reaches (52), G53 (30), axis words in G80 (31), feed rate (22), arcs (26,
+//! 32, then R: 33, 34, or I, J, K: 35, 33), probing (26, 33), canned cycles (see [`cycle`]), words
+//! that nobody took (36).
 
 mod cycle;
 mod extruder;
@@ -343,7 +344,8 @@ impl<'a, const AXES: usize> Check<'a, AXES> {
         }
     }
 
-    /// G28 and G30: with axis words, axes without one stay where the target is. An extruder always does: it has no such place.
+    /// G28 and G30: with axis words, axes without one stay where the target is. An extruder always
+    /// does: it has no such place.
     fn keep_others(&self, end: &mut [Coordinate; AXES], target: &[Coordinate; AXES]) {
         let extruder = self.context.extruder();
         if self.block.axis_mask == 0 && extruder.is_none() {
@@ -382,7 +384,8 @@ impl<'a, const AXES: usize> Check<'a, AXES> {
         }
     }
 
-    /// Whether a jog may say all this: it may choose units and distance mode for itself, and machine coordinates.
+    /// Whether a jog may say all this: it may choose units and distance mode for itself, and
+    /// machine coordinates.
     fn is_jog(&self) -> bool {
         let modes = self.block.groups.without(GROUPS_IN_JOGS).is_empty();
         let non_modal = self.block.non_modal;
@@ -420,7 +423,8 @@ impl<'a, const AXES: usize> Check<'a, AXES> {
     }
 }
 
-/// The words that M codes leave. One that stands alone leaves all but its own, itself among them where others are beside it.
+/// The words that M codes leave. One that stands alone leaves all but its own, itself among them
+/// where others are beside it.
 fn left_by_m<const AXES: usize>(
     unused: Letters,
     block: &Block<AXES>,
@@ -461,8 +465,9 @@ fn sum_within(one: Coordinate, other: Coordinate, limit: Coordinate) -> Option<C
     within.then_some(Coordinate::from_nanos(sum))
 }
 
-/// A target outside every travel, on the side to which the sum of two coordinates leads beyond `limit`. By values: lent to a
-/// function, a check could not stay in registers (a tenth of a line's instructions).
+/// A target outside every travel, on the side to which the sum of two coordinates leads beyond
+/// `limit`. By values: lent to a function, a check could not stay in registers (a tenth of a line's
+/// instructions).
 #[cold]
 fn beyond(one: Coordinate, other: Coordinate, limit: Coordinate) -> Coordinate {
     let outside = limit + Coordinate::from_nanos(1);
@@ -477,7 +482,8 @@ pub(super) fn out_of_range(axis: usize) -> Refusal {
     Refusal::words(Status::OutOfRange, axis_letter(axis))
 }
 
-/// The nearest offset that may be in force: GRBL takes any, and then cannot move there. Neither can we.
+/// The nearest offset that may be in force: GRBL takes any, and then cannot move there. Neither can
+/// we.
 fn storable(offset: Coordinate) -> Coordinate {
     offset.clamp(-MAX_WORD, MAX_WORD)
 }

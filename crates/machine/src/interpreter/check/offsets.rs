@@ -1,4 +1,5 @@
-//! G10 and G92 need axis words (26), for G10 P or L (28), a system that exists (29), and the right L (20).
+//! G10 and G92 need axis words (26), for G10 P or L (28), a system that exists (29), and the right
+//! L (20).
 
 use super::{pick, storable, Check, Effect, L, P, R};
 use crate::interpreter::command::OffsetId;
@@ -75,7 +76,8 @@ impl<const AXES: usize> Check<'_, AXES> {
         pick(&self.state.position, axis) - pick(others, axis) - word
     }
 
-    /// The old offsets, with new ones on axes that have a word: no farther than [`MAX_WORD`](crate::interpreter::MAX_WORD).
+    /// The old offsets, with new ones on axes that have a word: no farther than
+    /// [`MAX_WORD`](crate::interpreter::MAX_WORD).
     fn merge(
         &self,
         old: &[Coordinate; AXES],

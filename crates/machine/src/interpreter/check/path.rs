@@ -1,5 +1,5 @@
-//! The path of a line in its motion mode: axis words in G80 (31), feed rate (22), arcs (26, 32, then R: 33, 34, or I, J,
-//! K: 35, 33), probing (26, 33).
+//! The path of a line in its motion mode: axis words in G80 (31), feed rate (22), arcs (26, 32,
+//! then R: 33, 34, or I, J, K: 35, 33), probing (26, 33).
 
 use super::{pick, Check, Path, AXIS_WORDS, CENTRE_WORDS, R};
 use crate::interpreter::arc::{centre_from_radius, check_centre};
@@ -61,7 +61,8 @@ impl<const AXES: usize> Check<'_, AXES> {
         }
     }
 
-    /// An arc; where its radius is given and only the axis across the plane moves, a straight line along that axis.
+    /// An arc; where its radius is given and only the axis across the plane moves, a straight line
+    /// along that axis.
     fn arc(&mut self, turn: Turn, target: &[Coordinate; AXES]) -> Result<Path, Refusal> {
         let plane = self.block.modal.plane;
         let (first, second) = plane.axes();

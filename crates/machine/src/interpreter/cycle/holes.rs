@@ -8,15 +8,15 @@ use leadscrew_planner::Coordinate;
 /// The most repeats that an L word may ask for, and the most pecks of a hole.
 pub(in crate::interpreter) const MOST: u16 = 10_000;
 
-/// The holes of one line, in machine coordinates. The travel of its command ends at the last of them, at the level to which
-/// the tool goes back.
+/// The holes of one line, in machine coordinates. The travel of its command ends at the last of
+/// them, at the level to which the tool goes back.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Cycle {
     /// Which cycle.
     pub kind: CycleKind,
-    /// The series began below the R level: a tool below it goes straight up before it goes to the first hole. Otherwise it goes
-    /// there and up in one move.
+    /// The series began below the R level: a tool below it goes straight up before it goes to the
+    /// first hole. Otherwise it goes there and up in one move.
     pub lifts: bool,
     /// The plane of the holes: the tool goes along the axis across it.
     pub plane: Plane,
@@ -33,8 +33,8 @@ pub struct Cycle {
 }
 
 impl Cycle {
-    /// Answers two points that lie as far out in each direction as the cycle goes once it is over its first hole. `end`: where
-    /// the cycle ends.
+    /// Answers two points that lie as far out in each direction as the cycle goes once it is over
+    /// its first hole. `end`: where the cycle ends.
     pub fn corners<const AXES: usize>(&self, end: &[Coordinate; AXES]) -> [[Coordinate; AXES]; 2] {
         let top = self.clear.max(self.level(end));
         [

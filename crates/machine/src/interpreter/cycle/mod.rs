@@ -10,7 +10,8 @@
 //!                   bottom: dwell, spindle stop; then back, in rapid or at the feed rate
 //! ```
 //!
-//! A line becomes one [`Cycle`]. Its moves are made one at a time, as there is room for them: see [`Strokes`].
+//! A line becomes one [`Cycle`]. Its moves are made one at a time, as there is room for them: see
+//! [`Strokes`].
 
 pub(super) mod holes;
 pub(super) mod kind;

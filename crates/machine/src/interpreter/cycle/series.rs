@@ -10,7 +10,8 @@ use leadscrew_planner::Coordinate;
 pub(in crate::interpreter) struct Series {
     pub(in crate::interpreter) kind: CycleKind,
     pub(in crate::interpreter) plane: Plane,
-    /// The words count from different places in G90 and G91: they are kept for lines of the same mode alone.
+    /// The words count from different places in G90 and G91: they are kept for lines of the same
+    /// mode alone.
     pub(in crate::interpreter) distance: Distance,
     /// Where the tool's axis was before the series, machine coordinates: the level of G98.
     pub(in crate::interpreter) initial: Coordinate,

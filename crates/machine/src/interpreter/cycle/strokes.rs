@@ -49,8 +49,9 @@ enum Stage {
 }
 
 impl<const AXES: usize> Strokes<AXES> {
-    /// Begins a cycle at `start`, machine coordinates. `clearance`, mm: how far G73 goes back after a peck, and how far above
-    /// the bottom of the peck before G83 begins to feed again. Neither goes above the R level.
+    /// Begins a cycle at `start`, machine coordinates. `clearance`, mm: how far G73 goes back after
+    /// a peck, and how far above the bottom of the peck before G83 begins to feed again. Neither
+    /// goes above the R level.
     pub fn new(
         start: &[Coordinate; AXES],
         travel: &Travel<AXES>,
@@ -73,7 +74,8 @@ impl<const AXES: usize> Strokes<AXES> {
         self.stage == Stage::End
     }
 
-    /// Makes the stroke of this stage, and goes on to the next. `None` where this cycle has none here.
+    /// Makes the stroke of this stage, and goes on to the next. `None` where this cycle has none
+    /// here.
     fn make(&mut self) -> Option<Command<AXES>> {
         let (kind, clear) = (self.cycle.kind, self.cycle.clear);
         match self.stage {
@@ -145,7 +147,8 @@ impl<const AXES: usize> Strokes<AXES> {
         self.feed(self.depth)
     }
 
-    /// Goes back to the level at which the cycle ends: G85 at the feed rate as far as the R level, G89 all the way.
+    /// Goes back to the level at which the cycle ends: G85 at the feed rate as far as the R level,
+    /// G89 all the way.
     fn back(&mut self) -> Command<AXES> {
         let level = self.cycle.level(&self.travel.target);
         let (back, next) = match self.cycle.kind {

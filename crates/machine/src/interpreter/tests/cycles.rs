@@ -1,4 +1,5 @@
-//! Canned cycles: refusals one by one, words that stay in force, levels. Whole programs against LinuxCNC stand in `tests/cycles`.
+//! Canned cycles: refusals one by one, words that stay in force, levels. Whole programs against
+//! LinuxCNC stand in `tests/cycles`.
 
 use super::*;
 use crate::interpreter::Strokes;

@@ -95,8 +95,8 @@ fn check(bench: &Bench<4>, line: &[u8]) -> Result<(), super::Fault> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(2000))]
 
-    /// Any lines, one after the other: no panic, no half-done line, a check that tells the truth, and never more
-    /// commands than there is room for.
+    /// Any lines, one after the other: no panic, no half-done line, a check that tells the truth,
+    /// and never more commands than there is room for.
     #[test]
     fn lines_are_carried_out_wholly_or_not_at_all(
         laser_mode: bool,
@@ -129,7 +129,8 @@ proptest! {
         }
     }
 
-    /// A cycle ends where its line does, and stays between its corners once it is over its first hole.
+    /// A cycle ends where its line does, and stays between its corners once it is over its first
+    /// hole.
     #[test]
     fn a_cycle_keeps_to_its_corners(lines in prop::collection::vec(any_cycle(), 1..8)) {
         let mut bench = bench(false);

@@ -1,5 +1,5 @@
-//! `$ES`, `$EG`, `$EE`, `$EA` and `$SED=`: lists of settings, errors and alarms in the form that senders of grblHAL read (its wiki, "Report
-//! extensions"). Fields stand between `|`, in brackets.
+//! `$ES`, `$EG`, `$EE`, `$EA` and `$SED=`: lists of settings, errors and alarms in the form that
+//! senders of grblHAL read (its wiki, "Report extensions"). Fields stand between `|`, in brackets.
 
 use super::AXIS_LETTERS;
 use crate::protocol::alarm::Alarm;
@@ -10,7 +10,8 @@ use crate::settings::table::{Kind, Row};
 use crate::settings::values::Key;
 use core::fmt;
 
-/// `[SETTING:`: number, group, name, unit, data type, format, least, most, whether it needs a restart, whether it may be empty.
+/// `[SETTING:`: number, group, name, unit, data type, format, least, most, whether it needs a
+/// restart, whether it may be empty.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SettingInfo {
     /// Which.
@@ -105,7 +106,8 @@ impl fmt::Display for SettingInfo {
 }
 
 impl SettingInfo {
-    /// Describes a setting of GRBL's or of this project. `least`: the least value of a whole number.
+    /// Describes a setting of GRBL's or of this project. `least`: the least value of a whole
+    /// number.
     pub fn of(key: Key, least: u8) -> Self {
         let axis = match key {
             Key::Machine(_) => None,

@@ -1,8 +1,8 @@
-//! Answers to `?`, `$#`, `$G`, `$I`, `$N` and `$`: snapshots of plain values that are displayed as one line each, without
-//! its end.
+//! Answers to `?`, `$#`, `$G`, `$I`, `$N` and `$`: snapshots of plain values that are displayed as
+//! one line each, without its end.
 //!
-//! A list such as `$#` is one line at a time, so that a status report can go between two lines and never inside one, and
-//! nobody has to hold a whole list. No line is longer than [`MAX_LINE`].
+//! A list such as `$#` is one line at a time, so that a status report can go between two lines and
+//! never inside one, and nobody has to hold a whole list. No line is longer than [`MAX_LINE`].
 
 mod build;
 mod enumeration;
@@ -22,8 +22,8 @@ use crate::interpreter::MAX_WORD;
 use core::fmt;
 use leadscrew_gcode::Number;
 
-/// The longest line of a machine with up to six axes, in characters: a status report with the largest values in all
-/// fields. Three axes and a sane machine stay below 120.
+/// The longest line of a machine with up to six axes, in characters: a status report with the
+/// largest values in all fields. Three axes and a sane machine stay below 120.
 pub const MAX_LINE: usize = 320;
 
 /// The line after power-up and each reset. An empty line goes before it.
@@ -49,8 +49,8 @@ pub struct Units<const AXES: usize> {
 }
 
 impl<const AXES: usize> Units<AXES> {
-    /// A length that was cut to the largest there is prints as Grbl prints all that it cannot: an offset that no motion
-    /// can use.
+    /// A length that was cut to the largest there is prints as Grbl prints all that it cannot: an
+    /// offset that no motion can use.
     pub(crate) fn length(&self, value: Number) -> Decimal {
         let decimal = if self.inches {
             Decimal::inches(value)

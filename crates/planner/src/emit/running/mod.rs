@@ -52,7 +52,8 @@ pub(crate) struct Aim {
     pub(crate) corner_v2: f32,
     /// Speed to cruise at, mm/s.
     pub(crate) nominal: f32,
-    /// Accelerations along the path: where the speed rises, where it falls, and of a stop that begins at once, mm/s².
+    /// Accelerations along the path: where the speed rises, where it falls, and of a stop that
+    /// begins at once, mm/s².
     pub(crate) up: f32,
     pub(crate) down: f32,
     pub(crate) stop: f32,
@@ -133,8 +134,8 @@ impl<const MOTORS: usize> Running<MOTORS> {
         at_rest: None,
     };
 
-    /// Begins `planned` at the squared speed `entry_v2` (mm²/s²); `None` where it has no steps (never
-    /// queued).
+    /// Begins `planned` at the squared speed `entry_v2` (mm²/s²); `None` where it has no steps
+    /// (never queued).
     pub(crate) fn new<const AXES: usize>(
         planned: &PlannedMove<AXES, MOTORS>,
         entry_v2: f32,
@@ -270,8 +271,8 @@ impl<const MOTORS: usize> Running<MOTORS> {
         }
     }
 
-    /// The next `events` steps at the cruise: even intervals, known to more than 24 bits so that nothing
-    /// drifts.
+    /// The next `events` steps at the cruise: even intervals, known to more than 24 bits so that
+    /// nothing drifts.
     fn cruise_piece(&mut self, events: u32, timing: Timing, carry: &mut Carry) -> Segment<MOTORS> {
         let seconds = 1.0 / self.speed;
         self.done += events;
@@ -346,8 +347,8 @@ impl<const MOTORS: usize> Running<MOTORS> {
         }
     }
 
-    /// Smoothing of the next segment. One that is coarser than that of the segment before waits for one segment more, in
-    /// which the motors come to be as early as it needs them.
+    /// Smoothing of the next segment. One that is coarser than that of the segment before waits for
+    /// one segment more, in which the motors come to be as early as it needs them.
     fn smoothing(&mut self, interval: f32, timing: Timing, evenness: f32) -> Smoothing {
         let wanted = self.wanted(interval, timing, evenness);
         match self.early.replace(wanted) {
@@ -370,8 +371,8 @@ impl<const MOTORS: usize> Running<MOTORS> {
         }
     }
 
-    /// Power of the first tick and its change a tick, from the speeds (steps/s) in the first and the
-    /// last of them.
+    /// Power of the first tick and its change a tick, from the speeds (steps/s) in the first and
+    /// the last of them.
     fn power_at(&self, first: f32, last: f32, ticks: NonZeroU16) -> (Power, PowerChange) {
         match self.power {
             MovePower::Off => (Power::OFF, PowerChange::ZERO),
@@ -391,8 +392,8 @@ impl<const MOTORS: usize> Running<MOTORS> {
         }
     }
 
-    /// Hands out the next segment. `held`: a hold slows down. The last step before its rest takes long; a constant power has as
-    /// much energy there as at the programmed feed.
+    /// Hands out the next segment. `held`: a hold slows down. The last step before its rest takes
+    /// long; a constant power has as much energy there as at the programmed feed.
     pub(crate) fn segment(
         &mut self,
         timing: Timing,
@@ -418,7 +419,8 @@ impl<const MOTORS: usize> Running<MOTORS> {
         segment
     }
 
-    /// The next steps, or a part of one. Inlined: a segment is not copied more often than it must be.
+    /// The next steps, or a part of one. Inlined: a segment is not copied more often than it must
+    /// be.
     #[inline(always)]
     fn piece(&mut self, timing: Timing, carry: &mut Carry) -> Segment<MOTORS> {
         if self.is_for_parts(timing) {
@@ -440,12 +442,13 @@ impl<const MOTORS: usize> Running<MOTORS> {
     }
 }
 
-/// The most step events of a segment: sixteenfold smoothed they fit 16 bits. (A millisecond at 300 kHz has
-/// 300.)
+/// The most step events of a segment: sixteenfold smoothed they fit 16 bits. (A millisecond at 300
+/// kHz has 300.)
 const MOST_EVENTS: u32 = 4000;
 
-/// An override may make the step after one that takes `T` shorter by `a·T³`: so much a motor that is a sixteenth of the first
-/// one early may be too early then, seconds. Where it would be more, ticks are finer.
+/// An override may make the step after one that takes `T` shorter by `a·T³`: so much a motor that
+/// is a sixteenth of the first one early may be too early then, seconds. Where it would be more,
+/// ticks are finer.
 const SURPRISE: f32 = 0.2e-6;
 
 /// The evenness of a cruise where ticks are to be as fine as on a ramp.
@@ -454,8 +457,9 @@ const NEARLY_EVEN: f32 = 0.99;
 /// Full power in units of [`Power`].
 const FULL: u32 = 1 << 31;
 
-/// The time of half a step that takes `seconds`, as a linear interval can follow it: under constant acceleration out of
-/// rest it is √½ of the step's; a jerk limit would make it more, and the last interval of the step negative.
+/// The time of half a step that takes `seconds`, as a linear interval can follow it: under constant
+/// acceleration out of rest it is √½ of the step's; a jerk limit would make it more, and the last
+/// interval of the step negative.
 fn within_a_step(half: f32, seconds: f32) -> f32 {
     const MOST: f32 = 0.7075;
     least(most(half, (1.0 - MOST) * seconds), MOST * seconds)

@@ -1,9 +1,10 @@
 //! A step event in parts: each motor steps when it is due, and plans may change on the way.
 //!
-//! At low speeds one step takes much longer or shorter than the next, out of rest its first quarter takes half of its time,
-//! and a hold or an override may change what comes next. Ticks whose interval changes linearly cannot follow that, and a
-//! motor that is half a tick early may be so by much of a step's time. But in one step event each motor steps at most once,
-//! so there the profile itself is asked when, and the step event is cut there into parts of one tick each:
+//! At low speeds one step takes much longer or shorter than the next, out of rest its first quarter
+//! takes half of its time, and a hold or an override may change what comes next. Ticks whose
+//! interval changes linearly cannot follow that, and a motor that is half a tick early may be so by
+//! much of a step's time. But in one step event each motor steps at most once, so there the profile
+//! itself is asked when, and the step event is cut there into parts of one tick each:
 //!
 //! ```text
 //!                      Y       Z              X, the dominant motor
@@ -14,8 +15,9 @@
 //! Ticks cannot be any closer than [`Timing::shortest_tick`]: a step that is due sooner after a
 //! tick comes a little late, or with the next one.
 //!
-//! What is handed out can no longer be changed. So a step event that takes longer than a segment may is handed out in *spans*,
-//! each of parts; between two of them, where no motor need step, the profile may be made anew as it may between steps:
+//! What is handed out can no longer be changed. So a step event that takes longer than a segment
+//! may is handed out in *spans*, each of parts; between two of them, where no motor need step, the
+//! profile may be made anew as it may between steps:
 //!
 //! ```text
 //!              Y                           X
@@ -28,22 +30,25 @@ use crate::real::{least, most};
 use core::num::NonZeroU16;
 use leadscrew_stepper::{MotorMask, Segment, Smoothing};
 
-/// A step event is made in parts where its squared speed is less than so many times the acceleration: the next step may take
-/// 0.9 of its time, half a sixteenth early is no more than an eighteenth then.
+/// A step event is made in parts where its squared speed is less than so many times the
+/// acceleration: the next step may take 0.9 of its time, half a sixteenth early is no more than an
+/// eighteenth then.
 const SUDDEN: f32 = 4.0;
 
-/// The least evenness of a step behind those that are made in parts: its speed changes by less than a sixth, by an override one
-/// way in this step and the other way in the next by a fourth.
+/// The least evenness of a step behind those that are made in parts: its speed changes by less than
+/// a sixth, by an override one way in this step and the other way in the next by a fourth.
 const SETTLED: f32 = 0.75;
 
-/// By how much a step that is not sudden may take longer than its speed at the start says: 2/(1 + √½).
+/// By how much a step that is not sudden may take longer than its speed at the start says: 2/(1 +
+/// √½).
 const LONGER: f32 = 1.18;
 
-/// Ticks that there must be room for in a step event that is made in parts: a motor that comes with the next tick is off by a
-/// sixteenth of the step at most.
+/// Ticks that there must be room for in a step event that is made in parts: a motor that comes with
+/// the next tick is off by a sixteenth of the step at most.
 const ROOM: f32 = 16.0;
 
-/// The least way of a span, steps: where even that takes longer than a segment may, at 1000 s a step, it does.
+/// The least way of a span, steps: where even that takes longer than a segment may, at 1000 s a
+/// step, it does.
 const LEAST_WAY: f32 = 1.0 / (1 << 20) as f32;
 
 /// The most rounds in which the way of a span is found.
@@ -55,7 +60,8 @@ const MOST_OF_IT: f32 = 0.75;
 /// A span of a step event that is being handed out in parts.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Parts<const MOTORS: usize> {
-    /// When each motor is due, seconds from the span's start; `seconds` or more where that is not before its end.
+    /// When each motor is due, seconds from the span's start; `seconds` or more where that is not
+    /// before its end.
     due: [f32; MOTORS],
     /// The motors that are still to come on in it.
     left: MotorMask,
@@ -72,7 +78,8 @@ pub(super) struct Parts<const MOTORS: usize> {
     early: Option<Smoothing>,
 }
 
-/// A piece of a step event: where it ends, from the start of that, how long it takes, seconds, and the speed at its end, steps/s.
+/// A piece of a step event: where it ends, from the start of that, how long it takes, seconds, and
+/// the speed at its end, steps/s.
 #[derive(Clone, Copy)]
 struct Span {
     to: f32,
@@ -83,7 +90,8 @@ struct Span {
 impl<const MOTORS: usize> Running<MOTORS> {
     /// Whether a part comes next, or a step event that may have to be made in parts.
     ///
-    /// Behind such step events one more is in parts, at the end of which motors are as early as the ticks that follow need them.
+    /// Behind such step events one more is in parts, at the end of which motors are as early as the
+    /// ticks that follow need them.
     pub(super) fn is_for_parts(&self, timing: Timing) -> bool {
         let behind = self.smooth && self.early.is_none() && !self.announce;
         let begun = self.parts.is_some() || self.way > 0.0;
@@ -99,8 +107,8 @@ impl<const MOTORS: usize> Running<MOTORS> {
         self.speed * timing.longest_segment < LONGER
     }
 
-    /// Begins to hand out what is left of the next step event in parts, all of it or a span; `None` where it is short, and no
-    /// motor needs it or ticks would be too close.
+    /// Begins to hand out what is left of the next step event in parts, all of it or a span; `None`
+    /// where it is short, and no motor needs it or ticks would be too close.
     #[inline(never)]
     pub(super) fn first_part(&self, timing: Timing) -> Option<Parts<MOTORS>> {
         let rest = self.span(1.0);
@@ -140,11 +148,12 @@ impl<const MOTORS: usize> Running<MOTORS> {
         Span { to, seconds, exit }
     }
 
-    /// A piece of `rest` that takes no longer than `longest`, and half of that at least where it can be found.
+    /// A piece of `rest` that takes no longer than `longest`, and half of that at least where it
+    /// can be found.
     ///
-    /// As many pieces as are needed, of the same time: by a constant acceleration, as it mostly is. Where a ramp ends, or by a jerk
-    /// limit, the way is corrected: longer in proportion, which is never too long where speed grows, or shorter by the cube, as out
-    /// of rest with limited jerk.
+    /// As many pieces as are needed, of the same time: by a constant acceleration, as it mostly is.
+    /// Where a ramp ends, or by a jerk limit, the way is corrected: longer in proportion, which is
+    /// never too long where speed grows, or shorter by the cube, as out of rest with limited jerk.
     fn cut(&self, rest: Span, longest: f32) -> Span {
         let (v0, v1, left) = (self.speed, rest.exit, 1.0 - self.way);
         let pieces = (rest.seconds / longest) as u32 + 1;
@@ -218,8 +227,8 @@ impl<const MOTORS: usize> Running<MOTORS> {
         }
     }
 
-    /// When each motor is due in `span`, seconds from its start, and the motors that come on in it: at the step event's end all
-    /// that have not.
+    /// When each motor is due in `span`, seconds from its start, and the motors that come on in it:
+    /// at the step event's end all that have not.
     fn due(&self, span: &Span) -> ([f32; MOTORS], MotorMask) {
         let (events, done) = (self.line.step_events().get(), self.done - self.line_start);
         let (mut due, mut left) = ([span.seconds; MOTORS], MotorMask::NONE);
@@ -239,7 +248,8 @@ impl<const MOTORS: usize> Running<MOTORS> {
 }
 
 impl<const MOTORS: usize> Parts<MOTORS> {
-    /// The motors that are due next, and when, seconds from the start; `None` where that is the end.
+    /// The motors that are due next, and when, seconds from the start; `None` where that is the
+    /// end.
     fn next(&self, shortest: f32) -> Option<(MotorMask, f32)> {
         let left = || {
             let motors = self.due.iter().enumerate();
@@ -255,8 +265,8 @@ impl<const MOTORS: usize> Parts<MOTORS> {
     }
 }
 
-/// Where in the step event after `done` of a line of `events` a motor that takes `steps` in it is due, 1 where that is its end or
-/// later: the tracer counts half a step event ahead.
+/// Where in the step event after `done` of a line of `events` a motor that takes `steps` in it is
+/// due, 1 where that is its end or later: the tracer counts half a step event ahead.
 #[inline(never)]
 fn due(steps: u32, events: u32, done: u32) -> f32 {
     let (each, full) = (2 * u64::from(steps), 2 * u64::from(events));
@@ -282,7 +292,8 @@ mod tests {
     }
 
     proptest! {
-        /// Against the places themselves: the step `j` of `steps` is due after `(j + 1/2)·events/steps` step events.
+        /// Against the places themselves: the step `j` of `steps` is due after `(j +
+        /// 1/2)·events/steps` step events.
         #[test]
         fn a_motor_is_due_half_way_to_its_next_step(events in 1u32..400, share in 0.0f64..1.0) {
             let steps = (share * f64::from(events)) as u32;

@@ -14,7 +14,8 @@ struct Path {
     /// Accelerations, steps/s².
     up: f32,
     down: f32,
-    /// Of the acceleration, and its square of the jerk: all of the way takes as much longer as one over it.
+    /// Of the acceleration, and its square of the jerk: all of the way takes as much longer as one
+    /// over it.
     share: f32,
 }
 
@@ -47,10 +48,11 @@ impl<const MOTORS: usize> Running<MOTORS> {
 
     /// The way to the end of the move.
     ///
-    /// What braking from a high speed gets to is only as exact as the high speed; the plan's exit speed is exact and
-    /// has the last word: else the difference would add up from move to move.
+    /// What braking from a high speed gets to is only as exact as the high speed; the plan's exit
+    /// speed is exact and has the last word: else the difference would add up from move to move.
     ///
-    /// Where an override asks for less than can be reached any more, the corner has it: it was planned for.
+    /// Where an override asks for less than can be reached any more, the corner has it: it was
+    /// planned for.
     #[inline(never)] // twice: in firmware it is not worth a copy
     fn to_end(&self, aim: Aim) -> Path {
         let per_mm = self.steps_per_mm;
@@ -71,7 +73,8 @@ impl<const MOTORS: usize> Running<MOTORS> {
         }
     }
 
-    /// The shortest stop on a whole step. It begins at once: what is left to the whole step makes it gentler.
+    /// The shortest stop on a whole step. It begins at once: what is left to the whole step makes
+    /// it gentler.
     ///
     /// A single step is made as fast as can be: at a speed near 0 it would take for ever.
     fn stop(&self, entry_v2: f32, aim: Aim) -> Path {

@@ -38,7 +38,8 @@ fn gap(x: f64) -> Move<2> {
     }
 }
 
-/// The power at each step of the dominant motor, and the numbers of the lines, in the order of their segments.
+/// The power at each step of the dominant motor, and the numbers of the lines, in the order of
+/// their segments.
 fn burn(rig: &mut Rig<'_>) -> (Vec<Power>, Vec<Option<u32>>) {
     let (mut powers, mut lines) = (Vec::new(), Vec::new());
     while let Some(segment) = rig.segmenter.next(&mut rig.planner) {
@@ -284,8 +285,8 @@ impl PartialEq for Burnt {
     }
 }
 
-/// Where the motors end, and each tick at which some step, with its power: `moves` run with a change of overrides half-way through
-/// them and a hold after as many segments as `hold` says.
+/// Where the motors end, and each tick at which some step, with its power: `moves` run with a
+/// change of overrides half-way through them and a hold after as many segments as `hold` says.
 fn burn_interrupted(
     config: Config<2>,
     moves: &[Move<2>],
@@ -353,8 +354,8 @@ proptest! {
         prop_assert!(one_by_one.1 == rows.1);
     }
 
-    /// Pieces of a few steps, of one power, are joined as well: their motors may step together. Each makes the same steps at the
-    /// same powers as one by one.
+    /// Pieces of a few steps, of one power, are joined as well: their motors may step together.
+    /// Each makes the same steps at the same powers as one by one.
     #[test]
     fn each_motor_has_the_power_of_its_line_at_each_step_where_pieces_are_joined(
         parts in parts(), acceleration in 100.0f32..5000.0, hold in prop::option::of(1usize..60), percent in 10u8..200,
