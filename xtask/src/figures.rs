@@ -6,8 +6,9 @@ use std::{fmt::Write, fs, path::Path, process::Command};
 const FILE: &str = "docs/figures.md";
 
 const HEAD: &str = "# Figures of the last run\n
-`cargo xtask figures` writes this file: each command, and what it said. It takes a quarter of an hour. What the figures
-mean, and what was to be met, stands in [benchmarks.md](benchmarks.md) and [hardware.md](hardware.md).\n";
+`cargo xtask figures` writes this file: each command, and its answer. It takes twenty minutes of a
+core. What the figures mean, and what was to be met, stands in [benchmarks.md](benchmarks.md) and
+[hardware.md](hardware.md).\n";
 
 /// Commands that only make ready.
 const READY: [&str; 2] = [
