@@ -25,14 +25,13 @@ where
     X: Extension<AXES>,
 {
     /// Handles realtime commands in the order in which each channel received them. Main loop.
-    #[inline(always)] // nearly always there are none
     pub(crate) fn take_requests<B: Board>(&mut self, board: &mut B, now: Instant) {
         if self.console.has_requests() {
             self.handle_requests(board, now);
         }
     }
 
-    #[inline(never)]
+    #[inline(never)] // a raster's pixel takes 6978 instructions with it, 7015 without
     fn handle_requests<B: Board>(&mut self, board: &mut B, now: Instant) {
         while let Some(id) = self.console.next_opened() {
             self.say_lost(Some(id));
