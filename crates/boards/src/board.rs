@@ -289,8 +289,12 @@ impl Board {
     pub fn find(asked: &str, folder: &Path) -> Result<Self, String> {
         let text = match BOARDS.iter().find(|(name, _)| *name == asked) {
             Some((_, text)) => (*text).to_owned(),
-            None => fs::read_to_string(folder.join(asked))
-                .map_err(|error| format!("{asked}: cannot be read: {error}"))?,
+            None => fs::read_to_string(folder.join(asked)).map_err(|error| {
+                format!(
+                    "{asked}: is no board of the firmware (`leadscrew board list`), \
+                     and cannot be read: {error}"
+                )
+            })?,
         };
         Self::read(&text).map_err(|error| format!("{asked}: {}", error.trim_end()))
     }

@@ -93,6 +93,8 @@ fn a_machine_s_pins_are_those_of_its_board() {
     let lacks = pins(beside, &["--board", "skr-2"]);
     assert_eq!(lacks.status.code(), Some(2));
     assert!(text(&lacks.stderr).contains("no `sockets.fan`"));
+    let nobody = pins("board = \"nosuch\"\n", &[]);
+    assert!(text(&nobody.stderr).contains("nosuch: is no board of the firmware"));
     let shared = pins("[axes.x]\nsocket = \"y\"\n", &[]);
     assert!(text(&shared.stderr).contains("two motors of the machine are at `y`"));
 }
