@@ -186,8 +186,13 @@ fn wait(stream: &TcpStream, ticket: Ticket, uplink: &Uplink) -> Option<Seated> {
 fn refuse(to: &mut Limited, away: Away) -> Result<Met, Away> {
     let answer = away.answer();
     let text = answer.body().clone().unwrap_or_default();
-    // One that does not take the answer is gone anyway.
-    let _ = write_response(&mut *to, &answer).map(|()| to.write_all(text.as_bytes()));
+    // In one piece: many clients read once, and show the words that came with the head.
+    let mut bytes = Vec::new();
+    if write_response(&mut bytes, &answer).is_ok() {
+        bytes.extend(text.as_bytes());
+        // One that does not take the answer is gone anyway.
+        let _ = to.write_all(&bytes);
+    }
     Err(away)
 }
 
