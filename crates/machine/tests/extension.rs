@@ -8,7 +8,7 @@ use crate::bench::{Memory, Session};
 use embedded_hal::digital::{ErrorType, OutputPin};
 use leadscrew_gcode::{Letter, Number};
 use leadscrew_machine::config::MachineConfig;
-use leadscrew_machine::extension::{Call, Cx, Event, Extension, MCode, Step};
+use leadscrew_machine::extension::{Call, Cx, Event, Extension, MCode, Shown, Step};
 use leadscrew_machine::protocol::alarm::Alarm;
 use leadscrew_machine::protocol::status::Status;
 use leadscrew_machine::state::State;
@@ -412,4 +412,36 @@ fn an_extension_can_move_until_its_switch_closes() {
     assert_eq!(session.line("M3X1"), ["error:36"]);
     let lines = session.line("M3");
     assert!(lines.contains(&"ALARM:5".to_owned()), "{lines:?}");
+}
+
+/// Puts M150 aside, and finds a fault just then.
+struct Faulty([u8; 64]);
+
+impl Extension<3> for Faulty {
+    fn m_code(&self, number: u8) -> Option<MCode> {
+        (number == 150).then_some(MCode::PLAIN.alone())
+    }
+
+    fn perform(&mut self, _: &Call, _: &mut Cx<'_, 3>) -> Step<3> {
+        Step::SetAside(Shown::Hold)
+    }
+
+    fn set_aside(&mut self, _: &Call, cx: &mut Cx<'_, 3>) {
+        cx.alarm(Alarm::AbortedMotion);
+    }
+
+    fn kept(&mut self) -> &mut [u8] {
+        &mut self.0
+    }
+}
+
+#[test]
+fn an_alarm_as_the_operator_gets_the_machine_stays() {
+    let mut memory = Memory::new();
+    let mut session = boot(&mut memory, Faulty([0; 64]));
+    session.send("M150\n");
+    session.wait_ms(500);
+    assert!(session.lines().contains(&"ALARM:3".to_owned()));
+    assert!(session.status().starts_with("<Alarm|"));
+    assert_eq!(session.line("G1X1F600"), ["error:9"]);
 }

@@ -105,6 +105,9 @@ where
             let call = aside.call;
             self.ask_of_line(board, now, |extension, cx| extension.set_aside(&call, cx));
         }
+        if !self.activity.line.is_busy() {
+            return; // it raised an alarm, which ended its line
+        }
         let _answered_later = self.activity.line.finish();
         self.tool.spindle.suspend();
         self.update_power();
