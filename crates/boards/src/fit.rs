@@ -2,9 +2,9 @@
 use crate::{Axis, Board, Kinematics, Motor, MotorSocket, Sockets};
 use std::fmt;
 
-/// A motor driver's place on a board, with the limit switch beside it.
+/// A board's socket for a motor driver, with the limit switch beside it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Place {
+pub enum Socket {
     /// The first motor of the board's file.
     X,
     /// The second.
@@ -15,7 +15,7 @@ pub enum Place {
     Spare,
 }
 
-impl fmt::Display for Place {
+impl fmt::Display for Socket {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::X => "x",
@@ -26,14 +26,14 @@ impl fmt::Display for Place {
     }
 }
 
-/// The places of a machine's motors where its file does not say.
-const USUAL: [Place; 4] = [Place::X, Place::Y, Place::Z, Place::Spare];
+/// The sockets of a machine's motors where its file does not say.
+const USUAL: [Socket; 4] = [Socket::X, Socket::Y, Socket::Z, Socket::Spare];
 
 /// The parts of a board that a machine uses beside those that every machine has.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub struct Needs {
-    /// The place of each motor, 3 or more; `None`: the next one in the order X, Y, Z, spare.
-    pub motors: Vec<Option<Place>>,
+    /// The socket of each motor, 3 or more; `None`: the next one in the order X, Y, Z, spare.
+    pub motors: Vec<Option<Socket>>,
     /// Outputs of M62 to M65.
     pub outputs: usize,
     /// The switches at the ends of a tool's way.
@@ -61,8 +61,8 @@ pub enum Unfit {
         /// Motors that the board drives.
         has: usize,
     },
-    /// Two motors of the machine are in one place.
-    Shared(Place),
+    /// Two motors of the machine are in one socket.
+    Shared(Socket),
     /// The board has fewer outputs for M62 to M65.
     Outputs {
         /// Outputs of the machine.
@@ -95,7 +95,7 @@ impl fmt::Display for Unfit {
             Self::Motors { needs, has } => {
                 write!(f, "the machine has {needs} motors, the board drives {has}")
             }
-            Self::Shared(place) => write!(f, "two motors of the machine are at `{place}` of the board"),
+            Self::Shared(socket) => write!(f, "two motors of the machine are in the board's socket `{socket}`"),
             Self::Outputs { needs, has } => write!(
                 f,
                 "the machine has {needs} outputs, `sockets.outputs` of the board {has}"
@@ -182,31 +182,31 @@ impl Board {
         })
     }
 
-    /// The drivers at the places of a machine's motors.
-    fn motors_at(&self, asked: &[Option<Place>]) -> Result<Vec<MotorSocket>, Unfit> {
+    /// The drivers at the sockets of a machine's motors.
+    fn motors_at(&self, asked: &[Option<Socket>]) -> Result<Vec<MotorSocket>, Unfit> {
         let has = THREE + usize::from(self.sockets.motor.is_some());
         let needs = asked.len();
         let lacks = Unfit::Motors { needs, has };
         let usual = USUAL.map(Some).into_iter().chain(std::iter::repeat(None));
-        let places = asked
+        let sockets = asked
             .iter()
             .zip(usual)
             .map(|(asked, usual)| asked.or(usual));
-        let places: Vec<Place> = places.collect::<Option<_>>().ok_or(lacks)?;
-        for (index, place) in places.iter().enumerate() {
-            if places[..index].contains(place) {
-                return Err(Unfit::Shared(*place));
+        let sockets: Vec<Socket> = sockets.collect::<Option<_>>().ok_or(lacks)?;
+        for (index, socket) in sockets.iter().enumerate() {
+            if sockets[..index].contains(socket) {
+                return Err(Unfit::Shared(*socket));
             }
         }
-        let motors = places.into_iter().map(|place| self.motor_at(place));
+        let motors = sockets.into_iter().map(|socket| self.motor_at(socket));
         motors.collect::<Option<_>>().ok_or(lacks)
     }
 
-    fn motor_at(&self, place: Place) -> Option<MotorSocket> {
-        match place {
-            Place::Spare => self.sockets.motor,
-            Place::X | Place::Y | Place::Z => {
-                let motor = self.motor.get(place as usize)?;
+    fn motor_at(&self, socket: Socket) -> Option<MotorSocket> {
+        match socket {
+            Socket::Spare => self.sockets.motor,
+            Socket::X | Socket::Y | Socket::Z => {
+                let motor = self.motor.get(socket as usize)?;
                 Some(MotorSocket {
                     step: motor.step,
                     direction: motor.direction,

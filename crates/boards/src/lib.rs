@@ -15,7 +15,7 @@ pub use board::{
 };
 pub use check::Finding;
 pub use chip::Chip;
-pub use fit::{Needs, Place, Unfit};
+pub use fit::{Needs, Socket, Unfit};
 pub use flash::Sector;
 pub use pin::{Pin, UnknownPin};
 

@@ -1,5 +1,5 @@
 //! The boards that come with the firmware are right; a board that is wrong in one way is told so.
-use leadscrew_boards::{Board, Needs, Place, Unfit, BOARDS};
+use leadscrew_boards::{Board, Needs, Socket, Unfit, BOARDS};
 
 fn board(name: &str) -> &'static str {
     BOARDS.iter().find(|(one, _)| *one == name).unwrap().1
@@ -256,7 +256,7 @@ fn a_machine_uses_sockets_that_are_there() {
 #[test]
 fn a_machine_s_motors_are_plugged_in_where_its_file_says() {
     let board = Board::read(board("discovery")).unwrap();
-    let at = |motors: Vec<Option<Place>>| {
+    let at = |motors: Vec<Option<Socket>>| {
         let fitted = board.fitted(&Needs {
             motors,
             ..Needs::default()
@@ -268,10 +268,10 @@ fn a_machine_s_motors_are_plugged_in_where_its_file_says() {
         })
     };
     assert_eq!(at(vec![None; 3]).unwrap(), ["PE7", "PE8", "PE9"]);
-    let swapped = vec![Some(Place::Spare), None, None, Some(Place::X)];
+    let swapped = vec![Some(Socket::Spare), None, None, Some(Socket::X)];
     assert_eq!(at(swapped).unwrap(), ["PE14", "PE8", "PE9", "PE7"]);
-    let shared = at(vec![Some(Place::Y), None, None]).unwrap_err();
-    assert_eq!(shared, Unfit::Shared(Place::Y));
+    let shared = at(vec![Some(Socket::Y), None, None]).unwrap_err();
+    assert_eq!(shared, Unfit::Shared(Socket::Y));
     assert!(matches!(
         at(vec![None; 5]),
         Err(Unfit::Motors { needs: 5, has: 4 })

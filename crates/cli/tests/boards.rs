@@ -96,5 +96,7 @@ fn a_machine_s_pins_are_those_of_its_board() {
     let nobody = pins("board = \"nosuch\"\n", &[]);
     assert!(text(&nobody.stderr).contains("nosuch: is no board of the firmware"));
     let shared = pins("[axes.x]\nsocket = \"y\"\n", &[]);
-    assert!(text(&shared.stderr).contains("two motors of the machine are at `y`"));
+    assert!(
+        text(&shared.stderr).contains("two motors of the machine are in the board's socket `y`")
+    );
 }

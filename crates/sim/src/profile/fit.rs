@@ -1,7 +1,7 @@
 //! The machine on its board.
 
 use super::{Profile, Socket};
-use leadscrew_boards::{Board, Needs, Place, Unfit};
+use leadscrew_boards::{Board, Needs, Socket as OfBoard, Unfit};
 
 impl Profile {
     /// The board with the parts that the machine uses, its motors where the file says.
@@ -17,7 +17,7 @@ impl Profile {
         let second = self.second_motor.iter().map(|second| second.socket);
         let sockets = self.all_axes().map(|axis| axis.socket).chain(second);
         Needs {
-            motors: sockets.map(|socket| socket.map(Socket::place)).collect(),
+            motors: sockets.map(|socket| socket.map(Socket::of_board)).collect(),
             outputs: usize::from(self.outputs.config().count),
             tool: self.tool_switches.is_some(),
             heaters: self.heaters.configs().len(),
@@ -29,12 +29,12 @@ impl Profile {
 }
 
 impl Socket {
-    fn place(self) -> Place {
+    fn of_board(self) -> OfBoard {
         match self {
-            Self::X => Place::X,
-            Self::Y => Place::Y,
-            Self::Z => Place::Z,
-            Self::Spare => Place::Spare,
+            Self::X => OfBoard::X,
+            Self::Y => OfBoard::Y,
+            Self::Z => OfBoard::Z,
+            Self::Spare => OfBoard::Spare,
         }
     }
 }

@@ -1,9 +1,9 @@
 //! A raster at 10 000 lines a second through the whole machine: `G1X123.45S752`, pixels of 0.05 mm
 //! at 500 mm/s.
 //!
-//! Region 0: what the main loop does for one line, from its bytes in the receive queue to `ok`, and
-//! for the segments that are made in its 100 µs. The step interrupt runs between the samples and is
-//! not counted.
+//! Region 0: the main loop's work for one line, from its bytes in the receive queue to `ok`, and for
+//! the segments that are made in its 100 µs. The step interrupt runs between the samples and is not
+//! counted.
 #![no_std]
 #![no_main]
 
