@@ -1,4 +1,5 @@
-//! Laser or spindle power: the duty of a timer's channel (RM0090 sections 17.3.9 and 18.3.9).
+//! Laser or spindle power: the duty of a timer's channel (RM0090 sections 17.3.10, 18.3.9 and
+//! 19.3.9).
 //!
 //! | frequency | levels above off, timer on APB1 (84 MHz) | on APB2 (168 MHz) |
 //! |---|---|---|

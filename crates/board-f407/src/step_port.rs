@@ -1,7 +1,7 @@
 //! Step pins, direction pins and step timer: the board's side of the step interrupt.
 //!
 //! TIM2 counts freely at [`APB1_TIMER_HZ`] (RM0090 section 18.3). Its compare register holds the
-//! instant of the next tick. TIM11 counts a pulse once (one-pulse mode, section 19.3.9) and says
+//! instant of the next tick. TIM11 counts a pulse once (one-pulse mode, section 19.3.10) and says
 //! when it is over:
 //!
 //! ```text
