@@ -78,9 +78,15 @@ fn axes(detail: &str) -> String {
     detail.split("; ").map(end).collect::<Vec<_>>().join(", ")
 }
 
-/// The letter and the number at a column.
+/// The word at a column: a G or M code, or the letter of another word, whose value is another in
+/// each line.
 fn word(text: &[u8], column: usize) -> String {
     let rest = text.get(column..).unwrap_or_default();
+    if let Some(letter @ (b'A'..=b'Z' | b'a'..=b'z')) = rest.first() {
+        if !b"GMgm".contains(letter) {
+            return char::from(letter.to_ascii_uppercase()).to_string();
+        }
+    }
     let end = rest
         .iter()
         .skip(1)
@@ -103,6 +109,17 @@ mod tests {
             text: text.to_owned(),
             detail: None,
         }
+    }
+
+    #[test]
+    fn words_of_one_letter_have_one_cause_whatever_their_values() {
+        let mut causes = Causes::default();
+        assert!(causes.note(&unsupported(1, "E1.5")));
+        assert!(!causes.note(&unsupported(2, "e2.75")));
+        assert!(causes.note(&unsupported(3, "M107")));
+        assert!(causes.note(&unsupported(4, "M104 S200")));
+        let rest = "job.nc: error:20 (E): 1 more, as in line 1, the last in line 2";
+        assert_eq!(causes.rest("job.nc"), [rest]);
     }
 
     #[test]
