@@ -25,11 +25,20 @@ pub(super) fn draw(plot: &Plot<'_>, top: f64) -> (Group, f64) {
         x: LEFT,
         y: top + ROW / 2.0,
     };
-    rows.add(34.0, "travel", |[x, y]| {
+    let travel = match plot.leads_out {
+        true => "travel, beyond the picture as well",
+        false => "travel",
+    };
+    rows.add(34.0, travel, |[x, y]| {
         line([x, y], [x + 34.0, y], &ink::travel()).set("stroke-dasharray", "4 3")
     });
-    rows.add(12.0, "start", |[x, y]| start_mark((x + 6.0, y)));
-    rows.add(6.0, "end", |[x, y]| end_mark((x + 3.0, y)));
+    let [start, end] = plot.seen_ends();
+    if start.is_some() {
+        rows.add(12.0, "start", |[x, y]| start_mark((x + 6.0, y)));
+    }
+    if end.is_some() {
+        rows.add(6.0, "end", |[x, y]| end_mark((x + 3.0, y)));
+    }
     match plot.full_power_s {
         Some(full) => scale(&mut rows, plot, "laser power S", ["0".into(), label(full)]),
         None => depths(&mut rows, plot),

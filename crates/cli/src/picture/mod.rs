@@ -24,6 +24,7 @@ mod raster;
 mod scale;
 mod speed;
 mod svg;
+mod window;
 
 pub(crate) use limits::draw_limits;
 pub(crate) use svg::{draw, Caption};

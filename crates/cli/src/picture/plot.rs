@@ -5,16 +5,17 @@
 
 use super::ink;
 use super::line::Line;
-use super::page::{Frame, INK, LEFT, PLOT_WIDTH, TOP};
+use super::page::{rectangle, Frame, INK, LEFT, PLOT_WIDTH, TOP};
 use super::raster::Raster;
 use super::scale::{label, Scale};
+use super::window::{extent, Window};
 use leadscrew_sim::scene::{Drawn, Hole, Toolpath, Way};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
-use svg::node::element::{Circle, Definitions, Group, Image, Path, Use};
+use svg::node::element::{Circle, ClipPath, Definitions, Group, Image, Path, Use};
 
 // Pixels.
-const MOST_HEIGHT: f64 = 640.0;
+pub(super) const MOST_HEIGHT: f64 = 640.0;
 const LEAST_HEIGHT: f64 = 160.0;
 /// Width of a cut that has none of its own: a hair that is seen.
 pub(super) const HAIR: f64 = 1.4;
@@ -46,6 +47,8 @@ pub(super) struct Plot<'a> {
     pub(super) x: Scale,
     pub(super) y: Scale,
     per_mm: f64,
+    /// Whether the path leads beyond the picture.
+    pub(super) leads_out: bool,
     /// S of a laser's full power; `None` where S is a spindle's speed.
     pub(super) full_power_s: Option<f64>,
     /// The highest and the lowest Z of cuts, mm.
@@ -61,7 +64,9 @@ impl<'a> Plot<'a> {
     pub(super) fn new(path: &'a Toolpath, full_power_s: Option<f64>) -> Self {
         let is_laser = full_power_s.is_some();
         let room = if is_laser { 0.0 } else { widest(path) / 2.0 };
-        let [low, high] = path.bounds().map(|p| p.map(f64::from));
+        let holes = path.holes();
+        let window = Window::onto(path, &holes);
+        let [low, high] = [window.low, window.high].map(|corner| corner.map(f64::from));
         let span = [0, 1].map(|axis: usize| (high[axis] - low[axis]).max(1e-3) * 1.08 + 2.0 * room);
         let per_mm = (PLOT_WIDTH / span[0]).min(MOST_HEIGHT / span[1]);
         let height = (span[1] * per_mm).max(LEAST_HEIGHT);
@@ -76,33 +81,23 @@ impl<'a> Plot<'a> {
             x: Scale::new(left, right, LEFT, LEFT + PLOT_WIDTH),
             y: Scale::new(below, above, frame.bottom(), frame.top),
             per_mm,
+            leads_out: window.is_left,
             full_power_s,
             depth: path.depths().unwrap_or_default(),
             passes: path.passes(PASSES),
-            holes: path.holes(),
+            holes,
             raster: is_laser.then(|| Raster::of(path.moves())).flatten(),
         }
     }
 
     /// The titles of the axes, with the extent of the cuts.
     pub(super) fn titles(&self) -> [String; 2] {
-        [("X mm", 0), ("Y mm", 1)].map(|(name, axis)| match self.extent(axis) {
+        [("X mm", 0), ("Y mm", 1)].map(|(name, axis)| match extent(self.path, &self.holes, axis) {
             Some(ends) => {
                 let [low, high] = ends.map(|end| label((f64::from(end) * 100.0).round() / 100.0));
                 format!("{name} (cuts from {low} to {high})")
             }
             None => name.to_owned(),
-        })
-    }
-
-    /// The ends of cuts and holes along an axis, mm: of the tool's centre.
-    fn extent(&self, axis: usize) -> Option<[f32; 2]> {
-        let cuts = self.path.moves().windows(2).filter(|pair| is_aside(pair));
-        let cuts = cuts.flat_map(|pair| [pair[0].to[axis], pair[1].to[axis]]);
-        let all = cuts.chain(self.holes.iter().map(|hole| hole.at[axis]));
-        all.fold(None, |range, place| {
-            let [low, high] = range.unwrap_or([place; 2]);
-            Some([f32::min(low, place), f32::max(high, place)])
         })
     }
 
@@ -298,10 +293,37 @@ impl<'a> Plot<'a> {
             .set("stroke-width", HAIR.min(radius / 2.0))
     }
 
-    /// Where the job starts and ends.
+    /// Where the job starts and ends, as far as the picture has it.
     pub(super) fn ends(&self) -> Group {
-        let [start, end] = self.path.ends().map(|at| self.at(at)).map(|[x, y]| (x, y));
-        Group::new().add(start_mark(start)).add(end_mark(end))
+        let [start, end] = self.seen_ends();
+        let mut group = Group::new();
+        if let Some(start) = start {
+            group = group.add(start_mark(start));
+        }
+        if let Some(end) = end {
+            group = group.add(end_mark(end));
+        }
+        group
+    }
+
+    /// The places of start and end, where the picture has them.
+    pub(super) fn seen_ends(&self) -> [Option<(f64, f64)>; 2] {
+        let across = LEFT..=LEFT + PLOT_WIDTH;
+        let up = self.frame.top..=self.frame.bottom();
+        let places = self.path.ends().map(|at| self.at(at));
+        places.map(|[x, y]| (across.contains(&x) && up.contains(&y)).then_some((x, y)))
+    }
+
+    /// Cuts off what leads beyond the picture.
+    pub(super) fn clipped(&self, drawn: Group) -> Group {
+        if !self.leads_out {
+            return drawn;
+        }
+        let Frame { top, height } = self.frame;
+        let frame = rectangle(LEFT, top, PLOT_WIDTH, height, "none");
+        let clip = ClipPath::new().set("id", "plot").add(frame);
+        let drawn = Group::new().set("clip-path", "url(#plot)").add(drawn);
+        Group::new().add(Definitions::new().add(clip)).add(drawn)
     }
 
     /// The diameters of the tools that cut aside, mm, the widest first.
@@ -330,7 +352,7 @@ impl<'a> Plot<'a> {
 }
 
 /// Whether the tool cuts, and not only straight down.
-fn is_aside(pair: &[Drawn]) -> bool {
+pub(super) fn is_aside(pair: &[Drawn]) -> bool {
     pair[1].way == Way::Cut && pair[0].to[..2] != pair[1].to[..2]
 }
 

@@ -6,6 +6,7 @@ use super::plot::Plot;
 use super::speed;
 use leadscrew_sim::scene::Toolpath;
 use leadscrew_sim::speed_profile::Stretch;
+use svg::node::element::Group;
 use svg::Document;
 
 /// The words around the picture.
@@ -37,9 +38,9 @@ pub(crate) fn draw(path: &Toolpath, stretches: &[Stretch], caption: &Caption) ->
     if let Some(image) = plot.image() {
         document = document.add(image);
     }
+    let moves = Group::new().add(plot.strokes()).add(plot.arrows());
     let document = document
-        .add(plot.strokes())
-        .add(plot.arrows())
+        .add(plot.clipped(moves))
         .add(plot.holes())
         .add(plot.ends())
         .add(legend);
