@@ -7,10 +7,10 @@ use crate::vcd::Waveform;
 use leadscrew_machine::board::PortConfig;
 use leadscrew_machine::explain::{Committed, PlannedMove};
 use leadscrew_machine::tool::spindle::SpindleScale;
-use leadscrew_planner::{Coordinate, MoveKind};
+use leadscrew_planner::Coordinate;
 use leadscrew_sim::clock::Cycle;
 use leadscrew_sim::observer::{Observer, StepEvent, Taken};
-use leadscrew_sim::scene::{StrokeKind, Tooling, Toolpath};
+use leadscrew_sim::scene::{Tooling, Toolpath};
 use leadscrew_sim::speed_profile::Recorder;
 use leadscrew_stepper::{MotorMask, Power, PowerScale};
 use std::io;
@@ -217,13 +217,7 @@ impl Observer for Sketch {
 
     fn move_planned(&mut self, planned: &PlannedMove<'_>) {
         self.speed.move_planned(planned);
-        let kind = match planned.kind {
-            MoveKind::Feed => {
-                let power = planned.power.share().to_num();
-                self.tooling.feed(planned.begin, planned.target, power)
-            }
-            MoveKind::Rapid | MoveKind::Jog | MoveKind::System => StrokeKind::Travel,
-        };
+        let kind = self.tooling.planned(planned);
         self.path.resume_at(mm(planned.begin));
         if self.path.is_drawn() {
             self.measure(planned);

@@ -221,7 +221,8 @@ impl<const AXES: usize> Checker<AXES> {
             Feed::Rapid => StrokeKind::Travel,
             Feed::PerMinute(_) | Feed::InverseTime(_) => {
                 let power = self.power(&travel.spindle);
-                self.tooling.feed(&start, &travel.target, power)
+                let is_laser = self.settings.is_on(Setting::Laser);
+                self.tooling.feed(&start, &travel.target, power, is_laser)
             }
         };
         let Some(arc) = arc else {

@@ -53,7 +53,7 @@ impl Machine {
 
     /// The rule by which its feed moves are cuts.
     pub fn tooling(&self) -> Tooling {
-        self.file.tooling(self.settings.is_on(Setting::Laser))
+        self.file.tooling()
     }
 
     fn of(file: Profile, settings: Settings<MOST_AXES>) -> Self {

@@ -25,6 +25,8 @@ pub struct PlannedMove<'a> {
     pub kind: MoveKind,
     /// Power as programmed, at the programmed feed.
     pub power: Power,
+    /// Laser mode (`$32`).
+    pub is_laser: bool,
     /// The limit from an arc's curvature, mm/s.
     pub speed_limit: Option<f32>,
     /// The line that asked for it, counted as [`Work::lines`](crate::work::Work::lines) does.

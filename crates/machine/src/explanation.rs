@@ -21,6 +21,7 @@ where
             target: &of.target,
             kind: of.kind,
             power: of.power.programmed(),
+            is_laser: self.tool.spindle.is_laser(),
             speed_limit: self.motion.arc_speed(of),
             line: self.work.lines,
             steps: &outline.steps,

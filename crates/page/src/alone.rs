@@ -50,7 +50,7 @@ pub struct Alone {
 impl Alone {
     /// Powers the machine of this file up at `now`, the time since any instant.
     pub fn power_up(file: &Profile, now: Duration) -> Self {
-        let trail = Trail::new(file.tooling(file.is_laser()));
+        let trail = Trail::new(file.tooling());
         let trail: &'static RefCell<Trail> = Box::leak(Box::new(RefCell::new(trail)));
         let watcher = Box::leak(Box::new(Watcher(trail)));
         let supply = Supply {

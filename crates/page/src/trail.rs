@@ -6,10 +6,9 @@
 //! ```
 
 use leadscrew_machine::explain::PlannedMove;
-use leadscrew_planner::MoveKind;
 use leadscrew_sim::clock::Cycle;
 use leadscrew_sim::observer::{Observer, Taken};
-use leadscrew_sim::scene::{Drawn, StrokeKind, Tooling, Way};
+use leadscrew_sim::scene::{Drawn, Tooling, Way};
 use std::cell::RefCell;
 use std::collections::VecDeque;
 
@@ -143,13 +142,7 @@ impl Observer for Trail {
     fn move_planned(&mut self, planned: &PlannedMove<'_>) {
         let mm = |axis: usize| planned.target.get(axis).map_or(0.0, |at| at.to_mm());
         let to = [mm(0), mm(1), mm(2)];
-        let kind = match planned.kind {
-            MoveKind::Feed => {
-                let power = planned.power.share().to_num();
-                self.tooling.feed(planned.begin, planned.target, power)
-            }
-            MoveKind::Rapid | MoveKind::Jog | MoveKind::System => StrokeKind::Travel,
-        };
+        let kind = self.tooling.planned(planned);
         self.planned.push_back((
             self.planned(),
             planned
@@ -198,7 +191,7 @@ impl Observer for Watcher<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use leadscrew_planner::Coordinate;
+    use leadscrew_planner::{Coordinate, MoveKind};
     use leadscrew_sim::scene::MOVE_BYTES;
     use leadscrew_stepper::Power;
 
@@ -208,6 +201,7 @@ mod tests {
             target: &[Coordinate::from_mm(x)],
             kind: MoveKind::Feed,
             power: Power::FULL,
+            is_laser: false,
             speed_limit: None,
             line,
             steps: &[steps],

@@ -124,7 +124,7 @@ fn run(profile: &Profile, rate: Rate, state: Option<StateFile>, server: &mut Ser
         ..profile.supply(rate)
     };
     loop {
-        let trail = RefCell::new(Trail::new(profile.tooling(profile.is_laser())));
+        let trail = RefCell::new(Trail::new(profile.tooling()));
         let mut end = End::Stopped;
         profile.power_up(supply, &mut Watcher(&trail), &mut |machine| {
             let mut desk = Desk::new(machine, &trail, motors, profile.letters());

@@ -22,18 +22,11 @@ impl Profile {
         self.named_settings().iter().map(entry).collect()
     }
 
-    /// The rule by which its feed moves are cuts, with `$32` as `is_laser`.
-    pub fn tooling(&self, is_laser: bool) -> Tooling {
-        let extruder = self.heat_config().gates.extruder_axis;
-        Tooling { extruder, is_laser }
-    }
-
-    /// Whether a new machine is in laser mode.
-    pub fn is_laser(&self) -> bool {
-        let number = Key::Machine(Setting::Laser).number();
-        let first = self.first_settings();
-        let mode = first.iter().rfind(|entry| entry.number == number);
-        mode.is_some_and(|entry| entry.value.nanos() != 0)
+    /// The rule by which its feed moves are cuts.
+    pub fn tooling(&self) -> Tooling {
+        Tooling {
+            extruder: self.heat_config().gates.extruder_axis,
+        }
     }
 
     /// The first setting that the machine refuses, and its answer.

@@ -1,7 +1,8 @@
 //! The path that the tool took.
 
 use super::{Drawn, Way};
-use leadscrew_planner::Coordinate;
+use leadscrew_machine::explain::PlannedMove;
+use leadscrew_planner::{Coordinate, MoveKind};
 
 /// The use of the tool along a stroke.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -50,15 +51,31 @@ impl StrokeKind {
 pub struct Tooling {
     /// The axis of the filament, on a printer: a feed move that feeds none is travel.
     pub extruder: Option<usize>,
-    /// Laser mode: a feed move without power is travel.
-    pub is_laser: bool,
 }
 
 impl Tooling {
-    /// The use of the tool on a feed move from `begin` to `target` with a share of full power.
-    pub fn feed(self, begin: &[Coordinate], target: &[Coordinate], power: f64) -> StrokeKind {
+    /// The use of the tool on a planned move.
+    pub fn planned(self, planned: &PlannedMove<'_>) -> StrokeKind {
+        match planned.kind {
+            MoveKind::Feed => {
+                let power = planned.power.share().to_num();
+                self.feed(planned.begin, planned.target, power, planned.is_laser)
+            }
+            MoveKind::Rapid | MoveKind::Jog | MoveKind::System => StrokeKind::Travel,
+        }
+    }
+
+    /// The use of the tool on a feed move from `begin` to `target` with a share of full power. A
+    /// laser's is travel without power.
+    pub fn feed(
+        self,
+        begin: &[Coordinate],
+        target: &[Coordinate],
+        power: f64,
+        is_laser: bool,
+    ) -> StrokeKind {
         let feeds = |axis: usize| target.get(axis) > begin.get(axis);
-        let burns = !self.is_laser || power > 0.0;
+        let burns = !is_laser || power > 0.0;
         match burns && self.extruder.is_none_or(feeds) {
             true => StrokeKind::cut(power),
             false => StrokeKind::Travel,
@@ -371,11 +388,8 @@ mod tests {
     fn a_printers_feed_moves_are_cuts_where_they_feed_filament() {
         let at = |places: [f64; 4]| places.map(|mm| Coordinate::from_nanos((mm * 1e9) as i64));
         let begin = at([0.0, 0.0, 0.3, 1.0]);
-        let printer = Tooling {
-            extruder: Some(3),
-            ..Tooling::default()
-        };
-        let kind = |tooling: Tooling, end| tooling.feed(&begin, &at(end), 0.0).way();
+        let printer = Tooling { extruder: Some(3) };
+        let kind = |tooling: Tooling, end| tooling.feed(&begin, &at(end), 0.0, false).way();
         assert_eq!(kind(printer, [9.0, 0.0, 0.3, 1.2]), Way::Cut);
         assert_eq!(kind(printer, [9.0, 0.0, 0.3, 1.0]), Way::Travel);
         assert_eq!(kind(printer, [9.0, 0.0, 0.3, 0.5]), Way::Travel);
@@ -384,13 +398,10 @@ mod tests {
 
     #[test]
     fn a_laser_s_feed_moves_without_power_are_travel() {
-        let laser = Tooling {
-            is_laser: true,
-            ..Tooling::default()
-        };
-        assert_eq!(laser.feed(&[], &[], 0.1).way(), Way::Cut);
-        assert_eq!(laser.feed(&[], &[], 0.0).way(), Way::Travel);
-        assert_eq!(Tooling::default().feed(&[], &[], 0.0).way(), Way::Cut);
+        let way = |power, is_laser| Tooling::default().feed(&[], &[], power, is_laser).way();
+        assert_eq!(way(0.1, true), Way::Cut);
+        assert_eq!(way(0.0, true), Way::Travel);
+        assert_eq!(way(0.0, false), Way::Cut);
     }
 
     #[test]
