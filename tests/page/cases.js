@@ -363,6 +363,25 @@ export const cases = [
     },
   },
   {
+    name: "settings outlast the page, each machine's its own",
+    only: "file",
+    async run({page}) {
+      const set = async (value) => {
+        await isState(page, "Idle");
+        await page.getByRole("tab", {name: "Settings"}).click();
+        await page.locator("#setting-110").fill(value);
+        await page.locator("#setting-110").press("Tab");
+      };
+      const shows = (value) => page.waitForFunction((value) => document.getElementById("setting-110")?.value === value, value);
+      await set("777");
+      await shows("777.000");
+      await page.reload();
+      await shows("777.000");
+      await drop(page, "machine.toml", FAST);
+      await shows("6000.000");
+    },
+  },
+  {
     name: "a machine is dropped as a file; one that is wrong is told with its line, and the machine stays",
     only: "file",
     machine: FAST,

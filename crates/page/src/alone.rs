@@ -11,6 +11,7 @@ use crate::pages::{hello, Errand, PageAction, PageEvent, Pages};
 use crate::trail::{Trail, Watcher};
 use crate::wires::Wires;
 use leadscrew_jobs::Job;
+use leadscrew_machine::settings::store::Condition;
 use leadscrew_sim::clock::cycles_of_micros;
 use leadscrew_sim::flash::Flash;
 use leadscrew_sim::link::Rate;
@@ -48,8 +49,10 @@ pub struct Alone {
 }
 
 impl Alone {
-    /// Powers the machine of this file up at `now`, the time since any instant.
-    pub fn power_up(file: &Profile, now: Duration) -> Self {
+    /// Powers the machine of this file up at `now`, the time since any instant. `kept` is its flash
+    /// memory as an earlier one has left it ([`Alone::changed_memory`]); it is blank where there is
+    /// none, or where another version of the program has written it.
+    pub fn power_up(file: &Profile, kept: Option<&[u8]>, now: Duration) -> Self {
         let trail = Trail::new(file.tooling());
         let trail: &'static RefCell<Trail> = Box::leak(Box::new(RefCell::new(trail)));
         let watcher = Box::leak(Box::new(Watcher(trail)));
@@ -59,8 +62,7 @@ impl Alone {
         };
         let machine = Box::leak(file.power_up_for_good(supply, watcher));
         let mut desk = Desk::new(machine, trail, file.motor_count(), file.letters());
-        let mut flash = Flash::blank();
-        desk.load(&mut flash);
+        let flash = load(kept, &mut desk);
         let mut wires = Wires::new(1);
         desk.run_until(&mut wires, desk.now() + START);
 
@@ -128,16 +130,33 @@ impl Alone {
         self.pages.show(desk, now);
     }
 
+    /// The flash memory, where it has changed since this was asked last.
+    pub fn changed_memory(&mut self) -> Option<&[u8]> {
+        self.flash.changed().then(|| self.flash.bytes())
+    }
+
     /// The next frame for the page.
     pub fn next_frame(&mut self) -> Option<Vec<u8>> {
         self.frames.try_recv().ok()
     }
 }
 
+/// Gives the machine its stored values; answers its flash memory.
+fn load(kept: Option<&[u8]>, desk: &mut Desk<'_>) -> Flash {
+    let kept = kept.filter(|kept| kept.len() == Flash::SIZE);
+    let mut flash = kept.map_or_else(Flash::blank, |kept| Flash::new(kept.to_vec()));
+    if desk.load(&mut flash) == Condition::Foreign {
+        flash = Flash::blank();
+        desk.load(&mut flash);
+    }
+    flash
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::frames::Tag;
+    use leadscrew_sim::scene::{Way, MOVE_BYTES};
 
     /// A frame as the page sends it.
     fn frame(tag: u8, content: &[u8]) -> Vec<u8> {
@@ -171,7 +190,7 @@ mod tests {
 
     #[test]
     fn a_page_is_greeted_has_the_machine_and_moves_it() {
-        let mut alone = Alone::power_up(&Profile::default(), Duration::ZERO);
+        let mut alone = Alone::power_up(&Profile::default(), None, Duration::ZERO);
         let greeting = frames(&mut alone);
         assert_eq!(greeting[0][0], Tag::Hello as u8);
         let role = greeting.last().unwrap();
@@ -187,7 +206,7 @@ mod tests {
 
     #[test]
     fn a_job_is_handed_over_with_the_settings_and_the_zero_of_the_machine() {
-        let mut alone = Alone::power_up(&Profile::default(), Duration::ZERO);
+        let mut alone = Alone::power_up(&Profile::default(), None, Duration::ZERO);
         let lines = frame(1, b"$110=777\nG10L2P1X-7\n");
         alone.hear(&lines, |_| panic!("no job")).unwrap();
         pass(&mut alone, 0, 200);
@@ -200,9 +219,43 @@ mod tests {
         assert_eq!(job.origin[0], -7.0);
     }
 
+    /// The settings of a machine that is powered up with this memory.
+    fn settings_with(kept: Option<&[u8]>) -> String {
+        let alone = Alone::power_up(&Profile::default(), kept, Duration::ZERO);
+        alone.desk.settings_text()
+    }
+
+    #[test]
+    fn a_feed_move_without_power_is_travel_as_soon_as_the_machine_has_a_laser() {
+        let mut alone = Alone::power_up(&Profile::default(), None, Duration::ZERO);
+        let lines = frame(1, b"G1X1F600\n$32=1\nM4S0\nG1X2\n");
+        alone.hear(&lines, |_| panic!("no job")).unwrap();
+        pass(&mut alone, 0, 3000);
+        let trail = alone.desk.trail();
+        let moves = trail.bytes(0, 9);
+        let ways: Vec<u8> = moves.chunks(MOVE_BYTES).map(|one| one[16]).collect();
+        assert_eq!(ways, [Way::Cut as u8, Way::Travel as u8]);
+    }
+
+    #[test]
+    fn settings_outlast_the_page_in_the_memory_that_it_keeps() {
+        let mut alone = Alone::power_up(&Profile::default(), None, Duration::ZERO);
+        pass(&mut alone, 0, 100);
+        alone.changed_memory();
+        let line = frame(1, b"$110=777\n");
+        alone.hear(&line, |_| panic!("no job")).unwrap();
+        pass(&mut alone, 100, 200);
+        let kept = alone.changed_memory().expect("a change").to_vec();
+        assert_eq!(alone.changed_memory(), None);
+        assert!(settings_with(Some(&kept)).contains("$110=777"));
+        for unusable in [None, Some(&kept[1..]), Some(&[0; Flash::SIZE])] {
+            assert!(settings_with(unusable).contains("$110=500"));
+        }
+    }
+
     #[test]
     fn a_machine_that_is_far_behind_does_not_race() {
-        let mut alone = Alone::power_up(&Profile::default(), Duration::ZERO);
+        let mut alone = Alone::power_up(&Profile::default(), None, Duration::ZERO);
         let hour = Duration::from_secs(3600);
         alone.go(hour);
         assert!(alone.desk.now().seconds() < 0.1);

@@ -6,9 +6,10 @@ import {FROM, frameOf} from "frames";
 
 /** @typedef {import("frames").Ears} Ears */
 
-/** What workers tell of beside frames for the page: a job to be looked at, and why a worker is of no further use. */
+/** What workers tell of beside frames for the page: a job to be looked at, why a worker is of no further use, and the machine's memory. */
 const LOOK = 128;
 const FAILED = 129;
+const KEEP = 130;
 
 export class Link {
   #worker = URL.createObjectURL(new Blob([bytes("worker")], {type: "text/javascript"}));
@@ -83,7 +84,8 @@ export class Link {
     const worker = new Worker(this.#worker);
     worker.onmessage = ({data}) => this.#take(data);
     worker.onerror = (event) => this.#fail(`The simulator has failed: ${event.message}`);
-    worker.postMessage({module: this.#module, file: this.#file, job});
+    const kept = job ? new Uint8Array() : memoryOf(this.#file);
+    worker.postMessage({module: this.#module, file: this.#file, kept, job});
     return worker;
   }
 
@@ -100,6 +102,7 @@ export class Link {
       else this.#fail(`The simulator has failed: ${new TextDecoder().decode(words)}`);
       return;
     }
+    if (frame[0] === KEEP) return keep(this.#file, frame.subarray(1));
     if (frame[0] === FROM.HELLO) this.#before = null;
     this.ears.frame(frame[0], frame);
   }
@@ -119,7 +122,29 @@ export class Link {
   }
 }
 
+/** The name under which the browser keeps the memory of a machine with this file. @param {Uint8Array} file */
+const nameOf = (file) => `leadscrew ${new TextDecoder().decode(file)}`;
+
+/** Keeps the memory of a machine. Where the browser keeps nothing, settings last as long as the page. @param {Uint8Array} file @param {Uint8Array} memory */
+function keep(file, memory) {
+  try {
+    localStorage.setItem(nameOf(file), btoa(Array.from(memory, (byte) => String.fromCharCode(byte)).join("")));
+  } catch {}
+}
+
+/** The memory that was kept of a machine, empty where there is none. @param {Uint8Array} file */
+function memoryOf(file) {
+  try {
+    return decoded(localStorage.getItem(nameOf(file)) ?? "");
+  } catch {
+    return new Uint8Array();
+  }
+}
+
+/** @param {string} text */
+const decoded = (text) => Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+
 /** The data of an element. @param {string} id */
 function bytes(id) {
-  return Uint8Array.from(atob(by(id).textContent ?? ""), (letter) => letter.charCodeAt(0));
+  return decoded(by(id).textContent ?? "");
 }

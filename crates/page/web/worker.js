@@ -9,12 +9,12 @@ const STEP = 10;
  * @typedef {object} Simulator
  * @property {WebAssembly.Memory} memory
  * @property {(length: number) => number} room
- * @property {() => void} machine
+ * @property {(kept: number) => void} machine
  * @property {() => void} hear
  * @property {(ms: number) => void} go
  * @property {() => void} look
  */
-/** @typedef {{module: WebAssembly.Module, file: Uint8Array, job?: Uint8Array}} Task */
+/** @typedef {{module: WebAssembly.Module, file: Uint8Array, kept: Uint8Array, job?: Uint8Array}} Task */
 
 const page = /** @type {Worker} */ (/** @type {unknown} */ (self));
 /** @type {Simulator} */
@@ -33,11 +33,11 @@ function leave(bytes) {
 }
 
 /** @param {Task} task */
-function begin({module, file, job}) {
+function begin({module, file, kept, job}) {
   const {exports} = new WebAssembly.Instance(module, {page: {tell}});
   simulator = /** @type {Simulator} */ (/** @type {unknown} */ (exports));
-  leave(file);
-  simulator.machine();
+  leave(Uint8Array.of(...file, ...kept));
+  simulator.machine(kept.length);
   if (job) {
     leave(job);
     simulator.look();

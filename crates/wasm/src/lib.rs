@@ -3,7 +3,7 @@
 //!
 //! ```text
 //!   room(length) -> address      room for the bytes of the next call; the caller writes them there
-//!   machine()                    takes a machine file from there
+//!   machine(kept)                takes a machine file from there, its last `kept` bytes the memory that was kept
 //!   hear()                       takes frames of the page from there
 //!   go(ms)                       lets the machine reach this time of the caller's clock, ms; powers it up at first
 //!   look()                       looks at a job from there, that another instance has told of, to its end
@@ -11,8 +11,8 @@
 //!   tell(address, length)        what the module asks its caller for: takes a frame, until it returns
 //! ```
 //!
-//! Frames for the page are those of `leadscrew serve`. Two more are for the caller, `LOOK` and
-//! `FAILED`.
+//! Frames for the page are those of `leadscrew serve`. Three more are for the caller, `LOOK`,
+//! `FAILED` and `KEEP`.
 #![cfg(target_arch = "wasm32")]
 
 use leadscrew_jobs::{Finding, Job, Workshop};
@@ -28,6 +28,10 @@ const LOOK: u8 = 128;
 
 /// The first byte of a frame: words follow, and the module is of no further use.
 const FAILED: u8 = 129;
+
+/// The first byte of a frame: the machine's memory follows, with its settings. The caller keeps it
+/// for [`machine`] of a later instance.
+const KEEP: u8 = 130;
 
 #[link(wasm_import_module = "page")]
 extern "C" {
@@ -50,6 +54,7 @@ fn fail(words: &str) {
 struct Module {
     input: Vec<u8>,
     file: Profile,
+    kept: Option<Vec<u8>>,
     alone: Option<Alone>,
 }
 
@@ -70,11 +75,14 @@ pub extern "C" fn room(length: usize) -> *mut u8 {
     })
 }
 
-/// Takes a machine file, before anything else.
+/// Takes a machine file, before anything else, and behind it `kept` bytes of its memory, 0 where
+/// there is none.
 #[no_mangle]
-pub extern "C" fn machine() {
+pub extern "C" fn machine(kept: usize) {
     std::panic::set_hook(Box::new(|info| fail(&info.to_string())));
     with(|module| {
+        let end = module.input.len().saturating_sub(kept);
+        module.kept = (kept > 0).then(|| module.input.split_off(end));
         let text = String::from_utf8_lossy(&module.input);
         match Profile::parse(Path::new("machine"), &text) {
             Ok(file) => module.file = file,
@@ -102,11 +110,14 @@ pub extern "C" fn hear() {
 pub extern "C" fn go(ms: f64) {
     let now = Duration::try_from_secs_f64(ms / 1000.0).unwrap_or_default();
     with(|module| {
-        let file = &module.file;
+        let (file, kept) = (&module.file, module.kept.as_deref());
         let alone = module
             .alone
-            .get_or_insert_with(|| Alone::power_up(file, now));
+            .get_or_insert_with(|| Alone::power_up(file, kept, now));
         alone.go(now);
+        if let Some(memory) = alone.changed_memory() {
+            send(&[&[KEEP], memory].concat());
+        }
         while let Some(frame) = alone.next_frame() {
             send(&frame);
         }
