@@ -103,6 +103,16 @@ pub struct Complaint {
     pub detail: Option<String>,
 }
 
+/// M codes of 3D printers: extruder modes, motors off, heaters, fan, text on a display.
+const PRINTERS_CODES: [&str; 11] = [
+    "82", "83", "84", "104", "105", "106", "107", "109", "117", "140", "190",
+];
+
+/// The remedy for a file that was made for a 3D printer.
+const PRINTERS_FILE: &str =
+    "This is a 3D printer's word. `leadscrew import print` makes a job of a \
+     printer's file, for a machine that has an extruder.";
+
 /// Characters of a line that are shown on each side of the caret.
 const CONTEXT: usize = 50;
 
@@ -117,7 +127,7 @@ impl fmt::Display for Complaint {
         if let Some(detail) = &self.detail {
             writeln!(f, "  {detail}")?;
         }
-        write!(f, "  {}", self.fault.explanation())
+        write!(f, "  {}", self.remedy())
     }
 }
 
@@ -145,12 +155,32 @@ impl Complaint {
             .column
             .map_or(String::new(), |column| format!(",col={}", column + 1));
         let title = property(&format!("{}: {}", self.fault, self.fault.message()));
-        let mut message = self.fault.explanation().to_owned();
+        let mut message = self.remedy().to_owned();
         if let Some(detail) = &self.detail {
             message = format!("{detail}\n{message}");
         }
         let (file, line, message) = (property(&self.file), self.line, data(&message));
         format!("::{level} file={file},line={line}{column},title={title}::{message}")
+    }
+
+    /// What to do about it.
+    fn remedy(&self) -> &'static str {
+        let is_unknown = self.fault == Fault::Error(Status::UnsupportedCommand);
+        match is_unknown && self.is_at_a_printers_word() {
+            true => PRINTERS_FILE,
+            false => self.fault.explanation(),
+        }
+    }
+
+    /// Whether the word at the column is one that only 3D printers know.
+    fn is_at_a_printers_word(&self) -> bool {
+        let rest = self.column.and_then(|column| self.text.get(column..));
+        let rest = rest.unwrap_or_default().to_ascii_uppercase();
+        let Some(code) = rest.strip_prefix('M') else {
+            return rest.starts_with('E');
+        };
+        let end = code.find(|c: char| !c.is_ascii_digit());
+        PRINTERS_CODES.contains(&&code[..end.unwrap_or(code.len())])
     }
 
     /// Writes the line, cut to the text near the caret, and the caret under it.
@@ -214,6 +244,20 @@ mod tests {
         assert!(lines[0].starts_with("job.nc:12:4: error:2: "));
         assert_eq!(lines[1], "    12 | G1 X-- Y2");
         assert_eq!(lines[2].find('^'), lines[1].find("X--"));
+    }
+
+    #[test]
+    fn a_file_for_a_printer_is_told_as_such() {
+        let told = |text: &str, column| {
+            let mut unknown = complaint(text, Some(column));
+            unknown.fault = Fault::Error(Status::UnsupportedCommand);
+            unknown.to_string().contains("leadscrew import print")
+        };
+        assert!(told("M104 S200", 0) && told("g1 x1 e2", 6));
+        assert!(!told("M1040", 0) && !told("G77", 0) && !told("M6 T1", 0));
+        assert!(!complaint("E1", Some(0))
+            .to_string()
+            .contains("import print"));
     }
 
     #[test]
