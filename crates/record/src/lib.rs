@@ -1,0 +1,17 @@
+#![no_std]
+#![forbid(unsafe_code)]
+#![doc = include_str!("../README.md")]
+
+mod layout;
+mod pin;
+mod place;
+mod read;
+mod safe;
+
+pub use layout::{
+    Content, Head, Motor, Outputs, Parts, Power, Record, Serial, Setting, Shape, NAME, PINS,
+};
+pub use pin::PinCode;
+pub use place::{sector, slot, PROGRAM, SLOT, SLOTS};
+pub use read::{Refusal, MAGIC, VERSION};
+pub use safe::{SafePort, SafeTable, PORTS};
