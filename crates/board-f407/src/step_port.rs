@@ -296,13 +296,15 @@ impl Port {
     }
 }
 
-/// Has a tick come at once, and lets those come that it arms. Interrupt of TIM11, at rest.
+/// Has a tick come at once, and lets those come that it arms. Interrupt of TIM11, at rest. The flag
+/// goes up before the interrupt is let through: it may be up already, since the timer has come round
+/// to the compare register at rest, and two ticks would come.
 pub(crate) fn let_ticks_come() {
     TICKING.store(true, Relaxed);
+    make_tick_come();
     tick_timer()
         .dier()
         .write(|w| keep_captures(w).cc1ie().enabled());
-    make_tick_come();
 }
 
 /// The requests of the other channels, where they capture edges (`src/capture.rs`); none otherwise.

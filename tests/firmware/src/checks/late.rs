@@ -1,4 +1,5 @@
-//! Ticks that are armed too late: whatever delays a tick, motion goes on.
+//! Ticks that are armed too late, and a compare register that comes round at rest: whatever delays
+//! a tick, motion goes on, and no tick comes twice.
 use super::Figures;
 use crate::{
     bench::{ensure, micros_between, Bench, Failure},
@@ -67,5 +68,46 @@ pub(crate) fn late_arm(firmware: &Firmware) -> Result<Figures, Failure> {
             format!("{longest:.0} us between two steps at most"),
         );
     }
+    Ok(figures)
+}
+
+/// A rest in which the step timer comes round to its compare register, s.
+const REST: f64 = 52.0;
+const LINE: &str = "G91G1X1F600\n";
+/// Steps of the line.
+const LINE_STEPS: [i64; 3] = [250, 0, 0];
+/// The longest that the line takes, s.
+const LINE_TIME: f64 = 0.5;
+/// The most that the first interval may differ, µs.
+const SAME: f64 = 0.5;
+
+/// The time between the first two steps of a line out of rest, µs.
+fn first_interval(bench: &mut Bench) -> Result<f64, Failure> {
+    bench.pins.clear();
+    bench.send(LINE);
+    bench.run_for(LINE_TIME)?;
+    let moved = net(&bench.pins.steps);
+    ensure(moved == LINE_STEPS, || {
+        format!("{moved:?} steps, not {LINE_STEPS:?}")
+    })?;
+    let edges: Vec<u64> = bench.pins.steps.iter().map(Step::edge).take(2).collect();
+    Ok(micros_between(edges[0], edges[1]))
+}
+
+/// A rest for longer than the step timer's round: the next line begins as the one before.
+pub(crate) fn long_rest(firmware: &Firmware) -> Result<Figures, Failure> {
+    let mut bench = Bench::boot(&firmware.usual)?;
+    bench.ignore_power();
+    bench.commands(SETTINGS)?;
+    let before = first_interval(&mut bench)?;
+    bench.run_for(REST)?;
+    let after = first_interval(&mut bench)
+        .map_err(|Failure(words)| Failure(format!("after {REST} s of rest: {words}")))?;
+    let mut figures = Figures::default();
+    figures.add(
+        "first interval",
+        format!("{before:.1} us, after {REST} s of rest {after:.1} us"),
+    );
+    ensure((after - before).abs() <= SAME, || figures.to_string())?;
     Ok(figures)
 }

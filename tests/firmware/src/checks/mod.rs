@@ -161,6 +161,12 @@ pub(crate) const CHECKS: &[Check] = &[
         run: late::late_arm,
     },
     Check {
+        name: "long-rest",
+        what: "52 s of rest, in which the step timer comes round: the next line begins as the one before",
+        subset: true,
+        run: late::long_rest,
+    },
+    Check {
         name: "reset-byte",
         what: "0x18 in motion: last step edge within 1 ms, power off",
         subset: true,
