@@ -34,7 +34,8 @@ pub enum Warning {
         /// Address of the register.
         address: u32,
     },
-    /// A timer is in a mode that is not modelled: counting down or both ways, or as a slave.
+    /// A timer is in a mode that is not modelled: counting down or both ways, as a slave, with
+    /// breaks, and what else its module names.
     TimerMode {
         /// Base address of the timer.
         base: u32,

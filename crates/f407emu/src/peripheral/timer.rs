@@ -10,10 +10,14 @@
 //!        +--------+------+--------> HCLK cycles, (PSC + 1) × clock for each count
 //! ```
 //!
-//! A flag is up in the very cycle of its match; on the chip it takes a clock of the timer or two
-//! more. An edge is captured in its very cycle; on the chip it is sampled by the timer's clock
-//! first, and a count or two later. Not modelled: counting down or both ways, slave modes, external
-//! clocks, dead times and breaks; of input capture prescalers, filters and triggers.
+//! Counting begins in the very cycle in which CEN is set, and a flag is up in the very cycle of its
+//! match; on the chip each takes a clock of the timer or two more. An edge is captured in its very
+//! cycle; on the chip it is sampled by the timer's clock first, and a count or two later. What the
+//! prescaler has counted is lost where the counter is stopped.
+//!
+//! Not modelled, and warned of: counting down or both ways; slave modes, external clocks and
+//! triggers; breaks, dead times, locks and COM events; bursts of DMA, and requests at the update in
+//! place of the match; of input capture prescalers, filters and triggers.
 use super::{
     timer_map::Instance,
     timer_output::{Output, Outputs},
@@ -29,8 +33,12 @@ const URS: u32 = 1 << 2;
 const OPM: u32 = 1 << 3;
 const DIR_CMS: u32 = 7 << 4;
 const ARPE: u32 = 1 << 7;
-/// TIMx_SMCR.SMS: slave mode.
+/// TIMx_CR2.OISx and OISxN: the levels of outputs while MOE is off. Its other bits are not
+/// modelled.
+const IDLE_LEVELS: u32 = 0x7F << 8;
+/// TIMx_SMCR: slave mode, external clock.
 const SMS: u32 = 7;
+const ECE: u32 = 1 << 14;
 /// TIMx_SR and TIMx_DIER: update, and the first of the compare channels.
 const UIF: u32 = 1;
 const CC1IF: u32 = 1 << 1;
@@ -39,8 +47,12 @@ const CC1OF: u32 = 1 << 9;
 /// TIMx_DIER: DMA requests at update and compare.
 const UDE: u32 = 1 << 8;
 const CC1DE: u32 = 1 << 9;
+/// TIMx_DIER: of triggers, breaks and COM events.
+const OTHER_REQUESTS: u32 = 0x60E0;
 /// TIMx_EGR.UG: make an update event.
 const UG: u32 = 1;
+/// TIMx_EGR: triggers, breaks and COM events.
+const OTHER_EVENTS: u32 = 0xE0;
 /// The four compare flags, in SR and EGR.
 const COMPARES: u32 = 0xF << 1;
 
@@ -124,9 +136,9 @@ impl Timer {
         self.next
     }
 
-    /// Whether it counts.
+    /// Whether it counts: a top of 0 blocks it (RM0090 section 18.4.12).
     fn counts(&self) -> bool {
-        self.cr1 & CEN != 0
+        self.cr1 & CEN != 0 && self.top != 0
     }
 
     /// HCLK cycles to a count.
@@ -197,12 +209,7 @@ impl Timer {
         let mut captured = 0;
         for channel in self.channels() {
             if self.outputs.captures(channel, input, rises) {
-                self.outputs.capture(channel, count);
-                // Nobody has read the one before.
-                if self.sr & CC1IF << channel != 0 {
-                    self.sr |= CC1OF << channel;
-                }
-                self.sr |= CC1IF << channel;
+                self.capture(channel, count);
                 captured |= 1 << channel;
             }
         }
@@ -212,6 +219,15 @@ impl Timer {
         }
     }
 
+    fn capture(&mut self, channel: usize, count: u32) {
+        self.outputs.capture(channel, count);
+        // Nobody has read the one before.
+        if self.sr & CC1IF << channel != 0 {
+            self.sr |= CC1OF << channel;
+        }
+        self.sr |= CC1IF << channel;
+    }
+
     /// The count that was planned for has come.
     pub(crate) fn event(&mut self, now: u64) -> TimerRequests {
         let last = self.last_count();
@@ -219,12 +235,14 @@ impl Timer {
         let count = u64::from(self.count) + counted;
         self.since = now;
         let overflow = count > u64::from(last);
+        let above = if overflow { self.above_top() } else { 0 };
         self.count = if overflow { 0 } else { count as u32 };
         let updated = overflow && self.overflow();
         let matched = self.matches();
         self.outputs.follow(self.count, matched);
+        self.sr |= u32::from(above) * CC1IF;
         self.plan();
-        self.requests(updated, matched)
+        self.requests(updated, matched | above)
     }
 
     /// Returns whether the overflow is an update event.
@@ -254,12 +272,22 @@ impl Timer {
 
     /// Sets the flags of the channels that match the count; returns a bit for each.
     fn matches(&mut self) -> u8 {
-        let matched = self
-            .compares()
-            .filter(|&channel| self.outputs.compare(channel) == self.count)
-            .fold(0, |all, channel| all | 1 << channel);
+        let matched = self.compare_where(|compare| compare == self.count);
         self.sr |= u32::from(matched) * CC1IF;
         matched
+    }
+
+    /// The channels that no count matches: their flags go up at the overflow (RM0090 section
+    /// 18.4.5, CC1IF), a bit for each.
+    fn above_top(&self) -> u8 {
+        self.compare_where(|compare| compare > self.top)
+    }
+
+    /// The channels whose compare value is such a one, a bit for each.
+    fn compare_where(&self, is_one: impl Fn(u32) -> bool) -> u8 {
+        self.compares()
+            .filter(|&channel| is_one(self.outputs.compare(channel)))
+            .fold(0, |all, channel| all | 1 << channel)
     }
 
     fn requests(&self, updated: bool, matched: u8) -> TimerRequests {
@@ -339,7 +367,7 @@ impl Timer {
             0x0C => self.dier = value,
             0x10 => self.sr &= value,
             0x14 => requests = self.generate(value, now),
-            0x24 => (self.count, self.since) = (value & mask, now),
+            0x24 => self.count = value & mask,
             0x28 => self.psc = value & 0xFFFF,
             0x2C => self.write_top(value & mask),
             0x30 => self.rcr = value & 0xFF,
@@ -347,16 +375,30 @@ impl Timer {
             0x50 => self.or = value,
             _ => self.outputs.write(offset, value & self.output_mask(offset)),
         }
-        let is_conditioned = self
-            .channels()
-            .any(|channel| self.outputs.is_conditioned(channel));
-        if self.cr1 & DIR_CMS != 0 || self.smcr & SMS != 0 || is_conditioned {
+        let is_modelled = match offset {
+            0x14 => value & OTHER_EVENTS == 0,
+            0x4C => false,
+            _ => self.is_modelled(),
+        };
+        if !is_modelled {
             let base = self.instance.base;
             warnings.add(Warning::TimerMode { base });
         }
         self.outputs.follow(self.count, 0);
         self.plan();
         requests
+    }
+
+    /// Whether the registers ask for nothing that is not modelled.
+    fn is_modelled(&self) -> bool {
+        let mut channels = self.channels();
+        self.cr1 & DIR_CMS == 0
+            && self.cr2 & !IDLE_LEVELS == 0
+            && self.smcr & (SMS | ECE) == 0
+            && self.dier & OTHER_REQUESTS == 0
+            && self.dcr == 0
+            && self.outputs.has_plain_levels()
+            && !channels.any(|channel| self.outputs.is_conditioned(channel))
     }
 
     /// Compare registers are as wide as the counter.
@@ -372,6 +414,7 @@ impl Timer {
             self.since = now;
         }
         self.cr1 = value;
+        self.write_top(self.arr);
     }
 
     fn write_top(&mut self, value: u32) {
@@ -383,24 +426,48 @@ impl Timer {
 
     /// TIMx_EGR: events made by the program.
     fn generate(&mut self, value: u32, now: u64) -> TimerRequests {
-        let updates = value & UG != 0;
-        if updates {
-            (self.count, self.since) = (0, now);
-        }
-        let updates = updates && self.cr1 & UDIS == 0;
-        if updates {
-            self.update();
-            if self.cr1 & URS == 0 {
-                self.sr |= UIF;
+        let (mut events, mut captured) = (0, 0);
+        for channel in self.channels().filter(|channel| value >> channel & 2 != 0) {
+            if self.outputs.is_input(channel) {
+                self.capture(channel, self.count);
+                captured |= 1 << channel;
+            } else {
+                self.sr |= CC1IF << channel;
+                events |= 1 << channel;
             }
         }
-        self.sr |= value & COMPARES;
-        self.requests(updates, (value & COMPARES) as u8 >> 1)
+        let updated = value & UG != 0 && self.restart(now);
+        if value & UG != 0 {
+            events |= self.matches();
+        }
+        TimerRequests {
+            matched: events,
+            ..self.requests(updated, events | captured)
+        }
+    }
+
+    /// Begins at 0 anew; returns whether that is an update event that is told.
+    fn restart(&mut self, now: u64) -> bool {
+        (self.count, self.since) = (0, now);
+        if self.cr1 & UDIS != 0 {
+            return false;
+        }
+        self.update();
+        let is_told = self.cr1 & URS == 0;
+        if is_told {
+            self.sr |= UIF;
+        }
+        is_told
     }
 
     /// The level of a pin that the timer drives, if it does.
     pub(crate) fn level(&self, output: Output) -> Option<bool> {
-        self.outputs.level(output, self.instance.advanced)
+        if !self.instance.advanced {
+            return self.outputs.level(output);
+        }
+        let idle = 8 + 2 * output.channel + u8::from(output.complementary);
+        let idle_level = self.cr2 >> idle & 1 != 0;
+        self.outputs.advanced_level(output, idle_level)
     }
 }
 

@@ -1,5 +1,5 @@
-//! A timer's channels: their outputs, PWM and its relatives (RM0090 sections 17.3.9 to 17.3.11,
-//! 18.3.9), and their inputs, which capture the count (section 18.3.5).
+//! A timer's channels: their outputs, PWM and its relatives (RM0090 sections 17.3.8 to 17.3.11,
+//! 18.3.7 to 18.3.9), and their inputs, which capture the count (section 18.3.5).
 //!
 //! ```text
 //!  mode 1 (110)  OCxREF = count < CCRx        OCx = OCxREF, inverted by CCxP, while CCxE (and MOE)
@@ -15,10 +15,12 @@
 //! once. A forced level, CCxE and MOE work at once.
 //!
 //! A channel whose CCxS is not 0 is an input: it drives nothing and matches nothing, and its CCRx
-//! cannot be written.
+//! cannot be written. CCxS itself cannot be written while CCxE is set.
 
-/// TIMx_BDTR: outputs stay driven while MOE is off; main output enable.
+/// TIMx_BDTR: outputs stay driven while MOE is off; so do those that are not enabled, beside one
+/// that is, while it is on; main output enable. Its other bits are not modelled.
 const OSSI: u32 = 1 << 10;
+const OSSR: u32 = 1 << 11;
 const MOE: u32 = 1 << 15;
 
 /// One of a timer's outputs.
@@ -140,22 +142,38 @@ impl Outputs {
         self.thawed = 0;
     }
 
-    /// The level of an output; `None` where it is left to the pin's pull (RM0090 tables 97 and 99).
-    pub(crate) fn level(&self, output: Output, advanced: bool) -> Option<bool> {
-        let enables = self.ccer >> (4 * output.channel);
-        let (enable, inverted) = if output.complementary {
-            (enables >> 2 & 1, enables >> 3 & 1 != 0)
+    /// Whether the outputs of an advanced timer have neither breaks, dead times nor locks.
+    pub(crate) fn has_plain_levels(&self) -> bool {
+        self.bdtr & !(MOE | OSSR | OSSI) == 0
+    }
+
+    /// The level of an output; `None` where it is left to the pin's pull (RM0090 section 18.4.9).
+    pub(crate) fn level(&self, output: Output) -> Option<bool> {
+        let bits = self.ccer >> (4 * output.channel);
+        let inverted = bits >> 1 & 1 != 0;
+        let drives = bits & 1 != 0 && !self.is_input(output.channel.into());
+        drives.then_some(self.reference[usize::from(output.channel)] ^ inverted)
+    }
+
+    /// The same of TIM1 and TIM8, whose outputs have `idle_level` while MOE is off (RM0090 section
+    /// 17.4.9).
+    pub(crate) fn advanced_level(&self, output: Output, idle_level: bool) -> Option<bool> {
+        let bits = self.ccer >> (4 * output.channel);
+        let (enabled, inverted) = if output.complementary {
+            (bits >> 2 & 1 != 0, bits >> 3 & 1 != 0)
         } else {
-            (enables & 1, enables >> 1 & 1 != 0)
+            (bits & 1 != 0, bits >> 1 & 1 != 0)
         };
-        if enable == 0 || self.is_input(output.channel.into()) {
+        if bits & 5 == 0 || self.is_input(output.channel.into()) {
             return None;
         }
-        if advanced && self.bdtr & MOE == 0 {
-            return (self.bdtr & OSSI != 0).then_some(inverted);
+        if self.bdtr & MOE == 0 {
+            return (self.bdtr & OSSI != 0).then_some(idle_level);
         }
-        let both = enables & 5 == 5;
-        let complement = output.complementary && both;
+        if !enabled {
+            return (self.bdtr & OSSR != 0).then_some(inverted);
+        }
+        let complement = output.complementary && bits & 5 == 5;
         Some(self.reference[usize::from(output.channel)] ^ complement ^ inverted)
     }
 
@@ -205,11 +223,15 @@ impl Outputs {
     fn write_modes(&mut self, register: usize, value: u32) {
         let frozen = |ccmr, channel| mode(ccmr, channel) == Mode::Frozen;
         let before = self.ccmr;
-        self.ccmr[register] = value;
+        let fixed = (0..2)
+            .filter(|place| self.ccer >> (4 * (2 * register + place)) & 1 != 0)
+            .fold(0, |all, place| all | 3 << (8 * place));
+        self.ccmr[register] = value & !fixed | before[register] & fixed;
         for channel in 2 * register..2 * register + 2 {
             if frozen(before, channel) && !frozen(self.ccmr, channel) {
                 self.thawed |= 1 << channel;
             }
+            self.write_compare(channel, self.ccr[channel]);
         }
     }
 
@@ -272,9 +294,9 @@ mod tests {
     fn pwm_is_high_below_the_compare_value() {
         let mut outputs = pwm(6, 3);
         outputs.follow(2, 0);
-        assert_eq!(outputs.level(CHANNEL_1, false), Some(true));
+        assert_eq!(outputs.level(CHANNEL_1), Some(true));
         outputs.follow(3, 1);
-        assert_eq!(outputs.level(CHANNEL_1, false), Some(false));
+        assert_eq!(outputs.level(CHANNEL_1), Some(false));
         assert_eq!(outputs.high_counts(0, 8), Some(3));
         assert_eq!(pwm(7, 3).high_counts(0, 8), Some(5));
         let mut full = pwm(6, 99);
@@ -298,7 +320,7 @@ mod tests {
         outputs.follow(0, 0);
         outputs.write(0x18, 4 << 4);
         outputs.follow(0, 0);
-        assert_eq!(outputs.level(CHANNEL_1, false), Some(false));
+        assert_eq!(outputs.level(CHANNEL_1), Some(false));
     }
 
     #[test]
@@ -307,58 +329,86 @@ mod tests {
         outputs.follow(3, 0);
         outputs.write(0x18, 6 << 4);
         outputs.follow(3, 0);
-        assert_eq!(outputs.level(CHANNEL_1, false), Some(false));
+        assert_eq!(outputs.level(CHANNEL_1), Some(false));
         outputs.follow(8, 1);
         outputs.follow(0, 0);
-        assert_eq!(outputs.level(CHANNEL_1, false), Some(true));
+        assert_eq!(outputs.level(CHANNEL_1), Some(true));
         outputs.write(0x18, 4 << 4);
         outputs.follow(3, 0);
         outputs.write(0x18, 0);
         outputs.follow(3, 0);
-        assert_eq!(outputs.level(CHANNEL_1, false), Some(false));
+        assert_eq!(outputs.level(CHANNEL_1), Some(false));
         outputs.write(0x18, 6 << 4);
         outputs.follow(3, 0);
-        assert_eq!(outputs.level(CHANNEL_1, false), Some(true));
+        assert_eq!(outputs.level(CHANNEL_1), Some(true));
     }
 
     #[test]
     fn an_output_that_is_off_is_left_to_the_pull() {
         let mut outputs = pwm(6, 8);
         outputs.write(0x20, 0);
-        assert_eq!(outputs.level(CHANNEL_1, false), None);
+        assert_eq!(outputs.level(CHANNEL_1), None);
     }
 
     #[test]
     fn advanced_timers_need_the_main_output_enable() {
         let mut outputs = pwm(5, 0);
         outputs.follow(0, 0);
-        assert_eq!(outputs.level(CHANNEL_1, true), None);
+        assert_eq!(outputs.advanced_level(CHANNEL_1, true), None);
         outputs.write(0x44, OSSI);
-        assert_eq!(outputs.level(CHANNEL_1, true), Some(false));
+        assert_eq!(outputs.advanced_level(CHANNEL_1, false), Some(false));
+        assert_eq!(outputs.advanced_level(CHANNEL_1, true), Some(true));
+        outputs.write(0x20, 3);
+        assert_eq!(outputs.advanced_level(CHANNEL_1, false), Some(false));
         outputs.write(0x44, MOE);
-        assert_eq!(outputs.level(CHANNEL_1, true), Some(true));
+        assert_eq!(outputs.advanced_level(CHANNEL_1, true), Some(false));
     }
 
     #[test]
     fn the_complementary_output_is_the_opposite_where_both_are_on() {
         let mut outputs = pwm(5, 0);
         outputs.follow(0, 0);
+        outputs.write(0x44, MOE);
         outputs.write(0x20, 5);
-        assert_eq!(outputs.level(CHANNEL_1N, false), Some(false));
+        assert_eq!(outputs.advanced_level(CHANNEL_1N, false), Some(false));
         outputs.write(0x20, 4);
-        assert_eq!(outputs.level(CHANNEL_1N, false), Some(true));
+        assert_eq!(outputs.advanced_level(CHANNEL_1N, false), Some(true));
+    }
+
+    #[test]
+    fn an_output_that_is_off_beside_one_that_is_on_has_its_inactive_level_where_asked_for() {
+        let mut outputs = pwm(5, 0);
+        outputs.follow(0, 0);
+        outputs.write(0x20, 1 | 1 << 3);
+        let mut off_beside = |bits| {
+            outputs.write(0x44, bits);
+            outputs.advanced_level(CHANNEL_1N, false)
+        };
+        assert_eq!(off_beside(MOE), None);
+        assert_eq!(off_beside(MOE | OSSR), Some(true));
+        assert_eq!(off_beside(OSSI), Some(false));
+    }
+
+    #[test]
+    fn the_direction_of_a_channel_that_is_on_stays() {
+        let mut outputs = pwm(6, 8);
+        outputs.write(0x18, 1);
+        assert!(!outputs.is_input(0));
+        outputs.write(0x20, 0);
+        outputs.write(0x18, 1 | 1 << 8);
+        assert!(outputs.is_input(0) && outputs.is_input(1));
     }
 
     #[test]
     fn matches_set_clear_and_toggle() {
         let mut outputs = pwm(3, 5);
         outputs.follow(5, 1);
-        assert_eq!(outputs.level(CHANNEL_1, false), Some(true));
+        assert_eq!(outputs.level(CHANNEL_1), Some(true));
         outputs.follow(5, 1);
-        assert_eq!(outputs.level(CHANNEL_1, false), Some(false));
+        assert_eq!(outputs.level(CHANNEL_1), Some(false));
         outputs.write(0x18, 1 << 4);
         outputs.follow(5, 1);
         outputs.follow(0, 0);
-        assert_eq!(outputs.level(CHANNEL_1, false), Some(true));
+        assert_eq!(outputs.level(CHANNEL_1), Some(true));
     }
 }
