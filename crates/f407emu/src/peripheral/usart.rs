@@ -4,8 +4,11 @@
 //! the sender at the other end uses the same rate. What is sent meanwhile waits at that end:
 //! nothing but the program can lose a byte.
 //!
-//! Not modelled: parity and noise, LIN, smartcard, IrDA, hardware flow control, wake-up from mute
-//! mode.
+//! Not modelled: parity, the ninth bit, framing errors and noise; breaks; the idle frame that TE
+//! sends before the first byte; LIN, smartcard, IrDA, one wire for both directions, the
+//! synchronous mode, hardware flow control, mute mode. A byte counts as received at the end of
+//! its last stop bit; of two, the chip waits for the first only. A byte that is written while the
+//! transmitter is off is lost; one under way as it is switched off still goes out.
 use super::NEVER;
 use crate::warning::{Warning, Warnings};
 use std::collections::VecDeque;
@@ -44,7 +47,7 @@ pub(crate) struct UsartRequests {
 pub(crate) struct Usart {
     base: u32,
     status: u32,
-    /// Flags that the last reading of SR has shown: reading DR clears them.
+    /// Flags that the last reading of SR has shown: reading DR clears them, or writing it.
     shown: u32,
     received: u8,
     brr: u32,
@@ -134,7 +137,9 @@ impl Usart {
         }
         if self.idle_at <= now {
             self.idle_at = NEVER;
-            self.status |= IDLE;
+            if self.has(UE | RE) {
+                self.status |= IDLE;
+            }
         }
         if self.sent_at <= now {
             requests.transmit = self.sent(now);
@@ -209,7 +214,7 @@ impl Usart {
         bits * self.bit_cycles()
     }
 
-    /// The level of its interrupt line (RM0090 table 148).
+    /// The level of its interrupt line (RM0090 section 30.4).
     pub(crate) fn interrupt(&self) -> bool {
         let asked = |enable, flags| self.cr1 & enable != 0 && self.status & flags != 0;
         let overrun = self.cr3 & (EIE | DMAR) == EIE | DMAR && self.status & ORE != 0;
@@ -271,7 +276,10 @@ impl Usart {
         if !self.has(UE | TE) {
             return false;
         }
-        self.status &= !TC;
+        // Reading SR and writing DR clears TC: DMA, which does not read SR, leaves it up (RM0090
+        // section 30.6.1).
+        self.status &= !(self.shown & TC);
+        self.shown &= !TC;
         if self.shifting.is_none() {
             self.shifting = Some(byte);
             self.sent_at = now + self.frame();
@@ -349,6 +357,30 @@ mod tests {
         assert_eq!(usart.read(0x00) & IDLE, 0);
         usart.event(usart.next_event());
         assert_eq!(usart.read(0x00) & IDLE, IDLE);
+    }
+
+    #[test]
+    fn a_receiver_that_is_off_sees_no_idle_line() {
+        let (mut usart, mut warnings) = started();
+        usart.write(0x0C, UE | TE, 0, &mut warnings);
+        usart.send(b"a", 0);
+        usart.event(usart.next_event());
+        usart.event(usart.next_event());
+        assert_eq!(usart.read(0x00), TC | TXE);
+    }
+
+    #[test]
+    fn a_transmission_stays_complete_until_sr_has_been_read_and_dr_written() {
+        let (mut usart, mut warnings) = started();
+        usart.write(0x04, u32::from(b'o'), 0, &mut warnings);
+        assert_ne!(usart.read(0x00) & TC, 0);
+        usart.write(0x04, u32::from(b'k'), 0, &mut warnings);
+        assert_eq!(usart.read(0x00) & TC, 0);
+        usart.event(14_600);
+        usart.event(29_200);
+        assert_ne!(usart.read(0x00) & TC, 0);
+        usart.write(0x00, !TC, 29_200, &mut warnings);
+        assert_eq!(usart.read(0x00) & TC, 0);
     }
 
     #[test]
