@@ -136,8 +136,9 @@ impl Machine {
         }
     }
 
-    /// Writes a part of a register: the rest keeps its value, or is zero where reading says nothing
-    /// of it.
+    /// Writes a part of a register. The bridges to APB repeat it over the whole register (RM0090
+    /// section 2.1.11); on AHB the rest keeps its value, or is zero where reading says nothing of
+    /// it.
     pub(crate) fn write_part(
         &mut self,
         address: u32,
@@ -148,12 +149,15 @@ impl Machine {
     ) {
         let (word, shift) = (address & !3, 8 * (address & 3));
         let mask = width.mask() << shift;
-        let rest = if width == Width::Word || is_write_only(word) {
-            0
+        let written = if word < 0x4002_0000 {
+            let part = value & width.mask();
+            part * (u32::MAX / width.mask())
+        } else if width == Width::Word || is_write_only(word) {
+            value << shift & mask
         } else {
-            self.register_read(word, cycle) & !mask
+            self.register_read(word, cycle) & !mask | value << shift & mask
         };
-        self.register_write(word, rest | value << shift & mask, mask, cycle, cause);
+        self.register_write(word, written, mask, cycle, cause);
     }
 
     /// Waits until the store buffer is empty.
@@ -207,13 +211,9 @@ fn must_align(address: u32, width: Width) -> Result<(), Trap> {
     }
 }
 
-/// GPIOx_BSRR and USART_DR: reading them first would mean something else.
+/// GPIOx_BSRR: reading it first would mean something else.
 fn is_write_only(address: u32) -> bool {
-    let set_reset = (0x4002_0000..0x4002_2400).contains(&address) && address & 0x3FF == 0x18;
-    let data = crate::devices::USARTS
-        .iter()
-        .any(|base| base + 4 == address);
-    set_reset || data
+    (0x4002_0000..0x4002_2400).contains(&address) && address & 0x3FF == 0x18
 }
 
 #[cfg(test)]
@@ -231,6 +231,20 @@ mod tests {
         machine.write(0x4002_0018, Width::Half, 0b11).unwrap();
         machine.write(0x4002_001A, Width::Half, 0b01).unwrap();
         assert_eq!(machine.read(0x4002_0014, Width::Word), Ok(0b10));
+    }
+
+    #[test]
+    fn a_part_of_a_register_behind_a_bridge_is_written_to_all_of_it() {
+        const TIM2_CCR1: u32 = 0x4000_0034;
+        let mut machine = Machine::with_clocks();
+        let mut after = |address, width, value| {
+            machine.write_word(TIM2_CCR1, 0).unwrap();
+            machine.write(address, width, value).unwrap();
+            machine.read_word(TIM2_CCR1).unwrap()
+        };
+        assert_eq!(after(TIM2_CCR1, Width::Half, 0x1234), 0x1234_1234);
+        assert_eq!(after(TIM2_CCR1 + 2, Width::Half, 0x1234), 0x1234_1234);
+        assert_eq!(after(TIM2_CCR1 + 1, Width::Byte, 0xAB), 0xABAB_ABAB);
     }
 
     #[test]

@@ -88,13 +88,15 @@ impl Machine {
     }
 
     /// The memories that a DMA controller reaches: CCM is on the core's bus (RM0090 section 2.1).
+    /// Of the flash the manual's text says nothing here (2.1.4, 2.1.5); it is let through.
     fn dma_memory(&self, address: u32) -> Option<(Region, usize)> {
         let place = self.memory.place(address)?;
         matches!(place.0, Region::Flash | Region::Sram).then_some(place)
     }
 }
 
-/// The peripherals that a controller reaches: DMA1 has no port to AHB1 (RM0090 section 2.1).
+/// The peripherals that a controller reaches: the peripheral port of DMA1 is no master of the bus
+/// matrix, and has no way to AHB1 (RM0090 sections 2.1 and 10.3.1).
 fn reaches(index: usize, address: u32) -> bool {
     match address {
         0x4000_0000..=0x4001_FFFF => true,
