@@ -3,9 +3,15 @@
 //! `crate::wiring` connects them.
 //!
 //! Comments cite sections and tables of RM0090, revision 21. Each section that a comment cites of
-//! chapters 3, 5, 7 to 10, 12, 13 (as far as it is modelled), 21 and 38 was read again and compared
-//! with the code; of chapter 34, the text up to the registers. The sections of the memory map (2),
-//! the timers (17 to 20) and the USARTs (30) were not.
+//! chapters 2, 3, 5, 7 to 10, 12, 13 (as far as it is modelled), 21 and 38 was read again and
+//! compared with the code; of chapter 34, the text up to the registers.
+//!
+//! The chapters of the timers (17 to 20) and the USARTs (30) were not at hand. In their place those
+//! of a sister chip were read: RM0041, revision 6 (STM32F100), chapters 15 (TIM15 to TIM17, whose
+//! registers have the same bits) and 23. Single pages of RM0090 (revisions 4 and 11: sections
+//! 17.4.9, 18.3.1, 18.4.12) and the list of its changes agree with it. Not found there: that PWM
+//! without preload is guaranteed in one-pulse mode only (18.4.7, OC1PE), which ST's data for other
+//! chips say.
 //!
 //! [`register_map`] lists the bits of each register. A test compares it with ST's data
 //! (`crate::st_data`), and addresses, interrupts, DMA requests, pins and clocks as well.
