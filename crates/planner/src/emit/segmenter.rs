@@ -84,11 +84,11 @@ impl<const AXES: usize, const MOTORS: usize> Segmenter<AXES, MOTORS> {
             running.outlook = Some(outlook);
         }
         let stopping = self.mode == Mode::Stopping;
-        let segment = Some(running.segment(timing, &mut self.carry, stopping));
+        let segment = running.segment(timing, &mut self.carry, stopping);
         if running.at_profile_end() {
             self.end_profile(planner);
         }
-        segment
+        Some(segment)
     }
 
     /// Begins a feed hold: from the end of the segments handed out, the shortest stop on the path

@@ -101,7 +101,7 @@ impl Leg {
         self.share.iter().map(|share| share * share).sum()
     }
 
-    fn v2(&self, steps_v2: f32) -> f64 {
+    pub(super) fn v2(&self, steps_v2: f32) -> f64 {
         f64::from(steps_v2) * float(&self.step2())
     }
 

@@ -106,8 +106,16 @@ where
             gain * GAIN_MARGIN
         };
         let reached = at.v2 + gain(at.v2, &from, &to, Rise::Forward);
-        let exit_v2 = least(exit_v2, reached);
-        let needed = gain(exit_v2, &to, &from, Rise::Backward);
+        let mut exit_v2 = least(exit_v2, reached);
+        let mut needed = gain(exit_v2, &to, &from, Rise::Backward);
+        if at.v2 > exit_v2 + needed {
+            // To brake so hard, it has to end slower.
+            exit_v2 = least(
+                exit_v2,
+                piece.highest_below(at.v2, &to, &from, Rise::Backward),
+            );
+            needed = gain(exit_v2, &to, &from, Rise::Backward);
+        }
         let up = most(gain(at.v2, &from, &middle, Rise::Forward), exit_v2 - at.v2);
         let down = most(
             gain(exit_v2, &to, &middle, Rise::Backward),
@@ -160,6 +168,22 @@ where
         };
         let ends = least(left(planned), behind.map_or(f32::INFINITY, left));
         most(ends, STILL * planned.acceleration)
+    }
+
+    /// By how much a piece may begin faster than the squared speed `v2`, at which it ends at most,
+    /// with the curvatures at its end and at its start: `gain`, unless it may begin still faster
+    /// where it ends slower. Beginning with `enough` units will do.
+    fn best(
+        &self,
+        piece: &Piece<AXES>,
+        [end, start]: [&[f32; AXES]; 2],
+        [v2, gain]: [f32; 2],
+        enough: u32,
+    ) -> f32 {
+        if self.limits.unit.units(v2 + gain) >= enough {
+            return gain;
+        }
+        most(gain, piece.gain_from_below(v2, end, start, Rise::Backward))
     }
 
     fn eased_gain(
@@ -218,8 +242,9 @@ where
             let none = [0.0; AXES];
             let to = behind.map_or(&none, |behind| &behind.bend);
             let piece = self.piece(planned, planned.length);
-            let [gain] = piece.gains([unit.v2(v2)], to, &planned.bend, Rise::Backward);
-            gain
+            let v2 = unit.v2(v2);
+            let [gain] = piece.gains([v2], to, &planned.bend, Rise::Backward);
+            self.best(&piece, [to, &planned.bend], [v2, gain], planned.cap)
         };
         unit.units(gain * GAIN_MARGIN)
     }
@@ -238,13 +263,16 @@ where
             };
         }
         let v2 = least(planned.top_v2(), behind.top_v2());
-        let top = unit.units(v2).min(behind.corner);
+        // Where it ends faster than it may begin, braking bounds nothing.
+        let top = unit.units(v2).min(behind.corner).min(planned.corner);
         let piece = self.piece(planned, planned.length);
         let speeds = [0.0, unit.v2(top)];
-        let gains = piece.gains(speeds, &behind.bend, &planned.bend, Rise::Backward);
+        let bends = [&behind.bend, &planned.bend];
+        let [at_rest, at_top] = piece.gains(speeds, bends[0], bends[1], Rise::Backward);
+        let at_top = self.best(&piece, bends, [speeds[1], at_top], planned.corner);
         Ends {
             top,
-            gains: gains.map(|gain| unit.units(gain * GAIN_MARGIN)),
+            gains: [at_rest, at_top].map(|gain| unit.units(gain * GAIN_MARGIN)),
         }
     }
 }

@@ -28,6 +28,26 @@ pub(crate) struct Piece<const AXES: usize> {
     pub(crate) length: f32,
 }
 
+/// A bound of the squared speed at one end of a piece: `at_rest + slope·x`, with `x` at the other
+/// end.
+struct Line {
+    at_rest: f32,
+    slope: f32,
+}
+
+/// Where a piece turns at one end, and hardly goes along an axis, that axis has little left for
+/// braking at high speed: a piece that ends slower may begin faster. This is the best of it,
+/// squared speeds.
+struct Peak {
+    /// At this end.
+    at: f32,
+    /// At the other end.
+    reached: f32,
+}
+
+/// For the roundings of a crossing of two lines.
+const ROUNDED_DOWN: f32 = 1.0 - 1.0 / (1 << 20) as f32;
+
 /// In which direction the speed rises.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Rise {
@@ -93,6 +113,94 @@ impl<const AXES: usize> Piece<AXES> {
         gains.map(|gain| most(gain, 0.0))
     }
 
+    /// The gain above `x` where a lower speed at this end lets the other end be faster (see
+    /// [`Peak`]); 0 where none does.
+    #[cold]
+    pub(crate) fn gain_from_below(&self, x: f32, from: &[f32], to: &[f32], rise: Rise) -> f32 {
+        if !self.falls(from, rise) {
+            return 0.0;
+        }
+        let peak = self.peak(from, to, rise);
+        if x > peak.at {
+            most(peak.reached - x, 0.0)
+        } else {
+            0.0
+        }
+    }
+
+    /// Whether one of the bounds falls with the speed at this end: an axis that the piece hardly
+    /// goes along turns there. Spares divisions.
+    fn falls(&self, from: &[f32], rise: Rise) -> bool {
+        let per_length = rise.sign() * 0.5 / self.length;
+        let mut axes = self.tangent.iter().zip(from);
+        axes.any(|(q, from)| {
+            let share = q * per_length;
+            from * share > share * share
+        })
+    }
+
+    /// The speed at this end for which the other end is fastest.
+    ///
+    /// The speed there is the least of lines that rise with `x` and lines that fall. Its maximum is
+    /// the lowest of the places where one of each kind meet, or where a falling one begins.
+    fn peak(&self, from: &[f32], to: &[f32], rise: Rise) -> Peak {
+        let mut peak = Peak {
+            at: f32::INFINITY,
+            reached: f32::INFINITY,
+        };
+        for falling in self.lines(from, to, rise).filter(|line| line.slope < 0.0) {
+            if falling.at_rest < peak.reached {
+                (peak.at, peak.reached) = (0.0, falling.at_rest);
+            }
+            for rising in self.lines(from, to, rise).filter(|line| line.slope >= 0.0) {
+                let at = (falling.at_rest - rising.at_rest) / (rising.slope - falling.slope);
+                let reached = rising.at_rest + rising.slope * at;
+                if at > 0.0 && reached < peak.reached {
+                    (peak.at, peak.reached) = (at, reached);
+                }
+            }
+        }
+        peak.reached *= ROUNDED_DOWN;
+        peak
+    }
+
+    /// The highest `x` from which the other end can be as fast as `there`.
+    pub(crate) fn highest_below(&self, there: f32, from: &[f32], to: &[f32], rise: Rise) -> f32 {
+        if !self.falls(from, rise) {
+            return f32::INFINITY;
+        }
+        let falling = self.lines(from, to, rise).filter(|line| line.slope < 0.0);
+        let highest = falling.fold(f32::INFINITY, |highest, line| {
+            least(highest, (there - line.at_rest) / line.slope)
+        });
+        most(highest, 0.0)
+    }
+
+    /// The bounds of the squared speed at the other end.
+    fn lines<'a>(
+        &'a self,
+        from: &'a [f32],
+        to: &'a [f32],
+        rise: Rise,
+    ) -> impl Iterator<Item = Line> + 'a {
+        let per_length = rise.sign() * 0.5 / self.length;
+        let axes = self.tangent.iter().zip(from.iter().zip(to));
+        axes.flat_map(move |(q, (from, to))| {
+            let share = q * per_length;
+            let one = 1.0f32.copysign(share);
+            let line = |bend: f32, steepness: f32| Line {
+                at_rest: one / steepness,
+                slope: 1.0 - bend / steepness,
+            };
+            let steeper = share + to;
+            let end = (steeper * one > 0.0).then(|| line(*to, steeper));
+            let moves = *q != 0.0;
+            let straight = moves.then(|| line(0.0, share));
+            [straight, moves.then(|| line(*from, share)), end]
+        })
+        .flatten()
+    }
+
     /// The acceleration left along the path at the squared speed `x` where it turns with the
     /// curvature `bend`, mm/s².
     pub(crate) fn left(&self, x: f32, bend: &[f32], rise: Rise) -> f32 {
@@ -121,6 +229,26 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
+        /// Beside 1000 speeds at this end: none of them lets the other end be faster than promised,
+        /// and one of them lets it be as fast.
+        #[test]
+        fn the_best_speed_at_one_end_lets_the_other_be_as_fast_as_promised(
+            angle in 0.0..core::f32::consts::TAU, length in 0.01f32..10.0, share in 0.0f32..1.0,
+            bends in prop::array::uniform4(-1.0f32..1.0),
+        ) {
+            let piece = Piece { tangent: [angle.cos(), angle.sin()], length };
+            let [fx, fy, tx, ty] = bends;
+            let (from, to, rise) = ([fx, fy], [tx, ty], Rise::Backward);
+            let most = share * cap(&from).min(cap(&to));
+            let there = |x: f32| x + piece.gains([x], &from, &to, rise)[0];
+            let promised = there(most).max(most + piece.gain_from_below(most, &from, &to, rise));
+            for step in 0..=1000 {
+                prop_assert!(there(most * step as f32 / 1000.0) <= promised * 1.0001);
+            }
+            let here = least(most, piece.highest_below(promised, &from, &to, rise));
+            prop_assert!(there(here) >= promised * 0.9999, "{} {}", there(here), promised);
+        }
+
         /// In `f64`, at both ends: neither axis is asked for more, and one of them for all of it,
         /// or nothing bounds the gain.
         #[test]
