@@ -17,10 +17,13 @@
 //! segments), so that its effects come too early by some tens of microseconds at most; two
 //! milliseconds of segments lie in the queue.
 
+mod lines;
+mod rules;
+
 use crate::board::SimBoard;
 use crate::clock::{cycles_of_micros, Cycle};
 use crate::cost::Costs;
-use crate::link::{Host, LinkEvent, Links, PACKET};
+use crate::link::{Host, Links};
 use crate::load::Cpu;
 use crate::observer::Observer;
 use crate::plant::{Pin, Plant, Plate, Switch};
@@ -28,18 +31,14 @@ use crate::position::PositionCheck;
 use crate::setup::{Memory, Setup};
 use crate::stepping::{Ran, Stepping};
 use crate::tool_pins::ToolHeight;
-use crate::trouble::{LateReason, Violation};
-use leadscrew_machine::board::{ChannelId, SpindleOutput};
 use leadscrew_machine::config::CHANNELS;
 use leadscrew_machine::extension::Extension;
 use leadscrew_machine::inputs::Inputs;
 use leadscrew_machine::machine::{Links as MachineLinks, Machine, Next};
 use leadscrew_machine::protocol::serial::Receiver;
-use leadscrew_machine::settings::table::Setting;
-use leadscrew_machine::state::{Door, Hold, State};
 use leadscrew_machine::work::Work;
 use leadscrew_planner::Kinematics;
-use leadscrew_stepper::{MotorMask, Power, Shared};
+use leadscrew_stepper::{MotorMask, Shared};
 
 /// The last instant at which anything can happen.
 const LAST: Cycle = Cycle(Cycle::NEVER.0 - 1);
@@ -381,68 +380,6 @@ where
         }
     }
 
-    /// The other end of a line has gone away.
-    fn close(&mut self, channel: ChannelId) {
-        if let Some(receiver) = self.receivers.get_mut(usize::from(channel.0)) {
-            receiver.close();
-        }
-        self.wake = self.wake.min(self.now);
-    }
-
-    fn byte<H: Host>(&mut self, host: &mut H) {
-        while let Some((channel, event)) = self.board.links.take(self.now) {
-            match event {
-                LinkEvent::Arrived(byte) => self.receive(channel, byte),
-                LinkEvent::Sent(byte) => {
-                    self.cpu.charge_interrupt(self.now, self.costs.byte_out);
-                    self.wake = self.wake.min(self.now);
-                    self.last_byte = self.now;
-                    host.receive(channel, byte, self.now);
-                }
-            }
-        }
-        self.exchange(host);
-    }
-
-    fn receive(&mut self, channel: ChannelId, byte: u8) {
-        self.first_byte = self.first_byte.min(self.now);
-        if let Some(receiver) = self.receivers.get_mut(usize::from(channel.0)) {
-            let lost = receiver.lost_bytes();
-            receiver.receive(byte);
-            if receiver.lost_bytes() != lost {
-                self.board.note_late(self.now, LateReason::ByteLost);
-            }
-        }
-        self.cpu.charge_interrupt(self.now, self.costs.byte_in);
-        self.wake = self.wake.min(self.now);
-    }
-
-    /// Asks the host for bytes to send, on all lines; brings it the bytes of lines that take no
-    /// time.
-    fn exchange<H: Host>(&mut self, host: &mut H) {
-        for channel in (0..self.board.links.count()).map(|number| ChannelId(number as u8)) {
-            // Not before its own bytes have come in.
-            if !self.board.links.is_receiving(channel) && host.closes(channel) {
-                self.close(channel);
-            }
-            if self.board.links.never_waits(channel) {
-                self.exchange_at_once(channel, host);
-            } else {
-                self.board.links.feed(channel, host, self.now);
-            }
-        }
-    }
-
-    fn exchange_at_once<H: Host>(&mut self, channel: ChannelId, host: &mut H) {
-        while let Some(byte) = self.board.links.take_written(channel) {
-            self.last_byte = self.now;
-            host.receive(channel, byte, self.now);
-        }
-        for byte in (0..PACKET).map_while(|_| host.next_byte(channel)) {
-            self.receive(channel, byte);
-        }
-    }
-
     fn poll<H: Host>(&mut self, host: &mut H) {
         let counted = self.shared.position();
         // As motion has left it, before the main loop can mend it.
@@ -483,60 +420,6 @@ where
         self.work = work;
         self.cpu.charge_main(self.now, cycles);
     }
-
-    /// Checks the rules that hold whenever the main loop has run. `counted` is the position before
-    /// the poll.
-    fn check(&mut self, counted: &[i32; MOTORS]) {
-        let (now, after) = (self.now, self.shared.position());
-        let made = self.board.plant.position();
-        let invert = self.board.turned();
-        if after != *counted || std::mem::take(&mut self.board.rewired) {
-            self.position.compare_from_now(after, made);
-        }
-        if let Some((motor, counted, made)) = self.position.difference(after, made, invert) {
-            self.board.violate(Violation::Position {
-                cycle: now,
-                motor,
-                counted,
-                made,
-            });
-            self.position
-                .compare_from_now(after, self.board.plant.position());
-        }
-        self.check_laser();
-    }
-
-    /// Checks that the laser is off where it has to be. Power and state change in polls, and in
-    /// motion with ticks: so a rule that holds before and after each poll holds at every tick of a
-    /// rest.
-    fn check_laser(&mut self) {
-        let on = self.board.power() != Power::OFF && self.has_laser_to_be_off();
-        if on && !self.laser_noted {
-            self.board.violate(Violation::LaserOn { cycle: self.now });
-        }
-        self.laser_noted = on;
-    }
-
-    fn has_laser_to_be_off(&self) -> bool {
-        let resting = !self.shared.is_running();
-        let constant = self.board.spindle() == SpindleOutput::Clockwise;
-        let dark = match self.machine.state() {
-            // A stop takes effect at once, not only with the next step; and motion of the machine's
-            // own is dark.
-            State::Alarm(_)
-            | State::Sleep
-            | State::Check
-            | State::Home
-            | State::Hold(Hold::Complete { .. })
-            | State::Door(Door::Retracting | Door::Parked | Door::Restoring) => true,
-            State::Idle
-            | State::Run
-            | State::Jog(_)
-            | State::Hold(Hold::Stopping { .. })
-            | State::Door(Door::Stopping) => resting && !constant,
-        };
-        dark && self.machine.settings().is_on(Setting::Laser)
-    }
 }
 
 #[cfg(test)]
@@ -549,6 +432,7 @@ mod tests {
     use leadscrew_machine::board::Board;
     use leadscrew_machine::config::MachineConfig;
     use leadscrew_planner::Cartesian;
+    use leadscrew_stepper::Power;
     use std::num::NonZeroU32;
 
     /// Sums up all edges, so that two runs can be held against each other.
