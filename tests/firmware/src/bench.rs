@@ -11,28 +11,8 @@ use crate::{
     wiring::{Wiring, FLASH},
 };
 use leadscrew_f407emu::{FlashTiming, Machine, Pin};
-use std::fmt;
 
-/// Why a check has failed, in words.
-#[derive(Clone, Debug)]
-pub(crate) struct Failure(pub(crate) String);
-
-impl<E: core::error::Error> From<E> for Failure {
-    fn from(error: E) -> Self {
-        Failure(error.to_string())
-    }
-}
-
-impl fmt::Display for Failure {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.0)
-    }
-}
-
-/// Fails with these words.
-pub(crate) fn fail<T>(words: impl Into<String>) -> Result<T, Failure> {
-    Err(Failure(words.into()))
-}
+pub(crate) use crate::failure::{fail, Failure};
 
 /// Fails with these words unless `held`.
 pub(crate) fn ensure(held: bool, words: impl FnOnce() -> String) -> Result<(), Failure> {

@@ -16,6 +16,7 @@ mod bench;
 mod checks;
 mod compare;
 mod desk;
+mod failure;
 mod firmware;
 mod job;
 mod pins;

@@ -12,6 +12,7 @@ mod board;
 mod checks;
 mod edges;
 mod emulated;
+#[path = "../../firmware/src/failure.rs"]
 mod failure;
 mod link;
 mod plan;

@@ -1,4 +1,4 @@
-//! Why something could not be measured, in words.
+//! Why a check or a measurement has failed, in words. `tests/hil` has this file too.
 use std::fmt;
 
 /// The words.
