@@ -169,7 +169,7 @@ impl<const AXES: usize> Checker<AXES> {
         let context = Context {
             own: OwnCodes::some(&own),
             tools: ToolTable::some(&length),
-            ..context(&self.config, &self.settings, &reach)
+            ..Context::new(&self.config, &self.settings, &reach)
         };
         self.interpreter
             .interpret(line, &context, &mut commands)
@@ -284,7 +284,7 @@ impl<const AXES: usize> Checker<AXES> {
 
     fn check_jog(&mut self, jog: &[u8]) -> Finding {
         let reach = self.reach();
-        let context = context(&self.config, &self.settings, &reach);
+        let context = Context::new(&self.config, &self.settings, &reach);
         let refused = |fault: LineFault| {
             let column = fault.column + JOG.len();
             refused(LineFault { column, ..fault })
@@ -435,20 +435,4 @@ fn mm<const AXES: usize>(at: &[Coordinate; AXES]) -> [f64; 3] {
 
 fn refused(fault: LineFault) -> (LineFaultKind, Option<String>) {
     (LineFaultKind::Refused(fault), None)
-}
-
-fn context<'a, const AXES: usize>(
-    config: &'a MachineConfig<AXES>,
-    settings: &Settings<AXES>,
-    reach: &'a [Coordinate; AXES],
-) -> Context<'a, AXES> {
-    Context {
-        axes: &config.axes,
-        options: &config.options,
-        laser_mode: settings.is_on(Setting::Laser),
-        soft_limits: settings.is_on(Setting::SoftLimits),
-        reach,
-        own: OwnCodes::NONE,
-        tools: ToolTable::NONE,
-    }
 }

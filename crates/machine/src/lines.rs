@@ -3,7 +3,6 @@
 
 use crate::activity::line::{LineKind, Origin};
 use crate::board::{Board, ChannelId, Instant};
-use crate::config::MachineConfig;
 use crate::console::LINE;
 use crate::extension::{Call, Extension};
 use crate::interpreter::{Context, Coordinate, Fault, Own, OwnCodes, ToolTable};
@@ -13,7 +12,6 @@ use crate::protocol::message::Message;
 use crate::protocol::status::Status;
 use crate::protocol::system_command::{SystemCommand, STARTUP_LINES};
 use crate::settings::table::Setting;
-use crate::settings::values::Settings;
 use crate::state::State;
 use leadscrew_planner::Kinematics;
 
@@ -123,8 +121,9 @@ where
         let own = own_codes::<X, AXES>(&own);
         let length = |tool| self.extension.tool_length(tool);
         let context = Context {
+            own,
             tools: tool_table::<X, AXES>(&length),
-            ..context(&self.config, &self.settings, &self.motion.reach, own)
+            ..Context::new(&self.config, &self.settings, &self.motion.reach)
         };
         let commands = self.activity.line.commands();
         match self.program.interpreter.interpret(line, &context, commands) {
@@ -143,7 +142,10 @@ where
         let check = |call: &Call| self.extension.check(call);
         let own = Own::new(&find, &check);
         let own = own_codes::<X, AXES>(&own);
-        let context = context(&self.config, &self.settings, &self.motion.reach, own);
+        let context = Context {
+            own,
+            ..Context::new(&self.config, &self.settings, &self.motion.reach)
+        };
         self.program.interpreter.serves_operator(line, &context)
     }
 
@@ -187,24 +189,6 @@ where
                 .console
                 .broadcast(format_args!(">{line}:error:{}", status.number())),
         }
-    }
-}
-
-/// The state of the machine on which the meaning of a line depends.
-pub(crate) fn context<'a, const AXES: usize>(
-    config: &'a MachineConfig<AXES>,
-    settings: &Settings<AXES>,
-    reach: &'a [Coordinate; AXES],
-    own: OwnCodes<'a>,
-) -> Context<'a, AXES> {
-    Context {
-        axes: &config.axes,
-        options: &config.options,
-        laser_mode: settings.is_on(Setting::Laser),
-        soft_limits: settings.is_on(Setting::SoftLimits),
-        reach,
-        own,
-        tools: ToolTable::NONE,
     }
 }
 

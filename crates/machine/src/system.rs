@@ -4,8 +4,8 @@ use crate::activity::line::{LineKind, Origin};
 use crate::board::{Board, ChannelId, Instant};
 use crate::console::{Discard, Listing};
 use crate::extension::{Call, Extension};
-use crate::interpreter::{Command, Fault, OffsetId, Own};
-use crate::lines::{context, own_codes};
+use crate::interpreter::{Command, Context, Fault, OffsetId, Own};
+use crate::lines::own_codes;
 use crate::machine::Machine;
 use crate::protocol::message::Message;
 use crate::protocol::report::{Description, HELP};
@@ -146,7 +146,10 @@ where
             let check = |call: &Call| self.extension.check(call);
             let own = Own::new(&find, &check);
             let own = own_codes::<X, AXES>(&own);
-            let context = context(&self.config, &self.settings, &self.motion.reach, own);
+            let context = Context {
+                own,
+                ..Context::new(&self.config, &self.settings, &self.motion.reach)
+            };
             self.program.interpreter.check(line, &context)?;
         }
         self.store.memory.set_startup(index, line);
@@ -212,7 +215,10 @@ where
         let check = |call: &Call| self.extension.check(call);
         let own = Own::new(&find, &check);
         let own = own_codes::<X, AXES>(&own);
-        let context = context(&self.config, &self.settings, &self.motion.reach, own);
+        let context = Context {
+            own,
+            ..Context::new(&self.config, &self.settings, &self.motion.reach)
+        };
         let Some(mut jog) = self.program.interpreter.jog(line, &context)? else {
             return Ok(Reply::Now);
         };

@@ -1,9 +1,11 @@
 //! Settings and build options that a line's meaning depends on.
 
 use super::Coordinate;
-use crate::config::{AxisKind, Options};
+use crate::config::{AxisKind, MachineConfig, Options};
 use crate::extension::{Call, MCode, Words};
 use crate::protocol::status::Status;
+use crate::settings::table::Setting;
+use crate::settings::values::Settings;
 use core::cell::Cell;
 use core::fmt;
 
@@ -27,6 +29,25 @@ pub struct Context<'a, const AXES: usize> {
     pub own: OwnCodes<'a>,
     /// The tool table.
     pub tools: ToolTable<'a>,
+}
+
+impl<'a, const AXES: usize> Context<'a, AXES> {
+    /// That of a machine without M codes of its own and without a tool table.
+    pub fn new(
+        config: &'a MachineConfig<AXES>,
+        settings: &Settings<AXES>,
+        reach: &'a [Coordinate; AXES],
+    ) -> Self {
+        Self {
+            axes: &config.axes,
+            options: &config.options,
+            laser_mode: settings.is_on(Setting::Laser),
+            soft_limits: settings.is_on(Setting::SoftLimits),
+            reach,
+            own: OwnCodes::NONE,
+            tools: ToolTable::NONE,
+        }
+    }
 }
 
 /// Answers the length of a tool, or of the one in the spindle: `None` where there is no such tool.
