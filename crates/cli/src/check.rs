@@ -28,7 +28,7 @@ pub(super) fn check(args: &CheckArgs) -> Result<bool, Unusable> {
     let jobs = input::jobs(&args.files).map_err(unusable)?;
     let is_one = jobs.len() == 1 && args.files.len() == 1 && !args.files[0].is_dir();
     if args.svg.is_some() && !is_one {
-        return Err(unusable("--svg draws one job"));
+        return Err(unusable("--svg draws one job: name one file"));
     }
     if args.json && args.svg.as_deref().is_some_and(is_stdout) {
         return Err(unusable("standard output takes one of --json, --svg -"));

@@ -120,7 +120,9 @@ pub(super) fn write_new(path: &Path, bytes: impl AsRef<[u8]>) -> Result<(), Unus
     written.map_err(|error| {
         let name = path.display();
         match error.kind() {
-            ErrorKind::AlreadyExists => unusable(format!("{name}: is there already")),
+            ErrorKind::AlreadyExists => {
+                unusable(format!("{name}: is there already: choose another name"))
+            }
             _ => unusable(format!("{name}: cannot be written: {error}")),
         }
     })

@@ -49,7 +49,9 @@ pub(super) fn run(args: &ReplayArgs) -> Result<bool, Unusable> {
         return judge_all(&args.cases);
     }
     let [file] = &args.cases[..] else {
-        return Err(unusable("one conversation at a time, but with --judge"));
+        return Err(unusable(
+            "without --judge one conversation is answered: name one file",
+        ));
     };
     let (_, answered) = hold(file)?;
     let text = serde_json::to_string_pretty(&answered).map_err(unusable)?;

@@ -46,7 +46,9 @@ pub(super) fn run(args: &JobArgs) -> Result<bool, Unusable> {
     let jobs = input::jobs(&args.files).map_err(unusable)?;
     let is_one = jobs.len() == 1 && jobs == args.files;
     if !is_one && named(args).next().is_some() {
-        return Err(unusable("--svg, --html, --vcd and --steps are of one job"));
+        return Err(unusable(
+            "--svg, --html, --vcd and --steps show one job: name one file",
+        ));
     }
     one_for_stdout(args).map_err(unusable)?;
     let mut reports = Vec::new();

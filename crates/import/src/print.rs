@@ -124,7 +124,10 @@ impl Printer {
     fn stay(&mut self, text: &str, column: usize, letters: &[Letter]) -> Result<(), Wrong> {
         let words = words(text)?;
         let [command, rest @ ..] = words.as_slice() else {
-            return Err((column, "not understood".to_owned()));
+            return Err((
+                column,
+                "not understood; a command such as G1 X10 is".to_owned(),
+            ));
         };
         if let Some(word) = rest.iter().find(|word| !letters.contains(&word.letter())) {
             return Err((

@@ -50,7 +50,9 @@ impl Fit {
     /// Fewer than two points, or points in one place.
     pub fn new(pairs: &[Pair], applies_scale: bool) -> Result<Self, String> {
         if pairs.len() < 2 {
-            return Err("two points are needed at least".to_owned());
+            return Err(
+                "two points are needed at least: --ref and --measured, twice each".to_owned(),
+            );
         }
         let middle = middle(pairs);
         let seen = pairs.iter().map(|pair| from(pair, &middle));

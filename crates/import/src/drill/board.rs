@@ -53,7 +53,7 @@ impl Board {
             }
         }
         if board.groups.is_empty() {
-            return Err("there is no hole".to_owned());
+            return Err("no hole to drill was found in the files".to_owned());
         }
         if let Some(axis) = options.mirror {
             board.mirror(axis);

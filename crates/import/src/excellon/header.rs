@@ -39,7 +39,10 @@ impl Reader {
                 column,
                 "is not understood; FMAT,2 VER,1 ICI,OFF are",
             )),
-            _ => Err(Wrong::at(1, "not understood")),
+            _ => Err(Wrong::at(
+                1,
+                "not understood; METRIC, INCH, FMAT, VER and ICI are",
+            )),
         }
     }
 

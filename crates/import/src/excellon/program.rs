@@ -47,7 +47,10 @@ impl Reader {
             return Ok(());
         }
         if self.now.stage == Stage::Ended {
-            return Err(Wrong::at(1, "stands behind the end of the program"));
+            return Err(Wrong::at(
+                1,
+                "this line stands behind the end of the program (M00, M30)",
+            ));
         }
         if header::is_keyword(trimmed) {
             return self.keyword(trimmed);
@@ -74,7 +77,7 @@ impl Reader {
                 'R' => return self.repeat(word, behind),
                 'X' | 'Y' | 'A' | 'I' | 'J' => return self.coordinates(rest),
                 'F' | 'S' => self.notes.add("F and S between holes are not used"),
-                _ => return Err(word.wrong("not understood")),
+                _ => return Err(word.wrong("not understood; A F G I J M N R S T X Y are")),
             }
             rest = behind;
         }
@@ -99,7 +102,10 @@ impl Reader {
                     "patterns (step and repeat) are not read: write the board out hole by hole",
                 ))
             }
-            _ => return Err(word.wrong("not understood")),
+            _ => {
+                return Err(word
+                    .wrong("not understood; M00, M06, M15 to M17, M30, M48, M71, M72 and M95 are"))
+            }
         }
         Ok(())
     }
@@ -120,7 +126,11 @@ impl Reader {
             90 => self.now.is_incremental = false,
             91 => self.now.is_incremental = true,
             41 | 42 => return Err(word.wrong("compensation for the cutter's width is not read")),
-            _ => return Err(word.wrong("not understood")),
+            _ => {
+                return Err(
+                    word.wrong("not understood; G00 to G03, G05, G40, G81, G85 and G90 to G93 are")
+                )
+            }
         }
         Ok(())
     }
@@ -147,7 +157,7 @@ impl Reader {
             return self.hit(first, Shape::Hole(from));
         };
         if canned.whole()? != 85 {
-            return Err(canned.wrong("not understood behind a hole"));
+            return Err(canned.wrong("not understood behind a hole; G85, a slot, is"));
         }
         if second.is_empty() {
             return Err(canned.wrong("a slot needs its other end"));

@@ -108,10 +108,10 @@ impl Reader {
             let slot = match word.letter {
                 'X' => &mut x,
                 'Y' => &mut y,
-                _ => return Err(word.wrong("not understood here")),
+                _ => return Err(word.wrong("not understood here; X and Y are")),
             };
             if slot.is_some() {
-                return Err(word.wrong("stands twice"));
+                return Err(word.wrong("stands twice in this line"));
             }
             *slot = Some(self.now.format.coordinate(word, &mut self.notes)?);
         }
@@ -136,7 +136,10 @@ impl Reader {
             return Ok(target);
         }
         let column = words.first().map_or(1, |word| word.column);
-        Err(Wrong::at(column, "is further than 100 m"))
+        Err(Wrong::at(
+            column,
+            "this place is further than 100 m from zero",
+        ))
     }
 
     /// Makes a shape with the tool in the spindle.

@@ -42,8 +42,8 @@ pub(super) fn words(statement: &str) -> Result<Vec<Word<'_>>, Wrong> {
     let mut rest = statement.trim_start();
     while !rest.is_empty() {
         let column = statement.len() - rest.len() + 1;
-        let (behind, (letter, text)) =
-            word(rest).map_err(|_| Wrong::at(column, "not understood"))?;
+        let (behind, (letter, text)) = word(rest)
+            .map_err(|_| Wrong::at(column, "not understood; a letter with a number is"))?;
         let letter = letter.to_ascii_uppercase();
         words.push(Word {
             letter,
