@@ -167,9 +167,8 @@ impl<const AXES: usize> Checker<AXES> {
         let own = Codes::new(&find, &check);
         let length = |tool| self.own.tool_length(tool);
         let context = Context {
-            own: OwnCodes::some(&own),
             tools: ToolTable::some(&length),
-            ..Context::new(&self.config, &self.settings, &reach)
+            ..Context::new(&self.config, &self.settings, &reach, OwnCodes::some(&own))
         };
         self.interpreter
             .interpret(line, &context, &mut commands)
@@ -284,7 +283,7 @@ impl<const AXES: usize> Checker<AXES> {
 
     fn check_jog(&mut self, jog: &[u8]) -> Finding {
         let reach = self.reach();
-        let context = Context::new(&self.config, &self.settings, &reach);
+        let context = Context::new(&self.config, &self.settings, &reach, OwnCodes::NONE);
         let refused = |fault: LineFault| {
             let column = fault.column + JOG.len();
             refused(LineFault { column, ..fault })

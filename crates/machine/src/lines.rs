@@ -121,9 +121,8 @@ where
         let own = own_codes::<X, AXES>(&own);
         let length = |tool| self.extension.tool_length(tool);
         let context = Context {
-            own,
             tools: tool_table::<X, AXES>(&length),
-            ..Context::new(&self.config, &self.settings, &self.motion.reach)
+            ..Context::new(&self.config, &self.settings, &self.motion.reach, own)
         };
         let commands = self.activity.line.commands();
         match self.program.interpreter.interpret(line, &context, commands) {
@@ -142,10 +141,7 @@ where
         let check = |call: &Call| self.extension.check(call);
         let own = Own::new(&find, &check);
         let own = own_codes::<X, AXES>(&own);
-        let context = Context {
-            own,
-            ..Context::new(&self.config, &self.settings, &self.motion.reach)
-        };
+        let context = Context::new(&self.config, &self.settings, &self.motion.reach, own);
         self.program.interpreter.serves_operator(line, &context)
     }
 

@@ -146,10 +146,7 @@ where
             let check = |call: &Call| self.extension.check(call);
             let own = Own::new(&find, &check);
             let own = own_codes::<X, AXES>(&own);
-            let context = Context {
-                own,
-                ..Context::new(&self.config, &self.settings, &self.motion.reach)
-            };
+            let context = Context::new(&self.config, &self.settings, &self.motion.reach, own);
             self.program.interpreter.check(line, &context)?;
         }
         self.store.memory.set_startup(index, line);
@@ -215,10 +212,7 @@ where
         let check = |call: &Call| self.extension.check(call);
         let own = Own::new(&find, &check);
         let own = own_codes::<X, AXES>(&own);
-        let context = Context {
-            own,
-            ..Context::new(&self.config, &self.settings, &self.motion.reach)
-        };
+        let context = Context::new(&self.config, &self.settings, &self.motion.reach, own);
         let Some(mut jog) = self.program.interpreter.jog(line, &context)? else {
             return Ok(Reply::Now);
         };

@@ -32,11 +32,12 @@ pub struct Context<'a, const AXES: usize> {
 }
 
 impl<'a, const AXES: usize> Context<'a, AXES> {
-    /// That of a machine without M codes of its own and without a tool table.
+    /// That of a machine with these codes of its own, and without a tool table.
     pub fn new(
         config: &'a MachineConfig<AXES>,
         settings: &Settings<AXES>,
         reach: &'a [Coordinate; AXES],
+        own: OwnCodes<'a>,
     ) -> Self {
         Self {
             axes: &config.axes,
@@ -44,7 +45,7 @@ impl<'a, const AXES: usize> Context<'a, AXES> {
             laser_mode: settings.is_on(Setting::Laser),
             soft_limits: settings.is_on(Setting::SoftLimits),
             reach,
-            own: OwnCodes::NONE,
+            own,
             tools: ToolTable::NONE,
         }
     }
