@@ -178,7 +178,8 @@ fn pack(args: &PackArgs) -> Result<bool, Unusable> {
     };
     let (length, file) = (record.len(), args.output.display());
     say(format!(
-        "{file}: a record of {length} bytes, flash it at {begin:#010x}"
+        "{file}: a record of {length} bytes for {begin:#010x}. No firmware reads it yet: do not flash it, \
+         the programs of today lie there"
     ))?;
     Ok(true)
 }
