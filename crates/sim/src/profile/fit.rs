@@ -1,8 +1,7 @@
 //! The machine on its board.
 
-use super::{Belts, Profile, Socket};
-use crate::train::Train;
-use leadscrew_boards::{Board, MachineFacts, Needs, Socket as OfBoard, Unfit};
+use super::{Profile, Socket};
+use leadscrew_boards::{Board, Needs, Socket as OfBoard, Unfit};
 
 impl Profile {
     /// The board with the parts that the machine uses, its motors where the file says.
@@ -11,24 +10,6 @@ impl Profile {
     /// A part that the board lacks, or a socket that two motors share.
     pub fn fitted(&self, board: &Board) -> Result<Board, Unfit> {
         board.fitted(&self.needs())
-    }
-
-    /// What the record of its board says about the machine.
-    pub fn facts(&self) -> MachineFacts {
-        const MOST: usize = 6;
-        let settings = self.first_settings().into_iter();
-        MachineFacts {
-            axes: self.axis_count() as u8, // 6 at most
-            kinematics: match (self.train(), self.kinematics) {
-                (Train::Ganged(axis), _) => 2 + axis as u8,
-                (_, Belts::CoreXy) => 1,
-                (_, Belts::Cartesian) => 0,
-            },
-            homing: self.bare_config::<MOST>().homing_cycles,
-            settings: settings
-                .map(|entry| (entry.number, entry.value.nanos()))
-                .collect(),
-        }
     }
 
     /// The parts of a board that the machine uses.
