@@ -114,7 +114,7 @@ where
         });
         let (tool, length) = lengths.nth(nth)?;
         let length = Number::from_nanos(length.nanos());
-        let shown = self.parameters().units.length(length);
+        let shown = self.report_units().length(length);
         self.console
             .line(id, format_args!("[T:{tool}|0.000,0.000,{shown}]"));
         Some(())
