@@ -165,3 +165,31 @@ fn two_per_cent_more_junction_deviation_is_seen_on_the_step_edges() {
     let plant = |config: &mut Config<2>| config.junction_deviation *= 1.02;
     assert!(campaign(150, plant).is_err());
 }
+
+/// A curve through the corners of a polygon is `l·θ/8` from the middle of its sides. Where that is
+/// more than `$11`, the polygon has corners; where it is a tenth of that, it is a curve.
+#[test]
+fn a_polygon_has_corners_where_a_curve_would_leave_its_sides() {
+    for (length, deviation, has_corners) in
+        [(5.0, 0.01, true), (10.0, 0.05, true), (5.0, 1.0, false)]
+    {
+        let program = Program {
+            lines: (0..8).map(|k| (0.15 * f64::from(k), length)).collect(),
+            feed: 300.0,
+            config: Config {
+                max_rate: [300.0; 2],
+                acceleration: [500.0; 2],
+                steps_per_mm: [StepsPerMm::from_nanos(800 * NANOS_PER_MM); 2],
+                junction_deviation: deviation,
+                ..Config::default()
+            },
+        };
+        let share = program.worst(program.config);
+        assert!(share <= 1.0, "{length} mm, {deviation}: {share}");
+        assert_eq!(
+            share > 0.95,
+            has_corners,
+            "{length} mm, {deviation}: {share}"
+        );
+    }
+}

@@ -194,6 +194,11 @@ impl<const AXES: usize, const MOTORS: usize> PlannedMove<AXES, MOTORS> {
         self.reach == 0.0
     }
 
+    /// Whether it begins at a corner or at rest.
+    pub(crate) fn has_corner(&self) -> bool {
+        self.is_straight() && self.corner < u32::MAX
+    }
+
     /// Whether nothing but its place tells `of`, a line, from it.
     pub(crate) fn goes_on_with(&self, of: &Move<AXES>) -> bool {
         self.pixels == 0

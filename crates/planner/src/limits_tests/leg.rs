@@ -1,6 +1,6 @@
 //! A move that runs, against the settings in exact arithmetic.
 
-use super::program::Cut;
+use super::program::{Circle, Cut};
 use crate::{Config, CornerRule, Curve, Trapezoid};
 use num_rational::BigRational;
 use num_traits::ToPrimitive;
@@ -68,7 +68,7 @@ pub(crate) struct Leg {
     length: f64,
     pub(crate) u: [f64; 2],
     curve: Option<Curve>,
-    circle: Option<[f64; 2]>,
+    circle: Option<Circle>,
 }
 
 impl Leg {
@@ -89,7 +89,8 @@ impl Leg {
     /// The leg that the planner makes of it and a short one that follows.
     pub(crate) fn joined(&mut self, cut: &Cut, delta: [i32; 2], scale: [i64; 2]) {
         let delta = [0, 1].map(|i| delta[i] + self.delta[i]);
-        let circle = self.circle.filter(|_| self.circle == cut.circle);
+        let circle = self.circle.zip(cut.circle);
+        let circle = circle.and_then(|(first, last)| first.joined(last));
         *self = Self {
             circle,
             ..Self::new(cut, delta, scale)
@@ -127,30 +128,30 @@ impl Leg {
             worst.acceleration = worst.acceleration.max(float(&acceleration));
         }
         if limits.corner_rule == CornerRule::Limits {
-            let circle = self.curve.map(|curve| f64::from(curve.radius));
-            if let Some(radius) = circle.or(self.circle.map(|[radius, _]| radius)) {
-                let share = self.on_circle(profile, radius, limits);
-                // Near a rest rounding to three decimals hides some of a curve.
-                let most = if circle.is_some() { 1.0 } else { 1.1 };
-                if share > most {
-                    return Err(format!("curve: {share}"));
-                }
-                (worst.arc, worst.curve) = match circle {
-                    Some(_) => (share, 0.0),
-                    None => (0.0, share),
-                };
+            worst.arc = self.curve.map_or(0.0, |curve| {
+                let v2 = profile.entry_v2().max(profile.exit_v2());
+                self.on_circle(v2, 1.0 / f64::from(curve.radius), limits)
+            });
+            worst.curve = self.circle.map_or(0.0, |circle| {
+                let [start, end] = circle.ends(self.length);
+                let start = self.on_circle(profile.entry_v2(), start, limits);
+                start.max(self.on_circle(profile.exit_v2(), end, limits))
+            });
+            if worst.arc > 1.0 || worst.curve > 1.1 {
+                return Err(format!("arc: {} curve: {}", worst.arc, worst.curve));
             }
         }
         Ok(worst)
     }
 
-    /// The largest share of an axis's acceleration that a circle takes at a profile's faster end,
-    /// where the direction is as uncertain as a chord and rounding make it. (What that leaves to
-    /// ramps is seen on the step edges: `edges_tests`.)
-    fn on_circle(&self, profile: &Trapezoid, radius: f64, limits: &Config<2>) -> f64 {
+    /// The largest share of an axis's acceleration that a curvature (1/mm) takes at a squared
+    /// speed, where the direction is as uncertain as a chord and rounding make it. (The part that is
+    /// left to ramps is seen on the step edges: `edges_tests`.)
+    fn on_circle(&self, steps_v2: f32, curvature: f64, limits: &Config<2>) -> f64 {
         let rounding = limits.steps_per_mm.map(|steps| 1e9 / steps.nanos() as f64);
-        let unsure = self.length / radius + 2.0 * (rounding[0] + rounding[1] + 0.002) / self.length;
-        let pull = self.v2(profile.entry_v2().max(profile.exit_v2())) / radius;
+        let unsure =
+            self.length * curvature + 2.0 * (rounding[0] + rounding[1] + 0.002) / self.length;
+        let pull = self.v2(steps_v2) * curvature;
         let share = |axis: usize| {
             let normal = (self.u[1 - axis].abs() - unsure).max(0.0);
             normal * pull / f64::from(limits.acceleration[axis])
@@ -166,7 +167,9 @@ impl Leg {
             .iter()
             .map(|steps| 40e9 / steps.nanos() as f64);
         limits.corner_rule == CornerRule::Grbl
-            || self.curve.is_none() && self.length > steps.fold(0.5, f64::max)
+            || self.curve.is_none()
+                && self.circle.is_none()
+                && self.length > steps.fold(0.5, f64::max)
     }
 }
 

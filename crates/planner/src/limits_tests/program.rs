@@ -108,12 +108,49 @@ pub(crate) fn program() -> impl Strategy<Value = Program> {
     )
 }
 
-/// A move, and the circle that it was cut from: radius, length of the arc, mm.
+/// A circle that is cut into pieces, and where a piece of it lies: mm.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Circle {
+    radius: f64,
+    /// The way from the curve's start to the piece.
+    before: f64,
+    /// The way from the piece to the curve's end.
+    behind: f64,
+}
+
+impl Circle {
+    /// How far points that are rounded to three decimals may be off, mm.
+    const ROUNDING: f64 = 0.0005;
+
+    /// The two pieces as one.
+    pub(super) fn joined(self, next: Self) -> Option<Self> {
+        let Self { radius, before, .. } = self;
+        (radius == next.radius).then_some(Self {
+            radius,
+            before,
+            behind: next.behind,
+        })
+    }
+
+    /// The curvature at both ends of a piece of this length, 1/mm, or 0 where the curve itself
+    /// ends. Points are rounded, and the path may pass them as far on the other side: over the way
+    /// to the nearer end of the curve it may be so much straighter than the circle.
+    pub(super) fn ends(self, length: f64) -> [f64; 2] {
+        let at = |way: f64| (1.0 / self.radius - 8.0 * Self::ROUNDING / (way * way)).max(0.0);
+        let (before, behind) = (self.before, self.behind);
+        [
+            at(before.min(behind + length)),
+            at(behind.min(before + length)),
+        ]
+    }
+}
+
+/// A move, and the circle that it was cut from.
 pub(crate) struct Cut {
     pub(crate) of: Move<2>,
     /// Whether a part of the program begins with it.
     pub(crate) is_first: bool,
-    pub(super) circle: Option<[f64; 2]>,
+    pub(super) circle: Option<Circle>,
 }
 
 impl Cut {
@@ -194,8 +231,13 @@ impl Program {
                 let pieces = ((radius * turn.abs() / piece).ceil() as usize).min(240);
                 let angle = |k: usize| from + turn * k as f64 / pieces as f64;
                 let point = |k| on_circle(at, from, radius, angle(k));
-                let circle = Some([radius, radius * turn.abs()]);
-                let cuts = (1..=pieces).map(|k| cut(point(k), circle));
+                let piece = radius * turn.abs() / pieces as f64;
+                let circle = |k| Circle {
+                    radius,
+                    before: (k - 1) as f64 * piece,
+                    behind: (pieces - k) as f64 * piece,
+                };
+                let cuts = (1..=pieces).map(|k| cut(point(k), Some(circle(k))));
                 (cuts.collect(), point(pieces))
             }
             Part::Arc { from, radius, turn } => {

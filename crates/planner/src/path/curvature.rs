@@ -24,7 +24,8 @@
 use super::probe::Probe;
 use super::window::{Window, MM};
 use crate::config::Limits;
-use crate::real::{least, most, sqrt};
+use crate::real::{least, most, norm2, sqrt};
+use crate::space::polygon::greatest;
 
 /// Share of the acceleration, or of the curvature, that rounding may make up.
 const QUIET: f32 = 0.01;
@@ -67,8 +68,6 @@ struct Meeting {
     /// 1/(highest squared speed).
     per_top_v2: f32,
     rounding: f32,
-    /// 1/acceleration, along the weaker of the two pieces.
-    per_acceleration: f32,
 }
 
 impl<const AXES: usize> Window<AXES> {
@@ -88,7 +87,7 @@ impl<const AXES: usize> Window<AXES> {
         let reach = least(wanted, room);
         let bend = self.curvature(number, reach, limits, &mut probe.pieces);
         let loudness = meeting.loudness(&bend);
-        let longer2 = meeting.error(loudness, reach);
+        let longer2 = meeting.error(&bend, reach, limits);
         let is_shortest = reach <= meeting.shorter;
         if is_shortest && longer2 <= NEAR_ENOUGH {
             return Some((bend, reach));
@@ -129,7 +128,7 @@ impl<const AXES: usize> Window<AXES> {
             let reach = least(length, room);
             let curved = self.curvature(number, reach, limits, &mut probe.pieces);
             let bend = range.nearest(&curved);
-            let longer2 = meeting.error(meeting.loudness(&bend), reach);
+            let longer2 = meeting.error(&bend, reach, limits);
             let is_cut_short = reach < length;
             if is_cut_short && !is_open {
                 // Near a rest or a sharp turn motion is slow: the straightest path is enough.
@@ -151,7 +150,6 @@ impl<const AXES: usize> Window<AXES> {
             shorter: most(least(before.length, after.length), f32::MIN_POSITIVE),
             per_top_v2: most(before.piece.per_top_v2, after.piece.per_top_v2),
             rounding: most(before.piece.rounding, after.piece.rounding),
-            per_acceleration: most(before.piece.per_acceleration, after.piece.per_acceleration),
         }
     }
 
@@ -210,15 +208,37 @@ impl Meeting {
 
     /// The greater of a curvature and of the least one that bounds the speed, s²/mm².
     fn loudness(&self, bend: &[f32]) -> f32 {
-        bend.iter()
-            .fold(self.per_top_v2, |worst, b| most(worst, b.abs()))
+        most(greatest(bend), self.per_top_v2)
     }
 
-    /// The error of a curvature over a length by the error that is allowed; `loudness` is that of
-    /// the curvature.
-    fn error(&self, loudness: f32, length: f32) -> f32 {
-        OFF * self.rounding * self.per_acceleration / (QUIET * length * length * loudness)
+    /// The error of a curvature over a length by the error that is allowed. Both lie across the
+    /// path, so the axes share one as they share the other. Where nothing turns, the weakest axis
+    /// may.
+    fn error<const AXES: usize>(
+        &self,
+        bend: &[f32; AXES],
+        length: f32,
+        limits: &Limits<AXES>,
+    ) -> f32 {
+        let curvature2 = curvature2(bend, limits);
+        let worst = greatest(bend);
+        let per_acceleration = if curvature2 > 0.0 {
+            worst / sqrt(curvature2)
+        } else {
+            limits.per_weakest
+        };
+        let allowed = QUIET * most(worst, self.per_top_v2);
+        OFF * self.rounding * per_acceleration / (length * length * allowed)
     }
+}
+
+/// The square of a curvature that is by accelerations, 1/mm².
+pub(super) fn curvature2<const AXES: usize>(bend: &[f32; AXES], limits: &Limits<AXES>) -> f32 {
+    let mut curvature = *bend;
+    for (curvature, acceleration) in curvature.iter_mut().zip(&limits.acceleration) {
+        *curvature *= acceleration;
+    }
+    norm2(&curvature)
 }
 
 /// Between which values the curvature lies, for each axis.

@@ -7,6 +7,7 @@
 //! A sharper turn is a corner. Between short pieces its curvature counts as well, over two pieces
 //! to both sides: turns to and fro cancel.
 
+use super::curvature::curvature2;
 use super::probe::Probe;
 use super::window::{Window, PIECES};
 use crate::config::Limits;
@@ -105,25 +106,63 @@ impl<const AXES: usize> Window<AXES> {
             return Some(Turn::corner(f32::INFINITY));
         }
         let (bend, reach) = self.curved(number, limits, now, probe)?;
-        let corner = if probe.goes_on || self.explains(&bend, number, limits) {
-            f32::INFINITY
-        } else {
-            let (before, after) = (self.placed(number.wrapping_sub(1)), self.placed(number));
-            junction_v2(&before.piece.direction, &after.piece.direction, limits)
+        let is_smooth = probe.goes_on || self.explains(&bend, number, limits);
+        let corner = match is_smooth && !self.strays(&bend, number, limits) {
+            true => f32::INFINITY,
+            false => self.junction(number, limits),
         };
         let is_straight = bend == [0.0; AXES];
+        let arcs = if probe.goes_on {
+            f32::INFINITY
+        } else {
+            self.ends_of_arcs(number, limits, now, probe)?
+        };
         Some(Turn {
-            v2: least(corner, cap(&bend)),
+            v2: least(least(corner, arcs), cap(&bend)),
             reach: if is_straight { 0.0 } else { reach },
             bend,
         })
     }
 
+    /// The highest squared speed on arcs that end or begin at the start of a piece, mm²/s²: the
+    /// second difference there is the mean of both sides. `None` where it is not known yet whether
+    /// an arc goes on, and not `now`.
+    fn ends_of_arcs(
+        &self,
+        number: u32,
+        limits: &Limits<AXES>,
+        now: bool,
+        probe: &Probe<AXES>,
+    ) -> Option<f32> {
+        let (last, next) = (number.wrapping_sub(1), number.wrapping_add(1));
+        let mut v2 = f32::INFINITY;
+        if self.before(number) > 1 && self.are_chords(last) {
+            v2 = cap(&probe.before);
+        }
+        if !self.chords.has(number) {
+            return Some(v2);
+        }
+        if self.is_last(number) {
+            return now.then_some(v2);
+        }
+        if self.chords.has(next) {
+            let shorter = least(self.placed(number).length, self.placed(next).length);
+            let bend = self.curvature(next, shorter, limits, &mut [0; 2]);
+            v2 = least(v2, cap(&bend));
+        }
+        Some(v2)
+    }
+
+    /// The highest squared speed by `$11` at the start of a piece, mm²/s².
+    fn junction(&self, number: u32, limits: &Limits<AXES>) -> f32 {
+        let (before, after) = (self.placed(number.wrapping_sub(1)), self.placed(number));
+        junction_v2(&before.piece.direction, &after.piece.direction, limits)
+    }
+
     /// The highest squared speed at a corner, mm²/s².
     fn corner(&self, number: u32, limits: &Limits<AXES>, now: bool) -> Option<f32> {
+        let corner = self.junction(number, limits);
         let (before, after) = (self.placed(number.wrapping_sub(1)), self.placed(number));
-        let (u0, u1) = (&before.piece.direction, &after.piece.direction);
-        let corner = junction_v2(u0, u1, limits);
         let shorter = least(least(before.length, after.length), FARTHEST);
         let pieces = &mut [0; 2];
         let by_two = cap(&self.curvature(number, shorter, limits, pieces));
@@ -143,6 +182,19 @@ impl<const AXES: usize> Window<AXES> {
         // A lower corner would be taken as fast as the first of them allows: a higher one is no
         // reason to be slower.
         Some(least(corner, most(by_two, by_four)))
+    }
+
+    /// Whether a curve through the ends of the pieces is farther than `$11` from their middle, by
+    /// the sagitta `k·l²/8` of the shorter one.
+    fn strays(&self, bend: &[f32; AXES], number: u32, limits: &Limits<AXES>) -> bool {
+        if self.are_chords(number) {
+            return false;
+        }
+        let (before, after) = (self.placed(number.wrapping_sub(1)), self.placed(number));
+        let shorter = least(before.length, after.length);
+        let per_curvature = shorter * shorter * 0.125;
+        curvature2(bend, limits) * per_curvature * per_curvature
+            > limits.deviation * limits.deviation
     }
 
     /// Whether a curve explains a turn: rounding may have made the rest of it.

@@ -39,8 +39,6 @@ pub(crate) struct Piece<const AXES: usize> {
     pub(crate) per_top_v2: f32,
     /// How far its ends may be beside the places that were meant, on each axis, mm.
     pub(crate) rounding: f32,
-    /// 1/acceleration along it, s²/mm.
-    pub(crate) per_acceleration: f32,
 }
 
 /// A piece where it lies.
@@ -84,7 +82,7 @@ pub(crate) struct Window<const AXES: usize> {
     /// Which go straight on.
     straight: Bits,
     /// Which are chords of an arc.
-    chords: Bits,
+    pub(super) chords: Bits,
     /// Which have so few steps that these give no direction.
     pub(super) short: Bits,
     /// Pieces so far, modulo 2³².
@@ -103,7 +101,6 @@ impl<const AXES: usize> Window<AXES> {
             direction: [0.0; AXES],
             per_top_v2: 0.0,
             rounding: 0.0,
-            per_acceleration: 0.0,
         },
         course: [0.0; AXES],
         length: 0.0,

@@ -157,7 +157,6 @@ pub(super) fn piece<const AXES: usize, const MOTORS: usize>(
         direction,
         per_top_v2: 1.0 / planned.top_v2(),
         rounding: of.curve.map_or(DECIMALS, Curve::rounding),
-        per_acceleration: 1.0 / planned.acceleration,
     }
 }
 

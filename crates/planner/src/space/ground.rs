@@ -210,6 +210,7 @@ where
 const STILL: f32 = 1e-6;
 
 /// The curvature between the ends of a move: the common part of both turns, spread over its length.
+/// At a corner or a rest the path has none: there the other end tells.
 fn middle<const AXES: usize, const MOTORS: usize>(
     planned: &PlannedMove<AXES, MOTORS>,
     behind: Option<&PlannedMove<AXES, MOTORS>>,
@@ -218,9 +219,11 @@ fn middle<const AXES: usize, const MOTORS: usize>(
         let share = least(of.reach / planned.length, 1.0);
         of.bend.map(|bend| bend * share)
     };
-    behind.map_or([0.0; AXES], |behind| {
-        common(&spread(planned), &spread(behind))
-    })
+    match behind.filter(|behind| !behind.has_corner()) {
+        Some(behind) if planned.has_corner() => spread(behind),
+        Some(behind) => common(&spread(planned), &spread(behind)),
+        None => spread(planned),
+    }
 }
 
 impl<K, const AXES: usize, const MOTORS: usize> Braking<AXES, MOTORS>

@@ -112,7 +112,12 @@ pub(crate) enum Rise {
 /// The highest squared speed (mm²/s²) at which a path may turn with the curvature `bend` (by
 /// accelerations, s²/mm²).
 pub(crate) fn cap(bend: &[f32]) -> f32 {
-    1.0 / bend.iter().fold(0.0, |worst, b| most(worst, b.abs()))
+    1.0 / greatest(bend)
+}
+
+/// The greatest part that an axis has in a curvature.
+pub(crate) fn greatest(bend: &[f32]) -> f32 {
+    bend.iter().fold(0.0, |worst, b| most(worst, b.abs()))
 }
 
 /// The common part of two curvatures: the curvature of the way between them.
