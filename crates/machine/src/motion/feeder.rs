@@ -31,6 +31,11 @@ const HALF_A_TICK: Duration = Duration::from_ticks(50);
 /// more than a `Machine::poll` takes (0.4 ms).
 const SHORT: Duration = Duration::from_ticks(450);
 
+/// A segment may last so many timer counts longer than its duration says: that is rounded down, and
+/// its terms to 2⁻¹⁶ counts before they are multiplied by fewer than 512 ticks. With these counts
+/// in each of them, the estimated begin of a segment is never early, however many came before it.
+const ROUNDED_OFF: u32 = 4;
+
 /// Hands segments to the step interrupt and starts it out of rest. Main loop.
 pub(crate) struct Feeder<'a, const MOTORS: usize> {
     segments: Producer<'a, Segment<MOTORS>>,
@@ -40,12 +45,35 @@ pub(crate) struct Feeder<'a, const MOTORS: usize> {
     durations: Deque<u32, { SEGMENTS + 1 }>,
     /// Their sum.
     committed: u32,
-    /// When the oldest of them began, or was first seen under way, timer counts.
-    since: u64,
+    /// When the oldest of them began, at the latest. A count of the timer, modulo 2³².
+    since: u32,
     /// Timer counts in a microsecond, rounded down.
     counts_per_us: u32,
     /// The power's lead, µs: segments that wait for it are committed, too.
     lead_us: u32,
+    /// The most that may be committed where one more segment is to fit, timer counts.
+    full_above: u32,
+}
+
+/// When motion wants another segment.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Hunger {
+    /// One more could be committed now.
+    Now,
+    /// At this instant, if the step interrupt takes none before.
+    At(Instant),
+    /// Not before something else happens.
+    None,
+}
+
+impl Hunger {
+    /// The instant that it names.
+    pub(crate) fn at(self) -> Option<Instant> {
+        match self {
+            Self::At(at) => Some(at),
+            Self::Now | Self::None => None,
+        }
+    }
 }
 
 impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
@@ -55,7 +83,7 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
         shared: &'a Shared<MOTORS>,
         timer_hz: u32,
     ) -> Self {
-        Self {
+        let mut feeder = Self {
             segments,
             shared,
             durations: Deque::new(),
@@ -63,12 +91,16 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
             since: 0,
             counts_per_us: timer_hz / 1_000_000,
             lead_us: 0,
-        }
+            full_above: 0,
+        };
+        feeder.set_lead(0);
+        feeder
     }
 
     /// Sets how long the power's lead keeps segments waiting, µs, below [`COMMITTED`]. At rest.
     pub(crate) fn set_lead(&mut self, lead_us: u32) {
         self.lead_us = lead_us;
+        self.full_above = (self.most_us() - self.longest_us()) * self.counts_per_us;
     }
 
     /// The longest segment that may be handed over, seconds: half of the time that may be
@@ -94,32 +126,40 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
 
     /// Counts that may wait for the power's lead, so that one segment more is no more than may be
     /// committed.
-    pub(crate) fn room(&self, now: Instant) -> u32 {
+    pub(crate) fn room(&mut self, now: Instant) -> u32 {
         let most = (COMMITTED - UNSEEN).ticks() as u32 - self.longest_us();
         (most * self.counts_per_us).saturating_sub(self.left(now))
     }
 
     /// Whether one more segment may be committed.
     pub(crate) fn has_room(&mut self, now: Instant) -> bool {
-        self.forget_consumed(now);
-        let most = (self.most_us() - self.longest_us()) * self.counts_per_us;
-        self.left(now) <= most && self.segments.ready()
+        self.left(now) <= self.full_above && self.segments.ready()
     }
 
-    /// The time at which the committed motion has come down to [`SHORT`], if the step interrupt
-    /// takes no segment before: a waiting segment may be short, and the next must be there before
-    /// it is over. `None` at rest, and where no slot is free. It is later than the time at which
-    /// there is room: committed motion can no longer be changed, so no more is committed than is
-    /// needed.
-    pub(crate) fn short_at(&self, now: Instant) -> Option<Instant> {
-        let spare = self.left(now).saturating_sub(self.short());
-        let wait = Duration::from_ticks(spare.div_ceil(self.counts_per_us).into());
-        (self.shared.is_running() && self.segments.ready()).then(|| now + wait)
+    /// When there is to be another segment. Where there is no room for one now: when the committed
+    /// motion has come down to [`SHORT`], if the step interrupt takes no segment before. A waiting
+    /// segment may be short, and the next must be there before it is over. That is later than the
+    /// time at which there is room: committed motion can no longer be changed, so no more is
+    /// committed than is needed.
+    pub(crate) fn hunger(&mut self, now: Instant) -> Hunger {
+        let left = self.left(now);
+        if !self.segments.ready() {
+            Hunger::None
+        } else if left <= self.full_above {
+            Hunger::Now
+        } else if self.shared.is_running() {
+            let wait = left
+                .saturating_sub(self.short())
+                .div_ceil(self.counts_per_us);
+            Hunger::At(now + Duration::from_ticks(wait.into()))
+        } else {
+            Hunger::None
+        }
     }
 
     /// Whether motion is about to run dry: less is left than that at which the main loop asked to
     /// be woken, so that it is late.
-    pub(crate) fn is_short(&self, now: Instant) -> bool {
+    pub(crate) fn is_short(&mut self, now: Instant) -> bool {
         self.shared.is_running() && self.left(now) < self.short()
     }
 
@@ -153,34 +193,37 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
         self.segments.is_empty() && !self.shared.is_running()
     }
 
-    /// Drops the durations of segments that are over: all but the waiting ones and the one under
-    /// way.
-    fn forget_consumed(&mut self, now: Instant) {
-        let under_way = usize::from(self.shared.is_running());
-        let left = self.segments.len() + under_way;
+    /// The time committed, timer counts. Drops the durations of segments that are over: all but the
+    /// waiting ones and the one under way.
+    fn left(&mut self, now: Instant) -> u32 {
+        let now = self.counts(now);
+        let is_running = self.shared.is_running();
+        let left = self.segments.len() + usize::from(is_running);
         while self.durations.len() > left {
-            if let Some(over) = self.durations.pop_front() {
-                self.committed = self.committed.saturating_sub(over);
-                self.since = self.counts(now).min(self.since + u64::from(over));
-            }
+            let Some(over) = self.durations.pop_front() else {
+                break;
+            };
+            self.committed = self.committed.saturating_sub(over);
+            let next = self.since.wrapping_add(over).wrapping_add(ROUNDED_OFF);
+            let ago = passed(next, now);
+            self.since = now.wrapping_sub(ago);
         }
-    }
-
-    /// The time committed, timer counts.
-    fn left(&self, now: Instant) -> u32 {
-        let under_way = match self.durations.front() {
-            Some(front) if self.shared.is_running() => *front,
-            Some(_) | None => 0,
-        };
-        let elapsed = self.counts(now).saturating_sub(self.since);
-        let over = u32::try_from(elapsed).map_or(under_way, |elapsed| elapsed.min(under_way));
+        let under_way = self.durations.front().filter(|_| is_running);
+        let over = under_way.map_or(0, |lasts| passed(self.since, now).min(*lasts));
         self.committed.saturating_sub(over)
     }
 
-    /// Timer counts since power-up.
-    fn counts(&self, now: Instant) -> u64 {
-        now.ticks() * u64::from(self.counts_per_us)
+    /// Timer counts since power-up, modulo 2³².
+    fn counts(&self, now: Instant) -> u32 {
+        (now.ticks() as u32).wrapping_mul(self.counts_per_us)
     }
+}
+
+/// Counts from an instant up to `now`; 0 where it has not come yet. They are less than 2³¹ counts
+/// apart, 25 s on the F407.
+fn passed(instant: u32, now: u32) -> u32 {
+    let passed = now.wrapping_sub(instant).cast_signed();
+    passed.max(0).cast_unsigned()
 }
 
 #[cfg(test)]
@@ -281,12 +324,45 @@ mod tests {
         let mut feeder = Feeder::new(producer, &shared, 84_000_000);
         let at = Instant::from_ticks;
         feeder.push(segment(84, 1000, 0.0));
-        assert_eq!(feeder.short_at(at(0)), None, "at rest");
+        assert_eq!(feeder.hunger(at(0)), Hunger::None, "at rest");
         shared.set_running();
         consumer.dequeue(); // 1 ms under way
         feeder.push(segment(84, 100, 0.0)); // 0.1 ms waits
-        assert!(!feeder.has_room(at(0)));
-        assert_eq!(feeder.short_at(at(0)), Some(at(650)));
+        assert_eq!(feeder.hunger(at(0)), Hunger::At(at(650)));
         assert!(feeder.has_room(at(650)));
+    }
+
+    /// Segments last a fraction of a count longer than their durations say. However many have
+    /// played, no less is taken to be committed than is.
+    #[test]
+    fn fractions_of_counts_do_not_add_up() {
+        let mut queue = SegmentQueue::<1>::new();
+        let (producer, mut consumer) = queue.split();
+        let shared = Shared::new();
+        let mut feeder = Feeder::new(producer, &shared, 84_000_000);
+        let lasts = 70_000.9;
+        let longest = Segment {
+            interval: Interval::from_num(lasts),
+            ..segment(1, 0, 0.0)
+        };
+        feeder.push(longest);
+        shared.set_running();
+        consumer.dequeue();
+        let (mut end, mut waiting) = (lasts, 0.0);
+        for look in 0..2_000_000u64 {
+            let counts = (look * 100 * 84) as f64;
+            while counts >= end {
+                consumer.dequeue();
+                (end, waiting) = (end + lasts, waiting - lasts);
+            }
+            let now = Instant::from_ticks(look * 100);
+            while feeder.has_room(now) {
+                feeder.push(longest);
+                waiting += lasts;
+            }
+            let left = f64::from(feeder.left(now));
+            let real = end - counts + waiting;
+            assert!(left + 4.0 >= real, "{look}: {left}, {real} are committed");
+        }
     }
 }

@@ -30,6 +30,7 @@ use leadscrew_planner::{
 };
 use leadscrew_stepper::{OutputChange, Power, Segment, Shared};
 
+pub(crate) use feeder::Hunger;
 pub(crate) use power::PowerRule;
 use reserve::Reserve;
 use start::{Start, DEPTH};
@@ -49,27 +50,6 @@ struct Track<'a, K, const AXES: usize, const MOTORS: usize> {
 enum Driver {
     Program,
     Aside,
-}
-
-/// When motion wants another segment.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(crate) enum Hunger {
-    /// One more could be committed now.
-    Now,
-    /// At this instant, if the step interrupt takes none before.
-    At(Instant),
-    /// Not before something else happens.
-    None,
-}
-
-impl Hunger {
-    /// The instant that it names.
-    pub(crate) fn at(self) -> Option<Instant> {
-        match self {
-            Self::At(at) => Some(at),
-            Self::Now | Self::None => None,
-        }
-    }
 }
 
 /// How motion follows the sender and the laser.
@@ -406,7 +386,7 @@ where
     }
 
     /// Whether motion is about to run dry: segments come before anything that takes long.
-    pub(crate) fn is_short(&self, now: Instant) -> bool {
+    pub(crate) fn is_short(&mut self, now: Instant) -> bool {
         self.feeder.is_short(now)
     }
 
@@ -427,10 +407,8 @@ where
     pub(crate) fn hunger(&mut self, now: Instant, may_start: bool) -> Hunger {
         if self.stopping || !self.may_feed(now, may_start) || !self.has_moves() {
             Hunger::None
-        } else if self.feeder.has_room(now) {
-            Hunger::Now
         } else {
-            self.feeder.short_at(now).map_or(Hunger::None, Hunger::At)
+            self.feeder.hunger(now)
         }
     }
 
