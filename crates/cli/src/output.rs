@@ -76,15 +76,18 @@ impl Output {
         Pen(Rc::clone(&self.to))
     }
 
-    /// Puts the written file in its place; `written` tells whether all of it could be written.
+    /// Puts the written file in its place; `written` tells whether all of it could be written. A
+    /// reader of standard output who has seen enough (`| head`) is no failure.
     ///
     /// # Errors
     /// The first failure; the output is as it was before then.
     pub(super) fn complete(self, written: io::Result<()>) -> Result<(), OutputError> {
         let to = self.to.replace(To::Done);
         let path = self.path;
-        let completed = written.and_then(|()| to.complete());
-        completed.map_err(|error| OutputError { path, error })
+        match written.and_then(|()| to.complete()) {
+            Err(error) if is_stdout(&path) && error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
+            completed => completed.map_err(|error| OutputError { path, error }),
+        }
     }
 }
 

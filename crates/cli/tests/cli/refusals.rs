@@ -119,6 +119,10 @@ fn a_reader_that_has_seen_enough_is_no_failure() {
         &["run", "--json", &job],
         &["check", &job],
         &["profile", "--no-trials", &job],
+        &["check", "--svg", "-", &job],
+        &["run", "--steps", "-", &job],
+        &["run", "--vcd", "-", &job],
+        &["profile", "--no-trials", "--csv", "-", &job],
     ] {
         let output = unread(args);
         assert_eq!(
