@@ -157,9 +157,10 @@ where
         if !self.history.booted {
             self.boot(board, now);
         }
+        self.motion.look(now);
         self.take_requests(board, now);
         self.take_edges(board, now);
-        if self.motion.is_short(now) {
+        if self.motion.is_short() {
             self.feed(board, now);
         }
         self.watch_motion(board, now);

@@ -53,6 +53,8 @@ pub(crate) struct Feeder<'a, const MOTORS: usize> {
     lead_us: u32,
     /// The most that may be committed where one more segment is to fit, timer counts.
     full_above: u32,
+    /// The time committed, timer counts: at the last look, and what was handed over since.
+    left: u32,
 }
 
 /// When motion wants another segment.
@@ -92,6 +94,7 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
             counts_per_us: timer_hz / 1_000_000,
             lead_us: 0,
             full_above: 0,
+            left: 0,
         };
         feeder.set_lead(0);
         feeder
@@ -126,14 +129,14 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
 
     /// Counts that may wait for the power's lead, so that one segment more is no more than may be
     /// committed.
-    pub(crate) fn room(&mut self, now: Instant) -> u32 {
+    pub(crate) fn room(&self) -> u32 {
         let most = (COMMITTED - UNSEEN).ticks() as u32 - self.longest_us();
-        (most * self.counts_per_us).saturating_sub(self.left(now))
+        (most * self.counts_per_us).saturating_sub(self.left)
     }
 
     /// Whether one more segment may be committed.
-    pub(crate) fn has_room(&mut self, now: Instant) -> bool {
-        self.left(now) <= self.full_above && self.segments.ready()
+    pub(crate) fn has_room(&self) -> bool {
+        self.left <= self.full_above && self.segments.ready()
     }
 
     /// When there is to be another segment. Where there is no room for one now: when the committed
@@ -141,16 +144,12 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
     /// segment may be short, and the next must be there before it is over. That is later than the
     /// time at which there is room: committed motion can no longer be changed, so no more is
     /// committed than is needed.
-    pub(crate) fn hunger(&mut self, now: Instant) -> Hunger {
-        let left = self.left(now);
-        if !self.segments.ready() {
-            Hunger::None
-        } else if left <= self.full_above {
+    pub(crate) fn hunger(&self, now: Instant) -> Hunger {
+        if self.has_room() {
             Hunger::Now
-        } else if self.shared.is_running() {
-            let wait = left
-                .saturating_sub(self.short())
-                .div_ceil(self.counts_per_us);
+        } else if self.shared.is_running() && self.segments.ready() {
+            let spare = self.left.saturating_sub(self.short());
+            let wait = spare.div_ceil(self.counts_per_us);
             Hunger::At(now + Duration::from_ticks(wait.into()))
         } else {
             Hunger::None
@@ -159,8 +158,8 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
 
     /// Whether motion is about to run dry: less is left than that at which the main loop asked to
     /// be woken, so that it is late.
-    pub(crate) fn is_short(&mut self, now: Instant) -> bool {
-        self.shared.is_running() && self.left(now) < self.short()
+    pub(crate) fn is_short(&self) -> bool {
+        self.shared.is_running() && self.left < self.short()
     }
 
     /// Counts left at which the next segment is asked for at the latest.
@@ -173,6 +172,7 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
         let duration = segment.duration();
         if self.segments.enqueue(segment).is_ok() && self.durations.push_back(duration).is_ok() {
             self.committed = self.committed.saturating_add(duration);
+            self.left = self.left.saturating_add(duration);
         }
     }
 
@@ -193,24 +193,23 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
         self.segments.is_empty() && !self.shared.is_running()
     }
 
-    /// The time committed, timer counts. Drops the durations of segments that are over: all but the
-    /// waiting ones and the one under way.
-    fn left(&mut self, now: Instant) -> u32 {
+    /// Looks at the queue: how much is left of it. Drops the durations of segments that are over:
+    /// all but the waiting ones and the one under way. At the begin of a turn of the main loop.
+    pub(crate) fn look(&mut self, now: Instant) {
         let now = self.counts(now);
         let is_running = self.shared.is_running();
-        let left = self.segments.len() + usize::from(is_running);
-        while self.durations.len() > left {
+        let remaining = self.segments.len() + usize::from(is_running);
+        while self.durations.len() > remaining {
             let Some(over) = self.durations.pop_front() else {
                 break;
             };
             self.committed = self.committed.saturating_sub(over);
             let next = self.since.wrapping_add(over).wrapping_add(ROUNDED_OFF);
-            let ago = passed(next, now);
-            self.since = now.wrapping_sub(ago);
+            self.since = now.wrapping_sub(passed(next, now));
         }
         let under_way = self.durations.front().filter(|_| is_running);
         let over = under_way.map_or(0, |lasts| passed(self.since, now).min(*lasts));
-        self.committed.saturating_sub(over)
+        self.left = self.committed.saturating_sub(over);
     }
 
     /// Timer counts since power-up, modulo 2³².
@@ -252,6 +251,21 @@ mod tests {
         }
     }
 
+    fn has_room(feeder: &mut Feeder<'_, 1>, now: Instant) -> bool {
+        feeder.look(now);
+        feeder.has_room()
+    }
+
+    fn is_short(feeder: &mut Feeder<'_, 1>, now: Instant) -> bool {
+        feeder.look(now);
+        feeder.is_short()
+    }
+
+    fn hunger(feeder: &mut Feeder<'_, 1>, now: Instant) -> Hunger {
+        feeder.look(now);
+        feeder.hunger(now)
+    }
+
     #[test]
     fn no_more_than_two_milliseconds_are_committed() {
         let mut queue = SegmentQueue::<1>::new();
@@ -260,17 +274,17 @@ mod tests {
         let mut feeder = Feeder::new(producer, &shared, 84_000_000);
         let at = Instant::from_ticks;
         let mut pushed = 0;
-        while feeder.has_room(at(0)) {
+        while has_room(&mut feeder, at(0)) {
             feeder.push(segment(84, 950, 0.0));
             pushed += 1;
         }
         assert_eq!(pushed, 2);
         shared.set_running();
         consumer.dequeue(); // now under way
-        assert!(!feeder.has_room(at(949)));
-        assert!(feeder.has_room(at(950)));
+        assert!(!has_room(&mut feeder, at(949)));
+        assert!(has_room(&mut feeder, at(950)));
         consumer.dequeue(); // seen at once
-        assert!(feeder.has_room(at(950)));
+        assert!(has_room(&mut feeder, at(950)));
     }
 
     /// With segments as long as can be, and all that the power's lead needs: the most that is
@@ -283,13 +297,13 @@ mod tests {
         feeder.set_lead(lead_us);
         let longest = feeder.longest_us();
         let (at, mut most) = (Instant::from_ticks(0), 0);
-        while feeder.has_room(at) {
-            let room = feeder.room(at) / 84;
+        while has_room(&mut feeder, at) {
+            let room = feeder.room() / 84;
             assert!(lead_us == 0 || room >= lead_us + 50, "{lead_us}: {room}");
-            most = most.max(feeder.left(at) / 84 + room + longest);
+            most = most.max(feeder.left / 84 + room + longest);
             feeder.push(segment(84, longest, 0.0));
         }
-        most.max(feeder.left(at) / 84)
+        most.max(feeder.left / 84)
     }
 
     #[test]
@@ -307,13 +321,13 @@ mod tests {
         let mut feeder = Feeder::new(producer, &shared, 84_000_000);
         let at = Instant::from_ticks;
         feeder.push(segment(84, 1000, 0.0)); // 1 ms
-        assert!(!feeder.is_short(at(0)), "at rest");
+        assert!(!is_short(&mut feeder, at(0)), "at rest");
         shared.set_running();
         consumer.dequeue();
-        assert!(!feeder.is_short(at(550)));
-        assert!(feeder.is_short(at(551)));
+        assert!(!is_short(&mut feeder, at(550)));
+        assert!(is_short(&mut feeder, at(551)));
         feeder.push(segment(84, 100, 0.0)); // 0.1 ms more
-        assert!(!feeder.is_short(at(600)));
+        assert!(!is_short(&mut feeder, at(600)));
     }
 
     #[test]
@@ -324,12 +338,12 @@ mod tests {
         let mut feeder = Feeder::new(producer, &shared, 84_000_000);
         let at = Instant::from_ticks;
         feeder.push(segment(84, 1000, 0.0));
-        assert_eq!(feeder.hunger(at(0)), Hunger::None, "at rest");
+        assert_eq!(hunger(&mut feeder, at(0)), Hunger::None, "at rest");
         shared.set_running();
         consumer.dequeue(); // 1 ms under way
         feeder.push(segment(84, 100, 0.0)); // 0.1 ms waits
-        assert_eq!(feeder.hunger(at(0)), Hunger::At(at(650)));
-        assert!(feeder.has_room(at(650)));
+        assert_eq!(hunger(&mut feeder, at(0)), Hunger::At(at(650)));
+        assert!(has_room(&mut feeder, at(650)));
     }
 
     /// Segments last a fraction of a count longer than their durations say. However many have
@@ -356,11 +370,11 @@ mod tests {
                 (end, waiting) = (end + lasts, waiting - lasts);
             }
             let now = Instant::from_ticks(look * 100);
-            while feeder.has_room(now) {
+            while has_room(&mut feeder, now) {
                 feeder.push(longest);
                 waiting += lasts;
             }
-            let left = f64::from(feeder.left(now));
+            let left = f64::from(feeder.left);
             let real = end - counts + waiting;
             assert!(left + 4.0 >= real, "{look}: {left}, {real} are committed");
         }

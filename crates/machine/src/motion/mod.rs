@@ -361,7 +361,7 @@ where
             return false;
         }
         for _ in 0..AT_ONCE {
-            if !self.feeder.has_room(now) || !self.commit(now, work) || !self.feeder.is_short(now) {
+            if !self.feeder.has_room() || !self.commit(work) || !self.feeder.is_short() {
                 break;
             }
         }
@@ -369,8 +369,8 @@ where
     }
 
     /// Commits the next segment; whether there is one.
-    fn commit(&mut self, now: Instant, work: &mut Work) -> bool {
-        let Some(mut segment) = self.next_segment(now) else {
+    fn commit(&mut self, work: &mut Work) -> bool {
+        let Some(mut segment) = self.next_segment() else {
             return false;
         };
         self.power.apply(&mut segment);
@@ -386,8 +386,14 @@ where
     }
 
     /// Whether motion is about to run dry: segments come before anything that takes long.
-    pub(crate) fn is_short(&mut self, now: Instant) -> bool {
-        self.feeder.is_short(now)
+    pub(crate) fn is_short(&self) -> bool {
+        self.feeder.is_short()
+    }
+
+    /// Looks how much motion is left that can no longer be changed. At the begin of a turn of the
+    /// main loop.
+    pub(crate) fn look(&mut self, now: Instant) {
+        self.feeder.look(now);
     }
 
     /// The speed that the arc of a move allows, mm/s.
@@ -437,11 +443,11 @@ where
         self.start.is_over(self.program.planner.len(), now)
     }
 
-    fn next_segment(&mut self, now: Instant) -> Option<Segment<MOTORS>> {
+    fn next_segment(&mut self) -> Option<Segment<MOTORS>> {
         match self.driver {
             Driver::Program => {
                 let Track { planner, segmenter } = &mut self.program;
-                let room = self.feeder.room(now);
+                let room = self.feeder.room();
                 self.lead.next(room.into(), || segmenter.next(planner))
             }
             Driver::Aside => self.aside.segmenter.next(&mut self.aside.planner),
