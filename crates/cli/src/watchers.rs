@@ -207,7 +207,7 @@ impl Sketch {
 }
 
 impl Observer for Sketch {
-    fn segments_made(&mut self, segments: u32, committed: &Committed) {
+    fn segments_made(&mut self, segments: u32, committed: &dyn Fn() -> Committed) {
         self.speed.segments_made(segments, committed);
     }
 

@@ -8,9 +8,9 @@ pub trait Explain {
     /// A move of the program is planned.
     fn move_planned(&mut self, planned: &PlannedMove<'_>);
 
-    /// `count` segments, 1 or more, were made for the step interrupt. `committed`: motion at the
-    /// end of the last one.
-    fn segments_made(&mut self, count: u32, committed: &Committed);
+    /// `count` segments, 1 or more, were made for the step interrupt. `committed` answers how motion
+    /// stands at the end of the last one, for those who ask.
+    fn segments_made(&mut self, count: u32, committed: &dyn Fn() -> Committed);
 }
 
 /// A move of the program that has just been planned.

@@ -38,7 +38,7 @@ where
             return;
         }
         if let Some(explainer) = board.explainer() {
-            explainer.segments_made(count, &self.committed());
+            explainer.segments_made(count, &|| self.committed());
         }
     }
 

@@ -397,7 +397,7 @@ impl<O: Observer, const MOTORS: usize> Explain for SimBoard<O, MOTORS> {
         self.observer.move_planned(planned);
     }
 
-    fn segments_made(&mut self, count: u32, committed: &Committed) {
+    fn segments_made(&mut self, count: u32, committed: &dyn Fn() -> Committed) {
         self.observer.segments_made(count, committed);
     }
 }

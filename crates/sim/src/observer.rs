@@ -71,10 +71,10 @@ pub trait Observer {
     /// A move of the program is planned.
     #[inline]
     fn move_planned(&mut self, planned: &PlannedMove<'_>) {}
-    /// The main loop has made `segments`. `committed` is the state of motion at the end of the last
-    /// one.
+    /// The main loop has made `segments`. `committed` answers how motion stands at the end of the
+    /// last one.
     #[inline]
-    fn segments_made(&mut self, segments: u32, committed: &Committed) {}
+    fn segments_made(&mut self, segments: u32, committed: &dyn Fn() -> Committed) {}
     /// The step interrupt takes a segment, or comes to rest: segments are taken in the order in
     /// which they were made.
     #[inline]
@@ -117,7 +117,7 @@ macro_rules! forward {
         forward!(@method $self $observers spindle(cycle: Cycle, output: SpindleOutput));
         forward!(@method $self $observers coolant(cycle: Cycle, output: CoolantOutput));
         forward!(@method $self $observers move_planned(planned: &PlannedMove<'_>));
-        forward!(@method $self $observers segments_made(segments: u32, committed: &Committed));
+        forward!(@method $self $observers segments_made(segments: u32, committed: &dyn Fn() -> Committed));
         forward!(@method $self $observers segment_taken(cycle: Cycle, taken: Option<&Taken<'_>>));
         forward!(@method $self $observers refused(cycle: Cycle, fault: &LineFault));
         forward!(@method $self $observers configured(cycle: Cycle, port: &PortConfig));

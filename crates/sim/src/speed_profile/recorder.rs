@@ -328,9 +328,9 @@ impl Observer for Recorder {
         self.planned.push_back((planned.line, limits));
     }
 
-    fn segments_made(&mut self, segments: u32, committed: &Committed) {
+    fn segments_made(&mut self, segments: u32, committed: &dyn Fn() -> Committed) {
         self.made.extend((1..segments).map(|_| None));
-        self.made.push_back(Some(*committed));
+        self.made.push_back(Some(committed()));
     }
 
     fn segment_taken(&mut self, cycle: Cycle, taken: Option<&Taken<'_>>) {
