@@ -31,9 +31,13 @@ const HALF_A_TICK: Duration = Duration::from_ticks(50);
 /// more than a `Machine::poll` takes (0.4 ms).
 const SHORT: Duration = Duration::from_ticks(450);
 
-/// A segment may last so many timer counts longer than its duration says: that is rounded down, and
-/// its terms to 2⁻¹⁶ counts before they are multiplied by fewer than 512 ticks. With these counts
-/// in each of them, the estimated begin of a segment is never early, however many came before it.
+/// [`Segment::duration`] is shorter than the segment by less than this, timer counts. It is the sum
+/// of two products that are rounded down, each of a factor that was rounded down to 2⁻¹⁶ counts: by
+/// the ticks and by the pairs of ticks. A segment of 0.95 ms has at most 500 ticks, of 1.9 µs:
+///
+/// ```text
+///     2 + (500 + 500·499/2)/2¹⁶ = 3.91
+/// ```
 const ROUNDED_OFF: u32 = 4;
 
 /// Hands segments to the step interrupt and starts it out of rest. Main loop.
@@ -45,16 +49,46 @@ pub(crate) struct Feeder<'a, const MOTORS: usize> {
     durations: Deque<u32, { SEGMENTS + 1 }>,
     /// Their sum.
     committed: u32,
-    /// When the oldest of them began, at the latest. A count of the timer, modulo 2³².
+    /// When the oldest of them began, or later, timer counts modulo 2³².
     since: u32,
     /// Timer counts in a microsecond, rounded down.
     counts_per_us: u32,
-    /// The power's lead, µs: segments that wait for it are committed, too.
-    lead_us: u32,
-    /// The most that may be committed where one more segment is to fit, timer counts.
-    full_above: u32,
-    /// The time committed, timer counts: at the last look, and what was handed over since.
-    left: u32,
+    /// How far it may hand over.
+    bounds: Bounds,
+    /// The part of the segment under way that was over at the last look, timer counts.
+    over: u32,
+}
+
+/// The bounds of what is handed over.
+struct Bounds {
+    /// The longest segment, µs.
+    longest_us: u32,
+    /// Where more is committed, there is no room for another segment, timer counts.
+    committed: u32,
+    /// Where more is committed, nothing more may wait for the power's lead, timer counts.
+    waiting: u32,
+    /// [`SHORT`], timer counts: the next segment is asked for at the latest where this is left.
+    short: u32,
+}
+
+impl Bounds {
+    /// Makes the bounds for power with a lead of `lead_us` µs, below [`COMMITTED`]: segments that
+    /// wait for it are committed, too.
+    fn new(lead_us: u32, counts_per_us: u32) -> Self {
+        let all = (COMMITTED - UNSEEN).ticks() as u32;
+        let most = match lead_us {
+            0 => all,
+            lead => all - lead - HALF_A_TICK.ticks() as u32,
+        };
+        // One segment waits while another is under way and has SHORT left.
+        let longest_us = (most / 2).min(most - SHORT.ticks() as u32);
+        Self {
+            longest_us,
+            committed: (most - longest_us) * counts_per_us,
+            waiting: (all - longest_us) * counts_per_us,
+            short: SHORT.ticks() as u32 * counts_per_us,
+        }
+    }
 }
 
 /// When motion wants another segment.
@@ -85,58 +119,38 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
         shared: &'a Shared<MOTORS>,
         timer_hz: u32,
     ) -> Self {
-        let mut feeder = Self {
+        let counts_per_us = timer_hz / 1_000_000;
+        Self {
             segments,
             shared,
             durations: Deque::new(),
             committed: 0,
             since: 0,
-            counts_per_us: timer_hz / 1_000_000,
-            lead_us: 0,
-            full_above: 0,
-            left: 0,
-        };
-        feeder.set_lead(0);
-        feeder
+            counts_per_us,
+            bounds: Bounds::new(0, counts_per_us),
+            over: 0,
+        }
     }
 
     /// Sets how long the power's lead keeps segments waiting, µs, below [`COMMITTED`]. At rest.
     pub(crate) fn set_lead(&mut self, lead_us: u32) {
-        self.lead_us = lead_us;
-        self.full_above = (self.most_us() - self.longest_us()) * self.counts_per_us;
+        self.bounds = Bounds::new(lead_us, self.counts_per_us);
     }
 
-    /// The longest segment that may be handed over, seconds: half of the time that may be
-    /// committed, so that one waits while one is under way, and no more than leaves [`SHORT`].
+    /// The longest segment that may be handed over, seconds.
     pub(crate) fn longest_segment(&self) -> f32 {
-        self.longest_us() as f32 * 1e-6
-    }
-
-    fn longest_us(&self) -> u32 {
-        let most = self.most_us();
-        (most / 2).min(most - SHORT.ticks() as u32)
-    }
-
-    /// The time that may be committed besides the power's lead, µs.
-    fn most_us(&self) -> u32 {
-        let most = (COMMITTED - UNSEEN).ticks() as u32 - self.lead_us;
-        if self.lead_us > 0 {
-            most - HALF_A_TICK.ticks() as u32
-        } else {
-            most
-        }
+        self.bounds.longest_us as f32 * 1e-6
     }
 
     /// Counts that may wait for the power's lead, so that one segment more is no more than may be
     /// committed.
     pub(crate) fn room(&self) -> u32 {
-        let most = (COMMITTED - UNSEEN).ticks() as u32 - self.longest_us();
-        (most * self.counts_per_us).saturating_sub(self.left)
+        self.bounds.waiting.saturating_sub(self.left())
     }
 
     /// Whether one more segment may be committed.
     pub(crate) fn has_room(&self) -> bool {
-        self.left <= self.full_above && self.segments.ready()
+        self.left() <= self.bounds.committed && self.segments.ready()
     }
 
     /// When there is to be another segment. Where there is no room for one now: when the committed
@@ -148,7 +162,7 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
         if self.has_room() {
             Hunger::Now
         } else if self.shared.is_running() && self.segments.ready() {
-            let spare = self.left.saturating_sub(self.short());
+            let spare = self.left().saturating_sub(self.bounds.short);
             let wait = spare.div_ceil(self.counts_per_us);
             Hunger::At(now + Duration::from_ticks(wait.into()))
         } else {
@@ -159,12 +173,7 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
     /// Whether motion is about to run dry: less is left than that at which the main loop asked to
     /// be woken, so that it is late.
     pub(crate) fn is_short(&self) -> bool {
-        self.shared.is_running() && self.left < self.short()
-    }
-
-    /// Counts left at which the next segment is asked for at the latest.
-    fn short(&self) -> u32 {
-        SHORT.ticks() as u32 * self.counts_per_us
+        self.shared.is_running() && self.left() < self.bounds.short
     }
 
     /// Commits a segment; [`Feeder::has_room`] said yes.
@@ -172,7 +181,6 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
         let duration = segment.duration();
         if self.segments.enqueue(segment).is_ok() && self.durations.push_back(duration).is_ok() {
             self.committed = self.committed.saturating_add(duration);
-            self.left = self.left.saturating_add(duration);
         }
     }
 
@@ -193,23 +201,27 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
         self.segments.is_empty() && !self.shared.is_running()
     }
 
-    /// Looks at the queue: how much is left of it. Drops the durations of segments that are over:
-    /// all but the waiting ones and the one under way. At the begin of a turn of the main loop.
+    /// Looks at the queue: drops the durations of the segments that are over, and notes how much of
+    /// the one under way is over. At the begin of a turn of the main loop.
     pub(crate) fn look(&mut self, now: Instant) {
         let now = self.counts(now);
         let is_running = self.shared.is_running();
         let remaining = self.segments.len() + usize::from(is_running);
         while self.durations.len() > remaining {
-            let Some(over) = self.durations.pop_front() else {
+            let Some(ended) = self.durations.pop_front() else {
                 break;
             };
-            self.committed = self.committed.saturating_sub(over);
-            let next = self.since.wrapping_add(over).wrapping_add(ROUNDED_OFF);
+            self.committed = self.committed.saturating_sub(ended);
+            let next = self.since.wrapping_add(ended).wrapping_add(ROUNDED_OFF);
             self.since = now.wrapping_sub(passed(next, now));
         }
         let under_way = self.durations.front().filter(|_| is_running);
-        let over = under_way.map_or(0, |lasts| passed(self.since, now).min(*lasts));
-        self.left = self.committed.saturating_sub(over);
+        self.over = under_way.map_or(0, |lasts| passed(self.since, now).min(*lasts));
+    }
+
+    /// The time committed and not over, timer counts, as of the last look.
+    fn left(&self) -> u32 {
+        self.committed.wrapping_sub(self.over) // `over` is a part of `committed`
     }
 
     /// Timer counts since power-up, modulo 2³².
@@ -233,6 +245,7 @@ mod tests {
     use leadscrew_stepper::{
         Early, Interval, IntervalChange, MotorMask, OutputChange, Power, PowerChange, Smoothing,
     };
+    use proptest::prelude::*;
 
     fn segment(ticks: u16, interval: u32, change: f64) -> Segment<1> {
         Segment {
@@ -295,15 +308,15 @@ mod tests {
         let shared = Shared::new();
         let mut feeder = Feeder::new(producer, &shared, 84_000_000);
         feeder.set_lead(lead_us);
-        let longest = feeder.longest_us();
+        let longest = feeder.bounds.longest_us;
         let (at, mut most) = (Instant::from_ticks(0), 0);
         while has_room(&mut feeder, at) {
             let room = feeder.room() / 84;
             assert!(lead_us == 0 || room >= lead_us + 50, "{lead_us}: {room}");
-            most = most.max(feeder.left / 84 + room + longest);
+            most = most.max(feeder.left() / 84 + room + longest);
             feeder.push(segment(84, longest, 0.0));
         }
-        most.max(feeder.left / 84)
+        most.max(feeder.left() / 84)
     }
 
     #[test]
@@ -374,9 +387,27 @@ mod tests {
                 feeder.push(longest);
                 waiting += lasts;
             }
-            let left = f64::from(feeder.left);
+            let left = f64::from(feeder.left());
             let real = end - counts + waiting;
             assert!(left + 4.0 >= real, "{look}: {left}, {real} are committed");
+        }
+    }
+
+    proptest! {
+        /// Against the exact sum, `p·n + d·n(n−1)/2` in 2⁻³² counts.
+        #[test]
+        fn a_duration_is_shorter_than_its_segment_by_less_than_is_allowed_for(
+            ticks in 1u16..=500, interval in 1u64 << 40..1 << 50, change in -(1i64 << 32)..1 << 32,
+        ) {
+            let segment = Segment {
+                interval: Interval::from_bits(interval),
+                interval_change: IntervalChange::from_bits(change),
+                ..segment(ticks, 0, 0.0)
+            };
+            let n = i128::from(ticks);
+            let exact = i128::from(interval) * n + i128::from(change) * n * (n - 1) / 2;
+            let short = exact - (i128::from(segment.duration()) << 32);
+            prop_assert!(short >= 0 && short < i128::from(ROUNDED_OFF) << 32, "{}", short);
         }
     }
 }
