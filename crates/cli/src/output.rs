@@ -3,6 +3,7 @@
 //! A file appears under its name when it is complete. If the program is stopped, the file from
 //! before stays, or none.
 
+use super::said::unless_left;
 use atomic_write_file::AtomicWriteFile;
 use std::cell::RefCell;
 use std::fs::{self, File, OpenOptions};
@@ -76,18 +77,18 @@ impl Output {
         Pen(Rc::clone(&self.to))
     }
 
-    /// Puts the written file in its place; `written` tells whether all of it could be written. A
-    /// reader of standard output who has seen enough (`| head`) is no failure.
+    /// Puts the written file in its place; `written` tells whether all of it could be written.
     ///
     /// # Errors
     /// The first failure; the output is as it was before then.
     pub(super) fn complete(self, written: io::Result<()>) -> Result<(), OutputError> {
-        let to = self.to.replace(To::Done);
         let path = self.path;
-        match written.and_then(|()| to.complete()) {
-            Err(error) if is_stdout(&path) && error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
-            completed => completed.map_err(|error| OutputError { path, error }),
+        let to = self.to.replace(To::Done);
+        let mut completed = written.and_then(|()| to.complete());
+        if is_stdout(&path) {
+            completed = unless_left(completed);
         }
+        completed.map_err(|error| OutputError { path, error })
     }
 }
 

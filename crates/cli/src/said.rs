@@ -2,20 +2,27 @@
 
 use super::{unusable, Unusable};
 use std::fmt::Display;
-use std::io::{stdout, ErrorKind, Write};
+use std::io::{self, stdout, ErrorKind, Write};
 
-/// Writes a text to standard output and ends its last line; a reader who has seen enough (`| head`)
-/// is no failure.
+/// Writes a text to standard output and ends its last line.
 ///
 /// # Errors
 /// Where standard output cannot be written: a full disk.
 pub(super) fn say(text: impl Display) -> Result<(), Unusable> {
     let mut out = stdout().lock();
     let text = text.to_string();
-    match writeln!(out, "{}", text.trim_end()).and_then(|()| out.flush()) {
-        Err(error) if error.kind() != ErrorKind::BrokenPipe => {
-            Err(unusable(format!("standard output: {error}")))
-        }
-        Ok(()) | Err(_) => Ok(()),
+    let written = writeln!(out, "{}", text.trim_end()).and_then(|()| out.flush());
+    unless_left(written).map_err(|error| unusable(format!("standard output: {error}")))
+}
+
+/// The outcome of writing to standard output: a reader who has seen enough and left (`| head`) is
+/// no failure.
+///
+/// # Errors
+/// Every other failure.
+pub(super) fn unless_left(written: io::Result<()>) -> io::Result<()> {
+    match written {
+        Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(()),
+        written => written,
     }
 }

@@ -53,7 +53,7 @@ pub(super) enum AreaState {
 /// All that can be read of an area.
 #[derive(Debug)]
 pub(super) struct Scan {
-    pub(super) state: AreaState,
+    pub(super) area: AreaState,
     pub(super) tail: Tail,
     /// Where the next record goes; the size of the area after a bad one.
     pub(super) end: usize,
@@ -61,9 +61,9 @@ pub(super) struct Scan {
 }
 
 impl Scan {
-    fn empty(state: AreaState) -> Self {
+    fn empty(area: AreaState) -> Self {
         Self {
-            state,
+            area,
             tail: Tail::Clean,
             end: AREA_HEADER,
             index: Index::new(),
@@ -71,7 +71,7 @@ impl Scan {
     }
 
     pub(super) fn sequence(&self) -> Option<u32> {
-        match self.state {
+        match self.area {
             AreaState::Committed { sequence } => Some(sequence),
             AreaState::Erased
             | AreaState::Prepared { .. }
@@ -99,7 +99,7 @@ impl Scan {
         if read_payload(flash, area, place)?.is_none() {
             self.spoil(flash, area, self.end - 1)?;
         } else if code == COMMIT {
-            self.state = AreaState::Committed { sequence };
+            self.area = AreaState::Committed { sequence };
         } else if !note(&mut self.index, place) {
             self.tail = Tail::Damaged;
         }
@@ -156,11 +156,11 @@ pub(super) fn scan<S: SettingsStore>(flash: &mut S, area: Area) -> Result<Scan, 
             }
         }
     }
-    if (scan.state, scan.tail) == (AreaState::Unfinished, Tail::Damaged) {
-        scan.state = AreaState::Damaged; // its commit record may be the damaged one
+    if (scan.area, scan.tail) == (AreaState::Unfinished, Tail::Damaged) {
+        scan.area = AreaState::Damaged; // its commit record may be the damaged one
     }
     if (scan.end, scan.tail) == (AREA_HEADER, Tail::Clean) {
-        scan.state = AreaState::Prepared { sequence };
+        scan.area = AreaState::Prepared { sequence };
     }
     if scan.tail != Tail::Clean {
         scan.end = flash.size(); // nothing may be appended behind a bad record

@@ -325,7 +325,7 @@ impl Records {
         let condition = unreadable(first, second);
         let records = Self {
             active: None,
-            prepared: first.state == AreaState::Prepared { sequence: 0 },
+            prepared: first.area == AreaState::Prepared { sequence: 0 },
             sound: !matches!(condition, Condition::Damaged | Condition::Foreign),
             index: Index::new(),
         };
@@ -334,7 +334,7 @@ impl Records {
 
     /// Makes the records of the area in use.
     fn with(area: Area, scan: Scan, other: &Scan, size: usize) -> (Self, Condition) {
-        let condition = match (scan.tail, &other.state) {
+        let condition = match (scan.tail, &other.area) {
             (Tail::Damaged, _) | (_, AreaState::Damaged) => Condition::Damaged,
             (Tail::CutShort, _) | (_, AreaState::Unfinished) => Condition::CutShort,
             (Tail::Clean, _) => Condition::Sound,
@@ -351,7 +351,7 @@ impl Records {
         let next = active.map(|active| active.sequence.wrapping_add(1));
         let records = Self {
             active,
-            prepared: next.is_some_and(|sequence| other.state == AreaState::Prepared { sequence }),
+            prepared: next.is_some_and(|sequence| other.area == AreaState::Prepared { sequence }),
             sound,
             index: scan.index,
         };
@@ -445,7 +445,7 @@ fn write_faithfully<S: SettingsStore>(
 
 /// Answers the meaning of two areas without a commit record.
 fn unreadable(first: &Scan, second: &Scan) -> Condition {
-    let any = |state| first.state == state || second.state == state;
+    let any = |area| first.area == area || second.area == area;
     if any(AreaState::Foreign) {
         Condition::Foreign
     } else if any(AreaState::Damaged) {
