@@ -8,12 +8,13 @@ use crate::settings::table::Setting;
 use crate::settings::values::Entry;
 use crate::step_timing::StepTiming;
 use core::cmp::Ordering;
-use heapless::spsc;
 use leadscrew_gcode::Number;
 use leadscrew_planner::{PixelQueue, Queue, SmallQueue, USUAL_BLOCKS};
-use leadscrew_stepper::Segment;
 
-/// Segments between the main loop and the step interrupt.
+pub use crate::segment_queue::{SegmentQueue, SegmentSender};
+
+/// Segments between the main loop and the step interrupt: of a [`SegmentQueue`] by default, and at
+/// most.
 pub const SEGMENTS: usize = 16;
 
 /// Changes of power that rows of a raster may hold together while they are planned, 36 KB: a little
@@ -23,10 +24,6 @@ pub const PIXELS: usize = 4608;
 /// Where the pixels of the program's rows are kept. Borrowed as [`MoveQueues`] are, and apart from
 /// them: no memory of a microcontroller need hold both.
 pub type RowPixels = PixelQueue<PIXELS>;
-
-/// The queue between the main loop and the step interrupt ([`SEGMENTS`] and the one slot that a
-/// ring keeps free).
-pub type SegmentQueue<const MOTORS: usize> = spsc::Queue<Segment<MOTORS>, { SEGMENTS + 1 }>;
 
 /// Moves that a cycle may have planned at once.
 pub(crate) const ASIDE_MOVES: usize = 4;

@@ -34,6 +34,7 @@ mod program;
 pub mod protocol;
 mod reset;
 mod rules;
+mod segment_queue;
 mod sender;
 pub mod settings;
 mod snapshot;

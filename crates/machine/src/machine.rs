@@ -4,7 +4,7 @@ use crate::activity::door_cycle::DoorCycle;
 use crate::activity::switch_cycle::SwitchCycle;
 use crate::activity::Activity;
 use crate::board::{Board, Duration, Instant};
-use crate::config::{MachineConfig, MoveQueues, CHANNELS};
+use crate::config::{MachineConfig, MoveQueues, SegmentSender, CHANNELS};
 pub use crate::console::LineFault;
 use crate::console::{Console, LINE};
 use crate::dual::DualAxis;
@@ -25,10 +25,9 @@ use crate::switches::SwitchWatch;
 use crate::tool::Tool;
 use crate::unsaved::Store;
 use crate::work::Work;
-use heapless::spsc::Producer;
 use heapless::Vec;
 use leadscrew_planner::{ConfigError, Kinematics, PixelQueue};
-use leadscrew_stepper::{Segment, Shared};
+use leadscrew_stepper::Shared;
 
 /// The memory that a machine borrows: room for its moves, and the main loop's ends of everything
 /// that crosses to interrupts.
@@ -47,7 +46,7 @@ pub struct Links<
     /// burns.
     pub pixels: &'a mut PixelQueue<PIXELS>,
     /// Segments for the step interrupt, from a [`crate::config::SegmentQueue`].
-    pub segments: Producer<'a, Segment<MOTORS>>,
+    pub segments: SegmentSender<'a, MOTORS>,
     /// Words shared with the step interrupt.
     pub shared: &'a Shared<MOTORS>,
     /// Words shared with the switch interrupts.

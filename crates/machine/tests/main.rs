@@ -8,4 +8,5 @@ mod homing;
 mod reports;
 mod rules;
 mod session;
+mod small;
 mod storing;

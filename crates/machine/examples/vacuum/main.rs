@@ -64,7 +64,7 @@ impl Board for Desk {
 fn main() {
     let mut moves = Box::<MoveQueues<3, 3, 16>>::default();
     let mut pixels = Box::<RowPixels>::default();
-    let (mut queue, mut serial) = (SegmentQueue::new(), SerialQueue::<129>::new());
+    let (mut queue, mut serial) = (SegmentQueue::<3>::new(), SerialQueue::<129>::new());
     let (shared, inputs) = (Shared::new(), Inputs::new());
     let (segments, _) = queue.split();
     let (mut receiver, inbox) = serial.split();

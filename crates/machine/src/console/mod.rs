@@ -12,7 +12,7 @@ mod output;
 use crate::board::{Board, ChannelId};
 use crate::config::CHANNELS;
 use crate::protocol::cadence::Cadence;
-use crate::protocol::line_reader::{LineReader, COMMENT};
+use crate::protocol::line_reader::COMMENT;
 use crate::protocol::message::Message;
 use crate::protocol::serial::{Inbox, Mark, Request};
 use crate::protocol::status::Status;
@@ -23,6 +23,7 @@ use heapless::{String, Vec};
 use leadscrew_planner::TimeLeft;
 pub(crate) use listing::Listing;
 pub(crate) use output::Output;
+pub use output::LEAST_TX;
 
 /// The longest line that fits, in characters after filtering.
 pub(crate) const LINE: usize = 128;
@@ -45,8 +46,7 @@ pub struct LineFault {
 /// One serial line.
 pub(crate) struct Channel<'a> {
     inbox: Inbox<'a>,
-    reader: LineReader<LINE>,
-    /// The reader holds a whole line, not yet taken.
+    /// Its reader holds a whole line, not yet taken.
     complete: bool,
     /// The listing that is being sent row by row; its line is answered after the last row.
     pub(crate) listing: Option<Listing>,
@@ -76,15 +76,17 @@ pub(crate) struct Console<'a> {
 impl<'a> Console<'a> {
     /// Makes a console of the lines' ends; lines of more than `limit` characters are refused.
     pub(crate) fn new(inboxes: Vec<Inbox<'a>, CHANNELS>, limit: usize) -> Self {
-        let channels = inboxes.into_iter().map(|inbox| Channel {
-            inbox,
-            reader: LineReader::new(limit),
-            complete: false,
-            listing: None,
-            report_due: false,
-            jogs_cancelled: None,
-            heard: false,
-            blocked: false,
+        let channels = inboxes.into_iter().map(|inbox| {
+            inbox.reader.set_limit(limit);
+            Channel {
+                inbox,
+                complete: false,
+                listing: None,
+                report_due: false,
+                jogs_cancelled: None,
+                heard: false,
+                blocked: false,
+            }
         });
         Self {
             channels: channels.collect(),
@@ -218,7 +220,9 @@ impl<'a> Console<'a> {
 
     /// The comment of the line that was taken last from a channel.
     pub(crate) fn comment(&mut self, id: ChannelId) -> String<COMMENT> {
-        let comment = self.channel(id).map(|channel| channel.reader.comment());
+        let comment = self
+            .channel(id)
+            .map(|channel| channel.inbox.reader.comment());
         comment
             .and_then(|text| text.try_into().ok())
             .unwrap_or_default()
@@ -228,14 +232,14 @@ impl<'a> Console<'a> {
     pub(crate) fn keep(&mut self, id: ChannelId, room: &mut [u8]) -> usize {
         let mut kept = 0;
         if let Some(channel) = self.channel(id) {
-            let most = room.len();
-            channel.inbox.read(most, |byte| {
-                if let Some(place) = room.get_mut(kept) {
-                    *place = byte;
-                }
+            let ready = channel.inbox.ready();
+            for place in room.iter_mut().take(ready) {
+                let Some(byte) = channel.inbox.take() else {
+                    break;
+                };
+                *place = byte;
                 kept += 1;
-                false
-            });
+            }
         }
         kept
     }
@@ -246,13 +250,13 @@ impl<'a> Console<'a> {
         let Some(channel) = self.channel(id) else {
             return bytes.len();
         };
-        if channel.complete || !goes_on && !channel.reader.is_empty() {
+        if channel.complete || !goes_on && !channel.inbox.reader.is_empty() {
             return 0;
         }
         let mut read = 0;
         for byte in bytes.iter().take(BYTES_A_POLL) {
             read += 1;
-            channel.complete = channel.reader.push(*byte);
+            channel.complete = channel.inbox.reader.push(*byte);
             if channel.complete {
                 break;
             }
@@ -270,7 +274,7 @@ impl<'a> Console<'a> {
     /// Forgets the line that was taken from `id`; the next one may come from another channel.
     pub(crate) fn take(&mut self, id: ChannelId) {
         if let Some(channel) = self.channel(id) {
-            channel.reader.clear();
+            channel.inbox.reader.clear();
             channel.complete = false;
             let inbox = &channel.inbox;
             channel.jogs_cancelled = channel.jogs_cancelled.filter(|mark| inbox.is_before(*mark));
@@ -285,7 +289,7 @@ impl<'a> Console<'a> {
             return;
         }
         for (id, channel) in self.channels() {
-            channel.reader.clear();
+            channel.inbox.reader.clear();
             channel.complete = false;
             channel.listing = None;
             channel.blocked = false;
@@ -315,7 +319,7 @@ impl<'a> Console<'a> {
     /// Whether a line has come that is not carried out yet, or is coming.
     pub(crate) fn hears(&self) -> bool {
         self.channels.iter().any(|channel| {
-            channel.complete || channel.inbox.has_bytes() || !channel.reader.is_empty()
+            channel.complete || channel.inbox.has_bytes() || !channel.inbox.reader.is_empty()
         })
     }
 
@@ -365,7 +369,7 @@ impl Channel<'_> {
     /// # Errors
     /// [`Status::LineTooLong`].
     pub(crate) fn line(&self) -> Result<&[u8], Status> {
-        self.reader.line()
+        self.inbox.reader.line()
     }
 
     /// Bytes that the receive queue has room for.
@@ -387,17 +391,17 @@ impl Channel<'_> {
         if self.complete || self.blocked {
             return;
         }
-        let Self {
-            inbox,
-            reader,
-            heard,
-            ..
-        } = self;
-        self.complete = inbox.read(BYTES_A_POLL, |byte| {
+        for _ in 0..self.inbox.ready().min(BYTES_A_POLL) {
+            let Some(byte) = self.inbox.take() else {
+                break;
+            };
             work.bytes = work.bytes.wrapping_add(1);
-            *heard = true;
-            reader.push(byte)
-        });
+            self.heard = true;
+            self.complete = self.inbox.reader.push(byte);
+            if self.complete {
+                break;
+            }
+        }
     }
 
     /// Whether the other end has gone away, and all of its lines are taken.
@@ -410,14 +414,15 @@ impl Channel<'_> {
         let ended = self.has_ended();
         if ended {
             self.inbox.forget_close();
-            self.reader.clear();
+            self.inbox.reader.clear();
         }
         ended
     }
 
     /// Whether the line is a `$` command, empty or too long: nothing that belongs to a job.
     fn asks(&self) -> bool {
-        self.reader
+        self.inbox
+            .reader
             .line()
             .map_or(true, |line| line.first().is_none_or(|first| *first == b'$'))
     }

@@ -2,38 +2,36 @@
 
 use crate::board::{Board, ChannelId};
 use core::fmt;
-use heapless::Deque;
+use heapless::deque::DequeView;
 
-/// Bytes that may wait to be sent on one line.
-const OUTPUT: usize = 1024;
-
-/// Room that a report fits into, and leaves enough for the messages that may come then.
-const REPORT_ROOM: usize = 512;
+/// Room that a report fits into, and leaves enough for the messages that may come then, bytes: the
+/// least that an output has.
+pub const LEAST_TX: usize = 512;
 
 /// Messages leave this room, bytes: for an alarm, the greeting and an answer, which others depend
 /// on.
 const MESSAGES_LEAVE: usize = 256;
 
 /// Bytes that wait to be sent.
-#[derive(Debug)]
-pub(crate) struct Output {
-    waiting: Deque<u8, OUTPUT>,
+pub(crate) struct Output<'a> {
+    waiting: &'a mut DequeView<u8>,
     /// Bytes that found no room: of messages on a line whose other end reads too slowly, or has
     /// stopped reading.
     lost: u32,
 }
 
-impl Output {
-    pub(crate) const fn new() -> Self {
-        Self {
-            waiting: Deque::new(),
-            lost: 0,
-        }
+impl<'a> Output<'a> {
+    pub(crate) fn new(waiting: &'a mut DequeView<u8>) -> Self {
+        Self { waiting, lost: 0 }
     }
 
     /// Whether a report fits.
     pub(crate) fn has_room(&self) -> bool {
-        OUTPUT - self.waiting.len() >= REPORT_ROOM
+        self.room() >= LEAST_TX
+    }
+
+    fn room(&self) -> usize {
+        self.waiting.storage_capacity() - self.waiting.storage_len()
     }
 
     /// Whether nothing waits.
@@ -58,13 +56,13 @@ impl Output {
 
     /// Adds `text` where that leaves `room` bytes; otherwise nothing.
     fn add(&mut self, room: usize, text: fmt::Arguments<'_>) {
-        let (before, lost) = (self.waiting.len(), self.lost);
+        let (before, lost) = (self.waiting.storage_len(), self.lost);
         // Writing here cannot fail; see `write_str`.
         let _ = fmt::write(self, text);
-        if self.lost != lost || OUTPUT - self.waiting.len() < room {
-            while self.waiting.len() > before && self.waiting.pop_back().is_some() {
-                self.lost = self.lost.wrapping_add(1);
-            }
+        if self.lost != lost || self.room() < room {
+            let torn = self.waiting.storage_len() - before;
+            self.waiting.truncate(before);
+            self.lost = self.lost.wrapping_add(torn as u32);
         }
     }
 
@@ -88,7 +86,7 @@ impl Output {
     }
 }
 
-impl fmt::Write for Output {
+impl fmt::Write for Output<'_> {
     fn write_str(&mut self, text: &str) -> fmt::Result {
         for byte in text.bytes() {
             if self.waiting.push_back(byte).is_err() {
@@ -102,8 +100,9 @@ impl fmt::Write for Output {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use heapless::Deque;
 
-    fn text(output: &Output) -> std::string::String {
+    fn text(output: &Output<'_>) -> std::string::String {
         let bytes = output.waiting.iter().copied().collect();
         std::string::String::from_utf8(bytes).unwrap()
     }
@@ -112,7 +111,8 @@ mod tests {
 
     #[test]
     fn a_message_without_room_is_missed_whole_and_an_answer_still_fits() {
-        let mut output = Output::new();
+        let mut waiting = Deque::<_, 1024>::new();
+        let mut output = Output::new(&mut waiting);
         for _ in 0..100 {
             output.message("[MSG:twenty characters]");
         }
@@ -126,7 +126,8 @@ mod tests {
 
     #[test]
     fn no_line_is_torn() {
-        let mut output = Output::new();
+        let mut waiting = Deque::<_, 1024>::new();
+        let mut output = Output::new(&mut waiting);
         for _ in 0..100 {
             output.line("a line of 29 characters or so");
         }

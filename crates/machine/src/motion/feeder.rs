@@ -282,9 +282,9 @@ mod tests {
     #[test]
     fn no_more_than_two_milliseconds_are_committed() {
         let mut queue = SegmentQueue::<1>::new();
-        let (producer, mut consumer) = queue.split();
+        let (sender, mut consumer) = queue.split();
         let shared = Shared::new();
-        let mut feeder = Feeder::new(producer, &shared, 84_000_000);
+        let mut feeder = Feeder::new(sender.ready, &shared, 84_000_000);
         let at = Instant::from_ticks;
         let mut pushed = 0;
         while has_room(&mut feeder, at(0)) {
@@ -304,9 +304,9 @@ mod tests {
     /// committed, µs.
     fn committed_with(lead_us: u32) -> u32 {
         let mut queue = SegmentQueue::<1>::new();
-        let (producer, _consumer) = queue.split();
+        let (sender, _consumer) = queue.split();
         let shared = Shared::new();
-        let mut feeder = Feeder::new(producer, &shared, 84_000_000);
+        let mut feeder = Feeder::new(sender.ready, &shared, 84_000_000);
         feeder.set_lead(lead_us);
         let longest = feeder.bounds.longest_us;
         let (at, mut most) = (Instant::from_ticks(0), 0);
@@ -329,9 +329,9 @@ mod tests {
     #[test]
     fn motion_is_short_where_less_than_half_a_millisecond_is_left() {
         let mut queue = SegmentQueue::<1>::new();
-        let (producer, mut consumer) = queue.split();
+        let (sender, mut consumer) = queue.split();
         let shared = Shared::new();
-        let mut feeder = Feeder::new(producer, &shared, 84_000_000);
+        let mut feeder = Feeder::new(sender.ready, &shared, 84_000_000);
         let at = Instant::from_ticks;
         feeder.push(segment(84, 1000, 0.0)); // 1 ms
         assert!(!is_short(&mut feeder, at(0)), "at rest");
@@ -346,9 +346,9 @@ mod tests {
     #[test]
     fn what_comes_behind_a_short_segment_is_asked_for_before_that_begins() {
         let mut queue = SegmentQueue::<1>::new();
-        let (producer, mut consumer) = queue.split();
+        let (sender, mut consumer) = queue.split();
         let shared = Shared::new();
-        let mut feeder = Feeder::new(producer, &shared, 84_000_000);
+        let mut feeder = Feeder::new(sender.ready, &shared, 84_000_000);
         let at = Instant::from_ticks;
         feeder.push(segment(84, 1000, 0.0));
         assert_eq!(hunger(&mut feeder, at(0)), Hunger::None, "at rest");
@@ -364,9 +364,9 @@ mod tests {
     #[test]
     fn fractions_of_counts_do_not_add_up() {
         let mut queue = SegmentQueue::<1>::new();
-        let (producer, mut consumer) = queue.split();
+        let (sender, mut consumer) = queue.split();
         let shared = Shared::new();
-        let mut feeder = Feeder::new(producer, &shared, 84_000_000);
+        let mut feeder = Feeder::new(sender.ready, &shared, 84_000_000);
         let lasts = 70_000.9;
         let longest = Segment {
             interval: Interval::from_num(lasts),

@@ -19,11 +19,10 @@ mod reserve;
 mod start;
 
 use crate::board::{Board, Duration, Instant};
-use crate::config::{MoveQueues, ASIDE_MOVES};
+use crate::config::{MoveQueues, SegmentSender, ASIDE_MOVES};
 use crate::work::Work;
 use drivers::Drivers;
 use feeder::Feeder;
-use heapless::spsc::Producer;
 use leadscrew_planner::{
     Ahead, Config, ConfigError, Coordinate, CornerRule, Curve, Kinematics, Move, Outline,
     Overrides, PixelQueue, Planner, PowerLead, PushError, Pushed, Segmenter, LONGEST_LEAD,
@@ -73,7 +72,7 @@ pub(crate) struct Motion<'a, K, const AXES: usize, const MOTORS: usize> {
     /// A stop was asked for; nothing is fed until the step interrupt has emptied its queue.
     stopping: bool,
     /// Between the program's segments and the feeder.
-    lead: PowerLead<MOTORS>,
+    lead: PowerLead<'a, MOTORS>,
     feeder: Feeder<'a, MOTORS>,
     pub(crate) shared: &'a Shared<MOTORS>,
     underruns: u32,
@@ -106,10 +105,10 @@ where
             &'a mut MoveQueues<AXES, MOTORS, MOVES, BLOCKS>,
             &'a mut PixelQueue<PIXELS>,
         ),
-        segments: Producer<'a, Segment<MOTORS>>,
+        segments: SegmentSender<'a, MOTORS>,
         shared: &'a Shared<MOTORS>,
     ) -> Result<Self, ConfigError> {
-        let feeder = Feeder::new(segments, shared, config.timer_hz);
+        let feeder = Feeder::new(segments.ready, shared, config.timer_hz);
         let config = Config {
             longest_segment: feeder.longest_segment(),
             ..config
@@ -133,7 +132,7 @@ where
             start: Start::new(Duration::from_ticks(0)),
             reserve: Reserve::ALL,
             stopping: false,
-            lead: PowerLead::new(),
+            lead: segments.lead,
             feeder,
             shared,
             underruns: shared.underruns(),

@@ -100,6 +100,11 @@ impl<const CAPACITY: usize> LineReader<CAPACITY> {
         }
     }
 
+    /// Sets the number of characters beyond which a line is refused. Between lines.
+    pub fn set_limit(&mut self, limit: usize) {
+        self.limit = limit;
+    }
+
     /// Takes a byte; answers whether it completed a line. Main loop.
     #[inline]
     pub fn push(&mut self, byte: u8) -> bool {

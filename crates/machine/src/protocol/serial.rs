@@ -6,7 +6,7 @@
 //!                                  |
 //!  byte --> Receiver::receive --+--+--> Inbox::next_realtime   (what, mark)
 //!             | above 0x7F and  |  |
-//!             v unknown         +--+--> Inbox::read
+//!             v unknown         +--+--> Inbox::take
 //!           nothing                |
 //! ```
 //!
@@ -24,17 +24,23 @@
 //! ([`Late`]). Overrides and the like are lost and counted.
 
 use super::late::{Late, Taken};
+use super::line_reader::LineReader;
 use super::realtime::{Byte, Realtime};
-use crate::console::Output;
+pub use crate::console::LEAST_TX;
+use crate::console::{Output, LINE};
 use core::sync::atomic::{fence, AtomicBool, AtomicU32, Ordering};
 use heapless::spsc::{Consumer, Producer, Queue};
-
-/// Slots for realtime commands; one of them stays empty. A burst of overrides at 3 Mbaud comes 3.3
-/// µs apart, so that the main loop may be away for 200 µs.
-const REALTIME_SLOTS: usize = 64;
+use heapless::Deque;
 
 /// Slots for ordinary bytes by default: 1024 usable bytes, as one slot of the ring stays empty.
 pub const DEFAULT_RX: usize = 1025;
+
+/// Bytes of output that may wait, by default.
+pub const DEFAULT_TX: usize = 1024;
+
+/// Slots for realtime commands by default; one of them stays empty. A burst of overrides at 3 Mbaud
+/// comes 3.3 µs apart, so that the main loop may be away for 200 µs.
+pub const DEFAULT_REALTIME: usize = 64;
 
 /// A place in the stream of ordinary bytes: how many came before it since power-up, modulo 2³².
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -69,26 +75,51 @@ struct Shared {
     lost_bytes: AtomicU32,
 }
 
-/// The memory of one serial channel. `RX` is the number of slots, one more than the bytes that fit.
+/// The memory of one serial channel.
+///
+/// * `RX` slots for ordinary bytes: one more than the bytes that fit. Grbl has 129.
+/// * `TX` bytes of output that may wait, at least [`LEAST_TX`]: where they hold fewer answers, a
+///   sender gets them no later; messages are left out sooner.
+/// * `REALTIME` slots for realtime commands, at least 4: one stays empty and one is a reset's.
+///   Choose as many as come in 0.4 ms: 8 at 115 200 baud.
+///
+/// ```
+/// use leadscrew_machine::protocol::serial::SerialQueue;
+///
+/// type Small = SerialQueue<129, 512, 8>;
+/// let mut queue = Small::new();
+/// let (mut receiver, inbox) = queue.split();
+/// receiver.receive(b'G');
+/// assert_eq!((inbox.free(), inbox.limit()), (127, 128));
+/// assert!(size_of::<Small>() < size_of::<SerialQueue>() / 2);
+/// ```
 #[derive(Debug)]
-pub struct SerialQueue<const RX: usize = DEFAULT_RX> {
+pub struct SerialQueue<
+    const RX: usize = DEFAULT_RX,
+    const TX: usize = DEFAULT_TX,
+    const REALTIME: usize = DEFAULT_REALTIME,
+> {
     bytes: Queue<u8, RX>,
-    requests: Queue<Request, REALTIME_SLOTS>,
+    requests: Queue<Request, REALTIME>,
     /// The output that waits to be sent.
-    output: Output,
+    output: Deque<u8, TX>,
+    /// Collects the line that is being read.
+    reader: LineReader<LINE>,
     shared: Shared,
     /// Places that are never used. Not the limit itself: an empty channel is all zeros, and takes
     /// no room in a program's image.
     spare: usize,
 }
 
-impl<const RX: usize> Default for SerialQueue<RX> {
+impl<const RX: usize, const TX: usize, const REALTIME: usize> Default
+    for SerialQueue<RX, TX, REALTIME>
+{
     fn default() -> Self {
         Self::new()
     }
 }
 
-impl<const RX: usize> SerialQueue<RX> {
+impl<const RX: usize, const TX: usize, const REALTIME: usize> SerialQueue<RX, TX, REALTIME> {
     /// Makes an empty channel that takes as many bytes as it has room for.
     pub const fn new() -> Self {
         Self::with_limit(RX - 1)
@@ -97,10 +128,15 @@ impl<const RX: usize> SerialQueue<RX> {
     /// Makes an empty channel that loses bytes beyond `limit` unread ones: 128 to behave as Grbl
     /// does.
     pub const fn with_limit(limit: usize) -> Self {
+        const {
+            assert!(TX >= LEAST_TX, "a report may not fit");
+            assert!(REALTIME >= 4, "a hold beside a reset may not fit");
+        }
         Self {
             bytes: Queue::new(),
             requests: Queue::new(),
-            output: Output::new(),
+            output: Deque::new(),
+            reader: LineReader::new(0), // the console sets its limit
             shared: Shared {
                 report: AtomicBool::new(false),
                 late: Late::new(),
@@ -129,7 +165,8 @@ impl<const RX: usize> SerialQueue<RX> {
         let inbox = Inbox {
             bytes: bytes_out,
             requests: requests_out,
-            output: &mut self.output,
+            output: Output::new(&mut self.output),
+            reader: &mut self.reader,
             shared: &self.shared,
             limit,
             taken: 0,
@@ -242,7 +279,9 @@ pub struct Inbox<'a> {
     bytes: Consumer<'a, u8>,
     requests: Consumer<'a, Request>,
     /// The output that waits to be sent to the other end.
-    pub(crate) output: &'a mut Output,
+    pub(crate) output: Output<'a>,
+    /// Collects the line that is being read.
+    pub(crate) reader: &'a mut LineReader<LINE>,
     shared: &'a Shared,
     limit: usize,
     /// Ordinary bytes taken since power-up, modulo 2³².
@@ -285,27 +324,23 @@ impl Inbox<'_> {
         Some(Request { mark, ..request })
     }
 
-    /// Hands ordinary bytes to `take` until it answers that it has enough, `most` have been taken,
-    /// or a realtime command came before the next; answers whether `take` has enough. Main loop.
-    #[inline]
-    pub fn read(&mut self, most: usize, mut take: impl FnMut(u8) -> bool) -> bool {
+    /// Answers how many ordinary bytes may be taken: those that came before the next realtime
+    /// command, and before the other end went away. Main loop.
+    pub fn ready(&self) -> usize {
         let here = self.bytes.len();
         // All commands that came ahead of these bytes are in their queue by now.
         fence(Ordering::Acquire);
         let ahead = self.ahead_of_request().unwrap_or(here);
-        let theirs = self
-            .closed()
-            .map_or(here, |mark| self.ahead_of(mark) as usize);
-        for _ in 0..most.min(here).min(ahead).min(theirs) {
-            let Some(byte) = self.bytes.dequeue() else {
-                break;
-            };
-            self.taken = self.taken.wrapping_add(1);
-            if take(byte) {
-                return true;
-            }
-        }
-        false
+        let closed = self.closed();
+        let theirs = closed.map_or(here, |mark| self.ahead_of(mark) as usize);
+        here.min(ahead).min(theirs)
+    }
+
+    /// Takes one of the bytes that are [`ready`](Self::ready). Main loop.
+    pub fn take(&mut self) -> Option<u8> {
+        let byte = self.bytes.dequeue()?;
+        self.taken = self.taken.wrapping_add(1);
+        Some(byte)
     }
 
     /// Drops the unread bytes that came before `mark`. Main loop; bounded by the size of the queue.
@@ -315,14 +350,12 @@ impl Inbox<'_> {
             return; // the mark has been passed
         }
         for _ in 0..ahead {
-            if self.bytes.dequeue().is_some() {
-                self.taken = self.taken.wrapping_add(1);
-            }
+            self.take();
         }
     }
 
-    /// Where the other end went away, until [`Inbox::forget_close`]: [`Inbox::read`] hands out
-    /// nothing that came after. Main loop.
+    /// Where the other end went away, until [`Inbox::forget_close`]: nothing that came after is
+    /// [`ready`](Self::ready). Main loop.
     pub fn closed(&self) -> Option<Mark> {
         let closed = self.shared.closed.load(Ordering::Acquire);
         closed.then(|| Mark(self.shared.closed_at.load(Ordering::Relaxed)))
@@ -347,13 +380,11 @@ impl Inbox<'_> {
     /// Drops all unread bytes. Main loop; bounded by the size of the queue.
     pub fn drop_all(&mut self) {
         for _ in 0..self.bytes.len() {
-            if self.bytes.dequeue().is_some() {
-                self.taken = self.taken.wrapping_add(1);
-            }
+            self.take();
         }
     }
 
-    /// Answers whether [`read`](Self::read) has a byte. Main loop.
+    /// Answers whether a byte is [`ready`](Self::ready). Main loop.
     pub fn has_bytes(&self) -> bool {
         let theirs = self.closed().is_none_or(|mark| self.ahead_of(mark) > 0);
         theirs && self.bytes.ready() && !self.is_realtime_next()
@@ -454,13 +485,15 @@ mod tests {
         }
     }
 
+    /// The bytes that may be taken at once.
+    fn ready(inbox: &mut Inbox<'_>) -> Vec<u8> {
+        (0..inbox.ready()).map_while(|_| inbox.take()).collect()
+    }
+
     fn read(inbox: &mut Inbox<'_>) -> Vec<u8> {
         let mut bytes = Vec::new();
         while inbox.has_bytes() {
-            inbox.read(3, |byte| {
-                bytes.push(byte);
-                false
-            });
+            bytes.extend(ready(inbox));
         }
         bytes
     }
@@ -492,7 +525,7 @@ mod tests {
         let mut queue = SerialQueue::<64>::new();
         let (mut receiver, mut inbox) = queue.split();
         receive(&mut receiver, b"G0X1\nG0\x18$G\n");
-        assert!(inbox.read(1, |byte| byte == b'G'));
+        assert_eq!(inbox.take(), Some(b'G'));
         let reset = inbox.next_realtime().unwrap();
         inbox.drop_before(reset.mark);
         assert_eq!(read(&mut inbox), b"$G\n");
@@ -519,12 +552,7 @@ mod tests {
         receive(&mut receiver, b"G1X");
         receiver.close();
         receive(&mut receiver, b"$G\n");
-        let mut bytes = Vec::new();
-        inbox.read(64, |byte| {
-            bytes.push(byte);
-            false
-        });
-        assert_eq!(bytes, b"G1X");
+        assert_eq!(ready(&mut inbox), b"G1X");
         let mark = inbox.closed().unwrap();
         assert_eq!(inbox.ahead_of(mark), 0);
         inbox.forget_close();
@@ -568,8 +596,8 @@ mod tests {
         receive(&mut receiver, b"?");
         receive(&mut receiver, b"a\x18b\x18c");
         let requests: Vec<_> = core::iter::from_fn(|| inbox.next_realtime()).collect();
-        assert_eq!(requests.len(), REALTIME_SLOTS - 2 + 2);
-        let reset = requests[REALTIME_SLOTS - 2];
+        assert_eq!(requests.len(), DEFAULT_REALTIME - 2 + 2);
+        let reset = requests[DEFAULT_REALTIME - 2];
         assert_eq!(reset.realtime, Realtime::Reset);
         assert_eq!(requests.last().unwrap().realtime, Realtime::Report);
         inbox.drop_before(reset.mark);
@@ -580,11 +608,11 @@ mod tests {
     fn behind_a_full_queue(bytes: &[u8]) -> Vec<Realtime> {
         let mut queue = SerialQueue::<64>::new();
         let (mut receiver, mut inbox) = queue.split();
-        receive(&mut receiver, &[0x91; REALTIME_SLOTS]);
+        receive(&mut receiver, &[0x91; DEFAULT_REALTIME]);
         receive(&mut receiver, bytes);
         let requests = core::iter::from_fn(|| inbox.next_realtime());
         requests
-            .skip(REALTIME_SLOTS - 2)
+            .skip(DEFAULT_REALTIME - 2)
             .map(|request| request.realtime)
             .collect()
     }

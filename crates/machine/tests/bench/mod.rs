@@ -138,20 +138,40 @@ impl StepPort for Pins<'_> {
     }
 }
 
-/// All memory that machine and interrupts share.
-pub struct Memory {
+/// All memory that machine and interrupts share. The sizes are those of [`SerialQueue`] and
+/// [`SegmentQueue`].
+pub struct Memory<
+    const RX: usize = 1025,
+    const TX: usize = 1024,
+    const REALTIME: usize = 64,
+    const SLOTS: usize = 17,
+    const LEAD: usize = 16,
+> {
     moves: Box<MoveQueues<3, 3, 64>>,
     pixels: Box<RowPixels>,
-    segments: SegmentQueue<3>,
+    segments: SegmentQueue<3, SLOTS, LEAD>,
     shared: Shared<3>,
     inputs: Inputs<3>,
-    serial: SerialQueue<1025>,
+    serial: SerialQueue<RX, TX, REALTIME>,
     /// Levels of the synchronised outputs, for an extension to change, too.
     pub outputs: Rc<Cell<u8>>,
 }
 
 impl Memory {
     pub fn new() -> Self {
+        Self::default()
+    }
+}
+
+impl<
+        const RX: usize,
+        const TX: usize,
+        const REALTIME: usize,
+        const SLOTS: usize,
+        const LEAD: usize,
+    > Default for Memory<RX, TX, REALTIME, SLOTS, LEAD>
+{
+    fn default() -> Self {
         Self {
             moves: Box::default(),
             pixels: Box::default(),
@@ -216,20 +236,26 @@ impl<'a, K: Kinematics<3, 3> + Clone> Session<'a, K> {
 
 impl<'a, K: Kinematics<3, 3> + Clone, X: Extension<3>> Session<'a, K, X> {
     /// As [`Session::boot_with`], with this extension.
-    pub fn extended(
-        memory: &'a mut Memory,
+    pub fn extended<
+        const RX: usize,
+        const TX: usize,
+        const REALTIME: usize,
+        const SLOTS: usize,
+        const LEAD: usize,
+    >(
+        memory: &'a mut Memory<RX, TX, REALTIME, SLOTS, LEAD>,
         config: MachineConfig<3>,
         kinematics: K,
         extension: X,
     ) -> Self {
-        let (producer, consumer) = memory.segments.split();
+        let (sender, consumer) = memory.segments.split();
         let (receiver, inbox) = memory.serial.split();
         let mut inboxes = heapless::Vec::<_, CHANNELS>::new();
         assert!(inboxes.push(inbox).is_ok());
         let links = Links {
             moves: &mut memory.moves,
             pixels: &mut memory.pixels,
-            segments: producer,
+            segments: sender,
             shared: &memory.shared,
             inputs: &memory.inputs,
             inboxes,

@@ -4,6 +4,7 @@
 //! Compiled for the host and for the microcontroller; nothing in it depends on either.
 
 use fixed::types::U1F31;
+use heapless::Deque;
 use leadscrew_planner::{
     Cartesian, Config, Coordinate, CornerRule, Feed, Move, MoveKind, MovePower, Overrides,
     PixelQueue, Planner, PowerLead, Pushed, Queue, Segmenter, StepsPerMm,
@@ -165,7 +166,8 @@ fn run(seed: u32, sum: &mut Checksum) {
     let config = config(random);
     let (mut queue, mut pixels) = (Queue::<3, 3, 32>::new(), PixelQueue::<64>::new());
     let mut planner = Planner::new(config, Cartesian, &mut queue, &mut pixels).unwrap();
-    let (mut segmenter, mut lead) = (Segmenter::new(), PowerLead::new());
+    let mut waiting = Deque::<_, 16>::new();
+    let (mut segmenter, mut lead) = (Segmenter::new(), PowerLead::new(&mut waiting));
     lead.set(random.below(4) * 300, config.timer_hz);
     let (mut at, mut moves, mut segments) = ([0; 3], 0, 0);
     while segments < SEGMENTS {

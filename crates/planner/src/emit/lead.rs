@@ -22,28 +22,18 @@
 
 use core::num::NonZeroU16;
 use fixed::types::U1F31;
-use heapless::Deque;
+use heapless::deque::{Deque, DequeView};
 use leadscrew_stepper::{Interval, OutputChange, Power, PowerChange, Segment};
-
-/// Segments that may wait. Where a lead spans more, the last one's power is put out for the rest of
-/// it.
-const WAITING: usize = 16;
 
 /// The longest lead, µs.
 pub const LONGEST_LEAD: u32 = 1000;
 
 /// Hands on segments with the power of later ones. Main loop.
-#[derive(Clone, Debug)]
-pub struct PowerLead<const MOTORS: usize> {
+#[derive(Debug)]
+pub struct PowerLead<'a, const MOTORS: usize> {
     /// Timer counts.
     lead: u64,
-    waiting: Deque<Segment<MOTORS>, WAITING>,
-}
-
-impl<const MOTORS: usize> Default for PowerLead<MOTORS> {
-    fn default() -> Self {
-        Self::new()
-    }
+    waiting: &'a mut DequeView<Segment<MOTORS>>,
 }
 
 /// Where a segment's power comes from.
@@ -56,13 +46,11 @@ struct Source {
     lasts: u64,
 }
 
-impl<const MOTORS: usize> PowerLead<MOTORS> {
-    /// Makes one that puts out power as it comes.
-    pub const fn new() -> Self {
-        Self {
-            lead: 0,
-            waiting: Deque::new(),
-        }
+impl<'a, const MOTORS: usize> PowerLead<'a, MOTORS> {
+    /// Makes one that puts out power as it comes. With a lead, segments wait in `waiting`. Where the
+    /// lead spans more of them than fit there, the last one's power is put out for the rest of it.
+    pub fn new<const WAITING: usize>(waiting: &'a mut Deque<Segment<MOTORS>, WAITING>) -> Self {
+        Self { lead: 0, waiting }
     }
 
     /// Sets the lead in microseconds, up to [`LONGEST_LEAD`], for a step timer of `timer_hz` counts
@@ -140,7 +128,7 @@ impl<const MOTORS: usize> PowerLead<MOTORS> {
     /// The power for the first tick of `front`, the lead after its middle.
     fn source(&self, front: &Segment<MOTORS>) -> Source {
         let mut after = self.reach(front);
-        for segment in &self.waiting {
+        for segment in self.waiting.iter() {
             let lasts = duration(segment);
             if after < lasts {
                 return Source::within(segment, after, lasts);
@@ -246,6 +234,8 @@ mod tests {
     use proptest::prelude::*;
     use std::vec::Vec;
 
+    type Waiting = Deque<Segment<2>, 16>;
+
     fn share(share: f64) -> Power {
         Power::from_share(U1F31::from_num(share))
     }
@@ -270,7 +260,7 @@ mod tests {
         places: Vec<(u64, i32)>,
     }
 
-    fn run(rig: &mut Rig<'_>, lead: &mut PowerLead<2>) -> Record {
+    fn run(rig: &mut Rig<'_>, lead: &mut PowerLead<'_, 2>) -> Record {
         let mut record = Record::default();
         loop {
             let Rig {
@@ -339,7 +329,8 @@ mod tests {
         for next in marks(&there, feed).iter().chain(&marks(&back, feed)) {
             rig.planner.push(next).unwrap();
         }
-        let mut lead = PowerLead::new();
+        let mut waiting = Waiting::new();
+        let mut lead = PowerLead::new(&mut waiting);
         lead.set(lead_us, DEFAULT_TIMER_HZ);
         let record = run(&mut rig, &mut lead);
         assert!(lead.is_empty());
@@ -369,7 +360,8 @@ mod tests {
         let mut queue = RigQueue::new();
         let mut rig = rig(500.0, &mut queue);
         rig.planner.push(&to(1.0, 0.0, 50.0)).unwrap();
-        let mut lead = PowerLead::new();
+        let mut waiting = Waiting::new();
+        let mut lead = PowerLead::new(&mut waiting);
         let Rig {
             planner, segmenter, ..
         } = &mut rig;
@@ -390,7 +382,8 @@ mod tests {
         for next in marks(&[0.4, 0.6, 1.0], 0.004 / 1.2e-3) {
             rig.planner.push(&next).unwrap();
         }
-        let mut lead = PowerLead::<2>::new();
+        let mut waiting = Waiting::new();
+        let mut lead = PowerLead::new(&mut waiting);
         lead.set(1000, DEFAULT_TIMER_HZ);
         let Rig {
             planner, segmenter, ..
@@ -423,7 +416,8 @@ mod tests {
                 ..to(5.0, 0.0, 50.0)
             })
             .unwrap();
-        let mut lead = PowerLead::new();
+        let mut waiting = Waiting::new();
+        let mut lead = PowerLead::new(&mut waiting);
         lead.set(300, DEFAULT_TIMER_HZ);
         let record = run(&mut rig, &mut lead);
         let end = record.places.last().unwrap().0;
@@ -436,6 +430,30 @@ mod tests {
             .0;
         // The last step takes 1/sqrt(2·500·250) s more than the lead.
         assert!(end - off >= 300 * 84, "{}", end - off);
+    }
+
+    /// Marks of 0.004 to 1.5 mm with room for `WAITING` segments.
+    fn marked<const WAITING: usize>(lead_us: u32) -> Record {
+        let mut queue = RigQueue::new();
+        let mut rig = rig(2000.0, &mut queue);
+        for next in marks(&[0.4, 0.404, 0.41, 0.5, 2.0, 2.1], 30.0) {
+            rig.planner.push(&next).unwrap();
+        }
+        let mut waiting = Deque::<_, WAITING>::new();
+        let mut lead = PowerLead::new(&mut waiting);
+        lead.set(lead_us, DEFAULT_TIMER_HZ);
+        run(&mut rig, &mut lead)
+    }
+
+    #[test]
+    fn with_room_for_one_segment_motion_is_the_same_and_power_earlier_by_no_more_than_the_lead() {
+        let (plain, whole, short) = (marked::<1>(0), marked::<16>(1000), marked::<1>(1000));
+        assert_eq!(short.places, plain.places);
+        let [plain, whole, short] = [&plain, &whole, &short].map(|record| burnt(record, 0));
+        assert_eq!(short.len(), plain.len());
+        for ((whole, short), plain) in whole.iter().zip(&short).zip(&plain) {
+            assert!(whole <= short && short <= plain, "{whole} {short} {plain}");
+        }
     }
 
     proptest! {
@@ -456,7 +474,8 @@ mod tests {
                     rig.planner.push(&Move { power, ..to(*x, *x * 0.3, feed) }).unwrap();
                 }
                 rig.planner.set_overrides(Overrides { feed: 70, rapid: 100 });
-                let mut lead = PowerLead::new();
+                let mut waiting = Waiting::new();
+                let mut lead = PowerLead::new(&mut waiting);
                 lead.set(lead_us, DEFAULT_TIMER_HZ);
                 let mut calls = 0;
                 let mut record = Record::default();

@@ -28,7 +28,7 @@ use leadscrew_machine::{
     config::{MachineConfig, MoveQueues, SegmentQueue},
     inputs::Inputs,
     machine::{Links, Machine},
-    protocol::serial::SerialQueue,
+    protocol::serial::{SerialQueue, LEAST_TX},
     step_timing::StepTiming,
 };
 use leadscrew_planner::{Cartesian, PixelQueue};
@@ -40,13 +40,32 @@ use static_cell::{ConstStaticCell, StaticCell};
 const AXES: usize = 3;
 
 /// Moves that are planned ahead.
-const MOVES: usize = 16;
+const DEPTH: usize = 16;
 
 /// Blocks in which they are looked ahead over.
 const BLOCKS: usize = 2;
 
+/// Slots for segments: 8, and one that stays empty. None waits for power: nothing burns.
+const SLOTS: usize = 9;
+
 /// The main loop sleeps no longer than this, so that it sees the clock's high word change.
 const LONGEST_SLEEP: Duration = Duration::from_ticks(5_000);
+
+type TheMachine = Machine<'static, Cartesian, AXES, AXES>;
+type Moves = MoveQueues<AXES, AXES, DEPTH, BLOCKS>;
+type Segments = SegmentQueue<AXES, SLOTS, 1>;
+type Serial = SerialQueue<129, LEAST_TX, 8>;
+type NoPixels = PixelQueue<1>;
+
+/// The machine and all that it borrows take 12 KB at most.
+const _: () = assert!(
+    size_of::<TheMachine>()
+        + size_of::<Moves>()
+        + size_of::<Segments>()
+        + size_of::<Serial>()
+        + size_of::<NoPixels>()
+        <= 12 * 1024
+);
 
 /// Words that the step interrupt shares with the main loop.
 static SHARED: Shared<AXES> = Shared::new();
@@ -57,19 +76,17 @@ static INPUTS: Inputs<AXES> = Inputs::new();
 #[entry]
 fn main() -> ! {
     // Constants: zeroed memory, which is never built on the stack.
-    static SEGMENTS: ConstStaticCell<SegmentQueue<AXES>> =
-        ConstStaticCell::new(SegmentQueue::new());
-    static MOVE_QUEUES: ConstStaticCell<MoveQueues<AXES, AXES, MOVES, BLOCKS>> =
-        ConstStaticCell::new(MoveQueues::new());
-    static PIXELS: ConstStaticCell<PixelQueue<1>> = ConstStaticCell::new(PixelQueue::new());
-    static SERIAL: ConstStaticCell<SerialQueue<129>> = ConstStaticCell::new(SerialQueue::new());
-    static MACHINE: StaticCell<Machine<'static, Cartesian, AXES, AXES>> = StaticCell::new();
+    static SEGMENTS: ConstStaticCell<Segments> = ConstStaticCell::new(Segments::new());
+    static MOVES: ConstStaticCell<Moves> = ConstStaticCell::new(Moves::new());
+    static PIXELS: ConstStaticCell<NoPixels> = ConstStaticCell::new(NoPixels::new());
+    static SERIAL: ConstStaticCell<Serial> = ConstStaticCell::new(Serial::new());
+    static MACHINE: StaticCell<TheMachine> = StaticCell::new();
 
     clock::start();
     let (producer, segments) = SEGMENTS.take().split();
     let (receiver, inbox) = SERIAL.take().split();
     let links = Links {
-        moves: MOVE_QUEUES.take(),
+        moves: MOVES.take(),
         pixels: PIXELS.take(),
         segments: producer,
         shared: &SHARED,
@@ -104,7 +121,7 @@ fn config() -> MachineConfig<AXES> {
             setup_ns: 1_000,
             shortest_pulse_us: 3,
         },
-        moves: MOVES,
+        moves: DEPTH,
         pixels: 0,
         receive_size: 128,
         ..MachineConfig::new()
