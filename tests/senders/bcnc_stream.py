@@ -8,7 +8,8 @@ import json, os, subprocess, sys, tempfile, time, urllib.parse, urllib.request
 pty, job = sys.argv[1:3]
 options = sys.argv[3:]
 PORT, SCREEN = 8899, ':97'
-# Each tool change goes to the machine as it stands in the file (policy 0). A grid of 4 x 3 points is probed.
+# Each tool change goes to the machine as it stands in the file (policy 0). A grid of 4 x 3 points
+# is probed.
 SETTINGS = f"""[bCNC]
 lastcheck = {int(time.time())}
 [Connection]

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# Builds the wheel, installs it into a fresh virtual environment, and uses it from there. `tests/wheel/run.sh release` builds it as it
-# is handed out; without it as the tests build everything else, which takes a tenth of the time.
+# Builds the wheel, installs it into a fresh virtual environment, and uses it from there.
+# `tests/wheel/run.sh release` builds it as it is handed out; without it as the tests build
+# everything else, which takes a tenth of the time.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 profile=${1:-dev}
