@@ -60,8 +60,8 @@ impl<const N: usize> Block<N> {
         &self.words
     }
 
-    /// Answers the line number: the value of the first N word. Nothing is asked of it; it may be
-    /// negative or broken.
+    /// Answers the line number: the value of the first N word. It is not checked, and may be
+    /// negative or have a fraction.
     pub fn line_number(&self) -> Option<Number> {
         self.words
             .iter()
@@ -93,7 +93,7 @@ impl<const N: usize> Block<N> {
         })
     }
 
-    /// Reads the `%` or the checksum that ends the words. Anything else is `error`.
+    /// Reads the `%` or the checksum that ends the words. Answers `error` where neither is there.
     fn end(mut self, line: &[u8], error: Error) -> Result<Self, Error> {
         let (before, rest) = line.split_at_checked(error.column).unwrap_or((line, &[]));
         let bare = self.words.is_empty() && !self.deleted;

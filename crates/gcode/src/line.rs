@@ -33,8 +33,8 @@ impl Fault {
         nom::Err::Error(Self { kind, left })
     }
 
-    /// A byte that cannot stand there. At the end of a line only a number can still be missing,
-    /// because each word may be the last.
+    /// The fault of a byte that cannot stand there. At the end of a line only a number can still be
+    /// missing, because each word may be the last.
     #[cold]
     fn unexpected(input: &[u8]) -> Self {
         let missing = ErrorKind::MissingNumber;
@@ -57,7 +57,7 @@ impl ParseError<&[u8]> for Fault {
     }
 }
 
-/// Turns a parser's error into the crate's.
+/// Turns a parser's error into the crate's [`Error`].
 #[cold]
 pub(crate) fn locate(error: nom::Err<Fault>, length: usize) -> Error {
     let (kind, left) = match error {
@@ -149,7 +149,7 @@ fn plain_number(input: &[u8]) -> Option<(&[u8], Number)> {
     Some((rest, Number::product(count, unit)))
 }
 
-/// Nanos in the last of 0 to 9 decimal places.
+/// The value of the last decimal place in nanos, for 0 to 9 decimal places.
 const UNITS: [i32; 10] = [
     1_000_000_000,
     100_000_000,

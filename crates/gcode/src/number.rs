@@ -6,7 +6,7 @@
 
 use core::fmt;
 
-/// Nanos in one.
+/// Nanos in 1.
 const ONE: u64 = 1_000_000_000;
 /// 10⁹ = 2⁹ · 5⁹: a shift by [`TWOS`] leaves a divisor that 32-bit hardware division can handle.
 const FIVES: u32 = 1_953_125;
@@ -35,8 +35,8 @@ impl Number {
         }
     }
 
-    /// Makes a number of a count of `unit` · 10⁻⁹. No product of 32 bits each comes near the ends
-    /// of the range.
+    /// Makes a number of a count of `unit` · 10⁻⁹. No product of two factors of 32 bits comes near
+    /// the ends of the range.
     #[inline]
     pub(crate) const fn product(count: i32, unit: i32) -> Self {
         Self(count as i64 * unit as i64)
@@ -67,8 +67,8 @@ impl Number {
 
     /// Answers the nearest `f32`, ties to even, as `str::parse::<f32>` does for the same digits.
     ///
-    /// Neither 64-bit division nor double precision: an n of 63 bits is divided by 5⁹ as on paper,
-    /// in three digits of 11, 11 and 8 bits, which gives more bits than an `f32` holds. The
+    /// Uses neither 64-bit division nor double precision: an n of 63 bits is divided by 5⁹ as on
+    /// paper, in three digits of 11, 11 and 8 bits, which gives more bits than an `f32` holds. The
     /// remainder is only compared with zero.
     pub fn to_f32(self) -> f32 {
         let magnitude = self.0.unsigned_abs();

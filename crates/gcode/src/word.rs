@@ -52,8 +52,8 @@ impl fmt::Display for Word {
 
 /// Reads the words of a line one by one, from left to right.
 ///
-/// The iterator ends with the line or with the first error. A `/` that opens the line is skipped;
-/// block delete is then the caller's to notice, or [`parse`](crate::parse)'s. `%` and `*` are no
+/// The iterator ends with the line or with the first error. A `/` that opens the line is skipped:
+/// to notice block delete is left to the caller, or to [`parse`](crate::parse). `%` and `*` are no
 /// words and hence errors.
 ///
 /// Bounded by the length of the line.
@@ -71,7 +71,7 @@ pub fn words(line: &[u8]) -> Words<'_> {
 ///
 /// # Errors
 ///
-/// As for the number of a word: none there, or no digits.
+/// As for the number of a word: there is none, or it has no digits.
 pub fn leading_number(text: &[u8]) -> Result<(Number, &[u8]), Error> {
     match line::number(text) {
         Ok((rest, number)) => Ok((number, rest)),
@@ -82,7 +82,7 @@ pub fn leading_number(text: &[u8]) -> Result<(Number, &[u8]), Error> {
 /// The words of a line. Made by [`words`].
 #[derive(Debug, Clone)]
 pub struct Words<'a> {
-    /// Length of the whole line in bytes. Less the length of `rest` it is the column.
+    /// Length of the whole line in bytes. The column is this length less that of `rest`.
     length: usize,
     /// The unread part, without a gap in front of it; empty after an error.
     rest: &'a [u8],

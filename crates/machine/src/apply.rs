@@ -30,10 +30,11 @@ where
         let config = planner_config(settings, &self.config, MOTORS);
         let pacing = pacing(settings, laser);
         let scale = self.motion.config().steps_per_mm;
-        // The table takes no value that the planner refuses: a test below asks for each of them.
+        // The table takes no value that the planner refuses: a test in `settings/derived.rs` checks
+        // each setting.
         let _sound = self.motion.configure(config, pacing);
         if self.motion.config().steps_per_mm != scale {
-            // The steps stay; where they are is another place now.
+            // The counted steps stay the same, but they now stand for another position.
             self.take_position();
         }
         self.update_power();
@@ -47,7 +48,8 @@ where
         self.set_gate();
     }
 
-    /// From a tick to the first one after a change of direction: the direction is out, and `$709`.
+    /// The least time between two ticks where the direction changes between them: the time until
+    /// the direction pins have changed, and then `$709`.
     fn direction_wait(&self) -> Ticks {
         let (timing, pulse_us) = (
             &self.config.step_timing,

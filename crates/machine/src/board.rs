@@ -66,7 +66,7 @@ impl Switches {
     };
 }
 
-/// Which way the spindle turns, or that it stands. Its power goes apart, step by step.
+/// Which way the spindle turns, or that it stands. Its power is separate, and changes step by step.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum SpindleOutput {
@@ -94,11 +94,13 @@ pub struct CoolantOutput {
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct PortConfig {
-    /// Least width of a step pulse in microseconds (`$0`), at least 3.
+    /// Least width of a step pulse in microseconds (`$0`), no less than
+    /// `StepTiming::shortest_pulse_us`.
     pub pulse_us: u8,
     /// Motors whose step pulse is low (`$2`).
     pub step_invert: MotorMask,
-    /// Motors whose direction pin is low in the negative direction, where others' is high (`$3`).
+    /// Motors whose direction pin is low in the negative direction (`$3`); the pin of all others is
+    /// high then.
     pub direction_invert: MotorMask,
     /// Whether the drivers are enabled by a high level (`$4`).
     pub enable_invert: bool,
@@ -111,8 +113,8 @@ pub struct PortConfig {
 pub trait Board {
     /// Makes the step interrupt happen as soon as possible, with the timer running from now on.
     ///
-    /// The machine has noted `Shared::set_running` before. Called at rest only, in a poll at `now`.
-    /// Answers when that is: what is committed is counted from there.
+    /// The machine has called `Shared::set_running` before. Called at rest only, in a poll at
+    /// `now`. Returns the instant of that interrupt, from which committed motion is counted.
     fn start_stepping(&mut self, now: Instant) -> Instant;
 
     /// Takes as many of `bytes` for sending on `channel` as there is room for; returns how many.
@@ -124,8 +126,8 @@ pub trait Board {
     /// Enables or disables all motor drivers.
     fn enable_motors(&mut self, on: bool);
 
-    /// Sets direction and enable of the spindle. Its power: [`Board::set_power`] and the step
-    /// interrupt.
+    /// Sets direction and enable of the spindle. [`Board::set_power`] and the step interrupt set
+    /// its power.
     fn set_spindle(&mut self, output: SpindleOutput);
 
     /// Sets the spindle's or laser's power. Called while the step timer rests, and to switch it off
@@ -139,8 +141,8 @@ pub trait Board {
     /// new direction waits for its end.
     fn configure(&mut self, port: &PortConfig);
 
-    /// Whoever explains the job: a simulator that draws it or tells why it slows down. A controller
-    /// has nobody.
+    /// The one to whom the machine explains the job: a simulator that draws it or tells why it
+    /// slows down. A controller has none.
     fn explainer(&mut self) -> Option<&mut dyn Explain> {
         None
     }

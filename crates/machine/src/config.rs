@@ -13,24 +13,24 @@ use leadscrew_planner::{PixelQueue, Queue, SmallQueue, USUAL_BLOCKS};
 
 pub use crate::segment_queue::{SegmentQueue, SegmentSender};
 
-/// Segments between the main loop and the step interrupt: of a [`SegmentQueue`] by default, and at
-/// most.
+/// Segments that a [`SegmentQueue`], between the main loop and the step interrupt, holds by
+/// default, and the most that it may hold.
 pub const SEGMENTS: usize = 16;
 
-/// Changes of power that rows of a raster may hold together while they are planned, 36 KB: a little
-/// more than the pixels of 0.05 mm in the 202 mm that stopping from 450 mm/s takes at 500 mm/s².
+/// Changes of power that all planned rows of a raster may hold together. They take 36 KB. Stopping
+/// from 450 mm/s at 500 mm/s² takes 202 mm, 4050 pixels of 0.05 mm; this is a little more.
 pub const PIXELS: usize = 4608;
 
-/// Where the pixels of the program's rows are kept. Borrowed as [`MoveQueues`] are, and apart from
-/// them: no memory of a microcontroller need hold both.
+/// Where the pixels of the program's rows are kept. Borrowed as [`MoveQueues`] are, but apart from
+/// them: the two can be in different memories of a microcontroller.
 pub type RowPixels = PixelQueue<PIXELS>;
 
-/// Moves that a cycle may have planned at once.
+/// Moves that the machine's own motions, such as homing and parking, may have planned at once.
 pub(crate) const ASIDE_MOVES: usize = 4;
 
 /// Where planned moves are kept, `MOVES` of the program: by far the largest part of a machine. A
 /// machine borrows it, so that it can be a `static` and need not be built on a stack. `BLOCKS` is
-/// for small ones: see [`Queue`].
+/// for small queues: see [`Queue`].
 #[derive(Debug)]
 pub struct MoveQueues<
     const AXES: usize,
@@ -67,8 +67,8 @@ impl<const AXES: usize, const MOTORS: usize, const MOVES: usize, const BLOCKS: u
 /// Serial lines that one machine can serve.
 pub const CHANNELS: usize = 4;
 
-/// Motion that may be committed to the segment queue: a hold, a cancel or an override acts after no
-/// more than this.
+/// The longest motion that may be committed to the segment queue: a hold, a cancel or an override
+/// acts after this time at most.
 pub const COMMITTED: Duration = Duration::from_ticks(2_000);
 
 /// Whether an axis is a length or an angle.
@@ -80,12 +80,12 @@ pub enum AxisKind {
     Linear,
     /// Degrees, never inches.
     Rotary,
-    /// Filament of a printer, millimetres: the word E, whatever the axis's place. On a machine with
-    /// more than three axes, and never one of the first three.
+    /// Filament of a printer, in millimetres. Its word is E, whatever the number of the axis. Only
+    /// an axis beyond the first three may be one.
     Extruder,
 }
 
-/// Axes that are never an extruder: X, Y, Z. A machine without further ones is built without E.
+/// Axes that are never an extruder: X, Y, Z. A machine without further axes is built without E.
 pub(crate) const WITHOUT_EXTRUDER: usize = 3;
 
 /// The axis of the extruder, if there is one.
@@ -112,7 +112,7 @@ pub struct ParkingConfig {
     pub rate: f32,
     /// Speed out of the work and back into it, mm/min.
     pub pull_out_rate: f32,
-    /// Way out of the work, mm.
+    /// Distance out of the work, mm.
     pub pull_out_mm: f32,
 }
 
@@ -130,16 +130,16 @@ impl ParkingConfig {
 /// How far the two switches of an axis with two motors may be apart when it is squared while
 /// homing.
 ///
-/// Which axis that is, its kinematics say: a [`leadscrew_planner::Ganged`].
+/// The kinematics say which axis that is: a [`leadscrew_planner::Ganged`].
 #[derive(Clone, Copy, PartialEq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Squaring {
     /// How far one of the two motors may go on without its switch once the other one has met its
     /// own, as a share of the axis's travel: farther is ALARM:10.
     pub tolerance: f32,
-    /// No less than this, mm.
+    /// The least distance that is allowed, mm.
     pub least_mm: f32,
-    /// No more than this, mm.
+    /// The greatest distance that is allowed, mm.
     pub most_mm: f32,
 }
 
@@ -200,11 +200,11 @@ pub struct SwitchRules {
     pub without_switch: AxisMask,
     /// Axes whose limit switch serves homing alone: it never stops motion.
     pub homing_only: AxisMask,
-    /// Axes whose limit switch stands at the low end and stops motion towards it alone: motion that
-    /// leaves it goes on, programs too.
+    /// Axes whose limit switch stands at the low end and stops only motion towards that end. Motion
+    /// away from it goes on, in programs too.
     pub towards_low: AxisMask,
-    /// The same at the high end. With one switch at either end on one input, an axis is in both: it
-    /// may not tell the ends apart.
+    /// The same at the high end. An axis with a switch at each end on one input is in both masks:
+    /// the input may not tell the ends apart.
     pub towards_high: AxisMask,
 }
 
@@ -221,12 +221,13 @@ impl SwitchRules {
         towards_high: 0,
     };
 
-    /// Whether a switch stops less than in Grbl.
+    /// Whether a switch stops fewer motions than in Grbl.
     pub(crate) const fn are_own(&self) -> bool {
         self.homing_only | self.towards_low | self.towards_high != 0
     }
 
-    /// The one end at which the switch of an axis stands, where motion that leaves it goes on.
+    /// The end at which the only switch of an axis stands, where motion away from the switch goes
+    /// on; `None` for all other axes.
     pub(crate) const fn only_end(&self, axis: usize) -> Option<Ordering> {
         match (self.towards_low >> axis & 1, self.towards_high >> axis & 1) {
             (1, 0) => Some(Ordering::Less),
@@ -243,16 +244,16 @@ pub struct MachineConfig<const AXES: usize> {
     pub axes: [AxisKind; AXES],
     /// Counts of the step timer a second.
     pub timer_hz: u32,
-    /// The times of making steps on the board: faster motion is capped. Settings that ask for more
-    /// than the board can make with any other settings are refused.
+    /// How long the board takes to make steps: faster motion is capped. A setting that the board
+    /// cannot satisfy, whatever the other settings are, is refused.
     pub step_timing: StepTiming,
     /// How many moves may be planned ahead; at most as many as its [`MoveQueues`] has room for.
     pub moves: usize,
-    /// How many changes of power rows of a raster may hold while they are planned, at most
+    /// How many changes of power the planned rows of a raster may hold together, at most
     /// [`PIXELS`]; 0: each line is a move of its own.
     pub pixels: usize,
-    /// Unread bytes that each serial line is to take, for the maker of its queue; Grbl's 128, or
-    /// more.
+    /// The number of unread bytes that the queue of each serial line takes, for whoever makes that
+    /// queue: 128 as in Grbl, or more.
     pub receive_size: u16,
     /// Characters that a line may have after filtering.
     pub line_length: usize,
@@ -284,11 +285,11 @@ const GRBL_CORNERS: Entry = Entry {
     value: Number::from_int(1),
 };
 
-/// The timer of the F407: APB1 times two, counts a second.
+/// Counts a second of the F407's timer: twice the frequency of APB1.
 const TIMER_HZ: u32 = 84_000_000;
 
 impl<const AXES: usize> MachineConfig<AXES> {
-    /// A machine for use: deep look-ahead, large buffers.
+    /// A machine for real work: deep look-ahead, large buffers.
     pub const fn new() -> Self {
         Self {
             axes: [AxisKind::Linear; AXES],

@@ -9,8 +9,8 @@ pub(crate) struct Ends<const AXES: usize, const MOTORS: usize> {
     pub(crate) seen: [i32; MOTORS],
     /// Which way each motor stepped last in this motion: 1, -1, or 0 where it has not.
     pub(crate) heading: [i32; MOTORS],
-    /// Axes whose limit switch is closed: which way leads farther into it, `Equal` where nobody
-    /// knows.
+    /// For each axis whose limit switch is closed: the direction that leads farther into the
+    /// switch, `Equal` where it is unknown.
     pub(crate) closed: [Option<Ordering>; AXES],
 }
 
@@ -24,7 +24,7 @@ impl<const AXES: usize, const MOTORS: usize> Ends<AXES, MOTORS> {
         }
     }
 
-    /// Follows the steps that were made.
+    /// Notes in which direction each motor has stepped since the last call.
     pub(crate) fn follow(&mut self, position: &[i32; MOTORS]) {
         let motors = self.seen.iter_mut().zip(&mut self.heading);
         for ((seen, heading), now) in motors.zip(position) {

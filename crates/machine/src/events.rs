@@ -15,8 +15,8 @@ use leadscrew_planner::Kinematics;
 /// Realtime commands handled in one poll: bounds its time.
 const REQUESTS_A_POLL: usize = 8;
 
-/// A resume that comes this soon after a hold in motion, or after a door, was in one burst with it:
-/// hold and door stay.
+/// A resume that comes this soon after a hold in motion, or after the door's sequence began, was
+/// sent in one burst with it, and is ignored.
 const BURST: Duration = Duration::from_ticks(2_000);
 
 impl<K, X, const AXES: usize, const MOTORS: usize> Machine<'_, K, AXES, MOTORS, X>
@@ -45,7 +45,7 @@ where
             self.handle(channel, request, board, now);
         }
         if self.overrides != overrides {
-            // Once, however many came: the queue is planned anew.
+            // Once for all overrides of this poll: each call plans the queue anew.
             self.override_motion();
         }
     }
@@ -114,7 +114,7 @@ where
         if edges.starts != before.starts && !held && !hold_pressed {
             self.resume(board, now);
         }
-        // The interrupt may have shut it for an edge that has changed nothing.
+        // The interrupt may have shut the laser's gate for an edge that has changed no state.
         self.set_gate();
     }
 
@@ -199,7 +199,7 @@ where
         });
     }
 
-    /// After 0x84 or the door's edge.
+    /// Opens the door: after 0x84 or an edge of the door's switch.
     pub(crate) fn open_door<B: Board>(&mut self, board: &mut B, now: Instant) {
         if self.state == State::Home {
             return self.fail_homing(Alarm::HomingDoor, board, now);
@@ -297,7 +297,7 @@ where
         self.set_coolant(wanted, board);
     }
 
-    /// Sets the valves, for the program or the operator; `$G` follows the last change.
+    /// Sets the valves, for the program or the operator; `$G` shows the last change.
     pub(crate) fn set_coolant<B: Board>(&mut self, wanted: CoolantOutput, board: &mut B) {
         self.program.interpreter.set_coolant(Coolant {
             mist: wanted.mist,
@@ -309,7 +309,8 @@ where
         }
     }
 
-    /// Follows the motion: ends of moves, holds and cancels; segments that ran out. Main loop.
+    /// Changes the state as motion goes on: where moves, holds and cancels end, and where segments
+    /// ran out. Main loop.
     pub(crate) fn watch_motion<B: Board>(&mut self, board: &mut B, now: Instant) {
         if self.motion.take_underrun() {
             return self.abort(Alarm::AbortedMotion, board, now);
@@ -342,7 +343,7 @@ where
         }
     }
 
-    /// After a hold, a cancel or an opening door has brought motion to rest.
+    /// Enters the next state after a hold, a cancel or an opening door has brought motion to rest.
     fn come_to_rest<B: Board>(&mut self, board: &mut B) {
         let Some(next) = self.state.stopped() else {
             return;
@@ -369,7 +370,7 @@ where
         }
     }
 
-    /// Drops the rest of a cancelled jog: its line, too, which is answered.
+    /// Drops the rest of a cancelled jog, and answers its line if that is still under way.
     fn forget_jog(&mut self) {
         self.motion.forget();
         self.take_position();

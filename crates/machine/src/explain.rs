@@ -8,16 +8,16 @@ pub trait Explain {
     /// A move of the program is planned.
     fn move_planned(&mut self, planned: &PlannedMove<'_>);
 
-    /// `count` segments, 1 or more, were made for the step interrupt. `committed` answers how motion
-    /// stands at the end of the last one, for those who ask.
+    /// `count` segments, 1 or more, were made for the step interrupt. `committed` works out the
+    /// speed at the end of the last one, and its bound, for those who ask.
     fn segments_made(&mut self, count: u32, committed: &dyn Fn() -> Committed);
 }
 
 /// A move of the program that has just been planned.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct PlannedMove<'a> {
-    /// Where it begins: axes, machine position. Elsewhere than the move before has ended where the
-    /// machine has moved by itself.
+    /// Where it begins: machine position of the axes. Where the machine has moved by itself before,
+    /// this is not the end of the move before.
     pub begin: &'a [Coordinate],
     /// Where it ends: axes, machine position.
     pub target: &'a [Coordinate],
@@ -31,7 +31,8 @@ pub struct PlannedMove<'a> {
     pub speed_limit: Option<f32>,
     /// The line that asked for it, counted as [`Work::lines`](crate::work::Work::lines) does.
     pub line: u32,
-    /// Signed steps of each motor, of all that was planned as one move with it.
+    /// Signed steps of each motor, in the whole move that was planned; other moves of the program
+    /// may be parts of it.
     pub steps: &'a [i32],
     /// Highest acceleration along the path, mm/s².
     pub acceleration: f32,
@@ -41,12 +42,12 @@ pub struct PlannedMove<'a> {
     pub feed: f32,
 }
 
-/// How motion stands at the end of the segment that was made last.
+/// The motion at the end of the segment that was made last.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Committed {
     /// Speed along the path, mm/s.
     pub speed: f32,
-    /// The bound of the speed from there on, where it slows down.
+    /// Why the speed is bounded from there on, where motion slows down.
     pub ahead: Ahead,
 }
 
@@ -55,7 +56,7 @@ pub struct Committed {
 pub enum Ahead {
     /// The program asks for rest: a dwell, a spindle that is switched, a pause, the end.
     Stop,
-    /// As many moves are queued as fit.
+    /// The end of the look-ahead: the queue is full.
     LookAhead,
     /// No further line has come yet.
     NoLine,

@@ -11,7 +11,8 @@ where
     K: Kinematics<AXES, MOTORS> + Clone,
     X: Extension<AXES>,
 {
-    /// Tells of a move that has just been queued. The path still ends where it begins.
+    /// Tells the explainer of a move that has just been queued. `path_end` is still where it
+    /// begins.
     pub(crate) fn explain_move<B: Board>(&self, of: &Move<AXES>, board: &mut B) {
         let (Some(explainer), Some(outline)) = (board.explainer(), self.motion.newest()) else {
             return;
@@ -31,7 +32,7 @@ where
         });
     }
 
-    /// Tells of the segments that were made since there were `before`.
+    /// Tells the explainer of the segments made since there were `before`.
     pub(crate) fn explain_segments<B: Board>(&self, before: u32, board: &mut B) {
         let count = self.work.segments.wrapping_sub(before);
         if count == 0 {

@@ -9,8 +9,8 @@
 //! | at rest, or nobody knows | either way, at `$25` at most: both ends of an axis may be on one input |
 //!
 //! Where the build says at which end the only switch of an axis stands
-//! ([`SwitchRules`](crate::config::SwitchRules)), it stops motion towards that end alone: from the
-//! switch that is closed, programs may leave.
+//! ([`SwitchRules`](crate::config::SwitchRules)), the switch stops only motion towards that end:
+//! programs may move away from the closed switch.
 
 use crate::board::Board;
 use crate::extension::Extension;
@@ -30,9 +30,10 @@ where
     K: Kinematics<AXES, MOTORS> + Clone,
     X: Extension<AXES>,
 {
-    /// Notes which way motors go, and where a limit switch has closed or opened. `hit`: one has
-    /// stopped the machine. Answers whether one is to stop it: `hit`, or an axis leads farther into
-    /// its closed switch. Main loop, at every turn, before anything moves on.
+    /// Notes which way each motor goes, and which limit switches have closed or opened. `hit`: a
+    /// limit switch has stopped the machine. Answers whether a limit switch is to stop it: on
+    /// `hit`, or where an axis moves farther into its closed switch. Main loop, at every turn,
+    /// before any motion goes on.
     pub(crate) fn watch_limits<B: Board>(&mut self, hit: bool, board: &B) -> bool {
         if !self.settings.is_on(Setting::HardLimits) {
             return hit;
@@ -61,7 +62,7 @@ where
     /// Lets a jog lead away from a closed switch, slowly where nobody knows which way that is.
     ///
     /// # Errors
-    /// [`Status::JogOutOfTravel`] where it leads farther into it.
+    /// [`Status::JogOutOfTravel`] where the jog leads farther into the switch.
     pub(crate) fn bound_jog<B: Board>(
         &mut self,
         jog: &mut Jog<AXES>,
@@ -91,10 +92,10 @@ where
         Ok(())
     }
 
-    /// Notes which switches are closed, and has those stop nothing that serve homing alone or to
-    /// which their axis does not go. Answers whether an axis leads into its only switch, which is
-    /// closed. Motion that has begun since the last turn goes nowhere yet: the next turn finds its
-    /// switch closed.
+    /// Notes which switches are closed. Has those stop nothing that serve homing alone, and those
+    /// towards which their axis does not move. Answers whether an axis moves towards its only
+    /// switch, which is closed. Motion that has begun since the last turn has no direction yet: the
+    /// next turn finds its switch closed.
     pub(crate) fn look_at_limits<B: Board>(&mut self, board: &B) -> bool {
         let active = self.switches.inputs.active(&board.switches());
         let rules = &self.config.rules;
@@ -129,7 +130,7 @@ where
 
 const NONE: Number = Number::from_int(0);
 
-/// A feed of no more than `most` mm/min. A jog has no other sort of feed.
+/// Limits a feed to `most` mm/min. A jog has no other sort of feed.
 fn at_most(feed: Feed, most: Number) -> Feed {
     match feed {
         Feed::PerMinute(rate) => Feed::PerMinute(rate.min(most)),

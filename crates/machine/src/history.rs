@@ -11,7 +11,7 @@ const STATES: usize = 16;
 pub(crate) struct History {
     /// The first poll is over.
     pub(crate) booted: bool,
-    /// Since power-up.
+    /// The last alarm since power-up.
     pub(crate) last_alarm: Option<Alarm>,
     /// The last states, a ring.
     states: [State; STATES],

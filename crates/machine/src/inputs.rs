@@ -11,8 +11,8 @@
 //! | reset | – | stepping stops, the laser's gate shuts | reset, and locked as long as it is held |
 //! | buttons | – | the edge is counted | reset, hold, start, door |
 //!
-//! Each word has one writer at a time. The motor lock changes hands: it is the main loop's but
-//! while [`Inputs::watch_homing`] has the switch interrupt write it. Events are counters: the
+//! Each word has one writer at a time. The motor lock changes hands: the main loop writes it,
+//! except while [`Inputs::watch_homing`] has the switch interrupt do so. Events are counters: the
 //! interrupt advances them, the main loop compares them with its last copy. So nothing needs a
 //! compare-and-swap, which a Cortex-M0 lacks.
 
@@ -69,7 +69,7 @@ pub struct Inputs<const MOTORS: usize> {
     holds: AtomicU8,
     starts: AtomicU8,
     doors: AtomicU8,
-    /// The value of `watch` that has been met.
+    /// The value of `watch` whose event has come.
     latched_watch: AtomicU8,
     latched: [AtomicI32; MOTORS],
 }
@@ -91,13 +91,13 @@ pub struct Edges {
 }
 
 impl Edges {
-    /// The counts of those that stop the machine in the interrupt.
+    /// The counts of the edges that stop the machine in the interrupt.
     pub(crate) fn stops(&self) -> [u8; 2] {
         [self.limit_hits, self.resets]
     }
 }
 
-/// The switches that are active: closed, once settings have had their say.
+/// The switches that are active: closed, as the settings read their levels.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ActiveSwitches {
@@ -220,9 +220,9 @@ impl<const MOTORS: usize> Inputs<MOTORS> {
             .store(config.hard_limits, Ordering::Release);
     }
 
-    /// Locks each of `motors` at the step at which its limit switch closes, in place of an alarm;
-    /// none ends that. Main loop; the motor lock is the interrupt's alone until then, and nobody
-    /// else may write it.
+    /// Locks each of `motors` at the step at which its limit switch closes, in place of an alarm.
+    /// With no `motors` this ends. Main loop; until it ends, the motor lock is the interrupt's
+    /// alone, and nobody else may write it.
     ///
     /// A switch that is closed already has no edge: lock its motor before this, and look once more
     /// after it.
@@ -241,10 +241,10 @@ impl<const MOTORS: usize> Inputs<MOTORS> {
         self.ignored.store(motors.bits(), Ordering::Relaxed);
     }
 
-    /// Begins to wait for the probe, or ends it. Main loop.
+    /// Begins the wait for the probe, or ends it. Main loop.
     ///
-    /// A probe that is as awaited already is seen at the next edge only: ask [`Inputs::active`]
-    /// first.
+    /// A probe that is in the awaited state already is seen at the next edge only: ask
+    /// [`Inputs::active`] first.
     pub fn watch_probe(&self, watch: ProbeWatch) {
         let count = self.watch.load(Ordering::Relaxed) | Self::KIND;
         let next = count.wrapping_add(1) | watch as u8;
@@ -342,13 +342,13 @@ fn stops(pressed: u8) -> bool {
     pressed & ActiveSwitches::RESET != 0
 }
 
-/// No further step, and no light: until the main loop has dealt with the edge that is counted next.
+/// Stops steps and light, until the main loop has dealt with the edge that the caller counts next.
 fn stop<const MOTORS: usize>(shared: &Shared<MOTORS>) {
     shared.set_laser_off(true);
     shared.set_stop(true);
 }
 
-/// These motors, and where one of them shares axes with others, those, too.
+/// `motors`, with all of `sharing` where one of `motors` is among them.
 pub(crate) fn with_sharing(motors: MotorMask, sharing: MotorMask) -> MotorMask {
     if sharing.without(motors) == sharing {
         motors

@@ -56,7 +56,7 @@ where
         self.program.lines = self.program.lines.wrapping_add(u32::from(!is_system));
         match read {
             Err(status) => self.refuse(Origin::Channel(id), status.into()),
-            // A line is no longer than there is room for.
+            // The line fits: `Line` has as much room as the channel's reader.
             Ok(_) => self.begin_line(id, &line, board, now),
         }
     }
@@ -145,8 +145,8 @@ where
         self.program.interpreter.serves_operator(line, &context)
     }
 
-    /// Answers a line with an error. In words, too, where the operator wants them, and for a number
-    /// that no sender knows.
+    /// Answers a line with an error. Its text is sent, too, where a setting asks for texts, and for
+    /// an extension's error, whose number no sender knows.
     pub(crate) fn refuse(&mut self, origin: Origin, fault: Fault) {
         if let Origin::Channel(channel) = origin {
             self.console.last_fault = Some(LineFault {

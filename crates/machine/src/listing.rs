@@ -102,7 +102,7 @@ where
         None
     }
 
-    /// Writes a tool with a length, behind the parameters: the number as grblHAL writes it.
+    /// Writes a row after the parameters, in the form of grblHAL: a tool that has a length.
     fn write_tool(&mut self, id: ChannelId, row: usize) -> Option<()> {
         if !X::IN_USE {
             return None;

@@ -39,11 +39,11 @@ pub struct Links<
     const PIXELS: usize,
     const BLOCKS: usize,
 > {
-    /// Where planned moves are kept: no interrupt's business, but too large to be a part of the
-    /// machine.
+    /// Where planned moves are kept. No interrupt uses them, but they are too large to be a part of
+    /// the machine.
     pub moves: &'a mut MoveQueues<AXES, MOTORS, MOVES, BLOCKS>,
-    /// Where the pixels of rows are kept: [`crate::config::RowPixels`], or fewer; 1 where nothing
-    /// burns.
+    /// Where the pixels of rows are kept: [`crate::config::RowPixels`], or fewer; 1 on a machine
+    /// without a laser.
     pub pixels: &'a mut PixelQueue<PIXELS>,
     /// Segments for the step interrupt, from a [`crate::config::SegmentQueue`].
     pub segments: SegmentSender<'a, MOTORS>,
@@ -223,8 +223,8 @@ where
         self.program.lines
     }
 
-    /// The time to finish the queued moves, s. For use at a desk: takes time in proportion to the
-    /// queue.
+    /// The time to finish the queued moves, s. Not for a controller: takes time in proportion to
+    /// the queue.
     pub fn time_to_finish(&self) -> f32 {
         let mut left = self.motion.time_left();
         while self.motion.add_time(&mut left) {}
@@ -236,7 +236,7 @@ where
         &self.work
     }
 
-    /// Answers why a line was refused, once: at most one is in a [`Machine::poll`].
+    /// Answers why a line was refused, and forgets it. [`Machine::poll`] refuses one line at most.
     pub fn take_fault(&mut self) -> Option<LineFault> {
         self.console.last_fault.take()
     }
@@ -264,7 +264,8 @@ where
 
     fn boot<B: Board>(&mut self, board: &mut B, now: Instant) {
         self.history.booted = true;
-        // An input that is closed at power-up is a level, no edge: nothing was under way.
+        // An input that is closed at power-up counts as a level, not as an edge: nothing was under
+        // way.
         self.switches.edges = self.switches.inputs.edges();
         if self.motion.shared.is_stopped() {
             self.motion.stop();
@@ -278,8 +279,8 @@ where
         self.greet(board, now);
     }
 
-    /// Keeps the step interrupt supplied, and the drivers enabled while it runs. The changes of
-    /// this poll so far are in the power at rest before motion begins.
+    /// Keeps the step interrupt supplied, and the drivers enabled while it runs. The power at rest,
+    /// with all changes of this poll so far, is put out before motion begins.
     fn feed<B: Board>(&mut self, board: &mut B, now: Instant) {
         self.put_out_tool(board);
         if self.console.hears() {
@@ -300,7 +301,7 @@ where
         }
     }
 
-    /// Whether the motors are not needed whatever `$1` says.
+    /// Whether the motors are not needed in this state, whatever `$1` says.
     fn is_locked(&self) -> bool {
         match self.state {
             State::Alarm(_) => true,
@@ -315,7 +316,8 @@ where
         }
     }
 
-    /// `extension`: when it wants the next turn at the latest.
+    /// When [`Machine::poll`] wants to be called again. `extension`: when the extension wants the
+    /// next turn at the latest.
     fn next(&mut self, extension: Option<Instant>, now: Instant) -> Next {
         let hunger = self.motion.hunger(now, self.state.may_start());
         if hunger == Hunger::Now || self.is_busy() {
@@ -386,6 +388,6 @@ fn earlier(one: Option<Instant>, other: Option<Instant>) -> Option<Instant> {
     }
 }
 
-/// A deadline that has passed is looked at again after this, so that a caller that sleeps until it
-/// makes progress.
+/// A deadline that has passed is reported as this much later than now, so that a caller that sleeps
+/// until it makes progress.
 const SHORTEST_SLEEP: Duration = Duration::from_ticks(1);

@@ -39,8 +39,8 @@ where
         self.restart(discard, board, now);
     }
 
-    /// Stops motion without a deceleration, or finds it so stopped: motors may have lost steps. All
-    /// that is under way ends as in a reset, modes stay.
+    /// Stops motion without a deceleration, if it has not stopped so already: motors may have lost
+    /// steps. All that is under way ends as in a reset, modes stay.
     pub(crate) fn abort<B: Board>(&mut self, alarm: Alarm, board: &mut B, now: Instant) {
         if self.state == State::Home {
             return self.fail_homing(alarm, board, now);
@@ -53,7 +53,7 @@ where
         self.take_position();
     }
 
-    /// A reset without the effects of the state before it.
+    /// The reset itself, after any alarm that it raises.
     pub(crate) fn restart<B: Board>(&mut self, discard: Discard, board: &mut B, now: Instant) {
         self.end_cycles();
         self.complete_lines();
@@ -68,7 +68,7 @@ where
         self.tell_extension(Event::Reset);
         self.console.time_left = None;
         self.enter(match self.state {
-            // Who presses the button wants it to stand still.
+            // Whoever presses the button wants the machine to stand still.
             _ if discard == Discard::All => State::Alarm(Lock::Unlockable),
             State::Alarm(_) | State::Sleep => State::Alarm(Lock::Unlockable),
             State::Idle
@@ -120,8 +120,8 @@ where
         }
     }
 
-    /// Locks the machine and says why. A laser goes off, until a line after the lock wants it; a
-    /// spindle goes on, as Grbl's does where the alarm alone does not stop it.
+    /// Locks the machine and says why. A laser goes off, until a line after the lock wants it. A
+    /// spindle goes on, as in Grbl, where an alarm alone does not stop it.
     pub(crate) fn raise<B: Board>(&mut self, alarm: Alarm, board: &mut B) {
         if self.tool.spindle.is_laser() {
             self.switch_spindle_off(board);
@@ -144,8 +144,9 @@ where
         self.enter(State::Alarm(lock));
     }
 
-    /// Spindle and coolant off, for good. At rest or after a stop: the power goes at once, not with
-    /// the next step, which may be long in coming. (After a stop the step interrupt puts out none.)
+    /// Switches spindle and coolant off, for good. At rest or after a stop: the power goes off at
+    /// once, not with the next step, which may be long in coming. (After a stop the step interrupt
+    /// puts out no power.)
     pub(crate) fn switch_outputs_off<B: Board>(&mut self, board: &mut B) {
         self.switch_spindle_off(board);
         self.tool.coolant.restore(board);
@@ -161,7 +162,7 @@ where
         }
     }
 
-    /// Goes on from where the motors are.
+    /// Takes the place of the motors as the end of the path, from which the program goes on.
     pub(crate) fn take_position(&mut self) {
         let position = self.motion.position();
         self.motion.path_end = position;
@@ -175,7 +176,8 @@ where
         self.state.is_moving() && (stopped || !self.motion.is_at_rest())
     }
 
-    /// The line under way gets its answer while that still means something to its sender.
+    /// Answers the lines under way, before the banner: after it an answer would mean nothing to
+    /// their sender.
     fn complete_lines(&mut self) {
         let aside = self.end_aside();
         let waiting = self.program.startup.cancel().into_iter().chain(aside);
@@ -184,7 +186,7 @@ where
         }
     }
 
-    /// Ends homing, probing and the door's sequence, without a word.
+    /// Ends homing, probing and the door's sequence, without an answer or a message.
     fn end_cycles(&mut self) {
         self.activity.switch_cycle = None;
         self.activity.door = None;

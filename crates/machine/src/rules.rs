@@ -29,7 +29,8 @@ where
     K: Kinematics<AXES, MOTORS> + Clone,
     X: Extension<AXES>,
 {
-    /// Names the switches that have stopped the machine, and backs off or locks it. Main loop.
+    /// Names the switches that have stopped the machine, and has the machine back off or locks it.
+    /// Main loop.
     pub(crate) fn leave_limit<B: Board>(&mut self, board: &mut B, now: Instant) {
         self.motion.stop();
         self.switch_outputs_off(board);
@@ -67,7 +68,8 @@ where
         });
     }
 
-    /// The last move of homing, or the way off a limit switch; ends both.
+    /// Goes on with the last move of homing, or with the way off a limit switch; then ends the
+    /// cycle.
     pub(crate) fn advance_last_move<B: Board>(
         &mut self,
         cycle: &SwitchCycle,
@@ -82,7 +84,7 @@ where
             Wait::Settled(_) => {
                 self.motion.shared.set_motor_lock(MotorMask::NONE);
                 let next = self.last_move(cycle.last);
-                // A way of 0 plans nothing: it then ends at once.
+                // A distance of 0 plans nothing: the move then ends at once.
                 let _ = self.motion.push_aside(&next);
                 if let Some(cycle) = &mut self.activity.switch_cycle {
                     cycle.wait = Wait::Motion;

@@ -13,9 +13,9 @@ use leadscrew_stepper::Segment;
 /// Segments on their way to the step interrupt.
 ///
 /// `SLOTS` is the number of segments that may be ready, and one more, which a ring keeps free. With
-/// few of them a machine cannot burn small pixels at speed: each takes a segment, and all of them
-/// together 2 ms at most. `LEAD` is the number that may wait for the power's lead (`$703`), at
-/// least 1: choose 1 where nothing burns.
+/// few slots a machine cannot burn small pixels at speed: each pixel takes a segment, and all
+/// segments together last 2 ms at most. `LEAD` is the number that may wait for the power's lead
+/// (`$703`), at least 1: choose 1 on a machine without a laser.
 ///
 /// ```
 /// use leadscrew_machine::config::SegmentQueue;

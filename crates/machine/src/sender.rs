@@ -1,5 +1,5 @@
-//! The laser and its sender: it goes off when the sender falls silent, goes away, or another sender
-//! takes over.
+//! The laser and its sender: the laser goes off when its sender falls silent, goes away, or another
+//! sender takes over.
 //!
 //! The sender is the serial line that sent the last line of G-code. A laser lit by a startup line
 //! belongs to every sender.
@@ -40,8 +40,8 @@ where
         }
     }
 
-    /// The laser's share in a motion, or in a line without one: once the sender has been silent,
-    /// only the cut of a program lights it up again.
+    /// The spindle for a motion. Once the sender has been silent for too long, a laser stays dark,
+    /// until a cut of a program lights it up again.
     pub(crate) fn light_of(&mut self, travel: &Travel<AXES>, kind: LineKind) -> Spindle {
         if kind == LineKind::Program && travel.spindle.cutting {
             self.tool.dead_man = DeadMan::Dark;
@@ -49,7 +49,7 @@ where
         self.light_at_rest(&travel.spindle)
     }
 
-    /// As [`Machine::light_of`], of a line that moves nothing.
+    /// As [`Machine::light_of`], for a line that moves nothing.
     pub(crate) fn light_at_rest(&self, spindle: &Spindle) -> Spindle {
         Spindle {
             cutting: spindle.cutting && self.tool.dead_man != DeadMan::Expired,
@@ -57,8 +57,8 @@ where
         }
     }
 
-    /// A line of G-code has come from `id`. A laser that another sender has lit, or let go dark,
-    /// goes off: M5.
+    /// Notes that a line of G-code has come from `id`. A laser that another sender has lit, or that
+    /// has gone dark because that sender was silent, is switched off: M5.
     pub(crate) fn take_over<B: Board>(&mut self, id: ChannelId, board: &mut B) {
         let before = self.program.owner.replace(id);
         let anothers = before.is_some_and(|before| before != id);
@@ -67,7 +67,8 @@ where
         }
     }
 
-    /// The other end of `id` has gone away: M5 behind its last line, where its job used a laser.
+    /// Ends the job of `id`, whose other end has gone away: M5 after its last line, where its job
+    /// used a laser.
     pub(crate) fn end_job_of<B: Board>(&mut self, id: ChannelId, board: &mut B, now: Instant) {
         if self.program.owner != Some(id) {
             return;

@@ -65,12 +65,12 @@ where
         self.console.time_left = None;
     }
 
-    /// Whether `$10` has this bit, and the machine knows it.
+    /// Whether `$10` has this bit, and the machine knows the bit.
     pub(crate) fn reports(&self, bit: u8) -> bool {
         self.settings.mask(Setting::ReportMask) & self.config.report_bits & bit != 0
     }
 
-    /// Goes on adding up the time to finish; whether it is not done yet.
+    /// Goes on adding up the time to finish; answers whether moves are left.
     fn adds_time(&mut self) -> bool {
         let mut left = self
             .console
@@ -150,7 +150,8 @@ where
         self.tool.spindle.reported_speed(out)
     }
 
-    /// Reports know axes only: the switch of a second motor is its axis's.
+    /// The active inputs, as reports show them. Reports know axes only: the switch of a second
+    /// motor counts as its axis's.
     fn pins(&self, active: &ActiveSwitches) -> Pins {
         Pins {
             probe: active.probe,
@@ -162,8 +163,8 @@ where
         }
     }
 
-    /// The state as reports show it: who has had an `ok` for a move does not take the machine for
-    /// done.
+    /// The state as reports show it. It is `Run` where planned moves have not begun: a sender that
+    /// has had an `ok` for a move is not to take the machine for done.
     fn shown_state(&self) -> State {
         match self.is_about_to_move() {
             true => State::Run,
@@ -307,7 +308,7 @@ fn number(coordinate: Coordinate) -> Number {
     Number::from_nanos(coordinate.nanos())
 }
 
-#[inline(never)] // machine 004 takes 1508 bytes more where it is inlined
+#[inline(never)] // machine 004 (`examples/machines/004`) takes 1508 bytes more where it is inlined
 fn numbers<const AXES: usize>(coordinates: &[Coordinate; AXES]) -> [Number; AXES] {
     coordinates.map(number)
 }

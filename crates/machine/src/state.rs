@@ -48,9 +48,10 @@ pub enum State {
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Jog {
-    /// To its end.
+    /// The jog goes on to its end.
     Moving,
-    /// It slows down; the rest of it is forgotten at rest. `then_door`: the door waits for that.
+    /// The jog slows down; its rest is forgotten at rest. `then_door`: the door's sequence begins
+    /// after that.
     Cancelling {
         /// Whether the safety door opened meanwhile.
         then_door: bool,
@@ -93,9 +94,9 @@ pub enum Door {
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Lock {
-    /// `$X` and `$H` do.
+    /// `$X` and `$H` unlock it.
     Unlockable,
-    /// Only a reset does; lines are not answered (ALARM:1 and 2).
+    /// Only a reset unlocks it; lines are not answered (ALARM:1 and 2).
     Critical,
 }
 
@@ -136,12 +137,13 @@ impl State {
         }
     }
 
-    /// After motion of a program began, out of rest.
+    /// The next state once the program's motion has begun, out of rest.
     pub fn motion_begins(self) -> Option<Self> {
         (self == Self::Idle).then_some(Self::Run)
     }
 
-    /// After `!` or the hold button. `moving`: whether there is anything to slow down.
+    /// The next state after `!` or the hold button. `moving`: whether there is anything to slow
+    /// down.
     pub fn feed_hold(self, moving: bool, now: Instant) -> Option<Self> {
         match self {
             Self::Idle | Self::Run if moving => Some(Self::Hold(Hold::Stopping {
@@ -159,13 +161,13 @@ impl State {
         }
     }
 
-    /// After 0x85.
+    /// The next state after 0x85.
     pub fn jog_cancel(self) -> Option<Self> {
         (self == Self::Jog(Jog::Moving)).then_some(Self::Jog(Jog::Cancelling { then_door: false }))
     }
 
-    /// After 0x84 or the door's edge. `moving`: whether there is anything to slow down. An open
-    /// door, or a sleeping machine, stays as it is.
+    /// The next state after 0x84 or an edge of the door's switch. `moving`: whether there is
+    /// anything to slow down. An open door, or a sleeping machine, stays as it is.
     pub fn door_opens(self, moving: bool) -> Option<Self> {
         match self {
             Self::Jog(_) => Some(Self::Jog(Jog::Cancelling { then_door: true })),
@@ -180,7 +182,7 @@ impl State {
         }
     }
 
-    /// After a hold or door has brought motion to rest.
+    /// The next state once a hold or a door has brought motion to rest.
     pub fn stopped(self) -> Option<Self> {
         match self {
             Self::Hold(Hold::Stopping {

@@ -2,7 +2,7 @@
 //!
 //! Settings are accepted one by one, since senders restore them so. A value is refused only where
 //! no values of the other settings could make it work ([`StepTiming::limits`]). Motion is capped at
-//! the rate that all settings leave.
+//! the rate that all settings together allow.
 
 use crate::settings::table::{AxisSetting, Setting};
 use crate::settings::values::{Key, Settings};
@@ -19,8 +19,8 @@ pub struct Capped {
     pub most: Number,
 }
 
-/// Answers the largest `$110` and up of an axis that its steps/mm and `$0` allow, rounded down to
-/// 0.01 mm/min.
+/// Answers the largest rate of an axis (`$110` and up) that its steps/mm and `$0` allow, rounded
+/// down to 0.01 mm/min.
 pub fn largest_rate<const AXES: usize>(
     settings: &Settings<AXES>,
     timing: &StepTiming,
@@ -30,7 +30,8 @@ pub fn largest_rate<const AXES: usize>(
     let pulse_us = u8::try_from(settings.whole(Setting::StepPulse)).unwrap_or(u8::MAX);
     let steps = settings.get(Key::Axis(AxisSetting::StepsPerMm, axis));
     let rate = i64::from(timing.highest_rate(pulse_us, motors));
-    // steps/s in steps/min, over 10⁻⁹ steps/mm: at most 5·10⁵ · 60 · 10¹¹ < 2⁶³.
+    // Steps/s · 60 is steps/min; over steps/mm, in 10⁻⁹, and times 100 it is in 0.01 mm/min. The
+    // product is at most 5·10⁵ · 60 · 10¹¹ < 2⁶³.
     let hundredths = rate * 60 * 100 * ONE / steps.nanos().max(1);
     Capped {
         number: Key::Axis(AxisSetting::MaxRate, axis).number(),
@@ -38,7 +39,7 @@ pub fn largest_rate<const AXES: usize>(
     }
 }
 
-/// Answers the cap on the motion of an axis, where its rate asks for more.
+/// Answers the cap on the motion of an axis; `None` where its rate is not capped.
 pub fn capped<const AXES: usize>(
     settings: &Settings<AXES>,
     timing: &StepTiming,
@@ -59,7 +60,7 @@ pub fn instead<const AXES: usize>(
 ) -> Option<Capped> {
     match key {
         Key::Axis(AxisSetting::MaxRate, axis) => Some(largest_rate(settings, timing, motors, axis)),
-        // At 1 mm/s.
+        // With this scale the axis still makes 1 mm/s.
         Key::Axis(AxisSetting::StepsPerMm, _) => Some(Capped {
             number: key.number(),
             most: Number::from_nanos(i64::from(timing.limits(motors).highest_rate) * ONE),
@@ -68,8 +69,8 @@ pub fn instead<const AXES: usize>(
     }
 }
 
-/// Answers the caps on motion now that `key` was changed: for its axis, or for each axis where it
-/// is the pulse.
+/// Answers the caps on motion now that `key` was changed: for its axis, or for each axis where
+/// `key` is the step pulse.
 pub fn capped_by<'a, const AXES: usize>(
     settings: &'a Settings<AXES>,
     timing: &'a StepTiming,
@@ -84,7 +85,7 @@ pub fn capped_by<'a, const AXES: usize>(
     axes.filter_map(move |axis| capped(settings, timing, motors, axis))
 }
 
-/// 10⁻⁹ in one.
+/// One, in 10⁻⁹.
 const ONE: i64 = 1_000_000_000;
 
 #[cfg(test)]
@@ -111,7 +112,7 @@ mod tests {
         for us in 1..=255 {
             let settings = with(&[(0, us)]);
             let left = largest_rate(&settings, &F407, 3, 0).most;
-            // 3906 steps/s · 60 / 250
+            // 3906 steps/s · 60 / 250 steps/mm, in mm/min.
             assert!(left >= Number::from_nanos(937_440_000_000), "{us} us");
         }
     }
@@ -120,7 +121,7 @@ mod tests {
     fn a_rate_is_capped_by_the_pulse_that_goes_with_it() {
         let settings = with(&[(0, 10), (110, 30_000), (111, 21_000)]);
         let of = |axis| capped(&settings, &F407, 3, axis);
-        // 90 909 steps/s · 60 / 250
+        // 90 909 steps/s · 60 / 250 steps/mm, in mm/min, rounded down.
         let most = Number::from_nanos(21_818_160_000_000);
         assert_eq!(
             [of(0), of(1), of(2)],

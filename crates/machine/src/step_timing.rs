@@ -10,9 +10,9 @@
 //!                           |--| pulse end
 //! ```
 //!
-//! Two things bound it: the time that the board's interrupts take, and pins that must have fallen,
-//! with new directions settled, before they rise again. Motion is capped at that rate, and step
-//! smoothing keeps to it, too.
+//! Two things bound the rate: the time that the board's interrupts take, and the pins, which must
+//! have fallen, with new directions settled, before they rise again. Motion is capped at that rate,
+//! and step smoothing keeps to it, too.
 
 /// The times of making steps on a board.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -20,14 +20,16 @@
 pub struct StepTiming {
     /// The shortest time from one tick to the next, without the share of each motor, ns.
     pub tick_ns: u32,
-    /// The share of each motor, ns.
+    /// The time that each motor adds to this, ns.
     pub motor_ns: u32,
-    /// The longest tick, which begins a line, ns: a pulse that is over meanwhile ends after it.
+    /// The duration of the longest tick, the one that begins a line, ns. A pulse that is to end
+    /// during this tick ends after it.
     pub line_ns: u32,
-    /// From the instant at which a pulse is to end until its pins are low and new directions are
-    /// out, ns.
+    /// The time from the instant at which a pulse is to end until its pins are low and new
+    /// directions are out, ns.
     pub pulse_end_ns: u32,
-    /// From a change of direction to the step, and from pulse to pulse, at least, ns.
+    /// The least time from a change of direction to the step, and from the end of a pulse to the
+    /// next pulse, ns.
     pub setup_ns: u32,
     /// The shortest pulse that `$0` may ask for, µs.
     pub shortest_pulse_us: u8,
@@ -36,12 +38,12 @@ pub struct StepTiming {
 impl StepTiming {
     /// An STM32F407 at 168 MHz: three motors at 370 kHz with pulses of 1 µs.
     ///
-    /// Tick: 23 % below the highest rate at which no tick of three motors was late in an emulated
-    /// one, 482 kHz (`cargo fw-test --highest-rate`): the emulator's cycles are right to within 15
-    /// % by judgement, and the main loop needs its share. A line: 534 cycles (`cargo fw-test
-    /// step-interrupt`), rounded up. A motor: 20 instructions of 1.65 cycles each, rounded to 0.2
-    /// µs. A pulse's end: entry, and 25 instructions before the last pin is written. Set-up: 650 ns
-    /// (TI DRV8825, SLVSA73F).
+    /// Tick: its rate is 23 % below 482 kHz, the highest rate at which no tick of three motors was
+    /// late in an emulated chip (`cargo fw-test --highest-rate`). The emulator's cycles are right
+    /// to within 15 % by judgement, and the main loop needs its share. A line: 534 cycles (`cargo
+    /// fw-test step-interrupt`), rounded up. A motor: 20 instructions of 1.65 cycles each, rounded
+    /// to 0.2 µs. A pulse's end: entry, and 25 instructions before the last pin is written. Set-up:
+    /// 650 ns (TI DRV8825, SLVSA73F).
     pub const F407: Self = Self {
         tick_ns: 2_100,
         motor_ns: 200,
@@ -51,8 +53,8 @@ impl StepTiming {
         shortest_pulse_us: 1,
     };
 
-    /// A board that sets no bound which Grbl does not set: for the same answers to the same
-    /// settings. Pulses have Grbl's least width.
+    /// A board without any bound that Grbl does not have, so that the same settings get the same
+    /// answers. Pulses have Grbl's least width.
     pub const GRBL: Self = Self {
         tick_ns: 2_000,
         motor_ns: 0,
@@ -60,7 +62,7 @@ impl StepTiming {
         ..Self::F407
     };
 
-    /// From tick to tick at least, ns: with pulses of `pulse_us` on `motors` motors.
+    /// The least time from one tick to the next, ns: with pulses of `pulse_us` on `motors` motors.
     pub const fn shortest_tick_ns(&self, pulse_us: u8, motors: usize) -> u32 {
         let work = self.work_ns(motors);
         let pins = pulse_us as u32 * 1_000 + self.pulse_end_ns + self.setup_ns;
@@ -85,8 +87,8 @@ impl StepTiming {
         }
     }
 
-    /// From a tick until the directions of the line that it begins are out, ns: its pulse is over,
-    /// and itself.
+    /// The time from a tick that begins a line until the line's directions are out, ns: the tick
+    /// and its pulse are both over by then.
     pub(crate) fn direction_out_ns(&self, pulse_us: u8) -> u32 {
         let pulse = u32::from(pulse_us) * 1_000;
         pulse.max(self.line_ns) + self.pulse_end_ns
@@ -97,7 +99,7 @@ impl StepTiming {
     }
 }
 
-/// The values that a setting may not have, for any values of the others.
+/// The bounds that a setting has to keep, for any values of the others.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct StepLimits {

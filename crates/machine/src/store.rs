@@ -87,9 +87,10 @@ where
         self.store.records.is_some() && !self.store.unsaved.is_empty()
     }
 
-    /// Erases what the store holds in vain, so that no change to come has to wait for that. Where
-    /// something was lost, nothing is erased yet. Main loop, after [`Machine::load`] and before the
-    /// first [`Machine::poll`]. Takes as long as the store does: half a second for a flash.
+    /// Erases the area of the store that is not in use, so that no later change has to wait for
+    /// that. Where something was lost, nothing is erased yet. Main loop, after [`Machine::load`]
+    /// and before the first [`Machine::poll`]. Takes as long as the store does: half a second for a
+    /// flash.
     ///
     /// # Errors
     /// The memory could not be erased; the stored values stand.
@@ -110,7 +111,8 @@ where
     /// nothing before [`Machine::load`]. Takes as long as the store does.
     ///
     /// # Errors
-    /// [`StoreError`]: the change is in force, but will not survive a power loss; its line is answered with `error:7`.
+    /// [`StoreError`]: the change is in force, but will not survive a power loss; its line is
+    /// answered with `error:7`.
     pub fn save<S: SettingsStore>(&mut self, store: &mut S) -> Result<bool, StoreError<S::Error>> {
         let saved = self.save_one(store);
         self.store.failed |= saved.is_err();

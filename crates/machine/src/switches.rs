@@ -1,5 +1,5 @@
-//! The main loop's side of the switches: the words of their interrupts, and how much of those it
-//! has seen.
+//! The main loop's side of the switches: the words that the switch interrupts write, and the edges
+//! with which the main loop has dealt.
 
 use crate::dual::DualAxis;
 use crate::ends::Ends;

@@ -157,7 +157,7 @@ where
     /// `$C`: leaving check mode resets the machine.
     fn toggle_check<B: Board>(&mut self, id: ChannelId, board: &mut B, now: Instant) -> Reply {
         if self.state != State::Check {
-            // Moves that have not begun never do.
+            // Moves that have not begun are dropped.
             self.motion.forget();
             self.enter(State::Check);
             self.console.message(Message::CheckEnabled);
@@ -237,7 +237,7 @@ where
         Ok(Reply::Later)
     }
 
-    /// `$SLP`: answered first, as Grbl does. Out of Alarm it does not park: the position may be
+    /// `$SLP`: answered first, as Grbl does. From Alarm it does not park: the position may be
     /// wrong.
     fn sleep<B: Board>(&mut self, id: ChannelId, board: &mut B, now: Instant) -> Reply {
         self.console.answer(id, Ok(()));
@@ -313,8 +313,8 @@ where
         Ok(Reply::Stored)
     }
 
-    /// Where the operator wants words, says which rates would work where a setting asks for more
-    /// steps than can be made.
+    /// Says which rates would work where a setting asks for more steps than can be made, if the
+    /// operator has asked for texts.
     fn say_step_rate(&mut self, number: u16, refused: Option<&Status>) {
         let key =
             Key::from_number(number, AXES).filter(|_| self.settings.is_on(Setting::FaultTexts));
@@ -352,7 +352,7 @@ where
     }
 }
 
-/// The setting of a number.
+/// The setting with this number.
 fn key<const AXES: usize>(number: u16) -> Result<Key, Fault> {
     Key::from_number(number, AXES).ok_or(Fault {
         status: Status::InvalidStatement,

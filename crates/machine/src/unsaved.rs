@@ -1,5 +1,4 @@
-//! All that outlasts power besides the settings in force, and the notes of it that is not in the
-//! store yet.
+//! All that outlasts power besides the settings in force, and which of it is not in the store yet.
 
 use crate::interpreter::OffsetId;
 use crate::memory::Memory;
@@ -48,12 +47,12 @@ impl Unsaved {
         }
     }
 
-    /// Notes a setting of the extension by its place among them.
+    /// Notes a setting of the extension by its place in the extension's list.
     pub(crate) fn add_own(&mut self, index: usize) {
         self.own |= 1 << (index % 32);
     }
 
-    /// Takes the place of a setting of the extension that is noted.
+    /// Takes a setting of the extension that is noted; answers its place in the extension's list.
     pub(crate) fn take_own(&mut self) -> Option<usize> {
         let index = self.own.trailing_zeros();
         self.own &= self.own.wrapping_sub(1);
@@ -75,7 +74,8 @@ impl Unsaved {
         self.add::<AXES>(Item::Build);
     }
 
-    /// Notes that all of this has its defaults, which no record says.
+    /// Notes that all values that `what` names are back at their defaults: their records are to be
+    /// removed.
     pub(crate) fn restore<const AXES: usize>(&mut self, what: Restore) {
         for (index, item) in Item::all::<AXES>().enumerate() {
             if goes(what, item.key()) {

@@ -20,7 +20,7 @@ pub struct Work {
     pub pixels: u32,
     /// Segments made.
     pub segments: u32,
-    /// Queued moves whose time was added up for status reports, at most.
+    /// Queued moves whose time was added up for status reports: an upper bound.
     pub timed: u32,
     /// Status reports written.
     pub reports: u32,

@@ -214,7 +214,7 @@ fn it_is_polled_at_the_instant_that_it_asks_for_even_if_nothing_else_happens() {
     let next = session.machine.poll(&mut session.pins, at);
     assert!(!next.busy);
     assert_eq!(next.when, Some(Instant::from_ticks(123_456)));
-    // A wish for the past makes the caller look again, not run in a circle.
+    // An instant in the past makes the caller look again a little later, not run in a circle.
     let late = Instant::from_ticks(200_000);
     let next = session.machine.poll(&mut session.pins, late);
     assert!(next.when > Some(late), "{next:?}");

@@ -70,7 +70,7 @@ fn axes_on_crossed_belts_home_one_after_the_other_whatever_their_groups() {
         assert!(session
             .status()
             .starts_with("<Idle|MPos:-1.000,-1.000,-1.000|"));
-        // And the next move goes where it says.
+        // The next move goes where it says.
         assert_eq!(session.line("G0X-2Y-1.5"), ["ok"]);
         let moved = carriage(&session);
         assert_eq!([moved[0] - at[0], moved[1] - at[1]], [-MM, -MM / 2]);
@@ -136,7 +136,8 @@ fn a_switch_that_closes_at_any_look_before_the_motion_is_not_run_into() {
         if session.pins.position[0] != 0 {
             break; // that was the last one
         }
-        // It stays closed when homing has pulled off from it: ALARM:8. Not one step towards it.
+        // The switch is still closed when homing has pulled off from it: ALARM:8. No step is made
+        // towards it.
         let mut seen = Vec::new();
         while seen.is_empty() {
             session.turn();

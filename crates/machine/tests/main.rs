@@ -1,4 +1,4 @@
-//! The machine as its main loop and its serial lines see it, a module a subject.
+//! The machine as its main loop and its serial lines see it: a module for each subject.
 
 mod bench;
 mod commands;

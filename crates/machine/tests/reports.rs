@@ -119,7 +119,8 @@ fn a_report_of_a_full_queue_comes_within_a_few_milliseconds() {
     assert!(left > 1.0, "{left}");
 }
 
-/// As Grbl: the speed of a report is that of the power, and `A:` stands while there is any.
+/// As in Grbl: the speed in a report is that of the present power, and `A:` is there while there is
+/// power.
 #[test]
 fn a_laser_s_speed_in_a_report_is_that_of_its_power_now() {
     let mut memory = Memory::new();

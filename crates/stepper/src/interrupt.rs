@@ -57,9 +57,9 @@ impl<const MOTORS: usize> StepInterrupt<MOTORS> {
         self.stepper.intervals(calls)
     }
 
-    /// Does the work of `calls` of the [`StepInterrupt::quiet_calls`], one at least, all of whose
-    /// waits together are fewer than 2³² counts. Asks for nothing: returns the time from the first
-    /// of the calls to the last one, and the wait that this asks for.
+    /// Does the work of `calls` of the [`StepInterrupt::quiet_calls`]: of one at least, and of so
+    /// few that their waits add up to less than 2³² counts. It does not arm a timer: it returns the
+    /// time from the first of these calls to the last one, and the wait that the last one asks for.
     pub fn pass(&mut self, calls: u32) -> [Ticks; 2] {
         let to_last = self.stepper.pass(calls.saturating_sub(1));
         self.due = self
@@ -75,7 +75,7 @@ impl<const MOTORS: usize> StepInterrupt<MOTORS> {
 ///
 /// Called from the step interrupt. Steps and power come first, so that their jitter is that of the
 /// interrupt's entry. Bounded: no loop but those over the motors. Inlined in every caller: a call
-/// would cost the registers that it keeps.
+/// would have to save registers.
 #[inline(always)]
 pub fn on_timer<P: StepPort, const MOTORS: usize>(
     interrupt: &mut StepInterrupt<MOTORS>,
@@ -119,7 +119,7 @@ pub fn start<P: StepPort, const MOTORS: usize>(
     put_out(interrupt.power, shared, port);
 }
 
-/// Nobody holds anything back: the pins first, then the count.
+/// Makes the steps of a tick that is not restricted: the pins first, then the count.
 #[inline(always)] // a tick that loads a segment takes 173 instructions and not 177
 fn make_steps<P: StepPort, const MOTORS: usize>(
     interrupt: &StepInterrupt<MOTORS>,
@@ -143,8 +143,8 @@ enum Restricted {
     Stopped,
 }
 
-/// In place of [`make_steps`], for a stop, a locked motor, or a laser that is held off: one of them
-/// was asked for, or is no longer.
+/// Takes the place of [`make_steps`] where a stop, a motor lock or a laser that is held off was
+/// asked for, or has just ended.
 #[cold]
 #[inline(never)]
 fn restricted<P: StepPort, const MOTORS: usize>(
@@ -173,8 +173,8 @@ fn put_out<P: StepPort, const MOTORS: usize>(power: Power, shared: &Shared<MOTOR
     port.set_power(if off { Power::OFF } else { power });
 }
 
-/// Asks for the tick that was taken, `least` after the one before it at least: those that follow
-/// come as much later. Looks ahead for the power that begins with it.
+/// Arms the timer for the tick that was taken, `least` counts or more after the tick before it; the
+/// ticks that follow come as much later. Looks ahead for the power that begins with that tick.
 #[inline(always)]
 fn arm<P: StepPort, const MOTORS: usize>(
     least: Ticks,
@@ -206,7 +206,7 @@ fn next_segment<P: StepPort, const MOTORS: usize>(
     };
     interrupt.due = interrupt.stepper.load(segment);
     if segment.power != interrupt.power {
-        // It came after the tick before this one had looked for it.
+        // The segment came after the tick before this one had looked for its power.
         put_out(segment.power, shared, port);
     }
     port.change_outputs(segment.outputs);
@@ -219,7 +219,7 @@ fn next_segment<P: StepPort, const MOTORS: usize>(
     arm(least, interrupt, segments, shared, port);
 }
 
-/// Begins a line. Returns whether a motor turns round: then its directions hold from now on.
+/// Begins a line. Returns whether a motor reverses: then the line's directions are put out.
 fn begin<P: StepPort, const MOTORS: usize>(
     interrupt: &mut StepInterrupt<MOTORS>,
     start: &LineStart<MOTORS>,
@@ -466,8 +466,8 @@ mod tests {
                 }
             });
             assert_eq!(calls, 10);
-            // The segment's own, none where nothing changes, off while held, then once more; with
-            // the last step and at rest.
+            // The first segment's own; none where nothing changes. Off while held, then once more
+            // full; 0 with the last step and at rest.
             let mut expected = Vec::new();
             expected.push(if held > 0 { 100 } else { 0 });
             expected.extend([0, 100, 0, 0]);

@@ -75,7 +75,7 @@ impl<const MOTORS: usize> Line<MOTORS> {
     }
 
     /// The part of this line that is left once `taken` step events have been made, the last of them
-    /// in a segment that was `early`; `None` where none is.
+    /// in a segment with this `early`; `None` where nothing is left.
     ///
     /// Main loop: for motion that goes on after another line came between (parking).
     pub fn rest(&self, taken: u32, early: Early) -> Option<Self> {
@@ -105,7 +105,7 @@ pub struct LineStart<const MOTORS: usize> {
 
 impl<const MOTORS: usize> LineStart<MOTORS> {
     /// Begins `line`: the dominant motor steps when a step event is complete, the others half-way
-    /// to it, and as `early` as its first segment says. Main loop.
+    /// to it, and earlier by the `early` of the line's first segment. Main loop.
     pub fn new(line: Line<MOTORS>, early: Early) -> Self {
         let early = early.in_whole_events();
         let events = line.step_events.get();

@@ -2,7 +2,8 @@
 
 /// A change of up to eight digital outputs, one bit each. An output in neither mask stays as it is.
 ///
-/// A change, not all levels: outputs that are switched at once meanwhile (M64) keep their level.
+/// It is a change, not all levels: outputs that are switched at once meanwhile (M64) keep their
+/// level.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct OutputChange {
@@ -58,7 +59,7 @@ mod tests {
     }
 
     proptest! {
-        /// Two changes as one do to any levels as both do, one after the other.
+        /// Two changes made into one have the same effect on any levels as one after the other.
         #[test]
         fn a_change_and_a_later_one_are_one_change(levels: u8, changes in prop::collection::vec((0u8..8, any::<bool>()), 0..12)) {
             let changes = changes.iter().map(|(index, on)| OutputChange::of(*index, *on));

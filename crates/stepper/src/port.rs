@@ -4,13 +4,13 @@ use crate::{MotorMask, OutputChange, Power, Ticks};
 
 /// Pins and timer of the step interrupt. Implemented by the board and by the simulator.
 ///
-/// All methods are called from the step interrupt, in the order in which they stand here: in each
-/// interrupt those that have something new to say, and [`StepPort::arm`] or [`StepPort::rest`] at
-/// its end. None may wait or fail.
+/// All methods are called from the step interrupt, in the order in which they stand here. Each
+/// interrupt calls those that have something new to say, and ends with [`StepPort::arm`] or
+/// [`StepPort::rest`]. None may wait or fail.
 pub trait StepPort {
-    /// Raises the step pins of `motors` (at least one, none beyond those of the machine) at once
-    /// and sees to it that they fall again after the pulse width (at least the one set; a pulse
-    /// that is still high is made longer, not shorter).
+    /// Raises the step pins of `motors` at once: of one motor at least, and of none beyond those of
+    /// the machine. Sees to it that they fall again after the pulse width that is set, or later: a
+    /// pulse that is still high is made longer, not shorter.
     fn step(&mut self, motors: MotorMask);
 
     /// Sets laser or spindle power until further notice. Called right after the steps with which it
@@ -18,14 +18,14 @@ pub trait StepPort {
     fn set_power(&mut self, power: Power);
 
     /// Sets the direction pins for the steps to come: those of `negative` turn that way, all others
-    /// the other way. Called where a motor turns round, and where motion starts.
+    /// the other way. Called where a motor reverses, and where motion starts.
     ///
     /// Takes effect when the pulse under way has ended, at once where none is, so that a driver
     /// sees the old direction for the whole of the last pulse.
     fn set_direction(&mut self, negative: MotorMask);
 
-    /// Changes the synchronised outputs, without a word of its own for those that stay. Called
-    /// where a segment begins, mostly with nothing to change.
+    /// Changes the synchronised outputs. Outputs that `change` does not name stay as they are.
+    /// Called where a segment begins, mostly with nothing to change.
     fn change_outputs(&mut self, change: OutputChange);
 
     /// Asks for the next interrupt `wait` after the instant at which this one was *due* (so that

@@ -18,8 +18,8 @@ pub type PowerChange = I1F31;
 
 /// Turns a [`Power`] into the compare value of a PWM timer.
 ///
-/// Twice the timer's period: the upper word of its product with a share of 31 bits is the level,
-/// with nothing to shift.
+/// It is twice the timer's period. The upper 32 bits of its product with a share, which has 31 bits
+/// behind the point, are the level: nothing has to be shifted.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct PowerScale(u32);

@@ -4,7 +4,7 @@ use crate::{Early, LineStart, MotorMask, OutputChange, Power, PowerChange, Smoot
 use core::num::NonZeroU16;
 use fixed::types::{I32F32, U32F32};
 
-/// Whole counts of the step timer. Its frequency is the planner's to know.
+/// Whole counts of the step timer. The planner knows the timer's frequency.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default, Hash)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Ticks(pub u32);
@@ -26,15 +26,15 @@ pub struct Segment<const MOTORS: usize> {
     pub ticks: NonZeroU16,
     /// Ticks to a step event.
     pub smoothing: Smoothing,
-    /// The motors that a part of a step event brings on. A step event may be made in parts, one
-    /// tick each, so that each motor steps when it is due: each motor is in one of them.
-    /// [`MotorMask::ALL`] elsewhere.
+    /// The motors that advance in a part of a step event. A step event may be made in parts, one
+    /// tick each, so that each motor steps when it is due: each motor advances in one of the parts.
+    /// [`MotorMask::ALL`] in all other segments.
     pub motors: MotorMask,
-    /// Whether a step event ends with it: not with the parts of one before the last.
+    /// Whether a step event ends with this segment: of the parts of one, only with the last.
     pub ends_event: bool,
     /// How long before their time motors other than the dominant one step: half a tick of
-    /// `smoothing`; of a coarser one in the last segment before that, whose half tick begins in
-    /// this segment. [`Early::of_a_part`] in parts.
+    /// `smoothing`. In the last segment before one of coarser smoothing it is half a tick of that
+    /// one, since this half tick begins here. [`Early::of_a_part`] in parts.
     pub early: Early,
     /// Time from the segment's start to its first tick.
     pub interval: Interval,
@@ -52,7 +52,7 @@ pub struct Segment<const MOTORS: usize> {
 }
 
 impl<const MOTORS: usize> Segment<MOTORS> {
-    /// Step events that end in it.
+    /// Step events that end in this segment.
     pub fn step_events(&self) -> u32 {
         if self.ends_event {
             u32::from(self.ticks.get()) >> self.smoothing.level()
@@ -61,7 +61,7 @@ impl<const MOTORS: usize> Segment<MOTORS> {
         }
     }
 
-    /// How long it takes, timer counts, rounded down: `p·n + d·n(n−1)/2`. Main loop.
+    /// How long this segment takes, timer counts, rounded down: `p·n + d·n(n−1)/2`. Main loop.
     pub fn duration(&self) -> u32 {
         let ticks = u64::from(self.ticks.get());
         let first = (self.interval.to_bits() >> 16).saturating_mul(ticks) >> 16;

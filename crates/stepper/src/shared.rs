@@ -30,13 +30,13 @@ use core::sync::atomic::{compiler_fence, AtomicBool, AtomicI32, AtomicU32, Atomi
 /// Words shared by the step interrupt, the switch interrupts and the main loop.
 #[derive(Debug)]
 pub struct Shared<const MOTORS: usize> {
-    /// Some of the three that follow may hold.
+    /// One of the next three words may hold: a stop, a laser that is held off, a locked motor.
     restricted: AtomicBool,
     stop: AtomicBool,
     laser_off: AtomicBool,
     /// The motors that may not step.
     locked_motors: AtomicU8,
-    /// Counts from a tick to one that follows a change of direction, at least.
+    /// The least time from a tick to the next one after a change of direction, timer counts.
     direction_wait: AtomicU32,
     running: AtomicBool,
     underruns: AtomicU32,
@@ -111,8 +111,9 @@ impl<const MOTORS: usize> Shared<MOTORS> {
         MotorMask::from_bits(self.locked_motors.load(Ordering::Relaxed))
     }
 
-    /// Sets how long the first tick of a line that turns a motor round follows the tick before it
-    /// at least: pulse, its end, and the time that the drivers ask for. Main loop, at rest.
+    /// Sets the least time between the last tick of a line and the first tick of the next, where
+    /// the next reverses a motor: pulse, its end, and the time that the drivers ask for. Main loop,
+    /// at rest.
     pub fn set_direction_wait(&self, wait: Ticks) {
         self.direction_wait.store(wait.0, Ordering::Relaxed);
     }

@@ -27,10 +27,10 @@ impl Smoothing {
     }
 }
 
-/// How early motors other than the dominant one are, so that they are as often early as late: half
-/// a tick, or not at all.
+/// How early motors other than the dominant one step: half a tick, so that they are as often early
+/// as late, or not at all.
 ///
-/// In one byte with it: whether the segment is a part of a step event. So the tick that loads a
+/// The same byte also says whether the segment is a part of a step event. So the tick that loads a
 /// segment sees in one comparison whether there is anything out of the ordinary.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -43,10 +43,10 @@ pub struct Early {
 const PART: u8 = 0x80;
 
 impl Early {
-    /// Each at its time: where step events are made in parts.
+    /// Not early: for step events that are made in parts, in which each motor steps at its time.
     pub const NOT: Self = Self { bits: 0 };
 
-    /// Half a tick of `smoothing`.
+    /// Early by half a tick of `smoothing`.
     pub const fn half_a_tick(smoothing: Smoothing) -> Self {
         Self {
             bits: 1 << (MAX_SMOOTHING_LEVEL - smoothing.level()),
@@ -61,7 +61,7 @@ impl Early {
         }
     }
 
-    /// Whether it is that of a part of a step event.
+    /// Whether this is the value of a part of a step event.
     pub const fn is_of_a_part(self) -> bool {
         self.bits & PART != 0
     }
@@ -74,13 +74,13 @@ impl Early {
         }
     }
 
-    /// In 32nds of a step event, in its lower seven bits.
+    /// The byte: in its lower seven bits 32nds of a step event.
     pub const fn bits(self) -> u8 {
         self.bits
     }
 
-    /// How much that is of the way of a motor that takes `steps` in a line, in the tracer's units:
-    /// sixteenths of a step over the line's step events.
+    /// The way that a motor with `steps` steps in the line makes in that time, in the tracer's
+    /// units: sixteenths of a step, divided by the line's step events.
     #[inline]
     pub(crate) const fn of(self, steps: u32) -> u32 {
         (steps * self.bits as u32) >> 1

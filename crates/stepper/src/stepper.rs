@@ -48,7 +48,7 @@ pub struct Stepper<const MOTORS: usize> {
     increment: [u32; MOTORS],
     /// How far it is from step to step: sixteen times the line's step events.
     full: u32,
-    /// How early motors other than the dominant one are.
+    /// How early motors other than the dominant one step.
     early: Early,
     /// Ticks that the segment still has; none left where it is 0 or less.
     ticks_left: i32,
@@ -120,7 +120,7 @@ impl<const MOTORS: usize> Stepper<MOTORS> {
     }
 
     /// Takes one more tick of the segment, up to which `power` is put out. Returns the motors that
-    /// step at it; `None` where none is left, so that it takes another segment.
+    /// step at it; `None` where no tick is left and another segment has to be loaded.
     #[inline]
     pub(crate) fn take_tick(&mut self, power: Power) -> Option<MotorMask> {
         self.ticks_left = self.ticks_left.wrapping_sub(1);
@@ -131,9 +131,9 @@ impl<const MOTORS: usize> Stepper<MOTORS> {
         Some(self.trace())
     }
 
-    /// How many of the next ticks of the segment leave the power alone and step no motor, but for
-    /// the last of them, which may. The last tick of the segment does not count: the one after it
-    /// may change the power.
+    /// How many of the next ticks of the segment leave the power alone and step no motor; the last
+    /// of them may step one. The last tick of the segment does not count: the one after it may
+    /// change the power.
     pub(crate) fn quiet_ticks(&self) -> u32 {
         if self.power_change != PowerChange::ZERO {
             return 0;
@@ -178,7 +178,7 @@ impl<const MOTORS: usize> Stepper<MOTORS> {
         Ticks((due >> 32) as u32)
     }
 
-    /// Begins a line, whose first segment is so `early`. Returns whether a motor turns round.
+    /// Begins a line; `early` is that of its first segment. Returns whether a motor reverses.
     #[inline]
     pub(crate) fn begin(&mut self, start: &LineStart<MOTORS>, early: Early) -> bool {
         let line = start.line();
@@ -192,8 +192,8 @@ impl<const MOTORS: usize> Stepper<MOTORS> {
     }
 
     /// Has the motors other than the dominant one step as early as `segment` says. Where that is
-    /// more than it was, a motor may find that it should have stepped by now: it does so at the
-    /// next tick. In a part of a step event only the motors that come on in it do.
+    /// earlier than before, a motor may be due by now: it then steps at the next tick. In a part of
+    /// a step event only the motors of that part advance.
     #[cold]
     #[inline(never)]
     fn change_early(&mut self, segment: &Segment<MOTORS>) {
@@ -230,7 +230,7 @@ impl<const MOTORS: usize> Stepper<MOTORS> {
         self.trace()
     }
 
-    /// Out of rest: `power` is out by now.
+    /// Begins motion out of rest: `power` is out by now.
     pub(crate) fn start(&mut self, power: Power) {
         self.power = power;
     }
@@ -241,9 +241,9 @@ impl<const MOTORS: usize> Stepper<MOTORS> {
         self.power
     }
 
-    /// The power from the tick on that was taken last: this segment's, or where it ends there the
-    /// `next` one's; where motion ends there, the power at rest. It stays as it is where the next
-    /// segment is still missing.
+    /// The power from the tick on that was taken last. Within the segment it is the segment's.
+    /// Where the segment ends there, it is that of the `next` one, or, where motion ends, the power
+    /// at rest. It stays as it is where the next segment is still missing.
     pub(crate) fn next_power(&self, next: impl FnOnce() -> Option<Power>) -> Power {
         if self.ticks_left > 0 {
             self.power.changed_by(self.power_change)
@@ -252,8 +252,8 @@ impl<const MOTORS: usize> Stepper<MOTORS> {
         }
     }
 
-    /// Whole counts to wait for the tick that was taken; the fraction is carried on. Once for each
-    /// tick.
+    /// Whole counts to wait for the tick that was taken; the fraction is carried on. Called once
+    /// for each tick.
     #[inline]
     pub(crate) fn wait(&mut self) -> Ticks {
         let due = self.interval.wrapping_add(u64::from(self.fraction));
@@ -289,8 +289,8 @@ impl<const MOTORS: usize> Stepper<MOTORS> {
         // The last motor first: its bit is pushed up by those of the others.
         for (left, increment) in self.left.iter_mut().zip(&self.increment).rev() {
             let next = left.wrapping_sub(*increment);
-            // 1 where that is below 0 and the motor steps. Multiplied, it takes fewer instructions
-            // than a branch.
+            // 1 where `next` is below 0 and the motor steps. Multiplied, it takes fewer
+            // instructions than a branch.
             let steps = next >> SIGN & 1;
             *left = next.wrapping_add(self.full.wrapping_mul(steps));
             step = step << 1 | steps;
@@ -386,8 +386,8 @@ mod tests {
         // Y is due at 0.67 of the first step event, Z at its end.
         assert_eq!(steps(part(Some(line), 0b010, false, Early::NOT)), [0b010]);
         assert_eq!(steps(part(None, 0b101, true, Early::NOT)), [0b101]);
-        // Y is due at the end of the second step event. In the fourth it is so at a third, early by
-        // half a step event.
+        // Y is due at the end of the second step event. In the fourth it is due after a third: half
+        // a step event earlier, it steps with the third.
         let early = Early::half_a_tick(Smoothing::None);
         assert_eq!(steps(part(None, 0b111, true, early)), [0b011]);
         assert_eq!(

@@ -34,7 +34,7 @@ pub struct Windings<P, W, const MOTORS: usize, const STATES: usize> {
     port: P,
     lines: W,
     table: &'static WindingTable<STATES>,
-    /// Where each motor is in the table.
+    /// The index in the table of each motor's state.
     states: [usize; MOTORS],
     negative: MotorMask,
     energised: bool,

@@ -1,5 +1,5 @@
-//! Windings switched by the board, against the states that machine 001's document prints for each
-//! of its motors.
+//! Windings switched by the board, against the states that the document of machine 001
+//! (`examples/machines/001`) prints for each of its motors.
 
 use core::num::NonZeroU16;
 use heapless::spsc::Queue;

@@ -12,23 +12,25 @@ use crate::board::{ChannelId, Duration, Instant};
 use crate::extension::{Call, Shown};
 use crate::interpreter::ModalState;
 
-/// A sender that fills the receive buffer has no more on the way after so long a silence.
+/// After a silence of this length (100 ms), a sender that fills the receive buffer has nothing more
+/// on the way.
 pub(crate) const SETTLE: Duration = Duration::from_ticks(100_000);
 
-/// Nor has one that sends questions all the time, after this.
+/// Collecting ends after this time (300 ms) in any case: a sender that sends questions all the time
+/// is never silent.
 pub(crate) const LONGEST: Duration = Duration::from_ticks(300_000);
 
-/// How far it has come.
+/// How far an M code that is put aside has come.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Phase {
     /// Lines that the sender had on the way are kept.
     Collecting {
-        /// Since when.
+        /// When the collecting began.
         since: Instant,
-        /// When the last of it came.
+        /// When the last byte came.
         last: Instant,
     },
-    /// For `~`; the operator's lines are obeyed.
+    /// The M code waits for `~`; the operator's lines are obeyed.
     Waiting,
     /// The M code goes on.
     Returning,
@@ -39,7 +41,7 @@ pub(crate) enum Phase {
 pub(crate) struct Aside {
     pub(crate) call: Call,
     pub(crate) phase: Phase,
-    /// Whose answer waits, once the line is no longer under way.
+    /// Where the answer to the M code's line goes, once that line is no longer under way.
     pub(crate) origin: Origin,
     pub(crate) shown: Shown,
     /// The modes of the program, which the operator's lines may change.
@@ -53,7 +55,7 @@ pub(crate) struct Aside {
 pub(crate) struct Kept {
     /// The channel that they came from.
     pub(crate) id: ChannelId,
-    /// The next byte, and where they end.
+    /// The index of the next byte; the bytes stop before `end`.
     pub(crate) next: usize,
     pub(crate) end: usize,
 }

@@ -61,7 +61,7 @@ where
         }
     }
 
-    /// The same on the way to sleep, from which only a reset leads back.
+    /// Retracts on the way to sleep, from which only a reset leads back.
     fn retract_to_sleep<B: Board>(&mut self, board: &mut B) {
         if !self.motion.is_aside_idle() {
             return;
@@ -105,7 +105,7 @@ where
         self.console.cadence.overrides_changed();
     }
 
-    /// The door is shut and the operator resumes.
+    /// Begins the way back: the door is shut and the operator resumes.
     pub(crate) fn begin_restoring(&mut self) {
         self.enter(State::Door(Door::Restoring));
         self.move_spindle_axis(Step::Unpark);
@@ -139,8 +139,8 @@ where
         self.go_on();
     }
 
-    /// Returns how long to wait for it. A laser has no delay; its gate stays shut until motion goes
-    /// on.
+    /// Switches the spindle on again; returns how long to wait until it is up to speed. A laser has
+    /// no delay; its gate stays shut until motion goes on.
     fn restore_spindle_after_door(&mut self) -> Duration {
         self.restore_spindle();
         if self.tool.spindle.is_wanted() && !self.tool.spindle.is_laser() {
@@ -193,7 +193,7 @@ where
         let _ = self.motion.push_aside(&Move {
             target,
             feed: Feed::PerMinute(rate / 60.0),
-            // A spindle turns on, whatever the move is planned with.
+            // A spindle goes on turning, whatever power the move is planned with.
             power: MovePower::Off,
             curve: None,
             outputs: OutputChange::NONE,
@@ -202,7 +202,7 @@ where
         });
     }
 
-    /// How to park, where that is allowed now.
+    /// How to park; `None` where parking is not allowed now.
     fn parking(&self) -> Option<ParkingConfig> {
         let allowed = self.program.parking_allowed && self.settings.is_on(Setting::Homing);
         self.config.options.parking.filter(|_| allowed)

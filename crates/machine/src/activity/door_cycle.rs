@@ -20,14 +20,14 @@ pub(crate) enum Step {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct DoorCycle<const AXES: usize> {
     pub(crate) step: Step,
-    /// When it began, at rest.
+    /// When the sequence began; the machine was at rest.
     pub(crate) since: Instant,
-    /// Where the path was left, where the machine parked.
+    /// The position at which the machine left its path; `None` where it does not park.
     pub(crate) left_at: Option<[Coordinate; AXES]>,
 }
 
 impl<const AXES: usize> DoorCycle<AXES> {
-    /// Whether it goes on as soon as motion rests.
+    /// Whether the sequence goes on as soon as motion rests.
     pub(crate) fn can_advance(&self) -> bool {
         match self.step {
             Step::PullOut | Step::Park | Step::Unpark | Step::Plunge => true,
@@ -35,7 +35,7 @@ impl<const AXES: usize> DoorCycle<AXES> {
         }
     }
 
-    /// When it began, at rest.
+    /// When the sequence began; the machine was at rest.
     pub(crate) fn since(&self) -> Instant {
         self.since
     }
@@ -50,7 +50,7 @@ impl<const AXES: usize> DoorCycle<AXES> {
 }
 
 impl ParkingConfig {
-    /// Where the spindle axis is.
+    /// The coordinate of the spindle axis in `position`.
     pub(crate) fn of<const AXES: usize>(&self, position: &[Coordinate; AXES]) -> Coordinate {
         position.get(self.axis).copied().unwrap_or_default()
     }

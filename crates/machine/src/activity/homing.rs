@@ -16,9 +16,9 @@
 //!   2 ----o              2 -----o    |         2 --------o|          2 ---------o|
 //! ```
 //!
-//! How far the one goes on after the other was locked is the difference of their counts, which are
-//! the same at the begin of each motion; more than the configuration allows is ALARM:10. Then both
-//! count as one again.
+//! Both motors have the same count of steps at the start of each motion. So the difference of their
+//! counts is how far one has gone on since the other was locked. More than the configuration allows
+//! is ALARM:10. Afterwards both count as one motor again.
 //!
 //! Axes that share motors (crossed belts) home one by one, whatever their group, and a contact
 //! locks all of these motors.
@@ -134,8 +134,8 @@ where
     }
 
     /// Locks the motors whose switch is closed already, and has the switch interrupt lock the
-    /// others. Answers whether it has seen all of them; an edge between the two may have found
-    /// nobody to act on it. At rest.
+    /// others. Answers whether all motors with a closed switch are locked: the interrupt does not
+    /// act on an edge that comes between the two steps. At rest.
     fn watch_switches<B: Board>(&self, motors: MotorMask, board: &B) -> bool {
         let sharing = self.motion.sharing();
         self.switches.inputs.watch_homing(MotorMask::NONE, sharing);
@@ -210,8 +210,8 @@ where
         self.settings.mask(Setting::HomingDirection) >> axis & 1 == 1
     }
 
-    /// The approach ends once all switches of the group have closed, or without that: ALARM:9;
-    /// ALARM:10 where the two of an axis are too far apart.
+    /// Ends the approach once all switches of the group have closed. Motion that ends before that
+    /// is ALARM:9. Two switches of one axis that are too far apart are ALARM:10.
     fn watch_approach<B: Board>(&mut self, group: AxisMask, board: &mut B, now: Instant) {
         let lock = self.motion.shared.motor_lock();
         if self.is_skewed(group) {
@@ -283,7 +283,7 @@ where
         }
     }
 
-    /// Declares where the axes of `group` are now: a pull-off away from their switches.
+    /// Sets the position of the axes of `group`: each is a pull-off away from its switch.
     fn set_home(&mut self, group: AxisMask) {
         let pull_off = Coordinate::from_nanos(self.settings.value(Setting::HomingPullOff).nanos());
         let mut position = self.motion.position();
@@ -345,8 +345,8 @@ where
             .filter(|dual| group & axis_bit(dual.axis) != 0)
     }
 
-    /// The motors of a group: each axis has the motor of its own number, one axis perhaps another
-    /// one.
+    /// The motors of a group: each axis has the motor of its own number, the axis with two motors
+    /// also the second one.
     fn motors_of(&self, group: AxisMask) -> MotorMask {
         let own = MotorMask::from_bits(group);
         let dual = self.dual_of(group);

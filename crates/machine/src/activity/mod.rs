@@ -1,5 +1,5 @@
 //! Whatever takes longer than one [`Machine::poll`](crate::machine::Machine::poll): a value that
-//! each poll advances. None waits.
+//! each poll advances. No activity blocks.
 //!
 //! | activity | state | begins with |
 //! |---|---|---|
@@ -28,7 +28,7 @@ pub(crate) struct Activity<const AXES: usize> {
     pub(crate) door: Option<DoorCycle<AXES>>,
     /// An M code that is put aside.
     pub(crate) aside: Option<Aside>,
-    /// Lines that were kept meanwhile.
+    /// Lines that were kept while an M code was put aside, and that are not taken yet.
     pub(crate) kept: Option<Kept>,
 }
 

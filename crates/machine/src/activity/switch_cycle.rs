@@ -11,7 +11,7 @@ pub(crate) enum Phase {
     Search,
     PullOff,
     Locate,
-    /// Of an axis with two motors: the second one by its offset.
+    /// On an axis with two motors, the second motor moves on by its offset (`$702`).
     Offset,
     FinalPullOff,
 }

@@ -1,8 +1,8 @@
 //! The serial lines: input line by line, output, and the channel of each.
 //!
 //! An answer goes out on the channel that its line came in on, messages and alarms on all. A line
-//! is taken only where the board has got the answers before it. So no answer is ever lost, however
-//! slowly the other end reads, and a report that is asked for waits for one answer at most, however
+//! is taken only once the board has taken all answers before it. So no answer is ever lost, however
+//! slowly the other end reads. A report that is asked for waits for one answer at most, however
 //! many lines have come.
 
 mod discard;
@@ -52,9 +52,9 @@ pub(crate) struct Channel<'a> {
     pub(crate) listing: Option<Listing>,
     /// A `?` waits for its report.
     pub(crate) report_due: bool,
-    /// Where the last jog cancel stood: jogs sent before it no longer begin.
+    /// The place of the last jog cancel among the received bytes: jogs before it no longer begin.
     pub(crate) jogs_cancelled: Option<Mark>,
-    /// A byte has come since [`Console::take_heard`].
+    /// A byte has come since the last call of [`Console::take_heard`].
     heard: bool,
     /// Lines that were kept come first: none is read from the receive queue.
     blocked: bool,
@@ -74,7 +74,7 @@ pub(crate) struct Console<'a> {
 }
 
 impl<'a> Console<'a> {
-    /// Makes a console of the lines' ends; lines of more than `limit` characters are refused.
+    /// Makes a console of the serial lines' ends; refuses lines of more than `limit` characters.
     pub(crate) fn new(inboxes: Vec<Inbox<'a>, CHANNELS>, limit: usize) -> Self {
         let channels = inboxes.into_iter().map(|inbox| {
             inbox.reader.set_limit(limit);
@@ -135,7 +135,7 @@ impl<'a> Console<'a> {
         }
     }
 
-    /// A channel at whose other end somebody has come.
+    /// Takes the note that somebody has opened the other end of a channel; returns the channel.
     pub(crate) fn next_opened(&mut self) -> Option<ChannelId> {
         self.channels()
             .find_map(|(id, channel)| channel.inbox.take_opened().then_some(id))
@@ -160,7 +160,7 @@ impl<'a> Console<'a> {
         }
     }
 
-    /// Whether a realtime command has come, or somebody at the other end of a line.
+    /// Whether a realtime command has come, or somebody has opened the other end of a channel.
     pub(crate) fn has_requests(&self) -> bool {
         let mut channels = self.channels.iter();
         channels.any(|channel| channel.inbox.has_requests() || channel.inbox.was_opened())
@@ -192,8 +192,8 @@ impl<'a> Console<'a> {
         heard
     }
 
-    /// Takes the end of a line whose other end has gone away, once all that it sent is carried out.
-    /// A line that it had begun is forgotten.
+    /// Takes the note that the other end of a channel has gone away, once all that it sent is
+    /// carried out; returns the channel. An incomplete line from it is forgotten.
     pub(crate) fn take_closed(&mut self) -> Option<ChannelId> {
         self.channels()
             .find_map(|(id, channel)| channel.take_closed().then_some(id))
@@ -244,8 +244,9 @@ impl<'a> Console<'a> {
         kept
     }
 
-    /// Reads kept bytes until a line is complete; returns how many. Not before a line that the
-    /// channel itself has begun is complete and taken, unless that is a kept one (`goes_on`).
+    /// Reads kept bytes until a line is complete; returns how many. Reads none while the channel
+    /// holds a complete line that is not taken, or an incomplete one of its own. With `goes_on` the
+    /// incomplete line is a kept one, and is read on.
     pub(crate) fn read_kept(&mut self, id: ChannelId, bytes: &[u8], goes_on: bool) -> usize {
         let Some(channel) = self.channel(id) else {
             return bytes.len();
@@ -264,7 +265,7 @@ impl<'a> Console<'a> {
         read
     }
 
-    /// Has a channel's own bytes wait, or not.
+    /// Has the bytes in a channel's receive queue wait, or lets them be read again.
     pub(crate) fn block(&mut self, id: ChannelId, blocked: bool) {
         if let Some(channel) = self.channel(id) {
             channel.blocked = blocked;
@@ -355,7 +356,8 @@ impl<'a> Console<'a> {
         })
     }
 
-    /// Bytes of output that were lost since power-up, as a line's other end had stopped reading.
+    /// Bytes of output that were lost since power-up, because the other end of a line had stopped
+    /// reading.
     pub(crate) fn lost_output(&self) -> u32 {
         self.channels.iter().fold(0, |sum, channel| {
             sum.wrapping_add(channel.inbox.output.lost())

@@ -4,12 +4,12 @@ use crate::board::{Board, ChannelId};
 use core::fmt;
 use heapless::deque::DequeView;
 
-/// Room that a report fits into, and leaves enough for the messages that may come then, bytes: the
-/// least that an output has.
+/// Bytes of room in which a report fits, with enough left for messages that may follow it. It is
+/// also the least size of an output.
 pub const LEAST_TX: usize = 512;
 
-/// Messages leave this room, bytes: for an alarm, the greeting and an answer, which others depend
-/// on.
+/// Bytes of room that a message leaves free for an alarm, the greeting and an answer: senders
+/// depend on those.
 const MESSAGES_LEAVE: usize = 256;
 
 /// Bytes that wait to be sent.
@@ -66,8 +66,8 @@ impl<'a> Output<'a> {
         }
     }
 
-    /// Adds `ok` and its CR LF, as [`Output::line`] would: nearly all answers, without the ways of
-    /// formatting.
+    /// Adds `ok` and its CR LF, as [`Output::line`] would. Nearly all answers are `ok`, and this
+    /// one skips the formatting.
     pub(crate) fn ok(&mut self) {
         let _ = fmt::Write::write_str(self, "ok\r\n");
     }

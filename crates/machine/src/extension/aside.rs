@@ -53,8 +53,8 @@ where
         self.wait_own(OwnWait::Turn(Some(now + SETTLE)))
     }
 
-    /// Lines that an earlier code has kept, and that have not been taken yet, stay kept: in front
-    /// of those that come now. How many bytes they are.
+    /// Keeps the lines that an earlier code has kept and that are not taken yet: they go to the
+    /// front of the memory, before those that come now. Returns how many bytes they have.
     fn keep_further(&mut self) -> usize {
         let Some(Kept { id, next, end }) = self.activity.kept.take() else {
             return 0;
@@ -106,7 +106,7 @@ where
             self.ask_of_line(board, now, |extension, cx| extension.set_aside(&call, cx));
         }
         if !self.activity.line.is_busy() {
-            return; // it raised an alarm, which ended its line
+            return; // the extension raised an alarm, which ended its line
         }
         let _answered_later = self.activity.line.finish();
         self.tool.spindle.suspend();
@@ -117,7 +117,7 @@ where
         self.enter(State::Idle);
     }
 
-    /// `~`: gives the machine back to the program. Whether there was something to give back.
+    /// `~`: gives the machine back to the program. Answers whether the operator had it.
     pub(crate) fn take_back<B: Board>(&mut self, board: &mut B) -> bool {
         if !self.is_aside() || self.activity.line.is_busy() || !self.motion.is_idle() {
             return false;
@@ -152,8 +152,8 @@ where
         (aside.phase == Phase::Waiting).then_some(aside.origin)
     }
 
-    /// Reads the kept lines, before any that came later. Whether the channel of the kept lines may
-    /// be read itself.
+    /// Reads the kept lines, before any that came later. Once the first is begun, the channel's own
+    /// bytes wait for the end of the last.
     pub(crate) fn read_kept(&mut self) {
         let Some(Kept { id, next, end }) = self.activity.kept.filter(|_| X::IN_USE) else {
             return;
@@ -165,10 +165,11 @@ where
         self.console.block(id, next < end && next > 0);
     }
 
-    /// Whether a `$` line or a line of G-code is one for a tool change.
+    /// Checks that a `$` line or a line of G-code may be obeyed: while the operator has the
+    /// machine, it has to be one for a tool change.
     ///
     /// # Errors
-    /// It is not: the operator has the machine, and nothing of the program may go on.
+    /// The line is for something else: nothing of the program may go on.
     pub(crate) fn admit(&self, line: &[u8]) -> Result<(), Status> {
         if !self.is_aside() {
             return Ok(());

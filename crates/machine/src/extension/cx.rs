@@ -23,7 +23,7 @@ pub trait Out {
 
 /// The machine as an extension sees it during one call.
 pub struct Cx<'a, const AXES: usize> {
-    /// The present.
+    /// The present instant.
     pub now: Instant,
     /// The machine's state.
     pub state: State,
@@ -40,7 +40,7 @@ pub struct Cx<'a, const AXES: usize> {
 }
 
 impl<'a, const AXES: usize> Cx<'a, AXES> {
-    /// Made by a machine.
+    /// Made by the machine for each call.
     pub(super) fn new(
         now: Instant,
         state: State,
@@ -78,8 +78,8 @@ impl<'a, const AXES: usize> Cx<'a, AXES> {
         self.out.message(text);
     }
 
-    /// Has synchronised outputs change where the next move of the program begins, with changes
-    /// asked for before. A reset, an alarm and the end of the program forget them.
+    /// Has synchronised outputs change where the next move of the program begins, together with the
+    /// changes asked for before. A reset, an alarm and the end of the program forget them.
     pub fn with_next_move(&mut self, change: OutputChange) {
         self.outputs = self.outputs.then(change);
     }

@@ -67,7 +67,7 @@ where
         }
     }
 
-    /// Tells the extension.
+    /// Tells the extension of an event.
     pub(crate) fn tell_extension(&mut self, event: Event) {
         if X::IN_USE {
             self.extension.event(event);
@@ -95,7 +95,7 @@ where
         }
         let step = self.ask_of_line(board, now, |extension, cx| extension.perform(call, cx));
         if !self.activity.line.is_busy() {
-            return Progress::Wait; // it raised an alarm, which ended its line
+            return Progress::Wait; // the extension raised an alarm, which ended its line
         }
         self.follow(step, call, board, now)
     }
@@ -141,7 +141,7 @@ where
         self.wait_own(wait)
     }
 
-    /// The line stays under way, and the machine shows that it works.
+    /// Keeps the line under way; an idle machine shows `Run` meanwhile.
     pub(super) fn wait_own(&mut self, wait: OwnWait) -> Progress {
         self.activity.line.wait_own(wait);
         if self.state == State::Idle && self.motion.is_idle() {
@@ -189,7 +189,7 @@ where
         }
     }
 
-    /// The words for an error: an extension's own are its.
+    /// The text of an error; the extension has those of its own errors.
     pub(crate) fn error_text(&self, status: Status) -> &'static str {
         match status {
             Status::Own(number) if X::IN_USE => {
@@ -202,7 +202,7 @@ where
         }
     }
 
-    /// The words for an alarm, likewise.
+    /// The text of an alarm; the extension has those of its own alarms.
     pub(crate) fn alarm_text(&self, alarm: Alarm) -> &'static str {
         match alarm {
             Alarm::Own(number) if X::IN_USE => {
@@ -288,8 +288,8 @@ where
         answer
     }
 
-    /// Asks the extension about the line under way: its sender is answered, and its comment can be
-    /// read.
+    /// Calls the extension for the line under way: its answers go to the sender of the line, and it
+    /// can read the line's comment.
     pub(super) fn ask_of_line<B: Board, R>(
         &mut self,
         board: &mut B,

@@ -11,8 +11,9 @@
 //! ```
 //!
 //! All methods are called from the main loop and none may wait: a long activity is a value that
-//! [`Extension::perform`] advances. Two extensions are one: `(Heat, Vacuum)`. Where both know an M
-//! code or a setting, the first one has it. `()` is none, and nothing of this is compiled for it.
+//! [`Extension::perform`] advances. A pair of extensions is an extension: `(Heat, Vacuum)`. Where
+//! both know an M code or a setting, the first one has it. `()` is no extension: no code is
+//! compiled for it.
 //!
 //! An extension owns its pins. GRBL's own pins stay with the [`Board`](crate::board::Board).
 //!
@@ -79,8 +80,8 @@ pub trait Extension<const AXES: usize> {
         Step::Done
     }
 
-    /// The operator has the machine from now on, after [`Step::SetAside`]: tells him what to do.
-    /// From this message on `~` is obeyed.
+    /// Tells the operator what to do, after [`Step::SetAside`]: from now on the operator has the
+    /// machine. From this message on `~` is obeyed.
     fn set_aside(&mut self, call: &Call, cx: &mut Cx<'_, AXES>) {
         let _ = (call, cx);
     }
@@ -107,7 +108,7 @@ pub trait Extension<const AXES: usize> {
         Err(Status::InvalidStatement)
     }
 
-    /// The errors that it answers lines with besides GRBL's, as [`Status::Own`].
+    /// The errors with which it answers lines, besides GRBL's, as [`Status::Own`].
     fn errors(&self) -> impl Iterator<Item = &'static OwnCode> {
         core::iter::empty()
     }
@@ -129,7 +130,7 @@ pub trait Extension<const AXES: usize> {
         None
     }
 
-    /// Notes the length of a tool (G10 L1); answers the number of its setting in which that is.
+    /// Notes the length of a tool (G10 L1); returns the number of the setting that holds it.
     ///
     /// # Errors
     /// The answer to the line.
@@ -189,7 +190,7 @@ pub enum Asked<'a, const AXES: usize> {
 /// The answer of [`Extension::gate`].
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Gate {
-    /// It may.
+    /// The move or the M code may go on.
     Open,
     /// Not yet: ask again at the next turn. The line has no answer meanwhile, motion planned before
     /// goes on, and the machine shows `Run`.
@@ -209,14 +210,14 @@ pub struct MCode {
 }
 
 impl MCode {
-    /// An M code without words of its own, beside which its line may have anything.
+    /// An M code without words of its own. Its line may have any other words.
     pub const PLAIN: Self = Self {
         letters: 0,
         alone: false,
     };
 
-    /// An M code that takes these words, of `L`, `P`, `R`, `S` and `T`: they mean nothing to GRBL
-    /// on its line. None has to be there.
+    /// An M code that takes these words, each one of `L`, `P`, `R`, `S` and `T`: on its line they
+    /// mean nothing to GRBL. The line may leave out any of them.
     pub const fn with(words: &[Letter]) -> Self {
         let (mut letters, mut rest) = (0, words);
         while let [letter, tail @ ..] = rest {
@@ -229,7 +230,8 @@ impl MCode {
         }
     }
 
-    /// The same M code, with no other word but `N` on its line. One that moves axes has to be.
+    /// The same M code, standing alone: its line has no words but its own and `N`. An M code that
+    /// moves axes has to stand alone.
     pub const fn alone(self) -> Self {
         Self {
             alone: true,
@@ -273,9 +275,9 @@ pub struct Words {
 }
 
 impl Words {
-    /// Those that there can be.
+    /// The letters that such words can have.
     pub const LETTERS: [Letter; 5] = [Letter::L, Letter::P, Letter::R, Letter::S, Letter::T];
-    /// None of them.
+    /// No words.
     pub const NONE: Self = Self {
         letters: 0,
         values: [Number::from_int(0); Self::LETTERS.len()],

@@ -18,7 +18,7 @@ where
     K: Kinematics<AXES, MOTORS> + Clone,
     X: Extension<AXES>,
 {
-    /// The extension's setting at this place among them.
+    /// The setting at place `index` in the extension's list.
     pub(crate) fn own_setting(&self, index: usize) -> Option<&'static Row> {
         match X::IN_USE {
             true => self.extension.settings().nth(index),
@@ -26,7 +26,7 @@ where
         }
     }
 
-    /// The extension's setting of a number.
+    /// The extension's setting with this number.
     pub(crate) fn own_row(&self, number: u16) -> Option<&'static Row> {
         match X::IN_USE {
             true => self.extension.settings().find(|row| row.number == number),

@@ -30,8 +30,8 @@ pub(super) fn centre_from_radius(
     let height2 = (4 * square(radius))
         .checked_sub(chord2)
         .ok_or(Status::ArcRadiusTooSmall)?;
-    // Twice the height over the chord's length; to the right of the chord for a short clockwise
-    // arc.
+    // The ratio of twice the centre's height over the chord to the chord's length. The centre of a
+    // short clockwise arc lies to the right of the chord.
     let ratio = libm::sqrtf(height2 as f32 / chord2 as f32);
     let to_the_left = (turn == Turn::Counterclockwise) == (radius >= Coordinate::ZERO);
     let height = if to_the_left { ratio } else { -ratio };
@@ -56,7 +56,9 @@ pub(super) fn check_centre(travel: [Coordinate; 2], centre: [Coordinate; 2]) -> 
     let start2 = square_of_length(centre);
     let end2 = square_of_length([x - i, y - j]);
     let longest = u128::from(i.nanos().unsigned_abs().max(j.nanos().unsigned_abs()));
-    // |a − b| = |a² − b²| / (a + b), and a + b is no less than a's longest component: most arcs need no root.
+    // The radii at start and end, a and b, differ by
+    // |a − b| = |a² − b²| / (a + b)
+    // where a + b is no less than a's longest component: most arcs need no root.
     if start2.abs_diff(end2) <= u128::from(ALWAYS_ALLOWED) * longest {
         return Ok(());
     }
@@ -68,9 +70,9 @@ pub(super) fn check_centre(travel: [Coordinate; 2], centre: [Coordinate; 2]) -> 
     Ok(())
 }
 
-/// 0.005 mm.
+/// A difference of 0.005 mm is always allowed, in 10⁻⁹ mm.
 const ALWAYS_ALLOWED: u64 = 5_000_000;
-/// More than 0.5 mm.
+/// A difference of more than 0.5 mm is never allowed, in 10⁻⁹ mm.
 const NEVER_ALLOWED: u64 = 500_000_000;
 
 fn square_of_length([x, y]: [Coordinate; 2]) -> u128 {
@@ -142,7 +144,8 @@ mod tests {
         assert_eq!(centre, Err(Status::InvalidTarget));
     }
 
-    /// Travel along X and I: Grbl's answers, and the thresholds to the last digit.
+    /// Each case: the travel along X, I, and whether they are accepted. Grbl's answers, and the
+    /// thresholds to the last digit.
     #[test]
     fn the_radii_may_differ_by_5_um_or_a_thousandth_up_to_half_a_millimetre() {
         let cases = [

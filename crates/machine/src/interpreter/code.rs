@@ -123,7 +123,7 @@ impl Code {
         }
     }
 
-    /// Answers whether a jog may have it as a G word.
+    /// Answers whether a jog may have this number as a G word.
     pub(super) fn may_be_in_jogs(self) -> bool {
         match self.g(&Options::default()) {
             Ok(GWord::NonModal(command)) => command == NonModal::MachineCoordinates,
@@ -132,7 +132,7 @@ impl Code {
         }
     }
 
-    /// Answers its meaning as a G word, on a machine built with these options.
+    /// Answers the meaning of this number as a G word, on a machine built with these options.
     #[inline]
     pub(super) fn g(self, options: &Options) -> Result<GWord, Status> {
         match self.hundredths {
@@ -205,8 +205,8 @@ impl Code {
         })
     }
 
-    /// Answers the status of a fraction that means nothing: a number that takes some fraction is
-    /// just unknown.
+    /// Answers the status of a fraction that means nothing: [`Status::NotWhole`] for a number that
+    /// exists and that G-code never gives a fraction, otherwise [`Status::UnsupportedCommand`].
     fn not_whole(self, options: &Options) -> Status {
         match self.whole {
             28 | 30 | 38 | 43 | 61 | 90 | 91 | 92 => Status::UnsupportedCommand,
@@ -215,12 +215,12 @@ impl Code {
         }
     }
 
-    /// Answers its number, if it is a whole one of 0 to 255.
+    /// Answers the number, if it is a whole one of 0 to 255.
     pub(super) fn exact(self) -> Option<u8> {
         (self.hundredths == 0).then_some(self.whole)
     }
 
-    /// Answers its meaning as an M word, on a machine built with these options.
+    /// Answers the meaning of this number as an M word, on a machine built with these options.
     pub(super) fn m(self, options: &Options) -> Result<MWord, Status> {
         if self.hundredths != 0 {
             return Err(Status::NotWhole);

@@ -69,8 +69,8 @@ pub enum Command<const AXES: usize> {
         /// The holes.
         cycle: Cycle,
     },
-    /// Go straight towards the target until the probe says stop. The position is then the machine's
-    /// to tell, with [`Interpreter::set_position`](super::Interpreter::set_position).
+    /// Go straight towards the target until the probe says stop. The machine then sets the
+    /// position, with [`Interpreter::set_position`](super::Interpreter::set_position).
     Probe {
         /// Where to at the farthest, how fast.
         travel: Travel<AXES>,
@@ -106,8 +106,8 @@ pub enum Feed {
     Rapid,
     /// mm/min along the path, above zero.
     PerMinute(Number),
-    /// The whole motion takes one minute divided by this, above zero. An arc, too, with all its
-    /// chords together.
+    /// The whole motion takes one minute divided by this, above zero; for an arc, all its chords
+    /// together.
     InverseTime(Number),
 }
 

@@ -12,15 +12,15 @@ use super::takers::Flow;
 use super::words::Block;
 use super::{Coordinate, Interpreter, MAX_COMMANDS};
 
-/// Spindle, coolant, parking and an extension's.
+/// Commands that switch: spindle, coolant, parking and an extension's M code.
 const SWITCHES: usize = 4;
-/// A dwell or a stored offset, and another work offset.
+/// Commands for offsets: a dwell or a stored offset, and another work offset.
 const OFFSETS: usize = 2;
-/// Two rapids of G28 or G30, and a motion or a cycle.
+/// Commands that move: two rapids of G28 or G30, and a motion or a cycle.
 const MOTIONS: usize = 3;
-/// A pause, or the end of the program and another work offset.
+/// Commands at the end of a line: a pause, or the end of the program and another work offset.
 const ENDS: usize = 2;
-/// The most that one line asks for.
+/// The most commands that one line asks for.
 const MOST: usize = SWITCHES + OFFSETS + MOTIONS + ENDS;
 const _: () = assert!(MOST <= MAX_COMMANDS, "a line would lose a command");
 
@@ -73,7 +73,8 @@ impl<const AXES: usize> Interpreter<AXES> {
         }
     }
 
-    /// Dwell, tool length, work coordinate system, G10, G28.1, G30.1, G92.
+    /// Commits a dwell and all changes of offsets: tool length, work coordinate system, G10, G28.1,
+    /// G30.1, G92.
     #[inline]
     fn change_offsets(
         &mut self,
@@ -115,7 +116,7 @@ impl<const AXES: usize> Interpreter<AXES> {
         push(commands, Command::WorkOffset(self.work_offset));
     }
 
-    /// G28, G30 and the motion modes.
+    /// Commits G28, G30 and the motion of the motion mode.
     #[inline]
     fn go(&mut self, plan: &Plan<AXES>, by_way: bool, commands: &mut Commands<AXES>) {
         if let Effect::GoTo(end) = plan.effect {
@@ -181,7 +182,7 @@ impl<const AXES: usize> Interpreter<AXES> {
         push(commands, Command::Line(travel));
     }
 
-    /// M0, M2 and M30.
+    /// Commits M0, M2 and M30.
     #[inline]
     fn end_line(&mut self, flow: Flow, commands: &mut Commands<AXES>) {
         match flow {

@@ -18,8 +18,9 @@ pub struct Context<'a, const AXES: usize> {
     pub options: &'a Options,
     /// `$32`: spindle words are laser words.
     pub laser_mode: bool,
-    /// `$20`: a target beyond `reach` is taken, as one just beyond it, which lies outside every
-    /// travel: the alarm is then the answer, as in Grbl. Without, it is refused.
+    /// `$20`: a target beyond `reach` is replaced by one just beyond it. That lies outside every
+    /// travel, so that the answer is an alarm, as in Grbl. Without soft limits a target beyond
+    /// `reach` is refused.
     pub soft_limits: bool,
     /// The farthest machine coordinate to either side, by axis, that steps can count. Half the
     /// range of `i32` divided by the steps per mm keeps every move countable, too. At most
@@ -32,7 +33,7 @@ pub struct Context<'a, const AXES: usize> {
 }
 
 impl<'a, const AXES: usize> Context<'a, AXES> {
-    /// That of a machine with these codes of its own, and without a tool table.
+    /// The context of a machine with the M codes of `own`, and without a tool table.
     pub fn new(
         config: &'a MachineConfig<AXES>,
         settings: &Settings<AXES>,
@@ -83,13 +84,13 @@ impl fmt::Debug for ToolTable<'_> {
 pub struct Own<'a> {
     find: &'a dyn Fn(u8) -> Option<MCode>,
     check: &'a dyn Fn(&Call) -> Result<(), Status>,
-    /// Noted as the words are read, for the end of the line. Kept apart from the block, since most
-    /// lines have none.
+    /// The M code of the line, noted as the words are read and used at the end of the line. Kept
+    /// apart from the block, since most lines have none.
     found: Cell<Option<(MCode, Call)>>,
 }
 
 impl<'a> Own<'a> {
-    /// Those for which `find` has an answer. A line whose code `check` does not like is refused.
+    /// The codes for which `find` has an answer. A line whose code `check` refuses is refused.
     pub const fn new(
         find: &'a dyn Fn(u8) -> Option<MCode>,
         check: &'a dyn Fn(&Call) -> Result<(), Status>,
@@ -107,12 +108,12 @@ impl<'a> OwnCodes<'a> {
     /// None at all.
     pub const NONE: Self = Self(None);
 
-    /// These.
+    /// The codes of `own`.
     pub const fn some(own: &'a Own<'a>) -> Self {
         Self(Some(own))
     }
 
-    /// Notes the M code of this number; whether there is such a one.
+    /// Notes the M code of this number; answers whether there is such a code.
     pub(super) fn take(self, code: u8) -> bool {
         let Some((own, known)) = self.0.and_then(|own| Some((own, (own.find)(code)?))) else {
             return false;

@@ -26,7 +26,7 @@ impl fmt::Display for Fault {
 impl core::error::Error for Fault {}
 
 impl Fault {
-    /// The same fault in a line that has `columns` more in front.
+    /// The same fault in a line with `columns` more bytes in front.
     pub(crate) fn after(self, columns: usize) -> Self {
         let column = self.column.saturating_add(columns);
         Self { column, ..self }
@@ -56,7 +56,8 @@ impl From<Error> for Fault {
     }
 }
 
-/// Why a line as a whole was refused. Where its culprit stands is looked up only then.
+/// Why a line as a whole was refused. The place of its culprit is looked up only in the end, by
+/// [`Refusal::locate`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Refusal {
     pub(super) status: Status,

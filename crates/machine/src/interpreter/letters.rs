@@ -43,7 +43,7 @@ impl Letters {
         self.0 == 0
     }
 
-    /// Adds a letter that may not be there yet.
+    /// Adds a letter, which may not be in the set yet.
     pub(super) fn insert(&mut self, letter: Letter) -> Result<(), Status> {
         let bit = 1 << letter as u32;
         if self.0 & bit != 0 {
@@ -130,7 +130,7 @@ impl Groups {
         self.0 == 0
     }
 
-    /// Adds a group that may not be there yet.
+    /// Adds a group, which may not be in the set yet.
     pub(super) fn insert(&mut self, group: Group) -> Result<(), Status> {
         let bit = 1 << group as u32;
         if self.0 & bit != 0 {

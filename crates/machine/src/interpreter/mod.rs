@@ -6,8 +6,10 @@
 //!             1, 2, 4, 20…25, 38   20, 22, 26…37    nothing can fail: modal state, offsets, position change
 //! ```
 //!
+//! The numbers are those of the errors that each step finds.
+//!
 //! Read first: Kramer, Proctor, Messina, "The NIST RS274/NGC Interpreter, Version 3" (NISTIR 6556).
-//! Which of its words exist, and which fault of a line is reported, is GRBL 1.1h's.
+//! GRBL 1.1h decides which of its words exist, and which fault of a line is reported.
 //!
 //! Everything is checked before anything changes: a line is carried out wholly or not at all. The
 //! first fault from the left is reported while words are read, then the first in the order of
@@ -88,8 +90,8 @@ impl<const AXES: usize> Interpreter<AXES> {
     }
 
     /// Whether a line is one of those that the operator may send while a program's line is put
-    /// aside: probing, G10 L1 and L20, tool length, and words of modes. A line with a fault is: it
-    /// is answered with that.
+    /// aside: probing, G10 L1 and L20, tool length, and words of modes. A line with a fault is one,
+    /// too: it is answered with its error.
     pub(crate) fn serves_operator(&self, line: &[u8], context: &Context<'_, AXES>) -> bool {
         let mut block = self.block(context);
         match block.read(line, context, &self.modal) {

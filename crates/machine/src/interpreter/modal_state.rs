@@ -315,7 +315,8 @@ pub struct ModalState {
     pub plane: Plane,
     /// Absolute or incremental.
     pub distance: Distance,
-    /// M82 or M83: how E counts where that is not as the other axes do. G90 and G91 set it back.
+    /// M82 or M83: how E counts; `None` where it counts as the other axes do. G90 and G91 set it to
+    /// `None`.
     pub extrusion: Option<Distance>,
     /// The meaning of F.
     pub feed_mode: FeedMode,

@@ -55,7 +55,7 @@ impl<const AXES: usize> Offsets<AXES> {
         self.tool_length
     }
 
-    /// Answers the sum of all offsets in force while `system` is: `WCO` of reports.
+    /// Answers the sum of all offsets in force while `system` is selected: `WCO` of reports.
     pub fn work_offset(&self, system: WorkSystem) -> [Coordinate; AXES] {
         let mut sum = self.without_g92(system);
         for (sum, g92) in sum.iter_mut().zip(&self.g92) {
@@ -64,7 +64,7 @@ impl<const AXES: usize> Offsets<AXES> {
         sum
     }
 
-    /// The same with another tool length, where there is one.
+    /// The same sum with `tool_length` in place of the present one, if it is given.
     pub(super) fn work_offset_with(
         &self,
         system: WorkSystem,
@@ -77,7 +77,7 @@ impl<const AXES: usize> Offsets<AXES> {
         sum
     }
 
-    /// Answers the sum that a G92 adds to.
+    /// Answers the sum of all offsets but G92, to which a G92 is added.
     pub(super) fn without_g92(&self, system: WorkSystem) -> [Coordinate; AXES] {
         let mut sum = *self.system(system);
         if let Some(sum) = sum.get_mut(TOOL_AXIS) {
@@ -86,7 +86,7 @@ impl<const AXES: usize> Offsets<AXES> {
         sum
     }
 
-    /// Answers the sum that the origin of a system adds to.
+    /// Answers the sum of all offsets but the origin of a system, to which such an origin is added.
     pub(super) fn without_system(&self) -> [Coordinate; AXES] {
         from_fn(|axis| {
             let g92 = self.g92.get(axis).copied().unwrap_or_default();

@@ -77,7 +77,7 @@ impl<const AXES: usize> Interpreter<AXES> {
         self.position = position;
     }
 
-    /// Takes modes back as they were, all but the tool length.
+    /// Restores modes as they were. Offsets stay, the tool length among them.
     pub(crate) fn restore_modes(&mut self, modal: &ModalState) {
         self.modal = *modal;
         self.work_offset = self.offsets.work_offset(self.modal.system);

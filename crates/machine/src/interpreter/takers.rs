@@ -5,7 +5,7 @@ use super::command::OffsetId;
 /// Who takes the axis words of a line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum AxisCommand {
-    /// There are none, and nobody asks for any.
+    /// The line has no axis words, and no command that takes any.
     None,
     /// The motion mode.
     Motion,

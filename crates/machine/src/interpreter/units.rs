@@ -5,7 +5,7 @@ use crate::protocol::status::Status;
 use leadscrew_gcode::Number;
 
 /// The farthest offset, centre or radius, mm or degrees: 10⁶ m, so that no sum of offsets
-/// overflows. Offsets end there, motion beyond it is refused.
+/// overflows. Offsets are limited to it, motion beyond it is refused.
 pub const MAX_WORD: Coordinate = Coordinate::from_nanos(1_000_000_000_000_000_000);
 
 /// Reads a length in millimetres, or an angle in degrees.
@@ -23,7 +23,7 @@ pub(super) fn millimetres(value: Number) -> Result<Coordinate, Status> {
 }
 
 /// Multiplies by 25.4. Exact to 8 decimals of an inch; the ninth is rounded to the nearest 10⁻⁹ mm.
-/// Beyond the range of [`Number`] the product is the end of it.
+/// A product beyond the range of [`Number`] becomes the end of that range.
 pub(super) fn inches_to_millimetres(value: Number) -> Number {
     let inches = value.nanos().unsigned_abs();
     // 25.4·n = 25·n + 2·n/5
@@ -39,7 +39,8 @@ pub(super) fn inches_to_millimetres(value: Number) -> Number {
     })
 }
 
-/// Quotient and remainder, as on paper in digits of 16 bits: hardware divides 32 bits only.
+/// Quotient and remainder, by long division in digits of 16 bits: the hardware divides 32 bits
+/// only.
 fn divide_by_5(n: u64) -> (u64, u32) {
     let (high, low) = ((n >> 32) as u32, n as u32);
     let middle = ((high % 5) << 16) | (low >> 16);

@@ -21,7 +21,7 @@ pub(super) struct Block<const AXES: usize> {
     /// The modal state of the lines before, as this line's words change it. Its feed is still the
     /// old one.
     pub(super) modal: ModalState,
-    /// The letters seen, G and M apart.
+    /// The letters seen, except G and M.
     pub(super) letters: Letters,
     /// The modal groups seen.
     pub(super) groups: Groups,
@@ -35,8 +35,8 @@ pub(super) struct Block<const AXES: usize> {
     pub(super) axis_mask: u8,
     /// The axis words, in units of the program.
     pub(super) axes: [Number; AXES],
-    /// I, J, K, in units of the program; Q in the place of I. No command takes both, and a place
-    /// more that is zeroed on each line would cost it 100 instructions.
+    /// I, J, K, in units of the program; Q in the place of I. No command takes both. A place of its
+    /// own for Q, which each line would have to zero, would cost 100 instructions a line.
     pub(super) centre: [Number; 3],
     pub(super) f: Number,
     /// L, or H: no command takes both.
@@ -119,7 +119,7 @@ impl<const AXES: usize> Block<AXES> {
         let Some((code, _)) = found.filter(|_| self.groups.contains(Group::Own)) else {
             return;
         };
-        // A tool that an earlier line has selected is this line's, too.
+        // A tool that an earlier line has selected counts as a T word of this line.
         let keeps = |letter| letter == Letter::T && context.options.tools;
         let takes = |letter| code.takes(letter) && (self.letters.contains(letter) || keeps(letter));
         let values = [

@@ -48,7 +48,7 @@ impl Drivers {
         }
     }
 
-    /// When the drivers are to be disabled; `None`: not by time.
+    /// When the drivers are to be disabled; `None`: time does not disable them.
     pub(crate) fn rest_at(&self, delay_ms: impl FnOnce() -> u32, locked: bool) -> Option<Instant> {
         let since = self.idle_since.filter(|_| self.enabled)?;
         let delay_ms = delay_ms();

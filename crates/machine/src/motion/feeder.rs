@@ -27,13 +27,14 @@ const UNSEEN: Duration = Duration::from_ticks(100);
 /// beyond the lead.
 const HALF_A_TICK: Duration = Duration::from_ticks(50);
 
-/// Less than this in the queue and under way is too little to wait for the next segment's begin:
-/// more than a `Machine::poll` takes (0.4 ms).
+/// With less than this left in the queue and under way, the main loop does not wait for the begin
+/// of the next segment. It is more than the time of a `Machine::poll` (0.4 ms).
 const SHORT: Duration = Duration::from_ticks(450);
 
 /// [`Segment::duration`] is shorter than the segment by less than this, timer counts. It is the sum
-/// of two products that are rounded down, each of a factor that was rounded down to 2⁻¹⁶ counts: by
-/// the ticks and by the pairs of ticks. A segment of 0.95 ms has at most 500 ticks, of 1.9 µs:
+/// of two products, which are rounded down. One factor of each was rounded down to 2⁻¹⁶ counts, the
+/// other is the number of ticks, or of pairs of ticks. A segment of 0.95 ms has at most 500 ticks,
+/// of 1.9 µs:
 ///
 /// ```text
 ///     2 + (500 + 500·499/2)/2¹⁶ = 3.91
@@ -53,7 +54,7 @@ pub(crate) struct Feeder<'a, const MOTORS: usize> {
     since: u32,
     /// Timer counts in a microsecond, rounded down.
     counts_per_us: u32,
-    /// How far it may hand over.
+    /// The bounds of what is handed over.
     bounds: Bounds,
     /// The part of the segment under way that was over at the last look, timer counts.
     over: u32,
@@ -67,7 +68,8 @@ struct Bounds {
     committed: u32,
     /// Where more is committed, nothing more may wait for the power's lead, timer counts.
     waiting: u32,
-    /// [`SHORT`], timer counts: the next segment is asked for at the latest where this is left.
+    /// [`SHORT`], timer counts: when only this is left, the next segment is asked for at the
+    /// latest.
     short: u32,
 }
 
@@ -142,8 +144,8 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
         self.bounds.longest_us as f32 * 1e-6
     }
 
-    /// Counts that may wait for the power's lead, so that one segment more is no more than may be
-    /// committed.
+    /// Timer counts of segments that may wait for the power's lead. With one segment more, the
+    /// committed time is still within its bound.
     pub(crate) fn room(&self) -> u32 {
         self.bounds.waiting.saturating_sub(self.left())
     }
@@ -170,8 +172,8 @@ impl<'a, const MOTORS: usize> Feeder<'a, MOTORS> {
         }
     }
 
-    /// Whether motion is about to run dry: less is left than that at which the main loop asked to
-    /// be woken, so that it is late.
+    /// Whether motion is about to run dry: less than [`SHORT`] is left, at which the main loop
+    /// asked to be woken, so the main loop is late.
     pub(crate) fn is_short(&self) -> bool {
         self.shared.is_running() && self.left() < self.bounds.short
     }
@@ -300,8 +302,8 @@ mod tests {
         assert!(has_room(&mut feeder, at(950)));
     }
 
-    /// With segments as long as can be, and all that the power's lead needs: the most that is
-    /// committed, µs.
+    /// The most that is committed, µs, with the longest segments and all that the power's lead
+    /// needs.
     fn committed_with(lead_us: u32) -> u32 {
         let mut queue = SegmentQueue::<1>::new();
         let (sender, _consumer) = queue.split();
@@ -360,7 +362,7 @@ mod tests {
     }
 
     /// Segments last a fraction of a count longer than their durations say. However many have
-    /// played, no less is taken to be committed than is.
+    /// played, the estimate of the committed time is never too short.
     #[test]
     fn fractions_of_counts_do_not_add_up() {
         let mut queue = SegmentQueue::<1>::new();

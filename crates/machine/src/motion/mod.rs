@@ -34,8 +34,8 @@ pub(crate) use power::PowerRule;
 use reserve::Reserve;
 use start::{Start, DEPTH};
 
-/// Segments made between two lines where motion is about to run dry. With one only, it does run dry
-/// wherever line and segment together take longer to make than the segment lasts.
+/// Segments made between two lines where motion is about to run dry. With one only, motion does run
+/// dry wherever line and segment together take longer to make than the segment lasts.
 const AT_ONCE: usize = 4;
 
 /// A planner and the segmenter of its moves.
@@ -54,9 +54,9 @@ enum Driver {
 /// How motion follows the sender and the laser.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) struct Pacing {
-    /// Motion begins so long after the last line; 0: as soon as Grbl's does.
+    /// How long after the last line motion begins; 0: as soon as in Grbl.
     pub(crate) silence: Duration,
-    /// A sender may fall silent for so long in motion; 0: for as long as the queue lasts.
+    /// How long a sender may fall silent in motion; 0: for as long as the queue lasts.
     pub(crate) stall: Duration,
     /// Power changes this time before the motion that it belongs to, µs.
     pub(crate) lead_us: u32,
@@ -71,7 +71,7 @@ pub(crate) struct Motion<'a, K, const AXES: usize, const MOTORS: usize> {
     reserve: Reserve,
     /// A stop was asked for; nothing is fed until the step interrupt has emptied its queue.
     stopping: bool,
-    /// Between the program's segments and the feeder.
+    /// Brings power forward between the program's segments and the feeder.
     lead: PowerLead<'a, MOTORS>,
     feeder: Feeder<'a, MOTORS>,
     pub(crate) shared: &'a Shared<MOTORS>,
@@ -84,7 +84,7 @@ pub(crate) struct Motion<'a, K, const AXES: usize, const MOTORS: usize> {
     pub(crate) outputs: OutputChange,
     /// Where the planned path ends, exactly.
     pub(crate) path_end: [Coordinate; AXES],
-    /// `$130` and up.
+    /// The travel of each axis: `$130` and up.
     pub(crate) travel: [Coordinate; AXES],
     /// How far steps can be counted to either side.
     pub(crate) reach: [Coordinate; AXES],
@@ -193,8 +193,8 @@ where
         self.power = rule;
     }
 
-    /// Plans a move of the program. `more`: its line has further moves, motion out of rest waits
-    /// for them.
+    /// Plans a move of the program. `more`: its line has further moves, for which motion out of
+    /// rest waits.
     pub(crate) fn push(
         &mut self,
         next: &Move<AXES>,
@@ -229,8 +229,8 @@ where
     }
 
     /// Whether one more move of the program is of use: without it the queue's end may bound the
-    /// plan, or a sender that stalls as long as `$710` allows might leave it without moves. The
-    /// line whose move it is waits where not.
+    /// plan, or a sender that stalls as long as `$710` allows might leave it without moves. Where
+    /// it is of no use, the line of that move waits.
     pub(crate) fn wants_more(&self) -> bool {
         let planner = &self.program.planner;
         let ample = planner.len() >= DEPTH && self.reserve.is_exceeded(planner.waiting_micros());
@@ -264,7 +264,7 @@ where
         self.program.segmenter.hold();
     }
 
-    /// Goes on after a hold, or out of its deceleration.
+    /// Goes on after a hold, or while a hold still slows motion down.
     pub(crate) fn resume(&mut self) {
         self.program.segmenter.resume();
         self.release();
@@ -327,7 +327,8 @@ where
         }
     }
 
-    /// A move that has just ended leaves room that no line can have filled yet.
+    /// The limit that lies ahead of the program's motion. The queue counts as full even with room
+    /// for one move: a move that has just ended leaves room that no line can have filled yet.
     fn ahead(&self) -> Ahead {
         match self.program.planner.ahead() {
             Ahead::QueueEnd { .. } => Ahead::QueueEnd {
@@ -349,10 +350,10 @@ where
         self.underruns != before
     }
 
-    /// Commits one segment where there is room, and no more: a line that waits comes between two of
-    /// them, so that the next segment knows of its move. Where segments are about to run out, they
-    /// come before the line, [`AT_ONCE`] at most. Returns whether the step timer is to be started.
-    /// `may_start`: whether the program may begin to move now.
+    /// Commits one segment where there is room. A line that waits is then taken before the next
+    /// segment, which so knows of the line's move. Where segments are about to run out, they are
+    /// committed before the line, [`AT_ONCE`] at most. Returns whether the step timer is to be
+    /// started. `may_start`: whether the program may begin to move now.
     pub(crate) fn prepare(&mut self, now: Instant, may_start: bool, work: &mut Work) -> bool {
         self.end_stop();
         self.program.planner.renew();
@@ -379,7 +380,7 @@ where
         true
     }
 
-    /// Starts the step timer; [`Motion::prepare`] said so.
+    /// Starts the step timer, where [`Motion::prepare`] has returned `true`.
     pub(crate) fn start<B: Board>(&mut self, board: &mut B, now: Instant) {
         self.feeder.start(board, now);
     }
@@ -389,8 +390,8 @@ where
         self.feeder.is_short()
     }
 
-    /// Looks how much motion is left that can no longer be changed. At the begin of a turn of the
-    /// main loop.
+    /// Works out how much motion is left that can no longer be changed. At the begin of a turn of
+    /// the main loop.
     pub(crate) fn look(&mut self, now: Instant) {
         self.feeder.look(now);
     }

@@ -8,9 +8,9 @@ impl<K, const AXES: usize, const MOTORS: usize> Motion<'_, K, AXES, MOTORS>
 where
     K: Kinematics<AXES, MOTORS> + Clone,
 {
-    /// Declares the motors' present position to be `steps`. At rest, with nothing queued.
+    /// Declares the axes' present position. At rest, with nothing queued.
     pub(crate) fn set_position(&mut self, axes: &[Coordinate; AXES]) {
-        // Beyond 2³¹ steps from the origin there is nothing to count from.
+        // A place beyond 2³¹ steps from the origin cannot be counted: the motors then count from 0.
         let steps = self.program.planner.steps_at(axes).unwrap_or([0; MOTORS]);
         self.shared.set_position(steps);
         self.resync();
@@ -32,8 +32,8 @@ where
         self.aside.planner.set_position(steps);
     }
 
-    /// Declares a second motor's position to be that of its axis, where a motor lock has let them
-    /// step apart: a skew that homing has taken out is not to come back with the next move. Answers
+    /// Sets a second motor's position to that of its axis, where a motor lock has let them step
+    /// apart: otherwise the next move would bring back the skew that homing has taken out. Answers
     /// the position. At rest.
     pub(super) fn gang(&mut self) -> [i32; MOTORS] {
         let counted = self.shared.position();
@@ -44,12 +44,12 @@ where
         steps
     }
 
-    /// Axes that share their motors: the motors of the same numbers.
+    /// The motors of the axes that share motors: each has the number of its axis.
     pub(crate) fn sharing(&self) -> MotorMask {
         self.program.planner.kinematics().sharing()
     }
 
-    /// Whether no step is made and none is committed: where a hold was asked for, it is complete.
+    /// Whether no step is made and none is committed. A hold that was asked for is then complete.
     pub(crate) fn is_at_rest(&self) -> bool {
         self.feeder.is_at_rest() && self.lead.is_empty()
     }
@@ -69,7 +69,7 @@ where
         self.program.planner.time_left(&self.program.segmenter)
     }
 
-    /// Adds up some more moves; whether more are left.
+    /// Adds up some more moves; answers whether more are left.
     pub(crate) fn add_time(&self, left: &mut TimeLeft) -> bool {
         self.program.planner.add_time(left)
     }

@@ -1,12 +1,13 @@
-//! How much motion waits in the queue. With more, a line would be answered long before its motion.
+//! How much motion is to wait in the queue. With more, a line would be answered long before its
+//! motion.
 
 use crate::board::Duration;
 use leadscrew_planner::Config;
 
-/// The time of motion that is to wait, above which a line waits for its answer.
+/// The time of motion that is to wait in the queue. With more, a line waits for its answer.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) struct Reserve {
-    /// At 100 %, µs; `None`: as much as fits.
+    /// This time at a feed override of 100 %, µs; `None`: as much as fits.
     micros: Option<u64>,
     /// The feed override, percent.
     percent: u8,
@@ -20,7 +21,7 @@ impl Reserve {
     };
 
     /// The time of braking from the highest speed, so that the queue's end limits nothing, and
-    /// `stall` more: for this time a sender may fall silent. 0: as much as fits.
+    /// `stall` more, for which a sender may fall silent. With a `stall` of 0: as much as fits.
     pub(super) fn new<const AXES: usize>(config: &Config<AXES>, stall: Duration) -> Self {
         let braking = (braking_time(config) * 1e6) as u64;
         Self {
@@ -34,7 +35,8 @@ impl Reserve {
         self.percent = percent.max(100);
     }
 
-    /// Whether `waiting` microseconds at 100 % are more than is to wait.
+    /// Whether `waiting` microseconds of motion, at an override of 100 %, are more than are to
+    /// wait.
     pub(super) fn is_exceeded(&self, waiting: u64) -> bool {
         let percent = u64::from(self.percent);
         self.micros

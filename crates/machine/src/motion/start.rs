@@ -3,11 +3,12 @@
 
 use crate::board::{Duration, Instant};
 
-/// Moves with which motion begins, and without which no line waits for its answer: as many as Grbl
-/// plans.
+/// With this number of planned moves motion begins; with fewer, no line waits for its answer. Grbl
+/// plans as many.
 pub(super) const DEPTH: usize = 15;
 
-/// The time of two characters at 115 200 baud: bytes on their way are heard by then.
+/// Motion begins after a silence of this length: the time of two characters at 115 200 baud, in
+/// which a byte on its way is heard.
 const SILENCE: Duration = Duration::from_ticks(200);
 
 /// No sender waits for motion longer than this.
@@ -24,11 +25,11 @@ struct Patience {
 /// Whether motion may begin.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Phase {
-    /// The line under way has more moves to come: not before there are enough.
+    /// The line under way has more moves to come: motion waits until enough are planned.
     MoreToCome,
-    /// Lines may still come: not before this instant.
+    /// Lines may still come: motion waits until this instant.
     Until(Instant),
-    /// It has begun, or need not wait.
+    /// Motion has begun, or need not wait.
     Over,
 }
 
@@ -37,12 +38,12 @@ enum Phase {
 pub(super) struct Start {
     patience: Patience,
     phase: Phase,
-    /// When it is over at the latest.
+    /// When the wait is over at the latest.
     latest: Option<Instant>,
 }
 
 impl Start {
-    /// Nothing waits. `silence`: `$701`, 0 for as little as Grbl waits.
+    /// Makes a start where nothing waits. `silence`: `$701`, 0 for as little as Grbl waits.
     pub(super) fn new(silence: Duration) -> Self {
         let as_grbl = Patience {
             silence: SILENCE,
@@ -64,8 +65,8 @@ impl Start {
         }
     }
 
-    /// A move was planned, the first one after rest if it `begins`. `more`: its line has further
-    /// ones.
+    /// Notes that a move was planned. `begins`: it is the first one after rest. `more`: its line
+    /// has further moves.
     pub(super) fn planned(&mut self, begins: bool, more: bool, now: Instant) {
         if begins {
             self.latest = self.patience.longest.map(|longest| now + longest);
@@ -78,14 +79,14 @@ impl Start {
         };
     }
 
-    /// A line has come that has not been carried out yet, or is coming.
+    /// Puts motion off: a line has come that has not been carried out yet, or is coming.
     pub(super) fn put_off(&mut self, now: Instant) {
         if let Phase::Until(instant) = &mut self.phase {
             *instant = now + self.patience.silence;
         }
     }
 
-    /// The wait is over.
+    /// Ends the wait.
     pub(super) fn release(&mut self) {
         self.phase = Phase::Over;
     }

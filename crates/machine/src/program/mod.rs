@@ -12,11 +12,11 @@ pub(crate) struct Program<const AXES: usize> {
     pub(crate) startup: Startup,
     /// The channel whose job is under way.
     pub(crate) owner: Option<ChannelId>,
-    /// A `$` line has come that waits for the motion before it to end.
+    /// A `$` line has come that waits until the motion before it has ended.
     pub(crate) line_waits: bool,
     /// Lines since the program began: since power-up, a reset, or the end of the program before.
     pub(crate) lines: u32,
-    /// M56.
+    /// Whether M56 allows parking.
     pub(crate) parking_allowed: bool,
     /// The end of the last probing motion.
     pub(crate) probed: Probed<AXES>,
@@ -48,8 +48,8 @@ impl<const AXES: usize> Program<AXES> {
         }
     }
 
-    /// Modes, offsets that are not stored, and the count of lines as at power-up; whose job it is,
-    /// and startup lines, stay.
+    /// Sets modes, offsets that are not stored, and the count of lines back to their state at
+    /// power-up. The owner of the job and the startup lines stay.
     pub(crate) fn reset(&mut self) {
         self.interpreter.reset();
         self.work_offset = *self.interpreter.work_offset();

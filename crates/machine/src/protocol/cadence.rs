@@ -1,9 +1,14 @@
 //! Which status report carries the work offset, which the overrides.
 //!
-//! Both change seldom and senders keep the last they saw, so that each comes only now and then: the
-//! work offset in the first report after a reset or a change and then every 10th (every 30th while
-//! busy), the overrides in the report after the first and then every 10th (20th), and in the next
-//! after a change. Never both: the work offset goes first.
+//! Both change seldom, and senders keep the last values that they saw. So each comes only now and
+//! then:
+//!
+//! - The work offset comes in the first report after a reset or a change, and then in every 10th
+//!   (every 30th while busy).
+//! - The overrides come in the second report after a reset, in the next one after a change, and
+//!   then in every 10th (every 20th while busy).
+//!
+//! No report carries both: the work offset goes first.
 
 /// The occasional fields of a status report.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -17,9 +22,9 @@ pub enum Extra {
     Overrides,
 }
 
-/// Reports from one to the next with the same extra, at rest and busy.
+/// The work offset comes in every report of this number: at rest, and while busy.
 const WORK_OFFSET_EVERY: (u8, u8) = (10, 30);
-/// See [`WORK_OFFSET_EVERY`].
+/// The overrides come in every report of this number: at rest, and while busy.
 const OVERRIDES_EVERY: (u8, u8) = (10, 20);
 
 /// Counts the reports up to the next extra; 0 is due.

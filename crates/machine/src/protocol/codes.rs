@@ -1,6 +1,7 @@
 //! The shape of a table of numbered codes: one row gives the variant, its number and its texts.
 
-/// A number of an extension's own, with its words. Numbers 220 to 254 are free for extensions.
+/// An error or alarm number of an extension, with its texts. Numbers 220 to 254 are free for
+/// extensions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct OwnCode {
     /// The number that is sent.
@@ -15,9 +16,9 @@ pub struct OwnCode {
 /// Makes an enum of one table: name and number, short text, long explanation. One more variant has
 /// the numbers of extensions.
 ///
-/// Texts go over the wire in `[MSG:…]` lines and into the documents. Some senders look for the two
-/// answers *anywhere* in a line, so that neither word may occur in a text, in any case;
-/// `texts_are_safe_to_send` in each table's tests sees to it.
+/// Texts go over the wire in `[MSG:…]` lines and into the documents. Some senders look for `ok` and
+/// `error` *anywhere* in a line. So neither word may occur in a text, in any case, and nor may
+/// `alarm`; `texts_are_safe_to_send` in each table's tests sees to it.
 macro_rules! codes {
     ($(#[$meta:meta])* $name:ident { $($variant:ident = $number:literal, $text:literal, $explanation:literal;)* }) => {
         $(#[$meta])*
@@ -25,7 +26,7 @@ macro_rules! codes {
         #[cfg_attr(feature = "defmt", derive(defmt::Format))]
         pub enum $name {
             $(#[doc = concat!($text, ". ", $explanation)] $variant,)*
-            /// A number of an extension, which has the words for it.
+            /// A number of an extension, which has the texts for it.
             Own(u8),
         }
 

@@ -1,8 +1,14 @@
 //! Exact values as the fixed decimals that go over the wire.
 //!
-//! A value is a whole count of 10⁻⁹ mm; the last printed digit stands for a whole count of those,
-//! too, in inches as well: 10⁻⁴ inch = 2 540 000 · 10⁻⁹ mm. One integer division so gives the
-//! printed digits, rounded half away from zero. A value that rounds to zero has no sign.
+//! A value is a whole count of 10⁻⁹ mm. One in the last printed digit is such a count, too, even in
+//! inches:
+//!
+//! ```text
+//! 10⁻⁴ inch = 2 540 000 · 10⁻⁹ mm
+//! ```
+//!
+//! So one integer division gives the printed digits, rounded half away from zero. A value that
+//! rounds to zero has no sign.
 
 use core::fmt;
 use leadscrew_gcode::Number;
@@ -19,7 +25,8 @@ pub struct Decimal {
 }
 
 impl Decimal {
-    /// Longest printed form: sign, 10 digits, point, 3 digits, or 9 and 4 of them for inches.
+    /// Longest printed form: sign, 10 digits, point, 3 digits; for inches 9 digits, point, 4
+    /// digits.
     pub const MAX_LENGTH: usize = 15;
 
     /// A length in millimetres, or an angle, with 3 decimals.
@@ -81,8 +88,7 @@ impl fmt::Display for Decimal {
     }
 }
 
-/// Answers the nearest number of thousandths to a measured value, for reports: 0 for a value that
-/// is no number.
+/// Answers a measured value cut to thousandths, for reports; 0 for a value that is no number.
 pub fn from_f32(value: f32) -> Number {
     Number::from_nanos(((value * 1000.0) as i64).saturating_mul(1_000_000))
 }

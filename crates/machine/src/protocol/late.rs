@@ -19,9 +19,9 @@ const KINDS: [Realtime; 4] = [
     Realtime::JogCancel,
 ];
 
-/// Bits of a number; 0 for none.
+/// Bits that the number of a kind takes in the list; the number 0 stands for no command.
 const BITS: u32 = 4;
-/// The list; above it is a count of its changes.
+/// The bits of a word that hold the list; above them is a count of its changes.
 const LIST: u32 = 0xFFFF;
 
 /// The late commands of one channel.
@@ -49,7 +49,7 @@ impl Late {
         self.list.load(Ordering::Acquire) != self.taken.load(Ordering::Acquire)
     }
 
-    /// Keeps a command that stood at `mark`; whether it is of a kind that is kept. Serial
+    /// Keeps a command that stood at `mark`; answers whether it is of a kind that is kept. Serial
     /// interrupt.
     pub(super) fn keep(&self, realtime: Realtime, mark: u32) -> bool {
         let Some(number) = number(realtime) else {
@@ -76,8 +76,8 @@ impl Late {
         self.list.store(count | list, Ordering::Release);
     }
 
-    /// The list as it is, to be taken with [`Late::take`] where nothing that came earlier is left.
-    /// Main loop.
+    /// The list as it is now. To be taken with [`Late::take`] once nothing that came earlier is
+    /// left. Main loop.
     pub(super) fn peek(&self) -> u32 {
         self.list.load(Ordering::Acquire)
     }
@@ -117,7 +117,7 @@ fn number(realtime: Realtime) -> Option<u32> {
         .find_map(|(number, kind)| (kind == realtime).then_some(number))
 }
 
-/// The list with this number at its end only.
+/// The list with this number moved to its end.
 fn moved_back(list: u32, number: u32) -> u32 {
     let (mut kept, mut end, mut rest) = (0, 0, list);
     while rest != 0 {

@@ -25,7 +25,8 @@ enum Skip {
     Rest,
 }
 
-/// The byte that each byte becomes outside comments, 0 where that takes a closer look (or nothing).
+/// For each byte, the byte that it becomes outside comments; 0 for one that is dropped or takes a
+/// closer look.
 const KEPT: [u8; 256] = {
     let mut kept = [0; 256];
     let mut byte = 0x21;
@@ -77,7 +78,7 @@ pub struct LineReader<const CAPACITY: usize> {
     too_long: bool,
     /// The comment of the line that was completed last, or of the one under way.
     comment: Vec<u8, COMMENT>,
-    /// The line under way has one.
+    /// The line under way has a comment.
     has_comment: bool,
 }
 

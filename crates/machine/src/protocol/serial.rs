@@ -21,7 +21,8 @@
 //! When a queue is full: an ordinary byte is lost and counted, as in Grbl. `?` is remembered in a
 //! flag, so that a report follows. One place is kept for a reset; where that is taken, a reset is
 //! under way already and only its mark moves on. `!`, `~`, 0x84 and 0x85 are kept beside the queue
-//! ([`Late`]). Overrides and the like are lost and counted.
+//! ([`Late`]). Overrides and the like are lost: their sender sees that they have no effect, and
+//! sends them again.
 
 use super::late::{Late, Taken};
 use super::line_reader::LineReader;
@@ -57,15 +58,15 @@ pub struct Request {
     pub mark: Mark,
 }
 
-/// Words that the two ends share besides the queues. Each is written by the interrupt, but for
-/// `report`, `opened` and `closed`, which the main loop clears, and its part of `late`.
+/// Words that the two ends share besides the queues. The interrupt writes all of them. The main
+/// loop also clears `report`, `opened` and `closed`, and writes its part of `late`.
 #[derive(Debug)]
 struct Shared {
     /// A `?` that found no room.
     report: AtomicBool,
     /// Commands that found no room and must not be lost.
     late: Late,
-    /// Somebody has come at the other end: cleared by the main loop, too.
+    /// Somebody has opened the other end.
     opened: AtomicBool,
     /// The mark of the newest reset.
     reset: AtomicU32,
@@ -78,8 +79,8 @@ struct Shared {
 /// The memory of one serial channel.
 ///
 /// * `RX` slots for ordinary bytes: one more than the bytes that fit. Grbl has 129.
-/// * `TX` bytes of output that may wait, at least [`LEAST_TX`]: where they hold fewer answers, a
-///   sender gets them no later; messages are left out sooner.
+/// * `TX` bytes of output that may wait, at least [`LEAST_TX`]. With fewer bytes a sender gets its
+///   answers no later, but messages are left out sooner.
 /// * `REALTIME` slots for realtime commands, at least 4: one stays empty and one is a reset's.
 ///   Choose as many as come in 0.4 ms: 8 at 115 200 baud.
 ///
@@ -106,8 +107,8 @@ pub struct SerialQueue<
     /// Collects the line that is being read.
     reader: LineReader<LINE>,
     shared: Shared,
-    /// Places that are never used. Not the limit itself: an empty channel is all zeros, and takes
-    /// no room in a program's image.
+    /// Places of the byte queue that are never used. They are stored in place of the limit so that
+    /// an empty channel is all zeros, which take no room in a program's image.
     spare: usize,
 }
 
@@ -206,7 +207,7 @@ impl Receiver<'_> {
         }
     }
 
-    /// Notes that somebody has come at the other end, to whom the general messages are due. Serial
+    /// Notes that somebody has opened the other end, and is to get the general messages. Serial
     /// interrupt.
     pub fn open(&mut self) {
         self.shared.opened.store(true, Ordering::Release);
@@ -232,7 +233,7 @@ impl Receiver<'_> {
     }
 
     fn keep(&mut self, byte: u8) {
-        // Where the limit is the queue's own, the queue looks after it.
+        // A limit that is the queue's own capacity is left to the queue.
         let fits = self.limit == self.bytes.capacity() || self.bytes.len() < self.limit;
         if fits && self.bytes.enqueue(byte).is_ok() {
             self.received = self.received.wrapping_add(1);
@@ -361,7 +362,7 @@ impl Inbox<'_> {
         closed.then(|| Mark(self.shared.closed_at.load(Ordering::Relaxed)))
     }
 
-    /// Lets the bytes of the next one come. Main loop.
+    /// Lets the bytes come that were received after the other end went away. Main loop.
     pub fn forget_close(&mut self) {
         self.shared.closed.store(false, Ordering::Release);
     }
@@ -395,7 +396,7 @@ impl Inbox<'_> {
         self.requests.ready() || self.is_late() || self.shared.report.load(Ordering::Acquire)
     }
 
-    /// Answers whether somebody has come at the other end since this was asked last. Main loop.
+    /// Answers whether somebody has opened the other end since this was asked last. Main loop.
     pub fn take_opened(&mut self) -> bool {
         let opened = self.shared.opened.load(Ordering::Acquire);
         if opened {
@@ -429,7 +430,8 @@ impl Inbox<'_> {
         !self.late.is_empty() || self.shared.late.waits()
     }
 
-    /// Of commands that were late only a jog cancel asks where it stood.
+    /// A late command with its mark. The mark is that of the newest jog cancel: no other late
+    /// command needs one.
     fn at_late_mark(&self, realtime: Realtime) -> Request {
         let mark = Mark(self.shared.late.mark());
         Request { realtime, mark }
@@ -465,7 +467,7 @@ fn count(counter: &AtomicU32) {
     add(counter, 1);
 }
 
-/// Adds some. Serial interrupt only, so that a load and a store are enough.
+/// Adds `some`. Serial interrupt only, so that a load and a store are enough.
 fn add(counter: &AtomicU32, some: u32) {
     counter.store(
         counter.load(Ordering::Relaxed).wrapping_add(some),

@@ -1,7 +1,6 @@
 //! The answer to a refused line: `error:N`.
 //!
-//! The numbers are GRBL's; 52, a value out of range, is the one grblHAL's users know. From 200 on
-//! they are our own.
+//! The numbers are GRBL's; 52, a value out of range, is grblHAL's. From 200 on they are our own.
 
 use super::codes::codes;
 use core::fmt;

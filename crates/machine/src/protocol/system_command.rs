@@ -137,7 +137,8 @@ pub struct Circumstances {
 type Refused<'a> = (Status, &'a [u8]);
 
 impl<'a> SystemCommand<'a> {
-    /// Whether the operator may give it while a program's line is put aside (a tool change).
+    /// Whether the operator may give this command while a program's line is put aside (a tool
+    /// change).
     pub fn serves_operator(&self) -> bool {
         match self {
             Self::Home(_) | Self::Jog(_) | Self::Unlock => true,
@@ -160,7 +161,7 @@ impl<'a> SystemCommand<'a> {
         }
     }
 
-    /// Whether it is refused as soon as a move is planned, before that begins.
+    /// Whether the command is refused as soon as a move is planned, even before the move begins.
     pub fn needs_rest(&self) -> bool {
         match self {
             Self::StoreBuild(_)
@@ -189,8 +190,8 @@ impl<'a> SystemCommand<'a> {
     ///
     /// # Errors
     ///
-    /// The one that Grbl gives, but for `$Nx=` beyond the lines there are:
-    /// [`Status::InvalidStatement`]. Its column is 0 where the line is right and the machine may
+    /// The error that Grbl gives, with one exception: `$Nx=` for a startup line that does not exist
+    /// is [`Status::InvalidStatement`]. The column is 0 where the line is right and the machine may
     /// not carry it out now.
     pub fn parse(line: &'a [u8], now: &Circumstances) -> Result<Self, Fault> {
         Self::read(line, now).map_err(|(status, left)| Fault {
@@ -248,9 +249,9 @@ impl<'a> SystemCommand<'a> {
         }
     }
 
-    /// Where in `line`, which this command was read from, a fault stands that was found in carrying
-    /// it out: in its line of G-code, at a setting's value, or at the number of a setting that
-    /// there is not.
+    /// Moves a fault that was found in carrying the command out to its place in `line`, from which
+    /// the command was read: into its G-code, to the value of a setting, or to the number of a
+    /// setting that does not exist.
     pub fn locate(&self, fault: Fault, line: &[u8]) -> Fault {
         let begins = match self {
             Self::Jog(gcode) | Self::StoreStartup { line: gcode, .. } => {
@@ -398,7 +399,7 @@ mod tests {
         single_axis_homing: false,
     };
 
-    /// The status alone.
+    /// Parses a line; of a fault, answers the status alone.
     fn parse<'a>(line: &'a str, now: &Circumstances) -> Result<SystemCommand<'a>, Status> {
         SystemCommand::parse(line.as_bytes(), now).map_err(|fault| fault.status)
     }
@@ -501,7 +502,7 @@ mod tests {
         }
     }
 
-    /// Likewise, with blanks between them.
+    /// The same, with blanks between the lines.
     #[test]
     fn a_line_of_another_spelling_is_error_3() {
         let lines = "

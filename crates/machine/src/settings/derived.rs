@@ -76,8 +76,8 @@ pub(crate) fn spindle_scale<const AXES: usize>(settings: &Settings<AXES>) -> Spi
     }
 }
 
-/// `$130` and up, no farther than steps can be counted: places beyond reach are outside the travel,
-/// too.
+/// The travel of each axis: `$130` and up, but no more than `reach`. So places whose steps cannot
+/// be counted are outside the travel, too.
 pub(crate) fn travel<const AXES: usize>(
     settings: &Settings<AXES>,
     reach: &[Coordinate; AXES],

@@ -43,7 +43,7 @@ pub trait SettingsStore {
     ///
     /// # Errors
     ///
-    /// The memory could not be written; any of the bytes may have been.
+    /// The memory could not be written; any of the bytes may have been written.
     fn write(&mut self, area: Area, offset: usize, bytes: &[u8]) -> Result<(), Self::Error>;
 
     /// Erases an area: all its bytes become 0xFF.

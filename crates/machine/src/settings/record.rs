@@ -39,7 +39,7 @@ pub(super) const RECORD_HEADER: usize = 4;
 /// Bytes of a record besides its payload.
 pub(super) const OVERHEAD: usize = RECORD_HEADER + 4;
 
-/// Ends the copies of a rewrite.
+/// The key of the record that ends the copies of a rewrite.
 pub(super) const COMMIT: u16 = 0xfffe;
 
 const MAGIC: [u8; 2] = *b"LS";

@@ -25,11 +25,11 @@ pub(super) struct Place {
 /// How the records of an area end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Tail {
-    /// After a whole record.
+    /// The last record is whole.
     Clean,
-    /// With one whose writing was cut short.
+    /// The writing of the last record was cut short.
     CutShort,
-    /// Some record, there or before, is damaged.
+    /// A record, at the end or before, is damaged.
     Damaged,
 }
 
@@ -42,7 +42,7 @@ pub(super) enum AreaState {
     Erased,
     /// Erased as a whole: its header, written after that, is there, and nothing else.
     Prepared { sequence: u32 },
-    /// It was being written: the other area stands.
+    /// Its writing was not finished: the other area stands.
     Unfinished,
     /// It may have been committed.
     Damaged,

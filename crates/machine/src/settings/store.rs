@@ -7,7 +7,8 @@
 //!
 //! A record counts once its checksum, written last, is there: before that the old value stands. An
 //! area counts once its commit record is there: before that the other area stands. So each value is
-//! the old or the new one, never a mixture, and so is all that one [`Records::retain`] removes.
+//! the old or the new one, never a mixture. All that one [`Records::retain`] removes is removed
+//! together, or not at all.
 //!
 //! The memory may err without saying so. Everything that is written is read back: a record before
 //! it counts as stored, a copy before its commit record is written. After a fault the other area is
@@ -81,7 +82,7 @@ const AT_ONCE: usize = 48;
 pub enum Written {
     /// All of it: it counts.
     All,
-    /// Its beginning: to be written again with the same value, before any other.
+    /// Its beginning: write the same value again, before any other.
     Part,
 }
 
@@ -160,7 +161,8 @@ impl Records {
         value: &[u8],
     ) -> Result<Written, StoreError<S::Error>> {
         match self.try_write(flash, key, value) {
-            // Nothing more is written to that area: the second attempt changes to the other one.
+            // Nothing more is written to the area that failed: the second attempt changes to the
+            // other one.
             Err(StoreError::Flash(_) | StoreError::Unfaithful) => self.try_write(flash, key, value),
             done => done,
         }
@@ -195,8 +197,8 @@ impl Records {
         Ok(Written::All)
     }
 
-    /// Whether this record is the one under way. Where it is another, the begun record is in the
-    /// way: the area is to be rewritten.
+    /// Whether this record is the one that has been begun. Where another one has been begun, that
+    /// is in the way: the area is to be rewritten.
     fn has_begun<S: SettingsStore>(
         &mut self,
         flash: &mut S,
@@ -443,7 +445,7 @@ fn write_faithfully<S: SettingsStore>(
     same.then_some(()).ok_or(StoreError::Unfaithful)
 }
 
-/// Answers the meaning of two areas without a commit record.
+/// Answers the condition of a store where neither area has a commit record.
 fn unreadable(first: &Scan, second: &Scan) -> Condition {
     let any = |area| first.area == area || second.area == area;
     if any(AreaState::Foreign) {

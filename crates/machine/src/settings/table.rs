@@ -12,8 +12,8 @@ use leadscrew_gcode::Number;
 pub enum Kind {
     /// One bit an axis or motor: 0 to 255; a fraction is cut.
     AxisMask,
-    /// One bit an option, by these names with commas between, from the lowest bit: 0 to 255; a
-    /// fraction is cut.
+    /// One bit an option: 0 to 255; a fraction is cut. These are the names of the options from the
+    /// lowest bit, with commas between.
     Bits(&'static str),
     /// Off at 0, on at any other of 0 to 255; a fraction is cut.
     Switch,
@@ -70,7 +70,7 @@ pub struct Row {
     pub unit: &'static str,
     /// Its effect, in one sentence.
     pub description: &'static str,
-    /// The settings it stands with.
+    /// The group of settings to which it belongs.
     pub group: Group,
     /// The values that it takes.
     pub kind: Kind,
@@ -95,7 +95,7 @@ macro_rules! rows {
             /// All of them, by rising number: `ALL[x as usize] == x`.
             pub const ALL: &'static [Self] = &[$(Self::$variant),*];
 
-            /// Answers the row of the table. Its default is in 10⁻³.
+            /// Answers the row. The table writes defaults in 10⁻³, the row has the exact number.
             pub const fn row(self) -> Row {
                 match self {
                     $(Self::$variant => Row {

@@ -211,7 +211,7 @@ impl<const AXES: usize> Settings<AXES> {
             Key::Machine(Setting::SoftLimits) if value != ZERO && !self.is_on(Setting::Homing) => {
                 Err(Status::SoftLimitsNeedHoming)
             }
-            // Alone: at 1 mm/s, or with 1 step/mm.
+            // Each is checked alone: a scale at 1 mm/s, a rate with 1 step/mm.
             Key::Axis(AxisSetting::StepsPerMm, _) if value.nanos() > rate => {
                 Err(Status::StepRateTooHigh)
             }
@@ -270,14 +270,14 @@ impl SettingLine {
     }
 }
 
-/// 10⁻⁹ in one.
+/// One, in 10⁻⁹.
 const ONE: i64 = 1_000_000_000;
 
 /// Answers the value as a setting of this kind keeps it.
 ///
 /// # Errors
 ///
-/// Negative, where the kind is not signed; out of range.
+/// The value is negative and the kind is not signed, or it is out of range.
 pub(crate) fn checked(kind: Kind, value: Number) -> Result<Number, Status> {
     if value < ZERO && !matches!(kind, Kind::Signed { .. }) {
         return Err(Status::NegativeValue);

@@ -24,7 +24,7 @@ pub(crate) enum DeadMan {
 
 impl DeadMan {
     /// Looks at the laser: `lit` at rest, with nothing under way; `heard`: a byte has come from its
-    /// sender since the last look. Answers whether the sender has been silent for `limit` just now.
+    /// sender since the last look. Answers, once, whether the sender has been silent for `limit`.
     /// Main loop, at every turn.
     pub(crate) fn watch(
         &mut self,
@@ -61,7 +61,7 @@ mod tests {
 
     const LIMIT: Option<Duration> = Some(Duration::from_ticks(100));
 
-    /// Looks at these instants, the sender heard at some of them; when it expires.
+    /// When the laser expires. `looks`: instants of a look, each with whether its sender was heard.
     fn expiry(limit: Option<Duration>, looks: &[(u64, bool)]) -> Option<u64> {
         let mut dead_man = DeadMan::default();
         let mut expires = |(at, heard): &(u64, bool)| {

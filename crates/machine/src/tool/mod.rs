@@ -28,14 +28,14 @@ use spindle::{Spindle, SpindleScale};
 pub(crate) struct Tool {
     pub(crate) spindle: Spindle,
     pub(crate) coolant: Coolant,
-    /// Of a laser that is lit at rest.
+    /// The dead-man of a laser that is lit at rest.
     pub(crate) dead_man: DeadMan,
     /// The program's last word to the spindle.
     pub(crate) told: interpreter::Spindle,
     /// The power that was put out in this rest; `None` in motion, and where it has to be put out
     /// anew.
     rest_power: Option<Power>,
-    /// The direction that was put out in this rest, likewise.
+    /// The direction that was put out in this rest; `None` as for the power.
     rest_output: Option<SpindleOutput>,
 }
 

@@ -24,15 +24,16 @@ where
         self.tell_extension(Event::Enters(state));
     }
 
-    /// Shuts the laser's gate where the state wants it shut. A switch that has stopped the machine
-    /// shut it, too: it stays so until the main loop has dealt with that edge, which it may not
+    /// Opens or shuts the laser's gate, as the state wants it. After a switch has stopped the
+    /// machine, the gate stays shut until the main loop has dealt with that edge, which it may not
     /// have seen yet.
     pub(crate) fn set_gate(&mut self) {
         let shut = self.tool.spindle.is_shut(self.state);
         if shut != self.motion.shared.is_laser_off() {
             self.motion.shared.set_laser_off(shut);
         }
-        // After the gate: an edge in between is seen here, a later one shuts it itself.
+        // Looked at after the gate was set: an edge in between is seen here, and the interrupt
+        // shuts the gate for a later one.
         if self.switches.inputs.edges().stops() != self.switches.edges.stops() {
             self.motion.shared.set_laser_off(true);
         }
@@ -73,7 +74,7 @@ where
         }
     }
 
-    /// Spindle off, and its power at once: M5, until a line says otherwise.
+    /// Switches the spindle off, and its power at once: M5, until a line says otherwise.
     pub(crate) fn switch_spindle_off<B: Board>(&mut self, board: &mut B) {
         self.program.interpreter.stop_spindle();
         self.want_spindle(crate::interpreter::Spindle::default());

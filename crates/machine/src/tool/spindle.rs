@@ -14,9 +14,10 @@ pub struct Spindle {
     wanted: Wanted,
     /// Override, percent.
     percent: u8,
-    /// Kept off by the door or 0x9E, whatever is wanted. A laser's gate needs no such word.
+    /// Kept off by the door or 0x9E, whatever is wanted. A laser's gate does not depend on this.
     suspended: bool,
-    /// It stands until the next move or spindle command; the speed that reports go on to show, RPM.
+    /// `Some` while it stands until the next move or spindle command: the speed that reports show
+    /// meanwhile, RPM.
     stands_at: Option<f32>,
     scale: SpindleScale,
     /// A laser stands in its place (`$32`).
@@ -107,7 +108,7 @@ impl Spindle {
         self.suspended
     }
 
-    /// The direction, while any power goes with it.
+    /// The direction, while the wanted speed is above 0; off otherwise.
     pub fn accessory(&self) -> SpindleOutput {
         self.turning_at(self.wanted_speed())
     }
@@ -132,7 +133,7 @@ impl Spindle {
         }
     }
 
-    /// The beam of a move that wants this of a laser, before the override.
+    /// The beam of a move with this command to the laser, without the override.
     pub fn beam_of_move(&self, wanted: Wanted) -> Beam {
         wanted.beam(100, &self.scale)
     }

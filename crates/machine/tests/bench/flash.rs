@@ -7,11 +7,11 @@ use std::{vec, vec::Vec};
 /// Bytes that one step of an erase clears.
 const BLOCK: usize = 64;
 
-/// Two areas.
+/// Memory of two areas.
 #[derive(Clone, Debug)]
 pub(crate) struct MockFlash {
     pub(crate) areas: [Vec<u8>; 2],
-    /// Bytes that can still be written, and blocks erased: then power is lost.
+    /// Bytes that can still be written, and blocks that can be erased, before power is lost.
     pub(crate) fuel: usize,
     /// Bits of the byte under way that stay set when power is lost.
     pub(crate) half_written: u8,
@@ -28,7 +28,7 @@ pub(crate) struct MockFlash {
     pub(crate) died_erasing: bool,
     /// Areas whose cells keep nothing.
     pub(crate) weak: [bool; 2],
-    /// Power is away.
+    /// Power is off.
     pub(crate) dead: bool,
 }
 

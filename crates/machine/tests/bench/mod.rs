@@ -42,13 +42,13 @@ pub struct Pins<'a> {
     pub enabled: bool,
     pub port: PortConfig,
     pub switches: Cell<Switches>,
-    /// The levels that the switches take behind the main loop's back, right after it has read them
-    /// this many times more.
+    /// After the main loop has read the switches this many times more, they take these levels,
+    /// behind its back.
     pub edge: Cell<Option<(u32, Switches)>>,
     inputs: &'a Inputs<3>,
     shared: &'a Shared<3>,
     outputs: Rc<Cell<u8>>,
-    /// Each change of the outputs in motion: where, and their levels.
+    /// Each change of the outputs in motion: the position, and the levels.
     pub output_changes: Vec<([i32; 3], u8)>,
     now: u64,
     due: Option<u64>,
@@ -339,7 +339,7 @@ impl<'a, K: Kinematics<3, 3> + Clone, X: Extension<3>> Session<'a, K, X> {
         }
     }
 
-    /// Until nothing moves and nothing waits; at most ten minutes.
+    /// Runs until nothing moves and nothing waits; at most ten minutes.
     pub fn until_quiet(&mut self) {
         let end = self.pins.now + 600_000_000 * COUNTS_PER_US;
         self.turn();
@@ -353,7 +353,7 @@ impl<'a, K: Kinematics<3, 3> + Clone, X: Extension<3>> Session<'a, K, X> {
         }
     }
 
-    /// Until `done` says so; at most ten minutes.
+    /// Runs until `done` says so; at most ten minutes.
     pub fn until(&mut self, mut done: impl FnMut(&Self) -> bool) {
         let end = self.pins.now + 600_000_000 * COUNTS_PER_US;
         while !done(self) {
@@ -362,7 +362,7 @@ impl<'a, K: Kinematics<3, 3> + Clone, X: Extension<3>> Session<'a, K, X> {
         }
     }
 
-    /// One interrupt or one poll, whichever is due first.
+    /// Runs one interrupt or one poll, whichever is due first.
     pub fn turn(&mut self) {
         match self.pins.due {
             Some(due) if due <= self.next_poll => {
@@ -420,7 +420,8 @@ impl<'a, K: Kinematics<3, 3> + Clone, X: Extension<3>> Session<'a, K, X> {
         }
     }
 
-    /// The plant's position, as long as nobody declares another one (homing does).
+    /// The position of the plant. With limit switches it is the machine's count, which is the same
+    /// until somebody declares another one (homing does).
     fn counted(&self) -> [i32; 3] {
         match self.contact {
             Some(Contact::Limits(_) | Contact::Belts(_)) => self.shared.position(),

@@ -12,7 +12,7 @@ pub(crate) struct ArcFeed<const AXES: usize> {
     chords: Arc<AXES>,
     /// The end of the next chord, drawn but not planned yet.
     next: Option<[Coordinate; AXES]>,
-    /// The bounds of the speed on it.
+    /// The bounds of the speed on the arc.
     pub(crate) curve: Curve,
 }
 
@@ -52,7 +52,8 @@ impl<const AXES: usize> ArcFeed<AXES> {
         self.next = self.chords.next();
     }
 
-    /// How many parts the feed is to be shared among: in G93 the arc as a whole takes the time.
+    /// The number of parts among which the feed is divided: in G93 the time is that of the whole
+    /// arc.
     pub(crate) fn shares(&self, feed: Feed) -> f32 {
         match feed {
             Feed::InverseTime(_) => self.chords.chords() as f32,

@@ -1,5 +1,5 @@
-//! Moves of a machine with an extruder: the feed counts the way of the other axes, and `G92 E0`
-//! does not wait.
+//! Moves of a machine with an extruder: the feed is the speed of the other axes, and `G92 E0` does
+//! not wait for motion to end.
 //!
 //! ```text
 //!   G1 X30 Y40 E10 F3000     50 mm at 3000 mm/min: one second. The path of all four axes has 51 mm, and is planned at 3059 mm/min.
@@ -11,8 +11,8 @@ use crate::machine::Machine;
 use leadscrew_planner::{self as planner, Coordinate};
 
 impl<K, X, const AXES: usize, const MOTORS: usize> Machine<'_, K, AXES, MOTORS, X> {
-    /// The planner's feed of a move to `target`, where `feed` is meant for all axes but the
-    /// extruder.
+    /// The feed that the planner gets for a move to `target`. `feed` is the speed of all axes but
+    /// the extruder.
     pub(super) fn feed_beside_e(
         &self,
         feed: planner::Feed,
@@ -28,8 +28,8 @@ impl<K, X, const AXES: usize, const MOTORS: usize> Machine<'_, K, AXES, MOTORS, 
         }
     }
 
-    /// How much longer the path to `target` is than the way of the other axes; 1 where none of them
-    /// moves.
+    /// The length of the path of all axes to `target`, divided by its length without the extruder;
+    /// 1 where no other axis moves.
     fn stretch(&self, target: &[Coordinate; AXES]) -> f32 {
         let Some(e) = extruder(&self.config.axes) else {
             return 1.0;
@@ -49,7 +49,7 @@ impl<K, X, const AXES: usize, const MOTORS: usize> Machine<'_, K, AXES, MOTORS, 
         }
     }
 
-    /// Whether nothing but the extruder's part tells a work offset from the present one.
+    /// Whether a work offset differs from the present one in no axis but the extruder's.
     pub(super) fn is_offset_of_e(&self, offset: &[Coordinate; AXES]) -> bool {
         let Some(e) = extruder(&self.config.axes) else {
             return false;

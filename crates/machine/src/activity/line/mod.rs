@@ -6,8 +6,8 @@
 //!                                    +---- Wait: again at the next poll
 //! ```
 //!
-//! There is one line at a time, from any sender. The [`Wait`] of a command holds the room, rest,
-//! time or contact that it waits for.
+//! There is one line at a time, from any sender. The [`Wait`] of a command says what it waits for:
+//! room, rest, time or contact.
 
 mod arc;
 mod cycle;
@@ -43,7 +43,7 @@ pub(crate) enum LineKind {
 /// The event that the command under way waits for.
 #[derive(Clone, Debug)]
 pub(crate) enum Wait<const AXES: usize> {
-    /// It has not begun.
+    /// Nothing: the command has not begun.
     Nothing,
     /// Room for the arc's next chord.
     Arc(ArcFeed<AXES>),
@@ -58,7 +58,7 @@ pub(crate) enum Wait<const AXES: usize> {
     /// The line's change is stored. `then_restart`: the machine starts anew after the answer
     /// (`$RST=`).
     Stored {
-        /// Whether it does.
+        /// Whether the machine starts anew.
         then_restart: bool,
     },
 }
@@ -72,7 +72,7 @@ pub(crate) enum OwnWait {
     Gate,
     /// The end of all motion.
     Rest,
-    /// The end of a stop that it asked for.
+    /// The end of a stop that the extension asked for.
     Stop,
 }
 
@@ -88,9 +88,9 @@ pub(crate) enum Probing {
 /// Whether a command is carried out.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Progress {
-    /// It is.
+    /// The command is carried out.
     Done,
-    /// Not yet: again at the next poll.
+    /// Not yet: the command is tried again at the next poll.
     Wait,
 }
 
@@ -120,7 +120,7 @@ impl<const AXES: usize> Executor<AXES> {
         }
     }
 
-    /// Where the commands of the next line go; there is none under way. Follow with
+    /// The list that takes the commands of the next line. No line may be under way. Follow with
     /// [`Executor::begin`].
     pub(crate) fn commands(&mut self) -> &mut Commands<AXES> {
         &mut self.commands
@@ -135,7 +135,7 @@ impl<const AXES: usize> Executor<AXES> {
         self.wait = Wait::Nothing;
     }
 
-    /// Takes on a line that is carried out, and is answered once its change is stored.
+    /// Takes on a line that is carried out already; it is answered once its change is stored.
     pub(crate) fn begin_storing(&mut self, origin: Origin, then_restart: bool) {
         self.commands.clear();
         self.begin(origin, LineKind::Program);
@@ -179,7 +179,8 @@ impl<const AXES: usize> Executor<AXES> {
     }
 
     /// Whether the line under way would go on at once. `resting`: motion rests; `room`: the planner
-    /// has room. The store is written between two polls.
+    /// has room. A line that waits for the store wants the next poll at once, since the store is
+    /// written between two polls.
     pub(crate) fn can_advance(&self, resting: bool, room: bool) -> bool {
         self.is_busy()
             && match self.wait {
@@ -227,17 +228,17 @@ impl<const AXES: usize> Executor<AXES> {
         };
     }
 
-    /// Has the line under way wait for this.
+    /// Has the line under way wait for this event.
     pub(crate) fn wait_own(&mut self, wait: OwnWait) {
         self.wait = Wait::Own(wait);
     }
 
-    /// Whether the command under way has begun: no gate is asked again.
+    /// Whether the command under way has begun: then the extension's gate is not asked again.
     pub(crate) fn has_passed(&self) -> bool {
         !matches!(self.wait, Wait::Nothing | Wait::Own(OwnWait::Gate))
     }
 
-    /// The gate is open for the command under way.
+    /// Notes that the extension's gate is open for the command under way.
     pub(crate) fn pass(&mut self) {
         self.wait = Wait::Nothing;
     }

@@ -98,7 +98,7 @@ where
         }
     }
 
-    /// Whether all motion has ended; lets it begin if not.
+    /// Whether all motion has ended. Motion that waits for further lines begins at once.
     pub(crate) fn is_motion_over(&mut self) -> bool {
         self.motion.release();
         self.motion.is_idle()
@@ -203,8 +203,8 @@ where
         ArcFeed::new(self.motion.path_end, travel, shape, acceleration, tolerance)
     }
 
-    /// The line that reports show for a move: its `N` word, or else how many lines of the program
-    /// there have been, where that is asked for.
+    /// The line number that reports show for a move: its `N` word, or else the count of the
+    /// program's lines where `$10` asks for line numbers.
     pub(super) fn line_of(&self, travel: &Travel<AXES>, kind: LineKind) -> Option<u32> {
         let counted = kind == LineKind::Program && self.reports(StatusReport::<AXES>::LINE);
         let count = Some(self.program.lines).filter(|_| counted);
@@ -228,7 +228,7 @@ where
                 }
                 self.explain_move(next, board);
                 self.motion.path_end = next.target;
-                // A jog burns in every motion mode, at rest the mode decides.
+                // During a jog a laser burns in every motion mode; at rest the motion mode decides.
                 let cuts = !self.activity.line.is_jogging()
                     || self.program.interpreter.modal().motion.is_cutting();
                 self.want_spindle(Spindle {
@@ -249,8 +249,8 @@ where
         }
     }
 
-    /// A move that is not a step long: a laser at constant power still changes, once motion has
-    /// ended.
+    /// Carries out a move of less than one step. A laser at constant power still changes its power,
+    /// once motion has ended.
     fn stay(&mut self, next: &Move<AXES>, spindle: &Spindle) -> Progress {
         if !self.tool.spindle.is_laser() || self.activity.line.is_jogging() {
             self.motion.path_end = next.target;
@@ -265,7 +265,7 @@ where
         Progress::Done
     }
 
-    /// A move that motors cannot count: refused, and with it the rest of its line.
+    /// Refuses a move whose steps a motor's counter cannot hold, and with it the rest of its line.
     fn refuse_move(&mut self) -> Progress {
         self.program.interpreter.set_position(self.motion.path_end);
         if let Some(origin) = self.activity.line.finish() {
@@ -324,8 +324,8 @@ where
         Progress::Done
     }
 
-    /// Whether a spindle command changes the output at rest. A laser under M4 is off then, and its
-    /// moves have their power.
+    /// Whether a spindle command changes the output at rest. It does not for a laser under M4,
+    /// which is off at rest: each of its moves has its own power.
     fn changes_at_rest(&self, spindle: &Spindle) -> bool {
         let dynamic = Rotation::Counterclockwise;
         let rotations = (self.tool.told.rotation, spindle.rotation);
@@ -349,9 +349,9 @@ where
         Progress::Done
     }
 
-    /// Notes an offset that is to be stored, and waits until it is: an `ok` says that it will
-    /// survive a power loss. The store is written at rest, so that this, as in GRBL, waits for
-    /// motion to end.
+    /// Notes an offset for the store, and waits until it is stored: an `ok` promises that the
+    /// offset survives a power loss. The store is written at rest, so the command waits for motion
+    /// to end, as in GRBL.
     fn perform_store(&mut self, id: OffsetId) -> Progress {
         if self.activity.line.is_storing() {
             return Progress::Done;
@@ -369,8 +369,8 @@ where
         }
     }
 
-    /// Waits for motion to end, as GRBL does: reports subtract one offset from all positions.
-    /// Filament is counted anew in mid-job (`G92 E0`): for that motion does not stop.
+    /// Waits for motion to end, as GRBL does: reports subtract one offset from all positions. A
+    /// change of the extruder's offset alone (`G92 E0` in mid-job) does not wait.
     fn perform_work_offset(&mut self, offset: &[Coordinate; AXES]) -> Progress {
         let moves_on = self.state == State::Check || self.is_offset_of_e(offset);
         if !moves_on && !self.is_motion_over() {
@@ -427,8 +427,8 @@ where
         }
     }
 
-    /// Has a laser stay dark at rest until the program cuts again: the machine moved by itself, or
-    /// not to the end.
+    /// Keeps a laser dark at rest until the program cuts again. Called when the machine has moved
+    /// by itself, or a motion has not reached its end.
     pub(crate) fn stop_cutting(&mut self) {
         self.want_spindle(Spindle {
             cutting: false,

@@ -6,8 +6,8 @@
 //!     +--end of the motion without contact--> [PRB:...:0], ALARM:5 where contact was a must
 //! ```
 //!
-//! A hold or an open door puts off the end, not the latch: contact made meanwhile ends the probing
-//! once motion may go on, without another step.
+//! During a hold, or while the door is open, contact is latched but does not end the probing.
+//! Probing ends once motion may go on, without another step.
 
 use super::perform::feed;
 use super::{LineKind, Probing, Progress, Wait};

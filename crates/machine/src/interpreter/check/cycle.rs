@@ -1,10 +1,10 @@
-//! Canned cycles, in LinuxCNC's order: axis words (26) and feed rate (22) as in
-//! [`path`](super::path), then axes that no cycle moves (36), G93 (201), R (28), L (23, 52), the
-//! depth (28), R below it (200), P or Q (28, 52), the spindle of G86 (202), and levels or holes
-//! that steps cannot count (52).
+//! Canned cycles, checked in LinuxCNC's order; in brackets are the numbers of the errors. Axis
+//! words (26) and feed rate (22) as in [`path`](super::path), then axes that no cycle moves (36),
+//! G93 (201), R (28), L (23, 52), the depth (28), R below it (200), P or Q (28, 52), the spindle of
+//! G86 (202), and levels or holes that steps cannot count (52).
 //!
-//! R, the depth, P and Q of the line before stay in force where cycle, plane and distance mode do.
-//! The level of G98 stays for a whole series: cycles of any kind in one plane.
+//! R, the depth, P and Q of the line before stay in force as long as cycle, plane and distance mode
+//! stay the same. The level of G98 stays for a whole series: cycles of any kind in one plane.
 
 use super::{out_of_range, pick, sum_within, Check, AXIS_WORDS, L, P, Q, R};
 use crate::interpreter::cycle::holes::{Cycle, MOST};
@@ -20,7 +20,7 @@ use leadscrew_gcode::{Letter, Number};
 /// The axes that a cycle moves.
 const X_Y_Z: Letters = Letters::of(&[Letter::X, Letter::Y, Letter::Z]);
 
-/// A cycle that passed.
+/// A cycle that has passed the checks.
 pub(super) struct Drilled<const AXES: usize> {
     pub(super) cycle: Cycle,
     pub(super) series: Series,
@@ -31,7 +31,7 @@ pub(super) struct Drilled<const AXES: usize> {
 }
 
 impl<const AXES: usize> Check<'_, AXES> {
-    /// The holes of a line, of which the first is at `first`.
+    /// The cycle of a line; the first hole is at `first`.
     ///
     /// Works on a copy: lent to a function, a check could not stay in registers.
     pub(super) fn cycle(
@@ -93,7 +93,7 @@ impl<const AXES: usize> Check<'_, AXES> {
         })
     }
 
-    /// Axes and feed mode.
+    /// Checks the axis words and the feed mode.
     fn check_cycle_words(&self, kind: CycleKind) -> Result<(), Refusal> {
         let others = self.block.letters.and(AXIS_WORDS).without(X_Y_Z);
         if !others.is_empty() {
@@ -140,7 +140,8 @@ impl<const AXES: usize> Check<'_, AXES> {
             .ok_or(Refusal::words(Status::OutOfRange, L))
     }
 
-    /// Where the tool's axis was before the series; where it is, if the line begins one.
+    /// The coordinate of the tool's axis before the series; the present one, if the line begins a
+    /// series.
     fn initial_level(&self) -> Coordinate {
         let plane = self.block.modal.plane;
         let series = self.state.series.filter(|last| last.plane == plane);

@@ -1,9 +1,9 @@
 //! The checks that need the whole line, in GRBL's order, and the plan of a line that passes.
 //!
-//! Line number (27), feed mode (22), dwell (28), tool length (37), G10 and G92 (26, 28, 29, 20),
-//! targets that nothing reaches (52), G53 (30), axis words in G80 (31), feed rate (22), arcs (26,
-//! 32, then R: 33, 34, or I, J, K: 35, 33), probing (26, 33), canned cycles (see [`cycle`]), words
-//! that nobody took (36).
+//! The order, with the numbers of the errors in brackets: line number (27), feed mode (22), dwell
+//! (28), tool length (37), G10 and G92 (26, 28, 29, 20), targets that nothing reaches (52), G53
+//! (30), axis words in G80 (31), feed rate (22), arcs (26, 32, then R: 33, 34, or I, J, K: 35, 33),
+//! probing (26, 33), canned cycles (see [`cycle`]), words that nobody took (36).
 
 mod cycle;
 mod extruder;
@@ -37,7 +37,8 @@ pub(super) struct Plan<const AXES: usize> {
     pub(super) path: Path,
     /// The holes, and the words that the next line of the series need not repeat.
     pub(super) cycle: Option<(Cycle, Series)>,
-    /// Where the axis words lead, machine coordinates; the position where they lead nowhere.
+    /// Where the axis words lead, machine coordinates; the present position where they lead
+    /// nowhere.
     pub(super) target: [Coordinate; AXES],
 }
 
@@ -66,9 +67,9 @@ pub(super) enum Effect<const AXES: usize> {
     SetG92([Coordinate; AXES]),
     /// The length of a tool in the table.
     SetTool(u8, Coordinate),
-    /// Stores where the line begins.
+    /// Stores the position at which the line begins.
     Store(OffsetId),
-    /// Goes there, by way of the target where there are axis words.
+    /// Goes to this position, by way of the target where there are axis words.
     GoTo([Coordinate; AXES]),
 }
 
@@ -182,7 +183,7 @@ impl<'a, const AXES: usize> Check<'a, AXES> {
         }
         plan.path = self.path(plan.feed, &plan.target)?;
         if let (Path::Cycle, Motion::Cycle(kind)) = (&plan.path, self.block.modal.motion) {
-            // By values, as in [`beyond`].
+            // Passed by value, for the reason given at [`beyond`].
             let drilled = self.cycle(kind, plan.target)?;
             plan.cycle = Some((drilled.cycle, drilled.series));
             plan.target = drilled.end;
@@ -292,7 +293,7 @@ impl<'a, const AXES: usize> Check<'a, AXES> {
         })
     }
 
-    /// Leads the target where the axis words do, if they are not an offset.
+    /// Sets the target to the place that the axis words name, if they are not an offset.
     #[inline]
     fn aim(
         &self,
@@ -345,7 +346,7 @@ impl<'a, const AXES: usize> Check<'a, AXES> {
     }
 
     /// G28 and G30: with axis words, axes without one stay where the target is. An extruder always
-    /// does: it has no such place.
+    /// stays there: G28 and G30 have no place for it.
     fn keep_others(&self, end: &mut [Coordinate; AXES], target: &[Coordinate; AXES]) {
         let extruder = self.context.extruder();
         if self.block.axis_mask == 0 && extruder.is_none() {
@@ -384,8 +385,8 @@ impl<'a, const AXES: usize> Check<'a, AXES> {
         }
     }
 
-    /// Whether a jog may say all this: it may choose units and distance mode for itself, and
-    /// machine coordinates.
+    /// Whether a jog may have all words of the line. Besides its motion it may choose units,
+    /// distance mode and machine coordinates.
     fn is_jog(&self) -> bool {
         let modes = self.block.groups.without(GROUPS_IN_JOGS).is_empty();
         let non_modal = self.block.non_modal;
@@ -423,8 +424,8 @@ impl<'a, const AXES: usize> Check<'a, AXES> {
     }
 }
 
-/// The words that M codes leave. One that stands alone leaves all but its own, itself among them
-/// where others are beside it.
+/// The words that no M code takes. An M code that stands alone takes its own words and leaves all
+/// others but `N`; where words of other groups are beside it, it is itself among those left.
 fn left_by_m<const AXES: usize>(
     unused: Letters,
     block: &Block<AXES>,
@@ -466,8 +467,8 @@ fn sum_within(one: Coordinate, other: Coordinate, limit: Coordinate) -> Option<C
 }
 
 /// A target outside every travel, on the side to which the sum of two coordinates leads beyond
-/// `limit`. By values: lent to a function, a check could not stay in registers (a tenth of a line's
-/// instructions).
+/// `limit`. It takes values: a check that is lent to a function cannot stay in registers, which
+/// costs a tenth of a line's instructions.
 #[cold]
 fn beyond(one: Coordinate, other: Coordinate, limit: Coordinate) -> Coordinate {
     let outside = limit + Coordinate::from_nanos(1);
@@ -482,8 +483,8 @@ pub(super) fn out_of_range(axis: usize) -> Refusal {
     Refusal::words(Status::OutOfRange, axis_letter(axis))
 }
 
-/// The nearest offset that may be in force: GRBL takes any, and then cannot move there. Neither can
-/// we.
+/// The nearest offset that may be in force. GRBL takes any offset, but cannot move to places beyond
+/// these. Neither can this machine.
 fn storable(offset: Coordinate) -> Coordinate {
     offset.clamp(-MAX_WORD, MAX_WORD)
 }

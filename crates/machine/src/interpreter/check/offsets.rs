@@ -1,5 +1,5 @@
-//! G10 and G92 need axis words (26), for G10 P or L (28), a system that exists (29), and the right
-//! L (20).
+//! G10 and G92 need axis words (error 26), for G10 P or L (28), a system that exists (29), and the
+//! right L (20).
 
 use super::{pick, storable, Check, Effect, L, P, R};
 use crate::interpreter::command::OffsetId;

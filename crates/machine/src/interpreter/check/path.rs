@@ -1,5 +1,5 @@
-//! The path of a line in its motion mode: axis words in G80 (31), feed rate (22), arcs (26, 32,
-//! then R: 33, 34, or I, J, K: 35, 33), probing (26, 33).
+//! The path of a line in its motion mode, with the numbers of the errors in brackets: axis words in
+//! G80 (31), feed rate (22), arcs (26, 32, then R: 33, 34, or I, J, K: 35, 33), probing (26, 33).
 
 use super::{pick, Check, Path, AXIS_WORDS, CENTRE_WORDS, R};
 use crate::interpreter::arc::{centre_from_radius, check_centre};
@@ -46,7 +46,8 @@ impl<const AXES: usize> Check<'_, AXES> {
         }
     }
 
-    /// A feed motion without a feed rate. A cycle without a place comes first, as in LinuxCNC.
+    /// The refusal of a feed motion without a feed rate. For a cycle, missing axis words come
+    /// first, as in LinuxCNC.
     fn without_feed(&self) -> Refusal {
         match self.block.modal.motion {
             Motion::Cycle(kind) if self.block.axis_mask == 0 => {

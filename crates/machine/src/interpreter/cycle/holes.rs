@@ -16,7 +16,7 @@ pub struct Cycle {
     /// Which cycle.
     pub kind: CycleKind,
     /// The series began below the R level: a tool below it goes straight up before it goes to the
-    /// first hole. Otherwise it goes there and up in one move.
+    /// first hole. Otherwise it goes up and to the hole in one move.
     pub lifts: bool,
     /// The plane of the holes: the tool goes along the axis across it.
     pub plane: Plane,
@@ -33,8 +33,8 @@ pub struct Cycle {
 }
 
 impl Cycle {
-    /// Answers two points that lie as far out in each direction as the cycle goes once it is over
-    /// its first hole. `end`: where the cycle ends.
+    /// Answers two opposite corners of the box in which the cycle stays once it is over its first
+    /// hole. `end`: where the cycle ends.
     pub fn corners<const AXES: usize>(&self, end: &[Coordinate; AXES]) -> [[Coordinate; AXES]; 2] {
         let top = self.clear.max(self.level(end));
         [
@@ -43,7 +43,7 @@ impl Cycle {
         ]
     }
 
-    /// The hole that has `left` behind it, at a level of the tool's axis.
+    /// The place of the hole after which `left` holes follow, at a level of the tool's axis.
     pub(super) fn hole<const AXES: usize>(
         &self,
         end: &[Coordinate; AXES],
@@ -75,7 +75,7 @@ impl Cycle {
         moved
     }
 
-    /// The tool's axis of a place.
+    /// The coordinate of the tool's axis at a place.
     pub(super) fn level<const AXES: usize>(&self, at: &[Coordinate; AXES]) -> Coordinate {
         at.get(self.plane.across()).copied().unwrap_or_default()
     }

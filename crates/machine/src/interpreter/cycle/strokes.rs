@@ -8,11 +8,11 @@ use leadscrew_planner::Coordinate;
 
 /// The rest of a cycle: lines, dwells and spindle commands, made as they are asked for.
 ///
-/// A line may end where the one before it did: each hole has the same strokes.
+/// A move may end where the one before it ended, since each hole has the same strokes.
 #[derive(Debug, Clone)]
 pub struct Strokes<const AXES: usize> {
     cycle: Cycle,
-    /// As the line has it: it ends where the cycle ends.
+    /// The travel of the cycle's line: it ends where the cycle ends.
     travel: Travel<AXES>,
     clearance: Coordinate,
     /// Where the last stroke ends.
@@ -74,8 +74,8 @@ impl<const AXES: usize> Strokes<AXES> {
         self.stage == Stage::End
     }
 
-    /// Makes the stroke of this stage, and goes on to the next. `None` where this cycle has none
-    /// here.
+    /// Makes the stroke of this stage, and goes on to the next stage. `None` where this cycle has
+    /// no stroke in this stage.
     fn make(&mut self) -> Option<Command<AXES>> {
         let (kind, clear) = (self.cycle.kind, self.cycle.clear);
         match self.stage {
@@ -123,7 +123,8 @@ impl<const AXES: usize> Strokes<AXES> {
         }
     }
 
-    /// Rapid to the next hole, no lower than where the tool is and where it will go back to.
+    /// Rapid to the next hole: no lower than the tool is now, and no lower than the level to which
+    /// it goes back.
     fn over(&mut self) -> Command<AXES> {
         let level = self.level().max(self.cycle.level(&self.travel.target));
         self.go(
@@ -179,7 +180,7 @@ impl<const AXES: usize> Strokes<AXES> {
         self.cycle.kind == CycleKind::BoreStop
     }
 
-    /// The spindle in this stage: G86 goes back with a standing one.
+    /// The spindle in this stage: G86 goes back with the spindle stopped.
     fn spindle(&self) -> Spindle {
         let rotation = match self.stage == Stage::Back && self.stops_spindle() {
             true => Rotation::Off,

@@ -40,7 +40,7 @@ impl<const AXES: usize> Bench<AXES> {
         }
     }
 
-    /// With these lines behind it.
+    /// A bench that has carried out these lines.
     pub(super) fn after(lines: &[&str]) -> Self {
         let mut bench = Self::new();
         for line in lines {

@@ -1,4 +1,5 @@
-//! Spindle, laser and coolant: when a command comes, and when the motion carries it.
+//! Spindle, laser and coolant: where a line makes a command of its own for them, and where its
+//! motion carries the power.
 
 use super::Bench;
 

@@ -14,9 +14,9 @@ use core::fmt;
 /// restart, whether it may be empty.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct SettingInfo {
-    /// Which.
+    /// The setting's row of the table.
     pub row: Row,
-    /// Of which axis, counted from 0.
+    /// The axis of the setting, counted from 0.
     pub axis: Option<usize>,
     /// The letter of that axis.
     pub letter: char,
@@ -42,7 +42,7 @@ pub struct Description {
 pub struct ErrorInfo {
     /// Its number.
     pub number: u8,
-    /// Its words.
+    /// Its short text.
     pub text: &'static str,
 }
 
@@ -51,7 +51,7 @@ pub struct ErrorInfo {
 pub struct AlarmInfo {
     /// Its number.
     pub number: u8,
-    /// Its words.
+    /// Its short text.
     pub text: &'static str,
 }
 

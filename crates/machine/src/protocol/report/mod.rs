@@ -23,7 +23,7 @@ use core::fmt;
 use leadscrew_gcode::Number;
 
 /// The longest line of a machine with up to six axes, in characters: a status report with the
-/// largest values in all fields. Three axes and a sane machine stay below 120.
+/// largest values in all fields. With three axes and usual values it stays below 120.
 pub const MAX_LINE: usize = 320;
 
 /// The line after power-up and each reset. An empty line goes before it.
@@ -49,8 +49,8 @@ pub struct Units<const AXES: usize> {
 }
 
 impl<const AXES: usize> Units<AXES> {
-    /// A length that was cut to the largest there is prints as Grbl prints all that it cannot: an
-    /// offset that no motion can use.
+    /// A length in the unit of reports. An offset that was limited to [`MAX_WORD`], which no motion
+    /// can use, prints as Grbl prints a number that is too large.
     pub(crate) fn length(&self, value: Number) -> Decimal {
         let decimal = if self.inches {
             Decimal::inches(value)

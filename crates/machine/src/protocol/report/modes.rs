@@ -20,7 +20,7 @@ pub struct ModesReport {
     pub distance: u8,
     /// 93 or 94.
     pub feed_mode: u8,
-    /// G99 is in force. Grbl has neither this nor G98: the usual one is not shown.
+    /// G99 is in force. Grbl has neither G98 nor G99: G98, the usual one, is not shown.
     pub back_to_r: bool,
     /// 3, 4 or 5.
     pub spindle: u8,

@@ -96,7 +96,7 @@ impl fmt::Display for Pins {
     }
 }
 
-/// Room for more, the field `Bf:`.
+/// Room for further moves and bytes, the field `Bf:`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Room {
@@ -117,7 +117,7 @@ pub struct StatusReport<const AXES: usize> {
     pub work_offset: Coordinates<AXES>,
     /// `$10`: see [`Self::MACHINE_POSITION`] and those after it.
     pub mask: u8,
-    /// Room for more.
+    /// Room for further moves and bytes.
     pub room: Room,
     /// Line of the move under way, where it is reported.
     pub line_number: Option<u32>,
