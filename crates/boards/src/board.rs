@@ -7,17 +7,17 @@ use std::{collections::BTreeMap, fs, path::Path};
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Board {
-    /// For people.
+    /// The name that people read.
     pub name: String,
     /// The chip, as ST calls it.
     pub chip: Chip,
     /// Frequency of the crystal in Hz.
     pub crystal: u32,
-    /// Where the program begins: the flash's begin, or behind a bootloader.
+    /// The address at which the program begins: the begin of the flash, or the end of a bootloader.
     pub start: u32,
-    /// The two sectors of the flash that keep the settings.
+    /// The numbers of the two flash sectors that keep the settings.
     pub settings: [u8; 2],
-    /// Where the pins are from: documents that anybody can open.
+    /// The sources of the pins: documents that anybody can open.
     pub sources: Vec<String>,
     /// How the motors move the axes.
     #[serde(default)]
@@ -32,7 +32,7 @@ pub struct Board {
     pub serial: Serial,
     /// The motors: X, Y and Z in this order, then second motors.
     pub motor: Vec<Motor>,
-    /// All motors are enabled by these.
+    /// The pins that enable all motors.
     pub enable: Vec<Pin>,
     /// Laser or spindle power.
     pub power: Power,
@@ -42,14 +42,14 @@ pub struct Board {
     /// Probe and buttons.
     #[serde(default)]
     pub inputs: Inputs,
-    /// Parts that only a machine's file puts to use.
+    /// Parts that are used only if a machine's file asks for them.
     #[serde(default)]
     pub sockets: Sockets,
-    /// Wires between the board's own pins: with them it is built to measure its own edges (`cargo
-    /// hil`).
+    /// Wires between the board's own pins. With them, a firmware is built that measures its own
+    /// edges (`cargo hil`).
     #[serde(default)]
     pub wire: Vec<Wire>,
-    /// Where on the board each pin is found.
+    /// The place of each pin on the board.
     pub at: BTreeMap<Pin, String>,
 }
 
@@ -59,8 +59,8 @@ pub struct Board {
 pub struct Wire {
     /// The output.
     pub from: Pin,
-    /// One of the board's inputs, or a pin of channel 2, 3 or 4 of TIM2: there the instants of
-    /// edges are captured.
+    /// One of the board's inputs, or a pin of channel 2, 3 or 4 of TIM2. On such a pin, the times
+    /// of edges are captured.
     pub to: Pin,
 }
 
@@ -68,21 +68,21 @@ pub struct Wire {
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Kinematics {
-    /// A motor moves one axis; an axis may have two.
+    /// Each motor moves one axis; an axis may have two motors.
     #[default]
     Cartesian,
-    /// The motors of X and Y pull crossed belts: X + Y and X − Y.
+    /// The motors of X and Y pull crossed belts: one moves X + Y, the other X − Y.
     CoreXy,
 }
 
 /// An axis.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Deserialize)]
 pub enum Axis {
-    /// The first.
+    /// The first axis.
     X,
-    /// The second.
+    /// The second axis.
     Y,
-    /// The third.
+    /// The third axis.
     Z,
 }
 
@@ -90,7 +90,7 @@ pub enum Axis {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Serial {
-    /// 1 or 2.
+    /// The number of the USART: 1 or 2.
     pub usart: u8,
     /// The pin on which the board sends.
     pub transmit: Pin,
@@ -104,9 +104,9 @@ pub struct Serial {
 pub struct Motor {
     /// The axis that it moves; with crossed belts X and Y are the two belts.
     pub axis: Axis,
-    /// A pulse for each step.
+    /// The pin for step pulses.
     pub step: Pin,
-    /// High is negative, unless `$3` says otherwise.
+    /// The direction pin: high is negative, unless `$3` inverts it.
     pub direction: Pin,
     /// Its limit switch.
     pub limit: Option<Input>,
@@ -120,9 +120,9 @@ pub struct Power {
     pub pin: Pin,
     /// Number of the timer.
     pub timer: u8,
-    /// 1 to 4.
+    /// The timer's channel, 1 to 4.
     pub channel: u8,
-    /// Of the pulses, in Hz: 50 to 100 000.
+    /// The frequency of the pulses in Hz: 50 to 100 000.
     pub frequency: u32,
 }
 
@@ -181,28 +181,29 @@ pub struct Inputs {
     pub door: Option<Input>,
 }
 
-/// Parts that only a machine's file puts to use: a firmware without one leaves their pins alone.
+/// Parts that are used only if a machine's file asks for them. A firmware built without such a file
+/// leaves their pins alone.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "kebab-case")]
 pub struct Sockets {
-    /// The fourth motor: a second one of X or Y, or a fourth axis.
+    /// The fourth motor: a second motor of X or Y, or the motor of a fourth axis.
     pub motor: Option<MotorSocket>,
     /// The outputs of M62 to M65, `P0` first.
     #[serde(default)]
     pub outputs: Vec<Output>,
-    /// The switches at the ends of a tool's way.
+    /// The switches at the ends of a tool's travel.
     pub tool: Option<ToolSwitches>,
     /// Heaters, the nozzle's first, then the bed's.
     #[serde(default)]
     pub heaters: Vec<HeaterSocket>,
     /// The relay that supplies all heaters.
     pub heater_supply: Option<Output>,
-    /// Closed while another controller, or a thermal cut-out, reports a fault of the heaters. It
-    /// interrupts nothing.
+    /// Closed while another controller, or a thermal cut-out, reports a fault of the heaters. This
+    /// input does not interrupt.
     pub heater_fault: Option<Input>,
     /// A fan, on or off.
     pub fan: Option<Output>,
-    /// The reference voltage of the converter, V; 3.3 where it is left out.
+    /// The reference voltage of the analogue-to-digital converter, V; 3.3 where it is left out.
     pub reference: Option<f32>,
 }
 
@@ -212,7 +213,7 @@ pub struct Sockets {
 pub struct HeaterSocket {
     /// The pin of its switch.
     pub pin: Pin,
-    /// The level that heats.
+    /// The level at which it heats.
     #[serde(default)]
     pub on: Level,
     /// The pin of its sensor, a channel of ADC1.
@@ -220,7 +221,7 @@ pub struct HeaterSocket {
 }
 
 impl HeaterSocket {
-    /// Its switch.
+    /// The output of its switch.
     pub(crate) fn output(self) -> Output {
         let Self { pin, on, .. } = self;
         Output { pin, on }
@@ -231,26 +232,26 @@ impl HeaterSocket {
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MotorSocket {
-    /// A pulse for each step.
+    /// The pin for step pulses.
     pub step: Pin,
-    /// High is negative, unless `$3` says otherwise.
+    /// The direction pin: high is negative, unless `$3` inverts it.
     pub direction: Pin,
     /// Its limit switch.
     pub limit: Option<Input>,
 }
 
-/// The switches at the ends of a tool's way. They are looked at while the tool moves, and interrupt
-/// nothing.
+/// The switches at the ends of a tool's travel. They are read while the tool moves, and do not
+/// interrupt.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ToolSwitches {
-    /// Closed where the tool is in the work.
+    /// The switch that is closed while the tool is in the work.
     pub lower: Input,
-    /// Closed where it is above the work.
+    /// The switch that is closed while the tool is above the work.
     pub upper: Input,
 }
 
-/// A switch.
+/// An input with a switch.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Input {
@@ -276,16 +277,17 @@ impl Board {
     /// Reads a board's file.
     ///
     /// # Errors
-    /// Where it is not TOML, or not a board's: the text names line and column.
+    /// Where the text is not TOML, or does not describe a board; the message gives line and column.
     pub fn read(text: &str) -> Result<Self, String> {
         toml::from_str(text).map_err(|error| error.to_string())
     }
 
-    /// The board that comes with the firmware by this name, or else the one of the file of this
-    /// name, looked for in `folder`.
+    /// The board of this name that comes with the firmware. If there is none, the board in the file
+    /// of this name in `folder`.
     ///
     /// # Errors
-    /// Where there is neither, or the file is no board's: the text says where and why.
+    /// Where there is neither, or the file does not describe a board; the message says where and
+    /// why.
     pub fn find(asked: &str, folder: &Path) -> Result<Self, String> {
         let text = match BOARDS.iter().find(|(name, _)| *name == asked) {
             Some((_, text)) => (*text).to_owned(),
@@ -299,7 +301,7 @@ impl Board {
         Self::read(&text).map_err(|error| format!("{asked}: {}", error.trim_end()))
     }
 
-    /// The outputs that a program switches, with their purpose.
+    /// The outputs that a program can switch, with their purpose.
     pub(crate) fn switched(&self) -> impl Iterator<Item = (&'static str, Output)> {
         let outputs = &self.outputs;
         [
@@ -324,7 +326,7 @@ impl Board {
         ]
     }
 
-    /// All inputs that interrupt, with their purpose.
+    /// All inputs that cause interrupts, with their purpose.
     pub(crate) fn all_inputs(&self) -> Vec<(String, Input)> {
         let limits =
             self.motor.iter().zip(1..).filter_map(|(motor, number)| {
@@ -337,7 +339,8 @@ impl Board {
         limits.chain(spare).chain(others).collect()
     }
 
-    /// The wires to pins of channels of TIM2, with the channel, in the order of the file.
+    /// The wires that lead to pins of TIM2's channels, each with its channel, in the order of the
+    /// file.
     #[must_use]
     pub fn captures(&self) -> Vec<(Wire, u8)> {
         let inputs: Vec<Pin> = self.all_inputs().iter().map(|(_, one)| one.pin).collect();
@@ -377,7 +380,7 @@ impl Board {
         );
         let captures = self.captures().into_iter().enumerate();
         pins.extend(captures.map(|(number, (wire, _))| (format!("capture {number}"), wire.to)));
-        // The tool's switches may be inputs with another purpose beside.
+        // The pins of the tool's switches may also be inputs with another purpose.
         let seen: Vec<Pin> = pins.iter().map(|(_, pin)| *pin).collect();
         let tool = self.sockets.tool_pins();
         pins.extend(self.sockets.pins());
@@ -387,7 +390,8 @@ impl Board {
 }
 
 impl Sockets {
-    /// All pins with their purpose. The tool's switches have a list of their own.
+    /// All pins with their purpose, without the pins of the tool's switches, which
+    /// [`Self::tool_pins`] lists.
     fn pins(&self) -> Vec<(String, Pin)> {
         let mut pins = Vec::new();
         if let Some(motor) = self.motor {

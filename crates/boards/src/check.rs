@@ -1,4 +1,4 @@
-//! A board against its chip.
+//! Checks a board against its chip.
 use crate::{
     chip::{channel, function, hears},
     flash::{Sector, BEGIN},
@@ -6,20 +6,21 @@ use crate::{
 };
 use std::{collections::BTreeMap, fmt};
 
-/// The most that the firmware may take of the flash (`bench/sizes.txt`).
+/// The most flash that the firmware may take, bytes (`bench/sizes.txt`).
 const PROGRAM: u32 = 192 << 10;
-/// The timers that power may hang on. The others have a task already, or no pin of their own.
+/// The timers that can modulate power. The others have another task already, or no pin of their
+/// own.
 const POWER_TIMERS: [u8; 5] = [1, 3, 4, 8, 9];
-/// The VCO of the PLL in Hz: twice 168 MHz, from which 48 MHz for USB come as well (RM0090 section
-/// 7.3.2).
+/// The frequency of the PLL's VCO in Hz: twice 168 MHz. The 48 MHz for USB are divided from it, too
+/// (RM0090 section 7.3.2).
 const VCO: u32 = 336_000_000;
-/// The requests of TIM2's channels, and the streams by which the firmware hears them.
+/// The DMA requests of TIM2's channels, and the streams on which the firmware receives them.
 const CAPTURES: [(&str, &str); 3] = [
     ("TIM2_CH2", "DMA1.6.3"),
     ("TIM2_CH3", "DMA1.1.3"),
     ("TIM2_CH4", "DMA1.7.3"),
 ];
-/// Wires of a self-test at most.
+/// The most wires of a self-test.
 const WIRES: usize = 6;
 
 /// A mistake in a board's file.
@@ -32,7 +33,7 @@ impl fmt::Display for Finding {
     }
 }
 
-/// Notes a mistake unless `right`.
+/// Notes a mistake unless `right` is true.
 fn expect(findings: &mut Vec<Finding>, right: bool, words: impl FnOnce() -> String) {
     if !right {
         findings.push(Finding(words()));
@@ -40,7 +41,8 @@ fn expect(findings: &mut Vec<Finding>, right: bool, words: impl FnOnce() -> Stri
 }
 
 impl Board {
-    /// The mistakes of the board; none where the firmware can be built for it.
+    /// The mistakes in the board's file; if there are none, the firmware can be built for the
+    /// board.
     #[must_use]
     pub fn check(&self) -> Vec<Finding> {
         let mut findings = Vec::new();
@@ -57,7 +59,7 @@ impl Board {
         findings
     }
 
-    /// Each pin is there, free, used once, and found on the board.
+    /// Checks that each pin exists, is free, is used only once, and has a place on the board.
     fn check_pins(&self, findings: &mut Vec<Finding>) {
         let mut users: BTreeMap<Pin, String> = BTreeMap::new();
         for (name, pin) in self.pins() {
@@ -82,7 +84,8 @@ impl Board {
         });
     }
 
-    /// Each input has a line of EXTI of its own, its pin's number (RM0090 section 12.2.5).
+    /// Checks that each input has an EXTI line of its own. The line's number is the pin's (RM0090
+    /// section 12.2.5).
     fn check_lines(&self, findings: &mut Vec<Finding>) {
         let mut lines: BTreeMap<u8, (String, Pin)> = BTreeMap::new();
         for (name, input) in self.all_inputs() {
@@ -120,8 +123,8 @@ impl Board {
         });
     }
 
-    /// Each sensor's pin has a channel of the converter, which takes four in a row (RM0090 section
-    /// 13.3.3).
+    /// Checks that each sensor's pin has a channel of the converter, and that there are at most
+    /// four sensors, which it converts in a row (RM0090 section 13.3.3).
     fn check_heaters(&self, findings: &mut Vec<Finding>) {
         let heaters = &self.sockets.heaters;
         for (number, heater) in heaters.iter().enumerate() {
@@ -137,8 +140,8 @@ impl Board {
         });
     }
 
-    /// The line's pins are the USART's, and its requests reach the streams that the firmware
-    /// listens on.
+    /// Checks that the serial line's pins belong to the USART, and that its requests reach the DMA
+    /// streams that the firmware uses.
     fn check_serial(&self, findings: &mut Vec<Finding>) {
         let usart = self.serial.usart;
         let streams = match usart {
@@ -161,8 +164,8 @@ impl Board {
         }
     }
 
-    /// Each wire leads from an output to an input or to a channel of TIM2, whose requests reach
-    /// streams that the serial line leaves free.
+    /// Checks that each wire leads from an output to an input or to a channel of TIM2. The
+    /// channel's requests have to reach DMA streams that the serial line does not use.
     fn check_wires(&self, findings: &mut Vec<Finding>) {
         if self.wire.is_empty() {
             return;
@@ -216,14 +219,15 @@ impl Board {
         });
     }
 
-    /// The number of the function by which the power pin becomes its timer's channel.
+    /// The number of the alternate function that connects the power pin to its timer's channel.
     pub(crate) fn power_function(&self) -> Option<u8> {
         let power = &self.power;
         let signal = format!("TIM{}_CH{}", power.timer, power.channel);
         function(power.pin, &signal)
     }
 
-    /// 168 MHz for the core and 48 for USB, from 1 or 2 MHz at the PLL's input.
+    /// Checks that the PLL can make 168 MHz for the core and 48 MHz for USB, from 1 or 2 MHz at its
+    /// input.
     fn check_clock(&self, findings: &mut Vec<Finding>) {
         let crystal = self.crystal;
         let divides = |divider: &u32| {
@@ -266,8 +270,8 @@ impl Board {
         });
     }
 
-    /// Bytes that the program has: in front of the settings, or behind them where only its vectors
-    /// are in front.
+    /// Bytes of flash for the program: in front of the settings, or behind them where only its
+    /// vectors are in front.
     pub(crate) fn room(&self, first: Sector, second: Sector) -> u32 {
         let before = first.begin.saturating_sub(self.start);
         let behind = (BEGIN + self.chip.flash()).saturating_sub(second.end());
@@ -288,7 +292,7 @@ pub(crate) fn number_of(name: &str) -> Option<u16> {
     name.strip_prefix('$')?.parse().ok()
 }
 
-/// The fixed purpose of a pin that every board reserves.
+/// The purpose of a pin that is reserved on every board.
 fn taken(pin: Pin) -> Option<&'static str> {
     match (pin.port, pin.number) {
         ('A', 11 | 12) => Some("USB's"),

@@ -19,7 +19,7 @@ pub enum Chip {
     Zg,
 }
 
-/// Functions of the pins of the STM32F407ZG: see `tests/chip.rs`.
+/// Functions of the pins of the STM32F407ZG; `tests/chip.rs` checks them.
 const FUNCTIONS: &str = include_str!("../data/stm32f407.txt");
 
 impl Chip {
@@ -32,7 +32,7 @@ impl Chip {
         }
     }
 
-    /// Whether the chip's package has a pin: with 100 pins the ports end at E.
+    /// Whether the chip's package has a pin. A package with 100 pins has only the ports A to E.
     #[must_use]
     pub fn has(self, pin: Pin) -> bool {
         match self {
@@ -42,7 +42,7 @@ impl Chip {
     }
 }
 
-/// The words of a pin's line.
+/// The words of a pin's line in [`FUNCTIONS`].
 fn words(pin: Pin) -> impl Iterator<Item = &'static str> {
     let name = pin.to_string();
     let mut lines = FUNCTIONS.lines();
@@ -50,7 +50,8 @@ fn words(pin: Pin) -> impl Iterator<Item = &'static str> {
     ours.into_iter().flat_map(|line| line.split(' '))
 }
 
-/// The number of the function by which a pin becomes a peripheral's signal, such as `USART1_TX`.
+/// The number of the alternate function that connects a pin to a peripheral's signal, such as
+/// `USART1_TX`.
 pub(crate) fn function(pin: Pin, signal: &str) -> Option<u8> {
     words(pin).find_map(|word| {
         let (found, number) = word.split_once('=')?;
@@ -58,7 +59,8 @@ pub(crate) fn function(pin: Pin, signal: &str) -> Option<u8> {
     })
 }
 
-/// The channel of TIM2, 2 to 4, whose input a pin can be. Channel 1 has another task.
+/// The channel of TIM2, 2 to 4, to whose input the pin can be connected. Channel 1 has another
+/// task.
 pub(crate) fn capture_channel(pin: Pin) -> Option<u8> {
     (2..=4).find(|channel| function(pin, &format!("TIM2_CH{channel}")) == Some(1))
 }
@@ -68,7 +70,7 @@ pub(crate) fn channel(pin: Pin) -> Option<u8> {
     words(pin).find_map(|word| word.strip_prefix("ADC1_IN")?.parse().ok())
 }
 
-/// The DMA stream and channel that hear a request, as in `DMA2.5.4`.
+/// Whether a DMA stream and channel, such as `DMA2.5.4`, can receive a request.
 pub(crate) fn hears(request: &str, stream: &str) -> bool {
     let mut lines = FUNCTIONS.lines();
     let ours = lines.find_map(|line| line.strip_prefix(request)?.strip_prefix(": "));

@@ -1,4 +1,4 @@
-//! A board for one machine: its parts, and the sockets that the machine uses.
+//! Fits a board to one machine: its parts, and the sockets that the machine uses.
 use crate::{Axis, Board, Kinematics, Motor, MotorSocket, Sockets};
 use std::fmt;
 
@@ -7,11 +7,11 @@ use std::fmt;
 pub enum Socket {
     /// The first motor of the board's file.
     X,
-    /// The second.
+    /// The second motor of the board's file.
     Y,
-    /// The third.
+    /// The third motor of the board's file.
     Z,
-    /// `sockets.motor`.
+    /// The spare one, `sockets.motor`.
     Spare,
 }
 
@@ -26,29 +26,31 @@ impl fmt::Display for Socket {
     }
 }
 
-/// The sockets of a machine's motors where its file does not say.
+/// The sockets of a machine's motors where its file does not name them.
 const USUAL: [Socket; 4] = [Socket::X, Socket::Y, Socket::Z, Socket::Spare];
 
-/// The parts of a board that a machine uses beside those that every machine has.
+/// The parts of a board that a machine needs besides those that every machine needs.
 #[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub struct Needs {
-    /// The socket of each motor, 3 or more; `None`: the next one in the order X, Y, Z, spare.
+    /// The socket of each motor, for 3 motors or more. `None`: the next one in the order X, Y, Z,
+    /// spare.
     pub motors: Vec<Option<Socket>>,
-    /// Outputs of M62 to M65.
+    /// How many outputs M62 to M65 switch.
     pub outputs: usize,
-    /// The switches at the ends of a tool's way.
+    /// Whether it needs the switches at the ends of a tool's travel.
     pub tool: bool,
-    /// Heaters.
+    /// How many heaters there are.
     pub heaters: usize,
-    /// A relay that supplies all heaters.
+    /// Whether it needs a relay that supplies all heaters.
     pub heater_supply: bool,
-    /// An input for faults of the heaters that somebody else sees.
+    /// Whether it needs an input for heater faults that another device reports.
     pub heater_fault: bool,
-    /// A fan.
+    /// Whether it needs a fan.
     pub fan: bool,
 }
 
-/// The axes of a board without a machine's file, and its motors but second ones.
+/// How many axes a board has without a machine's file. It has as many motors, second motors not
+/// counted.
 const THREE: usize = 3;
 
 /// A part that the machine needs and the board lacks.
@@ -85,7 +87,7 @@ pub enum Unfit {
     HeaterFault,
     /// The board has no output for a fan.
     Fan,
-    /// The board's own kinematics and second motors are for another machine.
+    /// The kinematics or the second motors in the board's file are those of another machine.
     Kinematics,
 }
 
@@ -133,8 +135,8 @@ impl Board {
         }
     }
 
-    /// The board with the sockets that a machine uses, and no others. Settings and order of homing
-    /// are the machine's affair then.
+    /// The board with the sockets that a machine uses, and no others. Settings and the order of
+    /// homing then come from the machine's file.
     ///
     /// # Errors
     /// A part that the board lacks.
@@ -182,7 +184,7 @@ impl Board {
         })
     }
 
-    /// The drivers at the sockets of a machine's motors.
+    /// The driver pins for each of the machine's motors.
     fn motors_at(&self, asked: &[Option<Socket>]) -> Result<Vec<MotorSocket>, Unfit> {
         let has = THREE + usize::from(self.sockets.motor.is_some());
         let needs = asked.len();
@@ -217,7 +219,7 @@ impl Board {
     }
 }
 
-/// The first three of a machine's motors, which are those of X, Y and Z.
+/// The first three motors of a machine, which move X, Y and Z.
 fn of_axes(motors: &[MotorSocket]) -> Vec<Motor> {
     let axes = [Axis::X, Axis::Y, Axis::Z].into_iter();
     let motors = axes.zip(motors).map(|(axis, motor)| Motor {

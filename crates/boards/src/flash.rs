@@ -8,7 +8,7 @@ pub(crate) const BEGIN: u32 = 0x0800_0000;
 pub struct Sector {
     /// Its first address.
     pub begin: u32,
-    /// Bytes.
+    /// Its size, bytes.
     pub size: u32,
 }
 
@@ -28,7 +28,7 @@ impl Sector {
         })
     }
 
-    /// The address behind it.
+    /// The first address behind the sector.
     #[must_use]
     pub fn end(self) -> u32 {
         self.begin + self.size

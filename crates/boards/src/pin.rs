@@ -1,13 +1,13 @@
-//! Pins by their names: `PA9`.
+//! Pins and their names, such as `PA9`.
 use serde::{de, Deserialize, Deserializer};
 use std::{fmt, str::FromStr};
 
 /// A pin of the chip.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub struct Pin {
-    /// `A` to `G`.
+    /// The port, `A` to `G`.
     pub port: char,
-    /// 0 to 15.
+    /// The pin's number in the port, 0 to 15.
     pub number: u8,
 }
 

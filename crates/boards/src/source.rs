@@ -1,4 +1,5 @@
-//! The output for the firmware's build: a Rust module of the board, and the linker's memory.
+//! The output for the firmware's build: Rust modules of the board, and the memory map for the
+//! linker.
 use crate::{
     check::number_of,
     chip::channel,
@@ -7,12 +8,12 @@ use crate::{
 };
 use std::fmt::Write;
 
-/// The axes that one motor or more moves.
+/// The axes that each have one motor or more.
 const AXES: usize = 3;
 
 impl Board {
-    /// The module of its pins that `crates/board-f407` compiles for this board, which has to be
-    /// free of findings.
+    /// The module of the board's pins, which `crates/board-f407` compiles. [`Board::check`] must
+    /// have found no mistake.
     #[must_use]
     pub fn pins_module(&self) -> String {
         let [first, second] = self.settings;
@@ -82,8 +83,8 @@ pub(crate) const HEATER_FAULT: Option<crate::gpio::Input> = {fault};\n",
         text + "};\n"
     }
 
-    /// The module of a machine without a file of its own: how many motors move which axes, and a
-    /// new machine's settings.
+    /// The module for a machine without a file of its own: how many motors move which axes, and the
+    /// settings of a new machine.
     #[must_use]
     pub fn machine_module(&self) -> String {
         let motors = self.motor.len();
@@ -125,7 +126,7 @@ pub(crate) fn own() -> Own {{
         )
     }
 
-    /// Type and value of the kinematics.
+    /// The type and the value of the kinematics, as source text.
     fn motion(&self) -> (String, String) {
         let seconds: Vec<String> = self
             .motor
@@ -164,7 +165,7 @@ pub(crate) fn own() -> Own {{
         )
     }
 
-    /// The linker's script: where flash, code in SRAM, variables and stack are.
+    /// The linker's memory map: where flash, code in SRAM, variables and stack are.
     #[must_use]
     pub fn memory(&self) -> String {
         let sectors = self.settings.map(Sector::new);
@@ -214,7 +215,7 @@ _stack_end = ORIGIN(CCM);
 _stack_start = ORIGIN(RAM) + LENGTH(RAM) - 8;
 ";
 
-/// One bit for each axis that is named.
+/// A mask with one bit for each axis in `axes`.
 fn mask(axes: &str) -> u8 {
     [('X', Axis::X), ('Y', Axis::Y), ('Z', Axis::Z)]
         .into_iter()
@@ -254,10 +255,10 @@ fn optional(value: Option<String>) -> String {
 }
 
 impl Input {
-    /// The input as a value of the firmware's.
+    /// The input as the source text of a value.
     #[must_use]
     pub fn literal(self) -> String {
-        // A switch to the supply is told to the machine the other way round.
+        // The machine sees a switch to the supply as an inverted input.
         let (pull, inverted) = match self.closes {
             Closes::ToGround => ("Up", false),
             Closes::ToSupply => ("Down", true),

@@ -1,11 +1,11 @@
-//! The boards that come with the firmware are right; a board that is wrong in one way is told so.
+//! The boards that come with the firmware have no mistakes; one mistake in a board is found.
 use leadscrew_boards::{Board, Needs, Socket, Unfit, BOARDS};
 
 fn board(name: &str) -> &'static str {
     BOARDS.iter().find(|(one, _)| *one == name).unwrap().1
 }
 
-/// The findings on a board with one text replaced by another.
+/// The findings on a board in which one text was replaced by another.
 fn findings(name: &str, from: &str, to: &str) -> Vec<String> {
     let text = board(name);
     assert!(text.contains(from), "{name} has no {from}");
@@ -31,8 +31,8 @@ fn settings_may_lie_at_the_end_of_the_flash() {
     assert_eq!(found, [""; 0]);
 }
 
-/// The findings on a Discovery with its serial line on USART1 and these wires; a capture's pin is
-/// in `at`.
+/// The findings on a Discovery with its serial line on USART1 and these wires. The pins for
+/// captures are listed in `at`.
 fn wired(wires: &[(&str, &str)]) -> Vec<String> {
     let tables = wires
         .iter()
@@ -93,7 +93,8 @@ fn a_wire_leads_from_an_output_to_a_capture_or_to_an_input() {
 #[test]
 fn a_wrong_board_is_told_what_is_wrong() {
     let cases = [
-        // A pin twice, one that the chip lacks, USB's, the debug port's, one that nobody can find.
+        // A pin that is used twice, one that the chip lacks, one of USB, one of the debug port, and
+        // one without a place on the board.
         (
             r#"step = "PE8""#,
             r#"step = "PE7""#,
@@ -111,7 +112,7 @@ fn a_wrong_board_is_told_what_is_wrong() {
             r#"step = "PB2""#,
             "`at` does not say where PB2 is",
         ),
-        // Two inputs on a line; a function that the pin lacks.
+        // Two inputs on one EXTI line; a function that the pin does not have.
         (
             r#"probe = { pin = "PC1" }"#,
             r#"probe = { pin = "PC4" }"#,
@@ -139,7 +140,7 @@ fn a_wrong_board_is_told_what_is_wrong() {
             "frequency = 200_000",
             "200000 Hz are not",
         ),
-        // Clock and flash.
+        // Mistakes in clock and flash.
         (
             "crystal = 8_000_000",
             "crystal = 11_059_200",
@@ -155,7 +156,7 @@ fn a_wrong_board_is_told_what_is_wrong() {
             "start = 0x0800_1000",
             "no sector begins",
         ),
-        // Texts that are no board's.
+        // Texts that do not describe a board.
         (r#"step = "PE8""#, r#"step = "E8""#, "is no pin"),
         ("crystal", "cristal", "unknown field `cristal`"),
     ];

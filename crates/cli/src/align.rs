@@ -1,4 +1,4 @@
-//! `leadscrew align`: a job turned onto a board that lies askew.
+//! `leadscrew align`: turns and shifts a job onto a board that is not clamped straight.
 
 use super::import::{read, shown, write, OutputArgs};
 use super::{unusable, Unusable};
@@ -25,10 +25,11 @@ pub(super) struct AlignArgs {
     scale: bool,
 }
 
-/// A scale so far from 1 is more likely a mistake than a board.
+/// A scale that differs from 1 by more than this is more likely a mistake than a property of the
+/// board.
 const ODD_SCALE: f64 = 0.02;
 
-/// Reads `12.5,-3`.
+/// Reads a point such as `12.5,-3`.
 fn place(text: &str) -> Result<Place, String> {
     let parts = text
         .split_once(',')
@@ -37,7 +38,7 @@ fn place(text: &str) -> Result<Place, String> {
     Ok([mm(parts.0)?, mm(parts.1)?])
 }
 
-/// Turns and shifts a job; answers whether it could.
+/// Turns and shifts a job; returns whether it could.
 ///
 /// # Errors
 /// Where an option or the file cannot be used.

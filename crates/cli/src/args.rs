@@ -193,7 +193,7 @@ pub(super) struct JobArgs {
     pub(super) quiet: bool,
 }
 
-/// Three coordinates in mm.
+/// Reads three coordinates in mm.
 fn origin(text: &str) -> Result<[f32; 3], String> {
     let numbers: Option<Vec<f32>> = text
         .split(',')

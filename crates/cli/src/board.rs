@@ -42,10 +42,10 @@ pub(super) struct NewArgs {
     output: Option<PathBuf>,
 }
 
-/// Carries out the command; `false` where a board is wrong.
+/// Carries out the command; returns false where a board has a mistake.
 ///
 /// # Errors
-/// Where a file cannot be read or written, or is no board's.
+/// Where a file cannot be read or written, or does not describe a board.
 pub(super) fn run(command: &BoardCommand) -> Result<bool, Unusable> {
     match command {
         BoardCommand::List => list(),

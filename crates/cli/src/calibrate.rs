@@ -31,10 +31,10 @@ enum AxisArg {
     Z,
 }
 
-/// Says which setting makes an axis go as far as it is told.
+/// Prints the setting with which an axis moves as far as it is told.
 ///
 /// # Errors
-/// Where a length makes no sense.
+/// Where a length is not above 0 or the result is no setting.
 pub(super) fn calibrate(args: &CalibrateArgs) -> Result<bool, Unusable> {
     let machine = machine(&args.machine)?;
     let axis = args.axis as usize;

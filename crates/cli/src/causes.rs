@@ -1,12 +1,13 @@
-//! Complaints by their cause: one wrong origin is told once, not for each line that it spoils.
+//! Groups complaints by their cause, so that one wrong origin is reported once and not for each
+//! line that it spoils.
 
 use leadscrew_jobs::{Complaint, Fault};
 use std::collections::BTreeMap;
 
-/// Causes that are kept apart; of others every complaint is shown.
+/// The most causes that are counted. Complaints of further causes are all shown.
 const KEPT: usize = 1000;
 
-/// The common part of complaints: the mistake, and its word or axis.
+/// What complaints of one cause have in common: the mistake, and its word or axis.
 type Cause = (String, String);
 
 /// The complaints of one cause.
@@ -21,7 +22,7 @@ struct Group {
 pub(super) struct Causes(BTreeMap<Cause, Group>);
 
 impl Causes {
-    /// Counts a complaint; answers whether it is to be shown: the first of its cause.
+    /// Counts a complaint; returns whether it is to be shown, as the first of its cause.
     pub(super) fn note(&mut self, complaint: &Complaint) -> bool {
         let line = complaint.line;
         let cause = (complaint.fault.to_string(), subject(complaint));
@@ -37,7 +38,7 @@ impl Causes {
         true
     }
 
-    /// The complaints that were not shown, in a line for each cause.
+    /// The complaints that were not shown, summed up in a line for each cause.
     pub(super) fn rest(&self, file: &str) -> Vec<String> {
         let mut groups: Vec<_> = self.0.iter().filter(|(_, group)| group.count > 1).collect();
         groups.sort_by_key(|(_, group)| group.first);
@@ -63,8 +64,8 @@ fn subject(complaint: &Complaint) -> String {
     }
 }
 
-/// The axes that leave their travel, and at which end: of `X would be at 5.000 mm, ...; Y would be
-/// at -7.000 mm, ...`.
+/// The axes that leave their travel, and at which end. `detail` is `X would be at 5.000 mm, ...; Y
+/// would be at -7.000 mm, ...`.
 fn axes(detail: &str) -> String {
     let end = |axis: &str| {
         let name = axis.chars().next().unwrap_or(' ');
@@ -78,8 +79,8 @@ fn axes(detail: &str) -> String {
     detail.split("; ").map(end).collect::<Vec<_>>().join(", ")
 }
 
-/// The word at a column: a G or M code, or the letter of another word, whose value is another in
-/// each line.
+/// The word at a column: a whole G or M code. Of another word only the letter, since its value
+/// differs from line to line.
 fn word(text: &[u8], column: usize) -> String {
     let rest = text.get(column..).unwrap_or_default();
     if let Some(letter @ (b'A'..=b'Z' | b'a'..=b'z')) = rest.first() {

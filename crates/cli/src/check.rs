@@ -1,5 +1,5 @@
-//! `leadscrew check`: every error of a file in one go, soft limits included, and likely mistakes;
-//! nothing moves.
+//! `leadscrew check`: finds every error of a file in one go, soft limits included, and likely
+//! mistakes; nothing moves.
 
 use super::args::CheckArgs;
 use super::causes::Causes;
@@ -16,7 +16,7 @@ use leadscrew_planner::Coordinate;
 use leadscrew_sim::scene::Toolpath;
 use std::path::Path;
 
-/// Checks the jobs; answers whether none has an error.
+/// Checks the jobs; returns whether none has an error.
 ///
 /// # Errors
 /// Where an option or an input cannot be used.
@@ -91,7 +91,7 @@ fn draw_picture(
     output.complete(written)
 }
 
-/// Shows a complaint: on GitHub as an annotation, elsewhere the first of each cause.
+/// Shows a complaint: for GitHub every one as an annotation, else the first of each cause.
 fn show(args: &CheckArgs, causes: &mut Causes, complaint: &Complaint) {
     let is_first = causes.note(complaint);
     if args.github {

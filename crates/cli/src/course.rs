@@ -1,4 +1,4 @@
-//! A job that is run more than once, each time with other settings.
+//! Runs a job more than once, each time with other settings.
 
 use super::input::Job;
 use super::told::{progress_bar, teller};
@@ -27,7 +27,7 @@ impl Text {
     }
 }
 
-/// How the job is run, whatever the settings.
+/// The options of a run that do not depend on the settings.
 #[derive(Clone, Copy)]
 pub(super) struct Course {
     pub(super) rate: Rate,
@@ -36,7 +36,7 @@ pub(super) struct Course {
 }
 
 impl Course {
-    /// The same with errors alone on the terminal.
+    /// The same options, with only errors shown on the terminal.
     pub(super) fn silent(self) -> Self {
         Self {
             quiet: true,
@@ -44,7 +44,7 @@ impl Course {
         }
     }
 
-    /// Runs the job with `settings` and all programmed feeds at `percent`.
+    /// Runs the job on `machine` with a feed override of `percent`; `observer` watches.
     pub(super) fn run<O: Observer>(
         &self,
         text: &Text,

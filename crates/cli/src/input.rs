@@ -5,7 +5,7 @@ use std::fs::{self, File};
 use std::io::{self, BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
 
-/// Bytes at the start of a file that are looked at to tell text from a binary file.
+/// Bytes at the start of a file that decide whether it is text or binary.
 const PROBE: u64 = 4096;
 
 /// Why a job cannot be read.
@@ -15,11 +15,11 @@ pub(super) enum InputError {
     Io(String, io::Error),
     /// The name is that of a directory.
     Directory(String),
-    /// There is nothing with one of these endings in the directory.
+    /// The directory has no file with one of these endings.
     NoJob(String, String),
-    /// There is nothing in the file.
+    /// The file is empty.
     Empty(String),
-    /// The file does not hold text; the offset of a byte that shows it.
+    /// The file does not hold text; with the offset of the first control byte.
     Binary(String, usize),
 }
 
@@ -52,22 +52,22 @@ pub(super) struct Job {
     pub(super) text: Box<dyn BufRead>,
 }
 
-/// The endings of G-code files, in folders: other files are left alone there.
+/// The endings of G-code files; in folders, files with other endings are ignored.
 const ENDINGS: [&str; 9] = ["nc", "gcode", "ngc", "gc", "g", "tap", "cnc", "ncc", "eia"];
 
-/// The jobs that are meant by `names`: in place of a folder all G-code in it and in the folders in
-/// it, by name.
+/// The jobs that `names` stand for. A folder stands for all G-code in it and in its subfolders,
+/// sorted by name.
 ///
 /// # Errors
-/// [`InputError`] where a folder cannot be read, or there is none in it.
+/// [`InputError`] where a folder cannot be read or has no such file.
 pub(super) fn jobs(names: &[PathBuf]) -> Result<Vec<PathBuf>, InputError> {
     files(names, &ENDINGS)
 }
 
-/// As [`jobs`], of files with other endings.
+/// As [`jobs`], for files with other endings.
 ///
 /// # Errors
-/// [`InputError`] where a folder cannot be read, or there is none in it.
+/// [`InputError`] where a folder cannot be read or has no such file.
 pub(super) fn files(names: &[PathBuf], endings: &[&str]) -> Result<Vec<PathBuf>, InputError> {
     let mut all = Vec::new();
     for name in names {
@@ -104,12 +104,12 @@ fn has_ending(path: &Path, endings: &[&str]) -> bool {
     path.is_file() && endings.iter().any(|known| ending == **known)
 }
 
-/// A name as it can be shown.
+/// The text of a name for messages.
 fn shown(name: &Path) -> String {
     name.display().to_string()
 }
 
-/// Opens the file `name`, standard input where it is `-`. A pipe is read once.
+/// Opens the file `name`, or standard input where `name` is `-`. A pipe can be read only once.
 ///
 /// # Errors
 /// [`InputError`] where it cannot be read or is no text.
@@ -152,7 +152,7 @@ fn from_reader(
 }
 
 /// The offset of the first control byte, where there are too many of them for text: more than one
-/// in four. (A few NULs in a text do no harm: the machine drops them.)
+/// byte in four. (A few NULs in a text do no harm: the machine drops them.)
 fn binary_at(head: &[u8]) -> Option<usize> {
     let control = |b: &u8| *b < 0x20 && !matches!(b, b'\t' | b'\n' | b'\r' | 0x0B | 0x0C);
     let count = head.iter().filter(|b| control(b)).count();

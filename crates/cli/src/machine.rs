@@ -1,4 +1,4 @@
-//! `leadscrew machine`: begins a machine file, and tells how the machine is wired to its board.
+//! `leadscrew machine`: makes a new machine file, and prints how the machine is wired to its board.
 
 use super::board::say_pins;
 use super::said::say;
@@ -31,7 +31,7 @@ pub(super) struct PinsArgs {
     board: Option<String>,
 }
 
-/// The board of a machine whose file names none.
+/// The board of a machine whose file gives none.
 const DISCOVERY: &str = "discovery";
 
 /// Options of `machine new`.
@@ -97,7 +97,7 @@ fn pins(args: &PinsArgs) -> Result<bool, Unusable> {
     say_pins(&board)
 }
 
-/// The motors, as the list of pins counts them.
+/// The motors, named by the numbers that the list of pins uses.
 fn motors(profile: &Profile) -> String {
     let mut motors: Vec<String> = profile.letters().iter().map(char::to_string).collect();
     let second = profile.second_motor.map(|second| second.axis.number());
@@ -110,10 +110,10 @@ fn motors(profile: &Profile) -> String {
     named.join(", ")
 }
 
-/// Writes a file that must not be there yet.
+/// Writes a file that must not exist yet.
 ///
 /// # Errors
-/// Where it is there already or cannot be written.
+/// Where it exists already or cannot be written.
 pub(super) fn write_new(path: &Path, text: &str) -> Result<(), Unusable> {
     let file = OpenOptions::new().write(true).create_new(true).open(path);
     let written = file.and_then(|mut file| file.write_all(text.as_bytes()));

@@ -69,7 +69,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Why a command could not do its work at all.
+/// The message of a command that could not be carried out at all.
 type Unusable = Box<dyn Display>;
 
 fn unusable<E: Display + 'static>(error: E) -> Unusable {

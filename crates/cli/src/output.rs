@@ -1,7 +1,7 @@
 //! The destination of an output: a new file, standard output (`-`), or an existing pipe or device.
 //!
-//! A file appears under its name when it is complete. If the program is stopped, the file from
-//! before stays, or none.
+//! A file appears under its name when it is complete. If the program is stopped before, an existing
+//! file stays as it was.
 
 use super::said::unless_left;
 use atomic_write_file::AtomicWriteFile;
@@ -31,7 +31,7 @@ impl std::fmt::Display for OutputError {
 
 impl std::error::Error for OutputError {}
 
-/// Whether an output goes to standard output: messages about the job do not go there then.
+/// Whether an output goes to standard output. If so, messages about the job are not printed there.
 pub(super) fn is_stdout(path: &Path) -> bool {
     path.as_os_str() == "-"
 }
@@ -48,16 +48,16 @@ pub(super) struct Pen(Rc<RefCell<To>>);
 /// The device, file or pipe of an output.
 enum To {
     Stdout(Stdout),
-    /// Not under its name yet.
+    /// A new file that does not have its name yet.
     Beside(BufWriter<AtomicWriteFile>),
-    /// A pipe or a device: no other file can take its place.
+    /// A pipe or a device, which no new file can replace.
     There(BufWriter<File>),
-    /// Complete.
+    /// The output is complete.
     Done,
 }
 
 impl Output {
-    /// Makes sure that `path` can be written, before the work begins.
+    /// Checks that `path` can be written, before the work begins.
     ///
     /// # Errors
     /// Where it cannot.
@@ -72,15 +72,15 @@ impl Output {
         })
     }
 
-    /// Something to write with.
+    /// A writer to this output.
     pub(super) fn pen(&self) -> Pen {
         Pen(Rc::clone(&self.to))
     }
 
-    /// Puts the written file in its place; `written` tells whether all of it could be written.
+    /// Gives the written file its name. `written` tells whether everything could be written.
     ///
     /// # Errors
-    /// The first failure; the output is as it was before then.
+    /// The first failure; the file then stays as it was before.
     pub(super) fn complete(self, written: io::Result<()>) -> Result<(), OutputError> {
         let path = self.path;
         let to = self.to.replace(To::Done);
@@ -97,10 +97,10 @@ impl To {
         if is_stdout(path) {
             return Ok(Self::Stdout(io::stdout()));
         }
-        // A link leads to the file that is meant.
+        // A symbolic link is followed to its target.
         let path = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
         if let Ok(there) = fs::metadata(&path) {
-            // A file that must not be written must not be replaced, either.
+            // A file that is write-protected must not be replaced, either.
             let file = OpenOptions::new().write(true).open(&path)?;
             if !there.is_file() {
                 return Ok(Self::There(BufWriter::new(file)));
@@ -130,7 +130,7 @@ impl Write for Pen {
         }
     }
 
-    /// The file is complete only after [`Output::complete`].
+    /// Does nothing: only [`Output::complete`] completes the file.
     fn flush(&mut self) -> io::Result<()> {
         Ok(())
     }

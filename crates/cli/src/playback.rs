@@ -1,5 +1,5 @@
-//! A job as a page with a slider along its time: brings together the path, which has no times, and
-//! the course of the speed, which has no places.
+//! A job as a page with a slider along its time. This module joins the path, which has no times,
+//! with the course of the speed, which has no places.
 
 use super::output::{Output, OutputError};
 use super::watchers::{Sketch, Way};
@@ -9,7 +9,7 @@ use leadscrew_sim::clock::seconds;
 use leadscrew_sim::speed_profile::Stretch;
 use std::io::Write;
 
-/// Writes the page. The lines of `stretches` are those that the machine counts.
+/// Writes the page. The lines in `stretches` are the machine's line counts.
 ///
 /// # Errors
 /// Where it cannot be written.
@@ -36,13 +36,13 @@ pub(super) fn write(
     output.complete(written)
 }
 
-/// Moves and stretches of the same lines made equally long: rounding to steps, and places that the
-/// machine has gone to by itself, do not add up.
+/// Moves and stretches whose lengths agree line by line. Without a correction they differ, because
+/// steps are rounded and the machine also moves on its own.
 #[derive(PartialEq, Debug)]
 struct Fitted {
     /// The length of each move, mm; 0 for the begin of the path.
     lengths: Vec<f32>,
-    /// Time in s, length in mm and first speed in mm/s of each stretch.
+    /// For each stretch: time in s, length in mm, and speed at its begin in mm/s.
     course: Vec<f32>,
 }
 
@@ -56,13 +56,13 @@ impl Fitted {
         let mut ways = ways;
         for of_line in stretches.chunk_by(|one, next| one.line == next.line) {
             let line = of_line.first().map_or(0, |first| first.line);
-            // Moves that were planned as one have the line of the last of them.
+            // Planned moves that were joined have the line of the last of them.
             let count = ways.iter().take_while(|way| way.line <= line).count();
             let (passed, rest) = ways.split_at(count);
             ways = rest;
             fitted.add(passed, of_line);
         }
-        // They were never begun.
+        // These moves were never begun.
         fitted.lengths.extend(ways.iter().map(|_| 0.0));
         fitted
     }
@@ -78,8 +78,8 @@ impl Fitted {
         let lengths = ways.iter().map(|way| (way.mm * scale) as f32);
         self.lengths.extend(lengths);
         for stretch in stretches {
-            // Where no move of the path is under way, the machine moves by itself: homing, a tool
-            // change.
+            // Stretches without a move of the path are motion that the machine makes on its own:
+            // homing, a tool change.
             let has_place = programmed > 0.0;
             let length = if has_place { stretch.length } else { 0.0 };
             let speed = if has_place { stretch.speed[0] } else { 0.0 };

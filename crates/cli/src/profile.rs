@@ -1,4 +1,5 @@
-//! `leadscrew profile`: where the time of a job goes, and which settings would make it faster.
+//! `leadscrew profile`: shows where the time of a job goes, and which settings would make it
+//! faster.
 
 use super::args::ProfileArgs;
 use super::course::{Course, Text};
@@ -14,10 +15,10 @@ use leadscrew_sim::link::Rate;
 use leadscrew_sim::speed_profile::{write_csv, Recorder};
 use std::path::{Path, PathBuf};
 
-/// Profiles the job; answers whether it met neither an error nor an alarm.
+/// Profiles the job; returns whether it met neither an error nor an alarm.
 ///
 /// # Errors
-/// Where an option or the input cannot be used, or an output not be written.
+/// Where an option or the input cannot be used, or an output cannot be written.
 pub(super) fn profile(args: &ProfileArgs) -> Result<bool, Unusable> {
     let chosen = without_lead(&machine(&args.machine)?);
     let text = Text::read(input::open(&args.file).map_err(unusable)?)?;
@@ -52,7 +53,7 @@ pub(super) fn profile(args: &ProfileArgs) -> Result<bool, Unusable> {
     Ok(report.is_clean())
 }
 
-/// All outputs that `args` names.
+/// The paths of all outputs in `args`.
 fn named(args: &ProfileArgs) -> impl Iterator<Item = &Path> {
     [&args.svg, &args.csv]
         .into_iter()
@@ -60,7 +61,7 @@ fn named(args: &ProfileArgs) -> impl Iterator<Item = &Path> {
         .map(PathBuf::as_path)
 }
 
-/// The outputs that are wanted: picture and stretches.
+/// The outputs that the user asked for: picture and stretches.
 fn outputs(args: &ProfileArgs) -> Result<[Option<Output>; 2], Unusable> {
     if named(args).filter(|path| is_stdout(path)).count() + usize::from(args.json) > 1 {
         return Err(unusable(

@@ -1,4 +1,4 @@
-//! `leadscrew replay`: a recorded conversation with Grbl, held again with this machine in virtual
+//! `leadscrew replay`: replays a recorded conversation with Grbl with this machine, in virtual
 //! time.
 
 use super::input;
@@ -59,7 +59,7 @@ pub(super) fn run(args: &ReplayArgs) -> Result<bool, Unusable> {
     Ok(true)
 }
 
-/// Says of each conversation whether this machine agrees.
+/// Prints for each conversation whether this machine agrees.
 fn judge_all(names: &[PathBuf]) -> Result<bool, Unusable> {
     let files = input::files(names, &["json"]).map_err(unusable)?;
     let mut agreed = 0;
@@ -80,7 +80,7 @@ fn judge_all(names: &[PathBuf]) -> Result<bool, Unusable> {
     Ok(agreed == files.len())
 }
 
-/// Holds a conversation again: as it was recorded, and as this machine answers.
+/// Replays a conversation. Returns it as recorded, and with this machine's answers.
 fn hold(file: &Path) -> Result<(Case, Case), Unusable> {
     let case = load(file).map_err(unusable)?;
     let answered =

@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::num::NonZeroU32;
 
-/// All that is told of a job.
+/// All data that is reported about a job.
 #[derive(Debug)]
 pub(super) struct Report {
     /// The file's name.
@@ -41,17 +41,17 @@ pub(super) struct Report {
     pub(super) cut_mm: f64,
     /// Length of all other moves, mm.
     pub(super) travel_mm: f64,
-    /// Bits a second of the serial line; `None`: it never waits.
+    /// Bits a second of the serial line; `None` where the line never waits.
     pub(super) baud: Option<NonZeroU32>,
     /// The lines at which the program paused for its operator.
     pub(super) pauses: Vec<u64>,
-    /// The tools that it asked for.
+    /// The tools that the program asked for.
     pub(super) tools: Vec<u32>,
     /// How many synchronised outputs there are.
     pub(super) outputs: u8,
     /// The box around all feed moves.
     pub(super) extents: Option<Extents>,
-    /// How long the simulation took, s.
+    /// How long the simulation took in real time, s.
     pub(super) wall_seconds: f64,
 }
 
@@ -166,7 +166,7 @@ impl Report {
         })
     }
 
-    /// How far the axes have gone, in steps of theirs.
+    /// How far each axis has gone, in its own steps.
     fn net_steps(&self) -> [f64; MOST_MOTORS] {
         let mut steps = self.outcome.motors.map(|motor| motor.net_steps as f64);
         if let (true, [a, b, ..]) = (self.crossed, steps.as_mut_slice()) {
@@ -283,7 +283,7 @@ impl Report {
     }
 }
 
-/// Lines that are named one by one.
+/// The most lines that are named one by one.
 const NAMED_PAUSES: usize = 8;
 
 /// The sentence about the program's pauses.
@@ -306,7 +306,7 @@ fn row(f: &mut fmt::Formatter<'_>, name: &str, value: &str) -> fmt::Result {
     writeln!(f, "  {name:<12} {value}")
 }
 
-/// The reports of jobs: an object, or an array of them where there may be several.
+/// The reports of jobs as JSON: one object, or an array where there may be several jobs.
 pub(super) fn json_text(reports: &[impl Serialize], is_one: bool) -> String {
     let text = match (is_one, reports) {
         (true, [one]) => serde_json::to_string_pretty(one),

@@ -25,11 +25,11 @@ use std::io::BufReader;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-/// Runs the jobs, one after the other, each on a machine of its own; answers whether none met an
-/// error or an alarm.
+/// Runs the jobs one after the other, each on a new machine. Returns whether none met an error or
+/// an alarm.
 ///
 /// # Errors
-/// Where an option or an input cannot be used, or an output not be written.
+/// Where an option or an input cannot be used, or an output cannot be written.
 pub(super) fn run(args: &JobArgs) -> Result<bool, Unusable> {
     let mut machine = machine(&args.machine)?;
     machine.outputs.count = args.outputs.unwrap_or(machine.outputs.count);
@@ -72,7 +72,7 @@ pub(super) fn run(args: &JobArgs) -> Result<bool, Unusable> {
     Ok(clean)
 }
 
-/// All that watches a run.
+/// The observers of a run.
 struct Outputs {
     steps: Option<StepList>,
     vcd: Option<WaveformFile>,
@@ -81,13 +81,13 @@ struct Outputs {
     sketch: Sketch,
 }
 
-/// All outputs that `args` names.
+/// The paths of all outputs in `args`.
 fn named(args: &JobArgs) -> impl Iterator<Item = &Path> {
     let all = [&args.svg, &args.html, &args.vcd, &args.steps];
     all.into_iter().flatten().map(PathBuf::as_path)
 }
 
-/// Refuses arguments that would mix several outputs.
+/// Refuses arguments that would send several outputs to standard output.
 fn one_for_stdout(args: &JobArgs) -> Result<(), &'static str> {
     let count = named(args).filter(|path| is_stdout(path)).count() + usize::from(args.json);
     match count {
@@ -193,7 +193,7 @@ fn simulate(
     Ok(report)
 }
 
-/// Writes the picture and the page of a job, as far as they are asked for.
+/// Writes the picture and the page of a job, if the user asked for them.
 fn write_pictures(
     mut sketch: Sketch,
     caption: Caption,
@@ -217,7 +217,7 @@ fn write_pictures(
     Ok(())
 }
 
-/// S of a laser's full power; `None` where S is a spindle's speed.
+/// The S value of a laser's full power; `None` where S is a spindle's speed.
 pub(super) fn full_power(machine: &Machine) -> Option<f64> {
     let settings = &machine.settings;
     let full = f64::from(settings.value(Setting::MaxSpeed).to_f32());
@@ -232,7 +232,7 @@ fn caption(machine: &Machine, report: &Report) -> Caption {
     }
 }
 
-/// All that pictures of a run show.
+/// The data for pictures of a run.
 struct Drawing<'a> {
     caption: Caption,
     sketch: &'a Sketch,

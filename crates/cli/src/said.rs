@@ -7,7 +7,7 @@ use std::io::{self, stdout, ErrorKind, Write};
 /// Writes a text to standard output and ends its last line.
 ///
 /// # Errors
-/// Where standard output cannot be written: a full disk.
+/// Where standard output cannot be written, for example because a disk is full.
 pub(super) fn say(text: impl Display) -> Result<(), Unusable> {
     let mut out = stdout().lock();
     let text = text.to_string();
@@ -15,8 +15,8 @@ pub(super) fn say(text: impl Display) -> Result<(), Unusable> {
     unless_left(written).map_err(|error| unusable(format!("standard output: {error}")))
 }
 
-/// The outcome of writing to standard output: a reader who has seen enough and left (`| head`) is
-/// no failure.
+/// The outcome of writing to standard output. It is no failure if the reader has closed it early
+/// (`| head`).
 ///
 /// # Errors
 /// Every other failure.

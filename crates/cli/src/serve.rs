@@ -19,11 +19,11 @@ const MOST_SERVED: usize = 4;
 /// Why `serve` cannot begin.
 #[derive(Debug)]
 pub(super) enum ServeError {
-    /// The profile cannot be used.
+    /// The machine file cannot be used.
     Profile(ProfileError),
     /// More lines than a machine has.
     TooManyLines(usize),
-    /// More axes than `serve` has.
+    /// More axes than `serve` can drive.
     TooManyAxes(usize),
     /// The log cannot be written.
     Log(PathBuf, io::Error),
@@ -55,7 +55,7 @@ impl fmt::Display for ServeError {
 
 impl std::error::Error for ServeError {}
 
-/// Set by Ctrl-C.
+/// Whether Ctrl-C was pressed.
 static STOP: AtomicBool = AtomicBool::new(false);
 
 /// Serves until Ctrl-C.

@@ -55,7 +55,7 @@ pub(super) struct ServeArgs {
 }
 
 impl ServeArgs {
-    /// Where programs can connect.
+    /// The lines on which programs can connect.
     pub(super) fn lines(&self) -> Vec<LineSpec> {
         let reset_on_open = self.reset_on_open;
         let pty = self.pty.iter().map(|link| LineSpec::Pty {
@@ -67,7 +67,7 @@ impl ServeArgs {
         pty.chain(tcp).chain(ws).collect()
     }
 
-    /// The state file: the one named, or the default of the machine's profile in the user's data
+    /// The state file: the one that the user named, or the machine's default one in the user's data
     /// directory.
     pub(super) fn state_file(&self) -> Option<StateFile> {
         if let Some(file) = &self.state {
@@ -78,7 +78,7 @@ impl ServeArgs {
     }
 }
 
-/// An address with a host: this computer's own where none is given.
+/// Reads an address. Without a host it is this computer's own.
 fn address(text: &str) -> Result<String, String> {
     let (host, port) = text.rsplit_once(':').unwrap_or(("", text));
     if port.parse::<u16>().is_err() {

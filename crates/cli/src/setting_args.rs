@@ -1,5 +1,5 @@
-//! The machine from the command line: a machine file, a settings file over that, then single
-//! settings.
+//! The machine from the command line: a machine file, overridden by a settings file, overridden by
+//! single settings.
 
 use super::{unusable, Unusable};
 use clap::Args;
@@ -25,7 +25,7 @@ pub(super) struct SettingArgs {
 /// Reads the machine's file and all settings, and puts them into effect one after the other.
 ///
 /// # Errors
-/// The first that is no setting or is refused, with where it came from and GRBL's words for it.
+/// The first line that is no setting or is refused, with its origin and GRBL's words.
 pub(super) fn machine(args: &SettingArgs) -> Result<Machine, Unusable> {
     let file = args.machine.as_deref().map(Profile::load).transpose();
     let file = file.map_err(unusable)?.unwrap_or_default();
@@ -39,7 +39,7 @@ pub(super) fn machine(args: &SettingArgs) -> Result<Machine, Unusable> {
     Machine::new(file, &lines).map_err(unusable)
 }
 
-/// Says on the standard error output where motion is capped.
+/// Prints on standard error which rates the machine cannot reach.
 pub(super) fn say_capped(machine: &Machine) {
     for words in capped(machine) {
         eprintln!("note: {words}");

@@ -1,4 +1,4 @@
-//! Help for a shell and its user: completions, manual pages, schemas of `--json`.
+//! Help for shells and their users: completions, manual pages, schemas of `--json`.
 
 use super::args::{Cli, ManArgs, Shape};
 use super::report::RunJson;

@@ -5,9 +5,10 @@
 //! 5042118,1,0,0.000
 //! ```
 //!
-//! `cycle` is the CPU cycle of the rising edges since power-up; `step` the motors that step (X = 1,
-//! Y = 2, Z = 4, A = 8, …); `dir` those of all motors that turn in the negative direction; `power`
-//! the spindle or laser output at that moment in S units, to 3 decimals.
+//! `cycle` is the CPU cycle of the rising edges, counted from power-up. `step` is a mask of the
+//! motors that step (X = 1, Y = 2, Z = 4, A = 8, …). `dir` is a mask of all motors that turn in the
+//! negative direction. `power` is the spindle or laser output at that moment in S units, to 3
+//! decimals.
 
 use leadscrew_stepper::MotorMask;
 use std::io::{self, Write};
@@ -22,7 +23,7 @@ impl<W: Write> StepsCsv<W> {
     /// Writes the header.
     ///
     /// # Errors
-    /// Whatever `out` answers.
+    /// The error of `out`.
     pub(crate) fn new(mut out: W) -> io::Result<Self> {
         out.write_all(b"cycle,step,dir,power\n")?;
         Ok(Self { out })
@@ -31,7 +32,7 @@ impl<W: Write> StepsCsv<W> {
     /// Writes the row of one step event.
     ///
     /// # Errors
-    /// Whatever `out` answers.
+    /// The error of `out`.
     pub(crate) fn step(
         &mut self,
         cycle: u64,
@@ -50,10 +51,10 @@ impl<W: Write> StepsCsv<W> {
         )
     }
 
-    /// Writes the rest of the buffer.
+    /// Flushes the output.
     ///
     /// # Errors
-    /// Whatever `out` answers.
+    /// The error of `out`.
     pub(crate) fn finish(mut self) -> io::Result<()> {
         self.out.flush()
     }

@@ -4,7 +4,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use leadscrew_jobs::News;
 use std::io::{self, IsTerminal};
 
-/// Who hears of a job's news: `quiet` people of errors alone.
+/// The function that prints a job's news; if `quiet`, it prints only errors.
 pub(super) fn teller(quiet: bool) -> fn(&News<'_>) {
     match quiet {
         true => tell_errors,
@@ -26,7 +26,7 @@ fn tell(news: &News<'_>) {
     }
 }
 
-/// A bar with the time left, on a terminal; otherwise one that is not seen.
+/// A progress bar with the time left; hidden where there is no terminal.
 pub(super) fn progress_bar(quiet: bool, size: Option<u64>) -> ProgressBar {
     if quiet || !io::stderr().is_terminal() {
         return ProgressBar::hidden();

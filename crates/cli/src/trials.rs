@@ -1,4 +1,4 @@
-//! The saving of a change: found by running the job again with it.
+//! Finds how much time a change of settings saves, by running the job again with it.
 
 use super::course::{Course, Text};
 use leadscrew_gcode::Number;
@@ -11,25 +11,25 @@ use leadscrew_sim::powered::MOST_AXES;
 use leadscrew_sim::speed_profile::{Limit, Share, Slow, SpeedLimit};
 use std::collections::BTreeSet;
 
-/// A limit that binds for less than this share of the time is not tried.
+/// The least share of the time for which a limit must bind to be tried.
 const WORTH_TRYING: f64 = 0.01;
 
-/// Something that can be changed.
+/// A change that can be tried.
 #[derive(Clone, PartialEq, Eq, PartialOrd, Ord, Debug)]
 enum Change {
-    /// Settings doubled.
+    /// Settings whose values are doubled.
     Double(Vec<u16>),
-    /// The feed override at its most.
+    /// The highest feed override.
     Feed,
-    /// Grbl's corner rule, by which curves of short moves exceed the acceleration.
+    /// Grbl's corner rule. With it, curves that consist of short moves exceed the acceleration.
     GrblCorners,
 }
 
-/// The feed override at its most, per cent.
+/// The highest feed override, per cent.
 const MOST_FEED: u8 = 200;
 
-/// Tries one change after the other; the largest savings come first, changes that save nothing are
-/// left out.
+/// Tries the changes one by one. Returns the savings, the largest first; changes that save nothing
+/// are left out.
 pub(super) fn trials(
     course: &Course,
     text: &Text,
@@ -52,7 +52,7 @@ pub(super) fn trials(
     trials
 }
 
-/// The changes that make the limits bind less that bind for long, and one of all accelerations
+/// The changes that raise the limits which bind for long, and one that raises all accelerations
 /// together.
 fn changes(shares: &[Share], job_cycles: u64) -> BTreeSet<Change> {
     let least = job_cycles as f64 * WORTH_TRYING;
@@ -105,7 +105,7 @@ fn of_slow(slow: Slow) -> Vec<Change> {
     }
 }
 
-/// Runs the job with `change`; `None` where the machine refuses it, or it saves nothing.
+/// Runs the job with `change`; `None` if the machine refuses it or it saves nothing.
 fn try_out(
     course: &Course,
     text: &Text,
@@ -136,7 +136,7 @@ fn try_out(
     })
 }
 
-/// Chooses Grbl's corner rule; says so in words. `None` where it is chosen already.
+/// Chooses Grbl's corner rule; returns a description. `None` if it is chosen already.
 fn grbl_corners(settings: &mut Settings<MOST_AXES>) -> Option<String> {
     let number = Setting::GrblCorners.row().number;
     let is_off = !settings.is_on(Setting::GrblCorners);
@@ -146,7 +146,7 @@ fn grbl_corners(settings: &mut Settings<MOST_AXES>) -> Option<String> {
     })
 }
 
-/// Doubles a setting; says so in words. `None` where the machine refuses it.
+/// Doubles a setting; returns a description. `None` if the machine refuses it.
 fn double(settings: &mut Settings<MOST_AXES>, number: u16, limits: StepLimits) -> Option<String> {
     let before = settings.get(Key::from_number(number, MOST_AXES)?);
     let value = Number::from_nanos(before.nanos().checked_mul(2)?);

@@ -1,14 +1,14 @@
 //! The waveform: a Value Change Dump (IEEE 1364, clause 18) that GTKWave opens.
 //!
-//! One wire each for the step and direction pin of every motor, for the motors' enable and for each
-//! synchronised output (M62 to M65), and a 16-bit value for the spindle or laser PWM's compare
-//! level. Time is in nanoseconds since power-up.
+//! The step and direction pins of every motor, the motors' enable and each synchronised output (M62
+//! to M65) have a wire each. The compare level of the spindle's or laser's PWM is a 16-bit value.
+//! Time is in nanoseconds since power-up.
 
 use leadscrew_stepper::MotorMask;
 use std::io::{self, Write};
 use vcd::{IdCode, SimulationCommand, TimescaleUnit, Value, VarType, Writer};
 
-/// CPU cycles to nanoseconds: 1000 / 168 MHz = 125 / 21.
+/// The conversion of CPU cycles to nanoseconds: 1000 / 168 MHz = 125 / 21.
 const NANOSECONDS: u64 = 125;
 const PER_CYCLES: u64 = 21;
 
@@ -25,11 +25,11 @@ pub(crate) struct Waveform<W: Write> {
 }
 
 impl<W: Write> Waveform<W> {
-    /// Writes the header and the levels at power-up: everything low. `names` has a letter a motor;
-    /// `outputs`: how many synchronised outputs there are.
+    /// Writes the header and the levels at power-up, which are all low. `names` has a letter for
+    /// each motor; `outputs` is the number of synchronised outputs.
     ///
     /// # Errors
-    /// Whatever `out` answers.
+    /// The error of `out`.
     pub(crate) fn new(out: W, names: &[char], outputs: u8) -> io::Result<Self> {
         let mut out = Writer::new(out);
         out.timescale(1, TimescaleUnit::NS)?;
@@ -69,7 +69,7 @@ impl<W: Write> Waveform<W> {
     /// Writes that the step pins changed to the levels `high` (electrical).
     ///
     /// # Errors
-    /// Whatever `out` answers.
+    /// The error of `out`.
     pub(crate) fn step(
         &mut self,
         cycle: u64,
@@ -83,7 +83,7 @@ impl<W: Write> Waveform<W> {
     /// Writes that the direction pins changed to the levels `high` (electrical).
     ///
     /// # Errors
-    /// Whatever `out` answers.
+    /// The error of `out`.
     pub(crate) fn direction(
         &mut self,
         cycle: u64,
@@ -97,7 +97,7 @@ impl<W: Write> Waveform<W> {
     /// Writes the level of the enable pin.
     ///
     /// # Errors
-    /// Whatever `out` answers.
+    /// The error of `out`.
     pub(crate) fn enable(&mut self, cycle: u64, high: bool) -> io::Result<()> {
         self.at(cycle)?;
         self.out.change_scalar(self.enable, high)
@@ -106,16 +106,16 @@ impl<W: Write> Waveform<W> {
     /// Writes the PWM's compare level.
     ///
     /// # Errors
-    /// Whatever `out` answers.
+    /// The error of `out`.
     pub(crate) fn pwm(&mut self, cycle: u64, level: u16) -> io::Result<()> {
         self.at(cycle)?;
         self.out.change_vector(self.pwm, bits(level))
     }
 
-    /// Writes the levels of the synchronised outputs, a bit each.
+    /// Writes the levels of the synchronised outputs, one bit each.
     ///
     /// # Errors
-    /// Whatever `out` answers.
+    /// The error of `out`.
     pub(crate) fn outputs(&mut self, cycle: u64, levels: u8) -> io::Result<()> {
         self.at(cycle)?;
         for (index, id) in self.outputs.iter().enumerate() {
@@ -124,10 +124,10 @@ impl<W: Write> Waveform<W> {
         Ok(())
     }
 
-    /// Writes the rest of the buffer.
+    /// Flushes the output.
     ///
     /// # Errors
-    /// Whatever `out` answers.
+    /// The error of `out`.
     pub(crate) fn finish(mut self) -> io::Result<()> {
         self.out.flush()
     }

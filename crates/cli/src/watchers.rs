@@ -16,8 +16,8 @@ use leadscrew_stepper::{MotorMask, Power, PowerScale};
 use std::io;
 use std::path::Path;
 
-/// A file that is written as the job goes on. After a failure nothing more is written, and the
-/// failure is told at the end.
+/// A file that is written while the job runs. After a failure nothing more is written, and the
+/// failure is reported at the end.
 struct Sink<T> {
     output: Output,
     writer: io::Result<T>,
@@ -43,14 +43,14 @@ impl<T> Sink<T> {
     }
 }
 
-/// Writes the step list as the job goes on.
+/// Writes the step list while the job runs.
 pub(super) struct StepList {
     sink: Sink<StepsCsv<Pen>>,
     scale: SpindleScale,
 }
 
 impl StepList {
-    /// Creates the file; `scale` turns power back into S units.
+    /// Creates the file; `scale` converts power to S units.
     ///
     /// # Errors
     /// Where it cannot be created.
@@ -76,7 +76,7 @@ impl Observer for StepList {
     }
 }
 
-/// Writes the waveform as the job goes on.
+/// Writes the waveform while the job runs.
 pub(super) struct WaveformFile {
     sink: Sink<Waveform<Pen>>,
     port: PortConfig,
@@ -112,7 +112,8 @@ impl WaveformFile {
     }
 }
 
-/// The levels of pins of which those in `invert` are low where `active` says so.
+/// The electrical levels of pins: high for the motors in `active`, and the other way round for
+/// those in `invert`.
 fn levels(active: MotorMask, invert: MotorMask) -> MotorMask {
     MotorMask::from_bits(active.bits() ^ invert.bits())
 }
@@ -157,7 +158,7 @@ impl Observer for WaveformFile {
     }
 }
 
-/// The way of a move along all axes.
+/// The distance that a planned move covers along all axes.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct Way {
     /// [`PlannedMove::line`].
@@ -166,19 +167,19 @@ pub(super) struct Way {
     pub(super) mm: f64,
 }
 
-/// Collects the toolpath, and where a picture is wanted the speed.
+/// Collects the toolpath, and the speed if a picture needs it.
 pub(super) struct Sketch {
-    /// Where the tool goes.
+    /// The path of the tool.
     pub(super) path: Toolpath,
     tooling: Tooling,
-    /// How fast it goes.
+    /// The recorder of the speed; `None` where it is not needed.
     pub(super) speed: Option<Recorder>,
-    /// The moves of the path, without its begin.
+    /// One entry for each move of the path, except its begin.
     pub(super) ways: Vec<Way>,
 }
 
 impl Sketch {
-    /// Starts at the origin. `recorder` collects the speed. Without a picture only distances are
+    /// Starts at the origin. `recorder` collects the speed. Without `picture` only distances are
     /// kept.
     pub(super) fn new(tooling: Tooling, recorder: Option<Recorder>, picture: bool) -> Self {
         Self {
@@ -190,7 +191,7 @@ impl Sketch {
     }
 
     fn measure(&mut self, planned: &PlannedMove<'_>) {
-        // The machine has moved by itself: a move of the path that the job does not make.
+        // The path has moves that the job does not plan: the machine has moved on its own.
         let jumps = self.path.moves().len() - 1 - self.ways.len();
         let line = planned.line.into();
         self.ways

@@ -1,4 +1,4 @@
-//! `leadscrew board`: its answers about boards that are right, wrong and unknown.
+//! Tests of `leadscrew board` with boards that are right, wrong and unknown.
 use std::fs;
 use std::process::{Command, Output};
 
@@ -33,7 +33,8 @@ fn a_file_that_was_begun_and_broken_is_told_what_is_wrong() {
         .success());
     let again = board(&["new", "-o", file]);
     assert_eq!(again.status.code(), Some(2), "it is there already");
-    // The laser where the channel is not, and two switches on one line.
+    // The laser is on a channel that its pin does not have, and two switches share an interrupt
+    // line.
     let right = fs::read_to_string(&path).unwrap();
     let wrong = right.replace("channel = 1", "channel = 3");
     let wrong = wrong.replace(r#"probe = { pin = "PE4" }"#, r#"probe = { pin = "PE3" }"#);

@@ -1,13 +1,13 @@
-//! Files of CAM programs as they come (`docs/senders.md` lists the programs): each runs without an
-//! error, and what it cuts has the size of the drawing that the program was given.
+//! Unchanged files of CAM programs (`docs/senders.md` lists the programs). Each runs without an
+//! error, and its cuts have the size of the drawing that the program was given.
 use serde_json::Value;
 use std::path::Path;
 use std::process::Command;
 
-/// A vector drawing of 60 mm by 42.1 mm: a frame of two curves and two lines, and figures in it.
-/// Its lower left corner is at 10, 10.
+/// The corners of a vector drawing of 60 mm by 42.1 mm: a frame of two curves and two lines, and
+/// figures in it. Its lower left corner is at 10, 10.
 const DRAWING: [[f64; 2]; 2] = [[10.0, 10.0], [70.0, 52.1]];
-/// Lengths of its parts, mm, as the Python package svgelements measures them.
+/// Lengths of the drawing's parts, mm, as the Python package svgelements measures them.
 const FRAME: f64 = 206.12;
 const CIRCLE: f64 = 50.27;
 const ROUNDED: f64 = 36.57;
@@ -27,7 +27,7 @@ fn file(folder: &str, name: &str) -> String {
     root.join(folder).join(name).display().to_string()
 }
 
-/// Runs a job on a machine of `examples/machines`; its report.
+/// Runs a job on a machine of `examples/machines`; returns its report.
 fn run(job: &str, machine: &str) -> Value {
     let machine = file("../../examples/machines", machine);
     let report = leadscrew(&["run", job, "--machine", &machine, "--json"]);
@@ -54,12 +54,12 @@ fn assert_length(report: &Value, expected: f64) {
 fn lasers_cut_the_drawing_and_travel_dark() {
     for name in ["vpype.nc", "svg2gcode.nc", "meerk40t.nc", "svg-to-gcode.nc"] {
         let report = run(&file("tests/cam", name), "laser.toml");
-        // MeerK40t puts it on its bed, 1 m by 0.3 m, and ends its lines with a carriage return
-        // only.
+        // MeerK40t places the drawing on its bed of 1 m by 0.3 m, and ends its lines with a
+        // carriage return only.
         let up = if name == "meerk40t.nc" { 175.0 } else { 0.0 };
         assert_cuts(&report, DRAWING.map(|[x, y]| [x, y + up]));
-        // svg-to-gcode knows no circle and no rectangle, and travels with G1; svg2gcode makes 6 mm
-        // by 10 mm of the rounded rectangle.
+        // svg-to-gcode writes neither circles nor rectangles, and travels with G1. svg2gcode turns
+        // the rounded rectangle into one of 6 mm by 10 mm with sharp corners.
         let length = match name {
             "svg-to-gcode.nc" => FRAME + TRIANGLE,
             "svg2gcode.nc" => ALL - ROUNDED + 32.0,
@@ -71,10 +71,10 @@ fn lasers_cut_the_drawing_and_travel_dark() {
 
 #[test]
 fn routers_go_round_the_part_by_half_a_tool() {
-    // A board of 80 mm by 60 mm, a tool of 5 mm.
+    // The board is 80 mm by 60 mm, the tool 5 mm wide.
     let report = run(&file("tests/cam", "freecad.nc"), "router.toml");
     assert_cuts(&report, [[-2.5, -2.5], [82.5, 62.5]]);
-    // A frame of 60 mm by 40 mm, a tool of 3 mm.
+    // The frame is 60 mm by 40 mm, the tool 3 mm wide.
     let report = run(&file("tests/cam", "bcnc.nc"), "router.toml");
     assert_cuts(&report, [[-1.5, -1.5], [61.5, 41.5]]);
 }
@@ -90,7 +90,7 @@ fn a_slicer_s_print_is_as_large_as_its_part() {
         let ends = ["max", "min"].map(|end| report["extents"][axis][end].as_f64().unwrap());
         ends[0] - ends[1]
     };
-    // A part of 12 mm by 8 mm, within its walls' middles: they are 0.45 mm wide.
+    // The part is 12 mm by 8 mm. The path follows the middle of its walls, which are 0.45 mm wide.
     for (axis, part) in [("x", 12.0), ("y", 8.0)] {
         let found = width(axis);
         assert!((found - (part - 0.45)).abs() < 0.05, "{axis}: {found}");

@@ -1,4 +1,5 @@
-//! The five machines that the project grew from: every command of their READMEs, in their folders.
+//! The five machines that the project started from: runs every command of their READMEs in their
+//! folders.
 
 use std::fs;
 use std::io::{BufRead, BufReader};
@@ -7,7 +8,7 @@ use std::process::{Command, Stdio};
 
 const PROGRAM: &str = env!("CARGO_BIN_EXE_leadscrew");
 
-/// A copy of the examples that commands may write into.
+/// A copy of the examples, into which commands may write.
 struct Examples(tempfile::TempDir);
 
 impl Examples {
@@ -47,7 +48,7 @@ fn commands(folder: &Path) -> Vec<Vec<String>> {
     blocks.flat_map(str::lines).map(words).collect()
 }
 
-/// The words of a command; one in quotes is one.
+/// The words of a command; a text in quotes is one word.
 fn words(line: &str) -> Vec<String> {
     let parts = line.split('\'').enumerate();
     let words = parts.flat_map(|(index, part)| match index % 2 {
@@ -57,7 +58,7 @@ fn words(line: &str) -> Vec<String> {
     words.map(str::to_owned).collect()
 }
 
-/// Runs a command; answers its output.
+/// Runs a command; returns its output.
 fn run(folder: &Path, args: &[String]) -> String {
     let output = Command::new(PROGRAM)
         .args(args)
@@ -69,7 +70,7 @@ fn run(folder: &Path, args: &[String]) -> String {
     String::from_utf8(output.stdout).unwrap()
 }
 
-/// Runs a command that ends with an alarm; answers the message about it.
+/// Runs a command that ends with an alarm; returns the alarm's message.
 fn fail(folder: &Path, args: &[String]) -> String {
     let output = Command::new(PROGRAM)
         .args(args)
@@ -80,7 +81,7 @@ fn fail(folder: &Path, args: &[String]) -> String {
     String::from_utf8(output.stderr).unwrap()
 }
 
-/// Starts a server on a port that is free, and ends it when it is ready.
+/// Starts a server on a free port, and ends it when it is ready.
 fn serve(folder: &Path, args: &[String]) {
     let free = args.iter().map(|arg| if arg == "2323" { "0" } else { arg });
     let mut server = Command::new(PROGRAM)
@@ -102,7 +103,7 @@ fn serve(folder: &Path, args: &[String]) {
     assert!(ended.unwrap().success() && server.wait().unwrap().success());
 }
 
-/// Runs every command of a machine's README in order; answers the output of each.
+/// Runs every command of a machine's README in order; returns the output of each.
 fn follow(number: &str, least: usize) -> (Examples, Vec<String>) {
     let examples = Examples::new();
     let folder = examples.machine(number);
@@ -122,7 +123,7 @@ fn follow(number: &str, least: usize) -> (Examples, Vec<String>) {
     (examples, said)
 }
 
-/// The report of a job of a machine.
+/// The report of running a job on a machine.
 fn report(examples: &Examples, number: &str, job: &str) -> serde_json::Value {
     let args = ["run", job, "--machine", "machine.toml", "--json"].map(str::to_owned);
     serde_json::from_str(&run(&examples.machine(number), &args)).unwrap()
@@ -151,7 +152,8 @@ fn machine_001_makes_its_bar_and_its_square() {
     let length = &bar["extents"]["x"];
     let width = length["max"].as_f64().unwrap() - length["min"].as_f64().unwrap();
     assert!((width - 50.0).abs() < 0.01, "{width}");
-    // The bed alone takes more than two minutes: 1.5 K/s against a time constant of 300 s.
+    // The bed alone takes more than two minutes: it warms with 1.5 K/s and a time constant of 300
+    // s.
     let seconds = bar["job_seconds"].as_f64().unwrap() - bar["motion_seconds"].as_f64().unwrap();
     assert!((120.0..240.0).contains(&seconds), "{seconds}");
 }
@@ -200,7 +202,8 @@ fn machine_004_moves_four_axes_and_ramps_as_its_document_computes() {
     let (examples, _) = follow("004", 10);
     let four = report(&examples, "004", "four.nc");
     assert_eq!((place(&four, "e"), place(&four, "z")), (6.0, 5.0));
-    // 100 mm/s² · 0.1 s up, 0.1 s on, 0.1 s down, less the time before the first step.
+    // The speed rises to 100 mm/s in 0.1 s, stays for 0.1 s, and falls in 0.1 s. The time before
+    // the first step does not count.
     let ramp = report(&examples, "004", "ramp.nc");
     assert!((ramp["motion_seconds"].as_f64().unwrap() - 0.3).abs() < 0.006);
     // 20 mm are 1600 steps, half a turn; 100 mm/s are 150 turns a minute.
@@ -215,7 +218,7 @@ fn machine_004_moves_four_axes_and_ramps_as_its_document_computes() {
     );
 }
 
-/// The ways of E in a printer's file with M82, mm, one a line that moves it.
+/// The lengths by which E moves in a printer's file with M82, mm, one for each line that moves it.
 fn ways_of_e(file: &str) -> Vec<f64> {
     let (mut at, mut ways) = (0.0, Vec::new());
     for line in file.lines() {
@@ -260,17 +263,19 @@ fn machine_004_prints_a_slicers_file_to_the_step() {
         let ways = ways.iter().filter(|way| (**way > 0.0) == forward);
         ways.map(|way| way.abs() * 95.0).sum()
     };
-    // Each place is rounded to a step: half of one at every turn back.
+    // Each place is rounded to a step, which gives an error of up to half a step where E turns
+    // back.
     assert!((f64::from(forward) - steps(true)).abs() <= 3.0, "{forward}");
     assert!((f64::from(back) - steps(false)).abs() <= 3.0, "{back}");
     let part = report(&examples, "004", "part.nc");
     let net = part["axes"]["e"]["net_steps"].as_i64().unwrap();
     assert_eq!(net, (ways.iter().sum::<f64>() * 95.0).round() as i64);
-    // The file's zero is at the end stops: X- and Y- where the carriage stood 20 mm from them.
+    // The file's zero is at the end stops, X- and Y-, which were 20 mm from the carriage at
+    // power-up.
     assert!((place(&part, "x") - 0.0).abs() < 0.013, "{part}");
 }
 
-/// When each motor steps, s, from a step list.
+/// The times at which each motor steps, s, from a step list.
 fn edges(examples: &Examples, list: &str) -> [Vec<f64>; 4] {
     const CPU_HZ: f64 = 168e6;
     let csv = fs::read_to_string(examples.machine("004").join(list)).unwrap();
@@ -288,8 +293,8 @@ fn edges(examples: &Examples, list: &str) -> [Vec<f64>; 4] {
     edges
 }
 
-/// When a motion from rest to rest over a way of 1, at most `speed`, with `acceleration`, is at
-/// `place`.
+/// The time at which a motion from rest to rest over a way of length 1 is at `place`. Its speed is
+/// at most `speed`; it speeds up and slows down with `acceleration`.
 fn exact(place: f64, speed: f64, acceleration: f64) -> f64 {
     let ramp = speed * speed / 2.0 / acceleration;
     let whole = 2.0 * speed / acceleration + (1.0 - 2.0 * ramp) / speed;
@@ -302,7 +307,7 @@ fn exact(place: f64, speed: f64, acceleration: f64) -> f64 {
     }
 }
 
-/// Standard deviation of some times about their mean, and the farthest from 0.
+/// The standard deviation of times about their mean, and the largest distance from 0.
 fn spread(times: &[f64]) -> [f64; 2] {
     let count = times.len() as f64;
     let mean = times.iter().sum::<f64>() / count;
@@ -313,7 +318,8 @@ fn spread(times: &[f64]) -> [f64; 2] {
     [(squares.sum::<f64>() / count).sqrt(), farthest]
 }
 
-/// The edges of the document's recurrence, s: 1600 steps, 80 000 steps/s², 8000 steps/s.
+/// The edges by the recurrence of the machine's document, s: 1600 steps, 80 000 steps/s², 8000
+/// steps/s.
 fn recurrence() -> Vec<f64> {
     let (a, first, fastest): (f64, f64, f64) = (80_000e-12, 2500.0, 125.0);
     let (mut now, mut period): (f64, f64) = (0.0, first);
@@ -329,7 +335,8 @@ fn recurrence() -> Vec<f64> {
     steps.collect()
 }
 
-/// From the first edge to the last one; edges up to the fastest interval; the last interval.
+/// The time from the first edge to the last one, the number of edges up to the first interval at
+/// the highest speed, and the last interval.
 fn figures(edges: &[f64]) -> (f64, usize, f64) {
     let intervals: Vec<f64> = edges.windows(2).map(|pair| pair[1] - pair[0]).collect();
     let fast = intervals.iter().position(|interval| *interval < 125.1e-6);
@@ -372,14 +379,15 @@ fn machine_004_ramps_as_its_table_says_beside_the_recurrence() {
 fn machine_004_s_four_axes_keep_the_times_of_their_edges() {
     let (examples, _) = follow("004", 10);
     let edges = edges(&examples, "line.csv");
-    // The line's parts a second: 25 mm/s on the 7 mm of E, 1000 mm/s² on the 20 mm of X. Limits
-    // leave 1/2¹⁹ unused.
+    // Speed and acceleration in lines a second: 25 mm/s on the 7 mm of E, 1000 mm/s² on the 20 mm
+    // of X. The planner leaves 1/2¹⁹ of its limits unused.
     let margin = 1.0 - 1.0 / f64::from(1 << 19);
     let time = |place: f64| exact(place, 25.0 / 7.0 * margin, 50.0 * margin);
     let of_x = edges[0].iter().enumerate();
     let began = of_x.map(|(step, edge)| edge - time((step as f64 + 1.0) / 1600.0));
     let began = began.sum::<f64>() / 1600.0;
-    // X counts a step where it is complete, the others step where they are nearest to the line.
+    // X makes a step where the step is complete; the other motors step where they are nearest to
+    // the line.
     let bounds = [
         (1600, 1.0, 0.02, 0.05),
         (1040, 0.5, 6.5, 18.5),

@@ -1,12 +1,12 @@
-//! `leadscrew profile`: its times are those of `run`, to the tick, and the limits that it names are
-//! those that bind.
+//! Tests of `leadscrew profile`: its times are those of `run`, to the tick, and it names the limits
+//! that really bind.
 
 use proptest::prelude::*;
 use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-/// What `leadscrew` prints; it must do its work.
+/// Runs `leadscrew`, which must succeed; returns its output.
 fn leadscrew(args: &[&str]) -> String {
     let output = Command::new(env!("CARGO_BIN_EXE_leadscrew"))
         .args(args)
@@ -50,7 +50,7 @@ impl Job {
         text.lines().skip(1).map(Row::new).collect()
     }
 
-    /// The limits that bind, with the slow places that ramps are there for, one after the other.
+    /// The limits that bind, in order; each ramp with the slow place that it leads to or from.
     fn limits(&self) -> Vec<String> {
         let rows = self.rows();
         let mut limits: Vec<String> = rows.iter().map(Row::limit).collect();
@@ -84,7 +84,7 @@ impl Row {
     }
 }
 
-/// Fast enough that the look-ahead does not matter.
+/// Accelerations so high that the look-ahead does not limit the speed.
 const QUICK: [&str; 4] = ["--set", "$120=100", "--set", "$121=100"];
 
 #[test]
@@ -115,7 +115,7 @@ fn feed_and_rate_bind_where_they_are_reached() {
 
 #[test]
 fn the_step_rate_of_the_board_binds_where_it_is_below_the_axis_s_rate() {
-    // Pulses of 20 µs leave 47 619 steps/s: 19 mm/s.
+    // With pulses of 20 µs the board makes up to 47 619 steps/s, which are 19 mm/s.
     let steep = ["--set", "$0=20", "--set", "$100=2500", "--set", "$110=3000"];
     let limits = Job::new("G0 X20\n", &[&QUICK[..], &steep].concat()).limits();
     let stop = "acceleration X, stop";
@@ -259,8 +259,7 @@ fn line() -> impl Strategy<Value = String> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
 
-    /// Nine decimals are finer than a CPU cycle, and there are two of those to a tick of the step
-    /// timer.
+    /// Nine decimals are finer than a CPU cycle, and a tick of the step timer has two cycles.
     #[test]
     fn the_stretches_add_up_to_the_time_of_the_run_to_the_tick(
         lines in prop::collection::vec(line(), 1..40), laser in 0u8..2, baud in prop::option::of(9600u32..200_000),
@@ -282,8 +281,9 @@ proptest! {
     }
 }
 
-/// The desk's estimate against the job as it is streamed over lines of two speeds: equal to the
-/// tick where the queue never runs low. (Moves take longer than their lines.)
+/// Compares the motion's time on a line that never waits with the times over serial lines of two
+/// speeds. They are equal to the tick, because the queue never runs low. (Each move takes longer
+/// than sending its line.)
 #[test]
 fn the_desk_s_time_is_that_of_the_streamed_job_to_the_tick() {
     let program: String = (0..300)

@@ -1,5 +1,5 @@
-//! `leadscrew replay` as a script calls it: every recorded conversation goes through the program,
-//! and what is no conversation is refused with one message.
+//! Tests of `leadscrew replay` as a script calls it. Every recorded conversation is replayed; a
+//! file that is no conversation is refused with one message.
 
 use leadscrew_sim::replay::{replay, Case};
 use std::fs;
@@ -88,7 +88,7 @@ fn what_is_no_conversation_is_refused_with_one_message() {
     }
 }
 
-/// Large, but what it says it is: a line of a megabyte takes longer than the 20 s that `cmd` waits.
+/// A valid but huge conversation: a line of a megabyte takes longer than the 20 s that `cmd` waits.
 #[test]
 fn a_huge_conversation_is_held_to_its_end() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,4 +1,4 @@
-//! The second serial line of an STM32F407: USB. On a desk this is empty.
+//! The second serial line of an STM32F407: USB. Compiled for a computer, this crate is empty.
 #![cfg_attr(target_os = "none", no_std)]
 #![deny(unsafe_code)]
 

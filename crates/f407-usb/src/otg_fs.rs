@@ -5,15 +5,15 @@
 //!   host <- packet <- interrupt <- queue of bytes to send                                 <- main loop: Writer
 //! ```
 //!
-//! A packet is always taken, so that a realtime byte never waits behind a full buffer: a sender
-//! counts what it has sent, or waits for each answer, as on any line of Grbl's. DTR says that a
-//! program has come; the rate that the host sets means nothing.
+//! A packet is always taken, so that a realtime byte never waits behind a full buffer. A sender
+//! counts the bytes that it has sent, or waits for each answer, as on any line of Grbl. DTR tells
+//! that a program has opened the port; the baud rate that the host sets is ignored.
 //!
-//! A host that does not read stops nobody: the queue fills, then the machine takes no more lines
-//! from it, the other line goes on. Without a host bytes go nowhere, but for the first kilobyte
-//! after power-up, the banner: whoever comes first reads that.
+//! A host that does not read stops nothing else: the queue fills, the machine takes no more lines
+//! from this host, and the other line goes on. Without a host, bytes are dropped, except for the
+//! first kilobyte after power-up. It holds the banner, which the first host reads.
 //!
-//! Run in the emulator (`cargo fw-test usb`), never on a board.
+//! This code has run in the emulator (`cargo fw-test usb`), but never on a board.
 use core::{
     mem::MaybeUninit,
     sync::atomic::{AtomicBool, AtomicU8, Ordering::Relaxed},
@@ -34,28 +34,29 @@ use usbd_serial::{CdcAcmClass, USB_CLASS_CDC};
 
 /// Largest packet of a full-speed bulk endpoint in bytes (USB 2.0 section 5.8.3).
 const PACKET: usize = 64;
-/// Bytes in a packet that is sent: a full one would have to be followed by an empty one (USB 2.0
+/// Bytes in a packet that is sent. A full packet would have to be followed by an empty one (USB 2.0
 /// section 5.8.3).
 const SENT: usize = PACKET - 1;
-/// The pair that V-USB's makers share for serial devices told apart by their texts
-/// (USB-IDs-for-free.txt). Whoever sells boards takes one of his own.
+/// The pair of vendor and product ID that the makers of V-USB share for serial devices, which are
+/// told apart by their texts (USB-IDs-for-free.txt). Anybody who sells boards has to use a pair of
+/// their own.
 const ID: UsbVidPid = UsbVidPid(0x16C0, 0x27DD);
 
-/// Who is at the other end: a [`Host`], as the interrupt knows it.
+/// The state of the host at the other end: a [`Host`], as the interrupt knows it.
 static HOST: AtomicU8 = AtomicU8::new(Host::Expected as u8);
 
-/// The main loop has more than there was room for: it wants to be woken.
+/// The main loop has more bytes to send than there was room for, and wants to be woken.
 static MORE: AtomicBool = AtomicBool::new(false);
 
-/// Who is at the other end.
+/// The state of the host at the other end.
 #[derive(Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 enum Host {
-    /// Nobody since power-up: bytes to send wait for the first client.
+    /// No host has come since power-up: bytes to send wait for the first one.
     Expected,
-    /// It has set the device up.
+    /// A host has configured the device.
     Attached,
-    /// It has been there.
+    /// A host was there and has left.
     Gone,
 }
 
@@ -71,17 +72,17 @@ impl Host {
 /// The controller's registers.
 pub type Registers = (OTG_FS_GLOBAL, OTG_FS_DEVICE, OTG_FS_PWRCLK);
 
-/// The controller as the driver knows it.
+/// The controller's parameters for the driver.
 struct Controller {
     _registers: Registers,
     cpu_hz: u32,
 }
 
-// SAFETY: the driver owns the registers, and touches them in critical sections only.
+// SAFETY: the driver owns the registers, and accesses them in critical sections only.
 #[allow(unsafe_code)]
 unsafe impl Sync for Controller {}
 
-// SAFETY: address, size of the packet memory and number of endpoints belong to OTG FS (RM0090
+// SAFETY: address, size of the packet memory and number of endpoints are those of OTG FS (RM0090
 // sections 2.3, 34.2.1 and 34.2.3).
 #[allow(unsafe_code)]
 unsafe impl UsbPeripheral for Controller {
@@ -91,7 +92,8 @@ unsafe impl UsbPeripheral for Controller {
     const ENDPOINT_COUNT: usize = 4;
 
     fn enable() {
-        // SAFETY: at start-up, before the interrupts are on: nobody else changes the clocks.
+        // SAFETY: runs at start-up, before the interrupts are on, so that nothing else changes the
+        // clocks.
         unsafe {
             OTG_FS_GLOBAL::enable_unchecked();
             OTG_FS_GLOBAL::reset_unchecked();
@@ -105,12 +107,12 @@ unsafe impl UsbPeripheral for Controller {
 
 type Bus = UsbBus<Controller>;
 
-/// Where the line is kept.
+/// The memory of the line.
 pub struct Place {
-    /// Packets until they are read: two endpoints of 64 bytes, in words.
+    /// Packets that have not been read yet: two endpoints of 64 bytes, in words.
     packets: [u32; 2 * PACKET / 4],
-    /// Uninitialised, not `None`, which is not all zeros and would be a kilobyte of the program's
-    /// image.
+    /// This is uninitialised and not `None`: `None` is not all zeros, and would add a kilobyte to
+    /// the program's image.
     bus: MaybeUninit<UsbBusAllocator<Bus>>,
     port: MaybeUninit<Port>,
 }
@@ -122,7 +124,7 @@ impl Default for Place {
 }
 
 impl Place {
-    /// Nothing yet.
+    /// Makes memory that is not in use yet.
     pub const fn new() -> Self {
         Self {
             packets: [0; 2 * PACKET / 4],
@@ -131,11 +133,11 @@ impl Place {
         }
     }
 
-    /// Starts the line. At start-up, with the clock of 48 MHz running, and the pins the
-    /// controller's; `cpu_hz` is the clock of the CPU.
+    /// Starts the line. To be called at start-up, with the clock of 48 MHz running and the pins
+    /// connected to the controller. `cpu_hz` is the clock of the CPU.
     ///
     /// `None` where the driver refuses these values, which never happens.
-    #[inline(never)] // what is moved on the way is on the stack for this long only
+    #[inline(never)] // values that are moved are on the stack only during this call
     pub fn start(
         &'static mut self,
         registers: Registers,
@@ -159,9 +161,9 @@ pub struct Port {
     class: CdcAcmClass<'static, Bus>,
     receiver: Receiver<'static>,
     outgoing: Consumer<'static, u8>,
-    /// The packet that is sent next.
+    /// The packet that is to be sent next.
     packet: Vec<u8, SENT>,
-    /// A program has the port open, as DTR says.
+    /// Whether a program has the port open, as DTR tells.
     open: bool,
 }
 
@@ -172,7 +174,7 @@ impl Port {
         receiver: Receiver<'static>,
         outgoing: Consumer<'static, u8>,
     ) -> Option<Self> {
-        // In this order: the class takes its endpoints, then the device starts.
+        // The order matters: the class takes its endpoints, then the device starts.
         let class = CdcAcmClass::new(bus, PACKET as u16);
         let texts = StringDescriptors::default()
             .manufacturer("leadscrew")
@@ -192,9 +194,10 @@ impl Port {
         })
     }
 
-    /// Takes what has come, sends what there is; says whether the main loop has something to do:
-    /// bytes have come, there is room for what it could not queue, or nobody is there any more who
-    /// would read it. Interrupt of OTG FS, or pended by whoever has queued bytes.
+    /// Takes received bytes and sends queued ones. Returns whether the main loop has something to
+    /// do: bytes have come, there is room for bytes that it could not queue, a program has opened
+    /// the port, or the host has left. Called in the interrupt of OTG FS, which the main loop also
+    /// pends when it has queued bytes.
     #[inline(never)]
     pub fn on_interrupt(&mut self) -> bool {
         self.device.poll(&mut [&mut self.class]);
@@ -215,7 +218,7 @@ impl Port {
         }
     }
 
-    /// Whether a program has opened the port since this was asked last.
+    /// Whether a program has opened the port since the last call.
     fn opens(&mut self) -> bool {
         let was_open = core::mem::replace(&mut self.open, self.class.dtr());
         let opens = self.open && !was_open;
@@ -225,7 +228,8 @@ impl Port {
         opens
     }
 
-    /// At most the packet that the driver holds: it takes the next one in the next interrupt.
+    /// Takes at most the one packet that the driver holds; the driver takes the next one in the
+    /// next interrupt.
     fn receive(&mut self) -> bool {
         let mut packet = [0; PACKET];
         let Ok(length) = self.class.read_packet(&mut packet) else {
@@ -237,12 +241,12 @@ impl Port {
         true
     }
 
-    /// One packet; where the one before is still under way, the interrupt at its end comes here
-    /// again.
+    /// Sends one packet. While the packet before it is still under way, nothing is sent: the
+    /// interrupt at its end calls this again.
     fn send(&mut self) {
         while !self.packet.is_full() {
             match self.outgoing.dequeue() {
-                // There is room.
+                // The loop has checked that there is room.
                 Some(byte) => drop(self.packet.push(byte)),
                 None => break,
             }
@@ -252,13 +256,13 @@ impl Port {
         }
     }
 
-    /// Whether more was to be queued, and half of the queue is free: the queued bytes go out while
-    /// the main loop comes.
+    /// Whether the main loop had more bytes to queue, and half of the queue is free. The other half
+    /// is sent while the main loop wakes up.
     fn takes_more(&self) -> bool {
         MORE.load(Relaxed) && self.outgoing.len() <= self.outgoing.capacity() / 2
     }
 
-    /// Nobody reads on.
+    /// Drops all bytes that wait to be sent, since nobody reads them any more.
     fn forget(&mut self) {
         self.packet.clear();
         while self.outgoing.dequeue().is_some() {}
@@ -271,13 +275,13 @@ pub struct Writer {
 }
 
 impl Writer {
-    /// Sends bytes by way of `outgoing`.
+    /// Makes a writer that queues bytes in `outgoing`.
     pub fn new(outgoing: Producer<'static, u8>) -> Self {
         Self { outgoing }
     }
 
-    /// Takes as many of `bytes` as there is room for; all, where there is nobody to read them. Main
-    /// loop, which then pends the interrupt.
+    /// Takes as many of `bytes` as there is room for; all of them if there is no host to read them.
+    /// Called by the main loop, which then pends the interrupt.
     pub fn write(&mut self, bytes: &[u8]) -> usize {
         match Host::now() {
             Host::Expected => {

@@ -1,29 +1,30 @@
 //! The square root of the processor's FPU, where it has one.
 //!
-//! A Cortex-M4F takes the root of an `f32` in one instruction of 14 cycles (Arm DDI 0439, table
-//! 7-1), but `core` does not offer it and `libm` computes it in 58 instructions. Planning a line
-//! takes three to five roots. IEEE 754 asks for the correctly rounded one of both, so the bits are
-//! the same.
+//! A Cortex-M4F computes the root of an `f32` in one instruction of 14 cycles (Arm DDI 0439, table
+//! 7-1). `core` does not offer this instruction, and `libm` computes the root in 58 instructions.
+//! Planning a line takes three to five roots. IEEE 754 requires the correctly rounded root, so both
+//! ways give the same bits.
 //!
-//! A crate of its own, so that the libraries that use it can forbid unsafe code.
+//! This is a crate of its own, so that the libraries that use it can forbid unsafe code.
 #![no_std]
 #![deny(unsafe_code)]
 
-/// The correctly rounded square root; NaN of what is below 0.
+/// The correctly rounded square root; NaN for numbers below 0.
 #[inline(always)]
 pub fn sqrt(x: f32) -> f32 {
     root(x)
 }
 
-// The ABI passes floats in the FPU's registers only where there is an FPU, and each has the
-// instruction (VFPv2 and later).
+// This ABI passes floats in the FPU's registers, so it is used only where there is an FPU. Every
+// such FPU has the instruction (VFPv2 and later).
 #[cfg(all(target_arch = "arm", target_abi = "eabihf"))]
 #[allow(unsafe_code)]
 #[inline(always)]
 fn root(x: f32) -> f32 {
     let root: u32;
-    // SAFETY: reads one register and writes one, and one of the FPU that it names. (By way of
-    // integer registers: the compiler does not count the FPU's among those that this target has.)
+    // SAFETY: the code reads one register, and writes one register and the FPU's register that it
+    // names. (Values are passed in integer registers, because the compiler does not count the FPU's
+    // registers among those that this target has.)
     unsafe {
         core::arch::asm!(
             "vmov s0, {bits}",
@@ -53,8 +54,8 @@ mod tests {
         while let Some(next) = bits.checked_add(12_345) {
             let x = f32::from_bits(bits);
             if x.is_finite() && x > 0.0 {
-                // A root of an f32 rounded from f64 is the correctly rounded one: 53 bits are more
-                // than 2·24 + 2.
+                // The root computed in f64 and rounded to f32 is the correctly rounded one, since
+                // 53 bits are more than 2·24 + 2.
                 let exact = libm::sqrt(f64::from(x)) as f32;
                 assert_eq!(sqrt(x).to_bits(), exact.to_bits(), "{x}");
             }

@@ -1,4 +1,4 @@
-//! The faults of a heater: numbers and words of their alarms.
+//! The faults of a heater, with the numbers and texts of their alarms.
 
 use leadscrew_machine::extension::OwnCode;
 
@@ -9,18 +9,18 @@ pub enum Fault {
     SensorOpen,
     /// The sensor is shorted.
     SensorShorted,
-    /// It is heated, and its temperature does not change.
+    /// The heater is on, and its temperature does not change.
     SensorFrozen,
-    /// It leaves the band about its target.
+    /// Its temperature leaves the band around the target.
     RunsAway,
-    /// It is switched off and goes on heating.
+    /// The heater is switched off, and goes on heating.
     DoesNotCool,
-    /// Somebody else reports a fault.
+    /// Another device reports a fault.
     External,
 }
 
 impl Fault {
-    /// All of them.
+    /// All faults.
     pub const ALL: &'static [Self] = &[
         Self::SensorOpen,
         Self::SensorShorted,
@@ -30,7 +30,7 @@ impl Fault {
         Self::External,
     ];
 
-    /// Its alarm.
+    /// The fault's alarm.
     pub fn alarm(self) -> &'static OwnCode {
         let [open, shorted, frozen, runs_away, stuck, external] = &ALARMS;
         match self {
@@ -43,7 +43,7 @@ impl Fault {
         }
     }
 
-    /// In a few words.
+    /// The fault in a few words.
     pub fn text(self) -> &'static str {
         self.alarm().text
     }

@@ -10,24 +10,27 @@ use crate::fault::Fault;
 use crate::sensor::Sensor;
 use leadscrew_machine::board::{Duration, Instant};
 
-/// Temperatures that a heater is kept within, °C, and how fast it has to answer.
+/// The limits of a heater's temperature, °C, and of the time in which it has to react.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Limits {
     /// The highest target.
     pub most: f32,
-    /// Nothing is extruded below this.
+    /// The temperature below which nothing is extruded.
     pub extrusion: f32,
-    /// A sensor that reads less is open (or shorted, if it is an amplifier).
+    /// A lower reading means that the sensor's wire is broken (or shorted, if the sensor is an
+    /// amplifier).
     pub coldest: f32,
-    /// A sensor that reads more is shorted (or open).
+    /// A higher reading means that the sensor is shorted (or its wire is broken, if it is an
+    /// amplifier).
     pub hottest: f32,
-    /// Heated for this long, seconds, the temperature has risen by [`Limits::answer`], or the
-    /// sensor is frozen. Switched off for this long, it has not risen by that, or the heater does
-    /// not go off.
+    /// The time in which the temperature has to react, seconds. If it has not risen by
+    /// [`Limits::answer`] with the heater on, the sensor is frozen. If it has risen by more than
+    /// that with the heater off, the heater does not switch off.
     pub patience: u16,
-    /// Kelvins.
+    /// The change of temperature that counts as a reaction, K.
     pub answer: f32,
-    /// Once it has reached its target, it stays within this distance of it, K, or it runs away.
+    /// How far the temperature may be from the target once it has reached it, K. Farther away, the
+    /// heater runs away.
     pub band: f32,
 }
 
@@ -56,17 +59,18 @@ impl Limits {
 /// A heater.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct HeaterConfig {
-    /// Its name in reports: a letter or two.
+    /// Its name in reports, one or two letters.
     pub name: &'static str,
     /// How its temperature is read.
     pub sensor: Sensor,
-    /// How far from its target it is switched, K, above 0: a relay lasts longer with more.
+    /// How far from its target it is switched, K, above 0. With a larger value a relay lasts
+    /// longer.
     pub hysteresis: f32,
-    /// The limits that it is kept within.
+    /// The limits of its temperature.
     pub limits: Limits,
 }
 
-/// A temperature, and since when nothing has changed by more than [`Limits::answer`].
+/// The temperature at the begin of a watch, and when the watch began.
 #[derive(Clone, Copy, PartialEq, Debug)]
 struct Watch {
     since: Instant,
@@ -80,7 +84,7 @@ pub struct Heater {
     target: f32,
     celsius: f32,
     on: bool,
-    /// It has been at its target since that was set.
+    /// Whether it has been at its target since the target was set.
     reached: bool,
     watch: Option<Watch>,
 }
@@ -102,12 +106,12 @@ impl Heater {
         self.config.name
     }
 
-    /// Its temperature as it was read last, °C.
+    /// The temperature read last, °C.
     pub const fn celsius(&self) -> f32 {
         self.celsius
     }
 
-    /// Its target, °C; 0: it is off.
+    /// Its target, °C; 0 where it is off.
     pub const fn target(&self) -> f32 {
         self.target
     }
@@ -133,7 +137,7 @@ impl Heater {
         }
     }
 
-    /// Takes a reading, `share` of the reference voltage; answers whether to heat.
+    /// Takes a reading, `share` of the reference voltage; returns whether to heat.
     ///
     /// # Errors
     /// The fault of the heater.
@@ -168,7 +172,8 @@ impl Heater {
         }
     }
 
-    /// A reading that is no number counts as beyond the hot end.
+    /// Checks that the reading is within the limits. A reading that is not a number counts as too
+    /// hot.
     fn check_sensor(&self) -> Result<(), Fault> {
         let limits = &self.config.limits;
         if (limits.coldest..=limits.hottest).contains(&self.celsius) {
@@ -181,7 +186,7 @@ impl Heater {
         }
     }
 
-    /// A heater that is on gets warmer, and one that is off does not.
+    /// Checks that a heater that is on gets warmer, and that one that is off does not.
     fn check_answer(&mut self, now: Instant) -> Result<(), Fault> {
         let limits = &self.config.limits;
         let fresh = Watch {

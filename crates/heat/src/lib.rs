@@ -29,7 +29,8 @@ pub const PERIOD: Duration = Duration::from_ticks(100_000);
 
 /// The pins of heaters, sensors and fan.
 pub trait HeatPort {
-    /// All sensors are about to be read, every [`PERIOD`]: a board starts its conversions.
+    /// Called before all sensors are read, every [`PERIOD`], so that a board can start its
+    /// conversions.
     fn begin(&mut self, now: Instant) {
         let _ = now;
     }
@@ -41,18 +42,19 @@ pub trait HeatPort {
     /// Switches a heater.
     fn heat(&mut self, heater: usize, on: bool);
 
-    /// Sets the fan, 0 to 255. A board whose fan is a relay has it on from 1.
+    /// Sets the fan, 0 to 255. A board whose fan is a relay switches it on from 1.
     fn fan(&mut self, power: u8) {
         let _ = power;
     }
 
-    /// Switches the supply of all heaters, where there is a relay for that: off if one of them does
-    /// not cool, on at power-up.
+    /// Switches the relay that supplies all heaters, if there is one. It is on at power-up, and
+    /// goes off when a heater does not cool.
     fn supply(&mut self, on: bool) {
         let _ = on;
     }
 
-    /// Whether somebody else reports a fault of the heaters: another controller, a thermal cut-out.
+    /// Whether another device reports a fault of the heaters, such as another controller or a
+    /// thermal cut-out.
     fn external_fault(&mut self) -> bool {
         false
     }
@@ -62,15 +64,15 @@ pub trait HeatPort {
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Gates {
     /// The extruder's axis, counted from 0, which does not turn below the heater's
-    /// [`Limits::extrusion`]; `None`: there is none.
+    /// [`Limits::extrusion`]; `None` where there is none.
     pub extruder_axis: Option<usize>,
-    /// The outputs (M62, M64), a bit each, that go on at that temperature only.
+    /// The outputs (M62, M64) that go on only from that temperature, one bit each.
     pub feeders: u8,
     /// No program moves until all heaters that have a target have reached it.
     pub wait_until_ready: bool,
 }
 
-/// The parts besides the heaters.
+/// The configuration of the parts besides the heaters.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct HeatConfig {
     /// The axis and the outputs that work only while the nozzle is warm.
@@ -93,12 +95,12 @@ pub struct Heat<P, const N: usize> {
     port: P,
     next: Option<Instant>,
     fan: u8,
-    /// The fault that the operator knows of.
+    /// The fault that has been reported to the operator.
     told: Option<(usize, Fault)>,
 }
 
 impl<P: HeatPort, const N: usize> Heat<P, N> {
-    /// Makes the extension of the first `N` heaters; all are off at once.
+    /// Makes the extension for the first `N` heaters, and switches all of them off.
     pub fn new(
         config: HeatConfig,
         heaters: impl IntoIterator<Item = HeaterConfig>,
@@ -122,7 +124,7 @@ impl<P: HeatPort, const N: usize> Heat<P, N> {
         &self.heaters
     }
 
-    /// All heaters and the fan off; no target is left.
+    /// Switches all heaters and the fan off, and sets all targets to 0.
     fn off(&mut self) {
         for (index, heater) in self.heaters.iter_mut().enumerate() {
             heater.set_target(0.0);
@@ -132,8 +134,8 @@ impl<P: HeatPort, const N: usize> Heat<P, N> {
         self.port.fan(0);
     }
 
-    /// The heater that an M code is about: P where it is given, else nozzle or bed. T may come from
-    /// an earlier line.
+    /// The heater that an M code is for: the one with number P, or else nozzle or bed. T does not
+    /// choose a heater, since it may come from an earlier line.
     fn heater_of(&self, call: &Call) -> Option<usize> {
         let index = match (call.words.get(Letter::P), call.code) {
             (Some(number), _) => usize::try_from(number.trunc()).ok()?,
@@ -152,7 +154,7 @@ impl<P: HeatPort, const N: usize> Heat<P, N> {
         }
     }
 
-    /// Whether the heaters that an M code waits for are where they should be.
+    /// Whether the heaters that an M code waits for are ready.
     fn is_ready(&self, call: &Call) -> bool {
         match call.code {
             116 => self.heaters.iter().all(Heater::is_ready),
@@ -174,7 +176,7 @@ impl<P: HeatPort, const N: usize> Heat<P, N> {
         cx.line(format_args!("[HEAT:{}]", Temperatures(&self.heaters)));
     }
 
-    /// Reads all sensors and switches all heaters; the fault that it finds.
+    /// Reads all sensors and switches all heaters; returns the first fault that it finds.
     fn regulate(&mut self, now: Instant) -> Option<(usize, Fault)> {
         let mut found = None;
         self.port.begin(now);
@@ -189,7 +191,8 @@ impl<P: HeatPort, const N: usize> Heat<P, N> {
         found.or(external.then_some((self.config.nozzle, Fault::External)))
     }
 
-    /// Switches all off while a fault lasts, and tells of it once: again only after `$X`.
+    /// Switches everything off while a fault lasts. Reports the fault once, and again only after
+    /// `$X`.
     fn stop_for<const AXES: usize>(&mut self, index: usize, fault: Fault, cx: &mut Cx<'_, AXES>) {
         self.off();
         if fault == Fault::DoesNotCool {
@@ -328,7 +331,7 @@ impl<P: HeatPort, const AXES: usize, const N: usize> Extension<AXES> for Heat<P,
     }
 }
 
-/// All heaters as `name,temperature,target`, with `;` between.
+/// Prints all heaters as `name,temperature,target`, separated by `;`.
 struct Temperatures<'a>(&'a [Heater]);
 
 impl fmt::Display for Temperatures<'_> {
@@ -342,7 +345,7 @@ impl fmt::Display for Temperatures<'_> {
     }
 }
 
-/// A temperature with one decimal. The formatting of floats in `core` takes 9 KB of a
+/// Prints a temperature with one decimal. The formatting of floats in `core` would take 9 KB of a
 /// microcontroller's flash.
 struct Tenths(f32);
 

@@ -1,4 +1,4 @@
-//! Why a line is refused: numbers and words of the errors.
+//! Why a line is refused, with the numbers and texts of the errors.
 
 use leadscrew_machine::extension::OwnCode;
 use leadscrew_machine::protocol::status::Status;

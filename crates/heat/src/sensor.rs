@@ -1,11 +1,12 @@
-//! Sensors: from a voltage to a temperature.
+//! Sensors convert a temperature to a voltage; this module converts it back.
 
 use libm::logf;
 
 /// How a sensor turns a temperature into a voltage.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Sensor {
-    /// An amplifier whose voltage is straight: a thermocouple behind an AD595 has 10 mV/K.
+    /// An amplifier whose voltage is linear in the temperature, such as a thermocouple behind an
+    /// AD595 with 10 mV/K.
     Linear {
         /// Volts at 0 °C.
         offset: f32,
@@ -37,13 +38,13 @@ impl Sensor {
 
     /// The temperature in °C for a voltage, as a share of the reference voltage `reference` (V).
     ///
-    /// A thermistor: `1/T = 1/T25 + ln(R/R25)/B`. Beyond what a resistance can say it is very hot
-    /// or very cold, which the heater takes for a short or an open wire.
+    /// For a thermistor, `1/T = 1/T25 + ln(R/R25)/B`. At either end of the voltage's range the
+    /// result is very hot or very cold. The heater takes this for a short or a broken wire.
     pub fn celsius(self, share: f32, reference: f32) -> f32 {
         match self {
             Self::Linear { offset, gain } => (share * reference - offset) / gain,
             Self::Thermistor { r25, beta, pull_up } => {
-                /// Closest to either end: 12 bits.
+                /// The distance from either end of the range that is kept, a step of 12 bits.
                 const LEAST: f32 = 1.0 / 4096.0;
                 let share = share.clamp(LEAST, 1.0 - LEAST);
                 let resistance = pull_up * share / (1.0 - share);
@@ -52,8 +53,8 @@ impl Sensor {
         }
     }
 
-    /// Whether a broken wire reads as cold: a thermistor's does. An amplifier's input must be
-    /// pulled up to be seen.
+    /// Whether a broken wire reads as cold: a thermistor's does. The input of an amplifier needs a
+    /// pull-up, so that a broken wire reads as hot.
     pub(crate) const fn is_cold_if_open(self) -> bool {
         matches!(self, Self::Thermistor { .. })
     }
@@ -74,7 +75,8 @@ mod tests {
 
     #[test]
     fn a_thermistor_reads_as_its_data_sheet_says() {
-        // 100 kΩ, B 3950, pulled up by 4.7 kΩ: ohms of a common data sheet at some temperatures.
+        // A thermistor of 100 kΩ, B 3950, pulled up by 4.7 kΩ; with resistances from a common data
+        // sheet at some temperatures.
         let sensor = Sensor::Thermistor {
             r25: 100_000.0,
             beta: 3950.0,

@@ -1,4 +1,5 @@
-//! Heaters, seen from the sender and at their pins, with a plant that gets warm and cools.
+//! Tests of heaters from the sender's view and at their pins, with a plant that gets warm and
+//! cools.
 
 #[path = "../../machine/tests/bench/mod.rs"]
 mod bench;
@@ -18,13 +19,13 @@ use std::rc::Rc;
 struct Body {
     celsius: f32,
     on: bool,
-    /// K/s.
+    /// How fast the heater warms the body, K/s.
     power: f32,
-    /// s.
+    /// The time constant with which the body cools, s.
     tau: f32,
-    /// Instead of the sensor's reading.
+    /// The temperature that the sensor reads in place of the real one.
     reads: Option<f32>,
-    /// The relay is stuck.
+    /// Whether the relay is stuck.
     stuck: bool,
     most: f32,
     switched: u32,
@@ -39,7 +40,7 @@ struct Plant {
 }
 
 const ROOM: f32 = 22.0;
-/// Sensors are read, and so the plant moves on, every 100 ms.
+/// Sensors are read every 100 ms, and the plant is simulated in the same steps, s.
 const STEP: f32 = 0.1;
 
 impl Plant {
@@ -256,8 +257,8 @@ fn no_program_moves_until_the_heaters_are_ready_where_that_is_asked_for() {
     assert!(plant.borrow().bodies[0].celsius > 97.0);
 }
 
-/// Warms up, lets something go wrong in mid-job, and answers the alarm that follows within a
-/// minute.
+/// Warms up and lets something go wrong during a job. Returns the output with the alarm that
+/// follows within a minute, and the plant.
 fn alarm_after(go_wrong: impl FnOnce(&mut Plant)) -> (Vec<String>, Rc<RefCell<Plant>>) {
     let mut memory = Memory::new();
     let (extension, plant) = heat(CONFIG);

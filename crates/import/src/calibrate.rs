@@ -1,10 +1,10 @@
-//! Steps per mm from a measurement by hand.
+//! Computes steps per mm from a measurement by hand.
 
 use crate::Mm;
 use leadscrew_gcode::Number;
 
-/// The steps per mm with which a move of `commanded` mm is as long as that, where it measured
-/// `measured` mm with `now`.
+/// The steps per mm with which a move of `commanded` mm has this length. With `now` steps per mm it
+/// measured `measured` mm.
 ///
 /// Rounded to three decimals, as `$$` prints them.
 ///

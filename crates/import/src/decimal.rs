@@ -1,11 +1,11 @@
-//! Digits to exact lengths.
+//! Converts digits to exact lengths.
 
 use crate::Mm;
 use std::str::FromStr;
 
-/// 1e-9 mm in a millimetre.
+/// Units of 1e-9 mm in a millimetre.
 pub(crate) const NANOS_PER_MM: i64 = 1_000_000_000;
-/// 1e-9 mm in an inch.
+/// Units of 1e-9 mm in an inch.
 pub(crate) const NANOS_PER_INCH: i64 = 25_400_000_000;
 
 impl FromStr for Mm {
@@ -20,14 +20,15 @@ impl FromStr for Mm {
 /// Reads `[+-] digits [. digits]` as a length in units of `unit_nanos`.
 ///
 /// # Errors
-/// The mistake in the number: no digits, too many decimals to be held exactly, too long.
+/// The mistake in the number: no digits, more decimals than can be held exactly, or a length that
+/// is too large.
 pub(crate) fn length(text: &str, unit_nanos: i64) -> Result<Mm, String> {
     let (negative, digits) = split_sign(text);
     let (whole, fraction) = digits.split_once('.').unwrap_or((digits, ""));
     scaled(negative, whole, fraction, unit_nanos)
 }
 
-/// Splits the sign off a number: whether it is negative, and its digits.
+/// Splits the sign off a number. Returns whether it is negative, and its digits.
 pub(crate) fn split_sign(text: &str) -> (bool, &str) {
     match text.strip_prefix('-') {
         Some(digits) => (true, digits),
@@ -35,7 +36,7 @@ pub(crate) fn split_sign(text: &str) -> (bool, &str) {
     }
 }
 
-/// Puts a length together from the digits before and behind the decimal point.
+/// Makes a length from the digits before and after the decimal point.
 ///
 /// # Errors
 /// As [`length`].

@@ -1,15 +1,15 @@
-//! The text that a reader did not understand, and its place.
+//! A text that a reader did not understand, and its place.
 
 use std::fmt;
 
-/// Something in a file that has no agreed meaning here.
+/// A text in a file that a reader does not understand.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Fault {
     /// The line's number, from 1.
     pub line: u32,
-    /// Where in the line, characters from 1.
+    /// The column in the line, in characters from 1.
     pub column: u32,
-    /// The mistake and, where there is one, the remedy.
+    /// The mistake and, if there is one, the remedy.
     pub message: String,
 }
 
@@ -34,7 +34,8 @@ impl fmt::Display for Fault {
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Faults(pub Vec<Fault>);
 
-/// Faults that are shown one by one; a file of another kind has one in each line.
+/// Faults that are shown one by one. The limit is for a file of another kind, which has a fault in
+/// each line.
 const SHOWN: usize = 20;
 /// Characters of a line that are shown.
 const WIDTH: usize = 100;

@@ -1,10 +1,11 @@
 //! Writing lines of G-code.
 
-/// Mm, absolute, mm/min, XY plane: a job must not trust the modes from before it.
+/// Sets mm, absolute coordinates, mm/min and the XY plane: a job must not depend on the modes
+/// before it.
 pub(crate) const ABSOLUTE_MM: &str = "G21 G90 G94 G17";
 
 /// A comment in parentheses. Senders and Grbl take `!`, `?`, `~` and bytes above 0x7F for commands
-/// wherever they stand, so that a comment has none.
+/// even inside comments, so they are replaced.
 pub(crate) fn comment(text: &str) -> String {
     let harmless = |c: char| match c {
         '(' => '[',

@@ -1,4 +1,4 @@
-//! Job files of other machines to G-code, and help with setting a machine up.
+//! Converts job files of other machines to G-code, and helps to set a machine up.
 //!
 //! ```text
 //! Excellon files -> excellon::Drawing -> drill::Board -> order -> drill::job -> lines
@@ -6,10 +6,10 @@
 //! a G-code job and pairs of points       -> align                        -> lines
 //! ```
 //!
-//! Coordinates are exact decimals ([`Mm`]) from the file's digits to the job's. Text that a reader
+//! Coordinates are exact decimals ([`Mm`]), from the file's digits to the job's. Text that a reader
 //! does not understand is a [`Fault`] with line and column: no hole, row or move is ever left out
-//! in silence. A reader goes on after a fault, so that a person sees all of them; a job is made
-//! only of a file without faults.
+//! silently. A reader goes on after a fault, so that a person sees all faults. A job is made only
+//! from a file without faults.
 #![forbid(unsafe_code)]
 
 pub mod align;
@@ -34,7 +34,7 @@ pub use point::Point;
 pub struct Job {
     /// Lines of G-code.
     pub lines: Vec<String>,
-    /// Sentences for the user: things that were assumed, clipped or left out.
+    /// Sentences for the user about assumptions, and about what was clipped or left out.
     pub notes: Vec<String>,
 }
 

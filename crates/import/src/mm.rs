@@ -6,16 +6,16 @@ use std::ops::{Add, AddAssign, Neg, Sub};
 
 /// A length or coordinate in mm, exact to 1e-9 mm.
 ///
-/// Readers take no more than [`Mm::LIMIT`], so that sums of a few lengths never overflow.
+/// Readers accept lengths up to [`Mm::LIMIT`], so that sums of a few lengths never overflow.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Default, Debug)]
 pub struct Mm(i64);
 
 impl Mm {
-    /// No length.
+    /// The length 0.
     pub const ZERO: Self = Self(0);
     /// The longest length that is read, 100 m.
     pub const LIMIT: Self = Self::from_nanos(100_000 * 1_000_000_000);
-    /// Decimals of a computed coordinate: 0.1 um.
+    /// The reciprocal of a computed coordinate's resolution: 0.0001 mm.
     const COMPUTED: f64 = 1e4;
 
     /// A length of `nanos` 1e-9 mm.

@@ -6,9 +6,9 @@ use std::ops::{Add, Neg, Sub};
 /// A place in X and Y, or the way from one to another.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Default, Debug)]
 pub struct Point {
-    /// To the right.
+    /// The coordinate that grows to the right.
     pub x: Mm,
-    /// Away from the operator.
+    /// The coordinate that grows away from the operator.
     pub y: Mm,
 }
 

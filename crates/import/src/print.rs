@@ -1,4 +1,4 @@
-//! A printer's G-code, as slicers write it for Marlin.
+//! Converts a printer's G-code, as slicers write it for Marlin.
 //!
 //! Moves, E, coordinates and heaters stay as they are. Commands that mean something else to Grbl
 //! are translated. Commands that only tune a printer are dropped, with a note. Any other command is
@@ -12,15 +12,15 @@ use std::collections::BTreeMap;
 /// How a printer's file is read.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Options {
-    /// X, Y and Z of the file where the tool stands after `G28`; `None`: the work coordinates of
-    /// the machine are the file's.
+    /// The file's X, Y and Z at which the tool stands after `G28`. `None`: the machine's work
+    /// coordinates are the file's.
     pub home: Option<[Mm; 3]>,
 }
 
 /// Makes a job of a printer's file.
 ///
 /// # Errors
-/// All that has no counterpart.
+/// All commands that Grbl has no counterpart for.
 pub fn job(text: &str, options: &Options) -> Result<Job, Faults> {
     let mut printer = Printer {
         home: options.home,
@@ -46,11 +46,11 @@ pub fn job(text: &str, options: &Options) -> Result<Job, Faults> {
 struct Printer {
     /// Where the tool stands after homing, in the file's coordinates.
     home: Option<[Mm; 3]>,
-    /// Motion may be under way.
+    /// Whether motion may be under way.
     moves: bool,
     lines: Vec<String>,
     notes: Vec<String>,
-    /// Codes that were dropped, and on which lines.
+    /// Codes that were dropped, each with its lines.
     dropped: BTreeMap<String, Vec<usize>>,
     faults: Vec<Fault>,
 }
@@ -61,21 +61,21 @@ const MOTION: [&str; 4] = ["G0", "G1", "G2", "G3"];
 /// The mistake in a line, and its column, from 1.
 type Wrong = (usize, String);
 
-/// The treatment of a command.
+/// What happens to a command.
 enum Fate {
-    /// It stays, with words of these letters.
+    /// It stays, and may have words of these letters.
     Stays(&'static [Letter]),
     /// A pause of `P` ms or `S` s.
     Pause,
     /// Homing.
     Home,
-    /// Its text is shown: a comment.
+    /// Its text becomes a comment.
     Message,
-    /// It waits for motion to end.
+    /// It waits until motion ends.
     Wait,
-    /// It tunes a printer.
+    /// It only tunes a printer, and is dropped.
     Dropped,
-    /// It sets a percentage: 100 changes nothing.
+    /// It sets a percentage; 100 changes nothing.
     Percent,
 }
 
@@ -120,7 +120,8 @@ impl Printer {
         Ok(())
     }
 
-    /// Writes the words again; a line number and a checksum guarded the way to the printer.
+    /// Writes the command again, without its line number and checksum, which only protect the line
+    /// to a printer.
     fn stay(&mut self, text: &str, column: usize, letters: &[Letter]) -> Result<(), Wrong> {
         let words = words(text)?;
         let [command, rest @ ..] = words.as_slice() else {
@@ -141,7 +142,7 @@ impl Printer {
         Ok(())
     }
 
-    /// `G4 P500` ms and `G4 S2` s are both `G4 P` s.
+    /// Writes a pause: `G4 P500` (ms) and `G4 S2` (s) both become `G4 P` in seconds.
     fn pause(&mut self, text: &str) -> Result<(), Wrong> {
         let words = words(text)?;
         let seconds = match words.as_slice() {
@@ -156,7 +157,7 @@ impl Printer {
         Ok(())
     }
 
-    /// `G28` homes all axes, `G28 X Y` those named.
+    /// Writes homing: `G28` homes all axes, `G28 X Y` only those named.
     fn home(&mut self, axes: &str, offset: usize) -> Result<(), Wrong> {
         let mut letters = Vec::new();
         for axis in axes.split_ascii_whitespace() {
@@ -195,7 +196,7 @@ impl Printer {
     }
 }
 
-/// The line that gives axes which were just homed their coordinates.
+/// The line that sets the coordinates of axes which have just been homed.
 fn here_is(home: &[Mm; 3], letters: &[char]) -> String {
     let mut line = "G92".to_owned();
     for (letter, place) in "XYZ".chars().zip(home) {
@@ -206,7 +207,7 @@ fn here_is(home: &[Mm; 3], letters: &[char]) -> String {
     line
 }
 
-/// Where a line's command begins, behind its `N` word, and its letter and number.
+/// Where a line's command begins, after its `N` word; and the command's letter and number.
 fn code(text: &str) -> (usize, &str) {
     let skip = |from: usize| from + (text.len() - from - text[from..].trim_start().len());
     let mut start = skip(0);
@@ -216,7 +217,7 @@ fn code(text: &str) -> (usize, &str) {
     (start, &text[start..start + word_length(&text[start..])])
 }
 
-/// Length of the letter and number that a text begins with; 0 where it begins with something else.
+/// The length of the letter and number at the begin of a text; 0 if it begins with something else.
 fn word_length(text: &str) -> usize {
     let mut bytes = text.bytes();
     if !bytes.next().is_some_and(|byte| byte.is_ascii_alphabetic()) {
@@ -227,7 +228,7 @@ fn word_length(text: &str) -> usize {
         .count()
 }
 
-/// The words of a line but for its number.
+/// The words of a line except its line number.
 fn words(text: &str) -> Result<Vec<Word>, Wrong> {
     let block =
         parse(text.as_bytes()).map_err(|error| (error.column + 1, error.kind.to_string()))?;
@@ -235,13 +236,13 @@ fn words(text: &str) -> Result<Vec<Word>, Wrong> {
     Ok(words.filter(|word| word.letter() != Letter::N).collect())
 }
 
-/// A thousandth of a number, where it has one.
+/// A thousandth of a number; `None` if it cannot be represented exactly.
 fn thousandth(number: Number) -> Option<Number> {
     let nanos = number.nanos();
     (nanos % 1000 == 0).then(|| Number::from_nanos(nanos / 1000))
 }
 
-/// The treatment of a command; `None` where Grbl has nothing like it.
+/// What happens to a command; `None` if Grbl has nothing like it.
 fn fate(code: &str) -> Option<Fate> {
     use Letter::{E, F, I, J, P, R, S, T, X, Y, Z};
     let fate = match code {

@@ -1,9 +1,9 @@
-//! Rows of an engraver: `dx, dy, burn`, each a straight way from the end of the one before, cut
-//! where `burn` is 1.
+//! Converts the rows of an engraver, `dx, dy, burn`. Each row is a straight way from the end of the
+//! row before, and is cut if `burn` is 1.
 //!
 //! A first line may name the columns (`dx` or `x`, `dy` or `y`, `engrave` or `burn`); other columns
-//! are then passed over. Without it a row has these three. Commas, semicolons, tabs or blanks
-//! divide them.
+//! are then ignored. Without it a row has the three columns above. Columns are separated by commas,
+//! semicolons, tabs or blanks.
 
 use crate::decimal;
 use crate::gcode_text::comment;
@@ -12,18 +12,18 @@ use crate::{Fault, Faults, Job, Mm, Point};
 /// How rows are engraved.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Options {
-    /// Length of a unit: the rows have no scale of their own.
+    /// The length of the rows' unit, mm: rows have no scale of their own.
     pub scale: Mm,
-    /// mm/min along the rows.
+    /// The feed along the rows, mm/min.
     pub feed: Mm,
-    /// mm/min down.
+    /// The feed downwards, mm/min.
     pub plunge: Mm,
     /// How far the tool is lifted between cuts, mm.
     pub lift: Mm,
     /// Speed of the spindle, 1/min.
     pub spindle: u32,
-    /// The tool goes down and up between two switches (M3, M5), in place of a plunge and a lift of
-    /// Z.
+    /// Whether the tool moves down and up between two switches (M3, M5), and not by a plunge and a
+    /// lift of Z.
     pub has_switches: bool,
 }
 
@@ -32,7 +32,7 @@ struct Row {
     burns: bool,
 }
 
-/// Makes the job of some rows. It begins with the tool on the surface, at the first point.
+/// Makes the job of some rows. At its begin the tool must be on the surface, at the first point.
 ///
 /// # Errors
 /// All that was not understood.
@@ -78,7 +78,7 @@ pub fn job(text: &str, options: &Options) -> Result<Job, Faults> {
     })
 }
 
-/// Lowers the tool to the surface and sets the feed of the rows that follow, or lifts it.
+/// Lifts the tool; or lowers it to the surface, and sets the feed of the rows that follow.
 fn tool(down: bool, options: &Options) -> Vec<String> {
     let Options {
         lift, plunge, feed, ..
@@ -104,7 +104,7 @@ fn leg(way: Point, is_down: bool) -> Option<String> {
     (!words.is_empty()).then(|| format!("{code}{}", words.concat()))
 }
 
-/// Where X, Y and burn stand in a row.
+/// The positions of X, Y and burn in a row.
 type Columns = [usize; 3];
 
 fn rows(text: &str, scale: Mm) -> Result<Vec<Row>, Faults> {
@@ -139,7 +139,7 @@ fn rows(text: &str, scale: Mm) -> Result<Vec<Row>, Faults> {
     }
 }
 
-/// The columns that a first line names; `None` where it is a row.
+/// The columns that a first line names; `None` if it is a row already.
 fn names(line: &str) -> Option<Columns> {
     let fields = fields(line);
     let find = |names: [&str; 2]| {
@@ -177,7 +177,7 @@ fn row(fields: &[(usize, &str)], columns: Columns, scale: Mm) -> Result<Row, (us
     }
 }
 
-/// Fields with their columns, from 1.
+/// Fields, each with its column in the line, from 1.
 fn fields(line: &str) -> Vec<(usize, &str)> {
     let is_divided = line.contains([',', ';']);
     let divides = |c: char| matches!(c, ',' | ';') || (!is_divided && c.is_ascii_whitespace());

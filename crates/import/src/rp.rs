@@ -5,8 +5,8 @@
 //! 1  0.5  20.0  0.25      extruder (1 on, 0 off), X, Y, Z in mm, apart by tabs or blanks
 //! ```
 //!
-//! Some files have no column for the extruder: it is on. X and Y move together, Z alone after them,
-//! as on the machine.
+//! Some files have no column for the extruder; it is then always on. X and Y move together, then Z
+//! alone, as on the original machine.
 
 use crate::decimal::{self, NANOS_PER_MM};
 use crate::gcode_text::{comment, ABSOLUTE_MM};
@@ -21,18 +21,18 @@ pub struct Options {
     pub lift: Mm,
     /// The line that switches the extruder on.
     pub on: String,
-    /// The line that switches it off.
+    /// The line that switches the extruder off.
     pub off: String,
-    /// Rows are ways from the point before, not places.
+    /// Whether rows are ways from the point before, and not places.
     pub is_incremental: bool,
-    /// The temperature of the nozzle, °C; `None`: something else heats it.
+    /// The temperature of the nozzle, °C; `None` if something else heats it.
     pub nozzle: Option<u16>,
-    /// The temperature of the bed, likewise.
+    /// The temperature of the bed, °C; `None` if something else heats it.
     pub bed: Option<u16>,
 }
 
 impl Options {
-    /// The lines that heat: both at once, and then a wait for each.
+    /// The lines that heat: they set both targets, and then wait for each.
     fn heat(&self) -> impl Iterator<Item = String> {
         let both = [(self.bed, 140, 190), (self.nozzle, 104, 109)];
         let set = both.map(|(celsius, set, _)| celsius.map(|celsius| format!("M{set} S{celsius}")));
@@ -109,7 +109,7 @@ impl<'a> Part<'a> {
         self.at = [x, y, z];
     }
 
-    /// X and Y, then Z; a coordinate that stays the same is left out.
+    /// Moves X and Y, then Z; a coordinate that stays the same is left out.
     fn go(&mut self, Point { x, y }: Point, z: Mm) {
         let Options { feed, lift, .. } = self.options;
         let (code, feed, lift) = match self.is_on {
@@ -152,7 +152,7 @@ fn rows(text: &str) -> Result<(Vec<Row>, bool), Faults> {
     }
 }
 
-/// Any version 1: `RPcode.V.1.0.0`.
+/// Whether this is any version 1, such as `RPcode.V.1.0.0`.
 fn is_version(header: &str) -> bool {
     let Some(numbers) = header.strip_prefix("RPcode.V.") else {
         return false;
@@ -162,7 +162,7 @@ fn is_version(header: &str) -> bool {
     numbers.next() == Some("1") && numbers.all(is_number)
 }
 
-/// Columns of rows without the extruder's.
+/// The columns of a row without a column for the extruder, and with it.
 const WITHOUT_FLAG: usize = 3;
 const WITH_FLAG: usize = 4;
 
@@ -201,7 +201,7 @@ fn switch((column, text): &(usize, &str)) -> Result<bool, (usize, String)> {
     }
 }
 
-/// Fields that tabs or blanks divide, with their columns from 1.
+/// Fields that are separated by tabs or blanks, with their columns in the line from 1.
 fn fields(line: &str) -> impl Iterator<Item = (usize, &str)> {
     let start = line.as_ptr() as usize;
     line.split_ascii_whitespace()
@@ -224,7 +224,7 @@ mod tests {
         }
     }
 
-    /// The lines behind the opening.
+    /// The lines after the two of the opening.
     fn made(text: &str, options: &Options) -> Vec<String> {
         job(text, options).unwrap().lines.split_off(2)
     }

@@ -1,4 +1,4 @@
-//! A job on a board that lies askew: its points come to lie where they were found.
+//! A job on a board that is not clamped straight: its points move to where they were found.
 
 use leadscrew_import::align::{job, Fit, Pair, Place};
 use proptest::prelude::*;
@@ -11,7 +11,7 @@ fn pairs(points: &[(Place, Place)]) -> Vec<Pair> {
     points.iter().map(pair).collect()
 }
 
-/// A quarter turn to the left, and X0 Y0 to X10 Y20.
+/// A quarter turn counter-clockwise that moves X0 Y0 to X10 Y20.
 fn quarter() -> Fit {
     Fit::new(
         &pairs(&[([0.0, 0.0], [10.0, 20.0]), ([8.0, 0.0], [10.0, 28.0])]),
@@ -20,7 +20,7 @@ fn quarter() -> Fit {
     .unwrap()
 }
 
-/// Twice as large, X0 Y0 to X1 Y1.
+/// A scale of 2 that moves X0 Y0 to X1 Y1.
 fn doubled() -> Fit {
     Fit::new(
         &pairs(&[([0.0, 0.0], [1.0, 1.0]), ([5.0, 0.0], [11.0, 1.0])]),
@@ -115,7 +115,7 @@ fn what_would_change_its_meaning_is_refused_with_its_place() {
         );
         assert!(fault.message.contains(part), "{text}: {fault}");
     }
-    // Machine coordinates are no matter of the board.
+    // Machine coordinates do not depend on the board.
     assert_eq!(
         turned("G53 G0 X-5 Y-5\nG92 Z0", &quarter()),
         ["G53 G0 X-5 Y-5", "G92 Z0"]
@@ -152,7 +152,7 @@ fn a_mirrored_board_is_noticed_by_three_points_and_not_by_two() {
     assert!(!Fit::new(&pairs(&straight), false).unwrap().is_mirrored);
 }
 
-/// The sum of the squares of the misses of a turn, scale and shift.
+/// The sum of the squared misses for a turn, scale and shift.
 fn squares(pairs: &[Pair], turn: f64, scale: f64, shift: Place) -> f64 {
     let square = |pair: &Pair| {
         let [x, y] = pair.nominal;

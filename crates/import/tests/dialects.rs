@@ -1,4 +1,5 @@
-//! Excellon as programs write it: each file of `drl/`, and a person's reading of it.
+//! Excellon files of several programs: each file of `drl/` is compared with the way a person reads
+//! it.
 
 use leadscrew_import::excellon::{read, Drawing, Known, Shape};
 use leadscrew_import::Point;
@@ -13,7 +14,8 @@ fn drawing(name: &str) -> Drawing {
     read(&text, &Known::default()).unwrap_or_else(|faults| panic!("{}", faults.show(name, &text)))
 }
 
-/// The shapes of a tool, in words: `0.8: 12.7 5.08`, `1: 5 5 to 6 5` for slots and routes.
+/// The shapes of a file, as text with their tool's diameter: `0.8: 12.7 5.08`, and `1: 5 5 to 6 5`
+/// for slots and routes.
 fn shown(name: &str) -> Vec<String> {
     let drawing = drawing(name);
     let hits = drawing.hits.iter().map(|hit| {
@@ -273,7 +275,8 @@ fn what_is_not_understood_is_named_with_its_place() {
 
 #[test]
 fn numbers_that_could_be_two_are_refused_each() {
-    // Zeros on both sides, and one number too short for its format: nobody can know.
+    // There are zeros on both sides, and one number is too short for its format: nobody can know
+    // the meaning.
     let text = "M48\nINCH\nT1C0.03\n%\nT1\nX004000Y022000\nX4Y022000\nX5Y5\nM30\n";
     let found = faults(text);
     let lines: Vec<u32> = found.iter().map(|fault| fault.0).collect();

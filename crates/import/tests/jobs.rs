@@ -1,4 +1,4 @@
-//! The drilling job as its user was promised it: read off its lines.
+//! Checks the promises about drilling jobs on the lines of jobs.
 
 use leadscrew_import::drill::{jobs, Mirror, Options, Speeds};
 use leadscrew_import::excellon::{read, Drawing, Known};
@@ -278,8 +278,8 @@ fn options_that_make_no_sense_are_refused() {
         .contains("no hole"));
 }
 
-/// Time of a rapid from rest to rest, found by trying speeds: the highest that each axis allows,
-/// reached and left again at what each axis allows.
+/// The time of a rapid from rest to rest, found by trying speeds up to the highest that each axis
+/// allows, with the highest acceleration that each axis allows.
 fn seconds(from: [f64; 2], to: [f64; 2]) -> f64 {
     let way = [to[0] - from[0], to[1] - from[1]];
     let length = way[0].hypot(way[1]);
@@ -296,7 +296,8 @@ fn seconds(from: [f64; 2], to: [f64; 2]) -> f64 {
     2.0 * peak / acceleration + (length - peak * peak / acceleration) / peak
 }
 
-/// Where the tool goes down and comes up for each hole, and with which tool, from the job's lines.
+/// Reads a job's lines. Returns for each hole its tool, where the tool goes down, and where it
+/// comes up.
 fn visits(lines: &[String]) -> Vec<(String, [f64; 2], [f64; 2])> {
     let mut visits: Vec<(String, [f64; 2], [f64; 2])> = Vec::new();
     let (mut tool, mut number) = (String::new(), String::new());
@@ -322,7 +323,7 @@ fn visits(lines: &[String]) -> Vec<(String, [f64; 2], [f64; 2])> {
     visits
 }
 
-/// Time of all legs, from X0 Y0 and back to it.
+/// The time of all legs, from X0 Y0 and back to X0 Y0.
 fn travel(visits: &[(String, [f64; 2], [f64; 2])]) -> f64 {
     let ends = std::iter::once([0.0, 0.0]).chain(visits.iter().map(|visit| visit.2));
     let starts = visits.iter().map(|visit| visit.1).chain([[0.0, 0.0]]);
@@ -369,8 +370,7 @@ proptest! {
     }
 }
 
-/// X and Y are as fast as each other here, so the way across takes no longer than the way along a
-/// side.
+/// X and Y have equal speeds here, so the diagonal takes no longer than the longer side.
 #[test]
 fn of_two_ways_of_equal_time_the_shorter_one_is_taken() {
     let board = "M48\nMETRIC\nT1C3.2\n%\nT1\nX5.0Y5.0\nX55.0Y105.0\nX5.0Y105.0\nX55.0Y5.0\nM30\n";

@@ -1,5 +1,5 @@
-//! Damaged files: each hole that stands in one is a hole that is read or a fault, and a job has as
-//! many as were read.
+//! Tests with damaged files. Each hole of a file is either read or reported as a fault, and a job
+//! has as many holes as were read.
 
 use leadscrew_import::drill::{jobs, Options, Speeds};
 use leadscrew_import::excellon::{read_all, Drawing, Known};
@@ -9,10 +9,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// How many damaged files are read.
+/// The number of damaged files.
 const FILES: u64 = 10_000;
 
-/// All files that are read undamaged elsewhere: ours and the supplied ones.
+/// All files that other tests read undamaged: the project's own and the supplied ones.
 fn originals() -> Vec<String> {
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));
     let folders = [here.join("tests/drl"), here.join("../../examples/sources")];
@@ -29,7 +29,7 @@ fn originals() -> Vec<String> {
         .collect()
 }
 
-/// Marsaglia's xorshift: the same files in each run.
+/// Marsaglia's xorshift, which gives the same files in each run.
 struct Dice(u64);
 
 impl Dice {
@@ -83,16 +83,16 @@ impl Dice {
     }
 }
 
-/// The routing state that the lines before leave.
+/// The routing state left by the lines so far.
 #[derive(Default)]
 struct Mode {
     is_routing: bool,
     is_down: bool,
 }
 
-/// How many holes a line asks for, by the letters that it has: a coordinate is a hole, `R6` six;
-/// while routing, lifting the tool ends one, and so does the end of the program. Knows nothing of
-/// units, formats, tools or headers.
+/// How many holes a line asks for, judged by its letters alone. A coordinate is a hole, and `R6` is
+/// six. While routing, lifting the tool ends a shape, and so does the end of the program. Units,
+/// formats, tools and headers are ignored.
 fn asked(line: &str, mode: &mut Mode) -> u64 {
     let line = line.split(';').next().unwrap().trim().to_ascii_uppercase();
     if line.starts_with('(') || line.contains(',') {
@@ -124,7 +124,7 @@ fn asked(line: &str, mode: &mut Mode) -> u64 {
     count
 }
 
-/// Reads a file and compares each of its lines with the answer of the dumb counter.
+/// Reads a file, and compares the holes of each line with [`asked`].
 fn compare(text: &str) -> (Drawing, usize) {
     let (drawing, faults) = read_all(text, &Known::default());
     let mut made = BTreeMap::<u32, u64>::new();
@@ -136,7 +136,8 @@ fn compare(text: &str) -> (Drawing, usize) {
     for (number, line) in (1..).zip(text.lines()) {
         let holes = made.remove(&number).unwrap_or(0);
         if refused.contains(&number) {
-            // The last line may be whole, and be named for the end that is missing behind it.
+            // A correct last line may be reported as a fault, because the end of the file after it
+            // is missing.
             assert!(
                 holes == 0 || number as usize == text.lines().count(),
                 "{line:?} in\n{text}"
@@ -157,7 +158,7 @@ fn mm(text: &str) -> Mm {
     text.parse().unwrap()
 }
 
-/// The holes of the job that is made of a drawing, by their numbers.
+/// The number of holes in the job of a drawing, by their line numbers.
 fn drilled(drawing: Drawing) -> usize {
     let options = Options {
         depth: mm("-1.8"),
@@ -212,15 +213,15 @@ fn each_hole_of_a_damaged_file_is_drilled_or_refused() {
             assert_eq!(drilled(drawing), holes, "{text}");
         }
     }
-    // Both kinds were met often, or the test says nothing.
+    // Both kinds must have come up often, or the test shows nothing.
     assert!(
         whole > FILES / 10 && refused > FILES / 2,
         "{whole} {refused}"
     );
 }
 
-/// Text that is nearly a file: its letters, digits and marks in any order, and some that are in
-/// none.
+/// Text that resembles a file: letters, digits and marks of files in any order, and some that no
+/// file has.
 fn scrambled() -> impl Strategy<Value = String> {
     let piece = prop_oneof![
         "[XYZGMTRCFSIJAEN]-?[0-9]{0,7}(\\.[0-9]{0,4})?",

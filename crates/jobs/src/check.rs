@@ -1,4 +1,4 @@
-//! A check of a job: every error in one go, soft limits included, and likely mistakes; nothing
+//! A check of a job finds every error in one go, soft limits included, and likely mistakes; nothing
 //! moves. The result is a line for a person, or JSON for a program.
 
 use crate::checker::Follow;
@@ -17,7 +17,7 @@ use std::io::{self, BufRead};
 /// Complaints that are kept for the JSON output.
 const KEPT: usize = 10_000;
 
-/// Follows a job called `name` to its end; hands out each complaint.
+/// Checks a job called `name` to its end; hands out each complaint.
 ///
 /// # Errors
 /// Where the text cannot be read.
@@ -79,7 +79,7 @@ impl CheckReport {
         }
     }
 
-    /// Counts a complaint, and keeps it where there are not `most` already.
+    /// Counts a complaint, and keeps it unless `most` complaints have been kept already.
     fn note(&mut self, complaint: Complaint, most: usize) {
         let (kept, count) = match complaint.fault.is_remark() {
             true => (&mut self.warnings, &mut self.warning_count),
@@ -96,7 +96,7 @@ impl CheckReport {
         note_tools(&mut self.tools, raw);
     }
 
-    /// Takes over where the program goes.
+    /// Takes over the extents and lengths of the program's path.
     fn measure(&mut self, path: &Toolpath) {
         self.extents = path.cut_bounds().map(extents);
         (self.cut_mm, self.travel_mm) = (path.cut_mm(), path.travel_mm());

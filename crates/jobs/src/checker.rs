@@ -1,6 +1,7 @@
 //! Follows a program line by line without a machine: its mistakes, and its path.
 //!
-//! Lines go through the machine's own line reader, interpreter and settings, and no further.
+//! Lines go through the machine's own line reader, interpreter and settings, but are not planned or
+//! moved.
 
 use crate::complaint::{Complaint, Fault};
 use crate::machine::{instead, Machine, TIMING};
@@ -27,10 +28,11 @@ use leadscrew_stepper::MAX_STEP_EVENTS;
 /// The beginning of a jog.
 const JOG: &[u8] = b"$J=";
 
-/// The finding about a line.
+/// The finding about a line: a fault, with details if there are any.
 type Finding = Result<(), (LineFaultKind, Option<String>)>;
 
-/// A fault with its column in the filtered line, or one of the whole line.
+/// A fault that the interpreter found, with its column in the filtered line, or a fault of the
+/// whole line.
 enum LineFaultKind {
     Refused(LineFault),
     OutOfTravel,
@@ -39,18 +41,18 @@ enum LineFaultKind {
 
 /// Follows a program line by line, whatever the axes of its machine.
 pub trait Follow {
-    /// Puts the machine's X, Y and Z at `origin`, in machine coordinates, and work zero there: a
-    /// move that leaves the travel from there is a fault.
+    /// Puts the machine's X, Y and Z at `origin`, in machine coordinates, and sets work zero there.
+    /// From then on a move that leaves the travel is a fault.
     fn begin_at(&mut self, origin: [Coordinate; 3]);
-    /// Keeps the data of a picture.
+    /// Keeps the moves for a picture.
     fn draw(&mut self);
-    /// Takes a line, which has this number; answers the fault that is in it.
+    /// Takes the line with this number; returns the fault in it, if any.
     fn check(&mut self, number: u64, raw: &[u8]) -> Option<Complaint>;
-    /// Takes a line; answers whether the machine will refuse it.
+    /// Takes a line; returns whether the machine will refuse it.
     fn refuses(&mut self, raw: &[u8]) -> bool;
     /// The effects of the line under way.
     fn last(&self) -> Done;
-    /// Where the program goes.
+    /// The path of the program so far.
     fn path(&self) -> &Toolpath;
 }
 
@@ -72,14 +74,14 @@ struct Checker<const AXES: usize> {
     config: MachineConfig<AXES>,
     settings: Settings<AXES>,
     interpreter: Interpreter<AXES>,
-    /// The M codes that its machine has beyond GRBL's.
+    /// The M codes of the machine's extensions.
     own: Own<AXES>,
     /// Where the program goes.
     path: Toolpath,
     tooling: Tooling,
-    /// The tools that its comments tell; only a picture asks for them.
+    /// The tools that comments describe; kept only for a picture.
     tools: ToolSizes,
-    /// Whether targets outside the travel are faults where soft limits are off, too.
+    /// Whether targets outside the travel are faults even with soft limits off.
     travel_counts: bool,
     /// The effects of the line under way.
     last: Done,
@@ -179,7 +181,8 @@ impl<const AXES: usize> Checker<AXES> {
             .try_for_each(|command| self.check_command(&mut at, command))
     }
 
-    /// Checks where a command goes, from where the one before has led: an arc along all of its way.
+    /// Checks the target of a command, starting from the end of the command before it. An arc is
+    /// checked along its whole way.
     fn check_command(&mut self, at: &mut [Coordinate; AXES], command: &Command<AXES>) -> Finding {
         match command {
             Command::Line(travel) | Command::Probe { travel, .. } => self.go(at, travel, None),
@@ -237,7 +240,7 @@ impl<const AXES: usize> Checker<AXES> {
         found
     }
 
-    /// The spindle's speed, or the laser's power: share of full power.
+    /// The spindle's speed or the laser's power, as a share of full power.
     fn power(&self, spindle: &Spindle) -> f64 {
         let full = self.settings.value(Setting::MaxSpeed).nanos() as f64;
         match spindle.rotation {
@@ -248,7 +251,7 @@ impl<const AXES: usize> Checker<AXES> {
         }
     }
 
-    /// Whether the steps of a move can be counted.
+    /// Whether the steps of a move can be counted: a fault where there are too many.
     fn check_length(&self, from: &[Coordinate; AXES], to: &[Coordinate; AXES]) -> Finding {
         let steps = self.settings.axes(AxisSetting::StepsPerMm);
         let too_long = (0..AXES).any(|axis| {
@@ -262,7 +265,7 @@ impl<const AXES: usize> Checker<AXES> {
         }
     }
 
-    /// The chords of an arc, as the machine cuts it.
+    /// The chords into which the machine cuts an arc.
     fn chords(
         &self,
         start: &[Coordinate; AXES],
@@ -325,7 +328,7 @@ impl<const AXES: usize> Checker<AXES> {
         Ok(())
     }
 
-    /// The machine homes axes: the program goes on from there.
+    /// The machine homes axes; the program continues from there.
     fn home(&mut self, homing: Homing) {
         let cycles = self.config.homing_cycles.iter();
         let mask = match homing {
@@ -345,7 +348,8 @@ impl<const AXES: usize> Checker<AXES> {
         self.path.resume_at(mm(&position));
     }
 
-    /// Whether a target lies within the travel, where soft limits are on.
+    /// Checks that a target lies within the travel. Does so where soft limits are on, or where
+    /// `travel_counts`.
     fn check_travel(&self, target: &[Coordinate; AXES]) -> Finding {
         if !self.settings.is_on(Setting::SoftLimits) && !self.travel_counts {
             return Ok(());
@@ -360,7 +364,7 @@ impl<const AXES: usize> Checker<AXES> {
         ))
     }
 
-    /// Says which axis would leave its travel, and by how much.
+    /// The sentence that tells which axes would leave their travel, and by how much.
     fn beyond(&self, target: &[Coordinate; AXES], travel: &[Coordinate; AXES]) -> String {
         let kinds = self.config.axes.iter();
         let axes = self
@@ -392,7 +396,7 @@ impl<const AXES: usize> Checker<AXES> {
         std::array::from_fn(|axis| Coordinate::from_nanos(travel[axis].nanos()).min(reach[axis]))
     }
 
-    /// How far steps can be counted: as the machine itself limits coordinates.
+    /// The farthest coordinates whose steps can be counted: the machine itself has the same limits.
     fn reach(&self) -> [Coordinate; AXES] {
         let steps = self.settings.axes(AxisSetting::StepsPerMm);
         steps.map(|steps| StepsPerMm::from_nanos(steps.nanos()).coordinate(1 << 30))

@@ -14,16 +14,16 @@ use leadscrew_machine::protocol::status::Status;
 use leadscrew_sim::own::{alarm_of, error_of};
 use std::fmt;
 
-/// The refusal of a line of a job, or the event that stopped the machine at it.
+/// Why a line of a job was refused, why the machine stopped at it, or what is odd about it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Fault {
     /// `error:N`.
     Error(Status),
     /// `ALARM:N`.
     Alarm(Alarm),
-    /// `error:33`, of a move with more steps than can be counted.
+    /// `error:33`, because a move has more steps than can be counted.
     TooLong,
-    /// Nothing that the machine says.
+    /// A likely mistake that the machine accepts without an answer.
     Remark(Remark),
 }
 
@@ -36,7 +36,7 @@ impl Fault {
         }
     }
 
-    /// Whether the machine takes it.
+    /// Whether the machine accepts the line.
     pub fn is_remark(self) -> bool {
         matches!(self, Self::Remark(_))
     }
@@ -75,7 +75,7 @@ impl Fault {
     }
 }
 
-/// As GRBL spells it.
+/// Spelled as GRBL spells it.
 impl fmt::Display for Fault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -93,7 +93,7 @@ pub struct Complaint {
     pub file: String,
     /// The line's number, from 1.
     pub line: u64,
-    /// Where in the line, bytes from 0, if that is known.
+    /// The byte of the line, from 0, at which the fault is, if that is known.
     pub column: Option<usize>,
     /// The mistake.
     pub fault: Fault,
@@ -144,7 +144,7 @@ impl Complaint {
         }
     }
 
-    /// An annotation as GitHub's workflows show it beside the line.
+    /// The complaint as an annotation that GitHub's workflows show beside the line.
     pub fn annotation(&self) -> String {
         let level = if self.fault.is_remark() {
             "warning"
@@ -163,7 +163,7 @@ impl Complaint {
         format!("::{level} file={file},line={line}{column},title={title}::{message}")
     }
 
-    /// What to do about it.
+    /// What the user can do about the fault.
     fn remedy(&self) -> &'static str {
         let is_unknown = self.fault == Fault::Error(Status::UnsupportedCommand);
         match is_unknown && self.is_at_a_printers_word() {
@@ -172,7 +172,7 @@ impl Complaint {
         }
     }
 
-    /// Whether the word at the column is one that only 3D printers know.
+    /// Whether the word at the column is known to 3D printers only.
     fn is_at_a_printers_word(&self) -> bool {
         let rest = self.column.and_then(|column| self.text.get(column..));
         let rest = rest.unwrap_or_default().to_ascii_uppercase();
@@ -183,7 +183,7 @@ impl Complaint {
         PRINTERS_CODES.contains(&&code[..end.unwrap_or(code.len())])
     }
 
-    /// Writes the line, cut to the text near the caret, and the caret under it.
+    /// Writes the part of the line near the fault, and a caret under the fault.
     fn quote(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let shown: Vec<char> = self.text.chars().map(printable).collect();
         let caret = self.column.unwrap_or(0).min(shown.len());
@@ -213,7 +213,8 @@ fn property(text: &str) -> String {
     data(text).replace(':', "%3A").replace(',', "%2C")
 }
 
-/// A line's character as it may be shown: control characters as a dot, so that columns stay.
+/// A character of the line as it is shown: a control character becomes a dot, so that columns stay
+/// the same.
 fn printable(c: char) -> char {
     match c {
         '\t' => ' ',

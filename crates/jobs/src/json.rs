@@ -1,4 +1,4 @@
-//! The parts that all JSON of jobs has.
+//! The parts that all JSON output about jobs shares.
 
 use crate::complaint::Complaint;
 use schemars::JsonSchema;
@@ -11,7 +11,7 @@ pub const JSON_VERSION: u32 = 1;
 /// The box around all feed moves, axis by axis.
 pub type Extents = BTreeMap<char, Extent>;
 
-/// Along one axis, mm.
+/// The range of coordinates along one axis, mm.
 #[derive(Clone, Copy, PartialEq, Debug, Serialize, JsonSchema)]
 pub struct Extent {
     min: f64,

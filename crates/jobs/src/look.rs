@@ -1,4 +1,5 @@
-//! Looks at a job for somebody who waits: its path, the findings of a check, the uses of its time.
+//! Analyses a job for somebody who waits for the result: its path, the findings of a check, and
+//! where its time goes.
 
 use crate::check::read_through;
 use crate::checker::follow;
@@ -15,13 +16,13 @@ use leadscrew_sim::scene::MOVE_BYTES;
 use leadscrew_sim::speed_profile::Recorder;
 use std::io::{self, BufReader, Read};
 
-/// Moves that are handed over at a time.
+/// Moves in one [`Finding::Scene`] at most.
 const AT_ONCE: usize = 100_000;
 
-/// Bytes of a job that are read at a time: whether to go on is asked before each.
+/// Bytes of a job that are read at a time. Before each read, the caller is asked whether to go on.
 const READ: usize = 1024;
 
-/// A job to be looked at.
+/// A job to be analysed.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Job {
     /// The name of its file.
@@ -34,8 +35,7 @@ pub struct Job {
     pub origin: Vec<f32>,
 }
 
-/// Something that is known of a job. They come in this order, [`Finding::Progress`] again and
-/// again.
+/// A result about a job. The kinds come in this order, and [`Finding::Progress`] many times.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub enum Finding {
     /// Moves of the job in work coordinates: [`Drawn`](leadscrew_sim::scene::Drawn)s.
@@ -48,7 +48,7 @@ pub enum Finding {
     Profile(String),
 }
 
-/// Looks at jobs for one machine.
+/// Analyses jobs for one machine.
 #[derive(Clone, Debug)]
 pub struct Workshop {
     /// The machine.
@@ -56,8 +56,8 @@ pub struct Workshop {
 }
 
 impl Workshop {
-    /// Looks at jobs for this machine. The present places of its carriages and switches do not
-    /// count.
+    /// Prepares the analysis of jobs for this machine. The present places of its carriages and
+    /// switches are ignored.
     pub fn new(machine: &Profile) -> Self {
         let mut file = machine.clone();
         (file.second_motor, file.probe) = (None, None);
@@ -79,7 +79,7 @@ impl Workshop {
         Self { file }
     }
 
-    /// Looks at a job; hands over each finding at once, and ends soon once `go_on` answers no.
+    /// Analyses a job and hands over each finding at once. Ends soon after `go_on` returns false.
     pub fn look(&self, job: &Job, go_on: &dyn Fn() -> bool, tell: &mut dyn FnMut(Finding)) {
         let machine = Machine::from_listing(&job.settings, self.file.clone());
         let Ok(checked) = check(job, &machine) else {
@@ -105,7 +105,7 @@ struct Checked {
 fn check(job: &Job, machine: &Machine) -> io::Result<Checked> {
     let mut checker = follow(&job.name, machine);
     let origin: [f32; 3] = std::array::from_fn(|axis| job.origin.get(axis).copied().unwrap_or(0.0));
-    // Where the machine has no home, it does not know where its travel ends.
+    // A machine without homing does not know where its travel ends.
     let has_home = machine.settings.is_on(Setting::Homing);
     let zero = if has_home { origin } else { [0.0; 3] };
     if has_home {
@@ -129,10 +129,10 @@ fn check(job: &Job, machine: &Machine) -> io::Result<Checked> {
     })
 }
 
-/// Runs the job on a machine of its own. Tells the progress, and at the end the uses of the time.
+/// Runs the job on a machine of its own. Reports the progress, and at the end where the time went.
 fn time(job: &Job, machine: &Machine, go_on: &dyn Fn() -> bool, tell: &mut dyn FnMut(Finding)) {
     let mut settings = without_lead(machine).settings;
-    // The job begins at machine position 0 here: its time is the same wherever it begins.
+    // The job begins at machine position 0 here: it takes the same time wherever it begins.
     for setting in [Setting::SoftLimits, Setting::Homing] {
         settings.load(Entry {
             number: Key::Machine(setting).number(),
@@ -158,18 +158,19 @@ fn time(job: &Job, machine: &Machine, go_on: &dyn Fn() -> bool, tell: &mut dyn F
     };
     let recorder = Recorder::new(limits_of(&machine));
     let done = stream.run(&job.name, BufReader::with_capacity(READ, text), recorder);
-    // A job that is given up has no time.
+    // A job that was given up has no result.
     if let Ok(done) = done {
         let report = ProfileReport::new(&job.name, machine.file.letters(), done);
         tell(Finding::Profile(report.json(true)));
     }
 }
 
-/// A job's text that tells how much of it was read, and ends where it is to.
+/// The text of a job for a reader. It reports how much was read, and ends early where `go_on`
+/// returns false.
 struct Watched<'a> {
     size: usize,
     rest: &'a [u8],
-    /// Percent that have been told.
+    /// The percentage that was reported last.
     told: u8,
     go_on: &'a dyn Fn() -> bool,
     tell: &'a mut dyn FnMut(Finding),
@@ -198,7 +199,7 @@ mod tests {
         look_for("", text, settings, origin)
     }
 
-    /// Looks at a job for the machine of this file.
+    /// Analyses a job for the machine of this file.
     fn look_for(file: &str, text: &str, settings: &str, origin: [f32; 3]) -> Vec<Finding> {
         let file = Profile::parse(std::path::Path::new("test.toml"), file).unwrap();
         let job = Job {

@@ -1,5 +1,5 @@
-//! The machine that a job is for: Grbl's settings, a machine file over them, lines of settings over
-//! that.
+//! The machine that a job is for: Grbl's settings, overridden by a machine file, overridden by
+//! lines of settings.
 
 use crate::settings_file::{SettingLine, SettingsError};
 use leadscrew_gcode::{leading_number, Number};
@@ -18,15 +18,15 @@ use leadscrew_sim::scene::Tooling;
 /// A machine: its file, and its settings.
 #[derive(Clone, Debug)]
 pub struct Machine {
-    /// Its file; a stock Grbl without switches where there is none.
+    /// Its file; a stock Grbl without switches if the user names none.
     pub file: Profile,
-    /// Its settings; the settings of axes that it lacks are included.
+    /// Its settings, including those of axes that it lacks.
     pub settings: Settings<MOST_AXES>,
     /// Its outputs that M62 to M65 switch.
     pub outputs: OutputsConfig,
-    /// A heater that fails in the run.
+    /// A failure of a heater during the run.
     pub heat_fault: Option<HeatFault>,
-    /// The same as a new machine's, which it boots with.
+    /// The same settings as the first settings of a new machine, with which it boots.
     first: &'static [Entry],
 }
 
@@ -34,15 +34,15 @@ impl Machine {
     /// The machine of `file`, with `lines` of settings put into effect one after the other.
     ///
     /// # Errors
-    /// The first that is refused, with where it came from and GRBL's words for it.
+    /// The first line that is refused, with its origin and GRBL's words for the refusal.
     pub fn new(file: Profile, lines: &[SettingLine]) -> Result<Self, SettingsError> {
         let mut settings = Settings::new(file.first_settings().leak());
         put(&mut settings, lines, file.axis_count())?;
         Ok(Self::of(file, settings))
     }
 
-    /// A machine with the settings of its own listing: a setting that this machine refuses keeps
-    /// its default.
+    /// Makes a machine with the settings of a listing by `$$`. A setting that this machine refuses
+    /// keeps its default.
     pub fn from_listing(listing: &str, file: Profile) -> Self {
         let mut settings = Settings::new(&[]);
         for entry in listing.lines().filter_map(|line| entry(line).ok()) {
@@ -51,7 +51,7 @@ impl Machine {
         Self::of(file, settings)
     }
 
-    /// The rule by which its feed moves are cuts.
+    /// The rule that tells which feed moves are cuts.
     pub fn tooling(&self) -> Tooling {
         self.file.tooling()
     }
@@ -77,12 +77,12 @@ impl Machine {
         self.file.axis_count()
     }
 
-    /// Its settings as a new machine's. They live as long as the process.
+    /// Its settings as the first settings of a new machine. They live as long as the process.
     pub fn first(&self) -> &'static [Entry] {
         self.first
     }
 
-    /// Its build, which boots with its settings.
+    /// Its build, with which it boots with these settings.
     pub fn config<const AXES: usize>(&self) -> MachineConfig<AXES> {
         MachineConfig {
             defaults: self.first,
@@ -90,17 +90,17 @@ impl Machine {
         }
     }
 
-    /// The values of a setting that each axis has.
+    /// The values of an axis setting, one for each axis.
     pub fn of_axes(&self, setting: AxisSetting) -> Vec<f64> {
         let all = self.settings.axes(setting);
         all[..self.axes()].iter().copied().map(plain).collect()
     }
 }
 
-/// The times of making steps on the simulated board.
+/// How long the simulated board takes to make steps.
 pub const TIMING: StepTiming = StepTiming::F407;
 
-/// The settings as a machine's own defaults. They live as long as the process.
+/// The settings as the defaults of a new machine. They live as long as the process.
 fn as_defaults(settings: &Settings<MOST_AXES>, axes: usize) -> &'static [Entry] {
     let of_machine = |key: &Key| Key::from_number(key.number(), axes).is_some();
     let entry = |key: Key| Entry {
@@ -112,8 +112,8 @@ fn as_defaults(settings: &Settings<MOST_AXES>, axes: usize) -> &'static [Entry] 
     entries.leak()
 }
 
-/// Puts `lines` into effect in their order; one that needs a later one (soft limits before homing)
-/// is tried again after it.
+/// Puts `lines` into effect in their order. A line that needs a later one (such as soft limits
+/// before homing) is tried again after it.
 fn put(
     settings: &mut Settings<MOST_AXES>,
     lines: &[SettingLine],
@@ -172,7 +172,7 @@ fn refused(
     ))
 }
 
-/// The settings that would work in place of one that was refused for its step rate.
+/// The settings that would be accepted in place of one that was refused for its step rate.
 pub(crate) fn instead<const AXES: usize>(
     settings: &Settings<AXES>,
     axes: usize,
@@ -185,8 +185,8 @@ pub(crate) fn instead<const AXES: usize>(
     })
 }
 
-/// For each rate that asks for more steps than the board can make, a sentence with the rate that is
-/// reached.
+/// A sentence for each rate that asks for more steps than the board can make; it names the rate
+/// that is reached.
 pub fn capped(machine: &Machine) -> Vec<String> {
     capped_rates(&machine.settings, machine.axes())
 }

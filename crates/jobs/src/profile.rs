@@ -16,11 +16,11 @@ use serde::Serialize;
 use std::collections::BTreeMap;
 use std::fmt;
 
-/// Limits that are listed one by one; the rest is added up.
+/// Limits that are listed one by one; the others are added up.
 const LISTED: usize = 12;
 
-/// The same without the laser's lead, which leaves the motion alone: power is shown where it
-/// belongs on the path.
+/// The same machine without the laser's lead. The lead does not change motion; without it, power is
+/// shown at its place on the path.
 pub fn without_lead(chosen: &Chosen) -> Chosen {
     let mut settings = chosen.settings.clone();
     settings.load(Entry {
@@ -30,7 +30,7 @@ pub fn without_lead(chosen: &Chosen) -> Chosen {
     chosen.with(&settings)
 }
 
-/// The machine whose limits are found.
+/// The data of the machine from which limits are found.
 pub fn limits_of(chosen: &Chosen) -> Machine {
     let pulse = chosen.settings.whole(Setting::StepPulse);
     let pulse_us = u8::try_from(pulse).unwrap_or(u8::MAX);
@@ -48,7 +48,7 @@ pub fn limits_of(chosen: &Chosen) -> Machine {
     }
 }
 
-/// A change and its saving.
+/// A change of settings, and how much time it saves.
 #[derive(Clone, PartialEq, Debug, Serialize, JsonSchema)]
 pub struct Trial {
     /// The change of settings, for example `$120=400 (now 200)`.
@@ -66,9 +66,9 @@ pub struct ProfileReport {
     errors: Vec<Complaint>,
     error_count: u64,
     alarm: Option<Complaint>,
-    /// When the first byte came.
+    /// When the first byte came: the begin of the job's time.
     pub begin: Cycle,
-    /// The job's time from then on, cycles.
+    /// The job's time from `begin`, cycles.
     pub job_cycles: u64,
     /// The stretches in which one limit binds.
     pub stretches: Vec<Stretch>,
@@ -118,12 +118,12 @@ impl ProfileReport {
         format!("{} · {length:.1} mm · {}", duration(time), self.verdict())
     }
 
-    /// Share of the job's time.
+    /// `cycles` as a share of the job's time.
     fn part(&self, cycles: u64) -> f64 {
         cycles as f64 / self.job_cycles.max(1) as f64
     }
 
-    /// The report as JSON, with the time at each line where it is wanted.
+    /// The report as JSON; `line_times` adds the time at each line.
     pub fn json(&self, line_times: bool) -> String {
         let share = |share: &Share| JsonShare {
             limit: share.limit.name(&self.letters),
@@ -146,7 +146,7 @@ impl ProfileReport {
         serde_json::to_string_pretty(&json).unwrap_or_default()
     }
 
-    /// How long the machine is at each line that moves it.
+    /// The time that the machine spends on each line that moves it.
     fn line_times(&self) -> Vec<JsonLine> {
         let mut cycles: BTreeMap<u64, u64> = BTreeMap::new();
         for stretch in self.stretches.iter().filter(|stretch| stretch.line > 0) {

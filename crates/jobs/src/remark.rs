@@ -4,24 +4,24 @@
 /// The effects of a line besides its motion.
 #[derive(Clone, Copy, PartialEq, Eq, Default, Debug)]
 pub struct Done {
-    /// It paused for the operator: M0, M1.
+    /// It paused for the operator (M0, M1).
     pub paused: bool,
-    /// It ended the program: M2, M30.
+    /// It ended the program (M2, M30).
     pub ended: bool,
 }
 
 /// The subject of a remark.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub enum Remark {
-    /// A `(` without a `)`: all that follows in the line is comment.
+    /// A `(` without a `)`: the rest of the line is a comment.
     UnclosedComment,
-    /// A byte that no G-code has: it is dropped.
+    /// A byte that does not occur in G-code: the machine drops it.
     OddByte,
-    /// A line that changes a setting of the machine, for good.
+    /// A line that changes a setting of the machine permanently.
     Setting,
-    /// A line behind M2 or M30: senders send it all the same.
+    /// A line after M2 or M30: senders send it nevertheless.
     AfterEnd,
-    /// A place outside the travel that soft limits would not stop: they are off.
+    /// A place outside the travel; soft limits are off and would not stop it.
     OutsideTravel,
 }
 
@@ -62,7 +62,7 @@ impl Remark {
     }
 }
 
-/// Follows a program for remarks.
+/// Looks for remarks along a program.
 #[derive(Default)]
 pub(crate) struct Remarks {
     ended: bool,
@@ -70,7 +70,7 @@ pub(crate) struct Remarks {
 }
 
 impl Remarks {
-    /// Takes a line with the effects `done`; answers the remarks about it, and the byte of each.
+    /// Takes a line with its effects `done`; returns the remarks about it, each with its byte.
     pub(crate) fn take(&mut self, raw: &[u8], done: Done) -> Vec<(usize, Remark)> {
         let found = self.read(raw);
         self.pass(done);
@@ -97,7 +97,8 @@ impl Remarks {
     }
 }
 
-/// The first byte of a line that is code; notes remarks about comments and bytes.
+/// The first byte of a line that is code, not comment. Notes remarks about comments and bytes in
+/// `found`.
 fn code(raw: &[u8], found: &mut Vec<(usize, Remark)>) -> Option<u8> {
     let (mut first, mut comment, mut odd) = (None, None, None);
     for (column, byte) in raw.iter().enumerate() {

@@ -6,7 +6,7 @@
 //! ```
 //!
 //! Text in parentheses after the value is a description, as old versions of Grbl printed it. Empty
-//! lines and an `ok` at the end, as a terminal's log has them, are passed over.
+//! lines are skipped, and so is an `ok` at the end, as in a terminal's log.
 
 use std::fmt;
 use std::path::Path;
@@ -16,7 +16,7 @@ use std::path::Path;
 pub struct SettingLine {
     /// The line without description: `$n=v`.
     pub text: String,
-    /// File and line, or the option, for messages.
+    /// Its origin for messages: file and line, or the option.
     pub origin: String,
 }
 

@@ -42,23 +42,23 @@ pub struct Stream<'a> {
     pub keep_going: bool,
     /// The feed override, 100 to 200 in tens.
     pub feed_percent: u8,
-    /// Whether it is to be known which line each answer was to, 8 bytes a line; and the sizes of
-    /// the tools.
+    /// Whether to keep which line each answer was for (8 bytes a line), and the sizes of the tools.
     pub keep_answers: bool,
-    /// Whether likely mistakes are to be known.
+    /// Whether to report likely mistakes.
     pub warn: bool,
-    /// Hears of news while the job runs.
+    /// Is called with news while the job runs.
     pub tell: fn(&News<'_>),
 }
 
 /// News of a job that runs.
 #[derive(Debug)]
 pub enum News<'a> {
-    /// The machine wants homing, which locks it at power-up: `$X` has unlocked it where it stands.
+    /// The machine is locked at power-up until it is homed; `$X` has unlocked it at its present
+    /// position.
     Unlocked,
     /// An error or an alarm.
     Complaint(&'a Complaint),
-    /// There are more errors than are kept: the further ones are only counted.
+    /// There are more errors than are kept; further ones are only counted.
     FurtherErrors,
 }
 
@@ -72,17 +72,17 @@ pub struct Streamed<O> {
     pub error_count: u64,
     /// The alarm that ended the job.
     pub alarm: Option<Complaint>,
-    /// Likely mistakes, as `check` finds them; empty where they are not to be known.
+    /// Likely mistakes, as `check` finds them; empty where they were not asked for.
     pub warnings: Vec<Complaint>,
     /// The lines at which the program paused for its operator (M0).
     pub pauses: Vec<u64>,
     /// The tools that it asked for.
     pub tools: Vec<u32>,
-    /// The lines that the machine counts.
+    /// The lines as the machine counts them.
     pub counted: Counted,
     /// The result of the simulation.
     pub outcome: Outcome<MOST_MOTORS>,
-    /// Who watched.
+    /// The observer of the run.
     pub observer: O,
 }
 
@@ -166,7 +166,8 @@ impl Stream<'_> {
     }
 }
 
-/// Faults that the machine has found and not yet answered, in order: an answer has no column.
+/// Faults that the machine has found and not yet answered, in order. They are kept because an
+/// answer has no column.
 type Faults = Rc<RefCell<VecDeque<LineFault>>>;
 
 /// Collects the faults.
@@ -179,8 +180,7 @@ impl Observer for FaultWatch {
 }
 
 /// Lets the machine work until the program is done and motion rests. A program pause (M0) and a
-/// tool change (M6) are resumed at once: nobody stands at this machine. Answers the lines that
-/// paused.
+/// tool change (M6) are resumed at once, since no operator is there. Returns the lines that paused.
 fn operate<F: Replies, R: BufRead>(
     powered: &mut dyn Powered,
     operator: &mut Operator<R, F>,
@@ -199,13 +199,14 @@ fn operate<F: Replies, R: BufRead>(
     pauses
 }
 
-/// Who sends: a program, and now and then a word in between.
+/// The sender: it sends a program, and now and then the operator's own bytes in between.
 struct Operator<R, F> {
     streamer: Streamer<R, F>,
     words: VecDeque<u8>,
-    /// Answers to the operator's own lines that are still to come: not the program's.
+    /// Answers to the operator's own lines that are still to come; they do not belong to the
+    /// program.
     own_answers: usize,
-    /// Lines that the operator said before the program began.
+    /// Lines that the operator sent before the program began.
     own_lines: usize,
     answer: Vec<u8>,
 }
@@ -253,12 +254,12 @@ impl<R: BufRead, F: Replies> Host for Operator<R, F> {
     }
 }
 
-/// The lines that a machine has answered. Empty where they are not to be known.
+/// The lines that the machine has answered; empty where they were not asked for.
 #[derive(Default)]
 pub struct Counted {
-    /// The line of the file of each, in the order of the answers; 0 for the operator's own.
+    /// For each answer, in order, the line of the file; 0 for the operator's own lines.
     lines: Vec<u64>,
-    /// The diameter of the tool from the answered line with this index on, mm.
+    /// The diameters of tools, mm, each with the index in `lines` from which on it holds.
     tools: Vec<(usize, f32)>,
 }
 
@@ -270,7 +271,7 @@ impl Counted {
         self.lines.get(index).copied()
     }
 
-    /// As [`Counted::line`], 0 for none; and the diameter of the tool then, mm.
+    /// As [`Counted::line`], but 0 for none; and the diameter of the tool at that line, mm.
     pub fn line_and_tool(&self, number: u32) -> (u32, f32) {
         let line = self.line(number).unwrap_or(0);
         let line = u32::try_from(line).unwrap_or(u32::MAX);
@@ -287,7 +288,7 @@ struct Sizes {
     tools: ToolSizes,
     /// Lines sent.
     sent: usize,
-    /// Each size, and the lines that were sent before it came into use.
+    /// Each size, with the number of lines that were sent before it came into use.
     changes: Vec<(usize, f32)>,
 }
 
@@ -300,33 +301,33 @@ impl Sizes {
         self.sent += 1;
     }
 
-    /// The changes, where `own` lines were sent before the program.
+    /// The changes, counted from power-up: `own` lines were sent before the program.
     fn behind(self, own: usize) -> Vec<(usize, f32)> {
         let changes = self.changes.into_iter();
         changes.map(|(sent, size)| (sent + own, size)).collect()
     }
 }
 
-/// Turns refusals into complaints, and tells each as it comes.
+/// Turns refusals into complaints, and reports each one as it comes.
 struct Complaints {
     file: String,
     faults: Faults,
-    /// Reads ahead of the machine, so that nothing is sent after the first line that it will
-    /// refuse.
+    /// Checks lines ahead of the machine, so that nothing is sent after the first line that the
+    /// machine will refuse.
     checker: Option<Box<dyn Follow>>,
     errors: Vec<Complaint>,
     count: u64,
     alarm: Option<Complaint>,
-    /// The lines that have been answered, in order, where they are to be known.
+    /// The lines that have been answered, in order; `None` where they were not asked for.
     answered: Option<Vec<u64>>,
     /// Tools that lines have asked for.
     tools: Vec<u32>,
-    /// How large they are, where that is to be known.
+    /// The sizes of the tools; `None` where they were not asked for.
     sizes: Option<Sizes>,
-    /// The program's likely mistakes, where they are to be known.
+    /// Looks for likely mistakes; `None` where they were not asked for.
     remarks: Option<Remarks>,
     warnings: Vec<Complaint>,
-    /// Whether a line that will be refused is sent like any other.
+    /// Whether lines after a refused one are sent all the same.
     keep_going: bool,
     tell: fn(&News<'_>),
 }
@@ -380,7 +381,8 @@ impl Complaints {
             .unwrap_or(Status::Own(code));
         let column = fault.map(|fault| raw_column(text, fault.column));
         let fault = match (status, column) {
-            // The interpreter names a place: this is the planner's.
+            // The interpreter's faults have a column; without one, the planner has refused the
+            // move.
             (Status::InvalidTarget, None) => Fault::TooLong,
             (status, _) => Fault::Error(status),
         };

@@ -1,4 +1,4 @@
-//! Words about a job, for people.
+//! Texts about a job, for people.
 
 use crate::complaint::Complaint;
 
@@ -21,7 +21,7 @@ pub fn verdict(alarm: Option<&Complaint>, errors: u64) -> String {
     }
 }
 
-/// A time as a person reads it: `83.512 s`, with hours and minutes beside it where it is long.
+/// A time as a person reads it: `83.512 s`, for long times with hours and minutes added.
 pub fn duration(seconds: f64) -> String {
     let whole = seconds as u64;
     match (whole / 3600, whole / 60 % 60, whole % 60) {

@@ -10,32 +10,32 @@ use leadscrew_machine::state::{Door, Hold, State};
 
 /// The pins of the outputs, as the main loop changes them.
 ///
-/// The step interrupt changes the same pins (`StepPort::change_outputs`), and may do so in the
-/// middle of these methods: one write that names the pins which change, as a set and reset register
-/// takes it, leaves the others as that left them.
+/// The step interrupt changes the same pins (`StepPort::change_outputs`), perhaps in the middle of
+/// these methods. So a change must be one write that names only the pins which change, as a set and
+/// reset register takes it. Then the other pins keep the interrupt's levels.
 pub trait OutputPort {
-    /// Changes the outputs at once; those in neither mask stay.
+    /// Changes the outputs at once; outputs in neither mask stay as they are.
     fn change(&mut self, change: OutputChange);
 
-    /// The levels now, a bit an output.
+    /// The levels now, one bit for each output.
     fn levels(&self) -> u8;
 }
 
-/// How many outputs there are, and when they are on.
+/// How many outputs there are, and which are on at power-up and in a hold.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct OutputsConfig {
-    /// How many, 0 to 8: `P0` to `P(count - 1)`. With 0 M62 to M65 are refused, as without this
-    /// extension.
+    /// The number of outputs, 0 to 8: `P0` to `P(count - 1)`. With 0, M62 to M65 are refused, as
+    /// they are without this extension.
     pub count: u8,
-    /// Those that are on after power-up, a reset, an alarm and the end of the program, a bit an
-    /// output.
+    /// The outputs that are on after power-up, a reset, an alarm and the end of the program, one
+    /// bit for each output.
     pub boot: u8,
-    /// Those that stay as they are in a hold, a bit an output; all others go off.
+    /// The outputs that stay as they are in a hold, one bit for each output; all others go off.
     pub stay: u8,
 }
 
 impl OutputsConfig {
-    /// All outputs, a bit each.
+    /// The mask of all outputs.
     const fn all(self) -> u8 {
         match 0xFFu8.checked_shl(self.count as u32) {
             Some(others) => !others,
@@ -44,14 +44,15 @@ impl OutputsConfig {
     }
 }
 
-/// M62 to M65.
+/// The extension for M62 to M65.
 #[derive(Debug)]
 pub struct Outputs<P> {
     config: OutputsConfig,
     port: P,
     /// The outputs that a hold has switched off.
     held: Option<u8>,
-    /// The operator has the machine (a tool change): as a hold, whatever state it is in.
+    /// Whether the operator has taken over the machine (a tool change). It counts as a hold,
+    /// whatever the state is.
     is_aside: bool,
 }
 
@@ -68,7 +69,7 @@ impl<P: OutputPort> Outputs<P> {
         outputs
     }
 
-    /// The levels now, a bit an output.
+    /// The levels now, one bit for each output.
     pub fn levels(&self) -> u8 {
         self.port.levels() & self.config.all()
     }
@@ -82,8 +83,8 @@ impl<P: OutputPort> Outputs<P> {
         });
     }
 
-    /// Switches off for a hold, once. Motion rests, so that the step interrupt changes nothing
-    /// meanwhile.
+    /// Switches outputs off for a hold, once. Motion is at rest, so that the step interrupt changes
+    /// nothing meanwhile.
     fn hold(&mut self) {
         if self.held.is_none() {
             let off = self.levels() & !self.config.stay;
@@ -92,7 +93,7 @@ impl<P: OutputPort> Outputs<P> {
         }
     }
 
-    /// Switches the outputs that a hold switched off on again.
+    /// Switches on again the outputs that a hold has switched off.
     fn resume(&mut self) {
         if self.is_aside {
             return;

@@ -1,4 +1,4 @@
-//! M62 to M65, seen from the sender and at the pins.
+//! Tests of M62 to M65 from the sender's view and at the pins.
 
 #[path = "../../machine/tests/bench/mod.rs"]
 mod bench;
@@ -39,7 +39,7 @@ fn boot(memory: &mut Memory, config: OutputsConfig) -> (Desk<'_>, Rc<Cell<u8>>) 
     (session, levels)
 }
 
-/// 250 steps a mm.
+/// Steps of a length in mm: 250 steps/mm.
 const fn mm(x: i32) -> i32 {
     x * 250
 }
@@ -69,7 +69,7 @@ fn the_path_does_not_stop_for_an_output() {
     let without = time(&mut session, "G1X10F1200\nX20\n");
     session.line("G0X0");
     let with = time(&mut session, "G1X10F1200\nM62P0X20\n");
-    // A stop from 20 mm/s at 10 mm/s² and the way back to that speed would take two seconds more.
+    // A stop from 20 mm/s at 10 mm/s², and speeding up again, would take two seconds more.
     assert!(with.abs_diff(without) < 20_000, "{without} us, {with} us");
 }
 
@@ -135,7 +135,7 @@ fn reset_alarm_and_the_end_of_the_program_bring_the_boot_level() {
         session.send(end);
         session.until_quiet();
         assert_eq!(levels.get(), 0b100, "{end:?}");
-        // The change that waited for a move is forgotten.
+        // The change that waited for a move has been dropped.
         session.line("G0X1");
         assert_eq!(levels.get(), 0b100, "{end:?}");
     }

@@ -1,5 +1,5 @@
-//! Writes the page of a machine as one file with the simulator in it. `cargo xtask page` builds the
-//! module and calls this.
+//! Writes the page of a machine as one file that contains the simulator. `cargo xtask page` builds
+//! the module and calls this program.
 //!
 //! ```sh
 //! standalone MODULE.wasm PAGE.html [MACHINE.toml]
@@ -22,7 +22,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         _ => return Err("expected MODULE.wasm PAGE.html [MACHINE.toml]".into()),
     };
     let machine = machine.map_or(Ok(String::new()), |file| {
-        // A mistake in it is told here, and not by the page.
+        // A mistake in the machine file is reported here, and not by the page.
         Profile::load(file)?;
         fs::read_to_string(file).map_err(Box::<dyn Error>::from)
     })?;

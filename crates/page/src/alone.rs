@@ -1,5 +1,4 @@
-//! A machine and its one page, and nothing between them: frames in, frames out. The page without a
-//! server.
+//! A machine and its one page without a server between them: frames in, frames out.
 
 use crate::buttons::Buttons;
 use crate::desk::Desk;
@@ -24,24 +23,24 @@ use std::time::Duration;
 /// The only page.
 const PAGE: u64 = 0;
 
-/// Its channel to the machine, the only one.
+/// The page's channel to the machine, the only one.
 const CHANNEL: usize = 0;
 
 /// Simulated time in which a machine starts and prints its banner, cycles.
 const START: u64 = cycles_of_micros(20_000);
 
-/// Simulated time that passes at once at most, cycles: the page is heard in between.
+/// Simulated time that passes in one call at most, cycles. The page's frames are read between
+/// calls.
 const SLICE: u64 = cycles_of_micros(25_000);
 
-/// A machine in real time and its page. It lasts as long as the program: its memory is never given
-/// back.
+/// A machine in real time and its page. It lasts as long as the program: its memory is never freed.
 pub struct Alone {
     desk: Desk<'static>,
     wires: Wires,
     pages: Pages,
     buttons: Buttons,
     glitches: Glitches,
-    /// Settings survive a reset of the machine in it.
+    /// The machine's flash memory, in which settings survive a reset.
     flash: Flash,
     pace: Pace,
     said: SaidReader,
@@ -49,9 +48,9 @@ pub struct Alone {
 }
 
 impl Alone {
-    /// Powers the machine of this file up at `now`, the time since any instant. `kept` is its flash
-    /// memory as an earlier one has left it ([`Alone::changed_memory`]); it is blank where there is
-    /// none, or where another version of the program has written it.
+    /// Powers up the machine of this file at `now`, the time since any fixed instant. `kept` is the
+    /// flash memory of an earlier run ([`Alone::changed_memory`]). The memory is blank if there is
+    /// none, or if another version of the program has written it.
     pub fn power_up(file: &Profile, kept: Option<&[u8]>, now: Duration) -> Self {
         let trail = Trail::new(file.tooling());
         let trail: &'static RefCell<Trail> = Box::leak(Box::new(RefCell::new(trail)));
@@ -90,7 +89,7 @@ impl Alone {
         }
     }
 
-    /// Takes bytes of the page's frames; hands over each job that somebody is to look at.
+    /// Takes bytes of the page's frames; hands each job that is to be analysed to `look`.
     ///
     /// # Errors
     /// [`Nonsense`] at bytes that no page sends.
@@ -115,7 +114,7 @@ impl Alone {
         read
     }
 
-    /// Lets the machine reach `now`, or come a step nearer where it is behind.
+    /// Runs the machine up to `now`, or by at most `SLICE` where it is behind.
     pub fn go(&mut self, now: Duration) {
         let desk = &mut self.desk;
         let end = self.pace.due(now).min(desk.now() + SLICE);
@@ -130,7 +129,7 @@ impl Alone {
         self.pages.show(desk, now);
     }
 
-    /// The flash memory, where it has changed since this was asked last.
+    /// The flash memory, if it has changed since the last call.
     pub fn changed_memory(&mut self) -> Option<&[u8]> {
         self.flash.changed().then(|| self.flash.bytes())
     }
@@ -141,7 +140,7 @@ impl Alone {
     }
 }
 
-/// Gives the machine its stored values; answers its flash memory.
+/// Gives the machine its stored values; returns its flash memory.
 fn load(kept: Option<&[u8]>, desk: &mut Desk<'_>) -> Flash {
     let kept = kept.filter(|kept| kept.len() == Flash::SIZE);
     let mut flash = kept.map_or_else(Flash::blank, |kept| Flash::new(kept.to_vec()));
@@ -170,7 +169,7 @@ mod tests {
         std::iter::from_fn(|| alone.next_frame()).collect()
     }
 
-    /// Lets `millis` pass from `from` on; answers the frames that came.
+    /// Lets `millis` milliseconds pass from `from` on; returns the frames that came.
     fn pass(alone: &mut Alone, from: u64, millis: u64) -> Vec<Vec<u8>> {
         let mut all = Vec::new();
         for now in (from..from + millis).step_by(10) {

@@ -1,4 +1,4 @@
-//! The user's fingers on the machine's switches.
+//! The switches and buttons that the user presses.
 
 use crate::desk::Desk;
 use crate::key::Key;
@@ -11,14 +11,15 @@ const PRESS: u64 = cycles_of_micros(100_000);
 /// The pressed switches. Inputs are low while a switch is pressed.
 #[derive(Default)]
 pub struct Buttons {
-    /// Switches that stay until they are pressed again, and the levels that they are held at.
+    /// Switches that stay pressed until they are pressed again, each with the level at which it is
+    /// held.
     held: Vec<(Pin, bool)>,
-    /// Buttons that are let go after a while.
+    /// Buttons that are released at a given time.
     pressed: Vec<(Pin, Cycle)>,
 }
 
 impl Buttons {
-    /// Holds the same switches on a machine that starts anew: it is the same machine.
+    /// Holds the same switches again after the machine was reset: it is the same machine.
     pub fn hold_on(&mut self, desk: &mut Desk<'_>) {
         self.pressed.clear();
         for (pin, level) in &self.held {
@@ -26,7 +27,7 @@ impl Buttons {
         }
     }
 
-    /// Presses the switch of `key`; nothing where the machine has no such switch.
+    /// Presses the switch of `key`; does nothing if the machine has no such switch.
     pub fn press(&mut self, key: Key, desk: &mut Desk<'_>) {
         match key {
             Key::Door => self.toggle(Pin::Door, desk),
@@ -42,7 +43,7 @@ impl Buttons {
         }
     }
 
-    /// Lets go of buttons that have been pressed for long enough.
+    /// Releases the buttons that have been pressed for long enough.
     pub fn release(&mut self, desk: &mut Desk<'_>) {
         let now = desk.now();
         self.pressed.retain(|(pin, until)| {

@@ -11,7 +11,7 @@ use serde_json::{json, Value};
 use std::cell::{RefCell, RefMut};
 use std::ops::{Deref, DerefMut};
 
-/// A machine, and where its tool goes.
+/// A machine, and the trail of its tool.
 pub struct Desk<'m> {
     machine: &'m mut (dyn Powered + 'm),
     trail: &'m RefCell<Trail>,
@@ -35,7 +35,8 @@ impl DerefMut for Desk<'_> {
 }
 
 impl<'m> Desk<'m> {
-    /// A machine with `motors` motors and axes of these `letters`, whose observer writes `trail`.
+    /// Makes the desk of a machine with `motors` motors and axes of these `letters`; the machine's
+    /// observer writes `trail`.
     pub fn new(
         machine: &'m mut (dyn Powered + 'm),
         trail: &'m RefCell<Trail>,
@@ -68,12 +69,12 @@ impl<'m> Desk<'m> {
         }
     }
 
-    /// The number of motors: one an axis, and second ones.
+    /// The number of motors: one for each axis, and a second one where there is one.
     pub fn motors(&self) -> usize {
         self.motors
     }
 
-    /// Where the tool goes.
+    /// The trail of the tool.
     pub fn trail(&self) -> RefMut<'_, Trail> {
         self.trail.borrow_mut()
     }
@@ -105,7 +106,7 @@ impl<'m> Desk<'m> {
         }
     }
 
-    /// All settings as `$$` prints them, our own ones too.
+    /// All settings as `$$` prints them, including those beyond Grbl's.
     pub fn settings_text(&self) -> String {
         let settings = self.settings().into_iter();
         settings.map(|(_, line)| line + "\n").collect()

@@ -1,4 +1,4 @@
-//! The page as one document: its style and its modules stand in it, nothing is fetched.
+//! The page as one document: it contains its style and its modules, and fetches nothing.
 //!
 //! Modules import each other by bare names. An import map leads each name to the module's text as a
 //! `data:` address, so that the document also works from a file.
@@ -22,7 +22,8 @@ const COMMON: [Module; 7] = [
     ("view", include_str!("../web/view.js")),
 ];
 
-/// Modules of the page of a machine only. The module that reaches the machine comes on top.
+/// Modules that only the page of a machine has. The module that reaches the machine is added to
+/// them.
 const MACHINE: [Module; 9] = [
     ("chart", include_str!("../web/chart.js")),
     ("frames", include_str!("../web/frames.js")),
@@ -35,16 +36,16 @@ const MACHINE: [Module; 9] = [
     ("state", include_str!("../web/state.js")),
 ];
 
-/// The way to a machine behind a server.
+/// The module that reaches a machine through a server.
 const SOCKET: Module = ("link", include_str!("../web/link.js"));
 
-/// The way to a machine in the browser: under the same name, for the same use.
+/// The module that reaches a machine in the browser. It has the same name and the same use.
 const WORKERS: Module = ("link", include_str!("../web/local.js"));
 
-/// The script of its workers.
+/// The script of the workers of [`WORKERS`].
 const WORKER: &str = include_str!("../web/worker.js");
 
-/// Those of a finished job alone.
+/// Modules that only the page of a finished job has.
 const PLAYER: [Module; 2] = [
     ("course", include_str!("../web/course.js")),
     ("main", include_str!("../web/player.js")),
@@ -54,10 +55,11 @@ const PAGE: &str = include_str!("../web/page.html");
 const PLAYER_PAGE: &str = include_str!("../web/player.html");
 const STYLE: &str = include_str!("../web/style.css");
 
-/// The place of the answer's own secret, by which the browser knows our scripts.
+/// The placeholder for a nonce, different in each answer, by which the browser recognises the
+/// page's own scripts.
 const NONCE: &str = "NONCE";
 
-/// The place of a document's data.
+/// The placeholder for a document's data.
 const DATA: &str = "<!--data-->";
 
 static DOCUMENT: LazyLock<String> = LazyLock::new(|| {
@@ -65,26 +67,26 @@ static DOCUMENT: LazyLock<String> = LazyLock::new(|| {
     compose(PAGE, &own).replace(DATA, "")
 });
 
-/// The document; scripts in it run where the answer allows those with this `nonce`.
+/// The document; its scripts run where the answer's headers allow scripts with this `nonce`.
 pub fn document(nonce: &str) -> String {
     DOCUMENT.replace(NONCE, nonce)
 }
 
-/// A finished job as a document of its own, with a slider along its time: nothing is fetched, it
+/// A finished job as a document of its own, with a slider along its time. It fetches nothing and
 /// works from a file.
 pub struct Playback<'a> {
     /// The job's name.
     pub title: &'a str,
     /// One line of figures.
     pub summary: &'a str,
-    /// Whether power is a laser's.
+    /// Whether `power` of the moves is a laser's power.
     pub is_laser: bool,
     /// The moves, [`Drawn`](leadscrew_sim::scene::Drawn)s; the first is where the path begins.
     pub moves: &'a [u8],
-    /// Their lengths, mm, along all axes; f32, little-endian.
+    /// The lengths of the moves along all axes, mm; f32, little-endian.
     pub lengths: &'a [u8],
-    /// The stretches of even acceleration: time in s, length in mm, speed at the begin in mm/s;
-    /// f32, little-endian.
+    /// The stretches of constant acceleration, each as time in s, length in mm, and speed at the
+    /// begin in mm/s; f32, little-endian.
     pub course: &'a [u8],
 }
 
@@ -97,7 +99,7 @@ impl Playback<'_> {
             "laser": self.is_laser,
             "letters": ["X", "Y", "Z"],
         });
-        // A script element ends at the first `</script`, in a text as well.
+        // A script element ends at the first `</script`, even within a string.
         let mut data = element("facts", &facts.to_string().replace('<', "\\u003c"));
         for (id, bytes) in [
             ("moves", self.moves),
@@ -112,9 +114,9 @@ impl Playback<'_> {
     }
 }
 
-/// The page of a machine with the simulator in it: nothing is fetched, it works from a file.
+/// The page of a machine that contains the simulator. It fetches nothing and works from a file.
 pub struct Standalone<'a> {
-    /// The module of `leadscrew-wasm`, packed by gzip.
+    /// The module of `leadscrew-wasm`, compressed with gzip.
     pub simulator: &'a [u8],
     /// The machine file.
     pub machine: &'a str,
@@ -125,7 +127,7 @@ impl Standalone<'_> {
     pub fn document(&self) -> String {
         let own: Vec<Module> = MACHINE.into_iter().chain([WORKERS]).collect();
         let data = [
-            // A script element ends at the first `</script`, in a text as well.
+            // A script element ends at the first `</script`, even within a string.
             ("machine", BASE64.encode(self.machine.as_bytes())),
             ("worker", BASE64.encode(WORKER.as_bytes())),
             ("simulator", BASE64.encode(self.simulator)),
@@ -141,13 +143,13 @@ fn element(id: &str, text: &str) -> String {
     format!("<script type=\"text/plain\" id=\"{id}\">{text}</script>\n")
 }
 
-/// A page of HTML with the style, the modules of both documents, and `own` ones, of which `main`
-/// begins.
+/// A page of HTML with the style, the common modules and its `own` modules; `main` among them is
+/// run first.
 fn compose(page: &str, own: &[Module]) -> String {
     let mut map = String::new();
     for (name, text) in COMMON.iter().chain(own) {
         let comma = if map.is_empty() { "" } else { "," };
-        // Writing to a text cannot fail.
+        // Writing to a string cannot fail.
         let _ = write!(
             map,
             "{comma}\n\"{name}\": \"data:text/javascript,{}\"",
@@ -162,8 +164,8 @@ fn compose(page: &str, own: &[Module]) -> String {
         .replace("<!--modules-->", &modules)
 }
 
-/// A text as part of a `data:` address within a JSON string within a script element (RFC 3986,
-/// section 2.1).
+/// A text as part of a `data:` address, which stands in a JSON string in a script element (RFC
+/// 3986, section 2.1).
 fn quoted(text: &str) -> String {
     let mut quoted = String::with_capacity(text.len() * 5 / 4);
     for byte in text.bytes() {
@@ -217,7 +219,8 @@ mod tests {
     fn a_page_without_a_server_is_whole_and_its_machine_ends_no_element() {
         let document = standalone();
         assert!(!document.contains("<!--") && !document.contains(NONCE));
-        // Machine, worker, simulator, the import map and the module that begins.
+        // The script elements are the machine, the worker, the simulator, the import map and the
+        // first module.
         assert_eq!(document.matches("</script>").count(), 5);
         let data = document.split("id=\"simulator\">").nth(1).unwrap();
         assert!(data.starts_with("YSBtb2R1bGU=</script>"));
@@ -237,7 +240,8 @@ mod tests {
         let document = playback();
         assert!(!document.contains("<!--") && !document.contains(NONCE));
         assert!(document.contains("a \\u003c/script> b"));
-        // Facts, moves, lengths, course, the import map and the module that begins.
+        // The script elements are facts, moves, lengths, course, the import map and the first
+        // module.
         assert_eq!(document.matches("</script>").count(), 6);
         let data = document.split("id=\"lengths\">").nth(1).unwrap();
         assert!(data.starts_with("AAAAAAAAAAA=</script>"));

@@ -1,4 +1,5 @@
-//! The frames between pages and the owner of the machine. The first byte of a frame is its kind.
+//! The frames between pages and the program that runs the machine. The first byte of a frame is its
+//! kind.
 //!
 //! ```text
 //!   to a page      tag, content                          one WebSocket message each; numbers little-endian
@@ -10,19 +11,19 @@ use leadscrew_machine::board::SpindleOutput;
 use leadscrew_sim::powered::Snapshot;
 use serde_json::{json, Value};
 
-/// Content of a frame from a page at most, bytes: a job of 200 MB and its name.
+/// The longest content of a frame from a page, bytes: a job of 200 MB and its name.
 const LONGEST: usize = 201_000_000;
 
 /// The content of a frame to a page.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Tag {
-    /// Bytes on a line of the machine's: channel, 1 where they come from it, 0, number of answers
-    /// before them (u32).
+    /// Bytes on a serial line of the machine: channel; 1 if the machine sent them, else 0; a byte
+    /// 0; the number of answers before them (u32); the bytes.
     Wire = 1,
-    /// The machine at an instant.
+    /// The machine's state at an instant.
     State = 2,
-    /// Moves: 3 bytes that are 0, number of the first move (u32), 20 bytes for each. They replace
-    /// the planned moves from this number on.
+    /// Moves: 3 bytes 0, the number of the first move (u32), and 20 bytes for each move. They
+    /// replace the planned moves from this number on.
     Moves = 3,
     /// The machine's parts, as JSON.
     Hello = 4,
@@ -30,19 +31,19 @@ pub(crate) enum Tag {
     Role = 5,
     /// A message, text.
     Note = 6,
-    /// Moves of the job that is looked at: 7 bytes that are 0, 20 bytes each.
+    /// Moves of the job that is analysed: 7 bytes 0, and 20 bytes for each move.
     Scene = 7,
-    /// `leadscrew check --json` of the job.
+    /// The output of `leadscrew check --json` for the job.
     Check = 8,
-    /// `leadscrew profile --json` of the job.
+    /// The output of `leadscrew profile --json` for the job.
     Profile = 9,
-    /// Percent of the job that have been timed, text.
+    /// How much of the job has been timed, in percent, as text.
     Progress = 10,
     /// All settings, as JSON.
     Settings = 11,
 }
 
-/// A frame of a tag and its content.
+/// Makes a frame of a tag and its content.
 pub(crate) fn frame(tag: Tag, content: &[u8]) -> Vec<u8> {
     let mut frame = Vec::with_capacity(1 + content.len());
     frame.push(tag as u8);
@@ -50,7 +51,7 @@ pub(crate) fn frame(tag: Tag, content: &[u8]) -> Vec<u8> {
     frame
 }
 
-/// Bytes that went over a line of the machine's.
+/// Makes the frame for bytes on a serial line of the machine.
 pub(crate) fn wire(channel: usize, from_machine: bool, answers: u32, bytes: &[u8]) -> Vec<u8> {
     let mut content = vec![channel as u8, u8::from(from_machine), 0];
     content.extend(answers.to_le_bytes());
@@ -58,7 +59,7 @@ pub(crate) fn wire(channel: usize, from_machine: bool, answers: u32, bytes: &[u8
     frame(Tag::Wire, &content)
 }
 
-/// Moves from number `first` on.
+/// Makes the frame for moves from number `first` on.
 pub(crate) fn moves(first: u32, bytes: &[u8]) -> Vec<u8> {
     let mut content = vec![0; 3];
     content.extend(first.to_le_bytes());
@@ -66,7 +67,7 @@ pub(crate) fn moves(first: u32, bytes: &[u8]) -> Vec<u8> {
     frame(Tag::Moves, &content)
 }
 
-/// A finding about a job.
+/// Makes the frame for a finding about a job.
 pub fn finding(finding: &Finding) -> Vec<u8> {
     match finding {
         Finding::Scene(moves) => scene(moves),
@@ -76,14 +77,14 @@ pub fn finding(finding: &Finding) -> Vec<u8> {
     }
 }
 
-/// Moves of a job.
+/// Makes the frame for moves of a job.
 fn scene(bytes: &[u8]) -> Vec<u8> {
     let mut content = vec![0; 7];
     content.extend_from_slice(bytes);
     frame(Tag::Scene, &content)
 }
 
-/// How far the machine has come with its moves.
+/// The progress of the machine through its lines and moves.
 #[derive(Clone, Copy, PartialEq, Eq, Default, Debug)]
 pub(crate) struct Progress {
     /// Lines answered since power-up.
@@ -92,14 +93,14 @@ pub(crate) struct Progress {
     pub(crate) line: u32,
     /// Moves planned since power-up.
     pub(crate) planned: u32,
-    /// Moves that lie behind.
+    /// Moves that are finished.
     pub(crate) done: u32,
 }
 
-/// The machine at an instant.
+/// Makes the frame for the machine's state at an instant.
 pub(crate) fn state(machine: &Snapshot, progress: Progress, normally_closed: bool) -> Vec<u8> {
     let levels = &machine.switches;
-    // One an axis, and a second one.
+    // One motor for each axis, and a second motor.
     let motors = machine.position.len() + 1;
     let pressed = |motor: usize| levels.limits.contains(motor) == normally_closed;
     let bits = |pressed: &mut dyn Iterator<Item = bool>| {
@@ -145,7 +146,7 @@ pub(crate) fn state(machine: &Snapshot, progress: Progress, normally_closed: boo
     bytes
 }
 
-/// The rights of a page, and the senders that are connected.
+/// Makes the frame for the rights of a page and the senders that are connected.
 pub(crate) fn role(controls: bool, senders: &[String]) -> Vec<u8> {
     text(
         Tag::Role,
@@ -153,7 +154,7 @@ pub(crate) fn role(controls: bool, senders: &[String]) -> Vec<u8> {
     )
 }
 
-/// JSON.
+/// Makes a frame with JSON.
 pub(crate) fn text(tag: Tag, value: &Value) -> Vec<u8> {
     frame(tag, value.to_string().as_bytes())
 }
@@ -165,22 +166,22 @@ pub enum Said {
     Wire(Vec<u8>),
     /// A switch was pressed.
     Key(u8),
-    /// A job is to be looked at: its name, a line end, its text.
+    /// A job is to be analysed: its name, a line end, its text.
     Job(Vec<u8>),
-    /// The trail is to be forgotten.
+    /// The moves shown so far are to be removed.
     Clear,
 }
 
-/// Puts frames from a page together, which come in pieces of any size.
+/// Joins the pieces, of any size, in which frames from a page arrive.
 #[derive(Default)]
 pub struct SaidReader(Vec<u8>);
 
-/// No page of ours sends that.
+/// Bytes that the page never sends.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Nonsense;
 
 impl SaidReader {
-    /// Takes `bytes`; hands over each complete message.
+    /// Takes `bytes`; hands each complete message to `each`.
     ///
     /// # Errors
     /// [`Nonsense`] at a tag or a length that no page sends.

@@ -1,5 +1,5 @@
-//! Disturbances on the limit inputs: wrong levels for microseconds, at instants that look random
-//! and never change.
+//! Disturbances on the limit inputs: wrong levels for microseconds. Their instants look random, but
+//! are the same in every run.
 
 use crate::desk::Desk;
 use crate::wires::Wires;
@@ -13,9 +13,9 @@ const GLITCH_US: u16 = 5;
 /// Draws the instants and inputs of glitches.
 #[derive(Clone, Debug)]
 pub struct Glitches {
-    /// Mean time between two, cycles; `None`: there are none.
+    /// Mean time between two glitches, cycles; `None` where there are none.
     mean: Option<f64>,
-    /// How long one lasts, cycles.
+    /// How long a glitch lasts, cycles.
     width: u64,
     /// State of the generator: xorshift64 (Marsaglia 2003), never 0.
     random: u64,
@@ -29,7 +29,7 @@ impl Glitches {
         Self::new(file.switches.glitches.get(), width_us)
     }
 
-    /// Makes `per_second` glitches of `width_us` microseconds a second, on the average.
+    /// Makes glitches of `width_us` microseconds, on average `per_second` of them in a second.
     fn new(per_second: f64, width_us: u16) -> Self {
         let mean = (per_second > 0.0).then(|| CPU_HZ as f64 / per_second);
         let mut glitches = Self {
@@ -42,13 +42,13 @@ impl Glitches {
         glitches
     }
 
-    /// Lets the simulation go on to `end`, with glitches on the way.
+    /// Runs the simulation up to `end`, with glitches on the way.
     pub fn run_until(&mut self, desk: &mut Desk<'_>, wires: &mut Wires, end: Cycle) {
         while self.next <= end {
             desk.run_until(wires, self.next);
             let pin = Pin::Limit((self.draw() % desk.motors() as u64) as usize);
             let wrong = !desk.level(pin);
-            // A finger may be on the switch.
+            // The user may hold the switch at the same time.
             let before = desk.force_pin(pin, Some(wrong));
             desk.run_until(wires, self.next + self.width);
             desk.force_pin(pin, before);
@@ -57,7 +57,7 @@ impl Glitches {
         desk.run_until(wires, end);
     }
 
-    /// Draws the next instant: exponentially distributed.
+    /// Draws the instant of the next glitch: the times between them are exponentially distributed.
     fn schedule(&mut self, after: Cycle) {
         let share = (self.draw() >> 11) as f64 / (1u64 << 53) as f64;
         self.next = match self.mean {

@@ -11,11 +11,11 @@ pub enum Key {
     Start,
     /// Presses the reset button.
     Reset,
-    /// Touches the probe, or lets go of it.
+    /// Touches the probe, or releases it.
     Probe,
-    /// Presses the limit switch of an axis, or lets go of it.
+    /// Presses the limit switch of an axis, or releases it.
     Limit(usize),
-    /// Presses the limit switch of the second motor, or lets go of it.
+    /// Presses the limit switch of the second motor, or releases it.
     SecondMotorLimit,
     /// Ends the server.
     Quit,

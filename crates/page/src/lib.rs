@@ -1,5 +1,5 @@
-//! A simulated machine on a web page: the page, the frames that it speaks, and the machine in real
-//! time behind it.
+//! A simulated machine on a web page: the page, the frames that it exchanges, and the machine
+//! behind it, which runs in real time.
 //!
 //! ```text
 //!   page (web/*.js) <==frames== Pages <--- Desk: machine, Trail, Buttons, Glitches

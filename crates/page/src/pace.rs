@@ -1,10 +1,10 @@
-//! Real time: which cycle the simulation should have reached by now.
+//! Real time: up to which cycle the simulation should have run by now.
 
 use leadscrew_sim::clock::{Cycle, CPU_HZ};
 use std::time::Duration;
 
-/// How far the simulation may fall behind before the time that it lost is given up, so that it does
-/// not race afterwards.
+/// How far the simulation may fall behind. After that the lost time is skipped, so that the machine
+/// does not run too fast to catch up.
 const PATIENCE: Duration = Duration::from_millis(250);
 
 /// Ties the simulation's clock to the wall's.
@@ -17,8 +17,8 @@ pub struct Pace {
 }
 
 impl Pace {
-    /// The simulation is at `cycle` now, which the wall clock calls `wall`; it is to run `speed`
-    /// times as fast.
+    /// Makes a pace for a simulation that is at `cycle` when the wall clock shows `wall`, and runs
+    /// `speed` times as fast as the wall clock.
     pub fn new(speed: f64, wall: Duration, cycle: Cycle) -> Self {
         Self { speed, wall, cycle }
     }
@@ -28,7 +28,7 @@ impl Pace {
         self.cycle + self.cycles(wall.saturating_sub(self.wall))
     }
 
-    /// Skips the time that the simulation is behind, if it is too long to catch up; answers whether
+    /// Skips the time that the simulation is behind, if it is too long to catch up; returns whether
     /// it did.
     pub fn give_up(&mut self, wall: Duration, reached: Cycle) -> bool {
         let behind = self.due(wall) - reached;

@@ -1,4 +1,4 @@
-//! Pages that show what a machine does, and one of them that moves it.
+//! Pages that show what a machine does. One of them can move it.
 //!
 //! ```text
 //!   pages <==frames== Pages <--- its owner: states, moves, bytes on the wire, findings about a job that was dropped
@@ -6,8 +6,9 @@
 //!     `---Said--> PageEvent
 //! ```
 //!
-//! The page that came first has the machine, on a channel of its own, unless a sender is connected:
-//! then all pages watch. A page that watches can still press the switches, hold and reset.
+//! The page that came first controls the machine, on a channel of its own. While a sender is
+//! connected, all pages only watch. A page that watches can still press the switches, hold and
+//! reset.
 
 use crate::desk::Desk;
 use crate::frames::{self, frame, Progress, Said, Tag};
@@ -21,23 +22,23 @@ use leadscrew_sim::scene::MOVE_BYTES;
 use serde_json::{json, Value};
 use std::time::Duration;
 
-/// How often pages are told how the machine stands.
+/// How often pages get the machine's state.
 const SHOW: Duration = Duration::from_millis(45);
 
-/// How often it is looked whether settings have changed.
+/// How often the settings are checked for changes.
 const LOOK: Duration = Duration::from_millis(500);
 
 /// Moves in one frame at most.
 const AT_ONCE: usize = 20_000;
 
-/// Bytes that a page which only watches may send to the machine: feed hold, soft reset, safety
-/// door, jog cancel.
+/// Bytes that a page which only watches may send to the machine: feed hold, soft reset, safety door
+/// and jog cancel.
 const ALWAYS: [u8; 4] = [b'!', 0x18, 0x84, 0x85];
 
 /// Something that a page did.
 #[derive(Debug)]
 pub struct PageEvent {
-    /// Which page: numbers are not used again.
+    /// The page's number; numbers are not used again.
     pub page: u64,
     /// The page's action.
     pub action: PageAction,
@@ -46,22 +47,22 @@ pub struct PageEvent {
 /// An action of a page.
 #[derive(Debug)]
 pub enum PageAction {
-    /// It has come; frames go there.
+    /// The page has connected; frames for it go to this outlet.
     Opened(Outlet),
-    /// It has sent something.
+    /// The page has sent a message.
     Said(Said),
-    /// It has gone.
+    /// The page has disconnected.
     Closed,
 }
 
-/// A task of the server for a page.
+/// A task of the server on behalf of a page.
 #[derive(Clone, PartialEq, Debug)]
 pub enum Errand {
-    /// Bytes for the machine, on the pages' channel.
+    /// Bytes to be sent to the machine on the pages' channel.
     Send(Vec<u8>),
-    /// A switch is pressed.
+    /// A switch to be pressed.
     Press(Key),
-    /// A job is looked at, for [`Pages::found`] to be told of it.
+    /// A job to be analysed; its findings go to [`Pages::found`].
     Look(Job),
 }
 
@@ -69,13 +70,13 @@ pub enum Errand {
 struct Page {
     number: u64,
     outlet: Outlet,
-    /// Moves that it knows of.
+    /// The number of moves that it has received.
     moves: u32,
-    /// [`Trail::edition`] that it knows.
+    /// The [`Trail::edition`] of the moves that it has received.
     edition: u32,
 }
 
-/// Lasting information: a new page gets it.
+/// Information that stays valid: every new page gets it.
 #[derive(Default)]
 struct Known {
     hello: Vec<u8>,
@@ -86,15 +87,15 @@ struct Known {
 
 /// All pages.
 pub struct Pages {
-    /// The channel that they move the machine on; none where the machine has none left.
+    /// The channel on which pages move the machine; `None` where the machine has none left.
     channel: Option<usize>,
     all: Vec<Page>,
     known: Known,
     /// Answers of the machine on all lines since power-up.
     answers: u32,
-    /// The beginning of a line that the machine has not finished, by channel.
+    /// For each channel, the begin of a line that the machine has not finished yet.
     begun: Vec<Vec<u8>>,
-    /// The page that has the machine.
+    /// The page that controls the machine.
     holder: Option<u64>,
     senders: Vec<String>,
     normally_closed: bool,
@@ -103,7 +104,7 @@ pub struct Pages {
 }
 
 impl Pages {
-    /// No page yet. They use `channel`, the last of `lines` lines.
+    /// Makes the pages of a machine, none at first. They use `channel`, the last of `lines` lines.
     pub fn new(channel: Option<usize>, lines: usize, normally_closed: bool) -> Self {
         Self {
             channel,
@@ -119,7 +120,7 @@ impl Pages {
         }
     }
 
-    /// A machine is powered up that has these parts.
+    /// Notes that a machine with these parts was powered up.
     pub fn begin(&mut self, hello: &Value) {
         self.answers = 0;
         self.begun.iter_mut().for_each(Vec::clear);
@@ -132,7 +133,7 @@ impl Pages {
         self.tell_roles();
     }
 
-    /// Takes an action of a page; answers the task that follows.
+    /// Takes an action of a page; returns the task that follows from it.
     pub fn handle(&mut self, event: PageEvent, desk: &mut Desk<'_>) -> Option<Errand> {
         let number = event.page;
         match event.action {
@@ -148,7 +149,7 @@ impl Pages {
         None
     }
 
-    /// Brings a page up to date; the moves follow with the next state.
+    /// Sends a new page everything but the moves, which follow with the next state.
     fn open(&mut self, number: u64, outlet: Outlet) {
         let known = &self.known;
         let frames = [&known.hello, &known.settings]
@@ -173,7 +174,7 @@ impl Pages {
         (self.channel.is_some() && !bytes.is_empty()).then_some(Errand::Send(bytes))
     }
 
-    /// A job to be looked at, of its name, a line end, its text.
+    /// The job in a page's message, which has its name, a line end, and its text.
     fn job(&mut self, job: &[u8], desk: &Desk<'_>) -> Job {
         let end = job.iter().position(|byte| *byte == b'\n').unwrap_or(0);
         let (name, text) = (&job[..end], job.get(end + 1..).unwrap_or_default());
@@ -186,7 +187,7 @@ impl Pages {
         }
     }
 
-    /// Bytes have gone over a line of the machine's.
+    /// Notes bytes that have gone over a serial line of the machine, and sends them to the pages.
     pub fn wire(&mut self, line: usize, from_machine: bool, bytes: &[u8]) {
         if !self.all.is_empty() {
             self.tell(&frames::wire(line, from_machine, self.answers, bytes));
@@ -196,8 +197,9 @@ impl Pages {
         }
     }
 
-    /// Who has a line of the machine's beside the pages; the machine is `busy` or not. Answers
-    /// whether its channel is now open that was shut (`true`), or the other way round.
+    /// Decides which page controls the machine. `senders` are the clients of the other lines;
+    /// `busy`: a job is unfinished. Returns `true` if the pages' channel has now been opened,
+    /// `false` if it has been closed, and `None` if neither.
     pub fn agree_who_moves(&mut self, senders: &[String], busy: bool) -> Option<bool> {
         let holds = |page: &u64| self.all.iter().any(|other| other.number == *page);
         let before = self.holder;
@@ -216,7 +218,7 @@ impl Pages {
         }
     }
 
-    /// The channel that pages move the machine on.
+    /// The channel on which pages move the machine.
     pub fn channel(&self) -> Option<usize> {
         self.channel
     }
@@ -228,12 +230,12 @@ impl Pages {
         }
     }
 
-    /// Tells pages a message.
+    /// Sends pages a message for the user.
     pub fn note(&mut self, text: &str) {
         self.tell(&frame(Tag::Note, text.as_bytes()));
     }
 
-    /// Shows pages how the machine stands, where it is time.
+    /// Sends pages the machine's state, if 45 ms have passed since the last time.
     pub fn show(&mut self, desk: &mut Desk<'_>, now: Duration) {
         if self.all.is_empty() || now.saturating_sub(self.shown) < SHOW {
             return;
@@ -252,7 +254,7 @@ impl Pages {
         self.tell(&frames::state(&machine, progress, self.normally_closed));
     }
 
-    /// Tells pages a finding about the job that was dropped last.
+    /// Sends pages a finding about the job that was dropped last.
     pub fn found(&mut self, finding: &Finding) {
         let frame = frames::finding(finding);
         self.tell(&frame);
@@ -269,7 +271,7 @@ impl Pages {
         }
     }
 
-    /// Brings each page the moves that it does not know.
+    /// Sends each page the moves that it has not received.
     fn tell_moves(&mut self, trail: &mut Trail, machine: &Snapshot, quiet: bool) -> Progress {
         let place = |axis: usize| machine.position.get(axis).copied().unwrap_or(0.0);
         let position = [place(0), place(1), place(2)];
@@ -298,13 +300,13 @@ impl Pages {
         }
     }
 
-    /// Sends a frame to all pages; one that does not read is sent away.
+    /// Sends a frame to all pages. A page that does not read is disconnected.
     fn tell(&mut self, frame: &[u8]) {
         self.all.retain(|page| page.outlet.send(frame.to_vec()));
     }
 }
 
-/// Counts the answers that end in `bytes`; `begun` is the beginning of the line under way.
+/// Counts the answers that end in `bytes`; `begun` holds the begin of the line under way.
 fn count_answers(begun: &mut Vec<u8>, bytes: &[u8]) -> u32 {
     let mut count = 0;
     for byte in bytes {
@@ -318,7 +320,7 @@ fn count_answers(begun: &mut Vec<u8>, bytes: &[u8]) -> u32 {
     count
 }
 
-/// The key of a number that a page sends.
+/// The key that a page names by this number.
 fn key_of(number: u8) -> Option<Key> {
     match number {
         0 => Some(Key::Door),
@@ -359,7 +361,7 @@ mod tests {
         frames
     }
 
-    /// Whether the last role that a page was told is that it moves the machine.
+    /// Whether the last role that was sent to a page lets it move the machine.
     fn controls(frames: &std::sync::mpsc::Receiver<Vec<u8>>) -> bool {
         let roles = frames
             .try_iter()

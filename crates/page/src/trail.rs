@@ -1,4 +1,4 @@
-//! Where the tool goes: every move that is planned, and how many of them have begun.
+//! The trail of the tool: every move that is planned, and how many of them have begun.
 //!
 //! ```text
 //!   0 ........ done ......... planned        moves since power-up, of which the oldest may have been forgotten
@@ -12,31 +12,32 @@ use leadscrew_sim::scene::{Drawn, Tooling, Way};
 use std::cell::RefCell;
 use std::collections::VecDeque;
 
-/// Moves that are kept, 20 bytes each as pages get them.
+/// Moves that are kept; a page gets 20 bytes for each.
 const KEPT: usize = 500_000;
 
-/// Watches a machine's moves.
+/// Watches a machine and keeps its moves.
 #[derive(Debug, Default)]
 pub struct Trail {
     tooling: Tooling,
     moves: VecDeque<Drawn>,
-    /// Moves that were forgotten.
+    /// Moves that were forgotten: the number of the first move kept.
     first: u32,
-    /// Moves that have begun.
+    /// Moves that are finished: the number of the move under way.
     done: u32,
-    /// The move under way was planned with those before it, back to this one.
+    /// The last of the planned moves that were joined into the one under way; the first of them is
+    /// `done` when the joined move begins.
     joined: u32,
-    /// Moves that have not begun: their numbers, and the steps of each motor, of all that was
-    /// planned as one with them.
+    /// Moves that have not begun. For each: its number, and the steps of each motor in it and in
+    /// all moves that were joined with it before it.
     planned: VecDeque<(u32, Vec<u32>)>,
-    /// Where the path has led.
+    /// The end of the last planned move.
     at: Option<[f32; 3]>,
-    /// Changes when moves that were planned are taken back.
+    /// Changes when planned moves are dropped.
     pub edition: u32,
 }
 
 impl Trail {
-    /// No move yet.
+    /// Makes a trail without a move.
     pub fn new(tooling: Tooling) -> Self {
         Self {
             tooling,
@@ -54,8 +55,8 @@ impl Trail {
         self.first
     }
 
-    /// How many moves lie behind a carriage at `position`, mm; and the line of the one under way, 0
-    /// for none.
+    /// How many moves a carriage at `position` (mm) has finished; and the line of the move under
+    /// way, 0 for none.
     pub fn progress(&mut self, position: [f32; 3]) -> (u32, u32) {
         while self.done < self.joined && self.is_passed(self.done, position) {
             self.done += 1;
@@ -64,7 +65,7 @@ impl Trail {
         (self.done, under_way)
     }
 
-    /// The moves from number `from` on, in the layout of pages; `most` moves at most.
+    /// The moves from number `from` on, in the layout of pages, at most `most` of them.
     pub fn bytes(&self, from: u32, most: usize) -> Vec<u8> {
         let mut bytes = Vec::new();
         let skipped = from.saturating_sub(self.first) as usize;
@@ -74,18 +75,19 @@ impl Trail {
         bytes
     }
 
-    /// Forgets the moves that are done.
+    /// Forgets the moves that are finished.
     pub fn clear(&mut self) {
         let behind = self.done.saturating_sub(self.first) as usize;
         self.moves.drain(..behind.min(self.moves.len()));
         self.first = self.done.max(self.first);
-        // A line is drawn from somewhere.
+        // A first move needs a place to begin at.
         if let (Some(at), None) = (self.at, self.moves.front()) {
             self.jump(at);
         }
     }
 
-    /// The machine rests at `position`, mm: planned moves that have not begun are dropped.
+    /// Notes that the machine rests at `position`, mm. Planned moves that have not begun are
+    /// dropped.
     pub fn rest(&mut self, position: [f32; 3]) {
         let taken_back = self.planned.front().map(|(number, _)| *number);
         if let Some(number) = taken_back {
@@ -127,7 +129,7 @@ impl Trail {
         self.moves.get(number.checked_sub(self.first)? as usize)
     }
 
-    /// Whether a carriage at `position` is beyond the end of move `number`.
+    /// Whether a carriage at `position` has passed the end of move `number`.
     fn is_passed(&self, number: u32, position: [f32; 3]) -> bool {
         let before = number.checked_sub(1).and_then(|number| self.get(number));
         let (Some(from), Some(one)) = (before, self.get(number)) else {
@@ -175,7 +177,7 @@ impl Observer for Trail {
     }
 }
 
-/// Writes down where the tool goes while others may ask.
+/// An observer that writes a trail which others can read meanwhile.
 pub struct Watcher<'t>(pub &'t RefCell<Trail>);
 
 impl Observer for Watcher<'_> {

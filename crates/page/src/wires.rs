@@ -1,4 +1,5 @@
-//! The clients' ends of the machine's serial lines: bytes that wait to go in, bytes that came out.
+//! The clients' ends of the machine's serial lines: bytes that wait to go to the machine, and bytes
+//! that came from it.
 
 use crate::outlet::Outlet;
 use leadscrew_machine::board::ChannelId;
@@ -10,9 +11,10 @@ use std::collections::VecDeque;
 #[derive(Debug, Default)]
 struct Wire {
     waiting: VecDeque<u8>,
-    /// The client has gone away. The number of waiting bytes that it sent before.
+    /// The number of waiting bytes that a client had sent before it disconnected; `None` where no
+    /// client has.
     gone: Option<usize>,
-    /// Bytes that the machine has taken since [`Wires::taken`].
+    /// Bytes that the machine has taken since the last call of [`Wires::taken`].
     taken: usize,
     written: Vec<u8>,
     /// The client that gets the machine's output.
@@ -34,24 +36,24 @@ impl Wires {
         self.0.len()
     }
 
-    /// A client has come.
+    /// Notes that a client has connected to a line.
     pub fn open(&mut self, line: usize, outlet: Outlet) {
         self.0[line].outlet = Some(outlet);
     }
 
-    /// A client has sent bytes.
+    /// Notes bytes that a client has sent.
     pub fn push(&mut self, line: usize, bytes: &[u8]) {
         self.0[line].waiting.extend(bytes);
     }
 
-    /// The client has gone.
+    /// Notes that the client has disconnected.
     pub fn close(&mut self, line: usize) {
         let wire = &mut self.0[line];
         wire.outlet = None;
         wire.gone = Some(wire.waiting.len());
     }
 
-    /// Forgets the bytes that wait to go in: the machine starts anew.
+    /// Drops the bytes that wait to go to the machine, because it is reset.
     pub fn clear(&mut self, line: usize) {
         let wire = &mut self.0[line];
         wire.taken += wire.waiting.len();
@@ -59,12 +61,12 @@ impl Wires {
         wire.gone = None;
     }
 
-    /// Whether bytes wait to go in.
+    /// Whether bytes wait to go to the machine.
     pub fn wait(&self) -> bool {
         self.0.iter().any(|wire| !wire.waiting.is_empty())
     }
 
-    /// How many bytes of clients the machine has taken since it was asked last.
+    /// How many bytes of clients the machine has taken since the last call.
     pub fn taken(&mut self, line: usize) -> usize {
         std::mem::take(&mut self.0[line].taken)
     }
@@ -74,7 +76,7 @@ impl Wires {
         std::mem::take(&mut self.0[line].written)
     }
 
-    /// Sends bytes to the client, if there is one; answers whether there was room for them.
+    /// Sends bytes to the client, if there is one; returns whether there was room for them.
     pub fn send(&self, line: usize, bytes: Vec<u8>) -> bool {
         self.0[line]
             .outlet

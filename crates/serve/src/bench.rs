@@ -1,12 +1,12 @@
-//! Where jobs are looked at that somebody has dropped on a page: beside the machine, on a thread of
-//! its own.
+//! Checks and times a job that somebody has dropped on a page, on a thread of its own beside the
+//! machine's.
 
 use leadscrew_jobs::{Finding, Job, Workshop};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, Receiver};
 use std::sync::Arc;
 
-/// The job that is being looked at.
+/// The job that is being checked and timed.
 pub(super) struct Bench {
     workshop: Arc<Workshop>,
     findings: Option<Receiver<Finding>>,
@@ -23,7 +23,7 @@ impl Bench {
         }
     }
 
-    /// Looks at a job; gives up on the one before.
+    /// Starts on a job; gives up the job before it.
     pub(super) fn begin(&mut self, job: Job) {
         self.stop.store(true, Ordering::Relaxed);
         let workshop = Arc::clone(&self.workshop);
@@ -41,7 +41,7 @@ impl Bench {
         });
     }
 
-    /// The next finding since the last call.
+    /// The next finding that the thread has sent, if one waits.
     pub(super) fn next(&self) -> Option<Finding> {
         self.findings.as_ref()?.try_recv().ok()
     }

@@ -13,17 +13,17 @@ use std::io::Cursor;
 use tungstenite::protocol::frame::coding::{self, OpCode};
 use tungstenite::protocol::frame::FrameHeader;
 
-/// Payload of a control frame at most, bytes (RFC 6455, section 5.5).
+/// The longest payload of a control frame, bytes (RFC 6455, section 5.5).
 const CONTROL_PAYLOAD: u64 = 125;
 
 /// A control frame.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(super) enum Control {
-    /// To be answered with the same payload.
+    /// A ping, to be answered with the same payload.
     Ping(Vec<u8>),
-    /// An answer that was not asked for.
+    /// A pong; the server never asks for one.
     Pong,
-    /// The client wants to go.
+    /// The client wants to close the connection.
     Close,
 }
 
@@ -32,7 +32,7 @@ pub(super) enum Control {
 pub(super) enum FrameError {
     /// An opcode or length that RFC 6455 does not know, or bits reserved for extensions.
     Header,
-    /// A frame without a mask: clients mask all (section 5.1).
+    /// A frame without a mask: clients have to mask all frames (section 5.1).
     Unmasked,
     /// A control frame that is too long or fragmented.
     Control,
@@ -50,9 +50,9 @@ impl fmt::Display for FrameError {
 
 impl std::error::Error for FrameError {}
 
-/// Where in a frame the reader is.
+/// The reader's place within a frame.
 enum Place {
-    /// In the header; its bytes so far.
+    /// In the header; holds the header's bytes so far.
     Header(Vec<u8>),
     /// In the payload.
     Payload {
@@ -64,7 +64,7 @@ enum Place {
     },
 }
 
-/// The purpose of the payload.
+/// The kind of frame that the payload belongs to.
 enum Kind {
     Data,
     Ping(Vec<u8>),
@@ -81,12 +81,12 @@ impl FrameReader {
         Self(Place::Header(Vec::new()))
     }
 
-    /// Reads `bytes`: appends the payload of data frames to `payload`, hands control frames to
+    /// Reads `bytes`. Appends the payload of data frames to `payload` and hands control frames to
     /// `control`.
     ///
     /// # Errors
-    /// [`FrameError`] where the client breaks the protocol; everything before it has been handed
-    /// out.
+    /// [`FrameError`] where the client breaks the protocol. Everything before the breach has been
+    /// handed out.
     pub(super) fn read(
         &mut self,
         bytes: &[u8],
@@ -143,7 +143,7 @@ impl Kind {
     }
 }
 
-/// The payload's place once the header is complete.
+/// The reader's place after a complete header; `None` while the header is incomplete.
 fn begin(header: &[u8]) -> Result<Option<Place>, FrameError> {
     let parsed = FrameHeader::parse(&mut Cursor::new(header)).map_err(|_| FrameError::Header)?;
     let Some((header, left)) = parsed else {

@@ -6,7 +6,7 @@
 //!                                        Panel, WireLog        StateFile
 //! ```
 //!
-//! Nothing that a client does can stop the server: one that vanishes, floods or does not read costs
+//! No client can stop the server. A client that vanishes, floods the line or does not read causes
 //! one message, and the machine goes on. A line that cannot be opened is tried again until it can.
 #![forbid(unsafe_code)]
 
@@ -65,21 +65,21 @@ use std::cell::RefCell;
 pub struct Service {
     /// The machine.
     pub profile: Profile,
-    /// Where programs can connect: as many as a machine has channels at most.
+    /// The lines on which programs can connect, at most as many as a machine has channels.
     pub lines: Vec<LineSpec>,
-    /// Which web pages may connect, and by which names of this computer.
+    /// The web pages that may connect, and the names of this computer that they may use.
     pub allowed: Allowed,
     /// How fast the lines are.
     pub rate: Rate,
     /// Simulated seconds in a second.
     pub speed: f64,
-    /// Where settings survive a restart.
+    /// The file in which settings survive a restart; `None` for none.
     pub state: Option<StateFile>,
-    /// Where the wire is written down.
+    /// The log of the bytes on the lines; `None` for none.
     pub log: Option<WireLog>,
 }
 
-/// Serves until the user wants it to end.
+/// Serves until the user ends the server.
 pub fn serve(service: Service, around: Surroundings<'_>) {
     let Service {
         profile,
@@ -103,8 +103,8 @@ pub fn serve(service: Service, around: Surroundings<'_>) {
 #[doc = include_str!("../README.md")]
 pub struct Readme;
 
-/// The channel that pages move the machine on: one more than the lines, where there is a port for
-/// pages and the machine has one left.
+/// The channel on which pages move the machine: the one after the last line's. `None` where no line
+/// takes pages or the machine has no channel left.
 fn pages_channel(lines: &[LineSpec]) -> Option<usize> {
     let has_port = lines
         .iter()
@@ -112,13 +112,13 @@ fn pages_channel(lines: &[LineSpec]) -> Option<usize> {
     (has_port && lines.len() < CHANNELS).then_some(lines.len())
 }
 
-/// Powers a machine up, and again after each restart.
+/// Powers the machine up, and again after each reset.
 fn run(profile: &Profile, rate: Rate, state: Option<StateFile>, server: &mut Server<'_>) {
     let mut remembered = Remembered::new(state, &mut |note| server.note(note));
     let glitches = Glitches::of(profile);
     let motors = profile.motor_count();
     let mut supply = Supply {
-        // Once, and not at each restart: they stay in memory.
+        // Leaked once here and not at each restart: the settings stay in memory.
         first: Some(profile.first_settings().leak()),
         lines: server.line_count(),
         ..profile.supply(rate)

@@ -1,13 +1,14 @@
-//! One serial line as the server sees it, whatever carries it: opened, bytes in, bytes out, closed.
+//! One serial line as the server sees it, whatever carries it: it is opened, passes bytes both
+//! ways, and is closed.
 //!
 //! ```text
 //!   client <--- socket or pty ---> reader thread --- Event ---> server loop
 //!                              `-- writer thread <--- Outlet ------'
 //! ```
 //!
-//! A line has one client at a time. Its threads may wait; the server loop never does: events come
-//! through a bounded channel, and what a client does not read is thrown away once its outlet is
-//! full.
+//! A line has one client at a time. Its threads may wait, but the server loop never does: events
+//! come through a bounded channel. Bytes that a client does not read are thrown away once its
+//! outlet is full.
 
 use super::web::Foreign;
 use leadscrew_page::Outlet;
@@ -22,19 +23,19 @@ pub(super) const CHUNK: usize = 4096;
 /// How often a line that is not available is tried again.
 pub(super) const RETRY: Duration = Duration::from_secs(1);
 
-/// Where programs can connect.
+/// An endpoint where programs can connect.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub enum LineSpec {
     /// A pseudo-terminal behind a symbolic link: a serial port for local programs. Unix only.
     Pty {
         /// The link, which must not exist.
         link: PathBuf,
-        /// Whether opening it resets the machine, as it resets an Arduino.
+        /// Whether opening the port resets the machine, as it resets an Arduino.
         reset_on_open: bool,
     },
-    /// Bytes as they are over TCP, at a host and port.
+    /// Raw bytes over TCP, at a host and port.
     Tcp(String),
-    /// A WebSocket at a host and port, any path.
+    /// A WebSocket at a host and port, with any path.
     WebSocket(String),
 }
 
@@ -53,7 +54,7 @@ impl fmt::Display for LineSpec {
 pub enum LineError {
     /// The address cannot be listened on: in use, not this machine's, not allowed.
     Listen(io::Error),
-    /// There is something at the link's path already.
+    /// Something exists at the link's path already.
     LinkExists,
     /// The link cannot be made.
     Link(io::Error),
@@ -82,37 +83,37 @@ impl std::error::Error for LineError {}
 pub enum What {
     /// Programs can connect now, at this address or device.
     Ready(String),
-    /// Programs cannot connect; it is tried again quietly.
+    /// Programs cannot connect. The server keeps trying without further messages.
     Unavailable(LineError),
-    /// A client has come.
+    /// A client has connected.
     Opened {
-        /// Who it is, as far as is known.
+        /// Its name or address, as far as it is known.
         peer: String,
-        /// Where its bytes go.
+        /// The outlet for bytes to the client.
         outlet: Outlet,
     },
     /// The client has sent bytes; never empty.
     Bytes(Vec<u8>),
-    /// The client has gone.
+    /// The client has disconnected.
     Closed,
-    /// A second client has come and was sent away.
+    /// A second client has connected and was turned away.
     TurnedAway(String),
-    /// A client was sent away for another reason.
+    /// A client was turned away for another reason.
     Refused(String, Refusal),
 }
 
 /// Why a client is not let in.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub enum Refusal {
-    /// A web page that may not.
+    /// A web page that is not allowed to connect.
     Foreign(Foreign),
     /// A browser's request on a port for raw bytes.
     Request,
-    /// It does not speak WebSocket, or takes too long over it.
+    /// The client does not speak WebSocket, or its handshake takes too long.
     NoWebSocket,
-    /// A page without the token that was printed.
+    /// A page without the token that the server has printed.
     NoToken,
-    /// It has gone again.
+    /// The client has disconnected again.
     Gone,
 }
 

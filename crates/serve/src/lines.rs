@@ -11,14 +11,15 @@ use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-/// Events that may wait for the server loop; then reading waits, and the operating system holds the
-/// client back.
+/// Events that may wait for the server loop. When they are full, the threads stop reading, and the
+/// operating system holds the clients back.
 const EVENTS: usize = 64;
 
 /// All lines of a server. Dropping them disconnects the clients, frees the ports and removes the
 /// links.
 pub(super) struct Lines {
-    // First: a thread that waits for room among the events must wake before it is joined.
+    // This field is dropped first: a thread that waits for room among the events must wake before
+    // it is joined.
     events: mpsc::Receiver<Event>,
     pages: mpsc::Receiver<PageEvent>,
     threads: Vec<LineThread>,
@@ -32,8 +33,8 @@ struct LineThread {
 }
 
 impl Lines {
-    /// Opens lines, for senders and the web pages that are `allowed`; the first has number 0. The
-    /// first event of each line tells whether it could be opened.
+    /// Opens lines for senders and for the web pages in `allowed`. The first line has number 0.
+    /// Each line's first event tells whether the line could be opened.
     pub(super) fn open(specs: &[LineSpec], allowed: &Allowed) -> Self {
         let (events, heard) = mpsc::sync_channel(EVENTS);
         let (pages, pages_heard) = mpsc::sync_channel(EVENTS);
@@ -59,8 +60,8 @@ impl Lines {
         }
     }
 
-    /// Notes whether the machine has a job that is not finished: no client loses its line until it
-    /// is.
+    /// Notes whether the machine has an unfinished job: until it is finished, no client can take
+    /// the line from another.
     pub(super) fn set_busy(&self, busy: bool) {
         self.busy.store(busy, Ordering::Relaxed);
     }
@@ -77,12 +78,12 @@ impl Lines {
         }
     }
 
-    /// The next action of a page, where one waits.
+    /// The next action of a page, if one waits.
     pub(super) fn next_of_page(&self) -> Option<PageEvent> {
         self.pages.try_recv().ok()
     }
 
-    /// Notes that the machine has taken `count` bytes of a line's events.
+    /// Notes that the machine has taken `count` bytes that were passed on from a line.
     pub(super) fn taken(&self, line: usize, count: usize) {
         if let Some(thread) = self.threads.get(line) {
             thread.backlog.fetch_sub(count, Ordering::Relaxed);
@@ -104,7 +105,7 @@ impl Drop for LineThread {
     fn drop(&mut self) {
         self.stop.store(true, Ordering::Relaxed);
         if let Some(thread) = self.thread.take() {
-            // A thread that has panicked has nothing left to free.
+            // If the thread has panicked, it has already freed everything.
             let _ = thread.join();
         }
     }

@@ -1,4 +1,4 @@
-//! The lines against real sockets and pseudo-terminals.
+//! Tests of the lines with real sockets and pseudo-terminals.
 
 use super::line::{LineError, LineSpec, What};
 use super::lines::Lines;
@@ -33,7 +33,7 @@ fn opened(lines: &Lines) -> Outlet {
     }
 }
 
-/// Collects bytes until there are as many as expected.
+/// Collects bytes until there are as many as expected, and compares them.
 fn expect_bytes(lines: &Lines, expected: &[u8]) {
     let mut got = Vec::new();
     while got.len() < expected.len() {
@@ -84,7 +84,8 @@ fn tcp_passes_bytes_both_ways_and_takes_the_next_client_at_once() {
 fn a_client_that_comes_back_before_its_end_was_seen_is_let_in() {
     let (lines, address) = any_tcp();
     let mut first = TcpStream::connect(&address).unwrap();
-    // Of two that come at once, the one that is heard first would have the line.
+    // If two clients came at once, the first one heard would get the line, so the second comes
+    // later.
     opened(&lines);
     first.write_all(b"\r\n").unwrap();
     drop(first);
@@ -150,7 +151,7 @@ fn dropping_the_lines_frees_the_port_even_under_a_flood() {
     client
         .set_write_timeout(Some(Duration::from_millis(200)))
         .unwrap();
-    // Nobody takes the events: the channel fills, then the sockets' buffers.
+    // Nobody takes the events, so the channel fills first, then the sockets' buffers.
     while client.write_all(&[b'x'; 65536]).is_ok() {}
     drop(lines);
     TcpListener::bind(&address).unwrap();

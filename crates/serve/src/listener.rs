@@ -1,5 +1,5 @@
-//! Waits for clients on a TCP port: each is met by a thread of its own, and one at a time has the
-//! line.
+//! Waits for clients on a TCP port. Each client gets a thread of its own, and one client at a time
+//! has the line.
 
 use super::line::{LineError, What, RETRY};
 use super::seat::{Guest, Seat, Ticket};
@@ -12,32 +12,34 @@ use std::sync::Arc;
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-/// How often a new client is looked for.
+/// How often the listener looks for a new client.
 const POLL: Duration = Duration::from_millis(5);
 
-/// Clients that are met at a time; others wait in the operating system until one of these is turned
-/// away.
+/// The most clients that have a thread at a time. Further clients wait in the operating system
+/// until one of these ends.
 const GUESTS: usize = 64;
 
-/// A client that says nothing is asked after this time whether its computer is still there, and
-/// again so often; one that does not answer is gone after [`GONE`].
+/// After a client has been silent for `ASK`, the operating system asks whether its computer is
+/// still there. It asks `TIMES` times, `ASK_AGAIN` apart; a client that does not answer is gone
+/// after [`GONE`].
 const ASK: Duration = Duration::from_secs(5);
 const ASK_AGAIN: Duration = Duration::from_secs(3);
 const TIMES: u32 = 3;
 
-/// The longest time that a client may leave sent bytes unanswered: at most 15 s, with [`ASK`].
+/// The longest time that bytes sent to a client may stay unacknowledged. With [`ASK`], a client
+/// that is gone is noticed after at most 15 s.
 const GONE: Duration = Duration::from_secs(14);
 
-/// A client that has come.
+/// A client that has connected.
 pub(super) struct Client {
     pub(super) stream: TcpStream,
-    /// Who it is, as far as is known.
+    /// Its name or address, as far as it is known.
     pub(super) peer: String,
     /// Its place in the queue for the line.
     pub(super) ticket: Ticket,
 }
 
-/// How clients are met.
+/// How a port's clients are served.
 #[derive(Clone, Copy)]
 pub(super) struct Protocol {
     /// The state of a client that has said nothing yet.
@@ -69,18 +71,18 @@ pub(super) fn run(address: &str, allowed: &Allowed, uplink: &Uplink, protocol: P
                     (protocol.serve)(client, &allowed, &uplink);
                 }));
             }
-            // Nobody there, or a client that went before it was let in.
+            // No client has come, or one has left before it was accepted.
             Some(Err(_)) | None => std::thread::sleep(POLL),
         }
     }
     for guest in guests {
-        // A client's thread that has panicked has closed its connection.
+        // A client's thread that has panicked has already closed its connection.
         let _ = guest.join();
     }
 }
 
-/// Has the operating system end a connection to a computer that is gone. Where it cannot, the
-/// connection lasts longer.
+/// Makes the operating system close a connection to a computer that is gone. On systems that
+/// cannot, the connection lasts longer.
 fn watch(stream: &TcpStream) {
     let socket = SockRef::from(stream);
     let ask = TcpKeepalive::new()
@@ -88,12 +90,14 @@ fn watch(stream: &TcpStream) {
         .with_interval(ASK_AGAIN)
         .with_retries(TIMES);
     let _ = socket.set_tcp_keepalive(&ask);
-    // While something is on the way to the client, it is not asked: this counts instead.
+    // While bytes are on the way to the client, the system does not ask it; this limit counts
+    // instead.
     #[cfg(any(target_os = "linux", target_os = "android"))]
     let _ = socket.set_tcp_user_timeout(Some(GONE));
 }
 
-/// Gets the port, in the end; says once that it has to wait. `None` where the server ends first.
+/// Gets the port, and waits for it if necessary; says once that it has to wait. `None` where the
+/// server ends first.
 fn listen(address: &str, uplink: &Uplink) -> Option<TcpListener> {
     let mut said = false;
     while !uplink.stopped() {

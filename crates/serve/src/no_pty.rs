@@ -1,11 +1,11 @@
-//! The pty line where there is none.
+//! The pty line on systems that have no pseudo-terminals.
 
 use super::line::{LineError, What};
 use super::uplink::Uplink;
 use std::io;
 use std::path::Path;
 
-/// Says that there are no pseudo-terminals here.
+/// Reports that this system has no pseudo-terminals.
 pub(super) fn run(_link: &Path, uplink: &Uplink) {
     uplink.tell(What::Unavailable(LineError::NoPty(
         io::ErrorKind::Unsupported.into(),

@@ -11,20 +11,20 @@ use std::path::PathBuf;
 pub enum Note<'a> {
     /// Something happened on a line.
     Line(&'a LineSpec, &'a What),
-    /// A client does not read: its bytes are thrown away.
+    /// A client does not read: bytes for it are thrown away.
     NotRead(&'a LineSpec),
     /// A client has sent more than the machine's receive buffer holds: bytes are lost, as on a real
     /// line.
     BytesLost(&'a LineSpec),
-    /// The simulation cannot run as fast as asked for.
+    /// The simulation cannot run at the speed that was asked for.
     TooSlow,
     /// The log cannot be written any more.
     NoLog(io::Error),
     /// The state file cannot be written.
     NoState(PathBuf, io::Error),
-    /// The state file can be written again, and is.
+    /// The state file could be written again.
     StateAgain(PathBuf),
-    /// Another program has the state file.
+    /// Another program uses the state file.
     StateInUse(PathBuf),
     /// The state file cannot be read.
     UnreadState(PathBuf, io::Error),
@@ -36,14 +36,14 @@ pub enum Note<'a> {
     SetAside(SetAside),
     /// The page can be opened, at this address.
     Page(String),
-    /// The machine starts anew, as an Arduino does when its port is opened.
+    /// The machine is reset, as an Arduino is when its port is opened.
     Restarted,
 }
 
 impl fmt::Display for Note<'_> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            // Where the address is as it was asked for, once is enough.
+            // An address that is the same as the requested one is not repeated.
             Self::Line(line, What::Ready(at)) if line.to_string().ends_with(at) => {
                 write!(f, "{line}: ready")
             }

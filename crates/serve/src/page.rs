@@ -1,4 +1,4 @@
-//! The text of the screen, as lines that fit a window.
+//! The text of the terminal's screen, as lines that fit a window.
 //!
 //! ```text
 //!   leadscrew router   12.3 s         the machine's state; then the keys, then as many of the latest messages as
@@ -10,10 +10,10 @@ use super::panel::Snapshot;
 use leadscrew_sim::profile::Profile;
 use std::borrow::Cow;
 
-/// Rows from which on there is room for empty ones.
+/// The number of rows from which empty rows are shown.
 const ROOMY: usize = 16;
 
-/// The machine's parts, and how they are called.
+/// The machine's parts and their names.
 pub(super) struct Page {
     title: String,
     /// Letters of the axes, in order.
@@ -116,7 +116,7 @@ impl Page {
     }
 }
 
-/// As many of the latest messages as there is room for, in their order.
+/// The latest messages, as many as there is room for, in their order.
 fn latest<'n>(
     notes: impl DoubleEndedIterator<Item = &'n String>,
     columns: usize,
@@ -134,7 +134,7 @@ fn latest<'n>(
     lines
 }
 
-/// Breaks texts into lines that fit.
+/// Breaks texts into lines that fit the columns.
 fn wrapped<S: AsRef<str>>(texts: &[S], columns: usize) -> Vec<String> {
     let options = textwrap::Options::new(columns.max(1)).subsequent_indent("  ");
     let lines = texts

@@ -1,4 +1,4 @@
-//! The display of `serve` and the keys of its user; a terminal, plain text, or a test.
+//! The display of `serve` and the keys of its user: a terminal, plain text, or a test.
 
 use super::note::Note;
 use super::spool::Spool;
@@ -16,11 +16,11 @@ pub trait Panel {
     fn key(&mut self) -> Option<Key>;
 }
 
-/// Messages that wait for a reader that is late.
+/// Messages that may wait for a slow reader.
 const MESSAGES: usize = 1024;
 
-/// Messages as lines of text, nothing else. Never waits: where nobody reads them, messages are lost
-/// and counted.
+/// Shows messages as lines of text, and nothing else. It never waits: messages that nobody reads
+/// are lost and counted.
 pub struct Plain {
     to: Spool,
     lost: u32,
@@ -52,7 +52,7 @@ impl Panel for Plain {
     fn note(&mut self, note: &Note<'_>) {
         match self.write(note) {
             Ok(()) => self.lost = 0,
-            // Said as soon as somebody reads again.
+            // The count is reported as soon as somebody reads again.
             Err(_) => self.lost += 1,
         }
     }

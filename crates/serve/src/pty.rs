@@ -4,9 +4,9 @@
 //!   sender -- opens --> LINK -> /dev/pts/7 (raw) ==== kernel ==== our end, polled
 //! ```
 //!
-//! Our end reports a hang-up while no program has the other end open (Linux, tty_ioctl(4) and
-//! pty(7)): that is how opening and closing are seen. A program that closes and opens again within
-//! a few milliseconds may go on as the same client.
+//! The server's end reports a hang-up while no program has the other end open (Linux, tty_ioctl(4)
+//! and pty(7)). So the server notices that the port is opened or closed. A program that closes the
+//! port and opens it again within a few milliseconds may count as the same client.
 
 use super::line::{LineError, What, CHUNK, RETRY};
 use super::uplink::Uplink;
@@ -25,10 +25,10 @@ use std::sync::mpsc::Receiver;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// How often it is looked whether a program has opened the port.
+/// How often the server checks whether a program has opened the port.
 const CLOSED_POLL: Duration = Duration::from_millis(2);
 
-/// How often it is looked whether the server ends, milliseconds.
+/// How often the reader checks whether the server ends, milliseconds.
 const OPEN_POLL: u16 = 50;
 
 /// Serves one program after the other until the server ends.
@@ -45,7 +45,8 @@ pub(super) fn run(link: &Path, uplink: &Uplink) {
     }
 }
 
-/// Makes the port, in the end; says once that it has to wait. `None` where the server ends first.
+/// Makes the port, and waits for it if necessary; says once that it has to wait. `None` where the
+/// server ends first.
 fn open(link: &Path, uplink: &Uplink) -> Option<Port> {
     let mut said = false;
     while !uplink.stopped() {
@@ -74,7 +75,8 @@ fn serve(port: &mut Port, uplink: &Uplink) {
     uplink.tell(What::Opened { peer, outlet });
     let gone = Arc::new(AtomicBool::new(false));
     let seen = gone.clone();
-    // Ends when the server drops the outlet; until then it writes nothing to the next program.
+    // This thread ends when the server drops the outlet. After the program has gone, it writes
+    // nothing to the next program.
     std::thread::spawn(move || write_all(writer, &pieces, &seen));
     port.read_all(uplink);
     gone.store(true, Ordering::Relaxed);
@@ -90,7 +92,7 @@ fn write_all(mut writer: File, pieces: &Receiver<Vec<u8>>, gone: &AtomicBool) {
     }
 }
 
-/// Our end, and the link to the other.
+/// The server's end, and the link to the other end.
 struct Port {
     master: File,
     link: Link,
@@ -114,7 +116,7 @@ impl Port {
         }
     }
 
-    /// Whether a program has the port open, or had it and left bytes.
+    /// Whether a program has the port open, or has closed it and left bytes to be read.
     fn is_open(&self) -> bool {
         let events = self.events(0);
         !events.contains(PollFlags::POLLHUP) || events.contains(PollFlags::POLLIN)
@@ -128,25 +130,27 @@ impl Port {
                 continue;
             }
             match self.master.read(&mut chunk) {
-                // EIO once the other end is closed and all is read.
+                // The read fails with EIO once the other end is closed and all bytes have been
+                // read.
                 Ok(0) | Err(_) => return,
                 Ok(count) => uplink.pass(&chunk[..count]),
             }
         }
     }
 
-    /// Drops the bytes that the program left unread, so that the next program does not get them:
-    /// only the other end can do that.
+    /// Drops the bytes that the program left unread, so that the next program does not get them.
+    /// Only the other end can drop them, so it is opened for this.
     fn forget_unread(&self) {
         let flags = OFlag::O_RDWR | OFlag::O_NOCTTY | OFlag::O_NONBLOCK;
         if let Ok(other) = nix::fcntl::open(&self.link.device, flags, Mode::empty()) {
-            // Where it fails, the next program sees old lines, as it might on a real port.
+            // If this fails, the next program sees old lines, as it might on a real port.
             let _ = termios::tcflush(other, FlushArg::TCIFLUSH);
         }
     }
 }
 
-/// Opens a pseudo-terminal without echo and line editing: our end, and the path of the other.
+/// Opens a pseudo-terminal without echo and line editing. Returns the server's end, and the path of
+/// the other end.
 fn raw_pty() -> io::Result<(OwnedFd, PathBuf)> {
     let pair = nix::pty::openpty(None, None)?;
     let mut mode = termios::tcgetattr(&pair.slave)?;
@@ -164,11 +168,11 @@ struct Link {
 
 impl Link {
     fn new(path: &Path, device: PathBuf) -> Result<Self, LineError> {
-        // Left behind by a server that was killed; its device may be ours by now.
+        // A server that was killed may have left this link; its device may be this server's by now.
         let names_ours = std::fs::read_link(path).is_ok_and(|target| target == device);
         let dangling = path.is_symlink() && !path.exists();
         if names_ours || dangling {
-            // A failure shows when the link is made.
+            // If it cannot be removed, making the link fails and reports it.
             let _ = std::fs::remove_file(path);
         }
         symlink(&device, path).map_err(|error| match error.kind() {
@@ -183,7 +187,7 @@ impl Link {
 impl Drop for Link {
     fn drop(&mut self) {
         if std::fs::read_link(&self.path).is_ok_and(|target| target == self.device) {
-            // Nothing is left to be done about a link that cannot be removed.
+            // A link that cannot be removed stays.
             let _ = std::fs::remove_file(&self.path);
         }
     }

@@ -12,12 +12,12 @@ use std::time::Duration;
 /// The flash memory and its file.
 pub(super) struct Remembered {
     flash: Flash,
-    /// The stored values are lost, and nothing was stored since.
+    /// The stored values were lost, and nothing has been stored since.
     lost: bool,
     file: Option<StateFile>,
-    /// Keeps other programs from the file.
+    /// The lock that keeps other programs from the file.
     _claim: Option<File>,
-    /// The time at which the file is to be written again: it lacks a change.
+    /// The time at which the file is to be written again, because it lacks a change.
     again: Option<Duration>,
 }
 
@@ -25,7 +25,7 @@ pub(super) struct Remembered {
 const RETRY: Duration = Duration::from_secs(1);
 
 impl Remembered {
-    /// Reads the file, if there is to be one; tells `say` of unusable parts.
+    /// Reads the file, if there is one; reports unusable parts to `say`.
     pub(super) fn new(file: Option<StateFile>, say: &mut dyn FnMut(&Note<'_>)) -> Self {
         let image = file
             .as_ref()
@@ -40,7 +40,7 @@ impl Remembered {
         }
     }
 
-    /// Gives a machine the stored values. Values of another version are put aside.
+    /// Gives a machine the stored values. A file with records of another version is set aside.
     pub(super) fn load(&mut self, desk: &mut Desk<'_>, say: &mut dyn FnMut(&Note<'_>)) {
         let condition = desk.load(&mut self.flash);
         self.lost |= condition == Condition::Foreign;
@@ -65,8 +65,8 @@ impl Remembered {
         }
     }
 
-    /// Stores a machine's changes, and retries those that failed before `now`, the time since any
-    /// instant. The line that made a change is answered after that.
+    /// Stores a machine's changes, and retries writes that failed before. `now` is the time since
+    /// any fixed instant. The line that made a change is answered afterwards.
     pub(super) fn save(&mut self, desk: &mut Desk<'_>, now: Duration) -> Option<Note<'static>> {
         desk.save(&mut self.flash);
         let file = self.file.as_ref()?;
@@ -104,12 +104,13 @@ fn claim(
             (None, None)
         }
         Ok(claim) => (Some(file), claim),
-        // Where nothing can be claimed, nothing can be written: the first change says so.
+        // If the lock cannot be made, the file cannot be written either: the first change reports
+        // this.
         Err(_) => (Some(file), None),
     }
 }
 
-/// There was a file, and nothing can be made of it.
+/// There was a file, but its contents cannot be used.
 struct Lost;
 
 fn read(file: &StateFile, say: &mut dyn FnMut(&Note<'_>)) -> Result<Flash, Lost> {

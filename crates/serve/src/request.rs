@@ -1,5 +1,5 @@
-//! The HTTP that is needed: a request is read as tungstenite reads it, a page's is answered with
-//! the document.
+//! The HTTP that is needed: a request is read with tungstenite, and a request for the page is
+//! answered with the document.
 //!
 //! ```text
 //!   GET /?token=...                        the document
@@ -23,7 +23,7 @@ use tungstenite::http::StatusCode;
 /// Reads a request to the end of its headers.
 ///
 /// # Errors
-/// Where it is none, comes too slowly, or more bytes come with it.
+/// Where it is no request, comes too slowly, or is followed by more bytes.
 pub(super) fn read<S: Read + Write>(stream: S) -> io::Result<Request> {
     let none = |_| io::Error::from(io::ErrorKind::InvalidData);
     let mut machine = HandshakeMachine::start_read(stream);
@@ -42,17 +42,17 @@ pub(super) fn read<S: Read + Write>(stream: S) -> io::Result<Request> {
     }
 }
 
-/// Whether somebody wants a WebSocket, and not a document.
+/// Whether the client asks for a WebSocket, and not for a document.
 pub(super) fn wants_websocket(request: &Request) -> bool {
     request.headers().contains_key(UPGRADE)
 }
 
-/// Whether it is a page that wants one.
+/// Whether the client is a page that asks for a WebSocket.
 pub(super) fn is_page(request: &Request) -> bool {
     request.uri().path() == "/page"
 }
 
-/// Whether the address that was asked for has the token.
+/// Whether the requested address contains the token.
 pub(super) fn is_trusted(request: &Request, token: &Token) -> bool {
     request
         .uri()
@@ -63,7 +63,7 @@ pub(super) fn is_trusted(request: &Request, token: &Token) -> bool {
 /// Answers a request for a document (RFC 9110, section 15).
 ///
 /// # Errors
-/// Where the client does not take it.
+/// Where the client does not take the answer.
 pub(super) fn answer(mut to: impl Write, request: &Request, token: &Token) -> io::Result<()> {
     let is_root = request.uri().path() == "/";
     if is_root && is_trusted(request, token) {
@@ -86,7 +86,8 @@ pub(super) fn answer(mut to: impl Write, request: &Request, token: &Token) -> io
     send(&mut to, status, "text/plain", text, "")
 }
 
-/// Sends a document that nobody may frame, keep or tell others about, and that fetches nothing.
+/// Sends a document with headers that forbid to frame it, cache it, name it to others, or fetch
+/// anything from it.
 fn send(
     to: &mut impl Write,
     status: StatusCode,

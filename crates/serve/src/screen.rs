@@ -18,10 +18,11 @@ use std::time::Duration;
 /// Messages that are kept for the screen.
 const NOTES: usize = 50;
 
-/// Pictures that wait for a terminal that is late: the next one shows all that the one before did.
+/// Pictures that may wait for a slow terminal. Each picture is complete, so that one that is left
+/// out is not missed.
 const PICTURES: usize = 2;
 
-/// A terminal that is in use; dropped, it is as before.
+/// A terminal in use; dropping it restores the terminal.
 pub struct Screen {
     to: Spool,
     page: Page,
@@ -29,7 +30,7 @@ pub struct Screen {
 }
 
 impl Screen {
-    /// Takes the terminal, for a machine.
+    /// Takes over the terminal for a machine.
     ///
     /// # Errors
     /// Errors of the terminal.
@@ -62,7 +63,8 @@ impl Screen {
                 Attribute::Reset
             };
             queue!(self.to, SetAttribute(weight), Print(&line))?;
-            // At the end of a full row the cursor still stands on its last character.
+            // After a full row the cursor still stands on the row's last character, which clearing
+            // would remove.
             if line.chars().count() < size.0 {
                 queue!(self.to, Clear(ClearType::UntilNewLine))?;
             }
@@ -85,7 +87,7 @@ impl Panel for Screen {
     }
 
     fn show(&mut self, machine: &Snapshot) {
-        // A terminal that cannot be written to, or not in time, shows nothing; clients do not mind.
+        // If the terminal cannot be written to in time, it shows nothing; clients are not affected.
         let _ = self.draw(machine);
     }
 
@@ -103,7 +105,7 @@ impl Panel for Screen {
 
 impl Drop for Screen {
     fn drop(&mut self) {
-        // There is nobody left to tell.
+        // An error here has nobody to report it to.
         let _ = leave(&mut self.to);
         let _ = terminal::disable_raw_mode();
     }
@@ -114,7 +116,7 @@ fn leave(to: &mut impl Write) -> io::Result<()> {
     to.flush()
 }
 
-/// Leaves the screen before a panic's message, which would vanish with it.
+/// Leaves the screen before a panic prints its message, which would vanish with the screen.
 fn give_back_before_a_panic_speaks() {
     let speak = panic::take_hook();
     panic::set_hook(Box::new(move |what| {
@@ -130,7 +132,7 @@ fn key_of(pressed: &KeyEvent) -> Option<Key> {
     }
     let control = pressed.modifiers.contains(KeyModifiers::CONTROL);
     match pressed.code {
-        // In raw mode the terminal makes no signal of it.
+        // In raw mode Ctrl-C is a key: the terminal makes no signal of it.
         KeyCode::Char('c') if control => Some(Key::Quit),
         KeyCode::Char(letter) if !control => key_of_letter(letter),
         _ => None,

@@ -1,42 +1,43 @@
-//! Who has a line: one client at a time, the others wait for it or are turned away.
+//! Decides which client has a line: one at a time. The others wait for it or are turned away.
 //!
-//! A client that comes back finds its own end not seen yet; one whose program hangs, or whose
-//! network has swallowed the end, would keep everybody out. So:
+//! A client may reconnect before the server has noticed the end of its old connection. A client
+//! whose program hangs, or whose network has lost the end of the connection, would keep everybody
+//! out. So:
 //!
-//! * a client that comes waits [`GRACE`] for the one before it to go;
-//! * from the same address, once it has sent a byte, it takes the line over from a client that has
-//!   been silent for [`SILENCE`], unless a job is unfinished;
-//! * a client whose computer is gone is found out by the operating system (`listener.rs`).
+//! * a new client waits [`GRACE`] for the client before it to disconnect;
+//! * a new client from the same address that has sent a byte takes the line over from a client that
+//! has been silent for [`SILENCE`], unless a job is unfinished;
+//! * the operating system notices a client whose computer is gone (`listener.rs`).
 
 use std::net::{IpAddr, Shutdown, TcpStream};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-/// How long a new client waits for the end of one that is just going: programs that probe a port
+/// How long a new client waits for a client that is just disconnecting: programs that probe a port
 /// close it and come back within milliseconds.
 const GRACE: Duration = Duration::from_millis(500);
 
-/// How long a new client from the same address may take for its first byte, and then waits for the
-/// one before it to fall silent.
+/// How long a new client from the holder's address may take to send its first byte; and how long it
+/// then waits for the holder to fall silent.
 const PATIENCE: Duration = Duration::from_secs(3);
 
-/// How long a client has to be silent for another one to take its line over.
+/// How long a client has to be silent before another one may take its line.
 const SILENCE: Duration = Duration::from_secs(2);
 
-/// Clients that may wait for longer than [`GRACE`] without a byte.
+/// The most clients that may wait longer than [`GRACE`] without having sent a byte.
 const FEW: usize = 8;
 
 /// A client that wants the line.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Guest {
-    /// It has not said yet that it is one of ours.
+    /// It has not shown yet that it is a client of this port.
     Stranger,
     /// It has sent nothing yet.
     Silent,
     /// It has sent a byte.
     Spoken,
-    /// It has gone, or is none of ours.
+    /// It has disconnected, or is no client of this port.
     Gone,
 }
 
@@ -47,18 +48,18 @@ struct Holder {
     heard: Instant,
 }
 
-/// Who is there.
+/// The clients of a line: the one that has it, and those that wait.
 #[derive(Default)]
 struct People {
     holder: Option<Holder>,
-    /// Those who wait, by number, in the order in which they came.
+    /// Clients that wait, by number, in the order in which they came.
     queue: Vec<(u64, Guest)>,
-    /// How many have come.
+    /// How many clients have come.
     come: u64,
 }
 
 impl People {
-    /// Whose turn it is once the seat is free: who has spoken goes before who has not.
+    /// The client whose turn it is once the seat is free. Clients that have sent a byte go first.
     fn next(&self) -> Option<u64> {
         let first = |kind| self.queue.iter().find(|(_, guest)| *guest == kind);
         let next = first(Guest::Spoken).or_else(|| first(Guest::Silent));
@@ -66,7 +67,7 @@ impl People {
     }
 }
 
-/// One line's place for a client.
+/// The place for the one client of a line.
 pub(super) struct Seat {
     people: Mutex<People>,
     /// Whether the machine has a job that is not finished.
@@ -107,7 +108,7 @@ impl Seat {
         self.people.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// How long a guest may wait; `None` where it has gone.
+    /// How long a guest may wait; `None` if it has disconnected.
     fn patience(&self, address: IpAddr, guest: Guest) -> Option<Duration> {
         let people = self.people();
         let same = people
@@ -124,11 +125,11 @@ impl Seat {
         }
     }
 
-    /// Hangs up on a holder that has been silent for long; its thread then frees the seat.
+    /// Hangs up on a holder that has been silent for [`SILENCE`]; its thread then frees the seat.
     fn end_silence(&self) {
         if let Some(holder) = &self.people().holder {
             if holder.heard.elapsed() >= SILENCE {
-                // One that has gone by itself is no worse.
+                // If it has disconnected on its own, this does no harm.
                 let _ = holder.stream.shutdown(Shutdown::Both);
             }
         }
@@ -136,8 +137,8 @@ impl Seat {
 }
 
 impl Ticket {
-    /// Waits for the seat; `None` where it cannot be had. `guest` waits for a moment and reports
-    /// the client's behaviour.
+    /// Waits for the seat; `None` where it cannot be had. `guest` waits a moment and then returns
+    /// how the client has behaved.
     pub(super) fn wait(
         self,
         stream: &TcpStream,
@@ -161,7 +162,7 @@ impl Ticket {
         }
     }
 
-    /// Takes the seat, if it is free and this guest's turn.
+    /// Takes the seat, if it is free and it is this guest's turn.
     fn take(&self, address: IpAddr, stream: &TcpStream) -> Option<Seated> {
         let mut people = self.seat.people();
         if people.holder.is_some() || people.next() != Some(self.number) {

@@ -1,5 +1,5 @@
-//! The server loop: clients' bytes into the simulation, its answers back, simulated time tied to
-//! real time.
+//! The server loop. It passes clients' bytes to the simulation and its answers back, and ties
+//! simulated time to real time.
 //!
 //! ```text
 //!   Lines --events--> Wires <--Host--> Simulation <--pins-- keys, glitches
@@ -7,8 +7,8 @@
 //!                    WireLog             Panel
 //! ```
 //!
-//! A turn takes about a millisecond: events, then simulation up to the present, then output.
-//! Whatever takes longer is done by other threads.
+//! A turn takes about a millisecond: first events, then the simulation up to the present, then
+//! output. Other threads do whatever takes longer.
 
 use super::bench::Bench;
 use super::line::{Event, LineSpec, What};
@@ -31,33 +31,33 @@ const TICK: Duration = Duration::from_millis(1);
 /// How often the machine is shown.
 const SHOW: Duration = Duration::from_millis(100);
 
-/// Simulated time between two looks at the clients' bytes, cycles.
+/// Simulated time between two checks for the clients' bytes, cycles.
 const SLICE: u64 = cycles_of_micros(2_000);
 
-/// Simulated time in which a machine starts and prints its banner before a client can be heard,
-/// cycles. So a client that comes early does not mistake this banner for the answer to its 0x18.
-/// Eight times a banner's duration at 115200 baud.
+/// Simulated time in which a machine starts and prints its banner before clients are heard, cycles.
+/// Otherwise a client that comes early would take this banner for the answer to its 0x18. It is
+/// eight times a banner's duration at 115200 baud.
 const START: u64 = cycles_of_micros(20_000);
 
 /// Events that are handled before the simulation goes on.
 const EVENTS: usize = 64;
 
-/// Why the server loop came back.
+/// Why the server loop ended.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum End {
-    /// The user wants it to end.
+    /// The user has ended the server.
     Stopped,
-    /// The machine is to start anew.
+    /// The machine is to be reset.
     Restart,
 }
 
-/// The server's needs from its caller.
+/// What the server needs from its caller.
 pub struct Surroundings<'s> {
-    /// The wall clock: time since any instant.
+    /// The wall clock: the time since any fixed instant.
     pub clock: &'s dyn Fn() -> Duration,
     /// Set when the server is to end.
     pub stop: &'s AtomicBool,
-    /// Where messages go and keys come from.
+    /// The display for messages, which also gives the user's keys.
     pub panel: &'s mut dyn Panel,
 }
 
@@ -76,11 +76,11 @@ pub(super) struct Server<'s> {
     allowed: Allowed,
     pages: Pages,
     bench: Bench,
-    /// Lines that have a client.
+    /// Whether each line has a client.
     taken: Vec<bool>,
     /// The messages already sent about each line's client.
     told: Vec<Told>,
-    /// Bytes of each line that are known to be lost.
+    /// Bytes of each line that were lost and have been reported.
     lost: Vec<u32>,
     log: Option<WireLog>,
     buttons: Buttons,
@@ -91,7 +91,7 @@ pub(super) struct Server<'s> {
 }
 
 impl<'s> Server<'s> {
-    /// Opens lines as `specs` say; their machine is to run `speed` times as fast as the wall clock.
+    /// Opens the lines of `specs`. Their machine runs `speed` times as fast as the wall clock.
     pub(super) fn new(
         specs: Vec<LineSpec>,
         allowed: Allowed,
@@ -120,12 +120,12 @@ impl<'s> Server<'s> {
         }
     }
 
-    /// The number of lines, the pages' among them.
+    /// The number of lines, including the pages' one.
     pub(super) fn line_count(&self) -> usize {
         self.wires.count()
     }
 
-    /// The channel that pages move the machine on.
+    /// The channel on which pages move the machine.
     pub(super) fn pages_channel(&self) -> Option<usize> {
         self.pages.channel()
     }
@@ -135,13 +135,13 @@ impl<'s> Server<'s> {
         self.pages.begin(hello);
     }
 
-    /// Tells the user something.
+    /// Shows the user a message.
     pub(super) fn note(&mut self, note: &Note<'_>) {
         self.pages.note(&note.to_string());
         self.around.panel.note(note);
     }
 
-    /// Runs a machine until the user wants it to end or it is to start anew.
+    /// Runs a machine until the user ends the server or the machine is to be reset.
     pub(super) fn run(
         &mut self,
         desk: &mut Desk<'_>,
@@ -173,7 +173,7 @@ impl<'s> Server<'s> {
         End::Stopped
     }
 
-    /// Lets the simulation reach the present.
+    /// Runs the simulation up to the present.
     fn advance(&mut self, desk: &mut Desk<'_>, pace: &mut Pace, glitches: &mut Glitches) {
         let due = pace.due((self.around.clock)());
         let end = due.min(desk.now() + SLICE.max(pace.cycles(TICK)));
@@ -187,8 +187,8 @@ impl<'s> Server<'s> {
         }
     }
 
-    /// Takes the clients' bytes, waiting a moment for them; answers whether the machine is to start
-    /// anew.
+    /// Takes the clients' bytes, and waits a moment for them. Returns whether the machine is to be
+    /// reset.
     fn wait(&mut self, desk: &mut Desk<'_>) -> bool {
         let mut patience = TICK;
         for _ in 0..EVENTS {
@@ -233,10 +233,10 @@ impl<'s> Server<'s> {
         false
     }
 
-    /// Tells where the page is that a port shows.
+    /// Tells the user the address of the page that a port serves.
     fn tell_of_page(&mut self, line: usize, at: &str) {
         if matches!(self.specs[line], LineSpec::WebSocket(_)) {
-            // Wherever it listens, this computer finds it by a name of its own.
+            // A port that listens on all addresses is reached from this computer as localhost.
             let at = at
                 .replace("0.0.0.0", "localhost")
                 .replace("[::]", "localhost");
@@ -282,8 +282,8 @@ impl<'s> Server<'s> {
         self.pages.show(desk, (self.around.clock)());
     }
 
-    /// Whether opening a line starts the machine anew. Bytes that wait to go in are lost then, as
-    /// in a real reset.
+    /// Whether opening a line resets the machine. If so, bytes that wait to go in are lost, as in a
+    /// real reset.
     fn resets(&mut self, line: usize) -> bool {
         let resets = match &self.specs[line] {
             LineSpec::Pty { reset_on_open, .. } => *reset_on_open,
@@ -332,7 +332,7 @@ impl<'s> Server<'s> {
         }
     }
 
-    /// Writes to the log; when that fails, says so and ends it.
+    /// Writes to the log. If that fails, reports it and stops logging.
     fn log(&mut self, write: impl FnOnce(&mut WireLog) -> io::Result<()>) {
         let Some(log) = &mut self.log else {
             return;

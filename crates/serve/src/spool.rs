@@ -5,21 +5,21 @@ use std::io::{self, Write};
 use std::sync::mpsc::{self, Receiver, SyncSender, TrySendError};
 use std::time::Duration;
 
-/// The time that the end of a program waits for unwritten text.
+/// How long the program's end waits for unwritten text.
 const PARTING: Duration = Duration::from_millis(500);
 
-/// Hands text to a thread that writes it; never waits. Text that is flushed together is written
-/// whole or not at all.
+/// Hands text to a thread that writes it; never waits itself. Text that is flushed together is
+/// written completely or not at all.
 pub(super) struct Spool {
     begun: Vec<u8>,
     /// `None` once the spool ends.
     pieces: Option<SyncSender<Vec<u8>>>,
-    /// Hangs up when the thread has written everything.
+    /// Disconnects when the thread has written everything.
     ended: Receiver<()>,
 }
 
 impl Spool {
-    /// Makes a spool in which `room` pieces wait at most.
+    /// Makes a spool in which at most `room` pieces of text wait.
     pub(super) fn new(mut to: impl Write + Send + 'static, room: usize) -> Self {
         let (pieces, waiting) = mpsc::sync_channel::<Vec<u8>>(room);
         let (end, ended) = mpsc::channel();
@@ -63,7 +63,7 @@ impl Write for Spool {
 impl Drop for Spool {
     fn drop(&mut self) {
         self.pieces = None;
-        // Hanging up and time running out are the same here: the program ends.
+        // Whether the thread has ended or time has run out makes no difference: the program ends.
         let _ = self.ended.recv_timeout(PARTING);
     }
 }

@@ -4,8 +4,8 @@
 //!   LEADSCREW-STATE | version, 1 byte | the flash memory, byte for byte
 //! ```
 //!
-//! Written beside it and then put in its place: a reader finds the old or the new one, after a
-//! power loss as well.
+//! A new file is written beside the old one and then replaces it. A reader finds the old or the new
+//! contents, also after a power loss.
 
 use atomic_write_file::AtomicWriteFile;
 use std::fmt;
@@ -30,7 +30,7 @@ pub(super) enum Fault {
     Version(u8),
     /// Another version has written the records in it.
     Records,
-    /// It has another size than the machine's flash memory.
+    /// Its size differs from the machine's flash memory.
     Size {
         /// Bytes that it should have.
         expected: usize,
@@ -71,7 +71,7 @@ impl fmt::Display for SetAside {
     }
 }
 
-/// A state file with damage in it, and the copy that was made of it.
+/// A damaged state file, and the copy that was made of it.
 #[derive(Debug)]
 pub struct Copied {
     file: PathBuf,
@@ -92,14 +92,14 @@ impl fmt::Display for Copied {
     }
 }
 
-/// The finding in the place of the state file.
+/// What was found at the path of the state file.
 #[derive(Debug)]
 pub(super) enum Found {
-    /// Nothing: the first start.
+    /// No file: this is the first start.
     Nothing,
     /// The flash memory.
     Image(Vec<u8>),
-    /// Something that cannot be used.
+    /// A file that cannot be used.
     Unusable(SetAside),
 }
 
@@ -115,23 +115,24 @@ impl StateFile {
         Self { path }
     }
 
-    /// The state file of the machine called `name`, in the user's data directory; `None` where
-    /// there is no such.
+    /// The state file of the machine called `name`, in the user's data directory; `None` if there
+    /// is no such directory.
     pub fn of_user(name: &str) -> Option<Self> {
         let file = format!("{name}.state");
         Some(Self::new(dirs::data_dir()?.join("leadscrew").join(file)))
     }
 
-    /// Where it is.
+    /// The file's path.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Claims the file for as long as the answer lives; `None` while another program has it. The
-    /// claim is on a file beside it, because each [`StateFile::save`] puts a new file in its place.
+    /// Claims the file for as long as the returned lock lives; `None` while another program has it.
+    /// The lock is a file beside the state file, because each [`StateFile::save`] replaces the
+    /// state file.
     ///
     /// # Errors
-    /// Errors of making the file beside it.
+    /// Errors of making the lock file.
     pub(super) fn claim(&self) -> io::Result<Option<File>> {
         self.make_folder()?;
         let beside = File::create(self.path.with_added_extension("lock"))?;
@@ -145,8 +146,8 @@ impl StateFile {
         }
     }
 
-    /// Removes the leftovers of a program that was killed while it saved: `.NAME.` and six letters
-    /// or digits. Nobody else is saving there.
+    /// Removes the leftovers of a program that was killed while it saved: files named `.NAME.` and
+    /// six letters or digits. No other program is saving there.
     fn remove_leftovers(&self) {
         let folder = self.path.parent().and_then(|folder| folder.read_dir().ok());
         let name = self.path.file_name().and_then(|name| name.to_str());
@@ -163,14 +164,13 @@ impl StateFile {
                 random.len() == 6 && random.bytes().all(|byte| byte.is_ascii_alphanumeric())
             };
             if random.is_some_and(is_ours) {
-                // A leftover does no harm.
+                // If it cannot be removed, it does no harm.
                 let _ = std::fs::remove_file(entry.path());
             }
         }
     }
 
-    /// Reads the flash memory, which has `size` bytes. A file that cannot be used gets another
-    /// name.
+    /// Reads the flash memory, which has `size` bytes. A file that cannot be used is renamed.
     ///
     /// # Errors
     /// Errors of reading, except for a missing file.
@@ -189,14 +189,14 @@ impl StateFile {
     /// Writes the flash memory.
     ///
     /// # Errors
-    /// Errors of writing; the file is as before then.
+    /// Errors of writing; the file then keeps its old contents.
     pub(super) fn save(&self, image: &[u8]) -> io::Result<()> {
         self.make_folder()?;
         let mut file = AtomicWriteFile::open(&self.path)?;
         file.write_all(MAGIC)?;
         file.write_all(&[VERSION])?;
         file.write_all(image)?;
-        // On the disk when this is done, under its name too: file and folder are synced.
+        // After the commit, file and folder are synced: the data is on the disk under its name.
         file.commit()
     }
 
@@ -204,7 +204,7 @@ impl StateFile {
         self.path.parent().map_or(Ok(()), std::fs::create_dir_all)
     }
 
-    /// Gives the file another name.
+    /// Renames the file.
     pub(super) fn set_aside(&self, fault: Fault) -> SetAside {
         let kept = self.free_name().and_then(|name| {
             std::fs::rename(&self.path, &name)?;
@@ -217,7 +217,7 @@ impl StateFile {
         }
     }
 
-    /// Copies the file, of which only some can be used and which is about to be overwritten.
+    /// Copies the file. Only parts of it can be used, and it is about to be overwritten.
     pub(super) fn copy(&self) -> Copied {
         Copied {
             file: self.path.clone(),
@@ -227,7 +227,8 @@ impl StateFile {
 
     fn try_copy(&self) -> io::Result<PathBuf> {
         let bytes = std::fs::read(&self.path)?;
-        // The damage stays until a setting is stored: one copy is enough for all starts until then.
+        // The damage stays until a setting is stored, so one copy is enough for all starts until
+        // then.
         let mut taken = self.names().take_while(|name| name.exists());
         let same = taken.find(|name| std::fs::read(name).is_ok_and(|kept| kept == bytes));
         if let Some(name) = same {
@@ -243,7 +244,7 @@ impl StateFile {
         free.ok_or_else(|| io::ErrorKind::AlreadyExists.into())
     }
 
-    /// Names for the files that are kept aside.
+    /// Names for the files that are set aside.
     fn names(&self) -> impl Iterator<Item = PathBuf> + use<'_> {
         let name = |count: u32| self.path.with_added_extension(format!("kept-{count}"));
         (1..).map(name)

@@ -1,7 +1,7 @@
-//! Raw TCP: bytes as they are, both ways.
+//! Raw TCP: unchanged bytes, both ways.
 //!
 //! A web page can make its browser send a request to any port of this computer. So the first bytes
-//! are held while they may be the beginning of one.
+//! of a client are held back while they may be the beginning of such a request.
 
 use super::line::{Refusal, What, CHUNK};
 use super::listener::{Client, Protocol};
@@ -14,13 +14,13 @@ use std::net::{Shutdown, TcpStream};
 use std::sync::mpsc::Receiver;
 use std::time::{Duration, Instant};
 
-/// How often a reader looks whether it is to end.
+/// How often a reader checks whether it is to end.
 const LOOK: Duration = Duration::from_millis(50);
 
-/// How often a client looks whether the line has become free.
+/// How often a waiting client checks whether the line is free.
 const POLL: Duration = Duration::from_millis(5);
 
-/// How long bytes are held that may be the beginning of a web page's request.
+/// How long bytes are held back that may be the beginning of a web page's request.
 const HOLD: Duration = Duration::from_millis(100);
 
 pub(super) const PROTOCOL: Protocol = Protocol {
@@ -28,8 +28,8 @@ pub(super) const PROTOCOL: Protocol = Protocol {
     serve,
 };
 
-/// Passes bytes between a client and the server until the client goes. Who is turned away finds the
-/// connection closed: raw bytes have no words for it.
+/// Passes bytes between a client and the server until the client disconnects. A client that is
+/// turned away only finds its connection closed: a raw connection has no way to tell the reason.
 fn serve(client: Client, _: &Allowed, uplink: &Uplink) {
     let peer = client.peer;
     let Ok((reader, writer)) = prepare(client.stream) else {
@@ -61,7 +61,7 @@ fn serve_seated(
         peer: peer.clone(),
         outlet,
     });
-    // Ends when the server drops the outlet.
+    // The writer's thread ends when the server drops the outlet.
     std::thread::spawn(move || write_all(writer, &pieces));
     while first.is_open() && !uplink.stopped() {
         first.listen(LOOK);
@@ -78,21 +78,21 @@ fn serve_seated(
         }
         Place::Begun(_) | Place::Silent | Place::Gone => {}
     }
-    // The writer may be stuck with a client that does not read.
+    // The writer may be waiting for a client that does not read.
     let _ = reader.shutdown(Shutdown::Both);
     uplink.tell(What::Closed);
 }
 
-/// The known facts about a client.
+/// What is known about a client.
 #[derive(Clone, Copy)]
 enum Place {
     /// It has sent nothing yet.
     Silent,
-    /// Its bytes may be the beginning of a request; the first came then.
+    /// Its bytes may be the beginning of a request; holds when the first of them came.
     Begun(Instant),
-    /// It is no browser.
+    /// It is no browser: its bytes are passed on.
     Passed,
-    /// It is a browser.
+    /// It is a browser, whose request is refused.
     Request,
     /// It has gone.
     Gone,
@@ -114,12 +114,12 @@ impl<'s> FirstBytes<'s> {
         }
     }
 
-    /// Whether more has to be heard.
+    /// Whether more bytes are needed to decide.
     fn is_open(&self) -> bool {
         matches!(self.place, Place::Silent | Place::Begun(_))
     }
 
-    /// Listens for a moment; reports the client's behaviour.
+    /// Listens for a moment; returns how the client has behaved.
     fn guest(&mut self, time: Duration) -> Guest {
         if self.is_open() {
             self.listen(time);
@@ -133,10 +133,10 @@ impl<'s> FirstBytes<'s> {
         }
     }
 
-    /// Waits for bytes, for `time` at most, and looks at them.
+    /// Waits for bytes, at most for `time`, and classifies them.
     fn listen(&mut self, time: Duration) {
         let mut chunk = [0; CHUNK];
-        // The time is not 0; where it cannot be set, the one before it counts.
+        // The time is not 0. If it cannot be set, the timeout before it applies.
         let _ = self.reader.set_read_timeout(Some(time));
         let read = self.reader.read(&mut chunk);
         let _ = self.reader.set_read_timeout(Some(LOOK));
@@ -164,7 +164,8 @@ impl<'s> FirstBytes<'s> {
         }
     }
 
-    /// A client that closes after its bytes has still sent them: they are no request.
+    /// The state of a client that closes its end. Bytes sent before that count: they are no
+    /// request.
     fn ended(&self) -> Place {
         match self.bytes.is_empty() {
             true => Place::Gone,
@@ -173,7 +174,8 @@ impl<'s> FirstBytes<'s> {
     }
 }
 
-/// Makes two ends of a connection for two threads: the reader's looks up every now and then.
+/// Makes the two ends of a connection for two threads. The reader's end has a timeout, so that it
+/// can check whether it is to end.
 pub(super) fn prepare(stream: TcpStream) -> io::Result<(TcpStream, TcpStream)> {
     // An accepted socket inherits the listener's mode on some systems.
     stream.set_nonblocking(false)?;
@@ -183,7 +185,7 @@ pub(super) fn prepare(stream: TcpStream) -> io::Result<(TcpStream, TcpStream)> {
     Ok((stream, writer))
 }
 
-/// Reads until the client goes or the server ends.
+/// Reads until the client disconnects or the server ends.
 pub(super) fn read_all(mut reader: &TcpStream, uplink: &Uplink, mut take: impl FnMut(&[u8])) {
     let mut chunk = [0; CHUNK];
     while !uplink.stopped() {

@@ -1,4 +1,4 @@
-//! The secret that lets a page in. It is printed when the server starts.
+//! The secret that a page needs to connect. It is printed when the server starts.
 
 use std::fmt;
 use tungstenite::handshake::client::generate_key;
@@ -8,7 +8,7 @@ use tungstenite::handshake::client::generate_key;
 pub struct Token(String);
 
 impl Token {
-    /// Draws a new one, from the operating system's randomness.
+    /// Makes a new token from the operating system's randomness.
     pub(super) fn draw() -> Self {
         let key = generate_key();
         let safe = |letter| match letter {
@@ -19,15 +19,16 @@ impl Token {
         Self(key.trim_end_matches('=').chars().map(safe).collect())
     }
 
-    /// Takes one that was chosen: 16 to 128 letters, digits, `-` and `_`. `None` for others.
+    /// Takes a token that the user has chosen: 16 to 128 letters, digits, `-` and `_`. `None` for
+    /// other texts.
     pub fn chosen(text: &str) -> Option<Self> {
         let safe = |byte: u8| byte.is_ascii_alphanumeric() || b"-_".contains(&byte);
         let fits = (16..=128).contains(&text.len()) && text.bytes().all(safe);
         fits.then(|| Self(text.to_owned()))
     }
 
-    /// Whether the query of an address, such as `token=...`, has it. Takes the same time wherever a
-    /// guess goes wrong.
+    /// Whether the query of an address, such as `token=...`, contains the token. The time does not
+    /// depend on where a guess differs.
     pub(super) fn is_in(&self, query: &str) -> bool {
         let guesses = query
             .split('&')

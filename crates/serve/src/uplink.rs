@@ -7,7 +7,8 @@ use std::sync::mpsc::SyncSender;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// Bytes from one client that may wait for the machine before reading waits too.
+/// Bytes from one client that may wait for the machine before the server stops reading from the
+/// client.
 const BACKLOG: usize = 64 * 1024;
 
 /// The server, as the threads of a line see it.
@@ -16,7 +17,7 @@ pub(super) struct Uplink {
     pub(super) line: usize,
     pub(super) events: SyncSender<Event>,
     pub(super) pages: SyncSender<PageEvent>,
-    /// Pages that have come.
+    /// The number of pages that have connected.
     pub(super) page_count: Arc<AtomicU64>,
     pub(super) stop: Arc<AtomicBool>,
     pub(super) backlog: Arc<AtomicUsize>,
@@ -24,13 +25,13 @@ pub(super) struct Uplink {
 }
 
 impl Uplink {
-    /// Whether the machine has a job that is not finished, as the server says at each of its turns.
+    /// Whether the machine has an unfinished job; the server updates it at each of its turns.
     pub(super) fn busy(&self) -> Arc<AtomicBool> {
         self.busy.clone()
     }
 
-    /// Passes a client's bytes on. Waits while the machine has not taken the bytes before: the
-    /// operating system then holds back a client that floods, and the other lines go on.
+    /// Passes a client's bytes on. Waits while the machine has not taken the bytes before them. So
+    /// the operating system holds back a client that floods the line, and the other lines go on.
     pub(super) fn pass(&self, bytes: &[u8]) {
         while self.backlog.load(Ordering::Relaxed) > BACKLOG && !self.stopped() {
             std::thread::sleep(Duration::from_millis(1));
@@ -39,8 +40,8 @@ impl Uplink {
         self.tell(What::Bytes(bytes.to_vec()));
     }
 
-    /// Tells the server; waits while it is busy. Nobody is left to hear it once the server has
-    /// gone.
+    /// Sends the server an event; waits while the server is busy. Once the server has ended,
+    /// nothing receives the event.
     pub(super) fn tell(&self, what: What) {
         let line = self.line;
         if self.events.send(Event { line, what }).is_err() {
@@ -55,7 +56,7 @@ impl Uplink {
         }
     }
 
-    /// A number for a page that has come.
+    /// The number of a page that has connected.
     pub(super) fn number_page(&self) -> u64 {
         self.page_count.fetch_add(1, Ordering::Relaxed)
     }

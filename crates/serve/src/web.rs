@@ -1,7 +1,7 @@
-//! Which web pages may talk to the machine.
+//! Decides which web pages may talk to the machine.
 //!
-//! Every page that a browser shows can open a WebSocket to this computer, and reach any port on it
-//! with a request of its own. A browser says who asks: `Origin` names the page, `Host` the name by
+//! Every page that a browser shows can open a WebSocket to this computer, and can send a request to
+//! any of its ports. The browser says who asks: `Origin` names the page, and `Host` is the name by
 //! which it found this computer.
 //!
 //! ```text
@@ -20,8 +20,8 @@ use tungstenite::http::header::{AsHeaderName, HOST, ORIGIN};
 use tungstenite::http::uri::Authority;
 use tungstenite::http::HeaderMap;
 
-/// The first bytes of a browser's raw traffic: HTTP requests, TLS, STUN. No line of G-code and no
-/// realtime byte begins with them.
+/// The first bytes of a browser's traffic on a raw port: HTTP requests, TLS, STUN. No line of
+/// G-code and no realtime byte begins with them.
 const REQUESTS: [&[u8]; 13] = [
     b"GET ",
     b"HEAD ",
@@ -45,7 +45,7 @@ pub(super) enum Beginning {
     Sender,
     /// A browser's request.
     Request,
-    /// Either: more bytes will tell.
+    /// Could be either: more bytes are needed.
     Either,
 }
 
@@ -60,8 +60,8 @@ pub(super) fn beginning(bytes: &[u8]) -> Beginning {
     }
 }
 
-/// Pages and names that are let in beside those that always are, and the secret that opens our own
-/// page.
+/// The pages and names that are allowed besides those that always are, and the token for the
+/// server's own page.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Allowed {
     names: Vec<String>,
@@ -77,9 +77,9 @@ impl Default for Allowed {
 /// Why a request is refused.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub enum Foreign {
-    /// A page from elsewhere asks.
+    /// The request comes from a page of another origin.
     Origin(String),
-    /// This computer was found by a name that anybody may own.
+    /// The request uses a name of this computer that anybody may own.
     Host(String),
 }
 
@@ -106,13 +106,13 @@ impl Allowed {
         Self { names, token }
     }
 
-    /// The same with a token that was chosen.
+    /// The same with a token that the user has chosen.
     #[must_use]
     pub fn with_token(self, token: Token) -> Self {
         Self { token, ..self }
     }
 
-    /// The token at the end of our own page's address.
+    /// The token at the end of the page's address.
     pub fn token(&self) -> &Token {
         &self.token
     }
@@ -143,7 +143,8 @@ impl Allowed {
     }
 }
 
-/// The only header of a name; `Err` with all their texts where there are more.
+/// The only header of this name, `None` if there is none. `Err` with the texts of all if there are
+/// several.
 fn only(headers: &HeaderMap, name: impl AsHeaderName) -> Result<Option<String>, String> {
     let text = |value: &[u8]| String::from_utf8_lossy(value).into_owned();
     let mut all = headers.get_all(name).iter();
@@ -156,8 +157,8 @@ fn only(headers: &HeaderMap, name: impl AsHeaderName) -> Result<Option<String>, 
     }
 }
 
-/// Whether nobody else can own a host's name: it is an address, or means this computer everywhere
-/// (RFC 6761, section 6.3).
+/// Whether nobody else can own this host name: it is an address, or a name that means this computer
+/// everywhere (RFC 6761, section 6.3).
 fn is_this_computer(host: &str) -> bool {
     let bare = host
         .strip_prefix('[')
@@ -168,7 +169,7 @@ fn is_this_computer(host: &str) -> bool {
         || name.ends_with(".localhost")
 }
 
-/// Whether a page comes from the very port that it asks for.
+/// Whether a page was served by the very port that it asks.
 fn is_served_by(page: &str, host: &str) -> bool {
     let authority = page
         .strip_prefix("http://")

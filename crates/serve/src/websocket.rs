@@ -1,11 +1,11 @@
-//! WebSocket (RFC 6455): the handshake and the frames' format are tungstenite's, the reading is
-//! not.
+//! WebSocket (RFC 6455). The handshake and the frames' format are tungstenite's; frames are read by
+//! [`FrameReader`].
 //!
-//! tungstenite hands out whole messages, or whole frames at best. A realtime command that a sender
-//! puts into the first fragment of a message that it never ends must act at once, and text frames
-//! may hold bytes that are no UTF-8. So [`FrameReader`] passes on each byte of payload as it
-//! arrives. The answers go out as text, whole lines to a frame: one of the senders listens to
-//! nothing else.
+//! tungstenite hands out whole messages, or at best whole frames. But a sender may put a realtime
+//! command into the first fragment of a message that it never ends, and this command must act at
+//! once. Text frames may also hold bytes that are not UTF-8. So [`FrameReader`] passes on each byte
+//! of payload as it arrives. Answers are sent as text frames of whole lines: one of the senders
+//! accepts nothing else.
 
 use super::frame_reader::{Control, FrameReader};
 use super::line::{Refusal, What};
@@ -31,14 +31,14 @@ use tungstenite::http::StatusCode;
 use tungstenite::protocol::frame::coding::{CloseCode, Data, OpCode};
 use tungstenite::protocol::frame::{CloseFrame, Frame};
 
-/// How long a client may take for its handshake, all of it.
+/// How long a client's whole handshake may take.
 const HANDSHAKE: Duration = Duration::from_secs(3);
 
-/// How often a client looks whether the line has become free.
+/// How often a waiting client checks whether the line is free.
 const POLL: Duration = Duration::from_millis(5);
 
-/// The socket's sending end, used by the writer and by the answers to control frames: whole frames
-/// each.
+/// The socket's sending end, used by the writer and for the answers to control frames. Each sends
+/// whole frames.
 type Sink = Arc<Mutex<TcpStream>>;
 
 pub(super) const PROTOCOL: Protocol = Protocol {
@@ -46,8 +46,8 @@ pub(super) const PROTOCOL: Protocol = Protocol {
     serve,
 };
 
-/// Answers a request: with the document, as a page, or as a line of bytes. Ends when the client
-/// goes.
+/// Answers a request: with the document, as a page, or as a sender's line. Ends when the client
+/// disconnects.
 fn serve(client: Client, allowed: &Allowed, uplink: &Uplink) {
     let Client {
         stream,
@@ -66,7 +66,7 @@ fn serve(client: Client, allowed: &Allowed, uplink: &Uplink) {
     }
 }
 
-/// Passes bytes between a sender and the server until it goes.
+/// Passes bytes between a sender and the server until the sender disconnects.
 fn serve_sender(
     peer: String,
     seated: &Seated,
@@ -78,7 +78,7 @@ fn serve_sender(
     let (outlet, pieces) = Outlet::new();
     uplink.tell(What::Opened { peer, outlet });
     let for_writer = sink.clone();
-    // Ends when the server drops the outlet.
+    // The writer's thread ends when the server drops the outlet.
     std::thread::spawn(move || write_lines(&for_writer, &pieces));
     read_frames(reader, &sink, uplink, |bytes| {
         seated.heard();
@@ -87,12 +87,12 @@ fn serve_sender(
         }
         Ok(())
     });
-    // The writer may be stuck with a client that does not read.
+    // The writer may be waiting for a client that does not read.
     let _ = reader.shutdown(Shutdown::Both);
     uplink.tell(What::Closed);
 }
 
-/// Passes frames between a page and the server until it goes.
+/// Passes frames between a page and the server until the page disconnects.
 fn serve_page(reader: &TcpStream, writer: TcpStream, uplink: &Uplink) {
     let sink: Sink = Arc::new(Mutex::new(writer));
     let (outlet, frames) = Outlet::new();
@@ -116,23 +116,23 @@ fn serve_page(reader: &TcpStream, writer: TcpStream, uplink: &Uplink) {
 
 /// The outcome of a request.
 enum Met {
-    /// It was for a document, and is answered.
+    /// It asked for a document, which has been sent.
     Answered,
-    /// A page: its two ends.
+    /// It came from a page: the two ends of its connection.
     Page(TcpStream, TcpStream),
-    /// A sender, which has the line.
+    /// It came from a sender, which now has the line.
     Sender(Seated, TcpStream, TcpStream),
 }
 
 /// Why a client is not served.
 enum Away {
-    /// Another has the line.
+    /// Another client has the line.
     Held,
-    /// It is none of ours.
+    /// It is no client of this port, or not allowed.
     Refused(Refusal),
 }
 
-/// Reads a request, checks who asks, and answers.
+/// Reads a request, checks whether the client is allowed, and answers.
 fn meet(
     stream: &TcpStream,
     ticket: Ticket,
@@ -142,7 +142,7 @@ fn meet(
     let unfit = |_: io::Error| Away::Refused(Refusal::NoWebSocket);
     let gone = |_: io::Error| Away::Refused(Refusal::Gone);
     let mut limited = Limited::new(stream.try_clone().map_err(unfit)?).map_err(unfit)?;
-    // Nothing can be lost behind the request: a client that sends more before it was answered is
+    // No bytes after the request can get lost: a client that sends more before the answer is
     // refused.
     let request = request::read(&mut limited).map_err(unfit)?;
     if let Err(foreign) = allowed.check(request.headers()) {
@@ -171,7 +171,7 @@ fn meet(
     Ok(Met::Sender(seated, reader, writer))
 }
 
-/// Waits for the line. A client that has sent a request has spoken.
+/// Waits for the line. A client that has sent a request counts as having sent a byte.
 fn wait(stream: &TcpStream, ticket: Ticket, uplink: &Uplink) -> Option<Seated> {
     ticket.wait(stream, || {
         std::thread::sleep(POLL);
@@ -186,11 +186,12 @@ fn wait(stream: &TcpStream, ticket: Ticket, uplink: &Uplink) -> Option<Seated> {
 fn refuse(to: &mut Limited, away: Away) -> Result<Met, Away> {
     let answer = away.answer();
     let text = answer.body().clone().unwrap_or_default();
-    // In one piece: many clients read once, and show the words that came with the head.
+    // Head and text go out in one piece: many clients read only once and show the text that came
+    // with the head.
     let mut bytes = Vec::new();
     if write_response(&mut bytes, &answer).is_ok() {
         bytes.extend(text.as_bytes());
-        // One that does not take the answer is gone anyway.
+        // If the client does not take the answer, it is gone anyway.
         let _ = to.write_all(&bytes);
     }
     Err(away)
@@ -218,8 +219,9 @@ impl Away {
     }
 }
 
-/// Agrees to the first of the subprotocols that a client offers: one that has offered some hangs up
-/// where none of them is chosen (RFC 6455, section 4.1). They say nothing about the bytes.
+/// Agrees to the first of the subprotocols that a client offers. A client that has offered some
+/// hangs up if none of them is chosen (RFC 6455, section 4.1). Their names say nothing about the
+/// bytes.
 fn agree(request: &Request, mut response: Response) -> Response {
     let offered = request.headers().get(SEC_WEBSOCKET_PROTOCOL);
     let names = offered.and_then(|names| names.to_str().ok());
@@ -230,7 +232,7 @@ fn agree(request: &Request, mut response: Response) -> Response {
     response
 }
 
-/// A connection whose handshake has to end in time.
+/// A connection whose handshake has to end by `until`.
 struct Limited {
     stream: TcpStream,
     until: Instant,
@@ -262,7 +264,7 @@ impl Read for Limited {
 
 impl Write for Limited {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        // The wait for the line does not count: the answer is short.
+        // Time spent waiting for the line does not count: the answer is short.
         self.stream.write(bytes)
     }
 
@@ -300,15 +302,15 @@ fn answer(control: Control, sink: &Sink, reader: &TcpStream) {
     }
 }
 
-/// Says goodbye; the next read finds the end.
+/// Sends a close frame and shuts the connection; the next read finds its end.
 fn close(sink: &Sink, reader: &TcpStream, code: CloseCode) {
     let reason = "".into();
     send(sink, Frame::close(Some(CloseFrame { code, reason })));
-    // A failure means that it is closed already.
+    // If this fails, it is closed already.
     let _ = reader.shutdown(Shutdown::Both);
 }
 
-/// Sends a frame; a connection that fails is seen by the reader.
+/// Sends a frame. If the connection has failed, the reader notices.
 fn send(sink: &Sink, frame: Frame) {
     let mut bytes = Vec::new();
     let mut socket = sink.lock().unwrap_or_else(PoisonError::into_inner);

@@ -1,4 +1,4 @@
-//! The wire, readable, with time.
+//! A readable log of the bytes on the lines, with times.
 //!
 //! ```text
 //!     12.034567 0 < G1X10F600          seconds since power-up, line, to the machine
@@ -13,10 +13,10 @@ use std::collections::BTreeMap;
 use std::fmt::Display;
 use std::io::{self, Write};
 
-/// A line of text without an end is cut after this number of bytes.
+/// The longest piece of text without a line end, in bytes; longer text is cut.
 const LONGEST: usize = 512;
 
-/// Which way bytes go.
+/// The direction of bytes on a line.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub enum Way {
     /// From a client to the machine.
@@ -34,7 +34,7 @@ impl Way {
     }
 }
 
-/// Writes down the bytes of the lines.
+/// Writes the bytes of the lines to a log.
 pub struct WireLog {
     to: Box<dyn Write + Send>,
     /// The bytes of unfinished lines.
@@ -50,7 +50,7 @@ impl WireLog {
         }
     }
 
-    /// Writes down bytes of a line.
+    /// Logs bytes of a line.
     ///
     /// # Errors
     /// Errors of the file.
@@ -69,7 +69,7 @@ impl WireLog {
         Ok(())
     }
 
-    /// Writes down something that happened on a line.
+    /// Logs an event on a line.
     ///
     /// # Errors
     /// Errors of the file.
@@ -77,7 +77,7 @@ impl WireLog {
         self.row(now, line, '.', &what.to_string())
     }
 
-    /// Brings everything to the file.
+    /// Flushes everything to the file.
     ///
     /// # Errors
     /// Errors of the file.
@@ -104,8 +104,8 @@ impl WireLog {
     }
 }
 
-/// Bytes as text: an LF (from a client) or CR LF (from the machine) at the end is left out, other
-/// control bytes are spelled.
+/// Bytes as text. A line end (LF from a client, CR LF from the machine) is left out; other control
+/// bytes are escaped.
 fn escape(bytes: &[u8]) -> String {
     let text = bytes.strip_suffix(b"\n").unwrap_or(bytes);
     let text = text

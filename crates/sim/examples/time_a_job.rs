@@ -3,8 +3,8 @@
 //!     python3 bench/workloads/gen.py /tmp
 //!     cargo run --profile fast -p leadscrew-sim --example time_a_job -- /tmp/spiral.gcode
 //!
-//! Settings may stand at the head of the file (`$110=2000`). Beside it: a loop that does nothing
-//! but look at the same step events, one after the other.
+//! Settings may stand at the head of the file (`$110=2000`). For comparison, the program also times
+//! a loop that only reads the same step events, one after the other.
 
 use leadscrew_machine::config::MachineConfig;
 use leadscrew_planner::Cartesian;
@@ -16,7 +16,7 @@ use std::hint::black_box;
 use std::process::ExitCode;
 use std::time::Instant;
 
-/// Runs are repeated so often; the fastest is told.
+/// The number of runs; the fastest one's time is printed.
 const RUNS: usize = 3;
 
 /// Keeps all step events.
@@ -43,7 +43,7 @@ fn simulate<O: Observer>(program: &[u8], observer: O) -> (Outcome<3>, O) {
     sim.finish()
 }
 
-/// Seconds of the fastest of some runs.
+/// The time of the fastest of the runs, in seconds.
 fn fastest(mut run: impl FnMut()) -> f64 {
     let times = (0..RUNS).map(|_| {
         let start = Instant::now();

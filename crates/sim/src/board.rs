@@ -9,9 +9,9 @@
 //!   entry       pins rise     power       next tick armed         entry      pins fall     exit
 //! ```
 //!
-//! The edges of all ticks lag behind the timer by the same [`Costs::step_edge`], but where the tick
-//! before has not ended. New directions go out as the pulse ends, so that no edge finds them
-//! moving. Whatever else an interrupt writes it writes at its end.
+//! The step edges of all ticks come [`Costs::step_edge`] after the timer's compare, or later if the
+//! tick before has not ended. New directions go out when the pulse ends, so that no direction pin
+//! changes at a step edge. An interrupt writes its other outputs at its end.
 
 use crate::clock::{cycles_of_micros, Cycle, CYCLES_PER_COUNT};
 use crate::contacts::{Contacts, Inputs};
@@ -28,7 +28,8 @@ use leadscrew_machine::explain::{Committed, Explain, PlannedMove};
 use leadscrew_outputs::OutputPort;
 use leadscrew_stepper::{MotorMask, OutputChange, Power, StepPort, Ticks, MAX_SMOOTHING_LEVEL};
 
-/// Parts of a dominant motor's step, as small as its finest smoothing makes them.
+/// The parts of a dominant motor's step: as many as the ticks in a step at the finest step
+/// smoothing.
 pub(crate) const PARTS: u64 = 1 << MAX_SMOOTHING_LEVEL;
 
 /// The counts of the board.
@@ -40,7 +41,8 @@ pub struct Counts {
     pub(crate) ticks: u64,
     /// Steps of the dominant motors, in [`PARTS`].
     pub(crate) dominant_parts: u64,
-    /// The longest that a tick's interrupt began after it was due, in cycles.
+    /// The longest time from the instant at which a tick was due to the begin of its interrupt, in
+    /// cycles.
     pub longest_delay: u64,
     /// How often synchronised outputs have changed.
     pub(crate) output_changes: u64,
@@ -68,13 +70,16 @@ pub struct SimBoard<O, const MOTORS: usize> {
     pub(crate) last_step: Cycle,
     pub(crate) last_rest: Cycle,
     pub(crate) port: PortConfig,
-    /// Motors that are mounted the other way round: their carriages go back where others go on.
+    /// Motors that are mounted the other way round: they move their carriages backwards where
+    /// others move them forwards.
     pub(crate) mirrored: MotorMask,
-    /// Where there is something between the switches and the inputs.
+    /// The contacts between the switches and the inputs; `None` where the inputs follow the
+    /// switches directly.
     pub(crate) contacts: Option<Inputs<MOTORS>>,
     /// Set whenever an input may have changed its level.
     pub(crate) switches_moved: bool,
-    /// Whether the counted position and the plant's have to be put side by side anew.
+    /// Whether the check of positions needs a new origin: the wiring or a carriage's place has
+    /// changed.
     pub(crate) rewired: bool,
     /// Parts of a dominant step in each tick of the segment under way; `None` where no tick is due.
     pub(crate) parts_per_tick: Option<u64>,
@@ -83,17 +88,17 @@ pub struct SimBoard<O, const MOTORS: usize> {
     now: Cycle,
     /// When the interrupt under way writes the power.
     power_written: Cycle,
-    /// When it writes directions and outputs.
+    /// When the interrupt under way writes directions and outputs.
     written: Cycle,
-    /// When it arms the next tick at the latest.
+    /// The latest instant at which the interrupt under way arms the next tick.
     armed: Cycle,
     /// When the next step interrupt is due.
     step_due: Cycle,
-    /// The instant of the tick that was armed last, from which the next one counts.
+    /// When the tick that was armed last is due; the wait for the next tick counts from it.
     tick_due: Cycle,
     /// When the pulse under way is to end.
     pulse_due: Cycle,
-    /// The pulse width of `$0` when it began, in cycles.
+    /// The pulse width (`$0`) of the pulse under way, in cycles.
     pulse_width: u64,
     direction: MotorMask,
     power: Power,
@@ -156,7 +161,7 @@ impl<O: Observer, const MOTORS: usize> SimBoard<O, MOTORS> {
         }
     }
 
-    /// Tells the observer of outputs that have changed since it was told last.
+    /// Tells the observer the outputs' levels if they have changed since it was last told.
     pub(crate) fn show_outputs(&mut self, at: Cycle) {
         let levels = self.outputs.levels();
         if levels != self.shown_outputs {
@@ -195,7 +200,7 @@ impl<O: Observer, const MOTORS: usize> SimBoard<O, MOTORS> {
         self.now = now;
     }
 
-    /// Begins a step interrupt at `now` that takes `cycles`: its tick counts, whether a motor steps
+    /// Begins a step interrupt at `now` that takes `cycles`. Its tick counts whether a motor steps
     /// or not.
     #[inline]
     pub(crate) fn begin_step_interrupt(&mut self, now: Cycle, cycles: u32) {
@@ -212,14 +217,15 @@ impl<O: Observer, const MOTORS: usize> SimBoard<O, MOTORS> {
         }
     }
 
-    /// Whether the next step interrupt comes later than the tick that it stands for.
+    /// Whether the next step interrupt comes later than its tick is due.
     #[inline]
     pub(crate) fn is_late(&self) -> bool {
         self.step_due != self.tick_due
     }
 
-    /// Counts ticks at which nothing happens, and goes on to the one that comes `wait` after the
-    /// last of them, and that `to_last` after the first, which is due now.
+    /// Counts `ticks` ticks at which nothing happens, and arms the tick after them. The first of
+    /// them is due now, the last comes `to_last` later, and the armed tick comes `wait` after the
+    /// last.
     #[inline]
     pub(crate) fn pass_ticks(&mut self, ticks: u32, [to_last, wait]: [Ticks; 2]) {
         let parts = self.parts_per_tick.unwrap_or(0);
@@ -230,7 +236,7 @@ impl<O: Observer, const MOTORS: usize> SimBoard<O, MOTORS> {
         self.step_due = self.tick_due;
     }
 
-    /// Lets the step pins fall, then sets the directions that waited for it.
+    /// Lets the step pins fall, then sets the directions that waited for the end of the pulse.
     #[inline]
     pub(crate) fn end_pulse(&mut self, now: Cycle) {
         self.pulse_due = Cycle::NEVER;
@@ -242,7 +248,7 @@ impl<O: Observer, const MOTORS: usize> SimBoard<O, MOTORS> {
         self.write_direction(now);
     }
 
-    /// Power as it is put out.
+    /// The power as it is on the pin now.
     pub fn power(&self) -> Power {
         self.power
     }
@@ -252,17 +258,17 @@ impl<O: Observer, const MOTORS: usize> SimBoard<O, MOTORS> {
         self.put_power(now, Power::OFF);
     }
 
-    /// The coolant valves as they are put out.
+    /// The coolant valves as they are on the pins now.
     pub fn coolant(&self) -> CoolantOutput {
         self.coolant
     }
 
-    /// Direction and enable of the spindle as they are put out.
+    /// Direction and enable of the spindle as they are on the pins now.
     pub fn spindle(&self) -> SpindleOutput {
         self.spindle
     }
 
-    /// Notes something that came too late.
+    /// Notes a late event.
     #[cold]
     pub(crate) fn note_late(&mut self, cycle: Cycle, reason: LateReason) {
         let late = Late { cycle, reason };
@@ -270,7 +276,7 @@ impl<O: Observer, const MOTORS: usize> SimBoard<O, MOTORS> {
         self.late.push(late);
     }
 
-    /// Notes something that must never happen.
+    /// Notes a violation.
     #[cold]
     pub(crate) fn violate(&mut self, violation: Violation) {
         self.observer.violation(&violation);
@@ -301,8 +307,8 @@ impl<O: Observer, const MOTORS: usize> SimBoard<O, MOTORS> {
         }
     }
 
-    /// The motors whose carriages go the other way than the machine counts: inverted by `$3` or
-    /// mirrored, not both.
+    /// The motors whose carriages move against the machine's count: those inverted by `$3` or
+    /// mirrored, but not both.
     pub(crate) fn turned(&self) -> MotorMask {
         MotorMask::from_bits(self.port.direction_invert.bits() ^ self.mirrored.bits())
     }
@@ -346,7 +352,7 @@ impl<O: Observer, const MOTORS: usize> StepPort for SimBoard<O, MOTORS> {
             negative,
             power,
         });
-        // The timer's count now is rounded down: one count more, so that the pulse is never short.
+        // The timer's count is rounded down, so one count is added: the pulse is never too short.
         self.pulse_width = cycles_of_micros(u64::from(self.port.pulse_us));
         let width = self.pulse_width + CYCLES_PER_COUNT;
         self.pulse_due = Cycle(edge.0 - edge.0 % CYCLES_PER_COUNT + width);

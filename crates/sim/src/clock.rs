@@ -1,7 +1,7 @@
 //! The simulator's only clock: cycles of the CPU since power-up.
 //!
-//! Every other time is a whole multiple or a rounded-down share of it, so that nothing depends on
-//! the machine that runs the simulation.
+//! Every other time is computed from it, as a whole multiple or by division rounded down, so that
+//! nothing depends on the computer that runs the simulation.
 
 use core::fmt;
 use core::ops::{Add, Sub};
@@ -69,7 +69,7 @@ pub const fn cycles_of_micros(micros: u64) -> u64 {
 
 impl Add<u64> for Cycle {
     type Output = Self;
-    /// `cycles` later. [`Cycle::NEVER`] leaves room for that.
+    /// The instant `cycles` later. [`Cycle::NEVER`] leaves room for this addition.
     #[inline]
     fn add(self, cycles: u64) -> Self {
         Self(self.0 + cycles)

@@ -7,15 +7,15 @@
 //!                 |<-------->|                $706: is it still there? then it counts
 //! ```
 //!
-//! The filter is the firmware's: an edge begins the time, edges that follow within it change
-//! nothing, and the level at its end is believed. A forgotten edge may come back with the next one.
+//! The filter is the firmware's. An edge starts the filter time (`$706`); further edges within it
+//! change nothing; the level at its end becomes the believed level.
 
 use crate::clock::{cycles_of_micros, Cycle};
 use leadscrew_machine::board::Switches;
 use leadscrew_stepper::MotorMask;
 
 /// The contacts between the switches of a simulated machine and its inputs. [`Contacts::default`]
-/// has none.
+/// neither bounces nor filters.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Contacts {
     /// How long a limit switch or a probe bounces at each edge, microseconds.
@@ -24,26 +24,27 @@ pub struct Contacts {
     pub filtered: bool,
 }
 
-/// Levels in a bounce, the old and the new one by turns; the first is the new one.
+/// The number of parts of equal length in a bounce. The level alternates from part to part, and the
+/// first part has the new level.
 const BOUNCES: u64 = 8;
 
-/// Inputs in a word: limits in the low byte, then probe, reset, hold, start, door.
+/// The number of inputs in a word: limits in the low byte, then probe, reset, hold, start, door.
 const INPUTS: usize = 13;
 
-/// The inputs as they are seen, and as they are believed.
+/// The levels of the inputs as they are now, and as the filter believes them.
 #[derive(Clone, Debug)]
 pub(crate) struct Inputs<const MOTORS: usize> {
     bounce: u64,
     filtered: bool,
     /// The filter's time, cycles.
     time: u64,
-    /// Levels that the contacts come to rest at.
+    /// The levels at which the contacts come to rest.
     resting: u16,
-    /// When each of them was made or broken; `None`: it does not bounce.
+    /// When each contact was last made or broken; `None` once it no longer bounces.
     moved: [Option<Cycle>; INPUTS],
     /// Levels at the last look.
     seen: u16,
-    /// Inputs that the filter waits for, and until when.
+    /// For each input, when its filter time ends; `None` where the filter does not wait for it.
     settling: [Option<Cycle>; INPUTS],
     believed: u16,
     /// Where the motors stood at the edge of the probe.
@@ -51,7 +52,7 @@ pub(crate) struct Inputs<const MOTORS: usize> {
     due: Cycle,
 }
 
-/// The messages for the machine.
+/// A message to the machine that believed levels have changed.
 pub(crate) struct Told<const MOTORS: usize> {
     pub(crate) levels: Switches,
     /// Where the motors stood at the edge.
@@ -59,8 +60,8 @@ pub(crate) struct Told<const MOTORS: usize> {
 }
 
 impl<const MOTORS: usize> Inputs<MOTORS> {
-    /// Inputs of a board with these contacts; `None` where the machine sees its switches as they
-    /// are.
+    /// Makes the inputs of a board with these contacts; `None` where the machine sees its switches
+    /// directly.
     pub(crate) fn new(contacts: Contacts) -> Option<Self> {
         let open = word(&Switches::OPEN);
         (contacts != Contacts::default()).then(|| Self {
@@ -82,7 +83,7 @@ impl<const MOTORS: usize> Inputs<MOTORS> {
         self.time = cycles_of_micros(u64::from(microseconds));
     }
 
-    /// The levels that are believed.
+    /// The levels that the filter believes.
     pub(crate) fn believed(&self) -> Switches {
         switches(self.believed)
     }
@@ -99,7 +100,8 @@ impl<const MOTORS: usize> Inputs<MOTORS> {
         self.believed = self.resting;
     }
 
-    /// Switches have new levels. `bounces`: a carriage has moved them, and their contacts bounce.
+    /// Takes new levels of the switches. `bounces`: a carriage has moved them, so their contacts
+    /// bounce.
     pub(crate) fn change(&mut self, levels: &Switches, bounces: bool, now: Cycle) {
         let levels = word(levels);
         let changed = levels ^ self.resting;
@@ -111,7 +113,7 @@ impl<const MOTORS: usize> Inputs<MOTORS> {
         self.due = now;
     }
 
-    /// Looks at the inputs; answers the machine's news.
+    /// Looks at the inputs; returns a message for the machine if a believed level has changed.
     pub(crate) fn look(&mut self, now: Cycle, position: [i32; MOTORS]) -> Option<Told<MOTORS>> {
         let levels = self.levels(now);
         let edges = levels ^ self.seen;
@@ -149,7 +151,7 @@ impl<const MOTORS: usize> Inputs<MOTORS> {
         }
     }
 
-    /// The levels on the inputs; contacts that have come to rest are forgotten.
+    /// The levels on the inputs. Clears the entries of contacts that no longer bounce.
     fn levels(&mut self, now: Cycle) -> u16 {
         let (bounce, mut levels) = (self.bounce, self.resting);
         for (input, moved) in each(&mut self.moved, u16::MAX) {
@@ -225,8 +227,8 @@ mod tests {
         inputs
     }
 
-    /// The times at which the machine learns of each level, microseconds, after a carriage has
-    /// closed the switch at 1000.
+    /// The times at which the machine learns of each level, in microseconds, where a carriage
+    /// closes the switch at 1000.
     fn learns(inputs: &mut Inputs<1>) -> Vec<(u64, bool)> {
         let mut learned = Vec::new();
         inputs.change(&CLOSED, true, Cycle::from_micros(1000));

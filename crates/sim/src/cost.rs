@@ -1,19 +1,18 @@
 //! The cost of each piece of work on an STM32F407, in CPU cycles.
 //!
-//! All figures come from [`crate::measured`], which `cargo fw-test --costs` writes: the cycles of
-//! the unmodified firmware in the emulator of `crates/f407emu`. The emulator's cycles are right to
-//! within about 15 %, a judgement; no board has been measured. The check `costs` of `cargo fw-test`
-//! compares the file with the current firmware.
+//! All figures come from [`crate::measured`], which `cargo fw-test --costs` writes. They are the
+//! cycles that the unmodified firmware takes in the emulator of `crates/f407emu`. The emulator's
+//! cycles are right to within about 15 %. This figure is a judgement: no board has been measured.
+//! The check `costs` of `cargo fw-test` compares the file with the current firmware.
 //!
-//! Interrupts are charged what the middle one of a job took, with their entry and exit; whether a
-//! tick is late is judged by the longest. A tick that takes a segment is charged the longest such
-//! tick where the segment begins a line, and the middle one elsewhere. The main loop's work is
-//! charged its mean, after all other work of the same job (`tests/firmware/src/checks/costs.rs`).
-//! Of the looks at the serial line, every 50 µs, the bytes are charged as they come; a look that
-//! finds none is not (some 50 cycles, 0.6 % of the CPU).
+//! An interrupt is charged the median of its times in a job, with its entry and exit. The longest
+//! time decides whether a tick is late. A tick that takes a segment is charged the longest time
+//! where the segment begins a line, and the median elsewhere. The main loop's work is charged its
+//! mean, after all other work of the same job (`tests/firmware/src/checks/costs.rs`). The firmware
+//! looks at the serial line every 50 µs. The bytes that it finds are charged as they come; a look
+//! that finds none is not charged (some 50 cycles, 0.6 % of the CPU).
 //!
-//! `HUNDRED_INSTRUCTIONS` there is for who has counted instructions and wants cycles
-//! (`docs/benchmarks.md`).
+//! `HUNDRED_INSTRUCTIONS` converts counted instructions to cycles (`docs/benchmarks.md`).
 //!
 //! [`crate::event_loop`] says when each cost is charged.
 
@@ -29,12 +28,12 @@ pub struct Costs {
     pub power_edge: u32,
     /// A tick.
     pub step: u32,
-    /// From the timer's compare to the next one's being armed, at most: a tick due before that is
-    /// late.
+    /// The longest time from one compare of the timer until the next one is armed. A tick that is
+    /// due before then is late.
     pub step_armed: u32,
-    /// A tick that loads a segment, which goes on along its line.
+    /// A tick that loads a segment which continues the line under way.
     pub load: u32,
-    /// The same for the first segment of a line: the longest.
+    /// The longest tick that loads the first segment of a line.
     pub load_line: u32,
     /// A tick that finds no segment to load.
     pub run_out: u32,
@@ -42,7 +41,7 @@ pub struct Costs {
     pub pulse_edge: u32,
     /// An interrupt that ends a pulse.
     pub pulse_end: u32,
-    /// The interrupts of a switch's edge and of the end of its filter's time.
+    /// The interrupts of a switch's edge and of the end of its filter time, together.
     pub switches: u32,
     /// Cycles of interrupts for a received byte.
     pub byte_in: u32,
@@ -50,7 +49,7 @@ pub struct Costs {
     pub byte_out: u32,
     /// A turn of the main loop, without the work listed below.
     pub poll: u32,
-    /// A byte put on its line, or one of an answer printed.
+    /// A byte added to its line, or a byte of an answer printed.
     pub byte: u32,
     /// A line checked and interpreted.
     pub line: u32,
@@ -115,7 +114,8 @@ impl Costs {
         report: 0,
     };
 
-    /// Cycles of one turn of the main loop that has brought its counters from `before` to `after`.
+    /// Cycles of one turn of the main loop, which has raised the counters of work from `before` to
+    /// `after`.
     pub fn of_poll(&self, before: &Work, after: &Work) -> u64 {
         let cost = |cost: u32, before: u32, after: u32| {
             u64::from(cost) * u64::from(after.wrapping_sub(before))

@@ -1,4 +1,4 @@
-//! The machine's flash memory, in this computer's.
+//! The machine's flash memory, kept in this computer's memory.
 
 use leadscrew_machine::settings::flash::{Area, SettingsStore};
 use std::convert::Infallible;
@@ -30,7 +30,7 @@ impl Flash {
         }
     }
 
-    /// Whether any byte has changed since it was asked last.
+    /// Whether any byte has changed since the last call.
     pub fn changed(&mut self) -> bool {
         std::mem::take(&mut self.changed)
     }

@@ -21,8 +21,8 @@ pub trait Host {
     /// Asked when the line is free, and again after each byte that the host receives.
     fn next_byte(&mut self, channel: ChannelId) -> Option<u8>;
 
-    /// Whether the host has gone away since it was asked last, and all that it sent before is on
-    /// the way: the board notices it.
+    /// Whether the host has closed the line since it was last asked. The bytes that it sent before
+    /// are on the way; after them the board notices the close.
     fn closes(&mut self, channel: ChannelId) -> bool {
         let _ = channel;
         false
@@ -75,8 +75,9 @@ impl Rate {
 /// 5.8.3).
 pub(crate) const PACKET: usize = 64;
 
-/// Bytes that the board keeps for sending on a line that takes time, as the firmware does: the line
-/// sends them in 0.7 ms; 8 at least and 128 at most. A report waits for them.
+/// Bytes that the board keeps for sending on a line that takes time, as the firmware does. It is
+/// what the line sends in 0.7 ms, but at least 8 and at most 128 bytes. A status report waits
+/// behind these bytes.
 fn send_buffer(byte_time: u64) -> usize {
     usize::try_from(CPU_HZ * 7 / 10_000 / byte_time).map_or(128, |bytes| bytes.clamp(8, 128))
 }
@@ -85,14 +86,14 @@ fn send_buffer(byte_time: u64) -> usize {
 #[derive(Debug)]
 pub(crate) struct Link {
     rate: Rate,
-    /// The byte under way to the board, and when it arrives.
+    /// The byte that is on the way to the board, and when it arrives.
     incoming: Option<(Cycle, u8)>,
     sending: VecDeque<u8>,
-    /// When the first byte of `sending` has left.
+    /// When the first byte of `sending` will have left.
     sent: Cycle,
 }
 
-/// Something that a line does next.
+/// An event on a line.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum LinkEvent {
     /// A byte has arrived at the board.
@@ -132,7 +133,7 @@ impl Link {
         taken
     }
 
-    /// The event that is due at `now` or before.
+    /// Takes the event that is due at `now` or before.
     fn take(&mut self, now: Cycle) -> Option<LinkEvent> {
         if let Some((_, byte)) = self.incoming.filter(|(at, _)| *at <= now) {
             self.incoming = None;
@@ -185,7 +186,7 @@ impl Links {
         taken
     }
 
-    /// Whether `channel` takes no time.
+    /// Whether `channel` never waits.
     pub(crate) fn never_waits(&self, channel: ChannelId) -> bool {
         self.links
             .get(usize::from(channel.0))
@@ -199,7 +200,7 @@ impl Links {
             .is_some_and(|link| link.incoming.is_some())
     }
 
-    /// Takes the next byte written to `channel`, which takes no time.
+    /// Takes the next byte that the board has written to `channel`, a line that never waits.
     pub(crate) fn take_written(&mut self, channel: ChannelId) -> Option<u8> {
         let link = self.links.get_mut(usize::from(channel.0))?;
         debug_assert_eq!(link.rate, Rate::NeverWaits);
@@ -217,7 +218,7 @@ impl Links {
         }
     }
 
-    /// Takes the next thing that is due at `now` or before.
+    /// Takes the next event that is due at `now` or before.
     pub(crate) fn take(&mut self, now: Cycle) -> Option<(ChannelId, LinkEvent)> {
         let event = self
             .links

@@ -7,10 +7,10 @@
 //!  main loop                  =               =====  the rest; interrupts make a poll end later
 //! ```
 //!
-//! Cycles of the step interrupts are collected in slots of a quarter of a millisecond; cycles that
-//! do not fit into a slot run on into the next. The peak is the busiest stretch of four slots: any
-//! millisecond, to a quarter of one. The main loop does not count there: while lines come as fast
-//! as they are taken, it is always busy, and motion does not depend on it.
+//! Cycles of the step interrupts are collected in slots of a quarter of a millisecond. Cycles that
+//! do not fit into a slot carry over into the next. The peak is the busiest run of four slots: the
+//! busiest millisecond, to a quarter of one. The main loop does not count towards the peak: it is
+//! always busy while lines come as fast as it takes them, and motion does not depend on it.
 
 use crate::clock::{Cycle, CPU_HZ};
 
@@ -20,12 +20,12 @@ const SLOTS: usize = 4;
 /// Cycles in a slot.
 const SLOT: u64 = CPU_HZ / 1000 / SLOTS as u64;
 
-/// The CPU's time table.
+/// Tracks what the CPU works on, and when it is free.
 #[derive(Clone, Debug)]
 pub struct Cpu {
-    /// A tick is under way until then.
+    /// The end of the tick under way.
     tick_until: Cycle,
-    /// A tick or the end of a pulse is under way until then.
+    /// The end of the tick or pulse end under way.
     timer_until: Cycle,
     main_until: Cycle,
     /// Cycles of the main loop and of other interrupts.
@@ -46,7 +46,7 @@ pub struct Cpu {
 pub struct CpuLoad {
     /// Share of all cycles, 0 to 1.
     pub mean: f64,
-    /// The largest share of any millisecond that step interrupts took, 0 to 1.
+    /// The largest share of a millisecond that step interrupts took, 0 to 1.
     pub peak: f64,
 }
 
@@ -74,20 +74,21 @@ impl Cpu {
         }
     }
 
-    /// When a tick that is due at `due` begins: then, or once the one under way has ended.
+    /// When a tick that is due at `due` begins: at `due`, or when the tick under way has ended.
     #[inline]
     pub fn tick_start(&self, due: Cycle) -> Cycle {
         due.max(self.tick_until)
     }
 
-    /// When the end of a pulse that is due at `due` begins: then, or once neither a tick nor
-    /// another end is under way.
+    /// When the end of a pulse that is due at `due` begins: at `due`, or when the tick or the pulse
+    /// end under way has ended.
     #[inline]
     pub fn pulse_end_start(&self, due: Cycle) -> Cycle {
         due.max(self.timer_until)
     }
 
-    /// Charges a tick that begins at `start`: it lengthens the end of a pulse that it interrupts.
+    /// Charges a tick that begins at `start`. If it interrupts the end of a pulse, that end takes
+    /// longer.
     #[inline]
     pub fn charge_tick(&mut self, start: Cycle, cycles: u32) {
         self.tick_until = start + u64::from(cycles);
@@ -96,14 +97,15 @@ impl Cpu {
         self.charge(start, u64::from(cycles));
     }
 
-    /// Whether nothing is under way at `at`.
+    /// Whether the CPU is free at `at`.
     #[inline]
     pub fn is_free(&self, at: Cycle) -> bool {
         self.main_start(Cycle::ZERO) <= at
     }
 
-    /// Charges `count` ticks of `cycles` each that begin while nothing is under way, none before
-    /// the one before it has ended: the `first` and the `last`, and the others evenly between them.
+    /// Charges `count` ticks of `cycles` each. The first begins at `first`, the last at `last`, the
+    /// others evenly between them. Nothing else is under way meanwhile, and each tick ends before
+    /// the next begins.
     #[inline]
     pub fn charge_ticks(&mut self, [first, last]: [Cycle; 2], count: u32, cycles: u32) {
         self.tick_until = last + u64::from(cycles);
@@ -130,14 +132,14 @@ impl Cpu {
         self.charge(start, u64::from(cycles));
     }
 
-    /// Charges another interrupt.
+    /// Charges an interrupt that is neither a tick nor the end of a pulse.
     #[inline]
     pub fn charge_interrupt(&mut self, start: Cycle, cycles: u32) {
         self.delay_main(start, cycles);
         self.other += u64::from(cycles);
     }
 
-    /// An interrupt lengthens the poll under way.
+    /// Lengthens the poll under way by the time of an interrupt.
     #[inline]
     fn delay_main(&mut self, start: Cycle, cycles: u32) {
         if self.main_until > start {

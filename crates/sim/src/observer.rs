@@ -1,8 +1,7 @@
 //! Who watches the pins: file writers, pictures, tests.
 //!
 //! The simulation takes its observer as a type parameter; methods that are not overridden cost
-//! nothing. Two observers are watched with as a pair, none with `()`, an optional one with
-//! `Option`.
+//! nothing. A pair of observers is an observer too, as are `()` (none) and `Option` (one or none).
 
 use crate::clock::Cycle;
 use crate::trouble::{Late, Violation};
@@ -16,29 +15,30 @@ use leadscrew_stepper::{MotorMask, Power};
 pub struct StepEvent {
     /// When the step pins rise.
     pub cycle: Cycle,
-    /// The motors that step: never empty.
+    /// The motors that step; at least one.
     pub motors: MotorMask,
     /// The motors whose direction is negative.
     pub negative: MotorMask,
-    /// Spindle or laser power that was put out up to this event.
+    /// The power of spindle or laser from the event before this one up to it.
     pub power: Power,
 }
 
 /// A segment as the step interrupt takes it.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Taken<'a> {
-    /// The steps of each motor in the move that begins with it, whichever way; `None` where the one
-    /// under way goes on.
+    /// The steps of each motor in the move that begins with this segment, without their direction;
+    /// `None` where the segment continues the move under way.
     pub line: Option<&'a [u32]>,
-    /// Steps of the dominant motor that end in it: 0 in the parts of one before the last.
+    /// Steps of the dominant motor that end in this segment. 0 where a step is split over several
+    /// segments and this is not the last of them.
     pub step_events: u32,
-    /// Whether a whole step ends with it.
+    /// Whether a whole step ends where the segment ends.
     pub ends_event: bool,
-    /// Power in its first and its last tick, as shares of full power.
+    /// Power in the segment's first and last tick, as shares of full power.
     pub power: [f64; 2],
 }
 
-/// The events that can be watched. All cycles rise from call to call.
+/// The events that can be watched. Cycles never fall from call to call.
 #[allow(unused_variables)]
 pub trait Observer {
     /// Step pins rise.
@@ -71,8 +71,8 @@ pub trait Observer {
     /// A move of the program is planned.
     #[inline]
     fn move_planned(&mut self, planned: &PlannedMove<'_>) {}
-    /// The main loop has made `segments`. `committed` answers how motion stands at the end of the
-    /// last one.
+    /// The main loop has made `segments` segments. `committed` returns the state of motion at the
+    /// end of the last one.
     #[inline]
     fn segments_made(&mut self, segments: u32, committed: &dyn Fn() -> Committed) {}
     /// The step interrupt takes a segment, or comes to rest: segments are taken in the order in
@@ -95,7 +95,7 @@ pub trait Observer {
 
 impl Observer for () {}
 
-/// Implements every method by calling it on each observer of each iterator.
+/// Implements every method: it calls the same method of each observer of each iterator.
 macro_rules! forward {
     (@method $self:ident $observers:tt $name:ident($($arg:ident: $type:ty),*)) => {
         #[inline]

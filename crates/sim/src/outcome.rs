@@ -13,7 +13,7 @@ use leadscrew_planner::Kinematics;
 /// The results of one motor.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct MotorOutcome {
-    /// Steps either way.
+    /// Steps in either direction.
     pub pulses: u64,
     /// Steps in the positive direction less those in the negative.
     pub net_steps: i64,
@@ -22,7 +22,7 @@ pub struct MotorOutcome {
 }
 
 impl MotorOutcome {
-    /// A motor that is not there.
+    /// A motor that the machine lacks.
     const NONE: Self = Self {
         pulses: 0,
         net_steps: 0,
@@ -33,29 +33,29 @@ impl MotorOutcome {
 /// The results of a simulation.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Outcome<const MOTORS: usize> {
-    /// From the first byte to the board until motion rests and all has been said, s.
+    /// Time from the first byte to the board until motion rests and all answers have been sent, s.
     pub job_seconds: f64,
     /// When the first byte came: where `job_seconds` begins.
     pub first_byte: Cycle,
     /// `job_seconds` in CPU cycles.
     pub job_cycles: u64,
-    /// From the first to the last step, s; 0 where there was none.
+    /// Time from the first to the last step, s; 0 where there was no step.
     pub motion_seconds: f64,
     /// Each motor.
     pub motors: [MotorOutcome; MOTORS],
     /// Instants at which at least one motor steps.
     pub step_events: u64,
-    /// Ticks at which none does.
+    /// Ticks at which no motor steps.
     pub smoothing_ticks: u64,
-    /// Steps of whichever motor is the dominant one.
+    /// Steps of the dominant motor of each move, added up.
     pub dominant_step_events: u64,
     /// The highest of the motors' rates, steps/s.
     pub peak_step_hz: f64,
     /// The shortest pulse, µs.
     pub min_pulse_us: Option<f64>,
-    /// The shortest time from a change of direction to its motor's next step, µs.
+    /// The shortest time from a motor's change of direction to its next step, µs.
     pub min_direction_setup_us: Option<f64>,
-    /// The longest that a step was delayed by the interrupt before it, µs.
+    /// The longest time by which an earlier interrupt delayed a step, µs.
     pub max_step_delay_us: f64,
     /// Late events.
     pub late: Record<Late>,
@@ -70,7 +70,7 @@ pub struct Outcome<const MOTORS: usize> {
 }
 
 impl<const MOTORS: usize> Outcome<MOTORS> {
-    /// The same with `MORE` motors; those beyond the machine's did nothing.
+    /// The same outcome with `MORE` motors; those that the machine lacks did nothing.
     pub fn with_motors<const MORE: usize>(self) -> Outcome<MORE> {
         let motors = std::array::from_fn(|motor| {
             let of = self.motors.get(motor);
@@ -105,7 +105,7 @@ where
     O: Observer,
     X: Extension<AXES>,
 {
-    /// Ends the simulation: its results, and the observer.
+    /// Ends the simulation; returns its results and the observer.
     pub fn finish(self) -> (Outcome<MOTORS>, O) {
         (self.outcome(), self.board.observer)
     }
@@ -161,7 +161,7 @@ pub struct LineError {
     pub text: String,
 }
 
-/// The machine's words to a program, for readers after the end.
+/// What the machine answered to a program, to be read after its end.
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Answers {
     /// Lines that were answered.

@@ -6,7 +6,7 @@ use leadscrew_outputs::OutputPort;
 use std::cell::Cell;
 use std::rc::Rc;
 
-/// Eight pins, low at power-up. A clone is the same pins.
+/// Eight pins, low at power-up. A clone refers to the same pins.
 #[derive(Clone, Debug, Default)]
 pub struct OutputPins(Rc<Cell<u8>>);
 

@@ -11,18 +11,19 @@ const ROOM: f32 = 22.0;
 const ZERO: f32 = 273.15;
 const WARM_ROOM: f32 = 298.15;
 
-/// A body with a heater: `dT/dt = power − (T − room) / cools`, without the power while it is off.
+/// A body with a heater: `dT/dt = power − (T − room) / cools`, with `power` = 0 while the heater is
+/// off.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Body {
-    /// K/s.
+    /// How fast the heater warms the body, K/s.
     pub power: f32,
-    /// Seconds in which the difference to the room falls to 37 %.
+    /// The time in which the difference to the room falls to 37 %, s.
     pub cools: f32,
     /// How its temperature is read.
     pub sensor: Sensor,
 }
 
-/// What fails.
+/// The kind of a failure.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Failure {
     /// The wire of the sensor breaks.
@@ -31,18 +32,18 @@ pub enum Failure {
     Shorted,
     /// The sensor falls out of its place, and keeps its last reading.
     Frozen,
-    /// The relay of the heater sticks: only a relay of the supply switches it off.
+    /// The relay of the heater sticks: only the relay of the supply can switch the heater off.
     Stuck,
-    /// Another controller reports a fault on the input for it.
+    /// Another controller reports a fault on the fault input.
     External,
 }
 
-/// A fault of the first heater, so long after power-up.
+/// A failure of the first heater's parts at a time after power-up.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct HeatFault {
     /// What fails.
     pub failure: Failure,
-    /// When.
+    /// When it fails, counted from power-up.
     pub at: Duration,
 }
 
@@ -63,7 +64,7 @@ impl std::error::Error for NoHeatFault {}
 impl FromStr for HeatFault {
     type Err = NoHeatFault;
 
-    /// `open@40`: after 40 seconds.
+    /// Reads a text such as `open@40`: the wire breaks after 40 seconds.
     fn from_str(text: &str) -> Result<Self, NoHeatFault> {
         let (failure, seconds) = text.split_once('@').ok_or(NoHeatFault)?;
         let failure = match failure {
@@ -80,7 +81,7 @@ impl FromStr for HeatFault {
     }
 }
 
-/// The wires of the heaters that not every machine has.
+/// Wires of the heaters that only some machines have.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct HeatWires {
     /// A relay supplies all heaters.
@@ -96,21 +97,22 @@ struct Part {
     is_on: bool,
 }
 
-/// All that is warmed, with the pins of its heaters and sensors.
+/// All heated bodies, with the pins of their heaters and sensors.
 #[derive(Clone, Debug)]
 pub struct Oven {
     parts: Vec<Part>,
     reference: f32,
     wires: HeatWires,
     fault: Option<HeatFault>,
-    /// The reading of the first sensor since it is frozen.
+    /// The reading at which the first sensor has frozen; `None` while it works.
     frozen: Option<f32>,
     now: Instant,
     has_supply: bool,
 }
 
 impl Oven {
-    /// Bodies at the temperature of the room; `reference` is the voltage that sensors share.
+    /// Makes an oven whose bodies are at room temperature. `reference` is the reference voltage of
+    /// all sensors.
     pub fn new(
         bodies: &[Body],
         reference: f32,
@@ -133,7 +135,7 @@ impl Oven {
         }
     }
 
-    /// What has failed by now.
+    /// The failure that has happened by now, if any.
     fn failure(&self) -> Option<Failure> {
         let fault = self.fault.filter(|fault| {
             let since = self.now.duration_since_epoch();
@@ -152,7 +154,7 @@ impl HeatPort for Oven {
         for (heater, part) in self.parts.iter_mut().enumerate() {
             let is_closed = part.is_on || is_stuck && heater == 0;
             let power = f32::from(u8::from(is_closed && self.has_supply)) * part.body.power;
-            // Exact for a power that does not change meanwhile.
+            // This is exact while the power does not change.
             let end = ROOM + power * part.body.cools;
             part.celsius = end + (part.celsius - end) * (-seconds / part.body.cools).exp();
         }
@@ -172,8 +174,8 @@ impl HeatPort for Oven {
                 let celsius = *self.frozen.get_or_insert(celsius);
                 share(sensor, celsius, self.reference)
             }
-            // A thermistor is pulled up; an amplifier's input floats up, and its short is below its
-            // 0 °C.
+            // The input of a thermistor is pulled up when its wire breaks. The input of an
+            // amplifier floats up; a short is below its reading of 0 °C.
             Some(Failure::Open) => 1.0,
             Some(Failure::Shorted) if is_cold_if_open => 0.0,
             Some(Failure::Shorted) => -1.0,
@@ -239,7 +241,7 @@ mod tests {
             let mut oven = oven(sensor, None);
             oven.heat(0, true);
             oven.begin(seconds(90));
-            // A time constant: 63.2 % of the way from 22 to 22 + 4 * 90.
+            // After one time constant the way is 63.2 % of that from 22 to 22 + 4 * 90.
             let read = sensor.celsius(oven.sensor(0), 5.0);
             assert!((read - (22.0 + 0.632 * 360.0)).abs() < 1.0, "{read}");
             oven.supply(false);

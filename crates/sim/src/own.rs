@@ -24,13 +24,14 @@ pub fn alarm_of(number: u8) -> Option<&'static OwnCode> {
     alarms.find(|code| code.number == number)
 }
 
-/// Heaters of a machine at most: nozzle and bed.
+/// The most heaters that a machine can have: nozzle and bed.
 pub const HEATERS: usize = 2;
 
-/// Bytes of lines that are kept during a tool change: as many as the largest receive buffer takes.
+/// Bytes of lines that are kept during a tool change: the size of the largest receive buffer.
 const KEPT: usize = 1024;
 
-/// Heaters, outputs, a tool change and a tool between two switches, as far as the file has them.
+/// Heaters, outputs, a tool change and a tool between two switches; `None` for each that the file
+/// does not have.
 pub type Own<const AXES: usize> = (
     (Option<Heat<Oven, HEATERS>>, Option<Outputs<OutputPins>>),
     (
@@ -42,14 +43,14 @@ pub type Own<const AXES: usize> = (
 /// The pins that extensions own.
 #[derive(Clone, Debug, Default)]
 pub struct OwnPins {
-    /// Of M62 to M65.
+    /// The pins of M62 to M65.
     pub outputs: OutputPins,
     /// Works the switches of the tool.
     pub tool: ToolHeight,
 }
 
 impl Profile {
-    /// The extensions of the machine with these outputs, which may be more than the file's.
+    /// The machine's extensions with these outputs, which may be more than the file's.
     pub fn extension<const AXES: usize>(
         &self,
         outputs: OutputsConfig,

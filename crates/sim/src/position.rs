@@ -1,4 +1,4 @@
-//! Holds the carriages' positions against the counted ones.
+//! Compares the carriages' positions with the positions that the machine counts.
 //!
 //! Both are counted from a common origin, which moves when the machine declares its position anew
 //! (homing), when a carriage is put elsewhere by hand, or when the wiring of a direction pin
@@ -29,7 +29,7 @@ impl<const MOTORS: usize> PositionCheck<MOTORS> {
     }
 
     /// The first motor whose carriage has not made the steps counted since the origin: its number,
-    /// the steps counted and the steps made. Motors of `inverted` turn the other way.
+    /// the steps counted and the steps made. Motors in `inverted` turn against the count.
     pub(crate) fn difference(
         &self,
         counted: [i32; MOTORS],

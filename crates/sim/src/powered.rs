@@ -24,13 +24,13 @@ use leadscrew_planner::{Coordinate, Kinematics};
 /// The axes of the largest machine that a file can describe.
 pub const MOST_AXES: usize = 6;
 
-/// Its motors: one more than axes.
+/// The motors of the largest machine: one more than its axes.
 pub const MOST_MOTORS: usize = MOST_AXES + 1;
 
-/// Moves planned ahead at most, as on the board.
+/// The most moves that are planned ahead, as on the board.
 const MOVES: usize = 1024;
 
-/// The use of a simulation by programs, for any axes, motors and kinematics.
+/// What programs do with a simulation, whatever its axes, motors and kinematics.
 pub trait Powered {
     /// Lets the machine work until `host` is done or nothing happens any more.
     fn work(&mut self, host: &mut dyn Host) -> Stopped;
@@ -46,7 +46,7 @@ pub trait Powered {
     fn is_quiet(&self) -> bool;
     /// The results so far.
     fn outcome(&self) -> Outcome<MOST_MOTORS>;
-    /// How the machine stands.
+    /// The machine's state at the present.
     fn snapshot(&self) -> Snapshot;
     /// The levels of its inputs.
     fn levels(&self) -> Switches;
@@ -56,22 +56,22 @@ pub trait Powered {
     fn lines_begun(&self) -> u32;
     /// Where the carriages are, steps of their motors.
     fn carriages(&self) -> [i32; MOST_MOTORS];
-    /// Holds an input at a level whatever its switch does; `None` lets it go. Returns how it was
-    /// held before.
+    /// Holds an input at a level whatever its switch does; `None` releases it. Returns the level at
+    /// which it was held before.
     fn force_pin(&mut self, pin: Pin, level: Option<bool>) -> Option<bool>;
     /// All settings, each as `$$` prints it.
     fn settings(&self) -> Vec<(Key, String)>;
-    /// Takes over the stored values, before time passes; answers their condition.
+    /// Loads the stored values from `flash`, before time passes; returns their condition.
     fn load(&mut self, flash: &mut Flash) -> Condition;
-    /// Stores the changes, as far as the machine is at rest.
+    /// Stores changed values in `flash`; does nothing while the machine is not at rest.
     fn save(&mut self, flash: &mut Flash);
     /// Notes that the stored values are lost.
     fn distrust_settings(&mut self);
-    /// Notes that the last write did not survive: its line is answered with `error:7`.
+    /// Notes that the last write has failed: the line that caused it is answered with `error:7`.
     fn not_saved(&mut self);
-    /// Somebody has come at the other end of a line.
+    /// Notes that a host has connected to a line.
     fn open_line(&mut self, line: usize);
-    /// How many bytes of a line were lost for want of room in the receive buffer since power-up.
+    /// The bytes of a line that were lost since power-up because the receive buffer was full.
     fn lost_bytes(&self, line: usize) -> u32;
 }
 
@@ -92,14 +92,14 @@ pub struct Snapshot {
     pub work_offset: Vec<f32>,
     /// The output to the spindle.
     pub spindle: SpindleOutput,
-    /// Its power, or the laser's, at this instant: share of full power.
+    /// Power of the spindle or the laser at this instant, as a share of full power.
     pub power: f32,
     /// The coolant valves.
     pub coolant: CoolantOutput,
     /// Levels of all switches.
     pub switches: Switches,
-    /// Lines of the program taken since it began. How many are to come, nobody has told the
-    /// machine.
+    /// Lines of the program taken since it began. The machine does not know how many are still to
+    /// come.
     pub lines: u32,
     /// Time to finish the queued moves, s.
     pub seconds_queued: f32,
@@ -194,7 +194,7 @@ where
     }
 
     fn save(&mut self, flash: &mut Flash) {
-        // Where the store is full, the machine says so: `error:7`.
+        // If the store is full, the machine answers `error:7`.
         while self.machine_mut().save(flash) == Ok(true) && self.machine().state() == State::Idle {}
     }
 
@@ -215,15 +215,15 @@ where
     }
 }
 
-/// A machine of a file, put together.
+/// The simulation of a machine file with its extensions.
 type Assembled<'m, const AXES: usize, const MOTORS: usize> =
     Simulation<'m, Train, &'m mut dyn Observer, AXES, MOTORS, MOVES, Own<AXES>>;
 
-/// The options of a power-up beside the machine's file.
+/// The options of a power-up that the machine's file does not hold.
 #[derive(Clone, Copy, Debug)]
 pub struct Supply {
-    /// Settings of a new machine; `None`: the file's settings, which then take memory at each
-    /// power-up.
+    /// The first settings of a new machine. With `None` they are made from the file's settings,
+    /// which allocates memory at each power-up that is never freed.
     pub first: Option<&'static [Entry]>,
     /// Its serial lines.
     pub lines: usize,
@@ -231,15 +231,15 @@ pub struct Supply {
     pub rate: Rate,
     /// Its outputs that M62 to M65 switch.
     pub outputs: OutputsConfig,
-    /// A heater that fails.
+    /// A failure of a heater during the run.
     pub heat_fault: Option<HeatFault>,
-    /// Where the carriages are, steps of their motors; `None`: where the file says.
+    /// Where the carriages are, in steps of their motors; `None` for the places in the file.
     pub carriages: Option<[i32; MOST_MOTORS]>,
 }
 
 impl Profile {
-    /// The options of a power-up as the file has them: one serial line at `rate`, and no sensor
-    /// that fails.
+    /// The options of a power-up with the file's values: one serial line at `rate`, and no failure
+    /// of a heater.
     pub fn supply(&self, rate: Rate) -> Supply {
         Supply {
             first: None,
@@ -258,7 +258,8 @@ impl Profile {
         observer: &mut dyn Observer,
         work: &mut dyn FnMut(&mut dyn Powered),
     ) {
-        // One motor more than axes, fitted or not: fewer machines to compile.
+        // Every machine has one motor more than axes, fitted or not, so that fewer types have to be
+        // compiled.
         match self.axis_count() {
             6 => self.simulate::<6, 7>(with, observer, work),
             5 => self.simulate::<5, 6>(with, observer, work),
@@ -267,7 +268,7 @@ impl Profile {
         }
     }
 
-    /// Powers the machine up for as long as the program runs: its memory is never given back.
+    /// Powers the machine up for as long as the program runs: its memory is never freed.
     pub fn power_up_for_good(
         &self,
         with: Supply,

@@ -18,9 +18,9 @@ pub struct Setup<const AXES: usize> {
     pub machine: MachineConfig<AXES>,
     /// The costs of its CPU.
     pub costs: Costs,
-    /// Its serial lines, in the order of their channels; as many as the machine can serve at most.
+    /// Its serial lines, in the order of their channels. At most as many as the machine can serve.
     pub lines: Vec<Rate>,
-    /// Bytes that each line's receive buffer takes: 128 as Grbl, 1024 at most.
+    /// Size of each line's receive buffer, bytes: 128 as in Grbl, at most 1024.
     pub receive_buffer: usize,
     /// The contacts between its switches and its inputs.
     pub contacts: Contacts,
@@ -39,9 +39,9 @@ impl<const AXES: usize> Setup<AXES> {
     }
 }
 
-/// Room for planned moves, and everything that crosses between the main loop and interrupts. On the
-/// board these are statics; here whoever runs a [`crate::Simulation`] keeps them, because it
-/// borrows them.
+/// Room for planned moves, and everything that the main loop shares with the interrupts. On the
+/// board these are statics. Here the caller keeps them, because a [`crate::Simulation`] borrows
+/// them.
 pub struct Memory<const AXES: usize, const MOTORS: usize, const MOVES: usize = 1024> {
     pub(crate) moves: Box<MoveQueues<AXES, MOTORS, MOVES>>,
     pub(crate) pixels: Box<RowPixels>,
@@ -76,7 +76,7 @@ impl<const AXES: usize, const MOTORS: usize, const MOVES: usize> Memory<AXES, MO
         self.outputs.clone()
     }
 
-    /// Where the tool stands, for an extension whose switches it works.
+    /// The height of the tool, for an extension that reads the tool's switches.
     pub fn tool(&self) -> ToolHeight {
         self.tool.clone()
     }

@@ -10,28 +10,28 @@ use crate::trouble::LateReason;
 use heapless::spsc::Consumer;
 use leadscrew_stepper::{on_timer, start, Interval, Segment, Shared, StepInterrupt};
 
-/// The step interrupt's end of everything.
+/// The state of the step interrupt.
 pub(crate) struct Stepping<'a, const MOTORS: usize> {
     interrupt: StepInterrupt<MOTORS>,
     segments: Consumer<'a, Segment<MOTORS>>,
     shared: &'a Shared<MOTORS>,
     costs: Costs,
-    /// Ticks that the segment under way still has: no segment is taken during these interrupts.
+    /// Ticks that remain in the segment under way; their interrupts take no new segment.
     ticks_left: u16,
     /// Parts of a dominant step in each tick of the segment that is being taken.
     next_parts: Option<u64>,
     underruns: u32,
-    /// The next interrupt starts out of rest.
+    /// Whether the next interrupt is the first one after a rest.
     at_rest: bool,
 }
 
-/// Why [`Stepping::run`] came back.
+/// Why [`Stepping::run`] returned.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Ran {
     /// Nothing more is due up to the horizon.
     Horizon,
-    /// In the interrupt that began at this instant a segment was taken, motion came to rest, or a
-    /// switch moved.
+    /// The interrupt that began at this instant took a segment, brought motion to rest, or moved a
+    /// switch.
     Wake(Cycle),
 }
 
@@ -53,9 +53,9 @@ impl<'a, const MOTORS: usize> Stepping<'a, MOTORS> {
         }
     }
 
-    /// Handles the timer's interrupts that are due up to `horizon`, the earliest first, until the
-    /// main loop is to hear of one. Nobody but the main loop and the switch interrupts, which come
-    /// between two calls, can stop them.
+    /// Handles the timer's interrupts that are due up to `horizon`, the earliest first. Returns
+    /// early when the main loop has to learn of one. Only the main loop and the switch interrupts
+    /// can stop motion, and they run between two calls.
     #[inline]
     pub(crate) fn run<O: Observer>(
         &mut self,
@@ -64,7 +64,7 @@ impl<'a, const MOTORS: usize> Stepping<'a, MOTORS> {
         horizon: Cycle,
     ) -> Ran {
         if self.shared.is_stopped() {
-            // From now on, every interrupt throws the tick that was due and a segment away.
+            // From now on, every interrupt discards the tick that was due and a segment.
             self.ticks_left = 0;
             board.parts_per_tick = None;
         }
@@ -73,8 +73,8 @@ impl<'a, const MOTORS: usize> Stepping<'a, MOTORS> {
                 self.pass_quiet(board, cpu, horizon);
             }
             let step_start = cpu.tick_start(board.step_due());
-            // A tick comes first. One that would interrupt the end of a pulse before its edge does
-            // not come: ticks are a pulse and 1 µs apart at least (`StepTiming`).
+            // A tick comes first. No tick interrupts the end of a pulse before its edge, because
+            // the next tick is due at least a pulse and 1 µs later (`StepTiming`).
             let pulse_start = match board.pulse_due() {
                 Cycle::NEVER => Cycle::NEVER,
                 due => cpu.pulse_end_start(due),
@@ -117,9 +117,9 @@ impl<'a, const MOTORS: usize> Stepping<'a, MOTORS> {
         takes
     }
 
-    /// Passes over the step interrupts ahead that change nothing, as [`Stepping::step`] would
-    /// handle them, as far as they are due up to `horizon`. Not where the CPU is busy or an
-    /// interrupt is late: they would delay each other.
+    /// Passes over the coming step interrupts that change nothing, up to `horizon`, with the same
+    /// result as [`Stepping::step`]. Does nothing where the CPU is busy or an interrupt is late,
+    /// because then interrupts delay each other.
     #[inline]
     fn pass_quiet<O: Observer>(
         &mut self,
@@ -136,7 +136,7 @@ impl<'a, const MOTORS: usize> Stepping<'a, MOTORS> {
         if shortest < u64::from(self.costs.step_armed) {
             return;
         }
-        // The longest is rounded up, so that none is found before the horizon that comes after it.
+        // The longest wait is rounded up, so that no tick due after the horizon is passed over.
         let every = longest + CYCLES_PER_COUNT;
         let calls = u64::from(quiet - 1).min((horizon - due) / every) as u32 + 1;
         self.ticks_left -= calls as u16;
@@ -164,7 +164,7 @@ impl<'a, const MOTORS: usize> Stepping<'a, MOTORS> {
         }
     }
 
-    /// Notes that a segment was taken, or that motion came to rest where there was none.
+    /// Notes that a segment was taken, or that motion came to rest because there was none.
     #[inline(never)]
     fn taken<O: Observer>(&mut self, board: &mut SimBoard<O, MOTORS>, at: Cycle) {
         self.at_rest = !self.shared.is_running();
@@ -176,13 +176,13 @@ impl<'a, const MOTORS: usize> Stepping<'a, MOTORS> {
     }
 }
 
-/// CPU cycles, to a count of the timer.
+/// CPU cycles of an interval, rounded down to whole counts of the timer.
 fn cycles_of(interval: Interval) -> u64 {
     (interval.to_bits() >> 32) * CYCLES_PER_COUNT
 }
 
-/// The share of a tick of `segment` in a step of the dominant motor, in [`PARTS`]; all of it in the
-/// last part of one.
+/// The part of a dominant motor's step that one tick of `segment` makes, in [`PARTS`]. Where a step
+/// is split over segments, the whole step counts in the last of them.
 fn parts_per_tick<const MOTORS: usize>(segment: &Segment<MOTORS>) -> u64 {
     if segment.ends_event {
         PARTS >> segment.smoothing.level()
@@ -236,7 +236,7 @@ mod tests {
         }
     }
 
-    /// A segment that makes the whole of a line at `counts` a tick.
+    /// A segment that makes a whole line with `counts` of the timer per tick.
     fn line(delta: [i32; 2], smoothing: Smoothing, counts: u32, at_rest: bool) -> Segment<2> {
         let line = Line::new(delta).unwrap();
         let ticks = line.step_events().get() << smoothing.level();
@@ -257,7 +257,7 @@ mod tests {
         }
     }
 
-    /// Before never, after everything else.
+    /// The last instant before [`Cycle::NEVER`].
     const FOREVER: Cycle = Cycle(Cycle::NEVER.0 - 1);
 
     struct Bench {
@@ -266,8 +266,8 @@ mod tests {
         shared: Shared<2>,
     }
 
-    /// Runs `segments` to rest with pulses of `pulse_us`; `taken` is called each time that a
-    /// segment was taken.
+    /// Runs `segments` to rest with pulses of `pulse_us`; calls `taken` after each segment that was
+    /// taken.
     fn run(pulse_us: u8, segments: &[Segment<2>], mut taken: impl FnMut()) -> Bench {
         let costs = Costs::F407;
         let mut queue: Queue<Segment<2>, 17> = Queue::new();
@@ -304,7 +304,7 @@ mod tests {
         let steps = [line([3, 1], Smoothing::None, 4200, true)];
         let bench = run(10, &steps, || ());
         let first = 10_000 + 4200 * CYCLES_PER_COUNT + u64::from(Costs::F407.step_edge);
-        // Y is due between two ticks and comes with the one before.
+        // Y's step is due between two ticks and is made at the earlier one.
         assert_eq!(
             bench.board.observer.0,
             [(first, 3, 0), (first + 8400, 1, 0), (first + 16_800, 1, 0)]
@@ -345,10 +345,10 @@ mod tests {
             || (),
         );
         assert_eq!(bench.shared.late_ticks(), 10);
-        assert_eq!(bench.board.late.count(), 11); // and the end of all segments
+        assert_eq!(bench.board.late.count(), 11); // each line, and the end of all segments
         assert_eq!(bench.shared.position(), [90, 0]);
-        // The end of the pulse waits for the load, the late tick does not. The first one comes out
-        // of rest.
+        // The end of the pulse waits until the load has ended; the late tick does not wait. The
+        // first segment starts out of rest.
         assert_eq!(bench.board.plant.position(), [81, 0]);
         assert_eq!(bench.board.violations.count(), 9);
     }

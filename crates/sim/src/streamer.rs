@@ -1,16 +1,16 @@
 //! A sender that streams a program by character counting.
 //!
 //! The machine answers every line with `ok` or `error:N`, in order. The sender knows how many bytes
-//! the receive buffer holds, counts those of all unanswered lines, and sends the next line whenever
-//! it fits:
+//! the receive buffer holds and counts the bytes of all unanswered lines. It sends the next line as
+//! soon as it fits:
 //!
 //! ```text
 //!  reader --> line --> [ unanswered lines .......... | next ] <= window
 //!                        ^ ok: drop the first
 //! ```
 //!
-//! Memory stays flat: one window of text, one line that is being read, whatever the length of the
-//! file.
+//! Memory use is constant whatever the length of the file: one window of text, and one line that is
+//! being read.
 
 use crate::clock::Cycle;
 use crate::link::Host;
@@ -39,8 +39,8 @@ pub enum Reply<'a> {
     Alarm {
         /// GRBL's number.
         code: u8,
-        /// The first unanswered line in the program, from 1; the last answered one where there is
-        /// none.
+        /// The first unanswered line in the program, from 1; the last answered line where none is
+        /// unanswered.
         line: u64,
         /// That line as it was sent; empty where it has been answered.
         text: &'a [u8],
@@ -49,9 +49,9 @@ pub enum Reply<'a> {
     Other(&'a [u8]),
 }
 
-/// The longest line that is kept, bytes; the rest of a longer one is dropped, and the machine
-/// refuses the kept part (GRBL takes 79 without blanks and comments). It keeps a file without line
-/// ends from filling the memory.
+/// The longest line that is kept, bytes. The rest of a longer line is dropped, and the machine
+/// refuses the kept part (GRBL takes 79 bytes without blanks and comments). Without this limit a
+/// file without line ends would fill the memory.
 const LONGEST_LINE: usize = 64 * 1024;
 
 /// Takes the machine's replies, in order.
@@ -59,13 +59,14 @@ pub trait Replies {
     /// A reply has come in at `now`.
     fn reply(&mut self, reply: &Reply<'_>, now: Cycle);
 
-    /// Line `number` of the program was read, and is about to be sent; as it stands in the file.
+    /// Line `number` of the program was read and is about to be sent; `line` is its text in the
+    /// file.
     fn read(&mut self, number: u64, line: &[u8]) {
         let _ = (number, line);
     }
 
-    /// Whether nothing may be sent after `line`, which is about to be sent: where it is known
-    /// beforehand that it will be refused, and the program is to stop there.
+    /// Whether nothing may be sent after `line`, which is about to be sent: it is known that the
+    /// machine will refuse it, and the program is to stop there.
     fn is_last(&mut self, line: &[u8]) -> bool {
         let _ = line;
         false
@@ -112,7 +113,7 @@ pub struct Streamer<R, F> {
     unsent: usize,
     /// A line that has been read and does not fit yet.
     waiting: Option<u64>,
-    /// Nothing may follow the line read last.
+    /// Whether nothing may follow the line read last.
     last: bool,
     line: Vec<u8>,
     incoming: Vec<u8>,
@@ -127,7 +128,7 @@ enum Sending {
     Lines,
     /// The program has ended, or a line was refused.
     Done,
-    /// The machine locked itself: no answer comes any more.
+    /// The machine has locked itself: no further answer comes.
     Locked,
     /// The reader failed.
     Failed(io::Error),
@@ -152,7 +153,7 @@ impl<R: BufRead, F: Replies> Streamer<R, F> {
         }
     }
 
-    /// Whether nothing is left to send or to wait for.
+    /// Whether there is nothing left to send and no answer left to wait for.
     pub fn is_done(&self) -> bool {
         match self.state {
             Sending::Lines => false,
@@ -161,7 +162,7 @@ impl<R: BufRead, F: Replies> Streamer<R, F> {
         }
     }
 
-    /// Lines read from the program so far, those without anything to send included.
+    /// Lines read from the program so far, including those without anything to send.
     pub fn lines(&self) -> u64 {
         self.lines.number
     }
@@ -171,15 +172,16 @@ impl<R: BufRead, F: Replies> Streamer<R, F> {
         self.answered
     }
 
-    /// The line that the machine is at: the first that is not answered; the last one read where all
-    /// are.
+    /// The line that the machine is at: the first unanswered line, or the last one read where all
+    /// are answered.
     pub fn current(&self) -> u64 {
         self.pending
             .front()
             .map_or(self.lines.number, |pending| pending.number)
     }
 
-    /// Ends the streaming: answers the taker of the replies, or the error of reading the program.
+    /// Ends the streaming: returns the receiver of the replies, or the error of reading the
+    /// program.
     ///
     /// # Errors
     /// The reader's error.
@@ -190,7 +192,8 @@ impl<R: BufRead, F: Replies> Streamer<R, F> {
         }
     }
 
-    /// Puts further lines into the window while they fit; a line longer than the window goes alone.
+    /// Puts further lines into the window while they fit. A line longer than the window is sent
+    /// alone.
     fn fill(&mut self) {
         while matches!(self.state, Sending::Lines) {
             let Some(number) = self.waiting.or_else(|| self.read()) else {
@@ -212,7 +215,7 @@ impl<R: BufRead, F: Replies> Streamer<R, F> {
         }
     }
 
-    /// Reads the next line to send; its number, or `None` at the end.
+    /// Reads the next line to send. Returns its number, or `None` at the end.
     fn read(&mut self) -> Option<u64> {
         match self.lines.next(&mut self.line) {
             Ok(true) => {
@@ -317,7 +320,7 @@ impl<R: BufRead, F: Replies> Host for Streamer<R, F> {
     }
 }
 
-/// The kind of a line that answers.
+/// The kind of an answer to a line.
 enum Answer {
     Ok,
     Error(u8),
@@ -342,8 +345,9 @@ fn parse(digits: &[u8]) -> Option<u8> {
     std::str::from_utf8(digits).ok()?.parse().ok()
 }
 
-/// Replaces bytes that would act at once, wherever they stand, by one that no line may contain
-/// outside a comment: a comment's `!` must not stop the machine, and columns stay where they are.
+/// Replaces realtime bytes, which would act at once even inside a line, by a byte that no line may
+/// contain outside a comment. So a comment's `!` does not stop the machine, and columns stay the
+/// same.
 fn hide_realtime(line: &mut [u8]) {
     for byte in line {
         if matches!(*byte, b'?' | b'!' | b'~' | 0x18 | 0x80..) {
@@ -357,9 +361,9 @@ fn hide_realtime(line: &mut [u8]) {
 #[derive(Debug)]
 pub struct Lines<R> {
     reader: R,
-    /// Lines read so far, those left out included.
+    /// Lines read so far, including those left out.
     number: u64,
-    /// The last line ended with CR: an LF at once belongs to it.
+    /// The last line ended with CR: an LF right after it belongs to the same line end.
     after_return: bool,
 }
 
@@ -380,7 +384,7 @@ impl<R: BufRead> Lines<R> {
         self.number
     }
 
-    /// Reads the next line without its end; `false` at the end of the file.
+    /// Reads the next line without its line end; returns false at the end of the file.
     pub fn next(&mut self, line: &mut Vec<u8>) -> io::Result<bool> {
         while self.read(line)? {
             self.number += 1;

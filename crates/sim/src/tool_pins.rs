@@ -1,28 +1,29 @@
-//! Two switches at the ends of a tool's way, as an extension reads them.
+//! Two switches at the ends of a tool's travel, as an extension reads them.
 
 use leadscrew_ztool::{End, ToolPort};
 use std::cell::Cell;
 use std::rc::Rc;
 
-/// Where the carriage of Z stands, in steps. A clone is the same carriage.
+/// Where the carriage of Z is, in steps. A clone refers to the same carriage.
 #[derive(Clone, Debug, Default)]
 pub struct ToolHeight(Rc<Cell<i32>>);
 
 impl ToolHeight {
-    /// The carriage is here, as the main loop finds it.
+    /// Sets the carriage's height; the main loop's next turn sees it.
     pub(crate) fn set(&self, steps: i32) {
         self.0.set(steps);
     }
 }
 
-/// The switches of a tool, closed at their places and beyond.
+/// The switches of a tool. The lower one is closed at its place and below, the upper one at its
+/// place and above.
 #[derive(Clone, Debug)]
 pub struct ToolSwitches {
     /// The carriage that works them.
     pub z: ToolHeight,
-    /// Steps.
+    /// Place of the lower switch, steps.
     pub lower: i32,
-    /// Steps, above the lower one.
+    /// Place of the upper switch, steps; above the lower one.
     pub upper: i32,
 }
 

@@ -5,15 +5,15 @@ use leadscrew_planner::{Coordinate, Kinematics};
 use leadscrew_stepper::MotorMask;
 use std::array::from_fn;
 
-/// The gearing between axes and motors. The maps belong to [`leadscrew_planner::Cartesian`],
-/// [`leadscrew_planner::CoreXy`] and [`leadscrew_planner::Ganged`].
+/// The gearing between axes and motors. It maps places as [`leadscrew_planner::Cartesian`],
+/// [`leadscrew_planner::CoreXy`] and [`leadscrew_planner::Ganged`] do.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Train {
-    /// One motor an axis.
+    /// One motor for each axis.
     Straight,
     /// X and Y on two crossed belts, one motor each for all other axes.
     Crossed,
-    /// One motor an axis, and one more that turns with this axis.
+    /// One motor for each axis, and one more that turns with this axis.
     Ganged(usize),
 }
 
@@ -69,7 +69,7 @@ mod tests {
     use super::*;
     use leadscrew_planner::{Cartesian, CoreXy, Ganged};
 
-    /// Whether two trains turn and stand alike.
+    /// Checks that two gearings map axes to motors, and back, alike.
     fn assert_alike<const MOTORS: usize>(one: Train, other: impl Kinematics<3, MOTORS>) {
         let axes = [3.0, -1.25, 7.0].map(Coordinate::from_mm);
         let motors = one.motors(&axes);

@@ -1,4 +1,4 @@
-//! Late events, which a loaded controller may have, and violations, which nothing may have.
+//! Late events, which can happen under load, and violations, which must never happen.
 
 use crate::clock::{micros, Cycle};
 use core::fmt;
@@ -7,7 +7,7 @@ use leadscrew_stepper::MotorMask;
 /// Why motion did not keep its schedule.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum LateReason {
-    /// A tick was due before the interrupt that prepared it had armed the timer.
+    /// A tick was due before the interrupt before it had armed the timer.
     TickPassed,
     /// The main loop did not bring the next segment in time.
     Underrun,
@@ -15,7 +15,7 @@ pub enum LateReason {
     ByteLost,
 }
 
-/// Something that came too late.
+/// A late event.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Late {
     /// When it was noticed.
@@ -37,10 +37,10 @@ impl fmt::Display for Late {
     }
 }
 
-/// Something that must never happen, whatever the load.
+/// An event that must never happen, whatever the load.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Violation {
-    /// A step pin was raised that was still high: the driver saw no edge.
+    /// A step pin was raised while it was still high: the driver saw no edge.
     StepLost {
         /// When.
         cycle: Cycle,
@@ -68,7 +68,7 @@ pub enum Violation {
         /// The motors concerned.
         motors: MotorMask,
     },
-    /// The carriage is not where the controller counts it.
+    /// The carriage is not at the position that the controller has counted.
     Position {
         /// When it was noticed.
         cycle: Cycle,
@@ -79,8 +79,8 @@ pub enum Violation {
         /// Steps that the carriage has made.
         made: i32,
     },
-    /// Laser power was on though it has to be off: at rest unless under M3, while held, at the
-    /// door, homing, locked, checking or asleep.
+    /// Laser power was on where it has to be off: at rest (except under M3), in a hold, with the
+    /// door open, while homing, locked, in check mode or asleep.
     LaserOn {
         /// When it was noticed.
         cycle: Cycle,
@@ -130,14 +130,14 @@ impl fmt::Display for Violation {
     }
 }
 
-/// The first of many, and how many there were.
+/// A list of the first entries, and the count of all.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Record<T> {
     count: u64,
     first: Vec<T>,
 }
 
-/// How many are kept in full.
+/// How many entries are kept.
 const KEPT: usize = 100;
 
 impl<T> Default for Record<T> {
@@ -150,17 +150,17 @@ impl<T> Default for Record<T> {
 }
 
 impl<T> Record<T> {
-    /// How many there were.
+    /// How many entries there were.
     pub fn count(&self) -> u64 {
         self.count
     }
 
-    /// The first hundred.
+    /// The first hundred entries.
     pub fn first(&self) -> &[T] {
         &self.first
     }
 
-    /// Whether there were none.
+    /// Whether there were no entries.
     pub fn is_empty(&self) -> bool {
         self.count == 0
     }

@@ -38,7 +38,8 @@ start = 3
 limits = { low = -1 }
 "#;
 
-/// Streams lines to the machine of [`PROFILE`]; where its carriage is then, steps of X and Y.
+/// Streams lines to the machine of [`PROFILE`]. Returns where its carriage is then, steps of X and
+/// Y.
 fn carriage_after(lines: &str) -> [i32; 2] {
     let profile = Profile::parse(Path::new("test.toml"), PROFILE).unwrap();
     let setup = Setup::<3>::new(profile.config(), Rate::NeverWaits);
@@ -69,7 +70,8 @@ fn carriage_after(lines: &str) -> [i32; 2] {
 
 #[test]
 fn a_profile_s_crossed_belts_home_against_the_switches_of_their_axes() {
-    // A pull-off away from the switches; then machine position 0 is a travel away from them.
+    // The carriage stands a pull-off away from the switches. Machine position 0 is the travel away
+    // from them.
     assert_eq!(carriage_after("$H\n"), [2 * STEPS_PER_MM, STEPS_PER_MM]);
     let moved = carriage_after("$H\nG90G0X-20Y-30\nG1X-21F500\n");
     assert_eq!(moved, [59 * STEPS_PER_MM, 29 * STEPS_PER_MM]);

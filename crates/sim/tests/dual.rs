@@ -1,5 +1,5 @@
-//! A gantry with two motors on Y: skewed at power-up, square after homing, or too far apart for
-//! that.
+//! A gantry with two motors on Y: skewed at power-up and square after homing, or too skewed to be
+//! squared.
 
 use leadscrew_machine::board::ChannelId;
 use leadscrew_machine::state::{Lock, State};
@@ -13,7 +13,7 @@ const STEPS_PER_MM: i32 = 100;
 
 type Gantry<'a> = Simulation<'a, Ganged<1>, (), 3, 4, 64>;
 
-/// What the machine has said, but for empty lines.
+/// The lines that the machine has sent, without empty ones.
 #[derive(Debug, Default)]
 struct Heard(Vec<String>);
 
@@ -30,8 +30,8 @@ impl Replies for &mut Heard {
     }
 }
 
-/// A gantry whose second carriage is `skew` mm ahead of the first; switches of Y at 0, of the
-/// second motor at `second`.
+/// A gantry whose second carriage is `skew` mm ahead of the first. The switch of Y is at 0, the
+/// switch of the second motor at `second`.
 fn profile(skew: f64, second: f64) -> Profile {
     let start = 20.0 + skew;
     let text = format!(
@@ -61,8 +61,8 @@ fn profile(skew: f64, second: f64) -> Profile {
     Profile::parse(Path::new("gantry.toml"), &text).unwrap()
 }
 
-/// Sends `lines` to the machine of a profile; what it said, where its carriages are (Y's two,
-/// steps), its state.
+/// Sends `lines` to the machine of a profile. Returns its answers, the places of Y's two carriages
+/// (steps), and its state.
 fn session(profile: &Profile, lines: &str) -> (Vec<String>, [i32; 2], State) {
     let mut heard = Heard::default();
     let streaming = Streaming {
@@ -75,7 +75,7 @@ fn session(profile: &Profile, lines: &str) -> (Vec<String>, [i32; 2], State) {
     (heard.0, places, state)
 }
 
-/// Lets the machine of a profile talk to `host` until nothing is left to happen.
+/// Runs the machine of a profile with `host` until nothing is left to happen.
 fn run(profile: &Profile, host: &mut impl Host) -> ([i32; 2], State) {
     let setup = Setup::<3>::new(profile.config(), Rate::NeverWaits);
     let mut memory = Memory::new(&setup);
@@ -95,7 +95,7 @@ fn run(profile: &Profile, host: &mut impl Host) -> ([i32; 2], State) {
     ([first, second], state)
 }
 
-/// Asks for one report.
+/// A host that asks for one status report.
 #[derive(Default)]
 struct Asker {
     asked: bool,
@@ -122,12 +122,12 @@ fn a_skewed_gantry_is_square_after_homing_and_stays_so() {
         );
         assert_eq!(state, State::Idle);
         assert_eq!(first, second, "skewed by {skew} mm");
-        // A pull-off away from the switches, which close at 0.
+        // The carriages stand a pull-off away from the switches, which close at 0.
         assert_eq!(first, 2 * STEPS_PER_MM);
         let program = "$H\nG90G1Y-30F2000\nG0X1Y-70\nG91G1Y5.003F700\n";
         let (_, [first, second], _) = session(&profile(skew, 0.0), program);
         assert_eq!(first, second, "after moves");
-        // Machine position 0 is a travel away from the switch; -64.997 mm are -6500 steps.
+        // Machine position 0 is the travel away from the switch; -64.997 mm are -6500 steps.
         assert_eq!(first, 80 * STEPS_PER_MM - 6_500);
     }
 }
@@ -162,7 +162,7 @@ fn the_second_motor_goes_on_after_its_switch_by_its_offset() {
 
 #[test]
 fn two_switches_too_far_apart_are_alarm_10() {
-    // 5 % of 80 mm are 4 mm.
+    // The tolerance is 5 % of 80 mm, which is 4 mm.
     let (heard, _, state) = session(&profile(0.0, -3.9), "$H\n");
     assert_eq!(state, State::Idle, "{heard:?}");
     let (heard, [first, second], state) = session(&profile(0.0, -4.2), "$H\n");

@@ -1,5 +1,5 @@
-//! A printer's axis E, on the edges of its motors: the feed, E's own limits, corners, and `G92 E0`
-//! in mid-motion.
+//! A printer's axis E, measured at the edges of its motors: the feed, E's own limits, corners, and
+//! `G92 E0` during motion.
 
 use leadscrew_sim::clock::seconds;
 use leadscrew_sim::powered::Powered;
@@ -29,7 +29,7 @@ const X: usize = 0;
 const E: usize = 3;
 const E_STEPS_PER_MM: f64 = 100.0;
 
-/// When each motor steps, s, and whether it goes back.
+/// The times at which each motor steps, s, and whether it steps backwards.
 #[derive(Default)]
 struct Edges([Vec<(f64, bool)>; 4]);
 
@@ -59,14 +59,14 @@ impl Edges {
         signs.sum()
     }
 
-    /// The speed of E over four steps from each of its steps on, mm/s.
+    /// The speed of E from each of its steps on, measured over four steps, mm/s.
     fn speeds_of_e(&self) -> Vec<f64> {
         let four = |steps: &[(f64, bool)]| 4.0 / E_STEPS_PER_MM / (steps[4].0 - steps[0].0);
         self.0[E].windows(5).map(four).collect()
     }
 }
 
-/// Runs a job on a machine; answers the edges of its motors, and the errors.
+/// Runs a job on a machine. Returns the edges of its motors, and the errors.
 fn run(machine: &str, job: &str) -> (Edges, Answers) {
     let file = Profile::parse(Path::new("printer.toml"), machine).unwrap();
     let supply = file.supply(Rate::NeverWaits);
@@ -99,7 +99,7 @@ fn assert_near(found: f64, expected: f64, tolerance: f64) {
 
 #[test]
 fn the_feed_is_that_of_the_other_axes_and_of_e_where_it_moves_alone() {
-    // 50 mm at 10 mm/s, and the ramps: E alone allows 100 mm/s².
+    // E goes 50 mm at 10 mm/s, and ramps: E alone allows 100 mm/s².
     let line = edges("G1 X30 Y40 E50 F600\n");
     assert_near(line.time(X), 5.1, 0.03);
     assert_eq!((line.net(X), line.net(E)), (2400, 5000));
@@ -127,7 +127,8 @@ fn e_bounds_rate_and_acceleration_of_a_move() {
 fn e_bounds_the_corner_where_it_begins_on_a_straight_path() {
     let line = edges("G1 X50 F1500\nX100 E50\n");
     let speeds = line.speeds_of_e();
-    // By junction deviation: 3.6 mm/s along X and E together where the flow begins, 2.6 mm/s of E.
+    // The junction deviation allows 3.6 mm/s along X and E together where the flow begins: 2.6 mm/s
+    // of E.
     assert!(speeds[0] < 6.0, "{}", speeds[0]);
     let fastest = speeds.into_iter().fold(0.0, f64::max);
     assert_near(fastest, 25.0, 0.15);
@@ -147,7 +148,7 @@ fn filament_is_counted_anew_without_a_stop() {
         pieces(|k| format!("G92 E0\nX{} E.5\n", 5 * k))
     ));
     assert_eq!((relative.net(E), absolute.net(E)), (1000, 1000));
-    // 100 mm at 50 mm/s without a stop; with 20 stops it would be two seconds more.
+    // The way is 100 mm at 50 mm/s without a stop. With 20 stops it would take two seconds more.
     assert_near(relative.time(X), 2.05, 0.1);
     assert_near(absolute.time(X), relative.time(X), 0.001);
 }

@@ -1,4 +1,4 @@
-//! An uneven plate under the probe: found point by point, as a sender's auto-level does.
+//! An uneven plate under the probe, measured point by point as a sender's auto-level does.
 
 use leadscrew_machine::board::ChannelId;
 use leadscrew_sim::plant::Plate;
@@ -30,7 +30,7 @@ tilt_y = -0.02
 bow = 0.4
 ";
 
-/// Sends line after line, each when the one before it is answered, and keeps what it hears.
+/// Sends each line when the line before it is answered, and keeps all that the machine sends.
 struct Sender {
     lines: VecDeque<String>,
     bytes: VecDeque<u8>,
@@ -57,7 +57,7 @@ impl Host for Sender {
     }
 }
 
-/// Sends these lines to a machine; answers all that it says.
+/// Sends these lines to a machine; returns all that it sends.
 fn heard(machine: &str, lines: VecDeque<String>) -> String {
     let file = Profile::parse(Path::new("plate.toml"), machine).unwrap();
     let mut sender = Sender {
@@ -80,13 +80,13 @@ fn contacts(heard: &str) -> Vec<[f64; 3]> {
     reports.map(place).collect()
 }
 
-/// Three coordinates with commas between them.
+/// Reads three coordinates with commas between them.
 fn place(text: &str) -> [f64; 3] {
     let places = text.split(',').map(|place| place.parse().unwrap());
     places.collect::<Vec<f64>>().try_into().unwrap()
 }
 
-/// What the probe finds at each of these places: Z in mm.
+/// The Z at which the probe makes contact at each of these places, mm.
 fn found(machine: &str, places: &[[f64; 2]]) -> Vec<f64> {
     let lines = places.iter().flat_map(|[x, y]| {
         let line = format!("G0 X{x} Y{y}\n");
@@ -107,8 +107,8 @@ fn each_point_of_an_uneven_plate_is_found_at_its_height() {
         [100.0, 50.0],
         [50.0, 50.0],
     ];
-    // Tilt and bow by hand: the bow is all in the middle, three quarters of it at a quarter of the
-    // way.
+    // Tilt and bow, computed by hand: at the middle the bow has its full height, at a quarter of
+    // the travel three quarters of it.
     let heights = [
         -5.0,
         -3.0,
@@ -117,7 +117,7 @@ fn each_point_of_an_uneven_plate_is_found_at_its_height() {
         -5.0 + 0.5 - 1.0 + 0.3,
     ];
     for (found, height) in found(MACHINE, &places).iter().zip(heights) {
-        // A step of Z and what the input's filter takes.
+        // The tolerance is a step of Z plus the way of Z during the input's filter time.
         assert!((found - height).abs() <= 0.005, "{found} {height}");
     }
 }
@@ -135,8 +135,8 @@ fn a_flat_plate_is_as_high_everywhere() {
     }
 }
 
-/// How high the plate of [`MACHINE`] stands above its place at X0 Y0, mm: its tilt, and a bow of
-/// 0.4 mm over 200 mm by 100 mm.
+/// The height of [`MACHINE`]'s plate above its height at X0 Y0, mm: its tilt, and a bow of 0.4 mm
+/// over 200 mm by 100 mm.
 fn height([x, y]: [f64; 2]) -> f64 {
     let along = |share: f64| 4.0 * share * (1.0 - share);
     0.01 * x - 0.02 * y + 0.4 * along(x / 200.0) * along(y / 100.0)
@@ -147,8 +147,8 @@ fn the_lines_of_bcnc_s_auto_level_find_the_plate_s_heights_in_work_coordinates()
     let grid = [10.0, 55.0, 100.0, 145.0, 190.0];
     let rows = [10.0, 50.0, 90.0];
     let places: Vec<[f64; 2]> = rows.iter().flat_map(|y| grid.map(|x| [x, *y])).collect();
-    // Connected: it asks for settings, modes and parameters, and for reports all the time. Then Z0
-    // is set on the plate.
+    // After connecting, the sender asks for settings, modes and parameters, and for reports all the
+    // time. Then it sets Z0 on the plate.
     let mut lines: VecDeque<String> = ["$$", "$I", "$G", "$#", "G38.2Z-12.0000F60"]
         .map(str::to_owned)
         .into();
@@ -156,7 +156,7 @@ fn the_lines_of_bcnc_s_auto_level_find_the_plate_s_heights_in_work_coordinates()
     for [x, y] in &places {
         lines.push_back("G0Z3.0000".to_owned());
         lines.push_back(format!("G0X{x:.4}Y{y:.4}"));
-        lines.push_back("G4P0".to_owned()); // it waits for rest
+        lines.push_back("G4P0".to_owned()); // waits until motion rests
         lines.push_back("G38.2Z-3.0000F120".to_owned());
         lines.push_back("$G".to_owned());
     }
@@ -171,7 +171,7 @@ fn the_lines_of_bcnc_s_auto_level_find_the_plate_s_heights_in_work_coordinates()
     found.dedup(); // `$#` repeats the last one
     let mut origin = heard.lines().filter_map(|line| line.strip_prefix("[G54:"));
     let [_, _, zero] = place(origin.next_back().unwrap().trim_end_matches(']'));
-    // The first contact is the one for Z0; the reports are in machine coordinates, as is G54.
+    // The first contact sets Z0. The reports are in machine coordinates, as is G54.
     assert_eq!(found.len(), 1 + places.len(), "{heard}");
     for (place, [x, y, z]) in places.iter().zip(&found[1..]) {
         assert_eq!([*x, *y], *place);

@@ -22,7 +22,8 @@ const TOOL_AXIS: usize = 2;
 /// How a machine changes its tools.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct ToolChangeConfig {
-    /// The state that reports show meanwhile: `Hold:0`, or `Tool` for senders that know it.
+    /// The state that reports show during a tool change: `Hold:0`, or `Tool` for senders that know
+    /// it.
     pub shown: Shown,
     /// `$860` of a new machine, mm.
     pub clearance: Number,
@@ -33,7 +34,7 @@ pub struct ToolChangeConfig {
 }
 
 impl ToolChangeConfig {
-    /// The values of the settings where nothing else is known.
+    /// The values of the settings where the machine's file gives none.
     pub const DEFAULT: Self = Self {
         shown: Shown::Hold,
         clearance: CLEARANCE.default,
@@ -48,23 +49,24 @@ impl Default for ToolChangeConfig {
     }
 }
 
-/// How far a tool change has come.
+/// The phase of a tool change.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Phase {
-    /// None is under way, or the operator has the machine.
+    /// No tool change is under way, or the operator is changing the tool.
     Asked,
-    /// The operator is done: Z goes up.
+    /// The operator has finished: Z goes up.
     Clear,
-    /// X, Y and all axes but Z go back.
+    /// All axes except Z go back.
     Across,
     /// The spindle runs up until this instant, then Z goes down.
     SpinUp(Instant),
-    /// Z is on its way.
+    /// Z goes down to where the program continues.
     Arrives,
 }
 
-/// M6 and the tool table. `AXES`: of the machine; `KEPT`: bytes of lines that are kept meanwhile,
-/// as many as the receive buffer takes.
+/// The extension for M6 and the tool table. `AXES` is the machine's number of axes. `KEPT` is the
+/// number of bytes of lines that are kept during a tool change: as many as the receive buffer
+/// takes.
 #[derive(Debug)]
 pub struct ToolChange<const AXES: usize, const KEPT: usize> {
     config: ToolChangeConfig,
@@ -72,11 +74,11 @@ pub struct ToolChange<const AXES: usize, const KEPT: usize> {
     spin_up: Number,
     rate: Number,
     lengths: [Number; TOOLS],
-    /// The tool in the spindle; 0: nobody knows.
+    /// The tool in the spindle; 0 where it is not known.
     loaded: u8,
     wanted: u8,
     phase: Phase,
-    /// Where the program was, and its work offset then.
+    /// The position at which the program stopped, and the work offset at that time.
     left_at: [Coordinate; AXES],
     offset: [Coordinate; AXES],
     kept: [u8; KEPT],
@@ -100,7 +102,7 @@ impl<const AXES: usize, const KEPT: usize> ToolChange<AXES, KEPT> {
         }
     }
 
-    /// The tool in the spindle; 0: nobody has said yet.
+    /// The tool in the spindle; 0 where nobody has told it yet.
     pub const fn loaded(&self) -> u8 {
         self.loaded
     }
@@ -118,7 +120,8 @@ impl<const AXES: usize, const KEPT: usize> ToolChange<AXES, KEPT> {
         Step::SetAside(self.config.shown)
     }
 
-    /// Where the program goes on: on the same spot in work coordinates, along the tool axis.
+    /// The place where the program continues. Along the tool axis it is the same in work
+    /// coordinates, although the work offset may have changed.
     fn goes_on_at(&self, cx: &Cx<'_, AXES>) -> [Coordinate; AXES] {
         let mut end = self.left_at;
         let offsets = cx.work_offset.iter().zip(&self.offset);
@@ -128,7 +131,8 @@ impl<const AXES: usize, const KEPT: usize> ToolChange<AXES, KEPT> {
         end
     }
 
-    /// The height at which the tool crosses: no lower than any end of the way.
+    /// The height at which the tool crosses to its place: the clearance above the higher end of its
+    /// way, and not below its present height.
     fn height(&self, cx: &Cx<'_, AXES>) -> Coordinate {
         let along = |of: &[Coordinate; AXES]| of.get(TOOL_AXIS).copied().unwrap_or_default();
         let ends = along(&self.left_at).max(along(&self.goes_on_at(cx)));
@@ -175,10 +179,10 @@ impl<const AXES: usize, const KEPT: usize> ToolChange<AXES, KEPT> {
     }
 }
 
-/// The tool that M6 asks for, by its T or by one of an earlier line.
+/// The number of the tool that M6 asks for, from its own T word or that of an earlier line.
 ///
 /// # Errors
-/// There is no such number.
+/// The table has no tool of this number.
 fn tool_number(call: &Call) -> Result<u8, Status> {
     let tool = call.words.get(Letter::T).unwrap_or_default().trunc();
     u8::try_from(tool).map_err(|_| Status::ToolTooLarge)

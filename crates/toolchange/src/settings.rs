@@ -7,7 +7,7 @@ use leadscrew_machine::settings::table::{Kind, Row};
 /// How many tools the table has.
 pub const TOOLS: usize = 16;
 
-/// `$860`: how far above the higher end of its way the tool goes back.
+/// `$860`: how far above the higher end of its way the tool crosses back.
 pub(crate) static CLEARANCE: Row = Row {
     number: 860,
     name: "Tool change clearance",
@@ -35,7 +35,7 @@ pub(crate) static SPIN_UP: Row = Row {
     listed: false,
 };
 
-/// `$862`: how fast the tool goes back.
+/// `$862`: how fast the tool moves back.
 pub(crate) static RETURN_RATE: Row = Row {
     number: 862,
     name: "Tool change rate",
@@ -98,14 +98,14 @@ const fn length(number: u16, name: &'static str) -> Row {
     }
 }
 
-/// All settings.
+/// All settings of the tool change.
 pub(crate) fn all() -> impl Iterator<Item = &'static Row> {
     [&CLEARANCE, &SPIN_UP, &RETURN_RATE]
         .into_iter()
         .chain(&LENGTHS)
 }
 
-/// The place in the table whose length this setting is.
+/// The index in the tool table of the length with this setting number.
 pub(crate) fn tool_of(number: u16) -> Option<usize> {
     number.checked_sub(FIRST_LENGTH).map(usize::from)
 }

@@ -1,4 +1,4 @@
-//! M6 and the tool table, seen from senders.
+//! Tests of M6 and the tool table, from the sender's view.
 
 #[path = "../../machine/tests/bench/mod.rs"]
 mod bench;
@@ -27,7 +27,7 @@ fn boot(memory: &mut Memory) -> Desk<'_> {
     boot_as(memory, Shown::Hold)
 }
 
-/// 250 steps a mm.
+/// Steps of a length in mm: 250 steps/mm.
 const fn mm(x: i32) -> i32 {
     x * 250
 }
@@ -87,7 +87,7 @@ fn a_resume_right_behind_the_message_is_obeyed() {
 fn a_window_full_of_lines_waits_and_follows_in_its_order_with_an_answer_each() {
     let mut memory = Memory::new();
     let mut session = boot(&mut memory);
-    // As LaserGRBL does: everything that fits, and then it waits for answers.
+    // Sends as LaserGRBL does: everything that fits, and then it waits for answers.
     let mut job = String::from("G91\nG1F6000X1\nT1M6\n");
     let mut lines = 3;
     while job.len() < 1000 {
@@ -98,7 +98,8 @@ fn a_window_full_of_lines_waits_and_follows_in_its_order_with_an_answer_each() {
     session.wait_ms(1_000);
     assert_eq!(session.pins.position, [mm(1), 0, 0]);
     assert_eq!(session.lines(), ["ok", "ok", "[MSG:Tool 1, then ~]"]);
-    // It cannot send more; the operator changes the tool and presses its resume button.
+    // The sender cannot send more; the operator changes the tool and presses the sender's resume
+    // button.
     session.send("?");
     session.wait_ms(10);
     session.send("~");
@@ -110,7 +111,7 @@ fn a_window_full_of_lines_waits_and_follows_in_its_order_with_an_answer_each() {
     );
     let moves = lines as i32 - 3;
     assert_eq!(session.pins.position, [mm(1 + moves), -125 * moves, 0]);
-    // Nothing of it is left behind.
+    // No part of the job is left over.
     assert_eq!(session.line("G90X0Y0"), ["ok"]);
     assert_eq!(session.pins.position, [0; 3]);
 }
@@ -197,7 +198,7 @@ fn the_operator_may_jog_probe_and_set_offsets_and_nothing_else() {
     assert!(session.status().starts_with("<Hold:0|"));
     session.send("~");
     session.until_quiet();
-    // G91 again, as the program has left it: one more than where it was.
+    // G91 is active again, as the program has set it: X1 moves one mm on from where it was.
     assert_eq!(session.pins.position[0], mm(1));
     assert_eq!(session.pins.spindle, SpindleOutput::Clockwise);
 }
@@ -233,7 +234,8 @@ fn z_goes_up_before_x_and_y_go_back_and_down_after() {
 fn the_recipe_for_touching_off_gives_each_tool_the_same_zero() {
     let mut memory = Memory::new();
     let mut session = boot(&mut memory);
-    // The plate closes the contact below -10 mm with the first tool; the second one is 2 mm longer.
+    // The plate closes the contact at -10 mm and below with the first tool; the second tool is 2 mm
+    // longer.
     session.contact = Some(Contact::Probe(mm(-10)));
     session.line("G21G90");
     session.line("G38.2Z-20F100");
@@ -252,7 +254,7 @@ fn the_recipe_for_touching_off_gives_each_tool_the_same_zero() {
     session.send("~");
     session.until_quiet();
     let second = session.pins.position[2];
-    // Probing stops some steps behind the contact, by the same way each time.
+    // Probing stops a few steps after the contact, with both tools by the same distance.
     assert!((second - first - mm(2)).abs() <= 2, "{first} {second}");
     let offset = session.line("$#");
     assert!(
@@ -289,8 +291,8 @@ fn a_tool_stays_selected_until_m6_takes_it_and_bcnc_sees_it() {
     session.line("T5");
     session.line("G0X1");
     assert!(session.line("$G")[0].contains(" T5 "));
-    // bCNC asks for state and modes all the time, and counts the bytes that it has not had an `ok`
-    // for.
+    // bCNC asks for state and modes all the time, and counts the bytes that have not been answered
+    // with `ok` yet.
     session.send("M6\n");
     for _ in 0..20 {
         session.send("?");
@@ -328,7 +330,7 @@ fn g43_takes_lengths_from_the_table_that_g10_l1_fills() {
         ["[T:3|0.000,0.000,12.500]", "[T:4|0.000,0.000,-2.540]"]
     );
     assert_eq!(session.line("$883"), ["$883=12.500", "ok"]);
-    // The length holds for the motion of its own line.
+    // The length already applies to the motion of its own line.
     assert_eq!(session.line("G0G43H3Z1"), ["ok"]);
     assert_eq!(session.pins.position[2], mm(13) + 125);
     assert!(session.line("$#").contains(&"[TLO:12.500]".to_owned()));

@@ -1,5 +1,5 @@
-//! The machine of a page without a server, as a WebAssembly module: five functions, bytes in, and
-//! bytes out through `tell`.
+//! The machine of a page without a server, as a WebAssembly module. It has five functions, bytes go
+//! in, and bytes come out through `tell`.
 //!
 //! ```text
 //!   room(length) -> address      room for the bytes of the next call; the caller writes them there
@@ -11,8 +11,8 @@
 //!   tell(address, length)        what the module asks its caller for: takes a frame, until it returns
 //! ```
 //!
-//! Frames for the page are those of `leadscrew serve`. Three more are for the caller, `LOOK`,
-//! `FAILED` and `KEEP`.
+//! Frames for the page are those of `leadscrew serve`. Three further frames are for the caller:
+//! `LOOK`, `FAILED` and `KEEP`.
 #![cfg(target_arch = "wasm32")]
 
 use leadscrew_jobs::{Finding, Job, Workshop};
@@ -23,13 +23,13 @@ use std::cell::RefCell;
 use std::path::Path;
 use std::time::Duration;
 
-/// The first byte of a frame: a job follows, for [`look`] of another instance.
+/// The first byte of a frame that holds a job, for [`look`] of another instance.
 const LOOK: u8 = 128;
 
-/// The first byte of a frame: words follow, and the module is of no further use.
+/// The first byte of a frame that holds an error text; after it the module cannot be used any more.
 const FAILED: u8 = 129;
 
-/// The first byte of a frame: the machine's memory follows, with its settings. The caller keeps it
+/// The first byte of a frame that holds the machine's memory with its settings. The caller keeps it
 /// for [`machine`] of a later instance.
 const KEEP: u8 = 130;
 
@@ -38,7 +38,7 @@ extern "C" {
     fn tell(address: *const u8, length: usize);
 }
 
-/// Hands a frame to the caller.
+/// Passes a frame to the caller.
 fn send(frame: &[u8]) {
     // SAFETY: the caller reads `length` bytes at `address`, which are the frame's, before it
     // returns.
@@ -49,7 +49,7 @@ fn fail(words: &str) {
     send(&[&[FAILED], words.as_bytes()].concat());
 }
 
-/// The module's only state. It has one thread.
+/// The module's only state. The module has one thread.
 #[derive(Default)]
 struct Module {
     input: Vec<u8>,
@@ -66,7 +66,7 @@ fn with<T>(work: impl FnOnce(&mut Module) -> T) -> T {
     MODULE.with_borrow_mut(work)
 }
 
-/// Makes room for `length` bytes; answers its address.
+/// Makes room for `length` bytes; returns its address.
 #[no_mangle]
 pub extern "C" fn room(length: usize) -> *mut u8 {
     with(|module| {
@@ -75,8 +75,8 @@ pub extern "C" fn room(length: usize) -> *mut u8 {
     })
 }
 
-/// Takes a machine file, before anything else, and behind it `kept` bytes of its memory, 0 where
-/// there is none.
+/// Takes a machine file, before any other call but [`room`]. After the file come `kept` bytes of
+/// the machine's memory; 0 if there is none.
 #[no_mangle]
 pub extern "C" fn machine(kept: usize) {
     std::panic::set_hook(Box::new(|info| fail(&info.to_string())));
@@ -105,7 +105,7 @@ pub extern "C" fn hear() {
     });
 }
 
-/// Lets the machine reach the time `ms` of the caller's clock.
+/// Runs the machine up to the time `ms` of the caller's clock.
 #[no_mangle]
 pub extern "C" fn go(ms: f64) {
     let now = Duration::try_from_secs_f64(ms / 1000.0).unwrap_or_default();
@@ -124,21 +124,21 @@ pub extern "C" fn go(ms: f64) {
     });
 }
 
-/// Looks at a job to its end.
+/// Analyses a job to its end.
 #[no_mangle]
 pub extern "C" fn look() {
     let (input, file) = with(|module| (std::mem::take(&mut module.input), module.file.clone()));
     match unpacked(&input) {
         Some(job) => {
             let mut tell = |finding: Finding| send(&finding_frame(&finding));
-            // Whoever wants it to end ends the worker.
+            // To end this early, the caller ends the worker.
             Workshop::new(&file).look(&job, &|| true, &mut tell);
         }
         None => fail("no job"),
     }
 }
 
-/// What is told of a job beside its text: one line of JSON before it.
+/// The data of a job besides its text: one line of JSON before the text.
 #[derive(Serialize, Deserialize)]
 struct Header {
     name: String,

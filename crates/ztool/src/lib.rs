@@ -11,7 +11,7 @@ use leadscrew_planner::Coordinate;
 /// The axis of the tool: Z.
 const TOOL_AXIS: usize = 2;
 
-/// An end of the tool's way.
+/// An end of the tool's travel.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum End {
     /// In the work: M3.
@@ -22,21 +22,21 @@ pub enum End {
 
 /// The two switches of the tool.
 pub trait ToolPort {
-    /// Whether the switch at this end is closed. Read at every turn of the main loop while the tool
-    /// is on its way.
+    /// Whether the switch at this end is closed. It is read at every turn of the main loop while
+    /// the tool moves.
     fn is_closed(&self, end: End) -> bool;
 }
 
-/// How the tool goes.
+/// How the tool moves.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct ZToolConfig {
-    /// mm/min, above 0.
+    /// The speed of the tool, mm/min, above 0.
     pub rate: Number,
-    /// How far it goes without a switch before that is an alarm, mm, above 0.
+    /// How far the tool moves without reaching a switch before an alarm, mm, above 0.
     pub most_mm: f32,
 }
 
-/// The tool has gone its whole way and met no switch.
+/// The alarm of a tool that has moved as far as it may and has reached no switch.
 pub static NO_SWITCH: OwnCode = OwnCode {
     number: 230,
     text: "The tool does not reach its switch",
@@ -48,22 +48,22 @@ pub static NO_SWITCH: OwnCode = OwnCode {
 enum Phase {
     Rests,
     Goes,
-    /// The switch has closed: it slows down.
+    /// The switch has closed, and the tool slows down.
     Stops,
 }
 
-/// M3 and M5 for a tool between two switches, on a machine with `AXES` axes.
+/// The extension for M3 and M5 with a tool between two switches, on a machine with `AXES` axes.
 #[derive(Debug)]
 pub struct ZTool<P, const AXES: usize> {
     config: ZToolConfig,
     port: P,
     phase: Phase,
-    /// The end at which the tool stands, and its Z there.
+    /// The end at which the tool stands, and its Z there; `None` where it is not known.
     stands: Option<(End, Coordinate)>,
 }
 
 impl<P: ToolPort, const AXES: usize> ZTool<P, AXES> {
-    /// Makes the extension; nobody knows yet where the tool stands.
+    /// Makes the extension; where the tool stands is not known yet.
     pub const fn new(config: ZToolConfig, port: P) -> Self {
         Self {
             config,
@@ -73,7 +73,7 @@ impl<P: ToolPort, const AXES: usize> ZTool<P, AXES> {
         }
     }
 
-    /// The end to which the tool went last; `None`: nobody knows.
+    /// The end at which the tool stands; `None` where it is not known.
     pub fn stands_at(&self) -> Option<End> {
         self.stands.map(|(end, _)| end)
     }

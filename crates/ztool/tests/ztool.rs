@@ -1,4 +1,4 @@
-//! A tool between two switches, seen from the sender and at its pins.
+//! Tests of a tool between two switches, from the sender's view and at its pins.
 
 #[path = "../../machine/tests/bench/mod.rs"]
 mod bench;
@@ -14,14 +14,15 @@ use leadscrew_ztool::{End, ToolPort, ZTool, ZToolConfig};
 use std::cell::Cell;
 use std::rc::Rc;
 
-/// The lower switch closes 4 mm below power-up, the upper one 2 mm above. 250 steps a mm.
+/// The lower switch closes 4 mm below the place at power-up, the upper one 2 mm above it, with 250
+/// steps/mm.
 const LOWER: i32 = -1000;
 const UPPER: i32 = 500;
 
-/// Z at 300 mm/min slows down within 1.25 mm at 10 mm/s².
+/// The steps in which Z slows down from 300 mm/min at 10 mm/s²: 1.25 mm.
 const SLOWS_DOWN: i32 = 313;
 
-/// Where Z stands, as the test has seen it last; the lower switch may be broken.
+/// The Z that the test has seen last, and whether the lower switch is broken.
 #[derive(Clone, Default)]
 struct Pins {
     z: Rc<Cell<i32>>,
@@ -49,7 +50,7 @@ fn boot<X: Extension<3>>(memory: &mut Memory, extension: X) -> Session<'_, Carte
     Session::extended(memory, MachineConfig::grbl(), Cartesian, extension)
 }
 
-/// Sends a program and lets the switches follow Z; answers the machine's output until it is silent.
+/// Sends a program and moves the switches with Z; returns the machine's output until it is silent.
 fn run<X: Extension<3>>(
     session: &mut Session<'_, Cartesian, X>,
     pins: &Pins,
@@ -136,7 +137,7 @@ fn m3_stands_alone_on_its_line() {
     assert_eq!(session.line("M3S1000X1"), ["error:36"]);
 }
 
-/// A nozzle at 25 degrees.
+/// A nozzle that stays at 25 degrees.
 struct Cold;
 
 impl HeatPort for Cold {

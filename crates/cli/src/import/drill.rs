@@ -110,7 +110,7 @@ enum ZerosArg {
     Tz,
 }
 
-/// Makes the job of a board; answers whether all files were understood.
+/// Makes the job of a board; returns whether all files were understood.
 ///
 /// # Errors
 /// Where an option or a file cannot be used.
@@ -144,7 +144,7 @@ pub(super) fn run(args: &DrillArgs) -> Result<bool, Unusable> {
     Ok(true)
 }
 
-/// `JOB.nc` of bit 2 is `JOB-T2.nc`.
+/// The name of the file for one bit: `JOB.nc` becomes `JOB-T2.nc` for bit 2.
 fn named(path: &Path, bit: u32) -> PathBuf {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     let end = path
@@ -167,13 +167,13 @@ fn known(args: &DrillArgs) -> Known {
     }
 }
 
-/// Z between holes where nobody says it.
+/// Z between holes where neither an option nor the machine file gives it.
 const CLEARANCE: Mm = Mm::from_nanos(2_000_000_000);
 
-/// The options. The machine's file gives the values that the command line leaves out.
+/// The options. The machine file gives the values that the command line leaves out.
 ///
 /// # Errors
-/// Neither names a depth or a feed.
+/// Neither the command line nor the machine file gives a depth or a feed.
 fn options(args: &DrillArgs, file: &DrillTable) -> Result<Options, Unusable> {
     let mm = |mm: f64| Mm::from_nanos((mm * 1e9).round() as i64);
     let place = |option: Option<Mm>, file: Option<Place>| option.or(file.map(|of| mm(of.mm())));

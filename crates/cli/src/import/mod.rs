@@ -1,4 +1,4 @@
-//! `leadscrew import`: job files of other machines to G-code.
+//! `leadscrew import`: converts job files of other machines to G-code.
 
 mod drill;
 mod others;
@@ -32,7 +32,7 @@ pub(super) struct OutputArgs {
     pub(super) quiet: bool,
 }
 
-/// Imports a file; answers whether it was understood.
+/// Imports a file; returns whether it was understood.
 ///
 /// # Errors
 /// Where an option or a file cannot be used.

@@ -1,4 +1,4 @@
-//! Files in, jobs out.
+//! Reads input files and writes jobs.
 
 use super::super::output::{is_stdout, Output};
 use super::super::said::say;
@@ -9,7 +9,7 @@ use std::fs;
 use std::io::{Read, Write};
 use std::path::Path;
 
-/// Reads a whole file of text; bytes that are no text can only be in comments.
+/// Reads a whole file of text. Bytes that are not UTF-8 are replaced: they can only be in comments.
 ///
 /// # Errors
 /// Where it cannot be read or is no text.
@@ -21,14 +21,14 @@ pub(in super::super) fn read(name: &Path) -> Result<String, Unusable> {
     Ok(String::from_utf8_lossy(&bytes).into_owned())
 }
 
-/// The result of a reader; prints the faults where there are any.
+/// The value that a reader returned. If it returned faults instead, prints them and returns `None`.
 pub(in super::super) fn shown<T>(name: &Path, text: &str, read: Result<T, Faults>) -> Option<T> {
     let name = name.display().to_string();
     read.map_err(|faults| eprintln!("{}", faults.show(&name, text)))
         .ok()
 }
 
-/// Writes a job to `path` and says its notes. `inputs` are never written over.
+/// Writes a job to `path` and prints its notes. A file in `inputs` is never overwritten.
 ///
 /// # Errors
 /// Where it cannot be written.

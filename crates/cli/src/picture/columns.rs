@@ -3,7 +3,7 @@
 use leadscrew_sim::clock::{seconds, Cycle};
 use leadscrew_sim::speed_profile::{Limit, Stretch};
 
-/// The events in one column.
+/// Speed, acceleration, power and limits in one column.
 #[derive(Clone, PartialEq, Debug)]
 pub(super) struct Column {
     /// Mean speed, mm/s.
@@ -16,7 +16,7 @@ pub(super) struct Column {
     pub(super) mean_power: f64,
     /// Least and highest power, shares of full power.
     pub(super) power: [f64; 2],
-    /// Shares of the column's time, by group of limits.
+    /// The shares of the column's time that each group of limits takes.
     pub(super) shares: Vec<f64>,
 }
 
@@ -25,19 +25,20 @@ pub(super) struct Column {
 pub(super) struct Columns {
     /// The columns, in order.
     pub(super) all: Vec<Column>,
-    /// Time that each covers, s.
+    /// Time that each column covers, s.
     pub(super) width: f64,
     /// The whole time, s.
     pub(super) seconds: f64,
-    /// Shares of the whole time, by group of limits.
+    /// The shares of the whole time that each group of limits takes.
     pub(super) total: Vec<f64>,
 }
 
-/// Nothing yet: a range that the first value sets.
+/// An empty range, which the first value replaces.
 const EMPTY: [f64; 2] = [f64::INFINITY, f64::NEG_INFINITY];
 
 impl Columns {
-    /// Cuts `stretches` into `count` columns; `group` numbers a limit's group, below `groups`.
+    /// Cuts `stretches` into `count` columns. `group` maps a limit to its group's number, which is
+    /// below `groups`.
     pub(super) fn new(
         stretches: &[Stretch],
         count: usize,
@@ -90,7 +91,8 @@ impl Columns {
 }
 
 impl Column {
-    /// Adds the `part` of a stretch (shares of its time) that takes `share` of the column.
+    /// Adds a piece of a stretch to the column. `part` is the piece's begin and end as shares of
+    /// the stretch's time; it takes `share` of the column.
     fn add(&mut self, stretch: &Stretch, part: [f64; 2], share: f64, group: usize) {
         let between = |ends: [f64; 2]| part.map(|t| ends[0] + (ends[1] - ends[0]) * t);
         let (speed, power) = (between(stretch.speed), between(stretch.power));
@@ -102,7 +104,7 @@ impl Column {
         add(&mut self.shares, group, share);
     }
 
-    /// A column in which nothing is has values of 0.
+    /// Sets the ranges of a column without a stretch to 0.
     fn settle(&mut self) {
         for range in [&mut self.speed, &mut self.power, &mut self.acceleration] {
             if *range == EMPTY {

@@ -1,6 +1,7 @@
 //! The colours of paths: the same as on the page of `serve`.
 
-/// From the top of the material down, equally spaced: each is told from white and from black.
+/// Colours of depth, from the top of the material down, equally spaced. Each differs clearly from
+/// white and from black.
 const DEPTH: [[f64; 3]; 5] = [
     [0.93, 0.64, 0.10],
     [0.88, 0.34, 0.18],
@@ -11,30 +12,30 @@ const DEPTH: [[f64; 3]; 5] = [
 const TRAVEL: [f64; 3] = [0.62, 0.69, 0.76];
 const POWER_OFF: [f64; 3] = [0.90, 0.91, 0.93];
 const POWER_FULL: [f64; 3] = [0.08, 0.09, 0.11];
-/// The share of the ground in a pale colour.
+/// The share of white in a pale colour.
 const PALE: f64 = 0.65;
 
-/// Of moves that do not cut.
+/// The colour of moves that do not cut.
 pub(super) fn travel() -> String {
     hex(TRAVEL)
 }
 
-/// Of a laser at `share` of full power, 0 to 1.
+/// The colour of a laser at `share` of full power, 0 to 1.
 pub(super) fn power(share: f64) -> String {
     hex(mixed(POWER_OFF, POWER_FULL, share))
 }
 
-/// The same as one grey, 0 black to 255 white.
+/// The laser's colour as a grey level, 0 black to 255 white.
 pub(super) fn grey(share: f64) -> u8 {
     byte(mixed(POWER_OFF, POWER_FULL, share)[1])
 }
 
-/// Of a cut at `share` of the job's depth, 0 the highest to 1 the lowest.
+/// The colour of a cut at `share` of the job's depth, from 0 (highest) to 1 (lowest).
 pub(super) fn depth(share: f64) -> String {
     hex(depth_colour(share))
 }
 
-/// The same, pale: of the material that a tool takes away.
+/// The pale colour of the material that a tool takes away, at `share` of the job's depth.
 pub(super) fn pale_depth(share: f64) -> String {
     hex(mixed(depth_colour(share), [1.0; 3], PALE))
 }

@@ -1,4 +1,4 @@
-//! The legend of a job's picture: only of things that are in it.
+//! The legend of a job's picture. It names only things that the picture shows.
 
 use super::ink;
 use super::page::{line, rectangle, text, LEFT, PLOT_WIDTH};
@@ -9,16 +9,16 @@ use svg::node::element::Group;
 use svg::Node;
 
 const ROW: f64 = 26.0;
-/// Width of a letter, about.
+/// The approximate width of a letter, pixels.
 const LETTER: f64 = 6.3;
 const GAP: f64 = 18.0;
-/// Width of a colour's rectangle, and of one step of a scale.
+/// Width of a colour's rectangle, and of one step of a scale, pixels.
 const SWATCH: f64 = 22.0;
 const STEP: f64 = 6.0;
-/// The largest radius of a hole's mark.
+/// The largest radius of a hole's mark, pixels.
 const LARGEST: f64 = 10.0;
 
-/// Draws the legend from `top` on; answers where it ends.
+/// Draws the legend from `top` on; returns its bottom edge.
 pub(super) fn draw(plot: &Plot<'_>, top: f64) -> (Group, f64) {
     let mut rows = Rows {
         group: Group::new(),
@@ -66,7 +66,7 @@ pub(super) fn draw(plot: &Plot<'_>, top: f64) -> (Group, f64) {
     (rows.group, bottom)
 }
 
-/// The legend's places, from left to right and row by row.
+/// Places the legend's entries from left to right and row by row.
 struct Rows {
     group: Group,
     x: f64,
@@ -74,7 +74,7 @@ struct Rows {
 }
 
 impl Rows {
-    /// Adds a mark of some width and the words behind it.
+    /// Adds a mark of this width and the words after it.
     fn add<N: Node>(&mut self, width: f64, words: &str, mark: impl FnOnce([f64; 2]) -> N) {
         let whole = width + 8.0 + words.chars().count() as f64 * LETTER + GAP;
         if self.x > LEFT && self.x + whole - GAP > LEFT + PLOT_WIDTH {
@@ -87,7 +87,7 @@ impl Rows {
     }
 }
 
-/// The heights of cuts: one by one where they are few, else as a scale.
+/// The heights of cuts: each one where they are few, else as a scale.
 fn depths(rows: &mut Rows, plot: &Plot<'_>) {
     let [top, bottom] = plot.depth;
     if plot.passes.is_empty() && plot.has_cuts() {
@@ -142,8 +142,8 @@ fn holes(rows: &mut Rows, plot: &Plot<'_>, hole: Hole, count: usize) {
     });
 }
 
-/// The drills, in the order in which they are used: of each its deepest hole, and how many it
-/// makes.
+/// The drills, in the order in which they are used. For each: its deepest hole, and the number of
+/// its holes.
 fn drills(holes: &[Hole]) -> Vec<(Hole, usize)> {
     let mut drills: Vec<(Hole, usize)> = Vec::new();
     for hole in holes {
@@ -161,7 +161,7 @@ fn drills(holes: &[Hole]) -> Vec<(Hole, usize)> {
     drills
 }
 
-/// A length to a hundredth of a millimetre.
+/// A length rounded to a hundredth of a millimetre.
 fn millimetres(mm: f32) -> String {
     label((f64::from(mm) * 100.0).round() / 100.0)
 }

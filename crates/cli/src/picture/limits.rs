@@ -9,8 +9,8 @@
 //!  legend: colour, limit, share of the time
 //! ```
 //!
-//! Time is cut into one column a pixel, so that a picture is as large for a million moves as for
-//! ten.
+//! Time is cut into one column per pixel, so that a picture of a million moves is not larger than
+//! one of ten.
 
 use super::columns::{Column, Columns};
 use super::page::{axes, page, rectangle, text, Frame};
@@ -20,18 +20,18 @@ use leadscrew_sim::speed_profile::{Limit, Slow, SpeedLimit, Stretch};
 use svg::node::element::{Group, Path, Title};
 use svg::Document;
 
-/// Columns of the picture: one a pixel.
+/// Columns of the picture, one per pixel.
 const COLUMNS: usize = PLOT_WIDTH as usize;
 
 const SPEED_HEIGHT: f64 = 220.0;
 const LOW_HEIGHT: f64 = 100.0;
 const BAND_HEIGHT: f64 = 60.0;
-/// Room between two plots: the tick labels of the upper one.
+/// Room between two plots, for the tick labels of the upper one.
 const GAP: f64 = 26.0;
 const LEGEND_ROW: f64 = 20.0;
 const LEGEND_COLUMNS: usize = 3;
 
-/// A limit that binds for a smaller share of the time is not in the legend.
+/// The least share of the time with which a limit is in the legend.
 const LEAST_SHARE: f64 = 0.0005;
 
 const SPEED: &str = "#2a7f62";
@@ -191,7 +191,7 @@ fn power_plot(columns: &Columns, frame: Frame, time: &Scale) -> Group {
         .add(mean.set("stroke", POWER).set("stroke-width", 1.0))
 }
 
-/// Each column shared out among the groups, from the bottom up.
+/// A band in which each column is divided among the groups, from the bottom up.
 fn band(columns: &Columns, frame: Frame, time: &Scale) -> Group {
     let y = Scale::new(0.0, 100.0, frame.bottom(), frame.top);
     let mut group = axes(frame, time, &y, "time s", "binds %");
@@ -209,7 +209,7 @@ fn band(columns: &Columns, frame: Frame, time: &Scale) -> Group {
     group.add(rectangle(LEFT, frame.top, PLOT_WIDTH, frame.height, "none").set("stroke", "#333333"))
 }
 
-/// Rectangles over runs of columns with the same edges.
+/// Rectangles for runs of columns whose edges are the same.
 fn boxes(columns: &Columns, time: &Scale, edges: impl Fn(&Column) -> Option<[f64; 2]>) -> String {
     let rounded = |column: &Column| edges(column).map(|e| e.map(|y| (y * 10.0).round() as i64));
     let mut data = String::new();
@@ -260,7 +260,7 @@ fn outline(columns: &Columns, time: &Scale, edges: impl Fn(&Column) -> [f64; 2])
     format!("M{}Z", [there, back].concat().join("L"))
 }
 
-/// The points of a curve, as path data; those in the middle of a level stretch are left out.
+/// The points of a curve, as path data. Points in the middle of a level stretch are left out.
 fn points(columns: &Columns, time: &Scale, y: impl Fn(&Column) -> f64) -> Vec<String> {
     let tenths = |column: &Column| (y(column) * 10.0).round() as i64;
     let heights: Vec<i64> = columns.all.iter().map(tenths).collect();

@@ -1,10 +1,10 @@
-//! Moves as the data of an SVG path, with as few points as the eye needs.
+//! Moves as the data of an SVG path, with no more points than can be seen.
 
 use std::fmt::Write as _;
 
-/// Pixels by which a line may miss a point that it leaves out.
+/// How far a left-out point may be from the line that replaces it, pixels.
 const MISS: f64 = 0.25;
-/// Points that are left out one after the other, at most: each new one is held against them all.
+/// The most points that are left out in a row: each new line is compared with all of them.
 const LEFT_OUT: usize = 32;
 
 /// The path of moves that are added in order.
@@ -15,12 +15,14 @@ pub(super) struct Line {
     last: Option<usize>,
     /// The last point in the data.
     at: [f64; 2],
-    /// Points behind it that are not in the data; the path may end at the last of them.
+    /// Points after `at` that are not in the data yet. Only the last of them will be, if they fit
+    /// one line.
     open: Vec<[f64; 2]>,
 }
 
 impl Line {
-    /// Adds the move with number `index`: where it goes on from the one before, only its end.
+    /// Adds the move with number `index`. If it continues the move before it, only its end is
+    /// added.
     pub(super) fn go(&mut self, index: usize, [from, to]: [[f64; 2]; 2]) {
         let goes_on = index
             .checked_sub(1)
@@ -47,7 +49,7 @@ impl Line {
         self.data
     }
 
-    /// Goes to the last of the open points.
+    /// Adds the last of the open points to the data.
     fn close(&mut self) {
         if let Some(last) = self.open.pop() {
             self.point('L', last);
@@ -57,7 +59,7 @@ impl Line {
 
     fn point(&mut self, kind: char, at: [f64; 2]) {
         self.at = at;
-        // Writing to a text cannot fail.
+        // Writing to a string cannot fail.
         let _ = write!(self.data, "{kind}{:.1} {:.1}", at[0], at[1]);
     }
 }
@@ -98,7 +100,7 @@ mod tests {
     fn a_straight_line_has_two_points_and_each_corner_one() {
         let points = [[0.0, 0.0], [1.0, 0.0], [5.0, 0.0], [5.0, 2.0], [5.0, 9.0]];
         assert_eq!(data(&points), "M0.0 0.0L5.0 0.0L5.0 9.0");
-        // Back the way it came is a corner, too.
+        // A turn back along the same line is a corner, too.
         assert_eq!(
             data(&[[0.0, 0.0], [9.0, 0.0], [4.0, 0.0]]),
             "M0.0 0.0L9.0 0.0L4.0 0.0"
@@ -127,7 +129,7 @@ mod tests {
                 .map(|pair| distance(*point, pair[0], pair[1]));
             lines.fold(f64::INFINITY, f64::min)
         };
-        // Data are rounded to a tenth of a pixel.
+        // Coordinates are rounded to a tenth of a pixel.
         let most = circle.iter().map(nearest).fold(0.0, f64::max);
         assert!(most <= MISS + 0.08, "{most}");
     }

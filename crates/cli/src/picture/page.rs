@@ -1,4 +1,4 @@
-//! The page that pictures are drawn on: its measures, title, and plots with a grid and labelled
+//! The page that pictures are drawn on: its sizes, its title, and plots with a grid and labelled
 //! axes.
 
 use super::scale::{label, Scale};
@@ -14,10 +14,11 @@ pub(super) const TOP: f64 = 66.0;
 pub(super) const PLOT_WIDTH: f64 = WIDTH - LEFT - RIGHT;
 /// Room for tick labels and an axis title under a plot.
 pub(super) const AXIS_HEIGHT: f64 = 46.0;
-/// Pixels between ticks, about: across, and up in a plot of some height.
+/// Approximate distances between ticks, pixels: horizontally, and vertically in a plot of some
+/// height.
 const TICK_SPACING: f64 = 80.0;
 const TICK_RISE: f64 = 50.0;
-/// A low plot has this many ticks up, about.
+/// The approximate number of vertical ticks in a low plot.
 const LEAST_TICKS: f64 = 4.0;
 
 pub(super) const INK: &str = "#333333";
@@ -77,7 +78,8 @@ pub(super) fn axes(frame: Frame, x: &Scale, y: &Scale, x_title: &str, y_title: &
         ))
 }
 
-/// Pixels to two decimals: finer is not seen, and would differ with each tick of a job's time.
+/// Pixels rounded to two decimals. Finer differences are not visible, and would change with each
+/// tick of a job's time.
 fn hundredths(pixels: f64) -> f64 {
     (pixels * 100.0).round() / 100.0
 }

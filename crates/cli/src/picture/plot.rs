@@ -1,7 +1,7 @@
 //! The toolpath in its coordinate system: cuts as wide as their tool, holes as wide as their drill.
 //!
-//! Of a tool whose diameter is known, the material that it takes away is drawn pale, and the path
-//! of its centre in full colour on top.
+//! Where a tool's diameter is known, the material that it takes away is drawn pale, and the path of
+//! its centre in full colour on top.
 
 use super::ink;
 use super::line::Line;
@@ -17,25 +17,26 @@ use svg::node::element::{Circle, ClipPath, Definitions, Group, Image, Path, Use}
 // Pixels.
 pub(super) const MOST_HEIGHT: f64 = 640.0;
 const LEAST_HEIGHT: f64 = 160.0;
-/// Width of a cut that has none of its own: a hair that is seen.
+/// Width of a cut whose tool has no known width: a visible thin line.
 pub(super) const HAIR: f64 = 1.4;
-/// Radius of a hole whose drill is not known, and the least radius that is seen.
+/// Radius of a hole whose drill is not known, and the least visible radius.
 pub(super) const PLAIN_HOLE: f64 = 3.0;
 const LEAST_HOLE: f64 = 1.2;
-/// Of cut between two arrows, the size of a place that has one, and arrows at most.
+/// Length of cut from one arrow to the next; the size of a square that has at most one arrow; and
+/// the most arrows.
 const ARROW_EVERY: f64 = 90.0;
 const APART: f64 = 40.0;
 const ARROWS: usize = 150;
 
-/// A laser's spot, mm.
+/// The diameter of a laser's spot, mm.
 const SPOT: f64 = 0.1;
-/// Colours of a scale: more cannot be told apart.
+/// The number of colours of a scale: more could not be distinguished.
 pub(super) const LEVELS: u8 = 24;
-/// Passes that are told apart one by one; and those that show beside each other where they lie on
-/// top of each other.
+/// The most passes that are drawn in colours of their own; and the most passes on top of each other
+/// whose edges are all shown.
 const PASSES: usize = 8;
 const STACKED: usize = 5;
-/// Pixels that a pass is wider than the one on top of it.
+/// How much wider a pass is drawn than the pass on top of it, pixels.
 const STANDS_OUT: f64 = 1.6;
 
 const START: &str = "#2a7f62";
@@ -47,20 +48,20 @@ pub(super) struct Plot<'a> {
     pub(super) x: Scale,
     pub(super) y: Scale,
     per_mm: f64,
-    /// Whether the path leads beyond the picture.
+    /// Whether the path goes beyond the edges of the picture.
     pub(super) leads_out: bool,
-    /// S of a laser's full power; `None` where S is a spindle's speed.
+    /// The S value of a laser's full power; `None` where S is a spindle's speed.
     pub(super) full_power_s: Option<f64>,
     /// The highest and the lowest Z of cuts, mm.
     pub(super) depth: [f32; 2],
-    /// The heights of level cuts, where they are few.
+    /// The heights of cuts at constant Z; empty where there are many.
     pub(super) passes: Vec<f32>,
     pub(super) holes: Vec<Hole>,
     raster: Option<Raster>,
 }
 
 impl<'a> Plot<'a> {
-    /// The same number of pixels to a millimetre both ways.
+    /// Makes a plot with the same scale, in pixels per millimetre, for X and Y.
     pub(super) fn new(path: &'a Toolpath, full_power_s: Option<f64>) -> Self {
         let is_laser = full_power_s.is_some();
         let room = if is_laser { 0.0 } else { widest(path) / 2.0 };
@@ -120,7 +121,7 @@ impl<'a> Plot<'a> {
     /// A height's place on the scale of depth.
     pub(super) fn level_of(&self, z: f32) -> u8 {
         let [top, bottom] = self.depth;
-        // A single depth has the last colour.
+        // Where all cuts have one depth, they get the last colour.
         let share = 1.0 - (z - bottom) / (top - bottom).max(1e-3);
         (share.clamp(0.0, 1.0) * f32::from(LEVELS)).round() as u8
     }
@@ -133,7 +134,7 @@ impl<'a> Plot<'a> {
         }
     }
 
-    /// The rows of an engraving.
+    /// The rows of an engraving as an image.
     pub(super) fn image(&self) -> Option<Image> {
         let raster = self.raster.as_ref()?;
         let [left, bottom] = [self.x.pixel(raster.low[0]), self.y.pixel(raster.low[1])];
@@ -145,7 +146,7 @@ impl<'a> Plot<'a> {
                 .set("width", right - left)
                 .set("height", bottom - top)
                 .set("preserveAspectRatio", "none")
-                // The grid shows where nothing is burnt.
+                // The grid shows through where nothing is burnt.
                 .set("style", "mix-blend-mode:multiply")
                 .set("href", raster.address(self.per_mm)),
         )
@@ -155,7 +156,7 @@ impl<'a> Plot<'a> {
         self.raster.as_ref().is_some_and(|raster| raster.has(pair))
     }
 
-    /// Whether later passes lie higher, as a printer's.
+    /// Whether later passes lie higher, as those of a 3D printer.
     pub(super) fn builds_up(&self) -> bool {
         let mut cuts = self.path.moves().iter().filter(|one| one.way == Way::Cut);
         match (cuts.next(), cuts.next_back()) {
@@ -164,7 +165,7 @@ impl<'a> Plot<'a> {
         }
     }
 
-    /// All moves: one path a colour and a tool, the later passes on top.
+    /// All moves: one path for each colour and tool, with later passes on top.
     pub(super) fn strokes(&self) -> Group {
         let mut travels = Line::default();
         let mut cuts: BTreeMap<(i16, u32), Line> = BTreeMap::new();
@@ -177,7 +178,7 @@ impl<'a> Plot<'a> {
             match pair[1].way {
                 Way::Jump => {}
                 Way::Travel => travels.go(index, [from, to]),
-                // A hole is drawn as such.
+                // A hole is not drawn as a cut: `holes` draws it.
                 Way::Cut if from == to => {}
                 Way::Cut => {
                     let tool = (pair[1].tool_mm * 1000.0).round() as u32;
@@ -225,8 +226,8 @@ impl<'a> Plot<'a> {
         [Group::new().add(kept), pale, full]
     }
 
-    /// Pixels that a cut drawn at `order` is wider than the last one: passes that lie below others
-    /// show on both sides of them.
+    /// How much wider a cut drawn at `order` is than the last one, pixels. So passes that lie below
+    /// others show on both sides of them.
     fn stands_out(&self, order: i16) -> f64 {
         let sign = if self.builds_up() { -1 } else { 1 };
         let orders = self
@@ -240,7 +241,7 @@ impl<'a> Plot<'a> {
         }
     }
 
-    /// Which way the tool cuts.
+    /// Arrows that show the direction in which the tool cuts.
     pub(super) fn arrows(&self) -> Path {
         let mut data = String::new();
         let mut taken = BTreeSet::new();
@@ -278,7 +279,7 @@ impl<'a> Plot<'a> {
         group
     }
 
-    /// A hole, drawn at `at`.
+    /// The mark of a hole, drawn at `at`.
     pub(super) fn hole(&self, hole: &Hole, at: (f64, f64)) -> Circle {
         let level = self.level_of(hole.bottom);
         let radius = f64::from(hole.tool_mm) / 2.0 * self.per_mm;
@@ -293,7 +294,7 @@ impl<'a> Plot<'a> {
             .set("stroke-width", HAIR.min(radius / 2.0))
     }
 
-    /// Where the job starts and ends, as far as the picture has it.
+    /// The marks of the job's start and end, if the picture contains them.
     pub(super) fn ends(&self) -> Group {
         let [start, end] = self.seen_ends();
         let mut group = Group::new();
@@ -306,7 +307,7 @@ impl<'a> Plot<'a> {
         group
     }
 
-    /// The places of start and end, where the picture has them.
+    /// The places of start and end, in pixels; `None` for one that is outside the picture.
     pub(super) fn seen_ends(&self) -> [Option<(f64, f64)>; 2] {
         let across = LEFT..=LEFT + PLOT_WIDTH;
         let up = self.frame.top..=self.frame.bottom();
@@ -314,7 +315,7 @@ impl<'a> Plot<'a> {
         places.map(|[x, y]| (across.contains(&x) && up.contains(&y)).then_some((x, y)))
     }
 
-    /// Cuts off what leads beyond the picture.
+    /// Cuts off lines that go beyond the picture.
     pub(super) fn clipped(&self, drawn: Group) -> Group {
         if !self.leads_out {
             return drawn;
@@ -326,7 +327,7 @@ impl<'a> Plot<'a> {
         Group::new().add(Definitions::new().add(clip)).add(drawn)
     }
 
-    /// The diameters of the tools that cut aside, mm, the widest first.
+    /// The diameters of the tools that cut sideways, mm, the widest first.
     pub(super) fn tools(&self) -> Vec<f32> {
         let cuts = self.path.moves().windows(2);
         let cuts = cuts.filter(|pair| is_aside(pair) && pair[1].tool_mm > 0.0);
@@ -340,18 +341,18 @@ impl<'a> Plot<'a> {
         tools
     }
 
-    /// Whether the tool cuts aside, and not only straight down.
+    /// Whether there are cuts that are not straight up or down.
     pub(super) fn has_cuts(&self) -> bool {
         self.path.moves().windows(2).any(is_aside)
     }
 
-    /// Pixels of a millimetre.
+    /// The pixels of a length in mm.
     pub(super) fn pixels(&self, mm: f32) -> f64 {
         f64::from(mm) * self.per_mm
     }
 }
 
-/// Whether the tool cuts, and not only straight down.
+/// Whether a move cuts and moves in X or Y, not straight up or down.
 pub(super) fn is_aside(pair: &[Drawn]) -> bool {
     pair[1].way == Way::Cut && pair[0].to[..2] != pair[1].to[..2]
 }
@@ -361,7 +362,7 @@ fn widest(path: &Toolpath) -> f64 {
     cuts.map(|one| f64::from(one.tool_mm)).fold(0.0, f64::max)
 }
 
-/// Adds an arrow in the middle of a move; `along` is half of it.
+/// Adds an arrow in the middle of a move; `along` is half the arrow's length.
 fn arrow(data: &mut String, middle: [f64; 2], along: [f64; 2]) {
     let [tip, back] =
         [1.0, -1.0].map(|way| [middle[0] + along[0] * way, middle[1] + along[1] * way]);
@@ -386,7 +387,7 @@ pub(super) fn start_mark(at: (f64, f64)) -> Circle {
         .set("stroke-width", 2)
 }
 
-/// The mark of its end.
+/// The mark of the job's end.
 pub(super) fn end_mark(at: (f64, f64)) -> Circle {
     mark(at, 3.0).set("fill", INK)
 }

@@ -1,26 +1,26 @@
-//! Rows of pixels as one image: an engraving has as many moves as a photograph has pixels.
+//! Draws rows of pixels as one image: an engraving has as many moves as a photograph has pixels.
 
 use super::ink;
 use data_encoding::BASE64;
 use leadscrew_sim::scene::{Drawn, Way};
 use std::collections::BTreeSet;
 
-/// Pixels from which on rows are drawn as an image.
+/// The number of pixels from which rows are drawn as an image.
 const LEAST: usize = 2000;
 
-/// Pixels of the image in a pixel of the picture, at first.
+/// Pixels of the image per pixel of the picture, before the image is made smaller to fit [`MOST`].
 const FINE: f64 = 2.0;
 
-/// The largest size of an image, bytes of text.
+/// The largest size of an image, in bytes of base64 text.
 const MOST: usize = 700_000;
 
 /// The rows of a job.
 pub(super) struct Raster {
-    /// The corners of the box around them, X and Y in mm.
+    /// The corners of the box around all rows, X and Y in mm.
     pub(super) low: [f64; 2],
     pub(super) high: [f64; 2],
     rows: Vec<Row>,
-    /// From one row to the next, mm.
+    /// The distance from one row to the next, mm.
     pitch: f64,
 }
 
@@ -34,7 +34,7 @@ struct Row {
 }
 
 impl Raster {
-    /// Finds the rows of a laser's job, where there are enough of them.
+    /// Finds the rows of a laser's job; `None` where there are fewer than [`LEAST`].
     pub(super) fn of(moves: &[Drawn]) -> Option<Self> {
         let pairs = moves.windows(2).filter(|pair| is_pixel(pair));
         let rows: Vec<Row> = pairs.map(row).collect();
@@ -57,7 +57,7 @@ impl Raster {
         })
     }
 
-    /// Whether a move is one of the rows, or leads from one to another.
+    /// Whether a move is one of the rows, or a travel between rows.
     pub(super) fn has(&self, pair: &[Drawn]) -> bool {
         let inside = |one: &Drawn| {
             (0..2).all(|axis| {
@@ -68,7 +68,7 @@ impl Raster {
         is_pixel(pair) || pair[1].way == Way::Travel && pair.iter().all(inside)
     }
 
-    /// The image as the address of its data; `per_mm` pixels of the picture are a millimetre.
+    /// The image as a `data:` address; `per_mm` is the picture's pixels per millimetre.
     pub(super) fn address(&self, per_mm: f64) -> String {
         let mut scale = per_mm * FINE;
         loop {
@@ -101,7 +101,7 @@ impl Raster {
     }
 }
 
-/// The pixels that an extent covers: one at least.
+/// The pixels that an extent covers, at least one.
 fn span(ends: [f64; 2], most: usize) -> std::ops::Range<usize> {
     let low = ends[0].min(ends[1]).round().max(0.0) as usize;
     let high = ends[0].max(ends[1]).round().max(0.0) as usize;
@@ -123,7 +123,7 @@ fn row(pair: &[Drawn]) -> Row {
     }
 }
 
-/// Grey pixels as PNG; nothing where they cannot be encoded, which the encoder knows no reason for.
+/// Grey pixels as PNG; empty if they cannot be encoded, which should not happen.
 fn encoded(pixels: &[u8], width: usize, height: usize) -> Vec<u8> {
     let mut bytes = Vec::new();
     let mut encoder = png::Encoder::new(&mut bytes, width as u32, height as u32);
@@ -152,7 +152,7 @@ mod tests {
         }
     }
 
-    /// Rows of 0.1 mm pixels, the left half dark, the right half off.
+    /// Rows of 0.1 mm pixels: the left half is burnt, the right half is not.
     fn engraving(rows: usize) -> Vec<Drawn> {
         let mut moves = Vec::new();
         for row in 0..rows {

@@ -10,7 +10,7 @@ pub(super) struct Scale {
 }
 
 impl Scale {
-    /// Maps `from..to` to pixels `start..end`; a range of no width is made one unit wide.
+    /// Maps `from..to` to pixels `start..end`. An empty range is made one unit wide.
     pub(super) fn new(from: f64, to: f64, start: f64, end: f64) -> Self {
         let (from, to) = if to > from {
             (from, to)
@@ -50,7 +50,7 @@ fn round_step(least: f64) -> f64 {
         .unwrap_or(10.0 * power)
 }
 
-/// A tick's label: as many decimals as it needs, four at most.
+/// A tick's label, with as many decimals as it needs, at most four.
 pub(super) fn label(value: f64) -> String {
     let text = format!("{value:.4}");
     let text = text.trim_end_matches('0').trim_end_matches('.');

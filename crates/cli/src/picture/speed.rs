@@ -1,4 +1,4 @@
-//! The speed along time: the curve of `profile`.
+//! The speed along time: the same curve as that of `profile`.
 
 use super::columns::Columns;
 use super::page::{axes, Frame};
@@ -8,7 +8,7 @@ use leadscrew_sim::speed_profile::Stretch;
 use std::fmt::Write as _;
 use svg::node::element::{Group, Path};
 
-/// Columns of the chart: one every other pixel.
+/// Columns of the chart, one per two pixels.
 const COLUMNS: usize = (PLOT_WIDTH / 2.0) as usize;
 
 const SPEED: &str = "#2a7f62";
@@ -27,7 +27,7 @@ pub(super) fn chart(stretches: &[Stretch], frame: Frame) -> Group {
     let mut data = format!("M{LEFT} {:.1}", frame.bottom());
     for (index, speed) in speeds.iter().enumerate() {
         let at = x.pixel(columns.time(index) + columns.width / 2.0);
-        // Writing to a text cannot fail.
+        // Writing to a string cannot fail.
         let _ = write!(data, "L{at:.1} {:.1}", y.pixel(*speed));
     }
     let _ = write!(data, "L{:.1} {:.1}Z", LEFT + PLOT_WIDTH, frame.bottom());

@@ -23,7 +23,7 @@ pub(crate) struct Caption {
 
 const SPEED_HEIGHT: f64 = 150.0;
 
-/// Draws the picture of a job: where the tool went, and how fast, where that is known.
+/// Draws the picture of a job: the path of the tool, and its speed where that is known.
 pub(crate) fn draw(path: &Toolpath, stretches: &[Stretch], caption: &Caption) -> Document {
     let plot = Plot::new(path, caption.full_power_s);
     let (legend, legend_bottom) = legend::draw(&plot, plot.frame.bottom() + AXIS_HEIGHT);
@@ -110,8 +110,8 @@ mod tests {
             path.go([x, 5.0, -2.0], StrokeKind::cut(0.0));
         }
         let svg = picture(&path, None);
-        // 20 mm and half a tool on each side, of a plot 856 pixels wide with a margin of 4 % of the
-        // path.
+        // The path is 20 mm long, with half a tool of 6 mm added on each side. The plot is 856
+        // pixels wide, with a margin of 4 % of the path on each side.
         let per_mm: f64 = 856.0 / (20.0 * 1.08 + 6.0);
         let wide = format!("stroke-width=\"{}\"", (600.0 * per_mm).round() / 100.0);
         assert!(svg.contains(&wide), "{wide} in {svg}");

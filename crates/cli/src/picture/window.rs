@@ -1,27 +1,27 @@
 //! The part of the plane that a picture shows.
 //!
-//! That is the whole path, so that the way from home to the work is seen. Work that would be a dot
-//! then has the picture to itself, and what leads there ends at the frame.
+//! Usually it is the whole path, so that the way from home to the work is visible. But if the work
+//! would then be a dot, only the work is shown, and the way to it ends at the frame.
 
 use super::page::PLOT_WIDTH;
 use super::plot::{is_aside, MOST_HEIGHT};
 use leadscrew_sim::scene::{Hole, Toolpath};
 
-/// Work has the picture to itself where that makes it so many times as large.
+/// Only the work is shown if this makes it at least this many times as large.
 const ENOUGH: f64 = 4.0;
-/// Room around it, mm: a single hole needs some.
+/// Room around the work, mm, which a single hole needs.
 const AROUND: f32 = 2.0;
 
 /// A rectangle of the plane.
 pub(super) struct Window {
     pub(super) low: [f32; 2],
     pub(super) high: [f32; 2],
-    /// The path leads beyond it.
+    /// Whether the path goes beyond the rectangle.
     pub(super) is_left: bool,
 }
 
 impl Window {
-    /// The part to show of a path with these holes.
+    /// The part to show of a path that has these holes.
     pub(super) fn onto(path: &Toolpath, holes: &[Hole]) -> Self {
         let [low, high] = path.bounds();
         let whole = Self {
@@ -43,14 +43,14 @@ impl Window {
         }
     }
 
-    /// Pixels of a millimetre in a plot that has room for it.
+    /// Pixels per millimetre with which the window fills the largest plot.
     fn per_mm(&self) -> f64 {
         let side = |axis: usize| f64::from(self.high[axis] - self.low[axis]).max(1e-3);
         (PLOT_WIDTH / side(0)).min(MOST_HEIGHT / side(1))
     }
 }
 
-/// The ends of cuts and holes along an axis, mm: of the tool's centre.
+/// The range of cuts and holes along an axis, mm, measured at the tool's centre.
 pub(super) fn extent(path: &Toolpath, holes: &[Hole], axis: usize) -> Option<[f32; 2]> {
     let cuts = path.moves().windows(2).filter(|pair| is_aside(pair));
     let cuts = cuts.flat_map(|pair| [pair[0].to[axis], pair[1].to[axis]]);
@@ -66,7 +66,7 @@ mod tests {
     use super::*;
     use leadscrew_sim::scene::StrokeKind;
 
-    /// A line of 10 mm that begins at `x`, with the way there.
+    /// A path with a cut of 10 mm that begins at `x`, and the travel to it.
     fn line_at(x: f64) -> Toolpath {
         let mut path = Toolpath::new([0.0; 3], true);
         path.go([x, 0.0, 0.0], StrokeKind::Travel);

@@ -1,5 +1,5 @@
-//! What people and scripts expect of a program for files: pipes, folders, several of them, odd
-//! names, Ctrl-C.
+//! What people and scripts expect of a program that works on files: pipes, folders, several files,
+//! odd names, Ctrl-C.
 
 use crate::program::{interrupt, leadscrew, report, stderr, stdout, Folder, SQUARE};
 use serde_json::Value;
@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 const PATIENCE: Duration = Duration::from_secs(60);
 
-/// Waits for a program that might never end.
+/// Waits for a program that might not end.
 fn output(mut child: Child) -> Output {
     let until = Instant::now() + PATIENCE;
     while child.try_wait().unwrap().is_none() {
@@ -93,7 +93,8 @@ fn who_stops_a_run_finds_no_half_files() {
     let args = ["run", "-", "--svg", &svg, "--steps", &steps, "--vcd", &vcd];
     let mut running = start(&args, Stdio::piped());
     let mut job = running.stdin.take().unwrap();
-    // More than is looked at before the run begins; the end is still to come.
+    // This is more than the program reads before the run begins; the end of the job is still to
+    // come.
     job.write_all(SQUARE.repeat(2000).as_bytes()).unwrap();
     std::thread::sleep(Duration::from_secs(1));
     assert!(
@@ -158,7 +159,7 @@ fn a_move_that_is_too_long_is_called_that() {
     }
 }
 
-/// Ten steps at 700 mm/min, then a rest.
+/// The job makes ten steps at 700 mm/min and then rests.
 #[test]
 fn rests_do_not_make_short_moves_slow() {
     let folder = Folder::new();
@@ -179,7 +180,7 @@ fn a_job_that_keeps_the_line_busy_is_no_full_load() {
     assert!(peak > 0.0 && peak < 0.5, "{peak}");
 }
 
-/// Where each line costs 8 bytes, these take 8 MB.
+/// If each line cost 8 bytes, these lines would take 8 MB.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_million_lines_take_no_more_memory_than_a_hundred() {
@@ -279,7 +280,7 @@ fn check_warns_of_what_nobody_can_have_meant() {
         expected.map(|(line, kind)| (Some(line), Some(kind)))
     );
     assert_eq!(json["version"], 1);
-    // Warnings alone fail nothing.
+    // Warnings alone do not make the check fail.
     let fine = folder.file("fine.nc", "G21 (mm\n");
     assert_eq!(leadscrew(&["check", &fine]).status.code(), Some(0));
 }
@@ -324,7 +325,7 @@ fn the_report_tells_extents_and_lengths() {
     }
 }
 
-/// Whether `value` is what `schema` says: fields, their kinds, and none that it does not know.
+/// Checks that `value` has the fields and types of `schema`, and no other fields.
 fn fits(value: &Value, schema: &Value, root: &Value) -> Result<(), String> {
     if let Some(name) = schema["$ref"].as_str() {
         let target = root.pointer(name.trim_start_matches('#')).unwrap();

@@ -9,7 +9,7 @@ fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
-/// A folder with the files that the page's commands name.
+/// A folder with the files that the commands of `docs/import.md` name.
 fn folder() -> Folder {
     let folder = Folder::new();
     let copy = |from: &str, to: &str| fs::copy(root().join(from), folder.path(to)).unwrap();
@@ -33,7 +33,7 @@ fn folder() -> Folder {
     folder
 }
 
-/// Calls the program in a folder.
+/// Runs the program in a folder.
 fn call(folder: &Folder, args: &[&str]) -> Output {
     let program = env!("CARGO_BIN_EXE_leadscrew");
     Command::new(program)
@@ -43,7 +43,8 @@ fn call(folder: &Folder, args: &[&str]) -> Output {
         .unwrap()
 }
 
-/// Splits a command as a shell does, as far as the page needs it: blanks and single quotes.
+/// Splits a command as a shell does, as far as these commands need it: at blanks, with single
+/// quotes.
 fn words(command: &str) -> Vec<String> {
     let parts = command.split('\'').enumerate();
     let words = parts.flat_map(|(index, part)| match index % 2 {
@@ -156,8 +157,9 @@ fn options_that_make_no_sense_are_refused_with_one_message() {
     );
 }
 
-/// Machine 002's own program makes a hole in 3.77 s at its highest speed; the time of a whole job
-/// has the way to the board, the spindle's start and the way back in it, which are no hole's.
+/// The own program of machine 002 makes a hole in 3.77 s at the highest speed. The time of a whole
+/// job also contains the way to the board, the spindle's start and the way back, which do not count
+/// for a hole.
 #[test]
 fn a_hole_of_the_supplied_board_takes_four_seconds_at_most_at_the_machines_speeds() {
     let folder = folder();

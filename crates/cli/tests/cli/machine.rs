@@ -1,4 +1,4 @@
-//! `--machine FILE`: the description of a machine, for every command.
+//! Tests of `--machine FILE`, the description of a machine, with every command.
 
 use crate::program::{leadscrew, report, stderr, stdout, unusable, Folder, SQUARE};
 
@@ -62,7 +62,7 @@ fn axes_rates_and_accelerations_are_the_file_s() {
             .as_f64()
             .unwrap()
     };
-    // 60 mm at 10 mm/s and at 50 mm/s, with ramps of 1000 mm/s².
+    // The way is 60 mm at 10 mm/s and at 50 mm/s, with ramps of 1000 mm/s².
     assert!((seconds(&slow) - 6.01).abs() < 0.01);
     assert!((seconds(&fast) - 1.25).abs() < 0.01);
 }
@@ -107,7 +107,7 @@ fn crossed_belts_end_where_single_motors_do() {
     let there = report(&[&job_to, "--machine", &file]);
     assert_eq!(there["axes"]["x"]["position_mm"], 7.0);
     assert_eq!(there["axes"]["y"]["position_mm"], 3.0);
-    // Motor 0 turns by the sum, motor 1 by the difference.
+    // Motor 0 turns by the sum of X and Y, motor 1 by their difference.
     assert_eq!(there["axes"]["x"]["net_steps"], 2500);
     assert_eq!(there["axes"]["y"]["net_steps"], 1000);
     assert_eq!(
@@ -205,7 +205,7 @@ fn a_switch_stops_any_motion_or_motion_towards_it_or_none_as_the_file_says() {
     };
     let [any, towards, homing] =
         ["any", "towards", "homing"].map(|stops| machine(&format!("{stops}.toml"), stops));
-    // The carriage stands in its switch at power-up: machine position 0.
+    // At power-up the carriage is on its switch, at machine position 0.
     let leaves = folder.file("leaves.nc", "G1 X5 F500\nX3\n");
     let comes = folder.file("comes.nc", "G1 X5 F500\nX-4\n");
     let run = |job: &str, file: &str| {

@@ -1,4 +1,4 @@
-//! The program's output and files after a job that was done.
+//! The program's output and files after a job that has run to its end.
 
 use crate::program::{leadscrew, report, stderr, stdout, Folder, SQUARE};
 use std::fs;
@@ -26,7 +26,7 @@ fn the_summary_says_what_the_machine_did() {
     assert_eq!(stderr(&output), "", "no progress bar where nobody watches");
 }
 
-/// All names of fields in `value`, except for the axes' own.
+/// All names of fields in `value`, except for the names of axes.
 fn fields(value: &serde_json::Value, all: &mut Vec<String>) {
     match value {
         serde_json::Value::Object(object) => {
@@ -168,7 +168,7 @@ fn run_warns_of_what_check_warns_of() {
         ["unclosed_comment", "odd_byte", "setting", "after_end"]
     );
     assert_eq!(warnings(&["run", "--keep-going"]), expected);
-    // The second line is refused, and nothing is read behind it.
+    // The second line is refused, and no line after it is read.
     let read = warnings(&["run"]);
     assert_eq!(
         read.as_array().unwrap()[..],
@@ -200,7 +200,7 @@ fn a_page_of_the_job_is_written_and_tells_its_time() {
     assert_eq!(data("moves").len(), data("lengths").len() * 5);
 }
 
-/// The readme's block of text that begins so, without the rows that it leaves out.
+/// The block of text in the README that begins with `begin`, without the rows that it leaves out.
 fn shown_in_the_readme(begin: &str) -> Vec<String> {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
     let readme = fs::read_to_string(root.join("README.md")).unwrap();
@@ -248,10 +248,11 @@ fn outputs_of_a_job_stand_in_its_waveform_and_its_json() {
     let wave = fs::read_to_string(&vcd).unwrap();
     let id = wave.lines().find(|line| line.ends_with(" output_1 $end"));
     let id = id.unwrap().split(' ').nth(3).unwrap();
-    // Its level at power-up, on, off; M64 of the other one writes it again.
+    // The levels are those at power-up, on, and off; M64 of the other output writes the level
+    // again.
     let levels = ["0", "1"].map(|level| wave.matches(&format!("\n{level}{id}\n")).count());
     assert_eq!(levels, [3, 1], "{wave}");
-    // Without outputs the words are Grbl's error.
+    // On a machine without outputs these words are an error, as in Grbl.
     let plain: serde_json::Value =
         serde_json::from_str(&stdout(&leadscrew(&["run", &file, "--json"]))).unwrap();
     assert_eq!(plain["errors"][0]["code"], 20);
@@ -290,6 +291,7 @@ fn the_path_goes_on_from_where_homing_has_led() {
         let text = text.split('<').next().unwrap();
         data_encoding::BASE64.decode(text.as_bytes()).unwrap().len()
     };
-    // The begin, three moves, and the jump of homing: 20 bytes each, and 4 of their lengths.
+    // The moves are the begin, three moves, and the jump of homing: 20 bytes each, and 4 bytes for
+    // each length.
     assert_eq!((size("moves"), size("lengths")), (5 * 20, 5 * 4));
 }

@@ -1,4 +1,4 @@
-//! The program, called.
+//! Runs the program in tests.
 
 use std::fs;
 use std::path::PathBuf;
@@ -50,7 +50,7 @@ pub(crate) fn interrupt(id: u32) {
         .success());
 }
 
-/// Calls the program, expects exit status 2 and one message that contains all of `parts`.
+/// Runs the program; expects exit status 2 and one message that contains all of `parts`.
 pub(crate) fn unusable(args: &[&str], parts: &[&str]) {
     let output = leadscrew(args);
     let message = stderr(&output);
@@ -67,7 +67,7 @@ pub(crate) fn unusable(args: &[&str], parts: &[&str]) {
     assert_eq!(messages.count(), 1, "{message}");
 }
 
-/// Runs a job that must be done without an error, and answers its JSON report.
+/// Runs a job that must succeed without an error; returns its JSON report.
 pub(crate) fn report(args: &[&str]) -> serde_json::Value {
     let output = leadscrew(&[&["run", "--json"], args].concat());
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));

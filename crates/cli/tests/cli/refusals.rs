@@ -1,11 +1,11 @@
-//! Unusable options, files, outputs; each refused with one message.
+//! Options, files and outputs that cannot be used: each is refused with one message.
 
 use crate::program::{leadscrew, stderr, unusable, Folder, SQUARE};
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
-/// Calls the program, expects exit status 2 and this in what it says about its options.
+/// Runs the program; expects exit status 2 and a message about its options that contains `part`.
 fn unusable_usage(args: &[&str], part: &str) {
     let output = leadscrew(args);
     assert_eq!(output.status.code(), Some(2), "{args:?}");
@@ -102,7 +102,7 @@ fn bad_usage_is_explained() {
     }
 }
 
-/// A program whose reader has gone, as `leadscrew run job.nc | head -1` does it.
+/// Runs the program with its standard output closed, as `leadscrew run job.nc | head -1` does.
 fn unread(args: &[&str]) -> Output {
     let (reader, writer) = std::io::pipe().unwrap();
     drop(reader);

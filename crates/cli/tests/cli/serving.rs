@@ -1,4 +1,4 @@
-//! `serve` as a process of its own, whatever becomes of its output.
+//! Tests of `serve` as a process of its own, also when its output is not read.
 
 use crate::program::interrupt;
 use std::io::{pipe, Read, Write};
@@ -10,11 +10,11 @@ use std::time::{Duration, Instant};
 
 const PATIENCE: Duration = Duration::from_secs(30);
 
-/// Ends with the test.
+/// A process that is ended with the test.
 struct Process(Child);
 
 impl Process {
-    /// Asks it to end, as Ctrl-C does, and waits until it has.
+    /// Asks the process to end, as Ctrl-C does, and waits until it has ended.
     fn interrupt(&mut self) -> Option<i32> {
         interrupt(self.0.id());
         let until = Instant::now() + PATIENCE;
@@ -46,7 +46,7 @@ fn connect(address: &str) -> TcpStream {
     }
 }
 
-/// A pipe that holds as much as it can: whoever writes to it waits.
+/// A pipe that is full, so that writing to it blocks.
 fn full_pipe() -> (std::io::PipeReader, std::io::PipeWriter) {
     let (unread, to) = pipe().unwrap();
     let mut more = to.try_clone().unwrap();

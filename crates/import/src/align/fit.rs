@@ -1,13 +1,14 @@
-//! Turn, shift and scale between two sets of points, by least squares.
+//! Finds turn, shift and scale between two sets of points, by least squares.
 //!
-//! With p and q seen from the middles of their sets, as complex numbers (`*` conjugates):
+//! Let p and q be the points of the two sets, as complex numbers relative to the middle of their
+//! set (`p*` is the conjugate of p). Then
 //!
 //! ```text
 //! c = sum q p* / sum p p*         turn = arg c,  scale = |c|
 //! ```
 //!
-//! minimises the sum of |q - c p|² over all turns and scales. The turn is the same where the scale
-//! is held at 1 (Umeyama 1991). A mirrored board fits better with p* in place of p.
+//! minimises the sum of |q - c p|² over all turns and scales. The turn is the same if the scale is
+//! fixed at 1 (Umeyama 1991). The points of a mirrored board fit better with p* in place of p.
 
 /// A place in mm.
 pub type Place = [f64; 2];
@@ -15,36 +16,37 @@ pub type Place = [f64; 2];
 /// A point of the job, and where it was found.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Pair {
-    /// As the job has it, mm.
+    /// The point in the job's coordinates, mm.
     pub nominal: Place,
-    /// As the machine has it, mm.
+    /// The point in the machine's coordinates, mm.
     pub measured: Place,
 }
 
-/// How a board lies.
+/// The position of a board relative to its job.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Fit {
-    /// Turned so far against the clock, rad.
+    /// The board's turn, counter-clockwise, rad.
     pub angle: f64,
-    /// The board's size divided by the job's: reported, not applied unless wanted.
+    /// The board's size divided by the job's. It is reported, and applied only if the user wants
+    /// it.
     pub scale: f64,
     /// Whether the points fit a mirrored board better. Two points, or points on one line, cannot
     /// show it.
     pub is_mirrored: bool,
-    /// How far each point is from where the turned and shifted job has it, mm.
+    /// How far each measured point is from its place in the turned and shifted job, mm.
     pub misses: Vec<f64>,
     factor: [f64; 2],
     applied: f64,
     middle: Pair,
 }
 
-/// Points closer together than this name no direction, mm.
+/// Points closer together than this give no direction, mm.
 const NEAR: f64 = 1e-6;
-/// A mirrored board has to fit better by this factor.
+/// A board counts as mirrored if it fits better that way by this factor.
 const CLEARLY: f64 = 2.0;
 
 impl Fit {
-    /// Finds how a board lies, its scale applied where that is wanted.
+    /// Finds the position of a board; the job is scaled too where `applies_scale`.
     ///
     /// # Errors
     /// Fewer than two points, or points in one place.
@@ -84,24 +86,24 @@ impl Fit {
         Ok(fit)
     }
 
-    /// Where a point of the job comes to lie.
+    /// The place on the board of a point of the job.
     pub fn place(&self, point: Place) -> Place {
         let Pair { nominal, measured } = self.middle;
         let way = self.way([point[0] - nominal[0], point[1] - nominal[1]]);
         [measured[0] + way[0], measured[1] + way[1]]
     }
 
-    /// How a way from one point to another comes to lie.
+    /// The turned and scaled way from one point to another.
     pub fn way(&self, way: Place) -> Place {
         product(self.factor, way)
     }
 
-    /// How many times as large the job becomes: 1 unless the scale is applied.
+    /// The factor by which lengths of the job grow: 1 unless the scale is applied.
     pub fn length(&self) -> f64 {
         self.applied
     }
 
-    /// Where the job's X0 Y0 comes to lie.
+    /// The place on the board of the job's X0 Y0.
     pub fn shift(&self) -> Place {
         self.place([0.0, 0.0])
     }
@@ -137,7 +139,7 @@ fn factor(seen: &[Pair], size: f64, mirrors: bool) -> [f64; 2] {
     sum.map(|part| part / size)
 }
 
-/// Root of the mean square of the distances that a factor leaves, mm.
+/// The root mean square of the distances that remain with this factor, mm.
 fn rest(seen: &[Pair], factor: [f64; 2], mirrors: bool) -> f64 {
     let squares = seen.iter().map(|pair| {
         let [x, y] = product(factor, seen_nominal(pair, mirrors));

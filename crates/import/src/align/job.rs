@@ -1,4 +1,4 @@
-//! Writes a job anew with X, Y, I and J turned.
+//! Rewrites a job with X, Y, I and J turned.
 
 use super::fit::{Fit, Place};
 use crate::{Fault, Faults, Job};
@@ -7,8 +7,8 @@ use leadscrew_gcode::{words, Letter, Number, Word};
 /// Turns and shifts a job. Lines without X, Y, I or J stay as they are.
 ///
 /// # Errors
-/// All lines whose meaning would change: other planes, zeros set within the job, a coordinate that
-/// is not known.
+/// All lines whose meaning would change: other planes, zeros set within the job, and coordinates
+/// that are not known.
 pub fn job(text: &str, fit: &Fit) -> Result<Job, Faults> {
     let mut turner = Turner::new(fit);
     let (mut lines, mut faults) = (Vec::new(), Vec::new());
@@ -29,7 +29,7 @@ pub fn job(text: &str, fit: &Fit) -> Result<Job, Faults> {
 
 type Wrong = (usize, String);
 
-/// mm of an inch.
+/// Millimetres in an inch.
 const INCH: f64 = 25.4;
 
 /// The modal state that X and Y depend on.
@@ -38,11 +38,11 @@ struct Turner<'a> {
     is_relative: bool,
     is_inch: bool,
     is_arc: bool,
-    /// Where the job is, mm, as far as it said.
+    /// Where the job is, mm; `None` for a coordinate that it has not given yet.
     at: [Option<f64>; 2],
-    /// How far relative moves were rounded in all, mm: the next one makes up for it.
+    /// The sum of the rounding errors of relative moves, mm; the next move makes up for it.
     owed: Place,
-    /// The work coordinates that the job chose, as `G54`.
+    /// The work coordinate system that the job has chosen, such as `G54`.
     system: Option<Number>,
 }
 
@@ -77,7 +77,7 @@ impl<'a> Turner<'a> {
         Ok(turned.map_or_else(|| line.to_owned(), |words| rebuilt(&words, line)))
     }
 
-    /// `$H` and the like; a jog's place would be the old one.
+    /// Takes a line such as `$H`. A jog is refused, since its target would not be turned.
     fn system_command(&mut self, line: &str) -> Result<String, Wrong> {
         if line.starts_with("$J") {
             return Err((1, "a jog within a job is not turned".to_owned()));
@@ -86,7 +86,7 @@ impl<'a> Turner<'a> {
         Ok(line.to_owned())
     }
 
-    /// Takes the G words; answers whether X and Y of this line are the machine's own coordinates.
+    /// Takes the G words. Returns whether X and Y of this line are machine coordinates.
     fn modes(&mut self, words: &[Word]) -> Result<bool, Wrong> {
         let names_place = words
             .iter()
@@ -115,7 +115,7 @@ impl<'a> Turner<'a> {
                 530 => is_machine = true,
                 _ => {}
             }
-            // Where these end, the job does not say.
+            // The job does not tell where these motions end.
             if matches!(
                 word.value().nanos() / 100_000_000,
                 280 | 300 | 530 | 382..=385
@@ -126,7 +126,8 @@ impl<'a> Turner<'a> {
         Ok(is_machine)
     }
 
-    /// The line's words with X, Y, I, J and a scaled R; `None` where it has none of them.
+    /// The line's words with turned X, Y, I and J and a scaled R; `None` if the line has none of
+    /// these.
     fn turned(&mut self, words: &[Word]) -> Result<Option<Vec<String>>, Wrong> {
         let unit = if self.is_inch { INCH } else { 1.0 };
         let value = |letter| {
@@ -161,7 +162,7 @@ impl<'a> Turner<'a> {
         Ok(Some(shown))
     }
 
-    /// Where a line's X and Y come to lie, or how far they go.
+    /// The turned target of a line's X and Y, or their turned way.
     fn place(&mut self, words: [Option<f64>; 2], line: &[Word]) -> Result<Option<Place>, Wrong> {
         if words == [None; 2] {
             return Ok(None);
@@ -190,8 +191,8 @@ impl<'a> Turner<'a> {
         Ok(Some(self.fit.place([x, y])))
     }
 
-    /// A way together with the remainder of earlier rounding, so that many short ways end where
-    /// they should.
+    /// A way plus the remainder of earlier rounding, so that many short ways end at the right
+    /// place.
     fn repaid(&mut self, way: Place) -> Place {
         let wanted = [way[0] + self.owed[0], way[1] + self.owed[1]];
         let unit = if self.is_inch { INCH } else { 1.0 };
@@ -209,7 +210,7 @@ impl<'a> Turner<'a> {
             .collect()
     }
 
-    /// A length in the job's unit: to 0.0001 mm or 0.00001 inch.
+    /// A length in the job's unit, rounded to 0.0001 mm or 0.00001 inch.
     fn number(&self, mm: f64) -> Number {
         let (length, nanos) = match self.is_inch {
             true => (mm / INCH, 10_000.0),
@@ -219,7 +220,7 @@ impl<'a> Turner<'a> {
     }
 }
 
-/// A line with other words and its own comments.
+/// A line with new words and its own comments.
 fn rebuilt(words: &[String], line: &str) -> String {
     let comments = comments(line);
     let parts = words.iter().map(String::as_str).chain(comments);
@@ -231,7 +232,7 @@ fn rebuilt(words: &[String], line: &str) -> String {
     format!("{skips}{}", parts.collect::<Vec<_>>().join(" "))
 }
 
-/// The comments of a line: in parentheses, or behind a semicolon.
+/// The comments of a line: in parentheses, or after a semicolon.
 fn comments(line: &str) -> Vec<&str> {
     let mut found = Vec::new();
     let mut rest = line;

@@ -1,7 +1,8 @@
-//! A job turned and shifted onto a board that lies askew.
+//! Turns and shifts a job onto a board that is not clamped straight.
 //!
-//! Some points of the job are found on the board by jogging to them. [`Fit::new`] finds the turn
-//! and shift that brings the one onto the other, [`job()`] writes the job so.
+//! The user finds some points of the job on the board by jogging to them. [`Fit::new`] finds the
+//! turn and shift that brings the job's points onto the found ones. [`job()`] writes the job with
+//! this turn and shift.
 
 mod fit;
 mod job;

@@ -1,4 +1,4 @@
-//! Tools and holes of all files, as one board.
+//! Joins the tools and holes of all files to one board.
 
 use super::{counted, Mirror, Options, Speeds};
 use crate::excellon::{Drawing, Shape, Tool};
@@ -22,17 +22,17 @@ pub(super) struct Bit {
     /// Its number, `T`.
     pub(super) number: u32,
     pub(super) diameter: Option<Mm>,
-    /// mm/min.
+    /// How fast the bit goes down, mm/min.
     pub(super) feed: Mm,
-    /// 1/min.
+    /// How fast the bit turns, 1/min.
     pub(super) speed: u32,
 }
 
 impl Board {
-    /// Puts the files together.
+    /// Joins the files.
     ///
     /// # Errors
-    /// Where there is nothing to make.
+    /// Where the files have nothing to drill or mill.
     pub(super) fn new(
         files: &[Drawing],
         options: &Options,
@@ -65,7 +65,7 @@ impl Board {
         Ok(board)
     }
 
-    /// Says how many holes there are, and where.
+    /// Notes how many holes there are, and where.
     fn measure(&mut self) {
         let shapes = self.groups.iter().flat_map(|group| &group.shapes);
         let points: Vec<Point> = shapes.clone().flat_map(Shape::points).collect();
@@ -83,7 +83,7 @@ impl Board {
         ));
     }
 
-    /// A board for each bit; the first has the notes.
+    /// Splits the board into one board for each bit; the first has the notes.
     pub(super) fn apart(self) -> Vec<Self> {
         let mut notes = Some(self.notes);
         let one = |group| Self {
@@ -93,7 +93,7 @@ impl Board {
         self.groups.into_iter().map(one).collect()
     }
 
-    /// The bit that makes a tool's holes.
+    /// The bit that makes a tool's holes, with its feed and speed.
     fn bit(&mut self, number: u32, tool: &Tool, options: &Options, speeds: &Speeds) -> Bit {
         let own = if options.tool_feeds {
             *tool
@@ -123,7 +123,8 @@ impl Board {
         }
     }
 
-    /// The nearest of the bits that there are, the larger of two; without any, the tool itself.
+    /// The available bit nearest to the tool's diameter; of two equally near ones, the larger.
+    /// Without a list of bits, the tool itself.
     fn choose(&mut self, number: u32, tool: &Tool, bits: &[Mm]) -> (u32, Option<Mm>) {
         let Some(wanted) = tool.diameter else {
             return (number, None);
@@ -143,8 +144,8 @@ impl Board {
         }
     }
 
-    /// Adds shapes to their bit: one bit for each diameter, whatever the files call it. Its slowest
-    /// feed and speed count.
+    /// Adds shapes to their bit. Tools of one diameter share a bit, whatever their numbers in the
+    /// files; the slowest feed and speed count.
     fn add(&mut self, bit: Bit, shapes: Vec<Shape>) {
         let same = |group: &&mut Group| match bit.diameter {
             Some(_) => group.bit.diameter == bit.diameter,

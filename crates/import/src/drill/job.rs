@@ -1,4 +1,4 @@
-//! The job's lines.
+//! Writes the lines of the job.
 
 use super::board::{Bit, Board, Group};
 use super::{counted, levels, Options};
@@ -6,10 +6,10 @@ use crate::excellon::{Arc, Centre, Cut, Route, Shape};
 use crate::gcode_text::{comment, ABSOLUTE_MM};
 use crate::{Job, Mm, Point};
 
-/// How far above the last bottom a rapid may go back down a hole, mm: 0.25, but no more than half a
+/// How far above the last bottom a rapid may go back down into a hole, mm: 0.25, but at most half a
 /// peck.
 const RELIEF: Mm = Mm::from_nanos(250_000_000);
-/// The most holes as which a slot is drilled.
+/// The most holes in the row that makes a slot.
 const MOST_HOLES: f64 = 10_000.0;
 
 /// Writes the job of a board.
@@ -40,10 +40,10 @@ pub(super) fn job(board: &Board, options: &Options) -> Result<Job, String> {
 
 struct Writer<'a> {
     lines: Vec<String>,
-    /// The hole that is being made, from 1.
+    /// The number of the hole that is being made, from 1.
     number: usize,
     levels: Vec<Mm>,
-    /// A canned cycle is in force: a place alone is a hole.
+    /// Whether a canned cycle is active, so that a line with only X and Y is a hole.
     in_cycle: bool,
     options: &'a Options,
 }
@@ -53,8 +53,8 @@ impl Writer<'_> {
         self.lines.push(line.into());
     }
 
-    /// A line that belongs to a hole has its number, so that `Ln:` of a report tells how far the
-    /// job is.
+    /// Adds a line with its hole's number as the line number, so that `Ln:` in reports shows the
+    /// progress of the job.
     fn cut(&mut self, line: String) {
         self.lines.push(format!("N{} {line}", self.number));
     }
@@ -72,8 +72,8 @@ impl Writer<'_> {
         self.say(format!("G0 Z{clearance}"));
     }
 
-    /// Puts a bit in and starts the spindle. The only bit of a job is in the spindle when it
-    /// starts.
+    /// Changes to a bit and starts the spindle. If the job has only one bit, it is in the spindle
+    /// from the start.
     fn take(&mut self, bit: &Bit, holes: usize, is_one_of_many: bool) {
         self.leave_cycle();
         self.say(comment(&format!(
@@ -92,8 +92,8 @@ impl Writer<'_> {
         }
     }
 
-    /// Goes to X0 Y0, and then down to the Z0 at which the machine was set up: slowly where that is
-    /// below the clearance.
+    /// Goes to X0 Y0, and then down to Z0, at which the machine was set up. This last move is slow
+    /// if Z0 is below the clearance.
     fn end(&mut self, board: &Board) {
         self.leave_cycle();
         self.say("M5");
@@ -128,8 +128,8 @@ impl Writer<'_> {
         Ok(())
     }
 
-    /// One hole, by pecks where they are wanted: up and out after each, and back to just above its
-    /// bottom.
+    /// Makes one hole. With pecks, the bit leaves the hole after each and returns to just above the
+    /// last bottom.
     fn hole(&mut self, at: Point, bit: &Bit) {
         if self.options.cycles {
             return self.cycle(at, bit);
@@ -148,7 +148,8 @@ impl Writer<'_> {
         self.cut(format!("G0 Z{clearance}"));
     }
 
-    /// One hole by a canned cycle: the first says how, those after it only where.
+    /// Makes one hole by a canned cycle. The first hole's line has all parameters, the next ones
+    /// only the place.
     fn cycle(&mut self, at: Point, bit: &Bit) {
         let Point { x, y } = at;
         if self.in_cycle {
@@ -180,7 +181,7 @@ impl Writer<'_> {
         RELIEF.min(Mm::from_nanos(peck.nanos() / 2))
     }
 
-    /// One path, there and back, a peck deeper each time.
+    /// Mills one path back and forth, a peck deeper each time.
     fn route(&mut self, route: &Route, bit: &Bit) {
         self.leave_cycle();
         self.cut(format!("G0 X{} Y{}", route.from.x, route.from.y));
@@ -222,7 +223,8 @@ fn name(bit: &Bit) -> String {
     }
 }
 
-/// The holes of a slot: both ends, and others between them, no more than half the bit apart.
+/// The holes of a slot: one at each end, and others between them with at most half the bit's
+/// diameter from one to the next.
 fn row(from: Point, to: Point, bit: &Bit) -> Result<Vec<Point>, String> {
     let Some(diameter) = bit.diameter else {
         return Err(format!(

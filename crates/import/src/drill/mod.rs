@@ -1,4 +1,4 @@
-//! Holes to a drilling job.
+//! Makes a drilling job from holes.
 //!
 //! ```text
 //! files -> board: tools of all files as bits, mirrored and moved
@@ -17,8 +17,8 @@ use crate::excellon::Drawing;
 use crate::{Job, Mm};
 use board::Board;
 
-/// How a board is drilled. Heights are Z of the job: a depth is below zero where zero is the
-/// board's surface.
+/// How a board is drilled. Heights are the job's Z: if zero is the board's surface, a depth is
+/// below zero.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Options {
     /// Z of a hole's bottom, mm.
@@ -27,26 +27,26 @@ pub struct Options {
     pub clearance: Mm,
     /// How fast bits go down, mm/min.
     pub feed: Mm,
-    /// How fast slots and routes are milled, mm/min; `feed` where there is none.
+    /// How fast slots and routes are milled, mm/min; `None` for the same as `feed`.
     pub mill_feed: Option<Mm>,
-    /// The deepest that is drilled or milled in one go, mm.
+    /// The greatest depth that is drilled or milled in one go, mm.
     pub peck: Option<Mm>,
     /// Take feeds and speeds from the files where they have them.
     pub tool_feeds: bool,
-    /// How fast the spindle turns, 1/min; as fast as the machine can where there is none.
+    /// How fast the spindle turns, 1/min; `None` for the machine's highest speed.
     pub spindle: Option<u32>,
     /// The axis whose coordinates change their sign: the board is drilled from its other side.
     pub mirror: Option<Mirror>,
-    /// X0 Y0 is the corner of the holes and not the files' zero.
+    /// Whether X0 Y0 is the lower left corner of the holes, and not the files' zero.
     pub from_corner: bool,
-    /// Diameters of the bits that there are, mm; each tool becomes the nearest of them. Empty: as
-    /// the files have them.
+    /// Diameters of the available bits, mm; each tool is replaced by the nearest one. Empty: the
+    /// tools of the files are used.
     pub bits: Vec<Mm>,
-    /// Mill slots (`G85`) in place of drilling them as a row of holes.
+    /// Whether slots (`G85`) are milled, and not drilled as a row of holes.
     pub mills_slots: bool,
-    /// One job a bit, in place of one with `M6`.
+    /// Whether there is one job for each bit, and not one job with `M6`.
     pub job_a_bit: bool,
-    /// Write canned cycles: G81, and G83 where there is a peck.
+    /// Whether to write canned cycles: G81, or G83 with a peck.
     pub cycles: bool,
 }
 
@@ -59,7 +59,7 @@ pub enum Mirror {
     Y,
 }
 
-/// A job and the number of its bit, where there is a job for each.
+/// A job, and its bit's number where each bit has a job of its own.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct DrillJob {
     /// The bit's number; `None` where the job has all bits.
@@ -136,14 +136,14 @@ fn check(options: &Options) -> Result<(), String> {
     })
 }
 
-/// `1 hole`, `2 holes`.
+/// A count with its noun: `1 hole`, `2 holes`.
 fn counted(count: usize, name: &str) -> String {
     let end = if count == 1 { "" } else { "s" };
     format!("{count} {name}{end}")
 }
 
-/// Levels to which a bit goes one after the other, the last of them the depth. The first is counted
-/// from Z0, or from the clearance where that is lower.
+/// The Z levels to which a bit goes one after the other; the last is the depth. The first peck
+/// starts at Z0, or at the clearance if that is lower.
 fn levels(options: &Options) -> Vec<Mm> {
     let Some(peck) = options.peck else {
         return vec![options.depth];

@@ -1,13 +1,13 @@
-//! The order of holes: no two legs of the way can be exchanged for shorter ones.
+//! Puts holes in an order in which no exchange of two legs of the way makes it shorter.
 //!
 //! ```text
 //! a -> b ... c -> d   becomes   a -> c ... b -> d     the part between is passed backwards
 //! ```
 //!
-//! The way begins and ends at X0 Y0 and stays with a bit until all its holes are made. It begins as
-//! the way to the nearest hole each time; then legs are exchanged (2-opt) as long as that saves
-//! time at the machine's speeds. Of two ways of equal time the shorter one is taken: the axis that
-//! needs longest sets the time of a leg, so that a way across may cost nothing.
+//! The way begins and ends at X0 Y0, and makes all holes of a bit before the next bit. At first
+//! each leg goes to the nearest hole. Then legs are exchanged (2-opt) as long as that saves time at
+//! the machine's speeds. Of two ways with equal time the shorter one is taken. Ways often have
+//! equal time, because the slower axis alone sets the time of a leg.
 
 use super::board::Group;
 use super::speeds::{distance, place, Place, Speeds};
@@ -15,7 +15,7 @@ use super::{levels, Options};
 use crate::excellon::Shape;
 use crate::Point;
 
-/// Less than this is no saving, s or mm: sums of floats differ by less.
+/// The least saving that counts, s or mm: sums of floats differ by less.
 const SAVING: f64 = 1e-9;
 
 /// A shape on the way.
@@ -36,7 +36,7 @@ impl Stop {
         Self { shape, from, to }
     }
 
-    /// Passes the shape backwards. One that ends where it starts is made as before.
+    /// Makes the shape from its other end. A shape that ends where it starts stays as it is.
     fn reverse(&mut self) {
         if self.from != self.to {
             *self = Self::new(self.shape.reversed(), false);
@@ -71,7 +71,7 @@ pub(super) fn order(groups: &mut [Group], speeds: &Speeds, options: &Options) {
     }
 }
 
-/// The way to the nearest shape each time.
+/// Orders the shapes so that each leg goes to the nearest one.
 fn nearest_first(mut left: Vec<Stop>, mut at: Place, speeds: &Speeds) -> Vec<Stop> {
     let mut way = Vec::with_capacity(left.len());
     while !left.is_empty() {
@@ -89,7 +89,7 @@ fn nearest_first(mut left: Vec<Stop>, mut at: Place, speeds: &Speeds) -> Vec<Sto
     way
 }
 
-/// Exchanges legs once through the whole way; answers whether any were.
+/// Goes once through the whole way and exchanges legs; returns whether any were exchanged.
 fn improve(way: &mut [Vec<Stop>], zero: Place, speeds: &Speeds) -> bool {
     let mut has_improved = false;
     let mut before = zero;
@@ -105,7 +105,7 @@ fn improve(way: &mut [Vec<Stop>], zero: Place, speeds: &Speeds) -> bool {
     has_improved
 }
 
-/// Goes through all pairs of legs of one bit's way, from `before` it to `after` it.
+/// Tries all pairs of legs of one bit's way, which leads from `before` to `after`.
 fn exchange(stops: &mut [Stop], before: Place, after: Place, speeds: &Speeds) -> bool {
     let mut has_improved = false;
     for first in 0..stops.len() {

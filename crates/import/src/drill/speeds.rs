@@ -1,4 +1,4 @@
-//! How long the machine travels.
+//! Computes how long the machine travels.
 
 use crate::Point;
 
@@ -16,7 +16,7 @@ pub struct Speeds {
 /// A place in mm, as a float: only the order of holes depends on it.
 pub(super) type Place = [f64; 2];
 
-/// The way from one place to another, mm.
+/// The distance between two places, mm.
 pub(super) fn distance(from: Place, to: Place) -> f64 {
     (to[0] - from[0]).hypot(to[1] - from[1])
 }
@@ -29,8 +29,8 @@ pub(super) fn place(point: Point) -> Place {
 impl Speeds {
     /// Time of a rapid in X and Y from rest to rest, s.
     ///
-    /// With a length L, the speed v and acceleration a along it follow from the axis that needs
-    /// longest:
+    /// For a length L, the speed v and the acceleration a along the way follow from the axis that
+    /// needs longest:
     ///
     /// ```text
     /// L/v = max |d_axis| / rate,  L/a = max |d_axis| / acceleration

@@ -1,11 +1,11 @@
-//! Comments in which programs say how they write numbers.
+//! Comments in which programs state how they write numbers.
 //!
-//! `; FORMAT={2:4/ absolute / inch / suppress leading zeros}` is KiCad's, `;FILE_FORMAT=4:4`
-//! Altium's.
+//! KiCad writes `; FORMAT={2:4/ absolute / inch / suppress leading zeros}`, Altium writes
+//! `;FILE_FORMAT=4:4`.
 
 use super::format::{Digits, Format, Units, Zeros};
 
-/// Takes the statements about the format from a comment; other comments mean nothing.
+/// Takes the statements about the format from a comment; other comments are ignored.
 pub(super) fn read(comment: &str, format: &mut Format) {
     let comment = comment.trim();
     if let Some(digits) = comment.strip_prefix("FILE_FORMAT=") {

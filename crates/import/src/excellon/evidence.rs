@@ -1,14 +1,14 @@
-//! The evidence of a file's numbers about the zeros that they leave out.
+//! What the numbers of a file show about the zeros that they leave out.
 //!
-//! A program that leaves leading zeros out never writes one, and likewise for trailing ones. So a
-//! file with a leading zero keeps them, and where it has no trailing zero as well, those are the
-//! ones that it leaves out.
+//! A program that leaves out leading zeros never writes one, and the same holds for trailing zeros.
+//! So a file with a leading zero keeps leading zeros. If it has no trailing zero at the same time,
+//! it leaves those out.
 
 use super::format::Zeros;
 use super::word::words;
 
-/// The zeros that the file keeps, and the line of the first number that shows it; `None` where it
-/// shows both or neither.
+/// The zeros that the file keeps, and the line of the first number that shows this. `None` where
+/// numbers show both kinds of zeros, or neither.
 pub(super) fn zeros(text: &str) -> Option<(Zeros, usize)> {
     let (mut leading, mut trailing) = (None, None);
     for (index, line) in text.lines().enumerate() {
@@ -28,8 +28,8 @@ pub(super) fn zeros(text: &str) -> Option<(Zeros, usize)> {
     }
 }
 
-/// Digits of a line's coordinates that have no point and are not zero: a zero is written alike in
-/// all formats.
+/// Digits of a line's coordinates that have no point and are not zero. Zeros show nothing, since
+/// they are written alike in all formats.
 fn coordinates(line: &str) -> impl Iterator<Item = &str> {
     let statement = line.split(';').next().unwrap_or("");
     let found = words(statement).unwrap_or_default().into_iter();

@@ -1,4 +1,4 @@
-//! How a file writes lengths: unit, digits, zeros left out.
+//! How a file writes lengths: its unit, its digits, and which zeros are left out.
 
 use super::word::Word;
 use super::wrong::Wrong;
@@ -24,7 +24,7 @@ impl Units {
         }
     }
 
-    /// Digits where nothing names them: Excellon's own.
+    /// The digits where nothing states them: Excellon's own defaults.
     fn usual_digits(self) -> Digits {
         match self {
             Self::Inch => Digits {
@@ -46,12 +46,12 @@ impl Units {
     }
 }
 
-/// Digits before and behind the decimal point that numbers leave out.
+/// The digits before and after the decimal point in numbers that are written without it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Digits {
-    /// Before it.
+    /// The digits before the point.
     pub whole: usize,
-    /// Behind it.
+    /// The digits after the point.
     pub decimals: usize,
 }
 
@@ -68,16 +68,16 @@ impl FromStr for Digits {
     }
 }
 
-/// Which zeros a number keeps; those on its other side may be left out.
+/// Which zeros a number keeps. Those at its other end may be left out.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Zeros {
-    /// `LZ`: `X0034` is 00.3400 of 2.4 digits.
+    /// `LZ`: with 2.4 digits, `X0034` is 00.3400.
     Leading,
-    /// `TZ`: `X3400` is 00.3400 of 2.4 digits.
+    /// `TZ`: with 2.4 digits, `X3400` is 00.3400.
     Trailing,
 }
 
-/// The user's statements about a file; they win over the file's own.
+/// What the user has stated about a file; this overrides what the file states.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Known {
     /// The unit.
@@ -88,15 +88,15 @@ pub struct Known {
     pub zeros: Option<Zeros>,
 }
 
-/// The known facts about a file's numbers so far.
+/// What is known about a file's numbers so far.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Format {
     told: Known,
     /// The file's own statements.
     pub(super) said: Known,
-    /// The evidence of its numbers, and the line of the first number that gives it.
+    /// What the numbers show, and the line of the first number that shows it.
     shown: Option<(Zeros, usize)>,
-    /// Whether there was an `M48`, behind which a unit has to be named.
+    /// Whether there was an `M48`: after it, a unit has to be given.
     pub(super) has_header: bool,
 }
 
@@ -110,7 +110,8 @@ impl Format {
         }
     }
 
-    /// Takes a unit from the file; digits belong to the unit before it.
+    /// Takes a unit from the file. If it differs from the unit before, the digits stated for that
+    /// unit no longer hold.
     pub(super) fn set_units(&mut self, units: Units) {
         if self.said.units.is_some_and(|before| before != units) {
             self.said.digits = None;
@@ -118,7 +119,7 @@ impl Format {
         self.said.units = Some(units);
     }
 
-    /// The unit of lengths. Without a header it is the inch, as in all such files.
+    /// The unit of lengths. In a file without a header it is the inch, as in all such files.
     pub(super) fn units(&self, notes: &mut Notes) -> Result<Units, String> {
         if let Some(units) = self.told.units.or(self.said.units) {
             return Ok(units);
@@ -154,7 +155,7 @@ impl Format {
         decimal::scaled(negative, whole, decimals, units.nanos())
     }
 
-    /// Where the point of numbers without one belongs.
+    /// How many digits stand before and after the point in numbers without one.
     fn digits(&self, units: Units, notes: &mut Notes) -> Digits {
         if let Some(digits) = self.told.digits.or(self.said.digits) {
             return digits;
@@ -168,7 +169,7 @@ impl Format {
         digits
     }
 
-    /// Puts the zeros back that were left out.
+    /// Adds the zeros that were left out.
     fn padded(&self, digits: &str, format: Digits, notes: &mut Notes) -> Result<String, String> {
         let (length, total) = (digits.len(), format.whole + format.decimals);
         if length > total {
@@ -205,7 +206,7 @@ impl Format {
     }
 }
 
-/// Sentences for the user, each once.
+/// Sentences for the user; each is kept only once.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Notes(pub(super) Vec<String>);
 

@@ -1,18 +1,18 @@
-//! Statements of whole words: `METRIC,TZ`, `FMAT,2`, `ICI,OFF`.
+//! Statements that consist of whole words: `METRIC,TZ`, `FMAT,2`, `ICI,OFF`.
 
 use super::format::{Digits, Units, Zeros};
 use super::reader::Reader;
 use super::wrong::Wrong;
 
-/// Whether a statement is one of whole words, and not of letters with numbers.
+/// Whether a statement consists of whole words, and not of letters with numbers.
 pub(super) fn is_keyword(statement: &str) -> bool {
     let letters = statement.bytes().take_while(u8::is_ascii_alphabetic);
     letters.count() > 1 || statement.contains(',')
 }
 
 impl Reader {
-    /// Reads a statement of whole words. Those about the machine itself (broken tools, tool
-    /// changers) say nothing of holes.
+    /// Reads a statement of whole words. Statements about the drilling machine itself (broken
+    /// tools, tool changers) are ignored, since they do not concern holes.
     pub(super) fn keyword(&mut self, statement: &str) -> Result<(), Wrong> {
         let upper = statement.to_ascii_uppercase();
         let (name, value) = upper.split_once(',').unwrap_or((&upper, ""));
@@ -46,7 +46,7 @@ impl Reader {
         }
     }
 
-    /// `INCH`, `METRIC,TZ`, `METRIC,LZ,000.000`.
+    /// Reads `INCH`, `METRIC,TZ` or `METRIC,LZ,000.000`.
     fn measure(&mut self, units: Units, value: &str, column: usize) -> Result<(), Wrong> {
         self.now.format.set_units(units);
         for part in value.split(',').filter(|part| !part.is_empty()) {
@@ -60,7 +60,7 @@ impl Reader {
     }
 }
 
-/// Reads a picture of a number: `000.000` has 3.3 digits.
+/// Reads the pattern of a number: `000.000` means 3.3 digits.
 fn picture(text: &str, column: usize) -> Result<Digits, Wrong> {
     let zeros = |part: &str| part.bytes().all(|byte| byte == b'0') && part.len() <= 9;
     match text.split_once('.') {

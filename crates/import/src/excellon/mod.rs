@@ -1,4 +1,4 @@
-//! Excellon: which holes a circuit board has, and with which tools.
+//! Excellon files list the holes of a circuit board and their tools.
 //!
 //! ```text
 //! M48            a header begins
@@ -13,9 +13,9 @@
 //! M30            end
 //! ```
 //!
-//! There is no standard that programs keep to. Read are the files of KiCad, Eagle, Altium and
-//! FlatCAM, and those without a header as older programs wrote them. `docs/import.md` lists what
-//! each statement means here.
+//! There is no standard that all programs follow. This module reads the files of KiCad, Eagle,
+//! Altium and FlatCAM, and files without a header as older programs wrote them. `docs/import.md`
+//! lists how each statement is read.
 
 mod comment;
 mod evidence;
@@ -42,18 +42,18 @@ use std::collections::BTreeMap;
 pub struct Drawing {
     /// Tools by their numbers.
     pub tools: BTreeMap<u32, Tool>,
-    /// Holes, slots and routes; a repeat (`R5`) is as many holes.
+    /// Holes, slots and routes. A repeat (`R5`) is stored as single holes.
     pub hits: Vec<Hit>,
-    /// Assumptions, and statements that are not used.
+    /// Assumptions that were made, and statements that were ignored.
     pub notes: Vec<String>,
 }
 
-/// Something that a tool makes.
+/// A shape and the tool that makes it.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Hit {
     /// The tool's number.
     pub tool: u32,
-    /// Line of the file on which it ends, from 1.
+    /// The line of the file on which it ends, from 1.
     pub line: u32,
     /// The shape.
     pub shape: Shape,
@@ -62,7 +62,7 @@ pub struct Hit {
 /// Reads a file; `known` fills in the facts that it does not state itself.
 ///
 /// # Errors
-/// All that was not understood.
+/// All lines that were not understood.
 pub fn read(text: &str, known: &Known) -> Result<Drawing, Faults> {
     let (drawing, faults) = read_all(text, known);
     if faults.0.is_empty() {
@@ -72,8 +72,8 @@ pub fn read(text: &str, known: &Known) -> Result<Drawing, Faults> {
     }
 }
 
-/// Reads a file; answers the drawing beside its faults: each line is understood wholly or is a
-/// fault.
+/// Reads a file; returns the drawing and its faults. Each line is either understood completely or
+/// is a fault.
 pub fn read_all(text: &str, known: &Known) -> (Drawing, Faults) {
     let mut reader = Reader::new(known, evidence::zeros(text));
     for (index, line) in text.lines().enumerate() {

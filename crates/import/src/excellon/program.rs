@@ -1,4 +1,4 @@
-//! A file's statements, one a line, from the first to the last.
+//! Reads a file's statements, one for each line.
 
 use super::format::Units;
 use super::reader::{Mode, Reader, Stage, MOST_HITS, TOO_MANY};
@@ -24,7 +24,7 @@ impl Reader {
         }
     }
 
-    /// All that was read, and all that was not understood.
+    /// Returns the drawing, and the faults of all lines that were not understood.
     pub(super) fn finish(mut self) -> (Drawing, Faults) {
         if self.now.stage != Stage::Ended {
             let message =
@@ -58,7 +58,7 @@ impl Reader {
         self.words(&words(statement)?)
     }
 
-    /// `%` ends a header; at the start it is a tape's stop.
+    /// Reads `%`: it ends a header; at the start of a file it is a tape's rewind stop.
     fn rewind(&mut self) {
         if self.now.stage != Stage::Ended {
             self.now.stage = Stage::Body;
@@ -135,7 +135,7 @@ impl Reader {
         Ok(())
     }
 
-    /// `G93X0Y0` means nothing; any other zero would move all holes.
+    /// Reads `G93`. `G93X0Y0` changes nothing; any other zero would move all holes and is refused.
     fn zero_set(&mut self, word: &Word, coordinates: &[Word]) -> Result<(), Wrong> {
         let target = self.target(coordinates, Point::ORIGIN)?;
         if target == Point::ORIGIN && !self.now.is_incremental {
@@ -144,7 +144,7 @@ impl Reader {
         Err(word.wrong("another zero within the file is not read"))
     }
 
-    /// A hole, a slot or a move of the router.
+    /// Reads coordinates: a hole, a slot or a move of the router.
     fn coordinates(&mut self, words: &[Word]) -> Result<(), Wrong> {
         self.begin_body();
         if self.now.mode != Mode::Drill {
@@ -166,7 +166,8 @@ impl Reader {
         self.hit(first, Shape::Slot { from, to })
     }
 
-    /// `R5X100`: the last hole, five times more, each so far from the one before.
+    /// Reads a repeat such as `R5X100`: five more holes like the last one, each at this distance
+    /// from the one before.
     fn repeat(&mut self, count: &Word, step: &[Word]) -> Result<(), Wrong> {
         let times = count.whole()?;
         let last = self.drawing.hits.last();

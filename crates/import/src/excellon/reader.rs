@@ -1,4 +1,4 @@
-//! The state of a file that is being read, and the shapes that were read so far.
+//! The state of a file that is being read, and the shapes read so far.
 
 use super::format::{Format, Known, Notes, Zeros};
 use super::shape::{Cut, Shape};
@@ -7,18 +7,19 @@ use super::wrong::Wrong;
 use super::{Drawing, Hit};
 use crate::{Fault, Mm, Point};
 
-/// More than any board has; a repeat may ask for any number.
+/// The most shapes: more than any board has. The limit is needed because a repeat may ask for any
+/// number.
 pub(super) const MOST_HITS: usize = 100_000;
 pub(super) const TOO_MANY: &str = "more than 100000 holes";
 
-/// The meaning of a coordinate.
+/// What coordinates mean.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Mode {
     /// A hole.
     Drill,
     /// A move above the board.
     Up(Motion),
-    /// A cut of the path that was begun at this place.
+    /// A cut of the path that was begun at this point.
     Down(Motion, Point),
 }
 
@@ -29,27 +30,27 @@ pub(super) enum Motion {
     Rapid,
     /// `G01`.
     Line,
-    /// `G02`, and `G03` the other way round.
+    /// `G02`, or `G03` in the other direction.
     Arc {
-        /// Which it is.
+        /// Whether it is clockwise (`G02`).
         is_clockwise: bool,
     },
 }
 
-/// How far a file has been read.
+/// The part of a file that the reader is in.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Stage {
     /// Nothing but comments so far.
     Start,
-    /// Behind `M48`.
+    /// After `M48`.
     Header,
-    /// Behind the header, or there was none.
+    /// After the header, or in a file without a header.
     Body,
-    /// Behind `M30` or `M00`.
+    /// After `M30` or `M00`.
     Ended,
 }
 
-/// The state that the statements before leave: a statement's meaning depends on it.
+/// The state left by the statements so far; the meaning of a statement depends on it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct State {
     pub(super) format: Format,
@@ -65,7 +66,7 @@ pub(super) struct State {
 /// Reads a file line by line. A line with a fault changes nothing.
 pub(super) struct Reader {
     pub(super) now: State,
-    /// Cuts of the path that has been begun.
+    /// Cuts of the path that is not finished yet.
     pub(super) cuts: Vec<Cut>,
     pub(super) line: usize,
     pub(super) drawing: Drawing,
@@ -93,7 +94,7 @@ impl Reader {
         }
     }
 
-    /// A statement that only a body has ends the header where `%` is missing.
+    /// Called at a statement that only a body has: it ends a header whose `%` is missing.
     pub(super) fn begin_body(&mut self) {
         if self.now.stage == Stage::Header {
             self.notes.add("the header has no end (%)");
@@ -101,7 +102,8 @@ impl Reader {
         self.now.stage = Stage::Body;
     }
 
-    /// The point that X and Y words name, seen from `from`: a coordinate that is missing stays.
+    /// The point that X and Y words give, starting from `from`: a missing coordinate stays the
+    /// same.
     pub(super) fn target(&mut self, words: &[Word], from: Point) -> Result<Point, Wrong> {
         let (mut x, mut y) = (None, None);
         for word in words {
@@ -142,7 +144,7 @@ impl Reader {
         ))
     }
 
-    /// Makes a shape with the tool in the spindle.
+    /// Adds a shape that the tool in the spindle makes.
     pub(super) fn hit(&mut self, words: &[Word], shape: Shape) -> Result<(), Wrong> {
         let column = words.first().map_or(1, |word| word.column);
         let Some(tool) = self.now.tool else {

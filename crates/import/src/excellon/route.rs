@@ -8,7 +8,7 @@ use super::wrong::Wrong;
 use crate::{Mm, Point};
 
 impl Reader {
-    /// `G00` to `G03`, `G05` and `G81`.
+    /// Reads `G00` to `G03`, `G05` and `G81`.
     pub(super) fn set_mode(&mut self, word: &Word) -> Result<(), Wrong> {
         let motion = match word.whole()? {
             0 => Motion::Rapid,
@@ -35,7 +35,7 @@ impl Reader {
         Ok(())
     }
 
-    /// `M15`.
+    /// Reads `M15`, which lowers the tool.
     pub(super) fn lower(&mut self, word: &Word) -> Result<(), Wrong> {
         let Mode::Up(motion) = self.now.mode else {
             return Err(word.wrong("lowers a router that is not above a path's start (G00)"));
@@ -44,7 +44,7 @@ impl Reader {
         Ok(())
     }
 
-    /// `M16`. A path without a cut is a hole.
+    /// Reads `M16`, which lifts the tool. A path without a cut is a hole.
     pub(super) fn lift(&mut self, word: &Word) -> Result<(), Wrong> {
         let Mode::Down(motion, from) = self.now.mode else {
             return Err(word.wrong("lifts a router that is not down (M15)"));
@@ -62,7 +62,7 @@ impl Reader {
         Ok(())
     }
 
-    /// The end of the program lifts the tool: some programs write no `M16` before it.
+    /// Lifts the tool at the end of the program: some programs write no `M16` before it.
     pub(super) fn end_path(&mut self, word: &Word) -> Result<(), Wrong> {
         match self.now.mode {
             Mode::Down(..) => self.lift(word),
@@ -70,7 +70,8 @@ impl Reader {
         }
     }
 
-    /// A path has to end before another tool and before drilling.
+    /// Refuses a statement while the router is down: a path has to end before another tool and
+    /// before drilling.
     pub(super) fn refuse_while_routing(&self, word: &Word) -> Result<(), Wrong> {
         match self.now.mode {
             Mode::Down(..) => Err(word.wrong("the router is down: M16 has to lift it first")),
@@ -78,7 +79,7 @@ impl Reader {
         }
     }
 
-    /// Coordinates while routing.
+    /// Reads coordinates while routing.
     pub(super) fn route_to(&mut self, words: &[Word]) -> Result<(), Wrong> {
         let is_place = |word: &&Word| matches!(word.letter, 'X' | 'Y');
         let places: Vec<Word> = words.iter().filter(is_place).copied().collect();
@@ -120,7 +121,7 @@ impl Reader {
         Ok(())
     }
 
-    /// An arc's centre: `A` radius, or `I` and `J` from the start.
+    /// Reads an arc's centre: `A` is the radius, `I` and `J` are the way from the start.
     fn arc(&mut self, is_clockwise: bool, bends: &[Word], column: usize) -> Result<Arc, Wrong> {
         let mut number = |word: &Word| self.now.format.coordinate(word, &mut self.notes);
         let centre = match bends {

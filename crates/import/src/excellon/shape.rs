@@ -1,17 +1,17 @@
-//! The shapes that tools make: holes, slots, routed paths.
+//! The shapes that tools make: holes, slots and routed paths.
 
 use crate::{Mm, Point};
 
-/// Something that one tool makes in one place.
+/// A shape that one tool makes in one place.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub enum Shape {
     /// A hole.
     Hole(Point),
     /// A slot as wide as the tool (`G85`).
     Slot {
-        /// Middle of one end.
+        /// Centre of one end.
         from: Point,
-        /// Middle of the other.
+        /// Centre of the other end.
         to: Point,
     },
     /// A path that the tool mills (`M15` to `M16`).
@@ -21,7 +21,7 @@ pub enum Shape {
 /// A milled path.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Route {
-    /// Where the tool goes down.
+    /// The point where the tool goes down.
     pub from: Point,
     /// The cuts from there; never empty.
     pub cuts: Vec<Cut>,
@@ -30,32 +30,32 @@ pub struct Route {
 /// A piece of a milled path.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Cut {
-    /// Where it ends.
+    /// The end of the cut.
     pub to: Point,
-    /// How it bends; `None` where it is straight.
+    /// The arc of the cut; `None` where it is straight.
     pub arc: Option<Arc>,
 }
 
-/// How a cut bends.
+/// The arc of a cut.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Arc {
-    /// Which way round (`G02`).
+    /// Whether the arc is clockwise (`G02`).
     pub is_clockwise: bool,
-    /// Where its centre is.
+    /// The centre of the arc.
     pub centre: Centre,
 }
 
-/// Where an arc's centre is.
+/// How an arc's centre is given.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Centre {
-    /// So far from both ends (`A`), the arc being half a circle at most.
+    /// The distance of the centre from both ends (`A`); the arc is at most half a circle.
     Radius(Mm),
-    /// So far from the start (`I`, `J`).
+    /// The way from the start to the centre (`I`, `J`).
     Offset(Point),
 }
 
 impl Shape {
-    /// Where the tool goes down first.
+    /// The point where the tool first goes down.
     pub fn from(&self) -> Point {
         match self {
             Self::Hole(at) => *at,
@@ -63,7 +63,7 @@ impl Shape {
         }
     }
 
-    /// Where it comes up last.
+    /// The point where the tool last comes up.
     pub fn to(&self) -> Point {
         match self {
             Self::Hole(at) => *at,
@@ -72,8 +72,8 @@ impl Shape {
         }
     }
 
-    /// The same shape, made from its other end. A slot and a path without compensation are as wide
-    /// as the tool, so that the direction does not show.
+    /// The same shape, made from its other end. The result is the same, since slots and paths
+    /// without compensation are as wide as the tool.
     pub fn reversed(&self) -> Self {
         match self {
             Self::Hole(at) => Self::Hole(*at),
@@ -85,8 +85,8 @@ impl Shape {
         }
     }
 
-    /// The shape with all its points moved by `place`, which keeps lengths; `mirrors` where it
-    /// turns a shape over.
+    /// The shape with all its points mapped by `place`, which must keep lengths. `mirrors` tells
+    /// whether it mirrors shapes.
     pub(crate) fn placed(&self, place: impl Fn(Point) -> Point, mirrors: bool) -> Self {
         match self {
             Self::Hole(at) => Self::Hole(place(*at)),
@@ -98,7 +98,7 @@ impl Shape {
         }
     }
 
-    /// Every point that the shape names: ends of cuts, not the bulges of arcs.
+    /// Every point in the shape's data: ends of cuts, but not the bulges of arcs.
     pub(crate) fn points(&self) -> Vec<Point> {
         match self {
             Self::Hole(at) => vec![*at],

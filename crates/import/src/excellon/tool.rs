@@ -1,4 +1,4 @@
-//! Tools: `T1C0.8F200S100` defines one, `T1` takes it.
+//! Tools: `T1C0.8F200S100` defines a tool, `T1` selects it.
 
 use super::format::Units;
 use super::reader::{Reader, Stage};
@@ -7,10 +7,10 @@ use super::wrong::Wrong;
 use crate::decimal::{self, NANOS_PER_MM};
 use crate::Mm;
 
-/// A file's statements about a tool.
+/// The data of a tool in a file.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Tool {
-    /// `C`. Older programs write diameters into a list of their own.
+    /// `C`, its diameter. Older programs write diameters into a separate list.
     pub diameter: Option<Mm>,
     /// `F`: how fast it goes down, mm/min.
     pub feed: Option<Mm>,
@@ -20,7 +20,7 @@ pub struct Tool {
 
 /// The highest number of a tool.
 const MOST: u32 = 9999;
-/// An `S` below this counts thousands of revolutions a minute.
+/// An `S` below this is in thousands of revolutions a minute.
 const KRPM: i64 = 1000 * NANOS_PER_MM;
 
 impl Reader {
@@ -84,7 +84,7 @@ impl Reader {
         }
     }
 
-    /// Inches a minute; a metric `F` has no agreed unit.
+    /// Reads a feed in inches a minute. The unit of a metric `F` is not agreed upon.
     fn feed(&mut self, word: &Word) -> Result<Option<Mm>, Wrong> {
         let units = self.units(word)?;
         let feed = decimal::length(word.text, units.nanos());
@@ -112,8 +112,8 @@ impl Reader {
         units.map_err(|message| word.wrong(message))
     }
 
-    /// Takes a tool. `T0` puts it away. Where no tool is defined at all, their diameters are in a
-    /// list elsewhere.
+    /// Selects a tool; `T0` puts the tool away. If the file defines no tool at all, the diameters
+    /// are in a separate list.
     fn select(&mut self, name: &Word, number: u32) -> Result<(), Wrong> {
         self.begin_body();
         self.now.tool = (number > 0).then_some(number);

@@ -5,8 +5,8 @@ use nom::character::complete::{one_of, satisfy};
 use nom::combinator::{opt, recognize};
 use nom::{bytes::complete::take_while, IResult, Parser};
 
-/// A letter and the number behind it, as written: where its decimal point belongs depends on the
-/// file.
+/// A letter and the number after it, as written. The place of its decimal point depends on the
+/// file's format.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) struct Word<'a> {
     /// The letter, a capital.
@@ -18,7 +18,7 @@ pub(super) struct Word<'a> {
 }
 
 impl Word<'_> {
-    /// The number where it is a whole one without a sign, as codes and counts are.
+    /// The number, if it is a whole number without a sign, as codes and counts are.
     pub(super) fn whole(&self) -> Result<u32, Wrong> {
         let digits = self.text.bytes().all(|byte| byte.is_ascii_digit());
         let number = self.text.parse().ok().filter(|_| digits);
@@ -36,7 +36,7 @@ impl Word<'_> {
     }
 }
 
-/// Splits a statement into words; blanks between them mean nothing.
+/// Splits a statement into words; blanks between them are ignored.
 pub(super) fn words(statement: &str) -> Result<Vec<Word<'_>>, Wrong> {
     let mut words = Vec::new();
     let mut rest = statement.trim_start();

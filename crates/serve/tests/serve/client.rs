@@ -5,7 +5,7 @@ use std::io::{BufRead, BufReader, Read, Write};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
-/// Bytes that a sender has on the way at most, as Grbl's senders count.
+/// The most bytes of unanswered lines, as Grbl's senders count.
 const WINDOW: usize = 128;
 
 /// How often a sender asks for a report.
@@ -42,7 +42,7 @@ impl Client {
         self.to.flush().unwrap();
     }
 
-    /// The next line that is neither empty nor a report; `None` when none comes in time.
+    /// The next line that is neither empty nor a report; `None` if none comes in time.
     pub(crate) fn hear(&mut self, patience: Duration) -> Option<String> {
         let until = Instant::now() + patience;
         loop {
@@ -75,7 +75,7 @@ impl Client {
         self.reports[heard].clone()
     }
 
-    /// The lines that come before the `ok` to a line.
+    /// Sends a line; returns the lines that come before its `ok`.
     pub(crate) fn say(&mut self, line: &str) -> Vec<String> {
         self.send(format!("{line}\n").as_bytes());
         std::iter::from_fn(|| self.hear(PATIENCE).filter(|heard| heard != "ok")).collect()
@@ -99,7 +99,7 @@ impl Client {
         }
     }
 
-    /// Streams a job by character counting and asks for reports all the while.
+    /// Streams a job by character counting, and asks for reports all the while.
     pub(crate) fn stream(&mut self, job: &str) {
         let mut waiting: VecDeque<&str> = job.lines().collect();
         let mut on_the_way: VecDeque<&str> = VecDeque::new();

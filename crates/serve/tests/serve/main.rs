@@ -1,4 +1,4 @@
-//! Clients of `serve` in real time.
+//! Tests of `serve` with clients in real time.
 
 mod client;
 mod jobs;

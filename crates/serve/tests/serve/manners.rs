@@ -1,4 +1,4 @@
-//! Clients that vanish, flood, do not count, or ask.
+//! Clients that vanish, flood the line, do not count bytes, or ask for reports.
 
 use crate::client::Client;
 use crate::served::{one_line, Served, FAST};
@@ -7,7 +7,7 @@ use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::time::{Duration, Instant};
 
-/// How long a message that is on its way may take.
+/// How long a message that has been sent may take.
 const SOON: Duration = Duration::from_secs(2);
 
 #[test]
@@ -26,7 +26,8 @@ fn a_client_that_vanishes_in_mid_line_leaves_no_trace_for_the_next() {
     assert!(report.contains("|MPos:2.000,0.000,0.000|"), "{report}");
 }
 
-/// M5, and no time-out of a laser whose sender may come back: the next client's moves do not burn.
+/// When a client vanishes, M5 takes effect at once, without the dead-man's time-out (`$707`) that
+/// waits for a silent sender. So the next client's moves do not burn.
 #[test]
 fn a_client_that_vanishes_leaves_no_laser_on() {
     let served = Served::tcp(FAST, 1.0);
@@ -55,7 +56,7 @@ fn a_flood_costs_its_sender_only() {
         .unwrap();
     let until = Instant::now() + Duration::from_secs(2);
     while Instant::now() < until {
-        // Bytes that find no room may fail.
+        // Writing may fail: there may be no room for the bytes.
         let _ = flood.write_all(&[b'X'; 4096]);
         client.ask();
     }
@@ -67,7 +68,7 @@ fn a_flood_costs_its_sender_only() {
 fn a_sender_that_does_not_count_is_named_once_when_bytes_are_lost() {
     let served = Served::tcp(FAST, 1.0);
     let mut client = served.connect();
-    // The machine takes nothing for a second; its buffer is smaller than the flood that follows.
+    // The machine takes no bytes for a second; its buffer is smaller than the flood that follows.
     client.send(b"G4 P1\n");
     for _ in 0..2 {
         client.send(&[b'X'; 4096]);
@@ -82,8 +83,8 @@ fn a_sender_that_does_not_count_is_named_once_when_bytes_are_lost() {
     );
 }
 
-/// In simulated time, by the log: however late the computer comes to it, a turn of the server is 2
-/// ms at most.
+/// Measured in simulated time, by the log: a turn of the server is at most 2 ms, however slow the
+/// computer is.
 #[test]
 fn an_answer_to_a_realtime_byte_takes_no_longer_than_a_turn_of_the_server() {
     let folder = tempfile::tempdir().unwrap();

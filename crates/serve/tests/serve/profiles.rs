@@ -1,4 +1,4 @@
-//! Machines as their profiles describe them.
+//! Machines that behave as their machine files describe.
 
 use crate::served::Served;
 
@@ -11,7 +11,7 @@ fn gantry(apart: f64, squaring: &str) -> String {
     )
 }
 
-/// 5 % of the travel are 4 mm.
+/// The tolerance is 5 % of the travel, which is 4 mm.
 #[test]
 fn a_gantry_is_squared_or_refused_as_its_profile_says() {
     let table = [

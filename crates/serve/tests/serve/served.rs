@@ -19,7 +19,7 @@ struct Ear(Sender<String>);
 
 impl Panel for Ear {
     fn note(&mut self, note: &Note<'_>) {
-        // The test may have heard enough.
+        // The test may have ended already.
         let _ = self.0.send(note.to_string());
     }
     fn show(&mut self, _: &Snapshot) {}
@@ -32,11 +32,11 @@ impl Panel for Ear {
 pub(crate) struct Served {
     stop: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
-    /// Where the lines are.
+    /// The addresses of the lines.
     pub(crate) ready: Vec<String>,
-    /// The other messages until all lines were ready.
+    /// The other messages before all lines were ready.
     pub(crate) said: Vec<String>,
-    /// The messages from then on.
+    /// The messages after all lines were ready.
     pub(crate) heard: Receiver<String>,
 }
 
@@ -85,7 +85,7 @@ impl Served {
         served
     }
 
-    /// Serves a machine whose settings survive in `file`.
+    /// Serves a machine whose settings are stored in `file`.
     pub(crate) fn remembering(file: &Path) -> Self {
         Self::start(Service {
             state: Some(StateFile::new(file.into())),

@@ -4,7 +4,7 @@ use crate::client::PATIENCE;
 use crate::served::Served;
 use std::time::{Duration, Instant};
 
-/// The message to every client until the machine is unlocked.
+/// The message to every client until the machine is unlocked with `$X`.
 const LOST: &str = "[MSG:Stored values lost, defaults in force: check them, then $X]";
 
 #[test]
@@ -38,14 +38,14 @@ fn a_setting_that_cannot_be_stored_is_refused_and_stored_as_soon_as_it_can_be() 
         let served = Served::remembering(&file);
         let mut client = served.connect();
         assert_eq!(client.say("$110=1000"), [""; 0]);
-        // No computer lets anybody write into a folder that is a file.
+        // The place of the file's folder is taken by a file, so that nothing can be written there.
         std::fs::remove_dir_all(&place).unwrap();
         std::fs::write(&place, "").unwrap();
         for line in ["$110=2000\n", "G10L2P1X5\n"] {
             client.send(line.as_bytes());
             assert_eq!(client.hear(PATIENCE).as_deref(), Some("error:7"), "{line}");
         }
-        // Nothing to store, nothing to refuse; and trying again refuses nothing, either.
+        // A line that changes nothing is not refused, and neither does a retry refuse one.
         std::thread::sleep(Duration::from_millis(1500));
         assert_eq!(client.say("G4P0"), [""; 0]);
         std::fs::remove_file(&place).unwrap();

@@ -1,5 +1,5 @@
-//! Who may drive the machine and who may not: web pages, clients that say nothing, clients that are
-//! gone.
+//! Who may drive the machine and who may not: web pages, clients that send nothing, clients that
+//! are gone.
 
 use crate::client::Client;
 use crate::served::{one_line, Served, FAST};
@@ -8,7 +8,7 @@ use std::io::{Read, Write};
 use std::net::TcpStream;
 use std::time::{Duration, Instant};
 
-/// Within this time something that is to happen does, on a busy computer as well.
+/// The time within which an expected event comes, even on a busy computer.
 const SOON: Duration = Duration::from_secs(10);
 
 fn websocket(allowed: &[&str]) -> Served {
@@ -82,13 +82,13 @@ fn a_page_and_a_name_that_are_listed_are_let_in() {
     ));
 }
 
-/// Sends a browser's request in pieces to the port for G-code; the answer is the connection's end.
+/// Sends a browser's request in pieces to the port for G-code. The connection is then closed.
 fn ask_as_a_browser(served: &Served, pieces: &[&str]) {
     let mut browser = TcpStream::connect(&served.ready[0]).unwrap();
     browser.set_nodelay(true).unwrap();
     browser.set_read_timeout(Some(SOON)).unwrap();
     for piece in pieces {
-        // The server may have hung up already.
+        // The server may have closed the connection already.
         let _ = browser.write_all(piece.as_bytes());
         std::thread::sleep(Duration::from_millis(20));
     }
@@ -112,7 +112,7 @@ fn the_request_of_a_web_page_moves_and_holds_nothing() {
     );
     assert!(client.say("$G")[0].contains(" M5 "));
     client.send(b"\x18");
-    // No reset came before this one: the banner is the first.
+    // The machine was not reset before: this is its first banner.
     assert_eq!(
         client.hear(SOON).as_deref(),
         Some("Grbl 1.1h ['$' for help]")
@@ -132,7 +132,8 @@ fn a_line_that_begins_as_a_request_does_is_taken_after_a_moment() {
     assert!(client.hear(SOON).unwrap().starts_with("error:"));
 }
 
-/// A connection that hears nothing more, or a client that has taken the line over.
+/// Connects a second time and sends `first_bytes`. Returns a client if it has taken the line over;
+/// `None` if its connection gets nothing.
 fn second(served: &Served, first_bytes: &[u8]) -> Option<Client> {
     let stream = TcpStream::connect(&served.ready[0]).unwrap();
     stream.set_read_timeout(Some(SOON)).unwrap();
@@ -168,23 +169,23 @@ fn a_silent_websocket_loses_its_line_as_well() {
     while silent.read(&mut [0; 100]).unwrap_or(0) > 0 {}
 }
 
-/// Lets nothing that arrives reach the client, not even a question whether it is still there: it is
-/// as if its computer had been switched off.
+/// Keeps everything that arrives from the client, even keepalive probes, as if its computer had
+/// been switched off.
 #[cfg(target_os = "linux")]
 fn switch_off(client: &TcpStream) {
-    // BPF: return 0, take no byte of any segment.
+    // A BPF program that returns 0: it accepts no byte of any segment.
     let take_nothing = socket2::SockFilter::new(0x06, 0, 0, 0);
     let socket = socket2::SockRef::from(client);
     socket.attach_filter(&[take_nothing]).unwrap();
 }
 
-/// Waits until a client from another address gets in; answers how long that took.
+/// Waits until a client from another address gets the line; returns how long this took.
 #[cfg(target_os = "linux")]
 fn time_until_another_gets_in(served: &Served) -> Duration {
     use socket2::{Domain, Socket, Type};
     let begun = Instant::now();
     loop {
-        // Another address: nothing else than the end of the first client makes room for it.
+        // This address differs, so only the end of the first client can make room for it.
         let other = Socket::new(Domain::IPV4, Type::STREAM, None).unwrap();
         let here: std::net::SocketAddr = "127.0.0.2:0".parse().unwrap();
         other.bind(&here.into()).unwrap();
@@ -203,7 +204,7 @@ fn time_until_another_gets_in(served: &Served) -> Duration {
 #[cfg(target_os = "linux")]
 #[test]
 fn a_client_whose_computer_is_gone_frees_its_line_within_15_s() {
-    // One at rest, and one to which an answer is on the way.
+    // One client is at rest; for the other one an answer is on the way.
     std::thread::scope(|scope| {
         for last in [&b""[..], b"?"] {
             scope.spawn(move || {

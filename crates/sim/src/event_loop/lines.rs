@@ -14,7 +14,7 @@ where
     O: Observer,
     X: Extension<AXES>,
 {
-    /// The other end of a line has gone away.
+    /// Notes that the host has closed its end of a line.
     fn close(&mut self, channel: ChannelId) {
         if let Some(receiver) = self.receivers.get_mut(usize::from(channel.0)) {
             receiver.close();
@@ -50,11 +50,11 @@ where
         self.wake = self.wake.min(self.now);
     }
 
-    /// Asks the host for bytes to send, on all lines; brings it the bytes of lines that take no
-    /// time.
+    /// Asks the host for bytes to send, on all lines. On lines that never wait, gives the host the
+    /// bytes that the board has written.
     pub(super) fn exchange<H: Host>(&mut self, host: &mut H) {
         for channel in (0..self.board.links.count()).map(|number| ChannelId(number as u8)) {
-            // Not before its own bytes have come in.
+            // A line does not close before the bytes that were sent on it have come in.
             if !self.board.links.is_receiving(channel) && host.closes(channel) {
                 self.close(channel);
             }

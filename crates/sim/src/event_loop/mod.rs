@@ -8,14 +8,14 @@
 //!  main loop  woken, and the CPU is free  Machine::poll                       poll and the counts of Work
 //! ```
 //!
-//! At one instant they come in this order. The main loop is woken by a byte, a switch edge, a
-//! segment taken, motion at rest, its own deadline, or because it said that it is busy; turns that
-//! would find nothing are left out.
+//! Events at the same instant come in this order. The main loop is woken by a byte, a switch edge,
+//! a segment taken, motion at rest, its own deadline, or because it said that it is busy. Turns
+//! that would find nothing to do are left out.
 //!
-//! The effects of a poll are seen at its start, and its time passes after it: the next poll begins
+//! The effects of a poll are seen at its start, and its time passes after it. The next poll begins
 //! when that time is over, later by all interrupts in between. A poll is short (one line, a few
-//! segments), so that its effects come too early by some tens of microseconds at most; two
-//! milliseconds of segments lie in the queue.
+//! segments), so that its effects come at most some tens of microseconds too early; the queue holds
+//! two milliseconds of segments.
 
 mod lines;
 mod rules;
@@ -43,10 +43,10 @@ use leadscrew_stepper::{MotorMask, Shared};
 /// The last instant at which anything can happen.
 const LAST: Cycle = Cycle(Cycle::NEVER.0 - 1);
 
-/// The motor of the tool's axis.
+/// The motor of Z, along which the tool moves.
 const Z: usize = 2;
 
-/// Why a simulation came back.
+/// Why a simulation returned to its caller.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Stopped {
     /// The instant asked for was reached.
@@ -69,17 +69,17 @@ pub struct Simulation<'a, K, O, const AXES: usize, const MOTORS: usize, const MO
     shared: &'a Shared<MOTORS>,
     inputs: &'a Inputs<MOTORS>,
     position: PositionCheck<MOTORS>,
-    /// Where the extension's switches find the tool.
+    /// Tells the extension's switches where the tool is.
     tool: ToolHeight,
     work: Work,
-    /// The laser is on where it has to be off, and that has been noted.
+    /// The laser is on where it has to be off, and this violation has been noted.
     laser_noted: bool,
     now: Cycle,
-    /// Since when the main loop has reason to run; never: it has none.
+    /// Since when the main loop has had a reason to run; [`Cycle::NEVER`] where it has none.
     wake: Cycle,
-    /// When it wants to run at the latest.
+    /// The latest instant at which the main loop wants to run.
     deadline: Cycle,
-    /// It wants to run then for an extension's regular work only.
+    /// At the deadline only an extension's regular work is due.
     is_chore: bool,
     pub(crate) first_byte: Cycle,
     pub(crate) last_byte: Cycle,
@@ -159,9 +159,9 @@ where
         }
     }
 
-    /// Lets things happen up to `end`, or until nothing is left to happen: then the present is the
-    /// instant of the last thing that happened. Where `end` is [`Cycle::NEVER`], the regular work
-    /// of an extension counts as nothing.
+    /// Runs the simulation up to `end`, or until nothing is left to happen; in that case the
+    /// present is the instant of the last event. If `end` is [`Cycle::NEVER`], the regular work of
+    /// an extension does not count as something left to happen.
     pub fn run_until<H: Host>(&mut self, host: &mut H, end: Cycle) -> Stopped {
         self.run_while(host, end, |_| true)
     }
@@ -172,7 +172,8 @@ where
         self.now = self.now.max(end);
     }
 
-    /// As [`Simulation::run_until`], and only until `going` says no after a byte or a poll.
+    /// As [`Simulation::run_until`], but stops as soon as `going` returns false after a byte or a
+    /// poll.
     pub fn run_while<H: Host>(
         &mut self,
         host: &mut H,
@@ -231,12 +232,12 @@ where
         &self.board
     }
 
-    /// Who watches it.
+    /// The observer of the simulation.
     pub fn observer(&mut self) -> &mut O {
         &mut self.board.observer
     }
 
-    /// Somebody has come at the other end of a line: the machine sends the general messages.
+    /// Notes that a host has connected to a line: the machine sends it the general messages.
     pub fn open_line(&mut self, line: usize) {
         if let Some(receiver) = self.receivers.get_mut(line) {
             receiver.open();
@@ -255,25 +256,25 @@ where
         self.report_switches(false, self.now);
     }
 
-    /// Holds an input at a level whatever its switch does; `None` lets it go. Returns how it was
-    /// held before.
+    /// Holds an input at a level whatever its switch does; `None` releases it. Returns the level at
+    /// which it was held before.
     pub fn force_pin(&mut self, pin: Pin, level: Option<bool>) -> Option<bool> {
         let before = self.board.plant.force(pin, level);
         self.report_switches(false, self.now);
         before
     }
 
-    /// Mounts motors the other way round. At power-up.
+    /// Mounts motors the other way round. To be called at power-up.
     pub fn mirror(&mut self, motors: MotorMask) {
         self.board.mirrored = motors;
     }
 
-    /// Puts the carriages of X and Y on crossed belts. At power-up.
+    /// Puts the carriages of X and Y on crossed belts. To be called at power-up.
     pub fn cross_belts(&mut self) {
         self.board.plant.cross_belts();
     }
 
-    /// Bends and tilts the plate that the probe meets. At power-up.
+    /// Bends and tilts the plate that the probe meets. To be called at power-up.
     pub fn bend_plate(&mut self, plate: Plate) {
         self.board.plant.bend_plate(plate);
     }
@@ -289,7 +290,7 @@ where
         self.board.plant.remove_switches();
     }
 
-    /// Puts the carriages somewhere else; the machine does not learn of it.
+    /// Moves the carriages to another place without steps; the machine does not notice.
     pub fn place(&mut self, position: [i32; MOTORS]) {
         self.board.plant.place(position);
         self.board.rewired = true;
@@ -305,8 +306,8 @@ where
     /// Handles the timer's interrupts up to `limit`, or until the main loop can run.
     fn run_timer(&mut self, limit: Cycle) {
         loop {
-            // Interrupts only put the main loop off: until one wakes it, this horizon is never too
-            // late.
+            // Interrupts only delay the main loop. Until one of them wakes it, this horizon is
+            // never too late.
             let horizon = limit.min(self.main_due()).min(LAST);
             if self.board.timer_due() > horizon {
                 return;
@@ -329,8 +330,8 @@ where
         self.cpu.main_start(self.wake.min(self.deadline))
     }
 
-    /// Whether an extension's regular work is all that will ever happen, except for events that are
-    /// `due` on lines and switches.
+    /// Whether only an extension's regular work is left to happen. `due` is the next event on lines
+    /// and switches.
     fn has_only_chores(&self, due: Cycle) -> bool {
         let others = due.min(self.wake).min(self.board.timer_due());
         self.is_chore && others == Cycle::NEVER
@@ -344,8 +345,8 @@ where
         Stopped::Reached
     }
 
-    /// Tells the machine of new levels, by way of the contacts. `moved`: a carriage has worked
-    /// them.
+    /// Tells the machine the new levels, through the contacts. `moved`: a carriage has worked the
+    /// switches.
     fn report_switches(&mut self, moved: bool, now: Cycle) {
         let levels = self.board.plant.levels();
         let Some(contacts) = &mut self.board.contacts else {
@@ -361,7 +362,7 @@ where
         }
     }
 
-    /// Looks at contacts that bounce or that the board filters.
+    /// Looks at the inputs where contacts bounce or the board filters.
     fn look_at_inputs(&mut self, now: Cycle) {
         let position = self.shared.position();
         let contacts = self.board.contacts.as_mut();
@@ -382,7 +383,7 @@ where
 
     fn poll<H: Host>(&mut self, host: &mut H) {
         let counted = self.shared.position();
-        // As motion has left it, before the main loop can mend it.
+        // Checks the laser as motion has left it, before the main loop can correct it.
         self.check_laser();
         self.show_tool();
         self.board.begin_poll(self.now);
@@ -397,7 +398,7 @@ where
         self.exchange(host);
     }
 
-    /// Shows the extension where Z stands.
+    /// Tells the extension's switches where Z is.
     fn show_tool(&self) {
         let place = self.board.plant.position();
         if let Some(z) = place.get(Z) {
@@ -435,7 +436,7 @@ mod tests {
     use leadscrew_stepper::Power;
     use std::num::NonZeroU32;
 
-    /// Sums up all edges, so that two runs can be held against each other.
+    /// A checksum of all edges, to compare two runs.
     #[derive(Default)]
     struct Digest(u64);
 
@@ -527,7 +528,7 @@ mod tests {
         assert_eq!(errors, [(2, 20)]);
     }
 
-    /// Whether power that the test puts out at rest after `program` is a violation.
+    /// Whether power at rest is reported as a violation: the test switches it on after `program`.
     fn is_caught(program: &str) -> bool {
         let setup = Setup::<3>::new(MachineConfig::new(), Rate::NeverWaits);
         let mut memory = Memory::new(&setup);

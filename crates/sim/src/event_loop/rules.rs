@@ -38,8 +38,8 @@ where
         self.check_laser();
     }
 
-    /// Checks that the laser is off where it has to be. Power and state change in polls, and in
-    /// motion with ticks: so a rule that holds before and after each poll holds at every tick of a
+    /// Checks that the laser is off where it has to be. Power and state change in polls, and during
+    /// motion at ticks. So a rule that holds before and after each poll holds at every instant of a
     /// rest.
     pub(super) fn check_laser(&mut self) {
         let on = self.board.power() != Power::OFF && self.has_laser_to_be_off();
@@ -53,8 +53,8 @@ where
         let resting = !self.shared.is_running();
         let constant = self.board.spindle() == SpindleOutput::Clockwise;
         let dark = match self.machine.state() {
-            // A stop takes effect at once, not only with the next step; and motion of the machine's
-            // own is dark.
+            // A stop takes effect at once, not only with the next step. The laser is also off
+            // during motion that the machine makes on its own.
             State::Alarm(_)
             | State::Sleep
             | State::Check

@@ -1,18 +1,19 @@
-//! A motor's carriage: where it is, and how fast it went.
+//! A motor's carriage: its position and its highest speed.
 
 use super::rate::PeakRate;
 use crate::clock::Cycle;
 
-/// A window that no position is in: the next step looks at the switches.
+/// A window that contains no position: at the next step the plant looks at the switches.
 pub(super) const NOWHERE: (i32, i32) = (i32::MAX, i32::MIN);
 
 /// One motor's carriage.
 #[derive(Clone, Debug)]
 pub(super) struct Carriage {
     pub(super) position: i32,
-    /// Where it was put by hand, less the steps that it had made: `position` less the net steps.
+    /// The carriage's position less the net steps of its motor. It changes when the carriage is
+    /// placed by hand.
     pub(super) origin: i64,
-    /// Nothing changes from `window.0` to `window.1`.
+    /// No switch changes while the position is from `window.0` to `window.1`.
     pub(super) window: (i32, i32),
     pub(super) pulses: u64,
     pub(super) direction_changed: Cycle,
@@ -31,7 +32,7 @@ impl Carriage {
         }
     }
 
-    /// Moves one step; returns whether a switch may change by it.
+    /// Moves one step; returns whether this may change a switch.
     #[inline]
     pub(super) fn step(&mut self, now: Cycle, by: i32) -> bool {
         self.position = self.position.wrapping_add(by);

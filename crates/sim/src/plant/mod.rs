@@ -1,7 +1,8 @@
 //! The machine beyond the pins: motor drivers, carriage and switches.
 //!
 //! A driver takes one step at each rising edge, in the direction that its pin shows at that
-//! instant. The plant counts those, knows nothing of G-code, and checks what a driver asks for:
+//! instant. The plant counts these steps, knows nothing of G-code, and checks the times that a
+//! driver requires:
 //!
 //! ```text
 //!  direction ____/‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾‾
@@ -10,9 +11,9 @@
 //!                            |width|
 //! ```
 //!
-//! Every motor has a carriage of its own. Two motors on one axis are the two sides of a gantry,
-//! which is square where their carriages stand at the same place; the plant lets them be skewed as
-//! far as they like.
+//! Every motor has a carriage of its own. Two motors on one axis are the two sides of a gantry. The
+//! gantry is square where both carriages stand at the same place; the plant does not limit its
+//! skew.
 //!
 //! On crossed belts the first two motors move one carriage in X and Y: it stands at half their sum
 //! and half their difference.
@@ -40,8 +41,8 @@ pub const LEAST_SETUP: u64 = (650 * (CPU_HZ / 1_000_000)).div_ceil(1000);
 pub struct Rise {
     /// Motors whose pin was high already: no edge, no step.
     pub lost: MotorMask,
-    /// The shortest time since a change of direction, where one of the motors had one since its
-    /// last step.
+    /// The shortest time from a change of direction to this step, in cycles; `None` where no motor
+    /// has changed its direction since its last step.
     pub setup: Option<u64>,
     /// Whether a switch may have changed.
     pub switches: bool,
@@ -60,12 +61,12 @@ pub struct Plant<const MOTORS: usize> {
     shortest_setup: u64,
     /// The levels on the pins.
     levels: Switches,
-    /// The levels if no pin were held.
+    /// The levels that the pins would have if none were held.
     wired: Switches,
     switches: Vec<Switch>,
     /// Motors 0 and 1 are on crossed belts.
     crossed: bool,
-    /// How uneven the plate is that the probe meets.
+    /// The shape of the plate that the probe meets, where it is uneven.
     plate: Option<Plate>,
     /// Pins that are held at a level.
     forced: Vec<(Pin, bool)>,
@@ -97,7 +98,7 @@ impl<const MOTORS: usize> Plant<MOTORS> {
         }
     }
 
-    /// Raises the step pins of `motors`: each that was low makes a step.
+    /// Raises the step pins of `motors`. Each motor whose pin was low makes a step.
     #[inline]
     pub fn raise(&mut self, now: Cycle, motors: MotorMask) -> Rise {
         let rising = motors.without(self.high);
@@ -128,7 +129,7 @@ impl<const MOTORS: usize> Plant<MOTORS> {
         width
     }
 
-    /// Sets the direction pins; returns the motors that were in the middle of a pulse.
+    /// Sets the direction pins. Returns the motors that changed direction in the middle of a pulse.
     #[inline]
     pub fn set_direction(&mut self, now: Cycle, negative: MotorMask) -> MotorMask {
         let changed = MotorMask::from_bits(self.negative.bits() ^ negative.bits());
@@ -157,7 +158,7 @@ impl<const MOTORS: usize> Plant<MOTORS> {
         !self.high.is_empty()
     }
 
-    /// Puts the carriages somewhere else; the controller does not learn of it.
+    /// Moves the carriages to another place without steps; the controller does not notice.
     pub fn place(&mut self, position: [i32; MOTORS]) {
         self.place_unseen(position);
         self.update_switches();
@@ -172,7 +173,7 @@ impl<const MOTORS: usize> Plant<MOTORS> {
         }
     }
 
-    /// Puts motors 0 and 1 on crossed belts. Before there are switches.
+    /// Puts motors 0 and 1 on crossed belts. To be called before switches are added.
     pub fn cross_belts(&mut self) {
         self.crossed = true;
     }
@@ -182,7 +183,8 @@ impl<const MOTORS: usize> Plant<MOTORS> {
         self.plate = Some(plate);
     }
 
-    /// Adds a switch that a carriage works. It takes over its pin from [`Plant::set_pin`].
+    /// Adds a switch that a carriage works. From then on the switch sets its pin, not
+    /// [`Plant::set_pin`].
     pub fn add_switch(&mut self, switch: Switch) {
         self.switches.push(switch);
         self.update_switches();
@@ -194,14 +196,14 @@ impl<const MOTORS: usize> Plant<MOTORS> {
         self.update_switches();
     }
 
-    /// Sets the level of a pin that no switch works, such as a button.
+    /// Sets the level of a pin without a switch that a carriage works, such as a button's pin.
     pub fn set_pin(&mut self, pin: Pin, high: bool) {
         set_level(&mut self.wired, pin, high);
         self.update_switches();
     }
 
-    /// Holds a pin at a level whatever its switch does, as a finger or a disturbance; `None` lets
-    /// it go. Returns how it was held before.
+    /// Holds a pin at a level whatever its switch does, as a finger or a disturbance would; `None`
+    /// releases it. Returns the level at which it was held before.
     pub fn force(&mut self, pin: Pin, level: Option<bool>) -> Option<bool> {
         let held = self.forced.iter().position(|(other, _)| *other == pin);
         let before = held.map(|held| self.forced.swap_remove(held).1);
@@ -223,7 +225,8 @@ impl<const MOTORS: usize> Plant<MOTORS> {
         for carriage in &mut self.carriages {
             carriage.window = (i32::MIN, i32::MAX);
         }
-        // Several switches may share a pin: the one on whose side the carriage is decides.
+        // Several switches may share a pin. A switch on whose `side` the carriage is overrides the
+        // others.
         for decisive in [false, true] {
             for switch in &self.switches {
                 let place = match self.carriages.as_slice() {
@@ -240,11 +243,11 @@ impl<const MOTORS: usize> Plant<MOTORS> {
                     set_level(&mut self.wired, switch.pin, level);
                 }
                 if uneven.is_some() {
-                    // Each step along the plate may lead to it.
+                    // Any step of X, Y or Z may reach the plate's surface.
                     let all = self.carriages.iter_mut();
                     all.for_each(|carriage| carriage.window = NOWHERE);
                 } else if self.crossed && switch.motor < 2 {
-                    // Each step of either motor may pass it.
+                    // Any step of either motor may pass the switch.
                     self.carriages[..2]
                         .iter_mut()
                         .for_each(|carriage| carriage.window = NOWHERE);
@@ -261,8 +264,8 @@ impl<const MOTORS: usize> Plant<MOTORS> {
         self.levels != before
     }
 
-    /// How far an uneven plate stands above its place where the carriages of X and Y are, in steps
-    /// of Z.
+    /// The height of an uneven plate under the carriages of X and Y, above the switch's place, in
+    /// steps of Z.
     fn surface(&self) -> Option<i32> {
         let [a, b, ..] = self.carriages.as_slice() else {
             return None;
@@ -288,7 +291,7 @@ impl<const MOTORS: usize> Plant<MOTORS> {
             .map(|carriage| i64::from(carriage.position) - carriage.origin)
     }
 
-    /// Steps that each motor has made, either way.
+    /// Steps that each motor has made, in either direction.
     pub fn pulses(&self) -> [u64; MOTORS] {
         self.carriages.each_ref().map(|carriage| carriage.pulses)
     }

@@ -6,23 +6,23 @@
 //!          0               span
 //! ```
 
-/// Parts of a step: tilts are counted in them.
+/// The parts of a step in which tilts are counted.
 const PARTS: i64 = 1 << 20;
 
 /// How a plate differs from a flat one, in steps of the three carriages.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Plate {
-    /// How far it rises for a step of X and for a step of Y, in 2⁻²⁰ steps of Z.
+    /// How far the plate rises per step of X and per step of Y, in 2⁻²⁰ steps of Z.
     tilt: [i64; 2],
     /// How far the middle stands above the edges, in steps of Z.
     bow: i64,
-    /// Steps of X and Y from one edge to the other; none where there is no bow.
+    /// Steps of X and Y from one edge to the other; 0 where there is no bow.
     span: [i64; 2],
 }
 
 impl Plate {
-    /// A plate that rises by `tilt` mm for a mm of X and of Y, and whose middle stands `bow` mm
-    /// above the edges of the travels `span`, mm. `steps_per_mm` of X, Y and Z.
+    /// Makes a plate that rises by `tilt` mm per mm of X and of Y. Its middle stands `bow` mm above
+    /// its edges, which are `span` mm apart in X and Y. `steps_per_mm` is that of X, Y and Z.
     pub fn new(tilt: [f64; 2], bow: f64, span: [f64; 2], steps_per_mm: [f64; 3]) -> Self {
         let [x, y, z] = steps_per_mm;
         let parts = |tilt: f64, steps: f64| (tilt * z / steps * PARTS as f64).round() as i64;
@@ -33,7 +33,8 @@ impl Plate {
         }
     }
 
-    /// How far the plate stands above its place under the carriages of X and Y, in steps of Z.
+    /// The height of the plate under the carriages of X and Y, above the switch's place, in steps
+    /// of Z.
     pub(super) fn height(&self, [x, y]: [i32; 2]) -> i32 {
         let parts = self.tilt[0] * i64::from(x) + self.tilt[1] * i64::from(y);
         let tilted = (parts + PARTS / 2).div_euclid(PARTS);
@@ -53,7 +54,7 @@ mod tests {
     #[test]
     fn a_tilted_plate_rises_with_each_axis() {
         let plate = Plate::new([0.01, -0.02], 0.0, [0.0; 2], [80.0, 80.0, 400.0]);
-        // 100 mm of X rise 1 mm, 50 mm of Y fall 1 mm.
+        // The plate rises 1 mm over 100 mm of X, and falls 1 mm over 50 mm of Y.
         assert_eq!(plate.height([8000, 0]), 400);
         assert_eq!(plate.height([0, 4000]), -400);
         assert_eq!(plate.height([8000, 4000]), 0);

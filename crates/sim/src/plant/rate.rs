@@ -1,16 +1,16 @@
-//! How fast a motor went at its fastest.
+//! The highest speed of a motor.
 
 use crate::clock::{Cycle, CPU_HZ};
 
-/// Steps over which a rate is measured. Fewer would see the unevenness of Bresenham's tracer as
-/// speed.
+/// Steps over which a rate is measured. A measurement over fewer would take the unevenness of
+/// Bresenham's tracer for speed.
 const LONG: usize = 16;
 
-/// Steps over which the rate of a shorter burst is measured: of a move between two rests.
+/// Steps over which the rate of a shorter burst is measured, such as a move between two rests.
 const SHORT: usize = 8;
 
-/// A step begins another burst if it comes after this multiple of the interval before it. A ramp's
-/// last intervals grow by less than 4, with limited jerk as well.
+/// A step begins a new burst if its interval is more than this multiple of the interval before it.
+/// The last intervals of a ramp grow by a factor of less than 4, also with limited jerk.
 const REST: u64 = 4;
 
 /// Follows the steps of one motor.
@@ -20,11 +20,11 @@ pub(super) struct PeakRate {
     recent: [Cycle; LONG],
     steps: usize,
     burst: Burst,
-    /// Shortest time of [`LONG`] intervals, and of [`SHORT`] in bursts that have no more than
-    /// [`LONG`].
+    /// Shortest time of [`LONG`] intervals; `short`: that of [`SHORT`] intervals in bursts too
+    /// short for [`LONG`].
     long: u64,
     short: u64,
-    /// The fastest of the bursts that have fewer.
+    /// The fastest of the bursts with fewer than [`SHORT`] intervals.
     brief: Brief,
 }
 
@@ -33,7 +33,7 @@ pub(super) struct PeakRate {
 struct Burst {
     begun: Cycle,
     intervals: usize,
-    /// The last of them.
+    /// The last interval, cycles.
     interval: u64,
     /// The direction.
     by: i32,
@@ -58,7 +58,8 @@ impl Brief {
         self.intervals as f64 * CPU_HZ as f64 / self.cycles.max(1) as f64
     }
 
-    /// The faster one; a single interval says least.
+    /// The faster one of the two. One with several intervals is preferred to a single interval,
+    /// which says little.
     fn max(self, other: Self) -> Self {
         let key = |brief: Self| (brief.intervals.min(2), brief.rate());
         if key(other) > key(self) {
@@ -117,7 +118,7 @@ impl PeakRate {
         }
     }
 
-    /// The figures so far, the present burst included.
+    /// The values of `short` and `brief` with the present burst included.
     fn with_burst(&self) -> (u64, Brief) {
         let burst = &self.burst;
         match burst.intervals {
@@ -185,7 +186,7 @@ mod tests {
 
     #[test]
     fn a_few_steps_close_together_are_no_speed() {
-        // One step of another piece of the path right behind the last of the one before.
+        // One step of a new piece of the path comes right behind the last step of the piece before.
         let uneven = [10_000; 20]
             .into_iter()
             .chain([100, 9_900])

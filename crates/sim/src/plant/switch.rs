@@ -1,8 +1,8 @@
 //! Inputs, and the switches that carriages work.
 //!
-//! A switch changes its level where the carriage passes its place. Between two such places a
-//! *window* of positions says that nothing changes, so that a step costs two comparisons however
-//! many switches there are.
+//! A switch changes its level where the carriage passes the switch's place. The positions between
+//! two such places are a *window* in which no level changes, so that a step costs two comparisons
+//! however many switches there are.
 
 use leadscrew_machine::board::Switches;
 use leadscrew_stepper::MotorMask;
@@ -24,7 +24,7 @@ pub enum Pin {
     Door,
 }
 
-/// On which side of its place a switch has its level.
+/// The side of its place on which a switch has its `level`.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Side {
     /// At the place and above it.
@@ -41,7 +41,7 @@ pub struct Switch {
     /// The motor whose carriage works it; on crossed belts 0 and 1 are X and Y, which both motors
     /// move.
     pub motor: usize,
-    /// Which side has `level`; the other has the opposite.
+    /// The side on which the pin has `level`; on the other side it has the opposite level.
     pub side: Side,
     /// Its place in steps of the carriage.
     pub place: i32,

@@ -9,11 +9,11 @@ use std::path::{Path, PathBuf};
 pub enum ProfileError {
     /// The file cannot be read.
     Unreadable(PathBuf, io::Error),
-    /// Something in it is not as it must be.
+    /// A value or key in the file is wrong.
     Wrong(Wrong),
 }
 
-/// Something in a profile that is not as it must be.
+/// A wrong value or key in a profile.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Wrong {
     /// The file.
@@ -22,7 +22,7 @@ pub struct Wrong {
     pub line: usize,
     /// The key, with the tables that it is in: `axes.x.travel`. Empty where the text is no TOML.
     pub key: String,
-    /// The found value, and the expected one.
+    /// The value that was found, and the expected one.
     pub what: String,
 }
 

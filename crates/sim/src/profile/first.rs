@@ -1,4 +1,4 @@
-//! The settings that a machine file gives: numbers and values for a new machine.
+//! The first settings of a new machine, as its file gives them: numbers and values.
 
 use super::named::Named;
 use super::{Axis, End, Positive, Profile};
@@ -12,7 +12,7 @@ use leadscrew_machine::settings::values::{Entry, Key, Settings};
 use leadscrew_stepper::MotorMask;
 use toml::Spanned;
 
-/// Times that settings are tried: some are refused until another one is set.
+/// How often all settings are tried: some are refused until another one is set.
 const PASSES: usize = 2;
 
 impl Profile {
@@ -22,14 +22,14 @@ impl Profile {
         self.named_settings().iter().map(entry).collect()
     }
 
-    /// The rule by which its feed moves are cuts.
+    /// The rule that tells which feed moves are cuts.
     pub fn tooling(&self) -> Tooling {
         Tooling {
             extruder: self.heat_config().gates.extruder_axis,
         }
     }
 
-    /// The first setting that the machine refuses, and its answer.
+    /// The first setting that the machine refuses, and the machine's answer.
     pub(super) fn refused_setting(&self) -> Option<(Named, Status)> {
         let axes = self.axis_count();
         let mut settings = Settings::<MOST_AXES>::new(&[]);
@@ -71,7 +71,7 @@ impl Profile {
         all
     }
 
-    /// The motors that turn the other way.
+    /// The motors whose direction is reversed.
     pub fn reversed(&self) -> MotorMask {
         let axes = self.all_axes().map(|axis| axis.reversed);
         let second = self.second_motor.as_ref().map(|second| second.reversed);
@@ -80,7 +80,7 @@ impl Profile {
         MotorMask::from_bits(bits)
     }
 
-    /// Settings with one bit an axis or motor, and the level of the limit switches.
+    /// Settings with one bit for each axis or motor, and the level of the limit switches.
     fn masks(&self) -> Vec<Named> {
         let bits = |is: fn(&Axis) -> bool| {
             let axes = self.all_axes().enumerate();
@@ -106,7 +106,7 @@ impl Profile {
     }
 }
 
-/// The settings that an axis gives.
+/// The settings in the table of an axis.
 fn of_axis(axis: &Axis, number: u16, letter: char) -> impl Iterator<Item = Named> + use<'_> {
     let values: [(&str, AxisSetting, &Option<Spanned<Positive>>); 4] = [
         ("steps_per_mm", AxisSetting::StepsPerMm, &axis.steps_per_mm),

@@ -1,10 +1,11 @@
-//! The machine on its board.
+//! Fits the machine to its board.
 
 use super::{Profile, Socket};
 use leadscrew_boards::{Board, Needs, Socket as OfBoard, Unfit};
 
 impl Profile {
-    /// The board with the parts that the machine uses, its motors where the file says.
+    /// The board, cut down to the parts that the machine uses, with its motors at the sockets that
+    /// the file names.
     ///
     /// # Errors
     /// A part that the board lacks, or a socket that two motors share.

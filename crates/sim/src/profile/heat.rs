@@ -13,20 +13,21 @@ use serde::Deserialize;
 pub struct Heaters {
     /// The heater of M104 and M109.
     pub nozzle: Option<HeaterTable>,
-    /// The heater of M140 and M190; beside a nozzle.
+    /// The heater of M140 and M190. A bed is possible only with a nozzle.
     pub bed: Option<HeaterTable>,
     /// The reference voltage of the sensors, V; 5 where it is left out.
     pub reference_v: Option<Positive>,
-    /// The axis that does not turn while the nozzle is too cold; E where there is one and this is
-    /// left out.
+    /// The axis that does not turn while the nozzle is too cold. If it is left out, this is E, if
+    /// the machine has one.
     pub extruder: Option<AxisLetters>,
-    /// The outputs (M62, M64) that go on only where the nozzle is warm enough, a bit an output.
+    /// The outputs (M62, M64) that go on only if the nozzle is warm enough, one bit for each
+    /// output.
     pub feeders: u8,
     /// No program moves until all heaters that have a target have reached it.
     pub wait_until_ready: bool,
-    /// A relay supplies all heaters: it goes off where one of them does not cool.
+    /// Whether a relay supplies all heaters. It goes off if one of them does not cool.
     pub supply_relay: bool,
-    /// Another controller, or a thermal cut-out, reports faults on an input.
+    /// Whether another controller, or a thermal cut-out, reports faults on an input.
     pub fault_input: bool,
 }
 
@@ -38,25 +39,27 @@ pub struct HeaterTable {
     pub sensor: SensorTable,
     /// How far from its target it is switched, K; 2 where it is left out.
     pub hysteresis_k: Option<Positive>,
-    /// The highest target; 275 for a nozzle, 120 for a bed.
+    /// The highest target. Where it is left out: 275 for a nozzle, 120 for a bed.
     pub most: Option<Celsius>,
-    /// Nothing is extruded below this; 170.
+    /// The temperature below which nothing is extruded; 170 where it is left out.
     pub extrusion: Option<Celsius>,
-    /// A lower reading is a sensor's fault; -10.
+    /// A lower reading is a sensor's fault; -10 where it is left out.
     pub coldest: Option<Celsius>,
-    /// A higher reading is a sensor's fault; 310 for a nozzle, 150 for a bed.
+    /// A higher reading is a sensor's fault. Where it is left out: 310 for a nozzle, 150 for a bed.
     pub hottest: Option<Celsius>,
-    /// After so long its temperature has answered to its switch, s; 20 for a nozzle, 90 for a bed.
+    /// The time in which the temperature must react to the heater's switch, s. Where it is left
+    /// out: 20 for a nozzle, 90 for a bed.
     pub patience_s: Option<u16>,
-    /// The least answer, K; 2.
+    /// The least change of temperature that counts as a reaction, K; 2 where it is left out.
     pub answer_k: Option<Positive>,
-    /// Once at its target it stays within this distance of it, K; 30 for a nozzle, 20 for a bed.
+    /// How far the temperature may be from the target once it has reached it, K. Where it is left
+    /// out: 30 for a nozzle, 20 for a bed.
     pub band_k: Option<Positive>,
-    /// How fast it warms its body where that is cold, K/s: in the simulator only. 4 for a nozzle, 1
-    /// for a bed.
+    /// How fast the heater warms a cold body, K/s; used by the simulator only. Where it is left
+    /// out: 4 for a nozzle, 1 for a bed.
     pub warms_k_s: Option<Positive>,
-    /// The time constant with which its body cools, s: in the simulator only. 90 for a nozzle, 300
-    /// for a bed.
+    /// The time constant with which the body cools, s; used by the simulator only. Where it is left
+    /// out: 90 for a nozzle, 300 for a bed.
     pub cools_s: Option<Positive>,
 }
 
@@ -66,7 +69,7 @@ pub struct HeaterTable {
 pub enum SensorTable {
     /// A thermocouple behind an AD595: 10 mV/K.
     Ad595,
-    /// An amplifier whose voltage is straight.
+    /// An amplifier whose voltage is linear in the temperature.
     Amplifier {
         /// Volts at 0 degrees.
         offset_v: f32,
@@ -88,11 +91,11 @@ pub enum SensorTable {
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Fan {
-    /// Whether there is one: M106 and M107.
+    /// Whether the machine has a fan, which M106 and M107 switch.
     pub fitted: bool,
 }
 
-/// The values of a heater where its table does not say.
+/// The values for a heater whose table leaves them out.
 struct Usual {
     name: &'static str,
     limits: Limits,
@@ -114,14 +117,14 @@ const BED: Usual = Usual {
     cools: 300.0,
 };
 
-/// Switched so far from the target, K.
+/// How far from the target a heater is switched, K.
 const HYSTERESIS: f32 = 2.0;
 
-/// V.
+/// The sensors' reference voltage, V.
 const REFERENCE: f32 = 5.0;
 
 impl Heaters {
-    /// Whether there is one.
+    /// Whether there is any heater.
     pub fn is_any(&self) -> bool {
         self.tables().next().is_some()
     }
@@ -133,14 +136,14 @@ impl Heaters {
             .collect()
     }
 
-    /// The bodies that they warm.
+    /// The bodies that the heaters warm.
     pub fn bodies(&self) -> Vec<Body> {
         self.tables()
             .map(|(table, usual)| table.body(usual))
             .collect()
     }
 
-    /// The wires that not every machine has.
+    /// The wires that only some machines have.
     pub fn wires(&self) -> HeatWires {
         HeatWires {
             supply_relay: self.supply_relay,
@@ -234,7 +237,7 @@ impl Profile {
         }
     }
 
-    /// A key about heaters that contradicts others, and the expected value.
+    /// A key about heaters that contradicts other keys, with the value that was expected.
     pub(super) fn contradiction_of_heaters(&self) -> Option<(&'static str, &'static str)> {
         let Heaters {
             nozzle,

@@ -47,7 +47,7 @@ pub struct Profile {
     /// The board: one that comes with the firmware, or a board's file beside this one. The
     /// simulator needs none.
     pub board: Option<String>,
-    /// Bytes that a sender may have on the way; 1024 where it is left out.
+    /// Bytes of unanswered lines that a sender may have sent; 1024 where it is left out.
     pub receive_buffer: Option<BufferSize>,
     /// Moves planned ahead; 1024 where it is left out.
     pub look_ahead: Option<LookAhead>,
@@ -79,9 +79,9 @@ pub struct Profile {
     pub tool_change: Option<ToolChangeTable>,
     /// A tool between two switches.
     pub tool_switches: Option<ToolSwitchesTable>,
-    /// How `import drill` makes a job for this machine, where its options do not say.
+    /// The values that `import drill` uses for this machine if its options are left out.
     pub drill: DrillTable,
-    /// First values of settings by their numbers; they win over names.
+    /// First values of settings by their numbers; they override values given by name.
     #[schemars(with = "BTreeMap<String, f64>")]
     pub settings: BTreeMap<SettingNumber, Spanned<f64>>,
     /// The axes; X, Y and Z are always there.
@@ -104,15 +104,15 @@ pub struct Profile {
 pub struct OutputsTable {
     /// How many: `P0` to `P(count - 1)`.
     pub count: OutputCount,
-    /// Those that are on after power-up, a reset, an alarm and the end of the program, a bit an
-    /// output.
+    /// The outputs that are on after power-up, a reset, an alarm and the end of the program: a mask
+    /// with one bit for each output.
     pub boot: u8,
-    /// Those that stay as they are in a hold, a bit an output; all others go off.
+    /// The outputs that stay as they are in a hold, one bit for each output; all others go off.
     pub stay: u8,
 }
 
-/// Depths and feeds of a drill job, mm and mm/min: each as the option of `import drill` with its
-/// name.
+/// Depths and feeds of a drill job, mm and mm/min. Each key gives the value of the option of
+/// `import drill` with the same name.
 #[derive(Clone, Copy, PartialEq, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct DrillTable {
@@ -120,11 +120,11 @@ pub struct DrillTable {
     pub depth_mm: Option<Place>,
     /// Z between holes.
     pub clearance_mm: Option<Place>,
-    /// How fast bits go down.
+    /// How fast drill bits go down.
     pub feed_mm_min: Option<Positive>,
     /// How fast slots and routes are milled.
     pub mill_feed_mm_min: Option<Positive>,
-    /// The deepest that is drilled or milled in one go.
+    /// The greatest depth that is drilled or milled in one go.
     pub peck_mm: Option<Positive>,
 }
 
@@ -144,7 +144,7 @@ pub struct Axes {
     pub b: Option<Axis>,
     /// A sixth axis, beside A and B.
     pub c: Option<Axis>,
-    /// The filament of a printer: its motor's number comes after those of all other axes.
+    /// The filament of a 3D printer. Its motor's number comes after those of all other axes.
     pub e: Option<Axis>,
 }
 
@@ -152,11 +152,11 @@ pub struct Axes {
 #[derive(Clone, PartialEq, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Axis {
-    /// Steps of its motor that make a millimetre, as the screws and belts have it; the setting's
-    /// first value too.
+    /// Steps of its motor in a millimetre, as the screw or belt gives them; also the setting's
+    /// first value.
     #[schemars(with = "Option<f64>")]
     pub steps_per_mm: Option<Spanned<Positive>>,
-    /// Steps of a whole turn of its motor: `run --json` then tells turns too.
+    /// Steps of a whole turn of its motor. With it, `run --json` also prints the turns.
     pub steps_per_rev: Option<Positive>,
     /// How far it can go, mm: the first value of `$130`, `$131`, …
     #[schemars(with = "Option<f64>")]
@@ -167,9 +167,9 @@ pub struct Axis {
     /// How quickly it changes speed, mm/s²: the first value of `$120`, `$121`, …
     #[schemars(with = "Option<f64>")]
     pub acceleration_mm_s2: Option<Spanned<Positive>>,
-    /// Whether its motor turns the other way: its bit in `$3`.
+    /// Whether its motor turns the other way; it sets the motor's bit in `$3`.
     pub reversed: bool,
-    /// Whether its step pulses are inverted: its bit in `$2`.
+    /// Whether its step pulses are inverted; it sets the motor's bit in `$2`.
     pub step_inverted: bool,
     /// The end at which it has its home; its bit in `$23` is set for `low`.
     pub home: End,
@@ -177,12 +177,12 @@ pub struct Axis {
     pub start: Place,
     /// Where its limit switches are.
     pub limits: Limits,
-    /// Which motion its limit switches stop, with `bounds.hard`.
+    /// Which motion its limit switches stop, where `bounds.hard` is on.
     pub stops: Stops,
-    /// Whether it turns: degrees instead of millimetres.
+    /// Whether it is a rotary axis: its unit is then degrees instead of millimetres.
     pub rotary: bool,
-    /// The board's socket of its motor and limit switch, where that is not the next one in the
-    /// order x, y, z, spare.
+    /// The board's socket of its motor and limit switch, where it is not the next one in the order
+    /// x, y, z, spare.
     pub socket: Option<Socket>,
 }
 
@@ -196,7 +196,7 @@ pub enum Socket {
     Y,
     /// The third.
     Z,
-    /// The one of `[sockets]`.
+    /// The spare socket, which the board's file lists in `[sockets]`.
     Spare,
 }
 
@@ -206,10 +206,11 @@ pub enum Socket {
 pub enum End {
     /// Where its coordinate is lowest.
     Low,
-    /// Where it is highest.
+    /// Where its coordinate is highest.
     #[default]
     High,
-    /// It has no switch: `$H` takes it to its zero once the others are home.
+    /// At its zero. The axis has no home switch: `$H` moves it to zero once the other axes are
+    /// home.
     Zero,
 }
 
@@ -217,12 +218,12 @@ pub enum End {
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Stops {
-    /// Any motion, as in Grbl; from a switch that is closed only jogs lead away.
+    /// Any motion, as in Grbl. While a switch is closed, only jogs can move away from it.
     #[default]
     Any,
-    /// Motion towards its only switch. Motion that leaves it goes on, programs too.
+    /// Motion towards the axis's only switch. Motion away from it goes on, in programs too.
     Towards,
-    /// Homing alone.
+    /// Only homing.
     Homing,
 }
 
@@ -230,9 +231,9 @@ pub enum Stops {
 #[derive(Clone, Copy, PartialEq, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Limits {
-    /// Closed here and below.
+    /// The place of the switch at the low end: closed here and below.
     pub low: Option<Place>,
-    /// Closed here and above.
+    /// The place of the switch at the high end: closed here and above.
     pub high: Option<Place>,
 }
 
@@ -242,34 +243,34 @@ pub struct Limits {
 #[derive(Clone, Copy, PartialEq, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SecondMotor {
-    /// The axis that it helps to turn. Its scale is the axis's.
+    /// The axis that it helps to move. Both have the same scale.
     pub axis: GantryAxis,
-    /// Where its carriage stands at power-up, mm on the axis's scale; differs from the axis's start
-    /// where the gantry is skewed.
+    /// Where its carriage stands at power-up, mm on the axis's scale. It differs from the start of
+    /// the axis where the gantry is skewed.
     pub start: Place,
-    /// Whether it turns the other way: its bit in `$3`.
+    /// Whether it turns the other way; it sets the motor's bit in `$3`.
     #[serde(default)]
     pub reversed: bool,
     /// Where its limit switches are.
     #[serde(default)]
     pub limits: Limits,
-    /// How far its switch may be from the first motor's.
+    /// How far its switch may be from the first motor's switch.
     #[serde(default)]
     pub squaring: Squaring,
-    /// As an axis's.
+    /// Its socket; the next free one where it is left out, as for an axis.
     pub socket: Option<Socket>,
 }
 
-/// How far one of two motors may go on without its switch while homing: farther is ALARM:10. As
-/// Grbl where it is left out.
+/// How far one of the two motors may go on without reaching its switch while homing; a longer way
+/// is ALARM:10. Values that are left out are Grbl's.
 #[derive(Clone, Copy, PartialEq, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Squaring {
-    /// A share of the axis's travel, 0.05 is 5 %.
+    /// The tolerance as a share of the axis's travel: 0.05 is 5 %.
     pub tolerance: Option<Positive>,
-    /// No less than this, mm.
+    /// The least tolerance, mm.
     pub least: Option<Positive>,
-    /// No more than this, mm.
+    /// The largest tolerance, mm.
     pub most: Option<Positive>,
 }
 
@@ -277,11 +278,11 @@ pub struct Squaring {
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Belts {
-    /// A motor each.
+    /// One motor for each axis.
     #[default]
     Cartesian,
-    /// Two crossed belts, each turned by both: their steps are X's and Y's `steps_per_mm`, which
-    /// must be the same.
+    /// Two crossed belts, each moved by both motors. The motors' steps are the `steps_per_mm` of X
+    /// and Y, which must be the same.
     CoreXy,
 }
 
@@ -299,12 +300,12 @@ pub enum GantryAxis {
 #[derive(Clone, Copy, PartialEq, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Probe {
-    /// Where Z makes contact: here and below.
+    /// The height of the plate: Z makes contact at this place and below.
     pub plate_height: Place,
-    /// How far the plate rises for a millimetre of X, mm.
+    /// How far the plate rises per millimetre of X, mm.
     #[serde(default)]
     pub tilt_x: Place,
-    /// How far it rises for a millimetre of Y, mm.
+    /// How far the plate rises per millimetre of Y, mm.
     #[serde(default)]
     pub tilt_y: Place,
     /// How far the middle of the travel stands above its edges, mm.
@@ -316,22 +317,24 @@ pub struct Probe {
 #[derive(Clone, Copy, PartialEq, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Switches {
-    /// Whether limit switches open instead of close (settings: `$5=1`).
+    /// Whether limit switches are normally closed, so that they open when they are worked (setting:
+    /// `$5=1`).
     pub normally_closed: bool,
-    /// How often a wrong level is seen on the limit inputs, as by a cable beside a spindle's.
+    /// How often per second a wrong level is seen on the limit inputs, for example from a cable
+    /// beside the spindle's.
     pub glitches: PerSecond,
     /// How long a wrong level lasts, microseconds; 5 where it is left out.
     pub glitch_us: Option<u16>,
     /// How long a limit switch or the probe bounces at each edge, microseconds.
     pub bounce_us: u16,
-    /// A limit switch that stops the machine is named with its end, the position is kept, and `$X`
-    /// unlocks.
+    /// When a limit switch stops the machine, a message names the switch and its end. The position
+    /// is kept, and `$X` unlocks.
     pub named: bool,
-    /// With `named`: how far X and Y then go back, mm; Z never does.
+    /// With `named`: how far X and Y go back after the stop, mm. Z never goes back.
     pub back_off_mm: Option<Positive>,
-    /// Reports have `Sw:X+,Z-`.
+    /// Status reports have a field such as `Sw:X+,Z-` for the closed switches.
     pub reported: bool,
-    /// 0x18 in motion and the reset input switch the drivers off at once.
+    /// A reset (0x18) during motion and the reset input switch the motor drivers off at once.
     pub stop_drops_drivers: bool,
 }
 
@@ -339,7 +342,7 @@ pub struct Switches {
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Door {
-    /// Whether there is one.
+    /// Whether there is a safety door.
     pub fitted: bool,
     /// Whether it is open at power-up.
     pub open: bool,
@@ -383,7 +386,8 @@ impl Profile {
             toml::Deserializer::parse(text).map_err(|error| wrong(String::new(), &error))?;
         let profile: Self = serde_path_to_error::deserialize(document).map_err(|error| {
             let path = error.path().to_string();
-            // A setting's value keeps its place in the text, in a structure of the parser's.
+            // The parser keeps the place of a setting's value in a structure of its own, which adds
+            // `.$__` to the path.
             let key = path.split(".$__").next().unwrap_or_default();
             wrong(key.trim_start_matches('.').to_owned(), error.inner())
         })?;

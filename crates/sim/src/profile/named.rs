@@ -1,4 +1,4 @@
-//! Settings by their names: the tables of a machine file that stand for numbers after a `$`.
+//! Settings by their names: the tables of a machine file whose keys stand for `$` numbers.
 //!
 //! ```text
 //!  [laser]
@@ -14,7 +14,7 @@ use toml::Spanned;
 
 /// A value that a file gives to a setting.
 pub(super) trait Value {
-    /// The value as the machine has it, and where it stands in the text.
+    /// The value as the machine stores it, and its place in the text.
     fn given(&self) -> (f64, usize);
 }
 
@@ -70,7 +70,7 @@ macro_rules! tables {
             }
         )*
 
-        /// All settings that have a name, with it.
+        /// All settings that have a name, each with its name.
         #[cfg(test)]
         const NAMED: &[(Setting, &str)] = &[$($((Setting::$setting, concat!($name, ".", stringify!($key))),)*)*];
     };
@@ -83,7 +83,7 @@ tables! {
         step_pulse_us: f64 as "Option<f64>" = StepPulse;
         /// How long motors stay enabled after motion, ms; 255 for always: `$1`.
         idle_delay_ms: f64 as "Option<f64>" = IdleDelay;
-        /// How long before a step its direction is there, us: `$709`.
+        /// How long before a step its direction pin is set, us: `$709`.
         direction_setup_us: f64 as "Option<f64>" = DirectionSetup;
         /// The enable output is active when high: `$4`.
         enable_inverted: bool as "Option<bool>" = EnableInvert;
@@ -101,11 +101,11 @@ tables! {
     }
     /// Corners, arcs, jerk, canned cycles.
     Path "path" {
-        /// How far a circle that touches both moves may cut a corner, mm: `$11`.
+        /// How far a circle that touches both moves may be from the corner, mm: `$11`.
         junction_deviation_mm: f64 as "Option<f64>" = JunctionDeviation;
-        /// How far the chords of an arc may stray from it, mm: `$12`.
+        /// How far the chords of an arc may be from the arc, mm: `$12`.
         arc_tolerance_mm: f64 as "Option<f64>" = ArcTolerance;
-        /// Corners as Grbl has them: `$704`.
+        /// Corner speeds are computed as in Grbl: `$704`.
         grbl_corners: bool as "Option<bool>" = GrblCorners;
         /// How fast the acceleration may change, mm/s3; 0 for no limit: `$705`.
         jerk_mm_s3: f64 as "Option<f64>" = Jerk;
@@ -114,20 +114,21 @@ tables! {
     }
     /// A spindle.
     Spindle "spindle" {
-        /// The speed of full output, 1/min: `$30`.
+        /// The speed at full output, 1/min: `$30`.
         max_rpm: f64 as "Option<f64>" = MaxSpeed;
-        /// The speed of the least output, 1/min: `$31`.
+        /// The speed at the least output, 1/min: `$31`.
         min_rpm: f64 as "Option<f64>" = MinSpeed;
     }
     /// A laser.
     Laser "laser" {
-        /// Power changes in motion and is off in rapids: `$32`.
+        /// Laser mode: the power changes during motion and is off in rapids: `$32`.
         on: bool as "Option<bool>" = Laser;
-        /// The power S of full output: `$30`.
+        /// The S value of full power: `$30`.
         full_power: f64 as "Option<f64>" = MaxSpeed;
         /// The delay with which the laser switches, us: `$703`.
         lead_us: f64 as "Option<f64>" = LaserLead;
-        /// A laser that is lit at rest goes dark when its sender was silent for so long, s: `$707`.
+        /// How long a sender may be silent before a laser that is lit at rest is switched off, s:
+        /// `$707`.
         dead_man_s: f64 as "Option<f64>" = LaserPatience;
     }
     /// The reports to a sender.
@@ -141,14 +142,14 @@ tables! {
     }
     /// How lines become motion.
     Streaming "streaming" {
-        /// Motion starts when no line has come for so long, ms: `$701`.
+        /// Motion starts when no line has come for this time, ms: `$701`.
         start_silence_ms: f64 as "Option<f64>" = StartSilence;
-        /// A sender may stall for so long in motion, s: `$710`.
+        /// How long a sender may stall during motion, s: `$710`.
         stall_reserve_s: f64 as "Option<f64>" = StallReserve;
     }
     /// How home is found.
     Homing "homing" {
-        /// The machine is locked until it is homed: `$22`.
+        /// Homing is on, and the machine is locked until it is homed: `$22`.
         on: bool as "Option<bool>" = Homing;
         /// Speed that locates a switch, mm/min: `$24`.
         feed_mm_min: f64 as "Option<f64>" = HomingFeed;
@@ -156,7 +157,7 @@ tables! {
         seek_mm_min: f64 as "Option<f64>" = HomingSeek;
         /// Pause between the phases, ms: `$26`.
         debounce_ms: f64 as "Option<f64>" = HomingDebounce;
-        /// Way off a switch, mm: `$27`.
+        /// How far an axis moves off its switch, mm: `$27`.
         pull_off_mm: f64 as "Option<f64>" = HomingPullOff;
         /// How far the second motor goes on after its switch, mm: `$702`.
         second_motor_offset_mm: f64 as "Option<f64>" = SecondMotorOffset;
@@ -169,8 +170,8 @@ tables! {
 mod tests {
     use super::*;
 
-    /// The masks are made from the keys of each axis, and the level of limit switches from the key
-    /// of all switches.
+    /// Masks are made from the keys of each axis. The level of the limit switches is made from the
+    /// key for all switches.
     const ELSEWHERE: [Setting; 4] = [
         Setting::StepInvert,
         Setting::DirectionInvert,

@@ -1,4 +1,5 @@
-//! A simulation's parts, from a profile: the machine's build, its first settings, its switches.
+//! Makes the parts of a simulation from a profile: the machine's build, its first settings, its
+//! switches.
 
 use super::{
     Axes, Axis, AxisLetters, Belts, End, GantryAxis, Limits, OutputsTable, Positive, Profile,
@@ -15,19 +16,19 @@ use leadscrew_outputs::OutputsConfig;
 /// The axes of the largest machine with a second motor.
 const GANGED_AXES: usize = 4;
 
-/// The axis that the probe belongs to.
+/// The axis that the probe moves along.
 const Z: usize = 2;
 
-/// Letters of the axes but the extruder's, in order.
+/// Letters of the axes except the extruder's, in order.
 const LETTERS: [char; 6] = ['X', 'Y', 'Z', 'A', 'B', 'C'];
 
 /// The letter of the extruder.
 const EXTRUDER: char = 'E';
 
-/// Grbl's travel, mm: where an axis does not say its own.
+/// Grbl's travel, mm, for an axis whose file gives none.
 const GRBL_TRAVEL: f64 = 200.0;
 
-/// Bytes that a sender may have on the way where the profile does not say.
+/// Bytes of unanswered lines that a sender may have sent, where the profile does not say.
 const RECEIVE_BUFFER: u16 = 1024;
 
 impl Profile {
@@ -36,12 +37,12 @@ impl Profile {
         self.all_axes().count()
     }
 
-    /// The number of motors: one an axis, and a second one.
+    /// The number of motors: one for each axis, and a second motor where there is one.
     pub fn motor_count(&self) -> usize {
         self.axis_count() + usize::from(self.second_motor.is_some())
     }
 
-    /// Bytes that a sender may have on the way.
+    /// Bytes of unanswered lines that a sender may have sent.
     pub fn receive_buffer(&self) -> u16 {
         self.receive_buffer.map_or(RECEIVE_BUFFER, |size| size.0)
     }
@@ -55,7 +56,7 @@ impl Profile {
         }
     }
 
-    /// The same with Grbl's first settings.
+    /// The same build with Grbl's first settings.
     pub(crate) fn bare_config<const AXES: usize>(&self) -> MachineConfig<AXES> {
         let mut config = MachineConfig::new();
         for ((kind, axis), letter) in config
@@ -133,7 +134,7 @@ impl Profile {
         }
     }
 
-    /// A mistake in the tables of extensions, and the expected value.
+    /// A wrong key in the tables of extensions, and the expected value.
     fn contradiction_of_extensions(&self) -> Option<(&'static str, &'static str)> {
         let is_upside_down = |table: &ToolSwitchesTable| table.upper <= table.lower;
         if self.tool_switches.as_ref().is_some_and(is_upside_down) {
@@ -143,7 +144,7 @@ impl Profile {
         self.contradiction_of_heaters()
     }
 
-    /// A mistake about E, and the expected value.
+    /// A wrong key about the axis E, and the expected value.
     fn contradiction_of_extruder(&self) -> Option<(&'static str, &'static str)> {
         let order = self.homing.order.iter().flatten();
         let mut all = order.fold(0, |all, letters| all | letters.0);
@@ -162,7 +163,7 @@ impl Profile {
         ))
     }
 
-    /// A key that contradicts others, and the expected value.
+    /// A key that contradicts other keys, and the expected value.
     pub(super) fn contradiction(&self) -> Option<(&'static str, &'static str)> {
         if self.axes.c.is_some() && self.axes.b.is_none()
             || self.axes.b.is_some() && self.axes.a.is_none()
@@ -227,7 +228,7 @@ impl Profile {
         switches
     }
 
-    /// How uneven the plate is that the probe meets; `None` where it is flat.
+    /// The shape of the plate that the probe meets; `None` where it is flat.
     pub fn plate(&self) -> Option<Plate> {
         let probe = self.probe?;
         let tilt = [probe.tilt_x.mm(), probe.tilt_y.mm()];
@@ -241,8 +242,8 @@ impl Profile {
         (!is_flat).then(|| Plate::new(tilt, probe.bow.mm(), span, [x, y, z].map(steps_per_mm)))
     }
 
-    /// The contacts between the switches and the machine: the filter of a board like the
-    /// firmware's, and contacts that bounce.
+    /// The contacts between the switches and the machine: they bounce, and the board filters its
+    /// inputs as the firmware does.
     pub fn contacts(&self) -> Contacts {
         Contacts {
             bounce_us: self.switches.bounce_us,
@@ -263,7 +264,7 @@ impl Profile {
         motors
     }
 
-    /// The switches at either end of a motor's way.
+    /// The limit switches at both ends of a motor's travel.
     fn limit_switches(
         &self,
         motor: usize,
@@ -317,7 +318,7 @@ impl Profile {
         turns.map(|steps| steps.map(Positive::get)).collect()
     }
 
-    /// The letters of the motors: a second one has the first letter that no axis has.
+    /// The letters of the motors. A second motor has the first letter that no axis has.
     pub fn motor_letters(&self) -> Vec<char> {
         let mut letters = self.letters();
         let free = LETTERS.into_iter().find(|of| !letters.contains(of));

@@ -12,27 +12,29 @@ use serde::Deserialize;
 #[derive(Clone, Copy, PartialEq, Debug, Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ToolChangeTable {
-    /// The state that senders see while the operator has the machine.
+    /// The state that senders see during a tool change, while the operator works on the machine.
     pub shown: ShownAs,
-    /// How far above the higher end of its way the tool goes back, mm: the first value of `$860`.
+    /// How far above the higher end of its way back the tool first rises, mm: the first value of
+    /// `$860`.
     pub clearance_mm: Option<Place>,
     /// How long the spindle runs up before Z goes down, ms: the first value of `$861`.
     pub spin_up_ms: Option<u16>,
-    /// How fast the tool goes back, mm/min: the first value of `$862`.
+    /// How fast the tool moves back, mm/min: the first value of `$862`.
     pub rate_mm_min: Option<Positive>,
 }
 
-/// A tool that M3 moves down until a switch and M5 up until another: where the file has this table.
+/// A tool that M3 moves down until a switch closes, and M5 moves up until another one closes;
+/// fitted where the file has this table.
 #[derive(Clone, Copy, PartialEq, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ToolSwitchesTable {
-    /// The lower switch closes here and below, mm on the scale of Z.
+    /// The lower switch closes at this place and below, mm on the scale of Z.
     pub lower: Place,
-    /// The upper one closes here and above.
+    /// The upper switch closes at this place and above.
     pub upper: Place,
     /// How fast the tool goes, mm/min.
     pub rate_mm_min: Positive,
-    /// How far it goes without a switch before that is an alarm, mm.
+    /// How far the tool moves without reaching a switch before an alarm, mm.
     pub most_mm: Positive,
 }
 

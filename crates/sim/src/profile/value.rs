@@ -1,5 +1,5 @@
-//! Values that a machine can have: they are checked while the file is read, so that errors know
-//! their line.
+//! The types of a machine file's values. They are checked while the file is read, so that errors
+//! can give the line.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
@@ -10,21 +10,21 @@ use std::fmt;
 pub enum ValueError {
     /// Not above 0, or not finite.
     NotPositive,
-    /// Not finite, or so far away that steps cannot count it.
+    /// Not finite, or more than a kilometre.
     NotALength,
-    /// No share of time in events a second.
+    /// Not from 0 to 1000 events a second.
     NotARate,
     /// Not the name of a setting.
     NotASetting,
-    /// Not the letter of an axis, or one twice.
+    /// A letter that is no axis, or a letter that occurs twice.
     NotAxes,
-    /// A buffer too small for one line or larger than the machine's.
+    /// A buffer that is too small for one line, or larger than the machine's.
     NotABuffer,
     /// A look-ahead out of range.
     NotALookAhead,
     /// More outputs than there can be.
     NotACount,
-    /// Not finite, colder than anything, or hotter than any heater.
+    /// Not finite, below absolute zero, or hotter than any heater.
     NotATemperature,
 }
 
@@ -49,7 +49,7 @@ impl std::error::Error for ValueError {}
 /// The largest length in a profile, mm: a kilometre.
 const FAR: f64 = 1e6;
 
-/// A number above 0: millimetres, or steps in one.
+/// A number above 0, such as a length in mm, or steps per mm.
 #[derive(Clone, Copy, PartialEq, PartialOrd, Debug, Deserialize, JsonSchema)]
 #[serde(try_from = "f64")]
 pub struct Positive(f64);
@@ -96,7 +96,7 @@ pub struct SettingNumber(pub u16);
 #[serde(try_from = "String")]
 pub struct AxisLetters(pub u8);
 
-/// Bytes that a sender may have on the way.
+/// Bytes of unanswered lines that a sender may have sent.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Deserialize, JsonSchema)]
 #[serde(try_from = "u16")]
 pub struct BufferSize(pub u16);
@@ -112,10 +112,10 @@ pub struct LookAhead(pub usize);
 pub struct OutputCount(pub u8);
 
 impl AxisLetters {
-    /// E alone.
+    /// The mask of E alone.
     pub(super) const EXTRUDER: u8 = 1 << 6;
 
-    /// The letter, a capital, if it is one alone.
+    /// The capital letter of the axis, if the mask has exactly one axis.
     pub(super) fn only(self) -> Option<char> {
         let index = self.0.trailing_zeros() as usize;
         self.0

@@ -1,4 +1,4 @@
-//! A recorded conversation as it lies on disk.
+//! A recorded conversation as it is stored in a file.
 
 use leadscrew_machine::config::{MachineConfig, Options, ParkingConfig};
 use serde::{Deserialize, Serialize};
@@ -13,20 +13,20 @@ pub struct Case {
     pub build: Build,
     /// The operations and their answers, in order.
     pub exchanges: Vec<Exchange>,
-    /// Name, group, purpose and other keys: handed on unchanged.
+    /// Name, group, purpose and other keys: copied to the output unchanged.
     #[serde(flatten)]
     pub other: Map<String, Value>,
 }
 
-/// One operation, and the lines that ended before the next one.
+/// One operation, and the lines that ended before the next operation.
 #[derive(Clone, PartialEq, Debug, Deserialize, Serialize)]
 pub struct Exchange {
     /// The operation: an [`super::Op`].
     pub op: String,
-    /// When it began, ms of virtual time since the first power-up; power-up itself may go without.
+    /// When it began, ms of virtual time since the first power-up. Power-up itself may lack it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub t_ms: Option<f64>,
-    /// Lines without their ends; empty ones too.
+    /// The lines that came, without line ends; including empty lines.
     #[serde(default)]
     pub recv: Vec<String>,
 }
@@ -35,22 +35,22 @@ pub struct Exchange {
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default, Deserialize, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Build {
-    /// As it comes.
+    /// With Grbl's default options.
     #[default]
     Default,
     /// Mist coolant.
     M7,
     /// Mist coolant, safety door, line numbers in reports, homing of single axes.
     Ext,
-    /// Safety door and parking, which M56 forbids and allows.
+    /// Safety door and parking; M56 forbids and allows parking.
     Park,
 }
 
-/// Moves that Grbl plans ahead where each keeps its line number, too.
+/// The moves that Grbl plans ahead in a build where each move also keeps its line number.
 const MOVES_WITH_LINE_NUMBERS: usize = 14;
 
 impl Build {
-    /// The machine that is built like this.
+    /// The configuration of a machine with this build.
     pub fn config(self) -> MachineConfig<3> {
         let mut config = MachineConfig::grbl();
         config.options = self.options();

@@ -1,19 +1,19 @@
-//! Whether a machine has answered as the recorded one did.
+//! Compares a machine's answers with those of the recorded machine.
 //!
 //! * Lines that are no status report are the same, in the same order, through the whole
 //!   conversation. Where one tells positions (`[G54:`, `[PRB:`, ...), a number may differ by one
 //!   unit of its last place.
-//! * Status reports are the same one by one, with the same tolerance. In a conversation that is
-//!   marked `timing` it depends on the instant what they show: there each exchange that shows
-//!   states shows the same.
+//! * Status reports are compared one by one, with the same tolerance. In a conversation that is
+//! marked `timing`, the contents of a report depend on its instant. There only the states are
+//! compared, exchange by exchange, and only where both exchanges show any.
 
 use super::case::{Case, Exchange};
 use std::fmt;
 
-/// The first place where two machines answer otherwise.
+/// The first place where the answers of two machines differ.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Disagreement {
-    /// The exchange, from 0, and its operation.
+    /// The exchange's number, from 0.
     pub exchange: usize,
     /// The operation.
     pub op: String,
@@ -85,7 +85,7 @@ fn is_report(line: &str) -> bool {
     line.starts_with('<') && line.ends_with('>')
 }
 
-/// The first line that differs: its exchange, the expected text, the found text.
+/// The first line that differs: its exchange, the expected text, and the text found.
 fn differ(expected: &[Line<'_>], found: &[Line<'_>]) -> Option<(usize, String, String)> {
     let words =
         |line: Option<&Line<'_>>| line.map_or("nothing".into(), |(_, line)| format!("{line:?}"));
@@ -99,7 +99,7 @@ fn differ(expected: &[Line<'_>], found: &[Line<'_>]) -> Option<(usize, String, S
     })
 }
 
-/// The first exchange that shows other states, of those that show any.
+/// The first exchange in which the states differ, among those where both machines show states.
 fn other_states(expected: &[Exchange], found: &[Exchange]) -> Option<(usize, String, String)> {
     let pairs = expected.iter().zip(found).enumerate();
     let differ = |(number, (one, other)): (usize, (&Exchange, &Exchange))| {
@@ -120,8 +120,9 @@ fn reports(exchange: &Exchange) -> Vec<&str> {
     all.filter(|line| is_report(line)).collect()
 }
 
-/// Whether two reports show the same state. `Hold:1` and `Door:2` become the next ones after a time
-/// that no two machines share, and a motion that begins or ends at that instant may be none.
+/// Whether two reports show the same state. `Hold:1` and `Door:2` change to the next state after a
+/// time that differs between machines. A motion that begins or ends at that instant may be missing
+/// in one of them.
 fn shows(one: &str, other: &str) -> bool {
     let state = |report| {
         str::trim_start_matches(report, '<')
@@ -139,7 +140,7 @@ fn shows(one: &str, other: &str) -> bool {
     }
 }
 
-/// Whether two lines are the same, numbers of positions to one unit of their last place.
+/// Whether two lines are the same. Numbers of positions may differ by one unit of their last place.
 fn is_same(one: &str, other: &str) -> bool {
     one == other || tells_positions(one) && same_but_for_last_places(one, other)
 }
@@ -160,7 +161,7 @@ fn same_but_for_last_places(one: &str, other: &str) -> bool {
     }
 }
 
-/// Numbers, and the text between them.
+/// Splits a line into its numbers and the text between them.
 fn pieces(line: &str) -> impl Iterator<Item = &str> {
     let is_number = |c: char| c.is_ascii_digit() || matches!(c, '.' | '-');
     let mut rest = line;
@@ -175,7 +176,8 @@ fn pieces(line: &str) -> impl Iterator<Item = &str> {
     })
 }
 
-/// Whether two numbers of the same 3 or 4 decimals differ by a unit of the last one at most.
+/// Whether two numbers with the same count of decimals, 3 or 4, differ by at most one unit of the
+/// last one.
 fn is_near(one: &str, other: &str) -> bool {
     let decimals = |text: &str| {
         text.split_once('.')

@@ -1,4 +1,4 @@
-//! Recorded conversations, held again with the simulated machine in virtual time.
+//! Replays recorded conversations with the simulated machine in virtual time.
 //!
 //! ```text
 //!   Case --Op--> Session --bytes--> Wire ==115200 baud==> Simulation      one Simulation from power-up to power-up
@@ -8,8 +8,8 @@
 //! ```
 //!
 //! A conversation is a list of operations such as `cmd G0 X1` or `pin hold 0`, each with the lines
-//! that came before the next one: [`op`] says which there are. The machine is a Grbl as far as
-//! builds go: [`case::Build`].
+//! that came before the next one. [`op`] lists the operations. The machine is one of the builds of
+//! Grbl in [`case::Build`].
 
 pub mod case;
 pub mod judge;
@@ -42,7 +42,7 @@ pub struct ReplayError {
     pub exchange: usize,
     /// Its operation.
     pub op: String,
-    /// The mistake in it.
+    /// The mistake in the operation.
     pub why: BadOp,
 }
 
@@ -54,8 +54,8 @@ impl fmt::Display for ReplayError {
 
 impl std::error::Error for ReplayError {}
 
-/// Holds the conversation of `case` with a machine of its build, and answers it with that machine's
-/// lines and times.
+/// Replays the conversation of `case` with a machine of its build. Returns the conversation with
+/// that machine's lines and times.
 ///
 /// # Errors
 /// An operation is not one of [`Op`].

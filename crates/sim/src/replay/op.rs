@@ -31,13 +31,13 @@ pub enum Op {
     Wait(Duration),
     /// Sends bytes.
     Send(Vec<u8>),
-    /// Sends bytes, the end of a line with them, and waits for an answer.
+    /// Sends bytes, which contain the line end, and waits for an answer.
     Command(Vec<u8>),
     /// Waits for this number of answers.
     Answers(u32),
     /// Waits until the machine has nothing to do.
     Idle,
-    /// Waits until the machine's last byte is so long ago.
+    /// Waits until the machine has sent nothing for this time.
     Quiet(Duration),
     /// Sets the level of an input.
     Pin(Pin, bool),
@@ -54,11 +54,11 @@ pub enum Op {
 /// Why a text is not an operation.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum BadOp {
-    /// There is none of this name.
+    /// There is no operation of this name.
     Unknown,
     /// `\` is not followed by `n`, `r`, `t` or `x` and two hexadecimal digits.
     Escape,
-    /// Not a span in milliseconds, 0 to an hour.
+    /// Not a time in milliseconds from 0 to an hour.
     Span,
     /// Not a number of answers or steps.
     Number,
@@ -70,7 +70,7 @@ pub enum BadOp {
     Axis,
     /// Not a side: `ge` or `le`.
     Side,
-    /// More than the operation takes.
+    /// More words than the operation takes.
     TooMuch,
 }
 
@@ -122,7 +122,7 @@ impl FromStr for Op {
     }
 }
 
-/// The longest span, ms.
+/// The longest time, ms.
 const LONGEST: f64 = 3_600_000.0;
 
 fn span(words: &mut SplitWhitespace<'_>) -> Result<Duration, BadOp> {
@@ -199,7 +199,8 @@ fn bytes(text: &str) -> Result<Vec<u8>, BadOp> {
     Ok(bytes)
 }
 
-/// The byte that `part`, after its `\`, begins with, and the characters that it takes.
+/// The byte that an escape stands for, and the number of characters that the escape takes. `part`
+/// is the text after the `\`.
 fn escaped(part: &str) -> Option<(u8, usize)> {
     match part.bytes().next()? {
         b'n' => Some((b'\n', 1)),

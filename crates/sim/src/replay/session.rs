@@ -1,4 +1,4 @@
-//! A machine from power-up to the next, and the operations done to it.
+//! A machine from one power-up to the next, and the operations that are done to it.
 
 use super::op::Op;
 use super::wire::Wire;
@@ -11,10 +11,10 @@ use leadscrew_machine::state::State;
 use leadscrew_planner::Cartesian;
 use std::time::Duration;
 
-/// Moves that a Grbl plans ahead at most.
+/// The moves that Grbl plans ahead at most.
 const MOVES: usize = 15;
 
-/// The longest power-up until the machine listens.
+/// The longest time from power-up until the machine listens.
 const BOOT: Duration = Duration::from_millis(30);
 /// How long `cmd` waits at most.
 const COMMAND: Duration = Duration::from_secs(20);
@@ -22,10 +22,10 @@ const COMMAND: Duration = Duration::from_secs(20);
 const ANSWERS: Duration = Duration::from_secs(60);
 /// How long `idle` waits at most.
 const IDLE: Duration = Duration::from_secs(120);
-/// How long nothing steps before a machine counts as idle.
+/// How long no motor steps before a machine counts as idle.
 const STILL: Duration = Duration::from_millis(25);
 
-/// Simulated time between two looks at unsaved changes and at the condition that is waited for.
+/// Simulated time between two checks of unsaved changes and of the condition that is waited for.
 const SLICE: Duration = Duration::from_millis(1);
 
 /// Why a session is over.
@@ -37,18 +37,18 @@ pub(super) enum Ended {
     Done,
 }
 
-/// A machine that has its power.
+/// A machine that is powered.
 pub(super) struct Session<'m> {
     sim: Simulation<'m, Cartesian, (), 3, 3, MOVES>,
     flash: &'m mut Flash,
     wire: &'m mut Wire,
     world: World,
-    /// When the power came, since the first time that it did.
+    /// When it was powered up, counted from the first power-up.
     begun: Cycle,
 }
 
 impl<'m> Session<'m> {
-    /// Gives a machine its power, `begun` after the first time.
+    /// Powers the machine up, at `begun` after the first power-up.
     pub(super) fn power_up(
         memory: &'m mut Memory<3, 3, MOVES>,
         setup: &Setup<3>,
@@ -70,8 +70,8 @@ impl<'m> Session<'m> {
         }
     }
 
-    /// Carries out operations until the power goes; `done` gets the time at which each began, ms,
-    /// and the lines that came before the next.
+    /// Carries out operations until the power goes off. `done` gets the time at which each
+    /// operation began, ms, and the lines that came before the next one.
     pub(super) fn hold(
         &mut self,
         ops: &[Op],
@@ -93,7 +93,7 @@ impl<'m> Session<'m> {
         self.begun + self.sim.now().0
     }
 
-    /// The state that stays when the power goes.
+    /// The state that stays when the power goes off.
     pub(super) fn world(&self) -> World {
         let plant = &self.sim.board().plant;
         World {
@@ -147,8 +147,8 @@ impl<'m> Session<'m> {
         }
     }
 
-    /// Lets time pass, `limit` at most, until `reached`, which is looked at after each line from
-    /// the machine, and every [`SLICE`].
+    /// Lets time pass until `reached` is true, at most `limit`. `reached` is checked after each
+    /// line from the machine, and every [`SLICE`].
     fn wait_while(&mut self, limit: Duration, reached: impl Fn(&Self) -> bool) {
         let end = self.sim.now() + cycles(limit);
         while self.sim.now() < end && !reached(self) {
@@ -157,7 +157,8 @@ impl<'m> Session<'m> {
         }
     }
 
-    /// Lets a [`SLICE`] pass, less if `most` cycles are less, or until `going` says no.
+    /// Lets a [`SLICE`] pass, or `most` cycles if they are fewer. Ends early when `going` returns
+    /// false.
     fn advance(&mut self, most: u64, going: impl Fn(&Wire) -> bool) {
         let end = self.sim.now() + most.min(cycles(SLICE));
         if self.sim.run_while(self.wire, end, going) != Stopped::Condition {
@@ -166,14 +167,14 @@ impl<'m> Session<'m> {
         self.save();
     }
 
-    /// Stores the changes, as far as the machine is at rest.
+    /// Stores changed settings; does nothing while the machine is not at rest.
     fn save(&mut self) {
         while self.sim.machine_mut().save(self.flash) == Ok(true)
             && self.sim.machine().state() == State::Idle
         {}
     }
 
-    /// Whether the machine, waited for since `began`, has nothing to do.
+    /// Whether the machine has nothing to do. `began` is when the wait for it began.
     fn is_idle_since(&self, began: Cycle) -> bool {
         let still = |since: Cycle| self.sim.now() >= since + cycles(STILL);
         let ready = match self.sim.machine().state() {

@@ -1,4 +1,4 @@
-//! The other end of the serial line: bytes that wait to leave, lines that have come.
+//! The host's end of the serial line: bytes that wait to be sent, and lines received.
 
 use crate::clock::Cycle;
 use crate::link::Host;
@@ -13,7 +13,7 @@ pub(super) struct Wire {
     lines: Vec<String>,
     answers: u32,
     last_byte: Cycle,
-    /// When the machine got its power.
+    /// When the machine was last powered up.
     power_up: Cycle,
 }
 
@@ -22,22 +22,22 @@ impl Wire {
         Self::default()
     }
 
-    /// Goes on with a machine that got its power at `now`, since the first power-up.
+    /// Continues with a machine that was powered up at `now`, counted from the first power-up.
     pub(super) fn power_up(&mut self, now: Cycle) {
         self.power_up = now;
     }
 
-    /// Lets bytes leave as soon as time passes.
+    /// Queues bytes; they are sent as time passes.
     pub(super) fn send(&mut self, bytes: &[u8]) {
         self.waiting.extend(bytes);
     }
 
-    /// Whether everything has left.
+    /// Whether all queued bytes have been sent.
     pub(super) fn is_sent(&self) -> bool {
         self.waiting.is_empty()
     }
 
-    /// How many lines that are wholly `ok` or `error:N` have come.
+    /// How many lines have come that are `ok` or `error:N` and nothing else.
     pub(super) fn answers(&self) -> u32 {
         self.answers
     }
@@ -74,7 +74,7 @@ impl Host for Wire {
     }
 }
 
-/// Whether a line answers a line. The output of startup lines, `>G21:ok`, does not.
+/// Whether a line is the answer to a line. The output of a startup line, `>G21:ok`, is not.
 fn is_answer(line: &str) -> bool {
     line == "ok" || line.starts_with("error:")
 }

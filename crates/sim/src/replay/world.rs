@@ -1,4 +1,4 @@
-//! The wiring of the machine, which stays as it is when the machine loses its power.
+//! The world around the machine, which stays as it is when the machine loses its power.
 
 use crate::event_loop::Simulation;
 use crate::observer::Observer;
@@ -24,7 +24,7 @@ impl World {
         }
     }
 
-    /// Wires this world to a machine that has not booted.
+    /// Connects this world to a machine that has not booted yet.
     pub(super) fn wire_to<K, O, const MOVES: usize>(
         &self,
         sim: &mut Simulation<'_, K, O, 3, 3, MOVES>,

@@ -1,4 +1,4 @@
-//! A job or a machine's path as moves to be drawn: the common part of pictures and pages.
+//! The moves of a job or of a machine as they are drawn: the common part of pictures and pages.
 
 mod sizes;
 mod toolpath;
@@ -8,36 +8,36 @@ pub use sizes::ToolSizes;
 pub use toolpath::{Hole, StrokeKind, Tooling, Toolpath};
 pub use tools::note_tools;
 
-/// Bytes of a move as pages and pictures get it.
+/// The bytes of one move, as pages and pictures get it.
 pub const MOVE_BYTES: usize = 20;
 
 /// The use of the tool on a move.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Way {
-    /// As [`StrokeKind::Travel`].
+    /// The tool moves without cutting, as [`StrokeKind::Travel`].
     Travel = 0,
-    /// As [`StrokeKind::Cut`].
+    /// The tool cuts, as [`StrokeKind::Cut`].
     Cut = 1,
-    /// The path begins anew: nothing is drawn.
+    /// The path begins anew at this place: nothing is drawn.
     Jump = 2,
 }
 
 /// A move as pages and pictures get it.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Drawn {
-    /// Where it ends: X, Y, Z in mm.
+    /// Where the move ends: X, Y, Z in mm.
     pub to: [f32; 3],
-    /// The line that asked for it; 0 for none.
+    /// The line that asked for the move; 0 for none.
     pub line: u32,
     /// The use of the tool.
     pub way: Way,
-    /// Power as programmed, share of full power.
+    /// Programmed power, as a share of full power.
     pub power: f32,
     /// Diameter of the tool, mm; 0 where it is not known.
     pub tool_mm: f32,
 }
 
-/// Units of a tool's diameter in a millimetre, as pages get it.
+/// The units per millimetre in which pages get a tool's diameter.
 const TOOL_UNITS: f32 = 100.0;
 
 impl Drawn {

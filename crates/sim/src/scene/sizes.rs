@@ -1,5 +1,5 @@
-//! The diameters of tools, as CAM programs write them into comments: a picture is as wide as its
-//! cuts.
+//! The diameters of tools, as CAM programs write them into comments. With them a picture shows cuts
+//! in their width.
 //!
 //! | comment | who writes it |
 //! |---|---|
@@ -14,21 +14,21 @@
 
 use leadscrew_gcode::{words, Letter};
 
-/// The widest tool that is believed, mm.
+/// The largest diameter that is accepted, mm; a larger one is ignored.
 const WIDEST: f64 = 100.0;
 
-/// Nouns that a size belongs to.
+/// Names of tools that may stand beside a size.
 const NOUNS: [&str; 6] = ["mill", "drill", "bit", "cutter", "router", "tool"];
 
-/// A length as it stands in a comment.
+/// A length as a comment gives it.
 #[derive(Clone, Copy, PartialEq, Debug)]
 enum Size {
     Mm(f64),
-    /// In the unit that the program has then.
+    /// In the unit that the program uses at that line, mm or inches.
     Program(f64),
 }
 
-/// Follows a program for the size of the tool that is in use.
+/// Follows a program to find the size of the tool in use.
 #[derive(Clone, Debug, Default)]
 pub struct ToolSizes {
     /// Sizes that comments gave to numbered tools.
@@ -39,8 +39,8 @@ pub struct ToolSizes {
 }
 
 impl ToolSizes {
-    /// Takes a line of the program; answers the diameter of the tool in use then, mm; 0 where it is
-    /// not known.
+    /// Takes a line of the program. Returns the diameter of the tool in use after it, mm; 0 where
+    /// it is not known.
     pub fn read(&mut self, line: &[u8]) -> f32 {
         let has_words = line
             .iter()
@@ -76,7 +76,8 @@ impl ToolSizes {
                 (Letter::G, Ok(21)) => self.inches = false,
                 (Letter::T, Ok(tool)) if self.tool != Some(tool) => {
                     let known = self.known.iter().find(|(number, _)| *number == tool);
-                    // The comment may stand before the word, and may have named no number.
+                    // The comment with the size may come before the T word and may name no tool
+                    // number.
                     self.in_use = known
                         .map(|(_, size)| *size)
                         .or(self.in_use.filter(|_| self.known.is_empty()));
@@ -118,7 +119,7 @@ impl ToolSizes {
     }
 }
 
-/// The diameter that a comment tells, in small letters.
+/// The diameter in a comment, which is in lower case.
 fn size_in(comment: &str) -> Option<Size> {
     let behind = |word: &str| comment.find(word).map(|at| &comment[at + word.len()..]);
     let diameter = behind("dia").map(|rest| rest.strip_prefix("meter").unwrap_or(rest));
@@ -140,14 +141,14 @@ fn size_in(comment: &str) -> Option<Size> {
     .or_else(|| beside_a_noun(comment))
 }
 
-/// The text behind a `d=` that no other letter precedes.
+/// The text after a `d=` that no letter or digit precedes.
 fn letter_d(comment: &str) -> Option<&str> {
     let at = comment.find("d=")?;
     let alone = !comment[..at].ends_with(|before: char| before.is_ascii_alphanumeric());
     alone.then(|| &comment[at + 2..])
 }
 
-/// The number of a tool that a comment begins with, `t7 ...`, and the text behind it.
+/// The tool number that a comment begins with, as in `t7 ...`, and the text after it.
 fn numbered(comment: &str) -> Option<(u32, &str)> {
     let rest = comment.strip_prefix('t')?;
     let end = rest
@@ -157,8 +158,7 @@ fn numbered(comment: &str) -> Option<(u32, &str)> {
     Some((number, &rest[end..]))
 }
 
-/// A length with its unit right before or behind a tool's name: `cutter 6 mm`, `3 mm flat end
-/// mill`.
+/// A length with its unit right before or after a tool's name: `cutter 6 mm`, `3 mm flat end mill`.
 fn beside_a_noun(comment: &str) -> Option<Size> {
     let digit = |at: &usize| comment.as_bytes().get(*at).is_some_and(u8::is_ascii_digit);
     let mut at = 0;
@@ -179,8 +179,8 @@ fn beside_a_noun(comment: &str) -> Option<Size> {
     None
 }
 
-/// The positive length that a text begins with, `0.8`, `.125"`, `1/4 inch`, `3 mm`; and the text
-/// behind it.
+/// The positive length at the begin of a text, such as `0.8`, `.125"`, `1/4 inch` or `3 mm`, and
+/// the text after it.
 fn length(text: &str) -> Option<(Size, &str)> {
     let (mut value, mut rest) = decimal(text)?;
     if let Some((below, behind)) = rest.strip_prefix('/').and_then(decimal) {

@@ -7,8 +7,8 @@ use leadscrew_planner::{Coordinate, MoveKind};
 /// The use of the tool along a stroke.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum StrokeKind {
-    /// A rapid (G0), a jog, the machine driving itself, or a feed move that does nothing
-    /// ([`Tooling`]).
+    /// A rapid (G0), a jog, motion that the machine makes on its own, or a feed move that does
+    /// nothing ([`Tooling`]).
     Travel,
     /// Any other feed move; `shade` is the output's power, 0 (off) to [`StrokeKind::SHADES`]
     /// (full).
@@ -49,7 +49,7 @@ impl StrokeKind {
 /// The rule by which a feed move is a cut.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Tooling {
-    /// The axis of the filament, on a printer: a feed move that feeds none is travel.
+    /// The axis of the filament, on a 3D printer. A feed move that feeds no filament is travel.
     pub extruder: Option<usize>,
 }
 
@@ -65,8 +65,8 @@ impl Tooling {
         }
     }
 
-    /// The use of the tool on a feed move from `begin` to `target` with a share of full power. A
-    /// laser's is travel without power.
+    /// The use of the tool on a feed move from `begin` to `target` at this share of full power.
+    /// With a laser, a move without power is travel.
     pub fn feed(
         self,
         begin: &[Coordinate],
@@ -86,7 +86,7 @@ impl Tooling {
 /// Collects the moves of a job.
 #[derive(Clone, Debug)]
 pub struct Toolpath {
-    /// `None` where only distances are wanted.
+    /// All moves; `None` where only distances are wanted.
     moves: Option<Vec<Drawn>>,
     /// The line that asks for the following motion, counted from 1; 0 for none.
     pub line: u32,
@@ -101,8 +101,8 @@ pub struct Toolpath {
 }
 
 impl Toolpath {
-    /// Starts at `start`, X, Y, Z in mm. Strokes are kept only where they are to be `drawn`: memory
-    /// stays flat otherwise.
+    /// Starts at `start`, X, Y, Z in mm. Moves are kept only if `drawn`; otherwise the memory does
+    /// not grow with the job.
     pub fn new(start: [f64; 3], drawn: bool) -> Self {
         Self {
             moves: drawn.then(|| vec![begin(start)]),
@@ -134,8 +134,8 @@ impl Toolpath {
         }
     }
 
-    /// Goes on from `place`, X, Y, Z in mm, to which the machine has moved by itself: nothing is
-    /// drawn to there.
+    /// Continues from `place`, X, Y, Z in mm, to which the machine has moved on its own. Nothing is
+    /// drawn up to there.
     pub fn resume_at(&mut self, place: [f64; 3]) {
         if distance(self.at, place) < SAME_PLACE {
             return;
@@ -152,7 +152,7 @@ impl Toolpath {
         }
     }
 
-    /// Goes on to `target`, X, Y, Z in mm.
+    /// Continues to `target`, X, Y, Z in mm.
     pub fn go(&mut self, target: [f64; 3], kind: StrokeKind) {
         let length = distance(self.at, target);
         match kind {
@@ -191,15 +191,16 @@ impl Toolpath {
         self.moves.as_deref().unwrap_or_default()
     }
 
-    /// Lines and tools that become known afterwards: answers for the line that a move has its own.
+    /// Sets lines and tools that become known only after the moves. `of` maps the line number
+    /// stored in a move to the line and the tool's diameter.
     pub fn tell_lines(&mut self, of: impl Fn(u32) -> (u32, f32)) {
         for one in self.moves.iter_mut().flatten() {
             (one.line, one.tool_mm) = of(one.line);
         }
     }
 
-    /// Drilled holes, in order: where the tool went down at feed and up again without moving aside.
-    /// Strokes that follow each other at one place are one hole.
+    /// Drilled holes, in order: places where the tool went down at feed rate and up again without
+    /// moving in X or Y. Consecutive strokes at one place are one hole.
     pub fn holes(&self) -> Vec<Hole> {
         let mut holes: Vec<Hole> = Vec::new();
         let mut plunge: Option<Hole> = None;
@@ -229,8 +230,8 @@ impl Toolpath {
         holes
     }
 
-    /// The highest and the lowest Z at which the tool works, mm: of a move straight down only its
-    /// end counts, since it may begin above the material.
+    /// The highest and the lowest Z at which the tool works, mm. For a move straight down only its
+    /// end counts, since the move may begin above the material.
     pub fn depths(&self) -> Option<[f32; 2]> {
         let cuts = self.moves().windows(2);
         let cuts = cuts.filter(|pair| pair[1].way == Way::Cut && !is_upward(pair));
@@ -244,7 +245,8 @@ impl Toolpath {
         })
     }
 
-    /// The heights of level cuts, mm, the highest first; nothing where there are more than `most`.
+    /// The heights of cuts at constant Z, mm, the highest first; empty where there are more than
+    /// `most`.
     pub fn passes(&self, most: usize) -> Vec<f32> {
         let mut passes: Vec<f32> = Vec::new();
         for pair in self.moves().windows(2) {
@@ -281,10 +283,10 @@ impl Toolpath {
     }
 }
 
-/// Places closer than this are one, mm: a move that is not a step long is none.
+/// Places closer than this are the same, mm: such a move is shorter than a step.
 const SAME_PLACE: f64 = 0.02;
 
-/// Heights closer than this are one, mm.
+/// Heights closer than this are the same, mm.
 const SAME: f32 = 1e-3;
 
 /// A drilled hole.
@@ -298,12 +300,12 @@ pub struct Hole {
     pub tool_mm: f32,
 }
 
-/// Whether a move stays at its X and Y.
+/// Whether a move keeps its X and Y.
 fn is_vertical(pair: &[Drawn]) -> bool {
     pair[0].to[..2] == pair[1].to[..2]
 }
 
-/// Whether a move goes straight up: it cuts nothing.
+/// Whether a move goes straight up, so that it cuts nothing.
 fn is_upward(pair: &[Drawn]) -> bool {
     is_vertical(pair) && pair[1].to[2] >= pair[0].to[2]
 }

@@ -3,7 +3,7 @@
 use leadscrew_gcode::{words, Letter};
 use leadscrew_machine::protocol::line_reader::LineReader;
 
-/// Longer than any line that a machine takes.
+/// Bytes of a line's buffer: more than any line that a machine takes.
 const LINE: usize = 256;
 
 /// Adds the tools (T words) of a line that are not among `tools` yet.

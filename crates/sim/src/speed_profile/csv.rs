@@ -19,7 +19,7 @@ const HEADER: &str =
 /// Writes the stretches of a job that began at `begin`, on a machine whose axes have these letters.
 ///
 /// # Errors
-/// Whatever `out` answers.
+/// The error of `out`.
 pub fn write_csv<W: Write>(
     mut out: W,
     begin: Cycle,

@@ -1,8 +1,8 @@
-//! The limits, their names, and the settings that hold them.
+//! The limits, their names, and the settings that set them.
 
 use leadscrew_machine::explain::Ahead;
 
-/// The bound of the speed of a move where nothing slows it down.
+/// The limit of a move's speed where it neither speeds up nor slows down.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 pub enum SpeedLimit {
     /// The program's `F`.
@@ -11,7 +11,7 @@ pub enum SpeedLimit {
     Rate(usize),
     /// An arc: the acceleration towards its centre.
     Arc,
-    /// A limit that the planner found along the path: a curve made of short lines.
+    /// A limit that the planner found along the path: a curve that consists of short lines.
     Curve,
     /// The highest rate of steps that the board makes.
     StepRate,
@@ -22,13 +22,13 @@ pub enum SpeedLimit {
 pub enum Slow {
     /// A corner: junction deviation.
     Corner,
-    /// A rest that the program asks for; its begin and its end.
+    /// The begin or the end of a rest that the program asks for.
     Stop,
     /// The end of the look-ahead: no more moves fit the queue.
     LookAhead,
-    /// No line was there in time: the serial line, or the machine's CPU.
+    /// The next line did not come in time: the serial line or the machine's CPU was too slow.
     NoLine,
-    /// A slower move, bounded by this.
+    /// A slower move, whose speed has this limit.
     Move(SpeedLimit),
 }
 
@@ -39,17 +39,17 @@ pub enum Limit {
     Speed(SpeedLimit),
     /// The acceleration of an axis, on the way to or from a slow place.
     Acceleration(usize, Slow),
-    /// Slow places all along: there is no room to speed up between them.
+    /// Slow places all along the move: there is no room to speed up between them.
     Slow(Slow),
-    /// Nothing is to move: a dwell, a pause, waiting for lines.
+    /// The machine has nothing to move: a dwell, a pause, waiting for lines.
     Rest,
-    /// The machine moves by itself (homing).
+    /// The machine moves on its own (homing).
     Cycle,
 }
 
 impl Slow {
-    /// The reason to slow down, `curve` where the path's curvature bounds it. A slower move is
-    /// named later, once it has come.
+    /// The reason to slow down; `curve` where the curvature of the path limits the speed. The limit
+    /// of a slower move is filled in later, once that move has come.
     pub(super) fn new(ahead: Ahead, curve: SpeedLimit) -> Self {
         match ahead {
             Ahead::Stop => Self::Stop,
@@ -62,13 +62,13 @@ impl Slow {
     }
 }
 
-/// `X` for 0, where these are the letters of the axes.
+/// The letter of an axis in `letters`; `?` where there is none.
 fn letter(axis: usize, letters: &[char]) -> char {
     letters.get(axis).copied().unwrap_or('?')
 }
 
 impl SpeedLimit {
-    /// Its name, on a machine whose axes have these letters.
+    /// The limit's name, on a machine whose axes have these letters.
     pub fn name(self, letters: &[char]) -> String {
         match self {
             Self::Feed => "feed".to_owned(),
@@ -81,7 +81,7 @@ impl SpeedLimit {
 }
 
 impl Slow {
-    /// Its name, on a machine whose axes have these letters.
+    /// The place's name, on a machine whose axes have these letters.
     pub fn name(self, letters: &[char]) -> String {
         match self {
             Self::Corner => "corner".to_owned(),
@@ -94,7 +94,7 @@ impl Slow {
 }
 
 impl Limit {
-    /// Its name in a list, on a machine whose axes have these letters.
+    /// The limit's name in a list, on a machine whose axes have these letters.
     pub fn name(self, letters: &[char]) -> String {
         match self {
             Self::Speed(limit) => limit.name(letters),
@@ -105,7 +105,7 @@ impl Limit {
         }
     }
 
-    /// The slow place that a ramp is there for; empty elsewhere.
+    /// The slow place for which a ramp speeds up or slows down; empty for other limits.
     pub fn because(self, letters: &[char]) -> String {
         match self {
             Self::Acceleration(_, slow) => slow.name(letters),
@@ -113,7 +113,7 @@ impl Limit {
         }
     }
 
-    /// The settings and words of the program that make it bind less.
+    /// The settings and words of the program that can raise this limit.
     pub fn held_by(self) -> String {
         match self {
             Self::Speed(limit) => limit.held_by(),
@@ -150,7 +150,7 @@ impl SpeedLimit {
     }
 }
 
-/// The input for finding a limit: the settings of each axis.
+/// The settings of each axis from which limits are found.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Machine {
     /// Millimetres in a step.
@@ -165,16 +165,16 @@ pub struct Machine {
     pub crossed: bool,
 }
 
-/// A move as far as its limits go.
+/// The data of a move that its limits depend on.
 #[derive(Clone, PartialEq, Debug)]
 pub(super) struct Limits {
-    /// Steps of each motor, whichever way.
+    /// Steps of each motor, without their direction.
     pub(super) steps: Vec<u32>,
     /// Length of the path, mm.
     pub(super) length: f64,
-    /// The speed where nothing slows it down, mm/s.
+    /// The speed where the move neither speeds up nor slows down, mm/s.
     pub(super) nominal: f64,
-    /// The origin of that speed.
+    /// The limit that sets `nominal`.
     pub(super) speed_limit: SpeedLimit,
     /// Whether it is a chord of an arc.
     pub(super) is_arc: bool,
@@ -182,7 +182,7 @@ pub(super) struct Limits {
     pub(super) axis: usize,
 }
 
-/// By how much two ways of computing a limit in `f32` may differ.
+/// The relative difference up to which two computations of a limit in `f32` count as equal.
 const SAME: f64 = 1e-4;
 
 impl Machine {
@@ -192,7 +192,7 @@ impl Machine {
         ways.map(|mm| mm * mm).sum::<f64>().sqrt()
     }
 
-    /// How far each axis goes in a move with these steps of the motors, mm, whichever way.
+    /// How far each axis goes in a move with these steps of the motors, mm, without its direction.
     fn ways(&self, steps: &[i32]) -> Vec<f64> {
         let motors = steps.iter().zip(&self.mm_per_step);
         let mut ways: Vec<f64> = motors.map(|(steps, mm)| f64::from(*steps) * mm).collect();
@@ -202,8 +202,8 @@ impl Machine {
         ways.into_iter().map(f64::abs).collect()
     }
 
-    /// The limits of a move with these steps that was planned with `rate` (mm/s, the highest),
-    /// `feed` (mm/s, the programmed; `None` for a rapid) and an arc's limit.
+    /// The limits of a move with these steps. It was planned with `rate` (the highest, mm/s),
+    /// `feed` (the programmed one, mm/s; `None` for a rapid) and the limit of an arc.
     pub(super) fn limits(
         &self,
         steps: &[i32],
@@ -237,7 +237,7 @@ impl Machine {
     }
 }
 
-/// The axis that allows least along the path, and how much: `limit_i / |u_i|`.
+/// The axis with the smallest limit along the path, and this limit: `limit_i / |u_i|`.
 fn least(limits: &[f64], ways: &[f64], length: f64) -> (usize, f64) {
     let along = limits
         .iter()
@@ -321,11 +321,12 @@ mod tests {
             crossed: true,
             ..machine()
         };
-        // Both motors 100 steps the same way: X alone, 1 mm; against each other: Y alone.
+        // Both motors make 100 steps: in the same direction they move X alone by 1 mm, in opposite
+        // directions Y alone.
         let of = |steps: [i32; 2]| crossed.limits(&steps, 1.0, None, None);
         assert_eq!((of([100, 100]).length, of([100, 100]).axis), (1.0, 0));
         assert_eq!((of([-100, 100]).length, of([-100, 100]).axis), (1.0, 1));
-        // One motor alone: both axes, half as far each.
+        // One motor alone moves both axes, each half as far.
         assert!((of([200, 0]).length - 2f64.sqrt()).abs() < 1e-12);
     }
 

@@ -9,11 +9,11 @@
 //!  rest                                                      rest
 //! ```
 //!
-//! The job is cut into [`Stretch`]es without gaps: in each one acceleration is constant and one
-//! [`Limit`] binds. They are taken from the segments that the step interrupt consumed, so that
-//! their times add up to the job's, to the cycle; the speeds between them are the planner's own. A
-//! slow place (a corner, a stop) takes no time itself: the time that it costs is that of the ramps
-//! to and from it, and so a ramp names the place that it is there for ([`Slow`]).
+//! The job is cut into [`Stretch`]es without gaps. In each one acceleration is constant and one
+//! [`Limit`] binds. Stretches are made from the segments that the step interrupt consumed, so that
+//! their times add up exactly, in cycles, to the job's time. The speeds between them are the
+//! planner's own. A slow place (a corner, a stop) takes no time itself: its cost is the time of the
+//! ramps to and from it. So a ramp names its slow place ([`Slow`]).
 
 mod csv;
 mod limit;
@@ -32,16 +32,16 @@ use crate::clock::Cycle;
 pub enum Phase {
     /// Nothing moves.
     Rest,
-    /// It rises.
+    /// The speed rises.
     Accelerate,
-    /// It stays.
+    /// The speed stays the same.
     Cruise,
-    /// It falls.
+    /// The speed falls.
     Brake,
 }
 
 impl Phase {
-    /// Its name in the list.
+    /// The phase's name in the list.
     pub fn name(self) -> &'static str {
         match self {
             Self::Rest => "rest",
@@ -75,12 +75,12 @@ pub struct Stretch {
 }
 
 impl Stretch {
-    /// How long it takes, CPU cycles.
+    /// The time of the stretch, CPU cycles.
     pub fn cycles(&self) -> u64 {
         self.end - self.begin
     }
 
-    /// Acceleration along the path, mm/s², negative where it slows down: `(v1² − v0²) / 2s`.
+    /// Acceleration along the path, mm/s², negative where the speed falls: `(v1² − v0²) / 2s`.
     pub fn acceleration(&self) -> f64 {
         let [from, to] = self.speed;
         if self.length > 0.0 && self.phase != Phase::Cruise {

@@ -5,7 +5,7 @@
 //!  segments_made -->  end speed and what lies ahead --+--> segment_taken: a piece begins, the one before has ended
 //! ```
 //!
-//! Pieces of one move in which speed and power do the same are one stretch.
+//! Consecutive pieces of one move are one stretch while speed and power go on in the same way.
 
 use super::limit::{Limit, Limits, Machine, Slow, SpeedLimit};
 use super::{Phase, Stretch};
@@ -20,22 +20,23 @@ use std::collections::VecDeque;
 pub struct Recorder {
     machine: Machine,
     planned: VecDeque<(u32, Limits)>,
-    /// The facts at the end of each segment; nothing where others were made with it.
+    /// The planner's state at the end of each segment; `None` for a segment that was made together
+    /// with later ones.
     made: VecDeque<Option<Committed>>,
     /// The move under way; `None` where the machine moves by itself.
     running: Option<(u32, Limits)>,
-    /// Steps of the dominant motor in it, and mm of path in each.
+    /// The path of one step of the dominant motor in this move, mm.
     mm_per_event: f64,
     stretches: Vec<Raw>,
     /// A piece whose end is not known yet.
     begun: Option<Begun>,
     /// Speed where the last piece ends, mm/s.
     speed: f64,
-    /// The slow place that motion has come from.
+    /// The slow place that motion passed last.
     behind: Slow,
 }
 
-/// A piece: segments up to one at whose end the speed is known.
+/// A piece: one or more segments, up to the next one at whose end the speed is known.
 #[derive(Clone, Copy, Debug)]
 struct Begun {
     cycle: Cycle,
@@ -44,22 +45,23 @@ struct Begun {
     power: [f64; 2],
 }
 
-/// A stretch whose line and slower moves are not known yet.
+/// A stretch whose line in the file is not known yet. If it brakes for a slower move, that move's
+/// limit is not known yet either.
 #[derive(Clone, Copy, Debug)]
 struct Raw {
     stretch: Stretch,
     /// [`PlannedMove::line`].
     line: u32,
-    /// The bound of the move where nothing slows it down.
+    /// The limit of the move's speed where it neither speeds up nor slows down.
     speed_limit: Option<SpeedLimit>,
     /// Mean power and mean speed of its last piece.
     mean: [f64; 2],
-    /// Whether it begins a move at that speed.
+    /// Whether it begins a move, at the speed of `speed_limit`.
     begins_nominal: bool,
 }
 
 impl Raw {
-    /// Whether `piece`, which begins a move of `line`, cruises on as this stretch does.
+    /// Whether `piece`, which begins a move of `line`, cruises on at this stretch's speed.
     fn is_continued_by(&self, line: u32, piece: &Stretch) -> bool {
         let even = self.stretch.phase == Phase::Cruise && piece.phase == Phase::Cruise;
         even && self.line == line
@@ -68,11 +70,12 @@ impl Raw {
     }
 }
 
-/// By how much a speed may miss the nominal one and still be it; and how much of a change is none.
+/// `SAME`: the relative difference up to which a speed counts as the nominal one. `EVEN`: the
+/// relative change up to which a speed counts as constant.
 const SAME: f64 = 1e-3;
 const EVEN: f64 = 1e-6;
-/// By how much power changes within a pixel (share of full power); and how closely it follows the
-/// speed.
+/// `STEADY`: how much power may change within a pixel (share of full power). `FOLLOWS`: how
+/// closely, in relative terms, power has to follow the speed within a pixel.
 const STEADY: f64 = 0.005;
 const FOLLOWS: f64 = 0.03;
 
@@ -92,8 +95,8 @@ impl Recorder {
         }
     }
 
-    /// The job from `begin` to `end`, cut into stretches without a gap. `file_line` tells the line
-    /// of the file from [`PlannedMove::line`].
+    /// The job from `begin` to `end`, cut into stretches without a gap. `file_line` maps
+    /// [`PlannedMove::line`] to the line of the file.
     pub fn finish(
         mut self,
         begin: Cycle,
@@ -124,15 +127,15 @@ impl Recorder {
         }
     }
 
-    /// Finds the move that begins with a segment of these steps: planned moves that were joined
-    /// into one come as several, the last of them with all the steps.
+    /// Finds the planned move that begins with a segment whose line has these steps. Where planned
+    /// moves were joined into one, several have been noted, and the last of them has all the steps.
     fn begin_move(&mut self, steps: &[u32]) {
         let found = self.planned.iter().position(|(_, of)| of.steps == steps);
         let ended = found.and_then(|last| self.planned.drain(..=last).next_back());
         let length = match &ended {
             Some((_, of)) => of.length,
-            // The machine moves by itself, crossed belts along one axis at a time: the directions
-            // do not matter.
+            // The machine moves on its own. On crossed belts it then moves along one axis at a
+            // time, so the directions do not matter.
             None => {
                 let steps: Vec<i32> = steps.iter().map(|steps| steps.cast_signed()).collect();
                 self.machine.length(&steps)
@@ -143,7 +146,7 @@ impl Recorder {
         self.running = ended;
     }
 
-    /// Adds a segment to the piece under way, or begins one.
+    /// Adds a segment to the piece under way, or begins a new piece with it.
     fn begin_piece(&mut self, cycle: Cycle, taken: &Taken<'_>) -> Begun {
         let before = self.begun.take();
         let first = before.unwrap_or(Begun {
@@ -159,7 +162,7 @@ impl Recorder {
         }
     }
 
-    /// Adds a piece of whole steps, which is all under way.
+    /// Ends the piece under way, at whose end the speed is known, and adds it to the stretches.
     fn end_piece(&mut self, piece: Begun, made: &Committed) {
         let (from, to) = (self.speed, f64::from(made.speed));
         self.speed = to;
@@ -185,7 +188,7 @@ impl Recorder {
         self.pass(&stretch, ahead);
     }
 
-    /// The name of a curve at the running move, or at the next one.
+    /// The kind of curve that limits the speed: an arc if the running move or the next one is one.
     fn curve(&self) -> SpeedLimit {
         let mut moves = self.running.iter().chain(self.planned.front());
         match moves.any(|(_, of)| of.is_arc) {
@@ -194,7 +197,8 @@ impl Recorder {
         }
     }
 
-    /// Remembers the slow place that a piece leads to, or the speed that it has reached.
+    /// Remembers the slow place that the piece leads to. If the piece reaches the nominal speed,
+    /// remembers this speed's limit.
     fn pass(&mut self, piece: &Stretch, ahead: Slow) {
         let Some((_, of)) = &self.running else {
             return;
@@ -225,12 +229,12 @@ impl Recorder {
         }
     }
 
-    /// Adds a piece: to the stretch under way where it does the same in the same move, or goes on
-    /// at the same speed along an arc's next chord.
+    /// Adds a piece. It lengthens the stretch under way if it continues the stretch's phase in the
+    /// same move, or goes on at the same speed along the next chord of an arc.
     fn add(&mut self, piece: Stretch, begins: bool) {
         let line = self.running.as_ref().map_or(0, |(line, _)| *line);
         if let Some(last) = self.stretches.last_mut() {
-            // The top of a ramp may be one even step.
+            // At its top a ramp may have one step at constant speed.
             let top = last.stretch.phase == Phase::Accelerate
                 && matches!(piece.limit, Limit::Slow(_))
                 && piece.length <= self.mm_per_event * 1.5;
@@ -260,7 +264,7 @@ impl Recorder {
         });
     }
 
-    /// Braking for a slower move gets the bound of that move, which comes later.
+    /// Names the limit of the slower move in stretches that brake for one: that move comes later.
     fn name_slower_moves(&mut self) {
         let mut next = None;
         for raw in self.stretches.iter_mut().rev() {
@@ -279,7 +283,8 @@ impl Recorder {
         }
     }
 
-    /// Braking at the very end is not for want of a line.
+    /// Corrects the last stretch that moves: it brakes for the end of the job, not because a line
+    /// is missing.
     fn name_end(&mut self) {
         let backwards = self.stretches.iter_mut().rev();
         let last = backwards.skip_while(|raw| raw.stretch.phase == Phase::Rest);
@@ -296,8 +301,8 @@ fn mean(piece: &Stretch) -> [f64; 2] {
     [piece.power, piece.speed].map(|[from, to]| (from + to) / 2.0)
 }
 
-/// Whether from one piece to the next the power stays, or follows the speed: else another pixel has
-/// begun.
+/// Whether the power stays the same from one piece to the next, or follows the speed. If neither,
+/// another pixel has begun.
 fn is_steady(one: [f64; 2], next: [f64; 2]) -> bool {
     let ([p0, v0], [p1, v1]) = (one, next);
     (p1 - p0).abs() <= STEADY || (p1 * v0 - p0 * v1).abs() <= FOLLOWS * p0 * v1
@@ -339,7 +344,7 @@ impl Observer for Recorder {
         }
         let Some(taken) = taken else {
             self.begun = None;
-            // Whatever was made and not taken has been thrown away by a stop.
+            // A stop has thrown away all segments that were made but not taken.
             self.made.clear();
             self.speed = 0.0;
             self.running = None;

@@ -1,4 +1,4 @@
-//! How much of the time each limit binds.
+//! The share of the job's time in which each limit binds.
 
 use super::{Limit, Stretch};
 use std::collections::BTreeMap;
