@@ -1,8 +1,8 @@
-//! Whatever comes over the wires and the pins, at whatever moment: what must hold all the same.
+//! Tests that send any bytes and change any inputs at any time, and check what must always hold.
 //!
 //! A session is a *script* of bytes, so that a fuzzer can change it, a property test can shorten
-//! it, and a failure can be kept as a string. Its first byte is the machine, a [`Build`]; of the
-//! others
+//! it, and a failure can be kept as a string. The first byte chooses the machine, a [`Build`]. The
+//! other bytes mean:
 //!
 //! | byte | what happens |
 //! |---|---|
@@ -11,8 +11,8 @@
 //! | 0xFF | the bytes that follow go over the other serial line |
 //! | any other | is sent |
 //!
-//! Grbl knows none of the bytes of the table. Line 0 never waits, line 1 has 115 200 baud; neither
-//! counts characters, so that receive buffers overflow, too.
+//! Grbl gives no meaning to the bytes of the table. Line 0 never waits, and line 1 runs at 115 200
+//! baud. The script ignores flow control, so that receive buffers overflow, too.
 
 mod light;
 mod wires;
@@ -29,12 +29,12 @@ use light::Light;
 use std::num::NonZeroU32;
 use wires::{Wires, LINES};
 
-/// Few, so that the planner is full at times.
+/// Few planned moves, so that the planner is full at times.
 const MOVES: usize = 16;
 
 const BAUD: Rate = Rate::Baud(NonZeroU32::new(115_200).unwrap());
 
-/// The longest that a script may take, after which its rest is left out, ms.
+/// The longest time that a script may take, ms. The rest of a longer script is left out.
 const LONGEST: u64 = 4_000;
 
 /// The inputs in the order of their bytes.
@@ -49,7 +49,7 @@ const PINS: [Pin; 8] = [
     Pin::Door,
 ];
 
-/// Speed enough that much happens in little time.
+/// Speeds and accelerations so high that much happens in little time.
 const SETTINGS: &str = "$110=6000\n$111=6000\n$112=6000\n$120=500\n$121=500\n$122=500\n$10=255\n";
 
 /// One step of a script.
@@ -77,7 +77,7 @@ impl Act {
 struct Build(u8);
 
 impl Build {
-    /// Bits and the settings that they stand for.
+    /// The setting lines that each bit of the first byte adds.
     const SETTINGS: [(u8, &'static str); 4] = [
         (0x01, "$32=1\n"),
         (0x02, "$21=1\n"),
@@ -86,7 +86,7 @@ impl Build {
     ];
     /// Stock Grbl's sizes, and motion that starts at once.
     const GRBL: u8 = 0x10;
-    /// All that Grbl decides when it is compiled.
+    /// All options that Grbl fixes when it is compiled.
     const OPTIONS: u8 = 0x20;
 
     fn has(self, bit: u8) -> bool {
@@ -119,7 +119,7 @@ impl Build {
     }
 }
 
-/// A machine that is put under strain, and looked at after every turn of its main loop.
+/// A machine under strain, which is checked after every turn of its main loop.
 struct Trial<'a> {
     sim: Simulation<'a, Cartesian, Light, 3, 3, MOVES>,
     wires: Wires,
@@ -127,12 +127,12 @@ struct Trial<'a> {
     levels: [bool; PINS.len()],
     /// Where the carriages stood when the machine was found locked.
     locked_at: Option<[i32; 3]>,
-    /// What was planned is dropped: at a reset, in an alarm, and where a jog ends, which may be
-    /// cancelled.
+    /// The banners that had been heard at the last check. Each reset drops the planned moves. So do
+    /// an alarm and the end of a jog, which may be a cancelled one.
     banners: usize,
     jogging: bool,
-    /// It was asleep, with nothing under way, at the last look: on the way to sleep a spindle turns
-    /// until it is pulled out.
+    /// The machine was asleep at the last check, with nothing under way. Before that, on its way to
+    /// sleep, the spindle may still turn until the tool has been pulled out.
     asleep: bool,
 }
 
@@ -160,7 +160,7 @@ impl<'a> Trial<'a> {
     }
 
     fn toggle(&mut self, pin: Pin) {
-        // Bytes sent before the edge have come in before it.
+        // Deliver the bytes that were sent before this edge.
         self.wait_ms(0);
         let index = PINS.iter().position(|other| *other == pin);
         let level = &mut self.levels[index.expect("a pin of the table")];
@@ -177,7 +177,7 @@ impl<'a> Trial<'a> {
         self.look();
     }
 
-    /// Nothing moves in Alarm, and a laser is dark in states without light.
+    /// Checks that nothing moves in Alarm, and that a laser is dark in states that forbid light.
     fn look(&mut self) {
         let place = self.sim.board().plant.position();
         let locked = matches!(self.sim.machine().state(), State::Alarm(_));
@@ -189,7 +189,8 @@ impl<'a> Trial<'a> {
         self.look_at_outputs();
     }
 
-    /// No power goes to what is not told to turn or burn; where nothing may go on, nothing is on.
+    /// Checks that no power is put out without M3 or M4, and that all outputs are off in the states
+    /// that require it.
     fn look_at_outputs(&mut self) {
         let machine = self.sim.machine();
         let asleep = machine.state() == State::Sleep && machine.is_quiet();
@@ -231,14 +232,14 @@ impl<'a> Trial<'a> {
         self.banners = self.wires.banners();
     }
 
-    /// Sends bytes on the line that never waits; what is heard on it in that time.
+    /// Sends bytes on the line that never waits. Answers what is heard on it within `millis`.
     fn ask(&mut self, bytes: &[u8], millis: u64) -> String {
         let [heard, _] = self.ask_on(&[0], bytes, millis);
         heard
     }
 
-    /// Sends the same bytes on some lines, in place of what waits to be sent; what is heard on each
-    /// in that time.
+    /// Sends the same bytes on some lines, after dropping the bytes that wait to be sent. Answers
+    /// what is heard on each line within `millis`.
     fn ask_on(&mut self, lines: &[usize], bytes: &[u8], millis: u64) -> [String; LINES] {
         let begin = self.wires.begin();
         lines
@@ -248,7 +249,8 @@ impl<'a> Trial<'a> {
         self.wires.heard_since(begin)
     }
 
-    /// A report on each line, after what still has to go out: 1 KiB takes 89 ms at 115 200 baud.
+    /// Checks that each line answers `?` with a report. Older output goes out first: 1 KiB takes 89
+    /// ms at 115 200 baud.
     fn assert_answers(&mut self) {
         self.wait_ms(200);
         for heard in self.ask_on(&[0, 1], b"?", 300) {
@@ -262,17 +264,17 @@ impl<'a> Trial<'a> {
         }
     }
 
-    /// At rest and with nothing to do, pins and reports are what the modes say, and each line has
-    /// had its answer.
+    /// Checks that each line has had its answer and, at rest with nothing to do, that pins and
+    /// reports are what the modes say.
     fn assert_true_to_its_word(&mut self) {
         self.ask_on(&[0, 1], b"\n", 300);
         let idle = self.is_idle();
-        // The machine's output may be on the wire: the board keeps as much as that sends in 0.7 ms.
+        // The board may still be sending: it buffers as much output as it sends in 0.7 ms.
         self.wait_ms(2);
         for (number, wire) in self.wires.0.iter().enumerate() {
             wire.assert_answered(idle && self.sim.lost_bytes(number) == 0);
         }
-        // Where a receive buffer was full, that line's end may be lost, too.
+        // A full receive buffer may have lost the end of a line, too.
         if !idle || self.sim.lost_bytes(0) > 0 {
             return;
         }
@@ -329,14 +331,15 @@ impl<'a> Trial<'a> {
         for ((place, steps), scale) in places.zip(counts).zip(scales) {
             let place: f64 = place.parse().expect("a number");
             let counted = f64::from(steps) / f64::from(scale.to_f32());
-            // Three decimals, and the rounding of steps/mm in f32.
+            // Allows for three decimals, and for steps/mm rounded to f32.
             let near = (place * unit - counted).abs() <= 0.001 * unit + 1e-6 * counted.abs();
             assert!(near, "{report}: counted {counts:?}");
         }
     }
 
-    /// Released, reset and unlocked, it takes lines again, but where a startup line keeps it busy.
-    /// What was locked or asleep is locked after it, and so is what was moving; nothing else.
+    /// Checks that the machine takes lines again after its inputs are released, a reset and an
+    /// unlock, unless a startup line keeps it busy. After the reset it is locked if it was locked,
+    /// asleep or moving before, and only then.
     fn assert_recovers(&mut self) {
         for (pin, level) in PINS.into_iter().zip(&mut self.levels) {
             *level = true;
@@ -357,9 +360,9 @@ impl<'a> Trial<'a> {
     }
 }
 
-/// Plays a script. Nothing panics, nothing moves in Alarm, a laser is dark wherever it has to be,
-/// no pulse is lost, the carriages stand where they are counted and where reports say, each line
-/// has one answer, outputs are what `$G` says, and `?` is answered, after a reset, too.
+/// Plays a script. Checks that nothing panics, nothing moves in Alarm, a laser is dark wherever it
+/// has to be, no pulse is lost, the carriages stand where they are counted and where reports say,
+/// each line has one answer, outputs are what `$G` says, and `?` is answered, after a reset, too.
 pub fn endure(script: &[u8]) {
     let Some((build, script)) = script.split_first() else {
         return;

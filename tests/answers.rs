@@ -1,6 +1,7 @@
-//! When a line is answered: no sooner than is useful, and late enough for nothing to get slower.
+//! When the machine answers a line: not before the answer is useful, and never so late that motion
+//! slows down.
 //!
-//! A sender that counts characters looks at its line every millisecond, unless it stalls.
+//! The sender counts characters and looks at its line every millisecond, unless it stalls.
 
 use leadscrew_planner::Cartesian;
 use leadscrew_sim::{Memory, Rate};
@@ -12,14 +13,14 @@ use std::ops::Range;
 
 type Desk<'a> = Session<'a, Cartesian, 3>;
 
-/// Bytes of unanswered lines at most.
+/// The most bytes of lines that the sender may have under way unanswered.
 const WINDOW: usize = 1000;
 
 /// 100 mm/s and 500 mm/s2: motion stops in 0.2 s.
 const SETTINGS: &str = "$0=5\n$110=6000\n$111=6000\n$112=500\n$120=500\n$121=500\n$122=500\n";
 const BRAKING: f64 = 0.2;
 
-/// The sender's view after some milliseconds.
+/// What the sender sees after some milliseconds.
 struct Sight {
     /// Lines answered.
     answered: usize,
@@ -27,8 +28,8 @@ struct Sight {
     x: i32,
 }
 
-/// Streams a job, behind overrides perhaps; in the milliseconds `stall` the sender neither listens
-/// nor speaks.
+/// Streams a job with more settings before it. During the milliseconds of `stall` the sender
+/// neither reads nor writes.
 fn stream(rate: Rate, more_settings: &str, job: &str, stall: Range<u64>) -> (Run<3>, Vec<Sight>) {
     let mut setup = setup::<3>(1);
     setup.lines = vec![rate];
@@ -83,7 +84,8 @@ fn along_x(lines: usize, mm: f64, feed: u32) -> String {
     job
 }
 
-/// 2 mm in 40 ms each.  Lines begun are the steps made by 500.
+/// The number of answered lines that have not begun. A line is 2 mm, which is 500 steps and takes
+/// 40 ms.
 fn ahead(sight: &Sight) -> f64 {
     let moves = sight.answered.saturating_sub(1) as f64;
     moves - f64::from(sight.x) / 500.0
@@ -115,7 +117,7 @@ fn a_line_is_answered_no_more_than_braking_and_the_reserve_before_it_moves() {
 fn fifteen_moves_are_taken_however_long_they_last() {
     let job = along_x(40, 40.0, 600);
     let (_, sights) = stream(Rate::NeverWaits, "", &job, NO_STALL);
-    // 4 s each: all that waits is more than enough. The first line sets modes.
+    // Each line takes 4 s, so the moves that wait are more than enough. The first line sets modes.
     assert_eq!(sights[1_000].answered, 16);
 }
 
@@ -140,8 +142,8 @@ fn contour(lines: usize, mm: f64) -> String {
     job
 }
 
-/// The same with blanks behind each line: so few of them fit a window that the machine has not
-/// heard them all already.
+/// The same job with blanks behind each line, so that a window of the sender holds few lines and
+/// the machine has not yet heard the whole job.
 fn long(job: &str) -> String {
     job.lines().map(|line| format!("{line:100}\n")).collect()
 }
@@ -183,7 +185,8 @@ fn nothing_is_slower_for_it() {
     }
 }
 
-/// In one burst: moves that have not begun are made by the settings that they came behind.
+/// All lines come in one burst. Moves that have not begun keep the settings that were valid before
+/// them.
 #[test]
 fn a_setting_behind_a_move_in_one_burst_acts_after_it() {
     let setup = setup::<3>(1);
@@ -194,13 +197,13 @@ fn a_setting_behind_a_move_in_one_burst_acts_after_it() {
     assert_eq!(session.say("G1X4F3000\n$110=300\nG91X2\n"), ["ok"; 3]);
     let run = session.finish();
     assert_eq!(run.net_steps()[0], 1500);
-    // 4 mm at 50 mm/s are short of 0.2 s, 2 mm at 5 mm/s are 0.4.
+    // 4 mm at 50 mm/s take less than 0.2 s, and 2 mm at 5 mm/s take 0.4 s.
     let cycles: Vec<u64> = run.steps.iter().map(|step| step.cycle.0).collect();
     let span = |range: Range<usize>| (cycles[range.end - 1] - cycles[range.start]) as f64 / 168e6;
     assert!(span(0..1000) < 0.2 && span(1000..1500) > 0.39);
 }
 
-/// A sender that has had an `ok` for a move is not told that nothing goes on.
+/// A sender that has had the `ok` for a move must not be told Idle before the move is made.
 #[test]
 fn a_report_after_the_answer_to_a_move_is_never_idle() {
     for pause in [0, 50, 100, 150, 300, 1_000] {

@@ -1,5 +1,5 @@
-//! Limit switches whose contacts bounce, on a board that filters its inputs for the time of `$706`:
-//! homing finds the same place, hard limits are raised by a switch that closes and by nothing else.
+//! Limit switches whose contacts bounce, on a board that filters its inputs for the time of `$706`.
+//! Homing finds the same place, and only a switch that closes raises a hard limit.
 
 use leadscrew_planner::Cartesian;
 use leadscrew_sim::plant::{Pin, Side, Switch};
@@ -11,7 +11,7 @@ type Desk<'a> = Session<'a, Cartesian, 3>;
 const SETTINGS: &str = "$100=80\n$101=80\n$102=80\n$110=3000\n$111=3000\n$112=3000\n\
                         $120=500\n$121=500\n$122=500\n$22=1\n$24=100\n$25=1500\n$26=10\n$27=2\n";
 
-/// Bounce of a contact and time of the filter, µs.
+/// The time for which a contact bounces and the time of the filter, µs.
 const PAIRS: [(u16, u16); 7] = [
     (0, 0),
     (500, 0),
@@ -22,7 +22,7 @@ const PAIRS: [(u16, u16); 7] = [
     (3000, 5000),
 ];
 
-/// Where the switches close, steps: 5 mm.
+/// The place at which the switches close, in steps: 5 mm.
 const PLACE: i32 = 400;
 
 fn bouncing(bounce_us: u16) -> Setup<3> {
@@ -67,8 +67,8 @@ fn homing_finds_the_same_place_however_long_a_switch_bounces() {
             assert_eq!(session.say("$H\n"), ["ok"], "{bounce} us, $706={filter}");
             session.sim.board().plant.position()
         });
-        // Pulled off by $27 from where the switch was found: at the latest a filter's time after
-        // its first edge, at $24.
+        // The axis has pulled off by $27 from where the switch was found. That is at most one
+        // filter time after the first edge, at the speed of $24.
         let late = 1 + i32::from(filter.max(bounce) / 5000);
         for place in &places {
             for axis in place {
@@ -92,7 +92,8 @@ fn a_switch_that_closes_in_motion_is_one_alarm_however_long_it_bounces() {
         session.stream("$21=1\n");
         let heard = session.say("G1X20F600\n");
         assert_eq!(alarms(&heard), 1, "{bounce} us, $706={filter}: {heard:?}");
-        // 0.8 steps a millisecond; a filter that meets the old level in a bounce looks again.
+        // The axis makes 0.8 steps a millisecond. A filter that reads the old level during a bounce
+        // starts again.
         let beyond = session.sim.board().plant.position()[0] - PLACE;
         let within = i32::from((filter + bounce) / 1250) + 1;
         assert!(
@@ -102,8 +103,8 @@ fn a_switch_that_closes_in_motion_is_one_alarm_however_long_it_bounces() {
     }
 }
 
-/// Grbl raises ALARM:1 at either edge; here a switch that opens is none, unless it closes again in
-/// its bounce.
+/// Grbl raises ALARM:1 at either edge. Here a switch that opens raises none, unless it closes again
+/// as it bounces.
 #[test]
 fn a_switch_that_bounces_as_it_opens_is_no_alarm_where_the_filter_is_longer() {
     for (bounce, filter) in PAIRS {
@@ -112,7 +113,7 @@ fn a_switch_that_bounces_as_it_opens_is_no_alarm_where_the_filter_is_longer() {
         let mut session = with_switches(&mut memory, &setup, filter);
         assert_eq!(session.say("G1X5.5F600\n"), ["ok"]);
         session.stream("$21=1\n");
-        // No program begins in a closed switch.
+        // No program starts while a limit switch is closed.
         let heard = session.say("$J=X0F500\n");
         let expected = usize::from(bounce > filter && filter == 0);
         if filter == 0 || filter >= bounce {

@@ -5,18 +5,18 @@ use leadscrew_planner::Cartesian;
 use leadscrew_sim::Memory;
 use leadscrew_tests::{run_program, setup, Session};
 
-/// 22 kHz at 250 steps/mm: with the longest pulse there is still time for a direction.
+/// 22 kHz at 250 steps/mm: even with the longest pulse there is time to set up a direction.
 const FAST: &str = "$110=5280\n$111=5280\n$112=5280\n$120=1000\n$121=1000\n$122=1000\n";
 
-/// How much longer a pulse may be, as an interrupt ends it, us.
+/// How much longer a pulse may be than asked for, because an interrupt ends it, µs.
 const INTERRUPT: f64 = 0.5;
 
-/// Time in which the main loop has seen a reset, us: less than two steps at 20 kHz.
+/// The time within which the main loop acts on a reset, µs: less than two steps at 20 kHz.
 const MAIN_LOOP: u64 = 20;
 
 #[test]
 fn pulses_are_as_wide_as_asked_and_directions_settle_as_long() {
-    // Y turns round at each corner, at full speed: corners may be cut by far.
+    // Y reverses at each corner at full speed: a large `$11` lets it take corners fast.
     let settings = FAST.to_owned() + "$11=20\n$120=8000\n$121=8000\n";
     let zigzag = "G91\n".to_owned() + &"G1 X2 Y2 F9000\nX2 Y-2\n".repeat(4);
     for micros in 3..=20 {
@@ -52,7 +52,8 @@ fn inverted_step_pins_pulse_low_and_inverted_directions_turn_the_other_way() {
     let rests = pins.iter().filter(|pins| !pins.pulse);
     assert_eq!((pulses.clone().count(), rests.clone().count()), (250, 250));
     for pins in pulses {
-        // All three step at once: X low, Y and Z high. Y is positive, so its pin is as if negative.
+        // All three motors step at once: inverted X is low, Y and Z are high. Y moves in the
+        // positive direction, but its inverted direction pin is high.
         assert_eq!((pins.step, pins.direction), (0b110, 0b110), "{pins:?}");
     }
     for pins in rests {

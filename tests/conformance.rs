@@ -1,15 +1,15 @@
-//! The recorded conversations with Grbl 1.1h: the same lines, but for the differences in
-//! `conformance/deviations.toml`.
+//! Replays the recorded conversations with Grbl 1.1h. The lines must be the same, except for the
+//! differences in `conformance/deviations.toml`.
 //!
-//! Checks what does not depend on time: every line that is no status report, in order (rule 1 of
-//! `conformance/compare.py`). `.ci/run conformance` checks all rules.
+//! The tests check what does not depend on time: every line that is no status report, in order
+//! (rule 1 of `conformance/compare.py`). `.ci/run conformance` checks all rules.
 
 use leadscrew_sim::replay::{judge, replay, Case, Exchange};
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The number of differences that are permitted at all: D1 to D26, see `conformance/README.md`.
+/// The number of rules that permit a difference: D1 to D26, see `conformance/README.md`.
 const RULES: usize = 26;
 
 fn folder() -> PathBuf {
@@ -69,8 +69,8 @@ fn said(exchanges: &[Exchange]) -> Vec<&str> {
         .collect()
 }
 
-/// Whether a line is as expected: to the byte, or, where it tells positions, to one unit of their
-/// last place.
+/// Whether a line is as expected. Lines with positions may differ by one unit of the last decimal;
+/// all other lines must be the same to the byte.
 fn agrees(expected: &str, found: &str) -> bool {
     const POSITIONS: [&str; 10] = [
         "[G54:", "[G55:", "[G56:", "[G57:", "[G58:", "[G59:", "[G28:", "[G30:", "[G92:", "[TLO:",
@@ -95,7 +95,7 @@ fn parts(line: &str) -> Vec<&str> {
     line.split([':', ',', '[', ']']).collect()
 }
 
-/// Whether two numbers of 3 or 4 decimals differ by a unit of the last at most.
+/// Whether two numbers of 3 or 4 decimals differ by at most one unit of the last decimal.
 fn is_near(expected: &str, found: &str) -> bool {
     let units = |number: &str| {
         let (_, places) = number.split_once('.')?;
@@ -108,7 +108,7 @@ fn is_near(expected: &str, found: &str) -> bool {
     }
 }
 
-/// The first line at which two conversations part.
+/// The first line at which two conversations differ.
 fn first_difference(expected: &[&str], found: &[&str]) -> Option<String> {
     (0..expected.len().max(found.len())).find_map(|number| {
         let (e, f) = (expected.get(number), found.get(number));
@@ -133,8 +133,8 @@ fn every_recorded_conversation_is_held_as_with_grbl() {
     assert!(differences.is_empty(), "\n{}", differences.join("\n"));
 }
 
-/// Every line. Of reports whose numbers depend on the time, the other fields: state, fields,
-/// switches, overrides.
+/// All lines that were heard. If the case depends on time, reports keep all fields (state,
+/// switches, overrides), but without the numbers that change with time.
 fn heard(case: &Case, exchanges: &[Exchange]) -> Vec<String> {
     let timing = case.other["timing"] == true;
     let all = exchanges.iter().flat_map(|exchange| &exchange.recv);
@@ -149,8 +149,9 @@ fn heard(case: &Case, exchanges: &[Exchange]) -> Vec<String> {
     all.map(shown).collect()
 }
 
-/// Those were never recorded: they combine what the recordings do not, and what they expect was
-/// written after Grbl's documents ("Grbl v1.1 Interface", "Commands", "Configuration").
+/// These conversations were never recorded. They combine things that no recording combines, and
+/// their answers were written after Grbl's documents ("Grbl v1.1 Interface", "Commands",
+/// "Configuration").
 #[test]
 fn every_conversation_written_from_grbl_s_documents_is_held_as_written() {
     let cases = cases_in(&folder().join("written"));
@@ -165,7 +166,8 @@ fn every_conversation_written_from_grbl_s_documents_is_held_as_written() {
     }
 }
 
-/// The verdict of `leadscrew replay --judge`, beside the known differences of each recording.
+/// `leadscrew replay --judge` must find a difference exactly where a row of known differences says
+/// so.
 #[test]
 fn a_conversation_is_judged_to_differ_where_a_row_says_so_and_nowhere_else() {
     let rows = rows();
@@ -175,8 +177,7 @@ fn a_conversation_is_judged_to_differ_where_a_row_says_so_and_nowhere_else() {
         let told = judge(&case, &replay(&case).unwrap());
         match &told {
             None => {
-                // A difference of the fields of a report does not count where it depends on the
-                // instant.
+                // A difference in the fields of a report does not count where they depend on time.
                 let timing = case.other["timing"] == true;
                 assert!(differing.is_empty() || timing, "{name}");
             }

@@ -1,7 +1,7 @@
-//! A laser is dark wherever neither a program nor a jog has it burn, whatever comes in between.
+//! A laser is dark unless a program or a jog has it burn, whatever interrupts them.
 //!
-//! Scripts are played by [`endure`], which asks the simulator's own rule at every turn; where light
-//! may be, tests look at the power that is put out.
+//! [`endure`] plays scripts and checks the rule at every turn of the main loop. The other tests
+//! check the power that is put out.
 
 use leadscrew_planner::Cartesian;
 use leadscrew_sim::plant::{Pin, Side, Switch};
@@ -27,7 +27,7 @@ fn is_lit(session: &Session<'_, Cartesian, 3>) -> bool {
 
 #[test]
 fn after_a_door_a_laser_is_dark_until_motion_goes_on() {
-    // The coolant flows for a second first.
+    // The coolant has to flow for a second before the laser is lit.
     endure(b"\0$32=1\nM8\nM3S500G1X-5F600\n\xF7\xF6\x84\xF7~\xF7\xF7");
 }
 
@@ -71,7 +71,7 @@ fn after_homing_a_laser_stays_dark_until_the_program_burns() {
                 pin,
                 motor,
                 side: Side::AtOrAbove,
-                // Home, as the machine counts already.
+                // The switch is at the position that the machine counts as home.
                 place: 0,
                 level: false,
             });
@@ -133,13 +133,13 @@ fn moves_that_wait_for_more_lines_light_nothing_up() {
 
 #[test]
 fn a_laser_that_a_line_switches_on_goes_off_with_the_alarm_of_its_move() {
-    // Laser mode and soft limits; the move leaves the travel out of rest.
+    // Laser mode and soft limits: the first move leaves the allowed travel, and starts from rest.
     endure(b"\x4DM3S50G1X5Y2F3000\n3S0\n0");
 }
 
 #[test]
 fn a_laser_under_m3_goes_off_with_the_alarm_of_a_probe() {
-    // Found by random streams: contact before the motion.
+    // Found by random streams: the probe has contact before it moves.
     endure(b"\x2BG91G1Z-2F1000\nM3S500\n\xE3G38.2Z-5F500\n");
 }
 
@@ -151,7 +151,7 @@ fn a_held_laser_is_not_lit_by_the_toggle_of_the_spindle() {
 
 #[test]
 fn a_spindle_that_turns_does_not_become_a_laser_that_burns() {
-    // Found by random streams: in the lock after a probe's alarm.
+    // Found by random streams: the machine is locked after the alarm of a probe.
     endure(b"\0\xE3M30\nM3S500\nG38.2Z-5F500\n$32=1\n\xF0");
 }
 

@@ -1,5 +1,5 @@
-//! The jobs of `examples/`: each runs clean with its settings, in the time that it took when it was
-//! committed.
+//! The jobs of `examples/`: each runs without a complaint with its settings, in the time that it
+//! took when it was committed.
 
 use leadscrew_tests::run_program;
 use std::collections::BTreeMap;
@@ -41,7 +41,7 @@ fn table() -> BTreeMap<String, String> {
     rows.collect()
 }
 
-/// Runs a job with its settings: answers the complaint, if there is one.
+/// Runs a job with its settings. Answers what is wrong with the run, if anything.
 fn complaint(job: &str, settings: &str, seconds: f64) -> Option<String> {
     let read = |path: PathBuf| fs::read_to_string(path).unwrap();
     let settings = read(folder().join("settings").join(settings));

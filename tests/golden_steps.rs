@@ -1,5 +1,5 @@
-//! Golden files at the second seam: the step events of small programs, `golden/NAME.nc` to
-//! `golden/NAME.steps`.
+//! Golden files of step events, the output of the step interrupt: each small program
+//! `golden/NAME.nc` has its events in `golden/NAME.steps`.
 //!
 //! Lines of a program that begin with `$` are settings. In the step file each row is a run of
 //! events along one parabola:
@@ -9,15 +9,20 @@
 //!   12860     4243.250   -12.500  y  0.2500  3x xy 2x
 //! ```
 //!
-//! The run's first event is `at` timer counts (84 MHz) after the first one since the last rest;
-//! event *k* of the run, from 0, is `k·interval + k(k−1)/2·add` counts later, within one count.
-//! Motors under `-` turn in the negative direction (`.`: none). A pause of more than 0.1 s is a
-//! rest and stands in a row of its own, in ms: the main loop ends it, so that it depends on how
-//! busy the CPU is. `power` is a share of full power. `steps` says which motors step at each event:
-//! `3x xy` is x, x, x, then both.
+//! The run's first event is `at` timer counts (84 MHz) after the first event since the last rest.
+//! Event *k* of the run, counted from 0, follows the run's first event, within one count, after
 //!
-//! `BLESS=1 cargo test -p leadscrew-tests golden_steps` writes the step files anew: look at the
-//! difference.
+//! ```text
+//! k·interval + k(k−1)/2·add
+//! ```
+//!
+//! The letters under `-` name the motors that turn in the negative direction (`.`: none). A pause
+//! of more than 0.1 s is a rest and has a row of its own, in ms: the main loop ends it, so that its
+//! length depends on how busy the CPU is. `power` is a share of full power. `steps` says which
+//! motors step at each event: `3x xy` is x, x, x, then both.
+//!
+//! After a change that is meant, `BLESS=1 cargo test -p leadscrew-tests golden_steps` writes the
+//! step files anew. Look at the difference.
 
 use leadscrew_sim::clock::{CYCLES_PER_COUNT, TIMER_HZ};
 use leadscrew_sim::StepEvent;
@@ -27,13 +32,13 @@ use std::fs;
 
 const HEADER: &str = "      at     interval       add  -   power  steps\n";
 
-/// Counts in a millisecond.
+/// Timer counts in a millisecond.
 const MILLISECOND: i64 = TIMER_HZ as i64 / 1000;
 
-/// A longer interval than this, in counts, is a rest.
+/// An interval longer than this is a rest, timer counts.
 const REST: i64 = 100 * MILLISECOND;
 
-/// One step event in counts of the step timer since the first one.
+/// One step event. Times are counts of the step timer since the first event.
 #[derive(Clone, Copy)]
 struct Event {
     at: i64,
@@ -135,7 +140,7 @@ impl<'a> Row<'a> {
     }
 }
 
-/// `x`, `y`, `z` for the bits of a mask, `.` for none.
+/// The letters `x`, `y`, `z` of the motors in a mask, `.` for none.
 fn letters(mask: u8) -> String {
     if mask == 0 {
         return ".".into();
@@ -182,7 +187,7 @@ fn print_rows(events: &[Event], out: &mut String) {
     }
 }
 
-/// The first row that differs, for people.
+/// The first row that differs, as text for the failure message.
 fn difference(golden: &str, ours: &str) -> Option<String> {
     let mut rows = golden.lines().zip(ours.lines()).enumerate();
     match rows.find(|(_, (golden, ours))| golden != ours) {
@@ -218,7 +223,7 @@ fn programs_step_as_they_did_when_they_were_blessed() {
 
 #[test]
 fn rows_hold_every_event_once_and_in_its_place() {
-    // Constant speed, then faster and faster, then a jump.
+    // Constant speed, then an acceleration, then a sudden long interval.
     let gaps = [100, 100, 100, 90, 80, 70, 60, 400, 400];
     let mut at = 0;
     let events: Vec<Event> = gaps

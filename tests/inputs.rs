@@ -1,5 +1,5 @@
-//! Inputs that stay closed: the reset input locks the machine as long as it is held, a closed limit
-//! lets it jog away.
+//! Inputs that stay closed. The reset input locks the machine as long as it is held. A closed limit
+//! switch lets the machine jog away from it.
 
 use leadscrew_planner::Cartesian;
 use leadscrew_sim::plant::{Pin, Side, Switch};
@@ -44,7 +44,7 @@ fn state(session: &mut Desk<'_>) -> String {
 fn the_reset_input_puts_out_a_laser_at_rest_in_the_interrupt() {
     with_machine("$32=1\nM3S800G1X1F600\n", |session| {
         assert!(session.sim.board().power() > Power::OFF);
-        // No time passes, in which the main loop could run.
+        // No time passes, so the main loop does not run.
         session.sim.set_pin(Pin::Reset, false);
         assert_eq!(session.sim.board().power(), Power::OFF);
         session.until_quiet();
@@ -131,7 +131,7 @@ fn a_machine_can_be_stopped_and_unlocked_again_and_again() {
     });
 }
 
-/// Runs into a switch at X2 on the way up, resets and unlocks.
+/// Runs into a limit switch at X2 in the positive direction, resets and unlocks.
 fn run_into_x2(session: &mut Desk<'_>, line: &str) {
     session.sim.add_switch(Switch {
         pin: Pin::Limit(0),

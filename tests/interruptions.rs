@@ -1,8 +1,9 @@
-//! A hold, a door, a reset or a jog cancel at every step of a short job: nothing moves afterwards
-//! that was not asked for, the position is exact, and it goes on to the exact end where it may.
+//! Interrupts a short job at every one of its steps: with a hold, a door, a reset or a jog cancel.
+//! Afterwards nothing moves unasked, the position is exact, and a job that may go on reaches its
+//! exact end.
 //!
-//! The job runs once undisturbed. Then it runs anew for each of its step events, with the byte at
-//! the end of the microsecond before it, and what the motors do is held against the undisturbed
+//! The job runs once undisturbed. Then it runs anew for each of its step events, with the byte sent
+//! at the end of the microsecond before that event. The motion is compared with the undisturbed
 //! run.
 
 use leadscrew_planner::Cartesian;
@@ -13,24 +14,24 @@ use leadscrew_tests::{setup, Session};
 const SETTINGS: &str =
     "$100=40\n$101=40\n$102=40\n$110=3000\n$111=3000\n$120=300\n$121=300\n$32=1\n";
 
-/// A line, a corner, an arc and a way back, burnt with a laser that follows the speed.
+/// A line, a corner, an arc and a rapid back, with a laser whose power follows the speed.
 const PROGRAM: &str = "M4S700\nG1X2Y1F2000\nY2.5\nG2X3Y3.5R1\nG0X2\n";
 
-/// Two holes in pecks, two bored in another plane: a line is many moves. It ends where it was never
-/// before.
+/// Two holes in pecks, and two bored in another plane: a line makes many moves. The job ends at a
+/// place where it was at no other time.
 const HOLES: &str = "G91G99G83X0.5Y0.2Z-0.7R-0.3Q0.3L2F900\nG18G98G85X0.3Y-0.5R0.2L2\nG0X0.1\n";
 
 const JOGS: &str = "$J=G91X2Y1F2000\n$J=G91Y2F2000\n";
 
-/// Longer than any stop, shorter than any job after the longest hold, µs.
+/// Longer than any stop, and shorter than the rest of any job after its longest hold, µs.
 const STOPPING: u64 = 300_000;
 
 type Desk<'a> = Session<'a, Cartesian, 3>;
 
-/// The motion of the carriages: steps with signs, motor by motor.
+/// The motion of the carriages: signed steps, motor by motor.
 ///
-/// Not step events: where two motors step between ticks of different segments, they may come at
-/// once or one after the other.
+/// Step events cannot be compared: the steps of two motors in ticks of different segments may fall
+/// into one event or into two.
 type Tracks = [Vec<i8>; 3];
 
 fn tracks(steps: &[StepEvent]) -> Tracks {
@@ -63,7 +64,7 @@ fn begin<'a>(memory: &'a mut Memory<3, 3>, job: &str) -> Desk<'a> {
     session
 }
 
-/// How an interrupted job is looked at.
+/// A job and the byte that interrupts it.
 struct Case<'a> {
     job: &'a str,
     byte: u8,
@@ -89,8 +90,8 @@ impl<'a> Case<'a> {
         session
     }
 
-    /// Interrupts the job at every step event; `then` gets the session at rest and whether all
-    /// steps were made, and returns whether all of the job is to be made in the end, or only the
+    /// Interrupts the job at every step event. Calls `then` with the session at rest and whether
+    /// all steps were made. `then` answers whether the whole job is made in the end, or only the
     /// steps up to the interruption.
     fn at_every_step(&self, then: impl Fn(&mut Desk<'_>, bool) -> bool) {
         let (whole, places) = (tracks(&self.steps), places(&self.steps));
@@ -123,7 +124,7 @@ impl<'a> Case<'a> {
     }
 }
 
-/// Within a step of the path on each axis.
+/// Whether two places are at most one step apart on each axis.
 fn is_near(place: &[i32; 3], at: &[i32; 3]) -> bool {
     place.iter().zip(at).all(|(a, b)| (a - b).abs() <= 1)
 }
@@ -141,7 +142,7 @@ fn report(session: &mut Desk<'_>) -> String {
     heard.rfind(|line| line.starts_with('<')).expect("a report")
 }
 
-/// The machine position of a report, mm; hundredths where steps are 1/40 mm.
+/// The machine position of a report, mm. Its three decimals are exact, since a step is 1/40 mm.
 fn reported(session: &mut Desk<'_>) -> [f64; 3] {
     let report = report(session);
     let fields = report
@@ -154,13 +155,13 @@ fn reported(session: &mut Desk<'_>) -> [f64; 3] {
     [(); 3].map(|()| numbers.next().unwrap())
 }
 
-/// Homing of Z, then of X and Y together, against switches half a millimetre away, or probing down
-/// to a plate at −1 mm.
+/// Settings for two cycles: homing of Z, then of X and Y together, with switches half a millimetre
+/// away; and probing down to a plate at −1 mm.
 const CYCLE_SETTINGS: &str =
     "$22=1\n$24=300\n$25=1200\n$26=2\n$27=0.5\n$130=2\n$131=2\n$132=2\n$112=3000\n$122=300\n";
 
-/// Begins a cycle with its switches in place, and sends `byte` at the end of the microsecond before
-/// `cycle`, if any.
+/// Begins a cycle with its switches in place. Sends the byte of `interruption`, if any, at the end
+/// of the microsecond before its cycle.
 fn cycle<'m>(
     memory: &'m mut Memory<3, 3>,
     line: &str,
@@ -201,10 +202,9 @@ fn shifts(session: &Desk<'_>) -> [i32; 3] {
     std::array::from_fn(|axis| counted[axis] - plant[axis])
 }
 
-/// Interrupts a cycle at every step event: what the motors do then is the beginning of what they
-/// did undisturbed, and nothing moves afterwards that is not asked for. Each axis is counted where
-/// it stands, or from home if it has got there. `then` is told whether the cycle had come to its
-/// end.
+/// Interrupts a cycle at every step event. Checks that the motors make the beginning of the
+/// undisturbed motion, and that nothing moves afterwards unasked. Each axis keeps its count, or is
+/// counted from home if it has been homed. `then` is told whether the cycle had come to its end.
 fn cycle_at_every_step(line: &str, byte: u8, then: impl Fn(&mut Desk<'_>, bool)) {
     let mut memory = Memory::new(&setup::<3>(1));
     let mut session = cycle(&mut memory, line, None);
@@ -222,7 +222,7 @@ fn cycle_at_every_step(line: &str, byte: u8, then: impl Fn(&mut Desk<'_>, bool))
         session.wait_us(1_000_000);
         assert_eq!(session.sim.board().plant.position(), at, "{index}: moves");
         let found = shifts(&session);
-        // Z homes before the others, those at once.
+        // Z homes first, then X and Y together.
         let one_by_one = [[0; 3], [0, 0, homed[2]], homed];
         assert!(one_by_one.contains(&found), "{index}: {found:?}");
         then(&mut session, at == end);
@@ -258,7 +258,7 @@ fn homing_ends_with_its_alarm_at_any_step_of_a_reset_or_a_door() {
 #[test]
 fn a_probe_is_aborted_with_alarm_3_at_any_step_of_a_reset() {
     cycle_at_every_step("G38.2Z-2F400\n", 0x18, |session, all_made| {
-        // The reset may have come behind the last step: all positions are sure then.
+        // The reset may have come after the last step: then all positions are known.
         let expected = match alarm(session) {
             None if all_made => "<Idle|",
             found => {
@@ -316,7 +316,7 @@ fn a_door_at_any_step_stops_on_the_path_and_a_resume_ends_at_the_target() {
 fn a_reset_at_any_step_is_alarm_3_and_nothing_moves_until_it_is_unlocked() {
     for program in [PROGRAM, HOLES] {
         Case::new(program, 0x18).at_every_step(|session, all_made| {
-            // The reset may have come behind the last step: all positions are sure then.
+            // The reset may have come after the last step: then all positions are known.
             if all_made && alarm(session).is_none() {
                 assert!(report(session).starts_with("<Idle|"));
                 return false;
@@ -358,7 +358,7 @@ fn a_door_ends_a_jog_for_good_at_any_step() {
 #[test]
 fn a_reset_in_a_jog_is_alarm_3_at_any_step() {
     Case::new(JOGS, 0x18).at_every_step(|session, all_made| {
-        // The reset may have come behind the last step: nothing was left to abort then.
+        // The reset may have come after the last step: then nothing was left to abort.
         let found = alarm(session);
         assert!(found == Some(3) || all_made && found.is_none());
         false

@@ -1,5 +1,5 @@
-//! Lasers on the simulated pins: rasters at full speed, energy at every step, no light in rapids
-//! and rests, and both directions of a raster in the same place.
+//! Lasers at the simulated pins: rasters run at full speed, each step gets its energy, rapids and
+//! rests are dark, and both directions of a raster burn in the same place.
 
 use leadscrew_planner::Cartesian;
 use leadscrew_sim::{Cycle, Memory, Rate, StepEvent};
@@ -12,8 +12,8 @@ use std::num::NonZeroU32;
 /// CPU cycles in a second.
 const HZ: f64 = 168e6;
 
-/// 80 steps/mm, 500 mm/s, a laser with full power at S1000, and motion that waits for no pause of
-/// the sender.
+/// 80 steps/mm, 500 mm/s, and a laser with full power at S1000, which stays lit when its sender is
+/// silent.
 fn settings(acceleration: u32) -> String {
     format!("$100=80\n$101=80\n$110=30000\n$111=30000\n$120={acceleration}\n$121={acceleration}\n$32=1\n$30=1000\n$707=0\n")
 }
@@ -21,7 +21,7 @@ fn settings(acceleration: u32) -> String {
 const X: usize = 0;
 const Y: usize = 1;
 
-/// A row of `count` pixels of `size` µm to the right at 450 mm/s.
+/// A row of `count` pixels of `size` µm in the positive direction at 450 mm/s.
 fn row(count: u32, size: u32, line: impl Fn(&mut String, u32, String)) -> String {
     let mut program = String::from("M4S0\nF27000\n");
     for k in 1..=count {
@@ -31,7 +31,7 @@ fn row(count: u32, size: u32, line: impl Fn(&mut String, u32, String)) -> String
     program
 }
 
-/// Seconds from the first to the last step of a row of 600 mm, sent over `rate`.
+/// The time from the first to the last step of a row of 600 mm that is sent over `rate`, s.
 fn seconds(rate: Rate, program: &str) -> f64 {
     let mut setup = setup::<3>(1);
     setup.lines = vec![rate];
@@ -45,7 +45,7 @@ fn seconds(rate: Rate, program: &str) -> f64 {
     (last - first) as f64 / HZ
 }
 
-/// A row that was burnt pixel by pixel takes no longer than one line.
+/// Checks that a row of 600 mm, burnt pixel by pixel, takes no longer than a single line.
 fn runs_at_full_speed(rate: Rate, program: &str) {
     let at_best = seconds(rate, "M4S500\nG1X600F27000\n");
     let (reach, feed) = (600.0, 450.0);
@@ -65,7 +65,7 @@ fn a_row_of_tenths_of_a_millimetre_runs_at_450_mm_s() {
     runs_at_full_speed(Rate::NeverWaits, &program);
 }
 
-/// 9000 lines/s: they come as they are burnt.
+/// 9000 lines/s, which are burnt as they come.
 #[test]
 fn a_row_of_twentieths_runs_at_450_mm_s_over_a_serial_line_of_3_megabaud() {
     let program = row(12_000, 50, |program, k, x| {
@@ -76,7 +76,7 @@ fn a_row_of_twentieths_runs_at_450_mm_s_over_a_serial_line_of_3_megabaud() {
     runs_at_full_speed(line, &program);
 }
 
-/// 18 000 pixels a second are more than the controller prepares: the row is slowed down, and
+/// 18 000 pixels a second are more than the controller can prepare: it slows the row down, so that
 /// segments do not run out.
 #[test]
 fn a_row_that_asks_for_too_many_pixels_a_second_is_slowed_down() {
@@ -107,9 +107,9 @@ fn a_row_that_asks_for_too_many_pixels_a_second_is_slowed_down() {
     }
 }
 
-/// The exposure of pixels at 450 mm/s, greys from a tenth to full power in no order, against duty
-/// times time from the pixel's first step edge to its last: the worst ratio to 1, for pixels of
-/// `size` µm, 80 steps/mm.
+/// Burns pixels of `size` µm at 450 mm/s, at 80 steps/mm, with powers from a tenth to full power in
+/// random order. Compares the exposure of each with duty times time, from the step edge at which
+/// the pixel begins to its last one. Answers the worst relative error.
 fn worst_exposure(size: u32) -> f64 {
     let count = 80_000 / size;
     let grey = |k: u32| 100 + (k.wrapping_mul(2_654_435_761) >> 16) % 901;
@@ -119,7 +119,7 @@ fn worst_exposure(size: u32) -> f64 {
     let run = run_program(&settings(5000), &program);
     let steps_in_pixel = size as usize * 80 / 1000;
     let edges: Vec<f64> = run.steps.iter().map(|step| step.cycle.0 as f64).collect();
-    // 25 mm to 55 mm: neither ramp, 20 mm each, reaches there.
+    // Pixels from 25 mm to 55 mm: neither ramp, each 20 mm long, reaches them.
     let pixels = (25_000 / size..55_000 / size).map(|k| {
         let last = k as usize * steps_in_pixel - 1;
         let (from, to) = (edges[last - steps_in_pixel], edges[last]);
@@ -129,7 +129,7 @@ fn worst_exposure(size: u32) -> f64 {
     pixels.fold(0.0, f64::max)
 }
 
-/// Power times time from one cycle to another.
+/// The integral of power over time from one cycle to another.
 fn exposure(powers: &[(Cycle, Power)], from: f64, to: f64) -> f64 {
     let next = powers.partition_point(|(cycle, _)| cycle.0 as f64 <= from);
     let (mut sum, mut at) = (0.0, from);
@@ -154,7 +154,7 @@ fn a_pixel_has_its_own_exposure_whatever_its_neighbours_have() {
     }
 }
 
-/// As LaserGRBL writes a black and white picture: white is skipped.
+/// A black and white picture as LaserGRBL writes it: rapids skip the white.
 #[test]
 fn a_row_with_gaps_runs_at_450_mm_s() {
     let program = row(6000, 100, |program, k, x| match k * k % 11 % 3 {
@@ -164,7 +164,7 @@ fn a_row_with_gaps_runs_at_450_mm_s() {
     runs_at_full_speed(Rate::NeverWaits, &program);
 }
 
-/// A field of the answer to `?`.
+/// The number in a field of the answer to `?`.
 fn ask(session: &mut Session<'_, Cartesian, 3>, field: &str) -> f64 {
     session.send(0, "?");
     session.wait_us(2_000);
@@ -187,8 +187,8 @@ fn free_moves_fall_with_the_pixels_planned_and_come_back_as_they_are_made() {
     let mut free = vec![1024.0];
     session.send(0, "M4G1F60\n");
     for part in 0..50 {
-        // 80 pixels of 0.1 mm at 1 mm/s, no more than the receive buffer takes; 4608 are a full
-        // queue.
+        // 80 pixels of 0.1 mm at 1 mm/s, no more than the receive buffer takes. A full queue has
+        // 4608.
         let pixels = (1..=80).map(|k| format!("X{:.1}S{}\n", f64::from(part * 80 + k) * 0.1, k));
         session.send(0, pixels.collect::<String>());
         session.wait_us(20_000);
@@ -221,7 +221,7 @@ fn the_line_under_way_is_that_of_the_pixel_under_way() {
     for _ in 0..30 {
         let line = ask(&mut session, "Ln:") / 10.0;
         let x = ask(&mut session, "MPos:");
-        // 4 ms from answer to answer, 2 ms committed.
+        // Lines are answered 4 ms apart, and 2 ms of motion are committed.
         assert!((line - 1.01..line + 0.06).contains(&x), "N{line} at {x}");
         session.wait_us(107_000);
     }
@@ -229,7 +229,7 @@ fn the_line_under_way_is_that_of_the_pixel_under_way() {
     session.finish();
 }
 
-/// Two rows and the way between them by rapids: those alone move Y, or X beyond 10 mm.
+/// Three rows and the rapids between them: only the rapids move Y, or X beyond 10 mm.
 fn picture() -> String {
     let mut program = String::from("M4\n");
     for (row, y) in [0.5, 1.0, 1.5].iter().enumerate() {
@@ -253,7 +253,7 @@ fn picture() -> String {
     program
 }
 
-/// Steps that only a rapid makes.
+/// The steps that only a rapid makes.
 fn dark(steps: &[StepEvent]) -> impl Iterator<Item = (usize, &StepEvent)> {
     let mut x = 0;
     steps.iter().enumerate().filter(move |(_, event)| {
@@ -264,8 +264,7 @@ fn dark(steps: &[StepEvent]) -> impl Iterator<Item = (usize, &StepEvent)> {
     })
 }
 
-/// The laser's other rules are checked by the simulator, before and after each turn of the main
-/// loop.
+/// The simulator checks the other rules of the laser, before and after each turn of the main loop.
 #[test]
 fn the_laser_is_off_in_every_rapid_whatever_interrupts_the_job() {
     let program = picture();
@@ -299,7 +298,8 @@ fn the_laser_is_off_in_every_rapid_whatever_interrupts_the_job() {
     }
 }
 
-/// An underrun apart, power goes with a stop at once, though the next step may be a second away.
+/// Unless segments run out, the power goes off at once with a stop, though the next step may be a
+/// second away.
 #[test]
 fn a_reset_in_a_slow_move_switches_the_laser_off_at_once() {
     for mode in ["M3", "M4"] {
@@ -338,7 +338,7 @@ fn a_laser_at_rest_is_off_while_held_and_comes_back() {
     }
 }
 
-/// Where power goes on or off, in steps of X, `delay_us` after it is put out.
+/// Where the laser goes on or off, in steps of X, if it follows its power pin after `delay_us`.
 fn burnt(steps: &[StepEvent], delay_us: u64) -> Vec<f64> {
     let mut x = 0i32;
     let mut track: Vec<(u64, i32)> = Vec::new();
@@ -385,13 +385,13 @@ fn both_directions_of_a_raster_burn_in_the_same_place_with_the_laser_s_delay_set
     }
 }
 
-/// Cycles of a step that may have several powers: 0.9 ms.
+/// A longer step than this may have several powers, cycles: 0.9 ms.
 const SLOW: f64 = 151_200.0;
 
-/// Cycles in which the power that belongs to a step's begin is put out.
+/// The cycles after a step's edge within which its first power is put out.
 const SETTLING: u64 = 1000;
 
-/// Cycles of full power that were put out between two steps.
+/// The energy put out between two steps, in cycles of full power.
 fn burnt_between(powers: &[(Cycle, Power)], from: Cycle, until: Cycle) -> f64 {
     let begun = powers.partition_point(|(at, _)| *at <= from + SETTLING);
     let changes = powers[begun.saturating_sub(1)..].iter();
@@ -408,7 +408,8 @@ fn burnt_between(powers: &[(Cycle, Power)], from: Cycle, until: Cycle) -> f64 {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
 
-    /// Duty times interval at every step, at the pins; the planner's own tests look at more.
+    /// Checks the energy, duty times interval, of every step at the pins. The planner's own tests
+    /// check more.
     #[test]
     fn each_step_on_a_row_gets_its_energy(
         pixels in prop::collection::vec((1u32..400, 20u32..=1000), 1..60), feed in 60u32..24_000,
@@ -439,14 +440,14 @@ proptest! {
         let powers = pixels.iter().flat_map(|(steps, power)| std::iter::repeat_n(*power, *steps as usize));
         for (pair, power) in steps.windows(2).zip(powers.skip(1)) {
             let interval = (pair[1].cycle - pair[0].cycle) as f64;
-            // A held step waits as long as the hold; one that is not 100 timer counts long is not
-            // looked at.
+            // A held step lasts as long as the hold. A step shorter than 100 timer counts (200
+            // cycles) is not checked.
             if !(200.0..0.5 * HZ).contains(&interval) {
                 continue;
             }
             let due = f64::from(power) / 1000.0 / 80.0 / (f64::from(feed) / 60.0) * HZ;
-            // What changes the power comes a little after a step: that matters where steps are
-            // fast, and have one power each.
+            // The power changes a little after a step. That matters only where steps are fast and
+            // have one power each.
             let energy = if interval > SLOW {
                 burnt_between(&run.powers, pair[0].cycle, pair[1].cycle)
             } else {
@@ -458,7 +459,7 @@ proptest! {
     }
 }
 
-/// A hold slows down to rest within a step, which so takes tens of milliseconds.
+/// A hold decelerates to rest within a step, so that the step takes tens of milliseconds.
 #[test]
 fn under_m3_the_last_step_of_a_hold_burns_no_more_than_a_step_at_the_programmed_feed() {
     for (steps_per_mm, feed, acceleration) in [(250, 500, 10), (80, 500, 10), (80, 6000, 500)] {

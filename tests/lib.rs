@@ -7,8 +7,8 @@
 //! ```
 //!
 //! A [`Session`] is a machine on its desk, with a [`Desk`] at the other end of its serial lines.
-//! [`Session::finish`] ends it, asserts what must hold after anything that moves, and leaves what
-//! happened as a [`Run`].
+//! [`Session::finish`] ends the session, asserts what must hold after any motion, and answers the
+//! recorded events as a [`Run`].
 #![forbid(unsafe_code)]
 
 pub mod abuse;
@@ -29,7 +29,7 @@ use std::path::{Path, PathBuf};
 /// Moves planned ahead, as on the board.
 pub const MOVES: usize = 1024;
 
-/// Later than the end of anything that a test does, after power-up.
+/// The end of all waits, counted from power-up: one hour, more than any test takes.
 const LIMIT: Cycle = Cycle::from_micros(3_600_000_000);
 
 /// A machine with `N` linear axes and `lines` serial lines that never wait.
@@ -39,7 +39,7 @@ pub fn setup<const N: usize>(lines: usize) -> Setup<N> {
     setup
 }
 
-/// Runs `program` on a machine of three axes after its `settings`, lines as `$$` prints them.
+/// Runs `settings`, lines as `$$` prints them, and then `program` on a machine of three axes.
 pub fn run_program(settings: &str, program: &str) -> Run<3> {
     let setup = setup::<3>(1);
     let mut memory = Memory::new(&setup);
@@ -68,33 +68,33 @@ pub struct Run<const N: usize> {
     pub outcome: Outcome<N>,
     /// All step events.
     pub steps: Vec<StepEvent>,
-    /// The electrical levels of the pins whenever pulses begin or end.
+    /// The electrical levels of the pins whenever a pulse begins or ends.
     pub pins: Vec<Pins>,
-    /// The other changes, and their times.
+    /// The changes of other outputs, and their times.
     pub signals: Vec<(Cycle, Signal)>,
-    /// Each change of the power, exact.
+    /// Each change of the power with its time.
     pub powers: Vec<(Cycle, Power)>,
 }
 
-/// A change of an output that is no step.
+/// A change of an output other than a step.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Signal {
     /// Spindle or laser power, thousandths of full power.
     Power(u32),
-    /// The electrical level of the drivers' enable pin: low enables, where not inverted.
+    /// The electrical level of the drivers' enable pin. A low level enables, unless it is inverted.
     EnableHigh(bool),
     /// The flood valve.
     Flood(bool),
 }
 
-/// Electrical levels of all step and direction pins, a bit a motor.
+/// The electrical levels of all step and direction pins, one bit for each motor.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Pins {
-    /// A pulse begins, rather than ends.
+    /// Whether a pulse begins; otherwise one ends.
     pub pulse: bool,
     /// Step pins that are high.
     pub step: u8,
-    /// Direction pins that are high: negative, where not inverted.
+    /// Direction pins that are high. High is the negative direction, unless the pin is inverted.
     pub direction: u8,
 }
 
@@ -171,14 +171,14 @@ impl Observer for Recorder {
 #[derive(Debug, Default)]
 struct Wire {
     to_send: VecDeque<u8>,
-    /// Goes away once all is sent.
+    /// The sender goes away once all bytes are sent.
     leaves: bool,
     incoming: Vec<u8>,
     heard: Vec<String>,
 }
 
-/// Who sits at the other end of all serial lines: sends what it is told to, keeps the lines that it
-/// hears.
+/// The other end of all serial lines: it sends the bytes that it is given and keeps the lines that
+/// it hears.
 #[derive(Debug, Default)]
 pub struct Desk([Wire; CHANNELS]);
 
@@ -277,7 +277,7 @@ impl<'a, K: Kinematics<N, N> + Clone, const N: usize> Session<'a, K, N> {
         self.desk.0[line].to_send.extend(bytes.as_ref());
     }
 
-    /// Goes away from a line behind the bytes sent on it: the socket closes, the cable is pulled.
+    /// Goes away from a line once its bytes are sent: the socket closes, the cable is pulled.
     pub fn leave(&mut self, line: usize) {
         self.desk.0[line].leaves = true;
     }
@@ -287,12 +287,12 @@ impl<'a, K: Kinematics<N, N> + Clone, const N: usize> Session<'a, K, N> {
         !self.desk.0[line].to_send.is_empty()
     }
 
-    /// Lines heard on a serial line since they were last asked for; empty ones are left out.
+    /// The lines heard on a serial line since the last call; empty ones are left out.
     pub fn heard(&mut self, line: usize) -> Vec<String> {
         std::mem::take(&mut self.desk.0[line].heard)
     }
 
-    /// Sends on line 0 and waits until nothing moves; answers the lines heard on it.
+    /// Sends `text` on line 0 and waits until nothing moves. Answers the lines heard on it.
     pub fn say(&mut self, text: &str) -> Vec<String> {
         self.send(0, text);
         self.until_quiet();
@@ -326,20 +326,20 @@ impl<'a, K: Kinematics<N, N> + Clone, const N: usize> Session<'a, K, N> {
         assert_eq!(answers.alarm, None);
     }
 
-    /// Ends the session, whatever came of it: all step events.
+    /// Ends the session without any check. Answers all step events.
     pub fn into_steps(self) -> Vec<StepEvent> {
         self.sim.take().finish().1.steps
     }
 
-    /// Ends the session. Nothing may have been late or violated, and the carriages stand where they
-    /// are counted.
+    /// Ends the session. Asserts that nothing was late, that no rule was violated, and that the
+    /// carriages stand where they are counted.
     pub fn finish(self) -> Run<N> {
         let late = self.sim.outcome().late;
         assert!(late.is_empty(), "{late:?}");
         self.finish_late()
     }
 
-    /// As [`Session::finish`], though something was late: bytes lost, segments run out.
+    /// As [`Session::finish`], but permits that something was late: bytes lost, segments run out.
     pub fn finish_late(self) -> Run<N> {
         let counted = self.sim.counted_position().map(i64::from);
         let (outcome, recorder) = self.sim.take().finish();

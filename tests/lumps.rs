@@ -1,5 +1,5 @@
-//! Lines that come in lumps, as from a sender on a busy computer: motion runs dry between them, and
-//! segments never run out.
+//! Lines that come in bursts, as from a sender on a busy computer. Motion stops for want of lines
+//! between them, but segments never run out.
 
 use leadscrew_planner::Cartesian;
 use leadscrew_sim::Memory;
@@ -9,7 +9,7 @@ use std::collections::VecDeque;
 
 type Desk<'a> = Session<'a, Cartesian, 3>;
 
-/// Bytes of unanswered lines: Grbl's receive buffer.
+/// The most bytes of unanswered lines that the sender keeps under way: Grbl's receive buffer.
 const WINDOW: usize = 128;
 
 const QUICK: &str = "$110=6000\n$111=6000\n$112=3000\n$120=800\n$121=800\n$122=800\n$10=255\n";
@@ -17,11 +17,11 @@ const QUICK: &str = "$110=6000\n$111=6000\n$112=3000\n$120=800\n$121=800\n$122=8
 /// The sender's next action.
 #[derive(Clone, Copy, Debug)]
 enum Turn {
-    /// It hears everything and sends lines as they fit, after this time, µs.
+    /// It waits for this time, µs, reads everything and sends the lines that fit.
     Lines(u64),
-    /// It asks for a report after this time, µs.
+    /// It waits for this time, µs, and asks for a report.
     Report(u64),
-    /// An override, after this time, µs.
+    /// It waits for this time, µs, and sends an override.
     Override(u64, u8),
 }
 
@@ -35,8 +35,8 @@ fn turn() -> impl Strategy<Value = Turn> {
     ]
 }
 
-/// Streams by character counting in the sender's own time, which begins anew when its turns are
-/// used up.
+/// Streams a job by character counting. The sender takes its `turns` one after the other, and
+/// starts again after the last one.
 fn stream(session: &mut Desk<'_>, job: &str, turns: &[Turn]) {
     let mut waiting: VecDeque<&str> = job.lines().collect();
     let mut unanswered: VecDeque<usize> = VecDeque::new();

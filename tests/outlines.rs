@@ -1,10 +1,10 @@
 //! Outlines of pixels and bitmap traces: paths of pieces about as short as `$11`, with a corner at
 //! each.
 //!
-//! Promised to whoever sets `$120` and `$11`: between corners no axis accelerates more than `$12x`,
-//! and at a corner its speed jumps by no more than junction deviation allows. Both are looked for
-//! in the step edges alone: the second difference of an axis's place over the time `h` to both
-//! sides is at most
+//! The promise to whoever sets `$120` and `$11`: between corners no axis accelerates by more than
+//! `$12x`, and at a corner its speed jumps by no more than junction deviation allows. The tests
+//! check both with the step edges alone: the second difference of an axis's place over the time `h`
+//! to both sides is at most
 //!
 //! ```text
 //! a·h² + Σ jump·(h − |t − t_corner|) + 4 steps
@@ -18,12 +18,12 @@ use std::fmt::Write;
 /// CPU cycles in a second.
 const HZ: f64 = 168e6;
 
-/// Steps/mm, so fine that whole steps hide little.
+/// Steps/mm: so many that whole steps hide little.
 const SCALE: f64 = 800.0;
 
 type Point = [f64; 2];
 
-/// A path, and the machine's settings.
+/// A path, and the machine's settings for it.
 #[derive(Clone, Debug)]
 struct Outline {
     points: Vec<Point>,
@@ -50,7 +50,7 @@ impl Outline {
         run_program(&settings, &program)
     }
 
-    /// The places in whole steps, from the origin on.
+    /// The places in whole steps, beginning with the origin.
     fn places(&self) -> Vec<[i64; 2]> {
         let steps = |at: &f64| ((at * 1e4).round() / 1e4 * SCALE).round() as i64;
         let places = self
@@ -60,8 +60,8 @@ impl Outline {
         std::iter::once([0, 0]).chain(places).collect()
     }
 
-    /// How fast a corner may be taken, mm/s, as S. K. Jeon's article has it; each axis bounds the
-    /// acceleration across it.
+    /// The most speed at a corner, mm/s, by the formula of S. K. Jeon's article on junction
+    /// deviation; each axis bounds the acceleration across the corner.
     fn corner_speed(&self, from: Point, to: Point) -> f64 {
         let cos = -(from[0] * to[0] + from[1] * to[1]);
         let turn = [to[0] - from[0], to[1] - from[1]];
@@ -76,7 +76,7 @@ impl Outline {
         (self.acceleration / across * self.deviation * sine / (1.0 - sine).max(1e-12)).sqrt()
     }
 
-    /// By which share of what is allowed the step edges of an axis bend the most.
+    /// The largest second difference of an axis's place, as a share of the allowed one.
     fn bend(&self, steps: &[StepEvent], axis: usize) -> f64 {
         let edges = Edges::new(steps, axis);
         let corners = self.corners(steps, axis);
@@ -132,7 +132,7 @@ fn seconds(event: &StepEvent) -> f64 {
     event.cycle.0 as f64 / HZ
 }
 
-/// Each step of an axis: when, and where the axis is then, steps.
+/// Each step of an axis: its time, s, and the axis's place after it, steps.
 struct Edges(Vec<(f64, i64)>);
 
 impl Edges {
@@ -148,14 +148,14 @@ impl Edges {
         )
     }
 
-    /// Where the axis is at a time.
+    /// The axis's place at a time, steps.
     fn before(&self, time: f64) -> i64 {
         let count = self.0.partition_point(|(at, _)| *at <= time);
         count.checked_sub(1).map_or(0, |last| self.0[last].1)
     }
 }
 
-/// Staircases, walks to the eight neighbours of a pixel, and pieces of any direction to the front.
+/// Staircases, walks to the eight neighbours of a pixel, and pieces in any forward direction.
 fn outline() -> impl Strategy<Value = Outline> {
     let turns = prop::collection::vec(any::<u8>(), 100..160);
     let machine = (
@@ -220,7 +220,7 @@ proptest! {
     }
 }
 
-/// A machine whose `$11` is four times the one that was promised is found out.
+/// The checks must find a machine whose `$11` is four times the promised one.
 #[test]
 fn corners_that_are_taken_twice_as_fast_are_seen_on_the_step_edges() {
     let points = (0..200).map(|k| [f64::from((k + 2) / 2) * 0.05, f64::from((k + 1) / 2) * 0.05]);

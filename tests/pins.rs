@@ -1,5 +1,5 @@
-//! Facts that no recording shows: laser power, the drivers' enable pin, step and direction levels,
-//! at every edge.
+//! What no recording shows: laser power, the drivers' enable pin, step and direction levels, at
+//! every edge.
 
 use leadscrew_machine::config::MachineConfig;
 use leadscrew_planner::Cartesian;
@@ -12,12 +12,12 @@ use leadscrew_tests::{run_program, setup, Run, Session, Signal};
 
 type Desk<'a> = Session<'a, Cartesian, 3>;
 
-/// Steps in a millimetre, as a new machine has them.
+/// Steps in a millimetre by a new machine's settings.
 const MM: usize = 250;
 
 const LASER: &str = "$32=1\n$707=0\n$110=3000\n$111=3000\n$120=100\n$121=100\n";
 
-/// Runs `then` with a laser's machine.
+/// Calls `then` with a laser machine.
 fn with_laser(then: impl FnOnce(&mut Desk<'_>)) -> Run<3> {
     let setup = setup::<3>(1);
     let mut memory = Memory::new(&setup);
@@ -72,11 +72,11 @@ fn under_m3_the_laser_is_on_at_rest_while_the_program_is_cutting() {
             assert_eq!(session.say(&format!("{line}\n")), ["ok"], "{line}");
         }
     });
-    // Off in G0 (no edge), on with the cut and after it, off, on, 300, off, 200, off.
+    // Off in G0 (no edge), on at the cut and after it, off, on, 300, off, 200, off.
     assert_eq!(powers(&run), [500, 0, 500, 300, 0, 200, 0]);
 }
 
-/// The speed from each step event to the next one, mm/s, where motor 0 makes all of them.
+/// The speed from each step event to the next one, mm/s. Motor 0 must make all of them.
 fn speeds(run: &Run<3>) -> Vec<f64> {
     let pairs = run.steps.windows(2);
     pairs
@@ -84,11 +84,11 @@ fn speeds(run: &Run<3>) -> Vec<f64> {
         .collect()
 }
 
-/// Under M4 the power is S times the share of the feed that the laser moves with, at every step.
+/// Checks that under M4, at every step, the power is S times the ratio of the speed to the feed.
 fn assert_scaled(run: &Run<3>, s: f64, feed_mm_s: f64) {
     let speeds = speeds(run);
     let powers = step_powers(run);
-    // From rest to rest: the first and the last interval belong to no speed.
+    // The motion begins and ends at rest: the first and the last interval show no speed.
     for index in 2..speeds.len() - 2 {
         let expected = s * (speeds[index] / feed_mm_s).min(1.0);
         let found = f64::from(powers[index + 1]);
@@ -125,8 +125,9 @@ fn under_m4_a_rapid_is_dark() {
 
 #[test]
 fn a_jog_has_the_power_of_g1_whatever_the_motion_mode_as_in_grbl() {
-    // G1: on before, during and after it, without an edge. G0: on with the jog, as the recording
-    // `laser_m3_g0_jog` shows, and off with its end, where Grbl's stays lit.
+    // G1: the power is on before, during and after the jog, without an edge. G0: it goes on with
+    // the jog, as the recording `laser_m3_g0_jog` shows, and off at its end, where Grbl leaves it
+    // on.
     let cut = with_laser(|session| {
         for line in ["M3S500", "G1X1F600", "$J=X2F600"] {
             assert_eq!(session.say(&format!("{line}\n")), ["ok"], "{line}");
@@ -141,7 +142,7 @@ fn a_jog_has_the_power_of_g1_whatever_the_motion_mode_as_in_grbl() {
     });
     assert_eq!(step_powers(&rapid), [[0; MM], [500; MM]].concat());
     assert_eq!(powers(&rapid), [500, 0]);
-    // One that goes nowhere lights nothing.
+    // A jog that goes nowhere lights nothing.
     let still = with_laser(|session| {
         for line in ["M3S500", "G0X1", "$J=X1F600"] {
             assert_eq!(session.say(&format!("{line}\n")), ["ok"], "{line}");
@@ -184,7 +185,7 @@ fn a_hold_switches_the_laser_off_once_it_stands_and_a_resume_on_again() {
         assert_eq!(run.net_steps()[0], 10 * MM as i64);
         match mode {
             "M3" => {
-                // The last step of the hold is long: it has no more than a step's energy.
+                // The last step of the hold is long, but it gets no more energy than one step.
                 let last = run.steps.iter().rposition(|event| event.cycle < held);
                 let mut by_step = step_powers(&run);
                 assert!(by_step.remove(last.unwrap()) <= 500);
@@ -229,8 +230,7 @@ fn a_reset_and_a_limit_switch_take_the_power_off_before_another_step() {
         });
         let changes = power_changes(&run);
         assert_eq!(powers(&run), [500, 0]);
-        // A step every 200 us: the interrupt that would have made the next one switches the laser
-        // off.
+        // Steps come every 200 µs: the interrupt for the next step switches the laser off instead.
         let off = changes[1].0;
         assert!(
             off <= cut + Cycle::from_micros(250).0,
@@ -246,7 +246,7 @@ fn a_reset_and_a_limit_switch_take_the_power_off_before_another_step() {
 #[test]
 fn segments_that_run_out_in_motion_are_counted_and_end_in_the_dark_with_an_alarm() {
     let mut setup = setup::<3>(1);
-    // A main loop that hangs for longer than the committed motion.
+    // The main loop hangs for longer than the committed motion lasts.
     setup.costs.report = CPU_HZ as u32 / 50;
     let mut memory = Memory::new(&setup);
     let mut session = Session::new(&mut memory, &setup, Cartesian);
@@ -274,7 +274,7 @@ fn segments_that_run_out_in_motion_are_counted_and_end_in_the_dark_with_an_alarm
     assert!((1..10 * MM as i64).contains(&run.net_steps()[0]));
 }
 
-/// Sixteen of the moves are planned or wait for room when segments run out.
+/// Sixteen of the moves are planned or wait for room when the segments run out.
 #[test]
 fn what_was_to_come_when_segments_ran_out_is_refused_at_once_and_never_moves() {
     let mut setup = setup::<3>(1);
@@ -302,7 +302,7 @@ fn what_was_to_come_when_segments_ran_out_is_refused_at_once_and_never_moves() {
     assert_eq!(moved, 250, "from where it stopped");
 }
 
-/// Levels of the enable pin in order, and when they came.
+/// The levels of the enable pin in order, and when each began.
 fn enables(run: &Run<3>) -> Vec<(Cycle, bool)> {
     let levels = run
         .signals
@@ -350,7 +350,7 @@ fn drivers_are_enabled_at_every_step_and_for_the_set_time_after_the_last() {
                 (255, Some((since, _))) => panic!("$1=255: off at {since}"),
                 (_, None) => panic!("$1={delay_ms}: never off"),
                 (_, Some((since, _))) => {
-                    // The step interrupt rests with the tick behind the last step; then the main
+                    // The step interrupt stops one tick after the last step, and only then the main
                     // loop sees it.
                     let least = Cycle::from_micros(delay_ms * 1000).0;
                     let span = *since - last;

@@ -9,17 +9,17 @@ use leadscrew_tests::{run_program, setup, Session};
 use proptest::prelude::*;
 use std::fmt::Write;
 
-/// 10⁻⁹ mm or inches in one unit of the words below: they have four decimals.
+/// One unit of the words below, which have four decimals, in 10⁻⁹ mm or inches.
 const WORD: i128 = 100_000;
 
-/// Odd scales, and speed enough to be quick.
+/// Odd scales, and high speeds so that the tests are quick.
 const SETTINGS: &str = "$100=80.37\n$101=250.123\n$102=133.333\n$110=9000\n$111=9000\n$112=9000\n\
                         $120=2000\n$121=2000\n$122=2000\n";
 
 /// The scales of [`SETTINGS`] in 10⁻⁹ steps/mm.
 const SCALES: [i128; 3] = [80_370_000_000, 250_123_000_000, 133_333_000_000];
 
-/// Values of the words X, Y, Z in 10⁻⁴ units; not all axes need have one.
+/// Values of the words X, Y, Z in units of 10⁻⁴; an axis may have none.
 type Words = [Option<i32>; 3];
 
 /// A line of a program.
@@ -52,13 +52,13 @@ struct Arc {
     /// 1 to 4.
     quarters: u8,
     z: Option<i32>,
-    /// Say the radius instead of the centre; not for whole circles.
+    /// Whether to write the radius instead of the centre; not for whole circles.
     by_radius: bool,
 }
 
 impl Arc {
-    /// From start to end: the spoke to the start, turned by this number of quarters, less the
-    /// spoke.
+    /// The vector from start to end: the vector from the centre to the start, turned by the number
+    /// of quarters, less itself.
     fn travel(&self) -> [i32; 2] {
         let spoke = self.centre.map(|c| -c);
         let [mut x, mut y] = spoke;
@@ -75,7 +75,7 @@ impl Arc {
     }
 }
 
-/// The result of a program.
+/// The state of a program, in exact arithmetic.
 #[derive(Default)]
 struct Reference {
     inches: bool,
@@ -182,7 +182,7 @@ impl Reference {
         );
     }
 
-    /// Sets those of `which` that have a word to what `value` makes of it.
+    /// Sets each value of `which` whose axis has a word to the result of `value`.
     fn set(
         &mut self,
         words: &Words,
@@ -209,14 +209,14 @@ impl Reference {
     }
 }
 
-/// A number of 10⁻⁴ as a decimal.
+/// A number in units of 10⁻⁴ as a decimal.
 fn decimal(word: i32) -> String {
     let sign = if word < 0 { "-" } else { "" };
     let magnitude = word.unsigned_abs();
     format!("{sign}{}.{:04}", magnitude / 10_000, magnitude % 10_000)
 }
 
-/// Words of up to 5 units, at least one of them.
+/// Words from −5 to 5 units, at least one of them.
 fn words() -> impl Strategy<Value = Words> {
     let word = || prop::option::of(-50_000i32..=50_000);
     [word(), word(), word()].prop_filter("no word", |words| words.iter().any(Option::is_some))
@@ -284,7 +284,8 @@ fn reported(session: &mut Session<'_, Cartesian, 3>, field: &str) -> String {
     fields.next().expect(field).to_owned()
 }
 
-/// At X10 with 250 steps/mm: 2500 steps, which are 5 mm with 500 steps/mm.
+/// At X10 with 250 steps/mm the machine has counted 2500 steps, which would be 5 mm with 500
+/// steps/mm.
 #[test]
 fn another_number_of_steps_in_a_millimetre_moves_nothing() {
     for (change, line, steps, place) in [

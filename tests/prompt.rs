@@ -1,8 +1,8 @@
-//! How soon a feed hold or an override acts: the steps after the byte are compared with the
-//! undisturbed run.
+//! How soon a feed hold or an override acts. The steps after the byte are compared with those of
+//! the undisturbed run.
 //!
-//! Up to the end of what was committed both make the same step events. The last of these begins the
-//! first interval that is not as planned: there the deceleration begins.
+//! Both runs make the same step events until the motion committed before the byte has ended. The
+//! last equal event begins the first changed interval, where the deceleration begins.
 
 use leadscrew_planner::Cartesian;
 use leadscrew_sim::{Cycle, Memory, StepEvent};
@@ -13,8 +13,8 @@ type Desk<'a> = Session<'a, Cartesian, 3>;
 
 const CYCLES_PER_US: u64 = 168;
 
-/// From the byte to the begin of the deceleration at most, µs: 1950 are committed (docs/motion.md,
-/// section 6), and a step at 50 kHz may be the same to the cycle after that.
+/// The longest time from the byte to the start of the deceleration, µs. 1950 µs are committed
+/// (docs/motion.md, section 6); the next step, at 50 kHz, may by chance be the same to the cycle.
 const WITHIN: u64 = 1_970;
 
 const SETTINGS: &str =
@@ -23,12 +23,13 @@ const SETTINGS: &str =
 struct Situation {
     name: &'static str,
     program: String,
-    /// When the first byte comes after the program's, and how many are tried so far apart, µs.
+    /// The instants at which the byte is tried, after the program was sent, µs: the first one, and
+    /// the time from each to the next.
     begin: u64,
     every: u64,
 }
 
-/// Instants tried in each situation.
+/// The number of instants tried in each situation.
 const TRIES: u64 = 20;
 
 fn short_moves() -> String {
@@ -75,7 +76,7 @@ fn situations() -> Vec<Situation> {
     ]
 }
 
-/// Runs a situation's program; `byte` comes `after` microseconds after it was sent. When the byte
+/// Runs a situation's program and sends `byte` after the given time, µs. Answers when the byte
 /// came, and all step events.
 fn run(situation: &Situation, lead_us: u64, byte: Option<(u64, u8)>) -> (Cycle, Vec<StepEvent>) {
     let setup = setup::<3>(1);
@@ -83,7 +84,7 @@ fn run(situation: &Situation, lead_us: u64, byte: Option<(u64, u8)>) -> (Cycle, 
     let mut session: Desk<'_> = Session::new(&mut memory, &setup, Cartesian);
     session.stream(SETTINGS);
     session.stream(&format!("$703={lead_us}\n"));
-    // As a sender does that keeps the planner full.
+    // Send as a sender does that keeps the planner full.
     let lines: Vec<&str> = situation.program.split_inclusive('\n').collect();
     for some in lines.chunks(40) {
         session.send(0, some.concat());
@@ -97,7 +98,7 @@ fn run(situation: &Situation, lead_us: u64, byte: Option<(u64, u8)>) -> (Cycle, 
     (at, session.into_steps())
 }
 
-/// The interval of the step that is under way at `at`, cycles: by the motor that steps most.
+/// The interval of the step under way at `at`, cycles, of the motor that steps most (0).
 fn interval(steps: &[StepEvent], at: Cycle) -> u64 {
     let mut edges = steps.iter().filter(|event| event.motors.contains(0));
     let next = edges.clone().position(|event| event.cycle > at).unwrap();
@@ -106,7 +107,7 @@ fn interval(steps: &[StepEvent], at: Cycle) -> u64 {
     until - from
 }
 
-/// How long after `at` the runs are the same, cycles.
+/// How long after `at` the two runs stay the same, cycles; `None` if they never differ.
 fn same_for(undisturbed: &[StepEvent], steps: &[StepEvent], at: Cycle) -> Option<u64> {
     let pairs = undisturbed.iter().zip(steps);
     let same = pairs.take_while(|(a, b)| a.cycle == b.cycle && a.motors == b.motors);
@@ -115,7 +116,8 @@ fn same_for(undisturbed: &[StepEvent], steps: &[StepEvent], at: Cycle) -> Option
     (!all).then(|| last.max(at) - at)
 }
 
-/// Tries `byte` at many instants of all situations: the longest time until it acts, µs, is printed.
+/// Tries `byte` at many instants of the situations that `is_meant` selects, and prints the longest
+/// time until it acts, µs.
 fn acts_in_time(byte: u8, lead_us: u64, is_meant: impl Fn(&Situation) -> bool) {
     for situation in situations().iter().filter(|of| is_meant(of)) {
         let (_, undisturbed) = run(situation, lead_us, None);
@@ -161,7 +163,8 @@ fn an_override_acts_within_two_milliseconds() {
     acts_in_time(0x92, 1000, steady);
 }
 
-/// The way from where a hold begins to act is the shortest: `v²/2a`, rounded up to a whole step.
+/// From the start of the deceleration a hold takes the shortest way: `v²/2a`, rounded up to a whole
+/// step.
 #[test]
 fn a_feed_hold_stops_in_the_shortest_way() {
     for (situation, speed) in situations()
@@ -177,7 +180,7 @@ fn a_feed_hold_stops_in_the_shortest_way() {
             let stopping = steps
                 .iter()
                 .filter(|event| event.cycle > from && event.motors.contains(0));
-            // Nothing resumes. The first steps may be later by less than a cycle.
+            // Nothing resumes the motion. The first steps may come less than a cycle later.
             let made = stopping.count() as f64;
             let shortest = 250.0 * speed * speed / 1000.0;
             assert!(

@@ -1,5 +1,5 @@
-//! The shape of the machine: axes and motors, their number and kind, serial lines, startup lines;
-//! and that all of it happens on the same cycle each time.
+//! The shape of the machine: axes and motors, their number and kind, serial lines, startup lines.
+//! Also checks that repeated runs agree to the cycle.
 
 use leadscrew_machine::config::AxisKind;
 use leadscrew_planner::{Cartesian, CoreXy};
@@ -7,7 +7,7 @@ use leadscrew_sim::{Memory, Rate};
 use leadscrew_tests::{setup, Session};
 use std::num::NonZeroU32;
 
-/// The field of a report that begins with `name`, without it.
+/// The value of the report's field `name`.
 fn field<'a>(report: &'a str, name: &str) -> &'a str {
     let fields = report.trim_matches(['<', '>']).split('|');
     let mut found = fields.filter_map(|field| field.strip_prefix(name)?.strip_prefix(':'));
@@ -51,13 +51,13 @@ fn limits_bind_axes_not_the_motors_of_crossed_belts() {
         session.finish().outcome.motors.map(|motor| motor.peak_hz)
     };
     let near = |rate: f64, wanted: f64| (rate - wanted).abs() <= 0.01 * wanted;
-    // X may go 10 mm/s, Y 100 mm/s. Straight along X, both motors turn as fast as X.
+    // X may go at 10 mm/s, Y at 100 mm/s. Along X, both motors turn as fast as X.
     let [a, b, _] = peaks("G0 X20");
     assert!(near(a, 800.0) && near(b, 800.0), "{a} {b}");
-    // Along the diagonal X is still the limit: motor A alone turns, as fast as X and Y together.
+    // Along the diagonal X is still the limit: only motor A turns, as fast as X and Y together.
     let [a, b, _] = peaks("G0 X20 Y20");
     assert!(near(a, 1600.0) && b == 0.0, "{a} {b}");
-    // Along Y, Y's limit counts for both.
+    // Along Y, Y's limit holds for both motors.
     let [a, b, _] = peaks("G0 Y40");
     assert!(near(a, 8000.0) && near(b, 8000.0), "{a} {b}");
 }

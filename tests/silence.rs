@@ -1,5 +1,5 @@
-//! A laser that is lit at rest under M3 needs a sender that is there: one that is silent, goes away
-//! or is taken over leaves it dark.
+//! A laser that is lit at rest under M3 needs a sender that is present. If the sender falls silent,
+//! goes away or is replaced by another, the laser goes dark.
 
 use leadscrew_planner::Cartesian;
 use leadscrew_sim::Memory;
@@ -8,7 +8,7 @@ use leadscrew_tests::{setup, Session};
 
 type Desk<'a> = Session<'a, Cartesian, 3>;
 
-/// The operator's message, once.
+/// The message to the operator; it comes once.
 const WHY: &str = "[MSG:Laser off, its sender is silent ($707)]";
 
 const SECOND: u64 = 1_000_000;
@@ -37,7 +37,7 @@ fn is_lit(session: &Desk<'_>) -> bool {
     session.sim.board().power() > Power::OFF
 }
 
-/// Sends and lets half a second pass; answers the lines heard on line 0.
+/// Sends text on a line and waits half a second. Answers the lines heard on that line.
 fn say(session: &mut Desk<'_>, line: usize, text: &str) -> Vec<String> {
     session.send(line, text);
     session.wait_us(SECOND / 2);

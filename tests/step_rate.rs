@@ -1,5 +1,6 @@
-//! The highest step rate: with every pulse width three motors run at it, no event late, no step
-//! lost, each direction settled; what asks for more is told what would work.
+//! The highest step rate. With every pulse width three motors run at it: no event is late, no step
+//! is lost, each direction is set up in time. A setting that asks for more is answered with the
+//! highest value that works.
 
 use leadscrew_machine::config::MachineConfig;
 use leadscrew_machine::step_timing::StepTiming;
@@ -7,7 +8,7 @@ use leadscrew_planner::Cartesian;
 use leadscrew_sim::Memory;
 use leadscrew_tests::{run_program, setup, Session};
 
-/// 1000 steps/mm; more than the board can step.
+/// Settings with 1000 steps/mm that ask for more steps/s than the board can make.
 fn fast(pulse_us: u8) -> String {
     let axis = |axis: u32| {
         format!(
@@ -20,17 +21,18 @@ fn fast(pulse_us: u8) -> String {
     format!("$0={pulse_us}\n$11=0.05\n{}{}{}", axis(0), axis(1), axis(2))
 }
 
-/// All motors together; then at odd ratios, turning round at speed.
+/// All motors together, then moves with odd ratios that reverse at full speed.
 const PROGRAM: &str = "G91G1X20Y20Z20F99999\nX-20Y-19.9Z-7\nX20Y0.3Z-0.2\nX20Y-0.3Z0.2\nX-17Y-20Z3\nX-17Y20.1Z-3\nX-6Z-12.8\n";
 
 #[test]
 fn at_the_highest_rate_of_every_pulse_width_nothing_is_late_and_no_step_is_lost() {
     for pulse_us in [1, 2, 3, 4, 5, 10, 20, 50, 255] {
-        // Ends with nothing late, no step lost, no direction unsettled.
+        // The run fails if an event is late, a step is lost or a direction is set up too late.
         let run = run_program(&fast(pulse_us), PROGRAM);
         let highest = f64::from(StepTiming::F407.highest_rate(pulse_us, 3));
         let peak = run.outcome.peak_step_hz;
-        // Over 16 steps; a pulse's end may delay the last edge by its interrupt, 64 cycles.
+        // The peak is measured over 16 steps. The interrupt that ends a pulse, 64 cycles, may delay
+        // the last edge.
         assert!(
             (0.99..=1.006).contains(&(peak / highest)),
             "{pulse_us} us: {peak} of {highest} steps/s"
@@ -44,7 +46,7 @@ fn a_board_said_to_be_faster_than_it_is_has_late_events() {
     let mut setup = setup::<3>(1);
     setup.machine = MachineConfig {
         step_timing: StepTiming {
-            // 1.8 µs for three motors: less than a tick takes that loads a segment.
+            // 1.8 µs for three motors: less than the time of a tick that loads a segment.
             tick_ns: 1_200,
             pulse_end_ns: 0,
             setup_ns: 0,

@@ -1,4 +1,4 @@
-//! Streams of bytes: any at all, and streams of real senders that are easy to get wrong.
+//! Streams of random bytes, and streams of real senders that are easy to get wrong.
 
 #[path = "abuse/scripts.rs"]
 mod scripts;
@@ -12,7 +12,7 @@ use std::num::NonZeroU32;
 
 type Desk<'a> = Session<'a, Cartesian, 3>;
 
-/// 512, or as many as `PROPTEST_CASES` says.
+/// The number of cases: `PROPTEST_CASES`, or 512.
 fn cases() -> u32 {
     let told = std::env::var("PROPTEST_CASES").ok();
     told.and_then(|told| told.parse().ok()).unwrap_or(512)
@@ -27,8 +27,8 @@ proptest! {
     }
 }
 
-/// Found by the property above: the pulse before a stop was still high when the settings were put
-/// into effect.
+/// Found by the property above: the pulse before a stop was still high when the new settings took
+/// effect.
 #[test]
 fn a_direction_that_changes_with_a_setting_waits_for_the_last_pulse() {
     let script: [&[u8]; 5] = [&[0, 255], b"$3=5\n", &[255], b"G1X5Y2F3000\n", b"M3S500\n"];
@@ -41,8 +41,8 @@ fn a_coolant_toggled_while_m30_waits_for_motion_is_off_after_it_and_in_the_modes
     endure(b"\x04G1X5Y2F3000\nM30\n\xF0\xA0");
 }
 
-/// The property above once failed without a fault: the machine had answered, and the `ok` was on
-/// the slow wire.
+/// The property above once failed without a fault: the machine had answered, but the `ok` was still
+/// on the slow wire.
 #[test]
 fn an_answer_that_is_on_the_wire_when_a_stream_ends_is_waited_for() {
     for tenths in 7960..8000 {
@@ -51,16 +51,16 @@ fn an_answer_that_is_on_the_wire_when_a_stream_ends_is_waited_for() {
     }
 }
 
-/// The property above once failed without a fault: the rest of a move that parking has cut is a
-/// line of its own, and burns.
+/// The property above once failed without a fault: the rest of a move that parking has interrupted
+/// is a planned line of its own, and burns.
 #[test]
 fn a_move_burns_on_after_parking() {
     endure(b"\x20$32=1\nG0Z-5.1\n\xF7\xF7M3S500G1X-5Y-2F3000\n\xF5\x84\xF7\xF7\xF7~\xF7\xF7");
     endure(b"$G0Z-8\nG1X-5Y-2F3000S500\n!\xF5\x9EG1X-5Y-2F3000S500\n!\xF5\x9E~\xA0\xF4\xF3\xF5\xF4G1X-5Y-2F3000S500\n\xF5!\xF5\x84\xF5\x18$X\n$32=1\nM3S500G1F3000\nG1X-5Y-2F3000S500\n\xF0\x84G1X-5Y-2F3000S500\n!\xF5\x9E\xF5~");
 }
 
-/// Found by the property above: a jog burns under M3 in G0, too, and went on burning where it had
-/// ended.
+/// Found by the property above: a jog burns under M3 in G0, too, and the laser stayed lit after its
+/// end.
 #[test]
 fn a_laser_is_dark_after_a_jog_in_g0() {
     endure(b"\x01M3S100\n$J=G91X1F3000\n");
@@ -183,7 +183,7 @@ fn mpos(report: &str) -> &str {
         .expect("MPos")
 }
 
-/// The machine position that the carriages really have, as reports write it.
+/// The machine position of the simulated carriages, as reports write it.
 fn plant_mpos(session: &Desk<'_>) -> String {
     let steps = session.sim.board().plant.position();
     steps
@@ -273,7 +273,7 @@ fn a_query_with_a_line_end_is_a_report_and_an_ok() {
 
 #[test]
 fn a_report_stands_between_the_rows_of_a_list() {
-    // A row takes from nothing to half a second.
+    // The transmission of a line takes from no time to half a second.
     for (rate, pause) in [
         (Rate::NeverWaits, 20),
         (baud(3_000_000), 50),
@@ -303,7 +303,7 @@ fn a_report_stands_between_the_rows_of_a_list() {
     }
 }
 
-/// Free places of the planner and bytes of the receive buffer, as a report shows them.
+/// The free places of the planner and the free bytes of the receive buffer in a report.
 fn free(report: &str) -> (usize, usize) {
     let field = report
         .split('|')

@@ -1,5 +1,5 @@
-//! The machine's description of itself: settings, groups, errors, alarms; and the documents made of
-//! the same tables.
+//! The machine's description of itself: settings, groups, errors, alarms; and the documents made
+//! from the same tables.
 //!
 //! After a change that is meant, `BLESS=1 cargo test -p leadscrew-tests tables` writes the
 //! documents anew.
@@ -173,8 +173,8 @@ fn the_documents_say_what_the_tables_say() {
     }
 }
 
-/// Grbl has errors 1 to 38 and alarms 1 to 10, grblHAL's wiki lists errors below 100 and alarms
-/// below 30. 52, the only one of theirs here, has its meaning there: a value out of range.
+/// Grbl has errors 1 to 38 and alarms 1 to 10. grblHAL's wiki lists errors below 100 and alarms
+/// below 30. We use only 52 of its additional numbers, with its meaning: a value out of range.
 #[test]
 fn our_own_errors_and_alarms_have_numbers_of_their_own() {
     let errors = Status::ALL.iter().map(|code| code.number());
@@ -227,7 +227,7 @@ fn all_settings_come_back_as_lines_that_set_them() {
     }
 }
 
-/// As a sender of grblHAL reads it: by the colon and the bars.
+/// The fields of a line as a sender for grblHAL reads them, separated by the colon and the bars.
 fn fields<'a>(line: &'a str, kind: &str) -> Vec<&'a str> {
     let text = line
         .strip_prefix('[')
@@ -261,7 +261,7 @@ fn a_sender_of_grblhal_finds_names_groups_and_ranges() {
     assert_eq!(lead[2..8], ["Laser lead", "us", "5", "####0", "0", "1000"]);
 }
 
-/// The bounds that are told are those that are kept.
+/// A setting accepts exactly the range that the machine states.
 #[test]
 fn a_whole_setting_takes_its_least_and_its_most_and_no_more() {
     for line in ask(&["$ES\n"]).iter().filter(|line| line.starts_with('[')) {

@@ -1,8 +1,8 @@
-//! The motion programs that were recorded with Grbl 1.1h: as many steps, to the same place, in no
-//! more time.
+//! The motion programs that were recorded with Grbl 1.1h: they make as many steps, end at the same
+//! place, and take no more time.
 //!
-//! `conformance/traces/NAME.json` says what Grbl made of `NAME.nc`. Recordings without a program
-//! contain timed bytes, whose stops come at other places here; they are left out.
+//! `conformance/traces/NAME.json` has the recording of `NAME.nc`. Recordings without a program are
+//! left out: they contain timed bytes, whose stops come at other places here.
 
 use leadscrew_machine::config::MachineConfig;
 use leadscrew_planner::Cartesian;
@@ -84,7 +84,7 @@ impl Recording {
     }
 }
 
-/// Runs every recorded program once and applies `check`; all failures are told at once.
+/// Runs every recorded program once and applies `check`. Reports all failures together.
 fn for_each(check: impl Fn(&Recording, &Outcome<3>) -> Option<String>) {
     let all = recordings();
     assert!(all.len() >= 26, "only {} recordings", all.len());
@@ -120,13 +120,13 @@ fn motion_takes_no_longer_than_grbls() {
     });
 }
 
-/// The most that the motion of a program may take, as a share of Grbl's time.
+/// The longest time that the motion of a program may take, as a share of Grbl's time.
 fn most_of(name: &str) -> f64 {
     match name {
-        // Grbl's timer cannot step slower than 30.5 Hz (16 MHz / 65535 / 8); F10 asks for 10.9 Hz
-        // on X, 7.3 s in all. Grbl is 2.8 times too fast, we are not. It begins with a step of Y
-        // within X's first one, due 65.4 ms after the start: 7.2585 s to the last step. Ticks are
-        // 11.4 ms apart there, the nearest is 2.4 ms earlier.
+        // Grbl's timer cannot step slower than 30.5 Hz (16 MHz / 65535 / 8). F10 asks for 10.9 Hz
+        // on X, 7.3 s in all, so Grbl is 2.8 times too fast, and we are not. Our motion begins with
+        // a step of Y within X's first one, due 65.4 ms after the start: 7.2585 s to the last step.
+        // Ticks are 11.4 ms apart there, and the nearest is 2.4 ms earlier.
         "line_slow" => 7.2615 / 2.5887,
         _ => 1.0,
     }

@@ -1,10 +1,11 @@
-//! Whether light goes with a move that has none: a rapid, or the machine's own motion.
+//! Watches whether the laser is lit in a move that must be dark: a rapid, or the machine's own
+//! motion.
 //!
 //! ```text
 //!  move_planned  -->  planned moves, oldest first  --+--> segment_taken: a move begins, dark or lit
 //! ```
 //!
-//! Where the power leads the motion (`$703`), or a spindle turns, nobody asks.
+//! The result is not used where the power leads the motion (`$703`), or a spindle turns.
 
 use leadscrew_machine::explain::PlannedMove;
 use leadscrew_planner::MoveKind;
@@ -13,7 +14,8 @@ use leadscrew_sim::Cycle;
 use leadscrew_stepper::Power;
 use std::collections::VecDeque;
 
-/// A move of the program: the steps of each motor, whichever way, and whether light goes with it.
+/// A move of the program: the steps of each motor without sign, and whether the laser may burn in
+/// it.
 #[derive(Debug, PartialEq, Eq)]
 struct Planned {
     steps: Vec<u32>,
@@ -24,28 +26,29 @@ struct Planned {
 #[derive(Debug, Default)]
 pub(super) struct Light {
     planned: VecDeque<Planned>,
-    /// How many of them there were at the end of the turn before, less those that have begun.
+    /// How many planned moves there were at the end of the turn before, less those that have begun.
     planned_before: usize,
-    /// The program's move that was begun last: the machine may come back to it, or to its rest.
+    /// The move of the program that began last. The machine may run it, or the rest of it, again.
     begun: Option<Planned>,
-    /// A door is dealt with: parking begins, which is dark.
+    /// The machine handles an open door: the parking motion begins, which is dark.
     at_door: bool,
-    /// A line of parking has begun since: the next move may be the rest of the move that it cut.
+    /// A parking motion has begun since then: the next move may be the rest of the interrupted
+    /// move.
     parked: bool,
     may_burn: bool,
-    /// When a dark move was lit.
+    /// When the laser was lit in a dark move.
     wrong: Option<Cycle>,
 }
 
 impl Light {
-    /// When a dark move was lit since this was asked last.
+    /// Answers when the laser was lit in a dark move since the last call.
     pub(super) fn take_wrong(&mut self) -> Option<Cycle> {
         self.wrong.take()
     }
 
-    /// After a turn of the main loop; `at_door`: a door is dealt with; `dropped`: in this turn,
-    /// what was planned was dropped. Moves planned in the same turn may have been dropped or not:
-    /// nobody asks about them.
+    /// Call this after a turn of the main loop. `at_door`: the machine handles an open door.
+    /// `dropped`: planned moves were dropped in this turn. Moves planned in the same turn may have
+    /// been dropped or not, so they are not checked.
     pub(super) fn end_turn(&mut self, at_door: bool, dropped: bool) {
         self.at_door = at_door;
         if dropped {
@@ -56,7 +59,8 @@ impl Light {
         self.planned_before = self.planned.len();
     }
 
-    /// A row's moves are planned one by one, the last of them with all the steps.
+    /// A move begins. The moves of a laser row are planned one by one, and the last of them has all
+    /// the steps.
     fn begin(&mut self, steps: &[u32]) {
         if let Some(last) = self.planned.iter().position(|of| of.steps == steps) {
             let lit = self.planned.drain(..=last).any(|of| of.lit);
@@ -78,8 +82,8 @@ impl Light {
     }
 }
 
-/// Whether a line of `rest` steps leads to the end of one of `all` steps: as far in each motor's
-/// share, to the nearest step.
+/// Whether a line of `rest` steps may be the remaining part of a line of `all` steps: its motors
+/// have the same ratios, to the nearest step.
 fn is_rest(rest: &[u32], all: &[u32]) -> bool {
     let events = |line: &[u32]| i64::from(line.iter().copied().max().unwrap_or(0));
     let (left, whole) = (events(rest), events(all));
@@ -89,7 +93,7 @@ fn is_rest(rest: &[u32], all: &[u32]) -> bool {
     })
 }
 
-/// Whether a laser may burn in motion of this kind: in a jog it does in Grbl, too.
+/// Whether a laser may burn in motion of this kind. Grbl lets it burn in a jog, too.
 fn burns(kind: MoveKind) -> bool {
     match kind {
         MoveKind::Feed | MoveKind::Jog => true,

@@ -1,12 +1,12 @@
-//! Scripts that go where faults are: modes, work, an interruption at any moment of it, a way back;
-//! cut and garbled at times.
+//! Scripts that are likely to find faults. Each sets modes, does some work, interrupts it at any
+//! moment, and leads back. Some scripts are cut or garbled.
 //!
 //! ```text
 //!   build | modes  work ... | moment  interruption  moment  way back | the next episode ...     then cuts
 //! ```
 //!
-//! Bytes alone reach a laser that is lit, held and parked once in ten thousand scripts; episodes do
-//! so in every tenth.
+//! Random bytes light, hold and park a laser in one of ten thousand scripts; these episodes do so
+//! in one of ten.
 
 use proptest::prelude::*;
 use proptest::sample::select;
@@ -14,7 +14,7 @@ use std::ops::Range;
 
 type Bytes = Vec<u8>;
 
-/// Commands to the spindle, or to the laser in its place.
+/// Commands to the spindle, or to the laser.
 const TOOLS: &[&[u8]] = &[
     b"$32=1\nM3S500G1F3000\n",
     b"$32=1\nM3S500G1F3000\n",
@@ -31,7 +31,7 @@ const TOOLS: &[&[u8]] = &[
 const MODES: &[&[u8]] = &[
     b"G91\n",
     b"G93\n",
-    // Below the place to park.
+    // Below the parking position of Z.
     b"G0Z-8\n",
     b"G0Z-8\n",
     b"M7\n",
@@ -48,8 +48,8 @@ const MODES: &[&[u8]] = &[
     b"$H\n",
 ];
 
-/// Motion. Soft limits are at 0, where a machine that is not homed stands: most of it goes the
-/// other way.
+/// Motion. Soft limits begin at 0, where a machine stands that is not homed, so most moves go in
+/// the negative direction.
 const MOTION: &[&[u8]] = &[
     b"G1X-5Y-2F3000S500\n",
     b"G1X-2F600\n",
@@ -114,7 +114,7 @@ const WORDS: &[&[u8]] = &[
     b"(a comment",
 ];
 
-/// Interruptions, each with the bytes that lead back; time passes where both touch.
+/// Interruptions, each with the bytes that undo it. Time passes between the two.
 const INTERRUPTIONS: &[(&[u8], &[u8])] = &[
     (b"!", b"~"),
     (b"\x84", b"~"),
@@ -147,12 +147,12 @@ fn some_of(from: &'static [&'static [u8]], count: Range<usize>) -> impl Strategy
     prop::collection::vec(one_of(from), count).prop_map(|all| all.concat())
 }
 
-/// 1, 2, 4 … 128 ms, some of them, or none.
+/// A wait: no bytes or up to three, each of which lets 1, 2, 4 … 128 ms pass.
 fn moment() -> impl Strategy<Value = Bytes> {
     prop::collection::vec(0xF0..=0xF7u8, 0..4)
 }
 
-/// The interruption and its way back, or another one's, or none.
+/// An interruption, followed by the bytes that undo it, by those of another one, or by none.
 fn interruption() -> impl Strategy<Value = Bytes> {
     let pair = || select(INTERRUPTIONS);
     (pair(), pair(), moment(), 0..8u8).prop_map(|(this, other, time, which)| {
@@ -185,7 +185,7 @@ fn episode() -> impl Strategy<Value = Bytes> {
         })
 }
 
-/// Bytes that no sender means: any bytes, the other line, an input.
+/// Bytes that no sender intends: any bytes, a change of line, a change of an input.
 fn noise() -> impl Strategy<Value = Bytes> {
     prop_oneof![
         prop::collection::vec(any::<u8>(), 0..8),
@@ -195,7 +195,7 @@ fn noise() -> impl Strategy<Value = Bytes> {
     ]
 }
 
-/// Takes out a few bytes somewhere.
+/// Takes out at most `length` bytes at `place`.
 fn cut(script: &mut Bytes, place: prop::sample::Index, length: usize) {
     let from = place.index(script.len() + 1);
     let to = script.len().min(from + length);

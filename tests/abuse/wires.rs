@@ -1,10 +1,10 @@
-//! Both ends of the serial lines that are not the machine's, and the bytes that went over them.
+//! The tests' end of the serial lines, and the bytes that went over them.
 
 use leadscrew_machine::board::ChannelId;
 use leadscrew_sim::{Cycle, Host};
 use std::collections::VecDeque;
 
-/// Serial lines.
+/// The number of serial lines.
 pub(super) const LINES: usize = 2;
 
 /// One serial line.
@@ -12,7 +12,7 @@ pub(super) const LINES: usize = 2;
 pub(super) struct Wire {
     to_send: VecDeque<u8>,
     heard: Vec<u8>,
-    /// The sent bytes.
+    /// The bytes sent so far.
     sent: Vec<u8>,
     /// Lines that have been sent.
     lines: usize,
@@ -43,8 +43,8 @@ impl Wire {
         lines.filter(is_answer).count()
     }
 
-    /// Each line has one answer. A reset drops lines unanswered; none is answered twice.
-    /// `complete`: nothing was lost, and nothing waits.
+    /// Checks that each line has one answer. A reset drops lines without an answer, and no line is
+    /// answered twice. `complete`: no byte was lost, and no line waits.
     pub(super) fn assert_answered(&self, complete: bool) {
         let (lines, answers) = (self.lines, self.answers());
         let heard = self.heard_since(0);
@@ -60,8 +60,8 @@ impl Wire {
 pub(super) struct Wires(pub(super) [Wire; LINES]);
 
 impl Wires {
-    /// Whether a line was sent after which a spindle stands until the next move: `$H`, `$30=`,
-    /// `$31=`, however spelt.
+    /// Whether a line was sent that stops the spindle until the next move: `$H`, `$30=` or `$31=`,
+    /// in any spelling.
     pub(super) fn stop_the_spindle(&self) -> bool {
         let lines = |wire: &Wire| {
             let mut lines = wire.sent.split(|byte| matches!(byte, b'\r' | b'\n'));
@@ -70,7 +70,7 @@ impl Wires {
         self.0.iter().any(lines)
     }
 
-    /// Drops the bytes that wait to be sent; answers where the next output begins.
+    /// Drops the bytes that wait to be sent. Answers where the next output begins on each line.
     pub(super) fn begin(&mut self) -> [usize; LINES] {
         self.0.each_mut().map(Wire::begin)
     }
@@ -80,7 +80,7 @@ impl Wires {
         self.0[0].banners
     }
 
-    /// The output on each line since `begin`.
+    /// The output on each line since the positions `begin`.
     pub(super) fn heard_since(&self, begin: [usize; LINES]) -> [String; LINES] {
         std::array::from_fn(|line| self.0[line].heard_since(begin[line]).to_owned())
     }

@@ -1,5 +1,5 @@
-//! A machine that is told a program line by line, and the moves, dwells and spindle commands that
-//! come of it.
+//! Sends a program to a machine line by line, and records the moves, dwells and spindle commands
+//! that result.
 
 use leadscrew_machine::board::{ChannelId, SpindleOutput};
 use leadscrew_machine::explain::PlannedMove;
@@ -12,36 +12,36 @@ use std::collections::VecDeque;
 const SETTINGS: &str = "$0=5\n$100=250\n$101=250\n$102=250\n$110=9000\n$111=9000\n$112=9000\n\
     $120=2000\n$121=2000\n$122=2000\n$711=0.254\n";
 
-/// Rest for less than this is no dwell, s.
+/// A rest shorter than this is no dwell, s.
 const SHORT: f64 = 0.04;
 
 /// Something that a program makes the machine do.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(crate) enum Event {
-    /// As fast as it goes, to X, Y, Z.
+    /// A move at the rapid rate to X, Y, Z.
     Rapid([f64; 3]),
-    /// To X, Y, Z at this feed, mm/min.
+    /// A move to X, Y, Z at this feed, mm/min.
     Feed([f64; 3], f64),
     /// Rest for this time, s.
     Dwell(f64),
-    /// The spindle turns, or stands.
+    /// The spindle turns (true) or stands.
     Spindle(bool),
 }
 
-/// Keeps the events.
+/// Records the events.
 #[derive(Debug, Default)]
 struct Watch {
     events: Vec<Event>,
     rest: Option<Rest>,
 }
 
-/// Motion rests. Moves that are planned meanwhile begin after all that happens at rest.
+/// A rest of the motion. Moves that are planned meanwhile begin after all events of the rest.
 #[derive(Clone, Copy, Debug)]
 struct Rest {
     since: Cycle,
-    /// How many events there were before.
+    /// How many events there were before the rest.
     before: usize,
-    /// How often the spindle has changed since.
+    /// How often the spindle has changed since then.
     changes: usize,
 }
 
@@ -81,7 +81,7 @@ impl Observer for Watch {
     }
 }
 
-/// Who sends a line once the line before was answered with `ok`, and none after an error.
+/// A sender that sends a line once the line before was answered with `ok`, and none after an error.
 #[derive(Debug, Default)]
 struct Sender {
     lines: VecDeque<String>,
@@ -120,7 +120,7 @@ impl Host for Sender {
     }
 }
 
-/// Runs a program as far as its first error; answers the events, and the error's number.
+/// Runs a program up to its first error. Answers the events and the number of the error.
 pub(crate) fn run(program: &[String]) -> (Vec<Event>, Option<u32>) {
     let setup = setup::<3>(1);
     let mut memory = Memory::new(&setup);

@@ -1,4 +1,4 @@
-//! A cycle under influence from outside: checks, limits, overrides, settings, answers.
+//! Canned cycles together with check mode, limits, overrides, settings and the answers to lines.
 
 use leadscrew_planner::Cartesian;
 use leadscrew_sim::Memory;
@@ -6,7 +6,7 @@ use leadscrew_tests::{setup, Session};
 
 const SETTINGS: &str = "$0=5\n$110=6000\n$111=6000\n$112=6000\n$120=1000\n$121=1000\n$122=1000\n";
 
-/// A minute of pecks, half of it in rapids.
+/// A cycle of pecks that takes a minute, half of it in rapids.
 const PECKS: &str = "G91G83Z-10R-1Q0.2F40L2\n";
 
 type Desk<'a> = Session<'a, Cartesian, 3>;
@@ -25,7 +25,7 @@ fn with_machine(then: impl FnOnce(&mut Desk<'_>)) {
     session.finish();
 }
 
-/// How long the lines on their way take, s.
+/// Waits until the lines under way are done. Answers how long they take, s.
 fn seconds(session: &mut Desk<'_>) -> f64 {
     let begun = session.sim.now().seconds();
     session.until_quiet();

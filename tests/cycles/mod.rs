@@ -1,5 +1,5 @@
-//! Canned cycles: the same moves, dwells, spindle commands and refusals as LinuxCNC's interpreter
-//! makes of a program.
+//! Canned cycles: a program gives the same moves, dwells, spindle commands and errors as in
+//! LinuxCNC's interpreter.
 
 mod desk;
 mod inside;
@@ -7,16 +7,16 @@ mod inside;
 use desk::{run, Event};
 use serde_json::Value;
 
-/// Coordinates agree to this, mm: LinuxCNC's are printed with this precision.
+/// The tolerance of coordinates, mm: LinuxCNC prints them with this precision.
 const TOLERANCE: f64 = 1e-6;
-/// A dwell may be longer by this, s: motion has to come to rest, and to start.
+/// How much longer a dwell may be, s: motion has to come to rest, and to start again.
 const LATE: f64 = 0.02;
 
-/// Programs whose refused line LinuxCNC has begun already, and how many of its moves: here, as in
-/// Grbl, a line is carried out wholly or not at all.
+/// Programs in which LinuxCNC made some moves of the line that it then refused, with the number of
+/// these moves. Here, as in Grbl, a line is carried out wholly or not at all.
 const BEGUN: [(usize, usize); 2] = [(0, 1), (80, 1)];
 
-/// A program, and its moves in LinuxCNC.
+/// A program, and what LinuxCNC makes of it.
 struct Recorded {
     program: Vec<String>,
     events: Vec<Event>,
@@ -46,7 +46,7 @@ fn read(index: usize, row: &Value) -> Recorded {
     }
 }
 
-/// LinuxCNC's list without entries that change nothing.
+/// The events of LinuxCNC's list, without entries that change nothing.
 fn events(moves: &[Value]) -> Vec<Event> {
     let (mut at, mut rate, mut turns) = ([0.0; 3], 0.0, false);
     let mut events = Vec::new();
@@ -76,7 +76,7 @@ fn events(moves: &[Value]) -> Vec<Event> {
     events
 }
 
-/// Our number for LinuxCNC's words.
+/// Our error number for LinuxCNC's error message.
 fn error(words: &str) -> u32 {
     match words {
         "All axes missing with motion code" => 26,
@@ -108,7 +108,7 @@ fn agree(expected: &Event, actual: &Event) -> bool {
     }
 }
 
-/// Runs all programs, and tells of each that differs.
+/// Runs all programs, and prints each one that differs.
 fn assert_all_agree(programs: impl Iterator<Item = Recorded>) {
     let mut differ = Vec::new();
     for (index, recorded) in programs.enumerate() {
@@ -131,7 +131,7 @@ fn assert_all_agree(programs: impl Iterator<Item = Recorded>) {
     assert!(differ.is_empty(), "{count} differ:\n{}", differ.join("\n"));
 }
 
-/// The program with each of its words changed, and perhaps moved.
+/// The program with each line rewritten from its words.
 fn rewrite(recorded: Recorded, line: impl Fn(Vec<&str>) -> String) -> Recorded {
     let lines = recorded.program.iter();
     let program = lines.map(|text| line(text.split(' ').collect())).collect();
@@ -160,7 +160,7 @@ fn the_order_of_words_their_case_blanks_and_comments_change_nothing() {
     );
 }
 
-/// X becomes Y, Y becomes Z, and Z becomes X.
+/// Runs all programs with X renamed to Y, Y to Z, and Z to X.
 #[test]
 fn no_plane_has_rules_of_its_own() {
     let turned = |word: &str| match (word, word.split_at(1)) {

@@ -1,6 +1,6 @@
 //! Realtime bytes act within 1 ms of simulated time, and `?` is answered within 5 ms, in every
-//! state and whatever the machine is busy with; and a sender that ignores flow control is told what
-//! it has lost.
+//! state and whatever the machine is busy with. A sender that ignores flow control is told what was
+//! lost.
 
 mod situation;
 
@@ -12,13 +12,13 @@ use leadscrew_stepper::Power;
 use leadscrew_tests::{setup, Session};
 use situation::{baud, byte_time, in_situation, state, Desk, SITUATIONS};
 
-/// Within this a realtime byte has acted, µs.
+/// The time within which a realtime byte must act, µs.
 const ACTS: u64 = 1_000;
 
-/// Within this a report has been answered, µs.
+/// The time within which a report must be answered, µs.
 const ANSWERS: u64 = 5_000;
 
-/// The state after a byte, whatever else it does; `None` where the state stays.
+/// The state that must follow a byte; `None` where the state stays.
 fn becomes(state: State, byte: u8) -> Option<fn(State) -> bool> {
     let hold: fn(State) -> bool = |state| matches!(state, State::Hold(_));
     let door: fn(State) -> bool = |state| matches!(state, State::Door(_));
@@ -59,7 +59,7 @@ fn commands_of_the_operator_change_the_state_within_a_millisecond_in_every_situa
                 let name = situation.name;
                 match becomes(before, byte) {
                     Some(expected) => assert!(expected(after), "{name} {byte:#x}: {after:?}"),
-                    // Motion that goes on by itself may have come to its end.
+                    // A motion that was under way may have ended.
                     None => assert!(
                         before == after || is_end(before, after),
                         "{name} {byte:#x}: {before:?}, {after:?}"
@@ -70,14 +70,14 @@ fn commands_of_the_operator_change_the_state_within_a_millisecond_in_every_situa
     }
 }
 
-/// Whether `after` is how a deceleration ends.
+/// Whether `after` is the state at the end of the deceleration of `before`.
 fn is_end(before: State, after: State) -> bool {
     before
         .stopped()
         .is_some_and(|end| std::mem::discriminant(&end) == std::mem::discriminant(&after))
 }
 
-/// Of feed, rapids and spindle, per cent.
+/// The overrides of feed, rapids and spindle, per cent.
 fn overrides(session: &Desk<'_>) -> (u8, u8, u8) {
     let overrides = session.sim.machine().overrides();
     (overrides.feed, overrides.rapid, overrides.spindle)
@@ -126,7 +126,8 @@ fn overrides_are_back_at_100_percent_within_a_millisecond_in_every_situation() {
     }
 }
 
-/// As Grbl has it: the valves in Idle, Run and Hold, the spindle in a hold that is complete.
+/// The same as in Grbl: coolant is toggled in Idle, Run and Hold, the spindle in a hold that is
+/// complete.
 #[test]
 fn coolant_and_spindle_are_switched_within_a_millisecond_where_grbl_switches_them() {
     for situation in &SITUATIONS {
@@ -183,14 +184,14 @@ fn a_report_is_answered_within_five_milliseconds_in_every_situation() {
     for rate in [baud(115_200), baud(3_000_000), Rate::NeverWaits] {
         for situation in &SITUATIONS {
             in_situation(situation, rate, |session| {
-                // Bytes still on their way to the machine go first.
+                // Wait for the bytes still on their way to the machine.
                 while session.is_sending(0) {
                     session.wait_us(1_000);
                 }
                 session.heard(0);
                 session.send(0, "?");
-                // The line's own time, there and back, comes on top: a report has 80 characters at
-                // most here.
+                // The transmission of `?` and of the report comes on top. A report has 80
+                // characters at most here.
                 session.wait_us(ANSWERS + 81 * byte_time(rate));
                 let heard = session.heard(0);
                 let report = heard
@@ -202,8 +203,8 @@ fn a_report_is_answered_within_five_milliseconds_in_every_situation() {
     }
 }
 
-/// When the report that was asked for at `asked` has begun, µs later, and all that was heard from
-/// then on.
+/// Waits for the report that was asked for at `asked`. Answers how many µs later it began, and all
+/// lines heard from then on.
 fn report_begins(session: &mut Desk<'_>, asked: Cycle, byte_time: u64) -> (u64, Vec<String>) {
     let mut heard = Vec::new();
     loop {
@@ -218,8 +219,8 @@ fn report_begins(session: &mut Desk<'_>, asked: Cycle, byte_time: u64) -> (u64, 
     }
 }
 
-/// What is asked for while answers go out, at any instant of it: never inside a line, and after one
-/// line at most.
+/// `?` comes at many instants while answers go out. The report comes between two lines, and after
+/// one line at most.
 #[test]
 fn a_report_begins_within_five_milliseconds_or_a_row_while_answers_go_out() {
     let many = "\n".repeat(60);
@@ -234,7 +235,8 @@ fn a_report_begins_within_five_milliseconds_or_a_row_while_answers_go_out() {
             session.stream("G10L2P1X-123.456Y-234.567Z-345.678\n$N0=G0G54G17G21G90G94\n");
             let whole = session.say(text);
             let longest = whole.iter().map(String::len).max().unwrap() as u64 + 2;
-            // A row that has begun goes on to its end, and what the board has got before it.
+            // A line that has begun goes on to its end, after the bytes that the board already
+            // holds.
             let within = ANSWERS.max((longest + 9) * byte_time);
             let mut worst = 0;
             for bytes in (0..600).step_by(11) {

@@ -1,4 +1,4 @@
-//! The situations in which realtime bytes are tried, and how a machine is brought there.
+//! The situations in which realtime bytes are tested, and how a machine is brought into them.
 
 use leadscrew_machine::config::MachineConfig;
 use leadscrew_machine::settings::flash::{Area, SettingsStore};
@@ -15,11 +15,11 @@ const SETTINGS: &str =
     "$100=80\n$101=80\n$102=80\n$110=9000\n$111=9000\n$112=9000\n$120=300\n$121=300\n$122=300\n\
                         $22=1\n$25=3000\n$24=500\n";
 
-/// A situation: the lines that bring the machine there, and how it is recognised.
+/// A situation: the bytes that bring the machine into it, and how it is recognised.
 pub(super) struct Situation {
     pub(super) name: &'static str,
     bytes: &'static [u8],
-    /// How long it takes, µs.
+    /// How long the machine takes to get there, µs.
     wait: u64,
     is_there: fn(&Desk<'_>) -> bool,
 }
@@ -28,7 +28,7 @@ pub(super) fn state(session: &Desk<'_>) -> State {
     session.sim.machine().state()
 }
 
-/// Moves that take long, more than are planned ahead.
+/// Long moves, and more of them than are planned ahead.
 const MANY: &[u8] = &{
     let mut lines = [0; 40 * 30];
     let line = b"G1X9Y9F6000\nG1X0Y0\nG1X9Y0Z3\nG1\n";
@@ -172,7 +172,7 @@ impl SettingsStore for Blank {
     }
 }
 
-/// Brings a machine into a situation, and lets `then` look at it there.
+/// Brings a machine into a situation, and calls `then` with it.
 pub(super) fn in_situation(situation: &Situation, rate: Rate, then: impl FnOnce(&mut Desk<'_>)) {
     let mut setup = setup::<3>(1);
     setup.machine = MachineConfig::grbl();
@@ -203,8 +203,8 @@ pub(super) fn in_situation(situation: &Situation, rate: Rate, then: impl FnOnce(
     then(&mut session);
 }
 
-/// Sends a byte in motion and waits until the machine is where the situation wants it: longer than
-/// one burst of bytes, in which a hold keeps what comes after it from resuming.
+/// Sends a byte in motion and waits until the machine is in the situation. It waits longer than one
+/// burst of bytes, because within a burst a hold keeps later bytes from resuming.
 fn interrupt(session: &mut Desk<'_>, byte: &[u8], situation: &Situation) {
     session.wait_us(500_000);
     session.heard(0);
@@ -213,7 +213,7 @@ fn interrupt(session: &mut Desk<'_>, byte: &[u8], situation: &Situation) {
     wait_for(session, situation, 50);
 }
 
-/// Waits until the machine is where the situation wants it, `step` microseconds at a time.
+/// Waits until the machine is in the situation, `step` microseconds at a time.
 fn wait_for(session: &mut Desk<'_>, situation: &Situation, step: u64) {
     for _ in 0..20_000 {
         if (situation.is_there)(session) {
@@ -227,7 +227,7 @@ pub(super) fn baud(baud: u32) -> Rate {
     Rate::Baud(NonZeroU32::new(baud).unwrap())
 }
 
-/// The time of a byte on its line, µs, rounded up.
+/// The time that a byte takes on its line, µs, rounded up.
 pub(super) fn byte_time(rate: Rate) -> u64 {
     rate.byte_time().map_or(0, |cycles| cycles.div_ceil(168))
 }

@@ -1,17 +1,17 @@
 //! `cargo xtask bench COMMAND...`: x86-64 instructions per line, counted by callgrind.
 //!
-//! The command runs twice, with `{lines}` in it replaced by [`LINES`] and by twice as many. The
-//! difference is the work for [`LINES`] lines: what a program does once, at its start and end,
-//! cancels out.
+//! The command runs twice, with `{lines}` in it replaced by [`LINES`] and by twice that number. The
+//! difference is the work for [`LINES`] lines, without the work that a program does once, at its
+//! start and end.
 use crate::{failure::Failure, shell};
 use std::process::Command;
 
-/// Lines of the shorter run. Twice as many are fewer than any job of `bench/workloads` has.
+/// The lines of the shorter run. Every job of `bench/workloads` has more than twice as many.
 const LINES: u64 = 20_000;
 /// The text that stands for the number of lines in the command.
 const PLACEHOLDER: &str = "{lines}";
 
-/// Counts, and prints the instructions per line.
+/// Counts the instructions, and prints them per line.
 pub(crate) fn run(command: &[String]) -> Result<(), Failure> {
     if !command.iter().any(|word| word.contains(PLACEHOLDER)) {
         return Err(Failure::NoPlaceholder);
@@ -27,7 +27,7 @@ pub(crate) fn run(command: &[String]) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Instructions that one run of the command takes.
+/// The instructions of one run of the command.
 fn instructions(command: &[String], lines: u64) -> Result<u64, Failure> {
     let words = command
         .iter()
@@ -40,7 +40,7 @@ fn instructions(command: &[String], lines: u64) -> Result<u64, Failure> {
     collected(&report).ok_or_else(|| Failure::unreadable("valgrind's report", report))
 }
 
-/// The count in callgrind's report: `==1234== Collected : 5678`.
+/// The count in callgrind's report, from a line like `==1234== Collected : 5678`.
 fn collected(report: &str) -> Option<u64> {
     let line = report.lines().find(|line| line.contains("Collected :"))?;
     line.split_whitespace().last()?.parse().ok()

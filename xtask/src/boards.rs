@@ -1,7 +1,7 @@
 //! `cargo xtask boards`: the example boards that are not an F407.
 //!
-//! All of them are compiled. QEMU emulates one: it is sent a job over its serial line, and QEMU's
-//! trace of its ports must show the steps and directions that the job asks for.
+//! All of them are compiled. QEMU emulates one of them. That one gets a job over its serial line,
+//! and QEMU's trace of its ports must show the steps and directions of the job.
 use crate::{
     failure::Failure,
     shell,
@@ -17,17 +17,18 @@ use std::{
     time::{Duration, Instant},
 };
 
-/// Folder in `examples/boards`, which is the program's name, and its target.
+/// For each board its folder in `examples/boards`, which is also the program's name, and its
+/// target.
 const BOARDS: [(&str, &str); 2] = [
     ("lm3s6965", "thumbv7m-none-eabi"),
     ("rp2040", "thumbv6m-none-eabi"),
 ];
 
-/// At Grbl's 250 steps/mm: 250 steps of X, then 125 of Y the other way.
+/// At Grbl's 250 steps/mm: 250 steps of X, then 125 of Y in the negative direction.
 const JOB: &str = "$X\nG1X1F300\nG1Y-0.5\n";
 const END: &str = "<Idle|MPos:1.000,-0.500,0.000|";
 
-/// The edges that the pins must have shown: port, pin, level, how often.
+/// The edges that the pins must show: port, pin, level, and how often.
 ///
 /// Port E (its device is number 12 in QEMU's list) has the steps, port D the directions.
 const EDGES: [(&str, usize); 6] = [
@@ -41,7 +42,7 @@ const EDGES: [(&str, usize); 6] = [
 const FIRST_STEP_OF_Y: &str = "device[12] setting output 1 to 1";
 const Y_TURNS_BACK: &str = "device[11] setting output 1 to 1";
 
-/// Longest time that QEMU may take for the job.
+/// The longest time that QEMU may take for the job.
 const TIME_LIMIT: Duration = Duration::from_secs(120);
 
 /// Builds every board, and runs the one that QEMU emulates.
@@ -73,11 +74,12 @@ fn build(board: &str, target: &str) -> Result<(), Failure> {
     shell::run(&mut build)
 }
 
-/// Sends the job and asks for the state until it is the one at the job's end; returns the answer.
+/// Sends the job, and asks for the state until it is the one at the job's end. Returns the text
+/// heard.
 fn run_job(elf: &Path, trace: &Path) -> Result<String, Failure> {
     let mut qemu = start(elf, trace)?;
     let done = converse(&mut qemu);
-    // It does not end by itself; where it has, there is nothing to stop.
+    // QEMU does not end by itself; if it has ended, there is nothing to stop.
     let _ = qemu.kill();
     let _ = qemu.wait();
     done
@@ -87,7 +89,8 @@ fn start(elf: &Path, trace: &Path) -> Result<Child, Failure> {
     let mut command = Command::new("qemu-system-arm");
     command
         .args(["-M", "lm3s6965evb", "-nographic", "-monitor", "none"])
-        // Time is counted in instructions, 16 ns each: a busy computer is not late.
+        // Emulated time is counted in instructions, 16 ns each, so that a busy computer causes no
+        // delays.
         .args(["-serial", "stdio", "-icount", "shift=4,sleep=off"])
         .args(["-trace", "pl061_set_output", "-D"])
         .arg(trace)
@@ -125,7 +128,7 @@ fn send(to: &mut ChildStdin, text: &str) -> Result<(), Failure> {
         .map_err(|error| Failure::finding(format!("QEMU's serial line: {error}")))
 }
 
-/// Hears until `text` comes once more than it has so far.
+/// Waits until `text` comes once more than it has so far.
 fn await_text(
     answers: &Receiver<String>,
     heard: &mut String,
@@ -147,7 +150,7 @@ fn await_text(
     Ok(())
 }
 
-/// Reads on a thread of its own, so that waiting for it can end.
+/// Reads on a thread of its own, so that waiting for text can time out.
 fn listen(mut from: impl Read + Send + 'static) -> Receiver<String> {
     let (sender, receiver) = mpsc::channel();
     thread::spawn(move || {

@@ -1,8 +1,8 @@
-//! `bench/budgets.txt`: the name of each count, and the most that it may be.
+//! `bench/budgets.txt`: the name of each count, and its limits.
 use crate::failure::Failure;
 use std::{fs, path::Path};
 
-/// The count of one region of a program, in instructions.
+/// The instruction counts of one region of a program.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) struct Count {
     pub(crate) samples: u64,
@@ -14,31 +14,31 @@ pub(crate) struct Count {
 /// One line of the file.
 #[derive(Debug, PartialEq)]
 pub(crate) struct Budget {
-    /// Program that counts it.
+    /// The program that counts it.
     pub(crate) program: String,
-    /// Region of that program.
+    /// The region of that program.
     pub(crate) region: usize,
-    /// Step events in a sample; 1 where a sample counts by itself.
+    /// The number of step events in a sample; 1 where the count is for the whole sample.
     per: f64,
-    /// Highest mean allowed.
+    /// The highest mean allowed.
     mean: f64,
-    /// Highest count allowed.
+    /// The highest single count allowed.
     max: f64,
-    /// Mean to reach, if there is one.
+    /// The mean to reach, if there is one.
     target: Option<f64>,
-    /// Its description.
+    /// The description of the count.
     pub(crate) what: String,
 }
 
 impl Budget {
-    /// The head of the table whose lines are [`Budget::row`]s.
+    /// The heading of the table whose lines [`Budget::row`] makes.
     pub(crate) const HEADING: &str =
         "    mean      max  target   budget (mean, max)  Cortex-M4F instructions";
 
     /// Reads the file.
     ///
     /// # Errors
-    /// When it cannot be read, or a line is not a budget: the line's number is given.
+    /// When the file cannot be read, or a line is not a budget: the error has the line's number.
     pub(crate) fn read(path: &Path) -> Result<Vec<Self>, Failure> {
         let text = fs::read_to_string(path).map_err(Failure::file(path))?;
         let lines = text
@@ -79,7 +79,7 @@ impl Budget {
         format!("{mean:8.1} {max:8.0} {target:>7}   {budget_mean:>8} {budget_max:>9}  {what}")
     }
 
-    /// The complaint, where a count exceeds the budget.
+    /// A complaint, if a count exceeds the budget.
     pub(crate) fn exceeded_by(&self, count: &Count) -> Option<String> {
         let (mean, max) = self.figures(count);
         let exceeded = mean > self.mean || max > self.max;
@@ -89,7 +89,7 @@ impl Budget {
         })
     }
 
-    /// Mean and largest count.
+    /// The mean and the largest count, per step event where the budget is for step events.
     fn figures(&self, count: &Count) -> (f64, f64) {
         let mean = count.sum as f64 / count.samples as f64;
         (mean / self.per, count.largest as f64 / self.per)

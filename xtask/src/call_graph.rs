@@ -1,10 +1,10 @@
 //! The functions that one function can reach, read from the disassembly of the linked program.
 //!
-//! Why the disassembly and not a second program that links the step interrupt alone: optimisation
-//! across crates decides what is inlined and which routine is called, so only the program that is
-//! flashed can answer. The weak point of the method, a call through a register, whose target the
-//! text does not show, is closed by forbidding it: an unknown call is a finding, as a forbidden one
-//! is.
+//! Only the disassembly of the program that is flashed can answer this, and not a second program
+//! that links the step interrupt alone: optimisation across crates decides what is inlined and
+//! which routine is called. The weak point of the method is a call through a register, whose target
+//! the text does not show. Such calls are therefore forbidden: an unknown call is a finding, just
+//! as a forbidden one.
 //!
 //! The text is that of `arm-none-eabi-objdump -d --no-show-raw-insn`:
 //!
@@ -15,8 +15,8 @@
 //! ```
 use std::collections::{BTreeMap, BTreeSet};
 
-/// A function of the program: where it is, the symbols it mentions, and whether a call in it goes
-/// through a register.
+/// A function of the program: its address, the symbols that it mentions, and the call through a
+/// register in it, if there is one.
 #[derive(Debug, Default)]
 struct Function {
     address: u64,
@@ -28,10 +28,10 @@ struct Function {
 #[derive(Debug, Default)]
 pub(crate) struct CallGraph(BTreeMap<String, Function>);
 
-/// A way from the entry to something that must not be reachable.
+/// A path from the entry to something that must not be reachable.
 #[derive(Debug, PartialEq, Eq)]
 pub(crate) struct Finding {
-    /// The symbols from the entry to the end, in order of the calls.
+    /// The symbols from the entry to the end of the path, in order of the calls.
     pub(crate) path: Vec<String>,
     /// The fault at the end of the path.
     pub(crate) reason: String,
@@ -64,7 +64,7 @@ impl CallGraph {
     }
 
     /// Everything that `entry` can reach and must not: computed calls, and symbols for which
-    /// `forbidden` has a reason; what lies behind these is not looked at.
+    /// `forbidden` has a reason. The search does not go beyond such a symbol.
     pub(crate) fn findings(
         &self,
         entry: &str,
@@ -80,7 +80,7 @@ impl CallGraph {
         findings
     }
 
-    /// The functions at addresses from `begin` on that `entry` can reach, or is itself.
+    /// The functions at addresses from `begin` on that `entry` can reach, `entry` included.
     pub(crate) fn reach_beyond(&self, entry: &str, begin: u64) -> Vec<Finding> {
         let paths = self.paths_from(entry, |_| true).into_iter();
         let beyond = paths.filter(|(symbol, _)| {
@@ -95,13 +95,13 @@ impl CallGraph {
             .collect()
     }
 
-    /// The fault of a function that calls through a register.
+    /// The fault of a function, if it calls through a register.
     fn computed_call(&self, symbol: &str) -> Option<String> {
         let instruction = self.0.get(symbol)?.computed_call.as_ref()?;
         Some(format!("calls through a register: `{instruction}`"))
     }
 
-    /// A shortest path to each symbol that `entry` can reach by way of symbols that are `passable`.
+    /// A shortest path to each symbol that `entry` can reach through symbols that are `passable`.
     fn paths_from<'a>(
         &'a self,
         entry: &'a str,
@@ -133,7 +133,7 @@ impl CallGraph {
 }
 
 impl Function {
-    /// Takes one instruction of the function `own`.
+    /// Reads one instruction of the function `own`.
     fn read(&mut self, own: &str, line: &str) {
         let Some((_address, instruction)) = line.split_once(':') else {
             return;
@@ -147,7 +147,7 @@ impl Function {
     }
 }
 
-/// 0x0800c200 and `tick` from `0800c200 <tick>:`.
+/// 0x0800c200 and `tick` from a line like `0800c200 <tick>:`.
 fn heading(line: &str) -> Option<(u64, &str)> {
     let (address, rest) = line.split_once(" <")?;
     Some((
@@ -156,7 +156,7 @@ fn heading(line: &str) -> Option<(u64, &str)> {
     ))
 }
 
-/// `tick` from `bl 800c200 <tick>` and from `b.n 800c210 <tick+0x10>`: whatever names a symbol
+/// `tick` from `bl 800c200 <tick>` and from `b.n 800c210 <tick+0x10>`: every mention of a symbol
 /// counts as a call.
 fn mentioned_symbol(instruction: &str) -> Option<&str> {
     let (_, rest) = instruction.split_once('<')?;

@@ -1,4 +1,4 @@
-//! Why a task stopped, in words for the person at the keyboard.
+//! The reasons why a task stops, with messages for the user.
 use std::{fmt, io, path::PathBuf, process::ExitStatus};
 
 /// Why a task stopped.
@@ -6,46 +6,46 @@ use std::{fmt, io, path::PathBuf, process::ExitStatus};
 pub(crate) enum Failure {
     /// A program could not be started.
     NotStarted {
-        /// Its name.
+        /// The program's name.
         program: String,
         /// The system's message.
         error: io::Error,
     },
     /// A program ran and did not succeed.
     NotDone {
-        /// Its name.
+        /// The program's name.
         program: String,
-        /// How it ended.
+        /// The status with which it ended.
         status: ExitStatus,
-        /// Its text on standard error, where that was not shown already.
+        /// Its text on standard error, unless that was shown already.
         words: String,
     },
     /// A file could not be read or written.
     File {
-        /// Where it is.
+        /// The path of the file.
         path: PathBuf,
         /// The system's message.
         error: io::Error,
     },
     /// A text has the wrong form.
     Unreadable {
-        /// Where the text stands: a file and a line, or a program.
+        /// The source of the text: a file and a line, or a program.
         place: String,
         /// The text.
         text: String,
     },
     /// No compiler can build for the microcontroller.
     NoCompiler,
-    /// The command to be counted does not say where the number of lines goes.
+    /// The command to be counted has no placeholder for the number of lines.
     NoPlaceholder,
-    /// Twice the lines took fewer instructions.
+    /// The run with twice the lines took fewer instructions.
     FewerInstructions,
-    /// Checks failed: one text for each.
+    /// Checks failed: one message for each.
     Findings(Vec<String>),
 }
 
 impl Failure {
-    /// Names the file in an error of the system; for `map_err`.
+    /// Adds the file to an error of the system; for `map_err`.
     pub(crate) fn file(path: impl Into<PathBuf>) -> impl FnOnce(io::Error) -> Self {
         let path = path.into();
         move |error| Failure::File { path, error }

@@ -1,5 +1,5 @@
-//! `cargo xtask figures`: runs what measures, and writes what it says to `docs/figures.md`, which
-//! documents link to.
+//! `cargo xtask figures`: runs the commands that measure, and writes their output to
+//! `docs/figures.md`, to which documents link.
 use crate::{failure::Failure, shell, toolchain};
 use std::{fmt::Write, fs, path::Path, process::Command};
 
@@ -10,13 +10,13 @@ const HEAD: &str = "# Figures of the last run\n
 core. What the figures mean, and what was to be met, stands in [benchmarks.md](benchmarks.md) and
 [hardware.md](hardware.md).\n";
 
-/// Commands that only make ready.
+/// Commands that only prepare the measurements.
 const READY: [&str; 2] = [
     "python3 bench/workloads/gen.py target/workloads",
     "cargo build --quiet --profile fast -p leadscrew-machine --example plan_lines",
 ];
 
-/// What is measured: a heading, and the commands under it.
+/// The measurements: a heading, and the commands under it.
 const SECTIONS: [(&str, &[&str]); 4] = [
     (
         "x86-64 instructions from a line's bytes to its planned move",
@@ -45,7 +45,7 @@ const SECTIONS: [(&str, &[&str]); 4] = [
 /// Measures, and writes the file.
 ///
 /// # Errors
-/// Where a command does not succeed; the file stays as it is then.
+/// When a command fails; then the file is not changed.
 pub(crate) fn run() -> Result<(), Failure> {
     let root = toolchain::root();
     for command in READY {
@@ -64,15 +64,15 @@ pub(crate) fn run() -> Result<(), Failure> {
     fs::write(&file, text).map_err(Failure::file(&file))
 }
 
-/// What a command says on standard output.
+/// The standard output of a command.
 fn said(root: &Path, command: &str) -> Result<String, Failure> {
     let mut words = command.split(' ');
     let program = words.next().unwrap_or_default();
     shell::output(Command::new(program).args(words).current_dir(root))
 }
 
-/// The lines that are the same in every folder and at every pace: no path, and no time that a check
-/// took.
+/// The lines of an output that are the same in every folder and at every speed: without paths, and
+/// without the time that a check took.
 fn figures(said: &str) -> String {
     let lines = said.lines().filter(|line| !line.starts_with('/'));
     lines.fold(String::new(), |text, line| match line.strip_prefix("ok ") {

@@ -1,6 +1,6 @@
-//! `cargo fw`: builds the firmware with whichever compiler can, and prints its size; `cargo fw
-//! --board NAME` for another board than the Discovery, `--machine FILE` for the machine of a file;
-//! `cargo fw --run` flashes it, too, and shows its log.
+//! `cargo fw`: builds the firmware with a compiler that can build it, and prints its size. `--board
+//! NAME` builds for another board than the Discovery, `--machine FILE` for the machine of a file.
+//! `--run` also flashes the firmware and shows its log.
 use crate::{
     failure::Failure,
     shell, sizes,
@@ -15,7 +15,7 @@ use std::{
 /// The chip of the STM32F4-Discovery, as probe-rs calls it.
 pub(crate) const CHIP: &str = "STM32F407VGTx";
 
-/// The help for somebody who has never flashed one.
+/// The help for a user who has never flashed a board.
 pub(crate) const NO_PROBE_RS: &str = "probe-rs flashes the board and shows its log; it is not installed. One of
     cargo install probe-rs-tools --locked
     https://probe.rs/docs/getting-started/installation
@@ -28,7 +28,7 @@ struct Request {
     board: Option<String>,
     /// A machine's file.
     machine: Option<String>,
-    /// Flash it and show its log.
+    /// Whether to flash the firmware and show its log.
     flashes: bool,
     /// The rest, for `cargo build`.
     others: Vec<String>,
@@ -50,7 +50,7 @@ impl Request {
     }
 }
 
-/// Builds `board-f407`; `arguments` go to `cargo build`, but for `--run`, `--board` and
+/// Builds `board-f407`. The `arguments` go to `cargo build`, except `--run`, `--board` and
 /// `--machine`.
 pub(crate) fn run(arguments: &[String]) -> Result<(), Failure> {
     let request = Request::read(arguments);
@@ -75,8 +75,8 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), Failure> {
     flashed
 }
 
-/// A board or machine as the build script understands it: a file by its whole path, since it looks
-/// from a folder of its own; a name as it is.
+/// A board or machine in the form that the build script needs: the absolute path of a file, since
+/// the script runs in another folder; or a name, unchanged.
 fn place(name: &str) -> String {
     match Path::new(name).canonicalize() {
         Ok(path) if path.is_file() => path.display().to_string(),
@@ -121,7 +121,7 @@ macro_rules! machine {
 }
 pub(crate) use machine;
 
-/// Memory of the log: it says a few lines at the start, and what goes wrong.
+/// The size of the log's buffer, bytes: a few lines are logged at the start, and then only errors.
 const LOG_BYTES: &str = "512";
 
 /// Builds `board-f407` and returns the path of its ELF. `variables` are the environment variables

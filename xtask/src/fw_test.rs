@@ -1,8 +1,9 @@
 //! `cargo fw-test`: builds the firmware and runs it in the emulator (`tests/firmware`).
 //!
-//! `qemu` needs the build for the SKR 2 alone. All else needs builds for the Discovery that differ
-//! in the rate of the serial line only, 115200 baud, and 2 Mbaud for what the line must not limit;
-//! and one for each other board, with other frequencies of power.
+//! `qemu` needs only the build for the SKR 2. All other tasks need two builds for the Discovery,
+//! which differ only in the rate of the serial line: 115200 baud, and 2 Mbaud for checks that the
+//! line must not limit. They also need a build for each other board, with other frequencies of
+//! power.
 use crate::{
     failure::Failure,
     fw::{self, machine, BOARD},
@@ -11,7 +12,7 @@ use crate::{
 };
 use std::{fs, path::Path, process::Command};
 
-/// A build, as `tests/firmware` knows it.
+/// A build, by its name in `tests/firmware`.
 struct Build {
     name: &'static str,
     /// The environment variables that the firmware reads while it is built.
@@ -24,8 +25,8 @@ const fn build(name: &'static str, variables: &'static [(&'static str, &'static 
 
 const FAST: (&str, &str) = ("LEADSCREW_BAUD", "2000000");
 
-/// For `--highest-rate` and `--rates`, which need no other: ticks may be 2 µs apart, 500 000
-/// steps/s.
+/// The only build that `--highest-rate` and `--rates` need: ticks may be 2 µs apart, which is 500
+/// 000 steps/s.
 const UNCAPPED: Build = build("uncapped", &[FAST, ("LEADSCREW_TICK_NS", "1400")]);
 
 /// Four axes on an SKR 2.
@@ -42,10 +43,10 @@ const MORE: [Build; 4] = [
     build("four-axes", &[(fw::MACHINE, FOUR_AXES)]),
 ];
 
-/// For `qemu`, which runs it behind a bootloader's place, and for checks in the emulator.
+/// The build that `qemu` runs as if behind a bootloader; checks in the emulator use it, too.
 const SKR_2: Build = build("skr-2", &[(BOARD, "skr-2")]);
 
-/// The usual build last: it stays where `cargo fw` puts it.
+/// The usual build is the last one, so that it stays where `cargo fw` puts it.
 const BUILDS: [Build; 11] = [
     build("machine-file-000", &[machine!("000")]),
     build("machine-file-001", &[machine!("001")]),
@@ -69,7 +70,7 @@ const BUILDS: [Build; 11] = [
     build("usual", &[]),
 ];
 
-/// Builds and runs; `arguments` go to `fw-test`.
+/// Builds the firmware and runs the tests; `arguments` go to `fw-test`.
 pub(crate) fn run(arguments: &[String]) -> Result<(), Failure> {
     let toolchain = Toolchain::find()?;
     let folder = toolchain::firmware_dir().join("fw-test");
@@ -97,7 +98,7 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), Failure> {
     shell::run(&mut tests)
 }
 
-/// Puts an ELF aside before the next build replaces it.
+/// Builds an ELF, and copies it to `folder` before the next build replaces it.
 fn keep(toolchain: &Toolchain, build: &Build, folder: &Path) -> Result<(), Failure> {
     let elf = fw::build_with(toolchain, &[], build.variables)?;
     let kept = folder.join(build.name);

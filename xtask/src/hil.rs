@@ -1,4 +1,4 @@
-//! `cargo hil`: the self-test of a board, on a desk or emulated (docs/hil.md, `tests/hil`).
+//! `cargo hil`: the self-test of a board, real or emulated (docs/hil.md, `tests/hil`).
 use crate::{
     failure::Failure,
     fw::{self, BOARD},
@@ -13,10 +13,10 @@ use std::{
 
 /// The board's file, with its wires.
 const BOARD_FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/hil/discovery.toml");
-/// Rate of the image's serial line in baud, unless `--baud` names another.
+/// The rate of the image's serial line, baud, unless `--baud` gives another.
 const BAUD: &str = "1000000";
 
-/// Builds, flashes or measures, as the arguments say; those of a measurement go to `hil`.
+/// Builds, flashes or measures, as the arguments say. The arguments of a measurement go to `hil`.
 pub(crate) fn run(arguments: &[String]) -> Result<(), Failure> {
     let after = |word: &str| {
         let place = arguments.iter().position(|argument| argument == word)?;
@@ -45,7 +45,7 @@ fn tests() -> Command {
     command
 }
 
-/// The commit of the sources, and whether they were changed since: for the report.
+/// The commit of the sources for the report, and whether they were changed since then.
 fn sources() -> String {
     let mut git = Command::new("git");
     git.args(["describe", "--always", "--dirty", "--abbrev=12"]);
@@ -53,7 +53,7 @@ fn sources() -> String {
     named.map_or("without git".into(), |name| name.trim().to_owned())
 }
 
-/// Builds the self-test's image; its place.
+/// Builds the self-test's image. Answers its path.
 fn image(baud: &str) -> Result<PathBuf, Failure> {
     let variables = [(BOARD, BOARD_FILE), ("LEADSCREW_BAUD", baud)];
     let elf = fw::build_with(&Toolchain::find()?, &[], &variables)?;
@@ -62,7 +62,7 @@ fn image(baud: &str) -> Result<PathBuf, Failure> {
     Ok(kept)
 }
 
-/// Flashes the image by the board's own probe, and starts it.
+/// Flashes the image with the board's own probe, and starts it.
 fn flash(elf: &Path) -> Result<(), Failure> {
     let probe = |words: &[&str]| {
         let mut command = Command::new("probe-rs");

@@ -1,8 +1,9 @@
 //! `cargo xtask icount [--check]`: exact Cortex-M4F instruction counts, under QEMU.
 //!
-//! The programs in `bench/icount/firmware` mark what is to be counted, `bench/icount/plugin.c`
-//! counts, and `bench/budgets.txt` says what each count is, and the most that it may be. The
-//! planner's bits are compared with those of this machine.
+//! The programs in `bench/icount/firmware` mark the code that is counted, and
+//! `bench/icount/plugin.c` counts its instructions. `bench/budgets.txt` describes each count and
+//! gives its limits. In addition, the planner's results are compared, bit for bit, with those on
+//! this computer.
 use crate::{
     budget::{Budget, Count},
     failure::Failure,
@@ -16,19 +17,19 @@ use std::{
     process::Command,
 };
 
-/// The program that shows that the plugin counts right, and the counts that it must have in regions
-/// 0, 1, 2, ...
+/// The program that shows that the plugin counts right, and its known counts in regions 0, 1, 2,
+/// ...
 const CALIBRATION: (&str, [u64; 5]) = ("calibrate", [0, 5, 21, 4, 3]);
 /// The program that prints a checksum of the planner's output, and the planner's example that does
-/// so here.
+/// the same on this computer.
 const SAME_BITS: &str = "same_bits";
-/// Longest time that QEMU may take for one program, in seconds.
+/// The longest time that QEMU may take for one program, s.
 const TIME_LIMIT: &str = "120";
 
 /// The counts of a program, by region.
 type Counts = BTreeMap<usize, Count>;
 
-/// Counts, prints a table, and with `check` fails where a budget is exceeded.
+/// Counts, and prints a table. With `check` it fails if a budget is exceeded.
 pub(crate) fn run(check: bool) -> Result<(), Failure> {
     let bench = toolchain::root().join("bench");
     let budgets = Budget::read(&bench.join("budgets.txt"))?;
@@ -89,8 +90,8 @@ impl Emulator {
         build
             .args(["--bins", "--profile", "firmware"])
             .current_dir(sources.join("firmware"));
-        // Instead of the flags in the repository's configuration, which are the board's: the same
-        // for the compiler, others for the linker.
+        // These flags replace those in the repository's configuration, which are for the board.
+        // Those for the compiler are the same, those for the linker differ.
         build.env("RUSTFLAGS", FLAGS);
         shell::run(&mut build)?;
         Ok(Emulator {
@@ -99,7 +100,7 @@ impl Emulator {
         })
     }
 
-    /// Fails unless the plugin's counts are the ones known beforehand.
+    /// Fails unless the plugin's counts are the known ones.
     fn calibrate(&self) -> Result<(), Failure> {
         let (program, expected) = CALIBRATION;
         let counts = self.count(program)?;
@@ -117,8 +118,8 @@ impl Emulator {
         Ok(())
     }
 
-    /// Fails unless the planner makes the same moves and segments, to the bit, on the
-    /// microcontroller and here.
+    /// Fails unless the planner makes the same moves and segments, bit for bit, on the
+    /// microcontroller and on this computer.
     fn compare_bits(&self) -> Result<(), Failure> {
         let elf = self.programs.join(SAME_BITS);
         let there = shell::output(&mut machine(&elf))?;
@@ -135,9 +136,9 @@ impl Emulator {
         Ok(())
     }
 
-    /// Runs a program and returns what it counted. Its ELF is searched for software double
-    /// precision before: generic functions of the libraries are compiled in it, and in the firmware
-    /// only as far as that uses them.
+    /// Runs a program and returns its counts. Before that, it searches the ELF for software double
+    /// precision: the program compiles generic functions of the libraries, which the firmware
+    /// compiles only as far as it uses them.
     fn count(&self, program: &str) -> Result<Counts, Failure> {
         let elf = self.programs.join(program);
         let doubles = thumb::software_doubles(&elf)?;
@@ -154,7 +155,7 @@ impl Emulator {
     }
 }
 
-/// QEMU with a program.
+/// The command that runs a program in QEMU.
 fn machine(elf: &Path) -> Command {
     let mut qemu = Command::new("timeout");
     qemu.args([TIME_LIMIT, "qemu-system-arm"]);
@@ -165,10 +166,10 @@ fn machine(elf: &Path) -> Command {
     qemu
 }
 
-/// How the programs are compiled and linked.
+/// The flags with which the programs are compiled and linked.
 const FLAGS: &str = "-C link-arg=-Tlink.x -C link-arg=--nmagic -C llvm-args=-inline-threshold=70";
 
-/// The version of the plugin interface that the installed QEMU asks for.
+/// The version of the plugin interface that the installed QEMU requires.
 fn plugin_interface() -> Result<u32, Failure> {
     let version = shell::output(Command::new("qemu-system-arm").arg("--version"))?;
     let major =
@@ -176,7 +177,7 @@ fn plugin_interface() -> Result<u32, Failure> {
     Ok(if major >= 9 { 4 } else { 1 })
 }
 
-/// 7 from `QEMU emulator version 7.2.22 (Debian ...)`.
+/// The major version: 7 from `QEMU emulator version 7.2.22 (Debian ...)`.
 fn major_version(text: &str) -> Option<u32> {
     let (_, version) = text.split_once("version ")?;
     version.split('.').next()?.parse().ok()
@@ -244,7 +245,7 @@ mod tests {
         assert_eq!(parse_count("1 3 15 5 x"), None);
     }
 
-    /// The counted code must be compiled as the firmware is.
+    /// The counted code must be compiled in the same way as the firmware.
     #[test]
     fn the_programs_are_built_with_the_profile_of_the_firmware() {
         let firmware_profile = |path: PathBuf| {

@@ -7,12 +7,12 @@ use crate::{
 };
 use std::{env, path::PathBuf, process::Command};
 
-/// The simulator's package, and its profile of the workspace.
+/// The simulator's package, and the profile for it in the workspace.
 const PACKAGE: &str = "leadscrew-wasm";
 const PROFILE: &str = "page";
 
-/// Builds the simulator and writes the page; `files` are its name, and the machine file where there
-/// is one.
+/// Builds the simulator and writes the page. `files` are the page's name, and the machine file if
+/// there is one.
 pub(crate) fn run(files: &[String]) -> Result<(), Failure> {
     let toolchain = Toolchain::find_for(BROWSER)?;
     let mut build = toolchain.cargo_with_std("build", BROWSER, &toolchain::target_dir());
@@ -24,7 +24,7 @@ pub(crate) fn run(files: &[String]) -> Result<(), Failure> {
         .join(BROWSER)
         .join(PROFILE)
         .join("leadscrew_wasm.wasm");
-    // Names are those of the caller's folder.
+    // File names are relative to the caller's folder.
     let here = env::current_dir().map_err(Failure::file(&PathBuf::from(".")))?;
     let mut write = Command::new("cargo");
     write

@@ -1,14 +1,14 @@
-//! `cargo xtask release`: the files that are handed out for each board, with their sums.
+//! `cargo xtask release`: the files that are released for each board, with their checksums.
 //!
 //! | file | for |
 //! |---|---|
-//! | `NAME.elf` | probe-rs: the firmware with its symbols, without what only a debugger wants, which has this computer's paths in it |
+//! | `NAME.elf` | probe-rs: the firmware with its symbols, but without debug information, which contains this computer's paths |
 //! | `NAME.bin` | dfu-util, a bootloader's memory card: from the board's `start` on |
 //! | `SHA256SUMS` | whoever wants to know whether theirs are the same |
 //!
-//! `--twice` makes them a second time, in a copy of the repository with another path and nothing
-//! built, and compares: the same sources and compiler give the same files to the bit, wherever they
-//! lie.
+//! `--twice` makes them a second time and compares. The second time is in a copy of the repository
+//! at another path, without earlier builds. The same sources and compiler must give the same files,
+//! bit for bit, at any path.
 use crate::{
     failure::Failure,
     fw, shell,
@@ -21,11 +21,11 @@ use std::{
     process::Command,
 };
 
-/// Asks for the comparison.
+/// The argument that asks for the comparison.
 const TWICE: &str = "--twice";
 
-/// Makes the files of the named boards; of all where none is named. With `--twice` among the names,
-/// compares them with those of a copy.
+/// Makes the files of the named boards, or of all boards where none is named. With `--twice` among
+/// the names, compares them with the files of a copy.
 pub(crate) fn run(arguments: &[String]) -> Result<(), Failure> {
     let asked = |word: &&String| word.as_str() == TWICE;
     let names: Vec<String> = arguments
@@ -41,10 +41,10 @@ pub(crate) fn run(arguments: &[String]) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Where the files are, in the folder of the profile's results.
+/// The name of the files' folder, in the folder of the profile's results.
 const FOLDER: &str = "release";
 
-/// Makes the files in `folder`; their names.
+/// Makes the files in `folder`. Answers their names.
 fn make(names: &[String], folder: &Path) -> Result<Vec<String>, Failure> {
     let toolchain = Toolchain::find()?;
     fs::create_dir_all(folder).map_err(Failure::file(folder))?;
@@ -75,9 +75,10 @@ fn is_board(name: &str) -> bool {
     BOARDS.iter().any(|(board, _)| *board == name)
 }
 
-/// Makes the files once more, from a copy of the repository's files; the folder that they are in.
+/// Makes the files once more, from a copy of the repository's files. Answers the folder with the
+/// results.
 fn make_in_copy(names: &[String]) -> Result<PathBuf, Failure> {
-    // Not below this repository: cargo would take its settings a second time from there.
+    // The copy must not be below this repository: cargo would read its settings from there as well.
     let copy = env::temp_dir().join("leadscrew-at-another-place");
     if copy.exists() {
         fs::remove_dir_all(&copy).map_err(Failure::file(&copy))?;
@@ -97,7 +98,7 @@ fn make_in_copy(names: &[String]) -> Result<PathBuf, Failure> {
     let copy = copy.canonicalize().map_err(Failure::file(&copy))?;
     let own = env::current_exe().map_err(Failure::file("this program"))?;
     let mut again = Command::new(own);
-    // Where this program looks for the workspace and its results (`toolchain::root`).
+    // These variables name the workspace and its results for the second run (`toolchain::root`).
     again
         .arg("release")
         .args(names)
@@ -111,7 +112,7 @@ fn make_in_copy(names: &[String]) -> Result<PathBuf, Failure> {
         .join(FOLDER))
 }
 
-/// Each file is the same in both folders.
+/// Checks that each file is the same in both folders.
 fn compare(files: &[String], one: &Path, other: &Path) -> Result<(), Failure> {
     let mut findings = Vec::new();
     for file in files {
@@ -135,7 +136,7 @@ fn compare(files: &[String], one: &Path, other: &Path) -> Result<(), Failure> {
     }
 }
 
-/// Where two files begin to differ.
+/// The offset at which two files begin to differ.
 fn difference(one: &[u8], other: &[u8]) -> Option<usize> {
     let differs = one.iter().zip(other).position(|(a, b)| a != b);
     differs.or((one.len() != other.len()).then(|| one.len().min(other.len())))

@@ -17,7 +17,7 @@ pub(crate) fn run(command: &mut Command) -> Result<(), Failure> {
 /// Runs a command and returns its standard output.
 ///
 /// # Errors
-/// When it cannot be started or does not succeed; the words are its standard error.
+/// When it cannot be started or does not succeed; the error has its standard error.
 pub(crate) fn output(command: &mut Command) -> Result<String, Failure> {
     succeed(command).map(|output| String::from_utf8_lossy(&output.stdout).into_owned())
 }
@@ -25,7 +25,7 @@ pub(crate) fn output(command: &mut Command) -> Result<String, Failure> {
 /// Runs a command and returns its standard error.
 ///
 /// # Errors
-/// When it cannot be started or does not succeed; the words are its standard error.
+/// When it cannot be started or does not succeed; the error has its standard error.
 pub(crate) fn error_output(command: &mut Command) -> Result<String, Failure> {
     succeed(command).map(|output| String::from_utf8_lossy(&output.stderr).into_owned())
 }

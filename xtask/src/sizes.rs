@@ -1,4 +1,4 @@
-//! `bench/sizes.txt`: the firmware's use of flash and memory, and the most that it may be.
+//! `bench/sizes.txt`: the firmware's use of flash and memory, and its limits.
 use crate::{failure::Failure, shell, toolchain};
 use std::{collections::BTreeMap, fs, path::Path, process::Command};
 
@@ -8,7 +8,7 @@ pub(crate) type Sizes = BTreeMap<&'static str, u64>;
 /// Measures a linked firmware.
 ///
 /// # Errors
-/// When a tool of `binutils-arm-none-eabi` is missing or its words are not understood.
+/// When a tool of `binutils-arm-none-eabi` is missing, or its output is not understood.
 pub(crate) fn of(elf: &Path) -> Result<Sizes, Failure> {
     let tool =
         |name: &str, options: &[&str]| shell::output(Command::new(name).args(options).arg(elf));
@@ -36,7 +36,7 @@ pub(crate) fn of(elf: &Path) -> Result<Sizes, Failure> {
     ]))
 }
 
-/// The sizes above their limits, a text for each; prints all sizes on standard output.
+/// Prints all sizes on standard output. Answers a message for each size above its limit.
 ///
 /// # Errors
 /// When the limits cannot be read.
@@ -60,7 +60,7 @@ fn limit<'a>(line: &'a str, sizes: &Sizes) -> Option<(&'a str, u64, u64)> {
     Some((name, *sizes.get(name)?, limit.trim().parse().ok()?))
 }
 
-/// The size of a section: `.text   145892   134266880`; 0 where there is none.
+/// The size of a section, from a line like `.text   145892   134266880`; 0 where there is none.
 fn section(listing: &str, name: &str) -> u64 {
     let words = |line: &str| {
         let mut words = line.split_whitespace();
@@ -69,7 +69,7 @@ fn section(listing: &str, name: &str) -> u64 {
     listing.lines().find_map(words).unwrap_or(0)
 }
 
-/// The value of a symbol: `10004000 A __stack_top`.
+/// The value of a symbol, from a line like `10004000 A __stack_top`.
 fn symbol(listing: &str, name: &str) -> Option<u64> {
     let line = listing
         .lines()
@@ -77,7 +77,8 @@ fn symbol(listing: &str, name: &str) -> Option<u64> {
     u64::from_str_radix(line.split_whitespace().next()?, 16).ok()
 }
 
-/// How far an instruction lowers the stack pointer: `sub sp, #32`, `sub.w sp, sp, #7072`.
+/// The bytes by which an instruction lowers the stack pointer: `sub sp, #32`, `sub.w sp, sp,
+/// #7072`.
 fn frame(line: &str) -> Option<u64> {
     let (_, instruction) = line.split_once(":\tsub")?;
     let (_, operands) = instruction.split_once("\tsp, ")?;

@@ -1,4 +1,4 @@
-//! `cargo xtask targets`: the libraries checked for processors other than the F407's.
+//! `cargo xtask targets`: checks the libraries for processors other than the F407's.
 use crate::{
     failure::Failure,
     shell,
@@ -6,7 +6,7 @@ use crate::{
 };
 use std::{path::Path, process::Command};
 
-/// The targets that the libraries are checked for, each for a property or a lack.
+/// The targets that the libraries are checked for, each chosen for a feature that it has or lacks.
 const TARGETS: [&str; 3] = [
     // Cortex-M0: no compare-and-swap, no floating point.
     "thumbv6m-none-eabi",
@@ -15,11 +15,11 @@ const TARGETS: [&str; 3] = [
     BROWSER,
 ];
 
-/// The topmost library, which brings the other three.
+/// The topmost library, which depends on the other three.
 const LIBRARY: &str = "leadscrew-machine";
 
-/// The simulator and the page: they need a standard library, and a browser's has neither files nor
-/// threads nor a clock.
+/// The simulator and the page. They need a standard library, and in a browser that has neither
+/// files nor threads nor a clock.
 const SIMULATOR: &str = "leadscrew-wasm";
 
 /// Checks every target.

@@ -1,5 +1,5 @@
-//! `cargo xtask thumb`: the libraries and the firmware built for the microcontroller, and the
-//! things that must not be in them.
+//! `cargo xtask thumb`: builds the libraries and the firmware for the microcontroller, and checks
+//! that forbidden things are not in them.
 //!
 //! | what | where | why |
 //! |---|---|---|
@@ -25,23 +25,23 @@ const LIBRARIES: [&str; 4] = [
     "leadscrew-planner",
     "leadscrew-machine",
 ];
-/// The builds, each by what it is built for: machine 001 has outputs that the step interrupt
-/// changes, machine 004 the largest firmware. The Discovery's own comes last: it stays where `cargo
-/// fw` puts it.
+/// The builds, each with the board or machine that it is for. Machine 001 has outputs that the step
+/// interrupt changes, and machine 004 has the largest firmware. The Discovery's build is the last
+/// one, so that it stays where `cargo fw` puts it.
 const BUILDS: [&[(&str, &str)]; 4] = [
     &[(fw::BOARD, "skr-2-dual-y")],
     &[machine!("001")],
     &[machine!("004")],
     &[(fw::BOARD, "discovery")],
 ];
-/// The vectors of the step timer, and of the one that ends a pulse.
+/// The handlers of the step timer and of the timer that ends a pulse.
 const STEP_INTERRUPTS: [&str; 2] = ["TIM2", "TIM1_TRG_COM_TIM11"];
 
-/// The code that runs before any interrupt: the first instructions after a reset, and the start of
+/// Code that runs before any interrupt: the first instructions after a reset, and the start of
 /// RTIC's `main`.
 const BEFORE_INTERRUPTS: [&str; 2] = ["__pre_init", "main"];
 
-/// Where the flash begins, which makes the core wait: the step interrupts are in SRAM.
+/// The first address of the flash, where the core has to wait; the step interrupts are in SRAM.
 const FLASH: u64 = 0x0800_0000;
 
 /// Builds everything and checks it.
@@ -68,8 +68,8 @@ fn check_firmware(elf: &Path) -> Result<Vec<String>, Failure> {
     Ok(findings)
 }
 
-/// Builds the libraries one by one, without link-time optimisation: so their objects hold machine
-/// code to look at.
+/// Builds the libraries one by one, without link-time optimisation, so that their objects hold
+/// machine code that can be checked.
 fn check_libraries(toolchain: &Toolchain) -> Result<Vec<String>, Failure> {
     let mut build = toolchain.build(&toolchain::target_dir());
     build.args([
@@ -91,7 +91,7 @@ fn check_libraries(toolchain: &Toolchain) -> Result<Vec<String>, Failure> {
     Ok(findings)
 }
 
-/// The double-precision routines that an object, a library or a program names.
+/// The double-precision routines that an object, a library or a program mentions.
 pub(crate) fn software_doubles(file: &Path) -> Result<Vec<String>, Failure> {
     let listing = shell::output(Command::new("arm-none-eabi-nm").arg(file))?;
     let symbols = listing
@@ -103,7 +103,7 @@ pub(crate) fn software_doubles(file: &Path) -> Result<Vec<String>, Failure> {
         .collect())
 }
 
-/// The forbidden things that the step interrupt reaches in the linked firmware.
+/// The forbidden things that the step interrupt can reach in the linked firmware.
 fn check_step_interrupt(elf: &Path) -> Result<Vec<String>, Failure> {
     let mut objdump = Command::new("arm-none-eabi-objdump");
     let code = shell::output(objdump.args(["-d", "--no-show-raw-insn"]).arg(elf))?;
@@ -128,8 +128,8 @@ fn check_step_interrupt(elf: &Path) -> Result<Vec<String>, Failure> {
     Ok(all)
 }
 
-/// The functions that mask all interrupts, the step interrupts as well. Functions that run before
-/// the first interrupt is let in may; nothing else.
+/// The functions that mask all interrupts, and so the step interrupts as well. Only functions that
+/// run before the first interrupt is enabled may do so.
 fn masks(code: &str) -> Vec<String> {
     let (mut function, mut findings) = ("", Vec::new());
     for line in code.lines() {
@@ -149,7 +149,7 @@ fn masks(code: &str) -> Vec<String> {
     findings
 }
 
-/// Why the step interrupt must not reach this symbol, if it must not.
+/// The reason why the step interrupt must not reach this symbol, if there is one.
 fn forbidden_in_a_step(symbol: &str) -> Option<&'static str> {
     if is_long_division(symbol) {
         Some("divides 64-bit integers")
@@ -162,8 +162,9 @@ fn forbidden_in_a_step(symbol: &str) -> Option<&'static str> {
     }
 }
 
-/// Run-time ABI for the Arm architecture (IHI 0043) section 4.2 and GCC's names for the same
-/// routines, and the function of `compiler_builtins` behind them.
+/// Whether a symbol is a 64-bit division: a name of the run-time ABI for the Arm architecture (IHI
+/// 0043) section 4.2, GCC's name for the same routine, or the function of `compiler_builtins`
+/// behind them.
 fn is_long_division(symbol: &str) -> bool {
     const NAMES: [&str; 8] = [
         "__aeabi_uldivmod",
@@ -178,9 +179,9 @@ fn is_long_division(symbol: &str) -> bool {
     NAMES.contains(&symbol) || symbol.contains("u64_div_rem")
 }
 
-/// Run-time ABI for the Arm architecture (IHI 0043) section 4.1: arithmetic, comparison and
-/// conversion of doubles; and GCC's names, which have `df` (double float) in them: `__muldf3`,
-/// `__extendsfdf2`, `__floatsidf`.
+/// Whether a symbol is arithmetic, comparison or conversion of doubles: a name of the run-time ABI
+/// for the Arm architecture (IHI 0043) section 4.1, or GCC's name, which has `df` (double float) in
+/// it: `__muldf3`, `__extendsfdf2`, `__floatsidf`.
 fn is_software_double(symbol: &str) -> bool {
     let converts_to = ["i2d", "ui2d", "f2d", "l2d", "ul2d"];
     match symbol.strip_prefix("__aeabi_") {

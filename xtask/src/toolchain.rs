@@ -1,6 +1,6 @@
 //! Finds a compiler for the microcontroller and builds with it.
 //!
-//! Two worlds, in this order:
+//! There are two kinds of compilers, tried in this order:
 //! 1. rustup's toolchain with the target installed: a plain build.
 //! 2. a compiler with the sources of `core` beside it (Debian: `rustc-web`, `rust-web-src`): `core`
 //!    is built too. That needs `-Zbuild-std`, which a stable compiler only takes with
@@ -22,7 +22,7 @@ pub(crate) const BROWSER: &str = "wasm32-unknown-unknown";
 pub(crate) enum Toolchain {
     /// The target's libraries are installed.
     Prebuilt,
-    /// The sources of `core` are there instead.
+    /// The sources of `core` are installed instead.
     FromSource {
         /// Path of the compiler.
         rustc: &'static str,
@@ -34,15 +34,15 @@ pub(crate) enum Toolchain {
 }
 
 impl Toolchain {
-    /// Finds a compiler for [`TARGET`] and says on standard error which one it is.
+    /// Finds a compiler for [`TARGET`], and prints on standard error which one it is.
     ///
     /// # Errors
-    /// When there is none, with the commands that install one.
+    /// When there is none; the error has the commands that install one.
     pub(crate) fn find() -> Result<Self, Failure> {
         Self::find_for(TARGET)
     }
 
-    /// Finds a compiler for `target` and says on standard error which one it is.
+    /// Finds a compiler for `target`, and prints on standard error which one it is.
     ///
     /// # Errors
     /// As [`Self::find`].
@@ -78,8 +78,8 @@ impl Toolchain {
         self.cargo_with("core", verb, target, target_dir)
     }
 
-    /// The same for a package that needs the standard library: Debian's compiler has its sources,
-    /// too, and those of the packages that it needs.
+    /// The same for a package that needs the standard library. Debian's compiler has the sources of
+    /// that library, and of the packages that it needs.
     pub(crate) fn cargo_with_std(&self, verb: &str, target: &str, target_dir: &Path) -> Command {
         self.cargo_with("std,panic_abort", verb, target, target_dir)
     }
@@ -98,33 +98,33 @@ impl Toolchain {
                 .env("RUSTC_BOOTSTRAP", "1")
                 .env("RUSTC", rustc)
                 .env(linker_variable(target), linker)
-                // Set by rustup's cargo, which runs this program; it would lead /usr/bin/cargo back
-                // to rustup.
+                // rustup's cargo, which runs this program, has set the variable. It would lead
+                // /usr/bin/cargo back to rustup.
                 .env_remove("RUSTUP_TOOLCHAIN");
         }
         command
     }
 }
 
-/// The variable in which cargo looks for the linker of `target`.
+/// The variable in which cargo expects the linker of `target`.
 fn linker_variable(target: &str) -> String {
     let target = target.to_uppercase().replace('-', "_");
     format!("CARGO_TARGET_{target}_LINKER")
 }
 
-/// The folder of the workspace: cargo names this program's folder when it runs it.
+/// The folder of the workspace. Cargo sets a variable with this program's folder when it runs it.
 pub(crate) fn root() -> PathBuf {
     let own =
         env::var_os("CARGO_MANIFEST_DIR").map_or_else(|| PathBuf::from("xtask"), PathBuf::from);
     own.join("..")
 }
 
-/// Where artefacts go: `CARGO_TARGET_DIR`, or `target` in the workspace.
+/// The folder for artefacts: `CARGO_TARGET_DIR`, or `target` in the workspace.
 pub(crate) fn target_dir() -> PathBuf {
     env::var_os("CARGO_TARGET_DIR").map_or_else(|| root().join("target"), PathBuf::from)
 }
 
-/// Where a build for [`TARGET`] with the profile `firmware` puts its results.
+/// The folder with the results of a build for [`TARGET`] with the profile `firmware`.
 pub(crate) fn firmware_dir() -> PathBuf {
     target_dir().join(TARGET).join("firmware")
 }
@@ -153,8 +153,8 @@ fn sysroot(rustc: &str) -> Option<PathBuf> {
     Some(PathBuf::from(path.trim()))
 }
 
-/// The linker that rustup ships with its compiler (Debian's compiler has none), else the GNU one,
-/// or LLVM's for a browser.
+/// The linker that rustup ships with its compiler. Where it is missing, as with Debian's compiler,
+/// the GNU linker, or LLVM's for a browser.
 fn find_linker(target: &str) -> PathBuf {
     let other = match target {
         BROWSER => "wasm-ld",

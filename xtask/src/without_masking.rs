@@ -1,11 +1,13 @@
-//! cortex-m for the firmware: the registry's own, without the critical sections that mask every
-//! interrupt.
+//! Builds the firmware with the registry's cortex-m, but without its critical sections, which mask
+//! every interrupt.
 //!
-//! stm32f4xx-hal asks for cortex-m's feature `critical-section-single-core`, whose sections keep
-//! steps away, too. The firmware has its own (`crates/board-f407/src/critical.rs`), and a program
-//! holds one implementation only. No manifest can take back a feature that another package asks
-//! for. So the firmware is built with a copy of the package that lacks the two lines of [`MODULE`].
-//! The copy is made under `target/` from cargo's own download; cargo takes it for the original by
+//! stm32f4xx-hal requires cortex-m's feature `critical-section-single-core`, whose critical
+//! sections would delay steps, too. The firmware has its own critical sections
+//! (`crates/board-f407/src/critical.rs`), and a program can hold only one implementation. No
+//! manifest can take back a feature that another package requires. So the firmware is built with a
+//! copy of the package that lacks the two lines of [`MODULE`]. The copy is made under `target/`
+//! from cargo's own download. Cargo's `paths` key puts it in place of the original, and
+//! `Cargo.lock` stays as it is.
 //! its `paths` key, and `Cargo.lock` stays as it is.
 use crate::{failure::Failure, shell, toolchain};
 use serde_json::Value;
@@ -20,7 +22,7 @@ const PACKAGE: &str = "cortex-m";
 const MODULE: &str =
     "#[cfg(all(cortex_m, feature = \"critical-section-single-core\"))]\nmod critical_section;\n";
 
-/// The value for `cargo --config`. Makes the copy where it is not there yet.
+/// The value for `cargo --config`. Makes the copy if there is none yet.
 pub(crate) fn config() -> Result<String, Failure> {
     let original = original()?;
     let name = original.file_name().unwrap_or_default();
@@ -32,7 +34,7 @@ pub(crate) fn config() -> Result<String, Failure> {
     Ok(format!("paths=[{:?}]", copy.display().to_string()))
 }
 
-/// Where cargo keeps the package, which it downloads if need be.
+/// The folder of the package that cargo has downloaded, now if necessary.
 fn original() -> Result<PathBuf, Failure> {
     let mut cargo = Command::new("cargo");
     cargo.args(["metadata", "--format-version", "1", "--filter-platform"]);
@@ -43,7 +45,7 @@ fn original() -> Result<PathBuf, Failure> {
         .ok_or_else(|| Failure::finding(format!("cargo metadata knows no package {PACKAGE}")))
 }
 
-/// The package's manifest, as `cargo metadata` names it.
+/// The path of the package's manifest in the output of `cargo metadata`.
 fn manifest(metadata: &str) -> Option<PathBuf> {
     let metadata: Value = serde_json::from_str(metadata).ok()?;
     let mut packages = metadata["packages"].as_array()?.iter();
@@ -51,7 +53,8 @@ fn manifest(metadata: &str) -> Option<PathBuf> {
     package["manifest_path"].as_str().map(PathBuf::from)
 }
 
-/// Made beside its place and then moved there: the file in its place is always whole.
+/// Makes the copy. It is made in another folder and then moved to its place, so that the copy in
+/// its place is always complete.
 fn make(original: &Path, copy: &Path) -> Result<(), Failure> {
     let unfinished = copy.with_file_name("unfinished");
     if unfinished.exists() {

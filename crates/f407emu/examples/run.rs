@@ -1,8 +1,8 @@
 //! Runs firmware for a while and prints what it did:
 //! `cargo run --release -p leadscrew-f407emu --example run -- ELF [MILLISECONDS [LINE]...]`.
 //!
-//! The lines go to USART2, each after the answer to the one before (a line with `ok`), and each has
-//! the time given.
+//! The lines go to USART2, each after the answer to the line before (a line with `ok`). Each line
+//! has the given time, MILLISECONDS, to be answered.
 use leadscrew_f407emu::{Exception, Machine, SerialPort, Stop};
 use std::{env, error::Error, fs, time::Instant};
 
@@ -28,7 +28,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Runs until the firmware has answered, at most for the time given, and prints what it says.
+/// Runs until the firmware has answered, for `milliseconds` at most, and prints what it says.
 fn wait(machine: &mut Machine, milliseconds: u64) -> Result<(), Stop> {
     let cycles = milliseconds * u64::from(machine.clocks().hclk) / 1000;
     let end = machine.cycle() + cycles;

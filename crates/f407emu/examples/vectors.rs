@@ -1,4 +1,4 @@
-//! Carries out the cases that `oracle/difftest.py` makes, and writes the states after them.
+//! Carries out the test cases that `oracle/difftest.py` makes, and writes the state after each.
 //!
 //! `vectors FOLDER` reads `ram.bin` (32 KB) and `in.bin`, writes `out.bin`. A case is 52 words: r0
 //! to r14, flags, s0 to s31, FPSCR, two words of code, the count of instructions. A result:

@@ -1,11 +1,11 @@
 //! The ART accelerator between core and flash (RM0090 section 3.5.2): how long a fetch waits.
 //!
-//! The flash is read in lines of 16 bytes, at `wait states + 1` cycles each. 64 lines of
-//! instructions and 8 lines of constants are kept (ACR.ICEN, DCEN), the next line is read ahead
-//! (ACR.PRFTEN). The manual names the sizes; that the least recently used line is replaced is an
-//! assumption.
+//! The flash is read in lines of 16 bytes, and each line takes `wait states + 1` cycles. The
+//! accelerator keeps 64 lines of instructions and 8 lines of constants (ACR.ICEN, DCEN), and reads
+//! the next line ahead (ACR.PRFTEN). The manual gives these sizes. Replacing the least recently
+//! used line is an assumption.
 
-/// FLASH_ACR: wait states.
+/// FLASH_ACR: the field of the wait states.
 const LATENCY: u32 = 7;
 /// FLASH_ACR.PRFTEN: the next line is read ahead.
 const PREFETCH: u32 = 1 << 8;
@@ -13,10 +13,10 @@ const PREFETCH: u32 = 1 << 8;
 const INSTRUCTIONS: u32 = 1 << 9;
 /// FLASH_ACR.DCEN: data cache.
 const DATA: u32 = 1 << 10;
-/// No line has this number.
+/// A line number that no line has.
 const NONE: u32 = u32::MAX;
 
-/// The lines that are held, and how often one was.
+/// The lines that the accelerator holds, and statistics of its hits.
 #[derive(Clone, Debug)]
 pub(crate) struct Art {
     instructions: Lines<64>,
@@ -31,11 +31,11 @@ pub(crate) struct Art {
 /// How often the flash had to be waited for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ArtStatistics {
-    /// Lines of instructions that were held.
+    /// Reads of instruction lines that were held.
     pub instruction_hits: u64,
-    /// Lines of instructions that were read.
+    /// Lines of instructions that were read from the flash.
     pub instruction_misses: u64,
-    /// Lines of constants that were read.
+    /// Lines of constants that were read from the flash.
     pub data_misses: u64,
 }
 
@@ -66,7 +66,8 @@ impl Art {
         address >> 4 == self.current
     }
 
-    /// Cycles to wait for the line of an instruction, at cycle `now`.
+    /// Reads the line of an instruction at cycle `now`. Answers how many cycles the core waits for
+    /// it.
     pub(crate) fn fetch(&mut self, address: u32, acr: u32, now: u64) -> u64 {
         let line = address >> 4;
         let next = line == self.current.wrapping_add(1);
@@ -89,7 +90,7 @@ impl Art {
         wait
     }
 
-    /// Cycles to wait for a constant in the flash.
+    /// Reads a constant in the flash. Answers how many cycles the core waits for it.
     pub(crate) fn read(&mut self, address: u32, acr: u32) -> u64 {
         let line = address >> 4;
         if line == self.current_data {
@@ -104,7 +105,7 @@ impl Art {
     }
 }
 
-/// Lines by when they were last used.
+/// Cached lines, with the time of the last use of each.
 #[derive(Clone, Debug)]
 struct Lines<const COUNT: usize> {
     line: [u32; COUNT],
@@ -121,7 +122,7 @@ impl<const COUNT: usize> Lines<COUNT> {
         }
     }
 
-    /// Whether a line was held; it is from now on, in place of the one not used for longest.
+    /// Whether a line was held. From now on it is held, in place of the least recently used line.
     fn touch(&mut self, line: u32) -> bool {
         self.clock += 1;
         let held = self.line.iter().position(|&held| held == line);

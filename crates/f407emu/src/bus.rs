@@ -72,10 +72,10 @@ impl Machine {
         }
     }
 
-    /// An access to SRAM1, at an offset in SRAM, while the core's instructions come out of the same
-    /// memory: instruction bus and data or system bus then meet at one slave of the bus matrix
-    /// (RM0090 section 2.1), and one of them waits a cycle. The prefetch unit would hide some of
-    /// these cycles: charged at each access, this is the upper bound.
+    /// Charges an access to SRAM1, at an offset in SRAM, while the core fetches its instructions
+    /// from the same memory. Both buses then meet at one slave of the bus matrix (RM0090 section
+    /// 2.1), and one of them waits a cycle. The prefetch unit would hide some of these cycles, so
+    /// that a cycle for each access is an upper bound.
     #[inline(always)]
     fn share_sram(&mut self, offset: u32) {
         let executes_low = self.cpu.r[PC] < SRAM1_SIZE;
@@ -99,7 +99,7 @@ impl Machine {
         }
     }
 
-    /// A read waits for the store buffer, and for the bridge to a slower bus.
+    /// Reads a peripheral. The read waits for the store buffer, and for the bridge to a slower bus.
     fn read_peripheral(&mut self, address: u32, width: Width) -> Result<u32, Trap> {
         must_align(address, width)?;
         self.drain_stores();
@@ -108,8 +108,8 @@ impl Machine {
         Ok(word >> (8 * (address & 3)) & width.mask())
     }
 
-    /// A write goes into the store buffer: the next access to a peripheral waits for it, not this
-    /// one.
+    /// Writes a peripheral through the store buffer: this write does not wait, but the next access
+    /// to a peripheral does.
     fn write_peripheral(&mut self, address: u32, width: Width, value: u32) -> Result<(), Trap> {
         must_align(address, width)?;
         self.stall_as_planted(address);
@@ -136,9 +136,9 @@ impl Machine {
         }
     }
 
-    /// Writes a part of a register. The bridges to APB repeat it over the whole register (RM0090
-    /// section 2.1.11); on AHB the rest keeps its value, or is zero where reading says nothing of
-    /// it.
+    /// Writes a part of a register. The bridges to APB repeat that part over the whole register
+    /// (RM0090 section 2.1.11). On AHB the other bits keep their value, or are zero in a write-only
+    /// register.
     pub(crate) fn write_part(
         &mut self,
         address: u32,
@@ -165,13 +165,13 @@ impl Machine {
         self.cycle = self.cycle.max(self.buffer_free);
     }
 
-    /// Waits until clocks that have been switched on have come, as DSB is said to do (ES0182,
+    /// Waits until the clocks that have been switched on are running, as DSB is said to do (ES0182,
     /// "Delay after an RCC peripheral clock enabling", workaround 1).
     pub(crate) fn wait_for_clocks(&mut self) {
         self.cycle = self.cycle.max(self.devices.rcc.clocks_come_at());
     }
 
-    /// Cycles that a bridge adds: AHB has none, the APBs have clocks of their own.
+    /// The cycles that a bus bridge adds: AHB has no bridge, and the APBs have clocks of their own.
     fn bus_latency(&self, address: u32) -> u32 {
         match address {
             0x4002_0000.. => 0,
@@ -193,7 +193,7 @@ impl Machine {
         }
     }
 
-    /// A constant comes out of the flash.
+    /// Waits until the flash has delivered a constant.
     fn wait_for_constant(&mut self, address: u32) {
         self.cycle = self.cycle.max(self.devices.flash.busy_until);
         if self.timing.flash != FlashTiming::ZeroWait {
@@ -202,7 +202,7 @@ impl Machine {
     }
 }
 
-/// Peripherals answer to aligned accesses only.
+/// Fails where an access is not aligned: peripherals answer to aligned accesses only.
 fn must_align(address: u32, width: Width) -> Result<(), Trap> {
     if address as usize & (width.bytes() - 1) == 0 {
         Ok(())
@@ -211,7 +211,8 @@ fn must_align(address: u32, width: Width) -> Result<(), Trap> {
     }
 }
 
-/// GPIOx_BSRR: reading it first would mean something else.
+/// Whether a register is GPIOx_BSRR. It is write-only, so that a write of a part of it must not
+/// read the other bits first.
 fn is_write_only(address: u32) -> bool {
     (0x4002_0000..0x4002_2400).contains(&address) && address & 0x3FF == 0x18
 }

@@ -1,19 +1,19 @@
 //! The registers of the core (DDI 0403, B1.4) and the meaning of the flags.
 
-/// The registers, as one instruction finds them.
+/// The registers as an instruction sees them.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Cpu {
-    /// r0 to r15. Register 15 is the value that an instruction reads there: its own address and 4.
+    /// r0 to r15. Register 15 is the value that an instruction reads there: its own address plus 4.
     pub(crate) r: [u32; 16],
     /// s0 to s31, as bit patterns.
     pub(crate) s: [u32; 32],
     pub(crate) fpscr: u32,
     pub(crate) flags: Flags,
-    /// The flags that SADD8 and its like leave for SEL, one bit for each byte.
+    /// The GE flags that SADD8 and similar instructions set for SEL, one bit for each byte.
     pub(crate) ge: u8,
     /// The IT block under way: condition and mask, 0 outside (A7.3).
     pub(crate) it: u8,
-    /// The instruction under way stands in an IT block.
+    /// Whether the instruction under way stands in an IT block.
     pub(crate) in_it: bool,
     /// IPSR: the number of the exception under way, 0 in thread mode.
     pub(crate) exception: u8,
@@ -28,7 +28,7 @@ pub(crate) struct Cpu {
     pub(crate) exclusive: Option<u32>,
     /// The event register that WFE looks at.
     pub(crate) event: bool,
-    /// A WFI or WFE has not been woken yet.
+    /// Whether the core sleeps in a WFI or WFE.
     pub(crate) asleep: bool,
 }
 
@@ -42,7 +42,7 @@ pub(crate) struct Flags {
     pub(crate) saturated: bool,
 }
 
-/// The registers that hold interrupts off (B1.4.3).
+/// The registers that mask interrupts (B1.4.3).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Masks {
     pub(crate) primask: bool,
@@ -105,7 +105,7 @@ impl Cpu {
         positive != (condition & 1 != 0)
     }
 
-    /// Whether the IT block lets this instruction be carried out; moves on in the block (ITAdvance,
+    /// Whether the IT block lets this instruction be carried out. Moves on in the block (ITAdvance,
     /// A7.3.3).
     pub(crate) fn passes_it(&mut self) -> bool {
         let passes = self.holds(self.it >> 4);
@@ -117,7 +117,7 @@ impl Cpu {
         passes
     }
 
-    /// The process stack is in use: thread mode only.
+    /// Whether the process stack is in use, which is possible in thread mode only.
     pub(crate) fn on_process_stack(&self) -> bool {
         self.control & CONTROL_PROCESS_STACK != 0 && self.exception == 0
     }
@@ -149,7 +149,7 @@ impl Cpu {
         self.exception = value as u8;
     }
 
-    /// Sets the flags and GE, from where xPSR has them.
+    /// Sets the flags and GE from their bits in xPSR.
     pub(crate) fn set_apsr(&mut self, value: u32) {
         self.flags = Flags {
             negative: value >> 31 != 0,
@@ -208,7 +208,7 @@ impl Cpu {
         self.set_apsr(before & !selected | value & selected);
     }
 
-    /// BASEPRI_MAX: only ever masks more.
+    /// BASEPRI_MAX: sets BASEPRI only if that masks more.
     fn raise_basepri(&mut self, level: u8) {
         let basepri = &mut self.masks.basepri;
         if level != 0 && (*basepri == 0 || level < *basepri) {

@@ -1,4 +1,4 @@
-//! All peripherals of the chip, and when the next of them has something to do.
+//! All peripherals of the chip, and the cycle of their next event.
 use crate::peripheral::{
     adc::Adc,
     dma::Dma,
@@ -55,7 +55,7 @@ pub(crate) struct Devices {
 }
 
 impl Devices {
-    /// After power-on.
+    /// The peripherals after power-on.
     pub(crate) fn new(crystal_hz: u32) -> Self {
         let rcc = Rcc::new(crystal_hz);
         let hclk = rcc.clocks().hclk;
@@ -77,7 +77,7 @@ impl Devices {
         }
     }
 
-    /// Resets all of them. The world goes on driving its pins, and sending.
+    /// Resets all peripherals. The world outside goes on driving the pins and sending.
     pub(crate) fn reset(&mut self, cause: ResetCause, now: u64) {
         self.rcc.reset(cause);
         self.pwr.reset();
@@ -101,7 +101,7 @@ impl Devices {
         self.others.clear();
     }
 
-    /// The cycle of the next event.
+    /// The cycle of the next event of any peripheral.
     pub(crate) fn next_event(&self) -> u64 {
         let timers = self.timers.iter().map(Timer::next_event);
         let usarts = self.usarts.iter().map(Usart::next_event);

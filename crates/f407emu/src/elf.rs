@@ -10,16 +10,16 @@ use object::{
 /// Why an ELF cannot be loaded.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum LoadError {
-    /// It is no ELF of 32 bits, or it is damaged.
+    /// The file is no 32-bit ELF, or it is damaged.
     Malformed(object::Error),
-    /// It is for another processor.
+    /// The file is for another processor.
     NotArm,
     /// A segment lies outside flash and RAM.
     Outside {
         /// The segment's physical address.
         address: u32,
     },
-    /// It has no loadable segment: a linker script was missing, perhaps.
+    /// The file has no loadable segment, perhaps because a linker script was missing.
     Empty,
 }
 

@@ -1,7 +1,7 @@
 //! An emulator of the STM32F407 for tests that run firmware as it is.
 //!
-//! It boots an unmodified ELF, talks to its serial ports, drives its inputs, and records every edge
-//! of its pins with its cycle and its cause:
+//! It boots an unmodified ELF, talks to its serial ports, drives its inputs, and records each edge
+//! of its pins with the cycle and the cause:
 //!
 //! ```text
 //!            bytes, switches, resets                         edges, duties, bytes
@@ -12,16 +12,17 @@
 //!     bus -> registers -> Devices <-> wiring           RM0090's peripherals, an event at a time
 //! ```
 //!
-//! Everything is counted in cycles of HCLK, which the cycle model ([`Timing`]) moves: the flash's
-//! wait states behind the ART accelerator's caches, exception entry and exit, slow peripheral
-//! buses. For an upper bound on an interrupt's time let each begin with cold caches:
-//! [`FlashTiming::ArtCold`].
+//! Time is counted in cycles of HCLK. The cycle model ([`Timing`]) advances it: the flash's wait
+//! states behind the ART accelerator's caches, exception entry and exit, slow peripheral buses.
+//! [`FlashTiming::ArtCold`] lets each interrupt begin with cold caches, which gives an upper bound
+//! on its time.
 //!
-//! What is **not** emulated: ADC, SPI, I2C, RTC, DACs, the MPU, contention on the buses, silicon
-//! errata but for the delay of a peripheral's clock. Each module says what it leaves out of its
-//! chapter of the reference manual. No result has been held against silicon; the core has been held
-//! against QEMU (`oracle/README.md`), the peripherals' registers against ST's data (`src/st_data`);
-//! USB, besides, against what its driver (synopsys-usb-otg) expects.
+//! **Not** emulated are: the ADC except for ADC1's injected group, SPI, I2C, RTC, DACs, the MPU,
+//! contention on the buses, and silicon errata except the delay of a peripheral's clock. Each
+//! module says what it leaves out of its chapter of the reference manual. No result has been
+//! compared with silicon. The core has been compared with QEMU (`oracle/README.md`), the
+//! peripherals' registers with ST's data (`src/st_data`), and USB with what its driver
+//! (synopsys-usb-otg) expects.
 //!
 //! # Example
 //! ```no_run

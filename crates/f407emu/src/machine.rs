@@ -1,8 +1,8 @@
 //! The chip as a whole, and the loop that runs it.
 //!
 //! Time is the count of HCLK cycles since power-on. The core carries out one instruction after the
-//! other, each moving the clock by what it costs; before each one, the peripherals' events that are
-//! due by then happen at their own cycles.
+//! other, and each advances the clock by its cost. Before each instruction, the events of
+//! peripherals that are due happen at their own cycles.
 use crate::{
     art::{Art, ArtStatistics},
     cpu::{Cpu, SP},
@@ -24,7 +24,7 @@ use crate::{
 };
 use std::collections::BTreeSet;
 
-/// The previous instruction's use of the memory: the next access may overlap it.
+/// How the previous instruction used the memory: the next access may overlap it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum LastAccess {
     None,
@@ -33,8 +33,8 @@ pub(crate) enum LastAccess {
     Store,
 }
 
-/// An STM32F407 with its firmware. A clone goes on from the same instant: for tests that try many
-/// ends of one beginning.
+/// An STM32F407 with its firmware. A clone goes on from the same instant, so that a test can try
+/// many continuations of one beginning.
 #[derive(Clone)]
 pub struct Machine {
     pub(crate) cpu: Cpu,
@@ -50,50 +50,50 @@ pub struct Machine {
     pub(crate) slept: u64,
     /// The cycle of the next event of a peripheral or of the world.
     pub(crate) next_event: u64,
-    /// The frequencies that RCC makes.
+    /// The frequencies that RCC sets.
     pub(crate) clocks: Clocks,
     pub(crate) last_access: LastAccess,
     /// The cycle at which the store buffer is empty again.
     pub(crate) buffer_free: u64,
-    /// The program has asked for a reset.
+    /// Whether the program has requested a reset.
     pub(crate) reset_requested: bool,
-    /// The core has locked up.
+    /// The core has locked up: the reason.
     pub(crate) locked: Option<Stop>,
-    /// An access that went astray: it ends the run.
+    /// A stray access to a peripheral ([`Stop::Stray`]); it ends the run.
     pub(crate) stray: Option<Stop>,
     pub(crate) unfinished: Unfinished,
     pub(crate) debugger: bool,
-    /// DBGMCU_APB1_FZ: the peripherals that stand still with a core that a debugger stops. Only a
-    /// loss of power resets it.
+    /// DBGMCU_APB1_FZ: the peripherals that stop while a debugger stops the core. Only a loss of
+    /// power resets it.
     pub(crate) freeze_apb1: u32,
     pub(crate) world: World,
     pub(crate) edges: Vec<Edge>,
     pub(crate) duties: Vec<Duty>,
     pub(crate) matches: Vec<Match>,
-    /// Channels of each timer whose matches are recorded, a bit each.
+    /// The channels of each timer whose matches are recorded, one bit each.
     pub(crate) watched_channels: [u8; 14],
-    /// Pins of each port whose edges are recorded.
+    /// The pins of each port whose edges are recorded, one bit each.
     pub(crate) watched: [u16; 9],
-    /// The exception whose stores to peripherals are recorded, and these: address of the
-    /// instruction, register.
+    /// The exception whose stores to peripherals are recorded, and the stores: address of the
+    /// instruction, address of the register.
     pub(crate) writers_of: Option<Exception>,
     pub(crate) writers: BTreeSet<(u32, u32)>,
     pub(crate) flash_operations: Vec<FlashOperation>,
     /// The changes of words that the program writes to registers, by their addresses.
     pub(crate) tampers: Vec<(u32, Tamper)>,
-    /// The core stands still before its next store to a register, by an exception's handler: which,
-    /// and for how many cycles.
+    /// The delay that is planted: the exception and the address of the register before whose next
+    /// store the core stands still, and the number of cycles.
     pub(crate) stall: Option<(Exception, u32, u64)>,
     pub(crate) resets: Vec<(u64, ResetCause)>,
     pub(crate) profiler: Profiler,
     pub(crate) turns: Turns,
-    /// Cycles spent at each half-word of the flash, where that is recorded.
+    /// The cycles spent at each half-word of the flash; empty unless they are recorded.
     spent: Vec<u64>,
     pub(crate) warnings: Warnings,
 }
 
 impl Machine {
-    /// A chip with erased flash and a crystal of `crystal_hz`; 0 where none is fitted.
+    /// A chip with erased flash and a crystal of `crystal_hz`; 0 for no crystal.
     pub fn new(crystal_hz: u32) -> Box<Machine> {
         let devices = Devices::new(crystal_hz);
         let clocks = devices.rcc.clocks();
@@ -137,7 +137,7 @@ impl Machine {
         })
     }
 
-    /// A chip whose peripherals have all had their clocks for long.
+    /// A chip whose peripherals all have running clocks.
     #[cfg(test)]
     pub(crate) fn with_clocks() -> Box<Machine> {
         let mut machine = Machine::new(8_000_000);
@@ -156,7 +156,7 @@ impl Machine {
         Ok(())
     }
 
-    /// The core takes stack pointer and program counter out of the vector table (DDI 0403, B1.5.5).
+    /// Sets stack pointer and program counter from the vector table (DDI 0403, B1.5.5).
     pub(crate) fn boot(&mut self) {
         let word = |offset: usize| {
             let bytes = &self.memory.flash[offset..offset + 4];
@@ -221,7 +221,7 @@ impl Machine {
         }
     }
 
-    /// The next instruction, or the vector of an interrupt, has to come out of the flash.
+    /// Whether the next instruction, or the vector of an interrupt, must be read from the flash.
     fn needs_flash(&self) -> bool {
         let in_flash = |address: u32| {
             let place = self.memory.place(address);
@@ -244,7 +244,7 @@ impl Machine {
         self.execute(decoded.instruction)
     }
 
-    /// An instruction has taken cycles, and has left nothing for the next to overlap.
+    /// Charges the cycles of an instruction which the next access cannot overlap.
     #[inline(always)]
     pub(crate) fn spend(&mut self, cycles: u32) {
         self.last_access = LastAccess::None;
@@ -269,7 +269,7 @@ impl Machine {
         }
     }
 
-    /// A core that has locked up waits for the watchdog.
+    /// Lets a core that has locked up wait for the watchdog.
     fn wait_locked(&mut self, limit: u64) -> Result<(), Stop> {
         if let (Some(stop), false) = (self.locked, self.devices.iwdg.is_running()) {
             return Err(stop);
@@ -286,7 +286,7 @@ impl Machine {
         self.cycle
     }
 
-    /// Instructions so far.
+    /// The number of instructions carried out since power-on.
     pub fn instructions(&self) -> u64 {
         self.instructions
     }
@@ -316,9 +316,9 @@ impl Machine {
         self.debugger = attached;
     }
 
-    /// Stops the core for a number of cycles, as a debugger does. Everything else goes on, the
-    /// watchdog as DBGMCU_APB1_FZ says (RM0090 section 38.16.4); ends early where that resets the
-    /// chip. Not modelled: what else that register stops.
+    /// Stops the core for a number of cycles, as a debugger does. Everything else goes on;
+    /// DBGMCU_APB1_FZ says whether the watchdog does (RM0090 section 38.16.4). Ends early if the
+    /// watchdog resets the chip. Not modelled: the other peripherals that this register stops.
     pub fn halt(&mut self, cycles: u64) {
         const DBG_IWDG_STOP: u32 = 1 << 12;
         if self.freeze_apb1 & DBG_IWDG_STOP != 0 {
@@ -347,7 +347,7 @@ impl Machine {
         &self.edges
     }
 
-    /// Takes the edges out of the records: for runs whose edges would fill the memory.
+    /// Takes the edges out of the records, for runs whose edges would fill the memory.
     pub fn take_edges(&mut self) -> Vec<Edge> {
         core::mem::take(&mut self.edges)
     }
@@ -384,8 +384,8 @@ impl Machine {
         self.tampers.push((address, tamper));
     }
 
-    /// Plants a delay: the core stands still for some cycles before the next store that
-    /// `exception`'s handler makes to the register at `address`. Once.
+    /// Plants a delay: the core stands still once, for some cycles, before the next store that
+    /// `exception`'s handler makes to the register at `address`.
     pub fn stall_before(&mut self, exception: Exception, address: u32, cycles: u64) {
         self.stall = Some((exception, address, cycles));
     }
@@ -400,7 +400,7 @@ impl Machine {
         self.cpu.asleep
     }
 
-    /// Resets so far.
+    /// The resets so far, with their cycles.
     pub fn resets(&self) -> &[(u64, ResetCause)] {
         &self.resets
     }
@@ -410,14 +410,14 @@ impl Machine {
         self.profiler.profile(exception)
     }
 
-    /// Adds up from now on the cycles that each instruction of the flash takes, entries into
-    /// exceptions with their first one.
+    /// Adds up, from now on, the cycles that each instruction of the flash takes. The entry into an
+    /// exception counts for its first instruction.
     pub fn record_cycles(&mut self) {
         self.spent = vec![0; self.memory.flash.len() / 2];
     }
 
-    /// The cycles since [`Machine::record_cycles`], for each half-word of the flash; empty without
-    /// it.
+    /// The cycles of each half-word of the flash since [`Machine::record_cycles`]; empty without
+    /// that call.
     pub fn cycles_spent(&self) -> &[u64] {
         &self.spent
     }
@@ -432,18 +432,18 @@ impl Machine {
         self.writers_of = Some(exception);
     }
 
-    /// The stores recorded since [`Machine::record_writers`]: address of the instruction, address
-    /// of the register.
+    /// The stores recorded since [`Machine::record_writers`]: the address of the instruction and
+    /// the address of the register.
     pub fn writers(&self) -> &BTreeSet<(u32, u32)> {
         &self.writers
     }
 
-    /// The services recorded since [`Machine::record_services`]; empty without it.
+    /// The services recorded since [`Machine::record_services`]; empty without that call.
     pub fn services(&self) -> &[Service] {
         self.profiler.services.as_deref().unwrap_or(&[])
     }
 
-    /// The program's actions that would not work as intended.
+    /// Actions of the program that would not work as intended on the chip.
     pub fn warnings(&self) -> &[Warning] {
         self.warnings.all()
     }
@@ -471,7 +471,7 @@ impl Machine {
         &self.memory.flash
     }
 
-    /// The flash's content, to be changed as by a programmer outside the chip.
+    /// Changes the flash's content, as a programmer outside the chip does.
     ///
     /// # Panics
     /// When the bytes do not fit behind `address`.
@@ -504,12 +504,12 @@ impl Machine {
         self.turns
     }
 
-    /// The watchdog is fed.
+    /// The watchdog is fed: a turn of the main loop begins.
     pub(crate) fn begin_turn(&mut self) {
         self.turns.begin(self.spent_outside_exceptions());
     }
 
-    /// The core has fallen asleep.
+    /// The core has fallen asleep: a turn of the main loop ends.
     pub(crate) fn end_turn(&mut self) {
         self.turns.end(self.spent_outside_exceptions());
     }

@@ -1,5 +1,5 @@
-//! The memories on the chip (RM0090 section 2.3), and the instructions that have been decoded from
-//! the flash.
+//! The memories on the chip (RM0090 section 2.3), and a cache of instructions that have been
+//! decoded from them.
 use crate::{
     decode::{self, Decoded},
     instruction::Width,
@@ -10,18 +10,18 @@ use core::ops::Range;
 pub(crate) const FLASH: u32 = 0x0800_0000;
 /// Where SRAM1 begins; SRAM2 follows it.
 pub(crate) const SRAM: u32 = 0x2000_0000;
-/// Where the memory on the core's data bus begins: no DMA reaches it, and no instruction is fetched
-/// from it.
+/// Where CCM begins, the memory on the core's data bus: DMA cannot reach it, and instructions
+/// cannot be fetched from it.
 pub(crate) const CCM: u32 = 0x1000_0000;
 const FLASH_SIZE: usize = 1 << 20;
 const SRAM_SIZE: usize = 128 << 10;
-/// SRAM1: a slave of the bus matrix of its own, and there a second time at 0 where the program asks
-/// for that.
+/// The size of SRAM1. It is a slave of the bus matrix of its own, and is mapped at 0, too, if the
+/// program asks for that.
 pub(crate) const SRAM1_SIZE: u32 = 112 << 10;
-/// As much of SRAM, from its begin, keeps its instructions decoded.
+/// This many bytes from the start of SRAM can have their decoded instructions cached.
 const CODE_SIZE: usize = 16 << 10;
 const CCM_SIZE: usize = 64 << 10;
-/// Device signature: unique number and the flash's size in KB (RM0090 chapter 39).
+/// Device signature: the unique number, and the flash's size in KB (RM0090 chapter 39).
 const SIGNATURE: u32 = 0x1FFF_7A10;
 const SIGNATURE_BYTES: [u8; 20] = *b"leadscrew407\xFF\xFF\xFF\xFF\xFF\xFF\x00\x04";
 
@@ -31,18 +31,18 @@ pub(crate) struct Memory {
     pub(crate) flash: Box<[u8]>,
     pub(crate) sram: Box<[u8; SRAM_SIZE]>,
     pub(crate) ccm: Box<[u8]>,
-    /// The memory that is there a second time from address 0 on.
+    /// The memory that is mapped at address 0, too.
     pub(crate) low: Low,
-    /// By halfword of the flash; forgotten where it is written.
+    /// The decoded instruction at each halfword of the flash; dropped where the flash is written.
     decoded: Box<[Option<Decoded>]>,
-    /// The same for the begin of SRAM, as it stands at 0.
+    /// The same for the start of SRAM, with its addresses from 0.
     decoded_low: Box<[Option<Decoded>]>,
 }
 
-/// The memory that answers from address 0 on (RM0090 section 9.2.1, SYSCFG_MEMRMP.MEM_MODE).
+/// The memory that is mapped at address 0 (RM0090 section 9.2.1, SYSCFG_MEMRMP.MEM_MODE).
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Low {
-    /// The flash: after a reset, as the boot pins are.
+    /// The flash: after a reset, with the boot pins as they are.
     Flash,
     /// SRAM1.
     Sram1,
@@ -70,8 +70,8 @@ impl Memory {
         }
     }
 
-    /// The memory at an address and the offset in it; flash or SRAM1 is there a second time at 0
-    /// (section 2.4).
+    /// The memory at an address, and the offset in it. Flash or SRAM1 is mapped at 0, too (section
+    /// 2.4).
     pub(crate) fn place(&self, address: u32) -> Option<(Region, usize)> {
         within(address, SRAM, SRAM_SIZE, Region::Sram)
             .or_else(|| within(address, FLASH, FLASH_SIZE, Region::Flash))
@@ -98,7 +98,7 @@ impl Memory {
         Some(little_endian(bytes))
     }
 
-    /// Writes a value to RAM; `None` past its end, or where it is no RAM.
+    /// Writes a value to RAM; `None` past its end, or for another memory.
     pub(crate) fn write(
         &mut self,
         (region, offset): (Region, usize),
@@ -120,7 +120,7 @@ impl Memory {
         Some(())
     }
 
-    /// The instruction at an address below [`SRAM1_SIZE`], where SRAM1 is at 0.
+    /// The instruction at an address below [`SRAM1_SIZE`] while SRAM1 is mapped at 0.
     #[inline(always)]
     pub(crate) fn low_instruction(&mut self, address: u32) -> Option<Decoded> {
         match self.decoded_low.get(address as usize / 2) {
@@ -161,7 +161,7 @@ impl Memory {
         self.forget(offset..offset + width.bytes());
     }
 
-    /// Puts bytes into the flash, as a programmer outside the chip does.
+    /// Writes bytes to the flash, as a programmer outside the chip does.
     pub(crate) fn load(&mut self, offset: usize, bytes: &[u8]) -> Option<()> {
         let range = offset..offset + bytes.len();
         self.flash.get_mut(range.clone())?.copy_from_slice(bytes);
@@ -175,7 +175,7 @@ impl Memory {
         self.forget(range);
     }
 
-    /// Forgets instructions that may have changed; one may begin in the halfword before.
+    /// Drops cached instructions that may have changed; one may begin in the halfword before.
     fn forget(&mut self, range: Range<usize>) {
         let first = (range.start / 2).saturating_sub(1);
         let end = range.end.div_ceil(2).min(self.decoded.len());
@@ -208,7 +208,7 @@ impl Memory {
 }
 
 impl Width {
-    /// Bytes of an access.
+    /// The number of bytes of an access.
     pub(crate) fn bytes(self) -> usize {
         match self {
             Width::Byte => 1,
@@ -227,7 +227,7 @@ impl Width {
     }
 }
 
-/// The region and the offset in it, where an address is one of the `size` from `base` on.
+/// The region and the offset in it, if an address is one of the `size` bytes from `base` on.
 fn within(address: u32, base: u32, size: usize, region: Region) -> Option<(Region, usize)> {
     let offset = address.wrapping_sub(base) as usize;
     (offset < size).then_some((region, offset))
@@ -240,7 +240,7 @@ fn little_endian(bytes: &[u8]) -> u32 {
         .fold(0, |value, &byte| value << 8 | u32::from(byte))
 }
 
-/// An operation of the flash that may still be under way, and the contents before it.
+/// An operation of the flash that may still be under way, and the contents of its range before it.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Unfinished {
     pub(crate) range: Range<usize>,

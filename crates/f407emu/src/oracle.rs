@@ -1,16 +1,17 @@
-//! One instruction on a given state, for the comparison with another emulator (`oracle/README.md`).
+//! Carries out instructions from a given state, for the comparison with another emulator
+//! (`oracle/README.md`).
 //!
-//! The code stands at the end of 32 KB of SRAM; flash waits are off, floating-point registers are
-//! not stacked.
+//! The code stands behind 32 KB of SRAM. The flash has no wait states, and floating-point registers
+//! are not stacked.
 use crate::{
     machine::Machine,
     timing::FlashTiming,
     trap::{Stop, Trap},
 };
 
-/// Where the instruction stands.
+/// The address of the code.
 pub const CODE: u32 = 0x2000_8000;
-/// Bytes of SRAM before it that are set and compared.
+/// The bytes of SRAM before the code that are set and compared.
 pub const RAM: usize = 0x8000;
 
 /// The registers.
@@ -18,7 +19,7 @@ pub const RAM: usize = 0x8000;
 pub struct State {
     /// r0 to r14.
     pub r: [u32; 15],
-    /// Flags and GE, where xPSR has them.
+    /// Flags and GE, at their bits in xPSR.
     pub apsr: u32,
     /// s0 to s31.
     pub s: [u32; 32],
@@ -31,11 +32,11 @@ pub struct State {
 /// How the instructions ended.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Outcome {
-    /// They were carried out.
+    /// All were carried out.
     Done,
-    /// One is undefined.
+    /// One instruction is undefined.
     Undefined,
-    /// One had another fault.
+    /// One instruction had another fault.
     Fault,
 }
 
@@ -49,7 +50,7 @@ impl Default for Bench {
 }
 
 impl Bench {
-    /// With the floating-point unit switched on.
+    /// A machine with the floating-point unit switched on.
     pub fn new() -> Self {
         let mut machine = Machine::new(8_000_000);
         machine.scb.cpacr = 0xF << 20;
@@ -63,7 +64,8 @@ impl Bench {
         &mut self.0.memory.sram[..RAM]
     }
 
-    /// Carries out `count` instructions of `code` from `state`, which becomes the state after them.
+    /// Carries out `count` instructions of `code` from `state`. Afterwards `state` is the state
+    /// after them.
     pub fn run(&mut self, code: [u8; 8], count: u32, state: &mut State) -> Outcome {
         let machine = &mut *self.0;
         machine.memory.sram[RAM..RAM + 8].copy_from_slice(&code);
@@ -74,7 +76,8 @@ impl Bench {
         machine.cpu.next = CODE;
         (machine.scb.cfsr, machine.locked) = (0, None);
         machine.nvic = crate::peripheral::nvic::Nvic::new();
-        // Above every fault: a trap locks up, and leaves the registers to be looked at.
+        // No fault can have a handler at this priority: a trap locks up, and leaves the registers
+        // for inspection.
         machine.cpu.masks.faultmask = true;
         let outcome = (0..count)
             .try_for_each(|_| machine.step())

@@ -64,7 +64,7 @@ pub struct Edge {
     pub cause: Cause,
 }
 
-/// A timer's count that has met a compare register: the instant for which a program has asked.
+/// A timer's count has met a compare register: the instant that a program has set.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Match {
     /// Cycle of HCLK since power-on.
@@ -73,7 +73,7 @@ pub struct Match {
     pub timer: u8,
     /// The channel's number, from 1.
     pub channel: u8,
-    /// The program has made it (TIMx_EGR.CCxG), not the count.
+    /// Whether the program has forced it (TIMx_EGR.CCxG), rather than the count.
     pub forced: bool,
 }
 
@@ -82,15 +82,15 @@ pub struct Match {
 pub struct FlashOperation {
     /// Cycle of HCLK since power-on at which it begins.
     pub begin: u64,
-    /// The cycle at which it is over.
+    /// The cycle at which it ends.
     pub end: u64,
-    /// Its first byte.
+    /// The address of its first byte.
     pub address: u32,
-    /// A sector is erased; a unit is programmed otherwise.
+    /// Whether a sector is erased, rather than a unit programmed.
     pub erases: bool,
 }
 
-/// The change of a word on its way to a register; `None` where it gets lost.
+/// The change of a word on its way to a register; `None` if the word is dropped.
 pub type Tamper = fn(u32) -> Option<u32>;
 
 /// A change of the share of time during which a timer drives a pin high.
@@ -100,29 +100,29 @@ pub struct Duty {
     pub cycle: u64,
     /// The pin.
     pub pin: Pin,
-    /// HCLK cycles high in a period.
+    /// The HCLK cycles of a period for which the pin is high.
     pub high: u64,
-    /// HCLK cycles to a period; 0 while the timer stands still.
+    /// The HCLK cycles of a period; 0 while the timer is stopped.
     pub period: u64,
 }
 
-/// Statistics of one exception, from entry to the end of the return, without the exceptions nested
-/// in it.
+/// Statistics of one exception. A service lasts from entry to the end of the return, without the
+/// exceptions nested in it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Profile {
     /// How often it was served.
     pub count: u64,
-    /// Fewest cycles.
+    /// The fewest cycles of a service.
     pub min: u64,
-    /// Most cycles.
+    /// The most cycles of a service.
     pub max: u64,
-    /// Cycles in all.
+    /// The cycles of all services.
     pub total: u64,
-    /// Instructions in all.
+    /// The instructions of all services.
     pub instructions: u64,
-    /// Most instructions.
+    /// The most instructions of a service.
     pub max_instructions: u64,
-    /// Most cycles with the exceptions nested in it.
+    /// The most cycles of a service, with the exceptions nested in it.
     pub max_with_nested: u64,
 }
 
@@ -149,19 +149,19 @@ pub struct Service {
     pub exception: Exception,
     /// Cycle at which its entry began.
     pub entry: u64,
-    /// Cycle at which its return was over.
+    /// Cycle at which its return ended.
     pub exit: u64,
 }
 
-/// Handlers that are under way, and the measurements of those that are over.
+/// The handlers under way, and the measurements of finished ones.
 #[derive(Clone, Debug)]
 pub(crate) struct Profiler {
     profiles: Vec<Profile>,
     running: Vec<Running>,
-    /// Cycles and instructions of all handlers that are over, since power-on.
+    /// Cycles and instructions of all finished handlers since power-on.
     pub(crate) cycles: u64,
     pub(crate) instructions: u64,
-    /// Every service, where they are asked for.
+    /// Every service, if services are recorded.
     pub(crate) services: Option<Vec<Service>>,
 }
 
@@ -190,12 +190,12 @@ impl Profiler {
         &self.profiles[usize::from(exception.number())]
     }
 
-    /// Forgets the measurements; handlers under way go on being measured.
+    /// Forgets the measurements; handlers under way are still measured.
     pub(crate) fn clear(&mut self) {
         self.profiles.fill(Profile::default());
     }
 
-    /// A reset: nothing is under way any more.
+    /// A reset: no handler is under way any more.
     pub(crate) fn abandon(&mut self) {
         self.running.clear();
     }
@@ -211,7 +211,7 @@ impl Profiler {
         });
     }
 
-    /// The handler that began last is over.
+    /// The handler that began last ends.
     pub(crate) fn leave(&mut self, exit: u64, instructions: u64) {
         let Some(running) = self.running.pop() else {
             return;

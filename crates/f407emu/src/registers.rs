@@ -1,4 +1,4 @@
-//! Registers by their addresses: the peripherals' (RM0090 table 1), and the core's (DDI 0403,
+//! Finds registers by their addresses: the peripherals' (RM0090 table 1) and the core's (DDI 0403,
 //! B3.1).
 use crate::{
     devices::USARTS,
@@ -14,7 +14,7 @@ use crate::{
 /// Where the registers of USB OTG FS begin.
 const USB: u32 = 0x5000_0000;
 
-/// SYSCFG_MEMRMP, from the begin of SYSCFG's registers.
+/// The offset of SYSCFG_MEMRMP in SYSCFG.
 const MEMRMP: u32 = 0;
 
 /// DBGMCU_APB1_FZ (RM0090 section 38.16.4).
@@ -121,8 +121,8 @@ impl Machine {
         }
     }
 
-    /// Writes a peripheral's register at a cycle, of which only `lanes` are the program's, and
-    /// carries out the consequences.
+    /// Writes a peripheral's register at a cycle, and carries out the consequences. The program has
+    /// written only the bits in `lanes`.
     pub(crate) fn register_write(
         &mut self,
         address: u32,
@@ -211,7 +211,7 @@ impl Machine {
         }
     }
 
-    /// RCC_AHB1RSTR (RM0090 section 7.3.5): the DMA controllers start anew.
+    /// RCC_AHB1RSTR (RM0090 section 7.3.5): resets the DMA controllers.
     fn reset_dma(&mut self, offset: u32, value: u32) {
         for (index, dma) in self.devices.dma.iter_mut().enumerate() {
             if offset == 0x10 && value >> (21 + index) & 1 != 0 {
@@ -220,7 +220,8 @@ impl Machine {
         }
     }
 
-    /// The word that a planted fault makes of one that the program, not DMA, writes.
+    /// Applies planted faults to a word that the program writes; words that DMA writes are left
+    /// alone.
     fn tampered(&self, address: u32, value: u32, cause: Cause) -> Option<u32> {
         match cause {
             Cause::Core(_) => self.planted(address, value),
@@ -234,7 +235,7 @@ impl Machine {
             .try_fold(value, |value, tamper| tamper(value))
     }
 
-    /// Whether a peripheral has its clock; the run ends where it has not.
+    /// Whether a peripheral has its clock. Otherwise the access ends the run.
     fn is_clocked(&mut self, address: u32, now: u64) -> bool {
         let stray = match self.devices.rcc.clock_of(address) {
             None => Stray::ClockOff,
@@ -245,7 +246,7 @@ impl Machine {
         false
     }
 
-    /// The run ends here: the program is wrong.
+    /// Ends the run: the program has made a wrong access.
     fn stop_astray(&mut self, address: u32, stray: Stray) {
         let pc = self.cpu.current();
         self.stray.get_or_insert(Stop::Stray { pc, address, stray });
@@ -304,7 +305,7 @@ impl Machine {
         }
     }
 
-    /// ICSR (DDI 0403, B3.2.4).
+    /// The value of ICSR (DDI 0403, B3.2.4).
     fn pending_state(&self) -> u32 {
         let pending = |exception, bit: u32| u32::from(self.nvic.is_pending(exception)) << bit;
         u32::from(self.cpu.exception)
@@ -322,7 +323,7 @@ impl Machine {
         }
     }
 
-    /// AIRCR (B3.2.6): takes effect with its key only.
+    /// Writes AIRCR (B3.2.6), which takes effect only with its key.
     fn application_control(&mut self, value: u32) {
         const KEY: u32 = 0x05FA;
         const SYSRESETREQ: u32 = 1 << 2;
@@ -335,7 +336,7 @@ impl Machine {
         }
     }
 
-    /// SHCSR (B3.2.13): which faults have handlers of their own.
+    /// The value of SHCSR (B3.2.13): the faults that have handlers of their own.
     fn handler_state(&self) -> u32 {
         FAULTS.iter().fold(0, |state, &(bit, exception)| {
             state | u32::from(self.nvic.is_enabled(exception)) << bit
@@ -356,8 +357,8 @@ const FAULTS: [(u32, Exception); 3] = [
     (18, Exception::USAGE_FAULT),
 ];
 
-/// Whether the manual allows a program to write a word, of which only `lanes` are its own, to a
-/// register.
+/// Whether the manual allows a program to write a word to a register. The program has written only
+/// the bits in `lanes`.
 fn is_proper(address: u32, value: u32, lanes: u32) -> Result<(), Stray> {
     match register_map::find(address) {
         None if register_map::is_modelled(address) => Err(Stray::NoRegister),

@@ -10,7 +10,7 @@ use crate::{
 use core::ops::Range;
 
 impl Machine {
-    /// Remembers the contents that an operation of the flash is about to change.
+    /// Stores the contents that an operation of the flash is about to change.
     pub(crate) fn remember(&mut self, range: Range<usize>) {
         self.unfinished = Unfinished {
             before: self.memory.flash[range.clone()].to_vec(),
@@ -18,7 +18,7 @@ impl Machine {
         };
     }
 
-    /// Everything starts anew. Pins fall back to inputs at `cycle`; RAM survives all but a loss of
+    /// Resets the chip. Pins fall back to inputs at `cycle`. RAM survives all resets but a loss of
     /// power.
     pub(crate) fn restart(&mut self, cause: ResetCause, cycle: u64) {
         let mut noise = Noise(cycle | 1);
@@ -45,9 +45,9 @@ impl Machine {
         self.boot();
     }
 
-    /// A reset in an operation of the flash (RM0090 section 3.6: its content is not guaranteed
-    /// then). Of a unit being programmed some bits have been cleared, of a sector being erased some
-    /// have been set: noise that is the same in every run.
+    /// A reset during an operation of the flash, after which its content is not guaranteed (RM0090
+    /// section 3.6). Of a unit being programmed some bits have been cleared, and of a sector being
+    /// erased some bits have been set. The choice is noise that is the same in every run.
     fn leave_unfinished(&mut self, cycle: u64, noise: &mut Noise) {
         if cycle < self.devices.flash.busy_until {
             let Unfinished { range, before } = core::mem::take(&mut self.unfinished);
@@ -61,7 +61,7 @@ impl Machine {
         }
     }
 
-    /// RAM comes up with anything in it.
+    /// RAM comes up with random contents.
     fn lose_power(&mut self, noise: &mut Noise) {
         self.freeze_apb1 = 0;
         self.memory.sram.fill_with(|| noise.byte());
@@ -69,7 +69,7 @@ impl Machine {
     }
 }
 
-/// Marsaglia's xorshift.
+/// A pseudo-random generator, Marsaglia's xorshift.
 struct Noise(u64);
 
 impl Noise {

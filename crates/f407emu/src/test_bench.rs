@@ -1,4 +1,5 @@
-//! The test bench: lines, pins, supply and crystal, as those outside the chip see and move them.
+//! The outside of the chip, for tests: serial lines, pins, supply and crystal can be seen and
+//! changed.
 use crate::{
     devices::SerialPort,
     machine::Machine,
@@ -8,22 +9,22 @@ use crate::{
 };
 
 impl Machine {
-    /// Sends bytes to a serial port, at the rate that the firmware has set, after those that are
-    /// still being sent.
+    /// Sends bytes to a serial port at the rate that the firmware has set. They follow the bytes
+    /// that are still being sent.
     pub fn uart_send(&mut self, port: SerialPort, bytes: &[u8]) {
         let cycle = self.cycle;
         self.devices.usarts[port as usize].send(bytes, cycle);
         self.reschedule();
     }
 
-    /// The rate of a serial port in baud, as the firmware has set it; the other end keeps to it
-    /// whatever it is.
+    /// The rate of a serial port that the firmware has set, baud. The other end always uses the
+    /// same rate.
     pub fn uart_baud(&self, port: SerialPort) -> u64 {
         let bit = self.devices.usarts[port as usize].bit_cycles();
         u64::from(self.clocks.hclk) / bit.max(1)
     }
 
-    /// How many bytes the sender at the other end of a serial port still keeps.
+    /// The number of bytes that the sender at the other end of a serial port has not sent yet.
     pub fn uart_unsent(&self, port: SerialPort) -> usize {
         self.devices.usarts[port as usize].unsent()
     }
@@ -33,20 +34,20 @@ impl Machine {
         &mut self.devices.usarts[port as usize].output
     }
 
-    /// Bytes that a serial port has lost because the one before had not been read.
+    /// The number of bytes that a serial port has lost because the byte before had not been read.
     pub fn uart_overruns(&self, port: SerialPort) -> u64 {
         self.devices.usarts[port as usize].overruns
     }
 
-    /// Plugs the cable of USB in or out. A host at its other end configures the device as an
-    /// operating system does. The host forgets bytes that it had not sent yet.
+    /// Plugs the USB cable in or pulls it out. A host at its other end configures the device as an
+    /// operating system does. The host forgets bytes that it has not sent yet.
     pub fn usb_plug(&mut self, plugged: bool) {
         let cycle = self.cycle;
         self.devices.usb.host.plug(plugged, cycle);
         self.reschedule();
     }
 
-    /// Whether the device is set up: bytes go both ways.
+    /// Whether the host has set the device up, so that bytes go both ways.
     pub fn usb_is_up(&self) -> bool {
         self.devices.usb.host.is_talking()
     }
@@ -61,12 +62,12 @@ impl Machine {
         self.devices.usb.host.to_send.extend(bytes);
     }
 
-    /// Whether the host's program reads the received bytes; from the start it does.
+    /// Sets whether the host's program reads the received bytes; at first it does.
     pub fn usb_read(&mut self, reads: bool) {
         self.devices.usb.host.reads = reads;
     }
 
-    /// How many bytes the host still keeps.
+    /// The number of bytes that the host has not sent yet.
     pub fn usb_unsent(&self) -> usize {
         self.devices.usb.host.to_send.len()
     }
@@ -81,9 +82,9 @@ impl Machine {
         self.at(cycle, Happening::Pin { pin, level });
     }
 
-    /// Connects a pin that the chip drives to one that it does not, from now on: edges at `from`
-    /// come to `to` after some cycles, none for a wire as it should be. A pin that is let go counts
-    /// as low.
+    /// Connects a pin that the chip drives to a pin that it does not drive, from now on. Edges at
+    /// `from` come to `to` after `cycles`, which is 0 for a sound wire. A pin that is not driven
+    /// counts as low.
     pub fn connect(&mut self, from: Pin, to: Pin, cycles: u64) {
         let level = self.level(from);
         self.world.connect(Wire { from, to, cycles });
@@ -94,25 +95,25 @@ impl Machine {
     /// reference voltage, 0 to 1.
     ///
     /// # Panics
-    /// Where the pin is none of the converter's.
+    /// Where the pin has no channel of the converter.
     pub fn analog(&mut self, pin: Pin, share: f64) {
         let channel = adc::channel(pin.port, pin.number);
         let channel = channel.expect("a pin with a channel of ADC1");
         self.devices.adc.set_input(channel, share);
     }
 
-    /// The crystal stops at a cycle: the clock security system, where it is on, asks for the NMI.
+    /// Stops the crystal at a cycle. The clock security system, if it is on, then requests the NMI.
     pub fn crystal_stops_at(&mut self, cycle: u64) {
         self.at(cycle, Happening::CrystalStops);
     }
 
-    /// The supply falls below the threshold of the voltage detector at a cycle, or comes back.
+    /// At a cycle, lets the supply fall below the threshold of the voltage detector, or come back.
     pub fn supply_at(&mut self, cycle: u64, low: bool) {
         self.at(cycle, Happening::Supply { low });
     }
 
-    /// A reset at a cycle. [`ResetCause::PowerOn`] is a power cycle: RAM is lost, and an operation
-    /// of the flash that is under way leaves something between the old and the new.
+    /// Resets the chip at a cycle. [`ResetCause::PowerOn`] is a power cycle: RAM is lost, and an
+    /// operation of the flash under way leaves a mixture of old and new content.
     pub fn reset_at(&mut self, cycle: u64, cause: ResetCause) {
         self.at(cycle, Happening::Reset(cause));
     }
@@ -122,8 +123,8 @@ impl Machine {
         self.reschedule();
     }
 
-    /// Sets the frequency of the watchdog's oscillator in Hz, [`crate::LSI_SLOWEST_HZ`] to
-    /// [`crate::LSI_FASTEST_HZ`]. It counts from the next feeding on, so call it before the
+    /// Sets the frequency of the watchdog's oscillator, Hz: [`crate::LSI_SLOWEST_HZ`] to
+    /// [`crate::LSI_FASTEST_HZ`]. It takes effect at the next feeding, so call it before the
     /// firmware starts the watchdog.
     pub fn set_lsi(&mut self, hz: u32) {
         self.devices.iwdg.set_lsi(hz);
@@ -134,7 +135,7 @@ impl Machine {
         self.devices.ports[usize::from(pin.port)].levels >> pin.number & 1 != 0
     }
 
-    /// Records the edges of a pin, or does not; at first all are recorded.
+    /// Sets whether the edges of a pin are recorded; at first all are.
     pub fn watch(&mut self, pin: Pin, watched: bool) {
         let pins = &mut self.watched[usize::from(pin.port)];
         let mask = 1 << pin.number;

@@ -1,22 +1,23 @@
 //! The constants of the cycle model.
 //!
-//! What an instruction costs stands where it is carried out: one cycle, loads and stores two but
-//! one where they follow each other, divisions two to twelve by the quotient's size, VDIV and VSQRT
-//! fourteen, exception entry and exit 12 and 10, a tail chain 6. These are figures of the Cortex-M4
-//! Technical Reference Manual (DDI 0439) as remembered, not looked up. Branch refills, divisions
-//! and tables come from an earlier version of this model, whose constants were fitted to 45 kernels
-//! on a cycle-exact Cortex-M3 without wait states (30 equal, 11 within a cycle for each loop): a
-//! fit, not a validation, and not repeated for this code. Exceptions, floats, bus bridges and the
-//! flash were not part of it. Nothing has been held against silicon: ±15 % is a judgement.
+//! The code of each instruction charges its cycles: one as a rule; loads and stores two, but one
+//! where they follow each other; divisions two to twelve, by the size of the quotient; VDIV and
+//! VSQRT fourteen; exception entry and exit 12 and 10, a tail chain 6. These are figures of the
+//! Cortex-M4 Technical Reference Manual (DDI 0439) from memory, not looked up. Branch refills,
+//! divisions and tables come from an earlier version of this model. Its constants were fitted to 45
+//! kernels on a cycle-exact Cortex-M3 without wait states (30 equal, 11 within a cycle for each
+//! loop). That was a fit, not a validation, and it was not repeated for this code. It did not cover
+//! exceptions, floats, bus bridges and the flash. Nothing has been compared with silicon: an
+//! accuracy of ±15 % is a judgement.
 //!
-//! Code in SRAM: fetched over the system bus (at 0x20000000) each instruction takes a cycle more;
-//! over the instruction bus (SRAM1 at 0, SYSCFG_MEMRMP) none, since SRAM has no wait states (RM0090
+//! Code in SRAM: over the system bus (at 0x20000000) each instruction takes a cycle more. Over the
+//! instruction bus (SRAM1 at 0, SYSCFG_MEMRMP) it takes none, since SRAM has no wait states (RM0090
 //! section 2.3.1, which recommends the remapping for that reason). A data access to SRAM1 then
-//! takes a cycle more, as both go to one slave of the bus matrix; data in CCM or SRAM2 do not. The
-//! rule of a cycle for each is an assumption, and the upper bound: `bus.rs`.
+//! takes a cycle more, because both go to one slave of the bus matrix; data in CCM or SRAM2 do not.
+//! One cycle for each such access is an assumption, and an upper bound: see `bus.rs`.
 //!
-//! Not modelled: contention of core and DMA on the bus matrix, late arrival of a higher interrupt
-//! during entry (it nests).
+//! Not modelled: contention of core and DMA on the bus matrix, and the late arrival of a higher
+//! interrupt during entry (here it nests).
 
 /// The charges of the cycle model, in cycles of HCLK.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -29,23 +30,23 @@ pub struct Timing {
     pub entry: u32,
     /// Exception return.
     pub exit: u32,
-    /// From one handler straight to the next.
+    /// Going from one handler straight to the next.
     pub tail_chain: u32,
     /// Stacking or restoring the floating-point registers.
     pub float_context: u32,
-    /// Clocks of its bus that an access to an APB peripheral takes beyond the core's own cycle.
+    /// The bus clocks that an access to an APB peripheral takes beyond the core's own cycle.
     pub apb_clocks: u32,
-    /// How instructions and constants come out of the flash.
+    /// How reads of instructions and constants from the flash are charged.
     pub flash: FlashTiming,
-    /// Time in which the flash programs a unit of any width, µs: 16 typically, 100 at most (data
-    /// sheet, table 40).
+    /// The time in which the flash programs a unit of any width, µs: 16 is typical, 100 the maximum
+    /// (data sheet, table 40).
     pub program_us: u32,
 }
 
 /// How the flash's wait states are charged (RM0090 section 3.5).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FlashTiming {
-    /// None: the lower bound.
+    /// No wait states: the lower bound.
     ZeroWait,
     /// With the ART accelerator's caches as the program has filled them.
     Art,
@@ -72,9 +73,9 @@ impl Default for Timing {
 
 #[cfg(test)]
 mod tests {
-    //! RM0090 section 3.5: the flash is read in lines of 16 bytes, each `LATENCY` + 1 cycles; 5
-    //! wait states at 168 MHz and 3.3 V (table 11). The Cortex-M4 enters an exception in 12 cycles,
-    //! returns in 10, and goes from one to the next in 6.
+    //! RM0090 section 3.5: the flash is read in lines of 16 bytes, and each takes `LATENCY` + 1
+    //! cycles. At 168 MHz and 3.3 V there are 5 wait states (table 11). The Cortex-M4 enters an
+    //! exception in 12 cycles, returns in 10, and goes from one handler to the next in 6.
     use super::*;
     use crate::{machine::Machine, peripheral::nvic::Exception};
 
@@ -83,13 +84,14 @@ mod tests {
     const FIVE: u32 = 5;
     const PREFETCH: u32 = 1 << 8;
     const INSTRUCTION_CACHE: u32 = 1 << 9;
-    /// Two lines of eight instructions each, and a handler that returns at once.
+    /// The addresses of two flash lines with eight instructions each, and of a handler that returns
+    /// at once.
     const CODE: u32 = 0x0800_0400;
     const HANDLER: u32 = 0x0800_0300;
     const NOP: [u8; 2] = [0x00, 0xBF];
     const RETURN: [u8; 2] = [0x70, 0x47];
 
-    /// A machine in front of 16 instructions of one cycle each.
+    /// A machine about to run 16 instructions of one cycle each.
     fn machine(acr: u32) -> Box<Machine> {
         let mut machine = Machine::new(8_000_000);
         for index in 0..98 {
@@ -104,7 +106,7 @@ mod tests {
         machine
     }
 
-    /// Cycles of `instructions`.
+    /// The cycles that `instructions` instructions take.
     fn cycles(machine: &mut Machine, instructions: usize) -> u64 {
         let before = machine.cycle();
         for _ in 0..instructions {

@@ -7,9 +7,10 @@ use core::fmt;
 pub enum Trap {
     /// The instruction is undefined.
     Undefined,
-    /// A branch to an address whose lowest bit is 0, where a Cortex-M has no instruction set.
+    /// A branch to an address whose lowest bit is 0: that asks for the Arm state, which a Cortex-M
+    /// does not have.
     InvalidState,
-    /// An exception return that fits no exception.
+    /// An exception return with a value that fits no active exception.
     InvalidReturn,
     /// The floating-point unit is switched off.
     NoCoprocessor,
@@ -25,7 +26,7 @@ pub enum Trap {
         /// Address of the instruction.
         address: u32,
     },
-    /// Nothing answers at that address, or not to such an access.
+    /// Nothing answers at that address, or not to an access of that kind.
     Bus {
         /// Address of the access.
         address: u32,
@@ -44,8 +45,8 @@ pub enum Trap {
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Stop {
     /// A fault in the handler of a fault: the core has locked up (DDI 0403, B1.5.15). Only a reset
-    /// helps, such as that of the watchdog, which [`crate::Machine::run_until`] waits for where one
-    /// is running.
+    /// helps. If a watchdog is running, [`crate::Machine::run_until`] waits for its reset instead
+    /// of stopping.
     Lockup {
         /// Address of the instruction.
         pc: u32,
@@ -57,8 +58,8 @@ pub enum Stop {
         /// Address of the instruction.
         pc: u32,
     },
-    /// The program broke a rule of the manual for a peripheral. On the chip it would go on, and
-    /// nobody knows how.
+    /// The program broke a rule of the manual for a peripheral. The chip would go on, with unknown
+    /// effects.
     Stray {
         /// Address of the instruction.
         pc: u32,
@@ -69,26 +70,26 @@ pub enum Stop {
     },
 }
 
-/// An access to a peripheral that goes astray.
+/// A wrong access to a peripheral.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Stray {
-    /// RCC keeps the peripheral's clock off: reads say nothing, writes are lost.
+    /// RCC keeps the peripheral's clock off: reads return nothing useful, and writes are lost.
     ClockOff,
     /// The peripheral's clock has only just been switched on: the access may be lost (ES0182,
     /// "Delay after an RCC peripheral clock enabling").
     ClockTooFresh {
-        /// Cycles of HCLK that are left until it has come.
+        /// Cycles of HCLK that are left until the clock runs.
         left: u64,
     },
     /// The peripheral has no register there.
     NoRegister,
     /// The register can only be read.
     ReadOnly,
-    /// Reserved bits do not keep the value that they had after the reset.
+    /// The program changes reserved bits, which must keep the value that they had after the reset.
     Reserved {
         /// The written value.
         value: u32,
-        /// The bits that had to stay.
+        /// The reserved bits that were changed.
         bits: u32,
     },
 }

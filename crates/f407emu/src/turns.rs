@@ -1,16 +1,16 @@
-//! Turns of a program's main loop: each begins as it feeds the watchdog, and ends as the core falls
-//! asleep, or with the next.
+//! Turns of a program's main loop. A turn begins when the loop feeds the watchdog. It ends when the
+//! core falls asleep, or when the next turn begins.
 
-/// The number of turns that are over, and their instructions and cycles.
+/// The number of finished turns, and their instructions and cycles.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Turns {
-    /// How many.
+    /// The number of turns.
     pub count: u64,
     /// Cycles in all, without exceptions.
     pub cycles: u64,
     /// Instructions in all, without those of exceptions.
     pub instructions: u64,
-    /// The counts outside exceptions when the turn under way began.
+    /// The counts outside exceptions at the start of the turn under way.
     began: Option<Spent>,
 }
 

@@ -1,4 +1,4 @@
-//! The program's actions that would not work on the chip as intended, or that are not modelled.
+//! Actions of the program that would not work on the chip as intended, or that are not modelled.
 use core::fmt;
 
 /// One kind of mistake; each is recorded once.
@@ -21,34 +21,34 @@ pub enum Warning {
         /// HCLK in Hz.
         hclk: u32,
     },
-    /// A key of the flash interface was wrong: it stays locked until the next reset.
+    /// A key of the flash interface was wrong: the interface stays locked until the next reset.
     WrongFlashKey,
     /// The flash was written without FLASH_CR.PG.
     FlashWriteNotEnabled,
-    /// The flash was written with another width than FLASH_CR.PSIZE.
+    /// The flash was written with a width other than FLASH_CR.PSIZE.
     FlashWriteWidth,
-    /// A sector was to be erased that does not exist.
+    /// The program wants to erase a sector that does not exist.
     NoSuchSector,
-    /// A peripheral that is not modelled: it only remembers the written words.
+    /// A peripheral that is not modelled: it only stores the written words.
     NotModelled {
         /// Address of the register.
         address: u32,
     },
     /// A timer is in a mode that is not modelled: counting down or both ways, as a slave, with
-    /// breaks, and what else its module names.
+    /// breaks, or in another mode that its module names.
     TimerMode {
         /// Base address of the timer.
         base: u32,
     },
-    /// A DMA stream was to reach a place that its controller cannot reach (RM0090 section 10.3:
-    /// DMA1 has no GPIO, no DMA has CCM).
+    /// A DMA stream was to access a place that its controller cannot reach (RM0090 section 10.3:
+    /// DMA1 has no GPIO, and no DMA controller has CCM).
     DmaUnreachable {
         /// The address.
         address: u32,
     },
     /// A DMA stream packs data in its FIFO, which is not modelled.
     DmaPacking,
-    /// A byte was written to a USART before it had taken the last one.
+    /// A byte was written to a USART before it had taken the byte before.
     UsartOverwrite {
         /// Base address of the USART.
         base: u32,

@@ -5,7 +5,7 @@ use crate::{
 };
 use std::collections::VecDeque;
 
-/// Something that the world does.
+/// Something that happens outside the chip.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Happening {
     /// A switch or a driver sets a pin.
@@ -14,16 +14,16 @@ pub(crate) enum Happening {
     CrystalStops,
     /// The supply falls below the voltage detector's threshold, or comes back.
     Supply { low: bool },
-    /// The reset pin, or the power.
+    /// The reset pin is pulled, or the power goes away.
     Reset(ResetCause),
 }
 
-/// A wire from a pin that the chip drives to one that it does not.
+/// A wire from a pin that the chip drives to a pin that it does not drive.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) struct Wire {
     pub(crate) from: Pin,
     pub(crate) to: Pin,
-    /// The time that an edge takes: none, but for a planted fault.
+    /// The delay of an edge, cycles: 0 unless a fault is planted.
     pub(crate) cycles: u64,
 }
 
@@ -35,12 +35,12 @@ pub(crate) struct World {
 }
 
 impl World {
-    /// The cycle of the next happening.
+    /// The cycle of the next event.
     pub(crate) fn next_event(&self) -> u64 {
         self.happenings.front().map_or(NEVER, |&(cycle, _)| cycle)
     }
 
-    /// Takes the next happening, if it is due.
+    /// Takes the next event, if it is due.
     pub(crate) fn due(&mut self, now: u64) -> Option<Happening> {
         let due = self.next_event() <= now;
         due.then(|| self.happenings.pop_front())
@@ -59,7 +59,7 @@ impl World {
         wires.copied().collect()
     }
 
-    /// Adds a happening; happenings of one cycle keep the order in which they were added.
+    /// Adds an event. Events of one cycle keep the order in which they were added.
     pub(crate) fn add(&mut self, cycle: u64, happening: Happening) {
         let place = self
             .happenings

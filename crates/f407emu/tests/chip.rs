@@ -1,6 +1,6 @@
-//! Compares `crates/boards/data/stm32f407.txt` with ST's data, as the crate `stm32-metapac` has
-//! them. `LEADSCREW_WRITE=1 cargo test -p leadscrew-f407emu --features st-data --test chip` writes
-//! the file anew.
+//! Compares `crates/boards/data/stm32f407.txt` with ST's data in the crate `stm32-metapac`.
+//! `LEADSCREW_WRITE=1 cargo test -p leadscrew-f407emu --features st-data --test chip` writes the
+//! file anew.
 use std::{collections::BTreeMap, env, fmt::Write, fs};
 use stm32_metapac::metadata::METADATA;
 
@@ -10,7 +10,7 @@ const HEAD: &str = "# Made by `crates/f407emu/tests/chip.rs` from ST's data (the
 # streams that hear it, as controller, stream and channel.
 ";
 
-/// Ports in the order of the alphabet, their pins in the order of their numbers.
+/// The port and the number of a pin, by which pins are sorted.
 fn place(pin: &str) -> (char, u8) {
     let port = pin.chars().nth(1).unwrap();
     (port, pin[2..].parse().unwrap())
@@ -27,7 +27,7 @@ fn expected() -> String {
             let name = format!("{}_{}", one.name, at.signal);
             let word = match at.af {
                 Some(number) => format!("{name}={number}"),
-                // A channel of the converter has no function's number: its pin is analog.
+                // A channel of the ADC has no alternate function: its pin is analog.
                 None if one.name == "ADC1" => name,
                 None => continue,
             };

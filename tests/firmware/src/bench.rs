@@ -1,7 +1,7 @@
 //! The test bench: an emulated board, and somebody at the other end of its serial line.
 //!
-//! Time passes only in [`Bench::run_for`] and its callers; each caller that waits gives the longest
-//! time that it may take.
+//! Time passes only in [`Bench::run_for`] and in functions that call it. Each caller that waits
+//! gives the longest time that the wait may take.
 use crate::{
     firmware::Build,
     pins::{CPU_HZ, SETTLED, TICK},
@@ -14,7 +14,7 @@ use leadscrew_f407emu::{FlashTiming, Machine, Pin};
 
 pub(crate) use crate::failure::{fail, Failure};
 
-/// Fails with these words unless `held`.
+/// Fails with `words` unless `held`.
 pub(crate) fn ensure(held: bool, words: impl FnOnce() -> String) -> Result<(), Failure> {
     if held {
         Ok(())
@@ -25,18 +25,18 @@ pub(crate) fn ensure(held: bool, words: impl FnOnce() -> String) -> Result<(), F
 
 /// The text of every banner.
 pub(crate) const BANNER: &str = "Grbl 1.1h ['$' for help]";
-/// The longest that the firmware may take from reset to its banner, s: it may erase a sector of its
-/// settings first, 0.5 s at most (data sheet DocID022152, table 40: 16 KB at x8 takes 800 ms at
-/// most).
+/// The longest time from reset to the banner, s. The firmware may first erase a sector of its
+/// settings, which takes 0.5 s at most (data sheet DocID022152, table 40: 16 KB at x8 take 800 ms
+/// at most).
 const BOOT_SECONDS: f64 = 2.0;
-/// The longest that a host takes to set the device up, s: five times the sum of its waits.
+/// The longest time that a host takes to set the device up, s: five times the sum of its waits.
 const USB_SECONDS: f64 = 0.6;
-/// The longest that a line may take to be answered at rest, s.
+/// The longest time until a line is answered at rest, s.
 const ANSWER_SECONDS: f64 = 2.0;
-/// The allowed error of the line's rate: 1 %, less than half of a receiver's tolerance with the
-/// other end 1 % off as well (RM0090 section 30.3.5).
+/// The allowed error of the line's rate: 1 %. That is less than half of a receiver's tolerance when
+/// the other end is 1 % off as well (RM0090 section 30.3.5).
 const RATE_ERROR: f64 = 0.01;
-/// Cycles between two looks of a listener: 119 µs.
+/// Cycles between two looks at the received bytes: 119 µs.
 const SLICE: u64 = 20_000;
 
 /// An emulated board. A clone goes on from the same instant.
@@ -47,13 +47,13 @@ pub(crate) struct Bench {
     pub(crate) pins: Tracker,
     /// The devices on the pins.
     pub(crate) wiring: &'static Wiring,
-    /// Carriages and heated bodies.
+    /// The carriages and the heated bodies around the board.
     pub(crate) plant: Plant,
     /// The rate that the serial line should have, baud.
     baud: u32,
-    /// Bytes of a line that has not ended yet.
+    /// The received bytes of a line that has not ended yet.
     incoming: Vec<u8>,
-    /// Input and output go over USB.
+    /// Whether input and output go over USB.
     over_usb: bool,
 }
 
@@ -70,7 +70,7 @@ impl Bench {
         Bench::switch_on_with(build, build.wiring.crystal_hz)
     }
 
-    /// The same with another crystal; none where its frequency is 0.
+    /// As [`Bench::switch_on`] with another crystal; a frequency of 0 is no crystal.
     pub(crate) fn switch_on_with(build: &Build, crystal_hz: u32) -> Result<Bench, Failure> {
         let mut machine = Machine::new(crystal_hz);
         let wiring = build.wiring;
@@ -94,13 +94,13 @@ impl Bench {
         })
     }
 
-    /// Empties the flash's caches at every exception from now on: the slowest that an interrupt can
-    /// be. Code between many interrupts is then slower than on the chip.
+    /// Empties the flash's caches at every exception from now on, which makes interrupts as slow as
+    /// they can be. Code between many interrupts is then slower than on the chip.
     pub(crate) fn cold(&mut self) {
         self.machine.timing_mut().flash = FlashTiming::ArtCold;
     }
 
-    /// Edges of laser or spindle power are not recorded: a PWM has many.
+    /// Stops recording the edges of laser or spindle power: a PWM has many.
     pub(crate) fn ignore_power(&mut self) {
         self.machine.watch(self.wiring.power, false);
     }
@@ -118,8 +118,8 @@ impl Bench {
         Ok(heard)
     }
 
-    /// Waits for the banner after a reset; lines from before are forgotten, lines that come before
-    /// it are answered.
+    /// Waits for the banner after a reset. Forgets lines from before the reset, and answers the
+    /// lines that come before the banner.
     pub(crate) fn hear_boot(&mut self) -> Result<Vec<String>, Failure> {
         self.incoming.clear();
         self.output().clear();
@@ -139,21 +139,21 @@ impl Bench {
         Ok(stopped?)
     }
 
-    /// Switches and sensors follow the motors and heaters.
+    /// Moves switches and sensors as the motors and heaters ask.
     fn follow_plant(&mut self) {
         let mut plant = std::mem::take(&mut self.plant);
         plant.follow(&mut self.machine, &self.pins.steps);
         self.plant = plant;
     }
 
-    /// Sets an input in a few cycles; the cycle of its edge.
+    /// Sets an input in a few cycles. Answers the cycle of the edge.
     pub(crate) fn set(&mut self, pin: Pin, level: bool) -> u64 {
         let edge = self.machine.cycle() + 100;
         self.machine.pin_at(edge, pin, level);
         edge
     }
 
-    /// Plugs in the cable of USB, waits until a host has set the device up, and goes on over that.
+    /// Plugs in the USB cable, waits until a host has set the device up, and goes on over USB.
     pub(crate) fn plug_usb(&mut self) -> Result<(), Failure> {
         self.machine.usb_plug(true);
         self.over_usb = true;
@@ -169,7 +169,7 @@ impl Bench {
         Ok(())
     }
 
-    /// Pulls the cable of USB out and goes on over the serial line.
+    /// Pulls the USB cable out and goes on over the serial line.
     pub(crate) fn unplug_usb(&mut self) {
         self.machine.usb_plug(false);
         self.over_usb = false;
@@ -211,7 +211,7 @@ impl Bench {
         lines
     }
 
-    /// Waits for a line; all that were heard up to it.
+    /// Waits for a line. Answers all lines heard up to it.
     pub(crate) fn hear_until(
         &mut self,
         seconds: f64,
@@ -234,13 +234,13 @@ impl Bench {
         ))
     }
 
-    /// Sends a line and waits for its answer; returns the lines heard, the answer included.
+    /// Sends a line and waits for its answer. Returns the lines heard, the answer included.
     pub(crate) fn say(&mut self, line: &str) -> Result<Vec<String>, Failure> {
         self.send(format!("{line}\n"));
         self.hear_until(ANSWER_SECONDS, is_answer)
     }
 
-    /// Sends a line that must be answered with `ok`; returns the lines heard before.
+    /// Sends a line that must be answered with `ok`. Returns the lines heard before the `ok`.
     pub(crate) fn command(&mut self, line: &str) -> Result<Vec<String>, Failure> {
         let mut heard = self.say(line)?;
         match heard.pop() {
@@ -249,7 +249,7 @@ impl Bench {
         }
     }
 
-    /// Sends lines, each after the answer to the one before; empty ones are left out.
+    /// Sends lines, each after the answer to the line before; empty lines are left out.
     pub(crate) fn commands(&mut self, lines: &str) -> Result<(), Failure> {
         for line in lines.lines().filter(|line| !line.trim().is_empty()) {
             self.command(line)?;
@@ -257,7 +257,7 @@ impl Bench {
         Ok(())
     }
 
-    /// A status report.
+    /// Asks for a status report and answers it.
     pub(crate) fn status(&mut self) -> Result<String, Failure> {
         self.send("?");
         let heard = self.hear_until(ANSWER_SECONDS, |line| line.starts_with('<'))?;
@@ -286,7 +286,7 @@ impl Bench {
     }
 }
 
-/// The least that a bootloader does: it goes to the program whose vector table is at `start`.
+/// The smallest possible bootloader: it starts the program whose vector table is at `start`.
 fn bootloader(start: u32) -> Vec<u8> {
     let vectors = [0x2000_1000, FLASH | 0x9];
     // ldr r0, =start; ldr r1, [r0]; mov sp, r1; ldr r1, [r0, #4]; bx r1; nop
@@ -298,17 +298,17 @@ fn bootloader(start: u32) -> Vec<u8> {
     image
 }
 
-/// Whether a line answers one that was sent.
+/// Whether a line is the answer to a line that was sent.
 pub(crate) fn is_answer(line: &str) -> bool {
     line == "ok" || line.starts_with("error:")
 }
 
-/// Microseconds at full speed from one cycle to another, which may be the earlier one.
+/// Microseconds at full speed from one cycle to another; negative where `to` is the earlier one.
 pub(crate) fn micros_between(from: u64, to: u64) -> f64 {
     (to as f64 - from as f64) * 1e6 / CPU_HZ as f64
 }
 
-/// Cycles at full speed in a time.
+/// The number of cycles at full speed in a time.
 pub(crate) fn cycles(seconds: f64) -> u64 {
     (seconds * CPU_HZ as f64) as u64
 }

@@ -1,4 +1,4 @@
-//! Holds the steps at the pins against the simulator's.
+//! Compares the steps at the pins with the simulator's.
 use crate::{
     bench::{ensure, Failure},
     desk::Planned,
@@ -7,8 +7,8 @@ use crate::{
 };
 use std::array::from_fn;
 
-/// Every step event is there, in the same order, with the same motors and directions, and every
-/// interval in motion is the same number of timer counts.
+/// Checks that every step event is there, in the same order, with the same motors and directions,
+/// and that every interval in motion is the same number of timer counts.
 pub(crate) fn to_the_tick(ours: &[Step], planned: &[Planned]) -> Result<(), Failure> {
     let mut last: Option<(&Step, &Planned)> = None;
     for (index, (our, plan)) in ours.iter().zip(planned).enumerate() {
@@ -31,7 +31,7 @@ pub(crate) fn to_the_tick(ours: &[Step], planned: &[Planned]) -> Result<(), Fail
     })
 }
 
-/// Every motor takes the same steps in the same directions, whenever that is.
+/// Checks that every motor makes the same steps in the same directions, at whatever times.
 pub(crate) fn same_ways(ours: &[Step], planned: &[Planned]) -> Result<(), Failure> {
     let paths = ways(ours).into_iter().zip(planned_ways(planned));
     for (motor, (path, expected)) in paths.enumerate() {
@@ -44,8 +44,8 @@ pub(crate) fn same_ways(ours: &[Step], planned: &[Planned]) -> Result<(), Failur
     Ok(())
 }
 
-/// Every motor takes the same steps in the same directions, and motion takes as long within
-/// `tolerance`, a share.
+/// Checks that every motor makes the same steps in the same directions, and that motion takes as
+/// long within the share `tolerance`. Answers the ratio of the times.
 pub(crate) fn in_path(ours: &[Step], planned: &[Planned], tolerance: f64) -> Result<f64, Failure> {
     same_ways(ours, planned)?;
     let time = span(ours.iter().map(|step| step.due));
@@ -57,7 +57,7 @@ pub(crate) fn in_path(ours: &[Step], planned: &[Planned], tolerance: f64) -> Res
     Ok(ratio)
 }
 
-/// The steps of a motor as runs in one direction, each its count with its sign.
+/// The steps of a motor as runs in one direction: the signed number of steps of each run.
 fn runs(steps: impl Iterator<Item = (u8, u8)>, motor: usize) -> Vec<i64> {
     let mut runs: Vec<i64> = Vec::new();
     for (motors, negative) in steps {
@@ -73,18 +73,18 @@ fn runs(steps: impl Iterator<Item = (u8, u8)>, motor: usize) -> Vec<i64> {
     runs
 }
 
-/// The ways of each motor at the pins, from turn to turn, steps.
+/// The runs of each motor at the pins, from reversal to reversal, signed steps.
 pub(crate) fn ways(ours: &[Step]) -> [Vec<i64>; 4] {
     from_fn(|motor| runs(ours.iter().map(|step| (step.motors, step.negative)), motor))
 }
 
-/// The same as it was planned.
+/// The same of the planned steps.
 pub(crate) fn planned_ways(planned: &[Planned]) -> [Vec<i64>; 4] {
     let steps = || planned.iter().map(|step| (step.motors, step.negative));
     from_fn(|motor| runs(steps(), motor))
 }
 
-/// Seconds from the first to the last.
+/// The time from the first of some instants to the last, s.
 fn span(mut dues: impl Iterator<Item = u64>) -> f64 {
     let first = dues.next().unwrap_or(0);
     let last = dues.last().unwrap_or(first);

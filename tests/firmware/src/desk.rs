@@ -1,5 +1,5 @@
-//! The same job in the simulator, on a CPU that takes no time: the steps as the timer's schedule
-//! has them.
+//! Runs the same job in the simulator, on a CPU that takes no time: the steps are those of the
+//! timer's schedule.
 use crate::{
     bench::{ensure, Failure},
     pins::CYCLES_PER_COUNT,
@@ -23,13 +23,13 @@ const LIMIT: Cycle = Cycle::from_micros(3_600_000_000);
 /// One step event as it is scheduled.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) struct Planned {
-    /// Counts of the step timer since power-up.
+    /// The instant in counts of the step timer since power-up.
     pub(crate) due: u64,
-    /// Motors that step, a bit each.
+    /// The motors that step, one bit each.
     pub(crate) motors: u8,
-    /// Motors whose direction is negative, a bit each.
+    /// The motors whose direction is negative, one bit each.
     pub(crate) negative: u8,
-    /// The first one after a rest: the main loop says when it comes.
+    /// Whether it is the first one after a rest: the main loop decides when it comes.
     pub(crate) first: bool,
 }
 
@@ -55,8 +55,8 @@ impl Observer for Schedule {
     }
 }
 
-/// What the simulator says of a probing in the negative direction of Z that meets something after
-/// so many steps: `[PRB:…]`.
+/// The simulator's `[PRB:…]` for a probing in the negative direction of Z that meets something
+/// after `contact` steps.
 pub(crate) fn probe(settings: &str, program: &str, contact: usize) -> Result<String, Failure> {
     let mut setup = Setup::<3>::new(MachineConfig::new(), Rate::NeverWaits);
     setup.costs = Costs::NONE;
@@ -94,8 +94,9 @@ pub(crate) fn probe(settings: &str, program: &str, contact: usize) -> Result<Str
     report.ok_or_else(|| Failure("the simulator says nothing of the probe".into()))
 }
 
-/// The step events of a program after `settings`, over a line of this rate. A slow line leaves less
-/// to look ahead over when motion begins: that takes longer, here and on the board.
+/// The step events of a program after `settings`, over a line of this rate. Over a slow line fewer
+/// moves are there to look ahead when motion begins, which then takes longer, here and on the
+/// board.
 pub(crate) fn plan(settings: &str, program: &str, line: Rate) -> Result<Vec<Planned>, Failure> {
     plan_with(Cartesian, settings, program, line)
 }
@@ -141,8 +142,9 @@ pub(crate) fn plan_with(
     Ok(schedule.steps)
 }
 
-/// The step events of a program on the machine of a file, without those of the lines `before`; all
-/// must be answered with `ok`. Its operator resumes pauses and tool changes at once.
+/// The step events of a program on the machine of a file, without the events of the lines `before`.
+/// All lines must be answered with `ok`. The operator resumes after pauses and tool changes at
+/// once.
 pub(crate) fn plan_machine(
     profile: &Profile,
     before: &str,

@@ -1,7 +1,7 @@
-//! Why a check or a measurement has failed, in words. `tests/hil` has this file too.
+//! Why a check or a measurement has failed, in words. `tests/hil` uses this file, too.
 use std::fmt;
 
-/// The words.
+/// The reason, in words.
 #[derive(Clone, Debug)]
 pub(crate) struct Failure(pub(crate) String);
 

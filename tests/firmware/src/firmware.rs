@@ -8,12 +8,12 @@ use crate::{
 use leadscrew_f407emu::Tamper;
 use std::{fs, path::Path, sync::Arc};
 
-/// Rate of the serial line in baud, unless the firmware is built for another.
+/// The rate of the serial line, baud, unless the firmware is built for another.
 const USUAL_BAUD: u32 = 115_200;
-/// Rate of the fast line in baud, as `cargo fw-test` builds it.
+/// The rate of the fast line, baud, for which `cargo fw-test` builds.
 const FAST_BAUD: u32 = 2_000_000;
 
-/// A fault: words on their way to a register are changed, or get lost.
+/// A fault: words that the program writes to a register are changed or dropped.
 #[derive(Clone, Copy)]
 pub(crate) struct Fault {
     /// The register's address.
@@ -27,9 +27,9 @@ pub(crate) struct Build {
     pub(crate) elf: Arc<[u8]>,
     /// The devices on the board's pins.
     pub(crate) wiring: &'static Wiring,
-    /// The line's rate in baud.
+    /// The rate of its serial line, baud.
     pub(crate) baud: u32,
-    /// Its fault from power-up on.
+    /// The fault that is planted from power-up on.
     pub(crate) fault: Option<Fault>,
 }
 
@@ -46,7 +46,7 @@ impl Build {
 }
 
 impl Build {
-    /// Where in the flash the byte is kept that is at `address` when the program runs.
+    /// The flash address of the byte that is at `address` when the program runs.
     pub(crate) fn load_address(&self, address: u32) -> Result<u32, Failure> {
         let file = object::read::elf::ElfFile32::<object::Endianness>::parse(&*self.elf)?;
         let (endian, address) = (file.endian(), u64::from(address));
@@ -68,17 +68,17 @@ pub(crate) struct Firmware {
     pub(crate) usual: Build,
     /// At 2 Mbaud, otherwise the same.
     pub(crate) fast: Build,
-    /// For the other boards at 115200 baud.
+    /// For the other boards, at 115200 baud.
     pub(crate) others: Others,
     /// For machines 000 to 004, each for its own file.
     pub(crate) machines: [Build; 5],
-    /// For more of them, by name, as far as they have been built: three motors each.
+    /// For more boards, by name, as far as they have been built: three motors each.
     pub(crate) more: Vec<(&'static str, Build)>,
-    /// For the machine of `four_axes.toml`, if it has been built.
+    /// For the machine of `four_axes.toml`, if built.
     pub(crate) four_axes: Option<Build>,
 }
 
-/// The builds for boards other than the Discovery as it comes.
+/// The builds for boards other than the unmodified Discovery.
 #[derive(Clone)]
 pub(crate) struct Others {
     pub(crate) machine_003: Build,
@@ -99,7 +99,7 @@ impl Firmware {
         let built = |(name, wiring)| Some((name, read(name, wiring, USUAL_BAUD).ok()?));
         Ok(Firmware {
             more: more.into_iter().filter_map(built).collect(),
-            // The SKR 2 whose fourth driver moves an axis, not Y.
+            // The SKR 2 with its fourth driver on an axis of its own instead of Y.
             four_axes: read("four-axes", &DUAL_Y, USUAL_BAUD).ok(),
             machines: [
                 read("machine-file-000", &DISCOVERY_4, USUAL_BAUD)?,
@@ -119,17 +119,17 @@ impl Firmware {
         })
     }
 
-    /// The build that caps no step rate, at 2 Mbaud: `cargo fw-test --highest-rate` makes it.
+    /// The build that limits no step rate, at 2 Mbaud: `cargo fw-test --highest-rate` makes it.
     pub(crate) fn uncapped(folder: &str) -> Result<Build, Failure> {
         Build::read(&Path::new(folder).join("uncapped"), &DISCOVERY, FAST_BAUD)
     }
 
-    /// The build for the SKR 2, which `cargo fw-test qemu` needs alone.
+    /// The build for the SKR 2, the only one that `cargo fw-test qemu` needs.
     pub(crate) fn skr_2(folder: &str) -> Result<Build, Failure> {
         Build::read(&Path::new(folder).join("skr-2"), &SKR_2, USUAL_BAUD)
     }
 
-    /// The same with a fault.
+    /// The same builds with a fault.
     pub(crate) fn with(&self, fault: Fault) -> Self {
         let mut faulty = self.clone();
         faulty.usual.fault = Some(fault);

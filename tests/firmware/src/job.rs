@@ -29,7 +29,7 @@ pub(crate) fn file(name: &str) -> Result<String, Failure> {
     read(&repository().join("examples").join(name))
 }
 
-/// The file of a machine of `examples/machines/`.
+/// The path of the file of a machine in `examples/machines/`.
 pub(crate) fn machine(number: &str) -> PathBuf {
     let machines = repository().join("examples/machines");
     machines.join(number).join("machine.toml")
@@ -50,7 +50,7 @@ impl Job {
         self.program.lines().count()
     }
 
-    /// A job of `examples/`, with the settings that its table names.
+    /// A job of `examples/`, with the settings named in the table of its README.
     pub(crate) fn example(name: &str) -> Result<Job, Failure> {
         let folder = repository().join("examples");
         let readme = read(&folder.join("README.md"))?;
@@ -82,7 +82,7 @@ impl Job {
         })
     }
 
-    /// All of them.
+    /// All recorded programs.
     pub(crate) fn traces() -> Result<Vec<Job>, Failure> {
         let folder = repository().join("tests/conformance/traces");
         let mut names: Vec<String> = fs::read_dir(folder)?

@@ -1,4 +1,4 @@
-//! Runs the unmodified firmware in an emulated STM32F407 and holds its pins against the
+//! Runs the unmodified firmware in an emulated STM32F407 and compares its pins with the
 //! simulator's: `cargo fw-test`.
 //!
 //! ```text
@@ -7,10 +7,10 @@
 //!     +------------> desk: Machine and step interrupt in the simulator ------------Planned----+
 //! ```
 //!
-//! Each check boots a board of its own; those of the interrupts' time empty the flash's caches at
-//! every exception. `cargo fw-test --list` names the checks; those of the subset run in `.ci/run
+//! Each check boots a board of its own. Checks that measure interrupts empty the flash's caches at
+//! every exception. `cargo fw-test --list` names the checks; a subset of them runs in `.ci/run
 //! firmware`. `cargo fw-test --planted` plants faults in the firmware, one after the other, and
-//! holds the checks against them.
+//! makes sure that the checks find them.
 #![forbid(unsafe_code)]
 mod bench;
 mod checks;
@@ -75,7 +75,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// The tasks that need all builds.
+/// Does the tasks that need all builds.
 fn with_all(folder: &str, names: &[&str]) -> Result<(), Failure> {
     let firmware = Firmware::read(folder)?;
     match names {
@@ -84,13 +84,13 @@ fn with_all(folder: &str, names: &[&str]) -> Result<(), Failure> {
     }
 }
 
-/// Something to be done on one core.
+/// Work that is done on one core.
 struct Task<'a> {
     name: String,
     run: Box<dyn Fn() -> Result<Figures, Failure> + Sync + 'a>,
 }
 
-/// The requested tasks: checks by their names, all where none is named, or planted faults.
+/// The requested tasks: checks by their names, all checks where none is named, or planted faults.
 fn tasks<'a>(firmware: &'a Firmware, names: &[&str]) -> Result<Vec<Task<'a>>, Failure> {
     match names {
         [] => Ok(CHECKS
@@ -159,7 +159,7 @@ fn run(tasks: &[Task<'_>]) -> Result<(), Failure> {
 /// The tasks left to do.
 type Queue<'a, 'b> = Mutex<std::iter::Enumerate<std::slice::Iter<'a, Task<'b>>>>;
 
-/// Takes tasks until none is left; which of them held.
+/// Takes tasks until none is left. Answers the index of each, and whether it held.
 fn work(queue: &Queue<'_, '_>) -> Vec<(usize, bool)> {
     let mut held = Vec::new();
     loop {

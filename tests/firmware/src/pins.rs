@@ -1,6 +1,6 @@
-//! The wiring of the firmware's default profile, as its wiring table has it
-//! (`crates/board-f407/README.md`): what is seen at the pins is held against that table, not
-//! against the firmware's own source.
+//! The wiring of the firmware's default profile, copied from the wiring table in
+//! `crates/board-f407/README.md`: the pins are checked against that table, not against the
+//! firmware's own source.
 use leadscrew_f407emu::{Pin, SerialPort};
 
 /// Frequency of the board's crystal in Hz.
@@ -15,9 +15,9 @@ pub(crate) const LINE: SerialPort = SerialPort::Usart2;
 pub(crate) const STEP: [Pin; 3] = [Pin::new('E', 7), Pin::new('E', 8), Pin::new('E', 9)];
 /// Direction pins of X, Y, Z; high is negative.
 pub(crate) const DIRECTION: [Pin; 3] = [Pin::new('E', 10), Pin::new('E', 11), Pin::new('E', 12)];
-/// Timer and channel whose matches are the ticks of motion.
+/// The timer and channel whose matches are the ticks of motion.
 pub(crate) const TICK: (u8, u8) = (2, 1);
-/// Timer and channel whose matches end the time of the switches' filter.
+/// The timer and channel whose matches end the time of the switches' filter.
 pub(crate) const SETTLED: (u8, u8) = (5, 2);
 /// Number of the step timer's interrupt (TIM2).
 pub(crate) const STEP_IRQ: u8 = 28;
@@ -32,9 +32,9 @@ pub(crate) const RESET: Pin = Pin::new('C', 8);
 pub(crate) const HOLD: Pin = Pin::new('C', 9);
 /// Cycle start: high when pressed.
 pub(crate) const START: Pin = Pin::new('A', 0);
-/// The time that an input keeps its level before it is believed, s.
+/// How long an input must keep its level before it is accepted, s.
 pub(crate) const FILTER_SECONDS: f64 = 200e-6;
-/// Spindle on, counter-clockwise; flood and mist coolant.
+/// Outputs: spindle on, spindle counter-clockwise, flood and mist coolant.
 pub(crate) const SPINDLE: Pin = Pin::new('D', 13);
 pub(crate) const REVERSE: Pin = Pin::new('D', 14);
 pub(crate) const FLOOD: Pin = Pin::new('D', 15);

@@ -1,4 +1,4 @@
-//! The machine around the board: carriages that work switches, heaters that warm bodies with
+//! The machine around the board: carriages that work switches, and heaters that warm bodies with
 //! sensors.
 use crate::{
     pins::CPU_HZ,
@@ -7,14 +7,14 @@ use crate::{
 };
 use leadscrew_f407emu::{Machine, Pin};
 
-/// Motors of a board at most.
+/// The most motors of a board.
 const MOST_MOTORS: usize = 4;
-/// The air, °C.
+/// The temperature of the air, °C.
 const ROOM: f64 = 20.0;
-/// A share of the distance from the air's temperature that a body loses in a second.
+/// The share of its excess over the air's temperature that a body loses in a second.
 const LOSES: f64 = 0.01;
 
-/// Everything that moves or warms.
+/// All switches and heated bodies.
 #[derive(Clone, Default)]
 pub(crate) struct Plant {
     pub(crate) contacts: Vec<Contact>,
@@ -22,7 +22,7 @@ pub(crate) struct Plant {
 }
 
 impl Plant {
-    /// Follows the pins: `steps` are all since power-up.
+    /// Follows the pins; `steps` are all step events since power-up.
     pub(crate) fn follow(&mut self, machine: &mut Machine, steps: &[Step]) {
         for contact in &mut self.contacts {
             if let Some(level) = contact.follow(steps) {
@@ -41,16 +41,17 @@ impl Plant {
 pub(crate) struct Contact {
     switch: Switch,
     motor: usize,
-    /// Closed where the carriage is here and on the far side of it from zero, steps.
+    /// The switch is closed when the carriage is here or further away from zero, steps.
     place: i64,
     is_closed: bool,
-    /// Step events that have been counted, and the carriage's place after them.
+    /// The number of step events that have been counted, and the carriage's place after them,
+    /// steps.
     counted: usize,
     at: i64,
 }
 
 impl Contact {
-    /// An open switch, away from zero, where the carriage begins.
+    /// An open switch at `place`; the carriage begins at zero.
     pub(crate) fn new(switch: Switch, motor: usize, place: i64) -> Self {
         Contact {
             switch,
@@ -62,12 +63,12 @@ impl Contact {
         }
     }
 
-    /// Steps from its place to the carriage, away from where the carriage began.
+    /// How far the carriage is beyond the switch's place, seen from where it began, steps.
     pub(crate) fn beyond(&self) -> i64 {
         (self.at - self.place) * self.place.signum()
     }
 
-    /// The new level of its pin, if the carriage has changed it with the latest of all `steps`.
+    /// The new level of its pin, if the carriage changes it with the latest of all `steps`.
     fn follow(&mut self, steps: &[Step]) -> Option<bool> {
         self.at += net::<MOST_MOTORS>(&steps[self.counted..])[self.motor];
         self.counted = steps.len();
@@ -81,14 +82,14 @@ impl Contact {
 #[derive(Clone)]
 pub(crate) struct Body {
     heater: Pin,
-    /// The pin of its sensor.
+    /// The pin of the body's sensor.
     sensor: Pin,
-    /// Its relay sticks.
+    /// Whether the relay of the heater sticks.
     pub(crate) is_stuck: bool,
-    /// Kelvins a second.
+    /// How fast the heater warms the body, K/s.
     pub(crate) warms: f64,
     celsius: f64,
-    /// The sensor's voltage as a share of the reference voltage, by the temperature.
+    /// The sensor's voltage at a temperature in °C, as a share of the reference voltage.
     pub(crate) share: fn(f64) -> f64,
     since: u64,
 }

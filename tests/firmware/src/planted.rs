@@ -1,8 +1,8 @@
 //! Faults planted in the firmware, and the checks that must find them: `cargo fw-test --planted`.
 //!
-//! A fault is a word that comes out wrong, or not at all, on its way to a register: what a wrong
-//! compare, a flag that is not cleared or a bit that is not set do to the chip. The check `stores`
-//! leaves out each store of the step interrupt besides.
+//! A fault changes or drops a word on its way to a register, with the effect of a wrong compare, a
+//! flag that is not cleared or a bit that is not set. In addition, the check `stores` leaves out
+//! each store of the step interrupt.
 use crate::{
     bench::Failure,
     checks::{Check, Figures},
@@ -10,15 +10,15 @@ use crate::{
 };
 use leadscrew_f407emu::Tamper;
 
-/// A fault and who must find it.
+/// A fault and the checks that must find it.
 pub(crate) struct Planted {
     pub(crate) name: &'static str,
     fault: Fault,
-    /// Names of checks; each of them must fail.
+    /// The names of the checks; each of them must fail.
     found_by: &'static [&'static str],
 }
 
-/// `tamper` with what is written to `register`.
+/// A fault that applies `tamper` to the words written to `register`.
 const fn planted(
     name: &'static str,
     register: u32,
@@ -37,7 +37,7 @@ const TIM2: u32 = 0x4000_0000;
 const TIM11: u32 = 0x4001_4800;
 const TIM5: u32 = 0x4000_0C00;
 const TIM7: u32 = 0x4000_1400;
-/// Control registers of the streams of USART2: DMA1's 5 receives, its 6 sends.
+/// The control registers of the DMA1 streams of USART2: stream 5 receives, stream 6 sends.
 const DMA1_S5CR: u32 = 0x4002_6088;
 const DMA1_S6CR: u32 = 0x4002_60A0;
 const IWDG: u32 = 0x4000_3000;
@@ -48,19 +48,19 @@ const GPIOD: u32 = 0x4002_0C00;
 const GPIOE: u32 = 0x4002_1000;
 const RCC: u32 = 0x4002_3800;
 const FLASH: u32 = 0x4002_3C00;
-/// Priorities of interrupts, a byte each.
+/// The priorities of interrupts, one byte each.
 const NVIC_IPR: u32 = 0xE000_E400;
 const OTG_FS_IRQ: u32 = 67;
 const TIM4: u32 = 0x4000_0800;
 const TIM9: u32 = 0x4001_4000;
-/// Registers of timers.
+/// Offsets of a timer's registers.
 const SR: u32 = 0x10;
 const EGR: u32 = 0x14;
 const ARR: u32 = 0x2C;
 const CCR1: u32 = 0x34;
 const CCR2: u32 = 0x38;
 
-/// All of them.
+/// All planted faults.
 pub(crate) const PLANTED: &[Planted] = &[
     planted(
         "the lowest bit of the next tick lost",
@@ -171,8 +171,8 @@ pub(crate) const PLANTED: &[Planted] = &[
         &["filter"],
     ),
     planted(
-        // Where a compare value counts at the end of a period only: otherwise the value 0 puts the
-        // laser out as well.
+        // Here a compare value takes effect only at the end of a period; otherwise the value 0
+        // would put the laser out as well.
         "laser off is no forced level",
         TIM4 + 0x18,
         |word| Some(if word >> 4 == 4 { 6 << 4 } else { word } | 1 << 3),
@@ -311,10 +311,10 @@ impl Planted {
             .filter(move |check| found_by.contains(&check.name))
     }
 
-    /// Runs a check on the firmware with this fault; what it found.
+    /// Runs a check on the firmware with this fault. Answers what the check found.
     ///
     /// # Errors
-    /// It found nothing.
+    /// The check found nothing.
     pub(crate) fn hold(&self, firmware: &Firmware, check: &Check) -> Result<Figures, Failure> {
         match (check.run)(&firmware.with(self.fault)) {
             Ok(_) => Err(Failure(format!("{} does not find it", check.name))),

@@ -1,4 +1,4 @@
-//! The record of the pins: edges become step events, each with the tick that asked for it.
+//! The record of the pins: turns edges into step events, each with the tick that caused it.
 //!
 //! ```text
 //!  TIM2 CC1   |                |          matches: the timer's schedule
@@ -11,23 +11,24 @@ use crate::{
 };
 use leadscrew_f407emu::{Edge, Machine, Match, Pin};
 
-/// The most that two ports' stores may be apart and still make one step event, cycles.
+/// How far apart the stores to two ports may be and still make one step event, cycles.
 const SKEW: u64 = 20;
-/// Motors of a board at most.
+/// The most motors of a board.
 const MOTORS: usize = 4;
 
 /// One step event at the pins.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) struct Step {
-    /// The tick that asked for it, in counts of the step timer since power-up.
+    /// The instant of the tick that caused it, in counts of the step timer since power-up.
     pub(crate) due: u64,
     /// Cycles from the tick to the rising edges.
     pub(crate) latency: u32,
-    /// The tick was not met but made up for: its instant had passed when it was armed.
+    /// Whether the tick came too late: its instant had passed when it was armed, and the firmware
+    /// made it at once.
     pub(crate) late: bool,
-    /// Motors that step, a bit each.
+    /// The motors that step, one bit each.
     pub(crate) motors: u8,
-    /// Motors whose direction is negative, a bit each.
+    /// The motors whose direction is negative, one bit each.
     pub(crate) negative: u8,
 }
 
@@ -38,7 +39,7 @@ impl Step {
     }
 }
 
-/// The extreme times at the pins that a motor driver would complain of, cycles.
+/// The extreme times at the pins that matter to a motor driver, cycles.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) struct Extremes {
     /// The shortest pulse.
@@ -47,11 +48,11 @@ pub(crate) struct Extremes {
     pub(crate) longest_pulse: u64,
     /// The shortest time between two pulses of a motor.
     pub(crate) low: u64,
-    /// The shortest from a change of direction to the motor's next rising edge.
+    /// The shortest time from a change of direction to the motor's next rising edge.
     pub(crate) setup: u64,
-    /// The shortest from a motor's last rising edge to a change of its direction.
+    /// The shortest time from a motor's last rising edge to a change of its direction.
     pub(crate) hold: u64,
-    /// The longest between the rising edges of one step event.
+    /// The longest time between the rising edges of one step event.
     pub(crate) skew: u64,
 }
 
@@ -75,7 +76,7 @@ pub(crate) struct Tracker {
     pub(crate) extremes: Extremes,
     /// Edges of all other pins that are watched.
     pub(crate) others: Vec<Edge>,
-    /// Cycles at which the time of the switches' filter was over.
+    /// The cycles at which the time of the switches' filter ended.
     pub(crate) settled: Vec<u64>,
     wiring: &'static Wiring,
     tick: Option<Match>,
@@ -101,7 +102,7 @@ impl Tracker {
         }
     }
 
-    /// Forgets the steps; levels are remembered.
+    /// Forgets the steps, but keeps the levels.
     pub(crate) fn clear(&mut self) {
         *self = Tracker {
             negative: self.negative,
@@ -110,7 +111,7 @@ impl Tracker {
         };
     }
 
-    /// Takes in a machine's record.
+    /// Reads the record of a machine.
     pub(crate) fn follow(&mut self, machine: &mut Machine) {
         let (ticks, alarms): (Vec<Match>, Vec<Match>) = machine
             .take_matches()
@@ -181,13 +182,14 @@ impl Tracker {
     }
 }
 
-/// Difference between the longest and the shortest latency: a driver sees it as jitter, cycles.
+/// The difference between the longest and the shortest latency, which a driver sees as jitter,
+/// cycles.
 pub(crate) fn jitter(steps: &[Step]) -> u32 {
     let latencies = || steps.iter().map(|step| step.latency);
     latencies().max().unwrap_or(0) - latencies().min().unwrap_or(0)
 }
 
-/// Steps of each motor, positive less negative.
+/// The net steps of each motor: positive less negative.
 pub(crate) fn net<const MOTORS: usize>(steps: &[Step]) -> [i64; MOTORS] {
     let mut net = [0; MOTORS];
     for step in steps {

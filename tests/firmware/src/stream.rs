@@ -1,11 +1,11 @@
-//! A sender that streams a program by character counting: lines go out while the unread ones fit
-//! the receive buffer.
+//! A sender that streams a program by character counting: it sends lines while all unanswered ones
+//! fit the receive buffer.
 use crate::bench::{cycles, ensure, fail, is_answer, Bench, Failure, BANNER};
 use std::{collections::VecDeque, ops::Range};
 
-/// Cycles between two looks at received bytes: 30 µs, as a sender on a fast line.
+/// Cycles between two looks at received bytes: 30 µs, as for a sender on a fast line.
 const SLICE: u64 = 5_000;
-/// The longest that nothing may be answered, s: a slow move through a full queue.
+/// The longest time without an answer, s: a slow move through a full queue.
 const PATIENCE_SECONDS: f64 = 120.0;
 
 /// The time that an operator takes to change a tool, s.
@@ -15,19 +15,19 @@ const OPERATOR_SECONDS: f64 = 0.5;
 pub(crate) struct Stream<'a> {
     /// The program's lines.
     pub(crate) program: &'a str,
-    /// Bytes of unanswered lines at most.
+    /// The most bytes of unanswered lines.
     pub(crate) window: usize,
-    /// Time between two status queries in s; none where it is 0.
+    /// The time between two status queries, s; 0 for none.
     pub(crate) poll_seconds: f64,
-    /// When the sender neither speaks nor listens, s from its first line on.
+    /// When the sender neither writes nor reads, s after its first line.
     pub(crate) silence: Range<f64>,
 }
 
 impl<'a> Stream<'a> {
-    /// Bytes that the firmware's receive buffer takes.
+    /// The number of bytes that the firmware's receive buffer takes.
     pub(crate) const WINDOW: usize = 1023;
 
-    /// A program to be sent as fast as the buffer allows.
+    /// A program that is sent as fast as the buffer allows.
     pub(crate) fn new(program: &'a str) -> Self {
         Stream {
             program,
@@ -50,7 +50,7 @@ impl<'a> Stream<'a> {
         Stream { silence, ..self }
     }
 
-    /// Sends everything; every line must be answered with `ok`. Motion may go on.
+    /// Sends everything. Every line must be answered with `ok`. Motion may still go on at the end.
     pub(crate) fn send_all(&self, bench: &mut Bench) -> Result<(), Failure> {
         let lines = self.program.lines().filter(|line| !line.starts_with('%'));
         let mut lines = lines.peekable();
@@ -110,7 +110,7 @@ impl<'a> Stream<'a> {
     }
 }
 
-/// Status queries at a rate.
+/// Status queries at regular intervals.
 struct Queries {
     every: u64,
     next: u64,

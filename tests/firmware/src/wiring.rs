@@ -1,16 +1,16 @@
 //! The devices on the pins of each board, as the wiring tables of `crates/board-f407/README.md`
-//! have it.
+//! give them.
 use crate::pins::{CRYSTAL_HZ, DIRECTION, LIMIT, LINE, POWER, SPINDLE, STEP};
 use leadscrew_f407emu::{Pin, SerialPort};
 
-/// Where the flash begins, and most programs do.
+/// The first address of the flash, where most programs begin.
 pub(crate) const FLASH: u32 = 0x0800_0000;
 
 /// A switch.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Switch {
     pub(crate) pin: Pin,
-    /// The level that it makes when it is closed.
+    /// The level at the pin while the switch is closed.
     pub(crate) closed: bool,
 }
 
@@ -19,11 +19,11 @@ pub(crate) struct Switch {
 pub(crate) struct Wiring {
     /// The serial line.
     pub(crate) line: SerialPort,
-    /// Step pins, one a motor.
+    /// The step pins, one for each motor.
     pub(crate) step: &'static [Pin],
     /// Direction pins; high is negative.
     pub(crate) direction: &'static [Pin],
-    /// Limit switches, one a motor at most.
+    /// The limit switches, at most one for each motor.
     pub(crate) limits: &'static [Option<Switch>],
     /// Power of laser or spindle, a PWM.
     pub(crate) power: Pin,
@@ -33,7 +33,7 @@ pub(crate) struct Wiring {
     pub(crate) high: &'static [Pin],
     /// Frequency of the crystal in Hz.
     pub(crate) crystal_hz: u32,
-    /// Where the vector table is: behind a bootloader where that is not where the flash begins.
+    /// The address of the vector table: the start of the flash, unless a bootloader is there.
     pub(crate) start: u32,
 }
 
@@ -62,7 +62,7 @@ pub(crate) const DISCOVERY: Wiring = Wiring {
     start: FLASH,
 };
 
-/// The same with the motor of its spare socket.
+/// The Discovery with a fourth motor in its spare socket.
 pub(crate) const DISCOVERY_4: Wiring = Wiring {
     step: &[STEP[0], STEP[1], STEP[2], Pin::new('E', 14)],
     direction: &[DIRECTION[0], DIRECTION[1], DIRECTION[2], Pin::new('E', 15)],
@@ -75,8 +75,9 @@ pub(crate) const DISCOVERY_4: Wiring = Wiring {
     ..DISCOVERY
 };
 
-/// Of the Discovery's sockets: the output P0, a fan, the heaters of nozzle and bed, their sensors,
-/// their supply's relay, and the input for their faults, which is high as long as there is none.
+/// Sockets of the Discovery: the output P0, a fan, the heaters of nozzle and bed, their sensors,
+/// the relay of their supply, and the input for heater faults, which is high as long as there is
+/// none.
 pub(crate) const OUTPUT: Pin = Pin::new('B', 12);
 pub(crate) const FAN: Pin = Pin::new('B', 7);
 pub(crate) const HEATERS: [Pin; 2] = [Pin::new('B', 5), Pin::new('B', 8)];
@@ -124,7 +125,7 @@ pub(crate) const SKR_2: Wiring = Wiring {
     start: FLASH + 0x8000,
 };
 
-/// The same with a second motor on Y, the fourth.
+/// The SKR 2 with a second motor on Y: the fourth one.
 pub(crate) const DUAL_Y: Wiring = Wiring {
     step: &[
         Pin::new('E', 2),
@@ -181,7 +182,7 @@ pub(crate) const FLY_407ZG: Wiring = Wiring {
     start: FLASH + 0x8000,
 };
 
-/// FYSETC Spider: another crystal.
+/// FYSETC Spider; it has another crystal.
 pub(crate) const SPIDER: Wiring = Wiring {
     line: SerialPort::Usart1,
     step: &[Pin::new('E', 11), Pin::new('D', 8), Pin::new('D', 14)],

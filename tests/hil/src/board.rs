@@ -7,26 +7,26 @@ use crate::{
 };
 use std::collections::VecDeque;
 
-/// The end of every greeting.
+/// The last line of every greeting.
 const BANNER: &str = "Grbl 1.1h ['$' for help]";
-/// The longest that the board may take to start: it may erase a sector of 128 KiB first, s.
+/// The longest time that the board may take to start, s: it may first erase a sector of 128 KiB.
 const BOOT_SECONDS: f64 = 4.0;
-/// The longest that nothing may be heard, s.
+/// The longest time in which nothing may be heard, s.
 const PATIENCE_SECONDS: f64 = 3.0;
-/// Bytes of unanswered lines at most: the receive buffer's.
+/// The most bytes of unanswered lines: the receive buffer takes as many.
 const WINDOW: usize = 1023;
-/// Edges that a line of `M121` tells at most.
+/// The most edges that a line of `M121` lists.
 const PER_LINE: usize = 32;
 
 /// The board.
 pub(crate) struct Board<'a> {
     link: &'a mut dyn Link,
-    /// Bytes of a line that has not ended yet.
+    /// The received bytes of a line that has not ended yet.
     incoming: Vec<u8>,
 }
 
 impl<'a> Board<'a> {
-    /// At the other end of `link`.
+    /// The board at the other end of `link`.
     pub(crate) fn new(link: &'a mut dyn Link) -> Self {
         Board {
             link,
@@ -34,7 +34,7 @@ impl<'a> Board<'a> {
         }
     }
 
-    /// The line's name and the clock of its end.
+    /// The serial line, with its name and a clock that the board has no part in.
     pub(crate) fn link(&self) -> &dyn Link {
         self.link
     }
@@ -61,7 +61,7 @@ impl<'a> Board<'a> {
         Ok(lines)
     }
 
-    /// Lets time pass; what comes meanwhile is forgotten.
+    /// Lets time pass, and drops what comes meanwhile.
     pub(crate) fn wait(&mut self, seconds: f64) -> Result<(), Failure> {
         let end = self.link.seconds() + seconds;
         while self.link.seconds() < end {
@@ -70,7 +70,7 @@ impl<'a> Board<'a> {
         Ok(())
     }
 
-    /// Waits for a line; all that were heard up to it.
+    /// Waits for a line. Answers all lines heard up to it.
     pub(crate) fn hear_until(
         &mut self,
         seconds: f64,
@@ -102,20 +102,20 @@ impl<'a> Board<'a> {
         Ok(())
     }
 
-    /// Sends a line that must be answered with `ok`; the lines heard before.
+    /// Sends a line that must be answered with `ok`. Returns the lines heard before the `ok`.
     pub(crate) fn command(&mut self, line: &str) -> Result<Vec<String>, Failure> {
         self.stream(line)
     }
 
-    /// Sends lines as fast as the receive buffer allows; each must be answered with `ok`. All other
-    /// lines that were heard.
+    /// Sends lines as fast as the receive buffer allows. Each must be answered with `ok`. Returns
+    /// all other lines that were heard.
     pub(crate) fn stream(&mut self, program: &str) -> Result<Vec<String>, Failure> {
         let mut lines = program.lines().filter(|line| !line.is_empty()).peekable();
         let (mut unanswered, mut others) = (VecDeque::new(), Vec::new());
         let mut end = self.link.seconds() + PATIENCE_SECONDS;
         while lines.peek().is_some() || !unanswered.is_empty() {
             let used: usize = unanswered.iter().map(|line: &&str| line.len() + 1).sum();
-            // All that may go goes at once: an adapter puts no gap into it.
+            // Sends all lines that fit at once: then an adapter puts no gap between them.
             let mut going = String::new();
             while let Some(line) = lines.next_if(|line| used + going.len() + line.len() < WINDOW) {
                 going.extend([line, "\n"]);
@@ -161,14 +161,14 @@ impl<'a> Board<'a> {
         self.wait_idle()
     }
 
-    /// Captures these edges from now on.
+    /// Captures the edges of these signals from now on.
     pub(crate) fn capture(&mut self, signals: &[Signal]) -> Result<(), Failure> {
         let wires = signals.iter().fold(0, |all, one| all | 1 << one.number());
         self.command(&format!("M120 P{wires}"))?;
         Ok(())
     }
 
-    /// The count of the timer that captures.
+    /// The count of the timer that captures edges.
     pub(crate) fn count(&mut self) -> Result<u32, Failure> {
         let heard = self.command("M122")?;
         let mut counts = heard

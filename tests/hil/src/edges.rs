@@ -7,21 +7,21 @@ use crate::{
 /// Counts of the board's timers in a microsecond.
 pub(crate) const PER_US: f64 = 84.0;
 
-/// Both edges of a signal, in order.
+/// The rising and falling edges of a signal, in order.
 #[derive(Clone, Debug)]
 pub(crate) struct Edges {
     signal: Signal,
-    /// Edges that the board has captured.
+    /// The number of edges that the board has captured.
     pub(crate) all: usize,
     /// The level before the first edge.
     level: bool,
-    /// An edge came that was not captured.
+    /// Whether an edge came that was not captured.
     lost: bool,
-    /// Their counts; the timer comes round after 51 s, here they go on.
+    /// The counts of the edges. The timer wraps around after 51 s; these counts go on.
     counts: Vec<u64>,
 }
 
-/// A pulse: from a rising edge to the falling one.
+/// A pulse: from a rising edge to the next falling one, counts.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) struct Pulse {
     pub(crate) rise: u64,
@@ -56,7 +56,7 @@ fn parse(line: &str) -> Option<Line<'_>> {
 }
 
 impl Edges {
-    /// The first of some lines of `M121`, among others.
+    /// Reads the first line of `M121` among other lines.
     pub(crate) fn read(heard: &[String], signal: Signal) -> Result<Self, Failure> {
         let Some(first) = heard.iter().find_map(|line| parse(line)) else {
             return fail(format!("no edges in {heard:?}"));
@@ -74,7 +74,7 @@ impl Edges {
         Ok(edges)
     }
 
-    /// Takes one more line; lines about other things are passed over.
+    /// Adds the edges of one more line; other lines are ignored.
     pub(crate) fn add(&mut self, line: &str) -> Result<(), Failure> {
         let Some(found) = parse(line) else {
             return Ok(());
@@ -93,7 +93,7 @@ impl Edges {
         Ok(())
     }
 
-    /// All edges are there, and none was lost.
+    /// Fails unless all edges are there and none was lost.
     pub(crate) fn ensure_whole(&self) -> Result<(), Failure> {
         let (signal, got) = (self.signal, self.counts.len());
         if self.lost {
@@ -105,7 +105,7 @@ impl Edges {
         Ok(())
     }
 
-    /// Whole pulses, in order.
+    /// The whole pulses, in order.
     pub(crate) fn pulses(&self) -> Vec<Pulse> {
         let from = usize::from(self.level);
         let edges = self.counts.get(from..).unwrap_or_default();
@@ -129,8 +129,8 @@ impl Edges {
         self.level ^ (before % 2 != 0)
     }
 
-    /// Moves the counts so that they are on one scale with `other`, which was captured with them:
-    /// no more than 25 s apart.
+    /// Moves the counts so that they have the same origin as those of `other`, which was captured
+    /// with them. Their first edges must be no more than 25 s apart.
     pub(crate) fn beside(mut self, other: &Edges) -> Self {
         let (Some(&ours), Some(&theirs)) = (self.counts.first(), other.counts.first()) else {
             return self;

@@ -1,4 +1,4 @@
-//! The same image in an emulated STM32F407, with the wires of the board's file.
+//! Runs the same image in an emulated STM32F407, with the wires of the board's file.
 use crate::{
     failure::Failure,
     link::Link,
@@ -10,7 +10,7 @@ use leadscrew_f407emu::{Exception, Machine, Pin, SerialPort, Tamper};
 const CRYSTAL_HZ: u32 = 8_000_000;
 /// The board's serial line.
 const LINE: SerialPort = SerialPort::Usart1;
-/// Cycles of one look at the line: 60 µs.
+/// The cycles that each look at the line lets pass: 60 µs.
 const LOOK: u64 = 10_000;
 
 /// What is wrong with an emulated board: nothing, or one planted fault.
@@ -18,32 +18,32 @@ const LOOK: u64 = 10_000;
 pub(crate) enum Fault {
     /// It is as it should be.
     None,
-    /// Words on their way to a register are changed.
+    /// Words that the program writes to a register are changed.
     Tamper {
         /// The register's address.
         register: u32,
         /// The change.
         tamper: Tamper,
     },
-    /// The core stands still once, for so many cycles, before an interrupt's next store to a
-    /// register.
+    /// The core stands still once, for a number of cycles, before the next store of an interrupt to
+    /// a register.
     Stall {
-        /// The interrupt.
+        /// The number of the interrupt.
         irq: u8,
         /// The register's address.
         register: u32,
-        /// How long.
+        /// How long the core stands still.
         cycles: u64,
     },
-    /// Two wires of captures have changed places, by their numbers.
+    /// Two wires of captures, given by their numbers, have changed places.
     Swapped(usize, usize),
-    /// A wire is broken.
+    /// The wire with this number is broken.
     Broken(usize),
-    /// The edges of a wire come late, by so many cycles.
+    /// The edges of a wire come late by a number of cycles: wire, cycles.
     Late(usize, u64),
     /// The crystal has another frequency, Hz.
     Crystal(u32),
-    /// To program a word of the flash takes so many microseconds.
+    /// Programming a word of the flash takes this time, µs.
     SlowFlash(u32),
 }
 
@@ -57,7 +57,7 @@ impl Emulated {
     /// Switches a board on.
     ///
     /// # Errors
-    /// The file is no program for it.
+    /// The file is no program for the board.
     pub(crate) fn switch_on(elf: &[u8], wires: &Wires, fault: Fault) -> Result<Self, Failure> {
         let crystal_hz = match fault {
             Fault::Crystal(hz) => hz,
@@ -87,7 +87,7 @@ impl Emulated {
     }
 }
 
-/// Connects the wires, with the fault where it is one of theirs.
+/// Connects the wires, with the fault if it is one of wires.
 fn connect(machine: &mut Machine, wires: &Wires, fault: Fault) {
     let pin = |pin: leadscrew_boards::Pin| Pin::new(pin.port, pin.number);
     for (number, wire) in wires.captures.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! The serial line to the board, of a computer or of an emulated board.
+//! The serial line to the board: a port of this computer, or the line of an emulated board.
 use crate::failure::Failure;
 use serial2::SerialPort;
 use std::{
@@ -6,12 +6,12 @@ use std::{
     time::{Duration, Instant},
 };
 
-/// Rate of the self-test's line in baud, unless it is built for another.
+/// The rate of the self-test's line, baud, unless it is built for another.
 pub(crate) const BAUD: u32 = 1_000_000;
 /// How long one look at the line may take.
 const LOOK: Duration = Duration::from_millis(5);
 
-/// The line, and the clock of its end.
+/// The line, and a clock at this end of it.
 pub(crate) trait Link {
     /// Sends bytes.
     ///
@@ -25,10 +25,10 @@ pub(crate) trait Link {
     /// The line is gone, or the emulated program has gone astray.
     fn receive(&mut self) -> Result<Vec<u8>, Failure>;
 
-    /// Seconds of a clock that the board has no part in.
+    /// The time of a clock that is independent of the board, s.
     fn seconds(&self) -> f64;
 
-    /// For the report.
+    /// The name of the line, for the report.
     fn name(&self) -> String;
 }
 
@@ -40,10 +40,10 @@ pub(crate) struct Port {
 }
 
 impl Port {
-    /// Opens it: 8 bits, no parity, one stop bit.
+    /// Opens the port: 8 bits, no parity, one stop bit.
     ///
     /// # Errors
-    /// It cannot be opened, or not at this rate: the words name it.
+    /// It cannot be opened, or not at this rate: the message names the port and the rate.
     pub(crate) fn open(name: &str, baud: u32) -> Result<Self, Failure> {
         let unopened = |error| Failure(format!("{name}, {baud} baud: {error}"));
         let port = SerialPort::open(name, baud).map_err(unopened)?;

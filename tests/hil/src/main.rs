@@ -1,4 +1,4 @@
-//! Holds the edges that a board has captured at its own pins against the simulator's: `cargo hil`,
+//! Compares the edges that a board has captured at its own pins with the simulator's: `cargo hil`,
 //! docs/hil.md.
 //!
 //! ```text
@@ -40,16 +40,16 @@ const USAGE: &str = "usage: hil --port NAME [--baud RATE] [--report FILE]
 /// The report's file, unless another is named.
 const REPORT: &str = "hil-report.txt";
 
-/// The variable in which `cargo hil` names the sources.
+/// The variable in which `cargo hil` passes the version of the sources.
 const SOURCES: &str = "LEADSCREW_SOURCES";
 
 /// The task.
 enum Task {
     /// A board at a serial port.
     Board { port: String, baud: u32 },
-    /// An emulated board with this image.
+    /// An emulated board that runs this image.
     Emulated { elf: String },
-    /// Emulated boards with a fault each.
+    /// Emulated boards, each with one planted fault.
     Planted { elf: String },
     /// The table of wires.
     Wires,
@@ -62,7 +62,7 @@ struct Request {
 }
 
 impl Request {
-    /// Reads the arguments; `None` where they are none.
+    /// Reads the arguments; `None` if they are not valid.
     fn read(mut words: impl Iterator<Item = String>) -> Option<Self> {
         let (mut task, mut baud, mut report) = (None, BAUD, REPORT.to_owned());
         while let Some(word) = words.next() {
@@ -110,7 +110,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Does the task; whether all holds.
+/// Does the task. Answers whether everything holds.
 fn run(request: &Request) -> Result<bool, Failure> {
     let wires = Wires::read()?;
     let report = match &request.task {
@@ -138,7 +138,7 @@ fn read(elf: &str) -> Result<Vec<u8>, Failure> {
     fs::read(elf).map_err(|error| Failure(format!("{elf}: {error}")))
 }
 
-/// All checks on one board.
+/// Runs all checks on one board.
 fn measure(link: &mut dyn Link, is_emulated: bool) -> Result<Report, Failure> {
     let name = link.name();
     let mut board = Board::new(link);
@@ -156,7 +156,7 @@ fn measure(link: &mut dyn Link, is_emulated: bool) -> Result<Report, Failure> {
         eprintln!("{verdict:<7}{}", check.name);
         sections.push(section);
     }
-    // The settings of the jobs are forgotten. The report is worth more than that.
+    // Restore the default settings. If that fails, the report must not be lost.
     let forgotten = board.reset().and_then(|()| board.command("$RST=$"));
     if let Err(Failure(words)) = forgotten {
         eprintln!("note: the board keeps the last job's settings: {words}");
@@ -170,7 +170,7 @@ fn measure(link: &mut dyn Link, is_emulated: bool) -> Result<Report, Failure> {
     })
 }
 
-/// Whether each planted fault is found.
+/// Runs the check for each planted fault. Answers whether all faults are found.
 fn find_planted(elf: &[u8], wires: &Wires) -> Result<bool, Failure> {
     let mut all = true;
     for planted in PLANTED {

@@ -1,5 +1,5 @@
-//! The same job in the simulator, on a CPU that takes no time: its steps and its power as the
-//! schedule has them.
+//! Runs the same job in the simulator, on a CPU that takes no time: the steps and the power are
+//! those of the schedule.
 use crate::failure::{fail, Failure};
 use leadscrew_machine::config::MachineConfig;
 use leadscrew_planner::Cartesian;
@@ -19,11 +19,11 @@ const LIMIT: Cycle = Cycle::from_micros(60_000_000);
 /// One step event.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) struct Planned {
-    /// Counts of the step timer.
+    /// The instant in counts of the step timer.
     pub(crate) due: u64,
-    /// Motors that step, a bit each.
+    /// The motors that step, one bit each.
     motors: u8,
-    /// Motors whose direction is negative, a bit each.
+    /// The motors whose direction is negative, one bit each.
     pub(crate) negative: u8,
 }
 
@@ -34,7 +34,7 @@ pub(crate) struct Plan {
     /// The counts at which the direction of X changes.
     turns: Vec<u64>,
     negative: bool,
-    /// From which count on power is how much of full power.
+    /// The changes of the power: the count, and the share of full power from then on.
     power: Vec<(u64, f64)>,
 }
 
@@ -73,14 +73,14 @@ impl Plan {
         &self.turns
     }
 
-    /// The count at which power is first on, and that at which it goes off for good.
+    /// The count at which the power first goes on, and the one at which it goes off for good.
     pub(crate) fn lit(&self) -> Option<(u64, u64)> {
         let on = self.power.iter().find(|(_, share)| *share > 0.0)?.0;
         let (off, share) = *self.power.last()?;
         (share == 0.0).then_some((on, off))
     }
 
-    /// Counts of full power in the whole job: each count times its share.
+    /// The energy of the whole job, in counts of full power: each count times its share.
     pub(crate) fn energy(&self) -> f64 {
         let pairs = self.power.iter().zip(self.power.iter().skip(1));
         pairs

@@ -25,27 +25,27 @@ const fn planted(name: &'static str, fault: Fault, found_by: &'static str) -> Pl
     }
 }
 
-/// `tamper` with what the program writes to `register`.
+/// A fault that applies `tamper` to the words that the program writes to `register`.
 const fn tamper(register: u32, tamper: Tamper) -> Fault {
     Fault::Tamper { register, tamper }
 }
 
-/// Set and reset pins of port E: steps are 7 to 9, directions 10 to 12.
+/// Sets and resets the pins of port E: steps are 7 to 9, directions 10 to 12.
 const GPIOE_BSRR: u32 = 0x4002_1018;
 const EXTI_IMR: u32 = 0x4001_3C00;
-/// The compare of the switches' filter, in microseconds.
+/// The compare register of the switches' filter, µs.
 const TIM5_CCR2: u32 = 0x4000_0C38;
-/// Counts of a pulse, 168 a microsecond.
+/// The counts of a pulse, 168 in a microsecond.
 const TIM11_ARR: u32 = 0x4001_482C;
-/// Power: counts of a period, and high ones.
+/// Power: the counts of a period, and the high counts.
 const TIM4_ARR: u32 = 0x4000_082C;
 const TIM4_CCR1: u32 = 0x4000_0834;
-/// Control of the stream that takes the edges of steps.
+/// The control register of the DMA stream that stores the edges of steps.
 const DMA1_S1CR: u32 = 0x4002_6028;
-/// The interrupt of ticks.
+/// The number of the ticks' interrupt.
 const TICK: u8 = 28;
 
-/// All of them.
+/// All planted faults.
 pub(crate) const PLANTED: &[Planted] = &[
     planted(
         "the wires of step and direction swapped",
@@ -147,7 +147,8 @@ pub(crate) const PLANTED: &[Planted] = &[
 ];
 
 impl Planted {
-    /// Plants it and runs the check that must find it; the first row that does not hold.
+    /// Plants the fault and runs the check that must find it. Answers the first row that does not
+    /// hold.
     ///
     /// # Errors
     /// The check finds nothing.

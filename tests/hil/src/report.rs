@@ -1,7 +1,7 @@
-//! The report: one file, for people and to send in.
+//! The report: one file to read and to send in.
 use std::{fmt, ops::RangeInclusive};
 
-/// One measure.
+/// One measurement.
 #[derive(Clone, Debug)]
 pub(crate) struct Row {
     /// The measured thing.
@@ -69,26 +69,26 @@ pub(crate) struct Section {
 }
 
 impl Section {
-    /// Whether all holds.
+    /// Whether all rows hold.
     pub(crate) fn holds(&self) -> bool {
         self.rows.iter().all(|row| row.holds)
     }
 }
 
-/// All of it.
+/// The whole report.
 pub(crate) struct Report {
-    /// The sources of this program, as git names them.
+    /// The version of this program's sources, as git names it.
     pub(crate) sources: String,
     /// The line to the board.
     pub(crate) link: String,
     /// The board's own words about its build.
     pub(crate) build: Vec<String>,
-    /// For an emulated board: what that means.
+    /// Whether the board was emulated: the report then explains what that means.
     pub(crate) is_emulated: bool,
     pub(crate) sections: Vec<Section>,
 }
 
-/// What no wire of this test can show.
+/// What this test cannot show.
 const UNSEEN: &str = "\
 Not seen by this test:
   all that is common to the edge and to the timer that captures it: both count the same clock. Only its mean rate is compared,
@@ -102,14 +102,14 @@ Not seen by this test:
   motors, drivers, the laser
 ";
 
-/// What it means that an emulated board passes.
+/// What the report of an emulated board means.
 const EMULATED: &str = "\
 THE BOARD WAS EMULATED. That this report passes shows that the test measures, and that firmware and simulator agree. It shows
 nothing about a chip.
 ";
 
 impl Report {
-    /// Whether all holds.
+    /// Whether all sections hold.
     pub(crate) fn holds(&self) -> bool {
         self.sections.iter().all(Section::holds)
     }

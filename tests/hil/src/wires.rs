@@ -1,5 +1,4 @@
-//! The wires, as the board's file has them: the build of the image and this program read the same
-//! one.
+//! The wires of the board's file. The build of the image and this program read the same file.
 use crate::failure::{fail, Failure};
 use leadscrew_boards::{Board, Pin, Wire};
 use std::fmt;
@@ -10,13 +9,13 @@ const FILE: &str = include_str!("../discovery.toml");
 /// The wires of the board's file.
 pub(crate) struct Wires {
     board: Board,
-    /// Those that end at a channel of TIM2, in the order of their numbers.
+    /// The wires that end at a channel of TIM2, in the order of their numbers.
     pub(crate) captures: Vec<Wire>,
-    /// Those that end at an input of the machine.
+    /// The wires that end at an input of the machine.
     pub(crate) others: Vec<Wire>,
 }
 
-/// The outputs whose edges are captured: numbers of the wires in the file.
+/// The outputs whose edges are captured. The values are the numbers of their wires in the file.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum Signal {
     /// Step of X.
@@ -31,7 +30,7 @@ pub(crate) enum Signal {
     Flood = 4,
 }
 
-/// For people.
+/// The name of a signal in messages and reports.
 impl fmt::Display for Signal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
@@ -52,10 +51,10 @@ impl Signal {
 }
 
 impl Wires {
-    /// Reads the board's file, and holds it against the chip.
+    /// Reads the board's file, and checks it against the chip.
     ///
     /// # Errors
-    /// The file is wrong: its findings.
+    /// The file is wrong: the error has the first finding.
     pub(crate) fn read() -> Result<Self, Failure> {
         let board = Board::read(FILE).map_err(Failure)?;
         if let Some(finding) = board.check().first() {
@@ -72,7 +71,7 @@ impl Wires {
     }
 }
 
-/// As docs/hil.md has them.
+/// Writes the table of wires as in docs/hil.md.
 impl fmt::Display for Wires {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "| from | to |\n|---|---|")?;
@@ -84,7 +83,7 @@ impl fmt::Display for Wires {
 }
 
 impl Wires {
-    /// A pin, its place on the board and its purpose.
+    /// The text for a pin: its name, its purpose, and its place on the board.
     fn place(&self, pin: Pin) -> String {
         let place = self.board.at.get(&pin).map_or("", String::as_str);
         let pins = self.board.pins();

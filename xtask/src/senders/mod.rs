@@ -1,5 +1,5 @@
-//! Real senders against `leadscrew serve`: installs them under `target/senders`, then lets each run
-//! its jobs.
+//! Tests `leadscrew serve` with real senders: installs them under `target/senders`, and lets each
+//! run its jobs.
 //!
 //! ```text
 //!   sender --pty, tcp, ws--> leadscrew serve <--tcp-- Observer      asks for the state every few milliseconds
@@ -7,9 +7,9 @@
 //!                              wire log --> verdict <----'          with the sender's own exit code
 //! ```
 //!
-//! The scripts in `tests/senders` drive the senders' own code. What they say is not taken on trust:
-//! the verdict is from the bytes on their line and from what a second client has seen the machine
-//! do.
+//! The scripts in `tests/senders` drive the senders' own code. Their own reports are not trusted:
+//! the verdict is from the bytes on their line, and from the machine's states that a second client
+//! has seen.
 
 mod observer;
 mod place;
@@ -22,10 +22,10 @@ use place::Place;
 use runs::{Run, Sender, RUNS};
 use std::process::Command;
 
-/// Runs the senders that are named, all where none is.
+/// Runs the named senders, or all where none is named.
 ///
 /// # Errors
-/// When one cannot be installed, or a run does not end as it should.
+/// When a sender cannot be installed, or a run does not end as it should.
 pub(crate) fn run_all(names: &[String]) -> Result<(), Failure> {
     let wanted =
         |sender: Sender| names.is_empty() || names.iter().any(|name| name == sender.name());

@@ -12,33 +12,34 @@ use std::{
     time::{Duration, Instant},
 };
 
-/// Time between two questions.
+/// The time between two status queries.
 const POLL: Duration = Duration::from_millis(10);
 
-/// How long an answer may take on a busy computer.
+/// The longest time that an answer may take on a busy computer.
 const PATIENCE: Duration = Duration::from_secs(5);
 
-/// A status report, as far as it is judged.
+/// The parts of a status report that are checked.
 #[derive(Clone, PartialEq, Debug)]
 pub(super) struct Sight {
-    /// The state with its sub-state: `Hold:0`.
+    /// The state with its sub-state, for example `Hold:0`.
     pub(super) state: String,
     /// Machine position, mm.
     pub(super) position: Vec<f64>,
 }
 
-/// All that was seen.
+/// Everything that the observer saw.
 #[derive(Default, Debug)]
 pub(super) struct Seen {
-    /// While the sender was there; never two equal ones in a row.
+    /// While the sender was there; equal sights in a row are kept once.
     pub(super) sights: Vec<Sight>,
-    /// At rest, after it had gone.
+    /// At rest, after the sender had gone.
     pub(super) last: Option<Sight>,
-    /// After the observer had asked for a millimetre of X; `None` where the machine refused.
+    /// After the observer had asked for a move of a millimetre in X; `None` where the machine
+    /// refused it.
     pub(super) moved: Option<Sight>,
 }
 
-/// Watches in a thread of its own.
+/// Watches the machine in a thread of its own.
 pub(super) struct Observer {
     gone: Arc<AtomicBool>,
     thread: JoinHandle<io::Result<Seen>>,
@@ -54,7 +55,7 @@ impl Observer {
         Ok(Self { gone, thread })
     }
 
-    /// The sender has gone: waits for rest, and asks for a move.
+    /// To be called when the sender has gone: waits for rest, and asks for a move.
     pub(super) fn finish(self) -> Result<Seen, Failure> {
         self.gone.store(true, Ordering::Relaxed);
         let joined = self.thread.join();
@@ -92,7 +93,7 @@ impl Watch {
         Ok(seen)
     }
 
-    /// The next report that shows no motion; the last one where motion does not end.
+    /// The next report that shows no motion. If motion does not end in time, the last report.
     fn rest(&mut self) -> io::Result<Sight> {
         let until = Instant::now() + PATIENCE;
         loop {
@@ -113,7 +114,7 @@ impl Watch {
         }
     }
 
-    /// Sends a line; answers whether it was accepted.
+    /// Sends a line. Answers whether it was accepted.
     fn say(&mut self, line: &str) -> io::Result<bool> {
         writeln!(self.to, "{line}")?;
         loop {

@@ -1,4 +1,4 @@
-//! Where senders are installed, and how they and the server are started.
+//! The folders where senders are installed, and the start of senders and server.
 
 use super::observer::Observer;
 use super::runs::{Run, Sender};
@@ -13,13 +13,13 @@ use std::{
     time::{Duration, Instant},
 };
 
-/// Lines that are served: a pty, two for TCP, a WebSocket.
+/// The number of lines of the server: a pty, two for TCP, a WebSocket.
 const LINES: usize = 4;
 
-/// The observer's line, by another name than the senders'.
+/// The observer's line, under another host name than the senders'.
 const OBSERVERS: &str = "localhost:0";
 
-/// Folders.
+/// The folders and the program.
 pub(super) struct Place {
     /// `tests/senders`.
     scripts: PathBuf,
@@ -67,12 +67,12 @@ impl Place {
             shell::run(command.args(pip).args(options).arg("-r").arg(list))
         };
         install(&[], "requirements.txt")?;
-        // bCNC asks for OpenCV besides, for a camera.
+        // bCNC would also install OpenCV, for a camera.
         install(&["--no-deps"], "requirements-bcnc.txt")
     }
 
-    /// Installs the Node.js packages, those that they need in turn included, as `package-lock.json`
-    /// has them. They go beside a copy of the script: Node.js looks for packages there.
+    /// Installs the Node.js packages and their dependencies in the versions of `package-lock.json`.
+    /// They are installed beside a copy of the script, because Node.js looks for packages there.
     pub(super) fn install_node(&self) -> Result<(), Failure> {
         let folder = self.installed.join("cncjs");
         fs::create_dir_all(&folder).map_err(Failure::file(&folder))?;
@@ -91,10 +91,10 @@ impl Place {
         shell::run(npm.current_dir(&folder))
     }
 
-    /// Lets a sender run its job, and judges the result.
+    /// Runs the job of a sender, and checks the result.
     ///
     /// # Errors
-    /// Where the job did not end as it should.
+    /// When the job did not end as it should.
     pub(super) fn perform(&self, run: &Run) -> Result<(), Failure> {
         let title = format!("{:?} {}", run.sender, run.arguments.join(" "));
         let begun = Instant::now();
@@ -103,7 +103,7 @@ impl Place {
         let output = self.command(run, &served).output();
         let output = output.map_err(Failure::file(&self.scripts))?;
         let seen = observer.finish()?;
-        // The log is brought to its file ten times a second.
+        // The server writes the log to its file ten times a second.
         thread::sleep(Duration::from_millis(300));
         let log = self.installed.join("wire.log");
         let text = fs::read_to_string(&log).map_err(Failure::file(&log))?;
@@ -134,7 +134,7 @@ impl Place {
         command.arg("--machine").arg(self.scripts.join(run.machine));
         command.arg("--state").arg(self.installed.join("state"));
         command.arg("--log").arg(self.installed.join("wire.log"));
-        // No settings of an earlier run.
+        // Removes the settings of an earlier run.
         let _ = fs::remove_file(self.installed.join("state"));
         let spawned = command.stdout(Stdio::piped()).spawn();
         let child = spawned.map_err(Failure::file(&self.leadscrew))?;
@@ -221,7 +221,7 @@ impl Served {
                 at.clone_into(&mut served.tcp);
             }
         }
-        // A full pipe would stop the server.
+        // Keep reading: a full pipe would stop the server.
         thread::spawn(move || lines.for_each(drop));
         Ok(served)
     }
@@ -229,8 +229,8 @@ impl Served {
 
 impl Drop for Served {
     fn drop(&mut self) {
-        // A program that has ended already needs no end; a link that leads nowhere is replaced by
-        // the next server.
+        // If the program has ended already, there is nothing to stop. The next server replaces a
+        // link that leads nowhere.
         let _ = self.child.kill().and_then(|()| self.child.wait());
     }
 }

@@ -1,4 +1,4 @@
-//! Which sender runs which job on which machine, and the checks of the result.
+//! The runs: the sender, its job, its machine, and the checks of the result.
 
 use super::verdict::Check;
 
@@ -7,10 +7,10 @@ pub(super) struct Run {
     pub(super) sender: Sender,
     /// The machine: a profile in `tests/senders`.
     pub(super) machine: &'static str,
-    /// The text after the line on the sender's command line; names of jobs are in
+    /// The arguments that follow the line on the sender's command line. Names of jobs are files in
     /// `tests/senders/gcode`.
     pub(super) arguments: &'static [&'static str],
-    /// The exit code that means success: 7 where the run ends in a stop.
+    /// The exit code that means success; it is 7 where the run ends in a stop.
     pub(super) code: i32,
     /// The checks of the result.
     pub(super) checks: &'static [Check],
@@ -68,7 +68,7 @@ const fn run(sender: Sender, arguments: &'static [&'static str], checks: &'stati
     }
 }
 
-/// All of them.
+/// All runs.
 pub(super) const RUNS: [Run; 17] = [
     run(Sender::MeerK40tOverTcp, &[], JOB),
     run(Sender::MeerK40tOverTcp, &["--hold"], HELD),

@@ -1,40 +1,40 @@
-//! Whether a sender did its job.
+//! Checks whether a sender did its job.
 
 use super::observer::{Seen, Sight};
 use super::wire::{word, Wire};
 
-/// The allowed difference between a target and the machine's place at rest, mm: half a step, and
-/// the report's third decimal.
+/// How far the machine may be from a target at rest, mm: half a step, and the report's third
+/// decimal.
 const EXACT: f64 = 0.0075;
 
 /// Something that must have happened.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) enum Check {
-    /// Every line has its `ok`: no other answer, none too many.
+    /// The machine answered every line with `ok`, and gave no other and no additional answer.
     AllOk,
-    /// The machine was seen to move.
+    /// The machine moved.
     Ran,
-    /// The machine rests at the target of the last line that moves, ready for more.
+    /// The machine rests at the target of the last line that moves, and is ready for more.
     EndsWhereSent,
-    /// It was seen to stand in `Hold:0` and to go on from the same place.
+    /// The machine stood in `Hold:0`, and went on from the same place.
     HeldAndResumed,
     /// A jog ended at this X, mm, before the job.
     JoggedTo(f64),
-    /// It was locked, and then free without having homed.
+    /// The machine was locked, and then unlocked without homing.
     Unlocked,
-    /// It was locked, homed, and then free.
+    /// The machine was locked, homed, and then unlocked.
     Homed,
-    /// So many tool changes were asked for, waited in `Hold:0`, and were resumed.
+    /// This number of tool changes came, waited in `Hold:0`, and were resumed.
     ChangedTools(usize),
-    /// Each probed point is on the plate of `bench.toml`, and each cut follows it.
+    /// Each probed point is on the plate of `bench.toml`, and each cut follows the plate.
     FollowsPlate,
-    /// A reset in the hold left it free and where the hold had brought it, and it moves by a
-    /// millimetre when asked to.
+    /// A reset in the hold left the machine unlocked and at the place of the hold, and it moves by
+    /// a millimetre when asked to.
     StoppedInPlace,
 }
 
 impl Check {
-    /// The fault, where a rule is broken.
+    /// The fault, if the check fails.
     pub(super) fn fault(self, wire: &Wire, seen: &Seen) -> Option<String> {
         let holds = match self {
             Self::AllOk => return unanswered(wire),
@@ -95,7 +95,7 @@ fn held_and_resumed(wire: &Wire, sights: &[Sight]) -> bool {
         let after = sights[held..]
             .iter()
             .find(|sight| sight.state != "Hold:0")?;
-        // Ten milliseconds of motion at most are between the two.
+        // The machine may have moved for ten milliseconds between the two sights.
         let near = (after.position.iter().zip(place)).all(|(new, old)| (new - old).abs() < 3.0);
         Some(after.state == "Run" && near)
     });
@@ -110,13 +110,13 @@ fn changed_tools(count: usize, wire: &Wire, seen: &Seen) -> bool {
         && in_order(&seen.sights, &["Run", "Hold:0", "Run", "Hold:0", "Run"])
 }
 
-/// The height of the plate of `tests/senders/bench.toml`.
+/// The height of the plate of `tests/senders/bench.toml`, mm.
 fn plate([x, y]: [f64; 2]) -> f64 {
     -1.0 + 0.02 * x - 0.01 * y
 }
 
-/// The first probed point that is not on the plate, or the first cut of `flat.nc` that is not 0.2
-/// mm below it.
+/// Describes the first probed point that is not on the plate, or the first cut of `flat.nc` that is
+/// not 0.2 mm below it.
 fn off_the_plate(wire: &Wire) -> Option<String> {
     const POINTS: usize = 12;
     const DEPTH: f64 = 0.2;
@@ -136,14 +136,14 @@ fn off_the_plate(wire: &Wire) -> Option<String> {
     off.map(|place| format!("{place:?} is off the plate"))
 }
 
-/// The place of `[PRB:x,y,z:1]`.
+/// The position in `[PRB:x,y,z:1]`.
 fn probed(line: &str) -> Option<[f64; 3]> {
     let places = line.strip_prefix("[PRB:")?.strip_suffix(":1]")?;
     let places: Vec<f64> = places.split(',').flat_map(str::parse).collect();
     places.try_into().ok()
 }
 
-/// The end of a `G1` that names all three axes.
+/// The end point of a `G1` that names all three axes.
 fn cut(line: &str) -> Option<[f64; 3]> {
     let line = line.strip_prefix("G1")?;
     Some([word(line, 'X')?, word(line, 'Y')?, word(line, 'Z')?])
@@ -173,7 +173,7 @@ fn is_at(sight: &Sight, target: [f64; 2]) -> bool {
         .all(|off| off <= EXACT)
 }
 
-/// Whether these come one after the other, whatever is between them.
+/// Whether the items `wanted` come in this order; others may be between them.
 fn in_order<T: AsRef<str>>(all: &[T], wanted: &[&str]) -> bool {
     let mut rest = all.iter().map(AsRef::as_ref);
     wanted.iter().all(|wanted| rest.any(|one| one == *wanted))

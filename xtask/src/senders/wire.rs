@@ -1,18 +1,18 @@
-//! The bytes on a sender's line, as the server's log has them.
+//! The bytes on a sender's line, from the server's log.
 
-/// One side's lines and bytes, in their order.
+/// The lines and bytes of both sides, in order.
 #[derive(Default, Debug)]
 pub(super) struct Wire {
-    /// Lines of the sender; realtime bytes apart.
+    /// The lines of the sender, without realtime bytes.
     pub(super) sent: Vec<String>,
-    /// Realtime bytes of the sender, as the log spells them.
+    /// The realtime bytes of the sender, as the log spells them.
     pub(super) realtime: Vec<String>,
-    /// Lines of the machine while a sender was there.
+    /// The lines of the machine while a sender was connected.
     pub(super) answers: Vec<String>,
 }
 
 impl Wire {
-    /// Picks the entries of the line with this number from a log.
+    /// Reads the entries of the line with this number from a log.
     ///
     /// ```text
     ///     12.034567 0 < G1X10F600          seconds, line, to or from the machine
@@ -36,7 +36,7 @@ impl Wire {
         wire
     }
 
-    /// The X and Y of the last line that moves, in force where it says nothing.
+    /// The X and Y of the last line that moves. An axis without a word keeps its earlier value.
     pub(super) fn last_target(&self) -> [f64; 2] {
         let mut target = [0.0; 2];
         let moves = |line: &&String| !line.starts_with('$');
@@ -49,7 +49,7 @@ impl Wire {
     }
 }
 
-/// `?`, `!`, `~`, and bytes that the log spells `\x18` and so on.
+/// Whether a text is a realtime byte: `?`, `!`, `~`, or a byte that the log spells like `\x18`.
 fn is_realtime(text: &str) -> bool {
     matches!(text, "?" | "!" | "~") || (text.len() == 4 && text.starts_with("\\x"))
 }

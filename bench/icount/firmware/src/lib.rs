@@ -1,8 +1,8 @@
 //! Markers around the counted code, and the end of a program. A program is a file in `src/bin` that
 //! measures one layer.
 //!
-//! The counted code stands in a function that is never inlined, its inputs behind `black_box`: so
-//! the count holds for the code as it is, without the compiler's knowledge of the measurement.
+//! The counted code is in a function that is never inlined, and its inputs go through `black_box`.
+//! So the count is that of the code as it is, which the compiler cannot fit to the measurement.
 #![no_std]
 
 pub mod session;
@@ -14,8 +14,8 @@ use cortex_m_semihosting::{debug, hprintln};
 /// Opens a region, 0 to 7: the code from here to [`close`] is one sample.
 #[inline(always)]
 pub fn open<const REGION: u8>() {
-    // SAFETY: `dbg` is a hint without effect. It may touch memory for all the compiler knows: so
-    // nothing moves across it.
+    // SAFETY: `dbg` is a hint without effect. The compiler must assume that it touches memory, so
+    // that it moves nothing across it.
     unsafe { asm!("dbg #{}", const REGION) }
 }
 
@@ -41,7 +41,7 @@ pub fn done() -> ! {
     loop {}
 }
 
-/// A panic makes the measurement void: says where, and ends the program as failed.
+/// A panic makes the measurement void: prints the place, and ends the program with a failure.
 #[panic_handler]
 fn panic(info: &PanicInfo<'_>) -> ! {
     hprintln!("{}", info);

@@ -1,4 +1,4 @@
-//! A whole machine with its interrupts, on a board that is memory.
+//! A whole machine with its interrupts, on a board that exists only in memory.
 
 use core::hint::black_box;
 use heapless::{spsc::Consumer, Vec};
@@ -14,7 +14,7 @@ use leadscrew_stepper::{
     on_timer, MotorMask, OutputChange, Power, Segment, Shared, StepInterrupt, StepPort, Ticks,
 };
 
-/// Counts answers; keeps the timer's next interrupt.
+/// The board: counts answers, and keeps the instant of the timer's next interrupt.
 pub struct Bench {
     /// Lines answered with `ok`.
     pub answers: u32,
@@ -69,7 +69,7 @@ pub struct Session<'a> {
 }
 
 impl Session<'_> {
-    /// Makes a machine at rest that has taken `settings`, and hands it to `then`.
+    /// Makes a machine that has taken `settings` and is at rest, and calls `then` with it.
     pub fn with(settings: &str, then: impl FnOnce(&mut Session<'_>)) {
         let (mut segments, shared, inputs) = (SegmentQueue::<3>::new(), Shared::new(), Inputs::new());
         let mut serial = SerialQueue::<1025>::new();
@@ -106,14 +106,14 @@ impl Session<'_> {
         then(&mut session);
     }
 
-    /// Brings bytes.
+    /// Puts bytes into the receive queue.
     pub fn receive(&mut self, text: impl AsRef<[u8]>) {
         for byte in black_box(text.as_ref()) {
             self.receiver.receive(*byte);
         }
     }
 
-    /// Calls `poll` once; whether there is more to do at once.
+    /// Calls `poll` once. Answers whether there is more to do at once.
     #[inline(never)]
     pub fn poll(&mut self) -> bool {
         let now = Instant::from_ticks(self.bench.now / 84);
@@ -126,7 +126,7 @@ impl Session<'_> {
         while self.poll() {}
     }
 
-    /// Lets the interrupts of the next `counts` timer counts come.
+    /// Lets `counts` timer counts pass, with the interrupts that are due in them.
     pub fn pass_time(&mut self, counts: u64) {
         self.bench.now += counts;
         while self.bench.due.is_some_and(|due| due <= self.bench.now) {

@@ -48,8 +48,8 @@ pub fn feed(x: f32, y: f32, z: f32, speed: f32) -> Move<3> {
     }
 }
 
-/// Points of a spiral: each is the one before it, turned by 0.03 rad and 0.05 % farther out. Chords
-/// of 0.1 to 0.3 mm.
+/// The moves of a spiral. Each point is the one before it, turned by 0.03 rad and moved out by 0.05
+/// %. The chords are 0.1 to 0.3 mm long.
 fn spiral() -> impl Iterator<Item = Move<3>> {
     let (cosine, sine) = (0.999_550_03_f32 * 1.0005, 0.029_995_5_f32 * 1.0005);
     let mut at = (3.0_f32, 0.0_f32);

@@ -2,7 +2,7 @@
 use super::{bit, bits, branch_target, register, signed};
 use crate::instruction::{Branch, Instruction, Memory, System};
 
-/// Table A5-13.
+/// Branches and system control (table A5-13).
 pub(super) fn decode(word: u32, address: u32) -> Instruction {
     match (bit(word, 14), bit(word, 12)) {
         (false, false) if bits(word, 22, 4) < 14 => Instruction::Branch(conditional(word, address)),
@@ -30,8 +30,8 @@ fn conditional(word: u32, address: u32) -> Branch {
     }
 }
 
-/// The target of a branch of up to 16 MB: two bits are kept as their agreement with the sign
-/// (A7.7.12, encoding T4).
+/// The target of a branch of up to 16 MB. The encoding keeps two bits of the offset as their
+/// agreement with the sign (A7.7.12, encoding T4).
 fn far_target(word: u32, address: u32) -> u32 {
     let sign = bits(word, 26, 1);
     let agrees = |index| u32::from(bits(word, index, 1) == sign);
@@ -61,7 +61,7 @@ fn control(word: u32) -> Instruction {
     Instruction::System(system)
 }
 
-/// Hints (A5.2.5): those without effect on a single core do nothing.
+/// Hints (A5.2.5). Hints without effect on a single core decode as NOP.
 pub(super) fn hint(code: u32) -> System {
     match code {
         2 => System::WaitForEvent,

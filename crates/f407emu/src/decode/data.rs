@@ -60,7 +60,7 @@ struct Operation {
     rn: u8,
 }
 
-/// Register 15 as destination makes a comparison, as first operand a move.
+/// Reads these fields. Register 15 as destination makes a comparison, as first operand a move.
 fn operation(word: u32) -> Option<Operation> {
     let (rd, rn) = (register(word, 8), register(word, 16));
     let set = bit(word, 20);

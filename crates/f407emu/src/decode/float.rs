@@ -1,11 +1,11 @@
-//! The encodings of the floating-point unit (A6.4 to A6.7). FPv4-SP: doubles can be moved, not
-//! calculated with.
+//! The encodings of the floating-point unit (A6.4 to A6.7). FPv4-SP can move doubles, but cannot
+//! calculate with them.
 //!
 //! Not modelled: VCVTB and VCVTT (half precision), which decode as undefined.
 use super::{bit, bits, register};
 use crate::instruction::{Direction, Float, FloatOp, FloatUnary, Instruction};
 
-/// Table A6-1; coprocessors other than 10 and 11 are not there.
+/// All of them (table A6-1). Coprocessors other than 10 and 11 do not exist.
 pub(super) fn decode(word: u32) -> Instruction {
     if bits(word, 9, 3) != 5 || bit(word, 28) {
         return Instruction::Undefined;
@@ -20,7 +20,7 @@ pub(super) fn decode(word: u32) -> Instruction {
     float.map_or(Instruction::Undefined, Instruction::Float)
 }
 
-/// Operands are for registers of 64 bits.
+/// Whether the operands are 64-bit registers.
 fn is_double(word: u32) -> bool {
     bit(word, 8)
 }
@@ -37,7 +37,7 @@ fn sm(word: u32) -> u8 {
     (bits(word, 0, 4) << 1 | bits(word, 5, 1)) as u8
 }
 
-/// Table A6-2.
+/// Calculations (table A6-2).
 fn calculation(word: u32) -> Option<Float> {
     if is_double(word) {
         return None;
@@ -72,7 +72,7 @@ fn calculation(word: u32) -> Option<Float> {
     })
 }
 
-/// Table A6-3: one operand, conversions, constants.
+/// Operations with one operand, conversions and constants (table A6-3).
 fn other(word: u32) -> Option<Float> {
     let (sd, sm) = (sd(word), sm(word));
     let unary = |op| Float::Unary { op, sd, sm };
@@ -113,7 +113,8 @@ fn expand(constant: u32) -> u32 {
 fn fixed(word: u32, wide: bool) -> Option<Float> {
     let bits_used: i8 = if wide { 32 } else { 16 };
     let integer = (bits(word, 0, 4) << 1 | bits(word, 5, 1)) as i8;
-    // More whole bits than there are is UNPREDICTABLE; like QEMU this scales all the same.
+    // A fixed-point number with more integer bits than its width is UNPREDICTABLE; as in QEMU it is
+    // scaled all the same.
     let fraction = bits_used - integer;
     let (signed, sd) = (!bit(word, 16), sd(word));
     Some(if bit(word, 18) {
@@ -133,7 +134,7 @@ fn fixed(word: u32, wide: bool) -> Option<Float> {
     })
 }
 
-/// Table A6-6: one register across to the core or back; a lane is half of a double register.
+/// Table A6-6: moves a register to the core or back; a lane is half of a double register.
 fn transfer(word: u32) -> Option<Float> {
     let (rt, to_core) = (register(word, 12), bit(word, 20));
     let lane = bits(word, 21, 1) as u8;
@@ -151,7 +152,7 @@ fn transfer(word: u32) -> Option<Float> {
     })
 }
 
-/// Table A6-7.
+/// Moves of two registers between the core and the unit (table A6-7).
 fn transfer_pair(word: u32) -> Option<Float> {
     let (rt, rt2) = (register(word, 12), register(word, 16));
     let sm = if is_double(word) {
@@ -169,7 +170,7 @@ fn transfer_pair(word: u32) -> Option<Float> {
     })
 }
 
-/// Table A6-5.
+/// Loads and stores (table A6-5).
 fn load_or_store(word: u32) -> Option<Float> {
     let (before, add, writeback) = (bit(word, 24), bit(word, 23), bit(word, 21));
     let double = is_double(word);
@@ -204,7 +205,7 @@ fn load_or_store(word: u32) -> Option<Float> {
     })
 }
 
-/// There are sixteen double registers only.
+/// The first register; `None` for a double register beyond the sixteen that exist.
 fn first_register(word: u32) -> Option<u8> {
     match (is_double(word), bit(word, 22)) {
         (false, _) => Some(sd(word)),

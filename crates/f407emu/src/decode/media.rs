@@ -1,5 +1,5 @@
-//! The 32-bit encodings on registers alone: shifts, extensions, lanes, products, quotients (A5.3.12
-//! to A5.3.17).
+//! The 32-bit encodings with register operands only: shifts, extensions, lanes, products, quotients
+//! (A5.3.12 to A5.3.17).
 use super::{bit, bits, register};
 use crate::instruction::{
     Data, ExtendOp, Instruction, LaneOp, LaneResult, LongOp, Media, Multiply, ReverseOp, SetFlags,
@@ -15,7 +15,7 @@ pub(super) fn on_registers(word: u32) -> Instruction {
     }
 }
 
-/// The registers of an operation on two.
+/// The registers of an operation with two operands.
 struct Operands {
     rd: u8,
     rn: u8,
@@ -30,7 +30,7 @@ fn operands(word: u32) -> Operands {
     }
 }
 
-/// Table A5-24.
+/// Shifts, extensions and lanes (table A5-24).
 fn data_processing(word: u32) -> Instruction {
     let (first, second) = (bits(word, 20, 4), bits(word, 4, 4));
     if bits(word, 12, 4) != 15 {
@@ -81,7 +81,7 @@ fn extend(word: u32) -> Media {
     }
 }
 
-/// Tables A5-25 and A5-26.
+/// Parallel additions and subtractions (tables A5-25 and A5-26).
 fn parallel(word: u32) -> Instruction {
     let Operands { rd, rn, rm } = operands(word);
     let op = match bits(word, 20, 3) {
@@ -109,7 +109,7 @@ fn parallel(word: u32) -> Instruction {
     })
 }
 
-/// Table A5-27.
+/// Saturating additions, reversals, SEL and CLZ (table A5-27).
 fn miscellaneous(first: u32, second: u32, operands: Operands) -> Instruction {
     let Operands { rd, rn, rm } = operands;
     let reverse = |op| Media::Reverse { op, rd, rm };

@@ -59,7 +59,7 @@ fn double(word: u32) -> Memory {
     }
 }
 
-/// Bit 23 says whether an offset is added.
+/// The signed offset: bit 23 says whether it is added.
 fn offset(word: u32, magnitude: u32) -> i32 {
     if bit(word, 23) {
         magnitude as i32

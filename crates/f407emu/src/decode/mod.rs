@@ -1,8 +1,8 @@
-//! From halfwords to [`Instruction`]s: Thumb as the Cortex-M4F knows it (DDI 0403, chapters A5 and
+//! Turns halfwords into [`Instruction`]s: Thumb as the Cortex-M4F has it (DDI 0403, chapters A5 and
 //! A6).
 //!
-//! One file for each family of encodings. UNPREDICTABLE encodings and bits that should be zero are
-//! decoded leniently: what a compiler never emits is not refused.
+//! There is one file for each family of encodings. UNPREDICTABLE encodings and wrong bits that
+//! should be zero are decoded leniently: a compiler never emits them.
 mod branch;
 mod data;
 mod float;
@@ -25,7 +25,7 @@ pub(crate) fn is_wide(first: u16) -> bool {
     first >= 0xE800
 }
 
-/// Decodes the instruction at `address`; `second` is only looked at where [`is_wide`] says so.
+/// Decodes the instruction at `address`; `second` is only used if [`is_wide`] is true for `first`.
 pub(crate) fn decode(first: u16, second: u16, address: u32) -> Decoded {
     if is_wide(first) {
         let word = u32::from(first) << 16 | u32::from(second);
@@ -85,7 +85,7 @@ fn branch_target(address: u32, offset: i32) -> u32 {
     address.wrapping_add(4).wrapping_add_signed(offset)
 }
 
-/// DecodeImmShift (A7.4.2): a right shift by nothing is one by 32, a rotation by nothing is RRX.
+/// DecodeImmShift (A7.4.2): a right shift by 0 stands for 32, and a rotation by 0 for RRX.
 fn immediate_shift(kind: u32, amount: u32) -> (Shift, u8) {
     match (kind, amount) {
         (0, amount) => (Shift::Left, amount as u8),

@@ -7,7 +7,7 @@ use crate::instruction::{
 
 const STACK: u8 = 13;
 
-/// Table A5-1.
+/// The first level of the 16-bit encodings (table A5-1).
 pub(super) fn decode(half: u32, address: u32) -> Instruction {
     let high = low_register(half, 8);
     match half >> 11 {
@@ -97,7 +97,7 @@ fn plain_register(op: DataOp, flags: SetFlags, rd: u8, rn: u8, rm: u8) -> Data {
     }
 }
 
-/// An operation with an 8-bit constant; a comparison sets the flags always.
+/// An operation with an 8-bit constant; a comparison always sets the flags.
 fn constant(op: DataOp, rd: u8, rn: u8, half: u32) -> Instruction {
     let flags = match rd {
         NO_REGISTER => SetFlags::Yes,
@@ -246,7 +246,7 @@ fn store(width: Width, (rt, rn, offset): (u8, u8, i32)) -> Memory {
     }
 }
 
-/// Table A5-6.
+/// Operations on the stack and others (table A5-6).
 fn miscellaneous(half: u32, address: u32) -> Instruction {
     let (rd, rm) = (low_register(half, 0), low_register(half, 3));
     match bits(half, 8, 4) {
@@ -310,7 +310,7 @@ fn reverse(half: u32, rd: u8, rm: u8) -> Instruction {
     Instruction::Media(Media::Reverse { op, rd, rm })
 }
 
-/// Table A5-7.
+/// Hints, and IT (table A5-7).
 fn hint_or_if_then(half: u32) -> Instruction {
     if bits(half, 0, 4) != 0 {
         let state = byte(half) as u8;
@@ -338,7 +338,7 @@ fn multiple(half: u32) -> Memory {
     }
 }
 
-/// Table A5-8.
+/// Conditional branches, and SVC (table A5-8).
 fn conditional(half: u32, address: u32) -> Instruction {
     match bits(half, 8, 4) {
         14 => Instruction::Undefined,

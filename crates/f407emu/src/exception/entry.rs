@@ -1,5 +1,5 @@
-//! Exception entry (DDI 0403, B1.5.6, B1.5.7): registers to the stack, the handler out of the
-//! vector table.
+//! Exception entry (DDI 0403, B1.5.6, B1.5.7): stacks the registers and starts the handler named in
+//! the vector table.
 use crate::{
     cpu::{CONTROL_FLOAT, CONTROL_PROCESS_STACK, LR, SP},
     machine::{LastAccess, Machine},
@@ -29,7 +29,7 @@ impl Machine {
         self.start_handler(exception)
     }
 
-    /// The link register in a handler: the way to return from it (table B1-8).
+    /// The value of the link register in a handler, which says how to return from it (table B1-8).
     fn exception_return_value(&self) -> u32 {
         let mode = if self.cpu.exception != 0 {
             0xFFFF_FFF1
@@ -42,8 +42,8 @@ impl Machine {
         mode & if float { !0x10 } else { !0 }
     }
 
-    /// Registers could not be stacked: that is a fault of its own, unless one is being entered
-    /// already.
+    /// The registers could not be stacked. That is a fault of its own, unless a fault is being
+    /// entered already.
     fn stacking_failed(&mut self, exception: Exception, trap: Trap) -> Exception {
         self.scb.note(Trap::Stacking);
         if exception <= Exception::HARD_FAULT {
@@ -88,7 +88,7 @@ impl Machine {
         self.write_word(address + 0x40, self.cpu.fpscr)
     }
 
-    /// The core changes to handler mode and goes where the vector says.
+    /// Changes to handler mode and goes to the handler's address in the vector.
     pub(super) fn start_handler(&mut self, exception: Exception) -> Result<(), Stop> {
         self.cpu.control &= !(CONTROL_FLOAT | CONTROL_PROCESS_STACK);
         self.cpu.it = 0;
@@ -109,7 +109,7 @@ impl Machine {
         Ok(())
     }
 
-    /// The vector; 0, which is none, where it cannot be read.
+    /// The vector of an exception; 0 where it cannot be read.
     fn fetch_vector(&mut self, exception: Exception) -> u32 {
         let began = self.cycle;
         let address = self.scb.vtor + 4 * u32::from(exception.number());

@@ -1,4 +1,4 @@
-//! Faults (DDI 0403, B1.5.14): the exception that an instruction causes which cannot be carried
+//! Faults (DDI 0403, B1.5.14): the exception that is raised when an instruction cannot be carried
 //! out, its escalation to HardFault, and lock-up (B1.5.15).
 use crate::{
     machine::Machine,
@@ -6,7 +6,7 @@ use crate::{
     trap::{Stop, Trap},
 };
 
-/// The priority of HardFault: at this level or above there is nothing left to escalate to.
+/// The priority of HardFault: at this priority or above a fault cannot escalate further.
 const HARD_FAULT_PRIORITY: i32 = -1;
 
 impl Machine {
@@ -30,7 +30,7 @@ impl Machine {
         self.enter(Exception::HARD_FAULT)
     }
 
-    /// The core stands still. That ends the run, unless a watchdog is going to end it.
+    /// The core locks up. That ends the run, unless a running watchdog will reset the chip.
     fn lock_up(&mut self, trap: Trap, pc: u32) -> Result<(), Stop> {
         let stop = Stop::Lockup { pc, trap };
         self.locked = Some(stop);
@@ -42,8 +42,9 @@ impl Machine {
     }
 }
 
-/// The exception that a trap has where it is enabled; without an MPU nothing is a MemManage fault
-/// but a fetch from a region that is never executable, which the emulator reports as a bus fault.
+/// The exception that a trap raises where that exception is enabled. Without an MPU the only
+/// MemManage fault would be a fetch from a region that is never executable; the emulator reports
+/// that as a bus fault.
 fn handler(trap: Trap) -> Exception {
     match trap {
         Trap::Undefined

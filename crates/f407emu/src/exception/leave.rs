@@ -1,4 +1,4 @@
-//! Exception return (DDI 0403, B1.5.8): a branch to a value that no code has as its address.
+//! Exception return (DDI 0403, B1.5.8): a branch to a special value that is no code address.
 use super::entry::{BASIC_FRAME, FLOAT_FRAME};
 use crate::{
     cpu::{CONTROL_FLOAT, CONTROL_PROCESS_STACK, LR, SP},
@@ -7,14 +7,14 @@ use crate::{
     trap::{Stop, Trap},
 };
 
-/// Bits of the value: return to thread mode, to the process stack, to a context without
+/// Bits of that value: return to thread mode; use the process stack; the frame has no
 /// floating-point registers.
 const TO_THREAD: u32 = 1 << 3;
 const TO_PROCESS_STACK: u32 = 1 << 2;
 const BASIC: u32 = 1 << 4;
 
 impl Machine {
-    /// Returns from the handler under way, to where the value in the link register says.
+    /// Returns from the handler under way, as the value from the link register says.
     pub(crate) fn return_from_exception(&mut self, value: u32) -> Result<(), Trap> {
         let exception = Exception(self.cpu.exception);
         self.nvic.deactivate(exception);
@@ -32,7 +32,7 @@ impl Machine {
         }
     }
 
-    /// Straight to the next handler: the stack stays as it is.
+    /// Goes straight to the next handler (tail-chaining): the stack stays as it is.
     fn chain(&mut self, next: Exception, value: u32) -> Result<(), Trap> {
         self.profiler.leave(self.cycle, self.instructions);
         self.profiler.enter(next, self.cycle, self.instructions);

@@ -1,4 +1,4 @@
-//! Exceptions of the core (DDI 0403, B1.5): which comes next, entry, return, and faults.
+//! Exceptions of the core (DDI 0403, B1.5): the choice of the next one, entry, return, and faults.
 mod entry;
 mod fault;
 mod leave;
@@ -15,7 +15,7 @@ impl Machine {
         match self.nvic.next(self.cpu.masks) {
             Some(exception) => self.enter(exception),
             None => {
-                // Whatever can change the answer sets it again.
+                // Whatever can make another exception due sets `changed` again.
                 self.nvic.changed = false;
                 Ok(())
             }
@@ -33,8 +33,8 @@ mod tests {
 
     const STACK: u32 = 0x2000_1000;
 
-    /// Programs in the flash by their addresses; a vector table whose every handler returns at once
-    /// (`bx lr`).
+    /// A machine with programs at addresses in the flash. All handlers in its vector table return
+    /// at once (`bx lr`).
     fn machine(programs: &[(u32, &[u16])]) -> Box<Machine> {
         let mut machine = Machine::new(8_000_000);
         let mut vectors = vec![STACK, 0x0800_0401];

@@ -51,7 +51,8 @@ impl Machine {
         self.align_fetch();
     }
 
-    /// An instruction of 32 bits across a word boundary needs one more fetch.
+    /// Charges a cycle where an instruction of 32 bits lies across a word boundary, which needs one
+    /// more fetch.
     #[inline(always)]
     fn align_fetch(&mut self) {
         if self.cpu.next & 2 != 0 && self.memory.is_wide(self.cpu.next) {

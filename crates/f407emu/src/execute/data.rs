@@ -54,7 +54,8 @@ impl Machine {
         self.spend(1);
     }
 
-    /// An operation on a register and an operand, which comes with the carry of its shift.
+    /// Carries out an operation on a register and an operand, which comes with the carry of its
+    /// shift.
     #[inline(always)]
     fn operate(
         &mut self,
@@ -101,8 +102,8 @@ impl Machine {
         }
     }
 
-    /// Writes a result: to the stack pointer aligned, to the program counter as a branch, nowhere
-    /// for a comparison.
+    /// Writes a result: to the stack pointer word-aligned, to the program counter as a branch, and
+    /// nowhere for a comparison.
     #[inline(always)]
     fn write_register(&mut self, rd: u8, value: u32) {
         match rd {

@@ -1,4 +1,4 @@
-//! Instructions out of the memories.
+//! Fetches instructions from the memories.
 use crate::{
     decode::{self, Decoded},
     instruction::Width,
@@ -9,7 +9,7 @@ use crate::{
 };
 
 impl Machine {
-    /// The instruction at an address; the clock moves on by the flash's wait states.
+    /// The instruction at an address. Charges the flash's wait states.
     #[inline(always)]
     pub(crate) fn fetch(&mut self, address: u32) -> Result<Decoded, Trap> {
         let offset = address.wrapping_sub(FLASH) as usize;
@@ -37,8 +37,8 @@ impl Machine {
         self.cycle += self.art.fetch(address, acr, self.cycle);
     }
 
-    /// From SRAM over the system bus, which takes a cycle more (RM0090 section 2.1.3: less
-    /// efficient), or from the flash's second place at 0.
+    /// Fetches from SRAM over the system bus, which takes one cycle more (RM0090 section 2.1.3:
+    /// less efficient), or from the alias of the flash at 0.
     #[cold]
     fn fetch_elsewhere(&mut self, address: u32) -> Result<Decoded, Trap> {
         let trap = Trap::Fetch { address };

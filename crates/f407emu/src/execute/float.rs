@@ -1,8 +1,8 @@
-//! Single-precision arithmetic (DDI 0403, A2.5), on the host's: both follow IEEE 754, rounding to
-//! nearest.
+//! Single-precision arithmetic (DDI 0403, A2.5), carried out with the host's: both follow IEEE 754
+//! and round to nearest.
 //!
-//! Not modelled: other rounding modes (but for VCVTR), flush-to-zero, the cumulative exception
-//! flags.
+//! Not modelled: other rounding modes (except in VCVTR), flush-to-zero, and the cumulative
+//! exception flags.
 use crate::{
     cpu::CONTROL_FLOAT,
     instruction::{Float, FloatOp, FloatUnary},
@@ -10,15 +10,15 @@ use crate::{
     trap::Trap,
 };
 
-/// FPSCR: rounding mode, default NaN, and all that FPDSCR sets.
+/// FPSCR: the rounding mode, default NaN, and all bits that FPDSCR sets.
 const ROUNDING: u32 = 22;
 const DEFAULT_NAN: u32 = 1 << 25;
 const DEFAULTS: u32 = 0x07C0_0000;
-/// The bit that makes a NaN quiet, and the one that is the default.
+/// The bit that makes a NaN quiet, and the default NaN.
 const QUIET: u32 = 1 << 22;
 const NAN: u32 = 0x7FC0_0000;
 const SIGN: u32 = 1 << 31;
-/// Cycles of a division or a square root, and of a multiplication with an addition.
+/// The cycles of a division or a square root, and of a multiplication with addition.
 const DIVISION: u32 = 14;
 const MULTIPLY_ADD: u32 = 3;
 
@@ -76,8 +76,8 @@ impl Machine {
         Ok(())
     }
 
-    /// Before each instruction: the unit must be on; promised registers go to the stack; a new
-    /// context begins (B1.5.7).
+    /// Called before each instruction of the unit. The unit must be on. Registers whose stacking
+    /// was deferred go to the stack, and a new floating-point context begins (B1.5.7).
     #[inline(always)]
     fn use_float(&mut self) -> Result<(), Trap> {
         if !self.scb.has_float() {
@@ -100,13 +100,13 @@ impl Machine {
         f32::from_bits(self.s(register))
     }
 
-    /// Keeps a bit pattern; one cycle.
+    /// Stores a bit pattern in a register. Answers its cost, one cycle.
     fn keep(&mut self, sd: u8, bits: u32) -> u32 {
         self.set_s(sd, bits);
         1
     }
 
-    /// Keeps a result; FPSCR.DN makes every NaN the default one.
+    /// Stores a result in a register. FPSCR.DN makes every NaN the default NaN.
     #[inline(always)]
     fn keep_result(&mut self, sd: u8, value: f32) {
         let default = value.is_nan() && self.cpu.fpscr & DEFAULT_NAN != 0;
@@ -208,8 +208,8 @@ fn quieted(value: f32) -> f32 {
     f32::from_bits(value.to_bits() | QUIET)
 }
 
-/// FPProcessNaNs: the first signalling operand made quiet, else the first quiet one, else the
-/// default NaN.
+/// FPProcessNaNs: the first signalling NaN of the operands, made quiet; else the first quiet one;
+/// else the default NaN.
 fn propagate(value: f32, operands: [f32; 2]) -> f32 {
     if !value.is_nan() {
         return value;
@@ -220,7 +220,8 @@ fn propagate(value: f32, operands: [f32; 2]) -> f32 {
         .map_or(f32::from_bits(NAN), quieted)
 }
 
-/// FPMulAdd (A2.5.9): one rounding; the addend's NaN comes first, unless a factor's is signalling.
+/// FPMulAdd (A2.5.9), with one rounding. A NaN of the addend comes first, unless a factor is a
+/// signalling NaN.
 fn fused_multiply_add(a: f32, b: f32, addend: f32) -> f32 {
     let value = a.mul_add(b, addend);
     if !value.is_nan() {

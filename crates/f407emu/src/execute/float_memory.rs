@@ -1,4 +1,4 @@
-//! Floating-point registers to and from the memory and the core.
+//! Moves floating-point registers to and from the memory and the core.
 use super::memory::must_be_word_aligned;
 use crate::{
     instruction::{Direction, Float},
@@ -10,8 +10,8 @@ use crate::{
 const FPSCR_MASK: u32 = 0xF7C0_009F;
 
 impl Machine {
-    /// Loads, stores and transfers; returns their cycles. Calculations are carried out elsewhere,
-    /// and cost nothing here.
+    /// Carries out loads, stores and transfers, and returns their cycles. Calculations are carried
+    /// out elsewhere, and take no cycles here.
     pub(super) fn move_float(&mut self, float: Float) -> Result<u32, Trap> {
         match float {
             Float::Memory {
@@ -90,7 +90,7 @@ impl Machine {
         self.cpu.s[usize::from(register & 31)] = value;
     }
 
-    /// Register 15 as base is the aligned program counter.
+    /// The address of an access. Register 15 as base is the word-aligned program counter.
     fn float_address(&self, rn: u8, offset: i16) -> u32 {
         let base = self.cpu.get(rn);
         let base = if rn == 15 { base & !3 } else { base };

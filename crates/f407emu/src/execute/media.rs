@@ -166,7 +166,7 @@ impl Machine {
         self.cpu.set(rd, value);
     }
 
-    /// Lanes side by side; where they wrap, GE says which had no borrow or did carry.
+    /// Lanes side by side. Where lanes wrap, GE says which of them carried or had no borrow.
     fn parallel(
         &mut self,
         op: LaneOp,
@@ -207,7 +207,8 @@ impl Machine {
     }
 }
 
-/// The lane of the second operand that a lane goes with, and whether it is subtracted.
+/// The lane of the second operand that belongs to a lane of the first, and whether it is
+/// subtracted.
 fn partner(op: LaneOp, index: u32) -> (u32, bool) {
     match op {
         LaneOp::Add8 | LaneOp::Add16 => (index, false),

@@ -1,5 +1,5 @@
-//! Loads and stores. A load takes two cycles, or one behind another access whose result is not its
-//! address.
+//! Loads and stores. A load takes two cycles. It takes one if it follows another access and does
+//! not use its result as address.
 use crate::{
     instruction::{AddressMode, LoadKind, Memory, Width},
     machine::{LastAccess, Machine},
@@ -168,7 +168,7 @@ impl Machine {
         self.write(address, width, self.cpu.get(rt))
     }
 
-    /// An access across a word boundary takes a cycle more, or is a fault where CCR says so.
+    /// Charges a cycle for an access across a word boundary, or fails where CCR makes it a fault.
     #[inline(always)]
     fn check_alignment(&mut self, address: u32, mask: u32) -> Result<(), Trap> {
         if address & mask != 0 {
@@ -330,7 +330,7 @@ impl Machine {
     }
 }
 
-/// Accesses to several words fault where they are not aligned, whatever CCR says (A3.2.1).
+/// Fails where an access to several words is not aligned to a word, whatever CCR says (A3.2.1).
 pub(super) fn must_be_word_aligned(address: u32) -> Result<(), Trap> {
     if address & 3 == 0 {
         Ok(())

@@ -1,7 +1,8 @@
-//! Instructions at work: a file for each family (DDI 0403, chapter A7).
+//! Carries out instructions: one file for each family (DDI 0403, chapter A7).
 //!
-//! Each charges its own cycles, see [`crate::timing`]. A [`Trap`] leaves registers and memory as
-//! they were, but for what an instruction on several words has already moved.
+//! Each instruction charges its own cycles, see [`crate::timing`]. A [`Trap`] leaves registers and
+//! memory as they were, except for the words that an instruction on several words has already
+//! moved.
 mod arithmetic;
 mod branch;
 mod data;

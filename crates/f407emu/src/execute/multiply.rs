@@ -64,7 +64,7 @@ impl Machine {
         self.cpu.set(rd, value);
     }
 
-    /// A sum that leaves 32 bits sets Q.
+    /// Sets Q where a sum leaves the range of 32 bits. Answers the lower 32 bits.
     fn note_overflow(&mut self, sum: i64) -> u32 {
         self.cpu.flags.saturated |= i32::try_from(sum).is_err();
         sum as u32
@@ -93,7 +93,7 @@ impl Machine {
         self.cpu.set(high, (value >> 32) as u32);
     }
 
-    /// The divider takes a cycle for each four bits of the quotient.
+    /// Divides. The divider takes a cycle for each four bits of the quotient.
     fn divide(&mut self, signed: bool, rd: u8, rn: u8, rm: u8) -> Result<(), Trap> {
         let (n, m) = (self.cpu.get(rn), self.cpu.get(rm));
         if m == 0 && self.scb.traps_division() {
@@ -119,7 +119,7 @@ impl Machine {
     }
 }
 
-/// The sum or difference of the products of halves.
+/// The sum or difference of two products of halves.
 fn dual(n: u32, m: u32, subtract: bool, exchange: bool) -> i64 {
     let low = half(n, false) * half(m, exchange);
     let high = half(n, true) * half(m, !exchange);

@@ -37,7 +37,7 @@ impl Machine {
         Ok(())
     }
 
-    /// A call that cannot be served at once is a fault.
+    /// A supervisor call (SVC) that cannot be served at once is a fault.
     fn call_supervisor(&mut self) -> Result<(), Trap> {
         let call = Exception::SUPERVISOR_CALL;
         let current = self.nvic.execution_priority(self.cpu.masks);

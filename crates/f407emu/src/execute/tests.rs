@@ -26,7 +26,7 @@ fn machine(program: &[u16]) -> Box<Machine> {
     machine
 }
 
-/// Runs `steps` instructions of a program with r0 to r3 as given.
+/// Runs `steps` instructions of a program that starts with these values in r0 to r3.
 fn run(program: &[u16], steps: usize, registers: [u32; 4]) -> Box<Machine> {
     let mut machine = machine(program);
     machine.cpu.r[..4].copy_from_slice(&registers);

@@ -1,4 +1,5 @@
-//! Instructions of the floating-point unit. Registers are the single-precision ones, 0 to 31.
+//! Instructions of the floating-point unit. Registers are numbers of single-precision registers, 0
+//! to 31.
 
 /// Single precision (A6.4 to A6.7).
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -92,7 +93,7 @@ pub(crate) enum Float {
         rt: u8,
         rt2: u8,
     },
-    /// VMRS; register 15 is the core's condition flags.
+    /// VMRS; register 15 stands for the core's condition flags.
     ReadStatus {
         rt: u8,
     },

@@ -1,5 +1,5 @@
-//! The contents of an instruction: a type for each family, filled in by [`crate::decode`], carried
-//! out by `execute`.
+//! The types of instructions: one for each family. [`crate::decode`] makes them, and `execute`
+//! carries them out.
 //!
 //! The families follow the instruction set of the ARMv7-M Architecture Reference Manual (DDI 0403),
 //! chapters A5 to A7. Registers are their numbers: 0 to 15 in the core, 0 to 31 (`s0` to `s31`) in
@@ -26,7 +26,7 @@ pub(crate) enum Instruction {
     Branch(Branch),
     System(System),
     Float(Float),
-    /// Permanently undefined, or not of this core.
+    /// Permanently undefined, or not an instruction of this core.
     Undefined,
 }
 
@@ -35,7 +35,7 @@ pub(crate) enum Instruction {
 pub(crate) enum SetFlags {
     No,
     Yes,
-    /// The 16-bit encodings: only where no IT block is under way.
+    /// In 16-bit encodings: only outside IT blocks.
     OutsideIt,
 }
 
@@ -48,7 +48,7 @@ pub(crate) enum Data {
         rd: u8,
         rn: u8,
         value: u32,
-        /// The carry that a rotated constant produces; `None` where the flag stays.
+        /// The carry that a rotated constant produces; `None` where the carry flag stays.
         carry: Option<bool>,
     },
     Register {
@@ -68,14 +68,13 @@ pub(crate) enum Data {
         rn: u8,
         rm: u8,
     },
-    /// MOVW: sixteen bits, the others zero.
+    /// MOVW: sets the lower 16 bits, and clears the others.
     MoveBottom { rd: u8, value: u16 },
-    /// MOVT: the upper half only.
+    /// MOVT: sets the upper half only.
     MoveTop { rd: u8, value: u16 },
 }
 
-/// The operation of a [`Data`] instruction. Comparisons are those whose destination is
-/// [`NO_REGISTER`].
+/// The operation of a [`Data`] instruction. A comparison has [`NO_REGISTER`] as destination.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum DataOp {
     And,
@@ -265,16 +264,18 @@ pub(crate) enum ReverseOp {
     LeadingZeros,
 }
 
-/// Additions and subtractions side by side.
+/// Parallel additions and subtractions.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) enum LaneOp {
     Add8,
     Add16,
-    /// ASX: halves exchanged, the lower subtracted, the upper added.
+    /// ASX: the halves of the second operand are exchanged; the lower is subtracted, the upper
+    /// added.
     AddSubtractExchanged,
     Subtract8,
     Subtract16,
-    /// SAX: halves exchanged, the lower added, the upper subtracted.
+    /// SAX: the halves of the second operand are exchanged; the lower is added, the upper
+    /// subtracted.
     SubtractAddExchanged,
 }
 

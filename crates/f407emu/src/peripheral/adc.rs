@@ -1,24 +1,27 @@
-//! The analog-to-digital converter (RM0090 chapter 13): ADC1's injected group, up to four channels
-//! one after the other, started by software.
+//! The analog-to-digital converter (RM0090 chapter 13): ADC1's injected group, started by software.
+//! It converts up to four channels one after the other.
 //!
-//! `conversion = (sampling time + 12) × 2 (ADCPRE + 1) / f_PCLK2` a channel (sections 13.3.2 and
-//! 13.5).
+//! A channel takes (sections 13.3.2 and 13.5):
+//!
+//! ```text
+//! conversion = (sampling time + 12) × 2 (ADCPRE + 1) / f_PCLK2
+//! ```
 //!
 //! Not modelled, and warned of where a program asks for it: regular groups, triggers, DMA, fewer
-//! than 12 bits, alignment to the left, the analog watchdog. ADC2 and ADC3 are not there.
+//! than 12 bits, alignment to the left, the analog watchdog. ADC2 and ADC3 do not exist here.
 
-/// ADC_SR: the injected group has ended, has begun.
+/// ADC_SR: the injected group has ended; it has begun.
 const JEOC: u32 = 1 << 2;
 const JSTRT: u32 = 1 << 3;
-/// ADC_CR1: all channels of a group; bits that are not modelled.
+/// ADC_CR1: convert all channels of a group; bits that are not modelled.
 const SCAN: u32 = 1 << 8;
 const CR1_UNKNOWN: u32 = 0x07C0_FEFF;
-/// ADC_CR2: on; start of the injected group; bits that are not modelled.
+/// ADC_CR2: converter on; start of the injected group; bits that are not modelled.
 const ADON: u32 = 1;
 const JSWSTART: u32 = 1 << 22;
 const CR2_UNKNOWN: u32 = 0x7F3F_0F02;
 
-/// Offsets.
+/// Offsets of the registers.
 const SR: usize = 0x00;
 const CR1: usize = 0x04;
 const CR2: usize = 0x08;
@@ -31,15 +34,15 @@ const JDR: usize = 0x3C;
 const DR: usize = 0x4C;
 const CSR: usize = 0x300;
 const CCR: usize = 0x304;
-/// Words up to the last register of ADC1.
+/// The number of words up to the last register of ADC1.
 const WORDS: usize = DR / 4 + 1;
 
-/// Clocks of each choice of the sampling time.
+/// The clocks of each sampling time, by its code.
 const SAMPLING: [u64; 8] = [3, 15, 28, 56, 84, 112, 144, 480];
-/// Clocks of the conversion itself, 12 bits.
+/// The clocks of the conversion itself, with 12 bits.
 const CONVERSION: u64 = 12;
-/// The longest time from ADON to conversions that are right, a share of a second (data sheet, table
-/// 67: 3 µs).
+/// The reciprocal of the longest time from ADON to right conversions, Hz (data sheet, table 67: 3
+/// µs).
 const STABLE_HZ: u64 = 333_333;
 
 /// Channels with a pin.
@@ -56,10 +59,10 @@ pub(crate) fn channel(port: u8, number: u8) -> Option<usize> {
     Some(channel.into())
 }
 
-/// Clocks that the converter runs on, cycles of the core.
+/// The clock of the converter, in cycles of the core.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Clock {
-    /// The present.
+    /// The present cycle.
     pub(crate) now: u64,
     /// Cycles in a clock of APB2.
     pub(crate) apb2: u64,
@@ -78,12 +81,12 @@ struct Group {
 /// ADC1, and the registers that all converters share.
 #[derive(Clone, Debug)]
 pub(crate) struct Adc {
-    /// Shares of the reference voltage at the channels: the world's.
+    /// The voltages at the channels, as shares of the reference voltage; the world sets them.
     inputs: [f64; CHANNELS],
     words: [u32; WORDS],
     common: u32,
     group: Option<Group>,
-    /// The cycle from which on conversions are right.
+    /// The first cycle with right conversions.
     stable_at: u64,
 }
 
@@ -100,7 +103,7 @@ impl Adc {
         }
     }
 
-    /// After a reset; the voltages stay.
+    /// Resets the registers; the voltages stay.
     pub(crate) fn reset(&mut self) {
         let inputs = self.inputs;
         *self = Adc {
@@ -109,7 +112,7 @@ impl Adc {
         };
     }
 
-    /// Sets the voltage at a channel, a share of the reference voltage.
+    /// Sets the voltage at a channel, as a share of the reference voltage.
     pub(crate) fn set_input(&mut self, channel: usize, share: f64) {
         self.inputs[channel] = share.clamp(0.0, 1.0);
     }
@@ -124,8 +127,8 @@ impl Adc {
         }
     }
 
-    /// Writes the register at `offset` from 0x40012000; whether it asks for something that is not
-    /// modelled.
+    /// Writes the register at `offset` from 0x40012000. Answers whether the program asks for
+    /// something that is not modelled.
     pub(crate) fn write(&mut self, offset: u32, value: u32, clock: Clock) -> bool {
         self.end_group(clock.now);
         let offset = offset as usize;
@@ -133,7 +136,7 @@ impl Adc {
             SR => self.words[SR / 4] &= value,
             CCR => self.common = value,
             CR2 => self.control(value, clock),
-            // A new sequence begins the group anew (section 13.3.3).
+            // A new sequence restarts the group (section 13.3.3).
             JSQR => {
                 self.words[JSQR / 4] = value;
                 if self.group.is_some() {
@@ -164,7 +167,7 @@ impl Adc {
         }
     }
 
-    /// Samples the channels of the injected group. The group's last channel stands in JSQ4 (section
+    /// Samples the channels of the injected group. JSQ4 holds the group's last channel (section
     /// 13.13.12).
     fn start(&mut self, clock: Clock) {
         let sequence = self.words[JSQR / 4];
@@ -191,7 +194,7 @@ impl Adc {
         self.group = Some(Group { ends, results });
     }
 
-    /// Clocks for which a channel is sampled.
+    /// The clocks for which a channel is sampled.
     fn sampling(&self, channel: usize) -> u64 {
         let (register, place) = match channel {
             0..10 => (SMPR2, channel),
@@ -205,7 +208,7 @@ impl Adc {
             return;
         };
         for (place, result) in results.into_iter().enumerate() {
-            // Less its offset; below zero the sign is extended (section 13.4).
+            // The result less its offset; below zero the sign is extended (section 13.4).
             let offset = self.words[JOFR / 4 + place];
             self.words[JDR / 4 + place] = result.wrapping_sub(offset) & 0xFFFF;
         }
@@ -225,7 +228,8 @@ mod tests {
         }
     }
 
-    /// On for long, at 21 MHz, two channels of 480 clocks in the group: 8 and 9.
+    /// A converter that has long been on, at 21 MHz, with two channels of 480 clocks in its group:
+    /// 8 and 9.
     fn ready() -> Adc {
         let mut adc = Adc::new();
         adc.set_input(8, 0.5);

@@ -1,14 +1,14 @@
 //! Bit banding (RM0090 section 2.3.3; DDI 0439, 3.7): each bit of the first MB of SRAM and of the
-//! peripherals has a word of its own, 32 MB further up.
+//! peripherals has a word of its own, an alias, 32 MB further up.
 //!
 //! `alias = alias base + byte offset × 32 + bit × 4`
 
-/// A bit behind an alias address.
+/// The bit that an alias address stands for.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) struct Bit {
-    /// Address of the word that holds it.
+    /// The address of the word that holds the bit.
     pub(crate) word: u32,
-    /// Its number there.
+    /// The number of the bit in that word.
     pub(crate) index: u32,
 }
 
@@ -18,13 +18,13 @@ impl Bit {
         word >> self.index & 1
     }
 
-    /// The word with this bit set to the lowest of `value`.
+    /// The word with this bit set to the lowest bit of `value`.
     pub(crate) fn set(self, word: u32, value: u32) -> u32 {
         word & !(1 << self.index) | (value & 1) << self.index
     }
 }
 
-/// The bit behind an address, where it is an alias.
+/// The bit that an address stands for; `None` if it is no alias.
 pub(crate) fn bit(address: u32) -> Option<Bit> {
     let base = match address {
         0x2200_0000..=0x23FF_FFFF | 0x4200_0000..=0x43FF_FFFF => address & 0xF000_0000,

@@ -1,11 +1,12 @@
-//! A DMA controller (RM0090 chapter 10): eight streams, each moving one datum for each request.
+//! A DMA controller (RM0090 chapter 10): eight streams, each of which moves one datum for each
+//! request.
 //!
-//! Not modelled: the FIFO's packing and bursts (a transfer is made at once, in the width of the
-//! peripheral), arbitration (it takes no bus time from the core), priorities, errors.
+//! Not modelled: the FIFO's packing and bursts (a datum is moved at once, in the width of the
+//! peripheral), arbitration (DMA takes no bus time from the core), priorities, errors.
 use super::nvic::Exception;
 
-/// DMA_SxCR: enable, half-transfer, transfer-complete and error interrupts, circular, increments,
-/// double buffer.
+/// DMA_SxCR: enable, interrupt enables (error, half transfer, transfer complete), circular mode,
+/// increments, double buffer.
 const EN: u32 = 1;
 const TEIE: u32 = 1 << 2;
 const HTIE: u32 = 1 << 3;
@@ -15,42 +16,42 @@ const PINC: u32 = 1 << 9;
 const MINC: u32 = 1 << 10;
 const DBM: u32 = 1 << 18;
 const CT: u32 = 1 << 19;
-/// DMA_SxFCR.DMDIS: the FIFO is used.
+/// DMA_SxFCR.DMDIS: direct mode disabled, which means that the FIFO is used.
 const FIFO: u32 = 1 << 2;
 /// DMA_SxFCR.FTH after a reset: half full.
 const HALF_FULL: u32 = 1;
 /// DMA_SxFCR.FS: the FIFO is empty.
 const FIFO_EMPTY: u32 = 4 << 3;
-/// Flags of a stream in DMA_LISR and DMA_HISR, from its first bit.
+/// Flags of a stream in DMA_LISR and DMA_HISR, counted from its first bit.
 const TEIF: u32 = 1 << 3;
 const HTIF: u32 = 1 << 4;
 const TCIF: u32 = 1 << 5;
-/// Where the flags of a stream begin, counted through LISR and HISR.
+/// The first bit of each stream's flags, in LISR and HISR taken together.
 const FLAGS: [u32; 8] = [0, 6, 16, 22, 32, 38, 48, 54];
-/// Registers of a stream.
+/// The bytes of a stream's registers.
 const STRIDE: u32 = 0x18;
 
-/// A datum to be moved.
+/// The move of one datum.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) struct Transfer {
     pub(crate) from: u32,
     pub(crate) to: u32,
     /// 1, 2 or 4 bytes.
     pub(crate) bytes: u32,
-    /// The FIFO would have packed data of another width.
+    /// Whether the FIFO would have packed data of another width.
     pub(crate) packs: bool,
 }
 
 #[derive(Clone, Copy, Debug)]
 struct Stream {
     control: u32,
-    /// Data left, and how many there were.
+    /// The number of data left, and the number at the start.
     left: u32,
     total: u32,
     peripheral: u32,
     memory: [u32; 2],
     fifo: u32,
-    /// Data moved since the start.
+    /// The number of data moved since the start.
     position: u32,
 }
 
@@ -96,8 +97,8 @@ impl Dma {
         }
     }
 
-    /// Writes the register at `offset`; returns the stream that a memory-to-memory transfer starts
-    /// on.
+    /// Writes the register at `offset`. Returns the stream on which this starts a memory-to-memory
+    /// transfer.
     pub(crate) fn write(&mut self, offset: u32, value: u32) -> Option<usize> {
         const CLEARABLE: u64 = 0x0F7D_0F7D;
         let Some((index, register)) = place(offset) else {
@@ -114,7 +115,8 @@ impl Dma {
             0x00 => return stream.write_control(value).then_some(index),
             0x04 if !enabled => stream.left = value & 0xFFFF,
             0x08 if !enabled => stream.peripheral = value,
-            // In double buffer mode the one that is not in use may be changed (section 10.3.9).
+            // In double-buffer mode the address of the buffer that is not in use may be changed
+            // (section 10.3.9).
             0x0C if !enabled || stream.uses_second() => stream.memory[0] = value,
             0x10 if !enabled || stream.uses_first_of_two() => stream.memory[1] = value,
             0x14 if !enabled => stream.fifo = value & 0x87,
@@ -134,7 +136,7 @@ impl Dma {
         self.streams[stream].control & EN != 0
     }
 
-    /// The next datum of a stream; its counters move on.
+    /// Takes the next datum of a stream, and advances its counters.
     pub(crate) fn advance(&mut self, index: usize) -> Transfer {
         let stream = &mut self.streams[index];
         let transfer = stream.transfer();
@@ -169,7 +171,8 @@ impl Dma {
 }
 
 impl Stream {
-    /// Returns whether that starts a memory-to-memory transfer, which waits for no requests.
+    /// Writes the control register. Returns whether that starts a memory-to-memory transfer, which
+    /// waits for no requests.
     fn write_control(&mut self, value: u32) -> bool {
         let starts = value & EN != 0 && self.control & EN == 0;
         self.control = value & 0x0FEF_FFFF;
@@ -191,7 +194,7 @@ impl Stream {
         self.control & (DBM | CT) == DBM
     }
 
-    /// 0 to memory, 1 to the peripheral, 2 from memory to memory.
+    /// The direction: 0 to memory, 1 to the peripheral, 2 from memory to memory.
     fn direction(&self) -> u32 {
         self.control >> 6 & 3
     }
@@ -222,8 +225,8 @@ impl Stream {
         }
     }
 
-    /// All data have been moved: the next buffer, the same again, or the end (RM0090 sections
-    /// 10.3.8, 10.3.9).
+    /// All data have been moved: goes on with the other buffer, starts again, or ends (RM0090
+    /// sections 10.3.8, 10.3.9).
     fn end(&mut self) {
         self.position = 0;
         if self.control & DBM != 0 {
@@ -299,8 +302,8 @@ mod tests {
         assert!(dma.is_enabled(5));
     }
 
-    /// RM0090 section 10.3.8: the count is reloaded with what it was when the stream was enabled,
-    /// and requests go on being served; section 10.5.1: the flags of half and of the whole come in
+    /// RM0090 section 10.3.8: the count is reloaded with its value when the stream was enabled, and
+    /// requests are still served. Section 10.5.1: the flags of half and whole transfer come in
     /// every round.
     #[test]
     fn a_circular_stream_reloads_its_count_and_shows_each_half() {

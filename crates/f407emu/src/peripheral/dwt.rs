@@ -2,16 +2,16 @@
 //!
 //! Not modelled: comparators and the other counters.
 
-/// DWT_CTRL: the counter counts.
+/// DWT_CTRL: the cycle counter is enabled.
 const COUNTS: u32 = 1;
-/// DWT_CTRL: four comparators, as the chip says.
+/// DWT_CTRL: the number of comparators, four as on the chip.
 const COMPARATORS: u32 = 4 << 28;
 
 /// The counter.
 #[derive(Clone, Debug)]
 pub(crate) struct Dwt {
     control: u32,
-    /// The count at cycle 0 while it counts, else the count.
+    /// If the counter is enabled, the count at cycle 0; otherwise the count itself.
     base: u32,
 }
 

@@ -1,14 +1,14 @@
-//! Edges of pins as interrupts: EXTI (RM0090 section 12.2), and SYSCFG, which says which port's pin
-//! a line looks at (section 9.2).
+//! EXTI, which makes interrupts of edges at pins (RM0090 section 12.2), and SYSCFG, which selects
+//! the port whose pin a line follows (section 9.2).
 //!
-//! SYSCFG's memory remapping is `crate::registers`'. Not modelled: of the internal lines only 16,
-//! the voltage detector, is connected.
+//! `crate::registers` has SYSCFG's memory remapping. Not modelled: internal lines, except for 16,
+//! the voltage detector.
 use super::nvic::Exception;
 
-/// Lines that exist.
+/// The lines that exist.
 const LINES: u32 = 0x007F_FFFF;
 
-/// EXTI's registers, and SYSCFG's.
+/// The registers of EXTI and SYSCFG.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Exti {
     interrupt_mask: u32,
@@ -16,13 +16,13 @@ pub(crate) struct Exti {
     rising: u32,
     falling: u32,
     pending: u32,
-    /// Lines that the program has made pending, until their flags are cleared.
+    /// Lines that the program has made pending through SWIER, until their flags are cleared.
     software: u32,
     syscfg: [u32; 9],
 }
 
 impl Exti {
-    /// A pin has changed; `port` is 0 for A.
+    /// Notes that a pin has changed; `port` is 0 for A.
     pub(crate) fn pin_changed(&mut self, port: usize, pin: u8, level: bool) {
         let pin_number = usize::from(pin);
         let register = self.syscfg[2 + pin_number / 4];
@@ -31,13 +31,13 @@ impl Exti {
         }
     }
 
-    /// A line has changed.
+    /// Notes that a line has changed.
     pub(crate) fn line_changed(&mut self, line: u8, level: bool) {
         let selected = if level { self.rising } else { self.falling };
         self.pending |= selected & 1 << line;
     }
 
-    /// The interrupts of the lines, and whether each is up (RM0090 table 62).
+    /// The interrupts of the lines, and whether each is active (RM0090 table 62).
     pub(crate) fn interrupts(&self) -> [(Exception, bool); 8] {
         let up = self.pending & self.interrupt_mask;
         [
@@ -73,8 +73,8 @@ impl Exti {
             0x04 => self.event_mask = value & LINES,
             0x08 => self.rising = value & LINES,
             0x0C => self.falling = value & LINES,
-            // SWIER: a bit that rises makes its line pending, where that is enabled (section
-            // 12.3.5).
+            // SWIER: a bit that goes from 0 to 1 makes its line pending, if the line is enabled
+            // (section 12.3.5).
             0x10 => {
                 self.pending |= value & !self.software & self.interrupt_mask;
                 self.software |= value;
@@ -91,7 +91,7 @@ impl Exti {
     pub(crate) fn read_syscfg(&self, offset: u32) -> u32 {
         let cell = self.syscfg[8];
         if offset == 0x20 {
-            // The compensation cell is ready as soon as it is on (section 9.2.7).
+            // The compensation cell is ready as soon as it is switched on (section 9.2.7).
             return cell << 8 | cell;
         }
         self.syscfg.get(offset as usize / 4).copied().unwrap_or(0)

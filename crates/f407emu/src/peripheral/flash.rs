@@ -1,8 +1,9 @@
-//! The flash interface (RM0090 chapter 3): keys, programming, sector erase, and how long they take.
+//! The flash interface (RM0090 chapter 3): keys, programming, sector erase, and the times that they
+//! take.
 //!
-//! The core stalls where it fetches from the flash, or reads it, while an operation is under way.
-//! Times are the typical ones of the data sheet's table 40 at 2.7 to 3.6 V; that of a unit can be
-//! set ([`crate::Timing`]).
+//! The core stalls if it fetches from the flash or reads it while an operation is under way. Times
+//! are the typical ones of the data sheet's table 40 at 2.7 to 3.6 V. The time to program a unit
+//! can be set ([`crate::Timing`]).
 //!
 //! Not modelled: mass erase, option bytes, write protection, sequence errors.
 use super::NEVER;
@@ -26,14 +27,14 @@ const PGPERR: u32 = 1 << 6;
 const PGSERR: u32 = 1 << 7;
 const BSY: u32 = 1 << 16;
 
-/// The operation that FLASH_CR has started.
+/// The erase that FLASH_CR has started.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(crate) struct Erase {
-    /// Offsets in the flash.
+    /// Its offsets in the flash.
     pub(crate) range: Range<usize>,
 }
 
-/// How far the keys have been given.
+/// Which keys have been written.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Lock {
     Locked,
@@ -51,9 +52,9 @@ pub(crate) struct Flash {
     status: u32,
     control: u32,
     lock: Lock,
-    /// The cycle at which the operation under way is over.
+    /// The cycle at which the operation under way ends.
     pub(crate) busy_until: u64,
-    /// The cycle at which the end of an operation has to be reported.
+    /// The cycle at which the end of an operation must be reported.
     report_at: u64,
 }
 
@@ -69,12 +70,12 @@ impl Flash {
         }
     }
 
-    /// The cycle at which an operation ends whose end causes an interrupt.
+    /// The cycle at which an operation ends that causes an interrupt at its end.
     pub(crate) fn next_event(&self) -> u64 {
         self.report_at
     }
 
-    /// The end of an operation is reported.
+    /// Reports the end of an operation.
     pub(crate) fn event(&mut self) {
         self.report_at = NEVER;
         self.status |= EOP;
@@ -102,7 +103,7 @@ impl Flash {
         }
     }
 
-    /// Writes the register at `offset` from 0x40023C00; returns the erase that it starts.
+    /// Writes the register at `offset` from 0x40023C00. Returns the erase that the write starts.
     pub(crate) fn write(
         &mut self,
         offset: u32,
@@ -158,7 +159,7 @@ impl Flash {
         Some(Erase { range })
     }
 
-    /// Starts to program a unit, which takes `micros`. Returns whether the settings allow it.
+    /// Starts to program a unit, which takes `micros` µs. Returns whether the registers allow it.
     pub(crate) fn program(
         &mut self,
         width: Width,
@@ -194,7 +195,7 @@ impl Flash {
     }
 }
 
-/// Where a sector lies (RM0090 table 5) and how many ms its erase takes at a parallelism.
+/// The place of a sector (RM0090 table 5), and the time of its erase at a parallelism, ms.
 fn sector(number: u32, parallelism: u32) -> Option<(Range<usize>, u64)> {
     const K: usize = 1024;
     let number = number as usize;

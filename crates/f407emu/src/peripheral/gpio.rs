@@ -6,15 +6,15 @@
 //!              MODER = input, analog: ...............................          else the pull-up or pull-down
 //! ```
 //!
-//! Not modelled: LCKR (it reads back, and locks nothing), slew rates, alternate functions other
-//! than timer outputs, and what a floating pin does: it reads as 0.
+//! Not modelled: LCKR (it reads back, but locks nothing), slew rates, alternate functions other
+//! than timer outputs, and the level of a floating pin: it reads as 0.
 
 /// Levels that something drives onto the pins.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub(crate) struct Driven {
     /// A bit for each pin that is driven.
     pub(crate) pins: u16,
-    /// Their levels.
+    /// The levels of these pins.
     pub(crate) levels: u16,
 }
 
@@ -36,18 +36,18 @@ pub(crate) struct Gpio {
     odr: u16,
     lckr: u32,
     afr: [u32; 2],
-    /// Pins by their mode and pull, as MODER and PUPDR say.
+    /// The pins in each mode and with a pull-up, decoded from MODER and PUPDR.
     outputs: u16,
     alternates: u16,
     pull_ups: u16,
-    /// The levels from switches and drivers outside.
+    /// The levels that switches and drivers outside make.
     pub(crate) world: Driven,
-    /// Levels that were seen last.
+    /// The levels that were seen last.
     pub(crate) levels: u16,
 }
 
 impl Gpio {
-    /// As after a reset: ports A and B keep their debug pins (RM0090 table 40).
+    /// The state after a reset: ports A and B keep their debug pins (RM0090 table 40).
     pub(crate) fn new(port: usize) -> Self {
         let (moder, ospeedr, pupdr) = match port {
             0 => (0xA800_0000, 0, 0x6400_0000),
@@ -88,7 +88,7 @@ impl Gpio {
             0x08 => self.ospeedr = value,
             0x0C => self.pupdr = value,
             0x14 => self.odr = value as u16,
-            // Set wins over reset (RM0090 section 8.4.7).
+            // A set bit wins over a reset bit (RM0090 section 8.4.7).
             0x18 => self.odr = self.odr & !((value >> 16) as u16) | value as u16,
             0x1C => self.lckr = value,
             0x20 => self.afr[0] = value,
@@ -111,7 +111,7 @@ impl Gpio {
         (register >> (4 * (pin & 7)) & 15) as u8
     }
 
-    /// The pins' levels, where timers drive the pins of `timers`.
+    /// The levels of all pins, if timers drive the pins of `timers`.
     pub(crate) fn resolve(&self, timers: Driven) -> u16 {
         let outputs = self.driven_levels(timers);
         let driving = self.driving(timers);
@@ -119,8 +119,8 @@ impl Gpio {
         outputs & driving | left & !driving
     }
 
-    /// The pins that the port drives: outputs and pins of timers, except for open drains that let
-    /// go.
+    /// The pins that the port drives: outputs and pins of timers, except for open-drain pins that
+    /// are released.
     pub(crate) fn driving(&self, timers: Driven) -> u16 {
         let released = self.driven_levels(timers) & self.otyper as u16;
         (self.outputs | self.alternates & timers.pins) & !released
@@ -130,7 +130,7 @@ impl Gpio {
         self.outputs & self.odr | self.alternates & timers.pins & timers.levels
     }
 
-    /// Works out which pins are in which mode.
+    /// Decodes the pins in each mode.
     fn sort_pins(&mut self) {
         self.outputs = pins_with(self.moder, 1);
         self.alternates = pins_with(self.moder, 2);
@@ -138,7 +138,7 @@ impl Gpio {
     }
 }
 
-/// The pins whose two bits in a register have a value.
+/// The pins whose two bits in a register have this value.
 fn pins_with(register: u32, value: u32) -> u16 {
     let has = |pin: &u16| register >> (2 * pin) & 3 == value;
     (0..16).filter(has).fold(0, |pins, pin| pins | 1 << pin)

@@ -1,13 +1,19 @@
 //! The independent watchdog (RM0090 chapter 21): resets the chip unless it is fed in time.
 //!
-//! `timeout = 4 × 2^PR × (RLR + 1) / f_LSI`, with f_LSI anywhere from 17 to 47 kHz (data sheet,
-//! table 39): a test runs at both ends. Once started it cannot be stopped; its own clock runs on
-//! whatever happens to the others.
+//! The time until the reset is
 //!
-//! Prescaler and reload value take five clocks of the oscillator to arrive (sections 21.4.2 to
-//! 21.4.4): until then SR says so, and a feeding takes the old ones.
+//! ```text
+//! timeout = 4 × 2^PR × (RLR + 1) / f_LSI
+//! ```
 //!
-//! Not modelled: the option byte that starts it by hardware.
+//! f_LSI may be anywhere from 17 to 47 kHz (data sheet, table 39), so that tests run at both ends.
+//! Once started, the watchdog cannot be stopped. Its own clock runs on, whatever happens to the
+//! other clocks.
+//!
+//! A new prescaler or reload value takes effect after five clocks of the oscillator (sections
+//! 21.4.2 to 21.4.4). Until then SR has a flag for it, and feeding uses the old value.
+//!
+//! Not modelled: the option byte that starts the watchdog at power-on.
 use super::NEVER;
 
 /// IWDG_KR: feeds the watchdog.
@@ -17,17 +23,17 @@ const UNLOCK: u32 = 0x5555;
 /// IWDG_KR: starts the watchdog.
 const START: u32 = 0xCCCC;
 
-/// IWDG_SR: the prescaler, the reload value have not arrived yet.
+/// IWDG_SR: the prescaler, or the reload value, has not taken effect yet.
 const PVU: u32 = 1;
 const RVU: u32 = 1 << 1;
-/// Clocks of the oscillator that a value takes to arrive.
+/// The clocks of the oscillator until a value takes effect.
 const ARRIVES_AFTER: u64 = 5;
 
-/// The slowest that the low-speed oscillator may be, in Hz.
+/// The lowest frequency that the low-speed oscillator may have, Hz.
 pub const LSI_SLOWEST_HZ: u32 = 17_000;
-/// The fastest that the low-speed oscillator may be, in Hz.
+/// The highest frequency that the low-speed oscillator may have, Hz.
 pub const LSI_FASTEST_HZ: u32 = 47_000;
-/// Its typical frequency, Hz.
+/// The typical frequency of the low-speed oscillator, Hz.
 pub const LSI_TYPICAL_HZ: u32 = 32_000;
 
 /// Whether a word written at `offset` from 0x40003000 feeds the watchdog.
@@ -35,14 +41,14 @@ pub(crate) fn is_feeding(offset: u32, value: u32) -> bool {
     (offset, value) == (0, FEED)
 }
 
-/// A value on its way into the watchdog's own clock.
+/// A value on its way into the clock domain of the watchdog.
 #[derive(Clone, Copy, Debug)]
 struct Arriving {
     /// The value that was written last.
     written: u32,
-    /// The value in force before.
+    /// The value that was in force before.
     before: u32,
-    /// The cycle from which on `written` is in force.
+    /// The first cycle at which `written` is in force.
     at: u64,
 }
 
@@ -67,7 +73,7 @@ impl Arriving {
         }
     }
 
-    /// A value can be written only once the one before has arrived (section 21.4.4).
+    /// Writes a value, if the one before has taken effect (section 21.4.4).
     fn write(&mut self, value: u32, now: u64, at: u64) {
         if !self.is_under_way(now) {
             *self = Arriving {
@@ -87,12 +93,12 @@ pub(crate) struct Iwdg {
     unlocked: bool,
     lsi_hz: u32,
     hclk_hz: u32,
-    /// The cycle at which it resets the chip.
+    /// The cycle at which the watchdog resets the chip.
     expires_at: u64,
 }
 
 impl Iwdg {
-    /// Not started, on an oscillator of this frequency.
+    /// A watchdog that has not been started, with this frequency of its oscillator.
     pub(crate) fn new(lsi_hz: u32, hclk_hz: u32) -> Self {
         Iwdg {
             prescaler: Arriving::new(0),
@@ -104,17 +110,17 @@ impl Iwdg {
         }
     }
 
-    /// Frequency of its oscillator in Hz.
+    /// The frequency of its oscillator, Hz.
     pub(crate) fn lsi_hz(&self) -> u32 {
         self.lsi_hz
     }
 
-    /// Sets the oscillator's frequency in Hz: from the next feeding on.
+    /// Sets the oscillator's frequency, Hz. It counts from the next feeding on.
     pub(crate) fn set_lsi(&mut self, hz: u32) {
         self.lsi_hz = hz;
     }
 
-    /// HCLK changes: the rest of the time is another number of cycles.
+    /// HCLK changes: converts the rest of the time to cycles of the new frequency.
     pub(crate) fn set_hclk(&mut self, hz: u32, now: u64) {
         if self.expires_at != NEVER {
             let left = self.expires_at.saturating_sub(now);
@@ -123,12 +129,12 @@ impl Iwdg {
         self.hclk_hz = hz;
     }
 
-    /// It does not count for this number of cycles.
+    /// Stops counting for this number of cycles.
     pub(crate) fn stand_still(&mut self, cycles: u64) {
         self.expires_at = self.expires_at.saturating_add(cycles);
     }
 
-    /// The cycle at which it resets the chip.
+    /// The cycle at which the watchdog resets the chip.
     pub(crate) fn next_event(&self) -> u64 {
         self.expires_at
     }
@@ -168,13 +174,13 @@ impl Iwdg {
         }
     }
 
-    /// Cycles of HCLK from a feeding now to the reset.
+    /// The cycles of HCLK from a feeding now to the reset.
     fn timeout(&self, now: u64) -> u64 {
         let divider = 4u64 << self.prescaler.in_force(now).min(6);
         self.cycles(divider * u64::from(self.reload.in_force(now) + 1))
     }
 
-    /// Clocks of the oscillator in cycles of HCLK.
+    /// Converts clocks of the oscillator to cycles of HCLK.
     fn cycles(&self, clocks: u64) -> u64 {
         clocks * u64::from(self.hclk_hz) / u64::from(self.lsi_hz)
     }
@@ -185,7 +191,7 @@ mod tests {
     use super::*;
 
     const HCLK: u32 = 168_000_000;
-    /// Later than a value takes to arrive: 0.3 ms.
+    /// A start so late that the values have taken effect: 0.3 ms.
     const START_AT: u64 = 100_000;
 
     fn started(lsi_hz: u32, prescaler: u32, reload: u32) -> Iwdg {

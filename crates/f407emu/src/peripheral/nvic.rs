@@ -4,11 +4,11 @@
 //! Not modelled: NMIPENDSET of ICSR other than through the clock security system; SEVONPEND.
 use crate::cpu::Masks;
 
-/// Exceptions in all: 16 of the core, 82 interrupts of the chip.
+/// The number of exceptions: 16 of the core, and 82 interrupts of the chip.
 pub(crate) const EXCEPTIONS: u8 = 16 + 82;
 /// STM32F4 implements the upper four bits of a priority.
 const PRIORITY_BITS: u8 = 0xF0;
-/// No exception is under way.
+/// The priority when no exception is under way.
 const THREAD: i32 = 256;
 
 /// An exception or interrupt, by its number in the vector table.
@@ -16,15 +16,15 @@ const THREAD: i32 = 256;
 pub struct Exception(pub(crate) u8);
 
 impl Exception {
-    /// The clock security system's (RM0090 section 7.2.7).
+    /// The NMI, which the clock security system uses (RM0090 section 7.2.7).
     pub const NMI: Exception = Exception(2);
-    /// All faults that have no handler of their own.
+    /// HardFault: all faults without a handler of their own.
     pub const HARD_FAULT: Exception = Exception(3);
-    /// Instructions fetched from where none can be.
+    /// MemManage: an instruction was fetched from a region that is never executable.
     pub const MEMORY_FAULT: Exception = Exception(4);
-    /// Accesses that nothing answers.
+    /// BusFault: an access to an address at which nothing answers.
     pub const BUS_FAULT: Exception = Exception(5);
-    /// Undefined instructions and the like.
+    /// UsageFault: undefined instructions and similar faults.
     pub const USAGE_FAULT: Exception = Exception(6);
     /// SVC.
     pub const SUPERVISOR_CALL: Exception = Exception(11);
@@ -52,23 +52,23 @@ impl Exception {
     }
 }
 
-/// The controller's state of each exception.
+/// The state of all exceptions in the controller.
 #[derive(Clone, Debug)]
 pub(crate) struct Nvic {
     priority: [u8; EXCEPTIONS as usize],
     enabled: u128,
     pending: u128,
     active: u128,
-    /// Interrupt lines that their peripherals hold up.
+    /// The interrupt lines that peripherals hold active.
     lines: u128,
     /// AIRCR.PRIGROUP.
     pub(crate) group: u8,
-    /// Something may have changed that decides which exception comes next.
+    /// Whether the next exception may have changed.
     pub(crate) changed: bool,
 }
 
 impl Nvic {
-    /// As after a reset: the exceptions that cannot be disabled are enabled.
+    /// The state after a reset: the exceptions that cannot be disabled are enabled.
     pub(crate) fn new() -> Self {
         Nvic {
             priority: [0; EXCEPTIONS as usize],
@@ -81,7 +81,7 @@ impl Nvic {
         }
     }
 
-    /// Moves the interrupt line of a peripheral; a rising one makes the interrupt pending.
+    /// Sets the interrupt line of a peripheral. A rising edge makes the interrupt pending.
     pub(crate) fn set_line(&mut self, exception: Exception, up: bool) {
         let mask = exception.mask();
         if !up {
@@ -98,7 +98,7 @@ impl Nvic {
         self.changed = true;
     }
 
-    /// Takes back that an exception is pending.
+    /// Clears the pending state of an exception.
     pub(crate) fn unpend(&mut self, exception: Exception) {
         self.pending &= !exception.mask();
     }
@@ -123,13 +123,14 @@ impl Nvic {
         self.changed = true;
     }
 
-    /// The handler begins.
+    /// Notes that the handler begins.
     pub(crate) fn activate(&mut self, exception: Exception) {
         self.pending &= !exception.mask();
         self.active |= exception.mask();
     }
 
-    /// The handler has returned; a line that is still up makes its interrupt pending again.
+    /// Notes that the handler has returned. A line that is still active makes its interrupt pending
+    /// again.
     pub(crate) fn deactivate(&mut self, exception: Exception) {
         let mask = exception.mask();
         self.active &= !mask;
@@ -142,7 +143,7 @@ impl Nvic {
         self.active.count_ones()
     }
 
-    /// The priority that decides about preemption: lower is more urgent.
+    /// The group priority, which decides about preemption: lower is more urgent.
     pub(crate) fn group_priority(&self, exception: Exception) -> i32 {
         match exception.0 {
             number @ 0..=3 => i32::from(number) - 4,
@@ -209,8 +210,8 @@ impl Nvic {
         self.changed = true;
     }
 
-    /// Reads a register of the controller at `offset` from 0xE000E000 (B3.4.3): enables, pending,
-    /// active, priorities.
+    /// Reads a register of the controller at `offset` from 0xE000E000 (B3.4.3): enable, pending,
+    /// active or priority bits.
     pub(crate) fn read(&self, offset: u32) -> u32 {
         match offset {
             0x100..=0x11F | 0x180..=0x19F => word(self.enabled, offset),
@@ -226,7 +227,7 @@ impl Nvic {
         }
     }
 
-    /// Writes a register of the controller; priorities come byte by byte through
+    /// Writes a register of the controller. Priorities are written byte by byte with
     /// [`Nvic::set_priority`].
     pub(crate) fn write(&mut self, offset: u32, value: u32) {
         let mask = mask_of(value, offset);
@@ -242,7 +243,7 @@ impl Nvic {
     }
 }
 
-/// All exceptions there are.
+/// The set of all exceptions.
 const ALL: u128 = (1 << EXCEPTIONS) - 1;
 
 /// The exceptions of a set, by number.
@@ -254,7 +255,8 @@ fn members(mut set: u128) -> impl Iterator<Item = Exception> {
     })
 }
 
-/// Which 32 interrupts a register is about: bits 2 to 4 of its address.
+/// The number of the first exception in a register: bits 2 to 4 of its address select 32
+/// interrupts.
 fn shift(offset: u32) -> u32 {
     16 + (offset >> 2 & 7) * 32
 }

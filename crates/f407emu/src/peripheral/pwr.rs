@@ -1,7 +1,7 @@
 //! Power control (RM0090 chapter 5): the voltage detector that warns of a brown-out.
 //!
-//! Not modelled: stop and standby (sleep is), the backup regulator, the detector's thresholds: the
-//! supply is good or low.
+//! Not modelled: stop and standby modes (sleep is modelled), the backup regulator, and the
+//! detector's thresholds: the supply is either good or low.
 
 /// PWR_CR.PVDE: the detector is on.
 const DETECTOR: u32 = 1 << 4;
@@ -18,7 +18,7 @@ pub(crate) struct Pwr {
 }
 
 impl Pwr {
-    /// As after a reset: the regulator at full voltage (PWR_CR.VOS).
+    /// The state after a reset: the regulator is at full voltage (PWR_CR.VOS).
     pub(crate) fn new() -> Self {
         Pwr {
             control: 0x4000,
@@ -26,8 +26,8 @@ impl Pwr {
         }
     }
 
-    /// Says how the supply is; returns the new level of EXTI line 16 where that changes (RM0090
-    /// section 5.2.3).
+    /// Sets whether the supply is low. Returns the new level of EXTI line 16 if that changes
+    /// (RM0090 section 5.2.3).
     pub(crate) fn set_supply(&mut self, low: bool) -> Option<bool> {
         let before = self.output();
         self.low = low;
@@ -47,7 +47,7 @@ impl Pwr {
         }
     }
 
-    /// A reset leaves the supply as it is.
+    /// Resets the registers; the supply stays as it is.
     pub(crate) fn reset(&mut self) {
         *self = Pwr {
             low: self.low,
@@ -55,7 +55,7 @@ impl Pwr {
         };
     }
 
-    /// Writes the register at `offset` from 0x40007000; returns the new level of EXTI line 16 where
+    /// Writes the register at `offset` from 0x40007000. Returns the new level of EXTI line 16 if
     /// that changes.
     pub(crate) fn write(&mut self, offset: u32, value: u32) -> Option<bool> {
         let before = self.output();

@@ -1,25 +1,26 @@
-//! Reset and clock control (RM0090 chapter 7): which clock HCLK is made of, which peripherals have
-//! one, why the last reset came.
+//! Reset and clock control (RM0090 chapter 7): the source of HCLK, the clocks of the peripherals,
+//! and the cause of the last reset.
 //!
-//! A peripheral's clock comes some cycles after its enable bit has been set (ES0182, "Delay after
-//! an RCC peripheral clock enabling"): two of HCLK on AHB, one and the bus's divider on an APB.
+//! A peripheral's clock starts some cycles after its enable bit has been set (ES0182, "Delay after
+//! an RCC peripheral clock enabling"): two cycles of HCLK on AHB, and one plus the bus's divider on
+//! an APB.
 //!
-//! Not modelled: start-up times of oscillators and PLLs (one that is switched on is ready at once,
-//! a crystal that is not there never), clock outputs, I2S, sleep-mode clock enables, peripheral
-//! resets but those of DMA (they read back, and reset nothing).
+//! Not modelled: start-up times of oscillators and PLLs (they are ready at once; a crystal that is
+//! not fitted is never ready), clock outputs, I2S, sleep-mode clock enables, and peripheral resets
+//! except those of DMA (the bits read back, but reset nothing).
 use crate::warning::{Warning, Warnings};
 
-/// Registers by their number: a quarter of their offset.
+/// The numbers of registers: a quarter of their offsets.
 const CR: usize = 0;
 const PLLCFGR: usize = 1;
 const CFGR: usize = 2;
 const CIR: usize = 3;
 const BDCR: usize = 0x70 / 4;
 const CSR: usize = 0x74 / 4;
-/// Registers up to RCC_PLLI2SCFGR (0x84).
+/// The number of registers up to RCC_PLLI2SCFGR (0x84).
 const REGISTERS: usize = 0x88 / 4;
 
-/// The enable registers, and the place of RCC_APB1ENR among them.
+/// The offset and the number of the enable registers, and the place of RCC_APB1ENR among them.
 const ENABLE: u32 = 0x30;
 const ENABLES: usize = 6;
 const APB1_ENABLE: usize = 4;
@@ -38,7 +39,8 @@ const CSSF: u32 = 1 << 7;
 const CSSC: u32 = 1 << 23;
 /// RCC_CSR: remove the reset flags.
 const RMVF: u32 = 1 << 24;
-/// RCC_AHB1LPENR and so on after a reset: in sleep every clock goes on.
+/// The values of RCC_AHB1LPENR and the following registers after a reset: every clock runs on in
+/// sleep.
 const SLEEP_ENABLES: [(usize, u32); 5] = [
     (0x50, 0x7E67_91FF),
     (0x54, 0xF1),
@@ -79,19 +81,19 @@ impl ResetCause {
     }
 }
 
-/// Frequencies of the buses.
+/// The frequencies of the buses.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Clocks {
     /// HCLK, the core's clock, in Hz.
     pub hclk: u32,
-    /// HCLK cycles to a clock of APB1.
+    /// The HCLK cycles in a clock of APB1.
     pub apb1: u32,
-    /// HCLK cycles to a clock of APB2.
+    /// The HCLK cycles in a clock of APB2.
     pub apb2: u32,
 }
 
 impl Clocks {
-    /// HCLK cycles to a clock of a timer on a bus with this divider (RM0090 section 7.2).
+    /// The HCLK cycles in a clock of a timer on a bus with this divider (RM0090 section 7.2).
     pub(crate) fn timer(divider: u32) -> u64 {
         u64::from(if divider == 1 { 1 } else { divider / 2 })
     }
@@ -101,14 +103,14 @@ impl Clocks {
 #[derive(Clone, Debug)]
 pub(crate) struct Rcc {
     registers: [u32; REGISTERS],
-    /// 0: no crystal is fitted, or it has stopped.
+    /// The crystal's frequency; 0 if none is fitted or it has stopped.
     crystal_hz: u32,
-    /// The cycle from which on each clock is there, by enable register and bit.
+    /// The cycle at which each clock starts, by enable register and bit.
     since: [[u64; 32]; ENABLES],
 }
 
 impl Rcc {
-    /// After power-on, with a crystal of this frequency.
+    /// The state after power-on, with a crystal of this frequency.
     pub(crate) fn new(crystal_hz: u32) -> Self {
         let mut rcc = Rcc {
             registers: [0; REGISTERS],
@@ -164,7 +166,7 @@ impl Rcc {
         }
     }
 
-    /// All clocks are on, and have come.
+    /// Switches all clocks on, as if long ago.
     #[cfg(test)]
     pub(crate) fn switch_all_on(&mut self) {
         for (offset, bits) in [
@@ -178,7 +180,7 @@ impl Rcc {
         }
     }
 
-    /// Clocks that are switched on now come later.
+    /// Notes when the clocks that are switched on now will start.
     fn note_enables(&mut self, offset: u32, value: u32, now: u64) {
         let place = (offset.wrapping_sub(ENABLE) / 4) as usize;
         let Clocks { apb1, apb2, .. } = self.clocks();
@@ -193,7 +195,7 @@ impl Rcc {
         };
         for (bit, since) in since.iter_mut().enumerate() {
             if fresh >> bit & 1 != 0 {
-                // The store itself takes a cycle to RCC.
+                // The store itself takes one cycle to reach RCC.
                 *since = now + 1 + u64::from(delay);
             }
         }
@@ -222,8 +224,7 @@ impl Rcc {
         self.registers[CSR] = flags | value & 1 | (value & 1) << 1;
     }
 
-    /// Selects the system clock; SWS shows the clock in use, which may differ from the requested
-    /// one.
+    /// Selects the system clock. SWS shows the clock in use, which may not be the requested one.
     fn select(&mut self, value: u32, warnings: &mut Warnings) {
         let ready = match value & 3 {
             0 => HSION << 1,
@@ -256,12 +257,12 @@ impl Rcc {
         guarded
     }
 
-    /// The clock security system asks for the NMI.
+    /// Whether the clock security system requests the NMI.
     pub(crate) fn non_maskable(&self) -> bool {
         self.registers[CIR] & CSSF != 0
     }
 
-    /// The frequencies that the registers make.
+    /// The frequencies that the registers select.
     pub(crate) fn clocks(&self) -> Clocks {
         let configuration = self.registers[CFGR];
         let system = match configuration >> 2 & 3 {
@@ -281,7 +282,8 @@ impl Rcc {
         }
     }
 
-    /// The PLL's input, its oscillator and its output in Hz (RM0090 section 7.3.2).
+    /// The frequencies of the PLL's input, of its oscillator and of its output, Hz (RM0090 section
+    /// 7.3.2).
     fn pll(&self) -> (u32, u64, u32) {
         let register = self.registers[PLLCFGR];
         let source = if register & PLL_FROM_CRYSTAL != 0 {
@@ -295,7 +297,7 @@ impl Rcc {
         (input, oscillator, (oscillator / divider) as u32)
     }
 
-    /// Warns where the chip's limits are exceeded (its data sheet, tables 14 and 36; RM0090 table
+    /// Warns if limits of the chip are exceeded (its data sheet, tables 14 and 36; RM0090 table
     /// 11).
     pub(crate) fn check(&self, wait_states: u32, warnings: &mut Warnings) {
         let Clocks { hclk, apb1, apb2 } = self.clocks();
@@ -314,7 +316,7 @@ impl Rcc {
         }
     }
 
-    /// The cycle from which on the last clock that was switched on is there.
+    /// The cycle at which the last of the clocks that were switched on starts.
     pub(crate) fn clocks_come_at(&self) -> u64 {
         self.since
             .iter()
@@ -322,8 +324,8 @@ impl Rcc {
             .fold(0, |all, &one| all.max(one))
     }
 
-    /// The cycle from which on the peripheral at an address has its clock, if that is on (RM0090
-    /// sections 7.3.10 to 7.3.14).
+    /// The cycle at which the clock of the peripheral at an address starts; `None` if it is off
+    /// (RM0090 sections 7.3.10 to 7.3.14).
     pub(crate) fn clock_of(&self, address: u32) -> Option<u64> {
         let page = address & !0x3FF;
         let (register, bit) = match page {

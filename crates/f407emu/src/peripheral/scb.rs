@@ -1,7 +1,8 @@
 //! The system control block (DDI 0403, B3.2), the floating-point context (B1.5.7) and the debug
-//! registers that a program reads (C1.6): what the core is told, and what it reports of faults.
+//! registers that a program reads (C1.6): settings of the core, and its reports of faults.
 //!
-//! Not modelled: the MPU (reads as absent), the cache registers, DHCSR's control of the core.
+//! Not modelled: the MPU (reads as absent), the cache registers, and the control of the core by
+//! DHCSR.
 use crate::trap::Trap;
 
 /// CCR.UNALIGN_TRP: unaligned accesses fault.
@@ -10,15 +11,16 @@ const TRAP_UNALIGNED: u32 = 1 << 3;
 const TRAP_DIVISION: u32 = 1 << 4;
 /// CCR.STKALIGN: the stack is aligned to 8 bytes on entry.
 const ALIGN_STACK: u32 = 1 << 9;
-/// FPCCR.LSPACT: registers have been promised a place on the stack and not yet been put there.
+/// FPCCR.LSPACT: space on the stack is reserved for floating-point registers, which have not been
+/// stored there yet (lazy stacking).
 const LAZY_PENDING: u32 = 1;
-/// FPCCR.LSPEN: registers are stacked when they are first needed.
+/// FPCCR.LSPEN: floating-point registers are stacked only when they are needed.
 const LAZY: u32 = 1 << 30;
-/// FPCCR.ASPEN: the use of a floating-point register is noted in CONTROL.
+/// FPCCR.ASPEN: the use of a floating-point register sets CONTROL.FPCA.
 const AUTOMATIC: u32 = 1 << 31;
 /// CPACR: full access to coprocessors 10 and 11.
 const FLOAT_ACCESS: u32 = 0xF << 20;
-/// HFSR.FORCED: a fault that could not have its own handler.
+/// HFSR.FORCED: a fault escalated because its own handler could not be used.
 const FORCED: u32 = 1 << 30;
 /// HFSR.DEBUGEVT: a breakpoint without a debugger.
 const DEBUG_EVENT: u32 = 1 << 31;
@@ -35,7 +37,7 @@ pub(crate) struct Scb {
     bfar: u32,
     pub(crate) cpacr: u32,
     pub(crate) fpccr: u32,
-    /// Where promised registers go.
+    /// The address at which lazy stacking stores the registers.
     pub(crate) fpcar: u32,
     pub(crate) fpdscr: u32,
     demcr: u32,
@@ -83,23 +85,23 @@ impl Scb {
         self.fpccr & LAZY != 0
     }
 
-    /// Floating-point registers have been promised a place on the stack.
+    /// Whether lazy stacking still has to store floating-point registers.
     pub(crate) fn lazy_pending(&self) -> bool {
         self.fpccr & LAZY_PENDING != 0
     }
 
-    /// Promises floating-point registers a place on the stack.
+    /// Reserves space on the stack for floating-point registers, at `address`.
     pub(crate) fn promise(&mut self, address: u32) {
         self.fpcar = address;
         self.fpccr |= LAZY_PENDING;
     }
 
-    /// The promise is kept, or no longer needed.
+    /// Ends lazy stacking: the registers are stored, or no longer needed.
     pub(crate) fn end_promise(&mut self) {
         self.fpccr &= !LAZY_PENDING;
     }
 
-    /// Notes a fault in CFSR and its address in BFAR (B3.2.15).
+    /// Records a fault in CFSR, and its address in BFAR (B3.2.15).
     pub(crate) fn note(&mut self, trap: Trap) {
         self.cfsr |= match trap {
             Trap::Fetch { .. } => 1 << 8,
@@ -119,7 +121,7 @@ impl Scb {
         };
     }
 
-    /// Notes in HFSR that a fault became a HardFault.
+    /// Records in HFSR that a fault became a HardFault.
     pub(crate) fn note_hard_fault(&mut self, trap: Trap) {
         self.hfsr |= if trap == Trap::Breakpoint {
             DEBUG_EVENT
@@ -150,7 +152,7 @@ impl Scb {
         }
     }
 
-    /// Writes a register at `offset` from 0xE000E000; ones clear the registers of faults.
+    /// Writes a register at `offset` from 0xE000E000. Ones clear bits of the fault registers.
     pub(crate) fn write(&mut self, offset: u32, value: u32) {
         match offset {
             0xD08 => self.vtor = value & !0x1FF,

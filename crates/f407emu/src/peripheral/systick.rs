@@ -4,16 +4,16 @@
 //! Not modelled: SYST_CALIB (reads as zero).
 use super::NEVER;
 
-/// SYST_CSR: it counts.
+/// SYST_CSR: the timer is enabled.
 const ENABLE: u32 = 1;
 /// SYST_CSR: reaching zero makes the exception pending.
 const INTERRUPT: u32 = 1 << 1;
-/// SYST_CSR: HCLK instead of an eighth of it.
+/// SYST_CSR: the timer counts HCLK instead of an eighth of it.
 const CORE_CLOCK: u32 = 1 << 2;
-/// SYST_CSR: it has reached zero since the last reading.
+/// SYST_CSR: the count has reached zero since the last read.
 const REACHED_ZERO: u32 = 1 << 16;
 
-/// The timer's registers; its count is worked out from when it was last known.
+/// The timer's registers. The count is calculated from the last known one.
 #[derive(Clone, Debug)]
 pub(crate) struct SysTick {
     control: u32,
@@ -37,15 +37,15 @@ impl SysTick {
         }
     }
 
-    /// The cycle at which it reaches zero next.
+    /// The cycle at which the count reaches zero next.
     pub(crate) fn next_event(&self) -> u64 {
         self.next
     }
 
-    /// It has reached zero; returns whether that makes the exception pending.
+    /// The count has reached zero. Returns whether that makes the exception pending.
     pub(crate) fn event(&mut self, now: u64) -> bool {
         self.reached_zero = true;
-        // The reload value comes in the clock after that.
+        // The reload value is loaded one clock later.
         self.count = self.reload;
         self.since = now + self.clock();
         self.plan();
@@ -85,7 +85,7 @@ impl SysTick {
         self.plan();
     }
 
-    /// Cycles of HCLK to a count.
+    /// The cycles of HCLK in a count.
     fn clock(&self) -> u64 {
         if self.control & CORE_CLOCK != 0 {
             1

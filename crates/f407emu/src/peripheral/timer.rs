@@ -1,7 +1,6 @@
 //! A timer's counter (RM0090 chapters 17 to 20): TIM1 to TIM14, counting up.
 //!
-//! The count is worked out from when it was last known: only compare matches and overflows are
-//! events.
+//! The count is calculated from the last known one: only compare matches and overflows are events.
 //!
 //! ```text
 //!  count ^      ______CCR3___overflow: update event, shadow registers are loaded
@@ -10,14 +9,14 @@
 //!        +--------+------+--------> HCLK cycles, (PSC + 1) × clock for each count
 //! ```
 //!
-//! Counting begins in the very cycle in which CEN is set, and a flag is up in the very cycle of its
-//! match; on the chip each takes a clock of the timer or two more. An edge is captured in its very
-//! cycle; on the chip it is sampled by the timer's clock first, and a count or two later. What the
-//! prescaler has counted is lost where the counter is stopped.
+//! Counting begins in the cycle in which CEN is set, and a flag rises in the cycle of its match; on
+//! the chip each takes one or two clocks of the timer more. An edge is captured in its own cycle;
+//! on the chip it is first sampled by the timer's clock, and captured a count or two later. The
+//! prescaler's count is lost when the counter is stopped.
 //!
 //! Not modelled, and warned of: counting down or both ways; slave modes, external clocks and
-//! triggers; breaks, dead times, locks and COM events; bursts of DMA, and requests at the update in
-//! place of the match; of input capture prescalers, filters and triggers.
+//! triggers; breaks, dead times, locks and COM events; bursts of DMA, and DMA requests at the
+//! update instead of the match; prescalers, filters and triggers of input capture.
 use super::{
     timer_map::Instance,
     timer_output::{Output, Outputs},
@@ -42,12 +41,12 @@ const ECE: u32 = 1 << 14;
 /// TIMx_SR and TIMx_DIER: update, and the first of the compare channels.
 const UIF: u32 = 1;
 const CC1IF: u32 = 1 << 1;
-/// TIMx_SR: a capture came while the flag of the one before was up.
+/// TIMx_SR: a capture came while the flag of the capture before was still set.
 const CC1OF: u32 = 1 << 9;
 /// TIMx_DIER: DMA requests at update and compare.
 const UDE: u32 = 1 << 8;
 const CC1DE: u32 = 1 << 9;
-/// TIMx_DIER: of triggers, breaks and COM events.
+/// TIMx_DIER: requests of triggers, breaks and COM events.
 const OTHER_REQUESTS: u32 = 0x60E0;
 /// TIMx_EGR.UG: make an update event.
 const UG: u32 = 1;
@@ -56,13 +55,13 @@ const OTHER_EVENTS: u32 = 0xE0;
 /// The four compare flags, in SR and EGR.
 const COMPARES: u32 = 0xF << 1;
 
-/// The requests of a timer to the DMA controllers, and the reasons.
+/// The requests of a timer to the DMA controllers, and the flags that rose.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub(crate) struct TimerRequests {
     pub(crate) update: bool,
-    /// A bit for each channel.
+    /// One bit for each channel.
     pub(crate) compare: u8,
-    /// A bit for each channel whose flag went up.
+    /// One bit for each channel whose flag rose.
     pub(crate) matched: u8,
 }
 
@@ -79,23 +78,23 @@ pub(crate) struct Timer {
     arr: u32,
     rcr: u32,
     dcr: u32,
-    /// The source of its input: nothing here.
+    /// The option register, which selects the source of an input; without effect here.
     or: u32,
     pub(crate) outputs: Outputs,
-    /// The values in force, until the next update event loads the registers.
+    /// The values in force until the next update event loads the registers' values.
     prescaler: u32,
     top: u32,
     repetitions: u32,
     /// The count at `since`.
     count: u32,
     since: u64,
-    /// HCLK cycles to a clock of the timer.
+    /// The HCLK cycles in a clock of the timer.
     clock: u64,
     next: u64,
 }
 
 impl Timer {
-    /// As after a reset.
+    /// The state after a reset.
     pub(crate) fn new(instance: &'static Instance) -> Self {
         let top = instance.mask();
         Timer {
@@ -121,8 +120,8 @@ impl Timer {
         }
     }
 
-    /// Sets how many HCLK cycles a clock of the timer takes, from now on; clocks that the prescaler
-    /// has counted stay counted. Events that are due by now have happened.
+    /// Sets how many HCLK cycles a clock of the timer takes from now on. Clocks that the prescaler
+    /// has counted stay counted. Events that are due by now must have happened.
     pub(crate) fn set_clock(&mut self, cycles: u64, now: u64) {
         self.synchronise(now);
         let prescaled = now.saturating_sub(self.since) / self.clock;
@@ -131,17 +130,17 @@ impl Timer {
         self.plan();
     }
 
-    /// The cycle of its next match or overflow.
+    /// The cycle of the next match or overflow.
     pub(crate) fn next_event(&self) -> u64 {
         self.next
     }
 
-    /// Whether it counts: a top of 0 blocks it (RM0090 section 18.4.12).
+    /// Whether the timer counts: a top of 0 stops it (RM0090 section 18.4.12).
     fn counts(&self) -> bool {
         self.cr1 & CEN != 0 && self.top != 0
     }
 
-    /// HCLK cycles to a count.
+    /// The HCLK cycles in a count.
     fn period(&self) -> u64 {
         self.clock * (u64::from(self.prescaler) + 1)
     }
@@ -154,7 +153,7 @@ impl Timer {
         (u64::from(self.count) + counted) as u32
     }
 
-    /// Brings the known count up to now.
+    /// Updates the known count to now.
     fn synchronise(&mut self, now: u64) {
         self.count = self.count_at(now);
         if self.counts() {
@@ -165,7 +164,7 @@ impl Timer {
         }
     }
 
-    /// The last count before the overflow: a count already past the top goes on to the end of the
+    /// The last count before the overflow. A count already beyond the top goes on to the end of the
     /// register.
     fn last_count(&self) -> u32 {
         if self.count > self.top {
@@ -175,7 +174,7 @@ impl Timer {
         }
     }
 
-    /// Works out when the next event is.
+    /// Calculates the cycle of the next event.
     fn plan(&mut self) {
         if !self.counts() {
             self.next = NEVER;
@@ -196,14 +195,14 @@ impl Timer {
         0..usize::from(self.instance.channels)
     }
 
-    /// The channels that compare.
+    /// The channels in compare mode.
     fn compares(&self) -> impl Iterator<Item = usize> + '_ {
         let channels = self.channels();
         channels.filter(|&channel| !self.outputs.is_input(channel))
     }
 
-    /// The level of the timer's pin `input` has changed, 0 for that of channel 1: channels capture
-    /// the count (RM0090 section 18.3.5). Events that are due by now have happened.
+    /// The level of the timer's pin `input` has changed; 0 is the pin of channel 1. Channels
+    /// capture the count (RM0090 section 18.3.5). Events that are due by now must have happened.
     pub(crate) fn edge(&mut self, input: usize, rises: bool, now: u64) -> TimerRequests {
         let count = self.count_at(now);
         let mut captured = 0;
@@ -221,14 +220,14 @@ impl Timer {
 
     fn capture(&mut self, channel: usize, count: u32) {
         self.outputs.capture(channel, count);
-        // Nobody has read the one before.
+        // The capture before has not been read.
         if self.sr & CC1IF << channel != 0 {
             self.sr |= CC1OF << channel;
         }
         self.sr |= CC1IF << channel;
     }
 
-    /// The count that was planned for has come.
+    /// The count of the planned event has come.
     pub(crate) fn event(&mut self, now: u64) -> TimerRequests {
         let last = self.last_count();
         let counted = now.saturating_sub(self.since) / self.period();
@@ -245,7 +244,7 @@ impl Timer {
         self.requests(updated, matched | above)
     }
 
-    /// Returns whether the overflow is an update event.
+    /// Handles an overflow. Returns whether it is an update event.
     fn overflow(&mut self) -> bool {
         if self.cr1 & UDIS != 0 {
             return false;
@@ -277,13 +276,13 @@ impl Timer {
         matched
     }
 
-    /// The channels that no count matches: their flags go up at the overflow (RM0090 section
-    /// 18.4.5, CC1IF), a bit for each.
+    /// The channels whose compare value no count reaches, one bit each: their flags rise at the
+    /// overflow (RM0090 section 18.4.5, CC1IF).
     fn above_top(&self) -> u8 {
         self.compare_where(|compare| compare > self.top)
     }
 
-    /// The channels whose compare value is such a one, a bit for each.
+    /// The channels for whose compare value `is_one` holds, one bit each.
     fn compare_where(&self, is_one: impl Fn(u32) -> bool) -> u8 {
         self.compares()
             .filter(|&channel| is_one(self.outputs.compare(channel)))
@@ -308,7 +307,7 @@ impl Timer {
         self.sr & self.dier & COMPARES != 0
     }
 
-    /// A channel's output as a share of time; HCLK cycles high and in all.
+    /// The PWM of a channel: the HCLK cycles for which it is high, and those of the period.
     pub(crate) fn duty(&self, channel: usize) -> Option<(u64, u64)> {
         let counts = u64::from(self.top) + 1;
         let high = self.outputs.high_counts(channel, counts)?;
@@ -316,8 +315,8 @@ impl Timer {
         Some((high * running, counts * running))
     }
 
-    /// The register at `offset` is about to be read: the flag of a capture goes down with that.
-    /// Whether it did.
+    /// The register at `offset` is about to be read, which clears the flag of a capture. Answers
+    /// whether it did.
     pub(crate) fn take_capture(&mut self, offset: u32) -> bool {
         let channel = match offset {
             0x34..=0x40 => (offset as usize - 0x34) / 4,
@@ -389,7 +388,7 @@ impl Timer {
         requests
     }
 
-    /// Whether the registers ask for nothing that is not modelled.
+    /// Whether all that the registers ask for is modelled.
     fn is_modelled(&self) -> bool {
         let mut channels = self.channels();
         self.cr1 & DIR_CMS == 0
@@ -401,7 +400,7 @@ impl Timer {
             && !channels.any(|channel| self.outputs.is_conditioned(channel))
     }
 
-    /// Compare registers are as wide as the counter.
+    /// The bits of the output register at `offset`: compare registers are as wide as the counter.
     fn output_mask(&self, offset: u32) -> u32 {
         match offset {
             0x34..=0x40 => self.instance.mask(),
@@ -424,7 +423,7 @@ impl Timer {
         }
     }
 
-    /// TIMx_EGR: events made by the program.
+    /// TIMx_EGR: makes the events that the program asks for.
     fn generate(&mut self, value: u32, now: u64) -> TimerRequests {
         let (mut events, mut captured) = (0, 0);
         for channel in self.channels().filter(|channel| value >> channel & 2 != 0) {
@@ -446,7 +445,7 @@ impl Timer {
         }
     }
 
-    /// Begins at 0 anew; returns whether that is an update event that is told.
+    /// Restarts the count at 0. Returns whether that is an update event that is signalled.
     fn restart(&mut self, now: u64) -> bool {
         (self.count, self.since) = (0, now);
         if self.cr1 & UDIS != 0 {
@@ -460,7 +459,7 @@ impl Timer {
         is_told
     }
 
-    /// The level of a pin that the timer drives, if it does.
+    /// The level of a pin that the timer drives; `None` if it does not drive it.
     pub(crate) fn level(&self, output: Output) -> Option<bool> {
         if !self.instance.advanced {
             return self.outputs.level(output);

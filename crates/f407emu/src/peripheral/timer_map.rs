@@ -1,9 +1,9 @@
-//! What tells the fourteen timers apart: where they are (RM0090 table 1), what they can do
-//! (chapters 17 to 20), their interrupts (table 62), DMA streams (tables 43 and 44) and pins (data
-//! sheet, table 9). `crate::st_data` holds all of it but the widths against ST's data.
+//! The differences between the fourteen timers: addresses (RM0090 table 1), features (chapters 17
+//! to 20), interrupts (table 62), DMA streams (tables 43 and 44) and pins (data sheet, table 9).
+//! `crate::st_data` compares all of them except the widths with ST's data.
 use super::timer_output::Output;
 
-/// A DMA stream that listens to a request.
+/// A DMA stream that serves a request.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) struct Route {
     /// 0 for DMA1.
@@ -16,12 +16,13 @@ pub(crate) struct Route {
 #[derive(Debug)]
 pub(crate) struct Instance {
     pub(crate) base: u32,
-    /// A counter of 32 bits.
+    /// Whether the counter has 32 bits.
     wide: bool,
-    /// With a main output enable and complementary outputs.
+    /// Whether it has a main output enable and complementary outputs.
     pub(crate) advanced: bool,
     pub(crate) channels: u8,
-    /// Positions of the update and the compare interrupt; most timers have one for both.
+    /// The positions of the update and the compare interrupt; most timers have one interrupt for
+    /// both.
     pub(crate) update_irq: u8,
     pub(crate) compare_irq: u8,
     pub(crate) update_dma: &'static [Route],
@@ -38,7 +39,7 @@ impl Instance {
         }
     }
 
-    /// On APB2 rather than APB1.
+    /// Whether it is on APB2 rather than APB1.
     pub(crate) fn on_apb2(&self) -> bool {
         self.base >= 0x4001_0000
     }
@@ -145,7 +146,7 @@ pub(crate) static INSTANCES: [Instance; 14] = [
     plain(0x4000_2000, 1, 45),
 ];
 
-/// The timer output that a pin of port A to G becomes by an alternate function: index into
+/// The timer output that an alternate function puts on a pin of port A to G: index into
 /// [`INSTANCES`], and output.
 pub(crate) fn output(port: usize, pin: u8, function: u8) -> Option<(usize, Output)> {
     let timer = |number: usize, channel: u8| {
@@ -196,8 +197,8 @@ pub(crate) fn output(port: usize, pin: u8, function: u8) -> Option<(usize, Outpu
     }
 }
 
-/// The timer whose channel a pin is the input of by an alternate function: index into
-/// [`INSTANCES`], and channel, 0 for channel 1.
+/// The timer channel whose input an alternate function puts on a pin: index into [`INSTANCES`], and
+/// channel, 0 for channel 1.
 pub(crate) fn input(port: usize, pin: u8, function: u8) -> Option<(usize, usize)> {
     let (timer, same) = output(port, pin, function)?;
     (!same.complementary).then_some((timer, same.channel.into()))

@@ -1,4 +1,4 @@
-//! A timer's channels: their outputs, PWM and its relatives (RM0090 sections 17.3.8 to 17.3.11,
+//! A timer's channels: their outputs, PWM and similar modes (RM0090 sections 17.3.8 to 17.3.11,
 //! 18.3.7 to 18.3.9), and their inputs, which capture the count (section 18.3.5).
 //!
 //! ```text
@@ -6,19 +6,20 @@
 //!  mode 2 (111)  OCxREF = count >= CCRx       OCxN = its complement, while CCxNE
 //! ```
 //!
-//! OCxREF changes in these modes only where the comparison comes out otherwise than before, or
-//! where the mode was frozen before (section 18.4.7, OC1M): a PWM that begins from a forced level
-//! keeps that until then, one of 100 % for ever.
+//! In these modes OCxREF changes only where the result of the comparison changes, or where the mode
+//! was frozen before (section 18.4.7, OC1M). A PWM that begins from a forced level keeps that level
+//! until then; a PWM of 100 % keeps it for ever.
 //!
-//! Where OCxPE is set, a new CCRx counts from the next update event on: a PWM of 50 Hz goes on for
-//! up to 20 ms. Without it the manual guarantees PWM in one-pulse mode only; here it counts at
-//! once. A forced level, CCxE and MOE work at once.
+//! If OCxPE is set, a new CCRx takes effect at the next update event: with a PWM of 50 Hz that may
+//! be 20 ms later. Without OCxPE the manual guarantees PWM in one-pulse mode only; here CCRx takes
+//! effect at once. A forced level, CCxE and MOE always take effect at once.
 //!
-//! A channel whose CCxS is not 0 is an input: it drives nothing and matches nothing, and its CCRx
+//! A channel whose CCxS is not 0 is an input: it drives no pin and matches no count, and its CCRx
 //! cannot be written. CCxS itself cannot be written while CCxE is set.
 
-/// TIMx_BDTR: outputs stay driven while MOE is off; so do those that are not enabled, beside one
-/// that is, while it is on; main output enable. Its other bits are not modelled.
+/// TIMx_BDTR. OSSI: outputs stay driven while MOE is off. OSSR: while MOE is on, an output that is
+/// not enabled is driven if its complement is enabled. MOE: main output enable. The other bits are
+/// not modelled.
 const OSSI: u32 = 1 << 10;
 const OSSR: u32 = 1 << 11;
 const MOE: u32 = 1 << 15;
@@ -32,7 +33,7 @@ pub(crate) struct Output {
     pub(crate) complementary: bool,
 }
 
-/// How a channel makes its reference out of matches (TIMx_CCMR.OCxM).
+/// How a channel derives its reference from matches (TIMx_CCMR.OCxM).
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Mode {
     Frozen,
@@ -56,11 +57,11 @@ pub(crate) struct Outputs {
     active: [u32; 4],
     /// OCxREF.
     reference: [bool; 4],
-    /// How the comparisons came out last: the count is below the compare value.
+    /// The last results of the comparisons: whether the count is below the compare value.
     below: [bool; 4],
-    /// Channels that have just begun to make PWM out of frozen, a bit each.
+    /// The channels that have just changed from frozen to PWM, one bit each.
     thawed: u8,
-    /// It drove a pin when that was last asked.
+    /// Whether the timer drove a pin at the last call of [`Outputs::take_driving`].
     drove: bool,
 }
 
@@ -70,7 +71,7 @@ impl Outputs {
         self.active[channel]
     }
 
-    /// Whether the timer drives any pin, or did when this was last asked.
+    /// Whether the timer drives any pin, or did at the last call.
     pub(crate) fn take_driving(&mut self) -> bool {
         let outputs = (0..4).filter(|&channel| !self.is_input(channel));
         let enables = outputs.fold(0, |all, channel| all | 5 << (4 * channel));
@@ -88,16 +89,15 @@ impl Outputs {
         half(self.ccmr, channel) & 3 != 0
     }
 
-    /// Whether an input has something between pin and capture that is not modelled: the trigger, a
-    /// prescaler, a filter.
+    /// Whether an input uses something that is not modelled: the trigger, a prescaler, a filter.
     pub(crate) fn is_conditioned(&self, channel: usize) -> bool {
         let half = half(self.ccmr, channel);
         half & 3 == 3 || (half & 3 != 0 && half >> 2 != 0)
     }
 
-    /// Whether an edge of the timer's pin `input` is one that a channel captures: CCxS selects the
-    /// pin, its own or that of the neighbour; CCxNP and CCxP select rising, falling or both edges
-    /// (section 18.4.9), and CCxE enables.
+    /// Whether a channel captures an edge of the timer's pin `input`. CCxS selects the pin: its own
+    /// or that of the neighbour. CCxNP and CCxP select rising, falling or both edges (section
+    /// 18.4.9). CCxE enables the capture.
     pub(crate) fn captures(&self, channel: usize, input: usize, rises: bool) -> bool {
         let selected = match half(self.ccmr, channel) & 3 {
             1 => input == channel,
@@ -114,12 +114,12 @@ impl Outputs {
         selected && edge && bits & 1 != 0
     }
 
-    /// Keeps the count of an edge.
+    /// Stores the count of an edge.
     pub(crate) fn capture(&mut self, channel: usize, count: u32) {
         self.ccr[channel] = count;
     }
 
-    /// Brings the references in line with the count and the channels that match it.
+    /// Updates the references to the count and the channels that match it.
     pub(crate) fn follow(&mut self, count: u32, matched: u8) {
         for channel in 0..4 {
             let matches = matched >> channel & 1 != 0;
@@ -142,12 +142,13 @@ impl Outputs {
         self.thawed = 0;
     }
 
-    /// Whether the outputs of an advanced timer have neither breaks, dead times nor locks.
+    /// Whether the outputs of an advanced timer use neither breaks, dead times nor locks.
     pub(crate) fn has_plain_levels(&self) -> bool {
         self.bdtr & !(MOE | OSSR | OSSI) == 0
     }
 
-    /// The level of an output; `None` where it is left to the pin's pull (RM0090 section 18.4.9).
+    /// The level of an output; `None` where the timer does not drive it and the pin's pull decides
+    /// (RM0090 section 18.4.9).
     pub(crate) fn level(&self, output: Output) -> Option<bool> {
         let bits = self.ccer >> (4 * output.channel);
         let inverted = bits >> 1 & 1 != 0;
@@ -155,8 +156,8 @@ impl Outputs {
         drives.then_some(self.reference[usize::from(output.channel)] ^ inverted)
     }
 
-    /// The same of TIM1 and TIM8, whose outputs have `idle_level` while MOE is off (RM0090 section
-    /// 17.4.9).
+    /// The level of an output of TIM1 or TIM8, which has `idle_level` while MOE is off (RM0090
+    /// section 17.4.9).
     pub(crate) fn advanced_level(&self, output: Output, idle_level: bool) -> Option<bool> {
         let bits = self.ccer >> (4 * output.channel);
         let (enabled, inverted) = if output.complementary {
@@ -246,14 +247,14 @@ impl Outputs {
     }
 }
 
-/// The byte of CCMR1 or CCMR2 that is a channel's.
+/// The byte of CCMR1 or CCMR2 that belongs to a channel.
 fn half(ccmr: [u32; 2], channel: usize) -> u32 {
     ccmr[channel / 2] >> (8 * (channel % 2)) & 0xFF
 }
 
 fn mode(ccmr: [u32; 2], channel: usize) -> Mode {
     let half = half(ccmr, channel);
-    // The bits of an input's filter are in the same place.
+    // For an input, these bits are its filter.
     if half & 3 != 0 {
         return Mode::Frozen;
     }

@@ -77,7 +77,7 @@ fn a_free_counter_of_32_bits_matches_its_compare_register() {
     assert_eq!(timer.read(0x24, 1684), 842);
     write(&mut timer, 0x10, !CC1IF, 1684);
     assert!(!timer.compare_interrupt());
-    // An instant that has passed comes once the counter has been all the way round.
+    // A compare value that has passed is met only after the counter has gone all the way round.
     write(&mut timer, 0x34, 100, 2000);
     assert_eq!(timer.next_event(), 2 << 32);
 }

@@ -1,14 +1,14 @@
-//! A serial port (RM0090 chapter 30), with a line to the test on the other end.
+//! A serial port (RM0090 chapter 30), and the line to the test at its other end.
 //!
-//! A byte on the line lasts a start bit, 8 or 9 bits and the stop bits of the rate that BRR makes;
-//! the sender at the other end uses the same rate. What is sent meanwhile waits at that end:
-//! nothing but the program can lose a byte.
+//! A byte on the line lasts a start bit, 8 or 9 bits and the stop bits, at the rate that BRR sets.
+//! The test's end uses the same rate, and keeps bytes until the line is free, so that a byte can be
+//! lost only if the program reads too late.
 //!
 //! Not modelled: parity, the ninth bit, framing errors and noise; breaks; the idle frame that TE
-//! sends before the first byte; LIN, smartcard, IrDA, one wire for both directions, the
-//! synchronous mode, hardware flow control, mute mode. A byte counts as received at the end of
-//! its last stop bit; of two, the chip waits for the first only. A byte that is written while the
-//! transmitter is off is lost; one under way as it is switched off still goes out.
+//! sends before the first byte; LIN, smartcard, IrDA, half duplex, the synchronous mode, hardware
+//! flow control, mute mode. A byte counts as received at the end of its last stop bit; with two
+//! stop bits, the chip waits for the first one only. A byte that is written while the transmitter
+//! is off is lost. A byte that is under way when the transmitter is switched off still goes out.
 use super::NEVER;
 use crate::warning::{Warning, Warnings};
 use std::collections::VecDeque;
@@ -47,7 +47,7 @@ pub(crate) struct UsartRequests {
 pub(crate) struct Usart {
     base: u32,
     status: u32,
-    /// Flags that the last reading of SR has shown: reading DR clears them, or writing it.
+    /// The flags of SR at its last read. The following read or write of DR clears them.
     shown: u32,
     received: u8,
     brr: u32,
@@ -55,9 +55,9 @@ pub(crate) struct Usart {
     cr2: u32,
     cr3: u32,
     gtpr: u32,
-    /// HCLK cycles to a clock of its bus.
+    /// The HCLK cycles in a clock of its bus.
     bus_clock: u64,
-    /// The byte on the line and the one waiting in the data register.
+    /// The byte on the line, and the one waiting in the data register.
     shifting: Option<u8>,
     waiting: Option<u8>,
     sent_at: u64,
@@ -66,12 +66,12 @@ pub(crate) struct Usart {
     idle_at: u64,
     /// Bytes that the program has sent.
     pub(crate) output: Vec<u8>,
-    /// Bytes that came before the last one had been read.
+    /// The number of bytes that came before the one before them had been read.
     pub(crate) overruns: u64,
 }
 
 impl Usart {
-    /// As after a reset, with its registers at `base`.
+    /// The state after a reset, with its registers at `base`.
     pub(crate) fn new(base: u32) -> Self {
         Usart {
             base,
@@ -95,7 +95,7 @@ impl Usart {
         }
     }
 
-    /// Resets the USART; the byte on the line, and the bytes at the other end, stay.
+    /// Resets the USART. The byte on the line and the bytes at the other end stay.
     pub(crate) fn reset(&mut self) {
         *self = Usart {
             to_receive: core::mem::take(&mut self.to_receive),
@@ -119,7 +119,7 @@ impl Usart {
         }
     }
 
-    /// Bytes that the other end has yet to send.
+    /// The number of bytes that the other end has not sent yet.
     pub(crate) fn unsent(&self) -> usize {
         self.to_receive.len()
     }
@@ -147,7 +147,7 @@ impl Usart {
         requests
     }
 
-    /// A byte has arrived. Returns whether DMA is to fetch it.
+    /// A byte has arrived. Returns whether it requests DMA.
     fn receive(&mut self, now: u64) -> bool {
         let byte = self.to_receive.pop_front();
         let frame = self.frame();
@@ -169,7 +169,7 @@ impl Usart {
         self.cr3 & DMAR != 0
     }
 
-    /// A byte has left. Returns whether DMA is to bring another.
+    /// A byte has left. Returns whether it requests another byte by DMA.
     fn sent(&mut self, now: u64) -> bool {
         self.output.extend(self.shifting.take());
         self.shifting = self.waiting.take();
@@ -183,8 +183,8 @@ impl Usart {
         self.cr3 & DMAT != 0
     }
 
-    /// Its present requests to DMA: for as long as a flag is up and its DMA is enabled (RM0090
-    /// section 30.3.13).
+    /// The present requests to DMA. A request lasts as long as a flag is set and its DMA is enabled
+    /// (RM0090 section 30.3.13).
     pub(crate) fn requests(&self) -> UsartRequests {
         let asks = |enable, flag| self.cr3 & enable != 0 && self.status & flag != 0;
         UsartRequests {
@@ -214,7 +214,7 @@ impl Usart {
         bits * self.bit_cycles()
     }
 
-    /// The level of its interrupt line (RM0090 section 30.4).
+    /// The level of the interrupt line (RM0090 section 30.4).
     pub(crate) fn interrupt(&self) -> bool {
         let asked = |enable, flags| self.cr1 & enable != 0 && self.status & flags != 0;
         let overrun = self.cr3 & (EIE | DMAR) == EIE | DMAR && self.status & ORE != 0;
@@ -246,7 +246,7 @@ impl Usart {
         }
     }
 
-    /// Writes the register at `offset` from its base; returns the requests to DMA.
+    /// Writes the register at `offset` from its base. Returns the requests to DMA.
     pub(crate) fn write(
         &mut self,
         offset: u32,
@@ -262,7 +262,7 @@ impl Usart {
             0x0C => self.cr1 = value,
             0x10 => self.cr2 = value,
             0x14 => {
-                // A flag that is up by then asks at once.
+                // A flag that is already set requests at once.
                 self.cr3 = value;
                 requests = self.requests();
             }
@@ -276,8 +276,8 @@ impl Usart {
         if !self.has(UE | TE) {
             return false;
         }
-        // Reading SR and writing DR clears TC: DMA, which does not read SR, leaves it up (RM0090
-        // section 30.6.1).
+        // Reading SR and then writing DR clears TC. DMA does not read SR, so that TC stays set
+        // (RM0090 section 30.6.1).
         self.status &= !(self.shown & TC);
         self.shown &= !TC;
         if self.shifting.is_none() {
@@ -297,7 +297,7 @@ impl Usart {
 mod tests {
     use super::*;
 
-    /// 115200 baud on a bus of 42 MHz: 365 clocks of 4 cycles to a bit.
+    /// A USART at 115200 baud on a bus of 42 MHz: a bit has 365 clocks of 4 cycles.
     fn started() -> (Usart, Warnings) {
         let (mut usart, mut warnings) = (Usart::new(0x4000_4400), Warnings::default());
         usart.set_bus_clock(4);

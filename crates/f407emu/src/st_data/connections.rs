@@ -1,4 +1,4 @@
-//! The connections of the chip, compared with ST's data as the crate `stm32-metapac` has them: the
+//! Compares the connections of the chip with ST's data, as in the crate `stm32-metapac`: the
 //! interrupt of a peripheral, its DMA streams, the alternate functions of the pins, and the bit of
 //! RCC that switches its clock on.
 use crate::{
@@ -37,7 +37,7 @@ fn numbered(name: &str) -> Exception {
     Exception::irq(found.unwrap_or_else(|| panic!("no {name}")).number as u8)
 }
 
-/// The streams that hear a signal of a peripheral, as controller, stream, channel.
+/// The DMA streams that serve a signal of a peripheral, as controller, stream, channel.
 fn routes(name: &str, signal: &str) -> Vec<(u8, u8, u8)> {
     let ours = peripheral(name).dma_channels.iter();
     let mut found: Vec<_> = ours
@@ -135,7 +135,7 @@ fn requests_reach_the_dma_streams_of_sts_data() {
     }
 }
 
-/// The name of an output in ST's data.
+/// The peripheral and the signal of an output, by their names in ST's data.
 fn output_name(timer: usize, channel: u8, complementary: bool) -> (String, String) {
     let complement = if complementary { "N" } else { "" };
     let signal = format!("CH{}{complement}", channel + 1);

@@ -1,5 +1,5 @@
-//! The peripherals' registers against ST's data: address, access, reserved bits, value after a
-//! reset, bits that are cleared by writing. A difference needs a reason; a reason needs a
+//! Compares the peripherals' registers with ST's data: address, access, reserved bits, value after
+//! a reset, bits that are cleared by writing. Each difference needs a reason, and each reason a
 //! difference.
 #[cfg(feature = "st-data")]
 mod connections;
@@ -30,8 +30,8 @@ impl Machine {
     }
 }
 
-/// Holds differences, each as its register's name and what differs, against the reasons for them,
-/// by names in which a `*` stands for anything.
+/// Checks that each difference (the register's name, and what differs) has a reason, and each
+/// reason a difference. In a reason's name `*` stands for any text.
 fn explain(differences: &[(String, String)], reasons: &[(&str, &str)]) {
     let fits = |name: &str, pattern: &str| match pattern.split_once('*') {
         Some((begin, end)) => name.starts_with(begin) && name.ends_with(end),
@@ -81,7 +81,7 @@ fn each_register_has_the_value_of_sts_data_after_a_reset() {
         let Some(ours) = find(address).filter(|ours| ours.read != 0) else {
             continue;
         };
-        // Enabled for the purpose.
+        // The enable registers differ: this test has switched the clocks on.
         let enables = matches!(address, 0x4002_3830..=0x4002_3844);
         let (seen, reset) = (
             machine.clone().see(address),
@@ -126,7 +126,7 @@ fn a_write_to_a_reserved_bit_ends_the_run() {
     }
 }
 
-/// The flags that a timer's own events raise.
+/// The test covers the flags that a timer's own events raise.
 #[test]
 fn a_timers_flags_are_cleared_by_zeros_and_left_by_ones() {
     let registers = st_registers();

@@ -1,7 +1,7 @@
-//! Why the emulator's registers differ from ST's data, by their names, in which a `*` stands for
-//! anything.
+//! The reasons why the emulator's registers differ from ST's data, by the registers' names. `*`
+//! stands for any text.
 
-/// Address, access, reserved bits.
+/// Differences of address, access or reserved bits.
 pub(super) const ROWS: &[(&str, &str)] = &[
     ("RCC.CFGR", "SWS can only be read (RM0090 section 7.3.3)"),
     (
@@ -30,7 +30,7 @@ const ONE: &str = "of the three converters the firmware uses ADC1: the others ar
 
 const FOUR: &str = "endpoint 0 and three more in each direction (RM0090 section 34.2.3)";
 
-/// The value after a reset.
+/// Differences of the value after a reset.
 pub(super) const RESETS: &[(&str, &str)] = &[
     (
         "TIM*.ARR",
@@ -53,7 +53,7 @@ pub(super) const RESETS: &[(&str, &str)] = &[
     ),
 ];
 
-/// Bits that are read and written but do not read back the written value.
+/// Bits that can be read and written, but do not read back the written value.
 pub(super) const PLAIN: &[(&str, &str)] = &[
     ("RCC.CSR", "RMVF acts, and reads as 0"),
     (

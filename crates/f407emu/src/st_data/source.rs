@@ -1,5 +1,5 @@
-//! ST's register data, as the crate `stm32f4` has them: read out of its generated source, where it
-//! lies in cargo's registry. Nothing of it is copied.
+//! Reads ST's register data from the generated source of the crate `stm32f4` in cargo's registry.
+//! Nothing of it is copied here.
 use std::{
     collections::BTreeMap,
     env, fs,
@@ -7,20 +7,20 @@ use std::{
     process::Command,
 };
 
-/// A register as ST's data have it.
+/// A register in ST's data.
 #[derive(Clone, Debug)]
 pub(super) struct Register {
     pub(super) name: String,
     pub(super) reset: u32,
-    /// Bits that are read, and those that are written.
+    /// The bits that are read, and those that are written.
     pub(super) read: u32,
     pub(super) write: u32,
-    /// Bits that a one clears, and those that a zero clears.
+    /// The bits that a one clears, and those that a zero clears.
     pub(super) cleared_by_one: u32,
     pub(super) cleared_by_zero: u32,
 }
 
-/// The registers of the peripherals that are wanted, by name and address; by their own addresses.
+/// The registers, by address, of the peripherals that `is_wanted` selects by name and address.
 pub(super) fn registers(is_wanted: impl Fn(&str, u32) -> bool) -> BTreeMap<u32, Register> {
     let root = source();
     let text = read(&root.join("mod.rs"));
@@ -38,7 +38,7 @@ pub(super) fn registers(is_wanted: impl Fn(&str, u32) -> bool) -> BTreeMap<u32, 
     all
 }
 
-/// Where the generated source of the STM32F407 lies.
+/// The folder with the generated source of the STM32F407.
 fn source() -> PathBuf {
     let cargo = env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let output = Command::new(cargo)
@@ -68,15 +68,15 @@ fn number(word: &str) -> Option<u32> {
     }
 }
 
-/// A register block or a cluster in one.
+/// A register block, or a cluster in a block.
 struct Block<'a> {
     root: &'a Path,
-    /// Where the files of its registers are.
+    /// The folder with the files of its registers.
     folder: PathBuf,
     text: String,
 }
 
-/// The result of an accessor: one register or cluster, or several of them one after the other.
+/// What an accessor returns: one register or cluster, or several of them one after the other.
 struct Member<'a> {
     offset: u32,
     stride: u32,
@@ -113,7 +113,7 @@ impl<'a> Block<'a> {
         }
     }
 
-    /// The file of a register or cluster: some are shared between peripherals.
+    /// The file of a register or cluster, which may be shared between peripherals.
     fn file(&self, of_type: &str) -> PathBuf {
         let name = format!("{}.rs", of_type.to_lowercase());
         let elsewhere = self.text.lines().find_map(|line| {
@@ -126,7 +126,8 @@ impl<'a> Block<'a> {
         }
     }
 
-    /// The results of the accessors, each of which has its offset in the first line above it.
+    /// The registers and clusters that the accessors return. The first line above an accessor has
+    /// its offset.
     fn members(&self) -> Vec<Member<'_>> {
         let mut members = Vec::new();
         let mut place = None;
@@ -140,7 +141,7 @@ impl<'a> Block<'a> {
         members
     }
 
-    /// `place`: the offset's digits, together with the end's for a cluster or an array.
+    /// `place` has the digits of the offset; for a cluster or an array also those of the end.
     fn member<'t>(&self, place: &str, signature: &'t str) -> Option<Member<'t>> {
         let hex = |digits| u32::from_str_radix(digits, 16).unwrap();
         let (name, rest) = signature.split_once('(')?;
@@ -162,7 +163,7 @@ impl<'a> Block<'a> {
         })
     }
 
-    /// How many an array has: `name: [TYPE; LENGTH],`
+    /// The length of the array `name: [TYPE; LENGTH],`.
     fn length(&self, name: &str) -> u32 {
         let begin = format!("{name}: [");
         let field = self
@@ -175,7 +176,8 @@ impl<'a> Block<'a> {
     }
 }
 
-/// Views of the same register add up: a capture channel is a compare channel as well.
+/// Adds a register. Several views of the same register are united: a capture channel is a compare
+/// channel as well.
 fn add(all: &mut BTreeMap<u32, Register>, address: u32, register: Register) {
     let known = all.entry(address).or_insert_with(|| register.clone());
     known.read |= register.read;
@@ -201,7 +203,8 @@ fn register(name: String, text: &str) -> Register {
     }
 }
 
-/// The bits of the fields that a reader or a writer has: `///Bit 3 - ...`, `///Bits 4:7 - ...`.
+/// The bits of the fields of a reader or a writer, from lines like `///Bit 3 - ...` and `///Bits
+/// 4:7 - ...`.
 fn bits(text: &str, begin: &str) -> u32 {
     let lines = text.lines().skip_while(|line| *line != begin);
     let ours = lines.take_while(|line| *line != "}").map(str::trim);

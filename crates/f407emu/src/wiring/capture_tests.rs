@@ -1,18 +1,18 @@
-//! Edges that a wire brings to a timer's input (RM0090 section 18.3.5), and DMA that takes them
-//! away.
+//! Edges that a wire brings to a timer's input (RM0090 section 18.3.5), and DMA transfers of the
+//! captures.
 use super::tests::{machine, GPIOD, LASER, TIM4};
 use crate::{machine::Machine, peripheral::nvic::Exception, record::Pin, warning::Warning};
 
 const GPIOB: u32 = 0x4002_0400;
 const TIM2: u32 = 0x4000_0000;
-/// TIM2_CH3 on PB10, whose requests stream 1 of DMA1 hears on channel 3.
+/// TIM2_CH3 on PB10. Stream 1 of DMA1 serves its requests on channel 3.
 const INPUT: Pin = Pin::new('B', 10);
 const DMA1_S1: u32 = 0x4002_6000 + 0x10 + 0x18;
 const RING: u32 = 0x2000_0100;
 const CC3: u32 = 1 << 3;
 
-/// TIM4 makes pulses on PD12, 250 of 1000 counts high; a wire brings them to TIM2, whose channel 3
-/// has these bits of CCER.
+/// TIM4 makes pulses on PD12 that are high for 250 of 1000 counts. A wire brings them to channel 3
+/// of TIM2, whose bits in CCER are `edges`.
 fn wired(edges: u32, delay: u64, others: &[(u32, u32)]) -> Box<Machine> {
     let mut machine = machine(&[
         (GPIOB, 2 << 20 | 0x280),
@@ -65,8 +65,8 @@ fn dma_keeps_the_count_of_both_edges_of_each_pulse() {
         .edges_of(LASER)
         .map(|edge| (edge.cycle, edge.level))
         .collect();
-    // The wire has brought one when it was connected. The ring has come round: the last four, from
-    // its begin.
+    // The wire brought one edge when it was connected. The ring has come round: it holds the last
+    // four, from its start.
     assert_eq!(edges.len(), 7, "{edges:?}");
     let expected: Vec<u32> = edges[3..]
         .iter()

@@ -1,4 +1,4 @@
-//! The DMA controllers: requests of the peripherals, and the memory that a stream reaches.
+//! The DMA controllers: the requests of the peripherals, and the memory that a stream can reach.
 use crate::{
     instruction::Width,
     machine::Machine,
@@ -18,14 +18,14 @@ impl Machine {
                 self.move_datum(index, stream, now);
             }
         }
-        // A stream that has been enabled finds the requests that wait.
+        // A stream that has just been enabled serves requests that wait.
         self.repeat_usart_requests(now);
         for stream in 0..8 {
             self.dma_changed(index, stream);
         }
     }
 
-    /// A peripheral asks for a transfer: the streams that listen make it.
+    /// A peripheral requests a transfer: the streams that serve it make it.
     pub(super) fn request_dma(&mut self, routes: &[Route], now: u64) {
         for route in routes {
             let (index, stream) = (usize::from(route.controller), usize::from(route.stream));
@@ -52,7 +52,7 @@ impl Machine {
         self.nvic.set_line(dma::exception(index, stream), up);
     }
 
-    /// Moves a datum; the error is the address that cannot be reached.
+    /// Moves a datum. The error is the address that cannot be reached.
     fn transfer(
         &mut self,
         transfer: Transfer,
@@ -87,16 +87,17 @@ impl Machine {
         }
     }
 
-    /// The memories that a DMA controller reaches: CCM is on the core's bus (RM0090 section 2.1).
-    /// Of the flash the manual's text says nothing here (2.1.4, 2.1.5); it is let through.
+    /// The memories that a DMA controller can reach: not CCM, which is on the core's bus (RM0090
+    /// section 2.1). The manual's text does not say here whether it reaches the flash (2.1.4,
+    /// 2.1.5); the emulator allows it.
     fn dma_memory(&self, address: u32) -> Option<(Region, usize)> {
         let place = self.memory.place(address)?;
         matches!(place.0, Region::Flash | Region::Sram).then_some(place)
     }
 }
 
-/// The peripherals that a controller reaches: the peripheral port of DMA1 is no master of the bus
-/// matrix, and has no way to AHB1 (RM0090 sections 2.1 and 10.3.1).
+/// Whether a controller can reach a peripheral. The peripheral port of DMA1 is no master of the bus
+/// matrix, and cannot reach AHB1 (RM0090 sections 2.1 and 10.3.1).
 fn reaches(index: usize, address: u32) -> bool {
     match address {
         0x4000_0000..=0x4001_FFFF => true,

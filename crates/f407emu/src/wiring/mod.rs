@@ -1,5 +1,5 @@
-//! How the peripherals are connected: events in the order of time, clocks, and in the files below
-//! it interrupt lines, DMA requests and pins.
+//! Connects the peripherals: events in the order of time, and clocks. The files below it have
+//! interrupt lines, DMA requests and pins.
 mod dma;
 mod pins;
 pub(crate) mod serial;
@@ -17,7 +17,7 @@ use crate::{
 };
 
 impl Machine {
-    /// Lets everything happen that is due by now, in order.
+    /// Carries out all events that are due by now, in order.
     #[cold]
     pub(crate) fn run_events(&mut self) {
         while self.next_event <= self.cycle {
@@ -52,7 +52,8 @@ impl Machine {
         }
     }
 
-    /// The voltage detector is connected to EXTI's line 16 (RM0090 section 5.2.3).
+    /// The voltage detector's output has changed: it is connected to EXTI's line 16 (RM0090 section
+    /// 5.2.3).
     pub(crate) fn detector_changed(&mut self, low: bool) {
         self.devices.exti.line_changed(16, low);
         self.exti_changed();
@@ -93,7 +94,7 @@ impl Machine {
         }
     }
 
-    /// Works out when the next event is.
+    /// Finds the cycle of the next event.
     pub(crate) fn reschedule(&mut self) {
         self.next_event = self.devices.next_event().min(self.world.next_event());
     }
@@ -109,7 +110,7 @@ impl Machine {
         self.update_clocks(now);
     }
 
-    /// Tells everything that counts how fast it does.
+    /// Updates the clocks of all peripherals that count.
     pub(crate) fn update_clocks(&mut self, now: u64) {
         let clocks = self.devices.rcc.clocks();
         self.clocks = clocks;
@@ -153,7 +154,7 @@ impl Machine {
         self.reschedule();
     }
 
-    /// The operation at `offset` has begun.
+    /// Records that the operation at `offset` has begun.
     pub(crate) fn record_flash_operation(&mut self, begin: u64, offset: usize, erases: bool) {
         self.flash_operations.push(FlashOperation {
             begin,

@@ -9,7 +9,7 @@ use crate::{
 };
 
 impl Machine {
-    /// The pins of a port take their new levels: edges are recorded, and may interrupt.
+    /// Updates the levels of a port's pins. Edges are recorded, and may cause interrupts.
     pub(crate) fn update_pins(&mut self, port: usize, cycle: u64, cause: Cause) {
         let levels = self.devices.ports[port].resolve(self.timer_levels(port));
         let changed = levels ^ self.devices.ports[port].levels;
@@ -38,7 +38,7 @@ impl Machine {
         self.exti_changed();
     }
 
-    /// The wires of a pin carry its new level to their other ends.
+    /// Carries the new level of a pin over its wires.
     fn show_wires(&mut self, from: Pin, level: bool, cycle: u64) {
         for wire in self.world.wires_of(from) {
             let pin = wire.to;
@@ -48,15 +48,15 @@ impl Machine {
         }
     }
 
-    /// All pins take the levels that the ports' registers make.
+    /// Updates the levels of all pins.
     pub(crate) fn update_all_pins(&mut self, cycle: u64, cause: Cause) {
         for port in 0..self.devices.ports.len() {
             self.update_pins(port, cycle, cause);
         }
     }
 
-    /// Whether the chip drives a pin; one that it does not drive floats, or follows its pull or the
-    /// world.
+    /// Whether the chip drives a pin. A pin that it does not drive floats, or follows its pull or
+    /// the world.
     pub fn drives(&self, pin: Pin) -> bool {
         let port = usize::from(pin.port);
         let driving = self.devices.ports[port].driving(self.timer_levels(port));

@@ -1,4 +1,4 @@
-//! The USARTs and USB: their interrupt lines, and the former's DMA requests.
+//! The USARTs and USB: their interrupt lines, and the DMA requests of the USARTs.
 use crate::{
     machine::Machine,
     peripheral::{nvic::Exception, timer_map::Route, usart::UsartRequests},
@@ -8,7 +8,8 @@ use crate::{
 pub(crate) const USART_IRQS: [u8; 4] = [37, 38, 39, 71];
 /// Interrupt of USB OTG FS.
 pub(crate) const USB_IRQ: u8 = 67;
-/// DMA streams of the USARTs (RM0090 tables 43 and 44): of received bytes, and of those to be sent.
+/// DMA streams of the USARTs (RM0090 tables 43 and 44): for received bytes, and for bytes to be
+/// sent.
 pub(crate) const USART_RECEIVE: [&[Route]; 4] = [
     &[route(1, 2, 4), route(1, 5, 4)],
     &[route(0, 5, 4)],
@@ -49,7 +50,7 @@ impl Machine {
         self.nvic.set_line(Exception::irq(USB_IRQ), up);
     }
 
-    /// Repeats the USARTs' requests to DMA: for a stream that listens from now on.
+    /// Repeats the USARTs' requests to DMA, for streams that have just been enabled.
     pub(super) fn repeat_usart_requests(&mut self, now: u64) {
         for index in 0..self.devices.usarts.len() {
             let requests = self.devices.usarts[index].requests();

@@ -1,4 +1,4 @@
-//! Peripherals that work together.
+//! Tests of peripherals that work together.
 use crate::{
     instruction::Width,
     machine::Machine,
@@ -81,8 +81,8 @@ fn the_matches_of_a_watched_channel_are_recorded_with_their_origin() {
 
 #[test]
 fn no_match_is_lost_while_a_store_to_the_timer_waits() {
-    // A store of SR, in front of it one that fills the store buffer: the match comes before, in and
-    // after the wait.
+    // The program stores to a register, which fills the store buffer, and then to SR, which waits.
+    // The match comes before, during and after that wait.
     for compare in 1..60 {
         let mut machine = machine(&[(TIM4 + 0x34, compare), (TIM4, 1)]);
         machine.watch_channel(4, 1);
@@ -108,7 +108,7 @@ fn a_match_that_is_due_when_the_clock_changes_is_not_passed_over() {
     let mut machine = machine(&[(TIM4 + 0x34, 100), (TIM4, 1)]);
     machine.watch_channel(4, 1);
     let start = machine.cycle();
-    // The store comes in the very cycle of the match, before the event has been looked for.
+    // The store comes in the cycle of the match, before the event has been handled.
     machine.cycle = start + 101;
     machine.write_word(CFGR, 4 << 10).unwrap(); // APB1 at half of HCLK: the timers go on as fast
     assert_eq!(machine.matches().len(), 1);
@@ -249,8 +249,8 @@ const USART2: u32 = 0x4000_4400;
 const DMA1_S5: u32 = 0x4002_6000 + 0x10 + 5 * 0x18;
 const DMA1_S6: u32 = 0x4002_6000 + 0x10 + 6 * 0x18;
 
-/// RM0090 section 30.3.13, reception using DMA: each byte is taken from DR to memory, here as the
-/// half-words that DR has.
+/// RM0090 section 30.3.13, reception using DMA: each byte is moved from DR to memory, here as
+/// half-words, the width of DR.
 #[test]
 fn dma_takes_received_bytes_round_and_round() {
     let mut machine = machine(&[
@@ -274,8 +274,8 @@ fn dma_takes_received_bytes_round_and_round() {
     assert_eq!(machine.uart_overruns(crate::SerialPort::Usart2), 0);
 }
 
-/// RM0090 section 30.3.13, transmission using DMA: the request is there while TXE and DMAT are,
-/// whichever side is enabled first.
+/// RM0090 section 30.3.13, transmission using DMA: the request lasts while TXE and DMAT are set,
+/// whichever of DMA and USART is enabled first.
 #[test]
 fn dma_sends_bytes_from_memory_and_says_when_the_last_is_in_the_port() {
     let mut machine = machine(&[

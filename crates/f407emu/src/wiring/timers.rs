@@ -25,9 +25,9 @@ impl Machine {
         self.reschedule();
     }
 
-    /// Lets a timer's events happen that are due by now. An access comes later than its instruction
-    /// began, by the time that it waits for the flash and for the store buffer: a match meanwhile
-    /// must not be passed over.
+    /// Carries out the events of a timer that are due by now. An access comes later than the start
+    /// of its instruction, because it waits for the flash and for the store buffer. A match during
+    /// that wait must not be missed.
     pub(crate) fn catch_up_timer(&mut self, index: usize, now: u64) {
         while self.devices.timers[index].next_event() <= now {
             let due = self.devices.timers[index].next_event();
@@ -35,7 +35,7 @@ impl Machine {
         }
     }
 
-    /// The event that a timer has planned happens now.
+    /// Carries out the event that a timer has planned for now.
     pub(super) fn timer_event(&mut self, index: usize, now: u64) {
         let requests = self.devices.timers[index].event(now);
         self.timer_changed(index, now, Cause::Timer(index as u8 + 1));
@@ -51,7 +51,7 @@ impl Machine {
         }
     }
 
-    /// The interrupt lines of a timer follow its flags.
+    /// Sets the interrupt lines of a timer by its flags.
     pub(crate) fn update_timer_lines(&mut self, index: usize) {
         let instance = self.devices.timers[index].instance;
         self.update_timer_line(instance.update_irq);
@@ -60,7 +60,7 @@ impl Machine {
         }
     }
 
-    /// A pin's level has changed: a timer that the pin is an input of may capture its count.
+    /// A pin's level has changed: if the pin is a timer's input, the timer may capture its count.
     pub(super) fn show_timer(&mut self, pin: Pin, level: bool, now: u64) {
         let port = &self.devices.ports[usize::from(pin.port)];
         if port.alternate_pins() >> pin.number & 1 == 0 {
@@ -76,7 +76,7 @@ impl Machine {
         self.timer_requests(index, requests, now);
     }
 
-    /// Records the matches of watched channels, `matched` with a bit for each.
+    /// Records the matches of watched channels; `matched` has one bit for each channel.
     pub(super) fn record_matches(&mut self, index: usize, matched: u8, cycle: u64, forced: bool) {
         let watched = matched & self.watched_channels[index];
         for channel in (0..4).filter(|channel| watched >> channel & 1 != 0) {
@@ -89,7 +89,7 @@ impl Machine {
         }
     }
 
-    /// Several timers may share a line.
+    /// Sets an interrupt line, which several timers may share.
     fn update_timer_line(&mut self, irq: u8) {
         let up = self.devices.timers.iter().any(|timer| {
             let instance = timer.instance;
@@ -111,7 +111,7 @@ impl Machine {
         }
     }
 
-    /// The pins of a timer's outputs follow it.
+    /// Updates the pins of a timer's outputs.
     fn update_timer_pins(&mut self, index: usize, now: u64, cause: Cause) {
         for port in 0..self.devices.ports.len() {
             let mut changed = false;

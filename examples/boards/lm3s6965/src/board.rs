@@ -1,4 +1,4 @@
-//! The board under the machine: three motors and a serial line; no spindle, no coolant, no
+//! The board that the machine runs on: three motors and a serial line; no spindle, no coolant, no
 //! switches.
 
 use crate::{handlers, step_port, uart};
@@ -7,7 +7,7 @@ use leadscrew_machine::board::{
 };
 use leadscrew_stepper::Power;
 
-/// The main loop's end of the board.
+/// The board as the main loop uses it.
 pub(crate) struct Lm3s(());
 
 impl Lm3s {

@@ -1,19 +1,20 @@
-//! The board's clock: one count of 50 MHz for steps and for the main loop.
+//! The board's clock: one 50 MHz count for both steps and the main loop.
 //!
-//! SysTick counts 24 bits down, and its exception counts how often it has come round. A step timer
-//! that is started anew for each tick would lose the time from its end to its start; so ticks are
-//! places in this count, and the step timer only rings when the next one has come.
+//! SysTick counts down 24 bits, and its exception counts how often it wraps around. A step timer
+//! that is started again for each tick would lose the time from its end to its next start. So a
+//! tick is an instant of this count, and the step timer only raises an interrupt when that instant
+//! has come.
 
 use crate::register::Register;
 use core::sync::atomic::{AtomicU32, Ordering};
 use leadscrew_machine::board::Instant;
 
-/// Counts a second.
+/// The counts in a second.
 pub(crate) const HZ: u32 = 50_000_000;
 
 const COUNTS_PER_US: u64 = HZ as u64 / 1_000_000;
 
-/// Run-mode clock configuration, and the clock gates of timers and UARTs, and of ports.
+/// Run-mode clock configuration; the clock gates of timers and UARTs; the clock gates of ports.
 const RCC: Register = Register::at(0x400F_E000, 0x060);
 const RCGC1: Register = Register::at(0x400F_E000, 0x104);
 const RCGC2: Register = Register::at(0x400F_E000, 0x108);
@@ -27,10 +28,10 @@ const ICSR: Register = Register::at(0xE000_ED04, 0);
 const LAST: u32 = 0x00FF_FFFF;
 const PENDSTSET: u32 = 1 << 26;
 
-/// How often SysTick has come round.
+/// How often SysTick has wrapped around.
 static ROUNDS: AtomicU32 = AtomicU32::new(0);
 
-/// Wakes the main loop.
+/// The timer that wakes the main loop.
 pub(crate) const MAIN_LOOP: Alarm = Alarm(0x4003_2000);
 
 /// Starts PLL, peripheral clocks and the count.
@@ -53,18 +54,19 @@ pub(crate) fn start() {
     SYST_CSR.write(ENABLE_WITH_EXCEPTION_AT_CORE_CLOCK);
 }
 
-/// SysTick has come round. Its exception.
+/// SysTick has wrapped around. Called by its exception.
 pub(crate) fn on_round() {
     let rounds = ROUNDS.load(Ordering::Relaxed);
     ROUNDS.store(rounds.wrapping_add(1), Ordering::Relaxed);
 }
 
-/// Counts since the start. Any context.
+/// The counts since the start. Any context may call this.
 pub(crate) fn count() -> u64 {
     loop {
         let rounds = ROUNDS.load(Ordering::Relaxed);
         let low = LAST - SYST_CVR.read();
-        // Where the exception waits for us, its round is not counted yet; a low count is behind it.
+        // If the exception is pending, its round is not counted yet, and a low count comes after
+        // it.
         let waiting = ICSR.read() & PENDSTSET != 0 && low < LAST / 2;
         if rounds == ROUNDS.load(Ordering::Relaxed) {
             return (u64::from(rounds) + u64::from(waiting)) << 24 | u64::from(low);
@@ -72,12 +74,12 @@ pub(crate) fn count() -> u64 {
     }
 }
 
-/// The time for the machine. Main loop.
+/// The time for the machine. Called by the main loop.
 pub(crate) fn now() -> Instant {
     Instant::from_ticks(count() / COUNTS_PER_US)
 }
 
-/// Wakes the main loop at `instant`, or at once where it has passed. Main loop.
+/// Wakes the main loop at `instant`, or at once where that has passed. Called by the main loop.
 pub(crate) fn wake_at(instant: Instant) {
     let left = (instant.ticks() * COUNTS_PER_US).saturating_sub(count());
     MAIN_LOOP.ring_in(left);
@@ -87,7 +89,7 @@ pub(crate) fn wake_at(instant: Instant) {
 pub(crate) struct Alarm(pub(crate) u32);
 
 impl Alarm {
-    /// Sets it up, silent. Once.
+    /// Sets the timer up without starting it. Called once.
     pub(crate) fn start(&self) {
         const ONE_SHOT: u32 = 1;
         const TIME_OUT: u32 = 1;
@@ -97,7 +99,7 @@ impl Alarm {
         self.register(0x18).write(TIME_OUT); // IMR
     }
 
-    /// Rings once, `counts` from now, in place of whatever was set.
+    /// Raises one interrupt, `counts` from now, in place of an earlier setting.
     pub(crate) fn ring_in(&self, counts: u64) {
         self.register(0x0C).write(0);
         let counts = u32::try_from(counts).unwrap_or(u32::MAX).max(1);
@@ -105,7 +107,7 @@ impl Alarm {
         self.register(0x0C).write(1);
     }
 
-    /// Makes it silent.
+    /// Stops the timer.
     pub(crate) fn silence(&self) {
         self.register(0x0C).write(0);
     }

@@ -1,6 +1,6 @@
-//! Which interrupt calls what. Steps and the end of a pulse come first, then the clock's round,
-//! then bytes.
-#![allow(unsafe_code)] // a handler and what it owns
+//! The interrupts and the functions that they call. The step timer and the pulse timer have the
+//! highest priority, then the clock's exception, then the serial line.
+#![allow(unsafe_code)] // a handler uses data of its own through a static
 
 use crate::vectors::Interrupt;
 use crate::{clock, step_port, uart, AXES, SHARED};
@@ -11,11 +11,12 @@ use heapless::spsc::Consumer;
 use leadscrew_machine::protocol::serial::Receiver;
 use leadscrew_stepper::{on_timer, start as start_motion, Segment, StepInterrupt};
 
-/// What one handler owns: filled before its interrupt can come, and nobody else's from then on.
+/// The data that one handler owns: filled before its interrupt can come, and used by nobody else
+/// from then on.
 struct Owned<T>(UnsafeCell<Option<T>>);
 
-// SAFETY: `start` fills it while the interrupt is masked; afterwards one handler alone uses it, and
-// never interrupts itself.
+// SAFETY: `start` fills it while the interrupt is masked. After that only one handler uses it, and
+// that never interrupts itself.
 unsafe impl<T> Sync for Owned<T> {}
 
 struct Steps {
@@ -28,7 +29,7 @@ struct Steps {
 static STEPS: Owned<Steps> = Owned(UnsafeCell::new(None));
 static LISTENER: Owned<Receiver<'static>> = Owned(UnsafeCell::new(None));
 
-/// Starts pins and serial line, and lets the interrupts come. Once.
+/// Starts pins and serial line, and enables the interrupts. Called once.
 pub(crate) fn start(receiver: Receiver<'static>, segments: Consumer<'static, Segment<AXES>>) {
     step_port::start();
     clock::MAIN_LOOP.start();
@@ -39,13 +40,13 @@ pub(crate) fn start(receiver: Receiver<'static>, segments: Consumer<'static, Seg
         port: step_port::Port::new(),
         in_motion: false,
     };
-    // SAFETY: the interrupts are masked, so no handler runs; the peripherals are nobody else's; no
-    // critical section rests on these priorities.
+    // SAFETY: the interrupts are masked, so that no handler runs; nobody else uses these
+    // peripherals; no critical section depends on these priorities.
     unsafe {
         *STEPS.0.get() = Some(steps);
         *LISTENER.0.get() = Some(receiver);
         let mut core = cortex_m::Peripherals::steal();
-        // The upper three bits count.
+        // The chip uses only the upper three bits of a priority.
         core.SCB.set_priority(SystemHandler::SysTick, 1 << 5);
         core.NVIC.set_priority(Interrupt::Uart0, 2 << 5);
         core.NVIC.set_priority(Interrupt::Timer2A, 2 << 5);
@@ -56,7 +57,7 @@ pub(crate) fn start(receiver: Receiver<'static>, segments: Consumer<'static, Seg
     }
 }
 
-/// Has the step interrupt come at once. Main loop.
+/// Makes the step interrupt come at once. Called by the main loop.
 pub(crate) fn pend_step() {
     NVIC::pend(Interrupt::Timer0A);
 }
@@ -65,7 +66,7 @@ pub(crate) fn pend_step() {
 #[no_mangle]
 extern "C" fn TIMER_0A() {
     step_port::TICK.acknowledge();
-    // SAFETY: this handler's own.
+    // SAFETY: only this handler uses it.
     let Some(steps) = (unsafe { (*STEPS.0.get()).as_mut() }) else {
         return;
     };
@@ -86,14 +87,14 @@ extern "C" fn TIMER_0A() {
     *in_motion = SHARED.is_running();
 }
 
-/// A pulse is over.
+/// A pulse ends.
 #[no_mangle]
 extern "C" fn TIMER_1A() {
     step_port::PULSE.acknowledge();
     step_port::on_pulse_end();
 }
 
-/// The main loop asked to be woken.
+/// The main loop is woken at the instant that it has set.
 #[no_mangle]
 extern "C" fn TIMER_2A() {
     clock::MAIN_LOOP.acknowledge();
@@ -102,7 +103,7 @@ extern "C" fn TIMER_2A() {
 /// Bytes have come.
 #[no_mangle]
 extern "C" fn UART0() {
-    // SAFETY: this handler's own.
+    // SAFETY: only this handler uses it.
     if let Some(receiver) = unsafe { (*LISTENER.0.get()).as_mut() } {
         uart::on_interrupt(receiver);
     }

@@ -36,19 +36,20 @@ use leadscrew_stepper::Shared;
 use panic_halt as _;
 use static_cell::{ConstStaticCell, StaticCell};
 
-/// X, Y, Z, a motor each.
+/// The axes X, Y, Z, with one motor each.
 const AXES: usize = 3;
 
 /// Moves that are planned ahead.
 const DEPTH: usize = 16;
 
-/// Blocks in which they are looked ahead over.
+/// The number of blocks of moves in the look-ahead.
 const BLOCKS: usize = 2;
 
-/// Slots for segments: 8, and one that stays empty. None waits for power: nothing burns.
+/// Slots for segments: 8, and one that always stays empty. No segment has to wait for power,
+/// because there is no laser.
 const SLOTS: usize = 9;
 
-/// The main loop sleeps no longer than this, so that it sees the clock's high word change.
+/// The longest sleep of the main loop, so that it sees each change of the clock's high word.
 const LONGEST_SLEEP: Duration = Duration::from_ticks(5_000);
 
 type TheMachine = Machine<'static, Cartesian, AXES, AXES>;
@@ -67,15 +68,15 @@ const _: () = assert!(
         <= 12 * 1024
 );
 
-/// Words that the step interrupt shares with the main loop.
+/// State that the step interrupt shares with the main loop.
 static SHARED: Shared<AXES> = Shared::new();
 
-/// Words that switch interrupts would share with the main loop. This board has no switches.
+/// State that switch interrupts would share with the main loop. This board has no switches.
 static INPUTS: Inputs<AXES> = Inputs::new();
 
 #[entry]
 fn main() -> ! {
-    // Constants: zeroed memory, which is never built on the stack.
+    // The initial values are constants, in zeroed memory, so that nothing is built on the stack.
     static SEGMENTS: ConstStaticCell<Segments> = ConstStaticCell::new(Segments::new());
     static MOVES: ConstStaticCell<Moves> = ConstStaticCell::new(Moves::new());
     static PIXELS: ConstStaticCell<NoPixels> = ConstStaticCell::new(NoPixels::new());
@@ -113,7 +114,7 @@ fn config() -> MachineConfig<AXES> {
     MachineConfig {
         timer_hz: clock::HZ,
         step_timing: StepTiming {
-            // Not measured on silicon: 20 000 steps a second, for which every Cortex-M3 has time.
+            // Not measured on silicon: figures for 20 000 steps/s, which any Cortex-M3 can make.
             tick_ns: 45_000,
             motor_ns: 1_000,
             line_ns: 48_000,

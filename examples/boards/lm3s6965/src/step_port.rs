@@ -1,4 +1,4 @@
-//! Step and direction pins, and the timers behind them.
+//! Step and direction pins, and their timers.
 
 use crate::clock::{self, Alarm};
 use crate::register::Register;
@@ -6,9 +6,9 @@ use core::sync::atomic::{AtomicBool, AtomicU32, AtomicU8, Ordering::Relaxed};
 use leadscrew_machine::board::PortConfig;
 use leadscrew_stepper::{MotorMask, OutputChange, Power, StepPort, Ticks};
 
-/// Rings at the next tick.
+/// The timer of the next tick.
 pub(crate) const TICK: Alarm = Alarm(0x4003_0000);
-/// Rings at the end of a pulse.
+/// The timer that ends a pulse.
 pub(crate) const PULSE: Alarm = Alarm(0x4003_1000);
 
 const PORT_D: u32 = 0x4000_7000;
@@ -16,22 +16,22 @@ const PORT_E: u32 = 0x4002_4000;
 const MOTORS: u32 = 0b111;
 const ENABLE: u32 = 1 << 3;
 
-/// A store at `base + 4 * mask` changes the pins of `mask` and no others (data sheet, GPIO data
-/// register).
+/// The data register that changes only the pins of `mask`: it is at `base + 4 * mask` (data sheet,
+/// GPIO data register).
 const fn pins(base: u32, mask: u32) -> Register {
     Register::at(base, mask << 2)
 }
 
-/// Motors whose step pin is low in a pulse.
+/// The motors whose step pin is low in a pulse.
 static STEP_INVERT: AtomicU8 = AtomicU8::new(0);
 static DIRECTION_INVERT: AtomicU8 = AtomicU8::new(0);
-/// How long a pulse lasts, counts.
+/// The length of a pulse, counts.
 static PULSE_COUNTS: AtomicU32 = AtomicU32::new(10 * 50);
-/// Directions that wait for the end of the pulse.
+/// The directions, which wait for the end of a pulse.
 static NEGATIVE: AtomicU8 = AtomicU8::new(0);
 static PULSING: AtomicBool = AtomicBool::new(false);
 
-/// Makes the pins outputs, drivers off. Once.
+/// Makes the pins outputs, with the drivers off. Called once.
 pub(crate) fn start() {
     const DIRECTION: u32 = 0x400;
     const DIGITAL: u32 = 0x51C;
@@ -44,21 +44,21 @@ pub(crate) fn start() {
     PULSE.start();
 }
 
-/// Puts the wiring into effect. Main loop, at rest.
+/// Applies the settings of the pins. Called by the main loop, at rest.
 pub(crate) fn configure(port: &PortConfig) {
     STEP_INVERT.store(port.step_invert.bits(), Relaxed);
     DIRECTION_INVERT.store(port.direction_invert.bits(), Relaxed);
     PULSE_COUNTS.store(u32::from(port.pulse_us) * (clock::HZ / 1_000_000), Relaxed);
-    PULSE.ring_in(1); // pins go to their levels
+    PULSE.ring_in(1); // the pins go to their new levels
 }
 
-/// Drivers are enabled by a low level. Main loop.
+/// Switches the motor drivers, which a low level enables. Called by the main loop.
 pub(crate) fn enable_motors(on: bool) {
     pins(PORT_E, ENABLE).write(if on { 0 } else { ENABLE });
 }
 
-/// Ends a pulse; directions that have waited for that follow. Interrupt of the second timer, as
-/// high as that of the first.
+/// Ends a pulse, and sets directions that have waited for its end. Called by the interrupt of the
+/// second timer, which has the same priority as the first.
 pub(crate) fn on_pulse_end() {
     pins(PORT_E, MOTORS).write(STEP_INVERT.load(Relaxed).into());
     PULSING.store(false, Relaxed);
@@ -70,9 +70,9 @@ fn write_directions() {
     pins(PORT_D, MOTORS).write(levels.into());
 }
 
-/// What the step interrupt drives.
+/// The pins and the timer, as the step interrupt uses them.
 pub(crate) struct Port {
-    /// The tick that rings next, or is being handled: a place in [`clock::count`].
+    /// The tick that comes next, or is being handled: an instant of [`clock::count`].
     due: u64,
 }
 
@@ -81,7 +81,7 @@ impl Port {
         Self { due: 0 }
     }
 
-    /// Motion begins: ticks count from now.
+    /// Begins motion: ticks are counted from now.
     pub(crate) fn begin(&mut self) {
         self.due = clock::count();
     }

@@ -1,4 +1,4 @@
-//! UART0, a PL011 at 115 200 baud: what it receives goes to the machine byte by byte.
+//! UART0, a PL011 at 115 200 baud: hands received bytes to the machine one by one.
 
 use crate::register::Register;
 use leadscrew_machine::protocol::serial::Receiver;
@@ -18,11 +18,11 @@ const NO_ROOM: u32 = 1 << 5;
 const RECEIVED: u32 = 1 << 4;
 const RECEIVE_TIMEOUT: u32 = 1 << 6;
 
-/// PA0 and PA1 are the UART's.
+/// PA0 and PA1 belong to the UART.
 const PORT_A_ALTERNATE: Register = Register::at(0x4000_4000, 0x420);
 const PORT_A_DIGITAL: Register = Register::at(0x4000_4000, 0x51C);
 
-/// Starts the line. Once.
+/// Starts the line. Called once.
 pub(crate) fn start() {
     PORT_A_ALTERNATE.set(0b11);
     PORT_A_DIGITAL.set(0b11);
@@ -37,7 +37,7 @@ pub(crate) fn start() {
     CONTROL.write(ENABLE_BOTH_WAYS);
 }
 
-/// Hands over all that has been received. UART interrupt.
+/// Hands over all bytes that have been received. Called by the UART's interrupt.
 pub(crate) fn on_interrupt(receiver: &mut Receiver<'_>) {
     INTERRUPT_CLEAR.write(RECEIVED | RECEIVE_TIMEOUT);
     while FLAGS.read() & NOTHING_RECEIVED == 0 {
@@ -45,7 +45,7 @@ pub(crate) fn on_interrupt(receiver: &mut Receiver<'_>) {
     }
 }
 
-/// Sends as many of `bytes` as there is room for; returns how many. Main loop.
+/// Sends as many of `bytes` as there is room for, and returns how many. Called by the main loop.
 pub(crate) fn write(bytes: &[u8]) -> usize {
     let room = |_: &&u8| FLAGS.read() & NO_ROOM == 0;
     let sent = bytes.iter().take_while(room);

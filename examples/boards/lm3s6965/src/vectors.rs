@@ -14,7 +14,7 @@ pub(crate) enum Interrupt {
     Timer2A = 23,
 }
 
-// SAFETY: each number is that of one interrupt, and stays so.
+// SAFETY: each number belongs to one interrupt, and never changes.
 unsafe impl InterruptNumber for Interrupt {
     fn number(self) -> u16 {
         self as u16

@@ -1,4 +1,4 @@
-//! The board under the machine: three motors and a serial line; no spindle, no coolant, no
+//! The board that the machine runs on: three motors and a serial line; no spindle, no coolant, no
 //! switches.
 
 use crate::step_port;
@@ -17,7 +17,7 @@ use rp2040_hal::{
     Clock, Sio, Watchdog,
 };
 
-/// The Pico's crystal.
+/// The frequency of the Pico's crystal, Hz.
 const CRYSTAL_HZ: u32 = 12_000_000;
 
 type Wires = (
@@ -26,17 +26,17 @@ type Wires = (
 );
 type Enable = Pin<bank0::Gpio8, FunctionSio<SioOutput>, PullDown>;
 
-/// The main loop's end of the board.
+/// The board as the main loop uses it.
 pub(crate) struct Pico {
     writer: uart::Writer<pac::UART0, Wires>,
     enable: Enable,
 }
 
-/// The serial interrupt's end of the board.
+/// The board as the serial interrupt uses it.
 pub(crate) struct Reader(uart::Reader<pac::UART0, Wires>);
 
 impl Reader {
-    /// Hands over all that has been received.
+    /// Hands over all bytes that have been received.
     pub(crate) fn hand_over(&mut self, receiver: &mut Receiver<'_>) {
         let mut bytes = [0; 32];
         while let Ok(count) = self.0.read_raw(&mut bytes) {
@@ -47,7 +47,7 @@ impl Reader {
     }
 }
 
-/// Starts clocks, pins, serial line and step timer. Once.
+/// Starts clocks, pins, serial line and step timer. Called once.
 pub(crate) fn start(device: pac::Peripherals) -> (Pico, Reader) {
     let mut resets = device.RESETS;
     let mut watchdog = Watchdog::new(device.WATCHDOG);
@@ -60,7 +60,7 @@ pub(crate) fn start(device: pac::Peripherals) -> (Pico, Reader) {
         &mut resets,
         &mut watchdog,
     );
-    // A crystal or a PLL that does not start: nothing can run.
+    // If a crystal or a PLL does not start, nothing can run.
     let Ok(clocks) = clocks else { halt() };
     let sio = Sio::new(device.SIO);
     let pins = Pins::new(
@@ -85,7 +85,7 @@ pub(crate) fn start(device: pac::Peripherals) -> (Pico, Reader) {
     pins.gpio5.into_push_pull_output();
     pins.gpio6.into_push_pull_output();
     pins.gpio7.into_push_pull_output();
-    // Out of reset, and counting the watchdog's ticks.
+    // This takes the timer out of reset, with the watchdog's tick as its clock.
     let _timer = rp2040_hal::Timer::new(device.TIMER, &mut resets, &clocks);
     step_port::start();
     (Pico { writer, enable }, Reader(reader))

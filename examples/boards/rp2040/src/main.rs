@@ -6,9 +6,9 @@
 //!                                     +-- segments-+---------------------------+
 //! ```
 //!
-//! Written from `docs/embedding.md`; compiled, and never run. Pins: serial line on GPIO 0 and 1,
+//! Written from `docs/embedding.md`; compiled, but never run. Pins: serial line on GPIO 0 and 1,
 //! steps of X, Y, Z on GPIO 2 to 4, directions on GPIO 5 to 7, enable (low) on GPIO 8. Time and
-//! steps share one count of a microsecond, the chip's own timer.
+//! steps share one count of microseconds, the chip's own timer.
 #![no_std]
 #![no_main]
 #![deny(unsafe_code)]
@@ -31,7 +31,7 @@ use leadscrew_stepper::{Segment, Shared, StepInterrupt};
 use panic_halt as _;
 use step_port::Port;
 
-/// X, Y, Z, a motor each.
+/// The axes X, Y, Z, with one motor each.
 const AXES: usize = 3;
 
 /// Moves that are planned ahead.
@@ -39,19 +39,19 @@ const MOVES: usize = 256;
 
 type TheMachine = Machine<'static, Cartesian, AXES, AXES>;
 
-/// Words that the step interrupt shares with the main loop.
+/// State that the step interrupt shares with the main loop.
 static SHARED: Shared<AXES> = Shared::new();
 
-/// Words that switch interrupts would share with the main loop. This board has no switches.
+/// State that switch interrupts would share with the main loop. This board has no switches.
 static INPUTS: Inputs<AXES> = Inputs::new();
 
 /// Sets the flash chip up, before anything else runs.
-#[allow(unsafe_code)] // where the boot loader looks for it
+#[allow(unsafe_code)] // the boot loader looks for it in this section
 #[link_section = ".boot2"]
 #[used]
 static BOOT2: [u8; 256] = rp2040_boot2::BOOT_LOADER_GENERIC_03H;
 
-/// What the step interrupt owns.
+/// The state that the step interrupt owns.
 pub struct Steps {
     interrupt: StepInterrupt<AXES>,
     segments: Consumer<'static, Segment<AXES>>,
@@ -75,7 +75,7 @@ mod app {
         steps: Steps,
     }
 
-    // Constants: zeroed memory, which is never built on the stack.
+    // The initial values are constants, in zeroed memory, so that nothing is built on the stack.
     #[init(local = [
         queue: SegmentQueue<AXES> = SegmentQueue::new(),
         moves: MoveQueues<AXES, AXES, MOVES> = MoveQueues::new(),
@@ -109,7 +109,7 @@ mod app {
         (SharedResources {}, local)
     }
 
-    /// The main loop. It never sleeps: at 125 MHz it looks round every few microseconds.
+    /// The main loop. It never sleeps: at 125 MHz it makes a turn every few microseconds.
     #[idle(local = [machine, board])]
     fn idle(cx: idle::Context) -> ! {
         loop {
@@ -144,7 +144,7 @@ mod app {
         *in_motion = SHARED.is_running();
     }
 
-    /// A pulse is over.
+    /// A pulse ends.
     #[task(binds = TIMER_IRQ_1, priority = 3)]
     fn pulse_end(_: pulse_end::Context) {
         step_port::on_pulse_end();
@@ -155,7 +155,7 @@ fn config() -> MachineConfig<AXES> {
     MachineConfig {
         timer_hz: clock::HZ,
         step_timing: StepTiming {
-            // Not measured: 20 000 steps a second.
+            // Not measured: figures for 20 000 steps/s.
             tick_ns: 45_000,
             motor_ns: 1_000,
             line_ns: 48_000,

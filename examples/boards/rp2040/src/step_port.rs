@@ -1,4 +1,4 @@
-//! Step and direction pins, and the alarms behind them.
+//! Step and direction pins, and their alarms.
 #![allow(unsafe_code)]
 
 use crate::clock::{count, timer};
@@ -7,7 +7,7 @@ use leadscrew_machine::board::PortConfig;
 use leadscrew_stepper::{MotorMask, OutputChange, Power, StepPort, Ticks};
 use rp2040_hal::pac;
 
-/// The first of three step pins, and of three direction pins.
+/// The numbers of the first of three step pins, and of the first of three direction pins.
 const STEPS: u32 = 2;
 const DIRECTIONS: u32 = 5;
 const MOTORS: u8 = 0b111;
@@ -18,32 +18,32 @@ const PULSE: u32 = 1 << 1;
 
 static STEP_INVERT: AtomicU8 = AtomicU8::new(0);
 static DIRECTION_INVERT: AtomicU8 = AtomicU8::new(0);
-/// How long a pulse lasts, microseconds.
+/// The length of a pulse, µs.
 static PULSE_US: AtomicU32 = AtomicU32::new(10);
-/// Directions that wait for the end of the pulse.
+/// The directions, which wait for the end of a pulse.
 static NEGATIVE: AtomicU8 = AtomicU8::new(0);
 static PULSING: AtomicBool = AtomicBool::new(false);
 
-/// Lets the interrupts of both alarms come. Once.
+/// Enables the interrupts of both alarms. Called once.
 pub(crate) fn start() {
-    // SAFETY: bits of alarms that are ours.
+    // SAFETY: the bits belong to our alarms.
     timer().inte().write(|w| unsafe { w.bits(TICK | PULSE) });
 }
 
-/// Puts the wiring into effect. Main loop, at rest.
+/// Applies the settings of the pins. Called by the main loop, at rest.
 pub(crate) fn configure(port: &PortConfig) {
     STEP_INVERT.store(port.step_invert.bits(), Relaxed);
     DIRECTION_INVERT.store(port.direction_invert.bits(), Relaxed);
     PULSE_US.store(port.pulse_us.into(), Relaxed);
-    end_pulse_in(1); // pins go to their levels
+    end_pulse_in(1); // the pins go to their new levels
 }
 
-/// Has the step interrupt come at once. Main loop.
+/// Makes the step interrupt come at once. Called by the main loop.
 pub(crate) fn pend() {
     rtic::pend(pac::Interrupt::TIMER_IRQ_0);
 }
 
-/// Ends a pulse; directions that have waited for that follow.
+/// Ends a pulse, and sets directions that have waited for its end.
 pub(crate) fn on_pulse_end() {
     // SAFETY: writing the bit clears the alarm's flag.
     timer().intr().write(|w| unsafe { w.bits(PULSE) });
@@ -54,7 +54,7 @@ pub(crate) fn on_pulse_end() {
 
 fn end_pulse_in(microseconds: u32) {
     let end = count().wrapping_add(microseconds + 1);
-    // SAFETY: every value is an instant.
+    // SAFETY: any value is a valid instant.
     timer().alarm1().write(|w| unsafe { w.bits(end) });
 }
 
@@ -66,7 +66,7 @@ fn write_directions() {
     );
 }
 
-/// Puts the pins of `mask`, counted from pin `first`, to `levels`.
+/// Sets the pins of `mask`, counted from pin `first`, to `levels`.
 fn put(first: u32, mask: u8, levels: u8) {
     let high = u32::from(levels & mask) << first;
     let low = u32::from(!levels & mask) << first;
@@ -78,9 +78,9 @@ fn put(first: u32, mask: u8, levels: u8) {
     }
 }
 
-/// What the step interrupt drives.
+/// The pins and the alarm, as the step interrupt uses them.
 pub(crate) struct Port {
-    /// The tick that rings next, or is being handled.
+    /// The tick that comes next, or is being handled.
     due: u32,
 }
 
@@ -89,15 +89,15 @@ impl Port {
         Self { due: 0 }
     }
 
-    /// Motion begins: ticks count from now.
+    /// Begins motion: ticks are counted from now.
     pub(crate) fn begin(&mut self) {
         self.due = count();
     }
 
-    /// Clears the flag of the tick that is being handled, whether the alarm or a late tick has set
-    /// it.
+    /// Clears the flag of the tick that is being handled. Either the alarm has set the flag, or the
+    /// code for a late tick.
     pub(crate) fn acknowledge(&mut self) {
-        // SAFETY: bits of an alarm that is ours.
+        // SAFETY: the bits belong to our alarm.
         unsafe {
             timer().intf().modify(|r, w| w.bits(r.bits() & !TICK));
             timer().intr().write(|w| w.bits(TICK));
@@ -129,13 +129,13 @@ impl StepPort for Port {
 
     fn arm(&mut self, wait: Ticks) -> bool {
         self.due = self.due.wrapping_add(wait.0);
-        // SAFETY: every value is an instant.
+        // SAFETY: any value is a valid instant.
         timer().alarm0().write(|w| unsafe { w.bits(self.due) });
-        // The alarm matches one count exactly: an instant that has passed would come round after 71
+        // The alarm compares for equality: an instant that has passed would match only after 71
         // minutes.
         let late = count().wrapping_sub(self.due).cast_signed() >= 0;
         if late {
-            // SAFETY: a bit of an alarm that is ours.
+            // SAFETY: the bit belongs to our alarm.
             timer()
                 .intf()
                 .modify(|r, w| unsafe { w.bits(r.bits() | TICK) });

@@ -7,18 +7,19 @@ use crate::{
     stream::Stream,
 };
 
-/// The same machine on each board: profiles differ in their settings.
+/// Settings that make the machine the same on each board: profiles differ in theirs.
 const SETTINGS: &str =
     "$22=0\n$X\n$0=5\n$4=0\n$30=1000\n$31=0\n$32=1\n$100=250\n$110=1200\n$120=4000\n$701=500\n";
 
 /// Powers of a row's pixels, thousandths of full power: any two neighbours differ.
 const ROW: [u64; 12] = [1000, 200, 800, 0, 500, 1000, 0, 100, 900, 300, 600, 50];
-/// A pixel of 2 mm at 600 mm/min lasts ten periods of the slowest power, 50 Hz; and its steps.
+/// A pixel of 2 mm takes 0.2 s at 600 mm/min, which is ten periods of the slowest power, 50 Hz. And
+/// the steps of the row.
 const PIXEL: &str = "X2";
 const STEPS: usize = ROW.len() * 500;
 
-/// A row of pixels under M3, whose power does not follow the speed: each has its duty, within a
-/// level, for its own time.
+/// Engraves a row of pixels under M3, where power does not follow the speed. Each pixel must have
+/// its duty, within a level, for its own time.
 pub(super) fn ensure_engraves(build: &Build, (hz, levels): (u64, u64)) -> Result<(), Failure> {
     let mut bench = Bench::boot(build)?;
     bench.commands(SETTINGS)?;
@@ -33,7 +34,7 @@ pub(super) fn ensure_engraves(build: &Build, (hz, levels): (u64, u64)) -> Result
     let changes: Vec<(u64, u64)> = of_power.map(|duty| (duty.cycle, duty.high)).collect();
     let period = CPU_HZ / hz;
     for (pixel, power) in ROW.into_iter().enumerate() {
-        // In its middle, where a change of duty has had its period.
+        // In the middle of the pixel, a change of duty has had its period.
         let middle = steps[pixel * 500 + 250].edge();
         let high = changes.iter().rfind(|(cycle, _)| *cycle <= middle);
         let high = high.map_or(0, |(_, high)| *high);
@@ -45,10 +46,11 @@ pub(super) fn ensure_engraves(build: &Build, (hz, levels): (u64, u64)) -> Result
     Ok(())
 }
 
-/// How long after the byte a step may come.
+/// How long after the byte the last step may come, s.
 const STOPS_WITHIN: f64 = 0.001;
 
-/// 0x18 in motion: no step follows, power is off, the machine is locked; unlocked, it moves again.
+/// Sends 0x18 in motion: no step follows, power is off, the machine is locked. Unlocked, it moves
+/// again.
 pub(super) fn ensure_stops(build: &Build) -> Result<(), Failure> {
     let mut bench = Bench::boot(build)?;
     bench.commands(SETTINGS)?;

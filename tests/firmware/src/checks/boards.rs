@@ -1,4 +1,4 @@
-//! The builds for other boards: each boots, makes a recorded program's steps at its own pins,
+//! The builds for other boards. Each boots, makes a recorded program's steps at its own pins,
 //! homes, dims its laser, engraves a row, and stops for a reset.
 use super::{
     board_jobs::{ensure_engraves, ensure_stops},
@@ -20,15 +20,16 @@ use leadscrew_sim::{profile::Profile, Rate};
 
 /// A recorded program that steps three motors together.
 const TRACE: &str = "line_xyz";
-/// Steps from the limit switches; the second motor of Y is askew.
+/// The steps from each carriage to its limit switch at power-up. The second motor of Y has another
+/// number, because the gantry is askew.
 const AWAY: [i64; 4] = [700, 1300, 411, 1337];
-/// Frequencies of power for which the builds are made, Hz, and levels above off at each, as
-/// `crates/board-f407/src/pwm.rs` states them: machine 003 has TIM1 and the SKR 2 TIM9, both on
-/// APB2.
+/// The frequency of the power output for which each build is made, Hz, and the number of levels
+/// above off at that frequency, as `crates/board-f407/src/pwm.rs` states them. Machine 003 has TIM1
+/// and the SKR 2 TIM9, both on APB2.
 const MACHINE_003_POWER: (u64, u64) = (50, 64_615);
 const SKR_2_POWER: (u64, u64) = (10_000, 16_800);
 const CORE_XY_POWER: (u64, u64) = (1_000, 56_000);
-/// The Octopus and the Spider have TIM4, on APB1, the Fly-407ZG TIM1.
+/// The Octopus and the Spider have TIM4, on APB1, and the Fly-407ZG has TIM1.
 const MORE_POWER: [(&str, (u64, u64)); 3] = [
     ("octopus", (10_000, 8_400)),
     ("fly-407zg", (10_000, 16_800)),
@@ -36,10 +37,10 @@ const MORE_POWER: [(&str, (u64, u64)); 3] = [
 ];
 const DUAL_Y_POWER: (u64, u64) = (100_000, 1_680);
 
-/// The motor that turns with Y where there is a fourth.
+/// The two motors of Y on boards with a fourth motor.
 const SECOND_Y: (usize, usize) = (1, 3);
 
-/// A fourth motor, where there is one, moves as Y does.
+/// Makes a fourth motor, where there is one, move as Y does.
 fn gang(planned: &mut [Planned], wiring: &Wiring) {
     let (first, second) = SECOND_Y;
     if wiring.step.len() > second {
@@ -50,12 +51,13 @@ fn gang(planned: &mut [Planned], wiring: &Wiring) {
     }
 }
 
-/// All motors together, with the same settings for each axis: profiles differ in theirs.
+/// Settings that are the same for each axis, since profiles differ in theirs, and a job that steps
+/// all motors together.
 const EQUAL: &str = "$0=5\n$100=250\n$101=250\n$102=250\n$110=1000\n$111=1000\n$112=1000\n$120=50\n$121=50\n$122=50\n";
 const TOGETHER: &str = "G91G1X10Y10Z10F900\n";
 
-/// Queued jobs, to the tick: a recorded one, and one that steps all motors at once; what to say of
-/// it.
+/// Runs two queued jobs that must agree to the tick: a recorded one, and one that steps all motors
+/// at once. Answers the sentence for the report.
 fn ensure_traces(
     build: &Build,
     kinematics: impl Kinematics<3, 3> + Clone,
@@ -80,9 +82,9 @@ fn ensure_traces(
     Ok(words)
 }
 
-/// Half of the power is half of the period, and the whole is always on, each within a level; the
-/// period is off by less than one: not at all where the timer's clock is a multiple of the
-/// frequency. Spindle and supplies are on.
+/// Checks the power output: at half of the power it is high for half of the period, and at full
+/// power always, each within a level. The period may be off by less than a level; it is exact where
+/// the timer's clock is a multiple of the frequency. Spindle and supplies are on.
 fn ensure_outputs(build: &Build, (hz, levels): (u64, u64)) -> Result<(), Failure> {
     let mut bench = Bench::boot(build)?;
     bench.commands("$30=1000\n$31=0\n")?;
@@ -106,7 +108,7 @@ fn ensure_outputs(build: &Build, (hz, levels): (u64, u64)) -> Result<(), Failure
     Ok(())
 }
 
-/// Everything about one board.
+/// Runs all checks of one board.
 fn ensure_works<const MOTORS: usize>(
     build: &Build,
     belts: Belts,
@@ -164,7 +166,7 @@ pub(crate) fn boards(firmware: &Firmware) -> Result<Figures, Failure> {
     Ok(figures)
 }
 
-/// Boards that came later: the same of each, and its pins are safe at once.
+/// The boards that were added later: the same checks, and their pins must be safe from the start.
 pub(crate) fn more(firmware: &Firmware) -> Result<Figures, Failure> {
     let [x, y, z, _] = AWAY;
     let all = "<Idle|MPos:-1.000,-1.000,-1.000|";
@@ -181,12 +183,13 @@ pub(crate) fn more(firmware: &Firmware) -> Result<Figures, Failure> {
     Ok(figures)
 }
 
-/// The carriages of `four_axes.toml`: the table has no switch.
+/// The carriages of `four_axes.toml`: the rotary table has no switch.
 const CARRIAGES: [Carriage; 3] = [(0, 750, 250), (1, 1250, 250), (2, 500, 250)];
-/// All axes together, then the table alone, and both ways.
+/// All axes together, then the rotary table alone, in both directions.
 const TURNS: &str = "G21G91G94\nG1X-4Y-2Z-1A90F1000\nA-45F3000\nX2Y1Z0.5A360\nG0X-1A-30\n";
 
-/// A machine with a fourth axis on an SKR 2: homes, reports four axes, and steps them to the tick.
+/// Checks a machine with a fourth axis on an SKR 2: it homes, reports four axes, and steps them to
+/// the tick.
 fn four_axes(firmware: &Firmware) -> Result<String, Failure> {
     let missing = || Failure("four-axes has not been built".into());
     let build = firmware.four_axes.as_ref().ok_or_else(missing)?;

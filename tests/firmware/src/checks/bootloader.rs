@@ -1,4 +1,4 @@
-//! A bootloader's conditions on a program, and the state that it may leave behind.
+//! The conditions that a bootloader sets on a program, and the state that it may leave behind.
 use super::Figures;
 use crate::{
     bench::{ensure, Bench, Failure},
@@ -7,26 +7,26 @@ use crate::{
 };
 use object::{read::elf::FileHeader, Object, ObjectSegment};
 
-/// The condition of ST's template on the stack pointer in the vector table: `(word & 0x2FFE0000) ==
-/// 0x20000000`.
+/// ST's template starts a program only if the stack pointer in its vector table meets `(word &
+/// 0x2FFE0000) == 0x20000000`: mask and value.
 const TEMPLATE: (u32, u32) = (0x2FFE_0000, 0x2000_0000);
 
 const AHB1ENR: u32 = 0x4002_3830;
-/// A stream of DMA2 that the firmware has no use for, and its bit that switches it on.
+/// The control register of a DMA2 stream that the firmware does not use, and its enable bit.
 const DMA2_S1CR: u32 = 0x4002_6428;
 const DMA_ENABLED: u32 = 1;
 const SYST_CSR: u32 = 0xE000_E010;
 const ICSR: u32 = 0xE000_ED04;
-/// Interrupts 32 to 63: USART3's is number 39.
+/// Enable and pending bits of interrupts 32 to 63; USART3 has number 39.
 const NVIC_ISER1: u32 = 0xE000_E104;
 const NVIC_ISPR1: u32 = 0xE000_E204;
 const USART3: u32 = 1 << (39 - 32);
 const EXTI_SWIER: u32 = 0x4001_3C10;
 const EXTI_IMR: u32 = 0x4001_3C00;
 
-/// Stores with which a bootloader could go: SysTick runs with its interrupt waiting, an interrupt
-/// that no program has asked for is on and waits, a line of EXTI is on, a DMA stream writes to SRAM
-/// for ever.
+/// The stores of a bootloader that leaves things switched on: SysTick runs with its interrupt
+/// pending, an interrupt that the program does not use is enabled and pending, a line of EXTI is
+/// enabled, and a DMA stream writes to SRAM for ever.
 const LEFT_BEHIND: [(u32, u32); 13] = [
     (AHB1ENR, 0x0050_0000),
     (AHB1ENR, 0x0050_0000),
@@ -66,7 +66,7 @@ fn bootloader(start: u32) -> Vec<u8> {
     image
 }
 
-/// The stack pointer in a program's vector table.
+/// The initial stack pointer in a program's vector table.
 fn first_stack(build: &Build) -> Result<u32, Failure> {
     let file = object::read::elf::ElfFile32::<object::Endianness>::parse(&*build.elf)?;
     let endian = file.elf_header().endian()?;
@@ -84,8 +84,8 @@ fn first_stack(build: &Build) -> Result<u32, Failure> {
     Err(Failure("nothing where the vector table should be".into()))
 }
 
-/// A bootloader after ST's template starts it; what another one left behind has ended when the
-/// banner comes.
+/// A bootloader after ST's template must start the program. What another bootloader left running
+/// must be off when the banner comes.
 pub(crate) fn bootloaders(firmware: &Firmware) -> Result<Figures, Failure> {
     let mut figures = Figures::default();
     let (mask, expected) = TEMPLATE;
@@ -118,7 +118,7 @@ pub(crate) fn bootloaders(firmware: &Firmware) -> Result<Figures, Failure> {
     Ok(figures)
 }
 
-/// How fast the edges of pins are: two bits each in OSPEEDR (RM0090 section 8.4.3).
+/// How fast the edges of pins are: each pin has two bits in OSPEEDR (RM0090 section 8.4.3).
 pub(crate) fn edges(firmware: &Firmware) -> Result<Figures, Failure> {
     let mut figures = Figures::default();
     let mut bench = Bench::switch_on(&firmware.usual)?;
@@ -127,7 +127,8 @@ pub(crate) fn edges(firmware: &Firmware) -> Result<Figures, Failure> {
         let word = bench.machine.peek(0x4002_0000 + 0x400 * port + 0x08);
         word >> (2 * pin) & 3
     };
-    // Steps and power of the Discovery; its serial line's output; USB (README of the board).
+    // The Discovery's step and power pins, the output of its serial line, and its USB pins (README
+    // of the board), each with the least speed that it needs.
     for (what, port, pin, least) in [
         ("step X", 4, 7, 1),
         ("step Y", 4, 8, 1),

@@ -1,9 +1,9 @@
-//! What the firmware's CPU is busy with, in cycles: what the simulator charges its own. `cargo
-//! fw-test --costs` writes it to `crates/sim/src/measured.rs`; the check `costs` holds that file
-//! against the firmware as it is.
+//! Measures what the firmware's CPU is busy with, in cycles; the simulator charges these costs to
+//! its own CPU. `cargo fw-test --costs` writes them to `crates/sim/src/measured.rs`. The check
+//! `costs` compares that file with the firmware as it is.
 //!
-//! Interrupts are seen one by one. The main loop's work is told apart by jobs of which each adds
-//! one kind of it to those before: so many cycles more are its own.
+//! Interrupts are measured one by one. The main loop's work is measured with jobs, each of which
+//! adds one kind of work to those before: the additional cycles are the cost of that kind.
 use super::{
     interrupts::{middle_and_most, Interrupts},
     stopping::moving,
@@ -19,24 +19,24 @@ use leadscrew_f407emu::{Duty, Exception, Profile};
 use leadscrew_sim::measured;
 use std::fmt::Write;
 
-/// Interrupts of a switch (EXTI4) and of the end of its time (TIM5), of the serial line's listener
-/// (TIM7) and sender (DMA1 stream 6).
+/// The interrupts of a switch's edge (EXTI4), of the end of its filter's time (TIM5), of the serial
+/// line's listener (TIM7) and of its sender (DMA1 stream 6).
 const EDGE_IRQ: u8 = 10;
 const SETTLED_IRQ: u8 = 50;
 const LISTENER_IRQ: u8 = 55;
 const SENDER_IRQ: u8 = 17;
-/// How far a figure may be off the one written down, per cent: another compiler moves them a
-/// little. Of the main loop's work, with the turn in which it comes: what is its own is a
-/// difference of large numbers.
+/// How far a measured figure may be off the written one, per cent: another compiler moves figures a
+/// little. For kinds of main-loop work the cost of a turn is added to the figure first, because
+/// their cost is a difference of large numbers.
 const OFF_PERCENT: u64 = 10;
-/// Bytes that come in a turn, at 2 Mbaud and a look every 50 µs.
+/// The bytes that come in a turn of the main loop, at 2 Mbaud with a look every 50 µs.
 const BYTES_IN_A_TURN: u64 = 10;
 
 /// Lines of a job; they fit the queue of planned moves.
 const MANY: usize = 1000;
 /// Status reports that are asked for.
 const REPORTS: usize = 50;
-/// By how many bytes some lines are longer than others.
+/// How many bytes longer some lines are than others.
 const LONGER: usize = 64;
 /// A move that lasts while the queue is filled behind it: 1 s.
 const SLOW: &str = "G1X-0.5F30";
@@ -71,7 +71,7 @@ fn profile(bench: &Bench, irq: u8) -> &Profile {
     bench.machine.profile(Exception::irq(irq))
 }
 
-/// Of three motors that step together, with cold caches.
+/// The costs of step interrupts at which three motors step, with cold caches.
 fn of_steps(firmware: &Firmware) -> Result<Vec<Cost>, Failure> {
     let bench = timing::busy_with_three_motors(firmware)?;
     let interrupts = Interrupts::of(&bench);
@@ -120,7 +120,7 @@ fn of_steps(firmware: &Firmware) -> Result<Vec<Cost>, Failure> {
     ])
 }
 
-/// From a tick's compare to the duty that changes with its step, the middle one.
+/// The median time from a tick's compare to the change of duty with its step, cycles.
 fn power_edge(bench: &Bench) -> Result<u64, Failure> {
     let steps = &bench.pins.steps;
     let after = |duty: &Duty| {
@@ -135,7 +135,7 @@ fn power_edge(bench: &Bench) -> Result<u64, Failure> {
     }
 }
 
-/// Of a limit switch, with cold caches.
+/// The cost of a limit switch, with cold caches.
 fn of_switches(firmware: &Firmware) -> Result<Cost, Failure> {
     let mut bench = moving(&firmware.usual, 0.1)?;
     bench.cold();
@@ -150,18 +150,18 @@ fn of_switches(firmware: &Firmware) -> Result<Cost, Failure> {
     ))
 }
 
-/// The main loop's part of a stretch of time.
+/// What the main loop did during a stretch of time.
 #[derive(Clone, Copy)]
 struct Spent {
     cycles: u64,
     instructions: u64,
     turns: u64,
-    /// Segments that were loaded, and so as many that were made.
+    /// The number of segments loaded, and so of segments made.
     segments: u64,
 }
 
 impl Spent {
-    /// The cost of `job`.
+    /// The main loop's work during `job`.
     fn on(
         bench: &mut Bench,
         job: impl FnOnce(&mut Bench) -> Result<(), Failure>,
@@ -180,7 +180,7 @@ impl Spent {
     }
 }
 
-/// Cycles of the looks at the serial line beyond the cost of a look that finds nothing.
+/// The cycles of all looks at the serial line beyond the cost of looks that find nothing.
 fn listening(bench: &Bench, nothing: u64) -> u64 {
     let listener = profile(bench, LISTENER_IRQ);
     listener.total.saturating_sub(listener.count * nothing)
@@ -201,7 +201,8 @@ fn lines(of: impl Fn(usize) -> String) -> String {
     (0..MANY).map(|number| of(number) + "\n").collect()
 }
 
-/// The costs of the main loop's kinds of work, cycles: each is known once the ones before it are.
+/// The costs of the kinds of work of the main loop, cycles. Each is measured with the ones before
+/// it known.
 #[derive(Default)]
 struct Work {
     poll: u64,
@@ -212,7 +213,8 @@ struct Work {
 }
 
 impl Work {
-    /// The rest of a stretch of time, for each of `things`, once all else is paid.
+    /// The cycles of a stretch of time for each of `things`, after the known costs of turns,
+    /// segments, bytes and lines are subtracted.
     fn rest_of(&self, spent: Spent, lines: usize, bytes: usize, things: usize) -> u64 {
         let known = spent.turns * self.poll
             + spent.segments * self.segment
@@ -227,7 +229,7 @@ fn send(text: &str) -> impl FnOnce(&mut Bench) -> Result<(), Failure> + '_ {
     |bench| Stream::new(text).send_all(bench)
 }
 
-/// Asks for [`REPORTS`] status reports; their bytes.
+/// Asks for [`REPORTS`] status reports. Answers the number of their bytes.
 fn ask(bench: &mut Bench) -> Result<usize, Failure> {
     let mut bytes = 0;
     for _ in 0..REPORTS {
@@ -236,7 +238,8 @@ fn ask(bench: &mut Bench) -> Result<usize, Failure> {
     Ok(bytes)
 }
 
-/// Lets the machine move until it rests: no step is as far from the next one.
+/// Lets the machine move until no step has come for 0.1 s, which is longer than any interval of the
+/// job.
 fn run_out(bench: &mut Bench) -> Result<(), Failure> {
     bench.send("~");
     loop {
@@ -248,7 +251,7 @@ fn run_out(bench: &mut Bench) -> Result<(), Failure> {
     }
 }
 
-/// Of the serial line at 2 Mbaud and of the main loop.
+/// The costs of the serial line at 2 Mbaud and of the main loop.
 fn of_main_loop(firmware: &Firmware) -> Result<Vec<Cost>, Failure> {
     let mut bench = Bench::boot(&firmware.fast)?;
     bench.commands(SETTINGS)?;
@@ -306,7 +309,8 @@ fn of_main_loop(firmware: &Firmware) -> Result<Vec<Cost>, Failure> {
     ])
 }
 
-/// A rest, and then bytes that never rest: the cycles of one in and of one out.
+/// Measures a rest, and then bytes without a gap. Answers the cycles of a byte in and of a byte
+/// out.
 fn of_bytes(bench: &mut Bench, work: &mut Work) -> Result<(u64, u64), Failure> {
     let rest = Spent::on(bench, |bench| bench.run_for(0.5))?;
     work.poll = rest.cycles / rest.turns.max(1);
@@ -323,7 +327,7 @@ fn of_bytes(bench: &mut Bench, work: &mut Work) -> Result<(u64, u64), Failure> {
     Ok((byte_in, byte_out))
 }
 
-/// Lines that move nothing, and reports.
+/// Measures lines that move nothing, and reports.
 fn of_lines(bench: &mut Bench, work: &mut Work) -> Result<(), Failure> {
     let program = lines(|_| "G21G90G54G94M9F1500.5".into());
     let spent = Spent::on(bench, send(&program))?;
@@ -335,14 +339,14 @@ fn of_lines(bench: &mut Bench, work: &mut Work) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Cycles that lines with moves cost.
+/// The costs of lines with moves, cycles.
 struct Motion {
     planned: u64,
     timed: u64,
     hundred_instructions: u64,
 }
 
-/// A thousand moves: planned, timed in a hold, and run.
+/// Measures a thousand moves: planned, timed in a hold, and run.
 fn of_motion(bench: &mut Bench, work: &mut Work) -> Result<Motion, Failure> {
     let mut bytes = 0;
     let program = lines(|number| {
@@ -367,7 +371,7 @@ fn of_motion(bench: &mut Bench, work: &mut Work) -> Result<Motion, Failure> {
     })
 }
 
-/// A thousand pixels of a row: one of them.
+/// Measures a thousand pixels of a row. Answers the cycles of one.
 fn of_a_row(bench: &mut Bench, work: &Work) -> Result<u64, Failure> {
     let row = lines(|number| {
         let (x, power) = (number as f64 * 0.05, 100 + number * 37 % 900);
@@ -404,7 +408,7 @@ pub(crate) fn source(firmware: &Firmware) -> Result<String, Failure> {
     Ok(text)
 }
 
-/// The written figures are the measured ones.
+/// Checks that the written figures are the measured ones.
 pub(crate) fn costs(firmware: &Firmware) -> Result<Figures, Failure> {
     let mut figures = Figures::default();
     let mut off = Vec::new();

@@ -1,5 +1,5 @@
-//! Ways in which the program ends: the outputs are made safe, the chip is reset, and the next boot
-//! says why.
+//! Ways in which the program ends. The outputs must be made safe, the chip is reset, and the next
+//! boot says why.
 use super::{
     planting::{hear_restart, jump, panic_handler, plant, went_on, Event, INSTANTS},
     stopping::{ensure_safe, last_step, moving, power_edge},
@@ -11,21 +11,21 @@ use crate::{
 };
 use leadscrew_f407emu::{Cause, ResetCause};
 
-/// From the event to the last step edge and to laser off at most, where a handler of the firmware
-/// sees to it, µs.
+/// The longest time from the event to the last step edge and to laser off where a handler of the
+/// firmware stops them, µs.
 const HANDLED_US: f64 = 10.0;
 
-/// An event, and the machine's message when it is back.
+/// An event, and the message of the machine at the next boot.
 struct Ending {
     name: &'static str,
     cause: Event,
-    /// The clock of the CPU from then on, Hz.
+    /// The clock of the CPU after the event, Hz.
     hz: f64,
     says: &'static str,
 }
 
 const FULL_SPEED: f64 = 168e6;
-/// The internal oscillator's, which takes over.
+/// The frequency of the internal oscillator, which takes over when the crystal stops, Hz.
 const INTERNAL: f64 = 16e6;
 
 const ENDINGS: [Ending; 7] = [
@@ -87,7 +87,7 @@ const ENDINGS: [Ending; 7] = [
     },
 ];
 
-/// Lets something happen in full motion; how long steps and laser went on.
+/// Makes the event happen in full motion. Answers how long steps and laser went on, µs.
 fn end(build: &Build, ending: &Ending, seconds: f64) -> Result<(f64, f64), Failure> {
     let mut bench = moving(build, seconds)?;
     bench.cold();
@@ -141,7 +141,7 @@ pub(crate) fn endings(firmware: &Firmware) -> Result<Figures, Failure> {
     Ok(figures)
 }
 
-/// Resets from outside, and the message of each.
+/// Resets from outside, each with the machine's message, if it has one.
 const RESETS: [(ResetCause, Option<&str>); 3] = [
     (ResetCause::Pin, None),
     (ResetCause::PowerOn, None),

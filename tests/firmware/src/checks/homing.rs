@@ -7,28 +7,28 @@ use crate::{
 };
 use std::array::from_fn;
 
-/// Homing in the positive directions, with 1 mm pulled off.
+/// Homing in the positive directions, with a pull-off of 1 mm.
 const SETTINGS: &str = "$0=5\n$22=1\n$24=60\n$25=1200\n$26=20\n$27=1\n$100=250\n$101=250\n$102=250\n$110=2000\n$111=2000\n$112=2000\n$120=500\n$121=500\n$122=500\n";
 /// Steps from each switch at power-up, and steps of the pull-off.
 const AWAY: [i64; 3] = [700, 1300, 411];
 const PULL_OFF: i64 = 250;
-/// Steps that a carriage may go on after its switch in the slow search: 250 steps/s, for the
-/// filter's 0.2 ms and a look.
+/// The most steps that a carriage may go beyond its switch in the slow search: at 250 steps/s it
+/// goes on for the filter's 0.2 ms and until the next look.
 const SLACK: i64 = 1;
 /// Cycles between two looks of the carriages: 24 µs.
 const LOOK: u64 = 4_000;
 
-/// How motors move carriages.
+/// How the motors move the carriages.
 #[derive(Clone, Copy)]
 pub(super) enum Belts {
-    /// Each its own.
+    /// Each motor moves its own carriage.
     Straight,
-    /// The first two together: half their sum, half their difference.
+    /// The first two motors move X and Y together: half their sum, and half their difference.
     Crossed,
 }
 
 impl Belts {
-    /// How far the carriages have moved, whole steps.
+    /// How far the carriages have moved for these steps of the motors, whole steps.
     fn carry<const MOTORS: usize>(self, motors: [i64; MOTORS]) -> [i64; MOTORS] {
         let mut carriages = motors;
         if let (Belts::Crossed, [x, y, ..], [a, b, ..]) =
@@ -43,18 +43,19 @@ impl Belts {
 /// Carriages that close their limit switches.
 struct Carriages<const MOTORS: usize> {
     belts: Belts,
-    /// Where they were at power-up, and where they are: steps from each switch; closed from 0 on.
+    /// Where they were at power-up, and where they are, in steps from each switch; a switch is
+    /// closed from 0 on.
     begin: [i64; MOTORS],
     position: [i64; MOTORS],
-    /// Step events that are counted, and the steps of the motors in them.
+    /// The number of step events that are counted for good, and the steps of the motors in them.
     counted: usize,
     motors: [i64; MOTORS],
 }
 
 impl<const MOTORS: usize> Carriages<MOTORS> {
     /// Follows the motors, and works the switches. The last step event is counted anew at each
-    /// look: on a board with step pins on two ports they rise one after the other, and a look may
-    /// come between the two.
+    /// look: where a board's step pins are on two ports, they rise one after the other, and a look
+    /// may come between them.
     fn follow(&mut self, bench: &mut Bench) {
         let steps = &bench.pins.steps;
         let complete = steps.len().saturating_sub(1);
@@ -76,7 +77,7 @@ fn sum<const MOTORS: usize>(one: [i64; MOTORS], other: [i64; MOTORS]) -> [i64; M
     from_fn(|motor| one[motor] + other[motor])
 }
 
-/// Homes carriages at the given steps from their switches; answers where they are then, steps
+/// Homes carriages that are `away` steps from their switches. Answers where they are then, in steps
 /// beyond the switches.
 fn home<const MOTORS: usize>(
     build: &Build,
@@ -108,8 +109,8 @@ fn home<const MOTORS: usize>(
     fail("homing does not end")
 }
 
-/// Homes, and holds the carriages that have a switch against it, the others against where they
-/// were; what to say of it.
+/// Homes, and checks each carriage's place: against its switch if it has one, otherwise against its
+/// place before. Answers the sentence for the report.
 pub(super) fn ensure_homes<const MOTORS: usize>(
     build: &Build,
     belts: Belts,

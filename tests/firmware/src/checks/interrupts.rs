@@ -1,4 +1,4 @@
-//! The services of the step interrupts, told apart: ticks, those that load a segment, ends of
+//! The services of the step interrupts by kind: plain ticks, ticks that load a segment, ends of
 //! pulses.
 use crate::{
     bench::Bench,
@@ -6,22 +6,23 @@ use crate::{
 };
 use leadscrew_f407emu::{Exception, Service};
 
-/// A step further from a tick than this is the start after a rest, cycles: 0.1 ms.
+/// An end of a pulse that comes later than this after a tick belongs to no tick in motion, cycles:
+/// 0.1 ms.
 const REST: u64 = 16_800;
-/// Ticks that are so near each other may come too late, cycles: 168 000 a second.
+/// Ticks nearer to each other than this may come too late, cycles: 168 000 a second.
 const FAST: u64 = 1_000;
-/// A tick that takes longer than this loads a segment, cycles. The check `step-interrupt` sees to
-/// it that they are few.
+/// A tick that takes longer than this is taken to load a segment, cycles. The check
+/// `step-interrupt` makes sure that such ticks are few.
 pub(super) const TICK: u64 = 230;
 
-/// Lengths of services in cycles, without the interrupts in between, in order of time.
+/// The lengths of services in cycles, in order of time, without the interrupts nested in them.
 #[derive(Default)]
 pub(super) struct Interrupts {
     /// Ticks at which three motors stepped, and no segment was loaded.
     pub(super) stepping: Vec<u64>,
     /// Ticks that loaded a segment.
     pub(super) loads: Vec<u64>,
-    /// The last tick of all, which finds none to load.
+    /// The last tick of all, which finds no segment to load.
     pub(super) run_out: u64,
     /// Ends of pulses that no tick interrupted.
     pub(super) ends: Vec<u64>,
@@ -30,7 +31,7 @@ pub(super) struct Interrupts {
 }
 
 impl Interrupts {
-    /// Of all services that a bench has recorded.
+    /// Sorts all services that a bench has recorded.
     pub(super) fn of(bench: &Bench) -> Interrupts {
         let services = |irq| {
             let exception = Exception::irq(irq);
@@ -84,7 +85,7 @@ fn length(service: &Service) -> u64 {
     service.exit - service.entry
 }
 
-/// The middle of some lengths, and the longest; 0 where there are none.
+/// The median of some lengths, and the longest; 0 where there are none.
 pub(super) fn middle_and_most(lengths: &[u64]) -> (u64, u64) {
     let mut lengths = lengths.to_vec();
     lengths.sort_unstable();

@@ -1,5 +1,5 @@
-//! Ticks that are armed too late, and a compare register that comes round at rest: whatever delays
-//! a tick, motion goes on, and no tick comes twice.
+//! Ticks that are armed too late, and a compare register that matches again during a rest. Whatever
+//! delays a tick, motion goes on, and no tick comes twice.
 use super::Figures;
 use crate::{
     bench::{ensure, micros_between, Bench, Failure},
@@ -11,19 +11,22 @@ use leadscrew_f407emu::Exception;
 
 /// The compare register of the step timer.
 const TIM2_CCR1: u32 = 0x4000_0034;
-/// How long the core stands still before that, in cycles: up to twice the time to the next tick.
+/// How long the core stands still before a store to the compare register, in cycles: up to twice
+/// the time to the next tick.
 const DELAYS: [u64; 5] = [400, 2_000, 4_000, 9_000, 17_000];
 /// 20 000 steps/s: a step every 8400 cycles.
 const SETTINGS: &str = "$0=3\n$32=1\n$30=1000\n$100=250\n$110=4800\n$120=2000\n$701=0\n";
 const PROGRAM: &str = "G91M4S500\nG1X20F4800\n";
 /// Steps of the program.
 const MOVED: [i64; 3] = [5000, 0, 0];
-/// After the lines were sent, when the next tick is delayed, s: in the ramp and in the cruise.
+/// The times after the lines were sent at which the next tick is delayed, s: in the ramp and in the
+/// cruise.
 const INSTANTS: [f64; 3] = [0.02, 0.1, 0.2];
-/// The longest that the job takes, s. A tick that is lost comes round after 51 s.
+/// The longest time that the job takes, s. A lost tick comes again only after 51 s, when the timer
+/// has wrapped around.
 const JOB: f64 = 0.6;
 
-/// Delays a tick by `cycles`; answers the longest time between two steps around it, µs.
+/// Delays a tick by `cycles`. Answers the longest time between two steps around it, µs.
 fn delayed(build: &Build, instant: f64, cycles: u64) -> Result<f64, Failure> {
     let mut bench = Bench::boot(build)?;
     bench.ignore_power();
@@ -49,7 +52,7 @@ fn delayed(build: &Build, instant: f64, cycles: u64) -> Result<f64, Failure> {
     Ok(gaps.take(1000).fold(0.0, f64::max))
 }
 
-/// The core stands still before a tick is armed: no step is lost.
+/// The core stands still before a tick is armed: no step may be lost.
 pub(crate) fn late_arm(firmware: &Firmware) -> Result<Figures, Failure> {
     let mut figures = Figures::default();
     for cycles in DELAYS {
@@ -71,17 +74,17 @@ pub(crate) fn late_arm(firmware: &Firmware) -> Result<Figures, Failure> {
     Ok(figures)
 }
 
-/// A rest in which the step timer comes round to its compare register, s.
+/// A rest so long that the step timer wraps around and matches its compare register again, s.
 const REST: f64 = 52.0;
 const LINE: &str = "G91G1X1F600\n";
 /// Steps of the line.
 const LINE_STEPS: [i64; 3] = [250, 0, 0];
-/// The longest that the line takes, s.
+/// The longest time that the line takes, s.
 const LINE_TIME: f64 = 0.5;
-/// The most that the first interval may differ, µs.
+/// How much the first interval may differ, µs.
 const SAME: f64 = 0.5;
 
-/// The time between the first two steps of a line out of rest, µs.
+/// The time between the first two steps of a line that starts from rest, µs.
 fn first_interval(bench: &mut Bench) -> Result<f64, Failure> {
     bench.pins.clear();
     bench.send(LINE);
@@ -94,7 +97,8 @@ fn first_interval(bench: &mut Bench) -> Result<f64, Failure> {
     Ok(micros_between(edges[0], edges[1]))
 }
 
-/// A rest for longer than the step timer's round: the next line begins as the one before.
+/// Rests for longer than the step timer takes to wrap around: the next line must begin as the one
+/// before.
 pub(crate) fn long_rest(firmware: &Firmware) -> Result<Figures, Failure> {
     let mut bench = Bench::boot(&firmware.usual)?;
     bench.ignore_power();

@@ -1,5 +1,6 @@
-//! The machines of `examples/machines`, each in the build for its own file: a short job at the pins
-//! against the simulator's, and its faults. `supplied.rs` has the whole jobs.
+//! The machines of `examples/machines`, each in the build for its own file. A short job at the pins
+//! is compared with the simulator's, and the machine's faults are tried. `supplied.rs` has the
+//! whole jobs.
 use super::{
     planting::{hear_restart, plant, FOR_EVER},
     Figures,
@@ -18,13 +19,13 @@ use crate::{
 use leadscrew_f407emu::LSI_SLOWEST_HZ;
 use leadscrew_sim::profile::Profile;
 
-/// Without homing: the machine is locked until it has homed.
+/// Unlocks a machine without homing: it is locked until it has homed.
 pub(super) const UNLOCKED: &str = "$X\n";
-/// The work's zero is where homing ends, and motion begins when all is queued.
+/// The work's zero is the position after homing, and motion begins when all lines are queued.
 pub(super) const ZERO: &str = "G10L20P1X0Y0Z0\n$701=500\n";
 
-/// Runs a job on a board that is on, wholly queued before it starts where it rests nowhere; its
-/// steps.
+/// Runs a job on a board that is on, and answers its steps. The job is queued as a whole before it
+/// starts, if nothing in it waits for rest.
 pub(super) fn run(bench: &mut Bench, job: &Job) -> Result<Vec<Step>, Failure> {
     bench.ignore_power();
     bench.commands(&job.settings)?;
@@ -33,16 +34,16 @@ pub(super) fn run(bench: &mut Bench, job: &Job) -> Result<Vec<Step>, Failure> {
     Ok(bench.pins.steps[before..].to_vec())
 }
 
-/// The longest that homing may take here, s.
+/// The longest time that homing may take here, s.
 const HOMING_SECONDS: f64 = 30.0;
-/// Steps that a carriage may be off the place to which it pulls off.
+/// How many steps a carriage may be off the place to which it pulls off.
 const SLACK: i64 = 2;
 
-/// A carriage of a motor: steps to its switch at power-up, with their sign, and steps that it pulls
-/// off.
+/// A motor and its carriage: the signed steps to its switch at power-up, and the steps that it
+/// pulls off.
 pub(super) type Carriage = (usize, i64, i64);
 
-/// Homes carriages: each ends where it has pulled off.
+/// Homes carriages, and checks that each ends at its pull-off.
 pub(super) fn home(bench: &mut Bench, carriages: &[Carriage]) -> Result<(), Failure> {
     let limits = bench.wiring.limits;
     let contacts = carriages.iter().filter_map(|(motor, away, _)| {
@@ -72,14 +73,14 @@ pub(super) fn plan(number: &str, job: &Job) -> Result<Vec<Planned>, Failure> {
     desk::plan_machine(&profile(number)?, &before, &job.program)
 }
 
-/// The second motor of Y on machine 000, `reversed`: its direction pin has the other level.
+/// The second motor of Y on machine 000 is `reversed`: its direction pin has the opposite level.
 const MIRRORED: u8 = 1 << 3;
 
-/// Machine 000 squares its gantry and cuts its square: both motors of Y, to the tick.
+/// Machine 000 squares its gantry and cuts its square. Both motors of Y must agree to the tick.
 fn laser(build: &Build) -> Result<String, Failure> {
     let job = Job::new("square", ZERO, &job::file("machines/000/square.nc")?);
     let mut bench = Bench::boot(build)?;
-    // The second motor is 1 mm askew, and its steps count the other way.
+    // The second motor is 1 mm askew, and turns in the opposite direction.
     home(
         &mut bench,
         &[(0, -2400, 240), (1, -1600, 240), (3, 1680, 240)],
@@ -98,11 +99,11 @@ fn laser(build: &Build) -> Result<String, Failure> {
     Ok(format!("{} step events to the tick", steps.len()))
 }
 
-/// Two holes with one bit, two with another, in canned cycles.
+/// Two holes with one bit and two with another, in canned cycles.
 const BOARD: &str = "G21G90\nM6T1\nM3S30\nG0Z1\nG81X3Y2Z-1.8R1F300\nX6Y4\nG80\n\
     M6T2(0.8 mm)\nM3S30\nG0Z1\nG81X5Y1Z-1.8R1F300\nX1Y1\nG80\nG0Z1\nX0Y0\nM30\n";
 
-/// Machine 002 drills with two bits: the operator resumes each change.
+/// Machine 002 drills with two bits, and the operator resumes after each tool change.
 fn drill(build: &Build) -> Result<String, Failure> {
     let job = Job::new("board", UNLOCKED, BOARD);
     let steps = run(&mut Bench::boot(build)?, &job)?;
@@ -116,15 +117,15 @@ fn drill(build: &Build) -> Result<String, Failure> {
     ))
 }
 
-/// A square of 5 mm, engraved, and the way back.
+/// A square of 5 mm is engraved, and the tool moves back.
 const SQUARE: &str = "G21G91G94\nM5\nG0X1Y1\nM3\nG1X5F600\nY5\nX-5\nY-5\nM5\nG0X-1Y-1\nM30\n";
-/// Where machine 003's file has its switches, steps of 0.01 mm, and the way in which Z stops: 5
-/// mm/s at 50 mm/s² take 0.25 mm.
+/// The switches of machine 003 in its file, in steps of 0.01 mm, and the way in which Z stops: from
+/// 5 mm/s at 50 mm/s² it takes 0.25 mm.
 const LOWER: i64 = -300;
 const UPPER: i64 = 300;
 const STOPS_WITHIN: i64 = 27;
 
-/// Switches machine 003 on, its tool between its switches.
+/// Switches machine 003 on with its tool between its two switches.
 pub(super) fn boot_engraver(build: &Build) -> Result<Bench, Failure> {
     let mut bench = Bench::boot(build)?;
     bench.plant.contacts = vec![
@@ -134,8 +135,8 @@ pub(super) fn boot_engraver(build: &Build) -> Result<Bench, Failure> {
     Ok(bench)
 }
 
-/// Machine 003 engraves a square: the tool is at its lower switch for the cuts, at its upper one
-/// for the ways between.
+/// Machine 003 engraves a square. The tool is at its lower switch for the cuts, and at its upper
+/// one for the moves between.
 fn engraver(build: &Build) -> Result<String, Failure> {
     let mut bench = boot_engraver(build)?;
     let steps = run(&mut bench, &Job::new("square", "", SQUARE))?;
@@ -160,12 +161,14 @@ fn engraver(build: &Build) -> Result<String, Failure> {
     Ok(format!("Z stands at {stands:?} steps"))
 }
 
-/// Warms machines 001 and 004 in some seconds, K/s: their own heaters take minutes.
+/// How fast the bodies of machines 001 and 004 get warm here, K/s, so that they take seconds: their
+/// own heaters take minutes.
 const WARMS: [f64; 2] = [25.0, 20.0];
-/// The reference voltage of the Discovery's converter, V.
+/// The reference voltage of the Discovery's ADC, V.
 const REFERENCE: f64 = 3.0;
 
-/// A thermocouple's amplifier of machine 001 by its file: of the nozzle, of the bed.
+/// The output of a thermocouple's amplifier of machine 001 by its file, as a share of the
+/// reference: first the nozzle's, then the bed's.
 fn nozzle_amplifier(celsius: f64) -> f64 {
     (0.00653 + 0.00994 * celsius) / REFERENCE
 }
@@ -174,14 +177,14 @@ fn bed_amplifier(celsius: f64) -> f64 {
     0.010 * celsius / REFERENCE
 }
 
-/// A thermistor of 100 kilohms at 25 degrees, B 3950, to ground, with 4.7 kilohms to the reference
-/// voltage.
+/// A thermistor to ground (100 kilohms at 25 degrees, B 3950) with 4.7 kilohms to the reference
+/// voltage: its voltage as a share of the reference.
 fn thermistor(celsius: f64) -> f64 {
     let ohms = 100_000.0 * (3950.0 * (1.0 / (celsius + 273.15) - 1.0 / 298.15)).exp();
     ohms / (ohms + 4_700.0)
 }
 
-/// Switches a machine with two cold heaters on.
+/// Switches on a machine with two cold heaters.
 fn boot_cold(build: &Build, sensors: [fn(f64) -> f64; 2]) -> Result<Bench, Failure> {
     let mut bench = Bench::switch_on(build)?;
     let bodies =
@@ -195,10 +198,10 @@ fn boot_cold(build: &Build, sensors: [fn(f64) -> f64; 2]) -> Result<Bench, Failu
 const PART: &str =
     "G21G90\nM140S205\nM104S255\nM190S205\nM109S255\nG0X-1\nM62P0\nG1X-5Y3F900\nM63P0\n\
     G1Z0.5F180\nM62P0\nG1X0\nM63P0\nG0Y0\nM30\n";
-/// An output changes at the border of two lines: with the last step of the first one, 2 µs from its
-/// edge at most.
+/// An output changes where one line ends and the next begins: at most 2 µs after the edge of the
+/// first line's last step.
 const WITH_ITS_STEP: u64 = 336;
-/// The way to the line that feeds: 1 mm of X is 312.5 steps, rounded away from zero.
+/// The steps before the line that feeds: 1 mm of X is 312.5 steps, rounded away from zero.
 const BEFORE_FEEDING: usize = 313;
 
 /// The carriages of machine 001.
@@ -249,7 +252,7 @@ fn prototyper(build: &Build) -> Result<String, Failure> {
     ))
 }
 
-/// Both heaters on.
+/// Switches both heaters on.
 fn warm_up(bench: &mut Bench) -> Result<(), Failure> {
     bench.commands("M104S260\nM140S210\n")?;
     bench.run_for(0.3)?;
@@ -257,7 +260,7 @@ fn warm_up(bench: &mut Bench) -> Result<(), Failure> {
     ensure(on == [true, true], || format!("heaters are {on:?}"))
 }
 
-/// Milliseconds from now until both heaters are off.
+/// The time from now until both heaters are off, ms.
 fn until_off(bench: &mut Bench, seconds: f64) -> Result<f64, Failure> {
     let begin = bench.machine.cycle();
     let end = begin + cycles(seconds);
@@ -269,8 +272,8 @@ fn until_off(bench: &mut Bench, seconds: f64) -> Result<f64, Failure> {
     Ok(micros_between(begin, bench.machine.cycle()) / 1e3)
 }
 
-/// The wire of the nozzle's sensor breaks, and the amplifier's output goes up: a named alarm within
-/// two readings.
+/// The wire of the nozzle's sensor breaks, and the amplifier's output goes up: within two readings
+/// the alarm of that fault must come.
 fn sensor_breaks(bench: &mut Bench) -> Result<f64, Failure> {
     warm_up(bench)?;
     bench.plant.bodies[0].share = |_| 1.0;
@@ -289,10 +292,11 @@ fn fault_is_reported(bench: &mut Bench) -> Result<f64, Failure> {
     Ok(off)
 }
 
-/// How long a heater may get warmer while it is off, s: twice the patience of the nozzle.
+/// How long a heater may get warmer while it is off, s: twice the time that the nozzle's monitor
+/// waits.
 const STUCK: f64 = 40.0;
 
-/// The relay of the cold nozzle sticks, which warms slowly then: the supply goes off.
+/// The relay of the cold nozzle sticks, and the nozzle slowly gets warmer: the supply must go off.
 fn relay_sticks(bench: &mut Bench) -> Result<(), Failure> {
     let nozzle = &mut bench.plant.bodies[0];
     (nozzle.is_stuck, nozzle.warms) = (true, 1.0);
@@ -304,7 +308,8 @@ fn relay_sticks(bench: &mut Bench) -> Result<(), Failure> {
     })
 }
 
-/// Nobody feeds the slowest watchdog any more: the chip is reset with its heaters off.
+/// The main loop hangs, and nobody feeds the watchdog, which is at its slowest: the chip must be
+/// reset with its heaters off.
 fn main_loop_hangs(bench: &mut Bench) -> Result<f64, Failure> {
     warm_up(bench)?;
     bench.machine.set_lsi(LSI_SLOWEST_HZ);
@@ -315,10 +320,10 @@ fn main_loop_hangs(bench: &mut Bench) -> Result<f64, Failure> {
     Ok(off)
 }
 
-/// The longest that a hung main loop may leave heaters on, s.
+/// How long heaters may stay on after the main loop hangs, s.
 const HUNG: f64 = 0.05;
 
-/// Lines of a print: X, Y, Z and the filament, which turns alone at the end.
+/// Lines of a print: X, Y, Z and the filament, which moves alone at the end.
 const PRINT: &str = "G21G90G94\nM109S200\nG1Z0.3F300\nG1X8E0.4F3000\nY6E0.7\nX0E1.1\nG1E0.5F1200\nM106\nG0Z2\nM107\nM30\n";
 
 /// The carriages of machine 004; filament has none.
@@ -329,7 +334,7 @@ pub(super) fn boot_printer(build: &Build) -> Result<Bench, Failure> {
     boot_cold(build, [thermistor, thermistor])
 }
 
-/// Machine 004 prints with four motors, to the tick.
+/// Machine 004 prints with four motors, which must agree to the tick.
 fn printer(build: &Build) -> Result<String, Failure> {
     let mut bench = boot_printer(build)?;
     home(&mut bench, &PRINTER)?;
@@ -345,7 +350,7 @@ fn printer(build: &Build) -> Result<String, Failure> {
     ))
 }
 
-/// The check of a machine; answers the sentence about it.
+/// The check of a machine; it answers the sentence for the report.
 type Of = fn(&Build) -> Result<String, Failure>;
 
 pub(crate) fn machines(firmware: &Firmware) -> Result<Figures, Failure> {

@@ -38,7 +38,7 @@ pub(crate) struct Check {
     pub(crate) name: &'static str,
     /// The rule that must hold.
     pub(crate) what: &'static str,
-    /// It runs in `.ci/run firmware`.
+    /// Whether it runs in `.ci/run firmware`.
     pub(crate) subset: bool,
     pub(crate) run: fn(&Firmware) -> Result<Figures, Failure>,
 }
@@ -50,7 +50,8 @@ impl fmt::Display for Check {
     }
 }
 
-/// Measured on the way: printed, and written down in `docs/benchmarks.md`.
+/// The figures that a check has measured: they are printed, and written down in
+/// `docs/benchmarks.md`.
 #[derive(Default)]
 pub(crate) struct Figures(String);
 

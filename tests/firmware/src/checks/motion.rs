@@ -1,4 +1,5 @@
-//! Jobs that are wholly queued before they start: the pins against the simulator's schedule.
+//! Jobs that are wholly queued before they start. The steps at the pins must be those of the
+//! simulator's schedule.
 use super::Figures;
 use crate::{
     bench::{ensure, Bench, Failure},
@@ -11,19 +12,20 @@ use crate::{
 };
 use leadscrew_sim::Rate;
 
-/// Motion begins when nothing has come for so long: after the whole job.
+/// Motion begins when no line has come for 0.5 s: after the whole job.
 pub(super) const AFTER_ALL: &str = "$701=500\n";
-/// Moves that the machine plans ahead; an arc makes many, and the lines that follow it few.
+/// The number of moves that the machine plans ahead; an arc makes many moves, and the lines that
+/// follow it few.
 const FITS: usize = 1000;
 
-/// A job on the board, sent without waiting for motion; its steps.
+/// Runs a job on the board, sent without waiting for motion. Answers the board and the steps.
 pub(super) fn run_queued(build: &Build, job: &Job) -> Result<(Bench, Vec<Step>), Failure> {
     let mut bench = Bench::boot(build)?;
     let steps = run_queued_on(&mut bench, job)?;
     Ok((bench, steps))
 }
 
-/// The same on a board that is on.
+/// The same on a board that is already on.
 pub(super) fn run_queued_on(bench: &mut Bench, job: &Job) -> Result<Vec<Step>, Failure> {
     bench.ignore_power();
     bench.commands(&job.settings)?;
@@ -34,8 +36,8 @@ pub(super) fn run_queued_on(bench: &mut Bench, job: &Job) -> Result<Vec<Step>, F
     Ok(std::mem::take(&mut bench.pins.steps))
 }
 
-/// A driver sees each direction in time before a step and after one, ns (TI DRV8825, SLVSA73F:
-/// 650).
+/// The least time that a driver needs a direction before a step and after one, ns (TI DRV8825,
+/// SLVSA73F: 650).
 const SETTLED_NS: u64 = 650;
 
 fn ensure_settled(bench: &Bench) -> Result<(), Failure> {
@@ -46,7 +48,7 @@ fn ensure_settled(bench: &Bench) -> Result<(), Failure> {
     })
 }
 
-/// Compares a queued job with the simulator's; answers the sentence about it.
+/// Compares a queued job with the simulator's. Answers the sentence for the report.
 fn compare_queued(build: &Build, job: &Job) -> Result<String, Failure> {
     let (_, steps) = run_queued(build, job)?;
     let settings = format!("{}{AFTER_ALL}", job.settings);
@@ -82,13 +84,13 @@ pub(crate) fn queued_examples(firmware: &Firmware) -> Result<Figures, Failure> {
     compare_all(&firmware.usual, &jobs.collect::<Result<Vec<_>, _>>()?)
 }
 
-/// Corners of 90° at which Y turns round at some 27 000 steps/s: its next step comes 36 µs later.
+/// Corners of 90° at which Y reverses at some 27 000 steps/s: its next step comes 36 µs later.
 const ZIGZAG: &str =
     "$0=3\n$11=2\n$100=250\n$101=250\n$110=30000\n$111=30000\n$120=5000\n$121=5000\n$704=1\n";
 /// The set-up times of drivers, µs.
 const SETUPS: [u64; 3] = [5, 50, 90];
 
-/// The direction is there as long before a step as `$709` asks for, on the board as in the
+/// The direction must be set as long before a step as `$709` asks for, on the board as in the
 /// simulator.
 pub(crate) fn direction_setup(firmware: &Firmware) -> Result<Figures, Failure> {
     let program = format!("G91F20000\n{}", "G1X2Y2\nX2Y-2\n".repeat(10));

@@ -1,4 +1,4 @@
-//! The slow outputs: spindle, coolant, enable.
+//! The outputs that switch slowly: spindle, coolant, enable.
 use super::Figures;
 use crate::{
     bench::{ensure, Bench, Failure},
@@ -7,7 +7,7 @@ use crate::{
 };
 use leadscrew_f407emu::Pin;
 
-/// Words, and the pins that are high after them.
+/// Lines, and the pins that are high after each.
 const WORDS: [(&str, &[Pin]); 9] = [
     ("$1=25", &[ENABLE]),
     ("M3S1000", &[ENABLE, POWER, SPINDLE]),
@@ -21,8 +21,8 @@ const WORDS: [(&str, &[Pin]); 9] = [
 ];
 const PINS: [Pin; 6] = [ENABLE, POWER, SPINDLE, REVERSE, FLOOD, MIST];
 
-/// Speeds of the spindle, of 1000, and the cycles of a period of 100 µs during which the pin is
-/// high; the least is a 255th.
+/// Speeds of the spindle, of 1000, each with the cycles of a 100 µs period during which the pin is
+/// high. The least duty is a 255th.
 const POWERS: [(u32, u64); 4] = [(1, 64), (250, 4_200), (500, 8_400), (999, 16_782)];
 const PERIOD: u64 = 16_800;
 

@@ -1,5 +1,5 @@
-//! Instructions that are replaced while the firmware runs: the effect of a bug, at an instant of
-//! our choice; and the restart after it.
+//! Replaces instructions while the firmware runs, to have the effect of a bug at a chosen instant,
+//! and waits for the restart after it.
 use super::stopping::{last_step, power_edge};
 use crate::{
     bench::{cycles, ensure, Bench, Failure},
@@ -9,25 +9,25 @@ use crate::{
 };
 use object::{Object, ObjectSymbol};
 
-/// The longest that a reset may take to come, s.
+/// The longest time until the reset comes, s.
 const RESET_SECONDS: f64 = 0.1;
-/// Instants after the start at which it happens, s: in the ramp and in the cruise.
+/// Instants after the start at which the bug takes effect, s: in the ramp and in the cruise.
 pub(super) const INSTANTS: [f64; 2] = [0.03, 0.4007];
-/// `b .`
+/// The instruction `b .`, an endless loop.
 pub(super) const FOR_EVER: [u16; 1] = [0xE7FE];
 
-/// Makes something happen in a few cycles; answers the part of the program that it has replaced for
-/// that.
+/// Makes something happen in a few cycles. Answers the part of the program that was replaced for
+/// this, if any.
 pub(super) type Event = fn(&mut Bench, &Build) -> Result<Option<Replaced>, Failure>;
 
-/// Bytes of the program as they were.
+/// The original bytes of a part of the program.
 pub(super) struct Replaced {
     address: u32,
     bytes: Vec<u8>,
 }
 
-/// Replaces the instructions that the main loop carries out next, the next time that it sleeps, and
-/// waits until it is there: woken by whatever comes next.
+/// Waits until the main loop sleeps, replaces the next instructions that it will carry out, and
+/// waits until the core reaches them. Whatever event comes next wakes the main loop.
 pub(super) fn plant(bench: &mut Bench, halfwords: &[u16]) -> Result<Option<Replaced>, Failure> {
     wait_until(bench, |bench| bench.machine.is_asleep())?;
     let address = bench.machine.pc();
@@ -38,7 +38,7 @@ pub(super) fn plant(bench: &mut Bench, halfwords: &[u16]) -> Result<Option<Repla
     Ok(replaced)
 }
 
-/// Goes on instruction by instruction, 10 ms at most.
+/// Runs instruction by instruction until `is_there` holds, 10 ms at most.
 fn wait_until(bench: &mut Bench, is_there: impl Fn(&Bench) -> bool) -> Result<(), Failure> {
     let end = bench.machine.cycle() + cycles(0.01);
     while !is_there(bench) {
@@ -58,7 +58,7 @@ fn replace(
     address: u32,
     halfwords: &[u16],
 ) -> Result<Option<Replaced>, Failure> {
-    // A literal that is loaded must be on a word.
+    // A literal in the code must begin at a word address.
     let nop = (!address.is_multiple_of(4)).then_some(&0xBF00);
     let bytes: Vec<u8> = nop
         .into_iter()
@@ -66,7 +66,7 @@ fn replace(
         .flat_map(|half| half.to_le_bytes())
         .collect();
     if address < FLASH {
-        // Code in SRAM: the next start copies it there anew.
+        // This code is in SRAM: the next start copies it there anew.
         bench.machine.poke(address, &bytes);
         return Ok(None);
     }
@@ -94,7 +94,7 @@ pub(super) fn plant_in_step_interrupt(
     replace(bench, handler & !1, halfwords)
 }
 
-/// Waits for the reset, puts the program right, and hears the machine's messages.
+/// Waits for the reset, restores the program, and hears the machine's messages.
 pub(super) fn hear_restart(
     bench: &mut Bench,
     replaced: Option<Replaced>,
@@ -114,13 +114,13 @@ pub(super) fn hear_restart(
     bench.hear_boot()
 }
 
-/// `ldr r0, [pc]; bx r0` and the address.
+/// The code of `ldr r0, [pc]; bx r0`, with the address `to` behind it.
 pub(super) fn jump(to: u32) -> [u16; 4] {
     let to = to | 1;
     [0x4800, 0x4700, to as u16, (to >> 16) as u16]
 }
 
-/// Where the handler of panics is.
+/// The address of the panic handler.
 pub(super) fn panic_handler(elf: &[u8]) -> Result<u32, Failure> {
     let file = object::File::parse(elf)?;
     let mut symbols = file.symbols();
@@ -132,7 +132,7 @@ pub(super) fn panic_handler(elf: &[u8]) -> Result<u32, Failure> {
     Ok(u32::try_from(symbol.address())? & !1)
 }
 
-/// How long steps and laser went on after `began`, µs.
+/// How long steps and laser went on after the cycle `began`, µs.
 pub(super) fn went_on(bench: &Bench, began: u64, hz: f64) -> Result<(f64, f64), Failure> {
     let micros = |cycle: u64| cycle.saturating_sub(began) as f64 * 1e6 / hz;
     Ok((micros(last_step(bench)), micros(power_edge(bench)?.cycle)))

@@ -1,4 +1,4 @@
-//! Settings in the flash: power that is lost at any of its operations.
+//! Settings in the flash: the power is lost during any operation of the flash.
 use super::{stall, Figures};
 use crate::{
     bench::{ensure, Bench, Failure},
@@ -6,10 +6,10 @@ use crate::{
 };
 use leadscrew_f407emu::{FlashOperation, ResetCause, LSI_FASTEST_HZ};
 
-/// The settings in the store before: none is a default.
+/// The settings in the store before the change: none is a default.
 const KNOWN: &str = "$30=12000\n$100=123.456\n$101=80\n$110=4000\n$120=77\n$N0=G54\nG10L2P1X1.5Y2.25\nG10L2P3Z-4\nG28.1\n$I=old\n";
-/// Lines that write a record each: a setting, an offset, a startup line, the text of `$I`. And
-/// those that take many records away.
+/// Lines that each write a record: a setting, an offset, a startup line, the text of `$I`; and
+/// lines that take many records away.
 const WRITES: [&str; 8] = [
     "$100=250.125",
     "G10L2P1X-3.5Y0Z7",
@@ -25,10 +25,10 @@ pub(super) const LONGEST: &str = concat!(
     "$N1=G21G90G94G54G17G40G49G80F",
     "00000000000000000000000000000000000000000000001000"
 );
-/// Longer than the parts of a record are apart, s.
+/// A time longer than the pauses between the parts of a record, s.
 const AFTER_SECONDS: f64 = 0.02;
 
-/// All that is stored, as the machine tells it.
+/// All that is stored, as the machine reports it.
 pub(super) fn stored(bench: &mut Bench) -> Result<Vec<String>, Failure> {
     let mut all = Vec::new();
     for question in ["$$", "$#", "$N", "$I"] {
@@ -48,7 +48,7 @@ pub(super) fn with_known(build: &Build) -> Result<Bench, Failure> {
     Ok(bench)
 }
 
-/// Loses power at a cycle and switches on again; answers the settings stored then.
+/// Loses power at a cycle and switches on again. Answers the settings stored after that.
 fn after_loss(mut bench: Bench, cycle: u64) -> Result<(Bench, Vec<String>), Failure> {
     bench.machine.reset_at(cycle, ResetCause::PowerOn);
     bench.run_to(cycle + 100)?;
@@ -57,13 +57,14 @@ fn after_loss(mut bench: Bench, cycle: u64) -> Result<(Bench, Vec<String>), Fail
     Ok((bench, stored))
 }
 
-/// Instants in an operation: before anything has happened, in its midst, just before its end.
+/// Instants in an operation: before anything has happened, just after, in the middle, just before
+/// the end.
 fn instants(operation: &FlashOperation) -> [u64; 4] {
     let FlashOperation { begin, end, .. } = *operation;
     [begin, begin + 1, begin.midpoint(end), end - 1]
 }
 
-/// The store goes on working: another change, and it is there after the power has been away.
+/// Checks that the store still works: it takes another change, which survives a loss of power.
 fn ensure_usable(mut bench: Bench) -> Result<(), Failure> {
     bench.command("$121=55.5")?;
     let expected = stored(&mut bench)?;
@@ -79,24 +80,25 @@ fn differences(found: &[String], expected: &[String]) -> String {
     format!("found {others:?} in place of {missing:?}")
 }
 
-/// The findings after the power had been away: all old values, or all new ones.
+/// How often the old settings, and how often the new ones, were found after a loss of power: never
+/// a mixture.
 #[derive(Default)]
 struct Found {
     old: usize,
     new: usize,
 }
 
-/// Something that writes the flash, from the same instant each time.
+/// A change that writes the flash, started from the same instant each time.
 struct Change<'a> {
     start: &'a Bench,
-    /// Sets it off.
+    /// Starts the change.
     begin: &'a dyn Fn(&mut Bench),
     old: &'a [String],
     new: &'a [String],
 }
 
 impl Change<'_> {
-    /// Loses power at a cycle after the begin.
+    /// Loses power at `cycle` after the change was started.
     fn cut(&self, cycle: u64, found: &mut Found) -> Result<Bench, Failure> {
         let mut bench = self.start.clone();
         (self.begin)(&mut bench);
@@ -115,7 +117,7 @@ impl Change<'_> {
         Ok(bench)
     }
 
-    /// Loses power at every one of these operations, and after them.
+    /// Loses power during every one of these operations, and after them.
     fn cut_at_all(&self, operations: &[FlashOperation]) -> Result<Found, Failure> {
         let mut found = Found::default();
         for operation in operations {
@@ -137,7 +139,7 @@ impl Change<'_> {
     }
 }
 
-/// The operations of the flash that a line leads to, and the settings stored after it.
+/// The flash operations that a line causes, and the settings stored after it.
 fn operations_of(start: &Bench, line: &str) -> Result<(Vec<FlashOperation>, Vec<String>), Failure> {
     let mut bench = start.clone();
     bench.command(line)?;
@@ -184,11 +186,11 @@ pub(crate) fn power_loss(firmware: &Firmware) -> Result<Figures, Failure> {
 
 /// Bytes of a sector.
 const SECTOR: u32 = 16 * 1024;
-/// Lines that fill a sector of 16 KiB, at most.
+/// The most lines that it takes to fill a sector of 16 KiB.
 const FILLING: u32 = 2_000;
 
-/// Changes a setting until a sector is full; the board before the line that changes to the other
-/// one, and that line.
+/// Changes a setting until a sector is full. Answers the board before the line that changes to the
+/// other sector, and that line.
 pub(super) fn fill(mut bench: Bench) -> Result<(Bench, String), Failure> {
     for value in 0..FILLING {
         let line = format!("$102={}", 100 + value % 900);
@@ -205,8 +207,8 @@ pub(super) fn fill(mut bench: Bench) -> Result<(Bench, String), Failure> {
     Err(Failure("the sector never fills".into()))
 }
 
-/// Loses power at operations of the change from one sector to the other, and of the erasure at
-/// start-up after it.
+/// Loses power at operations of the change from one sector to the other, and of the erase at the
+/// next start-up.
 pub(crate) fn sector_change(firmware: &Firmware) -> Result<Figures, Failure> {
     let mut figures = Figures::default();
     let mut start = with_known(&firmware.fast)?;

@@ -9,19 +9,19 @@ use crate::{
 
 /// 250 steps/mm; Z up to 50 000 steps/s.
 const SETTINGS: &str = "$0=5\n$701=0\n$102=250\n$112=12000\n$122=1000\n";
-/// Probing feeds in mm/min with the steps to the contact: slow, and in the cruise of the fastest.
+/// Probing lines, each with the steps to the contact: a slow one, and the cruise of faster ones.
 const PROBINGS: [(&str, usize); 3] = [
     ("G38.2Z-20F60", 100),
     ("G38.3Z-60F3000", 1501),
     ("G38.2Z-200F12000", 7003),
 ];
-/// The instants of the contact between two steps, of 16.
+/// The instants of the contact between two steps, in sixteenths of the interval.
 const PLACES: [u64; 4] = [2, 5, 10, 14];
 
 /// The machine's report of a probing that meets something between the steps `contact` and `contact
-/// + 1`, at `place` sixteenths of the time between them.
+/// + 1`, `place` sixteenths of the interval after the first.
 fn report(bench: &Bench, line: &str, contact: usize, place: u64) -> Result<Vec<String>, Failure> {
-    // Where the steps will be: the emulator does the same in every run.
+    // A clone shows when the steps will come: the emulator does the same in every run.
     let mut ahead = bench.clone();
     ahead.send(format!("{line}\n"));
     while ahead.pins.steps.len() <= contact {

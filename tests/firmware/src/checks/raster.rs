@@ -8,25 +8,25 @@ use crate::{
 };
 use std::fmt::Write;
 
-/// Lines a second that must be kept up; 10 000 are asked for (docs/benchmarks.md).
+/// The rate that must be kept up, lines/s; 10 000 are asked for (docs/benchmarks.md).
 const RATE: f64 = 7_600.0;
-/// Lines of a row and rows: 500 mm.
+/// The number of lines in a row, 500 mm, and the number of rows.
 const PIXELS: usize = 10_000;
 const ROWS: usize = 3;
 /// Lines that come before the clock starts: they fill the queue of pixels, and motion begins.
 const AHEAD: usize = 6_000;
-/// Steps of a line: with these the rate must be kept up, and with as many as the board's highest
-/// step rate allows nothing may run out.
+/// The steps of a line, and the rate that must be kept up with them, lines/s. With 20 steps the
+/// board reaches its highest step rate, and must only not be late or lose bytes.
 const STEPS: [(u32, f64); 2] = [(8, RATE), (20, 0.0)];
 
-/// A laser that is faster than the lines come, 0.05 mm and so many steps a line: of 12 500 pixels a
-/// second, 11 500 with the turns.
+/// Settings of a laser that is faster than the lines come. A line is 0.05 mm and `steps` steps; the
+/// laser could burn 12 500 pixels a second, 11 500 with the reversals.
 fn settings(steps: u32) -> String {
     let steps_per_mm = 20 * steps;
     format!("$0=3\n$32=1\n$30=1000\n$31=0\n$100={steps_per_mm}\n$101={steps_per_mm}\n$110=37500\n$111=37500\n$120=9000\n$121=9000\n")
 }
 
-/// Rows there and back of lines of 14 bytes with their line feed, each with another power.
+/// Rows there and back, of lines of 14 bytes with their line feed, each line with another power.
 fn raster() -> String {
     let mut program = String::new();
     for row in 0..ROWS {

@@ -1,5 +1,5 @@
-//! How fast three motors may step together with the shortest pulses: a job of lines that turn a
-//! little, since the load of a line's first segment takes longest.
+//! How fast three motors may step together with the shortest pulses. The job's lines change
+//! direction a little, because the tick that loads a line's first segment takes longest.
 use super::{
     interrupts::{middle_and_most, Interrupts},
     timing::{ensure_no_gap, fastest, longest_tick, settings, LOADING},
@@ -14,18 +14,19 @@ use crate::{
 };
 use std::fmt::Write;
 
-/// The rate that must be kept up, and at which faster settings are capped, steps/s.
+/// The rate that must be kept up, and to which faster settings are limited, steps/s.
 const RATE: f64 = 370_000.0;
-/// A setting that asks for more, steps/s.
+/// The rate that a too fast setting asks for, steps/s.
 const FASTER: f64 = 400_000.0;
-/// The message about it: 370 370 steps/s · 60 / 250.
+/// The message about that setting: 370 370 steps/s · 60 / 250.
 const CAPPED: &str = "can be 88888.800 at most]";
 
-/// Lines of the job, 4 mm long each on all axes, some 1000 steps: 500 lines/s at 500 000 steps/s.
+/// The number of lines of the job. Each is 4 mm long on all axes, some 1000 steps: 500 lines/s at
+/// 500 000 steps/s.
 const LINES: usize = 400;
-/// mm/s²: from rest to 400 000 steps/s in a quarter of the job.
+/// The acceleration, mm/s²: from rest to 400 000 steps/s in a quarter of the job.
 const ACCELERATION: u32 = 5000;
-/// The search: from a rate that must hold to one that cannot, and how exact, steps/s.
+/// The bounds of the search, steps/s: a rate that must hold and one that cannot; and the precision.
 const SLOWEST: f64 = RATE;
 const FASTEST: f64 = 500_000.0;
 const EXACT: f64 = 2_000.0;
@@ -40,7 +41,8 @@ fn program() -> String {
     text
 }
 
-/// A board that has run the job, and the share of the time in which its CPU was awake.
+/// Runs the job on a board. Answers the board, and the share of the time in which its CPU was
+/// awake.
 fn run(build: &Build, rate: f64) -> Result<(Bench, f64), Failure> {
     let mut bench = Bench::boot(build)?;
     bench.ignore_power();
@@ -60,7 +62,8 @@ fn late(bench: &Bench) -> usize {
     bench.pins.steps.iter().filter(|step| step.late).count()
 }
 
-/// Three motors at the board's highest rate, for a second; a setting that asks for more is told so.
+/// Runs three motors at the board's highest rate for a second; the setting that asks for more must
+/// be answered with a message.
 pub(crate) fn at_the_cap(firmware: &Firmware) -> Result<Figures, Failure> {
     let (mut bench, busy) = run(&firmware.fast, FASTER)?;
     let (steps, late) = (&bench.pins.steps, late(&bench));
@@ -104,8 +107,8 @@ pub(crate) fn at_the_cap(firmware: &Firmware) -> Result<Figures, Failure> {
     Ok(figures)
 }
 
-/// Looks for the highest rate at which no tick is late, with a build that caps nothing; answers the
-/// sentence about it.
+/// Looks for the highest rate at which no tick is late, with a build that limits no rate. Answers
+/// the sentence for the report.
 pub(crate) fn highest(uncapped: &Build) -> Result<String, Failure> {
     let (mut on_time, mut too_fast) = (SLOWEST, FASTEST);
     while too_fast - on_time > EXACT {

@@ -1,8 +1,8 @@
 //! The board at each rate: a table of step events and lines a second, late ticks and the CPU's
 //! load.
 //!
-//! With the build that caps nothing, three motors and power, fed at 2 Mbaud. A row has the request
-//! and the result.
+//! The build limits no rate; three motors and power run, fed at 2 Mbaud. A row has the requested
+//! rates and the result.
 use super::timing::{ensure_no_gap, fastest, settings};
 use crate::{
     bench::{Bench, Failure},
@@ -11,14 +11,14 @@ use crate::{
 };
 use std::fmt::Write;
 
-/// Steps of a millimetre.
+/// Steps in a millimetre.
 const STEPS_PER_MM: f64 = 250.0;
-/// From rest to the rate, s: a quarter of the job is ramps.
+/// The time from rest to the rate, s: a quarter of the job is ramps.
 const RAMP_SECONDS: f64 = 0.125;
 /// How long the job goes at its rate, s.
 const SECONDS: f64 = 1.0;
 
-/// The requests: step events a second, lines a second.
+/// The requested rates: step events a second, lines a second.
 const ROWS: [(f64, f64); 10] = [
     (100_000.0, 500.0),
     (200_000.0, 500.0),
@@ -32,8 +32,8 @@ const ROWS: [(f64, f64); 10] = [
     (200_000.0, 10_000.0),
 ];
 
-/// A job of lines on all axes, straight ahead, and of power, each other line another: as few bytes
-/// as there can be.
+/// A job of lines on all axes, straight ahead, with another power in every other line. The lines
+/// are as short as they can be.
 fn program(rate: f64, lines: f64) -> (String, usize) {
     let length = format!("{:.3}", rate / lines / STEPS_PER_MM);
     let length = length.trim_matches('0').trim_end_matches('.');

@@ -1,5 +1,4 @@
-//! Immediate effects: realtime bytes that come in while motors step, alone and in the midst of
-//! others.
+//! Realtime bytes take effect at once: they come in while motors step, alone and among other bytes.
 use super::{
     stopping::{last_step, moving, power_off},
     Figures,
@@ -10,27 +9,28 @@ use crate::{
     pins::{CPU_HZ, LINE},
 };
 
-/// From the last bit of a reset (0x18) to the last step edge at most, µs.
+/// The longest time from the last bit of a reset (0x18) to the last step edge, µs.
 const RESET_US: f64 = 1_000.0;
-/// Instants after the start at which it comes, s: in the ramp and in the cruise.
+/// Instants after the start at which the byte comes, s: in the ramp and in the cruise.
 const INSTANTS: [f64; 4] = [0.02, 0.151, 0.4007, 0.77];
-/// Cycles in which a byte's arrival is looked for.
+/// Cycles between two looks for the arrival of a byte.
 const LOOK: u64 = 100;
 
-/// From the last bit of a byte on a full line at 2 Mbaud to the last step edge, or to the first
-/// byte of the report, at most, µs. The line is looked at every 50 µs, and a poll that has just
-/// begun ends first.
+/// The longest time from the last bit of a byte on a full line at 2 Mbaud to the last step edge, or
+/// to the first byte of the report, µs. The firmware looks at the line every 50 µs, and a poll that
+/// has just begun ends first.
 const FULL_LINE_US: f64 = 300.0;
-/// Other bytes in front of it: from one to the next, another phase of the looks.
+/// The number of other bytes in front of the realtime byte; each number gives another phase of the
+/// looks.
 const BEFORE: [usize; 10] = [20, 101, 182, 263, 344, 425, 506, 587, 668, 749];
 
-/// Sends a byte and waits until its last bit has arrived; the cycle of that, too late by [`LOOK`]
-/// at most.
+/// Sends a byte and waits until its last bit has arrived. Answers the cycle of the arrival, which
+/// is too late by [`LOOK`] at most.
 fn send_and_arrive(bench: &mut Bench, byte: u8) -> Result<u64, Failure> {
     send_and_arrive_among(bench, byte, 0, 0)
 }
 
-/// The same with this number of bytes of comments right before it and right after it.
+/// The same with `before` and `after` bytes of comments right before and right after the byte.
 fn send_and_arrive_among(
     bench: &mut Bench,
     byte: u8,
@@ -67,16 +67,16 @@ pub(crate) fn reset_byte(firmware: &Firmware) -> Result<Figures, Failure> {
     Ok(figures)
 }
 
-/// Bytes that come right behind: the line goes on being full.
+/// The number of bytes that follow, so that the line stays full.
 const BEHIND: usize = 200;
 
-/// From the arrival of `?` on a full line to the first byte of the report, µs.
+/// The time from the arrival of `?` on a full line to the first byte of the report, µs.
 fn until_report(bench: &mut Bench, before: usize) -> Result<f64, Failure> {
     let arrived = send_and_arrive_among(bench, b'?', before, BEHIND)?;
     report_after(bench, arrived)
 }
 
-/// From a cycle to the end of the report's first byte, µs.
+/// The time from a cycle to the end of the report's first byte, µs.
 fn report_after(bench: &mut Bench, arrived: u64) -> Result<f64, Failure> {
     while !bench.machine.uart_out(LINE).contains(&b'<') {
         bench.run_to(bench.machine.cycle() + LOOK)?;
@@ -88,8 +88,8 @@ fn report_after(bench: &mut Bench, arrived: u64) -> Result<f64, Failure> {
     Ok(micros_between(arrived, bench.machine.cycle()))
 }
 
-/// From the arrival of 0x18 on a full line to the last step edge, µs; negative where that came
-/// before.
+/// The time from the arrival of 0x18 on a full line to the last step edge, µs; negative where the
+/// edge came before.
 fn until_stop(bench: &mut Bench, before: usize) -> Result<f64, Failure> {
     let arrived = send_and_arrive_among(bench, 0x18, before, BEHIND)?;
     bench.hear_banner()?;
@@ -97,7 +97,7 @@ fn until_stop(bench: &mut Bench, before: usize) -> Result<f64, Failure> {
     Ok(micros_between(arrived, last_step(bench)))
 }
 
-/// Realtime bytes in the midst of a line that is full: seen as soon as those on a silent one.
+/// Realtime bytes on a full line must be seen as soon as bytes on a silent one.
 pub(crate) fn on_a_full_line(firmware: &Firmware) -> Result<Figures, Failure> {
     let bench = moving(&firmware.fast, 0.4)?;
     let (mut report, mut stop) = (0f64, f64::MIN);
@@ -120,13 +120,14 @@ pub(crate) fn on_a_full_line(firmware: &Firmware) -> Result<Figures, Failure> {
 
 /// The time of a byte at 115200 baud, s.
 const BYTE: f64 = 10.0 / 115_200.0;
-/// Bytes of the list, of 342, that have gone out when the report is asked for: at and between ends
-/// of rows.
+/// How many of the list's 342 bytes have gone out when the report is asked for: some at ends of
+/// rows, some within rows.
 const GONE_OUT: [u32; 6] = [1, 44, 101, 200, 250, 300];
-/// From the arrival of `?` in a list at 115200 baud to the report's first byte, µs.
+/// The longest time from the arrival of `?` during a list at 115200 baud to the report's first
+/// byte, µs.
 const IN_A_LIST_US: f64 = 5_000.0;
 
-/// A report that is asked for while `$$` goes out: behind the row under way.
+/// A report that is asked for while `$$` goes out comes after the row under way.
 pub(crate) fn in_a_list(firmware: &Firmware) -> Result<Figures, Failure> {
     let bench = Bench::boot(&firmware.usual)?;
     let mut longest = 0f64;

@@ -1,4 +1,5 @@
-//! Settings in the flash: how long they hold everything up, and the bytes that come meanwhile.
+//! Settings in the flash: how long writing them stops everything else, and the bytes that come
+//! meanwhile.
 use super::{
     power_loss::{with_known, LONGEST},
     Figures,
@@ -13,20 +14,22 @@ use crate::{
 use leadscrew_f407emu::FlashOperation;
 use std::fmt::Write;
 
-/// Times in which the flash programs a word, µs: typically and at most (data sheet, table 40).
+/// The times that the flash takes to program a word, µs: typical and maximum (data sheet, table
+/// 40).
 const PROGRAMMING: [u32; 2] = [16, 100];
 /// The longest that the main loop may wait for the flash, µs.
 const STALL_US: f64 = 2_000.0;
-/// Words that come sooner than this after the one before are written in one go, cycles: an
-/// interrupt may come between them. A poll takes longer.
+/// Words that follow the word before sooner than this, in cycles, are written in one go: an
+/// interrupt may come between them, but a poll takes longer.
 const IN_ONE_GO: u64 = 4_000;
 
-/// Lines of moves that come while a record is written: together 1000 steps and more.
+/// The number of lines with moves that come while a record is written: together 1000 steps and
+/// more.
 const MOVES: usize = 60;
-/// Bytes that a sender may have under way unanswered.
+/// The number of bytes that a sender may have under way unanswered.
 const WINDOW: usize = Stream::WINDOW;
 
-/// `count` moves, and their steps.
+/// The text of `count` moves, and the number of their steps.
 fn moves(count: usize) -> (String, i64) {
     let (mut lines, mut steps) = (String::new(), 0);
     for index in 1..=count {
@@ -37,14 +40,14 @@ fn moves(count: usize) -> (String, i64) {
     (lines, steps)
 }
 
-/// Sends lines, one of which is stored, and at `cycle` (at once where that is past) moves behind
-/// them, with a status query in their midst; how long the main loop waits for the flash at most,
-/// µs.
+/// Sends lines, one of which is stored. At `cycle` (at once if it has passed) it sends moves behind
+/// them, with a status query among them. Answers the longest time that the main loop waits for the
+/// flash, µs.
 fn stall(bench: Bench, lines: &str, cycle: u64) -> Result<f64, Failure> {
     stall_with(moves(MOVES), bench, lines, cycle)
 }
 
-/// The same with other moves: lines, and steps in all.
+/// The same with other moves: their lines, and the number of their steps.
 fn stall_with(
     (moves, steps): (String, i64),
     mut bench: Bench,
@@ -81,11 +84,12 @@ fn stall_with(
     Ok(longest_stall(&bench))
 }
 
-/// As many lines as a sender may have under way behind one whose record asks for an erase: none is
-/// lost. How long the main loop waits, µs. At 250 steps/mm in X, G91 G1.
+/// Sends as many lines as a sender may have under way behind `line`, whose record causes an erase:
+/// none may be lost. Answers how long the main loop waits, µs. The board must be at 250 steps/mm in
+/// X, in G91 G1.
 pub(super) fn ensure_window_survives(bench: &Bench, line: &str) -> Result<f64, Failure> {
     let room = WINDOW - line.len() - 1;
-    // Each takes seven bytes with its line feed.
+    // Each move takes seven bytes with its line feed.
     let all = moves(room / 7);
     ensure((room - 7..=room).contains(&all.0.len()), || {
         format!("{} bytes, not {room}", all.0.len())
@@ -104,7 +108,7 @@ fn longest_stall(bench: &Bench) -> f64 {
     stalls.fold(0.0, f64::max)
 }
 
-/// The cycles at which the flash has begun to write and was done with it.
+/// The cycles at which the flash began to write and at which it was done.
 fn writing(bench: &Bench) -> Result<(u64, u64), Failure> {
     let operations = bench.machine.flash_operations();
     let (Some(first), Some(last)) = (operations.first(), operations.last()) else {
@@ -113,9 +117,9 @@ fn writing(bench: &Bench) -> Result<(u64, u64), Failure> {
     Ok((first.begin, last.end))
 }
 
-/// Cycles of a byte at 2 Mbaud.
+/// The cycles that a byte takes at 2 Mbaud.
 const BYTE: u64 = 840;
-/// Cycles before the first word that are tried.
+/// The first instant that is tried is this many cycles before the first word.
 const BEFORE: u64 = 700;
 /// Cycles from one instant that is tried to the next.
 const APART: usize = 35;
@@ -130,8 +134,8 @@ fn is_sending(bench: &Bench, lines: &str, begin: u64, end: u64) -> Result<bool, 
     Ok(bench.machine.uart_out(LINE).len() > before)
 }
 
-/// Bytes begin to come around the first word: on a silent line, and with the end of a list going
-/// out.
+/// Bytes begin to come at many instants around the first word of a record: on a line that is
+/// otherwise silent, and while the end of a list goes out.
 fn at_many_instants(bench: &Bench) -> Result<String, Failure> {
     let mut count = 0;
     for lines in ["$30=24000", "$#\n$30=24000"] {

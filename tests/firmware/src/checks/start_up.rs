@@ -1,4 +1,4 @@
-//! From reset to work: when the pins are driven, and the effect of a crystal that does not start.
+//! From reset to work: when the pins are driven, and what happens if the crystal does not start.
 use super::{motion, Figures};
 use crate::{
     bench::{ensure, Bench, Failure},
@@ -14,7 +14,7 @@ use object::{Object, ObjectSymbol};
 
 /// The clock from reset on, Hz: the internal oscillator.
 const INTERNAL_HZ: f64 = 16e6;
-/// From reset to where a pin that could do harm is driven, and low, µs.
+/// The longest time from reset until a pin that could do harm is driven low, µs.
 const DRIVEN_US: f64 = 20.0;
 /// Cycles between two looks at the pins afterwards, up to the banner.
 const LOOK: u64 = 1_000;
@@ -23,7 +23,7 @@ fn is_off(bench: &Bench, pin: Pin) -> bool {
     bench.machine.drives(pin) && !bench.machine.level(pin)
 }
 
-/// When a pin is driven for the first time, µs after reset.
+/// The time after reset at which a pin is first driven, µs.
 fn first_driven(build: &Build, pin: Pin) -> Result<f64, Failure> {
     let mut bench = Bench::switch_on(build)?;
     while !is_off(&bench, pin) {
@@ -34,8 +34,8 @@ fn first_driven(build: &Build, pin: Pin) -> Result<f64, Failure> {
     Ok(bench.machine.cycle() as f64 * 1e6 / INTERNAL_HZ)
 }
 
-/// The pins that could do harm, and `further` ones, are off from their first driving on, up to the
-/// banner.
+/// Checks that the pins that could do harm, and the `further` ones, are off from the time when they
+/// are first driven until the banner.
 pub(super) fn ensure_off_at_once(build: &Build, further: &[Pin]) -> Result<String, Failure> {
     let wiring = build.wiring;
     let motors = wiring.step.iter().chain(wiring.direction);
@@ -90,10 +90,10 @@ pub(crate) fn pins(firmware: &Firmware) -> Result<Figures, Failure> {
 const SRAM: u64 = 0x2000_0000;
 /// The machine's message about a crystal that does not start.
 const NO_CRYSTAL: &str = "[MSG:the crystal does not start: times are exact to 1 %, no USB]";
-/// The share of a second at rest that the core sleeps.
+/// The least share of the time at rest in which the core must sleep.
 const ASLEEP: f64 = 0.95;
 
-/// Without a crystal: said so, and the job is done all the same.
+/// Without a crystal the machine must say so, and do the job all the same.
 pub(crate) fn crystal(firmware: &Firmware) -> Result<Figures, Failure> {
     let mut bench = Bench::switch_on_with(&firmware.usual, 0)?;
     let heard = bench.hear_banner()?;
@@ -120,8 +120,9 @@ pub(crate) fn crystal(firmware: &Firmware) -> Result<Figures, Failure> {
     Ok(figures)
 }
 
-/// Bytes of the log so far: where RTT's first channel is written next (SEGGER's control block: 16
-/// bytes of name, two counts; of a channel its name, its buffer, the buffer's size, then this).
+/// The number of bytes logged so far: the write offset of RTT's first channel. SEGGER's control
+/// block has 16 bytes of name and two counts; a channel has its name, its buffer, the buffer's
+/// size, and then this offset.
 fn logged(bench: &Bench, elf: &[u8]) -> Result<u32, Failure> {
     const WRITTEN: usize = 16 + 2 * 4 + 3 * 4;
     let file = object::File::parse(elf)?;
@@ -136,7 +137,7 @@ fn logged(bench: &Bench, elf: &[u8]) -> Result<u32, Failure> {
         .ok_or_else(|| Failure("the log is not in SRAM".into()))
 }
 
-/// The log as probe-rs would show it: the board's name and clock, in four bytes or more.
+/// The log as probe-rs would show it: the board's name and clock, in at least four bytes.
 pub(crate) fn log(firmware: &Firmware) -> Result<Figures, Failure> {
     let bench = Bench::boot(&firmware.usual)?;
     let bytes = logged(&bench, &firmware.usual.elf)?;

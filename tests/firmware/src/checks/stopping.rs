@@ -1,4 +1,5 @@
-//! A laser in full motion, and when it stands still and dark: for checks that stop it in some way.
+//! A laser in full motion, and when it stands still and dark: used by checks that stop it in some
+//! way.
 use crate::{
     bench::{ensure, Bench, Failure},
     firmware::Build,
@@ -7,22 +8,22 @@ use crate::{
 };
 use leadscrew_f407emu::{Edge, Pin};
 
-/// Fast enough that the last step says when stepping stopped: 50 000 steps/s. At full power the
-/// laser's pin has no edges but those of on and off. Limit switches stop it.
+/// 50 000 steps/s, so that the last step shows exactly when stepping stopped. At full power the
+/// laser's pin has no edges except on and off. Limit switches stop the machine.
 const SETTINGS: &str = "$0=5\n$21=1\n$32=1\n$30=1000\n$701=0\n$100=250\n$110=12000\n$120=4000\n";
-/// 250 steps/mm over 400 mm, 2 s of cruise.
+/// 400 mm at 250 steps/mm, with 2 s of cruise.
 const JOB: &str = "G91M3M8S1000\nG1X400F12000\n";
 /// Steps of the whole job.
 pub(super) const STEPS: i64 = 100_000;
 /// Time between two steps in the cruise, µs.
 pub(super) const INTERVAL_US: f64 = 20.0;
 
-/// A laser that has been moving along X for some time.
+/// A board whose laser has been moving along X for `seconds`.
 pub(super) fn moving(build: &Build, seconds: f64) -> Result<Bench, Failure> {
     move_off(Bench::switch_on(build)?, seconds)
 }
 
-/// The same from power-up on.
+/// The same on a board that was just switched on.
 pub(super) fn move_off(mut bench: Bench, seconds: f64) -> Result<Bench, Failure> {
     bench.hear_banner()?;
     bench.commands(SETTINGS)?;
@@ -42,7 +43,7 @@ pub(super) fn last_step(bench: &Bench) -> u64 {
 /// The edge at which the laser went off.
 ///
 /// # Errors
-/// It is on.
+/// The laser is on.
 pub(super) fn power_edge(bench: &Bench) -> Result<Edge, Failure> {
     let edges = bench.pins.others.iter();
     let last = edges.rev().find(|edge| edge.pin == POWER);
@@ -55,7 +56,7 @@ pub(super) fn power_off(bench: &Bench) -> Result<u64, Failure> {
     Ok(power_edge(bench)?.cycle)
 }
 
-/// Steps, laser, spindle and coolant are off.
+/// Checks that steps, laser, spindle and coolant are off.
 pub(super) fn ensure_safe(bench: &Bench) -> Result<(), Failure> {
     let is_low = |pin: &Pin| !bench.machine.level(*pin);
     let outputs = [POWER, SPINDLE, FLOOD];

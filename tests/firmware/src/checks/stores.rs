@@ -1,6 +1,6 @@
-//! Every store of the step interrupt to the step timer or to a port is replaced by an instruction
-//! that does nothing, one at a time: a flag that is not cleared, a compare that is not set, a pin
-//! that does not fall. Other faults: `planted`.
+//! Replaces every store of the step interrupts to a timer or to a port by an instruction that does
+//! nothing, one at a time: a flag is not cleared, a compare is not set, a pin does not fall. Other
+//! faults: `planted`.
 use super::Figures;
 use crate::{
     bench::{ensure, Bench, Failure},
@@ -15,17 +15,17 @@ use leadscrew_f407emu::{Exception, Machine};
 use leadscrew_sim::Rate;
 use std::collections::BTreeSet;
 
-/// Registers of the step timer (TIM2), of that of pulses (TIM11), and of the ports.
+/// The registers of the step timer (TIM2), of the timer that ends pulses (TIM11), and of the ports.
 const TIMER: std::ops::Range<u32> = 0x4000_0000..0x4000_0400;
 const PULSE_TIMER: std::ops::Range<u32> = 0x4001_4800..0x4001_4C00;
 const PORTS: std::ops::Range<u32> = 0x4002_0000..0x4002_2400;
 
-/// Stores whose absence this job cannot show. One brings the first tick: the main loop looks for a
-/// tick that has not come, and makes it. One masks the compare at the end of the job: without it
-/// the next compare comes after 51 s.
+/// The number of stores whose absence this job cannot show. One arms the first tick: the main loop
+/// looks for a tick that has not come, and makes it. One masks the compare at the end of the job:
+/// without it the next match comes only after 51 s.
 const EQUIVALENT: usize = 2;
 
-/// There and back, with a corner.
+/// A job there and back, with a corner.
 fn job() -> Job {
     Job::new(
         "stores",
@@ -34,7 +34,8 @@ fn job() -> Job {
     )
 }
 
-/// The stores of the step interrupts while the job runs: address of the instruction, register.
+/// The stores of the step interrupts during the job: the address of each instruction, and the
+/// register that it writes.
 fn stores(build: &Build) -> Result<BTreeSet<(u32, u32)>, Failure> {
     let ranges = [TIMER, PULSE_TIMER, PORTS];
     let mut all = BTreeSet::new();
@@ -49,8 +50,8 @@ fn stores(build: &Build) -> Result<BTreeSet<(u32, u32)>, Failure> {
     Ok(all)
 }
 
-/// Replaces the instruction at an address by one that does nothing, in the flash, before the
-/// program has copied it from there.
+/// Replaces the instruction at an address by one that does nothing. Replaces it in the flash,
+/// before the program has copied it to SRAM.
 fn plant(machine: &mut Machine, build: &Build, address: u32) -> Result<(), Failure> {
     const NARROW: [u8; 2] = [0x00, 0xBF];
     const WIDE: [u8; 4] = [0xAF, 0xF3, 0x00, 0x80];
@@ -65,8 +66,8 @@ fn plant(machine: &mut Machine, build: &Build, address: u32) -> Result<(), Failu
     Ok(())
 }
 
-/// Runs the job and holds it against the simulator's, with the instruction at `fault` replaced
-/// where there is one.
+/// Runs the job and compares it with the simulator's. Replaces the instruction at `fault` first, if
+/// there is one.
 fn run(build: &Build, fault: Option<u32>) -> Result<(), Failure> {
     let job = job();
     let mut bench = Bench::switch_on(build)?;

@@ -14,13 +14,13 @@ use std::{num::NonZeroU32, ops::Range};
 
 /// Time between two status queries, s.
 const POLL_SECONDS: f64 = 0.1;
-/// How far the time of a job may be off where its line is not faster than motion: 1 %.
+/// How far the time of a job may be off where the line may be slower than motion: 1 %.
 const TOLERANCE: f64 = 0.01;
-/// Motion begins when nothing has come for so long, or the queue is full: from then on a fast line
-/// keeps it full.
+/// Motion begins when no line has come for 0.5 s, or the queue is full. From then on a fast line
+/// keeps the queue full.
 const FULL_FIRST: &str = "$701=500\n";
 
-/// Streams a job; its steps.
+/// Streams a job. Answers its steps.
 fn run_streamed(build: &Build, job: &Job) -> Result<Vec<Step>, Failure> {
     let mut bench = Bench::boot(build)?;
     bench.ignore_power();
@@ -32,8 +32,8 @@ fn run_streamed(build: &Build, job: &Job) -> Result<Vec<Step>, Failure> {
     Ok(std::mem::take(&mut bench.pins.steps))
 }
 
-/// Streams jobs and compares each with the simulator's; `hold` names the values that must agree,
-/// and its finding.
+/// Streams jobs and compares each with the simulator's. `hold` checks the values that must agree,
+/// and answers its finding.
 fn compare_all(
     build: &Build,
     jobs: impl IntoIterator<Item = Result<Job, Failure>>,
@@ -119,14 +119,15 @@ pub(crate) fn traces(firmware: &Firmware) -> Result<Figures, Failure> {
     )
 }
 
-/// A sender falls silent for nine tenths of the reserve (`$710`), s.
+/// When the sender is silent, s: for nine tenths of the reserve (`$710`).
 const SILENCE: Range<f64> = 1.0..1.9;
-/// The allowed cost, a share of the job's time; and the least cost with a reserve of 0.1 s, s.
+/// The most that the silence may cost, as a share of the job's time; and the least that it must
+/// cost with a reserve of 0.1 s, s.
 const LONGER: f64 = 1e-3;
 const MISSED: f64 = 0.1;
 
-/// Short moves round corners. The blanks make the lines so long that ten of them, less than 0.1 s,
-/// fill the receive buffer.
+/// Short moves round corners. Blanks make the lines so long that ten of them, less than 0.1 s of
+/// motion, fill the receive buffer.
 fn contour() -> String {
     let moves = (0..500).map(|line| {
         let angle = (f64::from(line) * 0.05).sin() * 1.2;
@@ -136,7 +137,7 @@ fn contour() -> String {
     format!("G91G1F5000\n{}", moves.collect::<String>())
 }
 
-/// Seconds from the first step to the last, where each axis brakes within 0.2 s.
+/// The time from the first step to the last, s. Each axis brakes within 0.2 s.
 fn duration(build: &Build, reserve: &str, silence: Range<f64>) -> Result<f64, Failure> {
     let mut bench = Bench::boot(build)?;
     bench.commands(&format!(
@@ -151,7 +152,7 @@ fn duration(build: &Build, reserve: &str, silence: Range<f64>) -> Result<f64, Fa
     Ok((last.edge() - first.edge()) as f64 / CPU_HZ as f64)
 }
 
-/// A sender that falls silent costs no time, unless for longer than the reserve.
+/// A sender that falls silent costs no time, unless it is silent for longer than the reserve.
 pub(crate) fn silent_sender(firmware: &Firmware) -> Result<Figures, Failure> {
     let build = &firmware.fast;
     let smooth = duration(build, "", 0.0..0.0)?;

@@ -1,5 +1,5 @@
-//! The supplied jobs of the machines, whole: each command of a machine's README that makes a job,
-//! then the job at the pins.
+//! The jobs supplied with the machines, as a whole: runs each command of a machine's README that
+//! makes a job, then compares the job at the pins with the simulator's.
 use super::{
     machines::{
         boot_engraver, boot_printer, boot_prototyper, home, plan, profile, run, Carriage, PRINTER,
@@ -17,15 +17,16 @@ use crate::{
 };
 use std::{fs, path::Path, process::Command};
 
-/// A machine and its way to its jobs.
+/// A machine, and how it is prepared for its jobs.
 struct Owner {
     number: &'static str,
     boot: fn(&Build) -> Result<Bench, Failure>,
-    /// The carriages that home; none where it does not.
+    /// The carriages that home; none where the machine does not home.
     carriages: &'static [Carriage],
     /// Lines before the job.
     settings: &'static str,
-    /// Motors whose steps are the plan's: on machine 003 switches end the motion of Z.
+    /// The number of motors whose steps are compared with the plan: on machine 003 switches end the
+    /// motion of Z.
     motors: usize,
 }
 
@@ -63,8 +64,7 @@ const OWNERS: [Owner; 4] = [
 /// The program that imports jobs.
 const DESK: &str = "target/debug/leadscrew";
 
-/// Makes the jobs of a machine as its README says, in a copy of its folder; answers their names and
-/// texts.
+/// Makes the jobs of a machine as its README says, in a copy of its folder. Answers the jobs.
 fn made(number: &str) -> Result<Vec<Job>, Failure> {
     let examples = job::repository().join("examples");
     let work = job::repository().join("target/tmp/supplied");
@@ -87,7 +87,7 @@ fn copy(from: &Path, to: &Path) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Runs `leadscrew import`; the job that it writes.
+/// Runs `leadscrew import`. Answers the job that it writes.
 fn import(folder: &Path, command: &str) -> Result<Job, Failure> {
     let line = format!(
         "{} import {command}",
@@ -101,7 +101,7 @@ fn import(folder: &Path, command: &str) -> Result<Job, Failure> {
     let (_, name) = command.rsplit_once("-o ").ok_or_else(wrong)?;
     ensure(made.status.success(), || wrong().0)?;
     let text = fs::read_to_string(folder.join(name)).or_else(|_| {
-        // `--tools files` writes a job a bit.
+        // `--tools files` writes one job for each bit.
         fs::read_to_string(folder.join(name.replace(".nc", "-T1.nc")))
     })?;
     Ok(Job::new(name, "", &text))
@@ -133,7 +133,7 @@ impl Owner {
     }
 }
 
-/// The lines of a job behind its homing, which the owner has done.
+/// The lines of a job after its homing, which the caller has done.
 fn homed(program: &str) -> &str {
     program.split_once("$H\n").map_or(program, |(_, rest)| rest)
 }

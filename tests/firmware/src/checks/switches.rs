@@ -1,4 +1,4 @@
-//! The inputs, driven at the pins: what is believed, when, and what comes of it.
+//! The inputs, driven at the pins: which levels are accepted, when, and what they cause.
 use super::{
     power_loss::fill,
     stopping::{last_step, moving, power_off, INTERVAL_US, STEPS},
@@ -12,33 +12,36 @@ use crate::{
 };
 use leadscrew_f407emu::Pin;
 
-/// From the end of the filter's time to the last step edge at most, µs.
+/// The longest time from the end of the filter's time to the last step edge, µs.
 const STEPS_US: f64 = 10.0;
-/// From the end of the filter's time to laser off at most, µs.
+/// The longest time from the end of the filter's time to laser off, µs.
 const LASER_US: f64 = 2.5;
-/// The edge itself is noted after a tick that takes a segment, 532 cycles later at most.
+/// The edge itself is noted after a tick that loads a segment, 532 cycles later at most: this time,
+/// µs.
 const LOAD_US: f64 = 3.2;
-/// Edges that may fall on that: a segment is taken once in a millisecond, for some 2 µs.
+/// How many edges may fall on such a tick: a segment is loaded once in a millisecond, which takes
+/// some 2 µs.
 const AT_LOAD: usize = 1;
 /// The filter's time in µs.
 const FILTER_US: f64 = FILTER_SECONDS * 1e6;
-/// The clock of the filter counts microseconds, so that its time ends within one of them: and that
-/// end, the timer's match with the alarm, is what all else is measured from.
+/// The filter's clock counts microseconds, so that its time ends within one count, µs. All other
+/// times are measured from that end, which is a match of the filter's timer.
 const COUNT_US: f64 = 1.5;
-/// Edges that are tried: at other places between two steps and two counts, 20.3 µs apart.
+/// The number of edges that are tried, 20.3 µs apart: each falls on another place between two steps
+/// and between two counts.
 const EDGES: usize = 60;
 const BETWEEN: u64 = 3_413;
 
-/// What an edge of a stopping input came to, µs after the end of the filter's time.
+/// The effects of an edge of a stopping input, µs after the end of the filter's time.
 #[derive(Clone, Copy)]
 struct Stopped {
-    /// That end, µs after the edge and [`FILTER_US`].
+    /// How much later than [`FILTER_US`] after the edge the filter's time ended, µs.
     settled: f64,
     last_step: f64,
     laser_off: f64,
 }
 
-/// Closes a switch in full motion; the machine then says `words`.
+/// Closes a switch in full motion. The machine must then say `words`.
 fn stop_by(mut bench: Bench, pin: Pin, words: &str) -> Result<Stopped, Failure> {
     bench.heard();
     let edge = bench.set(pin, false);
@@ -57,7 +60,7 @@ fn stop_by(mut bench: Bench, pin: Pin, words: &str) -> Result<Stopped, Failure> 
     })
 }
 
-/// Closes one of `pins` in turn at many instants.
+/// Closes `pins` in turn at many instants.
 fn stop_at_many(firmware: &Firmware, pins: &[Pin], words: &str) -> Result<Figures, Failure> {
     let mut base = moving(&firmware.usual, 0.2)?;
     base.cold();
@@ -104,8 +107,9 @@ fn stop_at_many(firmware: &Firmware, pins: &[Pin], words: &str) -> Result<Figure
     Ok(figures)
 }
 
-/// The mode of the laser's channel (TIM4_CCMR1), where its compare value counts at the end of a
-/// period only: the manual leaves that open for PWM without preload.
+/// Sets the preload bit in the mode register of the laser's channel (TIM4_CCMR1), so that a new
+/// compare value takes effect only at the end of a period. The manual does not say whether it does
+/// so in PWM without preload.
 const AT_THE_PERIODS_END: Fault = Fault {
     register: 0x4000_0818,
     tamper: |word| Some(word | 1 << 3),
@@ -129,10 +133,10 @@ pub(crate) fn reset_button(firmware: &Firmware) -> Result<Figures, Failure> {
     stop_at_many(firmware, &[RESET], "ALARM:3")
 }
 
-/// A laser that may stand still, lit; limit switches stop it.
+/// A laser that may be lit at rest; limit switches stop it.
 const LASER: &str = "$21=1\n$32=1\n$30=1000\n$707=0\n$120=4000\n";
 
-/// Has a laser under M3 stand still, lit.
+/// Brings a laser under M3 to rest, lit.
 fn lit_at_rest(mut bench: Bench) -> Result<Bench, Failure> {
     bench.commands("G91M3S1000\nG1X1F3000\n")?;
     bench.wait_for("Idle", 2.0)?;
@@ -140,12 +144,12 @@ fn lit_at_rest(mut bench: Bench) -> Result<Bench, Failure> {
     Ok(bench)
 }
 
-/// A switch that closes while a sector is erased, in which the laser is off anyway: it stays so.
+/// A switch closes while a sector is erased, when the laser is off anyway: it must stay off.
 fn dark_after_erasing(build: &Build) -> Result<(), Failure> {
     let mut bench = Bench::boot(build)?;
     bench.commands(LASER)?;
     let (mut bench, line) = fill(bench)?;
-    // The other sector was blank; from now on it has to be erased.
+    // The other sector was blank; from now on it has to be erased before use.
     bench.command(&line)?;
     let (bench, line) = fill(bench)?;
     let mut bench = lit_at_rest(bench)?;
@@ -173,7 +177,7 @@ fn dark_after_erasing(build: &Build) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The reset button and a limit switch at rest: the laser is off before the main loop hears of it.
+/// The reset button and a limit switch at rest: the laser must be off before the main loop acts.
 pub(crate) fn at_rest(firmware: &Firmware) -> Result<Figures, Failure> {
     let mut figures = Figures::default();
     let mut bench = Bench::boot(&firmware.usual)?;
@@ -197,7 +201,8 @@ pub(crate) fn at_rest(firmware: &Firmware) -> Result<Figures, Failure> {
     Ok(figures)
 }
 
-/// Closes a switch, opens it again and so on, each after so many µs.
+/// Moves a switch to `closed`, then back and so on; `micros` are the times between the edges, µs.
+/// Answers the cycle of the first edge.
 fn bounce(bench: &mut Bench, pin: Pin, closed: bool, micros: &[u64]) -> u64 {
     let first = bench.set(pin, closed);
     let mut edge = first;
@@ -208,13 +213,13 @@ fn bounce(bench: &mut Bench, pin: Pin, closed: bool, micros: &[u64]) -> u64 {
     first
 }
 
-/// Spikes and bounces that are over before the filter's time, each of an odd number of edges after
-/// the first: open again.
+/// Spikes and bounces that are over before the filter's time ends, in µs. Each has an odd number of
+/// edges after the first, so that the switch is open again.
 const SPIKES: [&[u64]; 3] = [&[195], &[5], &[20, 20, 20, 20, 20, 20, 20, 20, 20]];
-/// Pulses and bounces that are closed when the filter's time is over.
+/// Pulses and bounces after which the switch is closed when the filter's time ends.
 const PULSES: [&[u64]; 2] = [&[205], &[60, 60, 500, 20, 20]];
 
-/// A switch in full motion: spikes change nothing, pulses lead to `state`.
+/// A switch in full motion: spikes must change nothing, pulses must lead to `state`.
 fn filter_one(base: &Bench, pin: Pin, closed: bool, state: &str) -> Result<(), Failure> {
     let before = base.clone().status()?;
     let before = before.split('|').next().unwrap_or_default();
@@ -239,8 +244,8 @@ fn filter_one(base: &Bench, pin: Pin, closed: bool, state: &str) -> Result<(), F
     Ok(())
 }
 
-/// Other times of the filter, µs, each with what is shorter and what is longer. At 0 the level
-/// after the edge counts.
+/// Other filter times, µs, each with a spike that is shorter and a pulse that is longer. At 0 the
+/// level after the edge counts.
 const OTHER_TIMES: [(u32, Option<u64>, u64); 3] = [
     (0, None, 20),
     (1_000, Some(995), 1_005),
@@ -291,8 +296,8 @@ pub(crate) fn filter(firmware: &Firmware) -> Result<Figures, Failure> {
     Ok(figures)
 }
 
-/// From the cycle start behind a closed door to motion at most, s: spindle and coolant take their 4
-/// s and 1 s.
+/// The longest time from cycle start, with the door closed again, to motion, s: spindle and coolant
+/// take 4 s and 1 s of it.
 const RESUME_SECONDS: f64 = 8.0;
 
 /// Presses a button for a millisecond.
@@ -303,15 +308,15 @@ fn press(bench: &mut Bench, pin: Pin, pressed: bool) -> Result<(), Failure> {
     bench.run_for(0.001)
 }
 
-/// Nothing steps for a while.
+/// Checks that nothing steps for 0.1 s.
 fn ensure_still(bench: &mut Bench) -> Result<(), Failure> {
     let steps = bench.pins.steps.len();
     bench.run_for(0.1)?;
     ensure(bench.pins.steps.len() == steps, || "motion goes on".into())
 }
 
-/// Feed hold, cycle start and door, one after the other; the job is carried out to its last step
-/// all the same.
+/// Feed hold, cycle start and door, one after the other: the job must still be carried out to its
+/// last step.
 pub(crate) fn buttons(firmware: &Firmware) -> Result<Figures, Failure> {
     let mut bench = moving(&firmware.usual, 0.1)?;
     press(&mut bench, HOLD, false)?;
@@ -349,15 +354,16 @@ pub(crate) fn buttons(firmware: &Firmware) -> Result<Figures, Failure> {
     Ok(figures)
 }
 
-/// Noise on a line: an edge every 0.3 µs, for so long.
+/// Noise on a line: cycles between two edges (0.3 µs), and its duration, s.
 const NOISE_CYCLES: u64 = 50;
 const NOISE_SECONDS: f64 = 0.02;
 const NOISE_SETTINGS: &str = "$0=5\n$21=0\n$32=1\n$30=1000\n$100=250\n$110=6000\n$120=2000\n";
-/// From `?` to its answer at most, while there is noise, s: at 115200 baud a report takes 5 ms.
+/// The longest time from `?` to its answer while there is noise, s: at 115200 baud a report takes 5
+/// ms.
 const ANSWERED_SECONDS: f64 = 0.01;
 
-/// Noise in the MHz on a limit switch that nobody asks for: the machine answers, and motion goes on
-/// to its last step.
+/// Noise in the MHz range on a limit switch that is not in use: the machine must answer, and motion
+/// go on to its last step.
 pub(crate) fn noise(firmware: &Firmware) -> Result<Figures, Failure> {
     let mut bench = Bench::boot(&firmware.usual)?;
     bench.ignore_power();

@@ -12,19 +12,20 @@ use crate::{
 };
 use leadscrew_f407emu::Exception;
 
-/// The most that a step edge may be off the timer's schedule, cycles.
+/// How far a step edge may be off the timer's schedule, cycles.
 const JITTER: u32 = 40;
-/// The most that a pulse may be longer than it is set, µs.
+/// How much longer a pulse may be than its setting, µs.
 const PROLONGED_US: f64 = 1.0;
-/// The most that a tick which loads a segment may take from entry to exit, cycles: what
-/// `StepTiming` says of a line.
+/// The longest time that a tick which loads a segment may take from entry to exit, cycles: the
+/// value in `StepTiming` for the start of a line.
 pub(super) const LOADING: u64 = 571;
-/// The share of ticks that may take longer than [`TICK`], because they load a segment, in per cent.
+/// The largest share of ticks that may take longer than [`TICK`] because they load a segment, per
+/// cent.
 const LOADS_PERCENT: usize = 5;
 
-/// The longest that step events of these jobs may be apart, s: the first from rest comes after
-/// sqrt(2 s/a) = 1.4 ms, with 1/250 mm and the least acceleration, 2000 mm/s²; halfway there is a
-/// stop at most. A tick that was lost leaves 51 s.
+/// The longest time between two step events of these jobs, s. The first one from rest comes after
+/// sqrt(2 s/a) = 1.4 ms, with 1/250 mm and the least acceleration, 2000 mm/s²; at most one stop
+/// lies between. A lost tick would leave a gap of 51 s.
 const LONGEST_GAP: f64 = 0.01;
 
 /// Three motors at 250 steps/mm and up to `rate` steps/s, with the acceleration in mm/s² and the
@@ -60,20 +61,20 @@ fn run_busy(build: &Build, settings: &str, program: &str) -> Result<Bench, Failu
     Ok(bench)
 }
 
-/// Pulse widths in µs, each with a rate that leaves room for it, steps/s.
+/// Pulse widths in µs, each with a rate that leaves time for it, steps/s.
 const RATIOS: [(u32, f64); 4] = [
     (3, 166_000.0),
     (5, 125_000.0),
     (10, 76_000.0),
     (20, 42_000.0),
 ];
-/// A move of three motors at 250 steps/mm that never step at the same rate; where it leads, in
-/// steps and as a report says it.
+/// A move of three motors at 250 steps/mm that never step at the same rate; and its end in steps
+/// and in a report.
 const MOVE: &str = "G91M4S500\nG1X300Y211Z97F99999\n";
 const MOVED: [i64; 3] = [75_000, 52_750, 24_250];
 const REPORTED: &str = "MPos:300.000,211.000,97.000|";
 
-/// Rates from rest up to what the pulse leaves room for, and back, for each of some pulse widths.
+/// For each of some pulse widths: all rates from rest up to the highest for that width, and back.
 pub(crate) fn jitter_at_every_ratio(firmware: &Firmware) -> Result<Figures, Failure> {
     let mut figures = Figures::default();
     for (pulse_us, rate) in RATIOS {
@@ -108,8 +109,8 @@ fn describe_edges(bench: &Bench, pulse_us: u32, figures: &mut Figures) {
     );
 }
 
-/// Every edge is where it should be, none is missing, and the machine has counted what the drivers
-/// have seen.
+/// Checks that every edge is where it should be, that none is missing, and that the machine has
+/// counted what the drivers have seen.
 fn ensure_exact(bench: &mut Bench, pulse_us: u32) -> Result<(), Failure> {
     let (steps, extremes) = (&bench.pins.steps, bench.pins.extremes);
     ensure_no_gap(steps)?;
@@ -129,7 +130,7 @@ fn ensure_exact(bench: &mut Bench, pulse_us: u32) -> Result<(), Failure> {
     ensure(status.contains(REPORTED), || status.clone())
 }
 
-/// The highest rate, over eight step events, steps/s.
+/// The highest rate, measured over eight step events, steps/s.
 pub(super) fn fastest(steps: &[Step]) -> f64 {
     let spans = steps.windows(9).map(|window| window[8].due - window[0].due);
     let shortest = spans.min().unwrap_or(u64::MAX).max(1);
@@ -142,7 +143,7 @@ fn longest_gap(steps: &[Step]) -> f64 {
     gaps.max().unwrap_or(0) as f64 / CPU_HZ as f64
 }
 
-/// Motion never stands still.
+/// Checks that no two step events are further apart than [`LONGEST_GAP`].
 pub(super) fn ensure_no_gap(steps: &[Step]) -> Result<(), Failure> {
     let gap = longest_gap(steps);
     ensure(gap <= LONGEST_GAP, || {
@@ -155,11 +156,11 @@ pub(super) fn longest_tick(bench: &Bench) -> u64 {
     bench.machine.profile(Exception::irq(STEP_IRQ)).max
 }
 
-/// Width of the pulses that [`busy_with_three_motors`] makes, µs.
+/// The width of the pulses that [`busy_with_three_motors`] makes, µs.
 pub(super) const PULSE_US: u32 = 3;
 
-/// Three motors together up to 100 000 steps/s and back, power changing at every tick, with cold
-/// caches.
+/// Runs three motors together up to 100 000 steps/s and back, with cold caches and power that
+/// changes at every tick.
 pub(super) fn busy_with_three_motors(firmware: &Firmware) -> Result<Bench, Failure> {
     let mut bench = Bench::boot(&firmware.usual)?;
     bench.cold();
@@ -174,7 +175,7 @@ pub(super) fn busy_with_three_motors(firmware: &Firmware) -> Result<Bench, Failu
     Ok(bench)
 }
 
-/// No step interrupt takes longer than it may, those included whose segment is used up.
+/// No step interrupt may take longer than allowed, including those that load a segment.
 pub(crate) fn step_interrupt(firmware: &Firmware) -> Result<Figures, Failure> {
     let bench = busy_with_three_motors(firmware)?;
     let Interrupts {

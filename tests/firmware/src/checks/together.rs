@@ -1,5 +1,5 @@
-//! Whatever could move a step edge, all of it at once: USB, the serial line both ways, the flash
-//! read and written, loads.
+//! Everything that could delay a step edge, all at once: USB, the serial line in both directions,
+//! reading and writing the flash, loads of segments.
 use super::{usb::plugged, Figures};
 use crate::{
     bench::{ensure, Failure},
@@ -11,17 +11,17 @@ use crate::{
 use leadscrew_f407emu::Exception;
 use std::fmt::Write;
 
-/// Step edges against the schedule at most, cycles: 0.25 us.
+/// How far step edges may be off the schedule, cycles: 0.25 µs.
 const JITTER: u32 = 42;
 /// Three motors at 250 steps/mm, up to 100 000 steps/s.
 const RATE: f64 = 100_000.0;
 const PULSE_US: u32 = 3;
-/// Short lines, each with a power and a direction of its own; every so many of them an offset is
-/// stored.
+/// The number of short lines, each with a power and a direction of its own; and after how many of
+/// them an offset is stored.
 const LINES: i64 = 1_200;
 const STORED_EVERY: i64 = 100;
-/// Queries that wait on the serial line, at 2 Mbaud: bytes come and go for as long as the job
-/// lasts.
+/// The number of queries that wait on the serial line, at 2 Mbaud: bytes come and go for as long as
+/// the job lasts.
 const QUERIES: usize = 1_500;
 
 /// The job, and the steps that it makes.
@@ -39,7 +39,7 @@ fn job() -> (String, [i64; 3]) {
     (lines, [100 * LINES, 25 * tenths(7), 25 * tenths(3)])
 }
 
-/// No step edge is moved by more than a quarter of a microsecond.
+/// No step edge may be delayed by more than a quarter of a microsecond.
 pub(crate) fn together(firmware: &Firmware) -> Result<Figures, Failure> {
     let mut bench = plugged(&firmware.fast)?;
     bench.cold();

@@ -1,5 +1,5 @@
-//! An update of the firmware, as probe-rs makes it: the sectors that the program needs are erased
-//! and written, no others.
+//! An update of the firmware as probe-rs makes it: it erases and writes the sectors that the
+//! program needs, and no others.
 use super::{
     power_loss::{stored, with_known},
     Figures,
@@ -17,10 +17,10 @@ use object::{
 };
 use std::{collections::BTreeSet, ops::Range};
 
-/// Bytes of the sectors (RM0090 table 5): four of 16 KiB, one of 64 KiB, seven of 128 KiB.
+/// The sizes of the sectors, KiB (RM0090 table 5): four of 16, one of 64, seven of 128.
 const SECTORS: [u32; 12] = [16, 16, 16, 16, 64, 128, 128, 128, 128, 128, 128, 128];
 
-/// Where each sector is.
+/// The addresses of each sector.
 fn sectors() -> impl Iterator<Item = Range<u32>> {
     SECTORS.iter().scan(FLASH, |next, kibibytes| {
         let begin = *next;
@@ -29,7 +29,7 @@ fn sectors() -> impl Iterator<Item = Range<u32>> {
     })
 }
 
-/// Begins of the sectors that a program has bytes in, with their ends.
+/// The start and end of each sector that a program has bytes in.
 fn needed(elf: &[u8]) -> Result<BTreeSet<(u32, u32)>, Failure> {
     let header = FileHeader32::<Endianness>::parse(elf)?;
     let endian = header.endian()?;
@@ -48,7 +48,7 @@ fn needed(elf: &[u8]) -> Result<BTreeSet<(u32, u32)>, Failure> {
     Ok(all)
 }
 
-/// Settings before and after an update; how many sectors it takes.
+/// Compares the settings before and after an update. Answers how many sectors it takes.
 fn ensure_survives(build: &Build) -> Result<String, Failure> {
     let mut bench = with_known(build)?;
     let before = stored(&mut bench)?;

@@ -14,26 +14,29 @@ use crate::{
 };
 use leadscrew_sim::Rate;
 
-/// Between two status queries, s.
+/// The time between two status queries, s.
 const POLL_SECONDS: f64 = 0.1;
-/// How far the time of a job may be off.
+/// How far the time of a job may be off, as a share.
 const TOLERANCE: f64 = 0.01;
-/// Step edges against the schedule at most, cycles.
+/// How far step edges may be off the schedule, cycles.
 const JITTER: u32 = 40;
-/// From 0x18 on its way to the last step edge, µs: 1000 and the packets before it.
+/// The longest time from the sending of 0x18 to the last step edge, µs: 1000, and the packets in
+/// front of it.
 const RESET_US: f64 = 1_000.0;
 /// Other bytes in front of 0x18.
 const BEFORE: usize = 300;
 /// The device's identification, as docs/hardware.md has it.
 const VENDOR: u16 = 0x16C0;
 const PRODUCT: u16 = 0x27DD;
-/// Lists that nobody reads for a while: six times the board's room for a line. And the rows of one.
+/// The number of `$$` lists that nobody reads for a while, six times the board's output buffer; and
+/// the rows of one list.
 const LISTS: usize = 10;
 const ROWS: usize = 34;
-/// A job that goes on for a second after the cable was pulled.
+/// A job that goes on for a second after the cable is pulled.
 const LONG: &str = "G91 G1 X30 F1500";
 
-/// The device's description to the host: a serial device with its own descriptors' lengths right.
+/// Checks the device's description to the host: a serial device, whose descriptors state the right
+/// lengths.
 fn descriptors(bench: &Bench) -> Result<(), Failure> {
     let answers = bench.machine.usb_answers();
     let [_, _, device, _, configuration, ..] = answers else {
@@ -53,7 +56,7 @@ fn descriptors(bench: &Bench) -> Result<(), Failure> {
     })
 }
 
-/// A board whose greeting of the start has come over USB.
+/// A board whose greeting at start has come over USB.
 pub(super) fn plugged(build: &Build) -> Result<Bench, Failure> {
     let mut bench = Bench::boot(build)?;
     bench.plug_usb()?;
@@ -61,7 +64,7 @@ pub(super) fn plugged(build: &Build) -> Result<Bench, Failure> {
     Ok(bench)
 }
 
-/// Streams an example over USB, with queries on both lines; its steps.
+/// Streams an example over USB, with queries on both lines. Answers its steps.
 fn stream(bench: &Bench, job: &Job) -> Result<Vec<Step>, Failure> {
     let mut bench = bench.clone();
     bench.ignore_power();
@@ -97,11 +100,11 @@ fn jobs(bench: &Bench, figures: &mut Figures) -> Result<(), Failure> {
     Ok(())
 }
 
-/// 0x18 behind other bytes, in motion.
+/// Sends 0x18 behind other bytes, in motion.
 fn reset(build: &Build, figures: &mut Figures) -> Result<(), Failure> {
     let mut bench = moving(build, 0.4)?;
     bench.plug_usb()?;
-    // The lines from power-up on.
+    // Hear the lines that have waited since power-up.
     bench.hear_until(0.1, |line| line == BANNER)?;
     let mut bytes = b"(traffic)\n".repeat(BEFORE / 10);
     bytes.push(0x18);
@@ -117,7 +120,7 @@ fn reset(build: &Build, figures: &mut Figures) -> Result<(), Failure> {
     ensure(stopped <= RESET_US, || figures.to_string())
 }
 
-/// The cable is pulled while motors step, and comes back.
+/// The cable is pulled while motors step, and plugged in again.
 fn pulled(bench: &Bench, figures: &mut Figures) -> Result<(), Failure> {
     let mut bench = bench.clone();
     bench.command(LONG)?;
@@ -136,19 +139,19 @@ fn pulled(bench: &Bench, figures: &mut Figures) -> Result<(), Failure> {
     Ok(())
 }
 
-/// A job that leaves a laser lit at rest, which no silence puts out.
+/// A job that leaves a laser lit at rest; no silence of the sender switches it off.
 const LIT: &str = "$32=1\n$707=0\n$110=3000\n$120=4000\nG91 M3 S1000\nG1 X1 F3000\n";
-/// Shorter than the silence after which a device knows that its host is gone, 6 ms (RM0090 section
-/// 34.5.2), s.
+/// A time shorter than the silence of 6 ms after which a device knows that its host is gone (RM0090
+/// section 34.5.2), s.
 const TOO_SHORT_TO_SUSPEND: f64 = 5e-3;
-/// From there on until a laser is off whose sender's host has gone, s: the rest of the silence and
-/// turns of the main loop.
+/// The longest time from there until the laser of a sender whose host has gone is off, s: the rest
+/// of the silence, and turns of the main loop.
 const M5_SECONDS: f64 = 3e-3;
-/// The host sees the device, waits and resets the bus, s.
+/// The time in which the host sees the device, waits and resets the bus, s.
 const BUS_RESET_SECONDS: f64 = 0.12;
 
-/// The cable is pulled, or the host resets the bus, while a laser of that line stands still, lit:
-/// M5.
+/// The cable is pulled, or the host resets the bus, while a laser that was lit over USB stands
+/// still: M5 must follow.
 fn left_lit(bench: &Bench, figures: &mut Figures) -> Result<(), Failure> {
     let mut bench = bench.clone();
     bench.ignore_power();
@@ -176,7 +179,7 @@ fn left_lit(bench: &Bench, figures: &mut Figures) -> Result<(), Failure> {
     Ok(())
 }
 
-/// A host that does not read stops nobody, and finds all answers when it reads again.
+/// A host that does not read blocks nobody else, and finds all answers when it reads again.
 fn unread(bench: &Bench, figures: &mut Figures) -> Result<(), Failure> {
     let mut bench = bench.clone();
     bench.machine.usb_read(false);

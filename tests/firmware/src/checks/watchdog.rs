@@ -1,4 +1,4 @@
-//! The watchdog: it comes in time at its slowest, and never in normal work at its fastest.
+//! The watchdog: at its slowest it acts in time, and at its fastest never in normal work.
 use super::{
     planting::{hear_restart, plant, plant_in_step_interrupt, went_on, Event, FOR_EVER, INSTANTS},
     stopping::{ensure_safe, move_off},
@@ -12,10 +12,11 @@ use crate::{
 };
 use leadscrew_f407emu::{LSI_FASTEST_HZ, LSI_SLOWEST_HZ};
 
-/// From the event to the last step edge and to laser off at most, µs.
+/// The longest time from the event to the last step edge and to laser off, µs.
 const HUNG_US: f64 = 50_000.0;
 
-/// Something hangs while the slowest watchdog counts; how long steps and laser went on.
+/// Makes something hang while the watchdog is at its slowest. Answers how long steps and laser went
+/// on, µs.
 fn hang(build: &Build, seconds: f64, what: Event) -> Result<(f64, f64), Failure> {
     let mut bench = Bench::switch_on(build)?;
     bench.machine.set_lsi(LSI_SLOWEST_HZ);
@@ -56,8 +57,8 @@ pub(crate) fn watchdog(firmware: &Firmware) -> Result<Figures, Failure> {
     Ok(figures)
 }
 
-/// A debugger halts the core while the slowest watchdog counts: the laser is off in time all the
-/// same.
+/// A debugger halts the core while the watchdog is at its slowest: the laser must be off in time
+/// all the same.
 pub(crate) fn halted(firmware: &Firmware) -> Result<Figures, Failure> {
     let mut figures = Figures::default();
     for seconds in INSTANTS {
@@ -79,13 +80,14 @@ pub(crate) fn halted(firmware: &Firmware) -> Result<Figures, Failure> {
     Ok(figures)
 }
 
-/// Everything that keeps the main loop busy: settings, reports, a stream of short moves, a dwell.
+/// Does everything that keeps the main loop busy: settings, reports, a stream of short moves, a
+/// dwell.
 pub(crate) fn normal_work(firmware: &Firmware) -> Result<Figures, Failure> {
     let mut bench = Bench::switch_on(&firmware.fast)?;
     bench.machine.set_lsi(LSI_FASTEST_HZ);
     bench.hear_banner()?;
     bench.cold();
-    // As slow as the data sheet allows (table 40).
+    // The flash is as slow as the data sheet allows (table 40).
     bench.machine.timing_mut().program_us = 100;
     bench.commands("$RST=*\n$$\n$#\n$N0=G54\n$N1=G21\n$I\n$10=3\n$G\n")?;
     bench.commands("$100=250\n$101=250\n$110=12000\n$111=12000\n$120=4000\n$121=4000\nG4P0.3\n")?;

@@ -6,9 +6,9 @@
 //!  this file:   a sender at the serial line, and the simulator's steps
 //! ```
 //!
-//! QEMU's core was written by others from Arm's manuals. What the emulator of `crates/f407emu` and
-//! QEMU have in common is the program alone: an instruction or an interrupt that both get wrong
-//! must be wrong twice in the same way.
+//! QEMU's core was written by others from Arm's manuals. The emulator in `crates/f407emu` and QEMU
+//! share only the program: an instruction or an interrupt that both get wrong must be wrong twice
+//! in the same way.
 mod process;
 mod stand_in;
 
@@ -22,21 +22,22 @@ use crate::{
 use leadscrew_sim::Rate;
 use stand_in::{StandIn, Turn};
 
-/// The move of the first words that anybody sends to a board.
+/// The move in the first lines that a new user sends to a board.
 const MOVE: &str = "G91\nG1X0.1F600\n";
-/// The same less a step, of the 250 that a millimetre has: it must be told from [`MOVE`].
+/// The same move less one of the 250 steps in a millimetre: the comparison must tell it from
+/// [`MOVE`].
 const SHORTER: &str = "G91\nG1X0.096F600\n";
-/// Three motors, an arc, a turn back.
+/// Three motors, an arc, a reversal.
 const JOB: &str = "G91\nG1X0.4Y-0.2Z0.1F300\nG2X0.2Y0.2I0.2J0F400\nG1X-0.3Y0.1\nG0Z-0.1\n";
 
-/// The most that the program may be at without an answer, in turns of its main loop.
+/// The most turns of its main loop that the program may make until an answer.
 const ANSWER_TURNS: usize = 20_000;
-/// The most that a job may take, in turns.
+/// The most turns that a job may take.
 const JOB_TURNS: usize = 400_000;
-/// Time passes in such pieces where nothing else happens, in microseconds.
+/// Time passes in pieces of this length where nothing else happens, µs.
 const PIECE_US: u32 = 1_000;
 
-/// Runs the check on a board behind a bootloader; what to say of it.
+/// Runs the check on a board behind a bootloader. Answers the sentence for the report.
 pub(crate) fn check(build: &Build) -> Result<String, Failure> {
     let mut sender = Sender::connect(build)?;
     sender.ask("?", |text| {
@@ -58,7 +59,8 @@ pub(crate) fn check(build: &Build) -> Result<String, Failure> {
     let version = sender.board.version().to_owned();
     drop(sender);
 
-    // On a board of its own: what a motion leaves of a count goes into the next.
+    // On a board of its own: the fraction of a count that a motion leaves goes into the next
+    // motion.
     let taken = Sender::connect(build)?.run(JOB)?;
     compare::to_the_tick(&taken, &plan(JOB)?)?;
     Ok(format!(
@@ -69,15 +71,15 @@ pub(crate) fn check(build: &Build) -> Result<String, Failure> {
     ))
 }
 
-/// The simulator's steps.
+/// The simulator's steps for a job.
 fn plan(job: &str) -> Result<Vec<Planned>, Failure> {
     desk::plan("", job, Rate::NeverWaits)
 }
 
-/// Whoever sits at the serial line.
+/// The sender at the serial line.
 struct Sender {
     board: StandIn,
-    /// Answers since the last question.
+    /// The text received since the last question.
     heard: String,
 }
 
@@ -92,7 +94,8 @@ impl Sender {
         Ok(sender)
     }
 
-    /// Lets the program work until `done` holds of the answers; returns them. Time stands still.
+    /// Lets the program work until `done` holds for the text received, and answers that text. Time
+    /// stands still.
     fn hear(&mut self, done: impl Fn(&str) -> bool) -> Result<String, Failure> {
         for _ in 0..ANSWER_TURNS {
             self.board.turn()?;
@@ -104,14 +107,14 @@ impl Sender {
         fail(format!("heard only {:?}", self.heard))
     }
 
-    /// Sends, and waits for an answer as [`Self::hear`] does.
+    /// Sends text, and waits for an answer as [`Self::hear`] does.
     fn ask(&mut self, text: &str, done: impl Fn(&str) -> bool) -> Result<String, Failure> {
         self.board.send(text)?;
         self.hear(done)
     }
 
-    /// Sends a job at once, so that all of it is there before the first step, and waits for rest;
-    /// its steps.
+    /// Sends a job at once, so that all of it is there before the first step, and waits for rest.
+    /// Answers its steps.
     fn run(&mut self, job: &str) -> Result<Vec<Step>, Failure> {
         let lines = job.lines().count();
         let answers = self.ask(job, |text| {
@@ -123,7 +126,7 @@ impl Sender {
                 continue;
             }
             self.board.let_pass(PIECE_US)?;
-            // QEMU's TIM5 wakes nobody; a question does.
+            // QEMU's TIM5 does not wake the core; a question does.
             let state = self.ask("?", |text| text.ends_with(">\r\n"))?;
             if state.starts_with("<Idle|") {
                 return Ok(self.board.take_steps());

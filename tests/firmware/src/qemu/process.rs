@@ -1,5 +1,5 @@
-//! QEMU as a process: its debugger's stub, which stops the core, and its test protocol, which
-//! reaches the registers.
+//! QEMU as a process, with two connections besides the serial line: its debugger stub stops the
+//! core, and its test protocol reaches the registers.
 use crate::bench::{fail, Failure};
 use std::{
     env,
@@ -12,21 +12,21 @@ use std::{
     time::{Duration, Instant},
 };
 
-/// Another QEMU than the one in the path.
+/// The variable that names another QEMU than the one in the path.
 const VARIABLE: &str = "LEADSCREW_QEMU";
-/// The first that is known to have the core coupled memory and RCC's registers.
+/// The first major version that is known to have the core-coupled memory and RCC's registers.
 const LEAST: u32 = 10;
-/// The longest that QEMU may take to connect.
+/// The longest time that QEMU may take to connect.
 const CONNECT: Duration = Duration::from_secs(20);
-/// How long the program may run before somebody looks at what it waits for.
+/// How long the program may run before the stand-in stops it to see what it waits for.
 const SLICE: Duration = Duration::from_millis(50);
-/// The program counter's number at the debugger's stub.
+/// The program counter's register number in the debugger's protocol.
 pub(super) const PC: u8 = 15;
 
 /// Why the core has stopped.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Stop {
-    /// At a place where the program waits.
+    /// At a place where the program waits for an event.
     Waits,
     /// Before it reads a watched register.
     Reads,
@@ -36,7 +36,7 @@ pub(super) enum Stop {
     Runs,
 }
 
-/// The process and its lines.
+/// The process and its connections.
 pub(super) struct Qemu {
     child: Child,
     debugger: BufReader<UnixStream>,
@@ -49,8 +49,8 @@ pub(super) struct Qemu {
 
 impl Drop for Qemu {
     fn drop(&mut self) {
-        // It does not end by itself; where it has, there is nothing to stop. What stays in the
-        // folder harms nobody.
+        // QEMU does not end by itself; if it has ended, there is nothing to stop. Files left in the
+        // folder do no harm.
         let _ = self.child.kill();
         let _ = self.child.wait();
         let _ = fs::remove_dir_all(&self.folder);
@@ -58,8 +58,8 @@ impl Drop for Qemu {
 }
 
 impl Qemu {
-    /// Starts QEMU, stopped at the first instruction of `elf`, with `images` in memory besides:
-    /// address and bytes.
+    /// Starts QEMU, stopped at the first instruction of `elf`. Loads `images` into memory in
+    /// addition: address and bytes.
     pub(super) fn start(elf: &[u8], images: &[(u32, Vec<u8>)]) -> Result<Self, Failure> {
         let program = env::var(VARIABLE).unwrap_or_else(|_| "qemu-system-arm".into());
         let version = version(&program)?;
@@ -92,7 +92,7 @@ impl Qemu {
             .stderr(Stdio::null())
             .spawn();
         let mut child = child.map_err(|error| Failure(format!("{program}: {error}")))?;
-        // In the order in which QEMU connects to them; a listener takes them in any.
+        // QEMU connects in this order, but a listener would accept any order.
         let mut lines = Vec::new();
         for (listener, _) in [&serial, &debugger, &test] {
             lines.push(accept(listener, &mut child)?);
@@ -133,7 +133,7 @@ impl Qemu {
         })
     }
 
-    /// Stops the core at `stop`, as the debugger's protocol has it: `Z1,address,size`.
+    /// Sets a breakpoint or watchpoint in the form of the debugger's protocol: `Z1,address,size`.
     pub(super) fn stop_at(&mut self, stop: &str) -> Result<(), Failure> {
         match self.debug(stop)?.as_str() {
             "OK" => Ok(()),
@@ -141,7 +141,7 @@ impl Qemu {
         }
     }
 
-    /// A register of the core.
+    /// The value of a core register.
     pub(super) fn core(&mut self, number: u8) -> Result<u32, Failure> {
         let word = self.debug(&format!("p{number:x}"))?;
         Ok(u32::from_str_radix(&word, 16)?.swap_bytes())
@@ -152,7 +152,7 @@ impl Qemu {
         self.stop_at(&format!("P{number:x}={:08x}", value.swap_bytes()))
     }
 
-    /// A word at an address, a register of a peripheral included.
+    /// The word at an address, which may be a register of a peripheral.
     pub(super) fn word(&mut self, address: u32) -> Result<u32, Failure> {
         let answer = self.ask(&format!("readl {address:#x}"))?;
         Ok(
@@ -179,7 +179,8 @@ impl Qemu {
         Ok(word.to_le_bytes()[(address & 3) as usize])
     }
 
-    /// The log's lines since the last call: every access to a peripheral that QEMU does not have.
+    /// The lines of the log since the last call: every access to a peripheral that QEMU does not
+    /// have.
     pub(super) fn log(&mut self) -> Result<String, Failure> {
         let mut text = String::new();
         self.log.read_to_string(&mut text)?;
@@ -206,10 +207,11 @@ impl Qemu {
         write!(self.debugger.get_mut(), "${packet}#{sum:02x}")
     }
 
-    /// What stands between `$` and `#`, and is followed by a checksum; acknowledged.
+    /// The text of a packet, between `$` and `#`; a checksum follows it. Acknowledges the packet.
     fn reply(&mut self) -> io::Result<String> {
         let mut text = Vec::new();
-        // Acknowledgements come before it. Where the time is over here, none of the reply has come.
+        // Acknowledgements come before the packet. If the time is over here, no part of the reply
+        // has come.
         self.debugger.skip_until(b'$')?;
         self.debugger.read_until(b'#', &mut text)?;
         self.debugger.read_exact(&mut [0; 2])?;
@@ -225,7 +227,7 @@ fn write(folder: &Path, name: &str, bytes: &[u8]) -> Result<String, Failure> {
     Ok(path.display().to_string())
 }
 
-/// The first line of `--version`, of a QEMU that has what is needed.
+/// The first line of `--version`, if this QEMU is new enough.
 fn version(program: &str) -> Result<String, Failure> {
     let output = Command::new(program).arg("--version").output();
     let output = output.map_err(|error| Failure(format!("{program}: {error}")))?;
@@ -240,7 +242,7 @@ fn version(program: &str) -> Result<String, Failure> {
     }
 }
 
-/// 10 of `QEMU emulator version 10.0.2 (Debian ...)`.
+/// The major version: 10 from `QEMU emulator version 10.0.2 (Debian ...)`.
 fn major(line: &str) -> Option<u32> {
     let number = line.strip_prefix("QEMU emulator version ")?;
     number.split('.').next()?.parse().ok()

@@ -1,4 +1,4 @@
-//! What QEMU's F405 lacks, played from outside while the program waits.
+//! Plays, from outside, the parts of the chip that QEMU's F405 lacks, while the program waits.
 //!
 //! | part | here |
 //! |---|---|
@@ -37,33 +37,33 @@ const USART1: u32 = 0x4001_1000;
 const IWDG: u32 = 0x4000_3000;
 const NVIC_ISPR: u32 = 0xE000_E200;
 const GPIO: u32 = 0x4002_0000;
-/// Offsets in a timer.
+/// Offsets of a timer's registers.
 const DIER: u32 = 0x0C;
 const CNT: u32 = 0x24;
 const CCR1: u32 = 0x34;
 const PSC: u32 = 0x28;
-/// Offsets in the USART.
+/// Offsets of the USART's registers.
 const SR: u32 = 0x00;
 const DR: u32 = 0x04;
-/// Offsets in DMA2: stream 5 receives on USART1, stream 7 sends.
+/// Offsets of the streams in DMA2: stream 5 receives on USART1, stream 7 sends.
 const RECEIVES: StreamPlace = StreamPlace(0x88);
 const SENDS: StreamPlace = StreamPlace(0xB8);
 /// Offset of a port's set and reset register.
 const BSRR: u32 = 0x18;
-/// Interrupts.
+/// The numbers of interrupts.
 const TIM2_IRQ: u32 = 28;
 const TIM7_IRQ: u32 = 55;
 const SENDS_IRQ: u32 = 70;
-/// The longest that bytes may take from the line to the USART.
+/// The longest time that bytes may take from the line to the USART.
 const ARRIVAL: Duration = Duration::from_secs(10);
 /// Counts of TIM2 in a microsecond.
 const COUNTS_PER_US: u32 = 84;
-/// An erased flash behind the program: 256 KiB, the settings' two sectors.
+/// The erased flash behind the program, 256 KiB: the two sectors of the settings.
 const SETTINGS: (u32, usize) = (FLASH + 0xC_0000, 0x4_0000);
-/// `wfe`: there the main loop waits.
+/// The instruction `wfe`, at which the main loop waits.
 const WFE: [u8; 2] = [0x20, 0xBF];
 
-/// The registers of a stream of DMA2, from its control register on.
+/// The offset of the registers of a DMA2 stream, from its control register on.
 struct StreamPlace(u32);
 
 impl StreamPlace {
@@ -78,7 +78,7 @@ impl StreamPlace {
     }
 }
 
-/// What has happened in a turn of the main loop.
+/// Whether anything happened in a turn of the main loop.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Turn {
     /// Bytes were carried, or a tick came.
@@ -91,26 +91,26 @@ pub(super) enum Turn {
 pub(super) struct StandIn {
     qemu: Qemu,
     wiring: &'static Wiring,
-    /// Words last written to DMA2.
+    /// The words last written to DMA2, by offset.
     dma: HashMap<u32, u32>,
-    /// A piece has been sent: its end is to be told.
+    /// Whether bytes have been sent whose end must still be signalled.
     sent: bool,
-    /// Bytes on their way to the board.
+    /// The number of bytes on their way to the board.
     coming: usize,
     /// Bytes received since power-up.
     received: u32,
     /// The instant of the last tick, in counts of TIM2 since power-up.
     due: u64,
-    /// The time of TIM5.
+    /// The time of TIM5, µs.
     micros: u32,
-    /// Ticks come.
+    /// Whether ticks are enabled.
     ticks: bool,
     negative: u8,
     steps: Vec<Step>,
 }
 
 impl StandIn {
-    /// Starts the program as a bootloader would and lets it come to its main loop.
+    /// Starts the program as a bootloader would, and lets it reach its main loop.
     pub(super) fn power_up(build: &Build) -> Result<Self, Failure> {
         let images = [
             (FLASH, at_zero(build)?),
@@ -120,7 +120,7 @@ impl StandIn {
         for address in waits(build)? {
             qemu.stop_at(&format!("Z1,{address:x},2"))?;
         }
-        // The watchdog is fed once in a turn of the main loop.
+        // The watchdog is fed once in a turn of the main loop: a write to it ends the turn.
         qemu.stop_at(&format!("Z2,{IWDG:x},2"))?;
         for port in 0..9 {
             qemu.stop_at(&format!("Z3,{:x},4", GPIO + 0x400 * port + 0x10))?;
@@ -139,8 +139,8 @@ impl StandIn {
             steps: Vec::new(),
         };
         board.turn()?;
-        // QEMU's timers count as fast as the host runs: 15 kHz is next to nothing, and the stand-in
-        // sets them.
+        // QEMU's timers count as fast as the host runs. At 15 kHz they count next to nothing, and
+        // the stand-in sets them.
         for timer in [TIM2, TIM5] {
             board.qemu.set_word(timer + PSC, 0xFFFF)?;
         }
@@ -148,12 +148,12 @@ impl StandIn {
         Ok(board)
     }
 
-    /// QEMU's first words of itself.
+    /// The version that QEMU states.
     pub(super) fn version(&self) -> &str {
         &self.qemu.version
     }
 
-    /// Lets the main loop come round or to its rest, and plays the rest of the chip.
+    /// Lets the main loop make one turn or reach its wait, and plays the missing parts of the chip.
     pub(super) fn turn(&mut self) -> Result<Turn, Failure> {
         loop {
             match self.qemu.go()? {
@@ -167,7 +167,7 @@ impl StandIn {
         }
         self.follow()?;
         self.let_pass(0)?;
-        // Each of them, whatever the others say.
+        // Do each of them, whatever the others answer.
         let happened = [self.end_sending()?, self.receive()?, self.tick()?];
         Ok(match happened.contains(&true) {
             true => Turn::Busy,
@@ -175,7 +175,7 @@ impl StandIn {
         })
     }
 
-    /// Lets time pass: what QEMU's own counter has added meanwhile does not count.
+    /// Lets time pass. What QEMU's own counter has added meanwhile is overwritten.
     pub(super) fn let_pass(&mut self, micros: u32) -> Result<(), Failure> {
         self.micros = self.micros.wrapping_add(micros);
         self.qemu.set_word(TIM5 + CNT, self.micros)
@@ -203,7 +203,7 @@ impl StandIn {
         std::mem::take(&mut self.steps)
     }
 
-    /// Oscillators and PLL are ready as soon as they are asked for; the crystal is not there.
+    /// Makes oscillators and PLL ready as soon as they are switched on; there is no crystal.
     fn set_ready_bits(&mut self) -> Result<(), Failure> {
         let (control, config) = (self.qemu.word(RCC_CR)?, self.qemu.word(RCC_CFGR)?);
         let asked = control & (1 << 0 | 1 << 24);
@@ -213,7 +213,7 @@ impl StandIn {
         self.qemu.set_word(RCC_CFGR, config & !(3 << 2) | source)
     }
 
-    /// Every input is high: carries out the load that the core stands at.
+    /// Carries out the load of an input register at which the core stands: every input is high.
     fn read_inputs(&mut self) -> Result<(), Failure> {
         let (pc, code) = self.instruction()?;
         let Some((register, size)) = load(code) else {
@@ -223,14 +223,14 @@ impl StandIn {
         self.qemu.set_core(PC, pc + size)
     }
 
-    /// Goes on behind the instruction at which the core stands.
+    /// Skips the instruction at which the core stands.
     fn skip(&mut self) -> Result<(), Failure> {
         let (pc, code) = self.instruction()?;
         let size = if is_long(code as u16) { 4 } else { 2 };
         self.qemu.set_core(PC, pc + size)
     }
 
-    /// The program counter, and the two half-words there.
+    /// The program counter, and the two half-words at that address.
     fn instruction(&mut self) -> Result<(u32, u32), Failure> {
         let pc = self.qemu.core(PC)?;
         let low = self.qemu.word(pc & !3)?;
@@ -241,7 +241,7 @@ impl StandIn {
         Ok((pc, low >> 16 | high << 16))
     }
 
-    /// Takes in the program's writes to peripherals that QEMU does not have. A turn has one tick at
+    /// Follows the program's writes to peripherals that QEMU does not have. A turn has one tick at
     /// most.
     fn follow(&mut self) -> Result<(), Failure> {
         let mut step: Option<Step> = None;
@@ -268,8 +268,8 @@ impl StandIn {
         Ok(())
     }
 
-    /// A step of no motor yet, at the last tick: the line that begins behind it has other
-    /// directions.
+    /// A step event at the last tick, without a motor yet. Its directions are taken now, because
+    /// the next line may change them.
     fn step(&self) -> Step {
         Step {
             due: self.due,
@@ -280,7 +280,7 @@ impl StandIn {
         }
     }
 
-    /// The stream that sends has been switched on: its bytes go to the USART.
+    /// The sending stream has been switched on: copies its bytes to the USART.
     fn carry_out(&mut self) -> Result<(), Failure> {
         let word = |offset| self.dma.get(&offset).copied().unwrap_or(0);
         let (memory, items) = (word(SENDS.memory()), word(SENDS.items()));
@@ -292,7 +292,7 @@ impl StandIn {
         Ok(())
     }
 
-    /// Tells the end of what was sent; whether there was one.
+    /// Signals that sending has ended. Answers whether something was sent.
     fn end_sending(&mut self) -> Result<bool, Failure> {
         let sent = std::mem::take(&mut self.sent);
         if sent {
@@ -301,7 +301,7 @@ impl StandIn {
         Ok(sent)
     }
 
-    /// Puts the bytes that were sent where the stream would, all at once; whether there were any.
+    /// Puts the received bytes where the stream would, all at once. Answers whether there were any.
     fn receive(&mut self) -> Result<bool, Failure> {
         let word = |offset| self.dma.get(&offset).copied().unwrap_or(0);
         let (memory, items) = (word(RECEIVES.memory()), word(RECEIVES.items()));
@@ -310,7 +310,7 @@ impl StandIn {
         }
         let begin = Instant::now();
         while self.coming > 0 {
-            // QEMU's USART has a byte, and takes the next when that has been read.
+            // QEMU's USART holds one byte, and takes the next when that has been read.
             if self.qemu.word(USART1 + SR)? & 1 << 5 != 0 {
                 let datum = self.qemu.word(USART1 + DR)? as u16;
                 self.qemu
@@ -326,8 +326,8 @@ impl StandIn {
         Ok(true)
     }
 
-    /// Where a tick is armed, goes to its instant; whether there is one. The first comes at once:
-    /// its instant is the present.
+    /// If a tick is armed, goes to its instant and makes it. Answers whether there was one. The
+    /// first tick comes at once: its instant is the present.
     fn tick(&mut self) -> Result<bool, Failure> {
         let ticked = std::mem::replace(&mut self.ticks, self.qemu.word(TIM2 + DIER)? & 1 << 1 != 0);
         if !self.ticks {
@@ -374,7 +374,7 @@ impl Logged {
     }
 }
 
-/// The motors whose pins are among those of a port that the lower half of `word` names, a bit each.
+/// The motors, one bit each, whose pins on `port` are named in the lower half of `word`.
 fn mask(pins: &[Pin], port: char, word: u32) -> u8 {
     let named =
         |pin: &Pin| (0..16).any(|number| word >> number & 1 == 1 && *pin == Pin::new(port, number));
@@ -384,12 +384,12 @@ fn mask(pins: &[Pin], port: char, word: u32) -> u8 {
     })
 }
 
-/// Whether an instruction that begins so has two half-words (DDI 0403, A5.1).
+/// Whether an instruction with this first half-word has two half-words (DDI 0403, A5.1).
 fn is_long(half: u16) -> bool {
     matches!(half >> 11, 0b11101..=0b11111)
 }
 
-/// Register and size of a load with an offset: `LDR` T1 and T3 (DDI 0403, A7.7.43).
+/// The target register and the size of a load with an offset: `LDR` T1 and T3 (DDI 0403, A7.7.43).
 fn load(code: u32) -> Option<(u8, u32)> {
     let (first, second) = (code as u16, (code >> 16) as u16);
     if first & 0xF800 == 0x6800 {
@@ -398,7 +398,7 @@ fn load(code: u32) -> Option<(u8, u32)> {
     (first & 0xFFF0 == 0xF8D0).then_some(((second >> 12) as u8, 4))
 }
 
-/// The image of what the chip has at address 0 once SRAM1 is there: vectors and step interrupts.
+/// The image of address 0 once SRAM1 is mapped there: the vectors and the step interrupts.
 fn at_zero(build: &Build) -> Result<Vec<u8>, Failure> {
     let mut image = Vec::new();
     for (address, place, bytes) in segments(build)? {
@@ -423,7 +423,7 @@ fn at_zero(build: &Build) -> Result<Vec<u8>, Failure> {
     }
 }
 
-/// Bytes of the vector table: the core's 16 and 82 interrupts (RM0090 table 62).
+/// The bytes of the vector table: 16 core vectors and 82 interrupts (RM0090 table 62).
 fn vectors(segment: &[u8]) -> usize {
     segment.len().min((16 + 82) * 4)
 }
@@ -445,7 +445,7 @@ fn waits(build: &Build) -> Result<Vec<u32>, Failure> {
     }
 }
 
-/// What is loaded: the address where it runs, the address where it is kept, its bytes.
+/// The loaded segments: the address where each runs, the address where it is kept, its bytes.
 fn segments(build: &Build) -> Result<Vec<(u32, u32, Vec<u8>)>, Failure> {
     let file = ElfFile32::<Endianness>::parse(&*build.elf)?;
     let endian = file.endian();

@@ -1,13 +1,13 @@
-//! The board's clock against this computer's.
+//! The board's clock, compared with this computer's.
 use crate::{board::Board, edges::PER_US, failure::Failure, report::Row};
 
-/// s.
+/// The time over which the clocks are compared, s.
 const SECONDS: f64 = 2.0;
-/// The internal oscillator would be 1 % off, a crystal 0.01 %; an adapter and its driver delay a
-/// line by some milliseconds.
+/// How far the board's clock may be off, per cent. The internal oscillator would be 1 % off, a
+/// crystal 0.01 %. An adapter and its driver delay a line by some milliseconds.
 const PERCENT: f64 = 0.5;
 
-/// Counts in some seconds.
+/// The rate of the board's timer over [`SECONDS`].
 pub(super) fn rate(board: &mut Board<'_>) -> Result<Vec<Row>, Failure> {
     let began = (board.link().seconds(), board.count()?);
     board.wait(SECONDS)?;

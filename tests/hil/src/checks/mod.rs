@@ -19,7 +19,7 @@ pub(crate) struct Check {
     run: fn(&mut Board<'_>) -> Result<Vec<Row>, Failure>,
 }
 
-/// All of them.
+/// All checks.
 pub(crate) const CHECKS: &[Check] = &[
     Check {
         name: "wires",
@@ -68,11 +68,12 @@ pub(crate) const CHECKS: &[Check] = &[
     },
 ];
 
-/// The settings that every check begins with: the machine's own, and none of a check before.
+/// The settings with which every check begins: the machine's defaults, without those of earlier
+/// checks.
 const FRESH: &str = "$RST=$\n$30=1000\n$710=0\n";
 
 impl Check {
-    /// Runs it on a board that is on; what cannot be measured does not hold.
+    /// Runs the check on a board that is on. A check that cannot measure does not hold.
     pub(crate) fn run(&self, board: &mut Board<'_>) -> Section {
         let rows = fresh(board).and_then(|()| (self.run)(board));
         let rows = rows.unwrap_or_else(|Failure(words)| {
@@ -91,7 +92,7 @@ impl Check {
     }
 }
 
-/// A machine at rest with its first settings.
+/// Brings the machine to rest with the settings [`FRESH`].
 fn fresh(board: &mut Board<'_>) -> Result<(), Failure> {
     board.reset()?;
     board.stream(FRESH)?;

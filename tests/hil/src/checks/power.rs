@@ -8,30 +8,32 @@ use crate::{
     wires::Signal,
 };
 
-/// Counts of a period: 10 kHz.
+/// The counts of a period of the PWM: 10 kHz.
 const PERIOD: u64 = 8400;
-/// A duty is wrong where it is half a count off in the mean.
+/// A mean duty may be off by less than this, in counts.
 const HALF: f64 = 0.5;
-/// Values of S, of 1000, and the high counts that they ask for: PERIOD · S / 1000. Shares that
-/// binary numbers have exactly, since what is left of a count is cut off.
+/// Values of S, of 1000, each with the high counts that it asks for: PERIOD · S / 1000. The shares
+/// are exact as binary numbers, because the firmware cuts off fractions of a count.
 const VALUES: [(u32, f64); 4] = [(125, 1050.0), (250, 2100.0), (500, 4200.0), (875, 7350.0)];
-/// How long each lasts, s: some hundred periods.
+/// How long each value lasts, s: some hundred periods.
 const SECONDS: f64 = 0.02;
 
-/// One move with ramps, at 5000 steps/s and most at half of full power.
+/// One move with ramps, at 5000 steps/s and at most half of full power.
 const SETTINGS: &str = "$32=1\n$100=250\n$110=6000\n$120=400\n";
 const JOB: &str = "G91\nM4S500\nG1X2F1200\nM5\n";
-/// Power follows its tick within a period of its PWM, and a count of the capture, µs.
+/// How much later than its tick power may change, µs: a period of the PWM, and a count of the
+/// capture.
 const PERIOD_US: f64 = 100.0;
-/// The instructions between a tick and its power: less than 1 µs.
+/// The time of the instructions between a tick and its change of power, µs: less than this.
 const TICK_US: f64 = 1.0;
-/// Of a move: the power of a tick is held for its whole period or is cut off, either way.
+/// How far the energy of a move may be off, per cent: the power of the last tick may be held for a
+/// whole period of the PWM or be cut off.
 const ENERGY_PERCENT: f64 = 1.0;
 
-/// High counts and periods in the mean.
+/// The mean of the high counts of the pulses, and the mean of their periods.
 fn mean(edges: &Edges) -> Result<(f64, f64), Failure> {
     let pulses = edges.pulses();
-    // The first and the last may be cut off.
+    // The first and the last pulse may be cut off.
     let [_, whole @ .., last] = pulses.as_slice() else {
         return fail("no pulses of power");
     };
@@ -44,7 +46,7 @@ fn mean(edges: &Edges) -> Result<(f64, f64), Failure> {
     Ok((high as f64 / count, all as f64 / count))
 }
 
-/// Power of some values at rest.
+/// Measures the power for some values of S at rest.
 pub(super) fn duty(board: &mut Board<'_>) -> Result<Vec<Row>, Failure> {
     let mut rows = Vec::new();
     for (value, expected) in VALUES {
@@ -62,7 +64,7 @@ pub(super) fn duty(board: &mut Board<'_>) -> Result<Vec<Row>, Failure> {
     Ok(rows)
 }
 
-/// Power in motion.
+/// Measures the power in motion.
 pub(super) fn in_motion(board: &mut Board<'_>) -> Result<Vec<Row>, Failure> {
     board.stream(SETTINGS)?;
     board.capture(&[Signal::StepX, Signal::Power])?;

@@ -8,29 +8,29 @@ use crate::{
     wires::Signal,
 };
 
-/// Edges against the schedule: 40 cycles, as `cargo fw-test jitter` allows, and a count of the
-/// capture, µs.
+/// How far edges may be off the schedule, µs: 40 cycles, as `cargo fw-test jitter` allows, and a
+/// count of the capture.
 const JITTER_US: f64 = 0.25;
-/// A pulse whose end waits for a tick is so much longer at most, and more where the tick begins a
-/// line (`crates/board-f407/src/step_port.rs`), µs.
+/// The most by which a pulse is longer if its end has to wait for a tick, µs. It is longest where
+/// the tick begins a line (`crates/board-f407/src/step_port.rs`).
 const PROLONGED_US: f64 = 3.2;
-/// A direction comes before and after a step as a driver asks for it, µs (TI DRV8825, SLVSA73F:
-/// 0.65).
+/// How long before and after a step a driver needs the direction to be stable, µs (TI DRV8825,
+/// SLVSA73F: 0.65).
 const SETTLED_US: f64 = 0.65;
-/// The time that a direction is asked to have before a step (`$709`), µs.
+/// How long before a step a direction must be set by the settings (`$709`), µs.
 const SETUP_US: f64 = 20.0;
-/// Motion begins when nothing has come for 0.5 s: after the whole job, which is planned as the
-/// simulator's is.
+/// Motion begins when nothing has come for 0.5 s. Then the whole job has come, and the board plans
+/// it as the simulator does.
 const AFTER_ALL: &str = "$701=500\n";
 
-/// X and Y at up to 60 000 steps/s. At corners of 90° X turns at full speed: its next step comes
+/// X and Y at up to 60 000 steps/s. At corners of 90° X reverses at full speed: its next step comes
 /// soon.
 const SETTINGS: &str = "$0=3\n$11=2\n$704=1\n$709=20\n$100=250\n$101=250\n$102=250\n\
                         $110=24000\n$111=24000\n$112=24000\n$120=5000\n$121=5000\n$122=5000\n";
 const JOB: &str = "G91\nG1X3Y1F24000\nX2Y2\nX-2Y2\nX-1.5Z1\nX1Y1\nX-1Y1\nX1Y-1\nX-0.01\nX0.02\n";
 const PULSE_US: f64 = 3.0;
 
-/// Rest to 370 000 steps/s and back in 6500 steps.
+/// From rest to 370 000 steps/s and back in 6500 steps.
 const FAST_SETTINGS: &str =
     "$0=1\n$100=250\n$101=250\n$102=250\n$110=96000\n$111=96000\n$112=96000\n\
                              $120=110000\n$121=110000\n$122=110000\n";
@@ -52,17 +52,18 @@ fn run(
     signals.iter().map(|one| board.edges(*one)).collect()
 }
 
-/// The job in the simulator.
+/// The schedule of the job in the simulator.
 fn planned(settings: &str, job: &str) -> Result<Plan, Failure> {
     plan(&format!("{settings}{AFTER_ALL}"), job)
 }
 
-/// µs.
+/// Converts counts to µs.
 fn us(counts: f64) -> f64 {
     counts / PER_US
 }
 
-/// Pulses against planned steps: their number, their instants from the first on, their widths.
+/// Compares pulses with planned steps: their number, their instants counted from the first, their
+/// widths.
 fn compare(pulses: &[Pulse], planned: &[Planned], pulse_us: f64) -> Vec<Row> {
     let mut rows = vec![Row::equal("steps", pulses.len(), planned.len())];
     let mut late = pulses
@@ -88,14 +89,14 @@ fn compare(pulses: &[Pulse], planned: &[Planned], pulse_us: f64) -> Vec<Row> {
     rows
 }
 
-/// By how much edges come later than planned, the least and the most, each side on a scale of its
-/// own.
+/// How much later edges come than planned: the least and the most. The edges and the plan count
+/// from different origins.
 fn offsets(edges: impl Iterator<Item = u64>, planned: impl Iterator<Item = u64>) -> (f64, f64) {
     let pairs = edges.zip(planned);
     extremes(pairs.map(|(edge, plan)| edge as f64 - plan as f64))
 }
 
-/// The least and the most; nothing is from 0 to infinity.
+/// The least and the most of some figures; 0 and infinity if there are none.
 fn extremes(figures: impl Iterator<Item = f64>) -> (f64, f64) {
     let start = (f64::INFINITY, f64::NEG_INFINITY);
     let found = figures.fold(start, |(least, most), one| (least.min(one), most.max(one)));
@@ -105,7 +106,7 @@ fn extremes(figures: impl Iterator<Item = f64>) -> (f64, f64) {
     }
 }
 
-/// Every edge of X, and its direction.
+/// Checks every step of X, and its direction.
 pub(super) fn with_direction(board: &mut Board<'_>) -> Result<Vec<Row>, Failure> {
     let signals = [Signal::StepX, Signal::DirectionX];
     let captured = run(board, SETTINGS, JOB, &signals)?;
@@ -152,8 +153,8 @@ pub(super) fn with_direction(board: &mut Board<'_>) -> Result<Vec<Row>, Failure>
     Ok(rows)
 }
 
-/// The shortest from a change of the direction to the next step, and from a step to the next
-/// change.
+/// The shortest time from a change of the direction to the next step, and from a step to the next
+/// change, counts.
 fn settled(pulses: &[Pulse], changes: &[u64]) -> (f64, f64) {
     let (mut before, mut after) = (f64::MAX, f64::MAX);
     for change in changes {
@@ -168,14 +169,14 @@ fn settled(pulses: &[Pulse], changes: &[u64]) -> (f64, f64) {
     (before, after)
 }
 
-/// Every edge of Y.
+/// Checks every step of Y.
 pub(super) fn second_motor(board: &mut Board<'_>) -> Result<Vec<Row>, Failure> {
     let captured = run(board, SETTINGS, JOB, &[Signal::StepY])?;
     let planned = planned(SETTINGS, JOB)?.of(1);
     Ok(compare(&captured[0].pulses(), &planned, PULSE_US))
 }
 
-/// Every edge of X as fast as three motors go.
+/// Checks every step of X at the highest rate of three motors.
 pub(super) fn highest_rate(board: &mut Board<'_>) -> Result<Vec<Row>, Failure> {
     let captured = run(board, FAST_SETTINGS, FAST_JOB, &[Signal::StepX])?;
     let pulses = captured[0].pulses();

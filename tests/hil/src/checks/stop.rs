@@ -1,4 +1,4 @@
-//! The reset button, which flood coolant presses.
+//! The reset button; the output for flood coolant is wired to it and presses it.
 use crate::{
     board::Board,
     edges::{Edges, PER_US},
@@ -7,25 +7,25 @@ use crate::{
     wires::Signal,
 };
 
-/// 40 000 steps/s and power: the edges of 85 ms find room.
+/// 40 000 steps/s and power: the capture has room for the edges of 85 ms.
 const SETTINGS: &str = "$0=3\n$32=0\n$100=250\n$110=9600\n$120=20000\n";
 const JOB: &str = "G91\nM3S500\nG1X40F9600\n";
 const INTERVAL_US: f64 = 25.0;
 const TIMES: usize = 3;
-/// After the start of motion, s: the ramp is over.
+/// When the button is pressed after the start of motion, s: the ramp is over then.
 const AFTER: f64 = 0.03;
-/// The realtime byte that switches flood coolant.
+/// The realtime byte that toggles flood coolant.
 const FLOOD: &[u8] = b"\xA0";
-/// A switch is believed after 200 µs (`$706`), within its count of microseconds, and an interrupt
-/// that takes a segment in front.
+/// A switch is accepted after 200 µs (`$706`). This may be later by a count of the filter's clock,
+/// 1 µs, and by an interrupt that loads a segment first.
 const FILTER_US: f64 = 200.0;
 const FILTER_LATE_US: f64 = 4.7;
-/// From there to the last step, µs (docs/hardware.md).
+/// The longest time from then to the last step, µs (docs/hardware.md).
 const STEPS_US: f64 = 10.0;
-/// A period of the PWM, whose last edge may be older than the stop.
+/// The period of the PWM, µs: its last edge may be older than the stop by this.
 const PERIOD_US: f64 = 100.0;
 
-/// Stops in motion; the edges of two signals.
+/// Stops in motion. Answers the edges of two signals.
 fn stop(board: &mut Board<'_>, signals: [Signal; 2]) -> Result<[Edges; 2], Failure> {
     board.reset()?;
     board.capture(&signals)?;
@@ -36,7 +36,7 @@ fn stop(board: &mut Board<'_>, signals: [Signal; 2]) -> Result<[Edges; 2], Failu
     if !heard.iter().any(|line| line == "ALARM:3") {
         return fail(format!("no ALARM:3 in motion, but {heard:?}"));
     }
-    // Nothing may move any more.
+    // Nothing may move after this.
     board.wait(0.05)?;
     board.reset()?;
     let one = board.edges(signals[0])?;
@@ -44,7 +44,7 @@ fn stop(board: &mut Board<'_>, signals: [Signal; 2]) -> Result<[Edges; 2], Failu
     Ok([one, other])
 }
 
-/// The last edges of steps and of power, several times.
+/// Measures the last edges of steps and of power, several times.
 pub(super) fn by_button(board: &mut Board<'_>) -> Result<Vec<Row>, Failure> {
     board.stream(SETTINGS)?;
     let (mut steps_us, mut dark_us) = (Vec::new(), Vec::new());

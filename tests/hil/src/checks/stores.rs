@@ -1,4 +1,4 @@
-//! How long the flash keeps the CPU when a setting is stored.
+//! How long the flash stops the CPU when a setting is stored.
 use crate::{
     board::Board,
     edges::PER_US,
@@ -7,12 +7,13 @@ use crate::{
     wires::Signal,
 };
 
-/// The button is not believed within 10 ms.
+/// With this filter time the button is not accepted within 10 ms.
 const SETTINGS: &str = "$706=10000\n";
-/// How often each is measured.
+/// How often each time is measured.
 const TIMES: u32 = 8;
-/// Four words of 16 µs, as the data sheet has it in the middle, and of 100 µs at most (table 40),
-/// µs; a turn of the main loop and its look at the line lie in between, one way or the other.
+/// The bounds of the time, µs. The flash programs four words; the data sheet gives 16 µs a word as
+/// typical and 100 µs as the maximum (table 40). A turn of the main loop and a look at the line lie
+/// in between and may add to or subtract from the difference.
 const LEAST_US: f64 = 30.0;
 const MOST_US: f64 = 500.0;
 
@@ -26,7 +27,7 @@ fn between(board: &mut Board<'_>, line: &str) -> Result<f64, Failure> {
     }
 }
 
-/// A setting that changes, and one that does not.
+/// Stores a setting that changes and one that does not. The difference is the time of the flash.
 pub(super) fn stall(board: &mut Board<'_>) -> Result<Vec<Row>, Failure> {
     board.stream(SETTINGS)?;
     let (mut same, mut changed) = (Vec::new(), Vec::new());

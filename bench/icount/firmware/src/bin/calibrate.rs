@@ -1,11 +1,12 @@
-//! Regions with a known number of instructions: shows that the plugin counts right on this QEMU.
+//! Regions with a known number of instructions, which show that the plugin counts right on this
+//! QEMU.
 #![no_std]
 #![no_main]
 
 use core::arch::asm;
 use icount_firmware::{close, done, open};
 
-/// One sample of region `$region`: the instructions given, between the markers.
+/// One sample of region `$region`: the given instructions, between the markers.
 macro_rules! sample {
     ($region:literal, $instructions:literal) => {
         open::<$region>();
@@ -15,15 +16,15 @@ macro_rules! sample {
     };
 }
 
-/// One sample of each region. A function by itself, so that nothing of a caller is moved between
-/// its markers.
+/// One sample of each region. It is a function of its own, so that the compiler moves no code of a
+/// caller between the markers.
 #[inline(never)]
 fn samples() {
     sample!(0, "");
     sample!(1, "nop; nop; nop; nop; nop");
     // 1 + 10 · 2
     sample!(2, "movs r0, #10; 2: subs r0, #1; bne 2b");
-    // The addition is not made, but takes its place.
+    // The addition is not carried out, but counts as an instruction.
     sample!(3, "movs r0, #0; cmp r0, #1; it eq; addeq r0, #1");
     sample!(
         4,

@@ -1,5 +1,5 @@
-//! The bytes of a line to a checked command, nothing planned. Region 0: all of it. Region 1: the
-//! interpreter's part.
+//! From the bytes of a line to a checked command; nothing is planned. Region 0: all of that work.
+//! Region 1: the interpreter's part.
 #![no_std]
 #![no_main]
 

@@ -1,9 +1,9 @@
-//! Planning one line by the rule that keeps all limits, and the worst that planning can come to.
+//! Planning one line by the rule that keeps all limits, and the worst cases of planning.
 //!
-//! Regions 0 to 4: a move of a spiral pushed into a queue of 1024 that is kept full, at the
-//! settings of [`SETTINGS`]. Region 5: a move that takes the place of all 1023 before it in the
-//! look-ahead. Region 6: a change of overrides with 1024 moves queued; region 7: each of the calls
-//! that carry it through the queue.
+//! Regions 0 to 4: a move of a spiral is pushed into a queue of 1024 that is kept full, at the
+//! settings of [`SETTINGS`]. Region 5: a move that replaces all 1023 moves before it in the
+//! look-ahead. Region 6: a change of overrides with 1024 moves queued. Region 7: each of the calls
+//! that carry this change through the queue.
 #![no_std]
 #![no_main]
 
@@ -22,8 +22,8 @@ fn renew(planner: &mut ThePlanner<'_>) -> bool {
     planner.renew()
 }
 
-/// Fills the queue with short moves at full speed, each of which bounds the ones before it a little
-/// more, then turns back.
+/// Fills the queue with short moves at full speed, each of which limits the ones before it a little
+/// more, and then reverses.
 fn worst(planner: &mut ThePlanner<'_>) {
     planner
         .configure(Config {
@@ -34,7 +34,7 @@ fn worst(planner: &mut ThePlanner<'_>) {
         .unwrap();
     planner.set_position([0; 3]);
     for index in 1..planner.capacity() {
-        let x = index as f32 * 0.15; // no piece of a few steps, which would be joined to the one before it
+        let x = index as f32 * 0.15; // longer than the pieces that are joined to the move before
         assert!(push(planner, &feed(x, 0.0, 0.0, 80.0)) == Ok(Pushed::Queued));
     }
     let back = feed(0.0, 0.0, 0.0, 80.0);

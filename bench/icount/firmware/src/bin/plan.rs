@@ -1,8 +1,9 @@
 //! Planning one line, and the preparation of segments.
 //!
-//! Region 0: a move of a spiral pushed into a queue of 1024 that is kept full, by Grbl's corner
-//! rule at 2000 mm/min and 200 mm/s²; regions 2 to 5: at the other settings of [`SETTINGS`]. Region
-//! 1: a segment of 1 ms in cruise at 20 kHz, of a line with three axes: [`EVENTS`] step events.
+//! Region 0: a move of a spiral is pushed into a queue of 1024 that is kept full, by Grbl's corner
+//! rule at 2000 mm/min and 200 mm/s². Regions 2 to 5: the same at the other settings of
+//! [`SETTINGS`]. Region 1: a segment of 1 ms at a constant 20 kHz, from a line with three axes,
+//! with [`EVENTS`] step events.
 #![no_std]
 #![no_main]
 
@@ -11,10 +12,10 @@ use icount_firmware::spiral::{feed, plan_a_spiral, prepare, push, ThePlanner, SE
 use icount_firmware::{count, done};
 use leadscrew_planner::{Cartesian, Config, CornerRule, PixelQueue, Pushed, Queue, Segmenter};
 
-/// Step events that a segment of the second measurement covers: 1 ms at 20 kHz.
+/// The step events of the segment in region 1: 1 ms at 20 kHz.
 const EVENTS: u32 = 20;
-/// Speed of that line, mm/s: a little above 20 kHz at 250 steps/mm, so that a millisecond holds 20
-/// whole steps.
+/// The speed of its line, mm/s: a little above 20 kHz at 250 steps/mm, so that a millisecond holds
+/// 20 whole steps.
 const CRUISE: f32 = 80.4;
 
 /// Prepares the segments of a long line once it has reached its speed.
@@ -27,7 +28,7 @@ fn cruise(planner: &mut ThePlanner<'_>) {
         })
         .unwrap();
     planner.set_position([0; 3]);
-    // The speed along the path with which the dominant axis is at `CRUISE`.
+    // The speed along the path at which the dominant axis moves at `CRUISE`.
     let length = libm::sqrtf(1.0 + 0.81 + 0.64);
     let line = feed(200.0, 180.0, 160.0, CRUISE * length);
     assert!(push(planner, &line) == Ok(Pushed::Queued));

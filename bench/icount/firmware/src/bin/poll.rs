@@ -1,9 +1,9 @@
-//! The longest single `Machine::poll`, while 1024 short moves are queued, motion is under way and
-//! the serial line is full.
+//! The longest single `Machine::poll`, with 1024 short moves queued, motion under way and a full
+//! serial line.
 //!
-//! Region 0: polls that take a line, the nastiest of each kind. Region 1: polls that take eight
-//! overrides. Region 2: polls that take eight holds, resumes and report requests. Region 3: all
-//! polls while arcs, lists and offsets are worked off.
+//! Region 0: polls that take a line, the most expensive of each kind. Region 1: polls that take
+//! eight overrides. Region 2: polls that take eight holds, resumes and report requests. Region 3:
+//! all polls while arcs, lists and offsets are worked off.
 #![no_std]
 #![no_main]
 
@@ -11,15 +11,15 @@ use core::fmt::Write;
 use heapless::String;
 use icount_firmware::{count, done, session::Session};
 
-/// All fields of reports; moves of 4 µm and more, so that motion takes many segments; as many of
-/// them queued as fit.
+/// Reports with all fields; moves of 4 µm and more, so that motion takes many segments; and a queue
+/// that takes as many of them as fit.
 const SETTINGS: &str =
     "$10=255\n$110=6000\n$111=6000\n$112=6000\n$120=500\n$121=500\n$122=500\n$32=1\n$30=1000\n$701=0\n$710=0\nG91M4S500F3000\n";
 
-/// Between looks at the machine, timer counts: 100 µs, sooner than it asks for them.
+/// The time between two looks at the machine, timer counts: 100 µs, less than the machine asks for.
 const A_WHILE: u64 = 8_400;
 
-/// Lines of each kind that come between moves.
+/// The lines that come between moves, one of each kind.
 const LINES: [&str; 12] = [
     "N1234567G01X-0.123456789Y0.987654321Z-0.012345678F12345.6789S999.99999M4(a comment)\n",
     "G1X0.0001Y-0.0002Z0.0003\n",
@@ -35,7 +35,7 @@ const LINES: [&str; 12] = [
     "G21(................................................................)G1X1e\n",
 ];
 
-/// Fills the queue with moves to and fro, without letting time pass.
+/// Fills the queue with moves back and forth, without letting time pass.
 fn fill(session: &mut Session<'_>, moves: u32) {
     for k in 0..moves {
         let mut line = String::<40>::new();
@@ -81,7 +81,7 @@ fn run(session: &mut Session<'_>) {
     assert!(session.shared.underruns() == 0);
 }
 
-/// Lets time pass, 100 µs at a time.
+/// Lets 100 µs pass, `times` times.
 fn wait(session: &mut Session<'_>, times: u32) {
     for _ in 0..times {
         session.pass_time(A_WHILE);

@@ -1,9 +1,9 @@
 //! A raster at 10 000 lines a second through the whole machine: `G1X123.45S752`, pixels of 0.05 mm
 //! at 500 mm/s.
 //!
-//! Region 0: the main loop's work for one line, from its bytes in the receive queue to `ok`, and for
-//! the segments that are made in its 100 µs. The step interrupt runs between the samples and is not
-//! counted.
+//! Region 0: the main loop's work for one line, from its bytes in the receive queue to `ok`, and
+//! its work for the segments of the 100 µs that the line takes. The step interrupt runs between the
+//! samples and is not counted.
 #![no_std]
 #![no_main]
 
@@ -11,17 +11,17 @@ use core::fmt::Write;
 use heapless::String;
 use icount_firmware::{count, done, session::Session};
 
-/// Timer counts in the 100 µs of a line.
+/// The timer counts in the 100 µs of a line.
 const A_LINE: u64 = 8400;
 /// Lines planned before motion begins.
 const AHEAD: u32 = 1500;
-/// Lines until the row has its speed: 25 mm at 5000 mm/s².
+/// The lines until the row is at its speed: 25 mm at 5000 mm/s².
 const SPEEDING_UP: u32 = 1000;
 const COUNTED: u32 = 2000;
 
 const SETTINGS: &str = "$0=3\n$110=30000\n$120=5000\n$32=1\n$30=1000\nM4S0F30000\n";
 
-/// Brings pixel `k` of the row.
+/// Sends pixel `k` of the row.
 fn pixel(session: &mut Session<'_>, k: u32) {
     let mut line = String::<20>::new();
     let at = k * 5;
@@ -42,7 +42,7 @@ fn main() -> ! {
 }
 
 fn run(session: &mut Session<'_>) {
-    // All at one instant: motion waits for a pause of the sender.
+    // All lines come at one instant: motion waits for a pause of the sender.
     for k in 1..=AHEAD {
         pixel(session, k);
         session.main_loop();

@@ -1,4 +1,4 @@
-//! Prints the checksum that the planner's example `same_bits` prints on the host: moves and
+//! Prints the same checksum as the planner's example `same_bits` on the host: that of the moves and
 //! segments of random programs.
 #![no_std]
 #![no_main]

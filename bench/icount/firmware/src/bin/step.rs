@@ -1,7 +1,8 @@
-//! The step interrupt, its whole body, with three motors stepping at every tick and changing power.
+//! The whole body of the step interrupt, with three motors that step at every tick, and changing
+//! power.
 //!
-//! Region 0: a tick within a segment. Region 1: one that loads a segment of the same line. Region
-//! 2: one that loads a segment that begins a line.
+//! Region 0: a tick within a segment. Region 1: a tick that loads a segment of the same line.
+//! Region 2: a tick that loads the first segment of a line.
 #![no_std]
 #![no_main]
 
@@ -19,7 +20,7 @@ use leadscrew_stepper::{
 };
 
 const MOTORS: usize = 3;
-/// Ticks in a segment: 1 ms at 20 kHz.
+/// The ticks in a segment: 1 ms at 20 kHz.
 const TICKS: u32 = 20;
 /// Segments in a line.
 const SEGMENTS: u32 = 4;
@@ -31,8 +32,8 @@ const FIRST_STEP_PIN: u32 = 7;
 const FIRST_DIRECTION_PIN: u32 = 10;
 const ALL: u32 = (1 << MOTORS) - 1;
 
-/// Memory in place of the registers of a general-purpose timer and a port; those that the board's
-/// port touches.
+/// Memory in place of the registers of a general-purpose timer and a port: those that the board's
+/// port uses.
 #[derive(Default)]
 struct Registers {
     status: u32,
@@ -46,7 +47,7 @@ struct Registers {
 }
 
 impl Registers {
-    /// The timer's part: counts on to the next tick and says that it is due.
+    /// Plays the timer: counts on to the next tick, and sets its flag.
     fn pass_to_tick(&mut self) {
         self.counter = self.compare_tick;
         self.status = TICK_DUE;
@@ -76,7 +77,7 @@ macro_rules! write {
 }
 
 impl Port<'_> {
-    /// The tick is due (the timer's flag says so): the end of the pulse comes as an interrupt of
+    /// Whether the tick is due, by the timer's flag. The end of a pulse comes as an interrupt of
     /// its own.
     #[inline]
     fn acknowledge(&mut self) -> bool {
@@ -160,7 +161,7 @@ fn step_interrupt(
     }
 }
 
-/// Segment `number` of the run: four to a line, speeding up, power rising.
+/// Segment `number` of the run: a line has four segments, with rising speed and power.
 fn segment(number: u32) -> Segment<MOTORS> {
     let steps = (TICKS * SEGMENTS) as i32;
     let steps = if number / SEGMENTS % 2 == 0 {
@@ -203,11 +204,11 @@ fn main() -> ! {
         directions: 0,
     };
     let mut state = StepInterrupt::new();
-    // Behind a black box: somebody may stop, lock or switch off at any time.
+    // A black box: for the compiler, another context may stop, lock or switch off at any time.
     let shared = Shared::new();
     let shared = black_box(&shared);
 
-    // The first call starts out of rest: no step is due, nothing is counted.
+    // The first call starts from rest: no step is due, and it is not counted.
     sink.enqueue(segment(0)).ok().unwrap();
     step_interrupt(&mut state, &mut source, shared, &mut port);
     port.registers.pass_to_tick();

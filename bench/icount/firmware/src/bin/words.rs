@@ -1,4 +1,4 @@
-//! Region 0: the bytes of a line to its words.
+//! Region 0: from the bytes of a line to its words.
 #![no_std]
 #![no_main]
 
@@ -8,7 +8,7 @@ use leadscrew_gcode::{words, Number};
 
 const LINE: &[u8] = b"G1X12.345Y-6.789F1500";
 
-/// Reads every word; the sum keeps them from being left out.
+/// Reads every word. The black box keeps the compiler from leaving out their values.
 #[inline(never)]
 fn read(line: &[u8]) -> Option<Number> {
     let mut last = None;

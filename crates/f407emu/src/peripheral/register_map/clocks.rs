@@ -6,7 +6,7 @@ use super::{mixed, ro, rw, with_ones, wo, Register, ALL};
 const AHB2: u32 = 0xC1;
 const APB1: u32 = 0x36FE_C9FF;
 
-/// RM0090 section 7.3.
+/// The registers of RCC (RM0090 section 7.3).
 pub(super) const RCC: &[Register] = &[
     mixed(0x00, 0x0F0F_FFFB, 0x050D_00F9),     // CR
     with_ones(rw(0x04, 0x0F43_7FFF), 1 << 29), // PLLCFGR
@@ -33,13 +33,13 @@ pub(super) const RCC: &[Register] = &[
     rw(0x84, 0x7000_7FC0),                     // PLLI2SCFGR
 ];
 
-/// RM0090 section 5.4.
+/// The registers of PWR (RM0090 section 5.4).
 pub(super) const PWR: &[Register] = &[
     mixed(0x00, 0x43F3, 0x43FF), // CR
     mixed(0x04, 0x430F, 0x300),  // CSR
 ];
 
-/// RM0090 section 3.9.
+/// The registers of the flash interface (RM0090 section 3.9).
 pub(super) const FLASH: &[Register] = &[
     mixed(0x00, 0x1707, 0x1F07),    // ACR
     wo(0x04, ALL),                  // KEYR
@@ -49,7 +49,7 @@ pub(super) const FLASH: &[Register] = &[
     rw(0x14, 0x0FFF_FFEF),          // OPTCR
 ];
 
-/// RM0090 section 21.4.
+/// The registers of the watchdog (RM0090 section 21.4).
 pub(super) const IWDG: &[Register] = &[
     wo(0x0, 0xFFFF), // KR
     rw(0x4, 7),      // PR

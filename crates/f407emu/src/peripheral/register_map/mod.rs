@@ -1,10 +1,9 @@
-//! Which registers there are, and which of their bits: what a program may write, and what it can
-//! read.
+//! The registers that exist, and for each the bits that a program can read and may write.
 //!
 //! A bit that is neither read nor written is reserved. A program has to leave it as it was after
-//! the reset; one that does not is wrong, and stops ([`crate::Stop::Stray`]). The tables are from
-//! RM0090; `crate::st_data` holds them, and what the peripherals do with their registers, against
-//! ST's data.
+//! the reset; otherwise the run stops with an error ([`crate::Stop::Stray`]). The tables are from
+//! RM0090. `crate::st_data` compares them, and the effects of the peripherals' registers, with ST's
+//! data.
 mod clocks;
 mod ports;
 mod serial;
@@ -17,30 +16,30 @@ use crate::devices::USARTS;
 /// A register.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(crate) struct Register {
-    /// From the begin of its peripheral.
+    /// The offset from the start of its peripheral.
     pub(crate) offset: u32,
-    /// Bits that say something.
+    /// The bits that a program can read.
     pub(crate) read: u32,
-    /// Bits that take something.
+    /// The bits that a program may write.
     pub(crate) write: u32,
-    /// Reserved bits that are ones, and have to stay so.
+    /// Reserved bits that read as ones, and have to be written as ones.
     pub(crate) ones: u32,
-    /// Somebody else's driver writes reserved bits: they are passed over.
+    /// Whether writes to reserved bits are ignored, because a driver of others makes them.
     passes: bool,
 }
 
 impl Register {
-    /// Bits that a program has to leave alone.
+    /// The reserved bits, which a program has to leave alone.
     pub(crate) fn reserved(&self) -> u32 {
         !(self.read | self.write)
     }
 
-    /// The value that a program reads where the peripheral says `value`.
+    /// The value that a program reads if the peripheral's value is `value`.
     pub(crate) fn seen(&self, value: u32) -> u32 {
         value & self.read | self.ones
     }
 
-    /// Whether a program that writes `value` leaves the reserved bits of `lanes` alone.
+    /// Whether a program that writes `value` leaves the reserved bits in `lanes` alone.
     pub(crate) fn allows(&self, value: u32, lanes: u32) -> bool {
         self.passes || (value ^ self.ones) & self.reserved() & lanes == 0
     }
@@ -49,22 +48,22 @@ impl Register {
 const ALL: u32 = u32::MAX;
 const LOWER: u32 = 0xFFFF;
 
-/// Bits that are read and written.
+/// A register whose bits are both read and written.
 const fn rw(offset: u32, bits: u32) -> Register {
     mixed(offset, bits, bits)
 }
 
-/// Bits that are only read.
+/// A register whose bits are only read.
 const fn ro(offset: u32, bits: u32) -> Register {
     mixed(offset, bits, 0)
 }
 
-/// Bits that are only written.
+/// A register whose bits are only written.
 const fn wo(offset: u32, bits: u32) -> Register {
     mixed(offset, 0, bits)
 }
 
-/// Bits that are read, and those that are written.
+/// A register with the bits that are read, and the bits that are written.
 const fn mixed(offset: u32, read: u32, write: u32) -> Register {
     Register {
         offset,
@@ -75,12 +74,12 @@ const fn mixed(offset: u32, read: u32, write: u32) -> Register {
     }
 }
 
-/// The same with reserved bits that are ones.
+/// The same register with reserved bits that are ones.
 const fn with_ones(register: Register, ones: u32) -> Register {
     Register { ones, ..register }
 }
 
-/// The same where reserved bits that are written are passed over.
+/// The same register, with writes to reserved bits ignored.
 const fn passing(register: Register) -> Register {
     Register {
         passes: true,
@@ -88,11 +87,10 @@ const fn passing(register: Register) -> Register {
     }
 }
 
-/// A peripheral that is modelled: its first address and its registers, in the order of their
-/// offsets.
+/// A modelled peripheral: its first address and its registers, in the order of their offsets.
 type Peripheral = (u32, &'static [Register]);
 
-/// The register at a word's address: `None` where a peripheral that is modelled has none there.
+/// The register at a word's address; `None` where a modelled peripheral has no register.
 pub(crate) fn find(address: u32) -> Option<&'static Register> {
     let (base, registers) = peripheral(address)?;
     let offset = address - base;
@@ -134,7 +132,7 @@ fn by_table(base: u32) -> Option<&'static [Register]> {
     }
 }
 
-/// Every register that is modelled, by its address.
+/// Every modelled register, with its address.
 #[cfg(test)]
 pub(crate) fn all() -> impl Iterator<Item = (u32, &'static Register)> {
     let pages = (0x4000_0000..0x4003_0000)

@@ -1,8 +1,7 @@
-//! The ports, the registers that make interrupts of their pins, and the converter of their
-//! voltages.
+//! The GPIO ports, SYSCFG and EXTI, which make interrupts of their pins, and the ADC.
 use super::{mixed, ro, rw, wo, Register, ALL, LOWER};
 
-/// RM0090 section 8.4.
+/// The registers of a GPIO port (RM0090 section 8.4).
 pub(super) const GPIO: &[Register] = &[
     rw(0x00, ALL),         // MODER
     rw(0x04, LOWER),       // OTYPER
@@ -16,7 +15,7 @@ pub(super) const GPIO: &[Register] = &[
     rw(0x24, ALL),         // AFRH
 ];
 
-/// RM0090 section 9.2.
+/// The registers of SYSCFG (RM0090 section 9.2).
 pub(super) const SYSCFG: &[Register] = &[
     rw(0x00, 3),           // MEMRMP
     rw(0x04, 1 << 23),     // PMC
@@ -27,10 +26,10 @@ pub(super) const SYSCFG: &[Register] = &[
     mixed(0x20, 0x101, 1), // CMPCR
 ];
 
-/// Lines that there are.
+/// The lines of EXTI that exist.
 const LINES: u32 = 0x007F_FFFF;
 
-/// RM0090 section 12.3.
+/// The registers of EXTI (RM0090 section 12.3).
 pub(super) const EXTI: &[Register] = &[
     rw(0x00, LINES), // IMR
     rw(0x04, LINES), // EMR
@@ -40,7 +39,7 @@ pub(super) const EXTI: &[Register] = &[
     rw(0x14, LINES), // PR
 ];
 
-/// RM0090 section 13.13: ADC1, and behind it the registers that all converters share.
+/// RM0090 section 13.13: ADC1, followed by the registers that all converters share.
 pub(super) const ADC: &[Register] = &[
     rw(0x00, 0x3F),         // SR
     rw(0x04, 0x07C0_FFFF),  // CR1

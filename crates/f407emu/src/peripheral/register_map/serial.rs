@@ -1,7 +1,7 @@
 //! The serial ports, and the DMA controllers that carry their bytes.
 use super::{mixed, ro, rw, wo, Register, ALL, LOWER};
 
-/// RM0090 section 30.6.
+/// The registers of a USART (RM0090 section 30.6).
 pub(super) const USART: &[Register] = &[
     mixed(0x00, 0x3FF, 0x360), // SR
     rw(0x04, 0x1FF),           // DR
@@ -12,7 +12,7 @@ pub(super) const USART: &[Register] = &[
     rw(0x18, LOWER),           // GTPR
 ];
 
-/// Flags of four streams.
+/// The flags of four streams.
 const FLAGS: u32 = 0x0F7D_0F7D;
 const STREAM: [Register; 6] = [
     rw(0x10, 0x0FEF_FFFF),   // CR
@@ -23,7 +23,7 @@ const STREAM: [Register; 6] = [
     mixed(0x24, 0xBF, 0x87), // FCR
 ];
 
-/// RM0090 section 10.5.
+/// The registers of a DMA controller (RM0090 section 10.5).
 pub(super) const DMA: &[Register] = &{
     let mut all = [ro(0x0, FLAGS); 52];
     all[1] = ro(0x4, FLAGS);

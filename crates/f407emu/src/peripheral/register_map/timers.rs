@@ -1,7 +1,7 @@
 //! The fourteen timers, of six kinds.
 use super::{rw, wo, Register, ALL, LOWER};
 
-/// RM0090 section 17.4.
+/// TIM1 and TIM8 (RM0090 section 17.4).
 const ADVANCED: &[Register] = &[
     rw(0x00, 0x3FF),  // CR1
     rw(0x04, 0x7FFD), // CR2
@@ -25,7 +25,7 @@ const ADVANCED: &[Register] = &[
     rw(0x4C, ALL),    // DMAR
 ];
 
-/// RM0090 section 18.4: four channels; `count` has the counter's bits.
+/// RM0090 section 18.4: timers with four channels; `count` has the bits of the counter.
 const fn general(count: u32) -> [Register; 18] {
     [
         rw(0x00, 0x3FF),  // CR1
@@ -49,7 +49,7 @@ const fn general(count: u32) -> [Register; 18] {
     ]
 }
 
-/// With the option register behind the others.
+/// The same registers followed by the option register.
 const fn with_option<const N: usize, const M: usize>(
     registers: &[Register; N],
     bits: u32,
@@ -67,7 +67,7 @@ const TIM2: [Register; 19] = with_option(&general(ALL), 0xC00);
 const TIM3: [Register; 18] = general(LOWER);
 const TIM5: [Register; 19] = with_option(&general(ALL), 0xC0);
 
-/// RM0090 section 20.4.
+/// TIM6 and TIM7 (RM0090 section 20.4).
 const BASIC: &[Register] = &[
     rw(0x00, 0x8F),  // CR1
     rw(0x04, 0x70),  // CR2

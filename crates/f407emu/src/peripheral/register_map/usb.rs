@@ -22,8 +22,8 @@ const GLOBAL: &[Register] = &[
     rw(0x10C, EVERY),                                // DIEPTXF3
 ];
 
-/// An endpoint other than 0: control, interrupts (which the driver clears with ones), size; IN
-/// endpoints say what their FIFO has room for.
+/// An endpoint other than 0: control, interrupts (which the driver clears by writing ones), size;
+/// for IN endpoints also the free room in the FIFO.
 const IN: [Register; 4] = [
     mixed(0x00, 0xC3EF_87FF, 0xFFEC_87FF),
     passing(mixed(0x08, 0xDB, 0x5B)),
@@ -36,8 +36,8 @@ const OUT: [Register; 3] = [
     rw(0x10, 0x7FFF_FFFF),
 ];
 
-/// Bits of DCFG, and XCVRDLY, which other controllers of the family have: the driver sets it on all
-/// of them.
+/// The bits of DCFG. The driver also sets XCVRDLY, a bit that only other controllers of the family
+/// have.
 const DCFG: Register = passing(with_ones(rw(0x000, 0x1FF7), 0x0220_0000));
 
 const DEVICE: &[Register] = &{
@@ -82,10 +82,10 @@ const DEVICE: &[Register] = &{
 /// PCGCCTL.
 const POWER: &[Register] = &[rw(0x0, 0x13)];
 
-/// A word of a FIFO, whichever of its addresses.
+/// A word of a FIFO, at any of its addresses.
 const FIFO: &[Register] = &[rw(0x0, EVERY)];
 
-/// Where the registers are, but for the FIFOs.
+/// The addresses of the registers, without the FIFOs.
 #[cfg(test)]
 pub(super) const ALL: [Peripheral; 3] = [
     (0x5000_0000, GLOBAL),
@@ -93,7 +93,7 @@ pub(super) const ALL: [Peripheral; 3] = [
     (0x5000_0E00, POWER),
 ];
 
-/// The registers around an address, and where they begin.
+/// The group of registers around an address, and its first address.
 pub(super) fn registers(address: u32) -> Peripheral {
     match address & 0x3_FFFF {
         0x000..=0x3FF => (0x5000_0000, GLOBAL),

@@ -1,9 +1,9 @@
-//! The registers of one endpoint (RM0090 section 34.16.4): OTG_FS_DIEPCTLx and OTG_FS_DOEPCTLx, and
-//! those behind them.
+//! The registers of one endpoint (RM0090 section 34.16.4): OTG_FS_DIEPCTLx or OTG_FS_DOEPCTLx, and
+//! the registers that follow it.
 use super::Answer;
 use std::collections::VecDeque;
 
-/// Control: active, not acknowledging, stalled; written: acknowledge, do not, disable, enable.
+/// Control register. State: active, NAK, stall. Commands: clear NAK, set NAK, disable, enable.
 pub(super) const USBAEP: u32 = 1 << 15;
 const NAKSTS: u32 = 1 << 17;
 const STALL: u32 = 1 << 21;
@@ -12,7 +12,7 @@ const SNAK: u32 = 1 << 27;
 const EPDIS: u32 = 1 << 30;
 const EPENA: u32 = 1 << 31;
 /// Bits of the control register that keep the written value: type, number of the FIFO, snooping,
-/// largest packet, and the two above.
+/// largest packet, active, stall.
 const KEPT: u32 = 0x03DC_07FF | USBAEP | STALL;
 /// Flags: transfer complete, disabled.
 const XFRC: u32 = 1;
@@ -23,7 +23,8 @@ const TXFE: u32 = 1 << 7;
 const XFRSIZ: u32 = 0x7_FFFF;
 const PKTCNT: u32 = 0x3FF << 19;
 
-/// Index of the endpoint and register of an offset from the first endpoint's control register.
+/// The index of an endpoint and the offset of its register, for an offset from the first endpoint's
+/// control register.
 pub(super) fn place(offset: u32) -> (usize, u32) {
     ((offset >> 5) as usize, offset & 0x1F)
 }
@@ -45,7 +46,7 @@ fn controlled(before: u32, value: u32) -> u32 {
     control
 }
 
-/// The largest packet: endpoint 0 has a code of its own.
+/// The size of the largest packet, bytes. Endpoint 0 has an encoding of its own.
 fn largest(control: u32, index: usize) -> u32 {
     match index {
         0 => 64 >> (control & 3),
@@ -85,12 +86,12 @@ impl Registers {
         }
     }
 
-    /// A request has come: a halted endpoint goes on, a transfer under way is not wanted any more.
+    /// A request has come: ends a stall, and drops a transfer under way.
     pub(super) fn begin_request(&mut self) {
         self.control = self.control & !STALL | NAKSTS;
     }
 
-    /// The answer of endpoint `index` where it takes no part in a transfer.
+    /// The answer of endpoint `index` when it cannot take part in a transfer; `None` if it can.
     pub(super) fn refusal(&self, index: usize) -> Option<Answer> {
         match self.control {
             // Endpoint 0 is always active.
@@ -109,8 +110,8 @@ impl Registers {
         self.size & XFRSIZ
     }
 
-    /// A packet of so many bytes has gone or come. Whether that was the transfer's last one; a
-    /// transfer without a size is one packet.
+    /// Counts a packet of `bytes` bytes. Answers whether it was the transfer's last one; a transfer
+    /// without a size is one packet.
     fn packet(&mut self, bytes: u32) -> bool {
         let packets = self.packets().saturating_sub(1);
         let left = self.bytes().saturating_sub(bytes);
@@ -123,7 +124,7 @@ impl Registers {
     }
 }
 
-/// From the device to the host.
+/// An IN endpoint: from the device to the host.
 #[derive(Clone, Default, Debug)]
 pub(super) struct In {
     pub(super) registers: Registers,
@@ -131,7 +132,7 @@ pub(super) struct In {
 }
 
 impl In {
-    /// `depth`: words of its FIFO.
+    /// Reads a register. `depth` is the number of words in its FIFO.
     pub(super) fn read(&self, register: u32, depth: usize) -> u32 {
         match register {
             0x08 if self.fifo.is_empty() => self.registers.read(register) | TXFE,
@@ -140,7 +141,7 @@ impl In {
         }
     }
 
-    /// The next packet, once all of it is in the FIFO, which is filled in words.
+    /// The next packet, once the FIFO holds all of it: the program fills the FIFO word by word.
     pub(super) fn packet(&mut self, index: usize) -> Answer {
         if let Some(refusal) = self.registers.refusal(index) {
             return refusal;
@@ -160,14 +161,14 @@ impl In {
     }
 }
 
-/// From the host to the device.
+/// An OUT endpoint: from the host to the device.
 #[derive(Clone, Default, Debug)]
 pub(super) struct Out {
     pub(super) registers: Registers,
 }
 
 impl Out {
-    /// Takes a packet; whether that was the transfer's last one.
+    /// Counts a packet. Answers whether it was the transfer's last one.
     pub(super) fn take(&mut self, length: usize) -> bool {
         self.registers.packet(length as u32)
     }

@@ -1,5 +1,5 @@
-//! The other end of the cable: a host that sets a serial device up as an operating system does (USB
-//! 2.0 chapter 9, CDC 1.2), then moves the bytes of a program both ways.
+//! The host at the other end of the cable. It sets a serial device up as an operating system does
+//! (USB 2.0 chapter 9, CDC 1.2), and then moves a program's bytes both ways.
 //!
 //! ```text
 //!   Alone --pull-up--> Seen --100 ms--> Resetting --10 ms--> Asking, request by request --> Talking
@@ -7,33 +7,34 @@
 //!     +------------------ Leaving, 3 ms (the device notices) <-------- cable pulled -----------+
 //! ```
 //!
-//! A transaction takes the time of its bytes at 12 Mbit/s. One that meets no readiness is tried
-//! again at once, as long as another one may have more luck; else a little later. DTR is never set.
+//! A transaction takes the time of its bytes at 12 Mbit/s. After a refused transaction the host
+//! makes the next one at once, which may go in the other direction. After two refusals in a row it
+//! waits a little. DTR is never set.
 use super::{Answer, Usb};
 use crate::peripheral::NEVER;
 use std::collections::VecDeque;
 
-/// Bytes that a transaction has besides its data, times between packets included (USB 2.0 table
+/// The bytes of a transaction besides its data, including the times between packets (USB 2.0 table
 /// 5-9).
 const OVERHEAD: u64 = 13;
-/// Bits a second.
+/// The bit rate, bits/s.
 const BIT_RATE: u64 = 12_000_000;
-/// From the pull-up to the reset, and the reset, and from its end to the first request, µs (USB 2.0
-/// section 7.1.7.3 and 7.1.7.5: TATTDB, TDRST, TRSTRCY).
+/// The time from the pull-up to the reset, the length of the reset, and the time from its end to
+/// the first request, µs (USB 2.0 section 7.1.7.3 and 7.1.7.5: TATTDB, TDRST, TRSTRCY).
 const DEBOUNCE: u64 = 100_000;
 const RESET: u64 = 10_000;
 const RECOVERY: u64 = 10_000;
-/// For a device to take its address, µs (section 9.2.6.3).
+/// The time for a device to take its address, µs (section 9.2.6.3).
 const ADDRESSING: u64 = 2_000;
-/// Silence after which the controller says that it is suspended, µs: the bus is after 3 ms (section
-/// 7.1.7.6), which makes an early warning, and the interrupt comes 3 ms later (RM0090 section
-/// 34.5.2).
+/// The silence after which the controller reports that it is suspended, µs. The bus is suspended
+/// after 3 ms (section 7.1.7.6), which causes an early warning, and the interrupt comes 3 ms later
+/// (RM0090 section 34.5.2).
 const SILENCE: u64 = 6_000;
-/// Between two looks for a pull-up, µs.
+/// The time between two looks for a pull-up, µs.
 const LOOK: u64 = 1_000;
-/// From two refusals to the next try, µs.
+/// The pause after two refusals, µs.
 const PAUSE: u64 = 10;
-/// Packets of a full-speed bulk endpoint.
+/// The packet size of a full-speed bulk endpoint, bytes.
 const PACKET: usize = 64;
 /// The device's address.
 const ADDRESS: u8 = 5;
@@ -42,7 +43,7 @@ const ADDRESS: u8 = 5;
 #[derive(Clone, Copy)]
 struct Request {
     setup: [u8; 8],
-    /// The host's data with it.
+    /// The data that the host sends with it.
     data: &'static [u8],
 }
 
@@ -64,8 +65,8 @@ impl Request {
     }
 }
 
-/// Device descriptor (its first packet), address, device descriptor, head of the configuration and
-/// all of it, configuration 1, 115200 baud.
+/// The requests in order: device descriptor (its first packet), set address, device descriptor,
+/// configuration descriptor (its head, then all of it), set configuration 1, set 115200 baud.
 const REQUESTS: [Request; 7] = [
     request([0x80, 6, 0, 1, 0, 0, 64, 0]),
     request([0, 5, ADDRESS, 0, 0, 0, 0, 0]),
@@ -81,7 +82,7 @@ const REQUESTS: [Request; 7] = [
 /// The request whose answer names the endpoints.
 const CONFIGURATION: usize = 4;
 
-/// How far a control transfer is.
+/// The phase of a control transfer.
 #[derive(Clone, PartialEq, Eq, Debug)]
 enum Phase {
     Setup,
@@ -103,20 +104,20 @@ enum Stage {
 #[derive(Clone, Debug)]
 pub(crate) struct Host {
     plugged: bool,
-    /// The program reads the received bytes.
+    /// Whether the program reads the received bytes.
     pub(crate) reads: bool,
     stage: Stage,
     next: u64,
     hclk: u64,
     address: u8,
-    /// The next transaction sends, if there is something.
+    /// Whether the next transaction is OUT, if there are bytes to send.
     sends_next: bool,
-    /// The last transaction met no readiness.
+    /// Whether the last transaction was refused.
     refused: bool,
-    /// The bytes that the program wants to send, and the bytes received for it.
+    /// The bytes that the program has still to send, and the bytes that were received for it.
     pub(crate) to_send: VecDeque<u8>,
     pub(crate) received: Vec<u8>,
-    /// The device's answer to each request since it was seen last.
+    /// The device's answer to each request since it last appeared.
     pub(crate) answers: Vec<Vec<u8>>,
 }
 
@@ -139,7 +140,7 @@ impl Default for Host {
 }
 
 impl Host {
-    /// Plugs the cable in or out.
+    /// Plugs the cable in or pulls it out.
     pub(crate) fn plug(&mut self, plugged: bool, now: u64) {
         self.plugged = plugged;
         self.to_send.clear();
@@ -181,12 +182,12 @@ impl Host {
 }
 
 impl Usb {
-    /// The cycle of the host's next act.
+    /// The cycle of the host's next action.
     pub(crate) fn next_event(&self) -> u64 {
         self.host.next
     }
 
-    /// The host acts.
+    /// Lets the host act.
     pub(crate) fn event(&mut self, now: u64) {
         let gone = !self.is_attached();
         let stage = core::mem::replace(&mut self.host.stage, Stage::Alone);
@@ -217,7 +218,8 @@ impl Usb {
         self.host.go_on(stage, now + wait.max(1));
     }
 
-    /// A transaction of a control transfer; answers the next stage, and the cycles until then.
+    /// Makes a transaction of a control transfer. Answers the next stage, and the cycles until
+    /// then.
     fn ask(&mut self, number: usize, phase: Phase) -> (Stage, u64) {
         let request = &REQUESTS[number];
         let address = self.host.address;
@@ -260,7 +262,7 @@ impl Usb {
         (stage, wait)
     }
 
-    /// A control transfer is over.
+    /// Ends a control transfer. Answers the next stage, and the cycles until then.
     fn answered(&mut self, number: usize, all: Vec<u8>, wait: u64) -> (Stage, u64) {
         self.host.answers.push(all);
         let wait = match REQUESTS[number].sets_address() {
@@ -277,7 +279,7 @@ impl Usb {
         (Stage::Talking { input, output }, wait)
     }
 
-    /// A transaction of the program's: out and in by turns.
+    /// Makes a transaction of the program, OUT and IN alternately.
     fn talk(&mut self, input: usize, output: usize) -> u64 {
         let (has_bytes, reads) = (!self.host.to_send.is_empty(), self.host.reads);
         if !has_bytes && !reads {
@@ -318,7 +320,8 @@ fn asking(request: usize) -> Stage {
     }
 }
 
-/// The bulk endpoints of a configuration, IN and OUT; 0 where there are none (USB 2.0 table 9-13).
+/// The numbers of the bulk endpoints of a configuration, IN and OUT; 0 where there is none (USB 2.0
+/// table 9-13).
 fn bulk_endpoints(configuration: &[u8]) -> (usize, usize) {
     let (mut input, mut output) = (0, 0);
     let mut rest = configuration;

@@ -1,13 +1,12 @@
 //! USB OTG FS as a full-speed device (RM0090 chapter 34), with a host at the other end of the cable
 //! ([`host`]).
 //!
-//! The device answers the tokens of the host: data out of the endpoints' FIFOs for IN, into the
-//! common receive FIFO for OUT and SETUP, or that it is not ready (NAK). Endpoints other than 0
-//! answer to their address only.
+//! The device answers the tokens of the host. IN takes data from the FIFOs of the endpoints; OUT
+//! and SETUP put data into the common receive FIFO. A device that is not ready answers NAK.
+//! Endpoints other than 0 answer only to their own address.
 //!
-//! Not modelled: host mode, isochronous transfers, data toggles and errors of the line, interrupts
-//! other than those of the endpoints' ends of transfer and of reset, speed, suspend and received
-//! data; DMA, low power.
+//! Not modelled: host mode, isochronous transfers, data toggles, line errors, DMA, low power. These
+//! interrupts are modelled: end of transfer of the endpoints, reset, speed, suspend, received data.
 mod endpoint;
 mod host;
 
@@ -18,8 +17,8 @@ use std::collections::{HashMap, VecDeque};
 
 /// OTG_FS_GAHBCFG.GINTMSK: interrupts reach the NVIC.
 const GINT: u32 = 1;
-/// OTG_FS_GRSTCTL: core soft reset, HCLK soft reset, frame counter reset, receive and transmit FIFO
-/// flush, and the latter's number.
+/// OTG_FS_GRSTCTL: core soft reset, HCLK soft reset, frame counter reset, flush of the receive
+/// FIFO, flush of a transmit FIFO, and the number of that FIFO.
 const CSRST: u32 = 1;
 const RXFFLSH: u32 = 1 << 4;
 const TXFFLSH: u32 = 1 << 5;
@@ -49,12 +48,12 @@ const OUT_DATA: u32 = 2;
 const OUT_COMPLETE: u32 = 3;
 const SETUP_COMPLETE: u32 = 4;
 const SETUP_DATA: u32 = 6;
-/// Endpoints of a direction.
+/// The number of endpoints in each direction.
 const ENDPOINTS: usize = 4;
 
-/// OTG_FS_GINTSTS: the FIFOs of host mode, which are empty.
+/// OTG_FS_GINTSTS: the FIFOs of host mode are empty.
 const HOST_FIFOS_EMPTY: u32 = 1 << 26 | 1 << 5;
-/// The values after a reset of registers that keep the written value, by their offsets.
+/// The reset values of the registers that keep the written value, by their offsets.
 const RESET: [(u32, u32); 11] = [
     (0x000, 0x800),
     (0x00C, 0xA00),
@@ -72,7 +71,7 @@ const RESET: [(u32, u32); 11] = [
 /// The device's answer to a token.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub(crate) enum Answer {
-    /// Data of an IN token, or the acceptance of an OUT or SETUP token's data.
+    /// The data for an IN token, or the acceptance of the data of an OUT or SETUP token.
     Ack(Vec<u8>),
     /// Not ready.
     Nak,
@@ -107,13 +106,13 @@ impl Entry {
 pub(crate) struct Usb {
     /// Registers that keep the written value.
     written: HashMap<u32, u32>,
-    /// The host has told the speed (DSTS).
+    /// Whether the host has set the speed (DSTS).
     enumerated: bool,
     flags: u32,
     ins: [In; ENDPOINTS],
     outs: [Out; ENDPOINTS],
     receive: VecDeque<Entry>,
-    /// Data of the entry that was read last.
+    /// The data of the receive FIFO's entry that was read last.
     data: VecDeque<u8>,
     pub(crate) host: Host,
 }
@@ -134,7 +133,7 @@ impl Default for Usb {
 }
 
 impl Usb {
-    /// As after a reset of the chip; the host stays, and sees the device go.
+    /// Resets the controller with the chip. The host stays, and sees the device disappear.
     pub(crate) fn reset(&mut self, now: u64) {
         let mut host = core::mem::take(&mut self.host);
         host.device_gone(now);
@@ -144,7 +143,7 @@ impl Usb {
         };
     }
 
-    /// Whether the controller asks for its interrupt.
+    /// Whether the controller requests its interrupt.
     pub(crate) fn interrupt(&self) -> bool {
         self.plain(0x08) & GINT != 0 && self.status() & self.plain(0x18) != 0
     }
@@ -158,7 +157,7 @@ impl Usb {
         self.written.get(&offset).copied().unwrap_or(0)
     }
 
-    /// GINTSTS.
+    /// The value of GINTSTS.
     fn status(&self) -> u32 {
         let mut status = self.flags | HOST_FIFOS_EMPTY;
         if !self.receive.is_empty() {
@@ -170,7 +169,7 @@ impl Usb {
         status
     }
 
-    /// DAINT: IN endpoints with a flag that DIEPMSK lets through.
+    /// The value of DAINT: the IN endpoints with a flag that DIEPMSK does not mask.
     fn daint(&self) -> u32 {
         let mask = self.plain(0x810);
         let ins = self.ins.iter().enumerate();
@@ -266,7 +265,7 @@ impl Usb {
         })
     }
 
-    /// Words of an endpoint's transmit FIFO: DIEPTXF0, DIEPTXF1 and so on.
+    /// The words of an endpoint's transmit FIFO, from DIEPTXF0, DIEPTXF1 and so on.
     fn transmit_depth(&self, index: usize) -> usize {
         let offset = match index {
             0 => 0x28,
@@ -278,7 +277,7 @@ impl Usb {
     /// Whether the receive FIFO has room for a packet of this number of bytes.
     fn has_room(&self, bytes: usize) -> bool {
         let used: usize = self.receive.iter().map(Entry::words).sum();
-        // The entry that says that the transfer is complete, too.
+        // The entry for the end of the transfer needs room, too.
         used + 2 + bytes.div_ceil(4) <= self.plain(0x24) as usize
     }
 
@@ -299,12 +298,12 @@ impl Usb {
         self.flags |= ENUMDNE;
     }
 
-    /// Nothing has happened on the line for so long that the controller is suspended.
+    /// The line has been silent for so long that the controller is suspended.
     fn bus_idle(&mut self) {
         self.flags |= USBSUSP;
     }
 
-    /// SETUP is always taken, by the device that has the address.
+    /// A SETUP token: the device with this address always accepts it.
     fn setup(&mut self, address: u8, request: &[u8; 8]) -> Answer {
         if !self.has_address(address) || !self.has_room(request.len()) {
             return Answer::Nothing;
@@ -316,7 +315,7 @@ impl Usb {
         Answer::Ack(Vec::new())
     }
 
-    /// OUT; endpoint 0 goes on as its request has begun, whatever the address is meanwhile.
+    /// An OUT token. Endpoint 0 goes on with its request even if the address changes in between.
     fn out(&mut self, address: u8, endpoint: usize, data: &[u8]) -> Answer {
         if endpoint != 0 && !self.has_address(address) {
             return Answer::Nothing;
@@ -337,7 +336,7 @@ impl Usb {
         Answer::Ack(Vec::new())
     }
 
-    /// IN; endpoint 0 goes on as its request has begun, whatever the address is meanwhile.
+    /// An IN token. Endpoint 0 goes on with its request even if the address changes in between.
     fn r#in(&mut self, address: u8, endpoint: usize) -> Answer {
         if endpoint != 0 && !self.has_address(address) {
             return Answer::Nothing;
