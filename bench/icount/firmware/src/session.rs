@@ -71,7 +71,8 @@ pub struct Session<'a> {
 impl Session<'_> {
     /// Makes a machine that has taken `settings` and is at rest, and calls `then` with it.
     pub fn with(settings: &str, then: impl FnOnce(&mut Session<'_>)) {
-        let (mut segments, shared, inputs) = (SegmentQueue::<3>::new(), Shared::new(), Inputs::new());
+        let (mut segments, shared, inputs) =
+            (SegmentQueue::<3>::new(), Shared::new(), Inputs::new());
         let mut serial = SerialQueue::<1025>::new();
         let (mut moves, mut pixels) = (MoveQueues::<3, 3, 1024>::new(), RowPixels::new());
         let (producer, consumer) = segments.split();
