@@ -4,8 +4,8 @@
 //!   conversation. Where one tells positions (`[G54:`, `[PRB:`, ...), a number may differ by one
 //!   unit of its last place.
 //! * Status reports are compared one by one, with the same tolerance. In a conversation that is
-//! marked `timing`, the contents of a report depend on its instant. There only the states are
-//! compared, exchange by exchange, and only where both exchanges show any.
+//!   marked `timing`, the contents of a report depend on its instant. There only the states are
+//!   compared, exchange by exchange, and only where both exchanges show any.
 
 use super::case::{Case, Exchange};
 use std::fmt;
