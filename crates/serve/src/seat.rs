@@ -6,7 +6,7 @@
 //!
 //! * a new client waits [`GRACE`] for the client before it to disconnect;
 //! * a new client from the same address that has sent a byte takes the line over from a client that
-//! has been silent for [`SILENCE`], unless a job is unfinished;
+//!   has been silent for [`SILENCE`], unless a job is unfinished;
 //! * the operating system notices a client whose computer is gone (`listener.rs`).
 
 use std::net::{IpAddr, Shutdown, TcpStream};
