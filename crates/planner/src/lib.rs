@@ -61,8 +61,6 @@ pub use valid::ConfigError;
 #[cfg(test)]
 extern crate std;
 #[cfg(test)]
-mod borders_tests;
-#[cfg(test)]
 mod corners_tests;
 #[cfg(test)]
 mod cut_line_tests;

@@ -1,6 +1,6 @@
 //! Sending: the main loop writes to a ring, DMA sends each contiguous piece, an interrupt ends each
 //! piece.
-use super::{line, Stream};
+use super::{Stream, LINE};
 use crate::{chip::Usart, profile::BAUD, wake::wake};
 use core::sync::atomic::{
     AtomicBool, AtomicU8, AtomicUsize,
@@ -32,22 +32,16 @@ static SENT: AtomicUsize = AtomicUsize::new(0);
 static MORE: AtomicBool = AtomicBool::new(false);
 
 /// Sends: of DMA1 for USART2, of DMA2 for USART1 (RM0090 tables 43 and 44).
-#[inline(always)]
-fn stream() -> Stream {
-    match line() {
-        Usart::Usart1 => Stream(7),
-        Usart::Usart2 => Stream(6),
-    }
-}
+const STREAM: Stream = match LINE {
+    Usart::Usart1 => Stream(7),
+    Usart::Usart2 => Stream(6),
+};
 
 /// At the end of a piece, and pended where there is something to send.
-#[inline(always)]
-fn interrupt() -> Interrupt {
-    match line() {
-        Usart::Usart1 => Interrupt::DMA2_STREAM7,
-        Usart::Usart2 => Interrupt::DMA1_STREAM6,
-    }
-}
+const INTERRUPT: Interrupt = match LINE {
+    Usart::Usart1 => Interrupt::DMA2_STREAM7,
+    Usart::Usart2 => Interrupt::DMA1_STREAM6,
+};
 
 /// The main loop's end.
 pub(crate) struct Writer {
@@ -80,7 +74,7 @@ impl Writer {
         }
         WRITTEN.store(self.written, Release);
         MORE.store(taken < bytes.len(), Relaxed);
-        rtic::pend(interrupt());
+        rtic::pend(INTERRUPT);
         taken
     }
 }
@@ -104,7 +98,7 @@ impl Sender {
 
     /// Sends the next piece, unless one is going out. Interrupt of the stream.
     pub(crate) fn send(&mut self) {
-        if stream().registers().cr().read().en().is_enabled() {
+        if STREAM.registers().cr().read().en().is_enabled() {
             return;
         }
         self.sent = self.sent.wrapping_add(self.under_way);
@@ -115,10 +109,10 @@ impl Sender {
         let waiting = WRITTEN.load(Acquire).wrapping_sub(self.sent);
         let begin = self.sent % RING;
         self.under_way = waiting.min(RING - begin).min(PIECE);
-        stream().clear_flags();
+        STREAM.clear_flags();
         let piece = WAITING.get(begin..begin + self.under_way);
         if let Some(piece) = piece.filter(|piece| !piece.is_empty()) {
-            stream().send(piece);
+            STREAM.send(piece);
         }
     }
 }
