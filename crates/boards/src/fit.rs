@@ -87,7 +87,7 @@ pub enum Unfit {
     HeaterFault,
     /// The board has no output for a fan.
     Fan,
-    /// The kinematics or the second motors in the board's file are those of another machine.
+    /// The kinematics or the second motors in the board's file belong to another machine.
     Kinematics,
 }
 

@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 /// The most causes that are counted. Complaints of further causes are all shown.
 const KEPT: usize = 1000;
 
-/// What complaints of one cause have in common: the mistake, and its word or axis.
+/// The mistake, and its word or axis. Complaints with the same two are one group.
 type Cause = (String, String);
 
 /// The complaints of one cause.

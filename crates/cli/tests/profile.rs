@@ -1,4 +1,4 @@
-//! Tests of `leadscrew profile`: its times are those of `run`, to the tick, and it names the limits
+//! Tests of `leadscrew profile`: it prints the same times as `run`, to the tick, and names the limits
 //! that really bind.
 
 use proptest::prelude::*;

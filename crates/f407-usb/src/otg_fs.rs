@@ -82,7 +82,7 @@ struct Controller {
 #[allow(unsafe_code)]
 unsafe impl Sync for Controller {}
 
-// SAFETY: address, size of the packet memory and number of endpoints are those of OTG FS (RM0090
+// SAFETY: OTG FS has this address, this size of packet memory and this number of endpoints (RM0090
 // sections 2.3, 34.2.1 and 34.2.3).
 #[allow(unsafe_code)]
 unsafe impl UsbPeripheral for Controller {

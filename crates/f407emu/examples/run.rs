@@ -28,7 +28,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Runs until the firmware has answered, for `milliseconds` at most, and prints what it says.
+/// Runs until the firmware has answered, for `milliseconds` at most, and prints the answer.
 fn wait(machine: &mut Machine, milliseconds: u64) -> Result<(), Stop> {
     let cycles = milliseconds * u64::from(machine.clocks().hclk) / 1000;
     let end = machine.cycle() + cycles;

@@ -2,7 +2,7 @@
 //! measures one layer.
 //!
 //! The counted code is in a function that is never inlined, and its inputs go through `black_box`.
-//! So the count is that of the code as it is, which the compiler cannot fit to the measurement.
+//! So the compiler cannot fit the code to the measurement.
 #![no_std]
 
 pub mod session;

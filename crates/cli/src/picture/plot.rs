@@ -156,7 +156,7 @@ impl<'a> Plot<'a> {
         self.raster.as_ref().is_some_and(|raster| raster.has(pair))
     }
 
-    /// Whether later passes lie higher, as those of a 3D printer.
+    /// Whether later passes lie higher, as a 3D printer's layers do.
     pub(super) fn builds_up(&self) -> bool {
         let mut cuts = self.path.moves().iter().filter(|one| one.way == Way::Cut);
         match (cuts.next(), cuts.next_back()) {

@@ -1,4 +1,4 @@
-//! The speed along time: the same curve as that of `profile`.
+//! The speed along time: `profile` prints the same curve.
 
 use super::columns::Columns;
 use super::page::{axes, Frame};

@@ -1,5 +1,5 @@
-//! What people and scripts expect of a program that works on files: pipes, folders, several files,
-//! odd names, Ctrl-C.
+//! The habits of people and scripts with programs that work on files: pipes, folders, several
+//! files, odd names, Ctrl-C.
 
 use crate::program::{interrupt, leadscrew, report, stderr, stdout, Folder, SQUARE};
 use serde_json::Value;

@@ -6,8 +6,8 @@
 //! an APB.
 //!
 //! Not modelled: start-up times of oscillators and PLLs (they are ready at once; a crystal that is
-//! not fitted is never ready), clock outputs, I2S, sleep-mode clock enables, and peripheral resets
-//! except those of DMA (the bits read back, but reset nothing).
+//! not fitted is never ready), clock outputs, I2S, sleep-mode clock enables, and peripheral resets:
+//! their bits read back, but only DMA's reset anything.
 use crate::warning::{Warning, Warnings};
 
 /// The numbers of registers: a quarter of their offsets.

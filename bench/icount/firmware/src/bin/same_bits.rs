@@ -1,5 +1,5 @@
-//! Prints the same checksum as the planner's example `same_bits` on the host: that of the moves and
-//! segments of random programs.
+//! Prints a checksum of the moves and segments of random programs. The planner's example
+//! `same_bits` prints the same checksum on the host.
 #![no_std]
 #![no_main]
 
