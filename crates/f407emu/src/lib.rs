@@ -19,8 +19,8 @@
 //!
 //! **Not** emulated are: the ADC except for ADC1's injected group, SPI, I2C, RTC, DACs, the MPU,
 //! contention on the buses, and silicon errata except the delay of a peripheral's clock. Each
-//! module lists the parts of its chapter of the reference manual that it leaves out. No result has been
-//! compared with silicon. The core has been compared with QEMU (`oracle/README.md`), the
+//! module lists the parts of its chapter of the reference manual that it leaves out. No result has
+//! been compared with silicon. The core has been compared with QEMU (`oracle/README.md`), the
 //! peripherals' registers with ST's data (`src/st_data`), and USB with its driver
 //! (synopsys-usb-otg).
 //!
