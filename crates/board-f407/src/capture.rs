@@ -75,8 +75,37 @@ impl Input {
         capture_dma().st(self.stream_number())
     }
 
-    /// Takes both edges to `memory` from now on.
-    fn begin(&self, memory: &'static [AtomicU32]) {
+    /// How many more edges its stream takes.
+    fn room(&self) -> usize {
+        usize::from(self.stream().ndtr().read().ndt().bits())
+    }
+
+    /// Takes both edges to `memory` from now on. Returns the level before the first.
+    fn begin(&self, memory: &'static [AtomicU32]) -> bool {
+        loop {
+            let level = self.pin.is_high();
+            self.take_edges(memory);
+            // Whether an edge in these few cycles is captured depends on which of them it came in.
+            if self.pin.is_high() == level && self.room() == memory.len() {
+                return level;
+            }
+            self.end();
+        }
+    }
+
+    /// Takes no more edges. No request is left.
+    fn end(&self) {
+        let stream = self.stream();
+        tick_timer()
+            .ccer()
+            .change(|bits| bits & !(0b1011 << (4 * self.index())));
+        stream.cr().reset();
+        while stream.cr().read().en().is_enabled() {}
+        // The flag of the capture goes down.
+        tick_timer().ccr(self.index()).read();
+    }
+
+    fn take_edges(&self, memory: &'static [AtomicU32]) {
         let stream = self.stream();
         // A stream starts only with its flags cleared (RM0090 section 10.3.17): six bits of the low
         // or the high register.
@@ -114,8 +143,7 @@ impl Part {
 
     /// The edges so far.
     fn edges(&self) -> &'static [AtomicU32] {
-        let left = usize::from(self.input().stream().ndtr().read().ndt().bits());
-        let taken = self.memory.len().saturating_sub(left);
+        let taken = self.memory.len().saturating_sub(self.input().room());
         self.memory.get(..taken).unwrap_or_default()
     }
 
@@ -159,29 +187,22 @@ impl Capture {
         for (wire, memory) in chosen.zip(EDGES.chunks(length)) {
             let input = &CAPTURES[wire];
             input.pin.make_alternate(FUNCTION, Pull::Down);
-            let level = input.pin.is_high();
-            let part = Part {
+            let level = input.begin(memory);
+            let _ = self.parts.push(Part {
                 wire,
                 memory,
                 level,
-            };
-            if self.parts.push(part).is_ok() {
-                input.begin(memory);
-            }
+            });
         }
     }
 
     /// No channel captures any more, and no request is left.
     fn end(&mut self) {
         let timer = tick_timer();
-        timer.ccer().put(0);
         timer.dier().reset();
         for input in &CAPTURES {
-            input.stream().cr().reset();
-            while input.stream().cr().read().en().is_enabled() {}
+            input.end();
             input.pin.make_input(Pull::Down);
-            // Its flag goes down.
-            timer.ccr(input.index()).read();
         }
         timer.sr().write(|w| {
             w.cc2of().clear_bit().cc3of().clear_bit();
