@@ -61,6 +61,8 @@ pub use valid::ConfigError;
 #[cfg(test)]
 extern crate std;
 #[cfg(test)]
+mod borders_tests;
+#[cfg(test)]
 mod corners_tests;
 #[cfg(test)]
 mod cut_line_tests;

@@ -19,7 +19,7 @@
 //! keeps all of these bounds, so it bends the path by no more than rounding does.
 //!
 //! A curve that goes on as it did at the turn before is measured once, over the length that was
-//! found there.
+//! found there. Now and then it is compared with half that length.
 
 use super::probe::Probe;
 use super::window::{Window, MM};
@@ -51,6 +51,9 @@ const FARTHEST: f32 = 32.0;
 
 /// By this share of the quietest curvature two turns may differ and still be alike.
 const ALIKE: f32 = 0.2;
+
+/// By this share of it a turn may differ from the last one that was compared with a shorter length.
+const DRIFT: f32 = 0.05;
 
 /// The second difference of three points may be off by this many times their rounding.
 const OFF: f32 = 4.0;
@@ -90,17 +93,23 @@ impl<const AXES: usize> Window<AXES> {
         let longer2 = meeting.error(&bend, reach, limits);
         let is_shortest = reach <= meeting.shorter;
         if is_shortest && longer2 <= NEAR_ENOUGH {
+            probe.compared = sqrt(curvature2(&bend, limits));
             return Some((bend, reach));
         }
         let is_long_enough = longer2 <= STILL_NEAR_ENOUGH || reach < wanted;
-        if is_long_enough && self.is_as_before(number, &meeting, (&bend, loudness), limits, probe) {
+        let goes_on = is_long_enough
+            && self.is_as_before(number, &meeting, (&bend, loudness), limits, probe)
+            && self.is_steady(number, &meeting, (&bend, reach), limits, probe);
+        if goes_on {
             if longer2 < TOO_LONG {
                 probe.wanted *= SHORTER;
             }
             probe.goes_on = true;
             return Some((bend, reach));
         }
-        self.search(number, (&meeting, room), limits, now, probe)
+        let curved = self.search(number, (&meeting, room), limits, now, probe)?;
+        probe.compared = sqrt(curvature2(&curved.0, limits));
+        Some(curved)
     }
 
     /// Tries one length after the other, the shorter piece's first.
@@ -172,6 +181,37 @@ impl<const AXES: usize> Window<AXES> {
             };
         }
         bend
+    }
+
+    /// Whether a curvature is still as great as when it was last compared with shorter lengths, or
+    /// that over half its length is the same but for rounding.
+    ///
+    /// From turn to turn it may change little, and much in the end: where a line becomes a curve,
+    /// that over a length grows little by little, while that of the path is there at once.
+    fn is_steady(
+        &self,
+        number: u32,
+        meeting: &Meeting,
+        (bend, reach): (&[f32; AXES], f32),
+        limits: &Limits<AXES>,
+        probe: &mut Probe<AXES>,
+    ) -> bool {
+        let curvature = sqrt(curvature2(bend, limits));
+        let drift = (curvature - probe.compared).abs() * greatest(bend);
+        if drift <= DRIFT * meeting.loudness(bend) * curvature {
+            return true;
+        }
+        let shorter = most(0.5 * reach, meeting.shorter);
+        let closer = self.curvature(number, shorter, limits, &mut [0; 2]);
+        let off = OFF * meeting.rounding / (shorter * shorter);
+        let mut axes = closer.iter().zip(bend).zip(&limits.per_acceleration);
+        let is_same = axes.all(|((closer, bend), per_acceleration)| {
+            (closer - bend).abs() <= off * per_acceleration
+        });
+        if is_same {
+            probe.compared = curvature;
+        }
+        is_same
     }
 
     /// Whether a curvature is like that of the turn before, and explains how the two pieces turn,

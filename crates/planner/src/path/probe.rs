@@ -9,6 +9,8 @@ pub(super) struct Probe<const AXES: usize> {
     pub(super) pieces: [u32; 2],
     /// The result.
     pub(super) before: [f32; AXES],
+    /// How great it was where it was last compared with that over a shorter length, 1/mm.
+    pub(super) compared: f32,
     /// Whether that is any.
     pub(super) is_curved: bool,
     /// Whether it is known that rounding explains what the two pieces turn besides.
@@ -20,6 +22,7 @@ impl<const AXES: usize> Probe<AXES> {
         wanted: 0.0,
         pieces: [0; 2],
         before: [0.0; AXES],
+        compared: 0.0,
         is_curved: false,
         goes_on: false,
     };

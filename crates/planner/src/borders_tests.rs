@@ -1,0 +1,141 @@
+//! Where a line goes on as a curve in short lines, no axis accelerates more than its setting says,
+//! on the motors: the second difference of the places that the step edges say.
+//!
+//! An axis whose acceleration is `a` at most has `|x(t−h) − 2·x(t) + x(t+h)| ≤ a·h²`. Three places
+//! are whole steps: four steps more are allowed, and four times what the ends of lines are rounded
+//! by. A curve in lines turns in jumps, `n` of them within `h`. That makes up to `1/4n²` more of
+//! it: 2 % from four of them on.
+
+use crate::edges_tests::{Edges, WINDOWS};
+use crate::limits_tests::Cut;
+use crate::reference::to;
+use crate::{Config, StepsPerMm, NANOS_PER_MM};
+use proptest::prelude::*;
+use proptest::test_runner::{TestCaseError, TestRng, TestRunner};
+use std::cell::Cell;
+use std::vec::Vec;
+use std::{format, println};
+
+const STEPS_PER_MM: f64 = 800.0;
+
+/// What steps and decimals round a second difference by, steps.
+const ROUNDED: f64 = 4.0 + 4.0 * 0.0005 * STEPS_PER_MM;
+
+/// mm.
+const LINE: f64 = 6.0;
+
+/// Of the acceleration: 2 % for the jumps of the curve, 4 % for what planning takes for rounding.
+const MOST: f64 = 1.06;
+
+/// Lines of the curve within half a window.
+const LINES: f64 = 4.0;
+
+/// A line, a curve that it touches, and a line that touches the curve's end. Lengths in mm, angles
+/// in radians, positive to the left.
+#[derive(Clone, Copy, Debug)]
+struct Lead {
+    heading: f64,
+    radius: f64,
+    sweep: f64,
+    piece: f64,
+    /// mm/s².
+    acceleration: f32,
+    deviation: f32,
+}
+
+fn lead() -> impl Strategy<Value = Lead> {
+    let angles = (0.0..core::f64::consts::TAU, 0.3f64..3.0, any::<bool>());
+    let pieces = prop::sample::select(std::vec![0.05, 0.1]);
+    let acceleration = prop::sample::select(std::vec![50.0, 200.0, 500.0, 1500.0]);
+    let deviation = prop::sample::select(std::vec![0.002, 0.01, 0.05]);
+    (angles, 0.8f64..8.0, pieces, acceleration, deviation).prop_map(
+        |((heading, sweep, left), radius, piece, acceleration, deviation)| Lead {
+            heading,
+            radius,
+            sweep: if left { sweep } else { -sweep },
+            piece,
+            acceleration,
+            deviation,
+        },
+    )
+}
+
+impl Lead {
+    /// The ends of the lines, rounded to three decimals.
+    fn moves(&self) -> Vec<Cut> {
+        let along = |angle: f64| [angle.cos(), angle.sin()];
+        let add = |at: [f64; 2], way: [f64; 2], by: f64| [at[0] + way[0] * by, at[1] + way[1] * by];
+        let first = add([0.0; 2], along(self.heading), LINE);
+        let side = core::f64::consts::FRAC_PI_2.copysign(self.sweep);
+        let centre = add(first, along(self.heading + side), self.radius);
+        let count = (self.sweep.abs() * self.radius / self.piece).ceil() as u32;
+        let mut ends = Vec::from([first]);
+        ends.extend((1..=count).map(|k| {
+            let heading = self.heading + self.sweep * f64::from(k) / f64::from(count);
+            add(centre, along(heading - side), self.radius)
+        }));
+        let last = add(ends[ends.len() - 1], along(self.heading + self.sweep), LINE);
+        ends.push(last);
+        let rounded = ends
+            .into_iter()
+            .map(|end| end.map(|x| (x * 1e3).round() / 1e3));
+        rounded.map(|[x, y]| Cut::line(to(x, y, 200.0))).collect()
+    }
+
+    /// The largest second difference less what is rounded, as a share of `a·h²`.
+    fn worst(&self) -> f64 {
+        let config = Config {
+            max_rate: [200.0; 2],
+            acceleration: [self.acceleration; 2],
+            steps_per_mm: [StepsPerMm::from_nanos(STEPS_PER_MM as i64 * NANOS_PER_MM); 2],
+            junction_deviation: self.deviation,
+            ..Config::default()
+        };
+        let edges = Edges::of(&self.moves(), config);
+        let acceleration = f64::from(self.acceleration);
+        let speed = (acceleration * self.radius).sqrt();
+        let mut worst = 0.0f64;
+        for h in WINDOWS.map(|ms| ms / 1000.0) {
+            let allowed = acceleration * h * h * STEPS_PER_MM;
+            if h * speed < LINES * self.piece || allowed < 40.0 {
+                continue;
+            }
+            let end = edges.corners[edges.corners.len() - 1];
+            let count = ((end - 2.0 * h) * 1000.0).max(0.0) as usize;
+            for t in (0..count).map(|ms| h + ms as f64 / 1000.0) {
+                for axis in 0..2 {
+                    let x = |time| edges.at(axis, time);
+                    let difference = (x(t - h) - 2.0 * x(t) + x(t + h)).abs() - ROUNDED;
+                    worst = worst.max(difference / allowed);
+                }
+            }
+        }
+        worst
+    }
+}
+
+#[test]
+fn a_line_that_becomes_a_curve_keeps_the_acceleration() {
+    let config = ProptestConfig {
+        cases: 100,
+        failure_persistence: None,
+        max_shrink_iters: 50,
+        ..ProptestConfig::default()
+    };
+    let rng = TestRng::deterministic_rng(config.rng_algorithm);
+    let mut runner = TestRunner::new_with_rng(config, rng);
+    let worst = Cell::new(0.0f64);
+    let result = runner.run(&lead(), |lead| {
+        let share = lead.worst();
+        worst.set(worst.get().max(share));
+        if share > MOST {
+            return Err(TestCaseError::fail(format!("{share} of the acceleration")));
+        }
+        Ok(())
+    });
+    println!(
+        "where lines become curves: at most {} of the acceleration",
+        worst.get()
+    );
+    result.unwrap_or_else(|error| panic!("{error}"));
+}
