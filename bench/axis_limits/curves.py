@@ -71,7 +71,7 @@ def narrow(rng, name):
 
 
 FAMILIES = {'borders': borders, 'chains': chains, 'narrow': narrow}
-MOST = {'borders': 1.25, 'chains': 1.25, 'narrow': 2.0}  # of the acceleration
+MOST = {'borders': 1.05, 'chains': 1.05, 'narrow': 1.05}  # of the acceleration
 
 
 def judged(binary, family, number):

@@ -6,6 +6,9 @@
 //!
 //! A sharper turn is a corner. Between short pieces its curvature counts as well, over two pieces
 //! to both sides: turns to and fro cancel.
+//!
+//! Where a piece was joined of several that turn, its ends are no corners of the program. They turn
+//! as the curve does, by the length of the shorter piece.
 
 use super::curvature::curvature2;
 use super::probe::Probe;
@@ -17,6 +20,13 @@ use crate::space::polygon::cap;
 
 /// The path about a corner is looked at no farther than this, mm.
 const FARTHEST: f32 = 32.0;
+
+/// Of two turns to the same side the second one is at least as much of the first one.
+const ALIKE: f32 = 0.1;
+
+/// A piece of a curve is no more than this many times as long as the next one. On a longer one, a
+/// line that the curve touches, the curvature would leave no acceleration to all of it.
+const UNEVEN: f32 = 4.0;
 
 /// How a path turns where two pieces meet.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -100,7 +110,12 @@ impl<const AXES: usize> Window<AXES> {
         probe: &mut Probe<AXES>,
     ) -> Option<Turn<AXES>> {
         if self.is_sharp(number) {
-            return self.corner(number, limits, now).map(Turn::corner);
+            let v2 = self.corner(number, limits, now)?;
+            return Some(if self.is_of_bent_piece(number) {
+                self.bent_corner(number, v2, limits)
+            } else {
+                Turn::corner(v2)
+            });
         }
         if self.goes_straight_on(number) {
             return Some(Turn::corner(f32::INFINITY));
@@ -153,10 +168,69 @@ impl<const AXES: usize> Window<AXES> {
         Some(v2)
     }
 
-    /// The highest squared speed by `$11` at the start of a piece, mm²/s².
+    /// The highest squared speed by `$11` at the start of a piece, and by the curve of a bent piece,
+    /// mm²/s².
     fn junction(&self, number: u32, limits: &Limits<AXES>) -> f32 {
         let (before, after) = (self.placed(number.wrapping_sub(1)), self.placed(number));
-        junction_v2(&before.piece.direction, &after.piece.direction, limits)
+        let corner = junction_v2(&before.piece.direction, &after.piece.direction, limits);
+        if self.is_of_bent_piece(number) {
+            least(corner, cap(&self.bent_curve(number, limits)))
+        } else {
+            corner
+        }
+    }
+
+    /// The turn at a sharp end of a bent piece that is passed at the squared speed `v2`.
+    #[inline(never)] // few pieces are bent
+    fn bent_corner(&self, number: u32, v2: f32, limits: &Limits<AXES>) -> Turn<AXES> {
+        let (shorter, longer) = self.lengths(number);
+        if longer > UNEVEN * shorter {
+            return Turn::corner(v2);
+        }
+        Turn {
+            bend: self.bent_curve(number, limits),
+            reach: shorter,
+            v2,
+        }
+    }
+
+    /// The curvature at the end of a bent piece.
+    #[inline(never)] // few pieces are bent
+    fn bent_curve(&self, number: u32, limits: &Limits<AXES>) -> [f32; AXES] {
+        let (shorter, _) = self.lengths(number);
+        self.curvature(number, least(shorter, FARTHEST), limits, &mut [0; 2])
+    }
+
+    /// The lengths of the shorter and of the longer one of the pieces that meet at the start of a
+    /// piece, mm.
+    fn lengths(&self, number: u32) -> (f32, f32) {
+        let before = self.placed(number.wrapping_sub(1)).length;
+        let after = self.placed(number).length;
+        (least(before, after), most(before, after))
+    }
+
+    /// Whether a piece that ends or begins here was joined of several that make a curve: they do not
+    /// go straight on, and the path turns to the same side at both ends.
+    fn is_of_bent_piece(&self, number: u32) -> bool {
+        let (last, next) = (number.wrapping_sub(1), number.wrapping_add(1));
+        let behind = self.bent.has(last) && self.before(number) > 1;
+        let ahead = self.bent.has(number) && !self.is_last(number);
+        behind && self.turns_alike(number, last) || ahead && self.turns_alike(number, next)
+    }
+
+    /// Whether the path turns to the same side at the starts of two pieces.
+    fn turns_alike(&self, one: u32, other: u32) -> bool {
+        let change = |number: u32, axis: usize| {
+            let before = self.placed(number.wrapping_sub(1));
+            self.placed(number).course[axis] - before.course[axis]
+        };
+        let (mut both, mut change2) = (0.0, 0.0);
+        for axis in 0..AXES {
+            let turn = change(one, axis);
+            both += turn * change(other, axis);
+            change2 += turn * turn;
+        }
+        both > ALIKE * change2
     }
 
     /// The highest squared speed at a corner, mm²/s².

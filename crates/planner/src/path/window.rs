@@ -30,6 +30,9 @@ const SHARP2: f32 = 0.15;
 /// A turn by less is none: unit vectors are no more exact.
 const STRAIGHT2: f32 = 1e-12;
 
+/// Pieces that turn by more are not joined to a straight one, half a degree: squared, as above.
+const BENT2: f32 = 1e-4;
+
 /// A piece of path.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Piece<const AXES: usize> {
@@ -85,6 +88,8 @@ pub(crate) struct Window<const AXES: usize> {
     pub(super) chords: Bits,
     /// Which have so few steps that these give no direction.
     pub(super) short: Bits,
+    /// Which were joined of several that do not go straight on.
+    pub(super) bent: Bits,
     /// Pieces so far, modulo 2³².
     pub(super) count: u32,
     /// How many of the last ones are one path.
@@ -117,6 +122,7 @@ impl<const AXES: usize> Window<AXES> {
             straight: Bits(0),
             chords: Bits(0),
             short: Bits(0),
+            bent: Bits(0),
             count: 0,
             known: 0,
             waiting: 0,
@@ -160,6 +166,7 @@ impl<const AXES: usize> Window<AXES> {
         end: &[Coordinate; AXES],
     ) {
         self.chords.set(self.count, is_chord);
+        self.bent.set(self.count, false);
         self.count = self.count.wrapping_add(1);
         self.known = (self.known + 1).min(PIECES - 1);
         self.waiting = (self.waiting + 1).min(PIECES - 1);
@@ -167,12 +174,7 @@ impl<const AXES: usize> Window<AXES> {
     }
 
     /// The last piece ends at `end` instead, and is another one.
-    pub(crate) fn replace_last(
-        &mut self,
-        piece: &Piece<AXES>,
-        is_short: bool,
-        end: &[Coordinate; AXES],
-    ) {
+    fn replace_last(&mut self, piece: &Piece<AXES>, is_short: bool, end: &[Coordinate; AXES]) {
         let (last, end) = (self.count.wrapping_sub(1), units(end));
         let way = between(&self.placed(last).start, &end);
         let length = sqrt(norm2(&way));
@@ -198,6 +200,23 @@ impl<const AXES: usize> Window<AXES> {
         self.short.set(last, is_short);
         let next = self.place(self.count);
         (next.start, next.since) = (end, until);
+    }
+
+    /// The last piece is joined with one more that ends at `end`, and is another one.
+    pub(crate) fn join_last(
+        &mut self,
+        piece: &Piece<AXES>,
+        is_short: bool,
+        end: &[Coordinate; AXES],
+    ) {
+        let last = self.count.wrapping_sub(1);
+        let way = between(&self.placed(self.count).start, &units(end));
+        let per_length = 1.0 / sqrt(norm2(&way));
+        let change2 = distance2(&self.placed(last).course, &way.map(|way| way * per_length));
+        if change2 > BENT2 {
+            self.bent.set(last, true);
+        }
+        self.replace_last(piece, is_short, end);
     }
 
     /// The last piece goes straight on, to `end`.
