@@ -163,6 +163,7 @@ where
     }
 
     /// Takes the place of the motors as the end of the path, from which the program goes on.
+    #[inline(never)] // in eleven places
     pub(crate) fn take_position(&mut self) {
         let position = self.motion.position();
         self.motion.path_end = position;

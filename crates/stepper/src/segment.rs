@@ -64,7 +64,7 @@ impl<const MOTORS: usize> Segment<MOTORS> {
     /// How long this segment takes, timer counts, rounded down: `p·n + d·n(n−1)/2`. Main loop.
     pub fn duration(&self) -> u32 {
         let ticks = u64::from(self.ticks.get());
-        let first = (self.interval.to_bits() >> 16).saturating_mul(ticks) >> 16;
+        let first = ((self.interval.to_bits() >> 16) * ticks) >> 16; // 48 bits by 16
         let pairs = (ticks * (ticks - 1) / 2) as i64;
         let change = (self.interval_change.to_bits() >> 16).saturating_mul(pairs) >> 16;
         u32::try_from(first.saturating_add_signed(change)).unwrap_or(u32::MAX)

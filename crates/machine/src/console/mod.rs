@@ -115,6 +115,7 @@ impl<'a> Console<'a> {
     }
 
     /// Sends a message on all channels that have room for it.
+    #[inline(never)] // no message is urgent, and they are made in many places
     pub(crate) fn message(&mut self, message: Message) {
         for channel in &mut self.channels {
             channel.inbox.output.message(message);
@@ -122,6 +123,7 @@ impl<'a> Console<'a> {
     }
 
     /// Sends a line on all channels that have room for it.
+    #[inline(never)] // as `message`
     pub(crate) fn say(&mut self, line: fmt::Arguments<'_>) {
         for channel in &mut self.channels {
             channel.inbox.output.message(line);

@@ -75,16 +75,32 @@ impl Decimal {
 }
 
 impl fmt::Display for Decimal {
+    /// Digit by digit, the last one first: `{}` would take twice as many instructions.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let sign = if self.digits < 0 { "-" } else { "" };
-        let magnitude = self.digits.unsigned_abs();
-        let places = usize::from(self.places);
-        let one = 10_u64.pow(u32::from(self.places));
-        write!(f, "{sign}{}", magnitude / one)?;
-        if places > 0 {
-            write!(f, ".{:0places$}", magnitude % one)?;
+        let mut text = [0; Self::MAX_LENGTH];
+        let mut from = text.len();
+        let mut put = |byte| {
+            from = from.saturating_sub(1);
+            if let Some(place) = text.get_mut(from) {
+                *place = byte;
+            }
+        };
+        let mut rest = self.digits.unsigned_abs();
+        for place in 0.. {
+            if place > 0 && place == self.places {
+                put(b'.');
+            }
+            put(b'0' + (rest % 10) as u8);
+            rest /= 10;
+            if rest == 0 && place >= self.places {
+                break;
+            }
         }
-        Ok(())
+        if self.digits < 0 {
+            put(b'-');
+        }
+        let text = text.get(from..).unwrap_or_default();
+        f.write_str(core::str::from_utf8(text).unwrap_or_default())
     }
 }
 
