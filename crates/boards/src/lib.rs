@@ -7,6 +7,7 @@ mod chip;
 mod fit;
 mod flash;
 mod pin;
+mod record;
 mod source;
 
 pub use board::{
@@ -18,6 +19,7 @@ pub use chip::Chip;
 pub use fit::{Needs, Socket, Unfit};
 pub use flash::Sector;
 pub use pin::{Pin, UnknownPin};
+pub use record::TooLong;
 
 /// The boards that come with the firmware: the name that `cargo fw --board` takes, and the file's
 /// text.

@@ -4,12 +4,13 @@ use crate::{
     check::number_of,
     chip::channel,
     flash::{Sector, BEGIN},
-    Axis, Board, Closes, Input, Kinematics, Level, Output, Pin,
+    record::mask,
+    Board, Closes, Input, Kinematics, Level, Output, Pin,
 };
 use std::fmt::Write;
 
 /// The axes that each have one motor or more.
-const AXES: usize = 3;
+const AXES: usize = crate::record::AXES as usize;
 
 impl Board {
     /// The module of the board's pins, which `crates/board-f407` compiles. [`Board::check`] must
@@ -214,14 +215,6 @@ _stack_end = ORIGIN(CCM);
    `src/safe_state.rs` goes over to the stack above before anything is pushed. */
 _stack_start = ORIGIN(RAM) + LENGTH(RAM) - 8;
 ";
-
-/// A mask with one bit for each axis in `axes`.
-fn mask(axes: &str) -> u8 {
-    [('X', Axis::X), ('Y', Axis::Y), ('Z', Axis::Z)]
-        .into_iter()
-        .filter(|(name, _)| axes.contains(*name))
-        .fold(0, |all, (_, axis)| all | 1 << axis as u8)
-}
 
 fn list(items: impl IntoIterator<Item = String>) -> String {
     let items: Vec<String> = items.into_iter().collect();

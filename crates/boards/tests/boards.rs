@@ -288,3 +288,36 @@ fn a_board_with_motors_of_its_own_kind_takes_no_machine() {
     };
     assert_eq!(dual.fitted(&needs).unwrap_err(), Unfit::Kinematics);
 }
+
+#[test]
+fn a_record_is_the_one_that_was_worked_out_by_hand() {
+    let text = include_str!("../../record/tests/discovery.hex");
+    let hex = text.lines().filter_map(|line| line.split('#').next());
+    let expected: Vec<u8> = hex
+        .flat_map(str::split_whitespace)
+        .map(|byte| u8::from_str_radix(byte, 16).unwrap())
+        .collect();
+    let board = Board::read(board("discovery")).unwrap();
+    assert_eq!(board.record().unwrap(), expected);
+}
+
+#[test]
+fn every_board_has_a_record_in_a_sector_of_its_own() {
+    for (name, text) in BOARDS {
+        let board = Board::read(text).unwrap();
+        let record = board.record().unwrap();
+        assert!(leadscrew_record::Record::read(&record).is_ok(), "{name}");
+        assert_eq!(board.record_sector().unwrap().begin, 0x0800_C000, "{name}");
+        assert!(board.has_room_for_record(), "{name}");
+    }
+    let with = |settings: &str| board("discovery").replace("settings = [1, 2]", settings);
+    for (settings, has_room) in [
+        ("settings = [1, 2]", true),
+        ("settings = [2, 3]", false),
+        ("settings = [4, 5]", false),
+        ("settings = [10, 11]", true),
+    ] {
+        let board = Board::read(&with(settings)).unwrap();
+        assert_eq!(board.has_room_for_record(), has_room, "{settings}");
+    }
+}

@@ -4,7 +4,12 @@ use super::said::say;
 use super::{unusable, Unusable};
 use clap::{Args, Subcommand};
 use leadscrew_boards::{Board, BOARDS};
+use leadscrew_record::MAGIC;
+use std::fs;
 use std::path::{Path, PathBuf};
+
+/// Bytes of the smallest sector, which a record has for itself.
+const SMALLEST_SECTOR: usize = 16 << 10;
 
 /// The subcommands of `board`.
 #[derive(Subcommand, Debug)]
@@ -21,6 +26,22 @@ pub(super) enum BoardCommand {
         #[arg(value_name = "BOARD")]
         board: String,
     },
+    /// Make the record of a board, for a firmware that reads one (`cargo fw --record`).
+    Pack(PackArgs),
+}
+
+/// Options of `board pack`.
+#[derive(Args, Debug)]
+pub(super) struct PackArgs {
+    /// A board's file, or the name of one that comes with the firmware.
+    #[arg(value_name = "BOARD")]
+    board: String,
+    /// Put the record into this image (`NAME.bin`), so that one file is flashed.
+    #[arg(long, value_name = "IMAGE")]
+    into: Option<PathBuf>,
+    /// Write this file, which must not be there yet.
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
 }
 
 /// Options of `board check`.
@@ -52,6 +73,7 @@ pub(super) fn run(command: &BoardCommand) -> Result<bool, Unusable> {
         BoardCommand::Check(args) => check(&args.boards),
         BoardCommand::New(args) => new(args),
         BoardCommand::Pins { board } => pins(board),
+        BoardCommand::Pack(args) => pack(args),
     }
 }
 
@@ -77,16 +99,22 @@ fn list() -> Result<bool, Unusable> {
 fn check(boards: &[String]) -> Result<bool, Unusable> {
     let mut right = true;
     for name in boards {
-        let findings = read(name)?.check();
-        for finding in &findings {
-            say(format!("{name}: {finding}"))?;
-        }
-        if findings.is_empty() {
+        let is_right = say_findings(name, &read(name)?)?;
+        if is_right {
             say(format!("{name}: right"))?;
         }
-        right &= findings.is_empty();
+        right &= is_right;
     }
     Ok(right)
+}
+
+/// Says what is wrong with a board; whether nothing is.
+fn say_findings(name: &str, board: &Board) -> Result<bool, Unusable> {
+    let findings = board.check();
+    for finding in &findings {
+        say(format!("{name}: {finding}"))?;
+    }
+    Ok(findings.is_empty())
 }
 
 fn new(args: &NewArgs) -> Result<bool, Unusable> {
@@ -118,4 +146,52 @@ pub(super) fn say_pins(board: &Board) -> Result<bool, Unusable> {
         say(format!("{:5} {use_of_it:32} {place}", pin.to_string()))?;
     }
     Ok(true)
+}
+
+fn pack(args: &PackArgs) -> Result<bool, Unusable> {
+    let board = read(&args.board)?;
+    if !say_findings(&args.board, &board)? {
+        return Ok(false);
+    }
+    let sector = board
+        .record_sector()
+        .filter(|_| board.has_room_for_record());
+    let sector = sector.ok_or_else(|| {
+        unusable(format!(
+            "{}: has no sector for its record, or no room for the program behind it",
+            args.board
+        ))
+    })?;
+    let record = board.record().map_err(unusable)?;
+    let bytes = match &args.into {
+        None => record.clone(),
+        Some(path) => joined(path, &record, sector.begin - board.start)?,
+    };
+    super::machine::write_new(&args.output, &bytes)?;
+    let begin = match args.into {
+        None => sector.begin,
+        Some(_) => board.start,
+    };
+    let (length, file) = (record.len(), args.output.display());
+    say(format!(
+        "{file}: a record of {length} bytes, to be flashed at {begin:#010x}, for a firmware of `cargo fw --record`"
+    ))?;
+    Ok(true)
+}
+
+/// An image with the record at `offset`, where it has nothing, or another record.
+fn joined(path: &Path, record: &[u8], offset: u32) -> Result<Vec<u8>, Unusable> {
+    let unread = |why: String| unusable(format!("{}: {why}", path.display()));
+    let mut image = fs::read(path).map_err(|error| unread(error.to_string()))?;
+    let begin = offset as usize;
+    let place = image.get_mut(begin..begin + SMALLEST_SECTOR);
+    let place = place.filter(|place| {
+        let is_empty = place.iter().all(|byte| *byte == 0xFF);
+        is_empty || place.starts_with(&MAGIC.to_le_bytes())
+    });
+    let place = place
+        .ok_or_else(|| unread("has no place for a record where this board has it".to_owned()))?;
+    place.fill(0xFF);
+    place[..record.len()].copy_from_slice(record);
+    Ok(image)
 }

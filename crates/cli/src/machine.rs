@@ -114,9 +114,9 @@ fn motors(profile: &Profile) -> String {
 ///
 /// # Errors
 /// Where it exists already or cannot be written.
-pub(super) fn write_new(path: &Path, text: &str) -> Result<(), Unusable> {
+pub(super) fn write_new(path: &Path, bytes: impl AsRef<[u8]>) -> Result<(), Unusable> {
     let file = OpenOptions::new().write(true).create_new(true).open(path);
-    let written = file.and_then(|mut file| file.write_all(text.as_bytes()));
+    let written = file.and_then(|mut file| file.write_all(bytes.as_ref()));
     written.map_err(|error| {
         let name = path.display();
         match error.kind() {

@@ -101,3 +101,36 @@ fn a_machine_s_pins_are_those_of_its_board() {
         text(&shared.stderr).contains("two motors of the machine are in the board's socket `y`")
     );
 }
+
+#[test]
+fn a_record_is_packed_alone_or_into_an_image() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let [alone, image, whole] = ["alone.bin", "image.bin", "whole.bin"].map(path);
+    let packed = board(&["pack", "skr-2", "-o", &alone]);
+    let said = text(&packed.stdout);
+    assert!(
+        said.contains("188 bytes, to be flashed at 0x0800c000"),
+        "{said}"
+    );
+    let record = fs::read(&alone).unwrap();
+    assert!(record.starts_with(b"LSBR"));
+    // An image behind the SKR 2's bootloader; another one that has code where the record goes.
+    let joins = |bytes: &[u8], output: &str| {
+        fs::write(&image, bytes).unwrap();
+        board(&["pack", "skr-2", "--into", &image, "-o", output])
+    };
+    let mut empty = vec![0x55; 0x4000];
+    empty.resize(0x8000, 0xFF);
+    empty.resize(0xA000, 0x55);
+    let joined = joins(&empty, &whole);
+    assert!(text(&joined.stdout).contains("at 0x08008000"));
+    let bytes = fs::read(&whole).unwrap();
+    assert_eq!(bytes.len(), empty.len());
+    assert_eq!(bytes[0x4000..0x4000 + record.len()], record);
+    assert_eq!(bytes[0x8000..], empty[0x8000..]);
+    assert_eq!(bytes[..0x4000], empty[..0x4000]);
+    let code = joins(&[0x55; 0xA000], &path("none.bin"));
+    assert_eq!(code.status.code(), Some(2));
+    assert!(text(&code.stderr).contains("no place for a record"));
+}

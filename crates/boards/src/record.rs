@@ -1,0 +1,196 @@
+//! A board as the record that its firmware reads.
+use crate::{
+    check::number_of,
+    flash::{Sector, BEGIN},
+    Axis, Board, Closes, Input, Kinematics, Level, Output, Pin,
+};
+use leadscrew_record::{
+    Content, Motor, Outputs, PinCode, Power, Record, SafeTable, Serial, Setting, Shape, ENABLES,
+    MOTORS, NAME, PROGRAM, SLOT,
+};
+use std::fmt;
+
+/// The axes of a board without a machine's file, which one motor or more moves.
+pub(crate) const AXES: u8 = 3;
+
+/// The order of homing where a board's file does not say: Grbl's.
+const GRBL_HOMING: [u8; 4] = [0b100, 0b011, 0, 0];
+
+/// A board has more settings or enable pins than a record has room for.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct TooLong;
+
+impl fmt::Display for TooLong {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("`defaults` or `enable` are too many for a board's record")
+    }
+}
+
+impl std::error::Error for TooLong {}
+
+impl Board {
+    /// The sector of its record; `None` where no sector begins at its start.
+    #[must_use]
+    pub fn record_sector(&self) -> Option<Sector> {
+        let start = (0..12).find(|number| {
+            let sector = Sector::new(*number);
+            sector.is_some_and(|sector| sector.begin == self.start)
+        });
+        Sector::new(leadscrew_record::sector(start?))
+    }
+
+    /// Whether its record has a sector of its own, and the program has room behind it.
+    #[must_use]
+    pub fn has_room_for_record(&self) -> bool {
+        let sectors = self.settings.map(Sector::new);
+        let (Some(record), [Some(first), Some(second)]) = (self.record_sector(), sectors) else {
+            return false;
+        };
+        let end = match first.begin < record.end() {
+            true => BEGIN + self.chip.flash(),
+            false => first.begin,
+        };
+        let room = end.saturating_sub(record.end());
+        ![first, second].contains(&record) && room >= PROGRAM
+    }
+
+    /// The record of the board, which has to be free of findings, without its sockets: only a
+    /// machine's file puts them to use.
+    ///
+    /// # Errors
+    /// It is too long.
+    pub fn record(&self) -> Result<Vec<u8>, TooLong> {
+        let settings = self.defaults.iter().filter_map(|(name, value)| {
+            Some(Setting {
+                number: number_of(name)?.into(),
+                reserved: [0; 6],
+                nanos: (i64::from(*value) * 1_000_000_000).into(),
+            })
+        });
+        let settings: Vec<Setting> = settings.collect();
+        let count = u8::try_from(settings.len()).map_err(|_| TooLong)?;
+        if self.enable.len() > ENABLES {
+            return Err(TooLong);
+        }
+        let mut bytes = [0; SLOT];
+        let content = self.content(count);
+        let length = Record::pack(&content, &settings, &mut bytes).ok_or(TooLong)?;
+        Ok(bytes[..length].to_vec())
+    }
+
+    /// The image of the firmware that it is for, with `defaults` settings.
+    #[must_use]
+    pub fn shape(&self, defaults: u8) -> Shape {
+        let second = self.motor.get(usize::from(AXES)).map(|motor| motor.axis);
+        let kinematics = match (self.kinematics, second) {
+            (Kinematics::CoreXy, _) => 1,
+            (Kinematics::Cartesian, None) => 0,
+            (Kinematics::Cartesian, Some(axis)) => 2 + axis as u8,
+        };
+        Shape {
+            axes: AXES,
+            motors: self.motor.len() as u8, // 4 at most
+            kinematics,
+            defaults,
+        }
+    }
+
+    /// Axes that home together, a bit each.
+    fn homing_cycles(&self) -> [u8; 4] {
+        let Some(groups) = &self.homing else {
+            return GRBL_HOMING;
+        };
+        let mut masks = groups.iter().map(|axes| mask(axes));
+        [0; 4].map(|_| masks.next().unwrap_or(0))
+    }
+
+    fn content(&self, defaults: u8) -> Content {
+        let mut motors = self.motor.iter().map(|motor| Motor {
+            step: pin(motor.step),
+            direction: pin(motor.direction),
+            limit: input(motor.limit),
+        });
+        let mut enables = self.enable.iter().map(|one| pin(*one));
+        let buttons = self.buttons().map(|(_, button)| input(button));
+        let (serial, power, outputs) = (&self.serial, &self.power, &self.outputs);
+        Content {
+            crystal_hz: self.crystal.into(),
+            power_hz: power.frequency.into(),
+            safe: self.safe(),
+            shape: self.shape(defaults),
+            settings: self.settings,
+            serial: Serial {
+                usart: serial.usart,
+                transmit: pin(serial.transmit),
+                receive: pin(serial.receive),
+            },
+            power: Power {
+                pin: pin(power.pin),
+                function: self.power_function().unwrap_or(0),
+                timer: power.timer,
+                channel: power.channel,
+            },
+            motors: [Motor::NONE; MOTORS].map(|none| motors.next().unwrap_or(none)),
+            enables: [PinCode::NONE; ENABLES].map(|none| enables.next().unwrap_or(none)),
+            outputs: Outputs {
+                spindle: output(outputs.spindle),
+                spindle_reverse: output(outputs.spindle_reverse),
+                flood: output(outputs.flood),
+                mist: output(outputs.mist),
+            },
+            buttons,
+            homing: self.homing_cycles(),
+            name: name(&self.name),
+            reserved: [0; 2],
+        }
+    }
+
+    /// The pins that could do harm, and the levels at which they do not: power first.
+    fn safe(&self) -> SafeTable {
+        let low = |pin: Pin| (pin, false);
+        let motors = self.motor.iter().flat_map(|one| [one.step, one.direction]);
+        let high = self.outputs.high.iter().map(|pin| (*pin, true));
+        let switched = self.switched().map(|(_, output)| output);
+        let all = std::iter::once(low(self.power.pin))
+            .chain(motors.map(low))
+            .chain(high)
+            .chain(switched.map(|output| (output.pin, output.on == Level::Low)));
+        SafeTable::new(all.map(|(pin, high)| (port(pin), pin.number, high)))
+    }
+}
+
+/// A mask with one bit for each axis in `axes`.
+pub(crate) fn mask(axes: &str) -> u8 {
+    [('X', Axis::X), ('Y', Axis::Y), ('Z', Axis::Z)]
+        .into_iter()
+        .filter(|(name, _)| axes.contains(*name))
+        .fold(0, |all, (_, axis)| all | 1 << axis as u8)
+}
+
+/// As many bytes of a name as there is room for, whole letters, then zeros.
+fn name(text: &str) -> [u8; NAME] {
+    let mut bytes = text.as_bytes()[..text.floor_char_boundary(NAME)].iter();
+    [0; NAME].map(|_| bytes.next().copied().unwrap_or(0))
+}
+
+fn port(pin: Pin) -> u8 {
+    pin.port as u8 - b'A'
+}
+
+fn code(pin: Pin, high: bool) -> PinCode {
+    PinCode::new(port(pin), pin.number, high).unwrap_or(PinCode::NONE)
+}
+
+fn pin(pin: Pin) -> PinCode {
+    code(pin, true)
+}
+
+fn output(output: Option<Output>) -> PinCode {
+    output.map_or(PinCode::NONE, |one| code(one.pin, one.on == Level::High))
+}
+
+fn input(input: Option<Input>) -> PinCode {
+    input.map_or(PinCode::NONE, |one| {
+        code(one.pin, one.closes == Closes::ToSupply)
+    })
+}

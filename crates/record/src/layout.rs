@@ -1,0 +1,207 @@
+//! The bytes of a record.
+use crate::{PinCode, SafeTable};
+use zerocopy::{
+    little_endian::{I64, U16, U32},
+    FromBytes, Immutable, IntoBytes, KnownLayout,
+};
+
+/// Bytes of a board's name.
+pub const NAME: usize = 32;
+
+/// Motors that a record has room for.
+pub const MOTORS: usize = 4;
+
+/// Pins that enable the motors, at most.
+pub const ENABLES: usize = 8;
+
+/// A new machine's settings, at most: the outputs wait for their checksum after a reset.
+pub const SETTINGS: usize = 64;
+
+/// What every record begins with.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, FromBytes, IntoBytes, Immutable, KnownLayout)]
+#[repr(C)]
+pub struct Head {
+    /// [`crate::MAGIC`].
+    pub magic: U32,
+    /// CRC-32 of the bytes from here to the record's end.
+    pub checksum: U32,
+    /// [`crate::VERSION`].
+    pub version: U16,
+    /// Of the whole record, settings too.
+    pub length: U16,
+}
+
+/// The build of the firmware that a record is for.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, FromBytes, IntoBytes, Immutable, KnownLayout)]
+#[repr(C)]
+pub struct Shape {
+    /// Axes of the machine.
+    pub axes: u8,
+    /// Its motors.
+    pub motors: u8,
+    /// 0: a motor an axis; 1: crossed belts; 2 + n: two motors on axis n.
+    pub kinematics: u8,
+    /// How many settings follow.
+    pub defaults: u8,
+}
+
+/// A USART and its pins.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, FromBytes, IntoBytes, Immutable, KnownLayout)]
+#[repr(C)]
+pub struct Serial {
+    /// 1 or 2.
+    pub usart: u8,
+    /// The pin on which the board sends.
+    pub transmit: PinCode,
+    /// The pin on which it receives.
+    pub receive: PinCode,
+}
+
+/// The timer of laser or spindle power.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, FromBytes, IntoBytes, Immutable, KnownLayout)]
+#[repr(C)]
+pub struct Power {
+    /// The pin.
+    pub pin: PinCode,
+    /// Number of the timer's function in the data sheet's table 9.
+    pub function: u8,
+    /// 1, 3, 4, 8 or 9.
+    pub timer: u8,
+    /// 1 to 4.
+    pub channel: u8,
+}
+
+/// A motor driver's pins.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, FromBytes, IntoBytes, Immutable, KnownLayout)]
+#[repr(C)]
+pub struct Motor {
+    /// A pulse for each step.
+    pub step: PinCode,
+    /// High is negative.
+    pub direction: PinCode,
+    /// Its limit switch.
+    pub limit: PinCode,
+}
+
+impl Motor {
+    /// No motor.
+    pub const NONE: Self = Self {
+        step: PinCode::NONE,
+        direction: PinCode::NONE,
+        limit: PinCode::NONE,
+    };
+}
+
+/// Outputs that a program switches.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, FromBytes, IntoBytes, Immutable, KnownLayout)]
+#[repr(C)]
+pub struct Outputs {
+    /// Spindle on.
+    pub spindle: PinCode,
+    /// Spindle counter-clockwise.
+    pub spindle_reverse: PinCode,
+    /// Flood coolant.
+    pub flood: PinCode,
+    /// Mist coolant.
+    pub mist: PinCode,
+}
+
+impl Outputs {
+    /// No output.
+    pub const NONE: Self = Self {
+        spindle: PinCode::NONE,
+        spindle_reverse: PinCode::NONE,
+        flood: PinCode::NONE,
+        mist: PinCode::NONE,
+    };
+}
+
+/// All that the head's checksum protects, but for the settings behind it.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, FromBytes, IntoBytes, Immutable, KnownLayout)]
+#[repr(C)]
+pub struct Content {
+    /// Frequency of the crystal in Hz; 0: there is none.
+    pub crystal_hz: U32,
+    /// Frequency of laser or spindle power in Hz, 50 to 100 000.
+    pub power_hz: U32,
+    /// What makes the outputs safe.
+    pub safe: SafeTable,
+    /// The build that it is for.
+    pub shape: Shape,
+    /// The two sectors of the settings.
+    pub settings: [u8; 2],
+    /// The serial line.
+    pub serial: Serial,
+    /// Laser or spindle power.
+    pub power: Power,
+    /// Step, direction and limit switch of each motor.
+    pub motors: [Motor; MOTORS],
+    /// All motors are enabled by these.
+    pub enables: [PinCode; ENABLES],
+    /// The switched outputs.
+    pub outputs: Outputs,
+    /// Probe, reset, hold, start, door.
+    pub buttons: [PinCode; 5],
+    /// Axes that home together, a bit each, in the order in which they home.
+    pub homing: [u8; 4],
+    /// For the log and `$I`: UTF-8, zeros behind it.
+    pub name: [u8; NAME],
+    /// 0: settings begin at a multiple of 4.
+    pub reserved: [u8; 2],
+}
+
+impl Content {
+    /// A board without pins: that of a firmware which has found no record.
+    pub const NONE: Self = Self {
+        crystal_hz: U32::ZERO,
+        power_hz: U32::new(10_000),
+        safe: SafeTable::NONE,
+        shape: Shape {
+            axes: 0,
+            motors: 0,
+            kinematics: 0,
+            defaults: 0,
+        },
+        settings: [0, 0],
+        serial: Serial {
+            usart: 0,
+            transmit: PinCode::NONE,
+            receive: PinCode::NONE,
+        },
+        power: Power {
+            pin: PinCode::NONE,
+            function: 0,
+            timer: 1,
+            channel: 1,
+        },
+        motors: [Motor::NONE; MOTORS],
+        enables: [PinCode::NONE; ENABLES],
+        outputs: Outputs::NONE,
+        buttons: [PinCode::NONE; 5],
+        homing: [0; 4],
+        name: [0; NAME],
+        reserved: [0; 2],
+    };
+}
+
+/// A record without its settings.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, FromBytes, IntoBytes, Immutable, KnownLayout)]
+#[repr(C)]
+pub struct Record {
+    /// Magic, checksum, version, length.
+    pub head: Head,
+    /// The rest.
+    pub content: Content,
+}
+
+/// A setting of a new machine, in the layout of the firmware's own entries.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, FromBytes, IntoBytes, Immutable, KnownLayout)]
+#[repr(C)]
+pub struct Setting {
+    /// The number after the `$`.
+    pub number: U16,
+    /// 0.
+    pub reserved: [u8; 6],
+    /// Its value in 10⁻⁹.
+    pub nanos: I64,
+}

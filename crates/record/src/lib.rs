@@ -1,0 +1,18 @@
+#![no_std]
+#![forbid(unsafe_code)]
+#![doc = include_str!("../README.md")]
+
+mod layout;
+mod pin;
+mod place;
+mod read;
+mod safe;
+
+pub use layout::{
+    Content, Head, Motor, Outputs, Power, Record, Serial, Setting, Shape, ENABLES, MOTORS, NAME,
+    SETTINGS,
+};
+pub use pin::PinCode;
+pub use place::{sector, slot, PROGRAM, SLOT, SLOTS};
+pub use read::{checksum, Refusal, FIXED, MAGIC, UNPROTECTED, VERSION};
+pub use safe::{SafePort, SafeTable, PORTS, SAFE};

@@ -1,0 +1,65 @@
+//! Where in the flash a record is.
+
+/// Bytes that a record may have. A sector has several places of this size, one after the other.
+pub const SLOT: usize = 2048;
+
+/// Places of a sector, the smallest of which has 16 KiB (RM0090 table 5).
+pub const SLOTS: usize = 8;
+
+/// The most that the firmware may take of the flash, in bytes.
+pub const PROGRAM: u32 = 192 << 10;
+
+/// The sector of the record of an image that begins in sector `start`: number 3, which is small and
+/// which every chip has, or else the one behind the vector table's. The program's code is behind
+/// it.
+#[must_use]
+pub const fn sector(start: u8) -> u8 {
+    if start < 3 {
+        3
+    } else {
+        start + 1
+    }
+}
+
+/// The record in force: the last one in front of empty flash. `first_word` answers the first word
+/// of a place.
+#[must_use]
+pub fn slot(first_word: impl Fn(usize) -> u32) -> Option<usize> {
+    let used = (0..SLOTS).take_while(|slot| first_word(*slot) != u32::MAX);
+    used.filter(|slot| first_word(*slot) == crate::MAGIC).last()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::MAGIC;
+
+    #[test]
+    fn the_last_whole_record_counts() {
+        let (empty, spoilt) = (u32::MAX, 0);
+        let cases = [
+            ([empty; SLOTS], None),
+            ([MAGIC; SLOTS], Some(7)),
+            (
+                [MAGIC, empty, MAGIC, empty, empty, empty, empty, empty],
+                Some(0),
+            ),
+            (
+                [MAGIC, spoilt, MAGIC, spoilt, empty, empty, empty, empty],
+                Some(2),
+            ),
+            (
+                [spoilt, spoilt, spoilt, empty, empty, empty, empty, empty],
+                None,
+            ),
+        ];
+        for (words, expected) in cases {
+            assert_eq!(slot(|slot| words[slot]), expected, "{words:x?}");
+        }
+    }
+
+    #[test]
+    fn a_record_has_a_sector_behind_the_vectors() {
+        assert_eq!([0, 2, 3, 4].map(sector), [3, 3, 4, 5]);
+    }
+}

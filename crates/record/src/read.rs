@@ -1,0 +1,204 @@
+//! Making a record of its content, and reading it again.
+use crate::{Content, Head, Record, Setting, Shape, SETTINGS, SLOT};
+use core::fmt;
+use zerocopy::{
+    little_endian::{U16, U32},
+    FromBytes, IntoBytes,
+};
+
+/// `LSBR`.
+pub const MAGIC: u32 = u32::from_le_bytes(*b"LSBR");
+
+/// The version of the layout.
+pub const VERSION: u16 = 1;
+
+/// Bytes in front of those that the checksum protects.
+pub const UNPROTECTED: usize = 8;
+
+/// The checksum of whole words, as the chip's CRC unit makes it (RM0090 section 4.3): CRC-32 of
+/// Ethernet's polynomial, the highest bit of a word first. Bytes behind the last whole word do not
+/// count.
+#[must_use]
+pub fn checksum(bytes: &[u8]) -> u32 {
+    const POLYNOMIAL: u32 = 0x04C1_1DB7;
+    let bit = |crc: u32, _| (crc << 1) ^ (POLYNOMIAL * (crc >> 31));
+    let (words, _) = bytes.as_chunks::<4>();
+    words.iter().fold(u32::MAX, |crc, word| {
+        (0..32).fold(crc ^ u32::from_le_bytes(*word), bit)
+    })
+}
+
+/// Why there is no record in force.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Refusal {
+    /// Nothing is there.
+    Missing,
+    /// It is of another version of the firmware.
+    Version,
+    /// It says that it is longer or shorter than it can be.
+    Length,
+    /// A bit is wrong.
+    Checksum,
+    /// It is for other axes, motors or kinematics.
+    Shape,
+    /// It keeps its settings where the program is.
+    Sectors,
+}
+
+impl Refusal {
+    /// For the operator: what is wrong, and what to do. At most 64 characters.
+    #[must_use]
+    pub const fn text(self) -> &'static str {
+        match self {
+            Self::Missing => "No board record, locked: leadscrew board pack, then flash it",
+            Self::Version => "Board record of another version, locked: pack and flash it again",
+            Self::Length => "Board record has a wrong length, locked: pack and flash it again",
+            Self::Checksum => "Board record is damaged, locked: pack and flash it again",
+            Self::Shape => "Board record is for other motors, locked: flash their firmware",
+            Self::Sectors => "Board record: settings lie in the program, locked: change them",
+        }
+    }
+}
+
+impl fmt::Display for Refusal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.text())
+    }
+}
+
+impl core::error::Error for Refusal {}
+
+/// The bytes of a record without settings.
+pub const FIXED: usize = size_of::<Record>();
+
+impl Record {
+    /// Makes a record of its content and a new machine's settings, in `bytes`; its length. `None`
+    /// where there is no room, or the content counts other settings.
+    pub fn pack(content: &Content, defaults: &[Setting], bytes: &mut [u8; SLOT]) -> Option<usize> {
+        let length = FIXED + size_of_val(defaults);
+        let counted = usize::from(content.shape.defaults) == defaults.len();
+        if !counted || defaults.len() > SETTINGS {
+            return None;
+        }
+        let mut record = Record {
+            head: Head {
+                magic: U32::new(MAGIC),
+                checksum: U32::ZERO,
+                version: U16::new(VERSION),
+                length: U16::new(length as u16),
+            },
+            content: *content,
+        };
+        bytes.fill(0xFF);
+        bytes[..FIXED].copy_from_slice(record.as_bytes());
+        bytes[FIXED..length].copy_from_slice(defaults.as_bytes());
+        record.head.checksum = U32::new(checksum(&bytes[UNPROTECTED..length]));
+        bytes[..FIXED].copy_from_slice(record.as_bytes());
+        Some(length)
+    }
+
+    /// The record that `bytes` begin with, and its settings.
+    ///
+    /// # Errors
+    /// It is not whole, or of another version.
+    pub fn read(bytes: &[u8]) -> Result<(&Self, &[Setting]), Refusal> {
+        let (record, _) = Self::ref_from_prefix(bytes).map_err(|_| Refusal::Missing)?;
+        let head = &record.head;
+        if head.magic.get() != MAGIC {
+            return Err(Refusal::Missing);
+        }
+        if head.version.get() != VERSION {
+            return Err(Refusal::Version);
+        }
+        let length = usize::from(head.length.get());
+        let settings = bytes.get(FIXED..length).ok_or(Refusal::Length)?;
+        let defaults = <[Setting]>::ref_from_bytes(settings).map_err(|_| Refusal::Length)?;
+        let counted = defaults.len() == usize::from(record.content.shape.defaults);
+        if !counted || defaults.len() > SETTINGS {
+            return Err(Refusal::Length);
+        }
+        let protected = bytes.get(UNPROTECTED..length).unwrap_or_default();
+        if checksum(protected) != head.checksum.get() {
+            return Err(Refusal::Checksum);
+        }
+        Ok((record, defaults))
+    }
+}
+
+impl Content {
+    /// Whether it is for an image of this shape that begins in sector `start`.
+    ///
+    /// # Errors
+    /// Why not.
+    pub fn fits(&self, shape: Shape, start: u8) -> Result<(), Refusal> {
+        let of = |shape: &Shape| [shape.axes, shape.motors, shape.kinematics];
+        if of(&self.shape) != of(&shape) {
+            return Err(Refusal::Shape);
+        }
+        match are_clear(self.settings, start) {
+            true => Ok(()),
+            false => Err(Refusal::Sectors),
+        }
+    }
+}
+
+/// Whether the sectors of the settings are apart from vector table, record and code: between the
+/// first two, or behind the code.
+fn are_clear([first, second]: [u8; 2], start: u8) -> bool {
+    let record = crate::sector(start);
+    // The code's 192 KiB: what is left of sector 4, and sectors of 128 KiB.
+    let behind = if record < 4 { 6 } else { record + 3 };
+    let between = first > start && second < record;
+    first.checked_add(1) == Some(second) && (between || first >= behind && second < 12)
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+
+    use super::*;
+
+    #[test]
+    fn the_checksum_is_the_one_that_catalogues_give() {
+        // "CRC-32/MPEG-2" of the catalogue of parametrised CRC algorithms (reveng), which takes
+        // bytes; a word's highest byte is its first.
+        let catalogue = crc::Crc::<u32>::new(&crc::CRC_32_MPEG_2);
+        assert_eq!(checksum(b"43218765"), catalogue.checksum(b"12345678"));
+        assert_eq!(checksum(b""), u32::MAX);
+    }
+
+    #[test]
+    fn the_longest_record_fits_its_place() {
+        assert!(FIXED + SETTINGS * size_of::<Setting>() <= SLOT);
+    }
+
+    #[test]
+    fn a_refusal_fits_a_message_and_holds_no_answer() {
+        use Refusal::{Checksum, Length, Missing, Sectors, Shape, Version};
+        for refusal in [Missing, Version, Length, Checksum, Shape, Sectors] {
+            let text = refusal.text().to_ascii_lowercase();
+            let is_answer = text.contains("ok") || text.contains("error");
+            assert!(text.len() <= 64 && !is_answer, "{text}");
+        }
+    }
+
+    #[test]
+    fn settings_are_never_where_the_program_is() {
+        for (sectors, start, clear) in [
+            ([1, 2], 0, true),
+            ([0, 1], 0, false),
+            ([2, 3], 0, false),
+            ([4, 5], 0, false),
+            ([5, 6], 2, false),
+            ([6, 7], 2, true),
+            ([1, 2], 2, false),
+            ([10, 11], 2, true),
+            ([11, 12], 2, false),
+            ([255, 0], 2, false),
+            ([6, 7], 3, false),
+            ([7, 8], 3, true),
+        ] {
+            assert_eq!(are_clear(sectors, start), clear, "{sectors:?} {start}");
+        }
+    }
+}

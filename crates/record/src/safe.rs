@@ -1,0 +1,121 @@
+//! What makes a board's outputs safe. The first instructions after a reset work it off, before
+//! there is memory to compute in.
+use crate::{Content, Record};
+use core::mem::offset_of;
+use zerocopy::{
+    little_endian::{U16, U32},
+    FromBytes, Immutable, IntoBytes, KnownLayout,
+};
+
+/// Ports that pins of a board can be on: A to G.
+pub const PORTS: usize = 7;
+
+/// Where in a record the table is.
+pub const SAFE: usize = offset_of!(Record, content) + offset_of!(Content, safe);
+
+/// The pins of one port that could do harm.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, FromBytes, IntoBytes, Immutable, KnownLayout)]
+#[repr(C)]
+pub struct SafePort {
+    /// Their levels, as BSRR takes them (RM0090 section 8.4.7).
+    pub levels: U32,
+    /// Both bits of each pin, as in MODER and OSPEEDR (sections 8.4.1 and 8.4.3).
+    pub fields: U32,
+    /// A bit for each pin, as in OTYPER (section 8.4.2).
+    pub pins: U16,
+    /// 0 to 6: A to G.
+    pub port: U16,
+}
+
+impl SafePort {
+    /// Adds a pin that is to be high or low.
+    fn add(&mut self, number: u8, high: bool) {
+        let level = if high {
+            1 << number
+        } else {
+            1 << (number + 16)
+        };
+        self.levels = U32::new(self.levels.get() | level);
+        self.fields = U32::new(self.fields.get() | 0b11 << (2 * number));
+        self.pins = U16::new(self.pins.get() | 1 << number);
+    }
+}
+
+/// The pins of all ports that could do harm.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, FromBytes, IntoBytes, Immutable, KnownLayout)]
+#[repr(C)]
+pub struct SafeTable {
+    /// Ports in use.
+    count: U32,
+    ports: [SafePort; PORTS],
+}
+
+impl SafePort {
+    const NONE: Self = Self {
+        levels: U32::ZERO,
+        fields: U32::ZERO,
+        pins: U16::ZERO,
+        port: U16::ZERO,
+    };
+}
+
+impl SafeTable {
+    /// No pins.
+    pub const NONE: Self = Self {
+        count: U32::ZERO,
+        ports: [SafePort::NONE; PORTS],
+    };
+
+    /// The table for pins: port, number and safe level of each. Ports are in the order in which
+    /// they come first.
+    #[must_use]
+    pub fn new(pins: impl Iterator<Item = (u8, u8, bool)>) -> Self {
+        let (mut ports, mut count) = ([SafePort::NONE; PORTS], 0);
+        for (port, number, high) in pins {
+            let known = |one: &SafePort| one.port.get() == u16::from(port);
+            let place = ports.iter().take(count).position(known);
+            let place = place.unwrap_or(count);
+            count = count.max(place + 1);
+            if let Some(one) = ports.get_mut(place) {
+                one.port = U16::new(port.into());
+                one.add(number, high);
+            }
+        }
+        Self {
+            count: U32::new(count as u32),
+            ports,
+        }
+    }
+
+    /// The ports in use.
+    #[must_use]
+    pub fn ports(&self) -> &[SafePort] {
+        let count = usize::try_from(self.count.get()).unwrap_or(usize::MAX);
+        self.ports.get(..count).unwrap_or_default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pins_are_gathered_by_port() {
+        let table = SafeTable::new([(3, 12, false), (4, 7, false), (3, 0, true)].into_iter());
+        let [d, e] = table.ports() else {
+            panic!("{table:?}");
+        };
+        assert_eq!((d.port.get(), e.port.get()), (3, 4));
+        assert_eq!(d.levels.get(), 0x1000_0001);
+        assert_eq!(d.fields.get(), 0x0300_0003);
+        assert_eq!(d.pins.get(), 0x1001);
+        assert_eq!(e.levels.get(), 0x0080_0000);
+    }
+
+    #[test]
+    fn a_table_that_counts_more_ports_than_there_are_has_none() {
+        let mut table = SafeTable::new([(3, 12, false)].into_iter());
+        table.count = U32::new(PORTS as u32 + 1);
+        assert_eq!(table.ports(), []);
+    }
+}
