@@ -1,6 +1,7 @@
 //! All peripherals of the chip, and the cycle of their next event.
 use crate::peripheral::{
     adc::Adc,
+    crc::Crc,
     dma::Dma,
     dwt::Dwt,
     exti::Exti,
@@ -43,6 +44,7 @@ pub(crate) struct Devices {
     pub(crate) ports: [Gpio; 9],
     pub(crate) exti: Exti,
     pub(crate) adc: Adc,
+    pub(crate) crc: Crc,
     pub(crate) usarts: [Usart; 4],
     pub(crate) timers: [Timer; 14],
     pub(crate) dma: [Dma; 2],
@@ -66,6 +68,7 @@ impl Devices {
             ports: array::from_fn(Gpio::new),
             exti: Exti::default(),
             adc: Adc::new(),
+            crc: Crc::new(),
             usarts: USARTS.map(Usart::new),
             timers: array::from_fn(|index| Timer::new(&INSTANCES[index])),
             dma: Default::default(),
@@ -89,6 +92,7 @@ impl Devices {
         }
         self.exti = Exti::default();
         self.adc.reset();
+        self.crc = Crc::new();
         self.usarts.iter_mut().for_each(Usart::reset);
         for timer in &mut self.timers {
             *timer = Timer::new(timer.instance);

@@ -30,6 +30,7 @@ enum Device {
     Syscfg,
     Exti,
     Adc,
+    Crc,
     Dma(usize),
     Usart(usize),
     Timer(usize),
@@ -43,6 +44,7 @@ impl Device {
         let base = address & !0x3FF;
         match base {
             0x4002_0000..=0x4002_23FF => Device::Port((base >> 10 & 15) as usize),
+            0x4002_3000 => Device::Crc,
             0x4002_3800 => Device::Rcc,
             0x4002_3C00 => Device::Flash,
             0x4002_6000 => Device::Dma(0),
@@ -95,6 +97,10 @@ impl Machine {
             Device::Syscfg => devices.exti.read_syscfg(offset),
             Device::Exti => devices.exti.read(offset),
             Device::Adc => devices.adc.read(offset, now),
+            Device::Crc => {
+                self.cycle = devices.crc.wait(offset, self.cycle);
+                devices.crc.read(offset)
+            }
             Device::Dma(index) => devices.dma[index].read(offset),
             Device::Timer(index) => {
                 self.catch_up_timer(index, now);
@@ -189,6 +195,10 @@ impl Machine {
                 if devices.adc.write(offset, value, clock) {
                     self.warnings.add(Warning::NotModelled { address });
                 }
+            }
+            Device::Crc => {
+                self.cycle = devices.crc.wait(offset, self.cycle);
+                devices.crc.write(offset, value, self.cycle);
             }
             Device::Dma(index) => self.dma_write(index, offset, value, now),
             Device::Usart(index) => self.usart_write(index, offset, value, now),

@@ -17,6 +17,7 @@
 //! (`crate::st_data`), and also addresses, interrupts, DMA requests, pins and clocks.
 pub(crate) mod adc;
 pub(crate) mod bitband;
+pub(crate) mod crc;
 pub(crate) mod dma;
 pub(crate) mod dwt;
 pub(crate) mod exti;

@@ -330,6 +330,7 @@ impl Rcc {
         let page = address & !0x3FF;
         let (register, bit) = match page {
             0x4002_0000..=0x4002_23FF => (0x30, page >> 10 & 15),
+            0x4002_3000 => (0x30, 12),
             0x4002_6000 => (0x30, 21),
             0x4002_6400 => (0x30, 22),
             0x5000_0000..=0x5003_FFFF => (0x34, 7),

@@ -56,6 +56,7 @@ pub(super) const RESETS: &[(&str, &str)] = &[
 /// Bits that can be read and written, but do not read back the written value.
 pub(super) const PLAIN: &[(&str, &str)] = &[
     ("RCC.CSR", "RMVF acts, and reads as 0"),
+    ("CRC.DR", "a word goes into the sum, which is read"),
     (
         "ADC1.CR2",
         "JSWSTART acts, and reads as 0 (RM0090 section 13.13.3)",

@@ -1,4 +1,4 @@
-//! RCC, PWR, the flash interface, the watchdog.
+//! RCC, PWR, the flash interface, the watchdog, the CRC unit.
 use super::{mixed, ro, rw, with_ones, wo, Register, ALL};
 
 /// Enables and resets of AHB2: DCMI, RNG, USB OTG FS. The F415 and F417 have CRYP and HASH at bits
@@ -31,6 +31,13 @@ pub(super) const RCC: &[Register] = &[
     mixed(0x74, 0xFF00_0003, 0x0100_0001),     // CSR
     rw(0x80, 0xCFFF_FFFF),                     // SSCGR
     rw(0x84, 0x7000_7FC0),                     // PLLI2SCFGR
+];
+
+/// The registers of the CRC unit (RM0090 section 4.4).
+pub(super) const CRC: &[Register] = &[
+    rw(0x0, ALL),  // DR
+    rw(0x4, 0xFF), // IDR
+    wo(0x8, 1),    // CR
 ];
 
 /// The registers of PWR (RM0090 section 5.4).

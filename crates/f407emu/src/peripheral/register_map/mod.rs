@@ -110,6 +110,7 @@ fn peripheral(address: u32) -> Option<Peripheral> {
     let base = address & !0x3FF;
     let registers: &'static [Register] = match base {
         0x4002_0000..=0x4002_23FF => ports::GPIO,
+        0x4002_3000 => clocks::CRC,
         0x4002_3800 => clocks::RCC,
         0x4002_3C00 => clocks::FLASH,
         0x4002_6000 | 0x4002_6400 => serial::DMA,
