@@ -141,6 +141,12 @@ pub trait Board {
     /// new direction waits for its end.
     fn configure(&mut self, port: &PortConfig);
 
+    /// Why the board can move nothing, for as long as it runs: the operator is told, and nothing
+    /// unlocks the machine. A board that knows its pins has no reason.
+    fn locked(&self) -> Option<&'static str> {
+        None
+    }
+
     /// The one to whom the machine explains the job: a simulator that draws it or tells why it
     /// slows down. A controller has none.
     fn explainer(&mut self) -> Option<&mut dyn Explain> {

@@ -91,6 +91,10 @@ where
         }
         self.console.broadcast("");
         self.console.broadcast(BANNER);
+        if let Some(why) = board.locked() {
+            self.enter(State::Alarm(Lock::Unlockable));
+            return self.console.message(Message::NoBoard(why));
+        }
         if self.is_at_limit(board) {
             self.enter(State::Alarm(Lock::Unlockable));
             self.console.message(Message::CheckLimits);

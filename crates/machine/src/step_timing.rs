@@ -53,6 +53,17 @@ impl StepTiming {
         shortest_pulse_us: 1,
     };
 
+    /// The same with tables in place of pins that are compiled in: a board that its record describes.
+    ///
+    /// A line: 581 cycles with the step pins on three ports. A pulse's end: 104 until the last of
+    /// the directions on three ports is written (`cargo fw-test record-interrupt`). Both are rounded
+    /// up.
+    pub const F407_RECORD: Self = Self {
+        line_ns: 3_500,
+        pulse_end_ns: 650,
+        ..Self::F407
+    };
+
     /// A board without any bound that Grbl does not have, so that the same settings get the same
     /// answers. Pulses have Grbl's least width.
     pub const GRBL: Self = Self {

@@ -333,8 +333,13 @@ where
         }
     }
 
-    /// Whether no input keeps the machine locked: neither the reset input nor the door.
+    /// Whether nothing keeps the machine locked: not the board itself, nor the reset input or the
+    /// door.
     fn allow_leaving<B: Board>(&mut self, board: &B) -> Result<(), Status> {
+        if let Some(why) = board.locked() {
+            self.console.message(Message::NoBoard(why));
+            return Err(Status::Locked);
+        }
         let active = self.switches.inputs.active(&board.switches());
         if active.reset {
             self.console.message(Message::ResetHeld);
